@@ -14,7 +14,8 @@ from typing import Any, Final
 import pandas as pd
 
 from skewbridge.files.tables import read_frame, records_of
-from skewbridge.verification.studies.published import CHOICES, CHOSEN, NONE, hazus_factor
+from skewbridge.fragility.limit_states import hazus_factor
+from skewbridge.verification.studies.published import CHOICES, CHOSEN, NONE
 
 ROOT: Final = Path(__file__).parents[1]
 DATA: Final = ROOT / "docs" / "data"

@@ -189,10 +189,11 @@ def decide(
     from skewbridge.files.tables import records_of, write_csv
     from skewbridge.files.text import writable_folder
     from skewbridge.fragility.decision import decision, target_rate
+    from skewbridge.fragility.hazard import site_hazard
     from skewbridge.report.decision_chart import decision_figure, with_codes
     from skewbridge.report.study_figures import save_figure
     from skewbridge.study.config import FigureSettings
-    from skewbridge.study.results import joint_rows, site_hazard
+    from skewbridge.study.results import joint_rows
 
     target = target_rate(rate, probability_50y)
     values = checked(dict[str, Number], keys_and_values("--axis", axis), "--axis")

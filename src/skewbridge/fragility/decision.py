@@ -1,8 +1,8 @@
 """Seat length and joint gap that a skew needs for a chosen annual rate, from the joint model.
 
 The support length needed at rest is that which the deck corner leaves with the chosen rate; the
-seat is longer by the gap. Rules of codes are in `bridge_check`. Source of the Hazus factor: Hazus
-6.1, section 7, FEMA (2022): medians times sqrt(sin(90 deg - skew)).
+seat is longer by the gap. Rules of codes are in `bridge_check`, the factor of Hazus in
+`limit_states`.
 """
 
 import json
@@ -17,7 +17,7 @@ from skewbridge.files.tables import Floats, Row
 from skewbridge.fragility.demand_model import SKEW, StateCurve
 from skewbridge.fragility.hazard import HazardCurve, LogRate
 from skewbridge.fragility.joint import JointModel
-from skewbridge.fragility.limit_states import COLUMN_FAILURE
+from skewbridge.fragility.limit_states import COLUMN_FAILURE, hazus_factor
 from skewbridge.fragility.rates import YEARS, curve_rate
 
 GAP: Final = "gap_mm"
@@ -98,8 +98,8 @@ def decision(
             medians = np.exp([curve.ln_theta[0] for curve in curves])
             median = float(np.interp(ends[0], _LENGTHS_M, medians))
             row["extrapolated"] = not unseating["im_low"] <= median <= unseating["im_high"]
-            factor = 0.5 * np.log(np.cos(np.radians(skew_deg)))
-            hazus = _length(straight, hazard, target, factor)
+            ln_factor = float(np.log(hazus_factor(skew_deg)))
+            hazus = _length(straight, hazard, target, ln_factor)
             row["hazus_m"] = hazus.value + gap_mm / 1000.0
             # SDC: displacement demand at 5 % in 50 years
             at_sdc = np.interp(hazard.level_of(SDC_RATE), np.log(medians), np.log(_LENGTHS_M))

@@ -2,7 +2,7 @@
 
 Sources: OpenQuake engine manual (NRML 0.5, shape ``logncdf``: mean and stddev of the lognormal
 variable, not of its logarithm); pelicun 3, fragility database; Damage and Loss Model Library (DLML)
-of the SimCenter; Hazus 6.1, section 7: medians times sqrt(sin(90 deg - skew)), FEMA (2022).
+of the SimCenter.
 """
 
 import json
@@ -32,7 +32,8 @@ from skewbridge.files.text import write_text
 from skewbridge.fragility.curves import METHODS
 from skewbridge.fragility.demand_table import axis_names, described, need_columns, variant_columns
 from skewbridge.fragility.fits import FITTED
-from skewbridge.fragility.hazard import HazardConfig, hazard_curve
+from skewbridge.fragility.hazard import site_hazard
+from skewbridge.fragility.limit_states import hazus_factor
 from skewbridge.fragility.paper_table import chosen_curves, latex_table, paper_table, with_ratios
 from skewbridge.fragility.rates import rates_of_curves, with_bounds
 from skewbridge.fragility.union import UNION_COLUMNS, Union, curve_probability, union_curve
@@ -104,7 +105,7 @@ def export_curves(
     if hazard is not None and len(measures) > 1:
         text = f"the curves use {', '.join(measures)}"
         raise InputError(f"a hazard curve is for one intensity measure; {text}")
-    site = hazard_curve(HazardConfig(file=hazard and str(hazard)), measures, measures[0])
+    site = site_hazard(hazard, measures[0])
     has_estimate = curves["status"] == FITTED
     if not has_estimate.any() and form != "csv":
         raise InputError(f"{source.name}: nothing to write, because no curve has an estimate")
@@ -238,7 +239,7 @@ def _skew_factors(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     both["interval"] = np.where(paired.isna(), "independent", "paired")
     both["factor_low"] = both["factor"] * np.exp(-half)
     both["factor_high"] = both["factor"] * np.exp(half)
-    both["hazus_factor"] = np.sin(np.radians(90.0 - both[skew].abs())) ** 0.5
+    both["hazus_factor"] = hazus_factor(both[skew].to_numpy())
     return both[[*keys, skew, *columns, "variant_straight"]]
 
 

@@ -221,6 +221,11 @@ def hazard_curve(config: HazardConfig, measures: Sequence[str], usual: str) -> H
     return curves[found]
 
 
+def site_hazard(file: Path | None, im: str) -> HazardCurve | None:
+    """Return the hazard curve of a file for the intensity of curves; None without a file."""
+    return hazard_curve(HazardConfig(file=file and str(file)), [im], im)
+
+
 def read_hazard(path: Path) -> list[HazardCurve]:
     """Return the hazard curves of a file, or of all files in a folder, one per measure."""
     files = sorted(path.glob("*.[cj]s*")) if path.is_dir() else [path]

@@ -9,11 +9,14 @@ from math import nan
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
+import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator
 
 from skewbridge.demands.columns import column_of, joint_columns
 from skewbridge.demands.validity import COLUMN_FAILURE_RATIO, FAILURE_DEMANDS
 from skewbridge.errors import InputError, raise_all
+from skewbridge.files.tables import Floats
 from skewbridge.files.text import checked, read_yaml, shortened, shown_path
 from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM
 
@@ -81,6 +84,14 @@ HEADLINE_STATES: Final = (
     "unseating/slight",
     "bearing/slight",
 )
+
+
+def hazus_factor(skew_deg: ArrayLike) -> Floats:
+    """Return the factor by which Hazus multiplies the medians of a bridge with these skews.
+
+    source: Hazus 6.1, section 7, FEMA (2022): sqrt(sin(90 deg - skew)); not for slight damage.
+    """
+    return np.sqrt(np.sin(np.radians(90.0 - np.abs(skew_deg))))
 
 
 @cache

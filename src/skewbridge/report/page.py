@@ -34,7 +34,7 @@ from skewbridge.files.text import write_text
 from skewbridge.fragility import paper_table, verdicts
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
 from skewbridge.fragility.fits import FITTED
-from skewbridge.fragility.limit_states import HEADLINE_STATES
+from skewbridge.fragility.limit_states import HEADLINE_STATES, hazus_factor
 from skewbridge.fragility.verdicts import MEDIAN_CAPACITY, OK
 from skewbridge.report import answer, appearance
 from skewbridge.report.answer import change_name, counted, effect_name, model_name, number_word
@@ -462,18 +462,14 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
 
 
 def published_rows(medians: pd.DataFrame) -> list[dict[str, str]]:
-    """Return ratios of medians to skew 0 and the Hazus factor, one row per skew.
-
-    source: Hazus 6.1, section 7, FEMA (2022): medians times sqrt(sin(90 deg - skew)).
-    """
+    """Return ratios of medians to skew 0 and the Hazus factor, one row per skew."""
     pooled = medians[(medians["scope"] == "pooled") & (medians["axis"] == "skew_deg")]
     pooled = pooled[pooled["demand"].isin(answer.LEADING_STATES) & (pooled["from_value"] == 0.0)]
     order = pooled["demand"].map(answer.LEADING_STATES.index)
     pooled = pooled[pooled["status"] == OK].assign(order=order)
     names, rows = answer.short_names(pooled), list[dict[str, str]]()
     for (skew,), part in groups_of(pooled.sort_values(["to_value", "order"]), ["to_value"]):
-        factor = np.sqrt(cos(radians(skew)))
-        row = {"skew": f"{skew:g}°", "Hazus": f"{factor:.2f}"}
+        row = {"skew": f"{skew:g}°", "Hazus": f"{hazus_factor(skew):.2f}"}
         for each in records_of(part):
             head = f"{names[each['bridge'], each['abutment']]}, {effect_name(each['demand'])}"
             row[head] = _with_ends(each, verdicts.RATIOS)

@@ -36,7 +36,7 @@ from skewbridge.fragility.effects import (
     run_pairs,
 )
 from skewbridge.fragility.fits import FITTED
-from skewbridge.fragility.hazard import HazardConfig, HazardCurve, hazard_curve
+from skewbridge.fragility.hazard import HazardConfig, hazard_curve, site_hazard
 from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.limit_states import States, load_limit_states, with_column_failure
 from skewbridge.fragility.paper_table import EXTRAPOLATED
@@ -368,11 +368,6 @@ def predict_states(
         shared = {name: row[name] for name in ("loo_error", "im", RANDOM_PROPERTIES)}
         rows.append(found | shared)
     return rows
-
-
-def site_hazard(file: Path | None, im: str) -> HazardCurve | None:
-    """Return the hazard curve of a file for the intensity of curves; None without a file."""
-    return hazard_curve(HazardConfig(file=file and str(file)), [im], im)
 
 
 def _chosen(table: pd.DataFrame, column: str, name: str | None, usual: str = "") -> pd.DataFrame:

@@ -12,7 +12,7 @@ factor of Hazus. Each of `CHOICES` changes one modelling choice of bridge B.
 References:
     Mangalathu (2017), PhD thesis, Georgia Institute of Technology (hdl.handle.net/1853/58291).
     Chen et al. (2025), DesignSafe PRJ-5910 version 1, doi 10.17603/ds2-c73m-nj37.
-    FEMA (2022), Hazus 6.1, section 7: medians have the factor sqrt(sin(90 deg - skew)).
+    FEMA (2022), Hazus 6.1, section 7: `hazus_factor`.
     Kaviani, Zareian and Taciroglu, PEER 2014/01.
 """
 
@@ -20,7 +20,7 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import product
-from math import nan, radians, sin, sqrt
+from math import nan
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final
@@ -39,7 +39,7 @@ from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.effects import effect_tables, median_effects
 from skewbridge.fragility.fits import FITTED
-from skewbridge.fragility.limit_states import LimitState
+from skewbridge.fragility.limit_states import LimitState, hazus_factor
 from skewbridge.fragility.paper_table import chosen_curves
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.system import system_curves
@@ -351,16 +351,11 @@ def run_skew(study: Study) -> None:
     for row in records_of(medians):
         text = f"{_case(row)}: median of {row['demand']}, factor {_interval(row)}"
         source = "Hazus: sqrt(sin(90 deg - skew))"
-        study.report(text, row["ratio"], hazus_factor(row["skew_deg"]), source)
+        study.report(text, row["ratio"], float(hazus_factor(row["skew_deg"])), source)
     for (bridge, skew, choice), part in demands.items():
         done = int((part["status"].isin(RAN)).sum())
         text = f"{bridge}, skew {skew}, choice {choice}: analyses that ended ok or in collapse"
         study.absolute(text, done, len(part), 0.0, "every analysis")
-
-
-def hazus_factor(skew_deg: float) -> float:
-    """Return the factor by which Hazus multiplies the medians of a skewed bridge."""
-    return sqrt(sin(radians(90.0 - abs(skew_deg))))
 
 
 def demand_ratios(table: pd.DataFrame) -> pd.DataFrame:
