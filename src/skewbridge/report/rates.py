@@ -1,13 +1,25 @@
-"""Annual rates on the first screen of the page: one sentence and a table of their changes."""
+"""Annual rates: the sentence and table of the page, and the chart of what a skew needs."""
 
 from collections.abc import Mapping
-from typing import Any
+from contextlib import suppress
+from math import radians
+from typing import Any, Final
 
+import matplotlib as mpl
+import numpy as np
 import pandas as pd
+from matplotlib.figure import Figure
 
+from skewbridge.analysis.bridge_check import seat_demand_aashto_m, seat_demand_sdc_m
+from skewbridge.bridge.library import load_structure
+from skewbridge.errors import InputError
 from skewbridge.files.tables import records_of
+from skewbridge.fragility.decision import GAP, Decision
 from skewbridge.fragility.limit_states import HEADLINE_STATES
 from skewbridge.report.answer import change_name, effect_name, model_name
+from skewbridge.report.appearance import STYLE, VARIANT_COLOURS, plain_log_ticks, shown_unit
+
+_DASHES: Final = ((0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)), "-")
 
 
 def rates_on_page(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
@@ -43,3 +55,54 @@ def rates_on_page(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
             f"{row['ci_high']:.2g}) in {model_name(row['bridge'], row['abutment'])}."
         )
     return {"sentence": sentence, "rows": rows, "level": f"{100 * shown['level'].iloc[0]:g} %"}
+
+
+def with_codes(found: Decision, bridge: str) -> Decision:
+    """Add the seat lengths of AASHTO and SDC; columns are left out if the bridge is not known."""
+    table = found.table
+    with suppress(InputError):
+        about, gap_m = load_structure(bridge).description, table[GAP] / 1000.0
+        aashto = [seat_demand_aashto_m(about, radians(skew)) for skew in table["skew_deg"]]
+        sdc = [seat_demand_sdc_m(about, demand_m) for demand_m in table["sdc_demand_m"]]
+        present = min(about.seats_m.values(), default=np.nan)
+        table = table.assign(aashto_m=aashto + gap_m, sdc_m=sdc + gap_m, present_m=present)
+    return found._replace(table=table)
+
+
+@mpl.rc_context(STYLE)
+def decision_figure(found: Decision, title: str) -> Figure:
+    """Draw needed seat lengths with the rules of codes, and rates of column failure, over skew."""
+    unit, factor = shown_unit("mm")
+    per_m, table = 1000.0 * factor, found.table
+    figure = Figure(figsize=(8.4, 4.2), layout="constrained")
+    seats, columns = figure.subplots(1, 2)
+    ends = sorted({table[GAP].min(), table[GAP].max()})
+    for gap, colour in zip(ends, VARIANT_COLOURS, strict=False):
+        own = table[table[GAP] == gap]
+        for axes, name, scale in ((seats, "seat_m", per_m), (columns, "column_rate", 1.0)):
+            if name in own:
+                low, middle, high = (scale * own[f"{name}{end}"] for end in ("_low", "", "_high"))
+                label = f"gap {factor * gap:.3g} {unit}, {100 * found.level:g} % interval"
+                axes.fill_between(own["skew_deg"], low, high, color=colour, alpha=0.18, lw=0)
+                axes.plot(own["skew_deg"], middle, color=colour, lw=2.0, label=label)
+    own = table[table[GAP] == ends[-1]]
+    rules = {
+        "hazus_m": "Hazus 6.1 factor on skew 0",
+        "aashto_m": "AASHTO 4.7.4.4, 1.5 N",
+        "sdc_m": "SDC 1.7, 7.8.3",
+        "present_m": "seat of the bridge",
+    }
+    for (name, label), dashes in zip(rules.items(), _DASHES, strict=True):
+        if name in own:
+            line = {"ls": dashes, "color": "0.25", "lw": 1.2, "label": label}
+            seats.plot(own["skew_deg"], per_m * own[name], **line)
+    columns.axhline(found.target, color="#b3202c", lw=1.2, label="target rate")
+    heads = f"Seat length, normal ({unit})", "Annual rate of column failure"
+    for axes, head in zip((seats, columns), heads, strict=True):
+        axes.set(yscale="log", xlabel="Skew (deg)", ylabel=head)
+    plain_log_ticks(seats.yaxis)
+    handles = dict(zip(*seats.get_legend_handles_labels()[::-1], strict=True))
+    handles |= dict(zip(*columns.get_legend_handles_labels()[::-1], strict=True))
+    figure.legend(handles.values(), handles, loc="outside lower center", ncols=3, fontsize=8)
+    figure.suptitle(title, fontsize=10, parse_math=False)
+    return figure
