@@ -79,6 +79,10 @@ class StudyFolder:
         """Return the path of the demands of one variant in a round."""
         return self.root / "demands" / f"round{number}" / f"{variant}.parquet"
 
+    def demands_files(self, variant: str) -> list[Path]:
+        """Return all demands files of one variant, including files of rounds."""
+        return sorted(self.root.glob(f"demands/**/{variant}.parquet"))
+
     def fragility(self, table: str, ending: str = "parquet") -> Path:
         """Return the path of a table of the fits."""
         return self.root / "fragility" / f"{table}.{ending}"
