@@ -12,7 +12,7 @@ from cli_json import run
 from fragility_tables import FAILURES, IM, SETTINGS, STATES, ready, synthetic_demands, two_mode_runs
 from skewbridge.errors import InputError
 from skewbridge.fragility.curves import fit_study
-from skewbridge.fragility.decision import target_rate
+from skewbridge.fragility.decision import decision, target_rate
 from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.hazard import HazardConfig, hazard_curve, measure_column, read_hazard
 from skewbridge.fragility.joint import JointModel, joint_table
@@ -288,6 +288,20 @@ def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path):
     model = JointModel(row | {"modes": json.dumps([mode])})
     values = {"skew_deg": 30.0, "gap_mm": 51.0, "friction": 0.5}
     assert curve_rate(model.curve(values), curve_of(site)).value == pytest.approx(1e-3, rel=5e-3)
+
+
+def test_the_factor_of_hazus_is_on_skew_0_of_the_study(file):
+    states = [state for state in STATES if state.component == "unseating"][:1]
+    hazus = {}
+    for first in (0, 15):
+        demands = ready(synthetic_demands(motions=12, skews=(first, 30), gaps=(25,)), states)
+        rows = joint_table(demands, states, SETTINGS).to_dict("records")
+        table = decision(rows, curve_of(file(TABLE)), 1e-3, {"friction": 0.5}).table
+        assert table["seat_m"].notna().all()
+        hazus[first] = table.set_index("skew_deg")[["hazus_m", "seat_m"]]
+    assert hazus[15]["hazus_m"].isna().all()  # nothing is extrapolated to skew 0
+    assert hazus[0].loc[0.0, "hazus_m"] == pytest.approx(hazus[0].loc[0.0, "seat_m"])
+    assert hazus[0]["hazus_m"].is_monotonic_increasing
 
 
 def test_commands_refuse_another_measure_and_wrong_targets(file, tmp_path):

@@ -84,7 +84,9 @@ def decision(
     axes.check({SKEW: skews[0], GAP: gaps[0], **values})
     found: list[Row] = []
     for gap_mm in map(float, gaps):
-        straight = [seat.curve({SKEW: 0.0, GAP: gap_mm, **values}) for seat in seats]
+        # the factor of Hazus is on skew 0: without it in the study, there is no such length
+        has_straight = limits[SKEW][0] <= 0.0
+        straight = [seat.curve({SKEW: 0.0, GAP: gap_mm, **values}) for seat in seats * has_straight]
         for skew_deg in map(float, skews):
             place = {SKEW: skew_deg, GAP: gap_mm}
             curves = [seat.curve(place | values) for seat in seats]
@@ -98,9 +100,11 @@ def decision(
             medians = np.exp([curve.ln_theta[0] for curve in curves])
             median = float(np.interp(ends[0], _LENGTHS_M, medians))
             row["extrapolated"] = not unseating["im_low"] <= median <= unseating["im_high"]
-            ln_factor = float(np.log(hazus_factor(skew_deg)))
-            hazus = _length(straight, hazard, target, ln_factor)
-            row["hazus_m"] = hazus.value + gap_mm / 1000.0
+            row["hazus_m"] = np.nan
+            if straight:
+                ln_factor = float(np.log(hazus_factor(skew_deg)))
+                hazus = _length(straight, hazard, target, ln_factor).value
+                row["hazus_m"] = hazus + gap_mm / 1000.0
             # SDC: displacement demand at 5 % in 50 years
             at_sdc = np.interp(hazard.level_of(SDC_RATE), np.log(medians), np.log(_LENGTHS_M))
             row["sdc_demand_m"] = float(np.exp(at_sdc))
