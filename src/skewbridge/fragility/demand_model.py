@@ -4,9 +4,9 @@
 
 x is ln intensity minus its mean. The shift of a variant v is a sum over axes, with a value for each
 level of an axis, plus interactions with a prior about zero; the drift is an effect of an axis that
-changes with intensity, with a narrow prior. u is the effect of the motion, e the scatter of a run
-(`mixed`). Shape (straight or bent) and growth of the scatter are those that predict left-out
-motions best. Blocks (events, else motions) are left out in turn for the jackknife.
+changes with intensity, with a narrow prior. u is the effect of the motion at one incidence, e the
+scatter of a run (`mixed`). Shape (straight or bent) and growth of the scatter are those that
+predict left-out motions best. Blocks (events, else motions) are left out in turn for the jackknife.
 
 Sources: choice by left-out groups, Stone (1974), J. R. Stat. Soc. B 36(2):111-147.
 """
@@ -367,6 +367,7 @@ class _Setup:
     axes: AxisRange
     ln_im: Floats
     motion: Index
+    shaking: Index
     block: Index
     variant: Index
     matrix: Floats  # terms of the shift of each variant, shape (V, q)
@@ -396,7 +397,7 @@ class _Setup:
             design=self.design(model.centre, model.knot)[used],
             lower=lower,
             upper=upper,
-            motion=np.unique(self.motion[used], return_inverse=True)[1],
+            motion=np.unique(self.shaking[used], return_inverse=True)[1],
             precision=np.concatenate([[0.0, 0.0, bend], self.precision]),
             growth=x * grows,
         )
@@ -412,7 +413,7 @@ def fit_demand(
     """
     axes, variants, variant = _variants_of(part, further)
     outcomes, motion = demand_outcomes(part, states), demand_table.motion_codes(part)
-    block = demand_table.block_codes(part)
+    shaking, block = demand_table.shaking_codes(part), demand_table.block_codes(part)
     ln_im = np.log(part[im].to_numpy(dtype=np.float64))
     used, known = outcomes.used, outcomes.used & ~outcomes.is_bound
     if np.unique(motion[known]).size < LEAST_MOTIONS:
@@ -425,6 +426,7 @@ def fit_demand(
         axes=axes,
         ln_im=ln_im,
         motion=motion,
+        shaking=shaking,
         block=block,
         variant=variant,
         matrix=np.broadcast_to(
@@ -443,7 +445,7 @@ def fit_demand(
         span=(float(np.min(x[used])), float(np.max(x[used]))),
         motions=setup.used_motions(outcomes),
     )
-    codes = np.unique(motion[used], return_index=True)[1]
+    codes = np.unique(shaking[used], return_index=True)[1]
     blocks = block[used][codes]
     present, group = np.unique(blocks, return_inverse=True)
     setup = replace(setup, precision=_precision(setup, outcomes, blank, group))

@@ -106,6 +106,11 @@ def motion_codes(table: pd.DataFrame) -> Index:
     return np.unique(table["motion_id"].to_numpy(dtype=str), return_inverse=True)[1]
 
 
+def shaking_codes(table: pd.DataFrame) -> Index:
+    """Return the number of the motion and incidence of each run, shape (n,)."""
+    return table.groupby(["motion_id", "incidence_deg"]).ngroup().to_numpy(dtype=np.intp)
+
+
 def _blocks(table: pd.DataFrame) -> NDArray[np.str_]:
     """Return the event of each run, or its motion if no event is known, shape (n,)."""
     motion = table["motion_id"].to_numpy(dtype=str)

@@ -47,17 +47,19 @@ class _Counts:
     def __init__(self, cells: int, incidences: int) -> None:
         self.in_band = np.zeros((BLOCK, cells), dtype=np.int64)
         self.at_incidence = np.zeros((incidences, cells), dtype=np.int64)
+        self.at_once = np.zeros((cells, cells), dtype=np.int64)  # pairs at the same incidence
         self.of_pair = np.zeros((cells, cells), dtype=np.int64)
 
     def imbalance(self, rank: int, chosen: Mapping[int, tuple[int, ...]]) -> tuple[int, ...]:
         """Return numbers of runs with the cells chosen at each incidence, decisive first."""
         cells = [cell for own in chosen.values() for cell in own]
-        pairs = combinations(cells, 2)
+        at_once = [pair for own in chosen.values() for pair in combinations(own, 2)]
         angles = [self.at_incidence[angle, list(own)].sum() for angle, own in chosen.items()]
         return (
             len(cells) - len(set(cells)),
             int(self.in_band[rank, cells].sum()),
-            sum(int(self.of_pair[pair]) for pair in pairs),
+            sum(int(self.at_once[pair]) for pair in at_once),
+            sum(int(self.of_pair[pair]) for pair in combinations(cells, 2)),
             int(self.in_band[:, cells].sum()),
             int(sum(angles)),
         )
@@ -68,6 +70,8 @@ class _Counts:
         np.add.at(self.in_band[rank], cells, 1)
         for angle, own in chosen.items():
             self.at_incidence[angle, list(own)] += 1
+            for pair in combinations(own, 2):
+                self.at_once[pair] += 1
         for one, other in combinations(cells, 2):
             self.of_pair[[one, other], [other, one]] += 1
 
@@ -80,10 +84,11 @@ def assign(
     The array has the shape (motions, incidences, cells). The motions of each group of `BLOCK`
     consecutive motions are ordered by level; motions of equal rank form a band. Each motion gets
     the cells that keep, in this order, the numbers of runs of the cells in its band, of pairs of
-    cells that share a motion, of the cells, and of the cells at each incidence as equal as
-    possible. The incidences of a motion have different cells where possible. At regular intervals
-    a motion also runs all cells at one incidence, which alternates; such motions are balanced among
-    themselves. Motions that are added do not change full groups.
+    cells at the same incidence of a motion, of pairs that share a motion, of the cells, and of the
+    cells at each incidence as equal as possible. The incidences of a motion have different cells
+    where possible. At regular intervals a motion also runs all cells at one incidence, which
+    alternates; such motions are balanced among themselves. Motions that are added do not change
+    full groups.
     """
     levels = np.asarray(levels_g, dtype=np.float64)
     runs = np.zeros((levels.size, incidences, cells), dtype=np.bool_)
