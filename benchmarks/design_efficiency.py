@@ -1,13 +1,12 @@
 """Half-widths of effects of osb1 in designs with equal numbers of analyses.
 
-Designs of 288 analyses: `full`, 24 of 48 recorded pairs in one orientation and all twelve variants;
-`blocks`, the default study without its complete motions: 48 pairs in both orientations, all skews
-and one cell of gap and friction each; `spread`, such blocks with levels over the whole range
-instead of bands. `full` and `blocks` are means over random parts of larger runs: FULL has all pairs
-in one orientation and all variants, DEFAULT is the default study. `all` and `default` are these
-runs.
+TURNED and STRAIGHT are runs of 48 recorded pairs in all twelve variants, at 0 and at 90 degrees.
+Designs are parts of them: `full`, 32 pairs in all variants at one orientation, which alternates;
+`blocks`, 32 pairs at both orientations in two cells of gap and friction each, as in the default
+study; `bands`, 48 pairs at both orientations in one cell each; `spread` has the design of `bands`,
+but levels over the whole range. `all` has all runs.
 
-Usage: design_efficiency.py FULL.parquet DEFAULT.parquet SPREAD.parquet
+Usage: design_efficiency.py STRAIGHT.parquet TURNED.parquet SPREAD.parquet
 """
 
 import json
@@ -26,25 +25,47 @@ from skewbridge.fragility.limit_states import (
     with_column_failure,
 )
 from skewbridge.fragility.settings import DEFAULTS
+from skewbridge.motions.blocks import assign
+from skewbridge.motions.levels import BlocksConfig
 
 DEMANDS = ("deck_disp_m", "column_drift_ratio", "column_shear_dcr", "unseating_m")
-DRAWS = 4
+DRAWS = 20
 CELL = ["gap_mm", "friction"]
+ANGLE = "incidence_deg"
 
 
-def half_of_the_motions(table, rng):
-    """Return the runs of half of the motions."""
+def part_of(table, motions, runs):
+    """Return the runs of motions at the incidences and in the cells of `assign`."""
+    cell, angle = table.groupby(CELL).ngroup(), table.groupby(ANGLE).ngroup()
+    place = pd.Index(motions).get_indexer(table["motion_id"])
+    return table[(place >= 0) & runs[place, angle, cell]]
+
+
+def some_motions(table, rng):
+    """Return 32 of the motions."""
     motions = table["motion_id"].drop_duplicates().to_numpy()
-    return table[table["motion_id"].isin(rng.permutation(motions)[: motions.size // 2])]
+    return motions[np.sort(rng.permutation(motions.size)[:32])]
 
 
-def one_cell(table, rng):
-    """Return the runs of each motion and orientation in one cell of gap and friction."""
-    cell = table[CELL].astype(str).agg("/".join, axis=1)
-    chosen = cell.groupby([table["motion_id"], table["incidence_deg"]]).transform(
-        lambda cells: rng.choice(np.unique(cells))
-    )
-    return table[cell == chosen]
+def full_design(table, rng):
+    """Return the runs of 32 motions in all variants, at one orientation each."""
+    motions = some_motions(table, rng)
+    runs = np.zeros((motions.size, 2, 4), dtype=bool)
+    runs[np.arange(motions.size), np.arange(motions.size) % 2] = True
+    return part_of(table, motions, runs)
+
+
+def blocks_design(table, rng, cells_per_motion=2, motions=None):
+    """Return the runs of 32 motions at both orientations in some cells each."""
+    motions = some_motions(table, rng) if motions is None else motions
+    levels_g = table.groupby("motion_id")[DEFAULTS.im].first().loc[motions].to_numpy()
+    blocks = BlocksConfig(cells_per_motion=cells_per_motion, complete_share=0.0)
+    return part_of(table, motions, assign(levels_g, 4, 2, blocks))
+
+
+def bands_design(table, rng):
+    """Return the runs of all motions at both orientations in one cell each."""
+    return blocks_design(table, rng, 1, table["motion_id"].drop_duplicates().to_numpy())
 
 
 def half_widths(table, states):
@@ -63,10 +84,10 @@ def half_widths(table, states):
     return dict(zip(pooled["axis"] + " " + pooled["demand"], width, strict=True))
 
 
-def main(full_run, default_study, spread_run):
+def main(straight, turned, spread_run):
     """Return the mean half-widths over draws of each design, and their ratios."""
-    table, default, spread = map(pd.read_parquet, (full_run, default_study, spread_run))
-    default = default[default["bridge"] == "osb1"]
+    table = pd.concat(map(pd.read_parquet, (straight, turned)), ignore_index=True)
+    spread = pd.read_parquet(spread_run)
     limits = Path(__file__).parents[1] / "config" / "limit_states.yaml"
     states = [
         state
@@ -77,9 +98,9 @@ def main(full_run, default_study, spread_run):
     found, sizes = {}, {}
     for name, design, source, draws in (
         ("all", None, table, 1),
-        ("default", None, default, 1),
-        ("full", half_of_the_motions, table, DRAWS),
-        ("blocks", one_cell, default, DRAWS),
+        ("full", full_design, table, DRAWS),
+        ("blocks", blocks_design, table, DRAWS),
+        ("bands", bands_design, table, 1),
         ("spread", None, spread, 1),
     ):
         samples = [design(source, rng) if design else source for _ in range(draws)]
@@ -89,7 +110,7 @@ def main(full_run, default_study, spread_run):
         found[f"{name}_without"] = widths.isna().sum()  # draws without an interval
     rows = pd.DataFrame(found)
     rows["blocks_over_full"] = rows["blocks"] / rows["full"]
-    rows["bands_over_spread"] = rows["blocks"] / rows["spread"]
+    rows["bands_over_spread"] = rows["bands"] / rows["spread"]
     effects = rows.round(4).replace({np.nan: None}).to_dict("index")
     return {"analyses": sizes, "draws": DRAWS, "half_widths": effects}
 

@@ -1,8 +1,9 @@
 """Coverage of intervals of pooled median effects and predictions in simulated studies.
 
 Studies have three skews, two gaps and two frictions. In incomplete blocks, each motion runs all
-skews in two of the four cells of gap and friction. The effect of skew scatters from motion to
-motion equally in all cells, drifts with ln intensity and, like all scatter, doubles over the range
+skews in two of the four cells of gap and friction; with two orientations, in the two others at the
+second. The effect of skew scatters from motion to motion, and between orientations, equally in all
+cells, drifts with ln intensity and, like all scatter, doubles over the range
 of intensities. Runs with the largest demands are censored. Usage: median_coverage.py [replicates]
 """
 
@@ -28,12 +29,13 @@ CASES = {
     "no_drift": {"drift": 0.0},
     "drift": {"drift": 0.02},
     "blocks": {"drift": 0.02, "blocks": True},
+    "orientations": {"drift": 0.02, "blocks": True, "angles": (0.0, 90.0)},
     "one_motion_5x": {"drift": 0.0, "wild": 5.0},
 }
 STATE = LimitState(component="c", name="s", demand=DEMAND, threshold=0.02, dispersion=0.35)
 
 
-def study(rng, *, drift, blocks=False, wild=1.0, even=False):
+def study(rng, *, drift, blocks=False, wild=1.0, even=False, angles=(0.0,)):
     """Return demands of one simulated study; the slope of ln demand on ln intensity is 1.
 
     Demands of skewed bridges scatter more than those of straight ones, unless ``even``.
@@ -43,17 +45,19 @@ def study(rng, *, drift, blocks=False, wild=1.0, even=False):
     scale[rng.integers(MOTIONS)] *= wild
     cells = list(product(SHIFTS["gap_mm"], SHIFTS["friction"]))
     pairs = list(combinations(cells, 2))
-    rows = []
-    for m in range(MOTIONS):
-        common = 0.3 * rng.normal()
+    of_motion, rows = 0.3 * rng.normal(size=MOTIONS), []
+    for m, (place, angle) in product(range(MOTIONS), enumerate(angles)):
+        common = of_motion[m] + (0.2 * rng.normal() if len(angles) > 1 else 0.0)
         of_skew = {skew: 0.12 * rng.normal() * (skew > 0 or even) for skew in SHIFTS["skew_deg"]}
-        for gap, friction in pairs[m % 6] if blocks else cells:
+        pair = pairs[m % 6]
+        others = [cell for cell in cells if cell not in pair]
+        for gap, friction in (others if place else pair) if blocks else cells:
             for skew, shift in SHIFTS["skew_deg"].items():
                 y = np.log(0.035) + x[m] + shift + drift * (skew == 60) * (x[m] - x.mean())
                 y += SHIFTS["gap_mm"][gap] + SHIFTS["friction"][friction]
                 y += scale[m] * (common + of_skew[skew] + 0.05 * rng.normal())
-                rows.append((skew, gap, friction, f"m{m:02d}", np.exp(x[m]), np.exp(y)))
-    names = ["skew_deg", "gap_mm", "friction", "motion_id", IM, DEMAND]
+                rows.append((skew, gap, friction, f"m{m:02d}", angle, np.exp(x[m]), np.exp(y)))
+    names = ["skew_deg", "gap_mm", "friction", "motion_id", "incidence_deg", IM, DEMAND]
     table = pd.DataFrame(rows, columns=names)
     limit = table[DEMAND].quantile(0.85)
     ended = table[DEMAND] > limit
@@ -61,7 +65,7 @@ def study(rng, *, drift, blocks=False, wild=1.0, even=False):
     key = table[names[:3]].astype(str).agg("_".join, axis=1)
     table = table.assign(variant=key, bridge="b", abutment="contact_friction", status=status)
     table[DEMAND] = np.where(ended, limit, table[DEMAND])
-    return table.assign(scale=1.0, incidence_deg=0.0, complete=~ended)
+    return table.assign(scale=1.0, complete=~ended)
 
 
 def covered(rng, case):

@@ -68,6 +68,14 @@ def test_a_sixth_of_the_motions_runs_all_cells(incidences, per_motion, analyses)
     assert np.ptp(pairs(runs)) <= 3
 
 
+def test_two_cells_at_each_of_two_orientations_hold_every_pair_equally_often() -> None:
+    """Effects of gap and friction are differences under one motion and orientation."""
+    runs = runs_of(0.0, per_motion=2)
+    assert runs.any(axis=1).all()  # the two orientations of a motion have all four cells
+    assert [pairs(runs[:, [angle]]) for angle in (0, 1)] == [[8] * 6] * 2
+    assert (bands(runs) == 6).all()
+
+
 def test_all_cells_of_every_motion_are_the_full_design() -> None:
     assert runs_of(1.0, incidences=1).all()
 

@@ -77,6 +77,23 @@ def test_incomplete_blocks_give_the_effects_of_the_complete_study():
     assert mixed["ratio"].to_numpy() == pytest.approx(half["ratio"].to_numpy(), rel=1e-6)
 
 
+def test_orientations_of_a_motion_do_not_enter_the_effects_of_gap_and_friction():
+    """The second orientation has other demands and the other two cells of each motion."""
+    table = study(24)
+    cells = list(combinations(product((25, 51), (0.0, 0.5)), 2))
+    number = table["motion_id"].str[1:].astype(int).to_numpy()
+    cell = list(zip(table["gap_mm"], table["friction"], strict=True))
+    first = np.array([cell[i] in cells[number[i] % 6] for i in range(len(table))])
+    turned = np.exp(0.4 * np.random.default_rng(1).normal(size=24))[number]
+    both = table.assign(
+        incidence_deg=np.where(first, 0.0, 90.0),
+        column_drift_ratio=table["column_drift_ratio"] * np.where(first, 1.0, turned),
+    )
+    plain, found = (effects_of(rows).set_index(["axis", "to_value"]) for rows in (table, both))
+    assert np.log(found["ratio"] / plain["ratio"]).abs().max() < 0.02
+    assert np.log(found["ci_high"] / found["ci_low"]).max() < 0.08  # the scatter is 0.4
+
+
 def test_motions_of_one_event_are_one_block():
     """Every motion twice: without the event, intervals would be narrower by the root of two."""
     table = study(16, run_scatter=0.1)
