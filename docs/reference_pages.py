@@ -117,7 +117,7 @@ def _key_list(keys: Mapping[str, Mapping[str, Any]], schema: Mapping[str, Any]) 
 
 
 def _key(key: str, field: Mapping[str, Any], schema: Mapping[str, Any]) -> str:
-    """Return the Markdown of a key with its default value (first choice) and its choices or limits."""
+    """Return the Markdown of a key with its default value, then its other choices or limits."""
     value = field["default"]
     if isinstance(value, Mapping) and "distribution" in value:  # a random property
         default = f"{value['distribution']} {value['low']:g} to {value['high']:g}"
