@@ -40,9 +40,9 @@ TABLES: Final = {
 CONFIG_HEAD: Final = """\
 # Configuration
 
-`config.yaml` is the default study. Keys of another file override it:
-`make study CONFIG=config/real.yaml`, or `snakemake -j2 --configfile config/real.yaml`. The results
-of `config/NAME.yaml` go to `results/NAME`.
+`config.yaml` is the default study. Another file overrides keys: `make study
+CONFIG=config/real.yaml`, or `snakemake -j2 --configfile config/real.yaml`. Results of
+`config/NAME.yaml` go to `results/NAME`.
 
 | file | study |
 |---|---|
@@ -55,19 +55,18 @@ of `config/NAME.yaml` go to `results/NAME`.
 An unknown key or a value outside its limits stops the study before any analysis; editors with
 `yaml-language-server` check both. Write `2.0e+7`; YAML reads `2e7` as text.
 
-A new skew, gap, friction or motion runs only its own analyses. Changing a limit state or a
-statistical key reruns fits, figures and report. Changing a key of `model` or `analysis`, or a value
-in a bridge file, reruns all analyses.
+A new value of an axis or motion runs only its own analyses. A changed limit state or statistical
+key reruns fits, figures and report; a changed key of `model` or `analysis`, or bridge file, all
+analyses.
 
-- **Bridge**: `bridge: [NAME]` for `bridges/NAME.yaml` (copy `bridges/template.yaml`), or a path.
-- **Limit states**: copy `limit_states_template.yaml`, set its path in `fragility.limit_states`.
-- **Axis**: any numeric key of `model` under `grid:`, such as `transverse_gap_mm: [6.4, 25.4]`.
-- **Names of variants** have friction in hundredths and `p` as the decimal point: 22.5 degrees,
-  25.4 mm and 0.375 give `osb1_cf_skew22p5_gap025p4_mu037p5`, -22.5 degrees `skewm22p5`.
+How to change [bridges](../docs/howto/bridge.md), [limit states](../docs/howto/limit_state.md),
+[axes](../docs/howto/axis.md).
 
-Keys are listed with their built-in default (`config.yaml` overrides
-`uncertainty.enabled` and keys of `motions`, so that other files with `motions.blocks: null` and
-`bands: null` run all variants under every motion) and, in parentheses, their choices or limits.
+Names of variants have friction in hundredths and `p` as the decimal point: 22.5 degrees, 25.4 mm
+and 0.375 give `osb1_cf_skew22p5_gap025p4_mu037p5`, -22.5 degrees `skewm22p5`.
+
+Keys have their built-in default, which `config.yaml` overrides for `uncertainty.enabled` and keys
+of `motions`, followed by other choices or limits.
 """
 
 COLUMNS_HEAD: Final = """\
@@ -118,13 +117,16 @@ def _key_list(keys: Mapping[str, Mapping[str, Any]], schema: Mapping[str, Any]) 
 
 
 def _key(key: str, field: Mapping[str, Any], schema: Mapping[str, Any]) -> str:
-    """Return the Markdown of a key with its default value and its choices or limits."""
+    """Return the Markdown of a key with its default value, then its other choices or limits."""
     value = field["default"]
     if isinstance(value, Mapping) and "distribution" in value:  # a random property
         default = f"{value['distribution']} {value['low']:g} to {value['high']:g}"
     else:
         default = yaml.safe_dump(value, default_flow_style=True).split("\n")[0]
     limits = _limits(_resolved(field, schema))
+    choices = limits.split("|")
+    if default in choices:
+        return f"`{key}: {'|'.join(sorted(choices, key=lambda choice: choice != default))}`"
     return f"`{key}: {default}`{limits and f' ({limits})'}"
 
 

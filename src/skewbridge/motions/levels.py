@@ -60,11 +60,11 @@ class BandsConfig:
     """Levels around the medians of the headline limit states (`motions.bands`)."""
 
     medians_g: tuple[Level, ...] = Field(default=(), max_length=100)
-    """Sa_avg of the medians; empty: of `study`, or of a pilot under the first 8 motions"""
+    """Sa_avg of the medians; empty: from `study`, or the first 8 motions"""
     study: FileName | None = Field(default=None)
     """results folder of an earlier study with the medians"""
     ratio: Number = Field(default=1.6, gt=1.0, le=10.0)
-    """a band reaches from median / ratio to median x ratio, inside level_range_g"""
+    """bands reach from median / ratio to median x ratio, inside level_range_g"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
@@ -72,34 +72,34 @@ class MotionsConfig:
     """Ground motions of a study, their levels and their directions."""
 
     folder: FileName | None = Field(default=None)
-    """folder with an index.csv or with motion files, used instead of suites"""
+    """folder with index.csv or motion files, instead of suites"""
     suites: tuple[FileName, ...] = Field(default=("near",), min_length=1, max_length=20)
     """near, far, pulse, p695, p695_far, p695_near (motions/README.md), or folders"""
     count: Whole | None = Field(default=32, ge=1, le=100_000)
-    """number of motions of each suite, starting with the first; null: all"""
+    """first motions of each suite; null: all"""
     design: Literal["scaled_cloud", "cloud", "stripes", "ida"] = Field(default="scaled_cloud")
     """scaled_cloud: one factor per motion; cloud: unscaled; stripes: all levels; ida: search"""
     level_range_g: tuple[Level, Level] = Field(default=LEVEL_RANGE_G)
     """Sa_avg range for scaled_cloud and ida"""
     bands: BandsConfig | None = Field(default=None)
-    """levels of scaled_cloud around the medians of headline states; null: the whole range"""
+    """levels around the medians of headline states; null: the whole range"""
     stripes_g: tuple[Level, ...] = Field(
         default=(0.1, 0.2, 0.35, 0.55, 0.8, 1.1, 1.5), min_length=2, max_length=100
     )
-    """Sa_avg of the stripes, in increasing order"""
+    """Sa_avg of the stripes, increasing"""
     factor_limits: tuple[ScaleFactor, ScaleFactor] = Field(default=(0.25, 4.0))
-    """scale factors allowed for stripes; motions that need others are left out"""
+    """scale factors of stripes; motions that need others are left out"""
     ida_demand: str = Field(default="column_drift_ratio")
     """demand of the ida search"""
     ida_threshold: Number = Field(default=0.025, gt=0.0, le=1.0e9)
-    """limit of ida_demand in the search, in the unit of the column"""
+    """limit of ida_demand, in its unit"""
     # windows of 2 s or less are refused by `intensity.cut_to_strongest`: the tapers would fill them
     shaking_s: Number | None = Field(default=None, gt=2.0, le=1.0e4)
-    """length of the strongest part of each motion to keep; null: the whole motion"""
+    """strongest part of each motion to keep; null: all"""
     incidence_deg: tuple[Annotated[Number, Field(ge=0.0, lt=360.0)], ...] = Field(
         default=(0.0,), min_length=1, max_length=360
     )
-    """angle from the bridge x axis to component 1"""
+    """angle from the x axis to component 1"""
     blocks: BlocksConfig | None = Field(default=None)
     """variants that each motion runs; null: all variants at all angles"""
 

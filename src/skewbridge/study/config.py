@@ -51,9 +51,9 @@ class SensitivityConfig:
     """Numerical check: study rows repeated at the reference accuracy and with other penalties."""
 
     rows: Whole = Field(default=4, ge=0, le=10_000)
-    """most rows to repeat; fewer if the checks would cost over a quarter of the analyses"""
+    """most rows to repeat; fewer above a quarter of the cost of the analyses"""
     window_s: Number | None = Field(default=6.0, ge=3.0, le=1.0e4)
-    """analyse only this strongest part of each motion; null: the whole motion"""
+    """strongest part of each motion; null: all"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
@@ -61,7 +61,7 @@ class BatchesConfig:
     """Worker processes of the analyses; these keys do not affect results."""
 
     no_progress_s: Whole = Field(default=120, ge=1, le=86400)
-    """time (s) without a step after which an analysis is stopped and repeated once"""
+    """time (s) without a step until an analysis is stopped and repeated once"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
@@ -71,7 +71,7 @@ class ModellingChoicesConfig:
     motions: Whole = Field(default=8, ge=1, le=10_000)
     """motions of each variant, spread over their PGV"""
     variants: tuple[Annotated[str, Field(max_length=500)], ...] = Field(default=(), max_length=1000)
-    """variants to analyse; if the list is empty, two of each bridge"""
+    """variants to analyse; empty: two of each bridge"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
@@ -79,7 +79,7 @@ class DesignConfig:
     """Rounds of motions until the headline effects are decided (`make study UNTIL=decided`)."""
 
     until: Literal["decided"] | None = Field(default=None)
-    """decided: add motions until the headline effects are decided; null: run all motions"""
+    """decided: add motions until the headline effects are decided; null: all motions"""
     first: Whole = Field(default=12, ge=5, le=10_000)
     """motions of the first round"""
     step: Whole = Field(default=4, ge=1, le=10_000)

@@ -35,16 +35,16 @@ class ModelOptions:
     """Modelling options of one analysis, with the defaults of the default study."""
 
     arrays: Literal["rigid", "corotational"] = Field(default="rigid")
-    """arms from the deck end to pads, walls and keys: rigid, or corotational (paper)"""
+    """arms from the deck end: rigid, or corotational (paper)"""
     column_integration: Literal["hinge_radau", "lobatto5"] = Field(default="hinge_radau")
     """column plasticity: hinges (hinge_rule), or distributed (paper)"""
     hinge_rule: HingeRule = Field(default="sdc")
-    """hinge length 0.08 L + 0.022 fye db (sdc: >= 0.044 fye db), unless given in the bridge file"""
+    """hinge length 0.08 L + 0.022 fye db (sdc: >= 0.044 fye db), unless in the bridge file"""
     # source: Rahman & Mackie, section 4
     transverse_gap_mm: Number = Field(default=6.4, ge=0.0, le=1.0e5)
     """gap at each exterior shear key"""
     gap_measured: GapMeasured = Field(default="normal")
-    """direction of gap_mm: normal to the backwall, or along the bridge"""
+    """gap_mm normal to the backwall, or along the bridge"""
     cohesion_n: Number = Field(default=0.0, ge=0.0, le=1.0e9)
     """cohesion of a backwall"""
     backwall_points: Whole = Field(default=3, ge=2, le=41)
@@ -64,14 +64,14 @@ class ModelOptions:
     # source: Wang et al. (1998), Earthquake Spectra 14(2); Boulanger et al. (1999), J. Geotech.
     # Geoenviron. Eng. 125(9): radiation damping parallel to the elastic part of p-y springs
     backfill_dashpot: Literal["series", "parallel"] = Field(default="series")
-    """wall dashpot: in series with the plastic part of the backfill, or parallel to it (paper)"""
+    """wall dashpot in series with the plastic backfill, or parallel to it (paper)"""
     # ASSUME a light key without any damping would rattle
     wall_dashpot_ratio: Number = Field(default=0.10, ge=0.0, le=1.0)
-    """damping ratio of key dashpots, and of wall dashpots if backfill_vs_mps is null"""
+    """damping ratio of keys, and of walls if backfill_vs_mps is null"""
     # ASSUME a pushed backwall returns slowly: this adds 0.04 % to the backbone at 76 mm, 5e6 would
     # add 7 %
     wall_restoring_n_per_m: Number = Field(default=3.0e4, ge=1.0, le=1.0e9)
-    """stiffness of the spring returning a pushed backwall, at zero skew"""
+    """spring returning a pushed backwall, at zero skew"""
     backfill: Literal["hyperbolic", "sdc"] = Field(default="hyperbolic")
     """hyperbolic curve, or bilinear curve of SDC 2.0"""
     backfill_skew: BackfillSkew = Field(default="strength")
@@ -97,16 +97,16 @@ class ModelOptions:
     """skew of all bents; null: set by bent_skew"""
     # ASSUME the columns of a skewed bent stay under the same girders
     column_spacing: Literal["normal", "along_bent"] = Field(default="normal")
-    """column spacing of the bridge file: normal to the deck's axis, or along a skewed bent"""
+    """column spacing normal to the deck's axis, or along a skewed bent"""
     # ASSUME webs and slabs spread the dead load of the deck evenly over the width of the caps
     cap_load: Literal["spread", "middle"] = Field(default="spread")
     """dead load of the deck on a cap: over its width, or in the middle"""
     foundation: Literal["springs", "fixed"] = Field(default="springs")
-    """column bases: springs of the bridge file (without them: rigid), or rigid"""
+    """column bases on the springs of the bridge file, or rigid"""
     embankment_mass: Flag = Field(default=False)
     """critical length of the embankment moves with the abutment (model spring)"""
     damping_ratio: Number | None = Field(default=None, ge=1.0e-3, le=0.5)
-    """ratio of the Rayleigh damping; null: the ratio in the bridge file"""
+    """Rayleigh damping ratio; null: of the bridge file"""
     rayleigh: RayleighKind = Field(default="mass_and_stiffness")
     """Rayleigh damping of deck and columns; support motions always use stiffness"""
     # ASSUME the pads of a deck end yield together: it rotates too little for them to differ
@@ -132,7 +132,7 @@ class ModelOptions:
     key_strength_factor: _Factor = Field(default=1.0)
     """factor on the forces of shear keys"""
     gap_offset_mm: Number = Field(default=0.0, ge=-1.0e3, le=1.0e3)
-    """offset added to the gap of the variant; the sum is at least 0"""
+    """added to the gap of the variant; the sum is at least 0"""
     # ASSUME a core whose hoops have broken keeps 0.2 of its strength, bars that broke carry nothing
     fiber_end: Literal["loss", "none"] = Field(default="loss")
     """column fibers at their ultimate strain: lose strength, or not"""
