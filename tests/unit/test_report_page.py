@@ -396,11 +396,22 @@ def test_headline_has_one_sentence_per_axis_certain_and_large_effects_first():
     }  # fmt: skip
     assert headline_of(pd.DataFrame([*rows, moved])) == [
         "Skew 0° to 0.5° lowers the median capacity for column failure by 0.56 g (2.00 to 1.44 g, "
-        "direction certain) and for unseating (slight) by 0.40 g (2.00 to 1.60 g, certain) and "
+        "direction certain) and for unseating (slight) by 0.4 g (2.00 to 1.60 g, certain) and "
         "raises deck displacement by 25 mm (100 to 125 mm at 0.5 g; certain).",
         "Gap 0 mm to 0.5 mm changes no median capacity by more than 5 % (most: 0.06 g).",
         "Not decided with these motions: friction on unseating (slight) (+2.0 %, -3.1 to +7.1 %).",
     ]
+
+
+def test_headline_names_other_bridges_with_the_same_certainty():
+    row = answer_row("skew_deg", "column_failure/any", 0.8, "lower")
+    other = answer_row("skew_deg", "column_failure/any", 0.88, "lower") | {"bridge": "osb2s"}
+    assert headline_of(pd.DataFrame([row, other])) == [
+        "Skew 0° to 0.5° lowers the median capacity for column failure of osb1 by 0.4 g "
+        "(2.00 to 1.60 g, certain, as in osb2s: -12 %)."
+    ]
+    other["claim"] = "undecided"
+    assert "as in" not in headline_of(pd.DataFrame([row, other]))[0]
 
 
 def test_effects_of_skew_are_compared_with_the_factor_of_hazus(render):
@@ -456,7 +467,7 @@ def test_title_and_notes_state_medians_that_leave_the_data():
     row |= {"n_extrapolated": 3}
     assert "g, certain, partly extrapolated)" in headline_of(pd.DataFrame([row]))[0]
     row |= {"n_extrapolated": 0, "n_without_curve": 4}
-    assert "4 of 8 medians without a curve" in headline_of(pd.DataFrame([row]))[0]
+    assert "from a model: 4 of 8 variants lack a curve" in headline_of(pd.DataFrame([row]))[0]
     assert limit_notes(pd.DataFrame([row | {"n_without_curve": 0}])) == {}
 
 

@@ -293,7 +293,7 @@ def extent_of_data(row: Mapping[str, Any]) -> str:
     medians = 2 if pd.isna(pairs) else 2 * int(pairs)  # a row of one pair has no number of pairs
     if outside > 0:
         return "extrapolated" if outside == medians else "partly extrapolated"
-    return f"{missing:.0f} of {medians} medians without a curve" if missing > 0 else ""
+    return f"from a model: {missing:.0f} of {medians} variants lack a curve" if missing > 0 else ""
 
 
 def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
@@ -407,10 +407,16 @@ def _axis_sentence(
             )
         moved_g = abs(row["to_demand"] - row["from_demand"])
         model = f" of {names[row['bridge'], row['abutment']]}" if len(names) > 1 else ""
-        details = ", ".join(filter(None, [doubt, extent_of_data(row)]))
+        others = [
+            f"{names[each['bridge'], each['abutment']]}: {change_text(each)}"
+            for each in records_of(rows[rows["claim"] == row["claim"]])
+            if each["bridge"] != row["bridge"]
+        ]
+        also = f"{doubt}, as in {listed(others)}" if len(others) in (1, 2) else doubt
+        details = ", ".join(filter(None, [also, extent_of_data(row)]))
         by_verb.setdefault(f"{verb} the median capacity", []).append(
-            f"for {effect_name(state)}{model} by {moved_g:.2f} g "
-            f"({row['from_demand']:.2f} to {row['to_demand']:.2f} g, {details})"
+            f"for {effect_name(state)}{model} by {moved_g:.2g} g "
+            f"({row['from_demand']:#.3g} to {row['to_demand']:#.3g} g, {details})"
         )
         sizes.append(abs(float(np.log(row["ratio"]))))
         ranks.append(0 if row["claim"] in (LOWER, HIGHER) or np.isfinite(row["sure_ratio"]) else 1)
@@ -422,7 +428,7 @@ def _axis_sentence(
         most_g = (part["to_demand"] - part["from_demand"]).abs().max()
         margin = margin_text(part.iloc[0])
         clauses.insert(
-            0, f"changes no median capacity by more than {margin} (most: {most_g:.2f} g)"
+            0, f"changes no median capacity by more than {margin} (most: {most_g:.2g} g)"
         )
     if not clauses:
         return []

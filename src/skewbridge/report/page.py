@@ -241,7 +241,7 @@ def _answer_cell(row: Mapping[str, Any] | None) -> dict[str, Any]:
     return {
         **_cell({**row, "verdict_family": row["claim"]}),
         "certainty": answer.CERTAINTY[row["claim"]].partition(",")[0],
-        "sizes": f"{row['from_demand']:.2f} → {row['to_demand']:.2f} g",
+        "sizes": f"{row['from_demand']:#.3g} → {row['to_demand']:#.3g} g",
         "extent": answer.extent_of_data(row) if row["n_extrapolated"] > 0 else "",
     }
 

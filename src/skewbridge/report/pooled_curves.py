@@ -1,6 +1,7 @@
 """Fragility curves by the values of one axis, averaged over all other axes: table and figure."""
 
 from collections.abc import Collection, Mapping
+from itertools import cycle
 from textwrap import fill
 from typing import Any, Final
 
@@ -227,10 +228,14 @@ def _draw_panel(
 ) -> None:
     """Draw the curves of one state at the intensities ``im``."""
     lead, unit = axis(own["axis"].iloc[0]), appearance.unit_of(str(fits["im"].iloc[0]))
-    for row, color in zip(records_of(own), appearance.VARIANT_COLOURS, strict=False):
+    # a value has the same colour in panels in which other values have no curve
+    values = sorted(fits[lead.name].unique())
+    colours = dict(zip(values, cycle(appearance.VARIANT_COLOURS), strict=False))
+    for row in records_of(own):
+        color = colours[row["value"]]
         drawn = fits[fits["preferred"] & (fits[lead.name] == row["value"])]
-        values = [np.vstack(curve_values(im, fit)) for fit in records_of(drawn)]
-        mean = np.mean(special.ndtri(np.clip(values, _SURE, 1.0 - _SURE)), axis=0)
+        curves = [np.vstack(curve_values(im, fit)) for fit in records_of(drawn)]
+        mean = np.mean(special.ndtri(np.clip(curves, _SURE, 1.0 - _SURE)), axis=0)
         p, low, high = special.ndtr(mean)
         axes.fill_between(im, low, high, color=color, alpha=0.15, linewidth=0)
         axes.plot(im, p, color=color, linewidth=1.6, label=value_words(row, unit))

@@ -18,7 +18,7 @@ from joblib import Parallel, delayed
 from matplotlib.figure import Figure
 
 from skewbridge.demands.columns import demands_for, label_of
-from skewbridge.demands.validity import with_derived_columns
+from skewbridge.demands.validity import COLUMN_FAILURE_RATIO, with_derived_columns
 from skewbridge.errors import InputError
 from skewbridge.files.tables import figure_metadata, read_frame
 from skewbridge.files.text import shortened, write_text
@@ -171,6 +171,8 @@ def _curve_figure(
 def _cloud_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     demands, curves = tables.demands, tables.curves
     for name in map(str, curves["demand"].unique()):
+        if name == COLUMN_FAILURE_RATIO:  # its two modes have a figure each
+            continue
         least = fragility_figures.least_shown(demands, curves, name) if name in demands else None
         if least is None:
             continue
