@@ -92,7 +92,6 @@ def statistics(
     out: Out,
     limit_states: LimitStates = LIMIT_STATES,
     im: Annotated[str | None, opt("Intensity measure, if there are several.", "COLUMN")] = None,
-    margin: Annotated[float | None, opt("Negligible relative change; default 0.05.")] = None,
     hazard: Hazard = None,
     report: Annotated[bool, opt("Also write figures and report.html.", None, "--report")] = False,
 ) -> Answer:
@@ -107,7 +106,7 @@ def statistics(
     """
     from skewbridge.study.results import statistics_of
 
-    answer = statistics_of(demands, out, limit_states, im, margin, hazard)
+    answer = statistics_of(demands, out, limit_states, im, hazard)
     for text in answer["warnings"]:
         warn(text)
     if report:
@@ -126,8 +125,6 @@ def predict(
     study: Study = None,
     bridge: Annotated[str | None, opt("Bridge; required if the study has several.", "NAME")] = None,
     abutment: Annotated[str | None, opt("Abutment model, if there are several.", "NAME")] = None,
-    component: Annotated[str | None, opt("Only this component.", "NAME")] = None,
-    state: Annotated[str | None, opt("Only this limit state.", "NAME")] = None,
     at: Annotated[float | None, opt("Intensity at which to give probabilities.")] = None,
     hazard: Hazard = None,
 ) -> Answer:
@@ -146,8 +143,7 @@ def predict(
     named = keys_and_values("--axis", axis)
     further = {name.replace("-", "_"): value for name, value in named.items()}
     values |= checked(dict[str, Number], further, "--axis")
-    chosen = {"bridge": bridge, "abutment": abutment, "component": component, "state": state}
-    rows = predict_states(folder_of(study), values, at=at, hazard=hazard, **chosen)
+    rows = predict_states(folder_of(study), values, bridge, abutment, at=at, hazard=hazard)
     names = ("component", "state", "theta", "ci_theta", "beta_total", "beta", "p", "loo_error")
     if hazard is not None:
         names = (*names[:4], "annual_rate", "annual_rate_low", "annual_rate_high")
@@ -171,8 +167,7 @@ def predict(
 @command(commands)
 def decide(
     hazard: Annotated[Path, opt("Hazard curve of the site (CSV, OpenQuake, USGS).")],
-    rate: Annotated[float | None, opt("Target rate per year.")] = None,
-    probability_50y: Annotated[float | None, opt("Target in 50 years; default 0.02.")] = None,
+    probability_50y: Annotated[float, opt("Target probability in 50 years.")] = 0.02,
     axis: Annotated[list[str] | None, opt("Value on another axis.", "NAME=VALUE")] = None,
     study: Study = None,
     bridge: Annotated[str | None, opt("Bridge; required if the study has several.", "NAME")] = None,
@@ -195,7 +190,7 @@ def decide(
     from skewbridge.study.config import FigureSettings
     from skewbridge.study.results import joint_rows
 
-    target = target_rate(rate, probability_50y)
+    target = target_rate(probability_50y)
     values = checked(dict[str, Number], keys_and_values("--axis", axis), "--axis")
     rows = joint_rows(folder_of(study), bridge)
     site = site_hazard(hazard, rows[0]["im"])

@@ -125,20 +125,13 @@ class ScenarioOptions:
     pulse: Annotated[Literal["none", "all"], opt("Motions that have a pulse.")] = "none"
 
 
-@dataclass(frozen=True, kw_only=True)
-class SynthesisOptions:
-    """Number, spectra and length of synthetic motions."""
-
-    count: Annotated[int, opt("Number of pairs.")] = 40
-    seed: Annotated[int, opt("Seed of the suite.")] = 1
-    calibrate: Annotated[Literal["bssa14", "none"], opt("Spectra to match.")] = "bssa14"
-    orientation: Annotated[Literal["random", "principal"], opt("Orientation.")] = "random"
-    shaking_s: Annotated[float | None, opt("Length of the strongest part to use, in s.")] = None
-    free_vibration_s: Annotated[float, opt("Length of zeros added at the end, in s.")] = 0.0
-
-
 @command(motions)
-def synthesize(out: Out, scenario: ScenarioOptions, synthesis: SynthesisOptions) -> Answer:
+def synthesize(
+    out: Out,
+    scenario: ScenarioOptions,
+    count: Annotated[int, opt("Number of pairs.")] = 40,
+    seed: Annotated[int, opt("Seed of the suite.")] = 1,
+) -> Answer:
     """Synthesize pairs of motions with the model of Dabaghi and Der Kiureghian (2018).
 
     Example: skewbridge motions synthesize --magnitude 7 --distance-km 10 --vs30-mps 400 --out mine
@@ -146,8 +139,8 @@ def synthesize(out: Out, scenario: ScenarioOptions, synthesis: SynthesisOptions)
     from skewbridge.motions.synthesis.ddk18 import Scenario
     from skewbridge.motions.synthesis.generate import write_synthetic_suite
 
-    index = write_synthetic_suite(out, Scenario(**vars(scenario)), **vars(synthesis))
-    return Answer({"count": synthesis.count, "index": str(index)})
+    index = write_synthetic_suite(out, Scenario(**vars(scenario)), count=count, seed=seed)
+    return Answer({"count": count, "index": str(index)})
 
 
 @command(motions)

@@ -148,7 +148,6 @@ def compare(
     second: Annotated[Path, arg("The same for the second study.")],
     limit_states: LimitStates = LIMIT_STATES,
     im: Annotated[str, opt("Intensity measure of the medians.", "COLUMN")] = "im_saavg_rotd50_g",
-    margin: Annotated[float, opt("Relative change that counts as negligible.")] = 0.05,
     hazard: Hazard = None,
     out: Annotated[Path | None, opt("CSV file for all rows, also of single variants.")] = None,
 ) -> Answer:
@@ -166,7 +165,7 @@ def compare(
 
     if out is not None and out.suffix.lower() != ".csv":
         raise InputError(f"--out must end with .csv, got {out.name}")
-    pair = compare_studies(first, second, limit_states, im=im, margin=margin, hazard=hazard)
+    pair = compare_studies(first, second, limit_states, im=im, hazard=hazard)
     if out is not None:
         write_csv(pd.concat([pair.demands, pair.medians], ignore_index=True), out)
     for text in pair.warnings:

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from functools import reduce
+from functools import cached_property, reduce
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self
 
@@ -152,7 +152,7 @@ class StudyConfig(BaseModel):
             raise ValueError(f"motions.blocks.within: {', '.join(sorted(unknown))} is not an axis")
         return self
 
-    @property
+    @cached_property
     def hazard_curve(self) -> HazardCurve | None:
         """Hazard curve of the site for an intensity of the study, or None."""
         return hazard_curve(self.hazard, MEASURES, self.fragility.im)
