@@ -20,6 +20,7 @@ from skewbridge.files.text import (
     Whole,
     checked,
     merged,
+    printable,
     read_json,
     read_mapping,
     shortened,
@@ -135,7 +136,8 @@ class StudyConfig(BaseModel):
             raise ValueError("design.until: rounds need exactly one suite in motions.suites")
         within, axes = self.motions.blocks and self.motions.blocks.within, self.grid.values()
         if unknown := set(within or ()) - axes.keys():
-            raise ValueError(f"motions.blocks.within: {', '.join(sorted(unknown))} is not an axis")
+            names = printable(", ".join(sorted(unknown)))
+            raise ValueError(f"motions.blocks.within: {names} is not an axis")
         return self
 
     @cached_property
