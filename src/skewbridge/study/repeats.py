@@ -148,7 +148,6 @@ def write_friction_pair(setup: "StudySetup", demands: Path, output: Path) -> Non
 
     In a small study, they cover only the strongest part of the motion.
     """
-    from skewbridge.analysis.transient import analyse
     from skewbridge.study.analyses import check_plan
 
     rows, runs = read_frame(demands), [pd.DataFrame()]
@@ -158,8 +157,7 @@ def write_friction_pair(setup: "StudySetup", demands: Path, output: Path) -> Non
     for variant in pair or ():
         task = next(t for t in setup.tasks(variant) if t.motion.motion.motion_id == motion_id)
         task = in_window(task, part_s)
-        result = analyse(task.variant, task.excitation, task.settings, task.options, histories=True)
-        histories = pd.DataFrame(result.histories or {})
+        histories = pd.DataFrame(task.analyse(histories=True).histories or {})
         motion = task.motion
         key = key_values(task.variant, motion.motion.motion_id, motion.scale, task.incidence_deg)
         runs.append(histories.assign(**key))
