@@ -133,7 +133,7 @@ def frame_of(table: pa.Table) -> pd.DataFrame:
     """Return an Arrow table as a data frame; a named index of pandas becomes a column."""
     # not by the metadata of pandas, which may be damaged
     frame = table.replace_schema_metadata(None).to_pandas()
-    return frame[[name for name in frame if not name.startswith("__index_level_")]]
+    return frame[[name for name in frame if not str(name).startswith("__index_level_")]]
 
 
 def records_of(frame: pd.DataFrame) -> list[dict[str, Any]]:
