@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from skewbridge.cli import new_group
 from skewbridge.cli.options import (
@@ -15,7 +15,7 @@ from skewbridge.cli.options import (
     folder_of,
     keys_and_values,
 )
-from skewbridge.cli.output import Answer, arg, command, opt, rounded, selected, warn
+from skewbridge.cli.output import Answer, arg, command, opt, rounded, warn
 from skewbridge.errors import InputError
 from skewbridge.files.text import Number, checked
 
@@ -147,9 +147,7 @@ def predict(
     names = ("component", "state", "theta", "ci_theta", "beta_total", "beta", "p", "loo_error")
     if hazard is not None:
         names = (*names[:4], "annual_rate", "annual_rate_low", "annual_rate_high")
-    statistics = [
-        {name: rounded(value) for name, value in row.items()} for row in selected(rows, *names)
-    ]
+    statistics: list[dict[str, Any]] = [{n: rounded(row[n]) for n in names} for row in rows]
     flags = ("extrapolated", "theta"), ("p_extrapolated", "p")
     for row, printed in zip(rows, statistics, strict=True):
         printed["extrapolated"] = ", ".join(value for flag, value in flags if row[flag])
@@ -195,14 +193,14 @@ def decide(
     rows = joint_rows(folder_of(study), bridge)
     site = site_hazard(hazard, rows[0]["im"])
     assert site is not None
-    found = with_codes(decision(rows, site, target, values), rows[0]["bridge"])
-    others = ", ".join(f"{name} {value:g}" for name, value in found.values.items())
+    needs = with_codes(decision(rows, site, target, values), rows[0]["bridge"])
+    others = ", ".join(f"{name} {value:g}" for name, value in needs.values.items())
     title = f"{rows[0]['bridge']}, {others}: rate below {target:.3g} per year"
     folder = writable_folder(out)
-    write_csv(found.table, folder / "decision.csv")
-    draw = partial(decision_figure, found, title)
+    write_csv(needs.table, folder / "decision.csv")
+    draw = partial(decision_figure, needs, title)
     files = save_figure(draw, FigureSettings(), folder, "decision")
-    table = found.table
+    table = needs.table
     names = ("seat_m", "seat_m_low", "seat_m_high", "hazus_m", "aashto_m", "sdc_m", "column_rate")
     printed = table.loc[table["gap_mm"].isin([table["gap_mm"].min(), table["gap_mm"].max()])]
     printed = printed.loc[printed["skew_deg"] % 15.0 == 0.0]
@@ -210,7 +208,7 @@ def decide(
     shown = [{name: rounded(value) for name, value in row.items()} for row in records_of(printed)]
     notes = [f"target: {target:.3g} per year; written: {', '.join(map(str, files))}"]
     return Answer(
-        {"target": target, "values": found.values, "rows": records_of(table)},
+        {"target": target, "values": needs.values, "rows": records_of(table)},
         {title: shown},
         notes=notes,
     )

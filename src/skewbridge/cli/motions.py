@@ -176,22 +176,22 @@ def select(
     from skewbridge.motions.folder import read_index_table
     from skewbridge.report.motion_figures import suite_spectra
 
-    given = keys_and_values("--set", changes)
-    spectra = conditional.conditional_spectra(conditional.read_target(target, given))
+    keys = keys_and_values("--set", changes)
+    spectra = conditional.conditional_spectra(conditional.read_target(target, keys))
     writable_file(out / "index.csv")
     used = set(read_index_table(without / "index.csv")["candidate"]) if without else set[str]()
     periods_s = spectra[0].periods_s
     candidates = selection.read_candidates(sources, periods_s, count, used)
-    found = [selection.select_pairs(candidates, level, count) for level in spectra]
-    index = selection.write_selections([chosen for chosen, _ in found], out)
+    selections = [selection.select_pairs(candidates, level, count) for level in spectra]
+    index = selection.write_selections([chosen for chosen, _ in selections], out)
     band = slice(conditional.BAND_POINTS)
-    for number, (level, (chosen, _)) in enumerate(zip(spectra, found, strict=True), start=1):
+    for number, (level, (chosen, _)) in enumerate(zip(spectra, selections, strict=True), start=1):
         model = ("target", level.median_g[band], level.sigma[band])
         title = f"{target.name}, level {number}: {level.causes['level_g']:.3g} g"
         psa_g = np.exp(np.stack(chosen["log_psa"].to_list()))
         figure = suite_spectra(psa_g, periods_s[band], title=title, model=model)
         figure.savefig(out / f"level_{number}.png", dpi=150)
-    levels = [summary for _, summary in found]
+    levels = [summary for _, summary in selections]
     if not all(summary["within_tolerances"] for summary in levels):
         warn("a level misses the tolerances (mean 5 %, dispersion 10 %): add candidates")
     return Answer({"levels": levels, "index": str(index)})

@@ -252,8 +252,8 @@ def plot(
 
     root = folder_of(study)
     usual = FigureSettings() if is_from_statistics(root) else study_of(study)[0].figures
-    own = keys_and_values("--set", changes)
-    settings = checked(FigureSettings, asdict(usual) | own, "figures")
+    changed = keys_and_values("--set", changes)
+    settings = checked(FigureSettings, asdict(usual) | changed, "figures")
     check_font(settings.font)
     figures = finished_figures(root)
     if not names:

@@ -101,7 +101,7 @@ def _check_limit_states(path: Path) -> None:
     names |= {column.name for column in joint_columns(state.demand for state in states)}
     lacking = [state for state in states if state.demand not in names]
     text = f"{path}: limit state %s/%s: the demands table has no column %r"
-    raise_all(InputError(text % (each.component, each.name, each.demand)) for each in lacking)
+    raise_all(InputError(text % (state.component, state.name, state.demand)) for state in lacking)
 
 
 def band_medians(study: StudyConfig) -> tuple[float, ...]:
@@ -129,7 +129,7 @@ def medians_of(study: StudyConfig, demands: pd.DataFrame) -> tuple[float, ...]:
     medians: list[float] = []
     for _, rows in demands.groupby("bridge"):
         levels_g = rows[LEVEL_MEASURE].to_numpy(np.float64)
-        for state in (each for each in states if each.key in HEADLINE_STATES):
+        for state in (s for s in states if s.key in HEADLINE_STATES):
             ratios = np.nan_to_num(rows[state.demand].to_numpy(np.float64) / state.threshold)
             exceeds = ratios >= 1.0
             below = np.concatenate([[0], np.cumsum(exceeds)])

@@ -179,10 +179,10 @@ def axis_pairs(
         ends = [end(values, key=abs) for end in (min, max)]
         points = [variant.values() | {name: value} for value in ends]
         variants = [Variant.at(variant.bridge, variant.abutment, point) for point in points]
-        variants = [each.normalised() for each in variants]
+        variants = [variant.normalised() for variant in variants]
         if variants[0] == variants[1]:
             continue  # one value, or an axis that the abutment model does not have
-        before, after = (sampled(setup.tasks(each), count) for each in variants)
+        before, after = (sampled(setup.tasks(variant), count) for variant in variants)
         labels = _labelled("axis", name, *(choice_text(name, value) for value in ends))
         for one, other in zip(before, after, strict=True):
             yield labels, one, other

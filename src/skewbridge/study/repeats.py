@@ -137,9 +137,9 @@ def friction_pair(demands: pd.DataFrame) -> tuple[Variant, Variant] | None:
 
 def typical_motion(demands: pd.DataFrame, variant: Variant) -> str:
     """Return the motion with the upper-quartile deck displacement among the completed runs."""
-    part = demands[demands["variant"] == variant.slug]
-    completed = part[is_complete(part)]
-    ordered = (completed if len(completed) else part).sort_values("deck_disp_m")["motion_id"]
+    runs = demands[demands["variant"] == variant.slug]
+    completed = runs[is_complete(runs)]
+    ordered = (completed if len(completed) else runs).sort_values("deck_disp_m")["motion_id"]
     return str(ordered.iloc[int(0.75 * (len(ordered) - 1))])
 
 

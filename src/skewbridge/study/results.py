@@ -231,8 +231,8 @@ def compare_studies(
         raise InputError(_nothing_shared(tables[0], tables[1], demand_table.axis_names(both)))
     change = {"axis": STUDY, "from_value": 0.0, "to_value": 1.0}
     effects: list[dict[str, Any]] = []
-    for model, part in demand_table.models_of(pairs):
-        of_model = Pairs(model | change, part)
+    for model, of_bridge in demand_table.models_of(pairs):
+        of_model = Pairs(model | change, of_bridge)
         effects += demand_effects(of_model, names=names, settings=settings, reference_im={})[0]
     variant = [*demand_table.BRIDGE_COLUMNS, *demand_table.axis_names(both)]
     paired = both.merge(pairs[[*variant, *demand_table.LOADING_COLUMNS]].drop_duplicates())
@@ -334,20 +334,20 @@ def predict_states(
         model = JointModel(row)
         model.axis_range.check(values)
         theta, *ends = model.median(values)
-        found = {"component": row["component"], "state": row["limit_state"], "theta": theta}
+        prediction = {"component": row["component"], "state": row["limit_state"], "theta": theta}
         curve = model.curve(values)
-        found |= {"beta": float(curve.beta[0]), "beta_total": float(curve.total[0])}
-        found |= {"ci_theta": ends}
+        prediction |= {"beta": float(curve.beta[0]), "beta_total": float(curve.total[0])}
+        prediction |= {"ci_theta": ends}
         for name, total in (("p_records", False), ("p", True)):
-            found[name] = None if at is None else curve.probability(np.log(at), total=total)
+            prediction[name] = None if at is None else curve.probability(np.log(at), total=total)
         # tables of earlier versions have no range: their medians count as extrapolated
         low, high = row.get("im_low", np.inf), row.get("im_high", -np.inf)
-        found[EXTRAPOLATED] = not low <= theta <= high
-        found[f"p_{EXTRAPOLATED}"] = None if at is None else not low <= at <= high
+        prediction[EXTRAPOLATED] = not low <= theta <= high
+        prediction[f"p_{EXTRAPOLATED}"] = None if at is None else not low <= at <= high
         if site is not None:
-            found |= rate_columns(curve_rate(curve, site).interval(model.level))
+            prediction |= rate_columns(curve_rate(curve, site).interval(model.level))
         shared = {name: row[name] for name in ("loo_error", "im", RANDOM_PROPERTIES)}
-        rows.append(found | shared)
+        rows.append(prediction | shared)
     return rows
 
 
