@@ -16,12 +16,14 @@ from typing import Final
 import numpy as np
 from scipy.optimize import least_squares
 
-from skewbridge.verification.references.station import Series, read_events, read_station
 from skewbridge.verification.studies.recorded import (
     Case,
     Recording,
+    Series,
     comparison,
     predicted,
+    read_events,
+    read_station,
     recording_of,
 )
 

@@ -15,7 +15,6 @@ from cli_json import answer, invoke
 from cli_json import run as run_json
 from motions_files import at2_text
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import bent_capacity
 from skewbridge.bridge.structures import built_bridge
@@ -175,7 +174,7 @@ def test_a_row_of_a_study_is_repeated_by_its_key(pair, tmp_path, monkeypatch):
     parsed, folder = load_config(path), StudyFolder(tmp_path / "study" / "elsewhere")
     prepare_motions(parsed)
     task = StudySetup.of(parsed).tasks("osb1_cf_skew30_gap051_mu050")[0]
-    result = analyse(task.variant, task.excitation, task.settings, task.options)
+    result = task.analyse()
     rest = {"wall_s": 0.0, "cpu_s": 0.0, "suspect": ""}
     row = row_of_task(outcome_of(result) | rest, task, run_key(task))
     write_table(to_table([row], {}), folder.demands)
@@ -247,7 +246,7 @@ def test_the_pair_of_a_small_study_has_the_strongest_part_of_the_motion(tmp_path
         analysed_s.append(excitation.motion.duration_s)
         return SimpleNamespace(histories={"time_s": [0.0]})
 
-    monkeypatch.setattr("skewbridge.analysis.transient.analyse", analyse_nothing)
+    monkeypatch.setattr("skewbridge.study.task.analyse", analyse_nothing)
     motion = strong_motion(duration_s=10.0)
     grid = {"bridge": ["osb1"], "skew_deg": [30], "gap_mm": [51]}
     for count, part_s in ((1, []), (3, [5.4] * 2), (12, [10.0] * 2)):
@@ -276,8 +275,7 @@ def test_the_pair_written_is_that_of_the_analyses(tmp_path):
     assert list(pair["variant"].unique()) == [SLUGS[3], SLUGS[5]]
     assert set(pair["motion_id"]) == {"strong"}
     task = setup.tasks(VARIANTS[5])[0]
-    again = analyse(task.variant, task.excitation, task.settings, task.options, histories=True)
-    expected = pd.DataFrame(again.histories)
+    expected = pd.DataFrame(task.analyse(histories=True).histories)
     own = pair.loc[pair["variant"] == SLUGS[5], list(expected)]
     pd.testing.assert_frame_equal(own.reset_index(drop=True), expected, check_exact=True)
     # a study of one friction has no pair

@@ -4,6 +4,7 @@ import errno
 import math
 from dataclasses import fields, replace
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import numpy as np
 import openseespy.opensees as ops
@@ -341,14 +342,10 @@ def test_records_have_the_values_of_every_step_to_the_bit_and_name_the_disk_if_i
         assert caught.value.errno == errno.ENOSPC
 
 
-def test_a_full_disk_stops_a_study_and_leaves_no_row(monkeypatch, tmp_path) -> None:
-    def full(*_: object, **__: object) -> None:
-        raise OSError(errno.ENOSPC, "no space left")
-
-    monkeypatch.setattr(task, "analyse", full)
-    given = SimpleNamespace(variant=None, excitation=None, settings=None, options=None)
+def test_a_full_disk_stops_a_study_and_leaves_no_row(tmp_path) -> None:
+    full = Mock(**{"analyse.side_effect": OSError(errno.ENOSPC, "no space left")})
     with pytest.raises(OSError, match="no space left"):
-        task.analyse_task(given, tmp_path / "log", lambda _time_s, _duration_s: None)
+        task.analyse_task(full, tmp_path / "log", lambda _time_s, _duration_s: None)
 
 
 # --- demands table: schema, order, completeness of runs and columns that older tables lack

@@ -240,8 +240,7 @@ def test_predictions_are_those_of_the_joint_model(written, tmp_path):
         assert 0.0 <= row["loo_error"] < 0.05
     # the generator: ln drift = ln 0.035 + ln im + 0.35 z, whatever the axes
     assert found["rows"][0]["theta"] == pytest.approx(0.01 / 0.035, rel=0.3)
-    _, one = predict(folder, *PLACE, "--component", "column_drift", "--state", "slight")
-    assert [(row["state"], row["p"]) for row in one["rows"]] == [("slight", None)]
+    assert [row["p"] for row in predict(folder, *PLACE)[1]["rows"]] == [None, None]
     # only the joint models are needed, as in the folder of a study
     (tmp_path / "fragility").mkdir()
     shutil.copy(folder / "fragility" / "joint.parquet", tmp_path / "fragility")
@@ -354,7 +353,6 @@ def test_prediction_above_45_degrees_notes_the_extrapolated_backfill(written):
         (PLACE[:4], "friction is missing"),
         ((*PLACE, "--bridge", "osb7"), "bridge must be one of"),
         ((*PLACE, "--abutment", "roller"), "abutment must be one of"),
-        ((*PLACE, "--state", "total"), "limit_state must be one of"),
         ((*PLACE, "--at", "0"), "at must be > 0"),
         ((*PLACE, "--axis", "soil=1"), "soil is not an axis"),
         ((*PLACE, "--study", Path(__file__).parent), "skewbridge statistics"),
@@ -413,7 +411,7 @@ def test_statistics_outside_a_study_folder_are_a_study_with_report(tmp_path, mon
     packaged = load_limit_states(ROOT / "config" / "limit_states.yaml")
     drift = {state.name: state.threshold for state in packaged if state.demand == NEEDED[-1]}
     assert dict(zip(curves["limit_state"], curves["threshold"], strict=True)) == drift
-    assert predict("theirs", *PLACE, "--state", "slight")[0] == 0
+    assert predict("theirs", *PLACE)[0] == 0
     same = answer("compare", "theirs", "runs.parquet")
     assert (same["counts"]["pairs"], same["counts"]["equal_pairs"]) == (len(two), len(two))
     names = [row["name"] for row in answer("study", "plot", "--study", "theirs")["figures"]]
@@ -488,7 +486,7 @@ def test_joint_rows_compare_the_ends_of_an_axis_at_the_middle_of_the_others(writ
     assert statistics(demands, tmp_path, written[0])[0] == 0
     table = pd.read_csv(tmp_path / "out" / "fragility" / "table.csv")
     row = table[(table["row"] == "joint") & (table["limit_state"] == "slight")].iloc[0]
-    middle = ("--skew-deg", "30", "--gap-mm", "25.5", "--state", "slight")
+    middle = ("--skew-deg", "30", "--gap-mm", "25.5")
     medians = [
         predict(tmp_path / "out", *middle, "--friction", friction)[1]["rows"][0]["theta"]
         for friction in ("0", "0.5")

@@ -12,7 +12,6 @@ import pytest
 from skewbridge.analysis.model_script import model_script
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.demands.columns import DEMAND_COLUMNS, demands_for
-from skewbridge.errors import InputError
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import read_frame, write_frame
 from skewbridge.report.fragility_figures import (
@@ -21,7 +20,7 @@ from skewbridge.report.fragility_figures import (
 )
 from skewbridge.study import modelling_choices
 from skewbridge.study.analyses import StudySetup, sampled
-from skewbridge.study.config import chosen_variants, parse_config
+from skewbridge.study.config import parse_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.jobs import Job, rule_digest
 from skewbridge.study.task import Task, run_key
@@ -162,15 +161,11 @@ def test_axes_go_from_end_to_end_and_one_value_is_none(tmp_path: Path) -> None:
     assert len(list(modelling_choices.axis_pairs(setup, SLUG, {"friction": (0.2, 0.5)}, 1))) == 1
 
 
-def test_two_variants_of_each_bridge_are_changed_unless_others_are_named() -> None:
+def test_two_variants_of_each_bridge_are_changed() -> None:
     grid = GridConfig(bridge=("osb1", "osb2s"), skew_deg=(0, 30, -60), gap_mm=(25, 51))
     pairs = [(bridge, skew) for bridge in ("osb1", "osb2s") for skew in ("30", "m60")]
     names = [f"{bridge}_cf_skew{skew}_gap025_mu050" for bridge, skew in pairs]
-    assert chosen_variants(expand_grid(grid), ()) == names
-    variants = expand_grid(GridConfig())
-    assert chosen_variants(variants, [SLUG, SLUG]) == [SLUG]
-    with pytest.raises(InputError, match=r"osb2s_.* is not a variant of the grid"):
-        chosen_variants(variants, ["osb2s_cf_skew30_gap025_mu050"])
+    assert modelling_choices.chosen_variants(expand_grid(grid)) == names
 
 
 def outcome(value: float, status: str = "ok") -> dict[str, object]:
@@ -232,7 +227,7 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[Task]:
 
 def made(setup: StudySetup, name: str = "table") -> pd.DataFrame:
     path = setup.folder.root / f"{name}.parquet"
-    modelling_choices.write_choices(setup, [SLUG], AXES, 2, path)
+    modelling_choices.write_choices(setup, [SLUG], AXES, path, 2)
     return read_frame(path)
 
 

@@ -272,7 +272,8 @@ def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path):
     assert pooled["unseating"]["ci_low"] > 1.1
     assert pooled["column_drift"]["ratio"] == pytest.approx(1.0, abs=1e-6)
     # the seat that decide finds is exceeded at the target rate
-    other = ("--bridge", "osb1", "--rate", 1e-3, "--axis", "friction=0.5", "--hazard", site)
+    target = ("--probability-50y", 1.0 - np.exp(-50.0 * 1e-3))
+    other = ("--bridge", "osb1", *target, "--axis", "friction=0.5", "--hazard", site)
     code, found = run("decide", "--study", study, *other, "--out", tmp_path / "chart")
     assert code == 0
     assert {path.suffix for path in (tmp_path / "chart").iterdir()} == {".csv", ".png", ".svg"}
@@ -283,7 +284,7 @@ def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path):
     aashto = needs.set_index("skew_deg")["aashto_m"] - 0.051
     assert aashto[45.0] / aashto[0.0] == pytest.approx(1.0 + 0.000125 * 45.0**2)
     middle = needs[needs["skew_deg"] == 30.0].iloc[0]
-    (row,) = joint_rows(study, component="unseating")
+    (row,) = (row for row in joint_rows(study) if row["component"] == "unseating")
     mode = json.loads(row["modes"])[0] | {"threshold": middle["support_m"], "dispersion": 0.0}
     model = JointModel(row | {"modes": json.dumps([mode])})
     values = {"skew_deg": 30.0, "gap_mm": 51.0, "friction": 0.5}
@@ -310,8 +311,6 @@ def test_commands_refuse_another_measure_and_wrong_targets(file, tmp_path):
     code, report = run("statistics", tmp_path / "demands.parquet", *other, "--out", tmp_path / "b")
     assert code == 2
     assert "hazard of im_pga_rotd50_g, but the study has intensities" in report["message"]
-    assert target_rate(None, None) == pytest.approx(-np.log(0.98) / 50.0)
-    for given, words in (((2.0, None), "rate must be"), ((None, 2.0), "probability_50y must"),
-                         ((1e-3, 0.02), "not both")):  # fmt: skip
-        with pytest.raises(InputError, match=words):
-            target_rate(*given)
+    assert target_rate(0.02) == pytest.approx(-np.log(0.98) / 50.0)
+    with pytest.raises(InputError, match="probability_50y must"):
+        target_rate(2.0)

@@ -52,7 +52,7 @@ def demands(**changed):
 
 def tables(table, curves=CURVES, effects=EFFECTS):
     given = {"curves": curves, "effects": effects, "suite": SUITE}
-    return StudyTables(demands=table, **given, max_unfinished_share=0.01)
+    return StudyTables(demands=table, **given)
 
 
 def failed(*given, **asked):

@@ -88,7 +88,6 @@ def test_shipped_configurations_have_their_variants_defaults_and_results_of_thei
         ({"grid": {"cohesion_n": ["2e7"]}}, r"grid\.cohesion_n\.0: .* number, got '2e7'"),
         ({"grid": {"bridge": ["My-Bridge"]}}, "lowercase letters, digits and _.*got 'My-Bridge'"),
         ({"grid": {"bridge": ["osb1", "x/osb1.yaml"]}}, "two bridges have the same name"),
-        ({"modelling_choices": {"motions": 0}}, r"modelling_choices\.motions: .*got 0"),
         ({"fragility": {"margins": {"deck_dips_m": 0.1}}}, "deck_dips_m"),
         ({"fragility": {"margins": {"unseating_m": 1.5}}}, "must be < 1"),
         ({"uncertainty": {"fc": None}}, r"uncertainty\.fc: unknown key"),

@@ -84,7 +84,6 @@ def test_a_study_equals_itself_but_for_motions_of_one_name_and_other_files(tmp_p
 @pytest.mark.parametrize(
     ("other", "options", "message"),
     [
-        ("a", ["--margin", "2"], "margin must be within 0..1"),
         ("a", ["--im", "im_none"], "no column 'im_none'"),
         ("a", ["--out", "x.parquet"], "--out must end with .csv"),
         ("a", ["--limit-states", "none.yaml"], "none.yaml"),

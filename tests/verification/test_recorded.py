@@ -10,14 +10,14 @@ from cli_json import invoke, run
 from motions_files import rows_of
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.errors import InputError
-from skewbridge.verification.references.station import (
+from skewbridge.verification.registry import run_study
+from skewbridge.verification.studies.recorded import (
     identified_period,
     in_band,
     read_events,
     read_station,
     strong_part,
 )
-from skewbridge.verification.registry import run_study
 
 ROOT = Path(__file__).parents[2]
 DT_S = 0.01

@@ -15,6 +15,7 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.errors import InputError
 from skewbridge.fragility.limit_states import hazus_factor
 from skewbridge.motions.spectrum import orbit_rotd50
+from skewbridge.study import task
 from skewbridge.units import G_MPS2
 from skewbridge.variant.grid import GridConfig, expand_grid
 from skewbridge.verification.registry import Study, run_study
@@ -65,9 +66,9 @@ def test_resume_of_the_accuracy_repeats_only_the_line_cut_short(monkeypatch, tmp
     assert failed["value"] == 0.0
     journal = tmp_path / "accuracy.jsonl"
     journal.write_bytes(journal.read_bytes().rstrip()[:-20])  # as a kill leaves the last line
-    analyse, lines = Mock(wraps=strong_motions.analyse), []
+    analyse, lines = Mock(wraps=task.analyse), []
     monkeypatch.setattr(strong_motions, "REPORT_EACH", 1)
-    monkeypatch.setattr(strong_motions, "analyse", analyse)
+    monkeypatch.setattr(task, "analyse", analyse)
     second = Study("accuracy", tmp_path, lines.append)
     strong_motions.run_pairs(second, TINY, ("fast", "default"))
     ((variant, *_), _), *others = analyse.call_args_list

@@ -1,20 +1,15 @@
 """A study outside a clone: the package as it is installed from a wheel, and `skewbridge init`."""
 
 import json
-import shutil
 import sys
 import zipfile
 from pathlib import Path
 
-import pandas as pd
 import pytest
 from hatchling.builders.wheel import WheelBuilder
-from typer.testing import CliRunner
 
-from skewbridge.cli import build_app
 from skewbridge.cli.study import DEMO_STUDY
 from skewbridge.errors import InputError
-from skewbridge.files.tables import write_frame
 from skewbridge.study.folder import STARTER_PARTS, write_starter
 from small_study import ROOT, done
 
@@ -48,18 +43,6 @@ def test_an_installed_package_starts_a_study_and_shows_the_stored_one(installed,
     assert page == tmp_path / "shown/report.html"
     assert "friction" in page.read_text(encoding="utf-8")
     assert sum(path.stat().st_size for path in DEMO_STUDY.rglob("*.parquet")) < 3_000_000
-
-
-def test_a_stored_study_of_another_version_is_refused(tmp_path, monkeypatch):
-    old = tmp_path / "old"
-    shutil.copytree(DEMO_STUDY, old)
-    table = old / "fragility/curves.parquet"
-    write_frame(pd.read_parquet(table).drop(columns="theta"), table, {"made_by": "a test"})
-    monkeypatch.setattr("skewbridge.cli.study.DEMO_STUDY", old)
-    result = CliRunner().invoke(build_app(), ["demo", "--out", str(tmp_path / "shown")])
-    assert result.exit_code == 2
-    assert "does not fit this version" in result.stderr
-    assert not (tmp_path / "shown/report.html").exists()
 
 
 def test_existing_files_are_not_overwritten(tmp_path):

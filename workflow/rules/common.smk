@@ -9,7 +9,7 @@ from skewbridge.errors import InputError
 from skewbridge.files.text import writable_folder
 from skewbridge.files.text import read_mapping
 from skewbridge.motions.levels import has_pilot
-from skewbridge.study.config import chosen_variants, parse_config, store_configuration
+from skewbridge.study.config import parse_config, store_configuration
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.inputs import check_inputs
 from skewbridge.study.jobs import made_from

@@ -30,7 +30,6 @@ if __name__ == "__main__":
             curves=tables["curves"],
             effects=tables["effects"],
             suite=suite,
-            max_unfinished_share=study.max_unfinished_share,
             cohesion_n=study.model.cohesion_n,
             planned={slug: len(of_variant) for slug, of_variant in runs.items()},
             searched=study.motions.design == "ida",

@@ -70,11 +70,11 @@ def list_bridges() -> Answer:
     """
     from skewbridge.bridge.catalogue import load_bridge
 
-    found = {name: load_bridge(name) for name in _known_bridges()}
+    bridges = {name: load_bridge(name) for name in _known_bridges()}
     rows = [
         {"bridge": name, "title": data.title, "length_m": data.length_m, "bents": len(data.bents),
          "t1_s": data.t1_s}
-        for name, data in found.items()
+        for name, data in bridges.items()
     ]  # fmt: skip
     return Answer({"bridges": rows})
 
@@ -195,7 +195,7 @@ def _pushed(pushed: "Callable[..., PushCurve]", case: VariantOptions, push: Push
         title = f"{case.bridge}, skew {case.skew_deg:g} degrees, gap {case.gap_mm:g} mm"
         ladder_figure(curves, title=title).savefig(push.out / "ladder.png", dpi=150)
     answer = {"pushes": pushes} if is_ladder else pushes[0]
-    is_done = all(each["is_complete"] for each in pushes)
+    is_done = all(row["is_complete"] for row in pushes)
     notes = [] if is_done else ["a push stopped at last_disp_m: no equilibrium beyond it"]
     return Answer(answer, None, push.units, notes, 0 if is_done else EXIT_FAILED)
 
@@ -238,10 +238,12 @@ def column(
     if not 1 <= bent <= len(data.bents):
         raise InputError(f"bent must be between 1 and {len(data.bents)}, got {bent}")
     rows: list[dict[str, Any]] = []
-    for column in (each for each in bent_capacities(data) if each.bent == bent):
+    for column in bent_capacities(data):
+        if column.bent != bent:
+            continue
         curve, axial_n = column.curve, column.axial_n
         way = {} if column.direction == "all" else {"direction": column.direction}
-        name = "".join(f"_{each}" for each in way.values())
+        name = "".join(f"_{text}" for text in way.values())
         table = {"curvature_per_m": curve.curvature_per_m, "moment_knm": curve.moment_nm / KN}
         _write(table, out, f"moment_curvature{name}")
         title = f"{data.title}, bent {bent}{name.replace('_', ' ')}, {axial_n / KN:.0f} kN"

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from skewbridge.cli import new_group
 from skewbridge.cli.options import (
@@ -15,7 +15,7 @@ from skewbridge.cli.options import (
     folder_of,
     keys_and_values,
 )
-from skewbridge.cli.output import Answer, arg, command, opt, rounded, selected, warn
+from skewbridge.cli.output import Answer, arg, command, opt, rounded, warn
 from skewbridge.errors import InputError
 from skewbridge.files.text import Number, checked
 
@@ -92,7 +92,6 @@ def statistics(
     out: Out,
     limit_states: LimitStates = LIMIT_STATES,
     im: Annotated[str | None, opt("Intensity measure, if there are several.", "COLUMN")] = None,
-    margin: Annotated[float | None, opt("Negligible relative change; default 0.05.")] = None,
     hazard: Hazard = None,
     report: Annotated[bool, opt("Also write figures and report.html.", None, "--report")] = False,
 ) -> Answer:
@@ -107,7 +106,7 @@ def statistics(
     """
     from skewbridge.study.results import statistics_of
 
-    answer = statistics_of(demands, out, limit_states, im, margin, hazard)
+    answer = statistics_of(demands, out, limit_states, im, hazard)
     for text in answer["warnings"]:
         warn(text)
     if report:
@@ -126,8 +125,6 @@ def predict(
     study: Study = None,
     bridge: Annotated[str | None, opt("Bridge; required if the study has several.", "NAME")] = None,
     abutment: Annotated[str | None, opt("Abutment model, if there are several.", "NAME")] = None,
-    component: Annotated[str | None, opt("Only this component.", "NAME")] = None,
-    state: Annotated[str | None, opt("Only this limit state.", "NAME")] = None,
     at: Annotated[float | None, opt("Intensity at which to give probabilities.")] = None,
     hazard: Hazard = None,
 ) -> Answer:
@@ -146,14 +143,11 @@ def predict(
     named = keys_and_values("--axis", axis)
     further = {name.replace("-", "_"): value for name, value in named.items()}
     values |= checked(dict[str, Number], further, "--axis")
-    chosen = {"bridge": bridge, "abutment": abutment, "component": component, "state": state}
-    rows = predict_states(folder_of(study), values, at=at, hazard=hazard, **chosen)
+    rows = predict_states(folder_of(study), values, bridge, abutment, at=at, hazard=hazard)
     names = ("component", "state", "theta", "ci_theta", "beta_total", "beta", "p", "loo_error")
     if hazard is not None:
         names = (*names[:4], "annual_rate", "annual_rate_low", "annual_rate_high")
-    statistics = [
-        {name: rounded(value) for name, value in row.items()} for row in selected(rows, *names)
-    ]
+    statistics: list[dict[str, Any]] = [{n: rounded(row[n]) for n in names} for row in rows]
     flags = ("extrapolated", "theta"), ("p_extrapolated", "p")
     for row, printed in zip(rows, statistics, strict=True):
         printed["extrapolated"] = ", ".join(value for flag, value in flags if row[flag])
@@ -171,8 +165,7 @@ def predict(
 @command(commands)
 def decide(
     hazard: Annotated[Path, opt("Hazard curve of the site (CSV, OpenQuake, USGS).")],
-    rate: Annotated[float | None, opt("Target rate per year.")] = None,
-    probability_50y: Annotated[float | None, opt("Target in 50 years; default 0.02.")] = None,
+    probability_50y: Annotated[float, opt("Target probability in 50 years.")] = 0.02,
     axis: Annotated[list[str] | None, opt("Value on another axis.", "NAME=VALUE")] = None,
     study: Study = None,
     bridge: Annotated[str | None, opt("Bridge; required if the study has several.", "NAME")] = None,
@@ -195,19 +188,19 @@ def decide(
     from skewbridge.study.config import FigureSettings
     from skewbridge.study.results import joint_rows
 
-    target = target_rate(rate, probability_50y)
+    target = target_rate(probability_50y)
     values = checked(dict[str, Number], keys_and_values("--axis", axis), "--axis")
     rows = joint_rows(folder_of(study), bridge)
     site = site_hazard(hazard, rows[0]["im"])
     assert site is not None
-    found = with_codes(decision(rows, site, target, values), rows[0]["bridge"])
-    others = ", ".join(f"{name} {value:g}" for name, value in found.values.items())
+    needs = with_codes(decision(rows, site, target, values), rows[0]["bridge"])
+    others = ", ".join(f"{name} {value:g}" for name, value in needs.values.items())
     title = f"{rows[0]['bridge']}, {others}: rate below {target:.3g} per year"
     folder = writable_folder(out)
-    write_csv(found.table, folder / "decision.csv")
-    draw = partial(decision_figure, found, title)
+    write_csv(needs.table, folder / "decision.csv")
+    draw = partial(decision_figure, needs, title)
     files = save_figure(draw, FigureSettings(), folder, "decision")
-    table = found.table
+    table = needs.table
     names = ("seat_m", "seat_m_low", "seat_m_high", "hazus_m", "aashto_m", "sdc_m", "column_rate")
     printed = table.loc[table["gap_mm"].isin([table["gap_mm"].min(), table["gap_mm"].max()])]
     printed = printed.loc[printed["skew_deg"] % 15.0 == 0.0]
@@ -215,7 +208,7 @@ def decide(
     shown = [{name: rounded(value) for name, value in row.items()} for row in records_of(printed)]
     notes = [f"target: {target:.3g} per year; written: {', '.join(map(str, files))}"]
     return Answer(
-        {"target": target, "values": found.values, "rows": records_of(table)},
+        {"target": target, "values": needs.values, "rows": records_of(table)},
         {title: shown},
         notes=notes,
     )

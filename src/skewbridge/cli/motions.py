@@ -125,20 +125,13 @@ class ScenarioOptions:
     pulse: Annotated[Literal["none", "all"], opt("Motions that have a pulse.")] = "none"
 
 
-@dataclass(frozen=True, kw_only=True)
-class SynthesisOptions:
-    """Number, spectra and length of synthetic motions."""
-
-    count: Annotated[int, opt("Number of pairs.")] = 40
-    seed: Annotated[int, opt("Seed of the suite.")] = 1
-    calibrate: Annotated[Literal["bssa14", "none"], opt("Spectra to match.")] = "bssa14"
-    orientation: Annotated[Literal["random", "principal"], opt("Orientation.")] = "random"
-    shaking_s: Annotated[float | None, opt("Length of the strongest part to use, in s.")] = None
-    free_vibration_s: Annotated[float, opt("Length of zeros added at the end, in s.")] = 0.0
-
-
 @command(motions)
-def synthesize(out: Out, scenario: ScenarioOptions, synthesis: SynthesisOptions) -> Answer:
+def synthesize(
+    out: Out,
+    scenario: ScenarioOptions,
+    count: Annotated[int, opt("Number of pairs.")] = 40,
+    seed: Annotated[int, opt("Seed of the suite.")] = 1,
+) -> Answer:
     """Synthesize pairs of motions with the model of Dabaghi and Der Kiureghian (2018).
 
     Example: skewbridge motions synthesize --magnitude 7 --distance-km 10 --vs30-mps 400 --out mine
@@ -146,8 +139,8 @@ def synthesize(out: Out, scenario: ScenarioOptions, synthesis: SynthesisOptions)
     from skewbridge.motions.synthesis.ddk18 import Scenario
     from skewbridge.motions.synthesis.generate import write_synthetic_suite
 
-    index = write_synthetic_suite(out, Scenario(**vars(scenario)), **vars(synthesis))
-    return Answer({"count": synthesis.count, "index": str(index)})
+    index = write_synthetic_suite(out, Scenario(**vars(scenario)), count=count, seed=seed)
+    return Answer({"count": count, "index": str(index)})
 
 
 @command(motions)
@@ -183,22 +176,22 @@ def select(
     from skewbridge.motions.folder import read_index_table
     from skewbridge.report.motion_figures import suite_spectra
 
-    given = keys_and_values("--set", changes)
-    spectra = conditional.conditional_spectra(conditional.read_target(target, given))
+    keys = keys_and_values("--set", changes)
+    spectra = conditional.conditional_spectra(conditional.read_target(target, keys))
     writable_file(out / "index.csv")
     used = set(read_index_table(without / "index.csv")["candidate"]) if without else set[str]()
     periods_s = spectra[0].periods_s
     candidates = selection.read_candidates(sources, periods_s, count, used)
-    found = [selection.select_pairs(candidates, level, count) for level in spectra]
-    index = selection.write_selections([chosen for chosen, _ in found], out)
+    selections = [selection.select_pairs(candidates, level, count) for level in spectra]
+    index = selection.write_selections([chosen for chosen, _ in selections], out)
     band = slice(conditional.BAND_POINTS)
-    for number, (level, (chosen, _)) in enumerate(zip(spectra, found, strict=True), start=1):
+    for number, (level, (chosen, _)) in enumerate(zip(spectra, selections, strict=True), start=1):
         model = ("target", level.median_g[band], level.sigma[band])
         title = f"{target.name}, level {number}: {level.causes['level_g']:.3g} g"
         psa_g = np.exp(np.stack(chosen["log_psa"].to_list()))
         figure = suite_spectra(psa_g, periods_s[band], title=title, model=model)
         figure.savefig(out / f"level_{number}.png", dpi=150)
-    levels = [summary for _, summary in found]
+    levels = [summary for _, summary in selections]
     if not all(summary["within_tolerances"] for summary in levels):
         warn("a level misses the tolerances (mean 5 %, dispersion 10 %): add candidates")
     return Answer({"levels": levels, "index": str(index)})

@@ -102,8 +102,8 @@ def command(
         @wraps(function)
         def called(*, as_json: bool, **values: Any) -> None:
             for option, kind in grouped.items():
-                own = {field.name: values.pop(field.name) for field in fields(kind)}
-                values[option] = kind(**own)
+                members_of = {field.name: values.pop(field.name) for field in fields(kind)}
+                values[option] = kind(**members_of)
             function(**values).emit(as_json=as_json)
 
         vars(called)["__signature__"] = Signature([*options, as_json])

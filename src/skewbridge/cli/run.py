@@ -65,7 +65,6 @@ def run(
     import pandas as pd
     from rich.progress import Progress
 
-    from skewbridge.analysis.transient import analyse
     from skewbridge.demands.tables import to_table
     from skewbridge.demands.validity import SUSPECT, reasons
     from skewbridge.files.digests import engine_digest, provenance
@@ -77,15 +76,11 @@ def run(
     wall_s, cpu_s = time.perf_counter(), time.process_time()
     with Progress(console=messages, transient=True) as bar:
         job = bar.add_task(task.variant.slug, total=None)
-        result = analyse(
-            task.variant,
-            task.excitation,
-            task.settings,
-            task.options,
-            histories=True,
-            log_path=log,
-            progress=lambda done_s, total_s: bar.update(job, completed=done_s, total=total_s),
-        )
+
+        def show(done_s: float, total_s: float) -> None:
+            bar.update(job, completed=done_s, total=total_s)
+
+        result = task.analyse(histories=True, log_path=log, progress=show)
     times = {"wall_s": time.perf_counter() - wall_s, "cpu_s": time.process_time() - cpu_s}
     demands = row_of_task({**outcome_of(result), **times}, task, key)
     demands |= {SUSPECT: reasons(demands)}

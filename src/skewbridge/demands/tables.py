@@ -70,8 +70,8 @@ def join_variants(paths: Sequence[Path], output: Path) -> None:
 
     ``paths`` are files of `write_variant`, sorted by variant. `ValueError` for different columns.
     """
-    own = {path: pq.read_table(path, columns=["run_key"])["run_key"].to_pylist() for path in paths}
-    keys: list[Any] = [key for of_file in own.values() for key in of_file]
+    columns = {path: pq.read_table(path, columns=["run_key"])["run_key"] for path in paths}
+    keys: list[Any] = [key for column in columns.values() for key in column.to_pylist()]
     present = dict.fromkeys(name for path in paths for name in pq.read_schema(path).names)
     joints = demands_schema(joint_columns(present))
     order = [column.name for column in columns_with(present)]
@@ -84,7 +84,7 @@ def join_variants(paths: Sequence[Path], output: Path) -> None:
                 table = table.append_column(field, pa.nulls(len(table), field.type))
         return table.select(order) if len(joints) else table
 
-    rounds = groupby((path for path in paths if own[path]), key=lambda path: path.name)
+    rounds = groupby((path for path in paths if len(columns[path])), key=lambda path: path.name)
     tables = (
         pa.concat_tables(map(filled, of_variant)).sort_by([(name, "ascending") for name in KEY])
         for _, of_variant in rounds

@@ -302,11 +302,12 @@ def checked[T](kind: type[T], raw: Any, where: str | Path) -> T:
         return adapter.validate_python(raw)
     except ValidationError as error:
         errors = cast(list[dict[str, Any]], error.errors())
-        findings = [each | {"loc": _keys_of(raw, each["loc"])} for each in errors]
-    schema = adapter.json_schema() if any(each["type"] in _UNKNOWN for each in findings) else {}
+        findings = [finding | {"loc": _keys_of(raw, finding["loc"])} for finding in errors]
+    is_unknown = any(finding["type"] in _UNKNOWN for finding in findings)
+    schema = adapter.json_schema() if is_unknown else {}
     keys = list(_keys(schema, schema.get("$defs", {})))
     # a list with invalid items is not also reported as too short
-    lists = {each["loc"][:-1] for each in findings}
+    lists = {finding["loc"][:-1] for finding in findings}
     lines = [
         _explain(finding, keys)
         for finding in findings

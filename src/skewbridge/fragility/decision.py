@@ -38,16 +38,11 @@ class Decision(NamedTuple):
     level: float
 
 
-def target_rate(rate: float | None, probability_50y: float | None) -> float:
-    """Return the target rate (1/year) from a rate or a 50-year probability (default 2 %)."""
-    if rate is not None and probability_50y is not None:
-        raise InputError("give --rate or --probability-50y, not both")
-    p = 0.02 if probability_50y is None else probability_50y
-    if not 0.0 < p < 1.0:
-        raise InputError(f"probability_50y must be within 0..1, got {p:g}")
-    if rate is not None and not 0.0 < rate < 1.0:
-        raise InputError(f"rate must be within 0..1 per year, got {rate:g}")
-    return float(-np.log1p(-p) / YEARS) if rate is None else rate
+def target_rate(probability_50y: float) -> float:
+    """Return the target rate (1/year) from a probability in 50 years."""
+    if not 0.0 < probability_50y < 1.0:
+        raise InputError(f"probability_50y must be within 0..1, got {probability_50y:g}")
+    return float(-np.log1p(-probability_50y) / YEARS)
 
 
 def decision(

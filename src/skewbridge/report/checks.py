@@ -45,7 +45,7 @@ class StudyTables:
     curves: pd.DataFrame
     effects: pd.DataFrame
     suite: pd.DataFrame  # with accelerations
-    max_unfinished_share: float  # largest share of rows without a usable result that passes
+    max_unfinished_share: float = 0.01  # of rows without a usable result; more do not pass
     cohesion_n: float = 0.0  # cohesion at the backwalls, unless it is an axis of the grid
     #: Number of analyses of each variant; a variant that is not listed has as many as any other.
     planned: Mapping[str, int] = field(default_factory=dict[str, int])

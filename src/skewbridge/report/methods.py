@@ -37,8 +37,7 @@ REFERENCES: Final[Mapping[str, str]] = yaml.safe_load(
     (files("skewbridge.report") / "references.yaml").read_text("utf-8")
 )
 #: Sections that do not change the results, or that the paragraphs describe in full.
-_NO_METHOD: Final = {"results", "accuracy", "grid", "figures", "batches", "checks",
-                     "max_unfinished_share", "modelling_choices", "uncertainty"}  # fmt: skip
+_NO_METHOD: Final = {"results", "accuracy", "grid", "figures", "batches", "checks", "uncertainty"}
 #: Column headings of the table of limit states.
 STATE_HEADS: Final = ("component", "demand", "median", "dispersion", "source")
 _INTEGRATORS: Final = {

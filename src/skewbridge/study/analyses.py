@@ -87,7 +87,7 @@ class StudySetup:
         suite = tuple(read_suite(folder.suite))
         draws: dict[str, dict[str, float]] = {}
         for place, name in enumerate(dict.fromkeys(motion.suite for motion in suite)):
-            ids = {each.number: each.motion.motion_id for each in suite if each.suite == name}
+            ids = {one.number: one.motion.motion_id for one in suite if one.suite == name}
             # by number, so that motions left out by the design do not change the draws
             listed = [ids.get(number, "") for number in range(max(ids) + 1)]
             draws |= study.uncertainty.draws(listed, name if place else "")
@@ -118,12 +118,12 @@ class StudySetup:
     @property
     def durations_s(self) -> list[float]:
         """Lengths of the motions of the suite."""
-        return [each.motion.duration_s for each in self.suite]
+        return [motion.motion.duration_s for motion in self.suite]
 
     @property
     def motion_ids(self) -> list[str]:
         """Motions of the suite in order, each named once even if it has several levels."""
-        return list(dict.fromkeys(each.motion.motion_id for each in self.suite))
+        return list(dict.fromkeys(motion.motion.motion_id for motion in self.suite))
 
     def of_motions(self, first: int, end: int) -> Self:
         """Return the setup with the motions ``first`` to ``end`` - 1, counted from 0."""
@@ -272,10 +272,10 @@ def run_in_journal(
     and in an IDA each task starts a search. `InputError` if the journal is locked or unwritable.
     """
     folder, ida = setup.folder, setup.ida if of_variant else None
-    own, searches = folder.journal(name), folder.journal(f"{name}_searches")
+    main, searches = folder.journal(name), folder.journal(f"{name}_searches")
     by_key = {run_key(task): task for task in sorted(tasks, key=lambda task: -task.analysed_s)}
-    with open_journal(own, PREDECESSOR_S) as journal:
-        content = read_content([own, searches] if of_variant else folder.journals)
+    with open_journal(main, PREDECESSOR_S) as journal:
+        content = read_content([main, searches] if of_variant else folder.journals)
         for sentence in content.sentences:
             logger.warning("%s: %s", name, sentence)
         done = content.rows

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from functools import reduce
+from functools import cached_property, reduce
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self
 
@@ -20,6 +20,7 @@ from skewbridge.files.text import (
     Whole,
     checked,
     merged,
+    printable,
     read_json,
     read_mapping,
     shortened,
@@ -33,7 +34,6 @@ from skewbridge.units import Units
 from skewbridge.variant.grid import GridConfig
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.random_properties import UncertaintyConfig
-from skewbridge.variant.variant import ABUTMENTS, Variant
 
 #: The bridge whose conditioning period sets the scale factors of every study. A factor must depend
 #: on the motion only, otherwise runs of different variants and bridges could not be paired.
@@ -62,16 +62,6 @@ class BatchesConfig:
 
     no_progress_s: Whole = Field(default=120, ge=1, le=86400)
     """time (s) without a step until an analysis is stopped and repeated once"""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
-class ModellingChoicesConfig:
-    """Analyses of `make choices`: options of `model` and `analysis` changed one at a time."""
-
-    motions: Whole = Field(default=8, ge=1, le=10_000)
-    """motions of each variant, spread over their PGV"""
-    variants: tuple[Annotated[str, Field(max_length=500)], ...] = Field(default=(), max_length=1000)
-    """variants to analyse; empty: two of each bridge"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
@@ -134,11 +124,8 @@ class StudyConfig(BaseModel):
     sensitivity: SensitivityConfig = Field(default_factory=SensitivityConfig)
     checks: Literal["report", "strict"] = Field(default="report")
     """a failed check of the tables is reported on the page, or stops the study"""
-    max_unfinished_share: Number = Field(default=0.01, ge=0.0, le=1.0)
-    """largest share of failed analyses that passes the checks"""
     design: DesignConfig = Field(default_factory=DesignConfig)
     figures: FigureSettings = Field(default_factory=FigureSettings)
-    modelling_choices: ModellingChoicesConfig = Field(default_factory=ModellingChoicesConfig)
     batches: BatchesConfig = Field(default_factory=BatchesConfig)
 
     @model_validator(mode="after")
@@ -149,10 +136,11 @@ class StudyConfig(BaseModel):
             raise ValueError("design.until: rounds need exactly one suite in motions.suites")
         within, axes = self.motions.blocks and self.motions.blocks.within, self.grid.values()
         if unknown := set(within or ()) - axes.keys():
-            raise ValueError(f"motions.blocks.within: {', '.join(sorted(unknown))} is not an axis")
+            names = printable(", ".join(sorted(unknown)))
+            raise ValueError(f"motions.blocks.within: {names} is not an axis")
         return self
 
-    @property
+    @cached_property
     def hazard_curve(self) -> HazardCurve | None:
         """Hazard curve of the site for an intensity of the study, or None."""
         return hazard_curve(self.hazard, MEASURES, self.fragility.im)
@@ -230,29 +218,3 @@ def check_font(name: str) -> None:
             f"figures.font must be {', '.join(GENERIC_FONTS)} or the name of an installed font"
             f"{did_you_mean(name, installed)}, got {shortened(name)}"
         )
-
-
-def chosen_variants(variants: Iterable[Variant], named: Sequence[str]) -> list[str]:
-    """Return the variants of `make choices`: the named variants, or two of each bridge.
-
-    These have the most complete abutment model, the largest friction, the smallest gap, and the
-    middle and the largest skew. `InputError` for a name that is not in the grid.
-    """
-    by_bridge, slugs = dict[str, list[Variant]](), set[str]()
-    for variant in variants:
-        by_bridge.setdefault(variant.bridge_name, []).append(variant)
-        slugs.add(variant.slug)
-    for slug in named:
-        if slug not in slugs:
-            raise InputError(f"modelling_choices.variants: {slug} is not a variant of the grid")
-    models, chosen = list(ABUTMENTS), list(named)
-
-    def rank(variant: Variant) -> tuple[float, ...]:
-        return models.index(variant.abutment), variant.friction_pct, -variant.gap_mm
-
-    for of_bridge in () if named else by_bridge.values():
-        hardest = max(map(rank, of_bridge))
-        by_skew = {abs(each.skew_deg): each.slug for each in of_bridge if rank(each) == hardest}
-        skews = sorted(by_skew)
-        chosen += [by_skew[skews[len(skews) // 2]], by_skew[skews[-1]]]
-    return list(dict.fromkeys(chosen))

@@ -90,11 +90,11 @@ class StudyFolder:
     @property
     def report_inputs(self) -> dict[str, Path]:
         """Input files of the page as a dictionary, without the figures in their separate folder."""
-        own = ("captions", "demands", "suite", "contact_checks", "checks", "sensitivity")
+        files = ("captions", "demands", "suite", "contact_checks", "checks", "sensitivity")
         fits = ("curves", "effects", "needed_motions", "intensity_effects", "input_notes", "suites")
         more = ("system", "measures", "joint", "shear_models", "rates", "rate_effects")
         return {
-            **{name: getattr(self, name) for name in own},
+            **{name: getattr(self, name) for name in files},
             **{name: self.fragility(name) for name in (*fits, *more)},
             "medians": self.fragility("median_effects"),
         }

@@ -27,7 +27,7 @@ from skewbridge.fragility.limit_states import (
 )
 from skewbridge.motions.levels import BLOCK, LEVEL_MEASURE, has_pilot, striped
 from skewbridge.motions.suite import content_digest, suite_sources
-from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, check_font, chosen_variants
+from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, check_font
 from skewbridge.study.folder import StudyFolder
 from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.options import ModelOptions
@@ -39,7 +39,7 @@ NEAR: Final = 0.5
 
 
 def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
-    """Check the bridges, motions, limit states, columns, font and variants of a configuration.
+    """Check the bridges, motions, limit states, columns and font of a configuration.
 
     The file `cache` records which motions have been read. The `InputError` has one line per error.
     """
@@ -50,7 +50,6 @@ def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
         partial(_check_limit_states, Path(config.fragility.limit_states)),
         partial(check_font, config.figures.font),
         partial(motions_digest, config, cache),
-        partial(chosen_variants, expand_grid(config.grid), config.modelling_choices.variants),
     ]
     if config.motions.design == "ida":
         demand = config.motions.ida_demand
@@ -102,7 +101,7 @@ def _check_limit_states(path: Path) -> None:
     names |= {column.name for column in joint_columns(state.demand for state in states)}
     lacking = [state for state in states if state.demand not in names]
     text = f"{path}: limit state %s/%s: the demands table has no column %r"
-    raise_all(InputError(text % (each.component, each.name, each.demand)) for each in lacking)
+    raise_all(InputError(text % (state.component, state.name, state.demand)) for state in lacking)
 
 
 def band_medians(study: StudyConfig) -> tuple[float, ...]:
@@ -130,7 +129,7 @@ def medians_of(study: StudyConfig, demands: pd.DataFrame) -> tuple[float, ...]:
     medians: list[float] = []
     for _, rows in demands.groupby("bridge"):
         levels_g = rows[LEVEL_MEASURE].to_numpy(np.float64)
-        for state in (each for each in states if each.key in HEADLINE_STATES):
+        for state in (s for s in states if s.key in HEADLINE_STATES):
             ratios = np.nan_to_num(rows[state.demand].to_numpy(np.float64) / state.threshold)
             exceeds = ratios >= 1.0
             below = np.concatenate([[0], np.cumsum(exceeds)])

@@ -37,7 +37,7 @@ class JournalContent:
     """Content of the journals of a study; unused lines are only counted."""
 
     rows: dict[str, Row]  # by `run_key`; the last line of a key counts
-    counts: Counter[str]  # repeated, outdated (other version), damaged (cut short or altered)
+    counts: Counter[str]  # outdated (other version), damaged (cut short or altered)
 
     @property
     def sentences(self) -> tuple[str, ...]:
@@ -54,7 +54,7 @@ class JournalContent:
 def read_content(paths: Sequence[Path]) -> JournalContent:
     """Return the content of journals; missing files count as empty."""
     rows: dict[str, Row] = {}
-    counts: Counter[str] = Counter(repeated=0, outdated=0, damaged=0)
+    counts: Counter[str] = Counter(outdated=0, damaged=0)
     for path in paths:
         content = path.read_bytes() if path.exists() else b""
         for line in filter(bytes.strip, content.split(b"\n")):
@@ -64,7 +64,6 @@ def read_content(paths: Sequence[Path]) -> JournalContent:
             elif row.pop(_FORMAT_KEY, 1) != JOURNAL_FORMAT or "run_key" not in row:
                 counts["outdated"] += 1
             else:
-                counts["repeated"] += row["run_key"] in rows
                 rows[row["run_key"]] = row
     return JournalContent(rows=rows, counts=counts)
 

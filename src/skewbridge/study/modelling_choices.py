@@ -5,7 +5,7 @@ a few motions, and the demands are compared with the configured model motion by 
 the grid are compared in the same way, from their lowest to their highest value.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
@@ -28,7 +28,7 @@ from skewbridge.statuses import OK
 from skewbridge.study.folder import COLUMNS_FILE
 from skewbridge.units import MN, split_unit
 from skewbridge.variant.options import HingeRule
-from skewbridge.variant.variant import Variant
+from skewbridge.variant.variant import ABUTMENTS, Variant
 
 if TYPE_CHECKING:
     # Processes that draw the figures need the table of choices but not OpenSees.
@@ -147,6 +147,7 @@ def choice_text(key: str, value: Value) -> str:
     return f"{value:g}" if unit == "-" else f"{value:g} {unit}"
 
 
+MOTIONS: Final = 8  # of each variant, spread over their PGV
 CHOICE_CONFIDENCE: Final = 0.90  # level of the intervals
 CHOICE_COLUMNS: Final[dict[str, str]] = read_yaml(COLUMNS_FILE)["modelling_choices"]
 #: Columns that identify a compared value; the remaining columns describe one demand ratio.
@@ -178,10 +179,10 @@ def axis_pairs(
         ends = [end(values, key=abs) for end in (min, max)]
         points = [variant.values() | {name: value} for value in ends]
         variants = [Variant.at(variant.bridge, variant.abutment, point) for point in points]
-        variants = [each.normalised() for each in variants]
+        variants = [variant.normalised() for variant in variants]
         if variants[0] == variants[1]:
             continue  # one value, or an axis that the abutment model does not have
-        before, after = (sampled(setup.tasks(each), count) for each in variants)
+        before, after = (sampled(setup.tasks(variant), count) for variant in variants)
         labels = _labelled("axis", name, *(choice_text(name, value) for value in ends))
         for one, other in zip(before, after, strict=True):
             yield labels, one, other
@@ -195,17 +196,35 @@ def _labelled(*texts: str) -> dict[str, str]:
     return dict(zip(_COMPARED[2:], texts, strict=True))
 
 
+def chosen_variants(variants: Iterable[Variant]) -> list[str]:
+    """Return two variants of each bridge, with the middle and the largest skew.
+
+    They have the most complete abutment model, the largest friction and the smallest gap.
+    """
+
+    def rank(variant: Variant) -> tuple[float, ...]:
+        return list(ABUTMENTS).index(variant.abutment), variant.friction_pct, -variant.gap_mm
+
+    by_bridge: dict[str, list[Variant]] = {}
+    for variant in variants:
+        by_bridge.setdefault(variant.bridge_name, []).append(variant)
+    chosen: list[str] = []
+    for of_bridge in by_bridge.values():
+        hardest = max(map(rank, of_bridge))
+        by_skew = {abs(one.skew_deg): one.slug for one in of_bridge if rank(one) == hardest}
+        skews = sorted(by_skew)
+        chosen += dict.fromkeys((by_skew[skews[len(skews) // 2]], by_skew[skews[-1]]))
+    return chosen
+
+
 def write_choices(
     setup: "StudySetup",
     variants: Sequence[str],
-    axes: Mapping[str, Sequence[float]],
-    motions: int,
+    axes: Mapping[str, Sequence[float]],  # values of the grid
     output: Path,
+    motions: int = MOTIONS,
 ) -> None:
-    """Run the analyses that are not in a journal and write the table of `CHOICE_COLUMNS`.
-
-    Each variant is analysed under `motions` motions; `axes` has the values of the grid.
-    """
+    """Run the analyses that are not in a journal and write the table of `CHOICE_COLUMNS`."""
     from skewbridge.study.analyses import run_in_journal, sampled
 
     pairs: list[TaskPair] = []

@@ -150,7 +150,7 @@ def analysis_keys(config: StudyConfig) -> tuple[Mapping[str, Sequence[str]], Seq
     rows: list[Placed] = []
     for source in suite_sources(config.motions):
         entries = list_motions(source.folder)[: source.count]
-        durations_s += [min(_length_s(each), config.motions.shaking_s or inf) for each in entries]
+        durations_s += [min(_length_s(entry), config.motions.shaking_s or inf) for entry in entries]
         rows += unread(len(entries), source.name)
     runs = planned_runs(config.grid, config.motions, rows)
     return {slug: ("",) * len(runs[slug]) for slug in slugs}, durations_s

@@ -137,9 +137,9 @@ def friction_pair(demands: pd.DataFrame) -> tuple[Variant, Variant] | None:
 
 def typical_motion(demands: pd.DataFrame, variant: Variant) -> str:
     """Return the motion with the upper-quartile deck displacement among the completed runs."""
-    part = demands[demands["variant"] == variant.slug]
-    completed = part[is_complete(part)]
-    ordered = (completed if len(completed) else part).sort_values("deck_disp_m")["motion_id"]
+    runs = demands[demands["variant"] == variant.slug]
+    completed = runs[is_complete(runs)]
+    ordered = (completed if len(completed) else runs).sort_values("deck_disp_m")["motion_id"]
     return str(ordered.iloc[int(0.75 * (len(ordered) - 1))])
 
 
@@ -148,7 +148,6 @@ def write_friction_pair(setup: "StudySetup", demands: Path, output: Path) -> Non
 
     In a small study, they cover only the strongest part of the motion.
     """
-    from skewbridge.analysis.transient import analyse
     from skewbridge.study.analyses import check_plan
 
     rows, runs = read_frame(demands), [pd.DataFrame()]
@@ -158,8 +157,7 @@ def write_friction_pair(setup: "StudySetup", demands: Path, output: Path) -> Non
     for variant in pair or ():
         task = next(t for t in setup.tasks(variant) if t.motion.motion.motion_id == motion_id)
         task = in_window(task, part_s)
-        result = analyse(task.variant, task.excitation, task.settings, task.options, histories=True)
-        histories = pd.DataFrame(result.histories or {})
+        histories = pd.DataFrame(task.analyse(histories=True).histories or {})
         motion = task.motion
         key = key_values(task.variant, motion.motion.motion_id, motion.scale, task.incidence_deg)
         runs.append(histories.assign(**key))

@@ -41,7 +41,7 @@ from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.limit_states import States, load_limit_states, with_column_failure
 from skewbridge.fragility.paper_table import EXTRAPOLATED
 from skewbridge.fragility.rates import curve_rate, rate_columns, rate_effects
-from skewbridge.fragility.settings import DEFAULTS, FitSettings
+from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.fragility.study_tables import fragility_tables, write_tables
 from skewbridge.study.folder import StudyFolder, starter_files
 from skewbridge.variant.random_properties import DRAW_PREFIX, RANDOM_PROPERTIES
@@ -141,21 +141,11 @@ def _limit_states(path: Path) -> States:
     return load_limit_states(starter_files() / usual if packaged else path)
 
 
-def _settings(im: str, margin: float | None) -> FitSettings:
-    """Return settings with `margin`, if given, as negligible change of demands and medians."""
-    if margin is None:
-        return replace(DEFAULTS, im=im)
-    if not 0.0 < margin < 1.0:
-        raise InputError(f"margin must be within 0..1, got {margin:g}", column="margin")
-    return replace(DEFAULTS, im=im, margin=margin)
-
-
 def statistics_of(
     demands: Path,
     out: Path,
     limit_states: Path,
     im: str | None = None,
-    margin: float | None = None,
     hazard: Path | None = None,
 ) -> dict[str, Any]:
     """Write demands and fragility/ of a study from a table of demands; return their summary.
@@ -175,7 +165,7 @@ def statistics_of(
     if not usable:
         names = ", ".join(dict.fromkeys(state.demand for state in states))
         raise InputError(f"{demands.name} has none of the demands of the limit states: {names}")
-    settings = _settings(measure, margin)
+    settings = replace(DEFAULTS, im=measure)
     tables = fragility_tables(table, usable, settings, hazard=rates, jobs=cpu_count())
     notes, texts = tables["input_notes"], {name: label_of(name) for name in map(str, table)}
     write_frame(table, folder.demands, provenance(**{_STATISTICS_OF: demands.name}), texts)
@@ -216,20 +206,14 @@ class StudyComparison(NamedTuple):
 
 
 def compare_studies(
-    first: Path,
-    second: Path,
-    limit_states: Path,
-    *,
-    im: str,
-    margin: float,
-    hazard: Path | None = None,
+    first: Path, second: Path, limit_states: Path, *, im: str, hazard: Path | None = None
 ) -> StudyComparison:
     """Compare two studies, each given by its folder or its demands; ratios are second / first.
 
     Runs are paired if bridge, abutment model, axes, motion, scale and incidence agree; motions by
     their digests, or by name without suites. Pairs in which one run ended early count as bounds.
     """
-    settings, states = _settings(im, margin), _limit_states(limit_states)
+    settings, states = replace(DEFAULTS, im=im), _limit_states(limit_states)
     site = site_hazard(hazard, im)
     other = _other_motions(first, second)
     tables: list[pd.DataFrame] = []
@@ -247,8 +231,8 @@ def compare_studies(
         raise InputError(_nothing_shared(tables[0], tables[1], demand_table.axis_names(both)))
     change = {"axis": STUDY, "from_value": 0.0, "to_value": 1.0}
     effects: list[dict[str, Any]] = []
-    for model, part in demand_table.models_of(pairs):
-        of_model = Pairs(model | change, part)
+    for model, of_bridge in demand_table.models_of(pairs):
+        of_model = Pairs(model | change, of_bridge)
         effects += demand_effects(of_model, names=names, settings=settings, reference_im={})[0]
     variant = [*demand_table.BRIDGE_COLUMNS, *demand_table.axis_names(both)]
     paired = both.merge(pairs[[*variant, *demand_table.LOADING_COLUMNS]].drop_duplicates())
@@ -305,12 +289,10 @@ def joint_rows(
     results: Path,  # folder of a study, or one written by `skewbridge statistics`
     bridge: str | None = None,  # None if the study has only one
     abutment: str | None = None,  # None: the only one, else contact-friction
-    component: str | None = None,
-    state: str | None = None,
 ) -> list[Row]:
     """Return the rows of table `joint` with an estimate for one bridge and abutment model.
 
-    `InputError` for a missing table, bridge, model or state. Each row has `RANDOM_PROPERTIES`.
+    `InputError` for a missing table, bridge or model. Each row has `RANDOM_PROPERTIES`.
     """
     path = StudyFolder(results).fragility("joint")
     if not path.is_file():
@@ -320,8 +302,6 @@ def joint_rows(
     drawn = texts_of(stored.schema).get(RANDOM_PROPERTIES, "none")
     table = _chosen(frame_of(stored), "bridge", bridge)
     table = _chosen(table, "abutment", abutment and abutment.replace("-", "_"), "contact_friction")
-    for column, name in (("component", component), ("limit_state", state)):
-        table = table if name is None else _chosen(table, column, name)
     usable = records_of(table[table["status"] == FITTED].assign(**{RANDOM_PROPERTIES: drawn}))
     if not usable:
         why = ", ".join(sorted(set(table["status"])))
@@ -332,10 +312,11 @@ def joint_rows(
 def predict_states(
     results: Path,
     values: Mapping[str, float],  # value on each axis
+    bridge: str | None = None,  # see `joint_rows`
+    abutment: str | None = None,
     *,
     at: float | None = None,  # intensity for `p` (with beta_total), `p_records` (with beta)
     hazard: Path | None = None,  # hazard curve for the columns of `rate_columns`
-    **chosen: str | None,  # see `joint_rows`
 ) -> list[Row]:
     """Return predictions at a point in the range of a study, one row per fitted limit state.
 
@@ -346,27 +327,27 @@ def predict_states(
     """
     if at is not None and not 0.0 < at < np.inf:
         raise InputError(f"at must be > 0 and finite, got {at:g}", column="at")
-    usable = joint_rows(results, **chosen)
+    usable = joint_rows(results, bridge, abutment)
     site = site_hazard(hazard, usable[0]["im"])
     rows: list[Row] = []
     for row in usable:
         model = JointModel(row)
         model.axis_range.check(values)
         theta, *ends = model.median(values)
-        found = {"component": row["component"], "state": row["limit_state"], "theta": theta}
+        prediction = {"component": row["component"], "state": row["limit_state"], "theta": theta}
         curve = model.curve(values)
-        found |= {"beta": float(curve.beta[0]), "beta_total": float(curve.total[0])}
-        found |= {"ci_theta": ends}
+        prediction |= {"beta": float(curve.beta[0]), "beta_total": float(curve.total[0])}
+        prediction |= {"ci_theta": ends}
         for name, total in (("p_records", False), ("p", True)):
-            found[name] = None if at is None else curve.probability(np.log(at), total=total)
+            prediction[name] = None if at is None else curve.probability(np.log(at), total=total)
         # tables of earlier versions have no range: their medians count as extrapolated
         low, high = row.get("im_low", np.inf), row.get("im_high", -np.inf)
-        found[EXTRAPOLATED] = not low <= theta <= high
-        found[f"p_{EXTRAPOLATED}"] = None if at is None else not low <= at <= high
+        prediction[EXTRAPOLATED] = not low <= theta <= high
+        prediction[f"p_{EXTRAPOLATED}"] = None if at is None else not low <= at <= high
         if site is not None:
-            found |= rate_columns(curve_rate(curve, site).interval(model.level))
+            prediction |= rate_columns(curve_rate(curve, site).interval(model.level))
         shared = {name: row[name] for name in ("loo_error", "im", RANDOM_PROPERTIES)}
-        rows.append(found | shared)
+        rows.append(prediction | shared)
     return rows
 
 

@@ -82,14 +82,14 @@ def targets(
     """
     axes = axis_names(places)
     pooled = effects[effects["scope"] == "pooled"].reset_index(drop=True)
-    own = effects[effects["scope"] == "variant"]
+    single = effects[effects["scope"] == "variant"]
     names = dict(zip(_keys(places, axes), map(str, places.index), strict=True))
     for end in ("from_value", "to_value"):
-        at = own[["bridge", "abutment", *axes]].copy()
+        at = single[["bridge", "abutment", *axes]].copy()
         for axis in axes:
-            at[axis] = at[axis].where(own["axis"] != axis, own[end])
-        own = own.assign(**{f"{end}_variant": [names[key] for key in _keys(at, axes)]})
-    pairs = dict(iter(own.groupby(list(CELL))))
+            at[axis] = at[axis].where(single["axis"] != axis, single[end])
+        single = single.assign(**{f"{end}_variant": [names[key] for key in _keys(at, axes)]})
+    pairs = dict(iter(single.groupby(list(CELL))))
     at_last = float(levels_at(np.array([float(looks[-1])]), looks, level)[0])
     needed: list[float] = []
     wanted: list[dict[str, int]] = []
@@ -200,7 +200,7 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
     if not is_first:
         cells, wanted = _looked_at(study, demands, plans, motions, own_s)
         if study.motions.blocks:
-            bridges = {each.slug: each.bridge for each in expand_grid(study.grid)}
+            bridges = {variant.slug: variant.bridge for variant in expand_grid(study.grid)}
             wanted = [whole_blocks(cell, bridges) for cell in wanted]
     # the next plan takes as long as this one did
     planning_s = time.monotonic() - entered_s

@@ -52,15 +52,15 @@ class Task:
         longest = self.settings.duration_s
         return min(self.motion.motion.duration_s, inf if longest is None else longest)
 
-    @property
-    def excitation(self) -> Excitation:
-        """Excitation of the model."""
-        return Excitation(
+    def analyse(self, **options: Any) -> AnalysisResult:
+        """Run the analysis in this process, with options of `analysis.transient.analyse`."""
+        excitation = Excitation(
             motion=self.motion.motion,
             scale=self.motion.scale,
             incidence_deg=self.incidence_deg,
             supports=self.supports,
         )
+        return analyse(self.variant, excitation, self.settings, self.options, **options)
 
 
 def run_key(task: Task) -> str:
@@ -96,14 +96,7 @@ def analyse_task(task: Task, log_path: Path, progress: Progress) -> dict[str, An
     The solver's messages go to the log; `progress` gets the time reached and the duration (s).
     """
     try:
-        result = analyse(
-            task.variant,
-            task.excitation,
-            task.settings,
-            task.options,
-            log_path=log_path,
-            progress=progress,
-        )
+        result = task.analyse(log_path=log_path, progress=progress)
     except InputError as error:
         return no_result("invalid_input", str(error))
     except OSError:  # such as a full disk, not due to the analysis: the study stops

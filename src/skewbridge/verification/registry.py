@@ -50,7 +50,6 @@ LONG_STUDIES: Final[dict[str, str]] = {
     "convergence-steps": "strong_motions:run_convergence",
     "convergence-mesh": "strong_motions:run_convergence",
     "accuracy": "strong_motions:run_pairs",
-    "accuracy-whole": "strong_motions:run_pairs",
 }
 
 COLUMNS: Final = ("study", "quantity", "value", "reference", "tolerance", "pass", "source")

@@ -8,7 +8,7 @@ import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Final, Literal
 
 import numpy as np
 
@@ -169,32 +169,17 @@ def write_default_suite(folder: Path, suite: str = "near") -> int:
     return len(rows)
 
 
-def write_synthetic_suite(
-    folder: Path,
-    scenario: ddk18.Scenario,
-    *,
-    count: int,
-    shaking_s: float | None = None,
-    free_vibration_s: float = 0.0,
-    **synthesis: Any,
-) -> Path:
+def write_synthetic_suite(folder: Path, scenario: ddk18.Scenario, *, count: int, seed: int) -> Path:
     """Write pairs as PEER files, replace the `index.csv` of the folder, and return its path.
 
-    Pair i of a seed does not depend on the count. The strongest `shaking_s` of each motion is kept;
-    with None, only the quiet ends are cut. Zeros are added at the end for `free_vibration_s`.
-    `synthesis` has the seed and the options of `synthesize`. Raises `InputError` for a count or a
-    length outside its limits.
+    Pair i of a seed does not depend on the count. Quiet ends are cut. Raises `InputError` for a
+    count outside its limits.
     """
     if not 1 <= count <= MAX_COUNT:
         raise InputError(f"count must be between 1 and {MAX_COUNT}, got {count}")
     rows: list[dict[str, object]] = []
     for index in range(count):
-        motion = synthesize(scenario, index=index, **synthesis)
-        if shaking_s is None:
-            motion = intensity.trim_quiet_ends(motion)
-            motion = intensity.add_free_vibration(motion, free_vibration_s)
-        else:
-            motion = intensity.cut_to_strongest(motion, shaking_s, free_vibration_s)
+        motion = intensity.trim_quiet_ends(synthesize(scenario, index=index, seed=seed))
         rows.append(_row(motion, write_at2(motion, folder), folder))
     write_index(folder / INDEX_NAME, rows)
     return folder / INDEX_NAME

@@ -30,7 +30,6 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import bent_capacity
 from skewbridge.demands.validity import BEYOND_MODEL, COMPLETE
@@ -187,7 +186,7 @@ def analysed_demands[Key](
 
 
 def _peaks(task: Task) -> Row:
-    result = analyse(task.variant, task.excitation, task.settings, task.options)
+    result = task.analyse()
     whole = {f"{WHOLE}{name}": float(peak) for name, peak in result.whole_history.items()}
     return outcome_of(result) | whole
 

@@ -5,7 +5,7 @@ and an energy balance. `run_convergence` compares demands at the default steps a
 those at finer ones. `run_pairs` compares the effects of friction, gap and skew at the default
 accuracy with those at the reference, as ratios of peaks under the same motion.
 
-Motions are cut to their strongest part, except in `accuracy-whole`. Finished analyses are kept in a
+Motions are cut to their strongest part. Finished analyses are kept in a
 journal: run the same command to resume. Except in the stress cases, peaks are taken over the
 analysed motion even if a column fails.
 """
@@ -24,7 +24,6 @@ from joblib import Parallel, delayed
 
 from skewbridge.analysis.recovery import rung_shares, steps_from_text
 from skewbridge.analysis.settings import NUMERICS, Accuracy, AnalysisSettings
-from skewbridge.analysis.transient import analyse
 from skewbridge.demands.validity import MAX_ENERGY_RESIDUAL
 from skewbridge.motions.intensity import cut_to_strongest
 from skewbridge.motions.record import SuiteMotion
@@ -51,7 +50,7 @@ class CaseSet:
     grid: GridConfig
     motion_count: int
     pga_g: float | None = None
-    window_s: float | None
+    window_s: float
     processes: int = 2
 
     def tasks(self, settings: AnalysisSettings, options: ModelOptions) -> list[Task]:
@@ -60,9 +59,8 @@ class CaseSet:
             motions = strongest_motions(self.motion_count, self.pga_g)
         else:
             motions = first_motions(self.motion_count)
-        if self.window_s is not None:
-            motions = [cut_to_strongest(motion, self.window_s, 0.0) for motion in motions]
-        suite = [SuiteMotion(motion=motion, scale=1.0, measures={}) for motion in motions]
+        cut = [cut_to_strongest(motion, self.window_s, 0.0) for motion in motions]
+        suite = [SuiteMotion(motion=motion, scale=1.0, measures={}) for motion in cut]
         common: Row = {"incidence_deg": 0.0, "settings": settings, "options": options}
         cases = product(expand_grid(self.grid), suite)
         return [Task(variant=variant, motion=motion, **common) for variant, motion in cases]
@@ -213,7 +211,7 @@ def _peaks(study: Study, chosen: CaseSet, numerics: Sequence[Numerics]) -> pd.Da
 
 
 def _whole_peaks(task: Task) -> Row:
-    found = analyse(task.variant, task.excitation, task.settings, task.options)
+    found = task.analyse()
     names = {*CHANGES, *EXCESS, *DEMANDS}
     return {
         "variant": task.variant.slug,
@@ -289,12 +287,7 @@ def run_pairs(
     chosen: CaseSet = ACCURACY,
     accuracies: tuple[Accuracy, Accuracy] = ("default", "reference"),
 ) -> None:
-    """Compare the pooled ratios of a set at the first accuracy with those at the second.
-
-    The study `accuracy-whole` uses uncut motions.
-    """
-    if study.name == "accuracy-whole":
-        chosen = replace(chosen, window_s=None)
+    """Compare the pooled ratios of a set at the first accuracy with those at the second."""
     numerics = [Numerics(n, "", NUMERICS[n]["analysis"], NUMERICS[n]["model"]) for n in accuracies]
     peaks = _peaks(study, chosen, numerics)
     study.tables["ratios"] = table = pooled_ratios(peaks, accuracies)
