@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from bridge_variants import abutment_analysed, analysed, variant
-from skewbridge.analysis.recovery import LADDER, Stepper
+from skewbridge.analysis.recovery import RECOVERY_STEPS
 from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.step_loop import StepLoop
 from skewbridge.errors import InputError
 from strong_motion import strong_motion
 
@@ -71,7 +72,7 @@ def test_failed_steps_are_recovered_counted_and_logged(tmp_path):
     log = tmp_path / "opensees.log"
     result = run(log_path=log, max_iterations=3, tolerance_j=1e-8, integrator=("Houbolt",))
     assert result.recovery_rung >= 1
-    assert result.failed_attempts > 2
+    assert result.failures > 2
     assert sum(result.steps_by_rung[1:]) > 2
     assert "failed" in log.read_text(encoding="utf-8")
     assert_has_peaks(result)
@@ -103,15 +104,15 @@ def test_a_too_strict_tolerance_is_loosened_and_reported_and_changes_no_later_an
     assert capfd.readouterr() == ("", ""), "OpenSees prints nothing"
     assert result.status == "ok"
     assert result.recovery_rung == 2
-    assert result.failed_attempts > 1
+    assert result.failures > 1
     assert result.loosened_ratio > 0.0
     assert run(duration_s=1.0).demands == clean.demands
-    # without further attempts it is a failure
-    monkeypatch.setattr(Stepper, "ladder", LADDER[:1])
+    # without further recovery steps it is a failure
+    monkeypatch.setattr(StepLoop, "recovery_steps", RECOVERY_STEPS[:1])
     result = run(**TOO_STRICT)
     assert result.status == "numerical_failure"
-    assert result.messages[0] == "no attempt at a step converged"
-    assert result.failed_attempts == 1
+    assert result.messages[0] == "no recovery step converged"
+    assert result.failures == 1
 
 
 def test_bad_factors_are_refused_before_anything_runs():

@@ -170,7 +170,7 @@ def _converges(integrator: tuple[str | int, ...], increment: float) -> bool:
         ops.integrator(*integrator, increment)
         if ops.analyze(1) == 0:
             return True
-        ops.domainChange()  # discard the state that a failed attempt left in the equations
+        ops.domainChange()  # discard the state that a failed step left in the equations
     return False
 
 

@@ -88,7 +88,7 @@ class AnalysisSettings:
     reuse_tangent: Flag = Field(default=True)
     """far from contact, use an earlier tangent and converge to 0.1 J"""
     max_iterations: Whole = Field(default=15, ge=2, le=1000)
-    """largest number of iterations of one attempt at a step"""
+    """largest number of iterations of a recovery step"""
     mean_iterations: Number = Field(default=40.0, ge=1.0, le=1.0e4)
     """mean iterations per regular step above which the status is timeout"""
     energy: Flag = Field(default=True)

@@ -16,7 +16,6 @@ from skewbridge.analysis.energy import EnergyBalance, energy_ratios
 from skewbridge.analysis.ground import Excitation, GroundInput
 from skewbridge.analysis.modal import apply_rayleigh, damp_columns
 from skewbridge.analysis.peaks import ModelEnd, demands, histories_of, model_end
-from skewbridge.analysis.recovery import LADDER, Effort
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Ending, Progress, StepLoop, configure_solver, solver_log
 from skewbridge.analysis.supports import SupportInput
@@ -62,11 +61,11 @@ class AnalysisResult:
     time_reached_s: float  # time of the last converged step
     duration_s: float  # duration of the analysis if it does not end early
     recovery_rung: int  # highest recovery step in which a step converged; 0 if none was needed
-    steps_by_rung: tuple[int, ...]  # (Sub-)steps that converged in each recovery step
+    steps_by_rung: tuple[int, ...]  # (sub-)steps that converged in each recovery step
     loosened_ratio: float  # share of (sub-)steps that met only a looser convergence test
     substeps: int  # steps shorter than the regular one
-    failed_attempts: int  # number of step attempts that did not converge
-    iterations: int  # equilibrium iterations, including failed attempts
+    failures: int  # how often a recovery step did not converge
+    iterations: int  # equilibrium iterations, including those of failures
     demands: dict[str, float]  # the demand columns of the table, in their units
     #: the demand columns as peaks over all steps, even after a column failure
     whole_history: dict[str, float]
@@ -174,10 +173,10 @@ class _History:
             time_reached_s=float(trace.time_s[-1]),
             duration_s=self._ground.duration_s,
             recovery_rung=effort.highest_rung,
-            steps_by_rung=tuple(effort.steps_by_rung[rung] for rung in range(len(LADDER))),
-            loosened_ratio=self._loosened_ratio(effort),
+            steps_by_rung=effort.counts,
+            loosened_ratio=effort.loosened_ratio(self._settings.tolerance_j),
             substeps=effort.substeps,
-            failed_attempts=effort.failed_attempts,
+            failures=effort.failures,
             iterations=effort.iterations,
             demands=found,
             whole_history=whole,
@@ -199,15 +198,6 @@ class _History:
             return Ending(status="numerical_failure", message=message)
         criterion = self._watch.collapsed()
         return Ending(status="collapse", collapse_criterion=criterion) if criterion else None
-
-    def _loosened_ratio(self, effort: Effort) -> float:
-        usual_j, total = self._settings.tolerance_j, effort.steps_by_rung.total()
-        loose = sum(
-            count
-            for rung, count in effort.steps_by_rung.items()
-            if LADDER[rung].tolerance_j > usual_j
-        )
-        return loose / total if total else 0.0
 
 
 class Watch:
@@ -405,5 +395,5 @@ def _advance(contacts: ContactSet | None, dt_s: float) -> bool:
         if done == parts:
             return True
         dt_s -= done * part_s
-        ops.domainChange()  # discard the state that a failed attempt left in the equations
+        ops.domainChange()  # discard the state that a failed step left in the equations
     return False
