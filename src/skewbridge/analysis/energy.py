@@ -79,7 +79,7 @@ class EnergyBalance:
             name: tuple(element for element in groups[name] if element not in held)
             for name in ("bearings", "backfill")
         }
-        self._read_joints = tuple(each for joints in self._joints.values() for each in joints)
+        self._read_joints = tuple(element for joints in self._joints.values() for element in joints)
         is_exact = integrator[:3] == _TRAPEZOIDAL
         self._accelerated = () if is_exact else tuple(self._masses)
         self._nodes = {
@@ -292,7 +292,7 @@ def held_by_contacts(model: BridgeModel) -> dict[int, tuple[int, ...]]:
     for first in {unit.node_i for unit in model.contacts.units} if model.contacts else ():
         chain, reached = dict[int, None](), [first]
         for node in reached:
-            behind = [each for each in at_node[node] if each not in chain and each not in contacts]
+            behind = [e for e in at_node[node] if e not in chain and e not in contacts]
             chain.update(dict.fromkeys(behind))
             ends = {other for element in behind for other in ops.eleNodes(element)} - {*reached}
             reached += [other for other in ends if len(ops.getFixedDOFs(other)) < DISP]

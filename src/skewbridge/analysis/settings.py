@@ -96,15 +96,15 @@ class AnalysisSettings:
 
     @model_validator(mode="before")
     @classmethod
-    def _paper(cls, given: ArgsKwargs | dict[str, object] | object) -> object:
+    def _paper(cls, raw: ArgsKwargs | dict[str, object] | object) -> object:
         """Fill in the constant step of scheme paper for keys that are not given."""
-        if not isinstance(given, ArgsKwargs | dict):
-            return given
-        values = dict(given.kwargs or {}) if isinstance(given, ArgsKwargs) else dict(given)
+        if not isinstance(raw, ArgsKwargs | dict):
+            return raw
+        values = dict(raw.kwargs or {}) if isinstance(raw, ArgsKwargs) else dict(raw)
         if values.get("scheme") == "paper":
             steps = {"dt_s": PAPER_DT_S, "contact_dt_s": None, "event_dt_s": None}
             values = {**steps, "reuse_tangent": False, **values}
-        return ArgsKwargs((), values) if isinstance(given, ArgsKwargs) else values
+        return ArgsKwargs((), values) if isinstance(raw, ArgsKwargs) else values
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

@@ -132,18 +132,18 @@ class StepLoop:
             within = done % _FINEST
             fits = MAX_HALVINGS - ((within & -within).bit_length() - 1 if within else MAX_HALVINGS)
             halvings = self.halvings(fits)
-            part, size_s = _FINEST >> halvings, dt_s / 2**halvings
+            parts, size_s = _FINEST >> halvings, dt_s / 2**halvings
             is_far = halvings <= coarse and self._held == 0 and self._is_far()
             is_ready = self._is_fresh if is_far else self._held == 0 and not self._reuses
             made = 0
             if is_ready and size_s == self._size_s:
-                count = min((steps * _FINEST - done) // part, self._together(size_s))
+                count = min((steps * _FINEST - done) // parts, self._together(size_s))
                 if count > 1:
                     made = yield from self._take_together(count, size_s)
             if made == 0:
                 made = 1
                 yield from self._advance(size_s, is_far=is_far)
-            done += made * part
+            done += made * parts
             if done % _FINEST == 0:
                 if self.effort.iterations > budget:
                     raise TimeoutError(f"more than {budget:.0f} iterations")

@@ -148,11 +148,11 @@ class _History:
         effort = self._loop.effort
         ratios = energy_ratios(energy)
         whole = demands(self._model, trace, ground, ratios)
-        end, found = model_end(self._model.columns, trace), dict(whole)
+        end, peaks = model_end(self._model.columns, trace), dict(whole)
         if end.mode:  # the model is not valid after the failure of a column
             rows = end.rows
-            found |= demands(self._model, trace.at(slice(rows)), ground[:rows], ratios)
-            found |= {name: whole[name] for name in (_RESIDUAL, *SHEAR_MODEL_DEMANDS.values())}
+            peaks |= demands(self._model, trace.at(slice(rows)), ground[:rows], ratios)
+            peaks |= {name: whole[name] for name in (_RESIDUAL, *SHEAR_MODEL_DEMANDS.values())}
         messages = [ending.message] if ending.message else []
         if ending.status == OK and self._supports is not None:
             messages.append("support motions: residual drift at the last step, no energy balance")
@@ -161,7 +161,7 @@ class _History:
             if rest.reason:
                 messages.append(f"residual drift is taken from the last step: {rest.reason}")
             else:
-                found[_RESIDUAL] = max(rest.drifts, default=0.0)
+                peaks[_RESIDUAL] = max(rest.drifts, default=0.0)
         histories = None
         if self._histories:
             steps = at_regular_steps(trace.time_s, self._settings.dt_s)
@@ -178,7 +178,7 @@ class _History:
             substeps=effort.substeps,
             failures=effort.failures,
             iterations=effort.iterations,
-            demands=found,
+            demands=peaks,
             whole_history=whole,
             support_length_m=min(lengths_m, default=nan),
             bents=capacity_rows(self._model.frame.bents),

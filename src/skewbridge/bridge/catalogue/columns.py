@@ -168,7 +168,7 @@ def _block(centre_m: Pair, sizes_m: Pair, counts: tuple[int, int]) -> Fibers:
         for centre, size, count in zip(centre_m, sizes_m, counts, strict=True)
     )
     area = sizes_m[0] * sizes_m[1] / (counts[0] * counts[1])
-    return [(each, other, area) for each in y.tolist() for other in z.tolist()]
+    return [(across, along, area) for across in y.tolist() for along in z.tolist()]
 
 
 class Hoops(NamedTuple):
