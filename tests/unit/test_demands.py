@@ -276,10 +276,6 @@ def watched(monkeypatch, moved, **changes):
     seats = parts["abutments"]
     model = SimpleNamespace(weight_n=1e7, frame=frame, seats=seats, joints=(), **parts)
     monkeypatch.setattr(transient.ops, "nodeDisp", lambda n: [moved.get(n, 0.0), *[0.0] * 5])
-    monkeypatch.setattr(transient.ops, "nodeCoord", lambda _: [0.0, 0.0, 0.0])
-    monkeypatch.setattr(transient.ops, "getNodeTags", lambda: [CENTRE, BASE])
-    fixed = {CENTRE: [], BASE: [1, 2, 3, 4, 5, 6]}
-    monkeypatch.setattr(transient.ops, "getFixedDOFs", fixed.get)
     return Watch(model, AnalysisSettings())
 
 

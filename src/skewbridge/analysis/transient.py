@@ -13,15 +13,14 @@ from numpy.typing import NDArray
 
 from skewbridge.analysis.bridge_check import capacity_rows
 from skewbridge.analysis.energy import EnergyBalance, energy_ratios
-from skewbridge.analysis.ground import Excitation, GroundInput
+from skewbridge.analysis.ground import Excitation, GroundInput, SupportInput
 from skewbridge.analysis.modal import apply_rayleigh, damp_columns
 from skewbridge.analysis.peaks import ModelEnd, demands, histories_of, model_end
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Ending, Progress, StepLoop, configure_solver, solver_log
-from skewbridge.analysis.supports import SupportInput
 from skewbridge.analysis.trace import Monitor, at_regular_steps
 from skewbridge.bridge.frame import BridgeModel
-from skewbridge.bridge.handles import ColumnHandle, Point
+from skewbridge.bridge.handles import AbutmentHandle, ColumnHandle, Point, SeatHandle
 from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.plan import PlanVector
@@ -129,7 +128,7 @@ class _History:
         damp(by_tangent=settings.reuse_tangent and model.contacts is None)
         self._loop = StepLoop(model.contacts, settings, lambda is_far: damp(by_tangent=is_far))
         self._monitor = Monitor(model, bearings=histories)
-        self._watch = Watch(model, settings)
+        self._watch = Watch(model, settings, ground_moves=supports is not None)
         self._energy = None
         if settings.energy:
             self._energy = EnergyBalance(
@@ -203,30 +202,32 @@ class _History:
 class Watch:
     """Compares each step with the limits; create it in the state under gravity.
 
-    ``columns`` are the drifts since then. `InputError` if a joint gap is at least as wide as its
-    seat.
+    ``columns`` are the drifts since then; ``ground_moves`` under support motions. `InputError` if a
+    joint gap is at least as wide as its seat.
     """
 
-    def __init__(self, model: BridgeModel, settings: AnalysisSettings) -> None:
+    def __init__(
+        self, model: BridgeModel, settings: AnalysisSettings, *, ground_moves: bool = False
+    ) -> None:
         self._settings = settings
         self._max_normal_n = MAX_CONTACT_WEIGHTS * model.weight_n
         self._contacts = model.contacts
-        self._deck, self._ground = _Moved(model.frame.centre_node), _ground_near(model)
+        self._deck = _Moved(model.frame.centre_node)
+        self._ground = _ground_near(model) if ground_moves else None
         self.columns = tuple(Lean(column) for column in model.columns)
-        self._corners = tuple(
-            (
-                _Moved(corner.node),
-                _Moved(abutment.holders[0]),
-                abutment.normal,
-                abutment.support_length_m,
-            )
-            for abutment in model.seats
-            for corner in abutment.corners
-        )
-        self._seats = tuple(
-            (_Moved(seat.corner), _Moved(seat.holder), seat.normal, seat.support_length_m)
+        seats: list[tuple[str, int, int | Point, AbutmentHandle | SeatHandle]] = [
+            ("unseating_m", corner.node, end.holders[0], end)
+            for end in model.seats
+            for corner in end.corners
+        ]
+        seats += [
+            ("joint_unseating_m", seat.corner, seat.holder, seat)
             for joint in model.joints
             for seat in joint.seats
+        ]
+        self._seats = tuple(
+            (demand, _Moved(corner), _Moved(holder), seat.normal, seat.support_length_m)
+            for demand, corner, holder, seat in seats
         )
         self._drift_ratio = self._disp_m = 0.0
         for abutment in model.seats:
@@ -247,8 +248,11 @@ class Watch:
 
         Call it once after each step, before `collapsed`.
         """
-        (x, y), (ground_x, ground_y) = self._deck.disp_m(), self._ground.disp_m()
-        drift, disp_m = 0.0, hypot(x - ground_x, y - ground_y)
+        x, y = self._deck.disp_m()
+        if self._ground is not None:
+            ground_x, ground_y = self._ground.disp_m()
+            x, y = x - ground_x, y - ground_y
+        drift, disp_m = 0.0, hypot(x, y)
         for column in self.columns:
             if not (ratio := column.drift_ratio()) <= drift:  # NaN counts
                 drift = ratio
@@ -268,11 +272,10 @@ class Watch:
         """Return the name of the demand whose limit is exceeded, or an empty text."""
         if self._drift_ratio >= self._settings.collapse_drift_ratio:
             return "column_drift_ratio"
-        for name, seats in (("unseating_m", self._corners), ("joint_unseating_m", self._seats)):
-            for corner, holder, normal, support_m in seats:
-                (x, y), (below_x, below_y) = corner.disp_m(), holder.disp_m()
-                if -((x - below_x) * normal[0] + (y - below_y) * normal[1]) > support_m:
-                    return name
+        for demand, corner, holder, normal, support_m in self._seats:
+            (x, y), (below_x, below_y) = corner.disp_m(), holder.disp_m()
+            if -((x - below_x) * normal[0] + (y - below_y) * normal[1]) > support_m:
+                return demand
         if self._disp_m > self._settings.collapse_deck_disp_m:
             return "deck_disp_m"
         return ""
