@@ -10,8 +10,9 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from skewbridge.bridge.catalogue.columns import AnyColumn, ColumnData, over_default
-from skewbridge.bridge.catalogue.quantities import (
+from skewbridge.bridge.catalogue.columns import (
+    AnyColumn,
+    ColumnData,
     Distance,
     Factor,
     Gigapascals,
@@ -28,6 +29,7 @@ from skewbridge.bridge.catalogue.quantities import (
     Stiffness,
     Tonnes,
     Weight,
+    over_default,
 )
 from skewbridge.errors import InputError
 
