@@ -12,12 +12,11 @@ from typing import Any, Final
 import numpy as np
 import openseespy.opensees as ops
 
-from skewbridge.bridge.assembly import GravityError, assemble, domain
+from skewbridge.bridge.assembly import GravityError, assemble, domain, modes_of, period_s
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import AbutmentData
 from skewbridge.bridge.frame import Damping, DeadLoad, Description, End, Frame
 from skewbridge.bridge.handles import ColumnCapacity, ColumnHandle, Point, TagAllocator
-from skewbridge.bridge.modes import modes_of, period_s
 from skewbridge.bridge.plan import DeckEnd, PlanVector
 from skewbridge.bridge.script_files import (
     FRAME_NUMERICS,

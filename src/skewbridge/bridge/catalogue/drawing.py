@@ -157,7 +157,7 @@ def end_reaction_kn(bridge: BridgeData, *_: object) -> float:
 def period_s(bridge: BridgeData, which: Any) -> float:
     """Return the period ``t1``, ``long`` or ``short`` of `bridge_period_s`."""
     # by name: the model of a bridge, which has these periods, imports the catalogue
-    return import_module("skewbridge.bridge.modes").bridge_period_s(bridge, which)
+    return import_module("skewbridge.bridge.assembly").bridge_period_s(bridge, which)
 
 
 _FUNCTIONS: Final[dict[str, Any]] = {
