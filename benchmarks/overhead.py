@@ -80,7 +80,7 @@ def ours(
 def measure(case: Case, repeats: int) -> dict[str, Any] | None:
     """Return the ratios, or None if a step fails."""
     result, _ = ours(case, SETTINGS, histories=True)
-    if result.failures:
+    if result.effort.failures:
         return None
     end_m, histories = bare(case, SETTINGS), result.histories
     if histories is None:

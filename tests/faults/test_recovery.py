@@ -355,7 +355,7 @@ def test_a_retry_does_not_change_the_response(monkeypatch):
     """Both converge to the tolerance by different iterations."""
     smooth = response(monkeypatch, frozenset())
     rough = response(monkeypatch, FAILING)
-    assert rough.failures - smooth.failures == len(FAILING)
+    assert rough.effort.failures - smooth.effort.failures == len(FAILING)
     assert smooth.demands["contact_closures"] > 10
     for name in ("column_drift_ratio", "deck_rotation_rad", "unseating_m", "slip_work_kj"):
         assert rough.demands[name] == pytest.approx(smooth.demands[name], rel=1e-8)

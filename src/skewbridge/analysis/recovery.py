@@ -62,7 +62,7 @@ class Effort:
     iterations: int = 0
     failures: int = 0  # how often a recovery step did not converge
     substeps: int = 0  # steps shorter than the regular one
-    # Number of (sub-)steps that converged in each recovery step.
+    #: number of (sub-)steps by the recovery step in which they converged
     steps_by_rung: Counter[int] = field(default_factory=Counter[int])
 
     @property

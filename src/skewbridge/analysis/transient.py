@@ -16,6 +16,7 @@ from skewbridge.analysis.energy import EnergyBalance, energy_ratios
 from skewbridge.analysis.ground import Excitation, GroundInput, SupportInput
 from skewbridge.analysis.modal import apply_rayleigh, damp_columns
 from skewbridge.analysis.peaks import ModelEnd, demands, histories_of, model_end
+from skewbridge.analysis.recovery import Effort
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Ending, Progress, StepLoop, configure_solver, solver_log
 from skewbridge.analysis.trace import Monitor, at_regular_steps
@@ -59,12 +60,8 @@ class AnalysisResult:
     collapse_criterion: str  # name of the demand that exceeded its limit, or empty
     time_reached_s: float  # time of the last converged step
     duration_s: float  # duration of the analysis if it does not end early
-    recovery_rung: int  # highest recovery step in which a step converged; 0 if none was needed
-    steps_by_rung: tuple[int, ...]  # (sub-)steps that converged in each recovery step
+    effort: Effort  # iterations, (sub-)steps and failures
     loosened_ratio: float  # share of (sub-)steps that met only a looser convergence test
-    substeps: int  # steps shorter than the regular one
-    failures: int  # how often a recovery step did not converge
-    iterations: int  # equilibrium iterations, including those of failures
     demands: dict[str, float]  # the demand columns of the table, in their units
     #: the demand columns as peaks over all steps, even after a column failure
     whole_history: dict[str, float]
@@ -171,12 +168,8 @@ class _History:
             collapse_criterion=ending.collapse_criterion,
             time_reached_s=float(trace.time_s[-1]),
             duration_s=self._ground.duration_s,
-            recovery_rung=effort.highest_rung,
-            steps_by_rung=effort.counts,
+            effort=effort,
             loosened_ratio=effort.loosened_ratio(self._settings.tolerance_j),
-            substeps=effort.substeps,
-            failures=effort.failures,
-            iterations=effort.iterations,
             demands=peaks,
             whole_history=whole,
             support_length_m=min(lengths_m, default=nan),
