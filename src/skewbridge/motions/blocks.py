@@ -51,9 +51,9 @@ class _Counts:
 
     def imbalance(self, rank: int, chosen: Mapping[int, tuple[int, ...]]) -> tuple[int, ...]:
         """Return numbers of runs with the cells chosen at each incidence, decisive first."""
-        cells = [cell for group in chosen.values() for cell in group]
+        cells = [cell for own in chosen.values() for cell in own]
         pairs = combinations(cells, 2)
-        angles = [self.at_incidence[angle, list(group)].sum() for angle, group in chosen.items()]
+        angles = [self.at_incidence[angle, list(own)].sum() for angle, own in chosen.items()]
         return (
             len(cells) - len(set(cells)),
             int(self.in_band[rank, cells].sum()),
@@ -64,10 +64,10 @@ class _Counts:
 
     def add(self, rank: int, chosen: Mapping[int, tuple[int, ...]]) -> None:
         """Count the cells chosen at each incidence for a motion of this rank."""
-        cells = [cell for group in chosen.values() for cell in group]
+        cells = [cell for own in chosen.values() for cell in own]
         np.add.at(self.in_band[rank], cells, 1)
-        for angle, group in chosen.items():
-            self.at_incidence[angle, list(group)] += 1
+        for angle, own in chosen.items():
+            self.at_incidence[angle, list(own)] += 1
         for one, other in combinations(cells, 2):
             self.of_pair[[one, other], [other, one]] += 1
 
@@ -101,8 +101,8 @@ def assign(
         by_angle = (dict(zip(angles, option, strict=True)) for option in options)
         chosen = min(by_angle, key=partial(counts.imbalance, rank))
         counts.add(rank, chosen)
-        for angle, group in chosen.items():
-            runs[motion, angle, list(group)] = True
+        for angle, own in chosen.items():
+            runs[motion, angle, list(own)] = True
     return runs
 
 
@@ -118,9 +118,9 @@ def planned_runs(
     count, cells = cells_of(grid, blocks.within if blocks else ())
     runs = np.ones((len(rows), len(angles), count), dtype=np.bool_)
     for suite in {row[0] for row in rows}:
-        used = [number for number, row in enumerate(rows) if row[0] == suite]
+        own = [number for number, row in enumerate(rows) if row[0] == suite]
         if blocks:
-            runs[used] = assign([rows[number][3] for number in used], count, len(angles), blocks)
+            runs[own] = assign([rows[number][3] for number in own], count, len(angles), blocks)
     return {
         slug: {
             (*rows[row][1:3], angles[angle])
