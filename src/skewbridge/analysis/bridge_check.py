@@ -137,11 +137,11 @@ def _unit_doubts(bridge: Description, standing: ModalResult) -> Iterator[str]:
 
 def _outside_ranges(read: Completed) -> Iterator[str]:
     bridge = read.bridge
-    for formula, given in _USUAL:
-        limits = [each for each in given if not isinstance(each, str)]
+    for formula, row in _USUAL:
+        limits = [limit for limit in row if not isinstance(limit, str)]
         name, keys = formula.text, ""
-        if isinstance(given[-1], str):
-            name, keys = given[-1], f" ({', '.join(formula.needs)})"
+        if isinstance(row[-1], str):
+            name, keys = row[-1], f" ({', '.join(formula.needs)})"
         values = {
             float(value)
             for number in range(len(bridge.bents) if "*" in formula.text else 1)
