@@ -22,7 +22,7 @@ from common import Case, cpu_s, interleaved, options, osb1, ratio, show, spread,
 from skewbridge.analysis import transient
 from skewbridge.analysis.ground import Excitation, GroundInput
 from skewbridge.analysis.modal import apply_rayleigh
-from skewbridge.analysis.recovery import LADDER
+from skewbridge.analysis.recovery import RECOVERY_STEPS
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import configure_solver, solver_log
 from skewbridge.analysis.transient import AnalysisResult
@@ -43,7 +43,7 @@ def bare(case: Case, settings: AnalysisSettings) -> float:
         ground.apply(model.tags)
         start_m = ops.nodeDisp(model.deck_centre_node, 1)
         configure_solver(settings)
-        ops.algorithm(*LADDER[0].algorithm)
+        ops.algorithm(*RECOVERY_STEPS[0].algorithm)
         ops.integrator(*settings.integrator_command)
         ops.analysis("Transient", "-noWarnings")
         if ops.analyze(ground.steps, settings.dt_s) != 0:
@@ -80,7 +80,7 @@ def ours(
 def measure(case: Case, repeats: int) -> dict[str, Any] | None:
     """Return the ratios, or None if a step fails."""
     result, _ = ours(case, SETTINGS, histories=True)
-    if result.failed_attempts:
+    if result.effort.failures:
         return None
     end_m, histories = bare(case, SETTINGS), result.histories
     if histories is None:

@@ -27,7 +27,7 @@ class PlainRun:
     """Result of a plain analysis.
 
     Attributes:
-        status: ``ok``, ``collapse``, or ``failed`` if no attempt at a step converged.
+        status: ``ok``, ``collapse``, or ``failed`` if no recovery step converged.
         failed_steps: Steps where Newton failed.
         steps: Steps made.
         iterations: Iterations of the converged regular steps.

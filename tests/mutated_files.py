@@ -24,7 +24,7 @@ from skewbridge.files.tables import write_frame
 from skewbridge.fragility.fit_data import fit_file
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.motions.folder import list_motions
-from skewbridge.motions.formats import UNIT_FACTORS, Given
+from skewbridge.motions.formats import UNIT_FACTORS, Stated
 from skewbridge.motions.read import DT_LIMITS_S, PGA_LIMITS_G, read_trace
 from skewbridge.motions.suite import read_entry
 from skewbridge.study.config import load_config
@@ -142,11 +142,11 @@ FAMILIES: dict[str, tuple[str, list[bytes], Callable[[Path], object]]] = {
     "geonet": (".V2A", [geonet_text({"N28W": 9806.65 * wave()}).encode()], read_record),
     "columns": (".csv", [columns_text(",", 1).encode()], read_record),
     "three_columns": (
-        ".txt", [columns_text(" ", 2).encode()], lambda path: read_record(path, Given(channel=2))
+        ".txt", [columns_text(" ", 2).encode()], lambda path: read_record(path, Stated(channel=2))
     ),
     "values": (
         ".acc", [b"\n".join(b"%.6e" % value for value in wave())],
-        lambda path: read_record(path, Given(dt_s=0.01)),
+        lambda path: read_record(path, Stated(dt_s=0.01)),
     ),
     "index": (".txt", [INDEX.encode()], read_index),
     "config": (".yaml", [shipped(n) for n in ("config", "ida")], read_study),

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from bridge_variants import abutment_analysed, analysed, variant
-from skewbridge.analysis.recovery import LADDER, Stepper
+from skewbridge.analysis.recovery import RECOVERY_STEPS
 from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.step_loop import StepLoop
 from skewbridge.errors import InputError
 from strong_motion import strong_motion
 
@@ -70,9 +71,9 @@ def test_failed_steps_are_recovered_counted_and_logged(tmp_path):
     # Three iterations are too few for the steps in which contacts close.
     log = tmp_path / "opensees.log"
     result = run(log_path=log, max_iterations=3, tolerance_j=1e-8, integrator=("Houbolt",))
-    assert result.recovery_rung >= 1
-    assert result.failed_attempts > 2
-    assert sum(result.steps_by_rung[1:]) > 2
+    assert result.effort.highest_rung >= 1
+    assert result.effort.failures > 2
+    assert sum(result.effort.counts[1:]) > 2
     assert "failed" in log.read_text(encoding="utf-8")
     assert_has_peaks(result)
 
@@ -102,16 +103,16 @@ def test_a_too_strict_tolerance_is_loosened_and_reported_and_changes_no_later_an
     result = run(**TOO_STRICT)
     assert capfd.readouterr() == ("", ""), "OpenSees prints nothing"
     assert result.status == "ok"
-    assert result.recovery_rung == 2
-    assert result.failed_attempts > 1
+    assert result.effort.highest_rung == 2
+    assert result.effort.failures > 1
     assert result.loosened_ratio > 0.0
     assert run(duration_s=1.0).demands == clean.demands
-    # without further attempts it is a failure
-    monkeypatch.setattr(Stepper, "ladder", LADDER[:1])
+    # without further recovery steps it is a failure
+    monkeypatch.setattr(StepLoop, "recovery_steps", RECOVERY_STEPS[:1])
     result = run(**TOO_STRICT)
     assert result.status == "numerical_failure"
-    assert result.messages[0] == "no attempt at a step converged"
-    assert result.failed_attempts == 1
+    assert result.messages[0] == "no recovery step converged"
+    assert result.effort.failures == 1
 
 
 def test_bad_factors_are_refused_before_anything_runs():
@@ -130,7 +131,7 @@ def test_histories_are_equally_spaced_over_the_window_and_the_free_vibration():
     result = run(duration_s=2.0, free_vibration_s=0.5)
     assert result.duration_s == pytest.approx(2.5)
     assert result.time_reached_s == pytest.approx(2.5)
-    assert result.substeps > 10
+    assert result.effort.substeps > 10
     spacing = np.diff(result.histories["t_s"])
     assert spacing == pytest.approx(AnalysisSettings().dt_s, rel=1e-6)
     openings = [name for name in result.histories if name.endswith("_opening_m")]

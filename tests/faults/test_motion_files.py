@@ -11,7 +11,7 @@ from motions_files import at2_text, index_of, make_pairs, shaken_g
 from skewbridge.errors import InputError
 from skewbridge.motions import suite
 from skewbridge.motions.check import check_paths
-from skewbridge.motions.formats import Given
+from skewbridge.motions.formats import Stated
 from skewbridge.motions.levels import MotionsConfig
 from skewbridge.motions.read import SURROGATE_FACTOR, SURROGATE_FILES, read_motion, read_trace
 from skewbridge.motions.spectrum import orbit_rotd50
@@ -102,7 +102,7 @@ def test_very_long_lines_are_refused_quickly(tmp_path):
     for name, text in product(("long.AT2", "long.txt", "long.V2"), texts):
         (tmp_path / name).write_text(text)
         with pytest.raises(InputError):
-            read_trace(tmp_path / name, Given(dt_s=0.01))
+            read_trace(tmp_path / name, Stated(dt_s=0.01))
 
 
 def test_unreadable_paths_are_input_errors(tmp_path):

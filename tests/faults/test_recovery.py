@@ -1,6 +1,6 @@
-"""The recovery ladder: order, cost and sub-steps; failed attempts do not change the response.
+"""Recovery steps: order, cost and sub-steps; failures do not change the response.
 
-Attempts fail after two iterations, so that their trial state is far from the committed one. The
+Solutions fail after two iterations, so that their trial state is far from the committed one. The
 reference is the same sequence of (sub-)steps without failures.
 """
 
@@ -10,15 +10,10 @@ import openseespy.opensees as ops
 import pytest
 
 from bridge_variants import analysed, variant
-from skewbridge.analysis.recovery import (
-    HELD_STEPS,
-    LADDER,
-    MAX_HALVINGS,
-    Attempt,
-    NoConvergenceError,
-    Stepper,
-)
+from skewbridge.analysis import step_loop
+from skewbridge.analysis.recovery import RECOVERY_STEPS, RecoveryStep
 from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.step_loop import HELD_STEPS, MAX_HALVINGS, NoConvergenceError, StepLoop
 from skewbridge.analysis.transient import Watch
 
 DT_S = 0.01
@@ -80,39 +75,49 @@ def prepare():
     set_test()
 
 
-def stepper(integrator=NEWMARK, max_iterations=10, **policy):
-    """Return a stepper of the model in the domain, with some methods of its policy replaced."""
+def keep_test(monkeypatch):
+    """Keep the convergence test of the model in the domain in all recovery steps."""
+    monkeypatch.setattr(step_loop, "set_test", lambda *_: set_test())
+
+
+def loop_of(integrator=NEWMARK, max_iterations=10, **replaced):
+    """Return a loop over the model in the domain, with some of its attributes replaced."""
     given = {"contact_dt_s": None, "event_dt_s": None, "max_iterations": max_iterations}
-    made = Stepper(AnalysisSettings(dt_s=DT_S, integrator=integrator, **given))
-    for name, value in policy.items():
-        setattr(made, name, value)
-    made.start()
-    return made
+    settings = AnalysisSettings(dt_s=DT_S, integrator=integrator, mean_iterations=1e4, **given)
+    loop = StepLoop(None, settings)
+    for name, value in replaced.items():
+        setattr(loop, name, value)
+    loop.start()
+    return loop
 
 
 @pytest.fixture
-def oscillator():
+def oscillator(monkeypatch):
     """An elastic oscillator, ready for steps."""
+    keep_test(monkeypatch)
     spring_and_mass(spring=("Elastic", 1, 100.0))
     prepare()
 
 
 @pytest.mark.usefixtures("oscillator")
-def test_a_successful_rung_is_held_for_some_steps():
-    asked = []
-    ladder = (Attempt(algorithm=("Newton",)), Attempt(algorithm=("Newton",), tolerance_j=1e3))
+def test_a_successful_recovery_step_is_kept_for_some_steps(monkeypatch):
+    strict = RecoveryStep(algorithm=("Newton",))
+    loose = RecoveryStep(algorithm=("Newton",), tolerance_j=1e3)
+    tested = []
 
-    def test_of(attempt):
-        asked.append(attempt.tolerance_j)
-        set_test(TIGHT if asked[-1] > 0.0 or len(asked) > 2 else -1.0, 5)
+    def use_test(_settings, _size_s, step):
+        tested.append(step)
+        set_test(TIGHT if step is loose or loose in tested else -1.0, 5)
 
-    steps = stepper(ladder=ladder, set_test=test_of)
-    test_of(ladder[0])
-    assert len(list(steps.committed(HELD_STEPS))) == HELD_STEPS
-    assert asked == [0.0, 1e3]  # one failure, and no other: the loose test is still in force
-    assert list(steps.committed(1)) == [DT_S]
-    assert asked == [0.0, 1e3, 0.0]
-    assert (steps.effort.failed_attempts, steps.effort.highest_rung) == (1, 1)
+    monkeypatch.setattr(step_loop, "set_test", use_test)
+    loop = loop_of(recovery_steps=(strict, loose))
+    assert len(list(loop.committed(HELD_STEPS))) == HELD_STEPS
+    # one failure, and no other: the loose test is kept
+    assert list(dict.fromkeys(tested)) == [strict, loose]
+    assert tested[-1] is loose
+    assert list(loop.committed(1)) == [DT_S]
+    assert tested[-1] is strict
+    assert (loop.effort.failures, loop.effort.highest_rung) == (1, 1)
 
 
 @pytest.mark.usefixtures("oscillator")
@@ -123,21 +128,21 @@ def test_parts_of_several_lengths_fill_the_regular_step():
         least_given.append(least)
         return max(least, next(wanted))
 
-    steps = stepper(HHT, halvings=halvings)
+    loop = loop_of(HHT, halvings=halvings)
     # a quarter, then the next quarter although more was allowed, an eighth, its like, a quarter
-    assert list(steps.committed(1)) == [DT_S / 4, DT_S / 4, DT_S / 8, DT_S / 8, DT_S / 4]
+    assert list(loop.committed(1)) == [DT_S / 4, DT_S / 4, DT_S / 8, DT_S / 8, DT_S / 4]
     assert least_given == [0, 2, 1, 3, 2]
     assert ops.getTime() == pytest.approx(DT_S, rel=1e-12)
-    assert (steps.effort.substeps, steps.effort.highest_rung) == (5, 0)
+    assert (loop.effort.substeps, loop.effort.highest_rung) == (5, 0)
 
 
 @pytest.mark.usefixtures("oscillator")
 def test_a_change_of_the_step_size_is_announced_and_no_step_follows_the_end():
     announced = []
-    steps = stepper(HHT, prepare=announced.append)
-    assert list(steps.committed(2)) == [DT_S] * 2
-    steps.halvings = lambda least: max(least, 1)
-    for number, size_s in enumerate(steps.committed(9)):
+    loop = loop_of(HHT, prepare=announced.append)
+    assert list(loop.committed(2)) == [DT_S] * 2
+    loop.halvings = lambda least: max(least, 1)
+    for number, size_s in enumerate(loop.committed(9)):
         assert size_s == DT_S / 2
         if number == 1:
             break
@@ -146,36 +151,36 @@ def test_a_change_of_the_step_size_is_announced_and_no_step_follows_the_end():
 
 
 @pytest.mark.usefixtures("oscillator")
-def test_the_finest_step_of_the_settings_is_possible_and_every_rung_divides_the_finest():
-    parts = [attempt.substeps for attempt in LADDER]
+def test_the_finest_step_of_the_settings_is_possible_and_every_recovery_step_divides_the_finest():
+    parts = [step.substeps for step in RECOVERY_STEPS]
     assert not any(parts[-1] % each for each in parts)
     assert parts == sorted(parts)
     finest = AnalysisSettings(dt_s=0.02, contact_dt_s=0.02, event_dt_s=1e-5).event_halvings
     assert finest <= MAX_HALVINGS
-    steps = stepper(halvings=lambda least: max(least, finest))
-    assert len(list(steps.committed(1))) == 2**finest
+    loop = loop_of(halvings=lambda least: max(least, finest))
+    assert len(list(loop.committed(1))) == 2**finest
     assert ops.getTime() == pytest.approx(DT_S)
 
 
 # --- whole histories with failures
 
-# Attempts that fail, by step, counted in the step: 0 is rung 0, 1 and 2 are the rungs without
-# sub-steps, from 3 on come the sub-steps of the finer rungs.
+# Solutions that fail, by step, counted in the step: 0 to 2 are the recovery steps without
+# sub-steps, from 3 on come the sub-steps of the finer ones.
 PATHS = {
-    "next rung": {40: {0}},
-    "last rung without sub-steps": {40: {0, 1}},
+    "next recovery step": {40: {0}},
+    "last one without sub-steps": {40: {0, 1}},
     "all of its sub-steps": {40: {0, 1, 2}},
-    "some sub-steps, the rest on the next rung": {40: {0, 1, 2, 4}},
+    "some sub-steps, the rest by the next": {40: {0, 1, 2, 4}},
     "some sub-steps, the rest finer": {40: {0, 1, 2, 4, 6}},
-    "some sub-steps, the rest on the finest": {40: {0, 1, 2, 4, 6, 9}},
-    "again while a rung is held": {40: {0}, 45: {0}, 50: {0, 1}},
-    "finer while a rung is held": {40: {0}, 45: {0, 1, 2}},
-    "after a rung was held": {40: {0}, 40 + HELD_STEPS + 3: {0, 1, 2, 3}},
+    "some sub-steps, the rest by the finest": {40: {0, 1, 2, 4, 6, 9}},
+    "again while one is kept": {40: {0}, 45: {0}, 50: {0, 1}},
+    "finer while one is kept": {40: {0}, 45: {0, 1, 2}},
+    "after one was kept": {40: {0}, 40 + HELD_STEPS + 3: {0, 1, 2, 3}},
     "two steps one after the other": {40: {0, 1, 2}, 41: {0, 1, 2}},
     "the first step": {0: {0}, 1: {0, 1, 2}},
     "many": {number: {0, 1, 2} if number % 2 else {0} for number in range(10, 100, 15)},
 }
-#: Attempts that fail in two steps that are made in four parts.
+#: Solutions that fail in two steps that are made in four parts.
 IN_PARTS = ({0}, {0, 1, 2}, {2}, {1, 2, 3, 5}, {2, 3, 4, 6, 8})
 of_models = pytest.mark.parametrize("model", [spring_and_mass, mass_on_a_rigid_arm])
 of_integrators = pytest.mark.parametrize(
@@ -183,20 +188,20 @@ of_integrators = pytest.mark.parametrize(
 )
 
 
-class FailingAttempts:
-    """Replaces steps and tests of OpenSees so that chosen attempts at a step fail."""
+class Failing:
+    """Replaces steps and tests of OpenSees so that chosen solutions of a step fail."""
 
     def __init__(self, monkeypatch, fails):
         self.fails, self.last, self.number = fails, 0, 0
         self.analyze, self.test = ops.analyze, ops.test
-        monkeypatch.setattr(ops, "analyze", self.attempt)
+        monkeypatch.setattr(ops, "analyze", self.analyse)
         monkeypatch.setattr(ops, "test", self.set_test)
 
     def set_test(self, *given):
         self.given = given
         self.test(*given)
 
-    def attempt(self, count, *step):
+    def analyse(self, count, *step):
         fails = bool(step) and self.fails(self.number)
         self.number += 1
         if fails:
@@ -208,14 +213,14 @@ class FailingAttempts:
         return self.last
 
     def check(self):
-        """Check that the last attempt converged, by its result and by its own test."""
+        """Check that the last solution converged, by its result and by its own test."""
         assert self.last == 0
         assert 0.0 <= ops.testNorms()[ops.testIter() - 1] <= self.given[1]
         return True
 
 
 def driven(monkeypatch, model, integrator, failing, parts=lambda _: 1):
-    """Make the steps by the ladder; repeat one in which all attempts fail.
+    """Make the steps; repeat one in which all recovery steps fail.
 
     Returns:
         Sizes of all converged (sub-)steps, values after each regular step, results of the regular
@@ -223,27 +228,27 @@ def driven(monkeypatch, model, integrator, failing, parts=lambda _: 1):
     """
     ops.wipe()
     node, sizes, values, ended = model(), [], [], []
-    attempts = FailingAttempts(monkeypatch, lambda n: n in failing.get(len(values), ()))
+    keep_test(monkeypatch)
+    failures = Failing(monkeypatch, lambda n: n in failing.get(len(values), ()))
     prepare()
-    steps = stepper(
+    loop = loop_of(
         integrator,
+        ITERATIONS,
         halvings=lambda fits: max(fits, parts(len(values)).bit_length() - 1),
-        set_test=lambda _: set_test(),
-        max_iterations=ITERATIONS,
     )
     while len(values) < STEPS:
-        attempts.number = 0
+        failures.number = 0
         try:
-            for size_s in steps.committed(1):
+            for size_s in loop.committed(1):
                 sizes.append(size_s)
-                attempts.check()
+                failures.check()
             ended.append(True)
             values.append(ops.nodeDisp(node, 1))
         except NoConvergenceError:
             ended.append(False)
             failing = {}
     monkeypatch.undo()
-    return sizes, values, ended, steps.effort
+    return sizes, values, ended, loop.effort
 
 
 def plain(model, integrator, sizes):
@@ -289,10 +294,10 @@ def assert_unchanged(values, model, integrator, sizes):
     ],
     ids=[*PATHS, *(f"parts {each}" for each in IN_PARTS)],
 )
-def test_failed_attempts_do_not_change_a_history(monkeypatch, failing, parts, integrator, model):
+def test_failures_do_not_change_a_history(monkeypatch, failing, parts, integrator, model):
     sizes, values, ended, effort = driven(monkeypatch, model, integrator, failing, parts)
     assert all(ended)
-    assert effort.failed_attempts == sum(map(len, failing.values()))
+    assert effort.failures == sum(map(len, failing.values()))
     assert sum(sizes) == pytest.approx(STEPS * DT_S, rel=1e-12)
     assert sum(effort.steps_by_rung.values()) == len(sizes)
     assert_unchanged(values, model, integrator, sizes)
@@ -301,13 +306,13 @@ def test_failed_attempts_do_not_change_a_history(monkeypatch, failing, parts, in
 @of_models
 @of_integrators
 @pytest.mark.parametrize("taken", [set(), {3}, {3, 5}, {3, 4, 5, 8}])
-def test_a_failed_ladder_leaves_the_last_converged_state(monkeypatch, taken, integrator, model):
-    """Some sub-steps converge before the ladder fails; the next call continues from there."""
+def test_a_failed_recovery_leaves_the_last_converged_state(monkeypatch, taken, integrator, model):
+    """Some sub-steps converge before the recovery fails; the next call continues from there."""
     failing = {40: set(range(1000)) - taken}
     sizes, values, ended, effort = driven(monkeypatch, model, integrator, failing)
     assert ended.count(False) == 1
-    assert effort.failed_attempts == len(LADDER)
-    assert effort.iterations >= ITERATIONS * len(LADDER)
+    assert effort.failures == len(RECOVERY_STEPS)
+    assert effort.iterations >= ITERATIONS * len(RECOVERY_STEPS)
     assert len(sizes) == STEPS + len(taken)
     assert_unchanged(values, model, integrator, sizes)
 
@@ -326,21 +331,21 @@ def test_houbolt_survives_a_change_of_the_step(model):
 
 SETTINGS = {"duration_s": 3.0, "dt_s": 0.005, "tolerance_j": 1e-12, "energy": False}
 SETTINGS |= {"reuse_tangent": False}
-# Looser tests on higher rungs are a difference of their own.
-STRICT = tuple(replace(attempt, tolerance_j=0.0) for attempt in LADDER)
-# Attempts while free, about to close and in contact; none of them is the second attempt of a step.
+# Looser tests of later recovery steps are a difference of their own.
+STRICT = tuple(replace(step, tolerance_j=0.0) for step in RECOVERY_STEPS)
+# Solutions while free, about to close and in contact; none of them is the second of a step.
 FAILING = {150, 310, 311, 430, 610}
 
 
 def response(monkeypatch, failing):
-    """Analyse OSB1 with some attempts made impossible: one iteration, no tolerance.
+    """Analyse OSB1 with some solutions made impossible: one iteration, no tolerance.
 
-    No state is read that has not met the test of its own attempt.
+    No state is read that has not met its own test.
     """
     diverged = Watch.diverged
-    attempts = FailingAttempts(monkeypatch, lambda number: number + 1 in failing)
-    monkeypatch.setattr(Watch, "diverged", lambda watch: attempts.check() and diverged(watch))
-    monkeypatch.setattr(Stepper, "ladder", STRICT)
+    failures = Failing(monkeypatch, lambda number: number + 1 in failing)
+    monkeypatch.setattr(Watch, "diverged", lambda watch: failures.check() and diverged(watch))
+    monkeypatch.setattr(StepLoop, "recovery_steps", STRICT)
     result = analysed(variant(gap_mm=25), **SETTINGS)
     monkeypatch.undo()
     return result
@@ -350,7 +355,7 @@ def test_a_retry_does_not_change_the_response(monkeypatch):
     """Both converge to the tolerance by different iterations."""
     smooth = response(monkeypatch, frozenset())
     rough = response(monkeypatch, FAILING)
-    assert rough.failed_attempts - smooth.failed_attempts == len(FAILING)
+    assert rough.effort.failures - smooth.effort.failures == len(FAILING)
     assert smooth.demands["contact_closures"] > 10
     for name in ("column_drift_ratio", "deck_rotation_rad", "unseating_m", "slip_work_kj"):
         assert rough.demands[name] == pytest.approx(smooth.demands[name], rel=1e-8)

@@ -14,6 +14,7 @@ import pytest
 from hand_made_column import SECTION
 from skewbridge.analysis import peaks, transient
 from skewbridge.analysis.peaks import ModelEnd
+from skewbridge.analysis.recovery import Effort
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.trace import Recorder, ResponseTrace
 from skewbridge.analysis.transient import AnalysisResult, Watch
@@ -277,10 +278,6 @@ def watched(monkeypatch, moved, **changes):
     seats = parts["abutments"]
     model = SimpleNamespace(weight_n=1e7, frame=frame, seats=seats, joints=(), **parts)
     monkeypatch.setattr(transient.ops, "nodeDisp", lambda n: [moved.get(n, 0.0), *[0.0] * 5])
-    monkeypatch.setattr(transient.ops, "nodeCoord", lambda _: [0.0, 0.0, 0.0])
-    monkeypatch.setattr(transient.ops, "getNodeTags", lambda: [CENTRE, BASE])
-    fixed = {CENTRE: [], BASE: [1, 2, 3, 4, 5, 6]}
-    monkeypatch.setattr(transient.ops, "getFixedDOFs", fixed.get)
     return Watch(model, AnalysisSettings())
 
 
@@ -460,7 +457,7 @@ def test_columns_that_an_older_table_lacks_are_derived_with_the_larger_known_rat
 )
 def test_a_row_of_an_analysis_says_whether_it_is_complete(status, mode, complete) -> None:
     values = dict.fromkeys((field.name for field in fields(AnalysisResult)), 0)
-    values |= {"status": status, "collapse_criterion": "", "steps_by_rung": (1,), "messages": ()}
+    values |= {"status": status, "collapse_criterion": "", "effort": Effort(), "messages": ()}
     values |= {"demands": {"column_shear_dcr": 0.9, "drift_over_capacity": 1.25}}
     values |= {"whole_history": {}, "energy_kj": {}}
     end = ModelEnd(mode=mode, time_s=0.5, rows=2)

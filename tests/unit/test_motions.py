@@ -23,7 +23,7 @@ from skewbridge.errors import InputError
 from skewbridge.motions import intensity, levels
 from skewbridge.motions.check import check_paths
 from skewbridge.motions.folder import group_by_name, list_motions
-from skewbridge.motions.formats import DtMissingError, Given, Trace
+from skewbridge.motions.formats import DtMissingError, Stated, Trace
 from skewbridge.motions.read import doubts, read_motion, read_trace
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.spectrum import pair_psa
@@ -196,14 +196,14 @@ def test_surplus_values_are_cut_and_other_counts_or_missing_headers_refused(tmp_
 
 
 def test_given_values_override_the_file_with_a_note_and_those_if_missing_do_not(tmp_path):
-    trace = read_trace(_peer(tmp_path), Given(unit="m/s2"))
+    trace = read_trace(_peer(tmp_path), Stated(unit="m/s2"))
     np.testing.assert_allclose(trace.accel_mps2, RECORD_G, rtol=1e-6)
     assert any("not g" in text for text in trace.notes)
     rows = "\n".join(f"{i * 0.003:.3f} {v:.8e}" for i, v in enumerate(RECORD_G))
-    trace = read_trace(_file(tmp_path, "a.txt", rows), Given(dt_s=0.0025))
+    trace = read_trace(_file(tmp_path, "a.txt", rows), Stated(dt_s=0.0025))
     assert trace.dt_s == 0.0025
     assert any("0.003" in text for text in trace.warnings)
-    known = Given(dt_s_if_missing=0.005, unit_if_missing="gal")
+    known = Stated(dt_s_if_missing=0.005, unit_if_missing="gal")
     trace = read_trace(_peer(tmp_path), known)
     np.testing.assert_allclose(trace.accel_mps2, SI, rtol=1e-6)
     assert (trace.dt_s, trace.unit, trace.notes) == (0.01, "g", ("unit g of the header is used",))
@@ -246,10 +246,10 @@ def test_a_file_of_several_channels_needs_a_channel(tmp_path):
         path = _file(tmp_path, name, text)
         with pytest.raises(InputError, match="2 channels"):
             read_trace(path)
-        second = read_trace(path, Given(channel=2)).accel_mps2
+        second = read_trace(path, Stated(channel=2)).accel_mps2
         np.testing.assert_allclose(second, -2 * SI, atol=6e-6)
         with pytest.raises(InputError, match="no channel 3; the file has 2"):
-            read_trace(path, Given(channel=3))
+            read_trace(path, Stated(channel=3))
 
 
 def test_index_names_the_channels_of_one_file(tmp_path):
@@ -267,7 +267,7 @@ def test_index_names_the_channels_of_one_file(tmp_path):
     ("given", "unit"), [("GAL", "cm/s2"), ("cm/s^2", "cm/s2"), ("G", "g"), ("m/s/s", "m/s2")]
 )
 def test_common_spellings_of_units_are_accepted(given, unit):
-    assert Given(unit=given).unit == unit
+    assert Stated(unit=given).unit == unit
 
 
 @pytest.mark.parametrize(
@@ -301,12 +301,12 @@ def test_bare_values_need_a_time_step_and_are_not_read_as_a_table(tmp_path, per_
     path = _file(tmp_path, "a.acc", rows_of(RECORD_G, per_line, "{:.8e} "))
     with pytest.raises(DtMissingError):
         read_trace(path)
-    trace = read_trace(path, Given(dt_s=0.005))
+    trace = read_trace(path, Stated(dt_s=0.005))
     np.testing.assert_allclose(trace.accel_mps2, SI, rtol=1e-7)
     assert any("no unit" in text for text in trace.notes)
     rising = np.arange(60) ** 1.5 * 1e-4  # a slow start: the first number of each line rises
     path = _file(tmp_path, "a.acc", rows_of(rising, per_line, "{:15.7e}"))
-    accel_mps2 = read_trace(path, Given(dt_s=0.01)).accel_mps2
+    accel_mps2 = read_trace(path, Stated(dt_s=0.01)).accel_mps2
     np.testing.assert_allclose(accel_mps2, rising * G_MPS2, rtol=1e-6)
 
 
@@ -374,7 +374,7 @@ def test_cosmos_file_states_unit_step_and_layout(tmp_path, layout, unit, factor)
     if layout[0] == "(10F8.3)":
         given[10:12] = -510.123, -610.25
     text = cosmos_text(given, layout=layout, unit=unit)
-    trace = read_trace(_file(tmp_path, "a.acc.V2c", text), Given(unit_if_missing="m/s2"))
+    trace = read_trace(_file(tmp_path, "a.acc.V2c", text), Stated(unit_if_missing="m/s2"))
     decimals = {"(8F10.5)": 5, "(10F8.3)": 3, "(6F13.9)": 9, "(8F10.4)": 4}.get(layout[0], 7)
     scale = {2: 9.80665, 11: 9.80665e-3}.get(unit[1] if unit else 4, 0.01)
     np.testing.assert_allclose(
@@ -394,7 +394,7 @@ def test_only_the_accelerations_of_a_cosmos_file_are_channels(tmp_path):
     path = _file(tmp_path, "a.V2C", text)
     with pytest.raises(InputError, match=r"2 channels \(1 HNE, 2 270\)"):
         read_trace(path)
-    second = read_trace(path, Given(channel=2))
+    second = read_trace(path, Stated(channel=2))
     np.testing.assert_allclose(second.accel_mps2, -0.02 * GAL_VALUES, rtol=1e-6, atol=1e-9)
     assert second.azimuth_deg == 270.0
     for text, message in (
@@ -418,16 +418,16 @@ def test_geonet_components_are_accelerations_in_mm_s2(tmp_path, name):
     with pytest.raises(InputError, match=r"3 channels \(1 N28W, 2 S62W, 3 Up\)"):
         read_trace(path)
     for channel, azimuth in ((1, 332.0), (2, 242.0)):
-        trace = read_trace(path, Given(channel=channel))
+        trace = read_trace(path, Stated(channel=channel))
         expected = 1e-3 * [*components.values()][channel - 1]
         np.testing.assert_allclose(trace.accel_mps2, expected, atol=6e-5)
         assert (trace.format, trace.dt_s, trace.azimuth_deg) == ("geonet_v2a", 0.02, azimuth)
         assert (trace.event, trace.station) == ("2016 November 13         11:02:56 UT", "ABC")
     lines = text.split("\n")
     path = _file(tmp_path, name, "\n".join(lines[:150]))  # in the second component
-    assert "truncated" in read_trace(path, Given(channel=2)).warnings[0]
+    assert "truncated" in read_trace(path, Stated(channel=2)).warnings[0]
     with pytest.raises(InputError, match="truncated"):
-        read_trace(_file(tmp_path, name, "\n".join(lines[:125])), Given(channel=1))
+        read_trace(_file(tmp_path, name, "\n".join(lines[:125])), Stated(channel=1))
     with pytest.raises(InputError, match="uncorrected"):
         read_trace(_file(tmp_path, name, "Un" + text[0].lower() + text[1:]))
 
@@ -517,15 +517,15 @@ def test_columns_without_time_are_channels_and_never_one_series(
     values = np.hstack([SMOOTH, -2.0 * SMOOTH])[:, :columns] * 0.1
     path = _file(tmp_path, "a.txt", _table(values, header=header, separator=separator))
     with pytest.raises(InputError, match=f"{columns} (numbers per line|channels)"):
-        read_trace(path, Given(dt_s=0.01))
+        read_trace(path, Stated(dt_s=0.01))
     for channel in range(1, columns + 1):
-        trace = read_trace(path, Given(dt_s=0.01, channel=channel))
+        trace = read_trace(path, Stated(dt_s=0.01, channel=channel))
         np.testing.assert_allclose(trace.accel_mps2, values[:, channel - 1] * G_MPS2, atol=1e-5)
     with pytest.raises(InputError, match=f"no channel {columns + 1}"):
-        read_trace(path, Given(dt_s=0.01, channel=columns + 1))
+        read_trace(path, Stated(dt_s=0.01, channel=columns + 1))
     cut = path.read_text().rstrip("\n").rpartition(separator)[0]
     with pytest.raises(InputError, match=f"(row must have {columns} columns|header states 400)"):
-        read_trace(_file(tmp_path, "b.txt", cut), Given(dt_s=0.01, channel=1))
+        read_trace(_file(tmp_path, "b.txt", cut), Stated(dt_s=0.01, channel=1))
 
 
 def test_a_rising_first_component_is_no_time_column(tmp_path):
@@ -534,7 +534,7 @@ def test_a_rising_first_component_is_no_time_column(tmp_path):
     for count, channel in ((2, 1), (2, 2), (3, 2)):
         values = np.hstack([rising, SMOOTH])[:, :count] * 0.1
         path = _file(tmp_path, "a.txt", _table(values))
-        trace = read_trace(path, Given(dt_s=0.005, channel=channel))
+        trace = read_trace(path, Stated(dt_s=0.005, channel=channel))
         np.testing.assert_allclose(trace.accel_mps2, values[:, channel - 1] * G_MPS2, atol=1e-5)
 
 
@@ -542,10 +542,10 @@ def test_an_uneven_time_column_is_no_channel(tmp_path):
     times = np.cumsum(np.random.default_rng(1).uniform(0.001, 0.03, 400))
     path = _file(tmp_path, "a.txt", _table(np.column_stack([times, SMOOTH])))
     with pytest.raises(InputError, match="time column"):
-        read_trace(path, Given(dt_s=0.01, channel=2))
+        read_trace(path, Stated(dt_s=0.01, channel=2))
     rows = zip(np.arange(400) * 0.0025, _table(SMOOTH).splitlines(), strict=True)  # rounded
     path = _file(tmp_path, "a.txt", "\n".join(f"{time:.3f} {row}" for time, row in rows))
-    trace = read_trace(path, Given(channel=2))
+    trace = read_trace(path, Stated(channel=2))
     np.testing.assert_allclose(trace.accel_mps2, SMOOTH[:, 1] * G_MPS2, atol=1e-5)
     assert trace.dt_s == 0.0025
 
@@ -559,14 +559,14 @@ def test_one_series_of_several_values_per_line_is_no_table(tmp_path, per_line, s
         path = _file(tmp_path, "a.txt", header + rows_of(series, per_line, "{:15.7e}"))
         if not header and per_line in {2, 3} and len(series) % per_line == 0:
             with pytest.raises(InputError, match="numbers per line"):
-                read_trace(path, Given(dt_s=0.01))
+                read_trace(path, Stated(dt_s=0.01))
             continue
-        trace = read_trace(path, Given(dt_s=0.01))
+        trace = read_trace(path, Stated(dt_s=0.01))
         np.testing.assert_allclose(trace.accel_mps2, series * G_MPS2, atol=1e-6)
     if per_line > 3:
         with pytest.raises(InputError, match=r"have no channels|must have"):
             read_trace(_file(tmp_path, "b.txt", rows_of(series[:400], per_line, "{:15.7e}")),
-                       Given(dt_s=0.01, channel=1))  # fmt: skip
+                       Stated(dt_s=0.01, channel=1))  # fmt: skip
 
 
 @pytest.mark.parametrize("title", ["", "A title, 1940\n", "A title\nNPTS DT\n"])
@@ -598,12 +598,12 @@ def test_values_that_look_like_a_count_are_values(tmp_path):
     """Counts of an instrument, and a time column that begins at its step."""
     counts = np.round(RECORD_G * 1000).astype(int) + 50
     rows = [f"{0.01 * i:.2f} {value}" for i, value in enumerate(counts, 1)]
-    trace = read_trace(_file(tmp_path, "a.txt", "\n".join(rows)), Given(unit="mg"))
+    trace = read_trace(_file(tmp_path, "a.txt", "\n".join(rows)), Stated(unit="mg"))
     np.testing.assert_allclose(trace.accel_mps2, counts * G_MPS2 / 1000)
     assert trace.dt_s == 0.01
     path = _file(tmp_path, "a.txt", "50\n" + rows_of(RECORD_G, 1, "{:.6e}"))
     with pytest.raises(InputError, match="first number is the count"):
-        read_trace(path, Given(dt_s=0.01, unit="cm/s2"))
+        read_trace(path, Stated(dt_s=0.01, unit="cm/s2"))
 
 
 ACCELERATION_HEADERS = [
@@ -635,7 +635,7 @@ def test_velocities_and_displacements_are_refused_by_their_header(tmp_path, head
     path = _file(tmp_path, f"a{suffix}", f"{header}\n{body}")
     for unit in (None, "cm/s2"):
         with pytest.raises(InputError, match="not an acceleration"):
-            read_trace(path, Given(dt_s=0.01, unit=unit))
+            read_trace(path, Stated(dt_s=0.01, unit=unit))
 
 
 def test_each_column_has_its_own_quantity_and_direction(tmp_path):
@@ -643,19 +643,19 @@ def test_each_column_has_its_own_quantity_and_direction(tmp_path):
     table = np.column_stack([times, 98.0 * SMOOTH])
     head = "# Sim stat=ABC\n#    time(sec)      N-S({0})      E-W({0})      U-D({0})\n"
     path = _file(tmp_path, "a.bbp", _table(table, header=head.format("cm/s/s")))
-    first, second, up = (read_trace(path, Given(channel=n)) for n in (1, 2, 3))
+    first, second, up = (read_trace(path, Stated(channel=n)) for n in (1, 2, 3))
     assert (first.azimuth_deg, second.azimuth_deg, up.is_vertical) == (0.0, 90.0, True)
     np.testing.assert_allclose(second.accel_mps2, 0.98 * SMOOTH[:, 1], atol=1e-7)
     for unit in ("cm/s", "cm", "m/s", "m"):
         path = _file(tmp_path, "a.vel.bbp", _table(table, header=head.format(unit)))
         with pytest.raises(InputError, match="not an acceleration"):
-            read_trace(path, Given(channel=1))
+            read_trace(path, Stated(channel=1))
     header = "Time (s),Accel (cm/s2),Velocity (cm/s),Displ (cm)\n"
     path = _file(tmp_path, "a.csv", _table(table, header=header, separator=","))
-    assert read_trace(path, Given(channel=1)).unit == "cm/s2"
+    assert read_trace(path, Stated(channel=1)).unit == "cm/s2"
     for channel in (2, 3):
         with pytest.raises(InputError, match="not an acceleration"):
-            read_trace(path, Given(channel=channel))
+            read_trace(path, Stated(channel=channel))
 
 
 @pytest.mark.parametrize("units", ["CM/S", "CM", "M/S", "CM/SEC", "INCHES"])
@@ -671,7 +671,7 @@ def test_a_peer_file_in_a_unit_of_another_quantity_is_refused(tmp_path, units):
 def test_other_units_of_acceleration_are_converted(tmp_path, unit, in_si):
     text = f"time (s),a ({unit})\n{_time_rows(SI / in_si)}"
     np.testing.assert_allclose(read_trace(_file(tmp_path, "a.csv", text)).accel_mps2, SI, rtol=1e-6)
-    assert Given(unit=unit).unit == unit.replace("sec", "s")
+    assert Stated(unit=unit).unit == unit.replace("sec", "s")
 
 
 def test_an_unknown_format_is_refused_with_the_list_of_formats(tmp_path):

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from fragility_tables import paired_effects, states_of, synthetic_demands
-from skewbridge.analysis.recovery import rung_shares, steps_as_text, steps_from_text
+from skewbridge.analysis.recovery import recovery_shares, steps_as_text, steps_from_text
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.demands.tables import write_variant
 from skewbridge.demands.validity import count_reasons, reasons
@@ -198,7 +198,7 @@ def test_each_reason_is_named_with_its_number_and_unknown_values_give_none(chang
     assert reasons({"status": "crash"}) == ""
 
 
-def test_reasons_and_rungs_are_counted_with_their_worst_row() -> None:
+def test_reasons_and_recovery_steps_are_counted_with_their_worst_row() -> None:
     changes = [
         {},
         {"recovery_rung": 5, "energy_residual_ratio": NAN},
@@ -211,7 +211,7 @@ def test_reasons_and_rungs_are_counted_with_their_worst_row() -> None:
         {"reason": "energy residual", "rows": 2, "worst": "12.0%", "at": 3},
     ]
     assert count_reasons(table.drop(columns=["energy_residual_ratio"]))[1:] == []
-    shares = pd.DataFrame(rung_shares([[90, 0, 5], [100, 0, 0], [5], []])).set_index("rung")
+    shares = pd.DataFrame(recovery_shares([[90, 0, 5], [100, 0, 0], [5], []])).set_index("rung")
     assert shares["steps"].tolist()[:3] == [195, 0, 5]
     assert shares["steps_share"][2] == pytest.approx(0.025)
     assert shares["analyses"].tolist()[:3] == [3, 0, 1]
@@ -229,7 +229,7 @@ def row(**changed: object) -> dict[str, object]:
     return plain | {"status": "ok", "steps_by_rung": "10 0 1"} | changed
 
 
-def test_the_checks_list_the_suspect_rows_and_the_rungs(tmp_path: Path) -> None:
+def test_the_checks_list_the_suspect_rows_and_the_recovery_steps(tmp_path: Path) -> None:
     rows = [row(motion_id="a"), row(motion_id="b", recovery_rung=5)]
     write_variant(rows, tmp_path / "demands.parquet")
     demands = read_frame(tmp_path / "demands.parquet")
@@ -239,7 +239,7 @@ def test_the_checks_list_the_suspect_rows_and_the_rungs(tmp_path: Path) -> None:
     (worst,) = checks["suspect"]
     found = [worst[name] for name in ("reason", "rows", "worst", "motion_id")]
     assert found == ["recovery step", 1, "5", "b"]
-    assert [rung["steps"] for rung in checks["rungs"][:3]] == [20, 0, 2]
+    assert [step["steps"] for step in checks["rungs"][:3]] == [20, 0, 2]
 
 
 def test_the_state_of_a_study_counts_suspect_rows(tmp_path) -> None:

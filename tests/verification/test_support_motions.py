@@ -6,9 +6,8 @@ import pytest
 from bridge_variants import variant
 from cli_json import run
 from motions_files import at2_text
-from skewbridge.analysis.ground import Excitation
+from skewbridge.analysis.ground import Excitation, displacements_m
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.supports import displacements_m
 from skewbridge.analysis.transient import analyse
 from skewbridge.errors import InputError
 from skewbridge.motions.read import read_support_motions

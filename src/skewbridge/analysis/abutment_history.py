@@ -29,7 +29,7 @@ class AbutmentHistory:
     unit_names: tuple[str, ...]
     ledger: tuple[UnitLedger, ...]
     is_complete: bool  # whether the analysis reached its end
-    failed_attempts: int  # number of step attempts that did not converge
+    failures: int  # how often a recovery step did not converge
 
 
 def abutment_history(
@@ -73,7 +73,7 @@ def abutment_history(
         unit_names=tuple(unit.name for unit in units),
         ledger=tuple(contacts.ledger()) if contacts else (),
         is_complete=ending.status == "ok",
-        failed_attempts=loop.effort.failed_attempts,
+        failures=loop.effort.failures,
     )
 
 

@@ -99,8 +99,8 @@ def _derived(read: Completed) -> list[dict[str, Any]]:
 
 def _sources(read: Completed, inherited: Sequence[str]) -> str:
     sources = read.bridge.sources
-    own = sources.keys() - read.derived.keys() - read.inherited
-    kinds = Counter(sources[key].split(":", 1)[0] for key in own)
+    own_keys = sources.keys() - read.derived.keys() - read.inherited
+    kinds = Counter(sources[key].split(":", 1)[0] for key in own_keys)
     counts = [*(f"{kinds[kind]} {kind}" for kind in sorted(kinds)), f"{len(inherited)} inherited"]
     return ", ".join([*counts, f"{len(read.derived)} by rule"])
 
@@ -137,11 +137,11 @@ def _unit_doubts(bridge: Description, standing: ModalResult) -> Iterator[str]:
 
 def _outside_ranges(read: Completed) -> Iterator[str]:
     bridge = read.bridge
-    for formula, given in _USUAL:
-        limits = [each for each in given if not isinstance(each, str)]
+    for formula, row in _USUAL:
+        limits = [limit for limit in row if not isinstance(limit, str)]
         name, keys = formula.text, ""
-        if isinstance(given[-1], str):
-            name, keys = given[-1], f" ({', '.join(formula.needs)})"
+        if isinstance(row[-1], str):
+            name, keys = row[-1], f" ({', '.join(formula.needs)})"
         values = {
             float(value)
             for number in range(len(bridge.bents) if "*" in formula.text else 1)
@@ -162,28 +162,28 @@ def _known(bridge: Any, number: int, need: str) -> Any:
 def _factors(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[Any]:
     """Yield key, value, rule and given value / rule's value of the numbers that a file gives."""
     for key, (value, rule) in rules.items():
-        given = np.ravel(value_at(read.bridge, key))
+        values = np.ravel(value_at(read.bridge, key))
         # no weight, for example of a cap, is a choice
-        if key not in read.derived and rule.within and all(given) and np.all(value):
-            yield key, value, rule, given / np.ravel(value)
+        if key not in read.derived and rule.within and all(values) and np.all(value):
+            yield key, value, rule, values / np.ravel(value)
 
 
 def _far_from_rules(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]:
     for key, value, rule, factors in _factors(read, rules):
         worst = float(factors[np.abs(np.log(factors)).argmax()])
         if not 1 / rule.within <= worst <= rule.within:
-            usual = ", ".join(f"{each:.4g}" for each in np.ravel(value))
+            usual = ", ".join(f"{number:.4g}" for number in np.ravel(value))
             worst = float(f"{worst:.2g}")
             yield f"{key} is {worst:g} times {usual}, the value of its rule ({rule.src})"
 
 
 def _stale(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]:
     """Yield a sentence on inherited numbers whose rules have other results with the own numbers."""
-    own = read.bridge.sources.keys() - read.inherited - read.derived.keys()
+    edited = read.bridge.sources.keys() - read.inherited - read.derived.keys()
     stale: list[str] = []
     for key, value, rule, factors in _factors(read, rules):
-        is_changed = any(f"{each}.".startswith(f"{need}.") for need in rule.follows for each in own)
-        if key in read.inherited and is_changed and np.abs(factors - 1.0).max() > _STALE:
+        is_edited = any(f"{new}.".startswith(f"{need}.") for need in rule.follows for new in edited)
+        if key in read.inherited and is_edited and np.abs(factors - 1.0).max() > _STALE:
             stale.append(f"{key} ({np.ravel(value).max():.4g} by its rule)")
     if stale:
         yield f"inherited although what they follow from is changed: {', '.join(stale)}"

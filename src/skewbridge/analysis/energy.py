@@ -19,15 +19,13 @@ from typing import Final, NamedTuple
 
 import numpy as np
 import openseespy.opensees as ops
-from numpy.typing import NDArray
 
 from skewbridge.analysis.settings import OpenSeesCommand
-from skewbridge.analysis.trace import DISP, Monitor, ResponseTrace
+from skewbridge.analysis.trace import DISP, Monitor, ResponseTrace, Series
 from skewbridge.bridge.frame import BridgeModel
 from skewbridge.units import KJ
 
-type Matrix = NDArray[np.float64]
-type GroundAccel = Callable[[Matrix], Matrix]
+type GroundAccel = Callable[[Series], Series]
 _TRAPEZOIDAL: Final = ("Newmark", 0.5, 0.25)
 _SINKS: Final = (
     "kinetic", "numerical", "damping", "columns", "deck", "bearings", "backfill", "contact",
@@ -40,7 +38,7 @@ class _EndState(NamedTuple):
 
     kinetic_j: float
     gravity_j: float
-    elastic: dict[int, tuple[Matrix, Matrix]]
+    elastic: dict[int, tuple[Series, Series]]
 
 
 class EnergyBalance:
@@ -79,7 +77,7 @@ class EnergyBalance:
             name: tuple(element for element in groups[name] if element not in held)
             for name in ("bearings", "backfill")
         }
-        self._read_joints = tuple(each for joints in self._joints.values() for each in joints)
+        self._read_joints = tuple(element for joints in self._joints.values() for element in joints)
         is_exact = integrator[:3] == _TRAPEZOIDAL
         self._accelerated = () if is_exact else tuple(self._masses)
         self._nodes = {
@@ -122,7 +120,7 @@ class EnergyBalance:
         works["largest_input"] = np.abs(input_j).max(initial=0.0)
         return {name: float(value) / KJ for name, value in works.items()}
 
-    def _damping(self, trace: ResponseTrace, forces: Mapping[int, Matrix]) -> float:
+    def _damping(self, trace: ResponseTrace, forces: Mapping[int, Series]) -> float:
         """Return the work of Rayleigh damping on masses, columns and deck, in J.
 
         Mean velocities of steps are exact under the trapezoidal rule.
@@ -140,7 +138,7 @@ class EnergyBalance:
             work += _work(force, self._moved(element, trace))
         return work
 
-    def _joint_works(self, trace: ResponseTrace, forces: Mapping[int, Matrix]) -> dict[str, float]:
+    def _joint_works(self, trace: ResponseTrace, forces: Mapping[int, Series]) -> dict[str, float]:
         """Return the work (J) on the pads and on the recorded backfill springs, as a dictionary."""
         works = dict.fromkeys(self._joints, 0.0)
         for name, elements in self._joints.items():
@@ -163,7 +161,7 @@ class EnergyBalance:
             work += _work(force, trace.position(unit.node_i)[:, :3])
         return work
 
-    def _unbalanced_work(self, trace: ResponseTrace, accelerations: Mapping[int, Matrix]) -> float:
+    def _unbalanced_work(self, trace: ResponseTrace, accelerations: Mapping[int, Series]) -> float:
         """Return the work of the unbalanced forces (input - damping - restoring forces), in J.
 
         HHT satisfies equilibrium within a step, M a_n+1 = alpha G_n+1 + (1 - alpha) G_n; other
@@ -181,7 +179,7 @@ class EnergyBalance:
                 here /= alpha
         return _work(force, np.hstack([trace.position(node) for node in self._masses]))
 
-    def _moved(self, element: int, trace: ResponseTrace) -> Matrix:
+    def _moved(self, element: int, trace: ResponseTrace) -> Series:
         return np.hstack([trace.position(node) for node in self._nodes[element]])
 
     def _end_state(self) -> _EndState:
@@ -247,16 +245,16 @@ def energy_ratios(terms: Mapping[str, float]) -> dict[str, float]:
     }
 
 
-def _steps(force: Matrix, moved: Matrix) -> Matrix:
+def _steps(force: Series, moved: Series) -> Series:
     """Return the work of each step (J), summed over the components, shape (n - 1,)."""
     return 0.5 * np.einsum("ij,ij->i", force[1:] + force[:-1], np.diff(moved, axis=0))
 
 
-def _work(force: Matrix, moved: Matrix) -> float:
+def _work(force: Series, moved: Series) -> float:
     return float(_steps(force, moved).sum())
 
 
-def elastic_stiffness(element: int) -> Matrix:
+def elastic_stiffness(element: int) -> Series:
     """Return the global stiffness of an elastic beam-column in N, m and rad, shape (12, 12).
 
     Basic deformations: axial, two end rotations about z, two about y, twist.
@@ -292,7 +290,7 @@ def held_by_contacts(model: BridgeModel) -> dict[int, tuple[int, ...]]:
     for first in {unit.node_i for unit in model.contacts.units} if model.contacts else ():
         chain, reached = dict[int, None](), [first]
         for node in reached:
-            behind = [each for each in at_node[node] if each not in chain and each not in contacts]
+            behind = [e for e in at_node[node] if e not in chain and e not in contacts]
             chain.update(dict.fromkeys(behind))
             ends = {other for element in behind for other in ops.eleNodes(element)} - {*reached}
             reached += [other for other in ends if len(ops.getFixedDOFs(other)) < DISP]

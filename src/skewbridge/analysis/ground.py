@@ -1,20 +1,38 @@
-"""Excitation of an analysis: motion, scale factor, and direction relative to the bridge axes."""
+"""Ground input of an analysis: uniform excitation, or a motion of its own for each support.
+
+Supports are `left`, `right` and `bent 1` and so on, from left to right. Their displacements are
+imposed on the fixed nodes of the model, so the model moves in fixed axes. `SupportInput.relative`
+subtracts from every node the ground of its own support: demands and histories then mean the same
+as under uniform input. The support of a node is the nearest one, measured parallel to the skewed
+lines of the supports.
+
+Under support motions damping is proportional to stiffness only: a part that is proportional to mass
+would damp the motion of the ground itself.
+"""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from math import ceil, isfinite
+from dataclasses import dataclass, field, replace
+from math import ceil, isfinite, radians, tan
 from typing import Final
 
 import numpy as np
 import openseespy.opensees as ops
-from numpy.typing import NDArray
 
 from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.trace import ResponseTrace, Series
+from skewbridge.bridge.frame import BridgeModel
 from skewbridge.bridge.handles import TagAllocator
+from skewbridge.bridge.script_units import view_constraints
 from skewbridge.errors import InputError
 from skewbridge.motions.record import GroundMotion
 
 MAX_SCALED_ACCEL_MPS2: Final = 1.0e3  # 100 g: a larger value means a wrong unit
+#: Points of the imposed displacement per time step of the record or the analysis, if it is shorter.
+_POINTS_PER_STEP: Final = 4
+#: Time in which the correction of the baseline reaches its slope: so slowly that its acceleration
+#: is below 0.5 % g for an initial velocity of 5 cm/s.
+_SETTLING_S: Final = 1.0
+_IN_PLAN: Final = (1, 2)  # horizontal degrees of freedom
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -22,7 +40,7 @@ class Excitation:
     """Ground motion of an analysis, with its factor and direction.
 
     At incidence 0, component 1 points along x; incidence is counter-clockwise. With `supports`,
-    each support has the motion of its name (`skewbridge.analysis.supports`), along the axes of the
+    each support has the motion of its name (`SupportInput`), along the axes of the
     bridge, and `motion` is that of the support of the mass centre. Raises `InputError` if a number
     is not finite or the scale is not positive.
     """
@@ -71,8 +89,140 @@ class GroundInput:
             ops.timeSeries("Path", series, "-dt", self.dt_s, "-values", *values.tolist())
             ops.pattern("UniformExcitation", tags.pattern(), direction, "-accel", series)
 
-    def at(self, times_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    def at(self, times_s: Series) -> Series:
         """Return the ground acceleration along x and y at given times, shape (n, 2)."""
         return np.column_stack(
             [np.interp(times_s, self._times_s, values, right=0.0) for values in self.accel_mps2.T]
         )
+
+
+# --- support motions
+
+
+def displacements_m(accel_mps2: Mapping[str, Series], dt_s: float) -> dict[str, Series]:
+    """Return the displacement (m) of each support from rest, shape (n, 2).
+
+    A triggered or filtered record starts with a velocity that its file does not always state, so
+    the displacements of two supports would drift apart. Their difference to the mean of all
+    supports is therefore corrected by a line, which is entered smoothly from rest. The mean is not
+    corrected: it moves the whole model, as in uniform input.
+    """
+    mean = np.mean(list(accel_mps2.values()), axis=0)
+    common = _integrated(mean, dt_s)
+    times = np.arange(len(mean)) * dt_s / _SETTLING_S
+    start = np.exp(-times)
+    lines = np.column_stack([1.0 - start * (1.0 + times), times - 1.0 + start])
+    # after the start, and weighted so that the phase of a wave at the ends does not tilt the line
+    weight = np.zeros((len(mean), 1))
+    late = times > min(3.0, times[-1] / 2.0)
+    weight[late, 0] = np.hanning(np.count_nonzero(late))
+
+    def corrected(disp: Series) -> Series:
+        return disp - lines @ np.linalg.lstsq(weight * lines, weight * disp, rcond=None)[0]
+
+    return {
+        name: common + corrected(_integrated(accel - mean, dt_s))
+        for name, accel in accel_mps2.items()
+    }
+
+
+def _integrated(accel: Series, dt_s: float) -> Series:
+    """Return the integral of the integral of values that are linear between samples."""
+    velocity, disp = np.zeros_like(accel), np.zeros_like(accel)
+    velocity[1:] = np.cumsum((accel[1:] + accel[:-1]) * dt_s / 2.0, axis=0)
+    steps = velocity[:-1] * dt_s + (2.0 * accel[:-1] + accel[1:]) * dt_s**2 / 6.0
+    disp[1:] = np.cumsum(steps, axis=0)
+    return disp
+
+
+def support_places_m(model: BridgeModel) -> dict[str, float]:
+    """Return the place of each support along the bridge by name, from left to right (m)."""
+    slope = tan(radians(model.variant.skew_deg))
+
+    def place(x_m: float, y_m: float) -> float:
+        return x_m + slope * y_m
+
+    bents: dict[float, list[float]] = {}
+    for column in model.columns:
+        x, y = (float(value) for value in ops.nodeCoord(column.base_node)[:2])
+        across = round(x * column.normal[0] + y * column.normal[1], 3)  # the same in a bent
+        bents.setdefault(across, []).append(place(x, y))
+    places = {end.plan.name: place(*end.plan.middle_m) for end in model.frame.ends}
+    middles = sorted(float(np.mean(of_bent)) for of_bent in bents.values())
+    places |= {f"bent {number}": middle for number, middle in enumerate(middles, start=1)}
+    return dict(sorted(places.items(), key=lambda item: item[1]))
+
+
+class SupportInput:
+    """Displacements imposed on the supports of a model in the open domain.
+
+    Raises:
+        InputError: A support of the model has no motion, or a motion has no support.
+    """
+
+    def __init__(
+        self, motions: Mapping[str, GroundMotion], ground: GroundInput, model: BridgeModel
+    ) -> None:
+        self._places = support_places_m(model)
+        if motions.keys() != self._places.keys():
+            raise InputError(
+                f"support motions: the supports are {', '.join(self._places)}, "
+                f"got {', '.join(motions)}"
+            )
+        self._slope = tan(radians(model.variant.skew_deg))
+        self._ground = ground
+        step_s = ground.dt_s / _POINTS_PER_STEP
+        times = np.arange(0.0, ground.shaken_s + step_s / 2, step_s)
+        self._step_s = step_s
+        accel = {
+            name: np.column_stack(
+                [
+                    np.interp(times, np.arange(motion.npts) * motion.dt_s, ground.scale * values)
+                    for values in motion.components
+                ]
+            )
+            for name, motion in motions.items()
+        }
+        self._disp = displacements_m(accel, step_s)
+
+    def apply(self, model: BridgeModel) -> None:
+        """Impose the displacement of its support on every node that is fixed in plan."""
+        tags, motions = model.tags, dict[tuple[str, int], int]()
+        view_constraints()  # with plain constraints, only velocities are imposed
+        ops.pattern("MultipleSupport", tags.pattern())
+        for name, disp in self._disp.items():
+            velocity = np.gradient(disp, self._step_s, axis=0)
+            for dof, column in enumerate(disp.T, start=1):
+                series = [tags.series() for _ in range(3)]
+                accel = np.gradient(velocity[:, dof - 1], self._step_s)
+                values = (column, velocity[:, dof - 1], accel)
+                for tag, of, last in zip(series, values, (("-useLast",), (), ()), strict=True):
+                    path = ("-dt", self._step_s, "-values", *of.tolist())
+                    ops.timeSeries("Path", tag, *path, *last)
+                motions[name, dof] = len(motions) + 1
+                kinds = ("-disp", series[0], "-vel", series[1], "-accel", series[2])
+                ops.groundMotion(motions[name, dof], "Plain", *kinds)
+        for node in ops.getNodeTags():
+            if set(_IN_PLAN) <= set(ops.getFixedDOFs(node)):
+                for dof in _IN_PLAN:
+                    ops.imposedMotion(node, dof, motions[self._support_of(node), dof])
+
+    def _support_of(self, node: int) -> str:
+        """Return the name of the support that is nearest to a node."""
+        x, y = ops.nodeCoord(node)[:2]
+        return min(self._places, key=lambda name: abs(self._places[name] - x - self._slope * y))
+
+    def relative(self, trace: ResponseTrace) -> ResponseTrace:
+        """Return a trace with displacements relative to the ground of the support of each node."""
+        rows = trace.time_s / self._step_s
+        moved = {
+            name: np.column_stack([np.interp(rows, np.arange(len(of)), of) for of in disp.T])
+            for name, disp in self._disp.items()
+        }
+        nodes: dict[int, Series] = {}
+        for node, disp in trace.nodes.items():
+            nodes[node] = disp.copy()
+            nodes[node][:, :2] -= moved[self._support_of(node)]
+        # the ground of the whole model is that of the support of the mass centre
+        accel = trace.centre_accel_mps2 - self._ground.at(trace.time_s)
+        return replace(trace, nodes=nodes, centre_accel_mps2=accel)

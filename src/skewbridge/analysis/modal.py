@@ -9,12 +9,11 @@ from typing import Final
 import openseespy.opensees as ops
 
 from skewbridge.analysis.step_loop import solver_log
-from skewbridge.bridge.assembly import GravityError
+from skewbridge.bridge.assembly import GravityError, Mode, modes_of, period_s
 from skewbridge.bridge.frame import BridgeModel, Damping
 from skewbridge.bridge.handles import ColumnHandle
 from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.model import build, column_axial_forces_n, domain, support_reactions_n
-from skewbridge.bridge.modes import Mode, modes_of, period_s
 from skewbridge.errors import SolutionError
 from skewbridge.units import KN
 from skewbridge.variant.axes import AXES

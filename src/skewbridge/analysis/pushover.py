@@ -149,16 +149,16 @@ def _march(
     rows = [(0.0, 0.0)]
     left, halvings = 1.0, 0
     while left > _LAST_PART and halvings <= _MAX_HALVINGS:
-        part = min(0.5**halvings / steps, left)
+        share = min(0.5**halvings / steps, left)
         if contacts is not None:
-            contacts.prepare(part)
-        if not _converges(integrator, target * part):
+            contacts.prepare(share)
+        if not _converges(integrator, target * share):
             halvings += 1
             continue
-        left -= part
+        left -= share
         halvings = max(halvings - 1, 0)
         if contacts is not None:
-            contacts.after_step(part)
+            contacts.after_step(share)
         rows.append(read())
     disp_m, force_n = np.array(rows).T
     return PushCurve(disp_m=disp_m, force_n=force_n, is_complete=left <= _LAST_PART)
@@ -170,7 +170,7 @@ def _converges(integrator: tuple[str | int, ...], increment: float) -> bool:
         ops.integrator(*integrator, increment)
         if ops.analyze(1) == 0:
             return True
-        ops.domainChange()  # discard the state that a failed attempt left in the equations
+        ops.domainChange()  # discard the state that a failed step left in the equations
     return False
 
 

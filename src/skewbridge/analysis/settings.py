@@ -88,7 +88,7 @@ class AnalysisSettings:
     reuse_tangent: Flag = Field(default=True)
     """far from contact, use an earlier tangent and converge to 0.1 J"""
     max_iterations: Whole = Field(default=15, ge=2, le=1000)
-    """largest number of iterations of one attempt at a step"""
+    """largest number of iterations of a recovery step"""
     mean_iterations: Number = Field(default=40.0, ge=1.0, le=1.0e4)
     """mean iterations per regular step above which the status is timeout"""
     energy: Flag = Field(default=True)
@@ -96,15 +96,15 @@ class AnalysisSettings:
 
     @model_validator(mode="before")
     @classmethod
-    def _paper(cls, given: ArgsKwargs | dict[str, object] | object) -> object:
+    def _paper(cls, raw: ArgsKwargs | dict[str, object] | object) -> object:
         """Fill in the constant step of scheme paper for keys that are not given."""
-        if not isinstance(given, ArgsKwargs | dict):
-            return given
-        values = dict(given.kwargs or {}) if isinstance(given, ArgsKwargs) else dict(given)
+        if not isinstance(raw, ArgsKwargs | dict):
+            return raw
+        values = dict(raw.kwargs or {}) if isinstance(raw, ArgsKwargs) else dict(raw)
         if values.get("scheme") == "paper":
             steps = {"dt_s": PAPER_DT_S, "contact_dt_s": None, "event_dt_s": None}
             values = {**steps, "reuse_tangent": False, **values}
-        return ArgsKwargs((), values) if isinstance(given, ArgsKwargs) else values
+        return ArgsKwargs((), values) if isinstance(raw, ArgsKwargs) else values
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

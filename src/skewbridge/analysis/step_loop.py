@@ -1,6 +1,6 @@
-"""Step loop of all response histories: solver, step sizes, contact updates and ending."""
+"""Step loop of all response histories: solver, step sizes, recovery, contact updates and ending."""
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from math import inf
@@ -10,13 +10,18 @@ from typing import Final
 
 import openseespy.opensees as ops
 
-from skewbridge.analysis.recovery import LADDER, Attempt, NoConvergenceError, Stepper
+from skewbridge.analysis.recovery import RECOVERY_STEPS, REUSE, Effort, RecoveryStep
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.contact import ContactError, ContactSet
 from skewbridge.statuses import Status
 
 type Progress = Callable[[float, float], None]
 _STEPS_PER_REPORT: Final = 50
+#: Next steps that keep the recovery step that solved a difficult step.
+HELD_STEPS: Final = 5
+# A regular step is divided into at most 2^16 parts; the settings need at most 2^11.
+MAX_HALVINGS: Final = 16
+_FINEST: Final = 2**MAX_HALVINGS
 # An accelerating pair closes earlier than its speed predicts, hence a margin of half a step.
 LOOK_AHEAD: Final = 1.5
 # Halving the step divides the friction error by 4, so the step is doubled when the error is below
@@ -41,10 +46,16 @@ class Ending:
     message: str = ""  # reason for an early end, or empty
 
 
-class StepLoop(Stepper):
+class NoConvergenceError(Exception):
+    """All recovery steps failed at a part of a step."""
+
+
+class StepLoop:
     """Advances the model in the open domain by regular steps, subdivided near contact events.
 
-    Creating it starts a history: the contacts take the state under gravity as a state at rest.
+    Steps in which contacts change are halved repeatedly; recovery steps follow if a step does not
+    converge. Creating a loop starts a history: the contacts take the state under gravity as a state
+    at rest.
 
     Args:
         contacts: Contacts of the model, updated after each converged (sub-)step; or None.
@@ -53,6 +64,8 @@ class StepLoop(Stepper):
         longest_s: Longest time (s) between two readings of the model; 0: read after every step.
     """
 
+    recovery_steps: Sequence[RecoveryStep] = RECOVERY_STEPS
+
     def __init__(
         self,
         contacts: ContactSet | None,
@@ -60,12 +73,16 @@ class StepLoop(Stepper):
         set_far: Callable[[bool], None] = lambda _: None,
         longest_s: float = LONGEST_S,
     ) -> None:
-        super().__init__(settings, set_far)
-        self._contacts, self._longest_s = contacts, longest_s
-        self._size_s, self._attempt = settings.dt_s, LADDER[0]
+        self.effort = Effort()
+        self._contacts, self._settings, self._set_far = contacts, settings, set_far
+        self._longest_s = longest_s
+        self._number = 0  # recovery step in use
+        self._held = 0  # number of next steps that keep it
+        self._reuses = False  # REUSE is in use
+        self._is_fresh = False  # its tangent need not be renewed
+        self._size_s = 0.0  # size of the last (sub-)step
         self._calm_s = inf  # time since the deck last swung
-        self._in_contact, self._finest = settings.contact_halvings, settings.event_halvings
-        self._steps, self._reported, self._progress = 0, 0, None
+        self._in_contact, self._at_event = settings.contact_halvings, settings.event_halvings
         if contacts is not None:
             contacts.start_from_rest()
 
@@ -80,11 +97,10 @@ class StepLoop(Stepper):
                 and its contact update; returns an ending to stop the history, else None.
             progress: Called about every 50 steps with the time reached and the duration (s).
         """
-        self._steps, self._progress = steps, progress
         configure_solver(self._settings)
         self.start()
         try:
-            for size_s in self.committed(steps):
+            for size_s in self.committed(steps, progress):
                 if self._contacts is not None:
                     self._contacts.after_step(size_s)
                     is_swing = self._contacts.least_opening_ratio < SWING_SHARE
@@ -97,18 +113,49 @@ class StepLoop(Stepper):
             return Ending(status="timeout", message=str(error))
         return Ending()
 
-    def check_effort(self, done: int) -> None:
-        """Report the progress; raise `TimeoutError` above the budget of iterations."""
-        budget = self._settings.mean_iterations * self._steps
-        if self.effort.iterations > budget:
-            raise TimeoutError(f"more than {budget:.0f} iterations")
-        if self._progress is not None and done - self._reported >= _STEPS_PER_REPORT:
-            self._reported, dt_s = done, self._settings.dt_s
-            self._progress(done * dt_s, self._steps * dt_s)
+    def start(self) -> None:
+        """Define algorithm, integrator and analysis of the domain."""
+        ops.algorithm(*self.recovery_steps[0].algorithm)
+        ops.integrator(*self._settings.integrator_command)
+        ops.analysis("Transient", "-noWarnings")
+
+    def committed(self, steps: int, progress: Progress | None = None) -> Generator[float]:
+        """Make regular steps; yield the size (s) of each converged (sub-)step or group of steps.
+
+        Raises `NoConvergenceError` if all recovery steps failed, and `TimeoutError` above the
+        budget of iterations.
+        """
+        dt_s, coarse = self._settings.dt_s, self._settings.contact_halvings
+        budget, reported = self._settings.mean_iterations * steps, 0
+        done = 0  # in the smallest parts of a regular step
+        while done < steps * _FINEST:
+            within = done % _FINEST
+            fits = MAX_HALVINGS - ((within & -within).bit_length() - 1 if within else MAX_HALVINGS)
+            halvings = self.halvings(fits)
+            parts, size_s = _FINEST >> halvings, dt_s / 2**halvings
+            is_far = halvings <= coarse and self._held == 0 and self._is_far()
+            is_ready = self._is_fresh if is_far else self._held == 0 and not self._reuses
+            made = 0
+            if is_ready and size_s == self._size_s:
+                count = min((steps * _FINEST - done) // parts, self._together(size_s))
+                if count > 1:
+                    made = yield from self._take_together(count, size_s)
+            if made == 0:
+                made = 1
+                yield from self._advance(size_s, is_far=is_far)
+            done += made * parts
+            if done % _FINEST == 0:
+                if self.effort.iterations > budget:
+                    raise TimeoutError(f"more than {budget:.0f} iterations")
+                if progress is not None and done // _FINEST - reported >= _STEPS_PER_REPORT:
+                    reported = done // _FINEST
+                    progress(reported * dt_s, steps * dt_s)
+
+    # --- sizes of the steps
 
     def halvings(self, least: int) -> int:
         """Return how often to halve the regular step to resolve contacts, at least ``least``."""
-        contacts, finest = self._contacts, self._finest
+        contacts, finest = self._contacts, self._at_event
         if contacts is None or finest == 0:
             return least
         halvings = least
@@ -123,12 +170,25 @@ class StepLoop(Stepper):
                 halvings += 1
         return halvings
 
-    def is_far(self) -> bool:
+    def _adapt(self, contacts: ContactSet) -> None:
+        """Halve the step in contact if the friction error is too large; double it if it is small.
+
+        After a contact opens or closes, steps restart at the finest size.
+        """
+        friction_error, allowed = contacts.friction_error, self._settings.max_friction_error
+        if contacts.changes:
+            self._in_contact = self._at_event
+        elif friction_error > allowed:
+            self._in_contact = min(self._in_contact + 1, self._at_event)
+        elif friction_error < _GROW * allowed:
+            self._in_contact = max(self._in_contact - 1, self._settings.contact_halvings)
+
+    def _is_far(self) -> bool:
         """Return whether all contacts are open, so that an earlier tangent may be reused."""
         contacts = self._contacts
         return self._settings.reuse_tangent and contacts is not None and not contacts.is_any_closed
 
-    def together(self, size_s: float) -> int:
+    def _together(self, size_s: float) -> int:
         """Return how many steps of this size fit before a contact could close; 1 near contact."""
         contacts, settings = self._contacts, self._settings
         if contacts is None or contacts.is_any_closed:
@@ -137,32 +197,128 @@ class StepLoop(Stepper):
             return 1
         count = int(min(self._longest_s, contacts.time_to_closing_s(MAX_ACCEL_MPS2)) / size_s)
         # without event steps, the last step before a closing is single: it predicts the friction
-        return count if self._finest > 0 else count - 1
+        return count if self._at_event > 0 else count - 1
 
-    def _adapt(self, contacts: ContactSet) -> None:
-        """Halve the step in contact if the friction error is too large; double it if it is small.
+    # --- solution of the steps
 
-        After a contact opens or closes, steps restart at the finest size.
+    def _take_together(self, count: int, size_s: float) -> Generator[float, None, int]:
+        """Make up to ``count`` steps of the last size; return their number."""
+        before_s = ops.getTime()
+        is_done = ops.analyze(count, size_s) == 0
+        made = count if is_done else round((ops.getTime() - before_s) / size_s)
+        self._is_fresh = self._reuses and is_done and ops.testIter() < 2
+        # estimate: one iteration per step with an old tangent, otherwise as in the last step
+        self.effort.iterations += made if self._reuses or not is_done else made * ops.testIter()
+        self.effort.substeps += made * (size_s < self._settings.dt_s)
+        self.effort.steps_by_rung[0] += made
+        if not is_done and self._reuses:
+            self._count_failure(REUSE)
+            self._reset()
+        if made:
+            yield made * size_s
+        self.prepare(size_s)
+        if is_done or self._reuses:
+            return made
+        yield from self._recover(size_s)
+        return made + 1
+
+    def _advance(self, size_s: float, *, is_far: bool) -> Generator[float]:
+        """Make one step."""
+        if size_s != self._size_s:
+            self._size_s = size_s
+            self._is_fresh = False
+            self.prepare(size_s)
+        if is_far and self._reuse(size_s):
+            yield size_s
+            return
+        if self._reuses:
+            self._reuses = False
+            self._set_far(False)
+            self._use(0, size_s)
+        if ops.analyze(1, size_s) != 0:
+            yield from self._recover(size_s)
+            return
+        self._count_step(size_s)
+        if self._held > 0:
+            self._held -= 1
+            if self._held == 0:
+                self._use(0, size_s)
+        yield size_s
+
+    def _reuse(self, size_s: float) -> bool:
+        """Try a step with the tangent of an earlier step; return whether it converged."""
+        if not (self._reuses and self._is_fresh):
+            if not self._reuses:
+                self._set_far(True)
+                set_test(self._settings, size_s, REUSE)
+            ops.algorithm(*REUSE.algorithm)
+            self._reuses = True
+        if ops.analyze(1, size_s) != 0:
+            self._count_failure(REUSE)
+            self._is_fresh = False
+            self._reset()
+            self.prepare(size_s)
+            return False
+        self._is_fresh = ops.testIter() < 2
+        self._count_step(size_s)
+        return True
+
+    def _recover(self, size_s: float) -> Generator[float]:
+        """Make a step that failed by the next recovery steps, each from where the last stopped."""
+        self._count_failure(self.recovery_steps[self._number])
+        finest = self.recovery_steps[-1].substeps
+        left = finest  # rest of the step, in parts of the finest recovery step
+        for number, step in enumerate(self.recovery_steps[1:], start=1):
+            part_s = size_s / step.substeps
+            self._use(number, part_s)
+            self._reset()
+            self.prepare(part_s)
+            while left and ops.analyze(1, part_s) == 0:
+                left -= finest // step.substeps
+                self._count_step(part_s)
+                yield part_s
+            if left:
+                self._count_failure(step)
+                continue
+            if step.substeps == 1:
+                self._held = HELD_STEPS  # the difficulty often affects the next steps
+                return
+            break
+        self._held = 0
+        self._use(0, size_s)
+        self._reset()
+        self.prepare(size_s)
+        if left:
+            raise NoConvergenceError("no recovery step converged")
+
+    def _reset(self) -> None:
+        """Reset integrator and equations, which keep values of a failed step.
+
+        A retry without a reset is silently wrong (accelerations of hundreds of m/s2 at OSB1).
         """
-        friction_error, allowed = contacts.friction_error, self._settings.max_friction_error
-        if contacts.changes:
-            self._in_contact = self._finest
-        elif friction_error > allowed:
-            self._in_contact = min(self._in_contact + 1, self._finest)
-        elif friction_error < _GROW * allowed:
-            self._in_contact = max(self._in_contact - 1, self._settings.contact_halvings)
+        ops.integrator(*self._settings.integrator_command)
+        ops.domainChange()
 
-    def set_test(self, attempt: Attempt) -> None:
-        """Set the convergence test of an attempt for the present size."""
-        self._attempt = attempt
-        set_test(self._settings, self._size_s, attempt)
+    def _use(self, number: int, size_s: float) -> None:
+        self._number, step = number, self.recovery_steps[number]
+        set_test(self._settings, size_s, step)
+        ops.algorithm(*step.algorithm)
 
     def prepare(self, size_s: float) -> None:
         """Set test and contacts for (sub-)steps of a size."""
-        self._size_s = size_s
-        set_test(self._settings, size_s, self._attempt)
+        step = REUSE if self._reuses else self.recovery_steps[self._number]
+        set_test(self._settings, size_s, step)
         if self._contacts is not None:
             self._contacts.prepare(size_s)
+
+    def _count_step(self, size_s: float) -> None:
+        self.effort.iterations += ops.testIter()
+        self.effort.substeps += size_s < self._settings.dt_s
+        self.effort.steps_by_rung[self._number] += 1
+
+    def _count_failure(self, step: RecoveryStep) -> None:
+        self.effort.failures += 1
+        self.effort.iterations += step.max_iterations or self._settings.max_iterations
 
 
 @contextmanager
@@ -178,7 +334,7 @@ def solver_log(path: Path | None) -> Generator[None]:
 
 
 def configure_solver(settings: AnalysisSettings) -> None:
-    """Set the solver of all attempts (symmetric, as the tangent is) and the convergence test."""
+    """Set the solver of all recovery steps (symmetric, as the tangent is), and the usual test."""
     ops.wipeAnalysis()
     ops.constraints("Plain")
     ops.numberer("RCM")
@@ -186,8 +342,10 @@ def configure_solver(settings: AnalysisSettings) -> None:
     set_test(settings, settings.dt_s)
 
 
-def set_test(settings: AnalysisSettings, step_s: float, attempt: Attempt = LADDER[0]) -> None:
-    """Set the convergence test of an attempt for steps of ``step_s``."""
+def set_test(
+    settings: AnalysisSettings, step_s: float, recovery_step: RecoveryStep = RECOVERY_STEPS[0]
+) -> None:
+    """Set the convergence test of a recovery step for steps of ``step_s``."""
     # the unknowns may be velocities: OpenSees tests their product with the unbalanced forces
-    tolerance = max(attempt.tolerance_j, settings.tolerance_j) / settings.increment_s(step_s)
-    ops.test("EnergyIncr", tolerance, attempt.max_iterations or settings.max_iterations)
+    tolerance = max(recovery_step.tolerance_j, settings.tolerance_j) / settings.increment_s(step_s)
+    ops.test("EnergyIncr", tolerance, recovery_step.max_iterations or settings.max_iterations)

@@ -55,7 +55,7 @@ class ResponseTrace:
                 return {key: series[rows] for key, series in cast(dict[Any, Any], record).items()}
             return record[rows]
 
-        parts = {each.name: cut(getattr(self, each.name)) for each in fields(self) if each.init}
+        parts = {item.name: cut(getattr(self, item.name)) for item in fields(self) if item.init}
         return ResponseTrace(**parts)
 
     def position(self, place: int | Point) -> Series:

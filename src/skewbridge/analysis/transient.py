@@ -13,16 +13,15 @@ from numpy.typing import NDArray
 
 from skewbridge.analysis.bridge_check import capacity_rows
 from skewbridge.analysis.energy import EnergyBalance, energy_ratios
-from skewbridge.analysis.ground import Excitation, GroundInput
+from skewbridge.analysis.ground import Excitation, GroundInput, SupportInput
 from skewbridge.analysis.modal import apply_rayleigh, damp_columns
 from skewbridge.analysis.peaks import ModelEnd, demands, histories_of, model_end
-from skewbridge.analysis.recovery import LADDER, Effort
+from skewbridge.analysis.recovery import Effort
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Ending, Progress, StepLoop, configure_solver, solver_log
-from skewbridge.analysis.supports import SupportInput
 from skewbridge.analysis.trace import Monitor, at_regular_steps
 from skewbridge.bridge.frame import BridgeModel
-from skewbridge.bridge.handles import ColumnHandle, Point
+from skewbridge.bridge.handles import AbutmentHandle, ColumnHandle, Point, SeatHandle
 from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.plan import PlanVector
@@ -61,12 +60,8 @@ class AnalysisResult:
     collapse_criterion: str  # name of the demand that exceeded its limit, or empty
     time_reached_s: float  # time of the last converged step
     duration_s: float  # duration of the analysis if it does not end early
-    recovery_rung: int  # highest recovery step in which a step converged; 0 if none was needed
-    steps_by_rung: tuple[int, ...]  # (Sub-)steps that converged in each recovery step
+    effort: Effort  # iterations, (sub-)steps and failures
     loosened_ratio: float  # share of (sub-)steps that met only a looser convergence test
-    substeps: int  # steps shorter than the regular one
-    failed_attempts: int  # number of step attempts that did not converge
-    iterations: int  # equilibrium iterations, including failed attempts
     demands: dict[str, float]  # the demand columns of the table, in their units
     #: the demand columns as peaks over all steps, even after a column failure
     whole_history: dict[str, float]
@@ -130,7 +125,7 @@ class _History:
         damp(by_tangent=settings.reuse_tangent and model.contacts is None)
         self._loop = StepLoop(model.contacts, settings, lambda is_far: damp(by_tangent=is_far))
         self._monitor = Monitor(model, bearings=histories)
-        self._watch = Watch(model, settings)
+        self._watch = Watch(model, settings, ground_moves=supports is not None)
         self._energy = None
         if settings.energy:
             self._energy = EnergyBalance(
@@ -149,11 +144,11 @@ class _History:
         effort = self._loop.effort
         ratios = energy_ratios(energy)
         whole = demands(self._model, trace, ground, ratios)
-        end, found = model_end(self._model.columns, trace), dict(whole)
+        end, peaks = model_end(self._model.columns, trace), dict(whole)
         if end.mode:  # the model is not valid after the failure of a column
             rows = end.rows
-            found |= demands(self._model, trace.at(slice(rows)), ground[:rows], ratios)
-            found |= {name: whole[name] for name in (_RESIDUAL, *SHEAR_MODEL_DEMANDS.values())}
+            peaks |= demands(self._model, trace.at(slice(rows)), ground[:rows], ratios)
+            peaks |= {name: whole[name] for name in (_RESIDUAL, *SHEAR_MODEL_DEMANDS.values())}
         messages = [ending.message] if ending.message else []
         if ending.status == OK and self._supports is not None:
             messages.append("support motions: residual drift at the last step, no energy balance")
@@ -162,7 +157,7 @@ class _History:
             if rest.reason:
                 messages.append(f"residual drift is taken from the last step: {rest.reason}")
             else:
-                found[_RESIDUAL] = max(rest.drifts, default=0.0)
+                peaks[_RESIDUAL] = max(rest.drifts, default=0.0)
         histories = None
         if self._histories:
             steps = at_regular_steps(trace.time_s, self._settings.dt_s)
@@ -173,13 +168,9 @@ class _History:
             collapse_criterion=ending.collapse_criterion,
             time_reached_s=float(trace.time_s[-1]),
             duration_s=self._ground.duration_s,
-            recovery_rung=effort.highest_rung,
-            steps_by_rung=tuple(effort.steps_by_rung[rung] for rung in range(len(LADDER))),
-            loosened_ratio=self._loosened_ratio(effort),
-            substeps=effort.substeps,
-            failed_attempts=effort.failed_attempts,
-            iterations=effort.iterations,
-            demands=found,
+            effort=effort,
+            loosened_ratio=effort.loosened_ratio(self._settings.tolerance_j),
+            demands=peaks,
             whole_history=whole,
             support_length_m=min(lengths_m, default=nan),
             bents=capacity_rows(self._model.frame.bents),
@@ -200,43 +191,36 @@ class _History:
         criterion = self._watch.collapsed()
         return Ending(status="collapse", collapse_criterion=criterion) if criterion else None
 
-    def _loosened_ratio(self, effort: Effort) -> float:
-        usual_j, total = self._settings.tolerance_j, effort.steps_by_rung.total()
-        loose = sum(
-            count
-            for rung, count in effort.steps_by_rung.items()
-            if LADDER[rung].tolerance_j > usual_j
-        )
-        return loose / total if total else 0.0
-
 
 class Watch:
     """Compares each step with the limits; create it in the state under gravity.
 
-    ``columns`` are the drifts since then. `InputError` if a joint gap is at least as wide as its
-    seat.
+    ``columns`` are the drifts since then; ``ground_moves`` under support motions. `InputError` if a
+    joint gap is at least as wide as its seat.
     """
 
-    def __init__(self, model: BridgeModel, settings: AnalysisSettings) -> None:
+    def __init__(
+        self, model: BridgeModel, settings: AnalysisSettings, *, ground_moves: bool = False
+    ) -> None:
         self._settings = settings
         self._max_normal_n = MAX_CONTACT_WEIGHTS * model.weight_n
         self._contacts = model.contacts
-        self._deck, self._ground = _Moved(model.frame.centre_node), _ground_near(model)
+        self._deck = _Moved(model.frame.centre_node)
+        self._ground = _ground_near(model) if ground_moves else None
         self.columns = tuple(Lean(column) for column in model.columns)
-        self._corners = tuple(
-            (
-                _Moved(corner.node),
-                _Moved(abutment.holders[0]),
-                abutment.normal,
-                abutment.support_length_m,
-            )
-            for abutment in model.seats
-            for corner in abutment.corners
-        )
-        self._seats = tuple(
-            (_Moved(seat.corner), _Moved(seat.holder), seat.normal, seat.support_length_m)
+        seats: list[tuple[str, int, int | Point, AbutmentHandle | SeatHandle]] = [
+            ("unseating_m", corner.node, end.holders[0], end)
+            for end in model.seats
+            for corner in end.corners
+        ]
+        seats += [
+            ("joint_unseating_m", seat.corner, seat.holder, seat)
             for joint in model.joints
             for seat in joint.seats
+        ]
+        self._seats = tuple(
+            (demand, _Moved(corner), _Moved(holder), seat.normal, seat.support_length_m)
+            for demand, corner, holder, seat in seats
         )
         self._drift_ratio = self._disp_m = 0.0
         for abutment in model.seats:
@@ -257,8 +241,11 @@ class Watch:
 
         Call it once after each step, before `collapsed`.
         """
-        (x, y), (ground_x, ground_y) = self._deck.disp_m(), self._ground.disp_m()
-        drift, disp_m = 0.0, hypot(x - ground_x, y - ground_y)
+        x, y = self._deck.disp_m()
+        if self._ground is not None:
+            ground_x, ground_y = self._ground.disp_m()
+            x, y = x - ground_x, y - ground_y
+        drift, disp_m = 0.0, hypot(x, y)
         for column in self.columns:
             if not (ratio := column.drift_ratio()) <= drift:  # NaN counts
                 drift = ratio
@@ -278,11 +265,10 @@ class Watch:
         """Return the name of the demand whose limit is exceeded, or an empty text."""
         if self._drift_ratio >= self._settings.collapse_drift_ratio:
             return "column_drift_ratio"
-        for name, seats in (("unseating_m", self._corners), ("joint_unseating_m", self._seats)):
-            for corner, holder, normal, support_m in seats:
-                (x, y), (below_x, below_y) = corner.disp_m(), holder.disp_m()
-                if -((x - below_x) * normal[0] + (y - below_y) * normal[1]) > support_m:
-                    return name
+        for demand, corner, holder, normal, support_m in self._seats:
+            (x, y), (below_x, below_y) = corner.disp_m(), holder.disp_m()
+            if -((x - below_x) * normal[0] + (y - below_y) * normal[1]) > support_m:
+                return demand
         if self._disp_m > self._settings.collapse_deck_disp_m:
             return "deck_disp_m"
         return ""
@@ -405,5 +391,5 @@ def _advance(contacts: ContactSet | None, dt_s: float) -> bool:
         if done == parts:
             return True
         dt_s -= done * part_s
-        ops.domainChange()  # discard the state that a failed attempt left in the equations
+        ops.domainChange()  # discard the state that a failed step left in the equations
     return False

@@ -188,7 +188,7 @@ def _spread_deck_load(
             part_m = abs(other - along)
             spine.loads_n[node] += per_m * part_m / (1.0 if is_end else 2.0)
             moment = per_m * part_m**2 / (2.0 if is_end else 12.0)
-            about_x_nm, about_y_nm = (-sign * moment * part for part in normal)
+            about_x_nm, about_y_nm = (-sign * moment * component for component in normal)
             add_moment(spine, node, about_x_nm=about_x_nm, about_y_nm=about_y_nm)
 
 

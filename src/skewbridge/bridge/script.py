@@ -12,12 +12,11 @@ from typing import Any, Final
 import numpy as np
 import openseespy.opensees as ops
 
-from skewbridge.bridge.assembly import GravityError, assemble, domain
+from skewbridge.bridge.assembly import GravityError, assemble, domain, modes_of, period_s
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import AbutmentData
 from skewbridge.bridge.frame import Damping, DeadLoad, Description, End, Frame
 from skewbridge.bridge.handles import ColumnCapacity, ColumnHandle, Point, TagAllocator
-from skewbridge.bridge.modes import modes_of, period_s
 from skewbridge.bridge.plan import DeckEnd, PlanVector
 from skewbridge.bridge.script_files import (
     FRAME_NUMERICS,
@@ -30,8 +29,8 @@ from skewbridge.bridge.script_files import (
     script_files,
 )
 from skewbridge.bridge.script_frame import Column
-from skewbridge.bridge.script_frame import End as GivenEnd
-from skewbridge.bridge.script_frame import Frame as Given
+from skewbridge.bridge.script_frame import End as ScriptEnd
+from skewbridge.bridge.script_frame import Frame as ScriptFrame
 from skewbridge.bridge.script_units import (
     FORCE,
     LENGTH,
@@ -102,17 +101,17 @@ class ScriptBridge:
 
     def frame(
         self, skew_deg: float, options: ModelOptions, tags: TagAllocator
-    ) -> tuple[Frame, Given]:
+    ) -> tuple[Frame, ScriptFrame]:
         """Return the frame, with periods of damping only if the script states them."""
-        files, own = script_files(self.path), parameters(self.path)
+        files, names = script_files(self.path), parameters(self.path)
         values = {"skew_deg": skew_deg} | {
-            name: getattr(options, name) for name in own if name != "skew_deg"
+            name: getattr(options, name) for name in names if name != "skew_deg"
         }
-        given = call_script(files, {name: values[name] for name in own})
+        stated = call_script(files, {name: values[name] for name in names})
         with lines_of(files):
-            if not isinstance(given, Given):
-                raise InputError(f"{FUNCTION}() must return a skewbridge.Frame, got {given!r}")
-            return _Reader(given, tags, skew_deg, options).frame(), given
+            if not isinstance(stated, ScriptFrame):
+                raise InputError(f"{FUNCTION}() must return a skewbridge.Frame, got {stated!r}")
+            return _Reader(stated, tags, skew_deg, options).frame(), stated
 
 
 def load_script(path: Path) -> ScriptBridge:
@@ -134,11 +133,11 @@ class _Standing:
 @cache
 def _standing(bridge: ScriptBridge) -> _Standing:
     """Build a bridge at zero skew and return its periods; the open domain is emptied."""
-    found: list[tuple[Frame, Given]] = []
+    frames: list[tuple[Frame, ScriptFrame]] = []
 
-    def build(*given: Any) -> Frame:
-        found.append(bridge.frame(*given))
-        return found[0][0]
+    def build(*stated: Any) -> Frame:
+        frames.append(bridge.frame(*stated))
+        return frames[0][0]
 
     usual = {axis.name: axis.usual for axis in AXES} | {"skew_deg": 0}
     with lines_of([bridge.path]), domain():
@@ -149,15 +148,15 @@ def _standing(bridge: ScriptBridge) -> _Standing:
         except GravityError as error:
             raise InputError(f"{error}, with the deck ends on pads") from error
         modes = modes_of(model, _MODES)
-        (frame, given), periods = found[0], {way: period_s(modes, way) for way in "xyz"}
-        description = _description(bridge.name, frame, given)
-    long_s, short_s = given.damping_periods or (max(periods.values()), min(periods.values()))
+        (frame, stated), periods = frames[0], {way: period_s(modes, way) for way in "xyz"}
+        description = _description(bridge.name, frame, stated)
+    long_s, short_s = stated.damping_periods or (max(periods.values()), min(periods.values()))
     damping = replace(frame.damping, long_period_s=long_s, short_period_s=short_s)
-    t1_s = given.t1 or sqrt(periods["x"] * periods["y"])
+    t1_s = stated.t1 or sqrt(periods["x"] * periods["y"])
     return _Standing(t1_s=t1_s, damping=damping, description=description)
 
 
-def _description(name: str, frame: Frame, given: Given) -> Description:
+def _description(name: str, frame: Frame, stated: ScriptFrame) -> Description:
     left, right = (end.plan.middle_m[0] for end in frame.ends)
     middle_m = (left + right) / 2
     seats = [(e, e.abutment) for e in frame.ends if isinstance(e.abutment, AbutmentData)]
@@ -173,7 +172,7 @@ def _description(name: str, frame: Frame, given: Given) -> Description:
     bents.sort()
     lines = [left, *(fmean(x for x, _ in bent) for bent in bents), right]
     return Description(
-        title=given.title or name,
+        title=stated.title or name,
         details="script",
         spans_m=tuple(b - a for a, b in pairwise(lines)),
         width_m=frame.ends[0].plan.width_m,
@@ -199,11 +198,11 @@ class _Reader:
     """Reads the domain that a script has built, and completes what it has returned."""
 
     def __init__(
-        self, given: Given, tags: TagAllocator, skew_deg: float, options: ModelOptions
+        self, stated: ScriptFrame, tags: TagAllocator, skew_deg: float, options: ModelOptions
     ) -> None:
-        self._given, self._skew_deg, self._options = given, skew_deg, options
-        self._units = units = UnitSystem.named(given.units)
-        ndm, ndf = (next(iter(each() or [0])) for each in (ops.getNDM, ops.getNDF))
+        self._stated, self._skew_deg, self._options = stated, skew_deg, options
+        self._units = units = UnitSystem.named(stated.units)
+        ndm, ndf = (next(iter(query() or [0])) for query in (ops.getNDM, ops.getNDF))
         _need(
             (ndm, ndf) == (3, 6),
             f"the model must have 3 dimensions and 6 degrees of freedom, got {ndm} and {ndf}",
@@ -233,18 +232,18 @@ class _Reader:
 
     def frame(self) -> Frame:
         """Return the frame in SI, the left end first."""
-        given, loads = self._given, self._loads
-        self._must_have("ends", [self._node(end) for end in given.ends])
+        stated, loads = self._stated, self._loads
+        self._must_have("ends", [self._node(end) for end in stated.ends])
         _need(
-            len(given.ends) == 2,
-            f"ends must be the two end nodes of the deck, got {len(given.ends)}",
+            len(stated.ends) == 2,
+            f"ends must be the two end nodes of the deck, got {len(stated.ends)}",
         )
-        ends = sorted(given.ends, key=lambda end: ops.nodeCoord(self._node(end), 1))
-        columns = tuple(self._column(number, each) for number, each in enumerate(given.columns))
+        ends = sorted(stated.ends, key=lambda end: ops.nodeCoord(self._node(end), 1))
+        columns = tuple(self._column(number, row) for number, row in enumerate(stated.columns))
         bases = dict.fromkeys(column.element for column in columns)
         lines = [e for e in self._elements if len(_listed(ops.eleResponse(e, "force"))) == _BEAM]
         beams = [e for e in lines if len(set(map(self._place, ops.eleNodes(e)))) > 1]
-        damped = tuple(_soft(beams) if given.damped is None else given.damped)
+        damped = tuple(_soft(beams) if stated.damped is None else stated.damped)
         self._must_have("damped", damped, self._elements, "element")
         elastic = [e for e in damped if ops.eleType(e) == "ElasticBeam3d" and e not in bases]
         others = [e for e in beams if ops.eleType(e) == "ElasticBeam3d" and e not in damped]
@@ -258,14 +257,14 @@ class _Reader:
                 lacking is None, f"node {lacking} has no vertical mass: give it one, or state loads"
             )
             loads = {node: G_MPS2 * mass for node, mass in lifted.items()}, {}
-        periods = given.damping_periods or (nan, nan)
+        periods = stated.damping_periods or (nan, nan)
         return Frame(
             centre_node=self._centre(masses, [*elastic, *others]),
             loads=DeadLoad(forces_n=loads[0], moments_nm=loads[1], masses_kg=masses),
             ends=tuple(self._end(*side) for side in self._sides(ends)),
             columns=columns,
             damping=Damping(
-                ratio=given.damping_ratio,
+                ratio=stated.damping_ratio,
                 long_period_s=max(periods),
                 short_period_s=min(periods),
                 elements=damped,
@@ -293,12 +292,12 @@ class _Reader:
 
     def _dead_load(self) -> tuple[dict[int, float], dict[int, tuple[float, float]]] | None:
         """Take the dead load out of the domain; None if neither script nor frame states one."""
-        given, force, moment = self._given, self._units.si(FORCE), self._units.si(MOMENT)
+        stated, force, moment = self._stated, self._units.si(FORCE), self._units.si(MOMENT)
         patterns = _listed(ops.getPatterns())
-        if given.loads is not None:
-            self._must_have("loads", given.loads)
+        if stated.loads is not None:
+            self._must_have("loads", stated.loads)
             _need(not patterns, "give the dead load as loads or as a load pattern, not as both")
-            return {node: force * load for node, load in given.loads.items()}, {}
+            return {node: force * load for node, load in stated.loads.items()}, {}
         if not patterns:
             return None
         _need(
@@ -320,15 +319,15 @@ class _Reader:
         return forces, moments
 
     @staticmethod
-    def _node(end: int | GivenEnd) -> int:
-        return end.node if isinstance(end, GivenEnd) else end
+    def _node(end: int | ScriptEnd) -> int:
+        return end.node if isinstance(end, ScriptEnd) else end
 
     def _place(self, node: int) -> tuple[float, ...]:
         return tuple(ops.nodeCoord(node))
 
     def _sides(
-        self, ends: Sequence[int | GivenEnd]
-    ) -> list[tuple[int | GivenEnd, str, PlanVector]]:
+        self, ends: Sequence[int | ScriptEnd]
+    ) -> list[tuple[int | ScriptEnd, str, PlanVector]]:
         """Return each end with its name and the direction to it from the other end."""
         (x1, y1, _), (x2, y2, _) = (self._place(self._node(end)) for end in ends)
         length = hypot(x2 - x1, y2 - y1)
@@ -339,24 +338,24 @@ class _Reader:
         )
         return [(ends[0], "left", (-along[0], -along[1])), (ends[1], "right", along)]
 
-    def _end(self, end: int | GivenEnd, side: str, away: PlanVector) -> End:
-        given, metre = self._given, self._units.si(LENGTH)
-        own = end if isinstance(end, GivenEnd) else GivenEnd(end)
-        node, place = own.node, self._place(own.node)
+    def _end(self, end: int | ScriptEnd, side: str, away: PlanVector) -> End:
+        stated, metre = self._stated, self._units.si(LENGTH)
+        script_end = end if isinstance(end, ScriptEnd) else ScriptEnd(end)
+        node, place = script_end.node, self._place(script_end.node)
         _need(
             not ops.getFixedDOFs(node),
             f"ends: node {node} must not be fixed, because the abutments support it; it is fixed "
             f"in {_listed(ops.getFixedDOFs(node))}",
         )
-        outward = own.outward or self._outward(node, away)
+        outward = script_end.outward or self._outward(node, away)
         size = hypot(*outward)
         width, soffit = (
-            metre * (getattr(given, name) if value is None else value)
-            for name, value in (("width", own.width), ("soffit", own.soffit))
+            metre * (getattr(stated, name) if value is None else value)
+            for name, value in (("width", script_end.width), ("soffit", script_end.soffit))
         )
         _need(width > 0.0, f"width must be positive, got {width / metre:g}")
         _need(soffit >= 0.0, f"soffit must be at least 0, got {soffit / metre:g}")
-        data, thickness_m = _abutment(own.abutment or given.abutment, width)
+        data, thickness_m = _abutment(script_end.abutment or stated.abutment, width)
         plan = DeckEnd(
             side,
             (place[0], place[1]),
@@ -422,21 +421,21 @@ class _Reader:
             is_pinned=is_pinned,
         )
 
-    def _strength(self, given: float | Callable[..., Any] | None) -> Any:
+    def _strength(self, strength: float | Callable[..., Any] | None) -> Any:
         newton = self._units.si(FORCE)
-        if given is None:
+        if strength is None:
             return None
-        return partial(_strength_n, given if callable(given) else float(given), newton)
+        return partial(_strength_n, strength if callable(strength) else float(strength), newton)
 
     def _centre(self, masses: Mapping[int, float], deck: Iterable[int]) -> int:
         """Return the node of elastic beams that is nearest to the mass centre in plan."""
-        if (centre := self._given.centre) is not None:
+        if (centre := self._stated.centre) is not None:
             self._must_have("centre", [centre])
             return centre
         places, weights = np.array([self._place(node) for node in masses]), [*masses.values()]
         x, y, _ = np.average(places, axis=0, weights=weights)
         near = dict.fromkeys(int(node) for element in deck for node in ops.eleNodes(element))
-        top = max(self._place(self._node(end))[2] for end in self._given.ends)
+        top = max(self._place(self._node(end))[2] for end in self._stated.ends)
 
         def distance(node: int) -> tuple[float, float]:
             place = self._place(node)
@@ -446,19 +445,19 @@ class _Reader:
 
 
 def _strength_n(
-    given: float | Callable[..., Any], newton: float, axial_n: Any, drift: Any, curvature: Any
+    strength: float | Callable[..., Any], newton: float, axial_n: Any, drift: Any, curvature: Any
 ) -> Any:
-    if not callable(given):
-        return np.full_like(axial_n, given * newton)
-    return newton * np.asarray(given(axial_n / newton, drift, curvature), dtype=np.float64)
+    if not callable(strength):
+        return np.full_like(axial_n, strength * newton)
+    return newton * np.asarray(strength(axial_n / newton, drift, curvature), dtype=np.float64)
 
 
-def _abutment(own: str | Mapping[str, Any] | None, width_m: float) -> tuple[AbutmentData, float]:
+def _abutment(stated: str | Mapping[str, Any] | None, width_m: float) -> tuple[AbutmentData, float]:
     """Return data of an abutment for a deck width, and the thickness of the end diaphragm (m)."""
-    donor = load_bridge(own if isinstance(own, str) else DEFAULT_ABUTMENT)
+    donor = load_bridge(stated if isinstance(stated, str) else DEFAULT_ABUTMENT)
     data = widened(donor.seat, width_m / donor.deck.width_m)
-    if isinstance(own, Mapping):
-        data = checked(AbutmentData, _merged(data.model_dump(), own), "abutment")
+    if isinstance(stated, Mapping):
+        data = checked(AbutmentData, _merged(data.model_dump(), stated), "abutment")
     return data, donor.deck.diaphragm_thickness_m
 
 

@@ -33,20 +33,20 @@ _OPTIONS: Final = tuple(field.name for field in fields(ModelOptions))
 
 def script_files(path: Path) -> list[Path]:
     """Return a script, local modules that it imports, and local files that they name."""
-    folder, found = path.parent, [path]
-    for file in found:
+    folder, files = path.parent, [path]
+    for file in files:
         if file.suffix != ".py":
             continue
         for name in _names(file):
             places = (folder / name, file.parent / name, Path(name).resolve())
-            found += [
+            files += [
                 place.resolve()
                 for place in dict.fromkeys(places)
-                if place.resolve() not in found
+                if place.resolve() not in files
                 and place.resolve().is_relative_to(folder)
                 and place.is_file()
             ]
-    return found
+    return files
 
 
 def _names(file: Path) -> Iterator[str]:
@@ -93,8 +93,8 @@ def parameters(path: Path) -> tuple[str, ...]:
     """Return the parameters of a script's function: the skew and modelling options."""
     for node in _tree(path).body:
         if isinstance(node, ast.FunctionDef) and node.name == FUNCTION:
-            given = node.args
-            names = tuple(each.arg for each in (*given.args, *given.kwonlyargs))
+            arguments = node.args
+            names = tuple(argument.arg for argument in (*arguments.args, *arguments.kwonlyargs))
             for name in names:
                 if name not in ("skew_deg", *_OPTIONS):
                     raise InputError(

@@ -123,9 +123,9 @@ def end_view() -> None:
 def _replace(name: str, command: Callable[..., Any]) -> None:
     """Replace a command of OpenSees, and its copies, until `end_view`."""
     places = [(ops, name), *([(unit, _COPIES[name])] if name in _COPIES else [])]
-    for module, own in places:
-        _replaced.append((module, own, getattr(module, own)))
-        setattr(module, own, command)
+    for module, attr in places:
+        _replaced.append((module, attr, getattr(module, attr)))
+        setattr(module, attr, command)
 
 
 def view_constraints() -> None:
@@ -148,7 +148,7 @@ class SiView:
             _replace(name, partial(self._positions, getattr(ops, name), *_ARGUMENTS[name]))
         for name, dimensions in _ANSWERS.items():
             _replace(name, partial(self._answer, getattr(ops, name), dimensions))
-        own: dict[str, Callable[..., Any]] = {
+        commands: dict[str, Callable[..., Any]] = {
             "uniaxialMaterial": self._material,
             "section": self._section,
             "element": self._element,
@@ -161,7 +161,7 @@ class SiView:
             "sp": self._sp,
             "integrator": self._integrator,
         }
-        for name, converted in own.items():
+        for name, converted in commands.items():
             _replace(name, partial(converted, getattr(ops, name)))
 
     def _taken(self, values: Iterable[Any], dimensions: Iterable[Dimension]) -> Iterator[Any]:
@@ -170,17 +170,17 @@ class SiView:
             yield value / self._units.si(dimension) if isinstance(value, float) else value
 
     def _positions(
-        self, command: Callable[..., Any], first: int, dimensions: Sequence[Dimension], *given: Any
+        self, command: Callable[..., Any], first: int, dimensions: Sequence[Dimension], *values: Any
     ) -> Any:
         end = first + len(dimensions)
-        return command(*given[:first], *self._taken(given[first:end], dimensions), *given[end:])
+        return command(*values[:first], *self._taken(values[first:end], dimensions), *values[end:])
 
     def _answer(
-        self, command: Callable[..., Any], dimensions: Sequence[Dimension], *given: Any
+        self, command: Callable[..., Any], dimensions: Sequence[Dimension], *values: Any
     ) -> Any:
-        answer = command(*given)
+        answer = command(*values)
         if not isinstance(answer, list):  # one component, named by the last argument
-            return answer * self._units.si(dimensions[given[-1] - 1])
+            return answer * self._units.si(dimensions[values[-1] - 1])
         return [v * self._units.si(d) for v, d in zip(answer, dimensions, strict=False)]
 
     def _material(self, command: Callable[..., Any], kind: str, tag: int, *values: Any) -> None:
@@ -203,14 +203,14 @@ class SiView:
             dimension = _CURVES.get(value, PURE) if isinstance(value, str) else dimension
             yield dimension
 
-    def _section(self, command: Callable[..., Any], kind: str, *given: Any) -> None:
+    def _section(self, command: Callable[..., Any], kind: str, *values: Any) -> None:
         dimensions = (PURE, STIFFNESS, FORCE, STIFFNESS, STIFFNESS)
         if kind == "Bidirectional":
-            given = *self._taken(given, dimensions), *given[len(dimensions) :]
-        command(kind, *given)
+            values = *self._taken(values, dimensions), *values[len(dimensions) :]
+        command(kind, *values)
 
-    def _element(self, command: Callable[..., Any], kind: str, *given: Any) -> None:
-        tag, rest = given[:3], given[3:]
+    def _element(self, command: Callable[..., Any], kind: str, *values: Any) -> None:
+        tag, rest = values[:3], values[3:]
         if kind == "elasticBeamColumn":
             rest = *self._taken(rest, _BEAM), *rest[len(_BEAM) :]
         elif kind == "elastomericBearingPlasticity":
@@ -218,8 +218,8 @@ class SiView:
             elastic = [*self._taken(rest[:2], (STIFFNESS, FORCE)), *rest[2:]]
             for place, value in enumerate(elastic):
                 if value in ("-T", "-My", "-Mz"):
-                    values, turning = self._rotational[elastic[place + 1]], self._tags.material()
-                    turned = self._taken(values, repeat(MOMENT))
+                    spring, turning = self._rotational[elastic[place + 1]], self._tags.material()
+                    turned = self._taken(spring, repeat(MOMENT))
                     self._raw("uniaxialMaterial")("Elastic", turning, *turned)
                     elastic[place + 1] = turning
             rest = tuple(elastic)
@@ -230,11 +230,11 @@ class SiView:
     @staticmethod
     def _raw(name: str) -> Callable[..., Any]:
         """Return a command without its conversion."""
-        return next(command for module, own, command in _replaced if (module, own) == (ops, name))
+        return next(command for module, attr, command in _replaced if (module, attr) == (ops, name))
 
-    def _parameter(self, command: Callable[..., Any], tag: int, *given: Any) -> None:
-        self._parameters[tag] = _PARAMETERS[given[-1]]
-        command(tag, *given)
+    def _parameter(self, command: Callable[..., Any], tag: int, *values: Any) -> None:
+        self._parameters[tag] = _PARAMETERS[values[-1]]
+        command(tag, *values)
 
     def _update(self, command: Callable[..., Any], tag: int, value: float) -> None:
         command(tag, value / self._units.si(self._parameters[tag]))
@@ -242,13 +242,13 @@ class SiView:
     def _value(self, command: Callable[..., Any], tag: int) -> float:
         return command(tag) * self._units.si(self._parameters[tag])
 
-    def _series(self, command: Callable[..., Any], kind: str, *given: Any) -> None:
-        start = given.index("-values") + 1 if kind == "Path" else len(given)
-        command(kind, *given[:start], *self._taken(given[start:], repeat(LENGTH)))
+    def _series(self, command: Callable[..., Any], kind: str, *values: Any) -> None:
+        start = values.index("-values") + 1 if kind == "Path" else len(values)
+        command(kind, *values[:start], *self._taken(values[start:], repeat(LENGTH)))
 
-    def _test(self, command: Callable[..., Any], kind: str, tolerance: float, *given: Any) -> None:
+    def _test(self, command: Callable[..., Any], kind: str, tolerance: float, *values: Any) -> None:
         dimension = {"NormDispIncr": LENGTH, "EnergyIncr": MOMENT}[kind]
-        command(kind, tolerance / self._units.si(dimension), *given)
+        command(kind, tolerance / self._units.si(dimension), *values)
 
     def _response(self, command: Callable[..., Any], tag: int, *response: str) -> list[float]:
         answer = np.array(command(tag, *response), dtype=np.float64)
@@ -262,7 +262,7 @@ class SiView:
     def _sp(self, command: Callable[..., Any], node: int, dof: int, value: float) -> None:
         command(node, dof, value / self._units.si(_MOVED[dof - 1]))
 
-    def _integrator(self, command: Callable[..., Any], kind: str, *given: Any) -> None:
+    def _integrator(self, command: Callable[..., Any], kind: str, *values: Any) -> None:
         if kind == "DisplacementControl":
-            given = *given[:2], given[2] / self._units.si(_MOVED[given[1] - 1]), *given[3:]
-        command(kind, *given)
+            values = *values[:2], values[2] / self._units.si(_MOVED[values[1] - 1]), *values[3:]
+        command(kind, *values)

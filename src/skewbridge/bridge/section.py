@@ -185,7 +185,7 @@ class _Section:
         self._core, self._cover = core_concrete(column), cover_concrete(column)
         self._steel = steel_of(column)
         outline, core = column.outline, column.core
-        self._half_m, self._core_half_m = (each.sizes_m[direction] / 2 for each in (outline, core))
+        self._half_m, self._core_half_m = (line.sizes_m[direction] / 2 for line in (outline, core))
         edges = np.linspace(-self._half_m, self._half_m, STRIPS + 1)
         self._height_m = (edges[1:] + edges[:-1]) / 2
         self._core_m2 = np.diff(core.area_below(direction, edges))
@@ -213,10 +213,10 @@ class _Section:
         half = phi * self._half_m
         # from all strains below -0.02 (tension) to all strains above 0.002
         ends = -half - 0.02, 0.002 + half
-        found = brentq(
+        strain = brentq(
             lambda at: self.resultants(at, phi)[0] - axial_n, *ends, xtol=STRAIN_TOLERANCE
         )
-        return float(found)
+        return float(strain)
 
     def is_ultimate(self, centre: float, phi: float) -> bool:
         """Return whether the core or a bar has reached its ultimate strain."""
@@ -280,8 +280,8 @@ def shear_strength(
         )
     if model == "kowalsky_priestley":
         return kowalsky_priestley_strength(section, axial_n, curvature_ductility)
-    taken = section.as_expected if model == "sdc_expected" else section
-    return sdc_shear_strength(taken, axial_n, displacement_ductility)
+    inputs = section.as_expected if model == "sdc_expected" else section
+    return sdc_shear_strength(inputs, axial_n, displacement_ductility)
 
 
 def sdc_shear_strength(

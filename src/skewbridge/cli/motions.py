@@ -11,7 +11,7 @@ from skewbridge.errors import EXIT_BAD_INPUT, InputError
 from skewbridge.files.text import writable_file
 
 if TYPE_CHECKING:
-    from skewbridge.motions.formats import Given
+    from skewbridge.motions.formats import Stated
 
 commands = new_group()
 motions = new_group(name="motions", help=COMMANDS["motions"][1])
@@ -26,11 +26,11 @@ class MissingOptions:
     unit: Annotated[str | None, opt("Unit for files without one.", "[g|cm/s2|m/s2|...]")] = None
 
     @property
-    def given(self) -> "Given":
+    def given(self) -> "Stated":
         """The values for the readers of motions."""
-        from skewbridge.motions.formats import Given
+        from skewbridge.motions.formats import Stated
 
-        return Given(dt_s_if_missing=self.dt_s, unit_if_missing=self.unit)
+        return Stated(dt_s_if_missing=self.dt_s, unit_if_missing=self.unit)
 
 
 @command(motions)

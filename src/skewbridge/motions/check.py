@@ -8,7 +8,7 @@ from skewbridge.errors import InputError
 from skewbridge.files.tables import records_of
 from skewbridge.files.text import file_fault, shown_path
 from skewbridge.motions import folder, read
-from skewbridge.motions.formats import DtMissingError, Given, Trace
+from skewbridge.motions.formats import DtMissingError, Stated, Trace
 from skewbridge.motions.intensity import peak_g
 from skewbridge.motions.suite import read_entry
 
@@ -42,7 +42,7 @@ class FileCheck:
 
 
 def check_paths(
-    paths: list[Path], given: Given | None = None, *, strict: bool = False
+    paths: list[Path], stated: Stated | None = None, *, strict: bool = False
 ) -> list[FileCheck]:
     """Check files and folders; the two components of a motion are also checked together.
 
@@ -61,9 +61,9 @@ def check_paths(
         elif (path / folder.INDEX_NAME).is_file():
             entries = folder.list_motions(path)
             for entry in entries:
-                own = [_check_file(*each, doubtful)[0] for each in entry.components]
+                results = [_check_file(*component, doubtful)[0] for component in entry.components]
                 made = FileCheck(file=str(path / entry.motion_id), verdict="ok")
-                checks += _check_entry(entry, own or [made], doubtful)
+                checks += _check_entry(entry, results or [made], doubtful)
             used = [file for entry in entries for file, _ in entry.components]
             checks += _unread(path, used, f"not listed in {folder.INDEX_NAME}")
         elif files := folder.motion_files(path):
@@ -71,21 +71,21 @@ def check_paths(
             stems, every = {file.stem.lower() for file in files}, folder.files_below(path)
             others = (file for file in every if file.suffix.lower() in {".vt2", ".dt2"})
             files += [file for file in others if file.stem.lower() not in stems]
-            checks += _check_files(sorted(files), given, doubtful, of_study=True)
+            checks += _check_files(sorted(files), stated, doubtful, of_study=True)
             checks += _unread(path, files, "no format has this suffix or this text")
         else:
             raise file_fault(path, " has no motions")
-    return checks + _check_files(loose, given, doubtful)
+    return checks + _check_files(loose, stated, doubtful)
 
 
-def write_folder_index(root: Path, given: Given | None = None) -> Path:
+def write_folder_index(root: Path, stated: Stated | None = None) -> Path:
     """Write the `index.csv` of a folder, or update the digests of an existing one.
 
     The given time step and unit are used for files that do not state them. Other values of an
     existing index are kept. Raises `InputError` for an unreadable motion or an unpaired file.
     """
-    index, given = root / folder.INDEX_NAME, given or Given()
-    missing = {"dt_s_if_missing": given.dt_s_if_missing, "unit_if_missing": given.unit_if_missing}
+    index, stated = root / folder.INDEX_NAME, stated or Stated()
+    missing = {"dt_s_if_missing": stated.dt_s_if_missing, "unit_if_missing": stated.unit_if_missing}
     cells: dict[str, dict[str, object]] = {}
     if index.is_file():
         cells = {row["motion_id"]: row for row in records_of(folder.read_index_table(index))}
@@ -104,11 +104,11 @@ def write_folder_index(root: Path, given: Given | None = None) -> Path:
 
 
 def _check_file(
-    path: Path, given: Given | None, doubtful: FileVerdict
+    path: Path, stated: Stated | None, doubtful: FileVerdict
 ) -> tuple[FileCheck, Trace | None]:
     """Return the check of one file, and its component (None if it cannot be read)."""
     try:
-        trace = read.read_trace(path, given)
+        trace = read.read_trace(path, stated)
     except InputError as error:
         verdict = "needs_dt" if isinstance(error, DtMissingError) else "error"
         return FileCheck(file=str(path), verdict=verdict, messages=(str(error),)), None
@@ -125,12 +125,12 @@ def _check_file(
 
 
 def _check_files(
-    paths: list[Path], given: Given | None, doubtful: FileVerdict, *, of_study: bool = False
+    paths: list[Path], stated: Stated | None, doubtful: FileVerdict, *, of_study: bool = False
 ) -> list[FileCheck]:
     """Return the checks of files without an index, including the check of each pair."""
-    found = {path: _check_file(path, given, doubtful) for path in paths}
-    checks = {path: check for path, (check, _) in found.items()}
-    traces = {path: trace for path, (_, trace) in found.items() if trace is not None}
+    results = {path: _check_file(path, stated, doubtful) for path in paths}
+    checks = {path: check for path, (check, _) in results.items()}
+    traces = {path: trace for path, (_, trace) in results.items() if trace is not None}
     if len(paths) == len(traces) == 2:  # exactly two readable files are a pair
         pairs, alone = [tuple(sorted(traces))], set[Path]()
     else:
@@ -145,7 +145,7 @@ def _check_files(
             pairs.append((first, path))
             alone -= {first, path}
     for pair in pairs:
-        entry = folder.motion_of_files(read.motion_name(*pair), pair, given)
+        entry = folder.motion_of_files(read.motion_name(*pair), pair, stated)
         together = _check_entry(entry, [checks[path] for path in pair], doubtful)
         checks |= dict(zip(pair, together, strict=True))
     for path in alone if of_study else ():
@@ -157,7 +157,7 @@ def _unread(root: Path, used: list[Path], reason: str) -> list[FileCheck]:
     """Return checks of the other files of a folder, without indexes and hidden files."""
     read, checks = {path.resolve() for path in used}, list[FileCheck]()
     for path in folder.files_below(root):
-        name, starts = path.name.lower(), {part[0] for part in path.relative_to(root).parts}
+        name, starts = path.name.lower(), {level[0] for level in path.relative_to(root).parts}
         if path.resolve() in read or name == folder.INDEX_NAME or "." in starts:
             continue
         is_integral = name.endswith((".vt2", ".dt2")) and path.stem in {file.stem for file in read}

@@ -16,7 +16,7 @@ from skewbridge.errors import InputError
 from skewbridge.files.tables import records_of
 from skewbridge.files.text import checked, file_fault, no_formula, read_csv, shortened, shown_path
 from skewbridge.motions import p695
-from skewbridge.motions.formats import MAX_HEADER_LINES, Given, Trace
+from skewbridge.motions.formats import MAX_HEADER_LINES, Stated, Trace
 from skewbridge.motions.read import files_digest, is_vertical, read_trace, split_name
 from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion
 
@@ -70,7 +70,7 @@ class IndexEntry(BaseModel):
     made_from_number: _Count = None
     made_from_suite: Literal["near", "far", "pulse", "p695", "p695_far", "p695_near"] = "near"
     #: Files of components 1 (bridge x at incidence 0) and 2; empty for a generated motion.
-    components: tuple[tuple[Path, Given], ...] = ()
+    components: tuple[tuple[Path, Stated], ...] = ()
 
     @property
     def metadata(self) -> dict[str, Any]:
@@ -94,7 +94,7 @@ def list_motions(folder: Path) -> list[IndexEntry]:
         rows = p695.list_records(suite)
         names = [name for name in IndexEntry.model_fields if name in rows[0]]
         cells = [{name: row[name] for name in names} for row in rows]
-        return [IndexEntry.model_validate(own | {"made_from_suite": suite}) for own in cells]
+        return [IndexEntry.model_validate(record | {"made_from_suite": suite}) for record in cells]
     if not is_folder(folder):
         raise InputError(f"motions folder {shown_path(folder)} does not exist", folder=str(folder))
     index = folder / INDEX_NAME
@@ -111,9 +111,9 @@ def list_motions(folder: Path) -> list[IndexEntry]:
     return [motion_of_files(name, pair) for name, pair in pairs.items()]
 
 
-def motion_of_files(name: str, files: Iterable[Path], given: Given | None = None) -> IndexEntry:
+def motion_of_files(name: str, files: Iterable[Path], stated: Stated | None = None) -> IndexEntry:
     """Return the motion of two component files without an index; its name is not checked."""
-    components = tuple((path, given or Given()) for path in files)
+    components = tuple((path, stated or Stated()) for path in files)
     return IndexEntry.model_construct(motion_id=name, components=components)
 
 
@@ -131,7 +131,7 @@ def motion_files(folder: Path) -> list[Path]:
         for path in files_below(folder)
         if path.suffix.lower() in SUFFIXES
         and path.name.lower() not in NOT_MOTIONS
-        and not any(part.startswith(("_", ".")) for part in path.relative_to(folder).parts)
+        and not any(level.startswith(("_", ".")) for level in path.relative_to(folder).parts)
         and (path.suffix.lower() not in (".txt", ".csv", ".dat") or _starts_with_numbers(path))
     ]
 
@@ -248,19 +248,19 @@ def read_index_table(index: Path) -> pd.DataFrame:
 
 def _entry(cells: dict[str, str], index: Path, line: int) -> IndexEntry:
     where = f"{index.name}, line {line}"
-    given = {
+    filled = {
         name: cell
         for name, cell in cells.items()
         if name != "components" and (name in _REQUIRED or cell.strip().lower() not in {"", "nan"})
     }
-    row = checked(IndexEntry, given, where)
+    row = checked(IndexEntry, filled, where)
     files = ((row.file_1, row.channel_1), (row.file_2, row.channel_2))
     if row.made_from_number is not None:
         if row.file_1 or row.file_2:
             raise InputError(f"{where}: a row with made_from_number must not name files")
         files = ()
     components = tuple(
-        (inside_folder(index.parent, name, where), Given(dt_s=row.dt_s, unit=row.unit, channel=n))
+        (inside_folder(index.parent, name, where), Stated(dt_s=row.dt_s, unit=row.unit, channel=n))
         for name, n in files
     )
     return row.model_copy(update={"components": components})

@@ -46,8 +46,8 @@ class DtMissingError(InputError):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Given:
-    """Properties of a file from the caller or the index; dt_s and unit override the header."""
+class Stated:
+    """Properties of a file stated by the caller or the index; dt_s and unit override the header."""
 
     dt_s: float | None = None
     unit: str | None = None  # one of `UNIT_FACTORS`; other common spellings are converted
@@ -120,21 +120,21 @@ def fault_in(path: Path, problem: str, line: int | None = None) -> InputError:
     return InputError(f"{path.name}, line {line}: {problem}", file=str(path), line=line)
 
 
-def trace_of(lines: list[str], path: Path, given: Given) -> Trace:
+def trace_of(lines: list[str], path: Path, stated: Stated) -> Trace:
     """Return the component in m/s2 from the lines of a file; raises the errors of `read_trace`."""
     read = next(read for _, recognises, read in MOTION_FORMATS if recognises(lines, path))
-    trace = read(lines, path, given)
+    trace = read(lines, path, stated)
     dt_s, warnings = trace.dt_s, trace.warnings
-    if given.dt_s is not None:
-        dt_s = given.dt_s
+    if stated.dt_s is not None:
+        dt_s = stated.dt_s
         if abs(trace.dt_s / dt_s - 1.0) > 1.0e-6:
             warnings = (f"the given dt = {dt_s} s replaces {trace.dt_s} s in the file", *warnings)
     elif math.isnan(dt_s):
-        if given.dt_s_if_missing is None:
+        if stated.dt_s_if_missing is None:
             text = f"{path.name} has no time step; give it (--dt-s, or dt_s in index.csv)"
             raise DtMissingError(text, file=str(path))
-        dt_s = given.dt_s_if_missing
-    unit, notes = (trace.unit, []) if trace.is_calibrated else _unit(given, trace.unit)
+        dt_s = stated.dt_s_if_missing
+    unit, notes = (trace.unit, []) if trace.is_calibrated else _unit(stated, trace.unit)
     return replace(
         trace,
         accel_mps2=trace.accel_mps2 * UNIT_FACTORS[unit],
@@ -145,25 +145,25 @@ def trace_of(lines: list[str], path: Path, given: Given) -> Trace:
     )
 
 
-def _unit(given: Given, in_file: str) -> tuple[str, list[str]]:
+def _unit(stated: Stated, in_file: str) -> tuple[str, list[str]]:
     """Return the first unit of: given, in the file, given if missing, g; and notes on it."""
-    unit = given.unit or in_file or given.unit_if_missing
+    unit = stated.unit or in_file or stated.unit_if_missing
     if unit is None:
         return DEFAULT_UNIT, [f"the file states no unit: {DEFAULT_UNIT} is assumed"]
     if unit != in_file:
         return unit, [f"the given unit {unit} is used" + (f", not {in_file}" if in_file else "")]
-    overrides = given.unit is None and given.unit_if_missing not in {None, unit}
+    overrides = stated.unit is None and stated.unit_if_missing not in {None, unit}
     return unit, [f"unit {unit} of the header is used"] if overrides else []
 
 
-def _channel(given: Given, directions: Sequence[str], path: Path) -> int:
+def _channel(stated: Stated, directions: Sequence[str], path: Path) -> int:
     """Return the position (from 0) of the given channel of a file with these directions."""
     count = len(directions)
-    if given.channel is None and count > 1:
+    if stated.channel is None and count > 1:
         listed = ", ".join(f"{n} {text}".strip() for n, text in enumerate(directions, 1))
         where = "channel_1 and channel_2 in index.csv"
         raise fault_in(path, f"the file has {count} channels ({listed}): name two by {where}")
-    channel = given.channel or 1
+    channel = stated.channel or 1
     if channel > count:
         raise fault_in(path, f"there is no channel {channel}; the file has {count}")
     return channel - 1
@@ -285,7 +285,7 @@ def _is_peer(lines: list[str], path: Path) -> bool:
     return _peer_sizes(lines) is not None or path.suffix.lower() in {".at2", ".vt2", ".dt2"}
 
 
-def _read_peer(lines: list[str], path: Path, _given: Given) -> Trace:
+def _read_peer(lines: list[str], path: Path, _given: Stated) -> Trace:
     sizes = _peer_sizes(lines)
     if sizes is None:
         raise fault_in(path, "no header with NPTS and DT; rename bare values to .acc and give dt_s")
@@ -378,10 +378,10 @@ class _Block(NamedTuple):
 
 
 def _trace_of_block(
-    blocks: list[_Block], lines: list[str], path: Path, given: Given, **fields: Any
+    blocks: list[_Block], lines: list[str], path: Path, stated: Stated, **fields: Any
 ) -> Trace:
     """Return the block of the given channel; `fields` are the format and whether it has a unit."""
-    row, npts, dt_s, layout, *texts = blocks[_channel(given, [b.direction for b in blocks], path)]
+    row, npts, dt_s, layout, *texts = blocks[_channel(stated, [b.direction for b in blocks], path)]
     values = _fixed_width(lines, row, npts, layout, path)
     missing = f"the header states {npts} points, the file has {values.size}: truncated?"
     warnings = (missing,) if values.size < npts else ()
@@ -419,7 +419,7 @@ def _is_csmip(lines: list[str], path: Path) -> bool:
     )
 
 
-def _read_csmip(lines: list[str], path: Path, given: Given) -> Trace:
+def _read_csmip(lines: list[str], path: Path, stated: Stated) -> Trace:
     blocks: list[_Block] = []
     before = 0
     for row, line in enumerate(lines):
@@ -435,7 +435,7 @@ def _read_csmip(lines: list[str], path: Path, given: Given) -> Trace:
         before = row
     if not blocks:
         raise fault_in(path, "no acceleration block")
-    return _trace_of_block(blocks, lines, path, given, format="csmip_v2")
+    return _trace_of_block(blocks, lines, path, stated, format="csmip_v2")
 
 
 # COSMOS files of CESMD (.V2c): text, integers, reals, comments and a block of values.
@@ -456,15 +456,15 @@ def _is_cosmos(lines: list[str], _path: Path) -> bool:
     return "(format v" in "".join(_head(lines, 1)).lower()
 
 
-def _read_cosmos(lines: list[str], path: Path, given: Given) -> Trace:
+def _read_cosmos(lines: list[str], path: Path, stated: Stated) -> Trace:
     blocks: list[_Block] = []
     title, unread = 0, "no block of values"
     for row, line in enumerate(_head(lines, len(lines))):
         title = row if "(format v" in line.lower() else title
         if (match := _COSMOS_BLOCK.match(line)) is None:
             continue
-        found = ((n, _COSMOS_HEADER.match(lines[n][:HEADER_WIDTH])) for n in range(title, row))
-        heads = [_fixed_width(lines, n + 1, int(m[1]), m[2], path) for n, m in found if m]
+        headers = ((n, _COSMOS_HEADER.match(lines[n][:HEADER_WIDTH])) for n in range(title, row))
+        heads = [_fixed_width(lines, n + 1, int(m[1]), m[2], path) for n, m in headers if m]
         if len(heads) != 2 or heads[0].size < 54 or heads[1].size < 62:
             raise fault_in(path, "the integer or real header is missing", row + 1)
         parameter, code, azimuth = (int(heads[0][n]) for n in (1, 2, 53))
@@ -489,7 +489,7 @@ def _read_cosmos(lines: list[str], path: Path, given: Given) -> Trace:
             blocks.append(_Block(row + 1, *sizes, unit, event, station, direction))
     if not blocks:
         raise fault_in(path, unread)
-    return _trace_of_block(blocks, lines, path, given, format="cosmos", is_calibrated=True)
+    return _trace_of_block(blocks, lines, path, stated, format="cosmos", is_calibrated=True)
 
 
 # GeoNet of GNS Science, New Zealand (.V2A): for each of three components 16 lines of text, 40
@@ -503,7 +503,7 @@ def _is_geonet(lines: list[str], _path: Path) -> bool:
     return len(head) == 13 and "accelerogram" in head[0] and all(a.startswith(b) for a, b in starts)
 
 
-def _read_geonet(lines: list[str], path: Path, given: Given) -> Trace:
+def _read_geonet(lines: list[str], path: Path, stated: Stated) -> Trace:
     if lines[0].strip().lower().startswith("uncorrected"):
         raise fault_in(path, "an uncorrected accelerogram: use the corrected one (.V2A)")
     blocks: list[_Block] = []
@@ -518,7 +518,7 @@ def _read_geonet(lines: list[str], path: Path, given: Given) -> Trace:
         head = (int(sizes[0]), float(reals[25]), "(10F8.1)", "mm/s2", lines[start + 7])
         blocks.append(_Block(start + 26, *head, station, direction))
         start += 26 + sum(-(-int(size) // 10) for size in sizes)
-    return _trace_of_block(blocks, lines, path, given, format="geonet_v2a", is_calibrated=True)
+    return _trace_of_block(blocks, lines, path, stated, format="geonet_v2a", is_calibrated=True)
 
 
 # ---- ESM and ITACA, Europe and Italy (.ASC): 64 header lines KEY: VALUE and one value per line.
@@ -528,7 +528,7 @@ def _is_esm(lines: list[str], _path: Path) -> bool:
     return "".join(_head(lines, 1)).startswith("EVENT_NAME:")
 
 
-def _read_esm(lines: list[str], path: Path, _given: Given) -> Trace:
+def _read_esm(lines: list[str], path: Path, _given: Stated) -> Trace:
     header = list(takewhile(lambda line: ":" in line, _head(lines, 100)))
     head = {key: text.strip() for key, _, text in (line.partition(":") for line in header)}
     if (quantity := head.get("DATA_TYPE", "")) != "ACCELERATION":
@@ -568,7 +568,7 @@ def _is_knet(lines: list[str], _path: Path) -> bool:
     return "Scale Factor" in head and "Sampling Freq" in head
 
 
-def _read_knet(lines: list[str], path: Path, _given: Given) -> Trace:
+def _read_knet(lines: list[str], path: Path, _given: Stated) -> Trace:
     head = {line[:18].strip(): line[18:].strip() for line in _head(lines, _KNET_HEADER_LINES)}
     scale = _KNET_SCALE.match(head.get("Scale Factor", ""))
     frequency = re.match(rf"({FLOAT})\s*Hz", head.get("Sampling Freq(Hz)", ""))
@@ -644,7 +644,7 @@ class _Table:
         for line in reversed(self.header):
             line = re.sub(r"\s+([(\[])", r"\1", line.strip(" \t#%!\"'"))
             splits = (re.split(separator, line) for separator in _CELL_SEPARATORS)
-            texts += next(([each[column]] for each in splits if len(each) == self.columns), [])
+            texts += next(([row[column]] for row in splits if len(row) == self.columns), [])
         return texts
 
 
@@ -661,7 +661,7 @@ def _table_of(lines: list[str]) -> _Table | None:
         len(one) == 2 and ((one[0].isdigit() and not two[0].isdigit()) or not two[0].strip("0.+-"))
     )
     for row, line in enumerate(head[: start + is_unlike]):
-        match = next(filter(None, (each.fullmatch(line) for each in _COUNT_AND_STEP)), None)
+        match = next(filter(None, (pattern.fullmatch(line) for pattern in _COUNT_AND_STEP)), None)
         if match and DT_LIMITS_S[0] <= _fortran_float(match["dt"]) <= DT_LIMITS_S[1]:
             npts, dt_s, start = int(match["npts"]), _fortran_float(match["dt"]), max(start, row + 1)
     rows = [(n, line) for n, line in enumerate(lines[start:], start + 1) if line.strip()]
@@ -687,7 +687,7 @@ def _has_time(table: _Table) -> bool:
     return bool(is_rising and (is_even or table.columns == 2))
 
 
-def _read_numbers(lines: list[str], path: Path, given: Given) -> Trace:
+def _read_numbers(lines: list[str], path: Path, stated: Stated) -> Trace:
     if (table := _table_of(lines)) is None:
         known = ", ".join(name for name, _, _ in MOTION_FORMATS)
         text = f"unknown format: no numbers after at most {MAX_HEADER_LINES} header lines"
@@ -696,7 +696,7 @@ def _read_numbers(lines: list[str], path: Path, given: Given) -> Trace:
     start = rows[0][0]
     values, warnings, shift = parse_numbers(lines[start - 1 :], path, start), (), 0
     has_time = _has_time(table)
-    if has_time or _are_channels(table, values, given, path):
+    if has_time or _are_channels(table, values, stated, path):
         if values.size != count * len(rows):
             bad = next((n for n, line in rows if _column_count(line) != count), rows[-1][0])
             raise fault_in(path, f"the row must have {count} columns", bad)
@@ -711,13 +711,13 @@ def _read_numbers(lines: list[str], path: Path, given: Given) -> Trace:
         dt_s, warnings = _step_of_times(series[:, 0], rows, path)
         if abs(table.dt_s / dt_s - 1.0) > 0.01:
             raise fault_in(path, f"dt is {table.dt_s:g} s in the header, {dt_s:g} s in the times")
-        warnings, shift = warnings if given.dt_s is None else (), 1
+        warnings, shift = warnings if stated.dt_s is None else (), 1
     shape = series.shape[1]
     cells = [table.cells(column) if shape == count else [] for column in range(shift, shape)]
     # The text above a single column may be a title.
-    names = ([each for each in texts if shape > 1 or len(each.split()) < 3] for texts in cells)
+    names = ([text for text in texts if shape > 1 or len(text.split()) < 3] for texts in cells)
     directions = [re.split(r"[(\[]", "".join(texts[:1]))[0].strip() for texts in names]
-    channel = _channel(given, directions, path)
+    channel = _channel(stated, directions, path)
     return Trace(
         path=path,
         format={1 + shift: "two_column", 1: "values"}.get(shape, f"{shape}_columns"),
@@ -729,7 +729,7 @@ def _read_numbers(lines: list[str], path: Path, given: Given) -> Trace:
     )
 
 
-def _are_channels(table: _Table, values: Vector, given: Given, path: Path) -> bool:
+def _are_channels(table: _Table, values: Vector, stated: Stated, path: Path) -> bool:
     """Return whether columns without a time column are channels, not parts of one series."""
     count, rows = table.columns, table.rows
     full = values[: values.size // count * count].reshape(-1, count)
@@ -737,7 +737,7 @@ def _are_channels(table: _Table, values: Vector, given: Given, path: Path) -> bo
         return False
     between = np.abs(np.diff(full, axis=0)).mean() if len(full) > 1 else math.inf
     ratio = float(between / max(np.abs(np.diff(values)).mean(), 1.0e-300))
-    if given.channel is not None or table.npts == len(full):
+    if stated.channel is not None or table.npts == len(full):
         if count > 3 and ratio > 1.0 / SERIES_RATIO:
             raise fault_in(path, f"lines of {count} values of one series have no channels")
         if (np.diff(full[:, 0]) >= 0.0).all() and full[0, 0] < full[-1, 0]:
@@ -761,10 +761,10 @@ def _step_of_times(
     """Return the time step of a time column, and a warning if the times are rounded."""
     steps_s = np.diff(time_s)
     mean_s = float(time_s[-1] - time_s[0]) / max(steps_s.size, 1)
-    found = filter(None, (_NUMBER.match(line.lstrip()) for _, line in rows[:100]))
-    times = (match[0].upper() for match in found)
+    matches = filter(None, (_NUMBER.match(line.lstrip()) for _, line in rows[:100]))
+    times = (match[0].upper() for match in matches)
     exponents = [Decimal(time.replace("D", "E")).as_tuple().exponent for time in times]
-    decimals = min(-min([0, *(each for each in exponents if isinstance(each, int))]), 15)
+    decimals = min(-min([0, *(e for e in exponents if isinstance(e, int))]), 15)
     quantum_s = 10.0**-decimals
     off_s = np.abs(steps_s - mean_s)
     # Rounding changes a time by up to half a unit of its last digit, a step by a whole one.
@@ -783,7 +783,7 @@ def _step_of_times(
 
 
 type _Recognise = Callable[[list[str], Path], bool]
-type _Read = Callable[[list[str], Path, Given], Trace]
+type _Read = Callable[[list[str], Path, Stated], Trace]
 #: Name of each format, and the functions that recognise and read it. The first format that
 #: recognises a file is used; the last one accepts any text.
 MOTION_FORMATS: Final[tuple[tuple[str, _Recognise, _Read], ...]] = (

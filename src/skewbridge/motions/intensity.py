@@ -105,22 +105,22 @@ def measures_and_spectra(
     ``_h1`` or ``_h2`` in a name marks a component; names without them belong to the pair.
     """
     periods = periods_s or SPECTRUM_PERIODS_S
-    found: dict[str, Any] = {}
+    table: dict[str, Any] = {}
     for end, accel in zip(("_h1_", "_h2_"), components, strict=False):
         measures = component_measures(accel, dt_s)
         if t1_s is not None:
             psa_g = component_psa(accel, dt_s, conditioned_periods(t1_s)) / G_MPS2
             measures["sa_t1_g"], measures["saavg_g"] = conditioned_levels(psa_g)
         # the unit stays last: pga_h1_g for pga_g
-        found |= {end.join(name.rsplit("_", 1)): value for name, value in measures.items()}
-        found[f"psa{end}g"] = (component_psa(accel, dt_s, periods) / G_MPS2).tolist()
+        table |= {end.join(name.rsplit("_", 1)): value for name, value in measures.items()}
+        table[f"psa{end}g"] = (component_psa(accel, dt_s, periods) / G_MPS2).tolist()
     if len(components) == 2:
         one, two = components
         pair = GroundMotion(motion_id="pair", dt_s=dt_s, accel_1_mps2=one, accel_2_mps2=two)
         rotd50, rotd100 = ((psa / G_MPS2).tolist() for psa in pair_psa(one, two, dt_s, periods))
-        found |= {"psa_rotd50_g": rotd50, "psa_rotd100_g": rotd100}
-        found = motion_measures(pair, t1_s) | found
-    return found | {"dt_s": dt_s, "npts": len(components[0]), "periods_s": list(periods)}
+        table |= {"psa_rotd50_g": rotd50, "psa_rotd100_g": rotd100}
+        table = motion_measures(pair, t1_s) | table
+    return table | {"dt_s": dt_s, "npts": len(components[0]), "periods_s": list(periods)}
 
 
 def peak_g(accel_mps2: Vector) -> float:
@@ -189,11 +189,11 @@ def housner_intensity(accel_mps2: Vector, dt_s: float) -> float:
 
 def strongest_part(motion: GroundMotion, shaking_s: float) -> GroundMotion:
     """Return the strongest part of a motion, with a new digest and a message about the cut."""
-    part = cut_to_strongest(motion, shaking_s, free_vibration_s=0.0)
-    share = pair_arias_build_up(part)[-1] / pair_arias_build_up(motion)[-1]
+    strongest = cut_to_strongest(motion, shaking_s, free_vibration_s=0.0)
+    share = pair_arias_build_up(strongest)[-1] / pair_arias_build_up(motion)[-1]
     digest = hashlib.sha256(f"{motion.sha256} strongest {shaking_s} s".encode()).hexdigest()
     message = f"cut to the strongest {shaking_s:g} s: {share:.1%} of the Arias intensity kept"
-    return replace(part, sha256=digest, messages=(*motion.messages, message))
+    return replace(strongest, sha256=digest, messages=(*motion.messages, message))
 
 
 def cut_to_strongest(

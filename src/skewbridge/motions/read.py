@@ -12,7 +12,7 @@ from pydantic import BaseModel
 from skewbridge.errors import InputError
 from skewbridge.files.text import checked, read_bytes, read_yaml
 from skewbridge.motions import p695
-from skewbridge.motions.formats import DT_LIMITS_S, Given, Trace, fault_in, trace_of
+from skewbridge.motions.formats import DT_LIMITS_S, Stated, Trace, fault_in, trace_of
 from skewbridge.motions.intensity import peak_g
 from skewbridge.motions.record import GroundMotion, Vector
 from skewbridge.motions.spectrum import orbit_rotd50
@@ -91,11 +91,11 @@ def motion_name(first: Path, second: Path) -> str:
     return name if split_name(second)[0] == name else first.stem
 
 
-def read_trace(path: Path, given: Given | None = None) -> Trace:
+def read_trace(path: Path, stated: Stated | None = None) -> Trace:
     """Read one component; `DtMissingError` if it has no time step, `InputError` if unusable."""
     content = read_bytes(path, MAX_FILE_BYTES)
     lines = _text_of(content, path).splitlines()
-    trace = trace_of(lines, path, given or Given())
+    trace = trace_of(lines, path, stated or Stated())
     return replace(
         trace,
         sha256=hashlib.sha256(content).hexdigest(),
@@ -141,16 +141,16 @@ def doubts(trace: Trace) -> list[str]:
     offset = abs(float(trace.accel_mps2.mean())) / float(np.abs(trace.accel_mps2).max())
     velocity_mps = np.abs(np.cumsum(trace.accel_mps2)) * trace.dt_s
     share = float(velocity_mps[-1] / max(velocity_mps.max(), np.finfo(float).tiny))
-    found = {
+    findings = {
         f"PGA = {pga_g:.3g} g is below {least_g} g: wrong unit? {_SAY_UNIT}": pga_g < least_g,
         f"the mean is {offset:.1%} of the PGA: baseline not corrected?": offset > 0.02,
         f"the final velocity is {share:.0%} of the PGV: baseline not corrected?": share > 0.25,
     }
-    return [warning for warning, is_there in found.items() if is_there]
+    return [warning for warning, is_there in findings.items() if is_there]
 
 
 def read_motion(
-    first: Path, second: Path, given: Given | None = None, *, motion_id: str | None = None
+    first: Path, second: Path, stated: Stated | None = None, *, motion_id: str | None = None
 ) -> GroundMotion:
     """Read the files of component 1 (bridge x at incidence 0) and 2 (bridge y) as one motion.
 
@@ -159,7 +159,7 @@ def read_motion(
     """
     if str(first) in p695.SUITES and str(second).isdecimal():
         return p695.read_record(str(first), int(str(second)))
-    one, two = (read_trace(path, given) for path in (first, second))
+    one, two = (read_trace(path, stated) for path in (first, second))
     return join_traces(one, two, motion_id=motion_id or motion_name(first, second))
 
 
@@ -241,23 +241,23 @@ def read_support_motions(path: Path) -> dict[str, GroundMotion]:
             raise InputError(f"{path.name}: {record.support} has two records along {place[1]}")
         trace = read_trace(path.parent / record.record)
         traces[place] = replace(trace, accel_mps2=record.factor * trace.accel_mps2)
-    found: dict[str, GroundMotion] = {}
+    motions: dict[str, GroundMotion] = {}
     for support in dict.fromkeys(record.support for record in records):
         one, two = (traces.get((support, direction)) for direction in "xy")
         if one is None or two is None:
             raise InputError(f"{path.name}: {support} needs a record along x and one along y")
-        found[support] = join_traces(one, two, motion_id=f"{path.stem} {support}")
-    return found
+        motions[support] = join_traces(one, two, motion_id=f"{path.stem} {support}")
+    return motions
 
 
 def read_components(
-    files: list[Path], given: Given
+    files: list[Path], stated: Stated
 ) -> tuple[str, float, list[Vector], tuple[str, ...]]:
     """Return name, time step (s), components (m/s2) and messages of one file or a pair."""
     if len(files) == 1:
-        trace = read_trace(files[0], given)
+        trace = read_trace(files[0], stated)
         return files[0].stem, trace.dt_s, [trace.accel_mps2], trace.messages
-    motion = read_motion(files[0], files[1], given)
+    motion = read_motion(files[0], files[1], stated)
     return motion.motion_id, motion.dt_s, list(motion.components), motion.messages
 
 

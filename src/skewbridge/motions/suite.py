@@ -41,7 +41,7 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
 
         motion = replace(made_motion(number, suite), motion_id=entry.motion_id)
     else:
-        one, two = (read_trace(path, given) for path, given in entry.components)
+        one, two = (read_trace(path, stated) for path, stated in entry.components)
         motion = join_traces(one, two, motion_id=entry.motion_id)
     if entry.sha256 and entry.sha256 != motion.sha256:
         named = f"the files {' and '.join(motion.files)}" if motion.files else "its values"
@@ -127,7 +127,7 @@ def suite_sources(motions: levels.MotionsConfig) -> list[SuiteSource]:
     named = {name: (name, levels.SHIPPED_FOLDER / name) for name in others}
     named[first] = (first, levels.SHIPPED_FOLDER)
     named |= {name: (name, Path(name)) for name in p695.SUITES}
-    found: list[SuiteSource] = []
+    sources: list[SuiteSource] = []
     wanted = motions.suites if motions.folder is None else (motions.folder,)
     lacking = [] if p695.package_folder() else [name for name in wanted if name in p695.SUITES]
     if lacking:
@@ -138,13 +138,13 @@ def suite_sources(motions: levels.MotionsConfig) -> list[SuiteSource]:
     for entry in (name for name in wanted if name not in dropped):
         name, folder = named.get(entry, (Path(entry).name, Path(entry)))
         count = motions.count
-        if (found or entry in p695.SUITES) and count is not None:
+        if (sources or entry in p695.SUITES) and count is not None:
             count = min(count, len(list_motions(folder)))
-        found.append(SuiteSource(name, folder, count, p695.REPLACED if entry in lacking else ""))
-    names = [source.name for source in found]
+        sources.append(SuiteSource(name, folder, count, p695.REPLACED if entry in lacking else ""))
+    names = [source.name for source in sources]
     if len(set(names)) < len(names):
         raise InputError(f"motions.suites must name different suites, got {', '.join(names)}")
-    return found
+    return sources
 
 
 def prepare_suites(
@@ -211,7 +211,7 @@ def content_digest(folder: Path, count: int | None, cache: Path | None) -> str:
     if str(folder) in p695.SUITES:
         parts.append(files_digest(*files_below(folder)))
     for entry in entries:
-        files = [(path.relative_to(folder).as_posix(), given) for path, given in entry.components]
+        files = [(path.relative_to(folder).as_posix(), stated) for path, stated in entry.components]
         digest = files_digest(*(path for path, _ in entry.components))
         parts.append((entry.model_dump(exclude={"components"}), files, digest))
     digest = digest_of(*parts)
@@ -268,7 +268,7 @@ def folder_spectra(folder: Path) -> dict[str, Any]:
 
     motions = read_entries(list_motions(folder))
     periods_s = np.array([period for period in SPECTRUM_PERIODS_S if 0.03 <= period <= 7.5])
-    psa = [pair_psa(*each.components, each.dt_s, periods_s).rotd50_mps2 for each in motions]
+    psa = [pair_psa(*motion.components, motion.dt_s, periods_s).rotd50_mps2 for motion in motions]
     model = None
     scenarios = {(m.event, m.magnitude, m.distance_km, m.vs30_mps) for m in motions}
     # the files alone, without an index, do not state the magnitude

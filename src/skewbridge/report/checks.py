@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from skewbridge.analysis.recovery import rung_shares, steps_from_text
+from skewbridge.analysis.recovery import recovery_shares, steps_from_text
 from skewbridge.demands.columns import DEMAND_COLUMNS, KEY, demands_for
 from skewbridge.demands.validity import SUSPECT, count_reasons
 from skewbridge.errors import SolutionError
@@ -121,7 +121,7 @@ def _check(name: str, found: pd.DataFrame, named_by: Sequence[str], *share: floa
 def write_checks(tables: StudyTables, output: Path) -> None:
     """Check the tables of a study and write the checks as JSON.
 
-    The file also lists the reasons of suspect rows and the steps of each recovery attempt.
+    The file also lists the reasons of suspect rows and the time steps of each recovery step.
     Failed checks are logged with their rows, and the report shows them at the top.
     """
     checks = check_tables(tables)
@@ -140,7 +140,7 @@ def write_checks(tables: StudyTables, output: Path) -> None:
             | demands.iloc[found["at"]][list(KEY)].to_dict()
             for found in count_reasons(demands)
         ],
-        "rungs": rung_shares(map(steps_from_text, demands["steps_by_rung"])),
+        "rungs": recovery_shares(map(steps_from_text, demands["steps_by_rung"])),
     }
     write_text(output, json.dumps(payload, indent=1))
 

@@ -119,10 +119,10 @@ def outcome_of(result: AnalysisResult) -> dict[str, Any]:
         SUPPORT: result.support_length_m,
         "time_reached_s": result.time_reached_s,
         "duration_s": result.duration_s,
-        "recovery_rung": result.recovery_rung,
-        "steps_by_rung": steps_as_text(result.steps_by_rung),
+        "recovery_rung": result.effort.highest_rung,
+        "steps_by_rung": steps_as_text(result.effort.counts),
         "loosened_ratio": result.loosened_ratio,
-        "substeps": result.substeps,
+        "substeps": result.effort.substeps,
     }
 
 

@@ -152,5 +152,5 @@ def _option_axis(name: str, field: Mapping[str, Any]) -> Axis | None:
 
 
 _OPTIONS: Final = TypeAdapter(ModelOptions).json_schema()["properties"]
-OPTION_AXES: Final = tuple(filter(None, (_option_axis(*each) for each in _OPTIONS.items())))
+OPTION_AXES: Final = tuple(filter(None, (_option_axis(*item) for item in _OPTIONS.items())))
 _BY_NAME: Final = {axis.name: axis for axis in (*AXES, *OPTION_AXES)}

@@ -104,13 +104,13 @@ class Variant:
                 f"abutment must be one of {', '.join(ABUTMENTS)}, got {self.abutment!r}"
                 f"{did_you_mean(self.abutment, ABUTMENTS)}"
             )
-        given = {
+        numbers = {
             "skew_deg": self.skew_deg,
             "gap_mm": self.gap_mm,
             "friction_pct": self.friction_pct / 100,
         }
         # the key of an analysis has these numbers as text, so 30 and 30.0 must be the same number
-        for core, (field, value) in zip(AXES, given.items(), strict=True):
+        for core, (field, value) in zip(AXES, numbers.items(), strict=True):
             object.__setattr__(self, field, core.count(value))
         for name, value in self.options:
             axis(name).checked(value)
@@ -135,7 +135,7 @@ class Variant:
     @classmethod
     def of_row(cls, row: Mapping[str, Any]) -> Self:
         """Return the variant of a row of the demands table; the bridge has its name there."""
-        values = {each.name: row[each.name] for each in axes_of(row)}
+        values = {row_axis.name: row[row_axis.name] for row_axis in axes_of(row)}
         return cls.at(str(row["bridge"]), str(row["abutment"]), values)
 
     @property

@@ -73,17 +73,17 @@ def _file(name: str | Path) -> Path:
             return Path(name).resolve()
         except (OSError, ValueError):
             raise InputError(f"{shown_path(Path(name))} is not a file name") from None
-    found = _named(name, OWN_FOLDER)
+    path = _named(name, OWN_FOLDER)
     if name.endswith(".py"):
         raise InputError(f"{shortened(name)}: a script has no data of deck, columns and abutments")
-    if found is None:
-        own = sorted(path.stem for path in OWN_FOLDER.glob("*.yaml"))
-        known = (*bridge_names(), *own)
+    if path is None:
+        own_names = sorted(path.stem for path in OWN_FOLDER.glob("*.yaml"))
+        known = (*bridge_names(), *own_names)
         raise InputError(
             f"bridge must be one of {', '.join(known)}, got {shortened(name)}"
             f"{did_you_mean(name, known)}"
         )
-    return found
+    return path
 
 
 def read_bridge(name: str | Path) -> Completed:
@@ -95,7 +95,7 @@ def read_bridge(name: str | Path) -> Completed:
 def _loaded(path: Path) -> Completed:
     sources: dict[str, str] = {}
     files = _with_parents(path)
-    own, *_ = trees = _by_end(files)
+    top, *_ = trees = _by_end(files)
     merged: dict[str, Any] = {}
     for tree in reversed(trees):
         for key in overruled(tree):
@@ -110,7 +110,7 @@ def _loaded(path: Path) -> Completed:
                 ends[name] = _integral(end, deck)
     plain = _strip(merged, "", sources, path)
     raw = {**plain, "name": path.stem, "sources": sources}
-    inherited = frozenset(key for key in sources if value_at(own, key) is None)
+    inherited = frozenset(key for key in sources if value_at(top, key) is None)
     return completed(raw, path)._replace(inherited=inherited)
 
 
@@ -128,7 +128,7 @@ def _by_end(layers: list[tuple[Path, dict[str, Any]]]) -> list[dict[str, Any]]:
     return trees
 
 
-def _integral(given: dict[str, Any], deck: dict[str, Any]) -> dict[str, Any]:
+def _integral(stated: dict[str, Any], deck: dict[str, Any]) -> dict[str, Any]:
     """Return an integral end with the numbers that it does not give, for the deck of its file."""
     end = read_mapping(FOLDER / "defaults" / "integral.yaml")
     sizes = {"width": "width_m", "height": "depth_m", "thickness": "diaphragm_thickness_m"}
@@ -138,12 +138,12 @@ def _integral(given: dict[str, Any], deck: dict[str, Any]) -> dict[str, Any]:
     width_m = deck.get("width_m", {}).get("v")
     if isinstance(width_m, int | float):
         rule = {"v": max(2, round(width_m / PILE_SPACING_M)), "src": "d: about 8 ft apart"}
-        number = (given.get("piles") or {}).get("count", rule)
+        number = (stated.get("piles") or {}).get("count", rule)
         end["piles"]["count"] = number
         end["piles"]["spacing_m"] = {
             "v": round(width_m / max(2, int(number["v"])), 4), "src": "calc: deck.width_m / count"
         }  # fmt: skip
-    return _overlay(end, given)
+    return _overlay(end, stated)
 
 
 def own_bridge_files(name: str) -> list[Path]:
@@ -154,20 +154,20 @@ def own_bridge_files(name: str) -> list[Path]:
 
 def _with_parents(path: Path) -> list[tuple[Path, dict[str, Any]]]:
     """Return path and content of the files of a bridge and all its parents, the bridge first."""
-    found: list[tuple[Path, dict[str, Any]]] = []
+    layers: list[tuple[Path, dict[str, Any]]] = []
     while True:
         tree = read_mapping(path)
         parent = tree.pop("extends", None)
         if (source := tree.pop("source", None)) is not None:
             tree = _sourced(tree, "", source)
-        found.append((path, tree))
+        layers.append((path, tree))
         if parent is None:
-            return found
-        base = _named(f"{parent}", path.parent, without=tuple(seen for seen, _ in found))
+            return layers
+        base = _named(f"{parent}", path.parent, without=tuple(seen for seen, _ in layers))
         if base is None:
             message = f"{path.name}: extends: no other bridge is named {shortened(parent)}"
             raise InputError(message, file=path.name)
-        if len(found) > MAX_PARENTS:
+        if len(layers) > MAX_PARENTS:
             raise InputError(f"{path.name}: extends: the chain has over {MAX_PARENTS} bridges")
         path = base
 
@@ -263,18 +263,18 @@ def bridge_schema() -> dict[str, Any]:
     """Return the JSON schema of a bridge file; keys may be omitted only with ``extends``."""
     schema = BridgeData.model_json_schema()
     kinds: dict[str, Any] = schema["$defs"]
-    for part in (schema, *kinds.values()):
-        for name, field in part.get("properties", {}).items():
+    for shape in (schema, *kinds.values()):
+        for name, field in shape.get("properties", {}).items():
             known = [
                 option for option in field.get("anyOf", [field]) if option.get("type") != "null"
             ]
             if _is_number(known[0], kinds):
-                part["properties"][name] = _in_file(known[0])
+                shape["properties"][name] = _in_file(known[0])
     by_rule = {rule.key.partition(".")[0] for rule in RULES} - {"deck", "column", "abutment"}
     needed = [name for name in schema.pop("required") if name not in {"name", "sources", *by_rule}]
-    for name, part in kinds.items():
-        part.pop("required", None)
-        kinds[name] = _in_file(part) if _is_number(part, kinds) else part
+    for name, shape in kinds.items():
+        shape.pop("required", None)
+        kinds[name] = _in_file(shape) if _is_number(shape, kinds) else shape
     for name in ("name", "sources"):
         del schema["properties"][name]
     for key, limits in DRAWN.items():
@@ -282,13 +282,13 @@ def bridge_schema() -> dict[str, Any]:
         *sections, last = key.split(".")
         for name in sections:
             new = {"type": "object", "properties": {}, "additionalProperties": False}
-            fields = [part["properties"].setdefault(name, new) for part in parts]
+            fields = [shape["properties"].setdefault(name, new) for shape in parts]
             parts = [shape for field in fields for shape in _shapes(field, kinds)]
         is_text = isinstance(limits, str)
         size = {} if is_text else {"minimum": limits[0], "maximum": limits[1]}
-        for part in parts:
+        for shape in parts:
             field = {"type": "string"} if is_text else _in_file({"type": "number", **size})
-            part["properties"][last] = field
+            shape["properties"][last] = field
     texts = (
         ("extends", "bridge that this one starts from"),
         ("source", "of numbers without their own"),
@@ -302,8 +302,8 @@ def _shapes(field: dict[str, Any], kinds: dict[str, Any]) -> list[dict[str, Any]
     """Return the mappings that a field may have, for example one per shape of a column."""
     if "$ref" in field:
         return _shapes(kinds[field["$ref"].rsplit("/", 1)[1]], kinds)
-    options = [each for each in field.get("anyOf", ()) if each.get("type") != "null"]
-    return [shape for each in options for shape in _shapes(each, kinds)] or [field]
+    options = [option for option in field.get("anyOf", ()) if option.get("type") != "null"]
+    return [shape for option in options for shape in _shapes(option, kinds)] or [field]
 
 
 def _in_file(number: dict[str, Any]) -> dict[str, Any]:

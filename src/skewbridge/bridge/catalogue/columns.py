@@ -1,4 +1,6 @@
-"""Columns of a bridge file: a shape is one class with its keys, its outline and its hoops.
+"""Ranges of the numbers in a bridge file, and its columns.
+
+A shape of columns is one class with its keys, its outline and its hoops.
 
 A new shape is a class here and its name in `AnyColumn`; no other code knows the shapes. Sections
 are symmetric about both of their axes. A pair of numbers is for the directions normal to the bent
@@ -15,20 +17,43 @@ from typing import Annotated, Any, Final, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, ValidatorFunctionWrapHandler, WrapValidator, model_validator
-
-from skewbridge.bridge.catalogue.quantities import (
-    Factor,
-    Gigapascals,
-    Megapascals,
-    Metres,
-    Millimetres,
-    Part,
-    Ratio,
-    SquareMillimetres,
-    UnitWeight,
+from pydantic import (
+    BaseModel,
+    Field,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
+    model_validator,
 )
+
 from skewbridge.units import MM
+
+# These limits are wider than any real bridge. They detect wrong units, and numbers so large that
+# their powers would overflow in the solver.
+type Metres = Annotated[float, Field(ge=1.0e-3, le=1.0e3)]
+type Distance = Annotated[float, Field(ge=0.0, le=1.0e3)]
+type Span = Annotated[float, Field(ge=1.0, le=500.0)]
+type SquareMetres = Annotated[float, Field(ge=1.0e-3, le=1.0e3)]
+type Inertia = Annotated[float, Field(ge=1.0e-6, le=1.0e6)]
+type Millimetres = Annotated[float, Field(ge=0.1, le=1.0e4)]
+type SquareMillimetres = Annotated[float, Field(ge=1.0, le=1.0e5)]
+type Gigapascals = Annotated[float, Field(ge=0.1, le=1.0e3)]
+type Megapascals = Annotated[float, Field(ge=1.0, le=2.0e3)]
+type Kilonewtons = Annotated[float, Field(ge=1.0e-3, le=1.0e7)]
+type Weight = Annotated[float, Field(ge=0.0, le=1.0e6)]
+type LineLoad = Annotated[float, Field(ge=0.1, le=1.0e5)]
+type UnitWeight = Annotated[float, Field(ge=1.0, le=100.0)]
+type Tonnes = Annotated[float, Field(ge=1.0e-3, le=1.0e4)]
+type Stiffness = Annotated[float, Field(ge=1.0e-3, le=1.0e9)]
+type Seconds = Annotated[float, Field(ge=1.0e-2, le=60.0)]
+type Factor = Annotated[float, Field(ge=1.0e-3, le=1.0e2)]
+type Ratio = Annotated[float, Field(ge=1.0e-4, le=1.0)]
+
+
+class Part(BaseModel, frozen=True, extra="forbid"):
+    """Frozen model that rejects unknown keys."""
+
+
+# --- columns
 
 type FloatArray = NDArray[np.float64]
 type Pair = tuple[float, float]
@@ -168,7 +193,7 @@ def _block(centre_m: Pair, sizes_m: Pair, counts: tuple[int, int]) -> Fibers:
         for centre, size, count in zip(centre_m, sizes_m, counts, strict=True)
     )
     area = sizes_m[0] * sizes_m[1] / (counts[0] * counts[1])
-    return [(each, other, area) for each in y.tolist() for other in z.tolist()]
+    return [(across, along, area) for across in y.tolist() for along in z.tolist()]
 
 
 class Hoops(NamedTuple):

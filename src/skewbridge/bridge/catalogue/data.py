@@ -10,8 +10,9 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from skewbridge.bridge.catalogue.columns import AnyColumn, ColumnData, over_default
-from skewbridge.bridge.catalogue.quantities import (
+from skewbridge.bridge.catalogue.columns import (
+    AnyColumn,
+    ColumnData,
     Distance,
     Factor,
     Gigapascals,
@@ -28,6 +29,7 @@ from skewbridge.bridge.catalogue.quantities import (
     Stiffness,
     Tonnes,
     Weight,
+    over_default,
 )
 from skewbridge.errors import InputError
 
@@ -341,10 +343,10 @@ class BridgeData(Part, frozen=True):
         bents = raw.get("bents") if isinstance(raw, dict) else None
         if not isinstance(bents, list) or not isinstance(raw.get("column"), dict):
             return raw
-        own = [isinstance(bent, dict) and isinstance(bent.get("column"), dict) for bent in bents]
+        owns = [isinstance(bent, dict) and isinstance(bent.get("column"), dict) for bent in bents]
         filled = [
             {**bent, "column": over_default(raw["column"], bent["column"])} if has_own else bent
-            for bent, has_own in zip(bents, own, strict=True)
+            for bent, has_own in zip(bents, owns, strict=True)
         ]
         return {**raw, "bents": filled}
 
@@ -353,14 +355,14 @@ class BridgeData(Part, frozen=True):
         """Positions of the inner joints along x, origin at the middle of the deck."""
         bents, start = self.bent_positions_m, -self.length_m / 2
         return [
-            start + (each.from_left_m or 0.0) if each.bent is None else bents[each.bent]
-            for each in self.joints
+            start + (joint.from_left_m or 0.0) if joint.bent is None else bents[joint.bent]
+            for joint in self.joints
         ]
 
     @property
     def jointed_bents(self) -> set[int]:
         """Numbers (0, 1, ...) of the bents below a joint."""
-        return {each.bent for each in self.joints if each.bent is not None}
+        return {joint.bent for joint in self.joints if joint.bent is not None}
 
     def _check_joints(self) -> None:
         for number, joint in enumerate(self.joints):
@@ -422,8 +424,8 @@ class BridgeData(Part, frozen=True):
                 "and right"
             )
         for name, end in self.ends.items():
-            part = getattr(end, "pads", getattr(end, "piles", None))
-            if part is not None and (part.count - 1) * part.spacing_m > self.deck.width_m:
+            row = getattr(end, "pads", getattr(end, "piles", None))
+            if row is not None and (row.count - 1) * row.spacing_m > self.deck.width_m:
                 where = "abutment" if self.abutment else f"abutments.{name}"
                 kind = "pads" if end.type == "seat" else "piles"
                 raise ValueError(f"{where}.{kind}: (count - 1) x spacing_m exceeds deck.width_m")

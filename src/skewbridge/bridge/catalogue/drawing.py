@@ -66,7 +66,7 @@ def box_section(
     overhang: float,
 ) -> Section:  # fmt: skip
     """Return the section of a box girder from its plates; the overhang ends at a web's middle."""
-    top, bottom, web = (MM * each for each in (top_mm, bottom_mm, web_mm))
+    top, bottom, web = (MM * thickness_mm for thickness_mm in (top_mm, bottom_mm, web_mm))
     between, high = width - 2 * overhang, depth - top - bottom
     if between <= cells * web or high <= 0.0:
         raise ValueError("plates do not fit")
@@ -111,9 +111,9 @@ def slab_section(width: float, thickness_mm: float) -> Section:
 
 def _composed(parts: list[tuple[float, float, float]]) -> tuple[float, float, float]:
     """Return area, centroid and moment of inertia of parts: area, centroid, own inertia."""
-    area, place, own = np.array(parts).T
-    centre = float(area @ place / area.sum())
-    return float(area.sum()), centre, float(own.sum() + area @ (place - centre) ** 2)
+    area, centroid, inertia = np.array(parts).T
+    centre = float(area @ centroid / area.sum())
+    return float(area.sum()), centre, float(inertia.sum() + area @ (centroid - centre) ** 2)
 
 
 def tallest(bents: list[dict[str, float]]) -> float:
@@ -144,7 +144,7 @@ def axial_ratios(bridge: BridgeData, *_: object) -> list[float]:
 
     columns = [bridge.column_of(bent) for bent in bridge.bents]
     strengths = [c.expected_concrete_strength_mpa * MPA * c.outline.area_m2 for c in columns]
-    return [column_axial_n(bridge, number) / each for number, each in enumerate(strengths)]
+    return [column_axial_n(bridge, number) / strength for number, strength in enumerate(strengths)]
 
 
 def end_reaction_kn(bridge: BridgeData, *_: object) -> float:
@@ -157,7 +157,7 @@ def end_reaction_kn(bridge: BridgeData, *_: object) -> float:
 def period_s(bridge: BridgeData, which: Any) -> float:
     """Return the period ``t1``, ``long`` or ``short`` of `bridge_period_s`."""
     # by name: the model of a bridge, which has these periods, imports the catalogue
-    return import_module("skewbridge.bridge.modes").bridge_period_s(bridge, which)
+    return import_module("skewbridge.bridge.assembly").bridge_period_s(bridge, which)
 
 
 _FUNCTIONS: Final[dict[str, Any]] = {
@@ -181,7 +181,7 @@ class Formula:
         self.text = text
         self.needs = [name for name in words if name[0] != "'" and name not in ("if", "else", "pi")]
         numbered = {name: f"v[{number}]" for number, name in enumerate(self.needs)}
-        body = _NAMES.sub(lambda found: numbered.get(found[0], found[0]), text)
+        body = _NAMES.sub(lambda match: numbered.get(match[0], match[0]), text)
         self._of: Callable[[list[Any]], Any] = eval(f"lambda v: {body}", _FUNCTIONS)
 
     def value(self, known: Callable[[str], Any]) -> Any:
@@ -227,11 +227,11 @@ _DECK_TYPES: Final[tuple[str, ...]] = ("deck.box", "deck.girders", "deck.slab")
 
 def value_at(tree: Any, key: str) -> Any:
     """Return the value at a key such as ``bents.0.columns`` of mappings, lists and models."""
-    for part in key.split("."):
-        if isinstance(tree, list | tuple) and part.isdigit():
-            tree = tree[int(part)] if int(part) < len(tree) else None
+    for name in key.split("."):
+        if isinstance(tree, list | tuple) and name.isdigit():
+            tree = tree[int(name)] if int(name) < len(tree) else None
         else:
-            tree = tree.get(part) if isinstance(tree, Mapping) else getattr(tree, part, None)
+            tree = tree.get(name) if isinstance(tree, Mapping) else getattr(tree, name, None)
     return tree
 
 
@@ -258,11 +258,11 @@ def _keys(key: str, tree: Any) -> list[str]:
 def _put(tree: Any, key: str, value: Any) -> None:
     """Set a value in nested mappings and lists, unless a section is something else."""
     *above, last = key.split(".")
-    for part in above:
-        if isinstance(tree, list) and part.isdigit():
-            tree = tree[int(part)]
+    for name in above:
+        if isinstance(tree, list) and name.isdigit():
+            tree = tree[int(name)]
         elif isinstance(tree, dict):
-            tree = cast("dict[str, Any]", tree).setdefault(part, {})
+            tree = cast("dict[str, Any]", tree).setdefault(name, {})
     if isinstance(tree, dict):
         tree[last] = value
 
@@ -274,9 +274,9 @@ def _rounded(value: Any, digits: int) -> Any:
     return float(f"{value:.{digits}g}") if isinstance(value, float) else value
 
 
-def _lookup(tree: Any, found: Mapping[str, Any], need: str) -> Any:
+def _lookup(tree: Any, results: Mapping[str, Any], need: str) -> Any:
     """Return a number of the bridge file, else of the drawing or a rule, or None."""
-    places = value_at(tree, need), found.get(need), value_at(found, need)
+    places = value_at(tree, need), results.get(need), value_at(results, need)
     return next((value for value in places if value is not None), None)
 
 
@@ -285,7 +285,7 @@ def values_by_rule(known: Mapping[str, Any], tree: Any) -> Iterator[tuple[str, A
 
     ``known`` has the numbers of the drawing, and the whole ``bridge`` if it is complete.
     """
-    found = dict(known)
+    results = dict(known)
     bents, seats = value_at(tree, "bents"), _seats(tree)
     numbers = range(len(bents) if isinstance(bents, list | tuple) else 0)
     for rule in RULES:
@@ -295,10 +295,10 @@ def values_by_rule(known: Mapping[str, Any], tree: Any) -> Iterator[tuple[str, A
         ):
             key = _placed(rule.key, seat, number)
             value = rule.formula.value(
-                lambda need, place=(seat, number): _lookup(tree, found, _placed(need, *place))
+                lambda need, place=(seat, number): _lookup(tree, results, _placed(need, *place))
             )
-            if key not in found and value is not None:
-                found[key] = value
+            if key not in results and value is not None:
+                results[key] = value
                 yield key, value, rule
 
 
@@ -381,13 +381,13 @@ def _take_drawn(tree: dict[str, Any], file: str) -> dict[str, Any]:
 
 def overruled(tree: Mapping[str, Any]) -> set[str]:
     """Return the inherited keys that no longer count because a file draws what they follow from."""
-    found: set[str] = set()
+    keys_without_effect: set[str] = set()
     for seat in _seats(tree):
         drawn = {_part(key) for key in DRAWN if value_at(tree, _placed(key, seat)) is not None}
         keys = {rule.key for rule in RULES if drawn.intersection(_parts(rule.key))}
         keys |= set[str]() if drawn.isdisjoint(_DECK_TYPES) else {*_DECK_TYPES}
-        found |= {_placed(key, seat) if "*" not in key else key for key in keys}
-    return {key for key in found if value_at(tree, key) is None}
+        keys_without_effect |= {_placed(key, seat) if "*" not in key else key for key in keys}
+    return {key for key in keys_without_effect if value_at(tree, key) is None}
 
 
 def _explained(error: InputError) -> InputError:
@@ -409,11 +409,11 @@ def _explained(error: InputError) -> InputError:
 def _parts(key: str) -> dict[str, None]:
     """Return the parts of a drawing from which rules give a number, directly or in stages."""
     by_default = {rule.key for rule in RULES}
-    found: dict[str, None] = {}
+    parts: dict[str, None] = {}
     for need in (need for rule in RULES if rule.key == key for need in rule.formula.needs):
         is_drawn = need in DRAWN and need not in by_default
-        found |= {_part(need): None} if is_drawn else _parts(need.partition(".")[0])
-    return found
+        parts |= {_part(need): None} if is_drawn else _parts(need.partition(".")[0])
+    return parts
 
 
 def _part(key: str) -> str:

@@ -15,7 +15,7 @@ from skewbridge.bridge.library import load_structure
 from skewbridge.errors import InputError
 from skewbridge.files.digests import PACKAGE
 from skewbridge.motions.folder import IndexEntry, read_index
-from skewbridge.motions.formats import Given
+from skewbridge.motions.formats import Stated
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.levels import LEVEL_MEASURE, LEVEL_RANGE_G, block_factors
 from skewbridge.motions.read import (
@@ -98,7 +98,7 @@ def waho() -> PaperMotion:
     north, east = (_find(name) for name in SURROGATE_FILES)
     if found.is_paper_record or not (north and east):
         return found
-    motion = read_motion(east, north, Given(unit="g"), motion_id=SURROGATE_ID)
+    motion = read_motion(east, north, Stated(unit="g"), motion_id=SURROGATE_ID)
     label = f"surrogate for WAHO: Capitola x {SURROGATE_FACTOR:g}"
     return replace(found, motion=motion.scaled(SURROGATE_FACTOR), label=label)
 

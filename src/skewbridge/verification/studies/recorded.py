@@ -31,7 +31,7 @@ from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import IntegralData
 from skewbridge.errors import InputError
 from skewbridge.files.text import checked, read_mapping, read_text
-from skewbridge.motions.formats import Given
+from skewbridge.motions.formats import Stated
 from skewbridge.motions.read import read_trace
 from skewbridge.motions.record import GroundMotion
 from skewbridge.units import G_MPS2
@@ -216,7 +216,7 @@ def _event(folder: Path, paths: list[Path], station: Station) -> Event:
                 )
             if channel is None or int(channel[1]) in found:
                 continue
-            trace = read_trace(path, Given(channel=number))
+            trace = read_trace(path, Stated(channel=number))
             found[int(channel[1])] = trace.accel_mps2
             steps_s.add(trace.dt_s)
             date = _date(header) or date

@@ -22,7 +22,7 @@ import numpy as np
 import pandas as pd
 from joblib import Parallel, delayed
 
-from skewbridge.analysis.recovery import rung_shares, steps_from_text
+from skewbridge.analysis.recovery import recovery_shares, steps_from_text
 from skewbridge.analysis.settings import NUMERICS, Accuracy, AnalysisSettings
 from skewbridge.demands.validity import MAX_ENERGY_RESIDUAL
 from skewbridge.motions.intensity import cut_to_strongest
@@ -120,7 +120,8 @@ def run(study: Study, chosen: CaseSet = HARD_SET, settings: AnalysisSettings = _
             text += f" (failed: {'; '.join(failed['motion_id'] + ' ' + failed['why'])})"
         source = "every analysis ends ok or in a physical collapse"
         study.absolute(text, len(group) - len(failed), len(group), 0.0, source)
-    study.tables["rungs"] = pd.DataFrame(rung_shares(map(steps_from_text, table["steps_by_rung"])))
+    steps_by_rung = map(steps_from_text, table["steps_by_rung"])
+    study.tables["rungs"] = pd.DataFrame(recovery_shares(steps_by_rung))
 
 
 def _ending(task: Task) -> Row:
