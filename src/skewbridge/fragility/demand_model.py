@@ -319,7 +319,6 @@ class DemandFit:
     outcomes: DemandOutcomes  # of all n runs
     #: Standardised ln demand minus that of each of R models; NaN for bounds; shape (R, n).
     residuals: Floats
-    gain: float  # ln predictive density of left-out blocks minus that of the straight line
     setup: "_Setup"
 
     def treated(self, outcomes: DemandOutcomes, steps: int = 100) -> DemandModel:
@@ -448,7 +447,6 @@ def fit_demand(
     present, group = np.unique(blocks, return_inverse=True)
     setup = replace(setup, precision=_precision(setup, outcomes, blank, group))
     best: tuple[float, DemandModel, MixedFit, Floats] | None = None
-    straight = 0.0
     for grows in (False, True):
         for knot in _knots(x, known, motion) if not grows or best is None else (best[1].knot,):
             model = replace(blank, knot=knot)
@@ -458,11 +456,10 @@ def fit_demand(
             without = fit.without_groups(group)
             predicted = predictive_loglik(data, group, without)
             rises = np.all(np.cumsum(fit.parameters[1:3]) > FLATTEST)
-            straight = straight if best is not None else predicted
             if best is None or (rises and predicted > best[0] + _LEAST_GAIN):
                 best = predicted, model, fit, without
     assert best is not None
-    predicted, model, fit, without = best
+    _, model, fit, without = best
     if fit.parameters[1] <= FLATTEST:
         return NON_INCREASING
     blocks = 1 + int(np.max(block))
@@ -479,7 +476,6 @@ def fit_demand(
         model=model,
         outcomes=outcomes,
         residuals=residuals,
-        gain=predicted - straight,
         setup=setup,
     )
 

@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.demands.columns import EVENT, Difference, column_of, demands_for
-from skewbridge.demands.validity import BEYOND_MODEL, is_beyond_model, is_complete
+from skewbridge.demands.validity import is_complete
 from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats, Index, Mask, Row, records_of
 from skewbridge.fragility import demand_table, motion_means, verdicts
@@ -25,9 +25,8 @@ from skewbridge.fragility.demand_model import BridgeModels, fit_models
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.motion_means import Jackknifed, average, by_motion
-from skewbridge.fragility.outcomes import demand_outcomes, end_counts, states_by_demand
+from skewbridge.fragility.outcomes import demand_outcomes, states_by_demand
 from skewbridge.fragility.settings import DEFAULTS, EFFECT_CONFIDENCE, FitSettings
-from skewbridge.statuses import COLLAPSE
 from skewbridge.variant.axes import axes_of
 
 #: A pair of runs gives the exact change, a lower bound, an upper bound or no information.
@@ -39,7 +38,6 @@ UNKNOWN: Final = 2
 _INTENSITIES: Final = 9
 #: Smallest number of motions common to both variants for a ratio of medians.
 MIN_MOTIONS: Final = 5
-_ENDS: Final = ("from", "to")
 STEP: Final = ("from_value", "to_value")
 
 INTENSITY_COLUMNS: Final = demand_table.described("intensity_effects")
@@ -67,18 +65,10 @@ class Pairs:
         #: Number of the block (event or motion) of each row, shape (n,), and names of the blocks.
         self.block = demand_table.block_codes(table)
         self.names = demand_table.block_names(table)
-        (top, bottom), (status_to, status_from), (failed_to, failed_from) = (
-            (table[f"{name}_to"].to_numpy(), table[f"{name}_from"].to_numpy())
-            for name in ("complete", "status", BEYOND_MODEL)
-        )
+        top, bottom = (table[f"complete_{end}"].to_numpy() for end in ("to", "from"))
         known = [top & bottom, bottom, top]
         #: `EXACT`, `AT_LEAST`, `AT_MOST` or `UNKNOWN`, shape (n,).
         self.side = np.select(known, [EXACT, AT_LEAST, AT_MOST], default=UNKNOWN)
-        self._counted: dict[str, Mask] = {
-            "n_beyond_model": failed_to | failed_from,
-            "n_collapse_from": status_from == COLLAPSE,
-            "n_collapse_to": status_to == COLLAPSE,
-        }
 
     def ends(self, name: str) -> tuple[Floats, Floats]:
         """Return the values of a column at to_value and at from_value, shape (n,) each."""
@@ -112,8 +102,7 @@ class Pairs:
 
     def counts(self, rows: Index, used: Mask, discordant: Mask) -> dict[str, int]:
         """Return the counts ``n_...`` of the pairs ``rows``, without n_cells; masks are (n,)."""
-        counted = self._counted | {"n_left_out": ~used, "n_discordant": discordant}
-        counted["n_bounds"] = used & (self.side != EXACT)
+        counted = {"n_discordant": discordant, "n_bounds": used & (self.side != EXACT)}
         counts = {name: int(np.count_nonzero(values[rows])) for name, values in counted.items()}
         motions = np.unique(self.motions[rows][used[rows]])
         return counts | {"n_motions": motions.size, "n_pairs": rows.size}
@@ -123,16 +112,13 @@ def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.Da
     """Pair each run with the otherwise identical run at the smallest value of ``axis``.
 
     Each pair has one row with bridge, abutment, other axes, motion_id, scale, incidence_deg, event
-    if known, from_value and to_value. The status, beyond_model and complete (both bool) and
-    ``columns`` of its runs have the endings ``_from`` and ``_to``. An `InputError` names a run that
-    occurs twice.
+    if known, from_value and to_value. ``complete`` (bool) and ``columns`` of its runs have the
+    endings ``_from`` and ``_to``. An `InputError` names a run that occurs twice.
     """
     others = [name for name in demand_table.axis_names(demands) if name != axis]
     loading = [*demand_table.LOADING_COLUMNS, *({EVENT} & set(demands))]
     key = [*demand_table.BRIDGE_COLUMNS, *others, *loading]
-    table = demands[[*key, axis, "status", *columns]].assign(
-        **{BEYOND_MODEL: is_beyond_model(demands), "complete": is_complete(demands)}
-    )
+    table = demands[[*key, axis, *columns]].assign(complete=is_complete(demands))
     once = ~table.duplicated([*key, axis]).to_numpy()
     if not once.all():
         row = demands.index[int(np.argmin(once))]
@@ -215,7 +201,9 @@ def effect_table(demands: pd.DataFrame, rows: Sequence[Mapping[str, Any]]) -> pd
     for name in ("interaction", "largest_motion"):
         table[name] = table[name].astype(object).fillna("").astype(str)
     table["p_interaction"] = verdicts.adjusted(table, table["p_interaction"])
-    return verdicts.judged(table)[columns].sort_values("scope", kind="stable", ignore_index=True)
+    return verdicts.with_verdicts(table)[columns].sort_values(
+        "scope", kind="stable", ignore_index=True
+    )
 
 
 def effect_row(
@@ -358,10 +346,6 @@ def median_effects(
     return effect_table(demands, rows)
 
 
-#: Columns of a pooled ratio that are geometric means over its pairs of variants.
-_MEANS: Final = ("from_mean", "ratio_all_exceed", "ratio_none_exceed")
-
-
 class _Medians:
     """Medians of all variants of one bridge and abutment model."""
 
@@ -384,9 +368,10 @@ class _Medians:
             for group in states_by_demand(states).values()
             for state in group
         }
-        groups = () if curves is None else curves.groupby(["variant", "component", "limit_state"])
-        bounds = ["theta_all_exceed", "theta_none_exceed"]  # from the first row: method cloud
-        self._curves = {k: (rows["preferred"].any(), *rows[bounds].iloc[0]) for k, rows in groups}
+        #: Whether a state of a variant has a curve; empty if curves are not given.
+        keys = ["variant", "component", "limit_state"]
+        has_curve = {} if curves is None else curves.groupby(keys)["preferred"].any().to_dict()
+        self._has_curve: dict[Any, bool] = has_curve
 
     def rows(self, axis: str, states: States) -> list[Row]:
         """Return the rows of the effects of an axis on the medians of states."""
@@ -437,7 +422,7 @@ class _Medians:
         row: Row = {**place, "n_cells": len(ratios)}
         row |= {str(name): n for name, n in columns.filter(regex="^n_").sum().items()}
         row |= {"im_low": columns["im_low"].min(), "im_high": columns["im_high"].max()}
-        row |= np.exp(np.log(columns[[*_MEANS]].astype(np.float64)).mean()).to_dict()
+        row["from_mean"] = float(np.exp(np.log(columns["from_mean"]).mean()))
         mean = average([ratio for ratio, _ in ratios])
         row["n_motions"] = int(np.max(self._motion)) + 1
         return self._row(scope, mean, row, 2 * len(ratios))
@@ -463,20 +448,14 @@ class _Medians:
         ends = np.exp([medians[0][0], medians[1][0]]).tolist()
         both = [self._counts(state, number)[1] for number in numbers]
         columns: Row = {"from_mean": ends[0], "im_low": min(ends), "im_high": max(ends)}
-        columns |= {name: max(both[0][name], both[1][name]) for name in ("n_bounds", "n_left_out")}
-        columns["n_beyond_model"] = max(each["n_beyond_model"] for each in both)
-        columns |= {name: min(each[name] for each in both) for name in ("n_motions", "n_pairs")}
-        columns |= {"n_discordant": 0} | dict.fromkeys(("n_without_curve", *_MEANS[1:]), nan)
-        columns["n_extrapolated"] = sum(each["is_extrapolated"] for each in both)
-        for end, each in zip(_ENDS, both, strict=True):
-            columns |= {f"{n}_{end}": each[n] for n in ("n_collapse", "n_exceed", "n_unknown")}
-        if self._curves:  # number of medians without a curve, and bounds of the ratio
-            names = (str(self._models.variants["variant"].iloc[number]) for number in numbers)
-            (has, *below), (has_to, *above) = (
-                self._curves[name, state.component, state.name] for name in names
-            )
-            columns["n_without_curve"] = 2 - int(has) - int(has_to)
-            columns |= dict(zip(_MEANS[1:], np.divide(above, below).tolist(), strict=True))
+        columns |= {"n_bounds": max(counts["n_bounds"] for counts in both), "n_discordant": 0}
+        columns |= {name: min(counts[name] for counts in both) for name in ("n_motions", "n_pairs")}
+        columns["n_extrapolated"] = sum(counts["is_extrapolated"] for counts in both)
+        columns["n_without_curve"] = nan
+        if self._has_curve:
+            names = (str(cell[f"variant_{end}"]) for end in ("from", "to"))
+            has = [self._has_curve[name, state.component, state.name] for name in names]
+            columns["n_without_curve"] = has.count(False)
         return Jackknifed.of_replicates(medians[1] - medians[0]), columns
 
     def _counts(self, state: LimitState, number: int) -> tuple[str, dict[str, int]]:
@@ -484,9 +463,7 @@ class _Medians:
         key = state, number
         if key not in self._counted:
             rows, outcomes = self._rows[number], self._outcomes[state].of(self._rows[number])
-            counts = end_counts(self._models.runs.iloc[rows]) | outcomes.counts(state)
-            counts |= {"n_bounds": int(np.sum(outcomes.is_bound)), "n_pairs": rows.size}
-            counts["n_left_out"] = int(np.sum(~outcomes.used))
+            counts = {"n_bounds": int(np.sum(outcomes.is_bound)), "n_pairs": rows.size}
             counts["n_motions"] = np.unique(self._motion[rows]).size
             curve = self._models.curve(state, self._variants[number])
             median = nan if isinstance(curve, str) else curve.ln_theta[0]

@@ -69,7 +69,7 @@ class FragilityFit:
         """Return the fit with additional warnings."""
         return replace(self, warnings=tuple(dict.fromkeys((*self.warnings, *names))))
 
-    def judged(
+    def limited(
         self, bounds: Mapping[str, tuple[float, float]], *, names: Sequence[str] = ()
     ) -> "FragilityFit":
         """Add a warning; drop the estimate if unknown outcomes change theta by more than 15 %."""
@@ -267,17 +267,10 @@ def _stripe_bounds(
     theta, dispersion = float(np.exp(-a0 / a1)), 1.0 / a1
     low, high = separated_bounds(ln_im, n, k, beta=beta, level=level)
     return {
-        **_bracket(np.max(ln_im[n - k > 0.0]), np.min(ln_im[k > 0.0])),
+        "theta_interval": np.exp([ln_im[n > k].max(), ln_im[k > 0.0].min()]).tolist(),
         "firth": {"theta": theta, "beta": dispersion},
-        **{"theta_firth": theta, "beta_firth": dispersion},
         **{"theta_bound_low": low, "theta_bound_high": high, "theta_bound_beta": beta},
     }
-
-
-def _bracket(low: float, high: float) -> dict[str, Any]:
-    """Return the bracket of the median of separated data from its ends in ln intensity."""
-    ends = [float(np.exp(low)), float(np.exp(high))]
-    return {"theta_interval": ends, "theta_bracket_low": ends[0], "theta_bracket_high": ends[1]}
 
 
 def _median_bound(
@@ -411,7 +404,9 @@ def _fit_distribution(
         return replace(blank, status=status, details=details)
     if (first := float(np.max(lower))) <= (last := float(np.min(upper))):
         status = COMPLETE_SEPARATION if first < last else QUASI_SEPARATION
-        return replace(blank, status=status, details=_bracket(first, last))
+        return replace(
+            blank, status=status, details={"theta_interval": np.exp([first, last]).tolist()}
+        )
     if not np.any(has_low & has_high) and np.max(upper[has_high]) <= np.min(lower[has_low]):
         return replace(blank, status=NON_INCREASING)
     censored = ~(has_low & has_high)

@@ -111,7 +111,7 @@ def _rows(item: tuple[BridgeModels, States, Row]) -> list[Row]:
     rows: list[Row] = []
     for state, own in outcomes.items():
         row = models.place | shared | state.columns | own.counts(state)
-        row |= {"n_variants": len(models.variants), "im_low": low, "im_high": high}
+        row |= {"im_low": low, "im_high": high}
         row["axis_ranges"] = json.dumps({n: list(v) for n, v in models.axes.levels.items()})
         row |= {"signed_skew": models.axes.signed_skew, "status": own.status(state)}
         if row["status"] == FITTED:
@@ -132,7 +132,6 @@ def _estimate(models: BridgeModels, state: LimitState, row: Row) -> Row:
         return {"status": "too_few_motions"}
     names = ("level", "slope", "bend", *models.axes.names, "growth", "ln_tau", "ln_sigma")
     found: Row = {"terms": "|".join([";".join(names)] * len(fits))}
-    found["coefficients"] = np.concatenate([fit.model.parameters[0] for fit in fits]).tolist()
     replicates = [fit.model.parameters.ravel() for fit in fits]
     if len(fits) > 1:
         replicates.append(models.correlation(*modes))
@@ -140,14 +139,8 @@ def _estimate(models: BridgeModels, state: LimitState, row: Row) -> Row:
     found["modes"] = json.dumps([_described(*both) for both in zip(fits, modes, strict=True)])
     used = [fit.outcomes.used for fit in fits]
     found |= {"n_runs": int(max(np.sum(each) for each in used)), "n_motions": fits[0].model.motions}
-    for side in ("right", "left"):
-        ends = [fit.outcomes.ln_ends[side == "right"] for fit in fits]
-        found[f"n_{side}_censored"] = int(max(np.sum(np.isinf(end)) for end in ends))
     if len(fits) == 1:
-        model, growth = fits[0].model, float(fits[0].model.parameters[0, -3])
-        tau, sigma = np.exp(model.parameters[0, -2:]).tolist()
-        found |= {"slope": float(model.parameters[0, 1]), "tau": tau, "sigma": sigma}
-        found |= {"growth": growth, "gain": fits[0].gain}
+        found["slope"] = float(fits[0].model.parameters[0, 1])
         found["capacity_dispersion"] = modes[0].dispersion
     model = JointModel({**row, **found})
     curve = model.curve(model.axis_range.middle)
@@ -158,13 +151,9 @@ def _estimate(models: BridgeModels, state: LimitState, row: Row) -> Row:
         ends = interval(values, model.level)
         found |= dict(zip((name, f"{name}_low", f"{name}_high"), ends, strict=True))
     errors = _left_out_errors(models, state, fits)
-    known = np.isfinite(errors)
-    found["loo_variants"] = int(np.sum(known))
-    if np.any(known):
-        worst = int(np.nanargmax(errors))
-        found |= {"loo_error": float(np.nanmedian(errors)), "loo_error_max": float(errors[worst])}
-        found["loo_error_max_variant"] = str(models.variants["variant"].iloc[worst])
-        if errors[worst] > MAX_ERROR:
+    if np.any(np.isfinite(errors)):
+        found["loo_error"] = float(np.nanmedian(errors))
+        if np.nanmax(errors) > MAX_ERROR:
             found["status"] = "prediction_error_above_25_percent"
     return found
 

@@ -27,7 +27,7 @@ from skewbridge.fragility.fits import ALL_EXCEED, FITTED, NO_EXCEEDANCE, median_
 from skewbridge.fragility.hazard import HazardCurve
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.motion_means import covered_range, exp_end, jackknife_factors
-from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes, end_counts
+from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes
 from skewbridge.fragility.settings import ASSUMED_BETA, DEFAULTS, FitSettings
 from skewbridge.fragility.union import MIN_COMPLETE
 
@@ -120,16 +120,15 @@ def _variant_rows(item: tuple[_Systems, int]) -> list[Row]:
     systems, number = item
     models, settings = systems.models, systems.settings
     values = records_of(models.variants)[number]
-    own = np.flatnonzero(models.variant == number)
-    part = models.runs.iloc[own]
-    im = part[settings.im].to_numpy(dtype=np.float64)
-    low, high = covered_range(im, demand_table.motion_codes(part))
+    runs = models.runs[models.variant == number]
+    im = runs[settings.im].to_numpy(dtype=np.float64)
+    low, high = covered_range(im, demand_table.motion_codes(runs))
 
     @cache
     def member(state: LimitState) -> _Member | str:
         """Return a component with its curves, or the reason why it is left out."""
         fit = models.fit(state)
-        outcomes = demand_outcomes(part, [state])
+        outcomes = demand_outcomes(runs, [state])
         if fit == TOO_FEW_RUNS or np.sum(outcomes.complete & outcomes.used) < MIN_COMPLETE:
             return "too few complete runs"
         if (status := outcomes.status(state)) != FITTED:
@@ -138,15 +137,15 @@ def _variant_rows(item: tuple[_Systems, int]) -> list[Row]:
         return "demand does not grow" if isinstance(curve, str) else _Member(state, outcomes, curve)
 
     rows: list[Row] = []
-    variant = demand_table.variant_values(part)
+    variant = demand_table.variant_values(runs)
     for degree, states in systems.members.items():
         taking: list[_Member] = []
         names: list[str] = []
         left_out: list[str] = []
         for state in states:
             modes = [member(mode) for mode in state.modes or (state,)]
-            usable = [each for each in modes if isinstance(each, _Member)]
-            reasons = dict.fromkeys(each for each in modes if isinstance(each, str))
+            usable = [mode for mode in modes if isinstance(mode, _Member)]
+            reasons = dict.fromkeys(mode for mode in modes if isinstance(mode, str))
             if usable:
                 other = "" if degree == state.name else f" ({state.name})"
                 names.append(state.component + other)
@@ -156,7 +155,7 @@ def _variant_rows(item: tuple[_Systems, int]) -> list[Row]:
         row = {name: nan for name in demand_table.described("system") if name not in variant}
         row |= {"limit_state": degree, "weakest": ""}
         row |= {"components": ";".join(names), "left_out": ";".join(left_out)}
-        row |= {"level": settings.confidence, "n_runs": len(part), **end_counts(part)}
+        row |= {"level": settings.confidence, "n_runs": len(runs)}
         row |= _system(taking, np.log(im), systems, (low, high)) | {"im_low": low, "im_high": high}
         theta = row["theta"]
         outside = isinstance(theta, float) and not (np.isnan(theta) or low <= theta <= high)
@@ -177,8 +176,8 @@ def _system(
     if not members or ln_im.size < MIN_RUNS:
         return row | {"status": "too_few_runs" if members else "no_component"}
     if np.all(exceed | unknown):
-        each, beta, level = np.ones(exceed.sum()), ASSUMED_BETA, settings.confidence
-        bound = median_bound(ln_im[exceed], each, beta=beta, level=level, exceed=True)
+        ones, beta, level = np.ones(exceed.sum()), ASSUMED_BETA, settings.confidence
+        bound = median_bound(ln_im[exceed], ones, beta=beta, level=level, exceed=True)
         return row | {"status": ALL_EXCEED, "theta_bound": bound}
     curves = [member.curve for member in members]
     ln_theta = np.column_stack([curve.ln_theta for curve in curves])
@@ -197,9 +196,7 @@ def _system(
     distance = np.abs(special.ndtr((np.sort(first) - ln_median) / dispersion) - empirical)
     names, component = np.unique([m.state.component for m in members], return_inverse=True)
     leading = component[np.argmin(failures[:, 0], axis=0)[first <= ln_median]]
-    shares = np.bincount(leading, minlength=len(names)) / leading.size
-    weakest = int(np.argmax(shares))
-    own = component == weakest
+    weakest = names[np.argmax(np.bincount(leading, minlength=len(names)))]
     independent = _failures(*one, np.eye(size)[None], _POINTS, settings.seed)
     good = np.all(np.isfinite(ln_theta) & np.isfinite(beta), axis=1)
     values = ln_theta[good], beta[good], correlation[good]
@@ -216,9 +213,7 @@ def _system(
     theta = exp_end(ln_median)
     row |= {"theta": theta, "theta_low": theta / of_theta, "theta_high": theta * of_theta}
     row |= {"beta": dispersion, "beta_low": dispersion / of_beta, "beta_high": dispersion * of_beta}
-    row |= {"weakest": str(names[weakest]), "share_weakest": shares[weakest]}
-    alone = ln_theta[0, own] if np.sum(own) == 1 else _quantiles(failures[own, :1])[0]
-    row["theta_weakest"] = exp_end(alone[0])
+    row["weakest"] = str(weakest)
     row["theta_correlated"] = exp_end(np.min(ln_theta[0]))
     row["theta_independent"] = exp_end(_quantiles(independent)[0, 0])
     return row | {"status": FITTED, "max_dp": np.max(distance)}
