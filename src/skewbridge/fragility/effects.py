@@ -21,7 +21,7 @@ from skewbridge.demands.validity import is_complete
 from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats, Index, Mask, Row, records_of
 from skewbridge.fragility import demand_table, motion_means, verdicts
-from skewbridge.fragility.demand_model import BridgeModels, fit_models
+from skewbridge.fragility.demand_model import BridgeModels, StateCurve, fit_models
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.motion_means import Jackknifed, average, by_motion
@@ -339,15 +339,15 @@ def median_effects(
         models = fit_models(demands, limit_states, settings, further=axes, jobs=jobs)
     rows: list[Row] = []
     for each in models:
-        medians = _Medians(each, limit_states, settings, curves)
+        medians = Medians(each, limit_states, settings, curves)
         along = axes or demand_table.varying_axes(each.variants)
         for axis in along:
             rows += medians.rows(axis, limit_states)
     return effect_table(demands, rows)
 
 
-class _Medians:
-    """Medians of all variants of one bridge and abutment model."""
+class Medians:
+    """Medians of all variants of one bridge and abutment model, and the ratios between them."""
 
     def __init__(
         self,
@@ -356,13 +356,12 @@ class _Medians:
         settings: FitSettings,
         curves: pd.DataFrame | None,
     ) -> None:
-        self._models, self._settings = models, settings
+        self.models, self._settings = models, settings
         runs, self._variants = models.runs, records_of(models.variants)
         self._blocks = demand_table.block_names(runs)
         self._motion = demand_table.motion_codes(runs)
         self._ln_im = np.log(runs[settings.im].to_numpy(dtype=np.float64))
         self._rows = [np.flatnonzero(models.variant == v) for v in range(len(models.variants))]
-        self._counted: dict[tuple[LimitState, int], tuple[str, dict[str, int]]] = {}
         self._outcomes = {
             state: demand_outcomes(runs, group)
             for group in states_by_demand(states).values()
@@ -375,12 +374,12 @@ class _Medians:
 
     def rows(self, axis: str, states: States) -> list[Row]:
         """Return the rows of the effects of an axis on the medians of states."""
-        variants = self._models.variants
+        variants = self.models.variants
         others, pairs = variant_pairs(variants, axis)
         groups = [part.to_dict("records") for _, part in pairs.groupby(list(STEP))]
         found: list[Row] = []
         for cells, state in product(groups, states):
-            place = {**self._models.place, "quantity": verdicts.MEDIAN_CAPACITY, "axis": axis}
+            place = {**self.models.place, "quantity": verdicts.MEDIAN_CAPACITY, "axis": axis}
             place |= {"demand": state.key, "margin": self._settings.margin}
             place |= {name: float(cells[0][name]) for name in STEP}
             ratios: list[tuple[Jackknifed, Row]] = []
@@ -436,38 +435,41 @@ class _Medians:
 
     def _ratio(self, cell: Mapping[Any, Any], state: LimitState) -> tuple[Jackknifed, Row] | None:
         """Return the ln ratio of two medians and table columns, or None if it is undefined."""
-        numbers = [cell["number_from"], cell["number_to"]]
-        medians: list[Floats] = []
-        for number in numbers:
-            curve = self._models.curve(state, self._variants[number])
-            motions = np.unique(self._motion[self._rows[number]])
-            fitted = self._counts(state, number)[0] == FITTED
-            if isinstance(curve, str) or motions.size < MIN_MOTIONS or not fitted:
-                return None
-            medians.append(curve.ln_theta)
-        ends = np.exp([medians[0][0], medians[1][0]]).tolist()
-        both = [self._counts(state, number)[1] for number in numbers]
+        start, end = (self.curve(state, cell[f"number_{side}"]) for side in ("from", "to"))
+        if start is None or end is None:
+            return None
+        ends = np.exp([start.ln_theta[0], end.ln_theta[0]]).tolist()
+        both = [self._counts(state, cell[f"number_{side}"]) for side in ("from", "to")]
         columns: Row = {"from_mean": ends[0], "im_low": min(ends), "im_high": max(ends)}
         columns |= {"n_bounds": max(counts["n_bounds"] for counts in both), "n_discordant": 0}
         columns |= {name: min(counts[name] for counts in both) for name in ("n_motions", "n_pairs")}
         columns["n_extrapolated"] = sum(counts["is_extrapolated"] for counts in both)
-        columns["n_without_curve"] = nan
-        if self._has_curve:
-            names = (str(cell[f"variant_{end}"]) for end in ("from", "to"))
-            has = [self._has_curve[name, state.component, state.name] for name in names]
-            columns["n_without_curve"] = has.count(False)
-        return Jackknifed.of_replicates(medians[1] - medians[0]), columns
+        columns["n_without_curve"] = self.without_curve(cell, state)
+        return Jackknifed.of_replicates(end.ln_theta - start.ln_theta), columns
 
-    def _counts(self, state: LimitState, number: int) -> tuple[str, dict[str, int]]:
-        """Return the status of a state in a variant, and counts of its runs."""
-        key = state, number
-        if key not in self._counted:
-            rows, outcomes = self._rows[number], self._outcomes[state].of(self._rows[number])
-            counts = {"n_bounds": int(np.sum(outcomes.is_bound)), "n_pairs": rows.size}
-            counts["n_motions"] = np.unique(self._motion[rows]).size
-            curve = self._models.curve(state, self._variants[number])
-            median = nan if isinstance(curve, str) else curve.ln_theta[0]
-            beyond = motion_means.motions_beyond(median, self._ln_im[rows], self._motion[rows])
-            counts["is_extrapolated"] = beyond < motion_means.MIN_BEYOND
-            self._counted[key] = outcomes.status(state), counts
-        return self._counted[key]
+    def without_curve(self, cell: Mapping[Any, Any], state: LimitState) -> float:
+        """Return how many of two variants have no curve; NaN if curves are not given."""
+        if not self._has_curve:
+            return nan
+        names = (str(cell[f"variant_{end}"]) for end in ("from", "to"))
+        return sum(not self._has_curve[name, state.component, state.name] for name in names)
+
+    def curve(self, state: LimitState, number: int) -> StateCurve | None:
+        """Return the curve of a state in a variant; None if it is not used in ratios."""
+        rows = self._rows[number]
+        if np.unique(self._motion[rows]).size < MIN_MOTIONS:
+            return None
+        if self._outcomes[state].of(rows).status(state) != FITTED:
+            return None
+        curve = self.models.curve(state, self._variants[number])
+        return None if isinstance(curve, str) else curve
+
+    def _counts(self, state: LimitState, number: int) -> dict[str, int]:
+        """Return counts of the runs of a variant with a curve."""
+        rows, motions = self._rows[number], self._motion[self._rows[number]]
+        bounds = int(np.sum(self._outcomes[state].of(rows).is_bound))
+        counts = {"n_bounds": bounds, "n_pairs": rows.size, "n_motions": np.unique(motions).size}
+        curve = self.curve(state, number)
+        assert curve is not None
+        beyond = motion_means.motions_beyond(curve.ln_theta[0], self._ln_im[rows], motions)
+        return counts | {"is_extrapolated": beyond < motion_means.MIN_BEYOND}

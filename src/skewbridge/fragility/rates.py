@@ -19,13 +19,13 @@ from skewbridge.files.tables import Floats, Row, records_of
 from skewbridge.fragility import demand_table
 from skewbridge.fragility.curves import CURVE_COLUMNS, METHODS
 from skewbridge.fragility.demand_model import BridgeModels, StateCurve
-from skewbridge.fragility.effects import MIN_MOTIONS, STEP, effect_row, variant_pairs
+from skewbridge.fragility.effects import STEP, Medians, effect_row, variant_pairs
 from skewbridge.fragility.fits import ALL_EXCEED, BOUNDS_TOO_WIDE, FITTED, NO_EXCEEDANCE
 from skewbridge.fragility.hazard import HazardCurve, LogRate
 from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.motion_means import completed
-from skewbridge.fragility.outcomes import TREATMENTS, demand_outcomes
+from skewbridge.fragility.outcomes import TREATMENTS
 from skewbridge.fragility.paper_table import chosen_curves
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE, FitSettings
 from skewbridge.fragility.union import any_of, union_curve
@@ -171,13 +171,12 @@ def rate_effects(
     rates = {(row["variant"], row["limit_state"]): row["rate"] for row in known}
     # the states, then the degrees of the system as texts
     both = [*states, *dict.fromkeys(row["limit_state"] for row in known)]
-    has = None if curves is None else curves[curves["preferred"] & (curves["status"] == FITTED)]
-    fitted = None if has is None else set(zip(*(has[name] for name in _STATE), strict=True))
     rows: list[Row] = []
-    for each in models:
-        blocks = demand_table.block_names(each.runs)
-        for axis in axes or demand_table.varying_axes(each.variants):
-            for place, scope, start, end in _changes(each, axis, both, hazard, rates, fitted):
+    for of_bridge in models:
+        blocks = demand_table.block_names(of_bridge.runs)
+        medians = Medians(of_bridge, states, settings, curves)
+        for axis in axes or demand_table.varying_axes(of_bridge.variants):
+            for place, scope, start, end in _changes(medians, axis, both, hazard, rates):
                 change = end.minus(start)
                 row = effect_row(change.jackknifed, settings, blocks=blocks)
                 ends = change.interval(EFFECT_CONFIDENCE)
@@ -190,34 +189,29 @@ def rate_effects(
 
 
 def _changes(
-    models: BridgeModels,
+    medians: Medians,
     axis: str,
     states: Sequence[LimitState | str],
     hazard: HazardCurve,
     system: Mapping[tuple[str, str], object],  # rates; keys: variant, degree
-    fitted: set[tuple[str, ...]] | None,
 ) -> list[tuple[Row, str, LogRate, LogRate]]:
     """Return place, scope and both ln rates of pairs that differ in one axis, and their means."""
-    variants = models.variants
+    variants = medians.models.variants
 
     @cache
     def rate_of(state: LimitState | str, number: int) -> LogRate | None:
-        values = records_of(variants)[number]
         if isinstance(state, str):
-            rate = system.get((values["variant"], state))
+            rate = system.get((variants["variant"].iloc[number], state))
             return rate if isinstance(rate, LogRate) else None
-        runs, curve = models.runs[models.variant == number], models.curve(state, values)
-        enough = runs["motion_id"].nunique() >= MIN_MOTIONS
-        if not enough or demand_outcomes(runs, [state]).status(state) != FITTED:
-            return None
-        return None if isinstance(curve, str) else curve_rate(curve, hazard)
+        curve = medians.curve(state, number)
+        return None if curve is None else curve_rate(curve, hazard)
 
     others, pairs = variant_pairs(variants, axis)
     found: list[tuple[Row, str, LogRate, LogRate]] = []
     for step, cells in pairs.groupby(list(STEP)):
         for state in states:
             key = (SYSTEM, state) if isinstance(state, str) else (state.component, state.name)
-            place = models.place | {
+            place = medians.models.place | {
                 "axis": axis,
                 **dict(zip([*STEP, *_STATE[1:]], (*step, *key), strict=True)),
             }
@@ -225,13 +219,12 @@ def _changes(
             for cell in records_of(cells):
                 start, end = rate_of(state, cell["number_from"]), rate_of(state, cell["number_to"])
                 # ASSUME a ratio is worth reporting if at least one of both variants has a curve
-                names = {(cell["variant_from"], *key), (cell["variant_to"], *key)}
-                usable = fitted is None or key[0] == SYSTEM or names & fitted
+                usable = isinstance(state, str) or medians.without_curve(cell, state) != 2
                 if start and end and usable:
-                    own = place | {name: cell[name] for name in others}
-                    rated.append((own, "variant", start, end))
+                    values = {name: cell[name] for name in others}
+                    rated.append((place | values, "variant", start, end))
             if rated:
-                means = _mean([each[2] for each in rated]), _mean([each[3] for each in rated])
+                means = (_mean([pair[side] for pair in rated]) for side in (2, 3))
                 found.append((place | {"n_cells": len(rated)}, "pooled", *means))
                 found += rated
     return found
