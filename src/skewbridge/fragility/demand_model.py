@@ -348,15 +348,15 @@ class DemandFit:
         effects = np.column_stack(
             [np.ones(len(setup.matrix)), setup.matrix[:, : setup.axes.drifts]]
         )
-        rank, found = np.linalg.matrix_rank(effects), list[DemandModel | str]()
+        rank, models = np.linalg.matrix_rank(effects), list[DemandModel | str]()
         for variant in range(len(effects)):
             others = np.delete(effects, variant, axis=0)
             if len(others) < 1 or np.linalg.matrix_rank(others) < rank:
-                found.append(NOT_APPLICABLE)
+                models.append(NOT_APPLICABLE)
                 continue
             lower = np.where(setup.variant == variant, nan, self.outcomes.lower)
-            found.append(self.treated(replace(self.outcomes, lower=lower), steps=1))
-        return found
+            models.append(self.treated(replace(self.outcomes, lower=lower), steps=1))
+        return models
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -582,22 +582,24 @@ def state_curve(
 
     ``rho`` (R,) is the correlation of the demands of two modes.
     """
-    parts: list[StateCurve] = []
+    mode_curves: list[StateCurve] = []
     for model, mode in zip(models, modes, strict=True):
         if isinstance(model, str):
             return model
         point = model.at(values)
         curves = point.curves(mode.threshold, mode.dispersion)
-        parts.append(StateCurve(*curves, points=((point, mode),)))
-        if np.isnan(parts[-1].ln_theta[0]) or parts[-1].beta[0] > _LARGEST_BETA:
+        mode_curves.append(StateCurve(*curves, points=((point, mode),)))
+        if np.isnan(mode_curves[-1].ln_theta[0]) or mode_curves[-1].beta[0] > _LARGEST_BETA:
             return NON_INCREASING
     if rho is None:
-        return parts[0]
-    medians, records, total = (np.array([part[n] for part in parts]) for n in range(3))
+        return mode_curves[0]
+    medians, records, total = (
+        np.array([mode_curve[n] for mode_curve in mode_curves]) for n in range(3)
+    )
     union = Union.of(medians, records, total, rho)
     middle, wide = union.summary()
     of_records = Union(medians, records, rho)
-    points = tuple(point for part in parts for point in part.points)
+    points = tuple(point for mode_curve in mode_curves for point in mode_curve.points)
     return StateCurve(middle, of_records.summary()[1], wide, union, of_records, points)
 
 
@@ -649,14 +651,14 @@ def _fit(item: tuple[pd.DataFrame, States], im: str, further: Sequence[str]) -> 
 
 
 def _variants_of(
-    part: pd.DataFrame, further: Sequence[str]
+    runs: pd.DataFrame, further: Sequence[str]
 ) -> tuple[AxisRange, pd.DataFrame, Index]:
     """Return the axes of the runs of a bridge, its variants and the variant of each run."""
-    lacking = lacking_axes(str(part["abutment"].iloc[0]))
-    names = [name for name in demand_table.axis_names(part) if name not in lacking]
+    lacking = lacking_axes(str(runs["abutment"].iloc[0]))
+    names = [name for name in demand_table.axis_names(runs) if name not in lacking]
     further = [name for name in further if name not in names]
-    number = part.groupby(["variant", *further], sort=True).ngroup().to_numpy(dtype=np.intp)
+    number = runs.groupby(["variant", *further], sort=True).ngroup().to_numpy(dtype=np.intp)
     _, first, codes = np.unique(number, return_index=True, return_inverse=True)
-    columns = list(dict.fromkeys([*demand_table.variant_columns(part), *further]))
-    variants = part.iloc[first].reset_index(drop=True)[columns]
+    columns = list(dict.fromkeys([*demand_table.variant_columns(runs), *further]))
+    variants = runs.iloc[first].reset_index(drop=True)[columns]
     return AxisRange.of_variants(variants, [*names, *further]), variants, codes

@@ -95,9 +95,9 @@ class Pairs:
         known = np.isfinite(values if x is None else values + x)
         cells: list[Jackknifed] = []
         for _, rows in self.cells:
-            own = rows[known[rows]]
-            data = (values[own], self.side[own], self.motions[own], len(self.names))
-            cells.append(by_motion(*data, None if x is None else x[own], self.block[own]))
+            used = rows[known[rows]]
+            data = (values[used], self.side[used], self.motions[used], len(self.names))
+            cells.append(by_motion(*data, None if x is None else x[used], self.block[used]))
         return [average(cells), *cells]
 
     def counts(self, rows: Index, used: Mask, discordant: Mask) -> dict[str, int]:
@@ -177,16 +177,16 @@ def effect_tables(
     demand_table.need_columns(demands, (*demand_table.KEY_COLUMNS, *names))
     paired = [name for name in dict.fromkeys([*names, settings.im]) if name in demands.columns]
     pairs = (
-        Pairs(model | {"axis": axis, "from_value": start, "to_value": end}, part)
+        Pairs(model | {"axis": axis, "from_value": start, "to_value": end}, runs)
         for model, rows in demand_table.models_of(demands)
         for axis in demand_table.varying_axes(rows)
-        for (start, end), part in run_pairs(rows, axis, paired).groupby(["from_value", "to_value"])
+        for (start, end), runs in run_pairs(rows, axis, paired).groupby(list(STEP))
     )
     at = reference_im or {}
     rows_of = partial(demand_effects, names=names, settings=settings, reference_im=at)
-    found = demand_table.spread(rows_of, pairs, jobs)
-    effects = effect_table(demands, [row for rows, _ in found for row in rows])
-    by_intensity = [row for _, rows in found for row in rows]
+    tables = demand_table.spread(rows_of, pairs, jobs)
+    effects = effect_table(demands, [row for rows, _ in tables for row in rows])
+    by_intensity = [row for _, rows in tables for row in rows]
     return EffectTables(effects, pd.DataFrame(by_intensity, columns=list(INTENSITY_COLUMNS)))
 
 
@@ -249,7 +249,7 @@ def demand_effects(
     has_im = f"{settings.im}_from" in pairs.table
     im = pairs.ends(settings.im)[1] if has_im else np.full(pairs.side.size, nan)
     ln_im = np.log(np.where(im > 0.0, im, nan))
-    cells = [({"scope": "variant", **place}, own) for place, own in pairs.cells]
+    cells = [({"scope": "variant", **place}, cell_rows) for place, cell_rows in pairs.cells]
     places = [({"scope": "pooled"}, np.arange(im.size)), *cells]
     for name in names:
         column, reference = column_of(name), pairs.ends(name)[1]
@@ -265,10 +265,10 @@ def demand_effects(
             shared |= {"judged_by": verdicts.DIFFERENCE, "unit": difference.unit}
             shared["difference_margin"] = settings.margins.get(name, difference.margin)
         exact = used & (pairs.side == EXACT)
-        for cell, (place, own) in enumerate(places):
-            known = own[exact[own]]
+        for cell, (place, cell_rows) in enumerate(places):
+            known = cell_rows[exact[cell_rows]]
             positive = reference[known][reference[known] > 0.0]
-            row = {**shared, **place, **pairs.counts(own, used, discordant)}
+            row = {**shared, **place, **pairs.counts(cell_rows, used, discordant)}
             judged = None if differences is None else differences[cell]
             further: Any = {"line": lines[cell], "difference": judged, "blocks": pairs.names}
             row |= effect_row(means[cell], settings, **further)
@@ -304,10 +304,11 @@ def _by_intensity(
     value[:, ~(value[2] - value[1] <= np.log(verdicts.MAX_WIDTH))] = nan
     below, zero, above = np.log1p(np.outer([-1.0, 0.0, 1.0], np.full(im.size, pooled["margin"])))
     possible = np.repeat(verdicts.may_be_negligible(pd.DataFrame([pooled])), im.size)
-    found = verdicts.verdicts_of(value[1], below, zero, above, value[2], possible=possible)
+    verdict = verdicts.verdicts_of(value[1], below, zero, above, value[2], possible=possible)
     ln_demand, last = np.polyval(level, np.log(im)), np.arange(im.size) == _INTENSITIES
     columns = {name: pooled[name] for name in INTENSITY_COLUMNS if name in pooled}
-    columns |= dict(zip(verdicts.RATIOS, np.exp(value), strict=True)) | {"im": im, "verdict": found}
+    columns |= dict(zip(verdicts.RATIOS, np.exp(value), strict=True))
+    columns |= {"im": im, "verdict": verdict}
     columns |= {"from_demand": np.exp(ln_demand), "to_demand": np.exp(ln_demand + value[0])}
     columns |= {"at_reference": last, "clipped": last & (im != reference_im)}
     columns["n_motions"] = int(np.count_nonzero(effect.exact))
@@ -338,9 +339,9 @@ def median_effects(
     if models is None:
         models = fit_models(demands, limit_states, settings, further=axes, jobs=jobs)
     rows: list[Row] = []
-    for each in models:
-        medians = Medians(each, limit_states, settings, curves)
-        along = axes or demand_table.varying_axes(each.variants)
+    for of_bridge in models:
+        medians = Medians(of_bridge, limit_states, settings, curves)
+        along = axes or demand_table.varying_axes(of_bridge.variants)
         for axis in along:
             rows += medians.rows(axis, limit_states)
     return effect_table(demands, rows)
@@ -376,20 +377,20 @@ class Medians:
         """Return the rows of the effects of an axis on the medians of states."""
         variants = self.models.variants
         others, pairs = variant_pairs(variants, axis)
-        groups = [part.to_dict("records") for _, part in pairs.groupby(list(STEP))]
-        found: list[Row] = []
-        for cells, state in product(groups, states):
+        steps = [records_of(cells) for _, cells in pairs.groupby(list(STEP))]
+        effects: list[Row] = []
+        for cells, state in product(steps, states):
             place = {**self.models.place, "quantity": verdicts.MEDIAN_CAPACITY, "axis": axis}
             place |= {"demand": state.key, "margin": self._settings.margin}
             place |= {name: float(cells[0][name]) for name in STEP}
             ratios: list[tuple[Jackknifed, Row]] = []
             for cell in cells:
                 if (ratio := self._ratio(cell, state)) is not None:
-                    own = {name: float(cell[name]) for name in others}
-                    ratios.append((ratio[0], {**place, **own, axis: nan, **ratio[1]}))
+                    values = {name: float(cell[name]) for name in others}
+                    ratios.append((ratio[0], {**place, **values, axis: nan, **ratio[1]}))
             if ratios:
-                found += self._effects(place, ratios, others)
-        return found
+                effects += self._effects(place, ratios, others)
+        return effects
 
     def _effects(
         self, place: Row, ratios: list[tuple[Jackknifed, Row]], others: Sequence[str]
@@ -397,22 +398,22 @@ class Medians:
         """Return the pooled row of pairs of variants, their rows by value, and their own rows."""
         pooled = self._average("pooled", place, ratios)
         by_value: list[Row] = []
-        found = (1.0, "")
+        strongest = (1.0, "")
         for name in others:
             values = sorted({row[name] for _, row in ratios})
             if len(values) < 2:
                 continue
-            parts = [[each for each in ratios if each[1][name] == value] for value in values]
-            means = [average([ratio for ratio, _ in part]) for part in parts]
+            groups = [[pair for pair in ratios if pair[1][name] == value] for value in values]
+            means = [average([ratio for ratio, _ in group]) for group in groups]
             tests = [float(mean.minus(means[0]).p_value()) for mean in means[1:]]
             # several values are tested against the first: Bonferroni
-            found = min(found, (len(tests) * min(tests), name))
-            for value, part in zip(values, parts, strict=True):
-                by_value.append(self._average("by_value", place | {name: value}, part))
+            strongest = min(strongest, (len(tests) * min(tests), name))
+            for value, group in zip(values, groups, strict=True):
+                by_value.append(self._average("by_value", place | {name: value}, group))
         return [
-            pooled | {"p_interaction": min(found[0], 1.0), "interaction": found[1]},
+            pooled | {"p_interaction": min(strongest[0], 1.0), "interaction": strongest[1]},
             *by_value,
-            *(self._row("variant", each, row, 2) for each, row in ratios),
+            *(self._row("variant", pair, row, 2) for pair, row in ratios),
         ]
 
     def _average(self, scope: str, place: Row, ratios: list[tuple[Jackknifed, Row]]) -> Row:

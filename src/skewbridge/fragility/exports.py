@@ -194,8 +194,8 @@ def _functions(curves: pd.DataFrame) -> Iterator[tuple[str, str, list[str], pd.D
     """Yield variant, damage scale, states sorted by threshold, and curves indexed by state."""
     ordered = curves.sort_values("threshold", kind="stable")
     states = ordered.groupby("damage_scale")["limit_state"].unique()
-    for (variant, scale), part in curves.groupby(["variant", "damage_scale"], sort=True):
-        rows = part.set_index("limit_state", drop=False)
+    for (variant, scale), group in curves.groupby(["variant", "damage_scale"], sort=True):
+        rows = group.set_index("limit_state", drop=False)
         yield str(variant), str(scale), list(map(str, states[str(scale)])), rows
 
 
@@ -253,10 +253,10 @@ def _write_skew_scaling(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
     """
     table = _skew_factors(curves, export.table("median_effects"))
     places: dict[tuple[str, str, str], tuple[str, str]] = {}
-    for variant, scale, states, part in _functions(curves):
+    for variant, scale, states, group in _functions(curves):
         name = identifier(f"{variant}.{scale}", *_PELICUN_ID)
         for number, state in enumerate(states, start=1):
-            places[variant, part["component"].iloc[0], state] = f"{name}-0-1", f"LS{number}"
+            places[variant, group["component"].iloc[0], state] = f"{name}-0-1", f"LS{number}"
     scaling: dict[str, Any] = {}
     for row in table.to_dict("records"):
         name, number = places[row["variant_straight"], row["component"], row["limit_state"]]
@@ -282,8 +282,8 @@ def measure_names(column: str) -> tuple[str, float, str, str]:
     if match := re.match(r"im_sa_(\d+)p(\d+)_", column):
         period = f"{float(f'{match[1]}.{match[2]}'):g}"
         return f"SA({period})", 1.0, f"Spectral Acceleration|{period}", "g"
-    found = (names for start, names in _MEASURES.items() if column.startswith(start))
-    return next(found, ("", 1.0, "", ""))
+    matching = (names for start, names in _MEASURES.items() if column.startswith(start))
+    return next(matching, ("", 1.0, "", ""))
 
 
 def _write_nrml(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
@@ -317,7 +317,9 @@ def _write_nrml(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
     return {"models": models, "files": [model["file"] for model in models], "notes": notes}
 
 
-def _write_model(path: Path, states: tuple[str, ...], parts: list[pd.DataFrame]) -> dict[str, Any]:
+def _write_model(
+    path: Path, states: tuple[str, ...], functions: list[pd.DataFrame]
+) -> dict[str, Any]:
     ElementTree.register_namespace("", _NRML)
 
     def add(parent: Element, tag: str, text: str | None = None, **values: str) -> Element:
@@ -329,22 +331,26 @@ def _write_model(path: Path, states: tuple[str, ...], parts: list[pd.DataFrame])
     kind = {"assetCategory": "bridges", "lossCategory": "structural"}
     model = add(root, "fragilityModel", id="skewbridge", **kind)
     text = "skewbridge, lognormal fits and unions; dispersion includes capacity dispersion"
-    outside = [part["variant"].iloc[0] for part in parts if part.get("extrapolated", _ABSENT).any()]
+    outside = [
+        curves_of["variant"].iloc[0]
+        for curves_of in functions
+        if curves_of.get("extrapolated", _ABSENT).any()
+    ]
     if outside := dict.fromkeys(map(str, outside)):
         text += f"; medians extrapolated beyond the motions in: {', '.join(outside)}"
     add(model, "description", text)
     add(model, "limitStates", " ".join(states))
     crossing: list[str] = []
-    for part in parts:
-        variant, scale, column = map(str, part[["variant", "damage_scale", "im"]].iloc[0])
+    for curves_of in functions:
+        variant, scale, column = map(str, curves_of[["variant", "damage_scale", "im"]].iloc[0])
         # source: simple_id of openquake.hazardlib.valid
         name = identifier(f"{variant}:{scale}", r"A-Za-z0-9_:\-", 75)
-        theta, beta = part["theta"].to_numpy(), part["curve_beta"].to_numpy()
+        theta, beta = curves_of["theta"].to_numpy(), curves_of["curve_beta"].to_numpy()
         measure, factor, *_ = measure_names(column)
         if not measure:
             advice = "fit with im_sa_1p000_rotd50_g or another Sa(T)"
             raise InputError(f"{column} has no name in OpenQuake: {advice}", column=column)
-        rows = records_of(part)
+        rows = records_of(curves_of)
         # range: medians and 4 standard deviations; curves are checked for crossing within 2
         ends, side = np.log([theta.min(), theta.max()]), np.array([-1.0, 1.0]) * beta.max()
         low, high = factor * np.exp(ends + 4.0 * side)
@@ -357,7 +363,7 @@ def _write_model(path: Path, states: tuple[str, ...], parts: list[pd.DataFrame])
             function = add(model, "fragilityFunction", id=name, format="discrete")
             text = " ".join(f"{level:.6g}" for level in levels)
             add(function, "imls", text, imt=measure, noDamageLimit=text.partition(" ")[0])
-            for state, row in zip(part["limit_state"], rows, strict=True):
+            for state, row in zip(curves_of["limit_state"], rows, strict=True):
                 p = curve_probability(levels / factor, row)
                 add(function, "poes", " ".join(f"{value:.8g}" for value in p), ls=str(state))
         else:
@@ -368,7 +374,7 @@ def _write_model(path: Path, states: tuple[str, ...], parts: list[pd.DataFrame])
             add(function, "imls", imt=measure, **limits, maxIML=f"{high:.6g}")
             mean = factor * theta * np.exp(0.5 * beta**2)
             deviation = mean * np.sqrt(np.expm1(beta**2))
-            for state, m, s in zip(part["limit_state"], mean, deviation, strict=True):
+            for state, m, s in zip(curves_of["limit_state"], mean, deviation, strict=True):
                 add(function, "params", ls=str(state), mean=f"{m:.15g}", stddev=f"{s:.15g}")
         start, stop = ends + 2.0 * side
         grid = np.exp(np.linspace(start, stop, 400))
@@ -378,7 +384,7 @@ def _write_model(path: Path, states: tuple[str, ...], parts: list[pd.DataFrame])
     tree = ElementTree.ElementTree(root)
     ElementTree.indent(tree)
     tree.write(path, encoding="utf-8", xml_declaration=True)
-    written = {"file": str(path), "limit_states": list(states), "functions": len(parts)}
+    written = {"file": str(path), "limit_states": list(states), "functions": len(functions)}
     return written | {"crossing": crossing}
 
 
@@ -401,12 +407,12 @@ def _write_pelicun(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
     rows: list[dict[str, Any]] = []
     holes: list[dict[str, Any]] = []
     names: dict[str, Any] = {}
-    for variant, scale, states, part in _functions(curves):
-        of_state = {str(curve["limit_state"]): curve for curve in records_of(part)}
+    for variant, scale, states, group in _functions(curves):
+        of_state = {str(curve["limit_state"]): curve for curve in records_of(group)}
         fitted = {name: curve for name, curve in of_state.items() if curve["status"] == FITTED}
         if not fitted:
             continue
-        column = str(part["im"].iloc[0])
+        column = str(group["im"].iloc[0])
         *_, demand, unit = measure_names(column)
         if not demand:
             raise InputError(f"{column} has no demand type in pelicun", column=column)
@@ -471,7 +477,7 @@ def _multilinear(union: Union) -> str:
     im, p = np.exp(ln_im), np.round(union.probability(ln_im), 6)  # pelicun keeps 6 digits
     p, places = np.unique(p, return_index=True)
     points = np.array([[0.5 * im[0], *im[places], 1.1 * im[-1]], [0.0, *p, 1.0]])
-    return "|".join(",".join(f"{value:.8g}" for value in each) for each in points)
+    return "|".join(",".join(f"{value:.8g}" for value in axis) for axis in points)
 
 
 #: Function that writes curves in each format and returns further entries of the report.

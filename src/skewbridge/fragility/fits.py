@@ -148,12 +148,12 @@ def jackknifed(fit: FragilityFit, ln_theta: Floats, beta: Floats) -> FragilityFi
 def common_warnings(fit: FragilityFit, im: Floats, n_records: int) -> list[str]:
     """Return the warnings that apply to a fit of any method."""
     low, high = fit.ci_theta
-    found = {
+    applying = {
         "median_extrapolated": fit.theta > np.max(im) or fit.theta < np.min(im),
         "wide_ci": not (np.isnan(low) or (low > 0.0 and high / low <= 3.0)),
         "fewer_than_10_records": n_records < 10,
     }
-    return [name for name, applies in found.items() if applies]
+    return [name for name, applies in applying.items() if applies]
 
 
 def fit_stripes(
@@ -211,16 +211,16 @@ def exceedance_maxima(ln_im: Floats, known: Mask, exceed: Mask) -> list[likeliho
     """Return the likelihood maximum of each of J states, or None for states without estimate."""
     # `known` and `exceed` have the shape (n, J); all states are maximised together
     signs = (np.where(exceed, 1.0, -1.0) * known).T
-    shares = [(np.abs(each), np.maximum(each, 0.0)) for each in signs]
-    usable = [j for j, each in enumerate(shares) if binomial_status(ln_im, *each) == FITTED]
-    found: list[likelihood.Maximum | None] = [None] * len(signs)
+    shares = [(np.abs(sign), np.maximum(sign, 0.0)) for sign in signs]
+    usable = [j for j, counts in enumerate(shares) if binomial_status(ln_im, *counts) == FITTED]
+    maxima: list[likelihood.Maximum | None] = [None] * len(signs)
     if usable:
         ones, low = -np.ones((ln_im.size, 1)), np.full(ln_im.size, -np.inf)
         kernel = likelihood.NormalKernel(ones, low, ln_im, signs[usable])
         best = likelihood.maximise(kernel, np.polyfit(ln_im, signs[usable].T, 1)[::-1].T)
         for j, *values in zip(usable, *best, strict=True):
-            found[j] = likelihood.Maximum(*(np.asarray(value)[None] for value in values))
-    return found
+            maxima[j] = likelihood.Maximum(*(np.asarray(value)[None] for value in values))
+    return maxima
 
 
 def _completed(

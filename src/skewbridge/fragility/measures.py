@@ -89,11 +89,11 @@ def measure_table(demands: pd.DataFrame, motions: pd.DataFrame) -> pd.DataFrame:
     names = ["motion_id", "magnitude", "distance_km"]
     suite = motions[names] if set(names) <= set(motions.columns) else None
     tables: list[pd.DataFrame] = []
-    for model, part in models_of(demands[is_complete(demands)]):
+    for model, runs in models_of(demands[is_complete(demands)]):
         ranked = [
-            rank_measures(part, column, suite).assign(**model, demand=column)
+            rank_measures(runs, column, suite).assign(**model, demand=column)
             for column in demands_for("headline", demands.columns)
-            if (part[column] > 0.0).all()
+            if (runs[column] > 0.0).all()
         ]
         if not ranked:
             continue

@@ -50,7 +50,7 @@ def exceedance(curve: StateCurve, ln_im: Floats) -> Floats:
     It is that of the demand models if there are any: their scatter may grow with the intensity.
     """
     if curve.points:
-        u = [each.score(s.threshold, s.dispersion, ln_im) for each, s in curve.points]
+        u = [point.score(s.threshold, s.dispersion, ln_im) for point, s in curve.points]
         return any_of(u, np.zeros(1) if curve.modes is None else curve.modes.rho)
     if curve.modes is not None:
         return curve.modes.probability(ln_im)
@@ -77,7 +77,7 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
     theta. A state with wide bounds has the rates of its bounds; a state that no run, or every run,
     exceeds has the rate of the bound of its median.
     """
-    status, found = curve["status"], (nan, nan, nan)
+    status, rate_ends = curve["status"], (nan, nan, nan)
     row: Row = {name: curve[name] for name in ("status", "method", "im", "level")}
     bound_beta = np.hypot(curve["theta_bound_beta"], np.nan_to_num(curve["capacity_dispersion"]))
     if status == FITTED:
@@ -86,12 +86,12 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
         used = used._replace(modes=union_curve(curve))
         if model is not None and curve["method"] == METHODS[0]:
             used = model
-            found = curve_rate(model, hazard).interval(curve["level"])
+            rate_ends = curve_rate(model, hazard).interval(curve["level"])
         else:  # ASSUME the dispersion is known
             thetas = (curve[name] for name in ("theta", "theta_high", "theta_low"))
             middle, *ends = (_lognormal(theta, wide, hazard) for theta in thetas)
             rate = curve_rate(used, hazard).value
-            found = rate, *(rate * end / middle for end in ends)
+            rate_ends = rate, *(rate * end / middle for end in ends)
         p = exceedance(used, np.log(hazard.levels[[0, -1]])[:, None])[:, 0]
         row |= hazard.shares(partial(curve_rate, used), p, curve["im_low"], curve["im_high"])
     elif status == BOUNDS_TOO_WIDE and model is not None:
@@ -102,14 +102,14 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
             (curve[f"theta_{n}"], np.hypot(curve[f"beta_{n}"], extra**0.5)) for n in TREATMENTS
         ]
         factors = [1.0, *(_lognormal(*bound, hazard) / rate for bound in bounds)]
-        found = nan, low * np.nanmin(factors), high * np.nanmax(factors)
+        rate_ends = nan, low * np.nanmin(factors), high * np.nanmax(factors)
     # ASSUME a bound of a median has the slope 1 for the dispersion of its capacity
     elif status == NO_EXCEEDANCE:
-        found = nan, 0.0, _lognormal(curve["theta_bound_low"], bound_beta, hazard)
+        rate_ends = nan, 0.0, _lognormal(curve["theta_bound_low"], bound_beta, hazard)
     elif status == ALL_EXCEED:
         least = _lognormal(curve["theta_bound_high"], bound_beta, hazard)
-        found = nan, least, float(hazard.rates[0, 0])
-    return row | rate_columns(found)
+        rate_ends = nan, least, float(hazard.rates[0, 0])
+    return row | rate_columns(rate_ends)
 
 
 def with_bounds(curves: pd.DataFrame) -> pd.DataFrame:
@@ -148,8 +148,8 @@ def rate_table(
         place = {name: row[name] for name in (*columns, "limit_state", "status", "level")}
         place |= {"component": SYSTEM, "method": SYSTEM, "im": hazard.im}
         has = isinstance(row["rate"], LogRate)
-        found = row["rate"].interval(row["level"]) if has else (nan, nan, nan)
-        rows.append(place | (row["shares"] if has else {}) | rate_columns(found))
+        rate_ends = row["rate"].interval(row["level"]) if has else (nan, nan, nan)
+        rows.append(place | (row["shares"] if has else {}) | rate_columns(rate_ends))
     return pd.DataFrame(rows, columns=list(demand_table.described("rates")))
 
 
@@ -207,7 +207,7 @@ def _changes(
         return None if curve is None else curve_rate(curve, hazard)
 
     others, pairs = variant_pairs(variants, axis)
-    found: list[tuple[Row, str, LogRate, LogRate]] = []
+    changes: list[tuple[Row, str, LogRate, LogRate]] = []
     for step, cells in pairs.groupby(list(STEP)):
         for state in states:
             key = (SYSTEM, state) if isinstance(state, str) else (state.component, state.name)
@@ -225,9 +225,9 @@ def _changes(
                     rated.append((place | values, "variant", start, end))
             if rated:
                 means = (_mean([pair[side] for pair in rated]) for side in (2, 3))
-                found.append((place | {"n_cells": len(rated)}, "pooled", *means))
-                found += rated
-    return found
+                changes.append((place | {"n_cells": len(rated)}, "pooled", *means))
+                changes += rated
+    return changes
 
 
 def _mean(rates: Sequence[LogRate]) -> LogRate:

@@ -11,7 +11,7 @@ scrambled Sobol points, Owen (1998), J. Complexity 14(4):466-489.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
-from itertools import chain, combinations
+from itertools import combinations
 from math import nan
 from typing import Final, NamedTuple
 
@@ -56,10 +56,12 @@ def system_curves(
     members = system_members([state for state in limit_states if state.system_degree])
     if models is None:
         models = fit_models(demands, limit_states, settings, jobs=jobs)
-    systems = [_Systems(each, members, settings, hazard) for each in models]
-    items = ((each, number) for each in systems for number in range(len(each.models.variants)))
+    systems = [_Systems(system, members, settings, hazard) for system in models]
+    items = (
+        (system, number) for system in systems for number in range(len(system.models.variants))
+    )
     rows = demand_table.spread(_variant_rows, items, jobs)
-    return pd.DataFrame([row for part in rows for row in part])
+    return pd.DataFrame([row for of_variant in rows for row in of_variant])
 
 
 def system_members(states: States) -> dict[str, list[LimitState]]:
@@ -74,8 +76,8 @@ def system_members(states: States) -> dict[str, list[LimitState]]:
     degrees = list(dict.fromkeys(state.system_degree for state in states))
     beyond: dict[str, set[str]] = {name: set() for name in degrees}
     for _ in degrees:  # transitive closure
-        for own in by_component.values():
-            for mild, severe in combinations([state.system_degree for state in own], 2):
+        for ordered in by_component.values():
+            for mild, severe in combinations([state.system_degree for state in ordered], 2):
                 beyond[mild] |= {severe} | beyond[severe]
     if turned := [name for name in degrees if name in beyond[name]]:
         raise InputError(
@@ -85,8 +87,11 @@ def system_members(states: States) -> dict[str, list[LimitState]]:
     members: dict[str, list[LimitState]] = {}
     for degree in sorted(degrees, key=lambda name: -len(beyond[name])):
         reach = {degree} | beyond[degree]
-        own = ([s for s in each if s.system_degree in reach][:1] for each in by_component.values())
-        members[degree] = list(chain.from_iterable(own))
+        members[degree] = [
+            next(state for state in ordered if state.system_degree in reach)
+            for ordered in by_component.values()
+            if any(state.system_degree in reach for state in ordered)
+        ]
     return members
 
 
@@ -203,8 +208,8 @@ def _system(
     again = _failures(*values, _POINTS_OF_REPLICATES, settings.seed)
     if systems.hazard is not None:
         both = [
-            _by_models(each, members, np.flatnonzero(which), systems.hazard)
-            for each, which in ((failures, np.arange(good.size) == 0), (again, good))
+            _by_models(sample, members, np.flatnonzero(which), systems.hazard)
+            for sample, which in ((failures, np.arange(good.size) == 0), (again, good))
         ]
         row |= _rated(both[0][0], both[1], good, systems.hazard, covered)
     replicates = _quantiles(again[:, 1:])  # the first is not without a motion
@@ -234,7 +239,7 @@ def _by_models(
         z = point.score(state.threshold, state.dispersion, grid[:, None])[:, rows]
         z = np.maximum.accumulate(z, axis=0)
         e = (ln_im - curve.ln_theta[rows, None]) / curve.total[rows, None]
-        at = [np.interp(own, of, grid) for own, of in zip(e, z.T, strict=True)]
+        at = [np.interp(scores, of, grid) for scores, of in zip(e, z.T, strict=True)]
         first = np.minimum(first, at)
     return first
 
@@ -251,7 +256,7 @@ def _rated(
     logs = np.full(good.size, nan)
     logs[good] = rate.logs[0] + changes - changes[0]
     p = np.mean(first <= np.log(hazard.levels[[0, -1]])[:, None], axis=1)
-    shares = hazard.shares(lambda part: part.rate_of_failures(first[None]), p, *covered)
+    shares = hazard.shares(lambda curve: curve.rate_of_failures(first[None]), p, *covered)
     return {"rate": rate._replace(logs=logs), "shares": shares}
 
 
