@@ -10,7 +10,6 @@ the variance is from the jackknife over motions.
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
-from itertools import zip_longest
 from math import inf, nan
 from typing import Any, Final, NamedTuple
 
@@ -31,7 +30,7 @@ from skewbridge.fragility.demand_model import (
     state_curve,
 )
 from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED, MAX_BOUNDS_RATIO, FragilityFit
-from skewbridge.fragility.likelihood import Maximum, NormalKernel, drop_of, maximise
+from skewbridge.fragility.likelihood import NormalKernel, drop_of, maximise
 from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState, States
 from skewbridge.fragility.lines import FLATTEST_SLOPE
 from skewbridge.fragility.outcomes import (
@@ -101,6 +100,8 @@ class _Cloud(NamedTuple):
     curve: StateCurve | str
     bounds: _Bounds
     columns: Row
+    slope: Floats  # of ln demand at the median, (1 + B,); NaN for a union or without a curve
+    doubtful: Mask  # runs of the variant whose outcome is in doubt, (n,)
 
 
 class _Variant(NamedTuple):
@@ -110,9 +111,7 @@ class _Variant(NamedTuple):
     block: Index
     blocks: int
     clouds: Mapping[LimitState, _Cloud]
-    slopes: Mapping[LimitState, Floats]  # of ln demand at the median, (1 + B,)
     correlations: Mapping[LimitState, Floats]  # of the demands of two modes, (1 + B,)
-    doubtful: Mapping[LimitState, Mask]  # runs whose outcome is in doubt
 
 
 def _variants(models: BridgeModels, states: States, settings: FitSettings) -> Iterator[_Variant]:
@@ -125,18 +124,16 @@ def _variants(models: BridgeModels, states: States, settings: FitSettings) -> It
     }
     columns = [settings.im, *(state.demand for state in every)]
     runs = demand_table.demand_columns(models.runs, columns)
-    two = [state for state in states if len(models.modes(state)) > 1]
-    correlations = {state: models.correlation(*models.modes(state)) for state in two}
+    modes = {state: models.modes(state) for state in states}
+    correlations = {s: models.correlation(*two) for s, two in modes.items() if len(two) > 1}
     for number, values in enumerate(records_of(models.variants)):
         rows = models.variant == number
         yield _Variant(
             runs=runs[rows],
             block=models.block[rows],
             blocks=models.replicates - 1,
-            clouds={state: shared.cloud(values) for state, shared in of_bridge.items()},
-            slopes={state: shared.slope(values) for state, shared in of_bridge.items()},
+            clouds={state: shared.cloud(values, rows) for state, shared in of_bridge.items()},
             correlations=correlations,
-            doubtful={state: shared.doubtful[rows] for state, shared in of_bridge.items()},
         )
 
 
@@ -185,18 +182,12 @@ class _BridgeState:
             ]
         return treated
 
-    def slope(self, values: Row) -> Floats:
-        """Return the slope of ln demand at the median; NaN for a union or without a model."""
-        fit, curve = self._fits[0], self._models.curve(self._state, values)
-        if isinstance(fit, str) or isinstance(curve, str) or len(self._fits) > 1:
-            return np.full(self._models.replicates, nan)
-        return fit.model.at(values).slope_at(curve.ln_theta)
-
-    def cloud(self, values: Row) -> _Cloud:
-        """Return the curve of the variant at ``values``."""
+    def cloud(self, values: Row, rows: Mask) -> _Cloud:
+        """Return the curve of the variant at ``values``, to which the runs ``rows`` belong."""
         curve = self._models.curve(self._state, values)
+        no_slope, doubtful = np.full(self._models.replicates, nan), self.doubtful[rows]
         if isinstance(curve, str):
-            return _Cloud(curve, {}, {})
+            return _Cloud(curve, {}, {}, no_slope, doubtful)
         same = motion_means.exp_end(curve.ln_theta[0]), float(curve.beta[0])
         bounds: _Bounds = dict.fromkeys(TREATMENTS, same)
         for name, models in self._treated.items():
@@ -205,14 +196,15 @@ class _BridgeState:
             ends = (nan, nan) if isinstance(other, str) else (other.ln_theta[0], other.beta[0])
             bounds[name] = motion_means.exp_end(ends[0]), float(ends[1])
         if curve.modes is not None:
-            return _Cloud(curve, bounds, curve.modes.columns() | {"model": "union"})
-        fit, mode = self._fits[0], self._modes[0]
+            columns = curve.modes.columns() | {"model": "union"}
+            return _Cloud(curve, bounds, columns, no_slope, doubtful)
+        fit, ((point, mode),) = self._fits[0], curve.points
         assert not isinstance(fit, str)
-        point, total = fit.model.at(values), float(curve.total[0])
+        ends = float(curve.ln_theta[0]), float(curve.total[0])
         columns: Row = point.columns() | {"capacity_dispersion": mode.dispersion}
-        columns["max_dp"] = point.largest_distance(mode, float(curve.ln_theta[0]), total)
+        columns["max_dp"] = point.largest_distance(mode, *ends)
         columns["model"] = "mixed_tobit" if np.any(fit.outcomes.is_bound) else "mixed"
-        return _Cloud(curve, bounds, columns)
+        return _Cloud(curve, bounds, columns, point.slope_at(curve.ln_theta), doubtful)
 
 
 class _Curve(NamedTuple):
@@ -287,7 +279,7 @@ def _curves(runs: _DemandRuns) -> dict[LimitState, dict[str, _Curve]]:
     """Return the curves of each state by method, before unknown outcomes are considered."""
     exceedance, brackets = _exceedance_fits(runs, runs.outcomes), _bracket_fits(runs)
     treated: dict[str, _StateFits] = {}
-    doubtful = [runs.variant.doubtful[state] for state in runs.states]
+    doubtful = [runs.variant.clouds[state].doubtful for state in runs.states]
     for name in TREATMENTS if np.any(doubtful) else ():
         outcomes = runs.outcomes
         for state, rows in zip(runs.states, doubtful, strict=True):
@@ -313,13 +305,13 @@ def _outcome_curve(runs: _DemandRuns, fits: _StateFits, j: int, bounds: _Bounds)
     # ASSUME the capacity is independent of the demand
     state, total = runs.states[j], fits.beta
     if state.dispersion:
-        total = np.hypot(fits.beta, state.dispersion / runs.variant.slopes[state])
+        total = np.hypot(fits.beta, state.dispersion / runs.variant.clouds[state].slope)
     return _Curve(fits.fits[j], fits.ln_theta[j], fits.beta, total, bounds, {})
 
 
 def _cloud_curve(runs: _DemandRuns, state: LimitState) -> _Curve:
     """Return the curve of a state by the demand model."""
-    curve, bounds, columns = runs.variant.clouds[state]
+    curve, bounds, columns, *_ = runs.variant.clouds[state]
     level, status = runs.settings.confidence, runs.outcomes.status(state)
     if isinstance(curve, str) and status == FITTED:
         status = curve
@@ -381,9 +373,7 @@ def _exceedance_fits(
     # Phi(eta_j) - Phi(eta_k), with eta_j = a0_j + a1 ln x.
     exceed = np.column_stack([outcomes.exceed(state) for state in runs.states])
     known = ~np.column_stack([outcomes.unknown(state) for state in runs.states])
-    maxima = fitting.exceedance_maxima(runs.ln_im, known, exceed) if whole else ()
-    columns = zip_longest(known.T, exceed.T, maxima)
-    fits = [_single_fit(runs, *column, whole=whole) for column in columns]
+    fits = [_single_fit(runs, *of_state, whole) for of_state in zip(known.T, exceed.T, strict=True)]
     estimable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
     # states exceeded in the same known runs share an intercept: fit only the first of them
     first: dict[int, int] = {}
@@ -407,15 +397,13 @@ def _exceedance_fits(
     return _StateFits(shared, common.ln_theta[source], common.beta)
 
 
-def _single_fit(
-    runs: _DemandRuns, known: Mask, exceed: Mask, best: Maximum | None, *, whole: bool
-) -> FragilityFit:
+def _single_fit(runs: _DemandRuns, known: Mask, exceed: Mask, whole: bool) -> FragilityFit:
     """Fit one state alone; unless ``whole``, return only its status and a start value."""
     im, hits = runs.im[known], exceed[known].astype(np.float64)
     ones = np.ones(im.size)
     if whole and im.size:
-        further: Any = {"n_records": int(np.unique(runs.motion[known]).size), "maximum": best}
-        further |= {"settings": runs.settings, "interval": False}
+        count = int(np.unique(runs.motion[known]).size)
+        further: Any = {"n_records": count, "settings": runs.settings, "interval": False}
         return fitting.fit_stripes(im, ones, hits, **further)
     status = fitting.binomial_status(np.log(im), ones, hits)
     start = np.exp(np.quantile(np.log(im), 1.0 - np.mean(hits))) if status == FITTED else nan

@@ -534,6 +534,7 @@ class BridgeModels:
     block: Index  # number of the block of each run, 0 .. B - 1
     fits: Mapping[tuple[str, str], DemandFit | str]  # keys: component and demand
     _curves: dict[tuple[Any, ...], StateCurve | str] = field(default_factory=dict)
+    _correlations: dict[tuple[LimitState, LimitState], Floats] = field(default_factory=dict)
 
     @property
     def replicates(self) -> int:
@@ -550,12 +551,14 @@ class BridgeModels:
 
     def correlation(self, one: LimitState, other: LimitState) -> Floats:
         """Return the correlation of the demands of two states without modes, shape (R,)."""
-        first, second = self.fit(one), self.fit(other)
-        count = self.replicates
+        first, second, count = self.fit(one), self.fit(other), self.replicates
         if isinstance(first, str) or isinstance(second, str):
             return np.zeros(count)
-        weights = (self.block != np.arange(-1, count - 1)[:, None]).astype(np.float64)
-        return correlation(first.residuals, second.residuals, weights)
+        if (one, other) not in self._correlations:
+            weights = (self.block != np.arange(-1, count - 1)[:, None]).astype(np.float64)
+            rho = correlation(first.residuals, second.residuals, weights)
+            self._correlations[one, other] = rho
+        return self._correlations[one, other]
 
     def curve(self, state: LimitState, values: Mapping[str, Any]) -> StateCurve | str:
         """Return the curves of a state at a point, or the reason why there are none."""

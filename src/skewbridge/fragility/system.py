@@ -9,7 +9,6 @@ scrambled Sobol points, Owen (1998), J. Complexity 14(4):466-489.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import cache, lru_cache
 from itertools import combinations
 from math import nan
@@ -103,21 +102,13 @@ class _Member(NamedTuple):
     curve: StateCurve
 
 
-@dataclass(frozen=True, slots=True)
-class _Systems:
+class _Systems(NamedTuple):
     """Members of the systems of one bridge for each degree of damage."""
 
     models: BridgeModels
     members: Mapping[str, States]
     settings: FitSettings
     hazard: HazardCurve | None
-    correlations: dict[tuple[LimitState, LimitState], Floats] = field(default_factory=dict)
-
-    def correlation(self, one: LimitState, other: LimitState) -> Floats:
-        """Return the correlation of the demands of two states, shape (1 + B,)."""
-        if (one, other) not in self.correlations:
-            self.correlations[one, other] = self.models.correlation(one, other)
-        return self.correlations[one, other]
 
 
 def _variant_rows(item: tuple[_Systems, int]) -> list[Row]:
@@ -266,7 +257,7 @@ def _correlation(members: Sequence[_Member], systems: _Systems) -> Floats:
     size = len(members)
     matrix = np.broadcast_to(np.eye(size), (members[0].curve.beta.size, size, size)).copy()
     for i, j in combinations(range(size), 2):
-        rho = systems.correlation(members[i].state, members[j].state)
+        rho = systems.models.correlation(members[i].state, members[j].state)
         matrix[:, i, j] = matrix[:, j, i] = rho
     values, vectors = np.linalg.eigh(matrix)
     root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
