@@ -10,6 +10,7 @@ the variance is from the jackknife over motions.
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
+from itertools import zip_longest
 from math import inf, nan
 from typing import Any, Final, NamedTuple
 
@@ -30,7 +31,7 @@ from skewbridge.fragility.demand_model import (
     state_curve,
 )
 from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED, MAX_BOUNDS_RATIO, FragilityFit
-from skewbridge.fragility.likelihood import NormalKernel, drop_of, maximise
+from skewbridge.fragility.likelihood import Maximum, NormalKernel, drop_of, maximise
 from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState, States
 from skewbridge.fragility.lines import FLATTEST_SLOPE
 from skewbridge.fragility.outcomes import (
@@ -373,7 +374,9 @@ def _exceedance_fits(
     # Phi(eta_j) - Phi(eta_k), with eta_j = a0_j + a1 ln x.
     exceed = np.column_stack([outcomes.exceed(state) for state in runs.states])
     known = ~np.column_stack([outcomes.unknown(state) for state in runs.states])
-    fits = [_single_fit(runs, *of_state, whole) for of_state in zip(known.T, exceed.T, strict=True)]
+    maxima = fitting.exceedance_maxima(runs.ln_im, known, exceed) if whole else ()
+    columns = zip_longest(known.T, exceed.T, maxima)
+    fits = [_single_fit(runs, *of_state, whole=whole) for of_state in columns]
     estimable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
     # states exceeded in the same known runs share an intercept: fit only the first of them
     first: dict[int, int] = {}
@@ -397,13 +400,16 @@ def _exceedance_fits(
     return _StateFits(shared, common.ln_theta[source], common.beta)
 
 
-def _single_fit(runs: _DemandRuns, known: Mask, exceed: Mask, whole: bool) -> FragilityFit:
+def _single_fit(
+    runs: _DemandRuns, known: Mask, exceed: Mask, best: Maximum | None, *, whole: bool
+) -> FragilityFit:
     """Fit one state alone; unless ``whole``, return only its status and a start value."""
     im, hits = runs.im[known], exceed[known].astype(np.float64)
     ones = np.ones(im.size)
     if whole and im.size:
         count = int(np.unique(runs.motion[known]).size)
-        further: Any = {"n_records": count, "settings": runs.settings, "interval": False}
+        further: Any = {"n_records": count, "maximum": best, "interval": False}
+        further["settings"] = runs.settings
         return fitting.fit_stripes(im, ones, hits, **further)
     status = fitting.binomial_status(np.log(im), ones, hits)
     start = np.exp(np.quantile(np.log(im), 1.0 - np.mean(hits))) if status == FITTED else nan
