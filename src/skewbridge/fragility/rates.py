@@ -224,7 +224,7 @@ def _changes(
                     values = {name: cell[name] for name in others}
                     rated.append((place | values, "variant", start, end))
             if rated:
-                means = (_mean([pair[side] for pair in rated]) for side in (2, 3))
+                means = _mean([pair[2] for pair in rated]), _mean([pair[3] for pair in rated])
                 changes.append((place | {"n_cells": len(rated)}, "pooled", *means))
                 changes += rated
     return changes
