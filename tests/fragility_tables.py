@@ -23,7 +23,7 @@ from skewbridge.variant.variant import ABUTMENTS, Variant
 IM = "im_saavg_rotd50_g"
 _ALL = load_limit_states(Path(__file__).parents[1] / "config" / "limit_states.yaml")
 STATES = [state for state in _ALL if state.component != "joint_unseating"]
-SETTINGS = FitSettings(im=IM, bootstrap=199)
+SETTINGS = FitSettings(im=IM)
 DRIFT_ENTRY = {
     "component": "column_drift", "demand": "column_drift_ratio", "unit": "percent",
     "dispersion": 0.35, "citation": "test", "states": {"slight": 1.0, "moderate": 2.5},

@@ -2,7 +2,6 @@
 
 import json
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -31,7 +30,6 @@ _MORE = {
     "recovery_rung": 0, "energy_residual_ratio": 0.002, "cone_work_over_10pct_ratio": 0.03,
     "slip_work_kj": 1.0, "cpu_s": 3.0, "suspect": "",
 }  # fmt: skip
-_QUICK = replace(DEFAULTS, bootstrap=99)
 _CHECKS = {
     "passed": True,
     "checks": [{"name": "rows twice", "value": 0.0, "limit": 0.0, "passed": True, "rows": []}],
@@ -63,7 +61,7 @@ def write_page(
     demands = demands.assign(**_MORE)
     if "beyond_model" not in demands:
         demands["beyond_model"] = ""
-    found = fragility_tables(demands, limit_states_of(states), _QUICK)
+    found = fragility_tables(demands, limit_states_of(states), DEFAULTS)
     empty = pd.DataFrame({"demand": pd.Series(dtype=str)})
     same = ("curves", "joint", "system", "effects", "intensity_effects", "needed_motions")
     frames = {"demands": demands, "medians": found["median_effects"]}

@@ -72,9 +72,7 @@ def test_medians_between_the_variants_follow_the_generator():
     terms = {"skew_deg=40", "skew_deg=60:friction=0.5", "skew_deg:friction", "gap_mm=25:ln_im"}
     assert terms < set(row["terms"].split(";"))
     assert row["status"] == "ok"
-    assert row["loo_variants"] == 24
     assert row["loo_error"] < 0.03
-    assert row["loo_error"] <= row["loo_error_max"]
 
 
 def test_states_of_a_component_share_dispersion_and_slope():
@@ -114,7 +112,6 @@ def test_collapsed_runs_are_right_censored():
     )
     peak = [state for state in DRIFT if state.name == "moderate"]
     full, censored, dropped = (joint(table, peak).iloc[0] for table in (whole, cut, whole[~fallen]))
-    assert censored["n_right_censored"] == fallen.sum()
     assert censored["theta"] == pytest.approx(full["theta"], rel=0.05)
     assert censored["beta"] == pytest.approx(full["beta"], rel=0.1)
     assert dropped["theta"] > 1.1 * full["theta"]
@@ -126,13 +123,13 @@ def test_demands_of_zero_are_left_censored_and_runs_without_a_demand_ignored():
     zero = table.assign(column_drift_ratio=table["column_drift_ratio"].where(~weak, 0.0))
     full, censored = row_of(table), row_of(zero)
     assert censored["status"] == "ok"
-    assert censored["n_left_censored"] >= weak.sum() > 0
+    assert weak.any()
     assert censored["theta"] == pytest.approx(full["theta"], rel=0.05)
     lost = table.index[[3, 40]]
     crashed = table.copy()
     crashed.loc[lost, ["status", "column_drift_ratio"]] = ["crash", np.nan]
     found, without = row_of(crashed), row_of(table.drop(lost))
-    for name in ("theta", "beta", "n_right_censored", "n_runs"):
+    for name in ("theta", "beta", "n_runs"):
         assert found[name] == pytest.approx(without[name], rel=1e-9)
 
 
@@ -171,8 +168,6 @@ def test_states_without_an_estimate_or_with_large_errors_have_a_status():
     table["column_drift_ratio"] *= np.where(odd, 1.6, 1.0)
     row = row_of(table)
     assert row["status"] == "prediction_error_above_25_percent"
-    assert row["loo_error_max_variant"] == table["variant"].iloc[-1]
-    assert row["loo_error_max"] == pytest.approx(0.6, abs=0.1)
 
 
 # --- statistics of any table, predictions and the table of a paper

@@ -679,7 +679,7 @@ def repository(tmp_path_factory):
     states = load_limit_states(ROOT / "config" / "limit_states.yaml")
     wanted = ("column_curvature", "unseating", "bearing")
     states = [state for state in states if state.component in wanted]
-    tables = fragility_tables(demands, states, FitSettings(bootstrap=99))
+    tables = fragility_tables(demands, states, FitSettings())
     folder = root / "results" / "fragility"
     folder.mkdir(parents=True)
     for name in ("median_effects", "effects", "intensity_effects", "curves", "joint"):

@@ -7,7 +7,7 @@ cross. The medians of two methods are compared as in Hausman (1978), Econometric
 the variance is from the jackknife over motions.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
 from itertools import zip_longest
@@ -23,7 +23,13 @@ from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats, Index, Mask, Row, records_of
 from skewbridge.fragility import demand_table, motion_means
 from skewbridge.fragility import fits as fitting
-from skewbridge.fragility.demand_model import BridgeModels, StateCurve, fit_models, state_curve
+from skewbridge.fragility.demand_model import (
+    BridgeModels,
+    DemandModel,
+    StateCurve,
+    fit_models,
+    state_curve,
+)
 from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED, MAX_BOUNDS_RATIO, FragilityFit
 from skewbridge.fragility.likelihood import Maximum, NormalKernel, drop_of, maximise
 from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState, States
@@ -32,11 +38,10 @@ from skewbridge.fragility.outcomes import (
     TREATMENTS,
     DemandOutcomes,
     demand_outcomes,
-    end_counts,
     states_by_demand,
 )
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
-from skewbridge.fragility.union import UNION_COLUMNS, Union
+from skewbridge.fragility.union import Union
 from skewbridge.statuses import COLLAPSE
 
 #: Methods in order of preference.
@@ -67,9 +72,9 @@ def fit_study(
     if models is None:
         models = fit_models(demands, limit_states, settings, jobs=jobs)
     rows_of = partial(_variant_rows, states=limit_states, settings=settings)
-    items = (item for each in models for item in _variants(each, limit_states, settings))
-    rows = demand_table.spread(rows_of, items, jobs)
-    table = pd.DataFrame([row for part in rows for row in part])
+    variants = (item for model in models for item in _variants(model, limit_states, settings))
+    rows = demand_table.spread(rows_of, variants, jobs)
+    table = pd.DataFrame([row for rows_of_variant in rows for row in rows_of_variant])
     names = dict.fromkeys((*demand_table.variant_columns(demands), *CURVE_COLUMNS))
     return _with_preferred(table)[[name for name in names if name in table]]
 
@@ -87,6 +92,7 @@ def _with_preferred(table: pd.DataFrame) -> pd.DataFrame:
 type _Bounds = dict[str, tuple[float, float]]
 _SURE: Final = 0.95
 _PEAKS: Final = "peaks"  # peaks of collapsed runs count as exact
+_CLOUD, _EXCEEDANCE, _BRACKETS = METHODS
 
 
 class _Cloud(NamedTuple):
@@ -95,49 +101,48 @@ class _Cloud(NamedTuple):
     curve: StateCurve | str
     bounds: _Bounds
     columns: Row
+    slope: Floats  # of ln demand at the median, (1 + B,); NaN for a union or without a curve
+    doubtful: Mask  # runs of the variant whose outcome is in doubt, (n,)
 
 
-class _Item(NamedTuple):
+class _Variant(NamedTuple):
     """One variant: its runs, the block of each run, and its curves by the demand model."""
 
-    part: pd.DataFrame
+    runs: pd.DataFrame
     block: Index
     blocks: int
     clouds: Mapping[LimitState, _Cloud]
-    slopes: Mapping[LimitState, Floats]  # of ln demand at the median, (1 + B,)
     correlations: Mapping[LimitState, Floats]  # of the demands of two modes, (1 + B,)
-    doubtful: Mapping[LimitState, Mask]  # runs whose outcome is in doubt
 
 
-def _variants(models: BridgeModels, states: States, settings: FitSettings) -> Iterator[_Item]:
+def _variants(models: BridgeModels, states: States, settings: FitSettings) -> Iterator[_Variant]:
     """Yield the variants of a bridge with their curves by the demand model."""
     every = dict.fromkeys([*states, *(mode for state in states for mode in state.modes)])
-    shared = {
-        state: _BridgeState(models, state, group, settings)
+    of_bridge = {
+        state: _BridgeState(models, state, group)
         for group in states_by_demand(list(every)).values()
         for state in group
     }
     columns = [settings.im, *(state.demand for state in every)]
     runs = demand_table.demand_columns(models.runs, columns)
-    blocks = models.replicates - 1
-    two = [state for state in states if len(models.modes(state)) > 1]
-    correlations = {state: models.correlation(*models.modes(state)) for state in two}
+    modes = {state: models.modes(state) for state in states}
+    correlations = {s: models.correlation(*two) for s, two in modes.items() if len(two) > 1}
     for number, values in enumerate(records_of(models.variants)):
-        own = models.variant == number
-        clouds = {state: each.cloud(values) for state, each in shared.items()}
-        slopes = {state: each.slope(values) for state, each in shared.items()}
-        doubtful = {state: each.doubtful[own] for state, each in shared.items()}
-        found = clouds, slopes, correlations, doubtful
-        yield _Item(runs[own], models.block[own], blocks, *found)
+        rows = models.variant == number
+        yield _Variant(
+            runs=runs[rows],
+            block=models.block[rows],
+            blocks=models.replicates - 1,
+            clouds={state: shared.cloud(values, rows) for state, shared in of_bridge.items()},
+            correlations=correlations,
+        )
 
 
 class _BridgeState:
     """A limit state of a bridge, with the models for other treatments of unknown outcomes."""
 
-    def __init__(
-        self, models: BridgeModels, state: LimitState, group: States, settings: FitSettings
-    ) -> None:
-        self._models, self._state, self._settings = models, state, settings
+    def __init__(self, models: BridgeModels, state: LimitState, group: States) -> None:
+        self._models, self._state = models, state
         self._group = group  # states of the same component and demand
         self._modes = models.modes(state)
         self._fits = [models.fit(mode) for mode in self._modes]
@@ -152,7 +157,7 @@ class _BridgeState:
         return unknown & ~np.logical_or.reduce([np.zeros_like(unknown), *sure])
 
     @cached_property
-    def _treated(self) -> dict[str, list[Any]]:
+    def _treated(self) -> dict[str, list[DemandModel]]:
         """Demand models of the modes for each treatment of the unknown outcomes of the bridge."""
         fits = [fit for fit in self._fits if not isinstance(fit, str)]
         if len(fits) < len(self._fits) or not np.any(fits[0].outcomes.exceed(self._modes[0])):
@@ -164,51 +169,43 @@ class _BridgeState:
         }
         # a run in which a column failed before it collapsed is censored by the failure
         runs = self._models.runs
-        ended = (runs["status"] == COLLAPSE).to_numpy() & ~is_beyond_model(runs)
+        collapsed = (runs["status"] == COLLAPSE).to_numpy() & ~is_beyond_model(runs)
         by_definition = any(mode.collapse == COLLAPSE_EXCEEDS for mode in self._modes)
-        ended = [ended & np.isposinf(fit.outcomes.upper) for fit in fits]
-        if np.any(ended) and not by_definition:
+        bounds = [collapsed & np.isposinf(fit.outcomes.upper) for fit in fits]
+        if np.any(bounds) and not by_definition:
+            uppers = [
+                np.where(rows, fit.outcomes.lower, fit.outcomes.upper)
+                for fit, rows in zip(fits, bounds, strict=True)
+            ]
             treated[_PEAKS] = [
-                fit.treated(
-                    replace(
-                        fit.outcomes, upper=np.where(at, fit.outcomes.lower, fit.outcomes.upper)
-                    )
-                )
-                for fit, at in zip(fits, ended, strict=True)
+                fit.treated(replace(fit.outcomes, upper=upper))
+                for fit, upper in zip(fits, uppers, strict=True)
             ]
         return treated
 
-    def slope(self, values: Row) -> Floats:
-        """Return the slope of ln demand at the median; NaN for a union or without a model."""
-        fit, curve = self._fits[0], self._models.curve(self._state, values)
-        if isinstance(fit, str) or isinstance(curve, str) or len(self._fits) > 1:
-            return np.full(self._models.replicates, nan)
-        return fit.model.at(values).slope_at(curve.ln_theta)
-
-    def cloud(self, values: Row) -> _Cloud:
-        """Return the curve of the variant at ``values``."""
+    def cloud(self, values: Row, rows: Mask) -> _Cloud:
+        """Return the curve of the variant at ``values``, to which the runs ``rows`` belong."""
         curve = self._models.curve(self._state, values)
+        no_slope, doubtful = np.full(self._models.replicates, nan), self.doubtful[rows]
         if isinstance(curve, str):
-            return _Cloud(curve, {}, {})
+            return _Cloud(curve, {}, {}, no_slope, doubtful)
         same = motion_means.exp_end(curve.ln_theta[0]), float(curve.beta[0])
         bounds: _Bounds = dict.fromkeys(TREATMENTS, same)
         for name, models in self._treated.items():
             rho = None if len(models) == 1 else self._models.correlation(*self._modes)[:1]
             other = state_curve(models, self._modes, values, rho)
-            found = (nan, nan) if isinstance(other, str) else (other.ln_theta[0], other.beta[0])
-            bounds[name] = motion_means.exp_end(found[0]), float(found[1])
+            ends = (nan, nan) if isinstance(other, str) else (other.ln_theta[0], other.beta[0])
+            bounds[name] = motion_means.exp_end(ends[0]), float(ends[1])
         if curve.modes is not None:
-            medians, wide = np.exp(curve.modes.ln_theta[:, 0]), curve.modes.beta[:, 0]
-            numbers = *np.column_stack([medians, wide]).ravel(), curve.modes.rho[0]
-            columns = dict(zip(UNION_COLUMNS, map(float, numbers), strict=True))
-            return _Cloud(curve, bounds, columns | {"line_demand": "", "model": "union"})
-        fit, mode = self._fits[0], self._modes[0]
+            columns = curve.modes.columns() | {"model": "union"}
+            return _Cloud(curve, bounds, columns, no_slope, doubtful)
+        fit, ((point, mode),) = self._fits[0], curve.points
         assert not isinstance(fit, str)
-        point, ends = fit.model.at(values), (float(curve.ln_theta[0]), float(curve.total[0]))
-        columns: Row = point.columns() | {"max_dp": point.largest_distance(mode, *ends)}
+        ends = float(curve.ln_theta[0]), float(curve.total[0])
+        columns: Row = point.columns() | {"capacity_dispersion": mode.dispersion}
+        columns["max_dp"] = point.largest_distance(mode, *ends)
         columns["model"] = "mixed_tobit" if np.any(fit.outcomes.is_bound) else "mixed"
-        capacity = {"line_demand": mode.demand, "capacity_dispersion": mode.dispersion}
-        return _Cloud(curve, bounds, columns | capacity)
+        return _Cloud(curve, bounds, columns, point.slope_at(curve.ln_theta), doubtful)
 
 
 class _Curve(NamedTuple):
@@ -230,331 +227,372 @@ class _StateFits(NamedTuple):
     beta: Floats  # common dispersion, in the same order, shape (1 + B,)
 
 
-def _variant_rows(item: _Item, *, states: States, settings: FitSettings) -> list[Row]:
+class _Bounded(NamedTuple):
+    """Bounds of the intensities at which states are exceeded, arrays of shape (n,)."""
+
+    run: Index  # run of the bounds, for its weight
+    below: Index  # number of the state of the lower bound among the usable ones
+    above: Index  # the same of the upper bound
+    low: Floats  # ln intensity
+    high: Floats
+
+
+class _DemandRuns:
+    """The n runs of one variant with their outcomes for all states of one demand."""
+
+    def __init__(self, variant: _Variant, states: States, settings: FitSettings) -> None:
+        self.variant, self.states, self.settings = variant, states, settings
+        self.im = variant.runs[settings.im].to_numpy(dtype=np.float64)
+        self.ln_im, self.motion = np.log(self.im), demand_table.motion_codes(variant.runs)
+        self.motions = int(np.max(self.motion)) + 1
+        #: Blocks with a run, and weights of the runs without each of these blocks.
+        self.present = np.unique(variant.block)
+        self.weights = (variant.block != self.present[:, None]).astype(np.float64)
+        self.outcomes = demand_outcomes(variant.runs, states)
+
+    @property
+    def lacks_demand(self) -> bool:
+        """Whether no completed run has the demand."""
+        complete = self.outcomes.complete
+        return bool(np.any(complete)) and bool(np.all(np.isnan(self.outcomes.lower[complete])))
+
+    def without_estimates(self, fits: Sequence[FragilityFit]) -> _StateFits:
+        """Return fits without estimates."""
+        count = 1 + self.variant.blocks
+        return _StateFits(list(fits), np.full((len(fits), count), nan), np.full(count, nan))
+
+
+def _variant_rows(variant: _Variant, *, states: States, settings: FitSettings) -> list[Row]:
     """Return the rows of one variant."""
-    described = demand_table.variant_values(item.part)
-    groups = [_DemandFits(item, own, settings) for own in states_by_demand(states).values()]
-    known = {state: each for each in groups for state in each.states}
-    for mode in dict.fromkeys(mode for state in states for mode in state.modes):
-        known.setdefault(mode, _DemandFits(item, [mode], settings))
-    return [described | row for each in groups for row in each.rows(known)]
+    described = demand_table.variant_values(variant.runs)
+    groups = [_DemandRuns(variant, group, settings) for group in states_by_demand(states).values()]
+    modes = dict.fromkeys(mode for state in states for mode in state.modes if mode not in states)
+    curves = {
+        state: by_method
+        for runs in (*groups, *(_DemandRuns(variant, [mode], settings) for mode in modes))
+        if not runs.lacks_demand
+        for state, by_method in _curves(runs).items()
+    }
+    return [described | row for runs in groups for row in _rows(runs, curves)]
 
 
-class _DemandFits:
-    """The fits of one variant for all states of one demand."""
-
-    def __init__(self, item: _Item, states: States, settings: FitSettings) -> None:
-        self._item, self._part, self.states, self._settings = item, item.part, states, settings
-        self._im = item.part[settings.im].to_numpy(dtype=np.float64)
-        self._ln_im, self._motion = np.log(self._im), demand_table.motion_codes(item.part)
-        #: Blocks with a run, and weights of the runs: all, then all except each of these blocks.
-        self._present = np.unique(item.block)
-        self._weights = (item.block != np.append(-1, self._present)[:, None]).astype(np.float64)
-        self._motions = int(np.max(self._motion)) + 1
-        self.outcomes = demand_outcomes(item.part, states)
-
-    @cached_property
-    def curves(self) -> list[dict[str, _Curve]]:
-        """Curves of each state by method, before unknown outcomes are considered."""
-        found = {"exceedance": self._exceedance(self.outcomes)}
-        found |= {} if (brackets := self._brackets()) is None else {METHODS[2]: brackets}
-        treated = {}
-        doubtful = [self._item.doubtful[state] for state in self.states]
-        for name in TREATMENTS if np.any(doubtful) else ():
-            outcomes = self.outcomes
-            for state, runs in zip(self.states, doubtful, strict=True):
-                outcomes = outcomes.treated(state, name, runs)
-            # the exceedance fit itself already excludes unknown outcomes
-            same = name == "exclude"
-            treated[name] = found["exceedance"] if same else self._exceedance(outcomes, whole=False)
-        curves: list[dict[str, _Curve]] = []
-        for j, state in enumerate(self.states):
-            by_method = {"cloud": self._cloud(state)}
-            for method, fits in found.items():
-                # capacity dispersion is divided by the slope of ln demand at the median
-                # ASSUME the capacity is independent of the demand
-                wide = np.hypot(fits.beta, state.dispersion / self._item.slopes[state])
-                total = wide if state.dispersion else fits.beta
-                shown = treated or dict.fromkeys(TREATMENTS, fits)
-                bounds = {
-                    name: (motion_means.exp_end(each.ln_theta[j, 0]), float(each.beta[0]))
-                    for name, each in shown.items()
-                    if method == METHODS[1]
-                }
-                by_method[method] = _Curve(
-                    fits.fits[j], fits.ln_theta[j], fits.beta, total, bounds, {}
-                )
-            curves.append(by_method)
-        return curves
-
-    def _cloud(self, state: LimitState) -> _Curve:
-        """Return the curve of a state by the demand model."""
-        curve, bounds, columns = self._item.clouds[state]
-        level, status = self._settings.confidence, self.outcomes.status(state)
-        name = str(columns.get("model", "mixed"))
-        blank = FragilityFit(method=name, status=status, n_runs=self._im.size, level=level)
-        if isinstance(curve, str) or status != FITTED:
-            status = curve if isinstance(curve, str) and status == FITTED else status
-            none = np.full(1 + self._item.blocks, nan)
-            return _Curve(replace(blank, status=status), none, none, none, bounds, {})
-        theta, beta = motion_means.exp_end(curve.ln_theta[0]), float(curve.beta[0])
-        fit = replace(blank, theta=theta, beta=beta)
-        fit = fitting.jackknifed(fit, curve.ln_theta[1:], curve.beta[1:])
-        of_theta, of_beta = (
-            motion_means.interval(logs, level)[1:] for logs in (curve.ln_theta, np.log(curve.beta))
-        )
-        fit = replace(fit, ci_theta=of_theta, ci_beta=of_beta)
-        names = fitting.common_warnings(fit, self._im, self._motions)
-        bend, growth = (float(columns.get(name, 0.0)) for name in ("b_above", "growth"))
-        if np.isfinite(columns.get("knot", nan)):
-            names.append("saturating" if bend < columns["b"] else "curved")
-        names += ["heteroscedastic"] if growth != 0.0 else []
-        return _Curve(fit.warned(*names), *curve[:3], bounds, columns)
-
-    def rows(self, known: Mapping[LimitState, "_DemandFits"]) -> list[Row]:
-        """Return the rows of the table of curves, without the columns that describe the variant."""
-        outcomes = self.outcomes
-        missing = outcomes.complete & np.isnan(outcomes.lower)
-        counts = end_counts(self._part) | {"n_runs": self._im.size, "n_records": self._motions}
-        counts |= {"n_censored": int(np.sum(outcomes.is_bound)), "n_missing": int(np.sum(missing))}
-        if np.any(missing) and np.all(missing[outcomes.complete]):
-            blank = FragilityFit(method="", status=fitting.NOT_APPLICABLE)
-            return [self._row(m, s, blank, counts) for s in self.states for m in METHODS[:2]]
-        rows: list[Row] = []
-        for state, curves in zip(self.states, self.curves, strict=True):
-            if state.modes and self.outcomes.status(state) == FITTED:
-                curves = curves | {"exceedance": self._union(curves["exceedance"], state, known)}
-            fits, counted = self._printed(state, curves), counts | outcomes.counts(state)
-            difference = curves["exceedance"].ln_theta - curves["cloud"].ln_theta
-            compared = _compared(fits, difference)
-            for method, fit in fits.items():
-                row = self._row(method, state, fit, counted)
-                row |= compared if method in METHODS[:2] else {}
-                row |= _total_dispersion(fit, curves[method].total)
-                row |= curves[method].columns if fit.status == FITTED else {}
-                for name in TREATMENTS if TREATMENTS[0] in curves[method].bounds else ():
-                    row[f"theta_{name}"], row[f"beta_{name}"] = curves[method].bounds[name]
-                rows.append(row)
-        return rows
-
-    def _printed(self, state: LimitState, curves: Mapping[str, _Curve]) -> dict[str, FragilityFit]:
-        """Return the fits by method, without estimates that unknown outcomes may change."""
-        # a median that underflows is none
-        fits = {
-            method: fit.without_estimate(BOUNDS_TOO_WIDE) if fit.theta == 0.0 else fit
-            for method, fit in ((method, curve.fit) for method, curve in curves.items())
+def _curves(runs: _DemandRuns) -> dict[LimitState, dict[str, _Curve]]:
+    """Return the curves of each state by method, before unknown outcomes are considered."""
+    exceedance, brackets = _exceedance_fits(runs, runs.outcomes), _bracket_fits(runs)
+    treated: dict[str, _StateFits] = {}
+    doubtful = [runs.variant.clouds[state].doubtful for state in runs.states]
+    for name in TREATMENTS if np.any(doubtful) else ():
+        outcomes = runs.outcomes
+        for state, rows in zip(runs.states, doubtful, strict=True):
+            outcomes = outcomes.treated(state, name, rows)
+        treated[name] = _exceedance_fits(runs, outcomes, whole=False)
+    treated = treated or dict.fromkeys(TREATMENTS, exceedance)
+    curves: dict[LimitState, dict[str, _Curve]] = {}
+    for j, state in enumerate(runs.states):
+        bounds = {
+            name: (motion_means.exp_end(fits.ln_theta[j, 0]), float(fits.beta[0]))
+            for name, fits in treated.items()
         }
-        share = self.outcomes.counts(state)["n_unknown"] / self._im.size
-        names = ["unknown_above_5_percent"] if share > 0.05 else []
-        for method, curve in curves.items() if share else ():
-            if TREATMENTS[0] in curve.bounds:
-                fits[method] = fits[method].judged(curve.bounds, names=names)
-        # Large demands cause collapse, so censoring by collapse is not independent of the demand.
-        # A median is accepted only if it hardly depends on how these peaks are treated.
-        other = curves["cloud"].bounds.get(_PEAKS)
-        change = np.log(other[0]) - curves["cloud"].ln_theta[0] if other else 0.0
-        if fits["cloud"].status == FITTED and not abs(change) <= np.log(MAX_BOUNDS_RATIO):
-            fits["cloud"] = fits["cloud"].without_estimate(BOUNDS_TOO_WIDE)
-        return fits
+        curves[state] = {_CLOUD: _cloud_curve(runs, state)}
+        curves[state][_EXCEEDANCE] = _outcome_curve(runs, exceedance, j, bounds)
+        if brackets is not None:
+            curves[state][_BRACKETS] = _outcome_curve(runs, brackets, j, {})
+    return curves
 
-    def _union(
-        self, direct: _Curve, state: LimitState, known: Mapping[LimitState, "_DemandFits"]
-    ) -> _Curve:
-        """Return the union of the exceedance fits of the modes; ``direct`` if no mode has one.
 
-        A mode without a curve of its own, with few failures, does not count.
-        """
-        curves = [known[m].curves[known[m].states.index(m)][METHODS[1]] for m in state.modes]
-        parts = [curve for curve in curves if curve.fit.status == FITTED]
-        if not parts:
-            return direct
-        if len(parts) == 1:
-            mode = state.modes[[curve.fit.status for curve in curves].index(FITTED)]
-            single = {"line_demand": mode.demand, "capacity_dispersion": mode.dispersion}
-            return parts[0]._replace(bounds=direct.bounds, columns=single)
-        medians, records, total = (np.array([part[n] for part in parts]) for n in (1, 2, 3))
-        total = np.where(np.isnan(total), records, total)
-        rho = self._item.correlations.get(state, np.zeros(medians.shape[1]))
-        union = Union.of(medians, records, total, rho)
-        (middle, wide), (_, beta) = union.summary(), Union(medians, records, rho).summary()
-        theta = motion_means.exp_end(middle[0])
-        fit = replace(direct.fit, theta=theta, beta=float(beta[0]), status=FITTED, method="union")
-        fit = fitting.jackknifed(fit, middle[1:], beta[1:])
-        values = *np.column_stack([np.exp(medians[:, 0]), total[:, 0]]).ravel(), union.rho[0]
-        columns = dict(zip(UNION_COLUMNS, map(float, values), strict=True)) | {"line_demand": ""}
-        # ASSUME unknown outcomes change the median of the union as that of the direct fit
-        scale = float(np.exp(middle[0] - direct.ln_theta[0]))
-        bounds = {name: (scale * theta, b) for name, (theta, b) in direct.bounds.items()}
-        return _Curve(fit, middle, beta, wide, bounds, columns)
+def _outcome_curve(runs: _DemandRuns, fits: _StateFits, j: int, bounds: _Bounds) -> _Curve:
+    """Return the curve of state j from fits to outcomes."""
+    # capacity dispersion is divided by the slope of ln demand at the median
+    # ASSUME the capacity is independent of the demand
+    state, total = runs.states[j], fits.beta
+    if state.dispersion:
+        total = np.hypot(fits.beta, state.dispersion / runs.variant.clouds[state].slope)
+    return _Curve(fits.fits[j], fits.ln_theta[j], fits.beta, total, bounds, {})
 
-    def _exceedance(self, outcomes: DemandOutcomes, *, whole: bool = True) -> _StateFits:
-        """Fit the exceedance probabilities of all states with a common dispersion."""
-        # Ordered probit: a run that exceeds state j but not state k has the probability
-        # Phi(eta_j) - Phi(eta_k), with eta_j = a0_j + a1 ln x.
-        exceed = np.column_stack([outcomes.exceed(state) for state in self.states])
-        known = ~np.column_stack([outcomes.unknown(state) for state in self.states])
-        maxima = fitting.exceedance_maxima(self._ln_im, known, exceed) if whole else ()
-        columns = zip_longest(known.T, exceed.T, maxima)
-        fits = [self._alone(*column, whole=whole) for column in columns]
-        estimable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
-        # states exceeded in the same known runs share an intercept: fit only the first of them
-        first: dict[int, int] = {}
-        for before, j in zip([None, *estimable], estimable, strict=False):
-            apart = before is None or np.any(exceed[:, before] & known[:, j] & ~exceed[:, j])
-            first[j] = j if before is None or apart else first[before]
-        if not (usable := sorted(set(first.values()))):
-            return self._without_estimates(fits)
-        passed = exceed[:, usable].sum(axis=1)  # number of usable states that each run exceeds
-        not_passed = known[:, usable] & ~exceed[:, usable]
-        ended = ~np.any(not_passed, axis=1)
-        rows = np.flatnonzero((passed > 0) | ~ended)
-        places = np.argmax(not_passed, axis=1)[rows], np.maximum(passed - 1, 0)[rows]
-        low, high = np.where(ended, -inf, self._ln_im), np.where(passed > 0, self._ln_im, inf)
-        single = self._motions == self._im.size
-        common = self._common_slope(
-            fits, usable, places, (low[rows], high[rows]), rows, whole=whole, profile=single
+
+def _cloud_curve(runs: _DemandRuns, state: LimitState) -> _Curve:
+    """Return the curve of a state by the demand model."""
+    curve, bounds, columns, *_ = runs.variant.clouds[state]
+    level, status = runs.settings.confidence, runs.outcomes.status(state)
+    if isinstance(curve, str) and status == FITTED:
+        status = curve
+    name = str(columns.get("model", "mixed"))
+    fit = FragilityFit(method=name, status=status, n_runs=runs.im.size, level=level)
+    if isinstance(curve, str) or status != FITTED:
+        none = np.full(1 + runs.variant.blocks, nan)
+        return _Curve(fit, none, none, none, bounds, {})
+    fit = replace(fit, theta=motion_means.exp_end(curve.ln_theta[0]), beta=float(curve.beta[0]))
+    fit = fitting.jackknifed(fit, curve.ln_theta[1:], curve.beta[1:])
+    of_theta, of_beta = (
+        motion_means.interval(logs, level)[1:] for logs in (curve.ln_theta, np.log(curve.beta))
+    )
+    fit = replace(fit, ci_theta=of_theta, ci_beta=of_beta)
+    names = fitting.common_warnings(fit, runs.im, runs.motions)
+    if np.isfinite(columns.get("knot", nan)):
+        names.append("saturating" if columns["b_above"] < columns["b"] else "curved")
+    names += ["heteroscedastic"] if columns.get("growth", 0.0) != 0.0 else []
+    return _Curve(fit.warned(*names), *curve[:3], bounds, columns)
+
+
+def _union_curve(
+    runs: _DemandRuns, state: LimitState, curves: Mapping[LimitState, Mapping[str, _Curve]]
+) -> _Curve:
+    """Return the union of the exceedance fits of the modes of a state, or its own fit.
+
+    A mode without a curve of its own, with few failures, does not count.
+    """
+    direct = curves[state][_EXCEEDANCE]
+    fits = {mode: curves[mode][_EXCEEDANCE] for mode in state.modes if mode in curves}
+    fitted = {mode: curve for mode, curve in fits.items() if curve.fit.status == FITTED}
+    if not fitted:
+        return direct
+    if len(fitted) == 1:
+        ((mode, single),) = fitted.items()
+        columns: Row = {"capacity_dispersion": mode.dispersion}
+        return single._replace(bounds=direct.bounds, columns=columns)
+    medians, records, total = (
+        np.array([curve[place] for curve in fitted.values()]) for place in (1, 2, 3)
+    )
+    total = np.where(np.isnan(total), records, total)
+    rho = runs.variant.correlations.get(state, np.zeros(medians.shape[1]))
+    union = Union.of(medians, records, total, rho)
+    (middle, wide), (_, beta) = union.summary(), Union(medians, records, rho).summary()
+    theta = motion_means.exp_end(middle[0])
+    fit = replace(direct.fit, theta=theta, beta=float(beta[0]), status=FITTED, method="union")
+    fit = fitting.jackknifed(fit, middle[1:], beta[1:])
+    # ASSUME unknown outcomes change the median of the union as that of the direct fit
+    scale = float(np.exp(middle[0] - direct.ln_theta[0]))
+    bounds = {name: (scale * median, b) for name, (median, b) in direct.bounds.items()}
+    return _Curve(fit, middle, beta, wide, bounds, union.columns())
+
+
+def _exceedance_fits(
+    runs: _DemandRuns, outcomes: DemandOutcomes, *, whole: bool = True
+) -> _StateFits:
+    """Fit the exceedance probabilities of all states with a common dispersion."""
+    # Ordered probit: a run that exceeds state j but not state k has the probability
+    # Phi(eta_j) - Phi(eta_k), with eta_j = a0_j + a1 ln x.
+    exceed = np.column_stack([outcomes.exceed(state) for state in runs.states])
+    known = ~np.column_stack([outcomes.unknown(state) for state in runs.states])
+    maxima = fitting.exceedance_maxima(runs.ln_im, known, exceed) if whole else ()
+    columns = zip_longest(known.T, exceed.T, maxima)
+    fits = [_single_fit(runs, *of_state, whole=whole) for of_state in columns]
+    estimable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
+    # states exceeded in the same known runs share an intercept: fit only the first of them
+    first: dict[int, int] = {}
+    for before, j in zip([None, *estimable], estimable, strict=False):
+        apart = before is None or np.any(exceed[:, before] & known[:, j] & ~exceed[:, j])
+        first[j] = j if before is None or apart else first[before]
+    if not (usable := sorted(set(first.values()))):
+        return runs.without_estimates(fits)
+    passed = exceed[:, usable].sum(axis=1)  # number of usable states that each run exceeds
+    not_passed = known[:, usable] & ~exceed[:, usable]
+    ended = ~np.any(not_passed, axis=1)
+    rows = np.flatnonzero((passed > 0) | ~ended)
+    places = np.argmax(not_passed, axis=1)[rows], np.maximum(passed - 1, 0)[rows]
+    low, high = np.where(ended, -inf, runs.ln_im), np.where(passed > 0, runs.ln_im, inf)
+    single = runs.motions == runs.im.size
+    bounds = _Bounded(rows, *places, low[rows], high[rows])
+    common = _common_slope(runs, fits, usable, bounds, whole=whole, profile=single)
+    source = [first.get(j, j) for j in range(len(fits))]
+    both = zip(source, fits, strict=True)
+    shared = [replace(common.fits[same], details=fit.details) for same, fit in both]
+    return _StateFits(shared, common.ln_theta[source], common.beta)
+
+
+def _single_fit(
+    runs: _DemandRuns, known: Mask, exceed: Mask, best: Maximum | None, *, whole: bool
+) -> FragilityFit:
+    """Fit one state alone; unless ``whole``, return only its status and a start value."""
+    im, hits = runs.im[known], exceed[known].astype(np.float64)
+    ones = np.ones(im.size)
+    if whole and im.size:
+        count = int(np.unique(runs.motion[known]).size)
+        further: Any = {"n_records": count, "maximum": best, "interval": False}
+        further["settings"] = runs.settings
+        return fitting.fit_stripes(im, ones, hits, **further)
+    status = fitting.binomial_status(np.log(im), ones, hits)
+    start = np.exp(np.quantile(np.log(im), 1.0 - np.mean(hits))) if status == FITTED else nan
+    return FragilityFit(method="stripes", status=status, theta=float(start), beta=0.5)
+
+
+def _bracket_fits(runs: _DemandRuns) -> _StateFits | None:
+    """Fit the brackets of first exceedance; return None if each motion ran at one level."""
+    motions = runs.motion
+    if not (pd.Series(runs.im).groupby(motions).nunique() > 1).any():
+        return None
+    fits: list[FragilityFit] = []
+    brackets: list[tuple[Floats, Floats, Index]] = []
+    for state in runs.states:
+        known = np.flatnonzero(~runs.outcomes.unknown(state))
+        exceed = runs.outcomes.exceed(state)[known].astype(np.float64)
+        fit, low, high = fitting.fit_first_exceedances(
+            runs.im[known], exceed, motions[known], runs.settings
         )
-        for j, same in first.items():
-            common.ln_theta[j] = common.ln_theta[same]
-            common.fits[j] = replace(common.fits[same], details=fits[j].details)
+        status = fitting.NO_EXCEEDANCE if fit.status == fitting.ALL_CENSORED else fit.status
+        fits.append(replace(fit, status=status))
+        # the first run of a motion represents its bracket
+        brackets.append((low, high, known[np.unique(motions[known], return_index=True)[1]]))
+    usable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
+    if not usable:
+        return runs.without_estimates(fits)
+    used = [brackets[j] for j in usable]
+    low, high, rows = map(np.concatenate, zip(*used, strict=True))
+    place = np.repeat(np.arange(len(usable)), [len(bracket[0]) for bracket in used])
+    with np.errstate(divide="ignore"):
+        logs = np.log(low), np.log(high)
+    single = len(usable) == 1  # with one state, the brackets of motions are independent
+    bounds = _Bounded(rows, place, place, *logs)
+    return _common_slope(runs, fits, usable, bounds, profile=single)
+
+
+def _common_slope(
+    runs: _DemandRuns,
+    fits: Sequence[FragilityFit],  # fits of single states, for start values
+    usable: list[int],  # numbers of the states to fit
+    bounds: _Bounded,
+    *,
+    whole: bool = True,
+    profile: bool = True,  # rows are independent: profile intervals instead of the jackknife
+) -> _StateFits:
+    """Fit the usable states together; the parameters are a0 of each state and the common a1."""
+    size, eye = len(usable), -np.eye(len(usable))
+    slope = float(np.mean([1.0 / fits[j].beta for j in usable]))
+    middles = np.log([fits[j].theta for j in usable])
+    # fits of single states may cross: start the common fit with medians at least 5 % apart
+    middles[1:] = middles[0] + np.cumsum(np.maximum(np.diff(middles), 0.05))
+    below, above, ends = eye[bounds.below], eye[bounds.above], (bounds.low, bounds.high)
+    kernel = NormalKernel(below, *ends, upper_covariates=above)
+    best = maximise(kernel, np.array([[*(-slope * middles), slope]]))
+    params, converged = best.params, best.converged
+    if whole and converged[0]:
+        others = NormalKernel(below, *ends, runs.weights[:, bounds.run], above)
+        again = maximise(others, np.tile(params, (len(runs.weights), 1)), covariance=False)
+        params = np.vstack([params, again.params])
+        converged = np.append(converged, again.converged)
+    good = converged & (params[:, -1] > FLATTEST_SLOPE)
+    a1 = np.where(good, params[:, -1], nan)
+    common = runs.without_estimates(fits)
+    # a block without a run has no influence: its estimates are those from all runs
+    beta, ln_theta = 1.0 / a1, (-params[:, :-1] / a1[:, None]).T
+    blocks = 1 + runs.present[: a1.size - 1]
+    common.beta[:], common.ln_theta[usable] = beta[0], ln_theta[:, :1]
+    common.beta[blocks], common.ln_theta[np.ix_(usable, blocks)] = beta[1:], ln_theta[:, 1:]
+    if not good[0]:
+        status = fitting.NON_INCREASING if converged[0] else fitting.NOT_CONVERGED
+        for j in usable:
+            common.fits[j] = fits[j].without_estimate(status)
         return common
+    drop = drop_of(runs.settings.confidence) if whole and profile else None
+    terms = np.eye(size + 1)[:-1]
+    fitted = fitting.fits_of_states([fits[j] for j in usable], kernel, best, terms, size, drop)
+    for j, fit, medians in zip(usable, fitted, ln_theta, strict=True):
+        if whole and not profile:
+            fit = fitting.jackknifed(fit, medians[1:], beta[1:])
+        common.fits[j] = fit.warned(*fitting.common_warnings(fit, runs.im, runs.motions))
+    return common
 
-    def _alone(
-        self, known: Mask, exceed: Mask, best: Maximum | None, *, whole: bool
-    ) -> FragilityFit:
-        """Fit one state alone; unless ``whole``, return only its status and a start value."""
-        im, hits = self._im[known], exceed[known].astype(np.float64)
-        each, settings = np.ones(im.size), self._settings
-        if whole and im.size:
-            further: Any = {"n_records": int(np.unique(self._motion[known]).size), "maximum": best}
-            return fitting.fit_stripes(im, each, hits, settings=settings, interval=False, **further)
-        status = fitting.binomial_status(np.log(im), each, hits)
-        start = np.exp(np.quantile(np.log(im), 1.0 - np.mean(hits))) if status == FITTED else nan
-        return FragilityFit(method="stripes", status=status, theta=float(start), beta=0.5)
 
-    def _brackets(self) -> _StateFits | None:
-        """Fit the brackets of first exceedance; return None if each motion ran at one level."""
-        motions = self._motion
-        if not (pd.Series(self._im).groupby(motions).nunique() > 1).any():
-            return None
-        fits: list[FragilityFit] = []
-        ends: list[tuple[Floats, Floats, Index]] = []
-        for state in self.states:
-            known = np.flatnonzero(~self.outcomes.unknown(state))
-            exceed = self.outcomes.exceed(state)[known].astype(np.float64)
-            runs = self._im[known], exceed, motions[known]
-            fit, low, high = fitting.fit_first_exceedances(*runs, self._settings)
-            status = fitting.NO_EXCEEDANCE if fit.status == fitting.ALL_CENSORED else fit.status
-            fits.append(replace(fit, status=status))
-            # the first run of a motion represents its bracket
-            ends.append((low, high, known[np.unique(motions[known], return_index=True)[1]]))
-        usable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
-        if not usable:
-            return self._without_estimates(fits)
-        parts = [ends[j] for j in usable]
-        low, high, runs = map(np.concatenate, zip(*parts, strict=True))
-        place = np.repeat(np.arange(len(usable)), [len(part[0]) for part in parts])
-        with np.errstate(divide="ignore"):
-            logs = np.log(low), np.log(high)
-        single = len(usable) == 1  # with one state, the brackets of motions are independent
-        return self._common_slope(fits, usable, (place, place), logs, runs, profile=single)
+def _rows(runs: _DemandRuns, curves: Mapping[LimitState, Mapping[str, _Curve]]) -> list[Row]:
+    """Return the rows of the states of a demand, without the columns that describe the variant."""
+    outcomes, level = runs.outcomes, runs.settings.confidence
+    counts = {"n_runs": runs.im.size, "n_records": runs.motions}
+    counts |= {"n_beyond_model": int(np.sum(is_beyond_model(runs.variant.runs)))}
+    counts |= {"n_censored": int(np.sum(outcomes.is_bound))}
+    if runs.lacks_demand:
+        blank = FragilityFit(method="", status=fitting.NOT_APPLICABLE)
+        return [
+            _row(runs, method, state, blank, counts)
+            for state in runs.states
+            for method in METHODS[:2]
+        ]
+    rows: list[Row] = []
+    for state in runs.states:
+        by_method = dict(curves[state])
+        if state.modes and outcomes.status(state) == FITTED:
+            by_method[_EXCEEDANCE] = _union_curve(runs, state, curves)
+        fits, counted = _printed_fits(runs, state, by_method), counts | outcomes.counts(state)
+        difference = by_method[_EXCEEDANCE].ln_theta - by_method[_CLOUD].ln_theta
+        compared = _compared(fits, difference)
+        for method, fit in fits.items():
+            curve = by_method[method]
+            row = _row(runs, method, state, fit, counted)
+            row |= compared if method in METHODS[:2] else {}
+            if fit.status == FITTED:
+                row |= curve.columns
+                if np.isfinite(curve.total[0]):
+                    ends = motion_means.interval(np.log(curve.total), level)
+                    row |= dict(zip(_TOTAL, ends, strict=True))
+            for name in set(TREATMENTS) & set(curve.bounds):
+                row[f"theta_{name}"], row[f"beta_{name}"] = curve.bounds[name]
+            rows.append(row)
+    return rows
 
-    def _without_estimates(self, fits: list[FragilityFit]) -> _StateFits:
-        count = 1 + self._item.blocks
-        return _StateFits(fits, np.full((len(fits), count), nan), np.full(count, nan))
 
-    def _common_slope(
-        self,
-        fits: list[FragilityFit],  # fits of single states, for start values
-        usable: list[int],  # numbers of the states to fit
-        places: tuple[Index, Index],  # states at the lower and upper bound of each row, (n,) each
-        ends: tuple[Floats, Floats],  # bounds of each row in ln intensity, shape (n,) each
-        runs: Index,  # run of each row, for its weight
-        *,
-        whole: bool = True,
-        profile: bool = True,  # rows are independent: profile intervals instead of the jackknife
-    ) -> _StateFits:
-        """Fit the usable states together; the parameters are a0 of each state and the common a1."""
-        common, eye = self._without_estimates(fits), -np.eye(len(usable))
-        slope = float(np.mean([1.0 / fits[j].beta for j in usable]))
-        middles = np.log([fits[j].theta for j in usable])
-        # fits of single states may cross: start the common fit with medians at least 5 % apart
-        middles[1:] = middles[0] + np.cumsum(np.maximum(np.diff(middles), 0.05))
-        kernel = NormalKernel(eye[places[0]], *ends, upper_covariates=eye[places[1]])
-        best = maximise(kernel, np.array([[*(-slope * middles), slope]]))
-        params, converged = best.params, best.converged
-        if whole and converged[0]:
-            others = NormalKernel(eye[places[0]], *ends, self._weights[1:, runs], eye[places[1]])
-            again = maximise(others, np.tile(params, (len(self._weights) - 1, 1)), covariance=False)
-            params = np.vstack([params, again.params])
-            converged = np.append(converged, again.converged)
-        good = converged & (params[:, -1] > FLATTEST_SLOPE)
-        a1 = np.where(good, params[:, -1], nan)
-        # a block without a run has no influence
-        common.beta[:], common.ln_theta[usable] = 1.0 / a1[0], -params[0, :-1, None] / a1[0]
-        blocks = 1 + self._present[: a1.size - 1]
-        common.beta[blocks] = 1.0 / a1[1:]
-        common.ln_theta[np.ix_(usable, blocks)] = (-params[1:, :-1] / a1[1:, None]).T
-        if not good[0]:
-            status = fitting.NON_INCREASING if converged[0] else fitting.NOT_CONVERGED
-            for j in usable:
-                fits[j] = fits[j].without_estimate(status)
-            return common
-        drop = drop_of(self._settings.confidence) if whole and profile else None
-        blanks, size = [fits[j] for j in usable], len(usable)
-        found = fitting.fits_of_states(blanks, kernel, best, np.eye(size + 1)[:-1], size, drop)
-        for j, fit in zip(usable, found, strict=True):
-            if whole and not profile:
-                fit = fitting.jackknifed(fit, common.ln_theta[j, blocks], common.beta[blocks])
-            fits[j] = fit.warned(*fitting.common_warnings(fit, self._im, self._motions))
-        return common
+_TOTAL: Final = ("beta_total", "beta_total_low", "beta_total_high")
 
-    def _row(
-        self, method: str, state: LimitState, fit: FragilityFit, known: Mapping[str, Any]
-    ) -> Row:
-        """Return the table columns of one fit that do not depend on the other fits."""
-        row: Row = dict.fromkeys(_FIT_COLUMNS, nan)
-        row |= {name: value for name, value in fit.details.items() if name in row}
-        names = "status theta beta var_ln_theta cov_ln_theta_beta var_beta ci_method level loglik"
-        row |= {name: getattr(fit, name) for name in names.split()}
-        row["theta_low"], row["theta_high"] = fit.ci_theta
-        row["beta_low"], row["beta_high"] = fit.ci_beta
-        row |= state.columns | {"collapse_rule": state.collapse, "citation": state.citation}
-        row |= {"preferred": False, "methods_differ": False, "reach": "", **known}
-        row |= {"method": method, "model": fit.method, "im": self._settings.im}
-        row["warnings"] = ";".join(dict.fromkeys((*fit.warnings, *state.warnings)))
-        row["line_demand"] = state.demand
-        beyond = motion_means.motions_beyond(np.log(fit.theta), self._ln_im, self._motion)
-        row["extrapolated"] = fit.status == FITTED and beyond < motion_means.MIN_BEYOND
-        row["n_motions_beyond"] = beyond if fit.status == FITTED else nan
-        row["im_low"], row["im_high"] = motion_means.covered_range(self._im, self._motion)
-        if known.get("n_exceed") == 0:
-            largest = np.nanmax(self.outcomes.lower, initial=0.0)
-            label = label_of(state.demand)
-            row["reach"] = f"{label}: largest {largest:.2g}, state at {state.threshold:.2g}"
-        return row
+
+def _printed_fits(
+    runs: _DemandRuns, state: LimitState, curves: Mapping[str, _Curve]
+) -> dict[str, FragilityFit]:
+    """Return the fits by method, without estimates that unknown outcomes may change."""
+    # a median that underflows is none
+    fits = {
+        method: fit.without_estimate(BOUNDS_TOO_WIDE) if fit.theta == 0.0 else fit
+        for method, fit in ((method, curve.fit) for method, curve in curves.items())
+    }
+    share = runs.outcomes.counts(state)["n_unknown"] / runs.im.size
+    names = ["unknown_above_5_percent"] if share > 0.05 else []
+    for method, curve in curves.items() if share else ():
+        if curve.bounds:
+            fits[method] = fits[method].limited(curve.bounds, names=names)
+    # Large demands cause collapse, so censoring by collapse is not independent of the demand.
+    # A median is accepted only if it hardly depends on how these peaks are treated.
+    other = curves[_CLOUD].bounds.get(_PEAKS)
+    change = np.log(other[0]) - curves[_CLOUD].ln_theta[0] if other else 0.0
+    if fits[_CLOUD].status == FITTED and not abs(change) <= np.log(MAX_BOUNDS_RATIO):
+        fits[_CLOUD] = fits[_CLOUD].without_estimate(BOUNDS_TOO_WIDE)
+    return fits
+
+
+def _row(
+    runs: _DemandRuns,
+    method: str,
+    state: LimitState,
+    fit: FragilityFit,
+    counts: Mapping[str, int],
+) -> Row:
+    """Return the table columns of one fit that do not depend on the other fits."""
+    row: Row = dict.fromkeys(_FIT_COLUMNS, nan)
+    row |= {name: value for name, value in fit.details.items() if name in row}
+    names = "status theta beta var_ln_theta cov_ln_theta_beta var_beta ci_method level loglik"
+    row |= {name: getattr(fit, name) for name in names.split()}
+    row["theta_low"], row["theta_high"] = fit.ci_theta
+    row["beta_low"], row["beta_high"] = fit.ci_beta
+    row |= state.columns | {"collapse_rule": state.collapse, "citation": state.citation}
+    row |= {"preferred": False, "methods_differ": False, "reach": "", **counts}
+    row |= {"method": method, "model": fit.method, "im": runs.settings.im}
+    row["warnings"] = ";".join(dict.fromkeys((*fit.warnings, *state.warnings)))
+    beyond = motion_means.motions_beyond(np.log(fit.theta), runs.ln_im, runs.motion)
+    row["extrapolated"] = fit.status == FITTED and beyond < motion_means.MIN_BEYOND
+    row["im_low"], row["im_high"] = motion_means.covered_range(runs.im, runs.motion)
+    if counts.get("n_exceed") == 0:
+        largest = np.nanmax(runs.outcomes.lower, initial=0.0)
+        label = label_of(state.demand)
+        row["reach"] = f"{label}: largest {largest:.2g}, state at {state.threshold:.2g}"
+    return row
 
 
 def _compared(fits: Mapping[str, FragilityFit], difference: Floats) -> Row:
     """Compare the cloud and exceedance fits of one state; return columns of the table."""
     # `difference` (1 + B,) is ln(exceedance median / cloud median): all runs, then without a block
-    ratio, z = nan, nan
-    if all(fits[method].status == FITTED for method in METHODS[:2]):
-        ratio = motion_means.exp_end(difference[0])
-        left_out = difference[1:][np.isfinite(difference[1:])]
-        if left_out.size > 2:
-            error = float(np.sqrt(motion_means.jackknife_covariance(left_out[:, None])[0, 0]))
-            z = float(difference[0] / error) if error > 0.0 else nan
+    if any(fits[method].status != FITTED for method in METHODS[:2]):
+        return {"methods_ratio": nan, "methods_differ": False}
+    without = difference[1:][np.isfinite(difference[1:])]
+    error = nan
+    if without.size > 2:
+        error = float(np.sqrt(motion_means.jackknife_covariance(without[:, None])[0, 0]))
     # ASSUME a difference between the medians of two methods is worth reporting if it exceeds two
     # standard errors
-    return {"methods_ratio": ratio, "methods_z": z, "methods_differ": abs(z) > 2.0}
-
-
-def _total_dispersion(fit: FragilityFit, total: Floats) -> Row:
-    """Return the total dispersion (record-to-record and capacity) and its jackknife interval."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        logs = np.log(total)
-    if fit.status != FITTED or not np.isfinite(logs[0]):
-        return {}
-    names = ("beta_total", "beta_total_low", "beta_total_high")
-    return dict(zip(names, motion_means.interval(logs, fit.level), strict=True))
+    differ = error > 0.0 and abs(difference[0]) > 2.0 * error
+    return {"methods_ratio": motion_means.exp_end(difference[0]), "methods_differ": bool(differ)}

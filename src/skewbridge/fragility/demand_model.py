@@ -319,7 +319,6 @@ class DemandFit:
     outcomes: DemandOutcomes  # of all n runs
     #: Standardised ln demand minus that of each of R models; NaN for bounds; shape (R, n).
     residuals: Floats
-    gain: float  # ln predictive density of left-out blocks minus that of the straight line
     setup: "_Setup"
 
     def treated(self, outcomes: DemandOutcomes, steps: int = 100) -> DemandModel:
@@ -349,15 +348,15 @@ class DemandFit:
         effects = np.column_stack(
             [np.ones(len(setup.matrix)), setup.matrix[:, : setup.axes.drifts]]
         )
-        rank, found = np.linalg.matrix_rank(effects), list[DemandModel | str]()
+        rank, models = np.linalg.matrix_rank(effects), list[DemandModel | str]()
         for variant in range(len(effects)):
             others = np.delete(effects, variant, axis=0)
             if len(others) < 1 or np.linalg.matrix_rank(others) < rank:
-                found.append(NOT_APPLICABLE)
+                models.append(NOT_APPLICABLE)
                 continue
             lower = np.where(setup.variant == variant, nan, self.outcomes.lower)
-            found.append(self.treated(replace(self.outcomes, lower=lower), steps=1))
-        return found
+            models.append(self.treated(replace(self.outcomes, lower=lower), steps=1))
+        return models
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -450,7 +449,6 @@ def fit_demand(
     present, group = np.unique(blocks, return_inverse=True)
     setup = replace(setup, precision=_precision(setup, outcomes, blank, group))
     best: tuple[float, DemandModel, MixedFit, Floats] | None = None
-    straight = 0.0
     for grows in (False, True):
         for knot in _knots(x, known, motion) if not grows or best is None else (best[1].knot,):
             model = replace(blank, knot=knot)
@@ -460,11 +458,10 @@ def fit_demand(
             without = fit.without_groups(group)
             predicted = predictive_loglik(data, group, without)
             rises = np.all(np.cumsum(fit.parameters[1:3]) > FLATTEST)
-            straight = straight if best is not None else predicted
             if best is None or (rises and predicted > best[0] + _LEAST_GAIN):
                 best = predicted, model, fit, without
     assert best is not None
-    predicted, model, fit, without = best
+    _, model, fit, without = best
     if fit.parameters[1] <= FLATTEST:
         return NON_INCREASING
     blocks = 1 + int(np.max(block))
@@ -481,7 +478,6 @@ def fit_demand(
         model=model,
         outcomes=outcomes,
         residuals=residuals,
-        gain=predicted - straight,
         setup=setup,
     )
 
@@ -540,6 +536,7 @@ class BridgeModels:
     block: Index  # number of the block of each run, 0 .. B - 1
     fits: Mapping[tuple[str, str], DemandFit | str]  # keys: component and demand
     _curves: dict[tuple[Any, ...], StateCurve | str] = field(default_factory=dict)
+    _correlations: dict[tuple[LimitState, LimitState], Floats] = field(default_factory=dict)
 
     @property
     def replicates(self) -> int:
@@ -556,12 +553,14 @@ class BridgeModels:
 
     def correlation(self, one: LimitState, other: LimitState) -> Floats:
         """Return the correlation of the demands of two states without modes, shape (R,)."""
-        first, second = self.fit(one), self.fit(other)
-        count = self.replicates
+        first, second, count = self.fit(one), self.fit(other), self.replicates
         if isinstance(first, str) or isinstance(second, str):
             return np.zeros(count)
-        weights = (self.block != np.arange(-1, count - 1)[:, None]).astype(np.float64)
-        return correlation(first.residuals, second.residuals, weights)
+        if (one, other) not in self._correlations:
+            weights = (self.block != np.arange(-1, count - 1)[:, None]).astype(np.float64)
+            rho = correlation(first.residuals, second.residuals, weights)
+            self._correlations[one, other] = rho
+        return self._correlations[one, other]
 
     def curve(self, state: LimitState, values: Mapping[str, Any]) -> StateCurve | str:
         """Return the curves of a state at a point, or the reason why there are none."""
@@ -588,22 +587,24 @@ def state_curve(
 
     ``rho`` (R,) is the correlation of the demands of two modes.
     """
-    parts: list[StateCurve] = []
+    mode_curves: list[StateCurve] = []
     for model, mode in zip(models, modes, strict=True):
         if isinstance(model, str):
             return model
         point = model.at(values)
         curves = point.curves(mode.threshold, mode.dispersion)
-        parts.append(StateCurve(*curves, points=((point, mode),)))
-        if np.isnan(parts[-1].ln_theta[0]) or parts[-1].beta[0] > _LARGEST_BETA:
+        mode_curves.append(StateCurve(*curves, points=((point, mode),)))
+        if np.isnan(mode_curves[-1].ln_theta[0]) or mode_curves[-1].beta[0] > _LARGEST_BETA:
             return NON_INCREASING
     if rho is None:
-        return parts[0]
-    medians, records, total = (np.array([part[n] for part in parts]) for n in range(3))
+        return mode_curves[0]
+    medians, records, total = (
+        np.array([mode_curve[n] for mode_curve in mode_curves]) for n in range(3)
+    )
     union = Union.of(medians, records, total, rho)
     middle, wide = union.summary()
     of_records = Union(medians, records, rho)
-    points = tuple(point for part in parts for point in part.points)
+    points = tuple(point for mode_curve in mode_curves for point in mode_curve.points)
     return StateCurve(middle, of_records.summary()[1], wide, union, of_records, points)
 
 
@@ -655,14 +656,14 @@ def _fit(item: tuple[pd.DataFrame, States], im: str, further: Sequence[str]) -> 
 
 
 def _variants_of(
-    part: pd.DataFrame, further: Sequence[str]
+    runs: pd.DataFrame, further: Sequence[str]
 ) -> tuple[AxisRange, pd.DataFrame, Index]:
     """Return the axes of the runs of a bridge, its variants and the variant of each run."""
-    lacking = lacking_axes(str(part["abutment"].iloc[0]))
-    names = [name for name in demand_table.axis_names(part) if name not in lacking]
+    lacking = lacking_axes(str(runs["abutment"].iloc[0]))
+    names = [name for name in demand_table.axis_names(runs) if name not in lacking]
     further = [name for name in further if name not in names]
-    number = part.groupby(["variant", *further], sort=True).ngroup().to_numpy(dtype=np.intp)
+    number = runs.groupby(["variant", *further], sort=True).ngroup().to_numpy(dtype=np.intp)
     _, first, codes = np.unique(number, return_index=True, return_inverse=True)
-    columns = list(dict.fromkeys([*demand_table.variant_columns(part), *further]))
-    variants = part.iloc[first].reset_index(drop=True)[columns]
+    columns = list(dict.fromkeys([*demand_table.variant_columns(runs), *further]))
+    variants = runs.iloc[first].reset_index(drop=True)[columns]
     return AxisRange.of_variants(variants, [*names, *further]), variants, codes

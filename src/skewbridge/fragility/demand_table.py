@@ -43,11 +43,11 @@ def _descriptions() -> dict[str, dict[str, str]]:
     """Return the descriptions in `columns.csv`, keyed by table, then by column."""
     found: dict[str, dict[str, str]] = defaultdict(dict)
     with Path(__file__).with_name("columns.csv").open(encoding="utf-8", newline="") as file:
-        for table, column, text in islice(csv.reader(file), 1, None):
+        for table, columns, text in islice(csv.reader(file), 1, None):
             source = text.removeprefix("as in ")
-            if column == "(all)":
+            if columns == "(all)":
                 found[table] |= found[source]
-            else:
+            for column in columns.split() if columns != "(all)" else ():
                 found[table][column] = text if source == text else found[source][column]
     return found
 

@@ -17,17 +17,16 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.demands.columns import EVENT, Difference, column_of, demands_for
-from skewbridge.demands.validity import BEYOND_MODEL, is_beyond_model, is_complete
+from skewbridge.demands.validity import is_complete
 from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats, Index, Mask, Row, records_of
 from skewbridge.fragility import demand_table, motion_means, verdicts
-from skewbridge.fragility.demand_model import BridgeModels, fit_models
+from skewbridge.fragility.demand_model import BridgeModels, StateCurve, fit_models
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.motion_means import Jackknifed, average, by_motion
-from skewbridge.fragility.outcomes import demand_outcomes, end_counts, states_by_demand
+from skewbridge.fragility.outcomes import demand_outcomes, states_by_demand
 from skewbridge.fragility.settings import DEFAULTS, EFFECT_CONFIDENCE, FitSettings
-from skewbridge.statuses import COLLAPSE
 from skewbridge.variant.axes import axes_of
 
 #: A pair of runs gives the exact change, a lower bound, an upper bound or no information.
@@ -39,7 +38,6 @@ UNKNOWN: Final = 2
 _INTENSITIES: Final = 9
 #: Smallest number of motions common to both variants for a ratio of medians.
 MIN_MOTIONS: Final = 5
-_ENDS: Final = ("from", "to")
 STEP: Final = ("from_value", "to_value")
 
 INTENSITY_COLUMNS: Final = demand_table.described("intensity_effects")
@@ -67,18 +65,10 @@ class Pairs:
         #: Number of the block (event or motion) of each row, shape (n,), and names of the blocks.
         self.block = demand_table.block_codes(table)
         self.names = demand_table.block_names(table)
-        (top, bottom), (status_to, status_from), (failed_to, failed_from) = (
-            (table[f"{name}_to"].to_numpy(), table[f"{name}_from"].to_numpy())
-            for name in ("complete", "status", BEYOND_MODEL)
-        )
+        top, bottom = (table[f"complete_{end}"].to_numpy() for end in ("to", "from"))
         known = [top & bottom, bottom, top]
         #: `EXACT`, `AT_LEAST`, `AT_MOST` or `UNKNOWN`, shape (n,).
         self.side = np.select(known, [EXACT, AT_LEAST, AT_MOST], default=UNKNOWN)
-        self._counted: dict[str, Mask] = {
-            "n_beyond_model": failed_to | failed_from,
-            "n_collapse_from": status_from == COLLAPSE,
-            "n_collapse_to": status_to == COLLAPSE,
-        }
 
     def ends(self, name: str) -> tuple[Floats, Floats]:
         """Return the values of a column at to_value and at from_value, shape (n,) each."""
@@ -105,15 +95,14 @@ class Pairs:
         known = np.isfinite(values if x is None else values + x)
         cells: list[Jackknifed] = []
         for _, rows in self.cells:
-            own = rows[known[rows]]
-            data = (values[own], self.side[own], self.motions[own], len(self.names))
-            cells.append(by_motion(*data, None if x is None else x[own], self.block[own]))
+            used = rows[known[rows]]
+            data = (values[used], self.side[used], self.motions[used], len(self.names))
+            cells.append(by_motion(*data, None if x is None else x[used], self.block[used]))
         return [average(cells), *cells]
 
     def counts(self, rows: Index, used: Mask, discordant: Mask) -> dict[str, int]:
         """Return the counts ``n_...`` of the pairs ``rows``, without n_cells; masks are (n,)."""
-        counted = self._counted | {"n_left_out": ~used, "n_discordant": discordant}
-        counted["n_bounds"] = used & (self.side != EXACT)
+        counted = {"n_discordant": discordant, "n_bounds": used & (self.side != EXACT)}
         counts = {name: int(np.count_nonzero(values[rows])) for name, values in counted.items()}
         motions = np.unique(self.motions[rows][used[rows]])
         return counts | {"n_motions": motions.size, "n_pairs": rows.size}
@@ -123,16 +112,13 @@ def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.Da
     """Pair each run with the otherwise identical run at the smallest value of ``axis``.
 
     Each pair has one row with bridge, abutment, other axes, motion_id, scale, incidence_deg, event
-    if known, from_value and to_value. The status, beyond_model and complete (both bool) and
-    ``columns`` of its runs have the endings ``_from`` and ``_to``. An `InputError` names a run that
-    occurs twice.
+    if known, from_value and to_value. ``complete`` (bool) and ``columns`` of its runs have the
+    endings ``_from`` and ``_to``. An `InputError` names a run that occurs twice.
     """
     others = [name for name in demand_table.axis_names(demands) if name != axis]
     loading = [*demand_table.LOADING_COLUMNS, *({EVENT} & set(demands))]
     key = [*demand_table.BRIDGE_COLUMNS, *others, *loading]
-    table = demands[[*key, axis, "status", *columns]].assign(
-        **{BEYOND_MODEL: is_beyond_model(demands), "complete": is_complete(demands)}
-    )
+    table = demands[[*key, axis, *columns]].assign(complete=is_complete(demands))
     once = ~table.duplicated([*key, axis]).to_numpy()
     if not once.all():
         row = demands.index[int(np.argmin(once))]
@@ -191,16 +177,16 @@ def effect_tables(
     demand_table.need_columns(demands, (*demand_table.KEY_COLUMNS, *names))
     paired = [name for name in dict.fromkeys([*names, settings.im]) if name in demands.columns]
     pairs = (
-        Pairs(model | {"axis": axis, "from_value": start, "to_value": end}, part)
+        Pairs(model | {"axis": axis, "from_value": start, "to_value": end}, runs)
         for model, rows in demand_table.models_of(demands)
         for axis in demand_table.varying_axes(rows)
-        for (start, end), part in run_pairs(rows, axis, paired).groupby(["from_value", "to_value"])
+        for (start, end), runs in run_pairs(rows, axis, paired).groupby(list(STEP))
     )
     at = reference_im or {}
     rows_of = partial(demand_effects, names=names, settings=settings, reference_im=at)
-    found = demand_table.spread(rows_of, pairs, jobs)
-    effects = effect_table(demands, [row for rows, _ in found for row in rows])
-    by_intensity = [row for _, rows in found for row in rows]
+    tables = demand_table.spread(rows_of, pairs, jobs)
+    effects = effect_table(demands, [row for rows, _ in tables for row in rows])
+    by_intensity = [row for _, rows in tables for row in rows]
     return EffectTables(effects, pd.DataFrame(by_intensity, columns=list(INTENSITY_COLUMNS)))
 
 
@@ -215,7 +201,9 @@ def effect_table(demands: pd.DataFrame, rows: Sequence[Mapping[str, Any]]) -> pd
     for name in ("interaction", "largest_motion"):
         table[name] = table[name].astype(object).fillna("").astype(str)
     table["p_interaction"] = verdicts.adjusted(table, table["p_interaction"])
-    return verdicts.judged(table)[columns].sort_values("scope", kind="stable", ignore_index=True)
+    return verdicts.with_verdicts(table)[columns].sort_values(
+        "scope", kind="stable", ignore_index=True
+    )
 
 
 def effect_row(
@@ -261,7 +249,7 @@ def demand_effects(
     has_im = f"{settings.im}_from" in pairs.table
     im = pairs.ends(settings.im)[1] if has_im else np.full(pairs.side.size, nan)
     ln_im = np.log(np.where(im > 0.0, im, nan))
-    cells = [({"scope": "variant", **place}, own) for place, own in pairs.cells]
+    cells = [({"scope": "variant", **place}, cell_rows) for place, cell_rows in pairs.cells]
     places = [({"scope": "pooled"}, np.arange(im.size)), *cells]
     for name in names:
         column, reference = column_of(name), pairs.ends(name)[1]
@@ -277,10 +265,10 @@ def demand_effects(
             shared |= {"judged_by": verdicts.DIFFERENCE, "unit": difference.unit}
             shared["difference_margin"] = settings.margins.get(name, difference.margin)
         exact = used & (pairs.side == EXACT)
-        for cell, (place, own) in enumerate(places):
-            known = own[exact[own]]
+        for cell, (place, cell_rows) in enumerate(places):
+            known = cell_rows[exact[cell_rows]]
             positive = reference[known][reference[known] > 0.0]
-            row = {**shared, **place, **pairs.counts(own, used, discordant)}
+            row = {**shared, **place, **pairs.counts(cell_rows, used, discordant)}
             judged = None if differences is None else differences[cell]
             further: Any = {"line": lines[cell], "difference": judged, "blocks": pairs.names}
             row |= effect_row(means[cell], settings, **further)
@@ -316,10 +304,11 @@ def _by_intensity(
     value[:, ~(value[2] - value[1] <= np.log(verdicts.MAX_WIDTH))] = nan
     below, zero, above = np.log1p(np.outer([-1.0, 0.0, 1.0], np.full(im.size, pooled["margin"])))
     possible = np.repeat(verdicts.may_be_negligible(pd.DataFrame([pooled])), im.size)
-    found = verdicts.verdicts_of(value[1], below, zero, above, value[2], possible=possible)
+    verdict = verdicts.verdicts_of(value[1], below, zero, above, value[2], possible=possible)
     ln_demand, last = np.polyval(level, np.log(im)), np.arange(im.size) == _INTENSITIES
     columns = {name: pooled[name] for name in INTENSITY_COLUMNS if name in pooled}
-    columns |= dict(zip(verdicts.RATIOS, np.exp(value), strict=True)) | {"im": im, "verdict": found}
+    columns |= dict(zip(verdicts.RATIOS, np.exp(value), strict=True))
+    columns |= {"im": im, "verdict": verdict}
     columns |= {"from_demand": np.exp(ln_demand), "to_demand": np.exp(ln_demand + value[0])}
     columns |= {"at_reference": last, "clipped": last & (im != reference_im)}
     columns["n_motions"] = int(np.count_nonzero(effect.exact))
@@ -350,20 +339,16 @@ def median_effects(
     if models is None:
         models = fit_models(demands, limit_states, settings, further=axes, jobs=jobs)
     rows: list[Row] = []
-    for each in models:
-        medians = _Medians(each, limit_states, settings, curves)
-        along = axes or demand_table.varying_axes(each.variants)
+    for of_bridge in models:
+        medians = Medians(of_bridge, limit_states, settings, curves)
+        along = axes or demand_table.varying_axes(of_bridge.variants)
         for axis in along:
             rows += medians.rows(axis, limit_states)
     return effect_table(demands, rows)
 
 
-#: Columns of a pooled ratio that are geometric means over its pairs of variants.
-_MEANS: Final = ("from_mean", "ratio_all_exceed", "ratio_none_exceed")
-
-
-class _Medians:
-    """Medians of all variants of one bridge and abutment model."""
+class Medians:
+    """Medians of all variants of one bridge and abutment model, and the ratios between them."""
 
     def __init__(
         self,
@@ -372,40 +357,40 @@ class _Medians:
         settings: FitSettings,
         curves: pd.DataFrame | None,
     ) -> None:
-        self._models, self._settings = models, settings
+        self.models, self._settings = models, settings
         runs, self._variants = models.runs, records_of(models.variants)
         self._blocks = demand_table.block_names(runs)
         self._motion = demand_table.motion_codes(runs)
         self._ln_im = np.log(runs[settings.im].to_numpy(dtype=np.float64))
         self._rows = [np.flatnonzero(models.variant == v) for v in range(len(models.variants))]
-        self._counted: dict[tuple[LimitState, int], tuple[str, dict[str, int]]] = {}
         self._outcomes = {
             state: demand_outcomes(runs, group)
             for group in states_by_demand(states).values()
             for state in group
         }
-        groups = () if curves is None else curves.groupby(["variant", "component", "limit_state"])
-        bounds = ["theta_all_exceed", "theta_none_exceed"]  # from the first row: method cloud
-        self._curves = {k: (rows["preferred"].any(), *rows[bounds].iloc[0]) for k, rows in groups}
+        #: Whether a state of a variant has a curve; empty if curves are not given.
+        keys = ["variant", "component", "limit_state"]
+        has_curve = {} if curves is None else curves.groupby(keys)["preferred"].any().to_dict()
+        self._has_curve: dict[Any, bool] = has_curve
 
     def rows(self, axis: str, states: States) -> list[Row]:
         """Return the rows of the effects of an axis on the medians of states."""
-        variants = self._models.variants
+        variants = self.models.variants
         others, pairs = variant_pairs(variants, axis)
-        groups = [part.to_dict("records") for _, part in pairs.groupby(list(STEP))]
-        found: list[Row] = []
-        for cells, state in product(groups, states):
-            place = {**self._models.place, "quantity": verdicts.MEDIAN_CAPACITY, "axis": axis}
+        steps = [records_of(cells) for _, cells in pairs.groupby(list(STEP))]
+        effects: list[Row] = []
+        for cells, state in product(steps, states):
+            place = {**self.models.place, "quantity": verdicts.MEDIAN_CAPACITY, "axis": axis}
             place |= {"demand": state.key, "margin": self._settings.margin}
             place |= {name: float(cells[0][name]) for name in STEP}
             ratios: list[tuple[Jackknifed, Row]] = []
             for cell in cells:
                 if (ratio := self._ratio(cell, state)) is not None:
-                    own = {name: float(cell[name]) for name in others}
-                    ratios.append((ratio[0], {**place, **own, axis: nan, **ratio[1]}))
+                    values = {name: float(cell[name]) for name in others}
+                    ratios.append((ratio[0], {**place, **values, axis: nan, **ratio[1]}))
             if ratios:
-                found += self._effects(place, ratios, others)
-        return found
+                effects += self._effects(place, ratios, others)
+        return effects
 
     def _effects(
         self, place: Row, ratios: list[tuple[Jackknifed, Row]], others: Sequence[str]
@@ -413,22 +398,22 @@ class _Medians:
         """Return the pooled row of pairs of variants, their rows by value, and their own rows."""
         pooled = self._average("pooled", place, ratios)
         by_value: list[Row] = []
-        found = (1.0, "")
+        strongest = (1.0, "")
         for name in others:
             values = sorted({row[name] for _, row in ratios})
             if len(values) < 2:
                 continue
-            parts = [[each for each in ratios if each[1][name] == value] for value in values]
-            means = [average([ratio for ratio, _ in part]) for part in parts]
+            groups = [[pair for pair in ratios if pair[1][name] == value] for value in values]
+            means = [average([ratio for ratio, _ in group]) for group in groups]
             tests = [float(mean.minus(means[0]).p_value()) for mean in means[1:]]
             # several values are tested against the first: Bonferroni
-            found = min(found, (len(tests) * min(tests), name))
-            for value, part in zip(values, parts, strict=True):
-                by_value.append(self._average("by_value", place | {name: value}, part))
+            strongest = min(strongest, (len(tests) * min(tests), name))
+            for value, group in zip(values, groups, strict=True):
+                by_value.append(self._average("by_value", place | {name: value}, group))
         return [
-            pooled | {"p_interaction": min(found[0], 1.0), "interaction": found[1]},
+            pooled | {"p_interaction": min(strongest[0], 1.0), "interaction": strongest[1]},
             *by_value,
-            *(self._row("variant", each, row, 2) for each, row in ratios),
+            *(self._row("variant", pair, row, 2) for pair, row in ratios),
         ]
 
     def _average(self, scope: str, place: Row, ratios: list[tuple[Jackknifed, Row]]) -> Row:
@@ -437,7 +422,7 @@ class _Medians:
         row: Row = {**place, "n_cells": len(ratios)}
         row |= {str(name): n for name, n in columns.filter(regex="^n_").sum().items()}
         row |= {"im_low": columns["im_low"].min(), "im_high": columns["im_high"].max()}
-        row |= np.exp(np.log(columns[[*_MEANS]].astype(np.float64)).mean()).to_dict()
+        row["from_mean"] = float(np.exp(np.log(columns["from_mean"]).mean()))
         mean = average([ratio for ratio, _ in ratios])
         row["n_motions"] = int(np.max(self._motion)) + 1
         return self._row(scope, mean, row, 2 * len(ratios))
@@ -451,46 +436,41 @@ class _Medians:
 
     def _ratio(self, cell: Mapping[Any, Any], state: LimitState) -> tuple[Jackknifed, Row] | None:
         """Return the ln ratio of two medians and table columns, or None if it is undefined."""
-        numbers = [cell["number_from"], cell["number_to"]]
-        medians: list[Floats] = []
-        for number in numbers:
-            curve = self._models.curve(state, self._variants[number])
-            motions = np.unique(self._motion[self._rows[number]])
-            fitted = self._counts(state, number)[0] == FITTED
-            if isinstance(curve, str) or motions.size < MIN_MOTIONS or not fitted:
-                return None
-            medians.append(curve.ln_theta)
-        ends = np.exp([medians[0][0], medians[1][0]]).tolist()
-        both = [self._counts(state, number)[1] for number in numbers]
+        start, end = (self.curve(state, cell[f"number_{side}"]) for side in ("from", "to"))
+        if start is None or end is None:
+            return None
+        ends = np.exp([start.ln_theta[0], end.ln_theta[0]]).tolist()
+        both = [self._counts(state, cell[f"number_{side}"]) for side in ("from", "to")]
         columns: Row = {"from_mean": ends[0], "im_low": min(ends), "im_high": max(ends)}
-        columns |= {name: max(both[0][name], both[1][name]) for name in ("n_bounds", "n_left_out")}
-        columns["n_beyond_model"] = max(each["n_beyond_model"] for each in both)
-        columns |= {name: min(each[name] for each in both) for name in ("n_motions", "n_pairs")}
-        columns |= {"n_discordant": 0} | dict.fromkeys(("n_without_curve", *_MEANS[1:]), nan)
-        columns["n_extrapolated"] = sum(each["is_extrapolated"] for each in both)
-        for end, each in zip(_ENDS, both, strict=True):
-            columns |= {f"{n}_{end}": each[n] for n in ("n_collapse", "n_exceed", "n_unknown")}
-        if self._curves:  # number of medians without a curve, and bounds of the ratio
-            names = (str(self._models.variants["variant"].iloc[number]) for number in numbers)
-            (has, *below), (has_to, *above) = (
-                self._curves[name, state.component, state.name] for name in names
-            )
-            columns["n_without_curve"] = 2 - int(has) - int(has_to)
-            columns |= dict(zip(_MEANS[1:], np.divide(above, below).tolist(), strict=True))
-        return Jackknifed.of_replicates(medians[1] - medians[0]), columns
+        columns |= {"n_bounds": max(counts["n_bounds"] for counts in both), "n_discordant": 0}
+        columns |= {name: min(counts[name] for counts in both) for name in ("n_motions", "n_pairs")}
+        columns["n_extrapolated"] = sum(counts["is_extrapolated"] for counts in both)
+        columns["n_without_curve"] = self.without_curve(cell, state)
+        return Jackknifed.of_replicates(end.ln_theta - start.ln_theta), columns
 
-    def _counts(self, state: LimitState, number: int) -> tuple[str, dict[str, int]]:
-        """Return the status of a state in a variant, and counts of its runs."""
-        key = state, number
-        if key not in self._counted:
-            rows, outcomes = self._rows[number], self._outcomes[state].of(self._rows[number])
-            counts = end_counts(self._models.runs.iloc[rows]) | outcomes.counts(state)
-            counts |= {"n_bounds": int(np.sum(outcomes.is_bound)), "n_pairs": rows.size}
-            counts["n_left_out"] = int(np.sum(~outcomes.used))
-            counts["n_motions"] = np.unique(self._motion[rows]).size
-            curve = self._models.curve(state, self._variants[number])
-            median = nan if isinstance(curve, str) else curve.ln_theta[0]
-            beyond = motion_means.motions_beyond(median, self._ln_im[rows], self._motion[rows])
-            counts["is_extrapolated"] = beyond < motion_means.MIN_BEYOND
-            self._counted[key] = outcomes.status(state), counts
-        return self._counted[key]
+    def without_curve(self, cell: Mapping[Any, Any], state: LimitState) -> float:
+        """Return how many of two variants have no curve; NaN if curves are not given."""
+        if not self._has_curve:
+            return nan
+        names = (str(cell[f"variant_{end}"]) for end in ("from", "to"))
+        return sum(not self._has_curve[name, state.component, state.name] for name in names)
+
+    def curve(self, state: LimitState, number: int) -> StateCurve | None:
+        """Return the curve of a state in a variant; None if it is not used in ratios."""
+        rows = self._rows[number]
+        if np.unique(self._motion[rows]).size < MIN_MOTIONS:
+            return None
+        if self._outcomes[state].of(rows).status(state) != FITTED:
+            return None
+        curve = self.models.curve(state, self._variants[number])
+        return None if isinstance(curve, str) else curve
+
+    def _counts(self, state: LimitState, number: int) -> dict[str, int]:
+        """Return counts of the runs of a variant with a curve."""
+        rows, motions = self._rows[number], self._motion[self._rows[number]]
+        bounds = int(np.sum(self._outcomes[state].of(rows).is_bound))
+        counts = {"n_bounds": bounds, "n_pairs": rows.size, "n_motions": np.unique(motions).size}
+        curve = self.curve(state, number)
+        assert curve is not None
+        beyond = motion_means.motions_beyond(curve.ln_theta[0], self._ln_im[rows], motions)
+        return counts | {"is_extrapolated": beyond < motion_means.MIN_BEYOND}

@@ -8,7 +8,8 @@ of the SimCenter.
 import json
 import re
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from itertools import chain
 from pathlib import Path
@@ -38,7 +39,6 @@ from skewbridge.fragility.paper_table import chosen_curves, latex_table, paper_t
 from skewbridge.fragility.rates import rates_of_curves, with_bounds
 from skewbridge.fragility.union import UNION_COLUMNS, Union, curve_probability, union_curve
 
-FORMATS: Final = ("nrml", "pelicun", "dlml", "csv", "latex")
 _NEEDED: Final = (
     "variant", "component", "limit_state", "demand", "threshold", "method", "status", "im", "theta",
     "beta", "beta_total",
@@ -72,40 +72,50 @@ _ABSENT: Final = pd.Series(dtype=np.bool_)  # replaces a missing column
 _LEVELS: Final = 800  # of a curve that is a union; linear interpolation errs by less than 5e-5
 
 
-def export_curves(
-    source: Path,
-    form: str,
-    out: Path,
-    *,
-    method: str | None = None,  # method of the curves; None: preferred curves
-    hazard: Path | None = None,  # hazard curve: a csv also has the columns of `rates`
-    im_range: tuple[float, float] | None = None,  # csv: 50 probabilities between these intensities
-    skew_factors: bool = False,  # csv: `SKEW_FACTOR_COLUMNS`; pelicun: scaling of capacities
-) -> dict[str, Any]:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Export:
+    """Curves to export, and the options of the formats."""
+
+    source: Path  # table of curves
+    out: Path
+    method: str | None = None  # method of the curves; None: preferred curves
+    hazard: Path | None = None  # hazard curve: a csv also has the columns of `rates`
+    im_range: tuple[float, float] | None = None  # csv: 50 probabilities between these intensities
+    skew_factors: bool = False  # csv: `SKEW_FACTOR_COLUMNS`; pelicun: scaling of capacities
+
+    def check(self, form: str) -> None:
+        """Raise an `InputError` if the format or the combination of options is not possible."""
+        if form not in WRITERS:
+            raise InputError(f"format must be one of {', '.join(WRITERS)}, got {form!r}")
+        contents = [self.hazard is not None, self.im_range is not None]
+        contents.append(self.skew_factors and form != "pelicun")
+        if form != "csv" and any(contents):
+            rule = "--im-range and --hazard need --format csv; --skew-factors needs csv or pelicun"
+            raise InputError(f"{form} contains curve parameters only: {rule}")
+        if sum(contents) > 1:
+            one = "use one of --hazard, --im-range and --skew-factors"
+            raise InputError(f"a csv has one table: {one}")
+        low, high = self.im_range or (1.0, 2.0)
+        if not 0.0 < low < high < float("inf"):
+            raise InputError(f"--im-range needs 0 < low < high, got {low:g} to {high:g}")
+
+    def table(self, name: str) -> pd.DataFrame:
+        """Return a table from the folder of the curves, or an empty one without its file."""
+        path = self.source.parent / f"{name}.parquet"
+        return read_any(path) if path.is_file() else pd.DataFrame(columns=list(described(name)))
+
+
+def export_curves(source: Path, form: str, out: Path, **options: Any) -> dict[str, Any]:
     """Write the curves of a study for another tool or a paper, and return a report.
 
-    Curves without an estimate are listed with their status in a CSV and omitted in other formats.
-    The report lists them in ``unfitted``. It has the entry ``models`` for nrml, and ``holes`` for
-    pelicun and dlml. For dlml, ``out`` is a folder. An `InputError` names an unusable format,
-    option, table or intensity measure.
+    ``options`` are those of `Export`. Curves without an estimate are listed with their status in a
+    CSV and omitted in other formats. The report lists them in ``unfitted``. It has the entry
+    ``models`` for nrml, and ``holes`` for pelicun and dlml. For dlml, ``out`` is a folder. An
+    `InputError` names an unusable format, option, table or intensity measure.
     """
-    if form not in FORMATS:
-        raise InputError(f"format must be one of {', '.join(FORMATS)}, got {form!r}")
-    scales = form == "pelicun" and skew_factors
-    contents = [hazard is not None, im_range is not None, skew_factors and not scales]
-    if form != "csv" and any(contents):
-        options = "--im-range and --hazard need --format csv; --skew-factors needs csv or pelicun"
-        raise InputError(f"{form} contains curve parameters only: {options}")
-    if sum(contents) > 1:
-        raise InputError("a csv has one table: use one of --hazard, --im-range and --skew-factors")
-    if im_range is not None and not 0.0 < im_range[0] < im_range[1] < float("inf"):
-        raise InputError(f"--im-range needs 0 < low < high, got {im_range[0]:g} to {im_range[1]:g}")
-    curves = exported_curves(with_bounds(read_any(source)), method)
-    measures = list(map(str, curves["im"].dropna().unique()))
-    if hazard is not None and len(measures) > 1:
-        text = f"the curves use {', '.join(measures)}"
-        raise InputError(f"a hazard curve is for one intensity measure; {text}")
-    site = site_hazard(hazard, measures[0])
+    export = Export(source=source, out=out, **options)
+    export.check(form)
+    curves = exported_curves(with_bounds(read_any(source)), export.method)
     has_estimate = curves["status"] == FITTED
     if not has_estimate.any() and form != "csv":
         raise InputError(f"{source.name}: nothing to write, because no curve has an estimate")
@@ -115,52 +125,49 @@ def export_curves(
         notes.append(f"{lacking} curves have no beta_total (no slope): beta is exported instead")
     if len(unfitted):
         notes.append(f"{len(unfitted)} limit states have no estimate (listed by --json)")
-    outside = curves.get("extrapolated", _ABSENT).eq(other=True)
-    if outside.any():
+    if outside := int(curves.get("extrapolated", _ABSENT).eq(other=True).sum()):
         text = "fewer than three motions are as strong, or as weak"
-        notes.append(f"{outside.sum()} medians are extrapolated: {text}")
-    report: dict[str, Any] = {"format": form, "files": [str(out)], "left_out": len(unfitted)}
-    report |= {"curves": int(has_estimate.sum()), "notes": notes}
+        notes.append(f"{outside} medians are extrapolated: {text}")
+    report = {"format": form, "files": [str(out)], "left_out": len(unfitted)}
+    report |= {"curves": int(has_estimate.sum())}
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        if form == "nrml":
-            models = write_nrml(curves, out)
-            report |= {"models": models, "files": [model["file"] for model in models]}
-            if str(out) not in report["files"]:
-                text = f"{len(models)} files, split by limit states, were written instead"
-                notes.append(f"{out.name} was not written: {text}")
-            if crossing := sum(len(model["crossing"]) for model in models):
-                text = "OpenQuake computes negative damage fractions there"
-                notes.append(f"curves cross in {crossing} functions: {text}")
-        elif scales:
-            write_skew_scaling(curves, _table_next_to(source, "median_effects"), out)
-            notes.append("the scaling specification of each skew applies to curves without skew")
-        elif form in ("pelicun", "dlml"):
-            report |= write_pelicun(curves, out / "fragility.csv" if form == "dlml" else out)
-            if report["holes"]:
-                text = "limit states without an estimate have no parameters"
-                notes.append(f"{len(report['holes'])} rows are incomplete: {text}")
-        elif form == "latex":
-            medians, joint = (_table_next_to(source, name) for name in ("median_effects", "joint"))
-            write_text(out, latex_table(paper_table(curves, medians, joint)))
-        elif skew_factors:
-            factors = _skew_factors(curves, _table_next_to(source, "median_effects"))
-            write_csv(factors.drop(columns="variant_straight"), out)
-        elif im_range is not None:
-            write_csv(_probabilities(curves, np.geomspace(*im_range, 50)), out)
-        else:
-            names = (*variant_columns(curves), *PARAMETERS)
-            table = curves[[name for name in names if name in curves]]
-            if site is not None:
-                rates = rates_of_curves(curves, _table_next_to(source, "joint"), site)
-                table = table.join(rates[[name for name in rates if name not in table]])
-                share = rates["share_outside_high"].max()
-                text = f"those above add at most {share:.1%} to one of the rates"
-                notes.append(f"rates include only the intensities in {site.source}; {text}")
-            write_csv(table, out)
+        written = WRITERS[form](curves, export)
     except OSError as error:
         raise InputError(f"cannot write {out}: {error}") from error
-    return report | {"unfitted": unfitted.astype(str).to_dict("records")}
+    notes += written.pop("notes", [])
+    return report | written | {"notes": notes, "unfitted": unfitted.astype(str).to_dict("records")}
+
+
+def _write_latex(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
+    table = paper_table(curves, export.table("median_effects"), export.table("joint"))
+    write_text(export.out, latex_table(table))
+    return {}
+
+
+def _write_csv(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
+    """Write probabilities, skew factors or parameters of curves, these with rates if asked."""
+    notes: list[str] = []
+    if export.im_range is not None:
+        table = _probabilities(curves, np.geomspace(*export.im_range, 50))
+    elif export.skew_factors:
+        factors = _skew_factors(curves, export.table("median_effects"))
+        table = factors.drop(columns="variant_straight")
+    else:
+        names = (*variant_columns(curves), *PARAMETERS)
+        table = curves[[name for name in names if name in curves]]
+        measures = list(map(str, curves["im"].dropna().unique()))
+        if export.hazard is not None and len(measures) != 1:
+            text = f"the curves use {', '.join(measures) or 'none'}"
+            raise InputError(f"a hazard curve is for one intensity measure; {text}")
+        if (site := site_hazard(export.hazard, "".join(measures))) is not None:
+            rates = rates_of_curves(curves, export.table("joint"), site)
+            table = table.join(rates[[name for name in rates if name not in table]])
+            share = rates["share_outside_high"].max()
+            text = f"those above add at most {share:.1%} to one of the rates"
+            notes.append(f"rates include only the intensities in {site.source}; {text}")
+    write_csv(table, export.out)
+    return {"notes": notes}
 
 
 def exported_curves(table: pd.DataFrame, method: str | None = None) -> pd.DataFrame:
@@ -187,15 +194,9 @@ def _functions(curves: pd.DataFrame) -> Iterator[tuple[str, str, list[str], pd.D
     """Yield variant, damage scale, states sorted by threshold, and curves indexed by state."""
     ordered = curves.sort_values("threshold", kind="stable")
     states = ordered.groupby("damage_scale")["limit_state"].unique()
-    for (variant, scale), part in curves.groupby(["variant", "damage_scale"], sort=True):
-        rows = part.set_index("limit_state", drop=False)
+    for (variant, scale), group in curves.groupby(["variant", "damage_scale"], sort=True):
+        rows = group.set_index("limit_state", drop=False)
         yield str(variant), str(scale), list(map(str, states[str(scale)])), rows
-
-
-def _table_next_to(source: Path, name: str) -> pd.DataFrame:
-    """Return a table from the folder of the curves, or an empty one if the file is missing."""
-    path = source.parent / f"{name}.parquet"
-    return read_any(path) if path.is_file() else pd.DataFrame(columns=list(described(name)))
 
 
 def _probabilities(curves: pd.DataFrame, intensities: Floats) -> pd.DataFrame:
@@ -219,11 +220,11 @@ def _skew_factors(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     skew, *columns = SKEW_FACTOR_COLUMNS
     others = [name for name in axis_names(fitted) if name != skew]
     keys = ["bridge", "abutment", *others, "component", "limit_state"]
-    own = ["theta", "var_ln_theta", "variant", "extrapolated"]
+    values = ["theta", "var_ln_theta", "variant", "extrapolated"]
     ends = ["skew_ratio_low", "skew_ratio_high"]
-    straight = fitted.loc[fitted[skew] == 0].reindex(columns=[*keys, *own])
+    straight = fitted.loc[fitted[skew] == 0].reindex(columns=[*keys, *values])
     skewed = with_ratios(fitted.loc[fitted[skew] != 0], medians[medians["from_value"] == 0])
-    skewed = skewed.reindex(columns=[*keys, skew, "im", *own, *ends])
+    skewed = skewed.reindex(columns=[*keys, skew, "im", *values, *ends])
     both = skewed.merge(straight, on=keys, suffixes=("", "_straight"))
     if both.empty:
         raise InputError("no limit state has an estimate both at skew 0 and at another skew")
@@ -243,19 +244,19 @@ def _skew_factors(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     return both[[*keys, skew, *columns, "variant_straight"]]
 
 
-def write_skew_scaling(curves: pd.DataFrame, medians: pd.DataFrame, out: Path) -> None:
+def _write_skew_scaling(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
     """Write the skew factors as scaling specifications of pelicun to a JSON file.
 
     The file has one entry per skew, with the keys ``factor``, ``low`` and ``high`` (ends of the
     interval). Each value is an argument ``scaling_specification`` of pelicun's damage model for
     location 0 and direction 1. It applies to the curves without skew from ``--format pelicun``.
     """
-    table = _skew_factors(curves, medians)
+    table = _skew_factors(curves, export.table("median_effects"))
     places: dict[tuple[str, str, str], tuple[str, str]] = {}
-    for variant, scale, states, part in _functions(curves):
+    for variant, scale, states, group in _functions(curves):
         name = identifier(f"{variant}.{scale}", *_PELICUN_ID)
         for number, state in enumerate(states, start=1):
-            places[variant, part["component"].iloc[0], state] = f"{name}-0-1", f"LS{number}"
+            places[variant, group["component"].iloc[0], state] = f"{name}-0-1", f"LS{number}"
     scaling: dict[str, Any] = {}
     for row in table.to_dict("records"):
         name, number = places[row["variant_straight"], row["component"], row["limit_state"]]
@@ -263,7 +264,8 @@ def write_skew_scaling(curves: pd.DataFrame, medians: pd.DataFrame, out: Path) -
         for end in ("factor", "factor_low", "factor_high"):
             states = of_skew.setdefault(end.removeprefix("factor_"), {})
             states.setdefault(name, {})[number] = f"*{row[end]:.6g}"
-    write_text(out, json.dumps(scaling, indent=1) + "\n")
+    write_text(export.out, json.dumps(scaling, indent=1) + "\n")
+    return {"notes": ["the scaling specification of each skew applies to curves without skew"]}
 
 
 def identifier(name: str, signs: str, longest: int) -> str:
@@ -280,11 +282,11 @@ def measure_names(column: str) -> tuple[str, float, str, str]:
     if match := re.match(r"im_sa_(\d+)p(\d+)_", column):
         period = f"{float(f'{match[1]}.{match[2]}'):g}"
         return f"SA({period})", 1.0, f"Spectral Acceleration|{period}", "g"
-    found = (names for start, names in _MEASURES.items() if column.startswith(start))
-    return next(found, ("", 1.0, "", ""))
+    matching = (names for start, names in _MEASURES.items() if column.startswith(start))
+    return next(matching, ("", 1.0, "", ""))
 
 
-def write_nrml(curves: pd.DataFrame, out: Path) -> list[dict[str, Any]]:
+def _write_nrml(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
     """Write one function per variant and damage scale, with limit states sorted by threshold.
 
     All functions of an OpenQuake model have the same limit states. If the fitted states differ, one
@@ -298,16 +300,26 @@ def write_nrml(curves: pd.DataFrame, out: Path) -> list[dict[str, Any]]:
             name = scale if len(states) == len(known) else "_".join((scale, *states))
             name = re.sub(r"[^A-Za-z0-9_-]+", "_", name)
             groups[name, states].append(rows.loc[list(states)])
+    out, notes = export.out, list[str]()
     if len({states for _, states in groups}) == 1:
-        ((_, states), *_), parts = groups, chain.from_iterable(groups.values())
-        return [_write_model(out, states, list(parts))]
-    return [
-        _write_model(out.with_name(f"{out.stem}_{name}{out.suffix}"), states, parts)
-        for (name, states), parts in groups.items()
-    ]
+        ((_, states), *_), functions = groups, chain.from_iterable(groups.values())
+        models = [_write_model(out, states, list(functions))]
+    else:
+        models = [
+            _write_model(out.with_name(f"{out.stem}_{name}{out.suffix}"), states, functions)
+            for (name, states), functions in groups.items()
+        ]
+        text = f"{len(models)} files, split by limit states, were written instead"
+        notes.append(f"{out.name} was not written: {text}")
+    if crossing := sum(len(model["crossing"]) for model in models):
+        text = "OpenQuake computes negative damage fractions there"
+        notes.append(f"curves cross in {crossing} functions: {text}")
+    return {"models": models, "files": [model["file"] for model in models], "notes": notes}
 
 
-def _write_model(path: Path, states: tuple[str, ...], parts: list[pd.DataFrame]) -> dict[str, Any]:
+def _write_model(
+    path: Path, states: tuple[str, ...], functions: list[pd.DataFrame]
+) -> dict[str, Any]:
     ElementTree.register_namespace("", _NRML)
 
     def add(parent: Element, tag: str, text: str | None = None, **values: str) -> Element:
@@ -319,22 +331,26 @@ def _write_model(path: Path, states: tuple[str, ...], parts: list[pd.DataFrame])
     kind = {"assetCategory": "bridges", "lossCategory": "structural"}
     model = add(root, "fragilityModel", id="skewbridge", **kind)
     text = "skewbridge, lognormal fits and unions; dispersion includes capacity dispersion"
-    outside = [part["variant"].iloc[0] for part in parts if part.get("extrapolated", _ABSENT).any()]
+    outside = [
+        curves_of["variant"].iloc[0]
+        for curves_of in functions
+        if curves_of.get("extrapolated", _ABSENT).any()
+    ]
     if outside := dict.fromkeys(map(str, outside)):
         text += f"; medians extrapolated beyond the motions in: {', '.join(outside)}"
     add(model, "description", text)
     add(model, "limitStates", " ".join(states))
     crossing: list[str] = []
-    for part in parts:
-        variant, scale, column = map(str, part[["variant", "damage_scale", "im"]].iloc[0])
+    for curves_of in functions:
+        variant, scale, column = map(str, curves_of[["variant", "damage_scale", "im"]].iloc[0])
         # source: simple_id of openquake.hazardlib.valid
         name = identifier(f"{variant}:{scale}", r"A-Za-z0-9_:\-", 75)
-        theta, beta = part["theta"].to_numpy(), part["curve_beta"].to_numpy()
+        theta, beta = curves_of["theta"].to_numpy(), curves_of["curve_beta"].to_numpy()
         measure, factor, *_ = measure_names(column)
         if not measure:
             advice = "fit with im_sa_1p000_rotd50_g or another Sa(T)"
             raise InputError(f"{column} has no name in OpenQuake: {advice}", column=column)
-        rows = records_of(part)
+        rows = records_of(curves_of)
         # range: medians and 4 standard deviations; curves are checked for crossing within 2
         ends, side = np.log([theta.min(), theta.max()]), np.array([-1.0, 1.0]) * beta.max()
         low, high = factor * np.exp(ends + 4.0 * side)
@@ -347,7 +363,7 @@ def _write_model(path: Path, states: tuple[str, ...], parts: list[pd.DataFrame])
             function = add(model, "fragilityFunction", id=name, format="discrete")
             text = " ".join(f"{level:.6g}" for level in levels)
             add(function, "imls", text, imt=measure, noDamageLimit=text.partition(" ")[0])
-            for state, row in zip(part["limit_state"], rows, strict=True):
+            for state, row in zip(curves_of["limit_state"], rows, strict=True):
                 p = curve_probability(levels / factor, row)
                 add(function, "poes", " ".join(f"{value:.8g}" for value in p), ls=str(state))
         else:
@@ -358,7 +374,7 @@ def _write_model(path: Path, states: tuple[str, ...], parts: list[pd.DataFrame])
             add(function, "imls", imt=measure, **limits, maxIML=f"{high:.6g}")
             mean = factor * theta * np.exp(0.5 * beta**2)
             deviation = mean * np.sqrt(np.expm1(beta**2))
-            for state, m, s in zip(part["limit_state"], mean, deviation, strict=True):
+            for state, m, s in zip(curves_of["limit_state"], mean, deviation, strict=True):
                 add(function, "params", ls=str(state), mean=f"{m:.15g}", stddev=f"{s:.15g}")
         start, stop = ends + 2.0 * side
         grid = np.exp(np.linspace(start, stop, 400))
@@ -368,28 +384,35 @@ def _write_model(path: Path, states: tuple[str, ...], parts: list[pd.DataFrame])
     tree = ElementTree.ElementTree(root)
     ElementTree.indent(tree)
     tree.write(path, encoding="utf-8", xml_declaration=True)
-    written = {"file": str(path), "limit_states": list(states), "functions": len(parts)}
+    written = {"file": str(path), "limit_states": list(states), "functions": len(functions)}
     return written | {"crossing": crossing}
 
 
-def write_pelicun(curves: pd.DataFrame, out: Path) -> dict[str, Any]:
+def _write_dlml(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
+    return _write_pelicun(curves, replace(export, out=export.out / "fragility.csv"))
+
+
+def _write_pelicun(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
     """Write one row per variant and damage scale; limit states are numbered from mild to severe.
 
     States without an estimate keep their number, because pelicun skips empty parameters. The report
     lists them as ``holes``. A JSON file with names is written next to the CSV file.
     """
+    if export.skew_factors:
+        return _write_skew_scaling(curves, export)
+    out = export.out
     out.parent.mkdir(parents=True, exist_ok=True)
     if (names_file := out.with_suffix(".json")) == out:
         raise InputError(f"--out must end with .csv, got {out.name} (a .json file gets the names)")
     rows: list[dict[str, Any]] = []
     holes: list[dict[str, Any]] = []
     names: dict[str, Any] = {}
-    for variant, scale, states, part in _functions(curves):
-        of_state = {str(row["limit_state"]): row for row in records_of(part)}
-        fitted = {name: row for name, row in of_state.items() if row["status"] == FITTED}
+    for variant, scale, states, group in _functions(curves):
+        of_state = {str(curve["limit_state"]): curve for curve in records_of(group)}
+        fitted = {name: curve for name, curve in of_state.items() if curve["status"] == FITTED}
         if not fitted:
             continue
-        column = str(part["im"].iloc[0])
+        column = str(group["im"].iloc[0])
         *_, demand, unit = measure_names(column)
         if not demand:
             raise InputError(f"{column} has no demand type in pelicun", column=column)
@@ -442,7 +465,9 @@ def write_pelicun(curves: pd.DataFrame, out: Path) -> dict[str, Any]:
     write_csv(pd.DataFrame(rows), out)
     text = json.dumps({"_GeneralInformation": about, **names}, indent=1, allow_nan=False)
     write_text(names_file, f"{text}\n")
-    return {"files": [str(out), str(names_file)], "holes": holes}
+    text = f"{len(holes)} rows are incomplete: limit states without an estimate have no parameters"
+    notes = [text] if holes else []
+    return {"files": [str(out), str(names_file)], "holes": holes, "notes": notes}
 
 
 def _multilinear(union: Union) -> str:
@@ -452,4 +477,14 @@ def _multilinear(union: Union) -> str:
     im, p = np.exp(ln_im), np.round(union.probability(ln_im), 6)  # pelicun keeps 6 digits
     p, places = np.unique(p, return_index=True)
     points = np.array([[0.5 * im[0], *im[places], 1.1 * im[-1]], [0.0, *p, 1.0]])
-    return "|".join(",".join(f"{value:.8g}" for value in each) for each in points)
+    return "|".join(",".join(f"{value:.8g}" for value in axis) for axis in points)
+
+
+#: Function that writes curves in each format and returns further entries of the report.
+WRITERS: Final[Mapping[str, Callable[[pd.DataFrame, Export], dict[str, Any]]]] = {
+    "nrml": _write_nrml,
+    "pelicun": _write_pelicun,
+    "dlml": _write_dlml,
+    "csv": _write_csv,
+    "latex": _write_latex,
+}

@@ -197,7 +197,7 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
             bound = _fit_outcomes(im, motions, outcomes.treated(state, name), state, options)
             bounds[name] = bound.theta, bound.beta
             details |= {f"theta_{name}": bound.theta, f"beta_{name}": bound.beta}
-        fit = fit.judged(bounds)
+        fit = fit.limited(bounds)
     return replace(fit, details={**fit.details, **details})
 
 

@@ -69,7 +69,7 @@ class FragilityFit:
         """Return the fit with additional warnings."""
         return replace(self, warnings=tuple(dict.fromkeys((*self.warnings, *names))))
 
-    def judged(
+    def limited(
         self, bounds: Mapping[str, tuple[float, float]], *, names: Sequence[str] = ()
     ) -> "FragilityFit":
         """Add a warning; drop the estimate if unknown outcomes change theta by more than 15 %."""
@@ -148,12 +148,12 @@ def jackknifed(fit: FragilityFit, ln_theta: Floats, beta: Floats) -> FragilityFi
 def common_warnings(fit: FragilityFit, im: Floats, n_records: int) -> list[str]:
     """Return the warnings that apply to a fit of any method."""
     low, high = fit.ci_theta
-    found = {
+    applying = {
         "median_extrapolated": fit.theta > np.max(im) or fit.theta < np.min(im),
         "wide_ci": not (np.isnan(low) or (low > 0.0 and high / low <= 3.0)),
         "fewer_than_10_records": n_records < 10,
     }
-    return [name for name, applies in found.items() if applies]
+    return [name for name, applies in applying.items() if applies]
 
 
 def fit_stripes(
@@ -211,16 +211,16 @@ def exceedance_maxima(ln_im: Floats, known: Mask, exceed: Mask) -> list[likeliho
     """Return the likelihood maximum of each of J states, or None for states without estimate."""
     # `known` and `exceed` have the shape (n, J); all states are maximised together
     signs = (np.where(exceed, 1.0, -1.0) * known).T
-    shares = [(np.abs(each), np.maximum(each, 0.0)) for each in signs]
-    usable = [j for j, each in enumerate(shares) if binomial_status(ln_im, *each) == FITTED]
-    found: list[likelihood.Maximum | None] = [None] * len(signs)
+    shares = [(np.abs(sign), np.maximum(sign, 0.0)) for sign in signs]
+    usable = [j for j, counts in enumerate(shares) if binomial_status(ln_im, *counts) == FITTED]
+    maxima: list[likelihood.Maximum | None] = [None] * len(signs)
     if usable:
         ones, low = -np.ones((ln_im.size, 1)), np.full(ln_im.size, -np.inf)
         kernel = likelihood.NormalKernel(ones, low, ln_im, signs[usable])
         best = likelihood.maximise(kernel, np.polyfit(ln_im, signs[usable].T, 1)[::-1].T)
         for j, *values in zip(usable, *best, strict=True):
-            found[j] = likelihood.Maximum(*(np.asarray(value)[None] for value in values))
-    return found
+            maxima[j] = likelihood.Maximum(*(np.asarray(value)[None] for value in values))
+    return maxima
 
 
 def _completed(
@@ -267,17 +267,10 @@ def _stripe_bounds(
     theta, dispersion = float(np.exp(-a0 / a1)), 1.0 / a1
     low, high = separated_bounds(ln_im, n, k, beta=beta, level=level)
     return {
-        **_bracket(np.max(ln_im[n - k > 0.0]), np.min(ln_im[k > 0.0])),
+        "theta_interval": np.exp([ln_im[n > k].max(), ln_im[k > 0.0].min()]).tolist(),
         "firth": {"theta": theta, "beta": dispersion},
-        **{"theta_firth": theta, "beta_firth": dispersion},
         **{"theta_bound_low": low, "theta_bound_high": high, "theta_bound_beta": beta},
     }
-
-
-def _bracket(low: float, high: float) -> dict[str, Any]:
-    """Return the bracket of the median of separated data from its ends in ln intensity."""
-    ends = [float(np.exp(low)), float(np.exp(high))]
-    return {"theta_interval": ends, "theta_bracket_low": ends[0], "theta_bracket_high": ends[1]}
 
 
 def _median_bound(
@@ -411,7 +404,9 @@ def _fit_distribution(
         return replace(blank, status=status, details=details)
     if (first := float(np.max(lower))) <= (last := float(np.min(upper))):
         status = COMPLETE_SEPARATION if first < last else QUASI_SEPARATION
-        return replace(blank, status=status, details=_bracket(first, last))
+        return replace(
+            blank, status=status, details={"theta_interval": np.exp([first, last]).tolist()}
+        )
     if not np.any(has_low & has_high) and np.max(upper[has_high]) <= np.min(lower[has_low]):
         return replace(blank, status=NON_INCREASING)
     censored = ~(has_low & has_high)

@@ -60,11 +60,11 @@ class JointModel:
 
     def curve(self, values: Mapping[str, Any]) -> StateCurve:
         """Return the curves at values of the axes, from all runs and without each block."""
-        found = state_curve(self._models, self._modes, values, self._rho)
-        if isinstance(found, str):
+        state = state_curve(self._models, self._modes, values, self._rho)
+        if isinstance(state, str):
             none = np.full(len(self._models[0].parameters), np.nan)
             return StateCurve(none, none, none)
-        return found
+        return state
 
     def median(
         self,
@@ -93,9 +93,9 @@ def joint_table(
     if models is None:
         models = fit_models(demands, limit_states, settings, jobs=jobs)
     shared = {"im": settings.im, "level": settings.confidence}
-    items = ((each, limit_states, shared) for each in models)
+    items = ((of_bridge, limit_states, shared) for of_bridge in models)
     rows = demand_table.spread(_rows, items, jobs, least=2)
-    return pd.DataFrame([row for part in rows for row in part], columns=list(JOINT_COLUMNS))
+    return pd.DataFrame([row for of_model in rows for row in of_model], columns=list(JOINT_COLUMNS))
 
 
 def _rows(item: tuple[BridgeModels, States, Row]) -> list[Row]:
@@ -109,11 +109,11 @@ def _rows(item: tuple[BridgeModels, States, Row]) -> list[Row]:
         for state in group
     }
     rows: list[Row] = []
-    for state, own in outcomes.items():
-        row = models.place | shared | state.columns | own.counts(state)
-        row |= {"n_variants": len(models.variants), "im_low": low, "im_high": high}
+    for state, outcome in outcomes.items():
+        row = models.place | shared | state.columns | outcome.counts(state)
+        row |= {"im_low": low, "im_high": high}
         row["axis_ranges"] = json.dumps({n: list(v) for n, v in models.axes.levels.items()})
-        row |= {"signed_skew": models.axes.signed_skew, "status": own.status(state)}
+        row |= {"signed_skew": models.axes.signed_skew, "status": outcome.status(state)}
         if row["status"] == FITTED:
             row |= _estimate(models, state, row)
         row["extrapolated"] = row["status"] == FITTED and not low <= row["theta"] <= high
@@ -131,42 +131,31 @@ def _estimate(models: BridgeModels, state: LimitState, row: Row) -> Row:
     if fits[0].model.motions < _LEAST_MOTIONS:
         return {"status": "too_few_motions"}
     names = ("level", "slope", "bend", *models.axes.names, "growth", "ln_tau", "ln_sigma")
-    found: Row = {"terms": "|".join([";".join(names)] * len(fits))}
-    found["coefficients"] = np.concatenate([fit.model.parameters[0] for fit in fits]).tolist()
+    estimate: Row = {"terms": "|".join([";".join(names)] * len(fits))}
     replicates = [fit.model.parameters.ravel() for fit in fits]
     if len(fits) > 1:
         replicates.append(models.correlation(*modes))
-    found["replicates"] = np.concatenate(replicates).tolist()
-    found["modes"] = json.dumps([_described(*both) for both in zip(fits, modes, strict=True)])
-    used = [fit.outcomes.used for fit in fits]
-    found |= {"n_runs": int(max(np.sum(each) for each in used)), "n_motions": fits[0].model.motions}
-    for side in ("right", "left"):
-        ends = [fit.outcomes.ln_ends[side == "right"] for fit in fits]
-        found[f"n_{side}_censored"] = int(max(np.sum(np.isinf(end)) for end in ends))
+    estimate["replicates"] = np.concatenate(replicates).tolist()
+    estimate["modes"] = json.dumps([_described(*both) for both in zip(fits, modes, strict=True)])
+    estimate["n_runs"] = int(max(np.sum(fit.outcomes.used) for fit in fits))
+    estimate["n_motions"] = fits[0].model.motions
     if len(fits) == 1:
-        model, growth = fits[0].model, float(fits[0].model.parameters[0, -3])
-        tau, sigma = np.exp(model.parameters[0, -2:]).tolist()
-        found |= {"slope": float(model.parameters[0, 1]), "tau": tau, "sigma": sigma}
-        found |= {"growth": growth, "gain": fits[0].gain}
-        found["capacity_dispersion"] = modes[0].dispersion
-    model = JointModel({**row, **found})
+        estimate["slope"] = float(fits[0].model.parameters[0, 1])
+        estimate["capacity_dispersion"] = modes[0].dispersion
+    model = JointModel({**row, **estimate})
     curve = model.curve(model.axis_range.middle)
     if np.isnan(curve.ln_theta[0]):
-        return found | {"status": NON_INCREASING}
+        return estimate | {"status": NON_INCREASING}
     logs = curve.ln_theta, np.log(curve.beta), np.log(curve.total)
     for name, values in zip(("theta", "beta", "beta_total"), logs, strict=True):
         ends = interval(values, model.level)
-        found |= dict(zip((name, f"{name}_low", f"{name}_high"), ends, strict=True))
+        estimate |= dict(zip((name, f"{name}_low", f"{name}_high"), ends, strict=True))
     errors = _left_out_errors(models, state, fits)
-    known = np.isfinite(errors)
-    found["loo_variants"] = int(np.sum(known))
-    if np.any(known):
-        worst = int(np.nanargmax(errors))
-        found |= {"loo_error": float(np.nanmedian(errors)), "loo_error_max": float(errors[worst])}
-        found["loo_error_max_variant"] = str(models.variants["variant"].iloc[worst])
-        if errors[worst] > MAX_ERROR:
-            found["status"] = "prediction_error_above_25_percent"
-    return found
+    if np.any(np.isfinite(errors)):
+        estimate["loo_error"] = float(np.nanmedian(errors))
+        if np.nanmax(errors) > MAX_ERROR:
+            estimate["status"] = "prediction_error_above_25_percent"
+    return estimate
 
 
 def _described(fit: DemandFit, mode: LimitState) -> dict[str, Any]:

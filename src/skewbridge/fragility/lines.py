@@ -1,8 +1,8 @@
 """Regression lines of ln demand on ln intensity, and tests of their assumptions.
 
 Sources: Cornell et al. (2002), J. Struct. Eng. 128(4):526-533; studentised test of Breusch and
-Pagan, Koenker (1981), J. Econometrics 17(1):107-112; normal residuals, Shapiro and Wilk (1965),
-Biometrika 52:591-611, and Lilliefors (1967), JASA 62(318):399-402.
+Pagan, Koenker (1981), J. Econometrics 17(1):107-112; normality, Lilliefors (1967), JASA
+62(318):399-402.
 """
 
 from dataclasses import dataclass
@@ -91,7 +91,6 @@ class TestedLine(NamedTuple):
     curvature: float  # coefficient of an additional term (ln x - mean)^2
     curvature_p: float  # p-value of the F test of this term (exact, one degree of freedom)
     scatter_p: float  # p-value of the studentised Breusch-Pagan test of constant scatter
-    normal_p: float  # p-value of the Shapiro-Wilk test of the residuals
 
     @property
     def warnings(self) -> list[str]:
@@ -117,11 +116,6 @@ def tested_line(x: Floats, y: Floats) -> TestedLine:
     centred = residual**2 - np.mean(residual**2)  # studentised Breusch-Pagan test
     total = sxx * float(centred @ centred)
     scatter_p = float(special.chdtrc(1, n * float(u @ centred) ** 2 / total)) if total else nan
-    normal_p = nan
-    if sigma > 1e-12 and 4 <= n <= 5000:  # range of validity of the approximate p-value
-        from scipy import stats  # imported only when needed: it is slow to load
-
-        normal_p = float(stats.shapiro(residual).pvalue)
     curvature = curvature_p = nan  # coefficient and p-value of an additional term in u^2
     extra = u**2 - np.mean(u**2)
     extra = extra - (float(extra @ u) / sxx) * u
@@ -131,7 +125,7 @@ def tested_line(x: Floats, y: Floats) -> TestedLine:
         explained = curvature**2 * size
         left = max(sse - explained, 1e-300)
         curvature_p = float(special.fdtrc(1, n - 3, explained / (left / (n - 3))))
-    tests = curvature, curvature_p, scatter_p, normal_p
+    tests = curvature, curvature_p, scatter_p
     return TestedLine(mean_y - b * mean_x, b, sigma, n, mean_x, sxx, r2, *tests)
 
 

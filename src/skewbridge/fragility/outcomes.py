@@ -18,8 +18,8 @@ from skewbridge.fragility.fits import ALL_EXCEED, FITTED, NO_EXCEEDANCE
 from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState, States
 from skewbridge.statuses import COLLAPSE
 
-#: Treatments of unknown outcomes: left out, all exceed, none exceeds.
-TREATMENTS: Final[tuple[str, ...]] = ("exclude", "all_exceed", "none_exceed")
+#: Treatments of unknown outcomes.
+TREATMENTS: Final[tuple[str, ...]] = ("all_exceed", "none_exceed")
 # ASSUME if a demand is zero in some run (the deck did not reach a wall or key), demands below a
 # tenth of the mildest threshold are left-censored at that limit
 _SMALL_SHARE: Final = 0.1
@@ -81,20 +81,11 @@ class DemandOutcomes:
         """Return the outcomes after applying one of `TREATMENTS` to the unknown ones ``where``."""
         unknown, c = self.unknown(state) & where, state.threshold
         lower, upper = {
-            "exclude": (np.nan, self.upper),
             "all_exceed": (np.nextafter(c, np.inf), np.inf),
             "none_exceed": (np.minimum(np.nan_to_num(self.lower), c), c),
         }[treatment]
         ends = np.where(unknown, lower, self.lower), np.where(unknown, upper, self.upper)
         return replace(self, lower=ends[0], upper=ends[1])
-
-
-def end_counts(table: pd.DataFrame) -> dict[str, int]:
-    """Return the number of collapsed runs and the number of runs in which a column failed."""
-    return {
-        "n_collapse": int(np.sum(table["status"] == COLLAPSE)),
-        "n_beyond_model": int(np.sum(validity.is_beyond_model(table))),
-    }
 
 
 def demand_outcomes(table: pd.DataFrame, states: States) -> DemandOutcomes:

@@ -19,13 +19,13 @@ from skewbridge.files.tables import Floats, Row, records_of
 from skewbridge.fragility import demand_table
 from skewbridge.fragility.curves import CURVE_COLUMNS, METHODS
 from skewbridge.fragility.demand_model import BridgeModels, StateCurve
-from skewbridge.fragility.effects import MIN_MOTIONS, STEP, effect_row, variant_pairs
+from skewbridge.fragility.effects import STEP, Medians, effect_row, variant_pairs
 from skewbridge.fragility.fits import ALL_EXCEED, BOUNDS_TOO_WIDE, FITTED, NO_EXCEEDANCE
 from skewbridge.fragility.hazard import HazardCurve, LogRate
 from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.motion_means import completed
-from skewbridge.fragility.outcomes import TREATMENTS, demand_outcomes
+from skewbridge.fragility.outcomes import TREATMENTS
 from skewbridge.fragility.paper_table import chosen_curves
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE, FitSettings
 from skewbridge.fragility.union import any_of, union_curve
@@ -50,7 +50,7 @@ def exceedance(curve: StateCurve, ln_im: Floats) -> Floats:
     It is that of the demand models if there are any: their scatter may grow with the intensity.
     """
     if curve.points:
-        u = [each.score(s.threshold, s.dispersion, ln_im) for each, s in curve.points]
+        u = [point.score(s.threshold, s.dispersion, ln_im) for point, s in curve.points]
         return any_of(u, np.zeros(1) if curve.modes is None else curve.modes.rho)
     if curve.modes is not None:
         return curve.modes.probability(ln_im)
@@ -77,7 +77,7 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
     theta. A state with wide bounds has the rates of its bounds; a state that no run, or every run,
     exceeds has the rate of the bound of its median.
     """
-    status, found = curve["status"], (nan, nan, nan)
+    status, rate_ends = curve["status"], (nan, nan, nan)
     row: Row = {name: curve[name] for name in ("status", "method", "im", "level")}
     bound_beta = np.hypot(curve["theta_bound_beta"], np.nan_to_num(curve["capacity_dispersion"]))
     if status == FITTED:
@@ -86,12 +86,12 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
         used = used._replace(modes=union_curve(curve))
         if model is not None and curve["method"] == METHODS[0]:
             used = model
-            found = curve_rate(model, hazard).interval(curve["level"])
+            rate_ends = curve_rate(model, hazard).interval(curve["level"])
         else:  # ASSUME the dispersion is known
             thetas = (curve[name] for name in ("theta", "theta_high", "theta_low"))
             middle, *ends = (_lognormal(theta, wide, hazard) for theta in thetas)
             rate = curve_rate(used, hazard).value
-            found = rate, *(rate * end / middle for end in ends)
+            rate_ends = rate, *(rate * end / middle for end in ends)
         p = exceedance(used, np.log(hazard.levels[[0, -1]])[:, None])[:, 0]
         row |= hazard.shares(partial(curve_rate, used), p, curve["im_low"], curve["im_high"])
     elif status == BOUNDS_TOO_WIDE and model is not None:
@@ -102,14 +102,14 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
             (curve[f"theta_{n}"], np.hypot(curve[f"beta_{n}"], extra**0.5)) for n in TREATMENTS
         ]
         factors = [1.0, *(_lognormal(*bound, hazard) / rate for bound in bounds)]
-        found = nan, low * np.nanmin(factors), high * np.nanmax(factors)
+        rate_ends = nan, low * np.nanmin(factors), high * np.nanmax(factors)
     # ASSUME a bound of a median has the slope 1 for the dispersion of its capacity
     elif status == NO_EXCEEDANCE:
-        found = nan, 0.0, _lognormal(curve["theta_bound_low"], bound_beta, hazard)
+        rate_ends = nan, 0.0, _lognormal(curve["theta_bound_low"], bound_beta, hazard)
     elif status == ALL_EXCEED:
         least = _lognormal(curve["theta_bound_high"], bound_beta, hazard)
-        found = nan, least, float(hazard.rates[0, 0])
-    return row | rate_columns(found)
+        rate_ends = nan, least, float(hazard.rates[0, 0])
+    return row | rate_columns(rate_ends)
 
 
 def with_bounds(curves: pd.DataFrame) -> pd.DataFrame:
@@ -148,8 +148,8 @@ def rate_table(
         place = {name: row[name] for name in (*columns, "limit_state", "status", "level")}
         place |= {"component": SYSTEM, "method": SYSTEM, "im": hazard.im}
         has = isinstance(row["rate"], LogRate)
-        found = row["rate"].interval(row["level"]) if has else (nan, nan, nan)
-        rows.append(place | (row["shares"] if has else {}) | rate_columns(found))
+        rate_ends = row["rate"].interval(row["level"]) if has else (nan, nan, nan)
+        rows.append(place | (row["shares"] if has else {}) | rate_columns(rate_ends))
     return pd.DataFrame(rows, columns=list(demand_table.described("rates")))
 
 
@@ -171,13 +171,12 @@ def rate_effects(
     rates = {(row["variant"], row["limit_state"]): row["rate"] for row in known}
     # the states, then the degrees of the system as texts
     both = [*states, *dict.fromkeys(row["limit_state"] for row in known)]
-    has = None if curves is None else curves[curves["preferred"] & (curves["status"] == FITTED)]
-    fitted = None if has is None else set(zip(*(has[name] for name in _STATE), strict=True))
     rows: list[Row] = []
-    for each in models:
-        blocks = demand_table.block_names(each.runs)
-        for axis in axes or demand_table.varying_axes(each.variants):
-            for place, scope, start, end in _changes(each, axis, both, hazard, rates, fitted):
+    for of_bridge in models:
+        blocks = demand_table.block_names(of_bridge.runs)
+        medians = Medians(of_bridge, states, settings, curves)
+        for axis in axes or demand_table.varying_axes(of_bridge.variants):
+            for place, scope, start, end in _changes(medians, axis, both, hazard, rates):
                 change = end.minus(start)
                 row = effect_row(change.jackknifed, settings, blocks=blocks)
                 ends = change.interval(EFFECT_CONFIDENCE)
@@ -190,34 +189,29 @@ def rate_effects(
 
 
 def _changes(
-    models: BridgeModels,
+    medians: Medians,
     axis: str,
     states: Sequence[LimitState | str],
     hazard: HazardCurve,
     system: Mapping[tuple[str, str], object],  # rates; keys: variant, degree
-    fitted: set[tuple[str, ...]] | None,
 ) -> list[tuple[Row, str, LogRate, LogRate]]:
     """Return place, scope and both ln rates of pairs that differ in one axis, and their means."""
-    variants = models.variants
+    variants = medians.models.variants
 
     @cache
     def rate_of(state: LimitState | str, number: int) -> LogRate | None:
-        values = records_of(variants)[number]
         if isinstance(state, str):
-            rate = system.get((values["variant"], state))
+            rate = system.get((variants["variant"].iloc[number], state))
             return rate if isinstance(rate, LogRate) else None
-        runs, curve = models.runs[models.variant == number], models.curve(state, values)
-        enough = runs["motion_id"].nunique() >= MIN_MOTIONS
-        if not enough or demand_outcomes(runs, [state]).status(state) != FITTED:
-            return None
-        return None if isinstance(curve, str) else curve_rate(curve, hazard)
+        curve = medians.curve(state, number)
+        return None if curve is None else curve_rate(curve, hazard)
 
     others, pairs = variant_pairs(variants, axis)
-    found: list[tuple[Row, str, LogRate, LogRate]] = []
+    changes: list[tuple[Row, str, LogRate, LogRate]] = []
     for step, cells in pairs.groupby(list(STEP)):
         for state in states:
             key = (SYSTEM, state) if isinstance(state, str) else (state.component, state.name)
-            place = models.place | {
+            place = medians.models.place | {
                 "axis": axis,
                 **dict(zip([*STEP, *_STATE[1:]], (*step, *key), strict=True)),
             }
@@ -225,16 +219,15 @@ def _changes(
             for cell in records_of(cells):
                 start, end = rate_of(state, cell["number_from"]), rate_of(state, cell["number_to"])
                 # ASSUME a ratio is worth reporting if at least one of both variants has a curve
-                names = {(cell["variant_from"], *key), (cell["variant_to"], *key)}
-                usable = fitted is None or key[0] == SYSTEM or names & fitted
+                usable = isinstance(state, str) or medians.without_curve(cell, state) != 2
                 if start and end and usable:
-                    own = place | {name: cell[name] for name in others}
-                    rated.append((own, "variant", start, end))
+                    values = {name: cell[name] for name in others}
+                    rated.append((place | values, "variant", start, end))
             if rated:
-                means = _mean([each[2] for each in rated]), _mean([each[3] for each in rated])
-                found.append((place | {"n_cells": len(rated)}, "pooled", *means))
-                found += rated
-    return found
+                means = _mean([pair[2] for pair in rated]), _mean([pair[3] for pair in rated])
+                changes.append((place | {"n_cells": len(rated)}, "pooled", *means))
+                changes += rated
+    return changes
 
 
 def _mean(rates: Sequence[LogRate]) -> LogRate:

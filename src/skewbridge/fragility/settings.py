@@ -31,10 +31,8 @@ class FitSettings:
     """negligible change of a demand or median capacity"""
     margins: dict[str, Annotated[Number, Field(gt=0.0)]] = Field(default={})
     """margins of single columns; mrad for deck rotation, mm for abutment deformations"""
-    bootstrap: Whole = Field(default=999, ge=99, le=100_000)
-    """bootstrap replicates that rank intensity measures"""
     seed: Whole = Field(default=20261120, ge=0, le=2**63 - 1)
-    """seed of the bootstrap and of system curves"""
+    """seed of system curves"""
     exclude_suspect: Flag = Field(default=False)
     """treat suspect rows as failed analyses"""
 

@@ -88,7 +88,7 @@ def fragility_tables(
     names = list(dict.fromkeys((*demands_for("effect", rows.columns), *further)))
     reference = reference_intensities(curves)
     effects, intensities = effect_tables(rows, names, settings, reference_im=reference, jobs=jobs)
-    tables = {} if suite is None else {"measures": measure_table(rows, suite, settings)}
+    tables = {} if suite is None else {"measures": measure_table(rows, suite)}
     system = system_curves(rows, states, settings, models=models, hazard=hazard, jobs=jobs)
     tables |= {name: pd.DataFrame(columns=list(DESCRIPTIONS[name])) for name in RATES}
     if hazard is not None:

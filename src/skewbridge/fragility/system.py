@@ -9,9 +9,8 @@ scrambled Sobol points, Owen (1998), J. Complexity 14(4):466-489.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import cache, lru_cache
-from itertools import chain, combinations
+from itertools import combinations
 from math import nan
 from typing import Final, NamedTuple
 
@@ -27,7 +26,7 @@ from skewbridge.fragility.fits import ALL_EXCEED, FITTED, NO_EXCEEDANCE, median_
 from skewbridge.fragility.hazard import HazardCurve
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.motion_means import covered_range, exp_end, jackknife_factors
-from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes, end_counts
+from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes
 from skewbridge.fragility.settings import ASSUMED_BETA, DEFAULTS, FitSettings
 from skewbridge.fragility.union import MIN_COMPLETE
 
@@ -56,10 +55,12 @@ def system_curves(
     members = system_members([state for state in limit_states if state.system_degree])
     if models is None:
         models = fit_models(demands, limit_states, settings, jobs=jobs)
-    systems = [_Systems(each, members, settings, hazard) for each in models]
-    items = ((each, number) for each in systems for number in range(len(each.models.variants)))
+    systems = [_Systems(system, members, settings, hazard) for system in models]
+    items = (
+        (system, number) for system in systems for number in range(len(system.models.variants))
+    )
     rows = demand_table.spread(_variant_rows, items, jobs)
-    return pd.DataFrame([row for part in rows for row in part])
+    return pd.DataFrame([row for of_variant in rows for row in of_variant])
 
 
 def system_members(states: States) -> dict[str, list[LimitState]]:
@@ -74,8 +75,8 @@ def system_members(states: States) -> dict[str, list[LimitState]]:
     degrees = list(dict.fromkeys(state.system_degree for state in states))
     beyond: dict[str, set[str]] = {name: set() for name in degrees}
     for _ in degrees:  # transitive closure
-        for own in by_component.values():
-            for mild, severe in combinations([state.system_degree for state in own], 2):
+        for ordered in by_component.values():
+            for mild, severe in combinations([state.system_degree for state in ordered], 2):
                 beyond[mild] |= {severe} | beyond[severe]
     if turned := [name for name in degrees if name in beyond[name]]:
         raise InputError(
@@ -85,8 +86,11 @@ def system_members(states: States) -> dict[str, list[LimitState]]:
     members: dict[str, list[LimitState]] = {}
     for degree in sorted(degrees, key=lambda name: -len(beyond[name])):
         reach = {degree} | beyond[degree]
-        own = ([s for s in each if s.system_degree in reach][:1] for each in by_component.values())
-        members[degree] = list(chain.from_iterable(own))
+        members[degree] = [
+            next(state for state in ordered if state.system_degree in reach)
+            for ordered in by_component.values()
+            if any(state.system_degree in reach for state in ordered)
+        ]
     return members
 
 
@@ -98,21 +102,13 @@ class _Member(NamedTuple):
     curve: StateCurve
 
 
-@dataclass(frozen=True, slots=True)
-class _Systems:
+class _Systems(NamedTuple):
     """Members of the systems of one bridge for each degree of damage."""
 
     models: BridgeModels
     members: Mapping[str, States]
     settings: FitSettings
     hazard: HazardCurve | None
-    correlations: dict[tuple[LimitState, LimitState], Floats] = field(default_factory=dict)
-
-    def correlation(self, one: LimitState, other: LimitState) -> Floats:
-        """Return the correlation of the demands of two states, shape (1 + B,)."""
-        if (one, other) not in self.correlations:
-            self.correlations[one, other] = self.models.correlation(one, other)
-        return self.correlations[one, other]
 
 
 def _variant_rows(item: tuple[_Systems, int]) -> list[Row]:
@@ -120,16 +116,15 @@ def _variant_rows(item: tuple[_Systems, int]) -> list[Row]:
     systems, number = item
     models, settings = systems.models, systems.settings
     values = records_of(models.variants)[number]
-    own = np.flatnonzero(models.variant == number)
-    part = models.runs.iloc[own]
-    im = part[settings.im].to_numpy(dtype=np.float64)
-    low, high = covered_range(im, demand_table.motion_codes(part))
+    runs = models.runs[models.variant == number]
+    im = runs[settings.im].to_numpy(dtype=np.float64)
+    low, high = covered_range(im, demand_table.motion_codes(runs))
 
     @cache
     def member(state: LimitState) -> _Member | str:
         """Return a component with its curves, or the reason why it is left out."""
         fit = models.fit(state)
-        outcomes = demand_outcomes(part, [state])
+        outcomes = demand_outcomes(runs, [state])
         if fit == TOO_FEW_RUNS or np.sum(outcomes.complete & outcomes.used) < MIN_COMPLETE:
             return "too few complete runs"
         if (status := outcomes.status(state)) != FITTED:
@@ -138,15 +133,15 @@ def _variant_rows(item: tuple[_Systems, int]) -> list[Row]:
         return "demand does not grow" if isinstance(curve, str) else _Member(state, outcomes, curve)
 
     rows: list[Row] = []
-    variant = demand_table.variant_values(part)
+    variant = demand_table.variant_values(runs)
     for degree, states in systems.members.items():
         taking: list[_Member] = []
         names: list[str] = []
         left_out: list[str] = []
         for state in states:
             modes = [member(mode) for mode in state.modes or (state,)]
-            usable = [each for each in modes if isinstance(each, _Member)]
-            reasons = dict.fromkeys(each for each in modes if isinstance(each, str))
+            usable = [mode for mode in modes if isinstance(mode, _Member)]
+            reasons = dict.fromkeys(mode for mode in modes if isinstance(mode, str))
             if usable:
                 other = "" if degree == state.name else f" ({state.name})"
                 names.append(state.component + other)
@@ -156,7 +151,7 @@ def _variant_rows(item: tuple[_Systems, int]) -> list[Row]:
         row = {name: nan for name in demand_table.described("system") if name not in variant}
         row |= {"limit_state": degree, "weakest": ""}
         row |= {"components": ";".join(names), "left_out": ";".join(left_out)}
-        row |= {"level": settings.confidence, "n_runs": len(part), **end_counts(part)}
+        row |= {"level": settings.confidence, "n_runs": len(runs)}
         row |= _system(taking, np.log(im), systems, (low, high)) | {"im_low": low, "im_high": high}
         theta = row["theta"]
         outside = isinstance(theta, float) and not (np.isnan(theta) or low <= theta <= high)
@@ -177,8 +172,8 @@ def _system(
     if not members or ln_im.size < MIN_RUNS:
         return row | {"status": "too_few_runs" if members else "no_component"}
     if np.all(exceed | unknown):
-        each, beta, level = np.ones(exceed.sum()), ASSUMED_BETA, settings.confidence
-        bound = median_bound(ln_im[exceed], each, beta=beta, level=level, exceed=True)
+        ones, beta, level = np.ones(exceed.sum()), ASSUMED_BETA, settings.confidence
+        bound = median_bound(ln_im[exceed], ones, beta=beta, level=level, exceed=True)
         return row | {"status": ALL_EXCEED, "theta_bound": bound}
     curves = [member.curve for member in members]
     ln_theta = np.column_stack([curve.ln_theta for curve in curves])
@@ -197,17 +192,15 @@ def _system(
     distance = np.abs(special.ndtr((np.sort(first) - ln_median) / dispersion) - empirical)
     names, component = np.unique([m.state.component for m in members], return_inverse=True)
     leading = component[np.argmin(failures[:, 0], axis=0)[first <= ln_median]]
-    shares = np.bincount(leading, minlength=len(names)) / leading.size
-    weakest = int(np.argmax(shares))
-    own = component == weakest
+    weakest = names[np.argmax(np.bincount(leading, minlength=len(names)))]
     independent = _failures(*one, np.eye(size)[None], _POINTS, settings.seed)
     good = np.all(np.isfinite(ln_theta) & np.isfinite(beta), axis=1)
     values = ln_theta[good], beta[good], correlation[good]
     again = _failures(*values, _POINTS_OF_REPLICATES, settings.seed)
     if systems.hazard is not None:
         both = [
-            _by_models(each, members, np.flatnonzero(which), systems.hazard)
-            for each, which in ((failures, np.arange(good.size) == 0), (again, good))
+            _by_models(sample, members, np.flatnonzero(which), systems.hazard)
+            for sample, which in ((failures, np.arange(good.size) == 0), (again, good))
         ]
         row |= _rated(both[0][0], both[1], good, systems.hazard, covered)
     replicates = _quantiles(again[:, 1:])  # the first is not without a motion
@@ -216,9 +209,7 @@ def _system(
     theta = exp_end(ln_median)
     row |= {"theta": theta, "theta_low": theta / of_theta, "theta_high": theta * of_theta}
     row |= {"beta": dispersion, "beta_low": dispersion / of_beta, "beta_high": dispersion * of_beta}
-    row |= {"weakest": str(names[weakest]), "share_weakest": shares[weakest]}
-    alone = ln_theta[0, own] if np.sum(own) == 1 else _quantiles(failures[own, :1])[0]
-    row["theta_weakest"] = exp_end(alone[0])
+    row["weakest"] = str(weakest)
     row["theta_correlated"] = exp_end(np.min(ln_theta[0]))
     row["theta_independent"] = exp_end(_quantiles(independent)[0, 0])
     return row | {"status": FITTED, "max_dp": np.max(distance)}
@@ -239,7 +230,7 @@ def _by_models(
         z = point.score(state.threshold, state.dispersion, grid[:, None])[:, rows]
         z = np.maximum.accumulate(z, axis=0)
         e = (ln_im - curve.ln_theta[rows, None]) / curve.total[rows, None]
-        at = [np.interp(own, of, grid) for own, of in zip(e, z.T, strict=True)]
+        at = [np.interp(scores, of, grid) for scores, of in zip(e, z.T, strict=True)]
         first = np.minimum(first, at)
     return first
 
@@ -256,7 +247,7 @@ def _rated(
     logs = np.full(good.size, nan)
     logs[good] = rate.logs[0] + changes - changes[0]
     p = np.mean(first <= np.log(hazard.levels[[0, -1]])[:, None], axis=1)
-    shares = hazard.shares(lambda part: part.rate_of_failures(first[None]), p, *covered)
+    shares = hazard.shares(lambda curve: curve.rate_of_failures(first[None]), p, *covered)
     return {"rate": rate._replace(logs=logs), "shares": shares}
 
 
@@ -266,7 +257,7 @@ def _correlation(members: Sequence[_Member], systems: _Systems) -> Floats:
     size = len(members)
     matrix = np.broadcast_to(np.eye(size), (members[0].curve.beta.size, size, size)).copy()
     for i, j in combinations(range(size), 2):
-        rho = systems.correlation(members[i].state, members[j].state)
+        rho = systems.models.correlation(members[i].state, members[j].state)
         matrix[:, i, j] = matrix[:, j, i] = rho
     values, vectors = np.linalg.eigh(matrix)
     root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]

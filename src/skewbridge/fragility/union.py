@@ -72,6 +72,12 @@ class Union(NamedTuple):
             low, high = np.where(above, low, middle), np.where(above, middle, high)
         return 0.5 * (low + high)
 
+    def columns(self) -> dict[str, float]:
+        """Return `UNION_COLUMNS` of the first of the unions of two modes."""
+        medians, dispersions = np.exp(self.ln_theta[:, 0]), self.beta[:, 0]
+        values = *np.column_stack([medians, dispersions]).ravel(), self.rho[0]
+        return dict(zip(UNION_COLUMNS, map(float, values), strict=True))
+
     def summary(self) -> tuple[Floats, Floats]:
         """Return ln of the median and half of the ln range from 16 to 84 %, shape (R,) each."""
         low, middle, high = (self.quantile(z) for z in (-1.0, 0.0, 1.0))

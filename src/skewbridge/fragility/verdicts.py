@@ -50,11 +50,8 @@ DEMAND: Final = "demand"
 MEDIAN_CAPACITY: Final = "median_capacity"
 RATIOS: Final = ("ratio", "ci_low", "ci_high")
 DIFFERENCES: Final = ("difference", "difference_low", "difference_high")
-#: Columns with counts of runs and curves; missing in effects on demands.
-MEDIAN_COUNTS: Final = (
-    *("n_exceed_from", "n_exceed_to", "n_unknown_from", "n_unknown_to"),
-    *("n_without_curve", "n_extrapolated"),
-)
+#: Columns with counts of curves; missing in effects on demands.
+MEDIAN_COUNTS: Final = ("n_without_curve", "n_extrapolated")
 MORE: Final = "more motions"
 # ASSUME a fifth of the error probability covers what the boundary neglects: few motions, tails
 # heavier than normal, bounds. source: benchmarks/sequential_verdicts.py; without this reserve, 5.4
@@ -69,7 +66,7 @@ CELL: Final = ("bridge", "abutment", "quantity", "demand", "axis", "from_value",
 ROUND_COLUMNS: Final = described("rounds")
 
 
-def judged(table: pd.DataFrame) -> pd.DataFrame:
+def with_verdicts(table: pd.DataFrame) -> pd.DataFrame:
     """Return a table of effects with status, verdict, direction and family-wise verdict.
 
     The verdict follows from the interval of the row; a ratio whose interval is wider than a factor
@@ -288,7 +285,7 @@ def at_looks(table: pd.DataFrame, looks: Sequence[int], per_motion: float = 1.0)
             ends = values[0] + (values[1:] - values[0]) * wider
             ends = np.exp(ends) if names == RATIOS else ends
         columns |= dict(zip(names[1:], ends, strict=True))
-    return judged(table.assign(**columns))[list(table.columns)]
+    return with_verdicts(table.assign(**columns))[list(table.columns)]
 
 
 def _information(table: pd.DataFrame, per_motion: float) -> tuple[Floats, Floats]:
@@ -326,7 +323,7 @@ def kept(table: pd.DataFrame, history: pd.DataFrame) -> pd.DataFrame:
         last = table[[low, high]].to_numpy(np.float64).T
         ends = np.fmax(last[0], other[low].to_numpy()), np.fmin(last[1], other[high].to_numpy())
         columns |= dict(zip((low, high), np.where(ends[0] <= ends[1], ends, last), strict=True))
-    return judged(table.assign(**columns))[list(table.columns)]
+    return with_verdicts(table.assign(**columns))[list(table.columns)]
 
 
 def runs_per_motion(demands: pd.DataFrame) -> float:
