@@ -95,9 +95,7 @@ class ModelOptions:
     # abutments, their columns keep the transverse spacing
     bent_skew: Literal["abutment", "square"] = Field(default="abutment")
     """bents: parallel to the abutments, or square to the deck"""
-    bent_skew_deg: Number | None = Field(
-        default=None, ge=-LARGEST_SKEW_DEG, le=LARGEST_SKEW_DEG
-    )
+    bent_skew_deg: Number | None = Field(default=None, ge=-LARGEST_SKEW_DEG, le=LARGEST_SKEW_DEG)
     """skew of all bents; null: set by bent_skew"""
     # ASSUME the columns of a skewed bent stay under the same girders
     column_spacing: Literal["normal", "along_bent"] = Field(default="normal")
