@@ -73,7 +73,7 @@ class SelectionConfig:
 
     target: FileName = Field(default="target.yaml")
     """conditional spectra: YAML by hand, or a disaggregation of OpenQuake or the USGS"""
-    values: dict[str, str | Number] = Field(default_factory=dict, max_length=4)
+    values: dict[str, str | Number] = Field(default={}, max_length=4)
     """keys of the target that its file lacks: measure, vs30_mps, mechanism, t1_s"""
     candidates: tuple[FileName, ...] = Field(default=("p695",), min_length=1, max_length=20)
     """p695, p695_far, p695_near or folders"""
