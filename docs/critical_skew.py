@@ -4,6 +4,7 @@
 `docs/data/critical_skew.csv` and prints the table of the page.
 """
 
+import sys
 from pathlib import Path
 from typing import Final
 
@@ -18,9 +19,10 @@ STUDY: Final = Path("results/critical_skew/demands.parquet")
 
 
 def extra_seat(demands: pd.DataFrame) -> pd.DataFrame:
-    """Return mean unseating displacement and changes in mm, with 90 % intervals over motions.
+    """Return unseating displacements and changes in mm, with 90 % intervals over motions.
 
-    ``extra`` is the change from skew 0, ``step`` that from the next smaller skew.
+    Each motion counts with its mean over incidences. ``extra`` is the change from skew 0, ``step``
+    that from the next smaller skew.
     """
     rows: list[dict[str, object]] = []
     wide = demands.pivot_table("unseating_m", ["bridge", "motion_id"], "skew_deg") * 1000.0
@@ -48,4 +50,4 @@ def table_text(table: pd.DataFrame) -> str:
 
 if __name__ == "__main__":
     extra_seat(read_frame(STUDY)).round(2).to_csv(DATA, index=False)
-    print(table_text(pd.read_csv(DATA)))
+    sys.stdout.write(f"{table_text(pd.read_csv(DATA))}\n")
