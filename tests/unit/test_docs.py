@@ -118,7 +118,8 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the results of the stored study, as the pages name them."""
     folder = tmp_path_factory.mktemp("finished")
     shutil.copytree(DEMO_STUDY, folder / "results")
-    (folder / "results/smoke").symlink_to(DEMO_STUDY)
+    for name in ("smoke", "site"):
+        (folder / "results" / name).symlink_to(DEMO_STUDY)
     return folder
 
 
