@@ -13,7 +13,7 @@ from skewbridge.contact import ContactLaw
 from skewbridge.contact.law import advance_pair, yields_on_cone
 from skewbridge.verification.references.driven_unit import drive_unit, follow_law, path_work_j
 
-SKEWS = st.floats(-60.0, 60.0)
+SKEWS = st.floats(-66.0, 66.0)
 
 
 @given(st.floats(1e6, 1e9), st.floats(1e5, 1e8), st.floats(0.0, 1.0), st.floats(0.0, 1.0))

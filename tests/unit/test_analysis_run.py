@@ -145,7 +145,7 @@ def test_the_design_criteria_have_the_capacities_of_the_model(pair, tmp_path, br
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ("--skew-deg 75", "skew_deg must be within -60..60, got 75"),
+        ("--skew-deg 75", "skew_deg must be within -66..66, got 75"),
         ("--bridge nowhere", "nowhere"),
         ("--scheme best", "'best' is not one of 'default', 'paper'"),
         ("--dt-s 0.5", "dt_s: must be less than or equal to 0.02, got 0.5"),

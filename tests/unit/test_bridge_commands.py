@@ -82,7 +82,7 @@ def test_models_and_columns_are_drawn_and_written(tmp_path) -> None:
     [
         ("modal --bridge osb9", "bridge must be one of"),
         ("modal --bridge osb1_fixd", "did you mean osb1_fixed?"),
-        ("modal --skew-deg 75", "skew_deg must be within -60..60, got 75"),
+        ("modal --skew-deg 75", "skew_deg must be within -66..66, got 75"),
         ("modal --set column_integration=simpson", "column_integration: must be 'hinge"),
         ("pushover --direction z --out .", "'z' is not one of 'x', 'y'"),
         ("static --max-disp-m -1 --out .", "max_disp_m must be within"),

@@ -9,9 +9,11 @@ from pathlib import Path
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
+import pandas as pd
 import pytest
 import typer
 import yaml
+from critical_skew import DATA, table_text
 from matplotlib.figure import Figure
 from typer.core import TyperGroup
 from typer.main import get_command
@@ -118,7 +120,8 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the results of the stored study, as the pages name them."""
     folder = tmp_path_factory.mktemp("finished")
     shutil.copytree(DEMO_STUDY, folder / "results")
-    (folder / "results/smoke").symlink_to(DEMO_STUDY)
+    for name in ("smoke", "site"):
+        (folder / "results" / name).symlink_to(DEMO_STUDY)
     return folder
 
 
@@ -171,3 +174,8 @@ def test_yaml_of_a_page_is_taken(name: str, text: str, tmp_path: Path) -> None:
     else:
         assert set(content) <= set(StudyConfig.model_fields)
         assert parse_config(content)
+
+
+def test_table_of_the_critical_skew_is_that_of_its_data() -> None:
+    page = (ROOT / "docs/howto/critical_skew.md").read_text(encoding="utf-8")
+    assert table_text(pd.read_csv(ROOT / DATA)) in page

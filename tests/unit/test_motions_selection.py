@@ -12,13 +12,16 @@ from scipy.stats import norm
 from cli_json import answer, invoke
 from motions_files import index_of, make_pairs
 from skewbridge.errors import InputError
-from skewbridge.motions import conditional
+from skewbridge.motions import conditional, selection
 from skewbridge.motions.conditional import BAND_POINTS, condition, read_target
 from skewbridge.motions.selection import select_pairs
 from skewbridge.motions.spectrum import sa_avg_periods
 from skewbridge.motions.suite import prepare_suite
 from skewbridge.motions.synthesis.bssa14 import baker_jayaram_correlation, bssa14
 from skewbridge.motions.synthesis.ddk18 import Scenario
+from skewbridge.study import jobs
+from skewbridge.study.config import parse_config
+from skewbridge.study.inputs import check_inputs
 
 NEAR = {"magnitude": 6.5, "distance_km": 10.0, "epsilon": 1.0}
 SCENARIO = Scenario(magnitude=6.5, distance_km=10.0, vs30_mps=400.0)
@@ -227,3 +230,69 @@ def test_selected_folder_is_read_with_its_factors(tmp_path):
     assert set(index["candidate"]).isdisjoint(other["candidate"])
     result = invoke(*select[:-1], 13, "--out", tmp_path / "three")
     assert (result.exit_code, "12 candidates, got 13" in result.stderr) == (2, True)
+
+
+# ---- motions.selection of a study
+
+
+@pytest.fixture
+def site(tmp_path):
+    """Return two levels of a target, candidates for it, and a function that makes a study."""
+    (mine := tmp_path / "mine").mkdir()
+    index_of(mine, make_pairs(mine, 12), event=[f"event {n}" for n in range(12)])
+    psa_g = prepare_suite(mine, t1_s=0.75)["im_sa_t1_rotd50_g"].median()
+
+    def study(*factors, more=(), **keys):
+        levels = [NEAR | {"level_g": float(factor * psa_g)} for factor in factors]
+        target = {"measure": "SA(0.75)", **SITE, "levels": levels}
+        (tmp_path / "a.yaml").write_text(json.dumps(target))
+        chosen = {"target": str(tmp_path / "a.yaml"), "candidates": [str(mine)], "count": 4, **keys}
+        motions = {"selection": chosen, **dict(more)}
+        return parse_config({"results": str(tmp_path / "results"), "motions": motions})
+
+    return study, psa_g
+
+
+def test_study_selects_as_the_command_does_and_again_only_after_a_change(
+    site, tmp_path, monkeypatch
+):
+    study, psa_g = site
+    config = study(0.9, 1.2)
+    check_inputs(config)
+    assert (config.motions.folder, config.motions.count) == (
+        f"{tmp_path}/results/motions/selected",
+        None,
+    )
+    index = pd.read_csv(tmp_path / "results/motions/selected/index.csv")
+    target = ("--target", tmp_path / "a.yaml", "--from", tmp_path / "mine", "--count", 4)
+    answer("motions", "select", *target, "--out", tmp_path / "by_command")
+    pd.testing.assert_frame_equal(index, pd.read_csv(tmp_path / "by_command/index.csv"))
+    made = jobs.made_from(config)
+    with monkeypatch.context() as patch:
+        patch.delattr(selection, "select_motions")
+        assert jobs.made_from(study(0.9, 1.2)) == made
+    changed = jobs.made_from(study(0.9, 1.1))  # only the target file
+    assert changed["prepare_motions"]["motions"] != made["prepare_motions"]["motions"]
+    levels_g = pd.read_csv(tmp_path / "results/motions/selected/index.csv")["level_g"]
+    np.testing.assert_allclose(levels_g, psa_g * np.repeat([0.9, 1.1], 4))
+
+
+@pytest.mark.parametrize(
+    ("keys", "more", "message"),
+    [
+        ({"target": "nowhere.yaml"}, {}, r"^nowhere\.yaml cannot be read"),
+        ({"candidates": ["nowhere"]}, {}, r"^motions folder nowhere does not exist$"),
+        ({"count": 13}, {}, r"^count must be within 2 and the 12 candidates, got 13$"),
+        ({"values": {"vs30_mps": 40}}, {}, r"vs30_mps: must be .* 150, got 40$"),
+        ({"without": "nowhere"}, {}, r"^nowhere/index\.csv cannot be read"),
+        ({"count": 1}, {}, r"motions\.selection\.count: must be .* 2, got 1$"),
+        ({}, {"folder": "mine"}, r"give selection or folder, not both$"),
+        ({}, {"bands": {}}, r"selection sets the levels: use bands: null"),
+        ({}, {"design": "stripes"}, r"selection sets the levels: use .* scaled_cloud$"),
+    ],
+)
+def test_wrong_selection_of_a_study_is_one_error(site, tmp_path, keys, more, message):
+    with pytest.raises(InputError, match=message) as caught:
+        check_inputs(site[0](0.9, more=more, **keys))
+    assert "\n" not in str(caught.value)
+    assert not (tmp_path / "results/motions/selected/index.csv").exists()

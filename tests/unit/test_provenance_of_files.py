@@ -277,6 +277,8 @@ FITS = {"fit_fragility", "figures", "report"} | ROUNDS
 # the plans of rounds read the new demands
 NOT_OF_MODEL = {"prepare_motions", "verify_contact", "verification"} | ROUNDS
 
+NOT_OF_MOTIONS = {"verify_contact", "verification"}
+
 
 @pytest.mark.parametrize(
     ("text", "changed"),
@@ -287,13 +289,18 @@ NOT_OF_MODEL = {"prepare_motions", "verify_contact", "verification"} | ROUNDS
         ("sensitivity: {rows: 1}", {"sensitivity", "report"}),
         ("fragility: {margin: 0.07}", FITS),
         ("model: {cohesion_n: 5.0}", set(RECIPES) - NOT_OF_MODEL),
+        ("motions: {level_range_g: [0.1, 2.0]}", set(RECIPES) - NOT_OF_MOTIONS),
     ],
 )
 def test_a_key_of_the_configuration_changes_the_rules_that_use_it(tmp_path, text, changed):
+    base = tmp_path / "base.yaml"
+    default = read_mapping(ROOT / "config/config.yaml")
+    base.write_text(json.dumps(merged(default, {"motions": {"count": 2}})))
+
     def studied(text: str) -> dict[str, dict[str, str]]:
         config = tmp_path / "mine.yaml"
-        config.write_text(f"results: {tmp_path}/results\nmotions: {{count: 2}}\n{text}")
-        return made_from(load_config(config, base=ROOT / "config/config.yaml"))
+        config.write_text(f"results: {tmp_path}/results\n{text}")
+        return made_from(load_config(config, base=base))
 
     before, after = studied(""), studied(text)
     assert {rule for rule in before if before[rule] != after[rule]} == changed

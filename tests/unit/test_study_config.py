@@ -56,7 +56,7 @@ def test_shipped_configurations_have_their_variants_defaults_and_results_of_thei
 @pytest.mark.parametrize(
     ("raw", "words"),
     [
-        ({"grid": {"skew_deg": [75]}}, r"grid\.skew_deg\.0: must be within -60\.\.60, got 75$"),
+        ({"grid": {"skew_deg": [75]}}, r"grid\.skew_deg\.0: must be within -66\.\.66, got 75$"),
         ({"grid": {"gap_mm": [-1]}}, r"grid\.gap_mm\.0: .* 0\.\.999, got -1$"),
         ({"grid": {"friction": [-0.1]}}, r"grid\.friction\.0: .* 0\.\.1\.5, got -0\.1"),
         ({"grid": {"friction": [0.1234567]}}, r"friction\.0: .*most 5 decimals, got 0\.1234567"),
@@ -181,7 +181,7 @@ variants = st.builds(
     Variant,
     bridge=st.sampled_from(["osb1", "osb1_fixed", "bridge_a"]),
     abutment=st.sampled_from(sorted(ABUTMENTS)),
-    skew_deg=with_decimals(-60, 60),
+    skew_deg=with_decimals(-66, 66),
     gap_mm=with_decimals(0, 999),
     friction_pct=with_decimals(0, 150),
     options=st.dictionaries(OPTIONS, st.floats(0.0, 1.0)).map(lambda x: tuple(sorted(x.items()))),
@@ -250,7 +250,7 @@ def test_any_numeric_modelling_option_may_be_an_axis() -> None:
     ("field", "value", "words"),
     [
         ("friction_pct", -10, "friction must be within 0..1.5, got -0.1"),
-        ("skew_deg", float("nan"), "skew_deg must be within -60..60, got nan"),
+        ("skew_deg", float("nan"), "skew_deg must be within -66..66, got nan"),
         ("gap_mm", 25.40001, "gap_mm must have at most 3 decimals, got 25.40001"),
         ("friction_pct", 37.5001, "friction must have at most 5 decimals, got 0.375001"),
         ("abutment", "seat", "abutment must be one of .* got 'seat'"),

@@ -1,5 +1,6 @@
 """Faults that stop a study before any analysis, plans, the form of the rules, and the site."""
 
+import json
 import re
 import shlex
 import shutil
@@ -7,8 +8,9 @@ import sys
 
 import pytest
 
+from motions_files import index_of, make_pairs
 from skewbridge.study.jobs import RECIPES
-from small_study import ROOT, SNAKEMAKE, copy_sources, done, run
+from small_study import ROOT, SNAKEMAKE, copy_sources, done, planned_jobs, run
 
 
 @pytest.fixture(scope="module")
@@ -98,6 +100,30 @@ def refused(answer, *words):
 )
 def test_bad_configuration_stops_before_any_work(tree, override, words):
     refused(run(tree, "-n", over=override, check=False), *words)
+
+
+def test_an_edited_target_selects_and_prepares_other_motions(tree, tmp_path):
+    index_of(tmp_path, make_pairs(tmp_path, 6), event=list("abcdef"))
+    target, earthquake = tmp_path / "target.yaml", {"magnitude": 7, "distance_km": 10, "epsilon": 0}
+    selected = tree / "results/smoke/motions/selected/index.csv"
+    chosen = {"target": str(target), "candidates": [str(tmp_path)], "count": 3}
+    over = json.dumps({"motions": {"selection": chosen, "shaking_s": 3.0}})
+
+    def prepared_at(level_g):
+        """Return the jobs planned for a level, after which its motions are prepared."""
+        levels = [earthquake | {"level_g": level_g}]
+        target.write_text(json.dumps({"measure": "SA(0.7)", "vs30_mps": 400, "levels": levels}))
+        jobs = planned_jobs(tree, over, "prepare_motions")
+        run(tree, "--", "prepare_motions", over=over)
+        return jobs, selected.read_text()
+
+    (first, one), (again, two) = prepared_at(0.1), prepared_at(0.1)
+    assert (first, again, one == two) == ({"prepare_motions"}, set(), True)
+    edited, three = prepared_at(0.11)
+    assert (edited, one == three) == ({"prepare_motions"}, False)
+    refused(
+        run(tree, "-n", over=over.replace('"count": 3', '"count": 7'), check=False), "6 candidates"
+    )
 
 
 def test_every_variable_of_make_study_is_understood(tree, tmp_path):

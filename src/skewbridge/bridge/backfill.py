@@ -10,12 +10,11 @@ from skewbridge.bridge.catalogue.data import WallData
 from skewbridge.bridge.plan import DeckEnd
 from skewbridge.bridge.section import FloatArray
 from skewbridge.units import FOOT, INCH, KIP, KN
-from skewbridge.variant.options import BackfillSkew
+from skewbridge.variant.options import LARGEST_SKEW_DEG, BackfillSkew
 
 # source: Shamsabadi, Khalili-Tehrani, Stewart and Taciroglu (2010), J. Bridge Eng. 15(3):233-246:
 # 1.56 for granular backfill, 1.05 for cohesive; 1.57 for SDC 2.0 at 1.7 m
 STRENGTH_EXPONENT = 1.5
-MAX_REDUCTION_SKEW_DEG = 66.0  # source: Caltrans SDC 2.0 section 6.3.1.2
 LARGEST_TESTED_SKEW_DEG = 45.0  # source: tests in verification/skew_passive.csv
 FULL_VARIATION_SKEW_DEG = 60.0  # source: Kaviani et al. (2012), 30 % at 60 degrees
 SOIL_KG_PER_M3 = 1760.0  # source: compacted structure backfill, 110 pcf
@@ -72,7 +71,7 @@ def skew_reduction(skew_rad: float, rule: BackfillSkew = "strength") -> float:
     """
     if rule == "none":
         return 1.0
-    return exp(-min(abs(degrees(skew_rad)), MAX_REDUCTION_SKEW_DEG) / 45.0)
+    return exp(-min(abs(degrees(skew_rad)), LARGEST_SKEW_DEG) / 45.0)
 
 
 def sdc_backfill(abutment: WallData) -> Passive:

@@ -172,26 +172,20 @@ def select(
     """
     import numpy as np
 
-    from skewbridge.motions import conditional, selection
-    from skewbridge.motions.folder import read_index_table
+    from skewbridge.motions.conditional import BAND_POINTS
+    from skewbridge.motions.selection import select_motions
     from skewbridge.report.motion_figures import suite_spectra
 
     keys = keys_and_values("--set", changes)
-    spectra = conditional.conditional_spectra(conditional.read_target(target, keys))
-    writable_file(out / "index.csv")
-    used = set(read_index_table(without / "index.csv")["candidate"]) if without else set[str]()
-    periods_s = spectra[0].periods_s
-    candidates = selection.read_candidates(sources, periods_s, count, used)
-    selections = [selection.select_pairs(candidates, level, count) for level in spectra]
-    index = selection.write_selections([chosen for chosen, _ in selections], out)
-    band = slice(conditional.BAND_POINTS)
-    for number, (level, (chosen, _)) in enumerate(zip(spectra, selections, strict=True), start=1):
-        model = ("target", level.median_g[band], level.sigma[band])
-        title = f"{target.name}, level {number}: {level.causes['level_g']:.3g} g"
-        psa_g = np.exp(np.stack(chosen["log_psa"].to_list()))
-        figure = suite_spectra(psa_g, periods_s[band], title=title, model=model)
+    selections = select_motions(target, keys, sources, count, out, without)
+    band = slice(BAND_POINTS)
+    for number, (spectrum, pairs, _) in enumerate(selections, start=1):
+        model = ("target", spectrum.median_g[band], spectrum.sigma[band])
+        title = f"{target.name}, level {number}: {spectrum.causes['level_g']:.3g} g"
+        psa_g = np.exp(np.stack(pairs["log_psa"].to_list()))
+        figure = suite_spectra(psa_g, spectrum.periods_s[band], title=title, model=model)
         figure.savefig(out / f"level_{number}.png", dpi=150)
-    levels = [summary for _, summary in selections]
+    levels = [selection.summary for selection in selections]
     if not all(summary["within_tolerances"] for summary in levels):
         warn("a level misses the tolerances (mean 5 %, dispersion 10 %): add candidates")
-    return Answer({"levels": levels, "index": str(index)})
+    return Answer({"levels": levels, "index": str(out / "index.csv")})

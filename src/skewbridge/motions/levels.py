@@ -68,11 +68,29 @@ class BandsConfig:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
+class SelectionConfig:
+    """Selection of pairs that follow conditional spectra (`motions.selection`)."""
+
+    target: FileName = Field(default="target.yaml")
+    """conditional spectra: YAML by hand, or a disaggregation of OpenQuake or the USGS"""
+    values: dict[str, str | Number] = Field(default={}, max_length=4)
+    """keys of the target that its file lacks: measure, vs30_mps, mechanism, t1_s"""
+    candidates: tuple[FileName, ...] = Field(default=("p695",), min_length=1, max_length=20)
+    """p695, p695_far, p695_near or folders"""
+    without: FileName | None = Field(default=None)
+    """folder of an earlier selection, whose pairs are left out"""
+    count: Whole = Field(default=16, ge=2, le=10_000)
+    """pairs at each level; replaces motions.count"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
 class MotionsConfig:
     """Ground motions of a study, their levels and their directions."""
 
     folder: FileName | None = Field(default=None)
     """folder with index.csv or motion files, instead of suites"""
+    selection: SelectionConfig | None = Field(default=None)
+    """pairs selected for a target, used instead of suites"""
     suites: tuple[FileName, ...] = Field(default=("near",), min_length=1, max_length=20)
     """near, far, pulse, p695, p695_far, p695_near (motions/README.md), or folders"""
     count: Whole | None = Field(default=32, ge=1, le=100_000)
@@ -109,6 +127,8 @@ class MotionsConfig:
             values = getattr(self, name)
             if list(values) != sorted(set(values)):
                 raise ValueError(f"{name} must be in increasing order, got {list(values)}")
+        if self.selection and (self.bands or self.design != "scaled_cloud"):
+            raise ValueError("selection sets the levels: use bands: null, design: scaled_cloud")
         if self.bands and self.design != "scaled_cloud":
             raise ValueError(f"bands need the design scaled_cloud, got {self.design}")
         if self.blocks and len(self.incidence_deg) > 2:

@@ -5,18 +5,29 @@ Each pair is scaled to the level. As in the greedy step of Baker and Lee (2018, 
 """
 
 import shutil
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from skewbridge.errors import InputError
 from skewbridge.files.tables import Index, Mask, records_of
-from skewbridge.files.text import writable_folder
-from skewbridge.motions.conditional import BAND_POINTS, ConditionalSpectrum
-from skewbridge.motions.folder import INDEX_NAME, index_row, list_motions, write_index
+from skewbridge.files.text import writable_file, writable_folder
+from skewbridge.motions.conditional import (
+    BAND_POINTS,
+    ConditionalSpectrum,
+    conditional_spectra,
+    read_target,
+)
+from skewbridge.motions.folder import (
+    INDEX_NAME,
+    index_row,
+    list_motions,
+    read_index_table,
+    write_index,
+)
 from skewbridge.motions.levels import FACTOR_LIMITS
 from skewbridge.motions.record import Vector
 from skewbridge.motions.spectrum import pair_psa
@@ -28,6 +39,35 @@ TOLERANCES: Final = np.array([0.05, 0.10])
 MOST_PER_EVENT: Final = 2
 # ASSUME errors above 0.9 of a tolerance, and synthetic pairs, cost more (trial runs)
 _AIM, _COST_OVER, _COST_SYNTHETIC, _STARTS = 0.9, 20.0, 0.05, 32
+
+
+class LevelSelection(NamedTuple):
+    """Pairs selected for one level, see `select_pairs`."""
+
+    target: ConditionalSpectrum
+    pairs: pd.DataFrame
+    summary: dict[str, Any]
+
+
+def select_motions(
+    target: Path,
+    values: Mapping[str, Any],  # keys of the target, which replace those of its file
+    sources: Sequence[Path],  # folders of candidates
+    count: int,  # pairs at each level
+    out: Path,
+    without: Path | None = None,  # folder of an earlier selection
+) -> list[LevelSelection]:
+    """Select pairs for each level of a target file and write them as a folder of motions.
+
+    Raises `InputError` for a wrong target before candidates are read, and for too few candidates.
+    """
+    spectra = conditional_spectra(read_target(target, values))
+    writable_file(out / INDEX_NAME)
+    used = set(read_index_table(without / INDEX_NAME).get("candidate", ())) if without else ()
+    candidates = read_candidates(sources, spectra[0].periods_s, count, used)
+    levels = [LevelSelection(each, *select_pairs(candidates, each, count)) for each in spectra]
+    write_selections([level.pairs for level in levels], out)
+    return levels
 
 
 def read_candidates(
@@ -108,8 +148,8 @@ def _improved(
     return misfit, chosen
 
 
-def write_selections(selections: Sequence[pd.DataFrame], folder: Path) -> Path:
-    """Write index and copied files of the pairs, a folder of motions; return the index."""
+def write_selections(selections: Sequence[pd.DataFrame], folder: Path) -> None:
+    """Write index and copied files of the pairs, a folder of motions."""
     rows: list[dict[str, object]] = []
     for number, selection in enumerate(selections, start=1):
         for pair in records_of(selection):
@@ -122,4 +162,3 @@ def write_selections(selections: Sequence[pd.DataFrame], folder: Path) -> Path:
             row["motion_id"] = name + (f"_{number}" if len(selections) > 1 else "")
             rows.append(row)
     write_index(folder / INDEX_NAME, rows)
-    return folder / INDEX_NAME

@@ -134,6 +134,11 @@ class StudyConfig(BaseModel):
             raise ValueError("design.until: an IDA cannot run in rounds; use scaled_cloud")
         if self.design.until and len(self.motions.suites) > 1:
             raise ValueError("design.until: rounds need exactly one suite in motions.suites")
+        if self.motions.selection:
+            if self.motions.folder not in (None, str(StudyFolder(Path(self.results)).selected)):
+                raise ValueError("motions: give selection or folder, not both")
+            if self.design.until:
+                raise ValueError("design.until: motions.selection cannot run in rounds")
         within, axes = self.motions.blocks and self.motions.blocks.within, self.grid.values()
         if unknown := set(within or ()) - axes.keys():
             names = printable(", ".join(sorted(unknown)))
@@ -158,7 +163,8 @@ def parse_config(
     """Return the validated configuration; omitted sections take their defaults.
 
     Without the key ``results``, the first of `files` sets the folder. A hazard curve sets the
-    intensity measure of the curves. `InputError` has one line per wrong key or value.
+    intensity measure of the curves, `motions.selection` the folder of motions. `InputError` has one
+    line per wrong key or value.
     """
     full = {"results": default_root(files[0]) if files else DEFAULT_ROOT, **raw}
     design, motions = raw.get("design"), raw.get("motions", {})
@@ -168,6 +174,10 @@ def parse_config(
     if isinstance(chosen, str) and chosen in NUMERICS:
         full = under_explicit_keys(full, chosen)
     study = checked(StudyConfig, full, where)
+    if study.motions.selection:  # `study.inputs.select_motions` fills this folder
+        selected = str(StudyFolder(Path(study.results)).selected)
+        motions_read = replace(study.motions, folder=selected, count=None)
+        study = study.model_copy(update={"motions": motions_read})
     if (hazard := study.hazard_curve) is None:
         return study
     # curves of a study with a hazard are for its intensity measure

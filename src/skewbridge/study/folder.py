@@ -43,6 +43,8 @@ class StudyFolder:
         self.configuration: Final = root / "configuration.json"  # see `store_configuration`
         self.suite: Final = root / "motions/suite.parquet"  # motions with their factors
         self.intensities: Final = root / "motions/intensities.parquet"  # at factor 1, by bridge
+        self.selected: Final = root / "motions/selected"  # index and files of selected motions
+        self.selection: Final = root / "motions/selection.json"  # its summary by level
         self.pilot: Final = root / "motions/pilot.json"  # medians that set the levels
         self.motions_digest: Final = root / "motions/digest.json"  # cache for unchanged files
         self.demands: Final = root / "demands.parquet"  # demands of all variants

@@ -17,7 +17,7 @@ from skewbridge.bridge.library import load_structure
 from skewbridge.demands.columns import DEMAND_COLUMNS, INTENSITY_COLUMNS, Column, joint_columns
 from skewbridge.demands.validity import with_derived_columns
 from skewbridge.errors import InputError, raise_all
-from skewbridge.files.digests import digest_of, provenance
+from skewbridge.files.digests import canonical, digest_of, layer_digest, provenance
 from skewbridge.files.tables import read_frame, write_frame
 from skewbridge.files.text import read_json, shortened, write_text
 from skewbridge.fragility.limit_states import (
@@ -25,7 +25,9 @@ from skewbridge.fragility.limit_states import (
     load_limit_states,
     with_column_failure,
 )
+from skewbridge.motions.folder import INDEX_NAME
 from skewbridge.motions.levels import BLOCK, LEVEL_MEASURE, has_pilot, striped
+from skewbridge.motions.read import files_digest
 from skewbridge.motions.suite import content_digest, suite_sources
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, check_font
 from skewbridge.study.folder import StudyFolder
@@ -74,7 +76,8 @@ def _check_options(bridge: str, config: StudyConfig) -> None:
 
 
 def motions_digest(config: StudyConfig, cache: Path | None) -> str:
-    """Return the digest of the motions of a study, see `content_digest`."""
+    """Return the digest of the motions of a study, see `content_digest`, after their selection."""
+    select_motions(config, cache)
     # a pilot has its medians after its motions are read
     medians_g = () if has_pilot(config.motions) else band_medians(config)
     digests: list[str] = [digest_of(medians_g)] if medians_g else []
@@ -87,6 +90,43 @@ def motions_digest(config: StudyConfig, cache: Path | None) -> str:
         for number, source in enumerate(suite_sources(config.motions))
     ]
     return digests[0] if len(digests) == 1 else digest_of(*digests)
+
+
+def select_motions(config: StudyConfig, cache: Path | None) -> None:
+    """Fill the folder of `motions.selection` unless target, candidates and code are unchanged.
+
+    Writes the errors of each level into `motions/selection.json` of the results.
+    """
+    chosen, folder = config.motions.selection, StudyFolder(Path(config.results))
+    if chosen is None:
+        return
+    target, sources = Path(chosen.target), list(map(Path, chosen.candidates))
+    without = Path(chosen.without) if chosen.without else None
+    state = digest_of(
+        canonical(asdict(chosen)),
+        layer_digest(("errors.py", "units.py", "files", "motions")),
+        files_digest(target, *([without / INDEX_NAME] if without else [])),
+        *(
+            content_digest(source, None, cache and cache.with_stem(f"candidates{number}"))
+            for number, source in enumerate(sources)
+        ),
+    )
+    index = folder.selected / INDEX_NAME
+    is_written = folder.selection.is_file() and index.is_file()
+    if is_written and read_json(folder.selection).get("state") == state:
+        return
+    # here: it loads scipy.signal
+    from skewbridge.motions import selection
+
+    levels = selection.select_motions(
+        target, chosen.values, sources, chosen.count, folder.selected, without
+    )
+    summaries = [level.summary for level in levels]
+    for summary in summaries:
+        if not summary["within_tolerances"]:
+            text = "motions.selection: level %.3g g misses the tolerances: add candidates"
+            logger.warning(text, summary["level_g"])
+    write_text(folder.selection, json.dumps({"state": state, "levels": summaries}, indent=1))
 
 
 def _check_column(key: str, name: str, columns: Iterable[Column]) -> None:

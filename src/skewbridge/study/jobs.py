@@ -97,7 +97,8 @@ def made_from(study: StudyConfig) -> dict[str, dict[str, str]]:
     for rule, recipe in RECIPES.items():
         made[rule] = {
             "sources": sources[rule],
-            **{name: digest_of(canonical(values[name])) for name in recipe.sections},
+            # `motions` is both a section and an input
+            **{f"{name}:": digest_of(canonical(values[name])) for name in recipe.sections},
             **{name: inputs[name] for name in recipe.inputs},
             **({"motions": inputs["motions"]} if recipe.after else {}),
             **{name: rule_digest(made[name]) for name in recipe.after},

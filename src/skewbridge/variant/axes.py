@@ -12,7 +12,7 @@ from pydantic import TypeAdapter
 
 from skewbridge.errors import InputError
 from skewbridge.units import split_unit
-from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.options import LARGEST_SKEW_DEG, ModelOptions
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,8 +85,8 @@ AXES: Final = (
         title="skew",
         description="skew of the abutment line from the transverse axis",
         code="skew",
-        low=-60.0,
-        high=60.0,
+        low=-LARGEST_SKEW_DEG,
+        high=LARGEST_SKEW_DEG,
         decimals=3,
         digits=2,
     ),

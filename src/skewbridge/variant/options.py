@@ -14,6 +14,8 @@ from skewbridge.units import MM
 Fibers = Annotated[Whole, Field(ge=1, le=200)]
 # fewer than three on a circle have different bending stiffness about different axes
 Wedges = Annotated[Whole, Field(ge=3, le=200)]
+#: source: Caltrans SDC 2.0 section 6.3.1.2, where its reduction of backfill for skew ends
+LARGEST_SKEW_DEG: Final = 66.0
 _Factor = Annotated[Number, Field(ge=1.0e-3, le=1.0e3)]
 #: Direction of a joint gap: normal to the backwall, or along the bridge.
 type GapMeasured = Literal["normal", "longitudinal"]
@@ -80,7 +82,7 @@ class ModelOptions:
     """power of the wall height in the strength of UCSD backfill (scheme paper: 1)"""
     # ASSUME the backfill is uniform along the wall
     backfill_variation: Number = Field(default=0.0, ge=0.0, le=0.9)
-    """change of the backfill from middle to ends of a wall at skew 60 (Kaviani: 0.3)"""
+    """change of the backfill from middle to ends of a wall from skew 60 (Kaviani: 0.3)"""
     keys: Literal["sacrificial", "monolithic"] = Field(default="sacrificial")
     """backbone of the exterior shear keys"""
     key_frame: Literal["skewed", "deck_edge"] = Field(default="deck_edge")
@@ -93,7 +95,7 @@ class ModelOptions:
     # abutments, their columns keep the transverse spacing
     bent_skew: Literal["abutment", "square"] = Field(default="abutment")
     """bents: parallel to the abutments, or square to the deck"""
-    bent_skew_deg: Number | None = Field(default=None, ge=-60.0, le=60.0)
+    bent_skew_deg: Number | None = Field(default=None, ge=-LARGEST_SKEW_DEG, le=LARGEST_SKEW_DEG)
     """skew of all bents; null: set by bent_skew"""
     # ASSUME the columns of a skewed bent stay under the same girders
     column_spacing: Literal["normal", "along_bent"] = Field(default="normal")

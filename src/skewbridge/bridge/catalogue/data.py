@@ -32,8 +32,9 @@ from skewbridge.bridge.catalogue.columns import (
     over_default,
 )
 from skewbridge.errors import InputError
+from skewbridge.variant.options import LARGEST_SKEW_DEG
 
-type Skew = Annotated[float, Field(ge=-60.0, le=60.0)]
+type Skew = Annotated[float, Field(ge=-LARGEST_SKEW_DEG, le=LARGEST_SKEW_DEG)]
 type Gap = Annotated[float, Field(ge=0.0, le=1.0e3)]
 type Base = Literal["pinned", "fixed"]
 
