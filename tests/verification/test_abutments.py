@@ -355,8 +355,8 @@ def test_no_pad_pulls_at_the_deck_and_a_deck_that_lifts_opens_its_bearings(
     forces_n = []  # of each bearing on the deck downwards, step by step: tension is positive
 
     class Watch(transient.Watch):
-        def __init__(self, model, settings):
-            super().__init__(model, settings)
+        def __init__(self, model, settings, **options):
+            super().__init__(model, settings, **options)
             self.pads = [pad.element for end in model.abutments for pad in end.bearings]
             forces_n.append(self.of_pads())
 

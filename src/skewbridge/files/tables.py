@@ -130,10 +130,18 @@ def read_any(path: Path) -> pd.DataFrame:
 
 
 def frame_of(table: pa.Table) -> pd.DataFrame:
-    """Return an Arrow table as a data frame; a named index of pandas becomes a column."""
-    # not by the metadata of pandas, which may be damaged
-    frame = table.replace_schema_metadata(None).to_pandas()
-    return frame[[name for name in frame if not str(name).startswith("__index_level_")]]
+    """Return an Arrow table as a data frame, even if its pandas metadata are damaged."""
+    try:
+        frame = table.to_pandas()
+    except (ValueError, KeyError, TypeError, AttributeError, IndexError, pa.ArrowException):
+        # the metadata of pandas in the file are damaged
+        frame = table.replace_schema_metadata(None).to_pandas()
+    levels = [frame.index.get_level_values(number) for number in range(frame.index.nlevels)]
+    frame = frame.reset_index(drop=True)
+    for level in reversed(levels):
+        if level.name is not None and level.name not in frame:
+            frame.insert(0, level.name, level)
+    return frame
 
 
 def records_of(frame: pd.DataFrame) -> list[dict[str, Any]]:
