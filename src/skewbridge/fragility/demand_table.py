@@ -108,7 +108,7 @@ def motion_codes(table: pd.DataFrame) -> Index:
 
 def shaking_codes(table: pd.DataFrame) -> Index:
     """Return the number of the motion and incidence of each run, shape (n,)."""
-    return table.groupby(["motion_id", "incidence_deg"]).ngroup().to_numpy(dtype=np.intp)
+    return np.asarray(table.groupby(["motion_id", "incidence_deg"]).ngroup(), dtype=np.intp)
 
 
 def _blocks(table: pd.DataFrame) -> NDArray[np.str_]:
