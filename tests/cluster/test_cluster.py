@@ -25,7 +25,7 @@ BIN = Path(sys.executable).parent
 TABLES = ["demands", "fragility/curves", "fragility/effects", "fragility/median_effects"]
 STUDY = """
 grid: {bridge: [osb1], skew_deg: [30], gap_mm: [25]}
-motions: {count: 4}
+motions: {count: 4, incidence_deg: [0.0], blocks: null, bands: null}
 analysis: {duration_s: 6.0}
 sensitivity: {rows: 0}
 """

@@ -196,12 +196,23 @@ def decide(
     needs = with_codes(decision(rows, site, target, values), rows[0]["bridge"])
     others = ", ".join(f"{name} {value:g}" for name, value in needs.values.items())
     title = f"{rows[0]['bridge']}, {others}: rate below {target:.3g} per year"
+    if outside := int((extrapolated := needs.table["extrapolated"].eq(other=True)).sum()):
+        title += f" ({outside} of {extrapolated.size} seats extrapolated)"
     folder = writable_folder(out)
     write_csv(needs.table, folder / "decision.csv")
     draw = partial(decision_figure, needs, title)
     files = save_figure(draw, FigureSettings(), folder, "decision")
     table = needs.table
-    names = ("seat_m", "seat_m_low", "seat_m_high", "hazus_m", "aashto_m", "sdc_m", "column_rate")
+    names = (
+        "seat_m",
+        "seat_m_low",
+        "seat_m_high",
+        "extrapolated",
+        "hazus_m",
+        "aashto_m",
+        "sdc_m",
+        "column_rate",
+    )
     printed = table.loc[table["gap_mm"].isin([table["gap_mm"].min(), table["gap_mm"].max()])]
     printed = printed.loc[printed["skew_deg"] % 15.0 == 0.0]
     printed = printed[["skew_deg", "gap_mm", *(name for name in names if name in table)]]
