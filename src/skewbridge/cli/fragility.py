@@ -194,8 +194,8 @@ def decide(
     site = site_hazard(hazard, rows[0]["im"])
     assert site is not None
     needs = with_codes(decision(rows, site, target, values), rows[0]["bridge"])
-    others = ", ".join(f"{name} {value:g}" for name, value in needs.values.items())
-    title = f"{rows[0]['bridge']}, {others}: rate below {target:.3g} per year"
+    place = [rows[0]["bridge"], *(f"{name} {value:g}" for name, value in needs.values.items())]
+    title = f"{', '.join(place)}: rate below {target:.3g} per year"
     if outside := int((extrapolated := needs.table["extrapolated"].eq(other=True)).sum()):
         title += f" ({outside} of {extrapolated.size} seats extrapolated)"
     folder = writable_folder(out)
