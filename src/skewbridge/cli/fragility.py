@@ -196,8 +196,9 @@ def decide(
     needs = with_codes(decision(rows, site, target, values), rows[0]["bridge"])
     place = [rows[0]["bridge"], *(f"{name} {value:g}" for name, value in needs.values.items())]
     title = f"{', '.join(place)}: rate below {target:.3g} per year"
-    if outside := int((extrapolated := needs.table["extrapolated"].eq(other=True)).sum()):
-        title += f" ({outside} of {extrapolated.size} seats extrapolated)"
+    extrapolated = needs.table["extrapolated"]
+    if extrapolated.any():
+        title += f" ({extrapolated.sum()} of {extrapolated.size} seats extrapolated)"
     folder = writable_folder(out)
     write_csv(needs.table, folder / "decision.csv")
     draw = partial(decision_figure, needs, title)

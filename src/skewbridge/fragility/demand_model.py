@@ -366,7 +366,7 @@ class _Setup:
     axes: AxisRange
     ln_im: Floats
     motion: Index
-    shaking: Index
+    shaking: Index  # motion and incidence: the group of the random effect
     block: Index
     variant: Index
     matrix: Floats  # terms of the shift of each variant, shape (V, q)

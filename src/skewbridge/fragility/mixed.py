@@ -2,10 +2,10 @@
 
     y = X delta + s (u_g + e),   s = exp(gamma w),   u_g ~ N(0, tau^2),   e ~ N(0, sigma^2)
 
-g is the motion of a run; the scatter grows with the variable w if gamma > 0. A value y is known,
-right-censored (larger than a bound) or left-censored (smaller). The likelihood of a motion is
-integrated over u_g by Gauss-Legendre panels. Newton's method maximises the product of these
-likelihoods and of normal priors about zero of gamma and some coefficients. Runs need not be
+g is the motion of a run, at one incidence; the scatter grows with the variable w if gamma > 0. A
+value y is known, right-censored (larger than a bound) or left-censored (smaller). The likelihood of
+a motion is integrated over u_g by Gauss-Legendre panels. Newton's method maximises the product of
+these likelihoods and of normal priors about zero of gamma and some coefficients. Runs need not be
 balanced.
 
 Sources: the model, Laird and Ware (1982), Biometrics 38(4):963-974; information of incomplete data,
@@ -45,7 +45,7 @@ class MixedData:
     design: Floats  # X, shape (n, p)
     lower: Floats  # lower bound of y; -inf if y is left-censored
     upper: Floats  # upper bound; equal to `lower` if y is known, inf if it is right-censored
-    motion: Index  # number of the motion of each run, 0 .. G - 1
+    motion: Index  # number of the motion and incidence of each run, 0 .. G - 1
     #: 1 / variance of the prior of each coefficient of X, shape (p,); 0: no prior.
     precision: Floats
     growth: Floats  # w; all zero: constant scatter

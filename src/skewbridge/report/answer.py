@@ -396,7 +396,8 @@ def _axis_sentence(
     leads = decided[decided["demand"].isin(LEADING_STATES)]
     for (state,), rows in groups_of(leads if len(leads) else decided, ["demand"]):
         certain = rows["claim"].isin((LOWER, HIGHER))
-        row, verb, _ = largest_change(records_of(rows[certain] if certain.any() else rows))
+        candidates = records_of(rows[certain] if certain.any() else rows)
+        row, verb, _ = largest_change(candidates)
         doubt = CERTAINTY[row["claim"]].partition(",")[0]
         if np.isfinite(row["sure_ratio"]):
             sure = {"ratio": row["sure_ratio"], "ci_low": row["sure_low"],
@@ -408,9 +409,9 @@ def _axis_sentence(
         moved_g = abs(row["to_demand"] - row["from_demand"])
         model = f" of {names[row['bridge'], row['abutment']]}" if len(names) > 1 else ""
         others = [
-            f"{names[each['bridge'], each['abutment']]}: {change_text(each)}"
-            for each in records_of(rows[rows["claim"] == row["claim"]])
-            if each["bridge"] != row["bridge"]
+            f"{names[other['bridge'], other['abutment']]}: {change_text(other)}"
+            for other in candidates
+            if other is not row and other["claim"] == row["claim"]
         ]
         also = f"{doubt}, as in {listed(others)}" if len(others) in (1, 2) else doubt
         details = ", ".join(filter(None, [also, extent_of_data(row)]))
