@@ -65,10 +65,10 @@ def read_by(program, files):
     return json.loads(done.stdout.splitlines()[-1])
 
 
-def fitted(curves, method):
-    """Return the curves that have an estimate, with the dispersion that is exported."""
+def fitted(curves):
+    """Return the preferred curves that have an estimate, with the dispersion that is exported."""
     table = pd.read_parquet(curves)
-    table = table[(table["method"] == method) & (table["status"] == "ok")]
+    table = table[table["preferred"] & (table["status"] == "ok")]
     return table.assign(b=table["beta_total"].fillna(table["beta"]))
 
 
@@ -76,16 +76,15 @@ def probabilities(row):
     return ndtr(np.log(np.array(LEVELS) / row.theta) / row.b)
 
 
-@pytest.mark.parametrize("method", ["cloud", "exceedance"])
-def test_pelicun_gets_our_probabilities(curves, tmp_path, method):
+def test_pelicun_gets_our_probabilities(curves, tmp_path):
     out = tmp_path / "pelicun.csv"
-    export_curves(curves, "pelicun", out, method=method)
+    export_curves(curves, "pelicun", out)
     found = read_by("pelicun", [str(out)])[str(out)]
     numbers = {}
     for component, states in pd.read_parquet(curves).groupby("component"):
         ordered = states.drop_duplicates("limit_state").sort_values("threshold")["limit_state"]
         numbers |= {(str(component), str(name)): n for n, name in enumerate(ordered, start=1)}
-    expected = fitted(curves, method)
+    expected = fitted(curves)
     assert len(expected) > 20
     assert sum(len(each["probabilities"]) for each in found.values()) == len(expected)
     assert {each["directional"] for each in found.values()} == {1}
@@ -96,9 +95,8 @@ def test_pelicun_gets_our_probabilities(curves, tmp_path, method):
         np.testing.assert_allclose(read, probabilities(row), atol=TOLERANCE, rtol=0.0)
 
 
-@pytest.mark.parametrize("method", ["cloud", "exceedance"])
-def test_openquake_reads_every_file_and_gets_our_probabilities(curves, tmp_path, method):
-    report = export_curves(curves, "nrml", tmp_path / "curves.xml", method=method)
+def test_openquake_reads_every_file_and_gets_our_probabilities(curves, tmp_path):
+    report = export_curves(curves, "nrml", tmp_path / "curves.xml")
     found = read_by("openquake", report["files"])
     functions = {
         (name, state): (function, *values)
@@ -111,7 +109,7 @@ def test_openquake_reads_every_file_and_gets_our_probabilities(curves, tmp_path,
     for model in report["models"]:
         assert found[model["file"]]["limit_states"] == model["limit_states"]
         assert len(found[model["file"]]["functions"]) == model["functions"]
-    expected = fitted(curves, method)
+    expected = fitted(curves)
     assert len(functions) == len(expected)
     for row in expected.itertuples():
         name = identifier(f"{row.variant}:{row.component}", r"A-Za-z0-9_:\-", 75)

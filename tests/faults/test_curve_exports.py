@@ -117,20 +117,16 @@ def test_pelicun_keeps_the_number_of_a_state_where_a_milder_one_has_no_estimate(
     assert np.isnan(hole["LS1-Theta_0"])
     assert hole["LS2-Theta_0"] > 0
     assert (others["LS1-Theta_0"] < others["LS2-Theta_0"]).all()
-    described = json.loads(out.with_suffix(".json").read_text())[name]
+    names = json.loads(out.with_suffix(".json").read_text())
+    assert names.pop("_GeneralInformation")["References"] == ["test"]
+    assert set(names) == set(table.index)
+    described = names[name]
     assert described["LimitStates"]["LS2"]["DS1"]["Description"].startswith("moderate")
     assert "LS1 slight (all_exceed)" in described["Comments"]
     assert described["LimitStates"]["LS2"]["DS1"]["Reference"] == "test"
 
 
-def test_dlml_folder_has_general_information_and_nrml_a_file_per_set_of_states(export):
-    out, report = export(curves_of(PGA), "dlml", "library")
-    assert report["files"] == [str(out / f"fragility.{end}") for end in ("csv", "json")]
-    described = json.loads((out / "fragility.json").read_text())
-    about = described.pop("_GeneralInformation")
-    assert about["ComponentGroups"] == ["column_drift"]
-    assert about["References"] == ["test"]
-    assert set(described) == set(pd.read_csv(out / "fragility.csv")["ID"])
+def test_nrml_has_a_file_per_set_of_states(export):
     _, report = export(with_hole(curves_of(PGA)), "nrml", "fragility.xml")
     assert {model["functions"] for model in report["models"]} == {1, 3}
     assert report["curves"] == 7
@@ -154,38 +150,6 @@ def test_probabilities_over_a_range_are_those_of_the_curves(export):
     assert long.loc[same, "probability"].to_numpy() == pytest.approx(norm.cdf(u), rel=1e-9)
 
 
-def test_skew_factors_have_paired_or_independent_intervals_and_scale_capacities(export, tmp_path):
-    curves = curves_of().assign(var_ln_theta=0.01)
-    out, _ = export(curves, "csv", "factors.csv", "--skew-factors")
-    factors = pd.read_csv(out)
-    assert len(factors) == 4
-    assert set(factors["interval"]) == {"independent"}
-    width = np.log(factors["factor_high"] / factors["factor_low"])
-    assert width.to_numpy() == pytest.approx(2 * 1.645 * np.sqrt(0.02), rel=1e-3)
-    assert factors["hazus_factor"].to_numpy() == pytest.approx(np.sqrt(np.cos(np.pi / 6)))
-    ratio = (factors["theta"] / factors["theta_straight"]).to_numpy()
-    assert ratio == pytest.approx(factors["factor"])
-    pair = curves.iloc[0][["bridge", "abutment", "gap_mm", "friction"]].to_dict() | {
-        **{"demand": "column_drift/slight", "scope": "variant", "status": "ok"},
-        **{"axis": "skew_deg", "from_value": 0.0, "to_value": 30.0, "skew_deg": np.nan},
-        **{"ratio": 0.9, "ci_low": 0.8, "ci_high": 1.0},
-    }
-    pd.DataFrame([pair]).to_parquet(tmp_path / "median_effects.parquet")
-    export(curves, "csv", "factors.csv", "--skew-factors")
-    factors = pd.read_csv(out)
-    paired = factors[factors["interval"] == "paired"]
-    assert len(paired) == 1
-    assert (paired["factor_high"] / paired["factor_low"]).item() == pytest.approx(1.0 / 0.8)
-    scaling, _ = export(curves, "pelicun", "scaling.json", "--skew-factors")
-    found = json.loads(scaling.read_text())["30"]
-    assert set(found) == {"factor", "low", "high"}
-    values = [float(text[1:]) for states in found["factor"].values() for text in states.values()]
-    assert sorted(values) == pytest.approx(sorted(factors["factor"]), rel=1e-5)
-    table = pd.read_csv(export(curves, "pelicun", "pelicun.csv")[0])
-    assert set(found["factor"]) <= {f"{name}-0-1" for name in table["ID"]}
-    assert all(key.startswith("LS") for states in found["low"].values() for key in states)
-
-
 def test_latex_names_variants_in_words_and_marks_differing_methods(export):
     tex, _ = export(curves_of(), "latex", "curves.tex")
     text = tex.read_text()
@@ -199,19 +163,16 @@ def test_latex_names_variants_in_words_and_marks_differing_methods(export):
     assert variant_in_words(row) == "skew 22.5 deg"
 
 
-def test_preferred_curves_or_a_method_are_exported_with_one_row_where_there_is_no_estimate(export):
+def test_preferred_curves_are_exported_with_one_row_where_there_is_no_estimate(export):
     curves = curves_of()
     first = (curves["variant"] == curves["variant"].iloc[0]) & (curves["limit_state"] == "slight")
     curves.loc[first, "preferred"] = curves.loc[first, "method"] == "exceedance"
     out, _ = export(curves, "csv", "curves.csv")
     assert pd.read_csv(out)["method"].value_counts().to_dict() == {"cloud": 7, "exceedance": 1}
-    export(curves, "csv", "curves.csv", "--method", "cloud")
-    assert set(pd.read_csv(out)["method"]) == {"cloud"}
     # rows without an estimate keep their status
     curves = curves_of()
-    unreached = (curves["method"] == "exceedance") & (curves["limit_state"] == "moderate")
-    curves["status"] = np.where(unreached, "no_exceedance", "ok")
-    table = pd.read_csv(export(curves, "csv", "curves.csv", "--method", "exceedance")[0])
+    curves["status"] = np.where(curves["limit_state"] == "moderate", "no_exceedance", "ok")
+    table = pd.read_csv(export(curves, "csv", "curves.csv")[0])
     assert table["status"].value_counts().to_dict() == {"ok": 4, "no_exceedance": 4}
     curves["preferred"] &= curves["limit_state"] == "slight"
     chosen = chosen_curves(curves)
@@ -240,28 +201,11 @@ def test_states_of_several_demands_are_no_damage_scale(export):
     assert any("curves cross in 4 functions" in note for note in report["notes"])
 
 
-def test_hazard_adds_annual_rates_with_intervals_of_theta(export, tmp_path):
-    im = np.geomspace(1e-3, 1e3, 20)
-    hazard = ("--hazard", tmp_path / "hazard.csv")
-    pd.DataFrame({"im": im, "rate": 1e-4 * im**-2.5}).to_csv(hazard[1], index=False)
-    table = pd.read_csv(export(curves_of(), "csv", "curves.csv", *hazard)[0])
-    first = table[table["status"] == "ok"].iloc[0]
-    wanted = 1e-4 * first["theta"] ** -2.5 * np.exp(0.5 * (2.5 * first["beta_total"]) ** 2)
-    assert first["annual_rate"] == pytest.approx(wanted, rel=1e-4)  # ends of the table
-    # the rate is proportional to theta to the power -2.5; without joint models, beta is known
-    high = wanted * (first["theta_low"] / first["theta"]) ** -2.5
-    assert first["annual_rate_high"] == pytest.approx(high, rel=1e-3)
-    pd.DataFrame({"im": im, "rate": im}).to_csv(hazard[1], index=False)
-    export(curves_of(), "csv", "curves.csv", *hazard, refused="rate must not increase")
-
-
 def test_formats_and_options_that_do_not_fit_are_refused(export):
     for im, file_format, options, words in (
         ("im_sa_t1_rotd50_g", "nrml", (), "has no name in OpenQuake"),
-        (PGA, "csv", ("--method", "ida_interval"), "no curves of method 'ida_interval'"),
-        (PGA, "latex", ("--im-range", 0.1, 2), "need --format csv"),
-        (PGA, "csv", ("--hazard", "hazard.csv", "--skew-factors"), "a csv has one table"),
-        (PGA, "xlsx", (), "format must be one of nrml, pelicun, dlml, csv, latex"),
+        (PGA, "latex", ("--im-range", 0.1, 2), "--im-range needs csv"),
+        (PGA, "xlsx", (), "format must be one of nrml, pelicun, csv, latex"),
         *((PGA, "csv", ("--im-range", *ends), "needs 0 < low < high") for ends in UNUSABLE_RANGES),
     ):
         export(curves_of(im), file_format, "out", *options, refused=words)

@@ -59,22 +59,12 @@ def fit(
     return Answer(result, shown, missing=f"not determined by the data (status {result['status']})")
 
 
-@dataclass(frozen=True, kw_only=True)
-class ExportOptions:
-    """Curves and table to export."""
-
-    method: Annotated[str | None, opt("Method of the curves.", "[cloud|exceedance]")] = None
-    hazard: Hazard = None
-    im_range: Annotated[tuple[float, float] | None, opt("Intensities (csv).", "LOW HIGH")] = None
-    skew_factors: Annotated[bool, opt("Ratios to skew 0.", None, "--skew-factors")] = False
-
-
 @command(commands)
 def export(
     curves: Annotated[Path, arg("Table of curves of a study (.parquet, .csv).")],
-    form: Annotated[str, opt("File format.", "[nrml|pelicun|dlml|csv|latex]", "--format")],
+    form: Annotated[str, opt("File format.", "[nrml|pelicun|csv|latex]", "--format")],
     out: Annotated[Path, opt("File to write.")],
-    options: ExportOptions,
+    im_range: Annotated[tuple[float, float] | None, opt("Intensities (csv).", "LOW HIGH")] = None,
 ) -> Answer:
     """Write fragility curves for other tools, spreadsheets and papers.
 
@@ -82,7 +72,7 @@ def export(
     """
     from skewbridge.fragility.exports import export_curves
 
-    report = export_curves(curves, form, out, **vars(options))
+    report = export_curves(curves, form, out, im_range)
     return Answer(report, {"files": report["files"]}, notes=report["notes"])
 
 

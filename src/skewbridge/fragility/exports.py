@@ -1,15 +1,14 @@
-"""Export fragility curves to OpenQuake (NRML), pelicun and its library, CSV and LaTeX.
+"""Export fragility curves to OpenQuake (NRML), pelicun, CSV and LaTeX.
 
 Sources: OpenQuake engine manual (NRML 0.5, shape ``logncdf``: mean and stddev of the lognormal
-variable, not of its logarithm); pelicun 3, fragility database; Damage and Loss Model Library (DLML)
-of the SimCenter.
+variable, not of its logarithm); pelicun 3, fragility database.
 """
 
 import json
 import re
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib.metadata import version
 from itertools import chain
 from pathlib import Path
@@ -19,7 +18,6 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 import pandas as pd
-from scipy import special
 
 from skewbridge.errors import InputError
 from skewbridge.files.digests import digest_of
@@ -30,18 +28,14 @@ from skewbridge.files.tables import (
     write_csv,
 )
 from skewbridge.files.text import write_text
-from skewbridge.fragility.curves import METHODS
-from skewbridge.fragility.demand_table import axis_names, described, need_columns, variant_columns
+from skewbridge.fragility.demand_table import described, need_columns, variant_columns
 from skewbridge.fragility.fits import FITTED
-from skewbridge.fragility.hazard import site_hazard
-from skewbridge.fragility.limit_states import hazus_factor
-from skewbridge.fragility.paper_table import chosen_curves, latex_table, paper_table, with_ratios
-from skewbridge.fragility.rates import rates_of_curves, with_bounds
+from skewbridge.fragility.paper_table import chosen_curves, latex_table, paper_table
 from skewbridge.fragility.union import UNION_COLUMNS, Union, curve_probability, union_curve
 
 _NEEDED: Final = (
     "variant", "component", "limit_state", "demand", "threshold", "method", "status", "im", "theta",
-    "beta", "beta_total",
+    "beta", "beta_total", "preferred",
 )  # fmt: skip
 #: Columns of a CSV of curves, described in `CURVE_COLUMNS`.
 PARAMETERS: Final = (
@@ -49,13 +43,6 @@ PARAMETERS: Final = (
     "beta_total_low", "beta_total_high", "beta", "beta_low", "beta_high", "ci_method", "level",
     "status", "warnings", "methods_ratio", "methods_differ", "n_exceed", "n_runs", "n_records",
     "n_unknown", "extrapolated", *UNION_COLUMNS,
-)  # fmt: skip
-#: Last columns of a CSV of skew factors: factor = theta / theta_straight (median at skew 0). The
-#: interval is paired (same motions at both skews, from median_effects.parquet next to the curves)
-#: or independent (from the variances of both medians; 90 %, wider).
-SKEW_FACTOR_COLUMNS: Final = (
-    "skew_deg", "im", "theta", "theta_straight", "factor", "factor_low", "factor_high", "interval",
-    "hazus_factor", "extrapolated",
 )  # fmt: skip
 _NRML: Final = "http://openquake.org/xmlns/nrml/0.5"
 #: First letters of an intensity column: name and factor in OpenQuake, demand and unit in pelicun.
@@ -74,27 +61,18 @@ _LEVELS: Final = 800  # of a curve that is a union; linear interpolation errs by
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Export:
-    """Curves to export, and the options of the formats."""
+    """Curves to export."""
 
     source: Path  # table of curves
     out: Path
-    method: str | None = None  # method of the curves; None: preferred curves
-    hazard: Path | None = None  # hazard curve: a csv also has the columns of `rates`
     im_range: tuple[float, float] | None = None  # csv: 50 probabilities between these intensities
-    skew_factors: bool = False  # csv: `SKEW_FACTOR_COLUMNS`; pelicun: scaling of capacities
 
     def check(self, form: str) -> None:
         """Raise an `InputError` if the format or the combination of options is not possible."""
         if form not in WRITERS:
             raise InputError(f"format must be one of {', '.join(WRITERS)}, got {form!r}")
-        contents = [self.hazard is not None, self.im_range is not None]
-        contents.append(self.skew_factors and form != "pelicun")
-        if form != "csv" and any(contents):
-            rule = "--im-range and --hazard need --format csv; --skew-factors needs csv or pelicun"
-            raise InputError(f"{form} contains curve parameters only: {rule}")
-        if sum(contents) > 1:
-            one = "use one of --hazard, --im-range and --skew-factors"
-            raise InputError(f"a csv has one table: {one}")
+        if form != "csv" and self.im_range is not None:
+            raise InputError(f"{form} contains curve parameters only: --im-range needs csv")
         low, high = self.im_range or (1.0, 2.0)
         if not 0.0 < low < high < float("inf"):
             raise InputError(f"--im-range needs 0 < low < high, got {low:g} to {high:g}")
@@ -105,17 +83,18 @@ class Export:
         return read_any(path) if path.is_file() else pd.DataFrame(columns=list(described(name)))
 
 
-def export_curves(source: Path, form: str, out: Path, **options: Any) -> dict[str, Any]:
+def export_curves(
+    source: Path, form: str, out: Path, im_range: tuple[float, float] | None = None
+) -> dict[str, Any]:
     """Write the curves of a study for another tool or a paper, and return a report.
 
-    ``options`` are those of `Export`. Curves without an estimate are listed with their status in a
-    CSV and omitted in other formats. The report lists them in ``unfitted``. It has the entry
-    ``models`` for nrml, and ``holes`` for pelicun and dlml. For dlml, ``out`` is a folder. An
-    `InputError` names an unusable format, option, table or intensity measure.
+    Curves without an estimate are listed with their status in a CSV and omitted in other formats.
+    The report lists them in ``unfitted``. It has the entry ``models`` for nrml, and ``holes`` for
+    pelicun. An `InputError` names an unusable format, option, table or intensity measure.
     """
-    export = Export(source=source, out=out, **options)
+    export = Export(source=source, out=out, im_range=im_range)
     export.check(form)
-    curves = exported_curves(with_bounds(read_any(source)), export.method)
+    curves = exported_curves(read_any(source))
     has_estimate = curves["status"] == FITTED
     if not has_estimate.any() and form != "csv":
         raise InputError(f"{source.name}: nothing to write, because no curve has an estimate")
@@ -146,44 +125,24 @@ def _write_latex(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
 
 
 def _write_csv(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
-    """Write probabilities, skew factors or parameters of curves, these with rates if asked."""
-    notes: list[str] = []
     if export.im_range is not None:
         table = _probabilities(curves, np.geomspace(*export.im_range, 50))
-    elif export.skew_factors:
-        factors = _skew_factors(curves, export.table("median_effects"))
-        table = factors.drop(columns="variant_straight")
     else:
         names = (*variant_columns(curves), *PARAMETERS)
         table = curves[[name for name in names if name in curves]]
-        measures = list(map(str, curves["im"].dropna().unique()))
-        if export.hazard is not None and len(measures) != 1:
-            text = f"the curves use {', '.join(measures) or 'none'}"
-            raise InputError(f"a hazard curve is for one intensity measure; {text}")
-        if (site := site_hazard(export.hazard, "".join(measures))) is not None:
-            rates = rates_of_curves(curves, export.table("joint"), site)
-            table = table.join(rates[[name for name in rates if name not in table]])
-            share = rates["share_outside_high"].max()
-            text = f"those above add at most {share:.1%} to one of the rates"
-            notes.append(f"rates include only the intensities in {site.source}; {text}")
     write_csv(table, export.out)
-    return {"notes": notes}
+    return {}
 
 
-def exported_curves(table: pd.DataFrame, method: str | None = None) -> pd.DataFrame:
-    """Return the curve of ``method``, or the preferred curve, per variant and limit state.
+def exported_curves(table: pd.DataFrame) -> pd.DataFrame:
+    """Return the preferred curve per variant and limit state.
 
     The column ``curve_beta`` is beta_total, or beta if there is no slope to convert the dispersion
     of the capacity. ``damage_scale`` is the component, or component and state if the states of the
     component have different demands.
     """
-    if method is not None and method not in METHODS:
-        raise InputError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
-    need_columns(table, _NEEDED if method else (*_NEEDED, "preferred"), "the table of curves")
-    rows = chosen_curves(table, method).reset_index(drop=True)
-    if rows.empty:
-        known = ", ".join(sorted(table["method"].unique()))
-        raise InputError(f"no curves of method {method!r}; the table has {known}")
+    need_columns(table, _NEEDED, "the table of curves")
+    rows = chosen_curves(table).reset_index(drop=True)
     scale, state = rows["component"].astype(str), rows["limit_state"].astype(str)
     single = rows.groupby("component")["demand"].transform("nunique") == 1
     beta = rows["beta_total"].fillna(rows["beta"])
@@ -212,60 +171,6 @@ def _probabilities(curves: pd.DataFrame, intensities: Floats) -> pd.DataFrame:
         long["extrapolated"] = ~long["intensity"].between(long["im_low"], long["im_high"])
         names.append("extrapolated")
     return long[names]
-
-
-def _skew_factors(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
-    """Return the ratios of medians at each skew to the median at skew 0, with intervals."""
-    fitted = curves[curves["status"] == FITTED]
-    skew, *columns = SKEW_FACTOR_COLUMNS
-    others = [name for name in axis_names(fitted) if name != skew]
-    keys = ["bridge", "abutment", *others, "component", "limit_state"]
-    values = ["theta", "var_ln_theta", "variant", "extrapolated"]
-    ends = ["skew_ratio_low", "skew_ratio_high"]
-    straight = fitted.loc[fitted[skew] == 0].reindex(columns=[*keys, *values])
-    skewed = with_ratios(fitted.loc[fitted[skew] != 0], medians[medians["from_value"] == 0])
-    skewed = skewed.reindex(columns=[*keys, skew, "im", *values, *ends])
-    both = skewed.merge(straight, on=keys, suffixes=("", "_straight"))
-    if both.empty:
-        raise InputError("no limit state has an estimate both at skew 0 and at another skew")
-    both["factor"] = both["theta"] / both["theta_straight"]
-    outside = both[["extrapolated", "extrapolated_straight"]].eq(other=True)
-    both["extrapolated"] = outside.any(axis=1)
-    # ASSUME medians are independent if there is no paired interval: the interval is then too wide,
-    # never too narrow, because the motions are the same at both skews
-    variance = both["var_ln_theta"] + both["var_ln_theta_straight"]
-    low, high = (both[end].astype(np.float64) for end in ends)
-    paired = pd.Series(0.5 * np.log(high / low))
-    half = paired.fillna(variance**0.5 * float(special.ndtri(0.95)))
-    both["interval"] = np.where(paired.isna(), "independent", "paired")
-    both["factor_low"] = both["factor"] * np.exp(-half)
-    both["factor_high"] = both["factor"] * np.exp(half)
-    both["hazus_factor"] = hazus_factor(both[skew].to_numpy())
-    return both[[*keys, skew, *columns, "variant_straight"]]
-
-
-def _write_skew_scaling(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
-    """Write the skew factors as scaling specifications of pelicun to a JSON file.
-
-    The file has one entry per skew, with the keys ``factor``, ``low`` and ``high`` (ends of the
-    interval). Each value is an argument ``scaling_specification`` of pelicun's damage model for
-    location 0 and direction 1. It applies to the curves without skew from ``--format pelicun``.
-    """
-    table = _skew_factors(curves, export.table("median_effects"))
-    places: dict[tuple[str, str, str], tuple[str, str]] = {}
-    for variant, scale, states, group in _functions(curves):
-        name = identifier(f"{variant}.{scale}", *_PELICUN_ID)
-        for number, state in enumerate(states, start=1):
-            places[variant, group["component"].iloc[0], state] = f"{name}-0-1", f"LS{number}"
-    scaling: dict[str, Any] = {}
-    for row in table.to_dict("records"):
-        name, number = places[row["variant_straight"], row["component"], row["limit_state"]]
-        of_skew = scaling.setdefault(f"{row['skew_deg']:g}", {})
-        for end in ("factor", "factor_low", "factor_high"):
-            states = of_skew.setdefault(end.removeprefix("factor_"), {})
-            states.setdefault(name, {})[number] = f"*{row[end]:.6g}"
-    write_text(export.out, json.dumps(scaling, indent=1) + "\n")
-    return {"notes": ["the scaling specification of each skew applies to curves without skew"]}
 
 
 def identifier(name: str, signs: str, longest: int) -> str:
@@ -388,20 +293,13 @@ def _write_model(
     return written | {"crossing": crossing}
 
 
-def _write_dlml(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
-    return _write_pelicun(curves, replace(export, out=export.out / "fragility.csv"))
-
-
 def _write_pelicun(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
     """Write one row per variant and damage scale; limit states are numbered from mild to severe.
 
     States without an estimate keep their number, because pelicun skips empty parameters. The report
     lists them as ``holes``. A JSON file with names is written next to the CSV file.
     """
-    if export.skew_factors:
-        return _write_skew_scaling(curves, export)
     out = export.out
-    out.parent.mkdir(parents=True, exist_ok=True)
     if (names_file := out.with_suffix(".json")) == out:
         raise InputError(f"--out must end with .csv, got {out.name} (a .json file gets the names)")
     rows: list[dict[str, Any]] = []
@@ -484,7 +382,6 @@ def _multilinear(union: Union) -> str:
 WRITERS: Final[Mapping[str, Callable[[pd.DataFrame, Export], dict[str, Any]]]] = {
     "nrml": _write_nrml,
     "pelicun": _write_pelicun,
-    "dlml": _write_dlml,
     "csv": _write_csv,
     "latex": _write_latex,
 }

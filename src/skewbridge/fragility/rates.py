@@ -112,7 +112,7 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
     return row | rate_columns(rate_ends)
 
 
-def with_bounds(curves: pd.DataFrame) -> pd.DataFrame:
+def _with_bounds(curves: pd.DataFrame) -> pd.DataFrame:
     """Return curves in which bounds of medians, which one method gives, are in all methods."""
     names = [name for name in _BOUNDS if name in curves]
     largest = curves.groupby(_STATE)[names].transform("max")
@@ -141,7 +141,7 @@ def rate_table(
 
     ``system`` has the columns `rate` and `shares` of `system_curves` with a hazard.
     """
-    chosen, columns = chosen_curves(with_bounds(curves)), demand_table.variant_columns(curves)
+    chosen, columns = chosen_curves(_with_bounds(curves)), demand_table.variant_columns(curves)
     states = chosen[[*columns, *_STATE[1:]]].join(rates_of_curves(chosen, joint, hazard))
     rows = records_of(states)
     for row in records_of(system):
