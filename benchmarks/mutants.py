@@ -58,7 +58,6 @@ _LIBRARIES: Final = (
     "matplotlib.figure",
     "openseespy.opensees",
     "pandas",
-    "plotly.graph_objects",
     "pyarrow.parquet",
     "pydantic.dataclasses",
     "scipy.optimize",

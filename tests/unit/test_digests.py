@@ -181,7 +181,7 @@ def test_no_source_of_a_rule_is_missing(rule: str) -> None:
 
 
 #: Needed by the main process (tables, statistics, figures), by no worker and by no help text.
-HEAVY = ("pandas", "scipy", "pyarrow", "plotly", "matplotlib", "seaborn", "jinja2", "snakemake")
+HEAVY = ("pandas", "scipy", "pyarrow", "matplotlib", "seaborn", "jinja2", "snakemake")
 #: The help is text alone.
 NOT_FOR_HELP = (*HEAVY, "numpy", "openseespy", "joblib", "yaml", "rich.console")
 

@@ -202,20 +202,19 @@ def _pushed(pushed: "Callable[..., PushCurve]", case: VariantOptions, push: Push
 
 @command(bridge)
 def model(case: VariantOptions, out: Out) -> Answer:
-    """Draw a model (model.png, model.html) and write it as an OpenSeesPy script (model.py).
+    """Draw a model (model.png) and write it as an OpenSeesPy script (model.py).
 
     Example: skewbridge bridge model --skew-deg 45 --out model45
     """
     from skewbridge.analysis.model_script import model_script
     from skewbridge.bridge.geometry import model_geometry
-    from skewbridge.report.bridge_figures import model_figure, model_page
+    from skewbridge.report.bridge_figures import model_figure
 
     variant, options = case.variant, case.model
     geometry = model_geometry(variant, options)
-    files = [writable_folder(out) / f"model.{ending}" for ending in ("png", "html", "py")]
+    files = [writable_folder(out) / f"model.{ending}" for ending in ("png", "py")]
     model_figure(geometry).savefig(files[0], dpi=150)
-    write_text(files[1], model_page(geometry))
-    write_text(files[2], model_script(variant, options))
+    write_text(files[1], model_script(variant, options))
     return Answer({"variant": geometry.title, "files": list(map(str, files))})
 
 

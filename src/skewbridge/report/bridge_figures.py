@@ -4,7 +4,6 @@ from typing import Any, Final
 
 import numpy as np
 import pandas as pd
-import plotly.graph_objects as go
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -27,7 +26,6 @@ COLOURS: Final = {
 }
 _GAP_SCALE: Final = 20.0  # exaggeration of the drawn gaps
 _NORMAL_M: Final = 2.0  # length of the arrows that show contact normals
-_HEAD_M: Final = 0.35
 _AROUND_M: Final = 2.5  # margin around a drawn abutment or model
 
 
@@ -101,74 +99,6 @@ def _draw_members(axes: Axes, geometry: ModelGeometry, plane: list[int]) -> None
 def _by_group(geometry: ModelGeometry) -> dict[str, list[Member]]:
     groups = {group: [m for m in geometry.members if m.group == group] for group in COLOURS}
     return {group: members for group, members in groups.items() if members}
-
-
-def model_page(geometry: ModelGeometry) -> str:
-    """Return a self-contained page with a three-dimensional view of the model.
-
-    The view shows nodes, groups of elements, and contacts with their normals and gaps.
-    """
-    x, y = zip(*geometry.deck_outline, strict=True)
-    soffit = go.Mesh3d(
-        x=x, y=y, z=[0.0] * len(x), i=[0, 0], j=[1, 2], k=[2, 3], color=COLOURS["deck"],
-        opacity=0.15, name="soffit", showlegend=True, hoverinfo="skip",
-    )  # fmt: skip
-    groups = [each for each in _by_group(geometry).items() if each[0] != "contact"]
-    figure = go.Figure([soffit, *(_group_trace(group, members) for group, members in groups)])
-    if geometry.contacts:
-        surfaces, normals = _contacts(geometry)
-        tips, turned = surfaces + _NORMAL_M * normals, normals[:, [1, 0, 2]] * (1.0, -1.0, 0.0)
-        barbs = [tips - _HEAD_M * (normals + turn * turned) for turn in (1.0, -1.0)]
-        breaks = np.full_like(tips, np.nan)
-        arrows = np.stack([surfaces, tips, barbs[0], tips, barbs[1], breaks], axis=1)
-        text = [
-            f"{place.name}<br>gap {place.gap_m / MM:.1f} mm, friction {place.friction:g}"
-            for place in geometry.contacts
-        ]
-        name, colour = f"contacts (gaps {_GAP_SCALE:g}x)", COLOURS["contact"]
-        mark = {"size": 4, "symbol": "square", "color": colour}
-        figure.add_trace(_trace(name, surfaces, text, mode="markers", marker=mark))
-        line = {"color": colour, "width": 3}
-        figure.add_trace(_trace("contact normals", arrows, mode="lines", line=line))
-    mark = {"size": 3, "symbol": "diamond", "color": "black"}
-    ground = np.array(geometry.fixed)
-    figure.add_trace(_trace("ground", ground, mode="markers", marker=mark))
-    # axes of equal scale, and a camera at the side that shows the whole bridge, however long
-    eye = {"x": 0.5, "y": -2.2, "z": 1.3}
-    points = np.array([*(end for m in geometry.members for end in m.ends), *geometry.fixed])
-    low, high = points.min(axis=0) - _AROUND_M, points.max(axis=0) + _AROUND_M
-    sizes = 2.6 * (high - low) / (high - low).max()  # in units of plotly's camera
-    names = zip("xyz", ("x (m)", "y (m)", "z (m)"), low, high, strict=True)
-    figure.update_layout(
-        title=geometry.title,
-        scene={
-            **{f"{name}axis": {"title": title, "range": [a, b]} for name, title, a, b in names},
-            "aspectmode": "manual",
-            "aspectratio": dict(zip("xyz", sizes.tolist(), strict=True)),
-            "camera": {"eye": eye, "projection": {"type": "orthographic"}},
-        },
-        legend={"itemsizing": "constant", "orientation": "h", "y": 0.0},
-        margin={"l": 0, "r": 0, "t": 50, "b": 0},
-    )
-    return str(figure.to_html(include_plotlyjs=True, full_html=True))
-
-
-def _group_trace(group: str, members: list[Member]) -> go.Scatter3d:
-    """Return the trace of a group of members: lines with marked ends, or points for springs."""
-    ends = np.array([[*member.ends, [np.nan] * 3] for member in members])
-    text: list[str] = []
-    for member in members:
-        label = f"{group} {member.tag}" if member.tag else group
-        text += [*(f"{label}<br>({x:.2f}, {y:.2f}, {z:.2f}) m" for x, y, z in member.ends), ""]
-    line = {"color": COLOURS[group], "width": 6 if group in ("deck", "columns") else 3}
-    return _trace(group, ends, text, mode="lines+markers", marker={"size": 2.5}, line=line)
-
-
-def _trace(name: str, points: Floats, text: list[str] | None = None, **look: Any) -> go.Scatter3d:
-    """Return a trace through points; pointing at a point shows its ``text``."""
-    x, y, z = points.reshape(-1, 3).T
-    hover = "text" if text else "skip"
-    return go.Scatter3d(x=x, y=y, z=z, name=name, text=text, hoverinfo=hover, **look)
 
 
 def ladder_figure(curves: pd.DataFrame, *, title: str) -> Figure:
