@@ -201,7 +201,7 @@ def test_synthesize_names_the_wrong_option(tmp_path, option, value):
 
 
 def test_synthesize_has_the_defaults_of_the_scenario_and_spectra_the_periods_of_the_model():
-    for name in ("mechanism", "ztor_km", "rupture_to_site_km", "pulse"):
+    for name in ("mechanism", "pulse"):
         assert inspect.signature(synthesize).parameters[name].default == getattr(SCENARIO, name)
     # other periods are refused: `motions plot DIR` draws the model with the suite
     assert np.all(bssa14(SCENARIO, SPECTRUM_PERIODS_S)[0] > 0.0)

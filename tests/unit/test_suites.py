@@ -29,12 +29,10 @@ from skewbridge.motions.suite import (
     write_suite,
 )
 from skewbridge.motions.synthesis import generate
-from skewbridge.motions.synthesis.ddk18 import meets_its_times
 from skewbridge.motions.synthesis.generate import (
     SUITES,
-    default_motions,
-    drawn_parameters,
     made_motion,
+    suite_motion,
 )
 from skewbridge.report.answer import answer_table, suites_summary
 from skewbridge.study.analyses import StudySetup
@@ -70,7 +68,7 @@ def test_suites_of_a_configuration(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
 @pytest.mark.parametrize("name", ["far", "pulse"])
 def test_a_shipped_suite_is_generated_with_the_digests_of_its_index(name: str) -> None:
     entries, rule = list_motions(ROOT / "motions" / name), SUITES[name]
-    assert len(entries) == rule.count
+    assert len(entries) == 16
     motion = read_entry(entries[0])  # refused where the digest differs
     place = (rule.scenario.magnitude, rule.scenario.distance_km)
     assert (motion.magnitude, motion.distance_km) == place
@@ -185,7 +183,7 @@ def test_the_first_screen_states_the_difference() -> None:
 
 
 MOTIONS = ROOT / "motions"
-COUNT, STORED = SUITES["near"].count, SUITES["near"].stored
+COUNT, STORED = 128, 40
 SOME = STORED + 8  # a block of those that are made, too
 MADE = [entry for entry in list_motions(MOTIONS) if not entry.components]
 
@@ -200,7 +198,8 @@ def test_generating_again_gives_the_shipped_files():
 
     Elsewhere the last digits of exp and sin may differ: values agree to 1e-6 of the peak.
     """
-    for (_, motion, _), entry in zip(default_motions(3), list_motions(MOTIONS), strict=False):
+    for number, entry in enumerate(list_motions(MOTIONS)[:3], start=1):
+        motion = suite_motion(number, "near")
         assert motion.motion_id == entry.motion_id
         for component, (path, _) in enumerate(entry.components, start=1):
             made = at2_text(motion, component).splitlines()
@@ -276,17 +275,6 @@ def test_generated_motion_does_not_depend_on_the_last_digits_of_the_processor(mo
     assert there.sha256 == here.sha256 == MADE[-1].sha256
     for one, other in zip(here.components, there.components, strict=True):
         assert one.tobytes() == other.tobytes()
-
-
-def test_motions_with_an_inexact_envelope_are_not_generated():
-    """A search without a solution ends differently on each processor: 6 and 7 are stored."""
-
-    def is_exact(number: int) -> bool:
-        drawn, _ = drawn_parameters(generate.SCENARIO, index=number - 1, seed=generate.SEED)
-        return all(map(meets_its_times, drawn.components))
-
-    assert [number for number in (6, 7) if is_exact(number)] == []
-    assert all(is_exact(entry.made_from_number) for entry in MADE[::10])
 
 
 @pytest.mark.slow

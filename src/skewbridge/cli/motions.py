@@ -120,8 +120,6 @@ class ScenarioOptions:
     distance_km: Annotated[float, opt("Distance to the rupture, up to 31 km.")]
     vs30_mps: Annotated[float, opt("Mean shear-wave velocity of the upper 30 m.")]
     mechanism: Annotated[Literal["strike_slip", "reverse"], opt("Mechanism.")] = "strike_slip"
-    ztor_km: Annotated[float, opt("Depth to the top of the rupture.")] = 0.0
-    rupture_to_site_km: Annotated[float, opt("Rupture towards the site.")] = 20.0
     pulse: Annotated[Literal["none", "all"], opt("Motions that have a pulse.")] = "none"
 
 
@@ -141,20 +139,6 @@ def synthesize(
 
     index = write_synthetic_suite(out, Scenario(**vars(scenario)), count=count, seed=seed)
     return Answer({"count": count, "index": str(index)})
-
-
-@command(motions)
-def default_suite(
-    out: Out,
-    suite: Annotated[Literal["near", "far", "pulse"], opt("Shipped suite to write.")] = "near",
-) -> Answer:
-    """Regenerate a shipped suite of motions.
-
-    Example: skewbridge motions default-suite --out suite
-    """
-    from skewbridge.motions.synthesis.generate import write_default_suite
-
-    return Answer({"count": write_default_suite(out, suite)})
 
 
 @command(motions)

@@ -224,17 +224,6 @@ def _times_of(shape: Modulation) -> Vector:
     return np.array([shape.time_of_share(share) for share in (0.05, 0.30, 0.95)])
 
 
-def meets_its_times(background: Background) -> bool:
-    """Return whether the fitted envelope of a component meets its three times within 1e-6 s.
-
-    For some drawn times no envelope is exact. The best fit is then at a kink of the misfit, and the
-    point where the search ends depends on the processor.
-    """
-    _, d5_95_s, d0_5_s, d0_30_s, *_ = background
-    off_s = _times_of(fit_modulation(*background[:4])) - [d0_5_s, d0_30_s, d0_5_s + d5_95_s]
-    return bool((np.abs(off_s) < 1.0e-6).all())
-
-
 def filtered_noise(
     background: Background, modulation: Modulation, noise: Vector, dt_s: float
 ) -> Vector:
