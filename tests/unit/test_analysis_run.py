@@ -1,11 +1,9 @@
-"""`skewbridge run` and the analyses of a process: files, exit codes, memory, the friction pair."""
+"""`skewbridge run` and the analyses of a process: files, exit codes, memory."""
 
 import json
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import pandas as pd
 import pyarrow.parquet as pq
@@ -18,24 +16,18 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import bent_capacity
 from skewbridge.bridge.structures import built_bridge
-from skewbridge.demands.columns import COLUMNS, DEMAND_COLUMNS, key_values
+from skewbridge.demands.columns import COLUMNS, DEMAND_COLUMNS
 from skewbridge.demands.tables import to_table
 from skewbridge.files.tables import write_table
-from skewbridge.motions.intensity import motion_measures
-from skewbridge.motions.record import SuiteMotion
 from skewbridge.study.analyses import StudySetup
 from skewbridge.study.batch import row_of_task
 from skewbridge.study.config import load_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.inputs import prepare_motions
-from skewbridge.study.repeats import write_friction_pair
 from skewbridge.study.task import outcome_of, run_key
 from skewbridge.units import G_MPS2
-from skewbridge.variant.grid import GridConfig
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import Variant
 from strong_motion import DT_S, strong_motion
-from study_parts import study_of
 
 
 @pytest.fixture
@@ -217,66 +209,3 @@ def test_a_hundred_analyses_in_one_process_keep_its_memory_flat():
     early_mb, late_mb = (float(line) for line in done.stdout.split())
     assert late_mb < MAX_MB
     assert late_mb - early_mb < MAX_GROWTH_MB
-
-
-# --- the histories without and with friction, made once by their own rule
-
-
-VARIANTS = [
-    Variant(bridge="osb1", abutment="contact_friction", skew_deg=skew, gap_mm=gap, friction_pct=mu)
-    for skew, gap in ((0, 13), (30, 13), (30, 51))
-    for mu in (0, 20, 50)
-]
-SLUGS = [variant.slug for variant in VARIANTS]
-
-
-def written(setup, slugs, folder):
-    part = [case for case in VARIANTS if case.slug in slugs]
-    rows = [{**key_values(case, "strong", 1.0, 0.0), "status": "ok"} for case in part]
-    pd.DataFrame(rows).assign(deck_disp_m=0.1).to_parquet(folder / "demands.parquet")
-    write_friction_pair(setup, folder / "demands.parquet", folder / "pair.parquet")
-    return pd.read_parquet(folder / "pair.parquet")
-
-
-def test_the_pair_of_a_small_study_has_the_strongest_part_of_the_motion(tmp_path, monkeypatch):
-    """So that it costs less than a quarter of the analyses; in a study of two analyses, nothing."""
-    analysed_s: list[float] = []
-
-    def analyse_nothing(_variant, excitation, *_, **__):
-        analysed_s.append(excitation.motion.duration_s)
-        return SimpleNamespace(histories={"time_s": [0.0]})
-
-    monkeypatch.setattr("skewbridge.study.task.analyse", analyse_nothing)
-    motion = strong_motion(duration_s=10.0)
-    grid = {"bridge": ["osb1"], "skew_deg": [30], "gap_mm": [51]}
-    for count, part_s in ((1, []), (3, [5.4] * 2), (12, [10.0] * 2)):
-        names = ("strong", *(f"m{n}" for n in range(1, count)))
-        suite = [
-            SuiteMotion(
-                motion=replace(motion, motion_id=name),
-                scale=1.0,
-                measures=motion_measures(motion, 0.7),
-            )
-            for name in names
-        ]
-        setup = study_of(tmp_path / f"study{count}", *suite, grid=GridConfig(**grid))
-        analysed_s.clear()
-        pair = written(setup, SLUGS[-3::2], tmp_path)
-        assert analysed_s == pytest.approx(part_s, abs=0.02)
-        ending = "_strongest_5.4s" if count == 3 else ""
-        assert set(pair.get("motion_id", [])) == ({f"strong{ending}"} if part_s else set())
-
-
-def test_the_pair_written_is_that_of_the_analyses(tmp_path):
-    motion = strong_motion(duration_s=1.0)
-    suite = SuiteMotion(motion=motion, scale=1.0, measures=motion_measures(motion, 0.7))
-    setup = study_of(tmp_path / "study", suite)
-    pair = written(setup, SLUGS, tmp_path)
-    assert list(pair["variant"].unique()) == [SLUGS[3], SLUGS[5]]
-    assert set(pair["motion_id"]) == {"strong"}
-    task = setup.tasks(VARIANTS[5])[0]
-    expected = pd.DataFrame(task.analyse(histories=True).histories)
-    own = pair.loc[pair["variant"] == SLUGS[5], list(expected)]
-    pd.testing.assert_frame_equal(own.reset_index(drop=True), expected, check_exact=True)
-    # a study of one friction has no pair
-    assert written(setup, SLUGS[::3], tmp_path).empty

@@ -23,7 +23,7 @@ PACKAGE = Path(skewbridge.__file__).parent
 ANALYSES = "the analyses themselves"
 PARTS = {ANALYSES: ENGINE, **{rule: recipe.sources for rule, recipe in RECIPES.items()}}
 #: Rules that list or run analyses; all but the last look at the journals, which say what is new.
-ANALYSING = {"analyse", "sensitivity", "friction_pair", "modelling_choices"}
+ANALYSING = {"analyse", "sensitivity", "modelling_choices"}
 FITS = {"fit_fragility"}
 PAGES = {"figures", "report"}
 VERIFYING = {"verify_contact", "verification"}
@@ -52,7 +52,7 @@ EDITS: dict[str, tuple[set[str], set[str]]] = {
     ),
     "study/journal.py": (ANALYSING, {ANALYSES, "fit_fragility"}),
     "study/jobs.py": (set(), ALL),
-    "study/repeats.py": ({"sensitivity", "friction_pair"}, ALL - {"sensitivity", "friction_pair"}),
+    "study/repeats.py": ({"sensitivity"}, ALL - {"sensitivity"}),
     "study/analyses.py": ({*ANALYSING, "verification"}, {ANALYSES}),
     "study/modelling_choices.py": ({"modelling_choices", *PAGES}, {"analyse"}),
     "report/checks.py": ({"fit_fragility", *PAGES}, {ANALYSES, *ANALYSING}),

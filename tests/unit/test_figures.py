@@ -248,7 +248,6 @@ def study(demands, tables, fragility):
         system=fragility["system"],
         intensity_effects=effects.intensities,
         suite=[SuiteMotion(motion=motion, scale=1.5, measures={})],
-        pair=None,
     )
 
 
@@ -339,7 +338,6 @@ def test_files_do_not_depend_on_the_number_of_processes(study, tmp_path, monkeyp
         tmp_path,
         demands=study.demands[study.demands["skew_deg"] == 0],
         curves=study.curves[bearings & (study.curves["skew_deg"] == 0)],
-        friction_pair=pd.DataFrame(),
         effects=study.effects.head(0),
         medians=study.medians.head(0),
         system=study.system.head(0),
@@ -423,7 +421,7 @@ def written(study, tmp_path, monkeypatch):
     tables = {f"fragility/{name}": getattr(study, name) for name in names}
     tables["fragility/median_effects"] = study.medians
     tables |= {"demands": study.demands, "fragility/intensity_effects": study.intensity_effects}
-    tables |= dict.fromkeys(("friction_pair", "motions/suite"), pd.DataFrame())
+    tables |= {"motions/suite": pd.DataFrame()}
     stored(tmp_path / "own", **tables)
     monkeypatch.setattr("skewbridge.report.study_figures.read_suite", lambda _: ())
     return tmp_path

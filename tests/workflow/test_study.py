@@ -147,7 +147,7 @@ def jobs_after(tree, edits):
             path.write_text(text)
 
 
-ANALYSES = {"analyse", "collect_demands", "sensitivity", "friction_pair"}
+ANALYSES = {"analyse", "collect_demands", "sensitivity"}
 FITS = {"fit_fragility", "figures", "report"}
 OSB1 = "src/skewbridge/bridge/catalogue/osb1.yaml"
 COMMENTED = (

@@ -93,26 +93,3 @@ rule modelling_choices:
         made_from=MADE_FROM["modelling_choices"],
     script:
         "../scripts/modelling_choices.py"
-
-
-rule friction_pair:
-    """Run one analysis without and with friction; keep its histories for the figures."""
-    input:
-        suite=rules.prepare_motions.output.suite,
-        intensities=rules.prepare_motions.output.intensities,
-        demands=rules.collect_demands.output.demands,
-    output:
-        histories=FOLDER.friction_pair,
-    log:
-        FOLDER.log("friction_pair"),
-    benchmark:
-        FOLDER.benchmark("friction_pair")
-    priority: 20
-    resources:
-        mem_mb=by_attempt(1500),
-        runtime=by_attempt(60),
-    params:
-        results=results_folder,
-        made_from=MADE_FROM["friction_pair"],
-    script:
-        "../scripts/friction_pair.py"

@@ -7,7 +7,6 @@ rule figures:
     input:
         demands=rules.collect_demands.output.demands,
         suite=rules.prepare_motions.output.suite,
-        friction_pair=rules.friction_pair.output.histories,
         curves=rules.fit_fragility.output.curves,
         medians=rules.fit_fragility.output.medians,
         system=rules.fit_fragility.output.system,

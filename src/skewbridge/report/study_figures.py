@@ -26,9 +26,8 @@ from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import read_suite
-from skewbridge.report import appearance, fragility_figures, run_figures
+from skewbridge.report import appearance, fragility_figures
 from skewbridge.report.answer import listed, model_name
-from skewbridge.report.appearance import number
 from skewbridge.report.motion_figures import applied_spectra
 from skewbridge.report.pooled_curves import (
     STATE,
@@ -41,10 +40,9 @@ from skewbridge.report.pooled_curves import (
 )
 from skewbridge.study.config import DESIGN_FONT_PT, GENERIC_FONTS, FigureSettings
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.repeats import read_friction_pair
 from skewbridge.units import INCH, MM
-from skewbridge.variant.axes import AXES, axis
-from skewbridge.variant.variant import ABUTMENTS, Variant
+from skewbridge.variant.axes import axis
+from skewbridge.variant.variant import ABUTMENTS
 
 #: Templates of the captions for each kind of figure.
 CAPTIONS: Final = {kind: texts for kind, texts in appearance.TEXTS.items() if kind != "page"}
@@ -97,7 +95,6 @@ class FigureTables:
     system: pd.DataFrame  # curves of the whole bridge
     intensity_effects: pd.DataFrame
     suite: Sequence[SuiteMotion]
-    pair: tuple[Variant, str, dict[str, pd.DataFrame]] | None  # see `read_friction_pair`
     choices: pd.DataFrame | None = None  # None before `make choices`
 
 
@@ -135,7 +132,6 @@ def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
             title = f"{model}: {caption.title}"
             name = re.sub(r"[^\w.-]+", "-", start + caption.name)  # part of file names
             yield replace(caption, name=name, title=title, model=model), draw
-    yield from _history_figures(tables)
     if tables.suite:
         caption = _caption("motions", scales=[item.scale for item in tables.suite])
         yield caption, partial(applied_spectra, tables.suite)
@@ -227,33 +223,14 @@ def _choice_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     yield caption, partial(fragility_figures.tornado, choices)
 
 
-def _history_figures(tables: FigureTables) -> Iterator[StudyFigure]:
-    if tables.pair is None:
-        return
-    variant, motion_id, runs = tables.pair
-    skew, gap = (appearance.value_text(axis, variant.values()[axis.name]) for axis in AXES[:2])
-    place = f"{variant.bridge_name}, skew {skew}, gap {gap}, motion {motion_id}"
-    pair = f"without and with friction: {place}"
-    drawings = (
-        ("hysteresis", "abutment_left_x_kn", "kN", run_figures.hysteresis_figure),
-        ("displacement", "deck_ux_m", "m", run_figures.displacement_figure),
-    )
-    for kind, column, unit, draw in drawings:
-        shown, factor = appearance.shown_unit(unit)
-        sizes = (factor * histories[column].abs().max() for histories in runs.values())
-        peaks = [f"{number(size)} {shown}" for size in sizes]
-        yield _caption(kind, pair=pair, runs=runs, peaks=peaks), partial(draw, runs)
-
-
 def read_tables(paths: Mapping[str, Path]) -> FigureTables:
     """Read the tables that the figures of a study are drawn from.
 
-    ``paths`` maps `_TABLES` to files, also suite, friction_pair and choices if made.
+    ``paths`` maps `_TABLES` to files, also suite and choices if made.
     """
     return FigureTables(
         **{name: read_frame(paths[name]) for name in _TABLES},
         suite=read_suite(paths["suite"]) if "suite" in paths else (),
-        pair=read_friction_pair(paths["friction_pair"]) if "friction_pair" in paths else None,
         choices=read_frame(paths["choices"]) if "choices" in paths else None,
     )
 
@@ -294,8 +271,7 @@ def finished_figures(results: Path) -> list[StudyFigure]:
         InputError: A table is missing.
     """
     folder = StudyFolder(results)
-    paths = folder.report_inputs | {"friction_pair": folder.friction_pair}
-    paths |= {"choices": folder.modelling_choices}
+    paths = folder.report_inputs | {"choices": folder.modelling_choices}
     for path in (paths[name] for name in _TABLES):
         if not path.is_file():
             raise InputError(f"{path} is missing: finish the study first", file=str(path))

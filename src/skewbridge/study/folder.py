@@ -51,7 +51,6 @@ class StudyFolder:
         self.rounds: Final = root / "rounds.parquet"  # headline effects after every round
         self.sensitivity: Final = root / "sensitivity.parquet"  # numerical check
         self.modelling_choices: Final = root / "modelling_choices.parquet"
-        self.friction_pair: Final = root / "friction_pair.parquet"  # histories of both runs
         self.verification: Final = root / "verification"
         self.contact_checks: Final = self.verification / "contact_checks.parquet"
         self.figures: Final = root / "figures"

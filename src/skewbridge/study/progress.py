@@ -97,7 +97,7 @@ def forecast_study(config: StudyConfig) -> StudyProgress:
     speed = measured_speed(state.rows, config.analysis)
     parts_s = {
         "analyses": trials * analyses_s(config, durations_s),
-        "checks": sum(check_plan(config, durations_s)[2:]),
+        "checks": check_plan(config, durations_s)[3],
         "other": START_S + TAIL_S + (JOB_START_S + TAIL_S_PER_VARIANT) * len(keys),
     }
     cpu_s = {name: round(speed * part_s, 1) for name, part_s in parts_s.items()}
@@ -124,8 +124,8 @@ def other_work_s(
 ) -> float:
     """Return the wall time (s) of checks not yet done, fits, figures and page of a study."""
     folder, variants = StudyFolder(Path(study.results)), len(expand_grid(study.grid))
-    *_, pair_s, rows_s = check_plan(study, durations_s)
-    tail_s = TAIL_S + pair_s + TAIL_S_PER_VARIANT * variants / min(cores, 2.0)
+    *_, rows_s = check_plan(study, durations_s)
+    tail_s = TAIL_S + TAIL_S_PER_VARIANT * variants / min(cores, 2.0)
     checks_s = 0.0
     if not folder.sensitivity.is_file():
         done = read_content([folder.journal("sensitivity")]).rows.values()

@@ -1,8 +1,7 @@
-"""Analyses repeated with other numerical settings, and pairs without and with friction.
+"""Analyses repeated with other numerical settings.
 
-Numerical sensitivity: a row at the reference accuracy costs as much as many rows of the study.
-Both sides of every comparison therefore use only the strongest part of the motion. The friction
-pair is one analysis run without and with friction; its histories are kept for the figures.
+A row at the reference accuracy costs as much as many rows of the study. Both sides of every
+comparison therefore use only the strongest part of the motion.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -14,13 +13,11 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.analysis.settings import at_accuracy
-from skewbridge.demands.columns import demands_for, key_values
-from skewbridge.demands.validity import is_complete
+from skewbridge.demands.columns import demands_for
 from skewbridge.files.digests import provenance
-from skewbridge.files.tables import read_frame, records_of, write_frame
+from skewbridge.files.tables import write_frame
 from skewbridge.motions.intensity import cut_to_strongest
 from skewbridge.statuses import RAN
-from skewbridge.variant.variant import Variant
 
 if TYPE_CHECKING:  # processes that draw the figures do not import OpenSees
     from skewbridge.study.analyses import StudySetup
@@ -120,64 +117,3 @@ def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
             row[f"{change}_largest_change"] = float((ratios - 1.0).abs().max())
         table.append(row)
     return pd.DataFrame(table)
-
-
-# ---- Friction pair
-
-
-def friction_pair(demands: pd.DataFrame) -> tuple[Variant, Variant] | None:
-    """Return the variants of least and most friction at the largest skew, or None."""
-    by_bridge_and_gap: dict[Variant, list[Variant]] = {}
-    for variant in map(Variant.of_row, records_of(demands.drop_duplicates("variant"))):
-        by_bridge_and_gap.setdefault(replace(variant, friction_pct=0), []).append(variant)
-    pairs = [sorted(group) for group in by_bridge_and_gap.values() if len(group) > 1]
-    chosen = max(pairs, key=lambda pair: (abs(pair[0].skew_deg), -pair[0].gap_mm), default=None)
-    return None if chosen is None else (chosen[0], chosen[-1])
-
-
-def typical_motion(demands: pd.DataFrame, variant: Variant) -> str:
-    """Return the motion with the upper-quartile deck displacement among the completed runs."""
-    runs = demands[demands["variant"] == variant.slug]
-    completed = runs[is_complete(runs)]
-    ordered = (completed if len(completed) else runs).sort_values("deck_disp_m")["motion_id"]
-    return str(ordered.iloc[int(0.75 * (len(ordered) - 1))])
-
-
-def write_friction_pair(setup: "StudySetup", demands: Path, output: Path) -> None:
-    """Repeat one analysis for both variants of `friction_pair`; write their keys and histories.
-
-    In a small study, they cover only the strongest part of the motion.
-    """
-    from skewbridge.study.analyses import check_plan
-
-    rows, runs = read_frame(demands), [pd.DataFrame()]
-    part_s, *_ = check_plan(setup.study, setup.durations_s)
-    pair = friction_pair(rows) if part_s else None
-    motion_id = typical_motion(rows, pair[-1]) if pair else ""
-    for variant in pair or ():
-        task = next(t for t in setup.tasks(variant) if t.motion.motion.motion_id == motion_id)
-        task = in_window(task, part_s)
-        histories = pd.DataFrame(task.analyse(histories=True).histories or {})
-        motion = task.motion
-        key = key_values(task.variant, motion.motion.motion_id, motion.scale, task.incidence_deg)
-        runs.append(histories.assign(**key))
-    write_frame(pd.concat(runs, ignore_index=True), output, provenance())
-
-
-def read_friction_pair(path: Path) -> tuple[Variant, str, dict[str, pd.DataFrame]] | None:
-    """Return the content of a file of `write_friction_pair`, or None if there was no pair.
-
-    The variant without friction, the motion, and histories by legend text (``friction 0.5``).
-    """
-    table = read_frame(path)
-    if table.empty:
-        return None
-    variant, *_ = map(Variant.of_row, records_of(table.head(1)))
-    keys = key_values(variant, "", 1.0, 0.0)
-    histories = {
-        f"friction {friction:g}": rows.drop(columns=[*keys])
-        .dropna(axis="columns", how="all")
-        .reset_index(drop=True)
-        for friction, rows in table.groupby("friction")
-    }
-    return variant, str(table["motion_id"].iloc[0]), histories
