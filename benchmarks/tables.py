@@ -24,9 +24,9 @@ from skewbridge.demands.validity import LIMITS
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.effects import effect_tables, median_effects
+from skewbridge.fragility.exports import latex_table, paper_table
 from skewbridge.fragility.joint import joint_table
 from skewbridge.fragility.limit_states import load_limit_states
-from skewbridge.fragility.paper_table import latex_table, paper_table
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.system import system_curves
 from skewbridge.report.checks import StudyTables, check_tables

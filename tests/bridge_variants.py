@@ -2,13 +2,13 @@
 
 import openseespy.opensees as ops
 
-from skewbridge.analysis.abutment_history import abutment_history
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.catalogue import bridge_names, load_bridge
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
+from skewbridge.verification.studies.bridge_friction import abutment_history
 from strong_motion import strong_motion
 
 

@@ -13,8 +13,7 @@ from scipy.stats import norm
 from cli_json import run
 from fragility_tables import FAILURES, two_mode_runs
 from fragility_tables import curves_of as fitted_curves
-from skewbridge.fragility.exports import measure_names
-from skewbridge.fragility.paper_table import chosen_curves, variant_in_words
+from skewbridge.fragility.exports import chosen_curves, measure_names, variant_in_words
 from skewbridge.fragility.union import curve_probability
 
 NRML = "{http://openquake.org/xmlns/nrml/0.5}"

@@ -12,9 +12,9 @@ from scipy import optimize, special
 from fragility_tables import FAILURES, SETTINGS, curves_of, two_mode_runs, verdict_of
 from skewbridge.fragility import curves as fragility_curves
 from skewbridge.fragility import fits
+from skewbridge.fragility.exports import chosen_curves
 from skewbridge.fragility.fits import binomial_status, fit_stripes
 from skewbridge.fragility.lines import fit_lines
-from skewbridge.fragility.paper_table import chosen_curves
 from skewbridge.fragility.union import curve_probability
 
 LEVELS = np.array([0.1, 0.2, 0.35, 0.5, 0.8, 1.2])

@@ -25,7 +25,7 @@ from skewbridge.cli.study import DEMO_STUDY
 from skewbridge.files.text import checked
 from skewbridge.fragility.demand_table import ColumnMap
 from skewbridge.fragility.limit_states import load_limit_states
-from skewbridge.motions.conditional import Target
+from skewbridge.motions.selection import Target
 from skewbridge.study.config import StudyConfig, parse_config
 
 mpl.use("Agg")

@@ -32,12 +32,12 @@ from skewbridge.fragility.exports import export_curves
 from skewbridge.fragility.fit_data import fit_file
 from skewbridge.fragility.joint import joint_table
 from skewbridge.fragility.limit_states import LimitState, demand_unit, limit_states_of
-from skewbridge.fragility.measures import rank_measures
 from skewbridge.fragility.outcomes import demand_outcomes
 from skewbridge.fragility.study_tables import (
     DESCRIPTIONS,
     NOT_ORDERED,
     fragility_tables,
+    rank_measures,
     shear_model_curves,
     write_described,
 )

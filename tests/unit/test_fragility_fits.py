@@ -17,8 +17,8 @@ from skewbridge.fragility.fits import (
     fit_stripes,
 )
 from skewbridge.fragility.limit_states import LimitState
-from skewbridge.fragility.measures import measure_table, rank_measures
 from skewbridge.fragility.motion_means import motion_weights
+from skewbridge.fragility.study_tables import measure_table, rank_measures
 from skewbridge.fragility.system import system_curves, system_members
 
 ONE = {"skews": (0,), "gaps": (51,), "frictions": (50,)}

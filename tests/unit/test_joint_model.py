@@ -27,9 +27,9 @@ from skewbridge.cli import build_app
 from skewbridge.demands.validity import FAILURE_DEMANDS
 from skewbridge.files.tables import write_frame
 from skewbridge.fragility.demand_model import fit_models, state_curve
+from skewbridge.fragility.exports import PAPER_COLUMNS
 from skewbridge.fragility.joint import JOINT_COLUMNS, JointModel, joint_table
 from skewbridge.fragility.limit_states import load_limit_states
-from skewbridge.fragility.paper_table import PAPER_COLUMNS
 from skewbridge.fragility.study_tables import write_tables
 from skewbridge.report.page import median_text
 

@@ -16,7 +16,7 @@ from skewbridge.motions.spectrum import SPECTRUM_PERIODS_S
 from skewbridge.motions.suite import prepare_suite
 from skewbridge.motions.synthesis.bssa14 import bssa14
 from skewbridge.motions.synthesis.ddk18 import Scenario
-from skewbridge.report.motion_figures import record_page, suite_spectra
+from skewbridge.report.run_figures import record_page, suite_spectra
 
 SCENARIO = Scenario(magnitude=7.0, distance_km=10.0, vs30_mps=400.0)
 

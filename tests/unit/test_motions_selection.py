@@ -12,9 +12,8 @@ from scipy.stats import norm
 from cli_json import answer, invoke
 from motions_files import index_of, make_pairs
 from skewbridge.errors import InputError
-from skewbridge.motions import conditional, selection
-from skewbridge.motions.conditional import BAND_POINTS, condition, read_target
-from skewbridge.motions.selection import select_pairs
+from skewbridge.motions import selection
+from skewbridge.motions.selection import BAND_POINTS, condition, read_target, select_pairs
 from skewbridge.motions.spectrum import sa_avg_periods
 from skewbridge.motions.suite import prepare_suite
 from skewbridge.motions.synthesis.bssa14 import baker_jayaram_correlation, bssa14
@@ -29,8 +28,8 @@ SITE = {"vs30_mps": 400.0}
 
 
 def _spectra(*levels, measure="SA(0.75)", **more):
-    target = conditional.Target(measure=measure, **SITE, levels=levels, **more)
-    return conditional.conditional_spectra(target)
+    target = selection.Target(measure=measure, **SITE, levels=levels, **more)
+    return selection.conditional_spectra(target)
 
 
 def test_condition_has_the_values_computed_by_hand():

@@ -12,11 +12,10 @@ from cli_json import run
 from fragility_tables import FAILURES, IM, SETTINGS, STATES, ready, synthetic_demands, two_mode_runs
 from skewbridge.errors import InputError
 from skewbridge.fragility.curves import fit_study
-from skewbridge.fragility.decision import decision, target_rate
 from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.hazard import HazardConfig, hazard_curve, measure_column, read_hazard
 from skewbridge.fragility.joint import JointModel, joint_table
-from skewbridge.fragility.rates import curve_rate, rate_effects, rate_table
+from skewbridge.fragility.rates import curve_rate, decision, rate_effects, rate_table, target_rate
 from skewbridge.fragility.system import system_curves
 from skewbridge.fragility.union import curve_probability
 from skewbridge.study.config import MEASURES, parse_config

@@ -13,9 +13,9 @@ from bridge_variants import analysed, variant
 from skewbridge.analysis.modal import modal_properties
 from skewbridge.bridge.backfill import wall_backfill, wing_wall
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.ends import KINDS
 from skewbridge.bridge.frame import Blueprint, End
 from skewbridge.bridge.handles import TagAllocator
+from skewbridge.bridge.joints import KINDS
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.structures import deck_ends
 from skewbridge.errors import InputError

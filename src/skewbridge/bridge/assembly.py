@@ -10,10 +10,9 @@ from typing import Literal
 import openseespy.opensees as ops
 
 from skewbridge.bridge.catalogue.data import BridgeData
-from skewbridge.bridge.ends import KINDS
 from skewbridge.bridge.frame import Blueprint, BridgeModel, Frame
 from skewbridge.bridge.handles import TagAllocator
-from skewbridge.bridge.joints import build_inner_joint, support_joint
+from skewbridge.bridge.joints import KINDS, build_inner_joint, support_joint
 from skewbridge.bridge.script_units import end_view
 from skewbridge.bridge.structures import CatalogueBridge
 from skewbridge.contact import ContactSet

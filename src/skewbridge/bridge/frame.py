@@ -59,7 +59,7 @@ class End:
 
     node: int  # end node at the centroid of the deck
     plan: DeckEnd  # position, skew and size in plan
-    abutment: EndData  # data of its abutment, of any kind in `skewbridge.bridge.ends`
+    abutment: EndData  # data of its abutment, of any kind in `skewbridge.bridge.joints`
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

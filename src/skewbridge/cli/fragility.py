@@ -171,8 +171,8 @@ def decide(
     """
     from skewbridge.files.tables import records_of, write_csv
     from skewbridge.files.text import writable_folder
-    from skewbridge.fragility.decision import decision, target_rate
     from skewbridge.fragility.hazard import site_hazard
+    from skewbridge.fragility.rates import decision, target_rate
     from skewbridge.report.rates import decision_figure, with_codes
     from skewbridge.report.study_figures import save_figure
     from skewbridge.study.config import FigureSettings

@@ -96,7 +96,7 @@ def plot(
     """
     from skewbridge.motions.read import read_components
     from skewbridge.motions.suite import folder_spectra
-    from skewbridge.report.motion_figures import record_page, suite_spectra
+    from skewbridge.report.run_figures import record_page, suite_spectra
 
     if len(paths) == 1 and paths[0].is_dir():
         name = paths[0].resolve().name
@@ -156,9 +156,8 @@ def select(
     """
     import numpy as np
 
-    from skewbridge.motions.conditional import BAND_POINTS
-    from skewbridge.motions.selection import select_motions
-    from skewbridge.report.motion_figures import suite_spectra
+    from skewbridge.motions.selection import BAND_POINTS, select_motions
+    from skewbridge.report.run_figures import suite_spectra
 
     keys = keys_and_values("--set", changes)
     selections = select_motions(target, keys, sources, count, out, without)

@@ -1,32 +1,37 @@
-"""Annual rates of limit states and systems, and effects of the axes on them.
+"""Annual rates of limit states and systems, effects of the axes on them, and what a skew needs.
 
 A rate is the integral of the probability of the demand model over a hazard curve; without a model,
 of the lognormal curve with theta and beta_total, or of a union.
 Its interval, and that of a ratio of rates, are from the jackknife over motions, as for medians. A
 ratio is for the same motions and the same hazard.
+
+The support length needed at rest is that which the deck corner leaves with a chosen rate; the seat
+is longer by the gap. Rules of codes are in `bridge_check`, the factor of Hazus in `limit_states`.
 """
 
+import json
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache, partial
 from math import nan
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 import pandas as pd
 from scipy import special
 
+from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats, Row, records_of
 from skewbridge.fragility import demand_table
 from skewbridge.fragility.curves import CURVE_COLUMNS, METHODS
-from skewbridge.fragility.demand_model import BridgeModels, StateCurve
+from skewbridge.fragility.demand_model import SKEW, BridgeModels, StateCurve
 from skewbridge.fragility.effects import STEP, Medians, effect_row, variant_pairs
+from skewbridge.fragility.exports import chosen_curves
 from skewbridge.fragility.fits import ALL_EXCEED, BOUNDS_TOO_WIDE, FITTED, NO_EXCEEDANCE
 from skewbridge.fragility.hazard import HazardCurve, LogRate
 from skewbridge.fragility.joint import JointModel
-from skewbridge.fragility.limit_states import LimitState, States
+from skewbridge.fragility.limit_states import COLUMN_FAILURE, LimitState, States, hazus_factor
 from skewbridge.fragility.motion_means import completed
 from skewbridge.fragility.outcomes import TREATMENTS
-from skewbridge.fragility.paper_table import chosen_curves
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE, FitSettings
 from skewbridge.fragility.union import any_of, union_curve
 
@@ -235,3 +240,127 @@ def _mean(rates: Sequence[LogRate]) -> LogRate:
     logs = np.mean([completed(rate.logs) for rate in rates], axis=0)
     fractiles = np.mean([rate.fractiles for rate in rates], axis=0)
     return LogRate(logs, fractiles, rates[0].quantiles)
+
+
+GAP: Final = "gap_mm"
+#: Support lengths (m) that are compared.
+_LENGTHS_M: Final = np.geomspace(0.02, 4.0, 24)
+_SKEWS, _GAPS = 13, 5  # points over the range of the study
+_COLUMN: Final = ("column_rate", "column_rate_low", "column_rate_high")
+#: Annual rate of the displacement demand of SDC: 5 % in 50 years.
+SDC_RATE: Final = float(-np.log1p(-0.05) / YEARS)
+
+
+class Decision(NamedTuple):
+    """Needs over skew and gap for one target rate."""
+
+    table: pd.DataFrame  # one row per skew and gap
+    target: float  # annual rate
+    values: Mapping[str, float]  # values of the other axes
+    level: float
+
+
+def target_rate(probability_50y: float) -> float:
+    """Return the target rate (1/year) from a probability in 50 years."""
+    if not 0.0 < probability_50y < 1.0:
+        raise InputError(f"probability_50y must be within 0..1, got {probability_50y:g}")
+    return float(-np.log1p(-probability_50y) / YEARS)
+
+
+def decision(
+    rows: Sequence[Row],  # of table `joint`, of one bridge and abutment model
+    hazard: HazardCurve,
+    target: float,  # annual rate
+    given: Mapping[str, float],  # values of axes except skew and gap; the middle of others
+) -> Decision:
+    """Return support length and seat needed, and the rate of column failure, over skew and gap.
+
+    An `InputError` states that the study has no unseating model or a single skew.
+    """
+    row_of = {f"{row['component']}/{row['limit_state']}": row for row in rows}
+    unseating = next((row for row in rows if row["component"] == "unseating"), None)
+    if unseating is None:
+        raise InputError("no limit state of the component unseating has a joint model")
+    (mode,) = json.loads(unseating["modes"])
+    seats = [
+        # ASSUME the length of the seat is known: no dispersion of the capacity
+        JointModel(
+            {**unseating, "modes": json.dumps([{**mode, "threshold": length, "dispersion": 0.0}])}
+        )
+        for length in _LENGTHS_M
+    ]
+    axes, failure = seats[0].axis_range, row_of.get(f"{COLUMN_FAILURE}/any")
+    column = None if failure is None else JointModel(failure)
+    if SKEW not in axes.varying:
+        raise InputError("the study has a single skew")
+    values = {name: middle for name, middle in axes.middle.items() if name not in (SKEW, GAP)}
+    values |= given
+    limits = axes.limits
+    gaps = np.unique(np.linspace(*limits.get(GAP, (0.0, 0.0)), _GAPS))
+    skews = np.linspace(*limits[SKEW], _SKEWS)
+    axes.check({SKEW: skews[0], GAP: gaps[0], **values})
+    found: list[Row] = []
+    for gap_mm in map(float, gaps):
+        # the factor of Hazus is on skew 0: without it in the study, there is no such length
+        has_straight = limits[SKEW][0] <= 0.0
+        straight = [seat.curve({SKEW: 0.0, GAP: gap_mm, **values}) for seat in seats * has_straight]
+        for skew_deg in map(float, skews):
+            place = {SKEW: skew_deg, GAP: gap_mm}
+            curves = [seat.curve(place | values) for seat in seats]
+            length = _length(curves, hazard, target)
+            ends = length.interval(unseating["level"])
+            row: Row = dict(
+                zip(("support_m", "support_m_low", "support_m_high"), ends, strict=True)
+            )
+            row |= {name.replace("support", "seat"): v + gap_mm / 1000.0 for name, v in row.items()}
+            # the median at which the needed length is exceeded
+            medians = np.exp([curve.ln_theta[0] for curve in curves])
+            median = float(np.interp(ends[0], _LENGTHS_M, medians))
+            row["extrapolated"] = not unseating["im_low"] <= median <= unseating["im_high"]
+            row["hazus_m"] = np.nan
+            if straight:
+                ln_factor = float(np.log(hazus_factor(skew_deg)))
+                hazus = _length(straight, hazard, target, ln_factor).value
+                row["hazus_m"] = hazus + gap_mm / 1000.0
+            # SDC: displacement demand at 5 % in 50 years
+            at_sdc = np.interp(hazard.level_of(SDC_RATE), np.log(medians), np.log(_LENGTHS_M))
+            row["sdc_demand_m"] = float(np.exp(at_sdc))
+            if column is not None:
+                rate = curve_rate(column.curve(place | values), hazard).interval(column.level)
+                row |= dict(zip(_COLUMN, rate, strict=True))
+            found.append(place | row)
+    table = pd.DataFrame(found)
+    if column is not None:
+        allowed = table.groupby(SKEW)[[GAP, *_COLUMN]].apply(_allowed_gaps, target)
+        table = table.join(allowed, on=SKEW)
+    return Decision(table, target, values, float(unseating["level"]))
+
+
+def _allowed_gaps(of_skew: pd.DataFrame, target: float) -> pd.Series:
+    """Return the smallest and largest gap with which column failure is below the target.
+
+    ``certain`` is by the upper end of the interval of the rate. NaN if no gap of the study is.
+    """
+    fine, row = np.linspace(of_skew[GAP].min(), of_skew[GAP].max(), 201), dict[str, float]()
+    for name, rate in (("gap", _COLUMN[0]), ("certain_gap", _COLUMN[2])):
+        ln_rate = np.interp(fine, of_skew[GAP], np.log(of_skew[rate]))
+        allowed = fine[ln_rate <= np.log(target)]
+        ends = (allowed[0], allowed[-1]) if allowed.size else (np.nan, np.nan)
+        row |= dict(zip((f"{name}_from_mm", f"{name}_to_mm"), ends, strict=True))
+    return pd.Series(row)
+
+
+def _length(
+    curves: Sequence[StateCurve], hazard: HazardCurve, target: float, ln_factor: float = 0.0
+) -> LogRate:
+    """Return ln of the length that is exceeded with the target rate; NaN outside `_LENGTHS_M`."""
+    rates = [curve_rate(curve, hazard, ln_factor) for curve in curves]
+    logs, fractiles = (
+        np.array([_crossing(column, np.log(target)) for column in np.transpose(part)])
+        for part in ([rate.logs for rate in rates], [rate.fractiles for rate in rates])
+    )
+    return LogRate(logs, fractiles, hazard.quantiles)
+
+
+def _crossing(ln_rates: Floats, ln_target: float) -> float:
+    return float(np.interp(-ln_target, -ln_rates, np.log(_LENGTHS_M), np.nan, np.nan))

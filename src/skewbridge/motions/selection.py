@@ -1,26 +1,32 @@
-"""Selection of pairs whose spectra follow a conditional spectrum.
+"""Conditional spectra of a site, and selection of pairs whose spectra follow them.
 
-Each pair is scaled to the level. As in the greedy step of Baker and Lee (2018, J. Earthq. Eng.
+ln PSA has the mean and standard deviation of Boore et al. (2014) and the correlation of Baker and
+Jayaram (2008), see `synthesis.bssa14`. It is conditioned on its mean at the period of SA(T) (Baker
+2011, J. Struct. Eng. 137(3)) or the 20 periods of Sa_avg(T1) (Kohrangi et al. 2017, EESD 46(10)).
+Earthquakes are mixed by their contributions (Lin et al. 2013, BSSA 103(2A)).
+
+Each pair is scaled to a level. As in the greedy step of Baker and Lee (2018, J. Earthq. Eng.
 22(4)), pairs are replaced one by one while mean and deviation of ln PSA approach the target.
 """
 
+import io
+import re
 import shutil
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Annotated, Any, ClassVar, Final, Literal, NamedTuple
 
 import numpy as np
 import pandas as pd
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+from scipy.interpolate import PchipInterpolator
+from scipy.stats import norm
 
 from skewbridge.errors import InputError
+from skewbridge.files import text
 from skewbridge.files.tables import Index, Mask, records_of
-from skewbridge.files.text import writable_file, writable_folder
-from skewbridge.motions.conditional import (
-    BAND_POINTS,
-    ConditionalSpectrum,
-    conditional_spectra,
-    read_target,
-)
+from skewbridge.files.text import Number, writable_file, writable_folder
 from skewbridge.motions.folder import (
     INDEX_NAME,
     index_row,
@@ -28,11 +34,167 @@ from skewbridge.motions.folder import (
     read_index_table,
     write_index,
 )
-from skewbridge.motions.levels import FACTOR_LIMITS
+from skewbridge.motions.levels import FACTOR_LIMITS, Level
 from skewbridge.motions.record import Vector
-from skewbridge.motions.spectrum import pair_psa
+from skewbridge.motions.spectrum import SPECTRUM_PERIODS_S, pair_psa, sa_avg_periods
 from skewbridge.motions.suite import read_entries
+from skewbridge.motions.synthesis.bssa14 import baker_jayaram_correlation, bssa14
+from skewbridge.motions.synthesis.ddk18 import Scenario
 from skewbridge.units import G_MPS2
+
+BAND_POINTS: Final = 39  # every second one is a period of Sa_avg(T1)
+_ROW: Final = ("magnitude", "distance_km", "epsilon", "weight", "level_g")
+
+
+class Rupture(Scenario):
+    """Earthquake and site within the range of BSSA14, which exceeds that of the generator."""
+
+    LIMITS: ClassVar = {"magnitude": (3.0, 8.5), "distance_km": (0.0, 400.0)}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, config=text.OPTIONS)
+class Cause:
+    """An earthquake that causes a level; those of the same level are mixed by their weights."""
+
+    magnitude: Number
+    distance_km: Number
+    epsilon: Annotated[Number, Field(ge=-6.0, le=6.0)]  # at the level: epsilon-0 of the USGS
+    weight: Annotated[Number, Field(gt=0.0)] = 1.0
+    level_g: Level | None = None  # None: level of its own, by BSSA14
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, config=text.OPTIONS)
+class Target:
+    """Intensity measure, site, period of the bridge (None: of the measure), earthquakes."""
+
+    measure: Annotated[str, Field(pattern=r"^(SA|Sa_avg3?)\((\d*\.)?\d+\)$")]
+    vs30_mps: Annotated[Number, Field(ge=150.0, le=1500.0)]
+    mechanism: Literal["strike_slip", "reverse"] = "strike_slip"
+    t1_s: Number | None = None
+    levels: Annotated[tuple[Cause, ...], Field(min_length=1)]
+
+
+class ConditionalSpectrum(NamedTuple):
+    """PSA at `BAND_POINTS` periods from 0.2 to 3 T1, then at the periods of the measure."""
+
+    periods_s: Vector
+    median_g: Vector
+    sigma: Vector  # standard deviation of ln PSA
+    weights: Vector  # their product with ln PSA is the logarithm of the measure
+    causes: dict[str, float]  # level, means of the earthquakes, level of BSSA14 at this epsilon
+
+
+def condition(
+    mean: Vector, sigma: Vector, rho: Vector, weights: Vector, epsilon: Vector
+) -> tuple[Vector, Vector]:
+    """Return mean and deviation (n, periods) if the weighted sum is epsilon (n,) above its mean."""
+    gain = sigma * ((sigma * weights) @ rho)
+    slope = gain / np.sqrt(gain @ weights)[:, None]
+    return mean + epsilon[:, None] * slope, np.sqrt(np.maximum(sigma**2 - slope**2, 0.0))
+
+
+def conditional_spectra(target: Target) -> list[ConditionalSpectrum]:
+    """Return the spectrum of each level; `InputError` for values outside the range of BSSA14."""
+    period_s = float(target.measure.split("(")[1][:-1])
+    own = sa_avg_periods(period_s) if "avg" in target.measure else np.array([period_s])
+    t1_s = target.t1_s or period_s
+    periods = np.append(t1_s * np.geomspace(0.2, 3.0, BAND_POINTS), own)
+    if not 0.01 <= periods.min() <= periods.max() <= 10.0:
+        ends = f"{periods.min():.3g} to {periods.max():.3g} s"
+        raise InputError(f"0.2 T1 to 3 T1 and the measure must be within 0.01 to 10 s, got {ends}")
+    weights = np.append(np.zeros(BAND_POINTS), np.full(own.size, 1.0 / own.size))
+    rho = baker_jayaram_correlation(periods)
+    site: dict[str, Any] = {"vs30_mps": target.vs30_mps, "mechanism": target.mechanism}
+    levels, spectra = dict[float, list[Cause]](), list[ConditionalSpectrum]()
+    for number, cause in enumerate(target.levels):
+        levels.setdefault(cause.level_g or -float(number), []).append(cause)
+    for level in levels.values():
+        rows = np.array([(c.weight, c.magnitude, c.distance_km, c.epsilon) for c in level])
+        ruptures = [Rupture(magnitude=m, distance_km=r, **site) for _, m, r, _ in rows.tolist()]
+        known = np.array([bssa14(rupture, SPECTRUM_PERIODS_S) for rupture in ruptures])
+        known[:, 0] = np.log(known[:, 0])
+        # between tabulated periods within 1 % of the equations, 0.1 to 5 s
+        interpolated = PchipInterpolator(np.log(SPECTRUM_PERIODS_S), known, axis=2)
+        mean, sigma = np.swapaxes(interpolated(np.log(periods)), 0, 1)
+        mean, sigma = condition(mean, sigma, rho, weights, rows[:, 3])
+        share, reached = rows[:, 0] / rows[:, 0].sum(), mean @ weights
+        bssa14_g = float(np.exp(share @ reached))
+        causes = {"level_g": level[0].level_g or bssa14_g, "bssa14_level_g": bssa14_g}
+        causes |= zip(_ROW[:3], (share @ rows[:, 1:]).tolist(), strict=True)
+        # ASSUME the models of the hazard differ from BSSA14 by the same factor at all periods
+        scaled = mean + (np.log(causes["level_g"]) - reached)[:, None]
+        mixed = share @ scaled
+        deviation = np.sqrt(share @ (sigma**2 + (scaled - mixed) ** 2))
+        spectra.append(ConditionalSpectrum(periods, np.exp(mixed), deviation, weights, causes))
+    return spectra
+
+
+def read_target(path: Path, given: Mapping[str, Any]) -> Target:
+    """Return the target in a file: YAML by hand, CSV of OpenQuake, or JSON of the USGS.
+
+    ``given`` values replace those of the file; a measure selects from a file with several. Raises
+    `InputError` for wrong or missing values, such as epsilon.
+    """
+    if path.suffix.lower() in (".yaml", ".yml"):
+        raw = text.read_mapping(path)
+    else:
+        table = _openquake(path) if path.suffix.lower() == ".csv" else _usgs(path)
+        names = table["measure"].unique().tolist()
+        measure = given.get("measure", names[0] if len(names) == 1 else None)
+        if measure not in names:
+            have = ", ".join(names) or "no rates"
+            raise text.file_fault(path, f" has {have}: select with --set measure=NAME")
+        rows = table.loc[table["measure"] == measure, list(_ROW)].to_dict("records")
+        raw = {"measure": measure, "levels": rows}
+    return text.checked(Target, {**raw, **given}, path)
+
+
+def _openquake(path: Path) -> pd.DataFrame:
+    """Return measures and rows of causes in the export Mag_Dist_Eps of OpenQuake 3.16 or later."""
+    names = {"imt": "measure", "iml": "level_g", "mag": "magnitude", "dist": "distance_km"}
+    content = io.StringIO(text.read_text(path, text.MAX_CSV_BYTES))
+    try:
+        table = pd.read_csv(content, comment="#").rename(columns=names).astype({"eps": float})
+        (column,) = (name for name in table if name == "mean" or str(name).startswith("rlz"))
+        rate = -np.log1p(-np.minimum(table[column], 1.0 - 1.0e-12))
+        rows = table.assign(weight=rate, moment=rate * table["eps"])[rate > 0.0]
+        cells = rows.groupby(list(names.values()), sort=False)
+    except (KeyError, TypeError, ValueError) as error:
+        needed = "Mag_Dist_Eps with imt, iml, mag, dist, eps and one column of probabilities"
+        raise text.file_fault(path, f" is not the export {needed}: {error}") from None
+    totals = cells[["weight", "moment"]].sum().reset_index()
+    epsilon = (totals["moment"] / totals["weight"]).to_numpy()
+    if cells["eps"].max().eq(rows["eps"].max()).all():
+        # of all motions above the level (`epsilon_star: false`): the mean is E[x | x > epsilon]
+        grid = np.linspace(-4.0, 6.0, 2001)
+        epsilon = np.interp(epsilon, norm.pdf(grid) / norm.sf(grid), grid)
+    return totals.assign(epsilon=epsilon)
+
+
+def _usgs(path: Path) -> pd.DataFrame:
+    """Return measures and rows of causes in a disaggregation of the USGS, by epsilon-0."""
+    names = {"m": "magnitude", "r": "distance_km", "value": "weight"}
+    tables: list[pd.DataFrame] = []
+    try:
+        response = text.read_json(path)["response"]
+        shared = response["metadata"] if isinstance(response, dict) else {}
+        for block in response["disaggs"] if shared else response:
+            about = shared | block | block.get("metadata", {})
+            imt = about["imt"]["value"] if isinstance(about["imt"], dict) else about["imt"]
+            bins = pd.DataFrame(about["εbins"], columns=["id", "min", "max"]).set_index("id")
+            middle = bins.astype(float).mean(axis=1)  # of an open bin: its edge
+            total = next(o for o in block["data"] if o.get("component", "Total") == "Total")
+            items = [item for part in total["summary"] for item in part["data"]]
+            level_g = next(item["value"] for item in items if item.get("units") == "g")
+            rows = pd.json_normalize(total["data"], "εdata", ["m", "r"]).rename(columns=names)
+            rows = rows.assign(level_g=level_g, epsilon=rows["εbin"].map(middle)).astype(float)
+            measure = re.sub(r"^SA(\d+)P(\d+)$", r"SA(\1.\2)", imt)
+            tables.append(rows.assign(measure=measure))
+        return pd.concat(tables)
+    except (KeyError, TypeError, ValueError, AttributeError, StopIteration) as error:
+        problem = " is not a disaggregation of the USGS by magnitude, distance and epsilon"
+        raise text.file_fault(path, f"{problem}: {error}") from None
+
 
 #: Largest relative errors of median and dispersion of PSA at any period from 0.2 to 3 T1.
 TOLERANCES: Final = np.array([0.05, 0.10])

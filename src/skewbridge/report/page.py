@@ -31,7 +31,7 @@ from skewbridge.demands.validity import (
 )
 from skewbridge.files.tables import read_frame, read_stamp, records_of, stamp
 from skewbridge.files.text import write_text
-from skewbridge.fragility import paper_table, verdicts
+from skewbridge.fragility import exports, verdicts
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.limit_states import HEADLINE_STATES, hazus_factor
@@ -695,8 +695,8 @@ def unbroken(text: str) -> str:
 
 def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame) -> dict[str, Any]:
     """Return headings and rows, grouped by model and state, of the table for publication."""
-    table = paper_table.paper_table(curves, medians, joint)
-    ratios = paper_table.ratio_names(table)
+    table = exports.paper_table(curves, medians, joint)
+    ratios = exports.ratio_names(table)
     axes = shown_axes(curves)
     names = {row["variant"]: variant_text(axes, row) for row in records_of(curves)}
     capacities = {
@@ -704,12 +704,12 @@ def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame)
         for state, own in groups_of(curves, ["component", "limit_state"])
     }
     groups: dict[str, list[dict[str, Any]]] = {}
-    for row, text in zip(records_of(table), paper_table.printed_rows(table), strict=True):
+    for row, text in zip(records_of(table), exports.printed_rows(table), strict=True):
         capacity = capacities[row["component"], row["limit_state"]]
         model = model_name(row["bridge"], row["abutment"])
         group = groups.setdefault(f"{model}: {in_words(text['state'])} ({capacity})", [])
         variant = names.get(row["row"], "all variants, middle of the range")
-        more = {"variant": variant, "joint": row["row"] == paper_table.JOINT}
+        more = {"variant": variant, "joint": row["row"] == exports.JOINT}
         group.append(text | more | {"ratios": [text[name] for name in ratios]})
     return {
         "im": plain_label(str(curves["im"].iloc[0])),
@@ -733,8 +733,8 @@ def median_text(row: Mapping[str, Any], otherwise: str = "") -> str:
     """
     if row["status"] != FITTED:
         return otherwise or in_words(row["status"])
-    text = paper_table.with_interval([row[f"theta{end}"] for end in ("", "_low", "_high")])
-    return f"{text} {paper_table.DAGGER}" if row.get(paper_table.EXTRAPOLATED) is True else text
+    text = exports.with_interval([row[f"theta{end}"] for end in ("", "_low", "_high")])
+    return f"{text} {exports.DAGGER}" if row.get(exports.EXTRAPOLATED) is True else text
 
 
 def quality(demands: pd.DataFrame, sensitivity: pd.DataFrame) -> dict[str, Any]:

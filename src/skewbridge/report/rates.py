@@ -14,8 +14,8 @@ from skewbridge.analysis.bridge_check import seat_demand_aashto_m, seat_demand_s
 from skewbridge.bridge.library import load_structure
 from skewbridge.errors import InputError
 from skewbridge.files.tables import records_of
-from skewbridge.fragility.decision import GAP, Decision
 from skewbridge.fragility.limit_states import HEADLINE_STATES
+from skewbridge.fragility.rates import GAP, Decision
 from skewbridge.report.answer import change_name, effect_name, model_name
 from skewbridge.report.appearance import STYLE, VARIANT_COLOURS, plain_log_ticks, shown_unit
 

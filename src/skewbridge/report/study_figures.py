@@ -28,7 +28,6 @@ from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import read_suite
 from skewbridge.report import appearance, fragility_figures
 from skewbridge.report.answer import listed, model_name
-from skewbridge.report.motion_figures import applied_spectra
 from skewbridge.report.pooled_curves import (
     STATE,
     curves_figure,
@@ -38,6 +37,7 @@ from skewbridge.report.pooled_curves import (
     three_digits,
     with_system,
 )
+from skewbridge.report.run_figures import applied_spectra
 from skewbridge.study.config import DESIGN_FONT_PT, GENERIC_FONTS, FigureSettings
 from skewbridge.study.folder import StudyFolder
 from skewbridge.units import INCH, MM

@@ -35,11 +35,11 @@ from skewbridge.fragility.effects import (
     median_effects,
     run_pairs,
 )
+from skewbridge.fragility.exports import EXTRAPOLATED
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.hazard import HazardConfig, hazard_curve, site_hazard
 from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.limit_states import States, load_limit_states, with_column_failure
-from skewbridge.fragility.paper_table import EXTRAPOLATED
 from skewbridge.fragility.rates import curve_rate, rate_columns, rate_effects
 from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.fragility.study_tables import fragility_tables, write_tables

@@ -37,9 +37,9 @@ from skewbridge.files.tables import records_of
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.effects import effect_tables, median_effects
+from skewbridge.fragility.exports import chosen_curves
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.limit_states import LimitState, hazus_factor
-from skewbridge.fragility.paper_table import chosen_curves
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.system import system_curves
 from skewbridge.motions.levels import MotionsConfig
