@@ -173,7 +173,7 @@ def decide(
     from skewbridge.files.text import writable_folder
     from skewbridge.fragility.hazard import site_hazard
     from skewbridge.fragility.rates import decision, target_rate
-    from skewbridge.report.rates import decision_figure, with_codes
+    from skewbridge.report.bridge_figures import decision_figure, with_codes
     from skewbridge.report.study_figures import save_figure
     from skewbridge.study.config import FigureSettings
     from skewbridge.study.results import joint_rows

@@ -1,16 +1,29 @@
-"""Figures of one bridge: its model, static pushes, column sections."""
+"""Figures of one bridge: its model, static pushes, column sections, and what its skew needs."""
 
+from contextlib import suppress
+from math import radians
 from typing import Any, Final
 
+import matplotlib as mpl
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from skewbridge.analysis.bridge_check import seat_demand_aashto_m, seat_demand_sdc_m
 from skewbridge.bridge.geometry import Member, ModelGeometry
+from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.section import MomentCurvature, ShearSection, shear_strength
+from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats
-from skewbridge.report.appearance import VARIANT_COLOURS, shear_model_name
+from skewbridge.fragility.rates import GAP, Decision
+from skewbridge.report.appearance import (
+    STYLE,
+    VARIANT_COLOURS,
+    plain_log_ticks,
+    shear_model_name,
+    shown_unit,
+)
 from skewbridge.units import KN, MM
 from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
 from skewbridge.variant.variant import ABUTMENTS
@@ -24,6 +37,8 @@ COLOURS: Final = {
     "contact": "#CC79A7",
     "links": "#999999",
 }
+#: Lines of the rules of codes.
+_DASHES: Final = ((0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)), "-")
 _GAP_SCALE: Final = 20.0  # exaggeration of the drawn gaps
 _NORMAL_M: Final = 2.0  # length of the arrows that show contact normals
 _AROUND_M: Final = 2.5  # margin around a drawn abutment or model
@@ -151,4 +166,55 @@ def column_figure(
     capacity.set(xlabel=words, ylabel="shear (MN)", ylim=(0, None), xlim=(1, 15))
     capacity.legend(frameon=False, fontsize=9)
     figure.suptitle(title, parse_math=False)
+    return figure
+
+
+def with_codes(found: Decision, bridge: str) -> Decision:
+    """Add the seat lengths of AASHTO and SDC; columns are left out if the bridge is not known."""
+    table = found.table
+    with suppress(InputError):
+        about, gap_m = load_structure(bridge).description, table[GAP] / 1000.0
+        aashto = [seat_demand_aashto_m(about, radians(skew)) for skew in table["skew_deg"]]
+        sdc = [seat_demand_sdc_m(about, demand_m) for demand_m in table["sdc_demand_m"]]
+        present = min(about.seats_m.values(), default=np.nan)
+        table = table.assign(aashto_m=aashto + gap_m, sdc_m=sdc + gap_m, present_m=present)
+    return found._replace(table=table)
+
+
+@mpl.rc_context(STYLE)
+def decision_figure(found: Decision, title: str) -> Figure:
+    """Draw needed seat lengths with the rules of codes, and rates of column failure, over skew."""
+    unit, factor = shown_unit("mm")
+    per_m, table = 1000.0 * factor, found.table
+    figure = Figure(figsize=(8.4, 4.2), layout="constrained")
+    seats, columns = figure.subplots(1, 2)
+    ends = sorted({table[GAP].min(), table[GAP].max()})
+    for gap, colour in zip(ends, VARIANT_COLOURS, strict=False):
+        own = table[table[GAP] == gap]
+        for axes, name, scale in ((seats, "seat_m", per_m), (columns, "column_rate", 1.0)):
+            if name in own:
+                low, middle, high = (scale * own[f"{name}{end}"] for end in ("_low", "", "_high"))
+                label = f"gap {factor * gap:.3g} {unit}, {100 * found.level:g} % interval"
+                axes.fill_between(own["skew_deg"], low, high, color=colour, alpha=0.18, lw=0)
+                axes.plot(own["skew_deg"], middle, color=colour, lw=2.0, label=label)
+    own = table[table[GAP] == ends[-1]]
+    rules = {
+        "hazus_m": "Hazus 6.1 factor on skew 0",
+        "aashto_m": "AASHTO 4.7.4.4, 1.5 N",
+        "sdc_m": "SDC 1.7, 7.8.3",
+        "present_m": "seat of the bridge",
+    }
+    for (name, label), dashes in zip(rules.items(), _DASHES, strict=True):
+        if name in own:
+            line = {"ls": dashes, "color": "0.25", "lw": 1.2, "label": label}
+            seats.plot(own["skew_deg"], per_m * own[name], **line)
+    columns.axhline(found.target, color="#b3202c", lw=1.2, label="target rate")
+    heads = f"Seat length, normal ({unit})", "Annual rate of column failure"
+    for axes, head in zip((seats, columns), heads, strict=True):
+        axes.set(yscale="log", xlabel="Skew (deg)", ylabel=head)
+    plain_log_ticks(seats.yaxis)
+    handles = dict(zip(*seats.get_legend_handles_labels()[::-1], strict=True))
+    handles |= dict(zip(*columns.get_legend_handles_labels()[::-1], strict=True))
+    figure.legend(handles.values(), handles, loc="outside lower center", ncols=3, fontsize=8)
+    figure.suptitle(title, fontsize=10, parse_math=False)
     return figure

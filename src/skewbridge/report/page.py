@@ -50,7 +50,6 @@ from skewbridge.report.pooled_curves import (
     variants_text,
     with_system,
 )
-from skewbridge.report.rates import rates_on_page
 from skewbridge.report.study_figures import SECTIONS, Caption, draw_study, read_captions
 from skewbridge.statuses import STATUSES
 from skewbridge.study.config import FigureSettings, StudyConfig
@@ -102,7 +101,7 @@ def write_report(
             published=published_rows(medians),
             gallery=[each for each in pictures if not _is_leading(each)],
             explorer=explorer_of(frames),
-            rates=rates_on_page(frames),
+            rates=answer.rates_on_page(frames),
             tables=frames,
             paper=paper_rows(curves, medians, frames["joint"]),
             compared=methods_compared(curves),
