@@ -107,12 +107,6 @@ def test_a_collapse_flag_in_a_cloud_and_demands_above_a_value_are_censored(fit):
     code, refused = fit(data, "cloud", "--model", "ols")
     assert code == 2
     assert f"would leave out {fall.sum()} censored demands" in refused["message"]
-    data = {"im": [0.1, 0.2, 0.3, 0.5, 0.8], "threshold": 0.03}
-    low = [0.011, 0.018, 0.034, 0.05]
-    _, found = fit(data | {"edp": [*low, 0.09]}, "cloud", "--censor-above", 0.05)
-    assert (found["method"], found["n_censored"]) == ("cloud_tobit", 2)
-    _, same = fit(data | {"edp": [*low, 0.05], "censored": [0, 0, 0, 1, 1]}, "cloud")
-    assert same["theta"] == found["theta"]
 
 
 def test_a_table_of_runs_obeys_status_and_motions(fit):
@@ -165,7 +159,6 @@ def test_wrong_removed_and_unsuitable_options_and_unreadable_files_are_refused(f
         ("cloud", ("--capacity-dispersion", "-1"), "capacity_dispersion: must be greater"),
         ("stripes", ("--model", "tobit"), "--model needs --method cloud"),
         ("ida", ("--capacity-dispersion", "0.3"), "--capacity-dispersion needs --method cloud"),
-        ("stripes", ("--censor-above", "0.3"), "--censor-above needs"),
         ("cloud", ("--where", "skew_deg == 3"), "No such option: --where"),
     ):
         code, found = fit(data, method, *options)

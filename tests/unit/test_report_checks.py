@@ -4,7 +4,6 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 import pytest
 
@@ -33,10 +32,6 @@ EFFECTS = pd.DataFrame({
     "variant": SLUG, "axis": "friction", "demand": "deck_disp_m", "ratio": [1.0, 1.1],
     "ci_low": [0.9, None], "ci_high": [1.1, None],
 })  # fmt: skip
-WAVE = np.array([0.0, 1.0, -2.0, 0.5])
-SUITE = pd.DataFrame({"motion_id": ["m00", "m01", "m01_mirrored"]}).assign(
-    accel_1_mps2=[2.0 * WAVE, WAVE, WAVE], accel_2_mps2=[WAVE, WAVE[::-1], -WAVE[::-1]]
-)
 
 
 def demands(**changed):
@@ -51,8 +46,7 @@ def demands(**changed):
 
 
 def tables(table, curves=CURVES, effects=EFFECTS):
-    given = {"curves": curves, "effects": effects, "suite": SUITE}
-    return StudyTables(demands=table, **given)
+    return StudyTables(demands=table, curves=curves, effects=effects)
 
 
 def failed(*given, **asked):
@@ -132,23 +126,6 @@ def test_no_friction_is_held_against_contact_to_nine_digits(friction, relative, 
     name = "rows that differ from the frictionless model"
     expected = {name: [f"{SLUG}, m00, 1, 0"]} if is_found else {}
     assert failed(pd.concat([rows, contact])) == expected
-
-
-def skewed(skew_deg, motions, **changed):
-    name = f"osb1_cf_skew{skew_deg}".replace("-", "m")
-    rows = demands().assign(variant=name, skew_deg=skew_deg, motion_id=motions)
-    return rows.assign(incidence_deg=30.0 if skew_deg > 0 else -30.0, **changed)
-
-
-def test_a_mirror_image_is_found_in_the_suite_and_compared():
-    plus = skewed(40, ["m00", "m01"])
-    minus = skewed(-40, ["m00", "m01_mirrored"])
-    name = "rows that differ from their mirror image"
-    assert failed(pd.concat([plus, minus])) == {}
-    # m00 has no mirror image in the suite and is not compared
-    other = minus.assign(unseating_m=[0.5, 0.102])
-    assert failed(pd.concat([plus, other])) == {name: ["osb1_cf_skew40, m01, 1, 30"]}
-    assert failed(pd.concat([plus, other.assign(incidence_deg=30.0)])) == {}
 
 
 def test_a_failed_check_stops_the_study_only_when_asked(tmp_path: Path, caplog):

@@ -16,7 +16,6 @@ rule fit_fragility:
         measures=FOLDER.fragility("measures"),
         joint=FOLDER.fragility("joint"),
         suites=FOLDER.fragility("suites"),
-        suite_curves=FOLDER.fragility("suite_curves"),
         shear_models=FOLDER.fragility("shear_models"),
         rates=FOLDER.fragility("rates"),
         rate_effects=FOLDER.fragility("rate_effects"),

@@ -29,7 +29,6 @@ if __name__ == "__main__":
             demands=demands,
             curves=tables["curves"],
             effects=tables["effects"],
-            suite=suite,
             cohesion_n=study.model.cohesion_n,
             planned={slug: len(of_variant) for slug, of_variant in runs.items()},
             searched=study.motions.design == "ida",

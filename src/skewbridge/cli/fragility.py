@@ -34,7 +34,6 @@ class FitCommand:
     im: Annotated[str | None, opt("Column with the intensities of the runs.", "COLUMN")] = None
     edp: Annotated[str | None, opt("Column with the demands of the runs.", "COLUMN")] = None
     capacity_dispersion: Annotated[float, opt("Dispersion of the capacity (cloud).")] = 0.0
-    censor_above: Annotated[float | None, opt("Censor demands from this value up (cloud).")] = None
     columns: Annotated[Path | None, opt("YAML file on the columns of a foreign table.")] = None
 
 

@@ -30,7 +30,6 @@ from skewbridge.statuses import FAILED
 #: Tables and figures of a finished study, written by `make demo-data`.
 DEMO_STUDY: Final = Path(__file__).parent / "demo_study"
 
-_LICENCE: Final = "https://creativecommons.org/licenses/by/4.0/"
 #: Printed columns of a table of effects.
 _CHANGE: Final = ("bridge", "abutment", "demand", "axis", "from_value", "to_value")
 
@@ -291,7 +290,6 @@ def archive(
     study: Study = None,
     out: Annotated[Path, opt("ZIP file to write.", "FILE.zip")] = Path("study.zip"),
     author: Annotated[list[str] | None, opt("Author; can be repeated.")] = None,
-    licence: Annotated[str, opt("Address of the licence.", None, "--license")] = _LICENCE,
 ) -> Answer:
     """Put a finished study into one RO-Crate (ZIP) for the supplement of a paper.
 
@@ -304,7 +302,7 @@ def archive(
 
     if out.suffix.lower() != ".zip":
         raise InputError(f"--out must end with .zip, got {out.name}")
-    names, doubts = write_archive(config_of(study), DEFAULT_CONFIG, out, licence, author or ())
+    names, doubts = write_archive(config_of(study), DEFAULT_CONFIG, out, author or ())
     size = {"archive": str(out), "bytes": out.stat().st_size}
     return Answer(size | {"files": names, "doubts": doubts})
 

@@ -45,12 +45,11 @@ class FitOptions:
     im: str | None = None  # column of intensities, for a table of runs
     edp: str | None = None  # column of demands, for a table of runs
     capacity_dispersion: float = Field(default=0.0, ge=0.0, le=MAX_DISPERSION)  # cloud
-    censor_above: float | None = None  # demands at or above this value are censored at it (cloud)
     columns: Path | None = None  # file that maps the columns of a foreign table to ours
 
     @model_validator(mode="after")
     def _of_a_cloud(self) -> Self:
-        for name in ("model", "capacity_dispersion", "censor_above"):
+        for name in ("model", "capacity_dispersion"):
             if getattr(self, name) and self.method != "cloud":
                 option = name.replace("_", "-")
                 raise ValueError(f"--{option} needs --method cloud, not {self.method}")
@@ -143,9 +142,6 @@ def _fit_cloud(
     im: Any, lower: Any, upper: Any, threshold: float, options: FitOptions, motions: Any = None
 ) -> fits.FragilityFit:
     """Fit a cloud of demands given by lower and upper bounds, arrays of shape (n,)."""
-    if options.censor_above is not None:
-        high = lower >= options.censor_above
-        lower, upper = np.where(high, options.censor_above, lower), np.where(high, np.inf, upper)
     if options.model == "ols" and (count := int(np.sum(upper > lower))):
         raise InputError(f"--model ols would leave out {count} censored demands: use tobit")
     further: Any = {"capacity_dispersion": options.capacity_dispersion, "motions": motions}

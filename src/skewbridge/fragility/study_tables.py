@@ -60,7 +60,7 @@ DESCRIPTIONS: Final = {
     name: demand_table.described(name)
     for name in (
         *("curves", "median_effects", "effects", "intensity_effects", "needed_motions", "joint"),
-        *("system", "measures", "input_notes", "suites", "suite_curves", "shear_models", *RATES),
+        *("system", "measures", "input_notes", "suites", "shear_models", *RATES),
     )
 } | {PAPER_TABLE: exports.PAPER_COLUMNS}
 
@@ -111,7 +111,7 @@ def fragility_tables(
         PAPER_TABLE: exports.paper_table(curves, medians, joint, settings),
         "input_notes": checked.notes,
         "shear_models": shear_model_curves(rows, settings, jobs=jobs),
-        **suite_tables(rows, states, names, settings, together=(medians, effects), jobs=jobs),
+        "suites": suite_table(rows, states, names, settings, (medians, effects), jobs=jobs),
     }
     for table in tables.values():
         table.attrs[RANDOM_PROPERTIES] = ", ".join(drawn_properties(map(str, demands))) or "none"
@@ -166,52 +166,44 @@ def _of_one_method(curves: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
     return table
 
 
-def suite_tables(
+def suite_table(
     rows: pd.DataFrame,
     states: States,
     demands: Sequence[str],
     settings: FitSettings,
-    *,
     together: Sequence[pd.DataFrame],
     jobs: int = 1,
-) -> dict[str, pd.DataFrame]:
-    """Return the tables `suites` (effects in each suite and differences) and `suite_curves`.
+) -> pd.DataFrame:
+    """Return the table `suites`: effects in each suite and their differences.
 
-    Every suite is analysed separately. With fewer than two suites both tables are empty. ``rows``
-    is a checked demands table. ``together`` has the effects on medians and on demands for the
-    motions of all suites together.
+    Every suite is analysed separately. With fewer than two suites the table is empty. ``rows`` is a
+    checked demands table. ``together`` has the effects on medians and on demands for the motions of
+    all suites together.
     """
     names = list(dict.fromkeys(rows[SUITE].astype(str))) if SUITE in rows else []
     shared = {"against": "", "verdict": "", "standard_errors": np.nan}
     effect_columns = list(demand_table.described("suites"))
     effects: list[Row] = []
-    curves: list[pd.DataFrame] = []
     for name in [*names, ALL_SUITES] if len(names) > 1 else []:
         tables = together
         if name != ALL_SUITES:
             part = rows[rows[SUITE] == name].reset_index(drop=True)
             models = fit_models(part, states, settings, jobs=jobs)
             fitted = fit_study(part, states, settings, models=models, jobs=jobs)
-            fitted = fitted.assign(**{SUITE: name})
             medians = median_effects(part, states, settings, models=models, curves=fitted)
             tables = medians, effect_tables(part, demands, settings, jobs=jobs).effects
-            curves.append(fitted[fitted["preferred"].to_numpy(dtype=bool)])
         for table in tables:
             found = table[(table["scope"] == "pooled") & (table["status"] == verdicts.OK)]
             found = found[found["ratio"].notna()]  # NaN if zero demands allow only a difference
             effects += [{**row, **shared, SUITE: name} for row in records_of(found)]
     if not effects:
-        empty = ("suites", "suite_curves")
-        return {name: pd.DataFrame(columns=list(demand_table.described(name))) for name in empty}
+        return pd.DataFrame(columns=effect_columns)
     compared: list[Row] = []
     for _, part in pd.DataFrame(effects).groupby(list(_EFFECT), sort=False):
         records = {row[SUITE]: row for row in records_of(part)}
         pairs = combinations([name for name in names if name in records], 2)
         compared += [_compared(records[one], records[other]) for one, other in pairs]
-    return {
-        "suites": pd.DataFrame([*effects, *compared], columns=effect_columns),
-        "suite_curves": pd.concat(curves, ignore_index=True),
-    }
+    return pd.DataFrame([*effects, *compared], columns=effect_columns)
 
 
 def _compared(one: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:

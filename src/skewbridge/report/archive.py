@@ -49,17 +49,19 @@ _TYPES: Final = {
     ".html": "text/html", ".md": "text/markdown", ".yaml": "application/yaml",
     ".tex": "application/x-tex",
 }  # fmt: skip
+#: Licence of the results.
+LICENCE: Final = "https://creativecommons.org/licenses/by/4.0/"
 _MAX_BYTES: Final = 2_000_000_000
 
 
 def write_archive(
-    config: Path, base: Path, out: Path, licence: str, authors: Sequence[str]
+    config: Path, base: Path, out: Path, authors: Sequence[str]
 ) -> tuple[list[str], list[str]]:
     """Write a finished study as a Workflow RO-Crate in a ZIP file.
 
     Accelerations are left out, because records may not be redistributed; ``motions.csv`` has their
     sources and digests. ``ro-crate-metadata.json`` has the SHA-256 of every file. ``config`` is
-    merged over ``base``; ``licence`` is the web address of the licence of the results.
+    merged over ``base``.
 
     Returns the names of the files, and reservations about the results, one sentence each.
     """
@@ -82,8 +84,8 @@ def write_archive(
         "OpenSees is free for research, education and internal use. "
         f"Reservations: {'; '.join(doubts) or 'none'}."
     )
-    terms = {"@type": "CreativeWork", "name": licence, "description": "terms of the results"}
-    crate.license = crate.add(ContextEntity(crate, licence, terms))
+    terms = {"@type": "CreativeWork", "name": LICENCE, "description": "terms of the results"}
+    crate.license = crate.add(ContextEntity(crate, LICENCE, terms))
     for number, name in enumerate(authors, start=1):
         author = crate.add(Person(crate, f"#author{number}", {"name": name}))
         crate.root_dataset.append_to("author", author, compact=True)

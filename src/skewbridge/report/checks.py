@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.analysis.recovery import recovery_shares, steps_from_text
-from skewbridge.demands.columns import DEMAND_COLUMNS, KEY, demands_for
+from skewbridge.demands.columns import DEMAND_COLUMNS, KEY
 from skewbridge.demands.validity import SUSPECT, count_reasons
 from skewbridge.errors import SolutionError
 from skewbridge.files.tables import Row
@@ -22,12 +22,8 @@ from skewbridge.variant.variant import ABUTMENTS
 
 #: Both models have equal equations, numbering and springs; updates at zero friction do nothing.
 CONTACT_TOLERANCE: Final = 1e-9
-#: Rounding differs between an analysis and its image and grows with every contact.
-#: source: tests/verification/test_analysis_invariances.py, peaks of a whole motion
-MIRROR_TOLERANCE: Final = 0.01
-#: Demands below these limits (in their units) count as zero.
+#: Demands below this limit (in their units) count as zero.
 _CONTACT_NOTHING: Final = 1e-12
-_MIRROR_NOTHING: Final = 1e-9
 #: Number of rows that a failed check lists.
 NAMED: Final = 10
 _ROUNDING_KJ: Final = 1e-6
@@ -44,7 +40,6 @@ class StudyTables:
     demands: pd.DataFrame
     curves: pd.DataFrame
     effects: pd.DataFrame
-    suite: pd.DataFrame  # with accelerations
     max_unfinished_share: float = 0.01  # of rows without a usable result; more do not pass
     cohesion_n: float = 0.0  # cohesion at the backwalls, unless it is an axis of the grid
     #: Number of analyses of each variant; a variant that is not listed has as many as any other.
@@ -99,7 +94,6 @@ def check_tables(tables: StudyTables) -> list[Row]:
         ("rows with friction work but without friction",
          ok[loose & (work_kj.abs() > _ROUNDING_KJ)], KEY),
         ("rows that differ from the frictionless model", contact_differences(ok[loose], ok), KEY),
-        ("rows that differ from their mirror image", mirror_differences(ok, tables.suite), KEY),
         ("fitted curves without a positive median", fitted[~(fitted["theta"] > 0)], _CURVE_NAME),
         ("medians below the median of a smaller capacity", falling, _CURVE_NAME),
         ("effects whose interval does not contain the ratio", bounded[~within], _EFFECT_NAME),
@@ -170,50 +164,11 @@ def contact_differences(frictionless: pd.DataFrame, ok: pd.DataFrame) -> pd.Data
     without = ok.assign(abutment=ok["abutment"].map(models)).dropna(subset="abutment")
     places = [axis.name for axis in axes_of(ok.columns) if axis.name != "friction"]
     names = [column.name for column in DEMAND_COLUMNS if column.name in ok]
-    return _different(frictionless, without, places, names, CONTACT_TOLERANCE, _CONTACT_NOTHING)
-
-
-def mirror_differences(ok: pd.DataFrame, suite: pd.DataFrame) -> pd.DataFrame:
-    """Return rows of positive skew whose demands differ from their mirror image, if there is one.
-
-    The mirror image has the opposite skew and angle of incidence; its motion has the same first
-    component, and the second component has the opposite sign.
-    """
-    if not (ok["skew_deg"] < 0).any():
-        return ok.head(0)
-    columns = (suite[name] for name in ("motion_id", "accel_1_mps2", "accel_2_mps2"))
-    waves = {name: np.array([one, two]) for name, one, two in zip(*columns, strict=True)}
-    # zero is added because a negative zero has different bytes
-    named = {(wave + 0.0).tobytes(): name for name, wave in waves.items()}
-    mirrored = {name: (wave * [[1.0], [-1.0]] + 0.0).tobytes() for name, wave in waves.items()}
-    images = {name: named[image] for name, image in mirrored.items() if image in named}
-    left = ok[(ok["skew_deg"] > 0) & ok["motion_id"].isin(images)]
-    wanted = left.assign(
-        skew_deg=-left["skew_deg"],
-        motion_id=left["motion_id"].map(images),
-        incidence_deg=-left["incidence_deg"],
-    )
-    places = [axis.name for axis in axes_of(ok.columns)]
-    names = demands_for("effect", ok.columns)
-    found = _different(wanted, ok, places, names, MIRROR_TOLERANCE, _MIRROR_NOTHING)
-    back = {image: name for name, image in images.items()}
-    motions = found["motion_id"].map(back)
-    return found.assign(motion_id=motions, incidence_deg=-found["incidence_deg"])
-
-
-def _different(
-    rows: pd.DataFrame,
-    others: pd.DataFrame,
-    places: Sequence[str],
-    names: Sequence[str],
-    tolerance: float,
-    nothing: float,
-) -> pd.DataFrame:
-    """Return the rows in which a number differs from the same run in ``others``."""
     keys = ["bridge", "abutment", *places, "motion_id", "scale", "incidence_deg"]
-    joined = rows.merge(others, on=keys, suffixes=("", "_other"))
+    joined = frictionless.merge(without, on=keys, suffixes=("", "_other"))
     one, other = (
         joined[[f"{name}{end}" for name in names]].to_numpy(float) for end in ("", "_other")
     )
-    close = np.isclose(one, other, rtol=tolerance, atol=nothing, equal_nan=True)
+    limits = {"rtol": CONTACT_TOLERANCE, "atol": _CONTACT_NOTHING}
+    close = np.isclose(one, other, equal_nan=True, **limits)
     return joined[~close.all(axis=1)]
