@@ -66,7 +66,7 @@ def write_page(
     same = ("curves", "joint", "system", "effects", "intensity_effects", "needed_motions")
     frames = {"demands": demands, "medians": found["median_effects"]}
     frames |= {name: found[name] for name in (*same, "input_notes", "suites", "shear_models")}
-    frames |= dict.fromkeys(("measures", "contact_checks", "sensitivity"), empty)
+    frames |= dict.fromkeys(("contact_checks", "sensitivity"), empty)
     frames["suite"] = pd.DataFrame({"source": [source] * 2})
     frames = edit(frames)
     paths = {name: folder / f"{name}.parquet" for name in frames}

@@ -1,7 +1,6 @@
 """Single fits: degenerate data, intervals by hand, jackknife by motion, systems, further axes."""
 
 import numpy as np
-import pandas as pd
 import pytest
 from scipy import optimize, stats
 
@@ -18,7 +17,6 @@ from skewbridge.fragility.fits import (
 )
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.motion_means import motion_weights
-from skewbridge.fragility.study_tables import measure_table, rank_measures
 from skewbridge.fragility.system import system_curves, system_members
 
 ONE = {"skews": (0,), "gaps": (51,), "frictions": (50,)}
@@ -368,45 +366,6 @@ def test_collapses_hardly_move_the_median_of_a_system():
     found = systems(fallen, states).loc["moderate"]
     assert strong.sum() > 3
     assert found["theta"] == pytest.approx(whole["theta"], rel=0.08)
-
-
-# --- intensity measures
-
-
-def test_measures_are_ranked_and_tested_by_motion():
-    table = synthetic_demands(skews=(0, 30), gaps=(51,), motions=40)
-    rng = np.random.default_rng(4)
-    names = sorted(table["motion_id"].unique())
-    motions = pd.DataFrame({"motion_id": names, "magnitude": rng.uniform(6, 8, len(names))})
-    motions["distance_km"] = rng.uniform(5, 40, len(names))
-    noise = dict(zip(names, np.exp(rng.normal(size=len(names))), strict=True))
-    table["im_pga_rotd50_g"] = table[IM] * table["motion_id"].map(noise)
-    found = measure_table(table, motions)
-    assert found.groupby("demand")["im"].first().eq(IM).all()
-    assert found["recommended"].eq(found["im"] == IM).all()
-    doubled = measure_table(pd.concat([table, table]), motions)
-    assert doubled["p_magnitude"].to_numpy() == pytest.approx(found["p_magnitude"].to_numpy())
-    alone = table[table["motion_id"] == names[0]]
-    assert set(measure_table(alone, alone[["motion_id"]])["status"]) == {"single_level"}
-
-
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_sufficiency_is_the_p_value_of_the_residual_and_nan_for_constant_properties(sign):
-    table = synthetic_demands(**ONE, motions=12)
-    demand = np.log(table[DEMAND])
-    line = stats.linregress(np.log(table[IM]), demand)
-    residual = demand - line.intercept - line.slope * np.log(table[IM])
-    rng = np.random.default_rng(5)
-    magnitude = 7.0 + sign * (residual - residual.mean()) + 0.3 * rng.normal(size=12)
-    # 8 km but for rounding in the sum of the runs
-    motions = table[["motion_id"]].assign(magnitude=magnitude, distance_km=8.0 * (1.0 + 1e-15))
-    measured = table.assign(im_flat_g=0.3, im_none_g=0.0)
-    found = rank_measures(measured, DEMAND, motions=motions).set_index("im")
-    expected = stats.linregress(magnitude, residual)
-    assert found.loc[IM, "p_magnitude"] == pytest.approx(expected.pvalue)
-    assert np.isnan(found.loc[IM, "p_ln_distance"])
-    assert found.loc["im_flat_g", "status"] == "single_level"
-    assert found.loc["im_none_g", "status"] == "non_positive_im"
 
 
 def test_second_term_of_a_replicates_step_follows_the_third_derivatives():

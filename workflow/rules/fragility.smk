@@ -13,7 +13,6 @@ rule fit_fragility:
         needed_motions=FOLDER.fragility("needed_motions"),
         input_notes=FOLDER.fragility("input_notes"),
         system=FOLDER.fragility("system"),
-        measures=FOLDER.fragility("measures"),
         joint=FOLDER.fragility("joint"),
         suites=FOLDER.fragility("suites"),
         shear_models=FOLDER.fragility("shear_models"),

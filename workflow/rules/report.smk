@@ -50,7 +50,6 @@ rule report:
         input_notes=rules.fit_fragility.output.input_notes,
         medians=rules.fit_fragility.output.medians,
         system=rules.fit_fragility.output.system,
-        measures=rules.fit_fragility.output.measures,
         joint=rules.fit_fragility.output.joint,
         suites=rules.fit_fragility.output.suites,
         shear_models=rules.fit_fragility.output.shear_models,

@@ -13,12 +13,12 @@ if __name__ == "__main__":
         from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
 
         study, paths = job.study, {**job.inputs, **job.outputs}
-        demands, suite = (read_frame(paths[name]) for name in ("demands", "suite"))
+        demands = read_frame(paths["demands"])
         if study.model.shear_failure == "degrade":  # the response depends on the shear capacity
             demands = demands[[n for n in demands if n not in SHEAR_MODEL_DEMANDS.values()]]
         states = load_limit_states(paths["limit_states"])
         further = {"hazard": study.hazard_curve, "jobs": snakemake.threads}
-        tables = fragility_tables(demands, states, study.fragility, suite, **further)
+        tables = fragility_tables(demands, states, study.fragility, **further)
         if "rounds" in paths:
             rounds = read_frame(paths["rounds"])
             tables = valid_tables(tables, demands, rounds, study.design.looks, study.fragility)

@@ -18,10 +18,10 @@ EVENT: Final = "event"
 KEY: Final = ("variant", "motion_id", "scale", "incidence_deg")
 
 type Kind = Literal["text", "integer", "number", "boolean"]
-#: Use of a demand in a study. ``effect``: paired effects. ``headline``: also needed motions,
-#: effects by intensity and ranking of intensity measures; its effects are in the family of adjusted
-#: verdicts, so another headline demand may change them. ``sensitivity``: comparison of numerical
-#: settings. Curves and clouds depend on the limit states (``config/limit_states.yaml``).
+#: Use of a demand in a study. ``effect``: paired effects. ``headline``: also needed motions and
+#: effects by intensity; its effects are in the family of adjusted verdicts, so another headline
+#: demand may change them. ``sensitivity``: comparison of numerical settings. Curves and clouds
+#: depend on the limit states (``config/limit_states.yaml``).
 type Role = Literal["effect", "headline", "sensitivity"]
 
 

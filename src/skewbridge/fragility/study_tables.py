@@ -17,20 +17,17 @@ from scipy import special
 
 from skewbridge.demands import validity
 from skewbridge.demands.columns import SUITE, demands_for
-from skewbridge.demands.validity import is_complete
 from skewbridge.files.digests import provenance
-from skewbridge.files.tables import Floats, Index, Row, records_of, require, write_frame
+from skewbridge.files.tables import Row, records_of, write_frame
 from skewbridge.files.text import write_text
 from skewbridge.fragility import demand_table, exports, verdicts
 from skewbridge.fragility.curves import METHODS, fit_study
 from skewbridge.fragility.demand_model import fit_models
-from skewbridge.fragility.demand_table import described, models_of, motion_codes, need_columns
 from skewbridge.fragility.effects import effect_tables, median_effects
-from skewbridge.fragility.fits import FITTED, SINGLE_LEVEL
+from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.hazard import HazardCurve
 from skewbridge.fragility.joint import joint_table
 from skewbridge.fragility.limit_states import COLUMN_FAILURE, States, with_column_failure
-from skewbridge.fragility.lines import tested_line
 from skewbridge.fragility.rates import rate_effects, rate_table
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE, FitSettings
 from skewbridge.fragility.system import system_curves
@@ -60,7 +57,7 @@ DESCRIPTIONS: Final = {
     name: demand_table.described(name)
     for name in (
         *("curves", "median_effects", "effects", "intensity_effects", "needed_motions", "joint"),
-        *("system", "measures", "input_notes", "suites", "shear_models", *RATES),
+        *("system", "input_notes", "suites", "shear_models", *RATES),
     )
 } | {PAPER_TABLE: exports.PAPER_COLUMNS}
 
@@ -69,7 +66,6 @@ def fragility_tables(
     demands: pd.DataFrame,
     limit_states: States,
     settings: FitSettings,
-    suite: pd.DataFrame | None = None,
     *,
     hazard: HazardCurve | None = None,  # without it, the tables of rates are empty
     jobs: int = 1,
@@ -90,9 +86,8 @@ def fragility_tables(
     names = list(dict.fromkeys((*demands_for("effect", rows.columns), *further)))
     reference = reference_intensities(curves)
     effects, intensities = effect_tables(rows, names, settings, reference_im=reference, jobs=jobs)
-    tables = {} if suite is None else {"measures": measure_table(rows, suite)}
     system = system_curves(rows, states, settings, models=models, hazard=hazard, jobs=jobs)
-    tables |= {name: pd.DataFrame(columns=list(DESCRIPTIONS[name])) for name in RATES}
+    tables = {name: pd.DataFrame(columns=list(DESCRIPTIONS[name])) for name in RATES}
     if hazard is not None:
         tables["rates"] = rate_table(curves, joint, system, hazard)
         tables["rate_effects"] = rate_effects(
@@ -285,98 +280,3 @@ def write_tables(tables: Mapping[str, pd.DataFrame], folder: Path) -> None:
             write_text(folder / f"{name}.tex", exports.latex_table(frame))
         else:
             write_described(frame, folder / f"{name}.parquet", DESCRIPTIONS.get(name, {}))
-
-
-# --- Ranking of intensity measures by efficiency, practicality, proficiency and sufficiency
-# source: Luco and Cornell (2007), Earthquake Spectra 23(2):357-392; Padgett, Nielson and DesRoches
-# (2008), EESD 37(5):711-725
-
-# First letters of measures with ground-motion models and hazard curves in common use.
-HAZARD_KNOWN: Final = ("im_pga", "im_pgv", "im_sa_", "im_saavg", "im_arias", "im_cav")
-
-
-def rank_measures(
-    demands: pd.DataFrame, column: str, motions: pd.DataFrame | None = None
-) -> pd.DataFrame:
-    """Return the rows of table `measures` for one positive demand, best proficiency first."""
-    need_columns(demands, (column, "motion_id", "status"))
-    table = demands[is_complete(demands)].reset_index(drop=True)
-    demand = table[column].to_numpy(dtype=np.float64)
-    require(demand > 0.0, column, "must be > 0 in completed runs", demand)
-    y, codes = np.log(demand), motion_codes(table)
-    properties = _properties(table, codes, motions)
-    rows: list[dict[str, Any]] = []
-    for name in map(str, table.filter(regex="^im_")):
-        im = table[name].to_numpy(dtype=np.float64)
-        bad = bool(np.any(~(im > 0.0)))
-        if bad or np.ptp(im) == 0.0:
-            status = "non_positive_im" if bad else SINGLE_LEVEL
-            rows.append({"im": name, "status": status, "proficiency": np.nan})
-            continue
-        x = np.log(im)
-        line = tested_line(x, y)
-        residual = y - line.ln_a - line.b * x
-        by_motion = np.bincount(codes, residual) / np.bincount(codes)
-        row = {"im": name, "status": FITTED, "efficiency": line.sigma, "practicality": line.b}
-        row["proficiency"] = line.sigma / line.b if line.b > 0.0 else np.nan
-        row |= {f"p_{key}": _p_value(values, by_motion) for key, values in properties.items()}
-        rows.append(row | {"n_runs": line.n})
-    table = pd.DataFrame(rows)
-    return table.sort_values("proficiency", na_position="last", ignore_index=True)
-
-
-def _properties(
-    table: pd.DataFrame, codes: Index, motions: pd.DataFrame | None
-) -> dict[str, Floats]:
-    """Return the motion properties on which residuals must not depend, averaged over runs, (M,)."""
-    columns: dict[str, Floats] = {}
-    if motions is not None:
-        joined = table[["motion_id"]].merge(motions, on="motion_id", how="left")
-        distance = joined["distance_km"].to_numpy(dtype=np.float64)
-        columns["magnitude"] = joined["magnitude"].to_numpy(dtype=np.float64)
-        columns["ln_distance"] = np.log(np.where(distance > 0.0, distance, np.nan))
-    values = {"ln_scale": table.get("scale"), "ln_duration": table.get("im_d5_75_s")}
-    if {"im_sa_t1_rotd50_g", "im_saavg_rotd50_g"} <= set(table):
-        values["ln_shape"] = table["im_sa_t1_rotd50_g"] / table["im_saavg_rotd50_g"]
-    for name, value in values.items():
-        if value is not None:
-            columns[name] = np.log(value.where(value > 0.0).to_numpy(dtype=np.float64))
-    runs = np.bincount(codes)
-    return {name: np.bincount(codes, values) / runs for name, values in columns.items()}
-
-
-def _p_value(values: Floats, residual: Floats) -> float:
-    """Return the p-value of the regression of residuals on a property."""
-    # both arrays hold means by motion, shape (M,); NaN for a constant property
-    good = np.isfinite(values)
-    spread = np.ptp(values[good]) if np.any(good) else 0.0
-    # ASSUME a relative variation of a property below 1e-6 is rounding: the property is constant
-    if np.sum(good) < 4 or spread <= 1e-6 * (1.0 + float(np.max(np.abs(values[good])))):
-        return np.nan
-    line = tested_line(values[good], residual[good])
-    t = line.b / (line.sigma / np.sqrt(line.sxx))
-    return float(2.0 * special.stdtr(line.n - 2, -abs(t)))
-
-
-def measure_table(demands: pd.DataFrame, motions: pd.DataFrame) -> pd.DataFrame:
-    """Return table `measures` for all bridges, abutment models and positive headline demands."""
-    names = ["motion_id", "magnitude", "distance_km"]
-    suite = motions[names] if set(names) <= set(motions.columns) else None
-    tables: list[pd.DataFrame] = []
-    for model, runs in models_of(demands[is_complete(demands)]):
-        ranked = [
-            rank_measures(runs, column, suite).assign(**model, demand=column)
-            for column in demands_for("headline", demands.columns)
-            if (runs[column] > 0.0).all()
-        ]
-        if not ranked:
-            continue
-        table = pd.concat(ranked, ignore_index=True)
-        usable = table[(table["status"] == FITTED) & table["im"].str.startswith(HAZARD_KNOWN)]
-        best = None
-        if len(usable):
-            logs = pd.Series(np.log(usable["efficiency"].to_numpy(dtype=np.float64)))
-            best = logs.groupby(usable["im"].to_numpy()).mean().idxmin()
-        tables.append(table.assign(recommended=(table["im"] == best)))
-    table = pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
-    return table.reindex(columns=[n for n in described("measures") if n in table or not tables])

@@ -62,11 +62,6 @@ from skewbridge.variant.variant import ABUTMENTS
 
 _CHANGE: Final = ("axis", "from_value", "to_value")
 _NEEDED: Final = (*BRIDGE_COLUMNS, *_CHANGE, "demand", "n_motions", "needed_motions")
-#: Columns of the ranked intensity measures; p tests whether residuals depend on a property.
-_MEASURES: Final = (
-    *(*BRIDGE_COLUMNS, "demand", "im", "recommended", "proficiency", "efficiency", "practicality"),
-    *("p_magnitude", "p_ln_distance", "p_ln_scale", "p_ln_duration", "p_ln_shape"),
-)
 
 
 def write_report(
@@ -107,7 +102,6 @@ def write_report(
             compared=methods_compared(curves),
             unreached=groups_of(unreached, (*BRIDGE_COLUMNS, "component", "limit_state")),
             n_variants=curves.groupby(list(BRIDGE_COLUMNS))["variant"].nunique(),
-            measure_columns=list(_MEASURES),
             shear_heads=[
                 f"{appearance.shear_model_name(demand)}, θ [interval]"
                 for demand in frames["shear_models"]["demand"].unique()
