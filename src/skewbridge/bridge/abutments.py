@@ -96,8 +96,8 @@ def build_arms(
     arms: list[int] = []
     for line, positions in stations.items():
         for along in positions:
-            place = end.point(line, along)
-            points[line, along], element = build_arm(deck_node, place, transformation, tags)
+            point_m = end.point(line, along)
+            points[line, along], element = build_arm(deck_node, point_m, transformation, tags)
             arms.append(element)
     return points, arms
 
@@ -187,8 +187,8 @@ def build_bearings(
     handles: list[BearingHandle] = []
     for deck_node in (node for (line, _), node in points.items() if line == "bearing"):
         x, y, z = ops.nodeCoord(deck_node)
-        place = (x, y, z - height_m)
-        seat = grounded_node(place, tags) if seat_at is None else seat_at(place)
+        seat_m = (x, y, z - height_m)
+        seat = grounded_node(seat_m, tags) if seat_at is None else seat_at(seat_m)
         element = tags.element()
         ops.element(kind, element, seat, deck_node, *values)
         handles.append(BearingHandle(element=element, seat_node=seat, deck_node=deck_node))

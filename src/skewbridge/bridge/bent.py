@@ -52,7 +52,7 @@ def build_bents(
     columns: list[ColumnHandle] = []
     foundations: list[int] = []
     for number, (bent, x) in enumerate(zip(bridge.bents, bridge.bent_positions_m, strict=True)):
-        both = bent_directions(bridge, number, options.hinge_rule)
+        capacities = bent_directions(bridge, number, options.hinge_rule)
         is_pinned = bridge.base_of(bent) == "pinned"
         upright, below, height_m = within, soffit, bent.clear_height_m
         if number in bridge.jointed_bents:
@@ -67,7 +67,7 @@ def build_bents(
             turning = bent.cap_weight_kn * KN / G_MPS2
             turning *= bent.cap_width_m**2 / 12 + bent.cap_depth_m**2 / 3
             ops.mass(cap, 0.0, 0.0, 0.0, turning, turning, turning)
-        integration, hinges = build_integration(both, options, tags)
+        integration, hinges = build_integration(capacities, options, tags)
         joints = _build_cap(bridge, number, spine, (x, normal), level, tags)
         if options.cap_load == "spread" and len(joints) > 1:
             _spread_deck_load(bridge, number, spine, joints, normal)
@@ -85,7 +85,7 @@ def build_bents(
                     top=Point(joint, below),
                     clear_height_m=bent.clear_height_m,
                     hinge_sections=hinges,
-                    capacities=(_handle_of(both[0]), _handle_of(both[1])),
+                    capacities=(_handle_of(capacities[0]), _handle_of(capacities[1])),
                     normal=normal,
                     shear_model=options.shear_model,
                     is_pinned=is_pinned,
@@ -113,13 +113,13 @@ def _build_cap(
     bridge: BridgeData,
     number: int,
     spine: Spine,
-    place: tuple[float, PlanVector],
+    middle: tuple[float, PlanVector],
     transformation: int,
     tags: TagAllocator,
 ) -> list[tuple[int, float]]:
     """Create the cap; return node and position (m) of its joint above each column.
 
-    ``place`` is x of the middle of the cap and the normal of the bent.
+    ``middle`` is x of the middle of the cap and the normal of the bent.
     """
     bent, deck, centre = bridge.bents[number], bridge.deck, spine.bent_nodes[number]
     add_weight(spine, centre, bent.cap_weight_kn * KN, bent.cap_weight_kn * KN / G_MPS2)
@@ -134,7 +134,7 @@ def _build_cap(
         # otherwise the middle column, below the spine, would carry nearly all of it
         upright *= RIGID_BENDING
     joints: list[tuple[int, float]] = []
-    for x, y, along in column_places_m(bridge, number, *place):
+    for x, y, along in column_places_m(bridge, number, *middle):
         node = centre if along == 0.0 else tags.node()
         if node != centre:
             ops.node(node, x, y, float(ops.nodeCoord(centre, 3)))
@@ -152,8 +152,8 @@ def column_places_m(
 ) -> list[tuple[float, float, float]]:
     """Return x, y and position along the bent of each column of a bent, in m."""
     bent, (along_x, along_y) = bridge.bents[number], turned(normal)
-    places = [(i - (bent.columns - 1) / 2) * bent.column_spacing_m for i in range(bent.columns)]
-    return [(x_m + along * along_x, along * along_y, along) for along in places]
+    offsets_m = [(i - (bent.columns - 1) / 2) * bent.column_spacing_m for i in range(bent.columns)]
+    return [(x_m + along * along_x, along * along_y, along) for along in offsets_m]
 
 
 def _along_cap(centre: int, joints: list[tuple[int, float]]) -> list[tuple[int, float]]:
@@ -312,13 +312,13 @@ def _elastic_section(column: ColumnData, tags: TagAllocator) -> int:
 
 
 def _shear_section(
-    fiber: int, both: Sequence[BentCapacity], options: ModelOptions, tags: TagAllocator
+    fiber: int, capacities: Sequence[BentCapacity], options: ModelOptions, tags: TagAllocator
 ) -> int:
     """Add the loss of shear strength to the fiber section of a hinge; return the new section tag.
 
     The two directions fail independently: an oblique resultant can reach 1.41 times the strength.
     """
-    normal, along = both
+    normal, along = capacities
     across = _shear_material(normal, options, tags)
     beside = across if along is normal else _shear_material(along, options, tags)
     section = tags.section()
@@ -340,7 +340,7 @@ def _shear_material(bent: BentCapacity, options: ModelOptions, tags: TagAllocato
 
 
 def build_integration(
-    both: Sequence[BentCapacity], options: ModelOptions, tags: TagAllocator
+    capacities: Sequence[BentCapacity], options: ModelOptions, tags: TagAllocator
 ) -> tuple[int, tuple[int, ...]]:
     """Create the beam integration shared by the columns of a bent, given in both directions.
 
@@ -348,7 +348,7 @@ def build_integration(
     are elastic (`elastic_points`). Returns its tag and the numbers of the sections where plastic
     curvature is read. `InputError` for shear failure with distributed plasticity.
     """
-    bent = both[0]
+    bent = capacities[0]
     column, is_pinned = bent.column, bent.base == "pinned"
     integration, is_degrading = tags.integration(), options.shear_failure == "degrade"
     if options.elastic_columns:
@@ -361,15 +361,15 @@ def build_integration(
         ops.beamIntegration("Lobatto", integration, fiber, LOBATTO_POINTS)
         return integration, (LOBATTO_POINTS,) if is_pinned else (1, LOBATTO_POINTS)
     elastic = _elastic_section(column, tags)
-    top = _shear_section(fiber, both, options, tags) if is_degrading else fiber
+    top = _shear_section(fiber, capacities, options, tags) if is_degrading else fiber
     ratio = bent.hinge_length_m / bent.clear_height_m
-    places, weights = elastic_points(ratio, is_pinned=is_pinned)
-    sections, ends = [elastic] * len(places), (len(places) + 1,)
+    positions, weights = elastic_points(ratio, is_pinned=is_pinned)
+    sections, ends = [elastic] * len(positions), (len(positions) + 1,)
     if not is_pinned:
-        sections, places, weights = [fiber, *sections], [0.0, *places], [ratio, *weights]
-        ends = (1, len(places) + 1)
-    sections, places, weights = [*sections, top], [*places, 1.0], [*weights, ratio]
-    rule = (len(sections), *sections, *places, *weights)
+        sections, positions, weights = [fiber, *sections], [0.0, *positions], [ratio, *weights]
+        ends = (1, len(positions) + 1)
+    sections, positions, weights = [*sections, top], [*positions, 1.0], [*weights, ratio]
+    rule = (len(sections), *sections, *positions, *weights)
     ops.beamIntegration("UserDefined", integration, *rule)
     return integration, ends
 
@@ -388,15 +388,15 @@ def elastic_points(hinge_ratio: float, *, is_pinned: bool) -> tuple[list[float],
     inner = 1.0 - 8.0 * hinge_ratio
     apart = inner / (2.0 * sqrt(3.0))
     third = 8.0 / 3.0 * hinge_ratio
-    places = np.array([0.0, third, 0.5 - apart, 0.5 + apart, 1.0 - third])
+    positions = np.array([0.0, third, 0.5 - apart, 0.5 + apart, 1.0 - third])
     weights = np.array([hinge_ratio, 3.0 * hinge_ratio, inner / 2, inner / 2, 3.0 * hinge_ratio])
     if not is_pinned:
-        places, weights = places[1:], weights[1:]
-    moments = [float(weights @ places**power) for power in range(4)]
+        positions, weights = positions[1:], weights[1:]
+    moments = [float(weights @ positions**power) for power in range(4)]
     hankel = [moments[:2], moments[1:3]]
     roots = np.roots([1.0, *np.linalg.solve(hankel, [-moments[2], -moments[3]])[::-1]])
     if np.iscomplexobj(roots) or not ((roots > 0.0) & (roots < 1.0)).all():
-        return places.tolist(), weights.tolist()  # hinges too long for a two-point rule
+        return positions.tolist(), weights.tolist()  # hinges too long for a two-point rule
     two = np.sort(roots)
     shares = np.linalg.solve([[1.0, 1.0], two.tolist()], moments[:2])
     return two.tolist(), shares.tolist()

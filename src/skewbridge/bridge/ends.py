@@ -132,9 +132,9 @@ def _build_integral(wall: Wall) -> AbutmentHandle:
     # ASSUME the fill has no pressure at rest
     springs, links, nodes = [], list(wall.handle.other_springs), []
     for along, share, passive in wall.wall_parts():
-        place = wall.end.point("outer", along)
+        point_m = wall.end.point("outer", along)
         nodes.append(wall.points["outer", along])
-        pair = grounded_node(place, wall.tags), nodes[-1]
+        pair = grounded_node(point_m, wall.tags), nodes[-1]
         fill, _, between = hold_wall_point(wall, pair, share, passive, has_stem=False)
         springs.append(fill)
         links += between
@@ -160,8 +160,8 @@ def _support_roller(end: End, blueprint: Blueprint) -> AbutmentHandle:
     held = tuple(points["bearing", along] for along in stations)
     for node in held:
         ops.fix(node, 0, 0, 1, 0, 0, 0)
-    place = placed(plan, end.node, points)
-    return AbutmentHandle(**place, is_seat=False, holders=held, links=tuple(arms))
+    fields = placed(plan, end.node, points)
+    return AbutmentHandle(**fields, is_seat=False, holders=held, links=tuple(arms))
 
 
 def _finished(handle: AbutmentHandle) -> AbutmentHandle:

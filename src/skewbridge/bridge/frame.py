@@ -228,14 +228,14 @@ class BridgeModel:
         """
         ends, units = self.abutments, self.contacts.units if self.contacts else ()
         springs = {spring.element for end in ends for spring in end.springs}
-        others = {element for end in ends for element in end.other_springs}
+        other_springs = {element for end in ends for element in end.other_springs}
         arms = (arm for end in (*ends, *self.joints) for arm in end.links)
         pads = (bearing for end in (*ends, *self.joints) for bearing in end.bearings)
         cables = (cable for joint in self.joints for cable in joint.restrainers)
         return {
             **self.frame.elements,
             "bearings": (*(pad.element for pad in pads), *cables),
-            "backfill": tuple(sorted(springs | others)),
+            "backfill": tuple(sorted(springs | other_springs)),
             "contact": tuple(unit.element for unit in units),
             "links": (*self.frame.elements.get("links", ()), *arms),
         }

@@ -44,7 +44,7 @@ class Supported:
 def support_joint(inner: InnerJoint, blueprint: Blueprint) -> Supported:
     """Build stiff arms and pads of both deck ends of a joint."""
     options, tags, pads = blueprint.options, blueprint.tags, inner.data.pads
-    both: list[Points] = []
+    points_of_ends: list[Points] = []
     bearings: list[BearingHandle] = []
     links: list[int] = []
     # no arm to a seat is vertical
@@ -56,14 +56,14 @@ def support_joint(inner: InnerJoint, blueprint: Blueprint) -> Supported:
             "outer": end.wall_stations(options.backwall_points),
         }
         points, arms = build_arms(end, node, lines, options, tags)
-        both.append(points)
+        points_of_ends.append(points)
         links += arms
         if holder is None:
             continue
 
         seat_at = partial(_seat_node, holder, level, tags, links)
         bearings += build_bearings(end, points, pads, options, tags, seat_at=seat_at)
-    first, second = both
+    first, second = points_of_ends
     return Supported(
         inner=inner,
         blueprint=blueprint,
@@ -151,8 +151,8 @@ def _restrain(joint: Supported, pairs: Sequence[tuple[int, int]]) -> list[int]:
     return elements
 
 
-def _below(place: tuple[float, float, float], holder: int) -> Point:
-    x, y, z = (float(at - of) for at, of in zip(place, ops.nodeCoord(holder), strict=True))
+def _below(point_m: tuple[float, float, float], holder: int) -> Point:
+    x, y, z = (float(at - of) for at, of in zip(point_m, ops.nodeCoord(holder), strict=True))
     return Point(holder, (x, y, z))
 
 

@@ -161,10 +161,10 @@ def _description(name: str, frame: Frame, stated: ScriptFrame) -> Description:
     middle_m = (left + right) / 2
     seats = [(e, e.abutment) for e in frame.ends if isinstance(e.abutment, AbutmentData)]
     bents: list[list[tuple[float, float]]] = []
-    places: list[tuple[float, float]] = []
+    columns_m: list[tuple[float, float]] = []
     for column in frame.columns:
         x, y, _ = ops.nodeCoord(column.top.node)
-        places.append((x - middle_m, y))
+        columns_m.append((x - middle_m, y))
         same = (bent for bent in bents if abs(bent[0][0] - x) < _BENT_SHARE * (right - left))
         if (bent := next(same, None)) is None:
             bents.append(bent := [])
@@ -178,9 +178,9 @@ def _description(name: str, frame: Frame, stated: ScriptFrame) -> Description:
         width_m=frame.ends[0].plan.width_m,
         bent_heights_m=tuple(fmean(height for _, height in bent) for bent in bents),
         bent_columns=tuple(map(len, bents)),
-        columns_m=tuple(places),
+        columns_m=tuple(columns_m),
         bent_bases=("",) * len(bents),
-        outlines_m=(_DRAWN_M,) * len(places),
+        outlines_m=(_DRAWN_M,) * len(columns_m),
         seats_m={end.plan.name: seat.seat_width_m for end, seat in seats},
         end_kinds={end.plan.name: seat.type for end, seat in seats},
         wall_m=max(seat.wall_thickness_m for _, seat in seats),
@@ -223,8 +223,8 @@ class _Reader:
         largest = {"node": max(self._nodes), "element": max(self._elements)}
         largest["parameter"] = max(_listed(ops.getParamTags()), default=0)
         # OpenSees cannot list the others
-        others = ("material", "section", "integration", "transformation", "series", "pattern")
-        tags.start_above(dict.fromkeys((*others, "region"), FIRST_FREE_MATERIAL) | largest)
+        kinds = ("material", "section", "integration", "transformation", "series", "pattern")
+        tags.start_above(dict.fromkeys((*kinds, "region"), FIRST_FREE_MATERIAL) | largest)
         if units != UnitSystem():
             SiView(units, tags)
         if _listed(ops.getConstrainedNodes()):
@@ -246,8 +246,8 @@ class _Reader:
         damped = tuple(_soft(beams) if stated.damped is None else stated.damped)
         self._must_have("damped", damped, self._elements, "element")
         elastic = [e for e in damped if ops.eleType(e) == "ElasticBeam3d" and e not in bases]
-        others = [e for e in beams if ops.eleType(e) == "ElasticBeam3d" and e not in damped]
-        plastic = [e for e in lines if e not in {*elastic, *others, *bases}]
+        links = [e for e in beams if ops.eleType(e) == "ElasticBeam3d" and e not in damped]
+        plastic = [e for e in lines if e not in {*elastic, *links, *bases}]
         masses = {n: float(ops.nodeMass(n, 1)) for n in self._nodes if any(ops.nodeMass(n))}
         _need(bool(masses), "the model has no nodal masses: give them with ops.mass")
         if loads is None:
@@ -259,7 +259,7 @@ class _Reader:
             loads = {node: G_MPS2 * mass for node, mass in lifted.items()}, {}
         periods = stated.damping_periods or (nan, nan)
         return Frame(
-            centre_node=self._centre(masses, [*elastic, *others]),
+            centre_node=self._centre(masses, [*elastic, *links]),
             loads=DeadLoad(forces_n=loads[0], moments_nm=loads[1], masses_kg=masses),
             ends=tuple(self._end(*side) for side in self._sides(ends)),
             columns=columns,
@@ -272,7 +272,7 @@ class _Reader:
             elements={
                 "columns": (*bases, *plastic),
                 "deck": tuple(elastic),
-                "links": tuple(others),
+                "links": tuple(links),
             },
             units=None if self._units == UnitSystem() else self._units,
         )
@@ -281,12 +281,12 @@ class _Reader:
         self,
         field: str,
         tags: Iterable[Any],
-        known: Sequence[int] | None = None,
+        existing: Sequence[int] | None = None,
         kind: str = "node",
     ) -> None:
         for tag in tags:
             _need(
-                tag in (self._nodes if known is None else known),
+                tag in (self._nodes if existing is None else existing),
                 f"{field}: the model has no {kind} {tag!r}",
             )
 
@@ -341,7 +341,7 @@ class _Reader:
     def _end(self, end: int | ScriptEnd, side: str, away: PlanVector) -> End:
         stated, metre = self._stated, self._units.si(LENGTH)
         script_end = end if isinstance(end, ScriptEnd) else ScriptEnd(end)
-        node, place = script_end.node, self._place(script_end.node)
+        node, position = script_end.node, self._place(script_end.node)
         _need(
             not ops.getFixedDOFs(node),
             f"ends: node {node} must not be fixed, because the abutments support it; it is fixed "
@@ -358,20 +358,20 @@ class _Reader:
         data, thickness_m = _abutment(script_end.abutment or stated.abutment, width)
         plan = DeckEnd(
             side,
-            (place[0], place[1]),
+            (position[0], position[1]),
             (outward[0] / size, outward[1] / size),
             self._skew_deg,
             width,
             thickness_m,
-            place[2] - soffit,
+            position[2] - soffit,
         )
         return End(node=node, plan=plan, abutment=built_end(data, self._options))
 
     def _outward(self, node: int, away: PlanVector) -> PlanVector:
         """Return the direction of the element at an end that points most out of the deck."""
         x, y, _ = self._place(node)
-        others = {n for e in self._joined.get(node, ()) for n in ops.eleNodes(e)} - {node}
-        ways = [(x - self._place(n)[0], y - self._place(n)[1]) for n in others]
+        neighbours = {n for e in self._joined.get(node, ()) for n in ops.eleNodes(e)} - {node}
+        ways = [(x - self._place(n)[0], y - self._place(n)[1]) for n in neighbours]
         ways = [(dx / hypot(dx, dy), dy / hypot(dx, dy)) for dx, dy in ways if dx or dy]
         _need(bool(ways), f"ends: node {node} must be the end of a deck element")
         return max(ways, key=lambda way: way[0] * away[0] + way[1] * away[1])
@@ -432,14 +432,14 @@ class _Reader:
         if (centre := self._stated.centre) is not None:
             self._must_have("centre", [centre])
             return centre
-        places, weights = np.array([self._place(node) for node in masses]), [*masses.values()]
-        x, y, _ = np.average(places, axis=0, weights=weights)
+        positions, weights = np.array([self._place(node) for node in masses]), [*masses.values()]
+        x, y, _ = np.average(positions, axis=0, weights=weights)
         near = dict.fromkeys(int(node) for element in deck for node in ops.eleNodes(element))
         top = max(self._place(self._node(end))[2] for end in self._stated.ends)
 
         def distance(node: int) -> tuple[float, float]:
-            place = self._place(node)
-            return round(hypot(place[0] - x, place[1] - y), 3), abs(place[2] - top)
+            position = self._place(node)
+            return round(hypot(position[0] - x, position[1] - y), 3), abs(position[2] - top)
 
         return min(near or masses, key=distance)
 

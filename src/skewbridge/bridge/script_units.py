@@ -122,8 +122,8 @@ def end_view() -> None:
 
 def _replace(name: str, command: Callable[..., Any]) -> None:
     """Replace a command of OpenSees, and its copies, until `end_view`."""
-    places = [(ops, name), *([(unit, _COPIES[name])] if name in _COPIES else [])]
-    for module, attr in places:
+    attributes = [(ops, name), *([(unit, _COPIES[name])] if name in _COPIES else [])]
+    for module, attr in attributes:
         _replaced.append((module, attr, getattr(module, attr)))
         setattr(module, attr, command)
 
@@ -190,8 +190,8 @@ class SiView:
         elif kind == "ASDConcrete1D":
             dimensions = self._curves(values)
         else:
-            listed = _MATERIALS[kind]
-            dimensions = chain(listed, repeat(listed[-1]))
+            known_dimensions = _MATERIALS[kind]
+            dimensions = chain(known_dimensions, repeat(known_dimensions[-1]))
         if kind == "Elastic":
             self._rotational[tag] = values
         command(kind, tag, *self._taken(values, dimensions))
@@ -216,12 +216,12 @@ class SiView:
         elif kind == "elastomericBearingPlasticity":
             # its springs in bending and twist need stiffnesses of their own, in force x length
             elastic = [*self._taken(rest[:2], (STIFFNESS, FORCE)), *rest[2:]]
-            for place, value in enumerate(elastic):
+            for index, value in enumerate(elastic):
                 if value in ("-T", "-My", "-Mz"):
-                    spring, turning = self._rotational[elastic[place + 1]], self._tags.material()
+                    spring, turning = self._rotational[elastic[index + 1]], self._tags.material()
                     turned = self._taken(spring, repeat(MOMENT))
                     self._raw("uniaxialMaterial")("Elastic", turning, *turned)
-                    elastic[place + 1] = turning
+                    elastic[index + 1] = turning
             rest = tuple(elastic)
         elif kind not in ("zeroLength", "zeroLengthSection"):
             raise NotImplementedError(f"no units for element {kind}")

@@ -39,7 +39,7 @@ def build_spine(bridge: BridgeData, elements_per_span: int, tags: TagAllocator) 
     """Create the spine with masses and dead loads; Iy is for vertical bending, Iz in plan."""
     deck = bridge.deck
     pieces = spine_points_m(bridge, elements_per_span)
-    x = [place for piece in pieces for place in piece]
+    x = [x_m for piece in pieces for x_m in piece]
     decks = [[tags.node() for _ in piece] for piece in pieces]
     nodes = [node for deck in decks for node in deck]
     for node, position in zip(nodes, x, strict=True):

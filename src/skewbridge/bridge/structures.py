@@ -59,9 +59,9 @@ class CatalogueBridge:
             bent_heights_m=tuple(bent.clear_height_m for bent in data.bents),
             bent_columns=tuple(bent.columns for bent in data.bents),
             columns_m=tuple(
-                (x, (place - (bent.columns - 1) / 2) * bent.column_spacing_m)
+                (x, (column - (bent.columns - 1) / 2) * bent.column_spacing_m)
                 for x, bent in zip(data.bent_positions_m, data.bents, strict=True)
-                for place in range(bent.columns)
+                for column in range(bent.columns)
             ),
             outlines_m=tuple(
                 data.column_of(bent).outline.points(48).tolist()

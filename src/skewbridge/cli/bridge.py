@@ -176,11 +176,11 @@ def _pushed(pushed: "Callable[..., PushCurve]", case: VariantOptions, push: Push
     tables: list[pd.DataFrame] = []
     pushes: list[dict[str, Any]] = []
     for model, toward_deg in product(ABUTMENTS, LADDER_ANGLES_DEG) if is_ladder else single:
-        place = {"abutment": model, "angle_deg": toward_deg}
+        case_columns = {"abutment": model, "angle_deg": toward_deg}
         variant = replace(case, abutment=model).variant
         curve = pushed(variant, case.model, angle_deg=toward_deg)
         columns = {"disp_m": curve.disp_m, "force_kn": curve.force_n / KN}
-        tables.append(pd.DataFrame(place | columns if is_ladder else columns))
+        tables.append(pd.DataFrame(case_columns | columns if is_ladder else columns))
         values = {
             "peak_kn": curve.peak_n / KN,
             "initial_stiffness_kn_per_m": curve.initial_stiffness_n_per_m / KN,
@@ -188,7 +188,7 @@ def _pushed(pushed: "Callable[..., PushCurve]", case: VariantOptions, push: Push
             "last_disp_m": curve.disp_m[-1],
             "is_complete": curve.is_complete,
         }
-        pushes.append(place | values)
+        pushes.append(case_columns | values)
     curves = pd.concat(tables, ignore_index=True)
     _write(curves, push.out, "curve")
     if is_ladder:

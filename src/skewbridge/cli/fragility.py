@@ -141,8 +141,8 @@ def predict(
     axes = {"skew_deg": skew_deg, "gap_mm": gap_mm, "friction": friction}
     values = {name: value for name, value in axes.items() if value is not None}
     named = keys_and_values("--axis", axis)
-    further = {name.replace("-", "_"): value for name, value in named.items()}
-    values |= checked(dict[str, Number], further, "--axis")
+    axis_values = {name.replace("-", "_"): value for name, value in named.items()}
+    values |= checked(dict[str, Number], axis_values, "--axis")
     rows = predict_states(folder_of(study), values, bridge, abutment, at=at, hazard=hazard)
     names = ("component", "state", "theta", "ci_theta", "beta_total", "beta", "p", "loo_error")
     if hazard is not None:
@@ -194,8 +194,8 @@ def decide(
     site = site_hazard(hazard, rows[0]["im"])
     assert site is not None
     needs = with_codes(decision(rows, site, target, values), rows[0]["bridge"])
-    place = [rows[0]["bridge"], *(f"{name} {value:g}" for name, value in needs.values.items())]
-    title = f"{', '.join(place)}: rate below {target:.3g} per year"
+    labels = [rows[0]["bridge"], *(f"{name} {value:g}" for name, value in needs.values.items())]
+    title = f"{', '.join(labels)}: rate below {target:.3g} per year"
     extrapolated = needs.table["extrapolated"]
     if extrapolated.any():
         title += f" ({extrapolated.sum()} of {extrapolated.size} seats extrapolated)"

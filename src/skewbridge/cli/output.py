@@ -118,17 +118,17 @@ class Command(TyperCommand):
     The exit code is 2 for bad input and unreadable files, 1 for a failed solution.
     """
 
-    def make_context(self, info_name: Any, args: list[str], *others: Any, **named: Any) -> Any:
+    def make_context(self, info_name: Any, args: list[str], *positional: Any, **named: Any) -> Any:
         """Return the context of the arguments; report invalid arguments, as JSON if asked."""
         as_json = "--json" in args  # the parser empties the list
         pairs = {name for option in self.params if option.nargs == 2 for name in option.opts}
         try:
             for at, option in enumerate(args):  # its two values must precede the next option
-                for given, value in enumerate(args[at + 1 : at + 3] if option in pairs else ()):
+                for count, value in enumerate(args[at + 1 : at + 3] if option in pairs else ()):
                     if value.startswith("--"):
-                        message = f"{option} takes two values, got {given} before {value}"
+                        message = f"{option} takes two values, got {count} before {value}"
                         raise typer.BadParameter(message)
-            return super().make_context(info_name, args, *others, **named)
+            return super().make_context(info_name, args, *positional, **named)
         except typer.TyperException as error:
             error.message = error.message.replace("Value error, ", "")
             if as_json:
@@ -154,7 +154,7 @@ class Command(TyperCommand):
 
 def emit_json(payload: object) -> None:
     """Write one JSON value and a newline to stdout; NaN and infinities become null."""
-    plain = to_jsonable_python(payload, inf_nan_mode="null", fallback=lambda each: each.tolist())
+    plain = to_jsonable_python(payload, inf_nan_mode="null", fallback=lambda array: array.tolist())
     sys.stdout.write(json.dumps(plain) + "\n")
 
 
@@ -172,8 +172,8 @@ def _tables(shown: Row, units: Units) -> dict[str, Sequence[Row]]:
         elif value and isinstance(value[0], str):
             tables[name] = [{name: text} for text in value]
     values = {**in_units(values, units)}
-    listed = [{"quantity": name, "value": value} for name, value in values.items()]
-    return {"": listed, **tables} if listed else tables
+    single_values = [{"quantity": name, "value": value} for name, value in values.items()]
+    return {"": single_values, **tables} if single_values else tables
 
 
 def _flat(values: Row, above: str = "") -> Iterator[tuple[str, Any]]:
@@ -196,8 +196,8 @@ def emit_table(rows: Sequence[Row], title: str = "") -> bool:
     if len(columns) > 3 * len(rows):
         lines, is_text = list(zip(*lines, strict=True)), [True, *[False] * len(rows)]
     drawn = Table(title=Text(printable(title)) if title else None)
-    for head, left in zip(lines[0], is_text, strict=True):
-        side = "left" if left else "right"
+    for head, is_left in zip(lines[0], is_text, strict=True):
+        side = "left" if is_left else "right"
         drawn.add_column(Text(printable(head)), justify=side, overflow="fold")
     for line in lines[1:]:
         drawn.add_row(*(Text(printable(cell)) for cell in line))

@@ -257,7 +257,7 @@ def plot(
     check_font(settings.font)
     figures = finished_figures(root)
     if not names:
-        rows = [{"name": each.name, "title": each.title} for each, _ in figures]
+        rows = [{"name": caption.name, "title": caption.title} for caption, _ in figures]
         return Answer({"figures": rows})
     drawn = draw_figures(figures, names, settings, writable_folder(out))
     return Answer({"written": list(map(str, drawn))})

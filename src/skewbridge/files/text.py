@@ -321,10 +321,10 @@ def checked[T](kind: type[T], raw: Any, where: str | Path) -> T:
     raise InputError(text, **({"file": str(where)} if isinstance(where, Path) else {}))
 
 
-def _keys_of(raw: Any, place: tuple[str | int, ...]) -> tuple[str | int, ...]:
+def _keys_of(raw: Any, error_path: tuple[str | int, ...]) -> tuple[str | int, ...]:
     """Return the place of an error without the types that pydantic inserts in unions."""
     keys, node = list[str | int](), raw
-    for part in place:
+    for part in error_path:
         tree: Any = node
         if isinstance(node, dict) and part not in node and tree.get("type") == part:
             continue
@@ -341,8 +341,8 @@ def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     out = dict(base)
     for key, value in over.items():
         below: Any = out.get(key)
-        both = isinstance(below, Mapping) and isinstance(value, Mapping)
-        out[key] = merged(below, value) if both else value
+        are_mappings = isinstance(below, Mapping) and isinstance(value, Mapping)
+        out[key] = merged(below, value) if are_mappings else value
     return out
 
 
@@ -357,9 +357,9 @@ def _keys(schema: Mapping[str, Any], classes: Mapping[str, Any], above: str = ""
             yield from _keys(inner.get("items", inner), classes, f"{above}{key}.")
 
 
-def _nearest_key(place: Sequence[str | int], keys: Sequence[str]) -> str:
+def _nearest_key(error_path: Sequence[str | int], keys: Sequence[str]) -> str:
     """Return a suggestion for an unknown key: near it in its section, or in another section."""
-    *above, name = (str(part) for part in place if isinstance(part, str))
+    *above, name = (str(part) for part in error_path if isinstance(part, str))
     section = "".join(f"{part}." for part in above)
     inside = [key.removeprefix(section) for key in keys if key.startswith(section)]
     near = get_close_matches(name, [key for key in inside if "." not in key], n=1)
@@ -372,7 +372,7 @@ def _nearest_key(place: Sequence[str | int], keys: Sequence[str]) -> str:
 def _explain(finding: Any, keys: Sequence[str]) -> str:
     """Return one error found by pydantic as text: the key, the limit and the given value."""
     where = ".".join(printable(str(part)[:LONGEST_SHOWN]) for part in finding["loc"])
-    kind, given = finding["type"], finding["input"]
+    kind, value = finding["type"], finding["input"]
     if kind in _UNKNOWN:
         words = f"unknown key{_nearest_key(finding['loc'], keys)}"
     elif kind in _MISSING:
@@ -383,9 +383,9 @@ def _explain(finding: Any, keys: Sequence[str]) -> str:
         message = finding["msg"].removeprefix("Value error, ").replace("valid tuple", "list")
         words = re.sub(r"^(Input|Tuple|List|String) should", "must", message)
         words = words.replace(" after validation", "")
-    if kind not in _UNKNOWN | _MISSING and not isinstance(given, Mapping | ArgsKwargs):
-        words += f", got {shortened(given)}".removesuffix(".0")
-    if isinstance(given, str) and kind in {"float_type", "float_parsing", "int_type"}:
+    if kind not in _UNKNOWN | _MISSING and not isinstance(value, Mapping | ArgsKwargs):
+        words += f", got {shortened(value)}".removesuffix(".0")
+    if isinstance(value, str) and kind in {"float_type", "float_parsing", "int_type"}:
         words += " (it is text. Write a number with an exponent like 2.0e+7. `snakemake --config`"
         words += " passes values within braces as text: use a file and --configfile instead)"
     return f"{where}: {words}" if where else words

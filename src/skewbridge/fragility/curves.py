@@ -82,7 +82,7 @@ def fit_study(
 def _with_preferred(table: pd.DataFrame) -> pd.DataFrame:
     """Prefer the first method with an estimate in some variant, for each bridge and state."""
     fitted = (table["status"] == FITTED) & table["method"].isin(METHODS[:2])
-    rank = table["method"].map({name: place for place, name in enumerate(METHODS)}).where(fitted)
+    rank = table["method"].map({name: rank_of_method for rank_of_method, name in enumerate(METHODS)}).where(fitted)
     keys = [table[n] for n in (*demand_table.BRIDGE_COLUMNS, "component", "limit_state")]
     best = rank.groupby(keys).transform("min")
     return table.assign(preferred=(rank == best).to_numpy())
@@ -162,9 +162,9 @@ class _BridgeState:
         fits = [fit for fit in self._fits if not isinstance(fit, str)]
         if len(fits) < len(self._fits) or not np.any(fits[0].outcomes.exceed(self._modes[0])):
             return {}
-        both, unknown = list(zip(fits, self._modes, strict=True)), self.doubtful
+        fits_by_mode, unknown = list(zip(fits, self._modes, strict=True)), self.doubtful
         treated = {
-            name: [fit.treated(fit.outcomes.treated(mode, name, unknown)) for fit, mode in both]
+            name: [fit.treated(fit.outcomes.treated(mode, name, unknown)) for fit, mode in fits_by_mode]
             for name in (TREATMENTS if np.any(unknown) else ())
         }
         # a run in which a column failed before it collapsed is censored by the failure
@@ -351,7 +351,7 @@ def _union_curve(
         columns: Row = {"capacity_dispersion": mode.dispersion}
         return single._replace(bounds=direct.bounds, columns=columns)
     medians, records, total = (
-        np.array([curve[place] for curve in fitted.values()]) for place in (1, 2, 3)
+        np.array([curve[column] for curve in fitted.values()]) for column in (1, 2, 3)
     )
     total = np.where(np.isnan(total), records, total)
     rho = runs.variant.correlations.get(state, np.zeros(medians.shape[1]))
@@ -373,44 +373,44 @@ def _exceedance_fits(
     # Ordered probit: a run that exceeds state j but not state k has the probability
     # Phi(eta_j) - Phi(eta_k), with eta_j = a0_j + a1 ln x.
     exceed = np.column_stack([outcomes.exceed(state) for state in runs.states])
-    known = ~np.column_stack([outcomes.unknown(state) for state in runs.states])
-    maxima = fitting.exceedance_maxima(runs.ln_im, known, exceed) if whole else ()
-    columns = zip_longest(known.T, exceed.T, maxima)
+    is_known = ~np.column_stack([outcomes.unknown(state) for state in runs.states])
+    maxima = fitting.exceedance_maxima(runs.ln_im, is_known, exceed) if whole else ()
+    columns = zip_longest(is_known.T, exceed.T, maxima)
     fits = [_single_fit(runs, *of_state, whole=whole) for of_state in columns]
     estimable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
     # states exceeded in the same known runs share an intercept: fit only the first of them
     first: dict[int, int] = {}
     for before, j in zip([None, *estimable], estimable, strict=False):
-        apart = before is None or np.any(exceed[:, before] & known[:, j] & ~exceed[:, j])
+        apart = before is None or np.any(exceed[:, before] & is_known[:, j] & ~exceed[:, j])
         first[j] = j if before is None or apart else first[before]
     if not (usable := sorted(set(first.values()))):
         return runs.without_estimates(fits)
     passed = exceed[:, usable].sum(axis=1)  # number of usable states that each run exceeds
-    not_passed = known[:, usable] & ~exceed[:, usable]
+    not_passed = is_known[:, usable] & ~exceed[:, usable]
     ended = ~np.any(not_passed, axis=1)
     rows = np.flatnonzero((passed > 0) | ~ended)
-    places = np.argmax(not_passed, axis=1)[rows], np.maximum(passed - 1, 0)[rows]
+    intercepts = np.argmax(not_passed, axis=1)[rows], np.maximum(passed - 1, 0)[rows]
     low, high = np.where(ended, -inf, runs.ln_im), np.where(passed > 0, runs.ln_im, inf)
     single = runs.motions == runs.im.size
-    bounds = _Bounded(rows, *places, low[rows], high[rows])
+    bounds = _Bounded(rows, *intercepts, low[rows], high[rows])
     common = _common_slope(runs, fits, usable, bounds, whole=whole, profile=single)
     source = [first.get(j, j) for j in range(len(fits))]
-    both = zip(source, fits, strict=True)
-    shared = [replace(common.fits[same], details=fit.details) for same, fit in both]
+    source_fits = zip(source, fits, strict=True)
+    shared = [replace(common.fits[same], details=fit.details) for same, fit in source_fits]
     return _StateFits(shared, common.ln_theta[source], common.beta)
 
 
 def _single_fit(
-    runs: _DemandRuns, known: Mask, exceed: Mask, best: Maximum | None, *, whole: bool
+    runs: _DemandRuns, is_known: Mask, exceed: Mask, best: Maximum | None, *, whole: bool
 ) -> FragilityFit:
     """Fit one state alone; unless ``whole``, return only its status and a start value."""
-    im, hits = runs.im[known], exceed[known].astype(np.float64)
+    im, hits = runs.im[is_known], exceed[is_known].astype(np.float64)
     ones = np.ones(im.size)
     if whole and im.size:
-        count = int(np.unique(runs.motion[known]).size)
-        further: Any = {"n_records": count, "maximum": best, "interval": False}
-        further["settings"] = runs.settings
-        return fitting.fit_stripes(im, ones, hits, **further)
+        count = int(np.unique(runs.motion[is_known]).size)
+        options: Any = {"n_records": count, "maximum": best, "interval": False}
+        options["settings"] = runs.settings
+        return fitting.fit_stripes(im, ones, hits, **options)
     status = fitting.binomial_status(np.log(im), ones, hits)
     start = np.exp(np.quantile(np.log(im), 1.0 - np.mean(hits))) if status == FITTED else nan
     return FragilityFit(method="stripes", status=status, theta=float(start), beta=0.5)
@@ -424,25 +424,25 @@ def _bracket_fits(runs: _DemandRuns) -> _StateFits | None:
     fits: list[FragilityFit] = []
     brackets: list[tuple[Floats, Floats, Index]] = []
     for state in runs.states:
-        known = np.flatnonzero(~runs.outcomes.unknown(state))
-        exceed = runs.outcomes.exceed(state)[known].astype(np.float64)
+        known_runs = np.flatnonzero(~runs.outcomes.unknown(state))
+        exceed = runs.outcomes.exceed(state)[known_runs].astype(np.float64)
         fit, low, high = fitting.fit_first_exceedances(
-            runs.im[known], exceed, motions[known], runs.settings
+            runs.im[known_runs], exceed, motions[known_runs], runs.settings
         )
         status = fitting.NO_EXCEEDANCE if fit.status == fitting.ALL_CENSORED else fit.status
         fits.append(replace(fit, status=status))
         # the first run of a motion represents its bracket
-        brackets.append((low, high, known[np.unique(motions[known], return_index=True)[1]]))
+        brackets.append((low, high, known_runs[np.unique(motions[known_runs], return_index=True)[1]]))
     usable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
     if not usable:
         return runs.without_estimates(fits)
     used = [brackets[j] for j in usable]
     low, high, rows = map(np.concatenate, zip(*used, strict=True))
-    place = np.repeat(np.arange(len(usable)), [len(bracket[0]) for bracket in used])
+    state_number = np.repeat(np.arange(len(usable)), [len(bracket[0]) for bracket in used])
     with np.errstate(divide="ignore"):
         logs = np.log(low), np.log(high)
     single = len(usable) == 1  # with one state, the brackets of motions are independent
-    bounds = _Bounded(rows, place, place, *logs)
+    bounds = _Bounded(rows, state_number, state_number, *logs)
     return _common_slope(runs, fits, usable, bounds, profile=single)
 
 
@@ -466,8 +466,8 @@ def _common_slope(
     best = maximise(kernel, np.array([[*(-slope * middles), slope]]))
     params, converged = best.params, best.converged
     if whole and converged[0]:
-        others = NormalKernel(below, *ends, runs.weights[:, bounds.run], above)
-        again = maximise(others, np.tile(params, (len(runs.weights), 1)), covariance=False)
+        jackknife = NormalKernel(below, *ends, runs.weights[:, bounds.run], above)
+        again = maximise(jackknife, np.tile(params, (len(runs.weights), 1)), covariance=False)
         params = np.vstack([params, again.params])
         converged = np.append(converged, again.converged)
     good = converged & (params[:, -1] > FLATTEST_SLOPE)

@@ -49,7 +49,7 @@ def decision(
     rows: Sequence[Row],  # of table `joint`, of one bridge and abutment model
     hazard: HazardCurve,
     target: float,  # annual rate
-    given: Mapping[str, float],  # values of axes except skew and gap; the middle of others
+    axis_values: Mapping[str, float],  # values of axes except skew and gap; the middle of others
 ) -> Decision:
     """Return support length and seat needed, and the rate of column failure, over skew and gap.
 
@@ -72,19 +72,19 @@ def decision(
     if SKEW not in axes.varying:
         raise InputError("the study has a single skew")
     values = {name: middle for name, middle in axes.middle.items() if name not in (SKEW, GAP)}
-    values |= given
+    values |= axis_values
     limits = axes.limits
     gaps = np.unique(np.linspace(*limits.get(GAP, (0.0, 0.0)), _GAPS))
     skews = np.linspace(*limits[SKEW], _SKEWS)
     axes.check({SKEW: skews[0], GAP: gaps[0], **values})
-    found: list[Row] = []
+    rows_out: list[Row] = []
     for gap_mm in map(float, gaps):
         # the factor of Hazus is on skew 0: without it in the study, there is no such length
         has_straight = limits[SKEW][0] <= 0.0
         straight = [seat.curve({SKEW: 0.0, GAP: gap_mm, **values}) for seat in seats * has_straight]
         for skew_deg in map(float, skews):
-            place = {SKEW: skew_deg, GAP: gap_mm}
-            curves = [seat.curve(place | values) for seat in seats]
+            position = {SKEW: skew_deg, GAP: gap_mm}
+            curves = [seat.curve(position | values) for seat in seats]
             length = _length(curves, hazard, target)
             ends = length.interval(unseating["level"])
             row: Row = dict(
@@ -104,10 +104,10 @@ def decision(
             at_sdc = np.interp(hazard.level_of(SDC_RATE), np.log(medians), np.log(_LENGTHS_M))
             row["sdc_demand_m"] = float(np.exp(at_sdc))
             if column is not None:
-                rate = curve_rate(column.curve(place | values), hazard).interval(column.level)
+                rate = curve_rate(column.curve(position | values), hazard).interval(column.level)
                 row |= dict(zip(_COLUMN, rate, strict=True))
-            found.append(place | row)
-    table = pd.DataFrame(found)
+            rows_out.append(position | row)
+    table = pd.DataFrame(rows_out)
     if column is not None:
         allowed = table.groupby(SKEW)[[GAP, *_COLUMN]].apply(_allowed_gaps, target)
         table = table.join(allowed, on=SKEW)

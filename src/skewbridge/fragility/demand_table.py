@@ -41,15 +41,15 @@ WITHOUT_PEAK: Final = "give a collapsed run the status collapse"
 @cache
 def _descriptions() -> dict[str, dict[str, str]]:
     """Return the descriptions in `columns.csv`, keyed by table, then by column."""
-    found: dict[str, dict[str, str]] = defaultdict(dict)
+    texts: dict[str, dict[str, str]] = defaultdict(dict)
     with Path(__file__).with_name("columns.csv").open(encoding="utf-8", newline="") as file:
         for table, columns, text in islice(csv.reader(file), 1, None):
             source = text.removeprefix("as in ")
             if columns == "(all)":
-                found[table] |= found[source]
+                texts[table] |= texts[source]
             for column in columns.split() if columns != "(all)" else ():
-                found[table][column] = text if source == text else found[source][column]
-    return found
+                texts[table][column] = text if source == text else texts[source][column]
+    return texts
 
 
 def described(table: str, axes: Sequence[Axis] = AXES) -> dict[str, str]:
@@ -137,13 +137,13 @@ def block_names(table: pd.DataFrame) -> list[str]:
 
 
 def need_columns(
-    table: pd.DataFrame, columns: Iterable[str], what: str = "the demands table"
+    table: pd.DataFrame, columns: Iterable[str], source: str = "the demands table"
 ) -> None:
     """Check that a table has ``columns``; an `InputError` names the first missing one."""
     names = list(map(str, table.columns))
     for column in columns:
         if column not in table.columns:
-            problem = f"{what} has no column {column!r}{did_you_mean(column, names)}"
+            problem = f"{source} has no column {column!r}{did_you_mean(column, names)}"
             raise InputError(f"{problem}; its columns are {names_of(names)}", column=column)
 
 
@@ -160,14 +160,14 @@ def refuse_misspelt(columns: Iterable[str], present: Iterable[str] = ()) -> None
     the column. Capitals, blanks and hyphens do not distinguish names.
     """
     unused = list(columns)
-    known = {column.name for column in COLUMNS} | {axis.name for axis in OPTION_AXES}
+    valid = {column.name for column in COLUMNS} | {axis.name for axis in OPTION_AXES}
     wanted = (*(axis.name for axis in (*AXES, *OPTION_AXES)), *TEXT_COLUMNS, *KEY_COLUMNS)
     missing = [name for name in dict.fromkeys(wanted) if name not in {*unused, *present}]
     for name in unused:
         plain = re.sub(r"[\s-]+", "_", name.strip().lower())
         # ASSUME names as similar as motion and motion_id mean the same
         near = get_close_matches(plain, missing, n=1, cutoff=0.8)
-        if name not in known and near and not name.startswith(DRAW_PREFIX):
+        if name not in valid and near and not name.startswith(DRAW_PREFIX):
             text = f"column {shortened(name)} is not known: did you mean {near[0]}?"
             raise InputError(f"{text} Rename it", column=name)
 
@@ -245,10 +245,10 @@ def read_foreign(
 
 def require_statuses(status: pd.Series) -> None:
     """Raise an `InputError` with the allowed words if a status is not known."""
-    known = status.isin(STATUSES).to_numpy()
-    if not known.all():
-        wrong = shortened(status.iloc[int(np.argmin(known))])
-        require(known, "status", f"must be one of {', '.join(STATUSES)}, got {wrong}")
+    is_valid = status.isin(STATUSES).to_numpy()
+    if not is_valid.all():
+        wrong = shortened(status.iloc[int(np.argmin(is_valid))])
+        require(is_valid, "status", f"must be one of {', '.join(STATUSES)}, got {wrong}")
 
 
 class Prepared(NamedTuple):
@@ -296,8 +296,8 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
     for name in wanted:
         values = complete[name].to_numpy(dtype=np.float64)
         notes += [("percent", -1, name, text) for text in percent_notes(name, values)]
-    found = pd.DataFrame(notes, columns=list(described("input_notes")))
-    return Prepared(table.reset_index(drop=True), found)
+    findings = pd.DataFrame(notes, columns=list(described("input_notes")))
+    return Prepared(table.reset_index(drop=True), findings)
 
 
 def _missing_demands(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[tuple[object, ...]]:

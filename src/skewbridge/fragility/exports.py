@@ -182,8 +182,8 @@ def exported_curves(table: pd.DataFrame, method: str | None = None) -> pd.DataFr
     need_columns(table, _NEEDED if method else (*_NEEDED, "preferred"), "the table of curves")
     rows = chosen_curves(table, method).reset_index(drop=True)
     if rows.empty:
-        known = ", ".join(sorted(table["method"].unique()))
-        raise InputError(f"no curves of method {method!r}; the table has {known}")
+        methods = ", ".join(sorted(table["method"].unique()))
+        raise InputError(f"no curves of method {method!r}; the table has {methods}")
     scale, state = rows["component"].astype(str), rows["limit_state"].astype(str)
     single = rows.groupby("component")["demand"].transform("nunique") == 1
     beta = rows["beta_total"].fillna(rows["beta"])
@@ -218,30 +218,30 @@ def _skew_factors(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     """Return the ratios of medians at each skew to the median at skew 0, with intervals."""
     fitted = curves[curves["status"] == FITTED]
     skew, *columns = SKEW_FACTOR_COLUMNS
-    others = [name for name in axis_names(fitted) if name != skew]
-    keys = ["bridge", "abutment", *others, "component", "limit_state"]
+    other_axes = [name for name in axis_names(fitted) if name != skew]
+    keys = ["bridge", "abutment", *other_axes, "component", "limit_state"]
     values = ["theta", "var_ln_theta", "variant", "extrapolated"]
     ends = ["skew_ratio_low", "skew_ratio_high"]
     straight = fitted.loc[fitted[skew] == 0].reindex(columns=[*keys, *values])
     skewed = with_ratios(fitted.loc[fitted[skew] != 0], medians[medians["from_value"] == 0])
     skewed = skewed.reindex(columns=[*keys, skew, "im", *values, *ends])
-    both = skewed.merge(straight, on=keys, suffixes=("", "_straight"))
-    if both.empty:
+    joined = skewed.merge(straight, on=keys, suffixes=("", "_straight"))
+    if joined.empty:
         raise InputError("no limit state has an estimate both at skew 0 and at another skew")
-    both["factor"] = both["theta"] / both["theta_straight"]
-    outside = both[["extrapolated", "extrapolated_straight"]].eq(other=True)
-    both["extrapolated"] = outside.any(axis=1)
+    joined["factor"] = joined["theta"] / joined["theta_straight"]
+    outside = joined[["extrapolated", "extrapolated_straight"]].eq(other=True)
+    joined["extrapolated"] = outside.any(axis=1)
     # ASSUME medians are independent if there is no paired interval: the interval is then too wide,
     # never too narrow, because the motions are the same at both skews
-    variance = both["var_ln_theta"] + both["var_ln_theta_straight"]
-    low, high = (both[end].astype(np.float64) for end in ends)
+    variance = joined["var_ln_theta"] + joined["var_ln_theta_straight"]
+    low, high = (joined[end].astype(np.float64) for end in ends)
     paired = pd.Series(0.5 * np.log(high / low))
     half = paired.fillna(variance**0.5 * float(special.ndtri(0.95)))
-    both["interval"] = np.where(paired.isna(), "independent", "paired")
-    both["factor_low"] = both["factor"] * np.exp(-half)
-    both["factor_high"] = both["factor"] * np.exp(half)
-    both["hazus_factor"] = hazus_factor(both[skew].to_numpy())
-    return both[[*keys, skew, *columns, "variant_straight"]]
+    joined["interval"] = np.where(paired.isna(), "independent", "paired")
+    joined["factor_low"] = joined["factor"] * np.exp(-half)
+    joined["factor_high"] = joined["factor"] * np.exp(half)
+    joined["hazus_factor"] = hazus_factor(joined[skew].to_numpy())
+    return joined[[*keys, skew, *columns, "variant_straight"]]
 
 
 def _write_skew_scaling(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
@@ -252,14 +252,14 @@ def _write_skew_scaling(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
     location 0 and direction 1. It applies to the curves without skew from ``--format pelicun``.
     """
     table = _skew_factors(curves, export.table("median_effects"))
-    places: dict[tuple[str, str, str], tuple[str, str]] = {}
+    identifiers: dict[tuple[str, str, str], tuple[str, str]] = {}
     for variant, scale, states, group in _functions(curves):
         name = identifier(f"{variant}.{scale}", *_PELICUN_ID)
         for number, state in enumerate(states, start=1):
-            places[variant, group["component"].iloc[0], state] = f"{name}-0-1", f"LS{number}"
+            identifiers[variant, group["component"].iloc[0], state] = f"{name}-0-1", f"LS{number}"
     scaling: dict[str, Any] = {}
     for row in table.to_dict("records"):
-        name, number = places[row["variant_straight"], row["component"], row["limit_state"]]
+        name, number = identifiers[row["variant_straight"], row["component"], row["limit_state"]]
         of_skew = scaling.setdefault(f"{row['skew_deg']:g}", {})
         for end in ("factor", "factor_low", "factor_high"):
             states = of_skew.setdefault(end.removeprefix("factor_"), {})
@@ -294,10 +294,10 @@ def _write_nrml(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
     functions whose curves cross near the medians; OpenQuake then has negative damage fractions.
     """
     groups: dict[tuple[str, tuple[str, ...]], list[pd.DataFrame]] = defaultdict(list)
-    for _, scale, known, rows in _functions(curves):
-        states = tuple(name for name in known if rows["status"].get(name) == FITTED)
+    for _, scale, all_states, rows in _functions(curves):
+        states = tuple(name for name in all_states if rows["status"].get(name) == FITTED)
         if states:
-            name = scale if len(states) == len(known) else "_".join((scale, *states))
+            name = scale if len(states) == len(all_states) else "_".join((scale, *states))
             name = re.sub(r"[^A-Za-z0-9_-]+", "_", name)
             groups[name, states].append(rows.loc[list(states)])
     out, notes = export.out, list[str]()
@@ -475,8 +475,8 @@ def _multilinear(union: Union) -> str:
     # source: MultilinearCDFRandomVariable of pelicun/uq.py: strictly increasing, ends 0 and 1
     ln_im = np.linspace(union.quantile(-4.0), union.quantile(4.0), _LEVELS)
     im, p = np.exp(ln_im), np.round(union.probability(ln_im), 6)  # pelicun keeps 6 digits
-    p, places = np.unique(p, return_index=True)
-    points = np.array([[0.5 * im[0], *im[places], 1.1 * im[-1]], [0.0, *p, 1.0]])
+    p, distinct = np.unique(p, return_index=True)
+    points = np.array([[0.5 * im[0], *im[distinct], 1.1 * im[-1]], [0.0, *p, 1.0]])
     return "|".join(",".join(f"{value:.8g}" for value in axis) for axis in points)
 
 

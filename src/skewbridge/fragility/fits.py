@@ -207,10 +207,10 @@ def fit_stripes(
     return replace(fit, loglik=loglik, details={**fit.details, **goodness})
 
 
-def exceedance_maxima(ln_im: Floats, known: Mask, exceed: Mask) -> list[likelihood.Maximum | None]:
+def exceedance_maxima(ln_im: Floats, is_known: Mask, exceed: Mask) -> list[likelihood.Maximum | None]:
     """Return the likelihood maximum of each of J states, or None for states without estimate."""
     # `known` and `exceed` have the shape (n, J); all states are maximised together
-    signs = (np.where(exceed, 1.0, -1.0) * known).T
+    signs = (np.where(exceed, 1.0, -1.0) * is_known).T
     shares = [(np.abs(sign), np.maximum(sign, 0.0)) for sign in signs]
     usable = [j for j, counts in enumerate(shares) if binomial_status(ln_im, *counts) == FITTED]
     maxima: list[likelihood.Maximum | None] = [None] * len(signs)
@@ -259,8 +259,8 @@ def _stripe_bounds(
         total, hits = np.sum(n, keepdims=True), np.sum(k, keepdims=True)
         p, ends = float(hits[0] / total[0]), clopper_pearson(hits, total, level)
         median = float(np.exp(ln_im[0] - beta * special.ndtri(p)))
-        given = {"theta_given_beta": {f"{beta:g}": median}}
-        return {"p": p, "p_ci": [float(end[0]) for end in ends], **given}
+        medians = {"theta_given_beta": {f"{beta:g}": median}}
+        return {"p": p, "p_ci": [float(end[0]) for end in ends], **medians}
     if status not in (COMPLETE_SEPARATION, QUASI_SEPARATION):
         return {}
     a0, a1 = firth(ln_im, n, k)
@@ -283,8 +283,8 @@ def _median_bound(
         for beta in sorted({*betas, assumed})
     }
     side, end = ("upper", "high") if exceed else ("lower", "low")
-    found = {f"theta_{side}{100 * level:g}_given_beta": bounds, "theta_bound_beta": assumed}
-    return found | {f"theta_bound_{end}": bounds[f"{assumed:g}"]}
+    medians = {f"theta_{side}{100 * level:g}_given_beta": bounds, "theta_bound_beta": assumed}
+    return medians | {f"theta_bound_{end}": bounds[f"{assumed:g}"]}
 
 
 def _overlap_warnings(x: Floats, n: Floats, k: Floats) -> list[str]:
@@ -451,7 +451,7 @@ def fit_cloud(
     require(high >= low, "upper", "must not be below edp", high)
     informative = (low > 0.0) | np.isfinite(high)
     with np.errstate(divide="ignore"):
-        x, y_low, y_high = (np.log(each[informative]) for each in (values, low, high))
+        x, y_low, y_high = (np.log(values_of[informative]) for values_of in (values, low, high))
     left_out, codes = None, np.arange(x.size) if motions is None else motions[informative]
     if np.unique(codes).size < x.size:
         left_out = lines.fit_lines(x, y_low, y_high, motion_means.motion_weights(codes)[1:])

@@ -167,9 +167,9 @@ class HazardCurve:
         count = np.ceil(np.maximum(steps / narrowest, steps * np.max(slope, axis=0) / 4.0))
         count = np.clip(count, 1, 400).astype(np.intp)
         segment = np.repeat(np.arange(steps.size), count)
-        place = np.arange(segment.size) - np.repeat(np.cumsum(count) - count, count)
+        part_number = np.arange(segment.size) - np.repeat(np.cumsum(count) - count, count)
         width = (steps / count)[segment]
-        at = (place[:, None] + 0.5 * (1.0 + _NODES)) * width[:, None]
+        at = (part_number[:, None] + 0.5 * (1.0 + _NODES)) * width[:, None]
         fall = slope[:, segment, None]
         weights = fall * np.exp(ln_rate[:, segment, None] - fall * at) * width[:, None] * _WEIGHTS
         return (x[segment, None] + at).ravel(), 0.5 * weights.reshape(len(ln_rate), -1)
@@ -212,13 +212,13 @@ def hazard_curve(config: HazardConfig, measures: Sequence[str], usual: str) -> H
         name = wanted or usual
         curves = {name: replace(curves[""], im=name)}
     order = [wanted] if wanted else [usual, *PREFERRED]
-    found = next((name for name in order if name in curves and name in measures), None)
-    if found is None:
+    measure = next((name for name in order if name in curves and name in measures), None)
+    if measure is None:
         has, of_study = (", ".join(map(str, names)) for names in (curves, measures))
         asked = f", hazard.measure is {wanted}" if wanted else ""
         text = f": hazard of {has}{asked}, but the study has intensities {of_study}"
         raise file_fault(path, f"{text}: give the hazard of one of these")
-    return curves[found]
+    return curves[measure]
 
 
 def site_hazard(file: Path | None, im: str) -> HazardCurve | None:
@@ -239,8 +239,8 @@ def read_hazard(path: Path) -> list[HazardCurve]:
                     raise InputError(f"a second hazard curve of {part.im or 'the same measure'}")
                 groups[part.im][part.quantile] = part
         except InputError as error:
-            known = shown_path(file) in str(error)
-            raise error if known else file_fault(file, f": {error}", **error.details) from None
+            names_file = shown_path(file) in str(error)
+            raise error if names_file else file_fault(file, f": {error}", **error.details) from None
         except (AttributeError, LookupError, TypeError, ValueError):
             raise file_fault(file, " is not a hazard curve in a known format") from None
     if not groups:
@@ -270,11 +270,11 @@ def _assembled(path: Path, parts: dict[float | None, _Part]) -> HazardCurve:
 def _parts(path: Path) -> Iterator[_Part]:
     """Yield the checked curves of one file."""
     if path.suffix.lower() == ".json":
-        found = _usgs_json(path)
+        curves = _usgs_json(path)
     else:
         first = read_text(path, MAX_CSV_BYTES).lstrip().partition("\n")[0]
-        found = _openquake(path, first) if first.startswith("#") else _table(path)
-    for part in found:
+        curves = _openquake(path, first) if first.startswith("#") else _table(path)
+    for part in curves:
         levels = positive(part.levels, "im")
         rates = as_column(part.rates, "rate")
         require(~(rates < 0.0) & ~np.isnan(rates), "rate", "must not be negative", rates)
@@ -287,8 +287,8 @@ def _parts(path: Path) -> Iterator[_Part]:
 
 def _openquake(path: Path, first: str) -> Iterator[_Part]:
     """Yield the curve of a CSV export of OpenQuake; its first line is a comment."""
-    given = dict(re.findall(r"(\w+)='?([^,'\"]+)", first))
-    lacking = [name for name in ("kind", "imt", "investigation_time") if name not in given]
+    entries = dict(re.findall(r"(\w+)='?([^,'\"]+)", first))
+    lacking = [name for name in ("kind", "imt", "investigation_time") if name not in entries]
     if lacking:
         raise InputError(f"the first line of an OpenQuake file must give {', '.join(lacking)}")
     _, header, *sites = csv.reader(read_text(path, MAX_CSV_BYTES).strip().splitlines())
@@ -298,12 +298,12 @@ def _openquake(path: Path, first: str) -> Iterator[_Part]:
     levels = as_column([name.removeprefix("poe-") for name in values], "poe")
     poe = as_column(list(values.values()), "poe")
     require((poe >= 0.0) & (poe <= 1.0), "poe", "must be within 0..1", poe)
-    column, kind = measure_column(given["imt"]), given["kind"]
+    column, kind = measure_column(entries["imt"]), entries["kind"]
     factor = _FACTORS["cm/s"] if column == _NAMES["PGV"] else 1.0
     with np.errstate(divide="ignore"):
-        rates = -np.log1p(-poe) / float(given["investigation_time"])
+        rates = -np.log1p(-poe) / float(entries["investigation_time"])
     quantile = None if kind == "mean" else float(kind.removeprefix("quantile-"))
-    yield _Part(column or given["imt"], quantile, factor * levels, rates)
+    yield _Part(column or entries["imt"], quantile, factor * levels, rates)
 
 
 def _table(path: Path) -> Iterator[_Part]:
@@ -364,7 +364,7 @@ def _usgs_json(path: Path) -> Iterator[_Part]:
         unit = re.search(r"\((g|m/s|cm/s)\)", f"{imt} {about.get('xlabel', '')}")
         if not unit:
             raise InputError(f"the unit of {name} is missing (xlabel, such as Ground Motion (g))")
-        total = [each for each in item.get("data", []) if each.get("component") == "Total"]
+        total = [curve for curve in item.get("data", []) if curve.get("component") == "Total"]
         if len(total) != 1:
             raise InputError(
                 f"{name} has {len(total)} curves of the component Total; one is needed"

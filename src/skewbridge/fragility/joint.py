@@ -53,9 +53,9 @@ class JointModel:
             start += rows * size
             capacity = {name: mode[name] for name in ("demand", "threshold", "dispersion")}
             self._modes.append(LimitState(component="", name="", **capacity))
-            further = {name: mode[name] for name in ("centre", "motions")}
-            further |= {"span": tuple(mode["span"]), "knot": mode["knot"] or np.inf}
-            self._models.append(DemandModel(axes=self.axis_range, parameters=values, **further))
+            constants = {name: mode[name] for name in ("centre", "motions")}
+            constants |= {"span": tuple(mode["span"]), "knot": mode["knot"] or np.inf}
+            self._models.append(DemandModel(axes=self.axis_range, parameters=values, **constants))
         self._rho = replicates[start:] if len(modes) > 1 else None
 
     def curve(self, values: Mapping[str, Any]) -> StateCurve:
@@ -136,7 +136,7 @@ def _estimate(models: BridgeModels, state: LimitState, row: Row) -> Row:
     if len(fits) > 1:
         replicates.append(models.correlation(*modes))
     estimate["replicates"] = np.concatenate(replicates).tolist()
-    estimate["modes"] = json.dumps([_described(*both) for both in zip(fits, modes, strict=True)])
+    estimate["modes"] = json.dumps([_described(*fit_and_mode) for fit_and_mode in zip(fits, modes, strict=True)])
     estimate["n_runs"] = int(max(np.sum(fit.outcomes.used) for fit in fits))
     estimate["n_motions"] = fits[0].model.motions
     if len(fits) == 1:
@@ -162,9 +162,9 @@ def _described(fit: DemandFit, mode: LimitState) -> dict[str, Any]:
     """Return what a model of a mode needs besides its parameters, for JSON."""
     model = fit.model
     capacity = {name: getattr(mode, name) for name in ("demand", "threshold", "dispersion")}
-    place = {"centre": model.centre, "knot": model.knot if np.isfinite(model.knot) else None}
+    scale = {"centre": model.centre, "knot": model.knot if np.isfinite(model.knot) else None}
     shape = {"span": model.span, "motions": model.motions, "shape": model.parameters.shape}
-    return capacity | place | shape
+    return capacity | scale | shape
 
 
 def _left_out_errors(models: BridgeModels, state: LimitState, fits: Sequence[DemandFit]) -> Floats:
@@ -173,11 +173,11 @@ def _left_out_errors(models: BridgeModels, state: LimitState, fits: Sequence[Dem
     if len(modes) > 1:
         rho = models.correlation(*modes)[:1]
     errors = np.full(len(models.variants), np.nan)
-    others = zip(*(fit.without_variants for fit in fits), strict=True)
-    for number, (left, values) in enumerate(zip(others, records_of(models.variants), strict=True)):
-        if any(isinstance(model, str) for model in left):
+    fits_without = zip(*(fit.without_variants for fit in fits), strict=True)
+    for number, (models_without, values) in enumerate(zip(fits_without, records_of(models.variants), strict=True)):
+        if any(isinstance(model, str) for model in models_without):
             continue
-        curve, known = state_curve(left, modes, values, rho), models.curve(state, values)
-        if not isinstance(curve, str) and not isinstance(known, str):
-            errors[number] = abs(np.exp(curve.ln_theta[0] - known.ln_theta[0]) - 1.0)
+        curve, curve_of_all = state_curve(models_without, modes, values, rho), models.curve(state, values)
+        if not isinstance(curve, str) and not isinstance(curve_of_all, str):
+            errors[number] = abs(np.exp(curve.ln_theta[0] - curve_of_all.ln_theta[0]) - 1.0)
     return errors

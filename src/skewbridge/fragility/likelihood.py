@@ -219,9 +219,9 @@ def maximise(
                 break
         if bend is not None:
             # add the second-order term of the step if it is below a tenth of the first
-            further = _newton_step(now.hessian, bend(params[-1], step))
-            small = np.sum(further**2, axis=1) < 0.01 * np.sum(step**2, axis=1)
-            step += np.where(small[:, None], further, 0.0)
+            correction = _newton_step(now.hessian, bend(params[-1], step))
+            small = np.sum(correction**2, axis=1) < 0.01 * np.sum(step**2, axis=1)
+            step += np.where(small[:, None], correction, 0.0)
             bend = None
         least = now.loglik - 1e-12 * (1.0 + np.abs(now.loglik))
         trial = kernel.derivatives(params[active] + step, active)

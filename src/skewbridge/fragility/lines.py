@@ -45,8 +45,8 @@ def fit_lines(x: Floats, lower: Floats, upper: Floats, weights: Floats) -> Lines
     often each run counts. A line is NaN if fewer than three demands are known, if the known demands
     are at a single intensity, or if its slope is not positive.
     """
-    seen, known = lower == upper, x[lower == upper]
-    if known.size < 3 or (known.size < x.size and np.ptp(known) == 0.0):
+    seen, x_known = lower == upper, x[lower == upper]
+    if x_known.size < 3 or (x_known.size < x.size and np.ptp(x_known) == 0.0):
         return Lines(*np.full((3, weights.shape[0]), np.nan))
     if np.all(seen):
         centre_x, centre_y = float(np.mean(x)), float(np.mean(lower))
@@ -123,8 +123,8 @@ def tested_line(x: Floats, y: Floats) -> TestedLine:
     if n >= 4 and size > 1e-12 * sxx**2 and sse > 0.0:
         curvature = float(extra @ residual) / size
         explained = curvature**2 * size
-        left = max(sse - explained, 1e-300)
-        curvature_p = float(special.fdtrc(1, n - 3, explained / (left / (n - 3))))
+        unexplained = max(sse - explained, 1e-300)
+        curvature_p = float(special.fdtrc(1, n - 3, explained / (unexplained / (n - 3))))
     tests = curvature, curvature_p, scatter_p
     return TestedLine(mean_y - b * mean_x, b, sigma, n, mean_x, sxx, r2, *tests)
 

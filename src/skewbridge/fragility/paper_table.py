@@ -63,8 +63,8 @@ def with_ratios(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
         pairs = medians[(medians["scope"] == "variant") & (medians["axis"] == axis)]
         pairs = pairs.assign(**{axis: pairs["to_value"]}).reindex(columns=[*keys, *RATIOS])
         pairs = pairs.astype(dict.fromkeys(axes, np.float64))
-        found = keys.merge(pairs, on=list(keys), how="left", validate="many_to_one")
-        ratios |= _ratio(axis, [found[name].to_numpy() for name in RATIOS])
+        with_pairs = keys.merge(pairs, on=list(keys), how="left", validate="many_to_one")
+        ratios |= _ratio(axis, [with_pairs[name].to_numpy() for name in RATIOS])
     return curves.assign(**ratios)
 
 
@@ -87,9 +87,9 @@ def paper_table(
         rows.append(out | {"row": JOINT, "method": JOINT})
     table = pd.DataFrame(rows, columns=list(paper_columns(_axes(curves))))
     table = table[table.groupby(list(_STATE))["theta"].transform("count") > 0]
-    order = {key: place for place, key in enumerate(map(tuple, curves[[*_STATE]].to_numpy()))}
-    places = [order.get(key, len(order)) for key in map(tuple, table[[*_STATE]].to_numpy())]
-    return table.iloc[np.argsort(places, kind="stable")].reset_index(drop=True)
+    order = {key: position for position, key in enumerate(map(tuple, curves[[*_STATE]].to_numpy()))}
+    positions = [order.get(key, len(order)) for key in map(tuple, table[[*_STATE]].to_numpy())]
+    return table.iloc[np.argsort(positions, kind="stable")].reset_index(drop=True)
 
 
 def _axes(table: pd.DataFrame) -> tuple[Axis, ...]:

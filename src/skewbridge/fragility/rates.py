@@ -145,11 +145,11 @@ def rate_table(
     states = chosen[[*columns, *_STATE[1:]]].join(rates_of_curves(chosen, joint, hazard))
     rows = records_of(states)
     for row in records_of(system):
-        place = {name: row[name] for name in (*columns, "limit_state", "status", "level")}
-        place |= {"component": SYSTEM, "method": SYSTEM, "im": hazard.im}
+        keys = {name: row[name] for name in (*columns, "limit_state", "status", "level")}
+        keys |= {"component": SYSTEM, "method": SYSTEM, "im": hazard.im}
         has = isinstance(row["rate"], LogRate)
         rate_ends = row["rate"].interval(row["level"]) if has else (nan, nan, nan)
-        rows.append(place | (row["shares"] if has else {}) | rate_columns(rate_ends))
+        rows.append(keys | (row["shares"] if has else {}) | rate_columns(rate_ends))
     return pd.DataFrame(rows, columns=list(demand_table.described("rates")))
 
 
@@ -167,23 +167,23 @@ def rate_effects(
 
     Pairs of variants are those of `median_effects`; a pooled row is their geometric mean.
     """
-    known = [] if system is None else records_of(system)
-    rates = {(row["variant"], row["limit_state"]): row["rate"] for row in known}
+    system_rows = [] if system is None else records_of(system)
+    rates = {(row["variant"], row["limit_state"]): row["rate"] for row in system_rows}
     # the states, then the degrees of the system as texts
-    both = [*states, *dict.fromkeys(row["limit_state"] for row in known)]
+    all_states = [*states, *dict.fromkeys(row["limit_state"] for row in system_rows)]
     rows: list[Row] = []
     for of_bridge in models:
         blocks = demand_table.block_names(of_bridge.runs)
         medians = Medians(of_bridge, states, settings, curves)
         for axis in axes or demand_table.varying_axes(of_bridge.variants):
-            for place, scope, start, end in _changes(medians, axis, both, hazard, rates):
+            for keys, scope, start, end in _changes(medians, axis, all_states, hazard, rates):
                 change = end.minus(start)
                 row = effect_row(change.jackknifed, settings, blocks=blocks)
                 ends = change.interval(EFFECT_CONFIDENCE)
                 row |= dict(zip(("ratio", "ci_low", "ci_high"), ends, strict=True))
                 row |= {"direction": int(ends[1] > 1.0) - int(ends[2] < 1.0), "scope": scope}
                 row |= {"from_rate": start.value, "to_rate": end.value, "n_motions": len(blocks)}
-                rows.append(place | row)
+                rows.append(keys | row)
     table = pd.DataFrame(rows, columns=list(demand_table.described("rate_effects")))
     return table.sort_values("scope", kind="stable", ignore_index=True)
 
@@ -206,12 +206,12 @@ def _changes(
         curve = medians.curve(state, number)
         return None if curve is None else curve_rate(curve, hazard)
 
-    others, pairs = variant_pairs(variants, axis)
+    other_axes, pairs = variant_pairs(variants, axis)
     changes: list[tuple[Row, str, LogRate, LogRate]] = []
     for step, cells in pairs.groupby(list(STEP)):
         for state in states:
             key = (SYSTEM, state) if isinstance(state, str) else (state.component, state.name)
-            place = medians.models.place | {
+            keys = medians.models.place | {
                 "axis": axis,
                 **dict(zip([*STEP, *_STATE[1:]], (*step, *key), strict=True)),
             }
@@ -221,11 +221,11 @@ def _changes(
                 # ASSUME a ratio is worth reporting if at least one of both variants has a curve
                 usable = isinstance(state, str) or medians.without_curve(cell, state) != 2
                 if start and end and usable:
-                    values = {name: cell[name] for name in others}
-                    rated.append((place | values, "variant", start, end))
+                    values = {name: cell[name] for name in other_axes}
+                    rated.append((keys | values, "variant", start, end))
             if rated:
                 means = _mean([pair[2] for pair in rated]), _mean([pair[3] for pair in rated])
-                changes.append((place | {"n_cells": len(rated)}, "pooled", *means))
+                changes.append((keys | {"n_cells": len(rated)}, "pooled", *means))
                 changes += rated
     return changes
 

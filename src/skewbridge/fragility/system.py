@@ -198,11 +198,11 @@ def _system(
     values = ln_theta[good], beta[good], correlation[good]
     again = _failures(*values, _POINTS_OF_REPLICATES, settings.seed)
     if systems.hazard is not None:
-        both = [
+        distributions = [
             _by_models(sample, members, np.flatnonzero(which), systems.hazard)
             for sample, which in ((failures, np.arange(good.size) == 0), (again, good))
         ]
-        row |= _rated(both[0][0], both[1], good, systems.hazard, covered)
+        row |= _rated(distributions[0][0], distributions[1], good, systems.hazard, covered)
     replicates = _quantiles(again[:, 1:])  # the first is not without a motion
     logs = np.column_stack([replicates[0], np.log(replicates[1])])
     of_theta, of_beta = jackknife_factors(logs, settings.confidence)

@@ -86,7 +86,7 @@ class Union(NamedTuple):
 
 def any_of(u: Sequence[Floats], rho: Floats) -> Floats:
     """Return P(any) of one or two modes with probabilities Phi(u_i), correlated by ``rho``."""
-    p = [special.ndtr(each) for each in u]
+    p = [special.ndtr(z) for z in u]
     if len(u) == 1:
         return p[0]
     total = p[0] + p[1]
@@ -95,7 +95,7 @@ def any_of(u: Sequence[Floats], rho: Floats) -> Floats:
 
 def _both(u: Floats, v: Floats, rho: Floats) -> Floats:
     """Return the bivariate normal probability Phi_2(u, v; rho)."""
-    u, v = (np.where(each == 0.0, _TINY, each) for each in (u, v))
+    u, v = (np.where(z == 0.0, _TINY, z) for z in (u, v))
     rho = np.clip(rho, -_LARGEST_RHO, _LARGEST_RHO)
     root = np.sqrt(1.0 - rho**2)
     total = np.where((u > 0.0) == (v > 0.0), 0.0, -0.5)

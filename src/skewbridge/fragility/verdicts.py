@@ -141,8 +141,8 @@ def _p_values(table: pd.DataFrame, *scale: Floats) -> list[pd.Series]:
 
     outside, inside = np.minimum(*sides(below, above)), np.maximum(*sides(above, below))
     direction = np.minimum(1.0, 2.0 * np.minimum(*sides(0.0, 0.0)))
-    known = np.isfinite(low) & np.isfinite(high)
-    return [pd.Series(np.where(known, p, nan), table.index) for p in (outside, inside, direction)]
+    has_interval = np.isfinite(low) & np.isfinite(high)
+    return [pd.Series(np.where(has_interval, p, nan), table.index) for p in (outside, inside, direction)]
 
 
 def _holm(p: pd.Series) -> pd.Series:
@@ -290,17 +290,17 @@ def at_looks(table: pd.DataFrame, looks: Sequence[int], per_motion: float = 1.0)
 
 def _information(table: pd.DataFrame, per_motion: float) -> tuple[Floats, Floats]:
     """Return the number of motions and the degrees of freedom of each row, shape (n,) each."""
-    own, cell = table[table["scope"] == "variant"], list(CELL)
-    motions, dof = own["n_pairs"] / per_motion, own["dof"].clip(lower=1)
-    variance = own["scatter"].fillna(0.0) ** 2 / (own["dof"] + 1.0).clip(lower=1.0)
+    pairs, cell = table[table["scope"] == "variant"], list(CELL)
+    motions, dof = pairs["n_pairs"] / per_motion, pairs["dof"].clip(lower=1)
+    variance = pairs["scatter"].fillna(0.0) ** 2 / (pairs["dof"] + 1.0).clip(lower=1.0)
     weight = variance + 1e-12 + 1e-6 * variance.max()
-    parts = own[cell].assign(weight=weight, motions=weight * motions, dof=weight * dof)
+    parts = pairs[cell].assign(weight=weight, motions=weight * motions, dof=weight * dof)
     sums = parts.groupby(cell, dropna=False).sum()
     means = sums[["motions", "dof"]].div(sums["weight"], axis=0)
     of_cell = table[cell].merge(means.reset_index(), on=cell, how="left")
     of_cell.index = table.index
-    of_cell.loc[own.index, "motions"] = motions
-    of_cell.loc[own.index, "dof"] = own["dof"]
+    of_cell.loc[pairs.index, "motions"] = motions
+    of_cell.loc[pairs.index, "dof"] = pairs["dof"]
     dof = np.minimum(of_cell["dof"].to_numpy(np.float64), table["dof"].to_numpy(np.float64))
     return of_cell["motions"].to_numpy(np.float64), dof
 

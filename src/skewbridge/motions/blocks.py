@@ -52,9 +52,9 @@ class _Counts:
 
     def imbalance(self, rank: int, chosen: Mapping[int, tuple[int, ...]]) -> tuple[int, ...]:
         """Return numbers of runs with the cells chosen at each incidence, decisive first."""
-        cells = [cell for own in chosen.values() for cell in own]
-        at_once = [pair for own in chosen.values() for pair in combinations(own, 2)]
-        angles = [self.at_incidence[angle, list(own)].sum() for angle, own in chosen.items()]
+        cells = [cell for cells_at_angle in chosen.values() for cell in cells_at_angle]
+        at_once = [pair for cells_at_angle in chosen.values() for pair in combinations(cells_at_angle, 2)]
+        angles = [self.at_incidence[angle, list(cells_at_angle)].sum() for angle, cells_at_angle in chosen.items()]
         return (
             len(cells) - len(set(cells)),
             int(self.in_band[rank, cells].sum()),
@@ -66,11 +66,11 @@ class _Counts:
 
     def add(self, rank: int, chosen: Mapping[int, tuple[int, ...]]) -> None:
         """Count the cells chosen at each incidence for a motion of this rank."""
-        cells = [cell for own in chosen.values() for cell in own]
+        cells = [cell for cells_at_angle in chosen.values() for cell in cells_at_angle]
         np.add.at(self.in_band[rank], cells, 1)
-        for angle, own in chosen.items():
-            self.at_incidence[angle, list(own)] += 1
-            for pair in combinations(own, 2):
+        for angle, cells_at_angle in chosen.items():
+            self.at_incidence[angle, list(cells_at_angle)] += 1
+            for pair in combinations(cells_at_angle, 2):
                 self.at_once[pair] += 1
         for one, other in combinations(cells, 2):
             self.of_pair[[one, other], [other, one]] += 1
@@ -106,8 +106,8 @@ def assign(
         by_angle = (dict(zip(angles, option, strict=True)) for option in options)
         chosen = min(by_angle, key=partial(counts.imbalance, rank))
         counts.add(rank, chosen)
-        for angle, own in chosen.items():
-            runs[motion, angle, list(own)] = True
+        for angle, cells_at_angle in chosen.items():
+            runs[motion, angle, list(cells_at_angle)] = True
     return runs
 
 
@@ -123,9 +123,9 @@ def planned_runs(
     count, cells = cells_of(grid, blocks.within if blocks else ())
     runs = np.ones((len(rows), len(angles), count), dtype=np.bool_)
     for suite in {row[0] for row in rows}:
-        own = [number for number, row in enumerate(rows) if row[0] == suite]
+        in_suite = [number for number, row in enumerate(rows) if row[0] == suite]
         if blocks:
-            runs[own] = assign([rows[number][3] for number in own], count, len(angles), blocks)
+            runs[in_suite] = assign([rows[number][3] for number in in_suite], count, len(angles), blocks)
     return {
         slug: {
             (*rows[row][1:3], angles[angle])

@@ -69,8 +69,8 @@ def check_paths(
         elif files := folder.motion_files(path):
             # Velocity or displacement files next to the acceleration are not an error.
             stems, every = {file.stem.lower() for file in files}, folder.files_below(path)
-            others = (file for file in every if file.suffix.lower() in {".vt2", ".dt2"})
-            files += [file for file in others if file.stem.lower() not in stems]
+            velocities_and_displacements = (file for file in every if file.suffix.lower() in {".vt2", ".dt2"})
+            files += [file for file in velocities_and_displacements if file.stem.lower() not in stems]
             checks += _check_files(sorted(files), stated, doubtful, of_study=True)
             checks += _unread(path, files, "no format has this suffix or this text")
         else:
@@ -90,9 +90,9 @@ def write_folder_index(root: Path, stated: Stated | None = None) -> Path:
     if index.is_file():
         cells = {row["motion_id"]: row for row in records_of(folder.read_index_table(index))}
     rows: list[dict[str, object]] = []
-    for listed in folder.list_motions(root):
-        files = [(path, replace(stated, **missing)) for path, stated in listed.components]
-        entry = listed.model_copy(update={"sha256": "", "components": tuple(files)})
+    for entry_before in folder.list_motions(root):
+        files = [(path, replace(stated, **missing)) for path, stated in entry_before.components]
+        entry = entry_before.model_copy(update={"sha256": "", "components": tuple(files)})
         row = folder.index_row(read_entry(entry), [path for path, _ in files], root)
         units = {read.read_trace(*component).unit for component in files}
         row |= {"unit": units.pop() if len(units) == 1 else "", "source": ""}
@@ -134,8 +134,8 @@ def _check_files(
     if len(paths) == len(traces) == 2:  # exactly two readable files are a pair
         pairs, alone = [tuple(sorted(traces))], set[Path]()
     else:
-        named, left = folder.pair_files(traces, traces.__getitem__)
-        pairs, alone = list(named.values()), {path for files in left.values() for path in files}
+        named, unpaired = folder.pair_files(traces, traces.__getitem__)
+        pairs, alone = list(named.values()), {path for files in unpaired.values() for path in files}
     first: Path | None = None
     for path in traces:  # an h2 file without a partner belongs to the last h1 file before it
         ending = read.split_name(path)[1]
@@ -183,10 +183,10 @@ def _check_entry(
         pga_g = max(map(peak_g, motion.components))
         made = {"format": "made", "dt_s": motion.dt_s, "npts": motion.npts, "pga_g": pga_g}
         return [replace(check, **made) for check in checks]
-    known = {text for check in checks for text in check.messages}
+    messages = {text for check in checks for text in check.messages}
     names = [path.name for path, _ in reversed(entry.components)]
     for text in motion.messages:
-        if text.partition(": ")[2] not in known:
+        if text.partition(": ")[2] not in messages:
             verdict = doubtful if text.startswith(read.DIFFERENT_RECORDS) else None
             checks = [
                 check.noted(f"with {other}: {text}", verdict)

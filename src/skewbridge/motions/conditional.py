@@ -82,13 +82,13 @@ def condition(
 def conditional_spectra(target: Target) -> list[ConditionalSpectrum]:
     """Return the spectrum of each level; `InputError` for values outside the range of BSSA14."""
     period_s = float(target.measure.split("(")[1][:-1])
-    own = sa_avg_periods(period_s) if "avg" in target.measure else np.array([period_s])
+    periods_of_measure = sa_avg_periods(period_s) if "avg" in target.measure else np.array([period_s])
     t1_s = target.t1_s or period_s
-    periods = np.append(t1_s * np.geomspace(0.2, 3.0, BAND_POINTS), own)
+    periods = np.append(t1_s * np.geomspace(0.2, 3.0, BAND_POINTS), periods_of_measure)
     if not 0.01 <= periods.min() <= periods.max() <= 10.0:
         ends = f"{periods.min():.3g} to {periods.max():.3g} s"
         raise InputError(f"0.2 T1 to 3 T1 and the measure must be within 0.01 to 10 s, got {ends}")
-    weights = np.append(np.zeros(BAND_POINTS), np.full(own.size, 1.0 / own.size))
+    weights = np.append(np.zeros(BAND_POINTS), np.full(periods_of_measure.size, 1.0 / periods_of_measure.size))
     rho = baker_jayaram_correlation(periods)
     site: dict[str, Any] = {"vs30_mps": target.vs30_mps, "mechanism": target.mechanism}
     levels, spectra = dict[float, list[Cause]](), list[ConditionalSpectrum]()
@@ -97,10 +97,10 @@ def conditional_spectra(target: Target) -> list[ConditionalSpectrum]:
     for level in levels.values():
         rows = np.array([(c.weight, c.magnitude, c.distance_km, c.epsilon) for c in level])
         ruptures = [Rupture(magnitude=m, distance_km=r, **site) for _, m, r, _ in rows.tolist()]
-        known = np.array([bssa14(rupture, SPECTRUM_PERIODS_S) for rupture in ruptures])
-        known[:, 0] = np.log(known[:, 0])
+        tabulated = np.array([bssa14(rupture, SPECTRUM_PERIODS_S) for rupture in ruptures])
+        tabulated[:, 0] = np.log(tabulated[:, 0])
         # between tabulated periods within 1 % of the equations, 0.1 to 5 s
-        interpolated = PchipInterpolator(np.log(SPECTRUM_PERIODS_S), known, axis=2)
+        interpolated = PchipInterpolator(np.log(SPECTRUM_PERIODS_S), tabulated, axis=2)
         mean, sigma = np.swapaxes(interpolated(np.log(periods)), 0, 1)
         mean, sigma = condition(mean, sigma, rho, weights, rows[:, 3])
         share, reached = rows[:, 0] / rows[:, 0].sum(), mean @ weights
@@ -115,10 +115,10 @@ def conditional_spectra(target: Target) -> list[ConditionalSpectrum]:
     return spectra
 
 
-def read_target(path: Path, given: Mapping[str, Any]) -> Target:
+def read_target(path: Path, overrides: Mapping[str, Any]) -> Target:
     """Return the target in a file: YAML by hand, CSV of OpenQuake, or JSON of the USGS.
 
-    ``given`` values replace those of the file; a measure selects from a file with several. Raises
+    ``overrides`` values replace those of the file; a measure selects from a file with several. Raises
     `InputError` for wrong or missing values, such as epsilon.
     """
     if path.suffix.lower() in (".yaml", ".yml"):
@@ -126,13 +126,13 @@ def read_target(path: Path, given: Mapping[str, Any]) -> Target:
     else:
         table = _openquake(path) if path.suffix.lower() == ".csv" else _usgs(path)
         names = table["measure"].unique().tolist()
-        measure = given.get("measure", names[0] if len(names) == 1 else None)
+        measure = overrides.get("measure", names[0] if len(names) == 1 else None)
         if measure not in names:
             have = ", ".join(names) or "no rates"
             raise text.file_fault(path, f" has {have}: select with --set measure=NAME")
         rows = table.loc[table["measure"] == measure, list(_ROW)].to_dict("records")
         raw = {"measure": measure, "levels": rows}
-    return text.checked(Target, {**raw, **given}, path)
+    return text.checked(Target, {**raw, **overrides}, path)
 
 
 def _openquake(path: Path) -> pd.DataFrame:

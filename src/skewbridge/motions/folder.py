@@ -183,9 +183,9 @@ def pair_files(
     """
     groups = group_by_name(paths)
     pairs = {name: (files[0], files[1]) for name, files in groups.items() if len(files) == 2}
-    left = {name: files for name, files in groups.items() if name not in pairs}
+    unpaired = {name: files for name, files in groups.items() if name not in pairs}
     records: defaultdict[tuple[str, str], list[Trace]] = defaultdict(list)
-    for files in left.values():
+    for files in unpaired.values():
         with suppress(InputError):
             for trace in [read(path) for path in files]:
                 records[trace.event, trace.station].append(trace)
@@ -198,7 +198,7 @@ def pair_files(
             name = re.sub(r"[^A-Za-z0-9]+", "_", f"{station}_{event}").strip("_")
             pairs[name] = (ends[0].path, ends[1].path)
             used |= {trace.path for trace in record}
-    alone = {name: files for name, files in left.items() if not used.issuperset(files)}
+    alone = {name: files for name, files in unpaired.items() if not used.issuperset(files)}
     return dict(sorted(pairs.items())), alone
 
 

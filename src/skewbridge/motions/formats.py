@@ -160,9 +160,9 @@ def _channel(stated: Stated, directions: Sequence[str], path: Path) -> int:
     """Return the position (from 0) of the given channel of a file with these directions."""
     count = len(directions)
     if stated.channel is None and count > 1:
-        listed = ", ".join(f"{n} {text}".strip() for n, text in enumerate(directions, 1))
+        channels = ", ".join(f"{n} {text}".strip() for n, text in enumerate(directions, 1))
         where = "channel_1 and channel_2 in index.csv"
-        raise fault_in(path, f"the file has {count} channels ({listed}): name two by {where}")
+        raise fault_in(path, f"the file has {count} channels ({channels}): name two by {where}")
     channel = stated.channel or 1
     if channel > count:
         raise fault_in(path, f"there is no channel {channel}; the file has {count}")
@@ -285,7 +285,7 @@ def _is_peer(lines: list[str], path: Path) -> bool:
     return _peer_sizes(lines) is not None or path.suffix.lower() in {".at2", ".vt2", ".dt2"}
 
 
-def _read_peer(lines: list[str], path: Path, _given: Stated) -> Trace:
+def _read_peer(lines: list[str], path: Path, _stated: Stated) -> Trace:
     sizes = _peer_sizes(lines)
     if sizes is None:
         raise fault_in(path, "no header with NPTS and DT; rename bare values to .acc and give dt_s")
@@ -477,10 +477,10 @@ def _read_cosmos(lines: list[str], path: Path, stated: Stated) -> Trace:
         elif abs(npts * dt_s - length_s) > 1.0 + 0.01 * length_s:
             unread = f"{npts} points of {dt_s:g} s do not last {length_s:g} s"
         else:
-            known = str(azimuth) if 1 <= azimuth <= 360 else _COSMOS_VERTICAL.get(azimuth, "")
+            name_of_azimuth = str(azimuth) if 1 <= azimuth <= 360 else _COSMOS_VERTICAL.get(azimuth, "")
             names = _COSMOS_CHANNEL.findall("\n".join(lines[title:row]))
-            texts = [known, *(text for pair in names for text in pair if text)]
-            direction = next(filter(_VERTICAL.search, texts), known or texts[-1])
+            texts = [name_of_azimuth, *(text for pair in names for text in pair if text)]
+            direction = next(filter(_VERTICAL.search, texts), name_of_azimuth or texts[-1])
             sizes, event, station = (
                 (npts, dt_s, match["layout"]),
                 lines[title + 1],
@@ -528,7 +528,7 @@ def _is_esm(lines: list[str], _path: Path) -> bool:
     return "".join(_head(lines, 1)).startswith("EVENT_NAME:")
 
 
-def _read_esm(lines: list[str], path: Path, _given: Stated) -> Trace:
+def _read_esm(lines: list[str], path: Path, _stated: Stated) -> Trace:
     header = list(takewhile(lambda line: ":" in line, _head(lines, 100)))
     head = {key: text.strip() for key, _, text in (line.partition(":") for line in header)}
     if (quantity := head.get("DATA_TYPE", "")) != "ACCELERATION":
@@ -568,7 +568,7 @@ def _is_knet(lines: list[str], _path: Path) -> bool:
     return "Scale Factor" in head and "Sampling Freq" in head
 
 
-def _read_knet(lines: list[str], path: Path, _given: Stated) -> Trace:
+def _read_knet(lines: list[str], path: Path, _stated: Stated) -> Trace:
     head = {line[:18].strip(): line[18:].strip() for line in _head(lines, _KNET_HEADER_LINES)}
     scale = _KNET_SCALE.match(head.get("Scale Factor", ""))
     frequency = re.match(rf"({FLOAT})\s*Hz", head.get("Sampling Freq(Hz)", ""))
@@ -689,9 +689,9 @@ def _has_time(table: _Table) -> bool:
 
 def _read_numbers(lines: list[str], path: Path, stated: Stated) -> Trace:
     if (table := _table_of(lines)) is None:
-        known = ", ".join(name for name, _, _ in MOTION_FORMATS)
+        formats = ", ".join(name for name, _, _ in MOTION_FORMATS)
         text = f"unknown format: no numbers after at most {MAX_HEADER_LINES} header lines"
-        raise fault_in(path, f"{text}. Formats that are read: {known}")
+        raise fault_in(path, f"{text}. Formats that are read: {formats}")
     rows, count, dt_s, npts = table.rows, table.columns, table.dt_s, table.npts
     start = rows[0][0]
     values, warnings, shift = parse_numbers(lines[start - 1 :], path, start), (), 0

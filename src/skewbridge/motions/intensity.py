@@ -50,17 +50,17 @@ def motion_measures(motion: GroundMotion, t1_s: float | None) -> dict[str, float
     if t1_s is not None:
         spectrum = pair_psa(*pair, dt_s, conditioned_periods(t1_s))
         sa_t1_g, sa_avg_g = conditioned_levels(spectrum.rotd50_mps2 / G_MPS2)
-    both = pair_arias_build_up(motion)
+    arias = pair_arias_build_up(motion)
     return {
         "im_pga_rotd50_g": orbit_rotd50(*pair) / G_MPS2,
         "im_pgv_rotd50_mps": orbit_rotd50(velocity(pair[0], dt_s), velocity(pair[1], dt_s)),
         "im_sa_t1_rotd50_g": sa_t1_g,
         "im_sa_1p000_rotd50_g": float(pair_psa(*pair, dt_s, 1.0).rotd50_mps2[0]) / G_MPS2,
         "im_saavg_rotd50_g": sa_avg_g,
-        "im_arias_mps": 0.5 * float(both[-1]),
+        "im_arias_mps": 0.5 * float(arias[-1]),
         "im_cav_mps": 0.5 * (cav(pair[0], dt_s) + cav(pair[1], dt_s)),
-        "im_d5_75_s": significant_duration(both, dt_s, 0.05, 0.75),
-        "im_d5_95_s": significant_duration(both, dt_s, 0.05, 0.95),
+        "im_d5_75_s": significant_duration(arias, dt_s, 0.05, 0.75),
+        "im_d5_95_s": significant_duration(arias, dt_s, 0.05, 0.95),
     }
 
 
@@ -209,18 +209,18 @@ def cut_to_strongest(
     if not shaking_s > 4.0 * TAPER_S:
         raise InputError(f"shaking_s must be above {4.0 * TAPER_S}, got {shaking_s}")
     size = min(round(shaking_s / motion.dt_s), motion.npts)
-    both = pair_arias_build_up(motion)
-    first = int(np.argmax(both[size - 1 :] - both[: both.size - size + 1]))
+    arias = pair_arias_build_up(motion)
+    first = int(np.argmax(arias[size - 1 :] - arias[: arias.size - size + 1]))
     return add_free_vibration(_window(motion, first, size), free_vibration_s)
 
 
 def trim_quiet_ends(motion: GroundMotion) -> GroundMotion:
     """Return a motion without the quiet parts before and after the shaking; it ends at rest."""
-    both = pair_arias_build_up(motion)
-    both = both / both[-1]
+    arias = pair_arias_build_up(motion)
+    arias = arias / arias[-1]
     margin = round(2.0 * TAPER_S / motion.dt_s)
-    first = max(int(np.searchsorted(both, QUIET_SHARE)) - margin, 0)
-    last = min(int(np.searchsorted(both, 1.0 - QUIET_SHARE)) + margin, motion.npts)
+    first = max(int(np.searchsorted(arias, QUIET_SHARE)) - margin, 0)
+    last = min(int(np.searchsorted(arias, 1.0 - QUIET_SHARE)) + margin, motion.npts)
     return _window(motion, first, last - first)
 
 

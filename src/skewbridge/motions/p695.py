@@ -43,8 +43,8 @@ def package_folder() -> Path | None:
     """Return the folder of the HDF5 files; None if the package is not installed."""
     # the package is not imported: it needs others that are not installed
     spec = find_spec(PACKAGE.replace("-", "_"))
-    places = spec.submodule_search_locations if spec else None
-    return Path(places[0]) if places else None
+    folders = spec.submodule_search_locations if spec else None
+    return Path(folders[0]) if folders else None
 
 
 def missing_text(suite: str, consequence: str) -> str:
@@ -81,7 +81,7 @@ def read_record(suite: str, number: int) -> GroundMotion:
     if not rows:
         raise InputError(f"suite {suite} has no record {number}")
     fields = ("motion_id", "dt_s", "event", "station", "magnitude", "distance_km", "vs30_mps")
-    known = {name: rows[0][name] for name in fields}
+    metadata = {name: rows[0][name] for name in fields}
     with _opened(rows[0]["path"]) as content:
         group = content["_timeseries"][rows[0]["group"]]
         one, two = (np.array(group[name]["RecordedAcceleration"]) * G_MPS2 for name in ("a", "b"))
@@ -91,7 +91,7 @@ def read_record(suite: str, number: int) -> GroundMotion:
         npts = max(one.size, two.size)
         one, two = (np.pad(accel, (0, npts - accel.size)) for accel in (one, two))
     return GroundMotion(
-        **known,
+        **metadata,
         accel_1_mps2=one,
         accel_2_mps2=two,
         source=SOURCE,

@@ -108,9 +108,9 @@ def read_trace(path: Path, stated: Stated | None = None) -> Trace:
 def _text_of(content: bytes, path: Path) -> str:
     if not content.strip():
         raise fault_in(path, "empty file")
-    for start, what in _FOREIGN:
+    for start, problem in _FOREIGN:
         if content.lstrip(b"\xef\xbb\xbf \r\n\t").startswith(start):
-            raise fault_in(path, what)
+            raise fault_in(path, problem)
     if b"\0" in content:
         raise fault_in(path, "a binary file")
     try:
@@ -236,11 +236,11 @@ def read_support_motions(path: Path) -> dict[str, GroundMotion]:
         raise InputError(f"{path.name}: name at least one record")
     traces: dict[tuple[str, str], Trace] = {}
     for record in records:
-        place = record.support, record.direction
-        if place in traces:
-            raise InputError(f"{path.name}: {record.support} has two records along {place[1]}")
+        component = record.support, record.direction
+        if component in traces:
+            raise InputError(f"{path.name}: {record.support} has two records along {component[1]}")
         trace = read_trace(path.parent / record.record)
-        traces[place] = replace(trace, accel_mps2=record.factor * trace.accel_mps2)
+        traces[component] = replace(trace, accel_mps2=record.factor * trace.accel_mps2)
     motions: dict[str, GroundMotion] = {}
     for support in dict.fromkeys(record.support for record in records):
         one, two = (traces.get((support, direction)) for direction in "xy")

@@ -65,7 +65,7 @@ def select_motions(
     writable_file(out / INDEX_NAME)
     used = set(read_index_table(without / INDEX_NAME).get("candidate", ())) if without else ()
     candidates = read_candidates(sources, spectra[0].periods_s, count, used)
-    levels = [LevelSelection(each, *select_pairs(candidates, each, count)) for each in spectra]
+    levels = [LevelSelection(spectrum, *select_pairs(candidates, spectrum, count)) for spectrum in spectra]
     write_selections([level.pairs for level in levels], out)
     return levels
 
@@ -78,18 +78,18 @@ def read_candidates(
     A synthetic pair, or one without an event, is an event of its own. Raises `InputError` for fewer
     than ``count`` pairs, names in ``without`` left out, or a name that two folders have.
     """
-    listed = [entry for folder in folders for entry in list_motions(folder)]
-    if len({entry.motion_id for entry in listed}) < len(listed):
+    all_entries = [entry for folder in folders for entry in list_motions(folder)]
+    if len({entry.motion_id for entry in all_entries}) < len(all_entries):
         raise InputError("two folders of candidates have motions of the same name: rename them")
-    entries = [entry for entry in listed if entry.motion_id not in without]
+    entries = [entry for entry in all_entries if entry.motion_id not in without]
     if not 2 <= count <= len(entries):
         raise InputError(f"count must be within 2 and the {len(entries)} candidates, got {count}")
     motions = read_entries(entries)
-    psa_mps2 = [pair_psa(*each.components, each.dt_s, periods_s).rotd50_mps2 for each in motions]
+    psa_mps2 = [pair_psa(*motion.components, motion.dt_s, periods_s).rotd50_mps2 for motion in motions]
     table = pd.DataFrame({"entry": entries, "motion": motions})
-    made = np.array(["synthetic:" in each.source for each in motions])
-    events = [each.event or each.motion_id for each in motions]
-    events = np.where(made, [each.motion_id for each in motions], events)
+    made = np.array(["synthetic:" in motion.source for motion in motions])
+    events = [motion.event or motion.motion_id for motion in motions]
+    events = np.where(made, [motion.motion_id for motion in motions], events)
     log_psa = list(np.log(np.array(psa_mps2) / G_MPS2))
     return table.assign(log_psa=log_psa, event=events, is_synthetic=made)
 
@@ -134,17 +134,17 @@ def _improved(
     misfit, before = np.inf, np.nan
     while not misfit >= before:
         before = misfit
-        for place in range(count):
-            others = chosen[:place] + chosen[place + 1 :]
-            mean = (away[others].sum(axis=0) + away) / count
-            squares = (away[others] ** 2).sum(axis=0) + away**2 - count * mean**2
+        for replaced in range(count):
+            kept = chosen[:replaced] + chosen[replaced + 1 :]
+            mean = (away[kept].sum(axis=0) + away) / count
+            squares = (away[kept] ** 2).sum(axis=0) + away**2 - count * mean**2
             scatter = np.sqrt(np.maximum(squares, 0.0) / (count - 1)) / sigma - 1.0
             shares = np.abs([np.expm1(mean), scatter]) / TOLERANCES[:, None, None]
             costs = shares**2 / 2.0 / sigma.size + _COST_OVER * np.maximum(shares - _AIM, 0.0) ** 2
-            costs = costs.sum(axis=(0, 2)) + _COST_SYNTHETIC * (synthetic[others].sum() + synthetic)
-            full = np.bincount(event[others], minlength=int(event.max()) + 1) >= MOST_PER_EVENT
-            costs[full[event]] = costs[others] = np.inf
-            chosen[place], misfit = int(costs.argmin()), float(costs.min())
+            costs = costs.sum(axis=(0, 2)) + _COST_SYNTHETIC * (synthetic[kept].sum() + synthetic)
+            full = np.bincount(event[kept], minlength=int(event.max()) + 1) >= MOST_PER_EVENT
+            costs[full[event]] = costs[kept] = np.inf
+            chosen[replaced], misfit = int(costs.argmin()), float(costs.min())
     return misfit, chosen
 
 
@@ -154,8 +154,8 @@ def write_selections(selections: Sequence[pd.DataFrame], folder: Path) -> None:
     for number, selection in enumerate(selections, start=1):
         for pair in records_of(selection):
             name, entry = pair["motion"].motion_id, pair["entry"]
-            own, paths = folder / "files" / name, [path for path, _ in entry.components]
-            files = [Path(shutil.copy(path, writable_folder(own))) for path in paths]
+            target_folder, paths = folder / "files" / name, [path for path, _ in entry.components]
+            files = [Path(shutil.copy(path, writable_folder(target_folder))) for path in paths]
             row = entry.model_dump(exclude={"components", "licence"})
             row |= index_row(pair["motion"], files, folder) | {"candidate": name}
             row |= {"scale": pair["scale"], "level_g": pair["level_g"]}

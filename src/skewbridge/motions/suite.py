@@ -123,8 +123,8 @@ def suite_sources(motions: levels.MotionsConfig) -> list[SuiteSource]:
     installed. They and all suites after the first may have fewer motions than `motions.count`.
     Raises `InputError` if such a suite has no motions or names are repeated.
     """
-    first, *others = levels.SHIPPED_SUITES
-    named = {name: (name, levels.SHIPPED_FOLDER / name) for name in others}
+    first, *other_suites = levels.SHIPPED_SUITES
+    named = {name: (name, levels.SHIPPED_FOLDER / name) for name in other_suites}
     named[first] = (first, levels.SHIPPED_FOLDER)
     named |= {name: (name, Path(name)) for name in p695.SUITES}
     sources: list[SuiteSource] = []

@@ -102,9 +102,9 @@ def number_word(number: int) -> str:
     return words[number] if number < len(words) else f"{number}"
 
 
-def counted(number: int, what: str) -> str:
+def counted(number: int, noun: str) -> str:
     """Return a number and its noun, in the plural unless the number is one: ``two spans``."""
-    return f"{number_word(number)} {what}{'' if number == 1 else 's'}"
+    return f"{number_word(number)} {noun}{'' if number == 1 else 's'}"
 
 
 def change_name(name: Any, low: Any, high: Any) -> str:
@@ -126,7 +126,7 @@ def effect_name(demand: Any) -> str:
 
 def largest_change(rows: Iterable[dict[str, Any]]) -> tuple[dict[str, Any], str, str]:
     """Return the row with the largest |ln ratio|, its verb (``lowers``, ``raises``) and change."""
-    row = max(rows, key=lambda each: abs(np.log(each["ratio"])))
+    row = max(rows, key=lambda candidate: abs(np.log(candidate["ratio"])))
     return row, "lowers" if row["ratio"] < 1.0 else "raises", change_text(row).lstrip("+-")
 
 
@@ -171,16 +171,16 @@ def _further_steps(medians: pd.DataFrame, row: Mapping[str, Any]) -> dict[str, A
         axis=1
     )
     steps = medians[same & (medians["scope"] == "pooled") & (medians["status"] == OK)]
-    found: dict[str, Any] = {}
+    widest: dict[str, Any] = {}
     if row["claim"] not in (LOWER, HIGHER, NEGLIGIBLE):
         certain = steps[steps["verdict_family"].isin((LOWER, HIGHER))].sort_values("to_value")
         for step in records_of(certain.tail(1)):
             names = zip(("sure_to", "sure_ratio", "sure_low", "sure_high"),
                         ("to_value", "ratio", "ci_low", "ci_high"), strict=True)  # fmt: skip
-            found = {name: step[source] for name, source in names}
+            widest = {name: step[source] for name, source in names}
     texts: list[str] = []
-    own = steps[steps["to_value"] == row["to_value"]]
-    for other in own.loc[own["p_interaction"] < 0.05, "interaction"]:
+    whole_range = steps[steps["to_value"] == row["to_value"]]
+    for other in whole_range.loc[whole_range["p_interaction"] < 0.05, "interaction"]:
         parts = medians[same & (medians["scope"] == "by_value") & medians[other].notna()]
         parts = parts[(parts["to_value"] == row["to_value"]) & (parts["status"] == OK)]
         texts += [
@@ -188,7 +188,7 @@ def _further_steps(medians: pd.DataFrame, row: Mapping[str, Any]) -> dict[str, A
             f"{change_text(part)} ({interval_text(part)})"
             for part in records_of(parts)
         ]
-    return found | {"by_value": "; ".join(texts)}
+    return widest | {"by_value": "; ".join(texts)}
 
 
 def answer_table(
@@ -211,8 +211,8 @@ def answer_table(
     keys = [pooled[name] for name in _EFFECT[:3]]
     pooled = pooled[pooled["to_value"] == pooled["to_value"].groupby(keys).transform("max")]
     lines = dict(iter(intensities.groupby(list(_EFFECT))))
-    places = pooled[list(_EFFECT)].itertuples(index=False, name=None)
-    demands = pd.DataFrame(map(_demand_row, records_of(pooled), map(lines.get, places)))
+    effect_keys = pooled[list(_EFFECT)].itertuples(index=False, name=None)
+    demands = pd.DataFrame(map(_demand_row, records_of(pooled), map(lines.get, effect_keys)))
 
     states = curves.assign(demand=curves["component"] + "/" + curves["limit_state"])
     states = states.drop_duplicates(["variant", "demand"])  # the first method: cloud
@@ -223,10 +223,10 @@ def answer_table(
     states = states.groupby([*BRIDGE_COLUMNS, "demand"], as_index=False).agg(
         n_exceed=("n_exceed", "sum"), n_runs=("n_runs", "sum"), missing=("status", reason)
     )
-    places = pooled[list(_EFFECT[:-1])].drop_duplicates()
-    capacities = places.merge(states[states["demand"].isin(_STATES)])
-    own = medians[medians["scope"] == "pooled"]
-    capacities = capacities.merge(own, how="left", on=list(_EFFECT))
+    changes = pooled[list(_EFFECT[:-1])].drop_duplicates()
+    capacities = changes.merge(states[states["demand"].isin(_STATES)])
+    pooled_medians = medians[medians["scope"] == "pooled"]
+    capacities = capacities.merge(pooled_medians, how="left", on=list(_EFFECT))
     unreached = (capacities["missing"] == NO_EXCEEDANCE) & (capacities["n_exceed"] == 0)
     missing = capacities["missing"].mask(unreached, NOT_REACHED)
     capacities = capacities.assign(
@@ -236,11 +236,11 @@ def answer_table(
         from_demand=capacities["from_mean"],
         to_demand=capacities["from_mean"] * capacities["ratio"],
     )
-    further = [_further_steps(medians, row) for row in records_of(capacities)]
-    capacities = capacities.join(pd.DataFrame(further, index=capacities.index))
+    steps = [_further_steps(medians, row) for row in records_of(capacities)]
+    capacities = capacities.join(pd.DataFrame(steps, index=capacities.index))
 
     table = pd.concat([capacities, demands]).reindex(columns=list(ANSWER_COLUMNS))
-    order = {"axis": [each.name for each in axes_of(table["axis"])]}
+    order = {"axis": [axis_of_table.name for axis_of_table in axes_of(table["axis"])]}
     order["demand"] = [*_STATES, *headline]
     ranks = {f"_{name}": table[name].map(values.index) for name, values in order.items()}
     table = table.assign(**ranks).sort_values([*BRIDGE_COLUMNS, "_axis", "from_value", "_demand"])
@@ -304,17 +304,17 @@ def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
     notes: dict[tuple[str, str, str], str] = {}
     names = short_names(table)
     rows = table[table["demand"].isin(LEADING_STATES) & (table["status"] == OK)]
-    for place, own in groups_of(rows, [*BRIDGE_COLUMNS, "demand"]):
-        sums, start = own[list(_COUNTS)].sum(), f"{names[place[:2]]}, {effect_name(place[2])}"
+    for model_and_state, effects in groups_of(rows, [*BRIDGE_COLUMNS, "demand"]):
+        sums, start = effects[list(_COUNTS)].sum(), f"{names[model_and_state[:2]]}, {effect_name(model_and_state[2])}"
         if sums["n_extrapolated"] > 0:
             some = "" if sums["n_extrapolated"] == 2 * sums["n_cells"] else "some "
-            notes[place] = (
-                f"{start}: {some}medians of {own['im_low'].min():.2f} to "
-                f"{own['im_high'].max():.2f} g are extrapolated, because fewer than three motions "
+            notes[model_and_state] = (
+                f"{start}: {some}medians of {effects['im_low'].min():.2f} to "
+                f"{effects['im_high'].max():.2f} g are extrapolated, because fewer than three motions "
                 "are that strong."
             )
         elif sums["n_without_curve"] > 0:
-            notes[place] = (
+            notes[model_and_state] = (
                 f"{start}: some variants have no curve, because runs that ended early make the "
                 "median too uncertain; the ratios use the demand model of all variants."
             )
@@ -326,9 +326,9 @@ def effect_notes(table: pd.DataFrame) -> list[str]:
     notes: list[str] = []
     names = short_names(table)
     rows = table[table["demand"].isin(LEADING_STATES) & (table["status"] == OK)]
-    for place, own in groups_of(rows, [*BRIDGE_COLUMNS, "demand"]):
+    for model_and_demand, effects in groups_of(rows, [*BRIDGE_COLUMNS, "demand"]):
         texts: list[str] = []
-        few = own[own["largest_share"] > LARGEST_SHARE]
+        few = effects[effects["largest_share"] > LARGEST_SHARE]
         if len(few):
             motions = [
                 f"{change_name(row['axis'], row['from_value'], row['to_value'])} "
@@ -336,11 +336,11 @@ def effect_notes(table: pd.DataFrame) -> list[str]:
                 for row in records_of(few)
             ]
             texts.append(f"One motion decides most of the uncertainty: {listed(motions)}.")
-        for row in records_of(own[own["by_value"].fillna("") != ""]):
+        for row in records_of(effects[effects["by_value"].fillna("") != ""]):
             change = change_name(row["axis"], row["from_value"], row["to_value"])
             texts.append(f"{change} by value: {row['by_value']}.")
         if texts:
-            notes.append(f"{names[place[:2]]}, {effect_name(place[2])}: {' '.join(texts)}")
+            notes.append(f"{names[model_and_demand[:2]]}, {effect_name(model_and_demand[2])}: {' '.join(texts)}")
     return notes
 
 
@@ -408,12 +408,12 @@ def _axis_sentence(
             )
         moved_g = abs(row["to_demand"] - row["from_demand"])
         model = f" of {names[row['bridge'], row['abutment']]}" if len(names) > 1 else ""
-        others = [
+        other_models = [
             f"{names[other['bridge'], other['abutment']]}: {change_text(other)}"
             for other in candidates
             if other is not row and other["claim"] == row["claim"]
         ]
-        also = f"{doubt}, as in {listed(others)}" if len(others) in (1, 2) else doubt
+        also = f"{doubt}, as in {listed(other_models)}" if len(other_models) in (1, 2) else doubt
         details = ", ".join(filter(None, [also, extent_of_data(row)]))
         by_verb.setdefault(f"{verb} the median capacity", []).append(
             f"for {effect_name(state)}{model} by {moved_g:.2g} g "
@@ -449,7 +449,7 @@ def displacement_clause(
     ]
     if not clear:
         return ""
-    row = max(clear, key=lambda each: abs(each["to_demand"] - each["from_demand"]))
+    row = max(clear, key=lambda candidate: abs(candidate["to_demand"] - candidate["from_demand"]))
     low, high = row["from_demand"], row["to_demand"]
     (low, unit), (high, _), (size, _) = (
         shown_value(row["demand"], value) for value in (low, high, abs(high - low))
@@ -484,13 +484,13 @@ def failure_sentences(counts: pd.DataFrame, *, has_capacities: bool = True) -> t
     failed = f"Columns failed in {totals['n_failed']:.0f} of {totals['n_runs']:.0f} runs"
     if not has_capacities:
         failed, models = "The table has no column capacities, so no column failure is counted", ""
-    further = f"{counted(int(totals['n_collapse']), 'run').capitalize()} collapsed."
+    ended_early = f"{counted(int(totals['n_collapse']), 'run').capitalize()} collapsed."
     if totals["n_bounds"] > 0:
-        further += (
+        ended_early += (
             f" In {totals['n_bounds']:.0f} runs the demands are peaks up to a failure or an early "
             "stop, so they are treated as lower bounds."
         )
-    return f"{failed}{models}{': ' * bool(kinds)}{', '.join(kinds)}.", further
+    return f"{failed}{models}{': ' * bool(kinds)}{', '.join(kinds)}.", ended_early
 
 
 def shear_model_sentence(demands: pd.DataFrame) -> str:
@@ -504,7 +504,7 @@ def shear_model_sentence(demands: pd.DataFrame) -> str:
         return ""
     names, parts = short_names(demands), list[str]()
     for model, runs in groups_of(demands, BRIDGE_COLUMNS):
-        counts = [f"{(runs[each] >= 1.0).sum()} {shear_model_name(each)}" for each in ratios]
+        counts = [f"{(runs[ratio] >= 1.0).sum()} {shear_model_name(ratio)}" for ratio in ratios]
         parts.append(f"{names[model]} {'; '.join(counts)} (of {len(runs)})")
     at_least = ", at least" if demands["status"].isin((COLLAPSE, *FAILED)).any() else ""
     return f"Runs with a column at its shear strength, by model{at_least}: {'. '.join(parts)}."
@@ -550,16 +550,16 @@ def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]
     if suites.empty:
         return "", ""
     keys = [*_EFFECT, "quantity"]
-    own = suites.merge(table.loc[table["status"] == OK, keys], on=keys)
-    compared = own[own["against"] != ""]
+    of_table = suites.merge(table.loc[table["status"] == OK, keys], on=keys)
+    compared = of_table[of_table["against"] != ""]
     if compared.empty:
         return "", ""
     differing = compared[compared["verdict"] == DEPENDS]
-    effects = own[(own["against"] == "") & (own["suite"] != ALL_SUITES)]
+    effects = of_table[(of_table["against"] == "") & (of_table["suite"] != ALL_SUITES)]
     motions = effects.groupby("suite", sort=False)["n_motions"].max()
     row = records_of(compared.sort_values("standard_errors", ascending=False).head(1))[0]
     same = (effects[list(_EFFECT)] == [row[name] for name in _EFFECT]).all(axis=1)
-    by_suite = {each["suite"]: each for each in records_of(effects[same])}
+    by_suite = {effect["suite"]: effect for effect in records_of(effects[same])}
     sizes = listed(
         f"{change_text(by_suite[name])} ({interval_text(by_suite[name])}) under {name}"
         for name in (row["against"], row["suite"])

@@ -73,9 +73,9 @@ def _draw_plan(axes: Axes, geometry: ModelGeometry) -> None:
 
 def _contacts(geometry: ModelGeometry) -> tuple[Floats, Floats]:
     """Return points on contact surfaces with exaggerated gaps, and their normals, each (n, 3)."""
-    normals = np.array([(*place.normal, 0.0) for place in geometry.contacts])
-    gaps_m = np.array([place.gap_m for place in geometry.contacts])
-    surfaces = np.array([place.surface for place in geometry.contacts])
+    normals = np.array([(*contact.normal, 0.0) for contact in geometry.contacts])
+    gaps_m = np.array([contact.gap_m for contact in geometry.contacts])
+    surfaces = np.array([contact.surface for contact in geometry.contacts])
     return surfaces - _GAP_SCALE * gaps_m[:, None] * normals, normals
 
 
@@ -113,7 +113,7 @@ def model_page(geometry: ModelGeometry) -> str:
         x=x, y=y, z=[0.0] * len(x), i=[0, 0], j=[1, 2], k=[2, 3], color=COLOURS["deck"],
         opacity=0.15, name="soffit", showlegend=True, hoverinfo="skip",
     )  # fmt: skip
-    groups = [each for each in _by_group(geometry).items() if each[0] != "contact"]
+    groups = [named_group for named_group in _by_group(geometry).items() if named_group[0] != "contact"]
     figure = go.Figure([soffit, *(_group_trace(group, members) for group, members in groups)])
     if geometry.contacts:
         surfaces, normals = _contacts(geometry)
@@ -122,8 +122,8 @@ def model_page(geometry: ModelGeometry) -> str:
         breaks = np.full_like(tips, np.nan)
         arrows = np.stack([surfaces, tips, barbs[0], tips, barbs[1], breaks], axis=1)
         text = [
-            f"{place.name}<br>gap {place.gap_m / MM:.1f} mm, friction {place.friction:g}"
-            for place in geometry.contacts
+            f"{contact.name}<br>gap {contact.gap_m / MM:.1f} mm, friction {contact.friction:g}"
+            for contact in geometry.contacts
         ]
         name, colour = f"contacts (gaps {_GAP_SCALE:g}x)", COLOURS["contact"]
         mark = {"size": 4, "symbol": "square", "color": colour}
@@ -182,8 +182,8 @@ def ladder_figure(curves: pd.DataFrame, *, title: str) -> Figure:
     panels = figure.subplots(rows, 3, sharex=True, squeeze=False)
     for panel, (angle_deg, pushes) in zip(panels.flat, directions, strict=False):
         for abutment, line in pushes.groupby("abutment", sort=False):
-            place = list(ABUTMENTS).index(str(abutment))
-            colour, width = list(COLOURS.values())[place], 3.6 - 0.6 * place
+            model_number = list(ABUTMENTS).index(str(abutment))
+            colour, width = list(COLOURS.values())[model_number], 3.6 - 0.6 * model_number
             x, y = line["disp_m"] / MM, line["force_kn"] / KN
             panel.plot(x, y, label=abutment, color=colour, linewidth=width)
         panel.set_title(f"push at {angle_deg:g} degrees from x", fontsize=10)

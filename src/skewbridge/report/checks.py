@@ -77,8 +77,8 @@ def check_tables(tables: StudyTables) -> list[Row]:
     bounded = effects[effects["ci_low"].notna()]
     within = bounded["ratio"].between(bounded["ci_low"], bounded["ci_high"])
     # a bridge without a stated capacity of its columns has no such demand in any row
-    known = numbers.notna().groupby(ok["bridge"]).transform("any")
-    lacking = numbers.isna() & known
+    is_demand_of_bridge = numbers.notna().groupby(ok["bridge"]).transform("any")
+    lacking = numbers.isna() & is_demand_of_bridge
     lower, work_kj = ok[ok["column_shear_kn"] < components], ok["slip_work_kj"]
     share = len(unfinished) / max(len(demands), 1)
     # states of the same variant, component, demand and method
@@ -107,10 +107,10 @@ def check_tables(tables: StudyTables) -> list[Row]:
     return [_check(*check) for check in checks]
 
 
-def _check(name: str, found: pd.DataFrame, named_by: Sequence[str], *share: float) -> Row:
+def _check(name: str, rows_found: pd.DataFrame, named_by: Sequence[str], *share: float) -> Row:
     """Return a check of the number of rows found (which must be 0) or of a share and its limit."""
-    value, limit = share or (float(len(found)), 0.0)
-    named = found[[name for name in named_by if name in found]].head(NAMED)
+    value, limit = share or (float(len(rows_found)), 0.0)
+    named = rows_found[[name for name in named_by if name in rows_found]].head(NAMED)
     rows = [
         ", ".join(f"{value:g}" if isinstance(value, float) else str(value) for value in row)
         for row in named.itertuples(index=False)
@@ -136,9 +136,9 @@ def write_checks(tables: StudyTables, output: Path) -> None:
         "checks": checks,
         "suspect_rows": int((demands[SUSPECT] != "").sum()),
         "suspect": [
-            {name: found[name] for name in ("reason", "rows", "worst")}
-            | demands.iloc[found["at"]][list(KEY)].to_dict()
-            for found in count_reasons(demands)
+            {name: suspect[name] for name in ("reason", "rows", "worst")}
+            | demands.iloc[suspect["at"]][list(KEY)].to_dict()
+            for suspect in count_reasons(demands)
         ],
         "rungs": recovery_shares(map(steps_from_text, demands["steps_by_rung"])),
     }
@@ -151,11 +151,11 @@ def require_passed(checks: Path) -> None:
     Raises:
         SolutionError: A check in the file of `write_checks` failed.
     """
-    found = json.loads(checks.read_text(encoding="utf-8"))["checks"]
-    failed = [check["name"] for check in found if not check["passed"]]
+    all_checks = json.loads(checks.read_text(encoding="utf-8"))["checks"]
+    failed = [check["name"] for check in all_checks if not check["passed"]]
     if failed:
         raise SolutionError(
-            f"{len(failed)} of {len(found)} checks of the tables failed (checks: strict): "
+            f"{len(failed)} of {len(all_checks)} checks of the tables failed (checks: strict): "
             + "; ".join(failed)
         )
 
@@ -168,9 +168,9 @@ def contact_differences(frictionless: pd.DataFrame, ok: pd.DataFrame) -> pd.Data
     """
     models = {traits.without_friction: name for name, traits in ABUTMENTS.items()}
     without = ok.assign(abutment=ok["abutment"].map(models)).dropna(subset="abutment")
-    places = [axis.name for axis in axes_of(ok.columns) if axis.name != "friction"]
+    axis_columns = [axis.name for axis in axes_of(ok.columns) if axis.name != "friction"]
     names = [column.name for column in DEMAND_COLUMNS if column.name in ok]
-    return _different(frictionless, without, places, names, CONTACT_TOLERANCE, _CONTACT_NOTHING)
+    return _different(frictionless, without, axis_columns, names, CONTACT_TOLERANCE, _CONTACT_NOTHING)
 
 
 def mirror_differences(ok: pd.DataFrame, suite: pd.DataFrame) -> pd.DataFrame:
@@ -187,31 +187,31 @@ def mirror_differences(ok: pd.DataFrame, suite: pd.DataFrame) -> pd.DataFrame:
     named = {(wave + 0.0).tobytes(): name for name, wave in waves.items()}
     mirrored = {name: (wave * [[1.0], [-1.0]] + 0.0).tobytes() for name, wave in waves.items()}
     images = {name: named[image] for name, image in mirrored.items() if image in named}
-    left = ok[(ok["skew_deg"] > 0) & ok["motion_id"].isin(images)]
-    wanted = left.assign(
-        skew_deg=-left["skew_deg"],
-        motion_id=left["motion_id"].map(images),
-        incidence_deg=-left["incidence_deg"],
+    originals = ok[(ok["skew_deg"] > 0) & ok["motion_id"].isin(images)]
+    wanted = originals.assign(
+        skew_deg=-originals["skew_deg"],
+        motion_id=originals["motion_id"].map(images),
+        incidence_deg=-originals["incidence_deg"],
     )
-    places = [axis.name for axis in axes_of(ok.columns)]
+    axis_columns = [axis.name for axis in axes_of(ok.columns)]
     names = demands_for("effect", ok.columns)
-    found = _different(wanted, ok, places, names, MIRROR_TOLERANCE, _MIRROR_NOTHING)
+    different = _different(wanted, ok, axis_columns, names, MIRROR_TOLERANCE, _MIRROR_NOTHING)
     back = {image: name for name, image in images.items()}
-    motions = found["motion_id"].map(back)
-    return found.assign(motion_id=motions, incidence_deg=-found["incidence_deg"])
+    motions = different["motion_id"].map(back)
+    return different.assign(motion_id=motions, incidence_deg=-different["incidence_deg"])
 
 
 def _different(
     rows: pd.DataFrame,
-    others: pd.DataFrame,
-    places: Sequence[str],
+    compared: pd.DataFrame,
+    axis_columns: Sequence[str],
     names: Sequence[str],
     tolerance: float,
     nothing: float,
 ) -> pd.DataFrame:
-    """Return the rows in which a number differs from the same run in ``others``."""
-    keys = ["bridge", "abutment", *places, "motion_id", "scale", "incidence_deg"]
-    joined = rows.merge(others, on=keys, suffixes=("", "_other"))
+    """Return the rows in which a number differs from the same run in ``compared``."""
+    keys = ["bridge", "abutment", *axis_columns, "motion_id", "scale", "incidence_deg"]
+    joined = rows.merge(compared, on=keys, suffixes=("", "_other"))
     one, other = (
         joined[[f"{name}{end}" for name in names]].to_numpy(float) for end in ("", "_other")
     )

@@ -95,9 +95,9 @@ def demand_clouds(
     low, high = np.log(axes.get_ylim())
     height = -np.inf
     for name, threshold in sorted(thresholds.items(), key=lambda item: item[1]):
-        place = (np.log(threshold) - low) / (high - low)
-        if place >= 0.0:  # keep the names apart
-            height = max(place, height + _NAME_ROOM)
+        relative_height = (np.log(threshold) - low) / (high - low)
+        if relative_height >= 0.0:  # keep the names apart
+            height = max(relative_height, height + _NAME_ROOM)
             axes.text(1.01, height, in_words(name), transform=axes.transAxes,
                       fontsize=8, color="#333333", va="center")  # fmt: skip
     return figure
@@ -145,9 +145,9 @@ def effects_by_intensity(intensities: pd.DataFrame, im_label: str) -> Figure:
     figure = Figure(figsize=size, layout="constrained")
     panels = figure.subplots(len(names), len(along), squeeze=False, sharex=True, sharey="row")
     for row, name in zip(panels, names, strict=True):
-        own = intensities[intensities["demand"] == name]
+        of_demand = intensities[intensities["demand"] == name]
         for axes, axis in zip(row, along, strict=True):
-            _intensity_panel(axes, own[own["axis"] == axis.name], axis)
+            _intensity_panel(axes, of_demand[of_demand["axis"] == axis.name], axis)
         row[0].set_ylabel(fill(f"Ratio of {appearance.demand_name(name).lower()}", 24))
     for top, bottom, axis in zip(panels[0], panels[-1], along, strict=True):
         top.legend(fontsize=7, loc="best")
@@ -165,15 +165,15 @@ def _intensity_panel(axes: Axes, rows: pd.DataFrame, changed: Axis) -> None:
     axes.axhline(1.0, color="#777777", linewidth=0.8)
     colours = VARIANT_COLOURS
     changes = appearance.groups_of(rows, ["from_value", "to_value"])
-    for i, (ends, own) in enumerate(changes):
-        line, colour = own.sort_values("im"), colours[i % len(colours)]
+    for i, (ends, effect) in enumerate(changes):
+        line, colour = effect.sort_values("im"), colours[i % len(colours)]
         if len(changes) - i <= appearance.MAX_BANDS:  # the largest changes
             band = line["im"], line["ci_low"], line["ci_high"]
             axes.fill_between(*band, color=colour, alpha=0.18, lw=0)
         label = " to ".join(appearance.value_text(changed, value) for value in ends)
         dash = ("-", "--", ":", "-.")[i % 4]
         axes.plot(line["im"], line["ratio"], dash, color=colour, label=label)
-        for item in records_of(own[own["at_reference"]]):
+        for item in records_of(effect[effect["at_reference"]]):
             inside = "white" if item["clipped"] else colour
             axes.plot(item["im"], item["ratio"], "o", ms=5, color=colour, mfc=inside)
 
@@ -188,7 +188,7 @@ def _ranked(choices: pd.DataFrame) -> dict[str, pd.DataFrame]:
     from skewbridge.study.modelling_choices import CHOICES
 
     labels = {choice.key: choice.label for choice in CHOICES}
-    labels |= {each.name: each.label for each in axes_of(choices["name"])}
+    labels |= {axis_of_choices.name: axis_of_choices.label for axis_of_choices in axes_of(choices["name"])}
     percent = 100.0 * (choices["ratio"] - 1.0)
     change = choices["from_value"] + " → " + choices["to_value"]
     texts = percent.map("{:+.1f} %".format).replace({"-0.0 %": "0.0 %", "+0.0 %": "0.0 %"})
@@ -215,8 +215,8 @@ def tornado(choices: pd.DataFrame) -> Figure:
     bars, rows = max(map(len, ranked.values())), -(-len(ranked) // 2)
     figure = Figure(figsize=(12.5, rows * (0.21 * bars + 0.95) + 0.4), layout="constrained")
     panels = list(figure.subplots(rows, 2, squeeze=False).flat)
-    for panel, (label, own) in zip(panels, ranked.items(), strict=False):
-        _tornado_panel(panel, own)
+    for panel, (label, choices_of_demand) in zip(panels, ranked.items(), strict=False):
+        _tornado_panel(panel, choices_of_demand)
         panel.set_title(label, loc="left", fontsize=10, fontweight="bold")
     for panel in panels[len(ranked) :]:
         panel.axis("off")
@@ -227,37 +227,37 @@ def tornado(choices: pd.DataFrame) -> Figure:
 
 def _tornado_panel(panel: Axes, rows: pd.DataFrame) -> None:
     rows = rows.assign(place=np.arange(len(rows)))
-    known = rows[rows["n"] > 0]
-    reach = max([_LEAST_PCT, *(1.3 * known["percent"].abs())])
-    panel.barh(known["place"], known["percent"], height=0.72, color=known["kind"].map(_COLOURS))
-    ends = (100.0 * (known[["lowest", "highest"]] - 1.0)).clip(-reach, reach)
-    panel.hlines(known["place"], ends["lowest"], ends["highest"], color="#333333", linewidth=0.8)
-    for place, text in zip(rows["place"], rows["text"], strict=True):
+    with_pairs = rows[rows["n"] > 0]
+    reach = max([_LEAST_PCT, *(1.3 * with_pairs["percent"].abs())])
+    panel.barh(with_pairs["place"], with_pairs["percent"], height=0.72, color=with_pairs["kind"].map(_COLOURS))
+    ends = (100.0 * (with_pairs[["lowest", "highest"]] - 1.0)).clip(-reach, reach)
+    panel.hlines(with_pairs["place"], ends["lowest"], ends["highest"], color="#333333", linewidth=0.8)
+    for y, text in zip(rows["place"], rows["text"], strict=True):
         across = panel.get_yaxis_transform()
-        panel.text(1.01, place, text, transform=across, va="center", fontsize=7.5)
+        panel.text(1.01, y, text, transform=across, va="center", fontsize=7.5)
     panel.set_yticks(rows["place"], rows["bar"], fontsize=8)
     panel.set(ylim=(-0.6, len(rows) - 0.4), xlabel="change of the demand (%)")
     panel.axvline(0.0, color="black", linewidth=0.8)
     panel.set_xscale("symlog", linthresh=LINEAR_PCT)
     panel.set_xlim(-reach, reach)
     ticks = [tick for tick in _TICKS_PCT if tick <= reach]
-    places = [*(-tick for tick in reversed(ticks)), 0, *ticks]
-    panel.set_xticks(places, [f"{tick:+d}" if tick else "0" for tick in places], fontsize=8)
+    all_ticks = [*(-tick for tick in reversed(ticks)), 0, *ticks]
+    panel.set_xticks(all_ticks, [f"{tick:+d}" if tick else "0" for tick in all_ticks], fontsize=8)
     panel.xaxis.set_minor_locator(NullLocator())
     panel.grid(visible=False, axis="y")
 
 
 def choice_findings(choices: pd.DataFrame) -> list[str]:
     """Return one sentence per headline demand on choices that change it more than friction does."""
-    found: list[str] = []
+    sentences: list[str] = []
     for label, rows in _ranked(choices).items():
         of_friction = rows[(rows["name"] == "friction") & (rows["n"] > 0)].sort_index()
         for friction in records_of(of_friction.head(1)):
             larger = rows[(rows["kind"] == "choice") & (rows["size"] > friction["size"])]
             largest = records_of(larger.iloc[::-1].drop_duplicates("name"))
             sizes = ", ".join(f"{row['bar']} ({row['text']})" for row in largest)
-            found.append(
+            sentences.append(
                 f"{label}: friction {friction['change']} changes it by {friction['text']}; "
                 + (f"larger changes: {sizes}." if sizes else "no choice changes it more.")
             )
-    return found
+    return sentences

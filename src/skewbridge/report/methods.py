@@ -95,8 +95,8 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
             "dampings": [_percent(ratio) for ratio in sorted(dampings)],
             "abutments": [ABUTMENTS[name] for name in config.grid.abutment],
             "axes": [
-                f"{axis(name).title} {', '.join(value_text(axis(name), value) for value in own)}"
-                for name, own in config.grid.values().items()
+                f"{axis(name).title} {', '.join(value_text(axis(name), value) for value in values)}"
+                for name, values in config.grid.values().items()
             ],
             "variants": len(expand_grid(config.grid)),
             "motions": motions,
@@ -105,7 +105,7 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
             "source": "; ".join(filter(None, suite["source"].astype(str).unique())),
             "suites": dict(suites),
             "random_direction": DIRECTION in drawn,
-            "drawn": {property_name(name): what for name, what in drawn.items()},
+            "drawn": {property_name(name): distribution for name, distribution in drawn.items()},
             "block_size": BLOCK,
             "seed": config.uncertainty.seed,
             "analysis": config.analysis,
@@ -128,12 +128,12 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
 
 def _changed_settings(config: StudyConfig) -> list[str]:
     """Return each setting that differs from its default at the same accuracy, as text."""
-    own = config.model_dump(mode="json", exclude=_NO_METHOD)
+    configured = config.model_dump(mode="json", exclude=_NO_METHOD)
     usual = parse_config({"accuracy": config.accuracy}).model_dump(mode="json")
     accuracy = [f"`accuracy` {config.accuracy}"] if config.accuracy != "default" else []
     return accuracy + [
         f"`{section}.{key}` {_text(value)} (default {_text(usual[section][key])})"
-        for section, values in own.items()
+        for section, values in configured.items()
         for key, value in values.items()
         if value != usual[section][key]
     ]
@@ -142,13 +142,13 @@ def _changed_settings(config: StudyConfig) -> list[str]:
 def _limit_states(config: StudyConfig, has_joints: bool) -> list[list[str]]:
     rows: list[list[str]] = []
     states = load_limit_states(Path(config.fragility.limit_states))
-    states = [each for each in states if has_joints or not joint_columns([each.demand])]
+    states = [limit_state for limit_state in states if has_joints or not joint_columns([limit_state.demand])]
     for component in dict.fromkeys(state.component for state in states):
-        own = [state for state in states if state.component == component]
-        medians = (f"{each.name} {threshold_text(each.demand, each.threshold)}" for each in own)
-        spread = _text(sorted({each.dispersion for each in own}))
-        citation = " ".join(own[0].citation.split())
-        demand, median = f"`{own[0].demand}`", ", ".join(medians)
+        of_component = [state for state in states if state.component == component]
+        medians = (f"{limit_state.name} {threshold_text(limit_state.demand, limit_state.threshold)}" for limit_state in of_component)
+        spread = _text(sorted({limit_state.dispersion for limit_state in of_component}))
+        citation = " ".join(of_component[0].citation.split())
+        demand, median = f"`{of_component[0].demand}`", ", ".join(medians)
         rows.append([in_words(component), demand, median, spread, citation])
     return rows
 

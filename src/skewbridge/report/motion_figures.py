@@ -35,23 +35,23 @@ def record_page(title: str, dt_s: float, components: Mapping[str, Floats]) -> Fi
     """
     figure = Figure(figsize=(_WIDTH_IN, 7.0), layout="constrained")
     halves: Any = figure.subfigures(1, 2, width_ratios=(1.35, 1.0))
-    left, right = halves
-    panels = left.subplots(len(HISTORIES), 1, sharex=True)
-    spectra = right.subplots()
+    left_half, right_half = halves
+    panels = left_half.subplots(len(HISTORIES), 1, sharex=True)
+    spectra = right_half.subplots()
     for axes, (name, series) in zip(panels, HISTORIES.items(), strict=True):
         for color, accel_mps2 in zip(_COLOURS, components.values(), strict=False):
             time_s = np.arange(accel_mps2.size) * dt_s
             axes.plot(time_s, series(accel_mps2, dt_s), color=color, lw=0.7)
         axes.set_ylabel(name)
     panels[-1].set_xlabel("Time (s)")
-    left.align_ylabels(panels)
+    left_half.align_ylabels(panels)
     for color, (label, accel_mps2) in zip(_COLOURS, components.items(), strict=False):
         psa_g = component_psa(accel_mps2, dt_s, PERIODS_S) / G_MPS2
         spectra.loglog(PERIODS_S, psa_g, color=color, lw=1.0, label=label)
     if len(components) == 2:
         one, two = components.values()
-        both = pair_psa(one, two, dt_s, PERIODS_S)
-        rotd50_g, rotd100_g = both.rotd50_mps2 / G_MPS2, both.rotd100_mps2 / G_MPS2
+        pair_spectra = pair_psa(one, two, dt_s, PERIODS_S)
+        rotd50_g, rotd100_g = pair_spectra.rotd50_mps2 / G_MPS2, pair_spectra.rotd100_mps2 / G_MPS2
         spectra.loglog(PERIODS_S, rotd50_g, color="black", lw=1.8, label="RotD50")
         spectra.loglog(PERIODS_S, rotd100_g, color="black", lw=1.0, ls="--", label="RotD100")
     _finish(spectra, PERIODS_S, "PSA, 5 % damping (g)")
@@ -88,7 +88,7 @@ def suite_spectra(
     blue, orange = _COLOURS
     width_in = _WIDTH_IN if model else 0.72 * _WIDTH_IN
     figure = Figure(figsize=(width_in, 4.0), layout="constrained")
-    axes, *others = figure.subplots(1, 2 if model else 1, squeeze=False)[0]
+    axes, *second_panel = figure.subplots(1, 2 if model else 1, squeeze=False)[0]
     axes.loglog(periods, rotd50_g.T, color="0.8", lw=0.5)
     low, middle, high = np.exp(np.percentile(log_psa, (16, 50, 84), axis=0))
     axes.loglog(periods, middle, color=blue, lw=2.0, label=f"median of {len(rotd50_g)} motions")
@@ -101,10 +101,10 @@ def suite_spectra(
         labels = ["its 16 and 84 %", "_"]
         axes.loglog(periods, ends_g, color=orange, lw=0.9, ls=":", label=labels)
         scatter = log_psa.std(axis=0, ddof=1)
-        others[0].semilogx(periods, scatter, color=blue, lw=2.0, label="motions")
-        others[0].semilogx(periods, sigma, color=orange, lw=1.6, label=name)
-        others[0].set_ylim(0.0, 1.0)
-        _finish(others[0], periods, "standard deviation of ln PSA")
+        second_panel[0].semilogx(periods, scatter, color=blue, lw=2.0, label="motions")
+        second_panel[0].semilogx(periods, sigma, color=orange, lw=1.6, label=name)
+        second_panel[0].set_ylim(0.0, 1.0)
+        _finish(second_panel[0], periods, "standard deviation of ln PSA")
     _finish(axes, periods, "RotD50 PSA, 5 % damping (g)")
     figure.suptitle(title, x=0.01, ha="left", fontsize=10, parse_math=False)
     return figure

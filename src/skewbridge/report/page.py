@@ -97,10 +97,10 @@ def write_report(
             **_first_screen(frames, study.grid.bridge if study else ()),
             **(_study_parts(frames, tables, study) if study else {"methods": None}),
             **_effect_parts(frames),
-            leading={each["caption"].name: each for each in pictures if _is_leading(each)},
+            leading={picture["caption"].name: picture for picture in pictures if _is_leading(picture)},
             curve_groups=curve_rows(frames),
             published=published_rows(medians),
-            gallery=[each for each in pictures if not _is_leading(each)],
+            gallery=[picture for picture in pictures if not _is_leading(picture)],
             explorer=explorer_of(frames),
             rates=rates_on_page(frames),
             tables=frames,
@@ -124,9 +124,9 @@ def write_statistics_report(results: Path) -> Path:
     """Draw the figures and write the page of tables written by `skewbridge statistics`."""
     folder = StudyFolder(results)
     paths = {name: path for name, path in folder.report_inputs.items() if path.is_file()}
-    origin, places = read_stamp(folder.demands), {"folder": folder.figures}
-    places["captions"] = paths["captions"] = folder.captions
-    draw_study(paths, **places, settings=FigureSettings(), provenance=origin, n_jobs=cpu_count())
+    origin, outputs = read_stamp(folder.demands), {"folder": folder.figures}
+    outputs["captions"] = paths["captions"] = folder.captions
+    draw_study(paths, **outputs, settings=FigureSettings(), provenance=origin, n_jobs=cpu_count())
     write_report(tables=paths, figures=folder.figures, study=None, output=folder.report)
     stamp(folder.report, origin)
     return folder.report
@@ -203,15 +203,15 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
     ``table`` is from `answer_table`, ``counts`` from `run_counts`.
     """
     names, notes = answer.short_names(table), answer.limit_notes(table)
-    signs = {place: number for number, place in enumerate(notes, 1)}
+    signs = {note_key: number for number, note_key in enumerate(notes, 1)}
     capacities = table[table["quantity"] == MEDIAN_CAPACITY]
     present = capacities["demand"].unique()
     states = sorted(present, key=lambda state: state not in answer.LEADING_STATES)[:2]
     by_value = dict(groups_of(counts, (*BRIDGE_COLUMNS, "axis")))
     rows: list[dict[str, Any]] = []
     for change, part in groups_of(table, _CHANGE):
-        for model, own in groups_of(part, BRIDGE_COLUMNS):
-            effects = {row["demand"]: row for row in records_of(own)}
+        for model, effects_of_model in groups_of(part, BRIDGE_COLUMNS):
+            effects = {row["demand"]: row for row in records_of(effects_of_model)}
             failed, runs = (by_value[*model, change[0]][name] for name in ("n_failed", "n_runs"))
             cells = [
                 _answer_cell(effects.get(state)) | {"note": signs.get((*model, state), "")}
@@ -250,7 +250,7 @@ def subtitle(demands: pd.DataFrame, im: str, values: Mapping[str, str]) -> str:
     """Return one line: models, axes with values, motions with their scales and intensities."""
     bridges = ", ".join(demands["bridge"].unique())
     models = ", ".join(demands["abutment"].unique()).replace("_", "-")
-    axes = " × ".join(f"{each.label.lower()} {values[each.name]}" for each in axes_of(values))
+    axes = " × ".join(f"{varied.label.lower()} {values[varied.name]}" for varied in axes_of(values))
     low, high = demands["scale"].min(), demands["scale"].max()
     scaled = "unscaled" if low == high == 1.0 else f"scaled by {low:.2g} to {high:.2g}"
     motions = demands["motion_id"].nunique()
@@ -276,8 +276,8 @@ def bridge_words(bridge: Description) -> str:
         words += "; " + answer.listed(
             f"{kind} {name} end" for name, kind in bridge.end_kinds.items()
         )
-    if places := bridge.joints_m:
-        words += f"; joint{'s' * (len(places) > 1)} at {answer.listed(places)}"
+    if joints := bridge.joints_m:
+        words += f"; joint{'s' * (len(joints) > 1)} at {answer.listed(joints)}"
     return words
 
 
@@ -314,8 +314,8 @@ def sketch(
     def cuts(skew_deg: float) -> list[PlanVector]:
         """Return place and angle of the faces of all decks, left to right."""
         faces = [(-end, radians(own_deg.get("left", skew_deg)))]
-        for number, (place, x) in enumerate(bridge.joints_m.items(), start=1):
-            usual_deg = model.skew_of_bents_deg(skew_deg) if "bent" in place else skew_deg
+        for number, (location, x) in enumerate(bridge.joints_m.items(), start=1):
+            usual_deg = model.skew_of_bents_deg(skew_deg) if "bent" in location else skew_deg
             turned = radians(own_deg.get(f"joint {number}", usual_deg))
             opened = factor * gap_m / 2 / cos(turned)
             faces += [(x - opened, turned), (x + opened, turned)]
@@ -392,8 +392,8 @@ def joint_rows(demands: pd.DataFrame, bridges: Sequence[Structure]) -> list[dict
     rows: list[dict[str, str]] = []
     for bridge in bridges:
         runs = demands[(demands["bridge"] == bridge.name) & is_complete(demands)]
-        for number, place in enumerate(bridge.description.joints_m, start=1):
-            row = {"bridge": bridge.name, "joint": f"{number}, {place}"}
+        for number, location in enumerate(bridge.description.joints_m, start=1):
+            row = {"bridge": bridge.name, "joint": f"{number}, {location}"}
             for (name, head, factor), share in product(_JOINT_DEMANDS, (0.5, 0.84)):
                 value = factor * runs[f"joint{number}_{name}"].quantile(share)
                 row[f"{head}, {100 * share:g} %"] = f"{value:.3g}"
@@ -450,10 +450,10 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
     pooled = rows[rows["scope"] == "pooled"]
     ratios, needed = pooled[pooled["judged_by"] == verdicts.RATIO], frames["needed_motions"]
     leads = pooled["demand"].isin({*HEADLINE_STATES, *demands_for("headline")})
-    effects, others = (pooled[leads], pooled[~leads]) if leads.any() else (pooled, pooled.head(0))
+    effects, other_effects = (pooled[leads], pooled[~leads]) if leads.any() else (pooled, pooled.head(0))
     return {
         "effects": verdict_table(effects, pooled),
-        "other_effects": verdict_table(others, pooled),
+        "other_effects": verdict_table(other_effects, pooled),
         "any_marked": any(row["mark"] for row in map(_cell, records_of(pooled))),
         "margin": appearance.margin_text(ratios.iloc[0]) if len(ratios) else "",
         "needed": needed.loc[needed["forecast"] == verdicts.MORE, list(_NEEDED)],
@@ -470,9 +470,9 @@ def published_rows(medians: pd.DataFrame) -> list[dict[str, str]]:
     names, rows = answer.short_names(pooled), list[dict[str, str]]()
     for (skew,), part in groups_of(pooled.sort_values(["to_value", "order"]), ["to_value"]):
         row = {"skew": f"{skew:g}°", "Hazus": f"{hazus_factor(skew):.2f}"}
-        for each in records_of(part):
-            head = f"{names[each['bridge'], each['abutment']]}, {effect_name(each['demand'])}"
-            row[head] = _with_ends(each, verdicts.RATIOS)
+        for effect in records_of(part):
+            head = f"{names[effect['bridge'], effect['abutment']]}, {effect_name(effect['demand'])}"
+            row[head] = _with_ends(effect, verdicts.RATIOS)
         rows.append(row)
     return records_of(pd.DataFrame(rows).fillna("–"))
 
@@ -483,15 +483,15 @@ def verdict_table(effects: pd.DataFrame, compared: pd.DataFrame) -> dict[str, An
     There is one column for each model and change in ``compared``.
     """
     keys = [*BRIDGE_COLUMNS, *_CHANGE]
-    order = [each.name for each in axes_of(compared["axis"])]
+    order = [axis_of_effects.name for axis_of_effects in axes_of(compared["axis"])]
     heads = sorted(
         set(compared[keys].itertuples(index=False, name=None)),
         key=lambda head: (*head[:2], order.index(head[2]), *head[3:]),
     )
     rows: list[dict[str, Any]] = []
-    for (demand,), own in groups_of(effects, ["demand"]):
-        cells = {tuple(row[name] for name in keys): _cell(row) for row in records_of(own)}
-        is_state, margin = "/" in demand, appearance.margin_text(own.iloc[0])
+    for (demand,), of_demand in groups_of(effects, ["demand"]):
+        cells = {tuple(row[name] for name in keys): _cell(row) for row in records_of(of_demand)}
+        is_state, margin = "/" in demand, appearance.margin_text(of_demand.iloc[0])
         label = f"Median, {effect_name(demand)}" if is_state else appearance.demand_name(demand)
         ordered = [cells.get(head) for head in heads]
         rows.append({"label": label, "margin": margin, "cells": ordered})
@@ -530,7 +530,7 @@ def pictures_of(captions: Sequence[Caption], folder: Path) -> list[dict[str, Any
     packed: Any = Parallel(n_jobs=2, backend="threading")(
         delayed(_packed)(folder / f"{caption.name}.png") for caption in shown
     )
-    return [{"caption": each, **picture} for each, picture in zip(shown, packed, strict=True)]
+    return [{"caption": caption_of, **picture} for caption_of, picture in zip(shown, packed, strict=True)]
 
 
 def _packed(path: Path) -> dict[str, Any]:
@@ -577,18 +577,18 @@ def explorer_data(frames: Mapping[str, pd.DataFrame]) -> str:
     columns = [name for name in dict.fromkeys(named) if name in demands]
     motions, variants = list(demands["motion_id"].unique()), demands.drop_duplicates("variant")
     models = {
-        model: place
-        for place, model in enumerate(
+        model: number
+        for number, model in enumerate(
             demands[list(BRIDGE_COLUMNS)].drop_duplicates().itertuples(index=False, name=None)
         )
     }
-    places = {name: place for place, name in enumerate(variants["variant"])}
+    variant_numbers = {name: number for number, name in enumerate(variants["variant"])}
     axes = axes_of(demands.columns)
     values = {axis: sorted(demands[axis.name].unique()) for axis in axes}
     grid = np.geomspace(0.7 * demands[im].min(), 1.3 * demands[im].max(), _CURVE_POINTS)
     fits = curves[curves["status"] == FITTED]
     drawn = [np.vstack(curve_values(grid, row)).round(4).tolist() for row in records_of(fits)]
-    fits = fits.assign(variant=fits["variant"].map(places), curve=drawn)
+    fits = fits.assign(variant=fits["variant"].map(variant_numbers), curve=drawn)
     payload: dict[str, Any] = {
         "im": plain_label(im),
         "im_name": im,
@@ -599,10 +599,10 @@ def explorer_data(frames: Mapping[str, pd.DataFrame]) -> str:
             {
                 "name": axis.name,
                 "label": axis.label,
-                "values": own,
-                "texts": [appearance.value_text(axis, value) for value in own],
+                "values": axis_values,
+                "texts": [appearance.value_text(axis, value) for value in axis_values],
             }
-            for axis, own in values.items()
+            for axis, axis_values in values.items()
         ],
         "variants": [
             {
@@ -624,7 +624,7 @@ def explorer_data(frames: Mapping[str, pd.DataFrame]) -> str:
         "motions": motions,
         "statuses": STATUSES,
         "runs": {
-            "variant": demands["variant"].map(places).tolist(),
+            "variant": demands["variant"].map(variant_numbers).tolist(),
             "motion": pd.Categorical(demands["motion_id"], motions).codes.tolist(),
             "scale": demands["scale"].tolist(),
             "status": pd.Categorical(demands["status"], STATUSES).codes.tolist(),
@@ -700,8 +700,8 @@ def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame)
     axes = shown_axes(curves)
     names = {row["variant"]: variant_text(axes, row) for row in records_of(curves)}
     capacities = {
-        state: appearance.threshold_text(own["demand"].iloc[0], own["threshold"].iloc[0])
-        for state, own in groups_of(curves, ["component", "limit_state"])
+        state: appearance.threshold_text(of_state["demand"].iloc[0], of_state["threshold"].iloc[0])
+        for state, of_state in groups_of(curves, ["component", "limit_state"])
     }
     groups: dict[str, list[dict[str, Any]]] = {}
     for row, text in zip(records_of(table), paper_table.printed_rows(table), strict=True):
@@ -722,8 +722,8 @@ def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame)
 def methods_compared(curves: pd.DataFrame) -> dict[str, int]:
     """Count the medians with both fits, and those that differ."""
     models = curves[curves["method"] == "cloud"]
-    both, differ = models["methods_ratio"].notna(), models["methods_differ"].eq(other=True)
-    return {"both": int(both.sum()), "differ": int(differ.sum())}
+    has_both, differ = models["methods_ratio"].notna(), models["methods_differ"].eq(other=True)
+    return {"both": int(has_both.sum()), "differ": int(differ.sum())}
 
 
 def median_text(row: Mapping[str, Any], otherwise: str = "") -> str:

@@ -58,13 +58,13 @@ def lead_axis(effects: pd.DataFrame, names: Collection[str], table: pd.DataFrame
     """
     pooled = effects[(effects["scope"] == "pooled") & (effects["status"] == OK)]
     pooled = pooled[pooled["ratio"] > 0.0]
-    own = pooled[pooled["demand"].isin(names)]
-    rows = own if len(own) else pooled
+    of_names = pooled[pooled["demand"].isin(names)]
+    rows = of_names if len(of_names) else pooled
     if len(rows):
         sizes = np.abs(np.log(rows["ratio"].to_numpy(np.float64)))
         return axis(str(rows["axis"].iloc[int(sizes.argmax())]))
     axes = axes_of(table.columns)
-    return next((each for each in axes if table[each.name].nunique() > 1), axes[0])
+    return next((candidate for candidate in axes if table[candidate.name].nunique() > 1), axes[0])
 
 
 def with_system(curves: pd.DataFrame, system: pd.DataFrame) -> pd.DataFrame:
@@ -102,10 +102,10 @@ def pooled_curves(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
         lead = lead_axis(effects, HEADLINE_STATES if component == WHOLE_BRIDGE else names, part)
         effects = effects[(effects["scope"] == "pooled") & (effects["axis"] == lead.name)]
         ratios = {(row["demand"], row["to_value"]): row for row in records_of(effects)}
-        for (state,), own in groups_of(part, ["limit_state"]):
-            if own["preferred"].any():
+        for (state,), curves_of_state in groups_of(part, ["limit_state"]):
+            if curves_of_state["preferred"].any():
                 of_state = {"bridge": bridge, "abutment": abutment, "component": component}
-                rows += _by_value(own, of_state | {"limit_state": state}, lead, ratios)
+                rows += _by_value(curves_of_state, of_state | {"limit_state": state}, lead, ratios)
     table = pd.DataFrame(rows, columns=[*STATE, *_VALUE_COLUMNS])
     same = ["bridge", "abutment", "component", "value", "theta", "beta_total", "n_exceed"]
     return table[~(table["limit_state"] != "any") | ~table.duplicated(same, keep=False)]
@@ -129,11 +129,11 @@ _VALUE_COLUMNS: Final = (
 
 
 def _by_value(
-    own: pd.DataFrame, state: dict[str, Any], lead: Axis, ratios: Mapping[Any, Mapping[str, Any]]
+    curves: pd.DataFrame, state: dict[str, Any], lead: Axis, ratios: Mapping[Any, Mapping[str, Any]]
 ) -> list[dict[str, Any]]:
     """Return the rows of one state, one per value of the axis with a curve."""
     rows: list[dict[str, Any]] = []
-    for value, part in own.groupby(lead.name):
+    for value, part in curves.groupby(lead.name):
         drawn, runs = part[part["preferred"]], part.drop_duplicates("variant")
         names = ["theta", "theta_low", "theta_high"]
         means = np.exp(np.log(drawn[names].astype(float)).mean()) if len(drawn) else {}
@@ -204,13 +204,13 @@ def curves_figure(
     im_column, demands = str(curves["im"].iloc[0]), with_derived_columns(demands)
     im = np.geomspace(0.7 * demands[im_column].min(), 1.3 * demands[im_column].max(), 160)
     several = len(table[list(BRIDGE_COLUMNS)].drop_duplicates()) > 1
-    for axes, (state, own) in zip(panels.flat, groups, strict=False):
+    for axes, (state, of_state) in zip(panels.flat, groups, strict=False):
         same = (curves[list(STATE)] == list(state)).all(axis=1)
         fits = curves[same]
         words = state_text(records_of(fits)[0])
         title = f"{state[0]}: {words}" if several else words[:1].upper() + words[1:]
-        _draw_panel(axes, own, fits, demands, im)
-        lead = axis(own["axis"].iloc[0])
+        _draw_panel(axes, of_state, fits, demands, im)
+        lead = axis(of_state["axis"].iloc[0])
         name_lines(axes, title, f"median by {lead.label.lower()}:")
         axes.set_xlabel(appearance.shown_label(im_column)[0])
         axes.tick_params(labelbottom=True)
@@ -224,14 +224,14 @@ def curves_figure(
 
 
 def _draw_panel(
-    axes: Axes, own: pd.DataFrame, fits: pd.DataFrame, demands: pd.DataFrame, im: Floats
+    axes: Axes, of_state: pd.DataFrame, fits: pd.DataFrame, demands: pd.DataFrame, im: Floats
 ) -> None:
     """Draw the curves of one state at the intensities ``im``."""
-    lead, unit = axis(own["axis"].iloc[0]), appearance.unit_of(str(fits["im"].iloc[0]))
+    lead, unit = axis(of_state["axis"].iloc[0]), appearance.unit_of(str(fits["im"].iloc[0]))
     # a value has the same colour in panels in which other values have no curve
     values = sorted(fits[lead.name].unique())
     colours = dict(zip(values, cycle(appearance.VARIANT_COLOURS), strict=False))
-    for row in records_of(own):
+    for row in records_of(of_state):
         color = colours[row["value"]]
         drawn = fits[fits["preferred"] & (fits[lead.name] == row["value"])]
         curves = [np.vstack(curve_values(im, fit)) for fit in records_of(drawn)]

@@ -30,8 +30,8 @@ def rates_on_page(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
     pooled = effects[effects["scope"] == "pooled"]
     pooled = pooled.assign(state=pooled["component"] + "/" + pooled["limit_state"])
     # the most severe headline state, then that of the seat
-    found = [state for state in HEADLINE_STATES if (pooled["state"] == state).any()]
-    states = [*found[:1], *(state for state in found[1:] if state.startswith("unseating"))]
+    with_rates = [state for state in HEADLINE_STATES if (pooled["state"] == state).any()]
+    states = [*with_rates[:1], *(state for state in with_rates[1:] if state.startswith("unseating"))]
     shown = pooled[pooled["state"].isin(states or pooled["state"].iloc[:1])]
     last = shown.groupby(["bridge", "abutment", "axis", "state"], sort=False)["to_value"]
     shown = shown[shown["to_value"] == last.transform("max")]
@@ -48,7 +48,7 @@ def rates_on_page(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
     certain = [row for row in records_of(shown) if row["direction"]]
     sentence = "No axis changes these annual rates for certain."
     if certain:
-        row = max(certain, key=lambda each: max(each["ratio"], 1.0 / each["ratio"]))
+        row = max(certain, key=lambda candidate: max(candidate["ratio"], 1.0 / candidate["ratio"]))
         sentence = (
             f"{change_name(row['axis'], row['from_value'], row['to_value'])} multiplies the annual "
             f"rate of {effect_name(row['state'])} by {row['ratio']:.2g} ({row['ci_low']:.2g} to "
@@ -57,35 +57,35 @@ def rates_on_page(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
     return {"sentence": sentence, "rows": rows, "level": f"{100 * shown['level'].iloc[0]:g} %"}
 
 
-def with_codes(found: Decision, bridge: str) -> Decision:
+def with_codes(decision: Decision, bridge: str) -> Decision:
     """Add the seat lengths of AASHTO and SDC; columns are left out if the bridge is not known."""
-    table = found.table
+    table = decision.table
     with suppress(InputError):
         about, gap_m = load_structure(bridge).description, table[GAP] / 1000.0
         aashto = [seat_demand_aashto_m(about, radians(skew)) for skew in table["skew_deg"]]
         sdc = [seat_demand_sdc_m(about, demand_m) for demand_m in table["sdc_demand_m"]]
         present = min(about.seats_m.values(), default=np.nan)
         table = table.assign(aashto_m=aashto + gap_m, sdc_m=sdc + gap_m, present_m=present)
-    return found._replace(table=table)
+    return decision._replace(table=table)
 
 
 @mpl.rc_context(STYLE)
-def decision_figure(found: Decision, title: str) -> Figure:
+def decision_figure(decision: Decision, title: str) -> Figure:
     """Draw needed seat lengths with the rules of codes, and rates of column failure, over skew."""
     unit, factor = shown_unit("mm")
-    per_m, table = 1000.0 * factor, found.table
+    per_m, table = 1000.0 * factor, decision.table
     figure = Figure(figsize=(8.4, 4.2), layout="constrained")
     seats, columns = figure.subplots(1, 2)
     ends = sorted({table[GAP].min(), table[GAP].max()})
     for gap, colour in zip(ends, VARIANT_COLOURS, strict=False):
-        own = table[table[GAP] == gap]
+        of_gap = table[table[GAP] == gap]
         for axes, name, scale in ((seats, "seat_m", per_m), (columns, "column_rate", 1.0)):
-            if name in own:
-                low, middle, high = (scale * own[f"{name}{end}"] for end in ("_low", "", "_high"))
-                label = f"gap {factor * gap:.3g} {unit}, {100 * found.level:g} % interval"
-                axes.fill_between(own["skew_deg"], low, high, color=colour, alpha=0.18, lw=0)
-                axes.plot(own["skew_deg"], middle, color=colour, lw=2.0, label=label)
-    own = table[table[GAP] == ends[-1]]
+            if name in of_gap:
+                low, middle, high = (scale * of_gap[f"{name}{end}"] for end in ("_low", "", "_high"))
+                label = f"gap {factor * gap:.3g} {unit}, {100 * decision.level:g} % interval"
+                axes.fill_between(of_gap["skew_deg"], low, high, color=colour, alpha=0.18, lw=0)
+                axes.plot(of_gap["skew_deg"], middle, color=colour, lw=2.0, label=label)
+    of_gap = table[table[GAP] == ends[-1]]
     rules = {
         "hazus_m": "Hazus 6.1 factor on skew 0",
         "aashto_m": "AASHTO 4.7.4.4, 1.5 N",
@@ -93,10 +93,10 @@ def decision_figure(found: Decision, title: str) -> Figure:
         "present_m": "seat of the bridge",
     }
     for (name, label), dashes in zip(rules.items(), _DASHES, strict=True):
-        if name in own:
+        if name in of_gap:
             line = {"ls": dashes, "color": "0.25", "lw": 1.2, "label": label}
-            seats.plot(own["skew_deg"], per_m * own[name], **line)
-    columns.axhline(found.target, color="#b3202c", lw=1.2, label="target rate")
+            seats.plot(of_gap["skew_deg"], per_m * of_gap[name], **line)
+    columns.axhline(decision.target, color="#b3202c", lw=1.2, label="target rate")
     heads = f"Seat length, normal ({unit})", "Annual rate of column failure"
     for axes, head in zip((seats, columns), heads, strict=True):
         axes.set(yscale="log", xlabel="Skew (deg)", ylabel=head)

@@ -15,8 +15,8 @@ from skewbridge.units import KN, MM, MN
 
 #: Line styles of overlaid runs: the first is wide and light, so that it stays visible.
 _OVERLAID: Final[tuple[dict[str, Any], ...]] = tuple(
-    {"color": colour, "lw": 0.7 if place else 1.8, "alpha": 1.0 if place else 0.55}
-    for place, colour in enumerate(VARIANT_COLOURS)
+    {"color": colour, "lw": 0.7 if number else 1.8, "alpha": 1.0 if number else 0.55}
+    for number, colour in enumerate(VARIANT_COLOURS)
 )
 
 

@@ -109,7 +109,7 @@ def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     leading = main_curves(pooled)
     for name, table in leading.items():
         yield _curve_figure("main", name, table, drawn, tables.demands)
-    further = pooled.drop(index=[row for table in leading.values() for row in table.index])
+    other_curves = pooled.drop(index=[row for table in leading.values() for row in table.index])
     models = tables.demands[list(BRIDGE_COLUMNS)].drop_duplicates().itertuples(index=False)
     for bridge, abutment in sorted(models):
         code = ABUTMENTS[abutment].code if abutment in ABUTMENTS else abutment
@@ -118,18 +118,18 @@ def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
         def of_model(table: pd.DataFrame, model: Any = (bridge, abutment)) -> pd.DataFrame:
             return table[(table["bridge"] == model[0]) & (table["abutment"] == model[1])]
 
-        own = {
+        of_group = {
             name: of_model(table)
             for name, table in vars(tables).items()
             if isinstance(table, pd.DataFrame)
         }
         own_curves, own_drawn = of_model(pooled), of_model(drawn)
-        own_curves = own_curves[own_curves["component"].isin(of_model(further)["component"])]
+        own_curves = own_curves[own_curves["component"].isin(of_model(other_curves)["component"])]
         curves = (
-            _curve_figure("curves", str(name), table, own_drawn, own["demands"])
+            _curve_figure("curves", str(name), table, own_drawn, of_group["demands"])
             for name, table in own_curves.groupby("component", sort=False)
         )
-        own_tables = replace(tables, **own)
+        own_tables = replace(tables, **of_group)
         drawings = (_cloud_figures, _intensity_figures, _choice_figures)
         for caption, draw in chain(curves, *(figures(own_tables) for figures in drawings)):
             title = f"{model}: {caption.title}"
@@ -176,7 +176,7 @@ def _cloud_figures(tables: FigureTables) -> Iterator[StudyFigure]:
         least = fragility_figures.least_shown(demands, curves, name) if name in demands else None
         if least is None:
             continue
-        known, complete = demands[name].dropna(), demands["complete"]
+        values, complete = demands[name].dropna(), demands["complete"]
         mildest = curves[curves["demand"] == name].sort_values("threshold").iloc[0]
         caption = _caption(
             "cloud",
@@ -184,10 +184,10 @@ def _cloud_figures(tables: FigureTables) -> Iterator[StudyFigure]:
             least=least,
             mildest=mildest,
             total=len(demands),
-            known=len(known),
-            early=(~complete[known.index]).sum(),
+            known=len(values),
+            early=(~complete[values.index]).sum(),
             below=(complete & (demands[name] < least)).sum(),
-            above=(known > mildest["threshold"]).sum(),
+            above=(values > mildest["threshold"]).sum(),
         )
         draw = partial(fragility_figures.demand_clouds, demands, curves, tables.effects, name)
         yield caption, draw
@@ -232,8 +232,8 @@ def _history_figures(tables: FigureTables) -> Iterator[StudyFigure]:
         return
     variant, motion_id, runs = tables.pair
     skew, gap = (appearance.value_text(axis, variant.values()[axis.name]) for axis in AXES[:2])
-    place = f"{variant.bridge_name}, skew {skew}, gap {gap}, motion {motion_id}"
-    pair = f"without and with friction: {place}"
+    variant_text = f"{variant.bridge_name}, skew {skew}, gap {gap}, motion {motion_id}"
+    pair = f"without and with friction: {variant_text}"
     drawings = (
         ("hysteresis", "abutment_left_x_kn", "kN", run_figures.hysteresis_figure),
         ("displacement", "deck_ux_m", "m", run_figures.displacement_figure),
@@ -284,7 +284,7 @@ def draw_study(
         delayed(save_figure)(draw, settings, folder, caption.name, provenance)
         for caption, draw in figures
     )
-    write_text(captions, json.dumps({"figures": [asdict(each) for each, _ in figures]}, indent=1))
+    write_text(captions, json.dumps({"figures": [asdict(item) for item, _ in figures]}, indent=1))
 
 
 def finished_figures(results: Path) -> list[StudyFigure]:
@@ -314,11 +314,11 @@ def draw_figures(
     drawings = {caption.name: draw for caption, draw in figures}
     chosen: dict[str, Drawing] = {}
     for name in names:
-        if not (matching := [each for each in drawings if fnmatchcase(each, name)]):
+        if not (matching := [drawing for drawing in drawings if fnmatchcase(drawing, name)]):
             like = get_close_matches(name, drawings, n=3) or list(drawings)[:3]
             text = f"unknown figure {shortened(name)}; similar names: {', '.join(like)}"
             raise InputError(f"{text}; `skewbridge study plot` lists all figures")
-        chosen |= {each: drawings[each] for each in matching}
+        chosen |= {drawing: drawings[drawing] for drawing in matching}
     files = (save_figure(draw, settings, folder, name) for name, draw in chosen.items())
     return [path for pair in files for path in pair]
 
@@ -346,7 +346,7 @@ def save_figure(
             laid_out_in = max(width_in / scale, _NARROWEST * own_in)
             figure.set_size_inches(laid_out_in, height_in)
             scale = width_in / laid_out_in
-        for spine in (each for axes in figure.axes for each in axes.spines.values()):
+        for spine in (border for axes in figure.axes for border in axes.spines.values()):
             spine.set_in_layout(False)  # labels extend further; measuring spines takes a third
         if layout := figure.get_layout_engine():  # once, for both files
             layout.execute(figure)
@@ -360,8 +360,8 @@ def save_figure(
         vector_path.write_bytes(source)
         # strong compression takes half of the time of a figure and makes its file a seventh smaller
         printed: Any = {"dpi": (PNG_DPI, PNG_DPI), "compress_level": 1}
-        given: Any = {"metadata": metadata, "pil_kwargs": printed, "bbox_inches": box}
-        figure.savefig(path, dpi=PNG_DPI * scale, **given)
+        options: Any = {"metadata": metadata, "pil_kwargs": printed, "bbox_inches": box}
+        figure.savefig(path, dpi=PNG_DPI * scale, **options)
     return [vector_path, path]
 
 
@@ -382,6 +382,6 @@ def _rc(settings: FigureSettings) -> Any:
     return chosen
 
 
-def _enlarged(scale: float, found: re.Match[bytes]) -> bytes:
-    width, height = (scale * float(size) for size in found.groups()[1:])
-    return found[1] + f'width="{width:.6g}pt" height="{height:.6g}pt"'.encode()
+def _enlarged(scale: float, match: re.Match[bytes]) -> bytes:
+    width, height = (scale * float(size) for size in match.groups()[1:])
+    return match[1] + f'width="{width:.6g}pt" height="{height:.6g}pt"'.encode()

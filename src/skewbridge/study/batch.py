@@ -216,10 +216,10 @@ def run_tasks(
                     run(pending, workers.count)
                 except BrokenProcessPool:
                     # Workers take tasks in order: the first tasks without rows were in progress.
-                    left = [key for key in pending if key not in rows][: workers.count + 1]
+                    unfinished = [key for key in pending if key not in rows][: workers.count + 1]
                     text = "a worker died; the %d analyses in progress are repeated one at a time"
-                    logger.warning(text, len(left))
-                    for key in left:
+                    logger.warning(text, len(unfinished))
+                    for key in unfinished:
                         run_alone(key)
         finally:
             # by force: a worker that is stopped or hangs would never end

@@ -56,7 +56,7 @@ class Recipe:
 
 
 def _recipes() -> dict[str, Recipe]:
-    listed = read_yaml(Path(__file__).with_name("recipes.yaml"))
+    content = read_yaml(Path(__file__).with_name("recipes.yaml"))
     result = tuple(name for name in StudyConfig.model_fields if name not in _NO_RESULT)
     groups: dict[str, tuple[str, ...]] = {"engine": ENGINE, "all": result}
 
@@ -64,11 +64,11 @@ def _recipes() -> dict[str, Recipe]:
         """Return names with each group replaced by its members."""
         return tuple(part for name in names for part in groups.get(name, (name,)))
 
-    for name, parts in listed["groups"].items():  # a group may contain earlier groups
+    for name, parts in content["groups"].items():  # a group may contain earlier groups
         groups[name] = spelled(parts)
     return {
         rule: Recipe(**{kind: spelled(names) for kind, names in recipe.items()})
-        for rule, recipe in listed["rules"].items()
+        for rule, recipe in content["rules"].items()
     }
 
 
@@ -221,9 +221,9 @@ def script_session(snakemake: Any) -> Generator[Job]:
     except OSError as error:
         if error.errno not in _OF_THE_DISK:
             raise
-        place = error.filename or f"the results in {snakemake.params.results}"
+        file = error.filename or f"the results in {snakemake.params.results}"
         kept = "finished analyses are kept"
-        logger.error("cannot read or write %s: %s; %s", place, error.strerror or error, kept)
+        logger.error("cannot read or write %s: %s; %s", file, error.strerror or error, kept)
         raise SystemExit(EXIT_BAD_INPUT) from None
     finally:
         logger.removeHandler(to_terminal)

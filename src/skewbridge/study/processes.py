@@ -110,8 +110,8 @@ def hold_tree(folder: Path) -> None:
 def cancel_left_behind(prefix: str) -> None:
     """Cancel Slurm jobs of a killed workflow, whose names start with the prefix."""
     command = ["squeue", "--me", "--noheader", "--format=%i %j"]
-    listed = subprocess.run(command, capture_output=True, text=True, check=True)
-    names = dict(line.split(maxsplit=1) for line in listed.stdout.splitlines())
+    queue = subprocess.run(command, capture_output=True, text=True, check=True)
+    names = dict(line.split(maxsplit=1) for line in queue.stdout.splitlines())
     jobs = [job for job, name in names.items() if name.startswith(prefix)]
     if jobs:
         logger.warning("cancelling %d job(s) that an earlier run left behind", len(jobs))

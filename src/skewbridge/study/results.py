@@ -225,17 +225,17 @@ def compare_studies(
     states = [s for s in with_column_failure(states, shared) if s.demand in shared]
     names = list(demands_for("effect", sorted(shared)))
     columns = list(dict.fromkeys([*names, *(state.demand for state in states), im]))
-    both = pd.concat(tables, ignore_index=True)
-    pairs = run_pairs(both, STUDY, columns)
+    demands = pd.concat(tables, ignore_index=True)
+    pairs = run_pairs(demands, STUDY, columns)
     if pairs.empty:
-        raise InputError(_nothing_shared(tables[0], tables[1], demand_table.axis_names(both)))
+        raise InputError(_nothing_shared(tables[0], tables[1], demand_table.axis_names(demands)))
     change = {"axis": STUDY, "from_value": 0.0, "to_value": 1.0}
     effects: list[dict[str, Any]] = []
     for model, of_bridge in demand_table.models_of(pairs):
         of_model = Pairs(model | change, of_bridge)
         effects += demand_effects(of_model, names=names, settings=settings, reference_im={})[0]
-    variant = [*demand_table.BRIDGE_COLUMNS, *demand_table.axis_names(both)]
-    paired = both.merge(pairs[[*variant, *demand_table.LOADING_COLUMNS]].drop_duplicates())
+    variant = [*demand_table.BRIDGE_COLUMNS, *demand_table.axis_names(demands)]
+    paired = demands.merge(pairs[[*variant, *demand_table.LOADING_COLUMNS]].drop_duplicates())
     runs, notes = demand_table.prepared(paired, [state.demand for state in states], settings)
     top, bottom = (pairs[[f"{name}_{end}" for name in names]] for end in ("to", "from"))
     equal = (top == bottom.to_numpy()) | (top.isna() & bottom.isna().to_numpy())
@@ -243,7 +243,7 @@ def compare_studies(
     shared: Any = {"models": models, "axes": [STUDY]}
     rates = rate_effects(models, states, site, settings, axes=[STUDY]) if site else pd.DataFrame()
     return StudyComparison(
-        demands=effect_table(both, effects),
+        demands=effect_table(demands, effects),
         medians=median_effects(runs, states, settings, **shared),
         rates=rates,
         counts={
@@ -265,8 +265,8 @@ def _other_motions(first: Path, second: Path) -> tuple[str, ...]:
     if not all(suite.is_file() for suite in suites):
         return ()
     tables = [read_frame(suite).drop_duplicates("motion_id") for suite in suites]
-    both = tables[0].merge(tables[1], on="motion_id", suffixes=("", "_other"))
-    return tuple(map(str, both["motion_id"][both["sha256"] != both["sha256_other"]]))
+    common = tables[0].merge(tables[1], on="motion_id", suffixes=("", "_other"))
+    return tuple(map(str, common["motion_id"][common["sha256"] != common["sha256_other"]]))
 
 
 def _nothing_shared(first: pd.DataFrame, second: pd.DataFrame, axes: Sequence[str]) -> str:

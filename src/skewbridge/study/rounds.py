@@ -70,7 +70,7 @@ def targets(
     effects: pd.DataFrame,  # headline effects with verdicts at the looks so far
     motions: Mapping[str, int],  # motions of each variant so far, the first of the suite
     cost_s: Mapping[str, float],  # processor time of an analysis, by variant
-    places: pd.DataFrame,  # bridge, abutment model and axes of each variant, indexed by its name
+    variants: pd.DataFrame,  # bridge, abutment model and axes of each variant, indexed by its name
     looks: Sequence[int],  # number of motions at each look
     level: float,  # two-sided joint level of all intervals of a cell
 ) -> tuple[pd.DataFrame, list[dict[str, int]]]:
@@ -80,10 +80,10 @@ def targets(
     fewer (Neyman 1934). No motions are planned for a decided effect, or if the probability of a
     decision after the last round is below `LEAST_CHANCE`.
     """
-    axes = axis_names(places)
+    axes = axis_names(variants)
     pooled = effects[effects["scope"] == "pooled"].reset_index(drop=True)
     single = effects[effects["scope"] == "variant"]
-    names = dict(zip(_keys(places, axes), map(str, places.index), strict=True))
+    names = dict(zip(_keys(variants, axes), map(str, variants.index), strict=True))
     for end in ("from_value", "to_value"):
         at = single[["bridge", "abutment", *axes]].copy()
         for axis in axes:
@@ -254,8 +254,8 @@ def _looked_at(
     history = pd.DataFrame([cell for plan in plans for cell in plan["cells"]])
     effects = kept(at_looks(effects, looks, runs_per_motion(demands)), history)
     columns = ["bridge", "abutment", *axis_names(rows)]
-    places = rows.drop_duplicates("variant").set_index("variant")[columns]
-    cells, wanted = targets(effects, motions, mean_s, places, looks, EFFECT_CONFIDENCE)
+    variants = rows.drop_duplicates("variant").set_index("variant")[columns]
+    cells, wanted = targets(effects, motions, mean_s, variants, looks, EFFECT_CONFIDENCE)
     return cells[[name for name in ROUND_COLUMNS if name in cells]], wanted
 
 
@@ -267,8 +267,8 @@ def round_line(plan: Mapping[str, Any]) -> str:
     if plan["ended"] is None:
         minutes = max(round(plan["forecast_s"] / 60), 1)
         return f"{start}next {plan['analyses']} analyses, about {minutes} min"
-    left = cells - plan["decided"]
-    return start + _ENDS[plan["ended"]].format(left=left, hours=plan["hours"])
+    undecided = cells - plan["decided"]
+    return start + _ENDS[plan["ended"]].format(left=undecided, hours=plan["hours"])
 
 
 def tables_of_round(folder: StudyFolder, plan: Path) -> list[Path]:

@@ -157,10 +157,10 @@ class Study:
             if row.study == self.name and key not in judged:
                 verdicts[key, ""] = Verdict("undecidable", row.open_because or open_because)
         rows: list[Row] = []
-        for (key, case), found in verdicts.items():
+        for (key, case), verdict in verdicts.items():
             claim, source = STATEMENTS[key].claim, f"paper, {STATEMENTS[key].place}"
-            numbers = found.value, found.reference, None, True
-            judgement = case, found.outcome, found.reason, *found.scales, *found.motions
+            numbers = verdict.value, verdict.reference, None, True
+            judgement = case, verdict.outcome, verdict.reason, *verdict.scales, *verdict.motions
             row = (self.name, claim, *numbers, source, *judgement)
             rows.append(dict(zip(STATEMENT_COLUMNS, row, strict=True)))
         return rows
@@ -210,8 +210,8 @@ def drawn(
         named: dict[str, Any] = {}
         for axis, panel in zip(axes.flat, panels, strict=True):
             for name, (x, y, *looks) in panel.lines.items():
-                place = names.index(name)  # the first line is wide, to be visible below the others
-                look = {"color": f"C{place}", "lw": 0.9 if place else 1.8}
+                number = names.index(name)  # the first line is wide, to be visible below the others
+                look = {"color": f"C{number}", "lw": 0.9 if number else 1.8}
                 (line,) = axis.plot(x, y, **look | (looks[0] if looks else {}))
                 if not name.startswith("_"):
                     named[name] = line
@@ -235,10 +235,10 @@ def run_studies(
     Comparisons are in `<study>.parquet` and .json and `studies.parquet`, verdicts on the paper's
     statements (rows with `outcome`, `reason`, `case`) in `statements.parquet`.
     """
-    known = STUDIES | LONG_STUDIES
-    unknown = [name for name in names if name not in known]
+    all_studies = STUDIES | LONG_STUDIES
+    unknown = [name for name in names if name not in all_studies]
     if unknown:
-        raise InputError(f"unknown study {', '.join(unknown)}; the studies are {', '.join(known)}")
+        raise InputError(f"unknown study {', '.join(unknown)}; the studies are {', '.join(all_studies)}")
     writable_folder(out)
     rows: list[Row] = []
     statements: list[Row] = []

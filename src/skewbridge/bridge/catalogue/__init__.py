@@ -78,10 +78,10 @@ def _file(name: str | Path) -> Path:
         raise InputError(f"{shortened(name)}: a script has no data of deck, columns and abutments")
     if path is None:
         own_names = sorted(path.stem for path in OWN_FOLDER.glob("*.yaml"))
-        known = (*bridge_names(), *own_names)
+        names = (*bridge_names(), *own_names)
         raise InputError(
-            f"bridge must be one of {', '.join(known)}, got {shortened(name)}"
-            f"{did_you_mean(name, known)}"
+            f"bridge must be one of {', '.join(names)}, got {shortened(name)}"
+            f"{did_you_mean(name, names)}"
         )
     return path
 
@@ -123,8 +123,8 @@ def _by_end(layers: list[tuple[Path, dict[str, Any]]]) -> list[dict[str, Any]]:
                 message = f"{path.name}: abutment and abutments: give only one of them"
                 raise InputError(message, file=path.name)
             if "abutment" in tree:
-                both = {"type": "seat"} | tree.pop("abutment")
-                tree["abutments"] = {"left": both, "right": both}
+                seat = {"type": "seat"} | tree.pop("abutment")
+                tree["abutments"] = {"left": seat, "right": seat}
     return trees
 
 
@@ -177,7 +177,7 @@ def _named(name: str, folder: Path, without: tuple[Path, ...] = ()) -> Path | No
     if not re.fullmatch(NAME_PATTERN, name):
         return None
     paths = (
-        (place / f"{name}.yaml").resolve() for place in dict.fromkeys((folder, OWN_FOLDER, FOLDER))
+        (parent / f"{name}.yaml").resolve() for parent in dict.fromkeys((folder, OWN_FOLDER, FOLDER))
     )
     return next((path for path in paths if path.is_file() and path not in without), None)
 
@@ -265,11 +265,11 @@ def bridge_schema() -> dict[str, Any]:
     kinds: dict[str, Any] = schema["$defs"]
     for shape in (schema, *kinds.values()):
         for name, field in shape.get("properties", {}).items():
-            known = [
+            options = [
                 option for option in field.get("anyOf", [field]) if option.get("type") != "null"
             ]
-            if _is_number(known[0], kinds):
-                shape["properties"][name] = _in_file(known[0])
+            if _is_number(options[0], kinds):
+                shape["properties"][name] = _in_file(options[0])
     by_rule = {rule.key.partition(".")[0] for rule in RULES} - {"deck", "column", "abutment"}
     needed = [name for name in schema.pop("required") if name not in {"name", "sources", *by_rule}]
     for name, shape in kinds.items():

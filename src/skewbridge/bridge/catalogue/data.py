@@ -304,8 +304,8 @@ class BridgeData(Part, frozen=True):
     @property
     def ends(self) -> dict[str, EndData]:
         """Data of the left and the right end, by name."""
-        both = self.abutments
-        left, right = (both.left, both.right) if both else (self.abutment, self.abutment)
+        abutments = self.abutments
+        left, right = (abutments.left, abutments.right) if abutments else (self.abutment, self.abutment)
         return {name: end for name, end in (("left", left), ("right", right)) if end is not None}
 
     @property
@@ -382,10 +382,10 @@ class BridgeData(Part, frozen=True):
                 raise ValueError(
                     f"bents.{number}: column and cap below the joint are taller than the deck"
                 )
-        places = [-self.length_m / 2, *self.joint_positions_m, self.length_m / 2]
-        hinges = [x for x, joint in zip(places[1:], self.joints, strict=False) if not joint.at]
-        supports = [places[0], *self.bent_positions_m, places[-1]]
-        if any(b - a < 1.0 for a, b in pairwise(places)) or any(
+        breaks_m = [-self.length_m / 2, *self.joint_positions_m, self.length_m / 2]
+        hinges = [x for x, joint in zip(breaks_m[1:], self.joints, strict=False) if not joint.at]
+        supports = [breaks_m[0], *self.bent_positions_m, breaks_m[-1]]
+        if any(b - a < 1.0 for a, b in pairwise(breaks_m)) or any(
             abs(x - support) < 1.0 for x in hinges for support in supports
         ):
             raise ValueError(

@@ -71,12 +71,12 @@ def box_section(
     if between <= cells * web or high <= 0.0:
         raise ValueError("plates do not fit")
     webs, soffit, middle = cells + 1, between + web, depth - (top + bottom) / 2
-    places = between * (np.arange(webs) / cells - 0.5)
+    webs_m = between * (np.arange(webs) / cells - 0.5)
     plates = [(width, top, depth - top / 2), (soffit, bottom, bottom / 2)]
     plates += [(web, high, bottom + high / 2)] * webs
     whole = _composed([(b * h, z, b * h**3 / 12) for b, h, z in plates])
     transverse = (top * width**3 + bottom * soffit**3 + webs * high * web**3) / 12
-    transverse += web * high * float((places**2).sum())
+    transverse += web * high * float((webs_m**2).sum())
     torsion = 4 * (between * middle) ** 2 / (between / top + between / bottom + 2 * middle / web)
     void = (between - cells * web) * high
     return Section(*whole, transverse, torsion, void, webs, between / cells)
@@ -94,8 +94,8 @@ def girder_section(
     (depth, area, centroid, inertia), slab = girder, MM * slab_mm
     plate = (width * slab, depth + slab / 2, width * slab**3 / 12)
     whole = _composed([plate, *[(area, centroid, inertia)] * count])
-    places = spacing * (np.arange(count) - (count - 1) / 2)
-    transverse = slab * width**3 / 12 + area * float((places**2).sum())
+    girders_m = spacing * (np.arange(count) - (count - 1) / 2)
+    transverse = slab * width**3 / 12 + area * float((girders_m**2).sum())
     torsion = width * slab**3 / 3 + count * area**4 / (40 * inertia)
     void = max((count - 1) * (spacing * depth - area), 0.0)
     return Section(*whole, transverse, torsion, void, count, spacing)
@@ -184,9 +184,9 @@ class Formula:
         body = _NAMES.sub(lambda match: numbered.get(match[0], match[0]), text)
         self._of: Callable[[list[Any]], Any] = eval(f"lambda v: {body}", _FUNCTIONS)
 
-    def value(self, known: Callable[[str], Any]) -> Any:
+    def value(self, lookup: Callable[[str], Any]) -> Any:
         """Return the value, or None if a number is unknown, invalid or outside the formula."""
-        values = [known(need) for need in self.needs]
+        values = [lookup(need) for need in self.needs]
         if not all(map(_is_usable, values)):
             return None
         try:
@@ -276,16 +276,16 @@ def _rounded(value: Any, digits: int) -> Any:
 
 def _lookup(tree: Any, results: Mapping[str, Any], need: str) -> Any:
     """Return a number of the bridge file, else of the drawing or a rule, or None."""
-    places = value_at(tree, need), results.get(need), value_at(results, need)
-    return next((value for value in places if value is not None), None)
+    candidates = value_at(tree, need), results.get(need), value_at(results, need)
+    return next((value for value in candidates if value is not None), None)
 
 
-def values_by_rule(known: Mapping[str, Any], tree: Any) -> Iterator[tuple[str, Any, Rule]]:
+def values_by_rule(given_numbers: Mapping[str, Any], tree: Any) -> Iterator[tuple[str, Any, Rule]]:
     """Yield key, value and rule of all rules that apply; numbers of the tree go first.
 
-    ``known`` has the numbers of the drawing, and the whole ``bridge`` if it is complete.
+    ``given_numbers`` has the numbers of the drawing, and the whole ``bridge`` if it is complete.
     """
-    results = dict(known)
+    results = dict(given_numbers)
     bents, seats = value_at(tree, "bents"), _seats(tree)
     numbers = range(len(bents) if isinstance(bents, list | tuple) else 0)
     for rule in RULES:
@@ -295,7 +295,7 @@ def values_by_rule(known: Mapping[str, Any], tree: Any) -> Iterator[tuple[str, A
         ):
             key = _placed(rule.key, seat, number)
             value = rule.formula.value(
-                lambda need, place=(seat, number): _lookup(tree, results, _placed(need, *place))
+                lambda need, location=(seat, number): _lookup(tree, results, _placed(need, *location))
             )
             if key not in results and value is not None:
                 results[key] = value
@@ -312,8 +312,8 @@ class Completed(NamedTuple):
 
     def by_rule(self) -> dict[str, tuple[Any, Rule]]:
         """Return what the rules give for the keys of the bridge from its other numbers."""
-        known = {**self.drawn, "bridge": self.bridge}
-        rows = values_by_rule(known, self.bridge.model_dump(exclude={"sources"}))
+        numbers = {**self.drawn, "bridge": self.bridge}
+        rows = values_by_rule(numbers, self.bridge.model_dump(exclude={"sources"}))
         return {key: (value, rule) for key, value, rule in rows if _is_of_bridge(key)}
 
 

@@ -54,9 +54,9 @@ def drive_unit(
     forces, contacts = np.zeros((len(path), 3)), ContactSet(scheme=scheme, coupling=coupling)
     with live.clean_domain(3, 3):
         support_nodes()
-        place = SURFACE, BODY, (0.0, 0.0, 1.0), law.gap_m, law.friction, law.cohesion_n
+        contact = SURFACE, BODY, (0.0, 0.0, 1.0), law.gap_m, law.friction, law.cohesion_n
         penalties: Any = {"kn": law.kn_n_per_m, "kt": law.kt_n_per_m}
-        contacts.add(*place, **penalties, tangent=(1.0, 0.0, 0.0))
+        contacts.add(*contact, **penalties, tangent=(1.0, 0.0, 0.0))
         drive_body(path, system="ProfileSPD")
         # Go to the first row without friction; it becomes the state at rest.
         _analyze_to_next_row(1)

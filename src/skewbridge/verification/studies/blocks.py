@@ -84,8 +84,8 @@ def run_block(
         ops.mass(mass, block.mass_kg, block.mass_kg if block.bounces else 0.0)
         ops.uniaxialMaterial("Elastic", 1, block.spring_n_per_m)
         ops.element("zeroLength", 1, anchor, mass, "-mat", 1, "-dir", 1)
-        place = ground, mass, (0.0, 1.0), block.gap_m, block.friction
-        contacts.add(*place, kn=block.kn_n_per_m, kt=block.kt_n_per_m, drive=block.drive)
+        contact = ground, mass, (0.0, 1.0), block.gap_m, block.friction
+        contacts.add(*contact, kn=block.kn_n_per_m, kt=block.kt_n_per_m, drive=block.drive)
         ops.setNodeDisp(mass, 1, block.x0_m, "-commit")
         for dof, speed in enumerate(block.v0_mps, start=1):
             ops.setNodeVel(mass, dof, speed, "-commit")
@@ -143,8 +143,8 @@ def run_upright(
             x, y = ops.nodeCoord(corner)
             ops.node(floor, x, y)
             ops.fix(floor, 1, 1, 1)
-            place = floor, corner, (0.0, 1.0), max(0.0, y), friction
-            contacts.add(*place, kn=1.0e9, kt=1.0e9)
+            contact = floor, corner, (0.0, 1.0), max(0.0, y), friction
+            contacts.add(*contact, kn=1.0e9, kt=1.0e9)
         push = -MASS_KG * base_mps2(times)
         live.load_node(centre, MASS_KG * TABLE_G_MPS2, dt_s, push, rotations=1)
         # Numerical damping removes oscillations of the penalty; rocking is far slower.
@@ -241,8 +241,8 @@ def _check_fall(study: Study, names: tuple[str, ...], dt_s: float) -> None:
     fall = run_block(falling_block(), dt_s, 0.05)
     w, static_m = sqrt(1e7 / MASS_KG), MASS_KG * TABLE_G_MPS2 / 1e7
     exact = static_m + hypot(static_m, 1.0 / w), 2.0 / w * (pi - atan(w / TABLE_G_MPS2))
-    found = -fall.q[:, 1].min(), fall.ledgers[0].contact_time_s
-    for name, value, reference, limit in zip(names, found, exact, (5e-3, 0.01), strict=False):
+    computed = -fall.q[:, 1].min(), fall.ledgers[0].contact_time_s
+    for name, value, reference, limit in zip(names, computed, exact, (5e-3, 0.01), strict=False):
         study.relative(name, value, reference, limit, "B5")
 
 
@@ -341,14 +341,14 @@ def run_closed_forms(study: Study) -> None:
     v = decay.v[:, 0]
     turns = decay.q[np.flatnonzero(v[1:] * v[:-1] < 0.0), 0]
     # the mass stops once |x| <= slip: at the fifth turning point
-    for k, found in enumerate(turns[:5], start=1):
+    for k, computed in enumerate(turns[:5], start=1):
         exact = (-1) ** k * (0.5 - 2.0 * k * _SLIP_M)
-        study.absolute(f"free decay: turning point {k} (m)", found, exact, 0.5e-3, "B1")
+        study.absolute(f"free decay: turning point {k} (m)", computed, exact, 0.5e-3, "B1")
     # frequency ratio (away from 1/2, 1/4 ... where the closed form fails), friction / force
     for ratio, friction_ratio in ((0.7, 0.3), (1.2, 0.4), (1.5, 0.3), (2.0, 0.2)):
-        found, exact = _forced_response(ratio, friction_ratio)
+        computed, exact = _forced_response(ratio, friction_ratio)
         text = f"forced, r = {ratio}, F/P = {friction_ratio}: amplitude (m)"
-        study.relative(text, found, exact, 5e-3, "B2")
+        study.relative(text, computed, exact, 5e-3, "B2")
     _check_fall(study, ("ball on penalty: depth (m)", "ball on penalty: contact time (s)"), 1e-4)
     _check_impacts(study)
     # A mass pulled over a surface by a spring whose end moves at 0.1 m/s.
@@ -412,8 +412,8 @@ def run_integrators(study: Study) -> None:
     rows: list[Row] = []
     for step in (0.1, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0):  # x contact frequency
         for integrator in ("houbolt", "newmark"):
-            found = integrator_restitution(integrator, step)
-            values = {"mean": found.mean(), "least": found.min(), "largest": found.max()}
+            restitutions = integrator_restitution(integrator, step)
+            values = {"mean": restitutions.mean(), "least": restitutions.min(), "largest": restitutions.max()}
             rows.append({"integrator": integrator, "step_times_frequency": step} | values)
             # The extremes depend on the phases tried; the mean of all forty less so.
             text = f"{integrator}, step x frequency {step:g}: mean restitution"

@@ -98,16 +98,16 @@ def half_cycles(pair: Pair[DeckMotion], axis: int) -> pd.DataFrame:
     """
     count = min(len(motion.disp_m) for motion in pair)
     rough, smooth = (motion.disp_m[:count] for motion in pair)
-    own, other = np.abs(smooth[:, axis]), np.abs(smooth[:, 1 - axis])
+    along, across = np.abs(smooth[:, axis]), np.abs(smooth[:, 1 - axis])
     columns = {
-        "peak_without_m": own,
+        "peak_without_m": along,
         "peak_with_m": np.abs(rough[:, axis]),
-        "together": own * other / (own.max() * other.max()),
+        "together": along * across / (along.max() * across.max()),
         "has_contact": np.logical_or(*(motion.touches_wall[:count] for motion in pair)),
     }
     crossings = np.diff(np.signbit(smooth[:, axis]), prepend=np.signbit(smooth[0, axis]))
     groups = pd.DataFrame(columns).groupby(np.cumsum(crossings))
-    is_large = (groups["peak_without_m"].max() >= SMALLEST_CYCLE * own.max()) & (groups.size() > 1)
+    is_large = (groups["peak_without_m"].max() >= SMALLEST_CYCLE * along.max()) & (groups.size() > 1)
     cycles = groups.max()[is_large].reset_index(drop=True)  # has_contact: if any contact closes
     return cycles.assign(change=cycles["peak_with_m"] / cycles["peak_without_m"] - 1.0)
 
@@ -337,7 +337,7 @@ def run_places(study: Study) -> None:
         study.states("backwall makes it", case, *changes, run=motion.run, premise=met)
         if not motion.is_nominal:
             continue
-        has_run = all(found.status in RAN for found in every)
+        has_run = all(analysis.status in RAN for analysis in every)
         text = f"skew {skew}: every analysis ends with status ok or collapse"
         study.holds(text, truth=has_run, source="this model")
         for place, free in _FREE.items():
@@ -361,7 +361,7 @@ def run_models(study: Study) -> None:
         for abutment, skew in product(_MODELS, SKEWS_DEG)
     }
     text = "OSB1: every abutment model and skew ends with status ok or collapse"
-    has_run = all(found.status in RAN for found in runs.values())
+    has_run = all(analysis.status in RAN for analysis in runs.values())
     study.holds(text, truth=has_run, source="this model")
     with_contacts = [name for name, traits in ABUTMENTS.items() if traits.has_contacts]
     for run, abutment in product(motion.runs(), with_contacts):
@@ -401,7 +401,7 @@ def _judge_skew(
     normals = [_histories(skewed)[f"{contact_column(corner)}_normal_kn"] for corner in corners]
     judge = partial(states, premise=max(float(normal.max()) for normal in normals) > 0.0)
     peaks, plain = skewed.whole_history, straight.whole_history
-    turns = (1e3 * found["deck_rotation_rad"] for found in (peaks, plain))
+    turns = (1e3 * peak["deck_rotation_rad"] for peak in (peaks, plain))
     judge("skew bridge rotates", case, *turns)
     judge("acute corner leads", case, peaks["acute_corner_unseating_m"], peaks["unseating_m"])
     judge("skew needs longer seats", case, peaks["unseating_m"], plain["unseating_m"])

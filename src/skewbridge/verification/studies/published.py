@@ -130,11 +130,11 @@ def run(study: Study) -> None:
         if era in change.bridges:
             variant = paper_variant(bridge=change.bridges[era], gap_mm=change.gap_mm)
             runs[era, name] = variant, {"keys": change.keys}
-    found = [
+    comparisons = [
         medians(published[published["era"] == era], table, era, changes[name])
         for (era, name), table in analysed_demands(study, runs, 24).items()  # motions: 3 blocks
     ]
-    study.tables["ratios"] = table = compared(published, pd.concat(found, ignore_index=True))
+    study.tables["ratios"] = table = compared(published, pd.concat(comparisons, ignore_index=True))
     ours = table[table["change"] == NONE.name]
     for row in records_of(ours):
         name, published_g = _name(row), row["median_g"]
@@ -211,20 +211,20 @@ def medians(
         key = "bearing", "moderate"
         limits[key] = replace(limits[key], threshold=0.75 * limits[key].threshold)
     states = list(limits.values())
-    rows = prepared(demands, list(dict.fromkeys(each.demand for each in states)), SETTINGS).table
+    rows = prepared(demands, list(dict.fromkeys(state.demand for state in states)), SETTINGS).table
     curves = fit_study(rows, states, SETTINGS)
     components = chosen_curves(curves, "cloud")  # as in the published study
     components = components.drop(columns="beta").rename(columns={"beta_total": "beta"})
     system = system_curves(rows, states, SETTINGS).assign(component=SYSTEM)
-    both = pd.concat([components, system], ignore_index=True)
+    all_curves = pd.concat([components, system], ignore_index=True)
     # only counts of exceedances bound the median of a state that no run reaches
     counts = chosen_curves(curves, "exceedance").set_index(["component", "limit_state"])
-    keys = pd.MultiIndex.from_frame(both[["component", "limit_state"]])
+    keys = pd.MultiIndex.from_frame(all_curves[["component", "limit_state"]])
     bounds = counts["theta_bound_low"].reindex(keys).to_numpy()
-    both["theta_bound"] = np.where(both["status"] == FITTED, nan, bounds)
+    all_curves["theta_bound"] = np.where(all_curves["status"] == FITTED, nan, bounds)
     names = ["status", "theta", "theta_low", "theta_high", "beta", "theta_bound"]
-    both = both.rename(columns={"limit_state": "state"})[[*_KEYS, *names]]
-    return both.assign(era=era, change=change.name)
+    all_curves = all_curves.rename(columns={"limit_state": "state"})[[*_KEYS, *names]]
+    return all_curves.assign(era=era, change=change.name)
 
 
 def capacities(
@@ -271,9 +271,9 @@ def explanations(table: pd.DataFrame) -> pd.DataFrame:
     best, before = distances.idxmin(axis=1), distances[NONE.name]
     closed = (1.0 - distances.min(axis=1) / before).where(before > 0.0)
     changed = ratios.to_numpy()[np.arange(len(best)), ratios.columns.get_indexer(best)]
-    found = {"ratio": ratios[NONE.name], "change": best, "changed_ratio": changed}
+    columns = {"ratio": ratios[NONE.name], "change": best, "changed_ratio": changed}
     is_explained = (before == 0.0) | (closed >= 0.5)
-    return pd.DataFrame(found | {"closed": closed, "is_explained": is_explained}).reset_index()
+    return pd.DataFrame(columns | {"closed": closed, "is_explained": is_explained}).reset_index()
 
 
 def _figure(table: pd.DataFrame) -> Figure:
@@ -365,9 +365,9 @@ def demand_ratios(table: pd.DataFrame) -> pd.DataFrame:
     # the names with the prefix for whole motions: they are judged by ratios alone
     names = [f"{WHOLE}{name}" for name in COMPARED]
     runs = table.assign(**{"status": OK, COMPLETE: True, BEYOND_MODEL: ""})
-    found = _effects_of_skew(runs, lambda part: effect_tables(part, names, SETTINGS).effects)
-    found["demand"] = found["demand"].str.removeprefix(WHOLE)
-    return found.assign(mean=found["from_mean"] * found["ratio"])[[*_EFFECT_KEYS, "mean", *_EFFECT]]
+    effects = _effects_of_skew(runs, lambda part: effect_tables(part, names, SETTINGS).effects)
+    effects["demand"] = effects["demand"].str.removeprefix(WHOLE)
+    return effects.assign(mean=effects["from_mean"] * effects["ratio"])[[*_EFFECT_KEYS, "mean", *_EFFECT]]
 
 
 def median_factors(table: pd.DataFrame) -> pd.DataFrame:
@@ -395,9 +395,9 @@ def _effects_of_skew(
     table: pd.DataFrame, effects: Callable[[pd.DataFrame], pd.DataFrame]
 ) -> pd.DataFrame:
     choices = table.groupby("choice", sort=False)
-    found = pd.concat([effects(part).assign(choice=choice) for choice, part in choices])
+    all_effects = pd.concat([effects(part).assign(choice=choice) for choice, part in choices])
     names = {"to_value": "skew_deg", "ci_low": "ratio_low", "ci_high": "ratio_high"}
-    pooled = found[found["scope"] == "pooled"].drop(columns="skew_deg", errors="ignore")
+    pooled = all_effects[all_effects["scope"] == "pooled"].drop(columns="skew_deg", errors="ignore")
     return pooled.rename(columns=names).reset_index(drop=True)
 
 

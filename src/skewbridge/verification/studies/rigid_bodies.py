@@ -58,8 +58,8 @@ def run_particle(dt_s: float, duration_s: float) -> History:
         ops.uniaxialMaterial("Elastic", 1, _STIFFNESS_N_PER_M, _DASHPOT_N_S_PER_M)
         ops.element("zeroLength", 1, ground, particle, "-mat", 1, 1, "-dir", 1, 2)
         for normal in (NORMAL, -NORMAL):
-            place = ground, particle, normal.tolist(), _HALF_GAP_M, _LINE_FRICTION
-            contacts.add(*place, kn=_KN_N_PER_M, kt=_KN_N_PER_M, drive=drive)
+            contact = ground, particle, normal.tolist(), _HALF_GAP_M, _LINE_FRICTION
+            contacts.add(*contact, kn=_KN_N_PER_M, kt=_KN_N_PER_M, drive=drive)
         solvers.shake(times, dt_s, _LINE_PULSE)
         live.prepare_analysis(constraints="Plain")
         # The unit of the lower line measures slip along minus the tangent.
@@ -173,7 +173,7 @@ def run(study: Study) -> None:
     _judge_agreement(study, elastic["C1"], at_06["C1"])
     for case, exact in at_06.items():
         peaks = [_scaled_peaks(runs[case]) for runs in (elastic, damped)]
-        without, error = (float(np.abs(each - _scaled_peaks(exact)).max()) for each in peaks)
+        without, error = (float(np.abs(scaled - _scaled_peaks(exact)).max()) for scaled in peaks)
         study.states("penalty is the cause", case, error)
         study.states("damper helps", case, error, without)
     frequency = deck_case("C1").contact_frequency_rad_per_s
@@ -206,14 +206,14 @@ def _check_elastic(study: Study, elastic: dict[str, History]) -> None:
     """Check the elastic penalty by Runge-Kutta, the exact linear response and a deck of beams."""
     tolerances = {"ux_m": 0.01, "uy_m": 0.01, "theta_rad": 0.02}
     for name, history in elastic.items():
-        found = history.peaks()
+        peaks = history.peaks()
         exact = {} if name in _FRICTIONLESS else run_deck(deck_case(name, solver="penalty")).peaks()
         for key, tolerance in tolerances.items():
             text = f"{name} elastic, OpenSees: peak {key}"
             if exact:
-                study.relative(text, found[key], exact[key], tolerance, _ODE)
+                study.relative(text, peaks[key], exact[key], tolerance, _ODE)
             else:
-                study.tabulated(text, found[key])
+                study.tabulated(text, peaks[key])
     skew = radians(deck_case("C1").skew_deg)
     along = elastic["C1"].q[:, :2] @ np.array([sin(skew), cos(skew)])
     text = "C1: peak along the end, where no contact force acts (m)"

@@ -34,8 +34,8 @@ def run(study: Study) -> None:
     path = unit.figure_3(_ROWS_PER_S)
     forces = unit.drive_unit(PAPER_LAW, path, substeps=2).forces_n
     for time, (axis, name) in product(_FORCES_AT_S, enumerate("xy")):
-        found = forces[round(time * _ROWS_PER_S), axis]
-        study.tabulated(f"F{name} at {time:g} s (N)", found)
+        force_n = forces[round(time * _ROWS_PER_S), axis]
+        study.tabulated(f"F{name} at {time:g} s (N)", force_n)
     study.tabulated("total work (J)", unit.path_work_j(path, forces))
     for start, end in ((1.25, 2.5), (3.75, 5.0), (6.25, 7.5), (8.75, 10.0)):
         rows = slice(round(start * _ROWS_PER_S) - 1, round(end * _ROWS_PER_S) + 1)
@@ -126,8 +126,8 @@ def run_orders(study: Study) -> None:
     for step, (coupling, parts) in product((0.2, 0.1, 0.05, 0.02, 0.01), couplings):
         dt_s = step / deck_case("C5").contact_frequency_rad_per_s
         case = deck_case("C5", dt_s=dt_s, duration_s=_DECK_S, coupling=coupling)
-        found = run_opensees(case, pulse_of(case), parts_on_change=parts)
-        q = np.array([np.interp(exact.t_s, found.t_s, column) for column in found.q.T]).T
+        history = run_opensees(case, pulse_of(case), parts_on_change=parts)
+        q = np.array([np.interp(exact.t_s, history.t_s, column) for column in history.q.T]).T
         name = coupling if parts == 1 else f"{coupling}, sub-steps"
         row = {"study": _DECK, "coupling": name, "rows": 0, "step": step}
         rows.append(row | {"error_ratio": rms((q - exact.q) / scale)})

@@ -74,16 +74,16 @@ def rows_of_tasks(
     path = study.kept / f"{study.name}.jsonl"
     with open_journal(path) as journal:
         rows = read_content([path]).rows
-        left = {key: task for key, task in zip(keys, tasks, strict=True) if key not in rows}
+        unfinished = {key: task for key, task in zip(keys, tasks, strict=True) if key not in rows}
         runs = Parallel(n_jobs=processes, return_as="generator_unordered")(
-            delayed(_keyed_row)(key, task, analysed) for key, task in left.items()
+            delayed(_keyed_row)(key, task, analysed) for key, task in unfinished.items()
         )
-        for count, row in enumerate(runs, start=len(tasks) - len(left) + 1):
+        for count, row in enumerate(runs, start=len(tasks) - len(unfinished) + 1):
             rows[row["run_key"]] = row
             journal.append(row)
             is_shown = count % REPORT_EACH == 0 or not row.get("as_required", True)
             if study.report_progress and is_shown:
-                last = f"{left[row['run_key']].variant.slug} {row.get('why', '')}"
+                last = f"{unfinished[row['run_key']].variant.slug} {row.get('why', '')}"
                 study.report_progress(f"{count} of {len(tasks)} analyses; last: {last}")
     return [rows[key] for key in keys]
 
@@ -200,25 +200,25 @@ MESHES: Final = tuple(
 
 def _peaks(study: Study, chosen: CaseSet, numerics: Sequence[Numerics]) -> pd.DataFrame:
     tasks: list[Task] = []
-    places: list[Row] = []
-    for each in numerics:
-        every = chosen.tasks(replace(_WHOLE, **each.analysis), ModelOptions(**each.model))
-        for number in range(0, len(every), each.interval):
+    keys: list[Row] = []
+    for changed in numerics:
+        every = chosen.tasks(replace(_WHOLE, **changed.analysis), ModelOptions(**changed.model))
+        for number in range(0, len(every), changed.interval):
             axes = {name: getattr(every[number].variant, name) for name in _AXES}
-            places.append({"numerics": each.name, "case": number, **axes})
+            keys.append({"numerics": changed.name, "case": number, **axes})
             tasks.append(every[number])
     rows = rows_of_tasks(study, tasks, _whole_peaks, chosen.processes)
-    return pd.DataFrame([place | row for place, row in zip(places, rows, strict=True)])
+    return pd.DataFrame([key | row for key, row in zip(keys, rows, strict=True)])
 
 
 def _whole_peaks(task: Task) -> Row:
-    found = task.analyse()
+    result = task.analyse()
     names = {*CHANGES, *EXCESS, *DEMANDS}
     return {
         "variant": task.variant.slug,
         "motion_id": task.motion.motion.motion_id,
-        "status": found.status,
-        **{name: float(found.whole_history[name]) for name in sorted(names)},
+        "status": result.status,
+        **{name: float(result.whole_history[name]) for name in sorted(names)},
     }
 
 
@@ -228,14 +228,14 @@ def run_convergence(study: Study, chosen: CaseSet = CONVERGENCE) -> None:
     table = _peaks(study, chosen, [Numerics("default"), *finer])
     peaks = {name: part.set_index("case") for name, part in table.groupby("numerics")}
     tables: list[pd.DataFrame] = []
-    for each in finer:
-        exact = peaks[each.name]
-        coarse = peaks[each.coarse].loc[exact.index]
+    for changed in finer:
+        exact = peaks[changed.name]
+        coarse = peaks[changed.coarse].loc[exact.index]
         changes = coarse[["variant", "motion_id", "numerics", *EXCESS]].assign(
-            against=each.name,
+            against=changed.name,
             **{name: relative_changes(name, coarse[name], exact[name]) for name in CHANGES},
         )
-        judge_changes(study, changes, each)
+        judge_changes(study, changes, changed)
         tables.append(changes)
     study.tables["changes"] = pd.concat(tables, ignore_index=True)
     for excess in EXCESS:
@@ -317,13 +317,13 @@ def pooled_ratios(peaks: pd.DataFrame, accuracies: tuple[Accuracy, Accuracy]) ->
     logs = wide.apply(np.log)
     parts: list[pd.DataFrame] = []
     for axis in _AXES:
-        others = [name for name in reversed(_AXES) if name != axis]
+        other_axes = [name for name in reversed(_AXES) if name != axis]
         for before, after in pairwise(sorted(peaks[axis].unique())):
             change = logs.xs(after, level=axis) - logs.xs(before, level=axis)
             change = change.dropna().reset_index()
             change = change.assign(axis=axis, from_value=before, to_value=after)
-            places = (", ".join(f"{n} {row[n]}" for n in others) for _, row in change.iterrows())
-            parts += [change.assign(place=list(places)), change.assign(place=ALL_PLACES)]
+            positions = (", ".join(f"{n} {row[n]}" for n in other_axes) for _, row in change.iterrows())
+            parts += [change.assign(place=list(positions)), change.assign(place=ALL_PLACES)]
     columns = ["axis", "from_value", "to_value", "place", "demand"]
     groups = pd.concat(parts).groupby(columns, sort=False)
     pooled = groups[["ratio", "exact_ratio"]].mean().apply(np.exp)
