@@ -87,13 +87,13 @@ def joint_columns(names: Iterable[str]) -> tuple[Column, ...]:
     for name in names:
         if match := _JOINT.fullmatch(name):
             number, quantity = match.groups()
-            location = f"joint {number} inside the bridge" if number else "any joint inside the bridge"
+            joint = f"joint {number} inside the bridge" if number else "any joint inside the bridge"
             label = f"joint {number}" if number else "inner joints"
             if quantity == "closures":
-                text = f"number of closures of the contact units between the decks at {location}"
+                text = f"number of closures of the contact units between the decks at {joint}"
                 columns.append(Column(name, label=f"Closures, {label}", description=text))
             else:
-                text = f"peak outward displacement of a deck corner on its cap or ledge at {location}"
+                text = f"peak outward displacement of a deck corner on its cap or ledge at {joint}"
                 columns.append(
                     Column(name, "number", "m", f"Unseating, {label}", text, ("effect",))
                 )

@@ -82,7 +82,7 @@ def fit_study(
 def _with_preferred(table: pd.DataFrame) -> pd.DataFrame:
     """Prefer the first method with an estimate in some variant, for each bridge and state."""
     fitted = (table["status"] == FITTED) & table["method"].isin(METHODS[:2])
-    rank = table["method"].map({name: rank_of_method for rank_of_method, name in enumerate(METHODS)}).where(fitted)
+    rank = table["method"].map({name: i for i, name in enumerate(METHODS)}).where(fitted)
     keys = [table[n] for n in (*demand_table.BRIDGE_COLUMNS, "component", "limit_state")]
     best = rank.groupby(keys).transform("min")
     return table.assign(preferred=(rank == best).to_numpy())
@@ -162,9 +162,9 @@ class _BridgeState:
         fits = [fit for fit in self._fits if not isinstance(fit, str)]
         if len(fits) < len(self._fits) or not np.any(fits[0].outcomes.exceed(self._modes[0])):
             return {}
-        fits_by_mode, unknown = list(zip(fits, self._modes, strict=True)), self.doubtful
+        by_mode, unknown = list(zip(fits, self._modes, strict=True)), self.doubtful
         treated = {
-            name: [fit.treated(fit.outcomes.treated(mode, name, unknown)) for fit, mode in fits_by_mode]
+            name: [fit.treated(fit.outcomes.treated(mode, name, unknown)) for fit, mode in by_mode]
             for name in (TREATMENTS if np.any(unknown) else ())
         }
         # a run in which a column failed before it collapsed is censored by the failure
@@ -424,15 +424,15 @@ def _bracket_fits(runs: _DemandRuns) -> _StateFits | None:
     fits: list[FragilityFit] = []
     brackets: list[tuple[Floats, Floats, Index]] = []
     for state in runs.states:
-        known_runs = np.flatnonzero(~runs.outcomes.unknown(state))
-        exceed = runs.outcomes.exceed(state)[known_runs].astype(np.float64)
+        runs_in = np.flatnonzero(~runs.outcomes.unknown(state))
+        exceed = runs.outcomes.exceed(state)[runs_in].astype(np.float64)
         fit, low, high = fitting.fit_first_exceedances(
-            runs.im[known_runs], exceed, motions[known_runs], runs.settings
+            runs.im[runs_in], exceed, motions[runs_in], runs.settings
         )
         status = fitting.NO_EXCEEDANCE if fit.status == fitting.ALL_CENSORED else fit.status
         fits.append(replace(fit, status=status))
         # the first run of a motion represents its bracket
-        brackets.append((low, high, known_runs[np.unique(motions[known_runs], return_index=True)[1]]))
+        brackets.append((low, high, runs_in[np.unique(motions[runs_in], return_index=True)[1]]))
     usable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
     if not usable:
         return runs.without_estimates(fits)

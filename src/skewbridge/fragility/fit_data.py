@@ -156,7 +156,7 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     """Fit a table with one row per run; statuses and repeated motions are taken into account."""
     if options.im is None or options.edp is None or options.threshold is None:
         raise InputError("a table of runs needs --im, --edp and --threshold")
-    lists = {name: values for name, values in columns.items() if isinstance(values, list | pd.Series)}
+    lists = {key: value for key, value in columns.items() if isinstance(value, list | pd.Series)}
     same_length(**lists)
     data = pd.DataFrame(lists)
     need_columns(data, (options.im, options.edp), "the table")
@@ -223,5 +223,5 @@ def _fit_outcomes(
         fits.fit_stripes(x[rows], n[rows], hits[rows], settings=settings, interval=False)
         for rows in motion_weights(codes)[1:] > 0.0
     ]
-    values = np.array([(np.log(left_out_fit.theta), left_out_fit.beta) for left_out_fit in left_out])
+    values = np.array([(np.log(one_out.theta), one_out.beta) for one_out in left_out])
     return fits.jackknifed(fit, values[:, 0], values[:, 1])

@@ -207,10 +207,10 @@ def fit_stripes(
     return replace(fit, loglik=loglik, details={**fit.details, **goodness})
 
 
-def exceedance_maxima(ln_im: Floats, is_known: Mask, exceed: Mask) -> list[likelihood.Maximum | None]:
+def exceedance_maxima(ln_im: Floats, known: Mask, exceed: Mask) -> list[likelihood.Maximum | None]:
     """Return the likelihood maximum of each of J states, or None for states without estimate."""
     # `known` and `exceed` have the shape (n, J); all states are maximised together
-    signs = (np.where(exceed, 1.0, -1.0) * is_known).T
+    signs = (np.where(exceed, 1.0, -1.0) * known).T
     shares = [(np.abs(sign), np.maximum(sign, 0.0)) for sign in signs]
     usable = [j for j, counts in enumerate(shares) if binomial_status(ln_im, *counts) == FITTED]
     maxima: list[likelihood.Maximum | None] = [None] * len(signs)

@@ -136,7 +136,7 @@ def _estimate(models: BridgeModels, state: LimitState, row: Row) -> Row:
     if len(fits) > 1:
         replicates.append(models.correlation(*modes))
     estimate["replicates"] = np.concatenate(replicates).tolist()
-    estimate["modes"] = json.dumps([_described(*fit_and_mode) for fit_and_mode in zip(fits, modes, strict=True)])
+    estimate["modes"] = json.dumps([_described(*pair) for pair in zip(fits, modes, strict=True)])
     estimate["n_runs"] = int(max(np.sum(fit.outcomes.used) for fit in fits))
     estimate["n_motions"] = fits[0].model.motions
     if len(fits) == 1:
@@ -173,11 +173,11 @@ def _left_out_errors(models: BridgeModels, state: LimitState, fits: Sequence[Dem
     if len(modes) > 1:
         rho = models.correlation(*modes)[:1]
     errors = np.full(len(models.variants), np.nan)
-    fits_without = zip(*(fit.without_variants for fit in fits), strict=True)
-    for number, (models_without, values) in enumerate(zip(fits_without, records_of(models.variants), strict=True)):
-        if any(isinstance(model, str) for model in models_without):
+    subsets = zip(*(fit.without_variants for fit in fits), strict=True)
+    for i, (reduced, values) in enumerate(zip(subsets, records_of(models.variants), strict=True)):
+        if any(isinstance(model, str) for model in reduced):
             continue
-        curve, curve_of_all = state_curve(models_without, modes, values, rho), models.curve(state, values)
-        if not isinstance(curve, str) and not isinstance(curve_of_all, str):
-            errors[number] = abs(np.exp(curve.ln_theta[0] - curve_of_all.ln_theta[0]) - 1.0)
+        curve, full = state_curve(reduced, modes, values, rho), models.curve(state, values)
+        if not isinstance(curve, str) and not isinstance(full, str):
+            errors[i] = abs(np.exp(curve.ln_theta[0] - full.ln_theta[0]) - 1.0)
     return errors

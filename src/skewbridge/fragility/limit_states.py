@@ -195,10 +195,10 @@ class LimitStateEntry(BaseModel):
     @classmethod
     def _has_dimension_of_demand(cls, unit: str, info: ValidationInfo) -> str:
         demand, spelled = info.data.get("demand"), _spelled(unit)
-        unit_of_demand = spelled if demand is None else demand_unit(demand, spelled)
-        if spelled not in _UNITS and spelled != unit_of_demand:
-            raise ValueError(f"must be one of {', '.join(dict.fromkeys((*_UNITS, unit_of_demand)))}")
-        dimension, target = (_UNITS.get(name, (name,))[0] for name in (spelled, unit_of_demand))
+        required = spelled if demand is None else demand_unit(demand, spelled)
+        if spelled not in _UNITS and spelled != required:
+            raise ValueError(f"must be one of {', '.join(dict.fromkeys((*_UNITS, required)))}")
+        dimension, target = (_UNITS.get(name, (name,))[0] for name in (spelled, required))
         if dimension != target:
             raise ValueError(f"is a {dimension}, but {demand} is a {target}")
         return spelled
@@ -246,18 +246,18 @@ def limit_states_of(data: object, prefix: str = "") -> list[LimitState]:
     return out
 
 
-def demand_unit(column: str, unit_of_states: str = "ratio") -> str:
-    """Return the unit of a demand, such as ``m``; ``unit_of_states`` is the unit of its limit states.
+def demand_unit(column: str, state_unit: str = "ratio") -> str:
+    """Return the unit of a demand, such as ``m``; ``state_unit`` is the unit of its limit states.
 
     It is in `demands/columns.csv`, or ends the name of a foreign column.
     """
-    if (column_found := column_of(column)) is not None:
-        return _spelled(column_found.unit)
-    if column.lower().endswith(f"_{unit_of_states}"):
-        return unit_of_states
+    if (entry := column_of(column)) is not None:
+        return _spelled(entry.unit)
+    if column.lower().endswith(f"_{state_unit}"):
+        return state_unit
     if (unit := _spelled(column.rsplit("_", 1)[-1])) in _UNITS:
         return unit
-    if unit_of_states in _UNITS and _UNITS[unit_of_states][0] == "ratio":
+    if state_unit in _UNITS and _UNITS[state_unit][0] == "ratio":
         return "ratio"
     problem = f"column {shortened(column)} does not end with a unit"
     raise InputError(f"{problem}; known units: {', '.join(_UNITS)}", column=column)

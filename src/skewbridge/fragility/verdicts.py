@@ -141,8 +141,8 @@ def _p_values(table: pd.DataFrame, *scale: Floats) -> list[pd.Series]:
 
     outside, inside = np.minimum(*sides(below, above)), np.maximum(*sides(above, below))
     direction = np.minimum(1.0, 2.0 * np.minimum(*sides(0.0, 0.0)))
-    has_interval = np.isfinite(low) & np.isfinite(high)
-    return [pd.Series(np.where(has_interval, p, nan), table.index) for p in (outside, inside, direction)]
+    finite = np.isfinite(low) & np.isfinite(high)
+    return [pd.Series(np.where(finite, p, nan), table.index) for p in (outside, inside, direction)]
 
 
 def _holm(p: pd.Series) -> pd.Series:

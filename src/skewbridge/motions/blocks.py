@@ -52,9 +52,9 @@ class _Counts:
 
     def imbalance(self, rank: int, chosen: Mapping[int, tuple[int, ...]]) -> tuple[int, ...]:
         """Return numbers of runs with the cells chosen at each incidence, decisive first."""
-        cells = [cell for cells_at_angle in chosen.values() for cell in cells_at_angle]
-        at_once = [pair for cells_at_angle in chosen.values() for pair in combinations(cells_at_angle, 2)]
-        angles = [self.at_incidence[angle, list(cells_at_angle)].sum() for angle, cells_at_angle in chosen.items()]
+        cells = [cell for group in chosen.values() for cell in group]
+        at_once = [pair for group in chosen.values() for pair in combinations(group, 2)]
+        angles = [self.at_incidence[angle, list(group)].sum() for angle, group in chosen.items()]
         return (
             len(cells) - len(set(cells)),
             int(self.in_band[rank, cells].sum()),
@@ -66,11 +66,11 @@ class _Counts:
 
     def add(self, rank: int, chosen: Mapping[int, tuple[int, ...]]) -> None:
         """Count the cells chosen at each incidence for a motion of this rank."""
-        cells = [cell for cells_at_angle in chosen.values() for cell in cells_at_angle]
+        cells = [cell for group in chosen.values() for cell in group]
         np.add.at(self.in_band[rank], cells, 1)
-        for angle, cells_at_angle in chosen.items():
-            self.at_incidence[angle, list(cells_at_angle)] += 1
-            for pair in combinations(cells_at_angle, 2):
+        for angle, group in chosen.items():
+            self.at_incidence[angle, list(group)] += 1
+            for pair in combinations(group, 2):
                 self.at_once[pair] += 1
         for one, other in combinations(cells, 2):
             self.of_pair[[one, other], [other, one]] += 1
@@ -106,8 +106,8 @@ def assign(
         by_angle = (dict(zip(angles, option, strict=True)) for option in options)
         chosen = min(by_angle, key=partial(counts.imbalance, rank))
         counts.add(rank, chosen)
-        for angle, cells_at_angle in chosen.items():
-            runs[motion, angle, list(cells_at_angle)] = True
+        for angle, group in chosen.items():
+            runs[motion, angle, list(group)] = True
     return runs
 
 
@@ -123,9 +123,9 @@ def planned_runs(
     count, cells = cells_of(grid, blocks.within if blocks else ())
     runs = np.ones((len(rows), len(angles), count), dtype=np.bool_)
     for suite in {row[0] for row in rows}:
-        in_suite = [number for number, row in enumerate(rows) if row[0] == suite]
+        indices = [i for i, row in enumerate(rows) if row[0] == suite]
         if blocks:
-            runs[in_suite] = assign([rows[number][3] for number in in_suite], count, len(angles), blocks)
+            runs[indices] = assign([rows[i][3] for i in indices], count, len(angles), blocks)
     return {
         slug: {
             (*rows[row][1:3], angles[angle])

@@ -69,8 +69,8 @@ def check_paths(
         elif files := folder.motion_files(path):
             # Velocity or displacement files next to the acceleration are not an error.
             stems, every = {file.stem.lower() for file in files}, folder.files_below(path)
-            velocities_and_displacements = (file for file in every if file.suffix.lower() in {".vt2", ".dt2"})
-            files += [file for file in velocities_and_displacements if file.stem.lower() not in stems]
+            integrals = (file for file in every if file.suffix.lower() in {".vt2", ".dt2"})
+            files += [file for file in integrals if file.stem.lower() not in stems]
             checks += _check_files(sorted(files), stated, doubtful, of_study=True)
             checks += _unread(path, files, "no format has this suffix or this text")
         else:

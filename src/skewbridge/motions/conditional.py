@@ -82,13 +82,13 @@ def condition(
 def conditional_spectra(target: Target) -> list[ConditionalSpectrum]:
     """Return the spectrum of each level; `InputError` for values outside the range of BSSA14."""
     period_s = float(target.measure.split("(")[1][:-1])
-    periods_of_measure = sa_avg_periods(period_s) if "avg" in target.measure else np.array([period_s])
+    averaged_s = sa_avg_periods(period_s) if "avg" in target.measure else np.array([period_s])
     t1_s = target.t1_s or period_s
-    periods = np.append(t1_s * np.geomspace(0.2, 3.0, BAND_POINTS), periods_of_measure)
+    periods = np.append(t1_s * np.geomspace(0.2, 3.0, BAND_POINTS), averaged_s)
     if not 0.01 <= periods.min() <= periods.max() <= 10.0:
         ends = f"{periods.min():.3g} to {periods.max():.3g} s"
         raise InputError(f"0.2 T1 to 3 T1 and the measure must be within 0.01 to 10 s, got {ends}")
-    weights = np.append(np.zeros(BAND_POINTS), np.full(periods_of_measure.size, 1.0 / periods_of_measure.size))
+    weights = np.append(np.zeros(BAND_POINTS), np.full(averaged_s.size, 1.0 / averaged_s.size))
     rho = baker_jayaram_correlation(periods)
     site: dict[str, Any] = {"vs30_mps": target.vs30_mps, "mechanism": target.mechanism}
     levels, spectra = dict[float, list[Cause]](), list[ConditionalSpectrum]()
@@ -118,7 +118,7 @@ def conditional_spectra(target: Target) -> list[ConditionalSpectrum]:
 def read_target(path: Path, overrides: Mapping[str, Any]) -> Target:
     """Return the target in a file: YAML by hand, CSV of OpenQuake, or JSON of the USGS.
 
-    ``overrides`` values replace those of the file; a measure selects from a file with several. Raises
+    ``overrides`` replace values of the file; a measure selects from a file with several. Raises
     `InputError` for wrong or missing values, such as epsilon.
     """
     if path.suffix.lower() in (".yaml", ".yml"):

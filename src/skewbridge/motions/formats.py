@@ -477,10 +477,10 @@ def _read_cosmos(lines: list[str], path: Path, stated: Stated) -> Trace:
         elif abs(npts * dt_s - length_s) > 1.0 + 0.01 * length_s:
             unread = f"{npts} points of {dt_s:g} s do not last {length_s:g} s"
         else:
-            name_of_azimuth = str(azimuth) if 1 <= azimuth <= 360 else _COSMOS_VERTICAL.get(azimuth, "")
+            compass = str(azimuth) if 1 <= azimuth <= 360 else _COSMOS_VERTICAL.get(azimuth, "")
             names = _COSMOS_CHANNEL.findall("\n".join(lines[title:row]))
-            texts = [name_of_azimuth, *(text for pair in names for text in pair if text)]
-            direction = next(filter(_VERTICAL.search, texts), name_of_azimuth or texts[-1])
+            texts = [compass, *(text for pair in names for text in pair if text)]
+            direction = next(filter(_VERTICAL.search, texts), compass or texts[-1])
             sizes, event, station = (
                 (npts, dt_s, match["layout"]),
                 lines[title + 1],

@@ -65,7 +65,7 @@ def select_motions(
     writable_file(out / INDEX_NAME)
     used = set(read_index_table(without / INDEX_NAME).get("candidate", ())) if without else ()
     candidates = read_candidates(sources, spectra[0].periods_s, count, used)
-    levels = [LevelSelection(spectrum, *select_pairs(candidates, spectrum, count)) for spectrum in spectra]
+    levels = [LevelSelection(s, *select_pairs(candidates, s, count)) for s in spectra]
     write_selections([level.pairs for level in levels], out)
     return levels
 
@@ -85,11 +85,11 @@ def read_candidates(
     if not 2 <= count <= len(entries):
         raise InputError(f"count must be within 2 and the {len(entries)} candidates, got {count}")
     motions = read_entries(entries)
-    psa_mps2 = [pair_psa(*motion.components, motion.dt_s, periods_s).rotd50_mps2 for motion in motions]
+    psa_mps2 = [pair_psa(*m.components, m.dt_s, periods_s).rotd50_mps2 for m in motions]
     table = pd.DataFrame({"entry": entries, "motion": motions})
-    made = np.array(["synthetic:" in motion.source for motion in motions])
-    events = [motion.event or motion.motion_id for motion in motions]
-    events = np.where(made, [motion.motion_id for motion in motions], events)
+    made = np.array(["synthetic:" in m.source for m in motions])
+    events = [m.event or m.motion_id for m in motions]
+    events = np.where(made, [m.motion_id for m in motions], events)
     log_psa = list(np.log(np.array(psa_mps2) / G_MPS2))
     return table.assign(log_psa=log_psa, event=events, is_synthetic=made)
 

@@ -240,7 +240,7 @@ def answer_table(
     capacities = capacities.join(pd.DataFrame(steps, index=capacities.index))
 
     table = pd.concat([capacities, demands]).reindex(columns=list(ANSWER_COLUMNS))
-    order = {"axis": [axis_of_table.name for axis_of_table in axes_of(table["axis"])]}
+    order = {"axis": [varied.name for varied in axes_of(table["axis"])]}
     order["demand"] = [*_STATES, *headline]
     ranks = {f"_{name}": table[name].map(values.index) for name, values in order.items()}
     table = table.assign(**ranks).sort_values([*BRIDGE_COLUMNS, "_axis", "from_value", "_demand"])
@@ -304,17 +304,17 @@ def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
     notes: dict[tuple[str, str, str], str] = {}
     names = short_names(table)
     rows = table[table["demand"].isin(LEADING_STATES) & (table["status"] == OK)]
-    for model_and_state, effects in groups_of(rows, [*BRIDGE_COLUMNS, "demand"]):
-        sums, start = effects[list(_COUNTS)].sum(), f"{names[model_and_state[:2]]}, {effect_name(model_and_state[2])}"
+    for key, part in groups_of(rows, [*BRIDGE_COLUMNS, "demand"]):
+        sums, start = part[list(_COUNTS)].sum(), f"{names[key[:2]]}, {effect_name(key[2])}"
         if sums["n_extrapolated"] > 0:
             some = "" if sums["n_extrapolated"] == 2 * sums["n_cells"] else "some "
-            notes[model_and_state] = (
-                f"{start}: {some}medians of {effects['im_low'].min():.2f} to "
-                f"{effects['im_high'].max():.2f} g are extrapolated, because fewer than three motions "
+            notes[key] = (
+                f"{start}: {some}medians of {part['im_low'].min():.2f} to "
+                f"{part['im_high'].max():.2f} g are extrapolated, because fewer than three motions "
                 "are that strong."
             )
         elif sums["n_without_curve"] > 0:
-            notes[model_and_state] = (
+            notes[key] = (
                 f"{start}: some variants have no curve, because runs that ended early make the "
                 "median too uncertain; the ratios use the demand model of all variants."
             )
@@ -326,7 +326,7 @@ def effect_notes(table: pd.DataFrame) -> list[str]:
     notes: list[str] = []
     names = short_names(table)
     rows = table[table["demand"].isin(LEADING_STATES) & (table["status"] == OK)]
-    for model_and_demand, effects in groups_of(rows, [*BRIDGE_COLUMNS, "demand"]):
+    for key, effects in groups_of(rows, [*BRIDGE_COLUMNS, "demand"]):
         texts: list[str] = []
         few = effects[effects["largest_share"] > LARGEST_SHARE]
         if len(few):
@@ -340,7 +340,7 @@ def effect_notes(table: pd.DataFrame) -> list[str]:
             change = change_name(row["axis"], row["from_value"], row["to_value"])
             texts.append(f"{change} by value: {row['by_value']}.")
         if texts:
-            notes.append(f"{names[model_and_demand[:2]]}, {effect_name(model_and_demand[2])}: {' '.join(texts)}")
+            notes.append(f"{names[key[:2]]}, {effect_name(key[2])}: {' '.join(texts)}")
     return notes
 
 

@@ -114,8 +114,8 @@ def _files(
     suite = read_frame(folder.suite)
     whole = yaml.safe_dump(study.model_dump(mode="json"), sort_keys=False, allow_unicode=True)
     motions = suite.loc[:, ~suite.columns.str.startswith("accel_")].to_csv(index=False)
-    needed = [requirement for requirement in requires("skewbridge") or () if "extra ==" not in requirement]
-    names = sorted(re.split(r"[^\w.-]", requirement, maxsplit=1)[0] for requirement in needed)
+    needed = [line for line in requires("skewbridge") or () if "extra ==" not in line]
+    names = sorted(re.split(r"[^\w.-]", line, maxsplit=1)[0] for line in needed)
     packages = [(name, metadata(name)) for name in ("skewbridge", *names)]
     lines = (f"{name}=={data['Version']}  # {licence_of(data)}\n" for name, data in packages)
     software = "".join(lines)
@@ -125,20 +125,20 @@ def _files(
         "METHODS.md": (methods_of(study, suite).markdown().encode(), "methods for a paper"),
         "requirements.txt": (software.encode(), "packages with versions and licences"),
     }
-    start, archive_files = starter_files(), dict[str, tuple[Path, str]]()
+    start, content = starter_files(), dict[str, tuple[Path, str]]()
     for path in chain.from_iterable(start.glob(pattern) for pattern in _WORKFLOW):
         if path.is_file() and "__pycache__" not in path.parts:
-            archive_files[path.relative_to(start).as_posix()] = path, "workflow"
+            content[path.relative_to(start).as_posix()] = path, "workflow"
     bridges = chain.from_iterable(map(structure_files, study.grid.bridge))
     for path in (base, config, Path(study.fragility.limit_states), *bridges):
         absolute, here = path.resolve(), Path.cwd()
         inside = absolute.relative_to(here) if absolute.is_relative_to(here) else None
-        archive_files[(inside or Path("config/elsewhere", path.name)).as_posix()] = path, "configuration"
+        content[(inside or Path("config/elsewhere", path.name)).as_posix()] = path, "configuration"
     for pattern, text in TAKEN.items():
         for path in folder.root.glob(pattern):
-            archive_files[f"results/{path.relative_to(folder.root).as_posix()}"] = path, text
+            content[f"results/{path.relative_to(folder.root).as_posix()}"] = path, text
     return files | {
-        name: (read_bytes(path, _MAX_BYTES), text) for name, (path, text) in archive_files.items()
+        name: (read_bytes(path, _MAX_BYTES), text) for name, (path, text) in content.items()
     }
 
 

@@ -113,7 +113,7 @@ def model_page(geometry: ModelGeometry) -> str:
         x=x, y=y, z=[0.0] * len(x), i=[0, 0], j=[1, 2], k=[2, 3], color=COLOURS["deck"],
         opacity=0.15, name="soffit", showlegend=True, hoverinfo="skip",
     )  # fmt: skip
-    groups = [named_group for named_group in _by_group(geometry).items() if named_group[0] != "contact"]
+    groups = [item for item in _by_group(geometry).items() if item[0] != "contact"]
     figure = go.Figure([soffit, *(_group_trace(group, members) for group, members in groups)])
     if geometry.contacts:
         surfaces, normals = _contacts(geometry)

@@ -168,9 +168,9 @@ def contact_differences(frictionless: pd.DataFrame, ok: pd.DataFrame) -> pd.Data
     """
     models = {traits.without_friction: name for name, traits in ABUTMENTS.items()}
     without = ok.assign(abutment=ok["abutment"].map(models)).dropna(subset="abutment")
-    axis_columns = [axis.name for axis in axes_of(ok.columns) if axis.name != "friction"]
+    axes = [axis.name for axis in axes_of(ok.columns) if axis.name != "friction"]
     names = [column.name for column in DEMAND_COLUMNS if column.name in ok]
-    return _different(frictionless, without, axis_columns, names, CONTACT_TOLERANCE, _CONTACT_NOTHING)
+    return _different(frictionless, without, axes, names, CONTACT_TOLERANCE, _CONTACT_NOTHING)
 
 
 def mirror_differences(ok: pd.DataFrame, suite: pd.DataFrame) -> pd.DataFrame:
@@ -193,9 +193,9 @@ def mirror_differences(ok: pd.DataFrame, suite: pd.DataFrame) -> pd.DataFrame:
         motion_id=originals["motion_id"].map(images),
         incidence_deg=-originals["incidence_deg"],
     )
-    axis_columns = [axis.name for axis in axes_of(ok.columns)]
+    axes = [axis.name for axis in axes_of(ok.columns)]
     names = demands_for("effect", ok.columns)
-    different = _different(wanted, ok, axis_columns, names, MIRROR_TOLERANCE, _MIRROR_NOTHING)
+    different = _different(wanted, ok, axes, names, MIRROR_TOLERANCE, _MIRROR_NOTHING)
     back = {image: name for name, image in images.items()}
     motions = different["motion_id"].map(back)
     return different.assign(motion_id=motions, incidence_deg=-different["incidence_deg"])
@@ -204,13 +204,13 @@ def mirror_differences(ok: pd.DataFrame, suite: pd.DataFrame) -> pd.DataFrame:
 def _different(
     rows: pd.DataFrame,
     compared: pd.DataFrame,
-    axis_columns: Sequence[str],
+    axes: Sequence[str],
     names: Sequence[str],
     tolerance: float,
     nothing: float,
 ) -> pd.DataFrame:
     """Return the rows in which a number differs from the same run in ``compared``."""
-    keys = ["bridge", "abutment", *axis_columns, "motion_id", "scale", "incidence_deg"]
+    keys = ["bridge", "abutment", *axes, "motion_id", "scale", "incidence_deg"]
     joined = rows.merge(compared, on=keys, suffixes=("", "_other"))
     one, other = (
         joined[[f"{name}{end}" for name in names]].to_numpy(float) for end in ("", "_other")

@@ -188,7 +188,7 @@ def _ranked(choices: pd.DataFrame) -> dict[str, pd.DataFrame]:
     from skewbridge.study.modelling_choices import CHOICES
 
     labels = {choice.key: choice.label for choice in CHOICES}
-    labels |= {axis_of_choices.name: axis_of_choices.label for axis_of_choices in axes_of(choices["name"])}
+    labels |= {varied.name: varied.label for varied in axes_of(choices["name"])}
     percent = 100.0 * (choices["ratio"] - 1.0)
     change = choices["from_value"] + " → " + choices["to_value"]
     texts = percent.map("{:+.1f} %".format).replace({"-0.0 %": "0.0 %", "+0.0 %": "0.0 %"})
@@ -227,11 +227,11 @@ def tornado(choices: pd.DataFrame) -> Figure:
 
 def _tornado_panel(panel: Axes, rows: pd.DataFrame) -> None:
     rows = rows.assign(place=np.arange(len(rows)))
-    with_pairs = rows[rows["n"] > 0]
-    reach = max([_LEAST_PCT, *(1.3 * with_pairs["percent"].abs())])
-    panel.barh(with_pairs["place"], with_pairs["percent"], height=0.72, color=with_pairs["kind"].map(_COLOURS))
-    ends = (100.0 * (with_pairs[["lowest", "highest"]] - 1.0)).clip(-reach, reach)
-    panel.hlines(with_pairs["place"], ends["lowest"], ends["highest"], color="#333333", linewidth=0.8)
+    paired = rows[rows["n"] > 0]
+    reach = max([_LEAST_PCT, *(1.3 * paired["percent"].abs())])
+    panel.barh(paired["place"], paired["percent"], height=0.72, color=paired["kind"].map(_COLOURS))
+    ends = (100.0 * (paired[["lowest", "highest"]] - 1.0)).clip(-reach, reach)
+    panel.hlines(paired["place"], ends["lowest"], ends["highest"], color="#333333", linewidth=0.8)
     for y, text in zip(rows["place"], rows["text"], strict=True):
         across = panel.get_yaxis_transform()
         panel.text(1.01, y, text, transform=across, va="center", fontsize=7.5)

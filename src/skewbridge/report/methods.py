@@ -142,13 +142,13 @@ def _changed_settings(config: StudyConfig) -> list[str]:
 def _limit_states(config: StudyConfig, has_joints: bool) -> list[list[str]]:
     rows: list[list[str]] = []
     states = load_limit_states(Path(config.fragility.limit_states))
-    states = [limit_state for limit_state in states if has_joints or not joint_columns([limit_state.demand])]
+    states = [item for item in states if has_joints or not joint_columns([item.demand])]
     for component in dict.fromkeys(state.component for state in states):
-        of_component = [state for state in states if state.component == component]
-        medians = (f"{limit_state.name} {threshold_text(limit_state.demand, limit_state.threshold)}" for limit_state in of_component)
-        spread = _text(sorted({limit_state.dispersion for limit_state in of_component}))
-        citation = " ".join(of_component[0].citation.split())
-        demand, median = f"`{of_component[0].demand}`", ", ".join(medians)
+        group = [state for state in states if state.component == component]
+        medians = (f"{item.name} {threshold_text(item.demand, item.threshold)}" for item in group)
+        spread = _text(sorted({item.dispersion for item in group}))
+        citation = " ".join(group[0].citation.split())
+        demand, median = f"`{group[0].demand}`", ", ".join(medians)
         rows.append([in_words(component), demand, median, spread, citation])
     return rows
 

@@ -97,10 +97,10 @@ def write_report(
             **_first_screen(frames, study.grid.bridge if study else ()),
             **(_study_parts(frames, tables, study) if study else {"methods": None}),
             **_effect_parts(frames),
-            leading={picture["caption"].name: picture for picture in pictures if _is_leading(picture)},
+            leading={image["caption"].name: image for image in pictures if _is_leading(image)},
             curve_groups=curve_rows(frames),
             published=published_rows(medians),
-            gallery=[picture for picture in pictures if not _is_leading(picture)],
+            gallery=[image for image in pictures if not _is_leading(image)],
             explorer=explorer_of(frames),
             rates=rates_on_page(frames),
             tables=frames,
@@ -450,10 +450,10 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
     pooled = rows[rows["scope"] == "pooled"]
     ratios, needed = pooled[pooled["judged_by"] == verdicts.RATIO], frames["needed_motions"]
     leads = pooled["demand"].isin({*HEADLINE_STATES, *demands_for("headline")})
-    effects, other_effects = (pooled[leads], pooled[~leads]) if leads.any() else (pooled, pooled.head(0))
+    effects, minor = (pooled[leads], pooled[~leads]) if leads.any() else (pooled, pooled.head(0))
     return {
         "effects": verdict_table(effects, pooled),
-        "other_effects": verdict_table(other_effects, pooled),
+        "other_effects": verdict_table(minor, pooled),
         "any_marked": any(row["mark"] for row in map(_cell, records_of(pooled))),
         "margin": appearance.margin_text(ratios.iloc[0]) if len(ratios) else "",
         "needed": needed.loc[needed["forecast"] == verdicts.MORE, list(_NEEDED)],
@@ -483,7 +483,7 @@ def verdict_table(effects: pd.DataFrame, compared: pd.DataFrame) -> dict[str, An
     There is one column for each model and change in ``compared``.
     """
     keys = [*BRIDGE_COLUMNS, *_CHANGE]
-    order = [axis_of_effects.name for axis_of_effects in axes_of(compared["axis"])]
+    order = [varied.name for varied in axes_of(compared["axis"])]
     heads = sorted(
         set(compared[keys].itertuples(index=False, name=None)),
         key=lambda head: (*head[:2], order.index(head[2]), *head[3:]),
@@ -530,7 +530,7 @@ def pictures_of(captions: Sequence[Caption], folder: Path) -> list[dict[str, Any
     packed: Any = Parallel(n_jobs=2, backend="threading")(
         delayed(_packed)(folder / f"{caption.name}.png") for caption in shown
     )
-    return [{"caption": caption_of, **picture} for caption_of, picture in zip(shown, packed, strict=True)]
+    return [{"caption": text, **picture} for text, picture in zip(shown, packed, strict=True)]
 
 
 def _packed(path: Path) -> dict[str, Any]:

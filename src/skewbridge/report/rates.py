@@ -30,8 +30,8 @@ def rates_on_page(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
     pooled = effects[effects["scope"] == "pooled"]
     pooled = pooled.assign(state=pooled["component"] + "/" + pooled["limit_state"])
     # the most severe headline state, then that of the seat
-    with_rates = [state for state in HEADLINE_STATES if (pooled["state"] == state).any()]
-    states = [*with_rates[:1], *(state for state in with_rates[1:] if state.startswith("unseating"))]
+    rated = [state for state in HEADLINE_STATES if (pooled["state"] == state).any()]
+    states = [*rated[:1], *(state for state in rated[1:] if state.startswith("unseating"))]
     shown = pooled[pooled["state"].isin(states or pooled["state"].iloc[:1])]
     last = shown.groupby(["bridge", "abutment", "axis", "state"], sort=False)["to_value"]
     shown = shown[shown["to_value"] == last.transform("max")]
@@ -78,14 +78,14 @@ def decision_figure(decision: Decision, title: str) -> Figure:
     seats, columns = figure.subplots(1, 2)
     ends = sorted({table[GAP].min(), table[GAP].max()})
     for gap, colour in zip(ends, VARIANT_COLOURS, strict=False):
-        of_gap = table[table[GAP] == gap]
+        part = table[table[GAP] == gap]
         for axes, name, scale in ((seats, "seat_m", per_m), (columns, "column_rate", 1.0)):
-            if name in of_gap:
-                low, middle, high = (scale * of_gap[f"{name}{end}"] for end in ("_low", "", "_high"))
+            if name in part:
+                low, middle, high = (scale * part[f"{name}{end}"] for end in ("_low", "", "_high"))
                 label = f"gap {factor * gap:.3g} {unit}, {100 * decision.level:g} % interval"
-                axes.fill_between(of_gap["skew_deg"], low, high, color=colour, alpha=0.18, lw=0)
-                axes.plot(of_gap["skew_deg"], middle, color=colour, lw=2.0, label=label)
-    of_gap = table[table[GAP] == ends[-1]]
+                axes.fill_between(part["skew_deg"], low, high, color=colour, alpha=0.18, lw=0)
+                axes.plot(part["skew_deg"], middle, color=colour, lw=2.0, label=label)
+    part = table[table[GAP] == ends[-1]]
     rules = {
         "hazus_m": "Hazus 6.1 factor on skew 0",
         "aashto_m": "AASHTO 4.7.4.4, 1.5 N",
@@ -93,9 +93,9 @@ def decision_figure(decision: Decision, title: str) -> Figure:
         "present_m": "seat of the bridge",
     }
     for (name, label), dashes in zip(rules.items(), _DASHES, strict=True):
-        if name in of_gap:
+        if name in part:
             line = {"ls": dashes, "color": "0.25", "lw": 1.2, "label": label}
-            seats.plot(of_gap["skew_deg"], per_m * of_gap[name], **line)
+            seats.plot(part["skew_deg"], per_m * part[name], **line)
     columns.axhline(decision.target, color="#b3202c", lw=1.2, label="target rate")
     heads = f"Seat length, normal ({unit})", "Annual rate of column failure"
     for axes, head in zip((seats, columns), heads, strict=True):

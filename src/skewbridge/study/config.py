@@ -192,15 +192,16 @@ def load_config(path: Path, base: Path | None = None) -> StudyConfig:
 
 
 def store_configuration(
-    study: StudyConfig, files: Iterable[str | Path], command_line: Mapping[str, Any]
+    study: StudyConfig, files: Iterable[str | Path], overrides: Mapping[str, Any]
 ) -> None:
     """Write the configuration of a study into its results folder.
 
-    Later `files` are merged over earlier ones; ``command_line`` has the values of `--config`.
+    Later `files` are merged over earlier ones; ``overrides`` has the values of `--config`.
     """
     paths = [Path(path).resolve() for path in files]
     names = [str(p.relative_to(Path.cwd()) if p.is_relative_to(Path.cwd()) else p) for p in paths]
-    content = {"files": names, "given": dict(command_line), "configuration": study.model_dump(mode="json")}
+    values = study.model_dump(mode="json")
+    content = {"files": names, "given": dict(overrides), "configuration": values}
     write_text(StudyFolder(Path(study.results)).configuration, json.dumps(content, indent=1))
 
 

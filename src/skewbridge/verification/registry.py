@@ -235,10 +235,10 @@ def run_studies(
     Comparisons are in `<study>.parquet` and .json and `studies.parquet`, verdicts on the paper's
     statements (rows with `outcome`, `reason`, `case`) in `statements.parquet`.
     """
-    all_studies = STUDIES | LONG_STUDIES
-    unknown = [name for name in names if name not in all_studies]
+    known = STUDIES | LONG_STUDIES
+    unknown = [name for name in names if name not in known]
     if unknown:
-        raise InputError(f"unknown study {', '.join(unknown)}; the studies are {', '.join(all_studies)}")
+        raise InputError(f"unknown study {', '.join(unknown)}; the studies are {', '.join(known)}")
     writable_folder(out)
     rows: list[Row] = []
     statements: list[Row] = []

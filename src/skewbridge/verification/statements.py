@@ -153,10 +153,10 @@ def reduced_by(
     Under a record that is not the paper's (`same_record` false), a reduction is undecidable.
     """
     words = f", reduction of {low:.1%} to {high:.1%} in the paper"
-    verdict = _change(value, reference, -high, -low, words)
+    judged = _change(value, reference, -high, -low, words)
     if same_record or not -1.0 <= relative_change(value, reference) < RESOLUTION:
-        return verdict
-    return verdict._replace(outcome="undecidable", reason=f"{verdict.reason}, not the paper's record")
+        return judged
+    return judged._replace(outcome="undecidable", reason=f"{judged.reason}, not the paper's record")
 
 
 def more_often(count: int, total: int) -> Verdict:

@@ -177,7 +177,7 @@ def _named(name: str, folder: Path, without: tuple[Path, ...] = ()) -> Path | No
     if not re.fullmatch(NAME_PATTERN, name):
         return None
     paths = (
-        (parent / f"{name}.yaml").resolve() for parent in dict.fromkeys((folder, OWN_FOLDER, FOLDER))
+        (root / f"{name}.yaml").resolve() for root in dict.fromkeys((folder, OWN_FOLDER, FOLDER))
     )
     return next((path for path in paths if path.is_file() and path not in without), None)
 

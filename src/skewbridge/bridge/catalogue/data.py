@@ -304,8 +304,8 @@ class BridgeData(Part, frozen=True):
     @property
     def ends(self) -> dict[str, EndData]:
         """Data of the left and the right end, by name."""
-        abutments = self.abutments
-        left, right = (abutments.left, abutments.right) if abutments else (self.abutment, self.abutment)
+        pair = self.abutments
+        left, right = (pair.left, pair.right) if pair else (self.abutment, self.abutment)
         return {name: end for name, end in (("left", left), ("right", right)) if end is not None}
 
     @property

@@ -295,7 +295,7 @@ def values_by_rule(given_numbers: Mapping[str, Any], tree: Any) -> Iterator[tupl
         ):
             key = _placed(rule.key, seat, number)
             value = rule.formula.value(
-                lambda need, location=(seat, number): _lookup(tree, results, _placed(need, *location))
+                lambda need, at=(seat, number): _lookup(tree, results, _placed(need, *at))
             )
             if key not in results and value is not None:
                 results[key] = value

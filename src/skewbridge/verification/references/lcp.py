@@ -91,10 +91,10 @@ class RigidContacts:
             targets[: len(closed)] = -self.restitution * u_before[closed]
             basis, rows = columns[unknown].T, compliance[unknown]
             try:
-                magnitudes = np.linalg.solve(rows @ basis, targets - (u_free[unknown] + rows @ impulses))
+                sizes = np.linalg.solve(rows @ basis, targets - (u_free[unknown] + rows @ impulses))
             except np.linalg.LinAlgError:
                 return None
-            impulses = impulses + basis @ magnitudes
+            impulses = impulses + basis @ sizes
         after = u_free + compliance @ impulses
         speed = _ROUNDING * max(float(np.abs(u).max()) for u in (after, u_free, u_before))
         least = -_ROUNDING * float(np.abs(impulses).max())

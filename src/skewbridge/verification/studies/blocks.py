@@ -412,8 +412,8 @@ def run_integrators(study: Study) -> None:
     rows: list[Row] = []
     for step in (0.1, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0):  # x contact frequency
         for integrator in ("houbolt", "newmark"):
-            restitutions = integrator_restitution(integrator, step)
-            values = {"mean": restitutions.mean(), "least": restitutions.min(), "largest": restitutions.max()}
+            ratios = integrator_restitution(integrator, step)
+            values = {"mean": ratios.mean(), "least": ratios.min(), "largest": ratios.max()}
             rows.append({"integrator": integrator, "step_times_frequency": step} | values)
             # The extremes depend on the phases tried; the mean of all forty less so.
             text = f"{integrator}, step x frequency {step:g}: mean restitution"

@@ -98,16 +98,16 @@ def half_cycles(pair: Pair[DeckMotion], axis: int) -> pd.DataFrame:
     """
     count = min(len(motion.disp_m) for motion in pair)
     rough, smooth = (motion.disp_m[:count] for motion in pair)
-    along, across = np.abs(smooth[:, axis]), np.abs(smooth[:, 1 - axis])
+    disp, across = np.abs(smooth[:, axis]), np.abs(smooth[:, 1 - axis])
     columns = {
-        "peak_without_m": along,
+        "peak_without_m": disp,
         "peak_with_m": np.abs(rough[:, axis]),
-        "together": along * across / (along.max() * across.max()),
+        "together": disp * across / (disp.max() * across.max()),
         "has_contact": np.logical_or(*(motion.touches_wall[:count] for motion in pair)),
     }
     crossings = np.diff(np.signbit(smooth[:, axis]), prepend=np.signbit(smooth[0, axis]))
     groups = pd.DataFrame(columns).groupby(np.cumsum(crossings))
-    is_large = (groups["peak_without_m"].max() >= SMALLEST_CYCLE * along.max()) & (groups.size() > 1)
+    is_large = (groups["peak_without_m"].max() >= SMALLEST_CYCLE * disp.max()) & (groups.size() > 1)
     cycles = groups.max()[is_large].reset_index(drop=True)  # has_contact: if any contact closes
     return cycles.assign(change=cycles["peak_with_m"] / cycles["peak_without_m"] - 1.0)
 

@@ -86,7 +86,7 @@ def _held_period_s(row: Values) -> float:
         model = build(variant, STATES[row["state"]])
         stiff = model.tags.material()
         ops.uniaxialMaterial("Elastic", stiff, 1.0e12)
-        for bearing in (bearing_handle for abutment in model.abutments for bearing_handle in abutment.bearings):
+        for bearing in (pad for abutment in model.abutments for pad in abutment.bearings):
             nodes = (model.tags.element(), bearing.seat_node, bearing.deck_node)
             ops.element("zeroLength", *nodes, "-mat", stiff, "-dir", 2)
         modes = modes_of(model, 12)
@@ -102,7 +102,7 @@ def _pushed_kn(row: Values) -> float:
 def _shear_strength_kn(row: Values) -> float:
     """Return the shear strength (kN) of a column at ductility 5, under the table's axial force."""
     data = load_bridge(row["bridge"])
-    axials = {row_of_table["bridge"]: row_of_table["reference"] for row_of_table in _TABLE if row_of_table["quantity"] == _AXIAL}
+    axials = {item["bridge"]: item["reference"] for item in _TABLE if item["quantity"] == _AXIAL}
     axial_n = float(axials[row["bridge"]]) * KN
     curve = section_response(data.column, axial_n)
     shear = shear_section(data.column, data.bents[0].clear_height_m, curve)

@@ -74,11 +74,11 @@ class PaperMotion:
         if self.is_paper_record:
             return scaled
         strongest = strongest_motions(OTHER_MOTIONS + 1, self.other_pga_g)
-        other_motions = [candidate for candidate in strongest if candidate.motion_id != self.motion.motion_id]
+        others = [motion for motion in strongest if motion.motion_id != self.motion.motion_id]
         scaled_to = f"at a PGA of {self.other_pga_g:.2f} g"
         return scaled + [
             replace(self, motion=m, label=f"{m.motion_id} {scaled_to}", run=Run(m.motion_id))
-            for m in other_motions[:OTHER_MOTIONS]
+            for m in others[:OTHER_MOTIONS]
         ]
 
 
@@ -114,7 +114,7 @@ def _find(*patterns: str) -> Path | None:
     """Return the first match, ordered by pattern, folder and name; None if no file matches."""
     named = [part for part in os.environ.get(FOLDERS_VARIABLE, "").split(os.pathsep) if part]
     folders = [Path(folder) for folder in (*named, "motions")]
-    files = (file for pattern in patterns for searched in folders for file in sorted(searched.rglob(pattern)))
+    files = (file for pattern in patterns for at in folders for file in sorted(at.rglob(pattern)))
     return next(files, None)
 
 

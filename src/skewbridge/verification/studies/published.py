@@ -365,9 +365,9 @@ def demand_ratios(table: pd.DataFrame) -> pd.DataFrame:
     # the names with the prefix for whole motions: they are judged by ratios alone
     names = [f"{WHOLE}{name}" for name in COMPARED]
     runs = table.assign(**{"status": OK, COMPLETE: True, BEYOND_MODEL: ""})
-    effects = _effects_of_skew(runs, lambda part: effect_tables(part, names, SETTINGS).effects)
-    effects["demand"] = effects["demand"].str.removeprefix(WHOLE)
-    return effects.assign(mean=effects["from_mean"] * effects["ratio"])[[*_EFFECT_KEYS, "mean", *_EFFECT]]
+    rows = _effects_of_skew(runs, lambda part: effect_tables(part, names, SETTINGS).effects)
+    rows["demand"] = rows["demand"].str.removeprefix(WHOLE)
+    return rows.assign(mean=rows["from_mean"] * rows["ratio"])[[*_EFFECT_KEYS, "mean", *_EFFECT]]
 
 
 def median_factors(table: pd.DataFrame) -> pd.DataFrame:

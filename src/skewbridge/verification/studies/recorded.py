@@ -191,8 +191,8 @@ def read_events(folder: Path, station: Station) -> list[Event]:
     Raises `InputError` for a folder without files, another station or missing channels.
     """
     folders = [folder, *(path for path in folder.glob("*") if path.is_dir())]
-    files = {folder_of_event: sorted(folder_of_event.glob("*.[vV]2")) for folder_of_event in folders}
-    events = [_event(folder_of_event, paths, station) for folder_of_event, paths in files.items() if paths]
+    files = {place: sorted(place.glob("*.[vV]2")) for place in folders}
+    events = [_event(place, paths, station) for place, paths in files.items() if paths]
     if not events:
         raise InputError(f"{folder}: no .V2 file of an event, here or in its folders")
     return sorted(events, key=lambda event: event.date)
@@ -503,20 +503,20 @@ def _compare(
     """Add the comparisons of one event: peaks of all quantities, and the period."""
     event = recording.event
     kind = "fitted" if event.date in station.fitted else "predicted"
-    for quantity in station.quantities:
-        if (recorded := recording.recorded.get(quantity.name)) is None:
+    for item in station.quantities:
+        if (recorded := recording.recorded.get(item.name)) is None:
             continue
-        histories = {name: models[name][quantity.name] for name in ("model", "null", "uniform input")}
-        peak = {name: float(np.abs(values).max()) for name, values in histories.items()}
-        model, null, uniform = (comparison(values, recorded) for values in histories.values())
-        least, most = quantity.peak.get(kind, (0.0, np.inf))
+        shown = {name: models[name][item.name] for name in ("model", "null", "uniform input")}
+        peak = {name: float(np.abs(values).max()) for name, values in shown.items()}
+        model, null, uniform = (comparison(values, recorded) for values in shown.values())
+        least, most = item.peak.get(kind, (0.0, np.inf))
         reference = float(np.abs(recorded).max())
-        source = f"channel {quantity.channel}, {kind}; peak ratio {least:g} to {most:g}"
-        study.report(f"{event.date} {quantity.name} ({quantity.unit})", peak["model"], reference, source)
+        source = f"channel {item.channel}, {kind}; peak ratio {least:g} to {most:g}"
+        study.report(f"{event.date} {item.name} ({item.unit})", peak["model"], reference, source)
         study.comparisons[-1] |= {
             "pass": least <= model["peak_ratio"] <= most
-            and model["correlation"] >= quantity.correlation.get(kind, -1.0)
-            and model["error"] <= quantity.error.get(kind, np.inf),
+            and model["correlation"] >= item.correlation.get(kind, -1.0)
+            and model["error"] <= item.error.get(kind, np.inf),
             "tolerance": (most - 1.0) * reference if np.isfinite(most) else None,
             "event": event.date,
             "kind": kind,
@@ -530,15 +530,15 @@ def _compare(
     output, *inputs = station.period
     grounds = [in_band(event.accel_mps2[c], event.dt_s)[recording.part] for c in inputs]
     top = next(e.name for e in station.quantities if e.channel == output and e.to is None)
-    identified, model = (
+    mode, model = (
         identified_period(of[top] * G_MPS2, np.column_stack(grounds), event.dt_s)
         for of in (recording.recorded, models["model"])
     )
     ground_g = max(float(np.abs(a).max()) for a in event.motions(station)["left"].components)
-    source = f"halves +- {identified.half_range_s:.3f} s; ground at the left end {ground_g / G_MPS2:.2f} g"
-    within = max(0.1 * identified.period_s, identified.half_range_s)
-    study.absolute(f"{event.date} period across (s)", model.period_s, identified.period_s, within, source)
-    study.comparisons[-1] |= {"event": event.date, "kind": kind, "half_range": identified.half_range_s}
+    source = f"halves +- {mode.half_range_s:.3f} s; ground at left end {ground_g / G_MPS2:.2f} g"
+    within = max(0.1 * mode.period_s, mode.half_range_s)
+    study.absolute(f"{event.date} period across (s)", model.period_s, mode.period_s, within, source)
+    study.comparisons[-1] |= {"event": event.date, "kind": kind, "half_range": mode.half_range_s}
 
 
 def histories_figure(recording: Recording, model: Histories) -> "Figure":

@@ -322,8 +322,8 @@ def pooled_ratios(peaks: pd.DataFrame, accuracies: tuple[Accuracy, Accuracy]) ->
             change = logs.xs(after, level=axis) - logs.xs(before, level=axis)
             change = change.dropna().reset_index()
             change = change.assign(axis=axis, from_value=before, to_value=after)
-            positions = (", ".join(f"{n} {row[n]}" for n in other_axes) for _, row in change.iterrows())
-            parts += [change.assign(place=list(positions)), change.assign(place=ALL_PLACES)]
+            texts = (", ".join(f"{n} {row[n]}" for n in other_axes) for _, row in change.iterrows())
+            parts += [change.assign(place=list(texts)), change.assign(place=ALL_PLACES)]
     columns = ["axis", "from_value", "to_value", "place", "demand"]
     groups = pd.concat(parts).groupby(columns, sort=False)
     pooled = groups[["ratio", "exact_ratio"]].mean().apply(np.exp)
