@@ -45,8 +45,8 @@ def raise_all(faults: Iterable[InputError]) -> None:
 def did_you_mean(word: object, words: Iterable[str]) -> str:
     """Return ` (did you mean NAME?)` with the known name closest to `word`, or an empty text."""
     names = {str(name).lower(): name for name in words}
-    near = get_close_matches(str(word).lower(), names, n=1)
-    return f" (did you mean {names[near[0]]}?)" if near else ""
+    nearest = get_close_matches(str(word).lower(), names, n=1)
+    return f" (did you mean {names[nearest[0]]}?)" if nearest else ""
 
 
 class SolutionError(RuntimeError):

@@ -84,7 +84,7 @@ def quantity(text: str, unit: str) -> float:
     Raises:
         ValueError: The text is not a number and a unit, or the unit is of another quantity.
     """
-    into, needed = _factor(unit)
+    target, dimension = _factor(unit)
     match = _FEET_AND_INCHES.fullmatch(text.strip())
     if match and any(match.groups()):
         feet, inches, over, under = (float(part or 0.0) for part in match.groups())
@@ -94,9 +94,9 @@ def quantity(text: str, unit: str) -> float:
         value = float(plain[1]) * factor
     else:
         raise ValueError(f"must be a valid number, or one with a unit such as {unit}")
-    if not isclose(kind, needed):
+    if not isclose(kind, dimension):
         raise ValueError(f"has the unit of another quantity: it must be a unit such as {unit}")
-    return float(f"{value / into:.12g}")
+    return float(f"{value / target:.12g}")
 
 
 def _factor(unit: str) -> tuple[float, float]:

@@ -248,12 +248,12 @@ class Wall:
         options, end = self.options, self.end
         height = options.backfill_height_exponent
         soil = options.backfill, self.end.skew_rad, height, options.backfill_skew
-        whole = self.soil(wall_backfill(self.data, *soil))
+        backfill = self.soil(wall_backfill(self.data, *soil))
         stations = end.wall_stations(options.backwall_points)
         shares = tributary_shares(len(stations))
         factors = variation_factors(end, stations, options.backfill_variation)
         return [
-            (along, share, whole.scaled(share * factor))
+            (along, share, backfill.scaled(share * factor))
             for along, share, factor in zip(stations, shares, factors, strict=True)
         ]
 
@@ -488,21 +488,21 @@ def _build_contact(joint: Joint) -> AbutmentHandle:
     friction = joint.friction * (options.friction_at != "keys")
     units: list[int] = []
     walls: list[int] = []
-    held: list[tuple[SpringHandle, SpringHandle, tuple[int, ...]]] = []
+    wall_points: list[tuple[SpringHandle, SpringHandle, tuple[int, ...]]] = []
     for number, (along, share, passive) in enumerate(joint.wall_parts(), start=1):
         mass_kg = joint.moving_mass_kg(joint.wall_mass_kg * share)
         # The penalty of a point is proportional to its soil stiffness: the soil spreads the force.
         stiffness = penalties(passive.stiffness_n_per_m, mass_kg, options)
         wall = plane_node(end.point("outer", along), mass_kg, tags)
         ground = grounded_node(end.point("outer", along), tags)
-        held.append(hold_wall_point(joint, (ground, wall), share, passive))
+        wall_points.append(hold_wall_point(joint, (ground, wall), share, passive))
         nodes, name = (wall, joint.points["outer", along]), f"backwall {number}"
         cohesion_n = options.cohesion_n * share
         units.append(
             joint.add_contact(nodes, end.inward, gap_m, stiffness, friction, name, cohesion_n)
         )
         walls.append(wall)
-    wall_springs, wing_springs, links = zip(*held, strict=True)
+    wall_springs, wing_springs, links = zip(*wall_points, strict=True)
     handle = replace(
         joint.handle,
         wall_units=tuple(units),

@@ -137,9 +137,9 @@ def modes_of(model: BridgeModel, count: int) -> tuple[Mode, ...]:
     Friction springs are made soft, walls and keys are held: their local modes would fill the list.
     """
     ends = model.abutments
-    held = {node for end in ends for node in end.key_nodes}
-    held |= {spring.nodes[1] for end in ends for spring in end.wing_springs}
-    free = [(node, dof) for node in held for dof in {1, 2}.difference(ops.getFixedDOFs(node))]
+    fixed = {node for end in ends for node in end.key_nodes}
+    fixed |= {spring.nodes[1] for end in ends for spring in end.wing_springs}
+    free = [(node, dof) for node in fixed for dof in {1, 2}.difference(ops.getFixedDOFs(node))]
     soft = nullcontext() if model.contacts is None else model.contacts.soft_tangents()
     for node, dof in free:
         ops.fix(node, *(int(dof == number) for number in range(1, 7)))

@@ -181,11 +181,11 @@ def _spread_deck_load(
     ends = (-length_m / 2, *(along for _, along in nodes), length_m / 2)
     for i, (node, along) in enumerate(nodes):
         # each side of the node: the whole overhang at an end of the cap, else half the span
-        for sign, other, is_end in (
+        for sign, neighbour_m, is_end in (
             (-1.0, ends[i], i == 0),
             (1.0, ends[i + 2], i == len(nodes) - 1),
         ):
-            part_m = abs(other - along)
+            part_m = abs(neighbour_m - along)
             spine.loads_n[node] += per_m * part_m / (1.0 if is_end else 2.0)
             moment = per_m * part_m**2 / (2.0 if is_end else 12.0)
             about_x_nm, about_y_nm = (-sign * moment * component for component in normal)
@@ -208,11 +208,11 @@ def _support(
     ground = grounded_node(ops.nodeCoord(base), tags)
     # The fields of the foundation are in the order of the degrees of freedom.
     stiffness = enumerate(bridge.foundation.model_dump().values(), start=1)
-    held = {dof: 1e6 * value for dof, value in stiffness if bends or dof not in (4, 5)}
-    materials = [elastic_material(value, tags) for value in held.values()]
+    spring_stiffness = {dof: 1e6 * value for dof, value in stiffness if bends or dof not in (4, 5)}
+    materials = [elastic_material(value, tags) for value in spring_stiffness.values()]
     element = tags.element()
     axes = (*normal, 0.0, *turned(normal), 0.0)
-    springs = ("-mat", *materials, "-dir", *held, "-orient", *axes)
+    springs = ("-mat", *materials, "-dir", *spring_stiffness, "-orient", *axes)
     ops.element("zeroLength", element, ground, base, *springs)
     return [element]
 
@@ -234,9 +234,9 @@ def core_materials(column: ColumnData, tags: TagAllocator, *, has_end: bool) -> 
     if not has_end:
         return [concrete_material(core, crushed_pa, tags)]
     kept_pa = RESIDUAL_CORE * core.peak_pa
-    kept = concrete_material(core, kept_pa, tags, share=RESIDUAL_CORE)
+    residual = concrete_material(core, kept_pa, tags, share=RESIDUAL_CORE)
     lost = concrete_material(core, crushed_pa - kept_pa, tags, share=1.0 - RESIDUAL_CORE)
-    return [uniaxial(tags, "MinMax", lost, "-min", -core.ultimate_strain), kept]
+    return [uniaxial(tags, "MinMax", lost, "-min", -core.ultimate_strain), residual]
 
 
 def concrete_material(
@@ -386,9 +386,9 @@ def elastic_points(hinge_ratio: float, *, is_pinned: bool) -> tuple[list[float],
         (1969), Math. Comp. 23: Gauss rules from moments.
     """
     inner = 1.0 - 8.0 * hinge_ratio
-    apart = inner / (2.0 * sqrt(3.0))
+    half_spacing = inner / (2.0 * sqrt(3.0))
     third = 8.0 / 3.0 * hinge_ratio
-    positions = np.array([0.0, third, 0.5 - apart, 0.5 + apart, 1.0 - third])
+    positions = np.array([0.0, third, 0.5 - half_spacing, 0.5 + half_spacing, 1.0 - third])
     weights = np.array([hinge_ratio, 3.0 * hinge_ratio, inner / 2, inner / 2, 3.0 * hinge_ratio])
     if not is_pinned:
         positions, weights = positions[1:], weights[1:]
@@ -397,6 +397,6 @@ def elastic_points(hinge_ratio: float, *, is_pinned: bool) -> tuple[list[float],
     roots = np.roots([1.0, *np.linalg.solve(hankel, [-moments[2], -moments[3]])[::-1]])
     if np.iscomplexobj(roots) or not ((roots > 0.0) & (roots < 1.0)).all():
         return positions.tolist(), weights.tolist()  # hinges too long for a two-point rule
-    two = np.sort(roots)
-    shares = np.linalg.solve([[1.0, 1.0], two.tolist()], moments[:2])
-    return two.tolist(), shares.tolist()
+    points = np.sort(roots)
+    shares = np.linalg.solve([[1.0, 1.0], points.tolist()], moments[:2])
+    return points.tolist(), shares.tolist()

@@ -117,7 +117,7 @@ def bent_directions(
 def bent_capacities(bridge: BridgeData, hinge_rule: HingeRule = "sdc") -> list[BentCapacity]:
     """Return the displacement capacities of all bents under a rigid deck, in each direction."""
     pairs = [bent_directions(bridge, number, hinge_rule) for number in range(len(bridge.bents))]
-    return [bent for one, two in pairs for bent in ((one,) if one is two else (one, two))]
+    return [bent for n, a in pairs for bent in ((n,) if n is a else (n, a))]
 
 
 def hinge_length_m(column: ColumnData, shear_span_m: float, rule: HingeRule) -> float:
@@ -194,16 +194,16 @@ def shear_loss(bent: BentCapacity, shear_model: ShearModel = DEFAULT_SHEAR_MODEL
     capacity = shear_strength(section, shear_model, bent.axial_n, *ductilities)
     shear = curve.moment_nm / bent.shear_span_m
     fails = shear >= capacity
-    at = int(fails.argmax()) if fails.any() else -1
-    strength = float(shear[at] if fails.any() else capacity[at])
+    first = int(fails.argmax()) if fails.any() else -1
+    strength = float(shear[first] if fails.any() else capacity[first])
     area_m2 = SHEAR_AREA_RATIO * section.gross_area_m2
     shear_pa = shear_modulus_pa(bent.column.elastic_modulus_gpa * GPA)
     elastic_m = strength * height / (shear_pa * area_m2)
-    lost_m = (axial_failure_drift(section, bent.axial_n) - float(drift[at])) * height
+    lost_m = (axial_failure_drift(section, bent.axial_n) - float(drift[first])) * height
     return ShearLoss(
         strength_n=strength,
         elastic_m=elastic_m,
-        failure_drift_ratio=float(drift[at]),
+        failure_drift_ratio=float(drift[first]),
         # never steeper than the elastic branch
         residual_m=elastic_m + (1.0 - RESIDUAL_SHEAR) * max(lost_m, elastic_m),
     )

@@ -82,9 +82,9 @@ def _support_integral(end: End, blueprint: Blueprint) -> Wall:
         holders.append(ground)
 
     for along in (-arm, arm):
-        head = points["bearing", along]
-        hold(head, {3: piles.count / 2 * piles.vertical_mn_per_m * 1e6})
-        elements += _pile_springs((holders[-1], head), plan.normal, lateral, piles.dashpot_s, tags)
+        top = points["bearing", along]
+        hold(top, {3: piles.count / 2 * piles.vertical_mn_per_m * 1e6})
+        elements += _pile_springs((holders[-1], top), plan.normal, lateral, piles.dashpot_s, tags)
     # ASSUME the heads of the piles are cast into the diaphragm and turn with it
     turning = piles.count * piles.rotational_mnm_per_rad * 1e6
     hold(node, {4: turning, 5: turning})
@@ -95,8 +95,8 @@ def _support_integral(end: End, blueprint: Blueprint) -> Wall:
         links=tuple(arms),
         other_springs=tuple(elements),
     )
-    common: dict[str, Any] = {"blueprint": blueprint, "data": data, "handle": handle}
-    return Wall(end=plan, points=points, **common)
+    fields: dict[str, Any] = {"blueprint": blueprint, "data": data, "handle": handle}
+    return Wall(end=plan, points=points, **fields)
 
 
 def _pile_springs(
@@ -157,11 +157,11 @@ def _support_roller(end: End, blueprint: Blueprint) -> AbutmentHandle:
     plan, stations = end.plan, end.plan.wall_stations(2)
     lines: dict[Line, list[float]] = {"bearing": stations, "outer": stations}
     points, arms = build_arms(plan, end.node, lines, blueprint.options, blueprint.tags)
-    held = tuple(points["bearing", along] for along in stations)
-    for node in held:
+    supported = tuple(points["bearing", along] for along in stations)
+    for node in supported:
         ops.fix(node, 0, 0, 1, 0, 0, 0)
     fields = placed(plan, end.node, points)
-    return AbutmentHandle(**fields, is_seat=False, holders=held, links=tuple(arms))
+    return AbutmentHandle(**fields, is_seat=False, holders=supported, links=tuple(arms))
 
 
 def _finished(handle: AbutmentHandle) -> AbutmentHandle:

@@ -103,8 +103,8 @@ def build_inner_joint(joint: Supported) -> JointHandle:
     stations = left.wall_stations(options.backwall_points)
     opposite = reversed(right.wall_stations(options.backwall_points))
     pairs = [
-        (joint.points[0]["outer", along], joint.points[1]["outer", other])
-        for along, other in zip(stations, opposite, strict=True)
+        (joint.points[0]["outer", along], joint.points[1]["outer", opposite_along])
+        for along, opposite_along in zip(stations, opposite, strict=True)
     ]
     shares, tangent = tributary_shares(len(stations)), (*turned(left.normal), 0.0)
     # ASSUME decks are as stiff at their ends as over their length; the mass that meets is that of
@@ -152,7 +152,7 @@ def _restrain(joint: Supported, pairs: Sequence[tuple[int, int]]) -> list[int]:
 
 
 def _below(point_m: tuple[float, float, float], holder: int) -> Point:
-    x, y, z = (float(at - of) for at, of in zip(point_m, ops.nodeCoord(holder), strict=True))
+    x, y, z = (float(x_j - x_i) for x_j, x_i in zip(point_m, ops.nodeCoord(holder), strict=True))
     return Point(holder, (x, y, z))
 
 

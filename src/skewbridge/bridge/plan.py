@@ -90,8 +90,8 @@ def tributary_shares(count: int) -> list[float]:
     shares = [inner / 2 if i in (0, count - 1) else inner for i in range(count)]
     if count > 2:
         # moved inwards from each corner so that the sum of share x position^2 is 1 / 12
-        moved = inner / (12 * (1 - inner))
+        shift = inner / (12 * (1 - inner))
         for corner, next_to_it in ((0, 1), (-1, -2)):
-            shares[corner] -= moved
-            shares[next_to_it] += moved
+            shares[corner] -= shift
+            shares[next_to_it] += shift
     return shares

@@ -107,11 +107,11 @@ class ScriptBridge:
         values = {"skew_deg": skew_deg} | {
             name: getattr(options, name) for name in names if name != "skew_deg"
         }
-        stated = call_script(files, {name: values[name] for name in names})
+        answer = call_script(files, {name: values[name] for name in names})
         with lines_of(files):
-            if not isinstance(stated, ScriptFrame):
-                raise InputError(f"{FUNCTION}() must return a skewbridge.Frame, got {stated!r}")
-            return _Reader(stated, tags, skew_deg, options).frame(), stated
+            if not isinstance(answer, ScriptFrame):
+                raise InputError(f"{FUNCTION}() must return a skewbridge.Frame, got {answer!r}")
+            return _Reader(answer, tags, skew_deg, options).frame(), answer
 
 
 def load_script(path: Path) -> ScriptBridge:
@@ -135,8 +135,8 @@ def _standing(bridge: ScriptBridge) -> _Standing:
     """Build a bridge at zero skew and return its periods; the open domain is emptied."""
     frames: list[tuple[Frame, ScriptFrame]] = []
 
-    def build(*stated: Any) -> Frame:
-        frames.append(bridge.frame(*stated))
+    def build(*arguments: Any) -> Frame:
+        frames.append(bridge.frame(*arguments))
         return frames[0][0]
 
     usual = {axis.name: axis.usual for axis in AXES} | {"skew_deg": 0}
@@ -156,7 +156,7 @@ def _standing(bridge: ScriptBridge) -> _Standing:
     return _Standing(t1_s=t1_s, damping=damping, description=description)
 
 
-def _description(name: str, frame: Frame, stated: ScriptFrame) -> Description:
+def _description(name: str, frame: Frame, script_frame: ScriptFrame) -> Description:
     left, right = (end.plan.middle_m[0] for end in frame.ends)
     middle_m = (left + right) / 2
     seats = [(e, e.abutment) for e in frame.ends if isinstance(e.abutment, AbutmentData)]
@@ -165,14 +165,14 @@ def _description(name: str, frame: Frame, stated: ScriptFrame) -> Description:
     for column in frame.columns:
         x, y, _ = ops.nodeCoord(column.top.node)
         columns_m.append((x - middle_m, y))
-        same = (bent for bent in bents if abs(bent[0][0] - x) < _BENT_SHARE * (right - left))
-        if (bent := next(same, None)) is None:
+        at_same_x = (bent for bent in bents if abs(bent[0][0] - x) < _BENT_SHARE * (right - left))
+        if (bent := next(at_same_x, None)) is None:
             bents.append(bent := [])
         bent.append((x, column.clear_height_m))
     bents.sort()
     lines = [left, *(fmean(x for x, _ in bent) for bent in bents), right]
     return Description(
-        title=stated.title or name,
+        title=script_frame.title or name,
         details="script",
         spans_m=tuple(b - a for a, b in pairwise(lines)),
         width_m=frame.ends[0].plan.width_m,
@@ -198,10 +198,10 @@ class _Reader:
     """Reads the domain that a script has built, and completes what it has returned."""
 
     def __init__(
-        self, stated: ScriptFrame, tags: TagAllocator, skew_deg: float, options: ModelOptions
+        self, script_frame: ScriptFrame, tags: TagAllocator, skew_deg: float, options: ModelOptions
     ) -> None:
-        self._stated, self._skew_deg, self._options = stated, skew_deg, options
-        self._units = units = UnitSystem.named(stated.units)
+        self._stated, self._skew_deg, self._options = script_frame, skew_deg, options
+        self._units = units = UnitSystem.named(script_frame.units)
         ndm, ndf = (next(iter(query() or [0])) for query in (ops.getNDM, ops.getNDF))
         _need(
             (ndm, ndf) == (3, 6),
@@ -213,11 +213,11 @@ class _Reader:
         for element in self._elements:
             for node in _listed(ops.eleNodes(element)):
                 self._joined.setdefault(node, []).append(element)
-        moved = next((n for n in self._nodes if any(ops.nodeDisp(n))), None)
+        moved_node = next((n for n in self._nodes if any(ops.nodeDisp(n))), None)
         _need(
-            moved is None and ops.getTime() == 0.0,
+            moved_node is None and ops.getTime() == 0.0,
             f"{FUNCTION}() must only build the model, but it has run an analysis"
-            f"{'' if moved is None else f': node {moved} has moved'}",
+            f"{'' if moved_node is None else f': node {moved_node} has moved'}",
         )
         self._loads = self._dead_load()
         largest = {"node": max(self._nodes), "element": max(self._elements)}
@@ -232,18 +232,18 @@ class _Reader:
 
     def frame(self) -> Frame:
         """Return the frame in SI, the left end first."""
-        stated, loads = self._stated, self._loads
-        self._must_have("ends", [self._node(end) for end in stated.ends])
+        script, loads = self._stated, self._loads
+        self._must_have("ends", [self._node(end) for end in script.ends])
         _need(
-            len(stated.ends) == 2,
-            f"ends must be the two end nodes of the deck, got {len(stated.ends)}",
+            len(script.ends) == 2,
+            f"ends must be the two end nodes of the deck, got {len(script.ends)}",
         )
-        ends = sorted(stated.ends, key=lambda end: ops.nodeCoord(self._node(end), 1))
-        columns = tuple(self._column(number, row) for number, row in enumerate(stated.columns))
+        ends = sorted(script.ends, key=lambda end: ops.nodeCoord(self._node(end), 1))
+        columns = tuple(self._column(number, row) for number, row in enumerate(script.columns))
         bases = dict.fromkeys(column.element for column in columns)
         lines = [e for e in self._elements if len(_listed(ops.eleResponse(e, "force"))) == _BEAM]
         beams = [e for e in lines if len(set(map(self._place, ops.eleNodes(e)))) > 1]
-        damped = tuple(_soft(beams) if stated.damped is None else stated.damped)
+        damped = tuple(_soft(beams) if script.damped is None else script.damped)
         self._must_have("damped", damped, self._elements, "element")
         elastic = [e for e in damped if ops.eleType(e) == "ElasticBeam3d" and e not in bases]
         links = [e for e in beams if ops.eleType(e) == "ElasticBeam3d" and e not in damped]
@@ -252,19 +252,17 @@ class _Reader:
         _need(bool(masses), "the model has no nodal masses: give them with ops.mass")
         if loads is None:
             lifted = {node: float(ops.nodeMass(node, 3)) for node in masses}
-            lacking = next((n for n, m in lifted.items() if m == 0.0 < masses[n]), None)
-            _need(
-                lacking is None, f"node {lacking} has no vertical mass: give it one, or state loads"
-            )
+            bare = next((n for n, m in lifted.items() if m == 0.0 < masses[n]), None)
+            _need(bare is None, f"node {bare} has no vertical mass: give it one, or state loads")
             loads = {node: G_MPS2 * mass for node, mass in lifted.items()}, {}
-        periods = stated.damping_periods or (nan, nan)
+        periods = script.damping_periods or (nan, nan)
         return Frame(
             centre_node=self._centre(masses, [*elastic, *links]),
             loads=DeadLoad(forces_n=loads[0], moments_nm=loads[1], masses_kg=masses),
             ends=tuple(self._end(*side) for side in self._sides(ends)),
             columns=columns,
             damping=Damping(
-                ratio=stated.damping_ratio,
+                ratio=script.damping_ratio,
                 long_period_s=max(periods),
                 short_period_s=min(periods),
                 elements=damped,
@@ -292,12 +290,12 @@ class _Reader:
 
     def _dead_load(self) -> tuple[dict[int, float], dict[int, tuple[float, float]]] | None:
         """Take the dead load out of the domain; None if neither script nor frame states one."""
-        stated, force, moment = self._stated, self._units.si(FORCE), self._units.si(MOMENT)
+        script, force, moment = self._stated, self._units.si(FORCE), self._units.si(MOMENT)
         patterns = _listed(ops.getPatterns())
-        if stated.loads is not None:
-            self._must_have("loads", stated.loads)
+        if script.loads is not None:
+            self._must_have("loads", script.loads)
             _need(not patterns, "give the dead load as loads or as a load pattern, not as both")
-            return {node: force * load for node, load in stated.loads.items()}, {}
+            return {node: force * load for node, load in script.loads.items()}, {}
         if not patterns:
             return None
         _need(
@@ -338,8 +336,8 @@ class _Reader:
         )
         return [(ends[0], "left", (-along[0], -along[1])), (ends[1], "right", along)]
 
-    def _end(self, end: int | ScriptEnd, side: str, away: PlanVector) -> End:
-        stated, metre = self._stated, self._units.si(LENGTH)
+    def _end(self, end: int | ScriptEnd, side: str, from_other: PlanVector) -> End:
+        script, metre = self._stated, self._units.si(LENGTH)
         script_end = end if isinstance(end, ScriptEnd) else ScriptEnd(end)
         node, position = script_end.node, self._place(script_end.node)
         _need(
@@ -347,15 +345,15 @@ class _Reader:
             f"ends: node {node} must not be fixed, because the abutments support it; it is fixed "
             f"in {_listed(ops.getFixedDOFs(node))}",
         )
-        outward = script_end.outward or self._outward(node, away)
+        outward = script_end.outward or self._outward(node, from_other)
         size = hypot(*outward)
         width, soffit = (
-            metre * (getattr(stated, name) if value is None else value)
+            metre * (getattr(script, name) if value is None else value)
             for name, value in (("width", script_end.width), ("soffit", script_end.soffit))
         )
         _need(width > 0.0, f"width must be positive, got {width / metre:g}")
         _need(soffit >= 0.0, f"soffit must be at least 0, got {soffit / metre:g}")
-        data, thickness_m = _abutment(script_end.abutment or stated.abutment, width)
+        data, thickness_m = _abutment(script_end.abutment or script.abutment, width)
         plan = DeckEnd(
             side,
             (position[0], position[1]),
@@ -367,14 +365,14 @@ class _Reader:
         )
         return End(node=node, plan=plan, abutment=built_end(data, self._options))
 
-    def _outward(self, node: int, away: PlanVector) -> PlanVector:
+    def _outward(self, node: int, from_other: PlanVector) -> PlanVector:
         """Return the direction of the element at an end that points most out of the deck."""
         x, y, _ = self._place(node)
         neighbours = {n for e in self._joined.get(node, ()) for n in ops.eleNodes(e)} - {node}
-        ways = [(x - self._place(n)[0], y - self._place(n)[1]) for n in neighbours]
-        ways = [(dx / hypot(dx, dy), dy / hypot(dx, dy)) for dx, dy in ways if dx or dy]
-        _need(bool(ways), f"ends: node {node} must be the end of a deck element")
-        return max(ways, key=lambda way: way[0] * away[0] + way[1] * away[1])
+        directions = [(x - self._place(n)[0], y - self._place(n)[1]) for n in neighbours]
+        directions = [(dx / hypot(dx, dy), dy / hypot(dx, dy)) for dx, dy in directions if dx or dy]
+        _need(bool(directions), f"ends: node {node} must be the end of a deck element")
+        return max(directions, key=lambda way: way[0] * from_other[0] + way[1] * from_other[1])
 
     def _column(self, number: int, column: Column) -> ColumnHandle:
         field, metre = f"columns.{number}", self._units.si(LENGTH)
@@ -434,14 +432,14 @@ class _Reader:
             return centre
         positions, weights = np.array([self._place(node) for node in masses]), [*masses.values()]
         x, y, _ = np.average(positions, axis=0, weights=weights)
-        near = dict.fromkeys(int(node) for element in deck for node in ops.eleNodes(element))
+        deck_nodes = dict.fromkeys(int(node) for element in deck for node in ops.eleNodes(element))
         top = max(self._place(self._node(end))[2] for end in self._stated.ends)
 
         def distance(node: int) -> tuple[float, float]:
             position = self._place(node)
             return round(hypot(position[0] - x, position[1] - y), 3), abs(position[2] - top)
 
-        return min(near or masses, key=distance)
+        return min(deck_nodes or masses, key=distance)
 
 
 def _strength_n(
@@ -452,12 +450,12 @@ def _strength_n(
     return newton * np.asarray(strength(axial_n / newton, drift, curvature), dtype=np.float64)
 
 
-def _abutment(stated: str | Mapping[str, Any] | None, width_m: float) -> tuple[AbutmentData, float]:
+def _abutment(source: str | Mapping[str, Any] | None, width_m: float) -> tuple[AbutmentData, float]:
     """Return data of an abutment for a deck width, and the thickness of the end diaphragm (m)."""
-    donor = load_bridge(stated if isinstance(stated, str) else DEFAULT_ABUTMENT)
+    donor = load_bridge(source if isinstance(source, str) else DEFAULT_ABUTMENT)
     data = widened(donor.seat, width_m / donor.deck.width_m)
-    if isinstance(stated, Mapping):
-        data = checked(AbutmentData, _merged(data.model_dump(), stated), "abutment")
+    if isinstance(source, Mapping):
+        data = checked(AbutmentData, _merged(data.model_dump(), source), "abutment")
     return data, donor.deck.diaphragm_thickness_m
 
 

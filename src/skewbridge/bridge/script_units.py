@@ -210,22 +210,22 @@ class SiView:
         command(kind, *values)
 
     def _element(self, command: Callable[..., Any], kind: str, *values: Any) -> None:
-        tag, rest = values[:3], values[3:]
+        tag, arguments = values[:3], values[3:]
         if kind == "elasticBeamColumn":
-            rest = *self._taken(rest, _BEAM), *rest[len(_BEAM) :]
+            arguments = *self._taken(arguments, _BEAM), *arguments[len(_BEAM) :]
         elif kind == "elastomericBearingPlasticity":
             # its springs in bending and twist need stiffnesses of their own, in force x length
-            elastic = [*self._taken(rest[:2], (STIFFNESS, FORCE)), *rest[2:]]
+            elastic = [*self._taken(arguments[:2], (STIFFNESS, FORCE)), *arguments[2:]]
             for index, value in enumerate(elastic):
                 if value in ("-T", "-My", "-Mz"):
                     spring, turning = self._rotational[elastic[index + 1]], self._tags.material()
                     turned = self._taken(spring, repeat(MOMENT))
                     self._raw("uniaxialMaterial")("Elastic", turning, *turned)
                     elastic[index + 1] = turning
-            rest = tuple(elastic)
+            arguments = tuple(elastic)
         elif kind not in ("zeroLength", "zeroLengthSection"):
             raise NotImplementedError(f"no units for element {kind}")
-        command(kind, *tag, *rest)
+        command(kind, *tag, *arguments)
 
     @staticmethod
     def _raw(name: str) -> Callable[..., Any]:
@@ -253,8 +253,8 @@ class SiView:
     def _response(self, command: Callable[..., Any], tag: int, *response: str) -> list[float]:
         answer = np.array(command(tag, *response), dtype=np.float64)
         if response[-1] == "basicStiffness":  # of a beam: axial, four rotations, twist
-            moved = np.array([self._units.length_m, *[1.0] * 5])
-            return (answer * self._units.si(MOMENT) / np.outer(moved, moved).ravel()).tolist()
+            scale = np.array([self._units.length_m, *[1.0] * 5])
+            return (answer * self._units.si(MOMENT) / np.outer(scale, scale).ravel()).tolist()
         if not response[-1].endswith("axis"):
             answer = answer * self._units.record_factors(response, len(answer))
         return answer.tolist()

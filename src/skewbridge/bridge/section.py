@@ -91,31 +91,31 @@ def core_concrete(column: ColumnData) -> Concrete:
         Mander, Priestley and Park (1988), eq. 5; Priestley, Seible and Calvi (1996), Seismic Design
         and Retrofit of Bridges, eq. 5.14.
     """
-    plain, hoops = cover_concrete(column), column.hoops
+    unconfined, hoops = cover_concrete(column), column.hoops
     yield_pa = steel_of(column).yield_pa
-    pressures = [ratio * yield_pa / plain.peak_pa for ratio in hoops.confining]
-    peak_pa = plain.peak_pa * confined_strength_ratio(min(pressures), max(pressures))
-    peak_strain = plain.peak_strain * (1.0 + 5.0 * (peak_pa / plain.peak_pa - 1.0))
+    pressures = [ratio * yield_pa / unconfined.peak_pa for ratio in hoops.confining]
+    peak_pa = unconfined.peak_pa * confined_strength_ratio(min(pressures), max(pressures))
+    peak_strain = unconfined.peak_strain * (1.0 + 5.0 * (peak_pa / unconfined.peak_pa - 1.0))
     hoop_strain = 0.09  # source: SDC 1.7 section 3.2.3, reduced ultimate strain of #8 bars
     ultimate_strain = 0.004 + 1.4 * (hoops.volume_ratio * yield_pa) * hoop_strain / peak_pa
     return Concrete(
         peak_pa=peak_pa,
         peak_strain=peak_strain,
-        modulus_pa=plain.modulus_pa,
+        modulus_pa=unconfined.modulus_pa,
         ultimate_strain=max(ultimate_strain, peak_strain),
     )
 
 
-def confined_strength_ratio(least: float, most: float) -> float:
+def confined_strength_ratio(lowest: float, highest: float) -> float:
     """Return the strength of concrete under two lateral pressures; all over its plain strength.
 
     References:
         Mander, Priestley and Park (1988), eq. 29, for equal pressures; Chang and Mander (1994),
         NCEER-94-0006, for unequal ones.
     """
-    if least == most:
-        return float(-1.254 + 2.254 * np.sqrt(1.0 + 7.94 * most) - 2.0 * most)
-    ratio, mean = least / most, (least + most) / 2
+    if lowest == highest:
+        return float(-1.254 + 2.254 * np.sqrt(1.0 + 7.94 * highest) - 2.0 * highest)
+    ratio, mean = lowest / highest, (lowest + highest) / 2
     steep = 6.8886 - (0.6069 + 17.275 * ratio) * np.exp(-4.989 * ratio)
     bend = 4.5 / (5.0 / steep * (0.9849 - 0.6306 * np.exp(-3.8939 * ratio)) - 0.1) - 5.0
     return float(1.0 + steep * mean * (0.1 + 0.9 / (1.0 + bend * mean)))
@@ -214,7 +214,7 @@ class _Section:
         # from all strains below -0.02 (tension) to all strains above 0.002
         ends = -half - 0.02, 0.002 + half
         strain = brentq(
-            lambda at: self.resultants(at, phi)[0] - axial_n, *ends, xtol=STRAIN_TOLERANCE
+            lambda centre: self.resultants(centre, phi)[0] - axial_n, *ends, xtol=STRAIN_TOLERANCE
         )
         return float(strain)
 

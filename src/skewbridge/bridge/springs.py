@@ -89,9 +89,9 @@ def plastic_part(passive: Passive, tags: TagAllocator) -> list[int]:
 
     In series with a spring of `elastic_part_n_per_m`, the soil has the backbone of the whole.
     """
-    whole, ultimate = passive.stiffness_n_per_m, passive.ultimate_n
+    initial, ultimate = passive.stiffness_n_per_m, passive.ultimate_n
     flow = uniaxial(tags, "Viscous", FLOW_RATIO * ultimate, FLOW_EXPONENT)
-    stiffness = PLASTIC_OVER_INITIAL * whole
+    stiffness = PLASTIC_OVER_INITIAL * initial
     if passive.failure_ratio == 0.0:
         soil = (stiffness, -ultimate, -NO_GAP_M, 0.0, "damage")
         return [uniaxial(tags, "ElasticPPGap", *soil), flow]

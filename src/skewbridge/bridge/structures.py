@@ -72,9 +72,9 @@ class CatalogueBridge:
             on_springs=data.foundation is not None,
             end_kinds={name: end.type for name, end in data.ends.items()},
             skews_deg={
-                name: part.skew_deg
-                for name, part in {**data.ends, **joints}.items()
-                if part.skew_deg is not None
+                name: skewed_part.skew_deg
+                for name, skewed_part in {**data.ends, **joints}.items()
+                if skewed_part.skew_deg is not None
             },
             joints_m={
                 joint.at or f"{joint.from_left_m:g} m from the left": x
@@ -245,7 +245,7 @@ def _scaled(value: Any, factors: Any) -> Any:
     if value is None:
         return None
     if isinstance(value, tuple):
-        return tuple(_scaled(item, factors) for item in value)
+        return tuple(_scaled(element, factors) for element in value)
     if isinstance(factors, dict):
         update = {name: _scaled(getattr(value, name), factor) for name, factor in factors.items()}
         return value.model_copy(update=update)

@@ -140,8 +140,8 @@ def predict(
 
     axes = {"skew_deg": skew_deg, "gap_mm": gap_mm, "friction": friction}
     values = {name: value for name, value in axes.items() if value is not None}
-    named = keys_and_values("--axis", axis)
-    axis_values = {name.replace("-", "_"): value for name, value in named.items()}
+    pairs = keys_and_values("--axis", axis)
+    axis_values = {name.replace("-", "_"): value for name, value in pairs.items()}
     values |= checked(dict[str, Number], axis_values, "--axis")
     rows = predict_states(folder_of(study), values, bridge, abutment, at=at, hazard=hazard)
     names = ("component", "state", "theta", "ci_theta", "beta_total", "beta", "p", "loo_error")

@@ -121,15 +121,15 @@ class VariantOptions:
         return checked(ModelOptions, values, "--set")
 
     def settings_and_model(
-        self, accuracy: str, **chosen: Any
+        self, accuracy: str, **keys_set: Any
     ) -> tuple[AnalysisSettings, ModelOptions]:
         """Return the settings of the analysis and the modelling options.
 
-        ``chosen`` (keys of the analysis, ignored if None) and ``--set`` override the values of the
-        preset ``accuracy``. A wrong key or value raises `InputError`.
+        ``keys_set`` (keys of the analysis, ignored if None) and ``--set`` override the values of
+        the preset ``accuracy``. A wrong key or value raises `InputError`.
         """
         keys = {field.name for field in fields(AnalysisSettings)}
-        analysis = {name: value for name, value in chosen.items() if value is not None}
+        analysis = {name: value for name, value in keys_set.items() if value is not None}
         model: dict[str, Any] = {}
         for key, value in keys_and_values("--set", self.changes).items():
             (analysis if key in keys else model)[key] = value

@@ -121,8 +121,8 @@ def _task(case: VariantOptions, loading: LoadingOptions) -> "Task":
             "study with --row"
         )
     variant, scale = case.variant.normalised(), loading.scale
-    chosen = {name: getattr(loading, name) for name in ("scheme", "dt_s", "duration_s")}
-    settings, options = case.settings_and_model(loading.accuracy, **chosen)
+    analysis_keys = {name: getattr(loading, name) for name in ("scheme", "dt_s", "duration_s")}
+    settings, options = case.settings_and_model(loading.accuracy, **analysis_keys)
     measures = scaled_measures(motion_measures(motion, load_structure(variant.bridge).t1_s), scale)
     return Task(
         variant=variant,

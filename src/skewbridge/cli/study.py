@@ -95,16 +95,16 @@ def plan(study: PlannedStudy = None) -> Answer:
             warn(warning)
     forecast = forecast_study(config)
     table = folder.fragility("needed_motions")
-    needed = records_of(read_frame(table)) if table.is_file() else []
-    more = ("needed_motions", "more_analyses", "more_core_hours")
-    rows = selected(needed, *_CHANGE, "verdict", "n_motions", "forecast", *more)
+    needed_rows = records_of(read_frame(table)) if table.is_file() else []
+    columns = ("needed_motions", "more_analyses", "more_core_hours")
+    rows = selected(needed_rows, *_CHANGE, "verdict", "n_motions", "forecast", *columns)
     shown = {
         **forecast.summary,
         "analyses of": forecast.variants,
         "Motions needed to decide the pooled effects": rows,
     }
     reason = "no more motions are needed, or no number was found; see the column forecast"
-    answer = forecast.summary | {"needed_motions": needed}
+    answer = forecast.summary | {"needed_motions": needed_rows}
     return Answer(answer, shown, notes=forecast.notes, missing=reason)
 
 
@@ -259,8 +259,8 @@ def plot(
     if not names:
         rows = [{"name": caption.name, "title": caption.title} for caption, _ in figures]
         return Answer({"figures": rows})
-    drawn = draw_figures(figures, names, settings, writable_folder(out))
-    return Answer({"written": list(map(str, drawn))})
+    files = draw_figures(figures, names, settings, writable_folder(out))
+    return Answer({"written": list(map(str, files))})
 
 
 @command(study)

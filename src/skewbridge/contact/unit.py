@@ -200,19 +200,19 @@ class ContactUnit:
         )
         account.normal_work_j += 0.5 * (normal + self.normal_n) * (self.opening_before - opening)
         size = hypot(force_1, force_2)
-        moved = hypot(moved_1, moved_2)
-        self.moved = moved
+        slip_m = hypot(moved_1, moved_2)
+        self.moved = slip_m
         closed, was_closed = opening < 0.0, self.closed
         limit = friction_limit_n(normal, self.friction, self.cohesion) if closed else 0.0
         self.over = 0.0
         if size > 0.0:
-            self._record_excess(size, limit, moved, dt_s)
+            self._record_excess(size, limit, slip_m, dt_s)
             slides_1, slides_2 = SLIDES * self._b1, SLIDES * self._b2
             if abs(force_1) >= slides_1 > 0.0 or abs(force_2) >= slides_2 > 0.0:
                 self.over = abs(self.over)  # a bound below the limit is as wrong as one above it
         if closed:
             account.contact_time_s += dt_s
-            account.slip_path_m += moved
+            account.slip_path_m += slip_m
             if -opening > account.max_penetration_m:
                 account.max_penetration_m = -opening
             if normal > account.max_normal_n:
@@ -267,10 +267,10 @@ class ContactUnit:
             self._stick_1, self._stick_2 = e1, e2
             return
         offset_1, offset_2 = e1 - self._stick_1, e2 - self._stick_2
-        reach = limit_n / self.kt
+        stick_radius = limit_n / self.kt
         size = hypot(offset_1, offset_2)
-        if size > reach:
-            scale = reach / size
+        if size > stick_radius:
+            scale = stick_radius / size
             self._stick_1, self._stick_2 = e1 - scale * offset_1, e2 - scale * offset_2
 
     def set_bounds(self, ratio: float | None) -> None:

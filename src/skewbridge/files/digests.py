@@ -78,7 +78,7 @@ def canonical(value: Any) -> Any:
     if isinstance(value, Mapping):
         return tuple((str(key), canonical(value[key])) for key in sorted(value))
     if isinstance(value, Sequence) and not isinstance(value, str):
-        return tuple(canonical(item) for item in value)
+        return tuple(canonical(element) for element in value)
     return value
 
 

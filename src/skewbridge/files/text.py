@@ -56,11 +56,11 @@ def file_fault(path: Path, problem: str, **details: object) -> InputError:
     return InputError(f"{shown_path(path)}{problem}", file=str(path), **details)
 
 
-def read_bytes(path: Path, most: int) -> bytes:
-    """Return the content of a file; raises `InputError` above `most` bytes or if unreadable."""
+def read_bytes(path: Path, max_bytes: int) -> bytes:
+    """Return the content of a file; `InputError` above `max_bytes` bytes or if unreadable."""
     try:
         state = path.stat()
-        is_read = S_ISREG(state.st_mode) and state.st_size <= most
+        is_read = S_ISREG(state.st_mode) and state.st_size <= max_bytes
         content = path.read_bytes() if is_read else b""
     except (OSError, ValueError) as error:  # a path with a zero byte is a ValueError
         reason = getattr(error, "strerror", None) or error
@@ -68,13 +68,13 @@ def read_bytes(path: Path, most: int) -> bytes:
     if not S_ISREG(state.st_mode):
         raise file_fault(path, " is a folder or device, but a file is needed")
     if not is_read:
-        raise file_fault(path, f" has {state.st_size} bytes; at most {most} are read")
+        raise file_fault(path, f" has {state.st_size} bytes; at most {max_bytes} are read")
     return content
 
 
-def read_text(path: Path, most: int) -> str:
+def read_text(path: Path, max_bytes: int) -> str:
     """Return UTF-8 text without byte order mark. An `InputError` names the line of a bad byte."""
-    content = read_bytes(path, most)
+    content = read_bytes(path, max_bytes)
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -138,13 +138,13 @@ def _check_node(node: Any) -> int:
 
 
 def _check_keys(node: yaml.MappingNode) -> None:
-    seen: set[str] = set()
+    keys: set[str] = set()
     for key, _ in node.value:
         if not key.tag.endswith((":str", ":merge")):
             _refuse(key, "a key must be text: put it in quotation marks")
-        if key.value in seen:
+        if key.value in keys:
             _refuse(key, f"the key {shortened(key.value)} appears twice")
-        seen.add(key.value)
+        keys.add(key.value)
 
 
 def _refuse(node: Any, problem: str) -> NoReturn:
@@ -231,18 +231,18 @@ def no_formula(value: Any) -> Any:
 def written_aside(path: Path) -> Generator[Path]:
     """Yield a temporary path next to a file, and rename it to the file when it is complete."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name}.{_writer()}")
+    temporary = path.with_name(f".{path.name}.{_writer()}")
     try:
-        yield part
-        part.replace(path)
+        yield temporary
+        temporary.replace(path)
     finally:
-        part.unlink(missing_ok=True)
+        temporary.unlink(missing_ok=True)
 
 
 def write_text(path: Path, text: str) -> None:
     """Write a text file atomically."""
-    with written_aside(path) as part:
-        part.write_text(text, encoding="utf-8")
+    with written_aside(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
 
 
 def writable_folder(folder: Path) -> Path:
@@ -324,13 +324,13 @@ def checked[T](kind: type[T], raw: Any, where: str | Path) -> T:
 def _keys_of(raw: Any, error_path: tuple[str | int, ...]) -> tuple[str | int, ...]:
     """Return the place of an error without the types that pydantic inserts in unions."""
     keys, node = list[str | int](), raw
-    for part in error_path:
+    for step in error_path:
         tree: Any = node
-        if isinstance(node, dict) and part not in node and tree.get("type") == part:
+        if isinstance(node, dict) and step not in node and tree.get("type") == step:
             continue
-        keys.append(part)
+        keys.append(step)
         try:
-            node = tree[part]
+            node = tree[step]
         except (KeyError, IndexError, TypeError):
             node = None
     return tuple(keys)
@@ -350,8 +350,8 @@ def _keys(schema: Mapping[str, Any], classes: Mapping[str, Any], above: str = ""
     """Yield all keys of a JSON schema as paths such as `motions.count`."""
     kinds = chain.from_iterable(schema.get(kind, ()) for kind in ("anyOf", "allOf", "oneOf"))
     for branch in (schema, *kinds):
-        if named := classes.get(branch.get("$ref", "").rsplit("/", 1)[-1]):
-            yield from _keys(named, classes, above)
+        if model := classes.get(branch.get("$ref", "").rsplit("/", 1)[-1]):
+            yield from _keys(model, classes, above)
         for key, inner in branch.get("properties", {}).items():
             yield above + key
             yield from _keys(inner.get("items", inner), classes, f"{above}{key}.")
@@ -362,10 +362,10 @@ def _nearest_key(error_path: Sequence[str | int], keys: Sequence[str]) -> str:
     *above, name = (str(part) for part in error_path if isinstance(part, str))
     section = "".join(f"{part}." for part in above)
     inside = [key.removeprefix(section) for key in keys if key.startswith(section)]
-    near = get_close_matches(name, [key for key in inside if "." not in key], n=1)
-    same = [key for key in keys if key.rpartition(".")[2] == name]
-    if near or same:
-        return f" (did you mean {section + near[0] if near else min(same, key=len)}?)"
+    nearest = get_close_matches(name, [key for key in inside if "." not in key], n=1)
+    same_name = [key for key in keys if key.rpartition(".")[2] == name]
+    if nearest or same_name:
+        return f" (did you mean {section + nearest[0] if nearest else min(same_name, key=len)}?)"
     return did_you_mean(name, keys)
 
 

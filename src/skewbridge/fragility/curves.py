@@ -117,23 +117,23 @@ class _Variant(NamedTuple):
 
 def _variants(models: BridgeModels, states: States, settings: FitSettings) -> Iterator[_Variant]:
     """Yield the variants of a bridge with their curves by the demand model."""
-    every = dict.fromkeys([*states, *(mode for state in states for mode in state.modes)])
+    all_states = dict.fromkeys([*states, *(mode for state in states for mode in state.modes)])
     of_bridge = {
         state: _BridgeState(models, state, group)
-        for group in states_by_demand(list(every)).values()
+        for group in states_by_demand(list(all_states)).values()
         for state in group
     }
-    columns = [settings.im, *(state.demand for state in every)]
+    columns = [settings.im, *(state.demand for state in all_states)]
     runs = demand_table.demand_columns(models.runs, columns)
     modes = {state: models.modes(state) for state in states}
-    correlations = {s: models.correlation(*two) for s, two in modes.items() if len(two) > 1}
+    correlations = {s: models.correlation(*pair) for s, pair in modes.items() if len(pair) > 1}
     for number, values in enumerate(records_of(models.variants)):
         rows = models.variant == number
         yield _Variant(
             runs=runs[rows],
             block=models.block[rows],
             blocks=models.replicates - 1,
-            clouds={state: shared.cloud(values, rows) for state, shared in of_bridge.items()},
+            clouds={state: of_state.cloud(values, rows) for state, of_state in of_bridge.items()},
             correlations=correlations,
         )
 
@@ -189,8 +189,8 @@ class _BridgeState:
         no_slope, doubtful = np.full(self._models.replicates, nan), self.doubtful[rows]
         if isinstance(curve, str):
             return _Cloud(curve, {}, {}, no_slope, doubtful)
-        same = motion_means.exp_end(curve.ln_theta[0]), float(curve.beta[0])
-        bounds: _Bounds = dict.fromkeys(TREATMENTS, same)
+        estimate = motion_means.exp_end(curve.ln_theta[0]), float(curve.beta[0])
+        bounds: _Bounds = dict.fromkeys(TREATMENTS, estimate)
         for name, models in self._treated.items():
             rho = None if len(models) == 1 else self._models.correlation(*self._modes)[:1]
             other = state_curve(models, self._modes, values, rho)
@@ -285,7 +285,7 @@ def _curves(runs: _DemandRuns) -> dict[LimitState, dict[str, _Curve]]:
         outcomes = runs.outcomes
         for state, rows in zip(runs.states, doubtful, strict=True):
             outcomes = outcomes.treated(state, name, rows)
-        treated[name] = _exceedance_fits(runs, outcomes, whole=False)
+        treated[name] = _exceedance_fits(runs, outcomes, in_full=False)
     treated = treated or dict.fromkeys(TREATMENTS, exceedance)
     curves: dict[LimitState, dict[str, _Curve]] = {}
     for j, state in enumerate(runs.states):
@@ -347,9 +347,9 @@ def _union_curve(
     if not fitted:
         return direct
     if len(fitted) == 1:
-        ((mode, single),) = fitted.items()
+        ((mode, mode_fit),) = fitted.items()
         columns: Row = {"capacity_dispersion": mode.dispersion}
-        return single._replace(bounds=direct.bounds, columns=columns)
+        return mode_fit._replace(bounds=direct.bounds, columns=columns)
     medians, records, total = (
         np.array([curve[column] for curve in fitted.values()]) for column in (1, 2, 3)
     )
@@ -367,22 +367,22 @@ def _union_curve(
 
 
 def _exceedance_fits(
-    runs: _DemandRuns, outcomes: DemandOutcomes, *, whole: bool = True
+    runs: _DemandRuns, outcomes: DemandOutcomes, *, in_full: bool = True
 ) -> _StateFits:
     """Fit the exceedance probabilities of all states with a common dispersion."""
     # Ordered probit: a run that exceeds state j but not state k has the probability
     # Phi(eta_j) - Phi(eta_k), with eta_j = a0_j + a1 ln x.
     exceed = np.column_stack([outcomes.exceed(state) for state in runs.states])
     is_known = ~np.column_stack([outcomes.unknown(state) for state in runs.states])
-    maxima = fitting.exceedance_maxima(runs.ln_im, is_known, exceed) if whole else ()
+    maxima = fitting.exceedance_maxima(runs.ln_im, is_known, exceed) if in_full else ()
     columns = zip_longest(is_known.T, exceed.T, maxima)
-    fits = [_single_fit(runs, *of_state, whole=whole) for of_state in columns]
+    fits = [_single_fit(runs, *of_state, in_full=in_full) for of_state in columns]
     estimable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
     # states exceeded in the same known runs share an intercept: fit only the first of them
     first: dict[int, int] = {}
     for before, j in zip([None, *estimable], estimable, strict=False):
-        apart = before is None or np.any(exceed[:, before] & is_known[:, j] & ~exceed[:, j])
-        first[j] = j if before is None or apart else first[before]
+        differs = before is None or np.any(exceed[:, before] & is_known[:, j] & ~exceed[:, j])
+        first[j] = j if before is None or differs else first[before]
     if not (usable := sorted(set(first.values()))):
         return runs.without_estimates(fits)
     passed = exceed[:, usable].sum(axis=1)  # number of usable states that each run exceeds
@@ -391,22 +391,22 @@ def _exceedance_fits(
     rows = np.flatnonzero((passed > 0) | ~ended)
     intercepts = np.argmax(not_passed, axis=1)[rows], np.maximum(passed - 1, 0)[rows]
     low, high = np.where(ended, -inf, runs.ln_im), np.where(passed > 0, runs.ln_im, inf)
-    single = runs.motions == runs.im.size
+    one_run_each = runs.motions == runs.im.size
     bounds = _Bounded(rows, *intercepts, low[rows], high[rows])
-    common = _common_slope(runs, fits, usable, bounds, whole=whole, profile=single)
+    common = _common_slope(runs, fits, usable, bounds, in_full=in_full, profile=one_run_each)
     source = [first.get(j, j) for j in range(len(fits))]
     source_fits = zip(source, fits, strict=True)
-    shared = [replace(common.fits[same], details=fit.details) for same, fit in source_fits]
-    return _StateFits(shared, common.ln_theta[source], common.beta)
+    shared_fits = [replace(common.fits[k], details=fit.details) for k, fit in source_fits]
+    return _StateFits(shared_fits, common.ln_theta[source], common.beta)
 
 
 def _single_fit(
-    runs: _DemandRuns, is_known: Mask, exceed: Mask, best: Maximum | None, *, whole: bool
+    runs: _DemandRuns, is_known: Mask, exceed: Mask, best: Maximum | None, *, in_full: bool
 ) -> FragilityFit:
-    """Fit one state alone; unless ``whole``, return only its status and a start value."""
+    """Fit one state alone; unless ``in_full``, return only its status and a start value."""
     im, hits = runs.im[is_known], exceed[is_known].astype(np.float64)
     ones = np.ones(im.size)
-    if whole and im.size:
+    if in_full and im.size:
         count = int(np.unique(runs.motion[is_known]).size)
         options: Any = {"n_records": count, "maximum": best, "interval": False}
         options["settings"] = runs.settings
@@ -436,14 +436,14 @@ def _bracket_fits(runs: _DemandRuns) -> _StateFits | None:
     usable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
     if not usable:
         return runs.without_estimates(fits)
-    used = [brackets[j] for j in usable]
-    low, high, rows = map(np.concatenate, zip(*used, strict=True))
-    state_number = np.repeat(np.arange(len(usable)), [len(bracket[0]) for bracket in used])
+    fitted = [brackets[j] for j in usable]
+    low, high, rows = map(np.concatenate, zip(*fitted, strict=True))
+    state_number = np.repeat(np.arange(len(usable)), [len(bracket[0]) for bracket in fitted])
     with np.errstate(divide="ignore"):
         logs = np.log(low), np.log(high)
-    single = len(usable) == 1  # with one state, the brackets of motions are independent
+    one_state = len(usable) == 1  # with one state, the brackets of motions are independent
     bounds = _Bounded(rows, state_number, state_number, *logs)
-    return _common_slope(runs, fits, usable, bounds, profile=single)
+    return _common_slope(runs, fits, usable, bounds, profile=one_state)
 
 
 def _common_slope(
@@ -452,7 +452,7 @@ def _common_slope(
     usable: list[int],  # numbers of the states to fit
     bounds: _Bounded,
     *,
-    whole: bool = True,
+    in_full: bool = True,
     profile: bool = True,  # rows are independent: profile intervals instead of the jackknife
 ) -> _StateFits:
     """Fit the usable states together; the parameters are a0 of each state and the common a1."""
@@ -465,29 +465,29 @@ def _common_slope(
     kernel = NormalKernel(below, *ends, upper_covariates=above)
     best = maximise(kernel, np.array([[*(-slope * middles), slope]]))
     params, converged = best.params, best.converged
-    if whole and converged[0]:
+    if in_full and converged[0]:
         jackknife = NormalKernel(below, *ends, runs.weights[:, bounds.run], above)
-        again = maximise(jackknife, np.tile(params, (len(runs.weights), 1)), covariance=False)
-        params = np.vstack([params, again.params])
-        converged = np.append(converged, again.converged)
-    good = converged & (params[:, -1] > FLATTEST_SLOPE)
-    a1 = np.where(good, params[:, -1], nan)
+        left_out = maximise(jackknife, np.tile(params, (len(runs.weights), 1)), covariance=False)
+        params = np.vstack([params, left_out.params])
+        converged = np.append(converged, left_out.converged)
+    is_valid = converged & (params[:, -1] > FLATTEST_SLOPE)
+    a1 = np.where(is_valid, params[:, -1], nan)
     common = runs.without_estimates(fits)
     # a block without a run has no influence: its estimates are those from all runs
     beta, ln_theta = 1.0 / a1, (-params[:, :-1] / a1[:, None]).T
     blocks = 1 + runs.present[: a1.size - 1]
     common.beta[:], common.ln_theta[usable] = beta[0], ln_theta[:, :1]
     common.beta[blocks], common.ln_theta[np.ix_(usable, blocks)] = beta[1:], ln_theta[:, 1:]
-    if not good[0]:
+    if not is_valid[0]:
         status = fitting.NON_INCREASING if converged[0] else fitting.NOT_CONVERGED
         for j in usable:
             common.fits[j] = fits[j].without_estimate(status)
         return common
-    drop = drop_of(runs.settings.confidence) if whole and profile else None
+    drop = drop_of(runs.settings.confidence) if in_full and profile else None
     terms = np.eye(size + 1)[:-1]
     fitted = fitting.fits_of_states([fits[j] for j in usable], kernel, best, terms, size, drop)
     for j, fit, medians in zip(usable, fitted, ln_theta, strict=True):
-        if whole and not profile:
+        if in_full and not profile:
             fit = fitting.jackknifed(fit, medians[1:], beta[1:])
         common.fits[j] = fit.warned(*fitting.common_warnings(fit, runs.im, runs.motions))
     return common
@@ -511,12 +511,12 @@ def _rows(runs: _DemandRuns, curves: Mapping[LimitState, Mapping[str, _Curve]]) 
         by_method = dict(curves[state])
         if state.modes and outcomes.status(state) == FITTED:
             by_method[_EXCEEDANCE] = _union_curve(runs, state, curves)
-        fits, counted = _printed_fits(runs, state, by_method), counts | outcomes.counts(state)
+        fits, all_counts = _printed_fits(runs, state, by_method), counts | outcomes.counts(state)
         difference = by_method[_EXCEEDANCE].ln_theta - by_method[_CLOUD].ln_theta
         compared = _compared(fits, difference)
         for method, fit in fits.items():
             curve = by_method[method]
-            row = _row(runs, method, state, fit, counted)
+            row = _row(runs, method, state, fit, all_counts)
             row |= compared if method in METHODS[:2] else {}
             if fit.status == FITTED:
                 row |= curve.columns
@@ -548,8 +548,8 @@ def _printed_fits(
             fits[method] = fits[method].limited(curve.bounds, names=names)
     # Large demands cause collapse, so censoring by collapse is not independent of the demand.
     # A median is accepted only if it hardly depends on how these peaks are treated.
-    other = curves[_CLOUD].bounds.get(_PEAKS)
-    change = np.log(other[0]) - curves[_CLOUD].ln_theta[0] if other else 0.0
+    lower_bound = curves[_CLOUD].bounds.get(_PEAKS)
+    change = np.log(lower_bound[0]) - curves[_CLOUD].ln_theta[0] if lower_bound else 0.0
     if fits[_CLOUD].status == FITTED and not abs(change) <= np.log(MAX_BOUNDS_RATIO):
         fits[_CLOUD] = fits[_CLOUD].without_estimate(BOUNDS_TOO_WIDE)
     return fits
@@ -588,10 +588,10 @@ def _compared(fits: Mapping[str, FragilityFit], difference: Floats) -> Row:
     # `difference` (1 + B,) is ln(exceedance median / cloud median): all runs, then without a block
     if any(fits[method].status != FITTED for method in METHODS[:2]):
         return {"methods_ratio": nan, "methods_differ": False}
-    without = difference[1:][np.isfinite(difference[1:])]
+    leave_one_out = difference[1:][np.isfinite(difference[1:])]
     error = nan
-    if without.size > 2:
-        error = float(np.sqrt(motion_means.jackknife_covariance(without[:, None])[0, 0]))
+    if leave_one_out.size > 2:
+        error = float(np.sqrt(motion_means.jackknife_covariance(leave_one_out[:, None])[0, 0]))
     # ASSUME a difference between the medians of two methods is worth reporting if it exceeds two
     # standard errors
     differ = error > 0.0 and abs(difference[0]) > 2.0 * error

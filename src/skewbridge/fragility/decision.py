@@ -119,10 +119,10 @@ def _allowed_gaps(of_skew: pd.DataFrame, target: float) -> pd.Series:
 
     ``certain`` is by the upper end of the interval of the rate. NaN if no gap of the study is.
     """
-    fine, row = np.linspace(of_skew[GAP].min(), of_skew[GAP].max(), 201), dict[str, float]()
+    fine_gaps, row = np.linspace(of_skew[GAP].min(), of_skew[GAP].max(), 201), dict[str, float]()
     for name, rate in (("gap", _COLUMN[0]), ("certain_gap", _COLUMN[2])):
-        ln_rate = np.interp(fine, of_skew[GAP], np.log(of_skew[rate]))
-        allowed = fine[ln_rate <= np.log(target)]
+        ln_rate = np.interp(fine_gaps, of_skew[GAP], np.log(of_skew[rate]))
+        allowed = fine_gaps[ln_rate <= np.log(target)]
         ends = (allowed[0], allowed[-1]) if allowed.size else (np.nan, np.nan)
         row |= dict(zip((f"{name}_from_mm", f"{name}_to_mm"), ends, strict=True))
     return pd.Series(row)
@@ -134,8 +134,8 @@ def _length(
     """Return ln of the length that is exceeded with the target rate; NaN outside `_LENGTHS_M`."""
     rates = [curve_rate(curve, hazard, ln_factor) for curve in curves]
     logs, fractiles = (
-        np.array([_crossing(column, np.log(target)) for column in np.transpose(part)])
-        for part in ([rate.logs for rate in rates], [rate.fractiles for rate in rates])
+        np.array([_crossing(column, np.log(target)) for column in np.transpose(replicates)])
+        for replicates in ([rate.logs for rate in rates], [rate.fractiles for rate in rates])
     )
     return LogRate(logs, fractiles, hazard.quantiles)
 

@@ -93,8 +93,8 @@ class Export:
             rule = "--im-range and --hazard need --format csv; --skew-factors needs csv or pelicun"
             raise InputError(f"{form} contains curve parameters only: {rule}")
         if sum(contents) > 1:
-            one = "use one of --hazard, --im-range and --skew-factors"
-            raise InputError(f"a csv has one table: {one}")
+            one_of = "use one of --hazard, --im-range and --skew-factors"
+            raise InputError(f"a csv has one table: {one_of}")
         low, high = self.im_range or (1.0, 2.0)
         if not 0.0 < low < high < float("inf"):
             raise InputError(f"--im-range needs 0 < low < high, got {low:g} to {high:g}")
@@ -121,8 +121,8 @@ def export_curves(source: Path, form: str, out: Path, **options: Any) -> dict[st
         raise InputError(f"{source.name}: nothing to write, because no curve has an estimate")
     unfitted = curves.loc[~has_estimate, ["variant", "component", "limit_state", "status"]]
     notes = ["beta_total is exported: record-to-record and capacity dispersion"]
-    if lacking := int(curves.loc[has_estimate, "beta_total"].isna().sum()):
-        notes.append(f"{lacking} curves have no beta_total (no slope): beta is exported instead")
+    if partial := int(curves.loc[has_estimate, "beta_total"].isna().sum()):
+        notes.append(f"{partial} curves have no beta_total (no slope): beta is exported instead")
     if len(unfitted):
         notes.append(f"{len(unfitted)} limit states have no estimate (listed by --json)")
     if outside := int(curves.get("extrapolated", _ABSENT).eq(other=True).sum()):
@@ -185,9 +185,9 @@ def exported_curves(table: pd.DataFrame, method: str | None = None) -> pd.DataFr
         methods = ", ".join(sorted(table["method"].unique()))
         raise InputError(f"no curves of method {method!r}; the table has {methods}")
     scale, state = rows["component"].astype(str), rows["limit_state"].astype(str)
-    single = rows.groupby("component")["demand"].transform("nunique") == 1
+    one_demand = rows.groupby("component")["demand"].transform("nunique") == 1
     beta = rows["beta_total"].fillna(rows["beta"])
-    return rows.assign(curve_beta=beta, damage_scale=scale.where(single, scale + "_" + state))
+    return rows.assign(curve_beta=beta, damage_scale=scale.where(one_demand, scale + "_" + state))
 
 
 def _functions(curves: pd.DataFrame) -> Iterator[tuple[str, str, list[str], pd.DataFrame]]:
@@ -270,11 +270,11 @@ def _write_skew_scaling(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
 
 def identifier(name: str, signs: str, longest: int) -> str:
     """Return a name with _ for characters outside a regex class; a change adds a digest."""
-    plain = re.sub(f"[^{signs}]", "_", name)
-    if plain == name and len(name) <= longest:
+    replaced = re.sub(f"[^{signs}]", "_", name)
+    if replaced == name and len(name) <= longest:
         return name
     digest = digest_of(name)
-    return f"{plain[: longest - len(digest) - 1]}_{digest}"
+    return f"{replaced[: longest - len(digest) - 1]}_{digest}"
 
 
 def measure_names(column: str) -> tuple[str, float, str, str]:
@@ -355,11 +355,11 @@ def _write_model(
         ends, side = np.log([theta.min(), theta.max()]), np.array([-1.0, 1.0]) * beta.max()
         low, high = factor * np.exp(ends + 4.0 * side)
         if unions := [union for row in rows if (union := union_curve(row)) is not None]:
-            reach = [
+            span = [
                 union.ln_theta + 4.0 * sign * union.beta for union in unions for sign in (-1, 1)
             ]
-            reach = factor * np.exp([np.min(reach), np.max(reach)])
-            levels = np.geomspace(min(low, reach[0]), max(high, reach[1]), _LEVELS)
+            span = factor * np.exp([np.min(span), np.max(span)])
+            levels = np.geomspace(min(low, span[0]), max(high, span[1]), _LEVELS)
             function = add(model, "fragilityFunction", id=name, format="discrete")
             text = " ".join(f"{level:.6g}" for level in levels)
             add(function, "imls", text, imt=measure, noDamageLimit=text.partition(" ")[0])
@@ -454,7 +454,7 @@ def _write_pelicun(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
             "LimitStates": described,
         }
         rows.append(row)
-    about = {
+    general = {
         "ShortName": "skewbridge",
         "Description": f"Fragility of {len(curves['variant'].unique())} bridge variants with "
         "seat-type abutments (skew, joint gap, friction) in " + str(curves["im"].iloc[0]),
@@ -463,7 +463,7 @@ def _write_pelicun(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
         "References": sorted({str(text) for text in curves.get("citation", ())} - {""}),
     }
     write_csv(pd.DataFrame(rows), out)
-    text = json.dumps({"_GeneralInformation": about, **names}, indent=1, allow_nan=False)
+    text = json.dumps({"_GeneralInformation": general, **names}, indent=1, allow_nan=False)
     write_text(names_file, f"{text}\n")
     text = f"{len(holes)} rows are incomplete: limit states without an estimate have no parameters"
     notes = [text] if holes else []

@@ -68,8 +68,8 @@ def fit_file(path: Path, **option_values: Any) -> fits.FragilityFit:
     if options.columns is None:
         data = read_data(path)
     else:
-        chosen = checked(ColumnMap, read_yaml(options.columns), options.columns.name)
-        data = read_foreign(path, **chosen.model_dump())
+        column_map = checked(ColumnMap, read_yaml(options.columns), options.columns.name)
+        data = read_foreign(path, **column_map.model_dump())
     columns = {str(name): values for name, values in data.items()}
     fit = _fit_columns if options.edp is None and options.im is None else _fit_runs
     try:
@@ -172,9 +172,9 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
         collapsed = as_column(data["collapse"].to_numpy(), "collapse") > 0.0
         status = np.where(collapsed & (status == OK), COLLAPSE, status)
     runs = pd.DataFrame({options.edp: demand, "status": status, BEYOND_MODEL: failure_kinds(data)})
-    good = (np.isfinite(demand) & (demand >= 0.0)) | ~is_complete(runs)
+    is_valid = (np.isfinite(demand) & (demand >= 0.0)) | ~is_complete(runs)
     rule = f"must be >= 0 and finite in runs that completed ({demand_table.WITHOUT_PEAK})"
-    require(good, options.edp, rule, demand)
+    require(is_valid, options.edp, rule, demand)
     state = LimitState(
         component=options.edp,
         name="threshold",
@@ -205,19 +205,19 @@ def _fit_outcomes(
     im: Any, motions: Any, outcomes: DemandOutcomes, state: LimitState, options: FitOptions
 ) -> fits.FragilityFit:
     """Fit the outcomes of n runs with ``options.method``; ``im`` and ``motions`` are (n,)."""
-    exceed, is_known, used = outcomes.exceed(state), ~outcomes.unknown(state), outcomes.used
+    exceed, is_known, is_used = outcomes.exceed(state), ~outcomes.unknown(state), outcomes.used
     settings = options.settings
     if options.method == "cloud":
-        lower, upper = outcomes.lower[used], outcomes.upper[used]
-        fit = _fit_cloud(im[used], lower, upper, state.threshold, options, motions[used])
+        lower, upper = outcomes.lower[is_used], outcomes.upper[is_used]
+        fit = _fit_cloud(im[is_used], lower, upper, state.threshold, options, motions[is_used])
         return fit if np.any(exceed) else fit.without_estimate(NO_EXCEEDANCE)
     x, hits, codes = im[is_known], exceed[is_known].astype(np.float64), motions[is_known]
     if options.method == "ida":
         return fits.fit_first_exceedances(x, hits, codes, settings)[0]
     count, n = int(np.unique(codes).size), np.ones(x.size)
-    single = count == codes.size
-    fit = fits.fit_stripes(x, n, hits, settings=settings, n_records=count, interval=single)
-    if fit.status != FITTED or single:
+    one_run_each = count == codes.size
+    fit = fits.fit_stripes(x, n, hits, settings=settings, n_records=count, interval=one_run_each)
+    if fit.status != FITTED or one_run_each:
         return fit
     left_out = [
         fits.fit_stripes(x[rows], n[rows], hits[rows], settings=settings, interval=False)

@@ -81,8 +81,8 @@ class LogRate(NamedTuple):
         if self.fractiles.size > 1:
             # ASSUME the uncertain hazard is lognormal, and its curves do not cross
             spread, middle = np.polyfit(special.ndtri(self.quantiles), self.fractiles, 1)
-            reach = abs(spread) * special.ndtri(0.5 + 0.5 * level)
-            hazard = np.array([estimate - middle + reach, middle + reach - estimate])
+            half_width = abs(spread) * special.ndtri(0.5 + 0.5 * level)
+            hazard = np.array([estimate - middle + half_width, middle + half_width - estimate])
             signs = np.array([-1.0, 1.0])
             ends = estimate + signs * np.hypot(ends - estimate, np.maximum(hazard, 0.0))
         return exp_end(estimate), exp_end(float(ends[0])), exp_end(float(ends[1]))
@@ -116,10 +116,10 @@ class HazardCurve:
         """Return ln rates of R curves, each by n equally likely ln im of failure, (R, n)."""
         # int P |dH| = E[H(x)] - H(last), where H is constant outside the curve
         x = np.log(self.levels)
-        means = [
+        fractile_means = [
             np.mean(np.exp(np.interp(ln_failures, x, row)), axis=1) for row in np.log(self.rates)
         ]
-        return self.logs_of(np.array(means) - self.rates[:, -1:])
+        return self.logs_of(np.array(fractile_means) - self.rates[:, -1:])
 
     def logs_of(self, rates: Floats) -> LogRate:
         """Return rates (1 + F, R) as logarithms."""
@@ -134,12 +134,12 @@ class HazardCurve:
         ``rate`` returns the ln rate of a state for a hazard curve. ``p`` (2,) is its probability at
         the first and the last intensity.
         """
-        total, most = rate(self).value, float(self.rates[0, -1])
+        total, largest_rate = rate(self).value, float(self.rates[0, -1])
         inner = self._between(low, high)
         within = inner and rate(inner).value
         row: Row = {
             f"share_outside_{end}": add / (total + add)
-            for end, add in (("low", float(p[1]) * most), ("high", most))
+            for end, add in (("low", float(p[1]) * largest_rate), ("high", largest_rate))
         }
         row["probability_at_first_level"] = float(p[0])
         return row | {"share_extrapolated": max(0.0, 1.0 - (within or 0.0) / total)}
@@ -148,11 +148,11 @@ class HazardCurve:
         """Return the part between two intensities; None if it is empty."""
         x = self.levels
         inside = x[(x > low) & (x < high)]
-        at = np.unique([*np.clip([low, high], x[0], x[-1]), *inside])
-        if not low < high or at.size < 2:
+        points = np.unique([*np.clip([low, high], x[0], x[-1]), *inside])
+        if not low < high or points.size < 2:
             return None
-        logs = [np.interp(np.log(at), np.log(x), row) for row in np.log(self.rates)]
-        return replace(self, levels=at, rates=np.exp(logs))
+        logs = [np.interp(np.log(points), np.log(x), row) for row in np.log(self.rates)]
+        return replace(self, levels=points, rates=np.exp(logs))
 
     def level_of(self, rate: float) -> float:
         """Return ln of the intensity with a rate of exceedance (mean); NaN outside the curve."""
@@ -169,10 +169,10 @@ class HazardCurve:
         segment = np.repeat(np.arange(steps.size), count)
         part_number = np.arange(segment.size) - np.repeat(np.cumsum(count) - count, count)
         width = (steps / count)[segment]
-        at = (part_number[:, None] + 0.5 * (1.0 + _NODES)) * width[:, None]
+        s = (part_number[:, None] + 0.5 * (1.0 + _NODES)) * width[:, None]
         fall = slope[:, segment, None]
-        weights = fall * np.exp(ln_rate[:, segment, None] - fall * at) * width[:, None] * _WEIGHTS
-        return (x[segment, None] + at).ravel(), 0.5 * weights.reshape(len(ln_rate), -1)
+        weights = fall * np.exp(ln_rate[:, segment, None] - fall * s) * width[:, None] * _WEIGHTS
+        return (x[segment, None] + s).ravel(), 0.5 * weights.reshape(len(ln_rate), -1)
 
 
 def measure_column(name: str) -> str:
@@ -204,19 +204,19 @@ def hazard_curve(config: HazardConfig, measures: Sequence[str], usual: str) -> H
         return None
     path = Path(config.file)
     curves = {curve.im: curve for curve in read_hazard(path)}
-    wanted = config.measure and measure_column(config.measure)
-    if config.measure and not wanted:
+    requested = config.measure and measure_column(config.measure)
+    if config.measure and not requested:
         text = "must be PGA, PGV, SA(period), AvgSA or an im_ column"
         raise InputError(f"hazard.measure {text}, got {config.measure!r}")
     if "" in curves:
-        name = wanted or usual
+        name = requested or usual
         curves = {name: replace(curves[""], im=name)}
-    order = [wanted] if wanted else [usual, *PREFERRED]
+    order = [requested] if requested else [usual, *PREFERRED]
     measure = next((name for name in order if name in curves and name in measures), None)
     if measure is None:
-        has, of_study = (", ".join(map(str, names)) for names in (curves, measures))
-        asked = f", hazard.measure is {wanted}" if wanted else ""
-        text = f": hazard of {has}{asked}, but the study has intensities {of_study}"
+        in_file, of_study = (", ".join(map(str, names)) for names in (curves, measures))
+        asked = f", hazard.measure is {requested}" if requested else ""
+        text = f": hazard of {in_file}{asked}, but the study has intensities {of_study}"
         raise file_fault(path, f"{text}: give the hazard of one of these")
     return curves[measure]
 
@@ -234,10 +234,10 @@ def read_hazard(path: Path) -> list[HazardCurve]:
     groups: dict[str, dict[float | None, _Part]] = defaultdict(dict)
     for file in files:
         try:
-            for part in _parts(file):
-                if part.quantile in groups[part.im]:
-                    raise InputError(f"a second hazard curve of {part.im or 'the same measure'}")
-                groups[part.im][part.quantile] = part
+            for curve in _parts(file):
+                if curve.quantile in groups[curve.im]:
+                    raise InputError(f"a second hazard curve of {curve.im or 'the same measure'}")
+                groups[curve.im][curve.quantile] = curve
         except InputError as error:
             names_file = shown_path(file) in str(error)
             raise error if names_file else file_fault(file, f": {error}", **error.details) from None
@@ -259,11 +259,11 @@ def _assembled(path: Path, parts: dict[float | None, _Part]) -> HazardCurve:
         raise file_fault(path, f": the fractiles of {main.im} have other intensities than the mean")
     rates = np.array([row.rates for row in rows])
     # a probability of one in the investigation time has no rate; zero rates end the curve
-    used = np.all(np.isfinite(rates), axis=0) & (rates[0] > 0.0)
-    if np.sum(used) < 2:
+    is_usable = np.all(np.isfinite(rates), axis=0) & (rates[0] > 0.0)
+    if np.sum(is_usable) < 2:
         raise file_fault(path, ": fewer than two intensities have a rate above zero")
-    positive_rates = np.maximum(rates[:, used], _LEAST_RATE)
-    arrays = {"levels": main.levels[used], "rates": positive_rates}
+    positive_rates = np.maximum(rates[:, is_usable], _LEAST_RATE)
+    arrays = {"levels": main.levels[is_usable], "rates": positive_rates}
     return HazardCurve(im=main.im, quantiles=np.array(quantiles), source=path.name, **arrays)
 
 
@@ -274,23 +274,23 @@ def _parts(path: Path) -> Iterator[_Part]:
     else:
         first = read_text(path, MAX_CSV_BYTES).lstrip().partition("\n")[0]
         curves = _openquake(path, first) if first.startswith("#") else _table(path)
-    for part in curves:
-        levels = positive(part.levels, "im")
-        rates = as_column(part.rates, "rate")
+    for curve in curves:
+        levels = positive(curve.levels, "im")
+        rates = as_column(curve.rates, "rate")
         require(~(rates < 0.0) & ~np.isnan(rates), "rate", "must not be negative", rates)
         require(np.append(True, np.diff(levels) > 0.0), "im", "must increase", levels)
         with np.errstate(invalid="ignore"):  # inf - inf
             grows = np.append(False, np.diff(rates) > 0.0)
         require(~grows, "rate", "must not increase with the intensity", rates)
-        yield part._replace(levels=levels, rates=rates)
+        yield curve._replace(levels=levels, rates=rates)
 
 
 def _openquake(path: Path, first: str) -> Iterator[_Part]:
     """Yield the curve of a CSV export of OpenQuake; its first line is a comment."""
     entries = dict(re.findall(r"(\w+)='?([^,'\"]+)", first))
-    lacking = [name for name in ("kind", "imt", "investigation_time") if name not in entries]
-    if lacking:
-        raise InputError(f"the first line of an OpenQuake file must give {', '.join(lacking)}")
+    missing = [name for name in ("kind", "imt", "investigation_time") if name not in entries]
+    if missing:
+        raise InputError(f"the first line of an OpenQuake file must give {', '.join(missing)}")
     _, header, *sites = csv.reader(read_text(path, MAX_CSV_BYTES).strip().splitlines())
     if len(sites) != 1:
         raise InputError(f"has the hazard of {len(sites)} sites: keep the line of one site")
@@ -334,16 +334,16 @@ def _table(path: Path) -> Iterator[_Part]:
         yield _Part(column, quantile, levels, as_column(table[name], "rate"))
 
 
-def _measure_and_factor(head: str) -> tuple[str, float]:
+def _measure_and_factor(title: str) -> tuple[str, float]:
     """Return the column named by a heading, and the factor to its unit; ``im`` names none."""
-    if head == "im" or head.startswith("im_"):
-        return head.removesuffix("im"), 1.0
-    match = _UNIT.fullmatch(head)
-    column = measure_column(match[1] if match else head)
+    if title == "im" or title.startswith("im_"):
+        return title.removesuffix("im"), 1.0
+    match = _UNIT.fullmatch(title)
+    column = measure_column(match[1] if match else title)
     if not column:
-        raise InputError(f"{head!r} is not a measure with a unit, such as SA(1.0) (g) or PGA (g)")
+        raise InputError(f"{title!r} is not a measure with a unit, such as SA(1.0) (g) or PGA (g)")
     if not match:
-        raise InputError(f"the unit of {head} is missing: write {head} (g), or (cm/s) for PGV")
+        raise InputError(f"the unit of {title} is missing: write {title} (g), or (cm/s) for PGV")
     if (match[2] == "g") == (column == _NAMES["PGV"]):
         raise InputError(f"{match[1]} has not the unit {match[2]}")
     return column, _FACTORS[match[2]]
@@ -353,15 +353,15 @@ def _usgs_json(path: Path) -> Iterator[_Part]:
     """Yield the total curves of a response of the hazard services of the USGS."""
     content = read_json(path)
     response = content.get("response", content) if isinstance(content, dict) else content
-    shared: Any = {}
+    common: Any = {}
     if isinstance(response, dict):
-        shared = response.get("metadata", {})
+        common = response.get("metadata", {})
         response = response.get("hazardCurves", [])
     for item in response if isinstance(response, list) else []:
-        about = {**shared, **item.get("metadata", {}), **item}
-        imt = about.get("imt", {})
+        metadata = {**common, **item.get("metadata", {}), **item}
+        imt = metadata.get("imt", {})
         name = str(imt.get("value", imt) if isinstance(imt, dict) else imt)
-        unit = re.search(r"\((g|m/s|cm/s)\)", f"{imt} {about.get('xlabel', '')}")
+        unit = re.search(r"\((g|m/s|cm/s)\)", f"{imt} {metadata.get('xlabel', '')}")
         if not unit:
             raise InputError(f"the unit of {name} is missing (xlabel, such as Ground Motion (g))")
         total = [curve for curve in item.get("data", []) if curve.get("component") == "Total"]
@@ -370,7 +370,7 @@ def _usgs_json(path: Path) -> Iterator[_Part]:
                 f"{name} has {len(total)} curves of the component Total; one is needed"
             )
         values = total[0].get("values", {})
-        levels = values.get("xs", about.get("xvalues"))
+        levels = values.get("xs", metadata.get("xvalues"))
         rates = values.get("ys", total[0].get("yvalues"))
         levels = _FACTORS[unit[1]] * as_column(levels, f"{name} xs")
         yield _Part(measure_column(name) or name, None, levels, as_column(rates, f"{name} ys"))

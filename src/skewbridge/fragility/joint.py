@@ -98,9 +98,9 @@ def joint_table(
     return pd.DataFrame([row for of_model in rows for row in of_model], columns=list(JOINT_COLUMNS))
 
 
-def _rows(item: tuple[BridgeModels, States, Row]) -> list[Row]:
+def _rows(arguments: tuple[BridgeModels, States, Row]) -> list[Row]:
     """Return the rows of one bridge and abutment model."""
-    models, states, shared = item
+    models, states, shared = arguments
     im = models.runs[shared["im"]].to_numpy(dtype=np.float64)
     low, high = covered_range(im, demand_table.motion_codes(models.runs))
     outcomes = {

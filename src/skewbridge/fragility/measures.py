@@ -34,9 +34,9 @@ def rank_measures(
     rows: list[dict[str, Any]] = []
     for name in map(str, table.filter(regex="^im_")):
         im = table[name].to_numpy(dtype=np.float64)
-        bad = bool(np.any(~(im > 0.0)))
-        if bad or np.ptp(im) == 0.0:
-            status = "non_positive_im" if bad else SINGLE_LEVEL
+        has_non_positive = bool(np.any(~(im > 0.0)))
+        if has_non_positive or np.ptp(im) == 0.0:
+            status = "non_positive_im" if has_non_positive else SINGLE_LEVEL
             rows.append({"im": name, "status": status, "proficiency": np.nan})
             continue
         x = np.log(im)
@@ -74,12 +74,12 @@ def _properties(
 def _p_value(values: Floats, residual: Floats) -> float:
     """Return the p-value of the regression of residuals on a property."""
     # both arrays hold means by motion, shape (M,); NaN for a constant property
-    good = np.isfinite(values)
-    spread = np.ptp(values[good]) if np.any(good) else 0.0
+    is_finite = np.isfinite(values)
+    spread = np.ptp(values[is_finite]) if np.any(is_finite) else 0.0
     # ASSUME a relative variation of a property below 1e-6 is rounding: the property is constant
-    if np.sum(good) < 4 or spread <= 1e-6 * (1.0 + float(np.max(np.abs(values[good])))):
+    if np.sum(is_finite) < 4 or spread <= 1e-6 * (1.0 + float(np.max(np.abs(values[is_finite])))):
         return np.nan
-    line = tested_line(values[good], residual[good])
+    line = tested_line(values[is_finite], residual[is_finite])
     t = line.b / (line.sigma / np.sqrt(line.sxx))
     return float(2.0 * special.stdtr(line.n - 2, -abs(t)))
 
@@ -98,11 +98,11 @@ def measure_table(demands: pd.DataFrame, motions: pd.DataFrame) -> pd.DataFrame:
         if not ranked:
             continue
         table = pd.concat(ranked, ignore_index=True)
-        usable = table[(table["status"] == FITTED) & table["im"].str.startswith(HAZARD_KNOWN)]
-        best = None
-        if len(usable):
-            logs = pd.Series(np.log(usable["efficiency"].to_numpy(dtype=np.float64)))
-            best = logs.groupby(usable["im"].to_numpy()).mean().idxmin()
-        tables.append(table.assign(recommended=(table["im"] == best)))
+        fitted = table[(table["status"] == FITTED) & table["im"].str.startswith(HAZARD_KNOWN)]
+        most_efficient = None
+        if len(fitted):
+            logs = pd.Series(np.log(fitted["efficiency"].to_numpy(dtype=np.float64)))
+            most_efficient = logs.groupby(fitted["im"].to_numpy()).mean().idxmin()
+        tables.append(table.assign(recommended=(table["im"] == most_efficient)))
     table = pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
     return table.reindex(columns=[n for n in described("measures") if n in table or not tables])

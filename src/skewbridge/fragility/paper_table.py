@@ -75,8 +75,8 @@ def paper_table(
     settings: FitSettings = DEFAULTS,
 ) -> pd.DataFrame:
     """Return the table for publication, without limit states that have no estimate."""
-    chosen = with_ratios(chosen_curves(curves), medians)
-    rows = records_of(chosen.assign(row=chosen["variant"]))
+    selected = with_ratios(chosen_curves(curves), medians)
+    rows = records_of(selected.assign(row=selected["variant"]))
     for row in records_of(joint[joint["status"] == FITTED]):
         model = JointModel(row)
         out = {name: row[name] for name in PAPER_COLUMNS if name in row}
@@ -150,7 +150,7 @@ def latex_table(table: pd.DataFrame) -> str:
     """Return the table for LaTeX (packages booktabs and longtable)."""
     rows = printed_rows(table)
     names = list(rows[0]) if rows else list(_LATEX_HEADS)
-    head = " & ".join(_LATEX_HEADS.get(name, f"{name.replace('_', ' ')} ratio") for name in names)
+    titles = " & ".join(_LATEX_HEADS.get(name, f"{name.replace('_', ' ')} ratio") for name in names)
     units = ", ".join(sorted(set(table["im"].astype(str))))
     cells = ([re.sub("[_%&]", r"\\\g<0>", text) for text in row.values()] for row in rows)
     return "\n".join(
@@ -163,7 +163,7 @@ def latex_table(table: pd.DataFrame) -> str:
             f"% {DAGGER}: extrapolated, fewer than three motions are as strong or as weak",
             "% failure in any mode: median and half of the ln range from 16 to 84 % of a union",
             rf"\begin{{longtable}}{{lll{'r' * (len(names) - 3)}}}",
-            *(r"\toprule", head + r" \\", r"\midrule", r"\endhead"),
+            *(r"\toprule", titles + r" \\", r"\midrule", r"\endhead"),
             *(" & ".join(texts) + r" \\" for texts in cells),
             *(r"\bottomrule", r"\end{longtable}", ""),
         ]

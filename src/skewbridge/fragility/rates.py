@@ -82,24 +82,24 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
     bound_beta = np.hypot(curve["theta_bound_beta"], np.nan_to_num(curve["capacity_dispersion"]))
     if status == FITTED:
         wide = curve["beta"] if pd.isna(curve["beta_total"]) else curve["beta_total"]
-        used = StateCurve(np.log([curve["theta"]]), np.array([nan]), np.array([wide]))
-        used = used._replace(modes=union_curve(curve))
+        for_rates = StateCurve(np.log([curve["theta"]]), np.array([nan]), np.array([wide]))
+        for_rates = for_rates._replace(modes=union_curve(curve))
         if model is not None and curve["method"] == METHODS[0]:
-            used = model
+            for_rates = model
             rate_ends = curve_rate(model, hazard).interval(curve["level"])
         else:  # ASSUME the dispersion is known
             thetas = (curve[name] for name in ("theta", "theta_high", "theta_low"))
             middle, *ends = (_lognormal(theta, wide, hazard) for theta in thetas)
-            rate = curve_rate(used, hazard).value
+            rate = curve_rate(for_rates, hazard).value
             rate_ends = rate, *(rate * end / middle for end in ends)
-        p = exceedance(used, np.log(hazard.levels[[0, -1]])[:, None])[:, 0]
-        row |= hazard.shares(partial(curve_rate, used), p, curve["im_low"], curve["im_high"])
+        p = exceedance(for_rates, np.log(hazard.levels[[0, -1]])[:, None])[:, 0]
+        row |= hazard.shares(partial(curve_rate, for_rates), p, curve["im_low"], curve["im_high"])
     elif status == BOUNDS_TOO_WIDE and model is not None:
         # the interval of the model, widened to the bounds with the dispersion of the capacity
-        extra = np.maximum(model.total[0] ** 2 - model.beta[0] ** 2, 0.0)
+        added = np.maximum(model.total[0] ** 2 - model.beta[0] ** 2, 0.0)
         rate, low, high = curve_rate(model, hazard).interval(curve["level"])
         bounds = [
-            (curve[f"theta_{n}"], np.hypot(curve[f"beta_{n}"], extra**0.5)) for n in TREATMENTS
+            (curve[f"theta_{n}"], np.hypot(curve[f"beta_{n}"], added**0.5)) for n in TREATMENTS
         ]
         factors = [1.0, *(_lognormal(*bound, hazard) / rate for bound in bounds)]
         rate_ends = nan, low * np.nanmin(factors), high * np.nanmax(factors)
@@ -107,8 +107,8 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
     elif status == NO_EXCEEDANCE:
         rate_ends = nan, 0.0, _lognormal(curve["theta_bound_low"], bound_beta, hazard)
     elif status == ALL_EXCEED:
-        least = _lognormal(curve["theta_bound_high"], bound_beta, hazard)
-        rate_ends = nan, least, float(hazard.rates[0, 0])
+        lowest_rate = _lognormal(curve["theta_bound_high"], bound_beta, hazard)
+        rate_ends = nan, lowest_rate, float(hazard.rates[0, 0])
     return row | rate_columns(rate_ends)
 
 
@@ -122,15 +122,15 @@ def with_bounds(curves: pd.DataFrame) -> pd.DataFrame:
 def rates_of_curves(curves: pd.DataFrame, joint: pd.DataFrame, hazard: HazardCurve) -> pd.DataFrame:
     """Return the columns of `state_columns`, indexed as ``curves``; ``joint`` may be empty."""
     key = ["bridge", "abutment", "component", "limit_state"]
-    usable = joint[joint["modes"].notna()]
-    models = {tuple(row[n] for n in key): JointModel(row) for row in records_of(usable)}
+    with_model = joint[joint["modes"].notna()]
+    models = {tuple(row[n] for n in key): JointModel(row) for row in records_of(with_model)}
     rows: list[Row] = []
     table = curves.reindex(columns=list(dict.fromkeys([*curves, *CURVE_COLUMNS])))
     for row in records_of(table):
         model = models.get(tuple(row[n] for n in key))
         curve = model.curve(row) if model else None
-        has = curve is not None and np.isfinite(curve.ln_theta[0])
-        rows.append(state_columns(row, curve if has else None, hazard))
+        has_curve = curve is not None and np.isfinite(curve.ln_theta[0])
+        rows.append(state_columns(row, curve if has_curve else None, hazard))
     return pd.DataFrame(rows, curves.index)
 
 
@@ -141,15 +141,15 @@ def rate_table(
 
     ``system`` has the columns `rate` and `shares` of `system_curves` with a hazard.
     """
-    chosen, columns = chosen_curves(with_bounds(curves)), demand_table.variant_columns(curves)
-    states = chosen[[*columns, *_STATE[1:]]].join(rates_of_curves(chosen, joint, hazard))
+    selected, columns = chosen_curves(with_bounds(curves)), demand_table.variant_columns(curves)
+    states = selected[[*columns, *_STATE[1:]]].join(rates_of_curves(selected, joint, hazard))
     rows = records_of(states)
     for row in records_of(system):
         keys = {name: row[name] for name in (*columns, "limit_state", "status", "level")}
         keys |= {"component": SYSTEM, "method": SYSTEM, "im": hazard.im}
-        has = isinstance(row["rate"], LogRate)
-        rate_ends = row["rate"].interval(row["level"]) if has else (nan, nan, nan)
-        rows.append(keys | (row["shares"] if has else {}) | rate_columns(rate_ends))
+        has_rate = isinstance(row["rate"], LogRate)
+        rate_ends = row["rate"].interval(row["level"]) if has_rate else (nan, nan, nan)
+        rows.append(keys | (row["shares"] if has_rate else {}) | rate_columns(rate_ends))
     return pd.DataFrame(rows, columns=list(demand_table.described("rates")))
 
 
@@ -219,13 +219,13 @@ def _changes(
             for cell in records_of(cells):
                 start, end = rate_of(state, cell["number_from"]), rate_of(state, cell["number_to"])
                 # ASSUME a ratio is worth reporting if at least one of both variants has a curve
-                usable = isinstance(state, str) or medians.without_curve(cell, state) != 2
-                if start and end and usable:
+                has_curve = isinstance(state, str) or medians.without_curve(cell, state) != 2
+                if start and end and has_curve:
                     values = {name: cell[name] for name in other_axes}
                     rated.append((keys | values, "variant", start, end))
             if rated:
-                means = _mean([pair[2] for pair in rated]), _mean([pair[3] for pair in rated])
-                changes.append((keys | {"n_cells": len(rated)}, "pooled", *means))
+                mean_rates = _mean([pair[2] for pair in rated]), _mean([pair[3] for pair in rated])
+                changes.append((keys | {"n_cells": len(rated)}, "pooled", *mean_rates))
                 changes += rated
     return changes
 

@@ -85,11 +85,11 @@ def system_members(states: States) -> dict[str, list[LimitState]]:
         )
     members: dict[str, list[LimitState]] = {}
     for degree in sorted(degrees, key=lambda name: -len(beyond[name])):
-        reach = {degree} | beyond[degree]
+        severe_enough = {degree} | beyond[degree]
         members[degree] = [
-            next(state for state in ordered if state.system_degree in reach)
+            next(state for state in ordered if state.system_degree in severe_enough)
             for ordered in by_component.values()
-            if any(state.system_degree in reach for state in ordered)
+            if any(state.system_degree in severe_enough for state in ordered)
         ]
     return members
 
@@ -111,9 +111,9 @@ class _Systems(NamedTuple):
     hazard: HazardCurve | None
 
 
-def _variant_rows(item: tuple[_Systems, int]) -> list[Row]:
+def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
     """Return the rows of one variant, one per degree of damage."""
-    systems, number = item
+    systems, number = system_and_variant
     models, settings = systems.models, systems.settings
     values = records_of(models.variants)[number]
     runs = models.runs[models.variant == number]
@@ -184,8 +184,8 @@ def _system(
     correlation = _correlation(members, systems) * share[:, :, None] * share[:, None, :]
     size = len(members)
     correlation[:, np.arange(size), np.arange(size)] = 1.0
-    one = ln_theta[:1], beta[:1]
-    failures = _failures(*one, correlation[:1], _POINTS, settings.seed)
+    of_all_runs = ln_theta[:1], beta[:1]
+    failures = _failures(*of_all_runs, correlation[:1], _POINTS, settings.seed)
     ln_median, dispersion = _quantiles(failures)[:, 0]
     first = np.min(failures[:, 0], axis=0)
     empirical = (np.arange(_POINTS) + 0.5) / _POINTS
@@ -193,17 +193,17 @@ def _system(
     names, component = np.unique([m.state.component for m in members], return_inverse=True)
     leading = component[np.argmin(failures[:, 0], axis=0)[first <= ln_median]]
     weakest = names[np.argmax(np.bincount(leading, minlength=len(names)))]
-    independent = _failures(*one, np.eye(size)[None], _POINTS, settings.seed)
-    good = np.all(np.isfinite(ln_theta) & np.isfinite(beta), axis=1)
-    values = ln_theta[good], beta[good], correlation[good]
-    again = _failures(*values, _POINTS_OF_REPLICATES, settings.seed)
+    independent = _failures(*of_all_runs, np.eye(size)[None], _POINTS, settings.seed)
+    is_valid = np.all(np.isfinite(ln_theta) & np.isfinite(beta), axis=1)
+    values = ln_theta[is_valid], beta[is_valid], correlation[is_valid]
+    repeated = _failures(*values, _POINTS_OF_REPLICATES, settings.seed)
     if systems.hazard is not None:
         distributions = [
             _by_models(sample, members, np.flatnonzero(which), systems.hazard)
-            for sample, which in ((failures, np.arange(good.size) == 0), (again, good))
+            for sample, which in ((failures, np.arange(is_valid.size) == 0), (repeated, is_valid))
         ]
-        row |= _rated(distributions[0][0], distributions[1], good, systems.hazard, covered)
-    replicates = _quantiles(again[:, 1:])  # the first is not without a motion
+        row |= _rated(distributions[0][0], distributions[1], is_valid, systems.hazard, covered)
+    replicates = _quantiles(repeated[:, 1:])  # the first is not without a motion
     logs = np.column_stack([replicates[0], np.log(replicates[1])])
     of_theta, of_beta = jackknife_factors(logs, settings.confidence)
     theta = exp_end(ln_median)
@@ -230,22 +230,22 @@ def _by_models(
         z = point.score(state.threshold, state.dispersion, grid[:, None])[:, rows]
         z = np.maximum.accumulate(z, axis=0)
         e = (ln_im - curve.ln_theta[rows, None]) / curve.total[rows, None]
-        at = [np.interp(scores, of, grid) for scores, of in zip(e, z.T, strict=True)]
-        first = np.minimum(first, at)
+        capacities = [np.interp(scores, z_of, grid) for scores, z_of in zip(e, z.T, strict=True)]
+        first = np.minimum(first, capacities)
     return first
 
 
 def _rated(
     first: Floats,  # ln im of the first failure, shape (n,)
-    again: Floats,  # the same of good estimates with fewer points, (r, n)
-    good: Mask,  # estimates that exist: from all runs, then without each motion, (R,)
+    fewer_points: Floats,  # the same of good estimates with fewer points, (r, n)
+    is_valid: Mask,  # estimates that exist: from all runs, then without each motion, (R,)
     hazard: HazardCurve,
     covered: tuple[float, float],
 ) -> Row:
     """Return the columns `rate` and `shares` of a system."""
-    rate, changes = hazard.rate_of_failures(first[None]), hazard.rate_of_failures(again).logs
-    logs = np.full(good.size, nan)
-    logs[good] = rate.logs[0] + changes - changes[0]
+    rate, changes = hazard.rate_of_failures(first[None]), hazard.rate_of_failures(fewer_points).logs
+    logs = np.full(is_valid.size, nan)
+    logs[is_valid] = rate.logs[0] + changes - changes[0]
     p = np.mean(first <= np.log(hazard.levels[[0, -1]])[:, None], axis=1)
     shares = hazard.shares(lambda curve: curve.rate_of_failures(first[None]), p, *covered)
     return {"rate": rate._replace(logs=logs), "shares": shares}

@@ -99,10 +99,10 @@ def _both(u: Floats, v: Floats, rho: Floats) -> Floats:
     rho = np.clip(rho, -_LARGEST_RHO, _LARGEST_RHO)
     root = np.sqrt(1.0 - rho**2)
     total = np.where((u > 0.0) == (v > 0.0), 0.0, -0.5)
-    for one, other in ((u, v), (v, u)):
+    for first, second in ((u, v), (v, u)):
         with np.errstate(over="ignore"):
-            slope = (other - rho * one) / (one * root)
-        total = total + 0.5 * special.ndtr(one) - special.owens_t(one, slope)
+            slope = (second - rho * first) / (first * root)
+        total = total + 0.5 * special.ndtr(first) - special.owens_t(first, slope)
     return total
 
 
@@ -110,10 +110,10 @@ def union_curve(row: Mapping[str, Any] | pd.DataFrame) -> Union | None:
     """Return the union of a curve, or of n curves, from `UNION_COLUMNS`; None for lognormals."""
     if any(name not in row for name in UNION_COLUMNS):
         return None
-    one, beta, other, wide, rho = (np.asarray(row[n], dtype=np.float64) for n in UNION_COLUMNS)
-    if not np.all(np.isfinite(one + other)):
+    t_1, beta_1, t_2, beta_2, rho = (np.asarray(row[n], dtype=np.float64) for n in UNION_COLUMNS)
+    if not np.all(np.isfinite(t_1 + t_2)):
         return None
-    return Union(np.log([one, other]), np.array([beta, wide]), rho)
+    return Union(np.log([t_1, t_2]), np.array([beta_1, beta_2]), rho)
 
 
 def curve_probability(im: ArrayLike, row: Mapping[str, Any]) -> Floats:

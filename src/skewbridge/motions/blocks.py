@@ -72,8 +72,8 @@ class _Counts:
             self.at_incidence[angle, list(group)] += 1
             for pair in combinations(group, 2):
                 self.at_once[pair] += 1
-        for one, other in combinations(cells, 2):
-            self.of_pair[[one, other], [other, one]] += 1
+        for first, second in combinations(cells, 2):
+            self.of_pair[[first, second], [second, first]] += 1
 
 
 def assign(

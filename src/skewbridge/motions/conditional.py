@@ -146,8 +146,8 @@ def _openquake(path: Path) -> pd.DataFrame:
         rows = table.assign(weight=rate, moment=rate * table["eps"])[rate > 0.0]
         cells = rows.groupby(list(names.values()), sort=False)
     except (KeyError, TypeError, ValueError) as error:
-        needed = "Mag_Dist_Eps with imt, iml, mag, dist, eps and one column of probabilities"
-        raise text.file_fault(path, f" is not the export {needed}: {error}") from None
+        required = "Mag_Dist_Eps with imt, iml, mag, dist, eps and one column of probabilities"
+        raise text.file_fault(path, f" is not the export {required}: {error}") from None
     totals = cells[["weight", "moment"]].sum().reset_index()
     epsilon = (totals["moment"] / totals["weight"]).to_numpy()
     if cells["eps"].max().eq(rows["eps"].max()).all():
@@ -165,12 +165,12 @@ def _usgs(path: Path) -> pd.DataFrame:
         response = text.read_json(path)["response"]
         shared = response["metadata"] if isinstance(response, dict) else {}
         for block in response["disaggs"] if shared else response:
-            about = shared | block | block.get("metadata", {})
-            imt = about["imt"]["value"] if isinstance(about["imt"], dict) else about["imt"]
-            bins = pd.DataFrame(about["εbins"], columns=["id", "min", "max"]).set_index("id")
+            header = shared | block | block.get("metadata", {})
+            imt = header["imt"]["value"] if isinstance(header["imt"], dict) else header["imt"]
+            bins = pd.DataFrame(header["εbins"], columns=["id", "min", "max"]).set_index("id")
             middle = bins.astype(float).mean(axis=1)  # of an open bin: its edge
             total = next(o for o in block["data"] if o.get("component", "Total") == "Total")
-            items = [item for part in total["summary"] for item in part["data"]]
+            items = [item for group in total["summary"] for item in group["data"]]
             level_g = next(item["value"] for item in items if item.get("units") == "g")
             rows = pd.json_normalize(total["data"], "εdata", ["m", "r"]).rename(columns=names)
             rows = rows.assign(level_g=level_g, epsilon=rows["εbin"].map(middle)).astype(float)

@@ -115,9 +115,9 @@ def measures_and_spectra(
         table |= {end.join(name.rsplit("_", 1)): value for name, value in measures.items()}
         table[f"psa{end}g"] = (component_psa(accel, dt_s, periods) / G_MPS2).tolist()
     if len(components) == 2:
-        one, two = components
-        pair = GroundMotion(motion_id="pair", dt_s=dt_s, accel_1_mps2=one, accel_2_mps2=two)
-        rotd50, rotd100 = ((psa / G_MPS2).tolist() for psa in pair_psa(one, two, dt_s, periods))
+        a_1, a_2 = components
+        pair = GroundMotion(motion_id="pair", dt_s=dt_s, accel_1_mps2=a_1, accel_2_mps2=a_2)
+        rotd50, rotd100 = ((psa / G_MPS2).tolist() for psa in pair_psa(a_1, a_2, dt_s, periods))
         table |= {"psa_rotd50_g": rotd50, "psa_rotd100_g": rotd100}
         table = motion_measures(pair, t1_s) | table
     return table | {"dt_s": dt_s, "npts": len(components[0]), "periods_s": list(periods)}

@@ -147,8 +147,8 @@ def bands_around(motions: MotionsConfig, medians_g: Sequence[float]) -> Bands:
         return (motions.level_range_g,)
     ratio = motions.bands.ratio
     bands = [(max(median / ratio, low), min(median * ratio, high)) for median in sorted(medians_g)]
-    if kept := tuple((first, last) for first, last in bands if first < last):
-        return kept
+    if in_range := tuple((first, last) for first, last in bands if first < last):
+        return in_range
     raise InputError(f"motions.bands: no median of {list(medians_g)} g is in {low:g} to {high:g} g")
 
 
@@ -206,16 +206,16 @@ def striped(
     low, high = factor_limits
     at_1_g = suite[LEVEL_MEASURE]
     stripes = [suite.assign(scale=g / at_1_g, stripe_g=float(g)) for g in stripes_g]
-    every = pd.concat(stripes, ignore_index=True)
-    table = every[every["scale"].between(low, high)].reset_index(drop=True)
+    all_rows = pd.concat(stripes, ignore_index=True)
+    table = all_rows[all_rows["scale"].between(low, high)].reset_index(drop=True)
     if table.empty:
         raise InputError(
             f"no motion reaches a stripe of {list(stripes_g)} g with factors {low} to {high}"
         )
-    if left_out := len(every) - len(table):
+    if left_out := len(all_rows) - len(table):
         logger.warning(
             "%d of %d scaled motions are left out: their factor is outside %g to %g",
-            left_out, len(every), low, high,
+            left_out, len(all_rows), low, high,
         )  # fmt: skip
     return table
 

@@ -84,18 +84,18 @@ def read_record(suite: str, number: int) -> GroundMotion:
     metadata = {name: rows[0][name] for name in fields}
     with _opened(rows[0]["path"]) as content:
         group = content["_timeseries"][rows[0]["group"]]
-        one, two = (np.array(group[name]["RecordedAcceleration"]) * G_MPS2 for name in ("a", "b"))
+        a_1, a_2 = (np.array(group[name]["RecordedAcceleration"]) * G_MPS2 for name in ("a", "b"))
     messages: list[str] = []
-    if one.size != two.size:
-        messages = [f"components have {one.size} and {two.size} points: the shorter is padded"]
-        npts = max(one.size, two.size)
-        one, two = (np.pad(accel, (0, npts - accel.size)) for accel in (one, two))
+    if a_1.size != a_2.size:
+        messages = [f"components have {a_1.size} and {a_2.size} points: the shorter is padded"]
+        npts = max(a_1.size, a_2.size)
+        a_1, a_2 = (np.pad(accel, (0, npts - accel.size)) for accel in (a_1, a_2))
     return GroundMotion(
         **metadata,
-        accel_1_mps2=one,
-        accel_2_mps2=two,
+        accel_1_mps2=a_1,
+        accel_2_mps2=a_2,
         source=SOURCE,
-        sha256=hashlib.sha256(one.tobytes() + two.tobytes()).hexdigest(),
+        sha256=hashlib.sha256(a_1.tobytes() + a_2.tobytes()).hexdigest(),
         messages=tuple(messages),
     )
 

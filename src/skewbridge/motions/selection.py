@@ -87,11 +87,11 @@ def read_candidates(
     motions = read_entries(entries)
     psa_mps2 = [pair_psa(*m.components, m.dt_s, periods_s).rotd50_mps2 for m in motions]
     table = pd.DataFrame({"entry": entries, "motion": motions})
-    made = np.array(["synthetic:" in m.source for m in motions])
+    is_synthetic = np.array(["synthetic:" in m.source for m in motions])
     events = [m.event or m.motion_id for m in motions]
-    events = np.where(made, [m.motion_id for m in motions], events)
+    events = np.where(is_synthetic, [m.motion_id for m in motions], events)
     log_psa = list(np.log(np.array(psa_mps2) / G_MPS2))
-    return table.assign(log_psa=log_psa, event=events, is_synthetic=made)
+    return table.assign(log_psa=log_psa, event=events, is_synthetic=is_synthetic)
 
 
 def select_pairs(
@@ -106,46 +106,46 @@ def select_pairs(
     scaled = (log_psa + log_factors[:, None])[:, :BAND_POINTS]
     pool = candidates.assign(scale=np.exp(log_factors), level_g=level_g, log_psa=list(scaled))
     pool = pool[np.abs(log_factors) <= np.log(FACTOR_LIMITS[1])]
-    if (most := pool["event"].value_counts().clip(upper=MOST_PER_EVENT).sum()) < count:
-        reach = f"only {most} pairs reach {level_g:.3g} g with factors of 1/4 to 4 and"
+    if (available := pool["event"].value_counts().clip(upper=MOST_PER_EVENT).sum()) < count:
+        reach = f"only {available} pairs reach {level_g:.3g} g with factors of 1/4 to 4 and"
         raise InputError(f"{reach} {MOST_PER_EVENT} per event: {count} are needed")
     sigma = target.sigma[:BAND_POINTS]
-    away = np.stack(pool["log_psa"].to_list()) - np.log(target.median_g[:BAND_POINTS])
+    error = np.stack(pool["log_psa"].to_list()) - np.log(target.median_g[:BAND_POINTS])
     kind = pool["event"].factorize()[0], pool["is_synthetic"].to_numpy()
     starts = (np.random.default_rng(seed).permutation(len(pool)) for seed in range(_STARTS))
-    best = min(_improved(away, sigma, *kind, start, count) for start in starts)[1]
-    errors = np.expm1(away[best].mean(axis=0)), away[best].std(axis=0, ddof=1) / sigma - 1.0
-    largest, chosen = np.abs(errors).max(axis=1), pool.iloc[best]
-    return chosen, {
+    best = min(_improved(error, sigma, *kind, start, count) for start in starts)[1]
+    errors = np.expm1(error[best].mean(axis=0)), error[best].std(axis=0, ddof=1) / sigma - 1.0
+    largest, selected = np.abs(errors).max(axis=1), pool.iloc[best]
+    return selected, {
         **target.causes,
-        "synthetic_share": float(chosen["is_synthetic"].mean()),
-        "factors": [float(chosen["scale"].min()), float(chosen["scale"].max())],
+        "synthetic_share": float(selected["is_synthetic"].mean()),
+        "factors": [float(selected["scale"].min()), float(selected["scale"].max())],
         **dict(zip(("mean_error", "dispersion_error"), largest.tolist(), strict=True)),
         "within_tolerances": bool((largest <= TOLERANCES).all()),
     }
 
 
 def _improved(
-    away: Vector, sigma: Vector, event: Index, synthetic: Mask, start: Index, count: int
+    error: Vector, sigma: Vector, event: Index, synthetic: Mask, start: Index, count: int
 ) -> tuple[float, list[int]]:
-    """Return misfit and rows of ``away`` (pairs, periods) that no single replacement improves."""
+    """Return misfit and rows of ``error`` (pairs, periods) that no single replacement improves."""
     first = pd.Series(event[start]).groupby(event[start]).cumcount() < MOST_PER_EVENT
-    chosen = start[first][:count].tolist()
+    selected = start[first][:count].tolist()
     misfit, before = np.inf, np.nan
     while not misfit >= before:
         before = misfit
         for replaced in range(count):
-            kept = chosen[:replaced] + chosen[replaced + 1 :]
-            mean = (away[kept].sum(axis=0) + away) / count
-            squares = (away[kept] ** 2).sum(axis=0) + away**2 - count * mean**2
+            kept = selected[:replaced] + selected[replaced + 1 :]
+            mean = (error[kept].sum(axis=0) + error) / count
+            squares = (error[kept] ** 2).sum(axis=0) + error**2 - count * mean**2
             scatter = np.sqrt(np.maximum(squares, 0.0) / (count - 1)) / sigma - 1.0
             shares = np.abs([np.expm1(mean), scatter]) / TOLERANCES[:, None, None]
             costs = shares**2 / 2.0 / sigma.size + _COST_OVER * np.maximum(shares - _AIM, 0.0) ** 2
             costs = costs.sum(axis=(0, 2)) + _COST_SYNTHETIC * (synthetic[kept].sum() + synthetic)
             full = np.bincount(event[kept], minlength=int(event.max()) + 1) >= MOST_PER_EVENT
             costs[full[event]] = costs[kept] = np.inf
-            chosen[replaced], misfit = int(costs.argmin()), float(costs.min())
-    return misfit, chosen
+            selected[replaced], misfit = int(costs.argmin()), float(costs.min())
+    return misfit, selected
 
 
 def write_selections(selections: Sequence[pd.DataFrame], folder: Path) -> None:

@@ -152,11 +152,11 @@ def run_counts(demands: pd.DataFrame) -> pd.DataFrame:
     }
     names = list(flags)
     rows: list[dict[str, Any]] = []
-    for model, part in models_of(demands.assign(**flags)):
-        rows.append({**model, "axis": "", "value": np.nan, **part[names].sum()})
-        for name in axis_names(part):
-            if part[name].nunique() > 1:
-                sums = records_of(part.groupby(name)[names].sum().reset_index(names="value"))
+    for model, runs in models_of(demands.assign(**flags)):
+        rows.append({**model, "axis": "", "value": np.nan, **runs[names].sum()})
+        for name in axis_names(runs):
+            if runs[name].nunique() > 1:
+                sums = records_of(runs.groupby(name)[names].sum().reset_index(names="value"))
                 rows += [{**model, "axis": name, **row} for row in sums]
     return pd.DataFrame(rows).astype(dict.fromkeys(names, int))
 
@@ -167,10 +167,10 @@ def _further_steps(medians: pd.DataFrame, row: Mapping[str, Any]) -> dict[str, A
     The text ``by_value`` is empty if the effect depends on no other axis. The numbers ``sure_..``
     are of the largest smaller step whose effect is certain, if that of the whole range is not.
     """
-    same = (medians[[*_EFFECT[:4], "demand"]] == [row[n] for n in (*_EFFECT[:4], "demand")]).all(
+    is_same = (medians[[*_EFFECT[:4], "demand"]] == [row[n] for n in (*_EFFECT[:4], "demand")]).all(
         axis=1
     )
-    steps = medians[same & (medians["scope"] == "pooled") & (medians["status"] == OK)]
+    steps = medians[is_same & (medians["scope"] == "pooled") & (medians["status"] == OK)]
     widest: dict[str, Any] = {}
     if row["claim"] not in (LOWER, HIGHER, NEGLIGIBLE):
         certain = steps[steps["verdict_family"].isin((LOWER, HIGHER))].sort_values("to_value")
@@ -181,12 +181,12 @@ def _further_steps(medians: pd.DataFrame, row: Mapping[str, Any]) -> dict[str, A
     texts: list[str] = []
     whole_range = steps[steps["to_value"] == row["to_value"]]
     for other in whole_range.loc[whole_range["p_interaction"] < 0.05, "interaction"]:
-        parts = medians[same & (medians["scope"] == "by_value") & medians[other].notna()]
+        parts = medians[is_same & (medians["scope"] == "by_value") & medians[other].notna()]
         parts = parts[(parts["to_value"] == row["to_value"]) & (parts["status"] == OK)]
         texts += [
-            f"{axis(other).label.lower()} {value_text(axis(other), part[other])}: "
-            f"{change_text(part)} ({interval_text(part)})"
-            for part in records_of(parts)
+            f"{axis(other).label.lower()} {value_text(axis(other), effect[other])}: "
+            f"{change_text(effect)} ({interval_text(effect)})"
+            for effect in records_of(parts)
         ]
     return widest | {"by_value": "; ".join(texts)}
 
@@ -261,13 +261,13 @@ def _demand_row(effect: dict[str, Any], line: pd.DataFrame | None) -> dict[str, 
 
     This is the reference intensity of the bridge. If there is none, it is the middle of the range.
     """
-    usable = pd.DataFrame() if line is None else line[line["ratio"].notna()].sort_values("im")
-    if usable.empty:
+    with_ratio = pd.DataFrame() if line is None else line[line["ratio"].notna()].sort_values("im")
+    if with_ratio.empty:
         return effect | {"claim": effect["verdict_family"]}
-    at_reference = usable[usable["at_reference"].astype(bool)]
-    point = usable.iloc[len(usable) // 2] if at_reference.empty else at_reference.iloc[0]
+    at_reference = with_ratio[with_ratio["at_reference"].astype(bool)]
+    point = with_ratio.iloc[len(with_ratio) // 2] if at_reference.empty else at_reference.iloc[0]
     names = ("im", "ratio", "ci_low", "ci_high", "from_demand", "to_demand")
-    ends = {"first_im": usable["im"].iloc[0], "last_im": usable["im"].iloc[-1]}
+    ends = {"first_im": with_ratio["im"].iloc[0], "last_im": with_ratio["im"].iloc[-1]}
     claim, claims = point["verdict"], {effect["verdict_family"], point["verdict"]}
     if len(claims) > 1:  # keep the weaker of the two
         same_sign = (point["ratio"] < 1.0) == (effect["direction"] < 0)
@@ -367,10 +367,10 @@ def headline(table: pd.DataFrame) -> list[str]:
         return [f"{'; '.join(['No median capacities can be compared', *reasons])}."]
     sentences = list[tuple[tuple[int, float], str]]()
     open_effects = list[str]()
-    for (name, *_), part in estimated.groupby(["axis", "from_value", "to_value"], sort=False):
+    for (name, *_), change in estimated.groupby(["axis", "from_value", "to_value"], sort=False):
         demands = table[(table["axis"] == name) & (table["quantity"] != MEDIAN_CAPACITY)]
-        sentences += _axis_sentence(part, demands, names)
-        undecided = part[(part["claim"] == UNDECIDED) & part["demand"].isin(LEADING_STATES)]
+        sentences += _axis_sentence(change, demands, names)
+        undecided = change[(change["claim"] == UNDECIDED) & change["demand"].isin(LEADING_STATES)]
         for (state,), rows in groups_of(undecided, ["demand"]):
             texts = [
                 f"{names[row['bridge'], row['abutment']] + ' ' if len(names) > 1 else ''}"
@@ -387,12 +387,12 @@ def headline(table: pd.DataFrame) -> list[str]:
 
 
 def _axis_sentence(
-    part: pd.DataFrame, demands: pd.DataFrame, names: Mapping[tuple[str, str], str]
+    table: pd.DataFrame, demands: pd.DataFrame, names: Mapping[tuple[str, str], str]
 ) -> list[tuple[tuple[int, float], str]]:
     """Return the sentence on an axis with its rank, or nothing if no effect is decided."""
-    start = change_name(*part[["axis", "from_value", "to_value"]].iloc[0])
+    start = change_name(*table[["axis", "from_value", "to_value"]].iloc[0])
     by_verb, sizes, ranks = dict[str, list[str]](), list[float](), list[int]()
-    decided = part[part["claim"].isin((LOWER, HIGHER, DETECTABLE)) | part["sure_ratio"].notna()]
+    decided = table[table["claim"].isin((LOWER, HIGHER, DETECTABLE)) | table["sure_ratio"].notna()]
     leads = decided[decided["demand"].isin(LEADING_STATES)]
     for (state,), rows in groups_of(leads if len(leads) else decided, ["demand"]):
         certain = rows["claim"].isin((LOWER, HIGHER))
@@ -422,12 +422,12 @@ def _axis_sentence(
         sizes.append(abs(float(np.log(row["ratio"]))))
         ranks.append(0 if row["claim"] in (LOWER, HIGHER) or np.isfinite(row["sure_ratio"]) else 1)
     clauses = [f"{verb} {' and '.join(texts)}" for verb, texts in by_verb.items()]
-    moved = displacement_clause(records_of(demands), names)
-    if moved:
-        clauses.append(moved)
-    if not sizes and set(part["claim"]) == {NEGLIGIBLE}:
-        most_g = (part["to_demand"] - part["from_demand"]).abs().max()
-        margin = margin_text(part.iloc[0])
+    clause = displacement_clause(records_of(demands), names)
+    if clause:
+        clauses.append(clause)
+    if not sizes and set(table["claim"]) == {NEGLIGIBLE}:
+        most_g = (table["to_demand"] - table["from_demand"]).abs().max()
+        margin = margin_text(table.iloc[0])
         clauses.insert(
             0, f"changes no median capacity by more than {margin} (most: {most_g:.2g} g)"
         )
@@ -469,11 +469,11 @@ def failure_sentences(counts: pd.DataFrame, *, has_capacities: bool = True) -> t
 
     Without capacities of columns in the demands, no failure can be counted.
     """
-    whole, names = counts[counts["axis"] == ""], short_names(counts)
-    totals = whole.filter(regex="^n_").sum()
+    per_model, names = counts[counts["axis"] == ""], short_names(counts)
+    totals = per_model.filter(regex="^n_").sum()
     parts = [
         f"{row['n_failed']} of {row['n_runs']} of {names[row['bridge'], row['abutment']]}"
-        for row in records_of(whole)
+        for row in records_of(per_model)
     ]
     models = f" ({listed(parts)})" if len(parts) > 1 else ""
     kinds = [
@@ -558,8 +558,8 @@ def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]
     effects = of_table[(of_table["against"] == "") & (of_table["suite"] != ALL_SUITES)]
     motions = effects.groupby("suite", sort=False)["n_motions"].max()
     row = records_of(compared.sort_values("standard_errors", ascending=False).head(1))[0]
-    same = (effects[list(_EFFECT)] == [row[name] for name in _EFFECT]).all(axis=1)
-    by_suite = {effect["suite"]: effect for effect in records_of(effects[same])}
+    same_effect = (effects[list(_EFFECT)] == [row[name] for name in _EFFECT]).all(axis=1)
+    by_suite = {effect["suite"]: effect for effect in records_of(effects[same_effect])}
     sizes = listed(
         f"{change_text(by_suite[name])} ({interval_text(by_suite[name])}) under {name}"
         for name in (row["against"], row["suite"])
@@ -580,10 +580,10 @@ def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]
 
 def properties_sentence(demands: pd.DataFrame) -> str:
     """Return a sentence that lists the random properties, or states that there are none."""
-    drawn = drawn_properties(map(str, demands))
-    if not drawn:
+    properties = drawn_properties(map(str, demands))
+    if not properties:
         return "All properties of the bridges have the values of the bridge files."
     return (
         "Each motion has its own random properties of the bridge, the same in every variant "
-        f"({', '.join(drawn)})."
+        f"({', '.join(properties)})."
     )

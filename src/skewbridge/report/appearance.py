@@ -134,8 +134,8 @@ def shown_value(demand: str, value: float) -> tuple[float, str]:
     if demand.endswith("drift_ratio"):
         return 100.0 * value, " %"
     unit = unit_of(demand)
-    per_unit, small = {"m": (1000.0, "mm"), "rad": (1000.0, "mrad")}.get(unit, (1.0, unit))
-    shown, factor = shown_unit(small)
+    per_unit, display_unit = {"m": (1000.0, "mm"), "rad": (1000.0, "mrad")}.get(unit, (1.0, unit))
+    shown, factor = shown_unit(display_unit)
     return factor * per_unit * value, f" {shown}".rstrip()
 
 
@@ -173,8 +173,8 @@ def shown_axes(table: pd.DataFrame) -> tuple[Axis, ...]:
     """Return the axes that vary in a table; if fewer than three do, constant axes are added."""
     present = axes_of(table.columns)
     constant = [axis for axis in present if table[axis.name].nunique() < 2]
-    kept = max(_LEAST_SHOWN - (len(present) - len(constant)), 0)
-    left_out = {axis.name for axis in constant[kept:]}
+    n_constant = max(_LEAST_SHOWN - (len(present) - len(constant)), 0)
+    left_out = {axis.name for axis in constant[n_constant:]}
     return tuple(axis for axis in present if axis.name not in left_out)
 
 
@@ -184,9 +184,9 @@ def templates(*functions: Callable[..., Any]) -> Environment:
     texts = DictLoader({f"{name}.html.j2": text for name, text in TEXTS["page"].items()})
     loader = ChoiceLoader([PackageLoader("skewbridge.report"), texts])
     environment = Environment(loader=loader, autoescape=escaped, undefined=StrictUndefined)
-    named = {function.__name__: function for function in functions}
-    environment.globals.update(named)
-    environment.filters.update(named)
+    by_name = {function.__name__: function for function in functions}
+    environment.globals.update(by_name)
+    environment.filters.update(by_name)
     return environment
 
 

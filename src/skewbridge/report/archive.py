@@ -102,8 +102,8 @@ def write_archive(
             )  # fmt: skip
         else:
             crate.add_file(BytesIO(content), name, properties=properties)
-    with written_aside(writable_file(out)) as part:
-        crate.write_zip(part)
+    with written_aside(writable_file(out)) as temporary:
+        crate.write_zip(temporary)
     return sorted(entity.id for entity in crate.data_entities if entity.type != "Dataset"), doubts
 
 
@@ -112,7 +112,7 @@ def _files(
 ) -> dict[str, tuple[bytes, str]]:
     """Return a dict from the name of each file in the archive to its content and description."""
     suite = read_frame(folder.suite)
-    whole = yaml.safe_dump(study.model_dump(mode="json"), sort_keys=False, allow_unicode=True)
+    all_keys = yaml.safe_dump(study.model_dump(mode="json"), sort_keys=False, allow_unicode=True)
     motions = suite.loc[:, ~suite.columns.str.startswith("accel_")].to_csv(index=False)
     needed = [line for line in requires("skewbridge") or () if "extra ==" not in line]
     names = sorted(re.split(r"[^\w.-]", line, maxsplit=1)[0] for line in needed)
@@ -120,7 +120,7 @@ def _files(
     lines = (f"{name}=={data['Version']}  # {licence_of(data)}\n" for name, data in packages)
     software = "".join(lines)
     files = {
-        "whole_config.yaml": (whole.encode(), "configuration with every key"),
+        "whole_config.yaml": (all_keys.encode(), "configuration with every key"),
         "motions.csv": (motions.encode(), "motions with sources, factors and digests"),
         "METHODS.md": (methods_of(study, suite).markdown().encode(), "methods for a paper"),
         "requirements.txt": (software.encode(), "packages with versions and licences"),

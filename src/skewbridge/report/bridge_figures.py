@@ -51,8 +51,8 @@ def model_figure(geometry: ModelGeometry) -> Figure:
     figure.suptitle(f"{geometry.title}{gap_text}")
     entries = [axes.get_legend_handles_labels() for axes in (plan, elevation)]
     unique = {label: handle for pair in entries for handle, label in zip(*pair, strict=True)}
-    look: dict[str, Any] = {"loc": "outside lower center", "frameon": False}
-    figure.legend(unique.values(), unique.keys(), ncols=len(unique), **look)
+    style: dict[str, Any] = {"loc": "outside lower center", "frameon": False}
+    figure.legend(unique.values(), unique.keys(), ncols=len(unique), **style)
     return figure
 
 
@@ -63,9 +63,9 @@ def _draw_plan(axes: Axes, geometry: ModelGeometry) -> None:
     _draw_members(axes, geometry, [0, 1])
     if geometry.contacts:
         starts, normals = _contacts(geometry)
-        look = {"arrowstyle": "->", "color": COLOURS["contact"]}
+        style = {"arrowstyle": "->", "color": COLOURS["contact"]}
         for start, tip in zip(starts, starts + _NORMAL_M * normals, strict=True):
-            axes.annotate("", xytext=start[:2], xy=tip[:2], arrowprops=look)
+            axes.annotate("", xytext=start[:2], xy=tip[:2], arrowprops=style)
         label = "contact surface and its normal"
         axes.plot(*starts.T[:2], "s", color=COLOURS["contact"], markersize=4, label=label)
     axes.set(xlabel="x, longitudinal (m)", ylabel="y, transverse (m)", aspect="equal")
@@ -85,14 +85,14 @@ def _draw_members(axes: Axes, geometry: ModelGeometry, plane: list[int]) -> None
         ends = np.array([member.ends for member in members])
         is_line = (ends[:, 0] != ends[:, 1]).any(axis=1)
         wide, order = 2.2 if group in ("deck", "columns") else 1.0, 1 if group == "links" else 2
-        look: dict[str, Any] = {"color": COLOURS[group], "label": group}
+        style: dict[str, Any] = {"color": COLOURS[group], "label": group}
         # breaks join the lines into one, so that the legend has one entry
         breaks = np.full((int(is_line.sum()), 1, 3), np.nan)
         lines = np.concatenate([ends[is_line], breaks], axis=1).reshape(-1, 3)
         if len(lines):
-            axes.plot(*lines[:, plane].T, linewidth=wide, zorder=order, **look)
+            axes.plot(*lines[:, plane].T, linewidth=wide, zorder=order, **style)
         if len(points := ends[~is_line, 0]) and group not in ("links", "contact"):
-            axes.plot(*points[:, plane].T, "o", markersize=3.5, **look)
+            axes.plot(*points[:, plane].T, "o", markersize=3.5, **style)
     if geometry.fixed:
         ground = np.array(geometry.fixed)[:, plane].T
         axes.plot(*ground, "^", color="black", markersize=3, label="ground", zorder=0)
@@ -164,11 +164,11 @@ def _group_trace(group: str, members: list[Member]) -> go.Scatter3d:
     return _trace(group, ends, text, mode="lines+markers", marker={"size": 2.5}, line=line)
 
 
-def _trace(name: str, points: Floats, text: list[str] | None = None, **look: Any) -> go.Scatter3d:
+def _trace(name: str, points: Floats, text: list[str] | None = None, **style: Any) -> go.Scatter3d:
     """Return a trace through points; pointing at a point shows its ``text``."""
     x, y, z = points.reshape(-1, 3).T
     hover = "text" if text else "skip"
-    return go.Scatter3d(x=x, y=y, z=z, name=name, text=text, hoverinfo=hover, **look)
+    return go.Scatter3d(x=x, y=y, z=z, name=name, text=text, hoverinfo=hover, **style)
 
 
 def ladder_figure(curves: pd.DataFrame, *, title: str) -> Figure:

@@ -78,7 +78,7 @@ def check_tables(tables: StudyTables) -> list[Row]:
     within = bounded["ratio"].between(bounded["ci_low"], bounded["ci_high"])
     # a bridge without a stated capacity of its columns has no such demand in any row
     is_demand_of_bridge = numbers.notna().groupby(ok["bridge"]).transform("any")
-    lacking = numbers.isna() & is_demand_of_bridge
+    is_missing = numbers.isna() & is_demand_of_bridge
     lower, work_kj = ok[ok["column_shear_kn"] < components], ok["slip_work_kj"]
     share = len(unfinished) / max(len(demands), 1)
     # states of the same variant, component, demand and method
@@ -93,7 +93,7 @@ def check_tables(tables: StudyTables) -> list[Row]:
         ("analyses listed twice", demands[demands.duplicated(list(KEY))], KEY),
         ("rows without a known status", demands[~demands["status"].isin(STATUSES)], KEY),
         ("rows of variants with fewer analyses than planned", demands[uneven], KEY),
-        ("finished rows with a demand that is not a number", ok[lacking.any(axis=1)], KEY),
+        ("finished rows with a demand that is not a number", ok[is_missing.any(axis=1)], KEY),
         ("finished rows whose resultant shear is below a component", lower, KEY),
         ("rows with negative friction work", ok[work_kj < -_ROUNDING_KJ], KEY),
         ("rows with friction work but without friction",
@@ -110,10 +110,10 @@ def check_tables(tables: StudyTables) -> list[Row]:
 def _check(name: str, rows_found: pd.DataFrame, named_by: Sequence[str], *share: float) -> Row:
     """Return a check of the number of rows found (which must be 0) or of a share and its limit."""
     value, limit = share or (float(len(rows_found)), 0.0)
-    named = rows_found[[name for name in named_by if name in rows_found]].head(NAMED)
+    examples = rows_found[[name for name in named_by if name in rows_found]].head(NAMED)
     rows = [
         ", ".join(f"{value:g}" if isinstance(value, float) else str(value) for value in row)
-        for row in named.itertuples(index=False)
+        for row in examples.itertuples(index=False)
     ]
     return {"name": name, "value": value, "limit": limit, "passed": value <= limit, "rows": rows}
 
@@ -182,20 +182,20 @@ def mirror_differences(ok: pd.DataFrame, suite: pd.DataFrame) -> pd.DataFrame:
     if not (ok["skew_deg"] < 0).any():
         return ok.head(0)
     columns = (suite[name] for name in ("motion_id", "accel_1_mps2", "accel_2_mps2"))
-    waves = {name: np.array([one, two]) for name, one, two in zip(*columns, strict=True)}
+    waves = {name: np.array([x, y]) for name, x, y in zip(*columns, strict=True)}
     # zero is added because a negative zero has different bytes
-    named = {(wave + 0.0).tobytes(): name for name, wave in waves.items()}
+    by_wave = {(wave + 0.0).tobytes(): name for name, wave in waves.items()}
     mirrored = {name: (wave * [[1.0], [-1.0]] + 0.0).tobytes() for name, wave in waves.items()}
-    images = {name: named[image] for name, image in mirrored.items() if image in named}
+    images = {name: by_wave[image] for name, image in mirrored.items() if image in by_wave}
     originals = ok[(ok["skew_deg"] > 0) & ok["motion_id"].isin(images)]
-    wanted = originals.assign(
+    mirrored_runs = originals.assign(
         skew_deg=-originals["skew_deg"],
         motion_id=originals["motion_id"].map(images),
         incidence_deg=-originals["incidence_deg"],
     )
     axes = [axis.name for axis in axes_of(ok.columns)]
     names = demands_for("effect", ok.columns)
-    different = _different(wanted, ok, axes, names, MIRROR_TOLERANCE, _MIRROR_NOTHING)
+    different = _different(mirrored_runs, ok, axes, names, MIRROR_TOLERANCE, _MIRROR_NOTHING)
     back = {image: name for name, image in images.items()}
     motions = different["motion_id"].map(back)
     return different.assign(motion_id=motions, incidence_deg=-different["incidence_deg"])
@@ -212,8 +212,8 @@ def _different(
     """Return the rows in which a number differs from the same run in ``compared``."""
     keys = ["bridge", "abutment", *axes, "motion_id", "scale", "incidence_deg"]
     joined = rows.merge(compared, on=keys, suffixes=("", "_other"))
-    one, other = (
+    values_1, values_2 = (
         joined[[f"{name}{end}" for name in names]].to_numpy(float) for end in ("", "_other")
     )
-    close = np.isclose(one, other, rtol=tolerance, atol=nothing, equal_nan=True)
+    close = np.isclose(values_1, values_2, rtol=tolerance, atol=nothing, equal_nan=True)
     return joined[~close.all(axis=1)]

@@ -46,8 +46,8 @@ def least_shown(demands: pd.DataFrame, curves: pd.DataFrame, demand: str) -> flo
     values = demands[demand]
     positive = values[values > 0.0]
     mildest = curves.loc[curves["demand"] == demand, "threshold"].min()
-    least = max(float(positive.min()), mildest / _FAR_BELOW) if len(positive) else np.inf
-    return least if (values >= least).any() else None
+    lowest = max(float(positive.min()), mildest / _FAR_BELOW) if len(positive) else np.inf
+    return lowest if (values >= lowest).any() else None
 
 
 @mpl.rc_context(STYLE)
@@ -64,7 +64,7 @@ def demand_clouds(
     demands = with_derived_columns(demands)
     label, factor = shown_label(demand)
     fits = curves[(curves["demand"] == demand) & (curves["method"] == "cloud")]
-    least = factor * (least_shown(demands, fits, demand) or 1.0)
+    lowest = factor * (least_shown(demands, fits, demand) or 1.0)
     demands = demands.assign(**{demand: factor * demands[demand]})
     thresholds = dict(zip(fits["limit_state"], factor * fits["threshold"], strict=True))
     im_column, lead = str(curves["im"].iloc[0]), lead_axis(effects, {demand}, demands)
@@ -73,14 +73,14 @@ def demand_clouds(
     figure = Figure(figsize=(6.4, 4.2), layout="constrained")
     axes = figure.subplots()
     is_large = len(demands) > MAX_VECTOR_RUNS
-    for (value, part), color in zip(demands.groupby(lead.name), VARIANT_COLOURS, strict=False):
-        _cloud_points(axes, part, im_column, demand, least, {"color": color, "ls": "",
+    for (value, runs), color in zip(demands.groupby(lead.name), VARIANT_COLOURS, strict=False):
+        _cloud_points(axes, runs, im_column, demand, lowest, {"color": color, "ls": "",
                       "marker": "o", "rasterized": is_large})  # fmt: skip
         name = appearance.value_text(lead, float(str(value)))
         if (change := changes.get(value, {})).get("status") == OK:
             name += f": {appearance.change_text(change)} ({appearance.interval_text(change)})"
-        lines = fits[fits["variant"].isin(part["variant"])].drop_duplicates("variant")
-        x = np.geomspace(part[im_column].min(), part[im_column].max(), 41)
+        lines = fits[fits["variant"].isin(runs["variant"])].drop_duplicates("variant")
+        x = np.geomspace(runs[im_column].min(), runs[im_column].max(), 41)
         means = [_fitted_line(x, row) for row in records_of(lines[np.isfinite(lines["b"])])]
         y = factor * np.exp(np.mean(means, axis=0)) if means else np.full(x.size, np.nan)
         axes.plot(x, y, color=color, linewidth=1.6, label=name)
@@ -88,7 +88,7 @@ def demand_clouds(
         axes.axhline(threshold, color="#555555", lw=0.8, ls=(0, (1, 2)), zorder=1)
     im, top = demands[im_column], max([demands[demand].max(), *thresholds.values()])
     axes.set(xscale="log", yscale="log", xlabel=shown_label(im_column)[0], ylabel=label)
-    axes.set(xlim=(im.min() / 1.15, im.max() * 1.15), ylim=(least / 1.8, 1.6 * top))
+    axes.set(xlim=(im.min() / 1.15, im.max() * 1.15), ylim=(lowest / 1.8, 1.6 * top))
     plain_log_ticks(axes.xaxis)
     plain_log_ticks(axes.yaxis)
     name_lines(axes, f"{len(demands)} analyses, colours by {lead.label.lower()}:")
@@ -114,19 +114,19 @@ def _fitted_line(im: Floats, fit: Mapping[Any, Any]) -> Floats:
 
 
 def _cloud_points(
-    axes: Axes, part: pd.DataFrame, im: str, demand: str, least: float, look: dict[str, Any]
+    axes: Axes, runs: pd.DataFrame, im: str, demand: str, lowest: float, style: dict[str, Any]
 ) -> None:
     """Draw the runs of one colour as filled marks, open marks or marks at the bottom."""
-    x, y, complete, bottom = part[im], part[demand], is_complete(part), least / 1.5
+    x, y, complete, bottom = runs[im], runs[demand], is_complete(runs), lowest / 1.5
     tick: dict[str, Any] = {"marker": 2}  # matplotlib's marker of a tick upward
     down: dict[str, Any] = {"marker": "v"}
-    done, early, small = complete & (y >= least), ~complete, complete & (y < least)
+    done, early, is_low = complete & (y >= lowest), ~complete, complete & (y < lowest)
     bounds = y[early].clip(lower=bottom)
-    axes.plot(x[done], y[done], ms=2.8, alpha=0.6, mew=0, **look)
-    axes.plot(x[early], bounds, ms=3.6, mfc="none", mew=0.8, **look)
-    axes.plot(x[early], bounds, ms=6.5, mew=0.9, **look | tick)
-    at_bottom = np.full(int(small.sum()), bottom)
-    axes.plot(x[small], at_bottom, ms=3, mew=0, alpha=0.5, **look | down)
+    axes.plot(x[done], y[done], ms=2.8, alpha=0.6, mew=0, **style)
+    axes.plot(x[early], bounds, ms=3.6, mfc="none", mew=0.8, **style)
+    axes.plot(x[early], bounds, ms=6.5, mew=0.9, **style | tick)
+    at_bottom = np.full(int(is_low.sum()), bottom)
+    axes.plot(x[is_low], at_bottom, ms=3, mew=0, alpha=0.5, **style | down)
 
 
 # --- effects and modelling choices
@@ -192,8 +192,8 @@ def _ranked(choices: pd.DataFrame) -> dict[str, pd.DataFrame]:
     percent = 100.0 * (choices["ratio"] - 1.0)
     change = choices["from_value"] + " → " + choices["to_value"]
     texts = percent.map("{:+.1f} %".format).replace({"-0.0 %": "0.0 %", "+0.0 %": "0.0 %"})
-    some = ", " + choices["n"].astype(str) + " of " + choices["n_pairs"].astype(str)
-    texts += some.where(choices["n"] < choices["n_pairs"], "")
+    n_of_pairs = ", " + choices["n"].astype(str) + " of " + choices["n_pairs"].astype(str)
+    texts += n_of_pairs.where(choices["n"] < choices["n_pairs"], "")
     rows = choices.assign(
         bar=choices["name"].map(labels) + " " + change,
         change=change,
@@ -228,9 +228,9 @@ def tornado(choices: pd.DataFrame) -> Figure:
 def _tornado_panel(panel: Axes, rows: pd.DataFrame) -> None:
     rows = rows.assign(place=np.arange(len(rows)))
     paired = rows[rows["n"] > 0]
-    reach = max([_LEAST_PCT, *(1.3 * paired["percent"].abs())])
+    limit = max([_LEAST_PCT, *(1.3 * paired["percent"].abs())])
     panel.barh(paired["place"], paired["percent"], height=0.72, color=paired["kind"].map(_COLOURS))
-    ends = (100.0 * (paired[["lowest", "highest"]] - 1.0)).clip(-reach, reach)
+    ends = (100.0 * (paired[["lowest", "highest"]] - 1.0)).clip(-limit, limit)
     panel.hlines(paired["place"], ends["lowest"], ends["highest"], color="#333333", linewidth=0.8)
     for y, text in zip(rows["place"], rows["text"], strict=True):
         across = panel.get_yaxis_transform()
@@ -239,8 +239,8 @@ def _tornado_panel(panel: Axes, rows: pd.DataFrame) -> None:
     panel.set(ylim=(-0.6, len(rows) - 0.4), xlabel="change of the demand (%)")
     panel.axvline(0.0, color="black", linewidth=0.8)
     panel.set_xscale("symlog", linthresh=LINEAR_PCT)
-    panel.set_xlim(-reach, reach)
-    ticks = [tick for tick in _TICKS_PCT if tick <= reach]
+    panel.set_xlim(-limit, limit)
+    ticks = [tick for tick in _TICKS_PCT if tick <= limit]
     all_ticks = [*(-tick for tick in reversed(ticks)), 0, *ticks]
     panel.set_xticks(all_ticks, [f"{tick:+d}" if tick else "0" for tick in all_ticks], fontsize=8)
     panel.xaxis.set_minor_locator(NullLocator())

@@ -49,8 +49,8 @@ def record_page(title: str, dt_s: float, components: Mapping[str, Floats]) -> Fi
         psa_g = component_psa(accel_mps2, dt_s, PERIODS_S) / G_MPS2
         spectra.loglog(PERIODS_S, psa_g, color=color, lw=1.0, label=label)
     if len(components) == 2:
-        one, two = components.values()
-        pair_spectra = pair_psa(one, two, dt_s, PERIODS_S)
+        accel_1, accel_2 = components.values()
+        pair_spectra = pair_psa(accel_1, accel_2, dt_s, PERIODS_S)
         rotd50_g, rotd100_g = pair_spectra.rotd50_mps2 / G_MPS2, pair_spectra.rotd100_mps2 / G_MPS2
         spectra.loglog(PERIODS_S, rotd50_g, color="black", lw=1.8, label="RotD50")
         spectra.loglog(PERIODS_S, rotd100_g, color="black", lw=1.0, ls="--", label="RotD100")
@@ -62,10 +62,10 @@ def record_page(title: str, dt_s: float, components: Mapping[str, Floats]) -> Fi
 def applied_spectra(suite: Sequence[SuiteMotion]) -> Figure:
     """Return a figure of the RotD50 spectra of the scaled motions of a study."""
     spectra_g: list[Floats] = []
-    for item in suite:
-        motion = item.motion
+    for scaled in suite:
+        motion = scaled.motion
         pair = pair_psa(motion.accel_1_mps2, motion.accel_2_mps2, motion.dt_s, APPLIED_PERIODS_S)
-        spectra_g.append(item.scale * pair.rotd50_mps2 / G_MPS2)
+        spectra_g.append(scaled.scale * pair.rotd50_mps2 / G_MPS2)
     return suite_spectra(
         np.array(spectra_g), APPLIED_PERIODS_S, title="Motions as applied (scaled)"
     )

@@ -205,12 +205,12 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
     names, notes = answer.short_names(table), answer.limit_notes(table)
     signs = {note_key: number for number, note_key in enumerate(notes, 1)}
     capacities = table[table["quantity"] == MEDIAN_CAPACITY]
-    present = capacities["demand"].unique()
-    states = sorted(present, key=lambda state: state not in answer.LEADING_STATES)[:2]
+    states_present = capacities["demand"].unique()
+    states = sorted(states_present, key=lambda state: state not in answer.LEADING_STATES)[:2]
     by_value = dict(groups_of(counts, (*BRIDGE_COLUMNS, "axis")))
     rows: list[dict[str, Any]] = []
-    for change, part in groups_of(table, _CHANGE):
-        for model, effects_of_model in groups_of(part, BRIDGE_COLUMNS):
+    for change, of_change in groups_of(table, _CHANGE):
+        for model, effects_of_model in groups_of(of_change, BRIDGE_COLUMNS):
             effects = {row["demand"]: row for row in records_of(effects_of_model)}
             failed, runs = (by_value[*model, change[0]][name] for name in ("n_failed", "n_runs"))
             cells = [
@@ -323,7 +323,7 @@ def sketch(
 
     def decks(faces: Sequence[PlanVector]) -> list[list[PlanVector]]:
         pairs = zip(faces[::2], faces[1::2], strict=True)
-        return [_corners(one, two, (-half, half)) for one, two in pairs]
+        return [_corners(face_1, face_2, (-half, half)) for face_1, face_2 in pairs]
 
     faces = cuts(skew)
     walls: list[list[PlanVector]] = []
@@ -338,18 +338,18 @@ def sketch(
             sides = ((key, key + thickness), (-key, -key - thickness))
             walls += [_corners((inner, angle), (x, angle), side) for side in sides]
             gaps.insert(0, ((x, angle), (wall, angle)))
-    drawn, tilt = decks(faces), faces[0][1]
-    reach = max(abs(x) for part in (*drawn, *walls) for x, _ in part)
+    deck_corners, tilt = decks(faces), faces[0][1]
+    half_length = max(abs(x) for polygon in (*deck_corners, *walls) for x, _ in polygon)
     return {
         "width": _WIDTH,
         "height": _HEIGHT,
-        "scale": min((_WIDTH / 2 - _SIDE) / reach, (_HEIGHT / 2 - _TOP) / half),
+        "scale": min((_WIDTH / 2 - _SIDE) / half_length, (_HEIGHT / 2 - _TOP) / half),
         "skew": skew,
-        "others": [deck for other in sorted({*skews_deg} - {skew}) for deck in decks(cuts(other))],
-        "decks": drawn,
+        "others": [deck for a in sorted({*skews_deg} - {skew}) for deck in decks(cuts(a))],
+        "decks": deck_corners,
         "walls": walls,
         "marks": {
-            name: [_skewed(gaps[0][part], share * half) for part, share in line]
+            name: [_skewed(gaps[0][face], share * half) for face, share in line]
             for name, line in _MARKS.items()
             if gaps
         },
@@ -381,10 +381,10 @@ def _skewed(face: PlanVector, y_m: float) -> PlanVector:
     return face[0] - y_m * tan(face[1]), y_m
 
 
-def _corners(one: PlanVector, two: PlanVector, y_m: PlanVector) -> list[PlanVector]:
+def _corners(left: PlanVector, right: PlanVector, y_m: PlanVector) -> list[PlanVector]:
     """Return the corners of the area between two faces and two y."""
     low, high = y_m
-    return [_skewed(one, low), _skewed(two, low), _skewed(two, high), _skewed(one, high)]
+    return [_skewed(left, low), _skewed(right, low), _skewed(right, high), _skewed(left, high)]
 
 
 def joint_rows(demands: pd.DataFrame, bridges: Sequence[Structure]) -> list[dict[str, str]]:
@@ -394,9 +394,9 @@ def joint_rows(demands: pd.DataFrame, bridges: Sequence[Structure]) -> list[dict
         runs = demands[(demands["bridge"] == bridge.name) & is_complete(demands)]
         for number, location in enumerate(bridge.description.joints_m, start=1):
             row = {"bridge": bridge.name, "joint": f"{number}, {location}"}
-            for (name, head, factor), share in product(_JOINT_DEMANDS, (0.5, 0.84)):
+            for (name, heading, factor), share in product(_JOINT_DEMANDS, (0.5, 0.84)):
                 value = factor * runs[f"joint{number}_{name}"].quantile(share)
-                row[f"{head}, {100 * share:g} %"] = f"{value:.3g}"
+                row[f"{heading}, {100 * share:g} %"] = f"{value:.3g}"
             rows.append(row)
     return rows
 
@@ -411,15 +411,15 @@ def _is_leading(picture: Mapping[str, Any]) -> bool:
 
 def curve_rows(frames: Mapping[str, pd.DataFrame]) -> list[dict[str, Any]]:
     """Return the leading curves as groups of text rows: a state, and a row for each value."""
-    drawn = with_system(frames["curves"], frames["system"])
-    leading = main_curves(pooled_curves(drawn, frames["medians"])).values()
+    all_curves = with_system(frames["curves"], frames["system"])
+    leading = main_curves(pooled_curves(all_curves, frames["medians"])).values()
     groups: list[dict[str, Any]] = []
     for table in leading:
-        for state, part in groups_of(table, STATE):
-            fit = records_of(drawn[(drawn[list(STATE)] == list(state)).all(axis=1)])[0]
+        for state, values in groups_of(table, STATE):
+            fit = records_of(all_curves[(all_curves[list(STATE)] == list(state)).all(axis=1)])[0]
             words = state_text(fit)
             rows: list[list[str]] = []
-            for row in records_of(part):
+            for row in records_of(values):
                 theta = _with_ends(row, ("theta", "theta_low", "theta_high"))
                 rows.append([
                     appearance.named_value(axis_of(row["axis"]), row["value"]) + variants_text(row),
@@ -468,9 +468,9 @@ def published_rows(medians: pd.DataFrame) -> list[dict[str, str]]:
     order = pooled["demand"].map(answer.LEADING_STATES.index)
     pooled = pooled[pooled["status"] == OK].assign(order=order)
     names, rows = answer.short_names(pooled), list[dict[str, str]]()
-    for (skew,), part in groups_of(pooled.sort_values(["to_value", "order"]), ["to_value"]):
+    for (skew,), effects in groups_of(pooled.sort_values(["to_value", "order"]), ["to_value"]):
         row = {"skew": f"{skew:g}°", "Hazus": f"{hazus_factor(skew):.2f}"}
-        for effect in records_of(part):
+        for effect in records_of(effects):
             head = f"{names[effect['bridge'], effect['abutment']]}, {effect_name(effect['demand'])}"
             row[head] = _with_ends(effect, verdicts.RATIOS)
         rows.append(row)
@@ -486,18 +486,18 @@ def verdict_table(effects: pd.DataFrame, compared: pd.DataFrame) -> dict[str, An
     order = [varied.name for varied in axes_of(compared["axis"])]
     heads = sorted(
         set(compared[keys].itertuples(index=False, name=None)),
-        key=lambda head: (*head[:2], order.index(head[2]), *head[3:]),
+        key=lambda heading: (*heading[:2], order.index(heading[2]), *heading[3:]),
     )
     rows: list[dict[str, Any]] = []
     for (demand,), of_demand in groups_of(effects, ["demand"]):
         cells = {tuple(row[name] for name in keys): _cell(row) for row in records_of(of_demand)}
         is_state, margin = "/" in demand, appearance.margin_text(of_demand.iloc[0])
         label = f"Median, {effect_name(demand)}" if is_state else appearance.demand_name(demand)
-        ordered = [cells.get(head) for head in heads]
+        ordered = [cells.get(heading) for heading in heads]
         rows.append({"label": label, "margin": margin, "cells": ordered})
     return {
-        "models": Counter(model_name(*head[:2]) for head in heads).items(),
-        "heads": [change_name(*head[2:]) for head in heads],
+        "models": Counter(model_name(*heading[:2]) for heading in heads).items(),
+        "heads": [change_name(*heading[2:]) for heading in heads],
         "rows": rows,
     }
 
@@ -526,17 +526,17 @@ _SHADES: Final = [round(round(shade / _STEP) * _STEP) for shade in range(256)]
 
 def pictures_of(captions: Sequence[Caption], folder: Path) -> list[dict[str, Any]]:
     """Return caption, data URL and size of each figure, in the order of `SECTIONS`."""
-    shown = sorted(captions, key=lambda caption: SECTIONS.index(caption.section))
+    ordered = sorted(captions, key=lambda caption: SECTIONS.index(caption.section))
     packed: Any = Parallel(n_jobs=2, backend="threading")(
-        delayed(_packed)(folder / f"{caption.name}.png") for caption in shown
+        delayed(_packed)(folder / f"{caption.name}.png") for caption in ordered
     )
-    return [{"caption": text, **picture} for text, picture in zip(shown, packed, strict=True)]
+    return [{"caption": text, **picture} for text, picture in zip(ordered, packed, strict=True)]
 
 
 def _packed(path: Path) -> dict[str, Any]:
     """Return an image as a data URL, with its size in pixels."""
-    with Image.open(path) as drawn:
-        picture = drawn.convert("RGB").reduce(2).point(_SHADES * 3)
+    with Image.open(path) as image:
+        picture = image.convert("RGB").reduce(2).point(_SHADES * 3)
     packed = BytesIO()
     picture.save(packed, **_PACKING)
     data = f"data:image/webp;base64,{base64.b64encode(packed.getvalue()).decode()}"
@@ -573,8 +573,8 @@ def explorer_data(frames: Mapping[str, pd.DataFrame]) -> str:
     """
     curves, demands = frames["curves"], with_derived_columns(frames["demands"])
     im = str(curves["im"].iloc[0])
-    named = [*curves["demand"].unique(), *demands_for("effect", demands.columns)]
-    columns = [name for name in dict.fromkeys(named) if name in demands]
+    demand_names = [*curves["demand"].unique(), *demands_for("effect", demands.columns)]
+    columns = [name for name in dict.fromkeys(demand_names) if name in demands]
     motions, variants = list(demands["motion_id"].unique()), demands.drop_duplicates("variant")
     models = {
         model: number
@@ -587,8 +587,8 @@ def explorer_data(frames: Mapping[str, pd.DataFrame]) -> str:
     values = {axis: sorted(demands[axis.name].unique()) for axis in axes}
     grid = np.geomspace(0.7 * demands[im].min(), 1.3 * demands[im].max(), _CURVE_POINTS)
     fits = curves[curves["status"] == FITTED]
-    drawn = [np.vstack(curve_values(grid, row)).round(4).tolist() for row in records_of(fits)]
-    fits = fits.assign(variant=fits["variant"].map(variant_numbers), curve=drawn)
+    points = [np.vstack(curve_values(grid, row)).round(4).tolist() for row in records_of(fits)]
+    fits = fits.assign(variant=fits["variant"].map(variant_numbers), curve=points)
     payload: dict[str, Any] = {
         "im": plain_label(im),
         "im_name": im,
@@ -673,9 +673,9 @@ def shown_rows(
     for name in frame:
         words, unit = split_unit(str(name))
         unit, factor = appearance.shown_unit(unit)
-        head = words.replace("_", " ") + ("" if unit == "-" else f" ({unit})")
+        heading = words.replace("_", " ") + ("" if unit == "-" else f" ({unit})")
         values = frame[name] if factor == 1.0 else factor * frame[name]
-        texts[head] = [number_text(value, digits) for value in values.tolist()]
+        texts[heading] = [number_text(value, digits) for value in values.tolist()]
     return records_of(pd.DataFrame(texts))
 
 

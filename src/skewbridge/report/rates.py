@@ -61,11 +61,11 @@ def with_codes(decision: Decision, bridge: str) -> Decision:
     """Add the seat lengths of AASHTO and SDC; columns are left out if the bridge is not known."""
     table = decision.table
     with suppress(InputError):
-        about, gap_m = load_structure(bridge).description, table[GAP] / 1000.0
-        aashto = [seat_demand_aashto_m(about, radians(skew)) for skew in table["skew_deg"]]
-        sdc = [seat_demand_sdc_m(about, demand_m) for demand_m in table["sdc_demand_m"]]
-        present = min(about.seats_m.values(), default=np.nan)
-        table = table.assign(aashto_m=aashto + gap_m, sdc_m=sdc + gap_m, present_m=present)
+        description, gap_m = load_structure(bridge).description, table[GAP] / 1000.0
+        aashto = [seat_demand_aashto_m(description, radians(skew)) for skew in table["skew_deg"]]
+        sdc = [seat_demand_sdc_m(description, demand_m) for demand_m in table["sdc_demand_m"]]
+        seat_m = min(description.seats_m.values(), default=np.nan)
+        table = table.assign(aashto_m=aashto + gap_m, sdc_m=sdc + gap_m, present_m=seat_m)
     return decision._replace(table=table)
 
 
@@ -78,14 +78,14 @@ def decision_figure(decision: Decision, title: str) -> Figure:
     seats, columns = figure.subplots(1, 2)
     ends = sorted({table[GAP].min(), table[GAP].max()})
     for gap, colour in zip(ends, VARIANT_COLOURS, strict=False):
-        part = table[table[GAP] == gap]
+        rows = table[table[GAP] == gap]
         for axes, name, scale in ((seats, "seat_m", per_m), (columns, "column_rate", 1.0)):
-            if name in part:
-                low, middle, high = (scale * part[f"{name}{end}"] for end in ("_low", "", "_high"))
+            if name in rows:
+                low, middle, high = (scale * rows[f"{name}{end}"] for end in ("_low", "", "_high"))
                 label = f"gap {factor * gap:.3g} {unit}, {100 * decision.level:g} % interval"
-                axes.fill_between(part["skew_deg"], low, high, color=colour, alpha=0.18, lw=0)
-                axes.plot(part["skew_deg"], middle, color=colour, lw=2.0, label=label)
-    part = table[table[GAP] == ends[-1]]
+                axes.fill_between(rows["skew_deg"], low, high, color=colour, alpha=0.18, lw=0)
+                axes.plot(rows["skew_deg"], middle, color=colour, lw=2.0, label=label)
+    rows = table[table[GAP] == ends[-1]]
     rules = {
         "hazus_m": "Hazus 6.1 factor on skew 0",
         "aashto_m": "AASHTO 4.7.4.4, 1.5 N",
@@ -93,13 +93,13 @@ def decision_figure(decision: Decision, title: str) -> Figure:
         "present_m": "seat of the bridge",
     }
     for (name, label), dashes in zip(rules.items(), _DASHES, strict=True):
-        if name in part:
+        if name in rows:
             line = {"ls": dashes, "color": "0.25", "lw": 1.2, "label": label}
-            seats.plot(part["skew_deg"], per_m * part[name], **line)
+            seats.plot(rows["skew_deg"], per_m * rows[name], **line)
     columns.axhline(decision.target, color="#b3202c", lw=1.2, label="target rate")
     heads = f"Seat length, normal ({unit})", "Annual rate of column failure"
-    for axes, head in zip((seats, columns), heads, strict=True):
-        axes.set(yscale="log", xlabel="Skew (deg)", ylabel=head)
+    for axes, heading in zip((seats, columns), heads, strict=True):
+        axes.set(yscale="log", xlabel="Skew (deg)", ylabel=heading)
     plain_log_ticks(seats.yaxis)
     handles = dict(zip(*seats.get_legend_handles_labels()[::-1], strict=True))
     handles |= dict(zip(*columns.get_legend_handles_labels()[::-1], strict=True))

@@ -48,8 +48,8 @@ def displacement_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     figure = Figure(figsize=(7.2, 5.6), layout="constrained")
     panels = figure.subplots(3, 1, sharex=True)
     for axes, (column, factor, text) in zip(panels, quantities, strict=True):
-        for look, (name, table) in zip(_OVERLAID, runs.items(), strict=False):
-            axes.plot(table["t_s"], factor * table[column], label=name, **look)
+        for style, (name, table) in zip(_OVERLAID, runs.items(), strict=False):
+            axes.plot(table["t_s"], factor * table[column], label=name, **style)
         axes.axhline(0.0, color="0.4", lw=0.5)
         axes.set_ylabel(text)
     panels[-1].set_xlabel("Time (s)")
@@ -71,8 +71,8 @@ def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
         for text, column in (("Whole abutment", ""), ("Pads alone", "pads_"))
         for way, direction in (("longitudinal", "x"), ("transverse", "y"))
     ]
-    for text, direction, part in (("Backwall", "x", "backwall"), ("Shear keys", "y", "key")):
-        columns = [f"{name}_normal_kn" for name in names if f"_left_{part}" in name]
+    for text, direction, contact in (("Backwall", "x", "backwall"), ("Shear keys", "y", "key")):
+        columns = [f"{name}_normal_kn" for name in names if f"_left_{contact}" in name]
         if names:
             panels.append((f"{text} alone, normal force", direction, columns))
     rows = len(panels) // 2
@@ -81,9 +81,9 @@ def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     for axes, (text, direction, columns) in zip(grid.flat, panels, strict=True):
         axes.set_title(text, loc="left", fontsize=9)
         axes.set_ylabel(f"Force ({force})")
-        for look, (name, table) in zip(_OVERLAID, runs.items(), strict=False):
+        for style, (name, table) in zip(_OVERLAID, runs.items(), strict=False):
             disp = per_m * table[f"abutment_left_{direction}_m"]
-            axes.plot(disp, per_kn * table[columns].sum(axis=1), label=name, **look)
+            axes.plot(disp, per_kn * table[columns].sum(axis=1), label=name, **style)
     for axes, text in zip(grid[-1], ("longitudinal", "transverse"), strict=True):
         axes.set_xlabel(f"Deck end, {text} ({length})")
     _name_runs(figure, grid[0, 0])
@@ -112,12 +112,12 @@ def column_figure(histories: pd.DataFrame, *, title: str) -> Figure:
     panels = figure.subplot_mosaic("so;ro", width_ratios=(1.15, 1.0))
     shear, ratio, orbit = panels["s"], panels["r"], panels["o"]
     ratio.sharex(shear)
-    drawn = (
+    panels_of = (
         (shear, histories["t_s"], per_kn * histories["column_shear_kn"]),
         (ratio, histories["t_s"], histories["column_shear_dcr"]),
         (orbit, per_m * histories["deck_ux_m"], per_m * histories["deck_uy_m"]),
     )
-    for (axes, x, y), colour in zip(drawn, VARIANT_COLOURS, strict=False):
+    for (axes, x, y), colour in zip(panels_of, VARIANT_COLOURS, strict=False):
         axes.plot(x, y, lw=0.9, color=colour)
     shear.set_ylabel(f"Base shear,\nworst column ({force})")
     ratio.axhline(1.0, color="0.4", lw=0.8, ls="--")
@@ -141,10 +141,10 @@ def contact_figure(histories: pd.DataFrame, *, title: str) -> Figure:
     time_s = histories["t_s"].to_numpy()
     normals = histories[[f"{name}_normal_kn" for name in names]].to_numpy().T * per_kn
     bins = np.linspace(time_s[0], time_s[-1], min(len(time_s), 1200) + 1)
-    at = np.clip(np.searchsorted(time_s, bins[:-1]), 0, len(time_s) - 1)
-    shown = np.ma.masked_less_equal(np.maximum.reduceat(normals, at, axis=1), 0.0)
+    starts = np.clip(np.searchsorted(time_s, bins[:-1]), 0, len(time_s) - 1)
+    closed_forces = np.ma.masked_less_equal(np.maximum.reduceat(normals, starts, axis=1), 0.0)
     edges = np.arange(len(names) + 1)
-    mesh = raster.pcolormesh(bins, edges, shown, cmap="flare", vmin=0.0, rasterized=True)
+    mesh = raster.pcolormesh(bins, edges, closed_forces, cmap="flare", vmin=0.0, rasterized=True)
     labels = [name.removeprefix("contact_").replace("_", " ") for name in names]
     raster.set_yticks(np.arange(len(names)) + 0.5, labels, fontsize=7)
     raster.invert_yaxis()
@@ -152,9 +152,9 @@ def contact_figure(histories: pd.DataFrame, *, title: str) -> Figure:
     figure.colorbar(mesh, ax=raster, label=f"Normal force ({force})", pad=0.01)
     raster.set_title(title, fontsize=10, parse_math=False)
     for colour, word in zip(VARIANT_COLOURS, ("backwall", "key"), strict=False):
-        if chosen := [name for name in names if word in name]:
-            one, two = (histories[[f"{name}_friction_{i}_kn" for name in chosen]] for i in "12")
-            total = per_kn * np.hypot(one.to_numpy(), two.to_numpy()).sum(axis=1)
+        if of_kind := [name for name in names if word in name]:
+            t_1, t_2 = (histories[[f"{name}_friction_{i}_kn" for name in of_kind]] for i in "12")
+            total = per_kn * np.hypot(t_1.to_numpy(), t_2.to_numpy()).sum(axis=1)
             friction.plot(time_s, total, lw=0.9, color=colour, label=f"{word}s")
     friction.set(xlabel="Time (s)", ylabel=f"Friction, sum ({force})")
     friction.legend(loc="upper right", fontsize=8)

@@ -104,11 +104,11 @@ class FigureTables:
 def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     """Yield caption and drawing function of each figure; the main curves come first."""
     tables = replace(tables, demands=with_derived_columns(tables.demands))
-    drawn = with_system(tables.curves, tables.system)
-    pooled = pooled_curves(drawn, tables.medians)
+    all_curves = with_system(tables.curves, tables.system)
+    pooled = pooled_curves(all_curves, tables.medians)
     leading = main_curves(pooled)
     for name, table in leading.items():
-        yield _curve_figure("main", name, table, drawn, tables.demands)
+        yield _curve_figure("main", name, table, all_curves, tables.demands)
     other_curves = pooled.drop(index=[row for table in leading.values() for row in table.index])
     models = tables.demands[list(BRIDGE_COLUMNS)].drop_duplicates().itertuples(index=False)
     for bridge, abutment in sorted(models):
@@ -123,7 +123,7 @@ def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
             for name, table in vars(tables).items()
             if isinstance(table, pd.DataFrame)
         }
-        own_curves, own_drawn = of_model(pooled), of_model(drawn)
+        own_curves, own_drawn = of_model(pooled), of_model(all_curves)
         own_curves = own_curves[own_curves["component"].isin(of_model(other_curves)["component"])]
         curves = (
             _curve_figure("curves", str(name), table, own_drawn, of_group["demands"])
@@ -173,20 +173,20 @@ def _cloud_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     for name in map(str, curves["demand"].unique()):
         if name == COLUMN_FAILURE_RATIO:  # its two modes have a figure each
             continue
-        least = fragility_figures.least_shown(demands, curves, name) if name in demands else None
-        if least is None:
+        lowest = fragility_figures.least_shown(demands, curves, name) if name in demands else None
+        if lowest is None:
             continue
         values, complete = demands[name].dropna(), demands["complete"]
         mildest = curves[curves["demand"] == name].sort_values("threshold").iloc[0]
         caption = _caption(
             "cloud",
             demand=name,
-            least=least,
+            least=lowest,
             mildest=mildest,
             total=len(demands),
             known=len(values),
             early=(~complete[values.index]).sum(),
-            below=(complete & (demands[name] < least)).sum(),
+            below=(complete & (demands[name] < lowest)).sum(),
             above=(values > mildest["threshold"]).sum(),
         )
         draw = partial(fragility_figures.demand_clouds, demands, curves, tables.effects, name)
@@ -299,8 +299,8 @@ def finished_figures(results: Path) -> list[StudyFigure]:
     for path in (paths[name] for name in _TABLES):
         if not path.is_file():
             raise InputError(f"{path} is missing: finish the study first", file=str(path))
-    made = {name: path for name, path in paths.items() if path.is_file()}
-    return list(study_figures(read_tables(made)))
+    existing = {name: path for name, path in paths.items() if path.is_file()}
+    return list(study_figures(read_tables(existing)))
 
 
 def draw_figures(
@@ -312,14 +312,14 @@ def draw_figures(
         InputError: No figure matches a name (``*`` matches any text). No figure is drawn.
     """
     drawings = {caption.name: draw for caption, draw in figures}
-    chosen: dict[str, Drawing] = {}
+    selected: dict[str, Drawing] = {}
     for name in names:
         if not (matching := [drawing for drawing in drawings if fnmatchcase(drawing, name)]):
             like = get_close_matches(name, drawings, n=3) or list(drawings)[:3]
             text = f"unknown figure {shortened(name)}; similar names: {', '.join(like)}"
             raise InputError(f"{text}; `skewbridge study plot` lists all figures")
-        chosen |= {drawing: drawings[drawing] for drawing in matching}
-    files = (save_figure(draw, settings, folder, name) for name, draw in chosen.items())
+        selected |= {drawing: drawings[drawing] for drawing in matching}
+    files = (save_figure(draw, settings, folder, name) for name, draw in selected.items())
     return [path for pair in files for path in pair]
 
 
@@ -367,19 +367,19 @@ def save_figure(
 
 def _rc(settings: FigureSettings) -> Any:
     # a fixed salt: ids in the file depend on the content only, so equal figures are equal files
-    chosen: dict[str, Any] = {"svg.fonttype": "none", "svg.hashsalt": "skewbridge"}
+    rc: dict[str, Any] = {"svg.fonttype": "none", "svg.hashsalt": "skewbridge"}
     font = settings.font
     if font == "sans-serif":  # searching for all fourteen takes a tenth of the time
-        chosen["font.sans-serif"] = _SANS_SERIF
+        rc["font.sans-serif"] = _SANS_SERIF
     else:
-        chosen["font.family"] = [font, _EVERY_SIGN]
+        rc["font.family"] = [font, _EVERY_SIGN]
     if font == "serif":
-        chosen["mathtext.fontset"] = "dejavuserif"
+        rc["mathtext.fontset"] = "dejavuserif"
     elif font not in GENERIC_FONTS:
         faces = {"rm": font, "cal": font, "it": f"{font}:italic", "bf": f"{font}:bold"}
-        chosen |= {"mathtext.fontset": "custom"}
-        chosen |= {f"mathtext.{face}": name for face, name in faces.items()}
-    return chosen
+        rc |= {"mathtext.fontset": "custom"}
+        rc |= {f"mathtext.{face}": name for face, name in faces.items()}
+    return rc
 
 
 def _enlarged(scale: float, match: re.Match[bytes]) -> bytes:

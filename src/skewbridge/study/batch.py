@@ -184,9 +184,9 @@ def run_tasks(
         return rows
     work = partial(_guarded, search, log_folder, workers.no_progress_s)
 
-    def keep(key: str, new: list[Row]) -> None:
-        rows[key] = new
-        for row in new:
+    def keep(key: str, rows_of_task: list[Row]) -> None:
+        rows[key] = rows_of_task
+        for row in rows_of_task:
             if row["run_key"] in done:
                 continue
             if row["run_key"] == key:  # a search has already written the rows that it added
@@ -194,8 +194,8 @@ def run_tasks(
             on_finished(row)
 
     def run(keys: Sequence[str], count: int) -> None:
-        for key, new in in_workers(work, {key: tasks[key] for key in keys}, count):
-            keep(key, new)
+        for key, rows_of_task in in_workers(work, {key: tasks[key] for key in keys}, count):
+            keep(key, rows_of_task)
 
     def run_alone(key: str) -> None:
         """Run a task that may have ended a worker; record a crash if it ends a second worker."""

@@ -170,9 +170,9 @@ def parse_config(
     design, motions = raw.get("design"), raw.get("motions", {})
     if isinstance(design, Mapping) and design.get("until") and isinstance(motions, Mapping):
         full["motions"] = {**motions, "count": design.get("most", DesignConfig().most)}
-    chosen = raw.get("accuracy")
-    if isinstance(chosen, str) and chosen in NUMERICS:
-        full = under_explicit_keys(full, chosen)
+    accuracy = raw.get("accuracy")
+    if isinstance(accuracy, str) and accuracy in NUMERICS:
+        full = under_explicit_keys(full, accuracy)
     study = checked(StudyConfig, full, where)
     if study.motions.selection:  # `study.inputs.select_motions` fills this folder
         selected = str(StudyFolder(Path(study.results)).selected)

@@ -94,10 +94,10 @@ class StudyFolder:
         """Input files of the page as a dictionary, without the figures in their separate folder."""
         files = ("captions", "demands", "suite", "contact_checks", "checks", "sensitivity")
         fits = ("curves", "effects", "needed_motions", "intensity_effects", "input_notes", "suites")
-        more = ("system", "measures", "joint", "shear_models", "rates", "rate_effects")
+        optional = ("system", "measures", "joint", "shear_models", "rates", "rate_effects")
         return {
             **{name: getattr(self, name) for name in files},
-            **{name: self.fragility(name) for name in (*fits, *more)},
+            **{name: self.fragility(name) for name in (*fits, *optional)},
             "medians": self.fragility("median_effects"),
         }
 
@@ -113,7 +113,7 @@ class StudyFolder:
 def starter_files(package: Path = PACKAGE) -> Path:
     """Return the folder of the starter files: next to the package, or the root of a clone."""
     for folder in (package.parent / "skewbridge_starter", package.parents[1]):
-        if all((folder / part).exists() for part in STARTER_PARTS):
+        if all((folder / name).exists() for name in STARTER_PARTS):
             return folder
     problem = f"the starter files of a study are not next to {package}"
     raise InputError(f"{problem}: install the package again")
@@ -122,13 +122,13 @@ def starter_files(package: Path = PACKAGE) -> Path:
 def write_starter(folder: Path) -> list[Path]:
     """Write the starter files of a study, unless one of them exists; return files and folders."""
     source = starter_files()
-    if there := [part for part in STARTER_PARTS if (folder / part).exists()]:
-        raise InputError(f"{folder} already has {', '.join(there)}: nothing was written")
-    for part in STARTER_PARTS:
-        copy = folder / part
+    if existing := [name for name in STARTER_PARTS if (folder / name).exists()]:
+        raise InputError(f"{folder} already has {', '.join(existing)}: nothing was written")
+    for name in STARTER_PARTS:
+        copy = folder / name
         copy.parent.mkdir(parents=True, exist_ok=True)
-        if (source / part).is_dir():
-            shutil.copytree(source / part, copy, ignore=shutil.ignore_patterns("__pycache__", ".*"))
+        if (source / name).is_dir():
+            shutil.copytree(source / name, copy, ignore=shutil.ignore_patterns("__pycache__", ".*"))
         else:
-            shutil.copy2(source / part, copy)
-    return [folder / part for part in STARTER_PARTS]
+            shutil.copy2(source / name, copy)
+    return [folder / name for name in STARTER_PARTS]

@@ -84,7 +84,7 @@ def worker_processes() -> list[psutil.Process]:
     workers: list[psutil.Process] = []
     for child in psutil.Process().children():
         with suppress(psutil.Error):
-            if any("popen_loky" in part for part in child.cmdline()):
+            if any("popen_loky" in argument for argument in child.cmdline()):
                 workers.append(child)
     return workers
 

@@ -71,9 +71,9 @@ def in_window(task: "Task", window_s: float | None) -> "Task":
     """Return a task under the strongest `window_s` of its motion; shorter tasks are unchanged."""
     if window_s is None or task.analysed_s <= window_s:
         return task
-    whole = task.motion.motion
-    cut = cut_to_strongest(whole, window_s, free_vibration_s=0.0)
-    name = f"{whole.motion_id}_strongest_{window_s:g}s"
+    motion = task.motion.motion
+    cut = cut_to_strongest(motion, window_s, free_vibration_s=0.0)
+    name = f"{motion.motion_id}_strongest_{window_s:g}s"
     return replace(task, motion=replace(task.motion, motion=replace(cut, motion_id=name)))
 
 
@@ -131,8 +131,8 @@ def friction_pair(demands: pd.DataFrame) -> tuple[Variant, Variant] | None:
     for variant in map(Variant.of_row, records_of(demands.drop_duplicates("variant"))):
         by_bridge_and_gap.setdefault(replace(variant, friction_pct=0), []).append(variant)
     pairs = [sorted(group) for group in by_bridge_and_gap.values() if len(group) > 1]
-    chosen = max(pairs, key=lambda pair: (abs(pair[0].skew_deg), -pair[0].gap_mm), default=None)
-    return None if chosen is None else (chosen[0], chosen[-1])
+    best_pair = max(pairs, key=lambda pair: (abs(pair[0].skew_deg), -pair[0].gap_mm), default=None)
+    return None if best_pair is None else (best_pair[0], best_pair[-1])
 
 
 def typical_motion(demands: pd.DataFrame, variant: Variant) -> str:

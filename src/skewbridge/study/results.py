@@ -86,8 +86,8 @@ def load_results(folder: Path) -> Results:
         for name, table in {"demands": demands, **fits}.items():
             tables.setdefault(table.attrs["provenance"].get(key, "unknown"), []).append(name)
         if len(tables) > 1:
-            shown = (f"{value[:12]} ({', '.join(names)})" for value, names in tables.items())
-            mixed.append(f"{key} {', '.join(shown)}")
+            texts = (f"{value[:12]} ({', '.join(names)})" for value, names in tables.items())
+            mixed.append(f"{key} {', '.join(texts)}")
     if mixed:
         warnings.warn(
             f"{folder}: tables were made by different versions or inputs (expected after a change "
@@ -123,15 +123,15 @@ def _read_demands(path: Path, im: str | None, states: States) -> tuple[pd.DataFr
     source = read_any(path)
     demand_table.need_columns(source, ["status"], path.name)
     measures = list(map(str, source.filter(regex="^im_")))
-    chosen = im or (DEFAULTS.im if len(measures) != 1 else measures[0])
-    if measures and chosen not in source:
+    im_column = im or (DEFAULTS.im if len(measures) != 1 else measures[0])
+    if measures and im_column not in source:
         problem = f"{path.name}: no column {im!r}; it has:" if im else "choose --im, one of:"
         raise InputError(f"{problem} {', '.join(measures)}", column=im or "im")
-    named = {column.name for column in COLUMNS} | {*demand_table.axis_names(source), chosen}
-    named |= {state.demand for state in states}
+    wanted = {column.name for column in COLUMNS} | {*demand_table.axis_names(source), im_column}
+    wanted |= {state.demand for state in states}
     prefixes = ("im_", DRAW_PREFIX)
-    kept = (name for name in map(str, source) if name in named or name.startswith(prefixes))
-    return demand_table.read_foreign(path, {name: name for name in kept}), chosen
+    columns = (name for name in map(str, source) if name in wanted or name.startswith(prefixes))
+    return demand_table.read_foreign(path, {name: name for name in columns}), im_column
 
 
 def _limit_states(path: Path) -> States:
@@ -215,12 +215,12 @@ def compare_studies(
     """
     settings, states = replace(DEFAULTS, im=im), _limit_states(limit_states)
     site = site_hazard(hazard, im)
-    other = _other_motions(first, second)
+    renamed_files = _other_motions(first, second)
     tables: list[pd.DataFrame] = []
     for number, study in enumerate((first, second)):
         path = study if study.is_file() else demands_file(study)
         table, _ = _read_demands(path, im, states)
-        tables.append(table[~table["motion_id"].isin(other)].assign(**{STUDY: number}))
+        tables.append(table[~table["motion_id"].isin(renamed_files)].assign(**{STUDY: number}))
     shared = set(tables[0].columns) & set(tables[1].columns)
     states = [s for s in with_column_failure(states, shared) if s.demand in shared]
     names = list(demands_for("effect", sorted(shared)))
@@ -254,7 +254,7 @@ def compare_studies(
             "motions": int(pairs["motion_id"].nunique()),
             "equal_pairs": int(equal.all(axis=1).sum()),
         },
-        other_motions=other,
+        other_motions=renamed_files,
         warnings=tuple(notes.loc[notes["kind"] == "percent", "message"]),
     )
 
@@ -265,8 +265,8 @@ def _other_motions(first: Path, second: Path) -> tuple[str, ...]:
     if not all(suite.is_file() for suite in suites):
         return ()
     tables = [read_frame(suite).drop_duplicates("motion_id") for suite in suites]
-    common = tables[0].merge(tables[1], on="motion_id", suffixes=("", "_other"))
-    return tuple(map(str, common["motion_id"][common["sha256"] != common["sha256_other"]]))
+    same_id = tables[0].merge(tables[1], on="motion_id", suffixes=("", "_other"))
+    return tuple(map(str, same_id["motion_id"][same_id["sha256"] != same_id["sha256_other"]]))
 
 
 def _nothing_shared(first: pd.DataFrame, second: pd.DataFrame, axes: Sequence[str]) -> str:
@@ -280,7 +280,7 @@ def _nothing_shared(first: pd.DataFrame, second: pd.DataFrame, axes: Sequence[st
         name: [table.reindex(columns=columns).drop_duplicates() for table in (first, second)]
         for name, columns in kinds.items()
     }
-    shared = ", ".join(f"{len(one.merge(two))} {name}" for name, (one, two) in distinct.items())
+    shared = ", ".join(f"{len(a.merge(b))} {name}" for name, (a, b) in distinct.items())
     reason = "(the scale of a motion follows from the number of motions and the range of levels)"
     return f"the studies have no run in common; they share {shared} {reason}"
 
@@ -302,11 +302,11 @@ def joint_rows(
     drawn = texts_of(stored.schema).get(RANDOM_PROPERTIES, "none")
     table = _chosen(frame_of(stored), "bridge", bridge)
     table = _chosen(table, "abutment", abutment and abutment.replace("-", "_"), "contact_friction")
-    usable = records_of(table[table["status"] == FITTED].assign(**{RANDOM_PROPERTIES: drawn}))
-    if not usable:
+    estimates = records_of(table[table["status"] == FITTED].assign(**{RANDOM_PROPERTIES: drawn}))
+    if not estimates:
         why = ", ".join(sorted(set(table["status"])))
         raise InputError(f"no joint model of these limit states has an estimate: {why}")
-    return usable
+    return estimates
 
 
 def predict_states(

@@ -73,9 +73,9 @@ class Axis:
         """Return the part of a variant's name that holds the value."""
         number = self.count(value) if self.digits else value
         text = f"{abs(number)!r}".removesuffix(".0").replace("+", "").replace(".", "p")
-        whole, p, decimals = text.partition("p")
+        integer, p, decimals = text.partition("p")
         sign = ("m" if self.digits else "-") if number < 0 else ""
-        return f"{self.code}{sign}{whole.zfill(self.digits)}{p}{decimals}"
+        return f"{self.code}{sign}{integer.zfill(self.digits)}{p}{decimals}"
 
 
 AXES: Final = (

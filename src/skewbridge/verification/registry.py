@@ -207,18 +207,18 @@ def drawn(
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.2, height_in), layout="constrained")
         axes = figure.subplots(ceil(len(panels) / columns), columns, squeeze=False)
-        named: dict[str, Any] = {}
+        in_legend: dict[str, Any] = {}
         for axis, panel in zip(axes.flat, panels, strict=True):
-            for name, (x, y, *looks) in panel.lines.items():
+            for name, (x, y, *styles) in panel.lines.items():
                 number = names.index(name)  # the first line is wide, to be visible below the others
-                look = {"color": f"C{number}", "lw": 0.9 if number else 1.8}
-                (line,) = axis.plot(x, y, **look | (looks[0] if looks else {}))
+                style = {"color": f"C{number}", "lw": 0.9 if number else 1.8}
+                (line,) = axis.plot(x, y, **style | (styles[0] if styles else {}))
                 if not name.startswith("_"):
-                    named[name] = line
+                    in_legend[name] = line
             axis.set(xlabel=panel.x, ylabel=panel.y, title=panel.title, **panel.options)
-        if len(named) > 1:
-            columns = min(len(named), 4)
-            figure.legend(named.values(), named, loc="outside upper center", ncols=columns)
+        if len(in_legend) > 1:
+            columns = min(len(in_legend), 4)
+            figure.legend(in_legend.values(), in_legend, loc="outside upper center", ncols=columns)
         figure.suptitle(title)
     return figure
 

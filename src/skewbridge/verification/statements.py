@@ -63,8 +63,8 @@ def over_runs(verdicts: Mapping[Run | None, Verdict | None]) -> Verdict:
     At least `FEWEST_RUNS` runs must meet it and 90 % of them agree (or disagree); the key None is a
     verdict that is not from a run.
     """
-    if single := verdicts.get(None):
-        return single
+    if only := verdicts.get(None):
+        return only
     judged = {run: verdict for run, verdict in verdicts.items() if run and verdict}
     kinds: tuple[list[Outcome], list[Outcome]] = [], []
     for run, verdict in judged.items():
@@ -80,8 +80,8 @@ def over_runs(verdicts: Mapping[Run | None, Verdict | None]) -> Verdict:
         reason += f"; agrees in {text}{last}" if text else ""
     else:
         outcomes = kinds[0] + kinds[1]
-        if (most := max(outcomes, key=outcomes.count)) != "undecidable":
-            outcome = most if outcomes.count(most) >= 0.9 * len(outcomes) else outcome
+        if (majority := max(outcomes, key=outcomes.count)) != "undecidable":
+            outcome = majority if outcomes.count(majority) >= 0.9 * len(outcomes) else outcome
         reason = f"agrees in {text}, disagrees in {outcomes.count('disagrees')}{last}"
     return Verdict(outcome, reason, nominal.value, nominal.reference, scales, motions)
 

@@ -128,7 +128,7 @@ def _by_end(layers: list[tuple[Path, dict[str, Any]]]) -> list[dict[str, Any]]:
     return trees
 
 
-def _integral(stated: dict[str, Any], deck: dict[str, Any]) -> dict[str, Any]:
+def _integral(file_data: dict[str, Any], deck: dict[str, Any]) -> dict[str, Any]:
     """Return an integral end with the numbers that it does not give, for the deck of its file."""
     end = read_mapping(FOLDER / "defaults" / "integral.yaml")
     sizes = {"width": "width_m", "height": "depth_m", "thickness": "diaphragm_thickness_m"}
@@ -138,12 +138,12 @@ def _integral(stated: dict[str, Any], deck: dict[str, Any]) -> dict[str, Any]:
     width_m = deck.get("width_m", {}).get("v")
     if isinstance(width_m, int | float):
         rule = {"v": max(2, round(width_m / PILE_SPACING_M)), "src": "d: about 8 ft apart"}
-        number = (stated.get("piles") or {}).get("count", rule)
+        number = (file_data.get("piles") or {}).get("count", rule)
         end["piles"]["count"] = number
         end["piles"]["spacing_m"] = {
             "v": round(width_m / max(2, int(number["v"])), 4), "src": "calc: deck.width_m / count"
         }  # fmt: skip
-    return _overlay(end, stated)
+    return _overlay(end, file_data)
 
 
 def own_bridge_files(name: str) -> list[Path]:
@@ -163,7 +163,7 @@ def _with_parents(path: Path) -> list[tuple[Path, dict[str, Any]]]:
         layers.append((path, tree))
         if parent is None:
             return layers
-        base = _named(f"{parent}", path.parent, without=tuple(seen for seen, _ in layers))
+        base = _named(f"{parent}", path.parent, excluded=tuple(file for file, _ in layers))
         if base is None:
             message = f"{path.name}: extends: no other bridge is named {shortened(parent)}"
             raise InputError(message, file=path.name)
@@ -172,21 +172,21 @@ def _with_parents(path: Path) -> list[tuple[Path, dict[str, Any]]]:
         path = base
 
 
-def _named(name: str, folder: Path, without: tuple[Path, ...] = ()) -> Path | None:
+def _named(name: str, folder: Path, excluded: tuple[Path, ...] = ()) -> Path | None:
     """Return the first file of a bridge in a folder, the user's or the package's, or None."""
     if not re.fullmatch(NAME_PATTERN, name):
         return None
     paths = (
         (root / f"{name}.yaml").resolve() for root in dict.fromkeys((folder, OWN_FOLDER, FOLDER))
     )
-    return next((path for path in paths if path.is_file() and path not in without), None)
+    return next((path for path in paths if path.is_file() and path not in excluded), None)
 
 
 def _sourced(node: Any, name: str, source: Any) -> Any:
     """Return a tree in which numbers and quantities without a source have this one."""
     if isinstance(node, dict):
         has_own = "v" in node and "src" in node
-        return node if has_own else {key: _sourced(of, key, source) for key, of in node.items()}
+        return node if has_own else {key: _sourced(v, key, source) for key, v in node.items()}
     items = node if isinstance(node, list) else [node]
     if items and all(_is_quantity(item, name) for item in items):
         return {"v": node, "src": source}
@@ -281,8 +281,8 @@ def bridge_schema() -> dict[str, Any]:
         parts = [schema]
         *sections, last = key.split(".")
         for name in sections:
-            new = {"type": "object", "properties": {}, "additionalProperties": False}
-            fields = [shape["properties"].setdefault(name, new) for shape in parts]
+            omitted = {"type": "object", "properties": {}, "additionalProperties": False}
+            fields = [shape["properties"].setdefault(name, omitted) for shape in parts]
             parts = [shape for field in fields for shape in _shapes(field, kinds)]
         is_text = isinstance(limits, str)
         size = {} if is_text else {"minimum": limits[0], "maximum": limits[1]}

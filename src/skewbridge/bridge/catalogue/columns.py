@@ -88,9 +88,9 @@ class Outline:
         """Return the second moment of area of bending in a direction."""
         size, across, ends = self.sizes_m[direction], self.sizes_m[1 - direction], self.corner_m
         flat = size - ends
-        apart = math.pi * ends**2 * flat**2 / 16 + ends**3 * flat / 6  # of two semicircles
+        round_ends = math.pi * ends**2 * flat**2 / 16 + ends**3 * flat / 6  # of two semicircles
         inner = ((across - ends) * size**3 + ends * flat**3) / 12
-        return math.pi * ends**4 / 64 + (inner + apart)
+        return math.pi * ends**4 / 64 + (inner + round_ends)
 
     @property
     def torsion_m4(self) -> float:
@@ -130,8 +130,8 @@ class Outline:
             y, z = (width - depth) / 2 + depth / 2 * np.sin(turn), depth / 2 * np.cos(turn)
             y, z = np.array([0.0, *-y, *y, 0.0]), np.array([z[0], *z, *-z, z[0]])
             length = np.append(0.0, np.hypot(np.diff(y), np.diff(z)).cumsum())
-            at = (np.arange(count) + 0.5) / count * length[-1]
-            return np.column_stack((np.interp(at, length, y), np.interp(at, length, z)))
+            along_m = (np.arange(count) + 0.5) / count * length[-1]
+            return np.column_stack((np.interp(along_m, length, y), np.interp(along_m, length, z)))
         half = count // 2
         steps = min(max(round(half * width / (width + depth)), 1), half - 1)
         edge, side = (np.linspace(-0.5, 0.5, n, endpoint=False) for n in (steps, half - steps))
@@ -298,8 +298,8 @@ class ColumnData(Part, ABC, frozen=True):
         core_ratio = self.steel_area_m2 / self.core.area_m2
         arching = max(1.0 - clear_m / (2 * circle_m), 0.0) ** 2 / (1.0 - core_ratio)
         volume = 4 * self.hoop_area_mm2 * 1e-6 / (circle_m * 1e-3 * spacing_mm)
-        held = 0.5 * arching * volume
-        return Hoops((held, held), volume, shear_area_m2, shear_depth_m, (volume, volume))
+        pressure = 0.5 * arching * volume
+        return Hoops((pressure, pressure), volume, shear_area_m2, shear_depth_m, (volume, volume))
 
 
 # ASSUME the effective depth of a section with bars along all faces is 0.8 of its depth
@@ -386,17 +386,17 @@ class RectangularColumn(ColumnData, frozen=True):
         spacing_m = MM * self.hoop_spacing_mm
         gap_m = spacing_m - MM * self.hoop_diameter_mm
         areas_m2 = [count * self.hoop_area_mm2 * MM**2 for count in legs]
-        core_m2, held = self.core.area_m2, 1.0
+        core_m2, effectiveness = self.core.area_m2, 1.0
         for line_m, count in zip(self.bar_line.sizes_m[::-1], legs, strict=True):
             clear_m = max(line_m / (count - 1) - self.bar_diameter_mm * MM, 0.0)
-            held -= 2 * (count - 1) * clear_m**2 / (6 * core_m2)
+            effectiveness -= 2 * (count - 1) * clear_m**2 / (6 * core_m2)
         for size_m in core_m:
-            held = max(held, 0.0) * max(1.0 - gap_m / (2 * size_m), 0.0)
-        held /= 1.0 - self.steel_area_m2 / core_m2
+            effectiveness = max(effectiveness, 0.0) * max(1.0 - gap_m / (2 * size_m), 0.0)
+        effectiveness /= 1.0 - self.steel_area_m2 / core_m2
         ratios = [areas_m2[k] / (spacing_m * core_m[1 - k]) for k in (0, 1)]
         shear = [2 * areas_m2[k] / (spacing_m * sizes_m[1 - k]) for k in (0, 1)]
         return Hoops(
-            confining=(held * ratios[0], held * ratios[1]),
+            confining=(effectiveness * ratios[0], effectiveness * ratios[1]),
             volume_ratio=sum(ratios),
             shear_area_m2=(areas_m2[0], areas_m2[1]),
             shear_depth_m=(EFFECTIVE_DEPTH * sizes_m[0], EFFECTIVE_DEPTH * sizes_m[1]),

@@ -158,10 +158,10 @@ class WallData(Part, frozen=True):
         """Reject a secant stiffness that is smaller at half strength than at the end."""
         soil = self.backfill
         end_m = soil.ultimate_closure_ratio * self.wall_height_m
-        least = 1e-3 * soil.ultimate_kn / end_m
-        if soil.rule == "k50" and soil.stiffness_mn_per_m < least:
+        secant = 1e-3 * soil.ultimate_kn / end_m
+        if soil.rule == "k50" and soil.stiffness_mn_per_m < secant:
             raise ValueError(
-                f"backfill.stiffness_mn_per_m must be at least {least:.4g} with rule k50 "
+                f"backfill.stiffness_mn_per_m must be at least {secant:.4g} with rule k50 "
                 "(ultimate_kn over ultimate_closure_ratio x wall_height_m), "
                 f"got {soil.stiffness_mn_per_m:g}"
             )
@@ -367,15 +367,15 @@ class BridgeData(Part, frozen=True):
 
     def _check_joints(self) -> None:
         for number, joint in enumerate(self.joints):
-            where = f"joints.{number}"
+            joint_key = f"joints.{number}"
             if (joint.at is None) == (joint.from_left_m is None):
-                raise ValueError(f"{where}: give either at or from_left_m")
+                raise ValueError(f"{joint_key}: give either at or from_left_m")
             if joint.bent is not None and joint.bent >= len(self.bents):
-                raise ValueError(f"{where}.at: the bridge has {len(self.bents)} bents")
+                raise ValueError(f"{joint_key}.at: the bridge has {len(self.bents)} bents")
             if joint.bent is not None and self.base_of(self.bents[joint.bent]) == "pinned":
-                raise ValueError(f"{where}.at: a bent below a joint needs base: fixed")
+                raise ValueError(f"{joint_key}.at: a bent below a joint needs base: fixed")
             if (joint.pads.count - 1) * joint.pads.spacing_m > self.deck.width_m:
-                raise ValueError(f"{where}.pads: (count - 1) x spacing_m exceeds deck.width_m")
+                raise ValueError(f"{joint_key}.pads: (count - 1) x spacing_m exceeds deck.width_m")
         for number in self.jointed_bents:
             bent = self.bents[number]
             if bent.clear_height_m + bent.cap_depth_m > self.deck.soffit_height_m:
@@ -427,7 +427,7 @@ class BridgeData(Part, frozen=True):
         for name, end in self.ends.items():
             row = getattr(end, "pads", getattr(end, "piles", None))
             if row is not None and (row.count - 1) * row.spacing_m > self.deck.width_m:
-                where = "abutment" if self.abutment else f"abutments.{name}"
+                end_key = "abutment" if self.abutment else f"abutments.{name}"
                 kind = "pads" if end.type == "seat" else "piles"
-                raise ValueError(f"{where}.{kind}: (count - 1) x spacing_m exceeds deck.width_m")
+                raise ValueError(f"{end_key}.{kind}: (count - 1) x spacing_m exceeds deck.width_m")
         return self

@@ -35,8 +35,8 @@ def bar(text: str) -> tuple[float, ...]:
 
 def hoop(text: str) -> tuple[float, ...]:
     """Return diameter (mm), area (mm2) and spacing (mm) of hoops: ``#8 @ 5 in``."""
-    name, at, pitch = text.partition("@")
-    if not at:
+    name, separator, pitch = text.partition("@")
+    if not separator:
         raise ValueError("must be a bar and its spacing, such as '#8 @ 5 in'")
     return *bar(name), quantity(pitch, "mm")
 
@@ -74,12 +74,12 @@ def box_section(
     webs_m = between * (np.arange(webs) / cells - 0.5)
     plates = [(width, top, depth - top / 2), (soffit, bottom, bottom / 2)]
     plates += [(web, high, bottom + high / 2)] * webs
-    whole = _composed([(b * h, z, b * h**3 / 12) for b, h, z in plates])
+    composite = _composed([(b * h, z, b * h**3 / 12) for b, h, z in plates])
     transverse = (top * width**3 + bottom * soffit**3 + webs * high * web**3) / 12
     transverse += web * high * float((webs_m**2).sum())
     torsion = 4 * (between * middle) ** 2 / (between / top + between / bottom + 2 * middle / web)
     void = (between - cells * web) * high
-    return Section(*whole, transverse, torsion, void, webs, between / cells)
+    return Section(*composite, transverse, torsion, void, webs, between / cells)
 
 
 def girder_section(
@@ -93,20 +93,20 @@ def girder_section(
     # ASSUME no haunches, and the modulus of the slab for the girders
     (depth, area, centroid, inertia), slab = girder, MM * slab_mm
     plate = (width * slab, depth + slab / 2, width * slab**3 / 12)
-    whole = _composed([plate, *[(area, centroid, inertia)] * count])
+    composite = _composed([plate, *[(area, centroid, inertia)] * count])
     girders_m = spacing * (np.arange(count) - (count - 1) / 2)
     transverse = slab * width**3 / 12 + area * float((girders_m**2).sum())
     torsion = width * slab**3 / 3 + count * area**4 / (40 * inertia)
     void = max((count - 1) * (spacing * depth - area), 0.0)
-    return Section(*whole, transverse, torsion, void, count, spacing)
+    return Section(*composite, transverse, torsion, void, count, spacing)
 
 
 def slab_section(width: float, thickness_mm: float) -> Section:
     """Return the section of a solid slab."""
     depth, pads = MM * thickness_mm, max(2, round(width / 3))  # ASSUME pads about 3 m apart
     area, upright = width * depth, width * depth**3 / 12
-    whole = area, depth / 2, upright, depth * width**3 / 12, 4 * upright, 0.0
-    return Section(*whole, pads, width / pads)
+    gross = area, depth / 2, upright, depth * width**3 / 12, 4 * upright, 0.0
+    return Section(*gross, pads, width / pads)
 
 
 def _composed(parts: list[tuple[float, float, float]]) -> tuple[float, float, float]:
@@ -216,8 +216,8 @@ class Rule(NamedTuple):
 def _rules() -> Iterator[Rule]:
     for row in TABLES["rules"]:
         formula = Formula(f"{row['is']}")
-        rest = row.get("within"), row.get("follows", formula.needs), row.get("any")
-        yield Rule(row["key"], formula, row["src"], *rest)
+        conditions = row.get("within"), row.get("follows", formula.needs), row.get("any")
+        yield Rule(row["key"], formula, row["src"], *conditions)
 
 
 RULES: Final = tuple(_rules())
@@ -295,7 +295,7 @@ def values_by_rule(given_numbers: Mapping[str, Any], tree: Any) -> Iterator[tupl
         ):
             key = _placed(rule.key, seat, number)
             value = rule.formula.value(
-                lambda need, at=(seat, number): _lookup(tree, results, _placed(need, *at))
+                lambda need, where=(seat, number): _lookup(tree, results, _placed(need, *where))
             )
             if key not in results and value is not None:
                 results[key] = value
@@ -361,7 +361,7 @@ def completed(tree: dict[str, Any], path: Path) -> Completed:
 def _take_drawn(tree: dict[str, Any], file: str) -> dict[str, Any]:
     """Remove the keys of a drawing from a tree with plain values; return them, checked."""
     drawn: dict[str, Any] = {}
-    for key, limits in ((key, limits) for of, limits in DRAWN.items() for key in _keys(of, tree)):
+    for key, limits in ((key, limits) for k, limits in DRAWN.items() for key in _keys(k, tree)):
         above, _, last = key.rpartition(".")
         section = value_at(tree, above) if above else tree
         if not isinstance(section, dict) or last not in section:
@@ -394,16 +394,16 @@ def _explained(error: InputError) -> InputError:
     """Return the error with the drawing that would give each missing number."""
     file = f"{error.details['file']}"
     first, *lines = str(error).split("\n  ")
-    kept: list[str] = []
+    messages: list[str] = []
     for line in lines or [first.removeprefix(f"{file}: ")]:
         key, is_missing, _ = line.partition(": is missing")
         key = re.sub(r"\.\d+\.", ".*.", key)
         if not is_missing or all(rule.key != key for rule in RULES):
-            kept.append(line)
+            messages.append(line)
         elif parts := " or ".join(_parts(key)):
-            kept.append(f"{line}; or give {parts}")
-    many = f"{file} has {len(kept)} errors:\n  " if len(kept) > 1 else f"{file}: "
-    return InputError(many + "\n  ".join(kept), **error.details)
+            messages.append(f"{line}; or give {parts}")
+    many = f"{file} has {len(messages)} errors:\n  " if len(messages) > 1 else f"{file}: "
+    return InputError(many + "\n  ".join(messages), **error.details)
 
 
 def _parts(key: str) -> dict[str, None]:

@@ -79,8 +79,8 @@ def _sigma(scenario: Scenario, c: dict[str, Vector]) -> Vector:
     tau = c["tau_1"] + (c["tau_2"] - c["tau_1"]) * large
     phi = c["phi_1"] + (c["phi_2"] - c["phi_1"]) * large
     distance_km = max(scenario.joyner_boore_km, 1.0e-3)
-    far = np.log(distance_km / c["R_1"]) / np.log(c["R_2"] / c["R_1"])
-    phi = phi + c["dphi_R"] * np.clip(far, 0.0, 1.0)
+    distance_share = np.log(distance_km / c["R_1"]) / np.log(c["R_2"] / c["R_1"])
+    phi = phi + c["dphi_R"] * np.clip(distance_share, 0.0, 1.0)
     soft = np.log(c["V_2"] / scenario.vs30_mps) / np.log(c["V_2"] / c["V_1"])
     phi = phi - c["dphi_V"] * np.clip(soft, 0.0, 1.0)
     return np.hypot(tau, phi)

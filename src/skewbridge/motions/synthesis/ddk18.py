@@ -141,7 +141,7 @@ def draw_parameters(scenario: Scenario, rng: np.random.Generator) -> ModelParame
 
 def transform(normals: Vector) -> ModelParameters:
     """Return the physical parameters for 14 normal variables, or for 19 with a pulse."""
-    one, two = np.split(normals[-14:], 2)
+    normals_1, normals_2 = np.split(normals[-14:], 2)
     pulse = None
     if normals.size > 14:
         peak_cm_s, period_s, peak_time_s = np.exp(normals[[0, 1, 4]]).tolist()
@@ -149,7 +149,7 @@ def transform(normals: Vector) -> ModelParameters:
         oscillations = 2.0 + 1.2 * _beta(normals[2], 1.30326178289206, 3.96858083951547)
         phase_rad = float(2.0 * np.pi * ndtr(normals[3]))
         pulse = Pulse(peak_cm_s, period_s, oscillations, phase_rad, peak_time_s)
-    return ModelParameters((_background(one), _background(two)), pulse)
+    return ModelParameters((_background(normals_1), _background(normals_2)), pulse)
 
 
 def _background(normals: Vector) -> Background:
@@ -292,11 +292,11 @@ def simulate_background(
     corner_hz = corner_frequency_hz(magnitude)
     pad = int(np.ceil(0.5 * 1.5 * 4 / corner_hz / dt_s))
     components: list[Vector] = []
-    for part in parts:
-        envelope, noise = fit_modulation(*part[:4]), rng.standard_normal(npts)
-        shaking = envelope.at(time_s) * filtered_noise(part, envelope, noise, dt_s)
+    for background in parts:
+        envelope, noise = fit_modulation(*background[:4]), rng.standard_normal(npts)
+        shaking = envelope.at(time_s) * filtered_noise(background, envelope, noise, dt_s)
         accel_g = high_pass(np.pad(shaking, pad), dt_s, corner_hz)
-        components.append(accel_g * np.sqrt(part.arias_cm_s / arias_cm_s(accel_g, dt_s)))
+        components.append(accel_g * np.sqrt(background.arias_cm_s / arias_cm_s(accel_g, dt_s)))
     return components[0], components[1], pad * dt_s
 
 

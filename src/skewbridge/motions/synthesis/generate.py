@@ -133,12 +133,12 @@ def default_motions(
         number += 1
         is_stored = motions < rule.stored
         if not is_stored:
-            drawn, _ = drawn_parameters(rule.scenario, index=number - 1, seed=SEED)
-            if not all(map(ddk18.meets_its_times, drawn.components)):
+            parameters, _ = drawn_parameters(rule.scenario, index=number - 1, seed=SEED)
+            if not all(map(ddk18.meets_its_times, parameters.components)):
                 continue
-        whole, cut = _synthesized(number, rule)
-        kept = intensity.pair_arias_build_up(cut)[-1] / intensity.pair_arias_build_up(whole)[-1]
-        if kept >= MIN_ARIAS_KEPT and (is_stored or _is_clear_of_ties(cut)):
+        uncut, cut = _synthesized(number, rule)
+        share = intensity.pair_arias_build_up(cut)[-1] / intensity.pair_arias_build_up(uncut)[-1]
+        if share >= MIN_ARIAS_KEPT and (is_stored or _is_clear_of_ties(cut)):
             motions += 1
             yield number, cut if is_stored else _rounded(cut), is_stored
 
@@ -187,9 +187,9 @@ def write_synthetic_suite(folder: Path, scenario: ddk18.Scenario, *, count: int,
 
 def _synthesized(number: int, rule: SuiteRule) -> tuple[GroundMotion, GroundMotion]:
     """Return a motion of the stream, first uncut and then cut to its strongest part."""
-    whole = synthesize(rule.scenario, index=number - 1, seed=SEED, turn_pulses=True)
-    whole = replace(whole, motion_id=f"{rule.letters}{number:03d}")
-    return whole, intensity.cut_to_strongest(whole, rule.shaking_s, free_vibration_s=5.0)
+    uncut = synthesize(rule.scenario, index=number - 1, seed=SEED, turn_pulses=True)
+    uncut = replace(uncut, motion_id=f"{rule.letters}{number:03d}")
+    return uncut, intensity.cut_to_strongest(uncut, rule.shaking_s, free_vibration_s=5.0)
 
 
 def _rounded(motion: GroundMotion) -> GroundMotion:

@@ -293,9 +293,9 @@ def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> History:
     # The pulse ends with a jump: a step ends there.
     jump = [excitation.period_s] if excitation.period_s < times[-1] else []
     parts = times[:-1, None] + case.dt_s / inner * np.arange(inner)
-    fine = np.unique(np.concatenate([parts.ravel(), times[-1:], jump]))
-    fine = fine[np.append(True, np.diff(fine) > 1e-12)]
-    starts, ends = fine[:-1], fine[1:]
+    fine_times = np.unique(np.concatenate([parts.ravel(), times[-1:], jump]))
+    fine_times = fine_times[np.append(True, np.diff(fine_times) > 1e-12)]
+    starts, ends = fine_times[:-1], fine_times[1:]
     # Accelerations at start, middle and end of each step, one-sided at jumps.
     inside = 1e-9 * (ends - starts)
     stages = (starts + inside, 0.5 * (starts + ends), ends - inside)
@@ -324,7 +324,7 @@ def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> History:
         forces, result = contact(state), free @ state - accel
         return result if forces is None else result + spread @ forces
 
-    state, rows = np.zeros(6), np.zeros((len(fine), 14))
+    state, rows = np.zeros(6), np.zeros((len(fine_times), 14))
     for k, h in enumerate((ends - starts).tolist()):
         start, middle, end = accels[k]
         k1 = rate(state, start)
@@ -340,11 +340,11 @@ def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> History:
     q, v, normals, friction = np.split(rows, (3, 6, 10), axis=1)
     openings = case.gap_normal_m + q @ deck.normal_rows.T
     half = 0.5 * float(np.median(ends - starts))
-    accel = excitation.mean(fine - half, fine + half)
-    history = History(fine, q, v, openings, normals, friction)
+    accel = excitation.mean(fine_times - half, fine_times + half)
+    history = History(fine_times, q, v, openings, normals, friction)
     history = _with_trapezoidal_residual(deck, history, accel)
-    wanted = np.searchsorted(fine, times - 1e-12)
-    columns = (column[wanted] for column in (q, v, openings, normals, friction))
+    at_times = np.searchsorted(fine_times, times - 1e-12)
+    columns = (column[at_times] for column in (q, v, openings, normals, friction))
     residual = history.energy_residual_ratio
     return History(times, *columns, ledgers=(), energy_residual_ratio=residual)
 
@@ -359,9 +359,9 @@ def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> History:
     parts = max(1, ceil(case.dt_s / 2.0e-5 - 1e-9))
     times = live.even_times(case.duration_s, case.dt_s)
     dt_s = case.dt_s / parts
-    fine = live.even_times(case.dt_s * (len(times) - 1), dt_s)
-    loads = np.zeros((len(fine) - 1, 3))
-    loads[:, :2] = -deck.mass[:2] * excitation.mean(fine[:-1], fine[1:]).T
+    fine_times = live.even_times(case.dt_s * (len(times) - 1), dt_s)
+    loads = np.zeros((len(fine_times) - 1, 3))
+    loads[:, :2] = -deck.mass[:2] * excitation.mean(fine_times[:-1], fine_times[1:]).T
     gaps_m = np.full(len(CORNERS), case.gap_normal_m)
     contacts = RigidContacts(
         *(deck.normal_rows, gaps_m, deck.tangent_rows[::2], (0, 0, 1, 1), case.friction),

@@ -98,8 +98,8 @@ def follow_law(law: ContactLaw, path: Array, *, substeps: int = 1) -> Array:
 
 def path_work_j(path: Array, forces_n: Array) -> float:
     """Return the work (J) of the friction force along a path, by the trapezoidal rule."""
-    moved = np.diff(path[:, 1:3], axis=0)
-    return float(np.sum(0.5 * (forces_n[1:, :2] + forces_n[:-1, :2]) * moved))
+    steps_m = np.diff(path[:, 1:3], axis=0)
+    return float(np.sum(0.5 * (forces_n[1:, :2] + forces_n[:-1, :2]) * steps_m))
 
 
 def rms_n(differences_n: Array) -> float:

@@ -97,14 +97,14 @@ class RigidContacts:
             impulses = impulses + basis @ sizes
         after = u_free + compliance @ impulses
         speed = _ROUNDING * max(float(np.abs(u).max()) for u in (after, u_free, u_before))
-        least = -_ROUNDING * float(np.abs(impulses).max())
+        rounding = -_ROUNDING * float(np.abs(impulses).max())
         opening = after + self.restitution * u_before
-        if impulses[closed].min(initial=0.0) < least or opening[[*state.active]].min() < -speed:
+        if impulses[closed].min(initial=0.0) < rounding or opening[[*state.active]].min() < -speed:
             return None
         for group, motion in state.slip.items():
             normal = float(sum(impulses[i] for i in closed if self.groups[i] == group))
             limit = self.friction * normal + cohesion_ns[group]
-            is_beyond = motion == 0 and abs(impulses[count + group]) > limit - least
+            is_beyond = motion == 0 and abs(impulses[count + group]) > limit - rounding
             if is_beyond or motion * after[count + group] < -speed:
                 return None
         return impulses

@@ -258,14 +258,14 @@ def run(study: Study) -> None:
     completed = sum(np.isfinite(f).all() for loop in loops.values() for _, f in loop.values())
     study.states("existing parts", "loops of one unit", completed)
     panels: list[Panel] = []
-    for name, moved, force, k in (
+    for name, label_x, label_y, k in (
         ("normal", "normal displacement (mm)", "compression (kN)", 0),
         ("constant", "slip (mm)", "friction (kN)", 2),
         ("varying", "slip (mm)", "friction (kN)", 2),
     ):
         drives_of = {gap: loop[name] for gap, loop in loops.items()}
         lines = {g: (p[:, 3 - k] / MM, f[:, 2 - k] / KN) for g, (p, f) in drives_of.items()}
-        panels.append(Panel(moved, force, lines, name))
+        panels.append(Panel(label_x, label_y, lines, name))
     study.figures["unit"] = drawn(panels, columns=3, height_in=2.9)
 
     def sine_mps2(t: Array) -> Array:
@@ -323,9 +323,9 @@ def _check_upright(study: Study, half_m: tuple[float, float]) -> None:
         return 1.2 * np.maximum(0.0, t - 1.0)
 
     push = partial(run_upright, half_m, 1e-3, 4.0, base_mps2=growing_mps2)
-    rough, smooth = push(friction=1.0), push(friction=0.2)
-    lifts, stays = ((h.t_s > 1.0) & (h.openings_m.max(axis=1) > 0.0) for h in (rough, smooth))
-    start, text = growing_mps2(rough.t_s[lifts][:1])[0], "acceleration at uplift (m/s2)"
+    sliding_1, smooth = push(friction=1.0), push(friction=0.2)
+    lifts, stays = ((h.t_s > 1.0) & (h.openings_m.max(axis=1) > 0.0) for h in (sliding_1, smooth))
+    start, text = growing_mps2(sliding_1.t_s[lifts][:1])[0], "acceleration at uplift (m/s2)"
     study.relative(f"{name}: {text}", start, TABLE_G_MPS2 * b / h, 0.02, "B9, g b / h")
     slid = bool((np.abs(np.diff(smooth.q[:, 3])) > 1e-3).any())
     text = f"{name}, friction 0.2 < b / h: slides and does not lift"

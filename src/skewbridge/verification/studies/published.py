@@ -187,8 +187,8 @@ def analysed_demands[Key](
 
 def _peaks(task: Task) -> Row:
     result = task.analyse()
-    whole = {f"{WHOLE}{name}": float(peak) for name, peak in result.whole_history.items()}
-    return outcome_of(result) | whole
+    whole_motion = {f"{WHOLE}{name}": float(peak) for name, peak in result.whole_history.items()}
+    return outcome_of(result) | whole_motion
 
 
 def medians(
@@ -325,7 +325,7 @@ _EFFECT: Final = ("ratio", "ratio_low", "ratio_high", "n_motions")
 
 def run_skew(study: Study) -> None:
     """Run bridges A to C at all skews, and `CHOSEN` with each choice; report effects of skew."""
-    plain = {
+    unchanged = {
         (bridge, skew, NONE.name): (paper_variant(bridge=bridge, skew_deg=skew, gap_mm=25), {})
         for bridge, skew in product(("bridge_a", "bridge_b", "bridge_c"), SKEWS_DEG)
     }
@@ -335,12 +335,12 @@ def run_skew(study: Study) -> None:
         for skew in (SKEWS_DEG[0], SKEWS_DEG[-1])
         if skew or options.keys() <= {"keys"}  # the others have no effect at skew 0
     }
-    demands = analysed_demands(study, plain, 12)
+    demands = analysed_demands(study, unchanged, 12)
     straight = demands[CHOSEN, 0, NONE.name].head(CHOICE_MOTIONS)
     demands |= analysed_demands(study, changed, CHOICE_MOTIONS)
     for choice in CHOICES:
         demands.setdefault((CHOSEN, 0, choice), straight)
-    parts = [part.assign(choice=choice) for (*_, choice), part in demands.items()]
+    parts = [runs.assign(choice=choice) for (*_, choice), runs in demands.items()]
     table = pd.concat(parts, ignore_index=True)
     ratios, medians = demand_ratios(table), median_factors(table)
     study.tables["demands"], study.tables["medians"] = ratios, medians
@@ -351,10 +351,10 @@ def run_skew(study: Study) -> None:
         text = f"{_case(row)}: median of {row['demand']}, factor {_interval(row)}"
         source = "Hazus: sqrt(sin(90 deg - skew))"
         study.report(text, row["ratio"], float(hazus_factor(row["skew_deg"])), source)
-    for (bridge, skew, choice), part in demands.items():
-        done = int((part["status"].isin(RAN)).sum())
+    for (bridge, skew, choice), runs in demands.items():
+        done = int((runs["status"].isin(RAN)).sum())
         text = f"{bridge}, skew {skew}, choice {choice}: analyses that ended ok or in collapse"
-        study.absolute(text, done, len(part), 0.0, "every analysis")
+        study.absolute(text, done, len(runs), 0.0, "every analysis")
 
 
 def demand_ratios(table: pd.DataFrame) -> pd.DataFrame:
@@ -365,7 +365,7 @@ def demand_ratios(table: pd.DataFrame) -> pd.DataFrame:
     # the names with the prefix for whole motions: they are judged by ratios alone
     names = [f"{WHOLE}{name}" for name in COMPARED]
     runs = table.assign(**{"status": OK, COMPLETE: True, BEYOND_MODEL: ""})
-    rows = _effects_of_skew(runs, lambda part: effect_tables(part, names, SETTINGS).effects)
+    rows = _effects_of_skew(runs, lambda group: effect_tables(group, names, SETTINGS).effects)
     rows["demand"] = rows["demand"].str.removeprefix(WHOLE)
     return rows.assign(mean=rows["from_mean"] * rows["ratio"])[[*_EFFECT_KEYS, "mean", *_EFFECT]]
 
@@ -378,8 +378,8 @@ def median_factors(table: pd.DataFrame) -> pd.DataFrame:
     published = published_curves()
     states = list(capacities(published[published["era"] == 3], DEMANDS).values())
 
-    def effects(part: pd.DataFrame) -> pd.DataFrame:
-        rows = prepared(part, list(DEMANDS.values()), SETTINGS).table
+    def effects(group: pd.DataFrame) -> pd.DataFrame:
+        rows = prepared(group, list(DEMANDS.values()), SETTINGS).table
         return median_effects(rows, states, SETTINGS, axes=["skew_deg"])
 
     return _effects_of_skew(_with_whole_peaks(table), effects)[[*_EFFECT_KEYS, *_EFFECT]]
@@ -387,15 +387,15 @@ def median_factors(table: pd.DataFrame) -> pd.DataFrame:
 
 def _with_whole_peaks(table: pd.DataFrame) -> pd.DataFrame:
     """Return a table whose demands are peaks over the whole motion, even if columns fail."""
-    whole = {name: table[f"{WHOLE}{name}"] for name in DEMANDS.values()}
-    return table.assign(**whole | {BEYOND_MODEL: "", COMPLETE: table["status"] == OK})
+    peaks = {name: table[f"{WHOLE}{name}"] for name in DEMANDS.values()}
+    return table.assign(**peaks | {BEYOND_MODEL: "", COMPLETE: table["status"] == OK})
 
 
 def _effects_of_skew(
     table: pd.DataFrame, effects: Callable[[pd.DataFrame], pd.DataFrame]
 ) -> pd.DataFrame:
     choices = table.groupby("choice", sort=False)
-    all_effects = pd.concat([effects(part).assign(choice=choice) for choice, part in choices])
+    all_effects = pd.concat([effects(group).assign(choice=choice) for choice, group in choices])
     names = {"to_value": "skew_deg", "ci_low": "ratio_low", "ci_high": "ratio_high"}
     pooled = all_effects[all_effects["scope"] == "pooled"].drop(columns="skew_deg", errors="ignore")
     return pooled.rename(columns=names).reset_index(drop=True)

@@ -295,14 +295,14 @@ def identified_period(output: Series, inputs: Series, dt_s: float) -> Period:
         inputs: Accelerations, shape (n, supports), in the band.
         dt_s: Time step.
     """
-    whole = _fitted_mode(output, inputs, dt_s)
+    full = _fitted_mode(output, inputs, dt_s)
     middle = len(output) // 2
     halves = [
-        _fitted_mode(output[part], inputs[part], dt_s)
-        for part in (slice(middle), slice(middle, None))
+        _fitted_mode(output[samples], inputs[samples], dt_s)
+        for samples in (slice(middle), slice(middle, None))
     ]
-    spread = max(abs(half.period_s - whole.period_s) for half in halves)
-    return replace(whole, half_range_s=spread)
+    spread = max(abs(half.period_s - full.period_s) for half in halves)
+    return replace(full, half_range_s=spread)
 
 
 def _fitted_mode(output: Series, inputs: Series, dt_s: float) -> Period:
@@ -317,8 +317,8 @@ def _fitted_mode(output: Series, inputs: Series, dt_s: float) -> Period:
         period_s, damping = np.exp(values)
         omega = 2 * np.pi / period_s
         gain = speed**2 / (omega**2 - speed**2 + 2j * damping * omega * speed)
-        moved = np.fft.irfft(spectra * gain[:, None], 2 * count, axis=0)[:count]
-        columns = np.hstack([inputs, moved])
+        responses = np.fft.irfft(spectra * gain[:, None], 2 * count, axis=0)[:count]
+        columns = np.hstack([inputs, responses])
         explained = columns @ np.linalg.lstsq(columns, output, rcond=None)[0]
         return float(np.sum((output - explained) ** 2) / np.sum(output**2))
 
@@ -381,10 +381,10 @@ def recording_of(event: Event, station: Station) -> Recording:
     first, last = max(0, strong.start - round(_BEFORE_S / dt_s)), round(_AFTER_S / dt_s)
 
     def quantity(compared: Quantity, weights: Mapping[int, float]) -> Series:
-        moved = np.add.reduce([weight * accel[channel] for channel, weight in weights.items()])
+        accel_mps2 = np.add.reduce([weight * accel[channel] for channel, weight in weights.items()])
         if compared.to is None:
-            return compared.factor * in_band(moved, dt_s)[strong] / G_MPS2
-        return compared.factor * in_band(moved - accel[compared.to], dt_s, -2)[strong] / CM
+            return compared.factor * in_band(accel_mps2, dt_s)[strong] / G_MPS2
+        return compared.factor * in_band(accel_mps2 - accel[compared.to], dt_s, -2)[strong] / CM
 
     available = [item for item in station.quantities if item.channel in accel]
     cut = {channel: values[first : strong.stop + last] for channel, values in accel.items()}
@@ -417,10 +417,10 @@ def predicted(
         disp = np.interp(times_s, result.histories["t_s"], result.histories[quantity.deck])
         if quantity.to is None:
             ground = motions[quantity.support].components["xy".index(quantity.axis)]
-            moved = (in_band(disp, step_s, 2) + in_band(ground, step_s)) / G_MPS2
+            deck_history = (in_band(disp, step_s, 2) + in_band(ground, step_s)) / G_MPS2
         else:
-            moved = in_band(disp, step_s) / CM
-        histories[quantity.name] = moved[recording.part]
+            deck_history = in_band(disp, step_s) / CM
+        histories[quantity.name] = deck_history[recording.part]
     return histories
 
 
@@ -479,13 +479,13 @@ def run_painter(study: Study) -> None:
         cases = {"model": Case.of(station), **changed_cases(station, Path(folder))}
         for event in read_events(study.records, station):
             study.say("; ".join([f"{event.date} ...", *event.notes]))
-            of = recording_of(event, station)
-            models = {name: predicted(of, station, case) for name, case in cases.items()}
-            models = {"model": models.pop("model"), "null": of.null, **models}
-            _compare(study, station, of, models)
-            study.figures[event.date] = histories_figure(of, models["model"])
+            data = recording_of(event, station)
+            models = {name: predicted(data, station, case) for name, case in cases.items()}
+            models = {"model": models.pop("model"), "null": data.null, **models}
+            _compare(study, station, data, models)
+            study.figures[event.date] = histories_figure(data, models["model"])
             for name, histories in models.items():
-                table = {key: comparison(histories[key], of.recorded[key]) for key in of.recorded}
+                table = {k: comparison(histories[k], data.recorded[k]) for k in data.recorded}
                 main = [e.name for e in station.quantities if e.peak and e.name in table]
                 cost = np.sqrt(np.mean([table[key]["error"] ** 2 for key in main]))
                 rows += [
@@ -509,15 +509,15 @@ def _compare(
         shown = {name: models[name][item.name] for name in ("model", "null", "uniform input")}
         peak = {name: float(np.abs(values).max()) for name, values in shown.items()}
         model, null, uniform = (comparison(values, recorded) for values in shown.values())
-        least, most = item.peak.get(kind, (0.0, np.inf))
+        lowest, highest = item.peak.get(kind, (0.0, np.inf))
         reference = float(np.abs(recorded).max())
-        source = f"channel {item.channel}, {kind}; peak ratio {least:g} to {most:g}"
+        source = f"channel {item.channel}, {kind}; peak ratio {lowest:g} to {highest:g}"
         study.report(f"{event.date} {item.name} ({item.unit})", peak["model"], reference, source)
         study.comparisons[-1] |= {
-            "pass": least <= model["peak_ratio"] <= most
+            "pass": lowest <= model["peak_ratio"] <= highest
             and model["correlation"] >= item.correlation.get(kind, -1.0)
             and model["error"] <= item.error.get(kind, np.inf),
-            "tolerance": (most - 1.0) * reference if np.isfinite(most) else None,
+            "tolerance": (highest - 1.0) * reference if np.isfinite(highest) else None,
             "event": event.date,
             "kind": kind,
             "null": peak["null"],
@@ -531,8 +531,8 @@ def _compare(
     grounds = [in_band(event.accel_mps2[c], event.dt_s)[recording.part] for c in inputs]
     top = next(e.name for e in station.quantities if e.channel == output and e.to is None)
     mode, model = (
-        identified_period(of[top] * G_MPS2, np.column_stack(grounds), event.dt_s)
-        for of in (recording.recorded, models["model"])
+        identified_period(histories[top] * G_MPS2, np.column_stack(grounds), event.dt_s)
+        for histories in (recording.recorded, models["model"])
     )
     ground_g = max(float(np.abs(a).max()) for a in event.motions(station)["left"].components)
     source = f"halves +- {mode.half_range_s:.3f} s; ground at left end {ground_g / G_MPS2:.2f} g"
@@ -543,8 +543,8 @@ def _compare(
 
 def histories_figure(recording: Recording, model: Histories) -> "Figure":
     """Return recorded and predicted histories of all quantities around the largest one."""
-    event, part = recording.event, recording.part
-    times_s, name = np.arange(part.start, part.stop) * event.dt_s, f"recorded {event.date}"
+    event, strong = recording.event, recording.part
+    times_s, name = np.arange(strong.start, strong.stop) * event.dt_s, f"recorded {event.date}"
     middle_s = times_s[np.abs(next(iter(recording.recorded.values()))).argmax()]
     limits = {"xlim": (middle_s - 2.0, middle_s + 6.0)}
     panels: list[Panel] = []

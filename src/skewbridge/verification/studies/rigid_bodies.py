@@ -72,8 +72,8 @@ def run_particle_lcp(restitution: float, h_s: float, duration_s: float) -> Histo
     contacts = RigidContacts(*rows, (0, 1), _LINE_FRICTION, cohesion_n=0.0, restitution=restitution)
     times = live.even_times(duration_s, h_s)
     loads = -_MASS_KG * _LINE_PULSE.mean(times[:-1], times[1:]).T
-    one = np.eye(2)
-    matrices = _MASS_KG * one, _DASHPOT_N_S_PER_M * one, _STIFFNESS_N_PER_M * one
+    eye = np.eye(2)
+    matrices = _MASS_KG * eye, _DASHPOT_N_S_PER_M * eye, _STIFFNESS_N_PER_M * eye
     return moreau_jean(matrices, contacts, loads, h_s)
 
 
@@ -130,13 +130,13 @@ def compare_with_lcp(study: Study, history: History, rigid: History) -> None:
 
 def _draw_particle(study: Study, history: History, rigid: History) -> None:
     name, of_lcp = "OpenSees", "LCP, e = 0.6"
-    t, moved, exact = history.t_s[::10], history.q[::10] / MM, rigid.q / MM
+    t, positions, exact = history.t_s[::10], history.q[::10] / MM, rigid.q / MM
     ends, offset = 200.0 * np.outer((-1.0, 1.0), TANGENT), _HALF_GAP_M / MM * NORMAL
     forces = {"N": history.normals_n[::10], "F": history.tangentials_n[::10]}
-    path = {"line": (ends + offset).T, "_": (ends - offset).T, name: moved.T}
+    path = {"line": (ends + offset).T, "_": (ends - offset).T, name: positions.T}
     panels = [Panel("ux (mm)", "uy (mm)", path, "path of the particle")]
     for text, way in (("normal, un (mm)", NORMAL), ("along the lines, ut (mm)", TANGENT)):
-        lines = {of_lcp: (rigid.t_s, exact @ way), name: (t, moved @ way)}
+        lines = {of_lcp: (rigid.t_s, exact @ way), name: (t, positions @ way)}
         panels.append(Panel("time (s)", text, lines))
     totals = {name: (t, force.sum(axis=1) / KN) for name, force in forces.items()}
     panels.append(Panel("time (s)", "force (kN)", totals, "contact forces of both lines"))
@@ -173,9 +173,9 @@ def run(study: Study) -> None:
     _judge_agreement(study, elastic["C1"], at_06["C1"])
     for case, exact in at_06.items():
         peaks = [_scaled_peaks(runs[case]) for runs in (elastic, damped)]
-        without, error = (float(np.abs(scaled - _scaled_peaks(exact)).max()) for scaled in peaks)
+        difference, error = (float(np.abs(scaled - _scaled_peaks(exact)).max()) for scaled in peaks)
         study.states("penalty is the cause", case, error)
-        study.states("damper helps", case, error, without)
+        study.states("damper helps", case, error, difference)
     frequency = deck_case("C1").contact_frequency_rad_per_s
     bounced = {
         step: impacts(run_deck(deck_case("C1", integrator="houbolt", dt_s=step / frequency)))
@@ -187,9 +187,9 @@ def run(study: Study) -> None:
         columns = table["approach_mps"].tolist(), (-table["restitution"]).tolist()
         study.states("restitution falls", f"C1, Houbolt, step {step:g}", *columns)
     # pairs of cases that differ in one parameter only
-    for name, one, other in (("width", "C1", "C3"), ("skew", "C4", "C5"), ("friction", "C3", "C4")):
-        change = abs(float(_scaled_peaks(at_06[other])[2] - _scaled_peaks(at_06[one])[2]))
-        study.states("depends on plan and friction", f"{name} ({one} and {other})", change)
+    for name, a, b in (("width", "C1", "C3"), ("skew", "C4", "C5"), ("friction", "C3", "C4")):
+        change = abs(float(_scaled_peaks(at_06[b])[2] - _scaled_peaks(at_06[a])[2]))
+        study.states("depends on plan and friction", f"{name} ({a} and {b})", change)
     _draw_c1(study, at_06["C1"], elastic["C1"])
 
 
@@ -272,7 +272,7 @@ def _draw_c1(study: Study, rigid: History, elastic: History) -> None:
     slips = {name: (h.t_s, 1e3 * h.q @ rows.T) for name, h in runs.items()}
     openings = {name: (h.t_s, 1e3 * h.openings_m) for name, h in runs.items()}
     panels = [
-        Panel("time (s)", text, {n: (t, moved[:, k]) for n, (t, moved) in lines.items()}, corner)
+        Panel("time (s)", text, {n: (t, scaled[:, k]) for n, (t, scaled) in lines.items()}, corner)
         for text, lines in (("tangential (mm)", slips), ("opening (mm)", openings))
         for k, corner in enumerate(_NAMES[:2])
     ]
@@ -400,19 +400,19 @@ def run_tests(study: Study) -> None:
 
 
 def _draw_tests(study: Study, history: History, title: str) -> None:
-    shown = history.t_s <= 8.0
+    early = history.t_s <= 8.0
     slips = history.q @ solvers.make_deck(wu_case(GAPS_MM[0])).tangent_rows.T
     moves = {"tangential": slips / MM, "opening": history.openings_m / MM}
     normals, frictions = history.normals_n / KN, history.tangentials_n / KN
     forces = {"compression (kN)": normals, "friction (kN)": frictions}
-    t_s = history.t_s[shown]
+    t_s = history.t_s[early]
     panels = [
-        Panel("time (s)", f"{corner} (mm)", {n: (t_s, m[shown, k]) for n, m in moves.items()})
+        Panel("time (s)", f"{corner} (mm)", {n: (t_s, m[early, k]) for n, m in moves.items()})
         for k, corner in enumerate(_NAMES)
     ]
     study.figures["deformations"] = drawn(panels, height_in=6.4, title=title)
     panels = [
-        Panel("time (s)", text, {n: (t_s, f[shown, k]) for k, n in enumerate(_NAMES)})
+        Panel("time (s)", text, {n: (t_s, f[early, k]) for k, n in enumerate(_NAMES)})
         for text, f in forces.items()
     ]
     study.figures["forces"] = drawn(panels, height_in=4.4, title=title)

@@ -167,7 +167,7 @@ def path_error(rows: int, coupling: Coupling, kind: PathKind) -> float:
     path = smooth_path(rows, kind)
     # The reference follows the smooth curve, not the chords between the rows.
     parts = max(1, 64000 // rows)
-    fine = unit.follow_law(PAPER_LAW, smooth_path(rows * parts, kind))[::parts]
+    fine_forces = unit.follow_law(PAPER_LAW, smooth_path(rows * parts, kind))[::parts]
     forces = unit.drive_unit(PAPER_LAW, path, substeps=1, coupling=coupling).forces_n
-    limit = PAPER_LAW.cohesion_n + PAPER_LAW.friction * float(fine[:, 2].max())
-    return unit.rms_n((forces - fine)[:, :2]) / limit
+    limit = PAPER_LAW.cohesion_n + PAPER_LAW.friction * float(fine_forces[:, 2].max())
+    return unit.rms_n((forces - fine_forces)[:, :2]) / limit

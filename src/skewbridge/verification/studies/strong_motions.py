@@ -61,9 +61,9 @@ class CaseSet:
             motions = first_motions(self.motion_count)
         cut = [cut_to_strongest(motion, self.window_s, 0.0) for motion in motions]
         suite = [SuiteMotion(motion=motion, scale=1.0, measures={}) for motion in cut]
-        common: Row = {"incidence_deg": 0.0, "settings": settings, "options": options}
+        fields: Row = {"incidence_deg": 0.0, "settings": settings, "options": options}
         cases = product(expand_grid(self.grid), suite)
-        return [Task(variant=variant, motion=motion, **common) for variant, motion in cases]
+        return [Task(variant=variant, motion=motion, **fields) for variant, motion in cases]
 
 
 def rows_of_tasks(
@@ -107,10 +107,10 @@ HARD_SET: Final = CaseSet(
 )
 
 
-def run(study: Study, chosen: CaseSet = HARD_SET, settings: AnalysisSettings = _DEFAULTS) -> None:
+def run(study: Study, cases: CaseSet = HARD_SET, settings: AnalysisSettings = _DEFAULTS) -> None:
     """Run the stress cases; add one comparison per bridge, abutment and skew, and a table."""
-    tasks = chosen.tasks(settings, ModelOptions())
-    table = pd.DataFrame(rows_of_tasks(study, tasks, _ending, chosen.processes))
+    tasks = cases.tasks(settings, ModelOptions())
+    table = pd.DataFrame(rows_of_tasks(study, tasks, _ending, cases.processes))
     study.tables["rows"] = table = table.drop(columns="run_key")
     groups = table.groupby(["bridge", "abutment", "skew_deg"], sort=False)
     for (bridge, abutment, skew_deg), group in groups:
@@ -198,16 +198,16 @@ MESHES: Final = tuple(
 )
 
 
-def _peaks(study: Study, chosen: CaseSet, numerics: Sequence[Numerics]) -> pd.DataFrame:
+def _peaks(study: Study, cases: CaseSet, numerics: Sequence[Numerics]) -> pd.DataFrame:
     tasks: list[Task] = []
     keys: list[Row] = []
     for changed in numerics:
-        every = chosen.tasks(replace(_WHOLE, **changed.analysis), ModelOptions(**changed.model))
-        for number in range(0, len(every), changed.interval):
-            axes = {name: getattr(every[number].variant, name) for name in _AXES}
+        all_tasks = cases.tasks(replace(_WHOLE, **changed.analysis), ModelOptions(**changed.model))
+        for number in range(0, len(all_tasks), changed.interval):
+            axes = {name: getattr(all_tasks[number].variant, name) for name in _AXES}
             keys.append({"numerics": changed.name, "case": number, **axes})
-            tasks.append(every[number])
-    rows = rows_of_tasks(study, tasks, _whole_peaks, chosen.processes)
+            tasks.append(all_tasks[number])
+    rows = rows_of_tasks(study, tasks, _whole_peaks, cases.processes)
     return pd.DataFrame([key | row for key, row in zip(keys, rows, strict=True)])
 
 
@@ -222,11 +222,11 @@ def _whole_peaks(task: Task) -> Row:
     }
 
 
-def run_convergence(study: Study, chosen: CaseSet = CONVERGENCE) -> None:
+def run_convergence(study: Study, cases: CaseSet = CONVERGENCE) -> None:
     """Compare the demands of a set with those for finer numerics; add a table of all changes."""
     finer = {"convergence-steps": STEPS, "convergence-mesh": MESHES}.get(study.name, STEPS + MESHES)
-    table = _peaks(study, chosen, [Numerics("default"), *finer])
-    peaks = {name: part.set_index("case") for name, part in table.groupby("numerics")}
+    table = _peaks(study, cases, [Numerics("default"), *finer])
+    peaks = {name: rows.set_index("case") for name, rows in table.groupby("numerics")}
     tables: list[pd.DataFrame] = []
     for changed in finer:
         exact = peaks[changed.name]
@@ -285,12 +285,12 @@ _AXES: Final = ("friction_pct", "gap_mm", "skew_deg")
 
 def run_pairs(
     study: Study,
-    chosen: CaseSet = ACCURACY,
+    cases: CaseSet = ACCURACY,
     accuracies: tuple[Accuracy, Accuracy] = ("default", "reference"),
 ) -> None:
     """Compare the pooled ratios of a set at the first accuracy with those at the second."""
     numerics = [Numerics(n, "", NUMERICS[n]["analysis"], NUMERICS[n]["model"]) for n in accuracies]
-    peaks = _peaks(study, chosen, numerics)
+    peaks = _peaks(study, cases, numerics)
     study.tables["ratios"] = table = pooled_ratios(peaks, accuracies)
     source = "the same pairs at accuracy reference"
     for row in table.to_dict("records"):
