@@ -388,7 +388,7 @@ def bearing_point(end: DeckEnd, deck_node: int, along_m: float) -> Point:
 
 
 def placed(end: DeckEnd, deck_node: int, points: Points) -> dict[str, Any]:
-    """Return the place of an end as fields of its handle; without points the end is rigid."""
+    """Return position fields of the handle of an end; without points, one node has both corners."""
     corners = tuple(
         CornerHandle(
             node=points.get(("outer", along), deck_node),

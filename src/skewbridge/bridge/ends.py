@@ -43,7 +43,7 @@ from skewbridge.units import KN
 
 @dataclass(frozen=True, slots=True)
 class EndKind:
-    """How an end is built: what holds it up before dead load, and the rest at rest after it."""
+    """Functions that build an end: its supports before the dead load, its springs after it."""
 
     support: Callable[[End, Blueprint], Any]
     build: Callable[[Any], AbutmentHandle]

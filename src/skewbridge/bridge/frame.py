@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Blueprint:
-    """What all parts of the model of a variant use."""
+    """Data that all parts of the model of a variant share."""
 
     variant: Variant  # the normalised variant
     options: ModelOptions
@@ -98,7 +98,7 @@ class Frame:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Description:
-    """What a bridge says about itself, for pages, answers and checks; lengths in m."""
+    """Description of a bridge for pages, printed tables and checks; lengths in m."""
 
     title: str
     details: str  # ``surrogate`` or ``published`` details, or a ``script``
@@ -153,12 +153,12 @@ class Structure(Protocol):
 
     @property
     def description(self) -> Description:
-        """What it says about itself."""
+        """Description for pages, printed tables and checks."""
         ...
 
     @property
     def ignored(self) -> frozenset[str]:
-        """Modelling options that do not act on it."""
+        """Modelling options without effect on the bridge."""
         ...
 
     def build(self, skew_deg: float, options: ModelOptions, tags: TagAllocator) -> Frame:

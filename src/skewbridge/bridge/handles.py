@@ -55,7 +55,7 @@ class SpringHandle:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ColumnCapacity:
-    """Capacity of a column in one horizontal direction; what is not stated is nan or None."""
+    """Capacity of a column in one horizontal direction; unknown values are nan or None."""
 
     yield_curvature_per_m: float  # idealised yield curvature under dead load
     #: idealised yield displacement over clear height, for the displacement ductility in the shear

@@ -79,12 +79,12 @@ class ScriptBridge:
 
     @property
     def description(self) -> Description:
-        """What pages say about it."""
+        """Description for pages, printed tables and checks."""
         return _standing(self).description
 
     @property
     def ignored(self) -> frozenset[str]:
-        """Modelling options that do not act: those on elements that are no parameters."""
+        """Modelling options of deck and columns that are not parameters of the script."""
         return (FRAME_OPTIONS | FRAME_NUMERICS).difference(parameters(self.path))
 
     def build(self, skew_deg: float, options: ModelOptions, tags: TagAllocator) -> Frame:
@@ -123,7 +123,7 @@ def load_script(path: Path) -> ScriptBridge:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Standing:
-    """Bridge with pads and open gaps at zero skew: what is the same for all its variants."""
+    """Properties common to all variants, from the model with pads and open gaps at zero skew."""
 
     t1_s: float
     damping: Damping

@@ -165,7 +165,7 @@ class SiView:
             _replace(name, partial(converted, getattr(ops, name)))
 
     def _taken(self, values: Iterable[Any], dimensions: Iterable[Dimension]) -> Iterator[Any]:
-        """Yield SI values in the units of the script; texts and tags (integers) are kept."""
+        """Convert SI values to the units of the script; texts and tags (integers) are kept."""
         for value, dimension in zip(values, dimensions, strict=False):
             yield value / self._units.si(dimension) if isinstance(value, float) else value
 

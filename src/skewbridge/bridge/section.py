@@ -107,7 +107,7 @@ def core_concrete(column: ColumnData) -> Concrete:
 
 
 def confined_strength_ratio(lowest: float, highest: float) -> float:
-    """Return the strength of concrete under two lateral pressures; all over its plain strength.
+    """Return confined / unconfined strength; lateral pressures are relative to the latter too.
 
     References:
         Mander, Priestley and Park (1988), eq. 29, for equal pressures; Chang and Mander (1994),
@@ -207,7 +207,7 @@ class _Section:
         return axial, float((force * self._height_m).sum() + (bar * self._bar_height_m).sum())
 
     def centre_strain(self, phi: float, axial_n: float) -> float:
-        """Return a strain at the centre that balances the axial force; softening has several."""
+        """Return a strain at the centre that balances the axial force (several when softening)."""
         from scipy.optimize import brentq  # its import takes longer than a short analysis
 
         half = phi * self._half_m

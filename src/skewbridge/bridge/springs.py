@@ -80,7 +80,7 @@ FLOW_RATIO, FLOW_EXPONENT = 0.008, 0.5
 
 
 def elastic_part_n_per_m(passive: Passive) -> float:
-    """Return the stiffness of the elastic part of a backfill in two parts (N/m)."""
+    """Return the stiffness (N/m) of the elastic spring in series with `plastic_part`."""
     return passive.stiffness_n_per_m / (1.0 - 1.0 / PLASTIC_OVER_INITIAL)
 
 

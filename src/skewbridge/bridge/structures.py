@@ -43,12 +43,12 @@ class CatalogueBridge:
 
     @property
     def ignored(self) -> frozenset[str]:
-        """Modelling options that do not act: none."""
+        """Modelling options without effect: none."""
         return frozenset()
 
     @property
     def description(self) -> Description:
-        """What pages say about it."""
+        """Description for pages, printed tables and checks."""
         data = self.data
         joints = {f"joint {number}": joint for number, joint in enumerate(data.joints, start=1)}
         return Description(

@@ -47,7 +47,7 @@ def layer_digests(layers: Mapping[str, Sequence[str]], package: Path = PACKAGE) 
 
 
 def _contents(part: str, package: Path) -> bytes:
-    """Return names and contents of the sources and data files of one part."""
+    """Return names and contents of source and data files of one module or folder."""
     top = package / part
     if not top.exists():
         raise FileNotFoundError(f"{top} is not a part of the package")

@@ -322,7 +322,7 @@ def checked[T](kind: type[T], raw: Any, where: str | Path) -> T:
 
 
 def _keys_of(raw: Any, error_path: tuple[str | int, ...]) -> tuple[str | int, ...]:
-    """Return the place of an error without the types that pydantic inserts in unions."""
+    """Return the keys that lead to an error, without the types that pydantic adds in unions."""
     keys, node = list[str | int](), raw
     for step in error_path:
         tree: Any = node
@@ -358,7 +358,7 @@ def _keys(schema: Mapping[str, Any], classes: Mapping[str, Any], above: str = ""
 
 
 def _nearest_key(error_path: Sequence[str | int], keys: Sequence[str]) -> str:
-    """Return a suggestion for an unknown key: near it in its section, or in another section."""
+    """Return a suggestion for an unknown key: a similar one, or the same in another section."""
     *above, name = (str(part) for part in error_path if isinstance(part, str))
     section = "".join(f"{part}." for part in above)
     inside = [key.removeprefix(section) for key in keys if key.startswith(section)]

@@ -1,8 +1,8 @@
 """Seat length and joint gap that a skew needs for a chosen annual rate, from the joint model.
 
-The support length needed at rest is that which the deck corner leaves with the chosen rate; the
-seat is longer by the gap. Rules of codes are in `bridge_check`, the factor of Hazus in
-`limit_states`.
+The support length needed at rest is the outward movement of the deck corner that is exceeded with
+the chosen rate; the seat is longer by the gap. Rules of codes are in `bridge_check`, the factor of
+Hazus in `limit_states`.
 """
 
 import json
@@ -30,7 +30,7 @@ SDC_RATE: Final = float(-np.log1p(-0.05) / YEARS)
 
 
 class Decision(NamedTuple):
-    """Needs over skew and gap for one target rate."""
+    """Seat lengths for a target rate, and rates of column failure, over skew and gap."""
 
     table: pd.DataFrame  # one row per skew and gap
     target: float  # annual rate

@@ -156,8 +156,8 @@ def names_of(columns: Iterable[object]) -> str:
 def refuse_misspelt(columns: Iterable[str], present: Iterable[str] = ()) -> None:
     """Refuse columns whose names are almost those of an axis or key that the table lacks.
 
-    ``columns`` are not used; ``present`` are further columns of the table. An `InputError` names
-    the column. Capitals, blanks and hyphens do not distinguish names.
+    ``columns`` are those that no fit would use; ``present`` are other columns of the table. An
+    `InputError` names the column. Capitals, blanks and hyphens do not distinguish names.
     """
     unused = list(columns)
     valid = {column.name for column in COLUMNS} | {axis.name for axis in OPTION_AXES}

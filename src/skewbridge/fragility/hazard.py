@@ -105,7 +105,7 @@ class HazardCurve:
     source: str = ""  # name of the file
 
     def rate(self, probability: Callable[[Floats], Floats], narrowest: float) -> LogRate:
-        """Return ln rates of R curves; ``probability`` (k, R) is a function of ln im (k, 1).
+        """Return ln rates of R fragility curves, a function ``probability`` (k, R) of ln im (k, 1).
 
         ``narrowest`` is the smallest dispersion of the curves.
         """
@@ -113,7 +113,7 @@ class HazardCurve:
         return self.logs_of(weights @ probability(ln_im[:, None]))
 
     def rate_of_failures(self, ln_failures: Floats) -> LogRate:
-        """Return ln rates of R curves, each by n equally likely ln im of failure, (R, n)."""
+        """Return ln rates of R systems from equally likely ln intensities of failure, (R, n)."""
         # int P |dH| = E[H(x)] - H(last), where H is constant outside the curve
         x = np.log(self.levels)
         fractile_means = [
@@ -187,7 +187,7 @@ def measure_column(name: str) -> str:
 
 
 class _Part(NamedTuple):
-    """One curve of a file."""
+    """Mean or fractile curve in a file: annual rates at levels of the measure ``im``."""
 
     im: str
     quantile: float | None  # None: mean

@@ -159,7 +159,7 @@ def _estimate(models: BridgeModels, state: LimitState, row: Row) -> Row:
 
 
 def _described(fit: DemandFit, mode: LimitState) -> dict[str, Any]:
-    """Return what a model of a mode needs besides its parameters, for JSON."""
+    """Return for JSON the constants of the model of a mode (everything but its parameters)."""
     model = fit.model
     capacity = {name: getattr(mode, name) for name in ("demand", "threshold", "dispersion")}
     scale = {"centre": model.centre, "knot": model.knot if np.isfinite(model.knot) else None}

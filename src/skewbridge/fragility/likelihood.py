@@ -310,7 +310,7 @@ def profile_ends(
 
 
 class _Profiles:
-    """Profile likelihoods of ln theta of J states (2 rows each) and of ln a1 (2 rows)."""
+    """Profile likelihoods of ln theta of J states and of ln a1, two rows each (both ends)."""
 
     # Each row maximises the log-likelihood under one constraint, normal @ params = right. The
     # constraint determines one parameter (its factor in `normal` is 1); the others are free.

@@ -113,7 +113,7 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
 
 
 def with_bounds(curves: pd.DataFrame) -> pd.DataFrame:
-    """Return curves in which bounds of medians, which one method gives, are in all methods."""
+    """Copy bounds of medians, which one method gives, to the rows of all methods of a state."""
     names = [name for name in _BOUNDS if name in curves]
     largest = curves.groupby(_STATE)[names].transform("max")
     return curves.assign(**{name: largest[name] for name in names})
@@ -137,7 +137,7 @@ def rates_of_curves(curves: pd.DataFrame, joint: pd.DataFrame, hazard: HazardCur
 def rate_table(
     curves: pd.DataFrame, joint: pd.DataFrame, system: pd.DataFrame, hazard: HazardCurve
 ) -> pd.DataFrame:
-    """Return table `rates`: one row per variant and limit state, then per degree of the system.
+    """Return table `rates`: rows per variant and limit state, then per system degree of damage.
 
     ``system`` has the columns `rate` and `shares` of `system_curves` with a hazard.
     """
@@ -195,7 +195,7 @@ def _changes(
     hazard: HazardCurve,
     system: Mapping[tuple[str, str], object],  # rates; keys: variant, degree
 ) -> list[tuple[Row, str, LogRate, LogRate]]:
-    """Return place, scope and both ln rates of pairs that differ in one axis, and their means."""
+    """Return columns, scope and both ln rates of pairs that differ in one axis, and of means."""
     variants = medians.models.variants
 
     @cache

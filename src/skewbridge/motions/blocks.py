@@ -32,17 +32,17 @@ _ROUNDING: Final = 1e-9
 
 
 def placed(suite: Iterable[SuiteMotion]) -> list[Placed]:
-    """Return the rows of a prepared suite for `planned_runs`."""
+    """Return suite, motion, scale factor and level of each suite row, for `planned_runs`."""
     return [(m.suite, m.motion.motion_id, m.scale, m.measures[LEVEL_MEASURE]) for m in suite]
 
 
 def unread(count: int, suite: str = "") -> list[Placed]:
-    """Return rows of motions with unknown levels, for forecasts."""
+    """Return such rows for motions not yet read; the level is the number of the motion."""
     return [(suite, f"{suite}{number}", 1.0, float(number)) for number in range(count)]
 
 
 class _Counts:
-    """Numbers of runs so far, by which the next cells are chosen."""
+    """Numbers of runs so far, from which `assign` chooses the cells of the next motion."""
 
     def __init__(self, cells: int, incidences: int) -> None:
         self.in_band = np.zeros((BLOCK, cells), dtype=np.int64)
@@ -51,7 +51,7 @@ class _Counts:
         self.of_pair = np.zeros((cells, cells), dtype=np.int64)
 
     def imbalance(self, rank: int, chosen: Mapping[int, tuple[int, ...]]) -> tuple[int, ...]:
-        """Return numbers of runs with the cells chosen at each incidence, decisive first."""
+        """Return the numbers of runs that `assign` keeps equal, the most important first."""
         cells = [cell for group in chosen.values() for cell in group]
         at_once = [pair for group in chosen.values() for pair in combinations(group, 2)]
         angles = [self.at_incidence[angle, list(group)].sum() for angle, group in chosen.items()]

@@ -33,7 +33,7 @@ class FileCheck:
 
     @property
     def passes(self) -> bool:
-        """Whether the file can be used, or need not be."""
+        """Whether the file can be used, or is left out on purpose."""
         return self.verdict in ("ok", "warn", "not_read", "left_out")
 
     def noted(self, message: str, verdict: FileVerdict | None = None) -> "FileCheck":

@@ -51,7 +51,7 @@ class Cause:
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=text.OPTIONS)
 class Target:
-    """Intensity measure, site, period of the bridge (None: of the measure), earthquakes."""
+    """Target of a selection; without ``t1_s``, the period of the measure is the bridge's T1."""
 
     measure: Annotated[str, Field(pattern=r"^(SA|Sa_avg3?)\((\d*\.)?\d+\)$")]
     vs30_mps: Annotated[Number, Field(ge=150.0, le=1500.0)]

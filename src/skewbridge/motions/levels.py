@@ -153,7 +153,7 @@ def bands_around(motions: MotionsConfig, medians_g: Sequence[float]) -> Bands:
 
 
 def has_pilot(motions: MotionsConfig) -> bool:
-    """Return whether the medians of the bands come from a pilot."""
+    """Return whether trial runs under the first motions give the medians of the bands."""
     bands = motions.bands
     return bands is not None and not bands.medians_g and bands.study is None
 
@@ -170,7 +170,7 @@ def block_factors(
     with the lowest unscaled level gets the lowest target, and so on; this keeps factors near 1.
     Block b is offset by element b + 1 of the van der Corput sequence, so any number of blocks
     covers the bands evenly. If motions are added, the factors of full blocks do not change.
-    ``first_g`` are other bands for the first block (a pilot).
+    ``first_g`` are other bands for the first block (trial runs).
     """
     from scipy.stats import qmc  # here: workers that read the configuration do without scipy
 

@@ -128,7 +128,7 @@ def select_pairs(
 def _improved(
     error: Vector, sigma: Vector, event: Index, synthetic: Mask, start: Index, count: int
 ) -> tuple[float, list[int]]:
-    """Return misfit and rows of ``error`` (pairs, periods) that no single replacement improves."""
+    """Replace selected pairs one at a time until that no longer helps; return misfit and rows."""
     first = pd.Series(event[start]).groupby(event[start]).cumcount() < MOST_PER_EVENT
     selected = start[first][:count].tolist()
     misfit, before = np.inf, np.nan

@@ -152,8 +152,8 @@ def prepare_suites(
 ) -> pd.DataFrame:
     """Return the rows of all suites with the columns `suite` and `number` (position from 0).
 
-    With `motions.bands`, levels are around ``medians_g``. If these are from a pilot, the first
-    block of each suite keeps the levels of the pilot.
+    With `motions.bands`, levels are around ``medians_g``. If these are from trial runs, the first
+    block of each suite keeps the levels of these runs.
     """
     bands_g = levels.bands_around(motions, medians_g)
     first_g = (motions.level_range_g,) if levels.has_pilot(motions) else None

@@ -162,10 +162,10 @@ def run_counts(demands: pd.DataFrame) -> pd.DataFrame:
 
 
 def _further_steps(medians: pd.DataFrame, row: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the effect by the value of another axis, and the largest smaller step if certain.
+    """Return the effect at values of other axes, and the widest certain part of a change.
 
-    The text ``by_value`` is empty if the effect depends on no other axis. The numbers ``sure_..``
-    are of the largest smaller step whose effect is certain, if that of the whole range is not.
+    The text ``by_value`` is empty if the effect depends on no other axis. If the effect of the
+    whole range is uncertain, ``sure_..`` have the largest certain effect of a smaller range.
     """
     is_same = (medians[[*_EFFECT[:4], "demand"]] == [row[n] for n in (*_EFFECT[:4], "demand")]).all(
         axis=1
@@ -259,7 +259,8 @@ def answer_table(
 def _demand_row(effect: dict[str, Any], line: pd.DataFrame | None) -> dict[str, Any]:
     """Return a pooled effect on a demand with its values at one intensity.
 
-    This is the reference intensity of the bridge. If there is none, it is the middle of the range.
+    This is the reference intensity of the bridge, or else the middle of the range of ``line``, the
+    effect by intensity.
     """
     with_ratio = pd.DataFrame() if line is None else line[line["ratio"].notna()].sort_values("im")
     if with_ratio.empty:
@@ -297,7 +298,7 @@ def extent_of_data(row: Mapping[str, Any]) -> str:
 
 
 def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
-    """Return a sentence on the data of each leading state that has few data.
+    """Return a sentence for each leading state with extrapolated medians or missing curves.
 
     The keys are bridge, abutment model and state.
     """

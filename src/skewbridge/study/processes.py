@@ -33,7 +33,7 @@ PARENT_VARIABLE: Final = "SKEWBRIDGE_PARENT"
 
 @cache
 def end_with_parent() -> None:
-    """Let the kernel end this process with its parent, even while it is stopped."""
+    """Make the kernel end this process when its parent ends, even while it is stopped."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != int(os.environ.get(PARENT_VARIABLE, _PARENT)):  # the parent has ended

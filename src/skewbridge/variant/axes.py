@@ -65,7 +65,7 @@ class Axis:
         return float(value) if self.decimals is None else round(value, self.decimals or None)
 
     def count(self, value: float) -> float:
-        """Return a valid value times ``name_factor``, as an integer if it is whole."""
+        """Return a valid value as in names: times ``name_factor``, as an integer if it is whole."""
         count = round(self.checked(value) * self.name_factor, self.decimals)
         return int(count) if count == int(count) else float(count)
 

@@ -225,7 +225,7 @@ class Statement(NamedTuple):
     open_because: str
 
     def verdict(self, *numbers: Any, **conditions: bool) -> Verdict:
-        """Return the verdict for the numbers of a case; the reason names the number."""
+        """Return the verdict for the numbers of a case; its reason starts with the quantity."""
         if self.open_because:
             numbers_text = [f"{self.number} {number:.2g}" for number in numbers[:1]]
             return Verdict("undecidable", "; ".join([*numbers_text, self.open_because]), *numbers)

@@ -115,7 +115,7 @@ def _loaded(path: Path) -> Completed:
 
 
 def _by_end(layers: list[tuple[Path, dict[str, Any]]]) -> list[dict[str, Any]]:
-    """Return the trees; if one has ``abutments``, ``abutment`` of the others becomes both ends."""
+    """Return the files' data; if one has ``abutments``, ``abutment`` of others is both ends."""
     trees = [tree for _, tree in layers]
     if any("abutments" in tree for tree in trees):
         for path, tree in layers:
@@ -129,7 +129,7 @@ def _by_end(layers: list[tuple[Path, dict[str, Any]]]) -> list[dict[str, Any]]:
 
 
 def _integral(file_data: dict[str, Any], deck: dict[str, Any]) -> dict[str, Any]:
-    """Return an integral end with the numbers that it does not give, for the deck of its file."""
+    """Return an integral end; missing numbers are defaults for the deck of its file."""
     end = read_mapping(FOLDER / "defaults" / "integral.yaml")
     sizes = {"width": "width_m", "height": "depth_m", "thickness": "diaphragm_thickness_m"}
     for size, key in sizes.items():
@@ -183,7 +183,7 @@ def _named(name: str, folder: Path, excluded: tuple[Path, ...] = ()) -> Path | N
 
 
 def _sourced(node: Any, name: str, source: Any) -> Any:
-    """Return a tree in which numbers and quantities without a source have this one."""
+    """Return nested data in which numbers and quantities without a source have this one."""
     if isinstance(node, dict):
         has_own = "v" in node and "src" in node
         return node if has_own else {key: _sourced(v, key, source) for key, v in node.items()}
@@ -215,7 +215,7 @@ def _overlay(base: Mapping[str, Any], top: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _strip(node: Any, where: str, sources: dict[str, str], path: Path) -> Any:
-    """Return the tree with plain values; add the source of each number to ``sources``."""
+    """Return nested data with plain values; add the source of each number to ``sources``."""
     if isinstance(node, dict):
         if "v" in node:
             source = node.get("src", "")

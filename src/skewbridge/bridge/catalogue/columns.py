@@ -75,12 +75,12 @@ class Outline:
 
     @property
     def length_m(self) -> float:
-        """Length of the outline."""
+        """Perimeter."""
         return math.pi * self.corner_m + 2 * (sum(self.sizes_m) - 2 * self.corner_m)
 
     @property
     def area_m2(self) -> float:
-        """Area inside."""
+        """Enclosed area."""
         round_m2 = math.pi * self.corner_m**2 / 4
         return round_m2 + (self.sizes_m[0] * self.sizes_m[1] - self.corner_m * self.corner_m)
 
@@ -99,7 +99,7 @@ class Outline:
         return polar if self.is_round else self.area_m2**4 / (4 * math.pi**2 * polar)
 
     def inset(self, *by_m: float) -> "Outline":
-        """Return the outline that is smaller by these lengths in both directions."""
+        """Return the outline with both sizes reduced by the sum of these lengths."""
         sizes = (*self.sizes_m, self.corner_m)
         depth_m, width_m, corner_m = (reduce(sub, by_m, size) for size in sizes)
         return Outline((depth_m, width_m), corner_m if self.corner_m else 0.0)
@@ -432,7 +432,7 @@ def _shape_of(raw: Mapping[str, Any]) -> str:
 
 
 def over_default(default: Mapping[str, Any], column: Mapping[str, Any]) -> dict[str, Any]:
-    """Return raw keys of a column over those of a default; another shape drops what it lacks."""
+    """Return raw keys of a column over a default, without default keys that its shape lacks."""
     shape, shapes = _shape_of({**default, **column}), _shapes()
     if shape != _shape_of(default) and shape in shapes:
         default = {key: default[key] for key in default.keys() & shapes[shape].model_fields.keys()}

@@ -171,7 +171,7 @@ class WallData(Part, frozen=True):
 class AbutmentData(WallData, frozen=True):
     """Seat abutment: pads, a gap to the backwall, and exterior shear keys.
 
-    ``gap_mm`` is the own gap of this end; None: the gap of the variant.
+    ``gap_mm`` replaces the gap of the variant at this end, unless it is None.
     """
 
     type: Literal["seat"] = "seat"

@@ -117,7 +117,7 @@ def _composed(parts: list[tuple[float, float, float]]) -> tuple[float, float, fl
 
 
 def tallest(bents: list[dict[str, float]]) -> float:
-    """Return the largest clear height, of a bridge without bents any."""
+    """Return the largest clear height of the bents (m), or 6 without bents."""
     return max((bent["clear_height_m"] for bent in bents), default=6.0)
 
 
@@ -203,7 +203,7 @@ def _is_usable(value: Any) -> bool:
 
 
 class Rule(NamedTuple):
-    """Rule for one key; ``within`` is the usual factor between a given number and the rule's."""
+    """Rule for one key; given numbers usually differ from it by a factor of at most ``within``."""
 
     key: str
     formula: Formula
@@ -256,7 +256,7 @@ def _keys(key: str, tree: Any) -> list[str]:
 
 
 def _put(tree: Any, key: str, value: Any) -> None:
-    """Set a value in nested mappings and lists, unless a section is something else."""
+    """Set a value in nested mappings and lists; do nothing if its section is neither."""
     *above, last = key.split(".")
     for name in above:
         if isinstance(tree, list) and name.isdigit():
@@ -281,7 +281,7 @@ def _lookup(tree: Any, results: Mapping[str, Any], need: str) -> Any:
 
 
 def values_by_rule(given_numbers: Mapping[str, Any], tree: Any) -> Iterator[tuple[str, Any, Rule]]:
-    """Yield key, value and rule of all rules that apply; numbers of the tree go first.
+    """Yield key, value and rule of all rules that apply; they use numbers of the file first.
 
     ``given_numbers`` has the numbers of the drawing, and the whole ``bridge`` if it is complete.
     """
@@ -311,7 +311,7 @@ class Completed(NamedTuple):
     inherited: frozenset[str] = frozenset()
 
     def by_rule(self) -> dict[str, tuple[Any, Rule]]:
-        """Return what the rules give for the keys of the bridge from its other numbers."""
+        """Return value and rule of each key for which a rule exists, from the other numbers."""
         numbers = {**self.drawn, "bridge": self.bridge}
         rows = values_by_rule(numbers, self.bridge.model_dump(exclude={"sources"}))
         return {key: (value, rule) for key, value, rule in rows if _is_of_bridge(key)}
@@ -323,7 +323,7 @@ def _is_of_bridge(key: str) -> bool:
 
 
 def completed(tree: dict[str, Any], path: Path) -> Completed:
-    """Return the bridge of a tree with plain values and ``sources``; rules add what it lacks.
+    """Return the bridge of a file's plain values and ``sources``; rules add missing numbers.
 
     `InputError` for a value that is invalid, or missing without a rule whose needs are given.
     """
@@ -380,7 +380,7 @@ def _take_drawn(tree: dict[str, Any], file: str) -> dict[str, Any]:
 
 
 def overruled(tree: Mapping[str, Any]) -> set[str]:
-    """Return the inherited keys that no longer count because a file draws what they follow from."""
+    """Return the inherited keys that the drawing in a file replaces by rules."""
     keys_without_effect: set[str] = set()
     for seat in _seats(tree):
         drawn = {_part(key) for key in DRAWN if value_at(tree, _placed(key, seat)) is not None}
@@ -391,7 +391,7 @@ def overruled(tree: Mapping[str, Any]) -> set[str]:
 
 
 def _explained(error: InputError) -> InputError:
-    """Return the error with the drawing that would give each missing number."""
+    """Return the error; it also names the drawing keys from which each missing number follows."""
     file = f"{error.details['file']}"
     first, *lines = str(error).split("\n  ")
     messages: list[str] = []

@@ -115,7 +115,7 @@ class Station(_Part, frozen=True):
 
     Attributes:
         station: Number of the station in the headers.
-        bridge: Name of its bridge in the catalogue; `other` is another account of it.
+        bridge: Name of its bridge in the catalogue; `other` is a second model of this bridge.
         model: Modelling options of the site.
         fitted: Dates of the events to which numbers of the bridge were fitted.
         ground: Ground of each support along x and y.

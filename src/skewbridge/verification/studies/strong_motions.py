@@ -288,7 +288,7 @@ def run_pairs(
     cases: CaseSet = ACCURACY,
     accuracies: tuple[Accuracy, Accuracy] = ("default", "reference"),
 ) -> None:
-    """Compare the pooled ratios of a set at the first accuracy with those at the second."""
+    """Compare pooled effects (ratios of demands) of a set of cases at two accuracies."""
     numerics = [Numerics(n, "", NUMERICS[n]["analysis"], NUMERICS[n]["model"]) for n in accuracies]
     peaks = _peaks(study, cases, numerics)
     study.tables["ratios"] = table = pooled_ratios(peaks, accuracies)
