@@ -34,7 +34,7 @@ class PushOptions:
 
     out: Out
     direction: Annotated[Literal["x", "y"], opt("Direction: x longitudinal, y transverse.")] = "x"
-    angle_deg: Annotated[float | None, opt("Angle from x, counter-clockwise.")] = None
+    angle_deg: Annotated[float | None, opt("Angle from x in degrees, counter-clockwise.")] = None
     units: UnitsOpt = "si"
 
 
@@ -223,7 +223,7 @@ def model(case: VariantOptions, out: Out) -> Answer:
 def column(
     out: Out,
     bridge: Bridge = "osb1",
-    bent: Annotated[int, opt("Bent, counted from the left.")] = 1,
+    bent: Annotated[int, opt("Number of the bent, 1 at the left.")] = 1,
     units: UnitsOpt = "si",
 ) -> Answer:
     """Compute moment-curvature and shear strength of a column under dead load.
@@ -263,8 +263,8 @@ def column(
 
 @command(bridge)
 def sdc(
-    source: Annotated[Path | None, arg("Folder of run, or a bridge.", "[RUN|BRIDGE]")] = None,
-    bridge: Annotated[str | None, opt("Bridge; for SOURCE, its bridge file.", "NAME|FILE")] = None,
+    source: Annotated[Path | None, arg("Output folder of run, or bridge.", "[RUN|BRIDGE]")] = None,
+    bridge: Annotated[str | None, opt("Bridge, or bridge file of the run.", "NAME|FILE")] = None,
     out: OptionalOut = None,
     units: UnitsOpt = "si",
 ) -> Answer:

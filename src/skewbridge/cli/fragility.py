@@ -66,7 +66,7 @@ class ExportOptions:
     method: Annotated[str | None, opt("Method of the curves.", "[cloud|exceedance]")] = None
     hazard: Hazard = None
     im_range: Annotated[tuple[float, float] | None, opt("Intensities (csv).", "LOW HIGH")] = None
-    skew_factors: Annotated[bool, opt("Ratios to skew 0.", None, "--skew-factors")] = False
+    skew_factors: Annotated[bool, opt("Medians over skew 0.", None, "--skew-factors")] = False
 
 
 @command(commands)
@@ -121,7 +121,7 @@ def predict(
     skew_deg: Annotated[float | None, opt("Skew (deg).")] = None,
     gap_mm: Annotated[float | None, opt("Gap (mm).")] = None,
     friction: Annotated[float | None, opt("Friction coefficient.")] = None,
-    axis: Annotated[list[str] | None, opt("Value on another axis.", "NAME=VALUE")] = None,
+    axis: Annotated[list[str] | None, opt("Value of another axis.", "NAME=VALUE")] = None,
     study: Study = None,
     bridge: Annotated[str | None, opt("Bridge; required if the study has several.", "NAME")] = None,
     abutment: Annotated[str | None, opt("Abutment model, if there are several.", "NAME")] = None,
@@ -165,8 +165,8 @@ def predict(
 @command(commands)
 def decide(
     hazard: Annotated[Path, opt("Hazard curve of the site (CSV, OpenQuake, USGS).")],
-    probability_50y: Annotated[float, opt("Target probability in 50 years.")] = 0.02,
-    axis: Annotated[list[str] | None, opt("Value on another axis.", "NAME=VALUE")] = None,
+    probability_50y: Annotated[float, opt("Target probability of failure in 50 years.")] = 0.02,
+    axis: Annotated[list[str] | None, opt("Value of another axis.", "NAME=VALUE")] = None,
     study: Study = None,
     bridge: Annotated[str | None, opt("Bridge; required if the study has several.", "NAME")] = None,
     out: Out = Path("decision"),

@@ -121,7 +121,7 @@ class ScenarioOptions:
     vs30_mps: Annotated[float, opt("Mean shear-wave velocity of the upper 30 m.")]
     mechanism: Annotated[Literal["strike_slip", "reverse"], opt("Mechanism.")] = "strike_slip"
     ztor_km: Annotated[float, opt("Depth to the top of the rupture.")] = 0.0
-    rupture_to_site_km: Annotated[float, opt("Rupture towards the site.")] = 20.0
+    rupture_to_site_km: Annotated[float, opt("Length of rupture towards the site.")] = 20.0
     pulse: Annotated[Literal["none", "all"], opt("Motions that have a pulse.")] = "none"
 
 

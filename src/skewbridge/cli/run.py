@@ -51,7 +51,7 @@ def run(
     loading: LoadingOptions,
     out: Out,
     figures: Annotated[bool, opt("Draw the figures.")] = True,
-    row: Annotated[str | None, opt("Repeat this analysis of --study.", "RUN_KEY")] = None,
+    row: Annotated[str | None, opt("Repeat this analysis of the study.", "RUN_KEY")] = None,
     study: Study = None,
     units: UnitsOpt = "si",
 ) -> Answer:

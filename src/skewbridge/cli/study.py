@@ -136,7 +136,7 @@ def status(
 @command(commands)
 def compare(
     first: Annotated[Path, arg("Folder of a study, or its table of demands.")],
-    second: Annotated[Path, arg("The same for the second study.")],
+    second: Annotated[Path, arg("Second study: folder or table of demands.")],
     limit_states: LimitStates = LIMIT_STATES,
     im: Annotated[str, opt("Intensity measure of the medians.", "COLUMN")] = "im_saavg_rotd50_g",
     hazard: Hazard = None,
@@ -212,7 +212,7 @@ def provenance(
 @command(study)
 def retry(
     status: Annotated[
-        str, opt("Status to repeat; failed: any.", f"[failed|{'|'.join(FAILED)}]")
+        str, opt("Status to repeat; failed: all without result.", f"[failed|{'|'.join(FAILED)}]")
     ] = "failed",
     study: Study = None,
 ) -> Answer:

@@ -70,7 +70,7 @@ def decision(
     axes, failure = seats[0].axis_range, row_of.get(f"{COLUMN_FAILURE}/any")
     column = None if failure is None else JointModel(failure)
     if SKEW not in axes.varying:
-        raise InputError("the study has a single skew")
+        raise InputError("the study has a single skew; two or more are needed")
     values = {name: middle for name, middle in axes.middle.items() if name not in (SKEW, GAP)}
     values |= axis_values
     limits = axes.limits

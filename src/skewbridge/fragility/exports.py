@@ -93,7 +93,7 @@ class Export:
             rule = "--im-range and --hazard need --format csv; --skew-factors needs csv or pelicun"
             raise InputError(f"{form} contains curve parameters only: {rule}")
         if sum(contents) > 1:
-            one_of = "use one of --hazard, --im-range and --skew-factors"
+            one_of = "use only one of --hazard, --im-range, --skew-factors"
             raise InputError(f"a csv has one table: {one_of}")
         low, high = self.im_range or (1.0, 2.0)
         if not 0.0 < low < high < float("inf"):

@@ -236,7 +236,7 @@ def read_hazard(path: Path) -> list[HazardCurve]:
         try:
             for curve in _parts(file):
                 if curve.quantile in groups[curve.im]:
-                    raise InputError(f"a second hazard curve of {curve.im or 'the same measure'}")
+                    raise InputError(f"two hazard curves of {curve.im or 'a measure'}: keep one")
                 groups[curve.im][curve.quantile] = curve
         except InputError as error:
             names_file = shown_path(file) in str(error)
@@ -345,7 +345,7 @@ def _measure_and_factor(title: str) -> tuple[str, float]:
     if not match:
         raise InputError(f"the unit of {title} is missing: write {title} (g), or (cm/s) for PGV")
     if (match[2] == "g") == (column == _NAMES["PGV"]):
-        raise InputError(f"{match[1]} has not the unit {match[2]}")
+        raise InputError(f"{match[1]} cannot have the unit {match[2]}: write g, or cm/s for PGV")
     return column, _FACTORS[match[2]]
 
 

@@ -72,7 +72,7 @@ def check_paths(
             integrals = (file for file in all_files if file.suffix.lower() in {".vt2", ".dt2"})
             files += [file for file in integrals if file.stem.lower() not in stems]
             checks += _check_files(sorted(files), stated, doubtful, of_study=True)
-            checks += _unread(path, files, "no format has this suffix or this text")
+            checks += _unread(path, files, "no reader recognises its suffix or its text")
         else:
             raise file_fault(path, " has no motions")
     return checks + _check_files(loose, stated, doubtful)

@@ -434,7 +434,7 @@ def _read_csmip(lines: list[str], path: Path, stated: Stated) -> Trace:
         blocks.append(_Block(row + 1, *sizes, unit, event, station, direction))
         before = row
     if not blocks:
-        raise fault_in(path, "no acceleration block")
+        raise fault_in(path, "the file has no block of accelerations")
     return _trace_of_block(blocks, lines, path, stated, format="csmip_v2")
 
 
@@ -458,7 +458,7 @@ def _is_cosmos(lines: list[str], _path: Path) -> bool:
 
 def _read_cosmos(lines: list[str], path: Path, stated: Stated) -> Trace:
     blocks: list[_Block] = []
-    title, unread = 0, "no block of values"
+    title, unread = 0, "the file has no block of values"
     for row, line in enumerate(_head(lines, len(lines))):
         title = row if "(format v" in line.lower() else title
         if (match := _COSMOS_BLOCK.match(line)) is None:

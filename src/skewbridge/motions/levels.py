@@ -94,7 +94,7 @@ class MotionsConfig:
     suites: tuple[FileName, ...] = Field(default=("near",), min_length=1, max_length=20)
     """near, far, pulse, p695, p695_far, p695_near (motions/README.md), or folders"""
     count: Whole | None = Field(default=32, ge=1, le=100_000)
-    """first motions of each suite; null: all"""
+    """number of motions per suite; null: all"""
     design: Literal["scaled_cloud", "cloud", "stripes", "ida"] = Field(default="scaled_cloud")
     """scaled_cloud: one factor per motion; cloud: unscaled; stripes: all levels; ida: search"""
     level_range_g: tuple[Level, Level] = Field(default=LEVEL_RANGE_G)
@@ -113,7 +113,7 @@ class MotionsConfig:
     """limit of ida_demand, in its unit"""
     # windows of 2 s or less are refused by `intensity.cut_to_strongest`: the tapers would fill them
     shaking_s: Number | None = Field(default=None, gt=2.0, le=1.0e4)
-    """strongest part of each motion to keep; null: all"""
+    """strongest seconds of each motion to keep; null: all"""
     incidence_deg: tuple[Annotated[Number, Field(ge=0.0, lt=360.0)], ...] = Field(
         default=(0.0,), min_length=1, max_length=360
     )

@@ -58,7 +58,7 @@ ALL_DECIDED: Final = "decided"
 OUT_OF_REACH: Final = "most"
 OUT_OF_TIME: Final = "hours"
 _ENDS: Final = {
-    ALL_DECIDED: "the question is answered",
+    ALL_DECIDED: "all headline effects are decided",
     OUT_OF_REACH: "{left} cannot be decided with the largest number of motions (design.most)",
     OUT_OF_TIME: "the time is used up (design.hours {hours:g}): set a larger value to resume",
 }

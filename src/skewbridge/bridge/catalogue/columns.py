@@ -412,8 +412,8 @@ def _of_its_shape(raw: Any, handler: ValidatorFunctionWrapHandler) -> Any:
     if shape not in shapes:
         raise ValueError(f"shape must be one of {', '.join(shapes)}, got {shape!r}")
     for key in sorted(raw.keys() - shapes[shape].model_fields.keys()):
-        if accepting := [name for name, kind in shapes.items() if key in kind.model_fields]:
-            raise ValueError(f"{key} is no key of shape {shape}, only of {' and '.join(accepting)}")
+        if fits := [name for name, kind in shapes.items() if key in kind.model_fields]:
+            raise ValueError(f"{key} is not a key of shape {shape}, only of {' and '.join(fits)}")
     return shapes[shape].model_validate(raw)
 
 

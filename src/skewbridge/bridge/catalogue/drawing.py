@@ -69,7 +69,7 @@ def box_section(
     top, bottom, web = (MM * thickness_mm for thickness_mm in (top_mm, bottom_mm, web_mm))
     between, high = width - 2 * overhang, depth - top - bottom
     if between <= cells * web or high <= 0.0:
-        raise ValueError("plates do not fit")
+        raise ValueError("the plates do not fit into width and depth")
     webs, soffit, middle = cells + 1, between + web, depth - (top + bottom) / 2
     webs_m = between * (np.arange(webs) / cells - 0.5)
     plates = [(width, top, depth - top / 2), (soffit, bottom, bottom / 2)]
@@ -351,7 +351,7 @@ def completed(tree: dict[str, Any], path: Path) -> Completed:
     for key, rule in late.items():
         value = rule.formula.value({"bridge": bridge}.get)
         if value is None:
-            text = "cannot be computed from the other numbers; check them or give it"
+            text = "cannot be computed from the other numbers; check them or write it"
             raise InputError(f"{path.name}: {key}: {text}", file=path.name)
         _put(tree, key, _rounded(value, 4))
         bridge = checked(BridgeData, tree, where)

@@ -171,7 +171,7 @@ def run_gate(study: Study) -> None:
     closed, opened = (advance_pair(PAPER_LAW, (0.0, 0.0), (0.3, 0.4), z) for z in (-0.1, 1e-9))
     slip_n, ratio = hypot(*closed.force_n), closed.force_n[0] / closed.force_n[1]
     study.relative("slip force (N)", slip_n, 1500.0 + 0.3 * 1e4, 1e-12, "cone")
-    study.absolute("direction of the slip force", ratio, 0.75, 1e-12, "cone")
+    study.absolute("slip force, ratio of components", ratio, 0.75, 1e-12, "cone")
     study.absolute("friction while open (N)", opened.force_n[0], 0.0, 0.0, "cone")
     restitution = drives.kelvin_voigt_restitution(drives.kelvin_voigt_damping_ratio(0.6))
     study.absolute("restitution of the clipped damper", restitution, 0.6, 1e-9, "B4")

@@ -301,7 +301,7 @@ def run_pairs(
     text = f"largest difference of {len(table)} pooled ratios in percent"
     study.at_most(text, worst, 100.0 * MAX_DIFFERENCE, source)
     failed = (~peaks["status"].isin([OK, COLLAPSE])).sum()
-    study.at_most(f"failed analyses of {len(peaks)}", failed, 0.0, "none may fail")
+    study.at_most(f"failed analyses of {len(peaks)}", failed, 0.0, "no analysis may fail")
 
 
 def pooled_ratios(peaks: pd.DataFrame, accuracies: tuple[Accuracy, Accuracy]) -> pd.DataFrame:
