@@ -87,8 +87,8 @@ def quantity(text: str, unit: str) -> float:
     target, dimension = _factor(unit)
     match = _FEET_AND_INCHES.fullmatch(text.strip())
     if match and any(match.groups()):
-        feet, inches, over, under = (float(part or 0.0) for part in match.groups())
-        value, kind = feet * FOOT + (inches + over / max(under, 1.0)) * INCH, _M
+        feet, inches, numerator, denominator = (float(number or 0.0) for number in match.groups())
+        value, kind = feet * FOOT + (inches + numerator / max(denominator, 1.0)) * INCH, _M
     elif plain := _NUMBER.fullmatch(text.strip()):
         factor, kind = _factor(plain[2])
         value = float(plain[1]) * factor
@@ -102,8 +102,8 @@ def quantity(text: str, unit: str) -> float:
 def _factor(unit: str) -> tuple[float, float]:
     """Return factor and dimension of a unit such as ``kip/in/ft``, ``in^4`` or ``kip-ft``."""
     total, kind = 1.0, 1.0
-    for number, part in enumerate(unit.lower().split("/")):
-        for name in re.split(r"[-* ]+", part.strip()):
+    for number, factor in enumerate(unit.lower().split("/")):
+        for name in re.split(r"[-* ]+", factor.strip()):
             match = re.fullmatch(r"([a-z]+)\^?([1-4]?)", name)
             if match is None or match[1] not in _UNITS:
                 raise ValueError("must be a valid number, or one with a known unit")

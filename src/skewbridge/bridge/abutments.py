@@ -170,20 +170,20 @@ def build_bearings(
     """
     is_each = has_pads and options.pads == "each"
     number, height_m = (1, pads.height_m) if is_each else (pads.count / 2, 0.0)
-    upright = uniaxial(tags, "ENT", number * (pads.vertical_stiffness_mn_per_m * 1e6))
+    axial = uniaxial(tags, "ENT", number * (pads.vertical_stiffness_mn_per_m * 1e6))
     if not has_pads:
-        kind, values = "zeroLength", ("-mat", upright, "-dir", 3)
+        kind, values = "zeroLength", ("-mat", axial, "-dir", 3)
     elif is_each:
         bend = elastic_material(PAD_ROTATION_NM_PER_RAD, tags)
         elastic = pads.shear_stiffness_kn_per_m * KN, pads.yield_force_kn * KN
-        springs = ("-P", upright, "-T", bend, "-My", bend, "-Mz", bend, "-orient", *end.normal, 0.0)
+        springs = ("-P", axial, "-T", bend, "-My", bend, "-Mz", bend, "-orient", *end.normal, 0.0)
         kind = "elastomericBearingPlasticity"
         values = (*elastic, pads.hardening_ratio, *PAD_HARDENING, *springs)
     else:
         # ASSUME the pads do not resist rotation: their stiffness is too small to matter
         # axial force along z, shear along x and y of the model
         axes = ("-orient", 0.0, 0.0, 1.0, 1.0, 0.0, 0.0)
-        kind, values = "zeroLengthSection", (_pad_section(pads, number, upright, tags), *axes)
+        kind, values = "zeroLengthSection", (_pad_section(pads, number, axial, tags), *axes)
     handles: list[BearingHandle] = []
     for deck_node in (node for (line, _), node in points.items() if line == "bearing"):
         x, y, z = ops.nodeCoord(deck_node)
@@ -195,7 +195,7 @@ def build_bearings(
     return tuple(handles)
 
 
-def _pad_section(pads: PadData, number: float, upright: int, tags: TagAllocator) -> int:
+def _pad_section(pads: PadData, number: float, vertical: int, tags: TagAllocator) -> int:
     """Create the section of several pads: a vertical spring, and shear with a yield circle.
 
     It is like the bearing element in shear at a tenth of the cost: plastic and elastic in parallel.
@@ -206,7 +206,7 @@ def _pad_section(pads: PadData, number: float, upright: int, tags: TagAllocator)
     shear, section = tags.section(), tags.section()
     strength_n, directions = number * pads.yield_force_kn * KN / plastic, ("Vy", "Vz")
     ops.section("Bidirectional", shear, stiffness, strength_n, 0.0, hardening, *directions)
-    ops.section("Aggregator", section, upright, "P", "-section", shear)
+    ops.section("Aggregator", section, vertical, "P", "-section", shear)
     return section
 
 
@@ -420,8 +420,8 @@ def _build_roller(joint: Joint) -> AbutmentHandle:
 def _build_simplified(joint: Joint) -> AbutmentHandle:
     """Create the springs at both ends of the bar, each with half of the resistance."""
     end, tags = joint.end, joint.tags
-    straight, skew_rule = joint.soil(sdc_backfill(joint.data)), joint.options.backfill_skew
-    longitudinal = reduced_for_skew(straight, joint.end.skew_rad, skew_rule).scaled(0.5)
+    zero_skew, skew_rule = joint.soil(sdc_backfill(joint.data)), joint.options.backfill_skew
+    longitudinal = reduced_for_skew(zero_skew, joint.end.skew_rad, skew_rule).scaled(0.5)
     # ASSUME the transverse springs have no gap, as in the published model
     transverse = joint.wing.scaled(0.5)
     ends = end.wall_stations(2)
@@ -567,8 +567,8 @@ def _build_keys(joint: Joint, handle: AbutmentHandle, body: int | None) -> Abutm
         along, inward = sign * end.wall_length_m / 2, joint.key_inward_normal(sign)
         node = plane_node(end.point("outer", along), mass_kg, tags)
         # the body does not rotate: its middle moves like its part at the key
-        holder = grounded_node(end.point("outer", along), tags) if body is None else body
-        springs.append(joint.key_spring((holder, node), inward))
+        support = grounded_node(end.point("outer", along), tags) if body is None else body
+        springs.append(joint.key_spring((support, node), inward))
         keys.append(node)
         nodes = node, joint.points["outer", along]
         if body is None:

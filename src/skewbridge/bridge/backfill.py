@@ -118,10 +118,10 @@ def wall_backfill(
 ) -> Passive:
     """Return the curve of the full wall, reduced for skew; ``kind`` is hyperbolic or sdc."""
     if kind == "sdc":
-        straight = sdc_backfill(abutment)
+        zero_skew = sdc_backfill(abutment)
     else:
-        straight = hyperbolic_backfill(abutment, height_exponent)
-    return reduced_for_skew(straight, skew_rad, skew_rule)
+        zero_skew = hyperbolic_backfill(abutment, height_exponent)
+    return reduced_for_skew(zero_skew, skew_rad, skew_rule)
 
 
 def reduced_for_skew(passive: Passive, skew_rad: float, rule: BackfillSkew) -> Passive:

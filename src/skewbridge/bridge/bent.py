@@ -54,19 +54,19 @@ def build_bents(
     for number, (bent, x) in enumerate(zip(bridge.bents, bridge.bent_positions_m, strict=True)):
         capacities = bent_directions(bridge, number, options.hinge_rule)
         is_pinned = bridge.base_of(bent) == "pinned"
-        upright, below, height_m = within, soffit, bent.clear_height_m
+        vertical, below, height_m = within, soffit, bent.clear_height_m
         if number in bridge.jointed_bents:
             # the cap is a line at its top, where the bearings are; the column ends at its soffit
-            upright, below = tags.transformation(), (0.0, 0.0, -bent.cap_depth_m)
+            vertical, below = tags.transformation(), (0.0, 0.0, -bent.cap_depth_m)
             height_m += bent.cap_depth_m
-            ops.geomTransf("PDelta", upright, *normal, 0.0, *offset, *below)
+            ops.geomTransf("PDelta", vertical, *normal, 0.0, *offset, *below)
             spine.bent_nodes[number] = cap = tags.node()
             ops.node(cap, x, 0.0, 0.0)
             # inertia about its own axis, below the bearings: without it, the trapezoidal rule is
             # unstable in this rotation when decks collide
-            turning = bent.cap_weight_kn * KN / G_MPS2
-            turning *= bent.cap_width_m**2 / 12 + bent.cap_depth_m**2 / 3
-            ops.mass(cap, 0.0, 0.0, 0.0, turning, turning, turning)
+            inertia = bent.cap_weight_kn * KN / G_MPS2
+            inertia *= bent.cap_width_m**2 / 12 + bent.cap_depth_m**2 / 3
+            ops.mass(cap, 0.0, 0.0, 0.0, inertia, inertia, inertia)
         integration, hinges = build_integration(capacities, options, tags)
         joints = _build_cap(bridge, number, spine, (x, normal), level, tags)
         if options.cap_load == "spread" and len(joints) > 1:
@@ -76,7 +76,7 @@ def build_bents(
             ops.node(base, *ops.nodeCoord(joint)[:2], -height_m)
             foundations.extend(_support(bridge, base, is_pinned, normal, options, tags))
             element = tags.element()
-            numerics = (upright, integration, "-iter", *COLUMN_ITERATIONS)
+            numerics = (vertical, integration, "-iter", *COLUMN_ITERATIONS)
             ops.element("forceBeamColumn", element, base, joint, *numerics)
             columns.append(
                 ColumnHandle(
@@ -128,18 +128,18 @@ def _build_cap(
     # ASSUME webs and slabs between the columns carry the column moments directly into the deck:
     # an integral cap does not twist relative to the deck
     torsion = RIGID_TWIST * width * depth * (width**2 + depth**2) / 12
-    upright = width * depth**3 / 12
+    i_vertical = width * depth**3 / 12
     if bent.columns > 2:
         # ASSUME webs spread the deck's load over all columns, so the cap does not bend vertically;
         # otherwise the middle column, below the spine, would carry nearly all of it
-        upright *= RIGID_BENDING
+        i_vertical *= RIGID_BENDING
     joints: list[tuple[int, float]] = []
     for x, y, along in column_places_m(bridge, number, *middle):
         node = centre if along == 0.0 else tags.node()
         if node != centre:
             ops.node(node, x, y, float(ops.nodeCoord(centre, 3)))
         joints.append((node, along))
-    inertias = (torsion, upright, depth * width**3 / 12)
+    inertias = (torsion, i_vertical, depth * width**3 / 12)
     section = (width * depth, modulus, shear_modulus_pa(modulus), *inertias)
     for (i, _), (j, _) in pairwise(_along_cap(centre, joints)):
         spine.elements.append(tags.element())

@@ -86,8 +86,8 @@ def _support_integral(end: End, blueprint: Blueprint) -> Wall:
         hold(top, {3: piles.count / 2 * piles.vertical_mn_per_m * 1e6})
         elements += _pile_springs((holders[-1], top), plan.normal, lateral, piles.dashpot_s, tags)
     # ASSUME the heads of the piles are cast into the diaphragm and turn with it
-    turning = piles.count * piles.rotational_mnm_per_rad * 1e6
-    hold(node, {4: turning, 5: turning})
+    rotational = piles.count * piles.rotational_mnm_per_rad * 1e6
+    hold(node, {4: rotational, 5: rotational})
     handle = AbutmentHandle(
         **placed(plan, node, points),
         is_seat=False,

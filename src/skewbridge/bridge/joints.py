@@ -49,8 +49,8 @@ def support_joint(inner: InnerJoint, blueprint: Blueprint) -> Supported:
     links: list[int] = []
     # no arm to a seat is vertical
     level = arm_transformation((0.0, 0.0, 1.0), options, tags)
-    for end, node, holder in zip(inner.ends, inner.nodes, inner.holders, strict=True):
-        seats = [] if holder is None else bearing_stations(pads, end, options)
+    for end, node, support in zip(inner.ends, inner.nodes, inner.holders, strict=True):
+        seats = [] if support is None else bearing_stations(pads, end, options)
         lines: dict[Line, list[float]] = {
             "bearing": seats,
             "outer": end.wall_stations(options.backwall_points),
@@ -58,10 +58,10 @@ def support_joint(inner: InnerJoint, blueprint: Blueprint) -> Supported:
         points, arms = build_arms(end, node, lines, options, tags)
         points_of_ends.append(points)
         links += arms
-        if holder is None:
+        if support is None:
             continue
 
-        seat_at = partial(_seat_node, holder, level, tags, links)
+        seat_at = partial(_seat_node, support, level, tags, links)
         bearings += build_bearings(end, points, pads, options, tags, seat_at=seat_at)
     first, second = points_of_ends
     return Supported(
@@ -74,11 +74,11 @@ def support_joint(inner: InnerJoint, blueprint: Blueprint) -> Supported:
 
 
 def _seat_node(
-    holder: int, level: int, tags: TagAllocator, links: list[int], place_m: Sequence[float]
+    support: int, level: int, tags: TagAllocator, links: list[int], place_m: Sequence[float]
 ) -> int:
     """Create a node below a pad that moves with a cap or a ledge; add its arm to ``links``."""
     # ASSUME a cap or a ledge is rigid between its middle and the pads
-    seat, arm = build_arm(holder, place_m, level, tags)
+    seat, arm = build_arm(support, place_m, level, tags)
     links.append(arm)
     return seat
 
@@ -151,9 +151,9 @@ def _restrain(joint: Supported, pairs: Sequence[tuple[int, int]]) -> list[int]:
     return elements
 
 
-def _below(point_m: tuple[float, float, float], holder: int) -> Point:
-    x, y, z = (float(x_j - x_i) for x_j, x_i in zip(point_m, ops.nodeCoord(holder), strict=True))
-    return Point(holder, (x, y, z))
+def _below(point_m: tuple[float, float, float], support: int) -> Point:
+    x, y, z = (float(x_j - x_i) for x_j, x_i in zip(point_m, ops.nodeCoord(support), strict=True))
+    return Point(support, (x, y, z))
 
 
 def _seats(joint: Supported, gap_m: float) -> list[SeatHandle]:
@@ -175,8 +175,8 @@ def _seats(joint: Supported, gap_m: float) -> list[SeatHandle]:
 
 def _pads(inner: InnerJoint) -> list[tuple[Point, Point]]:
     return [
-        (bearing_point(end, node, along), _below(end.point("bearing", along), holder))
-        for end, node, holder in zip(inner.ends, inner.nodes, inner.holders, strict=True)
-        if holder is not None
+        (bearing_point(end, node, along), _below(end.point("bearing", along), support))
+        for end, node, support in zip(inner.ends, inner.nodes, inner.holders, strict=True)
+        if support is not None
         for along in pad_stations(inner.data.pads, end)
     ]

@@ -139,16 +139,16 @@ def _standing(bridge: ScriptBridge) -> _Standing:
         frames.append(bridge.frame(*arguments))
         return frames[0][0]
 
-    usual = {axis.name: axis.usual for axis in AXES} | {"skew_deg": 0}
+    axis_values = {axis.name: axis.usual for axis in AXES} | {"skew_deg": 0}
     with lines_of([bridge.path]), domain():
         try:
             model = assemble(
-                build, Variant.at(str(bridge.path), "contact_friction", usual), ModelOptions()
+                build, Variant.at(str(bridge.path), "contact_friction", axis_values), ModelOptions()
             )
         except GravityError as error:
             raise InputError(f"{error}, with the deck ends on pads") from error
         modes = modes_of(model, _MODES)
-        (frame, stated), periods = frames[0], {way: period_s(modes, way) for way in "xyz"}
+        (frame, stated), periods = frames[0], {d: period_s(modes, d) for d in "xyz"}
         description = _description(bridge.name, frame, stated)
     long_s, short_s = stated.damping_periods or (max(periods.values()), min(periods.values()))
     damping = replace(frame.damping, long_period_s=long_s, short_period_s=short_s)
@@ -305,11 +305,11 @@ class _Reader:
         values = np.reshape(ops.getNodeLoadData(), (-1, 6)) * [*[force] * 3, *[moment] * 3]
         forces: dict[int, float] = {}
         moments: dict[int, tuple[float, float]] = {}
-        for node, (x, y, down, about_x, about_y, about_z) in zip(
+        for node, (x, y, vertical, about_x, about_y, about_z) in zip(
             _listed(ops.getNodeLoadTags()), values.tolist(), strict=True
         ):
             _need(not (x or y or about_z), f"the dead load of node {node} must be vertical")
-            forces[node] = forces.get(node, 0.0) - down
+            forces[node] = forces.get(node, 0.0) - vertical
             before = moments.get(node, (0.0, 0.0))
             moments[node] = before[0] + about_x, before[1] + about_y
         for pattern in patterns:
@@ -372,7 +372,7 @@ class _Reader:
         directions = [(x - self._place(n)[0], y - self._place(n)[1]) for n in neighbours]
         directions = [(dx / hypot(dx, dy), dy / hypot(dx, dy)) for dx, dy in directions if dx or dy]
         _need(bool(directions), f"ends: node {node} must be the end of a deck element")
-        return max(directions, key=lambda way: way[0] * from_other[0] + way[1] * from_other[1])
+        return max(directions, key=lambda v: v[0] * from_other[0] + v[1] * from_other[1])
 
     def _column(self, number: int, column: Column) -> ColumnHandle:
         field, metre = f"columns.{number}", self._units.si(LENGTH)
@@ -459,11 +459,11 @@ def _abutment(source: str | Mapping[str, Any] | None, width_m: float) -> tuple[A
     return data, donor.deck.diaphragm_thickness_m
 
 
-def _merged(below: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+def _merged(below: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
     """Return a mapping with the given keys replaced; numbers may have sources as in a file."""
     plain = {
         key: value["v"] if isinstance(value, Mapping) and "v" in value else value
-        for key, value in over.items()
+        for key, value in overrides.items()
     }
     return {**below} | {
         key: _merged(below[key], value)

@@ -218,10 +218,10 @@ class SiView:
             elastic = [*self._taken(arguments[:2], (STIFFNESS, FORCE)), *arguments[2:]]
             for index, value in enumerate(elastic):
                 if value in ("-T", "-My", "-Mz"):
-                    spring, turning = self._rotational[elastic[index + 1]], self._tags.material()
-                    turned = self._taken(spring, repeat(MOMENT))
-                    self._raw("uniaxialMaterial")("Elastic", turning, *turned)
-                    elastic[index + 1] = turning
+                    spring, new_tag = self._rotational[elastic[index + 1]], self._tags.material()
+                    converted = self._taken(spring, repeat(MOMENT))
+                    self._raw("uniaxialMaterial")("Elastic", new_tag, *converted)
+                    elastic[index + 1] = new_tag
             arguments = tuple(elastic)
         elif kind not in ("zeroLength", "zeroLengthSection"):
             raise NotImplementedError(f"no units for element {kind}")

@@ -91,7 +91,7 @@ def _add_line_load(spine: Spine, deck: DeckData) -> None:
 
 def _add_deck_masses(spine: Spine, deck: DeckData, lengths_m: list[float]) -> None:
     # ASSUME the deck's mass is uniform over its width and depth
-    across, upright = deck.width_m**2 / 12, deck.depth_m**2 / 12
+    across, vertical = deck.width_m**2 / 12, deck.depth_m**2 / 12
     for node, length in zip(spine.nodes, lengths_m, strict=True):
         weight = deck.line_load_kn_per_m * KN * length
         if node in spine.heavy:
@@ -99,8 +99,8 @@ def _add_deck_masses(spine: Spine, deck: DeckData, lengths_m: list[float]) -> No
         mass = weight / G_MPS2
         # half elements at the nodes give far better vertical bending modes of the spans
         lifted = spine.loads_n[node] / G_MPS2
-        turning = (mass * (across + upright), mass * upright, mass * across)
-        ops.mass(node, mass, mass, lifted, *turning)
+        inertias = (mass * (across + vertical), mass * vertical, mass * across)
+        ops.mass(node, mass, mass, lifted, *inertias)
 
 
 def add_moment(

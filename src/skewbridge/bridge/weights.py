@@ -28,17 +28,17 @@ def continuous_reactions_n(
         left, right = np.array(spans_m[:-1]), np.array(spans_m[1:])
         matrix = np.diag(2 * (left + right))
         matrix += np.diag(right[:-1], 1) + np.diag(right[:-1], -1)
-        turns = load_n_per_m * (left**3 + right**3) / 4
+        angles = load_n_per_m * (left**3 + right**3) / 4
         for hinge in hinges_m:
             starts = np.cumsum((0.0, *spans_m))
             i = min(int(np.searchsorted(starts, hinge - NEAR_M)), count) - 1
             share = (hinge - starts[i]) / spans_m[i]
             row = np.zeros(count + 1)
             row[i : i + 2] = 1.0 - share, share  # of the support moments at the hinge
-            row = np.pad(row[1:-1], (0, len(turns) - count + 1))
+            row = np.pad(row[1:-1], (0, len(angles) - count + 1))
             matrix = np.block([[matrix, row[:, None]], [row, 0.0]])
-            turns = np.append(turns, load_n_per_m * spans_m[i] ** 2 * share * (1.0 - share) / 2)
-        moments[1:-1] = np.linalg.solve(matrix, turns)[: count - 1]
+            angles = np.append(angles, load_n_per_m * spans_m[i] ** 2 * share * (1.0 - share) / 2)
+        moments[1:-1] = np.linalg.solve(matrix, angles)[: count - 1]
     reactions = np.zeros(count + 1)
     for i, span in enumerate(spans_m):
         tilt = (moments[i + 1] - moments[i]) / span

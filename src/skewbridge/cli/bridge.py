@@ -104,11 +104,11 @@ def check(
     for finding in answer["findings"]:
         warn(finding)
     answer |= {"picture": str(picture), "modes": [asdict(mode) for mode in answer["modes"]]}
-    shown = {name: value for name, value in answer.items() if name not in ("findings", "modes")}
+    printed = {name: value for name, value in answer.items() if name not in ("findings", "modes")}
     sections = Counter(key.partition(".")[0] for key in answer["inherited"])
-    shown["inherited"] = ", ".join(f"{count} of {name}" for name, count in sections.items())
+    printed["inherited"] = ", ".join(f"{count} of {name}" for name, count in sections.items())
     notes = () if answer["findings"] else ("no findings",)
-    return Answer(answer, shown, units, notes)
+    return Answer(answer, printed, units, notes)
 
 
 @command(bridge)
@@ -123,12 +123,12 @@ def modal(case: VariantOptions, out: OptionalOut = None, units: UnitsOpt = "si")
 
     variant = case.variant
     result = asdict(modes.modal_properties(variant, case.model))
-    standing = modes.standing_bridge(variant.bridge)
+    with_pads = modes.standing_bridge(variant.bridge)
     if out is not None:
         _write(result["modes"], out, "modal")
-    for warning in modes.periods_of_file(variant.bridge, standing):
+    for warning in modes.periods_of_file(variant.bridge, with_pads):
         warn(warning)
-    slug, t1_s = variant.normalised().slug, modes.conditioning_period_s(standing)
+    slug, t1_s = variant.normalised().slug, modes.conditioning_period_s(with_pads)
     return Answer({"variant": slug, "t1_s": t1_s, **result}, units=units)
 
 
@@ -242,8 +242,8 @@ def column(
         if column.bent != bent:
             continue
         curve, axial_n = column.curve, column.axial_n
-        way = {} if column.direction == "all" else {"direction": column.direction}
-        name = "".join(f"_{text}" for text in way.values())
+        direction = {} if column.direction == "all" else {"direction": column.direction}
+        name = "".join(f"_{text}" for text in direction.values())
         table = {"curvature_per_m": curve.curvature_per_m, "moment_knm": curve.moment_nm / KN}
         _write(table, out, f"moment_curvature{name}")
         title = f"{data.title}, bent {bent}{name.replace('_', ' ')}, {axial_n / KN:.0f} kN"
@@ -257,7 +257,7 @@ def column(
             "curvature_ductility": curve.ultimate_curvature_per_m / curve.yield_curvature_per_m,
             "plastic_shear_kn": curve.plastic_moment_nm / column.shear_span_m / KN,
         }
-        rows.append(way | values)
+        rows.append(direction | values)
     return Answer(rows[0] if len(rows) == 1 else {"directions": rows}, units=units)
 
 

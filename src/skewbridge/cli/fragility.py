@@ -151,7 +151,7 @@ def predict(
     flags = ("extrapolated", "theta"), ("p_extrapolated", "p")
     for row, printed in zip(rows, statistics, strict=True):
         printed["extrapolated"] = ", ".join(value for flag, value in flags if row[flag])
-    shown = {f"theta in {rows[0]['im']}": statistics}
+    printed_tables = {f"theta in {rows[0]['im']}": statistics}
     notes = ["loo_error: error of theta when a variant is left out of the model"]
     if any(row[flag] for row in rows for flag, _ in flags):
         notes.append("extrapolated: fewer than three motions are as strong, or as weak, as this")
@@ -159,7 +159,7 @@ def predict(
         notes.append(f"each motion of the study has its own random values of: {drawn}")
     notes += filter(None, [untested_skew_sentence([values.get("skew_deg", 0.0)])])
     reason = "too few variants have an estimate for this state"
-    return Answer({"rows": rows}, shown, notes=notes, missing=reason)
+    return Answer({"rows": rows}, printed_tables, notes=notes, missing=reason)
 
 
 @command(commands)
@@ -217,10 +217,10 @@ def decide(
     printed = table.loc[table["gap_mm"].isin([table["gap_mm"].min(), table["gap_mm"].max()])]
     printed = printed.loc[printed["skew_deg"] % 15.0 == 0.0]
     printed = printed[["skew_deg", "gap_mm", *(name for name in names if name in table)]]
-    shown = [{name: rounded(value) for name, value in row.items()} for row in records_of(printed)]
+    cells = [{name: rounded(value) for name, value in row.items()} for row in records_of(printed)]
     notes = [f"target: {target:.3g} per year; written: {', '.join(map(str, files))}"]
     return Answer(
         {"target": target, "values": needs.values, "rows": records_of(table)},
-        {title: shown},
+        {title: cells},
         notes=notes,
     )

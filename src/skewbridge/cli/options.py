@@ -134,9 +134,9 @@ class VariantOptions:
         for key, value in keys_and_values("--set", self.changes).items():
             (analysis if key in keys else model)[key] = value
         _require_options(self.bridge, model)
-        full = under_explicit_keys({"analysis": analysis, "model": model}, accuracy)
-        settings = checked(AnalysisSettings, full["analysis"], "the options")
-        return settings, checked(ModelOptions, full["model"], "--set")
+        sections = under_explicit_keys({"analysis": analysis, "model": model}, accuracy)
+        settings = checked(AnalysisSettings, sections["analysis"], "the options")
+        return settings, checked(ModelOptions, sections["model"], "--set")
 
 
 def _require_options(bridge: str, names: Mapping[str, Any]) -> None:

@@ -236,5 +236,5 @@ def verify(
     columns = ("study", "quantity", "value", "reference", "tolerance", "pass")
     about = ("quantity", "source", "study", "case", "reason", "outcome")
     title = "Statements of the paper (a disagreement is not a failure)"
-    shown = {"Verification": selected(checks, *columns), title: selected(statements, *about)}
-    return Answer(rows, shown, exit_code=0 if all(row["pass"] for row in rows) else EXIT_FAILED)
+    printed = {"Verification": selected(checks, *columns), title: selected(statements, *about)}
+    return Answer(rows, printed, exit_code=0 if all(row["pass"] for row in rows) else EXIT_FAILED)

@@ -98,14 +98,14 @@ def plan(study: PlannedStudy = None) -> Answer:
     needed_rows = records_of(read_frame(table)) if table.is_file() else []
     columns = ("needed_motions", "more_analyses", "more_core_hours")
     rows = selected(needed_rows, *_CHANGE, "verdict", "n_motions", "forecast", *columns)
-    shown = {
+    printed = {
         **forecast.summary,
         "analyses of": forecast.variants,
         "Motions needed to decide the pooled effects": rows,
     }
     reason = "no more motions are needed, or no number was found; see the column forecast"
     answer = forecast.summary | {"needed_motions": needed_rows}
-    return Answer(answer, shown, notes=forecast.notes, missing=reason)
+    return Answer(answer, printed, notes=forecast.notes, missing=reason)
 
 
 @command(commands)
@@ -125,9 +125,9 @@ def status(
     forecast = forecast_study(config)
     failures = forecast.failures
     if failed:
-        shown = {"failed": selected(failures, "variant", "motion", "status", "reason")}
+        printed = {"failed": selected(failures, "variant", "motion", "status", "reason")}
         repeat = [row["command"] for row in failures]
-        return Answer({"failed": len(failures), "analyses": failures}, shown, notes=repeat)
+        return Answer({"failed": len(failures), "analyses": failures}, printed, notes=repeat)
     last = failures[-1] if failures else None
     answer = {"results": config.results, **forecast.summary, "last_failure": last}
     return Answer(answer, notes=forecast.notes)
@@ -164,7 +164,7 @@ def compare(
     pooled, medians = (
         records_of(table[table["scope"] == "pooled"]) for table in (pair.demands, pair.medians)
     )
-    shown = {
+    printed = {
         **pair.counts,
         f"Demands, {second} over {first}": list(map(_comparison_row, pooled)),
         f"Median capacities ({im}), {second} over {first}": list(map(_comparison_row, medians)),
@@ -172,7 +172,7 @@ def compare(
     if hazard is not None:
         rates = pair.rates[pair.rates["scope"] == "pooled"]
         names = ("bridge", "component", "limit_state", "ratio", "ci_low", "ci_high", "to_rate")
-        shown[f"Annual rates, {second} over {first}"] = selected(records_of(rates), *names)
+        printed[f"Annual rates, {second} over {first}"] = selected(records_of(rates), *names)
     if pair.other_motions:
         warn(
             f"{len(pair.other_motions)} motions have the same name in both studies but "
@@ -186,7 +186,7 @@ def compare(
         "medians_by_state": medians,
         "rates": records_of(pair.rates),
     }
-    return Answer(answer, shown, missing="fewer than two motions have a value in both studies")
+    return Answer(answer, printed, missing="fewer than two motions have a value in both studies")
 
 
 @command(commands)
@@ -251,9 +251,9 @@ def plot(
     from skewbridge.study.results import is_from_statistics
 
     root = folder_of(study)
-    usual = FigureSettings() if is_from_statistics(root) else study_of(study)[0].figures
+    defaults = FigureSettings() if is_from_statistics(root) else study_of(study)[0].figures
     changed = keys_and_values("--set", changes)
-    settings = checked(FigureSettings, asdict(usual) | changed, "figures")
+    settings = checked(FigureSettings, asdict(defaults) | changed, "figures")
     check_font(settings.font)
     figures = finished_figures(root)
     if not names:

@@ -321,11 +321,11 @@ class ContactUnit:
             return min(limit, self.kt * hypot(offset_1, offset_2)), offset_1, offset_2
         # The direction of slip turns fastest where the speed is small: there the curvature of the
         # path counts. Only the direction depends on it, so plane models do not need it.
-        bend = 0.5 * ratio * (ratio + 1.0)
+        curvature = 0.5 * ratio * (ratio + 1.0)
         return (
             limit,
-            offset_1 + ratio * self._step_1 + bend * self._bend_1,
-            offset_2 + ratio * self._step_2 + bend * self._bend_2,
+            offset_1 + ratio * self._step_1 + curvature * self._bend_1,
+            offset_2 + ratio * self._step_2 + curvature * self._bend_2,
         )
 
     def _update(self, bound_1: float, bound_2: float) -> None:

@@ -50,8 +50,8 @@ def write_joined(tables: Iterable[pa.Table], path: Path, metadata: Mapping[str, 
     first = next(remaining)
     schema = first.schema.with_metadata({**metadata, _FORMAT_KEY: str(TABLE_FORMAT)})
     with (
-        written_aside(path) as aside,
-        pq.ParquetWriter(aside, schema, compression="zstd", write_page_checksum=True) as writer,
+        written_aside(path) as temporary,
+        pq.ParquetWriter(temporary, schema, compression="zstd", write_page_checksum=True) as writer,
     ):
         group: list[pa.Table] = []
         for table in chain([first], remaining):

@@ -336,10 +336,10 @@ def _keys_of(raw: Any, error_path: tuple[str | int, ...]) -> tuple[str | int, ..
     return tuple(keys)
 
 
-def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """Return `base` with nested mappings updated from `over`; lists and values are replaced."""
+def merged(base: Mapping[str, Any], top: Mapping[str, Any]) -> dict[str, Any]:
+    """Return `base` with nested mappings updated from `top`; lists and values are replaced."""
     out = dict(base)
-    for key, value in over.items():
+    for key, value in top.items():
         below: Any = out.get(key)
         are_mappings = isinstance(below, Mapping) and isinstance(value, Mapping)
         out[key] = merged(below, value) if are_mappings else value
@@ -359,8 +359,8 @@ def _keys(schema: Mapping[str, Any], classes: Mapping[str, Any], above: str = ""
 
 def _nearest_key(error_path: Sequence[str | int], keys: Sequence[str]) -> str:
     """Return a suggestion for an unknown key: a similar one, or the same in another section."""
-    *above, name = (str(part) for part in error_path if isinstance(part, str))
-    section = "".join(f"{part}." for part in above)
+    *above, name = (str(step) for step in error_path if isinstance(step, str))
+    section = "".join(f"{step}." for step in above)
     inside = [key.removeprefix(section) for key in keys if key.startswith(section)]
     nearest = get_close_matches(name, [key for key in inside if "." not in key], n=1)
     same_name = [key for key in keys if key.rpartition(".")[2] == name]
@@ -371,7 +371,7 @@ def _nearest_key(error_path: Sequence[str | int], keys: Sequence[str]) -> str:
 
 def _explain(finding: Any, keys: Sequence[str]) -> str:
     """Return one error found by pydantic as text: the key, the limit and the given value."""
-    where = ".".join(printable(str(part)[:LONGEST_SHOWN]) for part in finding["loc"])
+    where = ".".join(printable(str(step)[:LONGEST_SHOWN]) for step in finding["loc"])
     kind, value = finding["type"], finding["input"]
     if kind in _UNKNOWN:
         words = f"unknown key{_nearest_key(finding['loc'], keys)}"

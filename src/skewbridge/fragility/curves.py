@@ -356,14 +356,14 @@ def _union_curve(
     total = np.where(np.isnan(total), records, total)
     rho = runs.variant.correlations.get(state, np.zeros(medians.shape[1]))
     union = Union.of(medians, records, total, rho)
-    (middle, wide), (_, beta) = union.summary(), Union(medians, records, rho).summary()
+    (middle, beta_total), (_, beta) = union.summary(), Union(medians, records, rho).summary()
     theta = motion_means.exp_end(middle[0])
     fit = replace(direct.fit, theta=theta, beta=float(beta[0]), status=FITTED, method="union")
     fit = fitting.jackknifed(fit, middle[1:], beta[1:])
     # ASSUME unknown outcomes change the median of the union as that of the direct fit
     scale = float(np.exp(middle[0] - direct.ln_theta[0]))
     bounds = {name: (scale * median, b) for name, (median, b) in direct.bounds.items()}
-    return _Curve(fit, middle, beta, wide, bounds, union.columns())
+    return _Curve(fit, middle, beta, beta_total, bounds, union.columns())
 
 
 def _exceedance_fits(
@@ -500,9 +500,9 @@ def _rows(runs: _DemandRuns, curves: Mapping[LimitState, Mapping[str, _Curve]]) 
     counts |= {"n_beyond_model": int(np.sum(is_beyond_model(runs.variant.runs)))}
     counts |= {"n_censored": int(np.sum(outcomes.is_bound))}
     if runs.lacks_demand:
-        blank = FragilityFit(method="", status=fitting.NOT_APPLICABLE)
+        no_fit = FragilityFit(method="", status=fitting.NOT_APPLICABLE)
         return [
-            _row(runs, method, state, blank, counts)
+            _row(runs, method, state, no_fit, counts)
             for state in runs.states
             for method in METHODS[:2]
         ]
@@ -573,8 +573,8 @@ def _row(
     row |= {"preferred": False, "methods_differ": False, "reach": "", **counts}
     row |= {"method": method, "model": fit.method, "im": runs.settings.im}
     row["warnings"] = ";".join(dict.fromkeys((*fit.warnings, *state.warnings)))
-    beyond = motion_means.motions_beyond(np.log(fit.theta), runs.ln_im, runs.motion)
-    row["extrapolated"] = fit.status == FITTED and beyond < motion_means.MIN_BEYOND
+    n_beyond = motion_means.motions_beyond(np.log(fit.theta), runs.ln_im, runs.motion)
+    row["extrapolated"] = fit.status == FITTED and n_beyond < motion_means.MIN_BEYOND
     row["im_low"], row["im_high"] = motion_means.covered_range(runs.im, runs.motion)
     if counts.get("n_exceed") == 0:
         largest = np.nanmax(runs.outcomes.lower, initial=0.0)

@@ -81,7 +81,7 @@ def decision(
     for gap_mm in map(float, gaps):
         # the factor of Hazus is on skew 0: without it in the study, there is no such length
         has_straight = limits[SKEW][0] <= 0.0
-        straight = [seat.curve({SKEW: 0.0, GAP: gap_mm, **values}) for seat in seats * has_straight]
+        unskewed = [seat.curve({SKEW: 0.0, GAP: gap_mm, **values}) for seat in seats * has_straight]
         for skew_deg in map(float, skews):
             position = {SKEW: skew_deg, GAP: gap_mm}
             curves = [seat.curve(position | values) for seat in seats]
@@ -96,9 +96,9 @@ def decision(
             median = float(np.interp(ends[0], _LENGTHS_M, medians))
             row["extrapolated"] = not unseating["im_low"] <= median <= unseating["im_high"]
             row["hazus_m"] = np.nan
-            if straight:
+            if unskewed:
                 ln_factor = float(np.log(hazus_factor(skew_deg)))
-                hazus = _length(straight, hazard, target, ln_factor).value
+                hazus = _length(unskewed, hazard, target, ln_factor).value
                 row["hazus_m"] = hazus + gap_mm / 1000.0
             # SDC: displacement demand at 5 % in 50 years
             at_sdc = np.interp(hazard.level_of(SDC_RATE), np.log(medians), np.log(_LENGTHS_M))

@@ -216,8 +216,8 @@ def read_foreign(
     if "motion_id" not in out or not any(str(name).startswith("im_") for name in out):
         text = "the column map needs motion_id and at least one im_ column"
         raise InputError(f"{text}; the columns of {path.name} are {names_of(source)}")
-    usual = {"scale": 1.0, "incidence_deg": 0.0, "status": OK, **dict(constants or {})}
-    for name, value in {**dict.fromkeys(BRIDGE_COLUMNS, "foreign"), **usual}.items():
+    defaults = {"scale": 1.0, "incidence_deg": 0.0, "status": OK, **dict(constants or {})}
+    for name, value in {**dict.fromkeys(BRIDGE_COLUMNS, "foreign"), **defaults}.items():
         if name not in out:
             out[name] = value
     for name in out.columns.difference(list(TEXT_COLUMNS)):

@@ -222,10 +222,10 @@ def _skew_factors(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     keys = ["bridge", "abutment", *other_axes, "component", "limit_state"]
     values = ["theta", "var_ln_theta", "variant", "extrapolated"]
     ends = ["skew_ratio_low", "skew_ratio_high"]
-    straight = fitted.loc[fitted[skew] == 0].reindex(columns=[*keys, *values])
+    at_zero = fitted.loc[fitted[skew] == 0].reindex(columns=[*keys, *values])
     skewed = with_ratios(fitted.loc[fitted[skew] != 0], medians[medians["from_value"] == 0])
     skewed = skewed.reindex(columns=[*keys, skew, "im", *values, *ends])
-    joined = skewed.merge(straight, on=keys, suffixes=("", "_straight"))
+    joined = skewed.merge(at_zero, on=keys, suffixes=("", "_straight"))
     if joined.empty:
         raise InputError("no limit state has an estimate both at skew 0 and at another skew")
     joined["factor"] = joined["theta"] / joined["theta_straight"]

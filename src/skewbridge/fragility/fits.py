@@ -301,9 +301,9 @@ def _overlap_warnings(x: Floats, n: Floats, k: Floats) -> list[str]:
 
 def _link_p(eta: Floats, ln_im: Floats, n: Floats, k: Floats) -> float:
     """Return the p-value of the score test of curvature in eta, or NaN for two intensities."""
-    up, down, remain = likelihood.mills_ratio(eta), likelihood.mills_ratio(-eta), n - k
-    score = k * up - remain * down
-    information = k * up * (eta + up) + remain * down * (down - eta)
+    mills_hit, mills_miss, remain = likelihood.mills_ratio(eta), likelihood.mills_ratio(-eta), n - k
+    score = k * mills_hit - remain * mills_miss
+    information = k * mills_hit * (eta + mills_hit) + remain * mills_miss * (mills_miss - eta)
     square = (ln_im - np.mean(ln_im)) ** 2
     design = np.column_stack([np.ones_like(ln_im), ln_im])
     weighted = design * information[:, None]
@@ -498,7 +498,7 @@ def _fit_least_squares(
     blank: FragilityFit, line: TestedLine, threshold: float, dispersion: float
 ) -> FragilityFit:
     """Fit a cloud without censored demands: Fieller's interval for theta, delta method for beta."""
-    n, rise = line.n, float(np.log(threshold)) - (line.ln_a + line.b * line.mean_x)
+    n, ln_distance = line.n, float(np.log(threshold)) - (line.ln_a + line.b * line.mean_x)
     t = float(special.stdtrit(n - 2, 0.5 + 0.5 * blank.level))
     if line.b <= 0.0:
         return replace(blank, status=NON_INCREASING)
@@ -515,9 +515,9 @@ def _fit_least_squares(
     var_s = line.sigma**2 / (2.0 * (n - 2))
     var_beta = (line.sigma / (beta * line.b**2)) ** 2 * var_s + beta**2 * relative
     maximum = line.sigma * np.sqrt((n - 2) / n)  # maximum-likelihood value
-    constant = rise**2 - t**2 * line.sigma**2 / n
-    root = float(np.sqrt(max((line.b * rise) ** 2 - a * constant, 0.0)))
-    ends = [line.mean_x + (line.b * rise + sign * root) / a for sign in (-1.0, 1.0)]
+    constant = ln_distance**2 - t**2 * line.sigma**2 / n
+    root = float(np.sqrt(max((line.b * ln_distance) ** 2 - a * constant, 0.0)))
+    ends = [line.mean_x + (line.b * ln_distance + sign * root) / a for sign in (-1.0, 1.0)]
     half_width = t * float(np.sqrt(var_beta)) / beta
     return replace(
         blank,

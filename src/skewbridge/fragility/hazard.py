@@ -195,10 +195,10 @@ class _Part(NamedTuple):
     rates: Floats
 
 
-def hazard_curve(config: HazardConfig, measures: Sequence[str], usual: str) -> HazardCurve | None:
+def hazard_curve(config: HazardConfig, measures: Sequence[str], default: str) -> HazardCurve | None:
     """Return the hazard curve of a configuration for one of ``measures``; None without a file.
 
-    ``usual`` is taken if the file has it or names no measure. An `InputError` names the file.
+    ``default`` is taken if the file has it or names no measure. An `InputError` names the file.
     """
     if config.file is None:
         return None
@@ -209,9 +209,9 @@ def hazard_curve(config: HazardConfig, measures: Sequence[str], usual: str) -> H
         text = "must be PGA, PGV, SA(period), AvgSA or an im_ column"
         raise InputError(f"hazard.measure {text}, got {config.measure!r}")
     if "" in curves:
-        name = requested or usual
+        name = requested or default
         curves = {name: replace(curves[""], im=name)}
-    order = [requested] if requested else [usual, *PREFERRED]
+    order = [requested] if requested else [default, *PREFERRED]
     measure = next((name for name in order if name in curves and name in measures), None)
     if measure is None:
         in_file, of_study = (", ".join(map(str, names)) for names in (curves, measures))

@@ -177,7 +177,7 @@ def _left_out_errors(models: BridgeModels, state: LimitState, fits: Sequence[Dem
     for i, (reduced, values) in enumerate(zip(subsets, records_of(models.variants), strict=True)):
         if any(isinstance(model, str) for model in reduced):
             continue
-        curve, full = state_curve(reduced, modes, values, rho), models.curve(state, values)
-        if not isinstance(curve, str) and not isinstance(full, str):
-            errors[i] = abs(np.exp(curve.ln_theta[0] - full.ln_theta[0]) - 1.0)
+        curve, all_runs = state_curve(reduced, modes, values, rho), models.curve(state, values)
+        if not isinstance(curve, str) and not isinstance(all_runs, str):
+            errors[i] = abs(np.exp(curve.ln_theta[0] - all_runs.ln_theta[0]) - 1.0)
     return errors

@@ -120,9 +120,9 @@ class NormalKernel:
         loglik, score, hessian = np.zeros(shape[0]), np.zeros(shape), np.zeros((*shape, shape[1]))
         if self._any_observed:
             safe_h = np.where(h > 0.0, h, 1.0)
-            turned = params @ self._onto.T
-            product = np.einsum("...ij,...j->...i", sums, turned)
-            loglik += count * (np.log(safe_h) - HALF_LOG_2PI) - 0.5 * np.sum(turned * product, 1)
+            projected = params @ self._onto.T
+            product = np.einsum("...ij,...j->...i", sums, projected)
+            loglik += count * (np.log(safe_h) - HALF_LOG_2PI) - 0.5 * np.sum(projected * product, 1)
             score -= product @ self._onto
             score[:, -1] += count / safe_h
             hessian -= self._onto.T @ sums @ self._onto
@@ -207,14 +207,14 @@ def maximise(
     for _ in range(_MAX_ITERATIONS):
         step = _newton_step(current.hessian, current.score)
         decrement = np.sum(step * current.score, axis=1)
-        done = (decrement < _DECREMENT_TOLERANCE) & (decrement >= 0.0)
-        if not covariance and np.any(done):  # no derivatives are needed after the last step
-            last = active[done]
-            params[last] += step[done]
-            loglik[last] = current.loglik[done] + 0.5 * decrement[done]
+        is_done = (decrement < _DECREMENT_TOLERANCE) & (decrement >= 0.0)
+        if not covariance and np.any(is_done):  # no derivatives are needed after the last step
+            last = active[is_done]
+            params[last] += step[is_done]
+            loglik[last] = current.loglik[is_done] + 0.5 * decrement[is_done]
             converged[last] = np.isfinite(loglik[last])
-            current = Derivatives(*(values[~done] for values in current))
-            active, step, done = active[~done], step[~done], done[~done]
+            current = Derivatives(*(values[~is_done] for values in current))
+            active, step, is_done = active[~is_done], step[~is_done], is_done[~is_done]
             if active.size == 0:
                 break
         if bend is not None:
@@ -237,12 +237,12 @@ def maximise(
         step[failed] = 0.0
         params[active] += step
         loglik[active], hessian[active] = trial.loglik, trial.hessian
-        converged[active] = done & np.isfinite(trial.loglik)
-        done[failed] = True
-        active = active[~done]
+        converged[active] = is_done & np.isfinite(trial.loglik)
+        is_done[failed] = True
+        active = active[~is_done]
         if active.size == 0:
             break
-        current = Derivatives(*(values[~done] for values in trial))
+        current = Derivatives(*(values[~is_done] for values in trial))
     inverse = np.full_like(hessian, np.nan)
     if covariance:
         with np.errstate(all="ignore"):
@@ -294,7 +294,7 @@ def profile_ends(
         value = loglik - target
         inside = value > 0.0
         endless = inside & (offset == limit)
-        if np.all(done := endless | (np.abs(value) < _PROFILE_TOLERANCE)):
+        if np.all(is_done := endless | (np.abs(value) < _PROFILE_TOLERANCE)):
             break
         low, high = np.where(inside, offset, low), np.where(inside, high, offset)
         # the root of the drop is nearly linear in psi
@@ -303,7 +303,7 @@ def profile_ends(
             newton = offset + (root - np.sqrt(drop)) * root / (side * rate)
         newton = np.where(newton > low, np.minimum(newton, np.minimum(3.0 * offset, limit)), np.nan)
         between = np.where(np.isfinite(high), 0.5 * (low + high), np.minimum(2.0 * offset, limit))
-        offset = np.where(done, offset, np.where(newton < high, newton, between))
+        offset = np.where(is_done, offset, np.where(newton < high, newton, between))
     ends = np.where(endless, side * np.inf, centre + side * offset).reshape(-1, 2)
     ends[-1] = np.exp(-ends[-1, ::-1])
     return ends
@@ -363,18 +363,18 @@ class _Profiles:
 
     def _shifted(self, right: Floats) -> Floats:
         """Return the last parameters, moved along `_shifts` so that they meet the constraints."""
-        miss = right - np.sum(self._normals * self._params, axis=1)
-        along = miss / np.sum(self._normals * self._shifts, axis=1)
+        gap = right - np.sum(self._normals * self._params, axis=1)
+        along = gap / np.sum(self._normals * self._shifts, axis=1)
         return self._params + along[:, None] * self._shifts
 
-    def _ahead(self, turned: Floats, right: Floats) -> Floats:
+    def _ahead(self, change: Floats, right: Floats) -> Floats:
         """Return start values for the next maxima, on the tangent of the profile if usable."""
         # at a maximum, score = multiplier * normal: one Newton step for parameters and multiplier
         count, size = self._params.shape
         system, right_side = np.zeros((count, size + 1, size + 1)), np.zeros((count, size + 1))
         system[:, :-1, :-1], system[:, :-1, -1] = self._hessian, -self._normals
         system[:, -1, :-1] = self._normals
-        right_side[:, :-1] = np.sum(self._determined * self._score, axis=1)[:, None] * turned
+        right_side[:, :-1] = np.sum(self._determined * self._score, axis=1)[:, None] * change
         right_side[:, -1] = right - np.sum(self._normals * self._params, axis=1)
         step = _newton_step(-system, right_side)[:, :-1]  # zero without a tangent
         ahead = self._params + step

@@ -59,8 +59,8 @@ def exceedance(curve: StateCurve, ln_im: Floats) -> Floats:
 
 def curve_rate(curve: StateCurve, hazard: HazardCurve, ln_factor: float = 0.0) -> LogRate:
     """Return the ln rate of R curves with medians times exp(ln_factor); NaN without a curve."""
-    wide = curve.total if curve.modes is None else curve.modes.beta
-    narrow = float(np.nanmin(wide, initial=9.0))
+    beta = curve.total if curve.modes is None else curve.modes.beta
+    narrow = float(np.nanmin(beta, initial=9.0))
     return hazard.rate(lambda ln_im: exceedance(curve, ln_im - ln_factor), narrow)
 
 
@@ -81,15 +81,15 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
     row: Row = {name: curve[name] for name in ("status", "method", "im", "level")}
     bound_beta = np.hypot(curve["theta_bound_beta"], np.nan_to_num(curve["capacity_dispersion"]))
     if status == FITTED:
-        wide = curve["beta"] if pd.isna(curve["beta_total"]) else curve["beta_total"]
-        for_rates = StateCurve(np.log([curve["theta"]]), np.array([nan]), np.array([wide]))
+        beta_total = curve["beta"] if pd.isna(curve["beta_total"]) else curve["beta_total"]
+        for_rates = StateCurve(np.log([curve["theta"]]), np.array([nan]), np.array([beta_total]))
         for_rates = for_rates._replace(modes=union_curve(curve))
         if model is not None and curve["method"] == METHODS[0]:
             for_rates = model
             rate_ends = curve_rate(model, hazard).interval(curve["level"])
         else:  # ASSUME the dispersion is known
             thetas = (curve[name] for name in ("theta", "theta_high", "theta_low"))
-            middle, *ends = (_lognormal(theta, wide, hazard) for theta in thetas)
+            middle, *ends = (_lognormal(theta, beta_total, hazard) for theta in thetas)
             rate = curve_rate(for_rates, hazard).value
             rate_ends = rate, *(rate * end / middle for end in ends)
         p = exceedance(for_rates, np.log(hazard.levels[[0, -1]])[:, None])[:, 0]

@@ -78,9 +78,9 @@ def system_members(states: States) -> dict[str, list[LimitState]]:
         for ordered in by_component.values():
             for mild, severe in combinations([state.system_degree for state in ordered], 2):
                 beyond[mild] |= {severe} | beyond[severe]
-    if turned := [name for name in degrees if name in beyond[name]]:
+    if inconsistent := [name for name in degrees if name in beyond[name]]:
         raise InputError(
-            f"components rank the damage degree {turned[0]!r} differently: "
+            f"components rank the damage degree {inconsistent[0]!r} differently: "
             "give all components the same order of degrees"
         )
     members: dict[str, list[LimitState]] = {}

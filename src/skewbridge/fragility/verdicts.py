@@ -76,8 +76,8 @@ def with_verdicts(table: pd.DataFrame) -> pd.DataFrame:
     inside it, direction) the p-values are adjusted by Holm's method. The probability of any wrong
     claim of a kind is at most (1 - level)/2, or 1 - level for the direction.
     """
-    wide = ~(table["ci_high"] <= MAX_WIDTH * table["ci_low"])
-    table = table.assign(**{name: table[name].mask(wide) for name in RATIOS})
+    is_wide = ~(table["ci_high"] <= MAX_WIDTH * table["ci_low"])
+    table = table.assign(**{name: table[name].mask(is_wide) for name in RATIOS})
     is_linear = (table["judged_by"] == DIFFERENCE).to_numpy()
     columns = [table[n].to_numpy(dtype=np.float64) for n in (*RATIOS, *DIFFERENCES)]
     with np.errstate(divide="ignore"):

@@ -52,10 +52,10 @@ def check_paths(
     """
     doubtful: FileVerdict = "error" if strict else "warn"
     checks: list[FileCheck] = []
-    loose: list[Path] = []
+    single_files: list[Path] = []
     for path in paths:
         if path.is_file():
-            loose.append(path)
+            single_files.append(path)
         elif not folder.is_folder(path):
             raise InputError(f"{shown_path(path)} does not exist", file=str(path))
         elif (path / folder.INDEX_NAME).is_file():
@@ -75,7 +75,7 @@ def check_paths(
             checks += _unread(path, files, "no reader recognises its suffix or its text")
         else:
             raise file_fault(path, " has no motions")
-    return checks + _check_files(loose, stated, doubtful)
+    return checks + _check_files(single_files, stated, doubtful)
 
 
 def write_folder_index(root: Path, stated: Stated | None = None) -> Path:

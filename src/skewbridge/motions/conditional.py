@@ -169,7 +169,7 @@ def _usgs(path: Path) -> pd.DataFrame:
             imt = header["imt"]["value"] if isinstance(header["imt"], dict) else header["imt"]
             bins = pd.DataFrame(header["εbins"], columns=["id", "min", "max"]).set_index("id")
             middle = bins.astype(float).mean(axis=1)  # of an open bin: its edge
-            total = next(o for o in block["data"] if o.get("component", "Total") == "Total")
+            total = next(t for t in block["data"] if t.get("component", "Total") == "Total")
             items = [item for group in total["summary"] for item in group["data"]]
             level_g = next(item["value"] for item in items if item.get("units") == "g")
             rows = pd.json_normalize(total["data"], "εdata", ["m", "r"]).rename(columns=names)

@@ -732,15 +732,15 @@ def _read_numbers(lines: list[str], path: Path, stated: Stated) -> Trace:
 def _are_channels(table: _Table, values: Vector, stated: Stated, path: Path) -> bool:
     """Return whether columns without a time column are channels, not parts of one series."""
     count, rows = table.columns, table.rows
-    full = values[: values.size // count * count].reshape(-1, count)
+    lines_ = values[: values.size // count * count].reshape(-1, count)
     if count == 1 or (table.npts and 0 <= values.size - table.npts < count):
         return False
-    between = np.abs(np.diff(full, axis=0)).mean() if len(full) > 1 else math.inf
+    between = np.abs(np.diff(lines_, axis=0)).mean() if len(lines_) > 1 else math.inf
     ratio = float(between / max(np.abs(np.diff(values)).mean(), 1.0e-300))
-    if stated.channel is not None or table.npts == len(full):
+    if stated.channel is not None or table.npts == len(lines_):
         if count > 3 and ratio > 1.0 / SERIES_RATIO:
             raise fault_in(path, f"lines of {count} values of one series have no channels")
-        if (np.diff(full[:, 0]) >= 0.0).all() and full[0, 0] < full[-1, 0]:
+        if (np.diff(lines_[:, 0]) >= 0.0).all() and lines_[0, 0] < lines_[-1, 0]:
             raise fault_in(path, "column 1 rises: a time column with unequal steps?")
         return True
     is_table = {_column_count(line) for _, line in rows} == {count}

@@ -174,8 +174,8 @@ def _index_of(share: Vector, level: float) -> float:
     after = int(np.searchsorted(share, level))
     if after == 0:
         return 0.0
-    rise = share[after] - share[after - 1]
-    return after - 1 + float((level - share[after - 1]) / rise)
+    step = share[after] - share[after - 1]
+    return after - 1 + float((level - share[after - 1]) / step)
 
 
 def housner_intensity(accel_mps2: Vector, dt_s: float) -> float:
@@ -228,8 +228,8 @@ def add_free_vibration(motion: GroundMotion, seconds: float) -> GroundMotion:
     """Return the motion with zeros of the given length in s added at its end."""
     if not 0.0 <= seconds <= 600.0:
         raise InputError(f"free_vibration_s must be within 0 to 600, got {seconds}")
-    tail = round(seconds / motion.dt_s)
-    return motion.mapped(lambda accel: np.pad(accel, (0, tail)))
+    n_zeros = round(seconds / motion.dt_s)
+    return motion.mapped(lambda accel: np.pad(accel, (0, n_zeros)))
 
 
 def _window(motion: GroundMotion, first: int, size: int) -> GroundMotion:

@@ -142,8 +142,8 @@ def _improved(
             shares = np.abs([np.expm1(mean), scatter]) / TOLERANCES[:, None, None]
             costs = shares**2 / 2.0 / sigma.size + _COST_OVER * np.maximum(shares - _AIM, 0.0) ** 2
             costs = costs.sum(axis=(0, 2)) + _COST_SYNTHETIC * (synthetic[kept].sum() + synthetic)
-            full = np.bincount(event[kept], minlength=int(event.max()) + 1) >= MOST_PER_EVENT
-            costs[full[event]] = costs[kept] = np.inf
+            is_full = np.bincount(event[kept], minlength=int(event.max()) + 1) >= MOST_PER_EVENT
+            costs[is_full[event]] = costs[kept] = np.inf
             selected[replaced], misfit = int(costs.argmin()), float(costs.min())
     return misfit, selected
 

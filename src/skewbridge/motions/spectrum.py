@@ -147,8 +147,8 @@ def _orbit_peaks(orbit: Vector) -> Vector:
     outer = np.flatnonzero(squared >= 0.9**2 * squared.max())
     sample = outer[:: outer.size // 40 + 1]
     bounds = np.sort(_largest_projections(x[sample], y[sample]))
-    beyond = squared >= bounds[(ORIENTATIONS - 1) // 2] ** 2
-    projections = _largest_projections(x[beyond], y[beyond])
+    is_outer = squared >= bounds[(ORIENTATIONS - 1) // 2] ** 2
+    projections = _largest_projections(x[is_outer], y[is_outer])
     return np.array([np.median(projections), projections.max()])
 
 

@@ -329,12 +329,12 @@ def effect_notes(table: pd.DataFrame) -> list[str]:
     rows = table[table["demand"].isin(LEADING_STATES) & (table["status"] == OK)]
     for key, effects in groups_of(rows, [*BRIDGE_COLUMNS, "demand"]):
         texts: list[str] = []
-        few = effects[effects["largest_share"] > LARGEST_SHARE]
-        if len(few):
+        one_motion = effects[effects["largest_share"] > LARGEST_SHARE]
+        if len(one_motion):
             motions = [
                 f"{change_name(row['axis'], row['from_value'], row['to_value'])} "
                 f"{row['largest_motion']} ({100 * row['largest_share']:.0f} %)"
-                for row in records_of(few)
+                for row in records_of(one_motion)
             ]
             texts.append(f"One motion decides most of the uncertainty: {listed(motions)}.")
         for row in records_of(effects[effects["by_value"].fillna("") != ""]):
@@ -359,11 +359,11 @@ def headline(table: pd.DataFrame) -> list[str]:
     estimated = capacities[capacities["status"] == OK]
     if estimated.empty:
         rows = capacities.drop_duplicates([*BRIDGE_COLUMNS, "demand"])
-        leads = rows["demand"].isin(LEADING_STATES)
+        is_leading = rows["demand"].isin(LEADING_STATES)
         reasons = [
             f"{names[row['bridge'], row['abutment']]}, {effect_name(row['demand'])}: "
             f"{no_ratio_text(row)}"
-            for row in records_of(rows[leads] if leads.any() else rows)
+            for row in records_of(rows[is_leading] if is_leading.any() else rows)
         ]
         return [f"{'; '.join(['No median capacities can be compared', *reasons])}."]
     sentences = list[tuple[tuple[int, float], str]]()
@@ -394,8 +394,8 @@ def _axis_sentence(
     start = change_name(*table[["axis", "from_value", "to_value"]].iloc[0])
     by_verb, sizes, ranks = dict[str, list[str]](), list[float](), list[int]()
     decided = table[table["claim"].isin((LOWER, HIGHER, DETECTABLE)) | table["sure_ratio"].notna()]
-    leads = decided[decided["demand"].isin(LEADING_STATES)]
-    for (state,), rows in groups_of(leads if len(leads) else decided, ["demand"]):
+    leading = decided[decided["demand"].isin(LEADING_STATES)]
+    for (state,), rows in groups_of(leading if len(leading) else decided, ["demand"]):
         certain = rows["claim"].isin((LOWER, HIGHER))
         candidates = records_of(rows[certain] if certain.any() else rows)
         row, verb, _ = largest_change(candidates)

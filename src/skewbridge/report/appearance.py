@@ -180,10 +180,10 @@ def shown_axes(table: pd.DataFrame) -> tuple[Axis, ...]:
 
 def templates(*functions: Callable[..., Any]) -> Environment:
     """Return the environment of all templates, with ``functions`` as functions and filters."""
-    escaped = select_autoescape(("html.j2", "css.j2"), default_for_string=False)
+    autoescape = select_autoescape(("html.j2", "css.j2"), default_for_string=False)
     texts = DictLoader({f"{name}.html.j2": text for name, text in TEXTS["page"].items()})
     loader = ChoiceLoader([PackageLoader("skewbridge.report"), texts])
-    environment = Environment(loader=loader, autoescape=escaped, undefined=StrictUndefined)
+    environment = Environment(loader=loader, autoescape=autoescape, undefined=StrictUndefined)
     by_name = {function.__name__: function for function in functions}
     environment.globals.update(by_name)
     environment.filters.update(by_name)
@@ -201,12 +201,12 @@ def groups_of(table: pd.DataFrame, columns: Sequence[str]) -> list[tuple[Any, pd
 def plain_log_ticks(axis: DrawnAxis) -> None:
     """Label a logarithmic axis with plain numbers at 1, 2 and 5 (over many decades only at 1)."""
     low, high = axis.get_view_interval()
-    many = high > _MANY * low > 0.0
+    many_decades = high > _MANY * low > 0.0
 
     def plain(value: float, _position: int) -> str:
         return np.format_float_positional(value, precision=2, fractional=False, trim="-")
 
-    axis.set_major_locator(LogLocator(subs=(1.0,) if many else (1.0, 2.0, 5.0)))
+    axis.set_major_locator(LogLocator(subs=(1.0,) if many_decades else (1.0, 2.0, 5.0)))
     axis.set_major_formatter(FuncFormatter(plain))
     axis.set_minor_locator(NullLocator())
 

@@ -84,13 +84,13 @@ def _draw_members(axes: Axes, geometry: ModelGeometry, plane: list[int]) -> None
     for group, members in _by_group(geometry).items():
         ends = np.array([member.ends for member in members])
         is_line = (ends[:, 0] != ends[:, 1]).any(axis=1)
-        wide, order = 2.2 if group in ("deck", "columns") else 1.0, 1 if group == "links" else 2
+        width, order = 2.2 if group in ("deck", "columns") else 1.0, 1 if group == "links" else 2
         style: dict[str, Any] = {"color": COLOURS[group], "label": group}
         # breaks join the lines into one, so that the legend has one entry
         breaks = np.full((int(is_line.sum()), 1, 3), np.nan)
         lines = np.concatenate([ends[is_line], breaks], axis=1).reshape(-1, 3)
         if len(lines):
-            axes.plot(*lines[:, plane].T, linewidth=wide, zorder=order, **style)
+            axes.plot(*lines[:, plane].T, linewidth=width, zorder=order, **style)
         if len(points := ends[~is_line, 0]) and group not in ("links", "contact"):
             axes.plot(*points[:, plane].T, "o", markersize=3.5, **style)
     if geometry.fixed:
@@ -117,8 +117,8 @@ def model_page(geometry: ModelGeometry) -> str:
     figure = go.Figure([soffit, *(_group_trace(group, members) for group, members in groups)])
     if geometry.contacts:
         surfaces, normals = _contacts(geometry)
-        tips, turned = surfaces + _NORMAL_M * normals, normals[:, [1, 0, 2]] * (1.0, -1.0, 0.0)
-        barbs = [tips - _HEAD_M * (normals + turn * turned) for turn in (1.0, -1.0)]
+        tips, tangents = surfaces + _NORMAL_M * normals, normals[:, [1, 0, 2]] * (1.0, -1.0, 0.0)
+        barbs = [tips - _HEAD_M * (normals + turn * tangents) for turn in (1.0, -1.0)]
         breaks = np.full_like(tips, np.nan)
         arrows = np.stack([surfaces, tips, barbs[0], tips, barbs[1], breaks], axis=1)
         text = [
@@ -126,13 +126,13 @@ def model_page(geometry: ModelGeometry) -> str:
             for contact in geometry.contacts
         ]
         name, colour = f"contacts (gaps {_GAP_SCALE:g}x)", COLOURS["contact"]
-        mark = {"size": 4, "symbol": "square", "color": colour}
-        figure.add_trace(_trace(name, surfaces, text, mode="markers", marker=mark))
+        marker = {"size": 4, "symbol": "square", "color": colour}
+        figure.add_trace(_trace(name, surfaces, text, mode="markers", marker=marker))
         line = {"color": colour, "width": 3}
         figure.add_trace(_trace("contact normals", arrows, mode="lines", line=line))
-    mark = {"size": 3, "symbol": "diamond", "color": "black"}
+    marker = {"size": 3, "symbol": "diamond", "color": "black"}
     ground = np.array(geometry.fixed)
-    figure.add_trace(_trace("ground", ground, mode="markers", marker=mark))
+    figure.add_trace(_trace("ground", ground, mode="markers", marker=marker))
     # axes of equal scale, and a camera at the side that shows the whole bridge, however long
     eye = {"x": 0.5, "y": -2.2, "z": 1.3}
     points = np.array([*(end for m in geometry.members for end in m.ends), *geometry.fixed])

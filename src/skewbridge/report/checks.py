@@ -72,7 +72,7 @@ def check_tables(tables: StudyTables) -> list[Row]:
         numbers = numbers.assign(**{name: numbers[name].mask(seatless, 0.0) for name in moves})
     components = ok[["column_shear_x_kn", "column_shear_y_kn"]].max(axis=1)
     cohesion_n = ok.get("cohesion_n", pd.Series(tables.cohesion_n, index=ok.index))
-    loose = (ok["friction"] == 0.0) & (cohesion_n == 0.0)
+    smooth = (ok["friction"] == 0.0) & (cohesion_n == 0.0)
     fitted = curves[curves["status"] == "ok"]
     bounded = effects[effects["ci_low"].notna()]
     within = bounded["ratio"].between(bounded["ci_low"], bounded["ci_high"])
@@ -97,8 +97,8 @@ def check_tables(tables: StudyTables) -> list[Row]:
         ("finished rows whose resultant shear is below a component", lower, KEY),
         ("rows with negative friction work", ok[work_kj < -_ROUNDING_KJ], KEY),
         ("rows with friction work but without friction",
-         ok[loose & (work_kj.abs() > _ROUNDING_KJ)], KEY),
-        ("rows that differ from the frictionless model", contact_differences(ok[loose], ok), KEY),
+         ok[smooth & (work_kj.abs() > _ROUNDING_KJ)], KEY),
+        ("rows that differ from the frictionless model", contact_differences(ok[smooth], ok), KEY),
         ("rows that differ from their mirror image", mirror_differences(ok, tables.suite), KEY),
         ("fitted curves without a positive median", fitted[~(fitted["theta"] > 0)], _CURVE_NAME),
         ("medians below the median of a smaller capacity", falling, _CURVE_NAME),
@@ -196,8 +196,8 @@ def mirror_differences(ok: pd.DataFrame, suite: pd.DataFrame) -> pd.DataFrame:
     axes = [axis.name for axis in axes_of(ok.columns)]
     names = demands_for("effect", ok.columns)
     different = _different(mirrored_runs, ok, axes, names, MIRROR_TOLERANCE, _MIRROR_NOTHING)
-    back = {image: name for name, image in images.items()}
-    motions = different["motion_id"].map(back)
+    original_of = {image: name for name, image in images.items()}
+    motions = different["motion_id"].map(original_of)
     return different.assign(motion_id=motions, incidence_deg=-different["incidence_deg"])
 
 

@@ -105,11 +105,11 @@ def demand_clouds(
 
 def _fitted_line(im: Floats, fit: Mapping[Any, Any]) -> Floats:
     """Return ln demand of a cloud fit at intensities, shape of ``im``."""
-    bend = np.maximum(np.log(im / fit["knot"]), 0.0) if np.isfinite(fit["knot"]) else 0.0
+    above_knot = np.maximum(np.log(im / fit["knot"]), 0.0) if np.isfinite(fit["knot"]) else 0.0
     return (
         fit["ln_a"]
         + fit["b"] * np.log(im)
-        + (fit["b_above"] - fit["b"] if np.any(bend) else 0.0) * bend
+        + (fit["b_above"] - fit["b"] if np.any(above_knot) else 0.0) * above_knot
     )
 
 
@@ -119,14 +119,14 @@ def _cloud_points(
     """Draw the runs of one colour as filled marks, open marks or marks at the bottom."""
     x, y, complete, bottom = runs[im], runs[demand], is_complete(runs), lowest / 1.5
     tick: dict[str, Any] = {"marker": 2}  # matplotlib's marker of a tick upward
-    down: dict[str, Any] = {"marker": "v"}
-    done, early, is_low = complete & (y >= lowest), ~complete, complete & (y < lowest)
+    triangle: dict[str, Any] = {"marker": "v"}
+    is_shown, early, is_low = complete & (y >= lowest), ~complete, complete & (y < lowest)
     bounds = y[early].clip(lower=bottom)
-    axes.plot(x[done], y[done], ms=2.8, alpha=0.6, mew=0, **style)
+    axes.plot(x[is_shown], y[is_shown], ms=2.8, alpha=0.6, mew=0, **style)
     axes.plot(x[early], bounds, ms=3.6, mfc="none", mew=0.8, **style)
     axes.plot(x[early], bounds, ms=6.5, mew=0.9, **style | tick)
     at_bottom = np.full(int(is_low.sum()), bottom)
-    axes.plot(x[is_low], at_bottom, ms=3, mew=0, alpha=0.5, **style | down)
+    axes.plot(x[is_low], at_bottom, ms=3, mew=0, alpha=0.5, **style | triangle)
 
 
 # --- effects and modelling choices

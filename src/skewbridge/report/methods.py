@@ -129,13 +129,13 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
 def _changed_settings(config: StudyConfig) -> list[str]:
     """Return each setting that differs from its default at the same accuracy, as text."""
     configured = config.model_dump(mode="json", exclude=_NO_METHOD)
-    usual = parse_config({"accuracy": config.accuracy}).model_dump(mode="json")
+    defaults = parse_config({"accuracy": config.accuracy}).model_dump(mode="json")
     accuracy = [f"`accuracy` {config.accuracy}"] if config.accuracy != "default" else []
     return accuracy + [
-        f"`{section}.{key}` {_text(value)} (default {_text(usual[section][key])})"
+        f"`{section}.{key}` {_text(value)} (default {_text(defaults[section][key])})"
         for section, values in configured.items()
         for key, value in values.items()
-        if value != usual[section][key]
+        if value != defaults[section][key]
     ]
 
 

@@ -316,9 +316,9 @@ def sketch(
         faces = [(-end, radians(own_deg.get("left", skew_deg)))]
         for number, (location, x) in enumerate(bridge.joints_m.items(), start=1):
             usual_deg = model.skew_of_bents_deg(skew_deg) if "bent" in location else skew_deg
-            turned = radians(own_deg.get(f"joint {number}", usual_deg))
-            opened = factor * gap_m / 2 / cos(turned)
-            faces += [(x - opened, turned), (x + opened, turned)]
+            face_rad = radians(own_deg.get(f"joint {number}", usual_deg))
+            opened = factor * gap_m / 2 / cos(face_rad)
+            faces += [(x - opened, face_rad), (x + opened, face_rad)]
         return [*faces, (end, radians(own_deg.get("right", skew_deg)))]
 
     def decks(faces: Sequence[PlanVector]) -> list[list[PlanVector]]:
@@ -449,8 +449,8 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
     rows = pd.concat([frames["medians"], frames["effects"]], ignore_index=True)
     pooled = rows[rows["scope"] == "pooled"]
     ratios, needed = pooled[pooled["judged_by"] == verdicts.RATIO], frames["needed_motions"]
-    leads = pooled["demand"].isin({*HEADLINE_STATES, *demands_for("headline")})
-    effects, minor = (pooled[leads], pooled[~leads]) if leads.any() else (pooled, pooled.head(0))
+    main = pooled["demand"].isin({*HEADLINE_STATES, *demands_for("headline")})
+    effects, minor = (pooled[main], pooled[~main]) if main.any() else (pooled, pooled.head(0))
     return {
         "effects": verdict_table(effects, pooled),
         "other_effects": verdict_table(minor, pooled),
@@ -742,9 +742,9 @@ def quality(demands: pd.DataFrame, sensitivity: pd.DataFrame) -> dict[str, Any]:
     name, rubbed = "cone_work_over_10pct_ratio", demands[demands["slip_work_kj"] > 0.0]
     # after the failure of a column its fibers lose their force in jumps, which the work of end
     # forces does not follow; demands count up to the failure
-    standing = demands[~demands[BEYOND_MODEL].fillna("").astype(bool)]
+    before_failure = demands[~demands[BEYOND_MODEL].fillna("").astype(bool)]
     return {
-        "residuals": 100.0 * standing["energy_residual_ratio"].abs(),
+        "residuals": 100.0 * before_failure["energy_residual_ratio"].abs(),
         "changes": 100.0 * sensitivity.get("reference_largest_change", pd.Series(dtype=float)),
         "compared": sensitivity[["rows", "analysed_s"]].max() if len(sensitivity) else None,
         "excesses": 100.0 * rubbed.get(name, pd.Series(dtype=float)),

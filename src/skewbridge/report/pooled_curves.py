@@ -203,12 +203,12 @@ def curves_figure(
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     im_column, demands = str(curves["im"].iloc[0]), with_derived_columns(demands)
     im = np.geomspace(0.7 * demands[im_column].min(), 1.3 * demands[im_column].max(), 160)
-    several = len(table[list(BRIDGE_COLUMNS)].drop_duplicates()) > 1
+    has_models = len(table[list(BRIDGE_COLUMNS)].drop_duplicates()) > 1
     for axes, (state, of_state) in zip(panels.flat, groups, strict=False):
         in_state = (curves[list(STATE)] == list(state)).all(axis=1)
         fits = curves[in_state]
         words = state_text(records_of(fits)[0])
-        title = f"{state[0]}: {words}" if several else words[:1].upper() + words[1:]
+        title = f"{state[0]}: {words}" if has_models else words[:1].upper() + words[1:]
         _draw_panel(axes, of_state, fits, demands, im)
         lead = axis(of_state["axis"].iloc[0])
         name_lines(axes, title, f"median by {lead.label.lower()}:")

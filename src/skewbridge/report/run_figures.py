@@ -67,9 +67,9 @@ def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     length, per_m, force, per_kn = _units()
     names = contact_names(next(iter(runs.values())))
     panels = [
-        (f"{text}, {way}", direction, [f"abutment_left_{column}{direction}_kn"])
+        (f"{text}, {direction_text}", direction, [f"abutment_left_{column}{direction}_kn"])
         for text, column in (("Whole abutment", ""), ("Pads alone", "pads_"))
-        for way, direction in (("longitudinal", "x"), ("transverse", "y"))
+        for direction_text, direction in (("longitudinal", "x"), ("transverse", "y"))
     ]
     for text, direction, contact in (("Backwall", "x", "backwall"), ("Shear keys", "y", "key")):
         columns = [f"{name}_normal_kn" for name in names if f"_left_{contact}" in name]

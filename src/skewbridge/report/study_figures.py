@@ -315,8 +315,8 @@ def draw_figures(
     selected: dict[str, Drawing] = {}
     for name in names:
         if not (matching := [drawing for drawing in drawings if fnmatchcase(drawing, name)]):
-            like = get_close_matches(name, drawings, n=3) or list(drawings)[:3]
-            text = f"unknown figure {shortened(name)}; similar names: {', '.join(like)}"
+            similar = get_close_matches(name, drawings, n=3) or list(drawings)[:3]
+            text = f"unknown figure {shortened(name)}; similar names: {', '.join(similar)}"
             raise InputError(f"{text}; `skewbridge study plot` lists all figures")
         selected |= {drawing: drawings[drawing] for drawing in matching}
     files = (save_figure(draw, settings, folder, name) for name, draw in selected.items())

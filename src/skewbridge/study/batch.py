@@ -203,9 +203,9 @@ def run_tasks(
         try:
             run([key], 1)
         except BrokenProcessPool as error:
-            hung = len(ended) > ended_before or signal.SIGALRM.name in str(error)
+            is_hung = len(ended) > ended_before or signal.SIGALRM.name in str(error)
             died = "two worker processes died in this analysis"
-            reason = f"no progress for {workers.no_progress_s:g} s" if hung else died
+            reason = f"no progress for {workers.no_progress_s:g} s" if is_hung else died
             row = _NO_DEMANDS | no_result("crash", reason) | {"wall_s": math.nan, "cpu_s": math.nan}
             keep(key, [row_of_task(row, tasks[key], key)])
 

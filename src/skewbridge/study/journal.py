@@ -157,7 +157,7 @@ def forget(folder: StudyFolder, statuses: Collection[str]) -> list[Row]:
     `InputError` if the study runs.
     """
     rows = read_content(folder.journals).rows.values()
-    forgotten = [row for row in rows if row["status"] in statuses]
+    removed = [row for row in rows if row["status"] in statuses]
     with ExitStack() as locks:
         for path in folder.journals:
             locks.enter_context(open_journal(path))
@@ -166,9 +166,9 @@ def forget(folder: StudyFolder, statuses: Collection[str]) -> list[Row]:
                 stored = read_content([path]).rows.values()
                 lines = [_line(row) for row in stored if row.get("status") not in statuses]
                 temporary.write_bytes(b"".join(lines))
-    if forgotten:
-        variants = {row["variant"] for row in forgotten}
+    if removed:
+        variants = {row["variant"] for row in removed}
         demands_files = [path for name in variants for path in folder.demands_files(name)]
         for path in (folder.report, folder.demands, *demands_files):
             path.unlink(missing_ok=True)
-    return forgotten
+    return removed

@@ -102,7 +102,7 @@ def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
     """
     ran = rows[rows["status"].isin(RAN)]
     ends_s = ran.set_index(["row", "change"])["beyond_model_s"].unstack().fillna(np.inf)
-    alike = {  # failures within 0.1 s are in the same cycle
+    same_cycle = {  # failures within 0.1 s are in the same cycle
         change: np.isclose(ends_s[AS_IN_STUDY], ends_s[change], rtol=0.0, atol=0.1)
         for change in list(REPEATS)[1:]
     }
@@ -112,7 +112,7 @@ def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
     for demand in demands_for("sensitivity"):
         values = ran.pivot_table(index="row", columns="change", values=demand)
         row: dict[str, object] = {"demand": demand, **counts}
-        for change, is_alike in alike.items():
+        for change, is_alike in same_cycle.items():
             # drops 0 / 0, a demand that does not occur in this row
             ratios = (values[AS_IN_STUDY] / values[change]).reindex(ends_s.index[is_alike]).dropna()
             if change == "reference":

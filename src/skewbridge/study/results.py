@@ -136,9 +136,9 @@ def _read_demands(path: Path, im: str | None, states: States) -> tuple[pd.DataFr
 
 def _limit_states(path: Path) -> States:
     """Return the limit states of a file; that of the package if a study folder has none."""
-    usual = Path("config/limit_states.yaml")
-    packaged = path == usual and not path.is_file()
-    return load_limit_states(starter_files() / usual if packaged else path)
+    default = Path("config/limit_states.yaml")
+    packaged = path == default and not path.is_file()
+    return load_limit_states(starter_files() / default if packaged else path)
 
 
 def statistics_of(
@@ -161,12 +161,12 @@ def statistics_of(
     measures = list(map(str, read_any(demands).filter(regex="^im_"))) if hazard else []
     rates = hazard_curve(site, measures, DEFAULTS.im)
     table, measure = _read_demands(demands, rates.im if rates else im, states)
-    usable = [state for state in states if state.demand in table]
-    if not usable:
+    available = [state for state in states if state.demand in table]
+    if not available:
         names = ", ".join(dict.fromkeys(state.demand for state in states))
         raise InputError(f"{demands.name} has none of the demands of the limit states: {names}")
     settings = replace(DEFAULTS, im=measure)
-    tables = fragility_tables(table, usable, settings, hazard=rates, jobs=cpu_count())
+    tables = fragility_tables(table, available, settings, hazard=rates, jobs=cpu_count())
     notes, texts = tables["input_notes"], {name: label_of(name) for name in map(str, table)}
     write_frame(table, folder.demands, provenance(**{_STATISTICS_OF: demands.name}), texts)
     write_tables(tables, folder.fragility("curves").parent)
@@ -174,7 +174,7 @@ def statistics_of(
         "tables": {name: len(rows) for name, rows in tables.items()},
         "status": tables["curves"]["status"].value_counts().to_dict(),
         "verdict": tables["effects"]["verdict_family"].value_counts().to_dict(),
-        "left_out": [f"{state.key} ({state.demand})" for state in states if state not in usable],
+        "left_out": [f"{state.key} ({state.demand})" for state in states if state not in available],
         "rejected_rows": int((notes["kind"] == "rejected_row").sum()),
         "notes": notes["message"].tolist(),
         "warnings": notes.loc[notes["kind"] == "percent", "message"].tolist(),
@@ -327,10 +327,10 @@ def predict_states(
     """
     if at is not None and not 0.0 < at < np.inf:
         raise InputError(f"at must be > 0 and finite, got {at:g}", column="at")
-    usable = joint_rows(results, bridge, abutment)
-    site = site_hazard(hazard, usable[0]["im"])
+    models = joint_rows(results, bridge, abutment)
+    site = site_hazard(hazard, models[0]["im"])
     rows: list[Row] = []
-    for row in usable:
+    for row in models:
         model = JointModel(row)
         model.axis_range.check(values)
         theta, *ends = model.median(values)
@@ -351,10 +351,10 @@ def predict_states(
     return rows
 
 
-def _chosen(table: pd.DataFrame, column: str, name: str | None, usual: str = "") -> pd.DataFrame:
+def _chosen(table: pd.DataFrame, column: str, name: str | None, default: str = "") -> pd.DataFrame:
     names = sorted(set(table[column].astype(str)))
     if name is None:
-        name = names[0] if len(names) == 1 else usual
+        name = names[0] if len(names) == 1 else default
     if name not in names:
         problem = f"got {name!r}" if name else "none was given"
         raise InputError(f"{column} must be one of {', '.join(names)}; {problem}", column=column)

@@ -176,12 +176,12 @@ def grows_with(x: Sequence[float], y: Sequence[float]) -> Verdict:
 
     if len(x) < FEWEST_VALUES:
         return Verdict("undecidable", f"{len(x)} values are too few to test")
-    up, down = (spearmanr(x, y, alternative=side) for side in ("greater", "less"))
-    correlation = float(up.statistic)
+    rising, falling = (spearmanr(x, y, alternative=side) for side in ("greater", "less"))
+    correlation = float(rising.statistic)
     if not isfinite(correlation):
         return Verdict("undecidable", "one of the two quantities is constant")
     text = f"rank correlation {correlation:+.2f} of {len(x)} values, test against zero"
-    return _tested(text, float(up.pvalue), float(down.pvalue), (correlation, 0.0))
+    return _tested(text, float(rising.pvalue), float(falling.pvalue), (correlation, 0.0))
 
 
 def _tested(text: str, p_for: float, p_against: float, numbers: tuple[float, float]) -> Verdict:

@@ -206,10 +206,10 @@ def _overlay(base: Mapping[str, Any], top: Mapping[str, Any]) -> dict[str, Any]:
         merged[key] = value
         if not isinstance(value, dict) or "v" in value or not isinstance(below, dict):
             continue
-        usual = below.get("type", "seat")
+        base_type = below.get("type", "seat")
         if key == "column":
             merged[key] = over_default(below, value)
-        elif value.get("type", usual) == usual:  # a part of another type has other keys
+        elif value.get("type", base_type) == base_type:  # a part of another type has other keys
             merged[key] = _overlay(below, value)
     return merged
 

@@ -144,16 +144,16 @@ class Outline:
         Rectangles have two rows per ring, or one in the cover.
         """
         (depth, width), ends, inner = self.sizes_m, self.corner_m, core.corner_m if core else 0.0
-        straight = width - ends
+        between = width - ends
         if self.is_round:
             return _rings(inner / 2, ends / 2, rings, wedges)
         # the two halves of a disc, with as many fibers, are at the ends
         disc = _rings(inner / 2, ends / 2, rings, 4 * math.ceil(wedges / 4)) if ends else []
-        fibers = [(y + math.copysign(straight / 2, y), z, area) for y, z, area in disc]
+        fibers = [(y + math.copysign(between / 2, y), z, area) for y, z, area in disc]
         if core is None:
-            return fibers + _block((0.0, 0.0), (straight, depth), (2 * rings, 2 * rings))
+            return fibers + _block((0.0, 0.0), (between, depth), (2 * rings, 2 * rings))
         low, narrow = core.sizes_m
-        rows = _block((0.0, (depth + low) / 4), (straight, (depth - low) / 2), (wedges, rings))
+        rows = _block((0.0, (depth + low) / 4), (between, (depth - low) / 2), (wedges, rings))
         if not ends:
             sides = ((width + narrow) / 4, 0.0), ((width - narrow) / 2, low)
             rows += _block(*sides, (rings, wedges))

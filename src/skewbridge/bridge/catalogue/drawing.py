@@ -104,8 +104,8 @@ def girder_section(
 def slab_section(width: float, thickness_mm: float) -> Section:
     """Return the section of a solid slab."""
     depth, pads = MM * thickness_mm, max(2, round(width / 3))  # ASSUME pads about 3 m apart
-    area, upright = width * depth, width * depth**3 / 12
-    gross = area, depth / 2, upright, depth * width**3 / 12, 4 * upright, 0.0
+    area, i_vertical = width * depth, width * depth**3 / 12
+    gross = area, depth / 2, i_vertical, depth * width**3 / 12, 4 * i_vertical, 0.0
     return Section(*gross, pads, width / pads)
 
 
@@ -186,7 +186,7 @@ class Formula:
 
     def value(self, lookup: Callable[[str], Any]) -> Any:
         """Return the value, or None if a number is unknown, invalid or outside the formula."""
-        values = [lookup(need) for need in self.needs]
+        values = [lookup(key) for key in self.needs]
         if not all(map(_is_usable, values)):
             return None
         try:
@@ -274,9 +274,9 @@ def _rounded(value: Any, digits: int) -> Any:
     return float(f"{value:.{digits}g}") if isinstance(value, float) else value
 
 
-def _lookup(tree: Any, results: Mapping[str, Any], need: str) -> Any:
+def _lookup(tree: Any, results: Mapping[str, Any], key: str) -> Any:
     """Return a number of the bridge file, else of the drawing or a rule, or None."""
-    candidates = value_at(tree, need), results.get(need), value_at(results, need)
+    candidates = value_at(tree, key), results.get(key), value_at(results, key)
     return next((value for value in candidates if value is not None), None)
 
 
@@ -295,7 +295,7 @@ def values_by_rule(given_numbers: Mapping[str, Any], tree: Any) -> Iterator[tupl
         ):
             key = _placed(rule.key, seat, number)
             value = rule.formula.value(
-                lambda need, where=(seat, number): _lookup(tree, results, _placed(need, *where))
+                lambda needed, where=(seat, number): _lookup(tree, results, _placed(needed, *where))
             )
             if key not in results and value is not None:
                 results[key] = value
@@ -318,8 +318,8 @@ class Completed(NamedTuple):
 
 
 def _is_of_bridge(key: str) -> bool:
-    usual = re.sub(r"^abutments\.\w+", "abutment", key)
-    return usual not in DRAWN and ("." in key or key in BridgeData.model_fields)
+    of_both_ends = re.sub(r"^abutments\.\w+", "abutment", key)
+    return of_both_ends not in DRAWN and ("." in key or key in BridgeData.model_fields)
 
 
 def completed(tree: dict[str, Any], path: Path) -> Completed:
@@ -334,13 +334,13 @@ def completed(tree: dict[str, Any], path: Path) -> Completed:
             _put(tree, key, _rounded(value, 10))
             if value_at(tree, key) is not None:  # a null section stays
                 derived[key] = rule
-    late = {
+    after_others = {
         key: rule
         for rule in RULES
         for key in _keys(rule.key, tree)
         if rule.any is not None and value_at(tree, key) is None
     }
-    for key, rule in late.items():
+    for key, rule in after_others.items():
         _put(tree, key, rule.any)
         derived[key] = rule
     tree["sources"] |= {key: rule.src for key, rule in derived.items()}
@@ -348,7 +348,7 @@ def completed(tree: dict[str, Any], path: Path) -> Completed:
         bridge = checked(BridgeData, tree, where)
     except InputError as error:
         raise _explained(error) from None
-    for key, rule in late.items():
+    for key, rule in after_others.items():
         value = rule.formula.value({"bridge": bridge}.get)
         if value is None:
             text = "cannot be computed from the other numbers; check them or write it"
@@ -402,17 +402,17 @@ def _explained(error: InputError) -> InputError:
             messages.append(line)
         elif parts := " or ".join(_parts(key)):
             messages.append(f"{line}; or give {parts}")
-    many = f"{file} has {len(messages)} errors:\n  " if len(messages) > 1 else f"{file}: "
-    return InputError(many + "\n  ".join(messages), **error.details)
+    heading = f"{file} has {len(messages)} errors:\n  " if len(messages) > 1 else f"{file}: "
+    return InputError(heading + "\n  ".join(messages), **error.details)
 
 
 def _parts(key: str) -> dict[str, None]:
     """Return the parts of a drawing from which rules give a number, directly or in stages."""
     by_default = {rule.key for rule in RULES}
     parts: dict[str, None] = {}
-    for need in (need for rule in RULES if rule.key == key for need in rule.formula.needs):
-        is_drawn = need in DRAWN and need not in by_default
-        parts |= {_part(need): None} if is_drawn else _parts(need.partition(".")[0])
+    for needed in (needed for rule in RULES if rule.key == key for needed in rule.formula.needs):
+        is_drawn = needed in DRAWN and needed not in by_default
+        parts |= {_part(needed): None} if is_drawn else _parts(needed.partition(".")[0])
     return parts
 
 

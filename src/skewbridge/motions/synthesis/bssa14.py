@@ -60,8 +60,8 @@ def _coefficients(periods_s: list[float]) -> dict[str, Vector]:
 def _source_and_path(scenario: Scenario, c: dict[str, Vector]) -> Vector:
     magnitude = scenario.magnitude
     event = c["e_3"] if scenario.mechanism == "reverse" else c["e_1"]
-    over = magnitude - c["M_h"]
-    growth = np.where(over <= 0.0, c["e_4"] * over + c["e_5"] * over**2, c["e_6"] * over)
+    dm = magnitude - c["M_h"]
+    growth = np.where(dm <= 0.0, c["e_4"] * dm + c["e_5"] * dm**2, c["e_6"] * dm)
     distance_km = np.sqrt(scenario.joyner_boore_km**2 + c["h"] ** 2)
     spreading = (c["c_1"] + c["c_2"] * (magnitude - c["M_ref"])) * np.log(distance_km / c["R_ref"])
     anelastic = (c["c_3"] + c["dc_3global"]) * (distance_km - c["R_ref"])

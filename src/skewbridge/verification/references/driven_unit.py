@@ -109,14 +109,14 @@ def rms_n(differences_n: Array) -> float:
 
 def support_nodes(gap_m: float = 0.0) -> None:
     """Define a fixed surface and a body at a distance along z."""
-    anchor, idle = 3, 4
-    for node, z in ((SURFACE, 0.0), (BODY, gap_m), (anchor, 0.0), (idle, 0.0)):
+    anchor, unused = 3, 4
+    for node, z in ((SURFACE, 0.0), (BODY, gap_m), (anchor, 0.0), (unused, 0.0)):
         ops.node(node, 0.0, 0.0, z)
-    for node, along_x in ((SURFACE, 1), (anchor, 1), (idle, 0)):
+    for node, along_x in ((SURFACE, 1), (anchor, 1), (unused, 0)):
         ops.fix(node, along_x, 1, 1)
     # The solver needs at least one equation: a spring without load.
     ops.uniaxialMaterial("Elastic", 1, 1.0)
-    ops.element("zeroLength", 1, anchor, idle, "-mat", 1, "-dir", 1)
+    ops.element("zeroLength", 1, anchor, unused, "-mat", 1, "-dir", 1)
 
 
 def drive_body(path: Array, *, system: str) -> None:

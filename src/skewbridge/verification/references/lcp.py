@@ -61,8 +61,8 @@ class RigidContacts:
         """Return the trial states of a step: contacts with an impulse, and slip of the groups."""
         has_friction = self.friction > 0.0 or self.cohesion_n > 0.0
         groups = sorted({self.groups[i] for i in active}) if has_friction else []
-        for carries in product((True, False), repeat=len(active)):
-            closed = tuple(i for i, carried in zip(active, carries, strict=True) if carried)
+        for flags in product((True, False), repeat=len(active)):
+            closed = tuple(i for i, flag in zip(active, flags, strict=True) if flag)
             for slip in product((0, 1, -1), repeat=len(groups)):
                 yield State(active, closed, dict(zip(groups, slip, strict=True)))
 

@@ -81,8 +81,8 @@ def stick_slip_changes(normal_n: Array, friction_n: Array, coefficient: float) -
     """
     closed = normal_n > 0.0
     slipping = friction_n >= 0.98 * coefficient * normal_n
-    stays = closed[1:] & closed[:-1]
-    return int((stays & (slipping[1:] != slipping[:-1])).sum())
+    stays_closed = closed[1:] & closed[:-1]
+    return int((stays_closed & (slipping[1:] != slipping[:-1])).sum())
 
 
 def half_cycles(pair: Pair[DeckMotion], axis: int) -> pd.DataFrame:
@@ -134,8 +134,8 @@ def run_abutment(study: Study) -> None:
         runs = {p: abutment_history(rough, ground, settings, o) for p, o in options.items()}
         pair = runs["all"], abutment_history(smooth, ground, settings, options["all"])
         case = f"skew {skew}, {keys} keys{record.stand_in}"
-        met = _is_pushed((float(h.force_n[:, 0].max()) / KN for h in pair), skew)
-        states = partial(study.states, run=motion.run, premise=met)
+        premise = _is_pushed((float(h.force_n[:, 0].max()) / KN for h in pair), skew)
+        states = partial(study.states, run=motion.run, premise=premise)
         _judge_abutment(states, case, pair)
         plain = _peaks(pair[1])
         if len(places) > 1:
@@ -333,8 +333,8 @@ def run_places(study: Study) -> None:
         without = _analysis(motion, paper_variant(skew_deg=skew, friction_pct=0))
         changes = (_history_change((runs[place], without), "deck_uy_m") for place in _FREE)
         case, analyses = f"OSB1, skew {skew}{record.stand_in}", (*runs.values(), without)
-        met = _is_pushed(_wall_forces(analyses), skew)
-        study.states("backwall makes it", case, *changes, run=motion.run, premise=met)
+        premise = _is_pushed(_wall_forces(analyses), skew)
+        study.states("backwall makes it", case, *changes, run=motion.run, premise=premise)
         if not motion.is_nominal:
             continue
         has_run = all(analysis.status in RAN for analysis in analyses)
@@ -401,7 +401,7 @@ def _judge_skew(
     normals = [_histories(skewed)[f"{contact_column(corner)}_normal_kn"] for corner in corners]
     judge = partial(states, premise=max(float(normal.max()) for normal in normals) > 0.0)
     peaks, plain = skewed.whole_history, straight.whole_history
-    turns = (1e3 * peak["deck_rotation_rad"] for peak in (peaks, plain))
-    judge("skew bridge rotates", case, *turns)
+    rotations = (1e3 * peak["deck_rotation_rad"] for peak in (peaks, plain))
+    judge("skew bridge rotates", case, *rotations)
     judge("acute corner leads", case, peaks["acute_corner_unseating_m"], peaks["unseating_m"])
     judge("skew needs longer seats", case, peaks["unseating_m"], plain["unseating_m"])

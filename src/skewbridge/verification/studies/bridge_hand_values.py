@@ -159,8 +159,8 @@ def push_wall(skew_deg: int, options: ModelOptions) -> tuple[float, float, float
         raise RuntimeError(f"the push of the wall at skew {skew_deg} stopped early")
     force_n = push.force_n - np.interp(push.disp_m, pull.disp_m, pull.force_n)
     stiffness = float(np.interp(_SMALL_M, push.disp_m, force_n)) / _SMALL_M
-    full = np.argmax(force_n >= 0.995 * force_n[-1])  # above, a hyperbola is nearly flat
-    return float(force_n[-1]), stiffness, float(push.disp_m[full])
+    at_strength = np.argmax(force_n >= 0.995 * force_n[-1])  # above, a hyperbola is nearly flat
+    return float(force_n[-1]), stiffness, float(push.disp_m[at_strength])
 
 
 def run_skewed_walls(study: Study) -> None:

@@ -251,8 +251,8 @@ def compared(published: pd.DataFrame, ours: pd.DataFrame) -> pd.DataFrame:
     """Return the published medians, our medians, and ratios (ours / published) with intervals."""
     table = published.merge(ours, on=["era", *_KEYS], how="inner", sort=False)
     fitted = table["status"] == FITTED
-    for end, usable in (("", fitted), ("_low", fitted), ("_high", fitted), ("_bound", ~fitted)):
-        table[f"ratio{end}"] = (table[f"theta{end}"] / table["median_g"]).where(usable)
+    for end, is_valid in (("", fitted), ("_low", fitted), ("_high", fitted), ("_bound", ~fitted)):
+        table[f"ratio{end}"] = (table[f"theta{end}"] / table["median_g"]).where(is_valid)
     return table
 
 
@@ -264,9 +264,9 @@ def outside(ratio: pd.DataFrame | float) -> Any:
 
 def explanations(table: pd.DataFrame) -> pd.DataFrame:
     """Return the change that moves each ratio of `compared` most towards `RANGE`."""
-    wide = table.pivot(index=["era", *_KEYS], columns="change", values="ratio")
+    ratio_of = table.pivot(index=["era", *_KEYS], columns="change", values="ratio")
     # "none" comes first: `idxmin` then returns it for ratios inside the range
-    ratios = wide[list(dict.fromkeys([NONE.name, *table["change"]]))].dropna(subset=[NONE.name])
+    ratios = ratio_of[list(dict.fromkeys([NONE.name, *table["change"]]))].dropna(subset=[NONE.name])
     distances = outside(ratios)
     best, before = distances.idxmin(axis=1), distances[NONE.name]
     closed = (1.0 - distances.min(axis=1) / before).where(before > 0.0)
@@ -336,10 +336,10 @@ def run_skew(study: Study) -> None:
         if skew or options.keys() <= {"keys"}  # the others have no effect at skew 0
     }
     demands = analysed_demands(study, unchanged, 12)
-    straight = demands[CHOSEN, 0, NONE.name].head(CHOICE_MOTIONS)
+    at_zero_skew = demands[CHOSEN, 0, NONE.name].head(CHOICE_MOTIONS)
     demands |= analysed_demands(study, changed, CHOICE_MOTIONS)
     for choice in CHOICES:
-        demands.setdefault((CHOSEN, 0, choice), straight)
+        demands.setdefault((CHOSEN, 0, choice), at_zero_skew)
     parts = [runs.assign(choice=choice) for (*_, choice), runs in demands.items()]
     table = pd.concat(parts, ignore_index=True)
     ratios, medians = demand_ratios(table), median_factors(table)
@@ -352,9 +352,9 @@ def run_skew(study: Study) -> None:
         source = "Hazus: sqrt(sin(90 deg - skew))"
         study.report(text, row["ratio"], float(hazus_factor(row["skew_deg"])), source)
     for (bridge, skew, choice), runs in demands.items():
-        done = int((runs["status"].isin(RAN)).sum())
+        n_ended = int((runs["status"].isin(RAN)).sum())
         text = f"{bridge}, skew {skew}, choice {choice}: analyses that ended ok or in collapse"
-        study.absolute(text, done, len(runs), 0.0, "every analysis")
+        study.absolute(text, n_ended, len(runs), 0.0, "every analysis")
 
 
 def demand_ratios(table: pd.DataFrame) -> pd.DataFrame:

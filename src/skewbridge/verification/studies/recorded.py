@@ -295,14 +295,14 @@ def identified_period(output: Series, inputs: Series, dt_s: float) -> Period:
         inputs: Accelerations, shape (n, supports), in the band.
         dt_s: Time step.
     """
-    full = _fitted_mode(output, inputs, dt_s)
+    whole = _fitted_mode(output, inputs, dt_s)
     middle = len(output) // 2
     halves = [
         _fitted_mode(output[samples], inputs[samples], dt_s)
         for samples in (slice(middle), slice(middle, None))
     ]
-    spread = max(abs(half.period_s - full.period_s) for half in halves)
-    return replace(full, half_range_s=spread)
+    spread = max(abs(half.period_s - whole.period_s) for half in halves)
+    return replace(whole, half_range_s=spread)
 
 
 def _fitted_mode(output: Series, inputs: Series, dt_s: float) -> Period:

@@ -135,8 +135,8 @@ def _draw_particle(study: Study, history: History, rigid: History) -> None:
     forces = {"N": history.normals_n[::10], "F": history.tangentials_n[::10]}
     path = {"line": (ends + offset).T, "_": (ends - offset).T, name: positions.T}
     panels = [Panel("ux (mm)", "uy (mm)", path, "path of the particle")]
-    for text, way in (("normal, un (mm)", NORMAL), ("along the lines, ut (mm)", TANGENT)):
-        lines = {of_lcp: (rigid.t_s, exact @ way), name: (t, positions @ way)}
+    for text, direction in (("normal, un (mm)", NORMAL), ("along the lines, ut (mm)", TANGENT)):
+        lines = {of_lcp: (rigid.t_s, exact @ direction), name: (t, positions @ direction)}
         panels.append(Panel("time (s)", text, lines))
     totals = {name: (t, force.sum(axis=1) / KN) for name, force in forces.items()}
     panels.append(Panel("time (s)", "force (kN)", totals, "contact forces of both lines"))
@@ -252,10 +252,10 @@ def _judge_agreement(study: Study, elastic: History, rigid: History) -> None:
     at_times = [np.interp(elastic.t_s, rigid.t_s, column) for column in exact.T]
     difference = motion - np.array(at_times).T
     for axis, error, peak in zip(_AXES, difference.T, _scaled_peaks(rigid), strict=True):
-        over = 1.0 if isclose(peak, 0.0, abs_tol=1e-9) else peak
-        study.states("deck agrees", f"C1, elastic penalty, {axis}", rms(error) / float(over))
-    late = elastic.t_s > float(np.median(impacts(elastic)["t_s"]))
-    before, after = (rms(difference[k, :2]) / rms(motion[k, :2]) for k in (~late, late))
+        scale = 1.0 if isclose(peak, 0.0, abs_tol=1e-9) else peak
+        study.states("deck agrees", f"C1, elastic penalty, {axis}", rms(error) / float(scale))
+    is_late = elastic.t_s > float(np.median(impacts(elastic)["t_s"]))
+    before, after = (rms(difference[k, :2]) / rms(motion[k, :2]) for k in (~is_late, is_late))
     study.states("differences grow", "C1, elastic penalty", after, before)
 
 
@@ -391,8 +391,8 @@ def run_tests(study: Study) -> None:
             study.at_most(text, error, 0.05 * MM, _ODE)
             _draw_tests(study, history, f"{motion.label}, {name}")
         text = f"{name}: excess of friction over the cone / largest limit"
-        beyond = cone_excess(history.tangentials_n, history.normals_n, FRICTION)
-        study.at_most(text, beyond, 0.1, "cone; compression predicted over one step")
+        excess = cone_excess(history.tangentials_n, history.normals_n, FRICTION)
+        study.at_most(text, excess, 0.1, "cone; compression predicted over one step")
     # A contact lasts half a period of the mass on its penalty; each corner has an equal mass share.
     decks = wu_case(GAPS_MM[0]), deck_case("C1")
     times_s = [(deck.mass_kg / deck.normal_stiffness_n_per_m) ** 0.5 for deck in decks]

@@ -47,11 +47,11 @@ def run(study: Study) -> None:
     for jump in np.flatnonzero(np.diff(closed)).tolist():
         steady[jump : jump + 3] = False
     excess = friction_n - np.where(closed, 1500.0 + 0.3 * forces[:, 2], 0.0)
-    beyond = max(0.0, float(excess[steady].max())) / LIMIT_N
-    study.at_most("excess of force over the cone / limit", beyond, 1e-6, "cone")
-    loose = float(np.abs(forces[~closed & steady, :2]).max())
-    study.at_most("friction while open (N)", loose, 0.0, "no friction")
-    study.states("closing decides", "vector", loose)
+    largest_excess = max(0.0, float(excess[steady].max())) / LIMIT_N
+    study.at_most("excess of force over the cone / limit", largest_excess, 1e-6, "cone")
+    open_force = float(np.abs(forces[~closed & steady, :2]).max())
+    study.at_most("friction while open (N)", open_force, 0.0, "no friction")
+    study.states("closing decides", "vector", open_force)
     _compare_schemes(study)
     _draw(study, path[::5], forces[::5] / KN)
 
@@ -91,8 +91,8 @@ def _draw(study: Study, path: Array, forces_kn: Array) -> None:
         Panel("time (s)", "force (kN)", total),
     ]
     study.figures["histories"] = drawn(over_time, height_in=5.2)
-    turns = np.linspace(0.0, 2.0 * pi, 181)
-    cone = LIMIT_N / KN * np.cos(turns), LIMIT_N / KN * np.sin(turns)
+    angles = np.linspace(0.0, 2.0 * pi, 181)
+    cone = LIMIT_N / KN * np.cos(angles), LIMIT_N / KN * np.sin(angles)
     dots = {"ls": "none", "marker": ".", "ms": 2.5}
     planes = [
         Panel("ux (m)", "Fx (kN)", {"x": (path[:, 1], fx)}),

@@ -313,8 +313,8 @@ def pooled_ratios(peaks: pd.DataFrame, accuracies: tuple[Accuracy, Accuracy]) ->
     keys = [*_AXES, "motion_id", "demand"]
     long = peaks.melt(["numerics", *keys[:-1]], DEMANDS, "demand", "peak").query("peak > 0.0")
     names = dict(zip(accuracies, ("ratio", "exact_ratio"), strict=True))
-    wide = long.pivot(index=keys, columns="numerics", values="peak").rename(columns=names)
-    logs = wide.apply(np.log)
+    by_numerics = long.pivot(index=keys, columns="numerics", values="peak").rename(columns=names)
+    logs = by_numerics.apply(np.log)
     parts: list[pd.DataFrame] = []
     for axis in _AXES:
         other_axes = [name for name in reversed(_AXES) if name != axis]
