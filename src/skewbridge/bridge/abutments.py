@@ -246,9 +246,9 @@ class Wall:
     def wall_parts(self) -> list[tuple[float, float, Passive]]:
         """Return for each wall point its position (m), share of the wall and backfill curve."""
         options, end = self.options, self.end
-        height = options.backfill_height_exponent
-        soil = options.backfill, self.end.skew_rad, height, options.backfill_skew
-        backfill = self.soil(wall_backfill(self.data, *soil))
+        exponent = options.backfill_height_exponent
+        curve_options = options.backfill, self.end.skew_rad, exponent, options.backfill_skew
+        backfill = self.soil(wall_backfill(self.data, *curve_options))
         stations = end.wall_stations(options.backwall_points)
         shares = tributary_shares(len(stations))
         factors = variation_factors(end, stations, options.backfill_variation)
@@ -272,8 +272,8 @@ class Wall:
     def wall_mass_kg(self) -> float:
         """Mass of the backwall."""
         data = self.data
-        volume = self.end.wall_length_m * data.wall_height_m * data.wall_thickness_m
-        return volume * CONCRETE_KG_PER_M3
+        volume_m3 = self.end.wall_length_m * data.wall_height_m * data.wall_thickness_m
+        return volume_m3 * CONCRETE_KG_PER_M3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -424,10 +424,10 @@ def _build_simplified(joint: Joint) -> AbutmentHandle:
     longitudinal = reduced_for_skew(zero_skew, joint.end.skew_rad, skew_rule).scaled(0.5)
     # ASSUME the transverse springs have no gap, as in the published model
     transverse = joint.wing.scaled(0.5)
-    ends = end.wall_stations(2)
-    factors = variation_factors(end, ends, joint.options.backfill_variation)
+    corners_m = end.wall_stations(2)
+    factors = variation_factors(end, corners_m, joint.options.backfill_variation)
     pairs: list[tuple[SpringHandle, SpringHandle]] = []
-    for along, factor in zip(ends, factors, strict=True):
+    for along, factor in zip(corners_m, factors, strict=True):
         nodes = grounded_node(end.point("outer", along), tags), joint.points["outer", along]
         soil = passive_material(longitudinal.scaled(factor), joint.handle.gap_m, tags)
         wing = plastic_material(transverse, tags)
@@ -455,11 +455,11 @@ def embankment_mass_kg(data: AbutmentData) -> float:
     References:
         Zhang and Makris (2002), Earthquake Eng. Struct. Dyn. 31, section on critical length.
     """
-    width, height = data.wall_width_m, data.embankment_height_m
-    length = 0.7 * sqrt(data.embankment_slope_ratio * width * height)
+    width_m, height_m = data.wall_width_m, data.embankment_height_m
+    length_m = 0.7 * sqrt(data.embankment_slope_ratio * width_m * height_m)
     # ASSUME a trapezoid with side slopes of 1 / slope ratio, moving as one body
-    area = width * height + height**2 * data.embankment_slope_ratio
-    return length * area * SOIL_KG_PER_M3
+    area_m2 = width_m * height_m + height_m**2 * data.embankment_slope_ratio
+    return length_m * area_m2 * SOIL_KG_PER_M3
 
 
 def _build_body(joint: Joint) -> tuple[int, SpringHandle]:
@@ -575,8 +575,8 @@ def _build_keys(joint: Joint, handle: AbutmentHandle, body: int | None) -> Abutm
             name, gap_m = f"key {'+' if sign > 0.0 else '-'}", options.transverse_gap_m
             units.append(joint.add_contact(nodes, inward, gap_m, stiffness, friction, name))
         else:
-            gap = gap_material(stiffness[0], options.transverse_gap_m, tags)
-            gaps.append(spring_element(nodes, inward, [gap], [], tags)[0].element)
+            gap_spring = gap_material(stiffness[0], options.transverse_gap_m, tags)
+            gaps.append(spring_element(nodes, inward, [gap_spring], [], tags)[0].element)
     return replace(
         handle,
         key_springs=tuple(springs),

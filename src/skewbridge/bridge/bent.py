@@ -95,8 +95,8 @@ def build_bents(
             )
             # ASSUME the base section, which governs, carries the whole weight of the column;
             # half of its mass moves with the cap
-            weight = column_weight_n(bridge, bent)
-            add_weight(spine, joint, weight, weight / 2 / G_MPS2)
+            weight_n = column_weight_n(bridge, bent)
+            add_weight(spine, joint, weight_n, weight_n / 2 / G_MPS2)
     return tuple(columns), tuple(foundations)
 
 
@@ -178,17 +178,17 @@ def _spread_deck_load(
     nodes = _along_cap(centre, joints)
     spine.loads_n[centre] -= load_n
     per_m = load_n / length_m
-    ends = (-length_m / 2, *(along for _, along in nodes), length_m / 2)
+    stations_m = (-length_m / 2, *(along for _, along in nodes), length_m / 2)
     for i, (node, along) in enumerate(nodes):
         # each side of the node: the whole overhang at an end of the cap, else half the span
         for sign, neighbour_m, is_end in (
-            (-1.0, ends[i], i == 0),
-            (1.0, ends[i + 2], i == len(nodes) - 1),
+            (-1.0, stations_m[i], i == 0),
+            (1.0, stations_m[i + 2], i == len(nodes) - 1),
         ):
             part_m = abs(neighbour_m - along)
             spine.loads_n[node] += per_m * part_m / (1.0 if is_end else 2.0)
-            moment = per_m * part_m**2 / (2.0 if is_end else 12.0)
-            about_x_nm, about_y_nm = (-sign * moment * component for component in normal)
+            moment_nm = per_m * part_m**2 / (2.0 if is_end else 12.0)
+            about_x_nm, about_y_nm = (-sign * moment_nm * component for component in normal)
             add_moment(spine, node, about_x_nm=about_x_nm, about_y_nm=about_y_nm)
 
 
@@ -364,14 +364,14 @@ def build_integration(
     top = _shear_section(fiber, capacities, options, tags) if is_degrading else fiber
     ratio = bent.hinge_length_m / bent.clear_height_m
     positions, weights = elastic_points(ratio, is_pinned=is_pinned)
-    sections, ends = [elastic] * len(positions), (len(positions) + 1,)
+    sections, hinge_numbers = [elastic] * len(positions), (len(positions) + 1,)
     if not is_pinned:
         sections, positions, weights = [fiber, *sections], [0.0, *positions], [ratio, *weights]
-        ends = (1, len(positions) + 1)
+        hinge_numbers = (1, len(positions) + 1)
     sections, positions, weights = [*sections, top], [*positions, 1.0], [*weights, ratio]
     rule = (len(sections), *sections, *positions, *weights)
     ops.beamIntegration("UserDefined", integration, *rule)
-    return integration, ends
+    return integration, hinge_numbers
 
 
 def elastic_points(hinge_ratio: float, *, is_pinned: bool) -> tuple[list[float], list[float]]:

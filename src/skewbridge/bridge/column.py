@@ -185,23 +185,23 @@ def shear_loss(bent: BentCapacity, shear_model: ShearModel = DEFAULT_SHEAR_MODEL
         Elwood and Moehle (2005), Earthquake Spectra 21(1), 71-89: drift at axial failure; Elwood
         (2004), Can. J. Civ. Eng. 31(5), 846-859: linear loss.
     """
-    curve, height, section = bent.curve, bent.clear_height_m, bent.shear
-    yielded, yield_drift = curve.yield_curvature_per_m, bent.yield_disp_m / height
+    curve, height_m, section = bent.curve, bent.clear_height_m, bent.shear
+    yielded, yield_drift = curve.yield_curvature_per_m, bent.yield_disp_m / height_m
     plastic = (curve.curvature_per_m - yielded) / (curve.ultimate_curvature_per_m - yielded)
     drift = np.minimum(curve.curvature_per_m / yielded, 1.0) * yield_drift
-    drift += np.maximum(plastic, 0.0) * (bent.capacity_m / height - yield_drift)
+    drift += np.maximum(plastic, 0.0) * (bent.capacity_m / height_m - yield_drift)
     ductilities = drift / yield_drift, curve.curvature_per_m / yielded
     capacity = shear_strength(section, shear_model, bent.axial_n, *ductilities)
     shear = curve.moment_nm / bent.shear_span_m
     fails = shear >= capacity
     first = int(fails.argmax()) if fails.any() else -1
-    strength = float(shear[first] if fails.any() else capacity[first])
+    strength_n = float(shear[first] if fails.any() else capacity[first])
     area_m2 = SHEAR_AREA_RATIO * section.gross_area_m2
     shear_pa = shear_modulus_pa(bent.column.elastic_modulus_gpa * GPA)
-    elastic_m = strength * height / (shear_pa * area_m2)
-    lost_m = (axial_failure_drift(section, bent.axial_n) - float(drift[first])) * height
+    elastic_m = strength_n * height_m / (shear_pa * area_m2)
+    lost_m = (axial_failure_drift(section, bent.axial_n) - float(drift[first])) * height_m
     return ShearLoss(
-        strength_n=strength,
+        strength_n=strength_n,
         elastic_m=elastic_m,
         failure_drift_ratio=float(drift[first]),
         # never steeper than the elastic branch

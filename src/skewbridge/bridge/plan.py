@@ -66,11 +66,11 @@ class DeckEnd:
         """Return a point of the joint, ``along_m`` from the centreline along the wall."""
         # ASSUME the pads are under the middle of the end diaphragm
         faces, (x, y) = {"bearing": 0.0, "outer": 0.5}[line], self.tangent
-        offset = faces * self.thickness_m / cos(self.skew_rad)
+        offset_m = faces * self.thickness_m / cos(self.skew_rad)
         middle, outward = self.middle_m, self.outward
         return (
-            middle[0] + offset * outward[0] + along_m * x,
-            middle[1] + offset * outward[1] + along_m * y,
+            middle[0] + offset_m * outward[0] + along_m * x,
+            middle[1] + offset_m * outward[1] + along_m * y,
             self.soffit_m,
         )
 

@@ -290,19 +290,19 @@ class _Reader:
 
     def _dead_load(self) -> tuple[dict[int, float], dict[int, tuple[float, float]]] | None:
         """Take the dead load out of the domain; None if neither script nor frame states one."""
-        script, force, moment = self._stated, self._units.si(FORCE), self._units.si(MOMENT)
+        script, newton, newton_m = self._stated, self._units.si(FORCE), self._units.si(MOMENT)
         patterns = _listed(ops.getPatterns())
         if script.loads is not None:
             self._must_have("loads", script.loads)
             _need(not patterns, "give the dead load as loads or as a load pattern, not as both")
-            return {node: force * load for node, load in script.loads.items()}, {}
+            return {node: newton * load for node, load in script.loads.items()}, {}
         if not patterns:
             return None
         _need(
             not _listed(ops.getEleLoadTags()),
             "element loads cannot be used: give nodal loads, or none for mass x g",
         )
-        values = np.reshape(ops.getNodeLoadData(), (-1, 6)) * [*[force] * 3, *[moment] * 3]
+        values = np.reshape(ops.getNodeLoadData(), (-1, 6)) * [*[newton] * 3, *[newton_m] * 3]
         forces: dict[int, float] = {}
         moments: dict[int, tuple[float, float]] = {}
         for node, (x, y, vertical, about_x, about_y, about_z) in zip(
@@ -328,8 +328,8 @@ class _Reader:
     ) -> list[tuple[int | ScriptEnd, str, PlanVector]]:
         """Return each end with its name and the direction to it from the other end."""
         (x1, y1, _), (x2, y2, _) = (self._place(self._node(end)) for end in ends)
-        length = hypot(x2 - x1, y2 - y1)
-        along = (x2 - x1) / length if length else 0.0, (y2 - y1) / length if length else 0.0
+        distance = hypot(x2 - x1, y2 - y1)
+        along = (x2 - x1) / distance if distance else 0.0, (y2 - y1) / distance if distance else 0.0
         _need(
             along[0] > sqrt(0.5),
             f"the deck must run along x, from its end at ({x1:g}, {y1:g}) to ({x2:g}, {y2:g})",
@@ -385,11 +385,11 @@ class _Reader:
             f"starts at node {first}",
         )
         low, high = self._place(column.base)[2], self._place(column.top)[2]
-        height = high - low if column.height is None else metre * column.height
+        height_m = high - low if column.height is None else metre * column.height
         _need(
-            0.0 < height <= high - low + 1e-6 * abs(high),
+            0.0 < height_m <= high - low + 1e-6 * abs(high),
             f"{field}: the column must rise along z by 0 to {(high - low) / metre:g}, got "
-            f"{height / metre:g}",
+            f"{height_m / metre:g}",
         )
         fixed = _listed(ops.getFixedDOFs(column.base))
         is_pinned = self._joined[column.base] == [column.element] and not {4, 5} <= {*fixed}
@@ -412,8 +412,8 @@ class _Reader:
         return ColumnHandle(
             element=column.element,
             base_node=column.base,
-            top=Point(column.top, (0.0, 0.0, low + height - high)),
-            clear_height_m=height,
+            top=Point(column.top, (0.0, 0.0, low + height_m - high)),
+            clear_height_m=height_m,
             hinge_sections=tuple(column.hinges),
             capacities=(capacity(drifts[0]), capacity(drifts[1])),
             is_pinned=is_pinned,

@@ -198,13 +198,13 @@ class _Section:
     def resultants(self, centre: float, phi: float) -> tuple[float, float]:
         """Return axial force in N and moment in N m, compression positive."""
         strain = centre + phi * self._height_m
-        force = self._core_m2 * self._core.stress_pa(strain)
-        force += self._cover_m2 * self._cover.stress_pa(strain)
+        core_n = self._core_m2 * self._core.stress_pa(strain)
+        core_n += self._cover_m2 * self._cover.stress_pa(strain)
         bar_strain = centre + phi * self._bar_height_m
         bar = self._bar_m2 * self._steel_stress_pa(bar_strain)
         bar -= self._bar_m2 * self._core.stress_pa(bar_strain)  # displaced concrete
-        axial = float(force.sum() + bar.sum())
-        return axial, float((force * self._height_m).sum() + (bar * self._bar_height_m).sum())
+        axial = float(core_n.sum() + bar.sum())
+        return axial, float((core_n * self._height_m).sum() + (bar * self._bar_height_m).sum())
 
     def centre_strain(self, phi: float, axial_n: float) -> float:
         """Return a strain at the centre that balances the axial force (several when softening)."""

@@ -65,8 +65,8 @@ def _indented_material(
         forces[len(start_n)] = none_n  # at the end of the gap
     compression = ("-Ce", *closures, "-Cs", *forces)
     undamaged = ("-Cd", *[0.0] * len(closures))
-    opening = ("-Te", 0.0, none_n / stiffness, _FAR_M, "-Ts", 0.0, none_n, none_n)
-    curve = (*compression, *undamaged, *opening, "-Td", 0.0, 0.0, 1.0)
+    opening_branch = ("-Te", 0.0, none_n / stiffness, _FAR_M, "-Ts", 0.0, none_n, none_n)
+    curve = (*compression, *undamaged, *opening_branch, "-Td", 0.0, 0.0, 1.0)
     return uniaxial(tags, "ASDConcrete1D", stiffness, *curve, *tangent)
 
 
@@ -121,16 +121,16 @@ def elastic_material(
 
 def gap_material(stiffness_n_per_m: float, gap_m: float, tags: TagAllocator) -> int:
     """Create a stiff spring that acts once a gap is closed (negative deformation)."""
-    yield_n, gap = -_NEVER_M * stiffness_n_per_m, -max(gap_m, NO_GAP_M)
-    return uniaxial(tags, "ElasticPPGap", stiffness_n_per_m, yield_n, gap, 0.0, "noDamage")
+    yield_n, closed_at_m = -_NEVER_M * stiffness_n_per_m, -max(gap_m, NO_GAP_M)
+    return uniaxial(tags, "ElasticPPGap", stiffness_n_per_m, yield_n, closed_at_m, 0.0, "noDamage")
 
 
 def key_material(key: KeyData, tags: TagAllocator) -> int:
     """Create the spring normal to a shear key's face, with the same backbone in both directions."""
     points = [
         value
-        for force, disp in zip(key.force_kn, key.displacement_mm, strict=True)
-        for value in (force * KN, disp * MM)
+        for force_kn, disp_mm in zip(key.force_kn, key.displacement_mm, strict=True)
+        for value in (force_kn * KN, disp_mm * MM)
     ]
     mirrored = [-value for value in points]
     # source: defaults of the OpenSees manual for an unpinched spring without damage

@@ -130,8 +130,8 @@ def deck_ends(bridge: BridgeData, skew_deg: float) -> tuple[DeckEnd, DeckEnd]:
     half, deck = bridge.length_m / 2, bridge.deck
 
     def end(name: str, sign: float) -> DeckEnd:
-        own_deg = bridge.ends[name].skew_deg
-        skew = skew_deg if own_deg is None else own_deg
+        end_skew_deg = bridge.ends[name].skew_deg
+        skew = skew_deg if end_skew_deg is None else end_skew_deg
         size = skew, deck.width_m, deck.diaphragm_thickness_m
         return DeckEnd(name, (sign * half, 0.0), (sign, 0.0), *size)
 
@@ -180,16 +180,16 @@ def built_bridge(bridge: BridgeData, options: ModelOptions, skew_deg: float = 0.
     spacing = stretch if options.column_spacing == "normal" else 1.0
     concrete, steel = options.concrete_strength_factor, options.steel_strength_factor
     mass = options.deck_mass_factor
-    column = {
+    column_factors = {
         "concrete_strength_mpa": concrete,
         "expected_concrete_strength_mpa": concrete,
         "elastic_modulus_gpa": sqrt(concrete),
         "steel_strength_factor": steel,
         "hoop_yield_mpa": steel,
     }
-    bents = {"cap_weight_kn": mass * stretch, "column_spacing_m": spacing, "column": column}
+    bents = {"cap_weight_kn": mass * stretch, "column_spacing_m": spacing, "column": column_factors}
     factors = {
-        "column": column,
+        "column": column_factors,
         "deck": {"line_load_kn_per_m": mass, "diaphragm_weight_kn": mass},
         "bents": bents,
     }

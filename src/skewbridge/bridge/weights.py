@@ -83,14 +83,14 @@ def total_weight_n(bridge: BridgeData) -> float:
 def mass_centre_m(bridge: BridgeData) -> float:
     """Return x in m of the mass centre of deck, caps and upper halves of the columns."""
     line = bridge.deck.line_load_kn_per_m * KN * bridge.length_m
-    total, moment = line + 2 * bridge.deck.diaphragm_weight_kn * KN, 0.0
+    total, moment_nm = line + 2 * bridge.deck.diaphragm_weight_kn * KN, 0.0
     for x, bent in zip(bridge.bent_positions_m, bridge.bents, strict=True):
-        weight = bent.cap_weight_kn * KN + bent.columns * column_weight_n(bridge, bent) / 2
+        weight_n = bent.cap_weight_kn * KN + bent.columns * column_weight_n(bridge, bent) / 2
         if x in bridge.joint_positions_m:
-            weight += 2 * bridge.deck.diaphragm_weight_kn * KN
-        total += weight
-        moment += weight * x
-    return moment / total
+            weight_n += 2 * bridge.deck.diaphragm_weight_kn * KN
+        total += weight_n
+        moment_nm += weight_n * x
+    return moment_nm / total
 
 
 def spine_points_m(bridge: BridgeData, elements_per_span: int) -> list[dict[float, float]]:

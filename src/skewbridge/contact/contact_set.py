@@ -234,7 +234,7 @@ class ContactSet:
         forces = (pair.normal_n, -pair.force_1, -pair.force_2)
         # a plane model has one tangent
         terms = zip(forces, (pair.normal, *pair.tangents), strict=False)
-        products = [[force * value for value in axis] for force, axis in terms]
+        products = [[force_n * value for value in axis] for force_n, axis in terms]
         return tuple(map(sum, zip(*products, strict=True)))
 
     def ledger(self) -> list[UnitLedger]:

@@ -33,10 +33,10 @@ def unit_vector(vector: Sequence[float], field: str, ndm: int) -> Direction:
         raise InputError(
             f"{field} must have {ndm} components in a model of {ndm} dimensions, got {values}"
         )
-    length = sqrt(sum(value * value for value in values))
-    if not (isfinite(length) and length > 0.0):
+    norm = sqrt(sum(value * value for value in values))
+    if not (isfinite(norm) and norm > 0.0):
         raise InputError(f"{field} must be a finite vector of positive length, got {values}")
-    return tuple(value / length for value in values)
+    return tuple(value / norm for value in values)
 
 
 def contact_frame(
@@ -187,8 +187,8 @@ def make_springs(
     directions, has_dashpot = len(frame) - 1, "dashpot_n_s_per_m" in driven
     kn, kt = law.kn_n_per_m, law.kt_n_per_m
     # acts in compression once the gap is closed: gap and yield have the same sign
-    gap = (kn, -kn * _NEVER_M, -law.gap_m, 0.0, "noDamage")
-    normal = uniaxial(tags, "ElasticPPGap", *gap)
+    gap_arguments = (kn, -kn * _NEVER_M, -law.gap_m, 0.0, "noDamage")
+    normal = uniaxial(tags, "ElasticPPGap", *gap_arguments)
     if is_elastic:
         spring = uniaxial(tags, "Elastic", kt)
         tangential = uniaxial(tags, "InitStrainMaterial", spring, _SIGNATURE_M)

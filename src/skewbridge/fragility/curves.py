@@ -521,8 +521,8 @@ def _rows(runs: _DemandRuns, curves: Mapping[LimitState, Mapping[str, _Curve]]) 
             if fit.status == FITTED:
                 row |= curve.columns
                 if np.isfinite(curve.total[0]):
-                    ends = motion_means.interval(np.log(curve.total), level)
-                    row |= dict(zip(_TOTAL, ends, strict=True))
+                    interval = motion_means.interval(np.log(curve.total), level)
+                    row |= dict(zip(_TOTAL, interval, strict=True))
             for name in set(TREATMENTS) & set(curve.bounds):
                 row[f"theta_{name}"], row[f"beta_{name}"] = curve.bounds[name]
             rows.append(row)

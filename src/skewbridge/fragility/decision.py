@@ -86,14 +86,14 @@ def decision(
             position = {SKEW: skew_deg, GAP: gap_mm}
             curves = [seat.curve(position | values) for seat in seats]
             length = _length(curves, hazard, target)
-            ends = length.interval(unseating["level"])
+            interval = length.interval(unseating["level"])
             row: Row = dict(
-                zip(("support_m", "support_m_low", "support_m_high"), ends, strict=True)
+                zip(("support_m", "support_m_low", "support_m_high"), interval, strict=True)
             )
             row |= {name.replace("support", "seat"): v + gap_mm / 1000.0 for name, v in row.items()}
             # the median at which the needed length is exceeded
             medians = np.exp([curve.ln_theta[0] for curve in curves])
-            median = float(np.interp(ends[0], _LENGTHS_M, medians))
+            median = float(np.interp(interval[0], _LENGTHS_M, medians))
             row["extrapolated"] = not unseating["im_low"] <= median <= unseating["im_high"]
             row["hazus_m"] = np.nan
             if unskewed:

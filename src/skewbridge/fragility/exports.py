@@ -221,10 +221,10 @@ def _skew_factors(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     other_axes = [name for name in axis_names(fitted) if name != skew]
     keys = ["bridge", "abutment", *other_axes, "component", "limit_state"]
     values = ["theta", "var_ln_theta", "variant", "extrapolated"]
-    ends = ["skew_ratio_low", "skew_ratio_high"]
+    ratio_ends = ["skew_ratio_low", "skew_ratio_high"]
     at_zero = fitted.loc[fitted[skew] == 0].reindex(columns=[*keys, *values])
     skewed = with_ratios(fitted.loc[fitted[skew] != 0], medians[medians["from_value"] == 0])
-    skewed = skewed.reindex(columns=[*keys, skew, "im", *values, *ends])
+    skewed = skewed.reindex(columns=[*keys, skew, "im", *values, *ratio_ends])
     joined = skewed.merge(at_zero, on=keys, suffixes=("", "_straight"))
     if joined.empty:
         raise InputError("no limit state has an estimate both at skew 0 and at another skew")
@@ -234,7 +234,7 @@ def _skew_factors(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     # ASSUME medians are independent if there is no paired interval: the interval is then too wide,
     # never too narrow, because the motions are the same at both skews
     variance = joined["var_ln_theta"] + joined["var_ln_theta_straight"]
-    low, high = (joined[end].astype(np.float64) for end in ends)
+    low, high = (joined[end].astype(np.float64) for end in ratio_ends)
     paired = pd.Series(0.5 * np.log(high / low))
     half = paired.fillna(variance**0.5 * float(special.ndtri(0.95)))
     joined["interval"] = np.where(paired.isna(), "independent", "paired")

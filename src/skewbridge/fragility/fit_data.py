@@ -208,8 +208,8 @@ def _fit_outcomes(
     exceed, is_known, is_used = outcomes.exceed(state), ~outcomes.unknown(state), outcomes.used
     settings = options.settings
     if options.method == "cloud":
-        lower, upper = outcomes.lower[is_used], outcomes.upper[is_used]
-        fit = _fit_cloud(im[is_used], lower, upper, state.threshold, options, motions[is_used])
+        low, upper = outcomes.lower[is_used], outcomes.upper[is_used]
+        fit = _fit_cloud(im[is_used], low, upper, state.threshold, options, motions[is_used])
         return fit if np.any(exceed) else fit.without_estimate(NO_EXCEEDANCE)
     x, hits, codes = im[is_known], exceed[is_known].astype(np.float64), motions[is_known]
     if options.method == "ida":

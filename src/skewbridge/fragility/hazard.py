@@ -77,15 +77,15 @@ class LogRate(NamedTuple):
 
     def interval(self, level: float) -> tuple[float, float, float]:
         """Return exp of the estimate and interval ends, of motions and hazard together."""
-        estimate, ends = self.logs[0], np.array(self.jackknifed.interval(level))
+        estimate, interval = self.logs[0], np.array(self.jackknifed.interval(level))
         if self.fractiles.size > 1:
             # ASSUME the uncertain hazard is lognormal, and its curves do not cross
             spread, middle = np.polyfit(special.ndtri(self.quantiles), self.fractiles, 1)
             half_width = abs(spread) * special.ndtri(0.5 + 0.5 * level)
             hazard = np.array([estimate - middle + half_width, middle + half_width - estimate])
             signs = np.array([-1.0, 1.0])
-            ends = estimate + signs * np.hypot(ends - estimate, np.maximum(hazard, 0.0))
-        return exp_end(estimate), exp_end(float(ends[0])), exp_end(float(ends[1]))
+            interval = estimate + signs * np.hypot(interval - estimate, np.maximum(hazard, 0.0))
+        return exp_end(estimate), exp_end(float(interval[0])), exp_end(float(interval[1]))
 
     def minus(self, other: "LogRate") -> "LogRate":
         """Return ln of the ratio to another rate from the same motions and hazard."""

@@ -148,8 +148,8 @@ def _estimate(models: BridgeModels, state: LimitState, row: Row) -> Row:
         return estimate | {"status": NON_INCREASING}
     logs = curve.ln_theta, np.log(curve.beta), np.log(curve.total)
     for name, values in zip(("theta", "beta", "beta_total"), logs, strict=True):
-        ends = interval(values, model.level)
-        estimate |= dict(zip((name, f"{name}_low", f"{name}_high"), ends, strict=True))
+        interval_ = interval(values, model.level)
+        estimate |= dict(zip((name, f"{name}_low", f"{name}_high"), interval_, strict=True))
     errors = _left_out_errors(models, state, fits)
     if np.any(np.isfinite(errors)):
         estimate["loo_error"] = float(np.nanmedian(errors))

@@ -363,8 +363,8 @@ class _Profiles:
 
     def _shifted(self, right: Floats) -> Floats:
         """Return the last parameters, moved along `_shifts` so that they meet the constraints."""
-        gap = right - np.sum(self._normals * self._params, axis=1)
-        along = gap / np.sum(self._normals * self._shifts, axis=1)
+        violation = right - np.sum(self._normals * self._params, axis=1)
+        along = violation / np.sum(self._normals * self._shifts, axis=1)
         return self._params + along[:, None] * self._shifts
 
     def _ahead(self, change: Floats, right: Floats) -> Floats:

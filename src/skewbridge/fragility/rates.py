@@ -179,9 +179,9 @@ def rate_effects(
             for keys, scope, start, end in _changes(medians, axis, all_states, hazard, rates):
                 change = end.minus(start)
                 row = effect_row(change.jackknifed, settings, blocks=blocks)
-                ends = change.interval(EFFECT_CONFIDENCE)
-                row |= dict(zip(("ratio", "ci_low", "ci_high"), ends, strict=True))
-                row |= {"direction": int(ends[1] > 1.0) - int(ends[2] < 1.0), "scope": scope}
+                ratio = change.interval(EFFECT_CONFIDENCE)
+                row |= dict(zip(("ratio", "ci_low", "ci_high"), ratio, strict=True))
+                row |= {"direction": int(ratio[1] > 1.0) - int(ratio[2] < 1.0), "scope": scope}
                 row |= {"from_rate": start.value, "to_rate": end.value, "n_motions": len(blocks)}
                 rows.append(keys | row)
     table = pd.DataFrame(rows, columns=list(demand_table.described("rate_effects")))

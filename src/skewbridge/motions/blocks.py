@@ -106,8 +106,8 @@ def assign(
         by_angle = (dict(zip(angles, option, strict=True)) for option in options)
         chosen = min(by_angle, key=partial(counts.imbalance, rank))
         counts.add(rank, chosen)
-        for angle, group in chosen.items():
-            runs[motion, angle, list(group)] = True
+        for incidence, group in chosen.items():
+            runs[motion, incidence, list(group)] = True
     return runs
 
 

@@ -192,11 +192,11 @@ def pair_files(
     used_files: set[Path] = set()
     for (event, station), record in records.items():
         record.sort(key=lambda trace: trace.path.name)
-        ends = [trace for trace in record if math.isfinite(trace.azimuth_deg)]
-        apart_deg = ends[0].azimuth_deg - ends[-1].azimuth_deg if len(ends) == 2 else 0.0
+        known = [trace for trace in record if math.isfinite(trace.azimuth_deg)]
+        apart_deg = known[0].azimuth_deg - known[-1].azimuth_deg if len(known) == 2 else 0.0
         if station and abs(apart_deg % 180.0 - 90.0) <= 2.0:
             name = re.sub(r"[^A-Za-z0-9]+", "_", f"{station}_{event}").strip("_")
-            pairs[name] = (ends[0].path, ends[1].path)
+            pairs[name] = (known[0].path, known[1].path)
             used_files |= {trace.path for trace in record}
     alone = {name: files for name, files in unpaired.items() if not used_files.issuperset(files)}
     return dict(sorted(pairs.items())), alone

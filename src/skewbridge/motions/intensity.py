@@ -250,6 +250,6 @@ def _at_rest(accel: Vector, dt_s: float) -> Vector:
     share = np.linspace(0.0, 1.0, size)
     hump = share * (1.0 - share)
     shapes = (hump, hump * (1.0 - 2.0 * share))
-    ends = np.array([end_state(shape) for shape in shapes]).T
-    amounts = np.linalg.solve(ends, end_state(tapered))
+    end_states = np.array([end_state(shape) for shape in shapes]).T
+    amounts = np.linalg.solve(end_states, end_state(tapered))
     return tapered - amounts[0] * shapes[0] - amounts[1] * shapes[1]

@@ -179,10 +179,10 @@ def block_factors(
     offsets = qmc.Halton(1, scramble=False).fast_forward(1).random(len(starts))[:, 0]
     factors = np.empty(levels.size)
     for start, offset in zip(starts, offsets, strict=True):
-        ends = np.log(bands_g if start or first_g is None else first_g)
-        edges = np.unique(ends)
+        ln_g = np.log(bands_g if start or first_g is None else first_g)
+        edges = np.unique(ln_g)
         # distribution of the logarithm of the levels: the mean of uniform ones
-        below = np.clip((edges[:, None] - ends[:, 0]) / np.diff(ends).T, 0.0, 1.0).mean(axis=1)
+        below = np.clip((edges[:, None] - ln_g[:, 0]) / np.diff(ln_g).T, 0.0, 1.0).mean(axis=1)
         of_block = levels[start : start + BLOCK]
         share = (np.arange(of_block.size) + offset) / of_block.size
         in_order = start + np.argsort(of_block, kind="stable")

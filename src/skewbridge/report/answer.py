@@ -268,12 +268,12 @@ def _demand_row(effect: dict[str, Any], line: pd.DataFrame | None) -> dict[str, 
     at_reference = with_ratio[with_ratio["at_reference"].astype(bool)]
     point = with_ratio.iloc[len(with_ratio) // 2] if at_reference.empty else at_reference.iloc[0]
     names = ("im", "ratio", "ci_low", "ci_high", "from_demand", "to_demand")
-    ends = {"first_im": with_ratio["im"].iloc[0], "last_im": with_ratio["im"].iloc[-1]}
+    im_range = {"first_im": with_ratio["im"].iloc[0], "last_im": with_ratio["im"].iloc[-1]}
     claim, claims = point["verdict"], {effect["verdict_family"], point["verdict"]}
     if len(claims) > 1:  # keep the weaker of the two
         same_sign = (point["ratio"] < 1.0) == (effect["direction"] < 0)
         claim = DETECTABLE if claims <= {LOWER, HIGHER, DETECTABLE} and same_sign else UNDECIDED
-    return effect | {name: point[name] for name in names} | ends | {"claim": claim}
+    return effect | {name: point[name] for name in names} | im_range | {"claim": claim}
 
 
 # --- sentences

@@ -79,7 +79,7 @@ def check_tables(tables: StudyTables) -> list[Row]:
     # a bridge without a stated capacity of its columns has no such demand in any row
     is_demand_of_bridge = numbers.notna().groupby(ok["bridge"]).transform("any")
     is_missing = numbers.isna() & is_demand_of_bridge
-    lower, work_kj = ok[ok["column_shear_kn"] < components], ok["slip_work_kj"]
+    below, work_kj = ok[ok["column_shear_kn"] < components], ok["slip_work_kj"]
     share = len(unfinished) / max(len(demands), 1)
     # states of the same variant, component, demand and method
     ordered = fitted.sort_values("threshold", kind="stable")
@@ -94,7 +94,7 @@ def check_tables(tables: StudyTables) -> list[Row]:
         ("rows without a known status", demands[~demands["status"].isin(STATUSES)], KEY),
         ("rows of variants with fewer analyses than planned", demands[uneven], KEY),
         ("finished rows with a demand that is not a number", ok[is_missing.any(axis=1)], KEY),
-        ("finished rows whose resultant shear is below a component", lower, KEY),
+        ("finished rows whose resultant shear is below a component", below, KEY),
         ("rows with negative friction work", ok[work_kj < -_ROUNDING_KJ], KEY),
         ("rows with friction work but without friction",
          ok[smooth & (work_kj.abs() > _ROUNDING_KJ)], KEY),

@@ -328,16 +328,16 @@ def sketch(
     faces = cuts(skew)
     walls: list[list[PlanVector]] = []
     gaps = list(zip(faces[1:-1:2], faces[2:-1:2], strict=True))
-    for kind, (x, angle) in zip(bridge.end_kinds.values(), faces[:: len(faces) - 1], strict=True):
-        out = copysign(1.0 / cos(angle), x)
+    for kind, (x, rad) in zip(bridge.end_kinds.values(), faces[:: len(faces) - 1], strict=True):
+        out = copysign(1.0 / cos(rad), x)
         wall = x + out * factor * gap_m * (kind == "seat")
         if kind in _WITH_WALL:
-            walls.append(_corners((wall, angle), (wall + out * thickness, angle), (-half, half)))
+            walls.append(_corners((wall, rad), (wall + out * thickness, rad), (-half, half)))
         if kind == "seat":
             key, inner = half + factor * model.transverse_gap_m, x - 2.2 * out * thickness
             sides = ((key, key + thickness), (-key, -key - thickness))
-            walls += [_corners((inner, angle), (x, angle), side) for side in sides]
-            gaps.insert(0, ((x, angle), (wall, angle)))
+            walls += [_corners((inner, rad), (x, rad), side) for side in sides]
+            gaps.insert(0, ((x, rad), (wall, rad)))
     deck_corners, tilt = decks(faces), faces[0][1]
     half_length = max(abs(x) for polygon in (*deck_corners, *walls) for x, _ in polygon)
     return {

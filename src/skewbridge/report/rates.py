@@ -76,8 +76,8 @@ def decision_figure(decision: Decision, title: str) -> Figure:
     per_m, table = 1000.0 * factor, decision.table
     figure = Figure(figsize=(8.4, 4.2), layout="constrained")
     seats, columns = figure.subplots(1, 2)
-    ends = sorted({table[GAP].min(), table[GAP].max()})
-    for gap, colour in zip(ends, VARIANT_COLOURS, strict=False):
+    end_gaps = sorted({table[GAP].min(), table[GAP].max()})
+    for gap, colour in zip(end_gaps, VARIANT_COLOURS, strict=False):
         rows = table[table[GAP] == gap]
         for axes, name, scale in ((seats, "seat_m", per_m), (columns, "column_rate", 1.0)):
             if name in rows:
@@ -85,7 +85,7 @@ def decision_figure(decision: Decision, title: str) -> Figure:
                 label = f"gap {factor * gap:.3g} {unit}, {100 * decision.level:g} % interval"
                 axes.fill_between(rows["skew_deg"], low, high, color=colour, alpha=0.18, lw=0)
                 axes.plot(rows["skew_deg"], middle, color=colour, lw=2.0, label=label)
-    rows = table[table[GAP] == ends[-1]]
+    rows = table[table[GAP] == end_gaps[-1]]
     rules = {
         "hazus_m": "Hazus 6.1 factor on skew 0",
         "aashto_m": "AASHTO 4.7.4.4, 1.5 N",

@@ -86,11 +86,11 @@ class Outline:
 
     def inertia_m4(self, direction: int) -> float:
         """Return the second moment of area of bending in a direction."""
-        size, across, ends = self.sizes_m[direction], self.sizes_m[1 - direction], self.corner_m
-        flat = size - ends
-        round_ends = math.pi * ends**2 * flat**2 / 16 + ends**3 * flat / 6  # of two semicircles
-        inner = ((across - ends) * size**3 + ends * flat**3) / 12
-        return math.pi * ends**4 / 64 + (inner + round_ends)
+        size, across, corner_m = self.sizes_m[direction], self.sizes_m[1 - direction], self.corner_m
+        flat = size - corner_m
+        arcs = math.pi * corner_m**2 * flat**2 / 16 + corner_m**3 * flat / 6  # of two semicircles
+        inner = ((across - corner_m) * size**3 + corner_m * flat**3) / 12
+        return math.pi * corner_m**4 / 64 + (inner + arcs)
 
     @property
     def torsion_m4(self) -> float:
@@ -106,32 +106,32 @@ class Outline:
 
     def area_below(self, direction: int, height_m: FloatArray) -> FloatArray:
         """Return the area below heights from the centre, along a direction."""
-        size, across, ends = self.sizes_m[direction], self.sizes_m[1 - direction], self.corner_m
-        flat = (size - ends) / 2
+        size, across, corner_m = self.sizes_m[direction], self.sizes_m[1 - direction], self.corner_m
+        flat = (size - corner_m) / 2
 
         def inside(half: float) -> FloatArray:
             return np.clip(height_m, -half, half) + half
 
-        area = (across - ends) * inside(size / 2) + ends * inside(flat)
-        if ends:
-            upper = _disc_below(np.maximum(height_m - flat, 0.0), ends / 2)
-            upper -= _disc_below(np.zeros(1), ends / 2)
-            area += _disc_below(np.minimum(height_m + flat, 0.0), ends / 2) + upper
+        area = (across - corner_m) * inside(size / 2) + corner_m * inside(flat)
+        if corner_m:
+            upper = _disc_below(np.maximum(height_m - flat, 0.0), corner_m / 2)
+            upper -= _disc_below(np.zeros(1), corner_m / 2)
+            area += _disc_below(np.minimum(height_m + flat, 0.0), corner_m / 2) + upper
         return area
 
     def points(self, count: int) -> FloatArray:
         """Return points at nearly equal distances, symmetric if even in number, shape (n, 2)."""
         depth, width = self.sizes_m
         if self.is_round:
-            angle = 2 * np.pi * (np.arange(count) + 0.5) / count
-            return self.corner_m / 2 * np.column_stack((np.cos(angle), np.sin(angle)))
+            angle_rad = 2 * np.pi * (np.arange(count) + 0.5) / count
+            return self.corner_m / 2 * np.column_stack((np.cos(angle_rad), np.sin(angle_rad)))
         if self.corner_m:
             turn = np.linspace(0.0, np.pi, 361)
             y, z = (width - depth) / 2 + depth / 2 * np.sin(turn), depth / 2 * np.cos(turn)
             y, z = np.array([0.0, *-y, *y, 0.0]), np.array([z[0], *z, *-z, z[0]])
-            length = np.append(0.0, np.hypot(np.diff(y), np.diff(z)).cumsum())
-            along_m = (np.arange(count) + 0.5) / count * length[-1]
-            return np.column_stack((np.interp(along_m, length, y), np.interp(along_m, length, z)))
+            s_m = np.append(0.0, np.hypot(np.diff(y), np.diff(z)).cumsum())
+            along_m = (np.arange(count) + 0.5) / count * s_m[-1]
+            return np.column_stack((np.interp(along_m, s_m, y), np.interp(along_m, s_m, z)))
         half = count // 2
         steps = min(max(round(half * width / (width + depth)), 1), half - 1)
         edge, side = (np.linspace(-0.5, 0.5, n, endpoint=False) for n in (steps, half - steps))
@@ -143,12 +143,12 @@ class Outline:
 
         Rectangles have two rows per ring, or one in the cover.
         """
-        (depth, width), ends, inner = self.sizes_m, self.corner_m, core.corner_m if core else 0.0
+        (depth, width), ends, core_m = self.sizes_m, self.corner_m, core.corner_m if core else 0.0
         between = width - ends
         if self.is_round:
-            return _rings(inner / 2, ends / 2, rings, wedges)
+            return _rings(core_m / 2, ends / 2, rings, wedges)
         # the two halves of a disc, with as many fibers, are at the ends
-        disc = _rings(inner / 2, ends / 2, rings, 4 * math.ceil(wedges / 4)) if ends else []
+        disc = _rings(core_m / 2, ends / 2, rings, 4 * math.ceil(wedges / 4)) if ends else []
         fibers = [(y + math.copysign(between / 2, y), z, area) for y, z, area in disc]
         if core is None:
             return fibers + _block((0.0, 0.0), (between, depth), (2 * rings, 2 * rings))
@@ -160,15 +160,15 @@ class Outline:
         return fibers + [(sign * y, sign * z, area) for sign in (1, -1) for y, z, area in rows]
 
 
-def _disc_below(height: FloatArray, radius: float) -> FloatArray:
-    y = np.clip(height, -radius, radius)
+def _disc_below(height_m: FloatArray, radius: float) -> FloatArray:
+    y = np.clip(height_m, -radius, radius)
     return y * np.sqrt(radius**2 - y**2) + radius**2 * (np.arcsin(y / radius) + np.pi / 2)
 
 
 def _circle(radius_m: float, area_m2: float, count: int) -> Fibers:
     angles = [2 * math.pi * (number + 0.5) / count for number in range(count)]
     area = area_m2 / count
-    return [(radius_m * math.cos(angle), radius_m * math.sin(angle), area) for angle in angles]
+    return [(radius_m * math.cos(a), radius_m * math.sin(a), area) for a in angles]
 
 
 def _rings(inner_m: float, outer_m: float, rings: int, wedges: int) -> Fibers:
@@ -297,9 +297,9 @@ class ColumnData(Part, ABC, frozen=True):
         clear_m = 1e-3 * (spacing_mm - self.hoop_diameter_mm)
         core_ratio = self.steel_area_m2 / self.core.area_m2
         arching = max(1.0 - clear_m / (2 * circle_m), 0.0) ** 2 / (1.0 - core_ratio)
-        volume = 4 * self.hoop_area_mm2 * 1e-6 / (circle_m * 1e-3 * spacing_mm)
-        pressure = 0.5 * arching * volume
-        return Hoops((pressure, pressure), volume, shear_area_m2, shear_depth_m, (volume, volume))
+        rho = 4 * self.hoop_area_mm2 * 1e-6 / (circle_m * 1e-3 * spacing_mm)
+        pressure = 0.5 * arching * rho
+        return Hoops((pressure, pressure), rho, shear_area_m2, shear_depth_m, (rho, rho))
 
 
 # ASSUME the effective depth of a section with bars along all faces is 0.8 of its depth

@@ -314,9 +314,9 @@ def _loops(gap_m: float, study: Study) -> dict[str, tuple[Array, Array]]:
 def _check_upright(study: Study, half_m: tuple[float, float]) -> None:
     """Check a released block, and a block under a base acceleration that grows after 1 s."""
     b, h = half_m
-    angle, name = 0.5 * atan(b / h), f"block {b} x {h} m"
-    released = run_upright(half_m, 5e-4, 0.8, friction=1.0, angle_rad=angle)
-    found_s = first_crossing_s(released.t_s, angle + released.q[:, 2]) or np.nan
+    angle_rad, name = 0.5 * atan(b / h), f"block {b} x {h} m"
+    released = run_upright(half_m, 5e-4, 0.8, friction=1.0, angle_rad=angle_rad)
+    found_s = first_crossing_s(released.t_s, angle_rad + released.q[:, 2]) or np.nan
     study.tabulated(f"{name}: quarter period of rocking (s)", found_s)
 
     def growing_mps2(t: Array) -> Array:

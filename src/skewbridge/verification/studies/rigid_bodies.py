@@ -363,9 +363,9 @@ def wu_case(gap_mm: float, **changes: Any) -> cases.DeckCase:
 
 def run_tests(study: Study) -> None:
     """Run the study of figures 7 and 8."""
-    for gap, motion in product(GAPS_MM, el_centro().runs()):
-        ground, name = solvers.BaseAcceleration(record=motion.motion), f"gap {gap:g} mm"
-        history = run_deck(wu_case(gap), ground)
+    for gap_mm, motion in product(GAPS_MM, el_centro().runs()):
+        ground, name = solvers.BaseAcceleration(record=motion.motion), f"gap {gap_mm:g} mm"
+        history = run_deck(wu_case(gap_mm), ground)
         peaks = history.peaks()
         # ASSUME the premise of both statements: an obtuse corner hits its wall
         hits = float(history.normals_n[:, 1:3].max()) > 0.0
@@ -378,8 +378,8 @@ def run_tests(study: Study) -> None:
             states("acute corner moves away", f"{name}, {end} acute", *openings_mm)
         if not motion.is_nominal:
             continue
-        ode = run_deck(wu_case(gap, solver="penalty"), ground)
-        if gap == GAPS_MM[1]:
+        ode = run_deck(wu_case(gap_mm, solver="penalty"), ground)
+        if gap_mm == GAPS_MM[1]:
             exact = ode.peaks()
             for key in ("ux_m", "uy_m", "theta_rad"):
                 text = f"{name}: peak {key} over {_DURATION_S:g} s"
