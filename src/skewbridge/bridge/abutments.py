@@ -235,7 +235,7 @@ class Wall:
 
     @property
     def wing(self) -> Passive:
-        """Resistance of the wing walls."""
+        """Transverse resistance of the wing walls."""
         return self.soil(wing_wall(self.data))
 
     def soil(self, passive: Passive) -> Passive:
@@ -278,7 +278,7 @@ class Wall:
 
 @dataclass(frozen=True, kw_only=True)
 class Joint(Wall):
-    """Deck end on the pads of a seat."""
+    """Deck end on the pads of a seat, before walls and keys are added."""
 
     data: AbutmentData
 

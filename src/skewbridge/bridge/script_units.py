@@ -57,7 +57,7 @@ class UnitSystem:
         return cls(_FORCE_UNITS[force], _LENGTH_UNITS[length])
 
     def si(self, dimension: Dimension) -> float:
-        """Return the factor from this system to SI."""
+        """Return the factor that converts a quantity of this dimension to SI."""
         force, length = dimension
         return self.force_n**force * self.length_m**length
 
@@ -229,7 +229,7 @@ class SiView:
 
     @staticmethod
     def _raw(name: str) -> Callable[..., Any]:
-        """Return a command without its conversion."""
+        """Return the OpenSees command that uses the units of the script."""
         return next(command for module, attr, command in _replaced if (module, attr) == (ops, name))
 
     def _parameter(self, command: Callable[..., Any], tag: int, *values: Any) -> None:

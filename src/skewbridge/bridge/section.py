@@ -107,7 +107,7 @@ def core_concrete(column: ColumnData) -> Concrete:
 
 
 def confined_strength_ratio(lowest: float, highest: float) -> float:
-    """Return confined / unconfined strength; lateral pressures are relative to the latter too.
+    """Return confined / unconfined strength from two lateral pressures / unconfined strength.
 
     References:
         Mander, Priestley and Park (1988), eq. 29, for equal pressures; Chang and Mander (1994),

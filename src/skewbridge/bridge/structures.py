@@ -33,12 +33,12 @@ class CatalogueBridge:
 
     @property
     def digest(self) -> str:
-        """Digest of its numbers."""
+        """Digest of all numbers of the bridge."""
         return digest_of(self.data.model_dump_json(exclude={"title", "sources"}))
 
     @property
     def t1_s(self) -> float:
-        """Conditioning period."""
+        """Conditioning period in s."""
         return self.data.t1_s
 
     @property

@@ -215,17 +215,17 @@ class ContactSet:
 
     @property
     def openings_m(self) -> list[float]:
-        """Opening of each pair, negative when closed."""
+        """Opening of each pair in m, negative when closed."""
         return [unit.opening for unit in self.units]
 
     @property
     def normals_n(self) -> list[float]:
-        """Compression of each pair."""
+        """Compression of each pair in N."""
         return [unit.normal_n for unit in self.units]
 
     @property
     def tangentials_n(self) -> list[tuple[float, float]]:
-        """Friction force of each pair along t1 and t2, with the sign of slip."""
+        """Friction force (N) of each pair along t1 and t2, with the sign of slip."""
         return [(unit.force_1, unit.force_2) for unit in self.units]
 
     def global_force_on_j(self, unit: int) -> tuple[float, ...]:

@@ -257,7 +257,7 @@ class _DemandRuns:
         return bool(np.any(complete)) and bool(np.all(np.isnan(self.outcomes.lower[complete])))
 
     def without_estimates(self, fits: Sequence[FragilityFit]) -> _StateFits:
-        """Return fits without estimates."""
+        """Return the fits of all states with NaN in place of every estimate."""
         count = 1 + self.variant.blocks
         return _StateFits(list(fits), np.full((len(fits), count), nan), np.full(count, nan))
 

@@ -269,7 +269,7 @@ def _write_skew_scaling(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
 
 
 def identifier(name: str, signs: str, longest: int) -> str:
-    """Return a name with _ for characters outside a regex class; a change adds a digest."""
+    """Return a name with _ for characters outside ``signs``; changed names get a digest."""
     replaced = re.sub(f"[^{signs}]", "_", name)
     if replaced == name and len(name) <= longest:
         return name

@@ -72,7 +72,7 @@ class LogRate(NamedTuple):
 
     @property
     def jackknifed(self) -> Jackknifed:
-        """The jackknife over blocks."""
+        """Estimate with the influence of each block of motions (jackknife)."""
         return Jackknifed.of_replicates(self.logs)
 
     def interval(self, level: float) -> tuple[float, float, float]:
@@ -122,7 +122,7 @@ class HazardCurve:
         return self.logs_of(np.array(fractile_means) - self.rates[:, -1:])
 
     def logs_of(self, rates: Floats) -> LogRate:
-        """Return rates (1 + F, R) as logarithms."""
+        """Return ln of rates (1 + F, R): of the mean hazard curve, then of F fractiles."""
         logs = np.log(np.maximum(rates, np.finfo(np.float64).tiny))
         return LogRate(logs[0], logs[1:, 0], self.quantiles)
 
@@ -335,7 +335,7 @@ def _table(path: Path) -> Iterator[_Part]:
 
 
 def _measure_and_factor(title: str) -> tuple[str, float]:
-    """Return the column named by a heading, and the factor to its unit; ``im`` names none."""
+    """Return the measure's column and the factor to its unit from a heading ('' for ``im``)."""
     if title == "im" or title.startswith("im_"):
         return title.removesuffix("im"), 1.0
     match = _UNIT.fullmatch(title)

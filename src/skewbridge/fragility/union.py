@@ -73,7 +73,7 @@ class Union(NamedTuple):
         return 0.5 * (low + high)
 
     def columns(self) -> dict[str, float]:
-        """Return `UNION_COLUMNS` of the first of the unions of two modes."""
+        """Return medians, dispersions and correlation of the two modes of the first union."""
         medians, dispersions = np.exp(self.ln_theta[:, 0]), self.beta[:, 0]
         values = *np.column_stack([medians, dispersions]).ravel(), self.rho[0]
         return dict(zip(UNION_COLUMNS, map(float, values), strict=True))

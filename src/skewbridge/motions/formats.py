@@ -90,7 +90,7 @@ class Trace:
 
     @property
     def messages(self) -> tuple[str, ...]:
-        """Warnings and notes."""
+        """Warnings and notes of the reader."""
         return (*self.warnings, *self.notes)
 
     @property
@@ -380,7 +380,7 @@ class _Block(NamedTuple):
 def _trace_of_block(
     blocks: list[_Block], lines: list[str], path: Path, stated: Stated, **fields: Any
 ) -> Trace:
-    """Return the block of the given channel; `fields` are the format and whether it has a unit."""
+    """Return the component of the given channel; `fields` are further fields of `Trace`."""
     row, npts, dt_s, layout, *texts = blocks[_channel(stated, [b.direction for b in blocks], path)]
     values = _fixed_width(lines, row, npts, layout, path)
     missing = f"the header states {npts} points, the file has {values.size}: truncated?"

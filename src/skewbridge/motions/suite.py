@@ -108,7 +108,7 @@ def prepare_suite(
 
 @dataclass(frozen=True, slots=True)
 class SuiteSource:
-    """One suite of a study."""
+    """Name, folder and number of motions of one suite of a study."""
 
     name: str
     folder: Path

@@ -312,7 +312,7 @@ def sketch(
     stretch = 1.0 / cos(bent_skew) if model.column_spacing == "normal" else 1.0
 
     def cuts(skew_deg: float) -> list[PlanVector]:
-        """Return place and angle of the faces of all decks, left to right."""
+        """Return x (m) and angle (rad) of the faces of all decks, left to right."""
         faces = [(-end, radians(own_deg.get("left", skew_deg)))]
         for number, (location, x) in enumerate(bridge.joints_m.items(), start=1):
             usual_deg = model.skew_of_bents_deg(skew_deg) if "bent" in location else skew_deg

@@ -106,7 +106,7 @@ class FigureSettings:
 
 
 class StudyConfig(BaseModel):
-    """The whole configuration."""
+    """Configuration of a study: all sections of its YAML file."""
 
     model_config = OPTIONS | ConfigDict(frozen=True)
 

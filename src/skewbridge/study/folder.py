@@ -86,7 +86,7 @@ class StudyFolder:
         return sorted(self.root.glob(f"demands/**/{variant}.parquet"))
 
     def fragility(self, table: str, ending: str = "parquet") -> Path:
-        """Return the path of a table of the fits."""
+        """Return the path of a table in the folder ``fragility``."""
         return self.root / "fragility" / f"{table}.{ending}"
 
     @property

@@ -17,7 +17,7 @@ from skewbridge.variant.options import LARGEST_SKEW_DEG, ModelOptions
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Axis:
-    """One axis of the grid."""
+    """Axis of the grid: a quantity with limits, unit and code in the names of variants."""
 
     name: str  # key under ``grid:`` and column in every table
     label: str  # short name in figures and tables, without unit

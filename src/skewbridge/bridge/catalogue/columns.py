@@ -197,7 +197,7 @@ def _block(centre_m: Pair, sizes_m: Pair, counts: tuple[int, int]) -> Fibers:
 
 
 class Hoops(NamedTuple):
-    """Effect of the hoops of a column."""
+    """Confinement and shear resistance by the hoops of a column."""
 
     confining: Pair  # effective steel ratios: times the yield strength, the pressures on the core
     volume_ratio: float  # volume of hoops over that of the core
@@ -240,7 +240,7 @@ class ColumnData(Part, ABC, frozen=True):
     @property
     @abstractmethod
     def hoops(self) -> Hoops:
-        """Effect of hoops and ties."""
+        """Confinement and shear resistance by hoops and ties."""
 
     @property
     def core(self) -> Outline:
@@ -315,7 +315,7 @@ class CircularColumn(ColumnData, frozen=True):
 
     @property
     def outline(self) -> Outline:
-        """Circle."""
+        """Circle of the column's diameter."""
         return Outline((self.diameter_m, self.diameter_m), self.diameter_m)
 
     @property
@@ -339,7 +339,7 @@ class OblongColumn(ColumnData, frozen=True):
 
     @property
     def outline(self) -> Outline:
-        """Oblong."""
+        """Rectangle between two semicircles."""
         return Outline((self.depth_m, self.width_m), self.depth_m)
 
     @property
@@ -371,7 +371,7 @@ class RectangularColumn(ColumnData, frozen=True):
 
     @property
     def outline(self) -> Outline:
-        """Rectangle."""
+        """Rectangle of the column's depth and width."""
         return Outline((self.depth_m, self.width_m))
 
     @property

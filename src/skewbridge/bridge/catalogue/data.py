@@ -228,7 +228,7 @@ type EndData = Annotated[
 
 
 class EndsData(Part, frozen=True):
-    """Ends of a bridge that differ."""
+    """Data of both ends of a bridge, if they differ."""
 
     left: EndData
     right: EndData
@@ -273,7 +273,7 @@ class DampingData(Part, frozen=True):
 
 
 class BridgeData(Part, frozen=True):
-    """One bridge of the catalogue."""
+    """Data of one bridge, in the units of its file."""
 
     name: str
     title: Annotated[str, Field(min_length=1, max_length=200)]

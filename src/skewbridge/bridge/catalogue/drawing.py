@@ -185,7 +185,7 @@ class Formula:
         self._of: Callable[[list[Any]], Any] = eval(f"lambda v: {body}", _FUNCTIONS)
 
     def value(self, lookup: Callable[[str], Any]) -> Any:
-        """Return the value, or None if a number is unknown, invalid or outside the formula."""
+        """Return the value, or None if a number is unknown or the formula cannot be evaluated."""
         values = [lookup(key) for key in self.needs]
         if not all(map(_is_usable, values)):
             return None
@@ -244,7 +244,7 @@ def _seats(tree: Any) -> list[str]:
 
 
 def _placed(key: str, seat: str, number: int = 0) -> str:
-    """Return the key in the section of an abutment, and for the number of a bent."""
+    """Return the key for one abutment section and, in place of ``*``, the number of a bent."""
     return re.sub(r"^abutment\b", seat, key).replace("*", f"{number}")
 
 

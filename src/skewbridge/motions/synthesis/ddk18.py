@@ -183,7 +183,7 @@ class Modulation(NamedTuple):
     amplitude_g: float = 1.0
 
     def at(self, time_s: Vector) -> Vector:
-        """Return the envelope in g."""
+        """Return the envelope at these times, in g."""
         rise = np.minimum(time_s / self.peak_s, 1.0) ** self.power
         fall = np.exp(-self.decay_per_s * np.maximum(time_s - self.peak_s, 0.0))
         return self.amplitude_g * rise * fall

@@ -167,7 +167,7 @@ def verify_contact_gate() -> pd.DataFrame:
 
 
 def run_gate(study: Study) -> None:
-    """Run the contact checks."""
+    """Run the short contact checks, which precede every study."""
     closed, opened = (advance_pair(PAPER_LAW, (0.0, 0.0), (0.3, 0.4), z) for z in (-0.1, 1e-9))
     slip_n, ratio = hypot(*closed.force_n), closed.force_n[0] / closed.force_n[1]
     study.relative("slip force (N)", slip_n, 1500.0 + 0.3 * 1e4, 1e-12, "cone")
@@ -253,7 +253,7 @@ _LIMIT_N: Final = _LAW.friction * _LAW.kn_n_per_m * _DEPTH_M
 
 
 def run(study: Study) -> None:
-    """Run the study of figure 1."""
+    """Run the study of figure 1: friction loops of a unit, and blocks that slide, tip or rock."""
     loops = {f"gap {gap / MM:g} mm": _loops(gap, study) for gap in (0.0, 0.02)}
     completed = sum(np.isfinite(f).all() for loop in loops.values() for _, f in loop.values())
     study.states("existing parts", "loops of one unit", completed)
@@ -336,7 +336,7 @@ _STEPS_PER_CYCLE: Final = 2000
 
 
 def run_closed_forms(study: Study) -> None:
-    """Run the study of closed forms."""
+    """Compare oscillators with friction, impacts and a mass on a belt with closed forms."""
     decay = run_block(spring_block(x0_m=0.5), 5e-4, 3.0)
     v = decay.v[:, 0]
     turns = decay.q[np.flatnonzero(v[1:] * v[:-1] < 0.0), 0]
@@ -408,7 +408,7 @@ _FREE_STEPS: Final = 6
 
 
 def run_integrators(study: Study) -> None:
-    """Run the study of the restitution of integrators."""
+    """Report the restitution of an elastic impact for each integrator."""
     rows: list[Row] = []
     for step in (0.1, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0):  # x contact frequency
         for integrator in ("houbolt", "newmark"):

@@ -123,7 +123,7 @@ _KEYS: Final = ("sacrificial", "monolithic")  # the default model has the first
 
 
 def run_abutment(study: Study) -> None:
-    """Run the study of figure 10."""
+    """Run the study of figure 10: one abutment with and without friction."""
     record = tarzana()
     rows: list[Row] = []
     for motion, keys, skew in product(record.runs(), _KEYS, _ABUTMENT_SKEWS_DEG):
@@ -256,7 +256,7 @@ def _report_demands(study: Study, case: str, pair: Pair[AnalysisResult]) -> None
 
 
 def run(study: Study) -> None:
-    """Run the study of figures 11 and 12."""
+    """Run the study of figures 11 and 12: OSB1 with and without friction."""
     record = waho()
     for scheme, motion in product(SCHEMES, record.runs()):
         if scheme == "paper" and motion.run.scale is None:

@@ -101,7 +101,7 @@ class Quantity(_Part, frozen=True):
 
     @property
     def unit(self) -> str:
-        """Unit of the values in tables."""
+        """Unit in tables: g, or cm for a displacement."""
         return "g" if self.to is None else "cm"
 
     @property

@@ -78,7 +78,7 @@ def run_particle_lcp(restitution: float, h_s: float, duration_s: float) -> Histo
 
 
 def run_between_lines(study: Study) -> None:
-    """Run the study of figure 4."""
+    """Run the study of figure 4: a particle between two inclined lines."""
     rigid = {e: run_particle_lcp(e, 2.0e-5, 3.0) for e in (0.0, 0.6, 1.0)}
     for restitution, history in rigid.items():
         name = f"LCP, restitution {restitution:g}:"
@@ -150,7 +150,7 @@ _NAMES: Final = ("right acute", "right obtuse", "left obtuse", "left acute")  # 
 
 
 def run(study: Study) -> None:
-    """Run the study of figures 5 and 6."""
+    """Run the study of figures 5 and 6: a rigid skew deck under a pulse."""
     elastic = {name: run_deck(deck_case(name)) for name in cases.CASES}
     rigid = {
         (name, e): run_deck(deck_case(name, solver="lcp", restitution=e))
@@ -362,7 +362,7 @@ def wu_case(gap_mm: float, **changes: Any) -> cases.DeckCase:
 
 
 def run_tests(study: Study) -> None:
-    """Run the study of figures 7 and 8."""
+    """Run the study of figures 7 and 8: a skew deck on a shake table."""
     for gap_mm, motion in product(GAPS_MM, el_centro().runs()):
         ground, name = solvers.BaseAcceleration(record=motion.motion), f"gap {gap_mm:g} mm"
         history = run_deck(wu_case(gap_mm), ground)

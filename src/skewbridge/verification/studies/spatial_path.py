@@ -29,7 +29,7 @@ _COUPLINGS: Final[tuple[Coupling, ...]] = ("extrapolated", "lagged")
 
 
 def run(study: Study) -> None:
-    """Run the study of figure 3."""
+    """Run the study of figure 3: a contact unit on a path in space."""
     # The square wave jumps within one row: short rows keep its timing.
     path = unit.figure_3(_ROWS_PER_S)
     forces = unit.drive_unit(PAPER_LAW, path, substeps=2).forces_n
@@ -114,7 +114,7 @@ _DECK_S: Final = 0.6
 
 
 def run_orders(study: Study) -> None:
-    """Run the study of the order of the couplings."""
+    """Report how errors of both couplings decrease with the time step (order of accuracy)."""
     rows: list[Row] = [
         {"study": kind, "coupling": coupling, "rows": rows, "step": 1.0 / rows}
         | {"error_ratio": path_error(rows, coupling, kind)}
