@@ -95,9 +95,9 @@ def build_arms(
     points: Points = {}
     arms: list[int] = []
     for line, positions in stations.items():
-        for along in positions:
-            point_m = end.point(line, along)
-            points[line, along], element = build_arm(deck_node, point_m, transformation, tags)
+        for along_m in positions:
+            point_m = end.point(line, along_m)
+            points[line, along_m], element = build_arm(deck_node, point_m, transformation, tags)
             arms.append(element)
     return points, arms
 
@@ -149,7 +149,7 @@ def bearing_stations(
     stations = pad_stations(pads, end)
     if options.pads == "each":
         return stations
-    arm = sqrt(sum(along**2 for along in stations) / len(stations))
+    arm = sqrt(sum(along_m**2 for along_m in stations) / len(stations))
     return [-arm, arm]
 
 
@@ -253,8 +253,8 @@ class Wall:
         shares = tributary_shares(len(stations))
         factors = variation_factors(end, stations, options.backfill_variation)
         return [
-            (along, share, backfill.scaled(share * factor))
-            for along, share, factor in zip(stations, shares, factors, strict=True)
+            (along_m, share, backfill.scaled(share * factor))
+            for along_m, share, factor in zip(stations, shares, factors, strict=True)
         ]
 
     def dashpot_n_s_per_m(self, stiffness_n_per_m: float, mass_kg: float, share: float) -> float:
@@ -367,7 +367,7 @@ def support_deck_end(end: End, blueprint: Blueprint) -> Joint:
         transverse_gap_m=options.transverse_gap_m,
         seat_width_m=data.seat_width_m,
         bearings=bearings,
-        pads=tuple(bearing_point(plan, deck_node, along) for along in pads),
+        pads=tuple(bearing_point(plan, deck_node, along_m) for along_m in pads),
         holders=tuple(bearing.seat_node for bearing in bearings),
         links=tuple(arms),
     )
@@ -391,12 +391,12 @@ def placed(end: DeckEnd, deck_node: int, points: Points) -> dict[str, Any]:
     """Return position fields of the handle of an end; without points, one node has both corners."""
     corners = tuple(
         CornerHandle(
-            node=points.get(("outer", along), deck_node),
+            node=points.get(("outer", along_m), deck_node),
             side=end.name,
-            kind="acute" if along * end.acute_sign > 0.0 else "obtuse",
-            plan_m=end.point("outer", along)[:2],
+            kind="acute" if along_m * end.acute_sign > 0.0 else "obtuse",
+            plan_m=end.point("outer", along_m)[:2],
         )
-        for along in end.wall_stations(2)
+        for along_m in end.wall_stations(2)
     )
     return {
         "side": end.name,
@@ -427,8 +427,8 @@ def _build_simplified(joint: Joint) -> AbutmentHandle:
     corners_m = end.wall_stations(2)
     factors = variation_factors(end, corners_m, joint.options.backfill_variation)
     pairs: list[tuple[SpringHandle, SpringHandle]] = []
-    for along, factor in zip(corners_m, factors, strict=True):
-        nodes = grounded_node(end.point("outer", along), tags), joint.points["outer", along]
+    for along_m, factor in zip(corners_m, factors, strict=True):
+        nodes = grounded_node(end.point("outer", along_m), tags), joint.points["outer", along_m]
         soil = passive_material(longitudinal.scaled(factor), joint.handle.gap_m, tags)
         wing = plastic_material(transverse, tags)
         pairs.append(spring_element(nodes, end.inward, [soil], [wing], tags))
@@ -440,8 +440,8 @@ def _build_spring(joint: Joint) -> AbutmentHandle:
     """Create the gap springs of the backfill, and connect the keys to the abutment body."""
     end, tags = joint.end, joint.tags
     springs: list[SpringHandle] = []
-    for along, _, passive in joint.wall_parts():
-        nodes = grounded_node(end.point("outer", along), tags), joint.points["outer", along]
+    for along_m, _, passive in joint.wall_parts():
+        nodes = grounded_node(end.point("outer", along_m), tags), joint.points["outer", along_m]
         soil = passive_material(passive, joint.handle.gap_m, tags)
         springs.append(spring_element(nodes, end.inward, [soil], [], tags)[0])
     body, wing = _build_body(joint)
@@ -468,17 +468,17 @@ def _build_body(joint: Joint) -> tuple[int, SpringHandle]:
     embankment_kg = embankment_mass_kg(data) if joint.options.embankment_mass else 0.0
     mass_kg = joint.wall_mass_kg + embankment_kg
     # ASSUME across the wall the body has the initial stiffness of one wall point at zero skew
-    across = joint.wall_parts()[0][2].stiffness_n_per_m
+    across_n_per_m = joint.wall_parts()[0][2].stiffness_n_per_m
     if joint.options.backfill_skew == "strength_and_stiffness":
-        across /= skew_reduction(joint.end.skew_rad)
+        across_n_per_m /= skew_reduction(joint.end.skew_rad)
     moving_kg = joint.moving_mass_kg(joint.wall_mass_kg) + embankment_kg
     body = plane_node(end.point("outer", 0.0), moving_kg, tags)
     ground = grounded_node(end.point("outer", 0.0), tags)
     wing = joint.wing
     dashpot = joint.dashpot_n_s_per_m(wing.stiffness_n_per_m, mass_kg, wing_share(data))
     along_wall = [plastic_material(wing, tags), elastic_material(0.0, tags, dashpot)]
-    dashpot = joint.dashpot_n_s_per_m(across, mass_kg, 1.0)
-    across_it = [elastic_material(across, tags, dashpot)]
+    dashpot = joint.dashpot_n_s_per_m(across_n_per_m, mass_kg, 1.0)
+    across_it = [elastic_material(across_n_per_m, tags, dashpot)]
     spring, _ = spring_element((ground, body), end.tangent, along_wall, across_it, tags)
     return body, spring
 
@@ -489,14 +489,14 @@ def _build_contact(joint: Joint) -> AbutmentHandle:
     units: list[int] = []
     walls: list[int] = []
     wall_points: list[tuple[SpringHandle, SpringHandle, tuple[int, ...]]] = []
-    for number, (along, share, passive) in enumerate(joint.wall_parts(), start=1):
+    for number, (along_m, share, passive) in enumerate(joint.wall_parts(), start=1):
         mass_kg = joint.moving_mass_kg(joint.wall_mass_kg * share)
         # The penalty of a point is proportional to its soil stiffness: the soil spreads the force.
         stiffness = penalties(passive.stiffness_n_per_m, mass_kg, options)
-        wall = plane_node(end.point("outer", along), mass_kg, tags)
-        ground = grounded_node(end.point("outer", along), tags)
+        wall = plane_node(end.point("outer", along_m), mass_kg, tags)
+        ground = grounded_node(end.point("outer", along_m), tags)
         wall_points.append(hold_wall_point(joint, (ground, wall), share, passive))
-        nodes, name = (wall, joint.points["outer", along]), f"backwall {number}"
+        nodes, name = (wall, joint.points["outer", along_m]), f"backwall {number}"
         cohesion_n = options.cohesion_n * share
         units.append(
             joint.add_contact(nodes, end.inward, gap_m, stiffness, friction, name, cohesion_n)
@@ -564,13 +564,13 @@ def _build_keys(joint: Joint, handle: AbutmentHandle, body: int | None) -> Abutm
     units: list[int] = []
     gaps: list[int] = []
     for sign in (-1.0, 1.0):
-        along, inward = sign * end.wall_length_m / 2, joint.key_inward_normal(sign)
-        node = plane_node(end.point("outer", along), mass_kg, tags)
+        along_m, inward = sign * end.wall_length_m / 2, joint.key_inward_normal(sign)
+        node = plane_node(end.point("outer", along_m), mass_kg, tags)
         # the body does not rotate: its middle moves like its part at the key
-        support = grounded_node(end.point("outer", along), tags) if body is None else body
+        support = grounded_node(end.point("outer", along_m), tags) if body is None else body
         springs.append(joint.key_spring((support, node), inward))
         keys.append(node)
-        nodes = node, joint.points["outer", along]
+        nodes = node, joint.points["outer", along_m]
         if body is None:
             name, gap_m = f"key {'+' if sign > 0.0 else '-'}", options.transverse_gap_m
             units.append(joint.add_contact(nodes, inward, gap_m, stiffness, friction, name))

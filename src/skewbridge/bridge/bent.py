@@ -134,11 +134,11 @@ def _build_cap(
         # otherwise the middle column, below the spine, would carry nearly all of it
         i_vertical *= RIGID_BENDING
     joints: list[tuple[int, float]] = []
-    for x, y, along in column_places_m(bridge, number, *middle):
-        node = centre if along == 0.0 else tags.node()
+    for x, y, along_m in column_places_m(bridge, number, *middle):
+        node = centre if along_m == 0.0 else tags.node()
         if node != centre:
             ops.node(node, x, y, float(ops.nodeCoord(centre, 3)))
-        joints.append((node, along))
+        joints.append((node, along_m))
     inertias = (torsion, i_vertical, depth * width**3 / 12)
     section = (width * depth, modulus, shear_modulus_pa(modulus), *inertias)
     for (i, _), (j, _) in pairwise(_along_cap(centre, joints)):
@@ -153,7 +153,7 @@ def column_places_m(
     """Return x, y and position along the bent of each column of a bent, in m."""
     bent, (along_x, along_y) = bridge.bents[number], turned(normal)
     offsets_m = [(i - (bent.columns - 1) / 2) * bent.column_spacing_m for i in range(bent.columns)]
-    return [(x_m + along * along_x, along * along_y, along) for along in offsets_m]
+    return [(x_m + along_m * along_x, along_m * along_y, along_m) for along_m in offsets_m]
 
 
 def _along_cap(centre: int, joints: list[tuple[int, float]]) -> list[tuple[int, float]]:
@@ -178,14 +178,14 @@ def _spread_deck_load(
     nodes = _along_cap(centre, joints)
     spine.loads_n[centre] -= load_n
     per_m = load_n / length_m
-    stations_m = (-length_m / 2, *(along for _, along in nodes), length_m / 2)
-    for i, (node, along) in enumerate(nodes):
+    stations_m = (-length_m / 2, *(along_m for _, along_m in nodes), length_m / 2)
+    for i, (node, along_m) in enumerate(nodes):
         # each side of the node: the whole overhang at an end of the cap, else half the span
         for sign, neighbour_m, is_end in (
             (-1.0, stations_m[i], i == 0),
             (1.0, stations_m[i + 2], i == len(nodes) - 1),
         ):
-            part_m = abs(neighbour_m - along)
+            part_m = abs(neighbour_m - along_m)
             spine.loads_n[node] += per_m * part_m / (1.0 if is_end else 2.0)
             moment_nm = per_m * part_m**2 / (2.0 if is_end else 12.0)
             about_x_nm, about_y_nm = (-sign * moment_nm * component for component in normal)

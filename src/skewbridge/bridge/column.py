@@ -132,8 +132,8 @@ def hinge_length_m(column: ColumnData, shear_span_m: float, rule: HingeRule) -> 
     if column.hinge_length_m is not None:
         return column.hinge_length_m
     penetration_m = 0.022 * steel_of(column).yield_pa / MPA * column.bar_diameter_mm * MM
-    by_rule = 0.08 * shear_span_m + penetration_m
-    return max(by_rule, 2 * penetration_m) if rule == "sdc" else by_rule
+    by_rule_m = 0.08 * shear_span_m + penetration_m
+    return max(by_rule_m, 2 * penetration_m) if rule == "sdc" else by_rule_m
 
 
 def shear_section(

@@ -56,7 +56,7 @@ def _support_integral(end: End, blueprint: Blueprint) -> Wall:
     if not isinstance(data, IntegralData):
         raise TypeError(f"{data.type} is not integral")
     piles, stations = data.piles, pad_stations(data.piles, plan)
-    arm = sqrt(sum(along**2 for along in stations) / len(stations))
+    arm = sqrt(sum(along_m**2 for along_m in stations) / len(stations))
     # ASSUME the resultant of the fill and the heads of the piles are at the level of the soffit
     lines: dict[Line, list[float]] = {
         "bearing": [-arm, arm],
@@ -81,8 +81,8 @@ def _support_integral(end: End, blueprint: Blueprint) -> Wall:
         elements.append(element)
         holders.append(ground)
 
-    for along in (-arm, arm):
-        top = points["bearing", along]
+    for along_m in (-arm, arm):
+        top = points["bearing", along_m]
         hold(top, {3: piles.count / 2 * piles.vertical_mn_per_m * 1e6})
         elements += _pile_springs((holders[-1], top), plan.normal, lateral, piles.dashpot_s, tags)
     # ASSUME the heads of the piles are cast into the diaphragm and turn with it
@@ -131,9 +131,9 @@ def _build_integral(wall: Wall) -> AbutmentHandle:
     """Create fill and wing walls; the points of the diaphragm are the wall."""
     # ASSUME the fill has no pressure at rest
     springs, links, nodes = [], list(wall.handle.other_springs), []
-    for along, share, passive in wall.wall_parts():
-        point_m = wall.end.point("outer", along)
-        nodes.append(wall.points["outer", along])
+    for along_m, share, passive in wall.wall_parts():
+        point_m = wall.end.point("outer", along_m)
+        nodes.append(wall.points["outer", along_m])
         pair = grounded_node(point_m, wall.tags), nodes[-1]
         fill, _, between = hold_wall_point(wall, pair, share, passive, has_stem=False)
         springs.append(fill)
@@ -157,7 +157,7 @@ def _support_roller(end: End, blueprint: Blueprint) -> AbutmentHandle:
     plan, stations = end.plan, end.plan.wall_stations(2)
     lines: dict[Line, list[float]] = {"bearing": stations, "outer": stations}
     points, arms = build_arms(plan, end.node, lines, blueprint.options, blueprint.tags)
-    supported = tuple(points["bearing", along] for along in stations)
+    supported = tuple(points["bearing", along_m] for along_m in stations)
     for node in supported:
         ops.fix(node, 0, 0, 1, 0, 0, 0)
     fields = placed(plan, end.node, points)

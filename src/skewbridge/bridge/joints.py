@@ -103,8 +103,8 @@ def build_inner_joint(joint: Supported) -> JointHandle:
     stations = left.wall_stations(options.backwall_points)
     opposite = reversed(right.wall_stations(options.backwall_points))
     pairs = [
-        (joint.points[0]["outer", along], joint.points[1]["outer", opposite_along])
-        for along, opposite_along in zip(stations, opposite, strict=True)
+        (joint.points[0]["outer", along_m], joint.points[1]["outer", opposite_m])
+        for along_m, opposite_m in zip(stations, opposite, strict=True)
     ]
     shares, tangent = tributary_shares(len(stations)), (*turned(left.normal), 0.0)
     # ASSUME decks are as stiff at their ends as over their length; the mass that meets is that of
@@ -162,21 +162,21 @@ def _seats(joint: Supported, gap_m: float) -> list[SeatHandle]:
     length_m = inner.data.seat_width_m - gap_m / (1.0 if None in inner.holders else 2.0)
     return [
         SeatHandle(
-            corner=points["outer", along],
-            holder=_below(end.point("outer", along), holder),
+            corner=points["outer", along_m],
+            holder=_below(end.point("outer", along_m), holder),
             normal=end.normal,
             support_length_m=length_m,
         )
         for end, points, holder in zip(inner.ends, joint.points, inner.holders, strict=True)
         if holder is not None
-        for along in end.wall_stations(2)
+        for along_m in end.wall_stations(2)
     ]
 
 
 def _pads(inner: InnerJoint) -> list[tuple[Point, Point]]:
     return [
-        (bearing_point(end, node, along), _below(end.point("bearing", along), support))
+        (bearing_point(end, node, along_m), _below(end.point("bearing", along_m), support))
         for end, node, support in zip(inner.ends, inner.nodes, inner.holders, strict=True)
         if support is not None
-        for along in pad_stations(inner.data.pads, end)
+        for along_m in pad_stations(inner.data.pads, end)
     ]

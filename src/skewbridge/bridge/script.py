@@ -329,12 +329,12 @@ class _Reader:
         """Return each end with its name and the direction to it from the other end."""
         (x1, y1, _), (x2, y2, _) = (self._place(self._node(end)) for end in ends)
         distance = hypot(x2 - x1, y2 - y1)
-        along = (x2 - x1) / distance if distance else 0.0, (y2 - y1) / distance if distance else 0.0
+        axis = (x2 - x1) / distance if distance else 0.0, (y2 - y1) / distance if distance else 0.0
         _need(
-            along[0] > sqrt(0.5),
+            axis[0] > sqrt(0.5),
             f"the deck must run along x, from its end at ({x1:g}, {y1:g}) to ({x2:g}, {y2:g})",
         )
-        return [(ends[0], "left", (-along[0], -along[1])), (ends[1], "right", along)]
+        return [(ends[0], "left", (-axis[0], -axis[1])), (ends[1], "right", axis)]
 
     def _end(self, end: int | ScriptEnd, side: str, from_other: PlanVector) -> End:
         script, metre = self._stated, self._units.si(LENGTH)
@@ -346,7 +346,7 @@ class _Reader:
             f"in {_listed(ops.getFixedDOFs(node))}",
         )
         outward = script_end.outward or self._outward(node, from_other)
-        size = hypot(*outward)
+        norm = hypot(*outward)
         width, soffit = (
             metre * (getattr(script, name) if value is None else value)
             for name, value in (("width", script_end.width), ("soffit", script_end.soffit))
@@ -357,7 +357,7 @@ class _Reader:
         plan = DeckEnd(
             side,
             (position[0], position[1]),
-            (outward[0] / size, outward[1] / size),
+            (outward[0] / norm, outward[1] / norm),
             self._skew_deg,
             width,
             thickness_m,

@@ -297,12 +297,12 @@ def sdc_shear_strength(
         8.6.2-8.6.3. ATC-32 (1996), quoted by Kowalsky and Priestley (2000), eq. 2: factor 1 + P /
         (500 psi A).
     """
-    axial = np.asarray(axial_n, dtype=np.float64)
+    force_n = np.asarray(axial_n, dtype=np.float64)
     ductility = np.maximum(np.asarray(displacement_ductility, dtype=np.float64), 1.0)
     hoop_pressure_ksi = min(section.hoop_ratio * section.hoop_yield_pa / KSI, 0.35)
     factor_1 = np.clip(hoop_pressure_ksi / 0.150 + 3.67 - ductility, 0.3, 3.0)
     gross = section.gross_area_m2
-    stress = axial / gross / PSI
+    stress = force_n / gross / PSI
     # ASSUME tension reduces Vc at first as in ATC-32, then exponentially: with its straight line Vc
     # reaches zero, and a column with few hoops keeps almost no capacity
     factor_2 = np.where(

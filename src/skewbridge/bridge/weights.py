@@ -56,7 +56,7 @@ def column_weight_n(bridge: BridgeData, bent: BentData) -> float:
 def deck_reactions_n(bridge: BridgeData) -> list[float]:
     """Return the reactions in N of abutments and bents to the deck's weight, left to right."""
     # ASSUME bearings are in the middle of a joint
-    hinges_m = [x + bridge.length_m / 2 for x in bridge.joint_positions_m]
+    hinges_m = [x_m + bridge.length_m / 2 for x_m in bridge.joint_positions_m]
     line_n_per_m = bridge.deck.line_load_kn_per_m * KN
     reactions = continuous_reactions_n(bridge.spans_m, line_n_per_m, hinges_m)
     # ASSUME a hinge in a span has no heavier diaphragm than the deck

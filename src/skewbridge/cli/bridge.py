@@ -280,10 +280,10 @@ def sdc(
     from skewbridge.bridge.column import bent_capacities
     from skewbridge.files.tables import read_frame, records_of
 
-    kind = "checks"
+    checked = "checks"
     if source is None or str(source) in _known_bridges() or source.suffix in (".yaml", ".yml"):
         data = load_bridge(bridge or str(source or "osb1"))
-        kind, title = "bents", data.title
+        checked, title = "bents", data.title
         rows = bridge_check.capacity_rows(bent_capacities(data))
     else:
         demands, bents, table = (read_frame(source / f"{name}.parquet") for name in _OF_RUN)
@@ -296,4 +296,4 @@ def sdc(
         rows = bridge_check.sdc_rows(variant, row, records_of(bents), moves_m)
     if out is not None:
         _write(rows, out, "sdc")
-    return Answer({"title": title, kind: rows}, units=units)
+    return Answer({"title": title, checked: rows}, units=units)

@@ -364,8 +364,8 @@ class _Profiles:
     def _shifted(self, right: Floats) -> Floats:
         """Return the last parameters, moved along `_shifts` so that they meet the constraints."""
         violation = right - np.sum(self._normals * self._params, axis=1)
-        along = violation / np.sum(self._normals * self._shifts, axis=1)
-        return self._params + along[:, None] * self._shifts
+        distance = violation / np.sum(self._normals * self._shifts, axis=1)
+        return self._params + distance[:, None] * self._shifts
 
     def _ahead(self, change: Floats, right: Floats) -> Floats:
         """Return start values for the next maxima, on the tangent of the profile if usable."""

@@ -84,9 +84,9 @@ def check_tables(tables: StudyTables) -> list[Row]:
     # states of the same variant, component, demand and method
     ordered = fitted.sort_values("threshold", kind="stable")
     groups = [ordered[name] for name in ("variant", "component", "method", "demand")]
-    before = ordered.groupby(groups)["theta"].cummax().groupby(groups).shift()
+    milder = ordered.groupby(groups)["theta"].cummax().groupby(groups).shift()
     # two states exceeded by the same analyses may have equal medians
-    falling = ordered[ordered["theta"] < before * (1.0 - 1e-9)]
+    falling = ordered[ordered["theta"] < milder * (1.0 - 1e-9)]
     checks: tuple[Any, ...] = (
         (f"share of rows with a status other than {' or '.join(RAN)}", unfinished,
          (*KEY, "status"), share, tables.max_unfinished_share),

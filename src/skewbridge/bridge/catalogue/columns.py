@@ -89,8 +89,8 @@ class Outline:
         size, across, corner_m = self.sizes_m[direction], self.sizes_m[1 - direction], self.corner_m
         flat = size - corner_m
         arcs = math.pi * corner_m**2 * flat**2 / 16 + corner_m**3 * flat / 6  # of two semicircles
-        inner = ((across - corner_m) * size**3 + corner_m * flat**3) / 12
-        return math.pi * corner_m**4 / 64 + (inner + arcs)
+        i_middle = ((across - corner_m) * size**3 + corner_m * flat**3) / 12
+        return math.pi * corner_m**4 / 64 + (i_middle + arcs)
 
     @property
     def torsion_m4(self) -> float:

@@ -127,12 +127,12 @@ def run_abutment(study: Study) -> None:
     record = tarzana()
     rows: list[Row] = []
     for motion, keys, skew in product(record.runs(), _KEYS, _ABUTMENT_SKEWS_DEG):
-        rough, smooth = (paper_variant(skew_deg=skew, friction_pct=f) for f in (FRICTION_PCT, 0))
+        with_mu, no_mu = (paper_variant(skew_deg=skew, friction_pct=f) for f in (FRICTION_PCT, 0))
         ground, settings = Excitation(motion=motion.motion), AnalysisSettings(duration_s=DURATION_S)
         places = PLACES if keys == _KEYS[0] else PLACES[:1]
         options = {place: ModelOptions(keys=keys, friction_at=place) for place in places}
-        runs = {p: abutment_history(rough, ground, settings, o) for p, o in options.items()}
-        pair = runs["all"], abutment_history(smooth, ground, settings, options["all"])
+        runs = {p: abutment_history(with_mu, ground, settings, o) for p, o in options.items()}
+        pair = runs["all"], abutment_history(no_mu, ground, settings, options["all"])
         case = f"skew {skew}, {keys} keys{record.stand_in}"
         premise = _is_pushed((float(h.force_n[:, 0].max()) / KN for h in pair), skew)
         states = partial(study.states, run=motion.run, premise=premise)
@@ -207,8 +207,8 @@ def _judge_abutment(states: States, case: str, pair: Pair[AbutmentHistory]) -> N
     closures = sum(unit.closures for unit in with_friction.ledger if "backwall" in unit.name)
     states("several contacts", case, closures)
     touches = [(history.normals_n[:, walls] > 0.0).any(axis=1) for history in pair]
-    loaded, plain = (DeckMotion(h.disp_m, t) for h, t in zip(pair, touches, strict=True))
-    _judge_cycles(states, "transverse cycles", case, half_cycles((loaded, plain), 1))
+    frictional, frictionless = (DeckMotion(h.disp_m, t) for h, t in zip(pair, touches, strict=True))
+    _judge_cycles(states, "transverse cycles", case, half_cycles((frictional, frictionless), 1))
 
 
 def _fast_rms(t_s: Array, force_n: Array) -> float:
@@ -261,7 +261,7 @@ def run(study: Study) -> None:
     for scheme, motion in product(SCHEMES, record.runs()):
         if scheme == "paper" and motion.run.scale is None:
             continue  # nine seconds per analysis: this scheme runs only the scaled record
-        loaded, without = pair = (
+        with_mu, without = pair = (
             _analysis(motion, paper_variant(), scheme),
             _analysis(motion, paper_variant(friction_pct=0), scheme),
         )
@@ -272,14 +272,14 @@ def run(study: Study) -> None:
             continue
         name = f"{scheme} scheme"
         _report_demands(study, name, pair)
-        study.report(f"{name}: slip_work_kj", loaded.whole_history["slip_work_kj"], 0.0, _WITHOUT)
+        study.report(f"{name}: slip_work_kj", with_mu.whole_history["slip_work_kj"], 0.0, _WITHOUT)
         is_whole = all(result.status == "ok" for result in pair)
         text = f"{name}: both analyses end with status ok"
         study.holds(text, truth=is_whole, source="this model")
         close = all(result.whole_history["backwall_force_kn"] > 0.0 for result in pair)
         study.holds(f"{name}: the backwalls close", truth=close, source="this motion")
         if scheme == SCHEMES[0]:
-            results = {"no friction": without, "friction 0.5": loaded}
+            results = {"no friction": without, "friction 0.5": with_mu}
             runs = {name: pd.DataFrame(_histories(result)) for name, result in results.items()}
             study.figures["displacements"] = displacement_figure(runs)
             study.figures["hysteresis"] = hysteresis_figure(runs)
@@ -400,8 +400,8 @@ def _judge_skew(
     corners = [f"{side} backwall {ModelOptions().backwall_points}" for side in _SIDES]
     normals = [_histories(skewed)[f"{contact_column(corner)}_normal_kn"] for corner in corners]
     judge = partial(states, premise=max(float(normal.max()) for normal in normals) > 0.0)
-    peaks, plain = skewed.whole_history, straight.whole_history
-    rotations = (1e3 * peak["deck_rotation_rad"] for peak in (peaks, plain))
+    peaks, unskewed = skewed.whole_history, straight.whole_history
+    rotations = (1e3 * peak["deck_rotation_rad"] for peak in (peaks, unskewed))
     judge("skew bridge rotates", case, *rotations)
     judge("acute corner leads", case, peaks["acute_corner_unseating_m"], peaks["unseating_m"])
-    judge("skew needs longer seats", case, peaks["unseating_m"], plain["unseating_m"])
+    judge("skew needs longer seats", case, peaks["unseating_m"], unskewed["unseating_m"])
