@@ -169,8 +169,8 @@ def build_bearings(
     compression and open in tension.
     """
     is_each = has_pads and options.pads == "each"
-    number, height_m = (1, pads.height_m) if is_each else (pads.count / 2, 0.0)
-    axial = uniaxial(tags, "ENT", number * (pads.vertical_stiffness_mn_per_m * 1e6))
+    pad_count, height_m = (1, pads.height_m) if is_each else (pads.count / 2, 0.0)
+    axial = uniaxial(tags, "ENT", pad_count * (pads.vertical_stiffness_mn_per_m * 1e6))
     if not has_pads:
         kind, values = "zeroLength", ("-mat", axial, "-dir", 3)
     elif is_each:
@@ -183,7 +183,7 @@ def build_bearings(
         # ASSUME the pads do not resist rotation: their stiffness is too small to matter
         # axial force along z, shear along x and y of the model
         axes = ("-orient", 0.0, 0.0, 1.0, 1.0, 0.0, 0.0)
-        kind, values = "zeroLengthSection", (_pad_section(pads, number, axial, tags), *axes)
+        kind, values = "zeroLengthSection", (_pad_section(pads, pad_count, axial, tags), *axes)
     handles: list[BearingHandle] = []
     for deck_node in (node for (line, _), node in points.items() if line == "bearing"):
         x, y, z = ops.nodeCoord(deck_node)
@@ -195,16 +195,16 @@ def build_bearings(
     return tuple(handles)
 
 
-def _pad_section(pads: PadData, number: float, vertical: int, tags: TagAllocator) -> int:
+def _pad_section(pads: PadData, pad_count: float, vertical: int, tags: TagAllocator) -> int:
     """Create the section of several pads: a vertical spring, and shear with a yield circle.
 
     It is like the bearing element in shear at a tenth of the cost: plastic and elastic in parallel.
     """
     plastic = 1.0 - pads.hardening_ratio
-    stiffness = number * pads.shear_stiffness_kn_per_m * KN
+    stiffness = pad_count * pads.shear_stiffness_kn_per_m * KN
     hardening = stiffness * pads.hardening_ratio / plastic
     shear, section = tags.section(), tags.section()
-    strength_n, directions = number * pads.yield_force_kn * KN / plastic, ("Vy", "Vz")
+    strength_n, directions = pad_count * pads.yield_force_kn * KN / plastic, ("Vy", "Vz")
     ops.section("Bidirectional", shear, stiffness, strength_n, 0.0, hardening, *directions)
     ops.section("Aggregator", section, vertical, "P", "-section", shear)
     return section
@@ -489,14 +489,14 @@ def _build_contact(joint: Joint) -> AbutmentHandle:
     units: list[int] = []
     walls: list[int] = []
     wall_points: list[tuple[SpringHandle, SpringHandle, tuple[int, ...]]] = []
-    for number, (along_m, share, passive) in enumerate(joint.wall_parts(), start=1):
+    for point_number, (along_m, share, passive) in enumerate(joint.wall_parts(), start=1):
         mass_kg = joint.moving_mass_kg(joint.wall_mass_kg * share)
         # The penalty of a point is proportional to its soil stiffness: the soil spreads the force.
         stiffness = penalties(passive.stiffness_n_per_m, mass_kg, options)
         wall = plane_node(end.point("outer", along_m), mass_kg, tags)
         ground = grounded_node(end.point("outer", along_m), tags)
         wall_points.append(hold_wall_point(joint, (ground, wall), share, passive))
-        nodes, name = (wall, joint.points["outer", along_m]), f"backwall {number}"
+        nodes, name = (wall, joint.points["outer", along_m]), f"backwall {point_number}"
         cohesion_n = options.cohesion_n * share
         units.append(
             joint.add_contact(nodes, end.inward, gap_m, stiffness, friction, name, cohesion_n)

@@ -142,7 +142,7 @@ def modes_of(model: BridgeModel, count: int) -> tuple[Mode, ...]:
     free = [(node, dof) for node in fixed for dof in {1, 2}.difference(ops.getFixedDOFs(node))]
     soft = nullcontext() if model.contacts is None else model.contacts.soft_tangents()
     for node, dof in free:
-        ops.fix(node, *(int(dof == number) for number in range(1, 7)))
+        ops.fix(node, *(int(dof == number_of_dof) for number_of_dof in range(1, 7)))
     try:
         with soft:
             squares = [float(value) for value in ops.eigen(count)]

@@ -43,18 +43,18 @@ def build_bents(
     ``skew_deg`` is that of the bents; the bridge is that of `built_bridge` for this skew.
     """
     normal = (cos(radians(skew_deg)), sin(radians(skew_deg)))
-    within, level = tags.transformation(), tags.transformation()
+    in_bent, level = tags.transformation(), tags.transformation()
     # a column ends at the soffit, rigidly connected to its node at the deck's centroid
     soffit = (0.0, 0.0, -bridge.deck.centroid_above_soffit_m)
     offset = ("-jntOffset", 0.0, 0.0, 0.0)
-    ops.geomTransf("PDelta", within, *normal, 0.0, *offset, *soffit)
+    ops.geomTransf("PDelta", in_bent, *normal, 0.0, *offset, *soffit)
     ops.geomTransf("Linear", level, 0.0, 0.0, 1.0)
     columns: list[ColumnHandle] = []
     foundations: list[int] = []
     for number, (bent, x) in enumerate(zip(bridge.bents, bridge.bent_positions_m, strict=True)):
         capacities = bent_directions(bridge, number, options.hinge_rule)
         is_pinned = bridge.base_of(bent) == "pinned"
-        vertical, below, height_m = within, soffit, bent.clear_height_m
+        vertical, below, height_m = in_bent, soffit, bent.clear_height_m
         if number in bridge.jointed_bents:
             # the cap is a line at its top, where the bearings are; the column ends at its soffit
             vertical, below = tags.transformation(), (0.0, 0.0, -bent.cap_depth_m)
@@ -111,7 +111,7 @@ def _handle_of(bent: BentCapacity) -> ColumnCapacity:
 
 def _build_cap(
     bridge: BridgeData,
-    number: int,
+    bent_number: int,
     spine: Spine,
     middle: tuple[float, PlanVector],
     transformation: int,
@@ -121,7 +121,7 @@ def _build_cap(
 
     ``middle`` is x of the middle of the cap and the normal of the bent.
     """
-    bent, deck, centre = bridge.bents[number], bridge.deck, spine.bent_nodes[number]
+    bent, deck, centre = bridge.bents[bent_number], bridge.deck, spine.bent_nodes[bent_number]
     add_weight(spine, centre, bent.cap_weight_kn * KN, bent.cap_weight_kn * KN / G_MPS2)
     modulus = deck.elastic_modulus_gpa * GPA
     width, depth = bent.cap_width_m, bent.cap_depth_m
@@ -134,7 +134,7 @@ def _build_cap(
         # otherwise the middle column, below the spine, would carry nearly all of it
         i_vertical *= RIGID_BENDING
     joints: list[tuple[int, float]] = []
-    for x, y, along_m in column_places_m(bridge, number, *middle):
+    for x, y, along_m in column_places_m(bridge, bent_number, *middle):
         node = centre if along_m == 0.0 else tags.node()
         if node != centre:
             ops.node(node, x, y, float(ops.nodeCoord(centre, 3)))
@@ -148,10 +148,10 @@ def _build_cap(
 
 
 def column_places_m(
-    bridge: BridgeData, number: int, x_m: float, normal: PlanVector
+    bridge: BridgeData, bent_number: int, x_m: float, normal: PlanVector
 ) -> list[tuple[float, float, float]]:
     """Return x, y and position along the bent of each column of a bent, in m."""
-    bent, (along_x, along_y) = bridge.bents[number], turned(normal)
+    bent, (along_x, along_y) = bridge.bents[bent_number], turned(normal)
     offsets_m = [(i - (bent.columns - 1) / 2) * bent.column_spacing_m for i in range(bent.columns)]
     return [(x_m + along_m * along_x, along_m * along_y, along_m) for along_m in offsets_m]
 
@@ -162,7 +162,7 @@ def _along_cap(centre: int, joints: list[tuple[int, float]]) -> list[tuple[int, 
 
 def _spread_deck_load(
     bridge: BridgeData,
-    number: int,
+    bent_number: int,
     spine: Spine,
     joints: list[tuple[int, float]],
     normal: PlanVector,
@@ -172,9 +172,9 @@ def _spread_deck_load(
     The spine applies it at the middle, which would bend the cap and push the column bases apart.
     This adds the fixed-end forces of a uniform load and subtracts the load at the middle.
     """
-    bent, length_m = bridge.bents[number], bridge.deck.width_m / normal[0]
-    load_n = deck_reactions_n(bridge)[number + 1] + bent.cap_weight_kn * KN
-    centre = spine.bent_nodes[number]
+    bent, length_m = bridge.bents[bent_number], bridge.deck.width_m / normal[0]
+    load_n = deck_reactions_n(bridge)[bent_number + 1] + bent.cap_weight_kn * KN
+    centre = spine.bent_nodes[bent_number]
     nodes = _along_cap(centre, joints)
     spine.loads_n[centre] -= load_n
     per_m = load_n / length_m

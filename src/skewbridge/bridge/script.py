@@ -459,15 +459,15 @@ def _abutment(source: str | Mapping[str, Any] | None, width_m: float) -> tuple[A
     return data, donor.deck.diaphragm_thickness_m
 
 
-def _merged(below: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
+def _merged(base: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
     """Return a mapping with the given keys replaced; numbers may have sources as in a file."""
     plain = {
         key: value["v"] if isinstance(value, Mapping) and "v" in value else value
         for key, value in overrides.items()
     }
-    return {**below} | {
-        key: _merged(below[key], value)
-        if isinstance(value, Mapping) and isinstance(below.get(key), Mapping)
+    return {**base} | {
+        key: _merged(base[key], value)
+        if isinstance(value, Mapping) and isinstance(base.get(key), Mapping)
         else value
         for key, value in plain.items()
     }

@@ -114,5 +114,5 @@ def add_moment(
 def add_weight(spine: Spine, node: int, weight_n: float, mass_kg: float) -> None:
     """Add dead load and translational mass of a cap or column at a node."""
     spine.loads_n[node] += weight_n
-    before = [float(ops.nodeMass(node, dof)) for dof in range(1, 7)]
-    ops.mass(node, *(value + mass_kg for value in before[:3]), *before[3:])
+    present = [float(ops.nodeMass(node, dof)) for dof in range(1, 7)]
+    ops.mass(node, *(value + mass_kg for value in present[:3]), *present[3:])

@@ -167,14 +167,14 @@ def spring_element(
     Returns the handles of the first spring along the direction and of the first normal to it.
     """
     materials, local = [*along_x, *along_y], [1] * len(along_x) + [2] * len(along_y)
-    across = turned(direction)
-    axes = (*direction, 0.0, *across, 0.0)
+    normal_axis = turned(direction)
+    axes = (*direction, 0.0, *normal_axis, 0.0)
     element = tags.element()
     springs = ("-mat", *materials, "-dir", *local, "-doRayleigh", 0, "-orient", *axes)
     ops.element("zeroLength", element, *nodes, *springs)
     return (
         SpringHandle(element=element, component=0, direction=direction, nodes=nodes),
-        SpringHandle(element=element, component=len(along_x), direction=across, nodes=nodes),
+        SpringHandle(element=element, component=len(along_x), direction=normal_axis, nodes=nodes),
     )
 
 

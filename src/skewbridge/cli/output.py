@@ -176,13 +176,13 @@ def _tables(shown: Row, units: Units) -> dict[str, Sequence[Row]]:
     return {"": single_values, **tables} if single_values else tables
 
 
-def _flat(values: Row, above: str = "") -> Iterator[tuple[str, Any]]:
+def _flat(values: Row, prefix: str = "") -> Iterator[tuple[str, Any]]:
     """Yield names and values of a nested mapping; inner names start with the outer names."""
     for name, value in values.items():
         if isinstance(value, Mapping):
-            yield from _flat(value, f"{above}{name} ")
+            yield from _flat(value, f"{prefix}{name} ")
         else:
-            yield f"{above}{name}", value
+            yield f"{prefix}{name}", value
 
 
 def emit_table(rows: Sequence[Row], title: str = "") -> bool:

@@ -313,12 +313,12 @@ def _comparison_row(row: dict[str, Any]) -> dict[str, Any]:
     """Return the printed columns of a comparison: the ratio, or the difference in its unit."""
     is_ratio = row["judged_by"] != "difference"
     value, prefix = ("ratio", "ci") if is_ratio else ("difference", "difference")
-    outside, cells = (row.get(name) or 0 for name in ("n_extrapolated", "n_cells"))
+    n_far, cells = (row.get(name) or 0 for name in ("n_extrapolated", "n_cells"))
     return {
         **{name: row[name] for name in _CHANGE[:3]},
         "change": rounded(row[value], 4),
         "low": rounded(row[f"{prefix}_low"], 4),
         "high": rounded(row[f"{prefix}_high"], 4),
         **{name: row[name] for name in ("unit", "verdict_family", "n_motions", "n_pairs")},
-        "extrapolated": f"{outside:.0f} of {2 * cells:.0f} medians" if outside > 0 else "",
+        "extrapolated": f"{n_far:.0f} of {2 * cells:.0f} medians" if n_far > 0 else "",
     }

@@ -274,8 +274,8 @@ def make_step(contacts: ContactSet, dt_s: float, *, parts_on_change: int = 1) ->
     part_s = dt_s / parts
     if parts > 1:
         contacts.prepare(part_s)
-    for number in range(parts):
+    for part_number in range(parts):
         if ops.analyze(1, part_s) != 0:
             return False
-        contacts.after_step(part_s, dt_s if number == parts - 1 else part_s)
+        contacts.after_step(part_s, dt_s if part_number == parts - 1 else part_s)
     return True

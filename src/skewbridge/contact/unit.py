@@ -199,14 +199,14 @@ class ContactUnit:
             (force_1 + self.force_1) * moved_1 + (force_2 + self.force_2) * moved_2
         )
         account.normal_work_j += 0.5 * (normal + self.normal_n) * (self.opening_before - opening)
-        size = hypot(force_1, force_2)
+        friction_n = hypot(force_1, force_2)
         slip_m = hypot(moved_1, moved_2)
         self.moved = slip_m
         closed, was_closed = opening < 0.0, self.closed
         limit = friction_limit_n(normal, self.friction, self.cohesion) if closed else 0.0
         self.over = 0.0
-        if size > 0.0:
-            self._record_excess(size, limit, slip_m, dt_s)
+        if friction_n > 0.0:
+            self._record_excess(friction_n, limit, slip_m, dt_s)
             slides_1, slides_2 = SLIDES * self._b1, SLIDES * self._b2
             if abs(force_1) >= slides_1 > 0.0 or abs(force_2) >= slides_2 > 0.0:
                 self.over = abs(self.over)  # a bound below the limit is as wrong as one above it
@@ -217,8 +217,8 @@ class ContactUnit:
                 account.max_penetration_m = -opening
             if normal > account.max_normal_n:
                 account.max_normal_n = normal
-            if size > account.max_friction_n:
-                account.max_friction_n = size
+            if friction_n > account.max_friction_n:
+                account.max_friction_n = friction_n
             if limit > account.max_limit_n:
                 account.max_limit_n = limit
             if not was_closed:
@@ -232,7 +232,7 @@ class ContactUnit:
         self.slip_1, self.slip_2, self.force_1, self.force_2 = slip_1, slip_2, force_1, force_2
         self.normal_n, self.closed = normal, closed
         # A pair that has just opened still holds the friction of the step: read it once more.
-        self._is_watched = closed or size > 0.0 or normal != 0.0
+        self._is_watched = closed or friction_n > 0.0 or normal != 0.0
         self._move_stick_point(limit)
         return closed != was_closed
 
@@ -268,9 +268,9 @@ class ContactUnit:
             return
         offset_1, offset_2 = e1 - self._stick_1, e2 - self._stick_2
         stick_radius = limit_n / self.kt
-        size = hypot(offset_1, offset_2)
-        if size > stick_radius:
-            scale = stick_radius / size
+        distance = hypot(offset_1, offset_2)
+        if distance > stick_radius:
+            scale = stick_radius / distance
             self._stick_1, self._stick_2 = e1 - scale * offset_1, e2 - scale * offset_2
 
     def set_bounds(self, ratio: float | None) -> None:

@@ -340,29 +340,29 @@ def merged(base: Mapping[str, Any], top: Mapping[str, Any]) -> dict[str, Any]:
     """Return `base` with nested mappings updated from `top`; lists and values are replaced."""
     out = dict(base)
     for key, value in top.items():
-        below: Any = out.get(key)
-        are_mappings = isinstance(below, Mapping) and isinstance(value, Mapping)
-        out[key] = merged(below, value) if are_mappings else value
+        base_value: Any = out.get(key)
+        are_mappings = isinstance(base_value, Mapping) and isinstance(value, Mapping)
+        out[key] = merged(base_value, value) if are_mappings else value
     return out
 
 
-def _keys(schema: Mapping[str, Any], classes: Mapping[str, Any], above: str = "") -> Iterator[str]:
+def _keys(schema: Mapping[str, Any], classes: Mapping[str, Any], prefix: str = "") -> Iterator[str]:
     """Yield all keys of a JSON schema as paths such as `motions.count`."""
     kinds = chain.from_iterable(schema.get(kind, ()) for kind in ("anyOf", "allOf", "oneOf"))
     for branch in (schema, *kinds):
         if model := classes.get(branch.get("$ref", "").rsplit("/", 1)[-1]):
-            yield from _keys(model, classes, above)
+            yield from _keys(model, classes, prefix)
         for key, inner in branch.get("properties", {}).items():
-            yield above + key
-            yield from _keys(inner.get("items", inner), classes, f"{above}{key}.")
+            yield prefix + key
+            yield from _keys(inner.get("items", inner), classes, f"{prefix}{key}.")
 
 
 def _nearest_key(error_path: Sequence[str | int], keys: Sequence[str]) -> str:
     """Return a suggestion for an unknown key: a similar one, or the same in another section."""
-    *above, name = (str(step) for step in error_path if isinstance(step, str))
-    section = "".join(f"{step}." for step in above)
-    inside = [key.removeprefix(section) for key in keys if key.startswith(section)]
-    nearest = get_close_matches(name, [key for key in inside if "." not in key], n=1)
+    *parents, name = (str(step) for step in error_path if isinstance(step, str))
+    section = "".join(f"{step}." for step in parents)
+    in_section = [key.removeprefix(section) for key in keys if key.startswith(section)]
+    nearest = get_close_matches(name, [key for key in in_section if "." not in key], n=1)
     same_name = [key for key in keys if key.rpartition(".")[2] == name]
     if nearest or same_name:
         return f" (did you mean {section + nearest[0] if nearest else min(same_name, key=len)}?)"

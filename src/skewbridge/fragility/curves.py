@@ -304,10 +304,10 @@ def _outcome_curve(runs: _DemandRuns, fits: _StateFits, j: int, bounds: _Bounds)
     """Return the curve of state j from fits to outcomes."""
     # capacity dispersion is divided by the slope of ln demand at the median
     # ASSUME the capacity is independent of the demand
-    state, total = runs.states[j], fits.beta
+    state, beta_total = runs.states[j], fits.beta
     if state.dispersion:
-        total = np.hypot(fits.beta, state.dispersion / runs.variant.clouds[state].slope)
-    return _Curve(fits.fits[j], fits.ln_theta[j], fits.beta, total, bounds, {})
+        beta_total = np.hypot(fits.beta, state.dispersion / runs.variant.clouds[state].slope)
+    return _Curve(fits.fits[j], fits.ln_theta[j], fits.beta, beta_total, bounds, {})
 
 
 def _cloud_curve(runs: _DemandRuns, state: LimitState) -> _Curve:
@@ -350,20 +350,20 @@ def _union_curve(
         ((mode, mode_fit),) = fitted.items()
         columns: Row = {"capacity_dispersion": mode.dispersion}
         return mode_fit._replace(bounds=direct.bounds, columns=columns)
-    medians, records, total = (
+    medians, records, totals = (
         np.array([curve[column] for curve in fitted.values()]) for column in (1, 2, 3)
     )
-    total = np.where(np.isnan(total), records, total)
+    totals = np.where(np.isnan(totals), records, totals)
     rho = runs.variant.correlations.get(state, np.zeros(medians.shape[1]))
-    union = Union.of(medians, records, total, rho)
-    (middle, beta_total), (_, beta) = union.summary(), Union(medians, records, rho).summary()
-    theta = motion_means.exp_end(middle[0])
+    union = Union.of(medians, records, totals, rho)
+    (ln_theta, beta_total), (_, beta) = union.summary(), Union(medians, records, rho).summary()
+    theta = motion_means.exp_end(ln_theta[0])
     fit = replace(direct.fit, theta=theta, beta=float(beta[0]), status=FITTED, method="union")
-    fit = fitting.jackknifed(fit, middle[1:], beta[1:])
+    fit = fitting.jackknifed(fit, ln_theta[1:], beta[1:])
     # ASSUME unknown outcomes change the median of the union as that of the direct fit
-    scale = float(np.exp(middle[0] - direct.ln_theta[0]))
+    scale = float(np.exp(ln_theta[0] - direct.ln_theta[0]))
     bounds = {name: (scale * median, b) for name, (median, b) in direct.bounds.items()}
-    return _Curve(fit, middle, beta, beta_total, bounds, union.columns())
+    return _Curve(fit, ln_theta, beta, beta_total, bounds, union.columns())
 
 
 def _exceedance_fits(

@@ -125,9 +125,9 @@ def export_curves(source: Path, form: str, out: Path, **options: Any) -> dict[st
         notes.append(f"{partial} curves have no beta_total (no slope): beta is exported instead")
     if len(unfitted):
         notes.append(f"{len(unfitted)} limit states have no estimate (listed by --json)")
-    if outside := int(curves.get("extrapolated", _ABSENT).eq(other=True).sum()):
+    if n_extrapolated := int(curves.get("extrapolated", _ABSENT).eq(other=True).sum()):
         text = "fewer than three motions are as strong, or as weak"
-        notes.append(f"{outside} medians are extrapolated: {text}")
+        notes.append(f"{n_extrapolated} medians are extrapolated: {text}")
     report = {"format": form, "files": [str(out)], "left_out": len(unfitted)}
     report |= {"curves": int(has_estimate.sum())}
     try:
@@ -229,8 +229,8 @@ def _skew_factors(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     if joined.empty:
         raise InputError("no limit state has an estimate both at skew 0 and at another skew")
     joined["factor"] = joined["theta"] / joined["theta_straight"]
-    outside = joined[["extrapolated", "extrapolated_straight"]].eq(other=True)
-    joined["extrapolated"] = outside.any(axis=1)
+    flags = joined[["extrapolated", "extrapolated_straight"]].eq(other=True)
+    joined["extrapolated"] = flags.any(axis=1)
     # ASSUME medians are independent if there is no paired interval: the interval is then too wide,
     # never too narrow, because the motions are the same at both skews
     variance = joined["var_ln_theta"] + joined["var_ln_theta_straight"]
@@ -255,15 +255,15 @@ def _write_skew_scaling(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
     identifiers: dict[tuple[str, str, str], tuple[str, str]] = {}
     for variant, scale, states, group in _functions(curves):
         name = identifier(f"{variant}.{scale}", *_PELICUN_ID)
-        for number, state in enumerate(states, start=1):
-            identifiers[variant, group["component"].iloc[0], state] = f"{name}-0-1", f"LS{number}"
+        for rank, state in enumerate(states, start=1):
+            identifiers[variant, group["component"].iloc[0], state] = f"{name}-0-1", f"LS{rank}"
     scaling: dict[str, Any] = {}
     for row in table.to_dict("records"):
-        name, number = identifiers[row["variant_straight"], row["component"], row["limit_state"]]
+        name, rank = identifiers[row["variant_straight"], row["component"], row["limit_state"]]
         of_skew = scaling.setdefault(f"{row['skew_deg']:g}", {})
         for end in ("factor", "factor_low", "factor_high"):
             states = of_skew.setdefault(end.removeprefix("factor_"), {})
-            states.setdefault(name, {})[number] = f"*{row[end]:.6g}"
+            states.setdefault(name, {})[rank] = f"*{row[end]:.6g}"
     write_text(export.out, json.dumps(scaling, indent=1) + "\n")
     return {"notes": ["the scaling specification of each skew applies to curves without skew"]}
 
@@ -422,7 +422,7 @@ def _write_pelicun(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
         row |= {"Demand-Unit": unit, "Demand-Offset": 0, "Demand-Directional": 1}
         described: dict[str, Any] = {}
         missing: dict[str, str] = {}
-        for number, state in enumerate(states, start=1):
+        for rank, state in enumerate(states, start=1):
             values: tuple[Any, ...] = ("", "", "", "")
             if curve := fitted.get(state):
                 values = ("lognormal", curve["theta"], curve["curve_beta"], "")
@@ -437,11 +437,11 @@ def _write_pelicun(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
                     text += "; median extrapolated beyond the motions"
                 source = {"Description": text, "Reference": str(curve.get("citation", ""))}
                 # pelicun numbers damage states by the limit states that have parameters
-                described[f"LS{number}"] = {f"DS{len(described) + 1}": source}
+                described[f"LS{rank}"] = {f"DS{len(described) + 1}": source}
             else:
                 status = of_state[state]["status"] if state in of_state else "no row"
-                missing[state] = f"LS{number} {state} ({status})"
-            row |= {f"LS{number}-{k}": v for k, v in zip(_PELICUN_PARAMETERS, values, strict=True)}
+                missing[state] = f"LS{rank} {state} ({status})"
+            row |= {f"LS{rank}-{k}": v for k, v in zip(_PELICUN_PARAMETERS, values, strict=True)}
         comments = "dispersion includes capacity dispersion if a slope converts it"
         if missing:
             comments += f"; without an estimate: {', '.join(missing.values())}"

@@ -134,15 +134,15 @@ class HazardCurve:
         ``rate`` returns the ln rate of a state for a hazard curve. ``p`` (2,) is its probability at
         the first and the last intensity.
         """
-        total, largest_rate = rate(self).value, float(self.rates[0, -1])
+        all_rate, largest_rate = rate(self).value, float(self.rates[0, -1])
         inner = self._between(low, high)
-        within = inner and rate(inner).value
+        inner_rate = inner and rate(inner).value
         row: Row = {
-            f"share_outside_{end}": add / (total + add)
+            f"share_outside_{end}": add / (all_rate + add)
             for end, add in (("low", float(p[1]) * largest_rate), ("high", largest_rate))
         }
         row["probability_at_first_level"] = float(p[0])
-        return row | {"share_extrapolated": max(0.0, 1.0 - (within or 0.0) / total)}
+        return row | {"share_extrapolated": max(0.0, 1.0 - (inner_rate or 0.0) / all_rate)}
 
     def _between(self, low: float, high: float) -> "HazardCurve | None":
         """Return the part between two intensities; None if it is empty."""
@@ -364,13 +364,13 @@ def _usgs_json(path: Path) -> Iterator[_Part]:
         unit = re.search(r"\((g|m/s|cm/s)\)", f"{imt} {metadata.get('xlabel', '')}")
         if not unit:
             raise InputError(f"the unit of {name} is missing (xlabel, such as Ground Motion (g))")
-        total = [curve for curve in item.get("data", []) if curve.get("component") == "Total"]
-        if len(total) != 1:
+        totals = [curve for curve in item.get("data", []) if curve.get("component") == "Total"]
+        if len(totals) != 1:
             raise InputError(
-                f"{name} has {len(total)} curves of the component Total; one is needed"
+                f"{name} has {len(totals)} curves of the component Total; one is needed"
             )
-        values = total[0].get("values", {})
+        values = totals[0].get("values", {})
         levels = values.get("xs", metadata.get("xvalues"))
-        rates = values.get("ys", total[0].get("yvalues"))
+        rates = values.get("ys", totals[0].get("yvalues"))
         levels = _FACTORS[unit[1]] * as_column(levels, f"{name} xs")
         yield _Part(measure_column(name) or name, None, levels, as_column(rates, f"{name} ys"))

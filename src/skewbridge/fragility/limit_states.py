@@ -207,9 +207,9 @@ class LimitStateEntry(BaseModel):
         """Return the limit states in the unit of their demand column; medians must increase."""
         unit = demand_unit(self.demand, self.unit)
         factor = 1.0 if unit == self.unit else _UNITS[self.unit][1] / _UNITS[unit][1]
-        for (mild, before), (severe, state) in pairwise(self.states.items()):
-            if state.median <= before.median:
-                text = f"median {state.median:g} must exceed {before.median:g} (state {mild})"
+        for (mild, milder), (severe, state) in pairwise(self.states.items()):
+            if state.median <= milder.median:
+                text = f"median {state.median:g} must exceed {milder.median:g} (state {mild})"
                 raise InputError(f"{where}: states.{severe}: {text}: write mild states first")
         shared = self.model_dump(include={"component", "demand", "collapse", "citation"})
         out: list[LimitState] = []

@@ -199,11 +199,11 @@ def _changes(
     variants = medians.models.variants
 
     @cache
-    def rate_of(state: LimitState | str, number: int) -> LogRate | None:
+    def rate_of(state: LimitState | str, variant_number: int) -> LogRate | None:
         if isinstance(state, str):
-            rate = system.get((variants["variant"].iloc[number], state))
+            rate = system.get((variants["variant"].iloc[variant_number], state))
             return rate if isinstance(rate, LogRate) else None
-        curve = medians.curve(state, number)
+        curve = medians.curve(state, variant_number)
         return None if curve is None else curve_rate(curve, hazard)
 
     other_axes, pairs = variant_pairs(variants, axis)

@@ -56,9 +56,7 @@ def system_curves(
     if models is None:
         models = fit_models(demands, limit_states, settings, jobs=jobs)
     systems = [_Systems(system, members, settings, hazard) for system in models]
-    items = (
-        (system, number) for system in systems for number in range(len(system.models.variants))
-    )
+    items = ((system, i) for system in systems for i in range(len(system.models.variants)))
     rows = demand_table.spread(_variant_rows, items, jobs)
     return pd.DataFrame([row for of_variant in rows for row in of_variant])
 
@@ -113,10 +111,10 @@ class _Systems(NamedTuple):
 
 def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
     """Return the rows of one variant, one per degree of damage."""
-    systems, number = system_and_variant
+    systems, variant_number = system_and_variant
     models, settings = systems.models, systems.settings
-    values = records_of(models.variants)[number]
-    runs = models.runs[models.variant == number]
+    values = records_of(models.variants)[variant_number]
+    runs = models.runs[models.variant == variant_number]
     im = runs[settings.im].to_numpy(dtype=np.float64)
     low, high = covered_range(im, demand_table.motion_codes(runs))
 
@@ -154,8 +152,8 @@ def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
         row |= {"level": settings.confidence, "n_runs": len(runs)}
         row |= _system(taking, np.log(im), systems, (low, high)) | {"im_low": low, "im_high": high}
         theta = row["theta"]
-        outside = isinstance(theta, float) and not (np.isnan(theta) or low <= theta <= high)
-        rows.append(variant | row | {"extrapolated": outside})
+        is_outside = isinstance(theta, float) and not (np.isnan(theta) or low <= theta <= high)
+        rows.append(variant | row | {"extrapolated": is_outside})
     return rows
 
 
@@ -278,8 +276,8 @@ def _failures(ln_theta: Floats, beta: Floats, rho: Floats, points: int, seed: in
 def _quantiles(failures: Floats) -> Floats:
     """Return ln median and dispersion of the first failure, (2, R), from (m, R, points)."""
     levels = special.ndtr(np.array([-1.0, 0.0, 1.0]))
-    low, middle, high = np.quantile(np.min(failures, axis=0), levels, axis=-1)
-    return np.array([middle, 0.5 * (high - low)])
+    low, ln_median, high = np.quantile(np.min(failures, axis=0), levels, axis=-1)
+    return np.array([ln_median, 0.5 * (high - low)])
 
 
 @lru_cache(maxsize=32)

@@ -44,14 +44,14 @@ class Union(NamedTuple):
     rho: Floats  # correlation of the intensities of failure, shape (R,)
 
     @classmethod
-    def of(cls, ln_theta: Floats, records: Floats, total: Floats, rho: Floats) -> Self:
-        """Return unions of k modes with dispersions ``total`` (k, R).
+    def of(cls, ln_theta: Floats, records: Floats, totals: Floats, rho: Floats) -> Self:
+        """Return unions of k modes with dispersions ``totals`` (k, R).
 
         ``rho`` (R,) is the correlation of the demands, whose dispersions are ``records`` (k, R).
         """
         # ASSUME the capacities of both modes are independent of each other and of the demands
-        shares = np.divide(records, total, out=np.zeros_like(total), where=total > 0.0)
-        return cls(ln_theta, total, rho * np.prod(shares, axis=0))
+        shares = np.divide(records, totals, out=np.zeros_like(totals), where=totals > 0.0)
+        return cls(ln_theta, totals, rho * np.prod(shares, axis=0))
 
     def probability(self, ln_im: Floats) -> Floats:
         """Return P(any) at ln intensities whose shape broadcasts with (R,)."""
@@ -89,8 +89,8 @@ def any_of(u: Sequence[Floats], rho: Floats) -> Floats:
     p = [special.ndtr(z) for z in u]
     if len(u) == 1:
         return p[0]
-    total = p[0] + p[1]
-    return np.clip(total - _both(u[0], u[1], rho), np.maximum(*p), np.minimum(total, 1.0))
+    added = p[0] + p[1]
+    return np.clip(added - _both(u[0], u[1], rho), np.maximum(*p), np.minimum(added, 1.0))
 
 
 def _both(u: Floats, v: Floats, rho: Floats) -> Floats:

@@ -119,8 +119,8 @@ def verdicts_of(
     low: Floats, below: Floats, zero: Floats, above: Floats, high: Floats, *, possible: Mask
 ) -> NDArray[np.str_]:
     """Return verdicts from interval ends and margins; `NEGLIGIBLE` is allowed if ``possible``."""
-    inside = (low >= below) & (high <= above) & possible
-    claims = [high < below, low > above, inside, (low > zero) | (high < zero)]
+    is_inside = (low >= below) & (high <= above) & possible
+    claims = [high < below, low > above, is_inside, (low > zero) | (high < zero)]
     return np.select(claims, _IN_ORDER, default=UNDECIDED)
 
 
@@ -275,8 +275,8 @@ def at_looks(table: pd.DataFrame, looks: Sequence[int], per_motion: float = 1.0)
     levels = levels_at(motions, looks, float(table["level"].iloc[0]))
     with np.errstate(invalid="ignore"):
         level = table["level"].to_numpy(np.float64)
-        before = special.stdtrit(table["dof"].to_numpy(np.float64), 0.5 + 0.5 * level)
-        wider = special.stdtrit(np.maximum(dof, 1.0), 0.5 + 0.5 * levels) / before
+        t_before = special.stdtrit(table["dof"].to_numpy(np.float64), 0.5 + 0.5 * level)
+        wider = special.stdtrit(np.maximum(dof, 1.0), 0.5 + 0.5 * levels) / t_before
     columns: dict[str, Any] = {"level": levels}
     for names in (RATIOS, DIFFERENCES, ("slope", "slope_low", "slope_high")):
         values = table[list(names)].to_numpy(np.float64).T

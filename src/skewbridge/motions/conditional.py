@@ -168,12 +168,12 @@ def _usgs(path: Path) -> pd.DataFrame:
             header = shared | block | block.get("metadata", {})
             imt = header["imt"]["value"] if isinstance(header["imt"], dict) else header["imt"]
             bins = pd.DataFrame(header["εbins"], columns=["id", "min", "max"]).set_index("id")
-            middle = bins.astype(float).mean(axis=1)  # of an open bin: its edge
+            bin_middles = bins.astype(float).mean(axis=1)  # of an open bin: its edge
             total = next(t for t in block["data"] if t.get("component", "Total") == "Total")
             items = [item for group in total["summary"] for item in group["data"]]
             level_g = next(item["value"] for item in items if item.get("units") == "g")
             rows = pd.json_normalize(total["data"], "εdata", ["m", "r"]).rename(columns=names)
-            rows = rows.assign(level_g=level_g, epsilon=rows["εbin"].map(middle)).astype(float)
+            rows = rows.assign(level_g=level_g, epsilon=rows["εbin"].map(bin_middles)).astype(float)
             measure = re.sub(r"^SA(\d+)P(\d+)$", r"SA(\1.\2)", imt)
             tables.append(rows.assign(measure=measure))
         return pd.concat(tables)

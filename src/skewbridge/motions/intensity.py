@@ -165,17 +165,17 @@ def cav(accel_mps2: Vector, dt_s: float) -> float:
 
 def significant_duration(build_up: Vector, dt_s: float, start: float, end: float) -> float:
     """Return the time in s in which a build-up grows from share `start` to share `end`."""
-    share = build_up / build_up[-1]
-    return dt_s * (_index_of(share, end) - _index_of(share, start))
+    shares = build_up / build_up[-1]
+    return dt_s * (_index_of(shares, end) - _index_of(shares, start))
 
 
-def _index_of(share: Vector, level: float) -> float:
+def _index_of(shares: Vector, level: float) -> float:
     """Return the fractional index at which a non-decreasing history first reaches a level."""
-    after = int(np.searchsorted(share, level))
+    after = int(np.searchsorted(shares, level))
     if after == 0:
         return 0.0
-    step = share[after] - share[after - 1]
-    return after - 1 + float((level - share[after - 1]) / step)
+    step = shares[after] - shares[after - 1]
+    return after - 1 + float((level - shares[after - 1]) / step)
 
 
 def housner_intensity(accel_mps2: Vector, dt_s: float) -> float:

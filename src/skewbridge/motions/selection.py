@@ -111,9 +111,9 @@ def select_pairs(
         raise InputError(f"{reach} {MOST_PER_EVENT} per event: {count} are needed")
     sigma = target.sigma[:BAND_POINTS]
     error = np.stack(pool["log_psa"].to_list()) - np.log(target.median_g[:BAND_POINTS])
-    kind = pool["event"].factorize()[0], pool["is_synthetic"].to_numpy()
+    event_and_kind = pool["event"].factorize()[0], pool["is_synthetic"].to_numpy()
     starts = (np.random.default_rng(seed).permutation(len(pool)) for seed in range(_STARTS))
-    best = min(_improved(error, sigma, *kind, start, count) for start in starts)[1]
+    best = min(_improved(error, sigma, *event_and_kind, start, count) for start in starts)[1]
     errors = np.expm1(error[best].mean(axis=0)), error[best].std(axis=0, ddof=1) / sigma - 1.0
     largest, selected = np.abs(errors).max(axis=1), pool.iloc[best]
     return selected, {

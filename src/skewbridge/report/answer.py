@@ -290,10 +290,10 @@ def no_ratio_text(row: Mapping[str, Any]) -> str:
 
 def extent_of_data(row: Mapping[str, Any]) -> str:
     """Return a note if medians of a ratio are extrapolated or have no curve; otherwise ``""``."""
-    pairs, missing, outside = (row[name] for name in _COUNTS)
+    pairs, missing, n_extrapolated = (row[name] for name in _COUNTS)
     medians = 2 if pd.isna(pairs) else 2 * int(pairs)  # a row of one pair has no number of pairs
-    if outside > 0:
-        return "extrapolated" if outside == medians else "partly extrapolated"
+    if n_extrapolated > 0:
+        return "extrapolated" if n_extrapolated == medians else "partly extrapolated"
     return f"from a model: {missing:.0f} of {medians} variants lack a curve" if missing > 0 else ""
 
 

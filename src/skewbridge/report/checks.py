@@ -75,7 +75,7 @@ def check_tables(tables: StudyTables) -> list[Row]:
     smooth = (ok["friction"] == 0.0) & (cohesion_n == 0.0)
     fitted = curves[curves["status"] == "ok"]
     bounded = effects[effects["ci_low"].notna()]
-    within = bounded["ratio"].between(bounded["ci_low"], bounded["ci_high"])
+    is_within = bounded["ratio"].between(bounded["ci_low"], bounded["ci_high"])
     # a bridge without a stated capacity of its columns has no such demand in any row
     is_demand_of_bridge = numbers.notna().groupby(ok["bridge"]).transform("any")
     is_missing = numbers.isna() & is_demand_of_bridge
@@ -102,7 +102,7 @@ def check_tables(tables: StudyTables) -> list[Row]:
         ("rows that differ from their mirror image", mirror_differences(ok, tables.suite), KEY),
         ("fitted curves without a positive median", fitted[~(fitted["theta"] > 0)], _CURVE_NAME),
         ("medians below the median of a smaller capacity", falling, _CURVE_NAME),
-        ("effects whose interval does not contain the ratio", bounded[~within], _EFFECT_NAME),
+        ("effects whose interval does not contain the ratio", bounded[~is_within], _EFFECT_NAME),
     )  # fmt: skip
     return [_check(*check) for check in checks]
 

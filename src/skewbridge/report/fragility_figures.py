@@ -140,16 +140,16 @@ def effects_by_intensity(intensities: pd.DataFrame, im_label: str) -> Figure:
     open dot is at the nearest end of the range.
     """
     names = demands_for("headline", intensities["demand"])
-    along = axes_of(intensities["axis"])
-    size = 2.9 * len(along) + 0.9, 1.9 * len(names) + 0.9
-    figure = Figure(figsize=size, layout="constrained")
-    panels = figure.subplots(len(names), len(along), squeeze=False, sharex=True, sharey="row")
+    axes_shown = axes_of(intensities["axis"])
+    size_in = 2.9 * len(axes_shown) + 0.9, 1.9 * len(names) + 0.9
+    figure = Figure(figsize=size_in, layout="constrained")
+    panels = figure.subplots(len(names), len(axes_shown), squeeze=False, sharex=True, sharey="row")
     for row, name in zip(panels, names, strict=True):
         of_demand = intensities[intensities["demand"] == name]
-        for axes, axis in zip(row, along, strict=True):
+        for axes, axis in zip(row, axes_shown, strict=True):
             _intensity_panel(axes, of_demand[of_demand["axis"] == axis.name], axis)
         row[0].set_ylabel(fill(f"Ratio of {appearance.demand_name(name).lower()}", 24))
-    for top, bottom, axis in zip(panels[0], panels[-1], along, strict=True):
+    for top, bottom, axis in zip(panels[0], panels[-1], axes_shown, strict=True):
         top.legend(fontsize=7, loc="best")
         top.set_title(axis.label, fontsize=9)
         bottom.set_xlabel(im_label)

@@ -99,8 +99,8 @@ def _loaded(path: Path) -> Completed:
     merged: dict[str, Any] = {}
     for tree in reversed(trees):
         for key in overruled(tree):
-            above, _, last = key.rpartition(".")
-            if isinstance(section := value_at(merged, above), dict):
+            parent_key, _, last = key.rpartition(".")
+            if isinstance(section := value_at(merged, parent_key), dict):
                 section.pop(last, None)
         merged = _overlay(merged, tree)
     ends, deck = merged.get("abutments"), merged.get("deck")
@@ -202,15 +202,15 @@ def _overlay(base: Mapping[str, Any], top: Mapping[str, Any]) -> dict[str, Any]:
     """Return ``base`` overridden by ``top``; a number and its source are replaced together."""
     merged = dict(base)
     for key, value in top.items():
-        below = merged.get(key)
+        base_value = merged.get(key)
         merged[key] = value
-        if not isinstance(value, dict) or "v" in value or not isinstance(below, dict):
+        if not isinstance(value, dict) or "v" in value or not isinstance(base_value, dict):
             continue
-        base_type = below.get("type", "seat")
+        base_type = base_value.get("type", "seat")
         if key == "column":
-            merged[key] = over_default(below, value)
+            merged[key] = over_default(base_value, value)
         elif value.get("type", base_type) == base_type:  # a part of another type has other keys
-            merged[key] = _overlay(below, value)
+            merged[key] = _overlay(base_value, value)
     return merged
 
 

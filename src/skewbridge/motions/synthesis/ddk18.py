@@ -252,14 +252,14 @@ def filtered_noise(
     zeta = background.damping_ratio
     step = np.exp((-zeta + 1j * np.sqrt(1.0 - zeta * zeta)) * omega * dt_s)
     lags = int(np.ceil(-np.log(_NEGLIGIBLE) / (zeta * float(omega.min()) * dt_s)))
-    total, square = np.zeros(npts), np.zeros(npts)
+    response_sum, square = np.zeros(npts), np.zeros(npts)
     state = omega.astype(np.complex128)
     for lag in range(1, min(lags, npts)):
         state = state[: npts - lag] * step[: npts - lag]
         response = state.imag
-        total[lag:] += response * noise[: npts - lag]
+        response_sum[lag:] += response * noise[: npts - lag]
         square[lag:] += response * response
-    return np.divide(total, np.sqrt(square), out=np.zeros(npts), where=square > 0.0)
+    return np.divide(response_sum, np.sqrt(square), out=np.zeros(npts), where=square > 0.0)
 
 
 def corner_frequency_hz(magnitude: float) -> float:
@@ -318,5 +318,5 @@ def pulse_acceleration(pulse: Pulse, time_s: Vector) -> Vector:
     oscillation = 0.5 * pulse.peak_cm_s * np.cos(carrier + nu) - residual * fp / gamma
     slope = -0.5 * pulse.peak_cm_s * np.sin(carrier + nu) * 2.0 * np.pi * fp
     rate = slope * (1.0 + np.cos(hump)) - oscillation * np.sin(hump) * 2.0 * np.pi * fp / gamma
-    inside = np.abs(since_s) <= 0.5 * gamma * pulse.period_s
-    return np.where(inside, rate, 0.0) / _MODEL_G_CM_S2
+    is_in_pulse = np.abs(since_s) <= 0.5 * gamma * pulse.period_s
+    return np.where(is_in_pulse, rate, 0.0) / _MODEL_G_CM_S2
