@@ -63,13 +63,13 @@ class UnitSystem:
 
     def record_factors(self, response: Sequence[str], width: int) -> np.ndarray:
         """Return the factors to SI of the components of a recorded response, shape (width,)."""
-        kinds: dict[str, Sequence[Dimension]] = {
+        dimensions: dict[str, Sequence[Dimension]] = {
             "disp": _MOVED,
             "accel": _MOVED,
             "basicForce": (FORCE,),
             "deformation": (PURE, PER_LENGTH, PER_LENGTH, PER_LENGTH),
         }
-        cycle = kinds.get(response[-1], _FORCES)
+        cycle = dimensions.get(response[-1], _FORCES)
         return np.array([self.si(cycle[k % len(cycle)]) for k in range(width)])
 
 

@@ -154,9 +154,9 @@ def section_response(column: ColumnData, axial_n: float, direction: int = 0) -> 
         rows.append((phi, moment_nm, size_m / 2 + centre / phi))
         if section.is_ultimate(centre, phi):
             break
-    curvature, moment, axis = np.array(rows).T
+    curvature, moment, neutral_m = np.array(rows).T
     # tensile strain of the bar farthest from the neutral axis
-    tension = curvature * (section.highest_bar_m - (axis - size_m / 2))
+    tension = curvature * (section.highest_bar_m - (neutral_m - size_m / 2))
     first = float(np.interp(section.yield_strain, tension, curvature))
     first_moment = float(np.interp(first, curvature, moment))
     stiffness = first_moment / first
@@ -174,7 +174,7 @@ def section_response(column: ColumnData, axial_n: float, direction: int = 0) -> 
         yield_curvature_per_m=knee,
         plastic_moment_nm=float(plateau),
         ultimate_curvature_per_m=float(end),
-        neutral_axis_depth_m=float(np.interp(knee, curvature, axis)),
+        neutral_axis_depth_m=float(np.interp(knee, curvature, neutral_m)),
     )
 
 

@@ -24,7 +24,7 @@ commands = new_group()
 
 @dataclass(frozen=True, kw_only=True)
 class FitCommand:
-    """Options of `skewbridge.fragility.fit_data.FitOptions`."""
+    """Options of `skewbridge fit`: the fields of `FitOptions`."""
 
     method: Annotated[Literal["stripes", "ida", "cloud"] | None, opt("Kind of data.")] = None
     model: Annotated[str | None, opt("Regression model of a cloud.", "[ols|tobit]")] = None

@@ -153,8 +153,8 @@ class _BridgeState:
         unknown = demand_outcomes(self._models.runs, self._group).unknown(self._state)
         # ASSUME an outcome that a model predicts with a probability of 95 % is not in doubt
         fits = [fit for fit in self._fits if not isinstance(fit, str)]
-        sure = [f.exceeds(mode) > _SURE for f, mode in zip(fits, self._modes, strict=False)]
-        return unknown & ~np.logical_or.reduce([np.zeros_like(unknown), *sure])
+        certain = [f.exceeds(mode) > _SURE for f, mode in zip(fits, self._modes, strict=False)]
+        return unknown & ~np.logical_or.reduce([np.zeros_like(unknown), *certain])
 
     @cached_property
     def _treated(self) -> dict[str, list[DemandModel]]:

@@ -146,7 +146,7 @@ def _write_latex(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
 
 
 def _write_csv(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
-    """Write probabilities, skew factors or parameters of curves, these with rates if asked."""
+    """Write probabilities or skew factors of curves, or their parameters and annual rates."""
     notes: list[str] = []
     if export.im_range is not None:
         table = _probabilities(curves, np.geomspace(*export.im_range, 50))

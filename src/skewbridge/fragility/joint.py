@@ -62,8 +62,8 @@ class JointModel:
         """Return the curves at values of the axes, from all runs and without each block."""
         state = state_curve(self._models, self._modes, values, self._rho)
         if isinstance(state, str):
-            none = np.full(len(self._models[0].parameters), np.nan)
-            return StateCurve(none, none, none)
+            nans = np.full(len(self._models[0].parameters), np.nan)
+            return StateCurve(nans, nans, nans)
         return state
 
     def median(

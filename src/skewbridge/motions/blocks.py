@@ -51,7 +51,7 @@ class _Counts:
         self.of_pair = np.zeros((cells, cells), dtype=np.int64)
 
     def imbalance(self, rank: int, chosen: Mapping[int, tuple[int, ...]]) -> tuple[int, ...]:
-        """Return the numbers of runs that `assign` keeps equal, the most important first."""
+        """Return sums of earlier runs in ``chosen``, which `assign` minimises in this order."""
         cells = [cell for group in chosen.values() for cell in group]
         at_once = [pair for group in chosen.values() for pair in combinations(group, 2)]
         angles = [self.at_incidence[angle, list(group)].sum() for angle, group in chosen.items()]

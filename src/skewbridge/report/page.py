@@ -305,25 +305,25 @@ def sketch(
     wall. Bents and columns have their places at the largest skew.
     """
     skew, gap_m = max(skews_deg, key=abs), max(gaps_mm) / 1000.0
-    end, half, own_deg = bridge.length_m / 2, bridge.width_m / 2, bridge.skews_deg
+    end_m, half_m, skews_of_ends = bridge.length_m / 2, bridge.width_m / 2, bridge.skews_deg
     factor = next((f for f in _FACTORS if f * gap_m <= _GAP_SHARE * bridge.length_m), 1)
-    thickness, arm = max(bridge.wall_m, 0.012 * bridge.length_m), 0.8 * half
+    wall_m, arm_m = max(bridge.wall_m, 0.012 * bridge.length_m), 0.8 * half_m
     bent_skew = radians(model.skew_of_bents_deg(skew))
     stretch = 1.0 / cos(bent_skew) if model.column_spacing == "normal" else 1.0
 
     def cuts(skew_deg: float) -> list[PlanVector]:
         """Return x (m) and angle (rad) of the faces of all decks, left to right."""
-        faces = [(-end, radians(own_deg.get("left", skew_deg)))]
+        faces = [(-end_m, radians(skews_of_ends.get("left", skew_deg)))]
         for number, (location, x) in enumerate(bridge.joints_m.items(), start=1):
             usual_deg = model.skew_of_bents_deg(skew_deg) if "bent" in location else skew_deg
-            face_rad = radians(own_deg.get(f"joint {number}", usual_deg))
+            face_rad = radians(skews_of_ends.get(f"joint {number}", usual_deg))
             opened = factor * gap_m / 2 / cos(face_rad)
             faces += [(x - opened, face_rad), (x + opened, face_rad)]
-        return [*faces, (end, radians(own_deg.get("right", skew_deg)))]
+        return [*faces, (end_m, radians(skews_of_ends.get("right", skew_deg)))]
 
     def decks(faces: Sequence[PlanVector]) -> list[list[PlanVector]]:
         pairs = zip(faces[::2], faces[1::2], strict=True)
-        return [_corners(face_1, face_2, (-half, half)) for face_1, face_2 in pairs]
+        return [_corners(face_1, face_2, (-half_m, half_m)) for face_1, face_2 in pairs]
 
     faces = cuts(skew)
     walls: list[list[PlanVector]] = []
@@ -332,10 +332,10 @@ def sketch(
         out = copysign(1.0 / cos(rad), x)
         wall = x + out * factor * gap_m * (kind == "seat")
         if kind in _WITH_WALL:
-            walls.append(_corners((wall, rad), (wall + out * thickness, rad), (-half, half)))
+            walls.append(_corners((wall, rad), (wall + out * wall_m, rad), (-half_m, half_m)))
         if kind == "seat":
-            key, inner = half + factor * model.transverse_gap_m, x - 2.2 * out * thickness
-            sides = ((key, key + thickness), (-key, -key - thickness))
+            key, inner = half_m + factor * model.transverse_gap_m, x - 2.2 * out * wall_m
+            sides = ((key, key + wall_m), (-key, -key - wall_m))
             walls += [_corners((inner, rad), (x, rad), side) for side in sides]
             gaps.insert(0, ((x, rad), (wall, rad)))
     deck_corners, tilt = decks(faces), faces[0][1]
@@ -343,17 +343,17 @@ def sketch(
     return {
         "width": _WIDTH,
         "height": _HEIGHT,
-        "scale": min((_WIDTH / 2 - _SIDE) / half_length, (_HEIGHT / 2 - _TOP) / half),
+        "scale": min((_WIDTH / 2 - _SIDE) / half_length, (_HEIGHT / 2 - _TOP) / half_m),
         "skew": skew,
         "others": [deck for a in sorted({*skews_deg} - {skew}) for deck in decks(cuts(a))],
         "decks": deck_corners,
         "walls": walls,
         "marks": {
-            name: [_skewed(gaps[0][face], share * half) for face, share in line]
+            name: [_skewed(gaps[0][face], share * half_m) for face, share in line]
             for name, line in _MARKS.items()
             if gaps
         },
-        "end": end,
+        "end": end_m,
         "columns": [
             [
                 (
@@ -366,12 +366,12 @@ def sketch(
         ],
         # a line is an area of two corners
         "bents": [
-            [_skewed((x, bent_skew), -half), _skewed((x, bent_skew), half)]
+            [_skewed((x, bent_skew), -half_m), _skewed((x, bent_skew), half_m)]
             for x in sorted({x for x, _ in bridge.columns_m})
         ],
         "ends": list(bridge.end_kinds.values()),
-        "arm": arm,
-        "tip": (-end - arm * sin(tilt), arm * cos(tilt)),
+        "arm": arm_m,
+        "tip": (-end_m - arm_m * sin(tilt), arm_m * cos(tilt)),
         "factor": factor,
     }
 

@@ -234,8 +234,8 @@ def compare_studies(
     for model, of_bridge in demand_table.models_of(pairs):
         of_model = Pairs(model | change, of_bridge)
         effects += demand_effects(of_model, names=names, settings=settings, reference_im={})[0]
-    variant = [*demand_table.BRIDGE_COLUMNS, *demand_table.axis_names(demands)]
-    paired = demands.merge(pairs[[*variant, *demand_table.LOADING_COLUMNS]].drop_duplicates())
+    variant_keys = [*demand_table.BRIDGE_COLUMNS, *demand_table.axis_names(demands)]
+    paired = demands.merge(pairs[[*variant_keys, *demand_table.LOADING_COLUMNS]].drop_duplicates())
     runs, notes = demand_table.prepared(paired, [state.demand for state in states], settings)
     top, bottom = (pairs[[f"{name}_{end}" for name in names]] for end in ("to", "from"))
     equal = (top == bottom.to_numpy()) | (top.isna() & bottom.isna().to_numpy())
@@ -250,7 +250,7 @@ def compare_studies(
             "pairs": len(pairs),
             "only_first": len(tables[0]) - len(pairs),
             "only_second": len(tables[1]) - len(pairs),
-            "variants": len(pairs[variant].drop_duplicates()),
+            "variants": len(pairs[variant_keys].drop_duplicates()),
             "motions": int(pairs["motion_id"].nunique()),
             "equal_pairs": int(equal.all(axis=1).sum()),
         },

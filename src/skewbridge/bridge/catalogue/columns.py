@@ -207,7 +207,7 @@ class Hoops(NamedTuple):
 
 
 class ColumnData(Part, ABC, frozen=True):
-    """Reinforced concrete column: what all shapes have in common.
+    """Data that all shapes of reinforced concrete columns share.
 
     ``hinge_length_m`` replaces the rule (`skewbridge.bridge.column`); ``hoop_area_mm2`` is that of
     one leg.

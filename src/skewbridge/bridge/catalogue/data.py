@@ -425,8 +425,8 @@ class BridgeData(Part, frozen=True):
                 "and right"
             )
         for name, end in self.ends.items():
-            row = getattr(end, "pads", getattr(end, "piles", None))
-            if row is not None and (row.count - 1) * row.spacing_m > self.deck.width_m:
+            points = getattr(end, "pads", getattr(end, "piles", None))
+            if points is not None and (points.count - 1) * points.spacing_m > self.deck.width_m:
                 end_key = "abutment" if self.abutment else f"abutments.{name}"
                 kind = "pads" if end.type == "seat" else "piles"
                 raise ValueError(f"{end_key}.{kind}: (count - 1) x spacing_m exceeds deck.width_m")

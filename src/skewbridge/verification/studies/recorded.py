@@ -486,8 +486,8 @@ def run_painter(study: Study) -> None:
             study.figures[event.date] = histories_figure(data, models["model"])
             for name, histories in models.items():
                 table = {k: comparison(histories[k], data.recorded[k]) for k in data.recorded}
-                main = [e.name for e in station.quantities if e.peak and e.name in table]
-                cost = np.sqrt(np.mean([table[key]["error"] ** 2 for key in main]))
+                judged = [e.name for e in station.quantities if e.peak and e.name in table]
+                cost = np.sqrt(np.mean([table[key]["error"] ** 2 for key in judged]))
                 rows += [
                     {"event": event.date, "model": name, "cost": cost, "quantity": key} | agreement
                     for key, agreement in table.items()
