@@ -118,7 +118,7 @@ def with_column_failure(states: States, columns: Collection[str]) -> list[LimitS
 
 
 def _with_modes(state: LimitState, states: States, columns: Collection[str]) -> LimitState:
-    """Return a state of the larger ratio with its failure modes; other states are unchanged."""
+    """Return a state of `COLUMN_FAILURE_RATIO` with its failure modes; others are unchanged."""
     if state.demand != COLUMN_FAILURE_RATIO:
         return state
     key = state.component, state.threshold

@@ -35,21 +35,21 @@ def model_figure(geometry: ModelGeometry) -> Figure:
     """Return plan, elevation and right abutment of a model as a figure; gaps are exaggerated."""
     figure = Figure(figsize=(11, 7.5), layout="constrained")
     panels = figure.subplot_mosaic("pp;ea", height_ratios=(3, 4), width_ratios=(3, 2))
-    plan, elevation, end = panels["p"], panels["e"], panels["a"]
-    for axes in (plan, end):
+    plan_axes, elevation, end_axes = panels["p"], panels["e"], panels["a"]
+    for axes in (plan_axes, end_axes):
         _draw_plan(axes, geometry)
-    plan.margins(0.03, 0.10)
+    plan_axes.margins(0.03, 0.10)
     _draw_members(elevation, geometry, [0, 2])
     elevation.set(xlabel="x, longitudinal (m)", ylabel="z (m)")
     elevation.set_title("elevation (heights stretched)", fontsize=10)
     corners = np.array(geometry.deck_outline)
     right = corners[corners[:, 0] > corners[:, 0].mean()]
     low, high = right.min(axis=0) - _AROUND_M, right.max(axis=0) + _AROUND_M
-    end.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
-    end.set_title("right abutment", fontsize=10)
+    end_axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+    end_axes.set_title("right abutment", fontsize=10)
     gap_text = f"; gaps exaggerated {_GAP_SCALE:g} times" if geometry.contacts else ""
     figure.suptitle(f"{geometry.title}{gap_text}")
-    entries = [axes.get_legend_handles_labels() for axes in (plan, elevation)]
+    entries = [axes.get_legend_handles_labels() for axes in (plan_axes, elevation)]
     unique = {label: handle for pair in entries for handle, label in zip(*pair, strict=True)}
     style: dict[str, Any] = {"loc": "outside lower center", "frameon": False}
     figure.legend(unique.values(), unique.keys(), ncols=len(unique), **style)
@@ -202,23 +202,23 @@ def column_figure(
 ) -> Figure:
     """Return a figure of moment-curvature, also idealised, and shear strength over ductility."""
     figure = Figure(figsize=(10, 4), layout="constrained")
-    bending, capacity = figure.subplots(1, 2)
-    bending.plot(curve.curvature_per_m, curve.moment_nm / 1e6, color="#0072B2", label="section")
+    bend_axes, strength_axes = figure.subplots(1, 2)
+    bend_axes.plot(curve.curvature_per_m, curve.moment_nm / 1e6, color="#0072B2", label="section")
     knee, end = curve.yield_curvature_per_m, curve.ultimate_curvature_per_m
     plateau, orange = curve.plastic_moment_nm / 1e6, "#D55E00"
-    bending.plot([0.0, knee, end], [0.0, plateau, plateau], "--", color=orange, label="idealised")
+    bend_axes.plot([0.0, knee, end], [0.0, plateau, plateau], "--", color=orange, label="idealised")
     first = curve.first_yield_curvature_per_m, curve.first_yield_moment_nm / 1e6
-    bending.plot(*first, "o", color=orange, label="first yield")
-    bending.set(xlabel="curvature (1/m)", ylabel="moment (MNm)", xlim=(0, None), ylim=(0, None))
-    bending.legend(frameon=False, loc="lower right")
+    bend_axes.plot(*first, "o", color=orange, label="first yield")
+    bend_axes.set(xlabel="curvature (1/m)", ylabel="moment (MNm)", xlim=(0, None), ylim=(0, None))
+    bend_axes.legend(frameon=False, loc="lower right")
     ductility = np.linspace(1.0, 15.0, 141)
     for (model, demand), colour in zip(SHEAR_MODEL_DEMANDS.items(), VARIANT_COLOURS, strict=False):
         strength_mn = shear_strength(shear, model, axial_n, ductility, ductility) / 1e6
-        capacity.plot(ductility, strength_mn, color=colour, label=shear_model_name(demand))
+        strength_axes.plot(ductility, strength_mn, color=colour, label=shear_model_name(demand))
     demand = curve.plastic_moment_nm / shear.shear_span_m / 1e6
-    capacity.axhline(demand, color=orange, linestyle="--", label="plastic shear Mp / L")
+    strength_axes.axhline(demand, color=orange, linestyle="--", label="plastic shear Mp / L")
     words = "displacement ductility (Kowalsky and Priestley: curvature)"
-    capacity.set(xlabel=words, ylabel="shear (MN)", ylim=(0, None), xlim=(1, 15))
-    capacity.legend(frameon=False, fontsize=9)
+    strength_axes.set(xlabel=words, ylabel="shear (MN)", ylim=(0, None), xlim=(1, 15))
+    strength_axes.legend(frameon=False, fontsize=9)
     figure.suptitle(title, parse_math=False)
     return figure

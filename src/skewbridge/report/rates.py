@@ -75,11 +75,11 @@ def decision_figure(decision: Decision, title: str) -> Figure:
     unit, factor = shown_unit("mm")
     per_m, table = 1000.0 * factor, decision.table
     figure = Figure(figsize=(8.4, 4.2), layout="constrained")
-    seats, columns = figure.subplots(1, 2)
+    seat_axes, rate_axes = figure.subplots(1, 2)
     end_gaps = sorted({table[GAP].min(), table[GAP].max()})
     for gap, colour in zip(end_gaps, VARIANT_COLOURS, strict=False):
         rows = table[table[GAP] == gap]
-        for axes, name, scale in ((seats, "seat_m", per_m), (columns, "column_rate", 1.0)):
+        for axes, name, scale in ((seat_axes, "seat_m", per_m), (rate_axes, "column_rate", 1.0)):
             if name in rows:
                 low, middle, high = (scale * rows[f"{name}{end}"] for end in ("_low", "", "_high"))
                 label = f"gap {factor * gap:.3g} {unit}, {100 * decision.level:g} % interval"
@@ -95,14 +95,14 @@ def decision_figure(decision: Decision, title: str) -> Figure:
     for (name, label), dashes in zip(rules.items(), _DASHES, strict=True):
         if name in rows:
             line = {"ls": dashes, "color": "0.25", "lw": 1.2, "label": label}
-            seats.plot(rows["skew_deg"], per_m * rows[name], **line)
-    columns.axhline(decision.target, color="#b3202c", lw=1.2, label="target rate")
+            seat_axes.plot(rows["skew_deg"], per_m * rows[name], **line)
+    rate_axes.axhline(decision.target, color="#b3202c", lw=1.2, label="target rate")
     heads = f"Seat length, normal ({unit})", "Annual rate of column failure"
-    for axes, heading in zip((seats, columns), heads, strict=True):
+    for axes, heading in zip((seat_axes, rate_axes), heads, strict=True):
         axes.set(yscale="log", xlabel="Skew (deg)", ylabel=heading)
-    plain_log_ticks(seats.yaxis)
-    handles = dict(zip(*seats.get_legend_handles_labels()[::-1], strict=True))
-    handles |= dict(zip(*columns.get_legend_handles_labels()[::-1], strict=True))
+    plain_log_ticks(seat_axes.yaxis)
+    handles = dict(zip(*seat_axes.get_legend_handles_labels()[::-1], strict=True))
+    handles |= dict(zip(*rate_axes.get_legend_handles_labels()[::-1], strict=True))
     figure.legend(handles.values(), handles, loc="outside lower center", ncols=3, fontsize=8)
     figure.suptitle(title, fontsize=10, parse_math=False)
     return figure

@@ -301,8 +301,8 @@ def identified_period(output: Series, inputs: Series, dt_s: float) -> Period:
         _fitted_mode(output[samples], inputs[samples], dt_s)
         for samples in (slice(middle), slice(middle, None))
     ]
-    spread = max(abs(half.period_s - whole.period_s) for half in halves)
-    return replace(whole, half_range_s=spread)
+    spread_s = max(abs(half.period_s - whole.period_s) for half in halves)
+    return replace(whole, half_range_s=spread_s)
 
 
 def _fitted_mode(output: Series, inputs: Series, dt_s: float) -> Period:
