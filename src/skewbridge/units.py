@@ -89,9 +89,9 @@ def quantity(text: str, unit: str) -> float:
     if match and any(match.groups()):
         feet, inches, numerator, denominator = (float(number or 0.0) for number in match.groups())
         value, kind = feet * FOOT + (inches + numerator / max(denominator, 1.0)) * INCH, _M
-    elif plain := _NUMBER.fullmatch(text.strip()):
-        factor, kind = _factor(plain[2])
-        value = float(plain[1]) * factor
+    elif number_match := _NUMBER.fullmatch(text.strip()):
+        factor, kind = _factor(number_match[2])
+        value = float(number_match[1]) * factor
     else:
         raise ValueError(f"must be a valid number, or one with a unit such as {unit}")
     if not isclose(kind, dimension):

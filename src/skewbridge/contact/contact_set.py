@@ -199,8 +199,8 @@ class ContactSet:
                 is_any_closed = True
             if not unit.normal_n <= largest_normal_n:  # true for NaN
                 largest_normal_n = unit.normal_n
-            if unit.over > friction_error:
-                friction_error = unit.over
+            if unit.excess_ratio > friction_error:
+                friction_error = unit.excess_ratio
         self.is_any_closed, self.least_opening_ratio = is_any_closed, least_ratio
         self.largest_normal_n, self.friction_error = largest_normal_n, friction_error
         self._steps_to_change = least_steps

@@ -90,7 +90,7 @@ def targets(
             pair_ends[axis] = pair_ends[axis].where(single["axis"] != axis, single[end])
         single = single.assign(**{f"{end}_variant": [names[key] for key in _keys(pair_ends, axes)]})
     pairs = dict(iter(single.groupby(list(CELL))))
-    at_last = float(levels_at(np.array([float(looks[-1])]), looks, level)[0])
+    level_at_last = float(levels_at(np.array([float(looks[-1])]), looks, level)[0])
     needed: list[float] = []
     by_effect: list[dict[str, int]] = []
     for row in pooled.to_dict("records"):
@@ -99,7 +99,7 @@ def targets(
         now = max(min(motions[a], motions[b]) for a, b in ends)
         # the share of motions without an exact pair stays the same
         per_exact = now / max(row["dof"] + 1, 1.0)
-        at_end = row | {"level": at_last}
+        at_end = row | {"level": level_at_last}
         number = motions_to_decide(at_end) * per_exact
         fewest = motions_to_decide(at_end, LEAST_CHANCE) * per_exact
         needed.append(float(np.ceil(number)))
