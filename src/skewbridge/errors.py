@@ -42,11 +42,11 @@ def raise_all(faults: Iterable[InputError]) -> None:
         raise InputError("\n  ".join(lines), **{**errors[0].details, "faults": messages})
 
 
-def did_you_mean(given: object, known: Iterable[str]) -> str:
-    """Return ` (did you mean NAME?)` with the known name closest to `given`, or an empty text."""
-    names = {str(name).lower(): name for name in known}
-    near = get_close_matches(str(given).lower(), names, n=1)
-    return f" (did you mean {names[near[0]]}?)" if near else ""
+def did_you_mean(word: object, words: Iterable[str]) -> str:
+    """Return ` (did you mean NAME?)` with the known name closest to `word`, or an empty text."""
+    names = {str(name).lower(): name for name in words}
+    nearest = get_close_matches(str(word).lower(), names, n=1)
+    return f" (did you mean {names[nearest[0]]}?)" if nearest else ""
 
 
 class SolutionError(RuntimeError):

@@ -74,8 +74,8 @@ _NAME_UNIT: Final = re.compile(r"_((?:mnm|[mk]?n|mm|m|[mgk]?pa|t|s)\d?(?:_per_(?
 
 def unit_in_name(name: str) -> str | None:
     """Return the unit at the end of a name: ``kn/m3`` for ``weight_kn_per_m3``; None without."""
-    found = _NAME_UNIT.search(name)
-    return found[1].replace("_per_", "/") if found else None
+    match = _NAME_UNIT.search(name)
+    return match[1].replace("_per_", "/") if match else None
 
 
 def quantity(text: str, unit: str) -> float:
@@ -84,30 +84,30 @@ def quantity(text: str, unit: str) -> float:
     Raises:
         ValueError: The text is not a number and a unit, or the unit is of another quantity.
     """
-    into, needed = _factor(unit)
-    found = _FEET_AND_INCHES.fullmatch(text.strip())
-    if found and any(found.groups()):
-        feet, inches, over, under = (float(part or 0.0) for part in found.groups())
-        value, kind = feet * FOOT + (inches + over / max(under, 1.0)) * INCH, _M
-    elif plain := _NUMBER.fullmatch(text.strip()):
-        factor, kind = _factor(plain[2])
-        value = float(plain[1]) * factor
+    target, dimension = _factor(unit)
+    match = _FEET_AND_INCHES.fullmatch(text.strip())
+    if match and any(match.groups()):
+        feet, inches, numerator, denominator = (float(number or 0.0) for number in match.groups())
+        value, kind = feet * FOOT + (inches + numerator / max(denominator, 1.0)) * INCH, _M
+    elif number_match := _NUMBER.fullmatch(text.strip()):
+        factor, kind = _factor(number_match[2])
+        value = float(number_match[1]) * factor
     else:
         raise ValueError(f"must be a valid number, or one with a unit such as {unit}")
-    if not isclose(kind, needed):
+    if not isclose(kind, dimension):
         raise ValueError(f"has the unit of another quantity: it must be a unit such as {unit}")
-    return float(f"{value / into:.12g}")
+    return float(f"{value / target:.12g}")
 
 
 def _factor(unit: str) -> tuple[float, float]:
     """Return factor and dimension of a unit such as ``kip/in/ft``, ``in^4`` or ``kip-ft``."""
     total, kind = 1.0, 1.0
-    for number, part in enumerate(unit.lower().split("/")):
-        for name in re.split(r"[-* ]+", part.strip()):
-            found = re.fullmatch(r"([a-z]+)\^?([1-4]?)", name)
-            if found is None or found[1] not in _UNITS:
+    for number, factor in enumerate(unit.lower().split("/")):
+        for name in re.split(r"[-* ]+", factor.strip()):
+            match = re.fullmatch(r"([a-z]+)\^?([1-4]?)", name)
+            if match is None or match[1] not in _UNITS:
                 raise ValueError("must be a valid number, or one with a known unit")
-            power = int(found[2] or 1) * (-1 if number else 1)
-            total *= _UNITS[found[1]][0] ** power
-            kind *= _UNITS[found[1]][1] ** power
+            power = int(match[2] or 1) * (-1 if number else 1)
+            total *= _UNITS[match[1]][0] ** power
+            kind *= _UNITS[match[1]][1] ** power
     return total, kind

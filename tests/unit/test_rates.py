@@ -90,7 +90,7 @@ BAD = {
     "im,rate\n0.1,-0.01\n0.2,0.001\n": "rate must not be negative",
     "im,rate\n0.1,0.01\n": "fewer than two intensities",
     "PGA,rate\n0.1,0.01\n0.2,0.001\n": "the unit of PGA is missing: write PGA (g)",
-    "PGA (cm/s),rate\n0.1,0.01\n0.2,0.001\n": "PGA has not the unit cm/s",
+    "PGA (cm/s),rate\n0.1,0.01\n0.2,0.001\n": "PGA cannot have the unit cm/s",
     "Arias (m/s),rate\n0.1,0.01\n0.2,0.001\n": "is not a measure with a unit",
     "im,poe\n0.1,0.01\n0.2,0.001\n": "the columns must be an intensity",
     "im,rate,upper\n0.1,0.01,1\n0.2,0.001,1\n": "'upper' is not a fractile such as rate_p16",

@@ -114,7 +114,7 @@ def plan(ended: str | None, **changes: object) -> dict[str, object]:
 def test_a_plan_has_a_line_its_demands_and_the_motions_of_a_variant(tmp_path) -> None:
     start = "round 3: 19 of 24 decided; "
     assert rounds.round_line(plan(None)) == f"{start}next 48 analyses, about 3 min"
-    assert rounds.round_line(plan("decided")) == f"{start}the question is answered"
+    assert rounds.round_line(plan("decided")) == f"{start}all headline effects are decided"
     assert "5 cannot be decided" in rounds.round_line(plan("most"))
     assert "set a larger value to resume" in rounds.round_line(plan("hours"))
     assert rounds.round_line(plan(None, cells=[])) == "round 3: next 48 analyses, about 3 min"

@@ -95,9 +95,9 @@ def build_arms(
     points: Points = {}
     arms: list[int] = []
     for line, positions in stations.items():
-        for along in positions:
-            place = end.point(line, along)
-            points[line, along], element = build_arm(deck_node, place, transformation, tags)
+        for along_m in positions:
+            point_m = end.point(line, along_m)
+            points[line, along_m], element = build_arm(deck_node, point_m, transformation, tags)
             arms.append(element)
     return points, arms
 
@@ -149,7 +149,7 @@ def bearing_stations(
     stations = pad_stations(pads, end)
     if options.pads == "each":
         return stations
-    arm = sqrt(sum(along**2 for along in stations) / len(stations))
+    arm = sqrt(sum(along_m**2 for along_m in stations) / len(stations))
     return [-arm, arm]
 
 
@@ -169,44 +169,44 @@ def build_bearings(
     compression and open in tension.
     """
     is_each = has_pads and options.pads == "each"
-    number, height_m = (1, pads.height_m) if is_each else (pads.count / 2, 0.0)
-    upright = uniaxial(tags, "ENT", number * (pads.vertical_stiffness_mn_per_m * 1e6))
+    pad_count, height_m = (1, pads.height_m) if is_each else (pads.count / 2, 0.0)
+    axial = uniaxial(tags, "ENT", pad_count * (pads.vertical_stiffness_mn_per_m * 1e6))
     if not has_pads:
-        kind, values = "zeroLength", ("-mat", upright, "-dir", 3)
+        kind, values = "zeroLength", ("-mat", axial, "-dir", 3)
     elif is_each:
         bend = elastic_material(PAD_ROTATION_NM_PER_RAD, tags)
         elastic = pads.shear_stiffness_kn_per_m * KN, pads.yield_force_kn * KN
-        springs = ("-P", upright, "-T", bend, "-My", bend, "-Mz", bend, "-orient", *end.normal, 0.0)
+        springs = ("-P", axial, "-T", bend, "-My", bend, "-Mz", bend, "-orient", *end.normal, 0.0)
         kind = "elastomericBearingPlasticity"
         values = (*elastic, pads.hardening_ratio, *PAD_HARDENING, *springs)
     else:
         # ASSUME the pads do not resist rotation: their stiffness is too small to matter
         # axial force along z, shear along x and y of the model
         axes = ("-orient", 0.0, 0.0, 1.0, 1.0, 0.0, 0.0)
-        kind, values = "zeroLengthSection", (_pad_section(pads, number, upright, tags), *axes)
+        kind, values = "zeroLengthSection", (_pad_section(pads, pad_count, axial, tags), *axes)
     handles: list[BearingHandle] = []
     for deck_node in (node for (line, _), node in points.items() if line == "bearing"):
         x, y, z = ops.nodeCoord(deck_node)
-        place = (x, y, z - height_m)
-        seat = grounded_node(place, tags) if seat_at is None else seat_at(place)
+        seat_m = (x, y, z - height_m)
+        seat = grounded_node(seat_m, tags) if seat_at is None else seat_at(seat_m)
         element = tags.element()
         ops.element(kind, element, seat, deck_node, *values)
         handles.append(BearingHandle(element=element, seat_node=seat, deck_node=deck_node))
     return tuple(handles)
 
 
-def _pad_section(pads: PadData, number: float, upright: int, tags: TagAllocator) -> int:
+def _pad_section(pads: PadData, pad_count: float, vertical: int, tags: TagAllocator) -> int:
     """Create the section of several pads: a vertical spring, and shear with a yield circle.
 
     It is like the bearing element in shear at a tenth of the cost: plastic and elastic in parallel.
     """
     plastic = 1.0 - pads.hardening_ratio
-    stiffness = number * pads.shear_stiffness_kn_per_m * KN
+    stiffness = pad_count * pads.shear_stiffness_kn_per_m * KN
     hardening = stiffness * pads.hardening_ratio / plastic
     shear, section = tags.section(), tags.section()
-    strength_n, directions = number * pads.yield_force_kn * KN / plastic, ("Vy", "Vz")
+    strength_n, directions = pad_count * pads.yield_force_kn * KN / plastic, ("Vy", "Vz")
     ops.section("Bidirectional", shear, stiffness, strength_n, 0.0, hardening, *directions)
-    ops.section("Aggregator", section, upright, "P", "-section", shear)
+    ops.section("Aggregator", section, vertical, "P", "-section", shear)
     return section
 
 
@@ -235,7 +235,7 @@ class Wall:
 
     @property
     def wing(self) -> Passive:
-        """Resistance of the wing walls."""
+        """Transverse resistance of the wing walls."""
         return self.soil(wing_wall(self.data))
 
     def soil(self, passive: Passive) -> Passive:
@@ -246,15 +246,15 @@ class Wall:
     def wall_parts(self) -> list[tuple[float, float, Passive]]:
         """Return for each wall point its position (m), share of the wall and backfill curve."""
         options, end = self.options, self.end
-        height = options.backfill_height_exponent
-        soil = options.backfill, self.end.skew_rad, height, options.backfill_skew
-        whole = self.soil(wall_backfill(self.data, *soil))
+        exponent = options.backfill_height_exponent
+        curve_options = options.backfill, self.end.skew_rad, exponent, options.backfill_skew
+        backfill = self.soil(wall_backfill(self.data, *curve_options))
         stations = end.wall_stations(options.backwall_points)
         shares = tributary_shares(len(stations))
         factors = variation_factors(end, stations, options.backfill_variation)
         return [
-            (along, share, whole.scaled(share * factor))
-            for along, share, factor in zip(stations, shares, factors, strict=True)
+            (along_m, share, backfill.scaled(share * factor))
+            for along_m, share, factor in zip(stations, shares, factors, strict=True)
         ]
 
     def dashpot_n_s_per_m(self, stiffness_n_per_m: float, mass_kg: float, share: float) -> float:
@@ -272,13 +272,13 @@ class Wall:
     def wall_mass_kg(self) -> float:
         """Mass of the backwall."""
         data = self.data
-        volume = self.end.wall_length_m * data.wall_height_m * data.wall_thickness_m
-        return volume * CONCRETE_KG_PER_M3
+        volume_m3 = self.end.wall_length_m * data.wall_height_m * data.wall_thickness_m
+        return volume_m3 * CONCRETE_KG_PER_M3
 
 
 @dataclass(frozen=True, kw_only=True)
 class Joint(Wall):
-    """Deck end on the pads of a seat."""
+    """Deck end on the pads of a seat, before walls and keys are added."""
 
     data: AbutmentData
 
@@ -294,7 +294,7 @@ class Joint(Wall):
         return self.data.monolithic_key if is_monolithic else self.data.sacrificial_key
 
     def key_inward_normal(self, sign: float) -> PlanVector:
-        """Return the normal of a key's face to the deck, across its edge or along the wall."""
+        """Return the inward normal of a key (sign: its side) by the option ``key_frame``."""
         # ASSUME the face of a key is parallel to the edge of the deck
         is_skewed = self.options.key_frame == "skewed"
         x, y = self.end.tangent if is_skewed else turned(self.end.outward)
@@ -367,7 +367,7 @@ def support_deck_end(end: End, blueprint: Blueprint) -> Joint:
         transverse_gap_m=options.transverse_gap_m,
         seat_width_m=data.seat_width_m,
         bearings=bearings,
-        pads=tuple(bearing_point(plan, deck_node, along) for along in pads),
+        pads=tuple(bearing_point(plan, deck_node, along_m) for along_m in pads),
         holders=tuple(bearing.seat_node for bearing in bearings),
         links=tuple(arms),
     )
@@ -388,15 +388,15 @@ def bearing_point(end: DeckEnd, deck_node: int, along_m: float) -> Point:
 
 
 def placed(end: DeckEnd, deck_node: int, points: Points) -> dict[str, Any]:
-    """Return the place of an end as fields of its handle; without points the end is rigid."""
+    """Return position fields of the handle of an end; without points, one node has both corners."""
     corners = tuple(
         CornerHandle(
-            node=points.get(("outer", along), deck_node),
+            node=points.get(("outer", along_m), deck_node),
             side=end.name,
-            kind="acute" if along * end.acute_sign > 0.0 else "obtuse",
-            plan_m=end.point("outer", along)[:2],
+            kind="acute" if along_m * end.acute_sign > 0.0 else "obtuse",
+            plan_m=end.point("outer", along_m)[:2],
         )
-        for along in end.wall_stations(2)
+        for along_m in end.wall_stations(2)
     )
     return {
         "side": end.name,
@@ -420,15 +420,15 @@ def _build_roller(joint: Joint) -> AbutmentHandle:
 def _build_simplified(joint: Joint) -> AbutmentHandle:
     """Create the springs at both ends of the bar, each with half of the resistance."""
     end, tags = joint.end, joint.tags
-    straight, skew_rule = joint.soil(sdc_backfill(joint.data)), joint.options.backfill_skew
-    longitudinal = reduced_for_skew(straight, joint.end.skew_rad, skew_rule).scaled(0.5)
+    zero_skew, skew_rule = joint.soil(sdc_backfill(joint.data)), joint.options.backfill_skew
+    longitudinal = reduced_for_skew(zero_skew, joint.end.skew_rad, skew_rule).scaled(0.5)
     # ASSUME the transverse springs have no gap, as in the published model
     transverse = joint.wing.scaled(0.5)
-    ends = end.wall_stations(2)
-    factors = variation_factors(end, ends, joint.options.backfill_variation)
+    corners_m = end.wall_stations(2)
+    factors = variation_factors(end, corners_m, joint.options.backfill_variation)
     pairs: list[tuple[SpringHandle, SpringHandle]] = []
-    for along, factor in zip(ends, factors, strict=True):
-        nodes = grounded_node(end.point("outer", along), tags), joint.points["outer", along]
+    for along_m, factor in zip(corners_m, factors, strict=True):
+        nodes = grounded_node(end.point("outer", along_m), tags), joint.points["outer", along_m]
         soil = passive_material(longitudinal.scaled(factor), joint.handle.gap_m, tags)
         wing = plastic_material(transverse, tags)
         pairs.append(spring_element(nodes, end.inward, [soil], [wing], tags))
@@ -440,8 +440,8 @@ def _build_spring(joint: Joint) -> AbutmentHandle:
     """Create the gap springs of the backfill, and connect the keys to the abutment body."""
     end, tags = joint.end, joint.tags
     springs: list[SpringHandle] = []
-    for along, _, passive in joint.wall_parts():
-        nodes = grounded_node(end.point("outer", along), tags), joint.points["outer", along]
+    for along_m, _, passive in joint.wall_parts():
+        nodes = grounded_node(end.point("outer", along_m), tags), joint.points["outer", along_m]
         soil = passive_material(passive, joint.handle.gap_m, tags)
         springs.append(spring_element(nodes, end.inward, [soil], [], tags)[0])
     body, wing = _build_body(joint)
@@ -455,11 +455,11 @@ def embankment_mass_kg(data: AbutmentData) -> float:
     References:
         Zhang and Makris (2002), Earthquake Eng. Struct. Dyn. 31, section on critical length.
     """
-    width, height = data.wall_width_m, data.embankment_height_m
-    length = 0.7 * sqrt(data.embankment_slope_ratio * width * height)
+    width_m, height_m = data.wall_width_m, data.embankment_height_m
+    length_m = 0.7 * sqrt(data.embankment_slope_ratio * width_m * height_m)
     # ASSUME a trapezoid with side slopes of 1 / slope ratio, moving as one body
-    area = width * height + height**2 * data.embankment_slope_ratio
-    return length * area * SOIL_KG_PER_M3
+    area_m2 = width_m * height_m + height_m**2 * data.embankment_slope_ratio
+    return length_m * area_m2 * SOIL_KG_PER_M3
 
 
 def _build_body(joint: Joint) -> tuple[int, SpringHandle]:
@@ -468,17 +468,17 @@ def _build_body(joint: Joint) -> tuple[int, SpringHandle]:
     embankment_kg = embankment_mass_kg(data) if joint.options.embankment_mass else 0.0
     mass_kg = joint.wall_mass_kg + embankment_kg
     # ASSUME across the wall the body has the initial stiffness of one wall point at zero skew
-    across = joint.wall_parts()[0][2].stiffness_n_per_m
+    across_n_per_m = joint.wall_parts()[0][2].stiffness_n_per_m
     if joint.options.backfill_skew == "strength_and_stiffness":
-        across /= skew_reduction(joint.end.skew_rad)
+        across_n_per_m /= skew_reduction(joint.end.skew_rad)
     moving_kg = joint.moving_mass_kg(joint.wall_mass_kg) + embankment_kg
     body = plane_node(end.point("outer", 0.0), moving_kg, tags)
     ground = grounded_node(end.point("outer", 0.0), tags)
     wing = joint.wing
     dashpot = joint.dashpot_n_s_per_m(wing.stiffness_n_per_m, mass_kg, wing_share(data))
     along_wall = [plastic_material(wing, tags), elastic_material(0.0, tags, dashpot)]
-    dashpot = joint.dashpot_n_s_per_m(across, mass_kg, 1.0)
-    across_it = [elastic_material(across, tags, dashpot)]
+    dashpot = joint.dashpot_n_s_per_m(across_n_per_m, mass_kg, 1.0)
+    across_it = [elastic_material(across_n_per_m, tags, dashpot)]
     spring, _ = spring_element((ground, body), end.tangent, along_wall, across_it, tags)
     return body, spring
 
@@ -488,21 +488,21 @@ def _build_contact(joint: Joint) -> AbutmentHandle:
     friction = joint.friction * (options.friction_at != "keys")
     units: list[int] = []
     walls: list[int] = []
-    held: list[tuple[SpringHandle, SpringHandle, tuple[int, ...]]] = []
-    for number, (along, share, passive) in enumerate(joint.wall_parts(), start=1):
+    wall_points: list[tuple[SpringHandle, SpringHandle, tuple[int, ...]]] = []
+    for point_number, (along_m, share, passive) in enumerate(joint.wall_parts(), start=1):
         mass_kg = joint.moving_mass_kg(joint.wall_mass_kg * share)
         # The penalty of a point is proportional to its soil stiffness: the soil spreads the force.
         stiffness = penalties(passive.stiffness_n_per_m, mass_kg, options)
-        wall = plane_node(end.point("outer", along), mass_kg, tags)
-        ground = grounded_node(end.point("outer", along), tags)
-        held.append(hold_wall_point(joint, (ground, wall), share, passive))
-        nodes, name = (wall, joint.points["outer", along]), f"backwall {number}"
+        wall = plane_node(end.point("outer", along_m), mass_kg, tags)
+        ground = grounded_node(end.point("outer", along_m), tags)
+        wall_points.append(hold_wall_point(joint, (ground, wall), share, passive))
+        nodes, name = (wall, joint.points["outer", along_m]), f"backwall {point_number}"
         cohesion_n = options.cohesion_n * share
         units.append(
             joint.add_contact(nodes, end.inward, gap_m, stiffness, friction, name, cohesion_n)
         )
         walls.append(wall)
-    wall_springs, wing_springs, links = zip(*held, strict=True)
+    wall_springs, wing_springs, links = zip(*wall_points, strict=True)
     handle = replace(
         joint.handle,
         wall_units=tuple(units),
@@ -564,19 +564,19 @@ def _build_keys(joint: Joint, handle: AbutmentHandle, body: int | None) -> Abutm
     units: list[int] = []
     gaps: list[int] = []
     for sign in (-1.0, 1.0):
-        along, inward = sign * end.wall_length_m / 2, joint.key_inward_normal(sign)
-        node = plane_node(end.point("outer", along), mass_kg, tags)
+        along_m, inward = sign * end.wall_length_m / 2, joint.key_inward_normal(sign)
+        node = plane_node(end.point("outer", along_m), mass_kg, tags)
         # the body does not rotate: its middle moves like its part at the key
-        holder = grounded_node(end.point("outer", along), tags) if body is None else body
-        springs.append(joint.key_spring((holder, node), inward))
+        support = grounded_node(end.point("outer", along_m), tags) if body is None else body
+        springs.append(joint.key_spring((support, node), inward))
         keys.append(node)
-        nodes = node, joint.points["outer", along]
+        nodes = node, joint.points["outer", along_m]
         if body is None:
             name, gap_m = f"key {'+' if sign > 0.0 else '-'}", options.transverse_gap_m
             units.append(joint.add_contact(nodes, inward, gap_m, stiffness, friction, name))
         else:
-            gap = gap_material(stiffness[0], options.transverse_gap_m, tags)
-            gaps.append(spring_element(nodes, inward, [gap], [], tags)[0].element)
+            gap_spring = gap_material(stiffness[0], options.transverse_gap_m, tags)
+            gaps.append(spring_element(nodes, inward, [gap_spring], [], tags)[0].element)
     return replace(
         handle,
         key_springs=tuple(springs),

@@ -136,12 +136,12 @@ def modes_of(model: BridgeModel, count: int) -> tuple[Mode, ...]:
     Friction springs are made soft, walls and keys are held: their local modes would fill the list.
     """
     ends = model.abutments
-    held = {node for end in ends for node in end.key_nodes}
-    held |= {spring.nodes[1] for end in ends for spring in end.wing_springs}
-    free = [(node, dof) for node in held for dof in {1, 2}.difference(ops.getFixedDOFs(node))]
+    fixed = {node for end in ends for node in end.key_nodes}
+    fixed |= {spring.nodes[1] for end in ends for spring in end.wing_springs}
+    free = [(node, dof) for node in fixed for dof in {1, 2}.difference(ops.getFixedDOFs(node))]
     soft = nullcontext() if model.contacts is None else model.contacts.soft_tangents()
     for node, dof in free:
-        ops.fix(node, *(int(dof == number) for number in range(1, 7)))
+        ops.fix(node, *(int(dof == number_of_dof) for number_of_dof in range(1, 7)))
     try:
         with soft:
             squares = [float(value) for value in ops.eigen(count)]
@@ -173,7 +173,7 @@ def bridge_period_s(bridge: BridgeData, which: Literal["t1", "long", "short"]) -
     mechanism, or if the domain has a model, which would be lost.
     """
     if ops.getNodeTags():
-        raise ValueError("the domain is in use")
+        raise ValueError("the OpenSees domain has a model, which would be lost")
     is_free = which != "t1" and bool(bridge.bents)
     values = {axis.name: axis.usual for axis in AXES} | {"skew_deg": 0}
     variant = Variant.at(bridge.name, "roller" if is_free else "contact_friction", values)
@@ -192,7 +192,7 @@ def bridge_period_s(bridge: BridgeData, which: Literal["t1", "long", "short"]) -
         ops.model("basic", "-ndm", 3, "-ndf", 6)  # of a domain in which a bridge is loaded
     x_s, y_s, z_s = (period_s(modes, axis) for axis in "xyz")
     if isinf(x_s + y_s + z_s):
-        raise ValueError("the bridge is a mechanism")
+        raise ValueError("the bridge is a mechanism: it has no stiffness along x, y or z")
     if which == "t1":
         return sqrt(x_s * y_s)
     return max(x_s, y_s) if which == "long" else min(y_s, z_s)

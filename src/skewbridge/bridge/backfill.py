@@ -99,13 +99,13 @@ def hyperbolic_backfill(abutment: WallData, height_exponent: float) -> Passive:
             failure_ratio=data.failure_ratio,
         )
     # source: PyPBEE, hyperbola through (F / 2, F / 2 K50) and (F, y_max), where it ends
-    half, force = data.stiffness_mn_per_m * 1e6, data.ultimate_kn * KN
+    secant, ultimate_n = data.stiffness_mn_per_m * 1e6, data.ultimate_kn * KN
     end_m = data.ultimate_closure_ratio * abutment.wall_height_m
-    stiffness = 2.0 * half - force / end_m
+    stiffness = 2.0 * secant - ultimate_n / end_m
     return Passive(
         stiffness_n_per_m=stiffness,
-        ultimate_n=force,
-        failure_ratio=2.0 * (half - force / end_m) / stiffness,
+        ultimate_n=ultimate_n,
+        failure_ratio=2.0 * (secant - ultimate_n / end_m) / stiffness,
     )
 
 
@@ -118,10 +118,10 @@ def wall_backfill(
 ) -> Passive:
     """Return the curve of the full wall, reduced for skew; ``kind`` is hyperbolic or sdc."""
     if kind == "sdc":
-        straight = sdc_backfill(abutment)
+        zero_skew = sdc_backfill(abutment)
     else:
-        straight = hyperbolic_backfill(abutment, height_exponent)
-    return reduced_for_skew(straight, skew_rad, skew_rule)
+        zero_skew = hyperbolic_backfill(abutment, height_exponent)
+    return reduced_for_skew(zero_skew, skew_rad, skew_rule)
 
 
 def reduced_for_skew(passive: Passive, skew_rad: float, rule: BackfillSkew) -> Passive:

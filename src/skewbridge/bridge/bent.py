@@ -43,31 +43,31 @@ def build_bents(
     ``skew_deg`` is that of the bents; the bridge is that of `built_bridge` for this skew.
     """
     normal = (cos(radians(skew_deg)), sin(radians(skew_deg)))
-    within, level = tags.transformation(), tags.transformation()
+    in_bent, level = tags.transformation(), tags.transformation()
     # a column ends at the soffit, rigidly connected to its node at the deck's centroid
     soffit = (0.0, 0.0, -bridge.deck.centroid_above_soffit_m)
     offset = ("-jntOffset", 0.0, 0.0, 0.0)
-    ops.geomTransf("PDelta", within, *normal, 0.0, *offset, *soffit)
+    ops.geomTransf("PDelta", in_bent, *normal, 0.0, *offset, *soffit)
     ops.geomTransf("Linear", level, 0.0, 0.0, 1.0)
     columns: list[ColumnHandle] = []
     foundations: list[int] = []
     for number, (bent, x) in enumerate(zip(bridge.bents, bridge.bent_positions_m, strict=True)):
-        both = bent_directions(bridge, number, options.hinge_rule)
+        capacities = bent_directions(bridge, number, options.hinge_rule)
         is_pinned = bridge.base_of(bent) == "pinned"
-        upright, below, height_m = within, soffit, bent.clear_height_m
+        vertical, below, height_m = in_bent, soffit, bent.clear_height_m
         if number in bridge.jointed_bents:
             # the cap is a line at its top, where the bearings are; the column ends at its soffit
-            upright, below = tags.transformation(), (0.0, 0.0, -bent.cap_depth_m)
+            vertical, below = tags.transformation(), (0.0, 0.0, -bent.cap_depth_m)
             height_m += bent.cap_depth_m
-            ops.geomTransf("PDelta", upright, *normal, 0.0, *offset, *below)
+            ops.geomTransf("PDelta", vertical, *normal, 0.0, *offset, *below)
             spine.bent_nodes[number] = cap = tags.node()
             ops.node(cap, x, 0.0, 0.0)
             # inertia about its own axis, below the bearings: without it, the trapezoidal rule is
             # unstable in this rotation when decks collide
-            turning = bent.cap_weight_kn * KN / G_MPS2
-            turning *= bent.cap_width_m**2 / 12 + bent.cap_depth_m**2 / 3
-            ops.mass(cap, 0.0, 0.0, 0.0, turning, turning, turning)
-        integration, hinges = build_integration(both, options, tags)
+            inertia = bent.cap_weight_kn * KN / G_MPS2
+            inertia *= bent.cap_width_m**2 / 12 + bent.cap_depth_m**2 / 3
+            ops.mass(cap, 0.0, 0.0, 0.0, inertia, inertia, inertia)
+        integration, hinges = build_integration(capacities, options, tags)
         joints = _build_cap(bridge, number, spine, (x, normal), level, tags)
         if options.cap_load == "spread" and len(joints) > 1:
             _spread_deck_load(bridge, number, spine, joints, normal)
@@ -76,7 +76,7 @@ def build_bents(
             ops.node(base, *ops.nodeCoord(joint)[:2], -height_m)
             foundations.extend(_support(bridge, base, is_pinned, normal, options, tags))
             element = tags.element()
-            numerics = (upright, integration, "-iter", *COLUMN_ITERATIONS)
+            numerics = (vertical, integration, "-iter", *COLUMN_ITERATIONS)
             ops.element("forceBeamColumn", element, base, joint, *numerics)
             columns.append(
                 ColumnHandle(
@@ -85,7 +85,7 @@ def build_bents(
                     top=Point(joint, below),
                     clear_height_m=bent.clear_height_m,
                     hinge_sections=hinges,
-                    capacities=(_handle_of(both[0]), _handle_of(both[1])),
+                    capacities=(_handle_of(capacities[0]), _handle_of(capacities[1])),
                     normal=normal,
                     shear_model=options.shear_model,
                     is_pinned=is_pinned,
@@ -95,8 +95,8 @@ def build_bents(
             )
             # ASSUME the base section, which governs, carries the whole weight of the column;
             # half of its mass moves with the cap
-            weight = column_weight_n(bridge, bent)
-            add_weight(spine, joint, weight, weight / 2 / G_MPS2)
+            weight_n = column_weight_n(bridge, bent)
+            add_weight(spine, joint, weight_n, weight_n / 2 / G_MPS2)
     return tuple(columns), tuple(foundations)
 
 
@@ -111,35 +111,35 @@ def _handle_of(bent: BentCapacity) -> ColumnCapacity:
 
 def _build_cap(
     bridge: BridgeData,
-    number: int,
+    bent_number: int,
     spine: Spine,
-    place: tuple[float, PlanVector],
+    middle: tuple[float, PlanVector],
     transformation: int,
     tags: TagAllocator,
 ) -> list[tuple[int, float]]:
     """Create the cap; return node and position (m) of its joint above each column.
 
-    ``place`` is x of the middle of the cap and the normal of the bent.
+    ``middle`` is x of the middle of the cap and the normal of the bent.
     """
-    bent, deck, centre = bridge.bents[number], bridge.deck, spine.bent_nodes[number]
+    bent, deck, centre = bridge.bents[bent_number], bridge.deck, spine.bent_nodes[bent_number]
     add_weight(spine, centre, bent.cap_weight_kn * KN, bent.cap_weight_kn * KN / G_MPS2)
     modulus = deck.elastic_modulus_gpa * GPA
     width, depth = bent.cap_width_m, bent.cap_depth_m
     # ASSUME webs and slabs between the columns carry the column moments directly into the deck:
     # an integral cap does not twist relative to the deck
     torsion = RIGID_TWIST * width * depth * (width**2 + depth**2) / 12
-    upright = width * depth**3 / 12
+    i_vertical = width * depth**3 / 12
     if bent.columns > 2:
         # ASSUME webs spread the deck's load over all columns, so the cap does not bend vertically;
         # otherwise the middle column, below the spine, would carry nearly all of it
-        upright *= RIGID_BENDING
+        i_vertical *= RIGID_BENDING
     joints: list[tuple[int, float]] = []
-    for x, y, along in column_places_m(bridge, number, *place):
-        node = centre if along == 0.0 else tags.node()
+    for x, y, along_m in column_places_m(bridge, bent_number, *middle):
+        node = centre if along_m == 0.0 else tags.node()
         if node != centre:
             ops.node(node, x, y, float(ops.nodeCoord(centre, 3)))
-        joints.append((node, along))
-    inertias = (torsion, upright, depth * width**3 / 12)
+        joints.append((node, along_m))
+    inertias = (torsion, i_vertical, depth * width**3 / 12)
     section = (width * depth, modulus, shear_modulus_pa(modulus), *inertias)
     for (i, _), (j, _) in pairwise(_along_cap(centre, joints)):
         spine.elements.append(tags.element())
@@ -148,12 +148,12 @@ def _build_cap(
 
 
 def column_places_m(
-    bridge: BridgeData, number: int, x_m: float, normal: PlanVector
+    bridge: BridgeData, bent_number: int, x_m: float, normal: PlanVector
 ) -> list[tuple[float, float, float]]:
     """Return x, y and position along the bent of each column of a bent, in m."""
-    bent, (along_x, along_y) = bridge.bents[number], turned(normal)
-    places = [(i - (bent.columns - 1) / 2) * bent.column_spacing_m for i in range(bent.columns)]
-    return [(x_m + along * along_x, along * along_y, along) for along in places]
+    bent, (along_x, along_y) = bridge.bents[bent_number], turned(normal)
+    offsets_m = [(i - (bent.columns - 1) / 2) * bent.column_spacing_m for i in range(bent.columns)]
+    return [(x_m + along_m * along_x, along_m * along_y, along_m) for along_m in offsets_m]
 
 
 def _along_cap(centre: int, joints: list[tuple[int, float]]) -> list[tuple[int, float]]:
@@ -162,7 +162,7 @@ def _along_cap(centre: int, joints: list[tuple[int, float]]) -> list[tuple[int, 
 
 def _spread_deck_load(
     bridge: BridgeData,
-    number: int,
+    bent_number: int,
     spine: Spine,
     joints: list[tuple[int, float]],
     normal: PlanVector,
@@ -172,23 +172,23 @@ def _spread_deck_load(
     The spine applies it at the middle, which would bend the cap and push the column bases apart.
     This adds the fixed-end forces of a uniform load and subtracts the load at the middle.
     """
-    bent, length_m = bridge.bents[number], bridge.deck.width_m / normal[0]
-    load_n = deck_reactions_n(bridge)[number + 1] + bent.cap_weight_kn * KN
-    centre = spine.bent_nodes[number]
+    bent, length_m = bridge.bents[bent_number], bridge.deck.width_m / normal[0]
+    load_n = deck_reactions_n(bridge)[bent_number + 1] + bent.cap_weight_kn * KN
+    centre = spine.bent_nodes[bent_number]
     nodes = _along_cap(centre, joints)
     spine.loads_n[centre] -= load_n
     per_m = load_n / length_m
-    ends = (-length_m / 2, *(along for _, along in nodes), length_m / 2)
-    for i, (node, along) in enumerate(nodes):
+    stations_m = (-length_m / 2, *(along_m for _, along_m in nodes), length_m / 2)
+    for i, (node, along_m) in enumerate(nodes):
         # each side of the node: the whole overhang at an end of the cap, else half the span
-        for sign, other, is_end in (
-            (-1.0, ends[i], i == 0),
-            (1.0, ends[i + 2], i == len(nodes) - 1),
+        for sign, neighbour_m, is_end in (
+            (-1.0, stations_m[i], i == 0),
+            (1.0, stations_m[i + 2], i == len(nodes) - 1),
         ):
-            part_m = abs(other - along)
+            part_m = abs(neighbour_m - along_m)
             spine.loads_n[node] += per_m * part_m / (1.0 if is_end else 2.0)
-            moment = per_m * part_m**2 / (2.0 if is_end else 12.0)
-            about_x_nm, about_y_nm = (-sign * moment * component for component in normal)
+            moment_nm = per_m * part_m**2 / (2.0 if is_end else 12.0)
+            about_x_nm, about_y_nm = (-sign * moment_nm * component for component in normal)
             add_moment(spine, node, about_x_nm=about_x_nm, about_y_nm=about_y_nm)
 
 
@@ -208,11 +208,11 @@ def _support(
     ground = grounded_node(ops.nodeCoord(base), tags)
     # The fields of the foundation are in the order of the degrees of freedom.
     stiffness = enumerate(bridge.foundation.model_dump().values(), start=1)
-    held = {dof: 1e6 * value for dof, value in stiffness if bends or dof not in (4, 5)}
-    materials = [elastic_material(value, tags) for value in held.values()]
+    spring_stiffness = {dof: 1e6 * value for dof, value in stiffness if bends or dof not in (4, 5)}
+    materials = [elastic_material(value, tags) for value in spring_stiffness.values()]
     element = tags.element()
     axes = (*normal, 0.0, *turned(normal), 0.0)
-    springs = ("-mat", *materials, "-dir", *held, "-orient", *axes)
+    springs = ("-mat", *materials, "-dir", *spring_stiffness, "-orient", *axes)
     ops.element("zeroLength", element, ground, base, *springs)
     return [element]
 
@@ -234,9 +234,9 @@ def core_materials(column: ColumnData, tags: TagAllocator, *, has_end: bool) -> 
     if not has_end:
         return [concrete_material(core, crushed_pa, tags)]
     kept_pa = RESIDUAL_CORE * core.peak_pa
-    kept = concrete_material(core, kept_pa, tags, share=RESIDUAL_CORE)
+    residual = concrete_material(core, kept_pa, tags, share=RESIDUAL_CORE)
     lost = concrete_material(core, crushed_pa - kept_pa, tags, share=1.0 - RESIDUAL_CORE)
-    return [uniaxial(tags, "MinMax", lost, "-min", -core.ultimate_strain), kept]
+    return [uniaxial(tags, "MinMax", lost, "-min", -core.ultimate_strain), residual]
 
 
 def concrete_material(
@@ -312,13 +312,13 @@ def _elastic_section(column: ColumnData, tags: TagAllocator) -> int:
 
 
 def _shear_section(
-    fiber: int, both: Sequence[BentCapacity], options: ModelOptions, tags: TagAllocator
+    fiber: int, capacities: Sequence[BentCapacity], options: ModelOptions, tags: TagAllocator
 ) -> int:
     """Add the loss of shear strength to the fiber section of a hinge; return the new section tag.
 
     The two directions fail independently: an oblique resultant can reach 1.41 times the strength.
     """
-    normal, along = both
+    normal, along = capacities
     across = _shear_material(normal, options, tags)
     beside = across if along is normal else _shear_material(along, options, tags)
     section = tags.section()
@@ -340,7 +340,7 @@ def _shear_material(bent: BentCapacity, options: ModelOptions, tags: TagAllocato
 
 
 def build_integration(
-    both: Sequence[BentCapacity], options: ModelOptions, tags: TagAllocator
+    capacities: Sequence[BentCapacity], options: ModelOptions, tags: TagAllocator
 ) -> tuple[int, tuple[int, ...]]:
     """Create the beam integration shared by the columns of a bent, given in both directions.
 
@@ -348,7 +348,7 @@ def build_integration(
     are elastic (`elastic_points`). Returns its tag and the numbers of the sections where plastic
     curvature is read. `InputError` for shear failure with distributed plasticity.
     """
-    bent = both[0]
+    bent = capacities[0]
     column, is_pinned = bent.column, bent.base == "pinned"
     integration, is_degrading = tags.integration(), options.shear_failure == "degrade"
     if options.elastic_columns:
@@ -361,17 +361,17 @@ def build_integration(
         ops.beamIntegration("Lobatto", integration, fiber, LOBATTO_POINTS)
         return integration, (LOBATTO_POINTS,) if is_pinned else (1, LOBATTO_POINTS)
     elastic = _elastic_section(column, tags)
-    top = _shear_section(fiber, both, options, tags) if is_degrading else fiber
+    top = _shear_section(fiber, capacities, options, tags) if is_degrading else fiber
     ratio = bent.hinge_length_m / bent.clear_height_m
-    places, weights = elastic_points(ratio, is_pinned=is_pinned)
-    sections, ends = [elastic] * len(places), (len(places) + 1,)
+    positions, weights = elastic_points(ratio, is_pinned=is_pinned)
+    sections, hinge_numbers = [elastic] * len(positions), (len(positions) + 1,)
     if not is_pinned:
-        sections, places, weights = [fiber, *sections], [0.0, *places], [ratio, *weights]
-        ends = (1, len(places) + 1)
-    sections, places, weights = [*sections, top], [*places, 1.0], [*weights, ratio]
-    rule = (len(sections), *sections, *places, *weights)
+        sections, positions, weights = [fiber, *sections], [0.0, *positions], [ratio, *weights]
+        hinge_numbers = (1, len(positions) + 1)
+    sections, positions, weights = [*sections, top], [*positions, 1.0], [*weights, ratio]
+    rule = (len(sections), *sections, *positions, *weights)
     ops.beamIntegration("UserDefined", integration, *rule)
-    return integration, ends
+    return integration, hinge_numbers
 
 
 def elastic_points(hinge_ratio: float, *, is_pinned: bool) -> tuple[list[float], list[float]]:
@@ -386,17 +386,17 @@ def elastic_points(hinge_ratio: float, *, is_pinned: bool) -> tuple[list[float],
         (1969), Math. Comp. 23: Gauss rules from moments.
     """
     inner = 1.0 - 8.0 * hinge_ratio
-    apart = inner / (2.0 * sqrt(3.0))
+    half_spacing = inner / (2.0 * sqrt(3.0))
     third = 8.0 / 3.0 * hinge_ratio
-    places = np.array([0.0, third, 0.5 - apart, 0.5 + apart, 1.0 - third])
+    positions = np.array([0.0, third, 0.5 - half_spacing, 0.5 + half_spacing, 1.0 - third])
     weights = np.array([hinge_ratio, 3.0 * hinge_ratio, inner / 2, inner / 2, 3.0 * hinge_ratio])
     if not is_pinned:
-        places, weights = places[1:], weights[1:]
-    moments = [float(weights @ places**power) for power in range(4)]
+        positions, weights = positions[1:], weights[1:]
+    moments = [float(weights @ positions**power) for power in range(4)]
     hankel = [moments[:2], moments[1:3]]
     roots = np.roots([1.0, *np.linalg.solve(hankel, [-moments[2], -moments[3]])[::-1]])
     if np.iscomplexobj(roots) or not ((roots > 0.0) & (roots < 1.0)).all():
-        return places.tolist(), weights.tolist()  # hinges too long for a two-point rule
-    two = np.sort(roots)
-    shares = np.linalg.solve([[1.0, 1.0], two.tolist()], moments[:2])
-    return two.tolist(), shares.tolist()
+        return positions.tolist(), weights.tolist()  # hinges too long for a two-point rule
+    points = np.sort(roots)
+    shares = np.linalg.solve([[1.0, 1.0], points.tolist()], moments[:2])
+    return points.tolist(), shares.tolist()

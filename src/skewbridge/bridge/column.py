@@ -117,7 +117,7 @@ def bent_directions(
 def bent_capacities(bridge: BridgeData, hinge_rule: HingeRule = "sdc") -> list[BentCapacity]:
     """Return the displacement capacities of all bents under a rigid deck, in each direction."""
     pairs = [bent_directions(bridge, number, hinge_rule) for number in range(len(bridge.bents))]
-    return [bent for one, two in pairs for bent in ((one,) if one is two else (one, two))]
+    return [bent for n, a in pairs for bent in ((n,) if n is a else (n, a))]
 
 
 def hinge_length_m(column: ColumnData, shear_span_m: float, rule: HingeRule) -> float:
@@ -132,8 +132,8 @@ def hinge_length_m(column: ColumnData, shear_span_m: float, rule: HingeRule) -> 
     if column.hinge_length_m is not None:
         return column.hinge_length_m
     penetration_m = 0.022 * steel_of(column).yield_pa / MPA * column.bar_diameter_mm * MM
-    by_rule = 0.08 * shear_span_m + penetration_m
-    return max(by_rule, 2 * penetration_m) if rule == "sdc" else by_rule
+    by_rule_m = 0.08 * shear_span_m + penetration_m
+    return max(by_rule_m, 2 * penetration_m) if rule == "sdc" else by_rule_m
 
 
 def shear_section(
@@ -185,25 +185,25 @@ def shear_loss(bent: BentCapacity, shear_model: ShearModel = DEFAULT_SHEAR_MODEL
         Elwood and Moehle (2005), Earthquake Spectra 21(1), 71-89: drift at axial failure; Elwood
         (2004), Can. J. Civ. Eng. 31(5), 846-859: linear loss.
     """
-    curve, height, section = bent.curve, bent.clear_height_m, bent.shear
-    yielded, yield_drift = curve.yield_curvature_per_m, bent.yield_disp_m / height
+    curve, height_m, section = bent.curve, bent.clear_height_m, bent.shear
+    yielded, yield_drift = curve.yield_curvature_per_m, bent.yield_disp_m / height_m
     plastic = (curve.curvature_per_m - yielded) / (curve.ultimate_curvature_per_m - yielded)
     drift = np.minimum(curve.curvature_per_m / yielded, 1.0) * yield_drift
-    drift += np.maximum(plastic, 0.0) * (bent.capacity_m / height - yield_drift)
+    drift += np.maximum(plastic, 0.0) * (bent.capacity_m / height_m - yield_drift)
     ductilities = drift / yield_drift, curve.curvature_per_m / yielded
     capacity = shear_strength(section, shear_model, bent.axial_n, *ductilities)
     shear = curve.moment_nm / bent.shear_span_m
     fails = shear >= capacity
-    at = int(fails.argmax()) if fails.any() else -1
-    strength = float(shear[at] if fails.any() else capacity[at])
+    first = int(fails.argmax()) if fails.any() else -1
+    strength_n = float(shear[first] if fails.any() else capacity[first])
     area_m2 = SHEAR_AREA_RATIO * section.gross_area_m2
     shear_pa = shear_modulus_pa(bent.column.elastic_modulus_gpa * GPA)
-    elastic_m = strength * height / (shear_pa * area_m2)
-    lost_m = (axial_failure_drift(section, bent.axial_n) - float(drift[at])) * height
+    elastic_m = strength_n * height_m / (shear_pa * area_m2)
+    lost_m = (axial_failure_drift(section, bent.axial_n) - float(drift[first])) * height_m
     return ShearLoss(
-        strength_n=strength,
+        strength_n=strength_n,
         elastic_m=elastic_m,
-        failure_drift_ratio=float(drift[at]),
+        failure_drift_ratio=float(drift[first]),
         # never steeper than the elastic branch
         residual_m=elastic_m + (1.0 - RESIDUAL_SHEAR) * max(lost_m, elastic_m),
     )

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Blueprint:
-    """What all parts of the model of a variant use."""
+    """Data that all parts of the model of a variant share."""
 
     variant: Variant  # the normalised variant
     options: ModelOptions
@@ -98,7 +98,7 @@ class Frame:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Description:
-    """What a bridge says about itself, for pages, answers and checks; lengths in m."""
+    """Description of a bridge for pages, printed tables and checks; lengths in m."""
 
     title: str
     details: str  # ``surrogate`` or ``published`` details, or a ``script``
@@ -153,12 +153,12 @@ class Structure(Protocol):
 
     @property
     def description(self) -> Description:
-        """What it says about itself."""
+        """Description for pages, printed tables and checks."""
         ...
 
     @property
     def ignored(self) -> frozenset[str]:
-        """Modelling options that do not act on it."""
+        """Modelling options without effect on the bridge."""
         ...
 
     def build(self, skew_deg: float, options: ModelOptions, tags: TagAllocator) -> Frame:
@@ -228,14 +228,14 @@ class BridgeModel:
         """
         ends, units = self.abutments, self.contacts.units if self.contacts else ()
         springs = {spring.element for end in ends for spring in end.springs}
-        others = {element for end in ends for element in end.other_springs}
+        other_springs = {element for end in ends for element in end.other_springs}
         arms = (arm for end in (*ends, *self.joints) for arm in end.links)
         pads = (bearing for end in (*ends, *self.joints) for bearing in end.bearings)
         cables = (cable for joint in self.joints for cable in joint.restrainers)
         return {
             **self.frame.elements,
             "bearings": (*(pad.element for pad in pads), *cables),
-            "backfill": tuple(sorted(springs | others)),
+            "backfill": tuple(sorted(springs | other_springs)),
             "contact": tuple(unit.element for unit in units),
             "links": (*self.frame.elements.get("links", ()), *arms),
         }

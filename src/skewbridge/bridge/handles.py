@@ -55,7 +55,7 @@ class SpringHandle:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ColumnCapacity:
-    """Capacity of a column in one horizontal direction; what is not stated is nan or None."""
+    """Capacity of a column in one horizontal direction; unknown values are nan or None."""
 
     yield_curvature_per_m: float  # idealised yield curvature under dead load
     #: idealised yield displacement over clear height, for the displacement ductility in the shear
@@ -77,7 +77,7 @@ class ColumnCapacity:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ColumnHandle:
-    """One column."""
+    """Tags, height and capacities of one column."""
 
     #: element tag; end i is at the base. ``eleResponse(element, "force")`` gives 12 global
     #: components, starting with the six at the base.
@@ -145,7 +145,7 @@ class SeatHandle:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JointHandle:
-    """One joint inside the bridge."""
+    """Seats, contacts and restrainers of one joint inside the bridge."""
 
     name: str  # ``joint 1`` and so on, from left to right
     gap_m: float  # opening at rest, normal to the faces

@@ -78,26 +78,26 @@ class Supported:
 def support_joint(inner: InnerJoint, blueprint: Blueprint) -> Supported:
     """Build stiff arms and pads of both deck ends of a joint."""
     options, tags, pads = blueprint.options, blueprint.tags, inner.data.pads
-    both: list[Points] = []
+    points_of_ends: list[Points] = []
     bearings: list[BearingHandle] = []
     links: list[int] = []
     # no arm to a seat is vertical
     level = arm_transformation((0.0, 0.0, 1.0), options, tags)
-    for end, node, holder in zip(inner.ends, inner.nodes, inner.holders, strict=True):
-        seats = [] if holder is None else bearing_stations(pads, end, options)
+    for end, node, support in zip(inner.ends, inner.nodes, inner.holders, strict=True):
+        seats = [] if support is None else bearing_stations(pads, end, options)
         lines: dict[Line, list[float]] = {
             "bearing": seats,
             "outer": end.wall_stations(options.backwall_points),
         }
         points, arms = build_arms(end, node, lines, options, tags)
-        both.append(points)
+        points_of_ends.append(points)
         links += arms
-        if holder is None:
+        if support is None:
             continue
 
-        seat_at = partial(_seat_node, holder, level, tags, links)
+        seat_at = partial(_seat_node, support, level, tags, links)
         bearings += build_bearings(end, points, pads, options, tags, seat_at=seat_at)
-    first, second = both
+    first, second = points_of_ends
     return Supported(
         inner=inner,
         blueprint=blueprint,
@@ -108,11 +108,11 @@ def support_joint(inner: InnerJoint, blueprint: Blueprint) -> Supported:
 
 
 def _seat_node(
-    holder: int, level: int, tags: TagAllocator, links: list[int], place_m: Sequence[float]
+    support: int, level: int, tags: TagAllocator, links: list[int], place_m: Sequence[float]
 ) -> int:
     """Create a node below a pad that moves with a cap or a ledge; add its arm to ``links``."""
     # ASSUME a cap or a ledge is rigid between its middle and the pads
-    seat, arm = build_arm(holder, place_m, level, tags)
+    seat, arm = build_arm(support, place_m, level, tags)
     links.append(arm)
     return seat
 
@@ -137,8 +137,8 @@ def build_inner_joint(joint: Supported) -> JointHandle:
     stations = left.wall_stations(options.backwall_points)
     opposite = reversed(right.wall_stations(options.backwall_points))
     pairs = [
-        (joint.points[0]["outer", along], joint.points[1]["outer", other])
-        for along, other in zip(stations, opposite, strict=True)
+        (joint.points[0]["outer", along_m], joint.points[1]["outer", opposite_m])
+        for along_m, opposite_m in zip(stations, opposite, strict=True)
     ]
     shares, tangent = tributary_shares(len(stations)), (*turned(left.normal), 0.0)
     # ASSUME decks are as stiff at their ends as over their length; the mass that meets is that of
@@ -185,9 +185,9 @@ def _restrain(joint: Supported, pairs: Sequence[tuple[int, int]]) -> list[int]:
     return elements
 
 
-def _below(place: tuple[float, float, float], holder: int) -> Point:
-    x, y, z = (float(at - of) for at, of in zip(place, ops.nodeCoord(holder), strict=True))
-    return Point(holder, (x, y, z))
+def _below(point_m: tuple[float, float, float], support: int) -> Point:
+    x, y, z = (float(x_j - x_i) for x_j, x_i in zip(point_m, ops.nodeCoord(support), strict=True))
+    return Point(support, (x, y, z))
 
 
 def _seats(joint: Supported, gap_m: float) -> list[SeatHandle]:
@@ -196,29 +196,29 @@ def _seats(joint: Supported, gap_m: float) -> list[SeatHandle]:
     length_m = inner.data.seat_width_m - gap_m / (1.0 if None in inner.holders else 2.0)
     return [
         SeatHandle(
-            corner=points["outer", along],
-            holder=_below(end.point("outer", along), holder),
+            corner=points["outer", along_m],
+            holder=_below(end.point("outer", along_m), holder),
             normal=end.normal,
             support_length_m=length_m,
         )
         for end, points, holder in zip(inner.ends, joint.points, inner.holders, strict=True)
         if holder is not None
-        for along in end.wall_stations(2)
+        for along_m in end.wall_stations(2)
     ]
 
 
 def _pads(inner: InnerJoint) -> list[tuple[Point, Point]]:
     return [
-        (bearing_point(end, node, along), _below(end.point("bearing", along), holder))
-        for end, node, holder in zip(inner.ends, inner.nodes, inner.holders, strict=True)
-        if holder is not None
-        for along in pad_stations(inner.data.pads, end)
+        (bearing_point(end, node, along_m), _below(end.point("bearing", along_m), support))
+        for end, node, support in zip(inner.ends, inner.nodes, inner.holders, strict=True)
+        if support is not None
+        for along_m in pad_stations(inner.data.pads, end)
     ]
 
 
 @dataclass(frozen=True, slots=True)
 class EndKind:
-    """How an end is built: what holds it up before dead load, and the rest at rest after it."""
+    """Functions that build an end: its supports before the dead load, its springs after it."""
 
     support: Callable[[End, Blueprint], Any]
     build: Callable[[Any], AbutmentHandle]
@@ -231,7 +231,7 @@ def _support_integral(end: End, blueprint: Blueprint) -> Wall:
     if not isinstance(data, IntegralData):
         raise TypeError(f"{data.type} is not integral")
     piles, stations = data.piles, pad_stations(data.piles, plan)
-    arm = sqrt(sum(along**2 for along in stations) / len(stations))
+    arm = sqrt(sum(along_m**2 for along_m in stations) / len(stations))
     # ASSUME the resultant of the fill and the heads of the piles are at the level of the soffit
     lines: dict[Line, list[float]] = {
         "bearing": [-arm, arm],
@@ -256,13 +256,13 @@ def _support_integral(end: End, blueprint: Blueprint) -> Wall:
         elements.append(element)
         holders.append(ground)
 
-    for along in (-arm, arm):
-        head = points["bearing", along]
-        hold(head, {3: piles.count / 2 * piles.vertical_mn_per_m * 1e6})
-        elements += _pile_springs((holders[-1], head), plan.normal, lateral, piles.dashpot_s, tags)
+    for along_m in (-arm, arm):
+        top = points["bearing", along_m]
+        hold(top, {3: piles.count / 2 * piles.vertical_mn_per_m * 1e6})
+        elements += _pile_springs((holders[-1], top), plan.normal, lateral, piles.dashpot_s, tags)
     # ASSUME the heads of the piles are cast into the diaphragm and turn with it
-    turning = piles.count * piles.rotational_mnm_per_rad * 1e6
-    hold(node, {4: turning, 5: turning})
+    rotational = piles.count * piles.rotational_mnm_per_rad * 1e6
+    hold(node, {4: rotational, 5: rotational})
     handle = AbutmentHandle(
         **placed(plan, node, points),
         is_seat=False,
@@ -270,8 +270,8 @@ def _support_integral(end: End, blueprint: Blueprint) -> Wall:
         links=tuple(arms),
         other_springs=tuple(elements),
     )
-    common: dict[str, Any] = {"blueprint": blueprint, "data": data, "handle": handle}
-    return Wall(end=plan, points=points, **common)
+    fields: dict[str, Any] = {"blueprint": blueprint, "data": data, "handle": handle}
+    return Wall(end=plan, points=points, **fields)
 
 
 def _pile_springs(
@@ -306,10 +306,10 @@ def _build_integral(wall: Wall) -> AbutmentHandle:
     """Create fill and wing walls; the points of the diaphragm are the wall."""
     # ASSUME the fill has no pressure at rest
     springs, links, nodes = [], list(wall.handle.other_springs), []
-    for along, share, passive in wall.wall_parts():
-        place = wall.end.point("outer", along)
-        nodes.append(wall.points["outer", along])
-        pair = grounded_node(place, wall.tags), nodes[-1]
+    for along_m, share, passive in wall.wall_parts():
+        point_m = wall.end.point("outer", along_m)
+        nodes.append(wall.points["outer", along_m])
+        pair = grounded_node(point_m, wall.tags), nodes[-1]
         fill, _, between = hold_wall_point(wall, pair, share, passive, has_stem=False)
         springs.append(fill)
         links += between
@@ -332,11 +332,11 @@ def _support_roller(end: End, blueprint: Blueprint) -> AbutmentHandle:
     plan, stations = end.plan, end.plan.wall_stations(2)
     lines: dict[Line, list[float]] = {"bearing": stations, "outer": stations}
     points, arms = build_arms(plan, end.node, lines, blueprint.options, blueprint.tags)
-    held = tuple(points["bearing", along] for along in stations)
-    for node in held:
+    supported = tuple(points["bearing", along_m] for along_m in stations)
+    for node in supported:
         ops.fix(node, 0, 0, 1, 0, 0, 0)
-    place = placed(plan, end.node, points)
-    return AbutmentHandle(**place, is_seat=False, holders=held, links=tuple(arms))
+    fields = placed(plan, end.node, points)
+    return AbutmentHandle(**fields, is_seat=False, holders=supported, links=tuple(arms))
 
 
 def _finished(handle: AbutmentHandle) -> AbutmentHandle:

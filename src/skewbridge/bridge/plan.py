@@ -66,11 +66,11 @@ class DeckEnd:
         """Return a point of the joint, ``along_m`` from the centreline along the wall."""
         # ASSUME the pads are under the middle of the end diaphragm
         faces, (x, y) = {"bearing": 0.0, "outer": 0.5}[line], self.tangent
-        offset = faces * self.thickness_m / cos(self.skew_rad)
+        offset_m = faces * self.thickness_m / cos(self.skew_rad)
         middle, outward = self.middle_m, self.outward
         return (
-            middle[0] + offset * outward[0] + along_m * x,
-            middle[1] + offset * outward[1] + along_m * y,
+            middle[0] + offset_m * outward[0] + along_m * x,
+            middle[1] + offset_m * outward[1] + along_m * y,
             self.soffit_m,
         )
 
@@ -90,8 +90,8 @@ def tributary_shares(count: int) -> list[float]:
     shares = [inner / 2 if i in (0, count - 1) else inner for i in range(count)]
     if count > 2:
         # moved inwards from each corner so that the sum of share x position^2 is 1 / 12
-        moved = inner / (12 * (1 - inner))
+        shift = inner / (12 * (1 - inner))
         for corner, next_to_it in ((0, 1), (-1, -2)):
-            shares[corner] -= moved
-            shares[next_to_it] += moved
+            shares[corner] -= shift
+            shares[next_to_it] += shift
     return shares

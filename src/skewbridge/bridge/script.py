@@ -79,12 +79,12 @@ class ScriptBridge:
 
     @property
     def description(self) -> Description:
-        """What pages say about it."""
+        """Description for pages, printed tables and checks."""
         return _standing(self).description
 
     @property
     def ignored(self) -> frozenset[str]:
-        """Modelling options that do not act: those on elements that are no parameters."""
+        """Modelling options of deck and columns that are not parameters of the script."""
         return (FRAME_OPTIONS | FRAME_NUMERICS).difference(parameters(self.path))
 
     def build(self, skew_deg: float, options: ModelOptions, tags: TagAllocator) -> Frame:
@@ -107,11 +107,11 @@ class ScriptBridge:
         values = {"skew_deg": skew_deg} | {
             name: getattr(options, name) for name in names if name != "skew_deg"
         }
-        stated = call_script(files, {name: values[name] for name in names})
+        answer = call_script(files, {name: values[name] for name in names})
         with lines_of(files):
-            if not isinstance(stated, ScriptFrame):
-                raise InputError(f"{FUNCTION}() must return a skewbridge.Frame, got {stated!r}")
-            return _Reader(stated, tags, skew_deg, options).frame(), stated
+            if not isinstance(answer, ScriptFrame):
+                raise InputError(f"{FUNCTION}() must return a skewbridge.Frame, got {answer!r}")
+            return _Reader(answer, tags, skew_deg, options).frame(), answer
 
 
 def load_script(path: Path) -> ScriptBridge:
@@ -123,7 +123,7 @@ def load_script(path: Path) -> ScriptBridge:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Standing:
-    """Bridge with pads and open gaps at zero skew: what is the same for all its variants."""
+    """Properties common to all variants, from the model with pads and open gaps at zero skew."""
 
     t1_s: float
     damping: Damping
@@ -135,20 +135,20 @@ def _standing(bridge: ScriptBridge) -> _Standing:
     """Build a bridge at zero skew and return its periods; the open domain is emptied."""
     frames: list[tuple[Frame, ScriptFrame]] = []
 
-    def build(*stated: Any) -> Frame:
-        frames.append(bridge.frame(*stated))
+    def build(*arguments: Any) -> Frame:
+        frames.append(bridge.frame(*arguments))
         return frames[0][0]
 
-    usual = {axis.name: axis.usual for axis in AXES} | {"skew_deg": 0}
+    axis_values = {axis.name: axis.usual for axis in AXES} | {"skew_deg": 0}
     with lines_of([bridge.path]), domain():
         try:
             model = assemble(
-                build, Variant.at(str(bridge.path), "contact_friction", usual), ModelOptions()
+                build, Variant.at(str(bridge.path), "contact_friction", axis_values), ModelOptions()
             )
         except GravityError as error:
             raise InputError(f"{error}, with the deck ends on pads") from error
         modes = modes_of(model, _MODES)
-        (frame, stated), periods = frames[0], {way: period_s(modes, way) for way in "xyz"}
+        (frame, stated), periods = frames[0], {d: period_s(modes, d) for d in "xyz"}
         description = _description(bridge.name, frame, stated)
     long_s, short_s = stated.damping_periods or (max(periods.values()), min(periods.values()))
     damping = replace(frame.damping, long_period_s=long_s, short_period_s=short_s)
@@ -156,31 +156,31 @@ def _standing(bridge: ScriptBridge) -> _Standing:
     return _Standing(t1_s=t1_s, damping=damping, description=description)
 
 
-def _description(name: str, frame: Frame, stated: ScriptFrame) -> Description:
+def _description(name: str, frame: Frame, script_frame: ScriptFrame) -> Description:
     left, right = (end.plan.middle_m[0] for end in frame.ends)
     middle_m = (left + right) / 2
     seats = [(e, e.abutment) for e in frame.ends if isinstance(e.abutment, AbutmentData)]
     bents: list[list[tuple[float, float]]] = []
-    places: list[tuple[float, float]] = []
+    columns_m: list[tuple[float, float]] = []
     for column in frame.columns:
         x, y, _ = ops.nodeCoord(column.top.node)
-        places.append((x - middle_m, y))
-        same = (bent for bent in bents if abs(bent[0][0] - x) < _BENT_SHARE * (right - left))
-        if (bent := next(same, None)) is None:
+        columns_m.append((x - middle_m, y))
+        at_same_x = (bent for bent in bents if abs(bent[0][0] - x) < _BENT_SHARE * (right - left))
+        if (bent := next(at_same_x, None)) is None:
             bents.append(bent := [])
         bent.append((x, column.clear_height_m))
     bents.sort()
     lines = [left, *(fmean(x for x, _ in bent) for bent in bents), right]
     return Description(
-        title=stated.title or name,
+        title=script_frame.title or name,
         details="script",
         spans_m=tuple(b - a for a, b in pairwise(lines)),
         width_m=frame.ends[0].plan.width_m,
         bent_heights_m=tuple(fmean(height for _, height in bent) for bent in bents),
         bent_columns=tuple(map(len, bents)),
-        columns_m=tuple(places),
+        columns_m=tuple(columns_m),
         bent_bases=("",) * len(bents),
-        outlines_m=(_DRAWN_M,) * len(places),
+        outlines_m=(_DRAWN_M,) * len(columns_m),
         seats_m={end.plan.name: seat.seat_width_m for end, seat in seats},
         end_kinds={end.plan.name: seat.type for end, seat in seats},
         wall_m=max(seat.wall_thickness_m for _, seat in seats),
@@ -198,10 +198,10 @@ class _Reader:
     """Reads the domain that a script has built, and completes what it has returned."""
 
     def __init__(
-        self, stated: ScriptFrame, tags: TagAllocator, skew_deg: float, options: ModelOptions
+        self, script_frame: ScriptFrame, tags: TagAllocator, skew_deg: float, options: ModelOptions
     ) -> None:
-        self._stated, self._skew_deg, self._options = stated, skew_deg, options
-        self._units = units = UnitSystem.named(stated.units)
+        self._stated, self._skew_deg, self._options = script_frame, skew_deg, options
+        self._units = units = UnitSystem.named(script_frame.units)
         ndm, ndf = (next(iter(query() or [0])) for query in (ops.getNDM, ops.getNDF))
         _need(
             (ndm, ndf) == (3, 6),
@@ -213,18 +213,18 @@ class _Reader:
         for element in self._elements:
             for node in _listed(ops.eleNodes(element)):
                 self._joined.setdefault(node, []).append(element)
-        moved = next((n for n in self._nodes if any(ops.nodeDisp(n))), None)
+        moved_node = next((n for n in self._nodes if any(ops.nodeDisp(n))), None)
         _need(
-            moved is None and ops.getTime() == 0.0,
+            moved_node is None and ops.getTime() == 0.0,
             f"{FUNCTION}() must only build the model, but it has run an analysis"
-            f"{'' if moved is None else f': node {moved} has moved'}",
+            f"{'' if moved_node is None else f': node {moved_node} has moved'}",
         )
         self._loads = self._dead_load()
         largest = {"node": max(self._nodes), "element": max(self._elements)}
         largest["parameter"] = max(_listed(ops.getParamTags()), default=0)
         # OpenSees cannot list the others
-        others = ("material", "section", "integration", "transformation", "series", "pattern")
-        tags.start_above(dict.fromkeys((*others, "region"), FIRST_FREE_MATERIAL) | largest)
+        kinds = ("material", "section", "integration", "transformation", "series", "pattern")
+        tags.start_above(dict.fromkeys((*kinds, "region"), FIRST_FREE_MATERIAL) | largest)
         if units != UnitSystem():
             SiView(units, tags)
         if _listed(ops.getConstrainedNodes()):
@@ -232,39 +232,37 @@ class _Reader:
 
     def frame(self) -> Frame:
         """Return the frame in SI, the left end first."""
-        stated, loads = self._stated, self._loads
-        self._must_have("ends", [self._node(end) for end in stated.ends])
+        script, loads = self._stated, self._loads
+        self._must_have("ends", [self._node(end) for end in script.ends])
         _need(
-            len(stated.ends) == 2,
-            f"ends must be the two end nodes of the deck, got {len(stated.ends)}",
+            len(script.ends) == 2,
+            f"ends must be the two end nodes of the deck, got {len(script.ends)}",
         )
-        ends = sorted(stated.ends, key=lambda end: ops.nodeCoord(self._node(end), 1))
-        columns = tuple(self._column(number, row) for number, row in enumerate(stated.columns))
+        ends = sorted(script.ends, key=lambda end: ops.nodeCoord(self._node(end), 1))
+        columns = tuple(self._column(number, row) for number, row in enumerate(script.columns))
         bases = dict.fromkeys(column.element for column in columns)
         lines = [e for e in self._elements if len(_listed(ops.eleResponse(e, "force"))) == _BEAM]
         beams = [e for e in lines if len(set(map(self._place, ops.eleNodes(e)))) > 1]
-        damped = tuple(_soft(beams) if stated.damped is None else stated.damped)
+        damped = tuple(_soft(beams) if script.damped is None else script.damped)
         self._must_have("damped", damped, self._elements, "element")
         elastic = [e for e in damped if ops.eleType(e) == "ElasticBeam3d" and e not in bases]
-        others = [e for e in beams if ops.eleType(e) == "ElasticBeam3d" and e not in damped]
-        plastic = [e for e in lines if e not in {*elastic, *others, *bases}]
+        links = [e for e in beams if ops.eleType(e) == "ElasticBeam3d" and e not in damped]
+        plastic = [e for e in lines if e not in {*elastic, *links, *bases}]
         masses = {n: float(ops.nodeMass(n, 1)) for n in self._nodes if any(ops.nodeMass(n))}
         _need(bool(masses), "the model has no nodal masses: give them with ops.mass")
         if loads is None:
             lifted = {node: float(ops.nodeMass(node, 3)) for node in masses}
-            lacking = next((n for n, m in lifted.items() if m == 0.0 < masses[n]), None)
-            _need(
-                lacking is None, f"node {lacking} has no vertical mass: give it one, or state loads"
-            )
+            bare = next((n for n, m in lifted.items() if m == 0.0 < masses[n]), None)
+            _need(bare is None, f"node {bare} has no vertical mass: give it one, or state loads")
             loads = {node: G_MPS2 * mass for node, mass in lifted.items()}, {}
-        periods = stated.damping_periods or (nan, nan)
+        periods = script.damping_periods or (nan, nan)
         return Frame(
-            centre_node=self._centre(masses, [*elastic, *others]),
+            centre_node=self._centre(masses, [*elastic, *links]),
             loads=DeadLoad(forces_n=loads[0], moments_nm=loads[1], masses_kg=masses),
             ends=tuple(self._end(*side) for side in self._sides(ends)),
             columns=columns,
             damping=Damping(
-                ratio=stated.damping_ratio,
+                ratio=script.damping_ratio,
                 long_period_s=max(periods),
                 short_period_s=min(periods),
                 elements=damped,
@@ -272,7 +270,7 @@ class _Reader:
             elements={
                 "columns": (*bases, *plastic),
                 "deck": tuple(elastic),
-                "links": tuple(others),
+                "links": tuple(links),
             },
             units=None if self._units == UnitSystem() else self._units,
         )
@@ -281,37 +279,37 @@ class _Reader:
         self,
         field: str,
         tags: Iterable[Any],
-        known: Sequence[int] | None = None,
+        existing: Sequence[int] | None = None,
         kind: str = "node",
     ) -> None:
         for tag in tags:
             _need(
-                tag in (self._nodes if known is None else known),
+                tag in (self._nodes if existing is None else existing),
                 f"{field}: the model has no {kind} {tag!r}",
             )
 
     def _dead_load(self) -> tuple[dict[int, float], dict[int, tuple[float, float]]] | None:
         """Take the dead load out of the domain; None if neither script nor frame states one."""
-        stated, force, moment = self._stated, self._units.si(FORCE), self._units.si(MOMENT)
+        script, newton, newton_m = self._stated, self._units.si(FORCE), self._units.si(MOMENT)
         patterns = _listed(ops.getPatterns())
-        if stated.loads is not None:
-            self._must_have("loads", stated.loads)
+        if script.loads is not None:
+            self._must_have("loads", script.loads)
             _need(not patterns, "give the dead load as loads or as a load pattern, not as both")
-            return {node: force * load for node, load in stated.loads.items()}, {}
+            return {node: newton * load for node, load in script.loads.items()}, {}
         if not patterns:
             return None
         _need(
             not _listed(ops.getEleLoadTags()),
             "element loads cannot be used: give nodal loads, or none for mass x g",
         )
-        values = np.reshape(ops.getNodeLoadData(), (-1, 6)) * [*[force] * 3, *[moment] * 3]
+        values = np.reshape(ops.getNodeLoadData(), (-1, 6)) * [*[newton] * 3, *[newton_m] * 3]
         forces: dict[int, float] = {}
         moments: dict[int, tuple[float, float]] = {}
-        for node, (x, y, down, about_x, about_y, about_z) in zip(
+        for node, (x, y, vertical, about_x, about_y, about_z) in zip(
             _listed(ops.getNodeLoadTags()), values.tolist(), strict=True
         ):
             _need(not (x or y or about_z), f"the dead load of node {node} must be vertical")
-            forces[node] = forces.get(node, 0.0) - down
+            forces[node] = forces.get(node, 0.0) - vertical
             before = moments.get(node, (0.0, 0.0))
             moments[node] = before[0] + about_x, before[1] + about_y
         for pattern in patterns:
@@ -330,51 +328,51 @@ class _Reader:
     ) -> list[tuple[int | ScriptEnd, str, PlanVector]]:
         """Return each end with its name and the direction to it from the other end."""
         (x1, y1, _), (x2, y2, _) = (self._place(self._node(end)) for end in ends)
-        length = hypot(x2 - x1, y2 - y1)
-        along = (x2 - x1) / length if length else 0.0, (y2 - y1) / length if length else 0.0
+        distance = hypot(x2 - x1, y2 - y1)
+        axis = (x2 - x1) / distance if distance else 0.0, (y2 - y1) / distance if distance else 0.0
         _need(
-            along[0] > sqrt(0.5),
+            axis[0] > sqrt(0.5),
             f"the deck must run along x, from its end at ({x1:g}, {y1:g}) to ({x2:g}, {y2:g})",
         )
-        return [(ends[0], "left", (-along[0], -along[1])), (ends[1], "right", along)]
+        return [(ends[0], "left", (-axis[0], -axis[1])), (ends[1], "right", axis)]
 
-    def _end(self, end: int | ScriptEnd, side: str, away: PlanVector) -> End:
-        stated, metre = self._stated, self._units.si(LENGTH)
+    def _end(self, end: int | ScriptEnd, side: str, from_other: PlanVector) -> End:
+        script, metre = self._stated, self._units.si(LENGTH)
         script_end = end if isinstance(end, ScriptEnd) else ScriptEnd(end)
-        node, place = script_end.node, self._place(script_end.node)
+        node, position = script_end.node, self._place(script_end.node)
         _need(
             not ops.getFixedDOFs(node),
             f"ends: node {node} must not be fixed, because the abutments support it; it is fixed "
             f"in {_listed(ops.getFixedDOFs(node))}",
         )
-        outward = script_end.outward or self._outward(node, away)
-        size = hypot(*outward)
+        outward = script_end.outward or self._outward(node, from_other)
+        norm = hypot(*outward)
         width, soffit = (
-            metre * (getattr(stated, name) if value is None else value)
+            metre * (getattr(script, name) if value is None else value)
             for name, value in (("width", script_end.width), ("soffit", script_end.soffit))
         )
         _need(width > 0.0, f"width must be positive, got {width / metre:g}")
         _need(soffit >= 0.0, f"soffit must be at least 0, got {soffit / metre:g}")
-        data, thickness_m = _abutment(script_end.abutment or stated.abutment, width)
+        data, thickness_m = _abutment(script_end.abutment or script.abutment, width)
         plan = DeckEnd(
             side,
-            (place[0], place[1]),
-            (outward[0] / size, outward[1] / size),
+            (position[0], position[1]),
+            (outward[0] / norm, outward[1] / norm),
             self._skew_deg,
             width,
             thickness_m,
-            place[2] - soffit,
+            position[2] - soffit,
         )
         return End(node=node, plan=plan, abutment=built_end(data, self._options))
 
-    def _outward(self, node: int, away: PlanVector) -> PlanVector:
+    def _outward(self, node: int, from_other: PlanVector) -> PlanVector:
         """Return the direction of the element at an end that points most out of the deck."""
         x, y, _ = self._place(node)
-        others = {n for e in self._joined.get(node, ()) for n in ops.eleNodes(e)} - {node}
-        ways = [(x - self._place(n)[0], y - self._place(n)[1]) for n in others]
-        ways = [(dx / hypot(dx, dy), dy / hypot(dx, dy)) for dx, dy in ways if dx or dy]
-        _need(bool(ways), f"ends: node {node} must be the end of a deck element")
-        return max(ways, key=lambda way: way[0] * away[0] + way[1] * away[1])
+        neighbours = {n for e in self._joined.get(node, ()) for n in ops.eleNodes(e)} - {node}
+        directions = [(x - self._place(n)[0], y - self._place(n)[1]) for n in neighbours]
+        directions = [(dx / hypot(dx, dy), dy / hypot(dx, dy)) for dx, dy in directions if dx or dy]
+        _need(bool(directions), f"ends: node {node} must be the end of a deck element")
+        return max(directions, key=lambda v: v[0] * from_other[0] + v[1] * from_other[1])
 
     def _column(self, number: int, column: Column) -> ColumnHandle:
         field, metre = f"columns.{number}", self._units.si(LENGTH)
@@ -387,11 +385,11 @@ class _Reader:
             f"starts at node {first}",
         )
         low, high = self._place(column.base)[2], self._place(column.top)[2]
-        height = high - low if column.height is None else metre * column.height
+        height_m = high - low if column.height is None else metre * column.height
         _need(
-            0.0 < height <= high - low + 1e-6 * abs(high),
+            0.0 < height_m <= high - low + 1e-6 * abs(high),
             f"{field}: the column must rise along z by 0 to {(high - low) / metre:g}, got "
-            f"{height / metre:g}",
+            f"{height_m / metre:g}",
         )
         fixed = _listed(ops.getFixedDOFs(column.base))
         is_pinned = self._joined[column.base] == [column.element] and not {4, 5} <= {*fixed}
@@ -414,8 +412,8 @@ class _Reader:
         return ColumnHandle(
             element=column.element,
             base_node=column.base,
-            top=Point(column.top, (0.0, 0.0, low + height - high)),
-            clear_height_m=height,
+            top=Point(column.top, (0.0, 0.0, low + height_m - high)),
+            clear_height_m=height_m,
             hinge_sections=tuple(column.hinges),
             capacities=(capacity(drifts[0]), capacity(drifts[1])),
             is_pinned=is_pinned,
@@ -432,16 +430,16 @@ class _Reader:
         if (centre := self._stated.centre) is not None:
             self._must_have("centre", [centre])
             return centre
-        places, weights = np.array([self._place(node) for node in masses]), [*masses.values()]
-        x, y, _ = np.average(places, axis=0, weights=weights)
-        near = dict.fromkeys(int(node) for element in deck for node in ops.eleNodes(element))
+        positions, weights = np.array([self._place(node) for node in masses]), [*masses.values()]
+        x, y, _ = np.average(positions, axis=0, weights=weights)
+        deck_nodes = dict.fromkeys(int(node) for element in deck for node in ops.eleNodes(element))
         top = max(self._place(self._node(end))[2] for end in self._stated.ends)
 
         def distance(node: int) -> tuple[float, float]:
-            place = self._place(node)
-            return round(hypot(place[0] - x, place[1] - y), 3), abs(place[2] - top)
+            position = self._place(node)
+            return round(hypot(position[0] - x, position[1] - y), 3), abs(position[2] - top)
 
-        return min(near or masses, key=distance)
+        return min(deck_nodes or masses, key=distance)
 
 
 def _strength_n(
@@ -452,24 +450,24 @@ def _strength_n(
     return newton * np.asarray(strength(axial_n / newton, drift, curvature), dtype=np.float64)
 
 
-def _abutment(stated: str | Mapping[str, Any] | None, width_m: float) -> tuple[AbutmentData, float]:
+def _abutment(source: str | Mapping[str, Any] | None, width_m: float) -> tuple[AbutmentData, float]:
     """Return data of an abutment for a deck width, and the thickness of the end diaphragm (m)."""
-    donor = load_bridge(stated if isinstance(stated, str) else DEFAULT_ABUTMENT)
+    donor = load_bridge(source if isinstance(source, str) else DEFAULT_ABUTMENT)
     data = widened(donor.seat, width_m / donor.deck.width_m)
-    if isinstance(stated, Mapping):
-        data = checked(AbutmentData, _merged(data.model_dump(), stated), "abutment")
+    if isinstance(source, Mapping):
+        data = checked(AbutmentData, _merged(data.model_dump(), source), "abutment")
     return data, donor.deck.diaphragm_thickness_m
 
 
-def _merged(below: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+def _merged(base: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
     """Return a mapping with the given keys replaced; numbers may have sources as in a file."""
     plain = {
         key: value["v"] if isinstance(value, Mapping) and "v" in value else value
-        for key, value in over.items()
+        for key, value in overrides.items()
     }
-    return {**below} | {
-        key: _merged(below[key], value)
-        if isinstance(value, Mapping) and isinstance(below.get(key), Mapping)
+    return {**base} | {
+        key: _merged(base[key], value)
+        if isinstance(value, Mapping) and isinstance(base.get(key), Mapping)
         else value
         for key, value in plain.items()
     }

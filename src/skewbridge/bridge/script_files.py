@@ -38,13 +38,13 @@ def script_files(path: Path) -> list[Path]:
         if file.suffix != ".py":
             continue
         for name in _names(file):
-            places = (folder / name, file.parent / name, Path(name).resolve())
+            candidates = (folder / name, file.parent / name, Path(name).resolve())
             files += [
-                place.resolve()
-                for place in dict.fromkeys(places)
-                if place.resolve() not in files
-                and place.resolve().is_relative_to(folder)
-                and place.is_file()
+                candidate.resolve()
+                for candidate in dict.fromkeys(candidates)
+                if candidate.resolve() not in files
+                and candidate.resolve().is_relative_to(folder)
+                and candidate.is_file()
             ]
     return files
 
@@ -142,8 +142,8 @@ def lines_of(files: list[Path]) -> Generator[None]:
         steps = [
             step for step in traceback.extract_tb(error.__traceback__) if step.filename in local
         ]
-        place = f"{steps[-1].filename}:{steps[-1].lineno}" if steps else str(files[0])
+        location = f"{steps[-1].filename}:{steps[-1].lineno}" if steps else str(files[0])
         text = f"{error}" if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
         if type(error).__name__ == "OpenSeesError":
             text = f"OpenSees refuses {steps[-1].line if steps else 'a command'}"
-        raise InputError(f"{place}: {text}", file=files[0].name) from error
+        raise InputError(f"{location}: {text}", file=files[0].name) from error

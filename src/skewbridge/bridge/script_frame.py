@@ -35,7 +35,7 @@ class Column:
 
 @dataclass(frozen=True, slots=True)
 class End:
-    """One end of the deck; what is None is derived, or taken from the `Frame`.
+    """One end of the deck; values that are None are derived, or taken from the `Frame`.
 
     Attributes:
         node: End node of the deck; the script does not support it.

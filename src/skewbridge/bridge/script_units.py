@@ -57,19 +57,19 @@ class UnitSystem:
         return cls(_FORCE_UNITS[force], _LENGTH_UNITS[length])
 
     def si(self, dimension: Dimension) -> float:
-        """Return the factor from this system to SI."""
+        """Return the factor that converts a quantity of this dimension to SI."""
         force, length = dimension
         return self.force_n**force * self.length_m**length
 
     def record_factors(self, response: Sequence[str], width: int) -> np.ndarray:
         """Return the factors to SI of the components of a recorded response, shape (width,)."""
-        kinds: dict[str, Sequence[Dimension]] = {
+        dimensions: dict[str, Sequence[Dimension]] = {
             "disp": _MOVED,
             "accel": _MOVED,
             "basicForce": (FORCE,),
             "deformation": (PURE, PER_LENGTH, PER_LENGTH, PER_LENGTH),
         }
-        cycle = kinds.get(response[-1], _FORCES)
+        cycle = dimensions.get(response[-1], _FORCES)
         return np.array([self.si(cycle[k % len(cycle)]) for k in range(width)])
 
 
@@ -122,8 +122,8 @@ def end_view() -> None:
 
 def _replace(name: str, command: Callable[..., Any]) -> None:
     """Replace a command of OpenSees, and its copies, until `end_view`."""
-    places = [(ops, name), *([(unit, _COPIES[name])] if name in _COPIES else [])]
-    for module, attr in places:
+    attributes = [(ops, name), *([(unit, _COPIES[name])] if name in _COPIES else [])]
+    for module, attr in attributes:
         _replaced.append((module, attr, getattr(module, attr)))
         setattr(module, attr, command)
 
@@ -165,7 +165,7 @@ class SiView:
             _replace(name, partial(converted, getattr(ops, name)))
 
     def _taken(self, values: Iterable[Any], dimensions: Iterable[Dimension]) -> Iterator[Any]:
-        """Yield SI values in the units of the script; texts and tags (integers) are kept."""
+        """Convert SI values to the units of the script; texts and tags (integers) are kept."""
         for value, dimension in zip(values, dimensions, strict=False):
             yield value / self._units.si(dimension) if isinstance(value, float) else value
 
@@ -190,8 +190,8 @@ class SiView:
         elif kind == "ASDConcrete1D":
             dimensions = self._curves(values)
         else:
-            listed = _MATERIALS[kind]
-            dimensions = chain(listed, repeat(listed[-1]))
+            known_dimensions = _MATERIALS[kind]
+            dimensions = chain(known_dimensions, repeat(known_dimensions[-1]))
         if kind == "Elastic":
             self._rotational[tag] = values
         command(kind, tag, *self._taken(values, dimensions))
@@ -210,26 +210,26 @@ class SiView:
         command(kind, *values)
 
     def _element(self, command: Callable[..., Any], kind: str, *values: Any) -> None:
-        tag, rest = values[:3], values[3:]
+        tag, arguments = values[:3], values[3:]
         if kind == "elasticBeamColumn":
-            rest = *self._taken(rest, _BEAM), *rest[len(_BEAM) :]
+            arguments = *self._taken(arguments, _BEAM), *arguments[len(_BEAM) :]
         elif kind == "elastomericBearingPlasticity":
             # its springs in bending and twist need stiffnesses of their own, in force x length
-            elastic = [*self._taken(rest[:2], (STIFFNESS, FORCE)), *rest[2:]]
-            for place, value in enumerate(elastic):
+            elastic = [*self._taken(arguments[:2], (STIFFNESS, FORCE)), *arguments[2:]]
+            for index, value in enumerate(elastic):
                 if value in ("-T", "-My", "-Mz"):
-                    spring, turning = self._rotational[elastic[place + 1]], self._tags.material()
-                    turned = self._taken(spring, repeat(MOMENT))
-                    self._raw("uniaxialMaterial")("Elastic", turning, *turned)
-                    elastic[place + 1] = turning
-            rest = tuple(elastic)
+                    spring, new_tag = self._rotational[elastic[index + 1]], self._tags.material()
+                    converted = self._taken(spring, repeat(MOMENT))
+                    self._raw("uniaxialMaterial")("Elastic", new_tag, *converted)
+                    elastic[index + 1] = new_tag
+            arguments = tuple(elastic)
         elif kind not in ("zeroLength", "zeroLengthSection"):
             raise NotImplementedError(f"no units for element {kind}")
-        command(kind, *tag, *rest)
+        command(kind, *tag, *arguments)
 
     @staticmethod
     def _raw(name: str) -> Callable[..., Any]:
-        """Return a command without its conversion."""
+        """Return the OpenSees command that uses the units of the script."""
         return next(command for module, attr, command in _replaced if (module, attr) == (ops, name))
 
     def _parameter(self, command: Callable[..., Any], tag: int, *values: Any) -> None:
@@ -253,8 +253,8 @@ class SiView:
     def _response(self, command: Callable[..., Any], tag: int, *response: str) -> list[float]:
         answer = np.array(command(tag, *response), dtype=np.float64)
         if response[-1] == "basicStiffness":  # of a beam: axial, four rotations, twist
-            moved = np.array([self._units.length_m, *[1.0] * 5])
-            return (answer * self._units.si(MOMENT) / np.outer(moved, moved).ravel()).tolist()
+            scale = np.array([self._units.length_m, *[1.0] * 5])
+            return (answer * self._units.si(MOMENT) / np.outer(scale, scale).ravel()).tolist()
         if not response[-1].endswith("axis"):
             answer = answer * self._units.record_factors(response, len(answer))
         return answer.tolist()

@@ -91,31 +91,31 @@ def core_concrete(column: ColumnData) -> Concrete:
         Mander, Priestley and Park (1988), eq. 5; Priestley, Seible and Calvi (1996), Seismic Design
         and Retrofit of Bridges, eq. 5.14.
     """
-    plain, hoops = cover_concrete(column), column.hoops
+    unconfined, hoops = cover_concrete(column), column.hoops
     yield_pa = steel_of(column).yield_pa
-    pressures = [ratio * yield_pa / plain.peak_pa for ratio in hoops.confining]
-    peak_pa = plain.peak_pa * confined_strength_ratio(min(pressures), max(pressures))
-    peak_strain = plain.peak_strain * (1.0 + 5.0 * (peak_pa / plain.peak_pa - 1.0))
+    pressures = [ratio * yield_pa / unconfined.peak_pa for ratio in hoops.confining]
+    peak_pa = unconfined.peak_pa * confined_strength_ratio(min(pressures), max(pressures))
+    peak_strain = unconfined.peak_strain * (1.0 + 5.0 * (peak_pa / unconfined.peak_pa - 1.0))
     hoop_strain = 0.09  # source: SDC 1.7 section 3.2.3, reduced ultimate strain of #8 bars
     ultimate_strain = 0.004 + 1.4 * (hoops.volume_ratio * yield_pa) * hoop_strain / peak_pa
     return Concrete(
         peak_pa=peak_pa,
         peak_strain=peak_strain,
-        modulus_pa=plain.modulus_pa,
+        modulus_pa=unconfined.modulus_pa,
         ultimate_strain=max(ultimate_strain, peak_strain),
     )
 
 
-def confined_strength_ratio(least: float, most: float) -> float:
-    """Return the strength of concrete under two lateral pressures; all over its plain strength.
+def confined_strength_ratio(lowest: float, highest: float) -> float:
+    """Return confined / unconfined strength from two lateral pressures / unconfined strength.
 
     References:
         Mander, Priestley and Park (1988), eq. 29, for equal pressures; Chang and Mander (1994),
         NCEER-94-0006, for unequal ones.
     """
-    if least == most:
-        return float(-1.254 + 2.254 * np.sqrt(1.0 + 7.94 * most) - 2.0 * most)
-    ratio, mean = least / most, (least + most) / 2
+    if lowest == highest:
+        return float(-1.254 + 2.254 * np.sqrt(1.0 + 7.94 * highest) - 2.0 * highest)
+    ratio, mean = lowest / highest, (lowest + highest) / 2
     steep = 6.8886 - (0.6069 + 17.275 * ratio) * np.exp(-4.989 * ratio)
     bend = 4.5 / (5.0 / steep * (0.9849 - 0.6306 * np.exp(-3.8939 * ratio)) - 0.1) - 5.0
     return float(1.0 + steep * mean * (0.1 + 0.9 / (1.0 + bend * mean)))
@@ -154,27 +154,27 @@ def section_response(column: ColumnData, axial_n: float, direction: int = 0) -> 
         rows.append((phi, moment_nm, size_m / 2 + centre / phi))
         if section.is_ultimate(centre, phi):
             break
-    curvature, moment, axis = np.array(rows).T
+    curvature, moment, neutral_m = np.array(rows).T
     # tensile strain of the bar farthest from the neutral axis
-    tension = curvature * (section.highest_bar_m - (axis - size_m / 2))
+    tension = curvature * (section.highest_bar_m - (neutral_m - size_m / 2))
     first = float(np.interp(section.yield_strain, tension, curvature))
     first_moment = float(np.interp(first, curvature, moment))
     stiffness = first_moment / first
-    full = np.concatenate(([0.0], curvature)), np.concatenate(([0.0], moment))
-    area = np.trapezoid(full[1], full[0])
+    whole_curve = np.concatenate(([0.0], curvature)), np.concatenate(([0.0], moment))
+    area = np.trapezoid(whole_curve[1], whole_curve[0])
     # area = Mp phi_u - Mp^2 / (2 k): the smaller root is the plateau
     end = curvature[-1]
     plateau = stiffness * (end - np.sqrt(end**2 - 2 * area / stiffness))
     knee = float(plateau / stiffness)
     return MomentCurvature(
-        curvature_per_m=full[0],
-        moment_nm=full[1],
+        curvature_per_m=whole_curve[0],
+        moment_nm=whole_curve[1],
         first_yield_curvature_per_m=first,
         first_yield_moment_nm=first_moment,
         yield_curvature_per_m=knee,
         plastic_moment_nm=float(plateau),
         ultimate_curvature_per_m=float(end),
-        neutral_axis_depth_m=float(np.interp(knee, curvature, axis)),
+        neutral_axis_depth_m=float(np.interp(knee, curvature, neutral_m)),
     )
 
 
@@ -198,23 +198,23 @@ class _Section:
     def resultants(self, centre: float, phi: float) -> tuple[float, float]:
         """Return axial force in N and moment in N m, compression positive."""
         strain = centre + phi * self._height_m
-        force = self._core_m2 * self._core.stress_pa(strain)
-        force += self._cover_m2 * self._cover.stress_pa(strain)
+        core_n = self._core_m2 * self._core.stress_pa(strain)
+        core_n += self._cover_m2 * self._cover.stress_pa(strain)
         bar_strain = centre + phi * self._bar_height_m
         bar = self._bar_m2 * self._steel_stress_pa(bar_strain)
         bar -= self._bar_m2 * self._core.stress_pa(bar_strain)  # displaced concrete
-        axial = float(force.sum() + bar.sum())
-        return axial, float((force * self._height_m).sum() + (bar * self._bar_height_m).sum())
+        axial = float(core_n.sum() + bar.sum())
+        return axial, float((core_n * self._height_m).sum() + (bar * self._bar_height_m).sum())
 
     def centre_strain(self, phi: float, axial_n: float) -> float:
-        """Return a strain at the centre that balances the axial force; softening has several."""
+        """Return a strain at the centre that balances the axial force (several when softening)."""
         from scipy.optimize import brentq  # its import takes longer than a short analysis
 
         half = phi * self._half_m
         # from all strains below -0.02 (tension) to all strains above 0.002
         ends = -half - 0.02, 0.002 + half
         strain = brentq(
-            lambda at: self.resultants(at, phi)[0] - axial_n, *ends, xtol=STRAIN_TOLERANCE
+            lambda centre: self.resultants(centre, phi)[0] - axial_n, *ends, xtol=STRAIN_TOLERANCE
         )
         return float(strain)
 
@@ -297,12 +297,12 @@ def sdc_shear_strength(
         8.6.2-8.6.3. ATC-32 (1996), quoted by Kowalsky and Priestley (2000), eq. 2: factor 1 + P /
         (500 psi A).
     """
-    axial = np.asarray(axial_n, dtype=np.float64)
+    force_n = np.asarray(axial_n, dtype=np.float64)
     ductility = np.maximum(np.asarray(displacement_ductility, dtype=np.float64), 1.0)
     hoop_pressure_ksi = min(section.hoop_ratio * section.hoop_yield_pa / KSI, 0.35)
     factor_1 = np.clip(hoop_pressure_ksi / 0.150 + 3.67 - ductility, 0.3, 3.0)
     gross = section.gross_area_m2
-    stress = axial / gross / PSI
+    stress = force_n / gross / PSI
     # ASSUME tension reduces Vc at first as in ATC-32, then exponentially: with its straight line Vc
     # reaches zero, and a column with few hoops keeps almost no capacity
     factor_2 = np.where(

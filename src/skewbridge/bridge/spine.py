@@ -39,7 +39,7 @@ def build_spine(bridge: BridgeData, elements_per_span: int, tags: TagAllocator) 
     """Create the spine with masses and dead loads; Iy is for vertical bending, Iz in plan."""
     deck = bridge.deck
     pieces = spine_points_m(bridge, elements_per_span)
-    x = [place for piece in pieces for place in piece]
+    x = [x_m for piece in pieces for x_m in piece]
     decks = [[tags.node() for _ in piece] for piece in pieces]
     nodes = [node for deck in decks for node in deck]
     for node, position in zip(nodes, x, strict=True):
@@ -52,8 +52,8 @@ def build_spine(bridge: BridgeData, elements_per_span: int, tags: TagAllocator) 
     section = (deck.area_m2, modulus, shear_modulus_pa(modulus), *inertias)
     lines = [line for piece in decks for line in pairwise(piece)]
     elements = [tags.element() for _ in lines]
-    for element, ends in zip(elements, lines, strict=True):
-        ops.element("elasticBeamColumn", element, *ends, *section, transformation)
+    for element, end_nodes in zip(elements, lines, strict=True):
+        ops.element("elasticBeamColumn", element, *end_nodes, *section, transformation)
 
     def nearest(position: float) -> int:
         return min(zip(nodes, x, strict=True), key=lambda point: abs(point[1] - position))[0]
@@ -81,26 +81,26 @@ def _add_line_load(spine: Spine, deck: DeckData) -> None:
     """Add the line load as fixed-end forces, so that reactions do not depend on the mesh."""
     load = deck.line_load_kn_per_m * KN
     for i, j in (line for nodes in spine.decks for line in pairwise(nodes)):
-        length = float(ops.nodeCoord(j, 1)) - float(ops.nodeCoord(i, 1))
+        length_m = float(ops.nodeCoord(j, 1)) - float(ops.nodeCoord(i, 1))
         for node, sign in ((i, 1.0), (j, -1.0)):
-            spine.loads_n[node] += load * length / 2
-            add_moment(spine, node, about_y_nm=sign * load * length**2 / 12)
+            spine.loads_n[node] += load * length_m / 2
+            add_moment(spine, node, about_y_nm=sign * load * length_m**2 / 12)
     for node in spine.heavy:
         spine.loads_n[node] += deck.diaphragm_weight_kn * KN
 
 
 def _add_deck_masses(spine: Spine, deck: DeckData, lengths_m: list[float]) -> None:
     # ASSUME the deck's mass is uniform over its width and depth
-    across, upright = deck.width_m**2 / 12, deck.depth_m**2 / 12
-    for node, length in zip(spine.nodes, lengths_m, strict=True):
-        weight = deck.line_load_kn_per_m * KN * length
+    across, vertical = deck.width_m**2 / 12, deck.depth_m**2 / 12
+    for node, length_m in zip(spine.nodes, lengths_m, strict=True):
+        weight_n = deck.line_load_kn_per_m * KN * length_m
         if node in spine.heavy:
-            weight += deck.diaphragm_weight_kn * KN
-        mass = weight / G_MPS2
+            weight_n += deck.diaphragm_weight_kn * KN
+        mass_kg = weight_n / G_MPS2
         # half elements at the nodes give far better vertical bending modes of the spans
         lifted = spine.loads_n[node] / G_MPS2
-        turning = (mass * (across + upright), mass * upright, mass * across)
-        ops.mass(node, mass, mass, lifted, *turning)
+        inertias = (mass_kg * (across + vertical), mass_kg * vertical, mass_kg * across)
+        ops.mass(node, mass_kg, mass_kg, lifted, *inertias)
 
 
 def add_moment(
@@ -114,5 +114,5 @@ def add_moment(
 def add_weight(spine: Spine, node: int, weight_n: float, mass_kg: float) -> None:
     """Add dead load and translational mass of a cap or column at a node."""
     spine.loads_n[node] += weight_n
-    before = [float(ops.nodeMass(node, dof)) for dof in range(1, 7)]
-    ops.mass(node, *(value + mass_kg for value in before[:3]), *before[3:])
+    present = [float(ops.nodeMass(node, dof)) for dof in range(1, 7)]
+    ops.mass(node, *(value + mass_kg for value in present[:3]), *present[3:])

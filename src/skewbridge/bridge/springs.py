@@ -65,8 +65,8 @@ def _indented_material(
         forces[len(start_n)] = none_n  # at the end of the gap
     compression = ("-Ce", *closures, "-Cs", *forces)
     undamaged = ("-Cd", *[0.0] * len(closures))
-    opening = ("-Te", 0.0, none_n / stiffness, _FAR_M, "-Ts", 0.0, none_n, none_n)
-    curve = (*compression, *undamaged, *opening, "-Td", 0.0, 0.0, 1.0)
+    opening_branch = ("-Te", 0.0, none_n / stiffness, _FAR_M, "-Ts", 0.0, none_n, none_n)
+    curve = (*compression, *undamaged, *opening_branch, "-Td", 0.0, 0.0, 1.0)
     return uniaxial(tags, "ASDConcrete1D", stiffness, *curve, *tangent)
 
 
@@ -80,7 +80,7 @@ FLOW_RATIO, FLOW_EXPONENT = 0.008, 0.5
 
 
 def elastic_part_n_per_m(passive: Passive) -> float:
-    """Return the stiffness of the elastic part of a backfill in two parts (N/m)."""
+    """Return the stiffness (N/m) of the elastic spring in series with `plastic_part`."""
     return passive.stiffness_n_per_m / (1.0 - 1.0 / PLASTIC_OVER_INITIAL)
 
 
@@ -89,9 +89,9 @@ def plastic_part(passive: Passive, tags: TagAllocator) -> list[int]:
 
     In series with a spring of `elastic_part_n_per_m`, the soil has the backbone of the whole.
     """
-    whole, ultimate = passive.stiffness_n_per_m, passive.ultimate_n
+    initial, ultimate = passive.stiffness_n_per_m, passive.ultimate_n
     flow = uniaxial(tags, "Viscous", FLOW_RATIO * ultimate, FLOW_EXPONENT)
-    stiffness = PLASTIC_OVER_INITIAL * whole
+    stiffness = PLASTIC_OVER_INITIAL * initial
     if passive.failure_ratio == 0.0:
         soil = (stiffness, -ultimate, -NO_GAP_M, 0.0, "damage")
         return [uniaxial(tags, "ElasticPPGap", *soil), flow]
@@ -121,16 +121,16 @@ def elastic_material(
 
 def gap_material(stiffness_n_per_m: float, gap_m: float, tags: TagAllocator) -> int:
     """Create a stiff spring that acts once a gap is closed (negative deformation)."""
-    yield_n, gap = -_NEVER_M * stiffness_n_per_m, -max(gap_m, NO_GAP_M)
-    return uniaxial(tags, "ElasticPPGap", stiffness_n_per_m, yield_n, gap, 0.0, "noDamage")
+    yield_n, closed_at_m = -_NEVER_M * stiffness_n_per_m, -max(gap_m, NO_GAP_M)
+    return uniaxial(tags, "ElasticPPGap", stiffness_n_per_m, yield_n, closed_at_m, 0.0, "noDamage")
 
 
 def key_material(key: KeyData, tags: TagAllocator) -> int:
     """Create the spring normal to a shear key's face, with the same backbone in both directions."""
     points = [
         value
-        for force, disp in zip(key.force_kn, key.displacement_mm, strict=True)
-        for value in (force * KN, disp * MM)
+        for force_kn, disp_mm in zip(key.force_kn, key.displacement_mm, strict=True)
+        for value in (force_kn * KN, disp_mm * MM)
     ]
     mirrored = [-value for value in points]
     # source: defaults of the OpenSees manual for an unpinched spring without damage
@@ -167,14 +167,14 @@ def spring_element(
     Returns the handles of the first spring along the direction and of the first normal to it.
     """
     materials, local = [*along_x, *along_y], [1] * len(along_x) + [2] * len(along_y)
-    across = turned(direction)
-    axes = (*direction, 0.0, *across, 0.0)
+    normal_axis = turned(direction)
+    axes = (*direction, 0.0, *normal_axis, 0.0)
     element = tags.element()
     springs = ("-mat", *materials, "-dir", *local, "-doRayleigh", 0, "-orient", *axes)
     ops.element("zeroLength", element, *nodes, *springs)
     return (
         SpringHandle(element=element, component=0, direction=direction, nodes=nodes),
-        SpringHandle(element=element, component=len(along_x), direction=across, nodes=nodes),
+        SpringHandle(element=element, component=len(along_x), direction=normal_axis, nodes=nodes),
     )
 
 

@@ -33,22 +33,22 @@ class CatalogueBridge:
 
     @property
     def digest(self) -> str:
-        """Digest of its numbers."""
+        """Digest of all numbers of the bridge."""
         return digest_of(self.data.model_dump_json(exclude={"title", "sources"}))
 
     @property
     def t1_s(self) -> float:
-        """Conditioning period."""
+        """Conditioning period in s."""
         return self.data.t1_s
 
     @property
     def ignored(self) -> frozenset[str]:
-        """Modelling options that do not act: none."""
+        """Modelling options without effect: none."""
         return frozenset()
 
     @property
     def description(self) -> Description:
-        """What pages say about it."""
+        """Description for pages, printed tables and checks."""
         data = self.data
         joints = {f"joint {number}": joint for number, joint in enumerate(data.joints, start=1)}
         return Description(
@@ -59,9 +59,9 @@ class CatalogueBridge:
             bent_heights_m=tuple(bent.clear_height_m for bent in data.bents),
             bent_columns=tuple(bent.columns for bent in data.bents),
             columns_m=tuple(
-                (x, (place - (bent.columns - 1) / 2) * bent.column_spacing_m)
+                (x, (column - (bent.columns - 1) / 2) * bent.column_spacing_m)
                 for x, bent in zip(data.bent_positions_m, data.bents, strict=True)
-                for place in range(bent.columns)
+                for column in range(bent.columns)
             ),
             outlines_m=tuple(
                 data.column_of(bent).outline.points(48).tolist()
@@ -72,9 +72,9 @@ class CatalogueBridge:
             on_springs=data.foundation is not None,
             end_kinds={name: end.type for name, end in data.ends.items()},
             skews_deg={
-                name: part.skew_deg
-                for name, part in {**data.ends, **joints}.items()
-                if part.skew_deg is not None
+                name: skewed_part.skew_deg
+                for name, skewed_part in {**data.ends, **joints}.items()
+                if skewed_part.skew_deg is not None
             },
             joints_m={
                 joint.at or f"{joint.from_left_m:g} m from the left": x
@@ -130,8 +130,8 @@ def deck_ends(bridge: BridgeData, skew_deg: float) -> tuple[DeckEnd, DeckEnd]:
     half, deck = bridge.length_m / 2, bridge.deck
 
     def end(name: str, sign: float) -> DeckEnd:
-        own_deg = bridge.ends[name].skew_deg
-        skew = skew_deg if own_deg is None else own_deg
+        end_skew_deg = bridge.ends[name].skew_deg
+        skew = skew_deg if end_skew_deg is None else end_skew_deg
         size = skew, deck.width_m, deck.diaphragm_thickness_m
         return DeckEnd(name, (sign * half, 0.0), (sign, 0.0), *size)
 
@@ -180,16 +180,16 @@ def built_bridge(bridge: BridgeData, options: ModelOptions, skew_deg: float = 0.
     spacing = stretch if options.column_spacing == "normal" else 1.0
     concrete, steel = options.concrete_strength_factor, options.steel_strength_factor
     mass = options.deck_mass_factor
-    column = {
+    column_factors = {
         "concrete_strength_mpa": concrete,
         "expected_concrete_strength_mpa": concrete,
         "elastic_modulus_gpa": sqrt(concrete),
         "steel_strength_factor": steel,
         "hoop_yield_mpa": steel,
     }
-    bents = {"cap_weight_kn": mass * stretch, "column_spacing_m": spacing, "column": column}
+    bents = {"cap_weight_kn": mass * stretch, "column_spacing_m": spacing, "column": column_factors}
     factors = {
-        "column": column,
+        "column": column_factors,
         "deck": {"line_load_kn_per_m": mass, "diaphragm_weight_kn": mass},
         "bents": bents,
     }
@@ -245,7 +245,7 @@ def _scaled(value: Any, factors: Any) -> Any:
     if value is None:
         return None
     if isinstance(value, tuple):
-        return tuple(_scaled(item, factors) for item in value)
+        return tuple(_scaled(element, factors) for element in value)
     if isinstance(factors, dict):
         update = {name: _scaled(getattr(value, name), factor) for name, factor in factors.items()}
         return value.model_copy(update=update)

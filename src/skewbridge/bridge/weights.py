@@ -28,17 +28,17 @@ def continuous_reactions_n(
         left, right = np.array(spans_m[:-1]), np.array(spans_m[1:])
         matrix = np.diag(2 * (left + right))
         matrix += np.diag(right[:-1], 1) + np.diag(right[:-1], -1)
-        turns = load_n_per_m * (left**3 + right**3) / 4
+        angles = load_n_per_m * (left**3 + right**3) / 4
         for hinge in hinges_m:
             starts = np.cumsum((0.0, *spans_m))
             i = min(int(np.searchsorted(starts, hinge - NEAR_M)), count) - 1
             share = (hinge - starts[i]) / spans_m[i]
             row = np.zeros(count + 1)
             row[i : i + 2] = 1.0 - share, share  # of the support moments at the hinge
-            row = np.pad(row[1:-1], (0, len(turns) - count + 1))
+            row = np.pad(row[1:-1], (0, len(angles) - count + 1))
             matrix = np.block([[matrix, row[:, None]], [row, 0.0]])
-            turns = np.append(turns, load_n_per_m * spans_m[i] ** 2 * share * (1.0 - share) / 2)
-        moments[1:-1] = np.linalg.solve(matrix, turns)[: count - 1]
+            angles = np.append(angles, load_n_per_m * spans_m[i] ** 2 * share * (1.0 - share) / 2)
+        moments[1:-1] = np.linalg.solve(matrix, angles)[: count - 1]
     reactions = np.zeros(count + 1)
     for i, span in enumerate(spans_m):
         tilt = (moments[i + 1] - moments[i]) / span
@@ -56,7 +56,7 @@ def column_weight_n(bridge: BridgeData, bent: BentData) -> float:
 def deck_reactions_n(bridge: BridgeData) -> list[float]:
     """Return the reactions in N of abutments and bents to the deck's weight, left to right."""
     # ASSUME bearings are in the middle of a joint
-    hinges_m = [x + bridge.length_m / 2 for x in bridge.joint_positions_m]
+    hinges_m = [x_m + bridge.length_m / 2 for x_m in bridge.joint_positions_m]
     line_n_per_m = bridge.deck.line_load_kn_per_m * KN
     reactions = continuous_reactions_n(bridge.spans_m, line_n_per_m, hinges_m)
     # ASSUME a hinge in a span has no heavier diaphragm than the deck
@@ -83,14 +83,14 @@ def total_weight_n(bridge: BridgeData) -> float:
 def mass_centre_m(bridge: BridgeData) -> float:
     """Return x in m of the mass centre of deck, caps and upper halves of the columns."""
     line = bridge.deck.line_load_kn_per_m * KN * bridge.length_m
-    total, moment = line + 2 * bridge.deck.diaphragm_weight_kn * KN, 0.0
+    total, moment_nm = line + 2 * bridge.deck.diaphragm_weight_kn * KN, 0.0
     for x, bent in zip(bridge.bent_positions_m, bridge.bents, strict=True):
-        weight = bent.cap_weight_kn * KN + bent.columns * column_weight_n(bridge, bent) / 2
+        weight_n = bent.cap_weight_kn * KN + bent.columns * column_weight_n(bridge, bent) / 2
         if x in bridge.joint_positions_m:
-            weight += 2 * bridge.deck.diaphragm_weight_kn * KN
-        total += weight
-        moment += weight * x
-    return moment / total
+            weight_n += 2 * bridge.deck.diaphragm_weight_kn * KN
+        total += weight_n
+        moment_nm += weight_n * x
+    return moment_nm / total
 
 
 def spine_points_m(bridge: BridgeData, elements_per_span: int) -> list[dict[float, float]]:

@@ -45,9 +45,9 @@ class _Commands(TyperGroup):
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return name, imported command and remaining arguments."""
-        name, _, rest = super().resolve_command(ctx, args)
+        name, _, arguments = super().resolve_command(ctx, args)
         module = import_module(f"{__name__}.{COMMANDS[str(name)][0]}")
-        return name, get_group(module.commands).commands[str(name)], rest
+        return name, get_group(module.commands).commands[str(name)], arguments
 
 
 def new_group(**attributes: Any) -> typer.Typer:
@@ -71,8 +71,8 @@ def build_app() -> typer.Typer:
     return app
 
 
-def _show_version(wanted: bool) -> None:
-    if wanted:
+def _show_version(is_asked: bool) -> None:
+    if is_asked:
         from importlib.metadata import version
 
         typer.echo(f"skewbridge {version('skewbridge')}")

@@ -34,7 +34,7 @@ class PushOptions:
 
     out: Out
     direction: Annotated[Literal["x", "y"], opt("Direction: x longitudinal, y transverse.")] = "x"
-    angle_deg: Annotated[float | None, opt("Angle from x, counter-clockwise.")] = None
+    angle_deg: Annotated[float | None, opt("Angle from x in degrees, counter-clockwise.")] = None
     units: UnitsOpt = "si"
 
 
@@ -104,11 +104,11 @@ def check(
     for finding in answer["findings"]:
         warn(finding)
     answer |= {"picture": str(picture), "modes": [asdict(mode) for mode in answer["modes"]]}
-    shown = {name: value for name, value in answer.items() if name not in ("findings", "modes")}
+    printed = {name: value for name, value in answer.items() if name not in ("findings", "modes")}
     sections = Counter(key.partition(".")[0] for key in answer["inherited"])
-    shown["inherited"] = ", ".join(f"{count} of {name}" for name, count in sections.items())
+    printed["inherited"] = ", ".join(f"{count} of {name}" for name, count in sections.items())
     notes = () if answer["findings"] else ("no findings",)
-    return Answer(answer, shown, units, notes)
+    return Answer(answer, printed, units, notes)
 
 
 @command(bridge)
@@ -123,12 +123,12 @@ def modal(case: VariantOptions, out: OptionalOut = None, units: UnitsOpt = "si")
 
     variant = case.variant
     result = asdict(modes.modal_properties(variant, case.model))
-    standing = modes.standing_bridge(variant.bridge)
+    with_pads = modes.standing_bridge(variant.bridge)
     if out is not None:
         _write(result["modes"], out, "modal")
-    for warning in modes.periods_of_file(variant.bridge, standing):
+    for warning in modes.periods_of_file(variant.bridge, with_pads):
         warn(warning)
-    slug, t1_s = variant.normalised().slug, modes.conditioning_period_s(standing)
+    slug, t1_s = variant.normalised().slug, modes.conditioning_period_s(with_pads)
     return Answer({"variant": slug, "t1_s": t1_s, **result}, units=units)
 
 
@@ -176,11 +176,11 @@ def _pushed(pushed: "Callable[..., PushCurve]", case: VariantOptions, push: Push
     tables: list[pd.DataFrame] = []
     pushes: list[dict[str, Any]] = []
     for model, toward_deg in product(ABUTMENTS, LADDER_ANGLES_DEG) if is_ladder else single:
-        place = {"abutment": model, "angle_deg": toward_deg}
+        case_columns = {"abutment": model, "angle_deg": toward_deg}
         variant = replace(case, abutment=model).variant
         curve = pushed(variant, case.model, angle_deg=toward_deg)
         columns = {"disp_m": curve.disp_m, "force_kn": curve.force_n / KN}
-        tables.append(pd.DataFrame(place | columns if is_ladder else columns))
+        tables.append(pd.DataFrame(case_columns | columns if is_ladder else columns))
         values = {
             "peak_kn": curve.peak_n / KN,
             "initial_stiffness_kn_per_m": curve.initial_stiffness_n_per_m / KN,
@@ -188,7 +188,7 @@ def _pushed(pushed: "Callable[..., PushCurve]", case: VariantOptions, push: Push
             "last_disp_m": curve.disp_m[-1],
             "is_complete": curve.is_complete,
         }
-        pushes.append(place | values)
+        pushes.append(case_columns | values)
     curves = pd.concat(tables, ignore_index=True)
     _write(curves, push.out, "curve")
     if is_ladder:
@@ -222,7 +222,7 @@ def model(case: VariantOptions, out: Out) -> Answer:
 def column(
     out: Out,
     bridge: Bridge = "osb1",
-    bent: Annotated[int, opt("Bent, counted from the left.")] = 1,
+    bent: Annotated[int, opt("Number of the bent, 1 at the left.")] = 1,
     units: UnitsOpt = "si",
 ) -> Answer:
     """Compute moment-curvature and shear strength of a column under dead load.
@@ -241,8 +241,8 @@ def column(
         if column.bent != bent:
             continue
         curve, axial_n = column.curve, column.axial_n
-        way = {} if column.direction == "all" else {"direction": column.direction}
-        name = "".join(f"_{text}" for text in way.values())
+        direction = {} if column.direction == "all" else {"direction": column.direction}
+        name = "".join(f"_{text}" for text in direction.values())
         table = {"curvature_per_m": curve.curvature_per_m, "moment_knm": curve.moment_nm / KN}
         _write(table, out, f"moment_curvature{name}")
         title = f"{data.title}, bent {bent}{name.replace('_', ' ')}, {axial_n / KN:.0f} kN"
@@ -256,14 +256,14 @@ def column(
             "curvature_ductility": curve.ultimate_curvature_per_m / curve.yield_curvature_per_m,
             "plastic_shear_kn": curve.plastic_moment_nm / column.shear_span_m / KN,
         }
-        rows.append(way | values)
+        rows.append(direction | values)
     return Answer(rows[0] if len(rows) == 1 else {"directions": rows}, units=units)
 
 
 @command(bridge)
 def sdc(
-    source: Annotated[Path | None, arg("Folder of run, or a bridge.", "[RUN|BRIDGE]")] = None,
-    bridge: Annotated[str | None, opt("Bridge; for SOURCE, its bridge file.", "NAME|FILE")] = None,
+    source: Annotated[Path | None, arg("Output folder of run, or bridge.", "[RUN|BRIDGE]")] = None,
+    bridge: Annotated[str | None, opt("Bridge, or bridge file of the run.", "NAME|FILE")] = None,
     out: OptionalOut = None,
     units: UnitsOpt = "si",
 ) -> Answer:
@@ -279,10 +279,10 @@ def sdc(
     from skewbridge.bridge.column import bent_capacities
     from skewbridge.files.tables import read_frame, records_of
 
-    kind = "checks"
+    checked = "checks"
     if source is None or str(source) in _known_bridges() or source.suffix in (".yaml", ".yml"):
         data = load_bridge(bridge or str(source or "osb1"))
-        kind, title = "bents", data.title
+        checked, title = "bents", data.title
         rows = bridge_check.capacity_rows(bent_capacities(data))
     else:
         demands, bents, table = (read_frame(source / f"{name}.parquet") for name in _OF_RUN)
@@ -295,4 +295,4 @@ def sdc(
         rows = bridge_check.sdc_rows(variant, row, records_of(bents), moves_m)
     if out is not None:
         _write(rows, out, "sdc")
-    return Answer({"title": title, kind: rows}, units=units)
+    return Answer({"title": title, checked: rows}, units=units)

@@ -24,7 +24,7 @@ commands = new_group()
 
 @dataclass(frozen=True, kw_only=True)
 class FitCommand:
-    """Options of `skewbridge.fragility.fit_data.FitOptions`."""
+    """Options of `skewbridge fit`: the fields of `FitOptions`."""
 
     method: Annotated[Literal["stripes", "ida", "cloud"] | None, opt("Kind of data.")] = None
     model: Annotated[str | None, opt("Regression model of a cloud.", "[ols|tobit]")] = None
@@ -110,7 +110,7 @@ def predict(
     skew_deg: Annotated[float | None, opt("Skew (deg).")] = None,
     gap_mm: Annotated[float | None, opt("Gap (mm).")] = None,
     friction: Annotated[float | None, opt("Friction coefficient.")] = None,
-    axis: Annotated[list[str] | None, opt("Value on another axis.", "NAME=VALUE")] = None,
+    axis: Annotated[list[str] | None, opt("Value of another axis.", "NAME=VALUE")] = None,
     study: Study = None,
     bridge: Annotated[str | None, opt("Bridge; required if the study has several.", "NAME")] = None,
     abutment: Annotated[str | None, opt("Abutment model, if there are several.", "NAME")] = None,
@@ -129,9 +129,9 @@ def predict(
 
     axes = {"skew_deg": skew_deg, "gap_mm": gap_mm, "friction": friction}
     values = {name: value for name, value in axes.items() if value is not None}
-    named = keys_and_values("--axis", axis)
-    further = {name.replace("-", "_"): value for name, value in named.items()}
-    values |= checked(dict[str, Number], further, "--axis")
+    pairs = keys_and_values("--axis", axis)
+    axis_values = {name.replace("-", "_"): value for name, value in pairs.items()}
+    values |= checked(dict[str, Number], axis_values, "--axis")
     rows = predict_states(folder_of(study), values, bridge, abutment, at=at, hazard=hazard)
     names = ("component", "state", "theta", "ci_theta", "beta_total", "beta", "p", "loo_error")
     if hazard is not None:
@@ -140,7 +140,7 @@ def predict(
     flags = ("extrapolated", "theta"), ("p_extrapolated", "p")
     for row, printed in zip(rows, statistics, strict=True):
         printed["extrapolated"] = ", ".join(value for flag, value in flags if row[flag])
-    shown = {f"theta in {rows[0]['im']}": statistics}
+    printed_tables = {f"theta in {rows[0]['im']}": statistics}
     notes = ["loo_error: error of theta when a variant is left out of the model"]
     if any(row[flag] for row in rows for flag, _ in flags):
         notes.append("extrapolated: fewer than three motions are as strong, or as weak, as this")
@@ -148,14 +148,14 @@ def predict(
         notes.append(f"each motion of the study has its own random values of: {drawn}")
     notes += filter(None, [untested_skew_sentence([values.get("skew_deg", 0.0)])])
     reason = "too few variants have an estimate for this state"
-    return Answer({"rows": rows}, shown, notes=notes, missing=reason)
+    return Answer({"rows": rows}, printed_tables, notes=notes, missing=reason)
 
 
 @command(commands)
 def decide(
     hazard: Annotated[Path, opt("Hazard curve of the site (CSV, OpenQuake, USGS).")],
-    probability_50y: Annotated[float, opt("Target probability in 50 years.")] = 0.02,
-    axis: Annotated[list[str] | None, opt("Value on another axis.", "NAME=VALUE")] = None,
+    probability_50y: Annotated[float, opt("Target probability of failure in 50 years.")] = 0.02,
+    axis: Annotated[list[str] | None, opt("Value of another axis.", "NAME=VALUE")] = None,
     study: Study = None,
     bridge: Annotated[str | None, opt("Bridge; required if the study has several.", "NAME")] = None,
     out: Out = Path("decision"),
@@ -183,8 +183,8 @@ def decide(
     site = site_hazard(hazard, rows[0]["im"])
     assert site is not None
     needs = with_codes(decision(rows, site, target, values), rows[0]["bridge"])
-    place = [rows[0]["bridge"], *(f"{name} {value:g}" for name, value in needs.values.items())]
-    title = f"{', '.join(place)}: rate below {target:.3g} per year"
+    labels = [rows[0]["bridge"], *(f"{name} {value:g}" for name, value in needs.values.items())]
+    title = f"{', '.join(labels)}: rate below {target:.3g} per year"
     extrapolated = needs.table["extrapolated"]
     if extrapolated.any():
         title += f" ({extrapolated.sum()} of {extrapolated.size} seats extrapolated)"
@@ -206,10 +206,10 @@ def decide(
     printed = table.loc[table["gap_mm"].isin([table["gap_mm"].min(), table["gap_mm"].max()])]
     printed = printed.loc[printed["skew_deg"] % 15.0 == 0.0]
     printed = printed[["skew_deg", "gap_mm", *(name for name in names if name in table)]]
-    shown = [{name: rounded(value) for name, value in row.items()} for row in records_of(printed)]
+    cells = [{name: rounded(value) for name, value in row.items()} for row in records_of(printed)]
     notes = [f"target: {target:.3g} per year; written: {', '.join(map(str, files))}"]
     return Answer(
         {"target": target, "values": needs.values, "rows": records_of(table)},
-        {title: shown},
+        {title: cells},
         notes=notes,
     )

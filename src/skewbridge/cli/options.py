@@ -89,7 +89,7 @@ def folder_of(study: Path | None) -> Path:
 Bridge = Annotated[str, opt("Name (skewbridge bridge list) or file of a bridge.", "NAME|FILE")]
 _MODELS: Final = f"[{'|'.join(ABUTMENTS).replace('_', '-')}]"
 Abutment = Annotated[str, opt("Abutment model, from simple to contact with friction.", _MODELS)]
-Changes = Annotated[list[str] | None, opt("Value of a key; repeatable.", "KEY=VALUE", "--set")]
+Changes = Annotated[list[str] | None, opt("Set an input key; repeatable.", "KEY=VALUE", "--set")]
 _AXIS: Final = {
     axis.name: opt(f"{axis.label_with_unit}, {axis.low:g} to {axis.high:g}.") for axis in AXES
 }
@@ -121,22 +121,22 @@ class VariantOptions:
         return checked(ModelOptions, values, "--set")
 
     def settings_and_model(
-        self, accuracy: str, **chosen: Any
+        self, accuracy: str, **keys_set: Any
     ) -> tuple[AnalysisSettings, ModelOptions]:
         """Return the settings of the analysis and the modelling options.
 
-        ``chosen`` (keys of the analysis, ignored if None) and ``--set`` override the values of the
-        preset ``accuracy``. A wrong key or value raises `InputError`.
+        ``keys_set`` (keys of the analysis, ignored if None) and ``--set`` override the values of
+        the preset ``accuracy``. A wrong key or value raises `InputError`.
         """
         keys = {field.name for field in fields(AnalysisSettings)}
-        analysis = {name: value for name, value in chosen.items() if value is not None}
+        analysis = {name: value for name, value in keys_set.items() if value is not None}
         model: dict[str, Any] = {}
         for key, value in keys_and_values("--set", self.changes).items():
             (analysis if key in keys else model)[key] = value
         _require_options(self.bridge, model)
-        full = under_explicit_keys({"analysis": analysis, "model": model}, accuracy)
-        settings = checked(AnalysisSettings, full["analysis"], "the options")
-        return settings, checked(ModelOptions, full["model"], "--set")
+        sections = under_explicit_keys({"analysis": analysis, "model": model}, accuracy)
+        settings = checked(AnalysisSettings, sections["analysis"], "the options")
+        return settings, checked(ModelOptions, sections["model"], "--set")
 
 
 def _require_options(bridge: str, names: Mapping[str, Any]) -> None:

@@ -118,17 +118,17 @@ class Command(TyperCommand):
     The exit code is 2 for bad input and unreadable files, 1 for a failed solution.
     """
 
-    def make_context(self, info_name: Any, args: list[str], *others: Any, **named: Any) -> Any:
+    def make_context(self, info_name: Any, args: list[str], *extra: Any, **options: Any) -> Any:
         """Return the context of the arguments; report invalid arguments, as JSON if asked."""
         as_json = "--json" in args  # the parser empties the list
         pairs = {name for option in self.params if option.nargs == 2 for name in option.opts}
         try:
-            for at, option in enumerate(args):  # its two values must precede the next option
-                for given, value in enumerate(args[at + 1 : at + 3] if option in pairs else ()):
+            for i, option in enumerate(args):  # its two values must precede the next option
+                for count, value in enumerate(args[i + 1 : i + 3] if option in pairs else ()):
                     if value.startswith("--"):
-                        message = f"{option} takes two values, got {given} before {value}"
+                        message = f"{option} takes two values, got {count} before {value}"
                         raise typer.BadParameter(message)
-            return super().make_context(info_name, args, *others, **named)
+            return super().make_context(info_name, args, *extra, **options)
         except typer.TyperException as error:
             error.message = error.message.replace("Value error, ", "")
             if as_json:
@@ -154,8 +154,8 @@ class Command(TyperCommand):
 
 def emit_json(payload: object) -> None:
     """Write one JSON value and a newline to stdout; NaN and infinities become null."""
-    plain = to_jsonable_python(payload, inf_nan_mode="null", fallback=lambda each: each.tolist())
-    sys.stdout.write(json.dumps(plain) + "\n")
+    values = to_jsonable_python(payload, inf_nan_mode="null", fallback=lambda array: array.tolist())
+    sys.stdout.write(json.dumps(values) + "\n")
 
 
 def _tables(shown: Row, units: Units) -> dict[str, Sequence[Row]]:
@@ -172,17 +172,17 @@ def _tables(shown: Row, units: Units) -> dict[str, Sequence[Row]]:
         elif value and isinstance(value[0], str):
             tables[name] = [{name: text} for text in value]
     values = {**in_units(values, units)}
-    listed = [{"quantity": name, "value": value} for name, value in values.items()]
-    return {"": listed, **tables} if listed else tables
+    single_values = [{"quantity": name, "value": value} for name, value in values.items()]
+    return {"": single_values, **tables} if single_values else tables
 
 
-def _flat(values: Row, above: str = "") -> Iterator[tuple[str, Any]]:
+def _flat(values: Row, prefix: str = "") -> Iterator[tuple[str, Any]]:
     """Yield names and values of a nested mapping; inner names start with the outer names."""
     for name, value in values.items():
         if isinstance(value, Mapping):
-            yield from _flat(value, f"{above}{name} ")
+            yield from _flat(value, f"{prefix}{name} ")
         else:
-            yield f"{above}{name}", value
+            yield f"{prefix}{name}", value
 
 
 def emit_table(rows: Sequence[Row], title: str = "") -> bool:
@@ -195,13 +195,13 @@ def emit_table(rows: Sequence[Row], title: str = "") -> bool:
     lines = [list(columns), *zip(*columns.values(), strict=True)]
     if len(columns) > 3 * len(rows):
         lines, is_text = list(zip(*lines, strict=True)), [True, *[False] * len(rows)]
-    drawn = Table(title=Text(printable(title)) if title else None)
-    for head, left in zip(lines[0], is_text, strict=True):
-        side = "left" if left else "right"
-        drawn.add_column(Text(printable(head)), justify=side, overflow="fold")
+    printed = Table(title=Text(printable(title)) if title else None)
+    for heading, is_left in zip(lines[0], is_text, strict=True):
+        side = "left" if is_left else "right"
+        printed.add_column(Text(printable(heading)), justify=side, overflow="fold")
     for line in lines[1:]:
-        drawn.add_row(*(Text(printable(cell)) for cell in line))
-    Console(highlight=False, width=None if sys.stdout.isatty() else FILE_WIDTH).print(drawn)
+        printed.add_row(*(Text(printable(cell)) for cell in line))
+    Console(highlight=False, width=None if sys.stdout.isatty() else FILE_WIDTH).print(printed)
     return any(NO_VALUE in cell.split(", ") for texts in columns.values() for cell in texts)
 
 
@@ -224,7 +224,7 @@ def selected(rows: Iterable[Row], *names: str) -> list[dict[str, Any]]:
 def rounded(value: Any, digits: int = 3) -> Any:
     """Return a float, or the floats in a list, rounded to significant digits."""
     if isinstance(value, list | tuple):
-        return [rounded(item, digits) for item in value]
+        return [rounded(element, digits) for element in value]
     return float(f"{value:.{digits}g}") if isinstance(value, float) else value
 
 
@@ -268,6 +268,6 @@ def _us_unit(name: str) -> tuple[str, float]:
 
 def _times(value: Any, factor: float) -> Any:
     if isinstance(value, list | tuple):
-        return [_times(item, factor) for item in value]
+        return [_times(element, factor) for element in value]
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
     return value * factor if is_number and factor != 1.0 else value

@@ -51,7 +51,7 @@ def run(
     loading: LoadingOptions,
     out: Out,
     figures: Annotated[bool, opt("Draw the figures.")] = True,
-    row: Annotated[str | None, opt("Repeat this analysis of --study.", "RUN_KEY")] = None,
+    row: Annotated[str | None, opt("Repeat this analysis of the study.", "RUN_KEY")] = None,
     study: Study = None,
     units: UnitsOpt = "si",
 ) -> Answer:
@@ -121,8 +121,8 @@ def _task(case: VariantOptions, loading: LoadingOptions) -> "Task":
             "study with --row"
         )
     variant, scale = case.variant.normalised(), loading.scale
-    chosen = {name: getattr(loading, name) for name in ("scheme", "dt_s", "duration_s")}
-    settings, options = case.settings_and_model(loading.accuracy, **chosen)
+    analysis_keys = {name: getattr(loading, name) for name in ("scheme", "dt_s", "duration_s")}
+    settings, options = case.settings_and_model(loading.accuracy, **analysis_keys)
     measures = scaled_measures(motion_measures(motion, load_structure(variant.bridge).t1_s), scale)
     return Task(
         variant=variant,
@@ -236,5 +236,5 @@ def verify(
     columns = ("study", "quantity", "value", "reference", "tolerance", "pass")
     about = ("quantity", "source", "study", "case", "reason", "outcome")
     title = "Statements of the paper (a disagreement is not a failure)"
-    shown = {"Verification": selected(checks, *columns), title: selected(statements, *about)}
-    return Answer(rows, shown, exit_code=0 if all(row["pass"] for row in rows) else EXIT_FAILED)
+    printed = {"Verification": selected(checks, *columns), title: selected(statements, *about)}
+    return Answer(rows, printed, exit_code=0 if all(row["pass"] for row in rows) else EXIT_FAILED)

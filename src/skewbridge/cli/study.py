@@ -94,17 +94,17 @@ def plan(study: PlannedStudy = None) -> Answer:
             warn(warning)
     forecast = forecast_study(config)
     table = folder.fragility("needed_motions")
-    needed = records_of(read_frame(table)) if table.is_file() else []
-    more = ("needed_motions", "more_analyses", "more_core_hours")
-    rows = selected(needed, *_CHANGE, "verdict", "n_motions", "forecast", *more)
-    shown = {
+    needed_rows = records_of(read_frame(table)) if table.is_file() else []
+    columns = ("needed_motions", "more_analyses", "more_core_hours")
+    rows = selected(needed_rows, *_CHANGE, "verdict", "n_motions", "forecast", *columns)
+    printed = {
         **forecast.summary,
         "analyses of": forecast.variants,
         "Motions needed to decide the pooled effects": rows,
     }
     reason = "no more motions are needed, or no number was found; see the column forecast"
-    answer = forecast.summary | {"needed_motions": needed}
-    return Answer(answer, shown, notes=forecast.notes, missing=reason)
+    answer = forecast.summary | {"needed_motions": needed_rows}
+    return Answer(answer, printed, notes=forecast.notes, missing=reason)
 
 
 @command(commands)
@@ -124,9 +124,9 @@ def status(
     forecast = forecast_study(config)
     failures = forecast.failures
     if failed:
-        shown = {"failed": selected(failures, "variant", "motion", "status", "reason")}
+        printed = {"failed": selected(failures, "variant", "motion", "status", "reason")}
         repeat = [row["command"] for row in failures]
-        return Answer({"failed": len(failures), "analyses": failures}, shown, notes=repeat)
+        return Answer({"failed": len(failures), "analyses": failures}, printed, notes=repeat)
     last = failures[-1] if failures else None
     answer = {"results": config.results, **forecast.summary, "last_failure": last}
     return Answer(answer, notes=forecast.notes)
@@ -135,7 +135,7 @@ def status(
 @command(commands)
 def compare(
     first: Annotated[Path, arg("Folder of a study, or its table of demands.")],
-    second: Annotated[Path, arg("The same for the second study.")],
+    second: Annotated[Path, arg("Second study: folder or table of demands.")],
     limit_states: LimitStates = LIMIT_STATES,
     im: Annotated[str, opt("Intensity measure of the medians.", "COLUMN")] = "im_saavg_rotd50_g",
     hazard: Hazard = None,
@@ -163,7 +163,7 @@ def compare(
     pooled, medians = (
         records_of(table[table["scope"] == "pooled"]) for table in (pair.demands, pair.medians)
     )
-    shown = {
+    printed = {
         **pair.counts,
         f"Demands, {second} over {first}": list(map(_comparison_row, pooled)),
         f"Median capacities ({im}), {second} over {first}": list(map(_comparison_row, medians)),
@@ -171,7 +171,7 @@ def compare(
     if hazard is not None:
         rates = pair.rates[pair.rates["scope"] == "pooled"]
         names = ("bridge", "component", "limit_state", "ratio", "ci_low", "ci_high", "to_rate")
-        shown[f"Annual rates, {second} over {first}"] = selected(records_of(rates), *names)
+        printed[f"Annual rates, {second} over {first}"] = selected(records_of(rates), *names)
     if pair.other_motions:
         warn(
             f"{len(pair.other_motions)} motions have the same name in both studies but "
@@ -185,7 +185,7 @@ def compare(
         "medians_by_state": medians,
         "rates": records_of(pair.rates),
     }
-    return Answer(answer, shown, missing="fewer than two motions have a value in both studies")
+    return Answer(answer, printed, missing="fewer than two motions have a value in both studies")
 
 
 @command(commands)
@@ -211,7 +211,7 @@ def provenance(
 @command(study)
 def retry(
     status: Annotated[
-        str, opt("Status to repeat; failed: any.", f"[failed|{'|'.join(FAILED)}]")
+        str, opt("Status to repeat; failed: all without result.", f"[failed|{'|'.join(FAILED)}]")
     ] = "failed",
     study: Study = None,
 ) -> Answer:
@@ -250,16 +250,16 @@ def plot(
     from skewbridge.study.results import is_from_statistics
 
     root = folder_of(study)
-    usual = FigureSettings() if is_from_statistics(root) else study_of(study)[0].figures
+    defaults = FigureSettings() if is_from_statistics(root) else study_of(study)[0].figures
     changed = keys_and_values("--set", changes)
-    settings = checked(FigureSettings, asdict(usual) | changed, "figures")
+    settings = checked(FigureSettings, asdict(defaults) | changed, "figures")
     check_font(settings.font)
     figures = finished_figures(root)
     if not names:
-        rows = [{"name": each.name, "title": each.title} for each, _ in figures]
+        rows = [{"name": caption.name, "title": caption.title} for caption, _ in figures]
         return Answer({"figures": rows})
-    drawn = draw_figures(figures, names, settings, writable_folder(out))
-    return Answer({"written": list(map(str, drawn))})
+    files = draw_figures(figures, names, settings, writable_folder(out))
+    return Answer({"written": list(map(str, files))})
 
 
 @command(study)
@@ -310,13 +310,13 @@ def archive(
 def _comparison_row(row: dict[str, Any]) -> dict[str, Any]:
     """Return the printed columns of a comparison: the ratio, or the difference in its unit."""
     is_ratio = row["judged_by"] != "difference"
-    value, ends = ("ratio", "ci") if is_ratio else ("difference", "difference")
-    outside, cells = (row.get(name) or 0 for name in ("n_extrapolated", "n_cells"))
+    value, prefix = ("ratio", "ci") if is_ratio else ("difference", "difference")
+    n_far, cells = (row.get(name) or 0 for name in ("n_extrapolated", "n_cells"))
     return {
         **{name: row[name] for name in _CHANGE[:3]},
         "change": rounded(row[value], 4),
-        "low": rounded(row[f"{ends}_low"], 4),
-        "high": rounded(row[f"{ends}_high"], 4),
+        "low": rounded(row[f"{prefix}_low"], 4),
+        "high": rounded(row[f"{prefix}_high"], 4),
         **{name: row[name] for name in ("unit", "verdict_family", "n_motions", "n_pairs")},
-        "extrapolated": f"{outside:.0f} of {2 * cells:.0f} medians" if outside > 0 else "",
+        "extrapolated": f"{n_far:.0f} of {2 * cells:.0f} medians" if n_far > 0 else "",
     }

@@ -199,8 +199,8 @@ class ContactSet:
                 is_any_closed = True
             if not unit.normal_n <= largest_normal_n:  # true for NaN
                 largest_normal_n = unit.normal_n
-            if unit.over > friction_error:
-                friction_error = unit.over
+            if unit.excess_ratio > friction_error:
+                friction_error = unit.excess_ratio
         self.is_any_closed, self.least_opening_ratio = is_any_closed, least_ratio
         self.largest_normal_n, self.friction_error = largest_normal_n, friction_error
         self._steps_to_change = least_steps
@@ -215,17 +215,17 @@ class ContactSet:
 
     @property
     def openings_m(self) -> list[float]:
-        """Opening of each pair, negative when closed."""
+        """Opening of each pair in m, negative when closed."""
         return [unit.opening for unit in self.units]
 
     @property
     def normals_n(self) -> list[float]:
-        """Compression of each pair."""
+        """Compression of each pair in N."""
         return [unit.normal_n for unit in self.units]
 
     @property
     def tangentials_n(self) -> list[tuple[float, float]]:
-        """Friction force of each pair along t1 and t2, with the sign of slip."""
+        """Friction force (N) of each pair along t1 and t2, with the sign of slip."""
         return [(unit.force_1, unit.force_2) for unit in self.units]
 
     def global_force_on_j(self, unit: int) -> tuple[float, ...]:
@@ -234,7 +234,7 @@ class ContactSet:
         forces = (pair.normal_n, -pair.force_1, -pair.force_2)
         # a plane model has one tangent
         terms = zip(forces, (pair.normal, *pair.tangents), strict=False)
-        products = [[force * value for value in axis] for force, axis in terms]
+        products = [[force_n * value for value in axis] for force_n, axis in terms]
         return tuple(map(sum, zip(*products, strict=True)))
 
     def ledger(self) -> list[UnitLedger]:
@@ -274,8 +274,8 @@ def make_step(contacts: ContactSet, dt_s: float, *, parts_on_change: int = 1) ->
     part_s = dt_s / parts
     if parts > 1:
         contacts.prepare(part_s)
-    for number in range(parts):
+    for part_number in range(parts):
         if ops.analyze(1, part_s) != 0:
             return False
-        contacts.after_step(part_s, dt_s if number == parts - 1 else part_s)
+        contacts.after_step(part_s, dt_s if part_number == parts - 1 else part_s)
     return True

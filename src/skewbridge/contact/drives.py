@@ -28,8 +28,8 @@ def stribeck_friction(
     References:
         Armstrong-Helouvry, Dupont and Canudas de Wit (1994), Automatica 30.
     """
-    fade = exp(-((slip_speed_mps / stribeck_speed_mps) ** 2))
-    return kinetic + (static - kinetic) * fade + viscous_s_per_m * slip_speed_mps
+    decay = exp(-((slip_speed_mps / stribeck_speed_mps) ** 2))
+    return kinetic + (static - kinetic) * decay + viscous_s_per_m * slip_speed_mps
 
 
 def stribeck_drive(

@@ -33,10 +33,10 @@ def unit_vector(vector: Sequence[float], field: str, ndm: int) -> Direction:
         raise InputError(
             f"{field} must have {ndm} components in a model of {ndm} dimensions, got {values}"
         )
-    length = sqrt(sum(value * value for value in values))
-    if not (isfinite(length) and length > 0.0):
+    norm = sqrt(sum(value * value for value in values))
+    if not (isfinite(norm) and norm > 0.0):
         raise InputError(f"{field} must be a finite vector of positive length, got {values}")
-    return tuple(value / length for value in values)
+    return tuple(value / norm for value in values)
 
 
 def contact_frame(
@@ -187,8 +187,8 @@ def make_springs(
     directions, has_dashpot = len(frame) - 1, "dashpot_n_s_per_m" in driven
     kn, kt = law.kn_n_per_m, law.kt_n_per_m
     # acts in compression once the gap is closed: gap and yield have the same sign
-    gap = (kn, -kn * _NEVER_M, -law.gap_m, 0.0, "noDamage")
-    normal = uniaxial(tags, "ElasticPPGap", *gap)
+    gap_arguments = (kn, -kn * _NEVER_M, -law.gap_m, 0.0, "noDamage")
+    normal = uniaxial(tags, "ElasticPPGap", *gap_arguments)
     if is_elastic:
         spring = uniaxial(tags, "Elastic", kt)
         tangential = uniaxial(tags, "InitStrainMaterial", spring, _SIGNATURE_M)
@@ -203,15 +203,15 @@ def make_springs(
     springs = ("-mat", *materials, "-dir", *local, "-doRayleigh", 0)
     ops.element("zeroLength", element, *nodes, *springs, *axes)
     bound_name = "epsInit" if is_elastic else "Fy"
-    made = Springs(
+    created = Springs(
         element=element,
         normal_modulus=_attach(tags, element, 1, "E"),
         moduli=tuple(_attach(tags, element, k, "E") for k in range(2, directions + 2)),
         bounds=tuple(_attach(tags, element, k, bound_name) for k in range(2, directions + 2)),
         dashpot=_attach(tags, element, directions + 2, "eta") if has_dashpot else None,
     )
-    _prove(made, law, is_elastic=is_elastic)
-    return made
+    _prove(created, law, is_elastic=is_elastic)
+    return created
 
 
 def prove_bounds_act(tags: Tags, nodes: tuple[int, int], frame: tuple[Direction, ...]) -> None:
@@ -221,12 +221,12 @@ def prove_bounds_act(tags: Tags, nodes: tuple[int, int], frame: tuple[Direction,
     analysis. A probe element between the same nodes gets an initial strain above its yield
     strains. Its forces are read, then it is removed. A wrong force raises `ContactError`.
     """
-    stiffness, bound, other = 1.0e9, 2.0, 7.0
-    yielding = other / stiffness
+    stiffness, bound, bound_2 = 1.0e9, 2.0, 7.0
+    yielding = bound_2 / stiffness
     normal, friction = (
         uniaxial(tags, "InitStrainMaterial", spring, 0.0)
         for spring in (
-            uniaxial(tags, "ElasticPPGap", stiffness, other, yielding, 0.0, "noDamage"),
+            uniaxial(tags, "ElasticPPGap", stiffness, bound_2, yielding, 0.0, "noDamage"),
             uniaxial(tags, "ElasticPP", stiffness, yielding),
         )
     )
@@ -243,10 +243,10 @@ def prove_bounds_act(tags: Tags, nodes: tuple[int, int], frame: tuple[Direction,
     forces = ops.basicForce(element)
     ops.remove("parameter", probed)
     ops.remove("element", element)
-    _expect("yield of the normal spring", forces[0], other)
+    _expect("yield of the normal spring", forces[0], bound_2)
     _expect("bounded friction force", forces[1], bound)
     if len(frame) == 3:
-        _expect("friction force of the other direction", forces[2], other)
+        _expect("friction force of the other direction", forces[2], bound_2)
 
 
 def _attach(tags: Tags, element: int, position: int, name: str) -> int:

@@ -70,10 +70,10 @@ def radial_return(
     After slip, the new stick point is the position minus force / kt.
     """
     trial_1, trial_2 = kt_n_per_m * offset_1_m, kt_n_per_m * offset_2_m
-    size = hypot(trial_1, trial_2)
-    if size <= limit_n:
+    size_n = hypot(trial_1, trial_2)
+    if size_n <= limit_n:
         return trial_1, trial_2
-    scale = limit_n / size
+    scale = limit_n / size_n
     return scale * trial_1, scale * trial_2
 
 

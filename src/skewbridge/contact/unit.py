@@ -57,9 +57,9 @@ class ContactUnit:
         "_b1", "_b2", "_bend_1", "_bend_2", "_dt", "_e1", "_e2", "_is_space",
         "_is_watched", "_slip_1_before", "_slip_2_before", "_step_1", "_step_2", "_stick_1",
         "_stick_2", "account", "approach_speed", "closed", "cohesion", "dashpot", "drive",
-        "element", "force_1", "force_2", "friction", "gap_m", "kn", "kt", "moved", "name",
-        "node_i", "node_j", "normal", "normal_n", "opening", "opening_before", "over", "slip_1",
-        "slip_2", "springs", "tangents",
+        "element", "excess_ratio", "force_1", "force_2", "friction", "gap_m", "kn", "kt", "name",
+        "node_i", "node_j", "normal", "normal_n", "opening", "opening_before", "slip_1",
+        "slip_2", "slip_step", "springs", "tangents",
     )  # fmt: skip
 
     def __init__(
@@ -86,7 +86,7 @@ class ContactUnit:
         self._e1 = self._e2 = self._step_1 = self._step_2 = self._bend_1 = self._bend_2 = 0.0
         self._stick_1 = self._stick_2 = self.slip_1 = self.slip_2 = 0.0
         self._slip_1_before = self._slip_2_before = self._b1 = self._b2 = 0.0
-        self.moved = self.approach_speed = self._dt = self.over = 0.0
+        self.slip_step = self.approach_speed = self._dt = self.excess_ratio = 0.0
         self.start()
 
     def start(self) -> None:
@@ -110,7 +110,7 @@ class ContactUnit:
             tangential_n=(self.force_1, self.force_2),
             slip_m=(self.slip_1, self.slip_2),
             position_m=(self._e1, self._e2),
-            slip_speed_mps=self.moved / self._dt if self._dt else 0.0,
+            slip_speed_mps=self.slip_step / self._dt if self._dt else 0.0,
             slip_path_m=self.account.slip_path_m,
             slip_work_j=self.account.slip_work_j,
             approach_speed_mps=self.approach_speed,
@@ -175,7 +175,7 @@ class ContactUnit:
         # Open before and after: the springs are at rest and the stick point follows the node.
         self._stick_1 = self.slip_1 = self._e1
         self._stick_2 = self.slip_2 = self._e2
-        self.moved = 0.0
+        self.slip_step = 0.0
         return False
 
     def _read_forces(self, dt_s: float) -> bool:
@@ -199,26 +199,26 @@ class ContactUnit:
             (force_1 + self.force_1) * moved_1 + (force_2 + self.force_2) * moved_2
         )
         account.normal_work_j += 0.5 * (normal + self.normal_n) * (self.opening_before - opening)
-        size = hypot(force_1, force_2)
-        moved = hypot(moved_1, moved_2)
-        self.moved = moved
+        friction_n = hypot(force_1, force_2)
+        slip_m = hypot(moved_1, moved_2)
+        self.slip_step = slip_m
         closed, was_closed = opening < 0.0, self.closed
         limit = friction_limit_n(normal, self.friction, self.cohesion) if closed else 0.0
-        self.over = 0.0
-        if size > 0.0:
-            self._record_excess(size, limit, moved, dt_s)
+        self.excess_ratio = 0.0
+        if friction_n > 0.0:
+            self._record_excess(friction_n, limit, slip_m, dt_s)
             slides_1, slides_2 = SLIDES * self._b1, SLIDES * self._b2
             if abs(force_1) >= slides_1 > 0.0 or abs(force_2) >= slides_2 > 0.0:
-                self.over = abs(self.over)  # a bound below the limit is as wrong as one above it
+                self.excess_ratio = abs(self.excess_ratio)  # a bound below the limit is wrong too
         if closed:
             account.contact_time_s += dt_s
-            account.slip_path_m += moved
+            account.slip_path_m += slip_m
             if -opening > account.max_penetration_m:
                 account.max_penetration_m = -opening
             if normal > account.max_normal_n:
                 account.max_normal_n = normal
-            if size > account.max_friction_n:
-                account.max_friction_n = size
+            if friction_n > account.max_friction_n:
+                account.max_friction_n = friction_n
             if limit > account.max_limit_n:
                 account.max_limit_n = limit
             if not was_closed:
@@ -232,7 +232,7 @@ class ContactUnit:
         self.slip_1, self.slip_2, self.force_1, self.force_2 = slip_1, slip_2, force_1, force_2
         self.normal_n, self.closed = normal, closed
         # A pair that has just opened still holds the friction of the step: read it once more.
-        self._is_watched = closed or size > 0.0 or normal != 0.0
+        self._is_watched = closed or friction_n > 0.0 or normal != 0.0
         self._move_stick_point(limit)
         return closed != was_closed
 
@@ -241,7 +241,7 @@ class ContactUnit:
         account.friction_impulse_ns += size_n * dt_s
         account.friction_work_j += work_j
         if moved_m > 0.0 and size_n > LEAST_FRICTION * account.max_friction_n:
-            self.over = over_n / size_n
+            self.excess_ratio = over_n / size_n
         if over_n <= 0.0:
             return
         account.max_violation_n = max(account.max_violation_n, over_n)
@@ -267,10 +267,10 @@ class ContactUnit:
             self._stick_1, self._stick_2 = e1, e2
             return
         offset_1, offset_2 = e1 - self._stick_1, e2 - self._stick_2
-        reach = limit_n / self.kt
-        size = hypot(offset_1, offset_2)
-        if size > reach:
-            scale = reach / size
+        stick_radius = limit_n / self.kt
+        distance = hypot(offset_1, offset_2)
+        if distance > stick_radius:
+            scale = stick_radius / distance
             self._stick_1, self._stick_2 = e1 - scale * offset_1, e2 - scale * offset_2
 
     def set_bounds(self, ratio: float | None) -> None:
@@ -321,11 +321,11 @@ class ContactUnit:
             return min(limit, self.kt * hypot(offset_1, offset_2)), offset_1, offset_2
         # The direction of slip turns fastest where the speed is small: there the curvature of the
         # path counts. Only the direction depends on it, so plane models do not need it.
-        bend = 0.5 * ratio * (ratio + 1.0)
+        curvature = 0.5 * ratio * (ratio + 1.0)
         return (
             limit,
-            offset_1 + ratio * self._step_1 + bend * self._bend_1,
-            offset_2 + ratio * self._step_2 + bend * self._bend_2,
+            offset_1 + ratio * self._step_1 + curvature * self._bend_1,
+            offset_2 + ratio * self._step_2 + curvature * self._bend_2,
         )
 
     def _update(self, bound_1: float, bound_2: float) -> None:

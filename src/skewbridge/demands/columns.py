@@ -56,7 +56,7 @@ class Column:
 # ASSUME 5 mm at an abutment, a fifth of a narrow joint, is too small for a designer to act on;
 # a rotation of 0.1 mrad moves the end of a deck of 90 m by as much
 _DIFFERENCES: Final = {
-    each.unit: each for each in (Difference("mrad", 1e3, 0.1), Difference("mm", 1e3, 5.0))
+    rule.unit: rule for rule in (Difference("mrad", 1e3, 0.1), Difference("mm", 1e3, 5.0))
 }
 
 
@@ -87,13 +87,13 @@ def joint_columns(names: Iterable[str]) -> tuple[Column, ...]:
     for name in names:
         if match := _JOINT.fullmatch(name):
             number, quantity = match.groups()
-            place = f"joint {number} inside the bridge" if number else "any joint inside the bridge"
+            joint = f"joint {number} inside the bridge" if number else "any joint inside the bridge"
             label = f"joint {number}" if number else "inner joints"
             if quantity == "closures":
-                text = f"number of closures of the contact units between the decks at {place}"
+                text = f"number of closures of the contact units between the decks at {joint}"
                 columns.append(Column(name, label=f"Closures, {label}", description=text))
             else:
-                text = f"peak outward displacement of a deck corner on its cap or ledge at {place}"
+                text = f"peak outward displacement of a deck corner on its cap or ledge at {joint}"
                 columns.append(
                     Column(name, "number", "m", f"Unseating, {label}", text, ("effect",))
                 )
@@ -148,16 +148,16 @@ def key_values(
 
 def demands_for(role: Role, present: Iterable[str] | None = None) -> tuple[str, ...]:
     """Return the names of demand columns with a role; ``present`` limits the choice if given."""
-    known = None if present is None else set(present)
-    columns = (*DEMAND_COLUMNS, *joint_columns(sorted(known or ())))
+    present_names = None if present is None else set(present)
+    columns = (*DEMAND_COLUMNS, *joint_columns(sorted(present_names or ())))
     names = (column.name for column in columns if role in column.roles)
-    return tuple(name for name in names if known is None or name in known)
+    return tuple(name for name in names if present_names is None or name in present_names)
 
 
 def column_of(name: str) -> Column | None:
     """Return the column or grid axis with this name, or None if there is none."""
-    others = (*joint_columns([name]), *map(_axis_column, axes_of([name])))
-    return _BY_NAME.get(name) or next(iter(others), None)
+    derived = (*joint_columns([name]), *map(_axis_column, axes_of([name])))
+    return _BY_NAME.get(name) or next(iter(derived), None)
 
 
 def label_of(name: str) -> str:

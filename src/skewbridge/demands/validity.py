@@ -115,12 +115,12 @@ def reasons(row: Mapping[str, Any]) -> str:
 
 
 def count_reasons(table: "pd.DataFrame") -> list[dict[str, Any]]:
-    """Return for each reason the number of rows, the worst value and its row number ``at``."""
+    """Return for each reason the number of rows, the worst value and its ``row_number``."""
     counts: list[dict[str, Any]] = []
     for check in (check for check in _CHECKS if check.column in table):
         sizes = check.size(table[check.column].to_numpy(dtype=np.float64))
         if rows := int((sizes > check.limit).sum()):
-            at = int(np.nanargmax(sizes))
-            worst = f"{sizes[at]:{check.form}}"
-            counts.append({"reason": check.reason, "rows": rows, "worst": worst, "at": at})
+            row_number = int(np.nanargmax(sizes))
+            worst = f"{sizes[row_number]:{check.form}}"
+            counts.append({"reason": check.reason, "rows": rows, "worst": worst, "at": row_number})
     return counts

@@ -46,9 +46,9 @@ def layer_digests(layers: Mapping[str, Sequence[str]], package: Path = PACKAGE) 
     }
 
 
-def _contents(part: str, package: Path) -> bytes:
-    """Return names and contents of the sources and data files of one part."""
-    top = package / part
+def _contents(module: str, package: Path) -> bytes:
+    """Return names and contents of source and data files of one module or folder."""
+    top = package / module
     if not top.exists():
         raise FileNotFoundError(f"{top} is not a part of the package")
     paths = sorted(top.rglob("*")) if top.is_dir() else [top]
@@ -70,7 +70,7 @@ def engine_digest() -> str:
 
 def digest_of(*parts: object) -> str:
     """Return the digest (16 hex digits) of the `repr` of plain values: numbers, texts, tuples."""
-    return hashlib.sha256("\n".join(repr(part) for part in parts).encode()).hexdigest()[:16]
+    return hashlib.sha256("\n".join(repr(item) for item in parts).encode()).hexdigest()[:16]
 
 
 def canonical(value: Any) -> Any:
@@ -78,7 +78,7 @@ def canonical(value: Any) -> Any:
     if isinstance(value, Mapping):
         return tuple((str(key), canonical(value[key])) for key in sorted(value))
     if isinstance(value, Sequence) and not isinstance(value, str):
-        return tuple(canonical(item) for item in value)
+        return tuple(canonical(element) for element in value)
     return value
 
 
@@ -109,10 +109,10 @@ def _git(*arguments: str) -> str | None:
     """Return the output of a git command run in the package folder, or None if git fails."""
     command = ["git", "-C", str(PACKAGE), *arguments]
     try:
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        finished = subprocess.run(command, capture_output=True, text=True, check=False)
     except OSError:
         return None
-    return done.stdout.strip() if done.returncode == 0 else None
+    return finished.stdout.strip() if finished.returncode == 0 else None
 
 
 def _processor() -> str:

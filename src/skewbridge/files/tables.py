@@ -46,19 +46,19 @@ def write_table(table: pa.Table, path: Path, metadata: Mapping[str, str] | None 
 
 def write_joined(tables: Iterable[pa.Table], path: Path, metadata: Mapping[str, str]) -> None:
     """Write tables with equal columns into one file, atomically, one row group at a time."""
-    rest = iter(tables)
-    first = next(rest)
+    remaining = iter(tables)
+    first = next(remaining)
     schema = first.schema.with_metadata({**metadata, _FORMAT_KEY: str(TABLE_FORMAT)})
     with (
-        written_aside(path) as aside,
-        pq.ParquetWriter(aside, schema, compression="zstd", write_page_checksum=True) as writer,
+        written_aside(path) as temporary,
+        pq.ParquetWriter(temporary, schema, compression="zstd", write_page_checksum=True) as writer,
     ):
         group: list[pa.Table] = []
-        for table in chain([first], rest):
+        for table in chain([first], remaining):
             if not table.schema.equals(schema):
                 raise ValueError(f"{path.name}: not all parts have the same columns")
             group.append(table.replace_schema_metadata(schema.metadata))
-            if sum(part.num_rows for part in group) >= _GROUP_ROWS:
+            if sum(t.num_rows for t in group) >= _GROUP_ROWS:
                 writer.write_table(pa.concat_tables(group))
                 group.clear()
         if group:
@@ -153,8 +153,8 @@ def write_csv(frame: pd.DataFrame, path: Path) -> None:
     """Write a CSV file. Texts that a spreadsheet would read as formulas get a leading ``'``."""
     texts = frame.select_dtypes(exclude=["number", "bool"]).columns
     safe = {name: frame[name].map(no_formula) for name in texts}
-    named = {name: no_formula(str(name)) for name in frame.columns}
-    frame.assign(**safe).rename(columns=named).to_csv(path, index=False)
+    headings = {name: no_formula(str(name)) for name in frame.columns}
+    frame.assign(**safe).rename(columns=headings).to_csv(path, index=False)
 
 
 def figure_metadata(metadata: Mapping[str, str]) -> dict[str, str]:
@@ -230,24 +230,24 @@ def as_column(values: ArrayLike, name: str) -> Floats:
         raise InputError(f"{name} must be a list of numbers, got {shortened(values)}", column=name)
     items = list(cast("Iterable[Any]", values))
     out = np.empty(len(items))
-    for row, item in enumerate(items):
+    for row, value in enumerate(items):
         try:
-            out[row] = np.nan if item is None else float(item)
+            out[row] = np.nan if value is None else float(value)
         except (TypeError, ValueError, OverflowError) as error:
-            text = f"{name} must be a number, got {shortened(item)} (row {row})"
+            text = f"{name} must be a number, got {shortened(value)} (row {row})"
             raise InputError(text, row=row, rows=[row], column=name) from error
     return out
 
 
-def require(good: Mask, name: str, rule: str, values: Floats | None = None) -> None:
+def require(is_valid: Mask, name: str, rule: str, values: Floats | None = None) -> None:
     """Raise an `InputError` if rows of a column break a rule; it states their first value."""
-    if np.all(good):
+    if np.all(is_valid):
         return
-    bad = np.flatnonzero(~good).tolist()
-    rows = ", ".join(map(str, bad[:10])) + (" ..." if len(bad) > 10 else "")
-    shown = "" if values is None else f"; got {values[bad[0]]:g}"
-    text = f"{name} {rule} (row{'s' if len(bad) > 1 else ''} {rows}){shown}"
-    raise InputError(text, row=bad[0], rows=bad, column=name)
+    bad_rows = np.flatnonzero(~is_valid).tolist()
+    rows = ", ".join(map(str, bad_rows[:10])) + (" ..." if len(bad_rows) > 10 else "")
+    shown = "" if values is None else f"; got {values[bad_rows[0]]:g}"
+    text = f"{name} {rule} (row{'s' if len(bad_rows) > 1 else ''} {rows}){shown}"
+    raise InputError(text, row=bad_rows[0], rows=bad_rows, column=name)
 
 
 def positive(values: ArrayLike, name: str) -> Floats:

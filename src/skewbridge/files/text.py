@@ -56,11 +56,11 @@ def file_fault(path: Path, problem: str, **details: object) -> InputError:
     return InputError(f"{shown_path(path)}{problem}", file=str(path), **details)
 
 
-def read_bytes(path: Path, most: int) -> bytes:
-    """Return the content of a file; raises `InputError` above `most` bytes or if unreadable."""
+def read_bytes(path: Path, max_bytes: int) -> bytes:
+    """Return the content of a file; `InputError` above `max_bytes` bytes or if unreadable."""
     try:
         state = path.stat()
-        is_read = S_ISREG(state.st_mode) and state.st_size <= most
+        is_read = S_ISREG(state.st_mode) and state.st_size <= max_bytes
         content = path.read_bytes() if is_read else b""
     except (OSError, ValueError) as error:  # a path with a zero byte is a ValueError
         reason = getattr(error, "strerror", None) or error
@@ -68,13 +68,13 @@ def read_bytes(path: Path, most: int) -> bytes:
     if not S_ISREG(state.st_mode):
         raise file_fault(path, " is a folder or device, but a file is needed")
     if not is_read:
-        raise file_fault(path, f" has {state.st_size} bytes; at most {most} are read")
+        raise file_fault(path, f" has {state.st_size} bytes; at most {max_bytes} are read")
     return content
 
 
-def read_text(path: Path, most: int) -> str:
+def read_text(path: Path, max_bytes: int) -> str:
     """Return UTF-8 text without byte order mark. An `InputError` names the line of a bad byte."""
-    content = read_bytes(path, most)
+    content = read_bytes(path, max_bytes)
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -138,13 +138,13 @@ def _check_node(node: Any) -> int:
 
 
 def _check_keys(node: yaml.MappingNode) -> None:
-    seen: set[str] = set()
+    keys: set[str] = set()
     for key, _ in node.value:
         if not key.tag.endswith((":str", ":merge")):
             _refuse(key, "a key must be text: put it in quotation marks")
-        if key.value in seen:
+        if key.value in keys:
             _refuse(key, f"the key {shortened(key.value)} appears twice")
-        seen.add(key.value)
+        keys.add(key.value)
 
 
 def _refuse(node: Any, problem: str) -> NoReturn:
@@ -231,18 +231,18 @@ def no_formula(value: Any) -> Any:
 def written_aside(path: Path) -> Generator[Path]:
     """Yield a temporary path next to a file, and rename it to the file when it is complete."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name}.{_writer()}")
+    temporary = path.with_name(f".{path.name}.{_writer()}")
     try:
-        yield part
-        part.replace(path)
+        yield temporary
+        temporary.replace(path)
     finally:
-        part.unlink(missing_ok=True)
+        temporary.unlink(missing_ok=True)
 
 
 def write_text(path: Path, text: str) -> None:
     """Write a text file atomically."""
-    with written_aside(path) as part:
-        part.write_text(text, encoding="utf-8")
+    with written_aside(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
 
 
 def writable_folder(folder: Path) -> Path:
@@ -321,58 +321,58 @@ def checked[T](kind: type[T], raw: Any, where: str | Path) -> T:
     raise InputError(text, **({"file": str(where)} if isinstance(where, Path) else {}))
 
 
-def _keys_of(raw: Any, place: tuple[str | int, ...]) -> tuple[str | int, ...]:
-    """Return the place of an error without the types that pydantic inserts in unions."""
+def _keys_of(raw: Any, error_path: tuple[str | int, ...]) -> tuple[str | int, ...]:
+    """Return the keys that lead to an error, without the types that pydantic adds in unions."""
     keys, node = list[str | int](), raw
-    for part in place:
+    for step in error_path:
         tree: Any = node
-        if isinstance(node, dict) and part not in node and tree.get("type") == part:
+        if isinstance(node, dict) and step not in node and tree.get("type") == step:
             continue
-        keys.append(part)
+        keys.append(step)
         try:
-            node = tree[part]
+            node = tree[step]
         except (KeyError, IndexError, TypeError):
             node = None
     return tuple(keys)
 
 
-def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """Return `base` with nested mappings updated from `over`; lists and values are replaced."""
+def merged(base: Mapping[str, Any], top: Mapping[str, Any]) -> dict[str, Any]:
+    """Return `base` with nested mappings updated from `top`; lists and values are replaced."""
     out = dict(base)
-    for key, value in over.items():
-        below: Any = out.get(key)
-        both = isinstance(below, Mapping) and isinstance(value, Mapping)
-        out[key] = merged(below, value) if both else value
+    for key, value in top.items():
+        base_value: Any = out.get(key)
+        are_mappings = isinstance(base_value, Mapping) and isinstance(value, Mapping)
+        out[key] = merged(base_value, value) if are_mappings else value
     return out
 
 
-def _keys(schema: Mapping[str, Any], classes: Mapping[str, Any], above: str = "") -> Iterator[str]:
+def _keys(schema: Mapping[str, Any], classes: Mapping[str, Any], prefix: str = "") -> Iterator[str]:
     """Yield all keys of a JSON schema as paths such as `motions.count`."""
     kinds = chain.from_iterable(schema.get(kind, ()) for kind in ("anyOf", "allOf", "oneOf"))
     for branch in (schema, *kinds):
-        if named := classes.get(branch.get("$ref", "").rsplit("/", 1)[-1]):
-            yield from _keys(named, classes, above)
+        if model := classes.get(branch.get("$ref", "").rsplit("/", 1)[-1]):
+            yield from _keys(model, classes, prefix)
         for key, inner in branch.get("properties", {}).items():
-            yield above + key
-            yield from _keys(inner.get("items", inner), classes, f"{above}{key}.")
+            yield prefix + key
+            yield from _keys(inner.get("items", inner), classes, f"{prefix}{key}.")
 
 
-def _nearest_key(place: Sequence[str | int], keys: Sequence[str]) -> str:
-    """Return a suggestion for an unknown key: near it in its section, or in another section."""
-    *above, name = (str(part) for part in place if isinstance(part, str))
-    section = "".join(f"{part}." for part in above)
-    inside = [key.removeprefix(section) for key in keys if key.startswith(section)]
-    near = get_close_matches(name, [key for key in inside if "." not in key], n=1)
-    same = [key for key in keys if key.rpartition(".")[2] == name]
-    if near or same:
-        return f" (did you mean {section + near[0] if near else min(same, key=len)}?)"
+def _nearest_key(error_path: Sequence[str | int], keys: Sequence[str]) -> str:
+    """Return a suggestion for an unknown key: a similar one, or the same in another section."""
+    *parents, name = (str(step) for step in error_path if isinstance(step, str))
+    section = "".join(f"{step}." for step in parents)
+    in_section = [key.removeprefix(section) for key in keys if key.startswith(section)]
+    nearest = get_close_matches(name, [key for key in in_section if "." not in key], n=1)
+    same_name = [key for key in keys if key.rpartition(".")[2] == name]
+    if nearest or same_name:
+        return f" (did you mean {section + nearest[0] if nearest else min(same_name, key=len)}?)"
     return did_you_mean(name, keys)
 
 
 def _explain(finding: Any, keys: Sequence[str]) -> str:
     """Return one error found by pydantic as text: the key, the limit and the given value."""
-    where = ".".join(printable(str(part)[:LONGEST_SHOWN]) for part in finding["loc"])
-    kind, given = finding["type"], finding["input"]
+    where = ".".join(printable(str(step)[:LONGEST_SHOWN]) for step in finding["loc"])
+    kind, value = finding["type"], finding["input"]
     if kind in _UNKNOWN:
         words = f"unknown key{_nearest_key(finding['loc'], keys)}"
     elif kind in _MISSING:
@@ -383,9 +383,9 @@ def _explain(finding: Any, keys: Sequence[str]) -> str:
         message = finding["msg"].removeprefix("Value error, ").replace("valid tuple", "list")
         words = re.sub(r"^(Input|Tuple|List|String) should", "must", message)
         words = words.replace(" after validation", "")
-    if kind not in _UNKNOWN | _MISSING and not isinstance(given, Mapping | ArgsKwargs):
-        words += f", got {shortened(given)}".removesuffix(".0")
-    if isinstance(given, str) and kind in {"float_type", "float_parsing", "int_type"}:
+    if kind not in _UNKNOWN | _MISSING and not isinstance(value, Mapping | ArgsKwargs):
+        words += f", got {shortened(value)}".removesuffix(".0")
+    if isinstance(value, str) and kind in {"float_type", "float_parsing", "int_type"}:
         words += " (it is text. Write a number with an exponent like 2.0e+7. `snakemake --config`"
         words += " passes values within braces as text: use a file and --configfile instead)"
     return f"{where}: {words}" if where else words

@@ -82,7 +82,7 @@ def fit_study(
 def _with_preferred(table: pd.DataFrame) -> pd.DataFrame:
     """Prefer the first method with an estimate in some variant, for each bridge and state."""
     fitted = (table["status"] == FITTED) & table["method"].isin(METHODS[:2])
-    rank = table["method"].map({name: place for place, name in enumerate(METHODS)}).where(fitted)
+    rank = table["method"].map({name: i for i, name in enumerate(METHODS)}).where(fitted)
     keys = [table[n] for n in (*demand_table.BRIDGE_COLUMNS, "component", "limit_state")]
     best = rank.groupby(keys).transform("min")
     return table.assign(preferred=(rank == best).to_numpy())
@@ -117,23 +117,23 @@ class _Variant(NamedTuple):
 
 def _variants(models: BridgeModels, states: States, settings: FitSettings) -> Iterator[_Variant]:
     """Yield the variants of a bridge with their curves by the demand model."""
-    every = dict.fromkeys([*states, *(mode for state in states for mode in state.modes)])
+    all_states = dict.fromkeys([*states, *(mode for state in states for mode in state.modes)])
     of_bridge = {
         state: _BridgeState(models, state, group)
-        for group in states_by_demand(list(every)).values()
+        for group in states_by_demand(list(all_states)).values()
         for state in group
     }
-    columns = [settings.im, *(state.demand for state in every)]
+    columns = [settings.im, *(state.demand for state in all_states)]
     runs = demand_table.demand_columns(models.runs, columns)
     modes = {state: models.modes(state) for state in states}
-    correlations = {s: models.correlation(*two) for s, two in modes.items() if len(two) > 1}
+    correlations = {s: models.correlation(*pair) for s, pair in modes.items() if len(pair) > 1}
     for number, values in enumerate(records_of(models.variants)):
         rows = models.variant == number
         yield _Variant(
             runs=runs[rows],
             block=models.block[rows],
             blocks=models.replicates - 1,
-            clouds={state: shared.cloud(values, rows) for state, shared in of_bridge.items()},
+            clouds={state: of_state.cloud(values, rows) for state, of_state in of_bridge.items()},
             correlations=correlations,
         )
 
@@ -153,8 +153,8 @@ class _BridgeState:
         unknown = demand_outcomes(self._models.runs, self._group).unknown(self._state)
         # ASSUME an outcome that a model predicts with a probability of 95 % is not in doubt
         fits = [fit for fit in self._fits if not isinstance(fit, str)]
-        sure = [f.exceeds(mode) > _SURE for f, mode in zip(fits, self._modes, strict=False)]
-        return unknown & ~np.logical_or.reduce([np.zeros_like(unknown), *sure])
+        certain = [f.exceeds(mode) > _SURE for f, mode in zip(fits, self._modes, strict=False)]
+        return unknown & ~np.logical_or.reduce([np.zeros_like(unknown), *certain])
 
     @cached_property
     def _treated(self) -> dict[str, list[DemandModel]]:
@@ -162,9 +162,9 @@ class _BridgeState:
         fits = [fit for fit in self._fits if not isinstance(fit, str)]
         if len(fits) < len(self._fits) or not np.any(fits[0].outcomes.exceed(self._modes[0])):
             return {}
-        both, unknown = list(zip(fits, self._modes, strict=True)), self.doubtful
+        by_mode, unknown = list(zip(fits, self._modes, strict=True)), self.doubtful
         treated = {
-            name: [fit.treated(fit.outcomes.treated(mode, name, unknown)) for fit, mode in both]
+            name: [fit.treated(fit.outcomes.treated(mode, name, unknown)) for fit, mode in by_mode]
             for name in (TREATMENTS if np.any(unknown) else ())
         }
         # a run in which a column failed before it collapsed is censored by the failure
@@ -189,8 +189,8 @@ class _BridgeState:
         no_slope, doubtful = np.full(self._models.replicates, nan), self.doubtful[rows]
         if isinstance(curve, str):
             return _Cloud(curve, {}, {}, no_slope, doubtful)
-        same = motion_means.exp_end(curve.ln_theta[0]), float(curve.beta[0])
-        bounds: _Bounds = dict.fromkeys(TREATMENTS, same)
+        estimate = motion_means.exp_end(curve.ln_theta[0]), float(curve.beta[0])
+        bounds: _Bounds = dict.fromkeys(TREATMENTS, estimate)
         for name, models in self._treated.items():
             rho = None if len(models) == 1 else self._models.correlation(*self._modes)[:1]
             other = state_curve(models, self._modes, values, rho)
@@ -257,7 +257,7 @@ class _DemandRuns:
         return bool(np.any(complete)) and bool(np.all(np.isnan(self.outcomes.lower[complete])))
 
     def without_estimates(self, fits: Sequence[FragilityFit]) -> _StateFits:
-        """Return fits without estimates."""
+        """Return the fits of all states with NaN in place of every estimate."""
         count = 1 + self.variant.blocks
         return _StateFits(list(fits), np.full((len(fits), count), nan), np.full(count, nan))
 
@@ -285,7 +285,7 @@ def _curves(runs: _DemandRuns) -> dict[LimitState, dict[str, _Curve]]:
         outcomes = runs.outcomes
         for state, rows in zip(runs.states, doubtful, strict=True):
             outcomes = outcomes.treated(state, name, rows)
-        treated[name] = _exceedance_fits(runs, outcomes, whole=False)
+        treated[name] = _exceedance_fits(runs, outcomes, in_full=False)
     treated = treated or dict.fromkeys(TREATMENTS, exceedance)
     curves: dict[LimitState, dict[str, _Curve]] = {}
     for j, state in enumerate(runs.states):
@@ -304,10 +304,10 @@ def _outcome_curve(runs: _DemandRuns, fits: _StateFits, j: int, bounds: _Bounds)
     """Return the curve of state j from fits to outcomes."""
     # capacity dispersion is divided by the slope of ln demand at the median
     # ASSUME the capacity is independent of the demand
-    state, total = runs.states[j], fits.beta
+    state, beta_total = runs.states[j], fits.beta
     if state.dispersion:
-        total = np.hypot(fits.beta, state.dispersion / runs.variant.clouds[state].slope)
-    return _Curve(fits.fits[j], fits.ln_theta[j], fits.beta, total, bounds, {})
+        beta_total = np.hypot(fits.beta, state.dispersion / runs.variant.clouds[state].slope)
+    return _Curve(fits.fits[j], fits.ln_theta[j], fits.beta, beta_total, bounds, {})
 
 
 def _cloud_curve(runs: _DemandRuns, state: LimitState) -> _Curve:
@@ -347,70 +347,70 @@ def _union_curve(
     if not fitted:
         return direct
     if len(fitted) == 1:
-        ((mode, single),) = fitted.items()
+        ((mode, mode_fit),) = fitted.items()
         columns: Row = {"capacity_dispersion": mode.dispersion}
-        return single._replace(bounds=direct.bounds, columns=columns)
-    medians, records, total = (
-        np.array([curve[place] for curve in fitted.values()]) for place in (1, 2, 3)
+        return mode_fit._replace(bounds=direct.bounds, columns=columns)
+    medians, records, totals = (
+        np.array([curve[column] for curve in fitted.values()]) for column in (1, 2, 3)
     )
-    total = np.where(np.isnan(total), records, total)
+    totals = np.where(np.isnan(totals), records, totals)
     rho = runs.variant.correlations.get(state, np.zeros(medians.shape[1]))
-    union = Union.of(medians, records, total, rho)
-    (middle, wide), (_, beta) = union.summary(), Union(medians, records, rho).summary()
-    theta = motion_means.exp_end(middle[0])
+    union = Union.of(medians, records, totals, rho)
+    (ln_theta, beta_total), (_, beta) = union.summary(), Union(medians, records, rho).summary()
+    theta = motion_means.exp_end(ln_theta[0])
     fit = replace(direct.fit, theta=theta, beta=float(beta[0]), status=FITTED, method="union")
-    fit = fitting.jackknifed(fit, middle[1:], beta[1:])
+    fit = fitting.jackknifed(fit, ln_theta[1:], beta[1:])
     # ASSUME unknown outcomes change the median of the union as that of the direct fit
-    scale = float(np.exp(middle[0] - direct.ln_theta[0]))
+    scale = float(np.exp(ln_theta[0] - direct.ln_theta[0]))
     bounds = {name: (scale * median, b) for name, (median, b) in direct.bounds.items()}
-    return _Curve(fit, middle, beta, wide, bounds, union.columns())
+    return _Curve(fit, ln_theta, beta, beta_total, bounds, union.columns())
 
 
 def _exceedance_fits(
-    runs: _DemandRuns, outcomes: DemandOutcomes, *, whole: bool = True
+    runs: _DemandRuns, outcomes: DemandOutcomes, *, in_full: bool = True
 ) -> _StateFits:
     """Fit the exceedance probabilities of all states with a common dispersion."""
     # Ordered probit: a run that exceeds state j but not state k has the probability
     # Phi(eta_j) - Phi(eta_k), with eta_j = a0_j + a1 ln x.
     exceed = np.column_stack([outcomes.exceed(state) for state in runs.states])
-    known = ~np.column_stack([outcomes.unknown(state) for state in runs.states])
-    maxima = fitting.exceedance_maxima(runs.ln_im, known, exceed) if whole else ()
-    columns = zip_longest(known.T, exceed.T, maxima)
-    fits = [_single_fit(runs, *of_state, whole=whole) for of_state in columns]
+    is_known = ~np.column_stack([outcomes.unknown(state) for state in runs.states])
+    maxima = fitting.exceedance_maxima(runs.ln_im, is_known, exceed) if in_full else ()
+    columns = zip_longest(is_known.T, exceed.T, maxima)
+    fits = [_single_fit(runs, *of_state, in_full=in_full) for of_state in columns]
     estimable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
     # states exceeded in the same known runs share an intercept: fit only the first of them
     first: dict[int, int] = {}
     for before, j in zip([None, *estimable], estimable, strict=False):
-        apart = before is None or np.any(exceed[:, before] & known[:, j] & ~exceed[:, j])
-        first[j] = j if before is None or apart else first[before]
+        differs = before is None or np.any(exceed[:, before] & is_known[:, j] & ~exceed[:, j])
+        first[j] = j if before is None or differs else first[before]
     if not (usable := sorted(set(first.values()))):
         return runs.without_estimates(fits)
     passed = exceed[:, usable].sum(axis=1)  # number of usable states that each run exceeds
-    not_passed = known[:, usable] & ~exceed[:, usable]
+    not_passed = is_known[:, usable] & ~exceed[:, usable]
     ended = ~np.any(not_passed, axis=1)
     rows = np.flatnonzero((passed > 0) | ~ended)
-    places = np.argmax(not_passed, axis=1)[rows], np.maximum(passed - 1, 0)[rows]
+    intercepts = np.argmax(not_passed, axis=1)[rows], np.maximum(passed - 1, 0)[rows]
     low, high = np.where(ended, -inf, runs.ln_im), np.where(passed > 0, runs.ln_im, inf)
-    single = runs.motions == runs.im.size
-    bounds = _Bounded(rows, *places, low[rows], high[rows])
-    common = _common_slope(runs, fits, usable, bounds, whole=whole, profile=single)
+    one_run_each = runs.motions == runs.im.size
+    bounds = _Bounded(rows, *intercepts, low[rows], high[rows])
+    common = _common_slope(runs, fits, usable, bounds, in_full=in_full, profile=one_run_each)
     source = [first.get(j, j) for j in range(len(fits))]
-    both = zip(source, fits, strict=True)
-    shared = [replace(common.fits[same], details=fit.details) for same, fit in both]
-    return _StateFits(shared, common.ln_theta[source], common.beta)
+    source_fits = zip(source, fits, strict=True)
+    shared_fits = [replace(common.fits[k], details=fit.details) for k, fit in source_fits]
+    return _StateFits(shared_fits, common.ln_theta[source], common.beta)
 
 
 def _single_fit(
-    runs: _DemandRuns, known: Mask, exceed: Mask, best: Maximum | None, *, whole: bool
+    runs: _DemandRuns, is_known: Mask, exceed: Mask, best: Maximum | None, *, in_full: bool
 ) -> FragilityFit:
-    """Fit one state alone; unless ``whole``, return only its status and a start value."""
-    im, hits = runs.im[known], exceed[known].astype(np.float64)
+    """Fit one state alone; unless ``in_full``, return only its status and a start value."""
+    im, hits = runs.im[is_known], exceed[is_known].astype(np.float64)
     ones = np.ones(im.size)
-    if whole and im.size:
-        count = int(np.unique(runs.motion[known]).size)
-        further: Any = {"n_records": count, "maximum": best, "interval": False}
-        further["settings"] = runs.settings
-        return fitting.fit_stripes(im, ones, hits, **further)
+    if in_full and im.size:
+        count = int(np.unique(runs.motion[is_known]).size)
+        options: Any = {"n_records": count, "maximum": best, "interval": False}
+        options["settings"] = runs.settings
+        return fitting.fit_stripes(im, ones, hits, **options)
     status = fitting.binomial_status(np.log(im), ones, hits)
     start = np.exp(np.quantile(np.log(im), 1.0 - np.mean(hits))) if status == FITTED else nan
     return FragilityFit(method="stripes", status=status, theta=float(start), beta=0.5)
@@ -424,26 +424,26 @@ def _bracket_fits(runs: _DemandRuns) -> _StateFits | None:
     fits: list[FragilityFit] = []
     brackets: list[tuple[Floats, Floats, Index]] = []
     for state in runs.states:
-        known = np.flatnonzero(~runs.outcomes.unknown(state))
-        exceed = runs.outcomes.exceed(state)[known].astype(np.float64)
+        runs_in = np.flatnonzero(~runs.outcomes.unknown(state))
+        exceed = runs.outcomes.exceed(state)[runs_in].astype(np.float64)
         fit, low, high = fitting.fit_first_exceedances(
-            runs.im[known], exceed, motions[known], runs.settings
+            runs.im[runs_in], exceed, motions[runs_in], runs.settings
         )
         status = fitting.NO_EXCEEDANCE if fit.status == fitting.ALL_CENSORED else fit.status
         fits.append(replace(fit, status=status))
         # the first run of a motion represents its bracket
-        brackets.append((low, high, known[np.unique(motions[known], return_index=True)[1]]))
+        brackets.append((low, high, runs_in[np.unique(motions[runs_in], return_index=True)[1]]))
     usable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
     if not usable:
         return runs.without_estimates(fits)
-    used = [brackets[j] for j in usable]
-    low, high, rows = map(np.concatenate, zip(*used, strict=True))
-    place = np.repeat(np.arange(len(usable)), [len(bracket[0]) for bracket in used])
+    fitted = [brackets[j] for j in usable]
+    low, high, rows = map(np.concatenate, zip(*fitted, strict=True))
+    state_number = np.repeat(np.arange(len(usable)), [len(bracket[0]) for bracket in fitted])
     with np.errstate(divide="ignore"):
         logs = np.log(low), np.log(high)
-    single = len(usable) == 1  # with one state, the brackets of motions are independent
-    bounds = _Bounded(rows, place, place, *logs)
-    return _common_slope(runs, fits, usable, bounds, profile=single)
+    one_state = len(usable) == 1  # with one state, the brackets of motions are independent
+    bounds = _Bounded(rows, state_number, state_number, *logs)
+    return _common_slope(runs, fits, usable, bounds, profile=one_state)
 
 
 def _common_slope(
@@ -452,7 +452,7 @@ def _common_slope(
     usable: list[int],  # numbers of the states to fit
     bounds: _Bounded,
     *,
-    whole: bool = True,
+    in_full: bool = True,
     profile: bool = True,  # rows are independent: profile intervals instead of the jackknife
 ) -> _StateFits:
     """Fit the usable states together; the parameters are a0 of each state and the common a1."""
@@ -465,29 +465,29 @@ def _common_slope(
     kernel = NormalKernel(below, *ends, upper_covariates=above)
     best = maximise(kernel, np.array([[*(-slope * middles), slope]]))
     params, converged = best.params, best.converged
-    if whole and converged[0]:
-        others = NormalKernel(below, *ends, runs.weights[:, bounds.run], above)
-        again = maximise(others, np.tile(params, (len(runs.weights), 1)), covariance=False)
-        params = np.vstack([params, again.params])
-        converged = np.append(converged, again.converged)
-    good = converged & (params[:, -1] > FLATTEST_SLOPE)
-    a1 = np.where(good, params[:, -1], nan)
+    if in_full and converged[0]:
+        jackknife = NormalKernel(below, *ends, runs.weights[:, bounds.run], above)
+        left_out = maximise(jackknife, np.tile(params, (len(runs.weights), 1)), covariance=False)
+        params = np.vstack([params, left_out.params])
+        converged = np.append(converged, left_out.converged)
+    is_valid = converged & (params[:, -1] > FLATTEST_SLOPE)
+    a1 = np.where(is_valid, params[:, -1], nan)
     common = runs.without_estimates(fits)
     # a block without a run has no influence: its estimates are those from all runs
     beta, ln_theta = 1.0 / a1, (-params[:, :-1] / a1[:, None]).T
     blocks = 1 + runs.present[: a1.size - 1]
     common.beta[:], common.ln_theta[usable] = beta[0], ln_theta[:, :1]
     common.beta[blocks], common.ln_theta[np.ix_(usable, blocks)] = beta[1:], ln_theta[:, 1:]
-    if not good[0]:
+    if not is_valid[0]:
         status = fitting.NON_INCREASING if converged[0] else fitting.NOT_CONVERGED
         for j in usable:
             common.fits[j] = fits[j].without_estimate(status)
         return common
-    drop = drop_of(runs.settings.confidence) if whole and profile else None
+    drop = drop_of(runs.settings.confidence) if in_full and profile else None
     terms = np.eye(size + 1)[:-1]
     fitted = fitting.fits_of_states([fits[j] for j in usable], kernel, best, terms, size, drop)
     for j, fit, medians in zip(usable, fitted, ln_theta, strict=True):
-        if whole and not profile:
+        if in_full and not profile:
             fit = fitting.jackknifed(fit, medians[1:], beta[1:])
         common.fits[j] = fit.warned(*fitting.common_warnings(fit, runs.im, runs.motions))
     return common
@@ -500,9 +500,9 @@ def _rows(runs: _DemandRuns, curves: Mapping[LimitState, Mapping[str, _Curve]]) 
     counts |= {"n_beyond_model": int(np.sum(is_beyond_model(runs.variant.runs)))}
     counts |= {"n_censored": int(np.sum(outcomes.is_bound))}
     if runs.lacks_demand:
-        blank = FragilityFit(method="", status=fitting.NOT_APPLICABLE)
+        no_fit = FragilityFit(method="", status=fitting.NOT_APPLICABLE)
         return [
-            _row(runs, method, state, blank, counts)
+            _row(runs, method, state, no_fit, counts)
             for state in runs.states
             for method in METHODS[:2]
         ]
@@ -511,18 +511,18 @@ def _rows(runs: _DemandRuns, curves: Mapping[LimitState, Mapping[str, _Curve]]) 
         by_method = dict(curves[state])
         if state.modes and outcomes.status(state) == FITTED:
             by_method[_EXCEEDANCE] = _union_curve(runs, state, curves)
-        fits, counted = _printed_fits(runs, state, by_method), counts | outcomes.counts(state)
+        fits, all_counts = _printed_fits(runs, state, by_method), counts | outcomes.counts(state)
         difference = by_method[_EXCEEDANCE].ln_theta - by_method[_CLOUD].ln_theta
         compared = _compared(fits, difference)
         for method, fit in fits.items():
             curve = by_method[method]
-            row = _row(runs, method, state, fit, counted)
+            row = _row(runs, method, state, fit, all_counts)
             row |= compared if method in METHODS[:2] else {}
             if fit.status == FITTED:
                 row |= curve.columns
                 if np.isfinite(curve.total[0]):
-                    ends = motion_means.interval(np.log(curve.total), level)
-                    row |= dict(zip(_TOTAL, ends, strict=True))
+                    interval = motion_means.interval(np.log(curve.total), level)
+                    row |= dict(zip(_TOTAL, interval, strict=True))
             for name in set(TREATMENTS) & set(curve.bounds):
                 row[f"theta_{name}"], row[f"beta_{name}"] = curve.bounds[name]
             rows.append(row)
@@ -548,8 +548,8 @@ def _printed_fits(
             fits[method] = fits[method].limited(curve.bounds, names=names)
     # Large demands cause collapse, so censoring by collapse is not independent of the demand.
     # A median is accepted only if it hardly depends on how these peaks are treated.
-    other = curves[_CLOUD].bounds.get(_PEAKS)
-    change = np.log(other[0]) - curves[_CLOUD].ln_theta[0] if other else 0.0
+    lower_bound = curves[_CLOUD].bounds.get(_PEAKS)
+    change = np.log(lower_bound[0]) - curves[_CLOUD].ln_theta[0] if lower_bound else 0.0
     if fits[_CLOUD].status == FITTED and not abs(change) <= np.log(MAX_BOUNDS_RATIO):
         fits[_CLOUD] = fits[_CLOUD].without_estimate(BOUNDS_TOO_WIDE)
     return fits
@@ -573,8 +573,8 @@ def _row(
     row |= {"preferred": False, "methods_differ": False, "reach": "", **counts}
     row |= {"method": method, "model": fit.method, "im": runs.settings.im}
     row["warnings"] = ";".join(dict.fromkeys((*fit.warnings, *state.warnings)))
-    beyond = motion_means.motions_beyond(np.log(fit.theta), runs.ln_im, runs.motion)
-    row["extrapolated"] = fit.status == FITTED and beyond < motion_means.MIN_BEYOND
+    n_beyond = motion_means.motions_beyond(np.log(fit.theta), runs.ln_im, runs.motion)
+    row["extrapolated"] = fit.status == FITTED and n_beyond < motion_means.MIN_BEYOND
     row["im_low"], row["im_high"] = motion_means.covered_range(runs.im, runs.motion)
     if counts.get("n_exceed") == 0:
         largest = np.nanmax(runs.outcomes.lower, initial=0.0)
@@ -588,10 +588,10 @@ def _compared(fits: Mapping[str, FragilityFit], difference: Floats) -> Row:
     # `difference` (1 + B,) is ln(exceedance median / cloud median): all runs, then without a block
     if any(fits[method].status != FITTED for method in METHODS[:2]):
         return {"methods_ratio": nan, "methods_differ": False}
-    without = difference[1:][np.isfinite(difference[1:])]
+    leave_one_out = difference[1:][np.isfinite(difference[1:])]
     error = nan
-    if without.size > 2:
-        error = float(np.sqrt(motion_means.jackknife_covariance(without[:, None])[0, 0]))
+    if leave_one_out.size > 2:
+        error = float(np.sqrt(motion_means.jackknife_covariance(leave_one_out[:, None])[0, 0]))
     # ASSUME a difference between the medians of two methods is worth reporting if it exceeds two
     # standard errors
     differ = error > 0.0 and abs(difference[0]) > 2.0 * error

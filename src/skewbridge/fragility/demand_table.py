@@ -41,15 +41,15 @@ WITHOUT_PEAK: Final = "give a collapsed run the status collapse"
 @cache
 def _descriptions() -> dict[str, dict[str, str]]:
     """Return the descriptions in `columns.csv`, keyed by table, then by column."""
-    found: dict[str, dict[str, str]] = defaultdict(dict)
+    texts: dict[str, dict[str, str]] = defaultdict(dict)
     with Path(__file__).with_name("columns.csv").open(encoding="utf-8", newline="") as file:
         for table, columns, text in islice(csv.reader(file), 1, None):
             source = text.removeprefix("as in ")
             if columns == "(all)":
-                found[table] |= found[source]
+                texts[table] |= texts[source]
             for column in columns.split() if columns != "(all)" else ():
-                found[table][column] = text if source == text else found[source][column]
-    return found
+                texts[table][column] = text if source == text else texts[source][column]
+    return texts
 
 
 def described(table: str, axes: Sequence[Axis] = AXES) -> dict[str, str]:
@@ -77,8 +77,8 @@ def varying_axes(table: pd.DataFrame) -> list[str]:
 
 def models_of(table: pd.DataFrame) -> Iterator[tuple[dict[str, Any], pd.DataFrame]]:
     """Yield each combination of bridge and abutment model with its rows; they are not pooled."""
-    for (bridge, abutment), part in table.groupby(list(BRIDGE_COLUMNS), sort=True):
-        yield {"bridge": bridge, "abutment": abutment}, part
+    for (bridge, abutment), rows in table.groupby(list(BRIDGE_COLUMNS), sort=True):
+        yield {"bridge": bridge, "abutment": abutment}, rows
 
 
 def variant_columns(table: pd.DataFrame) -> list[str]:
@@ -86,9 +86,9 @@ def variant_columns(table: pd.DataFrame) -> list[str]:
     return [*IDENTITY_COLUMNS, *axis_names(table)]
 
 
-def variant_values(part: pd.DataFrame) -> dict[str, object]:
+def variant_values(rows: pd.DataFrame) -> dict[str, object]:
     """Return the values of `variant_columns` for a table with a single variant."""
-    return {name: part[name].iloc[0] for name in variant_columns(part)}
+    return {name: rows[name].iloc[0] for name in variant_columns(rows)}
 
 
 def demand_columns(demands: pd.DataFrame, columns: Sequence[str]) -> pd.DataFrame:
@@ -96,9 +96,9 @@ def demand_columns(demands: pd.DataFrame, columns: Sequence[str]) -> pd.DataFram
     modes = validity.FAILURE_DEMANDS.values() if validity.COLUMN_FAILURE_RATIO in columns else ()
     ends = (validity.BEYOND_MODEL, validity.COMPLETE)
     names = dict.fromkeys((*KEY_COLUMNS, *axis_names(demands), *ends, EVENT, *columns, *modes))
-    chosen = demands[[name for name in names if name in demands.columns]]
+    selected = demands[[name for name in names if name in demands.columns]]
     # texts as Python objects: pandas takes 0.2 ms to compare a hundred of its own strings
-    return chosen.astype(dict.fromkeys(set(TEXT_COLUMNS) & set(chosen), object))
+    return selected.astype(dict.fromkeys(set(TEXT_COLUMNS) & set(selected), object))
 
 
 def motion_codes(table: pd.DataFrame) -> Index:
@@ -137,13 +137,13 @@ def block_names(table: pd.DataFrame) -> list[str]:
 
 
 def need_columns(
-    table: pd.DataFrame, columns: Iterable[str], what: str = "the demands table"
+    table: pd.DataFrame, columns: Iterable[str], source: str = "the demands table"
 ) -> None:
     """Check that a table has ``columns``; an `InputError` names the first missing one."""
     names = list(map(str, table.columns))
     for column in columns:
         if column not in table.columns:
-            problem = f"{what} has no column {column!r}{did_you_mean(column, names)}"
+            problem = f"{source} has no column {column!r}{did_you_mean(column, names)}"
             raise InputError(f"{problem}; its columns are {names_of(names)}", column=column)
 
 
@@ -156,19 +156,19 @@ def names_of(columns: Iterable[object]) -> str:
 def refuse_misspelt(columns: Iterable[str], present: Iterable[str] = ()) -> None:
     """Refuse columns whose names are almost those of an axis or key that the table lacks.
 
-    ``columns`` are not used; ``present`` are further columns of the table. An `InputError` names
-    the column. Capitals, blanks and hyphens do not distinguish names.
+    ``columns`` are those that no fit would use; ``present`` are other columns of the table. An
+    `InputError` names the column. Capitals, blanks and hyphens do not distinguish names.
     """
     unused = list(columns)
-    known = {column.name for column in COLUMNS} | {axis.name for axis in OPTION_AXES}
-    wanted = (*(axis.name for axis in (*AXES, *OPTION_AXES)), *TEXT_COLUMNS, *KEY_COLUMNS)
-    missing = [name for name in dict.fromkeys(wanted) if name not in {*unused, *present}]
+    valid = {column.name for column in COLUMNS} | {axis.name for axis in OPTION_AXES}
+    expected = (*(axis.name for axis in (*AXES, *OPTION_AXES)), *TEXT_COLUMNS, *KEY_COLUMNS)
+    missing = [name for name in dict.fromkeys(expected) if name not in {*unused, *present}]
     for name in unused:
-        plain = re.sub(r"[\s-]+", "_", name.strip().lower())
+        spelled = re.sub(r"[\s-]+", "_", name.strip().lower())
         # ASSUME names as similar as motion and motion_id mean the same
-        near = get_close_matches(plain, missing, n=1, cutoff=0.8)
-        if name not in known and near and not name.startswith(DRAW_PREFIX):
-            text = f"column {shortened(name)} is not known: did you mean {near[0]}?"
+        nearest = get_close_matches(spelled, missing, n=1, cutoff=0.8)
+        if name not in valid and nearest and not name.startswith(DRAW_PREFIX):
+            text = f"column {shortened(name)} is not known: did you mean {nearest[0]}?"
             raise InputError(f"{text} Rename it", column=name)
 
 
@@ -212,12 +212,12 @@ def read_foreign(
     renamed = (name for name in columns if name not in source)
     refuse_misspelt([*unused, *renamed], (*columns, *(constants or {})))
     need_columns(source, columns.values(), path.name)
-    out = pd.DataFrame({ours: source[theirs] for ours, theirs in columns.items()})
+    out = pd.DataFrame({column: source[foreign_name] for column, foreign_name in columns.items()})
     if "motion_id" not in out or not any(str(name).startswith("im_") for name in out):
         text = "the column map needs motion_id and at least one im_ column"
         raise InputError(f"{text}; the columns of {path.name} are {names_of(source)}")
-    usual = {"scale": 1.0, "incidence_deg": 0.0, "status": OK, **dict(constants or {})}
-    for name, value in {**dict.fromkeys(BRIDGE_COLUMNS, "foreign"), **usual}.items():
+    defaults = {"scale": 1.0, "incidence_deg": 0.0, "status": OK, **dict(constants or {})}
+    for name, value in {**dict.fromkeys(BRIDGE_COLUMNS, "foreign"), **defaults}.items():
         if name not in out:
             out[name] = value
     for name in out.columns.difference(list(TEXT_COLUMNS)):
@@ -245,10 +245,10 @@ def read_foreign(
 
 def require_statuses(status: pd.Series) -> None:
     """Raise an `InputError` with the allowed words if a status is not known."""
-    known = status.isin(STATUSES).to_numpy()
-    if not known.all():
-        wrong = shortened(status.iloc[int(np.argmin(known))])
-        require(known, "status", f"must be one of {', '.join(STATUSES)}, got {wrong}")
+    is_valid = status.isin(STATUSES).to_numpy()
+    if not is_valid.all():
+        wrong = shortened(status.iloc[int(np.argmin(is_valid))])
+        require(is_valid, "status", f"must be one of {', '.join(STATUSES)}, got {wrong}")
 
 
 class Prepared(NamedTuple):
@@ -265,13 +265,13 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
     that demand. The notes list both. Suspect rows excluded by the settings count as failed runs.
     An `InputError` names a missing column, an unknown status, or an infinite or negative demand.
     """
-    wanted = [name for name in columns if name != validity.COLUMN_FAILURE_RATIO]
-    need_columns(demands, (*KEY_COLUMNS, settings.im, *wanted))
-    refuse_misspelt(name for name in map(str, demands) if name not in wanted)
+    checked = [name for name in columns if name != validity.COLUMN_FAILURE_RATIO]
+    need_columns(demands, (*KEY_COLUMNS, settings.im, *checked))
+    refuse_misspelt(name for name in map(str, demands) if name not in checked)
     table = demands.reset_index(drop=True)
     status = table["status"].to_numpy(dtype=str)
     _require(table, np.isin(status, STATUSES), "status", f"must be one of {', '.join(STATUSES)}")
-    for name in wanted:
+    for name in checked:
         values = table[name].to_numpy(dtype=np.float64)
         bad = (status == OK) & (np.isinf(values) | (values < 0.0))
         _require(table, ~bad, name, f"must be >= 0 and finite where status is ok ({WITHOUT_PEAK})")
@@ -283,21 +283,21 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
         table.loc[suspect, validity.BEYOND_MODEL] = ""
     table = validity.with_derived_columns(table)
     im = table[settings.im].to_numpy(dtype=np.float64)
-    usable = np.isfinite(im) & (im > 0.0)
-    if not usable.any():
+    has_im = np.isfinite(im) & (im > 0.0)
+    if not has_im.any():
         raise InputError(f"no row has a usable {settings.im}", column=settings.im)
     notes: list[tuple[object, ...]] = [
         ("rejected_row", row, settings.im, f"row {row}: {settings.im} is {im[row]:g}, not above 0")
-        for row in np.flatnonzero(~usable).tolist()
+        for row in np.flatnonzero(~has_im).tolist()
     ]
-    table = table[usable]
-    notes += [*_missing_demands(table, wanted), *_equal_motions(table, [settings.im, *wanted])]
+    table = table[has_im]
+    notes += [*_missing_demands(table, checked), *_equal_motions(table, [settings.im, *checked])]
     complete = table[validity.is_complete(table)]
-    for name in wanted:
+    for name in checked:
         values = complete[name].to_numpy(dtype=np.float64)
         notes += [("percent", -1, name, text) for text in percent_notes(name, values)]
-    found = pd.DataFrame(notes, columns=list(described("input_notes")))
-    return Prepared(table.reset_index(drop=True), found)
+    findings = pd.DataFrame(notes, columns=list(described("input_notes")))
+    return Prepared(table.reset_index(drop=True), findings)
 
 
 def _missing_demands(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[tuple[object, ...]]:
@@ -305,8 +305,8 @@ def _missing_demands(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[tu
     runs = table[validity.is_complete(table)]
     models = runs.groupby(list(BRIDGE_COLUMNS))
     for name in columns:
-        without = runs[runs[name].isna() & (models[name].transform("count") > 0)]
-        keys = zip(without.index, without["variant"], without["motion_id"], strict=True)
+        incomplete = runs[runs[name].isna() & (models[name].transform("count") > 0)]
+        keys = zip(incomplete.index, incomplete["variant"], incomplete["motion_id"], strict=True)
         for row, variant, motion in keys:
             text = f"{name} is missing for {variant} under {motion}"
             yield "missing_demand", int(row), name, text
@@ -317,21 +317,21 @@ def _equal_motions(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[tupl
     if len(columns) < 2:
         return
     rows = pd.util.hash_pandas_object(table[["variant", *columns]], index=False).sort_values()
-    seen: dict[tuple[int, ...], str] = {}
-    for motion, part in rows.groupby(table["motion_id"].astype(str), sort=True):
-        first = seen.setdefault(tuple(part), str(motion))
+    first_motions: dict[tuple[int, ...], str] = {}
+    for motion, runs in rows.groupby(table["motion_id"].astype(str), sort=True):
+        first = first_motions.setdefault(tuple(runs), str(motion))
         if first != motion:
             text = f"motions {first} and {motion} have identical runs: intervals are too "
             yield "equal_motions", -1, "motion_id", f"{text}narrow if a motion was entered twice"
 
 
-def _require(table: pd.DataFrame, good: Mask, column: str, rule: str) -> None:
-    if not np.all(good):
-        row = int(np.argmin(good))
-        at = table.iloc[row]
-        shown = repr(at[column]) if isinstance(at[column], str) else f"{at[column]:g}"
-        where = f"row {row} ({at['variant']}, {at['motion_id']})"
-        raise InputError(f"{column} {rule}, got {shown} in {where}", row=row, column=column)
+def _require(table: pd.DataFrame, is_valid: Mask, column: str, rule: str) -> None:
+    if not np.all(is_valid):
+        row = int(np.argmin(is_valid))
+        run = table.iloc[row]
+        value_text = repr(run[column]) if isinstance(run[column], str) else f"{run[column]:g}"
+        where = f"row {row} ({run['variant']}, {run['motion_id']})"
+        raise InputError(f"{column} {rule}, got {value_text} in {where}", row=row, column=column)
 
 
 def spread[Item, Result](
@@ -342,8 +342,8 @@ def spread[Item, Result](
     least: int = 24,  # ASSUME starting a process takes about a second, an item a few tenths
 ) -> list[Result]:
     """Return function(item) for all items in order; ``least`` items or more run in parallel."""
-    rest = iter(items)
-    first = list(islice(rest, least))
+    remaining = iter(items)
+    first = list(islice(remaining, least))
     if jobs == 1 or len(first) < least:
-        return [function(item) for item in chain(first, rest)]
-    return list(Parallel(n_jobs=jobs)(delayed(function)(item) for item in chain(first, rest)))
+        return [function(item) for item in chain(first, remaining)]
+    return list(Parallel(n_jobs=jobs)(delayed(function)(item) for item in chain(first, remaining)))

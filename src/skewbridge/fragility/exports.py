@@ -106,13 +106,13 @@ def export_curves(
         raise InputError(f"{source.name}: nothing to write, because no curve has an estimate")
     unfitted = curves.loc[~has_estimate, ["variant", "component", "limit_state", "status"]]
     notes = ["beta_total is exported: record-to-record and capacity dispersion"]
-    if lacking := int(curves.loc[has_estimate, "beta_total"].isna().sum()):
-        notes.append(f"{lacking} curves have no beta_total (no slope): beta is exported instead")
+    if partial := int(curves.loc[has_estimate, "beta_total"].isna().sum()):
+        notes.append(f"{partial} curves have no beta_total (no slope): beta is exported instead")
     if len(unfitted):
         notes.append(f"{len(unfitted)} limit states have no estimate (listed by --json)")
-    if outside := int(curves.get("extrapolated", _ABSENT).eq(other=True).sum()):
+    if n_extrapolated := int(curves.get("extrapolated", _ABSENT).eq(other=True).sum()):
         text = "fewer than three motions are as strong, or as weak"
-        notes.append(f"{outside} medians are extrapolated: {text}")
+        notes.append(f"{n_extrapolated} medians are extrapolated: {text}")
     report = {"format": form, "files": [str(out)], "left_out": len(unfitted)}
     report |= {"curves": int(has_estimate.sum())}
     try:
@@ -150,9 +150,9 @@ def exported_curves(table: pd.DataFrame) -> pd.DataFrame:
     need_columns(table, _NEEDED, "the table of curves")
     rows = chosen_curves(table).reset_index(drop=True)
     scale, state = rows["component"].astype(str), rows["limit_state"].astype(str)
-    single = rows.groupby("component")["demand"].transform("nunique") == 1
+    one_demand = rows.groupby("component")["demand"].transform("nunique") == 1
     beta = rows["beta_total"].fillna(rows["beta"])
-    return rows.assign(curve_beta=beta, damage_scale=scale.where(single, scale + "_" + state))
+    return rows.assign(curve_beta=beta, damage_scale=scale.where(one_demand, scale + "_" + state))
 
 
 def _functions(curves: pd.DataFrame) -> Iterator[tuple[str, str, list[str], pd.DataFrame]]:
@@ -180,12 +180,12 @@ def _probabilities(curves: pd.DataFrame, intensities: Floats) -> pd.DataFrame:
 
 
 def identifier(name: str, signs: str, longest: int) -> str:
-    """Return a name with _ for characters outside a regex class; a change adds a digest."""
-    plain = re.sub(f"[^{signs}]", "_", name)
-    if plain == name and len(name) <= longest:
+    """Return a name with _ for characters outside ``signs``; changed names get a digest."""
+    replaced = re.sub(f"[^{signs}]", "_", name)
+    if replaced == name and len(name) <= longest:
         return name
     digest = digest_of(name)
-    return f"{plain[: longest - len(digest) - 1]}_{digest}"
+    return f"{replaced[: longest - len(digest) - 1]}_{digest}"
 
 
 def measure_names(column: str) -> tuple[str, float, str, str]:
@@ -205,10 +205,10 @@ def _write_nrml(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
     functions whose curves cross near the medians; OpenQuake then has negative damage fractions.
     """
     groups: dict[tuple[str, tuple[str, ...]], list[pd.DataFrame]] = defaultdict(list)
-    for _, scale, known, rows in _functions(curves):
-        states = tuple(name for name in known if rows["status"].get(name) == FITTED)
+    for _, scale, all_states, rows in _functions(curves):
+        states = tuple(name for name in all_states if rows["status"].get(name) == FITTED)
         if states:
-            name = scale if len(states) == len(known) else "_".join((scale, *states))
+            name = scale if len(states) == len(all_states) else "_".join((scale, *states))
             name = re.sub(r"[^A-Za-z0-9_-]+", "_", name)
             groups[name, states].append(rows.loc[list(states)])
     out, notes = export.out, list[str]()
@@ -266,11 +266,11 @@ def _write_model(
         ends, side = np.log([theta.min(), theta.max()]), np.array([-1.0, 1.0]) * beta.max()
         low, high = factor * np.exp(ends + 4.0 * side)
         if unions := [union for row in rows if (union := union_curve(row)) is not None]:
-            reach = [
+            span = [
                 union.ln_theta + 4.0 * sign * union.beta for union in unions for sign in (-1, 1)
             ]
-            reach = factor * np.exp([np.min(reach), np.max(reach)])
-            levels = np.geomspace(min(low, reach[0]), max(high, reach[1]), _LEVELS)
+            span = factor * np.exp([np.min(span), np.max(span)])
+            levels = np.geomspace(min(low, span[0]), max(high, span[1]), _LEVELS)
             function = add(model, "fragilityFunction", id=name, format="discrete")
             text = " ".join(f"{level:.6g}" for level in levels)
             add(function, "imls", text, imt=measure, noDamageLimit=text.partition(" ")[0])
@@ -326,7 +326,7 @@ def _write_pelicun(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
         row |= {"Demand-Unit": unit, "Demand-Offset": 0, "Demand-Directional": 1}
         described: dict[str, Any] = {}
         missing: dict[str, str] = {}
-        for number, state in enumerate(states, start=1):
+        for rank, state in enumerate(states, start=1):
             values: tuple[Any, ...] = ("", "", "", "")
             if curve := fitted.get(state):
                 values = ("lognormal", curve["theta"], curve["curve_beta"], "")
@@ -341,11 +341,11 @@ def _write_pelicun(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
                     text += "; median extrapolated beyond the motions"
                 source = {"Description": text, "Reference": str(curve.get("citation", ""))}
                 # pelicun numbers damage states by the limit states that have parameters
-                described[f"LS{number}"] = {f"DS{len(described) + 1}": source}
+                described[f"LS{rank}"] = {f"DS{len(described) + 1}": source}
             else:
                 status = of_state[state]["status"] if state in of_state else "no row"
-                missing[state] = f"LS{number} {state} ({status})"
-            row |= {f"LS{number}-{k}": v for k, v in zip(_PELICUN_PARAMETERS, values, strict=True)}
+                missing[state] = f"LS{rank} {state} ({status})"
+            row |= {f"LS{rank}-{k}": v for k, v in zip(_PELICUN_PARAMETERS, values, strict=True)}
         comments = "dispersion includes capacity dispersion if a slope converts it"
         if missing:
             comments += f"; without an estimate: {', '.join(missing.values())}"
@@ -358,7 +358,7 @@ def _write_pelicun(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
             "LimitStates": described,
         }
         rows.append(row)
-    about = {
+    general = {
         "ShortName": "skewbridge",
         "Description": f"Fragility of {len(curves['variant'].unique())} bridge variants with "
         "seat-type abutments (skew, joint gap, friction) in " + str(curves["im"].iloc[0]),
@@ -367,7 +367,7 @@ def _write_pelicun(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
         "References": sorted({str(text) for text in curves.get("citation", ())} - {""}),
     }
     write_csv(pd.DataFrame(rows), out)
-    text = json.dumps({"_GeneralInformation": about, **names}, indent=1, allow_nan=False)
+    text = json.dumps({"_GeneralInformation": general, **names}, indent=1, allow_nan=False)
     write_text(names_file, f"{text}\n")
     text = f"{len(holes)} rows are incomplete: limit states without an estimate have no parameters"
     notes = [text] if holes else []
@@ -379,8 +379,8 @@ def _multilinear(union: Union) -> str:
     # source: MultilinearCDFRandomVariable of pelicun/uq.py: strictly increasing, ends 0 and 1
     ln_im = np.linspace(union.quantile(-4.0), union.quantile(4.0), _LEVELS)
     im, p = np.exp(ln_im), np.round(union.probability(ln_im), 6)  # pelicun keeps 6 digits
-    p, places = np.unique(p, return_index=True)
-    points = np.array([[0.5 * im[0], *im[places], 1.1 * im[-1]], [0.0, *p, 1.0]])
+    p, distinct = np.unique(p, return_index=True)
+    points = np.array([[0.5 * im[0], *im[distinct], 1.1 * im[-1]], [0.0, *p, 1.0]])
     return "|".join(",".join(f"{value:.8g}" for value in axis) for axis in points)
 
 
@@ -440,8 +440,8 @@ def with_ratios(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
         pairs = medians[(medians["scope"] == "variant") & (medians["axis"] == axis)]
         pairs = pairs.assign(**{axis: pairs["to_value"]}).reindex(columns=[*keys, *RATIOS])
         pairs = pairs.astype(dict.fromkeys(axes, np.float64))
-        found = keys.merge(pairs, on=list(keys), how="left", validate="many_to_one")
-        ratios |= _ratio(axis, [found[name].to_numpy() for name in RATIOS])
+        with_pairs = keys.merge(pairs, on=list(keys), how="left", validate="many_to_one")
+        ratios |= _ratio(axis, [with_pairs[name].to_numpy() for name in RATIOS])
     return curves.assign(**ratios)
 
 
@@ -452,8 +452,8 @@ def paper_table(
     settings: FitSettings = DEFAULTS,
 ) -> pd.DataFrame:
     """Return the table for publication, without limit states that have no estimate."""
-    chosen = with_ratios(chosen_curves(curves), medians)
-    rows = records_of(chosen.assign(row=chosen["variant"]))
+    selected = with_ratios(chosen_curves(curves), medians)
+    rows = records_of(selected.assign(row=selected["variant"]))
     for row in records_of(joint[joint["status"] == FITTED]):
         model = JointModel(row)
         out = {name: row[name] for name in PAPER_COLUMNS if name in row}
@@ -464,9 +464,9 @@ def paper_table(
         rows.append(out | {"row": JOINT, "method": JOINT})
     table = pd.DataFrame(rows, columns=list(paper_columns(_axes(curves))))
     table = table[table.groupby(list(_STATE))["theta"].transform("count") > 0]
-    order = {key: place for place, key in enumerate(map(tuple, curves[[*_STATE]].to_numpy()))}
-    places = [order.get(key, len(order)) for key in map(tuple, table[[*_STATE]].to_numpy())]
-    return table.iloc[np.argsort(places, kind="stable")].reset_index(drop=True)
+    order = {key: position for position, key in enumerate(map(tuple, curves[[*_STATE]].to_numpy()))}
+    positions = [order.get(key, len(order)) for key in map(tuple, table[[*_STATE]].to_numpy())]
+    return table.iloc[np.argsort(positions, kind="stable")].reset_index(drop=True)
 
 
 def _axes(table: pd.DataFrame) -> tuple[Axis, ...]:
@@ -527,7 +527,7 @@ def latex_table(table: pd.DataFrame) -> str:
     """Return the table for LaTeX (packages booktabs and longtable)."""
     rows = printed_rows(table)
     names = list(rows[0]) if rows else list(_LATEX_HEADS)
-    head = " & ".join(_LATEX_HEADS.get(name, f"{name.replace('_', ' ')} ratio") for name in names)
+    titles = " & ".join(_LATEX_HEADS.get(name, f"{name.replace('_', ' ')} ratio") for name in names)
     units = ", ".join(sorted(set(table["im"].astype(str))))
     cells = ([re.sub("[_%&]", r"\\\g<0>", text) for text in row.values()] for row in rows)
     return "\n".join(
@@ -540,7 +540,7 @@ def latex_table(table: pd.DataFrame) -> str:
             f"% {DAGGER}: extrapolated, fewer than three motions are as strong or as weak",
             "% failure in any mode: median and half of the ln range from 16 to 84 % of a union",
             rf"\begin{{longtable}}{{lll{'r' * (len(names) - 3)}}}",
-            *(r"\toprule", head + r" \\", r"\midrule", r"\endhead"),
+            *(r"\toprule", titles + r" \\", r"\midrule", r"\endhead"),
             *(" & ".join(texts) + r" \\" for texts in cells),
             *(r"\bottomrule", r"\end{longtable}", ""),
         ]

@@ -61,14 +61,14 @@ class FitOptions:
         return FitSettings(confidence=self.level)
 
 
-def fit_file(path: Path, **given: Any) -> fits.FragilityFit:
+def fit_file(path: Path, **option_values: Any) -> fits.FragilityFit:
     """Fit the data in a file. An `InputError` names the option, or the file, column and row."""
-    options = checked(FitOptions, given, "options of the fit")
+    options = checked(FitOptions, option_values, "options of the fit")
     if options.columns is None:
         data = read_data(path)
     else:
-        chosen = checked(ColumnMap, read_yaml(options.columns), options.columns.name)
-        data = read_foreign(path, **chosen.model_dump())
+        column_map = checked(ColumnMap, read_yaml(options.columns), options.columns.name)
+        data = read_foreign(path, **column_map.model_dump())
     columns = {str(name): values for name, values in data.items()}
     fit = _fit_columns if options.edp is None and options.im is None else _fit_runs
     try:
@@ -120,15 +120,15 @@ def _fit_columns(data: Mapping[str, Any], options: FitOptions) -> fits.Fragility
         else as_column(need(name), name)
         for name in ("im", "edp")
     )
-    given = [options.threshold] if options.threshold else np.atleast_1d(need("threshold"))
-    if len(given) == 0:
+    thresholds = [options.threshold] if options.threshold else np.atleast_1d(need("threshold"))
+    if len(thresholds) == 0:
         raise InputError("the column threshold is empty: one number is needed")
-    threshold, none = float(positive(list(given[:1]), "threshold")[0]), np.zeros(im.size)
+    threshold, none = float(positive(list(thresholds[:1]), "threshold")[0]), np.zeros(im.size)
     censored, collapse = (as_column(columns.get(n, none), n) for n in ("censored", "collapse"))
     same_length(im=im, edp=edp, censored=censored, collapse=collapse)
     require(~np.isinf(edp) | (collapse > 0.0), "edp", "must be finite unless collapse is 1", edp)
-    known = np.nan_to_num(edp, posinf=0.0)  # collapse counts as exceedance
-    edp = np.where(collapse > 0.0, np.maximum(known, threshold), edp)
+    finite = np.nan_to_num(edp, posinf=0.0)  # collapse counts as exceedance
+    edp = np.where(collapse > 0.0, np.maximum(finite, threshold), edp)
     upper = np.where((censored > 0.0) | (collapse > 0.0), np.inf, edp)
     if "motion_id" not in columns:
         fit = _fit_cloud(im, edp, upper, threshold, options)
@@ -144,15 +144,15 @@ def _fit_cloud(
     """Fit a cloud of demands given by lower and upper bounds, arrays of shape (n,)."""
     if options.model == "ols" and (count := int(np.sum(upper > lower))):
         raise InputError(f"--model ols would leave out {count} censored demands: use tobit")
-    further: Any = {"capacity_dispersion": options.capacity_dispersion, "motions": motions}
-    return fits.fit_cloud(im, lower, threshold, upper, settings=options.settings, **further)
+    fit_options: Any = {"capacity_dispersion": options.capacity_dispersion, "motions": motions}
+    return fits.fit_cloud(im, lower, threshold, upper, settings=options.settings, **fit_options)
 
 
 def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.FragilityFit:
     """Fit a table with one row per run; statuses and repeated motions are taken into account."""
     if options.im is None or options.edp is None or options.threshold is None:
         raise InputError("a table of runs needs --im, --edp and --threshold")
-    lists = {name: each for name, each in columns.items() if isinstance(each, list | pd.Series)}
+    lists = {key: value for key, value in columns.items() if isinstance(value, list | pd.Series)}
     same_length(**lists)
     data = pd.DataFrame(lists)
     need_columns(data, (options.im, options.edp), "the table")
@@ -168,9 +168,9 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
         collapsed = as_column(data["collapse"].to_numpy(), "collapse") > 0.0
         status = np.where(collapsed & (status == OK), COLLAPSE, status)
     runs = pd.DataFrame({options.edp: demand, "status": status, BEYOND_MODEL: failure_kinds(data)})
-    good = (np.isfinite(demand) & (demand >= 0.0)) | ~is_complete(runs)
+    is_valid = (np.isfinite(demand) & (demand >= 0.0)) | ~is_complete(runs)
     rule = f"must be >= 0 and finite in runs that completed ({demand_table.WITHOUT_PEAK})"
-    require(good, options.edp, rule, demand)
+    require(is_valid, options.edp, rule, demand)
     state = LimitState(
         component=options.edp,
         name="threshold",
@@ -201,23 +201,23 @@ def _fit_outcomes(
     im: Any, motions: Any, outcomes: DemandOutcomes, state: LimitState, options: FitOptions
 ) -> fits.FragilityFit:
     """Fit the outcomes of n runs with ``options.method``; ``im`` and ``motions`` are (n,)."""
-    exceed, known, used = outcomes.exceed(state), ~outcomes.unknown(state), outcomes.used
+    exceed, is_known, is_used = outcomes.exceed(state), ~outcomes.unknown(state), outcomes.used
     settings = options.settings
     if options.method == "cloud":
-        lower, upper = outcomes.lower[used], outcomes.upper[used]
-        fit = _fit_cloud(im[used], lower, upper, state.threshold, options, motions[used])
+        low, upper = outcomes.lower[is_used], outcomes.upper[is_used]
+        fit = _fit_cloud(im[is_used], low, upper, state.threshold, options, motions[is_used])
         return fit if np.any(exceed) else fit.without_estimate(NO_EXCEEDANCE)
-    x, hits, codes = im[known], exceed[known].astype(np.float64), motions[known]
+    x, hits, codes = im[is_known], exceed[is_known].astype(np.float64), motions[is_known]
     if options.method == "ida":
         return fits.fit_first_exceedances(x, hits, codes, settings)[0]
     count, n = int(np.unique(codes).size), np.ones(x.size)
-    single = count == codes.size
-    fit = fits.fit_stripes(x, n, hits, settings=settings, n_records=count, interval=single)
-    if fit.status != FITTED or single:
+    one_run_each = count == codes.size
+    fit = fits.fit_stripes(x, n, hits, settings=settings, n_records=count, interval=one_run_each)
+    if fit.status != FITTED or one_run_each:
         return fit
     left_out = [
         fits.fit_stripes(x[rows], n[rows], hits[rows], settings=settings, interval=False)
         for rows in motion_weights(codes)[1:] > 0.0
     ]
-    values = np.array([(np.log(each.theta), each.beta) for each in left_out])
+    values = np.array([(np.log(one_out.theta), one_out.beta) for one_out in left_out])
     return fits.jackknifed(fit, values[:, 0], values[:, 1])

@@ -62,8 +62,8 @@ class FragilityFit:
 
     def without_estimate(self, status: str) -> "FragilityFit":
         """Return the fit without median, dispersion and intervals, and with this status."""
-        kept = ("method", "level", "n_runs", "warnings", "details")
-        return FragilityFit(status=status, **{name: getattr(self, name) for name in kept})
+        kept_fields = ("method", "level", "n_runs", "warnings", "details")
+        return FragilityFit(status=status, **{name: getattr(self, name) for name in kept_fields})
 
     def warned(self, *names: str) -> "FragilityFit":
         """Return the fit with additional warnings."""
@@ -127,13 +127,13 @@ def fits_of_states(
 
 def jackknifed(fit: FragilityFit, ln_theta: Floats, beta: Floats) -> FragilityFit:
     """Return the fit with jackknife intervals and covariance from M fits without one motion."""
-    good = np.isfinite(ln_theta) & np.isfinite(beta) & (beta > 0.0)
-    if np.sum(good) < motion_means.MIN_VALUES:
+    is_valid = np.isfinite(ln_theta) & np.isfinite(beta) & (beta > 0.0)
+    if np.sum(is_valid) < motion_means.MIN_VALUES:
         return fit.warned("too_few_motions_for_an_interval")
-    logs = np.column_stack([ln_theta[good], np.log(beta[good])])
+    logs = np.column_stack([ln_theta[is_valid], np.log(beta[is_valid])])
     covariance = motion_means.jackknife_covariance(logs)
-    of_theta, of_beta = motion_means.jackknife_factors(logs, fit.level, good.size - 2)
-    names = () if np.mean(good) > 0.95 else ("jackknife_without_estimate",)
+    of_theta, of_beta = motion_means.jackknife_factors(logs, fit.level, is_valid.size - 2)
+    names = () if np.mean(is_valid) > 0.95 else ("jackknife_without_estimate",)
     return replace(
         fit.warned(*names),
         ci_theta=(fit.theta / of_theta, fit.theta * of_theta),
@@ -178,20 +178,20 @@ def fit_stripes(
     require(np.isfinite(runs) & (runs >= 0.0), "n", "must be >= 0 and finite", runs)
     require((exceed >= 0.0) & (exceed <= runs), "k", "must satisfy 0<=k<=n", exceed)
     require(exceed == np.round(exceed), "k", "must be whole numbers", exceed)
-    kept = runs > 0.0
-    x, runs, exceed = x[kept], runs[kept], exceed[kept]
+    has_runs = runs > 0.0
+    x, runs, exceed = x[has_runs], runs[has_runs], exceed[has_runs]
     total, ln_im = round(float(np.sum(runs))), np.log(x)
     status = binomial_status(ln_im, runs, exceed) if total else "no_runs"
-    names = () if np.all(kept) else ("stripes_without_runs",)
+    names = () if np.all(has_runs) else ("stripes_without_runs",)
     blank = FragilityFit(
         method="stripes", status=status, n_runs=total, level=settings.confidence, warnings=names
     )
     if status != FITTED:
         return replace(blank, details=_stripe_bounds(status, ln_im, runs, exceed, settings))
     inf, counts = np.full(x.size, np.inf), np.append(exceed, runs - exceed)
-    low, high, some = np.append(-inf, ln_im), np.append(ln_im, inf), counts > 0.0
-    ones = -np.ones((int(some.sum()), 1))
-    kernel = likelihood.NormalKernel(ones, low[some], high[some], counts[some])
+    low, high, has_hits = np.append(-inf, ln_im), np.append(ln_im, inf), counts > 0.0
+    ones = -np.ones((int(has_hits.sum()), 1))
+    kernel = likelihood.NormalKernel(ones, low[has_hits], high[has_hits], counts[has_hits])
     # start: line through the probits of the exceedance shares, which are kept away from 0 and 1
     if maximum is None:
         line = np.polyfit(ln_im, special.ndtri((exceed + 0.5) / (runs + 1.0)), 1, w=np.sqrt(runs))
@@ -200,8 +200,8 @@ def fit_stripes(
     if fit.status != FITTED:
         return fit
     fit = fit.warned(*_overlap_warnings(x, runs, exceed))
-    ways = special.gammaln(runs + 1.0) - special.gammaln(exceed + 1.0)
-    loglik = fit.loglik + float(np.sum(ways - special.gammaln(runs - exceed + 1.0)))
+    ln_combinations = special.gammaln(runs + 1.0) - special.gammaln(exceed + 1.0)
+    loglik = fit.loglik + float(np.sum(ln_combinations - special.gammaln(runs - exceed + 1.0)))
     eta = fit.details["a0"] + fit.details["a1"] * ln_im
     goodness = {"loglik_kernel": fit.loglik, "link_p": _link_p(eta, ln_im, runs, exceed)}
     return replace(fit, loglik=loglik, details={**fit.details, **goodness})
@@ -212,13 +212,13 @@ def exceedance_maxima(ln_im: Floats, known: Mask, exceed: Mask) -> list[likeliho
     # `known` and `exceed` have the shape (n, J); all states are maximised together
     signs = (np.where(exceed, 1.0, -1.0) * known).T
     shares = [(np.abs(sign), np.maximum(sign, 0.0)) for sign in signs]
-    usable = [j for j, counts in enumerate(shares) if binomial_status(ln_im, *counts) == FITTED]
+    fittable = [j for j, counts in enumerate(shares) if binomial_status(ln_im, *counts) == FITTED]
     maxima: list[likelihood.Maximum | None] = [None] * len(signs)
-    if usable:
+    if fittable:
         ones, low = -np.ones((ln_im.size, 1)), np.full(ln_im.size, -np.inf)
-        kernel = likelihood.NormalKernel(ones, low, ln_im, signs[usable])
-        best = likelihood.maximise(kernel, np.polyfit(ln_im, signs[usable].T, 1)[::-1].T)
-        for j, *values in zip(usable, *best, strict=True):
+        kernel = likelihood.NormalKernel(ones, low, ln_im, signs[fittable])
+        best = likelihood.maximise(kernel, np.polyfit(ln_im, signs[fittable].T, 1)[::-1].T)
+        for j, *values in zip(fittable, *best, strict=True):
             maxima[j] = likelihood.Maximum(*(np.asarray(value)[None] for value in values))
     return maxima
 
@@ -259,8 +259,8 @@ def _stripe_bounds(
         total, hits = np.sum(n, keepdims=True), np.sum(k, keepdims=True)
         p, ends = float(hits[0] / total[0]), clopper_pearson(hits, total, level)
         median = float(np.exp(ln_im[0] - beta * special.ndtri(p)))
-        given = {"theta_given_beta": {f"{beta:g}": median}}
-        return {"p": p, "p_ci": [float(end[0]) for end in ends], **given}
+        medians = {"theta_given_beta": {f"{beta:g}": median}}
+        return {"p": p, "p_ci": [float(end[0]) for end in ends], **medians}
     if status not in (COMPLETE_SEPARATION, QUASI_SEPARATION):
         return {}
     a0, a1 = firth(ln_im, n, k)
@@ -283,8 +283,8 @@ def _median_bound(
         for beta in sorted({*betas, assumed})
     }
     side, end = ("upper", "high") if exceed else ("lower", "low")
-    found = {f"theta_{side}{100 * level:g}_given_beta": bounds, "theta_bound_beta": assumed}
-    return found | {f"theta_bound_{end}": bounds[f"{assumed:g}"]}
+    medians = {f"theta_{side}{100 * level:g}_given_beta": bounds, "theta_bound_beta": assumed}
+    return medians | {f"theta_bound_{end}": bounds[f"{assumed:g}"]}
 
 
 def _overlap_warnings(x: Floats, n: Floats, k: Floats) -> list[str]:
@@ -301,9 +301,9 @@ def _overlap_warnings(x: Floats, n: Floats, k: Floats) -> list[str]:
 
 def _link_p(eta: Floats, ln_im: Floats, n: Floats, k: Floats) -> float:
     """Return the p-value of the score test of curvature in eta, or NaN for two intensities."""
-    up, down, remain = likelihood.mills_ratio(eta), likelihood.mills_ratio(-eta), n - k
-    score = k * up - remain * down
-    information = k * up * (eta + up) + remain * down * (down - eta)
+    mills_hit, mills_miss, remain = likelihood.mills_ratio(eta), likelihood.mills_ratio(-eta), n - k
+    score = k * mills_hit - remain * mills_miss
+    information = k * mills_hit * (eta + mills_hit) + remain * mills_miss * (mills_miss - eta)
     square = (ln_im - np.mean(ln_im)) ** 2
     design = np.column_stack([np.ones_like(ln_im), ln_im])
     weighted = design * information[:, None]
@@ -329,13 +329,13 @@ def fit_capacities(
     require((flags == 0.0) | (flags == 1.0), "censored", "must be 0 or 1", flags)
     is_censored = flags == 1.0
     y = np.log(values)
-    seen = y[~is_censored]
+    known = y[~is_censored]
     blank = FragilityFit(method="ida", status=FITTED, n_runs=y.size, level=settings.confidence)
-    if seen.size and np.ptp(seen) == 0.0:
+    if known.size and np.ptp(known) == 0.0:
         # Equal capacities usually mean that the grid is too coarse: use brackets instead.
-        if seen.size == y.size:
-            return replace(blank, status="zero_dispersion", theta=float(np.exp(seen[0])), beta=0.0)
-        if np.all(y[is_censored] <= seen[0]):
+        if known.size == y.size:
+            return replace(blank, status="zero_dispersion", theta=float(np.exp(known[0])), beta=0.0)
+        if np.all(y[is_censored] <= known[0]):
             return replace(blank, status="unbounded_likelihood")
     details: dict[str, Any] = {}
     if not np.any(is_censored):
@@ -451,7 +451,7 @@ def fit_cloud(
     require(high >= low, "upper", "must not be below edp", high)
     informative = (low > 0.0) | np.isfinite(high)
     with np.errstate(divide="ignore"):
-        x, y_low, y_high = (np.log(each[informative]) for each in (values, low, high))
+        x, y_low, y_high = (np.log(values_of[informative]) for values_of in (values, low, high))
     left_out, codes = None, np.arange(x.size) if motions is None else motions[informative]
     if np.unique(codes).size < x.size:
         left_out = lines.fit_lines(x, y_low, y_high, motion_means.motion_weights(codes)[1:])
@@ -467,15 +467,15 @@ def fit_cloud_states(
 ) -> list[FragilityFit]:
     """Fit one line to a cloud as in `fit_cloud`, and return the curve of each state."""
     x, low, high = cloud
-    seen = low == high
+    is_observed = low == high
     n_motions = x.size if without_each is None else without_each.b.size
-    censored = not bool(np.all(seen))
+    censored = not bool(np.all(is_observed))
     method, level = "cloud_tobit" if censored else "cloud_ols", settings.confidence
     blank = FragilityFit(method=method, status=FITTED, n_runs=x.size, level=level)
-    if np.sum(seen) < 3 or np.ptp(x[seen]) == 0.0:
-        status = "too_few_runs" if np.sum(seen) < 3 else SINGLE_LEVEL
+    if np.sum(is_observed) < 3 or np.ptp(x[is_observed]) == 0.0:
+        status = "too_few_runs" if np.sum(is_observed) < 3 else SINGLE_LEVEL
         return [replace(blank, status=status)] * len(capacities)
-    line = lines.tested_line(x[seen], low[seen])
+    line = lines.tested_line(x[is_observed], low[is_observed])
     values = {k: v for k, v in line._asdict().items() if k not in ("n", "mean_x", "sxx")}
     blank = replace(blank, details={name: v for name, v in values.items() if not np.isnan(v)})
     if censored:
@@ -498,7 +498,7 @@ def _fit_least_squares(
     blank: FragilityFit, line: TestedLine, threshold: float, dispersion: float
 ) -> FragilityFit:
     """Fit a cloud without censored demands: Fieller's interval for theta, delta method for beta."""
-    n, rise = line.n, float(np.log(threshold)) - (line.ln_a + line.b * line.mean_x)
+    n, ln_distance = line.n, float(np.log(threshold)) - (line.ln_a + line.b * line.mean_x)
     t = float(special.stdtrit(n - 2, 0.5 + 0.5 * blank.level))
     if line.b <= 0.0:
         return replace(blank, status=NON_INCREASING)
@@ -509,26 +509,26 @@ def _fit_least_squares(
         return replace(blank, status="slope_not_significant")
     beta = float(np.hypot(line.sigma, dispersion)) / line.b
     ln_theta = (float(np.log(threshold)) - line.ln_a) / line.b
-    away = ln_theta - line.mean_x
+    distance = ln_theta - line.mean_x
     relative = line.sigma**2 / line.sxx / line.b**2  # relative variance of b
     # beta = sqrt(s^2 + c^2)/b: d beta/d s = s/(beta b^2), d beta/d b = -beta/b
     var_s = line.sigma**2 / (2.0 * (n - 2))
     var_beta = (line.sigma / (beta * line.b**2)) ** 2 * var_s + beta**2 * relative
     maximum = line.sigma * np.sqrt((n - 2) / n)  # maximum-likelihood value
-    constant = rise**2 - t**2 * line.sigma**2 / n
-    root = float(np.sqrt(max((line.b * rise) ** 2 - a * constant, 0.0)))
-    ends = [line.mean_x + (line.b * rise + sign * root) / a for sign in (-1.0, 1.0)]
-    reach = t * float(np.sqrt(var_beta)) / beta
+    constant = ln_distance**2 - t**2 * line.sigma**2 / n
+    root = float(np.sqrt(max((line.b * ln_distance) ** 2 - a * constant, 0.0)))
+    ends = [line.mean_x + (line.b * ln_distance + sign * root) / a for sign in (-1.0, 1.0)]
+    half_width = t * float(np.sqrt(var_beta)) / beta
     return replace(
         blank,
         theta=motion_means.exp_end(ln_theta),
         beta=beta,
-        var_ln_theta=line.sigma**2 / line.b**2 / n + relative * away**2,
-        cov_ln_theta_beta=beta * relative * away,
+        var_ln_theta=line.sigma**2 / line.b**2 / n + relative * distance**2,
+        cov_ln_theta_beta=beta * relative * distance,
         var_beta=var_beta,
         loglik=float(-n * (likelihood.HALF_LOG_2PI + np.log(maximum) + 0.5)),
         ci_theta=(motion_means.exp_end(ends[0]), motion_means.exp_end(ends[1])),
-        ci_beta=(float(beta * np.exp(-reach)), float(beta * np.exp(reach))),
+        ci_beta=(float(beta * np.exp(-half_width)), float(beta * np.exp(half_width))),
         ci_method="fieller",
     )
 
@@ -543,18 +543,18 @@ def _fit_tobit(
     """Fit all states to a cloud with censored demands."""
     # parameters (d0, d1, h): z = h ln D - d0 - d1 ln x, so the predictor is (d0 - h ln c) + d1 ln x
     x, low, high = cloud
-    seen = low == high
+    is_seen = low == high
     kernel = likelihood.NormalKernel(np.column_stack([np.ones(x.size), x]), low, high)
-    best = likelihood.maximise(kernel, lines.tobit_start(x, low, seen))
+    best = likelihood.maximise(kernel, lines.tobit_start(x, low, is_seen))
     d0, d1, h = best.params[0].tolist()
     if not bool(best.converged[0]):
         return [replace(blank, status=NOT_CONVERGED)] * len(capacities)
-    details = {"ln_a": d0 / h, "b": d1 / h, "sigma": 1.0 / h, "n_censored": int(np.sum(~seen))}
+    details = {"ln_a": d0 / h, "b": d1 / h, "sigma": 1.0 / h, "n_censored": int(np.sum(~is_seen))}
     blank = replace(blank, details={**blank.details, **details})
     if d1 <= FLATTEST_SLOPE:
         return [replace(blank, status=NON_INCREASING)] * len(capacities)
     terms = np.array([[1.0, 0.0, -np.log(c)] for c, _ in capacities])
-    drop = likelihood.drop_of(blank.level, int(np.sum(seen))) if interval else None
+    drop = likelihood.drop_of(blank.level, int(np.sum(is_seen))) if interval else None
     widenings = [float(np.sqrt(1.0 + (h * dispersion) ** 2)) for _, dispersion in capacities]
     return fits_of_states([blank] * len(capacities), kernel, best, terms, 1, drop, widenings)
 
@@ -598,8 +598,8 @@ def median_bound(ln_im: Floats, n: Floats, *, beta: float, level: float, exceed:
         eta = sign * (ln_im - ln_theta) / beta
         return float(np.sum(n * special.log_ndtr(eta)) - np.log(1.0 - level))
 
-    middle, reach = float(np.mean(ln_im)), float(np.ptp(ln_im)) + 40.0 * beta
-    return float(np.exp(optimize.brentq(excess, middle - reach, middle + reach, xtol=1e-13)))
+    middle, width = float(np.mean(ln_im)), float(np.ptp(ln_im)) + 40.0 * beta
+    return float(np.exp(optimize.brentq(excess, middle - width, middle + width, xtol=1e-13)))
 
 
 def separated_bounds(

@@ -72,20 +72,20 @@ class LogRate(NamedTuple):
 
     @property
     def jackknifed(self) -> Jackknifed:
-        """The jackknife over blocks."""
+        """Estimate with the influence of each block of motions (jackknife)."""
         return Jackknifed.of_replicates(self.logs)
 
     def interval(self, level: float) -> tuple[float, float, float]:
         """Return exp of the estimate and interval ends, of motions and hazard together."""
-        estimate, ends = self.logs[0], np.array(self.jackknifed.interval(level))
+        estimate, interval = self.logs[0], np.array(self.jackknifed.interval(level))
         if self.fractiles.size > 1:
             # ASSUME the uncertain hazard is lognormal, and its curves do not cross
             spread, middle = np.polyfit(special.ndtri(self.quantiles), self.fractiles, 1)
-            reach = abs(spread) * special.ndtri(0.5 + 0.5 * level)
-            hazard = np.array([estimate - middle + reach, middle + reach - estimate])
+            half_width = abs(spread) * special.ndtri(0.5 + 0.5 * level)
+            hazard = np.array([estimate - middle + half_width, middle + half_width - estimate])
             signs = np.array([-1.0, 1.0])
-            ends = estimate + signs * np.hypot(ends - estimate, np.maximum(hazard, 0.0))
-        return exp_end(estimate), exp_end(float(ends[0])), exp_end(float(ends[1]))
+            interval = estimate + signs * np.hypot(interval - estimate, np.maximum(hazard, 0.0))
+        return exp_end(estimate), exp_end(float(interval[0])), exp_end(float(interval[1]))
 
     def minus(self, other: "LogRate") -> "LogRate":
         """Return ln of the ratio to another rate from the same motions and hazard."""
@@ -105,7 +105,7 @@ class HazardCurve:
     source: str = ""  # name of the file
 
     def rate(self, probability: Callable[[Floats], Floats], narrowest: float) -> LogRate:
-        """Return ln rates of R curves; ``probability`` (k, R) is a function of ln im (k, 1).
+        """Return ln rates of R fragility curves, a function ``probability`` (k, R) of ln im (k, 1).
 
         ``narrowest`` is the smallest dispersion of the curves.
         """
@@ -113,16 +113,16 @@ class HazardCurve:
         return self.logs_of(weights @ probability(ln_im[:, None]))
 
     def rate_of_failures(self, ln_failures: Floats) -> LogRate:
-        """Return ln rates of R curves, each by n equally likely ln im of failure, (R, n)."""
+        """Return ln rates of R systems from equally likely ln intensities of failure, (R, n)."""
         # int P |dH| = E[H(x)] - H(last), where H is constant outside the curve
         x = np.log(self.levels)
-        means = [
+        fractile_means = [
             np.mean(np.exp(np.interp(ln_failures, x, row)), axis=1) for row in np.log(self.rates)
         ]
-        return self.logs_of(np.array(means) - self.rates[:, -1:])
+        return self.logs_of(np.array(fractile_means) - self.rates[:, -1:])
 
     def logs_of(self, rates: Floats) -> LogRate:
-        """Return rates (1 + F, R) as logarithms."""
+        """Return ln of rates (1 + F, R): of the mean hazard curve, then of F fractiles."""
         logs = np.log(np.maximum(rates, np.finfo(np.float64).tiny))
         return LogRate(logs[0], logs[1:, 0], self.quantiles)
 
@@ -134,25 +134,25 @@ class HazardCurve:
         ``rate`` returns the ln rate of a state for a hazard curve. ``p`` (2,) is its probability at
         the first and the last intensity.
         """
-        total, most = rate(self).value, float(self.rates[0, -1])
+        all_rate, largest_rate = rate(self).value, float(self.rates[0, -1])
         inner = self._between(low, high)
-        within = inner and rate(inner).value
+        inner_rate = inner and rate(inner).value
         row: Row = {
-            f"share_outside_{end}": add / (total + add)
-            for end, add in (("low", float(p[1]) * most), ("high", most))
+            f"share_outside_{end}": add / (all_rate + add)
+            for end, add in (("low", float(p[1]) * largest_rate), ("high", largest_rate))
         }
         row["probability_at_first_level"] = float(p[0])
-        return row | {"share_extrapolated": max(0.0, 1.0 - (within or 0.0) / total)}
+        return row | {"share_extrapolated": max(0.0, 1.0 - (inner_rate or 0.0) / all_rate)}
 
     def _between(self, low: float, high: float) -> "HazardCurve | None":
         """Return the part between two intensities; None if it is empty."""
         x = self.levels
         inside = x[(x > low) & (x < high)]
-        at = np.unique([*np.clip([low, high], x[0], x[-1]), *inside])
-        if not low < high or at.size < 2:
+        points = np.unique([*np.clip([low, high], x[0], x[-1]), *inside])
+        if not low < high or points.size < 2:
             return None
-        logs = [np.interp(np.log(at), np.log(x), row) for row in np.log(self.rates)]
-        return replace(self, levels=at, rates=np.exp(logs))
+        logs = [np.interp(np.log(points), np.log(x), row) for row in np.log(self.rates)]
+        return replace(self, levels=points, rates=np.exp(logs))
 
     def level_of(self, rate: float) -> float:
         """Return ln of the intensity with a rate of exceedance (mean); NaN outside the curve."""
@@ -167,12 +167,12 @@ class HazardCurve:
         count = np.ceil(np.maximum(steps / narrowest, steps * np.max(slope, axis=0) / 4.0))
         count = np.clip(count, 1, 400).astype(np.intp)
         segment = np.repeat(np.arange(steps.size), count)
-        place = np.arange(segment.size) - np.repeat(np.cumsum(count) - count, count)
+        part_number = np.arange(segment.size) - np.repeat(np.cumsum(count) - count, count)
         width = (steps / count)[segment]
-        at = (place[:, None] + 0.5 * (1.0 + _NODES)) * width[:, None]
+        s = (part_number[:, None] + 0.5 * (1.0 + _NODES)) * width[:, None]
         fall = slope[:, segment, None]
-        weights = fall * np.exp(ln_rate[:, segment, None] - fall * at) * width[:, None] * _WEIGHTS
-        return (x[segment, None] + at).ravel(), 0.5 * weights.reshape(len(ln_rate), -1)
+        weights = fall * np.exp(ln_rate[:, segment, None] - fall * s) * width[:, None] * _WEIGHTS
+        return (x[segment, None] + s).ravel(), 0.5 * weights.reshape(len(ln_rate), -1)
 
 
 def measure_column(name: str) -> str:
@@ -187,7 +187,7 @@ def measure_column(name: str) -> str:
 
 
 class _Part(NamedTuple):
-    """One curve of a file."""
+    """Mean or fractile curve in a file: annual rates at levels of the measure ``im``."""
 
     im: str
     quantile: float | None  # None: mean
@@ -195,30 +195,30 @@ class _Part(NamedTuple):
     rates: Floats
 
 
-def hazard_curve(config: HazardConfig, measures: Sequence[str], usual: str) -> HazardCurve | None:
+def hazard_curve(config: HazardConfig, measures: Sequence[str], default: str) -> HazardCurve | None:
     """Return the hazard curve of a configuration for one of ``measures``; None without a file.
 
-    ``usual`` is taken if the file has it or names no measure. An `InputError` names the file.
+    ``default`` is taken if the file has it or names no measure. An `InputError` names the file.
     """
     if config.file is None:
         return None
     path = Path(config.file)
     curves = {curve.im: curve for curve in read_hazard(path)}
-    wanted = config.measure and measure_column(config.measure)
-    if config.measure and not wanted:
+    requested = config.measure and measure_column(config.measure)
+    if config.measure and not requested:
         text = "must be PGA, PGV, SA(period), AvgSA or an im_ column"
         raise InputError(f"hazard.measure {text}, got {config.measure!r}")
     if "" in curves:
-        name = wanted or usual
+        name = requested or default
         curves = {name: replace(curves[""], im=name)}
-    order = [wanted] if wanted else [usual, *PREFERRED]
-    found = next((name for name in order if name in curves and name in measures), None)
-    if found is None:
-        has, of_study = (", ".join(map(str, names)) for names in (curves, measures))
-        asked = f", hazard.measure is {wanted}" if wanted else ""
-        text = f": hazard of {has}{asked}, but the study has intensities {of_study}"
+    order = [requested] if requested else [default, *PREFERRED]
+    measure = next((name for name in order if name in curves and name in measures), None)
+    if measure is None:
+        in_file, of_study = (", ".join(map(str, names)) for names in (curves, measures))
+        asked = f", hazard.measure is {requested}" if requested else ""
+        text = f": hazard of {in_file}{asked}, but the study has intensities {of_study}"
         raise file_fault(path, f"{text}: give the hazard of one of these")
-    return curves[found]
+    return curves[measure]
 
 
 def site_hazard(file: Path | None, im: str) -> HazardCurve | None:
@@ -234,13 +234,13 @@ def read_hazard(path: Path) -> list[HazardCurve]:
     groups: dict[str, dict[float | None, _Part]] = defaultdict(dict)
     for file in files:
         try:
-            for part in _parts(file):
-                if part.quantile in groups[part.im]:
-                    raise InputError(f"a second hazard curve of {part.im or 'the same measure'}")
-                groups[part.im][part.quantile] = part
+            for curve in _parts(file):
+                if curve.quantile in groups[curve.im]:
+                    raise InputError(f"two hazard curves of {curve.im or 'a measure'}: keep one")
+                groups[curve.im][curve.quantile] = curve
         except InputError as error:
-            known = shown_path(file) in str(error)
-            raise error if known else file_fault(file, f": {error}", **error.details) from None
+            names_file = shown_path(file) in str(error)
+            raise error if names_file else file_fault(file, f": {error}", **error.details) from None
         except (AttributeError, LookupError, TypeError, ValueError):
             raise file_fault(file, " is not a hazard curve in a known format") from None
     if not groups:
@@ -259,38 +259,38 @@ def _assembled(path: Path, parts: dict[float | None, _Part]) -> HazardCurve:
         raise file_fault(path, f": the fractiles of {main.im} have other intensities than the mean")
     rates = np.array([row.rates for row in rows])
     # a probability of one in the investigation time has no rate; zero rates end the curve
-    used = np.all(np.isfinite(rates), axis=0) & (rates[0] > 0.0)
-    if np.sum(used) < 2:
+    is_usable = np.all(np.isfinite(rates), axis=0) & (rates[0] > 0.0)
+    if np.sum(is_usable) < 2:
         raise file_fault(path, ": fewer than two intensities have a rate above zero")
-    positive_rates = np.maximum(rates[:, used], _LEAST_RATE)
-    arrays = {"levels": main.levels[used], "rates": positive_rates}
+    positive_rates = np.maximum(rates[:, is_usable], _LEAST_RATE)
+    arrays = {"levels": main.levels[is_usable], "rates": positive_rates}
     return HazardCurve(im=main.im, quantiles=np.array(quantiles), source=path.name, **arrays)
 
 
 def _parts(path: Path) -> Iterator[_Part]:
     """Yield the checked curves of one file."""
     if path.suffix.lower() == ".json":
-        found = _usgs_json(path)
+        curves = _usgs_json(path)
     else:
         first = read_text(path, MAX_CSV_BYTES).lstrip().partition("\n")[0]
-        found = _openquake(path, first) if first.startswith("#") else _table(path)
-    for part in found:
-        levels = positive(part.levels, "im")
-        rates = as_column(part.rates, "rate")
+        curves = _openquake(path, first) if first.startswith("#") else _table(path)
+    for curve in curves:
+        levels = positive(curve.levels, "im")
+        rates = as_column(curve.rates, "rate")
         require(~(rates < 0.0) & ~np.isnan(rates), "rate", "must not be negative", rates)
         require(np.append(True, np.diff(levels) > 0.0), "im", "must increase", levels)
         with np.errstate(invalid="ignore"):  # inf - inf
             grows = np.append(False, np.diff(rates) > 0.0)
         require(~grows, "rate", "must not increase with the intensity", rates)
-        yield part._replace(levels=levels, rates=rates)
+        yield curve._replace(levels=levels, rates=rates)
 
 
 def _openquake(path: Path, first: str) -> Iterator[_Part]:
     """Yield the curve of a CSV export of OpenQuake; its first line is a comment."""
-    given = dict(re.findall(r"(\w+)='?([^,'\"]+)", first))
-    lacking = [name for name in ("kind", "imt", "investigation_time") if name not in given]
-    if lacking:
-        raise InputError(f"the first line of an OpenQuake file must give {', '.join(lacking)}")
+    entries = dict(re.findall(r"(\w+)='?([^,'\"]+)", first))
+    missing = [name for name in ("kind", "imt", "investigation_time") if name not in entries]
+    if missing:
+        raise InputError(f"the first line of an OpenQuake file must give {', '.join(missing)}")
     _, header, *sites = csv.reader(read_text(path, MAX_CSV_BYTES).strip().splitlines())
     if len(sites) != 1:
         raise InputError(f"has the hazard of {len(sites)} sites: keep the line of one site")
@@ -298,12 +298,12 @@ def _openquake(path: Path, first: str) -> Iterator[_Part]:
     levels = as_column([name.removeprefix("poe-") for name in values], "poe")
     poe = as_column(list(values.values()), "poe")
     require((poe >= 0.0) & (poe <= 1.0), "poe", "must be within 0..1", poe)
-    column, kind = measure_column(given["imt"]), given["kind"]
+    column, kind = measure_column(entries["imt"]), entries["kind"]
     factor = _FACTORS["cm/s"] if column == _NAMES["PGV"] else 1.0
     with np.errstate(divide="ignore"):
-        rates = -np.log1p(-poe) / float(given["investigation_time"])
+        rates = -np.log1p(-poe) / float(entries["investigation_time"])
     quantile = None if kind == "mean" else float(kind.removeprefix("quantile-"))
-    yield _Part(column or given["imt"], quantile, factor * levels, rates)
+    yield _Part(column or entries["imt"], quantile, factor * levels, rates)
 
 
 def _table(path: Path) -> Iterator[_Part]:
@@ -334,18 +334,18 @@ def _table(path: Path) -> Iterator[_Part]:
         yield _Part(column, quantile, levels, as_column(table[name], "rate"))
 
 
-def _measure_and_factor(head: str) -> tuple[str, float]:
-    """Return the column named by a heading, and the factor to its unit; ``im`` names none."""
-    if head == "im" or head.startswith("im_"):
-        return head.removesuffix("im"), 1.0
-    match = _UNIT.fullmatch(head)
-    column = measure_column(match[1] if match else head)
+def _measure_and_factor(title: str) -> tuple[str, float]:
+    """Return the measure's column and the factor to its unit from a heading ('' for ``im``)."""
+    if title == "im" or title.startswith("im_"):
+        return title.removesuffix("im"), 1.0
+    match = _UNIT.fullmatch(title)
+    column = measure_column(match[1] if match else title)
     if not column:
-        raise InputError(f"{head!r} is not a measure with a unit, such as SA(1.0) (g) or PGA (g)")
+        raise InputError(f"{title!r} is not a measure with a unit, such as SA(1.0) (g) or PGA (g)")
     if not match:
-        raise InputError(f"the unit of {head} is missing: write {head} (g), or (cm/s) for PGV")
+        raise InputError(f"the unit of {title} is missing: write {title} (g), or (cm/s) for PGV")
     if (match[2] == "g") == (column == _NAMES["PGV"]):
-        raise InputError(f"{match[1]} has not the unit {match[2]}")
+        raise InputError(f"{match[1]} cannot have the unit {match[2]}: write g, or cm/s for PGV")
     return column, _FACTORS[match[2]]
 
 
@@ -353,24 +353,24 @@ def _usgs_json(path: Path) -> Iterator[_Part]:
     """Yield the total curves of a response of the hazard services of the USGS."""
     content = read_json(path)
     response = content.get("response", content) if isinstance(content, dict) else content
-    shared: Any = {}
+    common: Any = {}
     if isinstance(response, dict):
-        shared = response.get("metadata", {})
+        common = response.get("metadata", {})
         response = response.get("hazardCurves", [])
     for item in response if isinstance(response, list) else []:
-        about = {**shared, **item.get("metadata", {}), **item}
-        imt = about.get("imt", {})
+        metadata = {**common, **item.get("metadata", {}), **item}
+        imt = metadata.get("imt", {})
         name = str(imt.get("value", imt) if isinstance(imt, dict) else imt)
-        unit = re.search(r"\((g|m/s|cm/s)\)", f"{imt} {about.get('xlabel', '')}")
+        unit = re.search(r"\((g|m/s|cm/s)\)", f"{imt} {metadata.get('xlabel', '')}")
         if not unit:
             raise InputError(f"the unit of {name} is missing (xlabel, such as Ground Motion (g))")
-        total = [each for each in item.get("data", []) if each.get("component") == "Total"]
-        if len(total) != 1:
+        totals = [curve for curve in item.get("data", []) if curve.get("component") == "Total"]
+        if len(totals) != 1:
             raise InputError(
-                f"{name} has {len(total)} curves of the component Total; one is needed"
+                f"{name} has {len(totals)} curves of the component Total; one is needed"
             )
-        values = total[0].get("values", {})
-        levels = values.get("xs", about.get("xvalues"))
-        rates = values.get("ys", total[0].get("yvalues"))
+        values = totals[0].get("values", {})
+        levels = values.get("xs", metadata.get("xvalues"))
+        rates = values.get("ys", totals[0].get("yvalues"))
         levels = _FACTORS[unit[1]] * as_column(levels, f"{name} xs")
         yield _Part(measure_column(name) or name, None, levels, as_column(rates, f"{name} ys"))

@@ -53,17 +53,17 @@ class JointModel:
             start += rows * size
             capacity = {name: mode[name] for name in ("demand", "threshold", "dispersion")}
             self._modes.append(LimitState(component="", name="", **capacity))
-            further = {name: mode[name] for name in ("centre", "motions")}
-            further |= {"span": tuple(mode["span"]), "knot": mode["knot"] or np.inf}
-            self._models.append(DemandModel(axes=self.axis_range, parameters=values, **further))
+            constants = {name: mode[name] for name in ("centre", "motions")}
+            constants |= {"span": tuple(mode["span"]), "knot": mode["knot"] or np.inf}
+            self._models.append(DemandModel(axes=self.axis_range, parameters=values, **constants))
         self._rho = replicates[start:] if len(modes) > 1 else None
 
     def curve(self, values: Mapping[str, Any]) -> StateCurve:
         """Return the curves at values of the axes, from all runs and without each block."""
         state = state_curve(self._models, self._modes, values, self._rho)
         if isinstance(state, str):
-            none = np.full(len(self._models[0].parameters), np.nan)
-            return StateCurve(none, none, none)
+            nans = np.full(len(self._models[0].parameters), np.nan)
+            return StateCurve(nans, nans, nans)
         return state
 
     def median(
@@ -98,9 +98,9 @@ def joint_table(
     return pd.DataFrame([row for of_model in rows for row in of_model], columns=list(JOINT_COLUMNS))
 
 
-def _rows(item: tuple[BridgeModels, States, Row]) -> list[Row]:
+def _rows(arguments: tuple[BridgeModels, States, Row]) -> list[Row]:
     """Return the rows of one bridge and abutment model."""
-    models, states, shared = item
+    models, states, shared = arguments
     im = models.runs[shared["im"]].to_numpy(dtype=np.float64)
     low, high = covered_range(im, demand_table.motion_codes(models.runs))
     outcomes = {
@@ -136,7 +136,7 @@ def _estimate(models: BridgeModels, state: LimitState, row: Row) -> Row:
     if len(fits) > 1:
         replicates.append(models.correlation(*modes))
     estimate["replicates"] = np.concatenate(replicates).tolist()
-    estimate["modes"] = json.dumps([_described(*both) for both in zip(fits, modes, strict=True)])
+    estimate["modes"] = json.dumps([_described(*pair) for pair in zip(fits, modes, strict=True)])
     estimate["n_runs"] = int(max(np.sum(fit.outcomes.used) for fit in fits))
     estimate["n_motions"] = fits[0].model.motions
     if len(fits) == 1:
@@ -148,8 +148,8 @@ def _estimate(models: BridgeModels, state: LimitState, row: Row) -> Row:
         return estimate | {"status": NON_INCREASING}
     logs = curve.ln_theta, np.log(curve.beta), np.log(curve.total)
     for name, values in zip(("theta", "beta", "beta_total"), logs, strict=True):
-        ends = interval(values, model.level)
-        estimate |= dict(zip((name, f"{name}_low", f"{name}_high"), ends, strict=True))
+        interval_ = interval(values, model.level)
+        estimate |= dict(zip((name, f"{name}_low", f"{name}_high"), interval_, strict=True))
     errors = _left_out_errors(models, state, fits)
     if np.any(np.isfinite(errors)):
         estimate["loo_error"] = float(np.nanmedian(errors))
@@ -159,12 +159,12 @@ def _estimate(models: BridgeModels, state: LimitState, row: Row) -> Row:
 
 
 def _described(fit: DemandFit, mode: LimitState) -> dict[str, Any]:
-    """Return what a model of a mode needs besides its parameters, for JSON."""
+    """Return for JSON the constants of the model of a mode (everything but its parameters)."""
     model = fit.model
     capacity = {name: getattr(mode, name) for name in ("demand", "threshold", "dispersion")}
-    place = {"centre": model.centre, "knot": model.knot if np.isfinite(model.knot) else None}
+    scale = {"centre": model.centre, "knot": model.knot if np.isfinite(model.knot) else None}
     shape = {"span": model.span, "motions": model.motions, "shape": model.parameters.shape}
-    return capacity | place | shape
+    return capacity | scale | shape
 
 
 def _left_out_errors(models: BridgeModels, state: LimitState, fits: Sequence[DemandFit]) -> Floats:
@@ -173,11 +173,11 @@ def _left_out_errors(models: BridgeModels, state: LimitState, fits: Sequence[Dem
     if len(modes) > 1:
         rho = models.correlation(*modes)[:1]
     errors = np.full(len(models.variants), np.nan)
-    others = zip(*(fit.without_variants for fit in fits), strict=True)
-    for number, (left, values) in enumerate(zip(others, records_of(models.variants), strict=True)):
-        if any(isinstance(model, str) for model in left):
+    subsets = zip(*(fit.without_variants for fit in fits), strict=True)
+    for i, (reduced, values) in enumerate(zip(subsets, records_of(models.variants), strict=True)):
+        if any(isinstance(model, str) for model in reduced):
             continue
-        curve, known = state_curve(left, modes, values, rho), models.curve(state, values)
-        if not isinstance(curve, str) and not isinstance(known, str):
-            errors[number] = abs(np.exp(curve.ln_theta[0] - known.ln_theta[0]) - 1.0)
+        curve, all_runs = state_curve(reduced, modes, values, rho), models.curve(state, values)
+        if not isinstance(curve, str) and not isinstance(all_runs, str):
+            errors[i] = abs(np.exp(curve.ln_theta[0] - all_runs.ln_theta[0]) - 1.0)
     return errors

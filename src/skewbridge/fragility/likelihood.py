@@ -44,9 +44,9 @@ def log_normal_interval(lower: Floats, upper: Floats) -> Floats:
     a, b = np.minimum(side * lower, side * upper), np.maximum(side * lower, side * upper)
     with np.errstate(divide="ignore", invalid="ignore"):
         out = np.log((special.ndtr(b) - special.ndtr(a)) * (upper > lower))
-        if (far := (b < _FAR) & (upper > lower)).any():
-            log_a, log_b = special.log_ndtr(a[far]), special.log_ndtr(b[far])
-            out[far] = log_b + np.log(-np.expm1(np.minimum(log_a - log_b, 0.0)))
+        if (is_far := (b < _FAR) & (upper > lower)).any():
+            log_a, log_b = special.log_ndtr(a[is_far]), special.log_ndtr(b[is_far])
+            out[is_far] = log_b + np.log(-np.expm1(np.minimum(log_a - log_b, 0.0)))
     return out
 
 
@@ -83,8 +83,8 @@ class NormalKernel:
     ) -> None:
         self.weights = np.ones(lower.size) if weights is None else weights
         beyond = covariates if upper_covariates is None else upper_covariates
-        seen = (lower == upper) & (upper_covariates is None)
-        has_low, has_high = np.isfinite(lower) & ~seen, np.isfinite(upper) & ~seen
+        is_observed = (lower == upper) & (upper_covariates is None)
+        has_low, has_high = np.isfinite(lower) & ~is_observed, np.isfinite(upper) & ~is_observed
         low, high = np.column_stack([-covariates, lower]), np.column_stack([-beyond, upper])
         below, above = np.flatnonzero(has_low & ~has_high), np.flatnonzero(has_high & ~has_low)
         #: Design of the rows with one finite bound, negated if right-censored, and its products.
@@ -97,9 +97,9 @@ class NormalKernel:
         self._low, self._high = low[between], high[between]
         self._low_low, self._high_high = (row_products(x, x) for x in (self._low, self._high))
         self._cross = row_products(self._low, self._high) + row_products(self._high, self._low)
-        self._any_observed = bool(seen.any())
+        self._any_observed = bool(is_observed.any())
         # z = (-x, residual of y about a line) @ onto @ params: residuals avoid cancellation
-        x, y, w = covariates[seen], lower[seen], self.weights[..., seen]
+        x, y, w = covariates[is_observed], lower[is_observed], self.weights[..., is_observed]
         line = np.linalg.lstsq(x, y)[0] if y.size else np.zeros(x.shape[1])
         self._onto = np.eye(line.size + 1)
         self._onto[:-1, -1] = -line
@@ -120,9 +120,9 @@ class NormalKernel:
         loglik, score, hessian = np.zeros(shape[0]), np.zeros(shape), np.zeros((*shape, shape[1]))
         if self._any_observed:
             safe_h = np.where(h > 0.0, h, 1.0)
-            turned = params @ self._onto.T
-            product = np.einsum("...ij,...j->...i", sums, turned)
-            loglik += count * (np.log(safe_h) - HALF_LOG_2PI) - 0.5 * np.sum(turned * product, 1)
+            projected = params @ self._onto.T
+            product = np.einsum("...ij,...j->...i", sums, projected)
+            loglik += count * (np.log(safe_h) - HALF_LOG_2PI) - 0.5 * np.sum(projected * product, 1)
             score -= product @ self._onto
             score[:, -1] += count / safe_h
             hessian -= self._onto.T @ sums @ self._onto
@@ -138,13 +138,13 @@ class NormalKernel:
         if len(self._low):
             zu, zl = params @ self._high.T, params @ self._low.T
             log_p = log_normal_interval(zl, zu)
-            counted, scale = log_p, -log_p
+            log_terms, scale = log_p, -log_p
             if not (possible := np.isfinite(log_p)).all():
                 # parameters that give a bracket no probability get minus infinity
-                counted = np.where(of_between > 0.0, log_p, 0.0)
+                log_terms = np.where(of_between > 0.0, log_p, 0.0)
                 scale = np.where(possible, scale, -np.inf)
             pu, pl = (np.exp(scale - 0.5 * z * z - HALF_LOG_2PI) for z in (zu, zl))
-            loglik += np.sum(of_between * counted, axis=1)
+            loglik += np.sum(of_between * log_terms, axis=1)
             score += (of_between * pu) @ self._high - (of_between * pl) @ self._low
             second = (of_between * (pl * (zl - pl))) @ self._low_low
             second += (of_between * (pu * pl)) @ self._cross
@@ -187,8 +187,8 @@ def _newton_step(hessian: Floats, score: Floats) -> Floats:
         step = np.linalg.solve(-hessian, score[..., None])[..., 0]
     except np.linalg.LinAlgError:
         step = np.zeros_like(score)
-        good = np.linalg.det(hessian) != 0.0
-        step[good] = np.linalg.solve(-hessian[good], score[good][..., None])[..., 0]
+        regular = np.linalg.det(hessian) != 0.0
+        step[regular] = np.linalg.solve(-hessian[regular], score[regular][..., None])[..., 0]
     return np.where(np.isfinite(step).all(axis=1, keepdims=True), step, 0.0)
 
 
@@ -202,52 +202,52 @@ def maximise(
     bend = None  # second-order correction of the first step, if all replicates start alike
     if isinstance(kernel, NormalKernel) and not covariance and active.size > 1:
         bend = kernel.bend if np.all(params == params[0]) else None
-    now = kernel.derivatives(params, active)
-    loglik, hessian = now.loglik.copy(), now.hessian.copy()
+    current = kernel.derivatives(params, active)
+    loglik, hessian = current.loglik.copy(), current.hessian.copy()
     for _ in range(_MAX_ITERATIONS):
-        step = _newton_step(now.hessian, now.score)
-        decrement = np.sum(step * now.score, axis=1)
-        done = (decrement < _DECREMENT_TOLERANCE) & (decrement >= 0.0)
-        if not covariance and np.any(done):  # no derivatives are needed after the last step
-            last = active[done]
-            params[last] += step[done]
-            loglik[last] = now.loglik[done] + 0.5 * decrement[done]
+        step = _newton_step(current.hessian, current.score)
+        decrement = np.sum(step * current.score, axis=1)
+        is_done = (decrement < _DECREMENT_TOLERANCE) & (decrement >= 0.0)
+        if not covariance and np.any(is_done):  # no derivatives are needed after the last step
+            last = active[is_done]
+            params[last] += step[is_done]
+            loglik[last] = current.loglik[is_done] + 0.5 * decrement[is_done]
             converged[last] = np.isfinite(loglik[last])
-            now = Derivatives(*(values[~done] for values in now))
-            active, step, done = active[~done], step[~done], done[~done]
+            current = Derivatives(*(values[~is_done] for values in current))
+            active, step, is_done = active[~is_done], step[~is_done], is_done[~is_done]
             if active.size == 0:
                 break
         if bend is not None:
             # add the second-order term of the step if it is below a tenth of the first
-            further = _newton_step(now.hessian, bend(params[-1], step))
-            small = np.sum(further**2, axis=1) < 0.01 * np.sum(step**2, axis=1)
-            step += np.where(small[:, None], further, 0.0)
+            correction = _newton_step(current.hessian, bend(params[-1], step))
+            is_small = np.sum(correction**2, axis=1) < 0.01 * np.sum(step**2, axis=1)
+            step += np.where(is_small[:, None], correction, 0.0)
             bend = None
-        least = now.loglik - 1e-12 * (1.0 + np.abs(now.loglik))
+        required = current.loglik - 1e-12 * (1.0 + np.abs(current.loglik))
         trial = kernel.derivatives(params[active] + step, active)
-        failed = np.flatnonzero(~(trial.loglik >= least))
+        failed = np.flatnonzero(~(trial.loglik >= required))
         for _ in range(_MAX_HALVINGS):
             if failed.size == 0:
                 break
             step[failed] *= 0.5
-            again = kernel.derivatives(params[active[failed]] + step[failed], active[failed])
-            for values, new in zip(trial, again, strict=True):
+            halved = kernel.derivatives(params[active[failed]] + step[failed], active[failed])
+            for values, new in zip(trial, halved, strict=True):
                 values[failed] = new
-            failed = failed[~(again.loglik >= least[failed])]
+            failed = failed[~(halved.loglik >= required[failed])]
         step[failed] = 0.0
         params[active] += step
         loglik[active], hessian[active] = trial.loglik, trial.hessian
-        converged[active] = done & np.isfinite(trial.loglik)
-        done[failed] = True
-        active = active[~done]
+        converged[active] = is_done & np.isfinite(trial.loglik)
+        is_done[failed] = True
+        active = active[~is_done]
         if active.size == 0:
             break
-        now = Derivatives(*(values[~done] for values in trial))
+        current = Derivatives(*(values[~is_done] for values in trial))
     inverse = np.full_like(hessian, np.nan)
     if covariance:
         with np.errstate(all="ignore"):
-            good = np.linalg.det(-hessian) > 0.0
-        inverse[good] = np.linalg.inv(-hessian[good])
+            is_regular = np.linalg.det(-hessian) > 0.0
+        inverse[is_regular] = np.linalg.inv(-hessian[is_regular])
     return Maximum(params, loglik, inverse, converged)
 
 
@@ -274,43 +274,43 @@ def profile_ends(
     is params @ intercept + a1 ln x, so ln theta = -params @ intercept/a1; ``intercepts`` (J, p) are
     0 at the position ``slope`` of a1. All ends are found together by bracketed Newton's method.
     """
-    best, a1 = maximum.params[0], float(maximum.params[0, slope])
-    profiles = _Profiles(kernel, best, intercepts, slope)
+    params, a1 = maximum.params[0], float(maximum.params[0, slope])
+    profiles = _Profiles(kernel, params, intercepts, slope)
     target = float(maximum.loglik[0]) - 0.5 * drop
-    middles = np.append(-intercepts @ best / a1, np.log(a1))
-    gradients = np.vstack([-intercepts, np.eye(best.size)[slope]]) / a1
+    middles = np.append(-intercepts @ params / a1, np.log(a1))
+    gradients = np.vstack([-intercepts, np.eye(params.size)[slope]]) / a1
     gradients[:-1, slope] = -middles[:-1] / a1
     variance = np.einsum("kp,pq,kq->k", gradients, maximum.covariance[0], gradients)
     width = np.sqrt(drop * np.where(np.isfinite(variance) & (variance > 0.0), variance, 0.01))
     width[-1] = min(width[-1], 2.0)
     side, centre = np.tile([-1.0, 1.0], middles.size), np.repeat(middles, 2)
     # ASSUME an end farther than this from the estimate of ln theta or ln beta is unbounded
-    reach = np.repeat([*np.full(len(intercepts), 40.0 / a1 + 20.0), 30.0], 2)
-    away = np.minimum(np.repeat(width, 2), reach)  # distance from the maximum
-    low, high = np.zeros(away.size), np.full(away.size, np.inf)  # bracket of the end
-    endless = np.zeros(away.size, dtype=np.bool_)
+    limit = np.repeat([*np.full(len(intercepts), 40.0 / a1 + 20.0), 30.0], 2)
+    offset = np.minimum(np.repeat(width, 2), limit)  # distance from the maximum
+    low, high = np.zeros(offset.size), np.full(offset.size, np.inf)  # bracket of the end
+    endless = np.zeros(offset.size, dtype=np.bool_)
     for _ in range(_MAX_ITERATIONS):
-        loglik, rate = profiles.evaluate(centre + side * away)
+        loglik, rate = profiles.evaluate(centre + side * offset)
         value = loglik - target
         inside = value > 0.0
-        endless = inside & (away == reach)
-        if np.all(done := endless | (np.abs(value) < _PROFILE_TOLERANCE)):
+        endless = inside & (offset == limit)
+        if np.all(is_done := endless | (np.abs(value) < _PROFILE_TOLERANCE)):
             break
-        low, high = np.where(inside, away, low), np.where(inside, high, away)
+        low, high = np.where(inside, offset, low), np.where(inside, high, offset)
         # the root of the drop is nearly linear in psi
         with np.errstate(divide="ignore", invalid="ignore"):
             root = np.sqrt(np.maximum(drop - 2.0 * value, 0.0))
-            newton = away + (root - np.sqrt(drop)) * root / (side * rate)
-        newton = np.where(newton > low, np.minimum(newton, np.minimum(3.0 * away, reach)), np.nan)
-        between = np.where(np.isfinite(high), 0.5 * (low + high), np.minimum(2.0 * away, reach))
-        away = np.where(done, away, np.where(newton < high, newton, between))
-    ends = np.where(endless, side * np.inf, centre + side * away).reshape(-1, 2)
+            newton = offset + (root - np.sqrt(drop)) * root / (side * rate)
+        newton = np.where(newton > low, np.minimum(newton, np.minimum(3.0 * offset, limit)), np.nan)
+        between = np.where(np.isfinite(high), 0.5 * (low + high), np.minimum(2.0 * offset, limit))
+        offset = np.where(is_done, offset, np.where(newton < high, newton, between))
+    ends = np.where(endless, side * np.inf, centre + side * offset).reshape(-1, 2)
     ends[-1] = np.exp(-ends[-1, ::-1])
     return ends
 
 
 class _Profiles:
-    """Profile likelihoods of ln theta of J states (2 rows each) and of ln a1 (2 rows)."""
+    """Profile likelihoods of ln theta of J states and of ln a1, two rows each (both ends)."""
 
     # Each row maximises the log-likelihood under one constraint, normal @ params = right. The
     # constraint determines one parameter (its factor in `normal` is 1); the others are free.
@@ -332,11 +332,11 @@ class _Profiles:
     def derivatives(self, params: Floats, rows: Index) -> Derivatives:
         """Return the derivatives with respect to the free parameters for the numbered rows."""
         onto = self._onto[rows]
-        now = self._kernel.derivatives(self._offset[rows] + (onto @ params[:, :, None])[..., 0])
-        self._score[rows], self._hessian[rows] = now.score, now.hessian
-        score = (now.score[:, None, :] @ onto)[:, 0]
-        hessian = np.swapaxes(onto, 1, 2) @ now.hessian @ onto
-        return Derivatives(now.loglik, score, hessian - self._fixed[rows])
+        full = self._kernel.derivatives(self._offset[rows] + (onto @ params[:, :, None])[..., 0])
+        self._score[rows], self._hessian[rows] = full.score, full.hessian
+        score = (full.score[:, None, :] @ onto)[:, 0]
+        hessian = np.swapaxes(onto, 1, 2) @ full.hessian @ onto
+        return Derivatives(full.loglik, score, hessian - self._fixed[rows])
 
     def evaluate(self, psi: Floats) -> tuple[Floats, Floats]:
         """Return the profile log-likelihoods at ``psi`` and their derivatives, (rows,) each."""
@@ -363,20 +363,20 @@ class _Profiles:
 
     def _shifted(self, right: Floats) -> Floats:
         """Return the last parameters, moved along `_shifts` so that they meet the constraints."""
-        miss = right - np.sum(self._normals * self._params, axis=1)
-        along = miss / np.sum(self._normals * self._shifts, axis=1)
-        return self._params + along[:, None] * self._shifts
+        violation = right - np.sum(self._normals * self._params, axis=1)
+        distance = violation / np.sum(self._normals * self._shifts, axis=1)
+        return self._params + distance[:, None] * self._shifts
 
-    def _ahead(self, turned: Floats, right: Floats) -> Floats:
+    def _ahead(self, change: Floats, right: Floats) -> Floats:
         """Return start values for the next maxima, on the tangent of the profile if usable."""
         # at a maximum, score = multiplier * normal: one Newton step for parameters and multiplier
         count, size = self._params.shape
-        system, of = np.zeros((count, size + 1, size + 1)), np.zeros((count, size + 1))
+        system, right_side = np.zeros((count, size + 1, size + 1)), np.zeros((count, size + 1))
         system[:, :-1, :-1], system[:, :-1, -1] = self._hessian, -self._normals
         system[:, -1, :-1] = self._normals
-        of[:, :-1] = np.sum(self._determined * self._score, axis=1)[:, None] * turned
-        of[:, -1] = right - np.sum(self._normals * self._params, axis=1)
-        step = _newton_step(-system, of)[:, :-1]  # zero without a tangent
+        right_side[:, :-1] = np.sum(self._determined * self._score, axis=1)[:, None] * change
+        right_side[:, -1] = right - np.sum(self._normals * self._params, axis=1)
+        step = _newton_step(-system, right_side)[:, :-1]  # zero without a tangent
         ahead = self._params + step
         usable = np.any(step != 0.0, axis=1) & (ahead[:, self._slope] > 0.0)
         usable &= np.all(np.diff(ahead @ self._intercepts) * self._order > 0.0, axis=1)

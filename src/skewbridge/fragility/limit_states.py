@@ -112,19 +112,19 @@ def with_column_failure(states: States, columns: Collection[str]) -> list[LimitS
     defined = any(state.component == COLUMN_FAILURE for state in states)
     failures = () if defined else _column_failures()
     absent = {column.name for column in joint_columns(s.demand for s in states)}.difference(columns)
-    found = [state for state in states if state.demand not in absent]
-    found += [state for state in failures if state.demand in columns]
-    return [_with_modes(state, found, columns) for state in found]
+    all_states = [state for state in states if state.demand not in absent]
+    all_states += [state for state in failures if state.demand in columns]
+    return [_with_modes(state, all_states, columns) for state in all_states]
 
 
 def _with_modes(state: LimitState, states: States, columns: Collection[str]) -> LimitState:
-    """Return a state of the larger ratio with its failure modes; other states are unchanged."""
+    """Return a state of `COLUMN_FAILURE_RATIO` with its failure modes; others are unchanged."""
     if state.demand != COLUMN_FAILURE_RATIO:
         return state
     key = state.component, state.threshold
-    own = {each.demand: each for each in states if (each.component, each.threshold) == key}
+    by_demand = {mode.demand: mode for mode in states if (mode.component, mode.threshold) == key}
     names = [name for name in FAILURE_DEMANDS.values() if name in columns]
-    modes = tuple(own.get(name, replace(state, demand=name)) for name in names)
+    modes = tuple(by_demand.get(name, replace(state, demand=name)) for name in names)
     return replace(state, modes=modes, dispersion=nan) if modes else state
 
 
@@ -195,10 +195,10 @@ class LimitStateEntry(BaseModel):
     @classmethod
     def _has_dimension_of_demand(cls, unit: str, info: ValidationInfo) -> str:
         demand, spelled = info.data.get("demand"), _spelled(unit)
-        own = spelled if demand is None else demand_unit(demand, spelled)
-        if spelled not in _UNITS and spelled != own:
-            raise ValueError(f"must be one of {', '.join(dict.fromkeys((*_UNITS, own)))}")
-        dimension, target = (_UNITS.get(name, (name,))[0] for name in (spelled, own))
+        required = spelled if demand is None else demand_unit(demand, spelled)
+        if spelled not in _UNITS and spelled != required:
+            raise ValueError(f"must be one of {', '.join(dict.fromkeys((*_UNITS, required)))}")
+        dimension, target = (_UNITS.get(name, (name,))[0] for name in (spelled, required))
         if dimension != target:
             raise ValueError(f"is a {dimension}, but {demand} is a {target}")
         return spelled
@@ -207,9 +207,9 @@ class LimitStateEntry(BaseModel):
         """Return the limit states in the unit of their demand column; medians must increase."""
         unit = demand_unit(self.demand, self.unit)
         factor = 1.0 if unit == self.unit else _UNITS[self.unit][1] / _UNITS[unit][1]
-        for (mild, before), (severe, state) in pairwise(self.states.items()):
-            if state.median <= before.median:
-                text = f"median {state.median:g} must exceed {before.median:g} (state {mild})"
+        for (mild, milder), (severe, state) in pairwise(self.states.items()):
+            if state.median <= milder.median:
+                text = f"median {state.median:g} must exceed {milder.median:g} (state {mild})"
                 raise InputError(f"{where}: states.{severe}: {text}: write mild states first")
         shared = self.model_dump(include={"component", "demand", "collapse", "citation"})
         out: list[LimitState] = []
@@ -228,36 +228,36 @@ def load_limit_states(path: Path) -> list[LimitState]:
     return limit_states_of(read_yaml(path), f"{shown_path(path)}: ")
 
 
-def limit_states_of(data: object, place: str = "") -> list[LimitState]:
+def limit_states_of(data: object, prefix: str = "") -> list[LimitState]:
     """Return the limit states of a parsed file; an `InputError` names wrong entries."""
     if not isinstance(data, list) or not data:
-        raise InputError(f"{place}limit states must be a list with at least one entry")
+        raise InputError(f"{prefix}limit states must be a list with at least one entry")
     out: list[LimitState] = []
     faults: list[InputError] = []
     for row, entry in enumerate(data):
-        where = f"{place}limit state entry {row}"
+        where = f"{prefix}limit state entry {row}"
         try:
             out += checked(LimitStateEntry, entry, where).limit_states(where)
         except InputError as error:
             faults.append(error)
     twice = (key for key, count in Counter(state.key for state in out).items() if count > 1)
-    faults += [InputError(f"{place}limit state {key} is defined twice") for key in twice]
+    faults += [InputError(f"{prefix}limit state {key} is defined twice") for key in twice]
     raise_all(faults)
     return out
 
 
-def demand_unit(column: str, given: str = "ratio") -> str:
-    """Return the unit of a demand, such as ``m``; ``given`` is the unit of its limit states.
+def demand_unit(column: str, state_unit: str = "ratio") -> str:
+    """Return the unit of a demand, such as ``m``; ``state_unit`` is the unit of its limit states.
 
     It is in `demands/columns.csv`, or ends the name of a foreign column.
     """
-    if (known := column_of(column)) is not None:
-        return _spelled(known.unit)
-    if column.lower().endswith(f"_{given}"):
-        return given
+    if (entry := column_of(column)) is not None:
+        return _spelled(entry.unit)
+    if column.lower().endswith(f"_{state_unit}"):
+        return state_unit
     if (unit := _spelled(column.rsplit("_", 1)[-1])) in _UNITS:
         return unit
-    if given in _UNITS and _UNITS[given][0] == "ratio":
+    if state_unit in _UNITS and _UNITS[state_unit][0] == "ratio":
         return "ratio"
     problem = f"column {shortened(column)} does not end with a unit"
     raise InputError(f"{problem}; known units: {', '.join(_UNITS)}", column=column)

@@ -45,10 +45,10 @@ def fit_lines(x: Floats, lower: Floats, upper: Floats, weights: Floats) -> Lines
     often each run counts. A line is NaN if fewer than three demands are known, if the known demands
     are at a single intensity, or if its slope is not positive.
     """
-    seen, known = lower == upper, x[lower == upper]
-    if known.size < 3 or (known.size < x.size and np.ptp(known) == 0.0):
+    is_known, x_known = lower == upper, x[lower == upper]
+    if x_known.size < 3 or (x_known.size < x.size and np.ptp(x_known) == 0.0):
         return Lines(*np.full((3, weights.shape[0]), np.nan))
-    if np.all(seen):
+    if np.all(is_known):
         centre_x, centre_y = float(np.mean(x)), float(np.mean(lower))
         u, v = x - centre_x, lower - centre_y
         terms = np.column_stack([np.ones_like(u), u, v, u * u, u * v, v * v])
@@ -60,21 +60,21 @@ def fit_lines(x: Floats, lower: Floats, upper: Floats, weights: Floats) -> Lines
             b = np.where((sxx > 1e-9) & (sxy > 0.0), sxy / sxx, np.nan)
             sigma = np.sqrt(np.maximum(syy - b * sxy, 0.0) / np.maximum(total - 2.0, 1.0))
         return Lines(mean_v + centre_y - b * (mean_u + centre_x), b, sigma)
-    design, start = np.column_stack([np.ones(x.size), x]), tobit_start(x, lower, seen)
+    design, start = np.column_stack([np.ones(x.size), x]), tobit_start(x, lower, is_known)
     if weights.shape[0] > 1:  # the line through all runs is close to the line of each replicate
         start = maximise(NormalKernel(design, lower, upper), start, covariance=False).params
     kernel = NormalKernel(design, lower, upper, weights)
     best = maximise(kernel, np.tile(start, (weights.shape[0], 1)), covariance=False)
     a0, a1, h = best.params.T
-    good = best.converged & (a1 > FLATTEST_SLOPE)
+    is_valid = best.converged & (a1 > FLATTEST_SLOPE)
     with np.errstate(divide="ignore", invalid="ignore"):
-        return Lines(*(np.where(good, values, np.nan) for values in (a0 / h, a1 / h, 1.0 / h)))
+        return Lines(*(np.where(is_valid, values, np.nan) for values in (a0 / h, a1 / h, 1.0 / h)))
 
 
-def tobit_start(x: Floats, y: Floats, seen: Mask) -> Floats:
+def tobit_start(x: Floats, y: Floats, is_known: Mask) -> Floats:
     """Return start values (delta_0, delta_1, h) from the line through the known demands, (1, 3)."""
-    slope, intercept = np.polyfit(x[seen], y[seen], 1)
-    h = 1.0 / max(float(np.std(y[seen] - intercept - slope * x[seen])), 1e-3)
+    slope, intercept = np.polyfit(x[is_known], y[is_known], 1)
+    h = 1.0 / max(float(np.std(y[is_known] - intercept - slope * x[is_known])), 1e-3)
     return np.array([[h * intercept, h * slope, h]])
 
 
@@ -117,14 +117,14 @@ def tested_line(x: Floats, y: Floats) -> TestedLine:
     total = sxx * float(centred @ centred)
     scatter_p = float(special.chdtrc(1, n * float(u @ centred) ** 2 / total)) if total else nan
     curvature = curvature_p = nan  # coefficient and p-value of an additional term in u^2
-    extra = u**2 - np.mean(u**2)
-    extra = extra - (float(extra @ u) / sxx) * u
-    size = float(extra @ extra)
+    u2_residual = u**2 - np.mean(u**2)
+    u2_residual = u2_residual - (float(u2_residual @ u) / sxx) * u
+    size = float(u2_residual @ u2_residual)
     if n >= 4 and size > 1e-12 * sxx**2 and sse > 0.0:
-        curvature = float(extra @ residual) / size
+        curvature = float(u2_residual @ residual) / size
         explained = curvature**2 * size
-        left = max(sse - explained, 1e-300)
-        curvature_p = float(special.fdtrc(1, n - 3, explained / (left / (n - 3))))
+        unexplained = max(sse - explained, 1e-300)
+        curvature_p = float(special.fdtrc(1, n - 3, explained / (unexplained / (n - 3))))
     tests = curvature, curvature_p, scatter_p
     return TestedLine(mean_y - b * mean_x, b, sigma, n, mean_x, sxx, r2, *tests)
 

@@ -53,8 +53,8 @@ class DemandOutcomes:
 
     def unknown(self, state: LimitState) -> Mask:
         """Return True for runs that may or may not exceed a state, shape (n,)."""
-        below = np.isfinite(self.upper) & (self.upper <= state.threshold)
-        return ~self.exceed(state) & ~below
+        is_below = np.isfinite(self.upper) & (self.upper <= state.threshold)
+        return ~self.exceed(state) & ~is_below
 
     def counts(self, state: LimitState) -> dict[str, int]:
         """Return the number of runs known to exceed a state and of runs with unknown outcome."""
@@ -111,8 +111,8 @@ def demand_outcomes(table: pd.DataFrame, states: States) -> DemandOutcomes:
     if np.any(complete & (peak == 0.0)):
         positive, mildest = peak[complete & (peak > 0.0)], min(s.threshold for s in states)
         limit = min(max(np.min(positive, initial=np.inf), _SMALL_SHARE * mildest), mildest)
-        small = complete & (peak < limit)
-        lower, upper = np.where(small, 0.0, lower), np.where(small, limit, upper)
+        is_small = complete & (peak < limit)
+        lower, upper = np.where(is_small, 0.0, lower), np.where(is_small, limit, upper)
     return DemandOutcomes(lower, upper, complete)
 
 

@@ -64,8 +64,8 @@ def exceedance(curve: StateCurve, ln_im: Floats) -> Floats:
 
 def curve_rate(curve: StateCurve, hazard: HazardCurve, ln_factor: float = 0.0) -> LogRate:
     """Return the ln rate of R curves with medians times exp(ln_factor); NaN without a curve."""
-    wide = curve.total if curve.modes is None else curve.modes.beta
-    narrow = float(np.nanmin(wide, initial=9.0))
+    beta = curve.total if curve.modes is None else curve.modes.beta
+    narrow = float(np.nanmin(beta, initial=9.0))
     return hazard.rate(lambda ln_im: exceedance(curve, ln_im - ln_factor), narrow)
 
 
@@ -86,25 +86,25 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
     row: Row = {name: curve[name] for name in ("status", "method", "im", "level")}
     bound_beta = np.hypot(curve["theta_bound_beta"], np.nan_to_num(curve["capacity_dispersion"]))
     if status == FITTED:
-        wide = curve["beta"] if pd.isna(curve["beta_total"]) else curve["beta_total"]
-        used = StateCurve(np.log([curve["theta"]]), np.array([nan]), np.array([wide]))
-        used = used._replace(modes=union_curve(curve))
+        beta_total = curve["beta"] if pd.isna(curve["beta_total"]) else curve["beta_total"]
+        for_rates = StateCurve(np.log([curve["theta"]]), np.array([nan]), np.array([beta_total]))
+        for_rates = for_rates._replace(modes=union_curve(curve))
         if model is not None and curve["method"] == METHODS[0]:
-            used = model
+            for_rates = model
             rate_ends = curve_rate(model, hazard).interval(curve["level"])
         else:  # ASSUME the dispersion is known
             thetas = (curve[name] for name in ("theta", "theta_high", "theta_low"))
-            middle, *ends = (_lognormal(theta, wide, hazard) for theta in thetas)
-            rate = curve_rate(used, hazard).value
+            middle, *ends = (_lognormal(theta, beta_total, hazard) for theta in thetas)
+            rate = curve_rate(for_rates, hazard).value
             rate_ends = rate, *(rate * end / middle for end in ends)
-        p = exceedance(used, np.log(hazard.levels[[0, -1]])[:, None])[:, 0]
-        row |= hazard.shares(partial(curve_rate, used), p, curve["im_low"], curve["im_high"])
+        p = exceedance(for_rates, np.log(hazard.levels[[0, -1]])[:, None])[:, 0]
+        row |= hazard.shares(partial(curve_rate, for_rates), p, curve["im_low"], curve["im_high"])
     elif status == BOUNDS_TOO_WIDE and model is not None:
         # the interval of the model, widened to the bounds with the dispersion of the capacity
-        extra = np.maximum(model.total[0] ** 2 - model.beta[0] ** 2, 0.0)
+        added = np.maximum(model.total[0] ** 2 - model.beta[0] ** 2, 0.0)
         rate, low, high = curve_rate(model, hazard).interval(curve["level"])
         bounds = [
-            (curve[f"theta_{n}"], np.hypot(curve[f"beta_{n}"], extra**0.5)) for n in TREATMENTS
+            (curve[f"theta_{n}"], np.hypot(curve[f"beta_{n}"], added**0.5)) for n in TREATMENTS
         ]
         factors = [1.0, *(_lognormal(*bound, hazard) / rate for bound in bounds)]
         rate_ends = nan, low * np.nanmin(factors), high * np.nanmax(factors)
@@ -112,8 +112,8 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
     elif status == NO_EXCEEDANCE:
         rate_ends = nan, 0.0, _lognormal(curve["theta_bound_low"], bound_beta, hazard)
     elif status == ALL_EXCEED:
-        least = _lognormal(curve["theta_bound_high"], bound_beta, hazard)
-        rate_ends = nan, least, float(hazard.rates[0, 0])
+        lowest_rate = _lognormal(curve["theta_bound_high"], bound_beta, hazard)
+        rate_ends = nan, lowest_rate, float(hazard.rates[0, 0])
     return row | rate_columns(rate_ends)
 
 
@@ -127,22 +127,22 @@ def _with_bounds(curves: pd.DataFrame) -> pd.DataFrame:
 def rates_of_curves(curves: pd.DataFrame, joint: pd.DataFrame, hazard: HazardCurve) -> pd.DataFrame:
     """Return the columns of `state_columns`, indexed as ``curves``; ``joint`` may be empty."""
     key = ["bridge", "abutment", "component", "limit_state"]
-    usable = joint[joint["modes"].notna()]
-    models = {tuple(row[n] for n in key): JointModel(row) for row in records_of(usable)}
+    with_model = joint[joint["modes"].notna()]
+    models = {tuple(row[n] for n in key): JointModel(row) for row in records_of(with_model)}
     rows: list[Row] = []
     table = curves.reindex(columns=list(dict.fromkeys([*curves, *CURVE_COLUMNS])))
     for row in records_of(table):
         model = models.get(tuple(row[n] for n in key))
         curve = model.curve(row) if model else None
-        has = curve is not None and np.isfinite(curve.ln_theta[0])
-        rows.append(state_columns(row, curve if has else None, hazard))
+        has_curve = curve is not None and np.isfinite(curve.ln_theta[0])
+        rows.append(state_columns(row, curve if has_curve else None, hazard))
     return pd.DataFrame(rows, curves.index)
 
 
 def rate_table(
     curves: pd.DataFrame, joint: pd.DataFrame, system: pd.DataFrame, hazard: HazardCurve
 ) -> pd.DataFrame:
-    """Return table `rates`: one row per variant and limit state, then per degree of the system.
+    """Return table `rates`: rows per variant and limit state, then per system degree of damage.
 
     ``system`` has the columns `rate` and `shares` of `system_curves` with a hazard.
     """
@@ -150,11 +150,11 @@ def rate_table(
     states = chosen[[*columns, *_STATE[1:]]].join(rates_of_curves(chosen, joint, hazard))
     rows = records_of(states)
     for row in records_of(system):
-        place = {name: row[name] for name in (*columns, "limit_state", "status", "level")}
-        place |= {"component": SYSTEM, "method": SYSTEM, "im": hazard.im}
-        has = isinstance(row["rate"], LogRate)
-        rate_ends = row["rate"].interval(row["level"]) if has else (nan, nan, nan)
-        rows.append(place | (row["shares"] if has else {}) | rate_columns(rate_ends))
+        keys = {name: row[name] for name in (*columns, "limit_state", "status", "level")}
+        keys |= {"component": SYSTEM, "method": SYSTEM, "im": hazard.im}
+        has_rate = isinstance(row["rate"], LogRate)
+        rate_ends = row["rate"].interval(row["level"]) if has_rate else (nan, nan, nan)
+        rows.append(keys | (row["shares"] if has_rate else {}) | rate_columns(rate_ends))
     return pd.DataFrame(rows, columns=list(demand_table.described("rates")))
 
 
@@ -172,23 +172,23 @@ def rate_effects(
 
     Pairs of variants are those of `median_effects`; a pooled row is their geometric mean.
     """
-    known = [] if system is None else records_of(system)
-    rates = {(row["variant"], row["limit_state"]): row["rate"] for row in known}
+    system_rows = [] if system is None else records_of(system)
+    rates = {(row["variant"], row["limit_state"]): row["rate"] for row in system_rows}
     # the states, then the degrees of the system as texts
-    both = [*states, *dict.fromkeys(row["limit_state"] for row in known)]
+    all_states = [*states, *dict.fromkeys(row["limit_state"] for row in system_rows)]
     rows: list[Row] = []
     for of_bridge in models:
         blocks = demand_table.block_names(of_bridge.runs)
         medians = Medians(of_bridge, states, settings, curves)
         for axis in axes or demand_table.varying_axes(of_bridge.variants):
-            for place, scope, start, end in _changes(medians, axis, both, hazard, rates):
+            for keys, scope, start, end in _changes(medians, axis, all_states, hazard, rates):
                 change = end.minus(start)
                 row = effect_row(change.jackknifed, settings, blocks=blocks)
-                ends = change.interval(EFFECT_CONFIDENCE)
-                row |= dict(zip(("ratio", "ci_low", "ci_high"), ends, strict=True))
-                row |= {"direction": int(ends[1] > 1.0) - int(ends[2] < 1.0), "scope": scope}
+                ratio = change.interval(EFFECT_CONFIDENCE)
+                row |= dict(zip(("ratio", "ci_low", "ci_high"), ratio, strict=True))
+                row |= {"direction": int(ratio[1] > 1.0) - int(ratio[2] < 1.0), "scope": scope}
                 row |= {"from_rate": start.value, "to_rate": end.value, "n_motions": len(blocks)}
-                rows.append(place | row)
+                rows.append(keys | row)
     table = pd.DataFrame(rows, columns=list(demand_table.described("rate_effects")))
     return table.sort_values("scope", kind="stable", ignore_index=True)
 
@@ -200,23 +200,23 @@ def _changes(
     hazard: HazardCurve,
     system: Mapping[tuple[str, str], object],  # rates; keys: variant, degree
 ) -> list[tuple[Row, str, LogRate, LogRate]]:
-    """Return place, scope and both ln rates of pairs that differ in one axis, and their means."""
+    """Return columns, scope and both ln rates of pairs that differ in one axis, and of means."""
     variants = medians.models.variants
 
     @cache
-    def rate_of(state: LimitState | str, number: int) -> LogRate | None:
+    def rate_of(state: LimitState | str, variant_number: int) -> LogRate | None:
         if isinstance(state, str):
-            rate = system.get((variants["variant"].iloc[number], state))
+            rate = system.get((variants["variant"].iloc[variant_number], state))
             return rate if isinstance(rate, LogRate) else None
-        curve = medians.curve(state, number)
+        curve = medians.curve(state, variant_number)
         return None if curve is None else curve_rate(curve, hazard)
 
-    others, pairs = variant_pairs(variants, axis)
+    other_axes, pairs = variant_pairs(variants, axis)
     changes: list[tuple[Row, str, LogRate, LogRate]] = []
     for step, cells in pairs.groupby(list(STEP)):
         for state in states:
             key = (SYSTEM, state) if isinstance(state, str) else (state.component, state.name)
-            place = medians.models.place | {
+            keys = medians.models.place | {
                 "axis": axis,
                 **dict(zip([*STEP, *_STATE[1:]], (*step, *key), strict=True)),
             }
@@ -224,13 +224,13 @@ def _changes(
             for cell in records_of(cells):
                 start, end = rate_of(state, cell["number_from"]), rate_of(state, cell["number_to"])
                 # ASSUME a ratio is worth reporting if at least one of both variants has a curve
-                usable = isinstance(state, str) or medians.without_curve(cell, state) != 2
-                if start and end and usable:
-                    values = {name: cell[name] for name in others}
-                    rated.append((place | values, "variant", start, end))
+                has_curve = isinstance(state, str) or medians.without_curve(cell, state) != 2
+                if start and end and has_curve:
+                    values = {name: cell[name] for name in other_axes}
+                    rated.append((keys | values, "variant", start, end))
             if rated:
-                means = _mean([pair[2] for pair in rated]), _mean([pair[3] for pair in rated])
-                changes.append((place | {"n_cells": len(rated)}, "pooled", *means))
+                mean_rates = _mean([pair[2] for pair in rated]), _mean([pair[3] for pair in rated])
+                changes.append((keys | {"n_cells": len(rated)}, "pooled", *mean_rates))
                 changes += rated
     return changes
 
@@ -252,7 +252,7 @@ SDC_RATE: Final = float(-np.log1p(-0.05) / YEARS)
 
 
 class Decision(NamedTuple):
-    """Needs over skew and gap for one target rate."""
+    """Seat lengths for a target rate, and rates of column failure, over skew and gap."""
 
     table: pd.DataFrame  # one row per skew and gap
     target: float  # annual rate
@@ -271,7 +271,7 @@ def decision(
     rows: Sequence[Row],  # of table `joint`, of one bridge and abutment model
     hazard: HazardCurve,
     target: float,  # annual rate
-    given: Mapping[str, float],  # values of axes except skew and gap; the middle of others
+    axis_values: Mapping[str, float],  # values of axes except skew and gap; the middle of others
 ) -> Decision:
     """Return support length and seat needed, and the rate of column failure, over skew and gap.
 
@@ -292,44 +292,44 @@ def decision(
     axes, failure = seats[0].axis_range, row_of.get(f"{COLUMN_FAILURE}/any")
     column = None if failure is None else JointModel(failure)
     if SKEW not in axes.varying:
-        raise InputError("the study has a single skew")
+        raise InputError("the study has a single skew; two or more are needed")
     values = {name: middle for name, middle in axes.middle.items() if name not in (SKEW, GAP)}
-    values |= given
+    values |= axis_values
     limits = axes.limits
     gaps = np.unique(np.linspace(*limits.get(GAP, (0.0, 0.0)), _GAPS))
     skews = np.linspace(*limits[SKEW], _SKEWS)
     axes.check({SKEW: skews[0], GAP: gaps[0], **values})
-    found: list[Row] = []
+    rows_out: list[Row] = []
     for gap_mm in map(float, gaps):
         # the factor of Hazus is on skew 0: without it in the study, there is no such length
         has_straight = limits[SKEW][0] <= 0.0
-        straight = [seat.curve({SKEW: 0.0, GAP: gap_mm, **values}) for seat in seats * has_straight]
+        unskewed = [seat.curve({SKEW: 0.0, GAP: gap_mm, **values}) for seat in seats * has_straight]
         for skew_deg in map(float, skews):
-            place = {SKEW: skew_deg, GAP: gap_mm}
-            curves = [seat.curve(place | values) for seat in seats]
+            position = {SKEW: skew_deg, GAP: gap_mm}
+            curves = [seat.curve(position | values) for seat in seats]
             length = _length(curves, hazard, target)
-            ends = length.interval(unseating["level"])
+            interval = length.interval(unseating["level"])
             row: Row = dict(
-                zip(("support_m", "support_m_low", "support_m_high"), ends, strict=True)
+                zip(("support_m", "support_m_low", "support_m_high"), interval, strict=True)
             )
             row |= {name.replace("support", "seat"): v + gap_mm / 1000.0 for name, v in row.items()}
             # the median at which the needed length is exceeded
             medians = np.exp([curve.ln_theta[0] for curve in curves])
-            median = float(np.interp(ends[0], _LENGTHS_M, medians))
+            median = float(np.interp(interval[0], _LENGTHS_M, medians))
             row["extrapolated"] = not unseating["im_low"] <= median <= unseating["im_high"]
             row["hazus_m"] = np.nan
-            if straight:
+            if unskewed:
                 ln_factor = float(np.log(hazus_factor(skew_deg)))
-                hazus = _length(straight, hazard, target, ln_factor).value
+                hazus = _length(unskewed, hazard, target, ln_factor).value
                 row["hazus_m"] = hazus + gap_mm / 1000.0
             # SDC: displacement demand at 5 % in 50 years
             at_sdc = np.interp(hazard.level_of(SDC_RATE), np.log(medians), np.log(_LENGTHS_M))
             row["sdc_demand_m"] = float(np.exp(at_sdc))
             if column is not None:
-                rate = curve_rate(column.curve(place | values), hazard).interval(column.level)
+                rate = curve_rate(column.curve(position | values), hazard).interval(column.level)
                 row |= dict(zip(_COLUMN, rate, strict=True))
-            found.append(place | row)
-    table = pd.DataFrame(found)
+            rows_out.append(position | row)
+    table = pd.DataFrame(rows_out)
     if column is not None:
         allowed = table.groupby(SKEW)[[GAP, *_COLUMN]].apply(_allowed_gaps, target)
         table = table.join(allowed, on=SKEW)
@@ -341,10 +341,10 @@ def _allowed_gaps(of_skew: pd.DataFrame, target: float) -> pd.Series:
 
     ``certain`` is by the upper end of the interval of the rate. NaN if no gap of the study is.
     """
-    fine, row = np.linspace(of_skew[GAP].min(), of_skew[GAP].max(), 201), dict[str, float]()
+    fine_gaps, row = np.linspace(of_skew[GAP].min(), of_skew[GAP].max(), 201), dict[str, float]()
     for name, rate in (("gap", _COLUMN[0]), ("certain_gap", _COLUMN[2])):
-        ln_rate = np.interp(fine, of_skew[GAP], np.log(of_skew[rate]))
-        allowed = fine[ln_rate <= np.log(target)]
+        ln_rate = np.interp(fine_gaps, of_skew[GAP], np.log(of_skew[rate]))
+        allowed = fine_gaps[ln_rate <= np.log(target)]
         ends = (allowed[0], allowed[-1]) if allowed.size else (np.nan, np.nan)
         row |= dict(zip((f"{name}_from_mm", f"{name}_to_mm"), ends, strict=True))
     return pd.Series(row)
@@ -356,8 +356,8 @@ def _length(
     """Return ln of the length that is exceeded with the target rate; NaN outside `_LENGTHS_M`."""
     rates = [curve_rate(curve, hazard, ln_factor) for curve in curves]
     logs, fractiles = (
-        np.array([_crossing(column, np.log(target)) for column in np.transpose(part)])
-        for part in ([rate.logs for rate in rates], [rate.fractiles for rate in rates])
+        np.array([_crossing(column, np.log(target)) for column in np.transpose(replicates)])
+        for replicates in ([rate.logs for rate in rates], [rate.fractiles for rate in rates])
     )
     return LogRate(logs, fractiles, hazard.quantiles)
 

@@ -56,9 +56,7 @@ def system_curves(
     if models is None:
         models = fit_models(demands, limit_states, settings, jobs=jobs)
     systems = [_Systems(system, members, settings, hazard) for system in models]
-    items = (
-        (system, number) for system in systems for number in range(len(system.models.variants))
-    )
+    items = ((system, i) for system in systems for i in range(len(system.models.variants)))
     rows = demand_table.spread(_variant_rows, items, jobs)
     return pd.DataFrame([row for of_variant in rows for row in of_variant])
 
@@ -78,18 +76,18 @@ def system_members(states: States) -> dict[str, list[LimitState]]:
         for ordered in by_component.values():
             for mild, severe in combinations([state.system_degree for state in ordered], 2):
                 beyond[mild] |= {severe} | beyond[severe]
-    if turned := [name for name in degrees if name in beyond[name]]:
+    if inconsistent := [name for name in degrees if name in beyond[name]]:
         raise InputError(
-            f"components rank the damage degree {turned[0]!r} differently: "
+            f"components rank the damage degree {inconsistent[0]!r} differently: "
             "give all components the same order of degrees"
         )
     members: dict[str, list[LimitState]] = {}
     for degree in sorted(degrees, key=lambda name: -len(beyond[name])):
-        reach = {degree} | beyond[degree]
+        severe_enough = {degree} | beyond[degree]
         members[degree] = [
-            next(state for state in ordered if state.system_degree in reach)
+            next(state for state in ordered if state.system_degree in severe_enough)
             for ordered in by_component.values()
-            if any(state.system_degree in reach for state in ordered)
+            if any(state.system_degree in severe_enough for state in ordered)
         ]
     return members
 
@@ -111,12 +109,12 @@ class _Systems(NamedTuple):
     hazard: HazardCurve | None
 
 
-def _variant_rows(item: tuple[_Systems, int]) -> list[Row]:
+def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
     """Return the rows of one variant, one per degree of damage."""
-    systems, number = item
+    systems, variant_number = system_and_variant
     models, settings = systems.models, systems.settings
-    values = records_of(models.variants)[number]
-    runs = models.runs[models.variant == number]
+    values = records_of(models.variants)[variant_number]
+    runs = models.runs[models.variant == variant_number]
     im = runs[settings.im].to_numpy(dtype=np.float64)
     low, high = covered_range(im, demand_table.motion_codes(runs))
 
@@ -154,8 +152,8 @@ def _variant_rows(item: tuple[_Systems, int]) -> list[Row]:
         row |= {"level": settings.confidence, "n_runs": len(runs)}
         row |= _system(taking, np.log(im), systems, (low, high)) | {"im_low": low, "im_high": high}
         theta = row["theta"]
-        outside = isinstance(theta, float) and not (np.isnan(theta) or low <= theta <= high)
-        rows.append(variant | row | {"extrapolated": outside})
+        is_outside = isinstance(theta, float) and not (np.isnan(theta) or low <= theta <= high)
+        rows.append(variant | row | {"extrapolated": is_outside})
     return rows
 
 
@@ -184,8 +182,8 @@ def _system(
     correlation = _correlation(members, systems) * share[:, :, None] * share[:, None, :]
     size = len(members)
     correlation[:, np.arange(size), np.arange(size)] = 1.0
-    one = ln_theta[:1], beta[:1]
-    failures = _failures(*one, correlation[:1], _POINTS, settings.seed)
+    of_all_runs = ln_theta[:1], beta[:1]
+    failures = _failures(*of_all_runs, correlation[:1], _POINTS, settings.seed)
     ln_median, dispersion = _quantiles(failures)[:, 0]
     first = np.min(failures[:, 0], axis=0)
     empirical = (np.arange(_POINTS) + 0.5) / _POINTS
@@ -193,17 +191,17 @@ def _system(
     names, component = np.unique([m.state.component for m in members], return_inverse=True)
     leading = component[np.argmin(failures[:, 0], axis=0)[first <= ln_median]]
     weakest = names[np.argmax(np.bincount(leading, minlength=len(names)))]
-    independent = _failures(*one, np.eye(size)[None], _POINTS, settings.seed)
-    good = np.all(np.isfinite(ln_theta) & np.isfinite(beta), axis=1)
-    values = ln_theta[good], beta[good], correlation[good]
-    again = _failures(*values, _POINTS_OF_REPLICATES, settings.seed)
+    independent = _failures(*of_all_runs, np.eye(size)[None], _POINTS, settings.seed)
+    is_valid = np.all(np.isfinite(ln_theta) & np.isfinite(beta), axis=1)
+    values = ln_theta[is_valid], beta[is_valid], correlation[is_valid]
+    repeated = _failures(*values, _POINTS_OF_REPLICATES, settings.seed)
     if systems.hazard is not None:
-        both = [
+        distributions = [
             _by_models(sample, members, np.flatnonzero(which), systems.hazard)
-            for sample, which in ((failures, np.arange(good.size) == 0), (again, good))
+            for sample, which in ((failures, np.arange(is_valid.size) == 0), (repeated, is_valid))
         ]
-        row |= _rated(both[0][0], both[1], good, systems.hazard, covered)
-    replicates = _quantiles(again[:, 1:])  # the first is not without a motion
+        row |= _rated(distributions[0][0], distributions[1], is_valid, systems.hazard, covered)
+    replicates = _quantiles(repeated[:, 1:])  # the first is not without a motion
     logs = np.column_stack([replicates[0], np.log(replicates[1])])
     of_theta, of_beta = jackknife_factors(logs, settings.confidence)
     theta = exp_end(ln_median)
@@ -230,22 +228,22 @@ def _by_models(
         z = point.score(state.threshold, state.dispersion, grid[:, None])[:, rows]
         z = np.maximum.accumulate(z, axis=0)
         e = (ln_im - curve.ln_theta[rows, None]) / curve.total[rows, None]
-        at = [np.interp(scores, of, grid) for scores, of in zip(e, z.T, strict=True)]
-        first = np.minimum(first, at)
+        capacities = [np.interp(scores, z_of, grid) for scores, z_of in zip(e, z.T, strict=True)]
+        first = np.minimum(first, capacities)
     return first
 
 
 def _rated(
     first: Floats,  # ln im of the first failure, shape (n,)
-    again: Floats,  # the same of good estimates with fewer points, (r, n)
-    good: Mask,  # estimates that exist: from all runs, then without each motion, (R,)
+    fewer_points: Floats,  # the same of good estimates with fewer points, (r, n)
+    is_valid: Mask,  # estimates that exist: from all runs, then without each motion, (R,)
     hazard: HazardCurve,
     covered: tuple[float, float],
 ) -> Row:
     """Return the columns `rate` and `shares` of a system."""
-    rate, changes = hazard.rate_of_failures(first[None]), hazard.rate_of_failures(again).logs
-    logs = np.full(good.size, nan)
-    logs[good] = rate.logs[0] + changes - changes[0]
+    rate, changes = hazard.rate_of_failures(first[None]), hazard.rate_of_failures(fewer_points).logs
+    logs = np.full(is_valid.size, nan)
+    logs[is_valid] = rate.logs[0] + changes - changes[0]
     p = np.mean(first <= np.log(hazard.levels[[0, -1]])[:, None], axis=1)
     shares = hazard.shares(lambda curve: curve.rate_of_failures(first[None]), p, *covered)
     return {"rate": rate._replace(logs=logs), "shares": shares}
@@ -278,8 +276,8 @@ def _failures(ln_theta: Floats, beta: Floats, rho: Floats, points: int, seed: in
 def _quantiles(failures: Floats) -> Floats:
     """Return ln median and dispersion of the first failure, (2, R), from (m, R, points)."""
     levels = special.ndtr(np.array([-1.0, 0.0, 1.0]))
-    low, middle, high = np.quantile(np.min(failures, axis=0), levels, axis=-1)
-    return np.array([middle, 0.5 * (high - low)])
+    low, ln_median, high = np.quantile(np.min(failures, axis=0), levels, axis=-1)
+    return np.array([ln_median, 0.5 * (high - low)])
 
 
 @lru_cache(maxsize=32)

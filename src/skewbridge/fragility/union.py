@@ -44,14 +44,14 @@ class Union(NamedTuple):
     rho: Floats  # correlation of the intensities of failure, shape (R,)
 
     @classmethod
-    def of(cls, ln_theta: Floats, records: Floats, total: Floats, rho: Floats) -> Self:
-        """Return unions of k modes with dispersions ``total`` (k, R).
+    def of(cls, ln_theta: Floats, records: Floats, totals: Floats, rho: Floats) -> Self:
+        """Return unions of k modes with dispersions ``totals`` (k, R).
 
         ``rho`` (R,) is the correlation of the demands, whose dispersions are ``records`` (k, R).
         """
         # ASSUME the capacities of both modes are independent of each other and of the demands
-        shares = np.divide(records, total, out=np.zeros_like(total), where=total > 0.0)
-        return cls(ln_theta, total, rho * np.prod(shares, axis=0))
+        shares = np.divide(records, totals, out=np.zeros_like(totals), where=totals > 0.0)
+        return cls(ln_theta, totals, rho * np.prod(shares, axis=0))
 
     def probability(self, ln_im: Floats) -> Floats:
         """Return P(any) at ln intensities whose shape broadcasts with (R,)."""
@@ -73,7 +73,7 @@ class Union(NamedTuple):
         return 0.5 * (low + high)
 
     def columns(self) -> dict[str, float]:
-        """Return `UNION_COLUMNS` of the first of the unions of two modes."""
+        """Return medians, dispersions and correlation of the two modes of the first union."""
         medians, dispersions = np.exp(self.ln_theta[:, 0]), self.beta[:, 0]
         values = *np.column_stack([medians, dispersions]).ravel(), self.rho[0]
         return dict(zip(UNION_COLUMNS, map(float, values), strict=True))
@@ -86,23 +86,23 @@ class Union(NamedTuple):
 
 def any_of(u: Sequence[Floats], rho: Floats) -> Floats:
     """Return P(any) of one or two modes with probabilities Phi(u_i), correlated by ``rho``."""
-    p = [special.ndtr(each) for each in u]
+    p = [special.ndtr(z) for z in u]
     if len(u) == 1:
         return p[0]
-    total = p[0] + p[1]
-    return np.clip(total - _both(u[0], u[1], rho), np.maximum(*p), np.minimum(total, 1.0))
+    added = p[0] + p[1]
+    return np.clip(added - _both(u[0], u[1], rho), np.maximum(*p), np.minimum(added, 1.0))
 
 
 def _both(u: Floats, v: Floats, rho: Floats) -> Floats:
     """Return the bivariate normal probability Phi_2(u, v; rho)."""
-    u, v = (np.where(each == 0.0, _TINY, each) for each in (u, v))
+    u, v = (np.where(z == 0.0, _TINY, z) for z in (u, v))
     rho = np.clip(rho, -_LARGEST_RHO, _LARGEST_RHO)
     root = np.sqrt(1.0 - rho**2)
     total = np.where((u > 0.0) == (v > 0.0), 0.0, -0.5)
-    for one, other in ((u, v), (v, u)):
+    for first, second in ((u, v), (v, u)):
         with np.errstate(over="ignore"):
-            slope = (other - rho * one) / (one * root)
-        total = total + 0.5 * special.ndtr(one) - special.owens_t(one, slope)
+            slope = (second - rho * first) / (first * root)
+        total = total + 0.5 * special.ndtr(first) - special.owens_t(first, slope)
     return total
 
 
@@ -110,10 +110,10 @@ def union_curve(row: Mapping[str, Any] | pd.DataFrame) -> Union | None:
     """Return the union of a curve, or of n curves, from `UNION_COLUMNS`; None for lognormals."""
     if any(name not in row for name in UNION_COLUMNS):
         return None
-    one, beta, other, wide, rho = (np.asarray(row[n], dtype=np.float64) for n in UNION_COLUMNS)
-    if not np.all(np.isfinite(one + other)):
+    t_1, beta_1, t_2, beta_2, rho = (np.asarray(row[n], dtype=np.float64) for n in UNION_COLUMNS)
+    if not np.all(np.isfinite(t_1 + t_2)):
         return None
-    return Union(np.log([one, other]), np.array([beta, wide]), rho)
+    return Union(np.log([t_1, t_2]), np.array([beta_1, beta_2]), rho)
 
 
 def curve_probability(im: ArrayLike, row: Mapping[str, Any]) -> Floats:

@@ -76,14 +76,14 @@ def with_verdicts(table: pd.DataFrame) -> pd.DataFrame:
     inside it, direction) the p-values are adjusted by Holm's method. The probability of any wrong
     claim of a kind is at most (1 - level)/2, or 1 - level for the direction.
     """
-    wide = ~(table["ci_high"] <= MAX_WIDTH * table["ci_low"])
-    table = table.assign(**{name: table[name].mask(wide) for name in RATIOS})
-    plain = (table["judged_by"] == DIFFERENCE).to_numpy()
+    is_wide = ~(table["ci_high"] <= MAX_WIDTH * table["ci_low"])
+    table = table.assign(**{name: table[name].mask(is_wide) for name in RATIOS})
+    is_linear = (table["judged_by"] == DIFFERENCE).to_numpy()
     columns = [table[n].to_numpy(dtype=np.float64) for n in (*RATIOS, *DIFFERENCES)]
     with np.errstate(divide="ignore"):
-        value, low, high = np.where(plain, columns[3:], np.log(columns[:3]))
+        value, low, high = np.where(is_linear, columns[3:], np.log(columns[:3]))
     margin, limit = (table[n].to_numpy(np.float64) for n in ("margin", "difference_margin"))
-    below, above = (np.where(plain, sign * limit, np.log1p(sign * margin)) for sign in (-1, 1))
+    below, above = (np.where(is_linear, sign * limit, np.log1p(sign * margin)) for sign in (-1, 1))
     possible, zero = may_be_negligible(table), np.zeros_like(value)
     tail = 1.0 - table["level"].to_numpy(dtype=np.float64)
     refused = "status" in table and (table["status"] == NO_CURVE).to_numpy()
@@ -119,8 +119,8 @@ def verdicts_of(
     low: Floats, below: Floats, zero: Floats, above: Floats, high: Floats, *, possible: Mask
 ) -> NDArray[np.str_]:
     """Return verdicts from interval ends and margins; `NEGLIGIBLE` is allowed if ``possible``."""
-    inside = (low >= below) & (high <= above) & possible
-    claims = [high < below, low > above, inside, (low > zero) | (high < zero)]
+    is_inside = (low >= below) & (high <= above) & possible
+    claims = [high < below, low > above, is_inside, (low > zero) | (high < zero)]
     return np.select(claims, _IN_ORDER, default=UNDECIDED)
 
 
@@ -141,8 +141,8 @@ def _p_values(table: pd.DataFrame, *scale: Floats) -> list[pd.Series]:
 
     outside, inside = np.minimum(*sides(below, above)), np.maximum(*sides(above, below))
     direction = np.minimum(1.0, 2.0 * np.minimum(*sides(0.0, 0.0)))
-    known = np.isfinite(low) & np.isfinite(high)
-    return [pd.Series(np.where(known, p, nan), table.index) for p in (outside, inside, direction)]
+    finite = np.isfinite(low) & np.isfinite(high)
+    return [pd.Series(np.where(finite, p, nan), table.index) for p in (outside, inside, direction)]
 
 
 def _holm(p: pd.Series) -> pd.Series:
@@ -164,9 +164,9 @@ def needed_motions(effects: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame
         cpu_s = float(runs["cpu_s"].mean()) if "cpu_s" in runs else nan
         of_model = (headline[list(BRIDGE_COLUMNS)] == pd.Series(model)).all(axis=1)
         for row in headline[of_model].to_dict("records"):
-            exact = motions_to_decide(row)
+            pairs = motions_to_decide(row)
             # assume that the share of motions without an exact pair stays the same
-            needed = ceil(exact * suite / (row["dof"] + 1)) if isfinite(exact) else exact
+            needed = ceil(pairs * suite / (row["dof"] + 1)) if isfinite(pairs) else pairs
             more = max(needed - suite, 0) * len(runs) / suite
             forecast = MORE if isfinite(needed) else "on the margin"
             if row["verdict"] in DECIDED:
@@ -214,8 +214,8 @@ def _power(dof: int, below: float, above: float, tail: float) -> float:
         return float(1.0 - special.nctdtr(dof, min(max(below, -above), 30.0), t))
     # two tests at once: the mean is normal; average over quantiles of the sample scatter (chi)
     quantiles = (np.arange(400) + 0.5) / 400
-    reach = t * np.sqrt(special.chdtri(dof, quantiles) / dof)
-    inside = special.ndtr(above - reach) - special.ndtr(below + reach)
+    half_widths = t * np.sqrt(special.chdtri(dof, quantiles) / dof)
+    inside = special.ndtr(above - half_widths) - special.ndtr(below + half_widths)
     return float(np.mean(np.maximum(inside, 0.0)))
 
 
@@ -242,21 +242,21 @@ def look_levels(times: tuple[float, ...], level: float) -> tuple[float, ...]:
     shares = np.diff(times, prepend=0.0)
     spent, steps = SPENT * 0.5 * (1.0 - level) * shares, np.sqrt(shares)
     # paths of a Brownian motion that have not crossed the boundary: positions and probabilities
-    at, mass = np.zeros(1), np.ones(1)
+    x, mass = np.zeros(1), np.ones(1)
     levels: list[float] = []
     for time, step, alpha in zip(times, steps, spent, strict=True):
         far = _FAR * np.sqrt(time)
-        end = float(optimize.brentq(_crossing_error, 0.0, far, args=(at, mass, step, alpha)))
+        end = float(optimize.brentq(_crossing_error, 0.0, far, args=(x, mass, step, alpha)))
         levels.append(float(1.0 - 2.0 * special.ndtr(-end / np.sqrt(time))))
-        new = 0.5 * (end + far) * _NODES + 0.5 * (end - far)
-        density = np.exp(-0.5 * ((new[:, None] - at) / step) ** 2) / (step * np.sqrt(2.0 * np.pi))
-        at, mass = new, 0.5 * (end + far) * _WEIGHTS * (density @ mass)
+        x_new = 0.5 * (end + far) * _NODES + 0.5 * (end - far)
+        density = np.exp(-0.5 * ((x_new[:, None] - x) / step) ** 2) / (step * np.sqrt(2.0 * np.pi))
+        x, mass = x_new, 0.5 * (end + far) * _WEIGHTS * (density @ mass)
     return tuple(levels)
 
 
-def _crossing_error(end: float, at: Floats, mass: Floats, step: float, alpha: float) -> float:
+def _crossing_error(end: float, x: Floats, mass: Floats, step: float, alpha: float) -> float:
     """Return the probability that a path crosses the boundary ``end`` in one step, minus alpha."""
-    return float(mass @ special.ndtr((at - end) / step)) - alpha
+    return float(mass @ special.ndtr((x - end) / step)) - alpha
 
 
 def at_looks(table: pd.DataFrame, looks: Sequence[int], per_motion: float = 1.0) -> pd.DataFrame:
@@ -275,8 +275,8 @@ def at_looks(table: pd.DataFrame, looks: Sequence[int], per_motion: float = 1.0)
     levels = levels_at(motions, looks, float(table["level"].iloc[0]))
     with np.errstate(invalid="ignore"):
         level = table["level"].to_numpy(np.float64)
-        before = special.stdtrit(table["dof"].to_numpy(np.float64), 0.5 + 0.5 * level)
-        wider = special.stdtrit(np.maximum(dof, 1.0), 0.5 + 0.5 * levels) / before
+        t_before = special.stdtrit(table["dof"].to_numpy(np.float64), 0.5 + 0.5 * level)
+        wider = special.stdtrit(np.maximum(dof, 1.0), 0.5 + 0.5 * levels) / t_before
     columns: dict[str, Any] = {"level": levels}
     for names in (RATIOS, DIFFERENCES, ("slope", "slope_low", "slope_high")):
         values = table[list(names)].to_numpy(np.float64).T
@@ -290,17 +290,17 @@ def at_looks(table: pd.DataFrame, looks: Sequence[int], per_motion: float = 1.0)
 
 def _information(table: pd.DataFrame, per_motion: float) -> tuple[Floats, Floats]:
     """Return the number of motions and the degrees of freedom of each row, shape (n,) each."""
-    own, cell = table[table["scope"] == "variant"], list(CELL)
-    motions, dof = own["n_pairs"] / per_motion, own["dof"].clip(lower=1)
-    variance = own["scatter"].fillna(0.0) ** 2 / (own["dof"] + 1.0).clip(lower=1.0)
+    pairs, cell = table[table["scope"] == "variant"], list(CELL)
+    motions, dof = pairs["n_pairs"] / per_motion, pairs["dof"].clip(lower=1)
+    variance = pairs["scatter"].fillna(0.0) ** 2 / (pairs["dof"] + 1.0).clip(lower=1.0)
     weight = variance + 1e-12 + 1e-6 * variance.max()
-    parts = own[cell].assign(weight=weight, motions=weight * motions, dof=weight * dof)
+    parts = pairs[cell].assign(weight=weight, motions=weight * motions, dof=weight * dof)
     sums = parts.groupby(cell, dropna=False).sum()
-    means = sums[["motions", "dof"]].div(sums["weight"], axis=0)
-    of_cell = table[cell].merge(means.reset_index(), on=cell, how="left")
+    weighted_means = sums[["motions", "dof"]].div(sums["weight"], axis=0)
+    of_cell = table[cell].merge(weighted_means.reset_index(), on=cell, how="left")
     of_cell.index = table.index
-    of_cell.loc[own.index, "motions"] = motions
-    of_cell.loc[own.index, "dof"] = own["dof"]
+    of_cell.loc[pairs.index, "motions"] = motions
+    of_cell.loc[pairs.index, "dof"] = pairs["dof"]
     dof = np.minimum(of_cell["dof"].to_numpy(np.float64), table["dof"].to_numpy(np.float64))
     return of_cell["motions"].to_numpy(np.float64), dof
 
@@ -318,10 +318,10 @@ def kept(table: pd.DataFrame, history: pd.DataFrame) -> pd.DataFrame:
     keys, columns = [*CELL, "scope"], {}
     for low, high in (RATIOS[1:], DIFFERENCES[1:]):
         numbers = history.astype({low: np.float64, high: np.float64})
-        common = numbers.groupby(keys, dropna=False).agg({low: "max", high: "min"}).reset_index()
-        other = table[keys].merge(common, on=keys, how="left")
+        inner = numbers.groupby(keys, dropna=False).agg({low: "max", high: "min"}).reset_index()
+        of_row = table[keys].merge(inner, on=keys, how="left")
         last = table[[low, high]].to_numpy(np.float64).T
-        ends = np.fmax(last[0], other[low].to_numpy()), np.fmin(last[1], other[high].to_numpy())
+        ends = np.fmax(last[0], of_row[low].to_numpy()), np.fmin(last[1], of_row[high].to_numpy())
         columns |= dict(zip((low, high), np.where(ends[0] <= ends[1], ends, last), strict=True))
     return with_verdicts(table.assign(**columns))[list(table.columns)]
 

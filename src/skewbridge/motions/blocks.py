@@ -32,17 +32,17 @@ _ROUNDING: Final = 1e-9
 
 
 def placed(suite: Iterable[SuiteMotion]) -> list[Placed]:
-    """Return the rows of a prepared suite for `planned_runs`."""
+    """Return suite, motion, scale factor and level of each suite row, for `planned_runs`."""
     return [(m.suite, m.motion.motion_id, m.scale, m.measures[LEVEL_MEASURE]) for m in suite]
 
 
 def unread(count: int, suite: str = "") -> list[Placed]:
-    """Return rows of motions with unknown levels, for forecasts."""
+    """Return such rows for motions not yet read; the level is the number of the motion."""
     return [(suite, f"{suite}{number}", 1.0, float(number)) for number in range(count)]
 
 
 class _Counts:
-    """Numbers of runs so far, by which the next cells are chosen."""
+    """Numbers of runs so far, from which `assign` chooses the cells of the next motion."""
 
     def __init__(self, cells: int, incidences: int) -> None:
         self.in_band = np.zeros((BLOCK, cells), dtype=np.int64)
@@ -51,10 +51,10 @@ class _Counts:
         self.of_pair = np.zeros((cells, cells), dtype=np.int64)
 
     def imbalance(self, rank: int, chosen: Mapping[int, tuple[int, ...]]) -> tuple[int, ...]:
-        """Return numbers of runs with the cells chosen at each incidence, decisive first."""
-        cells = [cell for own in chosen.values() for cell in own]
-        at_once = [pair for own in chosen.values() for pair in combinations(own, 2)]
-        angles = [self.at_incidence[angle, list(own)].sum() for angle, own in chosen.items()]
+        """Return sums of earlier runs in ``chosen``, which `assign` minimises in this order."""
+        cells = [cell for group in chosen.values() for cell in group]
+        at_once = [pair for group in chosen.values() for pair in combinations(group, 2)]
+        angles = [self.at_incidence[angle, list(group)].sum() for angle, group in chosen.items()]
         return (
             len(cells) - len(set(cells)),
             int(self.in_band[rank, cells].sum()),
@@ -66,14 +66,14 @@ class _Counts:
 
     def add(self, rank: int, chosen: Mapping[int, tuple[int, ...]]) -> None:
         """Count the cells chosen at each incidence for a motion of this rank."""
-        cells = [cell for own in chosen.values() for cell in own]
+        cells = [cell for group in chosen.values() for cell in group]
         np.add.at(self.in_band[rank], cells, 1)
-        for angle, own in chosen.items():
-            self.at_incidence[angle, list(own)] += 1
-            for pair in combinations(own, 2):
+        for angle, group in chosen.items():
+            self.at_incidence[angle, list(group)] += 1
+            for pair in combinations(group, 2):
                 self.at_once[pair] += 1
-        for one, other in combinations(cells, 2):
-            self.of_pair[[one, other], [other, one]] += 1
+        for first, second in combinations(cells, 2):
+            self.of_pair[[first, second], [second, first]] += 1
 
 
 def assign(
@@ -106,8 +106,8 @@ def assign(
         by_angle = (dict(zip(angles, option, strict=True)) for option in options)
         chosen = min(by_angle, key=partial(counts.imbalance, rank))
         counts.add(rank, chosen)
-        for angle, own in chosen.items():
-            runs[motion, angle, list(own)] = True
+        for incidence, group in chosen.items():
+            runs[motion, incidence, list(group)] = True
     return runs
 
 
@@ -123,9 +123,9 @@ def planned_runs(
     count, cells = cells_of(grid, blocks.within if blocks else ())
     runs = np.ones((len(rows), len(angles), count), dtype=np.bool_)
     for suite in {row[0] for row in rows}:
-        own = [number for number, row in enumerate(rows) if row[0] == suite]
+        indices = [i for i, row in enumerate(rows) if row[0] == suite]
         if blocks:
-            runs[own] = assign([rows[number][3] for number in own], count, len(angles), blocks)
+            runs[indices] = assign([rows[i][3] for i in indices], count, len(angles), blocks)
     return {
         slug: {
             (*rows[row][1:3], angles[angle])

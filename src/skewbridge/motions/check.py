@@ -33,7 +33,7 @@ class FileCheck:
 
     @property
     def passes(self) -> bool:
-        """Whether the file can be used, or need not be."""
+        """Whether the file can be used, or is left out on purpose."""
         return self.verdict in ("ok", "warn", "not_read", "left_out")
 
     def noted(self, message: str, verdict: FileVerdict | None = None) -> "FileCheck":
@@ -52,30 +52,30 @@ def check_paths(
     """
     doubtful: FileVerdict = "error" if strict else "warn"
     checks: list[FileCheck] = []
-    loose: list[Path] = []
+    single_files: list[Path] = []
     for path in paths:
         if path.is_file():
-            loose.append(path)
+            single_files.append(path)
         elif not folder.is_folder(path):
             raise InputError(f"{shown_path(path)} does not exist", file=str(path))
         elif (path / folder.INDEX_NAME).is_file():
             entries = folder.list_motions(path)
             for entry in entries:
                 results = [_check_file(*component, doubtful)[0] for component in entry.components]
-                made = FileCheck(file=str(path / entry.motion_id), verdict="ok")
-                checks += _check_entry(entry, results or [made], doubtful)
-            used = [file for entry in entries for file, _ in entry.components]
-            checks += _unread(path, used, f"not listed in {folder.INDEX_NAME}")
+                generated = FileCheck(file=str(path / entry.motion_id), verdict="ok")
+                checks += _check_entry(entry, results or [generated], doubtful)
+            listed_files = [file for entry in entries for file, _ in entry.components]
+            checks += _unread(path, listed_files, f"not listed in {folder.INDEX_NAME}")
         elif files := folder.motion_files(path):
             # Velocity or displacement files next to the acceleration are not an error.
-            stems, every = {file.stem.lower() for file in files}, folder.files_below(path)
-            others = (file for file in every if file.suffix.lower() in {".vt2", ".dt2"})
-            files += [file for file in others if file.stem.lower() not in stems]
+            stems, all_files = {file.stem.lower() for file in files}, folder.files_below(path)
+            integrals = (file for file in all_files if file.suffix.lower() in {".vt2", ".dt2"})
+            files += [file for file in integrals if file.stem.lower() not in stems]
             checks += _check_files(sorted(files), stated, doubtful, of_study=True)
-            checks += _unread(path, files, "no format has this suffix or this text")
+            checks += _unread(path, files, "no reader recognises its suffix or its text")
         else:
             raise file_fault(path, " has no motions")
-    return checks + _check_files(loose, stated, doubtful)
+    return checks + _check_files(single_files, stated, doubtful)
 
 
 def write_folder_index(root: Path, stated: Stated | None = None) -> Path:
@@ -90,14 +90,14 @@ def write_folder_index(root: Path, stated: Stated | None = None) -> Path:
     if index.is_file():
         cells = {row["motion_id"]: row for row in records_of(folder.read_index_table(index))}
     rows: list[dict[str, object]] = []
-    for listed in folder.list_motions(root):
-        files = [(path, replace(stated, **missing)) for path, stated in listed.components]
-        entry = listed.model_copy(update={"sha256": "", "components": tuple(files)})
+    for entry_before in folder.list_motions(root):
+        files = [(path, replace(stated, **missing)) for path, stated in entry_before.components]
+        entry = entry_before.model_copy(update={"sha256": "", "components": tuple(files)})
         row = folder.index_row(read_entry(entry), [path for path, _ in files], root)
         units = {read.read_trace(*component).unit for component in files}
         row |= {"unit": units.pop() if len(units) == 1 else "", "source": ""}
-        old = cells.get(entry.motion_id, {}).items()
-        kept = {name: text for name, text in old if text and name not in {"npts", "sha256"}}
+        old_cells = cells.get(entry.motion_id, {}).items()
+        kept = {name: text for name, text in old_cells if text and name not in {"npts", "sha256"}}
         rows.append(row | kept)
     folder.write_index(index, rows)
     return index
@@ -132,30 +132,30 @@ def _check_files(
     checks = {path: check for path, (check, _) in results.items()}
     traces = {path: trace for path, (_, trace) in results.items() if trace is not None}
     if len(paths) == len(traces) == 2:  # exactly two readable files are a pair
-        pairs, alone = [tuple(sorted(traces))], set[Path]()
+        pairs, single = [tuple(sorted(traces))], set[Path]()
     else:
-        named, left = folder.pair_files(traces, traces.__getitem__)
-        pairs, alone = list(named.values()), {path for files in left.values() for path in files}
+        paired, unpaired = folder.pair_files(traces, traces.__getitem__)
+        pairs, single = list(paired.values()), {f for files in unpaired.values() for f in files}
     first: Path | None = None
     for path in traces:  # an h2 file without a partner belongs to the last h1 file before it
         ending = read.split_name(path)[1]
         if ending == "h1":
             first = path
-        elif ending == "h2" and path in alone and first is not None:
+        elif ending == "h2" and path in single and first is not None:
             pairs.append((first, path))
-            alone -= {first, path}
+            single -= {first, path}
     for pair in pairs:
         entry = folder.motion_of_files(read.motion_name(*pair), pair, stated)
         together = _check_entry(entry, [checks[path] for path in pair], doubtful)
         checks |= dict(zip(pair, together, strict=True))
-    for path in alone if of_study else ():
+    for path in single if of_study else ():
         checks[path] = checks[path].noted("no second component found: a study needs pairs")
     return list(checks.values())
 
 
-def _unread(root: Path, used: list[Path], reason: str) -> list[FileCheck]:
+def _unread(root: Path, used_files: list[Path], reason: str) -> list[FileCheck]:
     """Return checks of the other files of a folder, without indexes and hidden files."""
-    read, checks = {path.resolve() for path in used}, list[FileCheck]()
+    read, checks = {path.resolve() for path in used_files}, list[FileCheck]()
     for path in folder.files_below(root):
         name, starts = path.name.lower(), {level[0] for level in path.relative_to(root).parts}
         if path.resolve() in read or name == folder.INDEX_NAME or "." in starts:
@@ -181,15 +181,15 @@ def _check_entry(
         return [check.noted(str(error), "error") for check in checks]
     if not entry.components:
         pga_g = max(map(peak_g, motion.components))
-        made = {"format": "made", "dt_s": motion.dt_s, "npts": motion.npts, "pga_g": pga_g}
-        return [replace(check, **made) for check in checks]
-    known = {text for check in checks for text in check.messages}
+        generated = {"format": "made", "dt_s": motion.dt_s, "npts": motion.npts, "pga_g": pga_g}
+        return [replace(check, **generated) for check in checks]
+    messages = {text for check in checks for text in check.messages}
     names = [path.name for path, _ in reversed(entry.components)]
     for text in motion.messages:
-        if text.partition(": ")[2] not in known:
+        if text.partition(": ")[2] not in messages:
             verdict = doubtful if text.startswith(read.DIFFERENT_RECORDS) else None
             checks = [
-                check.noted(f"with {other}: {text}", verdict)
-                for check, other in zip(checks, names, strict=True)
+                check.noted(f"with {other_name}: {text}", verdict)
+                for check, other_name in zip(checks, names, strict=True)
             ]
     return checks

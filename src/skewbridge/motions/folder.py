@@ -100,9 +100,9 @@ def list_motions(folder: Path) -> list[IndexEntry]:
     index = folder / INDEX_NAME
     if index.is_file():
         return read_index(index)
-    pairs, alone = pair_files(motion_files(folder))
-    if alone:
-        name, files = next(iter(alone.items()))
+    pairs, unpaired = pair_files(motion_files(folder))
+    if unpaired:
+        name, files = next(iter(unpaired.items()))
         names = [path.name for path in files]
         text = f"motion {name} has {len(files)} component file(s) ({', '.join(names)}) instead of 2"
         raise InputError(f"{text}; name the pairs in an index.csv", files=names)
@@ -183,22 +183,22 @@ def pair_files(
     """
     groups = group_by_name(paths)
     pairs = {name: (files[0], files[1]) for name, files in groups.items() if len(files) == 2}
-    left = {name: files for name, files in groups.items() if name not in pairs}
+    unpaired = {name: files for name, files in groups.items() if name not in pairs}
     records: defaultdict[tuple[str, str], list[Trace]] = defaultdict(list)
-    for files in left.values():
+    for files in unpaired.values():
         with suppress(InputError):
             for trace in [read(path) for path in files]:
                 records[trace.event, trace.station].append(trace)
-    used: set[Path] = set()
+    used_files: set[Path] = set()
     for (event, station), record in records.items():
         record.sort(key=lambda trace: trace.path.name)
-        ends = [trace for trace in record if math.isfinite(trace.azimuth_deg)]
-        apart_deg = ends[0].azimuth_deg - ends[-1].azimuth_deg if len(ends) == 2 else 0.0
+        known = [trace for trace in record if math.isfinite(trace.azimuth_deg)]
+        apart_deg = known[0].azimuth_deg - known[-1].azimuth_deg if len(known) == 2 else 0.0
         if station and abs(apart_deg % 180.0 - 90.0) <= 2.0:
             name = re.sub(r"[^A-Za-z0-9]+", "_", f"{station}_{event}").strip("_")
-            pairs[name] = (ends[0].path, ends[1].path)
-            used |= {trace.path for trace in record}
-    alone = {name: files for name, files in left.items() if not used.issuperset(files)}
+            pairs[name] = (known[0].path, known[1].path)
+            used_files |= {trace.path for trace in record}
+    alone = {name: files for name, files in unpaired.items() if not used_files.issuperset(files)}
     return dict(sorted(pairs.items())), alone
 
 
@@ -212,14 +212,14 @@ def group_by_name(paths: Iterable[Path]) -> dict[str, list[Path]]:
     for path in sorted(paths):
         if not is_vertical(path):
             groups[split_name(path)[0]][path.parent].append(path)
-    named: dict[str, list[Path]] = {}
+    by_name: dict[str, list[Path]] = {}
     for name, folders in groups.items():
-        apart = len({folder.name for folder in folders}) == len(folders) > 1
-        if apart and all(len(files) == 2 for files in folders.values()):
-            named |= {f"{folder.name}_{name}": files for folder, files in folders.items()}
+        are_distinct = len({folder.name for folder in folders}) == len(folders) > 1
+        if are_distinct and all(len(files) == 2 for files in folders.values()):
+            by_name |= {f"{folder.name}_{name}": files for folder, files in folders.items()}
         else:
-            named[name] = [path for files in folders.values() for path in files]
-    return dict(sorted(named.items()))
+            by_name[name] = [path for files in folders.values() for path in files]
+    return dict(sorted(by_name.items()))
 
 
 # ---- The index of a folder
@@ -268,15 +268,15 @@ def _entry(cells: dict[str, str], index: Path, line: int) -> IndexEntry:
 
 def inside_folder(folder: Path, name: str, where: str) -> Path:
     """Return the path of a file in an index; `InputError` unless it exists inside the folder."""
-    shown = f"{where}: {shortened(name)}"
+    name_text = f"{where}: {shortened(name)}"
     if not name or not name.isprintable() or len(name.encode()) > 255:
-        raise InputError(f"{shown} is not a file name")
+        raise InputError(f"{name_text} is not a file name")
     relative = Path(name.replace("\\", "/"))
     path = folder / relative
     if relative.is_absolute() or not path.resolve().is_relative_to(folder.resolve()):
-        raise InputError(f"{shown} is outside the folder of the index")
+        raise InputError(f"{name_text} is outside the folder of the index")
     if not path.is_file():
-        raise InputError(f"{shown} is listed, but the file does not exist", file=name)
+        raise InputError(f"{name_text} is listed, but the file does not exist", file=name)
     return path
 
 

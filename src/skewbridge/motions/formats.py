@@ -90,7 +90,7 @@ class Trace:
 
     @property
     def messages(self) -> tuple[str, ...]:
-        """Warnings and notes."""
+        """Warnings and notes of the reader."""
         return (*self.warnings, *self.notes)
 
     @property
@@ -160,9 +160,9 @@ def _channel(stated: Stated, directions: Sequence[str], path: Path) -> int:
     """Return the position (from 0) of the given channel of a file with these directions."""
     count = len(directions)
     if stated.channel is None and count > 1:
-        listed = ", ".join(f"{n} {text}".strip() for n, text in enumerate(directions, 1))
+        channels = ", ".join(f"{n} {text}".strip() for n, text in enumerate(directions, 1))
         where = "channel_1 and channel_2 in index.csv"
-        raise fault_in(path, f"the file has {count} channels ({listed}): name two by {where}")
+        raise fault_in(path, f"the file has {count} channels ({channels}): name two by {where}")
     channel = stated.channel or 1
     if channel > count:
         raise fault_in(path, f"there is no channel {channel}; the file has {count}")
@@ -211,8 +211,8 @@ def _unit_in(texts: Iterable[str], path: Path) -> str:
         if match := _ACCELERATION_UNIT.search(plain):
             return match[1]
         word = _ACCELERATION_WORD.search(plain)
-        other = _VELOCITY_UNIT.search(plain) or (word is None and _OTHER_QUANTITY.search(plain))
-        if other and not is_acceleration:
+        wrong = _VELOCITY_UNIT.search(plain) or (word is None and _OTHER_QUANTITY.search(plain))
+        if wrong and not is_acceleration:
             raise fault_in(path, f"not an acceleration: {text.strip()[:80]!r}")
         is_acceleration |= word is not None
     return ""
@@ -285,7 +285,7 @@ def _is_peer(lines: list[str], path: Path) -> bool:
     return _peer_sizes(lines) is not None or path.suffix.lower() in {".at2", ".vt2", ".dt2"}
 
 
-def _read_peer(lines: list[str], path: Path, _given: Stated) -> Trace:
+def _read_peer(lines: list[str], path: Path, _stated: Stated) -> Trace:
     sizes = _peer_sizes(lines)
     if sizes is None:
         raise fault_in(path, "no header with NPTS and DT; rename bare values to .acc and give dt_s")
@@ -342,13 +342,13 @@ def at2_text(motion: GroundMotion, component: int) -> str:
     rows = [
         "".join(f"{value:15.7E}" for value in values[i : i + 5]) for i in range(0, len(values), 5)
     ]
-    head = (
+    header = (
         "SYNTHETIC MOTION IN THE FORMAT OF THE PEER NGA STRONG MOTION DATABASE",
         f"{motion.event.replace(',', ';')}, 1/1/2000, {motion.station}, {azimuth:.0f}",
         "ACCELERATION TIME SERIES IN UNITS OF G",
         f"NPTS= {motion.npts:6d}, DT= {motion.dt_s:.6g} SEC",
     )
-    return "\n".join([*head, *rows, ""])
+    return "\n".join([*header, *rows, ""])
 
 
 def write_at2(motion: GroundMotion, folder: Path) -> tuple[Path, Path]:
@@ -380,7 +380,7 @@ class _Block(NamedTuple):
 def _trace_of_block(
     blocks: list[_Block], lines: list[str], path: Path, stated: Stated, **fields: Any
 ) -> Trace:
-    """Return the block of the given channel; `fields` are the format and whether it has a unit."""
+    """Return the component of the given channel; `fields` are further fields of `Trace`."""
     row, npts, dt_s, layout, *texts = blocks[_channel(stated, [b.direction for b in blocks], path)]
     values = _fixed_width(lines, row, npts, layout, path)
     missing = f"the header states {npts} points, the file has {values.size}: truncated?"
@@ -413,8 +413,8 @@ _CSMIP_LAYOUT: Final = "(8F10.3)"  # source: CSMIP report OSMS 85-03
 
 def _is_csmip(lines: list[str], path: Path) -> bool:
     """Return whether a file is a corrected accelerogram, by its first lines or its suffix .v2."""
-    head = " ".join(_head(lines, 2)).upper()
-    return head.lstrip().startswith("CORRECTED ACCELEROGRAM") or (
+    header = " ".join(_head(lines, 2)).upper()
+    return header.lstrip().startswith("CORRECTED ACCELEROGRAM") or (
         path.suffix.lower() == ".v2" and any(map(_CSMIP_BLOCK.match, _head(lines, 200)))
     )
 
@@ -434,7 +434,7 @@ def _read_csmip(lines: list[str], path: Path, stated: Stated) -> Trace:
         blocks.append(_Block(row + 1, *sizes, unit, event, station, direction))
         before = row
     if not blocks:
-        raise fault_in(path, "no acceleration block")
+        raise fault_in(path, "the file has no block of accelerations")
     return _trace_of_block(blocks, lines, path, stated, format="csmip_v2")
 
 
@@ -458,7 +458,7 @@ def _is_cosmos(lines: list[str], _path: Path) -> bool:
 
 def _read_cosmos(lines: list[str], path: Path, stated: Stated) -> Trace:
     blocks: list[_Block] = []
-    title, unread = 0, "no block of values"
+    title, unread = 0, "the file has no block of values"
     for row, line in enumerate(_head(lines, len(lines))):
         title = row if "(format v" in line.lower() else title
         if (match := _COSMOS_BLOCK.match(line)) is None:
@@ -477,10 +477,10 @@ def _read_cosmos(lines: list[str], path: Path, stated: Stated) -> Trace:
         elif abs(npts * dt_s - length_s) > 1.0 + 0.01 * length_s:
             unread = f"{npts} points of {dt_s:g} s do not last {length_s:g} s"
         else:
-            known = str(azimuth) if 1 <= azimuth <= 360 else _COSMOS_VERTICAL.get(azimuth, "")
+            compass = str(azimuth) if 1 <= azimuth <= 360 else _COSMOS_VERTICAL.get(azimuth, "")
             names = _COSMOS_CHANNEL.findall("\n".join(lines[title:row]))
-            texts = [known, *(text for pair in names for text in pair if text)]
-            direction = next(filter(_VERTICAL.search, texts), known or texts[-1])
+            texts = [compass, *(text for pair in names for text in pair if text)]
+            direction = next(filter(_VERTICAL.search, texts), compass or texts[-1])
             sizes, event, station = (
                 (npts, dt_s, match["layout"]),
                 lines[title + 1],
@@ -498,9 +498,9 @@ def _read_cosmos(lines: list[str], path: Path, stated: Stated) -> Trace:
 
 
 def _is_geonet(lines: list[str], _path: Path) -> bool:
-    head = [line.strip().lower() for line in _head(lines, 13)]
-    starts = zip(head[9::3], ("number of points", "component"), strict=False)
-    return len(head) == 13 and "accelerogram" in head[0] and all(a.startswith(b) for a, b in starts)
+    top = [line.strip().lower() for line in _head(lines, 13)]
+    starts = zip(top[9::3], ("number of points", "component"), strict=False)
+    return len(top) == 13 and "accelerogram" in top[0] and all(a.startswith(b) for a, b in starts)
 
 
 def _read_geonet(lines: list[str], path: Path, stated: Stated) -> Trace:
@@ -528,12 +528,12 @@ def _is_esm(lines: list[str], _path: Path) -> bool:
     return "".join(_head(lines, 1)).startswith("EVENT_NAME:")
 
 
-def _read_esm(lines: list[str], path: Path, _given: Stated) -> Trace:
+def _read_esm(lines: list[str], path: Path, _stated: Stated) -> Trace:
     header = list(takewhile(lambda line: ":" in line, _head(lines, 100)))
-    head = {key: text.strip() for key, _, text in (line.partition(":") for line in header)}
-    if (quantity := head.get("DATA_TYPE", "")) != "ACCELERATION":
+    named = {key: text.strip() for key, _, text in (line.partition(":") for line in header)}
+    if (quantity := named.get("DATA_TYPE", "")) != "ACCELERATION":
         raise fault_in(path, f"not an acceleration: DATA_TYPE is {quantity!r}")
-    step, count = (re.match(FLOAT, head.get(key, "")) for key in ("SAMPLING_INTERVAL_S", "NDATA"))
+    step, count = (re.match(FLOAT, named.get(key, "")) for key in ("SAMPLING_INTERVAL_S", "NDATA"))
     if step is None or count is None:
         raise fault_in(path, "the header needs SAMPLING_INTERVAL_S and NDATA")
     values = parse_numbers(lines[len(header) :], path, first_line=len(header) + 1)
@@ -546,10 +546,10 @@ def _read_esm(lines: list[str], path: Path, _given: Stated) -> Trace:
         format="esm",
         accel_mps2=values,
         dt_s=_fortran_float(step[0]),
-        unit=_unit_in([head.get("UNITS", "")], path),
-        event=head.get("EVENT_ID") or f"{head['EVENT_NAME']} {head.get('EVENT_DATE_YYYYMMDD')}",
-        station=f"{head.get('NETWORK', '')}.{head.get('STATION_CODE', '')}",
-        direction=head.get("STREAM", ""),
+        unit=_unit_in([named.get("UNITS", "")], path),
+        event=named.get("EVENT_ID") or f"{named['EVENT_NAME']} {named.get('EVENT_DATE_YYYYMMDD')}",
+        station=f"{named.get('NETWORK', '')}.{named.get('STATION_CODE', '')}",
+        direction=named.get("STREAM", ""),
         warnings=(f"{differs}: truncated?",) if values.size < npts else (),
     )
 
@@ -564,14 +564,14 @@ _KNET_SCALE = re.compile(rf"({FLOAT})\(gal\)\s*/\s*({FLOAT})")
 
 
 def _is_knet(lines: list[str], _path: Path) -> bool:
-    head = "\n".join(_head(lines, _KNET_HEADER_LINES))
-    return "Scale Factor" in head and "Sampling Freq" in head
+    header = "\n".join(_head(lines, _KNET_HEADER_LINES))
+    return "Scale Factor" in header and "Sampling Freq" in header
 
 
-def _read_knet(lines: list[str], path: Path, _given: Stated) -> Trace:
-    head = {line[:18].strip(): line[18:].strip() for line in _head(lines, _KNET_HEADER_LINES)}
-    scale = _KNET_SCALE.match(head.get("Scale Factor", ""))
-    frequency = re.match(rf"({FLOAT})\s*Hz", head.get("Sampling Freq(Hz)", ""))
+def _read_knet(lines: list[str], path: Path, _stated: Stated) -> Trace:
+    entries = {line[:18].strip(): line[18:].strip() for line in _head(lines, _KNET_HEADER_LINES)}
+    scale = _KNET_SCALE.match(entries.get("Scale Factor", ""))
+    frequency = re.match(rf"({FLOAT})\s*Hz", entries.get("Sampling Freq(Hz)", ""))
     if scale is None or frequency is None:
         missing = "Scale Factor" if scale is None else "Sampling Freq"
         raise fault_in(path, f"the header has no {missing}")
@@ -585,11 +585,11 @@ def _read_knet(lines: list[str], path: Path, _given: Stated) -> Trace:
     if counts.size == 0:
         raise fault_in(path, "no values")
     accel_gal = (counts - counts.mean()) * (range_gal / counts_per_range)
-    stated, peak_gal = re.match(FLOAT, head.get("Max. Acc. (gal)", "")), np.abs(accel_gal).max()
+    stated, peak_gal = re.match(FLOAT, entries.get("Max. Acc. (gal)", "")), np.abs(accel_gal).max()
     header_gal = _fortran_float(stated[0]) if stated else peak_gal
     truncated = f"the peak is {peak_gal:.4g} gal, but {header_gal:.4g} in the header: truncated?"
     is_truncated = abs(peak_gal - header_gal) > 0.01 * header_gal
-    direction = head.get("Dir.", "")
+    direction = entries.get("Dir.", "")
     return Trace(
         path=path,
         format="knet",
@@ -597,8 +597,8 @@ def _read_knet(lines: list[str], path: Path, _given: Stated) -> Trace:
         dt_s=1.0 / frequency_hz,
         unit="cm/s2",
         is_calibrated=True,
-        event=head.get("Origin Time", ""),
-        station=head.get("Station Code", ""),
+        event=entries.get("Origin Time", ""),
+        station=entries.get("Station Code", ""),
         direction=_KNET_CHANNELS.get(direction, direction),
         warnings=(truncated,) if is_truncated else (),
         notes=("the instrument offset (mean) was removed",),
@@ -650,22 +650,22 @@ class _Table:
 
 def _table_of(lines: list[str]) -> _Table | None:
     """Return the lines of numbers with their header; None if the header is too long."""
-    head = _head(lines, MAX_HEADER_LINES + 2)
-    rows = (n for n, line in enumerate(head[: MAX_HEADER_LINES + 1]) if _DATA.fullmatch(line))
+    header = _head(lines, MAX_HEADER_LINES + 2)
+    rows = (n for n, line in enumerate(header[: MAX_HEADER_LINES + 1]) if _DATA.fullmatch(line))
     if (start := next(rows, None)) is None:
         return None
     npts, dt_s = None, math.nan
     # A row of two numbers is a count and a step if the next row is of another kind, or at time 0.
-    one, two = (_COLUMNS_SEPARATOR.split(line.strip()) for line in (*head, "")[start:][:2])
-    is_unlike = len(one) != len(two) or (
-        len(one) == 2 and ((one[0].isdigit() and not two[0].isdigit()) or not two[0].strip("0.+-"))
+    a, b = (_COLUMNS_SEPARATOR.split(line.strip()) for line in (*header, "")[start:][:2])
+    is_unlike = len(a) != len(b) or (
+        len(a) == 2 and ((a[0].isdigit() and not b[0].isdigit()) or not b[0].strip("0.+-"))
     )
-    for row, line in enumerate(head[: start + is_unlike]):
+    for row, line in enumerate(header[: start + is_unlike]):
         match = next(filter(None, (pattern.fullmatch(line) for pattern in _COUNT_AND_STEP)), None)
         if match and DT_LIMITS_S[0] <= _fortran_float(match["dt"]) <= DT_LIMITS_S[1]:
             npts, dt_s, start = int(match["npts"]), _fortran_float(match["dt"]), max(start, row + 1)
     rows = [(n, line) for n, line in enumerate(lines[start:], start + 1) if line.strip()]
-    return _Table(head[:start], rows, npts, dt_s) if rows else None
+    return _Table(header[:start], rows, npts, dt_s) if rows else None
 
 
 def _has_time(table: _Table) -> bool:
@@ -689,17 +689,17 @@ def _has_time(table: _Table) -> bool:
 
 def _read_numbers(lines: list[str], path: Path, stated: Stated) -> Trace:
     if (table := _table_of(lines)) is None:
-        known = ", ".join(name for name, _, _ in MOTION_FORMATS)
+        formats = ", ".join(name for name, _, _ in MOTION_FORMATS)
         text = f"unknown format: no numbers after at most {MAX_HEADER_LINES} header lines"
-        raise fault_in(path, f"{text}. Formats that are read: {known}")
+        raise fault_in(path, f"{text}. Formats that are read: {formats}")
     rows, count, dt_s, npts = table.rows, table.columns, table.dt_s, table.npts
     start = rows[0][0]
     values, warnings, shift = parse_numbers(lines[start - 1 :], path, start), (), 0
     has_time = _has_time(table)
     if has_time or _are_channels(table, values, stated, path):
         if values.size != count * len(rows):
-            bad = next((n for n, line in rows if _column_count(line) != count), rows[-1][0])
-            raise fault_in(path, f"the row must have {count} columns", bad)
+            bad_line = next((n for n, line in rows if _column_count(line) != count), rows[-1][0])
+            raise fault_in(path, f"the row must have {count} columns", bad_line)
         series = values.reshape(-1, count)
     else:
         series = values[:npts, None] if npts and values.size - npts < count else values[:, None]
@@ -732,15 +732,15 @@ def _read_numbers(lines: list[str], path: Path, stated: Stated) -> Trace:
 def _are_channels(table: _Table, values: Vector, stated: Stated, path: Path) -> bool:
     """Return whether columns without a time column are channels, not parts of one series."""
     count, rows = table.columns, table.rows
-    full = values[: values.size // count * count].reshape(-1, count)
+    lines_ = values[: values.size // count * count].reshape(-1, count)
     if count == 1 or (table.npts and 0 <= values.size - table.npts < count):
         return False
-    between = np.abs(np.diff(full, axis=0)).mean() if len(full) > 1 else math.inf
+    between = np.abs(np.diff(lines_, axis=0)).mean() if len(lines_) > 1 else math.inf
     ratio = float(between / max(np.abs(np.diff(values)).mean(), 1.0e-300))
-    if stated.channel is not None or table.npts == len(full):
+    if stated.channel is not None or table.npts == len(lines_):
         if count > 3 and ratio > 1.0 / SERIES_RATIO:
             raise fault_in(path, f"lines of {count} values of one series have no channels")
-        if (np.diff(full[:, 0]) >= 0.0).all() and full[0, 0] < full[-1, 0]:
+        if (np.diff(lines_[:, 0]) >= 0.0).all() and lines_[0, 0] < lines_[-1, 0]:
             raise fault_in(path, "column 1 rises: a time column with unequal steps?")
         return True
     is_table = {_column_count(line) for _, line in rows} == {count}

@@ -50,17 +50,17 @@ def motion_measures(motion: GroundMotion, t1_s: float | None) -> dict[str, float
     if t1_s is not None:
         spectrum = pair_psa(*pair, dt_s, conditioned_periods(t1_s))
         sa_t1_g, sa_avg_g = conditioned_levels(spectrum.rotd50_mps2 / G_MPS2)
-    both = pair_arias_build_up(motion)
+    arias = pair_arias_build_up(motion)
     return {
         "im_pga_rotd50_g": orbit_rotd50(*pair) / G_MPS2,
         "im_pgv_rotd50_mps": orbit_rotd50(velocity(pair[0], dt_s), velocity(pair[1], dt_s)),
         "im_sa_t1_rotd50_g": sa_t1_g,
         "im_sa_1p000_rotd50_g": float(pair_psa(*pair, dt_s, 1.0).rotd50_mps2[0]) / G_MPS2,
         "im_saavg_rotd50_g": sa_avg_g,
-        "im_arias_mps": 0.5 * float(both[-1]),
+        "im_arias_mps": 0.5 * float(arias[-1]),
         "im_cav_mps": 0.5 * (cav(pair[0], dt_s) + cav(pair[1], dt_s)),
-        "im_d5_75_s": significant_duration(both, dt_s, 0.05, 0.75),
-        "im_d5_95_s": significant_duration(both, dt_s, 0.05, 0.95),
+        "im_d5_75_s": significant_duration(arias, dt_s, 0.05, 0.75),
+        "im_d5_95_s": significant_duration(arias, dt_s, 0.05, 0.95),
     }
 
 
@@ -115,9 +115,9 @@ def measures_and_spectra(
         table |= {end.join(name.rsplit("_", 1)): value for name, value in measures.items()}
         table[f"psa{end}g"] = (component_psa(accel, dt_s, periods) / G_MPS2).tolist()
     if len(components) == 2:
-        one, two = components
-        pair = GroundMotion(motion_id="pair", dt_s=dt_s, accel_1_mps2=one, accel_2_mps2=two)
-        rotd50, rotd100 = ((psa / G_MPS2).tolist() for psa in pair_psa(one, two, dt_s, periods))
+        a_1, a_2 = components
+        pair = GroundMotion(motion_id="pair", dt_s=dt_s, accel_1_mps2=a_1, accel_2_mps2=a_2)
+        rotd50, rotd100 = ((psa / G_MPS2).tolist() for psa in pair_psa(a_1, a_2, dt_s, periods))
         table |= {"psa_rotd50_g": rotd50, "psa_rotd100_g": rotd100}
         table = motion_measures(pair, t1_s) | table
     return table | {"dt_s": dt_s, "npts": len(components[0]), "periods_s": list(periods)}
@@ -165,17 +165,17 @@ def cav(accel_mps2: Vector, dt_s: float) -> float:
 
 def significant_duration(build_up: Vector, dt_s: float, start: float, end: float) -> float:
     """Return the time in s in which a build-up grows from share `start` to share `end`."""
-    share = build_up / build_up[-1]
-    return dt_s * (_index_of(share, end) - _index_of(share, start))
+    shares = build_up / build_up[-1]
+    return dt_s * (_index_of(shares, end) - _index_of(shares, start))
 
 
-def _index_of(share: Vector, level: float) -> float:
+def _index_of(shares: Vector, level: float) -> float:
     """Return the fractional index at which a non-decreasing history first reaches a level."""
-    after = int(np.searchsorted(share, level))
+    after = int(np.searchsorted(shares, level))
     if after == 0:
         return 0.0
-    rise = share[after] - share[after - 1]
-    return after - 1 + float((level - share[after - 1]) / rise)
+    step = shares[after] - shares[after - 1]
+    return after - 1 + float((level - shares[after - 1]) / step)
 
 
 def housner_intensity(accel_mps2: Vector, dt_s: float) -> float:
@@ -209,18 +209,18 @@ def cut_to_strongest(
     if not shaking_s > 4.0 * TAPER_S:
         raise InputError(f"shaking_s must be above {4.0 * TAPER_S}, got {shaking_s}")
     size = min(round(shaking_s / motion.dt_s), motion.npts)
-    both = pair_arias_build_up(motion)
-    first = int(np.argmax(both[size - 1 :] - both[: both.size - size + 1]))
+    arias = pair_arias_build_up(motion)
+    first = int(np.argmax(arias[size - 1 :] - arias[: arias.size - size + 1]))
     return add_free_vibration(_window(motion, first, size), free_vibration_s)
 
 
 def trim_quiet_ends(motion: GroundMotion) -> GroundMotion:
     """Return a motion without the quiet parts before and after the shaking; it ends at rest."""
-    both = pair_arias_build_up(motion)
-    both = both / both[-1]
+    arias = pair_arias_build_up(motion)
+    arias = arias / arias[-1]
     margin = round(2.0 * TAPER_S / motion.dt_s)
-    first = max(int(np.searchsorted(both, QUIET_SHARE)) - margin, 0)
-    last = min(int(np.searchsorted(both, 1.0 - QUIET_SHARE)) + margin, motion.npts)
+    first = max(int(np.searchsorted(arias, QUIET_SHARE)) - margin, 0)
+    last = min(int(np.searchsorted(arias, 1.0 - QUIET_SHARE)) + margin, motion.npts)
     return _window(motion, first, last - first)
 
 
@@ -228,8 +228,8 @@ def add_free_vibration(motion: GroundMotion, seconds: float) -> GroundMotion:
     """Return the motion with zeros of the given length in s added at its end."""
     if not 0.0 <= seconds <= 600.0:
         raise InputError(f"free_vibration_s must be within 0 to 600, got {seconds}")
-    tail = round(seconds / motion.dt_s)
-    return motion.mapped(lambda accel: np.pad(accel, (0, tail)))
+    n_zeros = round(seconds / motion.dt_s)
+    return motion.mapped(lambda accel: np.pad(accel, (0, n_zeros)))
 
 
 def _window(motion: GroundMotion, first: int, size: int) -> GroundMotion:
@@ -250,6 +250,6 @@ def _at_rest(accel: Vector, dt_s: float) -> Vector:
     share = np.linspace(0.0, 1.0, size)
     hump = share * (1.0 - share)
     shapes = (hump, hump * (1.0 - 2.0 * share))
-    ends = np.array([end_state(shape) for shape in shapes]).T
-    amounts = np.linalg.solve(ends, end_state(tapered))
+    end_states = np.array([end_state(shape) for shape in shapes]).T
+    amounts = np.linalg.solve(end_states, end_state(tapered))
     return tapered - amounts[0] * shapes[0] - amounts[1] * shapes[1]

@@ -94,7 +94,7 @@ class MotionsConfig:
     suites: tuple[FileName, ...] = Field(default=("near",), min_length=1, max_length=20)
     """near, far, pulse, p695, p695_far, p695_near (motions/README.md), or folders"""
     count: Whole | None = Field(default=32, ge=1, le=100_000)
-    """first motions of each suite; null: all"""
+    """number of motions per suite; null: all"""
     design: Literal["scaled_cloud", "cloud", "stripes", "ida"] = Field(default="scaled_cloud")
     """scaled_cloud: one factor per motion; cloud: unscaled; stripes: all levels; ida: search"""
     level_range_g: tuple[Level, Level] = Field(default=LEVEL_RANGE_G)
@@ -113,7 +113,7 @@ class MotionsConfig:
     """limit of ida_demand, in its unit"""
     # windows of 2 s or less are refused by `intensity.cut_to_strongest`: the tapers would fill them
     shaking_s: Number | None = Field(default=None, gt=2.0, le=1.0e4)
-    """strongest part of each motion to keep; null: all"""
+    """strongest seconds of each motion to keep; null: all"""
     incidence_deg: tuple[Annotated[Number, Field(ge=0.0, lt=360.0)], ...] = Field(
         default=(0.0,), min_length=1, max_length=360
     )
@@ -147,13 +147,13 @@ def bands_around(motions: MotionsConfig, medians_g: Sequence[float]) -> Bands:
         return (motions.level_range_g,)
     ratio = motions.bands.ratio
     bands = [(max(median / ratio, low), min(median * ratio, high)) for median in sorted(medians_g)]
-    if kept := tuple((first, last) for first, last in bands if first < last):
-        return kept
+    if in_range := tuple((first, last) for first, last in bands if first < last):
+        return in_range
     raise InputError(f"motions.bands: no median of {list(medians_g)} g is in {low:g} to {high:g} g")
 
 
 def has_pilot(motions: MotionsConfig) -> bool:
-    """Return whether the medians of the bands come from a pilot."""
+    """Return whether trial runs under the first motions give the medians of the bands."""
     bands = motions.bands
     return bands is not None and not bands.medians_g and bands.study is None
 
@@ -170,7 +170,7 @@ def block_factors(
     with the lowest unscaled level gets the lowest target, and so on; this keeps factors near 1.
     Block b is offset by element b + 1 of the van der Corput sequence, so any number of blocks
     covers the bands evenly. If motions are added, the factors of full blocks do not change.
-    ``first_g`` are other bands for the first block (a pilot).
+    ``first_g`` are other bands for the first block (trial runs).
     """
     from scipy.stats import qmc  # here: workers that read the configuration do without scipy
 
@@ -179,10 +179,10 @@ def block_factors(
     offsets = qmc.Halton(1, scramble=False).fast_forward(1).random(len(starts))[:, 0]
     factors = np.empty(levels.size)
     for start, offset in zip(starts, offsets, strict=True):
-        ends = np.log(bands_g if start or first_g is None else first_g)
-        edges = np.unique(ends)
+        ln_g = np.log(bands_g if start or first_g is None else first_g)
+        edges = np.unique(ln_g)
         # distribution of the logarithm of the levels: the mean of uniform ones
-        below = np.clip((edges[:, None] - ends[:, 0]) / np.diff(ends).T, 0.0, 1.0).mean(axis=1)
+        below = np.clip((edges[:, None] - ln_g[:, 0]) / np.diff(ln_g).T, 0.0, 1.0).mean(axis=1)
         of_block = levels[start : start + BLOCK]
         share = (np.arange(of_block.size) + offset) / of_block.size
         in_order = start + np.argsort(of_block, kind="stable")
@@ -206,16 +206,16 @@ def striped(
     low, high = factor_limits
     at_1_g = suite[LEVEL_MEASURE]
     stripes = [suite.assign(scale=g / at_1_g, stripe_g=float(g)) for g in stripes_g]
-    every = pd.concat(stripes, ignore_index=True)
-    table = every[every["scale"].between(low, high)].reset_index(drop=True)
+    all_rows = pd.concat(stripes, ignore_index=True)
+    table = all_rows[all_rows["scale"].between(low, high)].reset_index(drop=True)
     if table.empty:
         raise InputError(
             f"no motion reaches a stripe of {list(stripes_g)} g with factors {low} to {high}"
         )
-    if left_out := len(every) - len(table):
+    if left_out := len(all_rows) - len(table):
         logger.warning(
             "%d of %d scaled motions are left out: their factor is outside %g to %g",
-            left_out, len(every), low, high,
+            left_out, len(all_rows), low, high,
         )  # fmt: skip
     return table
 

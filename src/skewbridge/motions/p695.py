@@ -43,8 +43,8 @@ def package_folder() -> Path | None:
     """Return the folder of the HDF5 files; None if the package is not installed."""
     # the package is not imported: it needs others that are not installed
     spec = find_spec(PACKAGE.replace("-", "_"))
-    places = spec.submodule_search_locations if spec else None
-    return Path(places[0]) if places else None
+    folders = spec.submodule_search_locations if spec else None
+    return Path(folders[0]) if folders else None
 
 
 def missing_text(suite: str, consequence: str) -> str:
@@ -81,21 +81,21 @@ def read_record(suite: str, number: int) -> GroundMotion:
     if not rows:
         raise InputError(f"suite {suite} has no record {number}")
     fields = ("motion_id", "dt_s", "event", "station", "magnitude", "distance_km", "vs30_mps")
-    known = {name: rows[0][name] for name in fields}
+    metadata = {name: rows[0][name] for name in fields}
     with _opened(rows[0]["path"]) as content:
         group = content["_timeseries"][rows[0]["group"]]
-        one, two = (np.array(group[name]["RecordedAcceleration"]) * G_MPS2 for name in ("a", "b"))
+        a_1, a_2 = (np.array(group[name]["RecordedAcceleration"]) * G_MPS2 for name in ("a", "b"))
     messages: list[str] = []
-    if one.size != two.size:
-        messages = [f"components have {one.size} and {two.size} points: the shorter is padded"]
-        npts = max(one.size, two.size)
-        one, two = (np.pad(accel, (0, npts - accel.size)) for accel in (one, two))
+    if a_1.size != a_2.size:
+        messages = [f"components have {a_1.size} and {a_2.size} points: the shorter is padded"]
+        npts = max(a_1.size, a_2.size)
+        a_1, a_2 = (np.pad(accel, (0, npts - accel.size)) for accel in (a_1, a_2))
     return GroundMotion(
-        **known,
-        accel_1_mps2=one,
-        accel_2_mps2=two,
+        **metadata,
+        accel_1_mps2=a_1,
+        accel_2_mps2=a_2,
         source=SOURCE,
-        sha256=hashlib.sha256(one.tobytes() + two.tobytes()).hexdigest(),
+        sha256=hashlib.sha256(a_1.tobytes() + a_2.tobytes()).hexdigest(),
         messages=tuple(messages),
     )
 

@@ -108,9 +108,9 @@ def read_trace(path: Path, stated: Stated | None = None) -> Trace:
 def _text_of(content: bytes, path: Path) -> str:
     if not content.strip():
         raise fault_in(path, "empty file")
-    for start, what in _FOREIGN:
+    for start, problem in _FOREIGN:
         if content.lstrip(b"\xef\xbb\xbf \r\n\t").startswith(start):
-            raise fault_in(path, what)
+            raise fault_in(path, problem)
     if b"\0" in content:
         raise fault_in(path, "a binary file")
     try:
@@ -159,8 +159,8 @@ def read_motion(
     """
     if str(first) in p695.SUITES and str(second).isdecimal():
         return p695.read_record(str(first), int(str(second)))
-    one, two = (read_trace(path, stated) for path in (first, second))
-    return join_traces(one, two, motion_id=motion_id or motion_name(first, second))
+    trace_1, trace_2 = (read_trace(path, stated) for path in (first, second))
+    return join_traces(trace_1, trace_2, motion_id=motion_id or motion_name(first, second))
 
 
 def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
@@ -186,9 +186,9 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
     if sizes[0] != sizes[1]:
         messages.append(f"lengths {sizes[0]} and {sizes[1]}: zeros added at the end of the shorter")
     for name in ("event", "station"):
-        one, other = (getattr(trace, name) for trace in pair)
-        if one and other and one.casefold() != other.casefold():
-            messages.append(f"{DIFFERENT_RECORDS} Their {name}s differ: {one} and {other}")
+        value_1, value_2 = (getattr(trace, name) for trace in pair)
+        if value_1 and value_2 and value_1.casefold() != value_2.casefold():
+            messages.append(f"{DIFFERENT_RECORDS} Their {name}s differ: {value_1} and {value_2}")
     # ASSUME components of one record have lengths within 20 % of each other
     if npts > 1.2 * min(sizes):
         messages.append(f"{DIFFERENT_RECORDS} Their lengths differ: {min(sizes)} and {npts} points")
@@ -236,17 +236,17 @@ def read_support_motions(path: Path) -> dict[str, GroundMotion]:
         raise InputError(f"{path.name}: name at least one record")
     traces: dict[tuple[str, str], Trace] = {}
     for record in records:
-        place = record.support, record.direction
-        if place in traces:
-            raise InputError(f"{path.name}: {record.support} has two records along {place[1]}")
+        component = record.support, record.direction
+        if component in traces:
+            raise InputError(f"{path.name}: {record.support} has two records along {component[1]}")
         trace = read_trace(path.parent / record.record)
-        traces[place] = replace(trace, accel_mps2=record.factor * trace.accel_mps2)
+        traces[component] = replace(trace, accel_mps2=record.factor * trace.accel_mps2)
     motions: dict[str, GroundMotion] = {}
     for support in dict.fromkeys(record.support for record in records):
-        one, two = (traces.get((support, direction)) for direction in "xy")
-        if one is None or two is None:
+        along_x, along_y = (traces.get((support, direction)) for direction in "xy")
+        if along_x is None or along_y is None:
             raise InputError(f"{path.name}: {support} needs a record along x and one along y")
-        motions[support] = join_traces(one, two, motion_id=f"{path.stem} {support}")
+        motions[support] = join_traces(along_x, along_y, motion_id=f"{path.stem} {support}")
     return motions
 
 

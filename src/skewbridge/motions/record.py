@@ -67,9 +67,9 @@ class GroundMotion:
                 raise InputError(f"motion {self.motion_id}: {wrong}; every value must be finite")
             values.flags.writeable = False
             object.__setattr__(self, name, values)
-        one, two = (accel.size for accel in self.components)
-        if one != two:
-            text = f"the components have {one} and {two} values; both need the same number"
+        npts_1, npts_2 = (accel.size for accel in self.components)
+        if npts_1 != npts_2:
+            text = f"the components have {npts_1} and {npts_2} values; both need the same number"
             raise InputError(f"motion {self.motion_id}: {text}")
 
     @property
@@ -105,8 +105,8 @@ class GroundMotion:
         else:
             angle_rad = np.deg2rad(incidence_deg)
             cosine, sine = np.cos(angle_rad), np.sin(angle_rad)
-        one, two = self.components
-        return cosine * one - sine * two, sine * one + cosine * two
+        accel_1, accel_2 = self.components
+        return cosine * accel_1 - sine * accel_2, sine * accel_1 + cosine * accel_2
 
     def mapped(self, treat: Callable[[Vector], Vector]) -> "GroundMotion":
         """Return the motion with a function applied to each component."""

@@ -65,7 +65,7 @@ class Cause:
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=text.OPTIONS)
 class Target:
-    """Intensity measure, site, period of the bridge (None: of the measure), earthquakes."""
+    """Target of a selection; without ``t1_s``, the period of the measure is the bridge's T1."""
 
     measure: Annotated[str, Field(pattern=r"^(SA|Sa_avg3?)\((\d*\.)?\d+\)$")]
     vs30_mps: Annotated[Number, Field(ge=150.0, le=1500.0)]
@@ -96,13 +96,13 @@ def condition(
 def conditional_spectra(target: Target) -> list[ConditionalSpectrum]:
     """Return the spectrum of each level; `InputError` for values outside the range of BSSA14."""
     period_s = float(target.measure.split("(")[1][:-1])
-    own = sa_avg_periods(period_s) if "avg" in target.measure else np.array([period_s])
+    averaged_s = sa_avg_periods(period_s) if "avg" in target.measure else np.array([period_s])
     t1_s = target.t1_s or period_s
-    periods = np.append(t1_s * np.geomspace(0.2, 3.0, BAND_POINTS), own)
+    periods = np.append(t1_s * np.geomspace(0.2, 3.0, BAND_POINTS), averaged_s)
     if not 0.01 <= periods.min() <= periods.max() <= 10.0:
         ends = f"{periods.min():.3g} to {periods.max():.3g} s"
         raise InputError(f"0.2 T1 to 3 T1 and the measure must be within 0.01 to 10 s, got {ends}")
-    weights = np.append(np.zeros(BAND_POINTS), np.full(own.size, 1.0 / own.size))
+    weights = np.append(np.zeros(BAND_POINTS), np.full(averaged_s.size, 1.0 / averaged_s.size))
     rho = baker_jayaram_correlation(periods)
     site: dict[str, Any] = {"vs30_mps": target.vs30_mps, "mechanism": target.mechanism}
     levels, spectra = dict[float, list[Cause]](), list[ConditionalSpectrum]()
@@ -111,10 +111,10 @@ def conditional_spectra(target: Target) -> list[ConditionalSpectrum]:
     for level in levels.values():
         rows = np.array([(c.weight, c.magnitude, c.distance_km, c.epsilon) for c in level])
         ruptures = [Rupture(magnitude=m, distance_km=r, **site) for _, m, r, _ in rows.tolist()]
-        known = np.array([bssa14(rupture, SPECTRUM_PERIODS_S) for rupture in ruptures])
-        known[:, 0] = np.log(known[:, 0])
+        tabulated = np.array([bssa14(rupture, SPECTRUM_PERIODS_S) for rupture in ruptures])
+        tabulated[:, 0] = np.log(tabulated[:, 0])
         # between tabulated periods within 1 % of the equations, 0.1 to 5 s
-        interpolated = PchipInterpolator(np.log(SPECTRUM_PERIODS_S), known, axis=2)
+        interpolated = PchipInterpolator(np.log(SPECTRUM_PERIODS_S), tabulated, axis=2)
         mean, sigma = np.swapaxes(interpolated(np.log(periods)), 0, 1)
         mean, sigma = condition(mean, sigma, rho, weights, rows[:, 3])
         share, reached = rows[:, 0] / rows[:, 0].sum(), mean @ weights
@@ -129,10 +129,10 @@ def conditional_spectra(target: Target) -> list[ConditionalSpectrum]:
     return spectra
 
 
-def read_target(path: Path, given: Mapping[str, Any]) -> Target:
+def read_target(path: Path, overrides: Mapping[str, Any]) -> Target:
     """Return the target in a file: YAML by hand, CSV of OpenQuake, or JSON of the USGS.
 
-    ``given`` values replace those of the file; a measure selects from a file with several. Raises
+    ``overrides`` replace values of the file; a measure selects from a file with several. Raises
     `InputError` for wrong or missing values, such as epsilon.
     """
     if path.suffix.lower() in (".yaml", ".yml"):
@@ -140,13 +140,13 @@ def read_target(path: Path, given: Mapping[str, Any]) -> Target:
     else:
         table = _openquake(path) if path.suffix.lower() == ".csv" else _usgs(path)
         names = table["measure"].unique().tolist()
-        measure = given.get("measure", names[0] if len(names) == 1 else None)
+        measure = overrides.get("measure", names[0] if len(names) == 1 else None)
         if measure not in names:
             have = ", ".join(names) or "no rates"
             raise text.file_fault(path, f" has {have}: select with --set measure=NAME")
         rows = table.loc[table["measure"] == measure, list(_ROW)].to_dict("records")
         raw = {"measure": measure, "levels": rows}
-    return text.checked(Target, {**raw, **given}, path)
+    return text.checked(Target, {**raw, **overrides}, path)
 
 
 def _openquake(path: Path) -> pd.DataFrame:
@@ -160,8 +160,8 @@ def _openquake(path: Path) -> pd.DataFrame:
         rows = table.assign(weight=rate, moment=rate * table["eps"])[rate > 0.0]
         cells = rows.groupby(list(names.values()), sort=False)
     except (KeyError, TypeError, ValueError) as error:
-        needed = "Mag_Dist_Eps with imt, iml, mag, dist, eps and one column of probabilities"
-        raise text.file_fault(path, f" is not the export {needed}: {error}") from None
+        required = "Mag_Dist_Eps with imt, iml, mag, dist, eps and one column of probabilities"
+        raise text.file_fault(path, f" is not the export {required}: {error}") from None
     totals = cells[["weight", "moment"]].sum().reset_index()
     epsilon = (totals["moment"] / totals["weight"]).to_numpy()
     if cells["eps"].max().eq(rows["eps"].max()).all():
@@ -179,15 +179,15 @@ def _usgs(path: Path) -> pd.DataFrame:
         response = text.read_json(path)["response"]
         shared = response["metadata"] if isinstance(response, dict) else {}
         for block in response["disaggs"] if shared else response:
-            about = shared | block | block.get("metadata", {})
-            imt = about["imt"]["value"] if isinstance(about["imt"], dict) else about["imt"]
-            bins = pd.DataFrame(about["εbins"], columns=["id", "min", "max"]).set_index("id")
-            middle = bins.astype(float).mean(axis=1)  # of an open bin: its edge
-            total = next(o for o in block["data"] if o.get("component", "Total") == "Total")
-            items = [item for part in total["summary"] for item in part["data"]]
+            header = shared | block | block.get("metadata", {})
+            imt = header["imt"]["value"] if isinstance(header["imt"], dict) else header["imt"]
+            bins = pd.DataFrame(header["εbins"], columns=["id", "min", "max"]).set_index("id")
+            bin_middles = bins.astype(float).mean(axis=1)  # of an open bin: its edge
+            total = next(t for t in block["data"] if t.get("component", "Total") == "Total")
+            items = [item for group in total["summary"] for item in group["data"]]
             level_g = next(item["value"] for item in items if item.get("units") == "g")
             rows = pd.json_normalize(total["data"], "εdata", ["m", "r"]).rename(columns=names)
-            rows = rows.assign(level_g=level_g, epsilon=rows["εbin"].map(middle)).astype(float)
+            rows = rows.assign(level_g=level_g, epsilon=rows["εbin"].map(bin_middles)).astype(float)
             measure = re.sub(r"^SA(\d+)P(\d+)$", r"SA(\1.\2)", imt)
             tables.append(rows.assign(measure=measure))
         return pd.concat(tables)
@@ -227,7 +227,7 @@ def select_motions(
     writable_file(out / INDEX_NAME)
     used = set(read_index_table(without / INDEX_NAME).get("candidate", ())) if without else ()
     candidates = read_candidates(sources, spectra[0].periods_s, count, used)
-    levels = [LevelSelection(each, *select_pairs(candidates, each, count)) for each in spectra]
+    levels = [LevelSelection(s, *select_pairs(candidates, s, count)) for s in spectra]
     write_selections([level.pairs for level in levels], out)
     return levels
 
@@ -240,20 +240,20 @@ def read_candidates(
     A synthetic pair, or one without an event, is an event of its own. Raises `InputError` for fewer
     than ``count`` pairs, names in ``without`` left out, or a name that two folders have.
     """
-    listed = [entry for folder in folders for entry in list_motions(folder)]
-    if len({entry.motion_id for entry in listed}) < len(listed):
+    all_entries = [entry for folder in folders for entry in list_motions(folder)]
+    if len({entry.motion_id for entry in all_entries}) < len(all_entries):
         raise InputError("two folders of candidates have motions of the same name: rename them")
-    entries = [entry for entry in listed if entry.motion_id not in without]
+    entries = [entry for entry in all_entries if entry.motion_id not in without]
     if not 2 <= count <= len(entries):
         raise InputError(f"count must be within 2 and the {len(entries)} candidates, got {count}")
     motions = read_entries(entries)
-    psa_mps2 = [pair_psa(*each.components, each.dt_s, periods_s).rotd50_mps2 for each in motions]
+    psa_mps2 = [pair_psa(*m.components, m.dt_s, periods_s).rotd50_mps2 for m in motions]
     table = pd.DataFrame({"entry": entries, "motion": motions})
-    made = np.array(["synthetic:" in each.source for each in motions])
-    events = [each.event or each.motion_id for each in motions]
-    events = np.where(made, [each.motion_id for each in motions], events)
+    is_synthetic = np.array(["synthetic:" in m.source for m in motions])
+    events = [m.event or m.motion_id for m in motions]
+    events = np.where(is_synthetic, [m.motion_id for m in motions], events)
     log_psa = list(np.log(np.array(psa_mps2) / G_MPS2))
-    return table.assign(log_psa=log_psa, event=events, is_synthetic=made)
+    return table.assign(log_psa=log_psa, event=events, is_synthetic=is_synthetic)
 
 
 def select_pairs(
@@ -268,46 +268,46 @@ def select_pairs(
     scaled = (log_psa + log_factors[:, None])[:, :BAND_POINTS]
     pool = candidates.assign(scale=np.exp(log_factors), level_g=level_g, log_psa=list(scaled))
     pool = pool[np.abs(log_factors) <= np.log(FACTOR_LIMITS[1])]
-    if (most := pool["event"].value_counts().clip(upper=MOST_PER_EVENT).sum()) < count:
-        reach = f"only {most} pairs reach {level_g:.3g} g with factors of 1/4 to 4 and"
+    if (available := pool["event"].value_counts().clip(upper=MOST_PER_EVENT).sum()) < count:
+        reach = f"only {available} pairs reach {level_g:.3g} g with factors of 1/4 to 4 and"
         raise InputError(f"{reach} {MOST_PER_EVENT} per event: {count} are needed")
     sigma = target.sigma[:BAND_POINTS]
-    away = np.stack(pool["log_psa"].to_list()) - np.log(target.median_g[:BAND_POINTS])
-    kind = pool["event"].factorize()[0], pool["is_synthetic"].to_numpy()
+    error = np.stack(pool["log_psa"].to_list()) - np.log(target.median_g[:BAND_POINTS])
+    event_and_kind = pool["event"].factorize()[0], pool["is_synthetic"].to_numpy()
     starts = (np.random.default_rng(seed).permutation(len(pool)) for seed in range(_STARTS))
-    best = min(_improved(away, sigma, *kind, start, count) for start in starts)[1]
-    errors = np.expm1(away[best].mean(axis=0)), away[best].std(axis=0, ddof=1) / sigma - 1.0
-    largest, chosen = np.abs(errors).max(axis=1), pool.iloc[best]
-    return chosen, {
+    best = min(_improved(error, sigma, *event_and_kind, start, count) for start in starts)[1]
+    errors = np.expm1(error[best].mean(axis=0)), error[best].std(axis=0, ddof=1) / sigma - 1.0
+    largest, selected = np.abs(errors).max(axis=1), pool.iloc[best]
+    return selected, {
         **target.causes,
-        "synthetic_share": float(chosen["is_synthetic"].mean()),
-        "factors": [float(chosen["scale"].min()), float(chosen["scale"].max())],
+        "synthetic_share": float(selected["is_synthetic"].mean()),
+        "factors": [float(selected["scale"].min()), float(selected["scale"].max())],
         **dict(zip(("mean_error", "dispersion_error"), largest.tolist(), strict=True)),
         "within_tolerances": bool((largest <= TOLERANCES).all()),
     }
 
 
 def _improved(
-    away: Vector, sigma: Vector, event: Index, synthetic: Mask, start: Index, count: int
+    error: Vector, sigma: Vector, event: Index, synthetic: Mask, start: Index, count: int
 ) -> tuple[float, list[int]]:
-    """Return misfit and rows of ``away`` (pairs, periods) that no single replacement improves."""
+    """Replace selected pairs one at a time until that no longer helps; return misfit and rows."""
     first = pd.Series(event[start]).groupby(event[start]).cumcount() < MOST_PER_EVENT
-    chosen = start[first][:count].tolist()
+    selected = start[first][:count].tolist()
     misfit, before = np.inf, np.nan
     while not misfit >= before:
         before = misfit
-        for place in range(count):
-            others = chosen[:place] + chosen[place + 1 :]
-            mean = (away[others].sum(axis=0) + away) / count
-            squares = (away[others] ** 2).sum(axis=0) + away**2 - count * mean**2
+        for replaced in range(count):
+            kept = selected[:replaced] + selected[replaced + 1 :]
+            mean = (error[kept].sum(axis=0) + error) / count
+            squares = (error[kept] ** 2).sum(axis=0) + error**2 - count * mean**2
             scatter = np.sqrt(np.maximum(squares, 0.0) / (count - 1)) / sigma - 1.0
             shares = np.abs([np.expm1(mean), scatter]) / TOLERANCES[:, None, None]
             costs = shares**2 / 2.0 / sigma.size + _COST_OVER * np.maximum(shares - _AIM, 0.0) ** 2
-            costs = costs.sum(axis=(0, 2)) + _COST_SYNTHETIC * (synthetic[others].sum() + synthetic)
-            full = np.bincount(event[others], minlength=int(event.max()) + 1) >= MOST_PER_EVENT
-            costs[full[event]] = costs[others] = np.inf
-            chosen[place], misfit = int(costs.argmin()), float(costs.min())
-    return misfit, chosen
+            costs = costs.sum(axis=(0, 2)) + _COST_SYNTHETIC * (synthetic[kept].sum() + synthetic)
+            is_full = np.bincount(event[kept], minlength=int(event.max()) + 1) >= MOST_PER_EVENT
+            costs[is_full[event]] = costs[kept] = np.inf
+            selected[replaced], misfit = int(costs.argmin()), float(costs.min())
+    return misfit, selected
 
 
 def write_selections(selections: Sequence[pd.DataFrame], folder: Path) -> None:
@@ -316,8 +316,8 @@ def write_selections(selections: Sequence[pd.DataFrame], folder: Path) -> None:
     for number, selection in enumerate(selections, start=1):
         for pair in records_of(selection):
             name, entry = pair["motion"].motion_id, pair["entry"]
-            own, paths = folder / "files" / name, [path for path, _ in entry.components]
-            files = [Path(shutil.copy(path, writable_folder(own))) for path in paths]
+            target_folder, paths = folder / "files" / name, [path for path, _ in entry.components]
+            files = [Path(shutil.copy(path, writable_folder(target_folder))) for path in paths]
             row = entry.model_dump(exclude={"components", "licence"})
             row |= index_row(pair["motion"], files, folder) | {"candidate": name}
             row |= {"scale": pair["scale"], "level_g": pair["level_g"]}

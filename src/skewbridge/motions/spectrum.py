@@ -90,8 +90,8 @@ def _spectrum(
         if substeps != refined_by:
             refined, refined_by = _in_substeps(accel, substeps), substeps
         omega = 2.0 * np.pi / period_s
-        b, a, rest = _filter(omega, DAMPING_RATIO, dt_s / substeps)
-        disp_m = lfilter(b, a, refined, axis=-1, zi=refined[..., :1] * rest)[0]
+        b, a, initial = _filter(omega, DAMPING_RATIO, dt_s / substeps)
+        disp_m = lfilter(b, a, refined, axis=-1, zi=refined[..., :1] * initial)[0]
         rows.append(peaks(disp_m) * omega**2)
     return np.array(rows)
 
@@ -145,10 +145,10 @@ def _orbit_peaks(orbit: Vector) -> Vector:
     squared = x * x + y * y
     # 0.9 of the largest radius and about 40 points: both affect only the speed
     outer = np.flatnonzero(squared >= 0.9**2 * squared.max())
-    some = outer[:: outer.size // 40 + 1]
-    bounds = np.sort(_largest_projections(x[some], y[some]))
-    beyond = squared >= bounds[(ORIENTATIONS - 1) // 2] ** 2
-    projections = _largest_projections(x[beyond], y[beyond])
+    sample = outer[:: outer.size // 40 + 1]
+    bounds = np.sort(_largest_projections(x[sample], y[sample]))
+    is_outer = squared >= bounds[(ORIENTATIONS - 1) // 2] ** 2
+    projections = _largest_projections(x[is_outer], y[is_outer])
     return np.array([np.median(projections), projections.max()])
 
 

@@ -41,12 +41,12 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
 
         motion = replace(made_motion(number, suite), motion_id=entry.motion_id)
     else:
-        one, two = (read_trace(path, stated) for path, stated in entry.components)
-        motion = join_traces(one, two, motion_id=entry.motion_id)
+        trace_1, trace_2 = (read_trace(path, stated) for path, stated in entry.components)
+        motion = join_traces(trace_1, trace_2, motion_id=entry.motion_id)
     if entry.sha256 and entry.sha256 != motion.sha256:
-        named = f"the files {' and '.join(motion.files)}" if motion.files else "its values"
+        text = f"the files {' and '.join(motion.files)}" if motion.files else "its values"
         raise InputError(
-            f"motion {entry.motion_id}: {named} have sha256 {motion.sha256[:12]}..., the index has "
+            f"motion {entry.motion_id}: {text} have sha256 {motion.sha256[:12]}..., the index has "
             f"{entry.sha256[:12]}...: {'changed files' if motion.files else 'different libraries'}?"
             " run `skewbridge motions check --write` to accept them",
             motion_id=entry.motion_id,
@@ -93,11 +93,11 @@ def prepare_suite(
     computed = levels.block_factors(at_1_g, bands_g, first_g)
     low, high = levels.FACTOR_LIMITS
     rows: list[dict[str, Any]] = []
-    for motion, kept, factor, values in zip(motions, stored, computed, measures, strict=False):
+    for motion, given, factor, values in zip(motions, stored, computed, measures, strict=False):
         # six digits, which do not depend on the processor
-        scale = float(f"{factor:.6g}") if math.isnan(kept) else kept
-        far = f"factor {scale:.3g} is outside {low:g} to {high:g}"
-        for message in (*motion.messages, *([] if low <= scale <= high else [far])):
+        scale = float(f"{factor:.6g}") if math.isnan(given) else given
+        note = f"factor {scale:.3g} is outside {low:g} to {high:g}"
+        for message in (*motion.messages, *([] if low <= scale <= high else [note])):
             logger.warning("motion %s: %s", motion.motion_id, message)
         row: dict[str, Any] = {"scale": scale, "npts": motion.npts}
         row |= {name: getattr(motion, name) for name in (*TEXT_FIELDS, *NUMBER_FIELDS)}
@@ -108,7 +108,7 @@ def prepare_suite(
 
 @dataclass(frozen=True, slots=True)
 class SuiteSource:
-    """One suite of a study."""
+    """Name, folder and number of motions of one suite of a study."""
 
     name: str
     folder: Path
@@ -123,24 +123,24 @@ def suite_sources(motions: levels.MotionsConfig) -> list[SuiteSource]:
     installed. They and all suites after the first may have fewer motions than `motions.count`.
     Raises `InputError` if such a suite has no motions or names are repeated.
     """
-    first, *others = levels.SHIPPED_SUITES
-    named = {name: (name, levels.SHIPPED_FOLDER / name) for name in others}
-    named[first] = (first, levels.SHIPPED_FOLDER)
-    named |= {name: (name, Path(name)) for name in p695.SUITES}
+    first, *other_suites = levels.SHIPPED_SUITES
+    available = {name: (name, levels.SHIPPED_FOLDER / name) for name in other_suites}
+    available[first] = (first, levels.SHIPPED_FOLDER)
+    available |= {name: (name, Path(name)) for name in p695.SUITES}
     sources: list[SuiteSource] = []
-    wanted = motions.suites if motions.folder is None else (motions.folder,)
-    lacking = [] if p695.package_folder() else [name for name in wanted if name in p695.SUITES]
-    if lacking:
-        named[lacking[0]] = (first, levels.SHIPPED_FOLDER)
-        logger.warning("%s", p695.missing_text(lacking[0], f"the synthetic suite {first} is used"))
-    dropped = lacking if first in wanted else lacking[1:]
-    named[str(levels.SHIPPED_FOLDER)] = named[first]
-    for entry in (name for name in wanted if name not in dropped):
-        name, folder = named.get(entry, (Path(entry).name, Path(entry)))
+    configured = motions.suites if motions.folder is None else (motions.folder,)
+    absent = [] if p695.package_folder() else [name for name in configured if name in p695.SUITES]
+    if absent:
+        available[absent[0]] = (first, levels.SHIPPED_FOLDER)
+        logger.warning("%s", p695.missing_text(absent[0], f"the synthetic suite {first} is used"))
+    dropped = absent if first in configured else absent[1:]
+    available[str(levels.SHIPPED_FOLDER)] = available[first]
+    for entry in (name for name in configured if name not in dropped):
+        name, folder = available.get(entry, (Path(entry).name, Path(entry)))
         count = motions.count
         if (sources or entry in p695.SUITES) and count is not None:
             count = min(count, len(list_motions(folder)))
-        sources.append(SuiteSource(name, folder, count, p695.REPLACED if entry in lacking else ""))
+        sources.append(SuiteSource(name, folder, count, p695.REPLACED if entry in absent else ""))
     names = [source.name for source in sources]
     if len(set(names)) < len(names):
         raise InputError(f"motions.suites must name different suites, got {', '.join(names)}")
@@ -152,8 +152,8 @@ def prepare_suites(
 ) -> pd.DataFrame:
     """Return the rows of all suites with the columns `suite` and `number` (position from 0).
 
-    With `motions.bands`, levels are around ``medians_g``. If these are from a pilot, the first
-    block of each suite keeps the levels of the pilot.
+    With `motions.bands`, levels are around ``medians_g``. If these are from trial runs, the first
+    block of each suite keeps the levels of these runs.
     """
     bands_g = levels.bands_around(motions, medians_g)
     first_g = (motions.level_range_g,) if levels.has_pilot(motions) else None
@@ -182,13 +182,13 @@ def _entries_to_read(folder: Path, count: int | None) -> tuple[list[IndexEntry],
     A computed factor must not depend on the count, so full blocks of motions are then read.
     """
     entries = list_motions(folder)
-    wanted = len(entries) if count is None else count
-    if not 1 <= wanted <= len(entries):
-        text = f"motions.count = {wanted}, but {folder} has {len(entries)} motions"
+    needed = len(entries) if count is None else count
+    if not 1 <= needed <= len(entries):
+        text = f"motions.count = {needed}, but {folder} has {len(entries)} motions"
         raise InputError(text, folder=str(folder))
-    stored = [entry.scale for entry in entries[:wanted]]
+    stored = [entry.scale for entry in entries[:needed]]
     blocks = any(map(math.isnan, stored))
-    return entries[: math.ceil(wanted / levels.BLOCK) * levels.BLOCK if blocks else wanted], stored
+    return entries[: math.ceil(needed / levels.BLOCK) * levels.BLOCK if blocks else needed], stored
 
 
 def content_digest(folder: Path, count: int | None, cache: Path | None) -> str:
@@ -200,11 +200,11 @@ def content_digest(folder: Path, count: int | None, cache: Path | None) -> str:
     """
     readers = layer_digest(("errors.py", "units.py", "files", "motions"))
     state = digest_of(str(folder.resolve()), count, readers, _state_of(folder))
-    kept: Any = None
+    cached: Any = None
     with suppress(InputError):
-        kept = None if cache is None else read_json(cache)
-    if isinstance(kept, dict) and kept.get("state") == state:
-        return kept["digest"]
+        cached = None if cache is None else read_json(cache)
+    if isinstance(cached, dict) and cached.get("state") == state:
+        return cached["digest"]
     entries, stored = _entries_to_read(folder, count)
     read_entries(entry for entry in entries if entry.components)  # not the generated ones
     parts: list[object] = [len(stored)]

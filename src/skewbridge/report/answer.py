@@ -102,9 +102,9 @@ def number_word(number: int) -> str:
     return words[number] if number < len(words) else f"{number}"
 
 
-def counted(number: int, what: str) -> str:
+def counted(number: int, noun: str) -> str:
     """Return a number and its noun, in the plural unless the number is one: ``two spans``."""
-    return f"{number_word(number)} {what}{'' if number == 1 else 's'}"
+    return f"{number_word(number)} {noun}{'' if number == 1 else 's'}"
 
 
 def change_name(name: Any, low: Any, high: Any) -> str:
@@ -126,7 +126,7 @@ def effect_name(demand: Any) -> str:
 
 def largest_change(rows: Iterable[dict[str, Any]]) -> tuple[dict[str, Any], str, str]:
     """Return the row with the largest |ln ratio|, its verb (``lowers``, ``raises``) and change."""
-    row = max(rows, key=lambda each: abs(np.log(each["ratio"])))
+    row = max(rows, key=lambda candidate: abs(np.log(candidate["ratio"])))
     return row, "lowers" if row["ratio"] < 1.0 else "raises", change_text(row).lstrip("+-")
 
 
@@ -152,43 +152,43 @@ def run_counts(demands: pd.DataFrame) -> pd.DataFrame:
     }
     names = list(flags)
     rows: list[dict[str, Any]] = []
-    for model, part in models_of(demands.assign(**flags)):
-        rows.append({**model, "axis": "", "value": np.nan, **part[names].sum()})
-        for name in axis_names(part):
-            if part[name].nunique() > 1:
-                sums = records_of(part.groupby(name)[names].sum().reset_index(names="value"))
+    for model, runs in models_of(demands.assign(**flags)):
+        rows.append({**model, "axis": "", "value": np.nan, **runs[names].sum()})
+        for name in axis_names(runs):
+            if runs[name].nunique() > 1:
+                sums = records_of(runs.groupby(name)[names].sum().reset_index(names="value"))
                 rows += [{**model, "axis": name, **row} for row in sums]
     return pd.DataFrame(rows).astype(dict.fromkeys(names, int))
 
 
 def _further_steps(medians: pd.DataFrame, row: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the effect by the value of another axis, and the largest smaller step if certain.
+    """Return the effect at values of other axes, and the widest certain part of a change.
 
-    The text ``by_value`` is empty if the effect depends on no other axis. The numbers ``sure_..``
-    are of the largest smaller step whose effect is certain, if that of the whole range is not.
+    The text ``by_value`` is empty if the effect depends on no other axis. If the effect of the
+    whole range is uncertain, ``sure_..`` have the largest certain effect of a smaller range.
     """
-    same = (medians[[*_EFFECT[:4], "demand"]] == [row[n] for n in (*_EFFECT[:4], "demand")]).all(
+    is_same = (medians[[*_EFFECT[:4], "demand"]] == [row[n] for n in (*_EFFECT[:4], "demand")]).all(
         axis=1
     )
-    steps = medians[same & (medians["scope"] == "pooled") & (medians["status"] == OK)]
-    found: dict[str, Any] = {}
+    steps = medians[is_same & (medians["scope"] == "pooled") & (medians["status"] == OK)]
+    widest: dict[str, Any] = {}
     if row["claim"] not in (LOWER, HIGHER, NEGLIGIBLE):
         certain = steps[steps["verdict_family"].isin((LOWER, HIGHER))].sort_values("to_value")
         for step in records_of(certain.tail(1)):
             names = zip(("sure_to", "sure_ratio", "sure_low", "sure_high"),
                         ("to_value", "ratio", "ci_low", "ci_high"), strict=True)  # fmt: skip
-            found = {name: step[source] for name, source in names}
+            widest = {name: step[source] for name, source in names}
     texts: list[str] = []
-    own = steps[steps["to_value"] == row["to_value"]]
-    for other in own.loc[own["p_interaction"] < 0.05, "interaction"]:
-        parts = medians[same & (medians["scope"] == "by_value") & medians[other].notna()]
+    whole_range = steps[steps["to_value"] == row["to_value"]]
+    for other in whole_range.loc[whole_range["p_interaction"] < 0.05, "interaction"]:
+        parts = medians[is_same & (medians["scope"] == "by_value") & medians[other].notna()]
         parts = parts[(parts["to_value"] == row["to_value"]) & (parts["status"] == OK)]
         texts += [
-            f"{axis(other).label.lower()} {value_text(axis(other), part[other])}: "
-            f"{change_text(part)} ({interval_text(part)})"
-            for part in records_of(parts)
+            f"{axis(other).label.lower()} {value_text(axis(other), effect[other])}: "
+            f"{change_text(effect)} ({interval_text(effect)})"
+            for effect in records_of(parts)
         ]
-    return found | {"by_value": "; ".join(texts)}
+    return widest | {"by_value": "; ".join(texts)}
 
 
 def answer_table(
@@ -211,8 +211,8 @@ def answer_table(
     keys = [pooled[name] for name in _EFFECT[:3]]
     pooled = pooled[pooled["to_value"] == pooled["to_value"].groupby(keys).transform("max")]
     lines = dict(iter(intensities.groupby(list(_EFFECT))))
-    places = pooled[list(_EFFECT)].itertuples(index=False, name=None)
-    demands = pd.DataFrame(map(_demand_row, records_of(pooled), map(lines.get, places)))
+    effect_keys = pooled[list(_EFFECT)].itertuples(index=False, name=None)
+    demands = pd.DataFrame(map(_demand_row, records_of(pooled), map(lines.get, effect_keys)))
 
     states = curves.assign(demand=curves["component"] + "/" + curves["limit_state"])
     states = states.drop_duplicates(["variant", "demand"])  # the first method: cloud
@@ -223,10 +223,10 @@ def answer_table(
     states = states.groupby([*BRIDGE_COLUMNS, "demand"], as_index=False).agg(
         n_exceed=("n_exceed", "sum"), n_runs=("n_runs", "sum"), missing=("status", reason)
     )
-    places = pooled[list(_EFFECT[:-1])].drop_duplicates()
-    capacities = places.merge(states[states["demand"].isin(_STATES)])
-    own = medians[medians["scope"] == "pooled"]
-    capacities = capacities.merge(own, how="left", on=list(_EFFECT))
+    changes = pooled[list(_EFFECT[:-1])].drop_duplicates()
+    capacities = changes.merge(states[states["demand"].isin(_STATES)])
+    pooled_medians = medians[medians["scope"] == "pooled"]
+    capacities = capacities.merge(pooled_medians, how="left", on=list(_EFFECT))
     unreached = (capacities["missing"] == NO_EXCEEDANCE) & (capacities["n_exceed"] == 0)
     missing = capacities["missing"].mask(unreached, NOT_REACHED)
     capacities = capacities.assign(
@@ -236,11 +236,11 @@ def answer_table(
         from_demand=capacities["from_mean"],
         to_demand=capacities["from_mean"] * capacities["ratio"],
     )
-    further = [_further_steps(medians, row) for row in records_of(capacities)]
-    capacities = capacities.join(pd.DataFrame(further, index=capacities.index))
+    steps = [_further_steps(medians, row) for row in records_of(capacities)]
+    capacities = capacities.join(pd.DataFrame(steps, index=capacities.index))
 
     table = pd.concat([capacities, demands]).reindex(columns=list(ANSWER_COLUMNS))
-    order = {"axis": [each.name for each in axes_of(table["axis"])]}
+    order = {"axis": [varied.name for varied in axes_of(table["axis"])]}
     order["demand"] = [*_STATES, *headline]
     ranks = {f"_{name}": table[name].map(values.index) for name, values in order.items()}
     table = table.assign(**ranks).sort_values([*BRIDGE_COLUMNS, "_axis", "from_value", "_demand"])
@@ -259,20 +259,21 @@ def answer_table(
 def _demand_row(effect: dict[str, Any], line: pd.DataFrame | None) -> dict[str, Any]:
     """Return a pooled effect on a demand with its values at one intensity.
 
-    This is the reference intensity of the bridge. If there is none, it is the middle of the range.
+    This is the reference intensity of the bridge, or else the middle of the range of ``line``, the
+    effect by intensity.
     """
-    usable = pd.DataFrame() if line is None else line[line["ratio"].notna()].sort_values("im")
-    if usable.empty:
+    with_ratio = pd.DataFrame() if line is None else line[line["ratio"].notna()].sort_values("im")
+    if with_ratio.empty:
         return effect | {"claim": effect["verdict_family"]}
-    at_reference = usable[usable["at_reference"].astype(bool)]
-    point = usable.iloc[len(usable) // 2] if at_reference.empty else at_reference.iloc[0]
+    at_reference = with_ratio[with_ratio["at_reference"].astype(bool)]
+    point = with_ratio.iloc[len(with_ratio) // 2] if at_reference.empty else at_reference.iloc[0]
     names = ("im", "ratio", "ci_low", "ci_high", "from_demand", "to_demand")
-    ends = {"first_im": usable["im"].iloc[0], "last_im": usable["im"].iloc[-1]}
+    im_range = {"first_im": with_ratio["im"].iloc[0], "last_im": with_ratio["im"].iloc[-1]}
     claim, claims = point["verdict"], {effect["verdict_family"], point["verdict"]}
     if len(claims) > 1:  # keep the weaker of the two
         same_sign = (point["ratio"] < 1.0) == (effect["direction"] < 0)
         claim = DETECTABLE if claims <= {LOWER, HIGHER, DETECTABLE} and same_sign else UNDECIDED
-    return effect | {name: point[name] for name in names} | ends | {"claim": claim}
+    return effect | {name: point[name] for name in names} | im_range | {"claim": claim}
 
 
 # --- sentences
@@ -289,32 +290,32 @@ def no_ratio_text(row: Mapping[str, Any]) -> str:
 
 def extent_of_data(row: Mapping[str, Any]) -> str:
     """Return a note if medians of a ratio are extrapolated or have no curve; otherwise ``""``."""
-    pairs, missing, outside = (row[name] for name in _COUNTS)
+    pairs, missing, n_extrapolated = (row[name] for name in _COUNTS)
     medians = 2 if pd.isna(pairs) else 2 * int(pairs)  # a row of one pair has no number of pairs
-    if outside > 0:
-        return "extrapolated" if outside == medians else "partly extrapolated"
+    if n_extrapolated > 0:
+        return "extrapolated" if n_extrapolated == medians else "partly extrapolated"
     return f"from a model: {missing:.0f} of {medians} variants lack a curve" if missing > 0 else ""
 
 
 def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
-    """Return a sentence on the data of each leading state that has few data.
+    """Return a sentence for each leading state with extrapolated medians or missing curves.
 
     The keys are bridge, abutment model and state.
     """
     notes: dict[tuple[str, str, str], str] = {}
     names = short_names(table)
     rows = table[table["demand"].isin(LEADING_STATES) & (table["status"] == OK)]
-    for place, own in groups_of(rows, [*BRIDGE_COLUMNS, "demand"]):
-        sums, start = own[list(_COUNTS)].sum(), f"{names[place[:2]]}, {effect_name(place[2])}"
+    for key, part in groups_of(rows, [*BRIDGE_COLUMNS, "demand"]):
+        sums, start = part[list(_COUNTS)].sum(), f"{names[key[:2]]}, {effect_name(key[2])}"
         if sums["n_extrapolated"] > 0:
             some = "" if sums["n_extrapolated"] == 2 * sums["n_cells"] else "some "
-            notes[place] = (
-                f"{start}: {some}medians of {own['im_low'].min():.2f} to "
-                f"{own['im_high'].max():.2f} g are extrapolated, because fewer than three motions "
+            notes[key] = (
+                f"{start}: {some}medians of {part['im_low'].min():.2f} to "
+                f"{part['im_high'].max():.2f} g are extrapolated, because fewer than three motions "
                 "are that strong."
             )
         elif sums["n_without_curve"] > 0:
-            notes[place] = (
+            notes[key] = (
                 f"{start}: some variants have no curve, because runs that ended early make the "
                 "median too uncertain; the ratios use the demand model of all variants."
             )
@@ -326,21 +327,21 @@ def effect_notes(table: pd.DataFrame) -> list[str]:
     notes: list[str] = []
     names = short_names(table)
     rows = table[table["demand"].isin(LEADING_STATES) & (table["status"] == OK)]
-    for place, own in groups_of(rows, [*BRIDGE_COLUMNS, "demand"]):
+    for key, effects in groups_of(rows, [*BRIDGE_COLUMNS, "demand"]):
         texts: list[str] = []
-        few = own[own["largest_share"] > LARGEST_SHARE]
-        if len(few):
+        one_motion = effects[effects["largest_share"] > LARGEST_SHARE]
+        if len(one_motion):
             motions = [
                 f"{change_name(row['axis'], row['from_value'], row['to_value'])} "
                 f"{row['largest_motion']} ({100 * row['largest_share']:.0f} %)"
-                for row in records_of(few)
+                for row in records_of(one_motion)
             ]
             texts.append(f"One motion decides most of the uncertainty: {listed(motions)}.")
-        for row in records_of(own[own["by_value"].fillna("") != ""]):
+        for row in records_of(effects[effects["by_value"].fillna("") != ""]):
             change = change_name(row["axis"], row["from_value"], row["to_value"])
             texts.append(f"{change} by value: {row['by_value']}.")
         if texts:
-            notes.append(f"{names[place[:2]]}, {effect_name(place[2])}: {' '.join(texts)}")
+            notes.append(f"{names[key[:2]]}, {effect_name(key[2])}: {' '.join(texts)}")
     return notes
 
 
@@ -358,19 +359,19 @@ def headline(table: pd.DataFrame) -> list[str]:
     estimated = capacities[capacities["status"] == OK]
     if estimated.empty:
         rows = capacities.drop_duplicates([*BRIDGE_COLUMNS, "demand"])
-        leads = rows["demand"].isin(LEADING_STATES)
+        is_leading = rows["demand"].isin(LEADING_STATES)
         reasons = [
             f"{names[row['bridge'], row['abutment']]}, {effect_name(row['demand'])}: "
             f"{no_ratio_text(row)}"
-            for row in records_of(rows[leads] if leads.any() else rows)
+            for row in records_of(rows[is_leading] if is_leading.any() else rows)
         ]
         return [f"{'; '.join(['No median capacities can be compared', *reasons])}."]
     sentences = list[tuple[tuple[int, float], str]]()
     open_effects = list[str]()
-    for (name, *_), part in estimated.groupby(["axis", "from_value", "to_value"], sort=False):
+    for (name, *_), change in estimated.groupby(["axis", "from_value", "to_value"], sort=False):
         demands = table[(table["axis"] == name) & (table["quantity"] != MEDIAN_CAPACITY)]
-        sentences += _axis_sentence(part, demands, names)
-        undecided = part[(part["claim"] == UNDECIDED) & part["demand"].isin(LEADING_STATES)]
+        sentences += _axis_sentence(change, demands, names)
+        undecided = change[(change["claim"] == UNDECIDED) & change["demand"].isin(LEADING_STATES)]
         for (state,), rows in groups_of(undecided, ["demand"]):
             texts = [
                 f"{names[row['bridge'], row['abutment']] + ' ' if len(names) > 1 else ''}"
@@ -387,14 +388,14 @@ def headline(table: pd.DataFrame) -> list[str]:
 
 
 def _axis_sentence(
-    part: pd.DataFrame, demands: pd.DataFrame, names: Mapping[tuple[str, str], str]
+    table: pd.DataFrame, demands: pd.DataFrame, names: Mapping[tuple[str, str], str]
 ) -> list[tuple[tuple[int, float], str]]:
     """Return the sentence on an axis with its rank, or nothing if no effect is decided."""
-    start = change_name(*part[["axis", "from_value", "to_value"]].iloc[0])
+    start = change_name(*table[["axis", "from_value", "to_value"]].iloc[0])
     by_verb, sizes, ranks = dict[str, list[str]](), list[float](), list[int]()
-    decided = part[part["claim"].isin((LOWER, HIGHER, DETECTABLE)) | part["sure_ratio"].notna()]
-    leads = decided[decided["demand"].isin(LEADING_STATES)]
-    for (state,), rows in groups_of(leads if len(leads) else decided, ["demand"]):
+    decided = table[table["claim"].isin((LOWER, HIGHER, DETECTABLE)) | table["sure_ratio"].notna()]
+    leading = decided[decided["demand"].isin(LEADING_STATES)]
+    for (state,), rows in groups_of(leading if len(leading) else decided, ["demand"]):
         certain = rows["claim"].isin((LOWER, HIGHER))
         candidates = records_of(rows[certain] if certain.any() else rows)
         row, verb, _ = largest_change(candidates)
@@ -408,12 +409,12 @@ def _axis_sentence(
             )
         moved_g = abs(row["to_demand"] - row["from_demand"])
         model = f" of {names[row['bridge'], row['abutment']]}" if len(names) > 1 else ""
-        others = [
+        other_models = [
             f"{names[other['bridge'], other['abutment']]}: {change_text(other)}"
             for other in candidates
             if other is not row and other["claim"] == row["claim"]
         ]
-        also = f"{doubt}, as in {listed(others)}" if len(others) in (1, 2) else doubt
+        also = f"{doubt}, as in {listed(other_models)}" if len(other_models) in (1, 2) else doubt
         details = ", ".join(filter(None, [also, extent_of_data(row)]))
         by_verb.setdefault(f"{verb} the median capacity", []).append(
             f"for {effect_name(state)}{model} by {moved_g:.2g} g "
@@ -422,12 +423,12 @@ def _axis_sentence(
         sizes.append(abs(float(np.log(row["ratio"]))))
         ranks.append(0 if row["claim"] in (LOWER, HIGHER) or np.isfinite(row["sure_ratio"]) else 1)
     clauses = [f"{verb} {' and '.join(texts)}" for verb, texts in by_verb.items()]
-    moved = displacement_clause(records_of(demands), names)
-    if moved:
-        clauses.append(moved)
-    if not sizes and set(part["claim"]) == {NEGLIGIBLE}:
-        most_g = (part["to_demand"] - part["from_demand"]).abs().max()
-        margin = margin_text(part.iloc[0])
+    clause = displacement_clause(records_of(demands), names)
+    if clause:
+        clauses.append(clause)
+    if not sizes and set(table["claim"]) == {NEGLIGIBLE}:
+        most_g = (table["to_demand"] - table["from_demand"]).abs().max()
+        margin = margin_text(table.iloc[0])
         clauses.insert(
             0, f"changes no median capacity by more than {margin} (most: {most_g:.2g} g)"
         )
@@ -449,7 +450,7 @@ def displacement_clause(
     ]
     if not clear:
         return ""
-    row = max(clear, key=lambda each: abs(each["to_demand"] - each["from_demand"]))
+    row = max(clear, key=lambda candidate: abs(candidate["to_demand"] - candidate["from_demand"]))
     low, high = row["from_demand"], row["to_demand"]
     (low, unit), (high, _), (size, _) = (
         shown_value(row["demand"], value) for value in (low, high, abs(high - low))
@@ -469,11 +470,11 @@ def failure_sentences(counts: pd.DataFrame, *, has_capacities: bool = True) -> t
 
     Without capacities of columns in the demands, no failure can be counted.
     """
-    whole, names = counts[counts["axis"] == ""], short_names(counts)
-    totals = whole.filter(regex="^n_").sum()
+    per_model, names = counts[counts["axis"] == ""], short_names(counts)
+    totals = per_model.filter(regex="^n_").sum()
     parts = [
         f"{row['n_failed']} of {row['n_runs']} of {names[row['bridge'], row['abutment']]}"
-        for row in records_of(whole)
+        for row in records_of(per_model)
     ]
     models = f" ({listed(parts)})" if len(parts) > 1 else ""
     kinds = [
@@ -484,13 +485,13 @@ def failure_sentences(counts: pd.DataFrame, *, has_capacities: bool = True) -> t
     failed = f"Columns failed in {totals['n_failed']:.0f} of {totals['n_runs']:.0f} runs"
     if not has_capacities:
         failed, models = "The table has no column capacities, so no column failure is counted", ""
-    further = f"{counted(int(totals['n_collapse']), 'run').capitalize()} collapsed."
+    ended_early = f"{counted(int(totals['n_collapse']), 'run').capitalize()} collapsed."
     if totals["n_bounds"] > 0:
-        further += (
+        ended_early += (
             f" In {totals['n_bounds']:.0f} runs the demands are peaks up to a failure or an early "
             "stop, so they are treated as lower bounds."
         )
-    return f"{failed}{models}{': ' * bool(kinds)}{', '.join(kinds)}.", further
+    return f"{failed}{models}{': ' * bool(kinds)}{', '.join(kinds)}.", ended_early
 
 
 def shear_model_sentence(demands: pd.DataFrame) -> str:
@@ -504,7 +505,7 @@ def shear_model_sentence(demands: pd.DataFrame) -> str:
         return ""
     names, parts = short_names(demands), list[str]()
     for model, runs in groups_of(demands, BRIDGE_COLUMNS):
-        counts = [f"{(runs[each] >= 1.0).sum()} {shear_model_name(each)}" for each in ratios]
+        counts = [f"{(runs[ratio] >= 1.0).sum()} {shear_model_name(ratio)}" for ratio in ratios]
         parts.append(f"{names[model]} {'; '.join(counts)} (of {len(runs)})")
     at_least = ", at least" if demands["status"].isin((COLLAPSE, *FAILED)).any() else ""
     return f"Runs with a column at its shear strength, by model{at_least}: {'. '.join(parts)}."
@@ -550,16 +551,16 @@ def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]
     if suites.empty:
         return "", ""
     keys = [*_EFFECT, "quantity"]
-    own = suites.merge(table.loc[table["status"] == OK, keys], on=keys)
-    compared = own[own["against"] != ""]
+    of_table = suites.merge(table.loc[table["status"] == OK, keys], on=keys)
+    compared = of_table[of_table["against"] != ""]
     if compared.empty:
         return "", ""
     differing = compared[compared["verdict"] == DEPENDS]
-    effects = own[(own["against"] == "") & (own["suite"] != ALL_SUITES)]
+    effects = of_table[(of_table["against"] == "") & (of_table["suite"] != ALL_SUITES)]
     motions = effects.groupby("suite", sort=False)["n_motions"].max()
     row = records_of(compared.sort_values("standard_errors", ascending=False).head(1))[0]
-    same = (effects[list(_EFFECT)] == [row[name] for name in _EFFECT]).all(axis=1)
-    by_suite = {each["suite"]: each for each in records_of(effects[same])}
+    same_effect = (effects[list(_EFFECT)] == [row[name] for name in _EFFECT]).all(axis=1)
+    by_suite = {effect["suite"]: effect for effect in records_of(effects[same_effect])}
     sizes = listed(
         f"{change_text(by_suite[name])} ({interval_text(by_suite[name])}) under {name}"
         for name in (row["against"], row["suite"])
@@ -580,12 +581,12 @@ def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]
 
 def properties_sentence(demands: pd.DataFrame) -> str:
     """Return a sentence that lists the random properties, or states that there are none."""
-    drawn = drawn_properties(map(str, demands))
-    if not drawn:
+    properties = drawn_properties(map(str, demands))
+    if not properties:
         return "All properties of the bridges have the values of the bridge files."
     return (
         "Each motion has its own random properties of the bridge, the same in every variant "
-        f"({', '.join(drawn)})."
+        f"({', '.join(properties)})."
     )
 
 
@@ -597,8 +598,8 @@ def rates_on_page(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
     pooled = effects[effects["scope"] == "pooled"]
     pooled = pooled.assign(state=pooled["component"] + "/" + pooled["limit_state"])
     # the most severe headline state, then that of the seat
-    found = [state for state in HEADLINE_STATES if (pooled["state"] == state).any()]
-    states = [*found[:1], *(state for state in found[1:] if state.startswith("unseating"))]
+    rated = [state for state in HEADLINE_STATES if (pooled["state"] == state).any()]
+    states = [*rated[:1], *(state for state in rated[1:] if state.startswith("unseating"))]
     shown = pooled[pooled["state"].isin(states or pooled["state"].iloc[:1])]
     last = shown.groupby(["bridge", "abutment", "axis", "state"], sort=False)["to_value"]
     shown = shown[shown["to_value"] == last.transform("max")]
@@ -615,7 +616,7 @@ def rates_on_page(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
     certain = [row for row in records_of(shown) if row["direction"]]
     sentence = "No axis changes these annual rates for certain."
     if certain:
-        row = max(certain, key=lambda each: max(each["ratio"], 1.0 / each["ratio"]))
+        row = max(certain, key=lambda candidate: max(candidate["ratio"], 1.0 / candidate["ratio"]))
         sentence = (
             f"{change_name(row['axis'], row['from_value'], row['to_value'])} multiplies the annual "
             f"rate of {effect_name(row['state'])} by {row['ratio']:.2g} ({row['ci_low']:.2g} to "

@@ -134,8 +134,8 @@ def shown_value(demand: str, value: float) -> tuple[float, str]:
     if demand.endswith("drift_ratio"):
         return 100.0 * value, " %"
     unit = unit_of(demand)
-    per_unit, small = {"m": (1000.0, "mm"), "rad": (1000.0, "mrad")}.get(unit, (1.0, unit))
-    shown, factor = shown_unit(small)
+    per_unit, display_unit = {"m": (1000.0, "mm"), "rad": (1000.0, "mrad")}.get(unit, (1.0, unit))
+    shown, factor = shown_unit(display_unit)
     return factor * per_unit * value, f" {shown}".rstrip()
 
 
@@ -173,20 +173,20 @@ def shown_axes(table: pd.DataFrame) -> tuple[Axis, ...]:
     """Return the axes that vary in a table; if fewer than three do, constant axes are added."""
     present = axes_of(table.columns)
     constant = [axis for axis in present if table[axis.name].nunique() < 2]
-    kept = max(_LEAST_SHOWN - (len(present) - len(constant)), 0)
-    left_out = {axis.name for axis in constant[kept:]}
+    n_constant = max(_LEAST_SHOWN - (len(present) - len(constant)), 0)
+    left_out = {axis.name for axis in constant[n_constant:]}
     return tuple(axis for axis in present if axis.name not in left_out)
 
 
 def templates(*functions: Callable[..., Any]) -> Environment:
     """Return the environment of all templates, with ``functions`` as functions and filters."""
-    escaped = select_autoescape(("html.j2", "css.j2"), default_for_string=False)
+    autoescape = select_autoescape(("html.j2", "css.j2"), default_for_string=False)
     texts = DictLoader({f"{name}.html.j2": text for name, text in TEXTS["page"].items()})
     loader = ChoiceLoader([PackageLoader("skewbridge.report"), texts])
-    environment = Environment(loader=loader, autoescape=escaped, undefined=StrictUndefined)
-    named = {function.__name__: function for function in functions}
-    environment.globals.update(named)
-    environment.filters.update(named)
+    environment = Environment(loader=loader, autoescape=autoescape, undefined=StrictUndefined)
+    by_name = {function.__name__: function for function in functions}
+    environment.globals.update(by_name)
+    environment.filters.update(by_name)
     return environment
 
 
@@ -201,12 +201,12 @@ def groups_of(table: pd.DataFrame, columns: Sequence[str]) -> list[tuple[Any, pd
 def plain_log_ticks(axis: DrawnAxis) -> None:
     """Label a logarithmic axis with plain numbers at 1, 2 and 5 (over many decades only at 1)."""
     low, high = axis.get_view_interval()
-    many = high > _MANY * low > 0.0
+    many_decades = high > _MANY * low > 0.0
 
     def plain(value: float, _position: int) -> str:
         return np.format_float_positional(value, precision=2, fractional=False, trim="-")
 
-    axis.set_major_locator(LogLocator(subs=(1.0,) if many else (1.0, 2.0, 5.0)))
+    axis.set_major_locator(LogLocator(subs=(1.0,) if many_decades else (1.0, 2.0, 5.0)))
     axis.set_major_formatter(FuncFormatter(plain))
     axis.set_minor_locator(NullLocator())
 

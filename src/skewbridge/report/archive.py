@@ -72,13 +72,13 @@ def write_archive(
         raise InputError(f"{missing[0]} is missing: finish the study first")
     stamp, doubts = read_stamp(folder.demands), _doubts(folder, study)
     changed = " with local changes" if stamp.get("git_dirty") == "yes" else ""
-    known = defaultdict(lambda: "unknown", stamp)
+    versions = defaultdict(lambda: "unknown", stamp)
     crate = ROCrate()
     crate.name = f"Fragility study of {', '.join(study.grid.bridge)} with skewbridge"
     crate.description = (
-        f"Made with skewbridge {known['skewbridge_version']}, commit {known['git_commit']}"
-        f"{changed}, on Python {known['python_version']} and OpenSeesPy "
-        f"{known['openseespy_version']}. "
+        f"Made with skewbridge {versions['skewbridge_version']}, commit {versions['git_commit']}"
+        f"{changed}, on Python {versions['python_version']} and OpenSeesPy "
+        f"{versions['openseespy_version']}. "
         "To repeat it, install that version and run `snakemake --configfile whole_config.yaml` in "
         "this folder with the motions of motions.csv in the folder that the configuration names. "
         "OpenSees is free for research, education and internal use. "
@@ -90,7 +90,7 @@ def write_archive(
         author = crate.add(Person(crate, f"#author{number}", {"name": name}))
         crate.root_dataset.append_to("author", author, compact=True)
     for name, (content, text) in sorted(_files(study, folder, config, base).items()):
-        own = {
+        properties = {
             "name": name,
             "description": text,
             "encodingFormat": _TYPES.get(Path(name).suffix, "text/plain"),
@@ -99,14 +99,14 @@ def write_archive(
         }
         if name == _MAIN:
             crate.add_workflow(
-                BytesIO(content), name, properties=own, main=True, lang="snakemake",
+                BytesIO(content), name, properties=properties, main=True, lang="snakemake",
                 lang_version=version("snakemake"),
             )  # fmt: skip
         else:
-            crate.add_file(BytesIO(content), name, properties=own)
-    with written_aside(writable_file(out)) as part:
-        crate.write_zip(part)
-    return sorted(each.id for each in crate.data_entities if each.type != "Dataset"), doubts
+            crate.add_file(BytesIO(content), name, properties=properties)
+    with written_aside(writable_file(out)) as temporary:
+        crate.write_zip(temporary)
+    return sorted(entity.id for entity in crate.data_entities if entity.type != "Dataset"), doubts
 
 
 def _files(
@@ -114,33 +114,33 @@ def _files(
 ) -> dict[str, tuple[bytes, str]]:
     """Return a dict from the name of each file in the archive to its content and description."""
     suite = read_frame(folder.suite)
-    whole = yaml.safe_dump(study.model_dump(mode="json"), sort_keys=False, allow_unicode=True)
+    all_keys = yaml.safe_dump(study.model_dump(mode="json"), sort_keys=False, allow_unicode=True)
     motions = suite.loc[:, ~suite.columns.str.startswith("accel_")].to_csv(index=False)
-    needed = [each for each in requires("skewbridge") or () if "extra ==" not in each]
-    names = sorted(re.split(r"[^\w.-]", each, maxsplit=1)[0] for each in needed)
+    needed = [line for line in requires("skewbridge") or () if "extra ==" not in line]
+    names = sorted(re.split(r"[^\w.-]", line, maxsplit=1)[0] for line in needed)
     packages = [(name, metadata(name)) for name in ("skewbridge", *names)]
     lines = (f"{name}=={data['Version']}  # {licence_of(data)}\n" for name, data in packages)
     software = "".join(lines)
     files = {
-        "whole_config.yaml": (whole.encode(), "configuration with every key"),
+        "whole_config.yaml": (all_keys.encode(), "configuration with every key"),
         "motions.csv": (motions.encode(), "motions with sources, factors and digests"),
         "METHODS.md": (methods_of(study, suite).markdown().encode(), "methods for a paper"),
         "requirements.txt": (software.encode(), "packages with versions and licences"),
     }
-    start, found = starter_files(), dict[str, tuple[Path, str]]()
+    start, content = starter_files(), dict[str, tuple[Path, str]]()
     for path in chain.from_iterable(start.glob(pattern) for pattern in _WORKFLOW):
         if path.is_file() and "__pycache__" not in path.parts:
-            found[path.relative_to(start).as_posix()] = path, "workflow"
+            content[path.relative_to(start).as_posix()] = path, "workflow"
     bridges = chain.from_iterable(map(structure_files, study.grid.bridge))
     for path in (base, config, Path(study.fragility.limit_states), *bridges):
-        place, here = path.resolve(), Path.cwd()
-        inside = place.relative_to(here) if place.is_relative_to(here) else None
-        found[(inside or Path("config/elsewhere", path.name)).as_posix()] = path, "configuration"
+        absolute, here = path.resolve(), Path.cwd()
+        inside = absolute.relative_to(here) if absolute.is_relative_to(here) else None
+        content[(inside or Path("config/elsewhere", path.name)).as_posix()] = path, "configuration"
     for pattern, text in TAKEN.items():
         for path in folder.root.glob(pattern):
-            found[f"results/{path.relative_to(folder.root).as_posix()}"] = path, text
+            content[f"results/{path.relative_to(folder.root).as_posix()}"] = path, text
     return files | {
-        name: (read_bytes(path, _MAX_BYTES), text) for name, (path, text) in found.items()
+        name: (read_bytes(path, _MAX_BYTES), text) for name, (path, text) in content.items()
     }
 
 

@@ -48,24 +48,24 @@ def model_figure(geometry: ModelGeometry) -> Figure:
     """Return plan, elevation and right abutment of a model as a figure; gaps are exaggerated."""
     figure = Figure(figsize=(11, 7.5), layout="constrained")
     panels = figure.subplot_mosaic("pp;ea", height_ratios=(3, 4), width_ratios=(3, 2))
-    plan, elevation, end = panels["p"], panels["e"], panels["a"]
-    for axes in (plan, end):
+    plan_axes, elevation, end_axes = panels["p"], panels["e"], panels["a"]
+    for axes in (plan_axes, end_axes):
         _draw_plan(axes, geometry)
-    plan.margins(0.03, 0.10)
+    plan_axes.margins(0.03, 0.10)
     _draw_members(elevation, geometry, [0, 2])
     elevation.set(xlabel="x, longitudinal (m)", ylabel="z (m)")
     elevation.set_title("elevation (heights stretched)", fontsize=10)
     corners = np.array(geometry.deck_outline)
     right = corners[corners[:, 0] > corners[:, 0].mean()]
     low, high = right.min(axis=0) - _AROUND_M, right.max(axis=0) + _AROUND_M
-    end.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
-    end.set_title("right abutment", fontsize=10)
+    end_axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+    end_axes.set_title("right abutment", fontsize=10)
     gap_text = f"; gaps exaggerated {_GAP_SCALE:g} times" if geometry.contacts else ""
     figure.suptitle(f"{geometry.title}{gap_text}")
-    entries = [axes.get_legend_handles_labels() for axes in (plan, elevation)]
+    entries = [axes.get_legend_handles_labels() for axes in (plan_axes, elevation)]
     unique = {label: handle for pair in entries for handle, label in zip(*pair, strict=True)}
-    look: dict[str, Any] = {"loc": "outside lower center", "frameon": False}
-    figure.legend(unique.values(), unique.keys(), ncols=len(unique), **look)
+    style: dict[str, Any] = {"loc": "outside lower center", "frameon": False}
+    figure.legend(unique.values(), unique.keys(), ncols=len(unique), **style)
     return figure
 
 
@@ -76,9 +76,9 @@ def _draw_plan(axes: Axes, geometry: ModelGeometry) -> None:
     _draw_members(axes, geometry, [0, 1])
     if geometry.contacts:
         starts, normals = _contacts(geometry)
-        look = {"arrowstyle": "->", "color": COLOURS["contact"]}
+        style = {"arrowstyle": "->", "color": COLOURS["contact"]}
         for start, tip in zip(starts, starts + _NORMAL_M * normals, strict=True):
-            axes.annotate("", xytext=start[:2], xy=tip[:2], arrowprops=look)
+            axes.annotate("", xytext=start[:2], xy=tip[:2], arrowprops=style)
         label = "contact surface and its normal"
         axes.plot(*starts.T[:2], "s", color=COLOURS["contact"], markersize=4, label=label)
     axes.set(xlabel="x, longitudinal (m)", ylabel="y, transverse (m)", aspect="equal")
@@ -86,9 +86,9 @@ def _draw_plan(axes: Axes, geometry: ModelGeometry) -> None:
 
 def _contacts(geometry: ModelGeometry) -> tuple[Floats, Floats]:
     """Return points on contact surfaces with exaggerated gaps, and their normals, each (n, 3)."""
-    normals = np.array([(*place.normal, 0.0) for place in geometry.contacts])
-    gaps_m = np.array([place.gap_m for place in geometry.contacts])
-    surfaces = np.array([place.surface for place in geometry.contacts])
+    normals = np.array([(*contact.normal, 0.0) for contact in geometry.contacts])
+    gaps_m = np.array([contact.gap_m for contact in geometry.contacts])
+    surfaces = np.array([contact.surface for contact in geometry.contacts])
     return surfaces - _GAP_SCALE * gaps_m[:, None] * normals, normals
 
 
@@ -97,15 +97,15 @@ def _draw_members(axes: Axes, geometry: ModelGeometry, plane: list[int]) -> None
     for group, members in _by_group(geometry).items():
         ends = np.array([member.ends for member in members])
         is_line = (ends[:, 0] != ends[:, 1]).any(axis=1)
-        wide, order = 2.2 if group in ("deck", "columns") else 1.0, 1 if group == "links" else 2
-        look: dict[str, Any] = {"color": COLOURS[group], "label": group}
+        width, order = 2.2 if group in ("deck", "columns") else 1.0, 1 if group == "links" else 2
+        style: dict[str, Any] = {"color": COLOURS[group], "label": group}
         # breaks join the lines into one, so that the legend has one entry
         breaks = np.full((int(is_line.sum()), 1, 3), np.nan)
         lines = np.concatenate([ends[is_line], breaks], axis=1).reshape(-1, 3)
         if len(lines):
-            axes.plot(*lines[:, plane].T, linewidth=wide, zorder=order, **look)
+            axes.plot(*lines[:, plane].T, linewidth=width, zorder=order, **style)
         if len(points := ends[~is_line, 0]) and group not in ("links", "contact"):
-            axes.plot(*points[:, plane].T, "o", markersize=3.5, **look)
+            axes.plot(*points[:, plane].T, "o", markersize=3.5, **style)
     if geometry.fixed:
         ground = np.array(geometry.fixed)[:, plane].T
         axes.plot(*ground, "^", color="black", markersize=3, label="ground", zorder=0)
@@ -127,8 +127,8 @@ def ladder_figure(curves: pd.DataFrame, *, title: str) -> Figure:
     panels = figure.subplots(rows, 3, sharex=True, squeeze=False)
     for panel, (angle_deg, pushes) in zip(panels.flat, directions, strict=False):
         for abutment, line in pushes.groupby("abutment", sort=False):
-            place = list(ABUTMENTS).index(str(abutment))
-            colour, width = list(COLOURS.values())[place], 3.6 - 0.6 * place
+            model_number = list(ABUTMENTS).index(str(abutment))
+            colour, width = list(COLOURS.values())[model_number], 3.6 - 0.6 * model_number
             x, y = line["disp_m"] / MM, line["force_kn"] / KN
             panel.plot(x, y, label=abutment, color=colour, linewidth=width)
         panel.set_title(f"push at {angle_deg:g} degrees from x", fontsize=10)
@@ -147,24 +147,24 @@ def column_figure(
 ) -> Figure:
     """Return a figure of moment-curvature, also idealised, and shear strength over ductility."""
     figure = Figure(figsize=(10, 4), layout="constrained")
-    bending, capacity = figure.subplots(1, 2)
-    bending.plot(curve.curvature_per_m, curve.moment_nm / 1e6, color="#0072B2", label="section")
+    bend_axes, strength_axes = figure.subplots(1, 2)
+    bend_axes.plot(curve.curvature_per_m, curve.moment_nm / 1e6, color="#0072B2", label="section")
     knee, end = curve.yield_curvature_per_m, curve.ultimate_curvature_per_m
     plateau, orange = curve.plastic_moment_nm / 1e6, "#D55E00"
-    bending.plot([0.0, knee, end], [0.0, plateau, plateau], "--", color=orange, label="idealised")
+    bend_axes.plot([0.0, knee, end], [0.0, plateau, plateau], "--", color=orange, label="idealised")
     first = curve.first_yield_curvature_per_m, curve.first_yield_moment_nm / 1e6
-    bending.plot(*first, "o", color=orange, label="first yield")
-    bending.set(xlabel="curvature (1/m)", ylabel="moment (MNm)", xlim=(0, None), ylim=(0, None))
-    bending.legend(frameon=False, loc="lower right")
+    bend_axes.plot(*first, "o", color=orange, label="first yield")
+    bend_axes.set(xlabel="curvature (1/m)", ylabel="moment (MNm)", xlim=(0, None), ylim=(0, None))
+    bend_axes.legend(frameon=False, loc="lower right")
     ductility = np.linspace(1.0, 15.0, 141)
     for (model, demand), colour in zip(SHEAR_MODEL_DEMANDS.items(), VARIANT_COLOURS, strict=False):
         strength_mn = shear_strength(shear, model, axial_n, ductility, ductility) / 1e6
-        capacity.plot(ductility, strength_mn, color=colour, label=shear_model_name(demand))
+        strength_axes.plot(ductility, strength_mn, color=colour, label=shear_model_name(demand))
     demand = curve.plastic_moment_nm / shear.shear_span_m / 1e6
-    capacity.axhline(demand, color=orange, linestyle="--", label="plastic shear Mp / L")
+    strength_axes.axhline(demand, color=orange, linestyle="--", label="plastic shear Mp / L")
     words = "displacement ductility (Kowalsky and Priestley: curvature)"
-    capacity.set(xlabel=words, ylabel="shear (MN)", ylim=(0, None), xlim=(1, 15))
-    capacity.legend(frameon=False, fontsize=9)
+    strength_axes.set(xlabel=words, ylabel="shear (MN)", ylim=(0, None), xlim=(1, 15))
+    strength_axes.legend(frameon=False, fontsize=9)
     figure.suptitle(title, parse_math=False)
     return figure
 

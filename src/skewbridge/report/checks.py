@@ -67,47 +67,47 @@ def check_tables(tables: StudyTables) -> list[Row]:
         numbers = numbers.assign(**{name: numbers[name].mask(seatless, 0.0) for name in moves})
     components = ok[["column_shear_x_kn", "column_shear_y_kn"]].max(axis=1)
     cohesion_n = ok.get("cohesion_n", pd.Series(tables.cohesion_n, index=ok.index))
-    loose = (ok["friction"] == 0.0) & (cohesion_n == 0.0)
+    smooth = (ok["friction"] == 0.0) & (cohesion_n == 0.0)
     fitted = curves[curves["status"] == "ok"]
     bounded = effects[effects["ci_low"].notna()]
-    within = bounded["ratio"].between(bounded["ci_low"], bounded["ci_high"])
+    is_within = bounded["ratio"].between(bounded["ci_low"], bounded["ci_high"])
     # a bridge without a stated capacity of its columns has no such demand in any row
-    known = numbers.notna().groupby(ok["bridge"]).transform("any")
-    lacking = numbers.isna() & known
-    lower, work_kj = ok[ok["column_shear_kn"] < components], ok["slip_work_kj"]
+    is_demand_of_bridge = numbers.notna().groupby(ok["bridge"]).transform("any")
+    is_missing = numbers.isna() & is_demand_of_bridge
+    below, work_kj = ok[ok["column_shear_kn"] < components], ok["slip_work_kj"]
     share = len(unfinished) / max(len(demands), 1)
     # states of the same variant, component, demand and method
     ordered = fitted.sort_values("threshold", kind="stable")
     groups = [ordered[name] for name in ("variant", "component", "method", "demand")]
-    before = ordered.groupby(groups)["theta"].cummax().groupby(groups).shift()
+    milder = ordered.groupby(groups)["theta"].cummax().groupby(groups).shift()
     # two states exceeded by the same analyses may have equal medians
-    falling = ordered[ordered["theta"] < before * (1.0 - 1e-9)]
+    falling = ordered[ordered["theta"] < milder * (1.0 - 1e-9)]
     checks: tuple[Any, ...] = (
         (f"share of rows with a status other than {' or '.join(RAN)}", unfinished,
          (*KEY, "status"), share, tables.max_unfinished_share),
         ("analyses listed twice", demands[demands.duplicated(list(KEY))], KEY),
         ("rows without a known status", demands[~demands["status"].isin(STATUSES)], KEY),
         ("rows of variants with fewer analyses than planned", demands[uneven], KEY),
-        ("finished rows with a demand that is not a number", ok[lacking.any(axis=1)], KEY),
-        ("finished rows whose resultant shear is below a component", lower, KEY),
+        ("finished rows with a demand that is not a number", ok[is_missing.any(axis=1)], KEY),
+        ("finished rows whose resultant shear is below a component", below, KEY),
         ("rows with negative friction work", ok[work_kj < -_ROUNDING_KJ], KEY),
         ("rows with friction work but without friction",
-         ok[loose & (work_kj.abs() > _ROUNDING_KJ)], KEY),
-        ("rows that differ from the frictionless model", contact_differences(ok[loose], ok), KEY),
+         ok[smooth & (work_kj.abs() > _ROUNDING_KJ)], KEY),
+        ("rows that differ from the frictionless model", contact_differences(ok[smooth], ok), KEY),
         ("fitted curves without a positive median", fitted[~(fitted["theta"] > 0)], _CURVE_NAME),
         ("medians below the median of a smaller capacity", falling, _CURVE_NAME),
-        ("effects whose interval does not contain the ratio", bounded[~within], _EFFECT_NAME),
+        ("effects whose interval does not contain the ratio", bounded[~is_within], _EFFECT_NAME),
     )  # fmt: skip
     return [_check(*check) for check in checks]
 
 
-def _check(name: str, found: pd.DataFrame, named_by: Sequence[str], *share: float) -> Row:
+def _check(name: str, rows_found: pd.DataFrame, named_by: Sequence[str], *share: float) -> Row:
     """Return a check of the number of rows found (which must be 0) or of a share and its limit."""
-    value, limit = share or (float(len(found)), 0.0)
-    named = found[[name for name in named_by if name in found]].head(NAMED)
+    value, limit = share or (float(len(rows_found)), 0.0)
+    examples = rows_found[[name for name in named_by if name in rows_found]].head(NAMED)
     rows = [
         ", ".join(f"{value:g}" if isinstance(value, float) else str(value) for value in row)
-        for row in named.itertuples(index=False)
+        for row in examples.itertuples(index=False)
     ]
     return {"name": name, "value": value, "limit": limit, "passed": value <= limit, "rows": rows}
 
@@ -130,9 +130,9 @@ def write_checks(tables: StudyTables, output: Path) -> None:
         "checks": checks,
         "suspect_rows": int((demands[SUSPECT] != "").sum()),
         "suspect": [
-            {name: found[name] for name in ("reason", "rows", "worst")}
-            | demands.iloc[found["at"]][list(KEY)].to_dict()
-            for found in count_reasons(demands)
+            {name: suspect[name] for name in ("reason", "rows", "worst")}
+            | demands.iloc[suspect["at"]][list(KEY)].to_dict()
+            for suspect in count_reasons(demands)
         ],
         "rungs": recovery_shares(map(steps_from_text, demands["steps_by_rung"])),
     }
@@ -145,11 +145,11 @@ def require_passed(checks: Path) -> None:
     Raises:
         SolutionError: A check in the file of `write_checks` failed.
     """
-    found = json.loads(checks.read_text(encoding="utf-8"))["checks"]
-    failed = [check["name"] for check in found if not check["passed"]]
+    all_checks = json.loads(checks.read_text(encoding="utf-8"))["checks"]
+    failed = [check["name"] for check in all_checks if not check["passed"]]
     if failed:
         raise SolutionError(
-            f"{len(failed)} of {len(found)} checks of the tables failed (checks: strict): "
+            f"{len(failed)} of {len(all_checks)} checks of the tables failed (checks: strict): "
             + "; ".join(failed)
         )
 
@@ -162,9 +162,9 @@ def contact_differences(frictionless: pd.DataFrame, ok: pd.DataFrame) -> pd.Data
     """
     models = {traits.without_friction: name for name, traits in ABUTMENTS.items()}
     without = ok.assign(abutment=ok["abutment"].map(models)).dropna(subset="abutment")
-    places = [axis.name for axis in axes_of(ok.columns) if axis.name != "friction"]
+    axes = [axis.name for axis in axes_of(ok.columns) if axis.name != "friction"]
     names = [column.name for column in DEMAND_COLUMNS if column.name in ok]
-    keys = ["bridge", "abutment", *places, "motion_id", "scale", "incidence_deg"]
+    keys = ["bridge", "abutment", *axes, "motion_id", "scale", "incidence_deg"]
     joined = frictionless.merge(without, on=keys, suffixes=("", "_other"))
     one, other = (
         joined[[f"{name}{end}" for name in names]].to_numpy(float) for end in ("", "_other")

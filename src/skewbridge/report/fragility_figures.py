@@ -46,8 +46,8 @@ def least_shown(demands: pd.DataFrame, curves: pd.DataFrame, demand: str) -> flo
     values = demands[demand]
     positive = values[values > 0.0]
     mildest = curves.loc[curves["demand"] == demand, "threshold"].min()
-    least = max(float(positive.min()), mildest / _FAR_BELOW) if len(positive) else np.inf
-    return least if (values >= least).any() else None
+    lowest = max(float(positive.min()), mildest / _FAR_BELOW) if len(positive) else np.inf
+    return lowest if (values >= lowest).any() else None
 
 
 @mpl.rc_context(STYLE)
@@ -64,7 +64,7 @@ def demand_clouds(
     demands = with_derived_columns(demands)
     label, factor = shown_label(demand)
     fits = curves[(curves["demand"] == demand) & (curves["method"] == "cloud")]
-    least = factor * (least_shown(demands, fits, demand) or 1.0)
+    lowest = factor * (least_shown(demands, fits, demand) or 1.0)
     demands = demands.assign(**{demand: factor * demands[demand]})
     thresholds = dict(zip(fits["limit_state"], factor * fits["threshold"], strict=True))
     im_column, lead = str(curves["im"].iloc[0]), lead_axis(effects, {demand}, demands)
@@ -73,14 +73,14 @@ def demand_clouds(
     figure = Figure(figsize=(6.4, 4.2), layout="constrained")
     axes = figure.subplots()
     is_large = len(demands) > MAX_VECTOR_RUNS
-    for (value, part), color in zip(demands.groupby(lead.name), VARIANT_COLOURS, strict=False):
-        _cloud_points(axes, part, im_column, demand, least, {"color": color, "ls": "",
+    for (value, runs), color in zip(demands.groupby(lead.name), VARIANT_COLOURS, strict=False):
+        _cloud_points(axes, runs, im_column, demand, lowest, {"color": color, "ls": "",
                       "marker": "o", "rasterized": is_large})  # fmt: skip
         name = appearance.value_text(lead, float(str(value)))
         if (change := changes.get(value, {})).get("status") == OK:
             name += f": {appearance.change_text(change)} ({appearance.interval_text(change)})"
-        lines = fits[fits["variant"].isin(part["variant"])].drop_duplicates("variant")
-        x = np.geomspace(part[im_column].min(), part[im_column].max(), 41)
+        lines = fits[fits["variant"].isin(runs["variant"])].drop_duplicates("variant")
+        x = np.geomspace(runs[im_column].min(), runs[im_column].max(), 41)
         means = [_fitted_line(x, row) for row in records_of(lines[np.isfinite(lines["b"])])]
         y = factor * np.exp(np.mean(means, axis=0)) if means else np.full(x.size, np.nan)
         axes.plot(x, y, color=color, linewidth=1.6, label=name)
@@ -88,16 +88,16 @@ def demand_clouds(
         axes.axhline(threshold, color="#555555", lw=0.8, ls=(0, (1, 2)), zorder=1)
     im, top = demands[im_column], max([demands[demand].max(), *thresholds.values()])
     axes.set(xscale="log", yscale="log", xlabel=shown_label(im_column)[0], ylabel=label)
-    axes.set(xlim=(im.min() / 1.15, im.max() * 1.15), ylim=(least / 1.8, 1.6 * top))
+    axes.set(xlim=(im.min() / 1.15, im.max() * 1.15), ylim=(lowest / 1.8, 1.6 * top))
     plain_log_ticks(axes.xaxis)
     plain_log_ticks(axes.yaxis)
     name_lines(axes, f"{len(demands)} analyses, colours by {lead.label.lower()}:")
     low, high = np.log(axes.get_ylim())
     height = -np.inf
     for name, threshold in sorted(thresholds.items(), key=lambda item: item[1]):
-        place = (np.log(threshold) - low) / (high - low)
-        if place >= 0.0:  # keep the names apart
-            height = max(place, height + _NAME_ROOM)
+        relative_height = (np.log(threshold) - low) / (high - low)
+        if relative_height >= 0.0:  # keep the names apart
+            height = max(relative_height, height + _NAME_ROOM)
             axes.text(1.01, height, in_words(name), transform=axes.transAxes,
                       fontsize=8, color="#333333", va="center")  # fmt: skip
     return figure
@@ -105,28 +105,28 @@ def demand_clouds(
 
 def _fitted_line(im: Floats, fit: Mapping[Any, Any]) -> Floats:
     """Return ln demand of a cloud fit at intensities, shape of ``im``."""
-    bend = np.maximum(np.log(im / fit["knot"]), 0.0) if np.isfinite(fit["knot"]) else 0.0
+    above_knot = np.maximum(np.log(im / fit["knot"]), 0.0) if np.isfinite(fit["knot"]) else 0.0
     return (
         fit["ln_a"]
         + fit["b"] * np.log(im)
-        + (fit["b_above"] - fit["b"] if np.any(bend) else 0.0) * bend
+        + (fit["b_above"] - fit["b"] if np.any(above_knot) else 0.0) * above_knot
     )
 
 
 def _cloud_points(
-    axes: Axes, part: pd.DataFrame, im: str, demand: str, least: float, look: dict[str, Any]
+    axes: Axes, runs: pd.DataFrame, im: str, demand: str, lowest: float, style: dict[str, Any]
 ) -> None:
     """Draw the runs of one colour as filled marks, open marks or marks at the bottom."""
-    x, y, complete, bottom = part[im], part[demand], is_complete(part), least / 1.5
+    x, y, complete, bottom = runs[im], runs[demand], is_complete(runs), lowest / 1.5
     tick: dict[str, Any] = {"marker": 2}  # matplotlib's marker of a tick upward
-    down: dict[str, Any] = {"marker": "v"}
-    done, early, small = complete & (y >= least), ~complete, complete & (y < least)
+    triangle: dict[str, Any] = {"marker": "v"}
+    is_shown, early, is_low = complete & (y >= lowest), ~complete, complete & (y < lowest)
     bounds = y[early].clip(lower=bottom)
-    axes.plot(x[done], y[done], ms=2.8, alpha=0.6, mew=0, **look)
-    axes.plot(x[early], bounds, ms=3.6, mfc="none", mew=0.8, **look)
-    axes.plot(x[early], bounds, ms=6.5, mew=0.9, **look | tick)
-    at_bottom = np.full(int(small.sum()), bottom)
-    axes.plot(x[small], at_bottom, ms=3, mew=0, alpha=0.5, **look | down)
+    axes.plot(x[is_shown], y[is_shown], ms=2.8, alpha=0.6, mew=0, **style)
+    axes.plot(x[early], bounds, ms=3.6, mfc="none", mew=0.8, **style)
+    axes.plot(x[early], bounds, ms=6.5, mew=0.9, **style | tick)
+    at_bottom = np.full(int(is_low.sum()), bottom)
+    axes.plot(x[is_low], at_bottom, ms=3, mew=0, alpha=0.5, **style | triangle)
 
 
 # --- effects and modelling choices
@@ -140,16 +140,16 @@ def effects_by_intensity(intensities: pd.DataFrame, im_label: str) -> Figure:
     open dot is at the nearest end of the range.
     """
     names = demands_for("headline", intensities["demand"])
-    along = axes_of(intensities["axis"])
-    size = 2.9 * len(along) + 0.9, 1.9 * len(names) + 0.9
-    figure = Figure(figsize=size, layout="constrained")
-    panels = figure.subplots(len(names), len(along), squeeze=False, sharex=True, sharey="row")
+    axes_shown = axes_of(intensities["axis"])
+    size_in = 2.9 * len(axes_shown) + 0.9, 1.9 * len(names) + 0.9
+    figure = Figure(figsize=size_in, layout="constrained")
+    panels = figure.subplots(len(names), len(axes_shown), squeeze=False, sharex=True, sharey="row")
     for row, name in zip(panels, names, strict=True):
-        own = intensities[intensities["demand"] == name]
-        for axes, axis in zip(row, along, strict=True):
-            _intensity_panel(axes, own[own["axis"] == axis.name], axis)
+        of_demand = intensities[intensities["demand"] == name]
+        for axes, axis in zip(row, axes_shown, strict=True):
+            _intensity_panel(axes, of_demand[of_demand["axis"] == axis.name], axis)
         row[0].set_ylabel(fill(f"Ratio of {appearance.demand_name(name).lower()}", 24))
-    for top, bottom, axis in zip(panels[0], panels[-1], along, strict=True):
+    for top, bottom, axis in zip(panels[0], panels[-1], axes_shown, strict=True):
         top.legend(fontsize=7, loc="best")
         top.set_title(axis.label, fontsize=9)
         bottom.set_xlabel(im_label)
@@ -165,15 +165,15 @@ def _intensity_panel(axes: Axes, rows: pd.DataFrame, changed: Axis) -> None:
     axes.axhline(1.0, color="#777777", linewidth=0.8)
     colours = VARIANT_COLOURS
     changes = appearance.groups_of(rows, ["from_value", "to_value"])
-    for i, (ends, own) in enumerate(changes):
-        line, colour = own.sort_values("im"), colours[i % len(colours)]
+    for i, (ends, effect) in enumerate(changes):
+        line, colour = effect.sort_values("im"), colours[i % len(colours)]
         if len(changes) - i <= appearance.MAX_BANDS:  # the largest changes
             band = line["im"], line["ci_low"], line["ci_high"]
             axes.fill_between(*band, color=colour, alpha=0.18, lw=0)
         label = " to ".join(appearance.value_text(changed, value) for value in ends)
         dash = ("-", "--", ":", "-.")[i % 4]
         axes.plot(line["im"], line["ratio"], dash, color=colour, label=label)
-        for item in records_of(own[own["at_reference"]]):
+        for item in records_of(effect[effect["at_reference"]]):
             inside = "white" if item["clipped"] else colour
             axes.plot(item["im"], item["ratio"], "o", ms=5, color=colour, mfc=inside)
 
@@ -188,12 +188,12 @@ def _ranked(choices: pd.DataFrame) -> dict[str, pd.DataFrame]:
     from skewbridge.study.modelling_choices import CHOICES
 
     labels = {choice.key: choice.label for choice in CHOICES}
-    labels |= {each.name: each.label for each in axes_of(choices["name"])}
+    labels |= {varied.name: varied.label for varied in axes_of(choices["name"])}
     percent = 100.0 * (choices["ratio"] - 1.0)
     change = choices["from_value"] + " → " + choices["to_value"]
     texts = percent.map("{:+.1f} %".format).replace({"-0.0 %": "0.0 %", "+0.0 %": "0.0 %"})
-    some = ", " + choices["n"].astype(str) + " of " + choices["n_pairs"].astype(str)
-    texts += some.where(choices["n"] < choices["n_pairs"], "")
+    n_of_pairs = ", " + choices["n"].astype(str) + " of " + choices["n_pairs"].astype(str)
+    texts += n_of_pairs.where(choices["n"] < choices["n_pairs"], "")
     rows = choices.assign(
         bar=choices["name"].map(labels) + " " + change,
         change=change,
@@ -215,8 +215,8 @@ def tornado(choices: pd.DataFrame) -> Figure:
     bars, rows = max(map(len, ranked.values())), -(-len(ranked) // 2)
     figure = Figure(figsize=(12.5, rows * (0.21 * bars + 0.95) + 0.4), layout="constrained")
     panels = list(figure.subplots(rows, 2, squeeze=False).flat)
-    for panel, (label, own) in zip(panels, ranked.items(), strict=False):
-        _tornado_panel(panel, own)
+    for panel, (label, choices_of_demand) in zip(panels, ranked.items(), strict=False):
+        _tornado_panel(panel, choices_of_demand)
         panel.set_title(label, loc="left", fontsize=10, fontweight="bold")
     for panel in panels[len(ranked) :]:
         panel.axis("off")
@@ -227,37 +227,37 @@ def tornado(choices: pd.DataFrame) -> Figure:
 
 def _tornado_panel(panel: Axes, rows: pd.DataFrame) -> None:
     rows = rows.assign(place=np.arange(len(rows)))
-    known = rows[rows["n"] > 0]
-    reach = max([_LEAST_PCT, *(1.3 * known["percent"].abs())])
-    panel.barh(known["place"], known["percent"], height=0.72, color=known["kind"].map(_COLOURS))
-    ends = (100.0 * (known[["lowest", "highest"]] - 1.0)).clip(-reach, reach)
-    panel.hlines(known["place"], ends["lowest"], ends["highest"], color="#333333", linewidth=0.8)
-    for place, text in zip(rows["place"], rows["text"], strict=True):
+    paired = rows[rows["n"] > 0]
+    limit = max([_LEAST_PCT, *(1.3 * paired["percent"].abs())])
+    panel.barh(paired["place"], paired["percent"], height=0.72, color=paired["kind"].map(_COLOURS))
+    ends = (100.0 * (paired[["lowest", "highest"]] - 1.0)).clip(-limit, limit)
+    panel.hlines(paired["place"], ends["lowest"], ends["highest"], color="#333333", linewidth=0.8)
+    for y, text in zip(rows["place"], rows["text"], strict=True):
         across = panel.get_yaxis_transform()
-        panel.text(1.01, place, text, transform=across, va="center", fontsize=7.5)
+        panel.text(1.01, y, text, transform=across, va="center", fontsize=7.5)
     panel.set_yticks(rows["place"], rows["bar"], fontsize=8)
     panel.set(ylim=(-0.6, len(rows) - 0.4), xlabel="change of the demand (%)")
     panel.axvline(0.0, color="black", linewidth=0.8)
     panel.set_xscale("symlog", linthresh=LINEAR_PCT)
-    panel.set_xlim(-reach, reach)
-    ticks = [tick for tick in _TICKS_PCT if tick <= reach]
-    places = [*(-tick for tick in reversed(ticks)), 0, *ticks]
-    panel.set_xticks(places, [f"{tick:+d}" if tick else "0" for tick in places], fontsize=8)
+    panel.set_xlim(-limit, limit)
+    ticks = [tick for tick in _TICKS_PCT if tick <= limit]
+    all_ticks = [*(-tick for tick in reversed(ticks)), 0, *ticks]
+    panel.set_xticks(all_ticks, [f"{tick:+d}" if tick else "0" for tick in all_ticks], fontsize=8)
     panel.xaxis.set_minor_locator(NullLocator())
     panel.grid(visible=False, axis="y")
 
 
 def choice_findings(choices: pd.DataFrame) -> list[str]:
     """Return one sentence per headline demand on choices that change it more than friction does."""
-    found: list[str] = []
+    sentences: list[str] = []
     for label, rows in _ranked(choices).items():
         of_friction = rows[(rows["name"] == "friction") & (rows["n"] > 0)].sort_index()
         for friction in records_of(of_friction.head(1)):
             larger = rows[(rows["kind"] == "choice") & (rows["size"] > friction["size"])]
             largest = records_of(larger.iloc[::-1].drop_duplicates("name"))
             sizes = ", ".join(f"{row['bar']} ({row['text']})" for row in largest)
-            found.append(
+            sentences.append(
                 f"{label}: friction {friction['change']} changes it by {friction['text']}; "
                 + (f"larger changes: {sizes}." if sizes else "no choice changes it more.")
             )
-    return found
+    return sentences

@@ -95,8 +95,8 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
             "dampings": [_percent(ratio) for ratio in sorted(dampings)],
             "abutments": [ABUTMENTS[name] for name in config.grid.abutment],
             "axes": [
-                f"{axis(name).title} {', '.join(value_text(axis(name), value) for value in own)}"
-                for name, own in config.grid.values().items()
+                f"{axis(name).title} {', '.join(value_text(axis(name), value) for value in values)}"
+                for name, values in config.grid.values().items()
             ],
             "variants": len(expand_grid(config.grid)),
             "motions": motions,
@@ -105,7 +105,7 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
             "source": "; ".join(filter(None, suite["source"].astype(str).unique())),
             "suites": dict(suites),
             "random_direction": DIRECTION in drawn,
-            "drawn": {property_name(name): what for name, what in drawn.items()},
+            "drawn": {property_name(name): distribution for name, distribution in drawn.items()},
             "block_size": BLOCK,
             "seed": config.uncertainty.seed,
             "analysis": config.analysis,
@@ -128,27 +128,27 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
 
 def _changed_settings(config: StudyConfig) -> list[str]:
     """Return each setting that differs from its default at the same accuracy, as text."""
-    own = config.model_dump(mode="json", exclude=_NO_METHOD)
-    usual = parse_config({"accuracy": config.accuracy}).model_dump(mode="json")
+    configured = config.model_dump(mode="json", exclude=_NO_METHOD)
+    defaults = parse_config({"accuracy": config.accuracy}).model_dump(mode="json")
     accuracy = [f"`accuracy` {config.accuracy}"] if config.accuracy != "default" else []
     return accuracy + [
-        f"`{section}.{key}` {_text(value)} (default {_text(usual[section][key])})"
-        for section, values in own.items()
+        f"`{section}.{key}` {_text(value)} (default {_text(defaults[section][key])})"
+        for section, values in configured.items()
         for key, value in values.items()
-        if value != usual[section][key]
+        if value != defaults[section][key]
     ]
 
 
 def _limit_states(config: StudyConfig, has_joints: bool) -> list[list[str]]:
     rows: list[list[str]] = []
     states = load_limit_states(Path(config.fragility.limit_states))
-    states = [each for each in states if has_joints or not joint_columns([each.demand])]
+    states = [item for item in states if has_joints or not joint_columns([item.demand])]
     for component in dict.fromkeys(state.component for state in states):
-        own = [state for state in states if state.component == component]
-        medians = (f"{each.name} {threshold_text(each.demand, each.threshold)}" for each in own)
-        spread = _text(sorted({each.dispersion for each in own}))
-        citation = " ".join(own[0].citation.split())
-        demand, median = f"`{own[0].demand}`", ", ".join(medians)
+        group = [state for state in states if state.component == component]
+        medians = (f"{item.name} {threshold_text(item.demand, item.threshold)}" for item in group)
+        spread = _text(sorted({item.dispersion for item in group}))
+        citation = " ".join(group[0].citation.split())
+        demand, median = f"`{group[0].demand}`", ", ".join(medians)
         rows.append([in_words(component), demand, median, spread, citation])
     return rows
 

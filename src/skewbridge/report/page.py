@@ -91,10 +91,10 @@ def write_report(
             **_first_screen(frames, study.grid.bridge if study else ()),
             **(_study_parts(frames, tables, study) if study else {"methods": None}),
             **_effect_parts(frames),
-            leading={each["caption"].name: each for each in pictures if _is_leading(each)},
+            leading={image["caption"].name: image for image in pictures if _is_leading(image)},
             curve_groups=curve_rows(frames),
             published=published_rows(medians),
-            gallery=[each for each in pictures if not _is_leading(each)],
+            gallery=[image for image in pictures if not _is_leading(image)],
             explorer=explorer_of(frames),
             rates=answer.rates_on_page(frames),
             tables=frames,
@@ -117,9 +117,9 @@ def write_statistics_report(results: Path) -> Path:
     """Draw the figures and write the page of tables written by `skewbridge statistics`."""
     folder = StudyFolder(results)
     paths = {name: path for name, path in folder.report_inputs.items() if path.is_file()}
-    origin, places = read_stamp(folder.demands), {"folder": folder.figures}
-    places["captions"] = paths["captions"] = folder.captions
-    draw_study(paths, **places, settings=FigureSettings(), provenance=origin, n_jobs=cpu_count())
+    origin, outputs = read_stamp(folder.demands), {"folder": folder.figures}
+    outputs["captions"] = paths["captions"] = folder.captions
+    draw_study(paths, **outputs, settings=FigureSettings(), provenance=origin, n_jobs=cpu_count())
     write_report(tables=paths, figures=folder.figures, study=None, output=folder.report)
     stamp(folder.report, origin)
     return folder.report
@@ -196,15 +196,15 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
     ``table`` is from `answer_table`, ``counts`` from `run_counts`.
     """
     names, notes = answer.short_names(table), answer.limit_notes(table)
-    signs = {place: number for number, place in enumerate(notes, 1)}
+    signs = {note_key: number for number, note_key in enumerate(notes, 1)}
     capacities = table[table["quantity"] == MEDIAN_CAPACITY]
-    present = capacities["demand"].unique()
-    states = sorted(present, key=lambda state: state not in answer.LEADING_STATES)[:2]
+    states_present = capacities["demand"].unique()
+    states = sorted(states_present, key=lambda state: state not in answer.LEADING_STATES)[:2]
     by_value = dict(groups_of(counts, (*BRIDGE_COLUMNS, "axis")))
     rows: list[dict[str, Any]] = []
-    for change, part in groups_of(table, _CHANGE):
-        for model, own in groups_of(part, BRIDGE_COLUMNS):
-            effects = {row["demand"]: row for row in records_of(own)}
+    for change, of_change in groups_of(table, _CHANGE):
+        for model, effects_of_model in groups_of(of_change, BRIDGE_COLUMNS):
+            effects = {row["demand"]: row for row in records_of(effects_of_model)}
             failed, runs = (by_value[*model, change[0]][name] for name in ("n_failed", "n_runs"))
             cells = [
                 _answer_cell(effects.get(state)) | {"note": signs.get((*model, state), "")}
@@ -243,7 +243,7 @@ def subtitle(demands: pd.DataFrame, im: str, values: Mapping[str, str]) -> str:
     """Return one line: models, axes with values, motions with their scales and intensities."""
     bridges = ", ".join(demands["bridge"].unique())
     models = ", ".join(demands["abutment"].unique()).replace("_", "-")
-    axes = " × ".join(f"{each.label.lower()} {values[each.name]}" for each in axes_of(values))
+    axes = " × ".join(f"{varied.label.lower()} {values[varied.name]}" for varied in axes_of(values))
     low, high = demands["scale"].min(), demands["scale"].max()
     scaled = "unscaled" if low == high == 1.0 else f"scaled by {low:.2g} to {high:.2g}"
     motions = demands["motion_id"].nunique()
@@ -269,8 +269,8 @@ def bridge_words(bridge: Description) -> str:
         words += "; " + answer.listed(
             f"{kind} {name} end" for name, kind in bridge.end_kinds.items()
         )
-    if places := bridge.joints_m:
-        words += f"; joint{'s' * (len(places) > 1)} at {answer.listed(places)}"
+    if joints := bridge.joints_m:
+        words += f"; joint{'s' * (len(joints) > 1)} at {answer.listed(joints)}"
     return words
 
 
@@ -298,55 +298,55 @@ def sketch(
     wall. Bents and columns have their places at the largest skew.
     """
     skew, gap_m = max(skews_deg, key=abs), max(gaps_mm) / 1000.0
-    end, half, own_deg = bridge.length_m / 2, bridge.width_m / 2, bridge.skews_deg
+    end_m, half_m, skews_of_ends = bridge.length_m / 2, bridge.width_m / 2, bridge.skews_deg
     factor = next((f for f in _FACTORS if f * gap_m <= _GAP_SHARE * bridge.length_m), 1)
-    thickness, arm = max(bridge.wall_m, 0.012 * bridge.length_m), 0.8 * half
+    wall_m, arm_m = max(bridge.wall_m, 0.012 * bridge.length_m), 0.8 * half_m
     bent_skew = radians(model.skew_of_bents_deg(skew))
     stretch = 1.0 / cos(bent_skew) if model.column_spacing == "normal" else 1.0
 
     def cuts(skew_deg: float) -> list[PlanVector]:
-        """Return place and angle of the faces of all decks, left to right."""
-        faces = [(-end, radians(own_deg.get("left", skew_deg)))]
-        for number, (place, x) in enumerate(bridge.joints_m.items(), start=1):
-            usual_deg = model.skew_of_bents_deg(skew_deg) if "bent" in place else skew_deg
-            turned = radians(own_deg.get(f"joint {number}", usual_deg))
-            opened = factor * gap_m / 2 / cos(turned)
-            faces += [(x - opened, turned), (x + opened, turned)]
-        return [*faces, (end, radians(own_deg.get("right", skew_deg)))]
+        """Return x (m) and angle (rad) of the faces of all decks, left to right."""
+        faces = [(-end_m, radians(skews_of_ends.get("left", skew_deg)))]
+        for number, (location, x) in enumerate(bridge.joints_m.items(), start=1):
+            usual_deg = model.skew_of_bents_deg(skew_deg) if "bent" in location else skew_deg
+            face_rad = radians(skews_of_ends.get(f"joint {number}", usual_deg))
+            opened = factor * gap_m / 2 / cos(face_rad)
+            faces += [(x - opened, face_rad), (x + opened, face_rad)]
+        return [*faces, (end_m, radians(skews_of_ends.get("right", skew_deg)))]
 
     def decks(faces: Sequence[PlanVector]) -> list[list[PlanVector]]:
         pairs = zip(faces[::2], faces[1::2], strict=True)
-        return [_corners(one, two, (-half, half)) for one, two in pairs]
+        return [_corners(face_1, face_2, (-half_m, half_m)) for face_1, face_2 in pairs]
 
     faces = cuts(skew)
     walls: list[list[PlanVector]] = []
     gaps = list(zip(faces[1:-1:2], faces[2:-1:2], strict=True))
-    for kind, (x, angle) in zip(bridge.end_kinds.values(), faces[:: len(faces) - 1], strict=True):
-        out = copysign(1.0 / cos(angle), x)
+    for kind, (x, rad) in zip(bridge.end_kinds.values(), faces[:: len(faces) - 1], strict=True):
+        out = copysign(1.0 / cos(rad), x)
         wall = x + out * factor * gap_m * (kind == "seat")
         if kind in _WITH_WALL:
-            walls.append(_corners((wall, angle), (wall + out * thickness, angle), (-half, half)))
+            walls.append(_corners((wall, rad), (wall + out * wall_m, rad), (-half_m, half_m)))
         if kind == "seat":
-            key, inner = half + factor * model.transverse_gap_m, x - 2.2 * out * thickness
-            sides = ((key, key + thickness), (-key, -key - thickness))
-            walls += [_corners((inner, angle), (x, angle), side) for side in sides]
-            gaps.insert(0, ((x, angle), (wall, angle)))
-    drawn, tilt = decks(faces), faces[0][1]
-    reach = max(abs(x) for part in (*drawn, *walls) for x, _ in part)
+            key, inner = half_m + factor * model.transverse_gap_m, x - 2.2 * out * wall_m
+            sides = ((key, key + wall_m), (-key, -key - wall_m))
+            walls += [_corners((inner, rad), (x, rad), side) for side in sides]
+            gaps.insert(0, ((x, rad), (wall, rad)))
+    deck_corners, tilt = decks(faces), faces[0][1]
+    half_length = max(abs(x) for polygon in (*deck_corners, *walls) for x, _ in polygon)
     return {
         "width": _WIDTH,
         "height": _HEIGHT,
-        "scale": min((_WIDTH / 2 - _SIDE) / reach, (_HEIGHT / 2 - _TOP) / half),
+        "scale": min((_WIDTH / 2 - _SIDE) / half_length, (_HEIGHT / 2 - _TOP) / half_m),
         "skew": skew,
-        "others": [deck for other in sorted({*skews_deg} - {skew}) for deck in decks(cuts(other))],
-        "decks": drawn,
+        "others": [deck for a in sorted({*skews_deg} - {skew}) for deck in decks(cuts(a))],
+        "decks": deck_corners,
         "walls": walls,
         "marks": {
-            name: [_skewed(gaps[0][part], share * half) for part, share in line]
+            name: [_skewed(gaps[0][face], share * half_m) for face, share in line]
             for name, line in _MARKS.items()
             if gaps
         },
-        "end": end,
+        "end": end_m,
         "columns": [
             [
                 (
@@ -359,12 +359,12 @@ def sketch(
         ],
         # a line is an area of two corners
         "bents": [
-            [_skewed((x, bent_skew), -half), _skewed((x, bent_skew), half)]
+            [_skewed((x, bent_skew), -half_m), _skewed((x, bent_skew), half_m)]
             for x in sorted({x for x, _ in bridge.columns_m})
         ],
         "ends": list(bridge.end_kinds.values()),
-        "arm": arm,
-        "tip": (-end - arm * sin(tilt), arm * cos(tilt)),
+        "arm": arm_m,
+        "tip": (-end_m - arm_m * sin(tilt), arm_m * cos(tilt)),
         "factor": factor,
     }
 
@@ -374,10 +374,10 @@ def _skewed(face: PlanVector, y_m: float) -> PlanVector:
     return face[0] - y_m * tan(face[1]), y_m
 
 
-def _corners(one: PlanVector, two: PlanVector, y_m: PlanVector) -> list[PlanVector]:
+def _corners(left: PlanVector, right: PlanVector, y_m: PlanVector) -> list[PlanVector]:
     """Return the corners of the area between two faces and two y."""
     low, high = y_m
-    return [_skewed(one, low), _skewed(two, low), _skewed(two, high), _skewed(one, high)]
+    return [_skewed(left, low), _skewed(right, low), _skewed(right, high), _skewed(left, high)]
 
 
 def joint_rows(demands: pd.DataFrame, bridges: Sequence[Structure]) -> list[dict[str, str]]:
@@ -385,11 +385,11 @@ def joint_rows(demands: pd.DataFrame, bridges: Sequence[Structure]) -> list[dict
     rows: list[dict[str, str]] = []
     for bridge in bridges:
         runs = demands[(demands["bridge"] == bridge.name) & is_complete(demands)]
-        for number, place in enumerate(bridge.description.joints_m, start=1):
-            row = {"bridge": bridge.name, "joint": f"{number}, {place}"}
-            for (name, head, factor), share in product(_JOINT_DEMANDS, (0.5, 0.84)):
+        for number, location in enumerate(bridge.description.joints_m, start=1):
+            row = {"bridge": bridge.name, "joint": f"{number}, {location}"}
+            for (name, heading, factor), share in product(_JOINT_DEMANDS, (0.5, 0.84)):
                 value = factor * runs[f"joint{number}_{name}"].quantile(share)
-                row[f"{head}, {100 * share:g} %"] = f"{value:.3g}"
+                row[f"{heading}, {100 * share:g} %"] = f"{value:.3g}"
             rows.append(row)
     return rows
 
@@ -404,15 +404,15 @@ def _is_leading(picture: Mapping[str, Any]) -> bool:
 
 def curve_rows(frames: Mapping[str, pd.DataFrame]) -> list[dict[str, Any]]:
     """Return the leading curves as groups of text rows: a state, and a row for each value."""
-    drawn = with_system(frames["curves"], frames["system"])
-    leading = main_curves(pooled_curves(drawn, frames["medians"])).values()
+    all_curves = with_system(frames["curves"], frames["system"])
+    leading = main_curves(pooled_curves(all_curves, frames["medians"])).values()
     groups: list[dict[str, Any]] = []
     for table in leading:
-        for state, part in groups_of(table, STATE):
-            fit = records_of(drawn[(drawn[list(STATE)] == list(state)).all(axis=1)])[0]
+        for state, values in groups_of(table, STATE):
+            fit = records_of(all_curves[(all_curves[list(STATE)] == list(state)).all(axis=1)])[0]
             words = state_text(fit)
             rows: list[list[str]] = []
-            for row in records_of(part):
+            for row in records_of(values):
                 theta = _with_ends(row, ("theta", "theta_low", "theta_high"))
                 rows.append([
                     appearance.named_value(axis_of(row["axis"]), row["value"]) + variants_text(row),
@@ -442,11 +442,11 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
     rows = pd.concat([frames["medians"], frames["effects"]], ignore_index=True)
     pooled = rows[rows["scope"] == "pooled"]
     ratios, needed = pooled[pooled["judged_by"] == verdicts.RATIO], frames["needed_motions"]
-    leads = pooled["demand"].isin({*HEADLINE_STATES, *demands_for("headline")})
-    effects, others = (pooled[leads], pooled[~leads]) if leads.any() else (pooled, pooled.head(0))
+    main = pooled["demand"].isin({*HEADLINE_STATES, *demands_for("headline")})
+    effects, minor = (pooled[main], pooled[~main]) if main.any() else (pooled, pooled.head(0))
     return {
         "effects": verdict_table(effects, pooled),
-        "other_effects": verdict_table(others, pooled),
+        "other_effects": verdict_table(minor, pooled),
         "any_marked": any(row["mark"] for row in map(_cell, records_of(pooled))),
         "margin": appearance.margin_text(ratios.iloc[0]) if len(ratios) else "",
         "needed": needed.loc[needed["forecast"] == verdicts.MORE, list(_NEEDED)],
@@ -461,11 +461,11 @@ def published_rows(medians: pd.DataFrame) -> list[dict[str, str]]:
     order = pooled["demand"].map(answer.LEADING_STATES.index)
     pooled = pooled[pooled["status"] == OK].assign(order=order)
     names, rows = answer.short_names(pooled), list[dict[str, str]]()
-    for (skew,), part in groups_of(pooled.sort_values(["to_value", "order"]), ["to_value"]):
+    for (skew,), effects in groups_of(pooled.sort_values(["to_value", "order"]), ["to_value"]):
         row = {"skew": f"{skew:g}°", "Hazus": f"{hazus_factor(skew):.2f}"}
-        for each in records_of(part):
-            head = f"{names[each['bridge'], each['abutment']]}, {effect_name(each['demand'])}"
-            row[head] = _with_ends(each, verdicts.RATIOS)
+        for effect in records_of(effects):
+            head = f"{names[effect['bridge'], effect['abutment']]}, {effect_name(effect['demand'])}"
+            row[head] = _with_ends(effect, verdicts.RATIOS)
         rows.append(row)
     return records_of(pd.DataFrame(rows).fillna("–"))
 
@@ -476,21 +476,21 @@ def verdict_table(effects: pd.DataFrame, compared: pd.DataFrame) -> dict[str, An
     There is one column for each model and change in ``compared``.
     """
     keys = [*BRIDGE_COLUMNS, *_CHANGE]
-    order = [each.name for each in axes_of(compared["axis"])]
+    order = [varied.name for varied in axes_of(compared["axis"])]
     heads = sorted(
         set(compared[keys].itertuples(index=False, name=None)),
-        key=lambda head: (*head[:2], order.index(head[2]), *head[3:]),
+        key=lambda heading: (*heading[:2], order.index(heading[2]), *heading[3:]),
     )
     rows: list[dict[str, Any]] = []
-    for (demand,), own in groups_of(effects, ["demand"]):
-        cells = {tuple(row[name] for name in keys): _cell(row) for row in records_of(own)}
-        is_state, margin = "/" in demand, appearance.margin_text(own.iloc[0])
+    for (demand,), of_demand in groups_of(effects, ["demand"]):
+        cells = {tuple(row[name] for name in keys): _cell(row) for row in records_of(of_demand)}
+        is_state, margin = "/" in demand, appearance.margin_text(of_demand.iloc[0])
         label = f"Median, {effect_name(demand)}" if is_state else appearance.demand_name(demand)
-        ordered = [cells.get(head) for head in heads]
+        ordered = [cells.get(heading) for heading in heads]
         rows.append({"label": label, "margin": margin, "cells": ordered})
     return {
-        "models": Counter(model_name(*head[:2]) for head in heads).items(),
-        "heads": [change_name(*head[2:]) for head in heads],
+        "models": Counter(model_name(*heading[:2]) for heading in heads).items(),
+        "heads": [change_name(*heading[2:]) for heading in heads],
         "rows": rows,
     }
 
@@ -519,17 +519,17 @@ _SHADES: Final = [round(round(shade / _STEP) * _STEP) for shade in range(256)]
 
 def pictures_of(captions: Sequence[Caption], folder: Path) -> list[dict[str, Any]]:
     """Return caption, data URL and size of each figure, in the order of `SECTIONS`."""
-    shown = sorted(captions, key=lambda caption: SECTIONS.index(caption.section))
+    ordered = sorted(captions, key=lambda caption: SECTIONS.index(caption.section))
     packed: Any = Parallel(n_jobs=2, backend="threading")(
-        delayed(_packed)(folder / f"{caption.name}.png") for caption in shown
+        delayed(_packed)(folder / f"{caption.name}.png") for caption in ordered
     )
-    return [{"caption": each, **picture} for each, picture in zip(shown, packed, strict=True)]
+    return [{"caption": text, **picture} for text, picture in zip(ordered, packed, strict=True)]
 
 
 def _packed(path: Path) -> dict[str, Any]:
     """Return an image as a data URL, with its size in pixels."""
-    with Image.open(path) as drawn:
-        picture = drawn.convert("RGB").reduce(2).point(_SHADES * 3)
+    with Image.open(path) as image:
+        picture = image.convert("RGB").reduce(2).point(_SHADES * 3)
     packed = BytesIO()
     picture.save(packed, **_PACKING)
     data = f"data:image/webp;base64,{base64.b64encode(packed.getvalue()).decode()}"
@@ -566,22 +566,22 @@ def explorer_data(frames: Mapping[str, pd.DataFrame]) -> str:
     """
     curves, demands = frames["curves"], with_derived_columns(frames["demands"])
     im = str(curves["im"].iloc[0])
-    named = [*curves["demand"].unique(), *demands_for("effect", demands.columns)]
-    columns = [name for name in dict.fromkeys(named) if name in demands]
+    demand_names = [*curves["demand"].unique(), *demands_for("effect", demands.columns)]
+    columns = [name for name in dict.fromkeys(demand_names) if name in demands]
     motions, variants = list(demands["motion_id"].unique()), demands.drop_duplicates("variant")
     models = {
-        model: place
-        for place, model in enumerate(
+        model: number
+        for number, model in enumerate(
             demands[list(BRIDGE_COLUMNS)].drop_duplicates().itertuples(index=False, name=None)
         )
     }
-    places = {name: place for place, name in enumerate(variants["variant"])}
+    variant_numbers = {name: number for number, name in enumerate(variants["variant"])}
     axes = axes_of(demands.columns)
     values = {axis: sorted(demands[axis.name].unique()) for axis in axes}
     grid = np.geomspace(0.7 * demands[im].min(), 1.3 * demands[im].max(), _CURVE_POINTS)
     fits = curves[curves["status"] == FITTED]
-    drawn = [np.vstack(curve_values(grid, row)).round(4).tolist() for row in records_of(fits)]
-    fits = fits.assign(variant=fits["variant"].map(places), curve=drawn)
+    points = [np.vstack(curve_values(grid, row)).round(4).tolist() for row in records_of(fits)]
+    fits = fits.assign(variant=fits["variant"].map(variant_numbers), curve=points)
     payload: dict[str, Any] = {
         "im": plain_label(im),
         "im_name": im,
@@ -592,10 +592,10 @@ def explorer_data(frames: Mapping[str, pd.DataFrame]) -> str:
             {
                 "name": axis.name,
                 "label": axis.label,
-                "values": own,
-                "texts": [appearance.value_text(axis, value) for value in own],
+                "values": axis_values,
+                "texts": [appearance.value_text(axis, value) for value in axis_values],
             }
-            for axis, own in values.items()
+            for axis, axis_values in values.items()
         ],
         "variants": [
             {
@@ -617,7 +617,7 @@ def explorer_data(frames: Mapping[str, pd.DataFrame]) -> str:
         "motions": motions,
         "statuses": STATUSES,
         "runs": {
-            "variant": demands["variant"].map(places).tolist(),
+            "variant": demands["variant"].map(variant_numbers).tolist(),
             "motion": pd.Categorical(demands["motion_id"], motions).codes.tolist(),
             "scale": demands["scale"].tolist(),
             "status": pd.Categorical(demands["status"], STATUSES).codes.tolist(),
@@ -666,9 +666,9 @@ def shown_rows(
     for name in frame:
         words, unit = split_unit(str(name))
         unit, factor = appearance.shown_unit(unit)
-        head = words.replace("_", " ") + ("" if unit == "-" else f" ({unit})")
+        heading = words.replace("_", " ") + ("" if unit == "-" else f" ({unit})")
         values = frame[name] if factor == 1.0 else factor * frame[name]
-        texts[head] = [number_text(value, digits) for value in values.tolist()]
+        texts[heading] = [number_text(value, digits) for value in values.tolist()]
     return records_of(pd.DataFrame(texts))
 
 
@@ -693,8 +693,8 @@ def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame)
     axes = shown_axes(curves)
     names = {row["variant"]: variant_text(axes, row) for row in records_of(curves)}
     capacities = {
-        state: appearance.threshold_text(own["demand"].iloc[0], own["threshold"].iloc[0])
-        for state, own in groups_of(curves, ["component", "limit_state"])
+        state: appearance.threshold_text(of_state["demand"].iloc[0], of_state["threshold"].iloc[0])
+        for state, of_state in groups_of(curves, ["component", "limit_state"])
     }
     groups: dict[str, list[dict[str, Any]]] = {}
     for row, text in zip(records_of(table), exports.printed_rows(table), strict=True):
@@ -715,8 +715,8 @@ def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame)
 def methods_compared(curves: pd.DataFrame) -> dict[str, int]:
     """Count the medians with both fits, and those that differ."""
     models = curves[curves["method"] == "cloud"]
-    both, differ = models["methods_ratio"].notna(), models["methods_differ"].eq(other=True)
-    return {"both": int(both.sum()), "differ": int(differ.sum())}
+    has_both, differ = models["methods_ratio"].notna(), models["methods_differ"].eq(other=True)
+    return {"both": int(has_both.sum()), "differ": int(differ.sum())}
 
 
 def median_text(row: Mapping[str, Any], otherwise: str = "") -> str:
@@ -735,9 +735,9 @@ def quality(demands: pd.DataFrame, sensitivity: pd.DataFrame) -> dict[str, Any]:
     name, rubbed = "cone_work_over_10pct_ratio", demands[demands["slip_work_kj"] > 0.0]
     # after the failure of a column its fibers lose their force in jumps, which the work of end
     # forces does not follow; demands count up to the failure
-    standing = demands[~demands[BEYOND_MODEL].fillna("").astype(bool)]
+    before_failure = demands[~demands[BEYOND_MODEL].fillna("").astype(bool)]
     return {
-        "residuals": 100.0 * standing["energy_residual_ratio"].abs(),
+        "residuals": 100.0 * before_failure["energy_residual_ratio"].abs(),
         "changes": 100.0 * sensitivity.get("reference_largest_change", pd.Series(dtype=float)),
         "compared": sensitivity[["rows", "analysed_s"]].max() if len(sensitivity) else None,
         "excesses": 100.0 * rubbed.get(name, pd.Series(dtype=float)),

@@ -46,8 +46,8 @@ def curve_values(im: Floats, row: Mapping[Any, Any]) -> tuple[Floats, Floats]:
         eta = special.ndtri(np.clip(p, 1e-15, 1.0 - 1e-15))
     variance = row["var_ln_theta"] + 2.0 * eta * row["cov_ln_theta_beta"] * slope
     variance = np.maximum(variance + eta**2 * row["var_beta"] * slope**2, 0.0)
-    reach = special.ndtri(0.5 + 0.5 * row["level"]) * np.sqrt(variance) / beta
-    return p, special.ndtr(eta + np.array([[-1.0], [1.0]]) * reach)
+    half_width = special.ndtri(0.5 + 0.5 * row["level"]) * np.sqrt(variance) / beta
+    return p, special.ndtr(eta + np.array([[-1.0], [1.0]]) * half_width)
 
 
 def lead_axis(effects: pd.DataFrame, names: Collection[str], table: pd.DataFrame) -> Axis:
@@ -58,20 +58,20 @@ def lead_axis(effects: pd.DataFrame, names: Collection[str], table: pd.DataFrame
     """
     pooled = effects[(effects["scope"] == "pooled") & (effects["status"] == OK)]
     pooled = pooled[pooled["ratio"] > 0.0]
-    own = pooled[pooled["demand"].isin(names)]
-    rows = own if len(own) else pooled
+    of_names = pooled[pooled["demand"].isin(names)]
+    rows = of_names if len(of_names) else pooled
     if len(rows):
         sizes = np.abs(np.log(rows["ratio"].to_numpy(np.float64)))
         return axis(str(rows["axis"].iloc[int(sizes.argmax())]))
     axes = axes_of(table.columns)
-    return next((each for each in axes if table[each.name].nunique() > 1), axes[0])
+    return next((candidate for candidate in axes if table[candidate.name].nunique() > 1), axes[0])
 
 
 def with_system(curves: pd.DataFrame, system: pd.DataFrame) -> pd.DataFrame:
     """Return the preferred curves of all components and of the whole bridge."""
     width = 2.0 * special.ndtri(0.5 + 0.5 * system["level"].astype(float))
     # ASSUME normal errors of ln theta and beta without correlation: the table has intervals only
-    whole = system.assign(
+    bridge_curves = system.assign(
         component=WHOLE_BRIDGE,
         demand="",
         threshold=np.nan,
@@ -82,7 +82,7 @@ def with_system(curves: pd.DataFrame, system: pd.DataFrame) -> pd.DataFrame:
         var_beta=((system["beta_high"] - system["beta_low"]) / width) ** 2,
         cov_ln_theta_beta=0.0,
     )
-    return pd.concat([curves, whole[whole["preferred"]]], ignore_index=True)
+    return pd.concat([curves, bridge_curves[bridge_curves["preferred"]]], ignore_index=True)
 
 
 def pooled_curves(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
@@ -96,19 +96,19 @@ def pooled_curves(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     A failure mode with the same curves as any failure of the component has no rows.
     """
     rows: list[dict[str, Any]] = []
-    for (bridge, abutment, component), part in groups_of(curves, STATE[:3]):
+    for (bridge, abutment, component), group in groups_of(curves, STATE[:3]):
         effects = medians[(medians["bridge"] == bridge) & (medians["abutment"] == abutment)]
-        names = set(component + "/" + part["limit_state"])
-        lead = lead_axis(effects, HEADLINE_STATES if component == WHOLE_BRIDGE else names, part)
+        names = set(component + "/" + group["limit_state"])
+        lead = lead_axis(effects, HEADLINE_STATES if component == WHOLE_BRIDGE else names, group)
         effects = effects[(effects["scope"] == "pooled") & (effects["axis"] == lead.name)]
         ratios = {(row["demand"], row["to_value"]): row for row in records_of(effects)}
-        for (state,), own in groups_of(part, ["limit_state"]):
-            if own["preferred"].any():
+        for (state,), curves_of_state in groups_of(group, ["limit_state"]):
+            if curves_of_state["preferred"].any():
                 of_state = {"bridge": bridge, "abutment": abutment, "component": component}
-                rows += _by_value(own, of_state | {"limit_state": state}, lead, ratios)
+                rows += _by_value(curves_of_state, of_state | {"limit_state": state}, lead, ratios)
     table = pd.DataFrame(rows, columns=[*STATE, *_VALUE_COLUMNS])
-    same = ["bridge", "abutment", "component", "value", "theta", "beta_total", "n_exceed"]
-    return table[~(table["limit_state"] != "any") | ~table.duplicated(same, keep=False)]
+    identity = ["bridge", "abutment", "component", "value", "theta", "beta_total", "n_exceed"]
+    return table[~(table["limit_state"] != "any") | ~table.duplicated(identity, keep=False)]
 
 
 def main_curves(pooled: pd.DataFrame) -> dict[str, pd.DataFrame]:
@@ -129,25 +129,25 @@ _VALUE_COLUMNS: Final = (
 
 
 def _by_value(
-    own: pd.DataFrame, state: dict[str, Any], lead: Axis, ratios: Mapping[Any, Mapping[str, Any]]
+    curves: pd.DataFrame, state: dict[str, Any], lead: Axis, ratios: Mapping[Any, Mapping[str, Any]]
 ) -> list[dict[str, Any]]:
     """Return the rows of one state, one per value of the axis with a curve."""
     rows: list[dict[str, Any]] = []
-    for value, part in own.groupby(lead.name):
-        drawn, runs = part[part["preferred"]], part.drop_duplicates("variant")
+    for value, at_value in curves.groupby(lead.name):
+        with_curve, runs = at_value[at_value["preferred"]], at_value.drop_duplicates("variant")
         names = ["theta", "theta_low", "theta_high"]
-        means = np.exp(np.log(drawn[names].astype(float)).mean()) if len(drawn) else {}
+        means = np.exp(np.log(with_curve[names].astype(float)).mean()) if len(with_curve) else {}
         row = {**state, "axis": lead.name, "value": value, **means}
-        row |= {name: drawn[name].mean() for name in ("beta", "beta_total", "level")}
+        row |= {name: with_curve[name].mean() for name in ("beta", "beta_total", "level")}
         row |= {name: runs[name].sum() for name in ("n_exceed", "n_runs")}
-        row |= {"n_curves": len(drawn), "n_variants": len(runs)}
-        row["n_extrapolated"] = int(drawn["extrapolated"].eq(other=True).sum())
+        row |= {"n_curves": len(with_curve), "n_variants": len(runs)}
+        row["n_extrapolated"] = int(with_curve["extrapolated"].eq(other=True).sum())
         effect = ratios.get((f"{state['component']}/{state['limit_state']}", value), {})
         if effect.get("status") == OK:
             row |= {name: effect[name] for name in RATIOS}
-        elif rows and len(drawn):  # a system has no table of effects
+        elif rows and len(with_curve):  # a system has no table of effects
             row["ratio"] = row["theta"] / rows[0]["theta"]
-        if len(drawn):
+        if len(with_curve):
             rows.append(row)
     return rows
 
@@ -181,8 +181,8 @@ def value_words(row: Mapping[str, Any], unit: str) -> str:
 
 def variants_text(row: Mapping[str, Any]) -> str:
     """Return how many variants have a curve; empty if all have one."""
-    some = row["n_curves"] < row["n_variants"]
-    return f" ({row['n_curves']}/{row['n_variants']} variants)" if some else ""
+    are_missing = row["n_curves"] < row["n_variants"]
+    return f" ({row['n_curves']}/{row['n_variants']} variants)" if are_missing else ""
 
 
 @mpl.rc_context(STYLE)
@@ -203,14 +203,14 @@ def curves_figure(
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     im_column, demands = str(curves["im"].iloc[0]), with_derived_columns(demands)
     im = np.geomspace(0.7 * demands[im_column].min(), 1.3 * demands[im_column].max(), 160)
-    several = len(table[list(BRIDGE_COLUMNS)].drop_duplicates()) > 1
-    for axes, (state, own) in zip(panels.flat, groups, strict=False):
-        same = (curves[list(STATE)] == list(state)).all(axis=1)
-        fits = curves[same]
+    has_models = len(table[list(BRIDGE_COLUMNS)].drop_duplicates()) > 1
+    for axes, (state, of_state) in zip(panels.flat, groups, strict=False):
+        in_state = (curves[list(STATE)] == list(state)).all(axis=1)
+        fits = curves[in_state]
         words = state_text(records_of(fits)[0])
-        title = f"{state[0]}: {words}" if several else words[:1].upper() + words[1:]
-        _draw_panel(axes, own, fits, demands, im)
-        lead = axis(own["axis"].iloc[0])
+        title = f"{state[0]}: {words}" if has_models else words[:1].upper() + words[1:]
+        _draw_panel(axes, of_state, fits, demands, im)
+        lead = axis(of_state["axis"].iloc[0])
         name_lines(axes, title, f"median by {lead.label.lower()}:")
         axes.set_xlabel(appearance.shown_label(im_column)[0])
         axes.tick_params(labelbottom=True)
@@ -224,24 +224,24 @@ def curves_figure(
 
 
 def _draw_panel(
-    axes: Axes, own: pd.DataFrame, fits: pd.DataFrame, demands: pd.DataFrame, im: Floats
+    axes: Axes, of_state: pd.DataFrame, fits: pd.DataFrame, demands: pd.DataFrame, im: Floats
 ) -> None:
     """Draw the curves of one state at the intensities ``im``."""
-    lead, unit = axis(own["axis"].iloc[0]), appearance.unit_of(str(fits["im"].iloc[0]))
+    lead, unit = axis(of_state["axis"].iloc[0]), appearance.unit_of(str(fits["im"].iloc[0]))
     # a value has the same colour in panels in which other values have no curve
     values = sorted(fits[lead.name].unique())
     colours = dict(zip(values, cycle(appearance.VARIANT_COLOURS), strict=False))
-    for row in records_of(own):
+    for row in records_of(of_state):
         color = colours[row["value"]]
-        drawn = fits[fits["preferred"] & (fits[lead.name] == row["value"])]
-        curves = [np.vstack(curve_values(im, fit)) for fit in records_of(drawn)]
+        at_value = fits[fits["preferred"] & (fits[lead.name] == row["value"])]
+        curves = [np.vstack(curve_values(im, fit)) for fit in records_of(at_value)]
         mean = np.mean(special.ndtri(np.clip(curves, _SURE, 1.0 - _SURE)), axis=0)
         p, low, high = special.ndtr(mean)
         axes.fill_between(im, low, high, color=color, alpha=0.15, linewidth=0)
         axes.plot(im, p, color=color, linewidth=1.6, label=value_words(row, unit))
         if fits["demand"].iloc[0]:
-            runs = demands[demands["variant"].isin(drawn["variant"])]
-            outcomes = _outcomes(runs, records_of(drawn)[0])
+            runs = demands[demands["variant"].isin(at_value["variant"])]
+            outcomes = _outcomes(runs, records_of(at_value)[0])
             for hit, y, marker in zip(outcomes, (1.03, -0.03), (2, 3), strict=True):
                 x = runs.loc[hit, str(fits["im"].iloc[0])]
                 axes.plot(x, np.full(len(x), y), marker=marker, ls="", ms=3, color=color, alpha=0.4)
@@ -249,9 +249,9 @@ def _draw_panel(
 
 def name_lines(axes: Axes, *titles: str) -> None:
     """Write titles and the names of the lines above a panel, where they hide nothing."""
-    look: dict[str, Any] = {"fontsize": 7.5, "title_fontsize": 9, "handlelength": 1.2}
-    look |= {"title": "\n".join(fill(title, 44) for title in titles), "labelspacing": 0.2}
-    axes.legend(loc="lower left", bbox_to_anchor=(-0.02, 1.0), alignment="left", **look)
+    style: dict[str, Any] = {"fontsize": 7.5, "title_fontsize": 9, "handlelength": 1.2}
+    style |= {"title": "\n".join(fill(title, 44) for title in titles), "labelspacing": 0.2}
+    axes.legend(loc="lower left", bbox_to_anchor=(-0.02, 1.0), alignment="left", **style)
 
 
 def _outcomes(runs: pd.DataFrame, item: Mapping[Any, Any]) -> tuple[Any, Any]:

@@ -19,8 +19,8 @@ from skewbridge.units import G_MPS2, KN, MM, MN
 
 #: Line styles of overlaid runs: the first is wide and light, so that it stays visible.
 _OVERLAID: Final[tuple[dict[str, Any], ...]] = tuple(
-    {"color": colour, "lw": 0.7 if place else 1.8, "alpha": 1.0 if place else 0.55}
-    for place, colour in enumerate(VARIANT_COLOURS)
+    {"color": colour, "lw": 0.7 if number else 1.8, "alpha": 1.0 if number else 0.55}
+    for number, colour in enumerate(VARIANT_COLOURS)
 )
 
 
@@ -52,8 +52,8 @@ def displacement_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     figure = Figure(figsize=(7.2, 5.6), layout="constrained")
     panels = figure.subplots(3, 1, sharex=True)
     for axes, (column, factor, text) in zip(panels, quantities, strict=True):
-        for look, (name, table) in zip(_OVERLAID, runs.items(), strict=False):
-            axes.plot(table["t_s"], factor * table[column], label=name, **look)
+        for style, (name, table) in zip(_OVERLAID, runs.items(), strict=False):
+            axes.plot(table["t_s"], factor * table[column], label=name, **style)
         axes.axhline(0.0, color="0.4", lw=0.5)
         axes.set_ylabel(text)
     panels[-1].set_xlabel("Time (s)")
@@ -71,12 +71,12 @@ def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     length, per_m, force, per_kn = _units()
     names = contact_names(next(iter(runs.values())))
     panels = [
-        (f"{text}, {way}", direction, [f"abutment_left_{column}{direction}_kn"])
+        (f"{text}, {direction_text}", direction, [f"abutment_left_{column}{direction}_kn"])
         for text, column in (("Whole abutment", ""), ("Pads alone", "pads_"))
-        for way, direction in (("longitudinal", "x"), ("transverse", "y"))
+        for direction_text, direction in (("longitudinal", "x"), ("transverse", "y"))
     ]
-    for text, direction, part in (("Backwall", "x", "backwall"), ("Shear keys", "y", "key")):
-        columns = [f"{name}_normal_kn" for name in names if f"_left_{part}" in name]
+    for text, direction, contact in (("Backwall", "x", "backwall"), ("Shear keys", "y", "key")):
+        columns = [f"{name}_normal_kn" for name in names if f"_left_{contact}" in name]
         if names:
             panels.append((f"{text} alone, normal force", direction, columns))
     rows = len(panels) // 2
@@ -85,9 +85,9 @@ def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     for axes, (text, direction, columns) in zip(grid.flat, panels, strict=True):
         axes.set_title(text, loc="left", fontsize=9)
         axes.set_ylabel(f"Force ({force})")
-        for look, (name, table) in zip(_OVERLAID, runs.items(), strict=False):
+        for style, (name, table) in zip(_OVERLAID, runs.items(), strict=False):
             disp = per_m * table[f"abutment_left_{direction}_m"]
-            axes.plot(disp, per_kn * table[columns].sum(axis=1), label=name, **look)
+            axes.plot(disp, per_kn * table[columns].sum(axis=1), label=name, **style)
     for axes, text in zip(grid[-1], ("longitudinal", "transverse"), strict=True):
         axes.set_xlabel(f"Deck end, {text} ({length})")
     _name_runs(figure, grid[0, 0])
@@ -116,12 +116,12 @@ def column_figure(histories: pd.DataFrame, *, title: str) -> Figure:
     panels = figure.subplot_mosaic("so;ro", width_ratios=(1.15, 1.0))
     shear, ratio, orbit = panels["s"], panels["r"], panels["o"]
     ratio.sharex(shear)
-    drawn = (
+    panels_of = (
         (shear, histories["t_s"], per_kn * histories["column_shear_kn"]),
         (ratio, histories["t_s"], histories["column_shear_dcr"]),
         (orbit, per_m * histories["deck_ux_m"], per_m * histories["deck_uy_m"]),
     )
-    for (axes, x, y), colour in zip(drawn, VARIANT_COLOURS, strict=False):
+    for (axes, x, y), colour in zip(panels_of, VARIANT_COLOURS, strict=False):
         axes.plot(x, y, lw=0.9, color=colour)
     shear.set_ylabel(f"Base shear,\nworst column ({force})")
     ratio.axhline(1.0, color="0.4", lw=0.8, ls="--")
@@ -145,10 +145,10 @@ def contact_figure(histories: pd.DataFrame, *, title: str) -> Figure:
     time_s = histories["t_s"].to_numpy()
     normals = histories[[f"{name}_normal_kn" for name in names]].to_numpy().T * per_kn
     bins = np.linspace(time_s[0], time_s[-1], min(len(time_s), 1200) + 1)
-    at = np.clip(np.searchsorted(time_s, bins[:-1]), 0, len(time_s) - 1)
-    shown = np.ma.masked_less_equal(np.maximum.reduceat(normals, at, axis=1), 0.0)
+    starts = np.clip(np.searchsorted(time_s, bins[:-1]), 0, len(time_s) - 1)
+    closed_forces = np.ma.masked_less_equal(np.maximum.reduceat(normals, starts, axis=1), 0.0)
     edges = np.arange(len(names) + 1)
-    mesh = raster.pcolormesh(bins, edges, shown, cmap="flare", vmin=0.0, rasterized=True)
+    mesh = raster.pcolormesh(bins, edges, closed_forces, cmap="flare", vmin=0.0, rasterized=True)
     labels = [name.removeprefix("contact_").replace("_", " ") for name in names]
     raster.set_yticks(np.arange(len(names)) + 0.5, labels, fontsize=7)
     raster.invert_yaxis()
@@ -156,9 +156,9 @@ def contact_figure(histories: pd.DataFrame, *, title: str) -> Figure:
     figure.colorbar(mesh, ax=raster, label=f"Normal force ({force})", pad=0.01)
     raster.set_title(title, fontsize=10, parse_math=False)
     for colour, word in zip(VARIANT_COLOURS, ("backwall", "key"), strict=False):
-        if chosen := [name for name in names if word in name]:
-            one, two = (histories[[f"{name}_friction_{i}_kn" for name in chosen]] for i in "12")
-            total = per_kn * np.hypot(one.to_numpy(), two.to_numpy()).sum(axis=1)
+        if of_kind := [name for name in names if word in name]:
+            t_1, t_2 = (histories[[f"{name}_friction_{i}_kn" for name in of_kind]] for i in "12")
+            total = per_kn * np.hypot(t_1.to_numpy(), t_2.to_numpy()).sum(axis=1)
             friction.plot(time_s, total, lw=0.9, color=colour, label=f"{word}s")
     friction.set(xlabel="Time (s)", ylabel=f"Friction, sum ({force})")
     friction.legend(loc="upper right", fontsize=8)
@@ -190,23 +190,23 @@ def record_page(title: str, dt_s: float, components: Mapping[str, Floats]) -> Fi
     """
     figure = Figure(figsize=(_WIDTH_IN, 7.0), layout="constrained")
     halves: Any = figure.subfigures(1, 2, width_ratios=(1.35, 1.0))
-    left, right = halves
-    panels = left.subplots(len(HISTORIES), 1, sharex=True)
-    spectra = right.subplots()
+    left_half, right_half = halves
+    panels = left_half.subplots(len(HISTORIES), 1, sharex=True)
+    spectra = right_half.subplots()
     for axes, (name, series) in zip(panels, HISTORIES.items(), strict=True):
         for color, accel_mps2 in zip(_COLOURS, components.values(), strict=False):
             time_s = np.arange(accel_mps2.size) * dt_s
             axes.plot(time_s, series(accel_mps2, dt_s), color=color, lw=0.7)
         axes.set_ylabel(name)
     panels[-1].set_xlabel("Time (s)")
-    left.align_ylabels(panels)
+    left_half.align_ylabels(panels)
     for color, (label, accel_mps2) in zip(_COLOURS, components.items(), strict=False):
         psa_g = component_psa(accel_mps2, dt_s, PERIODS_S) / G_MPS2
         spectra.loglog(PERIODS_S, psa_g, color=color, lw=1.0, label=label)
     if len(components) == 2:
-        one, two = components.values()
-        both = pair_psa(one, two, dt_s, PERIODS_S)
-        rotd50_g, rotd100_g = both.rotd50_mps2 / G_MPS2, both.rotd100_mps2 / G_MPS2
+        accel_1, accel_2 = components.values()
+        pair_spectra = pair_psa(accel_1, accel_2, dt_s, PERIODS_S)
+        rotd50_g, rotd100_g = pair_spectra.rotd50_mps2 / G_MPS2, pair_spectra.rotd100_mps2 / G_MPS2
         spectra.loglog(PERIODS_S, rotd50_g, color="black", lw=1.8, label="RotD50")
         spectra.loglog(PERIODS_S, rotd100_g, color="black", lw=1.0, ls="--", label="RotD100")
     _finish(spectra, PERIODS_S, "PSA, 5 % damping (g)")
@@ -217,10 +217,10 @@ def record_page(title: str, dt_s: float, components: Mapping[str, Floats]) -> Fi
 def applied_spectra(suite: Sequence[SuiteMotion]) -> Figure:
     """Return a figure of the RotD50 spectra of the scaled motions of a study."""
     spectra_g: list[Floats] = []
-    for item in suite:
-        motion = item.motion
+    for scaled in suite:
+        motion = scaled.motion
         pair = pair_psa(motion.accel_1_mps2, motion.accel_2_mps2, motion.dt_s, APPLIED_PERIODS_S)
-        spectra_g.append(item.scale * pair.rotd50_mps2 / G_MPS2)
+        spectra_g.append(scaled.scale * pair.rotd50_mps2 / G_MPS2)
     return suite_spectra(
         np.array(spectra_g), APPLIED_PERIODS_S, title="Motions as applied (scaled)"
     )
@@ -243,7 +243,7 @@ def suite_spectra(
     blue, orange = _COLOURS
     width_in = _WIDTH_IN if model else 0.72 * _WIDTH_IN
     figure = Figure(figsize=(width_in, 4.0), layout="constrained")
-    axes, *others = figure.subplots(1, 2 if model else 1, squeeze=False)[0]
+    axes, *second_panel = figure.subplots(1, 2 if model else 1, squeeze=False)[0]
     axes.loglog(periods, rotd50_g.T, color="0.8", lw=0.5)
     low, middle, high = np.exp(np.percentile(log_psa, (16, 50, 84), axis=0))
     axes.loglog(periods, middle, color=blue, lw=2.0, label=f"median of {len(rotd50_g)} motions")
@@ -256,10 +256,10 @@ def suite_spectra(
         labels = ["its 16 and 84 %", "_"]
         axes.loglog(periods, ends_g, color=orange, lw=0.9, ls=":", label=labels)
         scatter = log_psa.std(axis=0, ddof=1)
-        others[0].semilogx(periods, scatter, color=blue, lw=2.0, label="motions")
-        others[0].semilogx(periods, sigma, color=orange, lw=1.6, label=name)
-        others[0].set_ylim(0.0, 1.0)
-        _finish(others[0], periods, "standard deviation of ln PSA")
+        second_panel[0].semilogx(periods, scatter, color=blue, lw=2.0, label="motions")
+        second_panel[0].semilogx(periods, sigma, color=orange, lw=1.6, label=name)
+        second_panel[0].set_ylim(0.0, 1.0)
+        _finish(second_panel[0], periods, "standard deviation of ln PSA")
     _finish(axes, periods, "RotD50 PSA, 5 % damping (g)")
     figure.suptitle(title, x=0.01, ha="left", fontsize=10, parse_math=False)
     return figure

@@ -101,12 +101,12 @@ class FigureTables:
 def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     """Yield caption and drawing function of each figure; the main curves come first."""
     tables = replace(tables, demands=with_derived_columns(tables.demands))
-    drawn = with_system(tables.curves, tables.system)
-    pooled = pooled_curves(drawn, tables.medians)
+    all_curves = with_system(tables.curves, tables.system)
+    pooled = pooled_curves(all_curves, tables.medians)
     leading = main_curves(pooled)
     for name, table in leading.items():
-        yield _curve_figure("main", name, table, drawn, tables.demands)
-    further = pooled.drop(index=[row for table in leading.values() for row in table.index])
+        yield _curve_figure("main", name, table, all_curves, tables.demands)
+    other_curves = pooled.drop(index=[row for table in leading.values() for row in table.index])
     models = tables.demands[list(BRIDGE_COLUMNS)].drop_duplicates().itertuples(index=False)
     for bridge, abutment in sorted(models):
         code = ABUTMENTS[abutment].code if abutment in ABUTMENTS else abutment
@@ -115,18 +115,18 @@ def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
         def of_model(table: pd.DataFrame, model: Any = (bridge, abutment)) -> pd.DataFrame:
             return table[(table["bridge"] == model[0]) & (table["abutment"] == model[1])]
 
-        own = {
+        of_group = {
             name: of_model(table)
             for name, table in vars(tables).items()
             if isinstance(table, pd.DataFrame)
         }
-        own_curves, own_drawn = of_model(pooled), of_model(drawn)
-        own_curves = own_curves[own_curves["component"].isin(of_model(further)["component"])]
+        own_curves, own_drawn = of_model(pooled), of_model(all_curves)
+        own_curves = own_curves[own_curves["component"].isin(of_model(other_curves)["component"])]
         curves = (
-            _curve_figure("curves", str(name), table, own_drawn, own["demands"])
+            _curve_figure("curves", str(name), table, own_drawn, of_group["demands"])
             for name, table in own_curves.groupby("component", sort=False)
         )
-        own_tables = replace(tables, **own)
+        own_tables = replace(tables, **of_group)
         drawings = (_cloud_figures, _intensity_figures, _choice_figures)
         for caption, draw in chain(curves, *(figures(own_tables) for figures in drawings)):
             title = f"{model}: {caption.title}"
@@ -169,21 +169,21 @@ def _cloud_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     for name in map(str, curves["demand"].unique()):
         if name == COLUMN_FAILURE_RATIO:  # its two modes have a figure each
             continue
-        least = fragility_figures.least_shown(demands, curves, name) if name in demands else None
-        if least is None:
+        lowest = fragility_figures.least_shown(demands, curves, name) if name in demands else None
+        if lowest is None:
             continue
-        known, complete = demands[name].dropna(), demands["complete"]
+        values, complete = demands[name].dropna(), demands["complete"]
         mildest = curves[curves["demand"] == name].sort_values("threshold").iloc[0]
         caption = _caption(
             "cloud",
             demand=name,
-            least=least,
+            least=lowest,
             mildest=mildest,
             total=len(demands),
-            known=len(known),
-            early=(~complete[known.index]).sum(),
-            below=(complete & (demands[name] < least)).sum(),
-            above=(known > mildest["threshold"]).sum(),
+            known=len(values),
+            early=(~complete[values.index]).sum(),
+            below=(complete & (demands[name] < lowest)).sum(),
+            above=(values > mildest["threshold"]).sum(),
         )
         draw = partial(fragility_figures.demand_clouds, demands, curves, tables.effects, name)
         yield caption, draw
@@ -261,7 +261,7 @@ def draw_study(
         delayed(save_figure)(draw, settings, folder, caption.name, provenance)
         for caption, draw in figures
     )
-    write_text(captions, json.dumps({"figures": [asdict(each) for each, _ in figures]}, indent=1))
+    write_text(captions, json.dumps({"figures": [asdict(item) for item, _ in figures]}, indent=1))
 
 
 def finished_figures(results: Path) -> list[StudyFigure]:
@@ -275,8 +275,8 @@ def finished_figures(results: Path) -> list[StudyFigure]:
     for path in (paths[name] for name in _TABLES):
         if not path.is_file():
             raise InputError(f"{path} is missing: finish the study first", file=str(path))
-    made = {name: path for name, path in paths.items() if path.is_file()}
-    return list(study_figures(read_tables(made)))
+    existing = {name: path for name, path in paths.items() if path.is_file()}
+    return list(study_figures(read_tables(existing)))
 
 
 def draw_figures(
@@ -288,14 +288,14 @@ def draw_figures(
         InputError: No figure matches a name (``*`` matches any text). No figure is drawn.
     """
     drawings = {caption.name: draw for caption, draw in figures}
-    chosen: dict[str, Drawing] = {}
+    selected: dict[str, Drawing] = {}
     for name in names:
-        if not (matching := [each for each in drawings if fnmatchcase(each, name)]):
-            like = get_close_matches(name, drawings, n=3) or list(drawings)[:3]
-            text = f"unknown figure {shortened(name)}; similar names: {', '.join(like)}"
+        if not (matching := [drawing for drawing in drawings if fnmatchcase(drawing, name)]):
+            similar = get_close_matches(name, drawings, n=3) or list(drawings)[:3]
+            text = f"unknown figure {shortened(name)}; similar names: {', '.join(similar)}"
             raise InputError(f"{text}; `skewbridge study plot` lists all figures")
-        chosen |= {each: drawings[each] for each in matching}
-    files = (save_figure(draw, settings, folder, name) for name, draw in chosen.items())
+        selected |= {drawing: drawings[drawing] for drawing in matching}
+    files = (save_figure(draw, settings, folder, name) for name, draw in selected.items())
     return [path for pair in files for path in pair]
 
 
@@ -322,7 +322,7 @@ def save_figure(
             laid_out_in = max(width_in / scale, _NARROWEST * own_in)
             figure.set_size_inches(laid_out_in, height_in)
             scale = width_in / laid_out_in
-        for spine in (each for axes in figure.axes for each in axes.spines.values()):
+        for spine in (border for axes in figure.axes for border in axes.spines.values()):
             spine.set_in_layout(False)  # labels extend further; measuring spines takes a third
         if layout := figure.get_layout_engine():  # once, for both files
             layout.execute(figure)
@@ -336,28 +336,28 @@ def save_figure(
         vector_path.write_bytes(source)
         # strong compression takes half of the time of a figure and makes its file a seventh smaller
         printed: Any = {"dpi": (PNG_DPI, PNG_DPI), "compress_level": 1}
-        given: Any = {"metadata": metadata, "pil_kwargs": printed, "bbox_inches": box}
-        figure.savefig(path, dpi=PNG_DPI * scale, **given)
+        options: Any = {"metadata": metadata, "pil_kwargs": printed, "bbox_inches": box}
+        figure.savefig(path, dpi=PNG_DPI * scale, **options)
     return [vector_path, path]
 
 
 def _rc(settings: FigureSettings) -> Any:
     # a fixed salt: ids in the file depend on the content only, so equal figures are equal files
-    chosen: dict[str, Any] = {"svg.fonttype": "none", "svg.hashsalt": "skewbridge"}
+    rc: dict[str, Any] = {"svg.fonttype": "none", "svg.hashsalt": "skewbridge"}
     font = settings.font
     if font == "sans-serif":  # searching for all fourteen takes a tenth of the time
-        chosen["font.sans-serif"] = _SANS_SERIF
+        rc["font.sans-serif"] = _SANS_SERIF
     else:
-        chosen["font.family"] = [font, _EVERY_SIGN]
+        rc["font.family"] = [font, _EVERY_SIGN]
     if font == "serif":
-        chosen["mathtext.fontset"] = "dejavuserif"
+        rc["mathtext.fontset"] = "dejavuserif"
     elif font not in GENERIC_FONTS:
         faces = {"rm": font, "cal": font, "it": f"{font}:italic", "bf": f"{font}:bold"}
-        chosen |= {"mathtext.fontset": "custom"}
-        chosen |= {f"mathtext.{face}": name for face, name in faces.items()}
-    return chosen
+        rc |= {"mathtext.fontset": "custom"}
+        rc |= {f"mathtext.{face}": name for face, name in faces.items()}
+    return rc
 
 
-def _enlarged(scale: float, found: re.Match[bytes]) -> bytes:
-    width, height = (scale * float(size) for size in found.groups()[1:])
-    return found[1] + f'width="{width:.6g}pt" height="{height:.6g}pt"'.encode()
+def _enlarged(scale: float, match: re.Match[bytes]) -> bytes:
+    width, height = (scale * float(size) for size in match.groups()[1:])
+    return match[1] + f'width="{width:.6g}pt" height="{height:.6g}pt"'.encode()

@@ -184,9 +184,9 @@ def run_tasks(
         return rows
     work = partial(_guarded, search, log_folder, workers.no_progress_s)
 
-    def keep(key: str, new: list[Row]) -> None:
-        rows[key] = new
-        for row in new:
+    def keep(key: str, rows_of_task: list[Row]) -> None:
+        rows[key] = rows_of_task
+        for row in rows_of_task:
             if row["run_key"] in done:
                 continue
             if row["run_key"] == key:  # a search has already written the rows that it added
@@ -194,8 +194,8 @@ def run_tasks(
             on_finished(row)
 
     def run(keys: Sequence[str], count: int) -> None:
-        for key, new in in_workers(work, {key: tasks[key] for key in keys}, count):
-            keep(key, new)
+        for key, rows_of_task in in_workers(work, {key: tasks[key] for key in keys}, count):
+            keep(key, rows_of_task)
 
     def run_alone(key: str) -> None:
         """Run a task that may have ended a worker; record a crash if it ends a second worker."""
@@ -203,9 +203,9 @@ def run_tasks(
         try:
             run([key], 1)
         except BrokenProcessPool as error:
-            hung = len(ended) > ended_before or signal.SIGALRM.name in str(error)
+            is_hung = len(ended) > ended_before or signal.SIGALRM.name in str(error)
             died = "two worker processes died in this analysis"
-            reason = f"no progress for {workers.no_progress_s:g} s" if hung else died
+            reason = f"no progress for {workers.no_progress_s:g} s" if is_hung else died
             row = _NO_DEMANDS | no_result("crash", reason) | {"wall_s": math.nan, "cpu_s": math.nan}
             keep(key, [row_of_task(row, tasks[key], key)])
 
@@ -216,10 +216,10 @@ def run_tasks(
                     run(pending, workers.count)
                 except BrokenProcessPool:
                     # Workers take tasks in order: the first tasks without rows were in progress.
-                    left = [key for key in pending if key not in rows][: workers.count + 1]
+                    unfinished = [key for key in pending if key not in rows][: workers.count + 1]
                     text = "a worker died; the %d analyses in progress are repeated one at a time"
-                    logger.warning(text, len(left))
-                    for key in left:
+                    logger.warning(text, len(unfinished))
+                    for key in unfinished:
                         run_alone(key)
         finally:
             # by force: a worker that is stopped or hangs would never end

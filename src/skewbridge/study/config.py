@@ -53,7 +53,7 @@ class SensitivityConfig:
     rows: Whole = Field(default=4, ge=0, le=10_000)
     """most rows to repeat; fewer above a quarter of the cost of the analyses"""
     window_s: Number | None = Field(default=6.0, ge=3.0, le=1.0e4)
-    """strongest part of each motion; null: all"""
+    """strongest seconds of each motion; null: all"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
@@ -106,7 +106,7 @@ class FigureSettings:
 
 
 class StudyConfig(BaseModel):
-    """The whole configuration."""
+    """Configuration of a study: all sections of its YAML file."""
 
     model_config = OPTIONS | ConfigDict(frozen=True)
 
@@ -170,9 +170,9 @@ def parse_config(
     design, motions = raw.get("design"), raw.get("motions", {})
     if isinstance(design, Mapping) and design.get("until") and isinstance(motions, Mapping):
         full["motions"] = {**motions, "count": design.get("most", DesignConfig().most)}
-    chosen = raw.get("accuracy")
-    if isinstance(chosen, str) and chosen in NUMERICS:
-        full = under_explicit_keys(full, chosen)
+    accuracy = raw.get("accuracy")
+    if isinstance(accuracy, str) and accuracy in NUMERICS:
+        full = under_explicit_keys(full, accuracy)
     study = checked(StudyConfig, full, where)
     if study.motions.selection:  # `study.inputs.select_motions` fills this folder
         selected = str(StudyFolder(Path(study.results)).selected)
@@ -192,15 +192,16 @@ def load_config(path: Path, base: Path | None = None) -> StudyConfig:
 
 
 def store_configuration(
-    study: StudyConfig, files: Iterable[str | Path], given: Mapping[str, Any]
+    study: StudyConfig, files: Iterable[str | Path], overrides: Mapping[str, Any]
 ) -> None:
     """Write the configuration of a study into its results folder.
 
-    Later `files` are merged over earlier ones; ``given`` has the values of `--config`.
+    Later `files` are merged over earlier ones; ``overrides`` has the values of `--config`.
     """
     paths = [Path(path).resolve() for path in files]
     names = [str(p.relative_to(Path.cwd()) if p.is_relative_to(Path.cwd()) else p) for p in paths]
-    content = {"files": names, "given": dict(given), "configuration": study.model_dump(mode="json")}
+    values = study.model_dump(mode="json")
+    content = {"files": names, "given": dict(overrides), "configuration": values}
     write_text(StudyFolder(Path(study.results)).configuration, json.dumps(content, indent=1))
 
 

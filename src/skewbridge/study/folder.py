@@ -85,7 +85,7 @@ class StudyFolder:
         return sorted(self.root.glob(f"demands/**/{variant}.parquet"))
 
     def fragility(self, table: str, ending: str = "parquet") -> Path:
-        """Return the path of a table of the fits."""
+        """Return the path of a table in the folder ``fragility``."""
         return self.root / "fragility" / f"{table}.{ending}"
 
     @property
@@ -112,7 +112,7 @@ class StudyFolder:
 def starter_files(package: Path = PACKAGE) -> Path:
     """Return the folder of the starter files: next to the package, or the root of a clone."""
     for folder in (package.parent / "skewbridge_starter", package.parents[1]):
-        if all((folder / part).exists() for part in STARTER_PARTS):
+        if all((folder / name).exists() for name in STARTER_PARTS):
             return folder
     problem = f"the starter files of a study are not next to {package}"
     raise InputError(f"{problem}: install the package again")
@@ -121,13 +121,13 @@ def starter_files(package: Path = PACKAGE) -> Path:
 def write_starter(folder: Path) -> list[Path]:
     """Write the starter files of a study, unless one of them exists; return files and folders."""
     source = starter_files()
-    if there := [part for part in STARTER_PARTS if (folder / part).exists()]:
-        raise InputError(f"{folder} already has {', '.join(there)}: nothing was written")
-    for part in STARTER_PARTS:
-        copy = folder / part
+    if existing := [name for name in STARTER_PARTS if (folder / name).exists()]:
+        raise InputError(f"{folder} already has {', '.join(existing)}: nothing was written")
+    for name in STARTER_PARTS:
+        copy = folder / name
         copy.parent.mkdir(parents=True, exist_ok=True)
-        if (source / part).is_dir():
-            shutil.copytree(source / part, copy, ignore=shutil.ignore_patterns("__pycache__", ".*"))
+        if (source / name).is_dir():
+            shutil.copytree(source / name, copy, ignore=shutil.ignore_patterns("__pycache__", ".*"))
         else:
-            shutil.copy2(source / part, copy)
-    return [folder / part for part in STARTER_PARTS]
+            shutil.copy2(source / name, copy)
+    return [folder / name for name in STARTER_PARTS]

@@ -56,19 +56,19 @@ class Recipe:
 
 
 def _recipes() -> dict[str, Recipe]:
-    listed = read_yaml(Path(__file__).with_name("recipes.yaml"))
+    content = read_yaml(Path(__file__).with_name("recipes.yaml"))
     result = tuple(name for name in StudyConfig.model_fields if name not in _NO_RESULT)
     groups: dict[str, tuple[str, ...]] = {"engine": ENGINE, "all": result}
 
     def spelled(names: Sequence[str]) -> tuple[str, ...]:
         """Return names with each group replaced by its members."""
-        return tuple(part for name in names for part in groups.get(name, (name,)))
+        return tuple(member for name in names for member in groups.get(name, (name,)))
 
-    for name, parts in listed["groups"].items():  # a group may contain earlier groups
+    for name, parts in content["groups"].items():  # a group may contain earlier groups
         groups[name] = spelled(parts)
     return {
         rule: Recipe(**{kind: spelled(names) for kind, names in recipe.items()})
-        for rule, recipe in listed["rules"].items()
+        for rule, recipe in content["rules"].items()
     }
 
 
@@ -93,32 +93,32 @@ def made_from(study: StudyConfig) -> dict[str, dict[str, str]]:
     }
     sources = layer_digests({rule: recipe.sources for rule, recipe in RECIPES.items()})
     values = study.model_dump(mode="json")
-    made: dict[str, dict[str, str]] = {}
+    digests: dict[str, dict[str, str]] = {}
     for rule, recipe in RECIPES.items():
-        made[rule] = {
+        digests[rule] = {
             "sources": sources[rule],
             # `motions` is both a section and an input
             **{f"{name}:": digest_of(canonical(values[name])) for name in recipe.sections},
             **{name: inputs[name] for name in recipe.inputs},
             **({"motions": inputs["motions"]} if recipe.after else {}),
-            **{name: rule_digest(made[name]) for name in recipe.after},
+            **{name: rule_digest(digests[name]) for name in recipe.after},
         }
-    return made
+    return digests
 
 
-def rule_digest(made: Mapping[str, str]) -> str:
+def rule_digest(digests: Mapping[str, str]) -> str:
     """Return one digest of everything that the outputs of a rule depend on."""
-    return digest_of(canonical(made))
+    return digest_of(canonical(digests))
 
 
-def stamp_of(rule: str, made: Mapping[str, str], study: StudyConfig) -> dict[str, str]:
-    """Return the provenance of a rule's outputs; `made` holds the digests of the inputs."""
+def stamp_of(rule: str, digests: Mapping[str, str], study: StudyConfig) -> dict[str, str]:
+    """Return the provenance of a rule's outputs; `digests` holds the digests of the inputs."""
     values = study.model_dump(mode="json", exclude=_NO_RESULT)
     return provenance(
         rule=rule,
-        rule_digest=rule_digest(made),
+        rule_digest=rule_digest(digests),
         config_digest=digest_of(canonical(values)),
-        suite_digest=made.get("motions", "none"),
+        suite_digest=digests.get("motions", "none"),
     )
 
 
@@ -134,9 +134,9 @@ def origin_of(path: Path, find_study: Callable[[], StudyConfig]) -> dict[str, An
     decisive = ["openseespy_version"]
     if "rule" in recorded:
         study = find_study()
-        made = made_from(study).get(recorded["rule"], {"motions": "unknown"})
-        present = stamp_of(recorded["rule"], made, study)
-        now |= {name: present[name] for name in ("rule_digest", "config_digest", "suite_digest")}
+        digests = made_from(study).get(recorded["rule"], {"motions": "unknown"})
+        expected = stamp_of(recorded["rule"], digests, study)
+        now |= {name: expected[name] for name in ("rule_digest", "config_digest", "suite_digest")}
         decisive = ["rule_digest"]
     elif "engine_digest" in recorded:
         now["engine_digest"] = engine_digest()
@@ -171,9 +171,9 @@ class Job:
 
         return StudySetup.of(self.study, self.threads)
 
-    def current(self, path: Path, made: Mapping[str, str]) -> Path | None:
+    def current(self, path: Path, digests: Mapping[str, str]) -> Path | None:
         """Return the path of an optional table if it exists and is current, else None."""
-        if not path.is_file() or read_stamp(path).get("rule_digest") != rule_digest(made):
+        if not path.is_file() or read_stamp(path).get("rule_digest") != rule_digest(digests):
             return None
         return path
 
@@ -194,9 +194,9 @@ def script_session(snakemake: Any) -> Generator[Job]:
     logger.addHandler(to_terminal)
     try:
         with _logging_to(Path(snakemake.log[0])):
-            made = snakemake.params.made_from
+            digests = snakemake.params.made_from
             study = parse_config({**snakemake.config, "results": snakemake.params.results})
-            if made["sources"] != layer_digest(RECIPES[snakemake.rule].sources):
+            if digests["sources"] != layer_digest(RECIPES[snakemake.rule].sources):
                 problem = "the sources were edited while the study ran"
                 raise InputError(f"{problem}: run the same command again")
             job = Job(
@@ -206,7 +206,7 @@ def script_session(snakemake: Any) -> Generator[Job]:
                 inputs={n: Path(p) for n, p in snakemake.input.items() if isinstance(p, str)},
                 outputs={name: Path(path) for name, path in snakemake.output.items()},
                 threads=snakemake.threads,
-                stamp=stamp_of(snakemake.rule, made, study),
+                stamp=stamp_of(snakemake.rule, digests, study),
             )
             yield job
             for output in filter(Path.is_file, map(Path, snakemake.output)):
@@ -221,9 +221,9 @@ def script_session(snakemake: Any) -> Generator[Job]:
     except OSError as error:
         if error.errno not in _OF_THE_DISK:
             raise
-        place = error.filename or f"the results in {snakemake.params.results}"
-        kept = "finished analyses are kept"
-        logger.error("cannot read or write %s: %s; %s", place, error.strerror or error, kept)
+        file = error.filename or f"the results in {snakemake.params.results}"
+        advice = "finished analyses are kept"
+        logger.error("cannot read or write %s: %s; %s", file, error.strerror or error, advice)
         raise SystemExit(EXIT_BAD_INPUT) from None
     finally:
         logger.removeHandler(to_terminal)

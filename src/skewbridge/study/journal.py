@@ -106,8 +106,8 @@ class JournalWriter:
             os.fsync(self._descriptor)
         except OSError as error:
             os.ftruncate(self._descriptor, size)
-            kept = "its finished analyses are kept"
-            problem = f"cannot write the journal {self.path}: {error.strerror}; {kept}"
+            advice = "its finished analyses are kept"
+            problem = f"cannot write the journal {self.path}: {error.strerror}; {advice}"
             raise InputError(f"{problem}: free disk space and run the same command again") from None
 
 
@@ -157,18 +157,18 @@ def forget(folder: StudyFolder, statuses: Collection[str]) -> list[Row]:
     `InputError` if the study runs.
     """
     rows = read_content(folder.journals).rows.values()
-    forgotten = [row for row in rows if row["status"] in statuses]
+    removed = [row for row in rows if row["status"] in statuses]
     with ExitStack() as locks:
         for path in folder.journals:
             locks.enter_context(open_journal(path))
         for path in folder.journals:
-            with written_aside(path) as part:
-                kept = read_content([path]).rows.values()
-                lines = [_line(row) for row in kept if row.get("status") not in statuses]
-                part.write_bytes(b"".join(lines))
-    if forgotten:
-        variants = {row["variant"] for row in forgotten}
-        made = [path for name in variants for path in folder.demands_files(name)]
-        for path in (folder.report, folder.demands, *made):
+            with written_aside(path) as temporary:
+                stored = read_content([path]).rows.values()
+                lines = [_line(row) for row in stored if row.get("status") not in statuses]
+                temporary.write_bytes(b"".join(lines))
+    if removed:
+        variants = {row["variant"] for row in removed}
+        demands_files = [path for name in variants for path in folder.demands_files(name)]
+        for path in (folder.report, folder.demands, *demands_files):
             path.unlink(missing_ok=True)
-    return forgotten
+    return removed

@@ -33,7 +33,7 @@ PARENT_VARIABLE: Final = "SKEWBRIDGE_PARENT"
 
 @cache
 def end_with_parent() -> None:
-    """Let the kernel end this process with its parent, even while it is stopped."""
+    """Make the kernel end this process when its parent ends, even while it is stopped."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != int(os.environ.get(PARENT_VARIABLE, _PARENT)):  # the parent has ended
@@ -84,7 +84,7 @@ def worker_processes() -> list[psutil.Process]:
     workers: list[psutil.Process] = []
     for child in psutil.Process().children():
         with suppress(psutil.Error):
-            if any("popen_loky" in part for part in child.cmdline()):
+            if any("popen_loky" in argument for argument in child.cmdline()):
                 workers.append(child)
     return workers
 
@@ -110,8 +110,8 @@ def hold_tree(folder: Path) -> None:
 def cancel_left_behind(prefix: str) -> None:
     """Cancel Slurm jobs of a killed workflow, whose names start with the prefix."""
     command = ["squeue", "--me", "--noheader", "--format=%i %j"]
-    listed = subprocess.run(command, capture_output=True, text=True, check=True)
-    names = dict(line.split(maxsplit=1) for line in listed.stdout.splitlines())
+    queue = subprocess.run(command, capture_output=True, text=True, check=True)
+    names = dict(line.split(maxsplit=1) for line in queue.stdout.splitlines())
     jobs = [job for job, name in names.items() if name.startswith(prefix)]
     if jobs:
         logger.warning("cancelling %d job(s) that an earlier run left behind", len(jobs))

@@ -101,9 +101,9 @@ def forecast_study(config: StudyConfig) -> StudyProgress:
         "other": START_S + TAIL_S + (JOB_START_S + TAIL_S_PER_VARIANT) * len(keys),
     }
     cpu_s = {name: round(speed * part_s, 1) for name, part_s in parts_s.items()}
-    analyses, left = (trials * state.summary[name] for name in ("analyses", "left"))
-    left_s = cpu_s["analyses"] * left / max(analyses, 1)
-    is_made = not left and folder.report.is_file()
+    analyses, remaining = (trials * state.summary[name] for name in ("analyses", "left"))
+    left_s = cpu_s["analyses"] * remaining / max(analyses, 1)
+    is_made = not remaining and folder.report.is_file()
     rest_s = 0.0 if is_made else cpu_s["checks"] + cpu_s["other"]
     summary = state.summary | {"core_hours": round(sum(cpu_s.values()) / 3600, 4), "cpu_s": cpu_s}
     summary["eta_s"] = round((left_s + rest_s) / CORES, 1)

@@ -68,9 +68,9 @@ def in_window(task: "Task", window_s: float | None) -> "Task":
     """Return a task under the strongest `window_s` of its motion; shorter tasks are unchanged."""
     if window_s is None or task.analysed_s <= window_s:
         return task
-    whole = task.motion.motion
-    cut = cut_to_strongest(whole, window_s, free_vibration_s=0.0)
-    name = f"{whole.motion_id}_strongest_{window_s:g}s"
+    motion = task.motion.motion
+    cut = cut_to_strongest(motion, window_s, free_vibration_s=0.0)
+    name = f"{motion.motion_id}_strongest_{window_s:g}s"
     return replace(task, motion=replace(task.motion, motion=replace(cut, motion_id=name)))
 
 
@@ -99,7 +99,7 @@ def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
     """
     ran = rows[rows["status"].isin(RAN)]
     ends_s = ran.set_index(["row", "change"])["beyond_model_s"].unstack().fillna(np.inf)
-    alike = {  # failures within 0.1 s are in the same cycle
+    same_cycle = {  # failures within 0.1 s are in the same cycle
         change: np.isclose(ends_s[AS_IN_STUDY], ends_s[change], rtol=0.0, atol=0.1)
         for change in list(REPEATS)[1:]
     }
@@ -109,7 +109,7 @@ def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
     for demand in demands_for("sensitivity"):
         values = ran.pivot_table(index="row", columns="change", values=demand)
         row: dict[str, object] = {"demand": demand, **counts}
-        for change, is_alike in alike.items():
+        for change, is_alike in same_cycle.items():
             # drops 0 / 0, a demand that does not occur in this row
             ratios = (values[AS_IN_STUDY] / values[change]).reindex(ends_s.index[is_alike]).dropna()
             if change == "reference":

@@ -86,8 +86,8 @@ def load_results(folder: Path) -> Results:
         for name, table in {"demands": demands, **fits}.items():
             tables.setdefault(table.attrs["provenance"].get(key, "unknown"), []).append(name)
         if len(tables) > 1:
-            shown = (f"{value[:12]} ({', '.join(names)})" for value, names in tables.items())
-            mixed.append(f"{key} {', '.join(shown)}")
+            texts = (f"{value[:12]} ({', '.join(names)})" for value, names in tables.items())
+            mixed.append(f"{key} {', '.join(texts)}")
     if mixed:
         warnings.warn(
             f"{folder}: tables were made by different versions or inputs (expected after a change "
@@ -123,22 +123,22 @@ def _read_demands(path: Path, im: str | None, states: States) -> tuple[pd.DataFr
     source = read_any(path)
     demand_table.need_columns(source, ["status"], path.name)
     measures = list(map(str, source.filter(regex="^im_")))
-    chosen = im or (DEFAULTS.im if len(measures) != 1 else measures[0])
-    if measures and chosen not in source:
+    im_column = im or (DEFAULTS.im if len(measures) != 1 else measures[0])
+    if measures and im_column not in source:
         problem = f"{path.name}: no column {im!r}; it has:" if im else "choose --im, one of:"
         raise InputError(f"{problem} {', '.join(measures)}", column=im or "im")
-    named = {column.name for column in COLUMNS} | {*demand_table.axis_names(source), chosen}
-    named |= {state.demand for state in states}
+    wanted = {column.name for column in COLUMNS} | {*demand_table.axis_names(source), im_column}
+    wanted |= {state.demand for state in states}
     prefixes = ("im_", DRAW_PREFIX)
-    kept = (name for name in map(str, source) if name in named or name.startswith(prefixes))
-    return demand_table.read_foreign(path, {name: name for name in kept}), chosen
+    columns = (name for name in map(str, source) if name in wanted or name.startswith(prefixes))
+    return demand_table.read_foreign(path, {name: name for name in columns}), im_column
 
 
 def _limit_states(path: Path) -> States:
     """Return the limit states of a file; that of the package if a study folder has none."""
-    usual = Path("config/limit_states.yaml")
-    packaged = path == usual and not path.is_file()
-    return load_limit_states(starter_files() / usual if packaged else path)
+    default = Path("config/limit_states.yaml")
+    packaged = path == default and not path.is_file()
+    return load_limit_states(starter_files() / default if packaged else path)
 
 
 def statistics_of(
@@ -161,12 +161,12 @@ def statistics_of(
     measures = list(map(str, read_any(demands).filter(regex="^im_"))) if hazard else []
     rates = hazard_curve(site, measures, DEFAULTS.im)
     table, measure = _read_demands(demands, rates.im if rates else im, states)
-    usable = [state for state in states if state.demand in table]
-    if not usable:
+    available = [state for state in states if state.demand in table]
+    if not available:
         names = ", ".join(dict.fromkeys(state.demand for state in states))
         raise InputError(f"{demands.name} has none of the demands of the limit states: {names}")
     settings = replace(DEFAULTS, im=measure)
-    tables = fragility_tables(table, usable, settings, hazard=rates, jobs=cpu_count())
+    tables = fragility_tables(table, available, settings, hazard=rates, jobs=cpu_count())
     notes, texts = tables["input_notes"], {name: label_of(name) for name in map(str, table)}
     write_frame(table, folder.demands, provenance(**{_STATISTICS_OF: demands.name}), texts)
     write_tables(tables, folder.fragility("curves").parent)
@@ -174,7 +174,7 @@ def statistics_of(
         "tables": {name: len(rows) for name, rows in tables.items()},
         "status": tables["curves"]["status"].value_counts().to_dict(),
         "verdict": tables["effects"]["verdict_family"].value_counts().to_dict(),
-        "left_out": [f"{state.key} ({state.demand})" for state in states if state not in usable],
+        "left_out": [f"{state.key} ({state.demand})" for state in states if state not in available],
         "rejected_rows": int((notes["kind"] == "rejected_row").sum()),
         "notes": notes["message"].tolist(),
         "warnings": notes.loc[notes["kind"] == "percent", "message"].tolist(),
@@ -215,27 +215,27 @@ def compare_studies(
     """
     settings, states = replace(DEFAULTS, im=im), _limit_states(limit_states)
     site = site_hazard(hazard, im)
-    other = _other_motions(first, second)
+    renamed_files = _other_motions(first, second)
     tables: list[pd.DataFrame] = []
     for number, study in enumerate((first, second)):
         path = study if study.is_file() else demands_file(study)
         table, _ = _read_demands(path, im, states)
-        tables.append(table[~table["motion_id"].isin(other)].assign(**{STUDY: number}))
+        tables.append(table[~table["motion_id"].isin(renamed_files)].assign(**{STUDY: number}))
     shared = set(tables[0].columns) & set(tables[1].columns)
     states = [s for s in with_column_failure(states, shared) if s.demand in shared]
     names = list(demands_for("effect", sorted(shared)))
     columns = list(dict.fromkeys([*names, *(state.demand for state in states), im]))
-    both = pd.concat(tables, ignore_index=True)
-    pairs = run_pairs(both, STUDY, columns)
+    demands = pd.concat(tables, ignore_index=True)
+    pairs = run_pairs(demands, STUDY, columns)
     if pairs.empty:
-        raise InputError(_nothing_shared(tables[0], tables[1], demand_table.axis_names(both)))
+        raise InputError(_nothing_shared(tables[0], tables[1], demand_table.axis_names(demands)))
     change = {"axis": STUDY, "from_value": 0.0, "to_value": 1.0}
     effects: list[dict[str, Any]] = []
     for model, of_bridge in demand_table.models_of(pairs):
         of_model = Pairs(model | change, of_bridge)
         effects += demand_effects(of_model, names=names, settings=settings, reference_im={})[0]
-    variant = [*demand_table.BRIDGE_COLUMNS, *demand_table.axis_names(both)]
-    paired = both.merge(pairs[[*variant, *demand_table.LOADING_COLUMNS]].drop_duplicates())
+    variant_keys = [*demand_table.BRIDGE_COLUMNS, *demand_table.axis_names(demands)]
+    paired = demands.merge(pairs[[*variant_keys, *demand_table.LOADING_COLUMNS]].drop_duplicates())
     runs, notes = demand_table.prepared(paired, [state.demand for state in states], settings)
     top, bottom = (pairs[[f"{name}_{end}" for name in names]] for end in ("to", "from"))
     equal = (top == bottom.to_numpy()) | (top.isna() & bottom.isna().to_numpy())
@@ -243,18 +243,18 @@ def compare_studies(
     shared: Any = {"models": models, "axes": [STUDY]}
     rates = rate_effects(models, states, site, settings, axes=[STUDY]) if site else pd.DataFrame()
     return StudyComparison(
-        demands=effect_table(both, effects),
+        demands=effect_table(demands, effects),
         medians=median_effects(runs, states, settings, **shared),
         rates=rates,
         counts={
             "pairs": len(pairs),
             "only_first": len(tables[0]) - len(pairs),
             "only_second": len(tables[1]) - len(pairs),
-            "variants": len(pairs[variant].drop_duplicates()),
+            "variants": len(pairs[variant_keys].drop_duplicates()),
             "motions": int(pairs["motion_id"].nunique()),
             "equal_pairs": int(equal.all(axis=1).sum()),
         },
-        other_motions=other,
+        other_motions=renamed_files,
         warnings=tuple(notes.loc[notes["kind"] == "percent", "message"]),
     )
 
@@ -265,8 +265,8 @@ def _other_motions(first: Path, second: Path) -> tuple[str, ...]:
     if not all(suite.is_file() for suite in suites):
         return ()
     tables = [read_frame(suite).drop_duplicates("motion_id") for suite in suites]
-    both = tables[0].merge(tables[1], on="motion_id", suffixes=("", "_other"))
-    return tuple(map(str, both["motion_id"][both["sha256"] != both["sha256_other"]]))
+    same_id = tables[0].merge(tables[1], on="motion_id", suffixes=("", "_other"))
+    return tuple(map(str, same_id["motion_id"][same_id["sha256"] != same_id["sha256_other"]]))
 
 
 def _nothing_shared(first: pd.DataFrame, second: pd.DataFrame, axes: Sequence[str]) -> str:
@@ -280,7 +280,7 @@ def _nothing_shared(first: pd.DataFrame, second: pd.DataFrame, axes: Sequence[st
         name: [table.reindex(columns=columns).drop_duplicates() for table in (first, second)]
         for name, columns in kinds.items()
     }
-    shared = ", ".join(f"{len(one.merge(two))} {name}" for name, (one, two) in distinct.items())
+    shared = ", ".join(f"{len(a.merge(b))} {name}" for name, (a, b) in distinct.items())
     reason = "(the scale of a motion follows from the number of motions and the range of levels)"
     return f"the studies have no run in common; they share {shared} {reason}"
 
@@ -302,11 +302,11 @@ def joint_rows(
     drawn = texts_of(stored.schema).get(RANDOM_PROPERTIES, "none")
     table = _chosen(frame_of(stored), "bridge", bridge)
     table = _chosen(table, "abutment", abutment and abutment.replace("-", "_"), "contact_friction")
-    usable = records_of(table[table["status"] == FITTED].assign(**{RANDOM_PROPERTIES: drawn}))
-    if not usable:
+    estimates = records_of(table[table["status"] == FITTED].assign(**{RANDOM_PROPERTIES: drawn}))
+    if not estimates:
         why = ", ".join(sorted(set(table["status"])))
         raise InputError(f"no joint model of these limit states has an estimate: {why}")
-    return usable
+    return estimates
 
 
 def predict_states(
@@ -327,10 +327,10 @@ def predict_states(
     """
     if at is not None and not 0.0 < at < np.inf:
         raise InputError(f"at must be > 0 and finite, got {at:g}", column="at")
-    usable = joint_rows(results, bridge, abutment)
-    site = site_hazard(hazard, usable[0]["im"])
+    models = joint_rows(results, bridge, abutment)
+    site = site_hazard(hazard, models[0]["im"])
     rows: list[Row] = []
-    for row in usable:
+    for row in models:
         model = JointModel(row)
         model.axis_range.check(values)
         theta, *ends = model.median(values)
@@ -351,10 +351,10 @@ def predict_states(
     return rows
 
 
-def _chosen(table: pd.DataFrame, column: str, name: str | None, usual: str = "") -> pd.DataFrame:
+def _chosen(table: pd.DataFrame, column: str, name: str | None, default: str = "") -> pd.DataFrame:
     names = sorted(set(table[column].astype(str)))
     if name is None:
-        name = names[0] if len(names) == 1 else usual
+        name = names[0] if len(names) == 1 else default
     if name not in names:
         problem = f"got {name!r}" if name else "none was given"
         raise InputError(f"{column} must be one of {', '.join(names)}; {problem}", column=column)

@@ -58,7 +58,7 @@ ALL_DECIDED: Final = "decided"
 OUT_OF_REACH: Final = "most"
 OUT_OF_TIME: Final = "hours"
 _ENDS: Final = {
-    ALL_DECIDED: "the question is answered",
+    ALL_DECIDED: "all headline effects are decided",
     OUT_OF_REACH: "{left} cannot be decided with the largest number of motions (design.most)",
     OUT_OF_TIME: "the time is used up (design.hours {hours:g}): set a larger value to resume",
 }
@@ -70,7 +70,7 @@ def targets(
     effects: pd.DataFrame,  # headline effects with verdicts at the looks so far
     motions: Mapping[str, int],  # motions of each variant so far, the first of the suite
     cost_s: Mapping[str, float],  # processor time of an analysis, by variant
-    places: pd.DataFrame,  # bridge, abutment model and axes of each variant, indexed by its name
+    variants: pd.DataFrame,  # bridge, abutment model and axes of each variant, indexed by its name
     looks: Sequence[int],  # number of motions at each look
     level: float,  # two-sided joint level of all intervals of a cell
 ) -> tuple[pd.DataFrame, list[dict[str, int]]]:
@@ -80,31 +80,31 @@ def targets(
     fewer (Neyman 1934). No motions are planned for a decided effect, or if the probability of a
     decision after the last round is below `LEAST_CHANCE`.
     """
-    axes = axis_names(places)
+    axes = axis_names(variants)
     pooled = effects[effects["scope"] == "pooled"].reset_index(drop=True)
     single = effects[effects["scope"] == "variant"]
-    names = dict(zip(_keys(places, axes), map(str, places.index), strict=True))
+    names = dict(zip(_keys(variants, axes), map(str, variants.index), strict=True))
     for end in ("from_value", "to_value"):
-        at = single[["bridge", "abutment", *axes]].copy()
+        pair_ends = single[["bridge", "abutment", *axes]].copy()
         for axis in axes:
-            at[axis] = at[axis].where(single["axis"] != axis, single[end])
-        single = single.assign(**{f"{end}_variant": [names[key] for key in _keys(at, axes)]})
+            pair_ends[axis] = pair_ends[axis].where(single["axis"] != axis, single[end])
+        single = single.assign(**{f"{end}_variant": [names[key] for key in _keys(pair_ends, axes)]})
     pairs = dict(iter(single.groupby(list(CELL))))
-    at_last = float(levels_at(np.array([float(looks[-1])]), looks, level)[0])
+    level_at_last = float(levels_at(np.array([float(looks[-1])]), looks, level)[0])
     needed: list[float] = []
-    wanted: list[dict[str, int]] = []
+    by_effect: list[dict[str, int]] = []
     for row in pooled.to_dict("records"):
         cell = pairs[tuple(row[name] for name in CELL)]
         ends = list(zip(cell["from_value_variant"], cell["to_value_variant"], strict=True))
         now = max(min(motions[a], motions[b]) for a, b in ends)
         # the share of motions without an exact pair stays the same
         per_exact = now / max(row["dof"] + 1, 1.0)
-        at_end = row | {"level": at_last}
+        at_end = row | {"level": level_at_last}
         number = motions_to_decide(at_end) * per_exact
-        least = motions_to_decide(at_end, LEAST_CHANCE) * per_exact
+        fewest = motions_to_decide(at_end, LEAST_CHANCE) * per_exact
         needed.append(float(np.ceil(number)))
-        wanted.append({})
-        if row["verdict"] in DECIDED or not least <= looks[-1]:
+        by_effect.append({})
+        if row["verdict"] in DECIDED or not fewest <= looks[-1]:
             continue
         number = min(number, looks[-1])
         scatter = cell["scatter"].fillna(0.0).to_numpy(dtype=np.float64)
@@ -113,10 +113,10 @@ def targets(
         shares = scatter / root * np.sum(scatter * root) / np.sum(scatter**2)
         for pair, share in zip(ends, shares.tolist(), strict=True):
             for name in pair:
-                most = max(wanted[-1].get(name, 0), int(np.ceil(max(number, now + 1) * share)))
-                wanted[-1][name] = min(most, looks[-1])
-    asked = [any(n > motions[name] for name, n in cell.items()) for cell in wanted]
-    return pooled.assign(needed=needed, asked=asked), wanted
+                most = max(by_effect[-1].get(name, 0), int(np.ceil(max(number, now + 1) * share)))
+                by_effect[-1][name] = min(most, looks[-1])
+    asked = [any(n > motions[name] for name, n in cell.items()) for cell in by_effect]
+    return pooled.assign(needed=needed, asked=asked), by_effect
 
 
 def _keys(table: pd.DataFrame, axes: Sequence[str]) -> list[tuple[Any, ...]]:
@@ -124,16 +124,16 @@ def _keys(table: pd.DataFrame, axes: Sequence[str]) -> list[tuple[Any, ...]]:
     return list(table[columns].itertuples(index=False, name=None))
 
 
-def whole_blocks(wanted: Mapping[str, int], bridges: Mapping[str, str]) -> dict[str, int]:
+def whole_blocks(by_variant: Mapping[str, int], bridges: Mapping[str, str]) -> dict[str, int]:
     """Return the motions that decide one effect, equal for all variants of a bridge (blocks)."""
-    most: dict[str, int] = {}
-    for slug, number in wanted.items():
-        most[bridges[slug]] = max(number, most.get(bridges[slug], 0))
-    return {slug: most[bridge] for slug, bridge in bridges.items() if bridge in most}
+    by_bridge: dict[str, int] = {}
+    for slug, number in by_variant.items():
+        by_bridge[bridges[slug]] = max(number, by_bridge.get(bridges[slug], 0))
+    return {slug: by_bridge[bridge] for slug, bridge in bridges.items() if bridge in by_bridge}
 
 
 def next_motions(
-    wanted: Iterable[Mapping[str, int]],  # motions by variant that decide each cell
+    by_effect: Iterable[Mapping[str, int]],  # motions by variant that decide each cell
     motions: Mapping[str, int],  # motions of each variant so far
     cost_s: Mapping[str, float],  # time that one more motion of a variant adds to the round
     looks: Sequence[int],  # number of motions at each look
@@ -148,13 +148,13 @@ def next_motions(
         return sum(max(n - motions[name], 0) * cost_s[name] for name, n in cell.items())
 
     following = dict(motions)
-    for cell in sorted(wanted, key=left_s):
-        more = dict(following)
+    for cell in sorted(by_effect, key=left_s):
+        extended = dict(following)
         for name, number in cell.items():
             if number > motions[name]:
-                more[name] = next(look for look in looks if look > motions[name])
-        if sum((n - motions[name]) * cost_s[name] for name, n in more.items()) <= time_s:
-            following = more
+                extended[name] = next(look for look in looks if look > motions[name])
+        if sum((n - motions[name]) * cost_s[name] for name, n in extended.items()) <= time_s:
+            following = extended
     return following
 
 
@@ -166,11 +166,11 @@ def first_motions(
     A round that would take more than half of the time is split in two.
     """
     of_one = sum(cost_s.values())
-    more = min(first - min(motions.values()), max(int(time_s / of_one), 0))
+    added = min(first - min(motions.values()), max(int(time_s / of_one), 0))
     # a round of up to three motions is not split, because each round starts all jobs again
-    if more > 3 and more * of_one > time_s / 2:
-        more = (more + 1) // 2
-    return {name: max(n, min(first, n + more)) for name, n in motions.items()}
+    if added > 3 and added * of_one > time_s / 2:
+        added = (added + 1) // 2
+    return {name: max(n, min(first, n + added)) for name, n in motions.items()}
 
 
 def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output: Path) -> None:
@@ -195,13 +195,13 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
         speed = measured_speed(records_of(demands), study.analysis, "wall_s")
     began_s, cores = map(float, os.environ.get(CLOCK, f"{time.time()} 1").split())
     cost_s = {slug: own_s[slug] * per_motion / cores for slug in slugs}
-    cells, wanted, ended = pd.DataFrame(), [], None
+    cells, by_effect, ended = pd.DataFrame(), [], None
     is_first = min(motions.values()) < design.first
     if not is_first:
-        cells, wanted = _looked_at(study, demands, plans, motions, own_s)
+        cells, by_effect = _looked_at(study, demands, plans, motions, own_s)
         if study.motions.blocks:
             bridges = {variant.slug: variant.bridge for variant in expand_grid(study.grid)}
-            wanted = [whole_blocks(cell, bridges) for cell in wanted]
+            by_effect = [whole_blocks(cell, bridges) for cell in by_effect]
     # the next plan takes as long as this one did
     planning_s = time.monotonic() - entered_s
     starts_s = JOB_START_S * speed * (1.0 + len(slugs) / cores)
@@ -215,20 +215,20 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
             after = {slug: max(n, 1) for slug, n in after.items()}
         ended = OUT_OF_TIME if after == motions else None
     else:
-        after = next_motions(wanted, motions, cost_s, design.looks, left_s)
+        after = next_motions(by_effect, motions, cost_s, design.looks, left_s)
         decided = int(cells["verdict"].isin(DECIDED).sum())
         if after == motions:
             ended = OUT_OF_TIME if cells["asked"].any() else OUT_OF_REACH
             ended = ended if decided < len(cells) else ALL_DECIDED
-    more = {slug: after[slug] - motions[slug] for slug in slugs}
+    added = {slug: after[slug] - motions[slug] for slug in slugs}
     plan = {
         "round": number,
         "ended": ended,
         "hours": design.hours,
         "motions": {slug: [motions[slug], after[slug]] for slug in slugs},
-        "analyses": round(sum(more.values()) * per_motion),
+        "analyses": round(sum(added.values()) * per_motion),
         "analyses_before": len(demands),
-        "forecast_s": round(sum(n * cost_s[slug] for slug, n in more.items()), 1),
+        "forecast_s": round(sum(n * cost_s[slug] for slug, n in added.items()), 1),
         "decided": decided,
         "cells": json.loads(cells.to_json(orient="records")),
     }
@@ -254,9 +254,9 @@ def _looked_at(
     history = pd.DataFrame([cell for plan in plans for cell in plan["cells"]])
     effects = kept(at_looks(effects, looks, runs_per_motion(demands)), history)
     columns = ["bridge", "abutment", *axis_names(rows)]
-    places = rows.drop_duplicates("variant").set_index("variant")[columns]
-    cells, wanted = targets(effects, motions, mean_s, places, looks, EFFECT_CONFIDENCE)
-    return cells[[name for name in ROUND_COLUMNS if name in cells]], wanted
+    variants = rows.drop_duplicates("variant").set_index("variant")[columns]
+    cells, by_effect = targets(effects, motions, mean_s, variants, looks, EFFECT_CONFIDENCE)
+    return cells[[name for name in ROUND_COLUMNS if name in cells]], by_effect
 
 
 def round_line(plan: Mapping[str, Any]) -> str:
@@ -267,8 +267,8 @@ def round_line(plan: Mapping[str, Any]) -> str:
     if plan["ended"] is None:
         minutes = max(round(plan["forecast_s"] / 60), 1)
         return f"{start}next {plan['analyses']} analyses, about {minutes} min"
-    left = cells - plan["decided"]
-    return start + _ENDS[plan["ended"]].format(left=left, hours=plan["hours"])
+    undecided = cells - plan["decided"]
+    return start + _ENDS[plan["ended"]].format(left=undecided, hours=plan["hours"])
 
 
 def tables_of_round(folder: StudyFolder, plan: Path) -> list[Path]:
@@ -285,5 +285,5 @@ def limit_of_round(plan: Path, hours: float) -> float:
     """
     if not plan.is_file():
         return hours
-    made = read_json(plan)
-    return max(made["hours"], hours) if made["ended"] == OUT_OF_TIME else made["hours"]
+    planned = read_json(plan)
+    return max(planned["hours"], hours) if planned["ended"] == OUT_OF_TIME else planned["hours"]

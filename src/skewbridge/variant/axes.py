@@ -17,7 +17,7 @@ from skewbridge.variant.options import LARGEST_SKEW_DEG, ModelOptions
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Axis:
-    """One axis of the grid."""
+    """Axis of the grid: a quantity with limits, unit and code in the names of variants."""
 
     name: str  # key under ``grid:`` and column in every table
     label: str  # short name in figures and tables, without unit
@@ -65,7 +65,7 @@ class Axis:
         return float(value) if self.decimals is None else round(value, self.decimals or None)
 
     def count(self, value: float) -> float:
-        """Return a valid value times ``name_factor``, as an integer if it is whole."""
+        """Return a valid value as in names: times ``name_factor``, as an integer if it is whole."""
         count = round(self.checked(value) * self.name_factor, self.decimals)
         return int(count) if count == int(count) else float(count)
 
@@ -73,9 +73,9 @@ class Axis:
         """Return the part of a variant's name that holds the value."""
         number = self.count(value) if self.digits else value
         text = f"{abs(number)!r}".removesuffix(".0").replace("+", "").replace(".", "p")
-        whole, p, decimals = text.partition("p")
+        integer, p, decimals = text.partition("p")
         sign = ("m" if self.digits else "-") if number < 0 else ""
-        return f"{self.code}{sign}{whole.zfill(self.digits)}{p}{decimals}"
+        return f"{self.code}{sign}{integer.zfill(self.digits)}{p}{decimals}"
 
 
 AXES: Final = (

@@ -106,7 +106,7 @@ class GridConfig(BaseModel):
 
 
 def _refuse(kind: LiteralString, findings: Mapping[Any, tuple[str, Any]]) -> None:
-    """Raise one error if there are findings: message and value for each position in the grid."""
+    """Raise one error with message and value for each invalid position in the grid, if any."""
     errors = [
         InitErrorDetails(type=PydanticCustomError(kind, "{w}", {"w": words}), loc=at, input=value)
         for at, (words, value) in findings.items()

@@ -82,7 +82,7 @@ class ModelOptions:
     """power of the wall height in the strength of UCSD backfill (scheme paper: 1)"""
     # ASSUME the backfill is uniform along the wall
     backfill_variation: Number = Field(default=0.0, ge=0.0, le=0.9)
-    """change of the backfill from middle to ends of a wall from skew 60 (Kaviani: 0.3)"""
+    """relative change of the backfill from middle to wall ends, skew 60 (Kaviani: 0.3)"""
     keys: Literal["sacrificial", "monolithic"] = Field(default="sacrificial")
     """backbone of the exterior shear keys"""
     key_frame: Literal["skewed", "deck_edge"] = Field(default="deck_edge")

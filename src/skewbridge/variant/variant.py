@@ -134,7 +134,7 @@ class Variant:
 
     @classmethod
     def of_row(cls, row: Mapping[str, Any]) -> Self:
-        """Return the variant of a row of the demands table; the bridge has its name there."""
+        """Return the variant of a row of the demands table (name of the bridge, not its path)."""
         values = {row_axis.name: row[row_axis.name] for row_axis in axes_of(row)}
         return cls.at(str(row["bridge"]), str(row["abutment"]), values)
 

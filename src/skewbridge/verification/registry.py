@@ -157,10 +157,10 @@ class Study:
             if row.study == self.name and key not in judged:
                 verdicts[key, ""] = Verdict("undecidable", row.open_because or open_because)
         rows: list[Row] = []
-        for (key, case), found in verdicts.items():
+        for (key, case), verdict in verdicts.items():
             claim, source = STATEMENTS[key].claim, f"paper, {STATEMENTS[key].place}"
-            numbers = found.value, found.reference, None, True
-            judgement = case, found.outcome, found.reason, *found.scales, *found.motions
+            numbers = verdict.value, verdict.reference, None, True
+            judgement = case, verdict.outcome, verdict.reason, *verdict.scales, *verdict.motions
             row = (self.name, claim, *numbers, source, *judgement)
             rows.append(dict(zip(STATEMENT_COLUMNS, row, strict=True)))
         return rows
@@ -207,18 +207,18 @@ def drawn(
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(7.2, height_in), layout="constrained")
         axes = figure.subplots(ceil(len(panels) / columns), columns, squeeze=False)
-        named: dict[str, Any] = {}
+        in_legend: dict[str, Any] = {}
         for axis, panel in zip(axes.flat, panels, strict=True):
-            for name, (x, y, *looks) in panel.lines.items():
-                place = names.index(name)  # the first line is wide, to be visible below the others
-                look = {"color": f"C{place}", "lw": 0.9 if place else 1.8}
-                (line,) = axis.plot(x, y, **look | (looks[0] if looks else {}))
+            for name, (x, y, *styles) in panel.lines.items():
+                number = names.index(name)  # the first line is wide, to be visible below the others
+                style = {"color": f"C{number}", "lw": 0.9 if number else 1.8}
+                (line,) = axis.plot(x, y, **style | (styles[0] if styles else {}))
                 if not name.startswith("_"):
-                    named[name] = line
+                    in_legend[name] = line
             axis.set(xlabel=panel.x, ylabel=panel.y, title=panel.title, **panel.options)
-        if len(named) > 1:
-            columns = min(len(named), 4)
-            figure.legend(named.values(), named, loc="outside upper center", ncols=columns)
+        if len(in_legend) > 1:
+            columns = min(len(in_legend), 4)
+            figure.legend(in_legend.values(), in_legend, loc="outside upper center", ncols=columns)
         figure.suptitle(title)
     return figure
 

@@ -63,12 +63,12 @@ def over_runs(verdicts: Mapping[Run | None, Verdict | None]) -> Verdict:
     At least `FEWEST_RUNS` runs must meet it and 90 % of them agree (or disagree); the key None is a
     verdict that is not from a run.
     """
-    if single := verdicts.get(None):
-        return single
-    judged = {run: found for run, found in verdicts.items() if run and found}
+    if only := verdicts.get(None):
+        return only
+    judged = {run: verdict for run, verdict in verdicts.items() if run and verdict}
     kinds: tuple[list[Outcome], list[Outcome]] = [], []
-    for run, found in judged.items():
-        kinds[run.scale is None].append(found.outcome)
+    for run, verdict in judged.items():
+        kinds[run.scale is None].append(verdict.outcome)
     scales, motions = ((len(kind), kind.count("agrees")) for kind in kinds)
     parts = ((scales, "scales"), (motions, "other motions"))
     text = ", ".join(f"{agree} of {total} {name}" for (total, agree), name in parts if total)
@@ -80,8 +80,8 @@ def over_runs(verdicts: Mapping[Run | None, Verdict | None]) -> Verdict:
         reason += f"; agrees in {text}{last}" if text else ""
     else:
         outcomes = kinds[0] + kinds[1]
-        if (most := max(outcomes, key=outcomes.count)) != "undecidable":
-            outcome = most if outcomes.count(most) >= 0.9 * len(outcomes) else outcome
+        if (majority := max(outcomes, key=outcomes.count)) != "undecidable":
+            outcome = majority if outcomes.count(majority) >= 0.9 * len(outcomes) else outcome
         reason = f"agrees in {text}, disagrees in {outcomes.count('disagrees')}{last}"
     return Verdict(outcome, reason, nominal.value, nominal.reference, scales, motions)
 
@@ -108,10 +108,10 @@ def _comparison(holds: Callable[[float, float], bool], words: str) -> Callable[.
 
 def some_within(values: Mapping[float, float], low: float, high: float) -> Verdict:
     """Judge whether at least one of several values (keyed by name) lies within limits."""
-    listed = ", ".join(f"{value:.2f} at {name:g}" for name, value in values.items())
+    values_text = ", ".join(f"{value:.2f} at {name:g}" for name, value in values.items())
     within = [value for value in values.values() if low <= value <= high]
     first = next(iter(within or values.values()))
-    return _decided(bool(within), f"{listed}; {low:g} to {high:g} in the paper", first, high)
+    return _decided(bool(within), f"{values_text}; {low:g} to {high:g} in the paper", first, high)
 
 
 def falls_to(values: Sequence[float], limit: float) -> Verdict:
@@ -153,10 +153,10 @@ def reduced_by(
     Under a record that is not the paper's (`same_record` false), a reduction is undecidable.
     """
     words = f", reduction of {low:.1%} to {high:.1%} in the paper"
-    found = _change(value, reference, -high, -low, words)
+    judged = _change(value, reference, -high, -low, words)
     if same_record or not -1.0 <= relative_change(value, reference) < RESOLUTION:
-        return found
-    return found._replace(outcome="undecidable", reason=f"{found.reason}, not the paper's record")
+        return judged
+    return judged._replace(outcome="undecidable", reason=f"{judged.reason}, not the paper's record")
 
 
 def more_often(count: int, total: int) -> Verdict:
@@ -176,12 +176,12 @@ def grows_with(x: Sequence[float], y: Sequence[float]) -> Verdict:
 
     if len(x) < FEWEST_VALUES:
         return Verdict("undecidable", f"{len(x)} values are too few to test")
-    up, down = (spearmanr(x, y, alternative=side) for side in ("greater", "less"))
-    correlation = float(up.statistic)
+    rising, falling = (spearmanr(x, y, alternative=side) for side in ("greater", "less"))
+    correlation = float(rising.statistic)
     if not isfinite(correlation):
         return Verdict("undecidable", "one of the two quantities is constant")
     text = f"rank correlation {correlation:+.2f} of {len(x)} values, test against zero"
-    return _tested(text, float(up.pvalue), float(down.pvalue), (correlation, 0.0))
+    return _tested(text, float(rising.pvalue), float(falling.pvalue), (correlation, 0.0))
 
 
 def _tested(text: str, p_for: float, p_against: float, numbers: tuple[float, float]) -> Verdict:
@@ -225,12 +225,12 @@ class Statement(NamedTuple):
     open_because: str
 
     def verdict(self, *numbers: Any, **conditions: bool) -> Verdict:
-        """Return the verdict for the numbers of a case; the reason names the number."""
+        """Return the verdict for the numbers of a case; its reason starts with the quantity."""
         if self.open_because:
-            listed = [f"{self.number} {number:.2g}" for number in numbers[:1]]
-            return Verdict("undecidable", "; ".join([*listed, self.open_because]), *numbers)
-        found = RULES[self.rule](*numbers, *self.limits, **conditions)
-        return found._replace(reason=f"{self.number}: {found.reason}")
+            numbers_text = [f"{self.number} {number:.2g}" for number in numbers[:1]]
+            return Verdict("undecidable", "; ".join([*numbers_text, self.open_because]), *numbers)
+        verdict = RULES[self.rule](*numbers, *self.limits, **conditions)
+        return verdict._replace(reason=f"{self.number}: {verdict.reason}")
 
 
 def records_in(file: Path) -> list[dict[str, str]]:

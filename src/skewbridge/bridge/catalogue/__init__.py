@@ -78,10 +78,10 @@ def _file(name: str | Path) -> Path:
         raise InputError(f"{shortened(name)}: a script has no data of deck, columns and abutments")
     if path is None:
         own_names = sorted(path.stem for path in OWN_FOLDER.glob("*.yaml"))
-        known = (*bridge_names(), *own_names)
+        names = (*bridge_names(), *own_names)
         raise InputError(
-            f"bridge must be one of {', '.join(known)}, got {shortened(name)}"
-            f"{did_you_mean(name, known)}"
+            f"bridge must be one of {', '.join(names)}, got {shortened(name)}"
+            f"{did_you_mean(name, names)}"
         )
     return path
 
@@ -99,8 +99,8 @@ def _loaded(path: Path) -> Completed:
     merged: dict[str, Any] = {}
     for tree in reversed(trees):
         for key in overruled(tree):
-            above, _, last = key.rpartition(".")
-            if isinstance(section := value_at(merged, above), dict):
+            parent_key, _, last = key.rpartition(".")
+            if isinstance(section := value_at(merged, parent_key), dict):
                 section.pop(last, None)
         merged = _overlay(merged, tree)
     ends, deck = merged.get("abutments"), merged.get("deck")
@@ -115,7 +115,7 @@ def _loaded(path: Path) -> Completed:
 
 
 def _by_end(layers: list[tuple[Path, dict[str, Any]]]) -> list[dict[str, Any]]:
-    """Return the trees; if one has ``abutments``, ``abutment`` of the others becomes both ends."""
+    """Return the data of the files, all with ``abutments`` if one of them has that key."""
     trees = [tree for _, tree in layers]
     if any("abutments" in tree for tree in trees):
         for path, tree in layers:
@@ -123,13 +123,13 @@ def _by_end(layers: list[tuple[Path, dict[str, Any]]]) -> list[dict[str, Any]]:
                 message = f"{path.name}: abutment and abutments: give only one of them"
                 raise InputError(message, file=path.name)
             if "abutment" in tree:
-                both = {"type": "seat"} | tree.pop("abutment")
-                tree["abutments"] = {"left": both, "right": both}
+                seat = {"type": "seat"} | tree.pop("abutment")
+                tree["abutments"] = {"left": seat, "right": seat}
     return trees
 
 
-def _integral(stated: dict[str, Any], deck: dict[str, Any]) -> dict[str, Any]:
-    """Return an integral end with the numbers that it does not give, for the deck of its file."""
+def _integral(file_data: dict[str, Any], deck: dict[str, Any]) -> dict[str, Any]:
+    """Return an integral end; missing numbers are defaults for the deck of its file."""
     end = read_mapping(FOLDER / "defaults" / "integral.yaml")
     sizes = {"width": "width_m", "height": "depth_m", "thickness": "diaphragm_thickness_m"}
     for size, key in sizes.items():
@@ -138,12 +138,12 @@ def _integral(stated: dict[str, Any], deck: dict[str, Any]) -> dict[str, Any]:
     width_m = deck.get("width_m", {}).get("v")
     if isinstance(width_m, int | float):
         rule = {"v": max(2, round(width_m / PILE_SPACING_M)), "src": "d: about 8 ft apart"}
-        number = (stated.get("piles") or {}).get("count", rule)
+        number = (file_data.get("piles") or {}).get("count", rule)
         end["piles"]["count"] = number
         end["piles"]["spacing_m"] = {
             "v": round(width_m / max(2, int(number["v"])), 4), "src": "calc: deck.width_m / count"
         }  # fmt: skip
-    return _overlay(end, stated)
+    return _overlay(end, file_data)
 
 
 def own_bridge_files(name: str) -> list[Path]:
@@ -163,7 +163,7 @@ def _with_parents(path: Path) -> list[tuple[Path, dict[str, Any]]]:
         layers.append((path, tree))
         if parent is None:
             return layers
-        base = _named(f"{parent}", path.parent, without=tuple(seen for seen, _ in layers))
+        base = _named(f"{parent}", path.parent, excluded=tuple(file for file, _ in layers))
         if base is None:
             message = f"{path.name}: extends: no other bridge is named {shortened(parent)}"
             raise InputError(message, file=path.name)
@@ -172,21 +172,21 @@ def _with_parents(path: Path) -> list[tuple[Path, dict[str, Any]]]:
         path = base
 
 
-def _named(name: str, folder: Path, without: tuple[Path, ...] = ()) -> Path | None:
+def _named(name: str, folder: Path, excluded: tuple[Path, ...] = ()) -> Path | None:
     """Return the first file of a bridge in a folder, the user's or the package's, or None."""
     if not re.fullmatch(NAME_PATTERN, name):
         return None
     paths = (
-        (place / f"{name}.yaml").resolve() for place in dict.fromkeys((folder, OWN_FOLDER, FOLDER))
+        (root / f"{name}.yaml").resolve() for root in dict.fromkeys((folder, OWN_FOLDER, FOLDER))
     )
-    return next((path for path in paths if path.is_file() and path not in without), None)
+    return next((path for path in paths if path.is_file() and path not in excluded), None)
 
 
 def _sourced(node: Any, name: str, source: Any) -> Any:
-    """Return a tree in which numbers and quantities without a source have this one."""
+    """Return nested data in which numbers and quantities without a source have this one."""
     if isinstance(node, dict):
         has_own = "v" in node and "src" in node
-        return node if has_own else {key: _sourced(of, key, source) for key, of in node.items()}
+        return node if has_own else {key: _sourced(v, key, source) for key, v in node.items()}
     items = node if isinstance(node, list) else [node]
     if items and all(_is_quantity(item, name) for item in items):
         return {"v": node, "src": source}
@@ -202,20 +202,20 @@ def _overlay(base: Mapping[str, Any], top: Mapping[str, Any]) -> dict[str, Any]:
     """Return ``base`` overridden by ``top``; a number and its source are replaced together."""
     merged = dict(base)
     for key, value in top.items():
-        below = merged.get(key)
+        base_value = merged.get(key)
         merged[key] = value
-        if not isinstance(value, dict) or "v" in value or not isinstance(below, dict):
+        if not isinstance(value, dict) or "v" in value or not isinstance(base_value, dict):
             continue
-        usual = below.get("type", "seat")
+        base_type = base_value.get("type", "seat")
         if key == "column":
-            merged[key] = over_default(below, value)
-        elif value.get("type", usual) == usual:  # a part of another type has other keys
-            merged[key] = _overlay(below, value)
+            merged[key] = over_default(base_value, value)
+        elif value.get("type", base_type) == base_type:  # a part of another type has other keys
+            merged[key] = _overlay(base_value, value)
     return merged
 
 
 def _strip(node: Any, where: str, sources: dict[str, str], path: Path) -> Any:
-    """Return the tree with plain values; add the source of each number to ``sources``."""
+    """Return nested data with plain values; add the source of each number to ``sources``."""
     if isinstance(node, dict):
         if "v" in node:
             source = node.get("src", "")
@@ -265,11 +265,11 @@ def bridge_schema() -> dict[str, Any]:
     kinds: dict[str, Any] = schema["$defs"]
     for shape in (schema, *kinds.values()):
         for name, field in shape.get("properties", {}).items():
-            known = [
+            options = [
                 option for option in field.get("anyOf", [field]) if option.get("type") != "null"
             ]
-            if _is_number(known[0], kinds):
-                shape["properties"][name] = _in_file(known[0])
+            if _is_number(options[0], kinds):
+                shape["properties"][name] = _in_file(options[0])
     by_rule = {rule.key.partition(".")[0] for rule in RULES} - {"deck", "column", "abutment"}
     needed = [name for name in schema.pop("required") if name not in {"name", "sources", *by_rule}]
     for name, shape in kinds.items():
@@ -281,8 +281,8 @@ def bridge_schema() -> dict[str, Any]:
         parts = [schema]
         *sections, last = key.split(".")
         for name in sections:
-            new = {"type": "object", "properties": {}, "additionalProperties": False}
-            fields = [shape["properties"].setdefault(name, new) for shape in parts]
+            omitted = {"type": "object", "properties": {}, "additionalProperties": False}
+            fields = [shape["properties"].setdefault(name, omitted) for shape in parts]
             parts = [shape for field in fields for shape in _shapes(field, kinds)]
         is_text = isinstance(limits, str)
         size = {} if is_text else {"minimum": limits[0], "maximum": limits[1]}

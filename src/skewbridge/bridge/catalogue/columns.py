@@ -75,22 +75,22 @@ class Outline:
 
     @property
     def length_m(self) -> float:
-        """Length of the outline."""
+        """Perimeter."""
         return math.pi * self.corner_m + 2 * (sum(self.sizes_m) - 2 * self.corner_m)
 
     @property
     def area_m2(self) -> float:
-        """Area inside."""
+        """Enclosed area."""
         round_m2 = math.pi * self.corner_m**2 / 4
         return round_m2 + (self.sizes_m[0] * self.sizes_m[1] - self.corner_m * self.corner_m)
 
     def inertia_m4(self, direction: int) -> float:
         """Return the second moment of area of bending in a direction."""
-        size, across, ends = self.sizes_m[direction], self.sizes_m[1 - direction], self.corner_m
-        flat = size - ends
-        apart = math.pi * ends**2 * flat**2 / 16 + ends**3 * flat / 6  # of two semicircles
-        inner = ((across - ends) * size**3 + ends * flat**3) / 12
-        return math.pi * ends**4 / 64 + (inner + apart)
+        size, across, corner_m = self.sizes_m[direction], self.sizes_m[1 - direction], self.corner_m
+        flat = size - corner_m
+        arcs = math.pi * corner_m**2 * flat**2 / 16 + corner_m**3 * flat / 6  # of two semicircles
+        i_middle = ((across - corner_m) * size**3 + corner_m * flat**3) / 12
+        return math.pi * corner_m**4 / 64 + (i_middle + arcs)
 
     @property
     def torsion_m4(self) -> float:
@@ -99,39 +99,39 @@ class Outline:
         return polar if self.is_round else self.area_m2**4 / (4 * math.pi**2 * polar)
 
     def inset(self, *by_m: float) -> "Outline":
-        """Return the outline that is smaller by these lengths in both directions."""
+        """Return the outline with both sizes reduced by the sum of these lengths."""
         sizes = (*self.sizes_m, self.corner_m)
         depth_m, width_m, corner_m = (reduce(sub, by_m, size) for size in sizes)
         return Outline((depth_m, width_m), corner_m if self.corner_m else 0.0)
 
     def area_below(self, direction: int, height_m: FloatArray) -> FloatArray:
         """Return the area below heights from the centre, along a direction."""
-        size, across, ends = self.sizes_m[direction], self.sizes_m[1 - direction], self.corner_m
-        flat = (size - ends) / 2
+        size, across, corner_m = self.sizes_m[direction], self.sizes_m[1 - direction], self.corner_m
+        flat = (size - corner_m) / 2
 
         def inside(half: float) -> FloatArray:
             return np.clip(height_m, -half, half) + half
 
-        area = (across - ends) * inside(size / 2) + ends * inside(flat)
-        if ends:
-            upper = _disc_below(np.maximum(height_m - flat, 0.0), ends / 2)
-            upper -= _disc_below(np.zeros(1), ends / 2)
-            area += _disc_below(np.minimum(height_m + flat, 0.0), ends / 2) + upper
+        area = (across - corner_m) * inside(size / 2) + corner_m * inside(flat)
+        if corner_m:
+            upper = _disc_below(np.maximum(height_m - flat, 0.0), corner_m / 2)
+            upper -= _disc_below(np.zeros(1), corner_m / 2)
+            area += _disc_below(np.minimum(height_m + flat, 0.0), corner_m / 2) + upper
         return area
 
     def points(self, count: int) -> FloatArray:
         """Return points at nearly equal distances, symmetric if even in number, shape (n, 2)."""
         depth, width = self.sizes_m
         if self.is_round:
-            angle = 2 * np.pi * (np.arange(count) + 0.5) / count
-            return self.corner_m / 2 * np.column_stack((np.cos(angle), np.sin(angle)))
+            angle_rad = 2 * np.pi * (np.arange(count) + 0.5) / count
+            return self.corner_m / 2 * np.column_stack((np.cos(angle_rad), np.sin(angle_rad)))
         if self.corner_m:
             turn = np.linspace(0.0, np.pi, 361)
             y, z = (width - depth) / 2 + depth / 2 * np.sin(turn), depth / 2 * np.cos(turn)
             y, z = np.array([0.0, *-y, *y, 0.0]), np.array([z[0], *z, *-z, z[0]])
-            length = np.append(0.0, np.hypot(np.diff(y), np.diff(z)).cumsum())
-            at = (np.arange(count) + 0.5) / count * length[-1]
-            return np.column_stack((np.interp(at, length, y), np.interp(at, length, z)))
+            s_m = np.append(0.0, np.hypot(np.diff(y), np.diff(z)).cumsum())
+            along_m = (np.arange(count) + 0.5) / count * s_m[-1]
+            return np.column_stack((np.interp(along_m, s_m, y), np.interp(along_m, s_m, z)))
         half = count // 2
         steps = min(max(round(half * width / (width + depth)), 1), half - 1)
         edge, side = (np.linspace(-0.5, 0.5, n, endpoint=False) for n in (steps, half - steps))
@@ -143,32 +143,32 @@ class Outline:
 
         Rectangles have two rows per ring, or one in the cover.
         """
-        (depth, width), ends, inner = self.sizes_m, self.corner_m, core.corner_m if core else 0.0
-        straight = width - ends
+        (depth, width), ends, core_m = self.sizes_m, self.corner_m, core.corner_m if core else 0.0
+        between = width - ends
         if self.is_round:
-            return _rings(inner / 2, ends / 2, rings, wedges)
+            return _rings(core_m / 2, ends / 2, rings, wedges)
         # the two halves of a disc, with as many fibers, are at the ends
-        disc = _rings(inner / 2, ends / 2, rings, 4 * math.ceil(wedges / 4)) if ends else []
-        fibers = [(y + math.copysign(straight / 2, y), z, area) for y, z, area in disc]
+        disc = _rings(core_m / 2, ends / 2, rings, 4 * math.ceil(wedges / 4)) if ends else []
+        fibers = [(y + math.copysign(between / 2, y), z, area) for y, z, area in disc]
         if core is None:
-            return fibers + _block((0.0, 0.0), (straight, depth), (2 * rings, 2 * rings))
+            return fibers + _block((0.0, 0.0), (between, depth), (2 * rings, 2 * rings))
         low, narrow = core.sizes_m
-        rows = _block((0.0, (depth + low) / 4), (straight, (depth - low) / 2), (wedges, rings))
+        rows = _block((0.0, (depth + low) / 4), (between, (depth - low) / 2), (wedges, rings))
         if not ends:
             sides = ((width + narrow) / 4, 0.0), ((width - narrow) / 2, low)
             rows += _block(*sides, (rings, wedges))
         return fibers + [(sign * y, sign * z, area) for sign in (1, -1) for y, z, area in rows]
 
 
-def _disc_below(height: FloatArray, radius: float) -> FloatArray:
-    y = np.clip(height, -radius, radius)
+def _disc_below(height_m: FloatArray, radius: float) -> FloatArray:
+    y = np.clip(height_m, -radius, radius)
     return y * np.sqrt(radius**2 - y**2) + radius**2 * (np.arcsin(y / radius) + np.pi / 2)
 
 
 def _circle(radius_m: float, area_m2: float, count: int) -> Fibers:
     angles = [2 * math.pi * (number + 0.5) / count for number in range(count)]
     area = area_m2 / count
-    return [(radius_m * math.cos(angle), radius_m * math.sin(angle), area) for angle in angles]
+    return [(radius_m * math.cos(a), radius_m * math.sin(a), area) for a in angles]
 
 
 def _rings(inner_m: float, outer_m: float, rings: int, wedges: int) -> Fibers:
@@ -197,7 +197,7 @@ def _block(centre_m: Pair, sizes_m: Pair, counts: tuple[int, int]) -> Fibers:
 
 
 class Hoops(NamedTuple):
-    """Effect of the hoops of a column."""
+    """Confinement and shear resistance by the hoops of a column."""
 
     confining: Pair  # effective steel ratios: times the yield strength, the pressures on the core
     volume_ratio: float  # volume of hoops over that of the core
@@ -207,7 +207,7 @@ class Hoops(NamedTuple):
 
 
 class ColumnData(Part, ABC, frozen=True):
-    """Reinforced concrete column: what all shapes have in common.
+    """Data that all shapes of reinforced concrete columns share.
 
     ``hinge_length_m`` replaces the rule (`skewbridge.bridge.column`); ``hoop_area_mm2`` is that of
     one leg.
@@ -240,7 +240,7 @@ class ColumnData(Part, ABC, frozen=True):
     @property
     @abstractmethod
     def hoops(self) -> Hoops:
-        """Effect of hoops and ties."""
+        """Confinement and shear resistance by hoops and ties."""
 
     @property
     def core(self) -> Outline:
@@ -297,9 +297,9 @@ class ColumnData(Part, ABC, frozen=True):
         clear_m = 1e-3 * (spacing_mm - self.hoop_diameter_mm)
         core_ratio = self.steel_area_m2 / self.core.area_m2
         arching = max(1.0 - clear_m / (2 * circle_m), 0.0) ** 2 / (1.0 - core_ratio)
-        volume = 4 * self.hoop_area_mm2 * 1e-6 / (circle_m * 1e-3 * spacing_mm)
-        held = 0.5 * arching * volume
-        return Hoops((held, held), volume, shear_area_m2, shear_depth_m, (volume, volume))
+        rho = 4 * self.hoop_area_mm2 * 1e-6 / (circle_m * 1e-3 * spacing_mm)
+        pressure = 0.5 * arching * rho
+        return Hoops((pressure, pressure), rho, shear_area_m2, shear_depth_m, (rho, rho))
 
 
 # ASSUME the effective depth of a section with bars along all faces is 0.8 of its depth
@@ -315,7 +315,7 @@ class CircularColumn(ColumnData, frozen=True):
 
     @property
     def outline(self) -> Outline:
-        """Circle."""
+        """Circle of the column's diameter."""
         return Outline((self.diameter_m, self.diameter_m), self.diameter_m)
 
     @property
@@ -339,7 +339,7 @@ class OblongColumn(ColumnData, frozen=True):
 
     @property
     def outline(self) -> Outline:
-        """Oblong."""
+        """Rectangle between two semicircles."""
         return Outline((self.depth_m, self.width_m), self.depth_m)
 
     @property
@@ -371,7 +371,7 @@ class RectangularColumn(ColumnData, frozen=True):
 
     @property
     def outline(self) -> Outline:
-        """Rectangle."""
+        """Rectangle of the column's depth and width."""
         return Outline((self.depth_m, self.width_m))
 
     @property
@@ -386,17 +386,17 @@ class RectangularColumn(ColumnData, frozen=True):
         spacing_m = MM * self.hoop_spacing_mm
         gap_m = spacing_m - MM * self.hoop_diameter_mm
         areas_m2 = [count * self.hoop_area_mm2 * MM**2 for count in legs]
-        core_m2, held = self.core.area_m2, 1.0
+        core_m2, effectiveness = self.core.area_m2, 1.0
         for line_m, count in zip(self.bar_line.sizes_m[::-1], legs, strict=True):
             clear_m = max(line_m / (count - 1) - self.bar_diameter_mm * MM, 0.0)
-            held -= 2 * (count - 1) * clear_m**2 / (6 * core_m2)
+            effectiveness -= 2 * (count - 1) * clear_m**2 / (6 * core_m2)
         for size_m in core_m:
-            held = max(held, 0.0) * max(1.0 - gap_m / (2 * size_m), 0.0)
-        held /= 1.0 - self.steel_area_m2 / core_m2
+            effectiveness = max(effectiveness, 0.0) * max(1.0 - gap_m / (2 * size_m), 0.0)
+        effectiveness /= 1.0 - self.steel_area_m2 / core_m2
         ratios = [areas_m2[k] / (spacing_m * core_m[1 - k]) for k in (0, 1)]
         shear = [2 * areas_m2[k] / (spacing_m * sizes_m[1 - k]) for k in (0, 1)]
         return Hoops(
-            confining=(held * ratios[0], held * ratios[1]),
+            confining=(effectiveness * ratios[0], effectiveness * ratios[1]),
             volume_ratio=sum(ratios),
             shear_area_m2=(areas_m2[0], areas_m2[1]),
             shear_depth_m=(EFFECTIVE_DEPTH * sizes_m[0], EFFECTIVE_DEPTH * sizes_m[1]),
@@ -412,8 +412,8 @@ def _of_its_shape(raw: Any, handler: ValidatorFunctionWrapHandler) -> Any:
     if shape not in shapes:
         raise ValueError(f"shape must be one of {', '.join(shapes)}, got {shape!r}")
     for key in sorted(raw.keys() - shapes[shape].model_fields.keys()):
-        if others := [name for name, kind in shapes.items() if key in kind.model_fields]:
-            raise ValueError(f"{key} is no key of shape {shape}, only of {' and '.join(others)}")
+        if fits := [name for name, kind in shapes.items() if key in kind.model_fields]:
+            raise ValueError(f"{key} is not a key of shape {shape}, only of {' and '.join(fits)}")
     return shapes[shape].model_validate(raw)
 
 
@@ -432,7 +432,7 @@ def _shape_of(raw: Mapping[str, Any]) -> str:
 
 
 def over_default(default: Mapping[str, Any], column: Mapping[str, Any]) -> dict[str, Any]:
-    """Return raw keys of a column over those of a default; another shape drops what it lacks."""
+    """Return raw keys of a column over a default, without default keys that its shape lacks."""
     shape, shapes = _shape_of({**default, **column}), _shapes()
     if shape != _shape_of(default) and shape in shapes:
         default = {key: default[key] for key in default.keys() & shapes[shape].model_fields.keys()}

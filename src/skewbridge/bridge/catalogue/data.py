@@ -158,10 +158,10 @@ class WallData(Part, frozen=True):
         """Reject a secant stiffness that is smaller at half strength than at the end."""
         soil = self.backfill
         end_m = soil.ultimate_closure_ratio * self.wall_height_m
-        least = 1e-3 * soil.ultimate_kn / end_m
-        if soil.rule == "k50" and soil.stiffness_mn_per_m < least:
+        secant = 1e-3 * soil.ultimate_kn / end_m
+        if soil.rule == "k50" and soil.stiffness_mn_per_m < secant:
             raise ValueError(
-                f"backfill.stiffness_mn_per_m must be at least {least:.4g} with rule k50 "
+                f"backfill.stiffness_mn_per_m must be at least {secant:.4g} with rule k50 "
                 "(ultimate_kn over ultimate_closure_ratio x wall_height_m), "
                 f"got {soil.stiffness_mn_per_m:g}"
             )
@@ -171,7 +171,7 @@ class WallData(Part, frozen=True):
 class AbutmentData(WallData, frozen=True):
     """Seat abutment: pads, a gap to the backwall, and exterior shear keys.
 
-    ``gap_mm`` is the own gap of this end; None: the gap of the variant.
+    ``gap_mm`` replaces the gap of the variant at this end, unless it is None.
     """
 
     type: Literal["seat"] = "seat"
@@ -228,7 +228,7 @@ type EndData = Annotated[
 
 
 class EndsData(Part, frozen=True):
-    """Ends of a bridge that differ."""
+    """Data of both ends of a bridge, if they differ."""
 
     left: EndData
     right: EndData
@@ -273,7 +273,7 @@ class DampingData(Part, frozen=True):
 
 
 class BridgeData(Part, frozen=True):
-    """One bridge of the catalogue."""
+    """Data of one bridge, in the units of its file."""
 
     name: str
     title: Annotated[str, Field(min_length=1, max_length=200)]
@@ -304,8 +304,8 @@ class BridgeData(Part, frozen=True):
     @property
     def ends(self) -> dict[str, EndData]:
         """Data of the left and the right end, by name."""
-        both = self.abutments
-        left, right = (both.left, both.right) if both else (self.abutment, self.abutment)
+        pair = self.abutments
+        left, right = (pair.left, pair.right) if pair else (self.abutment, self.abutment)
         return {name: end for name, end in (("left", left), ("right", right)) if end is not None}
 
     @property
@@ -367,25 +367,25 @@ class BridgeData(Part, frozen=True):
 
     def _check_joints(self) -> None:
         for number, joint in enumerate(self.joints):
-            where = f"joints.{number}"
+            joint_key = f"joints.{number}"
             if (joint.at is None) == (joint.from_left_m is None):
-                raise ValueError(f"{where}: give either at or from_left_m")
+                raise ValueError(f"{joint_key}: give either at or from_left_m")
             if joint.bent is not None and joint.bent >= len(self.bents):
-                raise ValueError(f"{where}.at: the bridge has {len(self.bents)} bents")
+                raise ValueError(f"{joint_key}.at: the bridge has {len(self.bents)} bents")
             if joint.bent is not None and self.base_of(self.bents[joint.bent]) == "pinned":
-                raise ValueError(f"{where}.at: a bent below a joint needs base: fixed")
+                raise ValueError(f"{joint_key}.at: a bent below a joint needs base: fixed")
             if (joint.pads.count - 1) * joint.pads.spacing_m > self.deck.width_m:
-                raise ValueError(f"{where}.pads: (count - 1) x spacing_m exceeds deck.width_m")
+                raise ValueError(f"{joint_key}.pads: (count - 1) x spacing_m exceeds deck.width_m")
         for number in self.jointed_bents:
             bent = self.bents[number]
             if bent.clear_height_m + bent.cap_depth_m > self.deck.soffit_height_m:
                 raise ValueError(
                     f"bents.{number}: column and cap below the joint are taller than the deck"
                 )
-        places = [-self.length_m / 2, *self.joint_positions_m, self.length_m / 2]
-        hinges = [x for x, joint in zip(places[1:], self.joints, strict=False) if not joint.at]
-        supports = [places[0], *self.bent_positions_m, places[-1]]
-        if any(b - a < 1.0 for a, b in pairwise(places)) or any(
+        breaks_m = [-self.length_m / 2, *self.joint_positions_m, self.length_m / 2]
+        hinges = [x for x, joint in zip(breaks_m[1:], self.joints, strict=False) if not joint.at]
+        supports = [breaks_m[0], *self.bent_positions_m, breaks_m[-1]]
+        if any(b - a < 1.0 for a, b in pairwise(breaks_m)) or any(
             abs(x - support) < 1.0 for x in hinges for support in supports
         ):
             raise ValueError(
@@ -425,9 +425,9 @@ class BridgeData(Part, frozen=True):
                 "and right"
             )
         for name, end in self.ends.items():
-            row = getattr(end, "pads", getattr(end, "piles", None))
-            if row is not None and (row.count - 1) * row.spacing_m > self.deck.width_m:
-                where = "abutment" if self.abutment else f"abutments.{name}"
+            points = getattr(end, "pads", getattr(end, "piles", None))
+            if points is not None and (points.count - 1) * points.spacing_m > self.deck.width_m:
+                end_key = "abutment" if self.abutment else f"abutments.{name}"
                 kind = "pads" if end.type == "seat" else "piles"
-                raise ValueError(f"{where}.{kind}: (count - 1) x spacing_m exceeds deck.width_m")
+                raise ValueError(f"{end_key}.{kind}: (count - 1) x spacing_m exceeds deck.width_m")
         return self

@@ -35,8 +35,8 @@ def bar(text: str) -> tuple[float, ...]:
 
 def hoop(text: str) -> tuple[float, ...]:
     """Return diameter (mm), area (mm2) and spacing (mm) of hoops: ``#8 @ 5 in``."""
-    name, at, pitch = text.partition("@")
-    if not at:
+    name, separator, pitch = text.partition("@")
+    if not separator:
         raise ValueError("must be a bar and its spacing, such as '#8 @ 5 in'")
     return *bar(name), quantity(pitch, "mm")
 
@@ -69,17 +69,17 @@ def box_section(
     top, bottom, web = (MM * thickness_mm for thickness_mm in (top_mm, bottom_mm, web_mm))
     between, high = width - 2 * overhang, depth - top - bottom
     if between <= cells * web or high <= 0.0:
-        raise ValueError("plates do not fit")
+        raise ValueError("the plates do not fit into width and depth")
     webs, soffit, middle = cells + 1, between + web, depth - (top + bottom) / 2
-    places = between * (np.arange(webs) / cells - 0.5)
+    webs_m = between * (np.arange(webs) / cells - 0.5)
     plates = [(width, top, depth - top / 2), (soffit, bottom, bottom / 2)]
     plates += [(web, high, bottom + high / 2)] * webs
-    whole = _composed([(b * h, z, b * h**3 / 12) for b, h, z in plates])
+    composite = _composed([(b * h, z, b * h**3 / 12) for b, h, z in plates])
     transverse = (top * width**3 + bottom * soffit**3 + webs * high * web**3) / 12
-    transverse += web * high * float((places**2).sum())
+    transverse += web * high * float((webs_m**2).sum())
     torsion = 4 * (between * middle) ** 2 / (between / top + between / bottom + 2 * middle / web)
     void = (between - cells * web) * high
-    return Section(*whole, transverse, torsion, void, webs, between / cells)
+    return Section(*composite, transverse, torsion, void, webs, between / cells)
 
 
 def girder_section(
@@ -93,20 +93,20 @@ def girder_section(
     # ASSUME no haunches, and the modulus of the slab for the girders
     (depth, area, centroid, inertia), slab = girder, MM * slab_mm
     plate = (width * slab, depth + slab / 2, width * slab**3 / 12)
-    whole = _composed([plate, *[(area, centroid, inertia)] * count])
-    places = spacing * (np.arange(count) - (count - 1) / 2)
-    transverse = slab * width**3 / 12 + area * float((places**2).sum())
+    composite = _composed([plate, *[(area, centroid, inertia)] * count])
+    girders_m = spacing * (np.arange(count) - (count - 1) / 2)
+    transverse = slab * width**3 / 12 + area * float((girders_m**2).sum())
     torsion = width * slab**3 / 3 + count * area**4 / (40 * inertia)
     void = max((count - 1) * (spacing * depth - area), 0.0)
-    return Section(*whole, transverse, torsion, void, count, spacing)
+    return Section(*composite, transverse, torsion, void, count, spacing)
 
 
 def slab_section(width: float, thickness_mm: float) -> Section:
     """Return the section of a solid slab."""
     depth, pads = MM * thickness_mm, max(2, round(width / 3))  # ASSUME pads about 3 m apart
-    area, upright = width * depth, width * depth**3 / 12
-    whole = area, depth / 2, upright, depth * width**3 / 12, 4 * upright, 0.0
-    return Section(*whole, pads, width / pads)
+    area, i_vertical = width * depth, width * depth**3 / 12
+    gross = area, depth / 2, i_vertical, depth * width**3 / 12, 4 * i_vertical, 0.0
+    return Section(*gross, pads, width / pads)
 
 
 def _composed(parts: list[tuple[float, float, float]]) -> tuple[float, float, float]:
@@ -117,7 +117,7 @@ def _composed(parts: list[tuple[float, float, float]]) -> tuple[float, float, fl
 
 
 def tallest(bents: list[dict[str, float]]) -> float:
-    """Return the largest clear height, of a bridge without bents any."""
+    """Return the largest clear height of the bents (m), or 6 without bents."""
     return max((bent["clear_height_m"] for bent in bents), default=6.0)
 
 
@@ -184,9 +184,9 @@ class Formula:
         body = _NAMES.sub(lambda match: numbered.get(match[0], match[0]), text)
         self._of: Callable[[list[Any]], Any] = eval(f"lambda v: {body}", _FUNCTIONS)
 
-    def value(self, known: Callable[[str], Any]) -> Any:
-        """Return the value, or None if a number is unknown, invalid or outside the formula."""
-        values = [known(need) for need in self.needs]
+    def value(self, lookup: Callable[[str], Any]) -> Any:
+        """Return the value, or None if a number is unknown or the formula cannot be evaluated."""
+        values = [lookup(key) for key in self.needs]
         if not all(map(_is_usable, values)):
             return None
         try:
@@ -203,7 +203,7 @@ def _is_usable(value: Any) -> bool:
 
 
 class Rule(NamedTuple):
-    """Rule for one key; ``within`` is the usual factor between a given number and the rule's."""
+    """Rule for one key; given numbers usually differ from it by a factor of at most ``within``."""
 
     key: str
     formula: Formula
@@ -216,8 +216,8 @@ class Rule(NamedTuple):
 def _rules() -> Iterator[Rule]:
     for row in TABLES["rules"]:
         formula = Formula(f"{row['is']}")
-        rest = row.get("within"), row.get("follows", formula.needs), row.get("any")
-        yield Rule(row["key"], formula, row["src"], *rest)
+        conditions = row.get("within"), row.get("follows", formula.needs), row.get("any")
+        yield Rule(row["key"], formula, row["src"], *conditions)
 
 
 RULES: Final = tuple(_rules())
@@ -244,7 +244,7 @@ def _seats(tree: Any) -> list[str]:
 
 
 def _placed(key: str, seat: str, number: int = 0) -> str:
-    """Return the key in the section of an abutment, and for the number of a bent."""
+    """Return the key for one abutment section and, in place of ``*``, the number of a bent."""
     return re.sub(r"^abutment\b", seat, key).replace("*", f"{number}")
 
 
@@ -256,7 +256,7 @@ def _keys(key: str, tree: Any) -> list[str]:
 
 
 def _put(tree: Any, key: str, value: Any) -> None:
-    """Set a value in nested mappings and lists, unless a section is something else."""
+    """Set a value in nested mappings and lists; do nothing if its section is neither."""
     *above, last = key.split(".")
     for name in above:
         if isinstance(tree, list) and name.isdigit():
@@ -274,18 +274,18 @@ def _rounded(value: Any, digits: int) -> Any:
     return float(f"{value:.{digits}g}") if isinstance(value, float) else value
 
 
-def _lookup(tree: Any, results: Mapping[str, Any], need: str) -> Any:
+def _lookup(tree: Any, results: Mapping[str, Any], key: str) -> Any:
     """Return a number of the bridge file, else of the drawing or a rule, or None."""
-    places = value_at(tree, need), results.get(need), value_at(results, need)
-    return next((value for value in places if value is not None), None)
+    candidates = value_at(tree, key), results.get(key), value_at(results, key)
+    return next((value for value in candidates if value is not None), None)
 
 
-def values_by_rule(known: Mapping[str, Any], tree: Any) -> Iterator[tuple[str, Any, Rule]]:
-    """Yield key, value and rule of all rules that apply; numbers of the tree go first.
+def values_by_rule(given_numbers: Mapping[str, Any], tree: Any) -> Iterator[tuple[str, Any, Rule]]:
+    """Yield key, value and rule of all rules that apply; they use numbers of the file first.
 
-    ``known`` has the numbers of the drawing, and the whole ``bridge`` if it is complete.
+    ``given_numbers`` has the numbers of the drawing, and the whole ``bridge`` if it is complete.
     """
-    results = dict(known)
+    results = dict(given_numbers)
     bents, seats = value_at(tree, "bents"), _seats(tree)
     numbers = range(len(bents) if isinstance(bents, list | tuple) else 0)
     for rule in RULES:
@@ -295,7 +295,7 @@ def values_by_rule(known: Mapping[str, Any], tree: Any) -> Iterator[tuple[str, A
         ):
             key = _placed(rule.key, seat, number)
             value = rule.formula.value(
-                lambda need, place=(seat, number): _lookup(tree, results, _placed(need, *place))
+                lambda needed, where=(seat, number): _lookup(tree, results, _placed(needed, *where))
             )
             if key not in results and value is not None:
                 results[key] = value
@@ -311,19 +311,19 @@ class Completed(NamedTuple):
     inherited: frozenset[str] = frozenset()
 
     def by_rule(self) -> dict[str, tuple[Any, Rule]]:
-        """Return what the rules give for the keys of the bridge from its other numbers."""
-        known = {**self.drawn, "bridge": self.bridge}
-        rows = values_by_rule(known, self.bridge.model_dump(exclude={"sources"}))
+        """Return value and rule of each key for which a rule exists, from the other numbers."""
+        numbers = {**self.drawn, "bridge": self.bridge}
+        rows = values_by_rule(numbers, self.bridge.model_dump(exclude={"sources"}))
         return {key: (value, rule) for key, value, rule in rows if _is_of_bridge(key)}
 
 
 def _is_of_bridge(key: str) -> bool:
-    usual = re.sub(r"^abutments\.\w+", "abutment", key)
-    return usual not in DRAWN and ("." in key or key in BridgeData.model_fields)
+    of_both_ends = re.sub(r"^abutments\.\w+", "abutment", key)
+    return of_both_ends not in DRAWN and ("." in key or key in BridgeData.model_fields)
 
 
 def completed(tree: dict[str, Any], path: Path) -> Completed:
-    """Return the bridge of a tree with plain values and ``sources``; rules add what it lacks.
+    """Return the bridge of a file's plain values and ``sources``; rules add missing numbers.
 
     `InputError` for a value that is invalid, or missing without a rule whose needs are given.
     """
@@ -334,13 +334,13 @@ def completed(tree: dict[str, Any], path: Path) -> Completed:
             _put(tree, key, _rounded(value, 10))
             if value_at(tree, key) is not None:  # a null section stays
                 derived[key] = rule
-    late = {
+    after_others = {
         key: rule
         for rule in RULES
         for key in _keys(rule.key, tree)
         if rule.any is not None and value_at(tree, key) is None
     }
-    for key, rule in late.items():
+    for key, rule in after_others.items():
         _put(tree, key, rule.any)
         derived[key] = rule
     tree["sources"] |= {key: rule.src for key, rule in derived.items()}
@@ -348,10 +348,10 @@ def completed(tree: dict[str, Any], path: Path) -> Completed:
         bridge = checked(BridgeData, tree, where)
     except InputError as error:
         raise _explained(error) from None
-    for key, rule in late.items():
+    for key, rule in after_others.items():
         value = rule.formula.value({"bridge": bridge}.get)
         if value is None:
-            text = "cannot be computed from the other numbers; check them or give it"
+            text = "cannot be computed from the other numbers; check them or write it"
             raise InputError(f"{path.name}: {key}: {text}", file=path.name)
         _put(tree, key, _rounded(value, 4))
         bridge = checked(BridgeData, tree, where)
@@ -361,7 +361,7 @@ def completed(tree: dict[str, Any], path: Path) -> Completed:
 def _take_drawn(tree: dict[str, Any], file: str) -> dict[str, Any]:
     """Remove the keys of a drawing from a tree with plain values; return them, checked."""
     drawn: dict[str, Any] = {}
-    for key, limits in ((key, limits) for of, limits in DRAWN.items() for key in _keys(of, tree)):
+    for key, limits in ((key, limits) for k, limits in DRAWN.items() for key in _keys(k, tree)):
         above, _, last = key.rpartition(".")
         section = value_at(tree, above) if above else tree
         if not isinstance(section, dict) or last not in section:
@@ -380,7 +380,7 @@ def _take_drawn(tree: dict[str, Any], file: str) -> dict[str, Any]:
 
 
 def overruled(tree: Mapping[str, Any]) -> set[str]:
-    """Return the inherited keys that no longer count because a file draws what they follow from."""
+    """Return the inherited keys that the drawing in a file replaces by rules."""
     keys_without_effect: set[str] = set()
     for seat in _seats(tree):
         drawn = {_part(key) for key in DRAWN if value_at(tree, _placed(key, seat)) is not None}
@@ -391,28 +391,28 @@ def overruled(tree: Mapping[str, Any]) -> set[str]:
 
 
 def _explained(error: InputError) -> InputError:
-    """Return the error with the drawing that would give each missing number."""
+    """Return the error; it also names the drawing keys from which each missing number follows."""
     file = f"{error.details['file']}"
     first, *lines = str(error).split("\n  ")
-    kept: list[str] = []
+    messages: list[str] = []
     for line in lines or [first.removeprefix(f"{file}: ")]:
         key, is_missing, _ = line.partition(": is missing")
         key = re.sub(r"\.\d+\.", ".*.", key)
         if not is_missing or all(rule.key != key for rule in RULES):
-            kept.append(line)
+            messages.append(line)
         elif parts := " or ".join(_parts(key)):
-            kept.append(f"{line}; or give {parts}")
-    many = f"{file} has {len(kept)} errors:\n  " if len(kept) > 1 else f"{file}: "
-    return InputError(many + "\n  ".join(kept), **error.details)
+            messages.append(f"{line}; or give {parts}")
+    heading = f"{file} has {len(messages)} errors:\n  " if len(messages) > 1 else f"{file}: "
+    return InputError(heading + "\n  ".join(messages), **error.details)
 
 
 def _parts(key: str) -> dict[str, None]:
     """Return the parts of a drawing from which rules give a number, directly or in stages."""
     by_default = {rule.key for rule in RULES}
     parts: dict[str, None] = {}
-    for need in (need for rule in RULES if rule.key == key for need in rule.formula.needs):
-        is_drawn = need in DRAWN and need not in by_default
-        parts |= {_part(need): None} if is_drawn else _parts(need.partition(".")[0])
+    for needed in (needed for rule in RULES if rule.key == key for needed in rule.formula.needs):
+        is_drawn = needed in DRAWN and needed not in by_default
+        parts |= {_part(needed): None} if is_drawn else _parts(needed.partition(".")[0])
     return parts
 
 

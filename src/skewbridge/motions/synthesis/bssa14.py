@@ -60,8 +60,8 @@ def _coefficients(periods_s: list[float]) -> dict[str, Vector]:
 def _source_and_path(scenario: Scenario, c: dict[str, Vector]) -> Vector:
     magnitude = scenario.magnitude
     event = c["e_3"] if scenario.mechanism == "reverse" else c["e_1"]
-    over = magnitude - c["M_h"]
-    growth = np.where(over <= 0.0, c["e_4"] * over + c["e_5"] * over**2, c["e_6"] * over)
+    dm = magnitude - c["M_h"]
+    growth = np.where(dm <= 0.0, c["e_4"] * dm + c["e_5"] * dm**2, c["e_6"] * dm)
     distance_km = np.sqrt(scenario.joyner_boore_km**2 + c["h"] ** 2)
     spreading = (c["c_1"] + c["c_2"] * (magnitude - c["M_ref"])) * np.log(distance_km / c["R_ref"])
     anelastic = (c["c_3"] + c["dc_3global"]) * (distance_km - c["R_ref"])
@@ -79,8 +79,8 @@ def _sigma(scenario: Scenario, c: dict[str, Vector]) -> Vector:
     tau = c["tau_1"] + (c["tau_2"] - c["tau_1"]) * large
     phi = c["phi_1"] + (c["phi_2"] - c["phi_1"]) * large
     distance_km = max(scenario.joyner_boore_km, 1.0e-3)
-    far = np.log(distance_km / c["R_1"]) / np.log(c["R_2"] / c["R_1"])
-    phi = phi + c["dphi_R"] * np.clip(far, 0.0, 1.0)
+    distance_share = np.log(distance_km / c["R_1"]) / np.log(c["R_2"] / c["R_1"])
+    phi = phi + c["dphi_R"] * np.clip(distance_share, 0.0, 1.0)
     soft = np.log(c["V_2"] / scenario.vs30_mps) / np.log(c["V_2"] / c["V_1"])
     phi = phi - c["dphi_V"] * np.clip(soft, 0.0, 1.0)
     return np.hypot(tau, phi)

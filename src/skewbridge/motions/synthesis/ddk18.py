@@ -141,7 +141,7 @@ def draw_parameters(scenario: Scenario, rng: np.random.Generator) -> ModelParame
 
 def transform(normals: Vector) -> ModelParameters:
     """Return the physical parameters for 14 normal variables, or for 19 with a pulse."""
-    one, two = np.split(normals[-14:], 2)
+    normals_1, normals_2 = np.split(normals[-14:], 2)
     pulse = None
     if normals.size > 14:
         peak_cm_s, period_s, peak_time_s = np.exp(normals[[0, 1, 4]]).tolist()
@@ -149,7 +149,7 @@ def transform(normals: Vector) -> ModelParameters:
         oscillations = 2.0 + 1.2 * _beta(normals[2], 1.30326178289206, 3.96858083951547)
         phase_rad = float(2.0 * np.pi * ndtr(normals[3]))
         pulse = Pulse(peak_cm_s, period_s, oscillations, phase_rad, peak_time_s)
-    return ModelParameters((_background(one), _background(two)), pulse)
+    return ModelParameters((_background(normals_1), _background(normals_2)), pulse)
 
 
 def _background(normals: Vector) -> Background:
@@ -183,7 +183,7 @@ class Modulation(NamedTuple):
     amplitude_g: float = 1.0
 
     def at(self, time_s: Vector) -> Vector:
-        """Return the envelope in g."""
+        """Return the envelope at these times, in g."""
         rise = np.minimum(time_s / self.peak_s, 1.0) ** self.power
         fall = np.exp(-self.decay_per_s * np.maximum(time_s - self.peak_s, 0.0))
         return self.amplitude_g * rise * fall
@@ -241,14 +241,14 @@ def filtered_noise(
     zeta = background.damping_ratio
     step = np.exp((-zeta + 1j * np.sqrt(1.0 - zeta * zeta)) * omega * dt_s)
     lags = int(np.ceil(-np.log(_NEGLIGIBLE) / (zeta * float(omega.min()) * dt_s)))
-    total, square = np.zeros(npts), np.zeros(npts)
+    response_sum, square = np.zeros(npts), np.zeros(npts)
     state = omega.astype(np.complex128)
     for lag in range(1, min(lags, npts)):
         state = state[: npts - lag] * step[: npts - lag]
         response = state.imag
-        total[lag:] += response * noise[: npts - lag]
+        response_sum[lag:] += response * noise[: npts - lag]
         square[lag:] += response * response
-    return np.divide(total, np.sqrt(square), out=np.zeros(npts), where=square > 0.0)
+    return np.divide(response_sum, np.sqrt(square), out=np.zeros(npts), where=square > 0.0)
 
 
 def corner_frequency_hz(magnitude: float) -> float:
@@ -281,11 +281,11 @@ def simulate_background(
     corner_hz = corner_frequency_hz(magnitude)
     pad = int(np.ceil(0.5 * 1.5 * 4 / corner_hz / dt_s))
     components: list[Vector] = []
-    for part in parts:
-        envelope, noise = fit_modulation(*part[:4]), rng.standard_normal(npts)
-        shaking = envelope.at(time_s) * filtered_noise(part, envelope, noise, dt_s)
+    for background in parts:
+        envelope, noise = fit_modulation(*background[:4]), rng.standard_normal(npts)
+        shaking = envelope.at(time_s) * filtered_noise(background, envelope, noise, dt_s)
         accel_g = high_pass(np.pad(shaking, pad), dt_s, corner_hz)
-        components.append(accel_g * np.sqrt(part.arias_cm_s / arias_cm_s(accel_g, dt_s)))
+        components.append(accel_g * np.sqrt(background.arias_cm_s / arias_cm_s(accel_g, dt_s)))
     return components[0], components[1], pad * dt_s
 
 
@@ -307,5 +307,5 @@ def pulse_acceleration(pulse: Pulse, time_s: Vector) -> Vector:
     oscillation = 0.5 * pulse.peak_cm_s * np.cos(carrier + nu) - residual * fp / gamma
     slope = -0.5 * pulse.peak_cm_s * np.sin(carrier + nu) * 2.0 * np.pi * fp
     rate = slope * (1.0 + np.cos(hump)) - oscillation * np.sin(hump) * 2.0 * np.pi * fp / gamma
-    inside = np.abs(since_s) <= 0.5 * gamma * pulse.period_s
-    return np.where(inside, rate, 0.0) / _MODEL_G_CM_S2
+    is_in_pulse = np.abs(since_s) <= 0.5 * gamma * pulse.period_s
+    return np.where(is_in_pulse, rate, 0.0) / _MODEL_G_CM_S2

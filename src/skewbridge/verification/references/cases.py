@@ -86,8 +86,8 @@ class DeckCase(_Case):
         if (self.pulse is None) == (self.motion is None):
             raise ValueError("give either pulse or motion, not both")
         if self.dt_s > self.duration_s:
-            most = f"duration_s = {self.duration_s}"
-            raise ValueError(f"dt_s must be at most {most}, got {self.dt_s}")
+            longest = f"duration_s = {self.duration_s}"
+            raise ValueError(f"dt_s must be at most {longest}, got {self.dt_s}")
         if (steps := self.duration_s / self.dt_s) > MAX_STEPS:
             limit = f"at most {MAX_STEPS} steps"
             raise ValueError(f"duration_s / dt_s must be {limit}, got {steps:.3g}")

@@ -149,17 +149,17 @@ def _with_residual(
     step = np.diff(q, axis=0)
     contact = float(np.sum(normals_n * -np.diff(history.openings_m, axis=0)))
     contact += float(np.sum(tangentials_n * np.diff(q @ rows.T, axis=0)))
-    given = np.cumsum(np.sum(loads_n * step, axis=1))
+    input_j = np.cumsum(np.sum(loads_n * step, axis=1))
     lost = float(np.sum(deck.damping * _mid(v) * step)) + contact
     stored = 0.5 * float(deck.mass @ v[-1] ** 2 + deck.stiffness @ q[-1] ** 2)
-    residual = (float(given[-1]) - lost - stored) / (float(np.abs(given).max()) or inf)
+    residual = (float(input_j[-1]) - lost - stored) / (float(np.abs(input_j).max()) or inf)
     return history._replace(energy_residual_ratio=residual)
 
 
 def _with_trapezoidal_residual(deck: SkewDeck, history: History, accel_mps2: Array) -> History:
     force = np.zeros_like(history.q)
     force[:, :2] = -deck.mass[:2] * accel_mps2.T
-    means = (_mid(each) for each in (force, history.normals_n, history.tangentials_n))
+    means = (_mid(forces) for forces in (force, history.normals_n, history.tangentials_n))
     return _with_residual(deck, history, *means)
 
 
@@ -239,8 +239,8 @@ def run_opensees(
         times, accel = excite_deck(case, excitation)
         # the slip of units is along -t at the right end and t at the left
         slip_signs = (-1.0, -1.0, 1.0, 1.0)
-        found = live.record(contacts, times, case.dt_s, [CENTRE], slip_signs, parts_on_change)
-    return _with_trapezoidal_residual(deck, found, accel)
+        history = live.record(contacts, times, case.dt_s, [CENTRE], slip_signs, parts_on_change)
+    return _with_trapezoidal_residual(deck, history, accel)
 
 
 def build_deck(deck: SkewDeck, wall_offset_m: float = 0.0) -> None:
@@ -253,9 +253,9 @@ def build_deck(deck: SkewDeck, wall_offset_m: float = 0.0) -> None:
         ops.uniaxialMaterial("Elastic", tag, *map(float, bearing))
     ops.element("zeroLength", 1, _GROUND, CENTRE, "-mat", 1, 2, 3, "-dir", 1, 2, 6)
     walls = deck.corners_m - wall_offset_m * deck.normal_rows[:, :2]
-    for nodes, places in ((CORNER_NODES, deck.corners_m), (WALL_NODES, walls)):
-        for node, place in zip(nodes, places.tolist(), strict=True):
-            ops.node(node, *place)
+    for nodes, positions in ((CORNER_NODES, deck.corners_m), (WALL_NODES, walls)):
+        for node, position in zip(nodes, positions.tolist(), strict=True):
+            ops.node(node, *position)
     for wall in WALL_NODES:
         ops.fix(wall, 1, 1, 1)
 
@@ -293,9 +293,9 @@ def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> History:
     # The pulse ends with a jump: a step ends there.
     jump = [excitation.period_s] if excitation.period_s < times[-1] else []
     parts = times[:-1, None] + case.dt_s / inner * np.arange(inner)
-    fine = np.unique(np.concatenate([parts.ravel(), times[-1:], jump]))
-    fine = fine[np.append(True, np.diff(fine) > 1e-12)]
-    starts, ends = fine[:-1], fine[1:]
+    fine_times = np.unique(np.concatenate([parts.ravel(), times[-1:], jump]))
+    fine_times = fine_times[np.append(True, np.diff(fine_times) > 1e-12)]
+    starts, ends = fine_times[:-1], fine_times[1:]
     # Accelerations at start, middle and end of each step, one-sided at jumps.
     inside = 1e-9 * (ends - starts)
     stages = (starts + inside, 0.5 * (starts + ends), ends - inside)
@@ -324,7 +324,7 @@ def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> History:
         forces, result = contact(state), free @ state - accel
         return result if forces is None else result + spread @ forces
 
-    state, rows = np.zeros(6), np.zeros((len(fine), 14))
+    state, rows = np.zeros(6), np.zeros((len(fine_times), 14))
     for k, h in enumerate((ends - starts).tolist()):
         start, middle, end = accels[k]
         k1 = rate(state, start)
@@ -340,12 +340,12 @@ def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> History:
     q, v, normals, friction = np.split(rows, (3, 6, 10), axis=1)
     openings = case.gap_normal_m + q @ deck.normal_rows.T
     half = 0.5 * float(np.median(ends - starts))
-    accel = excitation.mean(fine - half, fine + half)
-    found = History(fine, q, v, openings, normals, friction)
-    found = _with_trapezoidal_residual(deck, found, accel)
-    wanted = np.searchsorted(fine, times - 1e-12)
-    columns = (each[wanted] for each in (q, v, openings, normals, friction))
-    residual = found.energy_residual_ratio
+    accel = excitation.mean(fine_times - half, fine_times + half)
+    history = History(fine_times, q, v, openings, normals, friction)
+    history = _with_trapezoidal_residual(deck, history, accel)
+    at_times = np.searchsorted(fine_times, times - 1e-12)
+    columns = (column[at_times] for column in (q, v, openings, normals, friction))
+    residual = history.energy_residual_ratio
     return History(times, *columns, ledgers=(), energy_residual_ratio=residual)
 
 
@@ -359,9 +359,9 @@ def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> History:
     parts = max(1, ceil(case.dt_s / 2.0e-5 - 1e-9))
     times = live.even_times(case.duration_s, case.dt_s)
     dt_s = case.dt_s / parts
-    fine = live.even_times(case.dt_s * (len(times) - 1), dt_s)
-    loads = np.zeros((len(fine) - 1, 3))
-    loads[:, :2] = -deck.mass[:2] * excitation.mean(fine[:-1], fine[1:]).T
+    fine_times = live.even_times(case.dt_s * (len(times) - 1), dt_s)
+    loads = np.zeros((len(fine_times) - 1, 3))
+    loads[:, :2] = -deck.mass[:2] * excitation.mean(fine_times[:-1], fine_times[1:]).T
     gaps_m = np.full(len(CORNERS), case.gap_normal_m)
     contacts = RigidContacts(
         *(deck.normal_rows, gaps_m, deck.tangent_rows[::2], (0, 0, 1, 1), case.friction),
@@ -369,8 +369,8 @@ def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> History:
         restitution=1.0 if case.restitution is None else case.restitution,
     )
     matrices = np.diag(deck.mass), np.diag(deck.damping), np.diag(deck.stiffness)
-    found = moreau_jean(matrices, contacts, loads, dt_s)
-    found = _with_residual(deck, found, loads, found.normals_n[1:], found.tangentials_n[1:])
+    history = moreau_jean(matrices, contacts, loads, dt_s)
+    history = _with_residual(deck, history, loads, history.normals_n[1:], history.tangentials_n[1:])
 
     def mean_forces(forces_n: Array) -> Array:
         """Return mean forces over the steps of the case; the first row is for time zero."""
@@ -378,11 +378,11 @@ def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> History:
         return np.vstack([forces_n[:1], steps])
 
     # The friction of an end is divided between its corners in proportion to their compression.
-    normals = mean_forces(found.normals_n)
+    normals = mean_forces(history.normals_n)
     ends = normals.reshape(-1, 2, 2)
     totals = ends.sum(axis=2, keepdims=True)
     shares = ends / np.where(totals > 0.0, totals, 1.0)
-    friction = (shares * mean_forces(found.tangentials_n)[:, :, None]).reshape(normals.shape)
-    q, v, openings = (each[::parts] for each in (found.q, found.v, found.openings_m))
-    residual = found.energy_residual_ratio
+    friction = (shares * mean_forces(history.tangentials_n)[:, :, None]).reshape(normals.shape)
+    q, v, openings = (column[::parts] for column in (history.q, history.v, history.openings_m))
+    residual = history.energy_residual_ratio
     return History(times, q, v, openings, normals, friction, energy_residual_ratio=residual)

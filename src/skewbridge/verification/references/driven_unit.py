@@ -54,9 +54,9 @@ def drive_unit(
     forces, contacts = np.zeros((len(path), 3)), ContactSet(scheme=scheme, coupling=coupling)
     with live.clean_domain(3, 3):
         support_nodes()
-        place = SURFACE, BODY, (0.0, 0.0, 1.0), law.gap_m, law.friction, law.cohesion_n
+        contact = SURFACE, BODY, (0.0, 0.0, 1.0), law.gap_m, law.friction, law.cohesion_n
         penalties: Any = {"kn": law.kn_n_per_m, "kt": law.kt_n_per_m}
-        contacts.add(*place, **penalties, tangent=(1.0, 0.0, 0.0))
+        contacts.add(*contact, **penalties, tangent=(1.0, 0.0, 0.0))
         drive_body(path, system="ProfileSPD")
         # Go to the first row without friction; it becomes the state at rest.
         _analyze_to_next_row(1)
@@ -98,8 +98,8 @@ def follow_law(law: ContactLaw, path: Array, *, substeps: int = 1) -> Array:
 
 def path_work_j(path: Array, forces_n: Array) -> float:
     """Return the work (J) of the friction force along a path, by the trapezoidal rule."""
-    moved = np.diff(path[:, 1:3], axis=0)
-    return float(np.sum(0.5 * (forces_n[1:, :2] + forces_n[:-1, :2]) * moved))
+    steps_m = np.diff(path[:, 1:3], axis=0)
+    return float(np.sum(0.5 * (forces_n[1:, :2] + forces_n[:-1, :2]) * steps_m))
 
 
 def rms_n(differences_n: Array) -> float:
@@ -109,14 +109,14 @@ def rms_n(differences_n: Array) -> float:
 
 def support_nodes(gap_m: float = 0.0) -> None:
     """Define a fixed surface and a body at a distance along z."""
-    anchor, idle = 3, 4
-    for node, z in ((SURFACE, 0.0), (BODY, gap_m), (anchor, 0.0), (idle, 0.0)):
+    anchor, unused = 3, 4
+    for node, z in ((SURFACE, 0.0), (BODY, gap_m), (anchor, 0.0), (unused, 0.0)):
         ops.node(node, 0.0, 0.0, z)
-    for node, along_x in ((SURFACE, 1), (anchor, 1), (idle, 0)):
+    for node, along_x in ((SURFACE, 1), (anchor, 1), (unused, 0)):
         ops.fix(node, along_x, 1, 1)
     # The solver needs at least one equation: a spring without load.
     ops.uniaxialMaterial("Elastic", 1, 1.0)
-    ops.element("zeroLength", 1, anchor, idle, "-mat", 1, "-dir", 1)
+    ops.element("zeroLength", 1, anchor, unused, "-mat", 1, "-dir", 1)
 
 
 def drive_body(path: Array, *, system: str) -> None:

@@ -61,8 +61,8 @@ class RigidContacts:
         """Return the trial states of a step: contacts with an impulse, and slip of the groups."""
         has_friction = self.friction > 0.0 or self.cohesion_n > 0.0
         groups = sorted({self.groups[i] for i in active}) if has_friction else []
-        for carries in product((True, False), repeat=len(active)):
-            closed = tuple(i for i, carried in zip(active, carries, strict=True) if carried)
+        for flags in product((True, False), repeat=len(active)):
+            closed = tuple(i for i, flag in zip(active, flags, strict=True) if flag)
             for slip in product((0, 1, -1), repeat=len(groups)):
                 yield State(active, closed, dict(zip(groups, slip, strict=True)))
 
@@ -91,20 +91,20 @@ class RigidContacts:
             targets[: len(closed)] = -self.restitution * u_before[closed]
             basis, rows = columns[unknown].T, compliance[unknown]
             try:
-                found = np.linalg.solve(rows @ basis, targets - (u_free[unknown] + rows @ impulses))
+                sizes = np.linalg.solve(rows @ basis, targets - (u_free[unknown] + rows @ impulses))
             except np.linalg.LinAlgError:
                 return None
-            impulses = impulses + basis @ found
+            impulses = impulses + basis @ sizes
         after = u_free + compliance @ impulses
         speed = _ROUNDING * max(float(np.abs(u).max()) for u in (after, u_free, u_before))
-        least = -_ROUNDING * float(np.abs(impulses).max())
+        rounding = -_ROUNDING * float(np.abs(impulses).max())
         opening = after + self.restitution * u_before
-        if impulses[closed].min(initial=0.0) < least or opening[[*state.active]].min() < -speed:
+        if impulses[closed].min(initial=0.0) < rounding or opening[[*state.active]].min() < -speed:
             return None
         for group, motion in state.slip.items():
             normal = float(sum(impulses[i] for i in closed if self.groups[i] == group))
             limit = self.friction * normal + cohesion_ns[group]
-            is_beyond = motion == 0 and abs(impulses[count + group]) > limit - least
+            is_beyond = motion == 0 and abs(impulses[count + group]) > limit - rounding
             if is_beyond or motion * after[count + group] < -speed:
                 return None
         return impulses

@@ -57,13 +57,13 @@ def load_node(
     node: int, weight_n: float, dt_s: float, force_n: Array, *, rotations: int = 0
 ) -> None:
     """Load a node by a constant weight along -y and a time-dependent force along x."""
-    rest = [0.0] * rotations
+    zeros = [0.0] * rotations
     ops.timeSeries("Constant", 1)
     ops.pattern("Plain", 1, 1)
-    ops.load(node, 0.0, -weight_n, *rest)
+    ops.load(node, 0.0, -weight_n, *zeros)
     path_series(2, dt_s, force_n)
     ops.pattern("Plain", 2, 2)
-    ops.load(node, 1.0, 0.0, *rest)
+    ops.load(node, 1.0, 0.0, *zeros)
 
 
 class History(NamedTuple):

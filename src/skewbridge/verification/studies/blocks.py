@@ -84,8 +84,8 @@ def run_block(
         ops.mass(mass, block.mass_kg, block.mass_kg if block.bounces else 0.0)
         ops.uniaxialMaterial("Elastic", 1, block.spring_n_per_m)
         ops.element("zeroLength", 1, anchor, mass, "-mat", 1, "-dir", 1)
-        place = ground, mass, (0.0, 1.0), block.gap_m, block.friction
-        contacts.add(*place, kn=block.kn_n_per_m, kt=block.kt_n_per_m, drive=block.drive)
+        contact = ground, mass, (0.0, 1.0), block.gap_m, block.friction
+        contacts.add(*contact, kn=block.kn_n_per_m, kt=block.kt_n_per_m, drive=block.drive)
         ops.setNodeDisp(mass, 1, block.x0_m, "-commit")
         for dof, speed in enumerate(block.v0_mps, start=1):
             ops.setNodeVel(mass, dof, speed, "-commit")
@@ -143,8 +143,8 @@ def run_upright(
             x, y = ops.nodeCoord(corner)
             ops.node(floor, x, y)
             ops.fix(floor, 1, 1, 1)
-            place = floor, corner, (0.0, 1.0), max(0.0, y), friction
-            contacts.add(*place, kn=1.0e9, kt=1.0e9)
+            contact = floor, corner, (0.0, 1.0), max(0.0, y), friction
+            contacts.add(*contact, kn=1.0e9, kt=1.0e9)
         push = -MASS_KG * base_mps2(times)
         live.load_node(centre, MASS_KG * TABLE_G_MPS2, dt_s, push, rotations=1)
         # Numerical damping removes oscillations of the penalty; rocking is far slower.
@@ -167,11 +167,11 @@ def verify_contact_gate() -> pd.DataFrame:
 
 
 def run_gate(study: Study) -> None:
-    """Run the contact checks."""
+    """Run the short contact checks, which precede every study."""
     closed, opened = (advance_pair(PAPER_LAW, (0.0, 0.0), (0.3, 0.4), z) for z in (-0.1, 1e-9))
     slip_n, ratio = hypot(*closed.force_n), closed.force_n[0] / closed.force_n[1]
     study.relative("slip force (N)", slip_n, 1500.0 + 0.3 * 1e4, 1e-12, "cone")
-    study.absolute("direction of the slip force", ratio, 0.75, 1e-12, "cone")
+    study.absolute("slip force, ratio of components", ratio, 0.75, 1e-12, "cone")
     study.absolute("friction while open (N)", opened.force_n[0], 0.0, 0.0, "cone")
     restitution = drives.kelvin_voigt_restitution(drives.kelvin_voigt_damping_ratio(0.6))
     study.absolute("restitution of the clipped damper", restitution, 0.6, 1e-9, "B4")
@@ -241,8 +241,8 @@ def _check_fall(study: Study, names: tuple[str, ...], dt_s: float) -> None:
     fall = run_block(falling_block(), dt_s, 0.05)
     w, static_m = sqrt(1e7 / MASS_KG), MASS_KG * TABLE_G_MPS2 / 1e7
     exact = static_m + hypot(static_m, 1.0 / w), 2.0 / w * (pi - atan(w / TABLE_G_MPS2))
-    found = -fall.q[:, 1].min(), fall.ledgers[0].contact_time_s
-    for name, value, reference, limit in zip(names, found, exact, (5e-3, 0.01), strict=False):
+    computed = -fall.q[:, 1].min(), fall.ledgers[0].contact_time_s
+    for name, value, reference, limit in zip(names, computed, exact, (5e-3, 0.01), strict=False):
         study.relative(name, value, reference, limit, "B5")
 
 
@@ -253,19 +253,19 @@ _LIMIT_N: Final = _LAW.friction * _LAW.kn_n_per_m * _DEPTH_M
 
 
 def run(study: Study) -> None:
-    """Run the study of figure 1."""
+    """Run the study of figure 1: friction loops of a unit, and blocks that slide, tip or rock."""
     loops = {f"gap {gap / MM:g} mm": _loops(gap, study) for gap in (0.0, 0.02)}
     completed = sum(np.isfinite(f).all() for loop in loops.values() for _, f in loop.values())
     study.states("existing parts", "loops of one unit", completed)
     panels: list[Panel] = []
-    for name, moved, force, k in (
+    for name, label_x, label_y, k in (
         ("normal", "normal displacement (mm)", "compression (kN)", 0),
         ("constant", "slip (mm)", "friction (kN)", 2),
         ("varying", "slip (mm)", "friction (kN)", 2),
     ):
         drives_of = {gap: loop[name] for gap, loop in loops.items()}
         lines = {g: (p[:, 3 - k] / MM, f[:, 2 - k] / KN) for g, (p, f) in drives_of.items()}
-        panels.append(Panel(moved, force, lines, name))
+        panels.append(Panel(label_x, label_y, lines, name))
     study.figures["unit"] = drawn(panels, columns=3, height_in=2.9)
 
     def sine_mps2(t: Array) -> Array:
@@ -314,9 +314,9 @@ def _loops(gap_m: float, study: Study) -> dict[str, tuple[Array, Array]]:
 def _check_upright(study: Study, half_m: tuple[float, float]) -> None:
     """Check a released block, and a block under a base acceleration that grows after 1 s."""
     b, h = half_m
-    angle, name = 0.5 * atan(b / h), f"block {b} x {h} m"
-    released = run_upright(half_m, 5e-4, 0.8, friction=1.0, angle_rad=angle)
-    found_s = first_crossing_s(released.t_s, angle + released.q[:, 2]) or np.nan
+    angle_rad, name = 0.5 * atan(b / h), f"block {b} x {h} m"
+    released = run_upright(half_m, 5e-4, 0.8, friction=1.0, angle_rad=angle_rad)
+    found_s = first_crossing_s(released.t_s, angle_rad + released.q[:, 2]) or np.nan
     study.tabulated(f"{name}: quarter period of rocking (s)", found_s)
 
     def growing_mps2(t: Array) -> Array:
@@ -324,31 +324,31 @@ def _check_upright(study: Study, half_m: tuple[float, float]) -> None:
 
     push = partial(run_upright, half_m, 1e-3, 4.0, base_mps2=growing_mps2)
     rough, smooth = push(friction=1.0), push(friction=0.2)
-    lifts, stays = ((h.t_s > 1.0) & (h.openings_m.max(axis=1) > 0.0) for h in (rough, smooth))
-    start, text = growing_mps2(rough.t_s[lifts][:1])[0], "acceleration at uplift (m/s2)"
+    lifted, lifted_2 = ((h.t_s > 1.0) & (h.openings_m.max(axis=1) > 0.0) for h in (rough, smooth))
+    start, text = growing_mps2(rough.t_s[lifted][:1])[0], "acceleration at uplift (m/s2)"
     study.relative(f"{name}: {text}", start, TABLE_G_MPS2 * b / h, 0.02, "B9, g b / h")
     slid = bool((np.abs(np.diff(smooth.q[:, 3])) > 1e-3).any())
     text = f"{name}, friction 0.2 < b / h: slides and does not lift"
-    study.holds(text, truth=slid and not stays.any(), source="B9")
+    study.holds(text, truth=slid and not lifted_2.any(), source="B9")
 
 
 _STEPS_PER_CYCLE: Final = 2000
 
 
 def run_closed_forms(study: Study) -> None:
-    """Run the study of closed forms."""
+    """Compare oscillators with friction, impacts and a mass on a belt with closed forms."""
     decay = run_block(spring_block(x0_m=0.5), 5e-4, 3.0)
     v = decay.v[:, 0]
     turns = decay.q[np.flatnonzero(v[1:] * v[:-1] < 0.0), 0]
     # the mass stops once |x| <= slip: at the fifth turning point
-    for k, found in enumerate(turns[:5], start=1):
+    for k, computed in enumerate(turns[:5], start=1):
         exact = (-1) ** k * (0.5 - 2.0 * k * _SLIP_M)
-        study.absolute(f"free decay: turning point {k} (m)", found, exact, 0.5e-3, "B1")
+        study.absolute(f"free decay: turning point {k} (m)", computed, exact, 0.5e-3, "B1")
     # frequency ratio (away from 1/2, 1/4 ... where the closed form fails), friction / force
     for ratio, friction_ratio in ((0.7, 0.3), (1.2, 0.4), (1.5, 0.3), (2.0, 0.2)):
-        found, exact = _forced_response(ratio, friction_ratio)
+        computed, exact = _forced_response(ratio, friction_ratio)
         text = f"forced, r = {ratio}, F/P = {friction_ratio}: amplitude (m)"
-        study.relative(text, found, exact, 5e-3, "B2")
+        study.relative(text, computed, exact, 5e-3, "B2")
     _check_fall(study, ("ball on penalty: depth (m)", "ball on penalty: contact time (s)"), 1e-4)
     _check_impacts(study)
     # A mass pulled over a surface by a spring whose end moves at 0.1 m/s.
@@ -408,12 +408,12 @@ _FREE_STEPS: Final = 6
 
 
 def run_integrators(study: Study) -> None:
-    """Run the study of the restitution of integrators."""
+    """Report the restitution of an elastic impact for each integrator."""
     rows: list[Row] = []
     for step in (0.1, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0):  # x contact frequency
         for integrator in ("houbolt", "newmark"):
-            found = integrator_restitution(integrator, step)
-            values = {"mean": found.mean(), "least": found.min(), "largest": found.max()}
+            ratios = integrator_restitution(integrator, step)
+            values = {"mean": ratios.mean(), "least": ratios.min(), "largest": ratios.max()}
             rows.append({"integrator": integrator, "step_times_frequency": step} | values)
             # The extremes depend on the phases tried; the mean of all forty less so.
             text = f"{integrator}, step x frequency {step:g}: mean restitution"

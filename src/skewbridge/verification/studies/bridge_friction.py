@@ -151,11 +151,11 @@ def _is_pushed(forces_kn: Iterable[float], skew_deg: float) -> bool:
     return min(forces_kn) > 0.05 * fill.ultimate_n / KN
 
 
-def rms_change(with_friction: Array, without: Array) -> Array:
+def rms_change(with_friction: Array, without_friction: Array) -> Array:
     """Return the RMS of the change by friction / RMS without friction, along the first axis."""
-    count = min(len(with_friction), len(without))
-    change = with_friction[:count] - without[:count]
-    return np.sqrt((change**2).mean(axis=0) / (without[:count] ** 2).mean(axis=0))
+    count = min(len(with_friction), len(without_friction))
+    change = with_friction[:count] - without_friction[:count]
+    return np.sqrt((change**2).mean(axis=0) / (without_friction[:count] ** 2).mean(axis=0))
 
 
 def stick_slip_changes(normal_n: Array, friction_n: Array, coefficient: float) -> int:
@@ -165,8 +165,8 @@ def stick_slip_changes(normal_n: Array, friction_n: Array, coefficient: float) -
     """
     closed = normal_n > 0.0
     slipping = friction_n >= 0.98 * coefficient * normal_n
-    stays = closed[1:] & closed[:-1]
-    return int((stays & (slipping[1:] != slipping[:-1])).sum())
+    stays_closed = closed[1:] & closed[:-1]
+    return int((stays_closed & (slipping[1:] != slipping[:-1])).sum())
 
 
 def half_cycles(pair: Pair[DeckMotion], axis: int) -> pd.DataFrame:
@@ -181,17 +181,17 @@ def half_cycles(pair: Pair[DeckMotion], axis: int) -> pd.DataFrame:
         product of the peaks of the run; it is 1 if both coincide.
     """
     count = min(len(motion.disp_m) for motion in pair)
-    rough, smooth = (motion.disp_m[:count] for motion in pair)
-    own, other = np.abs(smooth[:, axis]), np.abs(smooth[:, 1 - axis])
+    with_friction, without = (motion.disp_m[:count] for motion in pair)
+    disp, across = np.abs(without[:, axis]), np.abs(without[:, 1 - axis])
     columns = {
-        "peak_without_m": own,
-        "peak_with_m": np.abs(rough[:, axis]),
-        "together": own * other / (own.max() * other.max()),
+        "peak_without_m": disp,
+        "peak_with_m": np.abs(with_friction[:, axis]),
+        "together": disp * across / (disp.max() * across.max()),
         "has_contact": np.logical_or(*(motion.touches_wall[:count] for motion in pair)),
     }
-    crossings = np.diff(np.signbit(smooth[:, axis]), prepend=np.signbit(smooth[0, axis]))
+    crossings = np.diff(np.signbit(without[:, axis]), prepend=np.signbit(without[0, axis]))
     groups = pd.DataFrame(columns).groupby(np.cumsum(crossings))
-    is_large = (groups["peak_without_m"].max() >= SMALLEST_CYCLE * own.max()) & (groups.size() > 1)
+    is_large = (groups["peak_without_m"].max() >= SMALLEST_CYCLE * disp.max()) & (groups.size() > 1)
     cycles = groups.max()[is_large].reset_index(drop=True)  # has_contact: if any contact closes
     return cycles.assign(change=cycles["peak_with_m"] / cycles["peak_without_m"] - 1.0)
 
@@ -207,19 +207,19 @@ _KEYS: Final = ("sacrificial", "monolithic")  # the default model has the first
 
 
 def run_abutment(study: Study) -> None:
-    """Run the study of figure 10."""
+    """Run the study of figure 10: one abutment with and without friction."""
     record = tarzana()
     rows: list[Row] = []
     for motion, keys, skew in product(record.runs(), _KEYS, _ABUTMENT_SKEWS_DEG):
-        rough, smooth = (paper_variant(skew_deg=skew, friction_pct=f) for f in (FRICTION_PCT, 0))
+        with_mu, no_mu = (paper_variant(skew_deg=skew, friction_pct=f) for f in (FRICTION_PCT, 0))
         ground, settings = Excitation(motion=motion.motion), AnalysisSettings(duration_s=DURATION_S)
         places = PLACES if keys == _KEYS[0] else PLACES[:1]
         options = {place: ModelOptions(keys=keys, friction_at=place) for place in places}
-        runs = {p: abutment_history(rough, ground, settings, o) for p, o in options.items()}
-        pair = runs["all"], abutment_history(smooth, ground, settings, options["all"])
+        runs = {p: abutment_history(with_mu, ground, settings, o) for p, o in options.items()}
+        pair = runs["all"], abutment_history(no_mu, ground, settings, options["all"])
         case = f"skew {skew}, {keys} keys{record.stand_in}"
-        met = _is_pushed((float(h.force_n[:, 0].max()) / KN for h in pair), skew)
-        states = partial(study.states, run=motion.run, premise=met)
+        premise = _is_pushed((float(h.force_n[:, 0].max()) / KN for h in pair), skew)
+        states = partial(study.states, run=motion.run, premise=premise)
         _judge_abutment(states, case, pair)
         plain = _peaks(pair[1])
         if len(places) > 1:
@@ -286,13 +286,13 @@ def _judge_abutment(states: States, case: str, pair: Pair[AbutmentHistory]) -> N
     along, across = rms_change(with_friction.disp_m, without.disp_m).tolist()
     states("transverse differs more", f"{case}, RMS of the displacement", across, along)
     works = [[float(np.trapezoid(h.force_n[:, k], h.disp_m[:, k])) for h in pair] for k in (0, 1)]
-    along, across = (abs(rough / smooth - 1.0) for rough, smooth in works)
+    along, across = (abs(value_with / value_without - 1.0) for value_with, value_without in works)
     states("transverse differs more", f"{case}, work of the loops", across, along)
     closures = sum(unit.closures for unit in with_friction.ledger if "backwall" in unit.name)
     states("several contacts", case, closures)
     touches = [(history.normals_n[:, walls] > 0.0).any(axis=1) for history in pair]
-    rough, smooth = (DeckMotion(h.disp_m, t) for h, t in zip(pair, touches, strict=True))
-    _judge_cycles(states, "transverse cycles", case, half_cycles((rough, smooth), 1))
+    frictional, frictionless = (DeckMotion(h.disp_m, t) for h, t in zip(pair, touches, strict=True))
+    _judge_cycles(states, "transverse cycles", case, half_cycles((frictional, frictionless), 1))
 
 
 def _fast_rms(t_s: Array, force_n: Array) -> float:
@@ -335,17 +335,17 @@ def _wall_forces(runs: Iterable[AnalysisResult]) -> list[float]:
 
 def _report_demands(study: Study, case: str, pair: Pair[AnalysisResult]) -> None:
     for demand in _DEMANDS:
-        rough, smooth = (result.whole_history[demand] for result in pair)
-        study.report(f"{case}: {demand}, friction 0.5 against 0", rough, smooth, _WITHOUT)
+        with_friction, without = (result.whole_history[demand] for result in pair)
+        study.report(f"{case}: {demand}, friction 0.5 against 0", with_friction, without, _WITHOUT)
 
 
 def run(study: Study) -> None:
-    """Run the study of figures 11 and 12."""
+    """Run the study of figures 11 and 12: OSB1 with and without friction."""
     record = waho()
     for scheme, motion in product(SCHEMES, record.runs()):
         if scheme == "paper" and motion.run.scale is None:
             continue  # nine seconds per analysis: this scheme runs only the scaled record
-        rough, smooth = pair = (
+        with_mu, without = pair = (
             _analysis(motion, paper_variant(), scheme),
             _analysis(motion, paper_variant(friction_pct=0), scheme),
         )
@@ -356,15 +356,15 @@ def run(study: Study) -> None:
             continue
         name = f"{scheme} scheme"
         _report_demands(study, name, pair)
-        study.report(f"{name}: slip_work_kj", rough.whole_history["slip_work_kj"], 0.0, _WITHOUT)
+        study.report(f"{name}: slip_work_kj", with_mu.whole_history["slip_work_kj"], 0.0, _WITHOUT)
         is_whole = all(result.status == "ok" for result in pair)
         text = f"{name}: both analyses end with status ok"
         study.holds(text, truth=is_whole, source="this model")
         close = all(result.whole_history["backwall_force_kn"] > 0.0 for result in pair)
         study.holds(f"{name}: the backwalls close", truth=close, source="this motion")
         if scheme == SCHEMES[0]:
-            named = {"no friction": smooth, "friction 0.5": rough}
-            runs = {name: pd.DataFrame(_histories(result)) for name, result in named.items()}
+            results = {"no friction": without, "friction 0.5": with_mu}
+            runs = {name: pd.DataFrame(_histories(result)) for name, result in results.items()}
             study.figures["displacements"] = displacement_figure(runs)
             study.figures["hysteresis"] = hysteresis_figure(runs)
             for figure in study.figures.values():
@@ -372,9 +372,9 @@ def run(study: Study) -> None:
 
 
 def _judge(states: States, case: str, pair: Pair[AnalysisResult], *, same_record: bool) -> None:
-    rough, smooth = (_deck_motion(_histories(result)) for result in pair)
+    with_friction, without = (_deck_motion(_histories(result)) for result in pair)
     for number, axis in enumerate(_AXES):
-        cycles = half_cycles((rough, smooth), number)
+        cycles = half_cycles((with_friction, without), number)
         _judge_cycles(states, "bridge cycles", f"{case}, {axis}", cycles)
         sizes = (cycles["peak_with_m"] - cycles["peak_without_m"]).abs().tolist()
         states("in phase differs most", f"{case}, {axis}", cycles["together"].tolist(), sizes)
@@ -404,8 +404,8 @@ def _deck_motion(table: Mapping[str, Array]) -> DeckMotion:
 
 
 def _history_change(pair: Pair[AnalysisResult], column: str) -> float:
-    friction, plain = (_histories(result)[column] for result in pair)
-    return float(rms_change(friction, plain))
+    friction, without = (_histories(result)[column] for result in pair)
+    return float(rms_change(friction, without))
 
 
 def run_places(study: Study) -> None:
@@ -416,12 +416,12 @@ def run_places(study: Study) -> None:
         runs = {place: _analysis(motion, variant, friction_at=place) for place in PLACES}
         without = _analysis(motion, paper_variant(skew_deg=skew, friction_pct=0))
         changes = (_history_change((runs[place], without), "deck_uy_m") for place in _FREE)
-        case, every = f"OSB1, skew {skew}{record.stand_in}", (*runs.values(), without)
-        met = _is_pushed(_wall_forces(every), skew)
-        study.states("backwall makes it", case, *changes, run=motion.run, premise=met)
+        case, analyses = f"OSB1, skew {skew}{record.stand_in}", (*runs.values(), without)
+        premise = _is_pushed(_wall_forces(analyses), skew)
+        study.states("backwall makes it", case, *changes, run=motion.run, premise=premise)
         if not motion.is_nominal:
             continue
-        has_run = all(found.status in RAN for found in every)
+        has_run = all(analysis.status in RAN for analysis in analyses)
         text = f"skew {skew}: every analysis ends with status ok or collapse"
         study.holds(text, truth=has_run, source="this model")
         for place, free in _FREE.items():
@@ -430,11 +430,11 @@ def run_places(study: Study) -> None:
             text = f"skew {skew}, friction at {place}: friction at a {free} (kN)"
             study.at_most(text, forces_kn.abs().to_numpy().max(), 0.0, "no friction there")
         for place, demand in product(PLACES, _DEMANDS):
-            value, plain = (run.whole_history[demand] for run in (runs[place], without))
+            value, value_without = (run.whole_history[demand] for run in (runs[place], without))
             # a deck that does not rotate gives no reference for the ratio
-            if plain > (1e-4 if demand == "deck_rotation_rad" else 0.0):
+            if value_without > (1e-4 if demand == "deck_rotation_rad" else 0.0):
                 text = f"skew {skew}, friction at {place}: {demand}"
-                study.report(text, value, plain, _WITHOUT)
+                study.report(text, value, value_without, _WITHOUT)
 
 
 def run_models(study: Study) -> None:
@@ -445,7 +445,7 @@ def run_models(study: Study) -> None:
         for abutment, skew in product(_MODELS, SKEWS_DEG)
     }
     text = "OSB1: every abutment model and skew ends with status ok or collapse"
-    has_run = all(found.status in RAN for found in runs.values())
+    has_run = all(analysis.status in RAN for analysis in runs.values())
     study.holds(text, truth=has_run, source="this model")
     with_contacts = [name for name, traits in ABUTMENTS.items() if traits.has_contacts]
     for run, abutment in product(motion.runs(), with_contacts):
@@ -457,11 +457,11 @@ def run_models(study: Study) -> None:
         )
         case = f"OSB1, {abutment}, skew {SKEWS_DEG[1]}{motion.stand_in}"
         _judge_skew(partial(study.states, run=run.run), case, straight, skewed)
-    rough, smooth = (
+    with_friction, without = (
         _analysis(motion, paper_variant(bridge="osb2s", skew_deg=20, friction_pct=friction_pct))
         for friction_pct in (FRICTION_PCT, 0)
     )
-    _report_demands(study, "OSB2S (surrogate), skew 20", (rough, smooth))
+    _report_demands(study, "OSB2S (surrogate), skew 20", (with_friction, without))
     for skew in SKEWS_DEG:
         tables = [pd.DataFrame(_histories(runs[model, skew])) for model in _MODELS]
         names = [model.replace("_", " ") for model in _MODELS]
@@ -484,8 +484,8 @@ def _judge_skew(
     corners = [f"{side} backwall {ModelOptions().backwall_points}" for side in _SIDES]
     normals = [_histories(skewed)[f"{contact_column(corner)}_normal_kn"] for corner in corners]
     judge = partial(states, premise=max(float(normal.max()) for normal in normals) > 0.0)
-    peaks, plain = skewed.whole_history, straight.whole_history
-    turns = (1e3 * found["deck_rotation_rad"] for found in (peaks, plain))
-    judge("skew bridge rotates", case, *turns)
+    peaks, unskewed = skewed.whole_history, straight.whole_history
+    rotations = (1e3 * peak["deck_rotation_rad"] for peak in (peaks, unskewed))
+    judge("skew bridge rotates", case, *rotations)
     judge("acute corner leads", case, peaks["acute_corner_unseating_m"], peaks["unseating_m"])
-    judge("skew needs longer seats", case, peaks["unseating_m"], plain["unseating_m"])
+    judge("skew needs longer seats", case, peaks["unseating_m"], unskewed["unseating_m"])

@@ -52,13 +52,13 @@ def run(study: Study) -> None:
         quantity, _, unit = row["quantity"].partition(" (")
         words = (f"{row['bridge']} {quantity} {row['at']}".strip(), row["abutment"], row["state"])
         name = f"{', '.join(filter(None, words))} ({unit}"
-        found = COMPUTED[row["quantity"]](row)
+        computed = COMPUTED[row["quantity"]](row)
         numbers = float(row["reference"]), float(row["tolerance"])
-        study.relative(name, found, *numbers, row["source"])
+        study.relative(name, computed, *numbers, row["source"])
     for bridge in ("bridge_a", "bridge_b", "bridge_c"):
         by_hand = total_weight_n(load_bridge(bridge)) / KN
-        found = _modes(bridge, "contact", "hinge").weight_kn
-        study.relative(f"{bridge} weight (kN)", found, by_hand, 0.01, "hand")
+        computed = _modes(bridge, "contact", "hinge").weight_kn
+        study.relative(f"{bridge} weight (kN)", computed, by_hand, 0.01, "hand")
     axial = _modes("bridge_c", "roller", "hinge").column_axial_kn
     for number in (0, 1):
         mean = sum(axial[3 * number : 3 * number + 3]) / 3
@@ -86,7 +86,7 @@ def _held_period_s(row: Values) -> float:
         model = build(variant, STATES[row["state"]])
         stiff = model.tags.material()
         ops.uniaxialMaterial("Elastic", stiff, 1.0e12)
-        for bearing in (each for abutment in model.abutments for each in abutment.bearings):
+        for bearing in (pad for abutment in model.abutments for pad in abutment.bearings):
             nodes = (model.tags.element(), bearing.seat_node, bearing.deck_node)
             ops.element("zeroLength", *nodes, "-mat", stiff, "-dir", 2)
         modes = modes_of(model, 12)
@@ -102,7 +102,7 @@ def _pushed_kn(row: Values) -> float:
 def _shear_strength_kn(row: Values) -> float:
     """Return the shear strength (kN) of a column at ductility 5, under the table's axial force."""
     data = load_bridge(row["bridge"])
-    axials = {each["bridge"]: each["reference"] for each in _TABLE if each["quantity"] == _AXIAL}
+    axials = {item["bridge"]: item["reference"] for item in _TABLE if item["quantity"] == _AXIAL}
     axial_n = float(axials[row["bridge"]]) * KN
     curve = section_response(data.column, axial_n)
     shear = shear_section(data.column, data.bents[0].clear_height_m, curve)
@@ -159,8 +159,8 @@ def push_wall(skew_deg: int, options: ModelOptions) -> tuple[float, float, float
         raise RuntimeError(f"the push of the wall at skew {skew_deg} stopped early")
     force_n = push.force_n - np.interp(push.disp_m, pull.disp_m, pull.force_n)
     stiffness = float(np.interp(_SMALL_M, push.disp_m, force_n)) / _SMALL_M
-    full = np.argmax(force_n >= 0.995 * force_n[-1])  # above, a hyperbola is nearly flat
-    return float(force_n[-1]), stiffness, float(push.disp_m[full])
+    at_strength = np.argmax(force_n >= 0.995 * force_n[-1])  # above, a hyperbola is nearly flat
+    return float(force_n[-1]), stiffness, float(push.disp_m[at_strength])
 
 
 def run_skewed_walls(study: Study) -> None:
@@ -175,13 +175,13 @@ def run_skewed_walls(study: Study) -> None:
             strength_n, _, closure_m = pushes[int(row["skew_deg"])]
             name, source = f"{curve}, skew {row['skew_deg']}, {row['test']}", row["source"]
             if row["strength"]:
-                found = strength_n / pushes[0][0], float(row["strength"]), _TOLERANCE
-                study.absolute(f"{name}: strength / that at skew 0", *found, source)
+                comparison = strength_n / pushes[0][0], float(row["strength"]), _TOLERANCE
+                study.absolute(f"{name}: strength / that at skew 0", *comparison, source)
             if curve == "hyperbolic":  # a bilinear curve that keeps its stiffness peaks earlier
                 closure = closure_m / height_m, float(row["peak_closure"])
                 # the field tests reach their peaks later at skew 15 to 45 than at skew 0
                 limit = None if row["test"].startswith("field") else _CLOSURE_TOLERANCE
                 study.absolute(f"{name}: closure at the peak / height", *closure, limit, source)
         for skew in skews[1:]:
-            found = pushes[skew][1] / pushes[0][1], 1.0, _TOLERANCE, "all tests: unaffected"
-            study.absolute(f"{curve}, skew {skew}: initial stiffness / that at skew 0", *found)
+            comparison = pushes[skew][1] / pushes[0][1], 1.0, _TOLERANCE, "all tests: unaffected"
+            study.absolute(f"{curve}, skew {skew}: initial stiffness / that at skew 0", *comparison)

@@ -74,10 +74,10 @@ class PaperMotion:
         if self.is_paper_record:
             return scaled
         strongest = strongest_motions(OTHER_MOTIONS + 1, self.other_pga_g)
-        others = [each for each in strongest if each.motion_id != self.motion.motion_id]
-        place = f"at a PGA of {self.other_pga_g:.2f} g"
+        others = [motion for motion in strongest if motion.motion_id != self.motion.motion_id]
+        scaled_to = f"at a PGA of {self.other_pga_g:.2f} g"
         return scaled + [
-            replace(self, motion=m, label=f"{m.motion_id} {place}", run=Run(m.motion_id))
+            replace(self, motion=m, label=f"{m.motion_id} {scaled_to}", run=Run(m.motion_id))
             for m in others[:OTHER_MOTIONS]
         ]
 
@@ -94,13 +94,13 @@ def waho() -> PaperMotion:
     patterns = ("*WAH090*", "*WAH000*")
     # The package's motions have no pulse: at the PGA of WAHO they do not close the gaps of OSB1, so
     # three times that PGA is needed to test statements on contact.
-    found = _record("WAHO", "RSN811_WAHO", patterns, WAHO_PGA_ROTD50_G, factor=3.0)
+    motion_of_paper = _record("WAHO", "RSN811_WAHO", patterns, WAHO_PGA_ROTD50_G, factor=3.0)
     north, east = (_find(name) for name in SURROGATE_FILES)
-    if found.is_paper_record or not (north and east):
-        return found
+    if motion_of_paper.is_paper_record or not (north and east):
+        return motion_of_paper
     motion = read_motion(east, north, Stated(unit="g"), motion_id=SURROGATE_ID)
     label = f"surrogate for WAHO: Capitola x {SURROGATE_FACTOR:g}"
-    return replace(found, motion=motion.scaled(SURROGATE_FACTOR), label=label)
+    return replace(motion_of_paper, motion=motion.scaled(SURROGATE_FACTOR), label=label)
 
 
 def el_centro() -> PaperMotion:
@@ -112,10 +112,10 @@ def el_centro() -> PaperMotion:
 
 def _find(*patterns: str) -> Path | None:
     """Return the first match, ordered by pattern, folder and name; None if no file matches."""
-    named = [part for part in os.environ.get(FOLDERS_VARIABLE, "").split(os.pathsep) if part]
-    folders = [Path(folder) for folder in (*named, "motions")]
-    found = (file for each in patterns for at in folders for file in sorted(at.rglob(each)))
-    return next(found, None)
+    listed = [part for part in os.environ.get(FOLDERS_VARIABLE, "").split(os.pathsep) if part]
+    folders = [Path(folder) for folder in (*listed, "motions")]
+    files = (file for pattern in patterns for at in folders for file in sorted(at.rglob(pattern)))
+    return next(files, None)
 
 
 def _record(
@@ -143,8 +143,8 @@ def _pga_g(motion: GroundMotion) -> float:
 
 def embedded_entries() -> list[IndexEntry]:
     """Return the index entries of the motions of the default suite that are stored in files."""
-    places = [folder / "motions" / "index.csv" for folder in (Path(), PACKAGE.parents[1])]
-    if (index := next(filter(Path.is_file, places), None)) is None:
+    indexes = [folder / "motions" / "index.csv" for folder in (Path(), PACKAGE.parents[1])]
+    if (index := next(filter(Path.is_file, indexes), None)) is None:
         raise InputError(
             "motions/index.csv of the default suite is not in the working folder; run the command "
             "in a folder that contains it, or put the study's record into motions/ or a folder "

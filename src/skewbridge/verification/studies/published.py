@@ -130,11 +130,11 @@ def run(study: Study) -> None:
         if era in change.bridges:
             variant = paper_variant(bridge=change.bridges[era], gap_mm=change.gap_mm)
             runs[era, name] = variant, {"keys": change.keys}
-    found = [
+    comparisons = [
         medians(published[published["era"] == era], table, era, changes[name])
         for (era, name), table in analysed_demands(study, runs, 24).items()  # motions: 3 blocks
     ]
-    study.tables["ratios"] = table = compared(published, pd.concat(found, ignore_index=True))
+    study.tables["ratios"] = table = compared(published, pd.concat(comparisons, ignore_index=True))
     ours = table[table["change"] == NONE.name]
     for row in records_of(ours):
         name, published_g = _name(row), row["median_g"]
@@ -187,8 +187,8 @@ def analysed_demands[Key](
 
 def _peaks(task: Task) -> Row:
     result = task.analyse()
-    whole = {f"{WHOLE}{name}": float(peak) for name, peak in result.whole_history.items()}
-    return outcome_of(result) | whole
+    whole_motion = {f"{WHOLE}{name}": float(peak) for name, peak in result.whole_history.items()}
+    return outcome_of(result) | whole_motion
 
 
 def medians(
@@ -211,20 +211,20 @@ def medians(
         key = "bearing", "moderate"
         limits[key] = replace(limits[key], threshold=0.75 * limits[key].threshold)
     states = list(limits.values())
-    rows = prepared(demands, list(dict.fromkeys(each.demand for each in states)), SETTINGS).table
+    rows = prepared(demands, list(dict.fromkeys(state.demand for state in states)), SETTINGS).table
     curves = fit_study(rows, states, SETTINGS)
     components = chosen_curves(curves, "cloud")  # as in the published study
     components = components.drop(columns="beta").rename(columns={"beta_total": "beta"})
     system = system_curves(rows, states, SETTINGS).assign(component=SYSTEM)
-    both = pd.concat([components, system], ignore_index=True)
+    all_curves = pd.concat([components, system], ignore_index=True)
     # only counts of exceedances bound the median of a state that no run reaches
     counts = chosen_curves(curves, "exceedance").set_index(["component", "limit_state"])
-    keys = pd.MultiIndex.from_frame(both[["component", "limit_state"]])
+    keys = pd.MultiIndex.from_frame(all_curves[["component", "limit_state"]])
     bounds = counts["theta_bound_low"].reindex(keys).to_numpy()
-    both["theta_bound"] = np.where(both["status"] == FITTED, nan, bounds)
+    all_curves["theta_bound"] = np.where(all_curves["status"] == FITTED, nan, bounds)
     names = ["status", "theta", "theta_low", "theta_high", "beta", "theta_bound"]
-    both = both.rename(columns={"limit_state": "state"})[[*_KEYS, *names]]
-    return both.assign(era=era, change=change.name)
+    all_curves = all_curves.rename(columns={"limit_state": "state"})[[*_KEYS, *names]]
+    return all_curves.assign(era=era, change=change.name)
 
 
 def capacities(
@@ -251,8 +251,8 @@ def compared(published: pd.DataFrame, ours: pd.DataFrame) -> pd.DataFrame:
     """Return the published medians, our medians, and ratios (ours / published) with intervals."""
     table = published.merge(ours, on=["era", *_KEYS], how="inner", sort=False)
     fitted = table["status"] == FITTED
-    for end, usable in (("", fitted), ("_low", fitted), ("_high", fitted), ("_bound", ~fitted)):
-        table[f"ratio{end}"] = (table[f"theta{end}"] / table["median_g"]).where(usable)
+    for end, is_valid in (("", fitted), ("_low", fitted), ("_high", fitted), ("_bound", ~fitted)):
+        table[f"ratio{end}"] = (table[f"theta{end}"] / table["median_g"]).where(is_valid)
     return table
 
 
@@ -264,16 +264,16 @@ def outside(ratio: pd.DataFrame | float) -> Any:
 
 def explanations(table: pd.DataFrame) -> pd.DataFrame:
     """Return the change that moves each ratio of `compared` most towards `RANGE`."""
-    wide = table.pivot(index=["era", *_KEYS], columns="change", values="ratio")
+    ratio_of = table.pivot(index=["era", *_KEYS], columns="change", values="ratio")
     # "none" comes first: `idxmin` then returns it for ratios inside the range
-    ratios = wide[list(dict.fromkeys([NONE.name, *table["change"]]))].dropna(subset=[NONE.name])
+    ratios = ratio_of[list(dict.fromkeys([NONE.name, *table["change"]]))].dropna(subset=[NONE.name])
     distances = outside(ratios)
     best, before = distances.idxmin(axis=1), distances[NONE.name]
     closed = (1.0 - distances.min(axis=1) / before).where(before > 0.0)
     changed = ratios.to_numpy()[np.arange(len(best)), ratios.columns.get_indexer(best)]
-    found = {"ratio": ratios[NONE.name], "change": best, "changed_ratio": changed}
+    columns = {"ratio": ratios[NONE.name], "change": best, "changed_ratio": changed}
     is_explained = (before == 0.0) | (closed >= 0.5)
-    return pd.DataFrame(found | {"closed": closed, "is_explained": is_explained}).reset_index()
+    return pd.DataFrame(columns | {"closed": closed, "is_explained": is_explained}).reset_index()
 
 
 def _figure(table: pd.DataFrame) -> Figure:
@@ -325,7 +325,7 @@ _EFFECT: Final = ("ratio", "ratio_low", "ratio_high", "n_motions")
 
 def run_skew(study: Study) -> None:
     """Run bridges A to C at all skews, and `CHOSEN` with each choice; report effects of skew."""
-    plain = {
+    unchanged = {
         (bridge, skew, NONE.name): (paper_variant(bridge=bridge, skew_deg=skew, gap_mm=25), {})
         for bridge, skew in product(("bridge_a", "bridge_b", "bridge_c"), SKEWS_DEG)
     }
@@ -335,12 +335,12 @@ def run_skew(study: Study) -> None:
         for skew in (SKEWS_DEG[0], SKEWS_DEG[-1])
         if skew or options.keys() <= {"keys"}  # the others have no effect at skew 0
     }
-    demands = analysed_demands(study, plain, 12)
-    straight = demands[CHOSEN, 0, NONE.name].head(CHOICE_MOTIONS)
+    demands = analysed_demands(study, unchanged, 12)
+    at_zero_skew = demands[CHOSEN, 0, NONE.name].head(CHOICE_MOTIONS)
     demands |= analysed_demands(study, changed, CHOICE_MOTIONS)
     for choice in CHOICES:
-        demands.setdefault((CHOSEN, 0, choice), straight)
-    parts = [part.assign(choice=choice) for (*_, choice), part in demands.items()]
+        demands.setdefault((CHOSEN, 0, choice), at_zero_skew)
+    parts = [runs.assign(choice=choice) for (*_, choice), runs in demands.items()]
     table = pd.concat(parts, ignore_index=True)
     ratios, medians = demand_ratios(table), median_factors(table)
     study.tables["demands"], study.tables["medians"] = ratios, medians
@@ -351,10 +351,10 @@ def run_skew(study: Study) -> None:
         text = f"{_case(row)}: median of {row['demand']}, factor {_interval(row)}"
         source = "Hazus: sqrt(sin(90 deg - skew))"
         study.report(text, row["ratio"], float(hazus_factor(row["skew_deg"])), source)
-    for (bridge, skew, choice), part in demands.items():
-        done = int((part["status"].isin(RAN)).sum())
+    for (bridge, skew, choice), runs in demands.items():
+        n_ended = int((runs["status"].isin(RAN)).sum())
         text = f"{bridge}, skew {skew}, choice {choice}: analyses that ended ok or in collapse"
-        study.absolute(text, done, len(part), 0.0, "every analysis")
+        study.absolute(text, n_ended, len(runs), 0.0, "every analysis")
 
 
 def demand_ratios(table: pd.DataFrame) -> pd.DataFrame:
@@ -365,9 +365,9 @@ def demand_ratios(table: pd.DataFrame) -> pd.DataFrame:
     # the names with the prefix for whole motions: they are judged by ratios alone
     names = [f"{WHOLE}{name}" for name in COMPARED]
     runs = table.assign(**{"status": OK, COMPLETE: True, BEYOND_MODEL: ""})
-    found = _effects_of_skew(runs, lambda part: effect_tables(part, names, SETTINGS).effects)
-    found["demand"] = found["demand"].str.removeprefix(WHOLE)
-    return found.assign(mean=found["from_mean"] * found["ratio"])[[*_EFFECT_KEYS, "mean", *_EFFECT]]
+    rows = _effects_of_skew(runs, lambda group: effect_tables(group, names, SETTINGS).effects)
+    rows["demand"] = rows["demand"].str.removeprefix(WHOLE)
+    return rows.assign(mean=rows["from_mean"] * rows["ratio"])[[*_EFFECT_KEYS, "mean", *_EFFECT]]
 
 
 def median_factors(table: pd.DataFrame) -> pd.DataFrame:
@@ -378,8 +378,8 @@ def median_factors(table: pd.DataFrame) -> pd.DataFrame:
     published = published_curves()
     states = list(capacities(published[published["era"] == 3], DEMANDS).values())
 
-    def effects(part: pd.DataFrame) -> pd.DataFrame:
-        rows = prepared(part, list(DEMANDS.values()), SETTINGS).table
+    def effects(group: pd.DataFrame) -> pd.DataFrame:
+        rows = prepared(group, list(DEMANDS.values()), SETTINGS).table
         return median_effects(rows, states, SETTINGS, axes=["skew_deg"])
 
     return _effects_of_skew(_with_whole_peaks(table), effects)[[*_EFFECT_KEYS, *_EFFECT]]
@@ -387,17 +387,17 @@ def median_factors(table: pd.DataFrame) -> pd.DataFrame:
 
 def _with_whole_peaks(table: pd.DataFrame) -> pd.DataFrame:
     """Return a table whose demands are peaks over the whole motion, even if columns fail."""
-    whole = {name: table[f"{WHOLE}{name}"] for name in DEMANDS.values()}
-    return table.assign(**whole | {BEYOND_MODEL: "", COMPLETE: table["status"] == OK})
+    peaks = {name: table[f"{WHOLE}{name}"] for name in DEMANDS.values()}
+    return table.assign(**peaks | {BEYOND_MODEL: "", COMPLETE: table["status"] == OK})
 
 
 def _effects_of_skew(
     table: pd.DataFrame, effects: Callable[[pd.DataFrame], pd.DataFrame]
 ) -> pd.DataFrame:
     choices = table.groupby("choice", sort=False)
-    found = pd.concat([effects(part).assign(choice=choice) for choice, part in choices])
+    all_effects = pd.concat([effects(group).assign(choice=choice) for choice, group in choices])
     names = {"to_value": "skew_deg", "ci_low": "ratio_low", "ci_high": "ratio_high"}
-    pooled = found[found["scope"] == "pooled"].drop(columns="skew_deg", errors="ignore")
+    pooled = all_effects[all_effects["scope"] == "pooled"].drop(columns="skew_deg", errors="ignore")
     return pooled.rename(columns=names).reset_index(drop=True)
 
 

@@ -101,7 +101,7 @@ class Quantity(_Part, frozen=True):
 
     @property
     def unit(self) -> str:
-        """Unit of the values in tables."""
+        """Unit in tables: g, or cm for a displacement."""
         return "g" if self.to is None else "cm"
 
     @property
@@ -115,7 +115,7 @@ class Station(_Part, frozen=True):
 
     Attributes:
         station: Number of the station in the headers.
-        bridge: Name of its bridge in the catalogue; `other` is another account of it.
+        bridge: Name of its bridge in the catalogue; `other` is a second model of this bridge.
         model: Modelling options of the site.
         fitted: Dates of the events to which numbers of the bridge were fitted.
         ground: Ground of each support along x and y.
@@ -143,7 +143,7 @@ class Station(_Part, frozen=True):
     @property
     def required(self) -> set[int]:
         """Channels without which nothing can be compared."""
-        return {each.channel for each in self.grounds if not each.instead} | {self.period[0]}
+        return {ground.channel for ground in self.grounds if not ground.instead} | {self.period[0]}
 
 
 def read_station(name: str) -> Station:
@@ -169,12 +169,12 @@ class Event:
 
     def motions(self, station: Station) -> dict[str, GroundMotion]:
         """Return the ground motion of each support along x and y of the bridge."""
-        found: dict[str, GroundMotion] = {}
+        motions: dict[str, GroundMotion] = {}
         for support, pair in station.ground.items():
             along, across = (
                 ground.factor * self.accel_mps2[ground.channel] for ground in (pair["x"], pair["y"])
             )
-            found[support] = GroundMotion(
+            motions[support] = GroundMotion(
                 motion_id=f"{self.date} {support}",
                 dt_s=self.dt_s,
                 accel_1_mps2=along,
@@ -182,7 +182,7 @@ class Event:
                 event=self.date,
                 station=station.title,
             )
-        return found
+        return motions
 
 
 def read_events(folder: Path, station: Station) -> list[Event]:
@@ -191,36 +191,36 @@ def read_events(folder: Path, station: Station) -> list[Event]:
     Raises `InputError` for a folder without files, another station or missing channels.
     """
     folders = [folder, *(path for path in folder.glob("*") if path.is_dir())]
-    files = {each: sorted(each.glob("*.[vV]2")) for each in folders}
-    events = [_event(each, paths, station) for each, paths in files.items() if paths]
+    files = {place: sorted(place.glob("*.[vV]2")) for place in folders}
+    events = [_event(place, paths, station) for place, paths in files.items() if paths]
     if not events:
         raise InputError(f"{folder}: no .V2 file of an event, here or in its folders")
     return sorted(events, key=lambda event: event.date)
 
 
 def _event(folder: Path, paths: list[Path], station: Station) -> Event:
-    found: dict[int, Series] = {}
+    accels: dict[int, Series] = {}
     steps_s: set[float] = set()
     date = folder.name
     for path in paths:
         text = read_text(path, MAX_V2_BYTES)
         headers = [text[title.start() :][:2500] for title in _TITLE.finditer(text)]
         for number, header in enumerate(headers, start=1):
-            own = _STATION.search(header)
+            station_number = _STATION.search(header)
             channel = _CHANNEL.search(header) or _RECORDER_CHANNEL.search(header)
-            if own is None or own[1].lstrip("0") != station.station:
-                given = f"station {own[1]}" if own else "no station number"
+            if station_number is None or station_number[1].lstrip("0") != station.station:
+                stated = f"station {station_number[1]}" if station_number else "no station number"
                 raise InputError(
-                    f"{path}: {given} in its header, but {station.title} is station "
+                    f"{path}: {stated} in its header, but {station.title} is station "
                     f"{station.station}"
                 )
-            if channel is None or int(channel[1]) in found:
+            if channel is None or int(channel[1]) in accels:
                 continue
             trace = read_trace(path, Stated(channel=number))
-            found[int(channel[1])] = trace.accel_mps2
+            accels[int(channel[1])] = trace.accel_mps2
             steps_s.add(trace.dt_s)
             date = _date(header) or date
-    if missing := sorted(station.required - found.keys()):
+    if missing := sorted(station.required - accels.keys()):
         raise InputError(
             f"{folder}: channel {', '.join(map(str, missing))} of station {station.station} is "
             f"missing; the comparison needs {', '.join(map(str, sorted(station.required)))}"
@@ -228,15 +228,15 @@ def _event(folder: Path, paths: list[Path], station: Station) -> Event:
     if len(steps_s) > 1:
         raise InputError(f"{folder}: time steps of {sorted(steps_s)} s; one event has one step")
     notes: list[str] = []
-    for each in station.grounds:
-        if each.channel not in found and each.instead is not None:
-            found[each.channel] = found[each.instead]
-            notes.append(f"channel {each.instead} replaces channel {each.channel}")
-    absent = [each for each in station.quantities if each.channel not in found]
-    notes += [f"channel {each.channel} is missing: no {each.name}" for each in absent]
+    for ground in station.grounds:
+        if ground.channel not in accels and ground.instead is not None:
+            accels[ground.channel] = accels[ground.instead]
+            notes.append(f"channel {ground.instead} replaces channel {ground.channel}")
+    absent = [quantity for quantity in station.quantities if quantity.channel not in accels]
+    notes += [f"channel {quantity.channel} is missing: no {quantity.name}" for quantity in absent]
     # ASSUME recorders of one event start together; those of Painter Street do, within 6 ms
-    count = min(values.size for values in found.values())
-    cut = {channel: values[:count] for channel, values in sorted(found.items())}
+    count = min(values.size for values in accels.values())
+    cut = {channel: values[:count] for channel, values in sorted(accels.items())}
     return Event(date=date, dt_s=steps_s.pop(), accel_mps2=cut, notes=tuple(notes))
 
 
@@ -298,11 +298,11 @@ def identified_period(output: Series, inputs: Series, dt_s: float) -> Period:
     whole = _fitted_mode(output, inputs, dt_s)
     middle = len(output) // 2
     halves = [
-        _fitted_mode(output[part], inputs[part], dt_s)
-        for part in (slice(middle), slice(middle, None))
+        _fitted_mode(output[samples], inputs[samples], dt_s)
+        for samples in (slice(middle), slice(middle, None))
     ]
-    spread = max(abs(half.period_s - whole.period_s) for half in halves)
-    return replace(whole, half_range_s=spread)
+    spread_s = max(abs(half.period_s - whole.period_s) for half in halves)
+    return replace(whole, half_range_s=spread_s)
 
 
 def _fitted_mode(output: Series, inputs: Series, dt_s: float) -> Period:
@@ -315,18 +315,18 @@ def _fitted_mode(output: Series, inputs: Series, dt_s: float) -> Period:
     def left(values: Series) -> float:
         """Return the share of the output that an oscillator does not explain."""
         period_s, damping = np.exp(values)
-        own = 2 * np.pi / period_s
-        gain = speed**2 / (own**2 - speed**2 + 2j * damping * own * speed)
-        moved = np.fft.irfft(spectra * gain[:, None], 2 * count, axis=0)[:count]
-        columns = np.hstack([inputs, moved])
-        found = columns @ np.linalg.lstsq(columns, output, rcond=None)[0]
-        return float(np.sum((output - found) ** 2) / np.sum(output**2))
+        omega = 2 * np.pi / period_s
+        gain = speed**2 / (omega**2 - speed**2 + 2j * damping * omega * speed)
+        responses = np.fft.irfft(spectra * gain[:, None], 2 * count, axis=0)[:count]
+        columns = np.hstack([inputs, responses])
+        explained = columns @ np.linalg.lstsq(columns, output, rcond=None)[0]
+        return float(np.sum((output - explained) ** 2) / np.sum(output**2))
 
     starts = [np.log([period_s, 0.1]) for period_s in (0.18, 0.25, 0.32, 0.45)]
     limits = [tuple(np.log([0.1, 0.8])), tuple(np.log([0.01, 0.5]))]
     best = min(
         (minimize(left, start, method="Nelder-Mead", bounds=limits) for start in starts),
-        key=lambda found: found.fun,
+        key=lambda result: result.fun,
     )
     period_s, damping = np.exp(best.x)
     return Period(
@@ -380,19 +380,19 @@ def recording_of(event: Event, station: Station) -> Recording:
     strong = strong_part(accel[station.period[0]], dt_s)
     first, last = max(0, strong.start - round(_BEFORE_S / dt_s)), round(_AFTER_S / dt_s)
 
-    def quantity(each: Quantity, weights: Mapping[int, float]) -> Series:
-        moved = np.add.reduce([weight * accel[channel] for channel, weight in weights.items()])
-        if each.to is None:
-            return each.factor * in_band(moved, dt_s)[strong] / G_MPS2
-        return each.factor * in_band(moved - accel[each.to], dt_s, -2)[strong] / CM
+    def quantity(compared: Quantity, weights: Mapping[int, float]) -> Series:
+        accel_mps2 = np.add.reduce([weight * accel[channel] for channel, weight in weights.items()])
+        if compared.to is None:
+            return compared.factor * in_band(accel_mps2, dt_s)[strong] / G_MPS2
+        return compared.factor * in_band(accel_mps2 - accel[compared.to], dt_s, -2)[strong] / CM
 
-    known = [each for each in station.quantities if each.channel in accel]
+    available = [item for item in station.quantities if item.channel in accel]
     cut = {channel: values[first : strong.stop + last] for channel, values in accel.items()}
     return Recording(
         event=replace(event, accel_mps2=cut),
         part=slice(strong.start - first, strong.stop - first),
-        recorded={each.name: quantity(each, {each.channel: 1.0}) for each in known},
-        null={each.name: quantity(each, each.rides_on) for each in known},
+        recorded={item.name: quantity(item, {item.channel: 1.0}) for item in available},
+        null={item.name: quantity(item, item.rides_on) for item in available},
     )
 
 
@@ -410,18 +410,18 @@ def predicted(
     result = analyse(case.variant, shaken, settings, case.options, histories=True)
     if result.histories is None or result.status != "ok":
         raise RuntimeError(f"{event.date}: {result.status} {'; '.join(result.messages)}")
-    times_s, found = np.arange(bent.npts) * step_s, dict[str, Series]()
-    for each in station.quantities:
-        if each.name not in recording.recorded:
+    times_s, histories = np.arange(bent.npts) * step_s, dict[str, Series]()
+    for quantity in station.quantities:
+        if quantity.name not in recording.recorded:
             continue
-        disp = np.interp(times_s, result.histories["t_s"], result.histories[each.deck])
-        if each.to is None:
-            ground = motions[each.support].components["xy".index(each.axis)]
-            moved = (in_band(disp, step_s, 2) + in_band(ground, step_s)) / G_MPS2
+        disp = np.interp(times_s, result.histories["t_s"], result.histories[quantity.deck])
+        if quantity.to is None:
+            ground = motions[quantity.support].components["xy".index(quantity.axis)]
+            deck_history = (in_band(disp, step_s, 2) + in_band(ground, step_s)) / G_MPS2
         else:
-            moved = in_band(disp, step_s) / CM
-        found[each.name] = moved[recording.part]
-    return found
+            deck_history = in_band(disp, step_s) / CM
+        histories[quantity.name] = deck_history[recording.part]
+    return histories
 
 
 def changed_cases(station: Station, folder: Path) -> dict[str, Case]:
@@ -436,8 +436,8 @@ def changed_cases(station: Station, folder: Path) -> dict[str, Case]:
     }
     stiff_m4 = 100.0 * load_bridge(station.bridge).deck.inertia_transverse_m4
     files = {"rigid deck": f"deck: {{inertia_transverse_m4: {stiff_m4}}}"}
-    both = load_bridge(station.bridge).ends.values()
-    if len(ends := [end for end in both if isinstance(end, IntegralData)]) == 2:
+    both_ends = load_bridge(station.bridge).ends.values()
+    if len(ends := [end for end in both_ends if isinstance(end, IntegralData)]) == 2:
         fill = np.prod([end.backfill.stiffness_mn_per_m for end in ends]) ** 0.5
         piles = np.prod([end.piles.lateral_kn_per_m for end in ends]) ** 0.5
         mean = f"{{backfill: {{stiffness_mn_per_m: {fill}}}, piles: {{lateral_kn_per_m: {piles}}}}}"
@@ -459,12 +459,12 @@ def changed_cases(station: Station, folder: Path) -> dict[str, Case]:
     return changed
 
 
-def comparison(found: Series, recorded: Series) -> dict[str, float]:
+def comparison(history: Series, recorded: Series) -> dict[str, float]:
     """Return peak ratio, correlation (0 without motion) and normalised error of a history."""
     return {
-        "peak_ratio": float(np.abs(found).max() / np.abs(recorded).max()),
-        "correlation": float(np.corrcoef(found, recorded)[0, 1]) if found.any() else 0.0,
-        "error": float(np.linalg.norm(found - recorded) / np.linalg.norm(recorded)),
+        "peak_ratio": float(np.abs(history).max() / np.abs(recorded).max()),
+        "correlation": float(np.corrcoef(history, recorded)[0, 1]) if history.any() else 0.0,
+        "error": float(np.linalg.norm(history - recorded) / np.linalg.norm(recorded)),
     }
 
 
@@ -479,15 +479,15 @@ def run_painter(study: Study) -> None:
         cases = {"model": Case.of(station), **changed_cases(station, Path(folder))}
         for event in read_events(study.records, station):
             study.say("; ".join([f"{event.date} ...", *event.notes]))
-            of = recording_of(event, station)
-            models = {name: predicted(of, station, case) for name, case in cases.items()}
-            models = {"model": models.pop("model"), "null": of.null, **models}
-            _compare(study, station, of, models)
-            study.figures[event.date] = histories_figure(of, models["model"])
-            for name, found in models.items():
-                table = {key: comparison(found[key], of.recorded[key]) for key in of.recorded}
-                main = [e.name for e in station.quantities if e.peak and e.name in table]
-                cost = np.sqrt(np.mean([table[key]["error"] ** 2 for key in main]))
+            data = recording_of(event, station)
+            models = {name: predicted(data, station, case) for name, case in cases.items()}
+            models = {"model": models.pop("model"), "null": data.null, **models}
+            _compare(study, station, data, models)
+            study.figures[event.date] = histories_figure(data, models["model"])
+            for name, histories in models.items():
+                table = {k: comparison(histories[k], data.recorded[k]) for k in data.recorded}
+                judged = [e.name for e in station.quantities if e.peak and e.name in table]
+                cost = np.sqrt(np.mean([table[key]["error"] ** 2 for key in judged]))
                 rows += [
                     {"event": event.date, "model": name, "cost": cost, "quantity": key} | agreement
                     for key, agreement in table.items()
@@ -503,21 +503,21 @@ def _compare(
     """Add the comparisons of one event: peaks of all quantities, and the period."""
     event = recording.event
     kind = "fitted" if event.date in station.fitted else "predicted"
-    for each in station.quantities:
-        if (recorded := recording.recorded.get(each.name)) is None:
+    for item in station.quantities:
+        if (recorded := recording.recorded.get(item.name)) is None:
             continue
-        found = {name: models[name][each.name] for name in ("model", "null", "uniform input")}
-        peak = {name: float(np.abs(values).max()) for name, values in found.items()}
-        model, null, uniform = (comparison(values, recorded) for values in found.values())
-        least, most = each.peak.get(kind, (0.0, np.inf))
+        shown = {name: models[name][item.name] for name in ("model", "null", "uniform input")}
+        peak = {name: float(np.abs(values).max()) for name, values in shown.items()}
+        model, null, uniform = (comparison(values, recorded) for values in shown.values())
+        lowest, highest = item.peak.get(kind, (0.0, np.inf))
         reference = float(np.abs(recorded).max())
-        source = f"channel {each.channel}, {kind}; peak ratio {least:g} to {most:g}"
-        study.report(f"{event.date} {each.name} ({each.unit})", peak["model"], reference, source)
+        source = f"channel {item.channel}, {kind}; peak ratio {lowest:g} to {highest:g}"
+        study.report(f"{event.date} {item.name} ({item.unit})", peak["model"], reference, source)
         study.comparisons[-1] |= {
-            "pass": least <= model["peak_ratio"] <= most
-            and model["correlation"] >= each.correlation.get(kind, -1.0)
-            and model["error"] <= each.error.get(kind, np.inf),
-            "tolerance": (most - 1.0) * reference if np.isfinite(most) else None,
+            "pass": lowest <= model["peak_ratio"] <= highest
+            and model["correlation"] >= item.correlation.get(kind, -1.0)
+            and model["error"] <= item.error.get(kind, np.inf),
+            "tolerance": (highest - 1.0) * reference if np.isfinite(highest) else None,
             "event": event.date,
             "kind": kind,
             "null": peak["null"],
@@ -530,21 +530,21 @@ def _compare(
     output, *inputs = station.period
     grounds = [in_band(event.accel_mps2[c], event.dt_s)[recording.part] for c in inputs]
     top = next(e.name for e in station.quantities if e.channel == output and e.to is None)
-    own, model = (
-        identified_period(of[top] * G_MPS2, np.column_stack(grounds), event.dt_s)
-        for of in (recording.recorded, models["model"])
+    mode, model = (
+        identified_period(histories[top] * G_MPS2, np.column_stack(grounds), event.dt_s)
+        for histories in (recording.recorded, models["model"])
     )
     ground_g = max(float(np.abs(a).max()) for a in event.motions(station)["left"].components)
-    source = f"halves +- {own.half_range_s:.3f} s; ground at the left end {ground_g / G_MPS2:.2f} g"
-    within = max(0.1 * own.period_s, own.half_range_s)
-    study.absolute(f"{event.date} period across (s)", model.period_s, own.period_s, within, source)
-    study.comparisons[-1] |= {"event": event.date, "kind": kind, "half_range": own.half_range_s}
+    source = f"halves +- {mode.half_range_s:.3f} s; ground at left end {ground_g / G_MPS2:.2f} g"
+    within = max(0.1 * mode.period_s, mode.half_range_s)
+    study.absolute(f"{event.date} period across (s)", model.period_s, mode.period_s, within, source)
+    study.comparisons[-1] |= {"event": event.date, "kind": kind, "half_range": mode.half_range_s}
 
 
 def histories_figure(recording: Recording, model: Histories) -> "Figure":
     """Return recorded and predicted histories of all quantities around the largest one."""
-    event, part = recording.event, recording.part
-    times_s, name = np.arange(part.start, part.stop) * event.dt_s, f"recorded {event.date}"
+    event, strong = recording.event, recording.part
+    times_s, name = np.arange(strong.start, strong.stop) * event.dt_s, f"recorded {event.date}"
     middle_s = times_s[np.abs(next(iter(recording.recorded.values()))).argmax()]
     limits = {"xlim": (middle_s - 2.0, middle_s + 6.0)}
     panels: list[Panel] = []
@@ -562,10 +562,10 @@ def changes_figure(changes: pd.DataFrame) -> "Figure":
     """Return the error of each change of the model, one colour per event."""
     costs = changes.drop_duplicates(["event", "model"])
     names = list(dict.fromkeys(costs["model"]))[::-1]
-    places, dots = np.arange(len(names)), {"marker": "o", "ls": "", "ms": 4}
+    y, dots = np.arange(len(names)), {"marker": "o", "ls": "", "ms": 4}
     lines = {
-        str(event): (rows.set_index("model")["cost"].reindex(names), places, dots)
+        str(event): (rows.set_index("model")["cost"].reindex(names), y, dots)
         for event, rows in costs.groupby("event")
     }
-    axes = {"yticks": places, "yticklabels": names, "xlim": (0.0, None)}
+    axes = {"yticks": y, "yticklabels": names, "xlim": (0.0, None)}
     return drawn([Panel("normalised error", "", lines, options=axes)], height_in=3.8)

@@ -58,8 +58,8 @@ def run_particle(dt_s: float, duration_s: float) -> History:
         ops.uniaxialMaterial("Elastic", 1, _STIFFNESS_N_PER_M, _DASHPOT_N_S_PER_M)
         ops.element("zeroLength", 1, ground, particle, "-mat", 1, 1, "-dir", 1, 2)
         for normal in (NORMAL, -NORMAL):
-            place = ground, particle, normal.tolist(), _HALF_GAP_M, _LINE_FRICTION
-            contacts.add(*place, kn=_KN_N_PER_M, kt=_KN_N_PER_M, drive=drive)
+            contact = ground, particle, normal.tolist(), _HALF_GAP_M, _LINE_FRICTION
+            contacts.add(*contact, kn=_KN_N_PER_M, kt=_KN_N_PER_M, drive=drive)
         solvers.shake(times, dt_s, _LINE_PULSE)
         live.prepare_analysis(constraints="Plain")
         # The unit of the lower line measures slip along minus the tangent.
@@ -72,13 +72,13 @@ def run_particle_lcp(restitution: float, h_s: float, duration_s: float) -> Histo
     contacts = RigidContacts(*rows, (0, 1), _LINE_FRICTION, cohesion_n=0.0, restitution=restitution)
     times = live.even_times(duration_s, h_s)
     loads = -_MASS_KG * _LINE_PULSE.mean(times[:-1], times[1:]).T
-    one = np.eye(2)
-    matrices = _MASS_KG * one, _DASHPOT_N_S_PER_M * one, _STIFFNESS_N_PER_M * one
+    eye = np.eye(2)
+    matrices = _MASS_KG * eye, _DASHPOT_N_S_PER_M * eye, _STIFFNESS_N_PER_M * eye
     return moreau_jean(matrices, contacts, loads, h_s)
 
 
 def run_between_lines(study: Study) -> None:
-    """Run the study of figure 4."""
+    """Run the study of figure 4: a particle between two inclined lines."""
     rigid = {e: run_particle_lcp(e, 2.0e-5, 3.0) for e in (0.0, 0.6, 1.0)}
     for restitution, history in rigid.items():
         name = f"LCP, restitution {restitution:g}:"
@@ -130,13 +130,13 @@ def compare_with_lcp(study: Study, history: History, rigid: History) -> None:
 
 def _draw_particle(study: Study, history: History, rigid: History) -> None:
     name, of_lcp = "OpenSees", "LCP, e = 0.6"
-    t, moved, exact = history.t_s[::10], history.q[::10] / MM, rigid.q / MM
+    t, positions, exact = history.t_s[::10], history.q[::10] / MM, rigid.q / MM
     ends, offset = 200.0 * np.outer((-1.0, 1.0), TANGENT), _HALF_GAP_M / MM * NORMAL
     forces = {"N": history.normals_n[::10], "F": history.tangentials_n[::10]}
-    path = {"line": (ends + offset).T, "_": (ends - offset).T, name: moved.T}
+    path = {"line": (ends + offset).T, "_": (ends - offset).T, name: positions.T}
     panels = [Panel("ux (mm)", "uy (mm)", path, "path of the particle")]
-    for text, way in (("normal, un (mm)", NORMAL), ("along the lines, ut (mm)", TANGENT)):
-        lines = {of_lcp: (rigid.t_s, exact @ way), name: (t, moved @ way)}
+    for text, direction in (("normal, un (mm)", NORMAL), ("along the lines, ut (mm)", TANGENT)):
+        lines = {of_lcp: (rigid.t_s, exact @ direction), name: (t, positions @ direction)}
         panels.append(Panel("time (s)", text, lines))
     totals = {name: (t, force.sum(axis=1) / KN) for name, force in forces.items()}
     panels.append(Panel("time (s)", "force (kN)", totals, "contact forces of both lines"))
@@ -150,7 +150,7 @@ _NAMES: Final = ("right acute", "right obtuse", "left obtuse", "left acute")  # 
 
 
 def run(study: Study) -> None:
-    """Run the study of figures 5 and 6."""
+    """Run the study of figures 5 and 6: a rigid skew deck under a pulse."""
     elastic = {name: run_deck(deck_case(name)) for name in cases.CASES}
     rigid = {
         (name, e): run_deck(deck_case(name, solver="lcp", restitution=e))
@@ -173,9 +173,9 @@ def run(study: Study) -> None:
     _judge_agreement(study, elastic["C1"], at_06["C1"])
     for case, exact in at_06.items():
         peaks = [_scaled_peaks(runs[case]) for runs in (elastic, damped)]
-        without, error = (float(np.abs(each - _scaled_peaks(exact)).max()) for each in peaks)
+        difference, error = (float(np.abs(scaled - _scaled_peaks(exact)).max()) for scaled in peaks)
         study.states("penalty is the cause", case, error)
-        study.states("damper helps", case, error, without)
+        study.states("damper helps", case, error, difference)
     frequency = deck_case("C1").contact_frequency_rad_per_s
     bounced = {
         step: impacts(run_deck(deck_case("C1", integrator="houbolt", dt_s=step / frequency)))
@@ -187,9 +187,9 @@ def run(study: Study) -> None:
         columns = table["approach_mps"].tolist(), (-table["restitution"]).tolist()
         study.states("restitution falls", f"C1, Houbolt, step {step:g}", *columns)
     # pairs of cases that differ in one parameter only
-    for name, one, other in (("width", "C1", "C3"), ("skew", "C4", "C5"), ("friction", "C3", "C4")):
-        change = abs(float(_scaled_peaks(at_06[other])[2] - _scaled_peaks(at_06[one])[2]))
-        study.states("depends on plan and friction", f"{name} ({one} and {other})", change)
+    for name, a, b in (("width", "C1", "C3"), ("skew", "C4", "C5"), ("friction", "C3", "C4")):
+        change = abs(float(_scaled_peaks(at_06[b])[2] - _scaled_peaks(at_06[a])[2]))
+        study.states("depends on plan and friction", f"{name} ({a} and {b})", change)
     _draw_c1(study, at_06["C1"], elastic["C1"])
 
 
@@ -206,14 +206,14 @@ def _check_elastic(study: Study, elastic: dict[str, History]) -> None:
     """Check the elastic penalty by Runge-Kutta, the exact linear response and a deck of beams."""
     tolerances = {"ux_m": 0.01, "uy_m": 0.01, "theta_rad": 0.02}
     for name, history in elastic.items():
-        found = history.peaks()
+        peaks = history.peaks()
         exact = {} if name in _FRICTIONLESS else run_deck(deck_case(name, solver="penalty")).peaks()
         for key, tolerance in tolerances.items():
             text = f"{name} elastic, OpenSees: peak {key}"
             if exact:
-                study.relative(text, found[key], exact[key], tolerance, _ODE)
+                study.relative(text, peaks[key], exact[key], tolerance, _ODE)
             else:
-                study.tabulated(text, found[key])
+                study.tabulated(text, peaks[key])
     skew = radians(deck_case("C1").skew_deg)
     along = elastic["C1"].q[:, :2] @ np.array([sin(skew), cos(skew)])
     text = "C1: peak along the end, where no contact force acts (m)"
@@ -252,10 +252,10 @@ def _judge_agreement(study: Study, elastic: History, rigid: History) -> None:
     at_times = [np.interp(elastic.t_s, rigid.t_s, column) for column in exact.T]
     difference = motion - np.array(at_times).T
     for axis, error, peak in zip(_AXES, difference.T, _scaled_peaks(rigid), strict=True):
-        over = 1.0 if isclose(peak, 0.0, abs_tol=1e-9) else peak
-        study.states("deck agrees", f"C1, elastic penalty, {axis}", rms(error) / float(over))
-    late = elastic.t_s > float(np.median(impacts(elastic)["t_s"]))
-    before, after = (rms(difference[k, :2]) / rms(motion[k, :2]) for k in (~late, late))
+        scale = 1.0 if isclose(peak, 0.0, abs_tol=1e-9) else peak
+        study.states("deck agrees", f"C1, elastic penalty, {axis}", rms(error) / float(scale))
+    is_late = elastic.t_s > float(np.median(impacts(elastic)["t_s"]))
+    before, after = (rms(difference[k, :2]) / rms(motion[k, :2]) for k in (~is_late, is_late))
     study.states("differences grow", "C1, elastic penalty", after, before)
 
 
@@ -272,7 +272,7 @@ def _draw_c1(study: Study, rigid: History, elastic: History) -> None:
     slips = {name: (h.t_s, 1e3 * h.q @ rows.T) for name, h in runs.items()}
     openings = {name: (h.t_s, 1e3 * h.openings_m) for name, h in runs.items()}
     panels = [
-        Panel("time (s)", text, {n: (t, moved[:, k]) for n, (t, moved) in lines.items()}, corner)
+        Panel("time (s)", text, {n: (t, scaled[:, k]) for n, (t, scaled) in lines.items()}, corner)
         for text, lines in (("tangential (mm)", slips), ("opening (mm)", openings))
         for k, corner in enumerate(_NAMES[:2])
     ]
@@ -362,10 +362,10 @@ def wu_case(gap_mm: float, **changes: Any) -> cases.DeckCase:
 
 
 def run_tests(study: Study) -> None:
-    """Run the study of figures 7 and 8."""
-    for gap, motion in product(GAPS_MM, el_centro().runs()):
-        ground, name = solvers.BaseAcceleration(record=motion.motion), f"gap {gap:g} mm"
-        history = run_deck(wu_case(gap), ground)
+    """Run the study of figures 7 and 8: a skew deck on a shake table."""
+    for gap_mm, motion in product(GAPS_MM, el_centro().runs()):
+        ground, name = solvers.BaseAcceleration(record=motion.motion), f"gap {gap_mm:g} mm"
+        history = run_deck(wu_case(gap_mm), ground)
         peaks = history.peaks()
         # ASSUME the premise of both statements: an obtuse corner hits its wall
         hits = float(history.normals_n[:, 1:3].max()) > 0.0
@@ -378,8 +378,8 @@ def run_tests(study: Study) -> None:
             states("acute corner moves away", f"{name}, {end} acute", *openings_mm)
         if not motion.is_nominal:
             continue
-        ode = run_deck(wu_case(gap, solver="penalty"), ground)
-        if gap == GAPS_MM[1]:
+        ode = run_deck(wu_case(gap_mm, solver="penalty"), ground)
+        if gap_mm == GAPS_MM[1]:
             exact = ode.peaks()
             for key in ("ux_m", "uy_m", "theta_rad"):
                 text = f"{name}: peak {key} over {_DURATION_S:g} s"
@@ -391,8 +391,8 @@ def run_tests(study: Study) -> None:
             study.at_most(text, error, 0.05 * MM, _ODE)
             _draw_tests(study, history, f"{motion.label}, {name}")
         text = f"{name}: excess of friction over the cone / largest limit"
-        beyond = cone_excess(history.tangentials_n, history.normals_n, FRICTION)
-        study.at_most(text, beyond, 0.1, "cone; compression predicted over one step")
+        excess = cone_excess(history.tangentials_n, history.normals_n, FRICTION)
+        study.at_most(text, excess, 0.1, "cone; compression predicted over one step")
     # A contact lasts half a period of the mass on its penalty; each corner has an equal mass share.
     decks = wu_case(GAPS_MM[0]), deck_case("C1")
     times_s = [(deck.mass_kg / deck.normal_stiffness_n_per_m) ** 0.5 for deck in decks]
@@ -400,19 +400,19 @@ def run_tests(study: Study) -> None:
 
 
 def _draw_tests(study: Study, history: History, title: str) -> None:
-    shown = history.t_s <= 8.0
+    early = history.t_s <= 8.0
     slips = history.q @ solvers.make_deck(wu_case(GAPS_MM[0])).tangent_rows.T
     moves = {"tangential": slips / MM, "opening": history.openings_m / MM}
     normals, frictions = history.normals_n / KN, history.tangentials_n / KN
     forces = {"compression (kN)": normals, "friction (kN)": frictions}
-    t_s = history.t_s[shown]
+    t_s = history.t_s[early]
     panels = [
-        Panel("time (s)", f"{corner} (mm)", {n: (t_s, m[shown, k]) for n, m in moves.items()})
+        Panel("time (s)", f"{corner} (mm)", {n: (t_s, m[early, k]) for n, m in moves.items()})
         for k, corner in enumerate(_NAMES)
     ]
     study.figures["deformations"] = drawn(panels, height_in=6.4, title=title)
     panels = [
-        Panel("time (s)", text, {n: (t_s, f[shown, k]) for k, n in enumerate(_NAMES)})
+        Panel("time (s)", text, {n: (t_s, f[early, k]) for k, n in enumerate(_NAMES)})
         for text, f in forces.items()
     ]
     study.figures["forces"] = drawn(panels, height_in=4.4, title=title)

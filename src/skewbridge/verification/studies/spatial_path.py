@@ -29,13 +29,13 @@ _COUPLINGS: Final[tuple[Coupling, ...]] = ("extrapolated", "lagged")
 
 
 def run(study: Study) -> None:
-    """Run the study of figure 3."""
+    """Run the study of figure 3: a contact unit on a path in space."""
     # The square wave jumps within one row: short rows keep its timing.
     path = unit.figure_3(_ROWS_PER_S)
     forces = unit.drive_unit(PAPER_LAW, path, substeps=2).forces_n
     for time, (axis, name) in product(_FORCES_AT_S, enumerate("xy")):
-        found = forces[round(time * _ROWS_PER_S), axis]
-        study.tabulated(f"F{name} at {time:g} s (N)", found)
+        force_n = forces[round(time * _ROWS_PER_S), axis]
+        study.tabulated(f"F{name} at {time:g} s (N)", force_n)
     study.tabulated("total work (J)", unit.path_work_j(path, forces))
     for start, end in ((1.25, 2.5), (3.75, 5.0), (6.25, 7.5), (8.75, 10.0)):
         rows = slice(round(start * _ROWS_PER_S) - 1, round(end * _ROWS_PER_S) + 1)
@@ -47,11 +47,11 @@ def run(study: Study) -> None:
     for jump in np.flatnonzero(np.diff(closed)).tolist():
         steady[jump : jump + 3] = False
     excess = friction_n - np.where(closed, 1500.0 + 0.3 * forces[:, 2], 0.0)
-    beyond = max(0.0, float(excess[steady].max())) / LIMIT_N
-    study.at_most("excess of force over the cone / limit", beyond, 1e-6, "cone")
-    loose = float(np.abs(forces[~closed & steady, :2]).max())
-    study.at_most("friction while open (N)", loose, 0.0, "no friction")
-    study.states("closing decides", "vector", loose)
+    largest_excess = max(0.0, float(excess[steady].max())) / LIMIT_N
+    study.at_most("excess of force over the cone / limit", largest_excess, 1e-6, "cone")
+    open_force = float(np.abs(forces[~closed & steady, :2]).max())
+    study.at_most("friction while open (N)", open_force, 0.0, "no friction")
+    study.states("closing decides", "vector", open_force)
     _compare_schemes(study)
     _draw(study, path[::5], forces[::5] / KN)
 
@@ -91,8 +91,8 @@ def _draw(study: Study, path: Array, forces_kn: Array) -> None:
         Panel("time (s)", "force (kN)", total),
     ]
     study.figures["histories"] = drawn(over_time, height_in=5.2)
-    turns = np.linspace(0.0, 2.0 * pi, 181)
-    cone = LIMIT_N / KN * np.cos(turns), LIMIT_N / KN * np.sin(turns)
+    angles = np.linspace(0.0, 2.0 * pi, 181)
+    cone = LIMIT_N / KN * np.cos(angles), LIMIT_N / KN * np.sin(angles)
     dots = {"ls": "none", "marker": ".", "ms": 2.5}
     planes = [
         Panel("ux (m)", "Fx (kN)", {"x": (path[:, 1], fx)}),
@@ -114,7 +114,7 @@ _DECK_S: Final = 0.6
 
 
 def run_orders(study: Study) -> None:
-    """Run the study of the order of the couplings."""
+    """Report how errors of both couplings decrease with the time step (order of accuracy)."""
     rows: list[Row] = [
         {"study": kind, "coupling": coupling, "rows": rows, "step": 1.0 / rows}
         | {"error_ratio": path_error(rows, coupling, kind)}
@@ -126,8 +126,8 @@ def run_orders(study: Study) -> None:
     for step, (coupling, parts) in product((0.2, 0.1, 0.05, 0.02, 0.01), couplings):
         dt_s = step / deck_case("C5").contact_frequency_rad_per_s
         case = deck_case("C5", dt_s=dt_s, duration_s=_DECK_S, coupling=coupling)
-        found = run_opensees(case, pulse_of(case), parts_on_change=parts)
-        q = np.array([np.interp(exact.t_s, found.t_s, column) for column in found.q.T]).T
+        history = run_opensees(case, pulse_of(case), parts_on_change=parts)
+        q = np.array([np.interp(exact.t_s, history.t_s, column) for column in history.q.T]).T
         name = coupling if parts == 1 else f"{coupling}, sub-steps"
         row = {"study": _DECK, "coupling": name, "rows": 0, "step": step}
         rows.append(row | {"error_ratio": rms((q - exact.q) / scale)})
@@ -167,7 +167,7 @@ def path_error(rows: int, coupling: Coupling, kind: PathKind) -> float:
     path = smooth_path(rows, kind)
     # The reference follows the smooth curve, not the chords between the rows.
     parts = max(1, 64000 // rows)
-    fine = unit.follow_law(PAPER_LAW, smooth_path(rows * parts, kind))[::parts]
+    fine_forces = unit.follow_law(PAPER_LAW, smooth_path(rows * parts, kind))[::parts]
     forces = unit.drive_unit(PAPER_LAW, path, substeps=1, coupling=coupling).forces_n
-    limit = PAPER_LAW.cohesion_n + PAPER_LAW.friction * float(fine[:, 2].max())
-    return unit.rms_n((forces - fine)[:, :2]) / limit
+    limit = PAPER_LAW.cohesion_n + PAPER_LAW.friction * float(fine_forces[:, 2].max())
+    return unit.rms_n((forces - fine_forces)[:, :2]) / limit

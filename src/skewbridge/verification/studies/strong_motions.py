@@ -61,9 +61,9 @@ class CaseSet:
             motions = first_motions(self.motion_count)
         cut = [cut_to_strongest(motion, self.window_s, 0.0) for motion in motions]
         suite = [SuiteMotion(motion=motion, scale=1.0, measures={}) for motion in cut]
-        common: Row = {"incidence_deg": 0.0, "settings": settings, "options": options}
+        fields: Row = {"incidence_deg": 0.0, "settings": settings, "options": options}
         cases = product(expand_grid(self.grid), suite)
-        return [Task(variant=variant, motion=motion, **common) for variant, motion in cases]
+        return [Task(variant=variant, motion=motion, **fields) for variant, motion in cases]
 
 
 def rows_of_tasks(
@@ -74,16 +74,16 @@ def rows_of_tasks(
     path = study.kept / f"{study.name}.jsonl"
     with open_journal(path) as journal:
         rows = read_content([path]).rows
-        left = {key: task for key, task in zip(keys, tasks, strict=True) if key not in rows}
+        unfinished = {key: task for key, task in zip(keys, tasks, strict=True) if key not in rows}
         runs = Parallel(n_jobs=processes, return_as="generator_unordered")(
-            delayed(_keyed_row)(key, task, analysed) for key, task in left.items()
+            delayed(_keyed_row)(key, task, analysed) for key, task in unfinished.items()
         )
-        for count, row in enumerate(runs, start=len(tasks) - len(left) + 1):
+        for count, row in enumerate(runs, start=len(tasks) - len(unfinished) + 1):
             rows[row["run_key"]] = row
             journal.append(row)
             is_shown = count % REPORT_EACH == 0 or not row.get("as_required", True)
             if study.report_progress and is_shown:
-                last = f"{left[row['run_key']].variant.slug} {row.get('why', '')}"
+                last = f"{unfinished[row['run_key']].variant.slug} {row.get('why', '')}"
                 study.report_progress(f"{count} of {len(tasks)} analyses; last: {last}")
     return [rows[key] for key in keys]
 
@@ -107,10 +107,10 @@ HARD_SET: Final = CaseSet(
 )
 
 
-def run(study: Study, chosen: CaseSet = HARD_SET, settings: AnalysisSettings = _DEFAULTS) -> None:
+def run(study: Study, cases: CaseSet = HARD_SET, settings: AnalysisSettings = _DEFAULTS) -> None:
     """Run the stress cases; add one comparison per bridge, abutment and skew, and a table."""
-    tasks = chosen.tasks(settings, ModelOptions())
-    table = pd.DataFrame(rows_of_tasks(study, tasks, _ending, chosen.processes))
+    tasks = cases.tasks(settings, ModelOptions())
+    table = pd.DataFrame(rows_of_tasks(study, tasks, _ending, cases.processes))
     study.tables["rows"] = table = table.drop(columns="run_key")
     groups = table.groupby(["bridge", "abutment", "skew_deg"], sort=False)
     for (bridge, abutment, skew_deg), group in groups:
@@ -198,44 +198,44 @@ MESHES: Final = tuple(
 )
 
 
-def _peaks(study: Study, chosen: CaseSet, numerics: Sequence[Numerics]) -> pd.DataFrame:
+def _peaks(study: Study, cases: CaseSet, numerics: Sequence[Numerics]) -> pd.DataFrame:
     tasks: list[Task] = []
-    places: list[Row] = []
-    for each in numerics:
-        every = chosen.tasks(replace(_WHOLE, **each.analysis), ModelOptions(**each.model))
-        for number in range(0, len(every), each.interval):
-            axes = {name: getattr(every[number].variant, name) for name in _AXES}
-            places.append({"numerics": each.name, "case": number, **axes})
-            tasks.append(every[number])
-    rows = rows_of_tasks(study, tasks, _whole_peaks, chosen.processes)
-    return pd.DataFrame([place | row for place, row in zip(places, rows, strict=True)])
+    keys: list[Row] = []
+    for changed in numerics:
+        all_tasks = cases.tasks(replace(_WHOLE, **changed.analysis), ModelOptions(**changed.model))
+        for number in range(0, len(all_tasks), changed.interval):
+            axes = {name: getattr(all_tasks[number].variant, name) for name in _AXES}
+            keys.append({"numerics": changed.name, "case": number, **axes})
+            tasks.append(all_tasks[number])
+    rows = rows_of_tasks(study, tasks, _whole_peaks, cases.processes)
+    return pd.DataFrame([key | row for key, row in zip(keys, rows, strict=True)])
 
 
 def _whole_peaks(task: Task) -> Row:
-    found = task.analyse()
+    result = task.analyse()
     names = {*CHANGES, *EXCESS, *DEMANDS}
     return {
         "variant": task.variant.slug,
         "motion_id": task.motion.motion.motion_id,
-        "status": found.status,
-        **{name: float(found.whole_history[name]) for name in sorted(names)},
+        "status": result.status,
+        **{name: float(result.whole_history[name]) for name in sorted(names)},
     }
 
 
-def run_convergence(study: Study, chosen: CaseSet = CONVERGENCE) -> None:
+def run_convergence(study: Study, cases: CaseSet = CONVERGENCE) -> None:
     """Compare the demands of a set with those for finer numerics; add a table of all changes."""
     finer = {"convergence-steps": STEPS, "convergence-mesh": MESHES}.get(study.name, STEPS + MESHES)
-    table = _peaks(study, chosen, [Numerics("default"), *finer])
-    peaks = {name: part.set_index("case") for name, part in table.groupby("numerics")}
+    table = _peaks(study, cases, [Numerics("default"), *finer])
+    peaks = {name: rows.set_index("case") for name, rows in table.groupby("numerics")}
     tables: list[pd.DataFrame] = []
-    for each in finer:
-        exact = peaks[each.name]
-        coarse = peaks[each.coarse].loc[exact.index]
+    for changed in finer:
+        exact = peaks[changed.name]
+        coarse = peaks[changed.coarse].loc[exact.index]
         changes = coarse[["variant", "motion_id", "numerics", *EXCESS]].assign(
-            against=each.name,
+            against=changed.name,
             **{name: relative_changes(name, coarse[name], exact[name]) for name in CHANGES},
         )
-        judge_changes(study, changes, each)
+        judge_changes(study, changes, changed)
         tables.append(changes)
     study.tables["changes"] = pd.concat(tables, ignore_index=True)
     for excess in EXCESS:
@@ -285,12 +285,12 @@ _AXES: Final = ("friction_pct", "gap_mm", "skew_deg")
 
 def run_pairs(
     study: Study,
-    chosen: CaseSet = ACCURACY,
+    cases: CaseSet = ACCURACY,
     accuracies: tuple[Accuracy, Accuracy] = ("default", "reference"),
 ) -> None:
-    """Compare the pooled ratios of a set at the first accuracy with those at the second."""
+    """Compare pooled effects (ratios of demands) of a set of cases at two accuracies."""
     numerics = [Numerics(n, "", NUMERICS[n]["analysis"], NUMERICS[n]["model"]) for n in accuracies]
-    peaks = _peaks(study, chosen, numerics)
+    peaks = _peaks(study, cases, numerics)
     study.tables["ratios"] = table = pooled_ratios(peaks, accuracies)
     source = "the same pairs at accuracy reference"
     for row in table.to_dict("records"):
@@ -301,7 +301,7 @@ def run_pairs(
     text = f"largest difference of {len(table)} pooled ratios in percent"
     study.at_most(text, worst, 100.0 * MAX_DIFFERENCE, source)
     failed = (~peaks["status"].isin([OK, COLLAPSE])).sum()
-    study.at_most(f"failed analyses of {len(peaks)}", failed, 0.0, "none may fail")
+    study.at_most(f"failed analyses of {len(peaks)}", failed, 0.0, "no analysis may fail")
 
 
 def pooled_ratios(peaks: pd.DataFrame, accuracies: tuple[Accuracy, Accuracy]) -> pd.DataFrame:
@@ -313,17 +313,17 @@ def pooled_ratios(peaks: pd.DataFrame, accuracies: tuple[Accuracy, Accuracy]) ->
     keys = [*_AXES, "motion_id", "demand"]
     long = peaks.melt(["numerics", *keys[:-1]], DEMANDS, "demand", "peak").query("peak > 0.0")
     names = dict(zip(accuracies, ("ratio", "exact_ratio"), strict=True))
-    wide = long.pivot(index=keys, columns="numerics", values="peak").rename(columns=names)
-    logs = wide.apply(np.log)
+    by_numerics = long.pivot(index=keys, columns="numerics", values="peak").rename(columns=names)
+    logs = by_numerics.apply(np.log)
     parts: list[pd.DataFrame] = []
     for axis in _AXES:
-        others = [name for name in reversed(_AXES) if name != axis]
+        other_axes = [name for name in reversed(_AXES) if name != axis]
         for before, after in pairwise(sorted(peaks[axis].unique())):
             change = logs.xs(after, level=axis) - logs.xs(before, level=axis)
             change = change.dropna().reset_index()
             change = change.assign(axis=axis, from_value=before, to_value=after)
-            places = (", ".join(f"{n} {row[n]}" for n in others) for _, row in change.iterrows())
-            parts += [change.assign(place=list(places)), change.assign(place=ALL_PLACES)]
+            texts = (", ".join(f"{n} {row[n]}" for n in other_axes) for _, row in change.iterrows())
+            parts += [change.assign(place=list(texts)), change.assign(place=ALL_PLACES)]
     columns = ["axis", "from_value", "to_value", "place", "demand"]
     groups = pd.concat(parts).groupby(columns, sort=False)
     pooled = groups[["ratio", "exact_ratio"]].mean().apply(np.exp)
