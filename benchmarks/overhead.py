@@ -11,7 +11,6 @@ The cases are one variant of each bridge under motions at evenly spaced quantile
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final
 from unittest.mock import patch
