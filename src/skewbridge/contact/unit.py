@@ -154,17 +154,15 @@ class ContactUnit:
         deformation = ops.basicDeformation(self.element)
         self.opening_before = self.opening
         self.opening = opening = self.gap_m + deformation[0]
-        e1_before, self._e1 = self._e1, deformation[1]
+        step_1, self._e1 = deformation[1] - self._e1, deformation[1]
         if self._is_space:
-            e2_before, self._e2 = self._e2, deformation[2]
-            step_1, step_2 = self._e1 - e1_before, self._e2 - e2_before
-            if abs(dt_s - self._dt) < SAME_STEP * dt_s:
+            step_2, self._e2 = deformation[2] - self._e2, deformation[2]
+            if -SAME_STEP * dt_s < dt_s - self._dt < SAME_STEP * dt_s:
                 self._bend_1, self._bend_2 = step_1 - self._step_1, step_2 - self._step_2
             else:
                 self._bend_1 = self._bend_2 = 0.0
-            self._step_1, self._step_2 = step_1, step_2
-        else:
-            self._step_1 = self._e1 - e1_before
+            self._step_2 = step_2
+        self._step_1 = step_1
         self._dt = dt_s
         if self._is_watched or opening < 0.0:
             return self._read_forces(dt_s)
