@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from statistics import median
@@ -14,10 +15,13 @@ from typing import Any, Final
 
 from scipy.stats import binomtest
 
+from skewbridge.bridge.library import load_structure
 from skewbridge.motions.folder import list_motions
 from skewbridge.motions.intensity import cut_to_strongest
+from skewbridge.motions.levels import BLOCK
 from skewbridge.motions.record import GroundMotion
-from skewbridge.motions.suite import read_entry
+from skewbridge.motions.suite import prepare_suite, read_entry
+from skewbridge.study.config import CONDITIONING_BRIDGE
 from skewbridge.variant.variant import Variant
 
 ROOT: Final = Path(__file__).parents[1]
@@ -45,8 +49,15 @@ class Case:
 def suite_motion(motion_id: str, window_s: float | None = None) -> GroundMotion:
     """Return a motion of the shipped suite at its factor, whole or cut to its strongest part."""
     entry = next(entry for entry in list_motions(MOTIONS) if entry.motion_id == motion_id)
-    motion = read_entry(entry).scaled(entry.scale)
+    motion = read_entry(entry).scaled(_factors()[motion_id])
     return motion if window_s is None else cut_to_strongest(motion, window_s, 0.0)
+
+
+@cache
+def _factors() -> dict[str, float]:
+    """Return the factors of the first block of motions, as a study of osb1 computes them."""
+    suite = prepare_suite(MOTIONS, count=BLOCK, t1_s=load_structure(CONDITIONING_BRIDGE).t1_s)
+    return dict(zip(suite["motion_id"], suite["scale"], strict=True))
 
 
 def osb1(skew_deg: int, gap_mm: int, friction_pct: int = FRICTION_PCT) -> Variant:

@@ -19,7 +19,7 @@ RECORDED: Final = (
     "beamIntegration", "element", "rigidLink", "equalDOF", "timeSeries", "pattern", "load", "sp",
     "remove", "region", "rayleigh", "parameter", "addToParameter", "updateParameter", "constraints",
     "numberer", "system", "test", "algorithm", "integrator", "analysis", "analyze", "loadConst",
-    "wipeAnalysis",
+    "wipeAnalysis", "domainChange", "setElementRayleighDampingFactors", "setNodeAccel",
 )  # fmt: skip
 HEADER: Final = '''"""{title}
 

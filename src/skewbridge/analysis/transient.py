@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from math import dist, hypot, nan, pi
+from math import dist, hypot, inf, nan, pi
 from pathlib import Path
 from typing import Any, Final
 
@@ -37,6 +37,8 @@ from skewbridge.variant.variant import Variant
 MAX_STEP_DRIFT: Final = 0.05
 MAX_STEP_DISP_M: Final = 0.5
 MAX_CONTACT_WEIGHTS: Final = 5.0  # normal force of one contact / weight of the bridge
+#: Largest speed of a deck corner on its seat: corners are read when one could have left its seat.
+MAX_SEAT_SPEED_MPS: Final = 10.0
 _STEPS_PER_PERIOD: Final = 20
 MAX_PERIODS: Final = 10
 #: Tight because the motion dies out: 1e-3 J would change the drift by 15 %.
@@ -222,7 +224,7 @@ class Watch:
             (demand, _Moved(corner), _Moved(holder), seat.normal, seat.support_length_m)
             for demand, corner, holder, seat in seats
         )
-        self._drift_ratio = self._disp_m = 0.0
+        self._drift_ratio = self._disp_m = self._seats_at_s = 0.0
         for abutment in model.seats:
             if abutment.support_length_m <= 0.0:
                 raise InputError(
@@ -265,10 +267,15 @@ class Watch:
         """Return the name of the demand whose limit is exceeded, or an empty text."""
         if self._drift_ratio >= self._settings.collapse_drift_ratio:
             return "column_drift_ratio"
-        for demand, corner, holder, normal, support_m in self._seats:
-            (x, y), (below_x, below_y) = corner.disp_m(), holder.disp_m()
-            if -((x - below_x) * normal[0] + (y - below_y) * normal[1]) > support_m:
-                return demand
+        if (time_s := ops.getTime()) >= self._seats_at_s:
+            least_m = inf
+            for demand, corner, holder, normal, support_m in self._seats:
+                (x, y), (below_x, below_y) = corner.disp_m(), holder.disp_m()
+                moved_m = -((x - below_x) * normal[0] + (y - below_y) * normal[1])
+                if moved_m > support_m:
+                    return demand
+                least_m = min(least_m, support_m - moved_m)
+            self._seats_at_s = time_s + least_m / MAX_SEAT_SPEED_MPS
         if self._disp_m > self._settings.collapse_deck_disp_m:
             return "deck_disp_m"
         return ""

@@ -156,12 +156,9 @@ class ContactSet:
         next_dt = dt_s if next_dt_s is None else next_dt_s
         for unit in self._driven:
             unit.apply_drive(next_dt, self._time_s)
-        if self._is_updated:
-            ratio = next_dt / dt_s if self._is_extrapolated else None
-            for unit in self.units:
-                unit.set_bounds(ratio)
+        ratio = next_dt / dt_s if self._is_extrapolated else None
+        self._survey(self._is_updated, ratio)
         self.changes = changes
-        self._survey()
         return bool(changes)
 
     def prepare(self, next_dt_s: float) -> None:
@@ -178,19 +175,19 @@ class ContactSet:
         """Treat the committed state as a state at rest, because a static stage has no velocity."""
         for unit in self.units:
             unit.rest()
-            if self._is_updated:
-                unit.set_bounds(None)
-        self._survey()
+        self._survey(self._is_updated, None)
 
-    def _survey(self) -> None:
-        """Find the extremes of all units in one pass, because every time step needs them."""
+    def _survey(self, sets_bounds: bool = False, ratio: float | None = None) -> None:
+        """Find the extremes of all units and set their bounds in one pass, once per time step."""
         is_any_closed, largest_normal_n, friction_error = False, 0.0, 0.0
         least_ratio = least_steps = inf
         for unit in self.units:
+            if sets_bounds:
+                unit.set_bounds(ratio)
             opening, before, gap = unit.opening, unit.opening_before, unit.gap_m
-            ratio = opening / gap if gap else 0.0
-            if ratio < least_ratio:
-                least_ratio = ratio
+            opening_ratio = opening / gap if gap else 0.0
+            if opening_ratio < least_ratio:
+                least_ratio = opening_ratio
             if opening * (before - opening) > 0.0:
                 steps = opening / (before - opening)
                 if steps < least_steps:

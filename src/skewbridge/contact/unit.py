@@ -34,10 +34,6 @@ SLIDES: Final = 1.0 - 1e-6
 # Step lengths that differ by a smaller ratio count as equal: rounding of the times.
 SAME_STEP: Final = 1e-6
 
-_basic_deformation = ops.basicDeformation
-_basic_force = ops.basicForce
-_update_parameter = ops.updateParameter
-
 
 class ContactUnit:
     """A node-to-node pair with one tracked vector stick point (scheme `vector`).
@@ -155,20 +151,18 @@ class ContactUnit:
 
     def read(self, dt_s: float) -> bool:
         """Read the committed step; return whether the pair opened or closed in it."""
-        deformation = _basic_deformation(self.element)
+        deformation = ops.basicDeformation(self.element)
         self.opening_before = self.opening
         self.opening = opening = self.gap_m + deformation[0]
-        e1_before, self._e1 = self._e1, deformation[1]
+        step_1, self._e1 = deformation[1] - self._e1, deformation[1]
         if self._is_space:
-            e2_before, self._e2 = self._e2, deformation[2]
-            step_1, step_2 = self._e1 - e1_before, self._e2 - e2_before
-            if abs(dt_s - self._dt) < SAME_STEP * dt_s:
+            step_2, self._e2 = deformation[2] - self._e2, deformation[2]
+            if -SAME_STEP * dt_s < dt_s - self._dt < SAME_STEP * dt_s:
                 self._bend_1, self._bend_2 = step_1 - self._step_1, step_2 - self._step_2
             else:
                 self._bend_1 = self._bend_2 = 0.0
-            self._step_1, self._step_2 = step_1, step_2
-        else:
-            self._step_1 = self._e1 - e1_before
+            self._step_2 = step_2
+        self._step_1 = step_1
         self._dt = dt_s
         if self._is_watched or opening < 0.0:
             return self._read_forces(dt_s)
@@ -180,7 +174,7 @@ class ContactUnit:
 
     def _read_forces(self, dt_s: float) -> bool:
         """Read the springs, update the account and check that the bounds of the step acted."""
-        forces = _basic_force(self.element)
+        forces = ops.basicForce(self.element)
         e1, e2, kt, opening, account = self._e1, self._e2, self.kt, self.opening, self.account
         normal, force_1 = -forces[0], forces[1]
         force_2 = forces[2] if self._is_space else 0.0
@@ -330,10 +324,10 @@ class ContactUnit:
 
     def _update(self, bound_1: float, bound_2: float) -> None:
         if bound_1 != self._b1:
-            _update_parameter(self.springs.bounds[0], bound_1)
+            ops.updateParameter(self.springs.bounds[0], bound_1)
             self._b1 = bound_1
         if bound_2 != self._b2:
-            _update_parameter(self.springs.bounds[1], bound_2)
+            ops.updateParameter(self.springs.bounds[1], bound_2)
             self._b2 = bound_2
         if bound_1 or bound_2:
             self._is_watched = True
