@@ -163,15 +163,24 @@ def test_every_panel_has_a_curve_and_no_texts_overlap(demands, fragility):
     assert not overlaps
 
 
-def test_a_failure_mode_that_is_every_failure_has_no_second_curve(fragility):
+@pytest.mark.parametrize(
+    ("component", "states", "drawn"),
+    [
+        ("column_failure", {"slight": "any", "moderate": "flexure"}, {"any"}),
+        # columns alone decide these degrees of damage of the bridge
+        ("whole_bridge", {"slight": "extensive", "moderate": "complete"}, {"extensive", "complete"}),
+    ],
+)
+def test_a_failure_mode_that_is_every_failure_has_no_second_curve(
+    fragility, component, states, drawn
+):
     pooled, curves = drawn_component(fragility, "column_drift")
-    states = {"slight": "any", "moderate": "flexure"}
     drift = curves[curves["component"] == "column_drift"]
     same = drift[drift["limit_state"] == "slight"]
     failures = pd.concat([same, same.assign(limit_state="moderate")], ignore_index=True)
     failures["limit_state"] = failures["limit_state"].map(states)
-    found = pooled_curves(failures, fragility["median_effects"])
-    assert set(found["limit_state"]) == {"any"}
+    found = pooled_curves(failures.assign(component=component), fragility["median_effects"])
+    assert set(found["limit_state"]) == drawn
     assert len(pooled) > 0
 
 

@@ -93,7 +93,7 @@ def pooled_curves(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     it is not too narrow. ``ratio`` is the paired ratio of medians to the first value. ``curves``
     are from `with_system`, ``medians`` are the effects on median capacities.
 
-    A failure mode with the same curves as any failure of the component has no rows.
+    A failure mode of columns with the same curve as any failure has no row.
     """
     rows: list[dict[str, Any]] = []
     for (bridge, abutment, component), part in groups_of(curves, STATE[:3]):
@@ -108,7 +108,8 @@ def pooled_curves(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
                 rows += _by_value(own, of_state | {"limit_state": state}, lead, ratios)
     table = pd.DataFrame(rows, columns=[*STATE, *_VALUE_COLUMNS])
     same = ["bridge", "abutment", "component", "value", "theta", "beta_total", "n_exceed"]
-    return table[~(table["limit_state"] != "any") | ~table.duplicated(same, keep=False)]
+    is_mode = (table["component"] == COLUMN_FAILURE) & (table["limit_state"] != "any")
+    return table[~(is_mode & table.duplicated(same, keep=False))]
 
 
 def main_curves(pooled: pd.DataFrame) -> dict[str, pd.DataFrame]:
