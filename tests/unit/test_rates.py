@@ -226,6 +226,23 @@ def test_states_without_an_estimate_have_bounds_and_effects_are_paired(file):
     assert wide["annual_rate"].isna().all()
 
 
+def test_effects_compare_systems_of_the_same_components_and_count_motions(file):
+    states = [state for state in STATES if state.component in ("unseating", "column_drift")]
+    runs = synthetic_demands(skews=(0, 45), gaps=(51,), frictions=(50,), motions=16)
+    rows = ready(runs.assign(event=runs["motion_id"].str[:-1]), states)
+    assert rows["event"].nunique() == 2
+    for factor, degrees in ((1.0, {"slight", "moderate"}), (1e-3, set())):
+        # without skew the smaller demand reaches no state, so the system is the drift alone
+        small = rows["skew_deg"] == 0
+        changed = rows.assign(
+            unseating_m=rows["unseating_m"].where(~small, rows["unseating_m"] * factor)
+        )
+        effects = rates_of(changed, states, curve_of(file(TABLE)))[2]
+        assert set(effects["n_motions"]) == {16}
+        found = effects[(effects["component"] == "system") & (effects["scope"] == "pooled")]
+        assert set(found["limit_state"]) & {"slight", "moderate"} == degrees
+
+
 def test_fractiles_of_the_hazard_widen_intervals(file):
     main = "".join(",".join(line.split(",")[:2]) + "\n" for line in TABLE.splitlines())
     plain = curve_of(file(main, "plain.csv"))

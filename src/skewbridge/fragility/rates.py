@@ -165,24 +165,26 @@ def rate_effects(
 ) -> pd.DataFrame:
     """Return table `rate_effects`: ratios of annual rates along every axis, pooled rows first.
 
-    Pairs of variants are those of `median_effects`; a pooled row is their geometric mean.
+    Pairs of variants are those of `median_effects`; those of a system have the same components. A
+    pooled row is their geometric mean.
     """
     known = [] if system is None else records_of(system)
-    rates = {(row["variant"], row["limit_state"]): row["rate"] for row in known}
+    systems = {(row["variant"], row["limit_state"]): row for row in known}
     # the states, then the degrees of the system as texts
     both = [*states, *dict.fromkeys(row["limit_state"] for row in known)]
     rows: list[Row] = []
     for of_bridge in models:
         blocks = demand_table.block_names(of_bridge.runs)
+        motions = of_bridge.runs["motion_id"].nunique()
         medians = Medians(of_bridge, states, settings, curves)
         for axis in axes or demand_table.varying_axes(of_bridge.variants):
-            for place, scope, start, end in _changes(medians, axis, both, hazard, rates):
+            for place, scope, start, end in _changes(medians, axis, both, hazard, systems):
                 change = end.minus(start)
                 row = effect_row(change.jackknifed, settings, blocks=blocks)
                 ends = change.interval(EFFECT_CONFIDENCE)
                 row |= dict(zip(("ratio", "ci_low", "ci_high"), ends, strict=True))
                 row |= {"direction": int(ends[1] > 1.0) - int(ends[2] < 1.0), "scope": scope}
-                row |= {"from_rate": start.value, "to_rate": end.value, "n_motions": len(blocks)}
+                row |= {"from_rate": start.value, "to_rate": end.value, "n_motions": motions}
                 rows.append(place | row)
     table = pd.DataFrame(rows, columns=list(demand_table.described("rate_effects")))
     return table.sort_values("scope", kind="stable", ignore_index=True)
@@ -193,7 +195,7 @@ def _changes(
     axis: str,
     states: Sequence[LimitState | str],
     hazard: HazardCurve,
-    system: Mapping[tuple[str, str], object],  # rates; keys: variant, degree
+    systems: Mapping[tuple[str, str], Row],  # keys: variant, degree
 ) -> list[tuple[Row, str, LogRate, LogRate]]:
     """Return place, scope and both ln rates of pairs that differ in one axis, and their means."""
     variants = medians.models.variants
@@ -201,10 +203,17 @@ def _changes(
     @cache
     def rate_of(state: LimitState | str, number: int) -> LogRate | None:
         if isinstance(state, str):
-            rate = system.get((variants["variant"].iloc[number], state))
+            rate = systems.get((variants["variant"].iloc[number], state), {}).get("rate")
             return rate if isinstance(rate, LogRate) else None
         curve = medians.curve(state, number)
         return None if curve is None else curve_rate(curve, hazard)
+
+    def is_usable(state: LimitState | str, cell: Row) -> bool:
+        if isinstance(state, str):
+            names = (cell["variant_from"], cell["variant_to"])
+            return len({systems[name, state]["components"] for name in names}) == 1
+        # ASSUME a ratio is worth reporting if at least one of both variants has a curve
+        return medians.without_curve(cell, state) != 2
 
     others, pairs = variant_pairs(variants, axis)
     changes: list[tuple[Row, str, LogRate, LogRate]] = []
@@ -218,9 +227,7 @@ def _changes(
             rated: list[tuple[Row, str, LogRate, LogRate]] = []
             for cell in records_of(cells):
                 start, end = rate_of(state, cell["number_from"]), rate_of(state, cell["number_to"])
-                # ASSUME a ratio is worth reporting if at least one of both variants has a curve
-                usable = isinstance(state, str) or medians.without_curve(cell, state) != 2
-                if start and end and usable:
+                if start and end and is_usable(state, cell):
                     values = {name: cell[name] for name in others}
                     rated.append((place | values, "variant", start, end))
             if rated:
