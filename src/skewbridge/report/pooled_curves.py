@@ -21,6 +21,7 @@ from skewbridge.fragility.outcomes import demand_outcomes
 from skewbridge.fragility.union import curve_probability, union_curve
 from skewbridge.fragility.verdicts import OK, RATIOS
 from skewbridge.report import appearance
+from skewbridge.report.answer import short_names
 from skewbridge.report.appearance import STYLE, groups_of, in_words
 from skewbridge.variant.axes import Axis, axes_of, axis
 
@@ -204,12 +205,13 @@ def curves_figure(
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     im_column, demands = str(curves["im"].iloc[0]), with_derived_columns(demands)
     im = np.geomspace(0.7 * demands[im_column].min(), 1.3 * demands[im_column].max(), 160)
-    several = len(table[list(BRIDGE_COLUMNS)].drop_duplicates()) > 1
+    names = short_names(curves)
     for axes, (state, own) in zip(panels.flat, groups, strict=False):
         same = (curves[list(STATE)] == list(state)).all(axis=1)
         fits = curves[same]
         words = state_text(records_of(fits)[0])
-        title = f"{state[0]}: {words}" if several else words[:1].upper() + words[1:]
+        several = len(names) > 1
+        title = f"{names[state[:2]]}: {words}" if several else words[:1].upper() + words[1:]
         _draw_panel(axes, own, fits, demands, im)
         lead = axis(own["axis"].iloc[0])
         name_lines(axes, title, f"median by {lead.label.lower()}:")
