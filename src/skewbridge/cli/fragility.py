@@ -155,6 +155,8 @@ def predict(
     notes = ["loo_error: error of theta when a variant is left out of the model"]
     if any(row[flag] for row in rows for flag, _ in flags):
         notes.append("extrapolated: fewer than three motions are as strong, or as weak, as this")
+    if lost := [f"{r['component']} {r['state']}" for r in rows if r["n_withheld"]]:
+        notes.append(f"too uncertain in some variants (bounds_too_wide): {', '.join(lost)}")
     if (drawn := rows[0]["random_properties"]) != "none":
         notes.append(f"each motion of the study has its own random values of: {drawn}")
     notes += filter(None, [untested_skew_sentence([values.get("skew_deg", 0.0)])])
