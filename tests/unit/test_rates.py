@@ -7,9 +7,11 @@ import pandas as pd
 import pytest
 from scipy import integrate
 from scipy.stats import norm
+from typer.testing import CliRunner
 
 from cli_json import run
 from fragility_tables import FAILURES, IM, SETTINGS, STATES, ready, synthetic_demands, two_mode_runs
+from skewbridge.cli import build_app
 from skewbridge.errors import InputError
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.decision import decision, target_rate
@@ -294,6 +296,10 @@ def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path):
     code, found = run("decide", "--study", study, *other, "--out", tmp_path / "chart")
     assert code == 0
     assert {path.suffix for path in (tmp_path / "chart").iterdir()} == {".csv", ".png", ".svg"}
+    # five skews of each gap are printed, also where the range is no multiple of 15 degrees
+    given = ["decide", "--study", study, *other, "--out", tmp_path / "chart"]
+    shown = CliRunner().invoke(build_app(), list(map(str, given))).stdout
+    assert shown.count("33.8") == 2
     needs = pd.DataFrame(found["rows"]).query("gap_mm == 51")
     assert needs["seat_m"].is_monotonic_increasing
     assert (needs["seat_m_low"] < needs["seat_m"]).all()

@@ -217,7 +217,7 @@ def decide(
         "column_rate",
     )
     printed = table.loc[table["gap_mm"].isin([table["gap_mm"].min(), table["gap_mm"].max()])]
-    printed = printed.loc[printed["skew_deg"] % 15.0 == 0.0]
+    printed = printed[printed["skew_deg"].isin(table["skew_deg"].unique()[::3])]
     printed = printed[["skew_deg", "gap_mm", *(name for name in names if name in table)]]
     shown = [{name: rounded(value) for name, value in row.items()} for row in records_of(printed)]
     notes = [f"target: {target:.3g} per year; written: {', '.join(map(str, files))}"]
