@@ -12,6 +12,7 @@ import pandas as pd
 from joblib import cpu_count
 
 from skewbridge.demands.columns import COLUMNS, demands_for, label_of, unit_of
+from skewbridge.demands.validity import with_derived_columns
 from skewbridge.errors import InputError
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import (
@@ -220,7 +221,8 @@ def compare_studies(
     for number, study in enumerate((first, second)):
         path = study if study.is_file() else demands_file(study)
         table, _ = _read_demands(path, im, states)
-        tables.append(table[~table["motion_id"].isin(other)].assign(**{STUDY: number}))
+        table = with_derived_columns(table[~table["motion_id"].isin(other)])
+        tables.append(table.assign(**{STUDY: number}))
     shared = set(tables[0].columns) & set(tables[1].columns)
     states = [s for s in with_column_failure(states, shared) if s.demand in shared]
     names = list(demands_for("effect", sorted(shared)))
