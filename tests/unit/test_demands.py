@@ -428,7 +428,20 @@ def test_only_a_finished_run_without_column_failure_is_complete() -> None:
     kinds = validity.failure_kinds(RUNS).tolist()
     assert kinds == ["", "shear", "flexure", "", "flexure", "", ""]
     assert validity.is_beyond_model(RUNS).tolist() == [kind != "" for kind in kinds]
-    by_status = is_complete(RUNS.drop(columns="beyond_model"))
+    # demands of another program, of whole motions
+    foreign = RUNS.drop(columns="beyond_model")
+    assert validity.failed_modes(foreign).tolist() == [
+        "",
+        "shear",
+        "flexure",
+        "",
+        "flexure",
+        "",
+        "",
+    ]
+    assert not validity.failed_modes(foreign[["status"]]).any()
+    assert validity.failed_modes(RUNS).tolist() == kinds
+    by_status = is_complete(foreign)
     assert by_status.dtype == np.bool_
     assert by_status.tolist() == [True] * 3 + [False] * 4
     for dtype in (object, float):  # as its table says

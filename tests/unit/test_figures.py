@@ -16,6 +16,7 @@ from fragility_tables import (
     DRIFT_ENTRY,
     FAILURES,
     curves_of,
+    states_of,
     synthetic_demands,
     two_mode_runs,
 )
@@ -163,15 +164,28 @@ def test_every_panel_has_a_curve_and_no_texts_overlap(demands, fragility):
     assert not overlaps
 
 
-def test_a_failure_mode_that_is_every_failure_has_no_second_curve(fragility):
+@pytest.mark.parametrize(
+    ("component", "states", "drawn"),
+    [
+        ("column_failure", {"slight": "any", "moderate": "flexure"}, {"any"}),
+        # columns alone decide these degrees of damage of the bridge
+        (
+            "whole_bridge",
+            {"slight": "extensive", "moderate": "complete"},
+            {"extensive", "complete"},
+        ),
+    ],
+)
+def test_a_failure_mode_that_is_every_failure_has_no_second_curve(
+    fragility, component, states, drawn
+):
     pooled, curves = drawn_component(fragility, "column_drift")
-    states = {"slight": "any", "moderate": "flexure"}
     drift = curves[curves["component"] == "column_drift"]
     same = drift[drift["limit_state"] == "slight"]
     failures = pd.concat([same, same.assign(limit_state="moderate")], ignore_index=True)
     failures["limit_state"] = failures["limit_state"].map(states)
-    found = pooled_curves(failures, fragility["median_effects"])
-    assert set(found["limit_state"]) == {"any"}
+    found = pooled_curves(failures.assign(component=component), fragility["median_effects"])
+    assert set(found["limit_state"]) == drawn
     assert len(pooled) > 0
 
 
@@ -184,6 +198,24 @@ def test_the_axis_of_a_system_and_of_a_study_without_effects():
     leading = main_curves(pooled)
     assert set(leading) <= {"column_failure", "unseating", "whole_bridge"}
     assert leading["whole_bridge"]["theta"].gt(0.0).all()
+
+
+def test_panels_and_captions_name_abutment_models_and_keep_capitals():
+    runs = pd.concat(
+        synthetic_demands(abutment=name, skews=(0, 30), gaps=(gap,), frictions=(50 * (gap > 0),))
+        for name, gap in (("contact_friction", 25), ("roller", 0))
+    )
+    found = fragility_tables(runs, [*STATES, *states_of("column_shear")], SETTINGS)
+    tables = {"demands": runs, "medians": found["median_effects"], "suite": [], "pair": None}
+    tables |= {name: found[name] for name in ("curves", "effects", "system", "intensity_effects")}
+    shown = FigureTables(**tables)
+    figures = {caption.name: (caption, draw) for caption, draw in study_figures(shown)}
+    caption, draw = figures["main_whole_bridge"]
+    titles = [axes.get_legend().get_title().get_text() for axes in draw().axes]
+    assert {title.partition(":")[0] for title in titles} == {"contact-friction", "roller"}
+    assert " of contact-friction: " in caption.finding
+    shear, _ = figures["osb1_cf_curves_column_shear"]
+    assert shear.finding.startswith("Column shear, DCR 0.50 of osb1: ")
 
 
 def test_cloud_marks_runs_that_ended_early_and_demands_of_zero(demands, tables):

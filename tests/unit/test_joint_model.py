@@ -333,6 +333,27 @@ def test_leave_one_out_error_is_not_an_error_message(written, tmp_path):
     assert "loo_error: error of theta" in found.stderr
 
 
+def test_predictions_name_states_whose_curves_unknown_outcomes_withhold(written, tmp_path):
+    """All strong runs stop early, below the larger drift: its median is a guess of the model."""
+    strong = DEMANDS[IM] > 0.5
+    ended = DEMANDS[NEEDED].assign(status=np.where(strong, "numerical_failure", "ok"))
+    ended.loc[strong, "column_drift_ratio"] = 0.02
+    keeps = ended.index[strong][:1]
+    ended.loc[keeps, ["status", "column_drift_ratio"]] = "ok", 0.03
+    code, _ = statistics(ended, tmp_path, written[0])
+    found = predict(tmp_path / "out", *PLACE)[1]["rows"]
+    curves = pd.read_parquet(tmp_path / "out" / "fragility" / "curves.parquet")
+    withheld = curves.query("method == 'cloud' and status == 'bounds_too_wide'")
+    counts = withheld.groupby("limit_state").size()
+    assert code == 0
+    assert counts["moderate"] > 0
+    assert {row["state"]: row["n_withheld"] for row in found if row["n_withheld"]} == (
+        counts.to_dict()
+    )
+    shown = CliRunner().invoke(build_app(), ["predict", "--study", str(tmp_path / "out"), *PLACE])
+    assert "(bounds_too_wide): column_drift moderate" in shown.stderr
+
+
 def test_prediction_above_45_degrees_notes_the_extrapolated_backfill(written):
     given = ["predict", "--study", str(written[0] / "out"), *PLACE[2:], "--skew-deg"]
     for skew_deg, is_noted in (("45", False), ("50", True)):

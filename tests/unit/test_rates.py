@@ -7,9 +7,11 @@ import pandas as pd
 import pytest
 from scipy import integrate
 from scipy.stats import norm
+from typer.testing import CliRunner
 
 from cli_json import run
 from fragility_tables import FAILURES, IM, SETTINGS, STATES, ready, synthetic_demands, two_mode_runs
+from skewbridge.cli import build_app
 from skewbridge.errors import InputError
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_model import fit_models
@@ -225,6 +227,23 @@ def test_states_without_an_estimate_have_bounds_and_effects_are_paired(file):
     assert wide["annual_rate"].isna().all()
 
 
+def test_effects_compare_systems_of_the_same_components_and_count_motions(file):
+    states = [state for state in STATES if state.component in ("unseating", "column_drift")]
+    runs = synthetic_demands(skews=(0, 45), gaps=(51,), frictions=(50,), motions=16)
+    rows = ready(runs.assign(event=runs["motion_id"].str[:-1]), states)
+    assert rows["event"].nunique() == 2
+    for factor, degrees in ((1.0, {"slight", "moderate"}), (1e-3, set())):
+        # without skew the smaller demand reaches no state, so the system is the drift alone
+        small = rows["skew_deg"] == 0
+        changed = rows.assign(
+            unseating_m=rows["unseating_m"].where(~small, rows["unseating_m"] * factor)
+        )
+        effects = rates_of(changed, states, curve_of(file(TABLE)))[2]
+        assert set(effects["n_motions"]) == {16}
+        found = effects[(effects["component"] == "system") & (effects["scope"] == "pooled")]
+        assert set(found["limit_state"]) & {"slight", "moderate"} == degrees
+
+
 def test_fractiles_of_the_hazard_widen_intervals(file):
     main = "".join(",".join(line.split(",")[:2]) + "\n" for line in TABLE.splitlines())
     plain = curve_of(file(main, "plain.csv"))
@@ -276,6 +295,10 @@ def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path):
     code, found = run("decide", "--study", study, *other, "--out", tmp_path / "chart")
     assert code == 0
     assert {path.suffix for path in (tmp_path / "chart").iterdir()} == {".csv", ".png", ".svg"}
+    # five skews of each gap are printed, also where the range is no multiple of 15 degrees
+    given = ["decide", "--study", study, *other, "--out", tmp_path / "chart"]
+    shown = CliRunner().invoke(build_app(), list(map(str, given))).stdout
+    assert shown.count("33.8") == 2
     needs = pd.DataFrame(found["rows"]).query("gap_mm == 51")
     assert needs["seat_m"].is_monotonic_increasing
     assert (needs["seat_m_low"] < needs["seat_m"]).all()

@@ -437,6 +437,17 @@ def test_failures_are_counted_only_with_capacities_of_columns():
     runs = run_counts(synthetic_demands(motions=2).assign(beyond_model=""))
     assert failure_sentences(runs)[0] == f"Columns failed in 0 of {runs['n_runs'].iloc[0]} runs."
     assert "no column capacities" in failure_sentences(runs, has_capacities=False)[0]
+    foreign = run_counts(synthetic_demands(motions=2).assign(drift_over_capacity=1.2))
+    assert (foreign["n_failed"] == foreign["n_runs"]).all()
+
+
+def test_the_title_names_axes_that_vary_for_one_abutment_model(render):
+    demands = pd.concat(
+        synthetic_demands(abutment=name, skews=(0, 30), gaps=(gap,), frictions=(mu,), motions=4)
+        for name, gap, mu in (("contact_friction", 25, 50), ("roller", 0, 0))
+    )
+    page, _ = render(demands)
+    assert re.findall("<h1>(.*?)</h1>", page) == ["Fragility of osb1: effect of skew"]
 
 
 @pytest.mark.parametrize(

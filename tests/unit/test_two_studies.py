@@ -37,6 +37,8 @@ def pooled(found: dict, demand: str) -> dict:
 
 def test_a_known_change_is_found_in_demands_and_medians(tmp_path: Path) -> None:
     table = synthetic_demands(gaps=(51,))
+    # a table of another program has the ratio of one failure mode, but not that of any
+    table["drift_over_capacity"] = table["column_drift_ratio"] / 0.02
     noise = np.exp(0.05 * np.random.default_rng(3).normal(size=len(table)))
     changed = table.assign(deck_disp_m=table["deck_disp_m"] * 0.8 * noise)
     found = compared(study(tmp_path / "a", table), study(tmp_path / "b", changed))
@@ -49,6 +51,7 @@ def test_a_known_change_is_found_in_demands_and_medians(tmp_path: Path) -> None:
     slight = states["deck_displacement/slight"]
     assert slight["ratio"] == pytest.approx(1 / 0.8, rel=0.03)
     assert (slight["n_cells"], slight["direction"]) == (6, 1)
+    assert states["column_failure/any"]["ratio"] == pytest.approx(1.0)
     assert pooled(found, "column_drift_ratio")["ratio"] == 1.0
     assert states["column_drift/slight"]["ratio"] == pytest.approx(1.0)
 

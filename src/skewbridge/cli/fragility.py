@@ -144,6 +144,8 @@ def predict(
     notes = ["loo_error: error of theta when a variant is left out of the model"]
     if any(row[flag] for row in rows for flag, _ in flags):
         notes.append("extrapolated: fewer than three motions are as strong, or as weak, as this")
+    if lost := [f"{r['component']} {r['state']}" for r in rows if r["n_withheld"]]:
+        notes.append(f"too uncertain in some variants (bounds_too_wide): {', '.join(lost)}")
     if (drawn := rows[0]["random_properties"]) != "none":
         notes.append(f"each motion of the study has its own random values of: {drawn}")
     notes += filter(None, [untested_skew_sentence([values.get("skew_deg", 0.0)])])
@@ -204,7 +206,7 @@ def decide(
         "column_rate",
     )
     printed = table.loc[table["gap_mm"].isin([table["gap_mm"].min(), table["gap_mm"].max()])]
-    printed = printed.loc[printed["skew_deg"] % 15.0 == 0.0]
+    printed = printed[printed["skew_deg"].isin(table["skew_deg"].unique()[::3])]
     printed = printed[["skew_deg", "gap_mm", *(name for name in names if name in table)]]
     cells = [{name: rounded(value) for name, value in row.items()} for row in records_of(printed)]
     notes = [f"target: {target:.3g} per year; written: {', '.join(map(str, files))}"]

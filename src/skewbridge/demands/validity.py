@@ -38,6 +38,19 @@ def failure_kinds(table: "pd.DataFrame") -> NDArray[np.str_]:
     return table[BEYOND_MODEL].fillna("").to_numpy(dtype=str)
 
 
+def failed_modes(table: "pd.DataFrame") -> NDArray[np.str_]:
+    """Return `failure_kinds`; of a table without this column the mode with the largest ratio >= 1.
+
+    The demands of such a run are those of the whole motion.
+    """
+    if BEYOND_MODEL in table.columns:
+        return failure_kinds(table)
+    ratios = [table.get(name, np.zeros(len(table))) for name in FAILURE_DEMANDS.values()]
+    largest = np.nan_to_num(np.asarray(ratios, np.float64))
+    modes = np.array(list(FAILURE_DEMANDS))[largest.argmax(axis=0)]
+    return np.where(largest.max(axis=0) >= 1.0, modes, "")
+
+
 def is_beyond_model(table: "pd.DataFrame") -> NDArray[np.bool_]:
     """Return for each row whether a column failed, shape (n,)."""
     return np.asarray(failure_kinds(table) != "", dtype=np.bool_)

@@ -80,12 +80,16 @@ def fit_study(
 
 
 def _with_preferred(table: pd.DataFrame) -> pd.DataFrame:
-    """Prefer the first method with an estimate in some variant, for each bridge and state."""
-    fitted = (table["status"] == FITTED) & table["method"].isin(METHODS[:2])
-    rank = table["method"].map({name: i for i, name in enumerate(METHODS)}).where(fitted)
+    """Prefer the first method with a median in some variant, for each bridge and state.
+
+    A median that unknown outcomes change too much counts: fits to outcomes leave these runs out.
+    """
+    has_median = table["status"].isin((FITTED, BOUNDS_TOO_WIDE)) & table["method"].isin(METHODS[:2])
+    ranks = {name: place for place, name in enumerate(METHODS)}
+    rank = table["method"].map(ranks).where(has_median)
     keys = [table[n] for n in (*demand_table.BRIDGE_COLUMNS, "component", "limit_state")]
     best = rank.groupby(keys).transform("min")
-    return table.assign(preferred=(rank == best).to_numpy())
+    return table.assign(preferred=((rank == best) & (table["status"] == FITTED)).to_numpy())
 
 
 #: Median and dispersion for each treatment of unknown outcomes; `_PEAKS` if a run collapsed.

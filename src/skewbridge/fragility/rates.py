@@ -170,24 +170,26 @@ def rate_effects(
 ) -> pd.DataFrame:
     """Return table `rate_effects`: ratios of annual rates along every axis, pooled rows first.
 
-    Pairs of variants are those of `median_effects`; a pooled row is their geometric mean.
+    Pairs of variants are those of `median_effects`; those of a system have the same components. A
+    pooled row is their geometric mean.
     """
     system_rows = [] if system is None else records_of(system)
-    rates = {(row["variant"], row["limit_state"]): row["rate"] for row in system_rows}
+    systems = {(row["variant"], row["limit_state"]): row for row in system_rows}
     # the states, then the degrees of the system as texts
     all_states = [*states, *dict.fromkeys(row["limit_state"] for row in system_rows)]
     rows: list[Row] = []
     for of_bridge in models:
         blocks = demand_table.block_names(of_bridge.runs)
+        motions = of_bridge.runs["motion_id"].nunique()
         medians = Medians(of_bridge, states, settings, curves)
         for axis in axes or demand_table.varying_axes(of_bridge.variants):
-            for keys, scope, start, end in _changes(medians, axis, all_states, hazard, rates):
+            for keys, scope, start, end in _changes(medians, axis, all_states, hazard, systems):
                 change = end.minus(start)
                 row = effect_row(change.jackknifed, settings, blocks=blocks)
-                ratio = change.interval(EFFECT_CONFIDENCE)
-                row |= dict(zip(("ratio", "ci_low", "ci_high"), ratio, strict=True))
-                row |= {"direction": int(ratio[1] > 1.0) - int(ratio[2] < 1.0), "scope": scope}
-                row |= {"from_rate": start.value, "to_rate": end.value, "n_motions": len(blocks)}
+                ends = change.interval(EFFECT_CONFIDENCE)
+                row |= dict(zip(("ratio", "ci_low", "ci_high"), ends, strict=True))
+                row |= {"direction": int(ends[1] > 1.0) - int(ends[2] < 1.0), "scope": scope}
+                row |= {"from_rate": start.value, "to_rate": end.value, "n_motions": motions}
                 rows.append(keys | row)
     table = pd.DataFrame(rows, columns=list(demand_table.described("rate_effects")))
     return table.sort_values("scope", kind="stable", ignore_index=True)
@@ -198,7 +200,7 @@ def _changes(
     axis: str,
     states: Sequence[LimitState | str],
     hazard: HazardCurve,
-    system: Mapping[tuple[str, str], object],  # rates; keys: variant, degree
+    systems: Mapping[tuple[str, str], Row],  # keys: variant, degree
 ) -> list[tuple[Row, str, LogRate, LogRate]]:
     """Return columns, scope and both ln rates of pairs that differ in one axis, and of means."""
     variants = medians.models.variants
@@ -206,10 +208,17 @@ def _changes(
     @cache
     def rate_of(state: LimitState | str, variant_number: int) -> LogRate | None:
         if isinstance(state, str):
-            rate = system.get((variants["variant"].iloc[variant_number], state))
+            rate = systems.get((variants["variant"].iloc[variant_number], state), {}).get("rate")
             return rate if isinstance(rate, LogRate) else None
         curve = medians.curve(state, variant_number)
         return None if curve is None else curve_rate(curve, hazard)
+
+    def is_usable(state: LimitState | str, cell: Row) -> bool:
+        if isinstance(state, str):
+            names = (cell["variant_from"], cell["variant_to"])
+            return len({systems[name, state]["components"] for name in names}) == 1
+        # ASSUME a ratio is worth reporting if at least one of both variants has a curve
+        return medians.without_curve(cell, state) != 2
 
     other_axes, pairs = variant_pairs(variants, axis)
     changes: list[tuple[Row, str, LogRate, LogRate]] = []
@@ -223,9 +232,7 @@ def _changes(
             rated: list[tuple[Row, str, LogRate, LogRate]] = []
             for cell in records_of(cells):
                 start, end = rate_of(state, cell["number_from"]), rate_of(state, cell["number_to"])
-                # ASSUME a ratio is worth reporting if at least one of both variants has a curve
-                has_curve = isinstance(state, str) or medians.without_curve(cell, state) != 2
-                if start and end and has_curve:
+                if start and end and is_usable(state, cell):
                     values = {name: cell[name] for name in other_axes}
                     rated.append((keys | values, "variant", start, end))
             if rated:

@@ -15,7 +15,7 @@ import pandas as pd
 from skewbridge.bridge.backfill import LARGEST_TESTED_SKEW_DEG
 from skewbridge.bridge.library import load_structure
 from skewbridge.demands.columns import demands_for
-from skewbridge.demands.validity import failure_kinds, is_complete
+from skewbridge.demands.validity import failed_modes, is_complete
 from skewbridge.errors import InputError
 from skewbridge.files.tables import records_of
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS, axis_names, models_of
@@ -140,7 +140,7 @@ def run_counts(demands: pd.DataFrame) -> pd.DataFrame:
     motion), n_failed (a column failed), n_shear, n_flexure, n_collapse, n_bounds (runs that are
     not complete).
     """
-    kinds, complete = failure_kinds(demands), is_complete(demands)
+    kinds, complete = failed_modes(demands), is_complete(demands)
     flags = {
         "n_runs": 1,
         "n_complete": complete,

@@ -173,7 +173,7 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], bridges: Sequence[str]) ->
         axis.name: ", ".join(appearance.value_text(axis, value) for value in values[axis.name])
         for axis in axes_of(values)
     }
-    varied = [axis.title for axis in axes_of(values) if len(values[axis.name]) > 1]
+    varied = [axis.title for axis in axes_of(values) if (counts["axis"] == axis.name).any()]
     title = f"Fragility of {answer.listed(demands['bridge'].unique())}"
     has_capacities = any(name in demands for name in (*FAILURE_DEMANDS.values(), BEYOND_MODEL))
     return {

@@ -21,6 +21,7 @@ from skewbridge.fragility.outcomes import demand_outcomes
 from skewbridge.fragility.union import curve_probability, union_curve
 from skewbridge.fragility.verdicts import OK, RATIOS
 from skewbridge.report import appearance
+from skewbridge.report.answer import short_names
 from skewbridge.report.appearance import STYLE, groups_of, in_words
 from skewbridge.variant.axes import Axis, axes_of, axis
 
@@ -93,7 +94,7 @@ def pooled_curves(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     it is not too narrow. ``ratio`` is the paired ratio of medians to the first value. ``curves``
     are from `with_system`, ``medians`` are the effects on median capacities.
 
-    A failure mode with the same curves as any failure of the component has no rows.
+    A failure mode of columns with the same curve as any failure has no row.
     """
     rows: list[dict[str, Any]] = []
     for (bridge, abutment, component), group in groups_of(curves, STATE[:3]):
@@ -107,8 +108,9 @@ def pooled_curves(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
                 of_state = {"bridge": bridge, "abutment": abutment, "component": component}
                 rows += _by_value(curves_of_state, of_state | {"limit_state": state}, lead, ratios)
     table = pd.DataFrame(rows, columns=[*STATE, *_VALUE_COLUMNS])
-    identity = ["bridge", "abutment", "component", "value", "theta", "beta_total", "n_exceed"]
-    return table[~(table["limit_state"] != "any") | ~table.duplicated(identity, keep=False)]
+    same = ["bridge", "abutment", "component", "value", "theta", "beta_total", "n_exceed"]
+    is_mode = (table["component"] == COLUMN_FAILURE) & (table["limit_state"] != "any")
+    return table[~(is_mode & table.duplicated(same, keep=False))]
 
 
 def main_curves(pooled: pd.DataFrame) -> dict[str, pd.DataFrame]:
@@ -203,14 +205,15 @@ def curves_figure(
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     im_column, demands = str(curves["im"].iloc[0]), with_derived_columns(demands)
     im = np.geomspace(0.7 * demands[im_column].min(), 1.3 * demands[im_column].max(), 160)
-    has_models = len(table[list(BRIDGE_COLUMNS)].drop_duplicates()) > 1
-    for axes, (state, of_state) in zip(panels.flat, groups, strict=False):
-        in_state = (curves[list(STATE)] == list(state)).all(axis=1)
-        fits = curves[in_state]
+    names = short_names(curves)
+    for axes, (state, own) in zip(panels.flat, groups, strict=False):
+        same = (curves[list(STATE)] == list(state)).all(axis=1)
+        fits = curves[same]
         words = state_text(records_of(fits)[0])
-        title = f"{state[0]}: {words}" if has_models else words[:1].upper() + words[1:]
-        _draw_panel(axes, of_state, fits, demands, im)
-        lead = axis(of_state["axis"].iloc[0])
+        several = len(names) > 1
+        title = f"{names[state[:2]]}: {words}" if several else words[:1].upper() + words[1:]
+        _draw_panel(axes, own, fits, demands, im)
+        lead = axis(own["axis"].iloc[0])
         name_lines(axes, title, f"median by {lead.label.lower()}:")
         axes.set_xlabel(appearance.shown_label(im_column)[0])
         axes.tick_params(labelbottom=True)

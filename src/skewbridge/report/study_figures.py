@@ -27,7 +27,7 @@ from skewbridge.fragility.settings import EFFECT_CONFIDENCE
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import read_suite
 from skewbridge.report import appearance, fragility_figures
-from skewbridge.report.answer import listed, model_name
+from skewbridge.report.answer import listed, model_name, short_names
 from skewbridge.report.pooled_curves import (
     STATE,
     curves_figure,
@@ -154,6 +154,7 @@ def _curve_figure(
         kind,
         component=name,
         im=str(curves["im"].iloc[0]),
+        model=short_names(curves)[first["bridge"].iloc[0], first["abutment"].iloc[0]],
         first=first.iloc[0],
         last=first.iloc[-1],
         changed=axis(first["axis"].iloc[0]),

@@ -12,6 +12,7 @@ import pandas as pd
 from joblib import cpu_count
 
 from skewbridge.demands.columns import COLUMNS, demands_for, label_of, unit_of
+from skewbridge.demands.validity import with_derived_columns
 from skewbridge.errors import InputError
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import (
@@ -36,7 +37,7 @@ from skewbridge.fragility.effects import (
     run_pairs,
 )
 from skewbridge.fragility.exports import EXTRAPOLATED
-from skewbridge.fragility.fits import FITTED
+from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED
 from skewbridge.fragility.hazard import HazardConfig, hazard_curve, site_hazard
 from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.limit_states import States, load_limit_states, with_column_failure
@@ -220,7 +221,8 @@ def compare_studies(
     for number, study in enumerate((first, second)):
         path = study if study.is_file() else demands_file(study)
         table, _ = _read_demands(path, im, states)
-        tables.append(table[~table["motion_id"].isin(renamed_files)].assign(**{STUDY: number}))
+        table = with_derived_columns(table[~table["motion_id"].isin(renamed_files)])
+        tables.append(table.assign(**{STUDY: number}))
     shared = set(tables[0].columns) & set(tables[1].columns)
     states = [s for s in with_column_failure(states, shared) if s.demand in shared]
     names = list(demands_for("effect", sorted(shared)))
@@ -321,7 +323,8 @@ def predict_states(
     """Return predictions at a point in the range of a study, one row per fitted limit state.
 
     ``extrapolated`` and ``p_extrapolated`` are true if fewer than three motions are as strong, or
-    as weak, as the median or the intensity ``at``.
+    as weak, as the median or the intensity ``at``. ``n_withheld`` is the number of variants without
+    a curve because unknown outcomes change its median too much.
 
     `InputError` as for `joint_rows`, or for a value outside the range.
     """
@@ -329,6 +332,12 @@ def predict_states(
         raise InputError(f"at must be > 0 and finite, got {at:g}", column="at")
     models = joint_rows(results, bridge, abutment)
     site = site_hazard(hazard, models[0]["im"])
+    keys = [*demand_table.BRIDGE_COLUMNS, "component", "limit_state"]
+    path, n_withheld = StudyFolder(results).fragility("curves"), pd.Series(dtype=int)
+    if path.is_file():
+        curves = frame_of(read_table(path))
+        withheld = curves[(curves["method"] == "cloud") & (curves["status"] == BOUNDS_TOO_WIDE)]
+        n_withheld = withheld.groupby(keys).size()
     rows: list[Row] = []
     for row in models:
         model = JointModel(row)
@@ -346,6 +355,7 @@ def predict_states(
         prediction[f"p_{EXTRAPOLATED}"] = None if at is None else not low <= at <= high
         if site is not None:
             prediction |= rate_columns(curve_rate(curve, site).interval(model.level))
+        prediction["n_withheld"] = int(n_withheld.get(tuple(row[name] for name in keys), 0))
         shared = {name: row[name] for name in ("loo_error", "im", RANDOM_PROPERTIES)}
         rows.append(prediction | shared)
     return rows
