@@ -3,7 +3,7 @@
 import random
 import re
 from itertools import combinations
-from math import pi
+from math import inf, pi, sqrt
 from pathlib import Path
 
 import jsonschema
@@ -87,7 +87,8 @@ def test_a_quantity_is_converted_to_the_unit_of_its_key(text, unit, value) -> No
         ("column.hoop", "#8", "such as '#8 @ 5 in'"),
         ("deck.box.cells", 0, "from 1 to 20"),
         ("deck.box.cell", 4, "deck.box: unknown key"),
-        ("deck.box", {"cells": 4, "top_mm": 200}, "deck.area_m2: is missing; or give deck.box or"),
+        ("deck.box", {"cells": 4, "top_mm": 200}, "deck.box: its numbers are incomplete"),
+        ("deck.box", None, "deck.area_m2: is missing; or give deck.box or"),
         ("deck.depth_m", None, "deck.depth_m: is missing; or give deck.girders or deck.slab"),
         ("column.hoop", None, "column.hoop_area_mm2: is missing; or give column.hoop"),
         ("source", None, "has no source"),
@@ -101,6 +102,56 @@ def test_a_bad_drawing_names_key_value_and_need(tmp_path, key, value, words) -> 
     assert words in message
     assert key.partition(".")[0] in message or key == "source"
     assert "abutment.wall_height_m" not in message  # missing only because the depth is
+
+
+PADS = {"plan_mm": 400, "rubber_mm": 50}
+GIRDERS = {"type": "BT-63", "count": 5, "spacing_m": 2.9, "slab_mm": 215}
+
+
+def test_an_integral_end_is_completed_from_a_deck_in_text(tmp_path) -> None:
+    ends = {
+        "left": {"type": "integral"},
+        "right": {"type": "seat", "seat_width_m": 0.9, "pads": PADS},
+    }
+    ends["left"]["piles"] = {"count": 8}
+    own = written(tmp_path, ("abutment", None), ("abutments", ends), ("deck.width_m", "42 ft"))
+    left = load_bridge(own).ends["left"]
+    assert (left.wall_width_m, left.wall_height_m) == pytest.approx((42 * 0.3048, 6 * 0.3048))
+    assert left.wall_thickness_m == 0.915  # rule of the end diaphragm
+    assert left.piles.spacing_m == pytest.approx(42 * 0.3048 / 8, abs=1e-4)
+    assert "abutments.left.piles.lateral_kn_per_m" in read_bridge(own).derived
+
+
+def test_girders_on_joints_are_completed_and_vibrate_as_simple_spans(tmp_path) -> None:
+    simple = [
+        ("base", "fixed"),
+        ("deck.box", None),
+        ("deck.depth_m", None),
+        ("deck.girders", GIRDERS),
+    ]
+    joint = {"at": "bent 1", "seat_width_m": 0.6, "pads": PADS}
+    simple += [("spans_m", [32, 26]), ("deck.soffit_height_m", 8), ("joints", [joint])]
+    own = load_bridge(written(tmp_path, *simple, ("bents.0.cap_depth_m", 1.4)))
+    pads, deck = own.joints[0].pads, own.deck
+    assert pads.count == 5
+    assert pads.shear_stiffness_kn_per_m == pytest.approx(0.69 * 400**2 / 50)  # G A / h
+    mass_kg_per_m = deck.line_load_kn_per_m * 1e3 / 9.80665
+    rigidity_nm2 = deck.elastic_modulus_gpa * 1e9 * deck.inertia_vertical_m4
+    vertical_s = 2 / pi * 32**2 * sqrt(mass_kg_per_m / rigidity_nm2)  # first mode of a simple span
+    # pads and bent soften the spans, the set-back pads shorten them
+    assert own.damping.short_period_s == pytest.approx(vertical_s, rel=0.05)
+
+
+def test_wrong_numbers_are_reported_without_what_follows_from_them(tmp_path) -> None:
+    for changes, message in (
+        ([("deck.width_m", 14300)], "deck.width_m: must be less than or equal to 1000, got 14300"),
+        ([("deck.width_m", inf)], "deck.width_m: must be less than or equal to 1000, got inf"),
+        ([("deck.box.top_mm", 990), ("deck.box.bottom_mm", 990)],
+         "deck.box: its numbers are incomplete or do not fit together"),
+    ):  # fmt: skip
+        own = written(tmp_path, *changes)
+        with pytest.raises(InputError, match=f"^{own.name}: {re.escape(message)}$"):
+            load_bridge(own)
 
 
 def test_the_template_needs_at_most_25_entries_and_each_of_them(tmp_path) -> None:

@@ -40,7 +40,7 @@ class ModalResult:
     modes: tuple[Mode, ...]
 
     def period_s(self, direction: str) -> float:
-        """Return the period of the mode with the most mass along ``x, y, z`` or ``rz``."""
+        """Return the period along ``x, y, z`` or about z (``rz``)."""
         return period_s(self.modes, direction)
 
 

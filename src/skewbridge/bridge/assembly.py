@@ -26,6 +26,9 @@ type FrameBuilder = Callable[[float, ModelOptions, TagAllocator], Frame]
 
 _GRAVITY_STEPS = 5
 _MODES = 14
+# Girders of several spans twist in up to 30 modes that are longer than the first vertical one.
+_MOST_MODES = 56
+_LEAST_MASS = 0.05
 _TOLERANCE_M = 1.0e-10
 
 
@@ -134,6 +137,7 @@ def modes_of(model: BridgeModel, count: int) -> tuple[Mode, ...]:
     """Return the modes of a model under dead load with open gaps; the model is left as it was.
 
     Friction springs are made soft, walls and keys are held: their local modes would fill the list.
+    More than ``count`` modes if these hardly move the mass along one of the axes.
     """
     ends = model.abutments
     fixed = {node for end in ends for node in end.key_nodes}
@@ -144,11 +148,21 @@ def modes_of(model: BridgeModel, count: int) -> tuple[Mode, ...]:
         ops.fix(node, *(int(dof == number_of_dof) for number_of_dof in range(1, 7)))
     try:
         with soft:
-            squares = [float(value) for value in ops.eigen(count)]
-            ratios = ops.modalProperties("-return")
+            modes = _lowest_modes(count)
+            while len(modes) < _MOST_MODES and any(
+                max(getattr(mode, f"mass_{way}") for mode in modes) < _LEAST_MASS for way in "xyz"
+            ):
+                ops.wipeAnalysis()  # otherwise `eigen` refuses another number
+                modes = _lowest_modes(2 * len(modes))
+            return modes
     finally:
         for node, dof in free:
             ops.remove("sp", node, dof)
+
+
+def _lowest_modes(count: int) -> tuple[Mode, ...]:
+    squares = [float(value) for value in ops.eigen(count)]
+    ratios = ops.modalProperties("-return")
     names = {"mass_x": "MX", "mass_y": "MY", "mass_z": "MZ", "mass_rz": "RMZ"}
     return tuple(
         Mode(
@@ -160,8 +174,13 @@ def modes_of(model: BridgeModel, count: int) -> tuple[Mode, ...]:
 
 
 def period_s(modes: Sequence[Mode], direction: str) -> float:
-    """Return the period of the mode with the most mass along ``x, y, z`` or ``rz``."""
-    return max(modes, key=lambda mode: getattr(mode, f"mass_{direction}")).period_s
+    """Return the period of the mode with the most mass along ``x, y`` or about z (``rz``).
+
+    Along ``z`` it is the longest of those with half of that: simple spans have modes of their own.
+    """
+    masses = [getattr(mode, f"mass_{direction}") for mode in modes]
+    least = max(masses) * (0.5 if direction == "z" else 1.0)
+    return max(m.period_s for m, mass in zip(modes, masses, strict=True) if mass >= least)
 
 
 def bridge_period_s(bridge: BridgeData, which: Literal["t1", "long", "short"]) -> float:
@@ -177,10 +196,12 @@ def bridge_period_s(bridge: BridgeData, which: Literal["t1", "long", "short"]) -
     is_free = which != "t1" and bool(bridge.bents)
     values = {axis.name: axis.usual for axis in AXES} | {"skew_deg": 0}
     variant = Variant.at(bridge.name, "roller" if is_free else "contact_friction", values)
+    # the gap of a joint is open, so it does not matter; on rollers, there is no other
+    joints = tuple(joint.model_copy(update={"gap_mm": values["gap_mm"]}) for joint in bridge.joints)
     ops.logFile(devnull, "-noEcho")
     try:
         with domain():
-            build = CatalogueBridge(bridge).build
+            build = CatalogueBridge(bridge.model_copy(update={"joints": joints})).build
             model = assemble(build, variant, ModelOptions(elastic_columns=is_free))
             if is_free and which == "short":
                 for end in model.frame.ends:

@@ -7,7 +7,7 @@ rule) and calc (computed from other numbers); without one it is b. A list of num
 mapping with a list as ``v``. ``extends: NAME`` starts from another bridge: mappings are merged,
 other values are replaced. Rules give what is missing (`skewbridge.bridge.catalogue.drawing`).
 ``abutments`` has the data of each end, with its ``type``; in a file that extends another, an end of
-another type starts anew. An integral end gets the numbers of ``defaults/integral.yaml``.
+another type starts anew.
 A fixed base without ``foundation`` gets the springs of bridge_a, and ``foundation: null`` is rigid
 ground.
 
@@ -46,7 +46,6 @@ OWN_FOLDER: Final = Path("config/bridges")
 #: Pattern of the name of a bridge; its file in these folders has the same name.
 NAME_PATTERN: Final = r"[A-Za-z0-9][A-Za-z0-9_-]{0,59}"
 MAX_PARENTS: Final = 10
-PILE_SPACING_M: Final = 2.4  # ASSUME a pile of an integral end per 8 ft, as under usual girders
 # without a class; not a class without a text, nor another letter in its place
 _UNCLASSED: Final = r"(?!(\w|calc)\s*(:|$))\S.*"
 SOURCE_PATTERN: Final = rf"((a|b|c|d|calc): \S.*|{_UNCLASSED})"
@@ -103,11 +102,6 @@ def _loaded(path: Path) -> Completed:
             if isinstance(section := value_at(merged, parent_key), dict):
                 section.pop(last, None)
         merged = _overlay(merged, tree)
-    ends, deck = merged.get("abutments"), merged.get("deck")
-    if isinstance(ends, dict) and isinstance(deck, dict):
-        for name, end in ends.items():
-            if isinstance(end, dict) and end.get("type") == "integral":
-                ends[name] = _integral(end, deck)
     plain = _strip(merged, "", sources, path)
     raw = {**plain, "name": path.stem, "sources": sources}
     inherited = frozenset(key for key in sources if value_at(top, key) is None)
@@ -126,24 +120,6 @@ def _by_end(layers: list[tuple[Path, dict[str, Any]]]) -> list[dict[str, Any]]:
                 seat = {"type": "seat"} | tree.pop("abutment")
                 tree["abutments"] = {"left": seat, "right": seat}
     return trees
-
-
-def _integral(file_data: dict[str, Any], deck: dict[str, Any]) -> dict[str, Any]:
-    """Return an integral end; missing numbers are defaults for the deck of its file."""
-    end = read_mapping(FOLDER / "defaults" / "integral.yaml")
-    sizes = {"width": "width_m", "height": "depth_m", "thickness": "diaphragm_thickness_m"}
-    for size, key in sizes.items():
-        if key in deck:
-            end[f"wall_{size}_m"] = deck[key] | {"src": f"calc: deck.{key}"}
-    width_m = deck.get("width_m", {}).get("v")
-    if isinstance(width_m, int | float):
-        rule = {"v": max(2, round(width_m / PILE_SPACING_M)), "src": "d: about 8 ft apart"}
-        number = (file_data.get("piles") or {}).get("count", rule)
-        end["piles"]["count"] = number
-        end["piles"]["spacing_m"] = {
-            "v": round(width_m / max(2, int(number["v"])), 4), "src": "calc: deck.width_m / count"
-        }  # fmt: skip
-    return _overlay(end, file_data)
 
 
 def own_bridge_files(name: str) -> list[Path]:

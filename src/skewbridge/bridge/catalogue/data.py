@@ -378,9 +378,11 @@ class BridgeData(Part, frozen=True):
                 raise ValueError(f"{joint_key}.pads: (count - 1) x spacing_m exceeds deck.width_m")
         for number in self.jointed_bents:
             bent = self.bents[number]
-            if bent.clear_height_m + bent.cap_depth_m > self.deck.soffit_height_m:
+            height_m, limit_m = bent.clear_height_m + bent.cap_depth_m, self.deck.soffit_height_m
+            if height_m > limit_m:
                 raise ValueError(
-                    f"bents.{number}: column and cap below the joint are taller than the deck"
+                    f"bents.{number}: clear_height_m + cap_depth_m = {height_m:.4g} below a joint "
+                    f"must be at most deck.soffit_height_m = {limit_m:g}"
                 )
         breaks_m = [-self.length_m / 2, *self.joint_positions_m, self.length_m / 2]
         hinges = [x for x, joint in zip(breaks_m[1:], self.joints, strict=False) if not joint.at]

@@ -4,7 +4,7 @@ A formula uses keys of the bridge file, intermediate results and the functions o
 """
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from importlib import import_module
 from itertools import product
 from math import isfinite, pi, sqrt
@@ -13,7 +13,7 @@ from typing import Any, Final, NamedTuple, cast
 
 import numpy as np
 
-from skewbridge.bridge.catalogue.data import BridgeData
+from skewbridge.bridge.catalogue.data import AbutmentData, BridgeData, IntegralData
 from skewbridge.errors import InputError
 from skewbridge.files.text import checked, read_mapping, shortened
 from skewbridge.units import GPA, INCH, KN, MM, MPA, quantity
@@ -164,7 +164,7 @@ _FUNCTIONS: Final[dict[str, Any]] = {
     each.__name__: each
     for each in (
         axial_ratios, bar, box_section, cracked_ratio, end_reaction_kn, girder, girder_section,
-        hoop, is_fixed, max, min, period_s, slab_section, sqrt, tallest,
+        hoop, is_fixed, max, min, period_s, round, slab_section, sqrt, tallest,
     )
 } | {"pi": pi}  # fmt: skip
 
@@ -222,6 +222,8 @@ def _rules() -> Iterator[Rule]:
 
 RULES: Final = tuple(_rules())
 DRAWN: Final[Mapping[str, Any]] = TABLES["drawing"]
+#: Types of ends with numbers that rules give.
+_END_TYPES: Final = {"seat": AbutmentData, "integral": IntegralData}
 _DECK_TYPES: Final[tuple[str, ...]] = ("deck.box", "deck.girders", "deck.slab")
 
 
@@ -235,24 +237,38 @@ def value_at(tree: Any, key: str) -> Any:
     return tree
 
 
-def _seats(tree: Any) -> list[str]:
-    """Return the keys of the sections of seat abutments: one for both, or one for each end."""
-    ends = value_at(tree, "abutments")
-    if not isinstance(ends, Mapping):
-        return ["abutment"]
-    return [f"abutments.{name}" for name in ends if value_at(ends, f"{name}.type") == "seat"]
+def _sections(tree: Any, key: str) -> list[str]:
+    """Return the sections of a file with a key of an abutment: ends of its type, joints with pads.
+
+    Keys that begin with ``abutment`` are of every type of end that has them.
+    """
+    kind, part, *_ = key.split(".")
+    ends, joints = value_at(tree, "abutments"), value_at(tree, "joints")
+    types = {"abutment": "seat"}
+    if isinstance(ends, Mapping):
+        types = {f"abutments.{name}": f"{value_at(ends, f'{name}.type')}" for name in ends}
+    places = [
+        place
+        for place, of in types.items()
+        if kind in ("abutment", of) and of in _END_TYPES and part in _END_TYPES[of].model_fields
+    ]
+    count = len(joints) if part == "pads" and isinstance(joints, list | tuple) else 0
+    return places + [f"joints.{number}" for number in range(count)]
 
 
-def _placed(key: str, seat: str, number: int = 0) -> str:
-    """Return the key for one abutment section and, in place of ``*``, the number of a bent."""
-    return re.sub(r"^abutment\b", seat, key).replace("*", f"{number}")
+def _is_of_end(key: str) -> bool:
+    return key.partition(".")[0] in {"abutment", *_END_TYPES}
+
+
+def _placed(key: str, section: str, number: int = 0) -> str:
+    """Return the key in the section of an abutment, and for the number of a bent."""
+    key = re.sub(rf"^(abutment|{'|'.join(_END_TYPES)})\b", section, key)
+    return key.replace("*", f"{number}")
 
 
 def _keys(key: str, tree: Any) -> list[str]:
-    """Return the keys of a rule in the sections of a file: of each seat, or the key itself."""
-    if not key.startswith("abutment."):
-        return [key]
-    return [_placed(key, seat) for seat in _seats(tree)]
+    """Return the keys of a rule in the sections of a file, or the key itself."""
+    return [_placed(key, place) for place in _sections(tree, key)] if _is_of_end(key) else [key]
 
 
 def _put(tree: Any, key: str, value: Any) -> None:
@@ -286,16 +302,14 @@ def values_by_rule(given_numbers: Mapping[str, Any], tree: Any) -> Iterator[tupl
     ``given_numbers`` has the numbers of the drawing, and the whole ``bridge`` if it is complete.
     """
     results = dict(given_numbers)
-    bents, seats = value_at(tree, "bents"), _seats(tree)
+    bents = value_at(tree, "bents")
     numbers = range(len(bents) if isinstance(bents, list | tuple) else 0)
     for rule in RULES:
-        is_seat = rule.key.startswith("abutment.")
-        for seat, number in product(
-            seats if is_seat else seats[:1] or ["abutment"], numbers if "*" in rule.key else (0,)
-        ):
-            key = _placed(rule.key, seat, number)
+        sections = _sections(tree, rule.key) if _is_of_end(rule.key) else ["abutment"]
+        for place in product(sections, numbers if "*" in rule.key else (0,)):
+            key = _placed(rule.key, *place)
             value = rule.formula.value(
-                lambda needed, where=(seat, number): _lookup(tree, results, _placed(needed, *where))
+                lambda need, place=place: _lookup(tree, results, _placed(need, *place))
             )
             if key not in results and value is not None:
                 results[key] = value
@@ -318,8 +332,13 @@ class Completed(NamedTuple):
 
 
 def _is_of_bridge(key: str) -> bool:
-    of_both_ends = re.sub(r"^abutments\.\w+", "abutment", key)
-    return of_both_ends not in DRAWN and ("." in key or key in BridgeData.model_fields)
+    return _usual(key) not in DRAWN and ("." in key or key in BridgeData.model_fields)
+
+
+def _usual(key: str) -> str:
+    """Return a key of one end, joint or bent as the rules have it."""
+    key = re.sub(r"^(abutments\.\w+|joints\.\d+(?=\.pads))", "abutment", key)
+    return re.sub(r"\.\d+\.", ".*.", key)
 
 
 def completed(tree: dict[str, Any], path: Path) -> Completed:
@@ -347,7 +366,7 @@ def completed(tree: dict[str, Any], path: Path) -> Completed:
     try:
         bridge = checked(BridgeData, tree, where)
     except InputError as error:
-        raise _explained(error) from None
+        raise _explained(error, {**drawn, **derived}) from None
     for key, rule in after_others.items():
         value = rule.formula.value({"bridge": bridge}.get)
         if value is None:
@@ -382,7 +401,7 @@ def _take_drawn(tree: dict[str, Any], file: str) -> dict[str, Any]:
 def overruled(tree: Mapping[str, Any]) -> set[str]:
     """Return the inherited keys that the drawing in a file replaces by rules."""
     keys_without_effect: set[str] = set()
-    for seat in _seats(tree):
+    for seat in _sections(tree, "seat.pads") or ["abutment"]:
         drawn = {_part(key) for key in DRAWN if value_at(tree, _placed(key, seat)) is not None}
         keys = {rule.key for rule in RULES if drawn.intersection(_parts(rule.key))}
         keys |= set[str]() if drawn.isdisjoint(_DECK_TYPES) else {*_DECK_TYPES}
@@ -390,20 +409,30 @@ def overruled(tree: Mapping[str, Any]) -> set[str]:
     return {key for key in keys_without_effect if value_at(tree, key) is None}
 
 
-def _explained(error: InputError) -> InputError:
-    """Return the error; it also names the drawing keys from which each missing number follows."""
+def _explained(error: InputError, known: Iterable[str]) -> InputError:
+    """Return the error with the drawing that would give each missing number.
+
+    ``known`` are the keys that are drawn or by rule: errors that follow from them come only alone.
+    """
     file = f"{error.details['file']}"
     first, *lines = str(error).split("\n  ")
-    messages: list[str] = []
+    kept: list[str] = []
+    followed: dict[str, None] = {}
     for line in lines or [first.removeprefix(f"{file}: ")]:
         key, is_missing, _ = line.partition(": is missing")
-        key = re.sub(r"\.\d+\.", ".*.", key)
-        if not is_missing or all(rule.key != key for rule in RULES):
-            messages.append(line)
-        elif parts := " or ".join(_parts(key)):
-            messages.append(f"{line}; or give {parts}")
-    heading = f"{file} has {len(messages)} errors:\n  " if len(messages) > 1 else f"{file}: "
-    return InputError(heading + "\n  ".join(messages), **error.details)
+        parts = _parts(_usual(key)) if is_missing else {}
+        drawn = [part for part in parts if any(f"{name}.".startswith(f"{part}.") for name in known)]
+        if drawn:
+            followed[f"{drawn[0]}: its numbers are incomplete or do not fit together"] = None
+        elif line.partition(": ")[0] in known:
+            followed[line] = None
+        elif not is_missing or all(rule.key != _usual(key) for rule in RULES):
+            kept.append(line)
+        elif parts:
+            kept.append(f"{line}; or give {' or '.join(parts)}")
+    kept = kept or list(followed)
+    many = f"{file} has {len(kept)} errors:\n  " if len(kept) > 1 else f"{file}: "
+    return InputError(many + "\n  ".join(kept), **error.details)
 
 
 def _parts(key: str) -> dict[str, None]:
