@@ -18,6 +18,7 @@ rule fit_fragility:
         suites=FOLDER.fragility("suites"),
         suite_curves=FOLDER.fragility("suite_curves"),
         shear_models=FOLDER.fragility("shear_models"),
+        alternatives=FOLDER.fragility("alternatives"),
         rates=FOLDER.fragility("rates"),
         rate_effects=FOLDER.fragility("rate_effects"),
         tex=FOLDER.fragility("table", "tex"),

@@ -21,6 +21,7 @@ from skewbridge.files.digests import provenance
 from skewbridge.files.tables import Row, records_of, write_frame
 from skewbridge.files.text import write_text
 from skewbridge.fragility import demand_table, paper_table, verdicts
+from skewbridge.fragility.alternatives import alternative_effects
 from skewbridge.fragility.curves import METHODS, fit_study
 from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.effects import effect_tables, median_effects
@@ -59,6 +60,7 @@ DESCRIPTIONS: Final = {
     for name in (
         *("curves", "median_effects", "effects", "intensity_effects", "needed_motions", "joint"),
         *("system", "measures", "input_notes", "suites", "suite_curves", "shear_models", *RATES),
+        "alternatives",
     )
 } | {PAPER_TABLE: paper_table.PAPER_COLUMNS}
 
@@ -109,6 +111,7 @@ def fragility_tables(
         PAPER_TABLE: paper_table.paper_table(curves, medians, joint, settings),
         "input_notes": checked.notes,
         "shear_models": shear_model_curves(rows, settings, jobs=jobs),
+        "alternatives": alternative_effects(rows),
         **suite_tables(rows, states, names, settings, together=(medians, effects), jobs=jobs),
     }
     for table in tables.values():

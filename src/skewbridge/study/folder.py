@@ -94,10 +94,10 @@ class StudyFolder:
         """Input files of the page as a dictionary, without the figures in their separate folder."""
         files = ("captions", "demands", "suite", "contact_checks", "checks", "sensitivity")
         fits = ("curves", "effects", "needed_motions", "intensity_effects", "input_notes", "suites")
-        more = ("system", "measures", "joint", "shear_models", "rates", "rate_effects")
+        more = ("system", "measures", "joint", "shear_models", "alternatives", "rates")
         return {
             **{name: getattr(self, name) for name in files},
-            **{name: self.fragility(name) for name in (*fits, *more)},
+            **{name: self.fragility(name) for name in (*fits, *more, "rate_effects")},
             "medians": self.fragility("median_effects"),
         }
 

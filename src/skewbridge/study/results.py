@@ -44,7 +44,7 @@ from skewbridge.fragility.rates import curve_rate, rate_columns, rate_effects
 from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.fragility.study_tables import fragility_tables, write_tables
 from skewbridge.study.folder import StudyFolder, starter_files
-from skewbridge.variant.random_properties import DRAW_PREFIX, RANDOM_PROPERTIES
+from skewbridge.variant.random_properties import CHOICE_PREFIX, DRAW_PREFIX, RANDOM_PROPERTIES
 
 #: Provenance of demands written by `skewbridge statistics`: the name of their source.
 _STATISTICS_OF: Final = "statistics_of"
@@ -129,7 +129,7 @@ def _read_demands(path: Path, im: str | None, states: States) -> tuple[pd.DataFr
         raise InputError(f"{problem} {', '.join(measures)}", column=im or "im")
     named = {column.name for column in COLUMNS} | {*demand_table.axis_names(source), chosen}
     named |= {state.demand for state in states}
-    prefixes = ("im_", DRAW_PREFIX)
+    prefixes = ("im_", CHOICE_PREFIX, DRAW_PREFIX)
     kept = (name for name in map(str, source) if name in named or name.startswith(prefixes))
     return demand_table.read_foreign(path, {name: name for name in kept}), chosen
 
