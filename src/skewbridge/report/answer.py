@@ -29,7 +29,6 @@ from skewbridge.fragility.verdicts import (
     MEDIAN_CAPACITY,
     NEGLIGIBLE,
     OK,
-    RATIOS,
     UNDECIDED,
 )
 from skewbridge.motions.p695 import REPLACED
