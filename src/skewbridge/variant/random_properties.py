@@ -34,8 +34,6 @@ CHOICE_PREFIX: Final = "choice_"
 #: Entry in the provenance of a table of fits: the properties that were drawn, or none.
 RANDOM_PROPERTIES: Final = "random_properties"
 DIRECTION: Final = "incidence_deg"
-#: Value of a modelling option.
-type OptionValue = bool | int | float | str
 #: Drawn random properties and modelling options of one motion, keyed by name.
 type Draw = Mapping[str, Any]
 #: Motions whose draws form one Latin hypercube. A draw does not depend on later motions.
@@ -135,8 +133,8 @@ class UncertaintyConfig:
     # random angle adds no scatter
     incidence_deg: _Drawn = Field(default=None)
     """added to motions.incidence_deg"""
-    alternatives: dict[str, tuple[OptionValue, ...]] = Field(default_factory=dict)
-    """keys of model with values, of which each motion draws one"""
+    alternatives: dict[str, tuple[bool | int | float | str, ...]] = Field(default={})
+    """keys of model with values; each motion draws one value"""
 
     @model_validator(mode="after")
     def _alternatives_are_values_of_options(self) -> Self:
