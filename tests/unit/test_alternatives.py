@@ -1,5 +1,6 @@
 """Alternative modelling options: one draw per motion, and the effects under each value."""
 
+import re
 from dataclasses import replace
 from itertools import product
 from math import exp, log
@@ -172,6 +173,10 @@ def test_effects_under_each_value_are_those_of_the_regression() -> None:
     assert log(row["ratio"]) == pytest.approx(fits[0], abs=1e-9)
     half = log(row["ci_high"] / row["ci_low"]) / 2.0
     assert half == pytest.approx(1.734 * error, rel=0.01)  # t(0.95) of 24 - 5 to 24 - 7 dof
+    residual = change.to_numpy() - design @ np.linalg.lstsq(design, change.to_numpy())[0]
+    share = 1.0 - (residual @ residual / (24 - 5)) / np.var(change.to_numpy(), ddof=1)
+    assert found["share"].to_numpy() == pytest.approx(share, abs=1e-9)
+    assert share > 0.4
     assert row["n_motions"] == (of_motion["choice_key_frame"] == "deck_edge").sum()
 
 
@@ -184,6 +189,7 @@ def test_the_page_names_the_options_that_move_an_effect() -> None:
     skew = next(row for row in rows if row["effect"].startswith("Skew"))
     for value in ("deck edge", "skewed"):
         assert f"{skew[f'key frame {value}']} with key frame {value}" in sentences[1]
+    assert re.search(r"would be (\d+) to (\d+) % narrower", sentences[0])
     none, _ = alternative_rows(alternative_effects(demands(32, noise=0.5)))
     assert len(none) == 1
     assert none[0].endswith("None certainly moves an effect.")

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.demands.columns import demands_for
-from skewbridge.files.tables import Floats, Row
+from skewbridge.files.tables import Floats, Index, Row
 from skewbridge.fragility import demand_table, verdicts
 from skewbridge.fragility.effects import EXACT, STEP, Pairs, run_pairs
 from skewbridge.fragility.motion_means import by_motion
@@ -71,6 +71,7 @@ def _rows(pairs: Pairs, name: str, values: Sequence[tuple[str, "pd.Series[Any]"]
     fit = by_motion(ratios[used], side, motions, int(motions.max()) + 1, design)
     if not np.all(np.isfinite(fit.estimate)):
         return
+    share = _explained_share(ratios[used], design @ fit.estimate[1:], motions, side, parameters)
     first = 1
     for option, levels, block in blocks:
         size = len(levels) - 1
@@ -92,4 +93,20 @@ def _rows(pairs: Pairs, name: str, values: Sequence[tuple[str, "pd.Series[Any]"]
                 "level": EFFECT_CONFIDENCE,
                 "p": float(change.p_value()[number]),
                 "n_motions": np.unique(motions[has_level]).size,
+                "share": share,
             }
+
+
+def _explained_share(
+    ratios: Floats, explained: Floats, motions: Index, side: Index, parameters: int
+) -> float:
+    """Return the share of the variance between motions due to the options (adjusted R squared).
+
+    ``explained`` (n,) is the part of the ln ratios that the options explain.
+    """
+    exact = side == EXACT
+    count = np.bincount(motions[exact])
+    means = [np.bincount(motions[exact], y[exact])[count > 0] for y in (ratios, ratios - explained)]
+    total, rest = (np.var(mean / count[count > 0]) for mean in means)
+    known = np.count_nonzero(count)
+    return max(0.0, 1.0 - float(rest / total) * (known - 1) / (known - parameters))
