@@ -50,7 +50,7 @@ def true_rate(skew, gap, friction, *, drift, even=False, blocks=False):
 
 def covered(rng, case):
     """Return whether the intervals of one study cover the true rates (95 %) and effects (90 %)."""
-    rows, inside = study(rng, **CASES[case]), {}
+    rows, inside = study(rng, **CASES[case], drifting=["skew_deg"]), {}
     models = fit_models(rows, [STATE], SETTINGS)
     curves = fit_study(rows, [STATE], SETTINGS, models=models)
     truth = {key: true_rate(*key, **CASES[case]) for key in product(*SHIFTS.values())}

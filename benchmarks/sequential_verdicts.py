@@ -5,7 +5,8 @@
 The studies are those of `effect_simulations`: heavy-tailed scatter, effects that differ between
 motions, runs that collapse. Each is tested with 12 to 64 motions and stops at the first verdict
 about the margin. The true effect is zero, the margin or twice the margin. In ``unequal`` studies,
-half of the pairs of variants have half of the motions.
+half of the pairs of variants have half of the motions; in ``turned`` studies of medians, each
+motion runs at two angles of incidence with independent scatter.
 """
 
 import json
@@ -26,11 +27,13 @@ from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.motion_means import average, by_motion
 from skewbridge.fragility.verdicts import DECIDED, DEMAND, HIGHER, LOWER, NEGLIGIBLE, at_looks, kept
 
-SIMULATIONS: Final = 500
 SEED: Final = 20261123
 #: Number of motions at each test (look); fewer looks for medians, which take longer to fit.
 LOOKS: Final = {name: tuple(range(12, 65, 4)) for name in ("demand", "unequal")}
-LOOKS |= {"median": (12, 24, 36, 48, 64)}
+LOOKS |= dict.fromkeys(("median", "turned"), (12, 24, 36, 48, 64))
+SIMULATIONS: Final = dict.fromkeys(LOOKS, 500) | {"turned": 200}
+#: Number of runs of a variant under one motion.
+RUNS: Final = dict.fromkeys(LOOKS, 1) | {"turned": 2}
 MARGIN: Final = float(np.log1p(SETTINGS.margin))
 #: True effects in margins.
 EFFECTS: Final = (0.0, 1.0, 2.0)
@@ -56,8 +59,11 @@ def rows_of_demand(
         yield row | effect_row(estimate, SETTINGS, blocks=blocks)
 
 
-def demands_of(pairs: Pairs, numbers: NDArray[np.int_]) -> pd.DataFrame:
-    """Return the runs of a study whose pairs of variants have ``numbers`` motions each."""
+def demands_of(pairs: Pairs, numbers: NDArray[np.int_], kind: str) -> pd.DataFrame:
+    """Return the runs of a study whose pairs of variants have ``numbers`` motions each.
+
+    In a ``turned`` study two neighbouring motions are one at two angles of incidence.
+    """
     table = pairs.table
     allowed = np.empty(len(table), dtype=np.int_)
     for (_, rows), number in zip(pairs.cells, numbers, strict=True):
@@ -68,13 +74,17 @@ def demands_of(pairs: Pairs, numbers: NDArray[np.int_]) -> pd.DataFrame:
         own = {name: table[f"{name}_{end}"] for name in (DRIFT, "status", "complete", SETTINGS.im)}
         runs.append(table[["motion_id", "skew_deg", "gap_mm"]].assign(**own, **{AXIS: value}))
     demands = pd.concat(runs, ignore_index=True)
+    angle = 0.0
+    if kind == "turned":
+        number = demands["motion_id"].str[1:].astype(int)
+        demands["motion_id"], angle = (number // 2).map("m{:03d}".format), 90.0 * (number % 2)
     names = demands["skew_deg"] + 1e3 * demands["gap_mm"] + 1e6 * demands[AXIS]
     return demands.assign(
         variant=names.astype(str),
         abutment="contact_friction",
         bridge=pairs.place["bridge"],
         scale=1.0,
-        incidence_deg=0.0,
+        incidence_deg=angle,
         beyond_model="",
     )
 
@@ -85,8 +95,10 @@ def effects_at(studies: Sequence[Pairs], number: int, kind: str) -> pd.DataFrame
     numbers = np.full(cells, number)
     if kind == "unequal":
         numbers[: cells // 2] = max(12, number // 2)
-    if kind == "median":
-        demands = pd.concat([demands_of(pairs, numbers) for pairs in studies], ignore_index=True)
+    if kind in ("median", "turned"):
+        numbers *= RUNS[kind]
+        runs = [demands_of(pairs, numbers, kind) for pairs in studies]
+        demands = pd.concat(runs, ignore_index=True)
         effects = median_effects(demands, [STATE], SETTINGS, axes=[AXIS])
         return effects.assign(demand=effects["bridge"], bridge="simulated")
     shared = {"quantity": DEMAND, "margin": SETTINGS.margin, "n_discordant": 0}
@@ -104,7 +116,8 @@ def stopped(studies: Sequence[Pairs], kind: str) -> pd.DataFrame:
     running, history = list(studies), pd.DataFrame()
     ended: list[pd.DataFrame] = []
     for number in LOOKS[kind]:
-        effects = kept(at_looks(effects_at(running, number, kind), LOOKS[kind]), history)
+        effects = effects_at(running, number, kind)
+        effects = kept(at_looks(effects, LOOKS[kind], RUNS[kind]), history)
         history = pd.concat([history, effects], ignore_index=True)
         pooled = effects[effects["scope"] == "pooled"]
         done = pooled["verdict"].isin(DECIDED) | (number == LOOKS[kind][-1])
@@ -123,11 +136,18 @@ def verdicts_at_stopping(
 
     At the margin both ``higher`` and ``negligible`` are wrong; each has an error rate of 5 %.
     """
-    of_median, truth = kind == "median", margins * MARGIN
+    of_median, truth = kind in ("median", "turned"), margins * MARGIN
     effects = dict.fromkeys(GRID, 0.0) | {AXIS: -truth if of_median else truth}
     rng = np.random.default_rng([seed, round(100 * bounds), round(margins), len(kind)])
     studies = [
-        simulate(LOOKS[kind][-1], effects, 0.0, limit_of(bounds), rng, bridge=f"{number:03d}")
+        simulate(
+            RUNS[kind] * LOOKS[kind][-1],
+            effects,
+            0.0,
+            limit_of(bounds),
+            rng,
+            bridge=f"{number:03d}",
+        )
         for number in range(simulations)
     ]
     rows = stopped(studies, kind)
@@ -151,7 +171,7 @@ def main() -> None:
     stored = json.loads(out.read_text(encoding="utf-8"))["rows"] if out.exists() else []
     rows = {tuple(row[name] for name in names): row for row in stored}
     for kind, bounds, margins in product(sys.argv[1:] or LOOKS, BOUNDS, EFFECTS):
-        new = verdicts_at_stopping(kind, bounds, margins, SIMULATIONS, SEED)
+        new = verdicts_at_stopping(kind, bounds, margins, SIMULATIONS[kind], SEED)
         rows |= {tuple(row[name] for name in names): row for row in new}
         ordered = [rows[key] for key in sorted(rows)]
         out.write_text(json.dumps({"seed": SEED, "rows": ordered}, indent=1) + "\n", "utf-8")

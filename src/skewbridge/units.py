@@ -32,6 +32,7 @@ KSI: Final = 1000 * PSI
 #: Units by the endings of names, longer endings first.
 _IN_NAMES: Final = {
     "_n_per_m": "N/m",
+    "_mps": "m/s",
     "_deg": "deg",
     "_mm": "mm",
     "_kn": "kN",

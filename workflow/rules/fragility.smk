@@ -16,6 +16,7 @@ rule fit_fragility:
         joint=FOLDER.fragility("joint"),
         suites=FOLDER.fragility("suites"),
         shear_models=FOLDER.fragility("shear_models"),
+        alternatives=FOLDER.fragility("alternatives"),
         rates=FOLDER.fragility("rates"),
         rate_effects=FOLDER.fragility("rate_effects"),
         tex=FOLDER.fragility("table", "tex"),

@@ -53,6 +53,7 @@ rule report:
         joint=rules.fit_fragility.output.joint,
         suites=rules.fit_fragility.output.suites,
         shear_models=rules.fit_fragility.output.shear_models,
+        alternatives=rules.fit_fragility.output.alternatives,
         rates=rules.fit_fragility.output.rates,
         rate_effects=rules.fit_fragility.output.rate_effects,
         checks=rules.fit_fragility.output.checks,

@@ -128,6 +128,13 @@ class Description:
         return " and ".join(sorted({*self.bent_bases} - {""}))
 
     @property
+    def without_effect(self) -> frozenset[str]:
+        """Modelling options that do not act because there is no bent cap or foundation spring."""
+        has_cap = any(count > 1 for count in self.bent_columns)
+        of_caps = () if has_cap else ("cap_load", "column_spacing")
+        return frozenset((*of_caps, *(() if self.on_springs else ("foundation",))))
+
+    @property
     def length_m(self) -> float:
         """Total length."""
         return sum(self.spans_m)

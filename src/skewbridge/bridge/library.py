@@ -23,6 +23,12 @@ def load_structure(name: str | Path) -> Structure:
     return CatalogueBridge(load_bridge(name))
 
 
+def without_effect(name: str | Path) -> frozenset[str]:
+    """Return the modelling options that do not act on a bridge."""
+    structure = load_structure(name)
+    return structure.ignored | structure.description.without_effect
+
+
 def structure_files(name: str) -> list[Path]:
     """Return the files of a bridge that are outside the package."""
     if is_script(name):

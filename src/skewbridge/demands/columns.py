@@ -9,7 +9,7 @@ from typing import Any, Final, Literal
 
 from skewbridge.units import split_unit
 from skewbridge.variant.axes import AXES, Axis, axes_of
-from skewbridge.variant.random_properties import DRAW_PREFIX
+from skewbridge.variant.random_properties import CHOICE_PREFIX, DRAW_PREFIX, drawn_options
 from skewbridge.variant.variant import Variant
 
 SUITE: Final = "suite"
@@ -100,6 +100,12 @@ def joint_columns(names: Iterable[str]) -> tuple[Column, ...]:
     return tuple(columns)
 
 
+def option_columns(names: Iterable[str]) -> tuple[Column, ...]:
+    """Return the columns of drawn modelling options, which only bridges have on which they act."""
+    texts = {name: f"value of model.{name}, drawn once per motion" for name in drawn_options(names)}
+    return tuple(Column(f"{CHOICE_PREFIX}{name}", "text", "-", "", texts[name]) for name in texts)
+
+
 def columns_with(present: Iterable[str]) -> tuple[Column, ...]:
     """Return all columns of a study, with the axes and random properties named in ``present``."""
     names = list(present)
@@ -118,6 +124,7 @@ def columns_with(present: Iterable[str]) -> tuple[Column, ...]:
         *joint_columns(names),
         *_COLUMNS["outcome"],
         *draws,
+        *option_columns(names),
         *_COLUMNS["key"],
     )
 

@@ -9,7 +9,14 @@ from typing import Any, Final
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from skewbridge.demands.columns import COLUMNS, KEY, Column, columns_with, joint_columns
+from skewbridge.demands.columns import (
+    COLUMNS,
+    KEY,
+    Column,
+    columns_with,
+    joint_columns,
+    option_columns,
+)
 from skewbridge.demands.validity import SUSPECT, reasons
 from skewbridge.files.digests import digest_of, provenance
 from skewbridge.files.tables import read_table, write_joined, write_table
@@ -73,16 +80,16 @@ def join_variants(paths: Sequence[Path], output: Path) -> None:
     columns = {path: pq.read_table(path, columns=["run_key"])["run_key"] for path in paths}
     keys: list[Any] = [key for column in columns.values() for key in column.to_pylist()]
     present = dict.fromkeys(name for path in paths for name in pq.read_schema(path).names)
-    joints = demands_schema(joint_columns(present))
+    some = demands_schema((*joint_columns(present), *option_columns(present)))
     order = [column.name for column in columns_with(present)]
 
     def filled(path: Path) -> pa.Table:
-        """Return a table with empty columns for the joints of other bridges."""
+        """Return a table with empty columns for the joints and options of other bridges."""
         table = read_table(path)
-        for field in joints:
+        for field in some:
             if field.name not in table.column_names:
                 table = table.append_column(field, pa.nulls(len(table), field.type))
-        return table.select(order) if len(joints) else table
+        return table.select(order) if len(some) else table
 
     rounds = groupby((path for path in paths if len(columns[path])), key=lambda path: path.name)
     tables = (

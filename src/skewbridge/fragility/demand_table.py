@@ -24,7 +24,7 @@ from skewbridge.files.text import OPTIONS, shortened
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.statuses import OK, STATUSES
 from skewbridge.variant.axes import AXES, OPTION_AXES, Axis, axes_of
-from skewbridge.variant.random_properties import DRAW_PREFIX
+from skewbridge.variant.random_properties import CHOICE_PREFIX, DRAW_PREFIX
 
 BRIDGE_COLUMNS: Final = ("bridge", "abutment")
 IDENTITY_COLUMNS: Final = ("variant", *BRIDGE_COLUMNS)
@@ -167,7 +167,8 @@ def refuse_misspelt(columns: Iterable[str], present: Iterable[str] = ()) -> None
         spelled = re.sub(r"[\s-]+", "_", name.strip().lower())
         # ASSUME names as similar as motion and motion_id mean the same
         nearest = get_close_matches(spelled, missing, n=1, cutoff=0.8)
-        if name not in valid and nearest and not name.startswith(DRAW_PREFIX):
+        is_drawn = name.startswith((CHOICE_PREFIX, DRAW_PREFIX))
+        if name not in valid and nearest and not is_drawn:
             text = f"column {shortened(name)} is not known: did you mean {nearest[0]}?"
             raise InputError(f"{text} Rename it", column=name)
 

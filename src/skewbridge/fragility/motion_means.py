@@ -193,10 +193,10 @@ def by_motion(
     bound: NDArray[np.int_],  # 0: exact value, 1: lower bound, -1: upper bound; shape (n,)
     motions: Index,  # number of the motion of each value
     count: int,  # number of blocks, including those without a value
-    x: Floats | None = None,  # independent variable of the line, shape (n,)
+    x: Floats | None = None,  # independent variable(s) of the line, shape (n,) or (n, q)
     block: Index | None = None,  # number of the block of each value, 0 .. count - 1
 ) -> Jackknifed:
-    """Return the mean over motions, shape (), or the line on ``x``: value at x = 0 and slope, (2,).
+    """Return the mean over motions, shape (), or the line on ``x``: value at x = 0 and slopes.
 
     The jackknife leaves out blocks: events, or single motions if ``block`` is None. The estimate is
     NaN if fewer than three blocks (four for a line) have an exact value, or if the slope is

@@ -21,6 +21,7 @@ from skewbridge.files.digests import provenance
 from skewbridge.files.tables import Row, records_of, write_frame
 from skewbridge.files.text import write_text
 from skewbridge.fragility import demand_table, exports, verdicts
+from skewbridge.fragility.alternatives import alternative_effects
 from skewbridge.fragility.curves import METHODS, fit_study
 from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.effects import effect_tables, median_effects
@@ -57,7 +58,7 @@ DESCRIPTIONS: Final = {
     name: demand_table.described(name)
     for name in (
         *("curves", "median_effects", "effects", "intensity_effects", "needed_motions", "joint"),
-        *("system", "input_notes", "suites", "shear_models", *RATES),
+        *("system", "input_notes", "suites", "shear_models", "alternatives", *RATES),
     )
 } | {PAPER_TABLE: exports.PAPER_COLUMNS}
 
@@ -106,6 +107,7 @@ def fragility_tables(
         PAPER_TABLE: exports.paper_table(curves, medians, joint, settings),
         "input_notes": checked.notes,
         "shear_models": shear_model_curves(rows, settings, jobs=jobs),
+        "alternatives": alternative_effects(rows),
         "suites": suite_table(rows, states, names, settings, (medians, effects), jobs=jobs),
     }
     for table in tables.values():

@@ -45,6 +45,7 @@ from skewbridge.report.appearance import (
     value_text,
 )
 from skewbridge.statuses import COLLAPSE, FAILED
+from skewbridge.units import split_unit
 from skewbridge.variant.axes import axes_of, axis
 from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
 from skewbridge.variant.random_properties import drawn_properties
@@ -577,6 +578,49 @@ def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]
         return "", text
     axes = listed(dict.fromkeys(axis(str(name)).title for name in differing["axis"]))
     return f"The effect of {axes} {DEPENDS}.", text
+
+
+def alternative_rows(table: pd.DataFrame) -> tuple[list[str], list[dict[str, str]]]:
+    """Return sentences and a table on drawn options (`alternatives`), at the largest steps of axes.
+
+    An option certainly moves an effect if its p-value, adjusted for all options, is below 1 minus
+    the level of the intervals. The table has a row per effect and a column per value of an option.
+    """
+    widest = table.groupby([*BRIDGE_COLUMNS, "axis"])["to_value"].transform("max")
+    table = table[table["to_value"] == widest]
+    if table.empty:
+        return [], []
+    names, rows, certain = short_names(table), list[dict[str, str]](), list[str]()
+    for key, of_effect in groups_of(table, _EFFECT):
+        effect = f"{change_name(*key[2:5])} on {effect_name(key[5])}, {names[key[:2]]}"
+        changes: dict[str, str] = {}
+        for (option,), of_option in groups_of(of_effect, ["option"]):
+            texts = {
+                option_text(option, row["value"]): change_text({**row, "ratio": row["effect"]})
+                for row in records_of(of_option)
+            }
+            changes |= texts
+            if of_option["p"].min() < 1.0 - of_option["level"].iloc[0]:
+                certain.append(f"{effect}: {listed(f'{b} with {a}' for a, b in texts.items())}.")
+        rows.append({"effect": effect, **changes})
+    options = listed(option_text(option) for option in table["option"].unique())
+    verdict = "These certainly move an effect:" if certain else "None certainly moves an effect."
+    shares = 100.0 * (1.0 - np.sqrt(1.0 - table["share"]))
+    intro = (
+        f"Each motion has its own {options}, the same in every variant. Without this scatter the "
+        f"intervals of these effects would be {shares.min():.0f} to {shares.max():.0f} % "
+        f"narrower. {verdict}"
+    )
+    return [intro, *certain], rows
+
+
+def option_text(option: str, value: object = None) -> str:
+    """Return the name of a modelling option in words, with one of its values if given."""
+    stem, unit = split_unit(option)
+    name = in_words(option if unit == "-" else stem)
+    if value is None:
+        return name
+    return f"{name} {in_words(value)}{'' if unit == '-' else f' {unit}'}"
 
 
 def properties_sentence(demands: pd.DataFrame) -> str:

@@ -17,7 +17,7 @@ from skewbridge.demands.columns import joint_columns
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE
 from skewbridge.motions.levels import LEVEL_MEASURE
-from skewbridge.report.answer import counted
+from skewbridge.report.answer import counted, listed, option_text
 from skewbridge.report.appearance import (
     in_words,
     plain_label,
@@ -75,6 +75,7 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
         InputError: A bridge or the limit states of the study cannot be read.
     """
     motions, drawn = config.motions, config.uncertainty.drawn
+    alternatives = config.uncertainty.alternatives if config.uncertainty.enabled else {}
     suite = pd.DataFrame({"source": []}) if suite is None else suite
     count, levels_g = motions.count, motions.level_range_g
     if {"scale", LEVEL_MEASURE} <= set(suite):
@@ -106,6 +107,10 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
             "suites": dict(suites),
             "random_direction": DIRECTION in drawn,
             "drawn": {property_name(name): distribution for name, distribution in drawn.items()},
+            "alternatives": {
+                option_text(name): listed(f"{value}".replace("_", " ") for value in values)
+                for name, values in alternatives.items()
+            },
             "block_size": BLOCK,
             "seed": config.uncertainty.seed,
             "analysis": config.analysis,

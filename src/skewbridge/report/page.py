@@ -449,6 +449,7 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
         "other_effects": verdict_table(minor, pooled),
         "any_marked": any(row["mark"] for row in map(_cell, records_of(pooled))),
         "margin": appearance.margin_text(ratios.iloc[0]) if len(ratios) else "",
+        "alternatives": answer.alternative_rows(frames["alternatives"]),
         "needed": needed.loc[needed["forecast"] == verdicts.MORE, list(_NEEDED)],
         "styles": appearance.STYLES.values(),
     }

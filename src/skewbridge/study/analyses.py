@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, Final, Self
 
 from skewbridge.analysis.settings import NUMERICS, AnalysisSettings
+from skewbridge.bridge.library import without_effect
 from skewbridge.demands.tables import write_variant
 from skewbridge.errors import InputError
 from skewbridge.files.tables import read_table
@@ -38,7 +39,7 @@ from skewbridge.study.journal import Row, open_journal, read_content
 from skewbridge.study.processes import PROGRESS_LOG
 from skewbridge.study.task import Task, run_key
 from skewbridge.variant.grid import expand_grid
-from skewbridge.variant.random_properties import DIRECTION, with_draw
+from skewbridge.variant.random_properties import DIRECTION, PROPERTIES, Draw, with_draw
 from skewbridge.variant.variant import ABUTMENTS, Variant
 
 logger = logging.getLogger(__name__)
@@ -74,8 +75,8 @@ class StudySetup:
     suite: tuple[SuiteMotion, ...]  # motions with their factors
     #: Intensity measures at factor 1, keyed by bridge (as the grid names it) and motion.
     measures: Mapping[tuple[str, str], dict[str, float]]
-    #: Random properties of each motion; empty if none are drawn.
-    draws: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    #: Random properties and alternatives of each motion; empty if none are drawn.
+    draws: Mapping[str, Draw] = field(default_factory=dict)
     #: Analyses of each variant; empty: all.
     planned: Mapping[str, Set[Run]] = field(default_factory=dict)
     workers: int = 1
@@ -85,7 +86,7 @@ class StudySetup:
         """Return the setup of a study; `InputError` unless this version prepared its motions."""
         folder = StudyFolder(Path(study.results))
         suite = tuple(read_suite(folder.suite))
-        draws: dict[str, dict[str, float]] = {}
+        draws: dict[str, Draw] = {}
         for place, name in enumerate(dict.fromkeys(motion.suite for motion in suite)):
             ids = {one.number: one.motion.motion_id for one in suite if one.suite == name}
             # by number, so that motions left out by the design do not change the draws
@@ -125,6 +126,15 @@ class StudySetup:
         """Motions of the suite in order, each named once even if it has several levels."""
         return list(dict.fromkeys(motion.motion.motion_id for motion in self.suite))
 
+    @property
+    def without_alternatives(self) -> Self:
+        """The setup in which every motion has the configured modelling options."""
+        draws = {
+            motion: {name: draw[name] for name in draw if name in PROPERTIES}
+            for motion, draw in self.draws.items()
+        }
+        return replace(self, draws=draws)
+
     def of_motions(self, first: int, end: int) -> Self:
         """Return the setup with the motions ``first`` to ``end`` - 1, counted from 0."""
         names = self.motion_ids[first:end]
@@ -149,9 +159,13 @@ class StudySetup:
             raise InputError(f"{variant.slug}: the study has only the bridges {', '.join(files)}")
         variant = replace(variant, bridge=files[variant.bridge_name])
         options = replace(self.study.model, **dict(variant.options))
+        useless = without_effect(variant.bridge).difference(PROPERTIES)
         tasks: list[Task] = []
         for motion, angle in product(self.suite, self.study.motions.incidence_deg):
-            draw = self.draws.get(motion.motion.motion_id, {})
+            drawn = self.draws.get(motion.motion.motion_id, {})
+            draw = {
+                name: drawn[name] for name in drawn if name in PROPERTIES or name not in useless
+            }
             task = Task(
                 variant=variant,
                 motion=self._for_bridge(variant.bridge, motion),

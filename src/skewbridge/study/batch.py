@@ -38,7 +38,7 @@ from skewbridge.study.processes import (
     stopped_workers_ended,
 )
 from skewbridge.study.task import Task, analyse_task, no_result, run_key
-from skewbridge.variant.random_properties import DRAW_PREFIX
+from skewbridge.variant.random_properties import draw_columns
 
 logger = logging.getLogger(__name__)
 
@@ -81,7 +81,7 @@ def row_of_task(row: Row, task: Task, key: str) -> Row:
         **key_values(task.variant, motion.motion.motion_id, motion.scale, task.incidence_deg),
         SUITE: motion.suite,
         EVENT: "" if "synthetic" in motion.motion.source else motion.motion.event,
-        **{f"{DRAW_PREFIX}{name}": value for name, value in task.draw.items()},
+        **draw_columns(task.draw),
         **{column.name: motion.measures[column.name] for column in INTENSITY_COLUMNS},
         "run_key": key,
     }

@@ -143,6 +143,12 @@ class StudyConfig(BaseModel):
         if unknown := set(within or ()) - axes.keys():
             names = printable(", ".join(sorted(unknown)))
             raise ValueError(f"motions.blocks.within: {names} is not an axis")
+        for name, values in self.uncertainty.alternatives.items():
+            if name in axes:
+                raise ValueError(f"uncertainty.alternatives: {name} is an axis of the grid")
+            models = [replace(self.model, **{name: value}) for value in values]
+            if len(set(map(self.analysis.model_options, models))) == 1:
+                raise ValueError(f"uncertainty.alternatives: scheme paper sets {name}")
         return self
 
     @cached_property

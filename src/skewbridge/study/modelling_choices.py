@@ -18,7 +18,7 @@ from scipy.stats import t as student
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import bent_capacities
 from skewbridge.bridge.frame import Description
-from skewbridge.bridge.library import load_structure
+from skewbridge.bridge.library import load_structure, without_effect
 from skewbridge.demands.columns import demands_for
 from skewbridge.demands.validity import BEYOND_MODEL
 from skewbridge.files.digests import provenance
@@ -75,7 +75,7 @@ class Choice:
         The list is empty if the option does not act on the variant, if `needs` is not met, or if
         the scheme sets the option.
         """
-        if self.key in load_structure(task.variant.bridge).ignored:
+        if self.key in without_effect(task.variant.bridge):
             return []
         before, configured = _effective(task), self.configured_in(task)
         acts = all(_ACTS_ON[name](task) for name in self.acts_on)
@@ -111,8 +111,6 @@ _ACTS_ON: Final[Mapping[str, Callable[["Task"], bool]]] = {
     "skew": lambda task: task.variant.skew_deg != 0,
     "bents": lambda task: bool(_bridge(task).bent_columns),
     "skewed_bents": lambda task: task.options.skew_of_bents_deg(task.variant.skew_deg) != 0,
-    "foundation": lambda task: _bridge(task).on_springs,
-    "cap": lambda task: any(count > 1 for count in _bridge(task).bent_columns),
     "limited_hinge": _has_limited_hinge,
 }
 #: Effective values of options that may be null.
@@ -227,7 +225,7 @@ def write_choices(
     """Run the analyses that are not in a journal and write the table of `CHOICE_COLUMNS`."""
     from skewbridge.study.analyses import run_in_journal, sampled
 
-    pairs: list[TaskPair] = []
+    setup, pairs = setup.without_alternatives, list[TaskPair]()
     for slug in variants:
         pairs += choice_pairs(sampled(setup.tasks(slug), motions))
         pairs += axis_pairs(setup, slug, axes, motions)

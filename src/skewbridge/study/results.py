@@ -45,7 +45,7 @@ from skewbridge.fragility.rates import curve_rate, rate_columns, rate_effects
 from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.fragility.study_tables import fragility_tables, write_tables
 from skewbridge.study.folder import StudyFolder, starter_files
-from skewbridge.variant.random_properties import DRAW_PREFIX, RANDOM_PROPERTIES
+from skewbridge.variant.random_properties import CHOICE_PREFIX, DRAW_PREFIX, RANDOM_PROPERTIES
 
 #: Provenance of demands written by `skewbridge statistics`: the name of their source.
 _STATISTICS_OF: Final = "statistics_of"
@@ -130,7 +130,7 @@ def _read_demands(path: Path, im: str | None, states: States) -> tuple[pd.DataFr
         raise InputError(f"{problem} {', '.join(measures)}", column=im or "im")
     wanted = {column.name for column in COLUMNS} | {*demand_table.axis_names(source), im_column}
     wanted |= {state.demand for state in states}
-    prefixes = ("im_", DRAW_PREFIX)
+    prefixes = ("im_", CHOICE_PREFIX, DRAW_PREFIX)
     columns = (name for name in map(str, source) if name in wanted or name.startswith(prefixes))
     return demand_table.read_foreign(path, {name: name for name in columns}), im_column
 

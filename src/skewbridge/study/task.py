@@ -25,6 +25,7 @@ from skewbridge.files.digests import canonical, digest_of, engine_digest, opense
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.statuses import RAN
 from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.random_properties import Draw
 from skewbridge.variant.variant import Variant
 
 logger = logging.getLogger(__name__)
@@ -34,7 +35,7 @@ logger = logging.getLogger(__name__)
 class Task:
     """All inputs of one analysis; the motion has its scale factor and intensity measures.
 
-    The options include the random properties drawn for the motion, which `draw` maps to values.
+    The options include the `draw` of the motion: random properties and alternatives by name.
     With motions of single `supports`, `motion` is that of the first bent.
     """
 
@@ -43,7 +44,7 @@ class Task:
     incidence_deg: float
     settings: AnalysisSettings
     options: ModelOptions
-    draw: Mapping[str, float] = field(default_factory=dict[str, float])
+    draw: Draw = field(default_factory=dict)
     supports: Mapping[str, GroundMotion] = field(default_factory=dict[str, GroundMotion])
 
     @property

@@ -1,11 +1,13 @@
-"""Random properties of a bridge: distributions, and one draw of all properties per motion.
+"""Random properties of a bridge and alternative models: one draw of all of them per motion.
 
 Material strengths, mass, damping, soil, pads, keys, gap and direction of the motion are drawn once
 per motion; all variants use the same draw of a motion. Effects therefore stay paired, and no
 analyses are added. The scatter of the properties becomes part of the scatter between motions.
 
 Each property is the modelling option (a factor or an offset) of the same name. A draw is therefore
-part of the key of its analyses, and a property can be an axis of the grid instead.
+part of the key of its analyses, and a property can be an axis of the grid instead. An alternative
+is a value of any other modelling option, which another engineer could choose; all values of an
+option are equally likely.
 
 Pan et al. (2007), Journal of Bridge Engineering 12(6):689, sample material strengths, mass, bearing
 friction and joint gap from a Latin hypercube.
@@ -21,14 +23,19 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 
-from skewbridge.files.text import OPTIONS, Flag, Number, Whole
+from skewbridge.errors import did_you_mean
+from skewbridge.files.text import OPTIONS, Flag, Number, Whole, checked
 from skewbridge.variant.options import ModelOptions
 
 #: Prefix of the columns of the demands table with the draws of properties.
 DRAW_PREFIX: Final = "draw_"
+#: Prefix of the columns of the demands table with the drawn values of modelling options.
+CHOICE_PREFIX: Final = "choice_"
 #: Entry in the provenance of a table of fits: the properties that were drawn, or none.
 RANDOM_PROPERTIES: Final = "random_properties"
 DIRECTION: Final = "incidence_deg"
+#: Drawn random properties and modelling options of one motion, keyed by name.
+type Draw = Mapping[str, Any]
 #: Motions whose draws form one Latin hypercube. A draw does not depend on later motions.
 BLOCK: Final = 16
 _TRIALS: Final = 200  # trial hypercubes of a block; the least correlated one is used
@@ -126,6 +133,21 @@ class UncertaintyConfig:
     # random angle adds no scatter
     incidence_deg: _Drawn = Field(default=None)
     """added to motions.incidence_deg"""
+    alternatives: dict[str, tuple[bool | int | float | str, ...]] = Field(default={})
+    """keys of model with values; each motion draws one value"""
+
+    @model_validator(mode="after")
+    def _alternatives_are_values_of_options(self) -> Self:
+        options = {field.name for field in fields(ModelOptions)} - self.properties.keys()
+        for name, values in self.alternatives.items():
+            if name not in options:
+                near = did_you_mean(name, options)
+                raise ValueError(f"alternatives: {name} is not a key of model{near}")
+            if not 2 <= len(set(values)) == len(values):
+                raise ValueError(f"alternatives.{name} needs two or more different values")
+            for value in values:
+                checked(ModelOptions, {name: value}, "alternatives")
+        return self
 
     @model_validator(mode="after")
     def _factors_are_positive(self) -> Self:
@@ -136,9 +158,8 @@ class UncertaintyConfig:
 
     @property
     def properties(self) -> dict[str, RandomProperty | None]:
-        """Distributions keyed by property name, in the order of the hypercube columns."""
-        names = [field.name for field in fields(self)]
-        return {name: getattr(self, name) for name in names if name not in ("enabled", "seed")}
+        """Distributions keyed by property name."""
+        return {name: getattr(self, name) for name in PROPERTIES}
 
     @property
     def drawn(self) -> dict[str, RandomProperty]:
@@ -146,30 +167,62 @@ class UncertaintyConfig:
         listed = self.properties.items() if self.enabled else ()
         return {name: what for name, what in listed if what is not None}
 
-    def draws(self, motion_ids: Sequence[str], suite: str = "") -> dict[str, dict[str, float]]:
-        """Return the drawn properties of each motion of a suite; empty if drawing is not enabled.
+    def draws(self, motion_ids: Sequence[str], suite: str = "") -> dict[str, dict[str, Any]]:
+        """Return the draw of each motion of a suite; empty if drawing is not enabled.
 
-        A draw depends on the seed, the suite and the position of the motion in it. 16 motions form
-        a Latin hypercube.
+        A draw depends on the seed, the suite and the position of the motion in it. The properties
+        of 16 motions form a Latin hypercube, their alternatives another one.
         """
-        drawn = self.drawn
-        if not drawn:
+        drawn, options = self.drawn, self.alternatives if self.enabled else {}
+        if not drawn and not options:
             return {}
-        names, label = list(self.properties), int.from_bytes(suite.encode())
-        blocks = range(-(-len(motion_ids) // BLOCK))
-        shares = np.vstack([_hypercube(len(names), (self.seed, label, block)) for block in blocks])
+        label, blocks = int.from_bytes(suite.encode()), range(-(-len(motion_ids) // BLOCK))
+        seeds = [(self.seed, label, block) for block in blocks]
+        shares = np.vstack([_hypercube(len(PROPERTIES), seed) for seed in seeds])
+        picks = np.vstack([_hypercube(len(options) or 1, (*seed, 1)) for seed in seeds])
         return {
             motion_id: {
-                name: what.quantile(float(row[names.index(name)])) for name, what in drawn.items()
+                **{
+                    name: what.quantile(float(share))
+                    for name, share in zip(PROPERTIES, of_properties, strict=True)
+                    if (what := drawn.get(name)) is not None
+                },
+                **{
+                    name: values[int(pick * len(values))]
+                    for (name, values), pick in zip(options.items(), of_options, strict=False)
+                },
             }
-            for motion_id, row in zip(motion_ids, shares, strict=False)
+            for motion_id, of_properties, of_options in zip(motion_ids, shares, picks, strict=False)
         }
+
+
+#: Names of the properties, in the order of the hypercube columns.
+PROPERTIES: Final = tuple(
+    field.name
+    for field in fields(UncertaintyConfig)
+    if field.name not in ("enabled", "seed", "alternatives")
+)
+
+
+def draw_columns(draw: Draw) -> dict[str, float | str]:
+    """Return the columns of a draw: numbers of random properties, texts of modelling options."""
+    return {
+        **{f"{DRAW_PREFIX}{name}": draw[name] for name in draw if name in PROPERTIES},
+        **{f"{CHOICE_PREFIX}{name}": f"{draw[name]}" for name in draw if name not in PROPERTIES},
+    }
 
 
 def drawn_properties(columns: Iterable[str]) -> tuple[str, ...]:
     """Return the spelled-out names of the random properties in a demands table."""
     names = (name.removeprefix(DRAW_PREFIX) for name in columns if name.startswith(DRAW_PREFIX))
     return tuple(property_name(name) for name in names)
+
+
+def drawn_options(columns: Iterable[str]) -> tuple[str, ...]:
+    """Return the modelling options in a demands table of which each motion has its own value."""
+    return tuple(
+        name.removeprefix(CHOICE_PREFIX) for name in columns if name.startswith(CHOICE_PREFIX)
+    )
 
 
 def property_name(name: str) -> str:
@@ -187,10 +240,14 @@ def _hypercube(width: int, seed: tuple[int, ...]) -> Any:
     return ((best + rng.random(best.shape)) / BLOCK).T
 
 
-def with_draw(options: ModelOptions, draw: Mapping[str, float]) -> ModelOptions:
-    """Return options changed by a draw: factors multiply them, offsets are added to them."""
-    changed = {name: value for name, value in draw.items() if name != DIRECTION}
-    for name, value in changed.items():
+def with_draw(options: ModelOptions, draw: Draw) -> ModelOptions:
+    """Return options changed by a draw.
+
+    Factors multiply them, offsets are added to them, and alternatives replace them.
+    """
+    changed: dict[str, Any] = {name: draw[name] for name in draw if name != DIRECTION}
+    for name in changed.keys() & {*PROPERTIES}:
         usual = getattr(options, name)
-        changed[name] = usual * value if name.endswith("_factor") else usual + value
+        is_factor = name.endswith("_factor")
+        changed[name] = usual * changed[name] if is_factor else usual + changed[name]
     return replace(options, **changed)

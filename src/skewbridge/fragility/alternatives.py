@@ -1,0 +1,112 @@
+"""Effects on demands under the alternative values of modelling options that the motions draw.
+
+Each motion has its own value of every such option (`uncertainty.alternatives`), the same in all
+variants. The ln ratios of an effect are regressed on these values, all options at once. A motion
+draws its values independently of its event, so the jackknife leaves out single motions.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+
+from skewbridge.demands.columns import demands_for
+from skewbridge.files.tables import Floats, Index, Row
+from skewbridge.fragility import demand_table, verdicts
+from skewbridge.fragility.effects import EXACT, STEP, Pairs, run_pairs
+from skewbridge.fragility.motion_means import by_motion
+from skewbridge.fragility.settings import EFFECT_CONFIDENCE
+from skewbridge.variant.random_properties import CHOICE_PREFIX, drawn_options
+
+ALTERNATIVE_COLUMNS: Final = demand_table.described("alternatives")
+#: Smallest number of motions with a value of an option, and of motions for each coefficient.
+_LEAST: Final = 3
+
+
+def alternative_effects(demands: pd.DataFrame) -> pd.DataFrame:
+    """Return the table `alternatives`: headline effects under each value of each drawn option."""
+    options = [f"{CHOICE_PREFIX}{name}" for name in drawn_options(map(str, demands))]
+    names, rows = demands_for("headline", demands.columns), list[Row]()
+    for model, runs in demand_table.models_of(demands):
+        for axis in demand_table.varying_axes(runs) if options else ():
+            paired = run_pairs(runs, axis, [*names, *options])
+            for (start, end), table in paired.groupby(list(STEP)):
+                pairs = Pairs(model | {"axis": axis, "from_value": start, "to_value": end}, table)
+                values = [(name, table[f"{name}_from"].astype(object)) for name in options]
+                for name in names:
+                    rows += _rows(pairs, name, values)
+    table = pd.DataFrame(rows, columns=list(ALTERNATIVE_COLUMNS))
+    family = table.assign(scope="pooled", quantity=verdicts.DEMAND)
+    return table.assign(p=verdicts.adjusted(family, table["p"]))
+
+
+def _rows(pairs: Pairs, name: str, values: Sequence[tuple[str, "pd.Series[Any]"]]) -> Iterator[Row]:
+    """Yield the rows of one demand; none if too few motions have one of the values.
+
+    ``values`` are columns of options with the value of each of the n pairs.
+    """
+    ratios, _ = pairs.changes(name, None)
+    pooled, *cells = pairs.means(ratios)
+    for (_, numbers), cell in zip(pairs.cells, cells, strict=True):
+        ratios[numbers] += pooled.estimate - cell.estimate  # an effect may differ between cells
+    used = np.isfinite(ratios)
+    motions, side = pairs.motions[used], pairs.side[used]
+    blocks: list[tuple[str, list[str], Floats]] = []
+    for column, drawn in values:
+        levels, codes = np.unique(drawn[used].dropna().astype(str), return_inverse=True)
+        if levels.size < 2 or codes.size < motions.size:  # the option does not act on the bridge
+            continue
+        counts = [np.unique(motions[codes == level]).size for level in range(levels.size)]
+        if min(counts) < _LEAST:
+            return
+        # deviations from the mean of all values: the last value has minus the sum of the others
+        signs = np.vstack([np.eye(levels.size - 1), -np.ones(levels.size - 1)])
+        blocks.append((column.removeprefix(CHOICE_PREFIX), levels.tolist(), signs[codes]))
+    design = np.hstack([block for *_, block in blocks]) if blocks else np.zeros((motions.size, 0))
+    parameters = 1 + design.shape[1]
+    if not blocks or np.unique(motions[side == EXACT]).size < _LEAST * parameters:
+        return
+    _, motions = np.unique(motions, return_inverse=True)
+    fit = by_motion(ratios[used], side, motions, int(motions.max()) + 1, design)
+    if not np.all(np.isfinite(fit.estimate)):
+        return
+    share = _explained_share(ratios[used], design @ fit.estimate[1:], motions, side, parameters)
+    first = 1
+    for option, levels, block in blocks:
+        size = len(levels) - 1
+        contrasts = np.zeros((parameters, size + 1))
+        contrasts[first : first + size] = np.hstack([np.eye(size), -np.ones((size, 1))])
+        first += size
+        change = fit.combined(contrasts)
+        ends = np.exp([change.estimate, *change.interval(EFFECT_CONFIDENCE)])
+        for number, level in enumerate(levels):
+            relative = dict(zip(verdicts.RATIOS, ends[:, number].tolist(), strict=True))
+            has_level = block[:, number] == 1.0 if number < size else block[:, 0] == -1.0
+            yield {
+                **pairs.place,
+                "demand": name,
+                "option": option,
+                "value": level,
+                "effect": float(np.exp(fit.estimate[0] + change.estimate[number])),
+                **relative,
+                "level": EFFECT_CONFIDENCE,
+                "p": float(change.p_value()[number]),
+                "n_motions": np.unique(motions[has_level]).size,
+                "share": share,
+            }
+
+
+def _explained_share(
+    ratios: Floats, explained: Floats, motions: Index, side: Index, parameters: int
+) -> float:
+    """Return the share of the variance between motions due to the options (adjusted R squared).
+
+    ``explained`` (n,) is the part of the ln ratios that the options explain.
+    """
+    exact = side == EXACT
+    count = np.bincount(motions[exact])
+    means = [np.bincount(motions[exact], y[exact])[count > 0] for y in (ratios, ratios - explained)]
+    total, rest = (np.var(mean / count[count > 0]) for mean in means)
+    known = np.count_nonzero(count)
+    return max(0.0, 1.0 - float(rest / total) * (known - 1) / (known - parameters))
