@@ -29,6 +29,7 @@ NAN = float("nan")
 SCHEMA = jsonschema.Draft202012Validator(json.loads((ROOT / "config/schema.json").read_text()))
 #: Shipped configurations and the number of their variants.
 GRIDS = {"config": 24, "smoke": 2, "real": 24, "full": 160, "stripes": 4, "ida": 4, "suites": 16}
+GRIDS |= {"alternatives": 24}
 
 
 def drawn(name: str, distribution: str, low: float, high: float, source: str | None = "x") -> dict:
