@@ -51,6 +51,7 @@ CONFIG=config/real.yaml`, or `snakemake -j2 --configfile config/real.yaml`. Resu
 | `full.yaml` | finer grid |
 | `stripes.yaml`, `ida.yaml` | every motion at every level; incremental dynamic analysis |
 | `suites.yaml` | three suites of motions and a folder of records |
+| `alternatives.yaml` | the default study with alternative modelling options |
 
 An unknown key or a value outside its limits stops the study before any analysis; editors with
 `yaml-language-server` check both. Write `2.0e+7`; YAML reads `2e7` as text.

@@ -20,8 +20,8 @@ from skewbridge.fragility.settings import EFFECT_CONFIDENCE
 from skewbridge.variant.random_properties import CHOICE_PREFIX, drawn_options
 
 ALTERNATIVE_COLUMNS: Final = demand_table.described("alternatives")
-#: Smallest number of motions with a value of an option, and of motions for each coefficient.
-_LEAST: Final = 3
+#: Smallest number of motions with each value of an option, and of degrees of freedom.
+_LEAST, _LEAST_DOF = 3, 8
 
 
 def alternative_effects(demands: pd.DataFrame) -> pd.DataFrame:
@@ -37,8 +37,8 @@ def alternative_effects(demands: pd.DataFrame) -> pd.DataFrame:
                 for name in names:
                     rows += _rows(pairs, name, values)
     table = pd.DataFrame(rows, columns=list(ALTERNATIVE_COLUMNS))
-    family = table.assign(scope="pooled", quantity=verdicts.DEMAND)
-    return table.assign(p=verdicts.adjusted(family, table["p"]))
+    keys = [table[name] for name in (*demand_table.BRIDGE_COLUMNS, "axis", *STEP, "demand")]
+    return table.assign(p=table["p"].astype(np.float64).groupby(keys).transform(verdicts.holm))
 
 
 def _rows(pairs: Pairs, name: str, values: Sequence[tuple[str, "pd.Series[Any]"]]) -> Iterator[Row]:
@@ -65,7 +65,7 @@ def _rows(pairs: Pairs, name: str, values: Sequence[tuple[str, "pd.Series[Any]"]
         blocks.append((column.removeprefix(CHOICE_PREFIX), levels.tolist(), signs[codes]))
     design = np.hstack([block for *_, block in blocks]) if blocks else np.zeros((motions.size, 0))
     parameters = 1 + design.shape[1]
-    if not blocks or np.unique(motions[side == EXACT]).size < _LEAST * parameters:
+    if not blocks or np.unique(motions[side == EXACT]).size < parameters + _LEAST_DOF:
         return
     _, motions = np.unique(motions, return_inverse=True)
     fit = by_motion(ratios[used], side, motions, int(motions.max()) + 1, design)
@@ -91,7 +91,7 @@ def _rows(pairs: Pairs, name: str, values: Sequence[tuple[str, "pd.Series[Any]"]
                 "effect": float(np.exp(fit.estimate[0] + change.estimate[number])),
                 **relative,
                 "level": EFFECT_CONFIDENCE,
-                "p": float(change.p_value()[number]),
+                "p": round(float(change.p_value()[number]), 12),  # equal for two values
                 "n_motions": np.unique(motions[has_level]).size,
                 "share": share,
             }

@@ -106,7 +106,7 @@ def adjusted(table: pd.DataFrame, p: "pd.Series[float]") -> "pd.Series[float]":
     headline = table["demand"].isin((*demands_for("headline"), *HEADLINE_STATES))
     keys = (*BRIDGE_COLUMNS, "axis", "scope", "quantity")
     family = [*(table[name].astype(str) for name in keys), headline]
-    return p.astype(np.float64).groupby(family, group_keys=False).transform(_holm)
+    return p.astype(np.float64).groupby(family, group_keys=False).transform(holm)
 
 
 def may_be_negligible(table: pd.DataFrame) -> Mask:
@@ -145,7 +145,7 @@ def _p_values(table: pd.DataFrame, *scale: Floats) -> list[pd.Series]:
     return [pd.Series(np.where(finite, p, nan), table.index) for p in (outside, inside, direction)]
 
 
-def _holm(p: pd.Series) -> pd.Series:
+def holm(p: pd.Series) -> pd.Series:
     """Return p-values adjusted by Holm's method; NaN is ignored, equal values count once."""
     # two states exceeded in the same runs (shear failure and any failure of a column) are one claim
     distinct = np.unique(p.dropna().to_numpy())

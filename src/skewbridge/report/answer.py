@@ -583,8 +583,8 @@ def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]
 def alternative_rows(table: pd.DataFrame) -> tuple[list[str], list[dict[str, str]]]:
     """Return sentences and a table on drawn options (`alternatives`), at the largest steps of axes.
 
-    An option certainly moves an effect if its p-value, adjusted for all options, is below 1 minus
-    the level of the intervals. The table has a row per effect and a column per value of an option.
+    An option certainly moves an effect if its p-value, adjusted for all options of the effect, is
+    below 1 minus the level of the intervals. The table has a row per effect and a column per value of an option.
     """
     widest = table.groupby([*BRIDGE_COLUMNS, "axis"])["to_value"].transform("max")
     table = table[table["to_value"] == widest]
@@ -611,7 +611,7 @@ def alternative_rows(table: pd.DataFrame) -> tuple[list[str], list[dict[str, str
         f"intervals of these effects would be {shares.min():.0f} to {shares.max():.0f} % "
         f"narrower. {verdict}"
     )
-    return [intro, *certain], rows
+    return [intro, *certain], records_of(pd.DataFrame(rows).fillna("–"))
 
 
 def option_text(option: str, value: object = None) -> str:
