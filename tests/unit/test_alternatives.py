@@ -14,7 +14,7 @@ from skewbridge.demands.tables import join_variants, write_variant
 from skewbridge.errors import InputError
 from skewbridge.files.tables import read_frame, write_frame
 from skewbridge.fragility.alternatives import alternative_effects
-from skewbridge.report.answer import alternative_rows
+from skewbridge.report.answer import alternative_rows, properties_sentence
 from skewbridge.study.config import parse_config
 from skewbridge.study.modelling_choices import CHOICES
 from skewbridge.study.results import statistics_of
@@ -119,7 +119,7 @@ def test_all_variants_of_a_bridge_have_the_drawn_model(tmp_path) -> None:
     expected = [f"{draws[name]['foundation']}" for name in table["motion_id"][of_springs]]
     assert table["choice_foundation"][of_springs].tolist() == expected
     assert table["choice_foundation"][~of_springs].isna().all()
-    assert set(table["choice_backfill_vs_mps"]) <= {"50.0", "150.0", "500.0"}
+    assert set(table["choice_backfill_vs_mps"]) <= {"50", "150", "500"}
     # modelling choices are compared with the configured model
     (usual, *_) = setup.without_alternatives.tasks(slugs[0])
     frame = next(each for each in CHOICES if each.key == "key_frame")
@@ -217,4 +217,5 @@ def test_a_demands_table_keeps_its_options_in_statistics(tmp_path) -> None:
     table = read_frame(tmp_path / "out/fragility/alternatives.parquet")
     expected = alternative_effects(runs)
     assert set(table["option"]) == {"key_frame", "backfill_vs_mps"}
+    assert "its own modelling options (key frame, " in properties_sentence(runs)
     assert table["effect"].to_numpy() == pytest.approx(expected["effect"].to_numpy())

@@ -48,7 +48,7 @@ from skewbridge.statuses import COLLAPSE, FAILED
 from skewbridge.units import split_unit
 from skewbridge.variant.axes import axes_of, axis
 from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
-from skewbridge.variant.random_properties import drawn_properties
+from skewbridge.variant.random_properties import drawn_options, drawn_properties
 
 _EFFECT: Final = (*BRIDGE_COLUMNS, "axis", "from_value", "to_value", "demand")
 _COUNTS: Final = ("n_cells", "n_without_curve", "n_extrapolated")
@@ -625,9 +625,11 @@ def option_text(option: str, value: object = None) -> str:
 def properties_sentence(demands: pd.DataFrame) -> str:
     """Return a sentence that lists the random properties, or states that there are none."""
     drawn = drawn_properties(map(str, demands))
+    names = ", ".join(map(option_text, drawn_options(map(str, demands))))
+    options = f" It also has its own modelling options ({names})." if names else ""
     if not drawn:
-        return "All properties of the bridges have the values of the bridge files."
+        return f"All properties of the bridges have the values of the bridge files.{options}"
     return (
         "Each motion has its own random properties of the bridge, the same in every variant "
-        f"({', '.join(drawn)})."
+        f"({', '.join(drawn)}).{options}"
     )
