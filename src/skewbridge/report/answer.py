@@ -583,7 +583,8 @@ def alternative_rows(table: pd.DataFrame) -> tuple[list[str], list[dict[str, str
     """Return sentences and a table on drawn options (`alternatives`), at the largest steps of axes.
 
     An option certainly moves an effect if its p-value, adjusted for all options of the effect, is
-    below 1 minus the level of the intervals. The table has a row per effect and a column per value of an option.
+    below 1 minus the level of the intervals. The table has a row per effect and a column per value
+    of an option.
     """
     widest = table.groupby([*BRIDGE_COLUMNS, "axis"])["to_value"].transform("max")
     table = table[table["to_value"] == widest]
