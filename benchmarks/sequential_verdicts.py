@@ -31,7 +31,7 @@ SEED: Final = 20261123
 #: Number of motions at each test (look); fewer looks for medians, which take longer to fit.
 LOOKS: Final = {name: tuple(range(12, 65, 4)) for name in ("demand", "unequal")}
 LOOKS |= dict.fromkeys(("median", "turned"), (12, 24, 36, 48, 64))
-SIMULATIONS: Final = dict.fromkeys(LOOKS, 500) | {"turned": 200}
+SIMULATIONS: Final = dict.fromkeys(LOOKS, 500) | {"turned": 500}
 #: Number of runs of a variant under one motion.
 RUNS: Final = dict.fromkeys(LOOKS, 1) | {"turned": 2}
 MARGIN: Final = float(np.log1p(SETTINGS.margin))

@@ -8,14 +8,16 @@ from math import exp, log
 import numpy as np
 import pandas as pd
 import pytest
+from reference_pages import ROOT
 
 from skewbridge.demands.tables import join_variants, write_variant
 from skewbridge.errors import InputError
-from skewbridge.files.tables import read_frame
+from skewbridge.files.tables import read_frame, write_frame
 from skewbridge.fragility.alternatives import alternative_effects
-from skewbridge.report.answer import alternative_rows
+from skewbridge.report.answer import alternative_rows, properties_sentence
 from skewbridge.study.config import parse_config
 from skewbridge.study.modelling_choices import CHOICES
+from skewbridge.study.results import statistics_of
 from skewbridge.study.task import run_key
 from skewbridge.variant.random_properties import UncertaintyConfig
 from study_parts import row_of, study_of, wave
@@ -117,7 +119,7 @@ def test_all_variants_of_a_bridge_have_the_drawn_model(tmp_path) -> None:
     expected = [f"{draws[name]['foundation']}" for name in table["motion_id"][of_springs]]
     assert table["choice_foundation"][of_springs].tolist() == expected
     assert table["choice_foundation"][~of_springs].isna().all()
-    assert set(table["choice_backfill_vs_mps"]) <= {"50.0", "150.0", "500.0"}
+    assert set(table["choice_backfill_vs_mps"]) <= {"50", "150", "500"}
     # modelling choices are compared with the configured model
     (usual, *_) = setup.without_alternatives.tasks(slugs[0])
     frame = next(each for each in CHOICES if each.key == "key_frame")
@@ -204,3 +206,16 @@ def test_an_option_that_does_not_act_on_a_bridge_is_left_out() -> None:
     runs["choice_foundation"] = None
     options = alternative_effects(runs)["option"].unique().tolist()
     assert options == ["key_frame", "backfill_vs_mps"]
+
+
+def test_a_demands_table_keeps_its_options_in_statistics(tmp_path) -> None:
+    runs = demands(24, noise=0.05).assign(im_saavg_rotd50_g=0.5)
+    runs["im_saavg_rotd50_g"] = np.exp(0.05 * runs["motion_id"].str[1:].astype(float) - 1.0)
+    runs["choice_foundation"] = None
+    write_frame(runs, tmp_path / "demands.parquet", {})
+    statistics_of(tmp_path / "demands.parquet", tmp_path / "out", ROOT / "config/limit_states.yaml")
+    table = read_frame(tmp_path / "out/fragility/alternatives.parquet")
+    expected = alternative_effects(runs)
+    assert set(table["option"]) == {"key_frame", "backfill_vs_mps"}
+    assert "its own modelling options (key frame, " in properties_sentence(runs)
+    assert table["effect"].to_numpy() == pytest.approx(expected["effect"].to_numpy())

@@ -54,7 +54,8 @@ def _rows(pairs: Pairs, name: str, values: Sequence[tuple[str, "pd.Series[Any]"]
     motions, side = pairs.motions[used], pairs.side[used]
     blocks: list[tuple[str, list[str], Floats]] = []
     for column, drawn in values:
-        levels, codes = np.unique(drawn[used].dropna().astype(str), return_inverse=True)
+        texts = drawn[used].fillna("").astype(str)
+        levels, codes = np.unique(texts[texts != ""], return_inverse=True)
         if levels.size < 2 or codes.size < motions.size:  # the option does not act on the bridge
             continue
         counts = [np.unique(motions[codes == level]).size for level in range(levels.size)]

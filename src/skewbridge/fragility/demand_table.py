@@ -221,7 +221,8 @@ def read_foreign(
     for name, value in {**dict.fromkeys(BRIDGE_COLUMNS, "foreign"), **defaults}.items():
         if name not in out:
             out[name] = value
-    for name in out.columns.difference(list(TEXT_COLUMNS)):
+    options = [name for name in out if str(name).startswith(CHOICE_PREFIX)]
+    for name in out.columns.difference([*TEXT_COLUMNS, *options]):
         numbers = as_column(out[name].to_numpy(), columns.get(name, name))
         out[name] = numbers > 0.0 if name == validity.COMPLETE else numbers * factors.get(name, 1.0)
     for name in (*LOADING_COLUMNS, *axis_names(out), "status"):
@@ -229,7 +230,7 @@ def read_foreign(
     if "variant" not in out:
         parts = [out[name].map(str).tolist() for name in variant_columns(out)[1:]]
         out["variant"] = ["_".join(values) for values in zip(*parts, strict=True)]
-    texts = [name for name in TEXT_COLUMNS if name in out]
+    texts = [*(name for name in TEXT_COLUMNS if name in out), *options]
     out[texts] = out[texts].astype(object).fillna("").astype(str)
     require_statuses(out["status"])
     for name in map(str, out.filter(regex="^im_")):

@@ -48,7 +48,7 @@ from skewbridge.statuses import COLLAPSE, FAILED
 from skewbridge.units import split_unit
 from skewbridge.variant.axes import axes_of, axis
 from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
-from skewbridge.variant.random_properties import drawn_properties
+from skewbridge.variant.random_properties import drawn_options, drawn_properties
 
 _EFFECT: Final = (*BRIDGE_COLUMNS, "axis", "from_value", "to_value", "demand")
 _COUNTS: Final = ("n_cells", "n_without_curve", "n_extrapolated")
@@ -584,7 +584,8 @@ def alternative_rows(table: pd.DataFrame) -> tuple[list[str], list[dict[str, str
     """Return sentences and a table on drawn options (`alternatives`), at the largest steps of axes.
 
     An option certainly moves an effect if its p-value, adjusted for all options of the effect, is
-    below 1 minus the level of the intervals. The table has a row per effect and a column per value of an option.
+    below 1 minus the level of the intervals. The table has a row per effect and a column per value
+    of an option.
     """
     widest = table.groupby([*BRIDGE_COLUMNS, "axis"])["to_value"].transform("max")
     table = table[table["to_value"] == widest]
@@ -625,12 +626,14 @@ def option_text(option: str, value: object = None) -> str:
 
 def properties_sentence(demands: pd.DataFrame) -> str:
     """Return a sentence that lists the random properties, or states that there are none."""
-    properties = drawn_properties(map(str, demands))
-    if not properties:
-        return "All properties of the bridges have the values of the bridge files."
+    drawn = drawn_properties(map(str, demands))
+    names = ", ".join(map(option_text, drawn_options(map(str, demands))))
+    options = f" It also has its own modelling options ({names})." if names else ""
+    if not drawn:
+        return f"All properties of the bridges have the values of the bridge files.{options}"
     return (
         "Each motion has its own random properties of the bridge, the same in every variant "
-        f"({', '.join(properties)})."
+        f"({', '.join(drawn)}).{options}"
     )
 
 

@@ -208,7 +208,11 @@ def draw_columns(draw: Draw) -> dict[str, float | str]:
     """Return the columns of a draw: numbers of random properties, texts of modelling options."""
     return {
         **{f"{DRAW_PREFIX}{name}": draw[name] for name in draw if name in PROPERTIES},
-        **{f"{CHOICE_PREFIX}{name}": f"{draw[name]}" for name in draw if name not in PROPERTIES},
+        **{
+            f"{CHOICE_PREFIX}{name}": f"{value:g}" if isinstance(value, float) else f"{value}"
+            for name, value in draw.items()
+            if name not in PROPERTIES
+        },
     }
 
 
