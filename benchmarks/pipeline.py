@@ -47,8 +47,18 @@ def pipeline(
     with tempfile.TemporaryDirectory(prefix="pipeline-") as name:
         folder = Path(name)
         study = {
-            "grid": {"skew_deg": [30], "gap_mm": list(GAPS_MM[:variants]), "friction": [0.5]},
-            "motions": {"count": motions},
+            "grid": {
+                "bridge": ["osb1"],
+                "skew_deg": [30],
+                "gap_mm": list(GAPS_MM[:variants]),
+                "friction": [0.5],
+            },
+            "motions": {
+                "suites": ["near"],
+                "count": motions,
+                "incidence_deg": [0.0],
+                "blocks": None,
+            },
             "analysis": {"duration_s": duration_s},
         }
         for part in ("Snakefile", "profiles", "workflow", "src", "config", "motions"):

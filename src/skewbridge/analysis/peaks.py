@@ -80,10 +80,11 @@ def column_demands(columns: Sequence[ColumnHandle], trace: ResponseTrace) -> dic
     drifts = [column_drift(column, trace) for column in columns]
     bases = [column_base_shear_n(column, trace) for column in columns]
 
-    def stated(ratio: Callable[..., Series], *more: ShearModel) -> float:
+    by_model = [shear_ratios(column, trace, SHEAR_MODEL_DEMANDS) for column in columns]
+
+    def stated(ratios: Sequence[Series]) -> float:
         """Return the peak over columns with a known capacity; nan if no column has one."""
-        ratios = [ratio(column, trace, *more) for column in columns]
-        known = [each for each in ratios if not np.isnan(each).all()]
+        known = [ratio for ratio in ratios if not np.isnan(ratio).all()]
         return peak(known) if known or not ratios else nan
 
     return {
@@ -91,11 +92,18 @@ def column_demands(columns: Sequence[ColumnHandle], trace: ResponseTrace) -> dic
         "column_shear_y_kn": peak(shear[:, 1] for shear in shears) / KN,
         "column_shear_kn": peak(np.hypot(*shear.T) for shear in shears) / KN,
         "column_base_shear_kn": peak(np.hypot(*base.T) for base in bases) / KN,
-        "column_shear_dcr": stated(column_shear_dcr),
-        **{name: stated(column_shear_dcr, model) for model, name in SHEAR_MODEL_DEMANDS.items()},
+        "column_shear_dcr": stated(
+            [of[column.shear_model] for column, of in zip(columns, by_model, strict=True)]
+        ),
+        **{
+            name: stated([of[model] for of in by_model])
+            for model, name in SHEAR_MODEL_DEMANDS.items()
+        },
         "column_drift_ratio": peak(drifts),
-        "drift_over_capacity": stated(drift_over_capacity),
-        "column_curvature_ductility": stated(curvature_ductility),
+        "drift_over_capacity": stated([drift_over_capacity(column, trace) for column in columns]),
+        "column_curvature_ductility": stated(
+            [curvature_ductility(column, trace) for column in columns]
+        ),
         "column_residual_drift_ratio": peak(drift[-1:] for drift in drifts),
     }
 
@@ -142,13 +150,18 @@ def drift_over_capacity(column: ColumnHandle, trace: ResponseTrace) -> Series:
     return _ratio(column, _drifts(column, trace), limits)
 
 
-def column_shear_dcr(
-    column: ColumnHandle, trace: ResponseTrace, model: ShearModel | None = None
-) -> Series:
-    """Return the ratio of section shear to shear capacity at the same time, shape (n,).
+def column_shear_dcr(column: ColumnHandle, trace: ResponseTrace) -> Series:
+    """Return the ratio of section shear to shear capacity at the same time, shape (n,)."""
+    return shear_ratios(column, trace, (column.shear_model,))[column.shear_model]
 
-    ``model`` is that of the column if None. The capacity depends on the axial force and the largest
-    ductility so far, because dilated concrete does not recover.
+
+def shear_ratios(
+    column: ColumnHandle, trace: ResponseTrace, models: Iterable[ShearModel]
+) -> dict[ShearModel, Series]:
+    """Return `column_shear_dcr` by model.
+
+    The capacity depends on the axial force and the largest ductility so far, because dilated
+    concrete does not recover.
     """
     axial, yields = (
         trace.columns[column.element][:, 2],
@@ -159,11 +172,18 @@ def column_shear_dcr(
         np.maximum.accumulate(_ratio(column, _drifts(column, trace), yields)),
         np.maximum.accumulate(curvature_ductility(column, trace)),
     )
-    limits = [
-        capacity.shear_strength_n(model or column.shear_model, axial, *ductilities)
-        for capacity in column.capacities
-    ]
-    return _ratio(column, column_shear_n(column, trace), limits)
+    shear = column_shear_n(column, trace)
+    return {
+        model: _ratio(
+            column,
+            shear,
+            [
+                capacity.shear_strength_n(model, axial, *ductilities)
+                for capacity in column.capacities
+            ],
+        )
+        for model in models
+    }
 
 
 def curvature_ductility(column: ColumnHandle, trace: ResponseTrace) -> Series:

@@ -216,8 +216,11 @@ class StepLoop:
             self._reset()
         if made:
             yield made * size_s
+        if is_done and self._contacts is not None:  # the test is still set
+            self._contacts.prepare(size_s)
+            return made
         self.prepare(size_s)
-        if is_done or self._reuses:
+        if self._reuses:
             return made
         yield from self._recover(size_s)
         return made + 1

@@ -45,7 +45,7 @@ class ResponseTrace:
     bearings: Mapping[int, Series]
     normals_n: Series  # normal forces of the contact units, compression positive, (n, units)
     tangentials_n: Series  # friction forces of the contact units along t1 and t2, (n, units, 2)
-    _points: dict[Point, Series] = field(default_factory=dict[Point, Series], init=False)
+    _disps: dict[int | Point, Series] = field(default_factory=dict[int | Point, Series], init=False)
 
     def at(self, rows: slice | list[int] | NDArray[np.bool_]) -> "ResponseTrace":
         """Return the trace of the selected rows."""
@@ -61,17 +61,18 @@ class ResponseTrace:
     def position(self, place: int | Point) -> Series:
         """Return displacements and rotations of a node or point from the unloaded state, (n, 6)."""
         if isinstance(place, Point):
-            if place not in self._points:
-                self._points[place] = moved = self.position(place.node).copy()
-                moved[:, :3] += np.cross(moved[:, 3:], place.arm_m)
-            return self._points[place]
+            moved = self.position(place.node).copy()
+            moved[:, :3] += np.cross(moved[:, 3:], place.arm_m)
+            return moved
         recorded = self.nodes.get(place)
         return np.zeros((len(self.time_s), DISP)) if recorded is None else recorded
 
     def disp(self, place: int | Point) -> Series:
         """Return displacements and rotations of a node or point from the gravity state, (n, 6)."""
-        values = self.position(place)
-        return values - values[0]
+        if place not in self._disps:
+            values = self.position(place)
+            self._disps[place] = values - values[0]
+        return self._disps[place]
 
     def spring_force(self, handle: SpringHandle) -> Series:
         """Return the force of a spring (N), shape (n,)."""
