@@ -192,7 +192,7 @@ def _pushed(pushed: "Callable[..., PushCurve]", case: VariantOptions, push: Push
     curves = pd.concat(tables, ignore_index=True)
     _write(curves, push.out, "curve")
     if is_ladder:
-        title = f"{case.bridge}, skew {case.skew_deg:g} degrees, gap {case.gap_mm:g} mm"
+        title = f"{case.bridge}, skew {case.skew_deg:g} degrees"
         ladder_figure(curves, title=title).savefig(push.out / "ladder.png", dpi=150)
     answer = {"pushes": pushes} if is_ladder else pushes[0]
     is_done = all(row["is_complete"] for row in pushes)

@@ -2,9 +2,10 @@
 
 import json
 import logging
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Final
 
@@ -14,6 +15,7 @@ import pandas as pd
 from skewbridge.analysis.settings import NUMERICS
 from skewbridge.bridge.frame import require_options
 from skewbridge.bridge.library import load_structure
+from skewbridge.bridge.structures import CatalogueBridge
 from skewbridge.demands.columns import DEMAND_COLUMNS, INTENSITY_COLUMNS, Column, joint_columns
 from skewbridge.demands.validity import with_derived_columns
 from skewbridge.errors import InputError, raise_all
@@ -73,6 +75,17 @@ def _check_options(bridge: str, config: StudyConfig) -> None:
     except InputError:
         return  # the check of the bridges reports it
     require_options(structure, (*config.grid.values(), *changed))
+
+
+def useless_axes(config: StudyConfig) -> Iterator[str]:
+    """Yield a warning for each bridge on which a compared gap or friction does not act."""
+    for name, axis in product(config.grid.bridge, ("gap_mm", "friction")):
+        structure = load_structure(name)
+        if len(config.grid.values()[axis]) == 1 or not isinstance(structure, CatalogueBridge):
+            continue
+        parts = *structure.data.seats.values(), *structure.data.joints
+        if all(getattr(part, axis, None) is not None for part in parts):
+            yield f"{axis} of the grid has no effect on {structure.name}: its joints have their own"
 
 
 def motions_digest(config: StudyConfig, cache: Path | None) -> str:
@@ -213,6 +226,8 @@ def _write_motions(study: StudyConfig, medians_g: Sequence[float]) -> None:
     from skewbridge.motions.suite import prepare_suites, read_suite, write_suite
 
     folder, motions = StudyFolder(Path(study.results)), study.motions
+    for text in useless_axes(study):
+        logger.warning("%s", text)
     for name in study.grid.bridge:
         if useless := load_structure(name).ignored.intersection(study.uncertainty.drawn):
             listed = ", ".join(sorted(useless))
