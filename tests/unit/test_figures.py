@@ -38,7 +38,7 @@ from skewbridge.report.pooled_curves import (
     pooled_curves,
     with_system,
 )
-from skewbridge.report.run_figures import hysteresis_figure
+from skewbridge.report.run_figures import contact_figure, hysteresis_figure
 from skewbridge.report.study_figures import (
     FigureTables,
     draw_study,
@@ -507,3 +507,13 @@ def test_forces_are_those_of_the_seat_if_the_left_end_has_none():
     panels = hysteresis_figure({"run": histories}).axes
     assert panels[0].get_title("left") == "Whole right abutment, longitudinal"
     assert panels[2].lines[0].get_ydata() == pytest.approx([0.0, 1.0, 2.0])  # MN
+
+
+def test_friction_of_inner_joints_is_drawn():
+    kinds = "normal_kn", "friction_1_kn", "friction_2_kn"
+    names = [
+        f"contact_{name}_{kind}" for name in ("joint_1_1", "left_backwall_1") for kind in kinds
+    ]
+    histories = pd.DataFrame(2.0e3, index=range(3), columns=names).assign(t_s=[0.0, 0.1, 0.2])
+    legend = contact_figure(histories, title="run").axes[1].get_legend()
+    assert [text.get_text() for text in legend.get_texts()] == ["backwalls", "joints"]

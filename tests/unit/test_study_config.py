@@ -18,6 +18,7 @@ from skewbridge.errors import InputError
 from skewbridge.files.text import read_mapping, read_yaml
 from skewbridge.fragility.limit_states import limit_states_of, load_limit_states
 from skewbridge.motions.folder import list_motions
+from skewbridge.report.methods import methods_of
 from skewbridge.study.config import load_config, parse_config
 from skewbridge.study.folder import DEFAULT_ROOT
 from skewbridge.study.inputs import useless_axes
@@ -288,5 +289,7 @@ def test_a_compared_gap_without_effect_is_named(tmp_path):
     own.write_text("extends: osb1\nsource: plan\nabutment: {gap_mm: 40}\n")
     grid = {"bridge": [str(own), "osb1"], "gap_mm": [25, 51]}
     found = list(useless_axes(parse_config({"grid": grid})))
-    assert found == ["gap_mm of the grid has no effect on own: its joints have their own"]
+    assert found == ["gap_mm of the grid has no effect on own: none of its joints takes it"]
     assert not list(useless_axes(parse_config({"grid": grid | {"gap_mm": [51]}})))
+    bridges = methods_of(parse_config({"grid": grid})).parts["Bridges"]
+    assert "40 mm gap at the left end, 40 mm gap at the right end" in bridges

@@ -154,7 +154,7 @@ def contact_figure(histories: pd.DataFrame, *, title: str) -> Figure:
     raster.grid(visible=False)
     figure.colorbar(mesh, ax=raster, label=f"Normal force ({force})", pad=0.01)
     raster.set_title(title, fontsize=10, parse_math=False)
-    for colour, word in zip(VARIANT_COLOURS, ("backwall", "key"), strict=False):
+    for colour, word in zip(VARIANT_COLOURS, ("backwall", "key", "joint"), strict=False):
         if chosen := [name for name in names if word in name]:
             one, two = (histories[[f"{name}_friction_{i}_kn" for name in chosen]] for i in "12")
             total = per_kn * np.hypot(one.to_numpy(), two.to_numpy()).sum(axis=1)

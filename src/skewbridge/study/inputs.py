@@ -15,7 +15,6 @@ import pandas as pd
 from skewbridge.analysis.settings import NUMERICS
 from skewbridge.bridge.frame import require_options
 from skewbridge.bridge.library import load_structure
-from skewbridge.bridge.structures import CatalogueBridge
 from skewbridge.demands.columns import DEMAND_COLUMNS, INTENSITY_COLUMNS, Column, joint_columns
 from skewbridge.demands.validity import with_derived_columns
 from skewbridge.errors import InputError, raise_all
@@ -80,12 +79,12 @@ def _check_options(bridge: str, config: StudyConfig) -> None:
 def useless_axes(config: StudyConfig) -> Iterator[str]:
     """Yield a warning for each bridge on which a compared gap or friction does not act."""
     for name, axis in product(config.grid.bridge, ("gap_mm", "friction")):
-        structure = load_structure(name)
-        if len(config.grid.values()[axis]) == 1 or not isinstance(structure, CatalogueBridge):
-            continue
-        parts = *structure.data.seats.values(), *structure.data.joints
-        if all(getattr(part, axis, None) is not None for part in parts):
-            yield f"{axis} of the grid has no effect on {structure.name}: its joints have their own"
+        bridge = load_structure(name)
+        joints = bridge.description.seats_m.keys()
+        if axis == "gap_mm":
+            joints -= bridge.description.gaps_mm.keys()
+        if len(config.grid.values()[axis]) > 1 and not joints:
+            yield f"{axis} of the grid has no effect on {bridge.name}: none of its joints takes it"
 
 
 def motions_digest(config: StudyConfig, cache: Path | None) -> str:
