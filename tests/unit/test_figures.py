@@ -510,6 +510,7 @@ def test_forces_are_those_of_the_seat_if_the_left_end_has_none():
 
 
 def test_friction_of_inner_joints_is_drawn():
+    pytest.importorskip("seaborn")  # registers the colour map
     kinds = "normal_kn", "friction_1_kn", "friction_2_kn"
     names = [
         f"contact_{name}_{kind}" for name in ("joint_1_1", "left_backwall_1") for kind in kinds
