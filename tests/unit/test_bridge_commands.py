@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from click.testing import Result
+from reference_pages import ROOT
 
 import cli_json
 from bridge_variants import variant
@@ -61,6 +62,16 @@ def test_a_push_writes_its_curve(tmp_path: Path, command: str) -> None:
     assert found["disp_at_peak_m"] == curve["disp_m"][curve["force_kn"].idxmax()]
     first = curve["force_kn"][1] / curve["disp_m"][1]
     assert found["initial_stiffness_kn_per_m"] == pytest.approx(first)
+
+
+def test_a_push_that_loses_equilibrium_in_contact_keeps_its_curve(tmp_path: Path) -> None:
+    options = ("--abutment", "contact-friction", "--skew-deg", 30, "--out", tmp_path)
+    result = invoke("bridge", "pushover", *options)
+    assert result.exit_code in (0, 1)
+    curve = pd.read_parquet(tmp_path / "curve.parquet")
+    # at least up to the contact with the wall
+    assert curve["disp_m"].iloc[-1] > 0.99 * 0.051 / cos(radians(30))
+    assert curve["force_kn"].abs().max() < 2e4
 
 
 def test_models_and_columns_are_drawn_and_written(tmp_path) -> None:
@@ -142,7 +153,7 @@ def corner_histories() -> dict[str, np.ndarray]:
 
 def test_checks_of_a_run_name_every_corner(tmp_path: Path) -> None:
     def checks(variant: str, *options: object) -> list[dict]:
-        row = {"variant": f"{variant}_cf_skew30_gap051_mu050", "deck_disp_m": 0.1}
+        row = {"variant": f"{variant}_cf_skew30_gap051_mu050", "column_drift_ratio": 0.02}
         row |= {"bridge": variant, "abutment": "contact_friction"}
         row |= {"skew_deg": 30, "gap_mm": 51, "friction": 0.5}
         pd.DataFrame([row | SUPPORT]).to_parquet(tmp_path / "demands.parquet")
@@ -160,6 +171,18 @@ def test_checks_of_a_run_name_every_corner(tmp_path: Path) -> None:
     assert all(check["ok"] for check in found)
     first = checks("own", "--bridge", own)[0]
     assert first["check"] == "bent 1 displacement, hinge 0.739 m by rule (m)"
+    assert "give the file of its bridge own: --bridge" in one_line(
+        invoke("bridge", "sdc", tmp_path)
+    )
+    script = ROOT / "docs/own_bridge.py"
+    assert "a script has no data" in one_line(invoke("bridge", "sdc", script))
+
+
+def test_the_seat_of_a_simple_span_follows_from_its_own_length() -> None:
+    spans = load_structure(ROOT / "docs/bridges/simple_spans.yaml").description
+    length_ft, height_ft = 30.0 / 0.3048, 5.6 / 0.3048  # not the 116 m of the bridge
+    least_m = 1.5 * (8 + 0.02 * length_ft + 0.08 * height_ft) * 0.0254
+    assert bridge_check.seat_demand_aashto_m(spans, 0.0) == pytest.approx(least_m)
 
 
 def test_a_bridge_gets_the_capacities_of_its_bents(tmp_path: Path) -> None:
@@ -299,7 +322,8 @@ def test_seat_widths_agree_with_the_hand_values(skew_deg: int, seat_m: float) ->
 def test_the_table_names_what_fails() -> None:
     bents = bridge_check.capacity_rows(bent_capacities(load_bridge("osb1")))
     moves_m = {"left acute": 0.2, "right acute": 0.9}
-    rows = sdc_rows(VARIANT, {"deck_disp_m": 0.30} | SUPPORT, bents, moves_m)
+    rows = sdc_rows(VARIANT, {"column_drift_ratio": 0.30 / 5.64} | SUPPORT, bents, moves_m)
+    assert rows[0]["demand"] == pytest.approx(0.30)  # drift x clear height
     failed = {row["check"] for row in rows if not row["ok"]}
     assert failed == {"bent 1 displacement, hinge 0.821 m by rule (m)", "right acute seat, SDC (m)"}
 
@@ -325,7 +349,7 @@ def test_the_support_at_rest_is_the_seat_less_the_gap(abutment, gap_mm, support_
     with domain():
         model = build(replace(VARIANT, abutment=abutment, gap_mm=gap_mm), ModelOptions())
     assert [end.support_length_m for end in model.seats] == pytest.approx([support_m] * 2)
-    run = {"deck_disp_m": 0.1, "support_length_m": support_m}
+    run = {"column_drift_ratio": 0.02, "support_length_m": support_m}
     rows = {row["check"]: row for row in sdc_rows(VARIANT, run, [], {"left acute": 0.2})}
     assert rows["left acute seat, SDC (m)"]["capacity"] == support_m
     assert rows["seat, AASHTO 1.5 N (m)"]["capacity"] == support_m

@@ -39,6 +39,7 @@ from skewbridge.report.pooled_curves import (
     pooled_curves,
     with_system,
 )
+from skewbridge.report.run_figures import contact_figure, hysteresis_figure
 from skewbridge.report.study_figures import (
     FigureTables,
     draw_study,
@@ -520,3 +521,30 @@ def test_the_curve_of_a_union_has_the_probabilities_of_both_modes():
         both = stats.multivariate_normal(cov=[[1.0, rho], [rho, 1.0]])
         assert p == pytest.approx(1.0 - both.cdf(-u), abs=1e-6)
         assert np.all((low <= p) & (p <= high))
+
+
+def test_forces_are_those_of_the_seat_if_the_left_end_has_none():
+    columns = ["m", "kn", "pads_x_kn", "pads_y_kn"]
+    names = [
+        f"abutment_{side}_{way}_{of}"
+        for side in ("left", "right")
+        for way in "xy"
+        for of in columns[:2]
+    ]
+    names += [f"abutment_{side}_{of}" for side in ("left", "right") for of in columns[2:]]
+    histories = pd.DataFrame(0.0, index=range(3), columns=names)
+    histories["abutment_right_pads_x_kn"] = [0.0, 1.0e3, 2.0e3]
+    panels = hysteresis_figure({"run": histories}).axes
+    assert panels[0].get_title("left") == "Whole right abutment, longitudinal"
+    assert panels[2].lines[0].get_ydata() == pytest.approx([0.0, 1.0, 2.0])  # MN
+
+
+def test_friction_of_inner_joints_is_drawn():
+    pytest.importorskip("seaborn")  # registers the colour map
+    kinds = "normal_kn", "friction_1_kn", "friction_2_kn"
+    names = [
+        f"contact_{name}_{kind}" for name in ("joint_1_1", "left_backwall_1") for kind in kinds
+    ]
+    histories = pd.DataFrame(2.0e3, index=range(3), columns=names).assign(t_s=[0.0, 0.1, 0.2])
+    legend = contact_figure(histories, title="run").axes[1].get_legend()
+    assert [text.get_text() for text in legend.get_texts()] == ["backwalls", "joints"]

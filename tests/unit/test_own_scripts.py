@@ -227,6 +227,10 @@ GOOD = two_spans(1.0, 1.0, "N-m")
             "ops.node(12, M, M, M)",
             r"mine\.py: the gravity analysis did not conv",
         ),
+        ("ops.fix(11, 1, 1, 1, 1, 1, 1)", "exit(3)", r"mine\.py:\d+: SystemExit: 3"),
+        ("hinges=(1, 5)", "hinges=(1, 9)", "has no integration point 9"),
+        ("drift_capacity=(0.05,", "drift_capacity=(4.5,", "at most 1, got 4.5"),
+        ("shear_strength=5.0e6 * N", "shear_strength=-1.0", "must be positive, got -1"),
         ("def bridge():", "def bridge()", r"mine\.py:\d+: expected ':'"),
         (
             "def bridge():",
@@ -242,6 +246,17 @@ def test_errors_of_a_script_name_file_and_line_or_field(tmp_path, old, new, word
         load_structure(made(tmp_path, GOOD.replace(old, new))).build(
             0.0, ModelOptions(), TagAllocator()
         )
+
+
+def test_prints_and_folders_of_a_script_do_not_disturb_a_command(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    text = GOOD.replace(
+        "def bridge():", "def bridge():\n    import os; os.chdir('/'); print('hello')"
+    )
+    load_structure(made(tmp_path, text)).build(0.0, ModelOptions(), TagAllocator())
+    assert Path.cwd() == tmp_path
+    printed = capsys.readouterr()
+    assert ("hello" in printed.out, "hello" in printed.err) == (False, True)
 
 
 def test_a_deck_node_without_mass_keeps_the_energy_balance(tmp_path):

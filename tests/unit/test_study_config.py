@@ -18,8 +18,10 @@ from skewbridge.errors import InputError
 from skewbridge.files.text import read_mapping, read_yaml
 from skewbridge.fragility.limit_states import limit_states_of, load_limit_states
 from skewbridge.motions.folder import list_motions
+from skewbridge.report.methods import methods_of
 from skewbridge.study.config import load_config, parse_config
 from skewbridge.study.folder import DEFAULT_ROOT
+from skewbridge.study.inputs import useless_axes
 from skewbridge.variant.axes import axes_of, axis
 from skewbridge.variant.grid import GridConfig, expand_grid
 from skewbridge.variant.options import ModelOptions
@@ -282,3 +284,14 @@ def test_normalised_bridges_are_analysed_once_and_keep_options_and_file_names() 
     variant = expand_grid(GridConfig.model_validate({"bridge": ["some/folder/mine.yaml"]}))[0]
     assert variant.bridge == "some/folder/mine.yaml"
     assert variant.slug == "mine_cf_skew00_gap025_mu000"
+
+
+def test_a_compared_gap_without_effect_is_named(tmp_path):
+    own = tmp_path / "own.yaml"
+    own.write_text("extends: osb1\nsource: plan\nabutment: {gap_mm: 40}\n")
+    grid = {"bridge": [str(own), "osb1"], "gap_mm": [25, 51]}
+    found = list(useless_axes(parse_config({"grid": grid})))
+    assert found == ["gap_mm of the grid has no effect on own: none of its joints takes it"]
+    assert not list(useless_axes(parse_config({"grid": grid | {"gap_mm": [51]}})))
+    bridges = methods_of(parse_config({"grid": grid})).parts["Bridges"]
+    assert "40 mm gap at the left end, 40 mm gap at the right end" in bridges

@@ -175,7 +175,7 @@ def test_an_end_of_another_type_starts_anew_and_the_other_end_is_inherited(writt
     bridge = load_bridge(written("extends: osb1\ntitle: x\nabutments: {left: {type: integral}}\n"))
     left, seat = bridge.ends["left"], load_bridge("osb1").abutment
     assert (left.type, bridge.ends["right"], bridge.seats) == ("integral", seat, {"right": seat})
-    assert bridge.sources["abutments.left.wall_width_m"] == "calc: deck.width_m"
+    assert bridge.sources["abutments.left.wall_width_m"] == "d: deck width"
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
-from itertools import product
+from itertools import pairwise, product
 from math import cos, degrees, inf, radians, sin
 from typing import Any, Final
 
@@ -244,7 +244,7 @@ def _bent_findings(row: Mapping[str, Any]) -> Iterator[str]:
         )
     if row["p_delta_ratio"] > P_DELTA_LIMIT:
         yield (
-            f"{bent}: P-Delta ratio {row['p_delta_ratio']:.2f} at the displacement "
+            f"{bent}: P-Delta ratio {row['p_delta_ratio']:.3f} at the displacement "
             f"capacity is above {P_DELTA_LIMIT:g} (SDC 4.2)"
         )
 
@@ -254,28 +254,35 @@ def _name(bent: Mapping[str, Any]) -> str:
     return f"bent {bent['bent']}{direction}"
 
 
+def _deck_length_m(bridge: Description) -> float:
+    """Return the length of the longest deck between ends and joints at bents."""
+    half_m = bridge.length_m / 2
+    joints_m = sorted(x for place, x in bridge.joints_m.items() if place.startswith("bent"))
+    return max(right - left for left, right in pairwise((-half_m, *joints_m, half_m)))
+
+
 def seat_demand_sdc_m(bridge: Description, unseating_m: float) -> float:
     """Return the required support length normal to the bearing line, in m.
 
     References:
         Caltrans SDC 1.7 section 7.8.3.
     """
-    movement = SHORTENING_RATIO * bridge.length_m / 2
+    movement = SHORTENING_RATIO * _deck_length_m(bridge) / 2
     return max(movement + unseating_m + SEAT_ALLOWANCE_M, MINIMUM_SEAT_M)
 
 
 def seat_demand_aashto_m(bridge: Description, skew_rad: float) -> float:
     """Return the required support length 1.5 N in m.
 
-    N = (8 + 0.02 L + 0.08 H)(1 + 0.000125 S^2) inches: deck length L and column height H in ft,
-    skew S in degrees.
+    N = (8 + 0.02 L + 0.08 H)(1 + 0.000125 S^2) inches: deck length L up to the next joint and
+    column height H in ft, skew S in degrees.
 
     References:
         AASHTO LRFD Bridge Design Specifications 4.7.4.4.
     """
     heights = bridge.bent_heights_m
     height_ft = sum(heights) / len(heights) / FOOT if heights else 0.0
-    length_ft = bridge.length_m / FOOT
+    length_ft = _deck_length_m(bridge) / FOOT
     skew = 1.0 + 0.000125 * degrees(skew_rad) ** 2
     return SEISMIC_SEAT_FACTOR * (8.0 + 0.02 * length_ft + 0.08 * height_ft) * skew * INCH
 
@@ -289,10 +296,11 @@ def sdc_rows(
     """Return the design checks of one analysis, one row per check.
 
     ``run`` is its row of the demands table, ``bents`` the capacities of its bents, ``corners_m``
-    the result of `corner_moves_m`.
+    the result of `corner_moves_m`. All columns get the largest drift.
     """
     bridge, support = load_structure(variant.bridge).description, float(run[SUPPORT])
-    deck_disp_m = float(run["deck_disp_m"])
+    # the deck moves more than the columns if it turns, or slides on the pads of a joint
+    drift = float(run["column_drift_ratio"])
     rows: list[dict[str, object]] = []
 
     def compare(check: str, demand: float, capacity: float) -> None:
@@ -304,8 +312,9 @@ def sdc_rows(
     for bent in bents:
         name = _name(bent)
         hinge = f"{bent['hinge_length_m']:.3f} m by {bent['hinge_length_by']}"
-        compare(f"{name} displacement, hinge {hinge} (m)", deck_disp_m, bent["capacity_m"])
-        ratio = P_DELTA_LIMIT * deck_disp_m / bent["disp_at_p_delta_limit_m"]
+        disp_m = drift * bridge.bent_heights_m[bent["bent"] - 1]
+        compare(f"{name} displacement, hinge {hinge} (m)", disp_m, bent["capacity_m"])
+        ratio = P_DELTA_LIMIT * disp_m / bent["disp_at_p_delta_limit_m"]
         compare(f"{name} P-Delta ratio", ratio, P_DELTA_LIMIT)
     for corner, unseating_m in corners_m.items():
         compare(f"{corner} seat, SDC (m)", seat_demand_sdc_m(bridge, unseating_m), support)

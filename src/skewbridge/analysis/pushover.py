@@ -15,6 +15,7 @@ from skewbridge.bridge.model import build, build_abutment, domain
 from skewbridge.bridge.plan import PlanVector
 from skewbridge.bridge.springs import elastic_material, grounded_node
 from skewbridge.contact import ContactSet
+from skewbridge.contact.element import ContactError
 from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
@@ -155,10 +156,13 @@ def _march(
         if not _converges(integrator, target * share):
             halvings += 1
             continue
+        if contacts is not None:
+            try:
+                contacts.after_step(share)
+            except ContactError:  # a mechanism: displacements are too large for double precision
+                break
         left -= share
         halvings = max(halvings - 1, 0)
-        if contacts is not None:
-            contacts.after_step(share)
         rows.append(read())
     disp_m, force_n = np.array(rows).T
     return PushCurve(disp_m=disp_m, force_n=force_n, is_complete=left <= _LAST_PART)

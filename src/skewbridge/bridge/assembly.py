@@ -1,7 +1,7 @@
 """OpenSees domain, assembly of a bridge in it (frame, dead load, joints, contacts), and modes."""
 
 from collections.abc import Callable, Generator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from math import inf, isinf, pi, sqrt
 from os import devnull
@@ -149,11 +149,13 @@ def modes_of(model: BridgeModel, count: int) -> tuple[Mode, ...]:
     try:
         with soft:
             modes = _lowest_modes(count)
-            while len(modes) < _MOST_MODES and any(
-                max(getattr(mode, f"mass_{way}") for mode in modes) < _LEAST_MASS for way in "xyz"
-            ):
-                ops.wipeAnalysis()  # otherwise `eigen` refuses another number
-                modes = _lowest_modes(2 * len(modes))
+            with suppress(ops.OpenSeesError):  # the model has no more modes
+                while len(modes) < _MOST_MODES and any(
+                    max(getattr(mode, f"mass_{way}") for mode in modes) < _LEAST_MASS
+                    for way in "xyz"
+                ):
+                    ops.wipeAnalysis()  # otherwise `eigen` refuses another number
+                    modes = _lowest_modes(2 * len(modes))
             return modes
     finally:
         for node, dof in free:

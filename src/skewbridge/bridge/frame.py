@@ -119,6 +119,8 @@ class Description:
     on_springs: bool = False  # whether the columns stand on foundation springs
     #: own skew of the ends and inner joints that have one
     skews_deg: Mapping[str, float] = field(default_factory=dict[str, float])
+    #: own gap of the seats and inner joints that have one
+    gaps_mm: Mapping[str, float] = field(default_factory=dict[str, float])
     #: place of each inner joint along the bridge from its middle, by its place in words
     joints_m: Mapping[str, float] = field(default_factory=dict[str, float])
 

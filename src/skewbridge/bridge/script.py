@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import pairwise
-from math import hypot, nan, sqrt
+from math import hypot, inf, nan, sqrt
 from pathlib import Path
 from statistics import fmean
 from typing import Any, Final
@@ -398,8 +398,22 @@ class _Reader:
             curvature is None or bool(column.hinges),
             f"{field}: yield_curvature needs hinges, the integration points of the hinges",
         )
+        for point in column.hinges:
+            response = ("section", f"{point}", "deformation")
+            _need(
+                bool(_listed(ops.eleResponse(column.element, *response))),
+                f"{field}.hinges: element {column.element} has no integration point {point}",
+            )
         drift, per_m = column.drift_capacity, self._units.si(PER_LENGTH)
         drifts = drift if isinstance(drift, tuple) else (drift, drift)
+        strength = None if callable(column.shear_strength) else column.shear_strength
+        limits = {"drift_capacity": (*drifts, 1.0), "yield_drift": (column.yield_drift, 1.0)}
+        limits |= {"shear_strength": (strength, inf), "yield_curvature": (curvature, inf)}
+        for name, (*values, most) in limits.items():
+            words = "must be positive" if most == inf else f"must be above 0 and at most {most:g}"
+            for value in values:
+                is_valid = value is None or 0.0 < value <= most
+                _need(is_valid, f"{field}.{name} {words}, got {value}")
 
         def capacity(drift_ratio: float | None) -> ColumnCapacity:
             return ColumnCapacity(

@@ -5,7 +5,7 @@ import importlib.util
 import sys
 import traceback
 from collections.abc import Callable, Generator, Iterator
-from contextlib import contextmanager
+from contextlib import chdir, contextmanager, redirect_stdout
 from dataclasses import fields
 from hashlib import sha256
 from pathlib import Path
@@ -120,7 +120,8 @@ def call_script(files: list[Path], arguments: dict[str, Any]) -> Any:
     forget()
     sys.path.insert(0, str(path.parent))
     try:
-        with lines_of(files):
+        # its prints are no answer of a command, and later paths are from the same folder
+        with lines_of(files), redirect_stdout(sys.stderr), chdir(Path.cwd()):
             module = importlib.util.module_from_spec(spec)
             spec.loader.exec_module(module)
             function: Callable[..., Any] = getattr(module, FUNCTION)
@@ -135,7 +136,7 @@ def lines_of(files: list[Path]) -> Generator[None]:
     """Turn an error in a script into an `InputError` that names its file and line."""
     try:
         yield
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         if isinstance(error, InputError) and "file" in error.details:
             raise
         local = {str(file) for file in files}

@@ -76,6 +76,11 @@ class CatalogueBridge:
                 for name, skewed_part in {**data.ends, **joints}.items()
                 if skewed_part.skew_deg is not None
             },
+            gaps_mm={
+                name: part.gap_mm
+                for name, part in {**data.seats, **joints}.items()
+                if part.gap_mm is not None
+            },
             joints_m={
                 joint.at or f"{joint.from_left_m:g} m from the left": x
                 for joint, x in zip(data.joints, data.joint_positions_m, strict=True)

@@ -192,11 +192,15 @@ def _pushed(pushed: "Callable[..., PushCurve]", case: VariantOptions, push: Push
     curves = pd.concat(tables, ignore_index=True)
     _write(curves, push.out, "curve")
     if is_ladder:
-        title = f"{case.bridge}, skew {case.skew_deg:g} degrees, gap {case.gap_mm:g} mm"
+        title = f"{case.bridge}, skew {case.skew_deg:g} degrees"
         ladder_figure(curves, title=title).savefig(push.out / "ladder.png", dpi=150)
     answer = {"pushes": pushes} if is_ladder else pushes[0]
     is_done = all(row["is_complete"] for row in pushes)
-    notes = [] if is_done else ["a push stopped at last_disp_m: no equilibrium beyond it"]
+    notes = (
+        []
+        if is_done
+        else ["a push stopped at last_disp_m: the solution did not converge beyond it"]
+    )
     return Answer(answer, None, push.units, notes, 0 if is_done else EXIT_FAILED)
 
 
@@ -280,7 +284,11 @@ def sdc(
     from skewbridge.files.tables import read_frame, records_of
 
     checked = "checks"
-    if source is None or str(source) in _known_bridges() or source.suffix in (".yaml", ".yml"):
+    if (
+        source is None
+        or str(source) in _known_bridges()
+        or source.suffix in (".yaml", ".yml", ".py")
+    ):
         data = load_bridge(bridge or str(source or "osb1"))
         checked, title = "bents", data.title
         rows = bridge_check.capacity_rows(bent_capacities(data))
@@ -290,6 +298,10 @@ def sdc(
         variant = Variant.of_row(row)
         if bridge is not None and Path(bridge).stem == variant.bridge_name:
             variant = replace(variant, bridge=bridge)
+        elif variant.bridge_name not in _known_bridges():
+            raise InputError(
+                f"{source}: give the file of its bridge {variant.bridge_name}: --bridge"
+            )
         histories = {str(name): table[name].to_numpy() for name in table}
         title, moves_m = variant.slug, bridge_check.corner_moves_m(variant, histories)
         rows = bridge_check.sdc_rows(variant, row, records_of(bents), moves_m)

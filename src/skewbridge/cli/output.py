@@ -167,7 +167,7 @@ def _tables(shown: Row, units: Units) -> dict[str, Sequence[Row]]:
             values[name] = value
         elif value and isinstance(value[0], Mapping):
             tables[name] = [in_units(row, units) for row in value]
-        elif 0 < len(value) <= 3:  # in one cell
+        elif 0 < len(value) <= 12:  # in one cell
             values[name] = value
         elif value and isinstance(value[0], str):
             tables[name] = [{name: text} for text in value]

@@ -84,11 +84,13 @@ def plan(study: PlannedStudy = None) -> Answer:
     """
     from skewbridge.analysis.modal import periods_of_file, standing_bridge
     from skewbridge.files.tables import read_frame, records_of
-    from skewbridge.study.inputs import check_inputs
+    from skewbridge.study.inputs import check_inputs, useless_axes
     from skewbridge.study.progress import forecast_study
 
     config, folder = study_of(study)
     check_inputs(config)
+    for warning in useless_axes(config):
+        warn(warning)
     for name in config.bridges_with_periods():
         for warning in periods_of_file(name, standing_bridge(name)):
             warn(warning)

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from importlib.metadata import version
 from importlib.resources import files
 from itertools import chain
@@ -93,6 +94,7 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
             "percent": _percent,
             "bridges": bridges,
             "model": model,
+            "shown_gap": partial(value_text, axis("gap_mm")),
             "dampings": [_percent(ratio) for ratio in sorted(dampings)],
             "abutments": [ABUTMENTS[name] for name in config.grid.abutment],
             "axes": [

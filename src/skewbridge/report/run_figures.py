@@ -63,20 +63,23 @@ def displacement_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
 
 @mpl.rc_context(STYLE)
 def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
-    """Draw forces of the left abutment on the deck against displacement for all runs.
+    """Draw forces of the first seat abutment on the deck against displacement for all runs.
 
     Panels are longitudinal and transverse. The first row shows the total force, the second the
     force of the pads. With contacts, a third row shows normal forces of backwall and shear keys.
     """
     length, per_m, force, per_kn = _units()
-    names = contact_names(next(iter(runs.values())))
+    first = next(iter(runs.values()))
+    names = contact_names(first)
+    has_left_pads = first.filter(regex="abutment_left_pads_._kn").any(axis=None)
+    side = "left" if has_left_pads else "right"
     panels = [
-        (f"{text}, {direction_text}", direction, [f"abutment_left_{column}{direction}_kn"])
-        for text, column in (("Whole abutment", ""), ("Pads alone", "pads_"))
-        for direction_text, direction in (("longitudinal", "x"), ("transverse", "y"))
+        (f"{text}, {way}", direction, [f"abutment_{side}_{column}{direction}_kn"])
+        for text, column in ((f"Whole {side} abutment", ""), ("Pads alone", "pads_"))
+        for way, direction in (("longitudinal", "x"), ("transverse", "y"))
     ]
-    for text, direction, contact in (("Backwall", "x", "backwall"), ("Shear keys", "y", "key")):
-        columns = [f"{name}_normal_kn" for name in names if f"_left_{contact}" in name]
+    for text, direction, part in (("Backwall", "x", "backwall"), ("Shear keys", "y", "key")):
+        columns = [f"{name}_normal_kn" for name in names if f"_{side}_{part}" in name]
         if names:
             panels.append((f"{text} alone, normal force", direction, columns))
     rows = len(panels) // 2
@@ -85,9 +88,9 @@ def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     for axes, (text, direction, columns) in zip(grid.flat, panels, strict=True):
         axes.set_title(text, loc="left", fontsize=9)
         axes.set_ylabel(f"Force ({force})")
-        for style, (name, table) in zip(_OVERLAID, runs.items(), strict=False):
-            disp = per_m * table[f"abutment_left_{direction}_m"]
-            axes.plot(disp, per_kn * table[columns].sum(axis=1), label=name, **style)
+        for look, (name, table) in zip(_OVERLAID, runs.items(), strict=False):
+            disp = per_m * table[f"abutment_{side}_{direction}_m"]
+            axes.plot(disp, per_kn * table[columns].sum(axis=1), label=name, **look)
     for axes, text in zip(grid[-1], ("longitudinal", "transverse"), strict=True):
         axes.set_xlabel(f"Deck end, {text} ({length})")
     _name_runs(figure, grid[0, 0])
@@ -123,7 +126,7 @@ def column_figure(histories: pd.DataFrame, *, title: str) -> Figure:
     )
     for (axes, x, y), colour in zip(panels_of, VARIANT_COLOURS, strict=False):
         axes.plot(x, y, lw=0.9, color=colour)
-    shear.set_ylabel(f"Base shear,\nworst column ({force})")
+    shear.set_ylabel(f"Column shear,\nworst column ({force})")
     ratio.axhline(1.0, color="0.4", lw=0.8, ls="--")
     ratio.set(xlabel="Time (s)", ylabel="Shear demand/capacity")
     half = 1.08 * per_m * max(histories[["deck_ux_m", "deck_uy_m"]].abs().max().max(), 1e-3)
@@ -155,10 +158,10 @@ def contact_figure(histories: pd.DataFrame, *, title: str) -> Figure:
     raster.grid(visible=False)
     figure.colorbar(mesh, ax=raster, label=f"Normal force ({force})", pad=0.01)
     raster.set_title(title, fontsize=10, parse_math=False)
-    for colour, word in zip(VARIANT_COLOURS, ("backwall", "key"), strict=False):
-        if of_kind := [name for name in names if word in name]:
-            t_1, t_2 = (histories[[f"{name}_friction_{i}_kn" for name in of_kind]] for i in "12")
-            total = per_kn * np.hypot(t_1.to_numpy(), t_2.to_numpy()).sum(axis=1)
+    for colour, word in zip(VARIANT_COLOURS, ("backwall", "key", "joint"), strict=False):
+        if chosen := [name for name in names if word in name]:
+            one, two = (histories[[f"{name}_friction_{i}_kn" for name in chosen]] for i in "12")
+            total = per_kn * np.hypot(one.to_numpy(), two.to_numpy()).sum(axis=1)
             friction.plot(time_s, total, lw=0.9, color=colour, label=f"{word}s")
     friction.set(xlabel="Time (s)", ylabel=f"Friction, sum ({force})")
     friction.legend(loc="upper right", fontsize=8)

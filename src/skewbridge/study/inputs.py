@@ -2,9 +2,10 @@
 
 import json
 import logging
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Final
 
@@ -73,6 +74,17 @@ def _check_options(bridge: str, config: StudyConfig) -> None:
     except InputError:
         return  # the check of the bridges reports it
     require_options(structure, (*config.grid.values(), *changed))
+
+
+def useless_axes(config: StudyConfig) -> Iterator[str]:
+    """Yield a warning for each bridge on which a compared gap or friction does not act."""
+    for name, axis in product(config.grid.bridge, ("gap_mm", "friction")):
+        bridge = load_structure(name)
+        joints = bridge.description.seats_m.keys()
+        if axis == "gap_mm":
+            joints -= bridge.description.gaps_mm.keys()
+        if len(config.grid.values()[axis]) > 1 and not joints:
+            yield f"{axis} of the grid has no effect on {bridge.name}: none of its joints takes it"
 
 
 def motions_digest(config: StudyConfig, cache: Path | None) -> str:
@@ -213,6 +225,8 @@ def _write_motions(study: StudyConfig, medians_g: Sequence[float]) -> None:
     from skewbridge.motions.suite import prepare_suites, read_suite, write_suite
 
     folder, motions = StudyFolder(Path(study.results)), study.motions
+    for text in useless_axes(study):
+        logger.warning("%s", text)
     for name in study.grid.bridge:
         if useless := load_structure(name).ignored.intersection(study.uncertainty.drawn):
             listed = ", ".join(sorted(useless))
