@@ -338,8 +338,8 @@ def test_predictions_name_states_whose_curves_unknown_outcomes_withhold(written,
     strong = DEMANDS[IM] > 0.5
     ended = DEMANDS[NEEDED].assign(status=np.where(strong, "numerical_failure", "ok"))
     ended.loc[strong, "column_drift_ratio"] = 0.02
-    keeps = ended.index[strong][:1]
-    ended.loc[keeps, ["status", "column_drift_ratio"]] = "ok", 0.03
+    exceeds = ended.index[strong][:1]
+    ended.loc[exceeds, ["status", "column_drift_ratio"]] = "ok", 0.03
     code, _ = statistics(ended, tmp_path, written[0])
     found = predict(tmp_path / "out", *PLACE)[1]["rows"]
     curves = pd.read_parquet(tmp_path / "out" / "fragility" / "curves.parquet")
@@ -352,6 +352,9 @@ def test_predictions_name_states_whose_curves_unknown_outcomes_withhold(written,
     )
     shown = CliRunner().invoke(build_app(), ["predict", "--study", str(tmp_path / "out"), *PLACE])
     assert "(bounds_too_wide): column_drift moderate" in shown.stderr
+    assert not curves.query("limit_state == 'moderate' and preferred").size
+    paper = pd.read_csv(tmp_path / "out" / "fragility" / "table.csv")
+    assert set(paper["limit_state"]) == {"slight"}
 
 
 def test_prediction_above_45_degrees_notes_the_extrapolated_backfill(written):

@@ -74,8 +74,9 @@ def paper_table(
     joint: pd.DataFrame,
     settings: FitSettings = DEFAULTS,
 ) -> pd.DataFrame:
-    """Return the table for publication, without limit states that have no estimate."""
+    """Return the table for publication, without limit states of which no variant has a curve."""
     chosen = with_ratios(chosen_curves(curves), medians)
+    joint = joint.merge(chosen.loc[chosen["theta"].notna(), list(_STATE)].drop_duplicates())
     rows = records_of(chosen.assign(row=chosen["variant"]))
     for row in records_of(joint[joint["status"] == FITTED]):
         model = JointModel(row)
