@@ -115,7 +115,9 @@ def export_curves(source: Path, form: str, out: Path, **options: Any) -> dict[st
     """
     export = Export(source=source, out=out, **options)
     export.check(form)
-    curves = exported_curves(with_bounds(read_any(source)), export.method)
+    table = read_any(source)
+    need_columns(table, _NEEDED, "the table of curves")
+    curves = exported_curves(with_bounds(table), export.method)
     has_estimate = curves["status"] == FITTED
     if not has_estimate.any() and form != "csv":
         raise InputError(f"{source.name}: nothing to write, because no curve has an estimate")
