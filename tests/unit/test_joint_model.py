@@ -398,6 +398,10 @@ def test_values_outside_the_study_and_folders_without_models_are_refused(written
         (lambda t: t.drop(columns=[IM]), "at least one im_ column"),
         (lambda t: t.rename(columns={IM: "im_a_g"}).assign(im_b_g=1.0), "--im"),
         (lambda t: pd.concat([t, t]), "repeats"),
+        (lambda t: t.rename(columns={"skew_deg": "Skew"}), "did you mean skew_deg?"),
+        (lambda t: t.assign(friction=50), "friction must be within 0..1.5 (rows 0, 1"),
+        (lambda t: t.assign(gap_mm=-25.0), "gap_mm must be within 0..999"),
+        (lambda t: t.assign(beyond_model="yes"), "beyond_model must be shear or flexure, or empty"),
     ],
 )
 def test_a_table_that_cannot_be_used_is_refused(written, tmp_path, change, words):
