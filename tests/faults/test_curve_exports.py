@@ -208,6 +208,8 @@ def test_formats_and_options_that_do_not_fit_are_refused(export):
         *((PGA, "csv", ("--im-range", *ends), "needs 0 < low < high") for ends in UNUSABLE_RANGES),
     ):
         export(curves_of(im), file_format, "out", *options, refused=words)
+    published = curves_of(PGA).rename(columns={"variant": "row"})  # as in table.csv
+    export(published, "csv", "out", refused="the table of curves has no column 'variant'")
     assert measure_names("im_pgv_rotd50_mps")[:2] == ("PGV", 100.0)
     assert measure_names("im_arias_mps")[0] == ""
 

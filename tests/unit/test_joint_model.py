@@ -338,8 +338,8 @@ def test_predictions_name_states_whose_curves_unknown_outcomes_withhold(written,
     strong = DEMANDS[IM] > 0.5
     ended = DEMANDS[NEEDED].assign(status=np.where(strong, "numerical_failure", "ok"))
     ended.loc[strong, "column_drift_ratio"] = 0.02
-    keeps = ended.index[strong][:1]
-    ended.loc[keeps, ["status", "column_drift_ratio"]] = "ok", 0.03
+    exceeds = ended.index[strong][:1]
+    ended.loc[exceeds, ["status", "column_drift_ratio"]] = "ok", 0.03
     code, _ = statistics(ended, tmp_path, written[0])
     found = predict(tmp_path / "out", *PLACE)[1]["rows"]
     curves = pd.read_parquet(tmp_path / "out" / "fragility" / "curves.parquet")
@@ -352,6 +352,9 @@ def test_predictions_name_states_whose_curves_unknown_outcomes_withhold(written,
     )
     shown = CliRunner().invoke(build_app(), ["predict", "--study", str(tmp_path / "out"), *PLACE])
     assert "(bounds_too_wide): column_drift moderate" in shown.stderr
+    assert not curves.query("limit_state == 'moderate' and preferred").size
+    paper = pd.read_csv(tmp_path / "out" / "fragility" / "table.csv")
+    assert set(paper["limit_state"]) == {"slight"}
 
 
 def test_prediction_above_45_degrees_notes_the_extrapolated_backfill(written):
@@ -395,6 +398,10 @@ def test_values_outside_the_study_and_folders_without_models_are_refused(written
         (lambda t: t.drop(columns=[IM]), "at least one im_ column"),
         (lambda t: t.rename(columns={IM: "im_a_g"}).assign(im_b_g=1.0), "--im"),
         (lambda t: pd.concat([t, t]), "repeats"),
+        (lambda t: t.rename(columns={"skew_deg": "Skew"}), "did you mean skew_deg?"),
+        (lambda t: t.assign(friction=50), "friction must be within 0..1.5 (rows 0, 1"),
+        (lambda t: t.assign(gap_mm=-25.0), "gap_mm must be within 0..999"),
+        (lambda t: t.assign(beyond_model="yes"), "beyond_model must be shear or flexure, or empty"),
     ],
 )
 def test_a_table_that_cannot_be_used_is_refused(written, tmp_path, change, words):

@@ -2,6 +2,7 @@
 
 import inspect
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -95,6 +96,39 @@ def test_check_names_and_counts_the_files_that_were_not_read(tmp_path, has_index
     assert "q0_h1.VT2" in err
 
 
+def test_check_warns_of_one_component_twice_and_names_vertical_ones(tmp_path):
+    (first, second), *_ = make_pairs(tmp_path, 1)
+    shutil.copy(first, second)
+    shutil.copy(first, tmp_path / f"q0-UP{Path(first).suffix}")
+    code, out, _ = _run("check", tmp_path, "--json")
+    found = {Path(item["file"]).stem: item for item in json.loads(out)["files"]}
+    assert (code, _run("check", tmp_path, "--strict")[0]) == (0, 2)
+    assert [found[name]["verdict"] for name in ("q0_h1", "q0_h2", "q0-UP")] == [
+        "warn",
+        "warn",
+        "ok",
+    ]
+    assert "Both components have the same values" in found["q0_h2"]["messages"][-1]
+    assert found["q0-UP"]["messages"] == ["vertical component: a study does not use it"]
+
+
+@pytest.mark.parametrize(
+    ("change", "encoding", "words"),
+    [
+        (lambda text: text, "utf-16", "UTF-16 text: save it as UTF-8"),
+        # without a digit in front, as Fortran writes: ,1492465E-03
+        (lambda text: re.sub(r"\d\.", ",", text), "utf-8", "decimal commas; use points"),
+    ],
+)  # fmt: skip
+def test_check_names_encodings_and_decimal_commas(tmp_path, change, encoding, words):
+    *head, values = at2_text(shaken_g(1)).split("\n", 4)
+    path = tmp_path / "a.AT2"
+    path.write_text("\n".join([*head, change(values)]), encoding=encoding)
+    code, out, _ = _run("check", path, "--json")
+    assert code == 2
+    assert words in json.loads(out)["files"][0]["messages"][0]
+
+
 def test_unit_option_applies_only_to_files_without_a_unit(tmp_path):
     make_pairs(tmp_path, 1)
     text = "\n".join(f"{0.01 * n:.2f},{a:.6e}" for n, a in enumerate(980.665 * shaken_g(3)))
@@ -149,6 +183,7 @@ def test_im_json_has_the_documented_measures_of_a_pair_or_a_file(tmp_path):
     row = prepare_suite(tmp_path, t1_s=0.7).iloc[0]
     assert found["im_saavg_rotd50_g"] == pytest.approx(row["im_saavg_rotd50_g"])
     assert json.loads(_run("im", *files, "--json")[1])["im_saavg_rotd50_g"] is None
+    assert "-: needs --t1-s" in _run("im", *files)[2]
     assert _run("im", *files, files[0])[0] == 2
     (first, _), *_ = make_pairs(tmp_path, 1)
     found = json.loads(_run("im", first, "--period-s", 0.5, "--period-s", 1.0, "--json")[1])

@@ -268,7 +268,8 @@ def test_a_result_of_one_run_is_current_while_the_engine_is(tmp_path):
         write_frame(FRAME, path, provenance(run_key="k", engine_digest=digest))
         assert answered(path)[0] == code
     write_frame(FRAME, path, provenance())
-    assert answered(path)[0] == 2
+    code, answer = answered(path)
+    assert (code, "`skewbridge statistics`" in answer["message"]) == (2, True)
     assert answered(tmp_path / "none.png")[0] == 2
 
 

@@ -81,7 +81,8 @@ def im(
     _, step_s, components, notes = read_components(files, missing.given)
     for note in notes:
         messages.print(note)
-    return Answer(measures_and_spectra(components, step_s, t1_s, period_s))
+    measures = measures_and_spectra(components, step_s, t1_s, period_s)
+    return Answer(measures, missing="needs --t1-s")
 
 
 @command(motions)

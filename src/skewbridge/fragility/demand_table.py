@@ -23,6 +23,7 @@ from skewbridge.files.tables import Floats, Index, Mask, as_column, read_any, re
 from skewbridge.files.text import OPTIONS, shortened
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.statuses import OK, STATUSES
+from skewbridge.units import split_unit
 from skewbridge.variant.axes import AXES, OPTION_AXES, Axis, axes_of
 from skewbridge.variant.random_properties import CHOICE_PREFIX, DRAW_PREFIX
 
@@ -166,7 +167,9 @@ def refuse_misspelt(columns: Iterable[str], present: Iterable[str] = ()) -> None
     for name in unused:
         spelled = re.sub(r"[\s-]+", "_", name.strip().lower())
         # ASSUME names as similar as motion and motion_id mean the same
-        nearest = get_close_matches(spelled, missing, n=1, cutoff=0.8)
+        nearest = get_close_matches(spelled, missing, n=1, cutoff=0.8) or [
+            a.name for a in AXES if a.name in missing and split_unit(a.name)[0] == spelled
+        ]
         is_drawn = name.startswith((CHOICE_PREFIX, DRAW_PREFIX))
         if name not in valid and nearest and not is_drawn:
             text = f"column {shortened(name)} is not known: did you mean {nearest[0]}?"
@@ -195,6 +198,10 @@ class ColumnMap(BaseModel):
     """value of each column of the demands table that is not in the file"""
 
 
+#: Limits of the axes in tables of other programs, whose models allow larger skews than ours.
+_LIMITS: Final = {axis.name: (axis.low, axis.high) for axis in AXES} | {"skew_deg": (-89.0, 89.0)}
+
+
 def read_foreign(
     path: Path,  # CSV or parquet with one row per run
     columns: Mapping[str, str],  # our column: column of the file; motion_id, im_... and a demand
@@ -215,7 +222,7 @@ def read_foreign(
     need_columns(source, columns.values(), path.name)
     out = pd.DataFrame({column: source[foreign_name] for column, foreign_name in columns.items()})
     if "motion_id" not in out or not any(str(name).startswith("im_") for name in out):
-        text = "the column map needs motion_id and at least one im_ column"
+        text = "motion_id and at least one im_ column are needed"
         raise InputError(f"{text}; the columns of {path.name} are {names_of(source)}")
     defaults = {"scale": 1.0, "incidence_deg": 0.0, "status": OK, **dict(constants or {})}
     for name, value in {**dict.fromkeys(BRIDGE_COLUMNS, "foreign"), **defaults}.items():
@@ -227,6 +234,14 @@ def read_foreign(
         out[name] = numbers > 0.0 if name == validity.COMPLETE else numbers * factors.get(name, 1.0)
     for name in (*LOADING_COLUMNS, *axis_names(out), "status"):
         require(out[name].notna().to_numpy(), columns.get(name, name), "is missing")
+    for name, (low, high) in _LIMITS.items():
+        if name in out:
+            good, values = out[name].between(low, high).to_numpy(), out[name].to_numpy()
+            require(good, columns.get(name, name), f"must be within {low:g}..{high:g}", values)
+    if validity.BEYOND_MODEL in out:
+        good = np.isin(validity.failure_kinds(out), ["", *validity.FAILURE_DEMANDS])
+        words = " or ".join(validity.FAILURE_DEMANDS)
+        require(good, validity.BEYOND_MODEL, f"must be {words}, or empty")
     if "variant" not in out:
         parts = [out[name].map(str).tolist() for name in variant_columns(out)[1:]]
         out["variant"] = ["_".join(values) for values in zip(*parts, strict=True)]

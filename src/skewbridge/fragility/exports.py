@@ -43,6 +43,7 @@ _NEEDED: Final = (
     "variant", "component", "limit_state", "demand", "threshold", "method", "status", "im", "theta",
     "beta", "beta_total", "preferred",
 )  # fmt: skip
+_BOUNDS: Final = ("theta_bound_low", "theta_bound_high", "theta_bound_beta")
 #: Columns of a CSV of curves, described in `CURVE_COLUMNS`.
 PARAMETERS: Final = (
     "component", "limit_state", "method", "im", "theta", "theta_low", "theta_high", "beta_total",
@@ -100,7 +101,9 @@ def export_curves(
     """
     export = Export(source=source, out=out, im_range=im_range)
     export.check(form)
-    curves = exported_curves(read_any(source))
+    table = read_any(source)
+    need_columns(table, _NEEDED, "the table of curves")
+    curves = exported_curves(with_bounds(table))
     has_estimate = curves["status"] == FITTED
     if not has_estimate.any() and form != "csv":
         raise InputError(f"{source.name}: nothing to write, because no curve has an estimate")
@@ -138,6 +141,13 @@ def _write_csv(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
         table = curves[[name for name in names if name in curves]]
     write_csv(table, export.out)
     return {}
+
+
+def with_bounds(curves: pd.DataFrame) -> pd.DataFrame:
+    """Return curves in which bounds of medians, which one method gives, are in all methods."""
+    names = [name for name in _BOUNDS if name in curves]
+    largest = curves.groupby(["variant", "component", "limit_state"])[names].transform("max")
+    return curves.assign(**{name: largest[name] for name in names})
 
 
 def exported_curves(table: pd.DataFrame) -> pd.DataFrame:
@@ -451,8 +461,9 @@ def paper_table(
     joint: pd.DataFrame,
     settings: FitSettings = DEFAULTS,
 ) -> pd.DataFrame:
-    """Return the table for publication, without limit states that have no estimate."""
+    """Return the table for publication, without limit states of which no variant has a curve."""
     selected = with_ratios(chosen_curves(curves), medians)
+    joint = joint.merge(selected.loc[selected["theta"].notna(), list(_STATE)].drop_duplicates())
     rows = records_of(selected.assign(row=selected["variant"]))
     for row in records_of(joint[joint["status"] == FITTED]):
         model = JointModel(row)

@@ -25,7 +25,7 @@ from skewbridge.fragility import demand_table
 from skewbridge.fragility.curves import CURVE_COLUMNS, METHODS
 from skewbridge.fragility.demand_model import SKEW, BridgeModels, StateCurve
 from skewbridge.fragility.effects import STEP, Medians, effect_row, variant_pairs
-from skewbridge.fragility.exports import chosen_curves
+from skewbridge.fragility.exports import chosen_curves, with_bounds
 from skewbridge.fragility.fits import ALL_EXCEED, BOUNDS_TOO_WIDE, FITTED, NO_EXCEEDANCE
 from skewbridge.fragility.hazard import HazardCurve, LogRate
 from skewbridge.fragility.joint import JointModel
@@ -39,7 +39,6 @@ SYSTEM: Final = "system"
 YEARS: Final = 50.0
 _ENDS: Final = ("", "_low", "_high")
 _STATE: Final = ["variant", "component", "limit_state"]
-_BOUNDS: Final = ["theta_bound_low", "theta_bound_high", "theta_bound_beta"]
 
 
 def rate_columns(rates: Sequence[float]) -> Row:
@@ -117,13 +116,6 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
     return row | rate_columns(rate_ends)
 
 
-def _with_bounds(curves: pd.DataFrame) -> pd.DataFrame:
-    """Return curves in which bounds of medians, which one method gives, are in all methods."""
-    names = [name for name in _BOUNDS if name in curves]
-    largest = curves.groupby(_STATE)[names].transform("max")
-    return curves.assign(**{name: largest[name] for name in names})
-
-
 def rates_of_curves(curves: pd.DataFrame, joint: pd.DataFrame, hazard: HazardCurve) -> pd.DataFrame:
     """Return the columns of `state_columns`, indexed as ``curves``; ``joint`` may be empty."""
     key = ["bridge", "abutment", "component", "limit_state"]
@@ -146,7 +138,7 @@ def rate_table(
 
     ``system`` has the columns `rate` and `shares` of `system_curves` with a hazard.
     """
-    chosen, columns = chosen_curves(_with_bounds(curves)), demand_table.variant_columns(curves)
+    chosen, columns = chosen_curves(with_bounds(curves)), demand_table.variant_columns(curves)
     states = chosen[[*columns, *_STATE[1:]]].join(rates_of_curves(chosen, joint, hazard))
     rows = records_of(states)
     for row in records_of(system):

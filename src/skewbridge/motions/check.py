@@ -148,6 +148,8 @@ def _check_files(
         entry = folder.motion_of_files(read.motion_name(*pair), pair, stated)
         together = _check_entry(entry, [checks[path] for path in pair], doubtful)
         checks |= dict(zip(pair, together, strict=True))
+    for path in filter(read.is_vertical, traces if of_study else ()):
+        checks[path] = checks[path].noted("vertical component: a study does not use it")
     for path in single if of_study else ():
         checks[path] = checks[path].noted("no second component found: a study needs pairs")
     return list(checks.values())
@@ -187,7 +189,8 @@ def _check_entry(
     names = [path.name for path, _ in reversed(entry.components)]
     for text in motion.messages:
         if text.partition(": ")[2] not in messages:
-            verdict = doubtful if text.startswith(read.DIFFERENT_RECORDS) else None
+            starts = (read.DIFFERENT_RECORDS, read.ONE_RECORD)
+            verdict = doubtful if text.startswith(starts) else None
             checks = [
                 check.noted(f"with {other_name}: {text}", verdict)
                 for check, other_name in zip(checks, names, strict=True)

@@ -37,7 +37,7 @@ FLOAT: Final = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?"
 _PLAIN = re.compile(r"[0-9eEdD+\-.,;\s]*")
 _NUMBER = re.compile(FLOAT)
 _RUN = re.compile(rf"(?:{FLOAT})(?:[+-](?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?)*")
-_DECIMAL_COMMA = re.compile(r"\d,\d")
+_DECIMAL_COMMA = re.compile(r"[\d\s+-],\d")
 _SEPARATORS = str.maketrans(",;", "  ")
 
 

@@ -24,11 +24,15 @@ MIN_SAMPLES: Final = 10
 # unit error; a motion below 0.002 g does not matter for a bridge.
 PGA_LIMITS_G: Final = (0.002, 4.0)
 _SAY_UNIT: Final = "State it in index.csv (skewbridge motions check DIR --write --unit UNIT)"
-DIFFERENT_RECORDS: Final = "two different records?"  # start of warnings about a pair
+#: Starts of warnings about a pair.
+DIFFERENT_RECORDS: Final = "two different records?"
+ONE_RECORD: Final = "one component twice?"
 _FOREIGN: Final = (
     (b"PK\x03\x04", "a zip archive: unpack it first"),
     (b"\x1f\x8b", "a gzip archive: unpack it first"),
     (b"%PDF", "a PDF"),
+    (b"\xff\xfe", "UTF-16 text: save it as UTF-8"),
+    (b"\xfe\xff", "UTF-16 text: save it as UTF-8"),
     (b"version https://git-lfs", "a git-LFS pointer: fetch the real file"),
     (b"<", "a web page (a log-in page saved as a record?)"),
 )
@@ -192,6 +196,8 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
     # ASSUME components of one record have lengths within 20 % of each other
     if npts > 1.2 * min(sizes):
         messages.append(f"{DIFFERENT_RECORDS} Their lengths differ: {min(sizes)} and {npts} points")
+    if np.array_equal(first.accel_mps2, second.accel_mps2):
+        messages.append(f"{ONE_RECORD} Both components have the same values")
     # ASSUME both components start together; the shorter one was cut at its end
     padded = [np.pad(trace.accel_mps2, (0, npts - trace.accel_mps2.size)) for trace in pair]
     motion = GroundMotion(

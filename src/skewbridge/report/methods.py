@@ -103,6 +103,7 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
             ],
             "variants": len(expand_grid(config.grid)),
             "motions": motions,
+            "within": [axis(name).title for name in getattr(motions.blocks, "within", ())],
             "count": count,
             "levels_g": levels_g,
             "source": "; ".join(filter(None, suite["source"].astype(str).unique())),

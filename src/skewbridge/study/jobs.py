@@ -142,8 +142,8 @@ def origin_of(path: Path, find_study: Callable[[], StudyConfig]) -> dict[str, An
         now["engine_digest"] = engine_digest()
         decisive += ["engine_digest"]
     else:
-        problem = "records package versions but no digest of the sources"
-        text = f"{path} {problem}: it was written by a version that did not record the digest"
+        problem = "records package versions but no digest of the sources, so it cannot be checked"
+        text = f"{path} {problem}: `skewbridge statistics` or an earlier version wrote it"
         raise InputError(text, file=str(path))
     differences = [name for name, value in now.items() if recorded.get(name) != value]
     current = not set(decisive) & set(differences)
