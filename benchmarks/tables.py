@@ -20,7 +20,6 @@ from synthetic_rows import arrow_table, synthetic_rows
 
 from skewbridge.demands.columns import demands_for
 from skewbridge.demands.tables import join_variants, write_variant
-from skewbridge.demands.validity import LIMITS
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.effects import effect_tables, median_effects
@@ -38,7 +37,8 @@ _STATES = Path(__file__).parents[1] / "config" / "limit_states.yaml"
 def measured(variants: int, motions: int) -> dict[str, Any]:
     """Return the processor seconds of each step in one process, and the peak memory in MB."""
     rows, settings = synthetic_rows(variants, motions), FitSettings()
-    states, names = load_limit_states(_STATES), list(demands_for("effect", rows.columns))
+    states = [state for state in load_limit_states(_STATES) if state.demand in rows]
+    names = list(demands_for("effect", rows.columns))
     runs = prepared(rows, [state.demand for state in states], settings).table
     fit_study(runs.head(motions), states, settings)  # so that imports are not timed
     seconds: dict[str, float] = {}
@@ -54,10 +54,8 @@ def measured(variants: int, motions: int) -> dict[str, Any]:
     effects = timed("effects", lambda: effect_tables(runs, names, settings)).effects
     medians = timed("medians", lambda: median_effects(runs, states, settings))
     curves = timed("curves", lambda: fit_study(runs, states, settings))
-    joint = timed("joint", lambda: joint_table(runs, states, curves, settings))
-    checked = StudyTables(
-        demands=rows, curves=curves, effects=effects, suite=rows, max_unfinished_share=1.0
-    )
+    joint = timed("joint", lambda: joint_table(runs, states, settings))
+    checked = StudyTables(demands=rows, curves=curves, effects=effects, max_unfinished_share=1.0)
     timed("check", lambda: check_tables(checked))
     timed("table", lambda: latex_table(paper_table(curves, medians, joint, settings)))
     tables = {"demands": rows, "curves": curves, "effects": effects, "medians": medians}
@@ -74,7 +72,7 @@ def _collect(rows: Any, motions: int) -> None:
         paths: list[Path] = []
         for first in range(0, table.num_rows, motions):
             paths.append(Path(folder) / f"{first}.parquet")
-            write_variant(table.slice(first, motions).to_pylist(), paths[-1], LIMITS)
+            write_variant(table.slice(first, motions).to_pylist(), paths[-1])
         join_variants(paths, Path(folder) / "all.parquet")
 
 
