@@ -127,21 +127,20 @@ class HazardCurve:
         return LogRate(logs[0], logs[1:, 0], self.quantiles)
 
     def shares(
-        self, rate: Callable[["HazardCurve"], LogRate], p: Floats, low: float, high: float
+        self, rate: Callable[["HazardCurve"], LogRate], p_last: float, low: float, high: float
     ) -> Row:
         """Return shares outside the hazard curve and outside intensities from ``low`` to ``high``.
 
-        ``rate`` returns the ln rate of a state for a hazard curve. ``p`` (2,) is its probability at
-        the first and the last intensity.
+        ``rate`` returns the ln rate of a state for a hazard curve. ``p_last`` is its
+        probability at the last intensity.
         """
         all_rate, largest_rate = rate(self).value, float(self.rates[0, -1])
         inner = self._between(low, high)
         inner_rate = inner and rate(inner).value
         row: Row = {
             f"share_outside_{end}": add / (all_rate + add)
-            for end, add in (("low", float(p[1]) * largest_rate), ("high", largest_rate))
+            for end, add in (("low", p_last * largest_rate), ("high", largest_rate))
         }
-        row["probability_at_first_level"] = float(p[0])
         return row | {"share_extrapolated": max(0.0, 1.0 - (inner_rate or 0.0) / all_rate)}
 
     def _between(self, low: float, high: float) -> "HazardCurve | None":

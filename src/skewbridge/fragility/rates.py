@@ -96,8 +96,9 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
             middle, *ends = (_lognormal(theta, beta_total, hazard) for theta in thetas)
             rate = curve_rate(for_rates, hazard).value
             rate_ends = rate, *(rate * end / middle for end in ends)
-        p = exceedance(for_rates, np.log(hazard.levels[[0, -1]])[:, None])[:, 0]
-        row |= hazard.shares(partial(curve_rate, for_rates), p, curve["im_low"], curve["im_high"])
+        p_last = float(exceedance(for_rates, np.log(hazard.levels[-1:])[:, None])[0, 0])
+        shares = partial(curve_rate, for_rates), p_last
+        row |= hazard.shares(*shares, curve["im_low"], curve["im_high"])
     elif status == BOUNDS_TOO_WIDE and model is not None:
         # the interval of the model, widened to the bounds with the dispersion of the capacity
         added = np.maximum(model.total[0] ** 2 - model.beta[0] ** 2, 0.0)

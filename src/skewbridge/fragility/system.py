@@ -244,8 +244,8 @@ def _rated(
     rate, changes = hazard.rate_of_failures(first[None]), hazard.rate_of_failures(fewer_points).logs
     logs = np.full(is_valid.size, nan)
     logs[is_valid] = rate.logs[0] + changes - changes[0]
-    p = np.mean(first <= np.log(hazard.levels[[0, -1]])[:, None], axis=1)
-    shares = hazard.shares(lambda curve: curve.rate_of_failures(first[None]), p, *covered)
+    p_last = float(np.mean(first <= np.log(hazard.levels[-1])))
+    shares = hazard.shares(lambda curve: curve.rate_of_failures(first[None]), p_last, *covered)
     return {"rate": rate._replace(logs=logs), "shares": shares}
 
 
