@@ -7,7 +7,7 @@ Curves of a component by the axis with the largest effect, with bands and the ru
 
 import skewbridge
 from skewbridge.cli.study import DEMO_STUDY
-from skewbridge.report.pooled_curves import curves_figure, pooled_curves
+from skewbridge.report.fragility_figures import curves_figure, pooled_curves
 
 study = skewbridge.load(DEMO_STUDY)
 curves = study.fragility["curves"]

@@ -7,7 +7,7 @@ from scipy import stats
 from fragility_tables import IM
 from skewbridge.demands.validity import is_complete
 from skewbridge.fragility.fits import FITTED
-from skewbridge.report.pooled_curves import curve_values
+from skewbridge.report.fragility_figures import curve_values
 
 pytestmark = pytest.mark.browser
 MODEL = "osb1_fixed, contact-friction"

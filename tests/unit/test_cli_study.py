@@ -20,7 +20,7 @@ from cli_json import answer, invoke
 from fragility_tables import synthetic_demands
 from motions_files import at2_text, shaken_g
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.cli.options import config_of, folder_of
+from skewbridge.cli.output import config_of, folder_of
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.errors import InputError
 from skewbridge.files.digests import provenance

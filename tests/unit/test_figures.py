@@ -30,11 +30,13 @@ from skewbridge.fragility.study_tables import fragility_tables
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.report import fragility_figures
 from skewbridge.report.appearance import shown_axes, shown_in
-from skewbridge.report.fragility_figures import demand_clouds, effects_by_intensity, least_shown
-from skewbridge.report.pooled_curves import (
+from skewbridge.report.fragility_figures import (
     curve_values,
     curves_figure,
+    demand_clouds,
+    effects_by_intensity,
     lead_axis,
+    least_shown,
     main_curves,
     pooled_curves,
     with_system,

@@ -18,7 +18,7 @@ from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.structures import CatalogueBridge
-from skewbridge.cli.options import VariantOptions
+from skewbridge.cli.output import VariantOptions
 from skewbridge.demands.columns import demands_for
 from skewbridge.errors import InputError
 from skewbridge.files.text import merged

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 import skewbridge
 from cli_json import invoke, run
 from fragility_tables import curves_of, states_of, synthetic_demands
-from skewbridge.cli.options import study_of
+from skewbridge.cli.output import study_of
 from skewbridge.errors import InputError, SolutionError
 from skewbridge.files import tables
 from skewbridge.files.digests import engine_digest, layer_digest, provenance

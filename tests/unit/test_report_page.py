@@ -35,9 +35,9 @@ from skewbridge.report.answer import (
     headline as headline_of,
 )
 from skewbridge.report.appearance import demand_name, in_words
+from skewbridge.report.fragility_figures import main_curves, pooled_curves, with_system
 from skewbridge.report.methods import methods_of
 from skewbridge.report.page import bridge_words, joint_rows, sketch
-from skewbridge.report.pooled_curves import main_curves, pooled_curves, with_system
 from skewbridge.report.study_figures import SECTIONS
 from skewbridge.study.config import parse_config
 from skewbridge.variant.options import ModelOptions

@@ -11,8 +11,18 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 import typer
 
 from skewbridge.cli import COMMANDS, new_group
-from skewbridge.cli.options import Abutment, Bridge, Out, VariantOptions
-from skewbridge.cli.output import Answer, UnitsOpt, arg, command, opt, warn
+from skewbridge.cli.output import (
+    Abutment,
+    Answer,
+    Bridge,
+    Out,
+    UnitsOpt,
+    VariantOptions,
+    arg,
+    command,
+    opt,
+    warn,
+)
 from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_folder, write_text
 from skewbridge.units import KN

@@ -6,16 +6,21 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from skewbridge.cli import new_group
-from skewbridge.cli.options import (
+from skewbridge.cli.output import (
     LIMIT_STATES,
+    Answer,
     Hazard,
     LimitStates,
     Out,
     Study,
+    arg,
+    command,
     folder_of,
     keys_and_values,
+    opt,
+    rounded,
+    warn,
 )
-from skewbridge.cli.output import Answer, arg, command, opt, rounded, warn
 from skewbridge.errors import InputError
 from skewbridge.files.text import Number, checked
 

@@ -5,8 +5,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from skewbridge.cli import COMMANDS, new_group
-from skewbridge.cli.options import Changes, Out, keys_and_values
-from skewbridge.cli.output import Answer, arg, command, messages, opt, warn
+from skewbridge.cli.output import (
+    Answer,
+    Changes,
+    Out,
+    arg,
+    command,
+    keys_and_values,
+    messages,
+    opt,
+    warn,
+)
 from skewbridge.errors import EXIT_BAD_INPUT, InputError
 from skewbridge.files.text import writable_file
 

@@ -6,8 +6,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 from skewbridge.cli import new_group
-from skewbridge.cli.options import Out, Study, VariantOptions, study_of
-from skewbridge.cli.output import Answer, UnitsOpt, arg, command, messages, opt, selected
+from skewbridge.cli.output import (
+    Answer,
+    Out,
+    Study,
+    UnitsOpt,
+    VariantOptions,
+    arg,
+    command,
+    messages,
+    opt,
+    selected,
+    study_of,
+)
 from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_folder
 from skewbridge.statuses import RAN

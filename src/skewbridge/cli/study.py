@@ -7,22 +7,28 @@ from shlex import quote
 from typing import Annotated, Any, Final
 
 from skewbridge.cli import COMMANDS, new_group
-from skewbridge.cli.options import (
+from skewbridge.cli.output import (
     DEFAULT_CONFIG,
     LIMIT_STATES,
+    Answer,
     Changes,
     Hazard,
     LimitStates,
     Out,
     PlannedStudy,
     Study,
+    arg,
+    command,
     config_of,
     folder_of,
     keys_and_values,
+    opt,
+    rounded,
+    selected,
     study_near,
     study_of,
+    warn,
 )
-from skewbridge.cli.output import Answer, arg, command, opt, rounded, selected, warn
 from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_file, writable_folder, write_text
 from skewbridge.statuses import FAILED

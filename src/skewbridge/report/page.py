@@ -39,8 +39,7 @@ from skewbridge.fragility.verdicts import MEDIAN_CAPACITY, OK
 from skewbridge.report import answer, appearance
 from skewbridge.report.answer import change_name, counted, effect_name, model_name, number_word
 from skewbridge.report.appearance import groups_of, in_words, plain_label, shown_axes, variant_text
-from skewbridge.report.methods import STATE_HEADS, methods_of
-from skewbridge.report.pooled_curves import (
+from skewbridge.report.fragility_figures import (
     STATE,
     curve_values,
     main_curves,
@@ -50,6 +49,7 @@ from skewbridge.report.pooled_curves import (
     variants_text,
     with_system,
 )
+from skewbridge.report.methods import STATE_HEADS, methods_of
 from skewbridge.report.study_figures import SECTIONS, Caption, draw_study, read_captions
 from skewbridge.statuses import STATUSES
 from skewbridge.study.config import FigureSettings, StudyConfig

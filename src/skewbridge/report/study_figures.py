@@ -28,7 +28,7 @@ from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import read_suite
 from skewbridge.report import appearance, fragility_figures
 from skewbridge.report.answer import listed, model_name, short_names
-from skewbridge.report.pooled_curves import (
+from skewbridge.report.fragility_figures import (
     STATE,
     curves_figure,
     main_curves,
