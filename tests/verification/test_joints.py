@@ -292,7 +292,7 @@ def test_restrainers_pull_after_their_slack_up_to_their_strength(written, monkey
         ("base: fixed", "base: pinned", r"joints\.0\.at: a bent below a joint needs base: fixed"),
         ("at: bent 1\n  ", "", r"joints\.0: give either at or from_left_m"),
         ("at: bent 3", "from_left_m: 28.2", "from left to right"),
-        ("7.6", "6.6", r"bents\.\d: column and cap below the joint are taller"),
+        ("7.6", "6.6", r"bents\.\d: clear_height_m \+ cap_depth_m = .* must be at most"),
     ],
 )
 def test_bad_joints_are_refused(written, old, new, message):
