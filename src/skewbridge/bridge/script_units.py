@@ -15,7 +15,6 @@ import numpy as np
 import openseespy.opensees as ops
 
 from skewbridge.bridge.handles import TagAllocator
-from skewbridge.contact import unit
 from skewbridge.errors import InputError
 from skewbridge.units import FOOT, INCH, KIP, KN, MM
 
@@ -105,12 +104,6 @@ _ANSWERS: Final[Mapping[str, Sequence[Dimension]]] = {
     "basicDeformation": (LENGTH,) * 8,
     "basicStiffness": (STIFFNESS,) * 64,  # of the contacts: springs only
 }
-#: Copies of commands in modules that call them in every step.
-_COPIES: Final = {
-    "basicDeformation": "_basic_deformation",
-    "basicForce": "_basic_force",
-    "updateParameter": "_update_parameter",
-}
 _replaced: list[tuple[Any, str, Callable[..., Any]]] = []
 
 
@@ -121,11 +114,9 @@ def end_view() -> None:
 
 
 def _replace(name: str, command: Callable[..., Any]) -> None:
-    """Replace a command of OpenSees, and its copies, until `end_view`."""
-    attributes = [(ops, name), *([(unit, _COPIES[name])] if name in _COPIES else [])]
-    for module, attr in attributes:
-        _replaced.append((module, attr, getattr(module, attr)))
-        setattr(module, attr, command)
+    """Replace a command of OpenSees until `end_view`."""
+    _replaced.append((ops, name, getattr(ops, name)))
+    setattr(ops, name, command)
 
 
 def view_constraints() -> None:

@@ -228,7 +228,7 @@ def read_foreign(
     for name, value in {**dict.fromkeys(BRIDGE_COLUMNS, "foreign"), **defaults}.items():
         if name not in out:
             out[name] = value
-    options = [name for name in out if str(name).startswith(CHOICE_PREFIX)]
+    options = [name for name in map(str, out) if name.startswith(CHOICE_PREFIX)]
     for name in out.columns.difference([*TEXT_COLUMNS, *options]):
         numbers = as_column(out[name].to_numpy(), columns.get(name, name))
         out[name] = numbers > 0.0 if name == validity.COMPLETE else numbers * factors.get(name, 1.0)
