@@ -129,8 +129,8 @@ def _unit_doubts(bridge: Description, standing: ModalResult) -> Iterator[str]:
     per_m2 = standing.weight_kn / (bridge.length_m * bridge.width_m)
     sizes = (bridge.length_m,), (bridge.width_m,), (per_m2,), bridge.bent_heights_m
     values = (conditioning_period_s(standing),), *sizes
-    for (name, (low, high)), listed in zip(_SCRIPT_RANGES.items(), values, strict=True):
-        if wrong := [value for value in listed if not low <= value <= high]:
+    for (name, (low, high)), stated_values in zip(_SCRIPT_RANGES.items(), values, strict=True):
+        if wrong := [value for value in stated_values if not low <= value <= high]:
             text = f"is outside the usual {low:g} to {high:g}: check units, masses and loads"
             yield f"{name} = {wrong[0]:.3g} {text}"
 
@@ -151,12 +151,12 @@ def _outside_ranges(read: Completed) -> Iterator[str]:
         ranges = list(zip(limits[::2], limits[1::2], strict=True))
         for value in sorted(values):
             if not any(low <= value <= high for low, high in ranges):
-                usual = " or ".join(f"{low:g} to {high:g}" for low, high in ranges)
-                yield f"{name} = {value:.3g} is outside the usual {usual}{keys}"
+                range_text = " or ".join(f"{low:g} to {high:g}" for low, high in ranges)
+                yield f"{name} = {value:.3g} is outside the usual {range_text}{keys}"
 
 
-def _known(bridge: Any, number: int, need: str) -> Any:
-    return bridge if need == "bridge" else value_at(bridge, need.replace("*", f"{number}"))
+def _known(bridge: Any, number: int, key: str) -> Any:
+    return bridge if key == "bridge" else value_at(bridge, key.replace("*", f"{number}"))
 
 
 def _factors(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[Any]:
@@ -172,9 +172,9 @@ def _far_from_rules(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iter
     for key, value, rule, factors in _factors(read, rules):
         worst = float(factors[np.abs(np.log(factors)).argmax()])
         if not 1 / rule.within <= worst <= rule.within:
-            usual = ", ".join(f"{number:.4g}" for number in np.ravel(value))
+            rule_text = ", ".join(f"{number:.4g}" for number in np.ravel(value))
             worst = float(f"{worst:.2g}")
-            yield f"{key} is {worst:g} times {usual}, the value of its rule ({rule.src})"
+            yield f"{key} is {worst:g} times {rule_text}, the value of its rule ({rule.src})"
 
 
 def _stale(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]:
@@ -182,7 +182,7 @@ def _stale(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]
     edited = read.bridge.sources.keys() - read.inherited - read.derived.keys()
     stale: list[str] = []
     for key, value, rule, factors in _factors(read, rules):
-        is_edited = any(f"{new}.".startswith(f"{need}.") for need in rule.follows for new in edited)
+        is_edited = any(f"{new}.".startswith(f"{old}.") for old in rule.follows for new in edited)
         if key in read.inherited and is_edited and np.abs(factors - 1.0).max() > _STALE:
             stale.append(f"{key} ({np.ravel(value).max():.4g} by its rule)")
     if stale:
@@ -190,8 +190,8 @@ def _stale(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]
 
 
 def _seat_findings(bridge: Description) -> Iterator[str]:
-    least = {"SDC 7.8.3": MINIMUM_SEAT_M, "AASHTO 4.7.4.4": seat_demand_aashto_m(bridge, 0.0)}
-    for (end, seat_m), (rule, least_m) in product(bridge.seats_m.items(), least.items()):
+    minimum_m = {"SDC 7.8.3": MINIMUM_SEAT_M, "AASHTO 4.7.4.4": seat_demand_aashto_m(bridge, 0.0)}
+    for (end, seat_m), (rule, least_m) in product(bridge.seats_m.items(), minimum_m.items()):
         if seat_m < least_m:
             yield f"the {end} seat of {seat_m:.3g} m is narrower than {least_m:.3g} m ({rule})"
 

@@ -72,9 +72,9 @@ class EnergyBalance:
         damped_columns = set(self._columns).intersection(model.frame.damping.elements)
         self._stiffness = {e: elastic_stiffness(e) for e in (*groups["deck"], *elastic)}
         self._at_walls = held_by_contacts(model)
-        held = {element for elements in self._at_walls.values() for element in elements}
+        at_walls = {element for elements in self._at_walls.values() for element in elements}
         self._joints = {
-            name: tuple(element for element in groups[name] if element not in held)
+            name: tuple(element for element in groups[name] if element not in at_walls)
             for name in ("bearings", "backfill")
         }
         self._read_joints = tuple(element for joints in self._joints.values() for element in joints)
@@ -131,8 +131,8 @@ class EnergyBalance:
             squared = np.square(np.diff(trace.position(node), axis=0)) @ self._masses[node]
             work += self._mass_factor * float(squared @ per_s)
         for element, stiffness in self._stiffness.items():
-            moved = np.diff(self._moved(element, trace), axis=0)
-            squared = np.einsum("ij,ij->i", moved @ stiffness, moved)
+            increments = np.diff(self._moved(element, trace), axis=0)
+            squared = np.einsum("ij,ij->i", increments @ stiffness, increments)
             work += self._stiffness_factor * float(squared @ per_s)
         for element, force in forces.items():
             work += _work(force, self._moved(element, trace))
@@ -143,8 +143,8 @@ class EnergyBalance:
         works = dict.fromkeys(self._joints, 0.0)
         for name, elements in self._joints.items():
             for element in elements:
-                moved = self._moved(element, trace)
-                works[name] += _work(forces[element][:, DISP:], moved[:, DISP:] - moved[:, :DISP])
+                disp = self._moved(element, trace)
+                works[name] += _work(forces[element][:, DISP:], disp[:, DISP:] - disp[:, :DISP])
         return works
 
     def _wall_work(self, trace: ResponseTrace) -> float:
@@ -190,9 +190,9 @@ class EnergyBalance:
         # the dead load of deck and caps acts at nodes; its fixed-end moments work on rotations
         gravity, moments_nm = 0.0, self._model.frame.loads.moments_nm
         for node, load_n in self._model.frame.loads.forces_n.items():
-            moved = ops.nodeDisp(node)
+            disp = ops.nodeDisp(node)
             about_x_nm, about_y_nm = moments_nm.get(node, (0.0, 0.0))
-            gravity += about_x_nm * moved[3] + about_y_nm * moved[4] - load_n * moved[2]
+            gravity += about_x_nm * disp[3] + about_y_nm * disp[4] - load_n * disp[2]
         elastic = {
             element: (
                 np.array(ops.eleForce(element)),
@@ -245,13 +245,13 @@ def energy_ratios(terms: Mapping[str, float]) -> dict[str, float]:
     }
 
 
-def _steps(force: Series, moved: Series) -> Series:
+def _steps(force: Series, disp: Series) -> Series:
     """Return the work of each step (J), summed over the components, shape (n - 1,)."""
-    return 0.5 * np.einsum("ij,ij->i", force[1:] + force[:-1], np.diff(moved, axis=0))
+    return 0.5 * np.einsum("ij,ij->i", force[1:] + force[:-1], np.diff(disp, axis=0))
 
 
-def _work(force: Series, moved: Series) -> float:
-    return float(_steps(force, moved).sum())
+def _work(force: Series, disp: Series) -> float:
+    return float(_steps(force, disp).sum())
 
 
 def elastic_stiffness(element: int) -> Series:
@@ -286,15 +286,15 @@ def held_by_contacts(model: BridgeModel) -> dict[int, tuple[int, ...]]:
         for node in ops.eleNodes(element):
             at_node.setdefault(node, []).append(element)
     springs, contacts = (set(model.energy_elements[name]) for name in ("backfill", "contact"))
-    held: dict[int, tuple[int, ...]] = {}
+    springs_of_node: dict[int, tuple[int, ...]] = {}
     for first in {unit.node_i for unit in model.contacts.units} if model.contacts else ():
         chain, reached = dict[int, None](), [first]
         for node in reached:
             behind = [e for e in at_node[node] if e not in chain and e not in contacts]
             chain.update(dict.fromkeys(behind))
-            ends = {other for element in behind for other in ops.eleNodes(element)} - {*reached}
+            ends = {node_2 for element in behind for node_2 in ops.eleNodes(element)} - {*reached}
             reached += [other for other in ends if len(ops.getFixedDOFs(other)) < DISP]
         is_free = not any(mass for node in reached for mass in ops.nodeMass(node))
         if is_free and springs.issuperset(chain):
-            held[first] = tuple(chain)
-    return held
+            springs_of_node[first] = tuple(chain)
+    return springs_of_node

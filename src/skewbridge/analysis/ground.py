@@ -114,8 +114,8 @@ def displacements_m(accel_mps2: Mapping[str, Series], dt_s: float) -> dict[str, 
     lines = np.column_stack([1.0 - start * (1.0 + times), times - 1.0 + start])
     # after the start, and weighted so that the phase of a wave at the ends does not tilt the line
     weight = np.zeros((len(mean), 1))
-    late = times > min(3.0, times[-1] / 2.0)
-    weight[late, 0] = np.hanning(np.count_nonzero(late))
+    is_late = times > min(3.0, times[-1] / 2.0)
+    weight[is_late, 0] = np.hanning(np.count_nonzero(is_late))
 
     def corrected(disp: Series) -> Series:
         return disp - lines @ np.linalg.lstsq(weight * lines, weight * disp, rcond=None)[0]
@@ -147,10 +147,10 @@ def support_places_m(model: BridgeModel) -> dict[str, float]:
         x, y = (float(value) for value in ops.nodeCoord(column.base_node)[:2])
         across = round(x * column.normal[0] + y * column.normal[1], 3)  # the same in a bent
         bents.setdefault(across, []).append(place(x, y))
-    places = {end.plan.name: place(*end.plan.middle_m) for end in model.frame.ends}
+    positions_m = {end.plan.name: place(*end.plan.middle_m) for end in model.frame.ends}
     middles = sorted(float(np.mean(of_bent)) for of_bent in bents.values())
-    places |= {f"bent {number}": middle for number, middle in enumerate(middles, start=1)}
-    return dict(sorted(places.items(), key=lambda item: item[1]))
+    positions_m |= {f"bent {number}": middle for number, middle in enumerate(middles, start=1)}
+    return dict(sorted(positions_m.items(), key=lambda item: item[1]))
 
 
 class SupportInput:
@@ -215,14 +215,14 @@ class SupportInput:
     def relative(self, trace: ResponseTrace) -> ResponseTrace:
         """Return a trace with displacements relative to the ground of the support of each node."""
         rows = trace.time_s / self._step_s
-        moved = {
+        ground_m = {
             name: np.column_stack([np.interp(rows, np.arange(len(of)), of) for of in disp.T])
             for name, disp in self._disp.items()
         }
         nodes: dict[int, Series] = {}
         for node, disp in trace.nodes.items():
             nodes[node] = disp.copy()
-            nodes[node][:, :2] -= moved[self._support_of(node)]
+            nodes[node][:, :2] -= ground_m[self._support_of(node)]
         # the ground of the whole model is that of the support of the mass centre
         accel = trace.centre_accel_mps2 - self._ground.at(trace.time_s)
         return replace(trace, nodes=nodes, centre_accel_mps2=accel)

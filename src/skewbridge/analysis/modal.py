@@ -61,8 +61,8 @@ def modal_properties(
 
 def standing_bridge(bridge: str) -> ModalResult:
     """Return dead-load state and modes of a bridge with pads and open gaps, at zero skew."""
-    usual = {axis.name: axis.usual for axis in AXES}
-    variant = Variant.at(bridge, "contact_friction", {**usual, "skew_deg": 0})
+    axis_values = {axis.name: axis.usual for axis in AXES}
+    variant = Variant.at(bridge, "contact_friction", {**axis_values, "skew_deg": 0})
     try:
         with solver_log(None):
             return modal_properties(variant)

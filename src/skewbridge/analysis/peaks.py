@@ -84,8 +84,8 @@ def column_demands(columns: Sequence[ColumnHandle], trace: ResponseTrace) -> dic
 
     def stated(ratios: Sequence[Series]) -> float:
         """Return the peak over columns with a known capacity; nan if no column has one."""
-        known = [ratio for ratio in ratios if not np.isnan(ratio).all()]
-        return peak(known) if known or not ratios else nan
+        stated_ratios = [ratio for ratio in ratios if not np.isnan(ratio).all()]
+        return peak(stated_ratios) if stated_ratios or not ratios else nan
 
     return {
         "column_shear_x_kn": peak(shear[:, 0] for shear in shears) / KN,
@@ -236,14 +236,14 @@ def _abutment_demands(model: BridgeModel, trace: ResponseTrace) -> dict[str, flo
 
 def _joint_demands(model: BridgeModel, trace: ResponseTrace) -> dict[str, float]:
     """Return unseating and closures of the inner joints, and the worst unseating of all."""
-    found: dict[str, float] = {}
+    demands: dict[str, float] = {}
     ledger = model.contacts.ledger() if model.contacts else []
     for joint in model.joints:
-        found[f"{joint.column}_unseating_m"] = highest([joint_unseating_m(joint, trace)])
-        own = [ledger[unit] for unit in joint.units]
-        found[f"{joint.column}_closures"] = _sum(own, "closures")
-    worst = [value for name, value in found.items() if name.endswith("_m")]
-    return {"joint_unseating_m": max(worst), **found} if worst else {}
+        demands[f"{joint.column}_unseating_m"] = highest([joint_unseating_m(joint, trace)])
+        ledgers = [ledger[unit] for unit in joint.units]
+        demands[f"{joint.column}_closures"] = _sum(ledgers, "closures")
+    worst = [value for name, value in demands.items() if name.endswith("_m")]
+    return {"joint_unseating_m": max(worst), **demands} if worst else {}
 
 
 def joint_unseating_m(joint: JointHandle, trace: ResponseTrace) -> Series:
@@ -380,8 +380,8 @@ def _contact_demands(model: BridgeModel) -> dict[str, float]:
     """
     units = [] if model.contacts is None else model.contacts.ledger()
     walls, keys = (
-        [units[index] for side in model.abutments for index in getattr(side, places)]
-        for places in ("wall_units", "key_units")
+        [units[index] for side in model.abutments for index in getattr(side, unit_lists)]
+        for unit_lists in ("wall_units", "key_units")
     )
     return {
         "contact_closures": _sum(units, "closures"),
@@ -428,7 +428,7 @@ def histories_of(
     def largest(of_column: Callable[[ColumnHandle, ResponseTrace], Series]) -> Series:
         """Return the largest value of all columns in each row; 0 for a bridge without columns."""
         series = [of_column(column, trace) for column in model.columns]
-        sizes = [np.hypot(*each.T) if each.ndim == 2 else each for each in series]
+        sizes = [np.hypot(*history.T) if history.ndim == 2 else history for history in series]
         return np.maximum.reduce([np.zeros(len(trace.time_s)), *sizes])
 
     table: dict[str, Series] = {
@@ -462,8 +462,8 @@ def histories_of(
         table[f"{joint.column}_unseating_m"] = joint_unseating_m(joint, trace)
     for index, unit in enumerate(model.contacts.units if model.contacts else ()):
         name = contact_column(unit.name)
-        moved = trace.disp(unit.node_j) - trace.disp(unit.node_i)
-        table[f"{name}_opening_m"] = unit.gap_m + moved[:, :3] @ np.array(unit.normal)
+        slip_and_opening = trace.disp(unit.node_j) - trace.disp(unit.node_i)
+        table[f"{name}_opening_m"] = unit.gap_m + slip_and_opening[:, :3] @ np.array(unit.normal)
         table[f"{name}_normal_kn"] = trace.normals_n[:, index] / KN
         table[f"{name}_friction_1_kn"] = trace.tangentials_n[:, index, 0] / KN
         table[f"{name}_friction_2_kn"] = trace.tangentials_n[:, index, 1] / KN

@@ -115,8 +115,8 @@ def push_abutment(
         start = _along(abutment.connector, direction)
 
         def read() -> tuple[float, float]:
-            moved = _along(abutment.connector, direction) - start
-            return moved, float(ops.basicForce(tie)[0])
+            disp_m = _along(abutment.connector, direction) - start
+            return disp_m, float(ops.basicForce(tie)[0])
 
         return _march(abutment.blueprint.contacts, max_disp_m, steps, read, ("LoadControl",))
 
@@ -148,9 +148,9 @@ def _march(
     ops.integrator(*integrator, target / steps)
     ops.analysis("Static", "-noWarnings")
     rows = [(0.0, 0.0)]
-    left, halvings = 1.0, 0
-    while left > _LAST_PART and halvings <= _MAX_HALVINGS:
-        share = min(0.5**halvings / steps, left)
+    remaining, halvings = 1.0, 0
+    while remaining > _LAST_PART and halvings <= _MAX_HALVINGS:
+        share = min(0.5**halvings / steps, remaining)
         if contacts is not None:
             contacts.prepare(share)
         if not _converges(integrator, target * share):
@@ -161,11 +161,11 @@ def _march(
                 contacts.after_step(share)
             except ContactError:  # a mechanism: displacements are too large for double precision
                 break
-        left -= share
+        remaining -= share
         halvings = max(halvings - 1, 0)
         rows.append(read())
     disp_m, force_n = np.array(rows).T
-    return PushCurve(disp_m=disp_m, force_n=force_n, is_complete=left <= _LAST_PART)
+    return PushCurve(disp_m=disp_m, force_n=force_n, is_complete=remaining <= _LAST_PART)
 
 
 def _converges(integrator: tuple[str | int, ...], increment: float) -> bool:

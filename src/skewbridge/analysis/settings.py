@@ -168,8 +168,8 @@ def _halvings(step_s: float, largest_s: float | None) -> int:
 def under_explicit_keys(raw: Mapping[str, Any], accuracy: object) -> dict[str, Any]:
     """Return configuration sections filled with a set of numerics; explicit keys override it."""
     if accuracy not in NUMERICS:
-        known = ", ".join(get_args(Accuracy.__value__))
-        raise InputError(f"accuracy must be one of {known}, got {accuracy!r}")
+        accuracies = ", ".join(get_args(Accuracy.__value__))
+        raise InputError(f"accuracy must be one of {accuracies}, got {accuracy!r}")
     return merged(NUMERICS[str(accuracy)], raw)
 
 

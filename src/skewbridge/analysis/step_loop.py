@@ -127,43 +127,43 @@ class StepLoop:
         """
         dt_s, coarse = self._settings.dt_s, self._settings.contact_halvings
         budget, reported = self._settings.mean_iterations * steps, 0
-        done = 0  # in the smallest parts of a regular step
-        while done < steps * _FINEST:
-            within = done % _FINEST
+        done_parts = 0  # in the smallest parts of a regular step
+        while done_parts < steps * _FINEST:
+            within = done_parts % _FINEST
             fits = MAX_HALVINGS - ((within & -within).bit_length() - 1 if within else MAX_HALVINGS)
             halvings = self.halvings(fits)
             parts, size_s = _FINEST >> halvings, dt_s / 2**halvings
             is_far = halvings <= coarse and self._held == 0 and self._is_far()
             is_ready = self._is_fresh if is_far else self._held == 0 and not self._reuses
-            made = 0
+            n_made = 0
             if is_ready and size_s == self._size_s:
-                count = min((steps * _FINEST - done) // parts, self._together(size_s))
+                count = min((steps * _FINEST - done_parts) // parts, self._together(size_s))
                 if count > 1:
-                    made = yield from self._take_together(count, size_s)
-            if made == 0:
-                made = 1
+                    n_made = yield from self._take_together(count, size_s)
+            if n_made == 0:
+                n_made = 1
                 yield from self._advance(size_s, is_far=is_far)
-            done += made * parts
-            if done % _FINEST == 0:
+            done_parts += n_made * parts
+            if done_parts % _FINEST == 0:
                 if self.effort.iterations > budget:
                     raise TimeoutError(f"more than {budget:.0f} iterations")
-                if progress is not None and done // _FINEST - reported >= _STEPS_PER_REPORT:
-                    reported = done // _FINEST
+                if progress is not None and done_parts // _FINEST - reported >= _STEPS_PER_REPORT:
+                    reported = done_parts // _FINEST
                     progress(reported * dt_s, steps * dt_s)
 
     # --- sizes of the steps
 
-    def halvings(self, least: int) -> int:
-        """Return how often to halve the regular step to resolve contacts, at least ``least``."""
+    def halvings(self, at_least: int) -> int:
+        """Return how often to halve the regular step to resolve contacts, at least ``at_least``."""
         contacts, finest = self._contacts, self._at_event
         if contacts is None or finest == 0:
-            return least
-        halvings = least
+            return at_least
+        halvings = at_least
         if contacts.is_any_closed:
             self._adapt(contacts)
-            halvings = max(least, self._in_contact)
+            halvings = max(at_least, self._in_contact)
         elif self._calm_s < SWING_S:
-            halvings = max(least, self._settings.contact_halvings)
+            halvings = max(at_least, self._settings.contact_halvings)
         if halvings < finest:
             longest_s = contacts.time_to_change_s() / LOOK_AHEAD
             while halvings < finest and self._settings.dt_s / 2**halvings > longest_s:
@@ -205,25 +205,25 @@ class StepLoop:
         """Make up to ``count`` steps of the last size; return their number."""
         before_s = ops.getTime()
         is_done = ops.analyze(count, size_s) == 0
-        made = count if is_done else round((ops.getTime() - before_s) / size_s)
+        n_made = count if is_done else round((ops.getTime() - before_s) / size_s)
         self._is_fresh = self._reuses and is_done and ops.testIter() < 2
         # estimate: one iteration per step with an old tangent, otherwise as in the last step
-        self.effort.iterations += made if self._reuses or not is_done else made * ops.testIter()
-        self.effort.substeps += made * (size_s < self._settings.dt_s)
-        self.effort.steps_by_rung[0] += made
+        self.effort.iterations += n_made if self._reuses or not is_done else n_made * ops.testIter()
+        self.effort.substeps += n_made * (size_s < self._settings.dt_s)
+        self.effort.steps_by_rung[0] += n_made
         if not is_done and self._reuses:
             self._count_failure(REUSE)
             self._reset()
-        if made:
-            yield made * size_s
+        if n_made:
+            yield n_made * size_s
         if is_done and self._contacts is not None:  # the test is still set
             self._contacts.prepare(size_s)
-            return made
+            return n_made
         self.prepare(size_s)
         if self._reuses:
-            return made
+            return n_made
         yield from self._recover(size_s)
-        return made + 1
+        return n_made + 1
 
     def _advance(self, size_s: float, *, is_far: bool) -> Generator[float]:
         """Make one step."""
@@ -270,17 +270,17 @@ class StepLoop:
         """Make a step that failed by the next recovery steps, each from where the last stopped."""
         self._count_failure(self.recovery_steps[self._number])
         finest = self.recovery_steps[-1].substeps
-        left = finest  # rest of the step, in parts of the finest recovery step
+        remaining = finest  # rest of the step, in parts of the finest recovery step
         for number, step in enumerate(self.recovery_steps[1:], start=1):
             part_s = size_s / step.substeps
             self._use(number, part_s)
             self._reset()
             self.prepare(part_s)
-            while left and ops.analyze(1, part_s) == 0:
-                left -= finest // step.substeps
+            while remaining and ops.analyze(1, part_s) == 0:
+                remaining -= finest // step.substeps
                 self._count_step(part_s)
                 yield part_s
-            if left:
+            if remaining:
                 self._count_failure(step)
                 continue
             if step.substeps == 1:
@@ -291,7 +291,7 @@ class StepLoop:
         self._use(0, size_s)
         self._reset()
         self.prepare(size_s)
-        if left:
+        if remaining:
             raise NoConvergenceError("no recovery step converged")
 
     def _reset(self) -> None:

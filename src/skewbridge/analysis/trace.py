@@ -58,21 +58,21 @@ class ResponseTrace:
         parts = {item.name: cut(getattr(self, item.name)) for item in fields(self) if item.init}
         return ResponseTrace(**parts)
 
-    def position(self, place: int | Point) -> Series:
+    def position(self, node_or_point: int | Point) -> Series:
         """Return displacements and rotations of a node or point from the unloaded state, (n, 6)."""
-        if isinstance(place, Point):
-            moved = self.position(place.node).copy()
-            moved[:, :3] += np.cross(moved[:, 3:], place.arm_m)
-            return moved
-        recorded = self.nodes.get(place)
+        if isinstance(node_or_point, Point):
+            disp = self.position(node_or_point.node).copy()
+            disp[:, :3] += np.cross(disp[:, 3:], node_or_point.arm_m)
+            return disp
+        recorded = self.nodes.get(node_or_point)
         return np.zeros((len(self.time_s), DISP)) if recorded is None else recorded
 
-    def disp(self, place: int | Point) -> Series:
+    def disp(self, node_or_point: int | Point) -> Series:
         """Return displacements and rotations of a node or point from the gravity state, (n, 6)."""
-        if place not in self._disps:
-            values = self.position(place)
-            self._disps[place] = values - values[0]
-        return self._disps[place]
+        if node_or_point not in self._disps:
+            values = self.position(node_or_point)
+            self._disps[node_or_point] = values - values[0]
+        return self._disps[node_or_point]
 
     def spring_force(self, handle: SpringHandle) -> Series:
         """Return the force of a spring (N), shape (n,)."""
@@ -85,9 +85,9 @@ def at_regular_steps(time_s: Series, dt_s: float) -> NDArray[np.bool_]:
     Histories use these rows; peaks use all rows.
     """
     steps = time_s / dt_s
-    kept = np.abs(steps - np.round(steps)) < STEP_ROUNDING
-    kept[-1] = True
-    return kept
+    is_regular = np.abs(steps - np.round(steps)) < STEP_ROUNDING
+    is_regular[-1] = True
+    return is_regular
 
 
 class Recorder:

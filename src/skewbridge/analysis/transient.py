@@ -145,21 +145,21 @@ class _History:
         ground = self._ground.at(trace.time_s)
         effort = self._loop.effort
         ratios = energy_ratios(energy)
-        whole = demands(self._model, trace, ground, ratios)
-        end, peaks = model_end(self._model.columns, trace), dict(whole)
+        all_peaks = demands(self._model, trace, ground, ratios)
+        end, peaks = model_end(self._model.columns, trace), dict(all_peaks)
         if end.mode:  # the model is not valid after the failure of a column
             rows = end.rows
             peaks |= demands(self._model, trace.at(slice(rows)), ground[:rows], ratios)
-            peaks |= {name: whole[name] for name in (_RESIDUAL, *SHEAR_MODEL_DEMANDS.values())}
+            peaks |= {name: all_peaks[name] for name in (_RESIDUAL, *SHEAR_MODEL_DEMANDS.values())}
         messages = [ending.message] if ending.message else []
         if ending.status == OK and self._supports is not None:
             messages.append("support motions: residual drift at the last step, no energy balance")
         elif ending.status == OK:
-            rest = drifts_at_rest(self._model, self._settings, self._watch.columns)
-            if rest.reason:
-                messages.append(f"residual drift is taken from the last step: {rest.reason}")
+            at_rest = drifts_at_rest(self._model, self._settings, self._watch.columns)
+            if at_rest.reason:
+                messages.append(f"residual drift is taken from the last step: {at_rest.reason}")
             else:
-                peaks[_RESIDUAL] = max(rest.drifts, default=0.0)
+                peaks[_RESIDUAL] = max(at_rest.drifts, default=0.0)
         histories = None
         if self._histories:
             steps = at_regular_steps(trace.time_s, self._settings.dt_s)
@@ -173,7 +173,7 @@ class _History:
             effort=effort,
             loosened_ratio=effort.loosened_ratio(self._settings.tolerance_j),
             demands=peaks,
-            whole_history=whole,
+            whole_history=all_peaks,
             support_length_m=min(lengths_m, default=nan),
             bents=capacity_rows(self._model.frame.bents),
             model_end=end,
@@ -221,8 +221,8 @@ class Watch:
             for seat in joint.seats
         ]
         self._seats = tuple(
-            (demand, _Moved(corner), _Moved(holder), seat.normal, seat.support_length_m)
-            for demand, corner, holder, seat in seats
+            (demand, _Moved(corner), _Moved(support), seat.normal, seat.support_length_m)
+            for demand, corner, support, seat in seats
         )
         self._drift_ratio = self._disp_m = self._seats_at_s = 0.0
         for abutment in model.seats:
@@ -269,8 +269,8 @@ class Watch:
             return "column_drift_ratio"
         if (time_s := ops.getTime()) >= self._seats_at_s:
             least_m = inf
-            for demand, corner, holder, normal, support_m in self._seats:
-                (x, y), (below_x, below_y) = corner.disp_m(), holder.disp_m()
+            for demand, corner, support, normal, support_m in self._seats:
+                (x, y), (below_x, below_y) = corner.disp_m(), support.disp_m()
                 moved_m = -((x - below_x) * normal[0] + (y - below_y) * normal[1])
                 if moved_m > support_m:
                     return demand
@@ -286,8 +286,8 @@ class _Moved:
 
     __slots__ = ("_has_arm", "_node", "_x", "_y", "_z", "_zero_x", "_zero_y")
 
-    def __init__(self, place: int | Point) -> None:
-        point = place if isinstance(place, Point) else Point(place)
+    def __init__(self, node_or_point: int | Point) -> None:
+        point = node_or_point if isinstance(node_or_point, Point) else Point(node_or_point)
         self._node, (self._x, self._y, self._z) = point.node, point.arm_m
         self._has_arm = any(point.arm_m)
         self._zero_x = self._zero_y = 0.0
@@ -358,10 +358,10 @@ def drifts_at_rest(model: BridgeModel, settings: AnalysisSettings, columns: Sequ
     nothing = (nan,) * len(model.columns)
     for step in range(1, MAX_PERIODS * _STEPS_PER_PERIOD + 1):
         try:
-            moved = _advance(model.contacts, period_s / _STEPS_PER_PERIOD)
+            has_converged = _advance(model.contacts, period_s / _STEPS_PER_PERIOD)
         except ContactError as error:
             return Rest(drifts=nothing, steps=step, reason=str(error))
-        if not moved:
+        if not has_converged:
             return Rest(drifts=nothing, steps=step, reason="a step of the release did not converge")
         trail.append(read())
         last = zip(*trail[-_STEPS_STILL - 1 :], strict=True)
@@ -390,13 +390,13 @@ def _advance(contacts: ContactSet | None, dt_s: float) -> bool:
         part_s = dt_s / parts
         if contacts is not None:
             contacts.prepare(part_s)
-        done = 0
-        while done < parts and ops.analyze(1, part_s) == 0:
-            done += 1
+        n_done = 0
+        while n_done < parts and ops.analyze(1, part_s) == 0:
+            n_done += 1
             if contacts is not None:
                 contacts.after_step(part_s)
-        if done == parts:
+        if n_done == parts:
             return True
-        dt_s -= done * part_s
+        dt_s -= n_done * part_s
         ops.domainChange()  # discard the state that a failed step left in the equations
     return False

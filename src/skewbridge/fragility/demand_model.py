@@ -77,15 +77,15 @@ class AxisRange:
     def of_variants(cls, variants: pd.DataFrame, names: Sequence[str]) -> Self:
         """Return the axes of a table with one row per variant."""
         skew = variants[SKEW].to_numpy(dtype=np.float64) if SKEW in variants else np.zeros(1)
-        blank = cls(levels={}, signed_skew=bool(np.any(skew > 0.0) and np.any(skew < 0.0)))
+        counter = cls(levels={}, signed_skew=bool(np.any(skew > 0.0) and np.any(skew < 0.0)))
         levels: dict[str, list[float]] = {}
         for name in names:
-            values = np.unique(blank.counted(name, variants[name].to_numpy(dtype=np.float64)))
+            values = np.unique(counter.counted(name, variants[name].to_numpy(dtype=np.float64)))
             if values.size > _MOST_LEVELS:
                 values = np.linspace(values[0], values[-1], 3)
             if np.all(np.isfinite(values)):
                 levels[name] = values.tolist()
-        return replace(blank, levels=levels)
+        return replace(counter, levels=levels)
 
     @property
     def limits(self) -> dict[str, tuple[float, float]]:
@@ -105,14 +105,14 @@ class AxisRange:
     @property
     def terms(self) -> list[tuple[tuple[str, float], ...]]:
         """Terms of the shift: levels of one axis, then products for two and three axes."""
-        single = [[(name, level) for level in self.levels[name][1:]] for name in self.varying]
+        by_axis = [[(name, level) for level in self.levels[name][1:]] for name in self.varying]
         linear = [
-            ((one, _LINEAR), (other, _LINEAR)) for one, other in combinations(self.varying, 2)
+            ((first, _LINEAR), (second, _LINEAR)) for first, second in combinations(self.varying, 2)
         ]
         at_levels = [
             term
             for order in range(1, len(_SHIFTS) + 1)
-            for axes in combinations(single, order)
+            for axes in combinations(by_axis, order)
             for term in product(*axes)
         ]
         return [*at_levels, *linear]
@@ -121,11 +121,11 @@ class AxisRange:
     def names(self) -> list[str]:
         """Names of the terms of the shift, then of the drift."""
         texts = {_LINEAR: ""}
-        shown = [
+        names = [
             ":".join(f"{name}{texts.get(level, f'={level:g}')}" for name, level in term)
             for term in self.terms
         ]
-        return [*shown, *(f"{shown[i]}:ln_im" for i in range(self.drifts))]
+        return [*names, *(f"{names[i]}:ln_im" for i in range(self.drifts))]
 
     @property
     def drifts(self) -> int:
@@ -157,7 +157,7 @@ class AxisRange:
     def check(self, values: Mapping[str, float]) -> None:
         """Check a point; an `InputError` names an axis that is missing, unknown or out of range."""
         limits = self.limits
-        possible = {*limits, *(each.name for each in AXES)}
+        possible = {*limits, *(axis.name for axis in AXES)}
         for name in (*self.varying, *values):
             low, high = limits.get(name, (-np.inf, np.inf))
             problem = "" if name in possible else "is not an axis of the study"
@@ -276,7 +276,7 @@ class PointModel(NamedTuple):
 
     def columns(self) -> Row:
         """Return the columns of the table of curves that describe ln demand."""
-        model, level, slope, above = self.model, *(float(each[0]) for each in self[1:4])
+        model, level, slope, above = self.model, *(float(values[0]) for values in self[1:4])
         growth = float(model.parameters[0, -3])
         row: Row = {"ln_a": level - slope * model.centre, "b": slope, "growth": growth}
         row["sigma"] = float(self.deviation[0] * np.exp(-growth * model.centre))
@@ -350,8 +350,8 @@ class DemandFit:
         )
         rank, models = np.linalg.matrix_rank(effects), list[DemandModel | str]()
         for variant in range(len(effects)):
-            others = np.delete(effects, variant, axis=0)
-            if len(others) < 1 or np.linalg.matrix_rank(others) < rank:
+            other_effects = np.delete(effects, variant, axis=0)
+            if len(other_effects) < 1 or np.linalg.matrix_rank(other_effects) < rank:
                 models.append(NOT_APPLICABLE)
                 continue
             lower = np.where(setup.variant == variant, nan, self.outcomes.lower)
@@ -387,39 +387,39 @@ class _Setup:
         self, outcomes: DemandOutcomes, model: DemandModel, growth: bool | None = None
     ) -> MixedData:
         """Return the data of a fit with the shape of a model; ``growth`` of scatter if given."""
-        used = outcomes.used
+        is_used = outcomes.used
         lower, upper = outcomes.ln_ends
-        x = self.ln_im[used] - model.centre
+        x = self.ln_im[is_used] - model.centre
         grows = bool(np.any(model.parameters[:, -3])) if growth is None else growth
         bend = 0.0 if np.isfinite(model.knot) else 1.0
         return MixedData(
-            design=self.design(model.centre, model.knot)[used],
+            design=self.design(model.centre, model.knot)[is_used],
             lower=lower,
             upper=upper,
-            motion=np.unique(self.shaking[used], return_inverse=True)[1],
+            motion=np.unique(self.shaking[is_used], return_inverse=True)[1],
             precision=np.concatenate([[0.0, 0.0, bend], self.precision]),
             growth=x * grows,
         )
 
 
 def fit_demand(
-    part: pd.DataFrame, states: States, im: str, further: Sequence[str] = ()
+    runs: pd.DataFrame, states: States, im: str, more_columns: Sequence[str] = ()
 ) -> DemandFit | str:
     """Return the model of the demand that ``states`` share, or the reason why there is none.
 
-    ``part`` has the runs of one bridge and abutment model. If it has a column ``event``, the
+    ``runs`` has the runs of one bridge and abutment model. If it has a column ``event``, the
     motions of an event are left out together.
     """
-    axes, variants, variant = _variants_of(part, further)
-    outcomes, motion = demand_outcomes(part, states), demand_table.motion_codes(part)
-    shaking, block = demand_table.shaking_codes(part), demand_table.block_codes(part)
-    ln_im = np.log(part[im].to_numpy(dtype=np.float64))
-    used, known = outcomes.used, outcomes.used & ~outcomes.is_bound
-    if np.unique(motion[known]).size < LEAST_MOTIONS:
+    axes, variants, variant = _variants_of(runs, more_columns)
+    outcomes, motion = demand_outcomes(runs, states), demand_table.motion_codes(runs)
+    shaking, block = demand_table.shaking_codes(runs), demand_table.block_codes(runs)
+    ln_im = np.log(runs[im].to_numpy(dtype=np.float64))
+    is_used, is_exact = outcomes.used, outcomes.used & ~outcomes.is_bound
+    if np.unique(motion[is_exact]).size < LEAST_MOTIONS:
         return TOO_FEW_RUNS
-    if np.ptp(ln_im[known]) == 0.0:
+    if np.ptp(ln_im[is_exact]) == 0.0:
         return SINGLE_LEVEL
-    if np.ptp(outcomes.lower[known]) == 0.0:
+    if np.ptp(outcomes.lower[is_exact]) == 0.0:
         return NON_INCREASING
     setup = _Setup(
         axes=axes,
@@ -434,24 +434,24 @@ def fit_demand(
         ),
         precision=(_LOOSE * axes.deviations) ** -2.0,
     )
-    centre = float(np.mean(ln_im[used]))
+    centre = float(np.mean(ln_im[is_used]))
     x = ln_im - centre
-    blank = DemandModel(
+    template = DemandModel(
         axes=axes,
         parameters=np.zeros((1, 1)),
         centre=centre,
         knot=np.inf,
-        span=(float(np.min(x[used])), float(np.max(x[used]))),
+        span=(float(np.min(x[is_used])), float(np.max(x[is_used]))),
         motions=setup.used_motions(outcomes),
     )
-    codes = np.unique(shaking[used], return_index=True)[1]
-    blocks = block[used][codes]
+    codes = np.unique(shaking[is_used], return_index=True)[1]
+    blocks = block[is_used][codes]
     present, group = np.unique(blocks, return_inverse=True)
-    setup = replace(setup, precision=_precision(setup, outcomes, blank, group))
+    setup = replace(setup, precision=_precision(setup, outcomes, template, group))
     best: tuple[float, DemandModel, MixedFit, Floats] | None = None
     for grows in (False, True):
-        for knot in _knots(x, known, motion) if not grows or best is None else (best[1].knot,):
-            model = replace(blank, knot=knot)
+        for knot in _knots(x, is_exact, motion) if not grows or best is None else (best[1].knot,):
+            model = replace(template, knot=knot)
             start = best[2].parameters if best is not None and grows else None
             data = setup.data(outcomes, model, grows)
             fit = fit_mixed(data, start)
@@ -470,10 +470,10 @@ def fit_demand(
     parameters[1 + blocks :] += _shrinkage_errors(fit, axes.drifts)
     model = replace(model, parameters=parameters)
     design = setup.design(centre, model.knot)
-    residuals = np.full((len(parameters), used.size), nan)
-    mean = parameters[:, :-3] @ design[known].T
-    growth = np.exp(-parameters[:, -3:-2] * x[known])
-    residuals[:, known] = (np.log(outcomes.lower[known]) - mean) * growth
+    residuals = np.full((len(parameters), is_used.size), nan)
+    mean = parameters[:, :-3] @ design[is_exact].T
+    growth = np.exp(-parameters[:, -3:-2] * x[is_exact])
+    residuals[:, is_exact] = (np.log(outcomes.lower[is_exact]) - mean) * growth
     return DemandFit(
         model=model,
         outcomes=outcomes,
@@ -491,8 +491,8 @@ def _precision(setup: _Setup, outcomes: DemandOutcomes, model: DemandModel, grou
     both from a fit with wide priors.
     """
     fit = fit_mixed(setup.data(outcomes, model, growth=False))
-    held = ~np.isfinite(fit.precision)
-    information = np.sum(fit.information, axis=0) + np.diag(np.where(held, 1.0, fit.precision))
+    has_prior = ~np.isfinite(fit.precision)
+    information = np.sum(fit.information, axis=0) + np.diag(np.where(has_prior, 1.0, fit.precision))
     ours = np.diag(np.linalg.inv(information))[3:-3]
     without = fit.without_groups(group)
     theirs = np.diag(jackknife_covariance(without))[3:-3]
@@ -505,22 +505,22 @@ def _shrinkage_errors(fit: MixedFit, drifts: int) -> Floats:
     The prior pulls a drift to zero, whatever the block that is left out: the jackknife lacks the
     error of the shrinkage, which is averaged here over the prior.
     """
-    held, last = ~np.isfinite(fit.precision), fit.parameters.size - 3
-    prior = np.where(held, 0.0, fit.precision)
+    has_prior, last = ~np.isfinite(fit.precision), fit.parameters.size - 3
+    prior = np.where(has_prior, 0.0, fit.precision)
     information = np.sum(fit.information, axis=0)
-    information[held], information[:, held] = 0.0, 0.0
+    information[has_prior], information[:, has_prior] = 0.0, 0.0
     pull = np.diag(prior)[:, last - drifts : last] * _DRIFT
-    return np.linalg.solve(information + np.diag(prior + held), pull).T
+    return np.linalg.solve(information + np.diag(prior + has_prior), pull).T
 
 
-def _knots(x: Floats, known: Mask, motion: Index) -> list[float]:
+def _knots(x: Floats, exact: Mask, motion: Index) -> list[float]:
     """Return the places of the knot to compare: infinite (straight), then inside the runs."""
-    places = [float(np.quantile(x[known], share)) for share in _KNOTS]
+    knots = [float(np.quantile(x[exact], share)) for share in _KNOTS]
     sides = [
-        (np.unique(motion[known & (x < k)]), np.unique(motion[known & (x > k)])) for k in places
+        (np.unique(motion[exact & (x < k)]), np.unique(motion[exact & (x > k)])) for k in knots
     ]
     enough = [min(below.size, above.size) >= _LEAST_BESIDE for below, above in sides]
-    return [np.inf, *(k for k, good in zip(places, enough, strict=True) if good)]
+    return [np.inf, *(k for k, is_allowed in zip(knots, enough, strict=True) if is_allowed)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -551,16 +551,16 @@ class BridgeModels:
         """Return the model of the demand of a state, or the reason why there is none."""
         return self.fits.get((state.component, state.demand), NO_EXCEEDANCE)
 
-    def correlation(self, one: LimitState, other: LimitState) -> Floats:
+    def correlation(self, mode_1: LimitState, mode_2: LimitState) -> Floats:
         """Return the correlation of the demands of two states without modes, shape (R,)."""
-        first, second, count = self.fit(one), self.fit(other), self.replicates
+        first, second, count = self.fit(mode_1), self.fit(mode_2), self.replicates
         if isinstance(first, str) or isinstance(second, str):
             return np.zeros(count)
-        if (one, other) not in self._correlations:
+        if (mode_1, mode_2) not in self._correlations:
             weights = (self.block != np.arange(-1, count - 1)[:, None]).astype(np.float64)
             rho = correlation(first.residuals, second.residuals, weights)
-            self._correlations[one, other] = rho
-        return self._correlations[one, other]
+            self._correlations[mode_1, mode_2] = rho
+        return self._correlations[mode_1, mode_2]
 
     def curve(self, state: LimitState, values: Mapping[str, Any]) -> StateCurve | str:
         """Return the curves of a state at a point, or the reason why there are none."""
@@ -621,24 +621,24 @@ def fit_models(
     The columns ``further`` distinguish variants as axes do.
     """
     modes = [mode for state in limit_states for mode in state.modes]
-    single = [state for state in limit_states if not state.modes]
-    groups = states_by_demand(list(dict.fromkeys([*single, *modes])))
+    without_modes = [state for state in limit_states if not state.modes]
+    groups = states_by_demand(list(dict.fromkeys([*without_modes, *modes])))
     parts = list(demand_table.models_of(demands))
     columns = {key: [settings.im, key[1], *further] for key in groups}
     items = [
-        (demand_table.demand_columns(part, columns[key]), states)
-        for _, part in parts
+        (demand_table.demand_columns(demands_of_model, columns[key]), states)
+        for _, demands_of_model in parts
         for key, states in groups.items()
     ]
     # ASSUME a model takes about a third of a second
     fits = iter(demand_table.spread(partial(_fit, im=settings.im, further=further), items, jobs))
     models: list[BridgeModels] = []
-    for place, part in parts:
-        runs = part.reset_index(drop=True)
+    for model_key, demands_of_model in parts:
+        runs = demands_of_model.reset_index(drop=True)
         axes, variants, variant = _variants_of(runs, further)
         models.append(
             BridgeModels(
-                place=place,
+                place=model_key,
                 im=settings.im,
                 runs=runs,
                 axes=axes,

@@ -54,21 +54,21 @@ class Pairs:
     def __init__(self, place: Mapping[str, Any], table: pd.DataFrame) -> None:
         self.place, self.table = place, table
         names = [name for name in demand_table.axis_names(table) if name != place["axis"]]
-        whole = {(): np.arange(len(table))}
-        groups = table.groupby(names, sort=True, dropna=False).indices if names else whole
+        one_group = {(): np.arange(len(table))}
+        groups = table.groupby(names, sort=True, dropna=False).indices if names else one_group
         keys = (key if isinstance(key, tuple) else (key,) for key in groups)
-        places = (dict(zip(names, key, strict=True)) for key in keys)
+        keys_of_cells = (dict(zip(names, key, strict=True)) for key in keys)
         rows = (np.asarray(numbers, dtype=np.intp) for numbers in groups.values())
         #: For each pair of variants (cell): values of the other axes, and numbers of its rows.
-        self.cells = list(zip(places, rows, strict=True))
+        self.cells = list(zip(keys_of_cells, rows, strict=True))
         self.motions = demand_table.motion_codes(table)
         #: Number of the block (event or motion) of each row, shape (n,), and names of the blocks.
         self.block = demand_table.block_codes(table)
         self.names = demand_table.block_names(table)
         top, bottom = (table[f"complete_{end}"].to_numpy() for end in ("to", "from"))
-        known = [top & bottom, bottom, top]
+        conditions = [top & bottom, bottom, top]
         #: `EXACT`, `AT_LEAST`, `AT_MOST` or `UNKNOWN`, shape (n,).
-        self.side = np.select(known, [EXACT, AT_LEAST, AT_MOST], default=UNKNOWN)
+        self.side = np.select(conditions, [EXACT, AT_LEAST, AT_MOST], default=UNKNOWN)
 
     def ends(self, name: str) -> tuple[Floats, Floats]:
         """Return the values of a column at to_value and at from_value, shape (n,) each."""
@@ -82,29 +82,29 @@ class Pairs:
         True for pairs in which only one run has a usable demand (for ratios: a positive one).
         """
         ends = self.ends(name)
-        least = 0.0 if difference is None else -np.inf
-        has_top, has_bottom = (np.isfinite(end) & (end > least) for end in ends)
-        used = (self.side != UNKNOWN) & has_top & has_bottom
-        top, bottom = (np.where(used, end, nan) for end in ends)
+        lower_limit = 0.0 if difference is None else -np.inf
+        has_top, has_bottom = (np.isfinite(end) & (end > lower_limit) for end in ends)
+        is_used = (self.side != UNKNOWN) & has_top & has_bottom
+        top, bottom = (np.where(is_used, end, nan) for end in ends)
         if difference is None:
             return np.log(top / bottom), has_top != has_bottom
         return (top - bottom) * difference.per_unit, has_top != has_bottom
 
     def means(self, values: Floats, x: Floats | None = None) -> list[Jackknifed]:
         """Return the mean of changes (n,), or their line on ``x``: pooled, then for each cell."""
-        known = np.isfinite(values if x is None else values + x)
+        is_finite = np.isfinite(values if x is None else values + x)
         cells: list[Jackknifed] = []
         for _, rows in self.cells:
-            used = rows[known[rows]]
-            data = (values[used], self.side[used], self.motions[used], len(self.names))
-            cells.append(by_motion(*data, None if x is None else x[used], self.block[used]))
+            of_cell = rows[is_finite[rows]]
+            data = (values[of_cell], self.side[of_cell], self.motions[of_cell], len(self.names))
+            cells.append(by_motion(*data, None if x is None else x[of_cell], self.block[of_cell]))
         return [average(cells), *cells]
 
-    def counts(self, rows: Index, used: Mask, discordant: Mask) -> dict[str, int]:
+    def counts(self, rows: Index, is_used: Mask, discordant: Mask) -> dict[str, int]:
         """Return the counts ``n_...`` of the pairs ``rows``, without n_cells; masks are (n,)."""
-        counted = {"n_discordant": discordant, "n_bounds": used & (self.side != EXACT)}
+        counted = {"n_discordant": discordant, "n_bounds": is_used & (self.side != EXACT)}
         counts = {name: int(np.count_nonzero(values[rows])) for name, values in counted.items()}
-        motions = np.unique(self.motions[rows][used[rows]])
+        motions = np.unique(self.motions[rows][is_used[rows]])
         return counts | {"n_motions": motions.size, "n_pairs": rows.size}
 
 
@@ -115,22 +115,22 @@ def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.Da
     if known, from_value and to_value. ``complete`` (bool) and ``columns`` of its runs have the
     endings ``_from`` and ``_to``. An `InputError` names a run that occurs twice.
     """
-    others = [name for name in demand_table.axis_names(demands) if name != axis]
+    other_axes = [name for name in demand_table.axis_names(demands) if name != axis]
     loading = [*demand_table.LOADING_COLUMNS, *({EVENT} & set(demands))]
-    key = [*demand_table.BRIDGE_COLUMNS, *others, *loading]
+    key = [*demand_table.BRIDGE_COLUMNS, *other_axes, *loading]
     table = demands[[*key, axis, *columns]].assign(complete=is_complete(demands))
     once = ~table.duplicated([*key, axis]).to_numpy()
     if not once.all():
         row = demands.index[int(np.argmin(once))]
         raise InputError(f"the run of row {row} occurs twice in the demands table", row=row)
-    return _paired(table, axis, others, loading)
+    return _paired(table, axis, other_axes, loading)
 
 
 def _paired(
-    table: pd.DataFrame, axis: str, others: Sequence[str], loading: Sequence[str] = ()
+    table: pd.DataFrame, axis: str, other_axes: Sequence[str], loading: Sequence[str] = ()
 ) -> pd.DataFrame:
     """Join each row with the otherwise identical row at the smallest value of ``axis``."""
-    group = [*demand_table.BRIDGE_COLUMNS, *others]
+    group = [*demand_table.BRIDGE_COLUMNS, *other_axes]
     lowest = table.groupby(group, dropna=False)[axis].transform("min")
     reference = table[table[axis] == lowest].rename(columns={axis: "from_value"})
     higher = table[table[axis] > lowest].rename(columns={axis: "to_value"})
@@ -144,9 +144,9 @@ def variant_pairs(variants: pd.DataFrame, axis: str) -> tuple[list[str], pd.Data
     A pair has the numbers and names of its variants: ``number_to``, ``number_from``,
     ``variant_to`` and ``variant_from``. The smallest value of the axis is the reference.
     """
-    others = [name for name in demand_table.axis_names(variants) if name != axis]
-    table = variants[["variant", *demand_table.BRIDGE_COLUMNS, *others, axis]]
-    return others, _paired(table.assign(number=np.arange(len(table))), axis, others)
+    other_axes = [name for name in demand_table.axis_names(variants) if name != axis]
+    table = variants[["variant", *demand_table.BRIDGE_COLUMNS, *other_axes, axis]]
+    return other_axes, _paired(table.assign(number=np.arange(len(table))), axis, other_axes)
 
 
 class EffectTables(NamedTuple):
@@ -194,8 +194,8 @@ def effect_table(demands: pd.DataFrame, rows: Sequence[Mapping[str, Any]]) -> pd
     """Return effects with verdicts, pooled first; they are judged by the ratio unless stated."""
     columns = list(demand_table.described("effects", axes_of(map(str, demands.columns))))
     table = pd.DataFrame(rows, columns=columns)
-    for name, usual in (("judged_by", verdicts.RATIO), ("unit", "")):
-        table[name] = table[name].astype(object).fillna(usual).astype(str)
+    for name, default in (("judged_by", verdicts.RATIO), ("unit", "")):
+        table[name] = table[name].astype(object).fillna(default).astype(str)
     for name in ("n_cells", "n_bounds", *verdicts.MEDIAN_COUNTS):
         table[name] = table[name].astype("Int64")
     for name in ("interaction", "largest_motion"):
@@ -250,39 +250,39 @@ def demand_effects(
     im = pairs.ends(settings.im)[1] if has_im else np.full(pairs.side.size, nan)
     ln_im = np.log(np.where(im > 0.0, im, nan))
     cells = [({"scope": "variant", **place}, cell_rows) for place, cell_rows in pairs.cells]
-    places = [({"scope": "pooled"}, np.arange(im.size)), *cells]
+    scopes = [({"scope": "pooled"}, np.arange(im.size)), *cells]
     for name in names:
         column, reference = column_of(name), pairs.ends(name)[1]
         difference = None if column is None else column.difference
         ratios, discordant = pairs.changes(name, None)
         means, lines = pairs.means(ratios), pairs.means(ratios, ln_im)
-        used, differences = np.isfinite(ratios), None
+        is_used, differences = np.isfinite(ratios), None
         shared = {**pairs.place, "demand": name, "margin": settings.relative_margin(name)}
         shared["quantity"] = verdicts.DEMAND
         if difference is not None:
             changes, discordant = pairs.changes(name, difference)
-            used, differences = np.isfinite(changes), pairs.means(changes)
+            is_used, differences = np.isfinite(changes), pairs.means(changes)
             shared |= {"judged_by": verdicts.DIFFERENCE, "unit": difference.unit}
             shared["difference_margin"] = settings.margins.get(name, difference.margin)
-        exact = used & (pairs.side == EXACT)
-        for cell, (place, cell_rows) in enumerate(places):
-            known = cell_rows[exact[cell_rows]]
-            positive = reference[known][reference[known] > 0.0]
-            row = {**shared, **place, **pairs.counts(cell_rows, used, discordant)}
+        is_exact = is_used & (pairs.side == EXACT)
+        for cell, (place, cell_rows) in enumerate(scopes):
+            changed = cell_rows[is_exact[cell_rows]]
+            positive = reference[changed][reference[changed] > 0.0]
+            row = {**shared, **place, **pairs.counts(cell_rows, is_used, discordant)}
             judged = None if differences is None else differences[cell]
-            further: Any = {"line": lines[cell], "difference": judged, "blocks": pairs.names}
-            row |= effect_row(means[cell], settings, **further)
+            arguments: Any = {"line": lines[cell], "difference": judged, "blocks": pairs.names}
+            row |= effect_row(means[cell], settings, **arguments)
             row["from_mean"] = float(np.exp(np.log(positive).mean())) if positive.size else nan
-            if known.size:
-                row |= {"im_low": float(im[known].min()), "im_high": float(im[known].max())}
+            if changed.size:
+                row |= {"im_low": float(im[changed].min()), "im_high": float(im[changed].max())}
             rows.append(row)
-        pooled = rows[-len(places)]
+        pooled = rows[-len(scopes)]
         judged_cells = (differences or means)[1:]
         pooled["n_cells"] = sum(bool(np.isfinite(cell.estimate)) for cell in judged_cells)
         if difference is None:
             at = reference_im.get((pooled.get("bridge", ""), pooled.get("abutment", "")))
-            known = np.flatnonzero(exact & (reference > 0.0) & np.isfinite(ln_im))
-            x, y = ln_im[known], np.log(reference[known])
+            changed = np.flatnonzero(is_exact & (reference > 0.0) & np.isfinite(ln_im))
+            x, y = ln_im[changed], np.log(reference[changed])
             level = np.polyfit(x, y, 1) if np.unique(x).size > 1 else np.full(2, nan)
             by_intensity += _by_intensity(pooled, lines[0], level, at)
     return rows, by_intensity
@@ -376,30 +376,30 @@ class Medians:
     def rows(self, axis: str, states: States) -> list[Row]:
         """Return the rows of the effects of an axis on the medians of states."""
         variants = self.models.variants
-        others, pairs = variant_pairs(variants, axis)
+        other_axes, pairs = variant_pairs(variants, axis)
         steps = [records_of(cells) for _, cells in pairs.groupby(list(STEP))]
         effects: list[Row] = []
         for cells, state in product(steps, states):
-            place = {**self.models.place, "quantity": verdicts.MEDIAN_CAPACITY, "axis": axis}
-            place |= {"demand": state.key, "margin": self._settings.margin}
-            place |= {name: float(cells[0][name]) for name in STEP}
+            keys = {**self.models.place, "quantity": verdicts.MEDIAN_CAPACITY, "axis": axis}
+            keys |= {"demand": state.key, "margin": self._settings.margin}
+            keys |= {name: float(cells[0][name]) for name in STEP}
             ratios: list[tuple[Jackknifed, Row]] = []
             for cell in cells:
                 if (ratio := self._ratio(cell, state)) is not None:
-                    values = {name: float(cell[name]) for name in others}
-                    ratios.append((ratio[0], {**place, **values, axis: nan, **ratio[1]}))
+                    values = {name: float(cell[name]) for name in other_axes}
+                    ratios.append((ratio[0], {**keys, **values, axis: nan, **ratio[1]}))
             if ratios:
-                effects += self._effects(place, ratios, others)
+                effects += self._effects(keys, ratios, other_axes)
         return effects
 
     def _effects(
-        self, place: Row, ratios: list[tuple[Jackknifed, Row]], others: Sequence[str]
+        self, keys: Row, ratios: list[tuple[Jackknifed, Row]], other_axes: Sequence[str]
     ) -> list[Row]:
         """Return the pooled row of pairs of variants, their rows by value, and their own rows."""
-        pooled = self._average("pooled", place, ratios)
+        pooled = self._average("pooled", keys, ratios)
         by_value: list[Row] = []
         strongest = (1.0, "")
-        for name in others:
+        for name in other_axes:
             values = sorted({row[name] for _, row in ratios})
             if len(values) < 2:
                 continue
@@ -409,17 +409,17 @@ class Medians:
             # several values are tested against the first: Bonferroni
             strongest = min(strongest, (len(tests) * min(tests), name))
             for value, group in zip(values, groups, strict=True):
-                by_value.append(self._average("by_value", place | {name: value}, group))
+                by_value.append(self._average("by_value", keys | {name: value}, group))
         return [
             pooled | {"p_interaction": min(strongest[0], 1.0), "interaction": strongest[1]},
             *by_value,
             *(self._row("variant", pair, row, 2) for pair, row in ratios),
         ]
 
-    def _average(self, scope: str, place: Row, ratios: list[tuple[Jackknifed, Row]]) -> Row:
+    def _average(self, scope: str, keys: Row, ratios: list[tuple[Jackknifed, Row]]) -> Row:
         """Return the row of the average over pairs of variants."""
         columns = pd.DataFrame([row for _, row in ratios])
-        row: Row = {**place, "n_cells": len(ratios)}
+        row: Row = {**keys, "n_cells": len(ratios)}
         row |= {str(name): n for name, n in columns.filter(regex="^n_").sum().items()}
         row |= {"im_low": columns["im_low"].min(), "im_high": columns["im_high"].max()}
         row["from_mean"] = float(np.exp(np.log(columns["from_mean"]).mean()))
@@ -440,11 +440,11 @@ class Medians:
         if start is None or end is None:
             return None
         ends = np.exp([start.ln_theta[0], end.ln_theta[0]]).tolist()
-        both = [self._counts(state, cell[f"number_{side}"]) for side in ("from", "to")]
+        runs = [self._counts(state, cell[f"number_{side}"]) for side in ("from", "to")]
         columns: Row = {"from_mean": ends[0], "im_low": min(ends), "im_high": max(ends)}
-        columns |= {"n_bounds": max(counts["n_bounds"] for counts in both), "n_discordant": 0}
-        columns |= {name: min(counts[name] for counts in both) for name in ("n_motions", "n_pairs")}
-        columns["n_extrapolated"] = sum(counts["is_extrapolated"] for counts in both)
+        columns |= {"n_bounds": max(counts["n_bounds"] for counts in runs), "n_discordant": 0}
+        columns |= {name: min(counts[name] for counts in runs) for name in ("n_motions", "n_pairs")}
+        columns["n_extrapolated"] = sum(counts["is_extrapolated"] for counts in runs)
         columns["n_without_curve"] = self.without_curve(cell, state)
         return Jackknifed.of_replicates(end.ln_theta - start.ln_theta), columns
 
@@ -472,5 +472,5 @@ class Medians:
         counts = {"n_bounds": bounds, "n_pairs": rows.size, "n_motions": np.unique(motions).size}
         curve = self.curve(state, number)
         assert curve is not None
-        beyond = motion_means.motions_beyond(curve.ln_theta[0], self._ln_im[rows], motions)
-        return counts | {"is_extrapolated": beyond < motion_means.MIN_BEYOND}
+        n_beyond = motion_means.motions_beyond(curve.ln_theta[0], self._ln_im[rows], motions)
+        return counts | {"is_extrapolated": n_beyond < motion_means.MIN_BEYOND}

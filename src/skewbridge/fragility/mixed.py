@@ -77,22 +77,22 @@ class MixedFit:
         score, information = np.zeros((count, size)), np.zeros((count, size, size))
         np.add.at(score, group, self.score)
         np.add.at(information, group, self.information)
-        held = ~np.isfinite(self.precision)
-        score[:, held], information[:, held], information[:, :, held] = 0.0, 0.0, 0.0
-        total = np.sum(information, axis=0) + np.diag(np.where(held, 1.0, self.precision))
+        has_prior = ~np.isfinite(self.precision)
+        score[:, has_prior], information[:, has_prior], information[:, :, has_prior] = 0.0, 0.0, 0.0
+        total = np.sum(information, axis=0) + np.diag(np.where(has_prior, 1.0, self.precision))
         # delta and the scatter in separate steps: a motion far from the others changes both, but
         # delta hardly depends on the scatter
-        left, delta = total - information, slice(0, size - 3)
+        remaining, delta = total - information, slice(0, size - 3)
         steps = np.zeros((count, size))
-        pairs = zip(score[:, delta], left[:, delta, delta], strict=True)
-        steps[:, delta] = np.stack([_uphill(-own, rest) for own, rest in pairs])
-        of_growth = -score[:, -3] / left[:, -3, -3]
+        pairs = zip(score[:, delta], remaining[:, delta, delta], strict=True)
+        steps[:, delta] = np.stack([_uphill(-g, matrix) for g, matrix in pairs])
+        of_growth = -score[:, -3] / remaining[:, -3, -3]
         steps[:, -3] = np.clip(of_growth, -_LARGEST_GROWTH, _LARGEST_GROWTH)
         # a variance is a mean over motions: its change is linear in the variance
         mean = np.diag(total)[-2:] * (1.0 - 1.0 / count)
         shares = 1.0 - 2.0 * score[:, -2:] / np.maximum(mean, count)
         steps[:, -2:] = 0.5 * np.log(np.clip(shares, *_SHARES))
-        steps[:, held] = 0.0
+        steps[:, has_prior] = 0.0
         return self.parameters + steps
 
 
@@ -103,16 +103,16 @@ def predictive_loglik(data: MixedData, group: Index, without: Floats) -> float:
     """
     of_run, total = group[data.motion], 0.0
     for number, parameters in enumerate(without):
-        own = of_run == number
-        part = MixedData(
-            design=data.design[own],
-            lower=data.lower[own],
-            upper=data.upper[own],
-            motion=np.unique(data.motion[own], return_inverse=True)[1],
+        of_group = of_run == number
+        group_data = MixedData(
+            design=data.design[of_group],
+            lower=data.lower[of_group],
+            upper=data.upper[of_group],
+            motion=np.unique(data.motion[of_group], return_inverse=True)[1],
             precision=data.precision,
-            growth=data.growth[own],
+            growth=data.growth[of_group],
         )
-        total += float(np.sum(_Likelihood(part).at(parameters)[2]))
+        total += float(np.sum(_Likelihood(group_data).at(parameters)[2]))
     return total
 
 
@@ -128,8 +128,8 @@ def fit_mixed(data: MixedData, start: Floats | None = None, steps: int = 100) ->
         precision[-3] = np.inf
     if np.bincount(data.motion).max() == 1:  # scatter between motions is that of runs
         precision[-2], first[-2] = np.inf, floor
-    held = ~np.isfinite(precision)
-    prior = np.where(held, 0.0, precision)
+    has_prior = ~np.isfinite(precision)
+    prior = np.where(has_prior, 0.0, precision)
 
     def at(parameters: Floats) -> MixedFit:
         limited = parameters.copy()
@@ -139,12 +139,12 @@ def fit_mixed(data: MixedData, start: Floats | None = None, steps: int = 100) ->
     def value(fit: MixedFit) -> float:
         return float(np.sum(fit.logliks) - 0.5 * prior @ fit.parameters**2)
 
-    fit = at(first if start is None else np.where(held, first, start))
+    fit = at(first if start is None else np.where(has_prior, first, start))
     for _ in range(steps):
         score = np.sum(fit.score, axis=0) - prior * fit.parameters
         information = np.sum(fit.information, axis=0) + np.diag(prior)
         # a standard deviation stays at its floor if the data favour a smaller value
-        fixed = held.copy()
+        fixed = has_prior.copy()
         fixed[-2:] |= (fit.parameters[-2:] <= floor) & (score[-2:] <= 0.0)
         score[fixed], information[fixed], information[:, fixed] = 0.0, 0.0, 0.0
         information[fixed, fixed] = 1.0
@@ -167,8 +167,8 @@ def _first_parameters(data: MixedData) -> tuple[Floats, float]:
     """Return start values (m,) from least squares, and the smallest ln tau and ln sigma."""
     root, y = np.sqrt(data.precision), data.bound
     rows = np.vstack([data.design, np.diag(root)[root > 0.0]])
-    known = np.append(y, np.zeros(np.count_nonzero(root)))
-    delta = np.linalg.lstsq(rows, known, rcond=None)[0]
+    right_side = np.append(y, np.zeros(np.count_nonzero(root)))
+    delta = np.linalg.lstsq(rows, right_side, rcond=None)[0]
     residual = y - data.design @ delta
     mean = np.bincount(data.motion, residual) / np.bincount(data.motion)
     scatter = max(float(np.sqrt(np.mean(residual**2))), 1e-12)
@@ -205,9 +205,9 @@ class _Likelihood:
         count = int(np.max(self.data.motion)) + 1
         shape = count, parameters.size
         score, information, logliks = np.empty(shape), np.empty((*shape, shape[1])), np.empty(count)
-        for part in self._parts:
-            places = part.motions
-            score[places], information[places], logliks[places] = part.at(parameters)
+        for integrals in self._parts:
+            motions = integrals.motions
+            score[motions], information[motions], logliks[motions] = integrals.at(parameters)
         return score, information, logliks
 
 
@@ -217,16 +217,16 @@ class _Integrals:
     def __init__(self, data: MixedData, motions: Index) -> None:
         self.motions = motions
         runs = np.isin(data.motion, motions)
-        known = runs & (data.lower == data.upper)
-        order = np.argsort(data.motion[known], kind="stable")
-        self._known = np.flatnonzero(known)[order]
+        is_exact = runs & (data.lower == data.upper)
+        order = np.argsort(data.motion[is_exact], kind="stable")
+        self._known = np.flatnonzero(is_exact)[order]
         motion = np.searchsorted(motions, data.motion)
         self._count = np.bincount(motion[self._known], minlength=motions.size)
         self._has = np.flatnonzero(self._count)
         self._starts = np.append(0, np.cumsum(self._count))[:-1][self._has]
         self._x, self._y = data.design[self._known], data.lower[self._known]
         self._w = data.growth[self._known]
-        bounded = np.flatnonzero(runs & ~known)
+        bounded = np.flatnonzero(runs & ~is_exact)
         self._design, self._bound = data.design[bounded], data.bound[bounded]
         self._sign = np.where(np.isinf(data.upper[bounded]), 1.0, -1.0)
         self._growth, self._motion = data.growth[bounded], motion[bounded]
@@ -264,9 +264,9 @@ class _Integrals:
         log_p = self._sum @ tails - 0.5 * (u - mean[:, None]) ** 2 / variance[:, None]
         highest = np.max(log_p, axis=1, keepdims=True)
         weights = weights * np.exp(log_p - highest)
-        whole = np.sum(weights, axis=1, keepdims=True)
-        weights /= whole
-        loglik = np.log(whole[:, 0]) + highest[:, 0] - n * np.log(sigma) - np.log(tau)
+        total_weight = np.sum(weights, axis=1, keepdims=True)
+        weights /= total_weight
+        loglik = np.log(total_weight[:, 0]) + highest[:, 0] - n * np.log(sigma) - np.log(tau)
         loglik += 0.5 * (mean**2 / variance - square / sigma**2) - gamma * grown
         loglik -= 0.5 * (n + 1.0) * np.log(2.0 * np.pi)
 
@@ -275,40 +275,40 @@ class _Integrals:
         squares = square[:, None] - 2.0 * residual[:, None] * u + n[:, None] * u**2
         at_node = np.empty((u.shape[0], parameters.size, u.shape[1]))
         at_node[:, :-2] = (of_xr[:, :, None] - of_x[:, :, None] * u[:, None, :]) / sigma**2
-        held = np.zeros((u.shape[0], parameters.size, parameters.size))
-        held[:, :-2, :-2] = products / sigma**2
-        held[:, :-2, -1] = 2.0 * np.einsum("gmq,gq->gm", at_node[:, :-2], weights)
-        further = (of_wxr - middle[:, None] * of_wx) / sigma**2
-        held[:, -3, :-3] += further[:, :-1]
-        held[:, :-3, -3] += further[:, :-1]
-        held[:, -3, -3] += further[:, -1]
+        information = np.zeros((u.shape[0], parameters.size, parameters.size))
+        information[:, :-2, :-2] = products / sigma**2
+        information[:, :-2, -1] = 2.0 * np.einsum("gmq,gq->gm", at_node[:, :-2], weights)
+        mixed_terms = (of_wxr - middle[:, None] * of_wx) / sigma**2
+        information[:, -3, :-3] += mixed_terms[:, :-1]
+        information[:, :-3, -3] += mixed_terms[:, :-1]
+        information[:, -3, -3] += mixed_terms[:, -1]
         at_node[:, -3] -= grown[:, None]
         at_node[:, -2] = (u / tau) ** 2 - 1.0
         at_node[:, -1] = squares / sigma**2 - n[:, None]
-        held[:, -2, -2] = 2.0 * np.sum(weights * (u / tau) ** 2, axis=1)
-        held[:, -1, -1] = 2.0 * np.sum(weights * squares, axis=1) / sigma**2
+        information[:, -2, -2] = 2.0 * np.sum(weights * (u / tau) ** 2, axis=1)
+        information[:, -1, -1] = 2.0 * np.sum(weights * squares, axis=1) / sigma**2
         if self._bound.size:
             p, curve = weights[self._motion], ratio * (t + ratio)
             signed = (self._sign * shrunk / sigma)[:, None] * self._design
-            turned = -self._growth * self._sign * above / sigma
-            signed = np.column_stack([signed, turned])  # derivative of t by (delta, gamma)
-            moved = np.einsum("hq,hq->h", p, ratio)  # mean of the derivative of ln P by t
+            by_growth = -self._growth * self._sign * above / sigma
+            signed = np.column_stack([signed, by_growth])  # derivative of t by (delta, gamma)
+            slope = np.einsum("hq,hq->h", p, ratio)  # mean of the derivative of ln P by t
             for column, values in enumerate(signed.T):
                 at_node[:, column] += self._sum @ (values[:, None] * ratio)
             at_node[:, -1] -= self._sum @ (t * ratio)
             bent = np.sum(p * curve, axis=1)[:, None] * row_products(signed, signed)
-            held[:, :-2, :-2] += (self._sum @ bent).reshape(-1, size, size)
-            further = self._sum @ ((self._growth * moved)[:, None] * signed)
-            held[:, -3, :-3] += further[:, :-1]
-            held[:, :-3, -3] += further[:, :-1]
-            held[:, -3, -3] += further[:, -1]
+            information[:, :-2, :-2] += (self._sum @ bent).reshape(-1, size, size)
+            mixed_terms = self._sum @ ((self._growth * slope)[:, None] * signed)
+            information[:, -3, :-3] += mixed_terms[:, :-1]
+            information[:, :-3, -3] += mixed_terms[:, :-1]
+            information[:, -3, -3] += mixed_terms[:, -1]
             cross = np.sum(p * (ratio - curve * t), axis=1)
-            held[:, :-2, -1] += self._sum @ (signed * cross[:, None])
-            held[:, -1, -1] += self._sum @ np.sum(p * (curve * t**2 - t * ratio), axis=1)
-        held[:, -1, :-2] = held[:, :-2, -1]
+            information[:, :-2, -1] += self._sum @ (signed * cross[:, None])
+            information[:, -1, -1] += self._sum @ np.sum(p * (curve * t**2 - t * ratio), axis=1)
+        information[:, -1, :-2] = information[:, :-2, -1]
         score = np.einsum("gmq,gq->gm", at_node, weights)
-        apart = (at_node - score[:, :, None]) * np.sqrt(weights)[:, None, :]
-        return score, held - apart @ np.swapaxes(apart, 1, 2), loglik
+        deviation = (at_node - score[:, :, None]) * np.sqrt(weights)[:, None, :]
+        return score, information - deviation @ np.swapaxes(deviation, 1, 2), loglik
 
     def _panels(
         self, mean: Floats, variance: Floats, above: Floats, sigma: float

@@ -51,12 +51,12 @@ def motions_beyond(ln_theta: float, ln_im: Floats, motions: Index) -> int:
 def covered_range(im: Floats, motions: Index) -> tuple[float, float]:
     """Return the smallest and largest median that is not extrapolated; low > high if none is."""
     codes = np.unique(motions, return_inverse=True)[1]
-    least, most = np.full((2, codes.max() + 1), [[inf], [-inf]])
-    np.minimum.at(least, codes, im)
-    np.maximum.at(most, codes, im)
-    if least.size < MIN_BEYOND:
+    lowest, highest = np.full((2, codes.max() + 1), [[inf], [-inf]])
+    np.minimum.at(lowest, codes, im)
+    np.maximum.at(highest, codes, im)
+    if lowest.size < MIN_BEYOND:
         return inf, -inf
-    return float(np.sort(least)[MIN_BEYOND - 1]), float(np.sort(most)[-MIN_BEYOND])
+    return float(np.sort(lowest)[MIN_BEYOND - 1]), float(np.sort(highest)[-MIN_BEYOND])
 
 
 def motion_weights(motions: Index) -> Floats:
@@ -80,10 +80,10 @@ def jackknife_factors(logs: Floats, level: float, dof: int | None = None) -> lis
     """Return q ratios of upper end to estimate, given ln estimates without each motion, (M, q)."""
     if len(logs) < MIN_VALUES:
         return [nan] * logs.shape[1]
-    known = len(logs) - 2 if dof is None else dof
-    freedom = effective_dof(logs - np.mean(logs, axis=0), known)
+    dof_of_data = len(logs) - 2 if dof is None else dof
+    freedom = effective_dof(logs - np.mean(logs, axis=0), dof_of_data)
     errors = np.sqrt(np.diag(jackknife_covariance(logs)))
-    return [exp_end(reach) for reach in special.stdtrit(freedom, 0.5 + 0.5 * level) * errors]
+    return [exp_end(width) for width in special.stdtrit(freedom, 0.5 + 0.5 * level) * errors]
 
 
 def effective_number(influence: Floats) -> Floats:
@@ -179,13 +179,13 @@ def interval(logs: Floats, level: float) -> tuple[float, float, float]:
 def average(cells: Sequence[Jackknifed]) -> Jackknifed:
     """Return the unweighted average over the pairs of variants (cells) that have an estimate."""
     # all cells share the motions, so the error comes from the averaged influence of each motion
-    good = [cell for cell in cells if np.all(np.isfinite(cell.estimate))]
-    if not good:
+    with_estimate = [cell for cell in cells if np.all(np.isfinite(cell.estimate))]
+    if not with_estimate:
         return cells[0]
-    exact = np.logical_or.reduce([cell.exact for cell in good])
-    estimate = np.mean([cell.estimate for cell in good], axis=0)
-    influence = np.mean([cell.influence for cell in good], axis=0)
-    return Jackknifed(estimate, influence, exact, exact, good[0].parameters)
+    exact = np.logical_or.reduce([cell.exact for cell in with_estimate])
+    estimate = np.mean([cell.estimate for cell in with_estimate], axis=0)
+    influence = np.mean([cell.influence for cell in with_estimate], axis=0)
+    return Jackknifed(estimate, influence, exact, exact, with_estimate[0].parameters)
 
 
 def by_motion(
@@ -212,8 +212,8 @@ def by_motion(
     if np.count_nonzero(exact) >= MIN_EXACT + parameters - 1:
         weights = (block != np.arange(-1, count)[:, None]) / np.bincount(motions)[motions]
         coefficients = bounded_regression(design, values, bound, weights)
-    found = coefficients[:, 0] if x is None else coefficients
-    return Jackknifed.of(found, present, exact, parameters)
+    estimates = coefficients[:, 0] if x is None else coefficients
+    return Jackknifed.of(estimates, present, exact, parameters)
 
 
 def bounded_regression(
@@ -252,12 +252,12 @@ def bounded_regression(
         z = side * (limits - mean) / scatter[:, None]
         ratio = mills_ratio(-z)
         completed[:, ~exact] = mean + side * scatter[:, None] * ratio
-        left = np.maximum(1.0 + z * ratio - ratio**2, 0.0) * scatter[:, None] ** 2
+        variance = np.maximum(1.0 + z * ratio - ratio**2, 0.0) * scatter[:, None] ** 2
         new = np.einsum("rij,rj->ri", inverse, (weights * completed) @ design)
         squares = np.sum(weights * (completed - new @ design.T) ** 2, axis=1)
-        squares += np.sum(weights[:, ~exact] * left, axis=1)
-        moved = np.max(np.abs((new - coefficients) / scatter[:, None]))
+        squares += np.sum(weights[:, ~exact] * variance, axis=1)
+        change = np.max(np.abs((new - coefficients) / scatter[:, None]))
         coefficients, scatter = new, np.maximum(np.sqrt(squares / dof), floor)
-        if moved < _TOLERANCE:
+        if change < _TOLERANCE:
             break
     return coefficients + centre

@@ -76,15 +76,15 @@ def fragility_tables(
     states = with_column_failure(
         limit_states, validity.with_derived_columns(demands.head(0)).columns
     )
-    wanted = list(dict.fromkeys(state.demand for state in states))
-    checked = demand_table.prepared(demands, wanted, settings)
+    demand_names = list(dict.fromkeys(state.demand for state in states))
+    checked = demand_table.prepared(demands, demand_names, settings)
     rows = checked.table
     models = fit_models(rows, states, settings, jobs=jobs)
     curves = fit_study(rows, states, settings, models=models, jobs=jobs)
     medians = median_effects(rows, states, settings, models=models, curves=curves)
     joint = joint_table(rows, states, settings, models=models, jobs=jobs)
-    further = [state.demand for state in limit_states if state.demand in wanted]
-    names = list(dict.fromkeys((*demands_for("effect", rows.columns), *further)))
+    of_states = [state.demand for state in limit_states if state.demand in demand_names]
+    names = list(dict.fromkeys((*demands_for("effect", rows.columns), *of_states)))
     reference = reference_intensities(curves)
     effects, intensities = effect_tables(rows, names, settings, reference_im=reference, jobs=jobs)
     system = system_curves(rows, states, settings, models=models, hazard=hazard, jobs=jobs)
@@ -129,8 +129,8 @@ def shear_model_curves(rows: pd.DataFrame, settings: FitSettings, jobs: int = 1)
     rows = rows[rows["variant"].isin(rows.loc[fails, "variant"])]
     if rows.empty:
         return pd.DataFrame(columns=list(demand_table.described("shear_models")))
-    whole = validity.is_complete(rows) | validity.is_beyond_model(rows) & (rows["status"] == OK)
-    rows = rows.assign(**{validity.COMPLETE: whole})
+    is_whole = validity.is_complete(rows) | validity.is_beyond_model(rows) & (rows["status"] == OK)
+    rows = rows.assign(**{validity.COMPLETE: is_whole})
     curves: list[pd.DataFrame] = []
     for name, demand in models.items():
         failed = rows[demand] > failure.threshold
@@ -139,8 +139,8 @@ def shear_model_curves(rows: pd.DataFrame, settings: FitSettings, jobs: int = 1)
         state = replace(failure, component="column_shear", name=name, demand=demand)
         curves.append(fit_study(runs, [state], settings, jobs=jobs))
     parts = pd.concat(curves, ignore_index=True).groupby("variant", sort=False)
-    chosen = [_of_one_method(part, rows[rows["variant"] == name]) for name, part in parts]
-    return pd.concat(chosen, ignore_index=True)
+    tables = [_of_one_method(part, rows[rows["variant"] == name]) for name, part in parts]
+    return pd.concat(tables, ignore_index=True)
 
 
 def _of_one_method(curves: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
@@ -203,23 +203,23 @@ def suite_table(
     return pd.DataFrame([*effects, *compared], columns=effect_columns)
 
 
-def _compared(one: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
+def _compared(first: dict[str, Any], second: dict[str, Any]) -> dict[str, Any]:
     """Return the row that compares an effect between two suites, as a ratio of ratios."""
-    degrees = np.array([other["dof"], one["dof"]], dtype=np.float64)
-    widths = np.log([row["ci_high"] / row["ci_low"] for row in (other, one)])
-    variances = (widths / (2.0 * special.stdtrit(degrees, 0.5 + 0.5 * one["level"]))) ** 2
+    degrees = np.array([second["dof"], first["dof"]], dtype=np.float64)
+    widths = np.log([row["ci_high"] / row["ci_low"] for row in (second, first)])
+    variances = (widths / (2.0 * special.stdtrit(degrees, 0.5 + 0.5 * first["level"]))) ** 2
     error = float(np.sqrt(variances.sum()))
     # source: degrees of freedom by Welch and Satterthwaite
     dof = float(variances.sum() ** 2 / np.sum(variances**2 / degrees))
-    change = float(np.log(other["ratio"] / one["ratio"]))
-    reach = float(special.stdtrit(dof, 0.5 + 0.5 * one["level"])) * error
-    ends = np.exp([change, change - reach, change + reach])
-    away = abs(change) / error if error > 0.0 else np.inf
-    row = {name: one[name] for name in (*_EFFECT, "level")}
+    change = float(np.log(second["ratio"] / first["ratio"]))
+    half_width = float(special.stdtrit(dof, 0.5 + 0.5 * first["level"])) * error
+    ends = np.exp([change, change - half_width, change + half_width])
+    n_errors = abs(change) / error if error > 0.0 else np.inf
+    row = {name: first[name] for name in (*_EFFECT, "level")}
     row |= dict(zip(verdicts.RATIOS, ends.tolist(), strict=True))
-    row |= {SUITE: other[SUITE], "against": one[SUITE], "standard_errors": away}
-    row["n_motions"] = int(one["n_motions"]) + int(other["n_motions"])
-    return row | {"verdict": DEPENDS if away > LARGEST_ERRORS else NO_DIFFERENCE}
+    row |= {SUITE: second[SUITE], "against": first[SUITE], "standard_errors": n_errors}
+    row["n_motions"] = int(first["n_motions"]) + int(second["n_motions"])
+    return row | {"verdict": DEPENDS if n_errors > LARGEST_ERRORS else NO_DIFFERENCE}
 
 
 def valid_tables(
@@ -255,15 +255,15 @@ def reference_intensities(curves: pd.DataFrame) -> dict[tuple[str, str], float]:
     medians below the median of column failure are used, because at least half of the runs above it
     have no complete demands.
     """
-    usable = curves[curves["preferred"].to_numpy(dtype=bool)]
-    state = usable["component"] + "/" + usable["limit_state"]
-    fails_at = usable[state == f"{COLUMN_FAILURE}/any"].set_index("variant")["theta"]
+    preferred = curves[curves["preferred"].to_numpy(dtype=bool)]
+    state = preferred["component"] + "/" + preferred["limit_state"]
+    fails_at = preferred[state == f"{COLUMN_FAILURE}/any"].set_index("variant")["theta"]
     rank = state.map({name: number for number, name in enumerate(REFERENCE_STATES)})
-    usable = usable.assign(rank=rank, ln_theta=np.log(usable["theta"]))
-    limits = usable["variant"].map(fails_at).astype(np.float64).fillna(np.inf)
-    usable = usable[usable["theta"].astype(np.float64) < limits]
+    preferred = preferred.assign(rank=rank, ln_theta=np.log(preferred["theta"]))
+    limits = preferred["variant"].map(fails_at).astype(np.float64).fillna(np.inf)
+    preferred = preferred[preferred["theta"].astype(np.float64) < limits]
     keys = list(demand_table.BRIDGE_COLUMNS)  # groupby drops rows without a rank
-    ln_theta = usable.groupby([*keys, "rank"])["ln_theta"].mean().groupby(level=keys).first()
+    ln_theta = preferred.groupby([*keys, "rank"])["ln_theta"].mean().groupby(level=keys).first()
     return {(str(b), str(a)): float(np.exp(value)) for (b, a), value in ln_theta.items()}
 
 

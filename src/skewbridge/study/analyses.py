@@ -87,11 +87,11 @@ class StudySetup:
         folder = StudyFolder(Path(study.results))
         suite = tuple(read_suite(folder.suite))
         draws: dict[str, Draw] = {}
-        for place, name in enumerate(dict.fromkeys(motion.suite for motion in suite)):
-            ids = {one.number: one.motion.motion_id for one in suite if one.suite == name}
+        for suite_number, name in enumerate(dict.fromkeys(motion.suite for motion in suite)):
+            ids = {m.number: m.motion.motion_id for m in suite if m.suite == name}
             # by number, so that motions left out by the design do not change the draws
-            listed = [ids.get(number, "") for number in range(max(ids) + 1)]
-            draws |= study.uncertainty.draws(listed, name if place else "")
+            motion_ids = [ids.get(number, "") for number in range(max(ids) + 1)]
+            draws |= study.uncertainty.draws(motion_ids, name if suite_number else "")
         measures = {
             (row["bridge"], row["motion_id"]): {name: row[name] for name in IM_COLUMNS}
             for row in read_table(folder.intensities).to_pylist()
@@ -188,12 +188,12 @@ class StudySetup:
 
     def task_of(self, row: Mapping[str, Any]) -> Task | None:
         """Return the task of a row of the demands table; None if the study does not have it."""
-        wanted = row["motion_id"], row["scale"], row["incidence_deg"]
+        loading = row["motion_id"], row["scale"], row["incidence_deg"]
         for task in self.tasks(Variant.of_row(row)):
             # the search of an IDA chooses its factors
             trial = at_factor(task, row["scale"]) if self.ida else task
             motion = trial.motion
-            if (motion.motion.motion_id, motion.scale, trial.incidence_deg) == wanted:
+            if (motion.motion.motion_id, motion.scale, trial.incidence_deg) == loading:
                 return trial
         return None
 
@@ -254,8 +254,8 @@ def check_plan(study: StudyConfig, durations_s: Sequence[float]) -> tuple[float,
     row_s = CPU_S_PER_STEP * window_s / NUMERICS["reference"]["analysis"]["dt_s"]
     row_s += REPEATS_AT_DEFAULT * forecast_s(window_s, abutment, settings)
     # the reference accuracy has settings that scheme paper refuses
-    most = check.rows if settings.scheme == "default" else 0
-    rows = min(most, int((budget_s - pair_s) / row_s))
+    max_rows = check.rows if settings.scheme == "default" else 0
+    rows = min(max_rows, int((budget_s - pair_s) / row_s))
     return part_s, rows, pair_s, rows * row_s
 
 
@@ -268,7 +268,7 @@ def sampled(tasks: Sequence[Task], count: int) -> list[Task]:
 
     ranked = sorted(tasks, key=strength)
     parts = min(count, len(ranked))
-    return [ranked[(2 * part + 1) * len(ranked) // (2 * parts)] for part in range(parts)]
+    return [ranked[(2 * i + 1) * len(ranked) // (2 * parts)] for i in range(parts)]
 
 
 def analyse_variant(setup: StudySetup, slug: str, output: Path) -> None:
@@ -292,8 +292,8 @@ def run_in_journal(
         content = read_content([main, searches] if of_variant else folder.journals)
         for sentence in content.sentences:
             logger.warning("%s: %s", name, sentence)
-        done = content.rows
-        finished = before = len(by_key.keys() & done.keys())
+        journal_rows = content.rows
+        finished = before = len(by_key.keys() & journal_rows.keys())
         began_s = logged_s = time.monotonic()
 
         def on_finished(row: Row) -> None:
@@ -311,11 +311,11 @@ def run_in_journal(
             rows = run_tasks(
                 by_key,
                 journal,
-                done,
+                journal_rows,
                 workers=Workers(setup.workers, setup.study.batches.no_progress_s),
                 log_folder=folder.solver_logs / name,
                 on_finished=on_finished,
-                search=ida and partial(search_capacity, ida, done, searches),
+                search=ida and partial(search_capacity, ida, journal_rows, searches),
             )
         finally:
             progress_logger.info("%s: %s", name, _progress(by_key, before, finished, began_s))
@@ -329,12 +329,12 @@ def run_in_journal(
 
 def _progress(tasks: Sized, before: int, finished: int, began_s: float) -> str:
     """Return a text on the progress of a job; ``before`` tasks were finished when it began."""
-    new, left = finished - before, len(tasks) - finished
+    new, remaining = finished - before, len(tasks) - finished
     per_min = new / max(time.monotonic() - began_s, 1e-9) * 60
     text = f"{finished} of {len(tasks)} analyses done"
     text += f" ({before} in earlier runs)" if before else ""
     text += f", {per_min:.1f} per minute" if new else ""
-    return text + (f", {left / per_min:.0f} min left" if new and left else "")
+    return text + (f", {remaining / per_min:.0f} min left" if new and remaining else "")
 
 
 def run_command(row: Mapping[str, Any]) -> str:

@@ -67,8 +67,8 @@ def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
 
 
 def _check_options(bridge: str, config: StudyConfig) -> None:
-    usual = ModelOptions(**NUMERICS[config.accuracy]["model"])
-    changed = (n for n, value in asdict(config.model).items() if value != getattr(usual, n))
+    defaults = ModelOptions(**NUMERICS[config.accuracy]["model"])
+    changed = (n for n, value in asdict(config.model).items() if value != getattr(defaults, n))
     try:
         structure = load_structure(bridge)
     except InputError:
@@ -109,13 +109,13 @@ def select_motions(config: StudyConfig, cache: Path | None) -> None:
 
     Writes the errors of each level into `motions/selection.json` of the results.
     """
-    chosen, folder = config.motions.selection, StudyFolder(Path(config.results))
-    if chosen is None:
+    section, folder = config.motions.selection, StudyFolder(Path(config.results))
+    if section is None:
         return
-    target, sources = Path(chosen.target), list(map(Path, chosen.candidates))
-    without = Path(chosen.without) if chosen.without else None
+    target, sources = Path(section.target), list(map(Path, section.candidates))
+    without = Path(section.without) if section.without else None
     state = digest_of(
-        canonical(asdict(chosen)),
+        canonical(asdict(section)),
         layer_digest(("errors.py", "units.py", "files", "motions")),
         files_digest(target, *([without / INDEX_NAME] if without else [])),
         *(
@@ -131,7 +131,7 @@ def select_motions(config: StudyConfig, cache: Path | None) -> None:
     from skewbridge.motions import selection
 
     levels = selection.select_motions(
-        target, chosen.values, sources, chosen.count, folder.selected, without
+        target, section.values, sources, section.count, folder.selected, without
     )
     summaries = [level.summary for level in levels]
     for summary in summaries:
@@ -186,9 +186,9 @@ def medians_of(study: StudyConfig, demands: pd.DataFrame) -> tuple[float, ...]:
             exceeds = ratios >= 1.0
             below = np.concatenate([[0], np.cumsum(exceeds)])
             errors = below + np.concatenate([np.cumsum(~exceeds[::-1])[::-1], [0]])
-            place = int(errors.argmin())
-            if place and (place < len(rows) or ratios.max() >= NEAR):
-                around = levels_g[place - 1 : place + 1]
+            nearest = int(errors.argmin())
+            if nearest and (nearest < len(rows) or ratios.max() >= NEAR):
+                around = levels_g[nearest - 1 : nearest + 1]
                 medians.append(round(float(np.exp(np.log(around).mean())), 4))
     return tuple(medians)
 
@@ -229,8 +229,8 @@ def _write_motions(study: StudyConfig, medians_g: Sequence[float]) -> None:
         logger.warning("%s", text)
     for name in study.grid.bridge:
         if useless := load_structure(name).ignored.intersection(study.uncertainty.drawn):
-            listed = ", ".join(sorted(useless))
-            logger.warning("random properties without effect on the script %s: %s", name, listed)
+            names = ", ".join(sorted(useless))
+            logger.warning("random properties without effect on the script %s: %s", name, names)
     t1_s = load_structure(CONDITIONING_BRIDGE).t1_s
     suite = designed = prepare_suites(motions, t1_s=t1_s, medians_g=medians_g)
     if motions.design == "cloud":

@@ -81,8 +81,8 @@ class Choice:
         acts = all(_ACTS_ON[name](task) for name in self.acts_on)
         if not acts or any(getattr(before[1], key) != v for key, v in self.needs.items()):
             return []
-        others = [value for value in self.values if value != configured]
-        return [value for value in others if _effective(self.set_in(task, value)) != before]
+        other_values = [value for value in self.values if value != configured]
+        return [value for value in other_values if _effective(self.set_in(task, value)) != before]
 
 
 def _effective(task: "Task") -> tuple[object, object]:
@@ -96,7 +96,7 @@ def _bridge(task: "Task") -> Description:
 def _has_limited_hinge(task: "Task") -> bool:
     rules, bridge = get_args(HingeRule.__value__), load_bridge(task.variant.bridge)
     bents = zip(*(bent_capacities(bridge, rule) for rule in rules), strict=True)
-    return any(one.hinge_length_m != other.hinge_length_m for one, other in bents)
+    return any(unlimited.hinge_length_m != limited.hinge_length_m for unlimited, limited in bents)
 
 
 #: Named conditions on an analysis, see modelling_choices.yaml.
@@ -182,12 +182,12 @@ def axis_pairs(
             continue  # one value, or an axis that the abutment model does not have
         before, after = (sampled(setup.tasks(variant), count) for variant in variants)
         labels = _labelled("axis", name, *(choice_text(name, value) for value in ends))
-        for one, other in zip(before, after, strict=True):
-            yield labels, one, other
-            if name == "friction" and one.variant.friction == 0.0:
-                for place in ("walls", "keys"):
-                    changed = replace(other, options=replace(other.options, friction_at=place))
-                    yield labels | {"to_value": f"{labels['to_value']} at {place}"}, one, changed
+        for lower, upper in zip(before, after, strict=True):
+            yield labels, lower, upper
+            if name == "friction" and lower.variant.friction == 0.0:
+                for side in ("walls", "keys"):
+                    changed = replace(upper, options=replace(upper.options, friction_at=side))
+                    yield labels | {"to_value": f"{labels['to_value']} at {side}"}, lower, changed
 
 
 def _labelled(*texts: str) -> dict[str, str]:
@@ -206,13 +206,13 @@ def chosen_variants(variants: Iterable[Variant]) -> list[str]:
     by_bridge: dict[str, list[Variant]] = {}
     for variant in variants:
         by_bridge.setdefault(variant.bridge_name, []).append(variant)
-    chosen: list[str] = []
+    slugs: list[str] = []
     for of_bridge in by_bridge.values():
         hardest = max(map(rank, of_bridge))
         by_skew = {abs(one.skew_deg): one.slug for one in of_bridge if rank(one) == hardest}
         skews = sorted(by_skew)
-        chosen += dict.fromkeys((by_skew[skews[len(skews) // 2]], by_skew[skews[-1]]))
-    return chosen
+        slugs += dict.fromkeys((by_skew[skews[len(skews) // 2]], by_skew[skews[-1]]))
+    return slugs
 
 
 def write_choices(
@@ -229,7 +229,7 @@ def write_choices(
     for slug in variants:
         pairs += choice_pairs(sampled(setup.tasks(slug), motions))
         pairs += axis_pairs(setup, slug, axes, motions)
-    tasks = [task for _, *both in pairs for task in both]
+    tasks = [task for _, *pair in pairs for task in pair]
     rows = run_in_journal(setup, "modelling_choices", tasks)
     by_key = {row["run_key"]: row for row in rows}
     write_frame(choices_table(pairs, by_key), output, provenance())
@@ -248,21 +248,21 @@ def choices_table(pairs: Sequence[TaskPair], rows: Mapping[str, Mapping[str, Any
         for labels, before, after in pairs
     }
     compared: list[dict[str, Any]] = []
-    for labels, task, other in distinct.values():
-        runs = rows[run_key(task)], rows[run_key(other)]
-        place = {"bridge": task.variant.bridge_name, "abutment": task.variant.abutment, **labels}
-        place["motion"] = task.motion.motion.motion_id
+    for labels, task, changed in distinct.values():
+        runs = rows[run_key(task)], rows[run_key(changed)]
+        keys = {"bridge": task.variant.bridge_name, "abutment": task.variant.abutment, **labels}
+        keys["motion"] = task.motion.motion.motion_id
         failed = any(row["status"] != OK or row[BEYOND_MODEL] for row in runs)
         for demand in demands_for("effect"):
-            usable = not failed and all(float(row[demand]) > 0.0 for row in runs)
-            log = np.log(runs[1][demand] / runs[0][demand]) if usable else np.nan
-            compared.append(place | {"demand": demand, "log": log, "failed": failed})
+            has_ratio = not failed and all(float(row[demand]) > 0.0 for row in runs)
+            log = np.log(runs[1][demand] / runs[0][demand]) if has_ratio else np.nan
+            compared.append(keys | {"demand": demand, "log": log, "failed": failed})
     table = pd.DataFrame(compared)
     logs = table.groupby([*_COMPARED, "demand"], sort=False)
     by_motion = table.groupby([*_COMPARED, "demand", "motion"], sort=False)["log"].mean()
     means = by_motion.groupby([*_COMPARED, "demand"], sort=False).agg(["mean", "sem", "count"])
-    reach = means["sem"] * student.ppf(0.5 + CHOICE_CONFIDENCE / 2, means["count"] - 1)
-    ends = {"ci_low": means["mean"] - reach, "ci_high": means["mean"] + reach}
+    half_width = means["sem"] * student.ppf(0.5 + CHOICE_CONFIDENCE / 2, means["count"] - 1)
+    ends = {"ci_low": means["mean"] - half_width, "ci_high": means["mean"] + half_width}
     spread = {"lowest": logs["log"].min(), "highest": logs["log"].max()}
     ratios = pd.DataFrame({"ratio": logs["log"].mean()} | ends | spread).apply(np.exp)
     counts = logs.agg(n=("log", "count"), n_failed=("failed", "sum"), n_pairs=("failed", "size"))

@@ -91,8 +91,8 @@ class RandomProperty:
 
 
 def _of(distribution: str, low: float, high: float, source: str, **shape: float) -> Any:
-    what = RandomProperty(distribution=distribution, low=low, high=high, source=source, **shape)  # pyright: ignore[reportArgumentType]
-    return Field(default=what, description="distribution; null: the value of the model")
+    default = RandomProperty(distribution=distribution, low=low, high=high, source=source, **shape)  # pyright: ignore[reportArgumentType]
+    return Field(default=default, description="distribution; null: the value of the model")
 
 
 # source: PyPBEE (commit 8b35e30), examples/Bridge_A/osb_info_Bridge_A.py
@@ -151,9 +151,9 @@ class UncertaintyConfig:
 
     @model_validator(mode="after")
     def _factors_are_positive(self) -> Self:
-        for name, what in self.properties.items():
-            if what is not None and name.endswith("_factor") and what.low < 0.01:
-                raise ValueError(f"{name}.low must be at least 0.01, got {what.low:g}")
+        for name, distribution in self.properties.items():
+            if distribution is not None and name.endswith("_factor") and distribution.low < 0.01:
+                raise ValueError(f"{name}.low must be at least 0.01, got {distribution.low:g}")
         return self
 
     @property
@@ -164,8 +164,8 @@ class UncertaintyConfig:
     @property
     def drawn(self) -> dict[str, RandomProperty]:
         """Distributions of the properties that are drawn; empty if drawing is not enabled."""
-        listed = self.properties.items() if self.enabled else ()
-        return {name: what for name, what in listed if what is not None}
+        configured = self.properties.items() if self.enabled else ()
+        return {name: distribution for name, distribution in configured if distribution is not None}
 
     def draws(self, motion_ids: Sequence[str], suite: str = "") -> dict[str, dict[str, Any]]:
         """Return the draw of each motion of a suite; empty if drawing is not enabled.
@@ -183,9 +183,9 @@ class UncertaintyConfig:
         return {
             motion_id: {
                 **{
-                    name: what.quantile(float(share))
+                    name: d.quantile(float(share))
                     for name, share in zip(PROPERTIES, of_properties, strict=True)
-                    if (what := drawn.get(name)) is not None
+                    if (d := drawn.get(name)) is not None
                 },
                 **{
                     name: values[int(pick * len(values))]
@@ -251,7 +251,7 @@ def with_draw(options: ModelOptions, draw: Draw) -> ModelOptions:
     """
     changed: dict[str, Any] = {name: draw[name] for name in draw if name != DIRECTION}
     for name in changed.keys() & {*PROPERTIES}:
-        usual = getattr(options, name)
+        configured = getattr(options, name)
         is_factor = name.endswith("_factor")
-        changed[name] = usual * changed[name] if is_factor else usual + changed[name]
+        changed[name] = configured * changed[name] if is_factor else configured + changed[name]
     return replace(options, **changed)
