@@ -178,7 +178,7 @@ def _far_from_rules(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iter
 
 
 def _stale(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]:
-    """Yield a sentence on inherited numbers whose rules have other results with the own numbers."""
+    """Yield sentences on inherited numbers that differ from their rules for this bridge."""
     edited = read.bridge.sources.keys() - read.inherited - read.derived.keys()
     stale: list[str] = []
     for key, value, rule, factors in _factors(read, rules):

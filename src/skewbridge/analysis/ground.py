@@ -127,7 +127,7 @@ def displacements_m(accel_mps2: Mapping[str, Series], dt_s: float) -> dict[str, 
 
 
 def _integrated(accel: Series, dt_s: float) -> Series:
-    """Return the integral of the integral of values that are linear between samples."""
+    """Return the double integral of values that are linear between samples."""
     velocity, disp = np.zeros_like(accel), np.zeros_like(accel)
     velocity[1:] = np.cumsum((accel[1:] + accel[:-1]) * dt_s / 2.0, axis=0)
     steps = velocity[:-1] * dt_s + (2.0 * accel[:-1] + accel[1:]) * dt_s**2 / 6.0

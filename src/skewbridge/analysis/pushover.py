@@ -98,7 +98,8 @@ def push_abutment(
     """Push one abutment (the right one) by its deck end, without the bridge.
 
     The deck end carries its dead-load reaction and moves only along the push: 0 degrees into the
-    backfill, 180 away from it, the skew normal to the wall. Returns guide force and displacement.
+    backfill along the bridge, 180 away from it; at the angle of the skew the push is normal to the
+    wall. Returns guide force and displacement.
     """
     direction = _direction(angle_deg, max_disp_m, steps)
     with domain():

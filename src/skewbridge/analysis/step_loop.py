@@ -226,7 +226,7 @@ class StepLoop:
         return n_made + 1
 
     def _advance(self, size_s: float, *, is_far: bool) -> Generator[float]:
-        """Make one step."""
+        """Advance the analysis by one time step of ``size_s``, with recovery steps if it fails."""
         if size_s != self._size_s:
             self._size_s = size_s
             self._is_fresh = False

@@ -294,7 +294,7 @@ class PointModel(NamedTuple):
 
 
 class StateCurve(NamedTuple):
-    """R curves of one state at one point, for all runs, then without each block."""
+    """Curves of one state at one point for R models: of all runs, then without each block."""
 
     ln_theta: Floats  # shape (R,)
     beta: Floats  # of records
@@ -343,7 +343,7 @@ class DemandFit:
 
     @cached_property
     def without_variants(self) -> list[DemandModel | str]:
-        """Models without the runs of each variant (R = 1); a text if others do not determine it."""
+        """For each variant, the model of all other variants, or why they do not determine it."""
         setup = self.setup
         effects = np.column_stack(
             [np.ones(len(setup.matrix)), setup.matrix[:, : setup.axes.drifts]]
@@ -514,7 +514,7 @@ def _shrinkage_errors(fit: MixedFit, drifts: int) -> Floats:
 
 
 def _knots(x: Floats, exact: Mask, motion: Index) -> list[float]:
-    """Return the places of the knot to compare: infinite (straight), then inside the runs."""
+    """Return the ln intensities of the knots to compare; infinity is a straight line."""
     knots = [float(np.quantile(x[exact], share)) for share in _KNOTS]
     sides = [
         (np.unique(motion[exact & (x < k)]), np.unique(motion[exact & (x > k)])) for k in knots

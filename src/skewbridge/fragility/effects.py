@@ -395,7 +395,7 @@ class Medians:
     def _effects(
         self, keys: Row, ratios: list[tuple[Jackknifed, Row]], other_axes: Sequence[str]
     ) -> list[Row]:
-        """Return the pooled row of pairs of variants, their rows by value, and their own rows."""
+        """Return the pooled row, rows by value of another axis, and a row per pair of variants."""
         pooled = self._average("pooled", keys, ratios)
         by_value: list[Row] = []
         strongest = (1.0, "")

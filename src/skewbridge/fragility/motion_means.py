@@ -171,7 +171,7 @@ def completed(logs: Floats) -> Floats:
 
 
 def interval(logs: Floats, level: float) -> tuple[float, float, float]:
-    """Return exp of an estimate with interval ends; ``logs`` are (1 + B,)."""
+    """Return exp of an estimate and of its interval ends; ``logs`` are as in `of_replicates`."""
     low, high = Jackknifed.of_replicates(logs).interval(level)
     return exp_end(logs[0]), exp_end(float(low)), exp_end(float(high))
 
