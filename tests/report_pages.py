@@ -63,7 +63,15 @@ def write_page(
         demands["beyond_model"] = ""
     found = fragility_tables(demands, limit_states_of(states), DEFAULTS)
     empty = pd.DataFrame({"demand": pd.Series(dtype=str)})
-    same = ("curves", "joint", "system", "effects", "intensity_effects", "needed_motions")
+    same = (
+        "curves",
+        "joint",
+        "system",
+        "effects",
+        "intensity_effects",
+        "needed_motions",
+        "alternatives",
+    )
     frames = {"demands": demands, "medians": found["median_effects"]}
     frames |= {name: found[name] for name in (*same, "input_notes", "suites", "shear_models")}
     frames |= dict.fromkeys(("contact_checks", "sensitivity"), empty)

@@ -209,7 +209,7 @@ def test_panels_and_captions_name_abutment_models_and_keep_capitals():
         for name, gap in (("contact_friction", 25), ("roller", 0))
     )
     found = fragility_tables(runs, [*STATES, *states_of("column_shear")], SETTINGS)
-    tables = {"demands": runs, "medians": found["median_effects"], "suite": [], "pair": None}
+    tables = {"demands": runs, "medians": found["median_effects"], "suite": []}
     tables |= {name: found[name] for name in ("curves", "effects", "system", "intensity_effects")}
     shown = FigureTables(**tables)
     figures = {caption.name: (caption, draw) for caption, draw in study_figures(shown)}
