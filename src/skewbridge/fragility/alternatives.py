@@ -52,7 +52,9 @@ def _rows(pairs: Pairs, name: str, values: Sequence[tuple[str, "pd.Series[Any]"]
         ratios[numbers] += pooled.estimate - cell.estimate  # an effect may differ between cells
     used = np.isfinite(ratios)
     motions, side = pairs.motions[used], pairs.side[used]
-    blocks: list[tuple[str, list[str], Floats]] = []
+    # name of each option, its values, and the number of the value of each pair
+    options: list[tuple[str, list[str], Index]] = []
+    design = np.zeros((motions.size, 0))
     for column, drawn in values:
         texts = drawn[used].fillna("").astype(str)
         levels, codes = np.unique(texts[texts != ""], return_inverse=True)
@@ -63,10 +65,10 @@ def _rows(pairs: Pairs, name: str, values: Sequence[tuple[str, "pd.Series[Any]"]
             return
         # deviations from the mean of all values: the last value has minus the sum of the others
         signs = np.vstack([np.eye(levels.size - 1), -np.ones(levels.size - 1)])
-        blocks.append((column.removeprefix(CHOICE_PREFIX), levels.tolist(), signs[codes]))
-    design = np.hstack([block for *_, block in blocks]) if blocks else np.zeros((motions.size, 0))
+        design = np.hstack([design, signs[codes]])
+        options.append((column.removeprefix(CHOICE_PREFIX), levels.tolist(), codes))
     parameters = 1 + design.shape[1]
-    if not blocks or np.unique(motions[side == EXACT]).size < parameters + _LEAST_DOF:
+    if not options or np.unique(motions[side == EXACT]).size < parameters + _LEAST_DOF:
         return
     _, motions = np.unique(motions, return_inverse=True)
     fit = by_motion(ratios[used], side, motions, int(motions.max()) + 1, design)
@@ -74,7 +76,7 @@ def _rows(pairs: Pairs, name: str, values: Sequence[tuple[str, "pd.Series[Any]"]
         return
     share = _explained_share(ratios[used], design @ fit.estimate[1:], motions, side, parameters)
     first = 1
-    for option, levels, block in blocks:
+    for option, levels, codes in options:
         size = len(levels) - 1
         contrasts = np.zeros((parameters, size + 1))
         contrasts[first : first + size] = np.hstack([np.eye(size), -np.ones((size, 1))])
@@ -83,7 +85,6 @@ def _rows(pairs: Pairs, name: str, values: Sequence[tuple[str, "pd.Series[Any]"]
         ends = np.exp([change.estimate, *change.interval(EFFECT_CONFIDENCE)])
         for number, level in enumerate(levels):
             relative = dict(zip(verdicts.RATIOS, ends[:, number].tolist(), strict=True))
-            has_level = block[:, number] == 1.0 if number < size else block[:, 0] == -1.0
             yield {
                 **pairs.place,
                 "demand": name,
@@ -92,8 +93,9 @@ def _rows(pairs: Pairs, name: str, values: Sequence[tuple[str, "pd.Series[Any]"]
                 "effect": float(np.exp(fit.estimate[0] + change.estimate[number])),
                 **relative,
                 "level": EFFECT_CONFIDENCE,
-                "p": round(float(change.p_value()[number]), 12),  # equal for two values
-                "n_motions": np.unique(motions[has_level]).size,
+                # rounded: both values of an option with two must have the same p
+                "p": round(float(change.p_value()[number]), 12),
+                "n_motions": np.unique(motions[codes == number]).size,
                 "share": share,
             }
 
