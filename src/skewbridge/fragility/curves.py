@@ -105,7 +105,7 @@ class _Cloud(NamedTuple):
     curve: StateCurve | str
     bounds: _Bounds
     columns: Row
-    slope: Floats  # of ln demand at the median, (1 + B,); NaN for a union or without a curve
+    slope: Floats  # of ln demand at the median, (R,); NaN for a union or without a curve
     doubtful: Mask  # runs of the variant whose outcome is in doubt, (n,)
 
 
@@ -114,9 +114,10 @@ class _Variant(NamedTuple):
 
     runs: pd.DataFrame
     block: Index
-    blocks: int
+    replicates: int  # number R of estimates: from all runs, without each block, from priors
+    priors: int  # number of estimates that are errors from priors
     clouds: Mapping[LimitState, _Cloud]
-    correlations: Mapping[LimitState, Floats]  # of the demands of two modes, (1 + B,)
+    correlations: Mapping[LimitState, Floats]  # of the demands of two modes, (R,)
 
 
 def _variants(models: BridgeModels, states: States, settings: FitSettings) -> Iterator[_Variant]:
@@ -136,7 +137,8 @@ def _variants(models: BridgeModels, states: States, settings: FitSettings) -> It
         yield _Variant(
             runs=runs[rows],
             block=models.block[rows],
-            blocks=models.replicates - 1,
+            replicates=models.replicates,
+            priors=models.axes.drifts,
             clouds={state: of_state.cloud(values, rows) for state, of_state in of_bridge.items()},
             correlations=correlations,
         )
@@ -213,10 +215,10 @@ class _BridgeState:
 
 
 class _Curve(NamedTuple):
-    """Curve of one state by one method; arrays are from all runs, then without each block."""
+    """Curve of one state by one method; arrays of R estimates."""
 
     fit: FragilityFit
-    ln_theta: Floats  # shape (1 + B,)
+    ln_theta: Floats  # shape (R,)
     beta: Floats
     total: Floats  # including the dispersion of the capacity
     bounds: _Bounds
@@ -227,8 +229,8 @@ class _StateFits(NamedTuple):
     """Fits of the J states of one demand to outcomes; NaN if there is no fit."""
 
     fits: list[FragilityFit]  # fits to all runs
-    ln_theta: Floats  # from all runs, then without each block, shape (J, 1 + B)
-    beta: Floats  # common dispersion, in the same order, shape (1 + B,)
+    ln_theta: Floats  # R estimates of each state, shape (J, R)
+    beta: Floats  # common dispersion, shape (R,)
 
 
 class _Bounded(NamedTuple):
@@ -262,7 +264,7 @@ class _DemandRuns:
 
     def without_estimates(self, fits: Sequence[FragilityFit]) -> _StateFits:
         """Return the fits of all states with NaN in place of every estimate."""
-        count = 1 + self.variant.blocks
+        count = self.variant.replicates
         return _StateFits(list(fits), np.full((len(fits), count), nan), np.full(count, nan))
 
 
@@ -323,12 +325,13 @@ def _cloud_curve(runs: _DemandRuns, state: LimitState) -> _Curve:
     name = str(columns.get("model", "mixed"))
     fit = FragilityFit(method=name, status=status, n_runs=runs.im.size, level=level)
     if isinstance(curve, str) or status != FITTED:
-        none = np.full(1 + runs.variant.blocks, nan)
+        none = np.full(runs.variant.replicates, nan)
         return _Curve(fit, none, none, none, bounds, {})
     fit = replace(fit, theta=motion_means.exp_end(curve.ln_theta[0]), beta=float(curve.beta[0]))
     fit = fitting.jackknifed(fit, curve.ln_theta[1:], curve.beta[1:])
     of_theta, of_beta = (
-        motion_means.interval(logs, level)[1:] for logs in (curve.ln_theta, np.log(curve.beta))
+        motion_means.interval(logs, curve.priors, level)[1:]
+        for logs in (curve.ln_theta, np.log(curve.beta))
     )
     fit = replace(fit, ci_theta=of_theta, ci_beta=of_beta)
     names = fitting.common_warnings(fit, runs.im, runs.motions)
@@ -363,7 +366,8 @@ def _union_curve(
     (ln_theta, beta_total), (_, beta) = union.summary(), Union(medians, records, rho).summary()
     theta = motion_means.exp_end(ln_theta[0])
     fit = replace(direct.fit, theta=theta, beta=float(beta[0]), status=FITTED, method="union")
-    fit = fitting.jackknifed(fit, ln_theta[1:], beta[1:])
+    present = 1 + runs.present
+    fit = fitting.jackknifed(fit, ln_theta[present], beta[present])
     # ASSUME unknown outcomes change the median of the union as that of the direct fit
     scale = float(np.exp(ln_theta[0] - direct.ln_theta[0]))
     bounds = {name: (scale * median, b) for name, (median, b) in direct.bounds.items()}
@@ -517,7 +521,7 @@ def _rows(runs: _DemandRuns, curves: Mapping[LimitState, Mapping[str, _Curve]]) 
             by_method[_EXCEEDANCE] = _union_curve(runs, state, curves)
         fits, all_counts = _printed_fits(runs, state, by_method), counts | outcomes.counts(state)
         difference = by_method[_EXCEEDANCE].ln_theta - by_method[_CLOUD].ln_theta
-        compared = _compared(fits, difference)
+        compared = _compared(fits, difference, runs.variant.priors)
         for method, fit in fits.items():
             curve = by_method[method]
             row = _row(runs, method, state, fit, all_counts)
@@ -525,7 +529,8 @@ def _rows(runs: _DemandRuns, curves: Mapping[LimitState, Mapping[str, _Curve]]) 
             if fit.status == FITTED:
                 row |= curve.columns
                 if np.isfinite(curve.total[0]):
-                    interval = motion_means.interval(np.log(curve.total), level)
+                    total = np.log(curve.total)
+                    interval = motion_means.interval(total, runs.variant.priors, level)
                     row |= dict(zip(_TOTAL, interval, strict=True))
             for name in set(TREATMENTS) & set(curve.bounds):
                 row[f"theta_{name}"], row[f"beta_{name}"] = curve.bounds[name]
@@ -587,15 +592,12 @@ def _row(
     return row
 
 
-def _compared(fits: Mapping[str, FragilityFit], difference: Floats) -> Row:
+def _compared(fits: Mapping[str, FragilityFit], difference: Floats, priors: int) -> Row:
     """Compare the cloud and exceedance fits of one state; return columns of the table."""
-    # `difference` (1 + B,) is ln(exceedance median / cloud median): all runs, then without a block
+    # `difference` (R,) is ln(exceedance median / cloud median)
     if any(fits[method].status != FITTED for method in METHODS[:2]):
         return {"methods_ratio": nan, "methods_differ": False}
-    leave_one_out = difference[1:][np.isfinite(difference[1:])]
-    error = nan
-    if leave_one_out.size > 2:
-        error = float(np.sqrt(motion_means.jackknife_covariance(leave_one_out[:, None])[0, 0]))
+    error = float(motion_means.Jackknifed.of_replicates(difference, priors).error)
     # ASSUME a difference between the medians of two methods is worth reporting if it exceeds two
     # standard errors
     differ = error > 0.0 and abs(difference[0]) > 2.0 * error

@@ -302,6 +302,7 @@ class StateCurve(NamedTuple):
     modes: Union | None = None  # if the state is a union of two failure modes, with total beta
     records: Union | None = None  # the same union with beta of records
     points: tuple[tuple[PointModel, LimitState], ...] = ()  # demand models of the modes
+    priors: int = 0  # number of last models that are errors from priors, see `DemandModel`
 
     def probability(self, ln_im: float, *, total: bool = True) -> float:
         """Return P(exceeds) from all runs, with or without the dispersion of the capacity."""
@@ -593,7 +594,7 @@ def state_curve(
             return model
         point = model.at(values)
         curves = point.curves(mode.threshold, mode.dispersion)
-        mode_curves.append(StateCurve(*curves, points=((point, mode),)))
+        mode_curves.append(StateCurve(*curves, points=((point, mode),), priors=model.axes.drifts))
         if np.isnan(mode_curves[-1].ln_theta[0]) or mode_curves[-1].beta[0] > _LARGEST_BETA:
             return NON_INCREASING
     if rho is None:
@@ -605,7 +606,8 @@ def state_curve(
     middle, wide = union.summary()
     of_records = Union(medians, records, rho)
     points = tuple(point for mode_curve in mode_curves for point in mode_curve.points)
-    return StateCurve(middle, of_records.summary()[1], wide, union, of_records, points)
+    beta, priors = of_records.summary()[1], mode_curves[0].priors
+    return StateCurve(middle, beta, wide, union, of_records, points, priors)
 
 
 def fit_models(

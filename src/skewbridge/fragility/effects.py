@@ -446,7 +446,7 @@ class Medians:
         columns |= {name: min(counts[name] for counts in runs) for name in ("n_motions", "n_pairs")}
         columns["n_extrapolated"] = sum(counts["is_extrapolated"] for counts in runs)
         columns["n_without_curve"] = self.without_curve(cell, state)
-        return Jackknifed.of_replicates(end.ln_theta - start.ln_theta), columns
+        return Jackknifed.of_replicates(end.ln_theta - start.ln_theta, end.priors), columns
 
     def without_curve(self, cell: Mapping[Any, Any], state: LimitState) -> float:
         """Return how many of two variants have no curve; NaN if curves are not given."""

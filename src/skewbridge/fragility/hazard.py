@@ -64,6 +64,7 @@ class LogRate(NamedTuple):
     logs: Floats  # from all runs, then without each block, shape (R,)
     fractiles: Floats  # from all runs, with the fractiles of the hazard, shape (F,)
     quantiles: Floats  # probability of each fractile curve, shape (F,)
+    priors: int = 0  # number of last ``logs`` that are errors from priors, not without a block
 
     @property
     def value(self) -> float:
@@ -73,7 +74,7 @@ class LogRate(NamedTuple):
     @property
     def jackknifed(self) -> Jackknifed:
         """Estimate with the influence of each block of motions (jackknife)."""
-        return Jackknifed.of_replicates(self.logs)
+        return Jackknifed.of_replicates(self.logs, self.priors)
 
     def interval(self, level: float) -> tuple[float, float, float]:
         """Return exp of the estimate and interval ends, of motions and hazard together."""

@@ -75,7 +75,7 @@ class JointModel:
         """Return theta at ``values`` with interval ends, divided by theta at ``over`` if given."""
         logs = self.curve(values).ln_theta
         logs = logs if over is None else logs - self.curve(over).ln_theta
-        return interval(logs, level or self.level)
+        return interval(logs, self.axis_range.drifts, level or self.level)
 
 
 def joint_table(
@@ -148,7 +148,7 @@ def _estimate(models: BridgeModels, state: LimitState, row: Row) -> Row:
         return estimate | {"status": NON_INCREASING}
     logs = curve.ln_theta, np.log(curve.beta), np.log(curve.total)
     for name, values in zip(("theta", "beta", "beta_total"), logs, strict=True):
-        interval_ = interval(values, model.level)
+        interval_ = interval(values, curve.priors, model.level)
         estimate |= dict(zip((name, f"{name}_low", f"{name}_high"), interval_, strict=True))
     errors = _left_out_errors(models, state, fits)
     if np.any(np.isfinite(errors)):

@@ -115,6 +115,8 @@ class Jackknifed:
     present: Mask  # motions with a value (exact or bound), shape (M,)
     exact: Mask  # motions with an exact value, shape (M,): their number gives the dof
     parameters: int  # 1 for means, 2 for lines
+    #: Number of last rows of ``influence`` that are errors from priors, not from motions.
+    priors: int = 0
 
     @classmethod
     def of(cls, values: Floats, present: Mask, exact: Mask, parameters: int) -> Self:
@@ -125,16 +127,29 @@ class Jackknifed:
         return cls(np.asarray(values[0]), influence, present, exact, parameters)
 
     @classmethod
-    def of_replicates(cls, logs: Floats) -> Self:
-        """Return the jackknife of an estimate and its replicates, (R,), of two parameters."""
-        every = np.ones(logs.size - 1, dtype=np.bool_)
-        return cls.of(completed(logs), every, every, 2)
+    def of_replicates(cls, logs: Floats, priors: int = 0) -> Self:
+        """Return the jackknife of an estimate of two parameters from all runs and R - 1 replicates.
+
+        ``logs`` has the shape (R, ...). The last ``priors`` replicates differ from the estimate by
+        one standard error from a prior; the others are without one block each. A block that does
+        not change the estimate is not counted: it has no run, or there is no estimate without it.
+        """
+        values, last = completed(logs), len(logs) - priors
+        counts = np.any(values[1:last] != values[0], axis=tuple(range(1, values.ndim)))
+        without = cls.of(values[:last], counts, counts, 2)
+        # `error` multiplies the sum of squares by the inverse of this share
+        share = 1.0 - 1.0 / max(np.count_nonzero(counts), 2)
+        of_priors = (values[last:] - values[0]) * share**0.5
+        influence = np.concatenate([without.influence, of_priors])
+        return replace(without, influence=influence, priors=priors)
 
     @property
     def dof(self) -> Floats:
         """Degrees of freedom of the error, shape (...); see `effective_dof`."""
         # at most the number of motions with an exact value minus the number of parameters
-        return effective_dof(self.influence, int(np.count_nonzero(self.exact)) - self.parameters)
+        # ASSUME the errors from priors, which are known, do not raise the dof (conservative)
+        of_motions = self.influence[: len(self.influence) - self.priors]
+        return effective_dof(of_motions, int(np.count_nonzero(self.exact)) - self.parameters)
 
     @property
     def error(self) -> Floats:
@@ -165,14 +180,14 @@ class Jackknifed:
 
 
 def completed(logs: Floats) -> Floats:
-    """Return estimates (R,), all runs first; a block without an estimate has no influence."""
+    """Return estimates (R, ...), all runs first; a block without an estimate has no influence."""
     # ASSUME a block has no influence if there is no estimate without it
     return np.where(np.isfinite(logs), logs, logs[0])
 
 
-def interval(logs: Floats, level: float) -> tuple[float, float, float]:
-    """Return exp of an estimate and of its interval ends; ``logs`` are as in `of_replicates`."""
-    low, high = Jackknifed.of_replicates(logs).interval(level)
+def interval(logs: Floats, priors: int, level: float) -> tuple[float, float, float]:
+    """Return exp of an estimate and of its interval ends; see `of_replicates` for ``logs``."""
+    low, high = Jackknifed.of_replicates(logs, priors).interval(level)
     return exp_end(logs[0]), exp_end(float(low)), exp_end(float(high))
 
 
@@ -185,7 +200,9 @@ def average(cells: Sequence[Jackknifed]) -> Jackknifed:
     exact = np.logical_or.reduce([cell.exact for cell in with_estimate])
     estimate = np.mean([cell.estimate for cell in with_estimate], axis=0)
     influence = np.mean([cell.influence for cell in with_estimate], axis=0)
-    return Jackknifed(estimate, influence, exact, exact, with_estimate[0].parameters)
+    return replace(
+        with_estimate[0], estimate=estimate, influence=influence, present=exact, exact=exact
+    )
 
 
 def by_motion(

@@ -65,7 +65,8 @@ def curve_rate(curve: StateCurve, hazard: HazardCurve, ln_factor: float = 0.0) -
     """Return the ln rate of R curves with medians times exp(ln_factor); NaN without a curve."""
     beta = curve.total if curve.modes is None else curve.modes.beta
     narrow = float(np.nanmin(beta, initial=9.0))
-    return hazard.rate(lambda ln_im: exceedance(curve, ln_im - ln_factor), narrow)
+    rate = hazard.rate(lambda ln_im: exceedance(curve, ln_im - ln_factor), narrow)
+    return rate._replace(priors=curve.priors)
 
 
 def _lognormal(theta: float, beta: float, hazard: HazardCurve) -> float:
@@ -239,7 +240,7 @@ def _mean(rates: Sequence[LogRate]) -> LogRate:
     """Return the mean of ln rates."""
     logs = np.mean([completed(rate.logs) for rate in rates], axis=0)
     fractiles = np.mean([rate.fractiles for rate in rates], axis=0)
-    return LogRate(logs, fractiles, rates[0].quantiles)
+    return rates[0]._replace(logs=logs, fractiles=fractiles)
 
 
 GAP: Final = "gap_mm"
@@ -359,7 +360,7 @@ def _length(
         np.array([_crossing(column, np.log(target)) for column in np.transpose(replicates)])
         for replicates in ([rate.logs for rate in rates], [rate.fractiles for rate in rates])
     )
-    return LogRate(logs, fractiles, hazard.quantiles)
+    return rates[0]._replace(logs=logs, fractiles=fractiles)
 
 
 def _crossing(ln_rates: Floats, ln_target: float) -> float:

@@ -25,7 +25,7 @@ from skewbridge.fragility.demand_model import TOO_FEW_RUNS, BridgeModels, StateC
 from skewbridge.fragility.fits import ALL_EXCEED, FITTED, NO_EXCEEDANCE, median_bound
 from skewbridge.fragility.hazard import HazardCurve
 from skewbridge.fragility.limit_states import LimitState, States
-from skewbridge.fragility.motion_means import covered_range, exp_end, jackknife_factors
+from skewbridge.fragility.motion_means import Jackknifed, covered_range, exp_end
 from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes
 from skewbridge.fragility.settings import ASSUMED_BETA, DEFAULTS, FitSettings
 from skewbridge.fragility.union import MIN_COMPLETE
@@ -174,6 +174,7 @@ def _system(
         bound = median_bound(ln_im[exceed], ones, beta=beta, level=level, exceed=True)
         return row | {"status": ALL_EXCEED, "theta_bound": bound}
     curves = [member.curve for member in members]
+    priors = curves[0].priors
     ln_theta = np.column_stack([curve.ln_theta for curve in curves])
     records = np.column_stack([curve.beta for curve in curves])
     beta = np.column_stack([curve.total for curve in curves])
@@ -200,10 +201,13 @@ def _system(
             _by_models(sample, members, np.flatnonzero(which), systems.hazard)
             for sample, which in ((failures, np.arange(is_valid.size) == 0), (repeated, is_valid))
         ]
-        row |= _rated(distributions[0][0], distributions[1], is_valid, systems.hazard, covered)
-    replicates = _quantiles(repeated[:, 1:])  # the first is not without a motion
-    logs = np.column_stack([replicates[0], np.log(replicates[1])])
-    of_theta, of_beta = jackknife_factors(logs, settings.confidence)
+        rated = _rated(distributions[0][0], distributions[1], is_valid, systems.hazard, covered)
+        row |= rated | {"rate": rated["rate"]._replace(priors=priors)}
+    logs, (medians, dispersions) = np.full((is_valid.size, 2), nan), _quantiles(repeated)
+    logs[is_valid] = np.column_stack([medians, np.log(dispersions)])
+    fewer_points = Jackknifed.of_replicates(logs, priors)
+    ends = fewer_points.interval(settings.confidence)[1] - fewer_points.estimate
+    of_theta, of_beta = map(exp_end, ends)
     theta = exp_end(ln_median)
     row |= {"theta": theta, "theta_low": theta / of_theta, "theta_high": theta * of_theta}
     row |= {"beta": dispersion, "beta_low": dispersion / of_beta, "beta_high": dispersion * of_beta}
