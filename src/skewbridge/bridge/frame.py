@@ -125,6 +125,11 @@ class Description:
     joints_m: Mapping[str, float] = field(default_factory=dict[str, float])
 
     @property
+    def end_seats_m(self) -> dict[str, float]:
+        """Seat width of each seat end by its name."""
+        return {name: self.seats_m[name] for name in self.end_kinds if name in self.seats_m}
+
+    @property
     def bases(self) -> str:
         """Bases of all bents in words."""
         return " and ".join(sorted({*self.bent_bases} - {""}))

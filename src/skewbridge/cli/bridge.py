@@ -283,8 +283,8 @@ def sdc(
 ) -> Answer:
     """Check displacements, P-Delta ratio and seat width against the Caltrans criteria.
 
-    A folder of `run` gives all checks of one analysis, for each corner. A bridge alone gives the
-    capacities of its bents, with the P-Delta ratio at the displacement capacity.
+    A folder of `run` gives all checks of one analysis, for each corner and inner joint. A bridge
+    alone gives the capacities of its bents, with the P-Delta ratio at the displacement capacity.
 
     Example: skewbridge bridge sdc --bridge osb1
     """
@@ -313,8 +313,10 @@ def sdc(
                 f"{source}: give the file of its bridge {variant.bridge_name}: --bridge"
             )
         histories = {str(name): table[name].to_numpy() for name in table}
-        title, moves_m = variant.slug, bridge_check.corner_moves_m(variant, histories)
-        rows = bridge_check.sdc_rows(variant, row, records_of(bents), moves_m)
+        title = variant.slug
+        corners_m = bridge_check.corner_moves_m(variant, histories)
+        joints_m = bridge_check.joint_moves_m(variant, histories)
+        rows = bridge_check.sdc_rows(variant, row, records_of(bents), corners_m, joints_m)
     if out is not None:
         _write(rows, out, "sdc")
     return Answer({"title": title, checked: rows}, units=units)

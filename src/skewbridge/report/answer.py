@@ -249,7 +249,7 @@ def answer_table(
     for name in map(str, set(table["bridge"])):
         with suppress(InputError):  # the file of the bridge cannot be read
             description = load_structure(files.get(name, name)).description
-            seats_m[name] = min(description.seats_m.values(), default=np.nan)
+            seats_m[name] = min(description.end_seats_m.values(), default=np.nan)
     own_m = table["bridge"].map(seats_m).where(table["demand"] == "unseating_m")
     table = table.assign(seat_m=own_m.astype(float))
     counts = table[list(_COUNTS)].apply(pd.to_numeric, errors="coerce").astype(np.float64)

@@ -176,7 +176,7 @@ def with_codes(found: Decision, bridge: str) -> Decision:
         about, gap_m = load_structure(bridge).description, table[GAP] / 1000.0
         aashto = [seat_demand_aashto_m(about, radians(skew)) for skew in table["skew_deg"]]
         sdc = [seat_demand_sdc_m(about, demand_m) for demand_m in table["sdc_demand_m"]]
-        present = min(about.seats_m.values(), default=np.nan)
+        present = min(about.end_seats_m.values(), default=np.nan)
         table = table.assign(aashto_m=aashto + gap_m, sdc_m=sdc + gap_m, present_m=present)
     return found._replace(table=table)
 
