@@ -13,11 +13,13 @@ from bridge_variants import analysed, variant
 from skewbridge.analysis.modal import modal_properties
 from skewbridge.bridge.backfill import wall_backfill, wing_wall
 from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.catalogue.drawing import end_reaction_kn
 from skewbridge.bridge.frame import Blueprint, End
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.joints import KINDS
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.structures import deck_ends
+from skewbridge.bridge.weights import column_axial_n, deck_reactions_n
 from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions
 from strong_motion import strong_motion
@@ -187,6 +189,21 @@ def test_a_bridge_without_seats_has_no_unseating(written, kinds):
     assert reactions == pytest.approx(modes.weight_kn, rel=1e-6)
     # both are stiffer than pads
     assert modes.period_s("x") < 0.8 * modal_properties(variant(30)).period_s("x")
+
+
+@pytest.mark.parametrize("left", ["fixed", "integral, piles: {rotational_mnm_per_rad: 3000.0}"])
+def test_hand_values_of_dead_load_include_the_restraint_of_an_end(written, left):
+    ends = f"{{left: {{type: {left}}}, right: {{type: seat}}}}"
+    name = written(f"{{extends: osb1, source: own, title: stiff end, abutments: {ends}}}")
+    bridge, modes = load_bridge(name), modal_properties(variant(0, bridge=name))
+    # as on two simple supports, but for the stiffness of columns and pads
+    assert np.mean(modes.column_axial_kn) == pytest.approx(
+        column_axial_n(bridge, 0) / 1e3, rel=0.01
+    )
+    first, _, last = deck_reactions_n(bridge)
+    assert modes.abutment_reaction_kn == pytest.approx((first / 1e3, last / 1e3), rel=0.03)
+    # the keys of the seat are not designed for the reaction of the other end
+    assert end_reaction_kn(bridge) == last / 1e3
 
 
 def test_an_end_of_another_type_starts_anew_and_the_other_end_is_inherited(written):
