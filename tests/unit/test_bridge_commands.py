@@ -22,6 +22,8 @@ from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import bent_capacities, bent_capacity
 from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.model import build, domain
+from skewbridge.fragility.rates import Decision
+from skewbridge.report.bridge_figures import with_codes
 from skewbridge.variant.options import ModelOptions
 
 bridge, answer = partial(invoke, "bridge"), partial(cli_json.answer, "bridge")
@@ -200,6 +202,22 @@ def test_a_bridge_gets_the_capacities_of_its_bents(tmp_path: Path) -> None:
     path.write_text('extends: osb1\ncolumn:\n  hinge_length_m: {v: 0.7, src: "d: a test"}\n')
     (bent,) = answer("sdc", str(path))["bents"]
     assert (bent["hinge_length_m"], bent["hinge_length_by"], bent["ok"]) == (0.7, "file", True)
+
+
+def test_the_gap_of_the_file_of_a_bridge_is_the_one_that_is_printed(tmp_path: Path) -> None:
+    path = tmp_path / "own.yaml"
+    path.write_text("{extends: osb1, title: own gap, source: plan, abutment: {gap_mm: 40}}")
+    shown = invoke("bridge", "model", "--bridge", path, "--out", tmp_path)
+    note = "40 mm at the left end, 40 mm at the right end; gap_mm has no effect"
+    assert note in one_line(shown)
+    assert "gap" not in one_line(invoke("bridge", "model", "--out", tmp_path))
+    lengths = {"seat_m": [0.325], "seat_m_low": [0.225], "hazus_m": [0.425]}
+    table = pd.DataFrame({"skew_deg": [30.0], "gap_mm": [25.0], "sdc_demand_m": [0.9]} | lengths)
+    (row,) = with_codes(Decision(table, 1e-3, {}, 0.95), str(path)).table.to_dict("records")
+    assert row["gap_mm"] == pytest.approx(40.0)  # 15 mm more than that of the study
+    found = [row[name] for name in (*lengths, "sdc_m")]
+    sdc_m = 0.9 + 0.1016 + 0.04572
+    assert found == pytest.approx([0.34, 0.24, 0.44, sdc_m + 0.04])
 
 
 # --- `bridge check` and the period in a file

@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.bridge.backfill import LARGEST_TESTED_SKEW_DEG
+from skewbridge.bridge.frame import Structure
 from skewbridge.bridge.library import load_structure
 from skewbridge.demands.columns import demands_for
 from skewbridge.demands.validity import failed_modes, is_complete
@@ -95,6 +96,19 @@ def listed(words: Iterable[str]) -> str:
     """Return words joined to a list: ``a, b and c``."""
     *first, last = list(words)
     return f"{', '.join(first)} and {last}" if first else last
+
+
+def gap_text(values: str, bridges: Sequence[Structure]) -> str:
+    """Return the gaps of a study, and those that files of bridges state instead."""
+    own = [
+        f"{value_text(axis('gap_mm'), gap_mm)} at {place}"
+        + (f" of {bridge.name}" if len(bridges) > 1 else "")
+        for bridge in bridges
+        for place, gap_mm in bridge.description.own_gaps_mm.items()
+    ]
+    is_taken = not bridges or any(bridge.description.takes_gap for bridge in bridges)
+    texts = [values] if is_taken else []
+    return " but ".join([*texts, *([listed(own)] if own else [])]) or "without effect"
 
 
 def number_word(number: int) -> str:
