@@ -32,6 +32,7 @@ from skewbridge.fragility.joint import JOINT_COLUMNS, JointModel, joint_table
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.study_tables import write_tables
 from skewbridge.report.page import median_text
+from skewbridge.study.folder import StudyFolder
 
 ROOT = Path(__file__).parents[2]
 DRIFT = states_of("column_drift")
@@ -359,7 +360,12 @@ def test_states_whose_curves_unknown_outcomes_withhold_have_no_prediction(
     assert set(paper["limit_state"]) == {"slight"}
 
 
-def test_predictions_name_states_without_a_curve_in_some_variants(written, tmp_path):
+def test_predictions_name_states_without_a_curve_in_some_variants_and_own_gaps(written, tmp_path):
+    own = tmp_path / "foreign.yaml"
+    own.write_text("{extends: osb1, title: own gap, source: plan, abutment: {gap_mm: 40}}")
+    stored = {"files": [], "configuration": {"results": str(tmp_path)}}
+    stored["given"] = {"grid": {"bridge": [str(own)]}}
+    StudyFolder(tmp_path).configuration.write_text(json.dumps(stored))
     folder = tmp_path / "fragility"
     folder.mkdir()
     joint, curves = (
@@ -374,6 +380,7 @@ def test_predictions_name_states_without_a_curve_in_some_variants(written, tmp_p
     assert {row["state"]: row["n_withheld"] for row in found} == {"slight": 0, "moderate": 2}
     shown = CliRunner().invoke(build_app(), ["predict", "--study", str(tmp_path), *PLACE])
     assert "some variants (bounds_too_wide): column_drift moderate" in shown.stderr
+    assert "40 mm at the right end; gap_mm has no effect" in shown.stderr
 
 
 def test_prediction_above_45_degrees_notes_the_extrapolated_backfill(written):
