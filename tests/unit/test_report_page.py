@@ -37,7 +37,7 @@ from skewbridge.report.answer import (
 from skewbridge.report.appearance import demand_name, in_words
 from skewbridge.report.fragility_figures import main_curves, pooled_curves, with_system
 from skewbridge.report.methods import methods_of
-from skewbridge.report.page import bridge_words, joint_rows, sketch
+from skewbridge.report.page import bridge_words, joint_rows, sketch, subtitle
 from skewbridge.report.study_figures import SECTIONS
 from skewbridge.study.config import parse_config
 from skewbridge.variant.options import ModelOptions
@@ -377,7 +377,12 @@ def test_methods_take_the_range_of_intensities_from_the_motions():
     suite = pd.DataFrame(given)
     text = methods_of(parse_config({"motions": {"count": 2}}), suite).parts["Ground motions"]
     assert "2 two-component ground motions" in text
-    assert "spans 0.11 to 0.8 g" in text
+    assert "Sa_avg (Eads et al. 2015) at the T1 of osb1 spans 0.11 to 0.8 g" in text
+    # the first screen has the intensities of the fits, at the T1 of each bridge
+    runs, values = synthetic_demands(motions=3), dict.fromkeys(AXES, "")
+    for name in ("osb1", "other"):
+        words = subtitle(runs.assign(bridge=name), IM, values)
+        assert words.endswith(" at T1 of the bridge") == (name == "other")
 
 
 def answer_row(axis, demand, ratio, claim, verdict=None):

@@ -27,7 +27,7 @@ from skewbridge.report.appearance import (
     threshold_text,
     value_text,
 )
-from skewbridge.study.config import StudyConfig, parse_config
+from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, parse_config
 from skewbridge.variant.axes import axis
 from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.random_properties import BLOCK, DIRECTION, property_name
@@ -108,6 +108,7 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
             "within": [axis(name).title for name in getattr(motions.blocks, "within", ())],
             "count": count,
             "levels_g": levels_g,
+            "measure": f"Sa_avg (Eads et al. 2015) at the T1 of {CONDITIONING_BRIDGE}",
             "source": "; ".join(filter(None, suite["source"].astype(str).unique())),
             "suites": dict(suites),
             "random_direction": DIRECTION in drawn,

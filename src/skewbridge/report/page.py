@@ -52,7 +52,7 @@ from skewbridge.report.fragility_figures import (
 from skewbridge.report.methods import STATE_HEADS, methods_of
 from skewbridge.report.study_figures import SECTIONS, Caption, draw_study, read_captions
 from skewbridge.statuses import STATUSES
-from skewbridge.study.config import FigureSettings, StudyConfig
+from skewbridge.study.config import CONDITIONING_BRIDGE, FigureSettings, StudyConfig
 from skewbridge.study.folder import StudyFolder
 from skewbridge.units import split_unit
 from skewbridge.variant.axes import axes_of
@@ -250,10 +250,13 @@ def subtitle(demands: pd.DataFrame, im: str, values: Mapping[str, str]) -> str:
     low, high = demands["scale"].min(), demands["scale"].max()
     scaled = "unscaled" if low == high == 1.0 else f"scaled by {low:.2g} to {high:.2g}"
     motions = demands["motion_id"].nunique()
+    # scale factors are by the T1 of one bridge, see the methods
+    is_by_period = im.startswith(("im_saavg", "im_sa_t1")) and bridges != CONDITIONING_BRIDGE
+    period = " at T1 of the bridge" if is_by_period else ""
     return (
         f"{bridges} with {models} abutments · {axes} · "
         f"{motions} motion{'s' if motions > 1 else ''} {scaled}, {plain_label(im)} "
-        f"{demands[im].min():.2g} to {demands[im].max():.2g}"
+        f"{demands[im].min():.2g} to {demands[im].max():.2g}{period}"
     )
 
 
