@@ -22,6 +22,8 @@ from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import bent_capacities, bent_capacity
 from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.model import build, domain
+from skewbridge.fragility.rates import Decision
+from skewbridge.report.bridge_figures import with_codes
 from skewbridge.variant.options import ModelOptions
 
 bridge, answer = partial(invoke, "bridge"), partial(cli_json.answer, "bridge")
@@ -202,6 +204,22 @@ def test_a_bridge_gets_the_capacities_of_its_bents(tmp_path: Path) -> None:
     assert (bent["hinge_length_m"], bent["hinge_length_by"], bent["ok"]) == (0.7, "file", True)
 
 
+def test_the_gap_of_the_file_of_a_bridge_is_the_one_that_is_printed(tmp_path: Path) -> None:
+    path = tmp_path / "own.yaml"
+    path.write_text("{extends: osb1, title: own gap, source: plan, abutment: {gap_mm: 40}}")
+    shown = invoke("bridge", "model", "--bridge", path, "--out", tmp_path)
+    note = "40 mm at the left end, 40 mm at the right end; gap_mm has no effect"
+    assert note in one_line(shown)
+    assert "gap" not in one_line(invoke("bridge", "model", "--out", tmp_path))
+    lengths = {"seat_m": [0.325], "seat_m_low": [0.225], "hazus_m": [0.425]}
+    table = pd.DataFrame({"skew_deg": [30.0], "gap_mm": [25.0], "sdc_demand_m": [0.9]} | lengths)
+    (row,) = with_codes(Decision(table, 1e-3, {}, 0.95), str(path)).table.to_dict("records")
+    assert row["gap_mm"] == pytest.approx(40.0)  # 15 mm more than that of the study
+    found = [row[name] for name in (*lengths, "sdc_m")]
+    sdc_m = 0.9 + 0.1016 + 0.04572
+    assert found == pytest.approx([0.34, 0.24, 0.44, sdc_m + 0.04])
+
+
 # --- `bridge check` and the period in a file
 
 
@@ -322,7 +340,7 @@ def test_seat_widths_agree_with_the_hand_values(skew_deg: int, seat_m: float) ->
 def test_the_table_names_what_fails() -> None:
     bents = bridge_check.capacity_rows(bent_capacities(load_bridge("osb1")))
     moves_m = {"left acute": 0.2, "right acute": 0.9}
-    rows = sdc_rows(VARIANT, {"column_drift_ratio": 0.30 / 5.64} | SUPPORT, bents, moves_m)
+    rows = sdc_rows(VARIANT, {"column_drift_ratio": 0.30 / 5.64} | SUPPORT, bents, moves_m, {})
     assert rows[0]["demand"] == pytest.approx(0.30)  # drift x clear height
     failed = {row["check"] for row in rows if not row["ok"]}
     assert failed == {"bent 1 displacement, hinge 0.821 m by rule (m)", "right acute seat, SDC (m)"}
@@ -341,6 +359,36 @@ def test_corner_moves_count_outward_normal_to_the_seat_only() -> None:
     assert moves["left acute"] == pytest.approx(0.0, abs=1e-12)
 
 
+@pytest.mark.parametrize(("at", "lost"), [("at: bent 1", 0.5), ("from_left_m: 40.0", 1.0)])
+def test_the_seats_of_an_inner_joint_are_checked(tmp_path: Path, at: str, lost: float) -> None:
+    pads = "{plan_mm: 400, rubber_mm: 50, count: 6}"
+    joint = f"{{{at}, skew_deg: 15, seat_width_m: 0.6, pads: {pads}}}"
+    ends = "{left: {type: integral}, right: {type: roller}}"
+    deck = "{soffit_height_m: 8.0}"
+    text = f"{{extends: osb1, source: own, base: fixed, deck: {deck}, abutments: {ends}, "
+    text += f"joints: [{joint}]}}"
+    (tmp_path / "mine.yaml").write_text(text)
+    variant = replace(VARIANT, bridge=str(tmp_path / "mine.yaml"))
+    histories = {
+        "joint1_unseating_m": np.array([0.0, 0.3, 0.1]),
+        "contact_joint_1_1_opening_m": np.array([0.04, 0.34, 0.0]),
+    }
+    moves_m = bridge_check.joint_moves_m(variant, histories)
+    run = {"column_drift_ratio": 0.02, "support_length_m": float("nan")}
+    sdc, aashto = sdc_rows(variant, run, [], {}, moves_m)
+    assert (sdc["check"], aashto["check"]) == (
+        "joint 1 seat, SDC (m)",
+        "joint 1 seat, AASHTO 1.5 N (m)",
+    )
+    assert sdc["capacity"] == aashto["capacity"] == pytest.approx(0.6 - lost * 0.04)
+    deck_m = 45.72 if at.startswith("at") else 91.44
+    # at least 24 in by SDC 7.2.5.4
+    assert sdc["demand"] == pytest.approx(max(0.3 + 0.1016 + deck_m / 2000, 0.6096))
+    bridge = load_structure(variant.bridge).description
+    assert aashto["demand"] == bridge_check.seat_demand_aashto_m(bridge, radians(15))
+    assert bridge_check.corner_moves_m(variant, histories) == {}
+
+
 @pytest.mark.parametrize(
     ("abutment", "gap_mm", "support_m"),
     [("contact_friction", 25, 0.889), ("spring", 51, 0.863), ("roller", 51, 0.914)],
@@ -350,6 +398,6 @@ def test_the_support_at_rest_is_the_seat_less_the_gap(abutment, gap_mm, support_
         model = build(replace(VARIANT, abutment=abutment, gap_mm=gap_mm), ModelOptions())
     assert [end.support_length_m for end in model.seats] == pytest.approx([support_m] * 2)
     run = {"column_drift_ratio": 0.02, "support_length_m": support_m}
-    rows = {row["check"]: row for row in sdc_rows(VARIANT, run, [], {"left acute": 0.2})}
+    rows = {row["check"]: row for row in sdc_rows(VARIANT, run, [], {"left acute": 0.2}, {})}
     assert rows["left acute seat, SDC (m)"]["capacity"] == support_m
     assert rows["seat, AASHTO 1.5 N (m)"]["capacity"] == support_m

@@ -32,6 +32,7 @@ from skewbridge.fragility.joint import JOINT_COLUMNS, JointModel, joint_table
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.study_tables import write_tables
 from skewbridge.report.page import median_text
+from skewbridge.study.folder import StudyFolder
 
 ROOT = Path(__file__).parents[2]
 DRIFT = states_of("column_drift")
@@ -333,7 +334,9 @@ def test_leave_one_out_error_is_not_an_error_message(written, tmp_path):
     assert "loo_error: error of theta" in found.stderr
 
 
-def test_predictions_name_states_whose_curves_unknown_outcomes_withhold(written, tmp_path):
+def test_states_whose_curves_unknown_outcomes_withhold_have_no_prediction(
+    written, tmp_path, caplog
+):
     """All strong runs stop early, below the larger drift: its median is a guess of the model."""
     strong = DEMANDS[IM] > 0.5
     ended = DEMANDS[NEEDED].assign(status=np.where(strong, "numerical_failure", "ok"))
@@ -341,20 +344,43 @@ def test_predictions_name_states_whose_curves_unknown_outcomes_withhold(written,
     exceeds = ended.index[strong][:1]
     ended.loc[exceeds, ["status", "column_drift_ratio"]] = "ok", 0.03
     code, _ = statistics(ended, tmp_path, written[0])
-    found = predict(tmp_path / "out", *PLACE)[1]["rows"]
-    curves = pd.read_parquet(tmp_path / "out" / "fragility" / "curves.parquet")
-    withheld = curves.query("method == 'cloud' and status == 'bounds_too_wide'")
-    counts = withheld.groupby("limit_state").size()
     assert code == 0
-    assert counts["moderate"] > 0
-    assert {row["state"]: row["n_withheld"] for row in found if row["n_withheld"]} == (
-        counts.to_dict()
+    curves, joint = (
+        pd.read_parquet(tmp_path / "out" / "fragility" / f"{name}.parquet")
+        for name in ("curves", "joint")
     )
-    shown = CliRunner().invoke(build_app(), ["predict", "--study", str(tmp_path / "out"), *PLACE])
-    assert "(bounds_too_wide): column_drift moderate" in shown.stderr
+    assert (curves.query("limit_state == 'moderate'")["status"] == "bounds_too_wide").any()
     assert not curves.query("limit_state == 'moderate' and preferred").size
+    status = joint.query("component == 'column_drift'").set_index("limit_state")["status"]
+    assert status.to_dict() == {"slight": "ok", "moderate": "bounds_too_wide"}
+    found = predict(tmp_path / "out", *PLACE)[1]["rows"]
+    assert [(row["state"], row["n_withheld"]) for row in found] == [("slight", 0)]
+    assert "no curve in any variant (bounds_too_wide): column_drift moderate" in caplog.text
     paper = pd.read_csv(tmp_path / "out" / "fragility" / "table.csv")
     assert set(paper["limit_state"]) == {"slight"}
+
+
+def test_predictions_name_states_without_a_curve_in_some_variants_and_own_gaps(written, tmp_path):
+    own = tmp_path / "foreign.yaml"
+    own.write_text("{extends: osb1, title: own gap, source: plan, abutment: {gap_mm: 40}}")
+    stored = {"files": [], "configuration": {"results": str(tmp_path)}}
+    stored["given"] = {"grid": {"bridge": [str(own)]}}
+    StudyFolder(tmp_path).configuration.write_text(json.dumps(stored))
+    folder = tmp_path / "fragility"
+    folder.mkdir()
+    joint, curves = (
+        pd.read_parquet(written[0] / "out" / "fragility" / f"{name}.parquet")
+        for name in ("joint", "curves")
+    )
+    rows = curves.query("method == 'cloud' and limit_state == 'moderate'").index[:2]
+    curves.loc[rows, "status"] = "bounds_too_wide"
+    joint.to_parquet(folder / "joint.parquet")
+    curves.to_parquet(folder / "curves.parquet")
+    found = predict(tmp_path, *PLACE)[1]["rows"]
+    assert {row["state"]: row["n_withheld"] for row in found} == {"slight": 0, "moderate": 2}
+    shown = CliRunner().invoke(build_app(), ["predict", "--study", str(tmp_path), *PLACE])
+    assert "some variants (bounds_too_wide): column_drift moderate" in shown.stderr
+    assert "40 mm at the right end; gap_mm has no effect" in shown.stderr
 
 
 def test_prediction_above_45_degrees_notes_the_extrapolated_backfill(written):

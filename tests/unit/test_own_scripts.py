@@ -217,6 +217,19 @@ GOOD = two_spans(1.0, 1.0, "N-m")
         ("Column(20, 11", "Column(21, 11", r"columns.0.element: the model has no element 21"),
         ("Column(20, 11, 10", "Column(20, 10, 11", r"element 20 must start at the base, node 10"),
         ("width=13.0 * M", "width=-1.0", "width must be positive, got -1"),
+        # OpenSees ends the process for a vector along the element, also of an inclined one
+        (
+            '"PDelta", 2, 1.0, 0.0, 0.0',
+            '"PDelta", 2, 0.0, 0.0, 1.0',
+            r"mine\.py:\d+: geomTransf 2: its vector .* 0.1 degrees off .* element 20, got 0",
+        ),
+        ('"Linear", 1, 0.0, 0.0, 1.0', '"Linear", 1, -2.0, 0.0, 0.0', "axis .* element 1, got 0"),
+        (
+            '"PDelta", 2, 1.0, 0.0, 0.0',
+            '"PDelta", 2, 1.0, 0.0, 1.0, "-jntOffset", *[0.0] * 3, 6.2, 0.0, 0.0',
+            r"off the axis \[6.2, 0.0, 6.2\] of element 20",
+        ),
+        ("soffit=1.1 * M", "soffit=0.0", "soffit must be at least 0.01, got 0"),
         ('units="N-m"', 'units="kip"', "units must be FORCE-LENGTH .* got 'kip'"),
         ("damped=[1, 2", "damped=[1, 7", "damped: the model has no element 7"),
         ("ops.mass(", "(lambda *_: 0)(", "no nodal masses"),

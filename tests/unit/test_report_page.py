@@ -37,7 +37,7 @@ from skewbridge.report.answer import (
 from skewbridge.report.appearance import demand_name, in_words
 from skewbridge.report.fragility_figures import main_curves, pooled_curves, with_system
 from skewbridge.report.methods import methods_of
-from skewbridge.report.page import bridge_words, joint_rows, sketch
+from skewbridge.report.page import bridge_words, joint_rows, sketch, subtitle
 from skewbridge.report.study_figures import SECTIONS
 from skewbridge.study.config import parse_config
 from skewbridge.variant.options import ModelOptions
@@ -309,14 +309,21 @@ def test_sketch_and_words_have_the_geometry_of_the_bridge():
     reach = np.abs(np.concatenate(drawn["walls"])[:, 0]).max()
     assert drawn["scale"] * reach <= drawn["width"] / 2
     ends = {"left": "integral", "right": "roller"}
-    other = replace(bridge, end_kinds=ends, joints_m={"bent 1": 0.0}, skews_deg={"left": 10.0})
+    other = replace(
+        bridge,
+        end_kinds=ends,
+        joints_m={"bent 1": 0.0},
+        skews_deg={"left": 10.0},
+        seats_m={"joint 1": 0.6},
+        gaps_mm={"joint 1": 60.0},
+    )
     drawn = sketch(other, [30], [25], ModelOptions())
     # one wall that touches the deck at its own skew, and a gap between the decks
     first, second, wall = map(np.array, (*drawn["decks"], *drawn["walls"]))
     assert wall[[0, 3]] == pytest.approx(first[[0, 3]])
     assert first[0, 0] - first[3, 0] == pytest.approx(bridge.width_m * np.tan(np.pi / 18))
     gap_m = (second[0, 0] - first[1, 0]) * np.cos(np.pi / 6)
-    assert gap_m == pytest.approx(drawn["factor"] * 0.025)
+    assert gap_m == pytest.approx(drawn["factor"] * 0.060)  # its own, not that of the study
     assert drawn["marks"]["gap"][1][0] - drawn["marks"]["gap"][0][0] == pytest.approx(
         second[0, 0] - first[1, 0]
     )
@@ -370,7 +377,12 @@ def test_methods_take_the_range_of_intensities_from_the_motions():
     suite = pd.DataFrame(given)
     text = methods_of(parse_config({"motions": {"count": 2}}), suite).parts["Ground motions"]
     assert "2 two-component ground motions" in text
-    assert "spans 0.11 to 0.8 g" in text
+    assert "Sa_avg (Eads et al. 2015) at the T1 of osb1 spans 0.11 to 0.8 g" in text
+    # the first screen has the intensities of the fits, at the T1 of each bridge
+    runs, values = synthetic_demands(motions=3), dict.fromkeys(AXES, "")
+    for name in ("osb1", "other"):
+        words = subtitle(runs.assign(bridge=name), IM, values)
+        assert words.endswith(" at T1 of the bridge") == (name == "other")
 
 
 def answer_row(axis, demand, ratio, claim, verdict=None):

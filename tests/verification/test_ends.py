@@ -13,11 +13,13 @@ from bridge_variants import analysed, variant
 from skewbridge.analysis.modal import modal_properties
 from skewbridge.bridge.backfill import wall_backfill, wing_wall
 from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.catalogue.drawing import end_reaction_kn
 from skewbridge.bridge.frame import Blueprint, End
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.joints import KINDS
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.structures import deck_ends
+from skewbridge.bridge.weights import column_axial_n, deck_reactions_n
 from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions
 from strong_motion import strong_motion
@@ -122,6 +124,24 @@ def test_dashpots_of_piles_damp_a_small_motion(tmp_path):
     assert abs(found[1]["energy_residual_ratio"]) < 0.01
 
 
+def test_the_force_of_an_integral_end_includes_its_piles(written):
+    bridge = written(MIXED)
+    result = analysed(variant(30, bridge=bridge), strong_motion(duration_s=4.0, peak_g=0.1))
+    table, piles = result.histories, load_bridge(bridge).ends["left"].piles
+    force_kn, disp_m = (
+        -(cos(radians(30)) * table[f"{end}_x_{unit}"] + sin(radians(30)) * table[f"{end}_y_{unit}"])
+        for end, unit in (("abutment_left", "kn"), ("abutment_left", "m"))
+    )
+    yield_m = piles.lateral_strength_kn / piles.lateral_kn_per_m
+    apart = (disp_m < -0.1 * yield_m) & (table["abutment_left_backfill_kn"] < 1e-3)
+    assert apart.sum() > 20
+    assert np.abs(disp_m).max() < yield_m
+    # away from the fill only the elastic piles act; dashpots of walls add 5 % out of phase
+    work = (force_kn - force_kn[0])[apart] @ disp_m[apart]
+    stiffness_kn_per_m = work / (disp_m[apart] @ disp_m[apart])
+    assert stiffness_kn_per_m == pytest.approx(piles.count * piles.lateral_kn_per_m, rel=0.01)
+
+
 def test_one_end_integral_and_one_seat_unseats_at_the_seat_only(written):
     case = variant(30, bridge=written(MIXED), gap_mm=25)
     with domain():
@@ -169,6 +189,21 @@ def test_a_bridge_without_seats_has_no_unseating(written, kinds):
     assert reactions == pytest.approx(modes.weight_kn, rel=1e-6)
     # both are stiffer than pads
     assert modes.period_s("x") < 0.8 * modal_properties(variant(30)).period_s("x")
+
+
+@pytest.mark.parametrize("left", ["fixed", "integral, piles: {rotational_mnm_per_rad: 3000.0}"])
+def test_hand_values_of_dead_load_include_the_restraint_of_an_end(written, left):
+    ends = f"{{left: {{type: {left}}}, right: {{type: seat}}}}"
+    name = written(f"{{extends: osb1, source: own, title: stiff end, abutments: {ends}}}")
+    bridge, modes = load_bridge(name), modal_properties(variant(0, bridge=name))
+    # as on two simple supports, but for the stiffness of columns and pads
+    assert np.mean(modes.column_axial_kn) == pytest.approx(
+        column_axial_n(bridge, 0) / 1e3, rel=0.01
+    )
+    first, _, last = deck_reactions_n(bridge)
+    assert modes.abutment_reaction_kn == pytest.approx((first / 1e3, last / 1e3), rel=0.03)
+    # the keys of the seat are not designed for the reaction of the other end
+    assert end_reaction_kn(bridge) == last / 1e3
 
 
 def test_an_end_of_another_type_starts_anew_and_the_other_end_is_inherited(written):

@@ -1,6 +1,6 @@
 """Joints inside a bridge: decks that meet, simple spans on caps, hinges and restrainers."""
 
-from math import cos, radians
+from math import cos, inf, radians
 from pathlib import Path
 
 import numpy as np
@@ -169,6 +169,9 @@ def test_hand_reactions_with_hinges():
     left = (8.0 * 4.0 - 2.0 * 1.0 - 3.0 * 2.0) / 8.0
     assert gerber == pytest.approx([left, 16.0 - 3.0 - left, 3.0])
     plain = continuous_reactions_n((8.0, 8.0, 8.0), 1.0)
+    # clamped at the left end: 5/8 and 3/8; a spring there with 6 E I / k = 2 L halves the moment
+    assert continuous_reactions_n((8.0,), 1.0, [], (0.0, inf)) == pytest.approx([5.0, 3.0])
+    assert continuous_reactions_n((8.0,), 1.0, [], (16.0, inf)) == pytest.approx([4.5, 3.5])
     # where the moment is zero a hinge changes nothing: x = 2 R / w in the first span
     assert continuous_reactions_n((8.0, 8.0, 8.0), 1.0, [2 * plain[0]]) == pytest.approx(plain)
 

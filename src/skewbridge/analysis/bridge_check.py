@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
-from itertools import pairwise, product
+from itertools import pairwise
 from math import cos, degrees, inf, radians, sin
 from typing import Any, Final
 
@@ -31,6 +31,7 @@ from skewbridge.variant.variant import Variant
 AXIAL_LOAD_LIMIT: Final = 0.2
 P_DELTA_LIMIT: Final = 0.20  # source: Caltrans SDC 1.7 section 4.2
 MINIMUM_SEAT_M: Final = 30 * INCH  # source: Caltrans SDC 1.7 section 7.8.3
+MINIMUM_HINGE_M: Final = 24 * INCH  # source: Caltrans SDC 1.7 section 7.2.5.4, hinge seats
 SEAT_ALLOWANCE_M: Final = 4 * INCH  # source: same; added to movements and demand
 # ASSUME prestress shortening, creep, shrinkage and temperature together shorten the deck by 1/1000
 SHORTENING_RATIO: Final = 1.0e-3
@@ -190,10 +191,12 @@ def _stale(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]
 
 
 def _seat_findings(bridge: Description) -> Iterator[str]:
-    minimum_m = {"SDC 7.8.3": MINIMUM_SEAT_M, "AASHTO 4.7.4.4": seat_demand_aashto_m(bridge, 0.0)}
-    for (end, seat_m), (rule, least_m) in product(bridge.seats_m.items(), minimum_m.items()):
-        if seat_m < least_m:
-            yield f"the {end} seat of {seat_m:.3g} m is narrower than {least_m:.3g} m ({rule})"
+    for end, seat_m in bridge.seats_m.items():
+        is_end = end in bridge.end_kinds
+        sdc = ("SDC 7.8.3", MINIMUM_SEAT_M) if is_end else ("SDC 7.2.5.4", MINIMUM_HINGE_M)
+        for rule, least_m in (sdc, ("AASHTO 4.7.4.4", seat_demand_aashto_m(bridge, 0.0))):
+            if seat_m < least_m:
+                yield f"the {end} seat of {seat_m:.3g} m is narrower than {least_m:.3g} m ({rule})"
 
 
 def capacity_rows(bents: Iterable[BentCapacity]) -> list[dict[str, Any]]:
@@ -261,14 +264,16 @@ def _deck_length_m(bridge: Description) -> float:
     return max(right - left for left, right in pairwise((-half_m, *joints_m, half_m)))
 
 
-def seat_demand_sdc_m(bridge: Description, unseating_m: float) -> float:
+def seat_demand_sdc_m(
+    bridge: Description, unseating_m: float, minimum_m: float = MINIMUM_SEAT_M
+) -> float:
     """Return the required support length normal to the bearing line, in m.
 
     References:
-        Caltrans SDC 1.7 section 7.8.3.
+        Caltrans SDC 1.7 sections 7.8.3, abutments, and 7.2.5.4, hinges.
     """
     movement = SHORTENING_RATIO * _deck_length_m(bridge) / 2
-    return max(movement + unseating_m + SEAT_ALLOWANCE_M, MINIMUM_SEAT_M)
+    return max(movement + unseating_m + SEAT_ALLOWANCE_M, minimum_m)
 
 
 def seat_demand_aashto_m(bridge: Description, skew_rad: float) -> float:
@@ -292,11 +297,13 @@ def sdc_rows(
     run: Mapping[str, Any],
     bents: Iterable[Mapping[str, Any]],
     corners_m: Mapping[str, float],
+    joints_m: Mapping[str, tuple[float, float]],
 ) -> list[dict[str, object]]:
     """Return the design checks of one analysis, one row per check.
 
     ``run`` is its row of the demands table, ``bents`` the capacities of its bents, ``corners_m``
-    the result of `corner_moves_m`. All columns get the largest drift.
+    and ``joints_m`` the results of `corner_moves_m` and `joint_moves_m`. All columns get the
+    largest drift.
     """
     bridge, support = load_structure(variant.bridge).description, float(run[SUPPORT])
     # the deck moves more than the columns if it turns, or slides on the pads of a joint
@@ -318,9 +325,16 @@ def sdc_rows(
         compare(f"{name} P-Delta ratio", ratio, P_DELTA_LIMIT)
     for corner, unseating_m in corners_m.items():
         compare(f"{corner} seat, SDC (m)", seat_demand_sdc_m(bridge, unseating_m), support)
-    aashto_m = seat_demand_aashto_m(bridge, radians(variant.skew_deg))
-    if bridge.seats_m:
-        compare("seat, AASHTO 1.5 N (m)", aashto_m, support)
+    aashto_m = {
+        seat: seat_demand_aashto_m(bridge, radians(bridge.skews_deg.get(seat, variant.skew_deg)))
+        for seat in bridge.seats_m
+    }
+    if ends := bridge.end_seats_m:
+        compare("seat, AASHTO 1.5 N (m)", max(aashto_m[end] for end in ends), support)
+    for joint, (unseating_m, length_m) in joints_m.items():
+        demand_m = seat_demand_sdc_m(bridge, unseating_m, MINIMUM_HINGE_M)
+        compare(f"{joint} seat, SDC (m)", demand_m, length_m)
+        compare(f"{joint} seat, AASHTO 1.5 N (m)", aashto_m[joint], length_m)
     return rows
 
 
@@ -336,4 +350,19 @@ def corner_moves_m(
             name = f"abutment_{end}_{kind}"
             along = cos(skew) * histories[f"{name}_x_m"] + sin(skew) * histories[f"{name}_y_m"]
             moves[f"{end} {kind}"] = max(0.0, float(np.max(-outward * along)))
+    return moves
+
+
+def joint_moves_m(
+    variant: Variant, histories: Mapping[str, NDArray[np.float64]]
+) -> dict[str, tuple[float, float]]:
+    """Return the largest unseating and the support at rest (m) of each joint inside the bridge."""
+    bridge = load_structure(variant.bridge).description
+    moves: dict[str, tuple[float, float]] = {}
+    for number, place in enumerate(bridge.joints_m, start=1):
+        gap_m = float(histories[f"contact_joint_{number}_1_opening_m"][0])
+        # on a cap, the middle of the gap is the end of both seats
+        lost_m = gap_m / 2 if place.startswith("bent") else gap_m
+        unseating_m = max(0.0, float(np.max(histories[f"joint{number}_unseating_m"])))
+        moves[f"joint {number}"] = unseating_m, bridge.seats_m[f"joint {number}"] - lost_m
     return moves

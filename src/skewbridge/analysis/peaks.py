@@ -446,7 +446,7 @@ def histories_of(
         table[f"column_{number}_drift_ratio"] = column_drift(column, trace)
     for abutment in model.abutments:
         name = f"abutment_{abutment.side}"
-        pads_n = _pads_force_n(abutment, trace)
+        pads_n = _force_n((pad.element for pad in abutment.bearings), trace)
         table |= {
             **_plan(f"{name}_{{}}_m", trace.disp(abutment.centre)),
             **_plan(f"{name}_{{}}_kn", _joint_force_n(model, abutment, trace, pads_n) / KN),
@@ -475,18 +475,21 @@ def _plan(name: str, vectors: Series) -> dict[str, Series]:
     return {name.format(axis): vectors[:, k] for k, axis in enumerate("xy")}
 
 
-def _pads_force_n(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
-    """Return the force of the pads (or supports) on the deck along x and y, shape (n, 2)."""
-    total = np.zeros((len(trace.time_s), 2))
-    for bearing in abutment.bearings:
-        total += trace.bearings[bearing.element]
-    return total
+def _force_n(elements: Iterable[int], trace: ResponseTrace) -> Series:
+    """Return the force of pads, supports, fill or piles along x and y, shape (n, 2)."""
+    return sum((trace.bearings[element] for element in elements), np.zeros((len(trace.time_s), 2)))
 
 
 def _joint_force_n(
     model: BridgeModel, abutment: AbutmentHandle, trace: ResponseTrace, pads_n: Series
 ) -> Series:
-    """Return the force of an abutment on the deck: pads plus contacts or springs, (n, 2)."""
+    """Return the force of an end on the deck along x and y, (n, 2); nan for a fixed end.
+
+    A seat has pads plus contacts or springs; an integral end has fill, wing walls and piles.
+    """
+    if not abutment.is_seat:
+        # ASSUME nobody needs the reaction of a fixed end, which is not recorded
+        return _force_n(abutment.ground_elements, trace) + (0.0 if abutment.links else nan)
     total = pads_n.copy()
     units = (*abutment.wall_units, *abutment.key_units)
     if model.contacts is not None and units:

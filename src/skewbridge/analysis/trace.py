@@ -41,7 +41,7 @@ class ResponseTrace:
     #: axial strain and curvatures about z, y, ... of each element and integration point.
     sections: Mapping[tuple[int, int], Series]
     springs: Mapping[int, Series]  # basic forces of each spring element, (n, components)
-    #: shear forces of each pad element on the deck along x and y, (n, 2)
+    #: forces along x and y of each pad element, and of fill and piles of integral ends, (n, 2)
     bearings: Mapping[int, Series]
     normals_n: Series  # normal forces of the contact units, compression positive, (n, units)
     tangentials_n: Series  # friction forces of the contact units along t1 and t2, (n, units, 2)
@@ -164,7 +164,7 @@ class Recorder:
 
 
 class Monitor:
-    """Records a model. ``bearings`` adds the forces of the pads, which only histories need.
+    """Records a model. ``bearings`` adds forces of pads and piles, which only histories need.
 
     Further responses can be added to `recorder` before `start`.
 
@@ -180,7 +180,12 @@ class Monitor:
         self._model, self._trace = model, None
         self._is_last_kept = True
         ends = model.abutments
-        self._pads = tuple(pad.element for end in ends for pad in end.bearings if bearings)
+        self._pads = tuple(
+            element
+            for end in ends
+            for element in (*(pad.element for pad in end.bearings), *end.ground_elements)
+            if bearings
+        )
         self._springs = {spring.element for end in ends for spring in end.springs}
         self._units = () if model.contacts is None else model.contacts.units
         recorder.nodes((model.frame.centre_node,), "accel")

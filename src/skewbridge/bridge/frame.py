@@ -125,6 +125,24 @@ class Description:
     joints_m: Mapping[str, float] = field(default_factory=dict[str, float])
 
     @property
+    def end_seats_m(self) -> dict[str, float]:
+        """Seat width of each seat end by its name."""
+        return {name: self.seats_m[name] for name in self.end_kinds if name in self.seats_m}
+
+    @property
+    def takes_gap(self) -> bool:
+        """Whether a seat end or an inner joint takes the gap of the variant."""
+        return bool(self.seats_m.keys() - self.gaps_mm.keys())
+
+    @property
+    def own_gaps_mm(self) -> dict[str, float]:
+        """Own gaps by their place in words, such as ``the left end`` or ``joint 1``."""
+        return {
+            f"the {name} end" if name in self.end_kinds else name: gap_mm
+            for name, gap_mm in self.gaps_mm.items()
+        }
+
+    @property
     def bases(self) -> str:
         """Bases of all bents in words."""
         return " and ".join(sorted({*self.bent_bases} - {""}))

@@ -196,7 +196,9 @@ class AbutmentHandle:
     #: `simplified`, the transverse springs
     key_springs: tuple[SpringHandle, ...] = ()
     wing_springs: tuple[SpringHandle, ...] = ()  # wing-wall springs
-    #: gap elements at the keys of `spring`, and piles; no demand uses them
+    #: elements from the ground to an integral end: fill with wing walls, and piles
+    ground_elements: tuple[int, ...] = ()
+    #: gap elements at the keys of `spring`, and all elements of piles; no demand uses them
     other_springs: tuple[int, ...] = ()
 
     @property

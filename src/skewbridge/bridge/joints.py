@@ -244,6 +244,7 @@ def _support_integral(end: End, blueprint: Blueprint) -> Wall:
         failure_ratio=0.0,
     )
     elements: list[int] = []
+    heads: list[int] = []
     holders: list[int] = []
 
     def hold(deck_node: int, stiffness: Mapping[int, float]) -> None:
@@ -259,7 +260,10 @@ def _support_integral(end: End, blueprint: Blueprint) -> Wall:
     for along_m in (-arm, arm):
         top = points["bearing", along_m]
         hold(top, {3: piles.count / 2 * piles.vertical_mn_per_m * 1e6})
-        elements += _pile_springs((holders[-1], top), plan.normal, lateral, piles.dashpot_s, tags)
+        pair = holders[-1], top
+        head, *waves = _pile_springs(pair, plan.normal, lateral, piles.dashpot_s, tags)
+        heads.append(head)
+        elements += [head, *waves]
     # ASSUME the heads of the piles are cast into the diaphragm and turn with it
     rotational = piles.count * piles.rotational_mnm_per_rad * 1e6
     hold(node, {4: rotational, 5: rotational})
@@ -268,6 +272,7 @@ def _support_integral(end: End, blueprint: Blueprint) -> Wall:
         is_seat=False,
         holders=tuple(holders),
         links=tuple(arms),
+        ground_elements=tuple(heads),
         other_springs=tuple(elements),
     )
     fields: dict[str, Any] = {"blueprint": blueprint, "data": data, "handle": handle}
@@ -281,7 +286,7 @@ def _pile_springs(
     dashpot_s: float,
     tags: TagAllocator,
 ) -> list[int]:
-    """Create the lateral springs of pile heads; return their elements.
+    """Create the lateral springs of pile heads; return their elements, that on the ground first.
 
     As behind a wall, a dashpot acts on the elastic part of the resistance, so that spring and
     dashpot together never exceed the strength.
@@ -318,6 +323,7 @@ def _build_integral(wall: Wall) -> AbutmentHandle:
         wall.handle,
         wall_nodes=tuple(nodes),
         wall_springs=tuple(springs),
+        ground_elements=(*wall.handle.ground_elements, *(fill.element for fill in springs)),
         other_springs=tuple(links),
     )
 

@@ -1,9 +1,10 @@
 """A user's own OpenSeesPy script as a bridge: its frame, checked and completed from the domain."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache, partial
-from itertools import pairwise
+from itertools import pairwise, takewhile
 from math import hypot, inf, nan, sqrt
 from pathlib import Path
 from statistics import fmean
@@ -58,6 +59,14 @@ _STIFF: Final = 20.0
 _BENT_SHARE: Final = 0.05
 _DRAWN_M: Final = ((0.7, 0.7), (-0.7, 0.7), (-0.7, -0.7), (0.7, -0.7))  # columns of the sketch
 _BEAM: Final = 12  # components of the forces of an element with two nodes
+#: Position of the transformation after the tag of an element.
+_TRANSFORMATION_AT: Final = {
+    "elasticBeamColumn": 8, "ElasticTimoshenkoBeam": 10, "forceBeamColumn": 2,
+    "dispBeamColumn": 2, "nonlinearBeamColumn": 4,
+}  # fmt: skip
+#: ASSUME a vector this close to the axis of an element is meant to be parallel to it.
+_LEAST_ANGLE_DEG: Final = 0.1
+_LEAST_SOFFIT_M: Final = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +116,8 @@ class ScriptBridge:
         values = {"skew_deg": skew_deg} | {
             name: getattr(options, name) for name in names if name != "skew_deg"
         }
-        answer = call_script(files, {name: values[name] for name in names})
+        with _axes_checked():
+            answer = call_script(files, {name: values[name] for name in names})
         with lines_of(files):
             if not isinstance(answer, ScriptFrame):
                 raise InputError(f"{FUNCTION}() must return a skewbridge.Frame, got {answer!r}")
@@ -192,6 +202,48 @@ def _description(name: str, frame: Frame, script_frame: ScriptFrame) -> Descript
 def _need(condition: bool, message: str) -> None:
     if not condition:
         raise InputError(message)
+
+
+@contextmanager
+def _axes_checked() -> Generator[None]:
+    """Refuse beams without local axes until the exit; OpenSees would end the process silently."""
+    vectors: dict[Any, tuple[np.ndarray, np.ndarray]] = {}
+
+    def transformation(kind: str, tag: int, *values: Any) -> None:
+        numbers = [value for value in values if not isinstance(value, str)]
+        offsets = numbers[3:9] if "-jntOffset" in values else [0.0] * 6
+        vectors[tag] = np.array(numbers[:3]), np.diff(np.reshape(offsets, (2, 3)), axis=0)[0]
+        commands["geomTransf"](kind, tag, *values)
+
+    def element(kind: str, tag: int, *values: Any) -> None:
+        numbers = list(takewhile(lambda value: not isinstance(value, str), values))
+        place = _TRANSFORMATION_AT.get(kind, len(numbers))
+        if kind == "elasticBeamColumn" and len(numbers) <= place:
+            place = 3  # its section comes first
+        if place < len(numbers) and numbers[place] in vectors:
+            vector, offset = vectors[numbers[place]]
+            first, second = (np.array(ops.nodeCoord(node)) for node in values[:2])
+            axis = second - first + offset
+            lengths = np.linalg.norm(axis) * np.linalg.norm(vector)
+            _need(lengths > 0.0, f"element {tag} or the vector of its geomTransf has no length")
+            angle = np.degrees(
+                np.arcsin(min(np.linalg.norm(np.cross(axis, vector)) / lengths, 1.0))
+            )
+            _need(
+                angle >= _LEAST_ANGLE_DEG,
+                f"geomTransf {numbers[place]}: its vector {vector.tolist()} must be at least "
+                f"{_LEAST_ANGLE_DEG:g} degrees off the axis {axis.tolist()} of element {tag}, got "
+                f"{angle:.2g}",
+            )
+        commands["element"](kind, tag, *values)
+
+    replaced = {"geomTransf": transformation, "element": element}
+    commands = {name: getattr(ops, name) for name in replaced}
+    try:
+        vars(ops).update(replaced)
+        yield
+    finally:
+        vars(ops).update(commands)
 
 
 class _Reader:
@@ -352,7 +404,11 @@ class _Reader:
             for name, value in (("width", script_end.width), ("soffit", script_end.soffit))
         )
         _need(width > 0.0, f"width must be positive, got {width / metre:g}")
-        _need(soffit >= 0.0, f"soffit must be at least 0, got {soffit / metre:g}")
+        # the stiff arms of the joint may not be parallel to the vector of their transformation
+        _need(
+            soffit >= _LEAST_SOFFIT_M,
+            f"soffit must be at least {_LEAST_SOFFIT_M / metre:.3g}, got {soffit / metre:g}",
+        )
         data, thickness_m = _abutment(script_end.abutment or script.abutment, width)
         plan = DeckEnd(
             side,

@@ -5,40 +5,54 @@ Heights are measured from the soffit; x is from the middle of the deck.
 
 from collections.abc import Sequence
 from itertools import pairwise
+from math import inf
 
 import numpy as np
 
-from skewbridge.bridge.catalogue.data import BentData, BridgeData
-from skewbridge.units import KN
+from skewbridge.bridge.catalogue.data import (
+    BentData,
+    BridgeData,
+    EndData,
+    FixedData,
+    IntegralData,
+)
+from skewbridge.units import GPA, KN
 
 # A spine node within this distance of the mass centre is used as the node there.
 NEAR_M = 0.05
 
 
 def continuous_reactions_n(
-    spans_m: tuple[float, ...], load_n_per_m: float, hinges_m: Sequence[float] = ()
+    spans_m: tuple[float, ...],
+    load_n_per_m: float,
+    hinges_m: Sequence[float] = (),
+    ends_m: tuple[float, float] = (inf, inf),
 ) -> list[float]:
     """Return the reactions in N of a beam under uniform load (three-moment equation).
 
-    Hinges are at distances from the left end; their rotations are unknowns.
+    Hinges are at distances from the left end; their rotations are unknowns. ``ends_m`` are
+    6 E I / rotational stiffness of both ends: 0 for a clamped end, infinite for a simple support.
     """
     count = len(spans_m)
     moments = np.zeros(count + 1)
-    if count > 1:
-        left, right = np.array(spans_m[:-1]), np.array(spans_m[1:])
-        matrix = np.diag(2 * (left + right))
-        matrix += np.diag(right[:-1], 1) + np.diag(right[:-1], -1)
-        angles = load_n_per_m * (left**3 + right**3) / 4
+    free = [i for i in range(count + 1) if 0 < i < count or ends_m[i > 0] < inf]
+    if free:
+        left, right = np.append(0.0, spans_m), np.append(spans_m, 0.0)
+        matrix = np.diag(2 * (left + right)) + np.diag(spans_m, 1) + np.diag(spans_m, -1)
+        matrix[0, 0] += ends_m[0]
+        matrix[-1, -1] += ends_m[1]
+        matrix = matrix[np.ix_(free, free)]
+        angles = load_n_per_m * (left**3 + right**3)[free] / 4
         for hinge in hinges_m:
             starts = np.cumsum((0.0, *spans_m))
             i = min(int(np.searchsorted(starts, hinge - NEAR_M)), count) - 1
             share = (hinge - starts[i]) / spans_m[i]
             row = np.zeros(count + 1)
             row[i : i + 2] = 1.0 - share, share  # of the support moments at the hinge
-            row = np.pad(row[1:-1], (0, len(angles) - count + 1))
+            row = np.pad(row[free], (0, len(angles) - len(free)))
             matrix = np.block([[matrix, row[:, None]], [row, 0.0]])
             angles = np.append(angles, load_n_per_m * spans_m[i] ** 2 * share * (1.0 - share) / 2)
-        moments[1:-1] = np.linalg.solve(matrix, angles)[: count - 1]
+        moments[free] = np.linalg.solve(matrix, angles)[: len(free)]
     reactions = np.zeros(count + 1)
     for i, span in enumerate(spans_m):
         tilt = (moments[i + 1] - moments[i]) / span
@@ -58,11 +72,21 @@ def deck_reactions_n(bridge: BridgeData) -> list[float]:
     # ASSUME bearings are in the middle of a joint
     hinges_m = [x_m + bridge.length_m / 2 for x_m in bridge.joint_positions_m]
     line_n_per_m = bridge.deck.line_load_kn_per_m * KN
-    reactions = continuous_reactions_n(bridge.spans_m, line_n_per_m, hinges_m)
+    left, right = (_end_m(bridge, end) for end in bridge.ends.values())
+    reactions = continuous_reactions_n(bridge.spans_m, line_n_per_m, hinges_m, (left, right))
     # ASSUME a hinge in a span has no heavier diaphragm than the deck
     for end in (0, -1, *(number + 1 for number in bridge.jointed_bents for _ in range(2))):
         reactions[end] += bridge.deck.diaphragm_weight_kn * KN
     return reactions
+
+
+def _end_m(bridge: BridgeData, end: EndData) -> float:
+    """Return 6 E I / rotational stiffness of an end, in m."""
+    if not isinstance(end, IntegralData):
+        return 0.0 if isinstance(end, FixedData) else inf
+    # ASSUME the deck bends only the heads of the piles: the fill has no pressure at rest
+    bending_nm2 = bridge.deck.elastic_modulus_gpa * GPA * bridge.deck.inertia_vertical_m4
+    return 6.0 * bending_nm2 / (end.piles.count * end.piles.rotational_mnm_per_rad * 1e6)
 
 
 def column_axial_n(bridge: BridgeData, bent_number: int) -> float:

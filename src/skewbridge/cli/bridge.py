@@ -20,6 +20,7 @@ from skewbridge.cli.output import (
     VariantOptions,
     arg,
     command,
+    gap_notes,
     opt,
     warn,
 )
@@ -139,7 +140,8 @@ def modal(case: VariantOptions, out: OptionalOut = None, units: UnitsOpt = "si")
     for warning in modes.periods_of_file(variant.bridge, with_pads):
         warn(warning)
     slug, t1_s = variant.normalised().slug, modes.conditioning_period_s(with_pads)
-    return Answer({"variant": slug, "t1_s": t1_s, **result}, units=units)
+    answer = {"variant": slug, "t1_s": t1_s, **result}
+    return Answer(answer, units=units, notes=gap_notes(case.bridge))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -206,11 +208,9 @@ def _pushed(pushed: "Callable[..., PushCurve]", case: VariantOptions, push: Push
         ladder_figure(curves, title=title).savefig(push.out / "ladder.png", dpi=150)
     answer = {"pushes": pushes} if is_ladder else pushes[0]
     is_done = all(row["is_complete"] for row in pushes)
-    notes = (
-        []
-        if is_done
-        else ["a push stopped at last_disp_m: the solution did not converge beyond it"]
-    )
+    notes = gap_notes(case.bridge)
+    if not is_done:
+        notes.append("a push stopped at last_disp_m: the solution did not converge beyond it")
     return Answer(answer, None, push.units, notes, 0 if is_done else EXIT_FAILED)
 
 
@@ -229,7 +229,8 @@ def model(case: VariantOptions, out: Out) -> Answer:
     files = [writable_folder(out) / f"model.{ending}" for ending in ("png", "py")]
     model_figure(geometry).savefig(files[0], dpi=150)
     write_text(files[1], model_script(variant, options))
-    return Answer({"variant": geometry.title, "files": list(map(str, files))})
+    answer = {"variant": geometry.title, "files": list(map(str, files))}
+    return Answer(answer, notes=gap_notes(case.bridge))
 
 
 @command(bridge)
@@ -283,8 +284,8 @@ def sdc(
 ) -> Answer:
     """Check displacements, P-Delta ratio and seat width against the Caltrans criteria.
 
-    A folder of `run` gives all checks of one analysis, for each corner. A bridge alone gives the
-    capacities of its bents, with the P-Delta ratio at the displacement capacity.
+    A folder of `run` gives all checks of one analysis, for each corner and inner joint. A bridge
+    alone gives the capacities of its bents, with the P-Delta ratio at the displacement capacity.
 
     Example: skewbridge bridge sdc --bridge osb1
     """
@@ -293,7 +294,7 @@ def sdc(
     from skewbridge.bridge.column import bent_capacities
     from skewbridge.files.tables import read_frame, records_of
 
-    checked = "checks"
+    checked, notes = "checks", list[str]()
     if (
         source is None
         or str(source) in _known_bridges()
@@ -313,8 +314,10 @@ def sdc(
                 f"{source}: give the file of its bridge {variant.bridge_name}: --bridge"
             )
         histories = {str(name): table[name].to_numpy() for name in table}
-        title, moves_m = variant.slug, bridge_check.corner_moves_m(variant, histories)
-        rows = bridge_check.sdc_rows(variant, row, records_of(bents), moves_m)
+        title, notes = variant.slug, gap_notes(variant.bridge)
+        corners_m = bridge_check.corner_moves_m(variant, histories)
+        joints_m = bridge_check.joint_moves_m(variant, histories)
+        rows = bridge_check.sdc_rows(variant, row, records_of(bents), corners_m, joints_m)
     if out is not None:
         _write(rows, out, "sdc")
-    return Answer({"title": title, checked: rows}, units=units)
+    return Answer({"title": title, checked: rows}, units=units, notes=notes)

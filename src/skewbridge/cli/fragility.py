@@ -1,5 +1,6 @@
 """Commands for fragility curves: fit, export, statistics of a demands table, prediction."""
 
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -16,6 +17,7 @@ from skewbridge.cli.output import (
     arg,
     command,
     folder_of,
+    gap_notes,
     keys_and_values,
     opt,
     rounded,
@@ -130,6 +132,7 @@ def predict(
     Example: skewbridge predict --bridge osb1 --skew-deg 45 --gap-mm 51 --friction 0.5 --at 0.6
     """
     from skewbridge.report.answer import untested_skew_sentence
+    from skewbridge.study.config import stored_configuration
     from skewbridge.study.results import predict_states
 
     axes = {"skew_deg": skew_deg, "gap_mm": gap_mm, "friction": friction}
@@ -153,6 +156,11 @@ def predict(
         notes.append(f"too uncertain in some variants (bounds_too_wide): {', '.join(lost)}")
     if (drawn := rows[0]["random_properties"]) != "none":
         notes.append(f"each motion of the study has its own random values of: {drawn}")
+    config = stored_configuration(folder_of(study))
+    files = {} if config is None else {Path(name).stem: name for name in config.grid.bridge}
+    if file := files.get(bridge or next(iter(files), "")):
+        with suppress(InputError):  # it cannot be read
+            notes += gap_notes(file)
     notes += filter(None, [untested_skew_sentence([values.get("skew_deg", 0.0)])])
     reason = "too few variants have an estimate for this state"
     return Answer({"rows": rows}, printed_tables, notes=notes, missing=reason)

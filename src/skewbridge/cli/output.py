@@ -414,6 +414,16 @@ def _require_options(bridge: str, names: Mapping[str, Any]) -> None:
     require_options(load_structure(bridge), names)
 
 
+def gap_notes(bridge: str) -> list[str]:
+    """Return a note on the gaps in the file of a bridge, which replace that of the variant."""
+    from skewbridge.bridge.library import load_structure
+
+    about = load_structure(bridge).description
+    own = ", ".join(f"{gap_mm:g} mm at {place}" for place, gap_mm in about.own_gaps_mm.items())
+    other_joints = "is that of the other joints" if about.takes_gap else "has no effect"
+    return [f"gap by the file of the bridge: {own}; gap_mm {other_joints}"] if own else []
+
+
 def keys_and_values(option: str, pairs: list[str] | None) -> dict[str, Any]:
     """Return the KEY=VALUE pairs of a repeatable option as a dict; values are parsed as YAML."""
     values: dict[str, Any] = {}

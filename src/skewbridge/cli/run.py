@@ -14,6 +14,7 @@ from skewbridge.cli.output import (
     VariantOptions,
     arg,
     command,
+    gap_notes,
     messages,
     opt,
     selected,
@@ -107,7 +108,7 @@ def run(
         for name, figure in run_figures(histories, title=title).items():
             for path in (out / f"{name}.png", out / f"{name}.svg"):
                 figure.savefig(path, dpi=150, metadata=figure_metadata(digests))
-    notes = [*result.messages, f"written to {out}"]
+    notes = [*gap_notes(task.variant.bridge), *result.messages, f"written to {out}"]
     code = 0 if result.status in RAN else EXIT_FAILED
     return Answer(demands, selected([demands], *_SHOWN)[0], units, notes, code)
 

@@ -23,7 +23,7 @@ from skewbridge.fragility.demand_model import (
     fit_models,
     state_curve,
 )
-from skewbridge.fragility.fits import FITTED, NON_INCREASING
+from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED, NON_INCREASING
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.motion_means import covered_range, interval
 from skewbridge.fragility.outcomes import demand_outcomes, states_by_demand
@@ -84,18 +84,30 @@ def joint_table(
     settings: FitSettings = DEFAULTS,
     *,
     models: Sequence[BridgeModels] | None = None,
+    curves: pd.DataFrame | None = None,
     jobs: int = 1,
 ) -> pd.DataFrame:
     """Return table `joint`, with one row per bridge, abutment model and limit state.
 
-    The demand models are fitted if not given.
+    The demand models are fitted if not given. A state without a curve in table ``curves``, because
+    unknown outcomes change its medians too much, has no estimate here.
     """
     if models is None:
         models = fit_models(demands, limit_states, settings, jobs=jobs)
     shared = {"im": settings.im, "level": settings.confidence}
     items = ((of_bridge, limit_states, shared) for of_bridge in models)
     rows = demand_table.spread(_rows, items, jobs, least=2)
-    return pd.DataFrame([row for of_model in rows for row in of_model], columns=list(JOINT_COLUMNS))
+    table = pd.DataFrame(
+        [row for of_model in rows for row in of_model], columns=list(JOINT_COLUMNS)
+    )
+    if curves is not None:
+        state = [*demand_table.BRIDGE_COLUMNS, "component", "limit_state"]
+        is_lost = curves["status"].where(curves["method"] == "cloud") == BOUNDS_TOO_WIDE
+        of_state = curves.assign(is_lost=is_lost).groupby(state)[["is_lost", "preferred"]].any()
+        lost = of_state.index[of_state["is_lost"] & ~of_state["preferred"]]
+        withheld = pd.MultiIndex.from_frame(table[state]).isin(lost)
+        table.loc[withheld & (table["status"] == FITTED), "status"] = BOUNDS_TOO_WIDE
+    return table
 
 
 def _rows(arguments: tuple[BridgeModels, States, Row]) -> list[Row]:

@@ -82,7 +82,7 @@ def fragility_tables(
     models = fit_models(rows, states, settings, jobs=jobs)
     curves = fit_study(rows, states, settings, models=models, jobs=jobs)
     medians = median_effects(rows, states, settings, models=models, curves=curves)
-    joint = joint_table(rows, states, settings, models=models, jobs=jobs)
+    joint = joint_table(rows, states, settings, models=models, curves=curves, jobs=jobs)
     of_states = [state.demand for state in limit_states if state.demand in demand_names]
     names = list(dict.fromkeys((*demands_for("effect", rows.columns), *of_states)))
     reference = reference_intensities(curves)

@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.bridge.backfill import LARGEST_TESTED_SKEW_DEG
+from skewbridge.bridge.frame import Structure
 from skewbridge.bridge.library import load_structure
 from skewbridge.demands.columns import demands_for
 from skewbridge.demands.validity import failed_modes, is_complete
@@ -95,6 +96,19 @@ def listed(words: Iterable[str]) -> str:
     """Return words joined to a list: ``a, b and c``."""
     *first, last = list(words)
     return f"{', '.join(first)} and {last}" if first else last
+
+
+def gap_text(values: str, bridges: Sequence[Structure]) -> str:
+    """Return the gaps of a study, and those that files of bridges state instead."""
+    own = [
+        f"{value_text(axis('gap_mm'), gap_mm)} at {place}"
+        + (f" of {bridge.name}" if len(bridges) > 1 else "")
+        for bridge in bridges
+        for place, gap_mm in bridge.description.own_gaps_mm.items()
+    ]
+    is_taken = not bridges or any(bridge.description.takes_gap for bridge in bridges)
+    texts = [values] if is_taken else []
+    return " but ".join([*texts, *([listed(own)] if own else [])]) or "without effect"
 
 
 def number_word(number: int) -> str:
@@ -249,7 +263,7 @@ def answer_table(
     for name in map(str, set(table["bridge"])):
         with suppress(InputError):  # the file of the bridge cannot be read
             description = load_structure(files.get(name, name)).description
-            seats_m[name] = min(description.seats_m.values(), default=np.nan)
+            seats_m[name] = min(description.end_seats_m.values(), default=np.nan)
     own_m = table["bridge"].map(seats_m).where(table["demand"] == "unseating_m")
     table = table.assign(seat_m=own_m.astype(float))
     counts = table[list(_COUNTS)].apply(pd.to_numeric, errors="coerce").astype(np.float64)

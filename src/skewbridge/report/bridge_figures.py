@@ -170,13 +170,23 @@ def column_figure(
 
 
 def with_codes(found: Decision, bridge: str) -> Decision:
-    """Add the seat lengths of AASHTO and SDC; columns are left out if the bridge is not known."""
+    """Add the seat lengths of AASHTO and SDC; columns are left out if the bridge is not known.
+
+    If the file of the bridge states the gaps of its seats, the largest replaces that of the study.
+    """
     table = found.table
     with suppress(InputError):
-        about, gap_m = load_structure(bridge).description, table[GAP] / 1000.0
+        about = load_structure(bridge).description
+        own_mm = [about.gaps_mm.get(end) for end in about.end_seats_m]
+        if own_mm and None not in own_mm:
+            lengths = table.filter(regex=r"^(seat|hazus)_m").columns
+            more_m = (max(filter(None, own_mm), default=0.0) - table[GAP]) / 1000.0
+            table = table.assign(**{name: table[name] + more_m for name in lengths})
+            table[GAP] += 1000.0 * more_m
+        gap_m = table[GAP] / 1000.0
         aashto = [seat_demand_aashto_m(about, radians(skew)) for skew in table["skew_deg"]]
         sdc = [seat_demand_sdc_m(about, demand_m) for demand_m in table["sdc_demand_m"]]
-        present = min(about.seats_m.values(), default=np.nan)
+        present = min(about.end_seats_m.values(), default=np.nan)
         table = table.assign(aashto_m=aashto + gap_m, sdc_m=sdc + gap_m, present_m=present)
     return found._replace(table=table)
 

@@ -18,7 +18,7 @@ from skewbridge.demands.columns import joint_columns
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE
 from skewbridge.motions.levels import LEVEL_MEASURE
-from skewbridge.report.answer import counted, listed, option_text
+from skewbridge.report.answer import counted, gap_text, listed, option_text
 from skewbridge.report.appearance import (
     in_words,
     plain_label,
@@ -27,7 +27,7 @@ from skewbridge.report.appearance import (
     threshold_text,
     value_text,
 )
-from skewbridge.study.config import StudyConfig, parse_config
+from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, parse_config
 from skewbridge.variant.axes import axis
 from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.random_properties import BLOCK, DIRECTION, property_name
@@ -86,6 +86,11 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
     bridges = [load_structure(name) for name in config.grid.bridge]
     model = config.analysis.model_options(config.model)
     dampings = {model.damping_ratio or bridge.description.damping_ratio for bridge in bridges}
+    axes = {
+        name: ", ".join(value_text(axis(name), value) for value in values)
+        for name, values in config.grid.values().items()
+    }
+    axes["gap_mm"] = gap_text(axes["gap_mm"], bridges)
     template = templates(counted, shown_length, version).get_template("methods.j2")
     context = template.new_context(
         {
@@ -97,15 +102,13 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
             "shown_gap": partial(value_text, axis("gap_mm")),
             "dampings": [_percent(ratio) for ratio in sorted(dampings)],
             "abutments": [ABUTMENTS[name] for name in config.grid.abutment],
-            "axes": [
-                f"{axis(name).title} {', '.join(value_text(axis(name), value) for value in values)}"
-                for name, values in config.grid.values().items()
-            ],
+            "axes": [f"{axis(name).title} {text}" for name, text in axes.items()],
             "variants": len(expand_grid(config.grid)),
             "motions": motions,
             "within": [axis(name).title for name in getattr(motions.blocks, "within", ())],
             "count": count,
             "levels_g": levels_g,
+            "measure": f"Sa_avg (Eads et al. 2015) at the T1 of {CONDITIONING_BRIDGE}",
             "source": "; ".join(filter(None, suite["source"].astype(str).unique())),
             "suites": dict(suites),
             "random_direction": DIRECTION in drawn,

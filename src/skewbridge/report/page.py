@@ -52,7 +52,7 @@ from skewbridge.report.fragility_figures import (
 from skewbridge.report.methods import STATE_HEADS, methods_of
 from skewbridge.report.study_figures import SECTIONS, Caption, draw_study, read_captions
 from skewbridge.statuses import STATUSES
-from skewbridge.study.config import FigureSettings, StudyConfig
+from skewbridge.study.config import CONDITIONING_BRIDGE, FigureSettings, StudyConfig
 from skewbridge.study.folder import StudyFolder
 from skewbridge.units import split_unit
 from skewbridge.variant.axes import axes_of
@@ -173,6 +173,9 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], bridges: Sequence[str]) ->
         axis.name: ", ".join(appearance.value_text(axis, value) for value in values[axis.name])
         for axis in axes_of(values)
     }
+    if bridges:
+        structures = [load_structure(name) for name in bridges]
+        texts["gap_mm"] = answer.gap_text(texts["gap_mm"], structures)
     varied = [axis.title for axis in axes_of(values) if (counts["axis"] == axis.name).any()]
     title = f"Fragility of {answer.listed(demands['bridge'].unique())}"
     has_capacities = any(name in demands for name in (*FAILURE_DEMANDS.values(), BEYOND_MODEL))
@@ -247,10 +250,13 @@ def subtitle(demands: pd.DataFrame, im: str, values: Mapping[str, str]) -> str:
     low, high = demands["scale"].min(), demands["scale"].max()
     scaled = "unscaled" if low == high == 1.0 else f"scaled by {low:.2g} to {high:.2g}"
     motions = demands["motion_id"].nunique()
+    # scale factors are by the T1 of one bridge, see the methods
+    is_by_period = im.startswith(("im_saavg", "im_sa_t1")) and bridges != CONDITIONING_BRIDGE
+    period = " at T1 of the bridge" if is_by_period else ""
     return (
         f"{bridges} with {models} abutments · {axes} · "
         f"{motions} motion{'s' if motions > 1 else ''} {scaled}, {plain_label(im)} "
-        f"{demands[im].min():.2g} to {demands[im].max():.2g}"
+        f"{demands[im].min():.2g} to {demands[im].max():.2g}{period}"
     )
 
 
@@ -292,14 +298,16 @@ def sketch(
 ) -> dict[str, Any]:
     """Return the dimensions of a plan of a bridge and the corners of its parts (m).
 
-    The decks are filled at the largest skew of the study and outlined at the other skews. Walls,
-    keys and inner joints have the largest gap, exaggerated ``factor`` times and normal to the
+    The decks are filled at the largest skew of the study and outlined at the other skews. Seats and
+    inner joints have their own or the largest gap, exaggerated ``factor`` times and normal to the
     faces. A seat has a gap and keys, an integral or fixed end touches its wall, and a roller has no
     wall. Bents and columns have their places at the largest skew.
     """
-    skew, gap_m = max(skews_deg, key=abs), max(gaps_mm) / 1000.0
+    skew = max(skews_deg, key=abs)
+    gaps_m = {name: bridge.gaps_mm.get(name, max(gaps_mm)) / 1000.0 for name in bridge.seats_m}
     end_m, half_m, skews_of_ends = bridge.length_m / 2, bridge.width_m / 2, bridge.skews_deg
-    factor = next((f for f in _FACTORS if f * gap_m <= _GAP_SHARE * bridge.length_m), 1)
+    largest_m, share_m = max(gaps_m.values(), default=0.0), _GAP_SHARE * bridge.length_m
+    factor = next((f for f in _FACTORS if f * largest_m <= share_m), 1)
     wall_m, arm_m = max(bridge.wall_m, 0.012 * bridge.length_m), 0.8 * half_m
     bent_skew = radians(model.skew_of_bents_deg(skew))
     stretch = 1.0 / cos(bent_skew) if model.column_spacing == "normal" else 1.0
@@ -310,7 +318,7 @@ def sketch(
         for number, (location, x) in enumerate(bridge.joints_m.items(), start=1):
             usual_deg = model.skew_of_bents_deg(skew_deg) if "bent" in location else skew_deg
             face_rad = radians(skews_of_ends.get(f"joint {number}", usual_deg))
-            opened = factor * gap_m / 2 / cos(face_rad)
+            opened = factor * gaps_m[f"joint {number}"] / 2 / cos(face_rad)
             faces += [(x - opened, face_rad), (x + opened, face_rad)]
         return [*faces, (end_m, radians(skews_of_ends.get("right", skew_deg)))]
 
@@ -321,9 +329,10 @@ def sketch(
     faces = cuts(skew)
     walls: list[list[PlanVector]] = []
     gaps = list(zip(faces[1:-1:2], faces[2:-1:2], strict=True))
-    for kind, (x, rad) in zip(bridge.end_kinds.values(), faces[:: len(faces) - 1], strict=True):
+    ends = zip(bridge.end_kinds.items(), faces[:: len(faces) - 1], strict=True)
+    for (name, kind), (x, rad) in ends:
         out = copysign(1.0 / cos(rad), x)
-        wall = x + out * factor * gap_m * (kind == "seat")
+        wall = x + out * factor * (gaps_m[name] if kind == "seat" else 0.0)
         if kind in _WITH_WALL:
             walls.append(_corners((wall, rad), (wall + out * wall_m, rad), (-half_m, half_m)))
         if kind == "seat":

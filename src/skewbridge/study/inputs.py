@@ -80,10 +80,9 @@ def useless_axes(config: StudyConfig) -> Iterator[str]:
     """Yield a warning for each bridge on which a compared gap or friction does not act."""
     for name, axis in product(config.grid.bridge, ("gap_mm", "friction")):
         bridge = load_structure(name)
-        joints = bridge.description.seats_m.keys()
-        if axis == "gap_mm":
-            joints -= bridge.description.gaps_mm.keys()
-        if len(config.grid.values()[axis]) > 1 and not joints:
+        about = bridge.description
+        is_taken = about.takes_gap if axis == "gap_mm" else bool(about.seats_m)
+        if len(config.grid.values()[axis]) > 1 and not is_taken:
             yield f"{axis} of the grid has no effect on {bridge.name}: none of its joints takes it"
 
 

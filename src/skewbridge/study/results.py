@@ -1,5 +1,6 @@
 """Tables of a study, fits to demands from other programs, predictions and comparisons."""
 
+import logging
 import re
 import warnings
 from collections.abc import Mapping, Sequence
@@ -46,6 +47,8 @@ from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.fragility.study_tables import fragility_tables, write_tables
 from skewbridge.study.folder import StudyFolder, starter_files
 from skewbridge.variant.random_properties import CHOICE_PREFIX, DRAW_PREFIX, RANDOM_PROPERTIES
+
+logger = logging.getLogger(__name__)
 
 #: Provenance of demands written by `skewbridge statistics`: the name of their source.
 _STATISTICS_OF: Final = "statistics_of"
@@ -308,6 +311,9 @@ def joint_rows(
     if not estimates:
         why = ", ".join(sorted(set(table["status"])))
         raise InputError(f"no joint model of these limit states has an estimate: {why}")
+    if lost := records_of(table[table["status"] == BOUNDS_TOO_WIDE]):
+        names = ", ".join(f"{row['component']} {row['limit_state']}" for row in lost)
+        logger.warning("no curve in any variant (%s): %s", BOUNDS_TOO_WIDE, names)
     return estimates
 
 

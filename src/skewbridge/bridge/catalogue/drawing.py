@@ -148,10 +148,13 @@ def axial_ratios(bridge: BridgeData, *_: object) -> list[float]:
 
 
 def end_reaction_kn(bridge: BridgeData, *_: object) -> float:
-    """Return the larger dead-load reaction of the deck at its ends."""
+    """Return the larger dead-load reaction of the deck at its seats, or without one at its ends."""
     from skewbridge.bridge.weights import deck_reactions_n
 
-    return max(deck_reactions_n(bridge)[:: len(bridge.spans_m)]) / KN
+    ends_n = dict(
+        zip(("left", "right"), deck_reactions_n(bridge)[:: len(bridge.spans_m)], strict=True)
+    )
+    return max(ends_n[name] for name in bridge.seats or ends_n) / KN
 
 
 def period_s(bridge: BridgeData, which: Any) -> float:
