@@ -404,21 +404,19 @@ SECTIONS = (
 @pytest.mark.parametrize("grid", GRIDS)
 @pytest.mark.parametrize("sections", SECTIONS)
 def test_numerical_checks_cost_less_than_a_quarter_of_the_analyses(grid, sections) -> None:
-    extents = []
+    numbers = []
     for count in (1, 2, 4, 12, 32, 64):
         lengths_s = [25.0, 90.0] * count
         study = parse_config({"grid": grid, **sections})
-        part_s, rows, *costs_s = check_plan(study, lengths_s)
+        rows, cost_s = check_plan(study, lengths_s)
         counted = lengths_s[:6] if study.design.until else lengths_s
         # the strongest parts of motions took up to 1.35 times as long as forecast
-        assert 1.35 * sum(costs_s) < 0.25 * analyses_s(study, counted)
-        assert part_s == 0.0 or part_s >= 3.0
+        assert 1.35 * cost_s < 0.25 * analyses_s(study, counted)
         assert 0 <= rows <= 4
-        extents.append((part_s, rows))
-    assert extents == sorted(extents)
+        numbers.append(rows)
+    assert numbers == sorted(numbers)
     if not grid and "design" not in sections:  # the default grid: as configured
-        assert extents[-1][1] == (0 if study.analysis.scheme == "paper" else 4)
-    assert (extents[-1][0] > 0.0) == (len(study.grid.friction) > 1 and "abutment" not in grid)
+        assert numbers[-1] == (0 if study.analysis.scheme == "paper" else 4)
 
 
 def profile() -> dict[str, Any]:

@@ -39,6 +39,7 @@ from skewbridge.report.fragility_figures import (
     least_shown,
     main_curves,
     pooled_curves,
+    value_words,
     with_system,
 )
 from skewbridge.report.run_figures import contact_figure, hysteresis_figure
@@ -201,6 +202,25 @@ def test_the_axis_of_a_system_and_of_a_study_without_effects():
     leading = main_curves(pooled)
     assert set(leading) <= {"column_failure", "unseating", "whole_bridge"}
     assert leading["whole_bridge"]["theta"].gt(0.0).all()
+
+
+def test_ratios_of_the_whole_bridge_are_of_systems_with_the_same_components():
+    runs = synthetic_demands(skews=(0, 30), gaps=(25, 51), frictions=(50,), motions=12)
+    lacks = (runs["skew_deg"] == 0) & (runs["gap_mm"] == 51)
+    runs["bearing_disp_m"] = runs["bearing_disp_m"].where(~lacks, 1e-3 * runs["bearing_disp_m"])
+    found = fragility_tables(runs, STATES, SETTINGS)
+    curves = with_system(found["curves"], found["system"])
+    effects = found["median_effects"].query("axis == 'skew_deg'")
+    table = pooled_curves(curves, effects).query("component == 'whole_bridge'")
+    (row,) = table.query("limit_state == 'slight' and value == 30").to_dict("records")
+    thetas = found["system"].query("limit_state == 'slight' and gap_mm == 25").set_index("skew_deg")
+    assert row["ratio"] == pytest.approx(thetas.loc[30, "theta"] / thetas.loc[0, "theta"])
+    assert value_words(row, "g").endswith(" (× of some variants: different components)")
+    alone = curves[(curves["component"] != "whole_bridge") | (curves["gap_mm"] == 51)]
+    table = pooled_curves(alone, effects).query("component == 'whole_bridge' and value == 30")
+    (row,) = table.query("limit_state == 'slight'").to_dict("records")
+    assert np.isnan(row["ratio"])
+    assert value_words(row, "g").endswith(" g (no ×: different components)")
 
 
 def test_panels_and_captions_name_abutment_models_and_keep_capitals():

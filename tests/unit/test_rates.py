@@ -227,21 +227,45 @@ def test_states_without_an_estimate_have_bounds_and_effects_are_paired(file):
     assert wide["annual_rate"].isna().all()
 
 
-def test_effects_compare_systems_of_the_same_components_and_count_motions(file):
+def test_ratios_of_systems_need_the_same_components(file):
     states = [state for state in STATES if state.component in ("unseating", "column_drift")]
-    runs = synthetic_demands(skews=(0, 45), gaps=(51,), frictions=(50,), motions=16)
-    rows = ready(runs.assign(event=runs["motion_id"].str[:-1]), states)
-    assert rows["event"].nunique() == 2
-    for factor, degrees in ((1.0, {"slight", "moderate"}), (1e-3, set())):
-        # without skew the smaller demand reaches no state, so the system is the drift alone
-        small = rows["skew_deg"] == 0
-        changed = rows.assign(
-            unseating_m=rows["unseating_m"].where(~small, rows["unseating_m"] * factor)
-        )
-        effects = rates_of(changed, states, curve_of(file(TABLE)))[2]
+    runs = synthetic_demands(skews=(0, 45), gaps=(25, 51), frictions=(50,), motions=16)
+    runs = ready(runs.assign(event=runs["motion_id"].str[:-1]), states)
+    assert runs["event"].nunique() == 2
+    hazard, lacks = curve_of(file(TABLE)), (runs["skew_deg"] == 0) & (runs["gap_mm"] == 51)
+    results: list[pd.DataFrame] = []
+    for without in (lacks & False, lacks, runs["skew_deg"] == 0):
+        # where no run reaches unseating, the system is the drift alone
+        demand = runs["unseating_m"].where(~without, 1e-3 * runs["unseating_m"])
+        effects = rates_of(runs.assign(unseating_m=demand), states, hazard)[2]
         assert set(effects["n_motions"]) == {16}
-        found = effects[(effects["component"] == "system") & (effects["scope"] == "pooled")]
-        assert set(found["limit_state"]) & {"slight", "moderate"} == degrees
+        of_states = effects[effects["component"] != "system"]
+        assert (of_states["status"] == "ok").all()
+        assert of_states["ratio"].notna().all()
+        system = effects.query("component == 'system' and limit_state == 'slight'")
+        is_ok = (system["status"] == "ok").to_numpy()
+        assert set(system["status"][~is_ok]) <= {"different_components"}
+        assert (system["ratio"].notna() == is_ok).all()
+        assert (system["reason"][~is_ok] != "").all()
+        keys = ["axis", "scope", "gap_mm", "skew_deg"]
+        results.append(system.set_index(system[keys].fillna(-1.0).apply(tuple, axis=1)))
+    same, one, both = results
+    along_skew = [("skew_deg", "variant", gap, -1.0) for gap in (25.0, 51.0)]
+    pooled = [(axis, "pooled", -1.0, -1.0) for axis in ("skew_deg", "gap_mm")]
+    assert (same["status"] == "ok").all()
+    assert (same["reason"] == "").all()
+    assert same.loc[[pooled[0]], "n_cells"].item() == 2
+    # the pair with equal components remains, and the pooled row has only this pair
+    assert one["status"].loc[along_skew].tolist() == ["ok", "different_components"]
+    assert (
+        one["reason"].loc[[along_skew[1]]].item() == "only osb1_cf_skew45_gap051_mu050: unseating"
+    )
+    assert one["reason"].loc[pooled].tolist() == ["1 of 2 pairs have different components"] * 2
+    assert one["n_cells"].loc[pooled].tolist() == [1, 1]
+    assert one["ratio"].loc[[pooled[0]]].item() == one["ratio"].loc[[along_skew[0]]].item()
+    # along skew no pair remains; along the gap each pair has equal components
+    assert both["status"].loc[pooled].tolist() == ["different_components", "ok"]
+    assert both["n_cells"].loc[pooled].tolist() == [0, 2]
 
 
 def test_fractiles_of_the_hazard_widen_intervals(file):

@@ -285,7 +285,7 @@ def test_names_and_measures_of_a_row_come_from_the_task(setup: StudySetup, ran) 
 def test_sensitivity_repeats_nothing_that_a_journal_has(setup: StudySetup, ran, monkeypatch):
     """The row of the study comes from the journal of its variant, the changes from the own one."""
     monkeypatch.setattr(analyses, "CHECK_SHARE", 4.0)  # as in a study of more motions
-    assert check_plan(setup.study, setup.durations_s)[1] == 1
+    assert check_plan(setup.study, setup.durations_s)[0] == 1
     task = setup.tasks(SLUG)[0]
     with open_journal(setup.folder.journal("a_variant")) as journal:
         journal.append(row_of(task, 2.0))

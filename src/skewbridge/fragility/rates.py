@@ -34,8 +34,11 @@ from skewbridge.fragility.motion_means import completed
 from skewbridge.fragility.outcomes import TREATMENTS
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE, FitSettings
 from skewbridge.fragility.union import any_of, union_curve
+from skewbridge.fragility.verdicts import OK
 
 SYSTEM: Final = "system"
+#: Status of the ratio of two systems that do not have the same components.
+DIFFERENT_COMPONENTS: Final = "different_components"
 YEARS: Final = 50.0
 _ENDS: Final = ("", "_low", "_high")
 _STATE: Final = ["variant", "component", "limit_state"]
@@ -164,8 +167,8 @@ def rate_effects(
 ) -> pd.DataFrame:
     """Return table `rate_effects`: ratios of annual rates along every axis, pooled rows first.
 
-    Pairs of variants are those of `median_effects`; those of a system have the same components. A
-    pooled row is their geometric mean.
+    Pairs of variants are those of `median_effects`. A pooled row is their geometric mean. Systems
+    are compared if they have the same components; all other pairs have no ratio and a reason.
     """
     system_rows = [] if system is None else records_of(system)
     systems = {(row["variant"], row["limit_state"]): row for row in system_rows}
@@ -177,13 +180,16 @@ def rate_effects(
         motions = of_bridge.runs["motion_id"].nunique()
         medians = Medians(of_bridge, states, settings, curves)
         for axis in axes or demand_table.varying_axes(of_bridge.variants):
-            for keys, scope, start, end in _changes(medians, axis, all_states, hazard, systems):
-                change = end.minus(start)
-                row = effect_row(change.jackknifed, settings, blocks=blocks)
-                ends = change.interval(EFFECT_CONFIDENCE)
-                row |= dict(zip(("ratio", "ci_low", "ci_high"), ends, strict=True))
-                row |= {"direction": int(ends[1] > 1.0) - int(ends[2] < 1.0), "scope": scope}
-                row |= {"from_rate": start.value, "to_rate": end.value, "n_motions": motions}
+            for keys, rates in _changes(medians, axis, all_states, hazard, systems):
+                row: Row = {"level": EFFECT_CONFIDENCE, "direction": 0, "n_motions": motions}
+                if rates is not None:
+                    start, end = rates
+                    change = end.minus(start)
+                    row |= effect_row(change.jackknifed, settings, blocks=blocks)
+                    ends = change.interval(EFFECT_CONFIDENCE)
+                    row |= dict(zip(("ratio", "ci_low", "ci_high"), ends, strict=True))
+                    row["direction"] = int(ends[1] > 1.0) - int(ends[2] < 1.0)
+                    row |= {"from_rate": start.value, "to_rate": end.value}
                 rows.append(keys | row)
     table = pd.DataFrame(rows, columns=list(demand_table.described("rate_effects")))
     return table.sort_values("scope", kind="stable", ignore_index=True)
@@ -195,8 +201,11 @@ def _changes(
     states: Sequence[LimitState | str],
     hazard: HazardCurve,
     systems: Mapping[tuple[str, str], Row],  # keys: variant, degree
-) -> list[tuple[Row, str, LogRate, LogRate]]:
-    """Return columns, scope and both ln rates of pairs that differ in one axis, and of means."""
+) -> list[tuple[Row, tuple[LogRate, LogRate] | None]]:
+    """Return columns and both ln rates of means and of pairs that differ in one axis.
+
+    Pairs of systems with different components have no rates.
+    """
     variants = medians.models.variants
 
     @cache
@@ -208,32 +217,52 @@ def _changes(
         return None if curve is None else curve_rate(curve, hazard)
 
     def is_usable(state: LimitState | str, cell: Row) -> bool:
-        if isinstance(state, str):
-            names = (cell["variant_from"], cell["variant_to"])
-            return len({systems[name, state]["components"] for name in names}) == 1
         # ASSUME a ratio is worth reporting if at least one of both variants has a curve
-        return medians.without_curve(cell, state) != 2
+        return isinstance(state, str) or medians.without_curve(cell, state) != 2
 
     other_axes, pairs = variant_pairs(variants, axis)
-    changes: list[tuple[Row, str, LogRate, LogRate]] = []
+    changes: list[tuple[Row, tuple[LogRate, LogRate] | None]] = []
     for step, cells in pairs.groupby(list(STEP)):
         for state in states:
             key = (SYSTEM, state) if isinstance(state, str) else (state.component, state.name)
-            keys = medians.models.place | {
-                "axis": axis,
-                **dict(zip([*STEP, *_STATE[1:]], (*step, *key), strict=True)),
-            }
-            rated: list[tuple[Row, str, LogRate, LogRate]] = []
+            keys = medians.models.place | {"axis": axis, "status": OK, "reason": ""}
+            keys |= dict(zip([*STEP, *_STATE[1:]], (*step, *key), strict=True))
+            rated: list[tuple[Row, tuple[LogRate, LogRate]]] = []
+            withheld: list[tuple[Row, None]] = []
             for cell in records_of(cells):
+                row = keys | {"scope": "variant"} | {name: cell[name] for name in other_axes}
+                if isinstance(state, str) and (reason := _difference(cell, state, systems)):
+                    withheld.append((row | _withheld(reason), None))
+                    continue
                 start, end = rate_of(state, cell["number_from"]), rate_of(state, cell["number_to"])
                 if start and end and is_usable(state, cell):
-                    values = {name: cell[name] for name in other_axes}
-                    rated.append((keys | values, "variant", start, end))
+                    rated.append((row, (start, end)))
+            pooled = keys | {"scope": "pooled", "n_cells": len(rated)}
+            if withheld:
+                reason = f"{len(withheld)} of {len(cells)} pairs have different components"
+                pooled |= {"reason": reason} if rated else _withheld(reason)
             if rated:
-                mean_rates = _mean([pair[2] for pair in rated]), _mean([pair[3] for pair in rated])
-                changes.append((keys | {"n_cells": len(rated)}, "pooled", *mean_rates))
-                changes += rated
+                starts, ends = zip(*(rates for _, rates in rated), strict=True)
+                changes.append((pooled, (_mean(starts), _mean(ends))))
+            elif withheld:
+                changes.append((pooled, None))
+            changes += [*rated, *withheld]
     return changes
+
+
+def _difference(cell: Row, degree: str, systems: Mapping[tuple[str, str], Row]) -> str:
+    """Return which components only one of two systems has; empty if they have the same."""
+    components = {
+        name: set(filter(None, systems[name, degree]["components"].split(";")))
+        for name in (cell["variant_from"], cell["variant_to"])
+    }
+    shared = set.intersection(*components.values())
+    only = {name: ", ".join(sorted(of - shared)) for name, of in components.items()}
+    return "; ".join(f"only {name}: {text}" for name, text in only.items() if text)
+
+
+def _withheld(reason: str) -> Row:
+    return {"status": DIFFERENT_COMPONENTS, "reason": reason}
 
 
 def _mean(rates: Sequence[LogRate]) -> LogRate:

@@ -49,8 +49,9 @@ def system_curves(
 
     The curves of the components are those of the demand models, which are fitted if not given. A
     component is included if some runs of the variant, but not all, exceed its state and its demand
-    increases with intensity. An `InputError` names a degree of damage that components rank
-    differently. With a hazard, the columns `rate` (a `LogRate`) and `shares` are added.
+    increases with intensity; only variants with equal ``components`` can be compared. An
+    `InputError` names a degree of damage that components rank differently. With a hazard, the
+    columns `rate` (a `LogRate`) and `shares` are added.
     """
     members = system_members([state for state in limit_states if state.system_degree])
     if models is None:
@@ -141,8 +142,7 @@ def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
             usable = [mode for mode in modes if isinstance(mode, _Member)]
             reasons = dict.fromkeys(mode for mode in modes if isinstance(mode, str))
             if usable:
-                other = "" if degree == state.name else f" ({state.name})"
-                names.append(state.component + other)
+                names.append(_member_name(state, degree, [mode.state for mode in usable]))
                 reasons.pop("not reached", None)  # another mode is
             taking += usable
             left_out += [f"{state.component}: {reason}" for reason in reasons]
@@ -155,6 +155,14 @@ def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
         is_outside = isinstance(theta, float) and not (np.isnan(theta) or low <= theta <= high)
         rows.append(variant | row | {"extrapolated": is_outside})
     return rows
+
+
+def _member_name(state: LimitState, degree: str, modes: States) -> str:
+    """Return component and state, with the modes in the system unless it has all of them."""
+    name = "" if state.name == degree else state.name
+    if len(modes) < len(state.modes):
+        name = f"{state.name}: {', '.join(mode.name for mode in modes)}"
+    return f"{state.component} ({name})" if name else state.component
 
 
 def _system(

@@ -653,10 +653,10 @@ def properties_sentence(demands: pd.DataFrame) -> str:
 
 def rates_on_page(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
     """Return sentence and rows on annual rates; None for a study without a hazard curve."""
-    effects = frames.get("rate_effects", pd.DataFrame())
-    if effects.empty:
+    effects = frames.get("rate_effects", pd.DataFrame(columns=["scope", "status"]))
+    pooled = effects[(effects["scope"] == "pooled") & (effects["status"] == OK)]
+    if pooled.empty:
         return None
-    pooled = effects[effects["scope"] == "pooled"]
     pooled = pooled.assign(state=pooled["component"] + "/" + pooled["limit_state"])
     # the most severe headline state, then that of the seat
     rated = [state for state in HEADLINE_STATES if (pooled["state"] == state).any()]

@@ -101,8 +101,9 @@ def pooled_curves(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
 
     theta and the ends of its interval are geometric means over the variants with a curve, and the
     betas are means. All variants have the same motions; the interval is that of equal errors, so
-    it is not too narrow. ``ratio`` is the paired ratio of medians to the first value. ``curves``
-    are from `with_system`, ``medians`` are the effects on median capacities.
+    it is not too narrow. ``ratio`` is the paired ratio of medians to the first value; for the whole
+    bridge, of pairs of variants with the same components. ``curves`` are from `with_system`,
+    ``medians`` are the effects on median capacities.
 
     A failure mode of columns with the same curve as any failure has no row.
     """
@@ -136,7 +137,7 @@ def main_curves(pooled: pd.DataFrame) -> dict[str, pd.DataFrame]:
 
 _VALUE_COLUMNS: Final = (
     *("axis", "value", "theta", "theta_low", "theta_high", "beta", "beta_total", "level"),
-    *("n_exceed", "n_runs", "n_curves", "n_variants", "n_extrapolated", *RATIOS),
+    *("n_exceed", "n_runs", "n_curves", "n_variants", "n_extrapolated", "n_different", *RATIOS),
 )
 
 
@@ -145,6 +146,7 @@ def _by_value(
 ) -> list[dict[str, Any]]:
     """Return the rows of one state, one per value of the axis with a curve."""
     rows: list[dict[str, Any]] = []
+    start = pd.DataFrame()  # curves at the first value
     for value, at_value in curves.groupby(lead.name):
         with_curve, runs = at_value[at_value["preferred"]], at_value.drop_duplicates("variant")
         names = ["theta", "theta_low", "theta_high"]
@@ -157,11 +159,24 @@ def _by_value(
         effect = ratios.get((f"{state['component']}/{state['limit_state']}", value), {})
         if effect.get("status") == OK:
             row |= {name: effect[name] for name in RATIOS}
-        elif rows and len(with_curve):  # a system has no table of effects
-            row["ratio"] = row["theta"] / rows[0]["theta"]
+        elif len(start) and len(with_curve) and state["component"] == WHOLE_BRIDGE:
+            row |= _system_ratio(start, with_curve, lead)
         if len(with_curve):
+            start = start if len(start) else with_curve
             rows.append(row)
     return rows
+
+
+def _system_ratio(start: pd.DataFrame, end: pd.DataFrame, lead: Axis) -> dict[str, float]:
+    """Return the mean ratio of medians of systems with the same components, which has no table.
+
+    ``n_different`` is the number of pairs of variants that are left out.
+    """
+    others = [axis.name for axis in axes_of(map(str, start)) if axis.name != lead.name]
+    pairs = start.merge(end, on=others, suffixes=("_from", "_to"))
+    same = pairs[pairs["components_from"] == pairs["components_to"]]
+    ratio = float(np.exp(np.log(same["theta_to"] / same["theta_from"]).mean()))
+    return {"ratio": ratio, "n_different": len(pairs) - len(same)}
 
 
 def state_text(row: Mapping[Any, Any]) -> str:
@@ -192,9 +207,13 @@ def value_words(row: Mapping[str, Any], unit: str) -> str:
 
 
 def variants_text(row: Mapping[str, Any]) -> str:
-    """Return how many variants have a curve; empty if all have one."""
+    """Return how many variants have a curve, if not all, and if a ratio leaves out others."""
     are_missing = row["n_curves"] < row["n_variants"]
-    return f" ({row['n_curves']}/{row['n_variants']} variants)" if are_missing else ""
+    text = f" ({row['n_curves']}/{row['n_variants']} variants)" if are_missing else ""
+    if row["n_different"] > 0:
+        kind = "× of some variants" if np.isfinite(row["ratio"]) else "no ×"
+        text += f" ({kind}: different components)"
+    return text
 
 
 @mpl.rc_context(STYLE)

@@ -53,10 +53,9 @@ CPU_S_PER_STRONG_S: Final = 0.10  # per second of this part
 CPU_S_PER_LATER_S: Final = 0.03
 CPU_S_PER_STEP: Final = 1.5e-3  # constant steps: scheme paper and reference accuracy
 WITHOUT_CONTACTS: Final = 0.6  # ratio
-#: Share of the checks in the expected cost of the analyses. The strongest parts of motions cost up
-#: to 1.35 times as much as expected; the checks are then still below a quarter.
+#: Share of the sensitivity check in the expected cost of the analyses. The strongest parts of
+#: motions cost up to 1.35 times as much as expected; the check is then still below a quarter.
 CHECK_SHARE: Final = 0.18
-SHORTEST_PART_S: Final = 3.0
 REPEATS_AT_DEFAULT: Final = 5  # analyses of a checked row that are not at the reference accuracy
 
 LOG_INTERVAL_S: Final = 60.0
@@ -232,31 +231,23 @@ def analyses_s(study: StudyConfig, durations_s: Sequence[float]) -> float:
     )
 
 
-def check_plan(study: StudyConfig, durations_s: Sequence[float]) -> tuple[float, int, float, float]:
-    """Return the extent of the numerical checks, limited by the expected cost of the analyses.
+def check_plan(study: StudyConfig, durations_s: Sequence[float]) -> tuple[int, float]:
+    """Return the number of rows of the sensitivity check and its expected processor time (s).
 
-    The longest part of a motion (s) for the friction pair (0: no pair), the rows of the sensitivity
-    check, and the expected processor times (s) of both.
+    The expected cost of the analyses limits this number.
     """
-    variants, settings, check = expand_grid(study.grid), study.analysis, study.sensitivity
+    settings, check = study.analysis, study.sensitivity
+    if settings.scheme != "default":
+        return 0, 0.0  # the reference accuracy has settings that scheme paper refuses
+    variants = expand_grid(study.grid)
     abutment = max((variant.abutment for variant in variants), key=list(ABUTMENTS).index)
     counted = durations_s[: study.design.first] if study.design.until else durations_s
     budget_s = CHECK_SHARE * analyses_s(study, counted)
-    longest_s = part_s = min(max(durations_s), settings.duration_s or inf)
-    pair_s = 2.0 * forecast_s(part_s, abutment, settings)
-    if pair_s > budget_s:
-        part_s = round(0.5 * budget_s / forecast_s(1.0, abutment, settings), 1)
-        pair_s = budget_s
-    is_pair = len({variant.friction_pct for variant in variants}) > 1
-    if not is_pair or part_s < min(SHORTEST_PART_S, longest_s):
-        part_s = pair_s = 0.0
-    window_s = min(check.window_s or inf, longest_s)
+    window_s = min(check.window_s or inf, max(durations_s), settings.duration_s or inf)
     row_s = CPU_S_PER_STEP * window_s / NUMERICS["reference"]["analysis"]["dt_s"]
     row_s += REPEATS_AT_DEFAULT * forecast_s(window_s, abutment, settings)
-    # the reference accuracy has settings that scheme paper refuses
-    max_rows = check.rows if settings.scheme == "default" else 0
-    rows = min(max_rows, int((budget_s - pair_s) / row_s))
-    return part_s, rows, pair_s, rows * row_s
+    rows = min(check.rows, int(budget_s / row_s))
+    return rows, rows * row_s
 
 
 def sampled(tasks: Sequence[Task], count: int) -> list[Task]:

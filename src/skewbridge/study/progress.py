@@ -97,7 +97,7 @@ def forecast_study(config: StudyConfig) -> StudyProgress:
     speed = measured_speed(state.rows, config.analysis)
     parts_s = {
         "analyses": trials * analyses_s(config, durations_s),
-        "checks": check_plan(config, durations_s)[3],
+        "checks": check_plan(config, durations_s)[1],
         "other": START_S + TAIL_S + (JOB_START_S + TAIL_S_PER_VARIANT) * len(keys),
     }
     cpu_s = {name: round(speed * part_s, 1) for name, part_s in parts_s.items()}
@@ -124,7 +124,7 @@ def other_work_s(
 ) -> float:
     """Return the wall time (s) of checks not yet done, fits, figures and page of a study."""
     folder, variants = StudyFolder(Path(study.results)), len(expand_grid(study.grid))
-    *_, rows_s = check_plan(study, durations_s)
+    _, rows_s = check_plan(study, durations_s)
     tail_s = TAIL_S + TAIL_S_PER_VARIANT * variants / min(cores, 2.0)
     checks_s = 0.0
     if not folder.sensitivity.is_file():

@@ -81,7 +81,7 @@ def write_sensitivity(setup: "StudySetup", slugs: Sequence[str], output: Path) -
     """
     from skewbridge.study.analyses import check_plan, run_in_journal
 
-    _, count, *_ = check_plan(setup.study, setup.durations_s)
+    count, _ = check_plan(setup.study, setup.durations_s)
     rows = sampled_rows(setup, slugs, count, setup.study.sensitivity.window_s)
     longest_first = sorted(REPEATS, key=lambda name: name != "reference")
     runs = [(number, name) for name in longest_first for number in range(len(rows))]
