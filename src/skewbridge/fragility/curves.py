@@ -30,10 +30,15 @@ from skewbridge.fragility.demand_model import (
     fit_models,
     state_curve,
 )
-from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED, MAX_BOUNDS_RATIO, FragilityFit
+from skewbridge.fragility.fits import (
+    BOUNDS_TOO_WIDE,
+    FITTED,
+    FLATTEST_SLOPE,
+    MAX_BOUNDS_RATIO,
+    FragilityFit,
+)
 from skewbridge.fragility.likelihood import Maximum, NormalKernel, drop_of, maximise
 from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState, States
-from skewbridge.fragility.lines import FLATTEST_SLOPE
 from skewbridge.fragility.outcomes import (
     TREATMENTS,
     DemandOutcomes,
