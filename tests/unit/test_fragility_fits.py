@@ -369,17 +369,3 @@ def test_collapses_hardly_move_the_median_of_a_system():
     found = systems(fallen, states).loc["moderate"]
     assert strong.sum() > 3
     assert found["theta"] == pytest.approx(whole["theta"], rel=0.08)
-
-
-def test_second_term_of_a_replicates_step_follows_the_third_derivatives():
-    rng = np.random.default_rng(3)
-    values = rng.normal(size=24)
-    lower = values - np.repeat([0.0, 0.4, np.inf, 0.0], 6)
-    upper = values + np.repeat([0.0, 0.3, 0.0, np.inf], 6)
-    design, at = np.column_stack([np.ones(24), rng.normal(size=24)]), np.array([0.2, -0.3, 0.9])
-    kernel = likelihood.NormalKernel(design, lower, upper, np.ones((2, 24)))
-    step = np.array([[0.3, 0.2, -0.1], [-0.1, 0.4, 0.2]])
-    ahead, behind = (kernel.derivatives(at + side * 1e-5 * step) for side in (1.0, -1.0))
-    turned = np.einsum("rpq,rq->rp", ahead.hessian - behind.hessian, step) / 2e-5
-    # central differences of second derivatives near 10: 1e-5 squared and rounding over 1e-5
-    assert kernel.bend(at, step) == pytest.approx(0.5 * turned, rel=1e-6, abs=1e-7)

@@ -154,23 +154,6 @@ class NormalKernel:
             loglik = np.where(h > 0.0, loglik, -np.inf)
         return Derivatives(loglik, score, hessian)
 
-    def bend(self, params: Floats, step: Floats) -> Floats:
-        """Return T step step / 2 (R, p), where T are mean third derivatives at ``params`` (p,)."""
-        if self._two_sided:
-            return np.zeros_like(step)
-        u, zl, zu = (design @ params for design in (self._tail, self._low, self._high))
-        r, scale = mills_ratio(u), -log_normal_interval(zl, zu) - HALF_LOG_2PI
-        a, b = (np.exp(scale - 0.5 * z * z) for z in (zu, zl))
-        third = np.mean(self._of_tail, axis=0) * r * ((u + r) * (u + 2.0 * r) - 1.0)
-        cube = (self._tail_tail * third[:, None]).T @ self._tail
-        cube[-1, -1] += 2.0 * np.mean(self._count) / params[-1] ** 3
-        uul, ull = -a * b * (zu + 2.0 * a), a * b * (2.0 * b - zl)
-        uuu, lll = a * ((zu + a) * (zu + 2.0 * a) - 1.0), b * (1.0 - (b - zl) * (2.0 * b - zl))
-        for design, *by in ((self._high, uuu, uul, ull), (self._low, uul, ull, lll)):
-            hh, hl, ll = (np.mean(self._of_between, axis=0)[:, None] * x[:, None] for x in by)
-            cube += (self._high_high * hh + self._cross * hl + self._low_low * ll).T @ design
-        return 0.5 * (row_products(step, step) @ cube)
-
 
 class Maximum(NamedTuple):
     """Maxima of a batch of R log-likelihoods."""
@@ -199,9 +182,6 @@ def maximise(
     params = np.array(start, dtype=np.float64)
     active = np.arange(len(params))
     converged = np.zeros(active.size, dtype=np.bool_)
-    bend = None  # second-order correction of the first step, if all replicates start alike
-    if isinstance(kernel, NormalKernel) and not covariance and active.size > 1:
-        bend = kernel.bend if np.all(params == params[0]) else None
     current = kernel.derivatives(params, active)
     loglik, hessian = current.loglik.copy(), current.hessian.copy()
     for _ in range(_MAX_ITERATIONS):
@@ -217,12 +197,6 @@ def maximise(
             active, step, is_done = active[~is_done], step[~is_done], is_done[~is_done]
             if active.size == 0:
                 break
-        if bend is not None:
-            # add the second-order term of the step if it is below a tenth of the first
-            correction = _newton_step(current.hessian, bend(params[-1], step))
-            is_small = np.sum(correction**2, axis=1) < 0.01 * np.sum(step**2, axis=1)
-            step += np.where(is_small[:, None], correction, 0.0)
-            bend = None
         required = current.loglik - 1e-12 * (1.0 + np.abs(current.loglik))
         trial = kernel.derivatives(params[active] + step, active)
         failed = np.flatnonzero(~(trial.loglik >= required))
