@@ -299,27 +299,25 @@ class _Profiles:
         shift = np.any(intercepts == 1.0, axis=0).astype(np.float64)
         self._shifts = np.vstack([np.tile(shift, (2 * len(intercepts), 1)), axis, axis])
         self._params = np.tile(best, (len(self._normals), 1))
-        _, self._score, self._hessian = kernel.derivatives(self._params)
-        self._intercepts, self._order = intercepts.T, np.sign(np.diff(intercepts @ best))
-        self._normals[:-2, slope] = np.repeat(-intercepts @ best / best[slope], 2)
+        self._score = np.empty_like(self._params)
 
     def derivatives(self, params: Floats, rows: Index) -> Derivatives:
         """Return the derivatives with respect to the free parameters for the numbered rows."""
         onto = self._onto[rows]
         full = self._kernel.derivatives(self._offset[rows] + (onto @ params[:, :, None])[..., 0])
-        self._score[rows], self._hessian[rows] = full.score, full.hessian
+        self._score[rows] = full.score
         score = (full.score[:, None, :] @ onto)[:, 0]
         hessian = np.swapaxes(onto, 1, 2) @ full.hessian @ onto
         return Derivatives(full.loglik, score, hessian - self._fixed[rows])
 
     def evaluate(self, psi: Floats) -> tuple[Floats, Floats]:
         """Return the profile log-likelihoods at ``psi`` and their derivatives, (rows,) each."""
-        before, normals, right = self._normals.copy(), self._normals, np.zeros(psi.size)
+        normals, right = self._normals, np.zeros(psi.size)
         normals[:-2, self._slope] = psi[:-2]
         right[-2:] = np.exp(psi[-2:])
         self._offset = right[:, None] * self._determined
         self._onto = self._eye - self._determined[:, :, None] * normals[:, None, :]
-        start = self._ahead(normals - before, right)
+        start = self._shifted(right)
         while True:
             # a unit Hessian for parameters that are not free keeps the matrix regular
             self._fixed = ~np.any(self._onto, axis=1)[:, :, None] * self._eye
@@ -340,18 +338,3 @@ class _Profiles:
         violation = right - np.sum(self._normals * self._params, axis=1)
         distance = violation / np.sum(self._normals * self._shifts, axis=1)
         return self._params + distance[:, None] * self._shifts
-
-    def _ahead(self, change: Floats, right: Floats) -> Floats:
-        """Return start values for the next maxima, on the tangent of the profile if usable."""
-        # at a maximum, score = multiplier * normal: one Newton step for parameters and multiplier
-        count, size = self._params.shape
-        system, right_side = np.zeros((count, size + 1, size + 1)), np.zeros((count, size + 1))
-        system[:, :-1, :-1], system[:, :-1, -1] = self._hessian, -self._normals
-        system[:, -1, :-1] = self._normals
-        right_side[:, :-1] = np.sum(self._determined * self._score, axis=1)[:, None] * change
-        right_side[:, -1] = right - np.sum(self._normals * self._params, axis=1)
-        step = _newton_step(-system, right_side)[:, :-1]  # zero without a tangent
-        ahead = self._params + step
-        usable = np.any(step != 0.0, axis=1) & (ahead[:, self._slope] > 0.0)
-        usable &= np.all(np.diff(ahead @ self._intercepts) * self._order > 0.0, axis=1)
-        return np.where(usable[:, None], ahead, self._shifted(right))
