@@ -26,7 +26,7 @@ from skewbridge.files.text import write_text
 from skewbridge.fragility.demand_table import axis_names, described, need_columns, variant_columns
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.joint import JointModel
-from skewbridge.fragility.settings import DEFAULTS, EFFECT_CONFIDENCE, FitSettings
+from skewbridge.fragility.settings import EFFECT_CONFIDENCE
 from skewbridge.fragility.union import UNION_COLUMNS, Union, curve_probability, union_curve
 from skewbridge.fragility.verdicts import RATIOS
 from skewbridge.units import split_unit
@@ -407,12 +407,7 @@ def with_ratios(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     return curves.assign(**ratios)
 
 
-def paper_table(
-    curves: pd.DataFrame,
-    medians: pd.DataFrame,
-    joint: pd.DataFrame,
-    settings: FitSettings = DEFAULTS,
-) -> pd.DataFrame:
+def paper_table(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame) -> pd.DataFrame:
     """Return the table for publication, without limit states of which no variant has a curve."""
     selected = with_ratios(chosen_curves(curves), medians)
     joint = joint.merge(selected.loc[selected["theta"].notna(), list(_STATE)].drop_duplicates())

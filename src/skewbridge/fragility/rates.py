@@ -178,7 +178,7 @@ def rate_effects(
         for axis in axes or demand_table.varying_axes(of_bridge.variants):
             for keys, scope, start, end in _changes(medians, axis, all_states, hazard, systems):
                 change = end.minus(start)
-                row = effect_row(change.jackknifed, settings, blocks=blocks)
+                row = effect_row(change.jackknifed, blocks=blocks)
                 ends = change.interval(EFFECT_CONFIDENCE)
                 row |= dict(zip(("ratio", "ci_low", "ci_high"), ends, strict=True))
                 row |= {"direction": int(ends[1] > 1.0) - int(ends[2] < 1.0), "scope": scope}
