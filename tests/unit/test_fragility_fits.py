@@ -187,18 +187,6 @@ def test_limits_of_a_proportion_are_those_of_the_exact_binomial_test(k, n):
     assert (low[0], high[0]) == pytest.approx((expected.low, expected.high))
 
 
-def test_a_curved_predictor_is_detected():
-    rng = np.random.default_rng(5)
-    x = np.sort(rng.uniform(-2, 1, 3000))
-
-    def single(eta):
-        k = (rng.uniform(size=3000) < stats.norm.cdf(eta)).astype(float)
-        return fit_stripes(np.exp(x), np.ones(3000), k).details
-
-    assert single(1.5 * x)["link_p"] > 0.01
-    assert single(1.5 * x + 0.8 * x**2)["link_p"] < 1e-6
-
-
 # --- clouds
 
 

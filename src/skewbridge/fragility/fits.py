@@ -5,10 +5,9 @@ Clopper and Pearson (1934), Biometrika 26(4):404-413; penalised likelihood, Firt
 80(1):27-38; counts, Baker (2015), Earthquake Spectra 31(1):579-599, Eq. 11; capacities, Vamvatsikos
 and Cornell (2002), EESD 31(3):491-514; brackets, Turnbull (1976), JRSS B 38(3):290-295; cloud,
 Cornell et al. (2002), J. Struct. Eng. 128(4):526-533; interval of a ratio, Fieller (1954), JRSS B
-16(2):175-185; test of the link, Pregibon (1980), Applied Statistics 29(1):15-24; jackknife by
-motion, Bell and McCaffrey (2002), Survey Methodology 28(2):169-181; studentised test of Breusch and
-Pagan, Koenker (1981), J. Econometrics 17(1):107-112; normality, Lilliefors (1967), JASA
-62(318):399-402.
+16(2):175-185; jackknife by motion, Bell and McCaffrey (2002), Survey Methodology 28(2):169-181;
+studentised test of Breusch and Pagan, Koenker (1981), J. Econometrics 17(1):107-112; normality,
+Lilliefors (1967), JASA 62(318):399-402.
 """
 
 from collections.abc import Mapping, Sequence
@@ -206,9 +205,8 @@ def fit_stripes(
     fit = fit.warned(*_overlap_warnings(x, runs, exceed))
     ln_combinations = special.gammaln(runs + 1.0) - special.gammaln(exceed + 1.0)
     loglik = fit.loglik + float(np.sum(ln_combinations - special.gammaln(runs - exceed + 1.0)))
-    eta = fit.details["a0"] + fit.details["a1"] * ln_im
-    goodness = {"loglik_kernel": fit.loglik, "link_p": _link_p(eta, ln_im, runs, exceed)}
-    return replace(fit, loglik=loglik, details={**fit.details, **goodness})
+    details = {**fit.details, "loglik_kernel": fit.loglik}
+    return replace(fit, loglik=loglik, details=details)
 
 
 def exceedance_maxima(ln_im: Floats, known: Mask, exceed: Mask) -> list[likelihood.Maximum | None]:
@@ -301,19 +299,6 @@ def _overlap_warnings(x: Floats, n: Floats, k: Floats) -> list[str]:
     first, last = np.min(levels[exceed > 0.0]), np.max(levels[exceed < runs])
     overlap = int(np.sum((levels >= first) & (levels <= last)))
     return ["small_overlap"] if overlap < 2 * FEW_MIXED_STRIPES else []
-
-
-def _link_p(eta: Floats, ln_im: Floats, n: Floats, k: Floats) -> float:
-    """Return the p-value of the score test of curvature in eta, or NaN for two intensities."""
-    mills_hit, mills_miss, remain = likelihood.mills_ratio(eta), likelihood.mills_ratio(-eta), n - k
-    score = k * mills_hit - remain * mills_miss
-    information = k * mills_hit * (eta + mills_hit) + remain * mills_miss * (mills_miss - eta)
-    square = (ln_im - np.mean(ln_im)) ** 2
-    design = np.column_stack([np.ones_like(ln_im), ln_im])
-    weighted = design * information[:, None]
-    extra = square - design @ np.linalg.solve(design.T @ weighted, weighted.T @ square)
-    variance = float(information @ extra**2)
-    return float(special.chdtrc(1, (score @ extra) ** 2 / variance)) if variance > 1e-9 else nan
 
 
 def fit_capacities(
