@@ -10,7 +10,6 @@ the jackknife over motions.
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property, partial
-from itertools import zip_longest
 from math import inf, nan
 from typing import Any, Final, NamedTuple
 
@@ -37,7 +36,7 @@ from skewbridge.fragility.fits import (
     MAX_BOUNDS_RATIO,
     FragilityFit,
 )
-from skewbridge.fragility.likelihood import Maximum, NormalKernel, drop_of, maximise
+from skewbridge.fragility.likelihood import NormalKernel, drop_of, maximise
 from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState, States
 from skewbridge.fragility.outcomes import (
     TREATMENTS,
@@ -362,9 +361,8 @@ def _exceedance_fits(
     """Fit the exceedance probabilities of all states with a common dispersion."""
     exceed = np.column_stack([outcomes.exceed(state) for state in runs.states])
     is_known = ~np.column_stack([outcomes.unknown(state) for state in runs.states])
-    maxima = fitting.exceedance_maxima(runs.ln_im, is_known, exceed) if in_full else ()
-    columns = zip_longest(is_known.T, exceed.T, maxima)
-    fits = [_single_fit(runs, *of_state, in_full=in_full) for of_state in columns]
+    outcomes_of = zip(is_known.T, exceed.T, strict=True)
+    fits = [_single_fit(runs, *of_state, in_full=in_full) for of_state in outcomes_of]
     estimable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
     # states exceeded in the same known runs share an intercept: fit only the first of them
     first: dict[int, int] = {}
@@ -433,16 +431,13 @@ def _common_slope(
     return _StateFits(fits, ln_theta, beta)
 
 
-def _single_fit(
-    runs: _DemandRuns, is_known: Mask, exceed: Mask, best: Maximum | None, *, in_full: bool
-) -> FragilityFit:
+def _single_fit(runs: _DemandRuns, is_known: Mask, exceed: Mask, *, in_full: bool) -> FragilityFit:
     """Fit one state alone; unless ``in_full``, return only its status and a start value."""
     im, hits = runs.im[is_known], exceed[is_known].astype(np.float64)
     ones = np.ones(im.size)
     if in_full and im.size:
         count = int(np.unique(runs.motion[is_known]).size)
-        options: Any = {"n_records": count, "maximum": best, "interval": False}
-        options["settings"] = runs.settings
+        options: Any = {"n_records": count, "interval": False, "settings": runs.settings}
         return fitting.fit_stripes(im, ones, hits, **options)
     status = fitting.binomial_status(np.log(im), ones, hits)
     start = np.exp(np.quantile(np.log(im), 1.0 - np.mean(hits))) if status == FITTED else nan

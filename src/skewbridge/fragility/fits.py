@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import optimize, special
 
-from skewbridge.files.tables import Floats, Index, Mask, as_column, positive, require, same_length
+from skewbridge.files.tables import Floats, Index, as_column, positive, require, same_length
 from skewbridge.fragility import likelihood, motion_means
 from skewbridge.fragility.settings import ASSUMED_BETA, DEFAULTS, FitSettings
 
@@ -167,7 +167,6 @@ def fit_stripes(
     settings: FitSettings = DEFAULTS,
     n_records: int | None = None,  # number of motions, if smaller than the number of runs
     interval: bool = True,  # compute profile-likelihood intervals
-    maximum: likelihood.Maximum | None = None,  # maximum of the likelihood, if already known
 ) -> FragilityFit:
     """Fit a fragility curve to k exceedances in n runs at each intensity, by maximum likelihood.
 
@@ -196,9 +195,8 @@ def fit_stripes(
     ones = -np.ones((int(has_hits.sum()), 1))
     kernel = likelihood.NormalKernel(ones, low[has_hits], high[has_hits], counts[has_hits])
     # start: line through the probits of the exceedance shares, which are kept away from 0 and 1
-    if maximum is None:
-        line = np.polyfit(ln_im, special.ndtri((exceed + 0.5) / (runs + 1.0)), 1, w=np.sqrt(runs))
-        maximum = likelihood.maximise(kernel, line[None, ::-1])
+    line = np.polyfit(ln_im, special.ndtri((exceed + 0.5) / (runs + 1.0)), 1, w=np.sqrt(runs))
+    maximum = likelihood.maximise(kernel, line[None, ::-1])
     fit = _completed(blank, kernel, maximum, x, n_records=n_records or total, interval=interval)
     if fit.status != FITTED:
         return fit
@@ -207,22 +205,6 @@ def fit_stripes(
     loglik = fit.loglik + float(np.sum(ln_combinations - special.gammaln(runs - exceed + 1.0)))
     details = {**fit.details, "loglik_kernel": fit.loglik}
     return replace(fit, loglik=loglik, details=details)
-
-
-def exceedance_maxima(ln_im: Floats, known: Mask, exceed: Mask) -> list[likelihood.Maximum | None]:
-    """Return the likelihood maximum of each of J states, or None for states without estimate."""
-    # `known` and `exceed` have the shape (n, J); all states are maximised together
-    signs = (np.where(exceed, 1.0, -1.0) * known).T
-    shares = [(np.abs(sign), np.maximum(sign, 0.0)) for sign in signs]
-    fittable = [j for j, counts in enumerate(shares) if binomial_status(ln_im, *counts) == FITTED]
-    maxima: list[likelihood.Maximum | None] = [None] * len(signs)
-    if fittable:
-        ones, low = -np.ones((ln_im.size, 1)), np.full(ln_im.size, -np.inf)
-        kernel = likelihood.NormalKernel(ones, low, ln_im, signs[fittable])
-        best = likelihood.maximise(kernel, np.polyfit(ln_im, signs[fittable].T, 1)[::-1].T)
-        for j, *values in zip(fittable, *best, strict=True):
-            maxima[j] = likelihood.Maximum(*(np.asarray(value)[None] for value in values))
-    return maxima
 
 
 def _completed(

@@ -69,8 +69,7 @@ class NormalKernel:
     The parameters are (delta_1..delta_q, h). Y has the mean X delta/h and the standard deviation
     1/h. Each observed row adds ln h (Jacobian), without which h would have no maximum; with
     observed rows, the log-likelihood is minus infinity for h <= 0. If X is a column of -1, the
-    parameters are (a0, a1) with z = a0 + a1 y. A negative weight of a row with one finite bound
-    reverses the inequality: a lower bound becomes an upper bound.
+    parameters are (a0, a1) with z = a0 + a1 y.
     """
 
     def __init__(
@@ -91,7 +90,6 @@ class NormalKernel:
         self._tail = np.vstack([-low[below], high[above]])
         self._tail_tail = row_products(self._tail, self._tail)
         self._of_tail = self.weights[..., np.append(below, above)]
-        self._two_sided = bool(np.any(self._of_tail < 0.0))
         between = np.flatnonzero(has_low & has_high)
         self._of_between = self.weights[..., between]
         self._low, self._high = low[between], high[between]
@@ -128,13 +126,11 @@ class NormalKernel:
             hessian -= self._onto.T @ sums @ self._onto
             hessian[:, -1, -1] -= count / safe_h**2
         if len(self._tail):
-            u, runs = params @ self._tail.T, of_tail
-            if self._two_sided:
-                u, runs = np.copysign(1.0, of_tail) * u, np.abs(of_tail)
+            u = params @ self._tail.T
             log_p, ratio = log_normal_tail(u)
-            loglik += np.sum(runs * log_p, axis=1)
+            loglik += np.sum(of_tail * log_p, axis=1)
             score += (of_tail * ratio) @ self._tail
-            hessian -= ((runs * (ratio * (u + ratio))) @ self._tail_tail).reshape(hessian.shape)
+            hessian -= ((of_tail * (ratio * (u + ratio))) @ self._tail_tail).reshape(hessian.shape)
         if len(self._low):
             zu, zl = params @ self._high.T, params @ self._low.T
             log_p = log_normal_interval(zl, zu)
