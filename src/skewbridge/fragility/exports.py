@@ -37,7 +37,6 @@ _NEEDED: Final = (
     "variant", "component", "limit_state", "demand", "threshold", "method", "status", "im", "theta",
     "beta", "beta_total", "preferred",
 )  # fmt: skip
-_BOUNDS: Final = ("theta_bound_low", "theta_bound_high", "theta_bound_beta")
 #: Columns of a CSV of curves, described in `CURVE_COLUMNS`.
 PARAMETERS: Final = (
     "component", "limit_state", "method", "im", "theta", "theta_low", "theta_high", "beta_total",
@@ -71,7 +70,7 @@ def export_curves(source: Path, form: str, out: Path) -> dict[str, Any]:
         raise InputError(f"format must be one of {', '.join(WRITERS)}, got {form!r}")
     table = read_any(source)
     need_columns(table, _NEEDED, "the table of curves")
-    curves = exported_curves(with_bounds(table))
+    curves = chosen_curves(table).reset_index(drop=True)
     has_estimate = curves["status"] == FITTED
     if not has_estimate.any() and form != "csv":
         raise InputError(f"{source.name}: nothing to write, because no curve has an estimate")
@@ -110,34 +109,20 @@ def _write_csv(curves: pd.DataFrame, out: Path, _: Path) -> dict[str, Any]:
     return {}
 
 
-def with_bounds(curves: pd.DataFrame) -> pd.DataFrame:
-    """Return curves in which bounds of medians, which one method gives, are in all methods."""
-    names = [name for name in _BOUNDS if name in curves]
-    largest = curves.groupby(["variant", "component", "limit_state"])[names].transform("max")
-    return curves.assign(**{name: largest[name] for name in names})
-
-
-def exported_curves(table: pd.DataFrame) -> pd.DataFrame:
-    """Return the preferred curve per variant and limit state.
-
-    The column ``curve_beta`` is beta_total, or beta if there is no slope to convert the dispersion
-    of the capacity. ``damage_scale`` is the component, or component and state if the states of the
-    component have different demands.
-    """
-    need_columns(table, _NEEDED, "the table of curves")
-    rows = chosen_curves(table).reset_index(drop=True)
-    scale, state = rows["component"].astype(str), rows["limit_state"].astype(str)
-    one_demand = rows.groupby("component")["demand"].transform("nunique") == 1
-    beta = rows["beta_total"].fillna(rows["beta"])
-    return rows.assign(curve_beta=beta, damage_scale=scale.where(one_demand, scale + "_" + state))
-
-
 def _functions(curves: pd.DataFrame) -> Iterator[tuple[str, str, list[str], pd.DataFrame]]:
-    """Yield variant, damage scale, states sorted by threshold, and curves indexed by state."""
-    ordered = curves.sort_values("threshold", kind="stable")
-    states = ordered.groupby("damage_scale")["limit_state"].unique()
-    for (variant, scale), group in curves.groupby(["variant", "damage_scale"], sort=True):
-        rows = group.set_index("limit_state", drop=False)
+    """Yield variant, damage scale, states sorted by threshold, and curves indexed by state.
+
+    A damage scale is a component, or component and state if the states of the component have
+    different demands. The column ``curve_beta`` is beta_total, or beta if there is no slope to
+    convert the dispersion of the capacity.
+    """
+    component = curves["component"].astype(str)
+    one_demand = curves.groupby("component")["demand"].transform("nunique") == 1
+    scales = component.where(one_demand, component + "_" + curves["limit_state"].astype(str))
+    curves = curves.assign(curve_beta=curves["beta_total"].fillna(curves["beta"]))
+    states = curves.sort_values("threshold", kind="stable").groupby(scales)["limit_state"].unique()
+    for (variant, scale), group in curves.groupby(["variant", scales], sort=True):
+        rows = group.set_index("limit_state", drop=False).assign(damage_scale=scale)
         yield str(variant), str(scale), list(map(str, states[str(scale)])), rows
 
 

@@ -25,7 +25,7 @@ from skewbridge.fragility import demand_table
 from skewbridge.fragility.curves import CURVE_COLUMNS, METHODS
 from skewbridge.fragility.demand_model import SKEW, BridgeModels, StateCurve
 from skewbridge.fragility.effects import STEP, Medians, effect_row, variant_pairs
-from skewbridge.fragility.exports import chosen_curves, with_bounds
+from skewbridge.fragility.exports import chosen_curves
 from skewbridge.fragility.fits import ALL_EXCEED, BOUNDS_TOO_WIDE, FITTED, NO_EXCEEDANCE
 from skewbridge.fragility.hazard import HazardCurve, LogRate
 from skewbridge.fragility.joint import JointModel
@@ -139,7 +139,11 @@ def rate_table(
 
     ``system`` has the columns `rate` and `shares` of `system_curves` with a hazard.
     """
-    chosen, columns = chosen_curves(with_bounds(curves)), demand_table.variant_columns(curves)
+    # bounds of medians, which one method gives, apply to all methods
+    bounds = [f"theta_bound_{name}" for name in ("low", "high", "beta")]
+    largest = curves.groupby(_STATE)[bounds].transform("max")
+    chosen = chosen_curves(curves.assign(**{name: largest[name] for name in bounds}))
+    columns = demand_table.variant_columns(curves)
     states = chosen[[*columns, *_STATE[1:]]].join(rates_of_curves(chosen, joint, hazard))
     rows = records_of(states)
     for row in records_of(system):
