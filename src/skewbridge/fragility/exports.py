@@ -103,7 +103,7 @@ def _write_latex(curves: pd.DataFrame, out: Path, folder: Path) -> dict[str, Any
     return {}
 
 
-def _write_csv(curves: pd.DataFrame, out: Path, _: Path) -> dict[str, Any]:
+def _write_csv(curves: pd.DataFrame, out: Path, _folder: Path) -> dict[str, Any]:
     names = (*variant_columns(curves), *PARAMETERS)
     write_csv(curves[[name for name in names if name in curves]], out)
     return {}
@@ -122,7 +122,7 @@ def _functions(curves: pd.DataFrame) -> Iterator[tuple[str, str, list[str], pd.D
     curves = curves.assign(curve_beta=curves["beta_total"].fillna(curves["beta"]))
     states = curves.sort_values("threshold", kind="stable").groupby(scales)["limit_state"].unique()
     for (variant, scale), group in curves.groupby(["variant", scales], sort=True):
-        rows = group.set_index("limit_state", drop=False).assign(damage_scale=scale)
+        rows = group.set_index("limit_state", drop=False).assign(damage_scale=str(scale))
         yield str(variant), str(scale), list(map(str, states[str(scale)])), rows
 
 
@@ -144,7 +144,7 @@ def measure_names(column: str) -> tuple[str, float, str, str]:
     return next(matching, ("", 1.0, "", ""))
 
 
-def _write_nrml(curves: pd.DataFrame, out: Path, _: Path) -> dict[str, Any]:
+def _write_nrml(curves: pd.DataFrame, out: Path, _folder: Path) -> dict[str, Any]:
     """Write one function per variant and damage scale, with limit states sorted by threshold.
 
     All functions of an OpenQuake model have the same limit states. If the fitted states differ, one
@@ -246,7 +246,7 @@ def _write_model(
     return written | {"crossing": crossing}
 
 
-def _write_pelicun(curves: pd.DataFrame, out: Path, _: Path) -> dict[str, Any]:
+def _write_pelicun(curves: pd.DataFrame, out: Path, _folder: Path) -> dict[str, Any]:
     """Write one row per variant and damage scale; limit states are numbered from mild to severe.
 
     States without an estimate keep their number, because pelicun skips empty parameters. The report
