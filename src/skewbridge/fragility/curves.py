@@ -177,15 +177,12 @@ class _BridgeState:
         runs = self._models.runs
         collapsed = (runs["status"] == COLLAPSE).to_numpy() & ~is_beyond_model(runs)
         by_definition = any(mode.collapse == COLLAPSE_EXCEEDS for mode in self._modes)
-        bounds = [collapsed & np.isposinf(fit.outcomes.upper) for fit in fits]
+        outcomes = [fit.outcomes for fit in fits]
+        bounds = [collapsed & np.isposinf(known.upper) for known in outcomes]
         if np.any(bounds) and not by_definition:
-            uppers = [
-                np.where(rows, fit.outcomes.lower, fit.outcomes.upper)
-                for fit, rows in zip(fits, bounds, strict=True)
-            ]
             treated[_PEAKS] = [
-                fit.treated(replace(fit.outcomes, upper=upper))
-                for fit, upper in zip(fits, uppers, strict=True)
+                fit.treated(replace(known, upper=np.where(rows, known.lower, known.upper)))
+                for fit, known, rows in zip(fits, outcomes, bounds, strict=True)
             ]
         return treated
 

@@ -68,10 +68,9 @@ def curve_rate(curve: StateCurve, hazard: HazardCurve, ln_factor: float = 0.0) -
     return hazard.rate(lambda ln_im: exceedance(curve, ln_im - ln_factor), narrow)
 
 
-def _lognormal(theta: float, beta: float, hazard: HazardCurve) -> float:
-    """Return the annual rate of one lognormal curve."""
-    curve = StateCurve(np.log([theta]), np.array([nan]), np.array([beta]))
-    return curve_rate(curve, hazard).value
+def _lognormal(theta: float, beta: float) -> StateCurve:
+    """Return one lognormal curve, without replicates."""
+    return StateCurve(np.log([theta]), np.array([nan]), np.array([beta]))
 
 
 def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> Row:
@@ -84,16 +83,19 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
     status, rate_ends = curve["status"], (nan, nan, nan)
     row: Row = {name: curve[name] for name in ("status", "method", "im", "level")}
     bound_beta = np.hypot(curve["theta_bound_beta"], np.nan_to_num(curve["capacity_dispersion"]))
+
+    def rate_of(theta: float, beta: float) -> float:
+        return curve_rate(_lognormal(theta, beta), hazard).value
+
     if status == FITTED:
         beta_total = curve["beta"] if pd.isna(curve["beta_total"]) else curve["beta_total"]
-        for_rates = StateCurve(np.log([curve["theta"]]), np.array([nan]), np.array([beta_total]))
-        for_rates = for_rates._replace(modes=union_curve(curve))
         if model is not None and curve["method"] == METHODS[0]:
             for_rates = model
             rate_ends = curve_rate(model, hazard).interval(curve["level"])
         else:  # ASSUME the dispersion is known
+            for_rates = _lognormal(curve["theta"], beta_total)._replace(modes=union_curve(curve))
             thetas = (curve[name] for name in ("theta", "theta_high", "theta_low"))
-            middle, *ends = (_lognormal(theta, beta_total, hazard) for theta in thetas)
+            middle, *ends = (rate_of(theta, beta_total) for theta in thetas)
             rate = curve_rate(for_rates, hazard).value
             rate_ends = rate, *(rate * end / middle for end in ends)
         p_last = float(exceedance(for_rates, np.log(hazard.levels[-1:])[:, None])[0, 0])
@@ -101,18 +103,16 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
         row |= hazard.shares(*shares, curve["im_low"], curve["im_high"])
     elif status == BOUNDS_TOO_WIDE and model is not None:
         # the interval of the model, widened to the bounds with the dispersion of the capacity
-        added = np.maximum(model.total[0] ** 2 - model.beta[0] ** 2, 0.0)
+        added = np.maximum(model.total[0] ** 2 - model.beta[0] ** 2, 0.0) ** 0.5
         rate, low, high = curve_rate(model, hazard).interval(curve["level"])
-        bounds = [
-            (curve[f"theta_{n}"], np.hypot(curve[f"beta_{n}"], added**0.5)) for n in TREATMENTS
-        ]
-        factors = [1.0, *(_lognormal(*bound, hazard) / rate for bound in bounds)]
+        bounds = [(curve[f"theta_{n}"], np.hypot(curve[f"beta_{n}"], added)) for n in TREATMENTS]
+        factors = [1.0, *(rate_of(*bound) / rate for bound in bounds)]
         rate_ends = nan, low * np.nanmin(factors), high * np.nanmax(factors)
     # ASSUME a bound of a median has the slope 1 for the dispersion of its capacity
     elif status == NO_EXCEEDANCE:
-        rate_ends = nan, 0.0, _lognormal(curve["theta_bound_low"], bound_beta, hazard)
+        rate_ends = nan, 0.0, rate_of(curve["theta_bound_low"], bound_beta)
     elif status == ALL_EXCEED:
-        lowest_rate = _lognormal(curve["theta_bound_high"], bound_beta, hazard)
+        lowest_rate = rate_of(curve["theta_bound_high"], bound_beta)
         rate_ends = nan, lowest_rate, float(hazard.rates[0, 0])
     return row | rate_columns(rate_ends)
 
