@@ -22,7 +22,6 @@ _DECREMENT_TOLERANCE: Final = 1e-10  # the last Newton step leaves about its squ
 _MAX_ITERATIONS: Final = 80
 _MAX_HALVINGS: Final = 40
 _PROFILE_TOLERANCE: Final = 1e-11
-_FAR: Final = -30.0  # below this, ln Phi is used, because Phi approaches the smallest double
 
 
 def mills_ratio(eta: Floats) -> Floats:
@@ -42,12 +41,10 @@ def log_normal_interval(lower: Floats, upper: Floats) -> Floats:
     """Return ln[Phi(upper) - Phi(lower)] without cancellation; -inf where ``upper <= lower``."""
     side = np.copysign(1.0, -lower)  # an interval above zero is mirrored
     a, b = np.minimum(side * lower, side * upper), np.maximum(side * lower, side * upper)
+    log_a, log_b = special.log_ndtr(a), special.log_ndtr(b)
     with np.errstate(divide="ignore", invalid="ignore"):
-        out = np.log((special.ndtr(b) - special.ndtr(a)) * (upper > lower))
-        if (is_far := (b < _FAR) & (upper > lower)).any():
-            log_a, log_b = special.log_ndtr(a[is_far]), special.log_ndtr(b[is_far])
-            out[is_far] = log_b + np.log(-np.expm1(np.minimum(log_a - log_b, 0.0)))
-    return out
+        inside = log_b + np.log(-np.expm1(np.minimum(log_a - log_b, 0.0)))
+    return np.where(upper > lower, inside, -np.inf)
 
 
 class Derivatives(NamedTuple):
