@@ -53,10 +53,10 @@ def rows_of_demand(
         own = rows[(pairs.motions[rows] < own_number) & (pairs.side[rows] != UNKNOWN)]
         estimates.append(by_motion(ln_ratios[own], pairs.side[own], pairs.motions[own], number))
     blocks = [f"{motion}" for motion in range(number)]
-    yield {"scope": "pooled"} | effect_row(average(estimates), SETTINGS, blocks=blocks)
+    yield {"scope": "pooled"} | effect_row(average(estimates), blocks=blocks)
     for (place, _), own_number, estimate in zip(pairs.cells, numbers, estimates, strict=True):
         row = {"scope": "variant", **place, "n_pairs": own_number}
-        yield row | effect_row(estimate, SETTINGS, blocks=blocks)
+        yield row | effect_row(estimate, blocks=blocks)
 
 
 def demands_of(pairs: Pairs, numbers: NDArray[np.int_], kind: str) -> pd.DataFrame:

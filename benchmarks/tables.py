@@ -57,7 +57,7 @@ def measured(variants: int, motions: int) -> dict[str, Any]:
     joint = timed("joint", lambda: joint_table(runs, states, settings))
     checked = StudyTables(demands=rows, curves=curves, effects=effects, max_unfinished_share=1.0)
     timed("check", lambda: check_tables(checked))
-    timed("table", lambda: latex_table(paper_table(curves, medians, joint, settings)))
+    timed("table", lambda: latex_table(paper_table(curves, medians, joint)))
     tables = {"demands": rows, "curves": curves, "effects": effects, "medians": medians}
     timed("explorer", lambda: explorer_data(tables))
     timed("systems", lambda: system_curves(runs, states, settings))

@@ -8,7 +8,6 @@ from xml.etree import ElementTree
 import numpy as np
 import pandas as pd
 import pytest
-from scipy.stats import norm
 
 from cli_json import run
 from fragility_tables import FAILURES, two_mode_runs
@@ -18,7 +17,6 @@ from skewbridge.fragility.union import curve_probability
 
 NRML = "{http://openquake.org/xmlns/nrml/0.5}"
 PGA = "im_pga_rotd50_g"
-UNUSABLE_RANGES = ((0.0, 2.0), (2.0, 0.1), (0.1, 0.1), (0.1, np.inf))
 
 
 def curves_of(im="im_saavg_rotd50_g"):
@@ -135,20 +133,6 @@ def test_nrml_has_a_file_per_set_of_states(export):
     assert any("fragility.xml was not written" in note for note in report["notes"])
 
 
-def test_probabilities_over_a_range_are_those_of_the_curves(export):
-    curves = curves_of()
-    out, _ = export(curves, "csv", "p.csv", "--im-range", 0.1, 2)
-    long = pd.read_csv(out)
-    assert list(long.columns) == [
-        *("variant", "bridge", "abutment", "skew_deg", "gap_mm", "friction"),
-        *("component", "limit_state", "method", "im", "intensity", "probability"),
-    ]
-    one = curves.iloc[0]
-    same = (long["variant"] == one["variant"]) & (long["limit_state"] == one["limit_state"])
-    u = np.log(long.loc[same, "intensity"] / one["theta"]) / one["beta_total"]
-    assert long.loc[same, "probability"].to_numpy() == pytest.approx(norm.cdf(u), rel=1e-9)
-
-
 def test_latex_names_variants_in_words_and_marks_differing_methods(export):
     tex, _ = export(curves_of(), "latex", "curves.tex")
     text = tex.read_text()
@@ -201,13 +185,11 @@ def test_states_of_several_demands_are_no_damage_scale(export):
 
 
 def test_formats_and_options_that_do_not_fit_are_refused(export):
-    for im, file_format, options, words in (
-        ("im_sa_t1_rotd50_g", "nrml", (), "has no name in OpenQuake"),
-        (PGA, "latex", ("--im-range", 0.1, 2), "--im-range needs csv"),
-        (PGA, "xlsx", (), "format must be one of nrml, pelicun, csv, latex"),
-        *((PGA, "csv", ("--im-range", *ends), "needs 0 < low < high") for ends in UNUSABLE_RANGES),
+    for im, file_format, words in (
+        ("im_sa_t1_rotd50_g", "nrml", "has no name in OpenQuake"),
+        (PGA, "xlsx", "format must be one of nrml, pelicun, csv, latex"),
     ):
-        export(curves_of(im), file_format, "out", *options, refused=words)
+        export(curves_of(im), file_format, "out", refused=words)
     published = curves_of(PGA).rename(columns={"variant": "row"})  # as in table.csv
     export(published, "csv", "out", refused="the table of curves has no column 'variant'")
     assert measure_names("im_pgv_rotd50_mps")[:2] == ("PGV", 100.0)
@@ -257,14 +239,6 @@ def test_a_union_of_failure_modes_keeps_its_probabilities_in_every_format(export
                 assert other.get("format") == "continuous"
                 own = failures.query("variant == @name and limit_state == @mode and preferred")
                 assert np.all(read >= curve_probability(im, own.iloc[0].to_dict()) - 5e-5)
-    long = pd.read_csv(export(failures, "csv", "p.csv", "--im-range", 0.05, 3)[0])
-    wide = long.pivot_table(index=["variant", "intensity"], columns="limit_state",
-                            values="probability")  # fmt: skip
-    for mode in ("shear", "flexure"):
-        assert wide[mode].notna().any()
-        assert (wide["any"] >= wide[mode])[wide[mode].notna()].all()
-    inside = long["extrapolated"].eq(other=False)
-    assert 0.2 < inside.mean() < 0.95
 
 
 def test_exports_flag_medians_outside_the_motions(export, failures):

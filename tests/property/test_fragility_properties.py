@@ -14,7 +14,6 @@ from skewbridge.fragility import curves as fragility_curves
 from skewbridge.fragility import fits
 from skewbridge.fragility.exports import chosen_curves
 from skewbridge.fragility.fits import binomial_status, fit_stripes
-from skewbridge.fragility.lines import fit_lines
 from skewbridge.fragility.union import curve_probability
 
 LEVELS = np.array([0.1, 0.2, 0.35, 0.5, 0.8, 1.2])
@@ -103,25 +102,6 @@ def test_single_runs_equal_their_stripes(data):
     if fit.status == "ok":
         assert single.theta == pytest.approx(fit.theta, rel=1e-6)
         assert single.details["loglik_kernel"] == pytest.approx(fit.details["loglik_kernel"])
-
-
-@given(st.integers(0, 10**6), st.sampled_from([0.0, 0.2]))
-@settings(max_examples=40)
-def test_weighted_lines_equal_the_line_of_the_repeated_runs(seed, share):
-    rng = np.random.default_rng(seed)
-    x = rng.uniform(-2, 0.5, 20)
-    y = -3 + 1.1 * x + 0.3 * rng.normal(size=20)
-    upper = np.where(rng.random(20) < share, np.inf, y)
-    weights = rng.integers(0, 4, (1, 20)).astype(float)
-    rows = np.repeat(np.arange(20), weights[0].astype(int))
-    assume(np.unique(rows[upper[rows] == y[rows]]).size > 4)
-    # least squares divide by n - 2, the likelihood with censored runs by n
-    assume(np.any(upper[rows] > y[rows]) == np.any(upper > y))
-    found = fit_lines(x, y, upper, weights)
-    again = fit_lines(x[rows], y[rows], upper[rows], np.ones((1, rows.size)))
-    assume(np.isfinite(again.b[0]))
-    assert found.ln_theta(0.04)[0] == pytest.approx(again.ln_theta(0.04)[0], rel=1e-6, abs=1e-6)
-    assert found.beta()[0] == pytest.approx(again.beta()[0], rel=1e-6)
 
 
 @given(st.floats(0.5, 1.5), st.floats(0.0, 0.5))

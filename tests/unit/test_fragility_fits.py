@@ -6,9 +6,10 @@ from scipy import optimize, stats
 
 from fragility_tables import IM, SETTINGS, STATES, ready, states_of, synthetic_demands
 from skewbridge.errors import InputError
-from skewbridge.fragility import fits, likelihood, lines
+from skewbridge.fragility import fits, likelihood
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.fits import (
+    cloud_line,
     fit_brackets,
     fit_capacities,
     fit_cloud,
@@ -176,7 +177,7 @@ def test_brackets_take_the_first_crossing_and_need_information():
 def test_distance_from_a_normal_sample_is_that_of_either_side(sign):
     values = sign * np.random.default_rng(2).exponential(size=25)
     scaled = (values - values.mean()) / values.std(ddof=1)
-    assert lines.lilliefors(values)[0] == pytest.approx(stats.kstest(scaled, "norm").statistic)
+    assert fits.lilliefors(values)[0] == pytest.approx(stats.kstest(scaled, "norm").statistic)
 
 
 @pytest.mark.parametrize(("k", "n"), [(1, 20), (7, 20), (19, 20), (2, 3)])
@@ -184,18 +185,6 @@ def test_limits_of_a_proportion_are_those_of_the_exact_binomial_test(k, n):
     low, high = fits.clopper_pearson(np.array([float(k)]), np.array([float(n)]), 0.9)
     expected = stats.binomtest(k, n).proportion_ci(0.9, method="exact")
     assert (low[0], high[0]) == pytest.approx((expected.low, expected.high))
-
-
-def test_a_curved_predictor_is_detected():
-    rng = np.random.default_rng(5)
-    x = np.sort(rng.uniform(-2, 1, 3000))
-
-    def single(eta):
-        k = (rng.uniform(size=3000) < stats.norm.cdf(eta)).astype(float)
-        return fit_stripes(np.exp(x), np.ones(3000), k).details
-
-    assert single(1.5 * x)["link_p"] > 0.01
-    assert single(1.5 * x + 0.8 * x**2)["link_p"] < 1e-6
 
 
 # --- clouds
@@ -259,7 +248,7 @@ def test_the_profile_of_a_line_is_that_of_student_where_hardly_anything_is_censo
 def test_a_bent_line_has_a_warning(bend, names):
     x = np.linspace(-2, 1, 40)
     noise = 0.05 * np.tile([1.0, -1.0], 20)
-    assert lines.tested_line(x, 1.1 * x + bend * x**2 + noise).warnings == names
+    assert fits.tested_line(x, 1.1 * x + bend * x**2 + noise).warnings == names
 
 
 def test_weights_leave_out_one_motion_or_group_at_a_time():
@@ -275,14 +264,16 @@ def test_weights_leave_out_one_motion_or_group_at_a_time():
     im = np.exp(rng.uniform(-2.0, 0.5, 800))
     edp = 0.02 * im * np.exp(0.3 * scatter[motions] + 0.1 * rng.normal(size=800))
     fit = fit_cloud(im, edp, 0.01, motions=motions)
-    each = (motions != np.arange(400)[:, None]).astype(float)
-    without = lines.fit_lines(np.log(im), np.log(edp), np.log(edp), each).ln_theta(0.01)
+    x, y = np.log(im), np.log(edp)
+    rest = [motions != motion for motion in range(400)]
+    without = [cloud_line(x[rows], y[rows], y[rows], tobit=False) for rows in rest]
+    without = np.array([(np.log(0.01) - ln_a) / b for ln_a, b, _ in without])
     error = np.sqrt(399 / 400 * np.sum((without - without.mean()) ** 2))
     assert fit.as_json()["se_ln_theta"] == pytest.approx(error, rel=0.15)
     assert fit_cloud(im, edp, 0.01, motions=np.arange(800)).ci_method == "fieller"
     # a replicate without a slope has no line
-    x = np.array([-1.0, 0.0, 2.0, 3.0])
-    assert np.isnan(lines.fit_lines(x, np.zeros(4), np.zeros(4), np.ones((1, 4))).b[0])
+    flat = np.array([-1.0, 0.0, 2.0, 3.0]), np.zeros(4), np.zeros(4)
+    assert np.all(np.isnan([cloud_line(*flat, tobit=tobit) for tobit in (False, True)]))
 
 
 def test_intervals_by_motion_are_those_of_the_jackknife_written_out():
@@ -366,17 +357,3 @@ def test_collapses_hardly_move_the_median_of_a_system():
     found = systems(fallen, states).loc["moderate"]
     assert strong.sum() > 3
     assert found["theta"] == pytest.approx(whole["theta"], rel=0.08)
-
-
-def test_second_term_of_a_replicates_step_follows_the_third_derivatives():
-    rng = np.random.default_rng(3)
-    values = rng.normal(size=24)
-    lower = values - np.repeat([0.0, 0.4, np.inf, 0.0], 6)
-    upper = values + np.repeat([0.0, 0.3, 0.0, np.inf], 6)
-    design, at = np.column_stack([np.ones(24), rng.normal(size=24)]), np.array([0.2, -0.3, 0.9])
-    kernel = likelihood.NormalKernel(design, lower, upper, np.ones((2, 24)))
-    step = np.array([[0.3, 0.2, -0.1], [-0.1, 0.4, 0.2]])
-    ahead, behind = (kernel.derivatives(at + side * 1e-5 * step) for side in (1.0, -1.0))
-    turned = np.einsum("rpq,rq->rp", ahead.hessian - behind.hessian, step) / 2e-5
-    # central differences of second derivatives near 10: 1e-5 squared and rounding over 1e-5
-    assert kernel.bend(at, step) == pytest.approx(0.5 * turned, rel=1e-6, abs=1e-7)

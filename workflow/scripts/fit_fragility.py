@@ -21,7 +21,7 @@ if __name__ == "__main__":
         tables = fragility_tables(demands, states, study.fragility, **further)
         if "rounds" in paths:
             rounds = read_frame(paths["rounds"])
-            tables = valid_tables(tables, demands, rounds, study.design.looks, study.fragility)
+            tables = valid_tables(tables, demands, rounds, study.design.looks)
         write_tables(tables, paths["curves"].parent)
         rows = placed(read_suite(paths["suite"]))
         runs = planned_runs(study.grid, study.motions, rows)

@@ -70,7 +70,6 @@ def export(
     curves: Annotated[Path, arg("Table of curves of a study (.parquet, .csv).")],
     form: Annotated[str, opt("File format.", "[nrml|pelicun|csv|latex]", "--format")],
     out: Annotated[Path, opt("File to write.")],
-    im_range: Annotated[tuple[float, float] | None, opt("Intensities (csv).", "LOW HIGH")] = None,
 ) -> Answer:
     """Write fragility curves for other tools, spreadsheets and papers.
 
@@ -78,7 +77,7 @@ def export(
     """
     from skewbridge.fragility.exports import export_curves
 
-    report = export_curves(curves, form, out, im_range)
+    report = export_curves(curves, form, out)
     return Answer(report, {"files": report["files"]}, notes=report["notes"])
 
 

@@ -2,15 +2,14 @@
 
 The method ``cloud`` is the demand model of a bridge (`demand_model`), common to its variants. It is
 preferred in all variants, or in none. Fits to the outcomes of single variants check it: all states
-of one demand share a dispersion (``exceedance``, ``ida_interval``), so that their curves do not
-cross. The medians of two methods are compared as in Hausman (1978), Econometrica 46(6):1251-1271;
-the variance is from the jackknife over motions.
+of one demand share a dispersion (``exceedance``), so that their curves do not cross. The medians of
+both methods are compared as in Hausman (1978), Econometrica 46(6):1251-1271; the variance is from
+the jackknife over motions.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property, partial
-from itertools import zip_longest
 from math import inf, nan
 from typing import Any, Final, NamedTuple
 
@@ -30,10 +29,15 @@ from skewbridge.fragility.demand_model import (
     fit_models,
     state_curve,
 )
-from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED, MAX_BOUNDS_RATIO, FragilityFit
-from skewbridge.fragility.likelihood import Maximum, NormalKernel, drop_of, maximise
+from skewbridge.fragility.fits import (
+    BOUNDS_TOO_WIDE,
+    FITTED,
+    FLATTEST_SLOPE,
+    MAX_BOUNDS_RATIO,
+    FragilityFit,
+)
+from skewbridge.fragility.likelihood import NormalKernel, drop_of, maximise
 from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState, States
-from skewbridge.fragility.lines import FLATTEST_SLOPE
 from skewbridge.fragility.outcomes import (
     TREATMENTS,
     DemandOutcomes,
@@ -45,7 +49,7 @@ from skewbridge.fragility.union import Union
 from skewbridge.statuses import COLLAPSE
 
 #: Methods in order of preference.
-METHODS: Final = ("cloud", "exceedance", "ida_interval")
+METHODS: Final = ("cloud", "exceedance")
 
 CURVE_COLUMNS: Final = demand_table.described("curves")
 _FIT_COLUMNS: Final = list(CURVE_COLUMNS)[list(CURVE_COLUMNS).index("component") :]
@@ -63,9 +67,8 @@ def fit_study(
 
     The table has `CURVE_COLUMNS` and one row per variant, limit state and method. ``cloud`` is from
     the demand models, which are fitted if not given. ``exceedance`` is a probit fit to the outcomes
-    of runs. ``ida_interval`` is added if motions ran at several levels. Theta and beta are NaN
-    unless ``status`` is ``ok``. There is no estimate for a state that no run, or every run,
-    exceeds. Raises `InputError` if there are no limit states.
+    of runs. Theta and beta are NaN unless ``status`` is ``ok``. There is no estimate for a state
+    that no run, or every run, exceeds. Raises `InputError` if there are no limit states.
     """
     if not limit_states:
         raise InputError("no limit states to fit")
@@ -84,9 +87,8 @@ def _with_preferred(table: pd.DataFrame) -> pd.DataFrame:
 
     A median that unknown outcomes change too much counts: fits to outcomes leave these runs out.
     """
-    has_median = table["status"].isin((FITTED, BOUNDS_TOO_WIDE)) & table["method"].isin(METHODS[:2])
-    ranks = {name: place for place, name in enumerate(METHODS)}
-    rank = table["method"].map(ranks).where(has_median)
+    has_median = table["status"].isin((FITTED, BOUNDS_TOO_WIDE))
+    rank = table["method"].map(METHODS.index).where(has_median)
     keys = [table[n] for n in (*demand_table.BRIDGE_COLUMNS, "component", "limit_state")]
     best = rank.groupby(keys).transform("min")
     return table.assign(preferred=((rank == best) & (table["status"] == FITTED)).to_numpy())
@@ -96,7 +98,7 @@ def _with_preferred(table: pd.DataFrame) -> pd.DataFrame:
 type _Bounds = dict[str, tuple[float, float]]
 _SURE: Final = 0.95
 _PEAKS: Final = "peaks"  # peaks of collapsed runs count as exact
-_CLOUD, _EXCEEDANCE, _BRACKETS = METHODS
+_CLOUD, _EXCEEDANCE = METHODS
 
 
 class _Cloud(NamedTuple):
@@ -177,15 +179,12 @@ class _BridgeState:
         runs = self._models.runs
         collapsed = (runs["status"] == COLLAPSE).to_numpy() & ~is_beyond_model(runs)
         by_definition = any(mode.collapse == COLLAPSE_EXCEEDS for mode in self._modes)
-        bounds = [collapsed & np.isposinf(fit.outcomes.upper) for fit in fits]
+        outcomes = [fit.outcomes for fit in fits]
+        bounds = [collapsed & np.isposinf(known.upper) for known in outcomes]
         if np.any(bounds) and not by_definition:
-            uppers = [
-                np.where(rows, fit.outcomes.lower, fit.outcomes.upper)
-                for fit, rows in zip(fits, bounds, strict=True)
-            ]
             treated[_PEAKS] = [
-                fit.treated(replace(fit.outcomes, upper=upper))
-                for fit, upper in zip(fits, uppers, strict=True)
+                fit.treated(replace(known, upper=np.where(rows, known.lower, known.upper)))
+                for fit, known, rows in zip(fits, outcomes, bounds, strict=True)
             ]
         return treated
 
@@ -207,9 +206,7 @@ class _BridgeState:
             return _Cloud(curve, bounds, columns, no_slope, doubtful)
         fit, ((point, mode),) = self._fits[0], curve.points
         assert not isinstance(fit, str)
-        ends = float(curve.ln_theta[0]), float(curve.total[0])
         columns: Row = point.columns() | {"capacity_dispersion": mode.dispersion}
-        columns["max_dp"] = point.largest_distance(mode, *ends)
         columns["model"] = "mixed_tobit" if np.any(fit.outcomes.is_bound) else "mixed"
         return _Cloud(curve, bounds, columns, point.slope_at(curve.ln_theta), doubtful)
 
@@ -233,16 +230,6 @@ class _StateFits(NamedTuple):
     beta: Floats  # common dispersion, shape (R,)
 
 
-class _Bounded(NamedTuple):
-    """Bounds of the intensities at which states are exceeded, arrays of shape (n,)."""
-
-    run: Index  # run of the bounds, for its weight
-    below: Index  # number of the state of the lower bound among the usable ones
-    above: Index  # the same of the upper bound
-    low: Floats  # ln intensity
-    high: Floats
-
-
 class _DemandRuns:
     """The n runs of one variant with their outcomes for all states of one demand."""
 
@@ -262,11 +249,6 @@ class _DemandRuns:
         complete = self.outcomes.complete
         return bool(np.any(complete)) and bool(np.all(np.isnan(self.outcomes.lower[complete])))
 
-    def without_estimates(self, fits: Sequence[FragilityFit]) -> _StateFits:
-        """Return the fits of all states with NaN in place of every estimate."""
-        count = self.variant.replicates
-        return _StateFits(list(fits), np.full((len(fits), count), nan), np.full(count, nan))
-
 
 def _variant_rows(variant: _Variant, *, states: States, settings: FitSettings) -> list[Row]:
     """Return the rows of one variant."""
@@ -284,7 +266,7 @@ def _variant_rows(variant: _Variant, *, states: States, settings: FitSettings) -
 
 def _curves(runs: _DemandRuns) -> dict[LimitState, dict[str, _Curve]]:
     """Return the curves of each state by method, before unknown outcomes are considered."""
-    exceedance, brackets = _exceedance_fits(runs, runs.outcomes), _bracket_fits(runs)
+    exceedance = _exceedance_fits(runs, runs.outcomes)
     treated: dict[str, _StateFits] = {}
     doubtful = [runs.variant.clouds[state].doubtful for state in runs.states]
     for name in TREATMENTS if np.any(doubtful) else ():
@@ -299,10 +281,8 @@ def _curves(runs: _DemandRuns) -> dict[LimitState, dict[str, _Curve]]:
             name: (motion_means.exp_end(fits.ln_theta[j, 0]), float(fits.beta[0]))
             for name, fits in treated.items()
         }
-        curves[state] = {_CLOUD: _cloud_curve(runs, state)}
-        curves[state][_EXCEEDANCE] = _outcome_curve(runs, exceedance, j, bounds)
-        if brackets is not None:
-            curves[state][_BRACKETS] = _outcome_curve(runs, brackets, j, {})
+        by_outcome = _outcome_curve(runs, exceedance, j, bounds)
+        curves[state] = {_CLOUD: _cloud_curve(runs, state), _EXCEEDANCE: by_outcome}
     return curves
 
 
@@ -378,127 +358,89 @@ def _exceedance_fits(
     runs: _DemandRuns, outcomes: DemandOutcomes, *, in_full: bool = True
 ) -> _StateFits:
     """Fit the exceedance probabilities of all states with a common dispersion."""
-    # Ordered probit: a run that exceeds state j but not state k has the probability
-    # Phi(eta_j) - Phi(eta_k), with eta_j = a0_j + a1 ln x.
     exceed = np.column_stack([outcomes.exceed(state) for state in runs.states])
     is_known = ~np.column_stack([outcomes.unknown(state) for state in runs.states])
-    maxima = fitting.exceedance_maxima(runs.ln_im, is_known, exceed) if in_full else ()
-    columns = zip_longest(is_known.T, exceed.T, maxima)
-    fits = [_single_fit(runs, *of_state, in_full=in_full) for of_state in columns]
+    outcomes_of = zip(is_known.T, exceed.T, strict=True)
+    fits = [_single_fit(runs, *of_state, in_full=in_full) for of_state in outcomes_of]
     estimable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
     # states exceeded in the same known runs share an intercept: fit only the first of them
     first: dict[int, int] = {}
     for before, j in zip([None, *estimable], estimable, strict=False):
         differs = before is None or np.any(exceed[:, before] & is_known[:, j] & ~exceed[:, j])
         first[j] = j if before is None or differs else first[before]
-    if not (usable := sorted(set(first.values()))):
-        return runs.without_estimates(fits)
-    passed = exceed[:, usable].sum(axis=1)  # number of usable states that each run exceeds
-    not_passed = is_known[:, usable] & ~exceed[:, usable]
+    usable, blocks = sorted(set(first.values())), runs.variant.replicates
+    common = _StateFits(fits, np.full((len(fits), blocks), nan), np.full(blocks, nan))
+    if not usable:
+        return common
+    single = [fits[j] for j in usable]
+    of_usable = _common_slope(runs, single, is_known[:, usable], exceed[:, usable], in_full=in_full)
+    for j in estimable:
+        number = usable.index(first[j])
+        fits[j] = replace(of_usable.fits[number], details=fits[j].details)
+        common.ln_theta[j] = of_usable.ln_theta[number]
+    return common._replace(beta=of_usable.beta)
+
+
+def _common_slope(
+    runs: _DemandRuns,
+    single: list[FragilityFit],  # fits of k single states, for start values
+    is_known: Mask,  # outcomes, shape (n, k)
+    exceed: Mask,
+    *,
+    in_full: bool,
+) -> _StateFits:
+    """Fit k states together; the parameters are a0 of each state and the common a1."""
+    # Ordered probit: a run that exceeds state j but not state k has the probability
+    # Phi(eta_j) - Phi(eta_k), with eta_j = a0_j + a1 ln x.
+    size, passed, not_passed = len(single), exceed.sum(axis=1), is_known & ~exceed
     ended = ~np.any(not_passed, axis=1)
     rows = np.flatnonzero((passed > 0) | ~ended)
-    intercepts = np.argmax(not_passed, axis=1)[rows], np.maximum(passed - 1, 0)[rows]
-    low, high = np.where(ended, -inf, runs.ln_im), np.where(passed > 0, runs.ln_im, inf)
-    one_run_each = runs.motions == runs.im.size
-    bounds = _Bounded(rows, *intercepts, low[rows], high[rows])
-    common = _common_slope(runs, fits, usable, bounds, in_full=in_full, profile=one_run_each)
-    source = [first.get(j, j) for j in range(len(fits))]
-    source_fits = zip(source, fits, strict=True)
-    shared_fits = [replace(common.fits[k], details=fit.details) for k, fit in source_fits]
-    return _StateFits(shared_fits, common.ln_theta[source], common.beta)
+    low, high = np.where(ended, -inf, runs.ln_im)[rows], np.where(passed > 0, runs.ln_im, inf)[rows]
+    below = -np.eye(size)[np.argmax(not_passed, axis=1)[rows]]
+    above = -np.eye(size)[np.maximum(passed - 1, 0)[rows]]
+    slope = float(np.mean([1.0 / fit.beta for fit in single]))
+    middles = np.log([fit.theta for fit in single])
+    # fits of single states may cross: start the common fit with medians at least 5 % apart
+    middles[1:] = middles[0] + np.cumsum(np.maximum(np.diff(middles), 0.05))
+    kernel = NormalKernel(below, low, high, upper_covariates=above)
+    best = maximise(kernel, np.array([[*(-slope * middles), slope]]))
+    params, converged = best.params, best.converged
+    if in_full and converged[0]:
+        jackknife = NormalKernel(below, low, high, runs.weights[:, rows], above)
+        reduced = maximise(jackknife, np.tile(params, (len(runs.weights), 1)), covariance=False)
+        params = np.vstack([params, reduced.params])
+        converged = np.append(converged, reduced.converged)
+    is_valid = converged & (params[:, -1] > FLATTEST_SLOPE)
+    a1 = np.where(is_valid, params[:, -1], nan)
+    # a block without a run has no influence: its estimates are those from all runs
+    number = np.zeros(runs.variant.replicates, dtype=np.intp)
+    left_out = 1 + runs.present[: a1.size - 1]
+    number[left_out] = np.arange(1, a1.size)
+    beta, ln_theta = (1.0 / a1)[number], (-params[:, :-1] / a1[:, None]).T[:, number]
+    if not is_valid[0]:
+        status = fitting.NON_INCREASING if converged[0] else fitting.NOT_CONVERGED
+        return _StateFits([fit.without_estimate(status) for fit in single], ln_theta, beta)
+    profile = in_full and runs.motions == runs.im.size  # else runs are not independent
+    drop = drop_of(runs.settings.confidence) if profile else None
+    fits = fitting.fits_of_states(single, kernel, best, np.eye(size + 1)[:-1], size, drop)
+    for j, fit in enumerate(fits):
+        if in_full and not profile:
+            fits[j] = fit = fitting.jackknifed(fit, ln_theta[j, left_out], beta[left_out])
+        fits[j] = fit.warned(*fitting.common_warnings(fit, runs.im, runs.motions))
+    return _StateFits(fits, ln_theta, beta)
 
 
-def _single_fit(
-    runs: _DemandRuns, is_known: Mask, exceed: Mask, best: Maximum | None, *, in_full: bool
-) -> FragilityFit:
+def _single_fit(runs: _DemandRuns, is_known: Mask, exceed: Mask, *, in_full: bool) -> FragilityFit:
     """Fit one state alone; unless ``in_full``, return only its status and a start value."""
     im, hits = runs.im[is_known], exceed[is_known].astype(np.float64)
     ones = np.ones(im.size)
     if in_full and im.size:
         count = int(np.unique(runs.motion[is_known]).size)
-        options: Any = {"n_records": count, "maximum": best, "interval": False}
-        options["settings"] = runs.settings
+        options: Any = {"n_records": count, "interval": False, "settings": runs.settings}
         return fitting.fit_stripes(im, ones, hits, **options)
     status = fitting.binomial_status(np.log(im), ones, hits)
     start = np.exp(np.quantile(np.log(im), 1.0 - np.mean(hits))) if status == FITTED else nan
     return FragilityFit(method="stripes", status=status, theta=float(start), beta=0.5)
-
-
-def _bracket_fits(runs: _DemandRuns) -> _StateFits | None:
-    """Fit the brackets of first exceedance; return None if each motion ran at one level."""
-    motions = runs.motion
-    if not (pd.Series(runs.im).groupby(motions).nunique() > 1).any():
-        return None
-    fits: list[FragilityFit] = []
-    brackets: list[tuple[Floats, Floats, Index]] = []
-    for state in runs.states:
-        runs_in = np.flatnonzero(~runs.outcomes.unknown(state))
-        exceed = runs.outcomes.exceed(state)[runs_in].astype(np.float64)
-        fit, low, high = fitting.fit_first_exceedances(
-            runs.im[runs_in], exceed, motions[runs_in], runs.settings
-        )
-        status = fitting.NO_EXCEEDANCE if fit.status == fitting.ALL_CENSORED else fit.status
-        fits.append(replace(fit, status=status))
-        # the first run of a motion represents its bracket
-        brackets.append((low, high, runs_in[np.unique(motions[runs_in], return_index=True)[1]]))
-    usable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
-    if not usable:
-        return runs.without_estimates(fits)
-    fitted = [brackets[j] for j in usable]
-    low, high, rows = map(np.concatenate, zip(*fitted, strict=True))
-    state_number = np.repeat(np.arange(len(usable)), [len(bracket[0]) for bracket in fitted])
-    with np.errstate(divide="ignore"):
-        logs = np.log(low), np.log(high)
-    one_state = len(usable) == 1  # with one state, the brackets of motions are independent
-    bounds = _Bounded(rows, state_number, state_number, *logs)
-    return _common_slope(runs, fits, usable, bounds, profile=one_state)
-
-
-def _common_slope(
-    runs: _DemandRuns,
-    fits: Sequence[FragilityFit],  # fits of single states, for start values
-    usable: list[int],  # numbers of the states to fit
-    bounds: _Bounded,
-    *,
-    in_full: bool = True,
-    profile: bool = True,  # rows are independent: profile intervals instead of the jackknife
-) -> _StateFits:
-    """Fit the usable states together; the parameters are a0 of each state and the common a1."""
-    size, eye = len(usable), -np.eye(len(usable))
-    slope = float(np.mean([1.0 / fits[j].beta for j in usable]))
-    middles = np.log([fits[j].theta for j in usable])
-    # fits of single states may cross: start the common fit with medians at least 5 % apart
-    middles[1:] = middles[0] + np.cumsum(np.maximum(np.diff(middles), 0.05))
-    below, above, ends = eye[bounds.below], eye[bounds.above], (bounds.low, bounds.high)
-    kernel = NormalKernel(below, *ends, upper_covariates=above)
-    best = maximise(kernel, np.array([[*(-slope * middles), slope]]))
-    params, converged = best.params, best.converged
-    if in_full and converged[0]:
-        jackknife = NormalKernel(below, *ends, runs.weights[:, bounds.run], above)
-        left_out = maximise(jackknife, np.tile(params, (len(runs.weights), 1)), covariance=False)
-        params = np.vstack([params, left_out.params])
-        converged = np.append(converged, left_out.converged)
-    is_valid = converged & (params[:, -1] > FLATTEST_SLOPE)
-    a1 = np.where(is_valid, params[:, -1], nan)
-    common = runs.without_estimates(fits)
-    # a block without a run has no influence: its estimates are those from all runs
-    beta, ln_theta = 1.0 / a1, (-params[:, :-1] / a1[:, None]).T
-    blocks = 1 + runs.present[: a1.size - 1]
-    common.beta[:], common.ln_theta[usable] = beta[0], ln_theta[:, :1]
-    common.beta[blocks], common.ln_theta[np.ix_(usable, blocks)] = beta[1:], ln_theta[:, 1:]
-    if not is_valid[0]:
-        status = fitting.NON_INCREASING if converged[0] else fitting.NOT_CONVERGED
-        for j in usable:
-            common.fits[j] = fits[j].without_estimate(status)
-        return common
-    drop = drop_of(runs.settings.confidence) if in_full and profile else None
-    terms = np.eye(size + 1)[:-1]
-    fitted = fitting.fits_of_states([fits[j] for j in usable], kernel, best, terms, size, drop)
-    for j, fit, medians in zip(usable, fitted, ln_theta, strict=True):
-        if in_full and not profile:
-            fit = fitting.jackknifed(fit, medians[1:], beta[1:])
-        common.fits[j] = fit.warned(*fitting.common_warnings(fit, runs.im, runs.motions))
-    return common
 
 
 def _rows(runs: _DemandRuns, curves: Mapping[LimitState, Mapping[str, _Curve]]) -> list[Row]:
@@ -510,9 +452,7 @@ def _rows(runs: _DemandRuns, curves: Mapping[LimitState, Mapping[str, _Curve]]) 
     if runs.lacks_demand:
         no_fit = FragilityFit(method="", status=fitting.NOT_APPLICABLE)
         return [
-            _row(runs, method, state, no_fit, counts)
-            for state in runs.states
-            for method in METHODS[:2]
+            _row(runs, method, state, no_fit, counts) for state in runs.states for method in METHODS
         ]
     rows: list[Row] = []
     for state in runs.states:
@@ -524,8 +464,7 @@ def _rows(runs: _DemandRuns, curves: Mapping[LimitState, Mapping[str, _Curve]]) 
         compared = _compared(fits, difference, runs.variant.priors)
         for method, fit in fits.items():
             curve = by_method[method]
-            row = _row(runs, method, state, fit, all_counts)
-            row |= compared if method in METHODS[:2] else {}
+            row = _row(runs, method, state, fit, all_counts) | compared
             if fit.status == FITTED:
                 row |= curve.columns
                 if np.isfinite(curve.total[0]):
@@ -595,7 +534,7 @@ def _row(
 def _compared(fits: Mapping[str, FragilityFit], difference: Floats, priors: int) -> Row:
     """Compare the cloud and exceedance fits of one state; return columns of the table."""
     # `difference` (R,) is ln(exceedance median / cloud median)
-    if any(fits[method].status != FITTED for method in METHODS[:2]):
+    if any(fits[method].status != FITTED for method in METHODS):
         return {"methods_ratio": nan, "methods_differ": False}
     error = float(motion_means.Jackknifed.of_replicates(difference, priors).error)
     # ASSUME a difference between the medians of two methods is worth reporting if it exceeds two

@@ -13,7 +13,7 @@ Sources: choice by left-out groups, Stone (1974), J. R. Stat. Soc. B 36(2):111-1
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, lru_cache
 from itertools import combinations, product
 from math import nan
 from typing import Any, Final, NamedTuple, Self
@@ -283,15 +283,6 @@ class PointModel(NamedTuple):
         bent = np.isfinite(model.knot)
         return row | ({"knot": np.exp(model.centre + model.knot), "b_above": above} if bent else {})
 
-    def largest_distance(self, state: LimitState, ln_theta: float, total: float) -> float:
-        """Return the largest difference of probability between model and lognormal curve.
-
-        The range is that of the intensities of the runs.
-        """
-        ln_im = self.model.centre + np.linspace(*self.model.span, 201)
-        z = self.score(state.threshold, state.dispersion, ln_im[:, None])[:, 0]
-        return float(np.max(np.abs(special.ndtr(z) - special.ndtr((ln_im - ln_theta) / total))))
-
 
 class StateCurve(NamedTuple):
     """Curves of one state at one point for R models: of all runs, then without each block."""
@@ -362,7 +353,7 @@ class DemandFit:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Setup:
-    """Runs of one bridge and abutment model, arrays of shape (n,)."""
+    """Runs of one bridge and abutment model without their demands, arrays of shape (n,)."""
 
     axes: AxisRange
     ln_im: Floats
@@ -403,40 +394,19 @@ class _Setup:
         )
 
 
-def fit_demand(
-    runs: pd.DataFrame, states: States, im: str, more_columns: Sequence[str] = ()
-) -> DemandFit | str:
-    """Return the model of the demand that ``states`` share, or the reason why there is none.
-
-    ``runs`` has the runs of one bridge and abutment model. If it has a column ``event``, the
-    motions of an event are left out together.
-    """
-    axes, variants, variant = _variants_of(runs, more_columns)
-    outcomes, motion = demand_outcomes(runs, states), demand_table.motion_codes(runs)
-    shaking, block = demand_table.shaking_codes(runs), demand_table.block_codes(runs)
-    ln_im = np.log(runs[im].to_numpy(dtype=np.float64))
+def _fit_demand(item: tuple[_Setup, DemandOutcomes]) -> DemandFit | str:
+    """Return the model of a demand with these outcomes, or the reason why there is none."""
+    setup, outcomes = item
+    axes, motion, block = setup.axes, setup.motion, setup.block
     is_used, is_exact = outcomes.used, outcomes.used & ~outcomes.is_bound
     if np.unique(motion[is_exact]).size < LEAST_MOTIONS:
         return TOO_FEW_RUNS
-    if np.ptp(ln_im[is_exact]) == 0.0:
+    if np.ptp(setup.ln_im[is_exact]) == 0.0:
         return SINGLE_LEVEL
     if np.ptp(outcomes.lower[is_exact]) == 0.0:
         return NON_INCREASING
-    setup = _Setup(
-        axes=axes,
-        ln_im=ln_im,
-        motion=motion,
-        shaking=shaking,
-        block=block,
-        variant=variant,
-        matrix=np.broadcast_to(
-            axes.matrix({f"{name}": variants[name] for name in variants}),
-            (len(variants), len(axes.terms)),
-        ),
-        precision=(_LOOSE * axes.deviations) ** -2.0,
-    )
-    centre = float(np.mean(ln_im[is_used]))
-    x = ln_im - centre
+    centre = float(np.mean(setup.ln_im[is_used]))
+    x = setup.ln_im - centre
     template = DemandModel(
         axes=axes,
         parameters=np.zeros((1, 1)),
@@ -445,7 +415,7 @@ def fit_demand(
         span=(float(np.min(x[is_used])), float(np.max(x[is_used]))),
         motions=setup.used_motions(outcomes),
     )
-    codes = np.unique(shaking[is_used], return_index=True)[1]
+    codes = np.unique(setup.shaking[is_used], return_index=True)[1]
     blocks = block[is_used][codes]
     present, group = np.unique(blocks, return_inverse=True)
     setup = replace(setup, precision=_precision(setup, outcomes, template, group))
@@ -475,12 +445,7 @@ def fit_demand(
     mean = parameters[:, :-3] @ design[is_exact].T
     growth = np.exp(-parameters[:, -3:-2] * x[is_exact])
     residuals[:, is_exact] = (np.log(outcomes.lower[is_exact]) - mean) * growth
-    return DemandFit(
-        model=model,
-        outcomes=outcomes,
-        residuals=residuals,
-        setup=setup,
-    )
+    return DemandFit(model=model, outcomes=outcomes, residuals=residuals, setup=setup)
 
 
 def _precision(setup: _Setup, outcomes: DemandOutcomes, model: DemandModel, group: Index) -> Floats:
@@ -625,47 +590,43 @@ def fit_models(
     modes = [mode for state in limit_states for mode in state.modes]
     without_modes = [state for state in limit_states if not state.modes]
     groups = states_by_demand(list(dict.fromkeys([*without_modes, *modes])))
-    parts = list(demand_table.models_of(demands))
-    columns = {key: [settings.im, key[1], *further] for key in groups}
-    items = [
-        (demand_table.demand_columns(demands_of_model, columns[key]), states)
-        for _, demands_of_model in parts
-        for key, states in groups.items()
+    models = [
+        _without_fits(place, runs.reset_index(drop=True), settings.im, further)
+        for place, runs in demand_table.models_of(demands)
     ]
+    items = (
+        (setup, demand_outcomes(of_bridge.runs, states))
+        for of_bridge, setup in models
+        for states in groups.values()
+    )
     # ASSUME a model takes about a third of a second
-    fits = iter(demand_table.spread(partial(_fit, im=settings.im, further=further), items, jobs))
-    models: list[BridgeModels] = []
-    for model_key, demands_of_model in parts:
-        runs = demands_of_model.reset_index(drop=True)
-        axes, variants, variant = _variants_of(runs, further)
-        models.append(
-            BridgeModels(
-                place=model_key,
-                im=settings.im,
-                runs=runs,
-                axes=axes,
-                variants=variants,
-                variant=variant,
-                block=demand_table.block_codes(runs),
-                fits={key: next(fits) for key in groups},
-            )
-        )
-    return models
+    fits = iter(demand_table.spread(_fit_demand, items, jobs))
+    return [replace(of_bridge, fits={key: next(fits) for key in groups}) for of_bridge, _ in models]
 
 
-def _fit(item: tuple[pd.DataFrame, States], im: str, further: Sequence[str]) -> DemandFit | str:
-    return fit_demand(*item, im, further)
+def _without_fits(
+    place: dict[str, Any], runs: pd.DataFrame, im: str, further: Sequence[str]
+) -> tuple[BridgeModels, _Setup]:
+    """Return the models of one bridge and abutment model before the fits of its demands.
 
-
-def _variants_of(
-    runs: pd.DataFrame, further: Sequence[str]
-) -> tuple[AxisRange, pd.DataFrame, Index]:
-    """Return the axes of the runs of a bridge, its variants and the variant of each run."""
+    If the runs have a column ``event``, the motions of an event are left out together.
+    """
     lacking = lacking_axes(str(runs["abutment"].iloc[0]))
     names = [name for name in demand_table.axis_names(runs) if name not in lacking]
     further = [name for name in further if name not in names]
     number = runs.groupby(["variant", *further], sort=True).ngroup().to_numpy(dtype=np.intp)
-    _, first, codes = np.unique(number, return_index=True, return_inverse=True)
+    _, first, variant = np.unique(number, return_index=True, return_inverse=True)
     columns = list(dict.fromkeys([*demand_table.variant_columns(runs), *further]))
     variants = runs.iloc[first].reset_index(drop=True)[columns]
-    return AxisRange.of_variants(variants, [*names, *further]), variants, codes
+    axes = AxisRange.of_variants(variants, [*names, *further])
+    terms = axes.matrix({str(name): variants[name] for name in variants})
+    shared: Any = {"axes": axes, "variant": variant, "block": demand_table.block_codes(runs)}
+    setup = _Setup(
+        ln_im=np.log(runs[im].to_numpy(dtype=np.float64)),
+        motion=demand_table.motion_codes(runs),
+        shaking=demand_table.shaking_codes(runs),
+        matrix=np.broadcast_to(terms, (len(variants), len(axes.terms))),
+        precision=(_LOOSE * axes.deviations) ** -2.0,
+        **shared,
+    )
+    return BridgeModels(place=place, im=im, runs=runs, variants=variants, fits={}, **shared), setup

@@ -49,7 +49,12 @@ def _descriptions() -> dict[str, dict[str, str]]:
             if columns == "(all)":
                 texts[table] |= texts[source]
             for column in columns.split() if columns != "(all)" else ():
-                texts[table][column] = text if source == text else texts[source][column]
+                name = column.removesuffix("[_low|_high]")
+                texts[table][name] = text if source == text else texts[source][name]
+                if name != column:
+                    ends = {"low": "lower", "high": "upper"}.items()
+                    of = f"end of the interval of {name}"
+                    texts[table] |= {f"{name}_{end}": f"{side} {of}" for end, side in ends}
     return texts
 
 

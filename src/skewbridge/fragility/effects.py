@@ -208,7 +208,6 @@ def effect_table(demands: pd.DataFrame, rows: Sequence[Mapping[str, Any]]) -> pd
 
 def effect_row(
     estimate: Jackknifed,  # ln ratio, shape ()
-    settings: FitSettings,
     *,
     blocks: Sequence[str],  # names of the motions or events of the jackknife
     line: Jackknifed | None = None,  # line of ln ratio on ln intensity, shape (2,)
@@ -271,7 +270,7 @@ def demand_effects(
             row = {**shared, **place, **pairs.counts(cell_rows, is_used, discordant)}
             judged = None if differences is None else differences[cell]
             arguments: Any = {"line": lines[cell], "difference": judged, "blocks": pairs.names}
-            row |= effect_row(means[cell], settings, **arguments)
+            row |= effect_row(means[cell], **arguments)
             row["from_mean"] = float(np.exp(np.log(positive).mean())) if positive.size else nan
             if changed.size:
                 row |= {"im_low": float(im[changed].min()), "im_high": float(im[changed].max())}
@@ -432,7 +431,7 @@ class Medians:
         if row["n_without_curve"] == medians:
             level = EFFECT_CONFIDENCE
             return row | {"scope": scope, "status": verdicts.NO_CURVE, "level": level}
-        return row | {"scope": scope} | effect_row(ratio, self._settings, blocks=self._blocks)
+        return row | {"scope": scope} | effect_row(ratio, blocks=self._blocks)
 
     def _ratio(self, cell: Mapping[Any, Any], state: LimitState) -> tuple[Jackknifed, Row] | None:
         """Return the ln ratio of two medians and table columns, or None if it is undefined."""

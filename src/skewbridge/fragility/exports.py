@@ -8,7 +8,6 @@ import json
 import re
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from importlib.metadata import version
 from itertools import chain
 from math import isnan
@@ -22,17 +21,12 @@ import pandas as pd
 
 from skewbridge.errors import InputError
 from skewbridge.files.digests import digest_of
-from skewbridge.files.tables import (
-    Floats,
-    read_any,
-    records_of,
-    write_csv,
-)
+from skewbridge.files.tables import read_any, records_of, write_csv
 from skewbridge.files.text import write_text
 from skewbridge.fragility.demand_table import axis_names, described, need_columns, variant_columns
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.joint import JointModel
-from skewbridge.fragility.settings import DEFAULTS, EFFECT_CONFIDENCE, FitSettings
+from skewbridge.fragility.settings import EFFECT_CONFIDENCE
 from skewbridge.fragility.union import UNION_COLUMNS, Union, curve_probability, union_curve
 from skewbridge.fragility.verdicts import RATIOS
 from skewbridge.units import split_unit
@@ -43,7 +37,6 @@ _NEEDED: Final = (
     "variant", "component", "limit_state", "demand", "threshold", "method", "status", "im", "theta",
     "beta", "beta_total", "preferred",
 )  # fmt: skip
-_BOUNDS: Final = ("theta_bound_low", "theta_bound_high", "theta_bound_beta")
 #: Columns of a CSV of curves, described in `CURVE_COLUMNS`.
 PARAMETERS: Final = (
     "component", "limit_state", "method", "im", "theta", "theta_low", "theta_high", "beta_total",
@@ -66,44 +59,18 @@ _ABSENT: Final = pd.Series(dtype=np.bool_)  # replaces a missing column
 _LEVELS: Final = 800  # of a curve that is a union; linear interpolation errs by less than 5e-5
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Export:
-    """Curves to export."""
-
-    source: Path  # table of curves
-    out: Path
-    im_range: tuple[float, float] | None = None  # csv: 50 probabilities between these intensities
-
-    def check(self, form: str) -> None:
-        """Raise an `InputError` if the format or the combination of options is not possible."""
-        if form not in WRITERS:
-            raise InputError(f"format must be one of {', '.join(WRITERS)}, got {form!r}")
-        if form != "csv" and self.im_range is not None:
-            raise InputError(f"{form} contains curve parameters only: --im-range needs csv")
-        low, high = self.im_range or (1.0, 2.0)
-        if not 0.0 < low < high < float("inf"):
-            raise InputError(f"--im-range needs 0 < low < high, got {low:g} to {high:g}")
-
-    def table(self, name: str) -> pd.DataFrame:
-        """Return a table from the folder of the curves, or an empty one without its file."""
-        path = self.source.parent / f"{name}.parquet"
-        return read_any(path) if path.is_file() else pd.DataFrame(columns=list(described(name)))
-
-
-def export_curves(
-    source: Path, form: str, out: Path, im_range: tuple[float, float] | None = None
-) -> dict[str, Any]:
+def export_curves(source: Path, form: str, out: Path) -> dict[str, Any]:
     """Write the curves of a study for another tool or a paper, and return a report.
 
     Curves without an estimate are listed with their status in a CSV and omitted in other formats.
     The report lists them in ``unfitted``. It has the entry ``models`` for nrml, and ``holes`` for
     pelicun. An `InputError` names an unusable format, option, table or intensity measure.
     """
-    export = Export(source=source, out=out, im_range=im_range)
-    export.check(form)
+    if form not in WRITERS:
+        raise InputError(f"format must be one of {', '.join(WRITERS)}, got {form!r}")
     table = read_any(source)
     need_columns(table, _NEEDED, "the table of curves")
-    curves = exported_curves(with_bounds(table))
+    curves = chosen_curves(table).reset_index(drop=True)
     has_estimate = curves["status"] == FITTED
     if not has_estimate.any() and form != "csv":
         raise InputError(f"{source.name}: nothing to write, because no curve has an estimate")
@@ -120,73 +87,43 @@ def export_curves(
     report |= {"curves": int(has_estimate.sum())}
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        written = WRITERS[form](curves, export)
+        written = WRITERS[form](curves, out, source.parent)
     except OSError as error:
         raise InputError(f"cannot write {out}: {error}") from error
     notes += written.pop("notes", [])
     return report | written | {"notes": notes, "unfitted": unfitted.astype(str).to_dict("records")}
 
 
-def _write_latex(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
-    table = paper_table(curves, export.table("median_effects"), export.table("joint"))
-    write_text(export.out, latex_table(table))
+def _write_latex(curves: pd.DataFrame, out: Path, folder: Path) -> dict[str, Any]:
+    medians, joint = (
+        read_any(path) if path.is_file() else pd.DataFrame(columns=list(described(path.stem)))
+        for path in (folder / "median_effects.parquet", folder / "joint.parquet")
+    )
+    write_text(out, latex_table(paper_table(curves, medians, joint)))
     return {}
 
 
-def _write_csv(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
-    if export.im_range is not None:
-        table = _probabilities(curves, np.geomspace(*export.im_range, 50))
-    else:
-        names = (*variant_columns(curves), *PARAMETERS)
-        table = curves[[name for name in names if name in curves]]
-    write_csv(table, export.out)
+def _write_csv(curves: pd.DataFrame, out: Path, _folder: Path) -> dict[str, Any]:
+    names = (*variant_columns(curves), *PARAMETERS)
+    write_csv(curves[[name for name in names if name in curves]], out)
     return {}
-
-
-def with_bounds(curves: pd.DataFrame) -> pd.DataFrame:
-    """Return curves in which bounds of medians, which one method gives, are in all methods."""
-    names = [name for name in _BOUNDS if name in curves]
-    largest = curves.groupby(["variant", "component", "limit_state"])[names].transform("max")
-    return curves.assign(**{name: largest[name] for name in names})
-
-
-def exported_curves(table: pd.DataFrame) -> pd.DataFrame:
-    """Return the preferred curve per variant and limit state.
-
-    The column ``curve_beta`` is beta_total, or beta if there is no slope to convert the dispersion
-    of the capacity. ``damage_scale`` is the component, or component and state if the states of the
-    component have different demands.
-    """
-    need_columns(table, _NEEDED, "the table of curves")
-    rows = chosen_curves(table).reset_index(drop=True)
-    scale, state = rows["component"].astype(str), rows["limit_state"].astype(str)
-    one_demand = rows.groupby("component")["demand"].transform("nunique") == 1
-    beta = rows["beta_total"].fillna(rows["beta"])
-    return rows.assign(curve_beta=beta, damage_scale=scale.where(one_demand, scale + "_" + state))
 
 
 def _functions(curves: pd.DataFrame) -> Iterator[tuple[str, str, list[str], pd.DataFrame]]:
-    """Yield variant, damage scale, states sorted by threshold, and curves indexed by state."""
-    ordered = curves.sort_values("threshold", kind="stable")
-    states = ordered.groupby("damage_scale")["limit_state"].unique()
-    for (variant, scale), group in curves.groupby(["variant", "damage_scale"], sort=True):
-        rows = group.set_index("limit_state", drop=False)
+    """Yield variant, damage scale, states sorted by threshold, and curves indexed by state.
+
+    A damage scale is a component, or component and state if the states of the component have
+    different demands. The column ``curve_beta`` is beta_total, or beta if there is no slope to
+    convert the dispersion of the capacity.
+    """
+    component = curves["component"].astype(str)
+    one_demand = curves.groupby("component")["demand"].transform("nunique") == 1
+    scales = component.where(one_demand, component + "_" + curves["limit_state"].astype(str))
+    curves = curves.assign(curve_beta=curves["beta_total"].fillna(curves["beta"]))
+    states = curves.sort_values("threshold", kind="stable").groupby(scales)["limit_state"].unique()
+    for (variant, scale), group in curves.groupby(["variant", scales], sort=True):
+        rows = group.set_index("limit_state", drop=False).assign(damage_scale=str(scale))
         yield str(variant), str(scale), list(map(str, states[str(scale)])), rows
-
-
-def _probabilities(curves: pd.DataFrame, intensities: Floats) -> pd.DataFrame:
-    """Return exceedance probabilities, with one row per curve and intensity."""
-    fitted = curves[curves["status"] == FITTED]
-    names = [*variant_columns(fitted), "component", "limit_state", "method", "im"]
-    long = fitted.reindex(columns=[*names, "im_low", "im_high"])
-    long = long.merge(pd.DataFrame({"intensity": intensities}), how="cross")
-    curves_of = [curve_probability(intensities, row) for row in records_of(fitted)]
-    long["probability"] = np.concatenate(curves_of)
-    names += ["intensity", "probability"]
-    if "im_low" in fitted:  # tables of earlier versions have no range of intensities
-        long["extrapolated"] = ~long["intensity"].between(long["im_low"], long["im_high"])
-        names.append("extrapolated")
-    return long[names]
 
 
 def identifier(name: str, signs: str, longest: int) -> str:
@@ -207,7 +144,7 @@ def measure_names(column: str) -> tuple[str, float, str, str]:
     return next(matching, ("", 1.0, "", ""))
 
 
-def _write_nrml(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
+def _write_nrml(curves: pd.DataFrame, out: Path, _folder: Path) -> dict[str, Any]:
     """Write one function per variant and damage scale, with limit states sorted by threshold.
 
     All functions of an OpenQuake model have the same limit states. If the fitted states differ, one
@@ -221,7 +158,7 @@ def _write_nrml(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
             name = scale if len(states) == len(all_states) else "_".join((scale, *states))
             name = re.sub(r"[^A-Za-z0-9_-]+", "_", name)
             groups[name, states].append(rows.loc[list(states)])
-    out, notes = export.out, list[str]()
+    notes = list[str]()
     if len({states for _, states in groups}) == 1:
         ((_, states), *_), functions = groups, chain.from_iterable(groups.values())
         models = [_write_model(out, states, list(functions))]
@@ -309,13 +246,12 @@ def _write_model(
     return written | {"crossing": crossing}
 
 
-def _write_pelicun(curves: pd.DataFrame, export: Export) -> dict[str, Any]:
+def _write_pelicun(curves: pd.DataFrame, out: Path, _folder: Path) -> dict[str, Any]:
     """Write one row per variant and damage scale; limit states are numbered from mild to severe.
 
     States without an estimate keep their number, because pelicun skips empty parameters. The report
     lists them as ``holes``. A JSON file with names is written next to the CSV file.
     """
-    out = export.out
     if (names_file := out.with_suffix(".json")) == out:
         raise InputError(f"--out must end with .csv, got {out.name} (a .json file gets the names)")
     rows: list[dict[str, Any]] = []
@@ -394,8 +330,9 @@ def _multilinear(union: Union) -> str:
     return "|".join(",".join(f"{value:.8g}" for value in axis) for axis in points)
 
 
-#: Function that writes curves in each format and returns further entries of the report.
-WRITERS: Final[Mapping[str, Callable[[pd.DataFrame, Export], dict[str, Any]]]] = {
+#: Function that writes curves in each format, given the file and the folder of other tables, and
+#: returns further entries of the report.
+WRITERS: Final[Mapping[str, Callable[[pd.DataFrame, Path, Path], dict[str, Any]]]] = {
     "nrml": _write_nrml,
     "pelicun": _write_pelicun,
     "csv": _write_csv,
@@ -455,12 +392,7 @@ def with_ratios(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     return curves.assign(**ratios)
 
 
-def paper_table(
-    curves: pd.DataFrame,
-    medians: pd.DataFrame,
-    joint: pd.DataFrame,
-    settings: FitSettings = DEFAULTS,
-) -> pd.DataFrame:
+def paper_table(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame) -> pd.DataFrame:
     """Return the table for publication, without limit states of which no variant has a curve."""
     selected = with_ratios(chosen_curves(curves), medians)
     joint = joint.merge(selected.loc[selected["theta"].notna(), list(_STATE)].drop_duplicates())

@@ -5,22 +5,22 @@ Clopper and Pearson (1934), Biometrika 26(4):404-413; penalised likelihood, Firt
 80(1):27-38; counts, Baker (2015), Earthquake Spectra 31(1):579-599, Eq. 11; capacities, Vamvatsikos
 and Cornell (2002), EESD 31(3):491-514; brackets, Turnbull (1976), JRSS B 38(3):290-295; cloud,
 Cornell et al. (2002), J. Struct. Eng. 128(4):526-533; interval of a ratio, Fieller (1954), JRSS B
-16(2):175-185; test of the link, Pregibon (1980), Applied Statistics 29(1):15-24; jackknife by
-motion, Bell and McCaffrey (2002), Survey Methodology 28(2):169-181.
+16(2):175-185; jackknife by motion, Bell and McCaffrey (2002), Survey Methodology 28(2):169-181;
+studentised test of Breusch and Pagan, Koenker (1981), J. Econometrics 17(1):107-112; normality,
+Lilliefors (1967), JASA 62(318):399-402.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import inf, nan
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy import optimize, special
 
-from skewbridge.files.tables import Floats, Index, Mask, as_column, positive, require, same_length
-from skewbridge.fragility import likelihood, lines, motion_means
-from skewbridge.fragility.lines import FLATTEST_SLOPE, Lines, TestedLine
+from skewbridge.files.tables import Floats, Index, as_column, positive, require, same_length
+from skewbridge.fragility import likelihood, motion_means
 from skewbridge.fragility.settings import ASSUMED_BETA, DEFAULTS, FitSettings
 
 #: Status of a fit that has an estimate (not the status of an analysis).
@@ -38,6 +38,9 @@ ALL_CENSORED: Final = "all_censored"
 BOUNDS_TOO_WIDE: Final = "bounds_too_wide"
 # ASSUME a median is worth reporting if unknown outcomes change it by no more than 15 %
 MAX_BOUNDS_RATIO: Final = 1.15
+#: Smallest slope 1/beta of a curve: with beta above 50 it is flat over any range of intensities.
+FLATTEST_SLOPE: Final = 0.02
+_TEST_LEVEL: Final = 0.05  # of the tests of a regression line
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,7 +98,7 @@ def fits_of_states(
     terms: Floats,
     slope: int,
     drop: float | None,
-    widenings: Sequence[float] | None = None,
+    widening: float = 1.0,
 ) -> list[FragilityFit]:
     """Return the fits of J states from one maximum: ln theta = -a0/a1 and beta = widening/a1.
 
@@ -105,7 +108,7 @@ def fits_of_states(
     fits, of_slope = list(blanks), np.eye(terms.shape[1])[slope]
     ends = None if drop is None else likelihood.profile_ends(kernel, best, drop, terms, slope)
     for j, blank in enumerate(blanks):
-        onto, widening = np.stack([terms[j], of_slope]), widenings[j] if widenings else 1.0
+        onto = np.stack([terms[j], of_slope])
         (a0, a1), covariance = (onto @ best.params[0]).tolist(), onto @ best.covariance[0] @ onto.T
         jacobian = np.array([[-1.0 / a1, a0 / a1**2], [0.0, -widening / a1**2]])
         variance = (jacobian @ covariance @ jacobian.T).tolist()
@@ -164,7 +167,6 @@ def fit_stripes(
     settings: FitSettings = DEFAULTS,
     n_records: int | None = None,  # number of motions, if smaller than the number of runs
     interval: bool = True,  # compute profile-likelihood intervals
-    maximum: likelihood.Maximum | None = None,  # maximum of the likelihood, if already known
 ) -> FragilityFit:
     """Fit a fragility curve to k exceedances in n runs at each intensity, by maximum likelihood.
 
@@ -193,34 +195,16 @@ def fit_stripes(
     ones = -np.ones((int(has_hits.sum()), 1))
     kernel = likelihood.NormalKernel(ones, low[has_hits], high[has_hits], counts[has_hits])
     # start: line through the probits of the exceedance shares, which are kept away from 0 and 1
-    if maximum is None:
-        line = np.polyfit(ln_im, special.ndtri((exceed + 0.5) / (runs + 1.0)), 1, w=np.sqrt(runs))
-        maximum = likelihood.maximise(kernel, line[None, ::-1])
+    line = np.polyfit(ln_im, special.ndtri((exceed + 0.5) / (runs + 1.0)), 1, w=np.sqrt(runs))
+    maximum = likelihood.maximise(kernel, line[None, ::-1])
     fit = _completed(blank, kernel, maximum, x, n_records=n_records or total, interval=interval)
     if fit.status != FITTED:
         return fit
     fit = fit.warned(*_overlap_warnings(x, runs, exceed))
     ln_combinations = special.gammaln(runs + 1.0) - special.gammaln(exceed + 1.0)
     loglik = fit.loglik + float(np.sum(ln_combinations - special.gammaln(runs - exceed + 1.0)))
-    eta = fit.details["a0"] + fit.details["a1"] * ln_im
-    goodness = {"loglik_kernel": fit.loglik, "link_p": _link_p(eta, ln_im, runs, exceed)}
-    return replace(fit, loglik=loglik, details={**fit.details, **goodness})
-
-
-def exceedance_maxima(ln_im: Floats, known: Mask, exceed: Mask) -> list[likelihood.Maximum | None]:
-    """Return the likelihood maximum of each of J states, or None for states without estimate."""
-    # `known` and `exceed` have the shape (n, J); all states are maximised together
-    signs = (np.where(exceed, 1.0, -1.0) * known).T
-    shares = [(np.abs(sign), np.maximum(sign, 0.0)) for sign in signs]
-    fittable = [j for j, counts in enumerate(shares) if binomial_status(ln_im, *counts) == FITTED]
-    maxima: list[likelihood.Maximum | None] = [None] * len(signs)
-    if fittable:
-        ones, low = -np.ones((ln_im.size, 1)), np.full(ln_im.size, -np.inf)
-        kernel = likelihood.NormalKernel(ones, low, ln_im, signs[fittable])
-        best = likelihood.maximise(kernel, np.polyfit(ln_im, signs[fittable].T, 1)[::-1].T)
-        for j, *values in zip(fittable, *best, strict=True):
-            maxima[j] = likelihood.Maximum(*(np.asarray(value)[None] for value in values))
-    return maxima
+    details = {**fit.details, "loglik_kernel": fit.loglik}
+    return replace(fit, loglik=loglik, details=details)
 
 
 def _completed(
@@ -299,19 +283,6 @@ def _overlap_warnings(x: Floats, n: Floats, k: Floats) -> list[str]:
     return ["small_overlap"] if overlap < 2 * FEW_MIXED_STRIPES else []
 
 
-def _link_p(eta: Floats, ln_im: Floats, n: Floats, k: Floats) -> float:
-    """Return the p-value of the score test of curvature in eta, or NaN for two intensities."""
-    mills_hit, mills_miss, remain = likelihood.mills_ratio(eta), likelihood.mills_ratio(-eta), n - k
-    score = k * mills_hit - remain * mills_miss
-    information = k * mills_hit * (eta + mills_hit) + remain * mills_miss * (mills_miss - eta)
-    square = (ln_im - np.mean(ln_im)) ** 2
-    design = np.column_stack([np.ones_like(ln_im), ln_im])
-    weighted = design * information[:, None]
-    extra = square - design @ np.linalg.solve(design.T @ weighted, weighted.T @ square)
-    variance = float(information @ extra**2)
-    return float(special.chdtrc(1, (score @ extra) ** 2 / variance)) if variance > 1e-9 else nan
-
-
 def fit_capacities(
     capacity: ArrayLike, censored: ArrayLike | None = None, settings: FitSettings = DEFAULTS
 ) -> FragilityFit:
@@ -342,7 +313,7 @@ def fit_capacities(
         details["beta_unbiased_n_minus_1"] = float(np.std(y, ddof=1))
         if y.size >= 4:
             names = ("lilliefors_d", "lilliefors_d_05", "lilliefors_d_10")
-            details |= dict(zip(names, lines.lilliefors(y), strict=True))
+            details |= dict(zip(names, lilliefors(y), strict=True))
     blank = replace(blank, details=details)
     return _fit_distribution(blank, y, np.where(is_censored, np.inf, y), values, settings)
 
@@ -451,54 +422,69 @@ def fit_cloud(
     require(high >= low, "upper", "must not be below edp", high)
     informative = (low > 0.0) | np.isfinite(high)
     with np.errstate(divide="ignore"):
-        x, y_low, y_high = (np.log(values_of[informative]) for values_of in (values, low, high))
-    left_out, codes = None, np.arange(x.size) if motions is None else motions[informative]
-    if np.unique(codes).size < x.size:
-        left_out = lines.fit_lines(x, y_low, y_high, motion_means.motion_weights(codes)[1:])
-    capacity = float(positive([threshold], "threshold")[0]), capacity_dispersion
-    return fit_cloud_states((x, y_low, y_high), [capacity], settings, left_out)[0]
-
-
-def fit_cloud_states(
-    cloud: tuple[Floats, Floats, Floats],  # ln of intensities, lower and upper bounds, (n,) each
-    capacities: Sequence[tuple[float, float]],  # median and dispersion of each state
-    settings: FitSettings,
-    without_each: Lines | None = None,  # lines without each motion, if motions repeat
-) -> list[FragilityFit]:
-    """Fit one line to a cloud as in `fit_cloud`, and return the curve of each state."""
-    x, low, high = cloud
-    is_observed = low == high
-    n_motions = x.size if without_each is None else without_each.b.size
-    censored = not bool(np.all(is_observed))
-    method, level = "cloud_tobit" if censored else "cloud_ols", settings.confidence
+        cloud = x, y_low, y_high = np.log([each[informative] for each in (values, low, high)])
+    is_observed = y_low == y_high
+    is_censored = not bool(np.all(is_observed))
+    ln_capacity = float(np.log(positive([threshold], "threshold")[0]))
+    method, level = "cloud_tobit" if is_censored else "cloud_ols", settings.confidence
     blank = FragilityFit(method=method, status=FITTED, n_runs=x.size, level=level)
     if np.sum(is_observed) < 3 or np.ptp(x[is_observed]) == 0.0:
-        status = "too_few_runs" if np.sum(is_observed) < 3 else SINGLE_LEVEL
-        return [replace(blank, status=status)] * len(capacities)
-    line = lines.tested_line(x[is_observed], low[is_observed])
-    values = {k: v for k, v in line._asdict().items() if k not in ("n", "mean_x", "sxx")}
-    blank = replace(blank, details={name: v for name, v in values.items() if not np.isnan(v)})
-    if censored:
-        fits = _fit_tobit(blank, cloud, capacities, interval=without_each is None)
+        return replace(blank, status="too_few_runs" if np.sum(is_observed) < 3 else SINGLE_LEVEL)
+    line = tested_line(x[is_observed], y_low[is_observed])
+    details = {k: v for k, v in line._asdict().items() if k not in ("n", "mean_x", "sxx")}
+    blank = replace(blank, details={name: v for name, v in details.items() if not np.isnan(v)})
+    codes = np.arange(x.size) if motions is None else motions[informative]
+    left_out = motion_means.motion_weights(codes)[1:] > 0.0
+    repeated = np.unique(codes).size < x.size
+    if is_censored:
+        fit = _fit_tobit(blank, cloud, ln_capacity, capacity_dispersion, interval=not repeated)
     else:
-        fits = [_fit_least_squares(blank, line, *capacity) for capacity in capacities]
-    for j, (fit, (threshold, dispersion)) in enumerate(zip(fits, capacities, strict=True)):
-        if fit.status != FITTED:
-            continue
-        if without_each is not None:
-            ln_theta, beta = without_each.ln_theta(threshold), without_each.beta(dispersion)
-            fit = jackknifed(fit, ln_theta, beta)
-        names = common_warnings(fit, np.exp(x), n_motions) + line.warnings
-        names += [] if np.any(low >= np.log(threshold)) else ["no_exceedance_observed"]
-        fits[j] = fit.warned(*names)
-    return fits
+        fit = _fit_least_squares(blank, line, ln_capacity, capacity_dispersion)
+    if fit.status != FITTED:
+        return fit
+    if repeated:
+        a, b, s = np.transpose(
+            [cloud_line(*cloud[:, rows], tobit=is_censored) for rows in left_out]
+        )
+        fit = jackknifed(fit, (ln_capacity - a) / b, np.hypot(s, capacity_dispersion) / b)
+    names = common_warnings(fit, np.exp(x), len(left_out)) + line.warnings
+    names += [] if np.any(y_low >= ln_capacity) else ["no_exceedance_observed"]
+    return fit.warned(*names)
+
+
+def cloud_line(x: Floats, low: Floats, high: Floats, *, tobit: bool) -> tuple[float, float, float]:
+    """Return ln a, b and sigma of a cloud of ln demands with these bounds; NaN without a line.
+
+    There is no line if fewer than three demands are known, if the known demands are at a single
+    intensity, or if its slope is not positive. The bounds (n,) are equal for known demands.
+    """
+    known = low == high
+    if np.sum(known) < 3 or np.ptp(x[known]) == 0.0:
+        return nan, nan, nan
+    if not tobit:
+        line = tested_line(x, low)
+        return line[:3] if line.b > 0.0 else (nan, nan, nan)
+    d0, d1, h = (best := _tobit(x, low, high)[1]).params[0].tolist()
+    is_valid = bool(best.converged[0]) and d1 > FLATTEST_SLOPE
+    return (d0 / h, d1 / h, 1.0 / h) if is_valid else (nan, nan, nan)
+
+
+def _tobit(
+    x: Floats, low: Floats, high: Floats
+) -> tuple[likelihood.NormalKernel, likelihood.Maximum]:
+    """Return likelihood and maximum (d0, d1, h) of a cloud, z = h ln D - d0 - d1 ln x."""
+    known = low == high
+    slope, intercept = np.polyfit(x[known], low[known], 1)
+    h = 1.0 / max(float(np.std(low[known] - intercept - slope * x[known])), 1e-3)
+    kernel = likelihood.NormalKernel(np.column_stack([np.ones(x.size), x]), low, high)
+    return kernel, likelihood.maximise(kernel, np.array([[h * intercept, h * slope, h]]))
 
 
 def _fit_least_squares(
-    blank: FragilityFit, line: TestedLine, threshold: float, dispersion: float
+    blank: FragilityFit, line: "TestedLine", ln_capacity: float, dispersion: float
 ) -> FragilityFit:
     """Fit a cloud without censored demands: Fieller's interval for theta, delta method for beta."""
-    n, ln_distance = line.n, float(np.log(threshold)) - (line.ln_a + line.b * line.mean_x)
+    n, ln_distance = line.n, ln_capacity - (line.ln_a + line.b * line.mean_x)
     t = float(special.stdtrit(n - 2, 0.5 + 0.5 * blank.level))
     if line.b <= 0.0:
         return replace(blank, status=NON_INCREASING)
@@ -508,7 +494,7 @@ def _fit_least_squares(
     if a <= 0.0:
         return replace(blank, status="slope_not_significant")
     beta = float(np.hypot(line.sigma, dispersion)) / line.b
-    ln_theta = (float(np.log(threshold)) - line.ln_a) / line.b
+    ln_theta = (ln_capacity - line.ln_a) / line.b
     distance = ln_theta - line.mean_x
     relative = line.sigma**2 / line.sxx / line.b**2  # relative variance of b
     # beta = sqrt(s^2 + c^2)/b: d beta/d s = s/(beta b^2), d beta/d b = -beta/b
@@ -534,29 +520,87 @@ def _fit_least_squares(
 
 
 def _fit_tobit(
-    blank: FragilityFit,
-    cloud: tuple[Floats, Floats, Floats],
-    capacities: Sequence[tuple[float, float]],
-    *,
-    interval: bool,
-) -> list[FragilityFit]:
-    """Fit all states to a cloud with censored demands."""
-    # parameters (d0, d1, h): z = h ln D - d0 - d1 ln x, so the predictor is (d0 - h ln c) + d1 ln x
-    x, low, high = cloud
-    is_seen = low == high
-    kernel = likelihood.NormalKernel(np.column_stack([np.ones(x.size), x]), low, high)
-    best = likelihood.maximise(kernel, lines.tobit_start(x, low, is_seen))
+    blank: FragilityFit, cloud: Floats, ln_capacity: float, dispersion: float, *, interval: bool
+) -> FragilityFit:
+    """Fit a cloud (ln intensities, lower and upper bounds, shape (3, n)) with censored demands."""
+    known = cloud[1] == cloud[2]
+    kernel, best = _tobit(*cloud)
     d0, d1, h = best.params[0].tolist()
     if not bool(best.converged[0]):
-        return [replace(blank, status=NOT_CONVERGED)] * len(capacities)
-    details = {"ln_a": d0 / h, "b": d1 / h, "sigma": 1.0 / h, "n_censored": int(np.sum(~is_seen))}
+        return replace(blank, status=NOT_CONVERGED)
+    details = {"ln_a": d0 / h, "b": d1 / h, "sigma": 1.0 / h, "n_censored": int(np.sum(~known))}
     blank = replace(blank, details={**blank.details, **details})
     if d1 <= FLATTEST_SLOPE:
-        return [replace(blank, status=NON_INCREASING)] * len(capacities)
-    terms = np.array([[1.0, 0.0, -np.log(c)] for c, _ in capacities])
-    drop = likelihood.drop_of(blank.level, int(np.sum(is_seen))) if interval else None
-    widenings = [float(np.sqrt(1.0 + (h * dispersion) ** 2)) for _, dispersion in capacities]
-    return fits_of_states([blank] * len(capacities), kernel, best, terms, 1, drop, widenings)
+        return replace(blank, status=NON_INCREASING)
+    # the predictor is (d0 - h ln c) + d1 ln x
+    terms = np.array([[1.0, 0.0, -ln_capacity]])
+    drop = likelihood.drop_of(blank.level, int(np.sum(known))) if interval else None
+    widening = float(np.hypot(1.0, h * dispersion))
+    return fits_of_states([blank], kernel, best, terms, 1, drop, widening)[0]
+
+
+class TestedLine(NamedTuple):
+    """Least-squares line ln D = ln_a + b ln x + e with the tests of its assumptions."""
+
+    ln_a: float
+    b: float
+    sigma: float  # standard deviation of e, n - 2 in the denominator
+    n: int
+    mean_x: float  # mean of ln x
+    sxx: float  # sum of squares of ln x about its mean
+    r2: float
+    curvature: float  # coefficient of an additional term (ln x - mean)^2
+    curvature_p: float  # p-value of the F test of this term (exact, one degree of freedom)
+    scatter_p: float  # p-value of the studentised Breusch-Pagan test of constant scatter
+
+    @property
+    def warnings(self) -> list[str]:
+        """Warnings about curvature and changing scatter that are significant at `_TEST_LEVEL`."""
+        names: list[str] = []
+        if self.curvature_p < _TEST_LEVEL:
+            names.append("saturating" if self.curvature < 0.0 else "curved")
+        if self.scatter_p < _TEST_LEVEL:
+            names.append("heteroscedastic")
+        return names
+
+
+def tested_line(x: Floats, y: Floats) -> TestedLine:
+    """Fit and test the least-squares line of y = ln demand (n,) on x = ln intensity (n,)."""
+    n, mean_x, mean_y = x.size, float(np.mean(x)), float(np.mean(y))
+    u, v = x - mean_x, y - mean_y
+    sxx, syy = float(u @ u), float(v @ v)
+    b = float(u @ v) / sxx
+    residual = v - b * u
+    sse = float(residual @ residual)
+    sigma = float(np.sqrt(sse / (n - 2))) if n > 2 else nan
+    r2 = 1.0 - sse / syy if syy > 0.0 else nan
+    centred = residual**2 - np.mean(residual**2)  # studentised Breusch-Pagan test
+    total = sxx * float(centred @ centred)
+    scatter_p = float(special.chdtrc(1, n * float(u @ centred) ** 2 / total)) if total else nan
+    curvature = curvature_p = nan  # coefficient and p-value of an additional term in u^2
+    u2_residual = u**2 - np.mean(u**2)
+    u2_residual = u2_residual - (float(u2_residual @ u) / sxx) * u
+    size = float(u2_residual @ u2_residual)
+    if n >= 4 and size > 1e-12 * sxx**2 and sse > 0.0:
+        curvature = float(u2_residual @ residual) / size
+        explained = curvature**2 * size
+        unexplained = max(sse - explained, 1e-300)
+        curvature_p = float(special.fdtrc(1, n - 3, explained / (unexplained / (n - 3))))
+    tests = curvature, curvature_p, scatter_p
+    return TestedLine(mean_y - b * mean_x, b, sigma, n, mean_x, sxx, r2, *tests)
+
+
+def lilliefors(values: Floats) -> tuple[float, float, float]:
+    """Return the Lilliefors distance of a sample from normality, and its 5 and 10 % limits.
+
+    Kolmogorov-Smirnov p-values are not valid if mean and deviation are estimated from the sample.
+    """
+    n = values.size
+    p = special.ndtr(np.sort((values - np.mean(values)) / np.std(values, ddof=1)))
+    steps = np.arange(n) / n
+    distance = float(max(np.max(p - steps), np.max(steps + 1.0 / n - p)))
+    scale = float(np.sqrt(n) - 0.01 + 0.85 / np.sqrt(n))
+    return distance, 0.895 / scale, 0.819 / scale  # source: FEMA P-58, test at 5 and 10 %
 
 
 def binomial_status(ln_im: Floats, n: Floats, k: Floats) -> str:

@@ -23,7 +23,7 @@ from skewbridge.fragility.demand_model import (
     fit_models,
     state_curve,
 )
-from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED, NON_INCREASING
+from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.motion_means import covered_range, interval
 from skewbridge.fragility.outcomes import demand_outcomes, states_by_demand
@@ -154,13 +154,12 @@ def _estimate(models: BridgeModels, state: LimitState, row: Row) -> Row:
     if len(fits) == 1:
         estimate["slope"] = float(fits[0].model.parameters[0, 1])
         estimate["capacity_dispersion"] = modes[0].dispersion
-    model = JointModel({**row, **estimate})
-    curve = model.curve(model.axis_range.middle)
-    if np.isnan(curve.ln_theta[0]):
-        return estimate | {"status": NON_INCREASING}
+    curve = models.curve(state, models.axes.middle)
+    if isinstance(curve, str):
+        return estimate | {"status": curve}
     logs = curve.ln_theta, np.log(curve.beta), np.log(curve.total)
     for name, values in zip(("theta", "beta", "beta_total"), logs, strict=True):
-        interval_ = interval(values, curve.priors, model.level)
+        interval_ = interval(values, curve.priors, row["level"])
         estimate |= dict(zip((name, f"{name}_low", f"{name}_high"), interval_, strict=True))
     errors = _left_out_errors(models, state, fits)
     if np.any(np.isfinite(errors)):

@@ -22,7 +22,6 @@ _DECREMENT_TOLERANCE: Final = 1e-10  # the last Newton step leaves about its squ
 _MAX_ITERATIONS: Final = 80
 _MAX_HALVINGS: Final = 40
 _PROFILE_TOLERANCE: Final = 1e-11
-_FAR: Final = -30.0  # below this, ln Phi is used, because Phi approaches the smallest double
 
 
 def mills_ratio(eta: Floats) -> Floats:
@@ -42,12 +41,10 @@ def log_normal_interval(lower: Floats, upper: Floats) -> Floats:
     """Return ln[Phi(upper) - Phi(lower)] without cancellation; -inf where ``upper <= lower``."""
     side = np.copysign(1.0, -lower)  # an interval above zero is mirrored
     a, b = np.minimum(side * lower, side * upper), np.maximum(side * lower, side * upper)
+    log_a, log_b = special.log_ndtr(a), special.log_ndtr(b)
     with np.errstate(divide="ignore", invalid="ignore"):
-        out = np.log((special.ndtr(b) - special.ndtr(a)) * (upper > lower))
-        if (is_far := (b < _FAR) & (upper > lower)).any():
-            log_a, log_b = special.log_ndtr(a[is_far]), special.log_ndtr(b[is_far])
-            out[is_far] = log_b + np.log(-np.expm1(np.minimum(log_a - log_b, 0.0)))
-    return out
+        inside = log_b + np.log(-np.expm1(np.minimum(log_a - log_b, 0.0)))
+    return np.where(upper > lower, inside, -np.inf)
 
 
 class Derivatives(NamedTuple):
@@ -69,8 +66,7 @@ class NormalKernel:
     The parameters are (delta_1..delta_q, h). Y has the mean X delta/h and the standard deviation
     1/h. Each observed row adds ln h (Jacobian), without which h would have no maximum; with
     observed rows, the log-likelihood is minus infinity for h <= 0. If X is a column of -1, the
-    parameters are (a0, a1) with z = a0 + a1 y. A negative weight of a row with one finite bound
-    reverses the inequality: a lower bound becomes an upper bound.
+    parameters are (a0, a1) with z = a0 + a1 y.
     """
 
     def __init__(
@@ -91,7 +87,6 @@ class NormalKernel:
         self._tail = np.vstack([-low[below], high[above]])
         self._tail_tail = row_products(self._tail, self._tail)
         self._of_tail = self.weights[..., np.append(below, above)]
-        self._two_sided = bool(np.any(self._of_tail < 0.0))
         between = np.flatnonzero(has_low & has_high)
         self._of_between = self.weights[..., between]
         self._low, self._high = low[between], high[between]
@@ -128,13 +123,11 @@ class NormalKernel:
             hessian -= self._onto.T @ sums @ self._onto
             hessian[:, -1, -1] -= count / safe_h**2
         if len(self._tail):
-            u, runs = params @ self._tail.T, of_tail
-            if self._two_sided:
-                u, runs = np.copysign(1.0, of_tail) * u, np.abs(of_tail)
+            u = params @ self._tail.T
             log_p, ratio = log_normal_tail(u)
-            loglik += np.sum(runs * log_p, axis=1)
+            loglik += np.sum(of_tail * log_p, axis=1)
             score += (of_tail * ratio) @ self._tail
-            hessian -= ((runs * (ratio * (u + ratio))) @ self._tail_tail).reshape(hessian.shape)
+            hessian -= ((of_tail * (ratio * (u + ratio))) @ self._tail_tail).reshape(hessian.shape)
         if len(self._low):
             zu, zl = params @ self._high.T, params @ self._low.T
             log_p = log_normal_interval(zl, zu)
@@ -153,23 +146,6 @@ class NormalKernel:
         if self._any_observed:
             loglik = np.where(h > 0.0, loglik, -np.inf)
         return Derivatives(loglik, score, hessian)
-
-    def bend(self, params: Floats, step: Floats) -> Floats:
-        """Return T step step / 2 (R, p), where T are mean third derivatives at ``params`` (p,)."""
-        if self._two_sided:
-            return np.zeros_like(step)
-        u, zl, zu = (design @ params for design in (self._tail, self._low, self._high))
-        r, scale = mills_ratio(u), -log_normal_interval(zl, zu) - HALF_LOG_2PI
-        a, b = (np.exp(scale - 0.5 * z * z) for z in (zu, zl))
-        third = np.mean(self._of_tail, axis=0) * r * ((u + r) * (u + 2.0 * r) - 1.0)
-        cube = (self._tail_tail * third[:, None]).T @ self._tail
-        cube[-1, -1] += 2.0 * np.mean(self._count) / params[-1] ** 3
-        uul, ull = -a * b * (zu + 2.0 * a), a * b * (2.0 * b - zl)
-        uuu, lll = a * ((zu + a) * (zu + 2.0 * a) - 1.0), b * (1.0 - (b - zl) * (2.0 * b - zl))
-        for design, *by in ((self._high, uuu, uul, ull), (self._low, uul, ull, lll)):
-            hh, hl, ll = (np.mean(self._of_between, axis=0)[:, None] * x[:, None] for x in by)
-            cube += (self._high_high * hh + self._cross * hl + self._low_low * ll).T @ design
-        return 0.5 * (row_products(step, step) @ cube)
 
 
 class Maximum(NamedTuple):
@@ -199,9 +175,6 @@ def maximise(
     params = np.array(start, dtype=np.float64)
     active = np.arange(len(params))
     converged = np.zeros(active.size, dtype=np.bool_)
-    bend = None  # second-order correction of the first step, if all replicates start alike
-    if isinstance(kernel, NormalKernel) and not covariance and active.size > 1:
-        bend = kernel.bend if np.all(params == params[0]) else None
     current = kernel.derivatives(params, active)
     loglik, hessian = current.loglik.copy(), current.hessian.copy()
     for _ in range(_MAX_ITERATIONS):
@@ -217,12 +190,6 @@ def maximise(
             active, step, is_done = active[~is_done], step[~is_done], is_done[~is_done]
             if active.size == 0:
                 break
-        if bend is not None:
-            # add the second-order term of the step if it is below a tenth of the first
-            correction = _newton_step(current.hessian, bend(params[-1], step))
-            is_small = np.sum(correction**2, axis=1) < 0.01 * np.sum(step**2, axis=1)
-            step += np.where(is_small[:, None], correction, 0.0)
-            bend = None
         required = current.loglik - 1e-12 * (1.0 + np.abs(current.loglik))
         trial = kernel.derivatives(params[active] + step, active)
         failed = np.flatnonzero(~(trial.loglik >= required))
@@ -325,27 +292,25 @@ class _Profiles:
         shift = np.any(intercepts == 1.0, axis=0).astype(np.float64)
         self._shifts = np.vstack([np.tile(shift, (2 * len(intercepts), 1)), axis, axis])
         self._params = np.tile(best, (len(self._normals), 1))
-        _, self._score, self._hessian = kernel.derivatives(self._params)
-        self._intercepts, self._order = intercepts.T, np.sign(np.diff(intercepts @ best))
-        self._normals[:-2, slope] = np.repeat(-intercepts @ best / best[slope], 2)
+        self._score = np.empty_like(self._params)
 
     def derivatives(self, params: Floats, rows: Index) -> Derivatives:
         """Return the derivatives with respect to the free parameters for the numbered rows."""
         onto = self._onto[rows]
         full = self._kernel.derivatives(self._offset[rows] + (onto @ params[:, :, None])[..., 0])
-        self._score[rows], self._hessian[rows] = full.score, full.hessian
+        self._score[rows] = full.score
         score = (full.score[:, None, :] @ onto)[:, 0]
         hessian = np.swapaxes(onto, 1, 2) @ full.hessian @ onto
         return Derivatives(full.loglik, score, hessian - self._fixed[rows])
 
     def evaluate(self, psi: Floats) -> tuple[Floats, Floats]:
         """Return the profile log-likelihoods at ``psi`` and their derivatives, (rows,) each."""
-        before, normals, right = self._normals.copy(), self._normals, np.zeros(psi.size)
+        normals, right = self._normals, np.zeros(psi.size)
         normals[:-2, self._slope] = psi[:-2]
         right[-2:] = np.exp(psi[-2:])
         self._offset = right[:, None] * self._determined
         self._onto = self._eye - self._determined[:, :, None] * normals[:, None, :]
-        start = self._ahead(normals - before, right)
+        start = self._shifted(right)
         while True:
             # a unit Hessian for parameters that are not free keeps the matrix regular
             self._fixed = ~np.any(self._onto, axis=1)[:, :, None] * self._eye
@@ -366,18 +331,3 @@ class _Profiles:
         violation = right - np.sum(self._normals * self._params, axis=1)
         distance = violation / np.sum(self._normals * self._shifts, axis=1)
         return self._params + distance[:, None] * self._shifts
-
-    def _ahead(self, change: Floats, right: Floats) -> Floats:
-        """Return start values for the next maxima, on the tangent of the profile if usable."""
-        # at a maximum, score = multiplier * normal: one Newton step for parameters and multiplier
-        count, size = self._params.shape
-        system, right_side = np.zeros((count, size + 1, size + 1)), np.zeros((count, size + 1))
-        system[:, :-1, :-1], system[:, :-1, -1] = self._hessian, -self._normals
-        system[:, -1, :-1] = self._normals
-        right_side[:, :-1] = np.sum(self._determined * self._score, axis=1)[:, None] * change
-        right_side[:, -1] = right - np.sum(self._normals * self._params, axis=1)
-        step = _newton_step(-system, right_side)[:, :-1]  # zero without a tangent
-        ahead = self._params + step
-        usable = np.any(step != 0.0, axis=1) & (ahead[:, self._slope] > 0.0)
-        usable &= np.all(np.diff(ahead @ self._intercepts) * self._order > 0.0, axis=1)
-        return np.where(usable[:, None], ahead, self._shifted(right))

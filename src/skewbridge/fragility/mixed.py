@@ -13,7 +13,8 @@ Louis (1982), JRSS B 44(2):226-233; estimates without a group by one Newton step
 Ann. Stat. 9(4):705-724.
 """
 
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -104,15 +105,11 @@ def predictive_loglik(data: MixedData, group: Index, without: Floats) -> float:
     of_run, total = group[data.motion], 0.0
     for number, parameters in enumerate(without):
         of_group = of_run == number
-        group_data = MixedData(
-            design=data.design[of_group],
-            lower=data.lower[of_group],
-            upper=data.upper[of_group],
-            motion=np.unique(data.motion[of_group], return_inverse=True)[1],
-            precision=data.precision,
-            growth=data.growth[of_group],
-        )
-        total += float(np.sum(_Likelihood(group_data).at(parameters)[2]))
+        columns = ("design", "lower", "upper", "growth")
+        runs: dict[str, Floats] = {name: getattr(data, name)[of_group] for name in columns}
+        motion = np.unique(data.motion[of_group], return_inverse=True)[1]
+        group_data = replace(data, motion=motion, **runs)
+        total += float(np.sum(_likelihood(group_data)(parameters)[2]))
     return total
 
 
@@ -121,7 +118,7 @@ def fit_mixed(data: MixedData, start: Floats | None = None, steps: int = 100) ->
 
     ``start`` (m,) are the first parameters of at most ``steps`` Newton steps.
     """
-    likelihood = _Likelihood(data)
+    likelihood = _likelihood(data)
     first, floor = _first_parameters(data)
     precision = np.concatenate([data.precision, [_GROWTH**-2.0, 0.0, 0.0]])
     if not np.any(data.growth):
@@ -134,7 +131,7 @@ def fit_mixed(data: MixedData, start: Floats | None = None, steps: int = 100) ->
     def at(parameters: Floats) -> MixedFit:
         limited = parameters.copy()
         limited[-2:] = np.maximum(parameters[-2:], floor)
-        return MixedFit(limited, *likelihood.at(limited), precision)
+        return MixedFit(limited, *likelihood(limited), precision)
 
     def value(fit: MixedFit) -> float:
         return float(np.sum(fit.logliks) - 0.5 * prior @ fit.parameters**2)
@@ -186,29 +183,22 @@ def _uphill(score: Floats, information: Floats) -> Floats:
     return scale * (vectors @ (inverse * (vectors.T @ (scale * score))))
 
 
-@dataclass(slots=True)
-class _Likelihood:
-    """The likelihood of all motions and its derivatives."""
+def _likelihood(data: MixedData) -> Callable[[Floats], tuple[Floats, Floats, Floats]]:
+    """Return a function of the parameters: score, information and log-likelihood by motion.
 
-    data: MixedData
-    _parts: list["_Integrals"] = field(init=False)
+    The shapes for G motions are (G, m), (G, m, m) and (G,).
+    """
+    censored = np.bincount(data.motion, data.lower != data.upper) > 0.0
+    # integrals of motions without and with censored runs
+    parts = [_Integrals(data, np.flatnonzero(of)) for of in (~censored, censored) if np.any(of)]
+    order = np.argsort(np.concatenate([part.motions for part in parts]))
 
-    def __post_init__(self) -> None:
-        data = self.data
-        censored = np.bincount(data.motion, data.lower != data.upper) > 0.0
-        # integrals of motions without and with censored runs
-        kinds = [motions for motions in (~censored, censored) if np.any(motions)]
-        self._parts = [_Integrals(data, np.flatnonzero(motions)) for motions in kinds]
-
-    def at(self, parameters: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return score (G, m), information (G, m, m) and log-likelihood (G,) of each motion."""
-        count = int(np.max(self.data.motion)) + 1
-        shape = count, parameters.size
-        score, information, logliks = np.empty(shape), np.empty((*shape, shape[1])), np.empty(count)
-        for integrals in self._parts:
-            motions = integrals.motions
-            score[motions], information[motions], logliks[motions] = integrals.at(parameters)
+    def at(parameters: Floats) -> tuple[Floats, Floats, Floats]:
+        results = zip(*(part.at(parameters) for part in parts), strict=True)
+        score, information, logliks = (np.concatenate(result)[order] for result in results)
         return score, information, logliks
+
+    return at
 
 
 class _Integrals:

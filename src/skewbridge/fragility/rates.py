@@ -25,7 +25,7 @@ from skewbridge.fragility import demand_table
 from skewbridge.fragility.curves import CURVE_COLUMNS, METHODS
 from skewbridge.fragility.demand_model import SKEW, BridgeModels, StateCurve
 from skewbridge.fragility.effects import STEP, Medians, effect_row, variant_pairs
-from skewbridge.fragility.exports import chosen_curves, with_bounds
+from skewbridge.fragility.exports import chosen_curves
 from skewbridge.fragility.fits import ALL_EXCEED, BOUNDS_TOO_WIDE, FITTED, NO_EXCEEDANCE
 from skewbridge.fragility.hazard import HazardCurve, LogRate
 from skewbridge.fragility.joint import JointModel
@@ -72,10 +72,9 @@ def curve_rate(curve: StateCurve, hazard: HazardCurve, ln_factor: float = 0.0) -
     return rate._replace(priors=curve.priors)
 
 
-def _lognormal(theta: float, beta: float, hazard: HazardCurve) -> float:
-    """Return the annual rate of one lognormal curve."""
-    curve = StateCurve(np.log([theta]), np.array([nan]), np.array([beta]))
-    return curve_rate(curve, hazard).value
+def _lognormal(theta: float, beta: float) -> StateCurve:
+    """Return one lognormal curve, without replicates."""
+    return StateCurve(np.log([theta]), np.array([nan]), np.array([beta]))
 
 
 def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> Row:
@@ -88,16 +87,19 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
     status, rate_ends = curve["status"], (nan, nan, nan)
     row: Row = {name: curve[name] for name in ("status", "method", "im", "level")}
     bound_beta = np.hypot(curve["theta_bound_beta"], np.nan_to_num(curve["capacity_dispersion"]))
+
+    def rate_of(theta: float, beta: float) -> float:
+        return curve_rate(_lognormal(theta, beta), hazard).value
+
     if status == FITTED:
         beta_total = curve["beta"] if pd.isna(curve["beta_total"]) else curve["beta_total"]
-        for_rates = StateCurve(np.log([curve["theta"]]), np.array([nan]), np.array([beta_total]))
-        for_rates = for_rates._replace(modes=union_curve(curve))
         if model is not None and curve["method"] == METHODS[0]:
             for_rates = model
             rate_ends = curve_rate(model, hazard).interval(curve["level"])
         else:  # ASSUME the dispersion is known
+            for_rates = _lognormal(curve["theta"], beta_total)._replace(modes=union_curve(curve))
             thetas = (curve[name] for name in ("theta", "theta_high", "theta_low"))
-            middle, *ends = (_lognormal(theta, beta_total, hazard) for theta in thetas)
+            middle, *ends = (rate_of(theta, beta_total) for theta in thetas)
             rate = curve_rate(for_rates, hazard).value
             rate_ends = rate, *(rate * end / middle for end in ends)
         p_last = float(exceedance(for_rates, np.log(hazard.levels[-1:])[:, None])[0, 0])
@@ -105,18 +107,16 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
         row |= hazard.shares(*shares, curve["im_low"], curve["im_high"])
     elif status == BOUNDS_TOO_WIDE and model is not None:
         # the interval of the model, widened to the bounds with the dispersion of the capacity
-        added = np.maximum(model.total[0] ** 2 - model.beta[0] ** 2, 0.0)
+        added = np.maximum(model.total[0] ** 2 - model.beta[0] ** 2, 0.0) ** 0.5
         rate, low, high = curve_rate(model, hazard).interval(curve["level"])
-        bounds = [
-            (curve[f"theta_{n}"], np.hypot(curve[f"beta_{n}"], added**0.5)) for n in TREATMENTS
-        ]
-        factors = [1.0, *(_lognormal(*bound, hazard) / rate for bound in bounds)]
+        bounds = [(curve[f"theta_{n}"], np.hypot(curve[f"beta_{n}"], added)) for n in TREATMENTS]
+        factors = [1.0, *(rate_of(*bound) / rate for bound in bounds)]
         rate_ends = nan, low * np.nanmin(factors), high * np.nanmax(factors)
     # ASSUME a bound of a median has the slope 1 for the dispersion of its capacity
     elif status == NO_EXCEEDANCE:
-        rate_ends = nan, 0.0, _lognormal(curve["theta_bound_low"], bound_beta, hazard)
+        rate_ends = nan, 0.0, rate_of(curve["theta_bound_low"], bound_beta)
     elif status == ALL_EXCEED:
-        lowest_rate = _lognormal(curve["theta_bound_high"], bound_beta, hazard)
+        lowest_rate = rate_of(curve["theta_bound_high"], bound_beta)
         rate_ends = nan, lowest_rate, float(hazard.rates[0, 0])
     return row | rate_columns(rate_ends)
 
@@ -143,7 +143,11 @@ def rate_table(
 
     ``system`` has the columns `rate` and `shares` of `system_curves` with a hazard.
     """
-    chosen, columns = chosen_curves(with_bounds(curves)), demand_table.variant_columns(curves)
+    # bounds of medians, which one method gives, apply to all methods
+    bounds = [f"theta_bound_{name}" for name in ("low", "high", "beta")]
+    largest = curves.groupby(_STATE)[bounds].transform("max")
+    chosen = chosen_curves(curves.assign(**{name: largest[name] for name in bounds}))
+    columns = demand_table.variant_columns(curves)
     states = chosen[[*columns, *_STATE[1:]]].join(rates_of_curves(chosen, joint, hazard))
     rows = records_of(states)
     for row in records_of(system):
@@ -185,7 +189,7 @@ def rate_effects(
                 if rates is not None:
                     start, end = rates
                     change = end.minus(start)
-                    row |= effect_row(change.jackknifed, settings, blocks=blocks)
+                    row |= effect_row(change.jackknifed, blocks=blocks)
                     ends = change.interval(EFFECT_CONFIDENCE)
                     row |= dict(zip(("ratio", "ci_low", "ci_high"), ends, strict=True))
                     row["direction"] = int(ends[1] > 1.0) - int(ends[2] < 1.0)

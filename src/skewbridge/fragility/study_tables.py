@@ -104,7 +104,7 @@ def fragility_tables(
         ),
         "joint": joint,
         "system": system.drop(columns=["rate", "shares"], errors="ignore"),
-        PAPER_TABLE: exports.paper_table(curves, medians, joint, settings),
+        PAPER_TABLE: exports.paper_table(curves, medians, joint),
         "input_notes": checked.notes,
         "shear_models": shear_model_curves(rows, settings, jobs=jobs),
         "alternatives": alternative_effects(rows),
@@ -227,7 +227,6 @@ def valid_tables(
     demands: pd.DataFrame,
     rounds: pd.DataFrame,
     looks: Sequence[int],
-    settings: FitSettings,
 ) -> dict[str, pd.DataFrame]:
     """Return the tables of `fragility_tables` with intervals valid whenever a study is stopped.
 
@@ -242,9 +241,7 @@ def valid_tables(
     needed = verdicts.needed_motions(pd.concat([effects, medians], ignore_index=True), demands)
     level = {"level": EFFECT_CONFIDENCE}
     valid = {"effects": effects.assign(**level), "median_effects": medians.assign(**level)}
-    paper = exports.paper_table(
-        tables["curves"], valid["median_effects"], tables["joint"], settings
-    )
+    paper = exports.paper_table(tables["curves"], valid["median_effects"], tables["joint"])
     return {**tables, **valid, "needed_motions": needed, PAPER_TABLE: paper}
 
 

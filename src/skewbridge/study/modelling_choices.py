@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, get_args
+from typing import Any, Final, get_args
 
 import numpy as np
 import pandas as pd
@@ -25,20 +25,17 @@ from skewbridge.files.digests import provenance
 from skewbridge.files.tables import write_frame
 from skewbridge.files.text import read_yaml
 from skewbridge.statuses import OK
+from skewbridge.study.analyses import StudySetup, run_in_journal, sampled
 from skewbridge.study.folder import COLUMNS_FILE
+from skewbridge.study.task import Task, run_key
 from skewbridge.units import MN, split_unit
 from skewbridge.variant.options import HingeRule
 from skewbridge.variant.variant import ABUTMENTS, Variant
 
-if TYPE_CHECKING:
-    # Processes that draw the figures need the table of choices but not OpenSees.
-    from skewbridge.study.analyses import StudySetup
-    from skewbridge.study.task import Task
-
 type Value = bool | float | str | tuple[str | float, ...]
 #: Labels (kind, name, from_value, to_value) and two analyses that differ in one modelling option
 #: (kind ``choice``) or one axis of the grid (kind ``axis``).
-type TaskPair = tuple[dict[str, str], "Task", "Task"]
+type TaskPair = tuple[dict[str, str], Task, Task]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,7 +50,7 @@ class Choice:
     acts_on: tuple[str, ...] = ()
     needs: Mapping[str, Value] = field(default_factory=dict[str, Value])
 
-    def configured_in(self, task: "Task") -> Value:
+    def configured_in(self, task: Task) -> Value:
         """Return the value of the option in a task, without the random factor of the motion."""
         settings, options = _effective(task)
         value: Any = getattr(settings if self.section == "analysis" else options, self.key)
@@ -61,7 +58,7 @@ class Choice:
             return round(value / task.draw[self.key], 9)
         return _WHEN_NULL[self.key](task) if value is None else value
 
-    def set_in(self, task: "Task", value: Value) -> "Task":
+    def set_in(self, task: Task, value: Value) -> Task:
         """Return a task with a value of the option, times the random factor of the motion."""
         if self.key in task.draw and isinstance(value, float):
             value *= task.draw[self.key]
@@ -69,7 +66,7 @@ class Choice:
             return replace(task, settings=replace(task.settings, **{self.key: value}))
         return replace(task, options=replace(task.options, **{self.key: value}))
 
-    def alternatives(self, task: "Task") -> list[Value]:
+    def alternatives(self, task: Task) -> list[Value]:
         """Return the values of the option that change an analysis.
 
         The list is empty if the option does not act on the variant, if `needs` is not met, or if
@@ -85,22 +82,22 @@ class Choice:
         return [value for value in other_values if _effective(self.set_in(task, value)) != before]
 
 
-def _effective(task: "Task") -> tuple[object, object]:
+def _effective(task: Task) -> tuple[object, object]:
     return task.settings, task.settings.model_options(task.options)
 
 
-def _bridge(task: "Task") -> Description:
+def _bridge(task: Task) -> Description:
     return load_structure(task.variant.bridge).description
 
 
-def _has_limited_hinge(task: "Task") -> bool:
+def _has_limited_hinge(task: Task) -> bool:
     rules, bridge = get_args(HingeRule.__value__), load_bridge(task.variant.bridge)
     bents = zip(*(bent_capacities(bridge, rule) for rule in rules), strict=True)
     return any(unlimited.hinge_length_m != limited.hinge_length_m for unlimited, limited in bents)
 
 
 #: Named conditions on an analysis, see modelling_choices.yaml.
-_ACTS_ON: Final[Mapping[str, Callable[["Task"], bool]]] = {
+_ACTS_ON: Final[Mapping[str, Callable[[Task], bool]]] = {
     "keys": lambda task: task.variant.traits.has_wall_points,
     "contacts": lambda task: task.variant.traits.has_contacts,
     "friction": lambda task: task.variant.traits.has_friction and task.variant.friction > 0.0,
@@ -114,7 +111,7 @@ _ACTS_ON: Final[Mapping[str, Callable[["Task"], bool]]] = {
     "limited_hinge": _has_limited_hinge,
 }
 #: Effective values of options that may be null.
-_WHEN_NULL: Final[Mapping[str, Callable[["Task"], Value]]] = {
+_WHEN_NULL: Final[Mapping[str, Callable[[Task], Value]]] = {
     "backfill_vs_mps": lambda _: 0.0,
     "damping_ratio": lambda task: _bridge(task).damping_ratio,
     "integrator": lambda task: task.settings.integrator_command,
@@ -152,9 +149,7 @@ CHOICE_COLUMNS: Final[dict[str, str]] = read_yaml(COLUMNS_FILE)["modelling_choic
 _COMPARED: Final = list(CHOICE_COLUMNS)[:6]
 
 
-def choice_pairs(
-    tasks: Sequence["Task"], choices: Sequence[Choice] = CHOICES
-) -> Iterator[TaskPair]:
+def choice_pairs(tasks: Sequence[Task], choices: Sequence[Choice] = CHOICES) -> Iterator[TaskPair]:
     """Yield each analysis with each alternative of each choice that acts on it."""
     for task, choice in product(tasks, choices):
         configured = choice_text(choice.key, choice.configured_in(task))
@@ -164,14 +159,12 @@ def choice_pairs(
 
 
 def axis_pairs(
-    setup: "StudySetup", slug: str, axes: Mapping[str, Sequence[float]], count: int
+    setup: StudySetup, slug: str, axes: Mapping[str, Sequence[float]], count: int
 ) -> Iterator[TaskPair]:
     """Yield pairs of analyses of a variant at the ends of each axis that has several values.
 
     Analyses without friction are also paired with friction at walls only and at keys only.
     """
-    from skewbridge.study.analyses import sampled
-
     variant = setup.named(slug)
     for name, values in axes.items():
         ends = [end(values, key=abs) for end in (min, max)]
@@ -216,15 +209,13 @@ def chosen_variants(variants: Iterable[Variant]) -> list[str]:
 
 
 def write_choices(
-    setup: "StudySetup",
+    setup: StudySetup,
     variants: Sequence[str],
     axes: Mapping[str, Sequence[float]],  # values of the grid
     output: Path,
     motions: int = MOTIONS,
 ) -> None:
     """Run the analyses that are not in a journal and write the table of `CHOICE_COLUMNS`."""
-    from skewbridge.study.analyses import run_in_journal, sampled
-
     setup, pairs = setup.without_alternatives, list[TaskPair]()
     for slug in variants:
         pairs += choice_pairs(sampled(setup.tasks(slug), motions))
@@ -241,8 +232,6 @@ def choices_table(pairs: Sequence[TaskPair], rows: Mapping[str, Mapping[str, Any
     ``rows`` maps each `run_key` to a row of the demands table. A repeated pair counts once; one
     counts only if its demands are peaks over the whole motion.
     """
-    from skewbridge.study.task import run_key
-
     distinct = {
         (*labels.values(), run_key(before), run_key(after)): (labels, before, after)
         for labels, before, after in pairs

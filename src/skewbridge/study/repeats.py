@@ -7,7 +7,7 @@ comparison therefore use only the strongest part of the motion.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 import pandas as pd
@@ -18,25 +18,23 @@ from skewbridge.files.digests import provenance
 from skewbridge.files.tables import write_frame
 from skewbridge.motions.intensity import cut_to_strongest
 from skewbridge.statuses import RAN
-
-if TYPE_CHECKING:  # processes that draw the figures do not import OpenSees
-    from skewbridge.study.analyses import StudySetup
-    from skewbridge.study.task import Task
+from skewbridge.study.analyses import PGV, StudySetup, check_plan, run_in_journal
+from skewbridge.study.task import Task
 
 AS_IN_STUDY: Final = "default"
 
 
-def _with_options(**values: float) -> "Callable[[Task], Task]":
+def _with_options(**values: float) -> Callable[[Task], Task]:
     return lambda task: replace(task, options=replace(task.options, **values))
 
 
-def _reference(task: "Task") -> "Task":
+def _reference(task: Task) -> Task:
     settings, options = at_accuracy(task.settings, task.options, "reference")
     return replace(task, settings=settings, options=options)
 
 
 #: Changes made in a repeated row of the study; their names are prefixes of table columns.
-REPEATS: Final[Mapping[str, "Callable[[Task], Task]"]] = {
+REPEATS: Final[Mapping[str, Callable[[Task], Task]]] = {
     AS_IN_STUDY: lambda task: task,
     "reference": _reference,
     "kn_half": _with_options(normal_stiffness_factor=0.5),
@@ -47,14 +45,12 @@ REPEATS: Final[Mapping[str, "Callable[[Task], Task]"]] = {
 
 
 def sampled_rows(
-    setup: "StudySetup", slugs: Sequence[str], count: int, window_s: float | None
-) -> "list[Task]":
+    setup: StudySetup, slugs: Sequence[str], count: int, window_s: float | None
+) -> list[Task]:
     """Return `count` tasks of the study, spread over its variants, under its strongest motions.
 
     Motions are cut to their strongest `window_s`, unless it is None or the analysis is shorter.
     """
-    from skewbridge.study.analyses import PGV
-
     numbers = np.linspace(0, len(slugs) - 1, count).round().tolist() if slugs else []
     rows: list[Task] = []
     for row, number in enumerate(numbers):
@@ -64,7 +60,7 @@ def sampled_rows(
     return rows
 
 
-def in_window(task: "Task", window_s: float | None) -> "Task":
+def in_window(task: Task, window_s: float | None) -> Task:
     """Return a task under the strongest `window_s` of its motion; shorter tasks are unchanged."""
     if window_s is None or task.analysed_s <= window_s:
         return task
@@ -74,13 +70,11 @@ def in_window(task: "Task", window_s: float | None) -> "Task":
     return replace(task, motion=replace(task.motion, motion=replace(cut, motion_id=name)))
 
 
-def write_sensitivity(setup: "StudySetup", slugs: Sequence[str], output: Path) -> None:
+def write_sensitivity(setup: StudySetup, slugs: Sequence[str], output: Path) -> None:
     """Run the repeated analyses that are not in a journal; write the changes of the demands.
 
     One row per demand: mean ratio of default to reference, and largest changes by `REPEATS`.
     """
-    from skewbridge.study.analyses import check_plan, run_in_journal
-
     count, _ = check_plan(setup.study, setup.durations_s)
     rows = sampled_rows(setup, slugs, count, setup.study.sensitivity.window_s)
     longest_first = sorted(REPEATS, key=lambda name: name != "reference")
