@@ -21,7 +21,6 @@ from skewbridge.cli.output import (
     arg,
     command,
     opt,
-    warn,
 )
 from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_folder, write_text
@@ -111,14 +110,13 @@ def check(
     values = {"skew_deg": 30.0, "gap_mm": 51.0, "friction": 0.5}
     skewed = Variant.at(name or bridge, "contact_friction", values)
     model_figure(model_geometry(skewed, ModelOptions())).savefig(picture, dpi=150)
-    for finding in answer["findings"]:
-        warn(finding)
     answer |= {"picture": str(picture), "modes": [asdict(mode) for mode in answer["modes"]]}
     printed = {name: value for name, value in answer.items() if name not in ("findings", "modes")}
     sections = Counter(key.partition(".")[0] for key in answer["inherited"])
     printed["inherited"] = ", ".join(f"{count} of {name}" for name, count in sections.items())
-    notes = () if answer["findings"] else ("no findings",)
-    return Answer(answer, printed, units, notes)
+    findings = answer["findings"]
+    notes = () if findings else ("no findings",)
+    return Answer(answer, printed, units, notes, warnings=findings)
 
 
 @command(bridge)
@@ -136,10 +134,9 @@ def modal(case: VariantOptions, out: OptionalOut = None, units: UnitsOpt = "si")
     with_pads = modes.standing_bridge(variant.bridge)
     if out is not None:
         _write(result["modes"], out, "modal")
-    for warning in modes.periods_of_file(variant.bridge, with_pads):
-        warn(warning)
+    warnings = modes.periods_of_file(variant.bridge, with_pads)
     slug, t1_s = variant.normalised().slug, modes.conditioning_period_s(with_pads)
-    return Answer({"variant": slug, "t1_s": t1_s, **result}, units=units)
+    return Answer({"variant": slug, "t1_s": t1_s, **result}, units=units, warnings=warnings)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -205,13 +202,10 @@ def _pushed(pushed: "Callable[..., PushCurve]", case: VariantOptions, push: Push
         title = f"{case.bridge}, skew {case.skew_deg:g} degrees"
         ladder_figure(curves, title=title).savefig(push.out / "ladder.png", dpi=150)
     answer = {"pushes": pushes} if is_ladder else pushes[0]
-    is_done = all(row["is_complete"] for row in pushes)
-    notes = (
-        []
-        if is_done
-        else ["a push stopped at last_disp_m: the solution did not converge beyond it"]
-    )
-    return Answer(answer, None, push.units, notes, 0 if is_done else EXIT_FAILED)
+    if all(row["is_complete"] for row in pushes):
+        return Answer(answer, units=push.units)
+    stopped = "a push stopped at last_disp_m: the solution did not converge beyond it"
+    return Answer(answer, units=push.units, notes=[stopped], exit_code=EXIT_FAILED)
 
 
 @command(bridge)
