@@ -10,9 +10,7 @@ from skewbridge.errors import InputError
 from skewbridge.motions.intensity import motion_measures, scaled_measures
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.spectrum import component_psa, pair_psa
-from skewbridge.motions.synthesis.bssa14 import target_spectrum
-from skewbridge.motions.synthesis.ddk18 import Scenario
-from skewbridge.motions.synthesis.generate import synthesize
+from skewbridge.motions.synthesis import Scenario, synthesize, target_spectrum
 
 
 def _motion(seed: int, npts: int = 600) -> GroundMotion:

@@ -28,8 +28,7 @@ from skewbridge.motions.read import doubts, read_motion, read_trace
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.spectrum import pair_psa
 from skewbridge.motions.suite import prepare_suite, read_entry, read_suite, write_suite
-from skewbridge.motions.synthesis.ddk18 import Scenario
-from skewbridge.motions.synthesis.generate import synthesize
+from skewbridge.motions.synthesis import Scenario, synthesize
 from skewbridge.units import G_MPS2
 
 

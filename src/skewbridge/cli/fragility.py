@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Final, Literal
 
 from skewbridge.cli import new_group
 from skewbridge.cli.output import (
@@ -62,10 +62,10 @@ def fit(
     except InputError as error:
         error.details.setdefault("row", None)
         raise
-    for warning in (*result["warnings"], *result.get("notes", ())):
-        warn(warning)
+    notes = result.get("notes", ())
     shown = {name: value for name, value in result.items() if name != "notes"}
-    return Answer(result, shown, missing=f"not determined by the data (status {result['status']})")
+    reason = f"not determined by the data (status {result['status']})"
+    return Answer(result, shown, notes=notes, missing=reason, warnings=result["warnings"])
 
 
 @command(commands)
@@ -205,7 +205,7 @@ def decide(
     table = needs.table
     is_end_gap = table["gap_mm"].isin([table["gap_mm"].min(), table["gap_mm"].max()])
     is_third_skew = table["skew_deg"].isin(table["skew_deg"].unique()[::3])
-    columns = table.columns.intersection(_DECISION_COLUMNS, sort=False)
+    columns = [name for name in _DECISION_COLUMNS if name in table]
     printed = {title: records_of(table.loc[is_end_gap & is_third_skew, columns])}
     notes = [f"target: {target:.3g} per year; written: {', '.join(map(str, files))}"]
     answer = {"target": target, "values": needs.values, "rows": records_of(table)}

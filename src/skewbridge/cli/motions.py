@@ -138,8 +138,7 @@ def synthesize(
 
     Example: skewbridge motions synthesize --magnitude 7 --distance-km 10 --vs30-mps 400 --out mine
     """
-    from skewbridge.motions.synthesis.ddk18 import Scenario
-    from skewbridge.motions.synthesis.generate import write_synthetic_suite
+    from skewbridge.motions.synthesis import Scenario, write_synthetic_suite
 
     index = write_synthetic_suite(out, Scenario(**vars(scenario)), count=count, seed=seed)
     return Answer({"count": count, "index": str(index)})

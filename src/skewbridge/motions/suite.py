@@ -37,7 +37,7 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
         motion = replace(p695.read_record(suite, number), motion_id=entry.motion_id)
     elif number is not None:
         # Here: a suite of files does not need the stochastic model.
-        from skewbridge.motions.synthesis.generate import made_motion
+        from skewbridge.motions.synthesis import made_motion
 
         motion = replace(made_motion(number, suite), motion_id=entry.motion_id)
     else:
@@ -263,8 +263,7 @@ def folder_spectra(folder: Path) -> dict[str, Any]:
     ``rotd50_g`` has the shape (motions, ``periods_s``). If all motions belong to one synthetic
     scenario, ``model`` is the name, median in g and dispersion of BSSA14; otherwise it is None.
     """
-    from skewbridge.motions.synthesis.bssa14 import bssa14
-    from skewbridge.motions.synthesis.ddk18 import Scenario
+    from skewbridge.motions.synthesis import Scenario, bssa14
 
     motions = read_entries(list_motions(folder))
     periods_s = np.array([period for period in SPECTRUM_PERIODS_S if 0.03 <= period <= 7.5])
