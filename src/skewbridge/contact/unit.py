@@ -39,14 +39,7 @@ class ContactUnit:
     """A node-to-node pair with one tracked vector stick point (scheme `vector`).
 
     `ContactSet.add` creates it, from node i of the surface to node j of the body. The bounds of its
-    friction springs follow from the tracked state.
-
-    Attributes:
-        element: Tag of the zeroLength element.
-        normal: Outward normal of the surface.
-        tangents: One direction of the contact plane in plane models, two in space.
-        gap_m: Initial gap.
-        opening_before: Opening before the last step.
+    friction springs follow from the tracked state. There is one tangent in plane models.
     """
 
     __slots__ = (
