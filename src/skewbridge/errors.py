@@ -15,22 +15,15 @@ class InputError(ValueError):
 
     The message names the field (or file and line), the value given and the limit. The command
     line prints only this message and exits with code 2.
-
-    Attributes:
-        details: Machine-readable details, added to the JSON output of a command.
     """
 
     def __init__(self, message: str, **details: Any) -> None:
         super().__init__(message)
-        self.details = details
+        self.details = details  # added to the JSON output of a command
 
 
 def raise_all(faults: Iterable[InputError]) -> None:
-    """Raise all faults as one error with one line per fault; do nothing if there are none.
-
-    Raises:
-        InputError: There is at least one fault. The error has the details of the first fault.
-    """
+    """Raise all faults as one `InputError` with one line per fault and the details of the first."""
     errors = list(faults)
     if len(errors) == 1:
         raise errors[0]

@@ -66,7 +66,7 @@ def test_modulation_reproduces_the_published_fits():
 def test_component_has_the_drawn_arias_intensity():
     rng = np.random.default_rng(5)
     parameters = synthesis.draw_parameters(SMELT, rng)
-    *pair_g, _ = synthesis.simulate_background(parameters, SMELT.magnitude, rng, 0.01)
+    *pair_g, _ = synthesis.simulate_background(parameters, SMELT, rng, 0.01)
     for accel_g, drawn in zip(pair_g, parameters.components, strict=True):
         assert synthesis.arias_cm_s(accel_g, 0.01) == pytest.approx(drawn.arias_cm_s, rel=1e-6)
 

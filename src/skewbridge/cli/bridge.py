@@ -79,12 +79,11 @@ def list_bridges() -> Answer:
     """
     from skewbridge.bridge.catalogue import load_bridge
 
-    bridges = {name: load_bridge(name) for name in _known_bridges()}
-    rows = [
-        {"bridge": name, "title": data.title, "length_m": data.length_m, "bents": len(data.bents),
-         "t1_s": data.t1_s}
-        for name, data in bridges.items()
-    ]  # fmt: skip
+    rows: list[dict[str, Any]] = []
+    for name in _known_bridges():
+        data = load_bridge(name)
+        sizes = {"length_m": data.length_m, "bents": len(data.bents), "t1_s": data.t1_s}
+        rows.append({"bridge": name, "title": data.title, **sizes})
     return Answer({"bridges": rows})
 
 
@@ -114,9 +113,8 @@ def check(
     printed = {name: value for name, value in answer.items() if name not in ("findings", "modes")}
     sections = Counter(key.partition(".")[0] for key in answer["inherited"])
     printed["inherited"] = ", ".join(f"{count} of {name}" for name, count in sections.items())
-    findings = answer["findings"]
-    notes = () if findings else ("no findings",)
-    return Answer(answer, printed, units, notes, warnings=findings)
+    notes = () if answer["findings"] else ("no findings",)
+    return Answer(answer, printed, units, notes, warnings=answer["findings"])
 
 
 @command(bridge)
@@ -288,11 +286,7 @@ def sdc(
     from skewbridge.files.tables import read_frame, records_of
 
     checked = "checks"
-    if (
-        source is None
-        or str(source) in _known_bridges()
-        or source.suffix in (".yaml", ".yml", ".py")
-    ):
+    if source is None or not source.is_dir():
         data = load_bridge(bridge or str(source or "osb1"))
         checked, title = "bents", data.title
         rows = bridge_check.capacity_rows(bent_capacities(data))
@@ -303,9 +297,7 @@ def sdc(
         if bridge is not None and Path(bridge).stem == variant.bridge_name:
             variant = replace(variant, bridge=bridge)
         elif variant.bridge_name not in _known_bridges():
-            raise InputError(
-                f"{source}: give the file of its bridge {variant.bridge_name}: --bridge"
-            )
+            raise InputError(f"{source}: give the file of its bridge with --bridge")
         histories = {str(name): table[name].to_numpy() for name in table}
         title, moves_m = variant.slug, bridge_check.corner_moves_m(variant, histories)
         rows = bridge_check.sdc_rows(variant, row, records_of(bents), moves_m)

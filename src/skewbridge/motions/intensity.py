@@ -211,7 +211,8 @@ def cut_to_strongest(
     size = min(round(shaking_s / motion.dt_s), motion.npts)
     arias = pair_arias_build_up(motion)
     first = int(np.argmax(arias[size - 1 :] - arias[: arias.size - size + 1]))
-    return add_free_vibration(_window(motion, first, size), free_vibration_s)
+    n_zeros = round(free_vibration_s / motion.dt_s)
+    return _window(motion, first, size).mapped(lambda accel: np.pad(accel, (0, n_zeros)))
 
 
 def trim_quiet_ends(motion: GroundMotion) -> GroundMotion:
@@ -222,14 +223,6 @@ def trim_quiet_ends(motion: GroundMotion) -> GroundMotion:
     first = max(int(np.searchsorted(arias, QUIET_SHARE)) - margin, 0)
     last = min(int(np.searchsorted(arias, 1.0 - QUIET_SHARE)) + margin, motion.npts)
     return _window(motion, first, last - first)
-
-
-def add_free_vibration(motion: GroundMotion, seconds: float) -> GroundMotion:
-    """Return the motion with zeros of the given length in s added at its end."""
-    if not 0.0 <= seconds <= 600.0:
-        raise InputError(f"free_vibration_s must be within 0 to 600, got {seconds}")
-    n_zeros = round(seconds / motion.dt_s)
-    return motion.mapped(lambda accel: np.pad(accel, (0, n_zeros)))
 
 
 def _window(motion: GroundMotion, first: int, size: int) -> GroundMotion:

@@ -218,18 +218,12 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
 
 
 class SupportRecord(BaseModel, extra="forbid", frozen=True):
-    """One record of a file of support motions, along x or y of the bridge.
+    """One record of a file of support motions, along x or y of the bridge."""
 
-    Attributes:
-        support: `left`, `right`, or `bent 1` and so on, from left to right.
-        record: File, relative to the file that names it.
-        factor: -1 for a record that is positive against the axis.
-    """
-
-    support: str
+    support: str  #: `left`, `right`, or `bent 1` and so on, from left to right
     direction: Literal["x", "y"]
-    record: Path
-    factor: float = 1.0
+    record: Path  #: file, relative to the file that names it
+    factor: float = 1.0  #: -1 for a record that is positive against the axis
 
 
 def read_support_motions(path: Path) -> dict[str, GroundMotion]:

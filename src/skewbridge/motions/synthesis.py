@@ -44,15 +44,6 @@ _DATA: Final = Path(__file__).with_name("data")
 
 # ---- Model of Dabaghi and Der Kiureghian: accelerations in g
 
-# source: Dabaghi and Der Kiureghian (2018), range of the regression data; below M 6.5 the third
-# predictor is ambiguous in the publication, so the model is not offered there.
-SCENARIO_LIMITS: Final = {
-    "magnitude": (6.5, 7.9),
-    "distance_km": (0.1, 31.0),
-    "vs30_mps": (139.0, 2016.0),
-    "ztor_km": (0.0, 20.0),
-    "rupture_to_site_km": (0.0, 500.0),
-}
 _REDRAW_LIMIT = 2.0  # source: DDK18, errors beyond two standard deviations are drawn again
 MIN_FREQUENCY_HZ: Final = 0.3  # source: DDK18, floor of the filter frequency
 _NEGLIGIBLE: Final = 1.0e-9  # relative amplitude at which an impulse response is cut off
@@ -73,7 +64,12 @@ class Scenario:
     #: only matters for pulses.
     rupture_to_site_km: float = 20.0
     pulse: Literal["none", "all"] = "none"  # near-fault pulse
-    LIMITS: ClassVar[Mapping[str, tuple[float, float]]] = SCENARIO_LIMITS
+    # source: Dabaghi and Der Kiureghian (2018), range of the regression data; below M 6.5 the third
+    # predictor is ambiguous in the publication, so the model is not offered there.
+    LIMITS: ClassVar[Mapping[str, tuple[float, float]]] = {
+        "magnitude": (6.5, 7.9), "distance_km": (0.1, 31.0), "vs30_mps": (139.0, 2016.0),
+        "ztor_km": (0.0, 20.0), "rupture_to_site_km": (0.0, 500.0),
+    }  # fmt: skip
 
     def __post_init__(self) -> None:
         for name, (low, high) in self.LIMITS.items():
@@ -86,6 +82,11 @@ class Scenario:
         """Distance in km to the surface projection of the rupture of a vertical fault."""
         # ASSUME a vertical fault: rjb^2 = rrup^2 - ztor^2
         return math.sqrt(max(self.distance_km**2 - self.ztor_km**2, 0.0))
+
+    @property
+    def corner_hz(self) -> float:
+        """Corner frequency in Hz of the high-pass filter of the motions."""
+        return 10.0 ** (1.4071 - 0.3452 * self.magnitude)  # source: DDK18
 
     @property
     def predictors(self) -> tuple[float, ...]:
@@ -223,7 +224,8 @@ def fit_modulation(arias_cm_s: float, d5_95_s: float, d0_5_s: float, d0_30_s: fl
     wanted_s = np.array([d0_5_s, d0_30_s, d0_5_s + d5_95_s])
 
     def misfit(logs: Vector) -> Vector:
-        return _times_of(Modulation(*np.exp(logs).tolist())) - wanted_s
+        shape = Modulation(*np.exp(logs).tolist())
+        return np.array([shape.time_of_share(share) for share in (0.05, 0.30, 0.95)]) - wanted_s
 
     logs, cost = np.zeros(3), math.inf
     bounds = (np.log([1e-3, 1e-3, 1e-2]), np.log([100.0, 100.0, 200.0]))
@@ -238,11 +240,6 @@ def fit_modulation(arias_cm_s: float, d5_95_s: float, d0_5_s: float, d0_30_s: fl
     total_s = shape.peak_s / (2.0 * shape.power + 1.0) + 0.5 / shape.decay_per_s
     amplitude_g = float(np.sqrt(arias_cm_s / _MODEL_G_CM_S2 / (0.5 * np.pi * total_s)))
     return shape._replace(amplitude_g=amplitude_g)
-
-
-def _times_of(shape: Modulation) -> Vector:
-    """Return the times in s of 5, 30 and 95 % of the Arias intensity."""
-    return np.array([shape.time_of_share(share) for share in (0.05, 0.30, 0.95)])
 
 
 def filtered_noise(
@@ -272,11 +269,6 @@ def filtered_noise(
     return np.divide(response_sum, np.sqrt(square), out=np.zeros(npts), where=square > 0.0)
 
 
-def corner_frequency_hz(magnitude: float) -> float:
-    """Return the corner frequency in Hz of the model's high-pass filter."""
-    return 10.0 ** (1.4071 - 0.3452 * magnitude)  # source: DDK18
-
-
 def high_pass(accel_g: Vector, dt_s: float, corner_hz: float) -> Vector:
     """Return the acceleration after a zero-phase Butterworth high-pass of order 4."""
     frequency_hz = np.fft.rfftfreq(accel_g.size, dt_s)
@@ -287,7 +279,7 @@ def high_pass(accel_g: Vector, dt_s: float, corner_hz: float) -> Vector:
 
 
 def simulate_background(
-    parameters: ModelParameters, magnitude: float, rng: np.random.Generator, dt_s: float
+    parameters: ModelParameters, scenario: Scenario, rng: np.random.Generator, dt_s: float
 ) -> tuple[Vector, Vector, float]:
     """Return two background components in g without pulse, and the start time of the motion in s.
 
@@ -299,7 +291,7 @@ def simulate_background(
         duration_s = max(duration_s, pulse.peak_time_s + pulse.oscillations * pulse.period_s)
     npts = int(np.ceil(duration_s / dt_s)) + 1
     time_s = np.arange(npts, dtype=np.float64) * dt_s
-    corner_hz = corner_frequency_hz(magnitude)
+    corner_hz = scenario.corner_hz
     pad = int(np.ceil(0.5 * 1.5 * 4 / corner_hz / dt_s))
     components: list[Vector] = []
     for background in parts:
@@ -515,11 +507,10 @@ def synthesize(
     rng.uniform()  # unused, but without this draw all motions would change
     parameters = draw_parameters(scenario, rng)
     pulse = parameters.pulse
-    one_g, two_g, start_s = simulate_background(parameters, scenario.magnitude, rng, dt_s)
+    one_g, two_g, start_s = simulate_background(parameters, scenario, rng, dt_s)
     if calibrate == "bssa14":
         target_g = target_spectrum(scenario, seed, index)
-        corner_hz = corner_frequency_hz(scenario.magnitude)
-        one_g, two_g = calibrate_pair(one_g, two_g, dt_s, target_g, corner_hz)
+        one_g, two_g = calibrate_pair(one_g, two_g, dt_s, target_g, scenario.corner_hz)
     if pulse is not None:
         time_s = np.arange(one_g.size, dtype=np.float64) * dt_s - start_s
         one_g = one_g + pulse_acceleration(pulse, time_s)
