@@ -297,7 +297,8 @@ def sdc(
         if bridge is not None and Path(bridge).stem == variant.bridge_name:
             variant = replace(variant, bridge=bridge)
         elif variant.bridge_name not in _known_bridges():
-            raise InputError(f"{source}: give the file of its bridge with --bridge")
+            needed = f"give the file of its bridge {variant.bridge_name}: --bridge"
+            raise InputError(f"{source}: {needed}")
         histories = {str(name): table[name].to_numpy() for name in table}
         title, moves_m = variant.slug, bridge_check.corner_moves_m(variant, histories)
         rows = bridge_check.sdc_rows(variant, row, records_of(bents), moves_m)
