@@ -135,7 +135,6 @@ DRIVEN_PARAMETERS: Final = (
 class UnitState:
     """State of a unit at the end of the last committed step."""
 
-    is_closed: bool
     opening_m: float  #: gap plus relative displacement along the normal, negative when closed
     opening_rate_mps: float  #: mean over the last step, negative when approaching
     normal_n: float  #: compression
@@ -145,7 +144,6 @@ class UnitState:
     slip_speed_mps: float  #: speed of the stick point in the last step
     slip_path_m: float  #: length of the slip path under friction so far
     slip_work_j: float  #: energy dissipated by slip so far
-    approach_speed_mps: float  #: closing speed at the last closing of the pair
     dt_s: float  #: length of the coming step
 
     @property
@@ -197,7 +195,6 @@ class UnitLedger:
     closures: int = 0  #: steps that end closed after a step that ended open
     contact_time_s: float = 0.0
     max_penetration_m: float = 0.0
-    max_normal_n: float = 0.0
     max_friction_n: float = 0.0
     max_limit_n: float = 0.0  #: largest friction limit: cohesion + friction x normal
     max_violation_n: float = 0.0  #: largest excess of the friction force over its limit
