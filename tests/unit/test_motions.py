@@ -24,9 +24,9 @@ from skewbridge.motions import intensity, levels
 from skewbridge.motions.check import check_paths
 from skewbridge.motions.folder import group_by_name, list_motions
 from skewbridge.motions.formats import DtMissingError, Stated, Trace
+from skewbridge.motions.intensity import pair_psa
 from skewbridge.motions.read import doubts, read_motion, read_trace
 from skewbridge.motions.record import GroundMotion
-from skewbridge.motions.spectrum import pair_psa
 from skewbridge.motions.suite import prepare_suite, read_entry, read_suite, write_suite
 from skewbridge.motions.synthesis import Scenario, synthesize
 from skewbridge.units import G_MPS2

@@ -13,7 +13,7 @@ import pytest
 from cli_json import invoke
 from motions_files import at2_text, index_of, make_pairs, shaken_g
 from skewbridge.cli.motions import synthesize
-from skewbridge.motions.spectrum import SPECTRUM_PERIODS_S
+from skewbridge.motions.intensity import SPECTRUM_PERIODS_S
 from skewbridge.motions.suite import prepare_suite
 from skewbridge.motions.synthesis import Scenario, bssa14
 from skewbridge.report.run_figures import record_page, suite_spectra

@@ -13,7 +13,7 @@ import pytest
 from scipy.integrate import cumulative_trapezoid
 
 from skewbridge.motions import synthesis
-from skewbridge.motions.spectrum import pair_psa
+from skewbridge.motions.intensity import pair_psa
 from skewbridge.motions.synthesis import (
     BSSA_PERIODS_S,
     Scenario,

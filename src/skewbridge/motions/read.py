@@ -13,9 +13,8 @@ from skewbridge.errors import InputError
 from skewbridge.files.text import checked, read_bytes, read_yaml
 from skewbridge.motions import p695
 from skewbridge.motions.formats import DT_LIMITS_S, Stated, Trace, fault_in, trace_of
-from skewbridge.motions.intensity import peak_g
+from skewbridge.motions.intensity import orbit_rotd50, peak_g
 from skewbridge.motions.record import GroundMotion, Vector
-from skewbridge.motions.spectrum import orbit_rotd50
 from skewbridge.units import G_MPS2
 
 MAX_FILE_BYTES: Final = 64_000_000

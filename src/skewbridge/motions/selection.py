@@ -34,9 +34,9 @@ from skewbridge.motions.folder import (
     read_index_table,
     write_index,
 )
+from skewbridge.motions.intensity import SPECTRUM_PERIODS_S, pair_psa, sa_avg_periods
 from skewbridge.motions.levels import FACTOR_LIMITS, Level
 from skewbridge.motions.record import Vector
-from skewbridge.motions.spectrum import SPECTRUM_PERIODS_S, pair_psa, sa_avg_periods
 from skewbridge.motions.suite import read_entries
 from skewbridge.motions.synthesis import Scenario, baker_jayaram_correlation, bssa14
 from skewbridge.units import G_MPS2

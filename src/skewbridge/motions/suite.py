@@ -20,7 +20,6 @@ from skewbridge.motions import intensity, levels, p695
 from skewbridge.motions.folder import IndexEntry, files_below, list_motions
 from skewbridge.motions.read import files_digest, join_traces, read_trace, refuse_false_waho
 from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion, SuiteMotion
-from skewbridge.motions.spectrum import SPECTRUM_PERIODS_S, pair_psa
 from skewbridge.units import G_MPS2
 
 logger = logging.getLogger(__name__)
@@ -266,8 +265,13 @@ def folder_spectra(folder: Path) -> dict[str, Any]:
     from skewbridge.motions.synthesis import Scenario, bssa14
 
     motions = read_entries(list_motions(folder))
-    periods_s = np.array([period for period in SPECTRUM_PERIODS_S if 0.03 <= period <= 7.5])
-    psa = [pair_psa(*motion.components, motion.dt_s, periods_s).rotd50_mps2 for motion in motions]
+    periods_s = np.array(
+        [period for period in intensity.SPECTRUM_PERIODS_S if 0.03 <= period <= 7.5]
+    )
+    psa = [
+        intensity.pair_psa(*motion.components, motion.dt_s, periods_s).rotd50_mps2
+        for motion in motions
+    ]
     model = None
     scenarios = {(m.event, m.magnitude, m.distance_km, m.vs30_mps) for m in motions}
     # the files alone, without an index, do not state the magnitude

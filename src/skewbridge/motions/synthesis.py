@@ -37,7 +37,6 @@ from skewbridge.motions import intensity
 from skewbridge.motions.folder import INDEX_NAME, index_row, write_index
 from skewbridge.motions.formats import at2_text, write_at2
 from skewbridge.motions.record import GroundMotion, Vector
-from skewbridge.motions.spectrum import pair_psa
 from skewbridge.units import G_MPS2, GAL
 
 _DATA: Final = Path(__file__).with_name("data")
@@ -439,7 +438,7 @@ def calibrate_pair(
     knots = -np.log(np.array(BSSA_PERIODS_S))[::-1]
     log_factor = np.zeros(len(BSSA_PERIODS_S))
     for _ in range(8):
-        psa_g = pair_psa(pair[0], pair[1], dt_s, BSSA_PERIODS_S).rotd50_mps2
+        psa_g = intensity.pair_psa(pair[0], pair[1], dt_s, BSSA_PERIODS_S).rotd50_mps2
         log_factor += 0.9 * np.log(target_g / psa_g)
         log_factor = np.clip(log_factor, -MAX_LOG_FACTOR, MAX_LOG_FACTOR)
         shape = np.exp(np.interp(log_frequency, knots, log_factor[::-1]))
