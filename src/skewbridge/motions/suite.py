@@ -265,13 +265,8 @@ def folder_spectra(folder: Path) -> dict[str, Any]:
     from skewbridge.motions.synthesis import Scenario, bssa14
 
     motions = read_entries(list_motions(folder))
-    periods_s = np.array(
-        [period for period in intensity.SPECTRUM_PERIODS_S if 0.03 <= period <= 7.5]
-    )
-    psa = [
-        intensity.pair_psa(*motion.components, motion.dt_s, periods_s).rotd50_mps2
-        for motion in motions
-    ]
+    periods_s = np.array([s for s in intensity.SPECTRUM_PERIODS_S if 0.03 <= s <= 7.5])
+    psa = [intensity.pair_psa(*m.components, m.dt_s, periods_s).rotd50_mps2 for m in motions]
     model = None
     scenarios = {(m.event, m.magnitude, m.distance_km, m.vs30_mps) for m in motions}
     # the files alone, without an index, do not state the magnitude
