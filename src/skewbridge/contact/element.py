@@ -83,12 +83,15 @@ class Tags(Protocol):
 
     def element(self) -> int:
         """Return an unused tag of an element."""
+        ...
 
     def material(self) -> int:
         """Return an unused tag of a material."""
+        ...
 
     def parameter(self) -> int:
         """Return an unused tag of a parameter."""
+        ...
 
 
 class TagSource:
