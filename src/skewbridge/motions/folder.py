@@ -91,10 +91,8 @@ def list_motions(folder: Path) -> list[IndexEntry]:
     folder, a folder without motions, an unpaired file or an invalid index.
     """
     if (suite := str(folder)) in p695.SUITES:
-        rows = p695.list_records(suite)
-        names = [name for name in IndexEntry.model_fields if name in rows[0]]
-        cells = [{name: row[name] for name in names} for row in rows]
-        return [IndexEntry.model_validate(record | {"made_from_suite": suite}) for record in cells]
+        records = p695.list_records(suite)
+        return [IndexEntry.model_validate({**row, "made_from_suite": suite}) for row in records]
     if not is_folder(folder):
         raise InputError(f"motions folder {shown_path(folder)} does not exist", folder=str(folder))
     index = folder / INDEX_NAME
