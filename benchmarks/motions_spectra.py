@@ -10,7 +10,7 @@ import numpy as np
 import pyrotd
 from common import best_of, show
 
-from skewbridge.motions.spectrum import component_psa, pair_psa
+from skewbridge.motions.intensity import component_psa, pair_psa
 
 NPTS, DT_S = 16_400, 0.005
 PERIODS_S = np.geomspace(0.01, 20.0, 111)

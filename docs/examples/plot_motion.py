@@ -10,8 +10,8 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
+from skewbridge.motions.intensity import component_psa, pair_psa
 from skewbridge.motions.read import read_motion
-from skewbridge.motions.spectrum import component_psa, pair_psa
 from skewbridge.study.folder import starter_files
 
 folder = Path(starter_files()) / "motions" / "synthetic"

@@ -1,6 +1,6 @@
 """Exceptions of which a command prints only the message, without a traceback."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from typing import Any, Final
 
@@ -15,31 +15,28 @@ class InputError(ValueError):
 
     The message names the field (or file and line), the value given and the limit. The command
     line prints only this message and exits with code 2.
-
-    Attributes:
-        details: Machine-readable details, added to the JSON output of a command.
     """
 
     def __init__(self, message: str, **details: Any) -> None:
         super().__init__(message)
-        self.details = details
+        self.details = details  # added to the JSON output of a command
+
+
+def listed(heading: str, texts: Sequence[str]) -> str:
+    """Return a heading and, below it, at most `MOST_FAULTS` of the texts."""
+    more = [f"... and {len(texts) - MOST_FAULTS} more"] if len(texts) > MOST_FAULTS else []
+    return "\n  ".join([heading, *texts[:MOST_FAULTS], *more])
 
 
 def raise_all(faults: Iterable[InputError]) -> None:
-    """Raise all faults as one error with one line per fault; do nothing if there are none.
-
-    Raises:
-        InputError: There is at least one fault. The error has the details of the first fault.
-    """
+    """Raise all faults as one `InputError` with one line per fault and the details of the first."""
     errors = list(faults)
     if len(errors) == 1:
         raise errors[0]
     if errors:
         messages = [text for error in errors for text in error.details.get("faults", [str(error)])]
-        count = len(messages)
-        more = [f"... and {count - MOST_FAULTS} more"] if count > MOST_FAULTS else []
-        lines = [f"{count} faults:", *messages[:MOST_FAULTS], *more]
-        raise InputError("\n  ".join(lines), **{**errors[0].details, "faults": messages})
+        text = listed(f"{len(messages)} faults:", messages)
+        raise InputError(text, **{**errors[0].details, "faults": messages})
 
 
 def did_you_mean(word: object, words: Iterable[str]) -> str:

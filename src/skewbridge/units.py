@@ -82,8 +82,7 @@ def unit_in_name(name: str) -> str | None:
 def quantity(text: str, unit: str) -> float:
     """Return a quantity such as ``150 ft``, ``5'-6"`` or ``50 kip/in`` in another unit.
 
-    Raises:
-        ValueError: The text is not a number and a unit, or the unit is of another quantity.
+    `ValueError` if the text is not a number and a unit, or the unit is of another quantity.
     """
     target, dimension = _factor(unit)
     match = _FEET_AND_INCHES.fullmatch(text.strip())

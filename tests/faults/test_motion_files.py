@@ -12,9 +12,9 @@ from skewbridge.errors import InputError
 from skewbridge.motions import suite
 from skewbridge.motions.check import check_paths
 from skewbridge.motions.formats import Stated
+from skewbridge.motions.intensity import orbit_rotd50
 from skewbridge.motions.levels import MotionsConfig
 from skewbridge.motions.read import SURROGATE_FACTOR, SURROGATE_FILES, read_motion, read_trace
-from skewbridge.motions.spectrum import orbit_rotd50
 from skewbridge.motions.suite import prepare_suite
 from skewbridge.study.analyses import StudySetup
 from skewbridge.study.config import StudyConfig

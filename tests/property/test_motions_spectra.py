@@ -7,12 +7,9 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from skewbridge.errors import InputError
-from skewbridge.motions.intensity import motion_measures, scaled_measures
+from skewbridge.motions.intensity import component_psa, motion_measures, pair_psa, scaled_measures
 from skewbridge.motions.record import GroundMotion
-from skewbridge.motions.spectrum import component_psa, pair_psa
-from skewbridge.motions.synthesis.bssa14 import target_spectrum
-from skewbridge.motions.synthesis.ddk18 import Scenario
-from skewbridge.motions.synthesis.generate import synthesize
+from skewbridge.motions.synthesis import Scenario, synthesize, target_spectrum
 
 
 def _motion(seed: int, npts: int = 600) -> GroundMotion:

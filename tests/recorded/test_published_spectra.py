@@ -9,9 +9,8 @@ import pytest
 
 from reference_data import reference_table
 from skewbridge.motions.folder import group_by_name
-from skewbridge.motions.intensity import motion_measures
+from skewbridge.motions.intensity import motion_measures, pair_psa
 from skewbridge.motions.read import read_motion
-from skewbridge.motions.spectrum import pair_psa
 from skewbridge.units import G_MPS2
 
 # The required tolerance is 0.2 % (1.2 % at 0.2 s with dt 0.02 s); the digits of the flatfile allow

@@ -248,7 +248,7 @@ def script(monkeypatch):
 def test_the_script_runs_and_both_models_hit_and_slide(script):
     for ledger in script.main():
         assert ledger.closures >= 1
-        assert ledger.max_normal_n > 0.0
+        assert ledger.max_penetration_m > 0.0
         assert ledger.slip_work_j > 0.0
         # What the compression of a step differs from its prediction, over the largest limit.
         assert ledger.cone_violation_ratio < 0.02

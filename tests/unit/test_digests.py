@@ -41,7 +41,7 @@ EDITS: dict[str, tuple[set[str], set[str]]] = {
     "study/config.py": ({"report"}, ALL - PAGES),
     "motions/record.py": ({ANALYSES, *ANALYSING, "prepare_motions"}, {"fit_fragility"}),
     "motions/formats.py": ({"prepare_motions"}, {ANALYSES, "analyse", *FITS}),
-    "motions/synthesis/ddk18.py": ({"prepare_motions", "verification"}, {ANALYSES, *FITS}),
+    "motions/synthesis.py": ({"prepare_motions", "verification"}, {ANALYSES, *FITS}),
     "contact/law.py": ({ANALYSES, *ANALYSING, *VERIFYING}, {"prepare_motions", "fit_fragility"}),
     "bridge/weights.py": ({ANALYSES, *ANALYSING}, {"prepare_motions", "fit_fragility"}),
     "analysis/peaks.py": ({ANALYSES, *ANALYSING}, {"prepare_motions", "fit_fragility"}),

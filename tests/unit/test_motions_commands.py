@@ -13,10 +13,9 @@ import pytest
 from cli_json import invoke
 from motions_files import at2_text, index_of, make_pairs, shaken_g
 from skewbridge.cli.motions import synthesize
-from skewbridge.motions.spectrum import SPECTRUM_PERIODS_S
+from skewbridge.motions.intensity import SPECTRUM_PERIODS_S
 from skewbridge.motions.suite import prepare_suite
-from skewbridge.motions.synthesis.bssa14 import bssa14
-from skewbridge.motions.synthesis.ddk18 import Scenario
+from skewbridge.motions.synthesis import Scenario, bssa14
 from skewbridge.report.run_figures import record_page, suite_spectra
 
 SCENARIO = Scenario(magnitude=7.0, distance_km=10.0, vs30_mps=400.0)

@@ -13,11 +13,10 @@ from cli_json import answer, invoke
 from motions_files import index_of, make_pairs
 from skewbridge.errors import InputError
 from skewbridge.motions import selection
+from skewbridge.motions.intensity import sa_avg_periods
 from skewbridge.motions.selection import BAND_POINTS, condition, read_target, select_pairs
-from skewbridge.motions.spectrum import sa_avg_periods
 from skewbridge.motions.suite import prepare_suite
-from skewbridge.motions.synthesis.bssa14 import baker_jayaram_correlation, bssa14
-from skewbridge.motions.synthesis.ddk18 import Scenario
+from skewbridge.motions.synthesis import Scenario, baker_jayaram_correlation, bssa14
 from skewbridge.study import jobs
 from skewbridge.study.config import parse_config
 from skewbridge.study.inputs import check_inputs

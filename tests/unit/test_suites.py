@@ -14,6 +14,7 @@ from skewbridge.bridge.library import load_structure
 from skewbridge.errors import InputError
 from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.fragility.study_tables import ALL_SUITES, DEPENDS, NO_DIFFERENCE, fragility_tables
+from skewbridge.motions import synthesis
 from skewbridge.motions.folder import list_motions
 from skewbridge.motions.formats import at2_text, write_at2
 from skewbridge.motions.levels import FACTOR_LIMITS, LEVEL_RANGE_G
@@ -28,8 +29,7 @@ from skewbridge.motions.suite import (
     suite_sources,
     write_suite,
 )
-from skewbridge.motions.synthesis import generate
-from skewbridge.motions.synthesis.generate import (
+from skewbridge.motions.synthesis import (
     SUITES,
     made_motion,
     suite_motion,
@@ -258,7 +258,7 @@ def test_generated_motion_equals_its_files_and_has_the_digest_of_the_index(tmp_p
 
 def test_generated_motion_does_not_depend_on_the_last_digits_of_the_processor(monkeypatch):
     """They differ by 1e-14 g between processors; here by ten times as much."""
-    synthesize = generate.synthesize
+    synthesize = synthesis.synthesize
     rng = np.random.default_rng(1)
 
     def elsewhere(*arguments: object, **options: object) -> GroundMotion:
@@ -267,7 +267,7 @@ def test_generated_motion_does_not_depend_on_the_last_digits_of_the_processor(mo
 
     number = MADE[-1].made_from_number
     here = made_motion(number)
-    monkeypatch.setattr(generate, "synthesize", elsewhere)
+    monkeypatch.setattr(synthesis, "synthesize", elsewhere)
     there = made_motion(number)
     assert there.sha256 == here.sha256 == MADE[-1].sha256
     for one, other in zip(here.components, there.components, strict=True):
@@ -300,13 +300,13 @@ def folder(tmp_path: Path) -> Path:
 def made(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Numbers of the motions that were made."""
     numbers: list[int] = []
-    make = generate.made_motion
+    make = synthesis.made_motion
 
     def counted(number: int, suite: str) -> object:
         numbers.append(number)
         return make(number, suite)
 
-    monkeypatch.setattr(generate, "made_motion", counted)
+    monkeypatch.setattr(synthesis, "made_motion", counted)
     return numbers
 
 

@@ -12,11 +12,16 @@ import numpy as np
 import pytest
 from scipy.integrate import cumulative_trapezoid
 
-from skewbridge.motions.spectrum import pair_psa
-from skewbridge.motions.synthesis import ddk18
-from skewbridge.motions.synthesis.bssa14 import BSSA_PERIODS_S, baker_jayaram_correlation, bssa14
-from skewbridge.motions.synthesis.ddk18 import Scenario, mean_normals
-from skewbridge.motions.synthesis.generate import synthesize
+from skewbridge.motions import synthesis
+from skewbridge.motions.intensity import pair_psa
+from skewbridge.motions.synthesis import (
+    BSSA_PERIODS_S,
+    Scenario,
+    baker_jayaram_correlation,
+    bssa14,
+    mean_normals,
+    synthesize,
+)
 from skewbridge.units import G_MPS2
 
 SMELT = Scenario(magnitude=6.5, distance_km=10.0, vs30_mps=760.0, rupture_to_site_km=26.0)
@@ -29,11 +34,11 @@ def test_regression_and_transforms_reproduce_the_published_normals_and_parameter
     published = [4.5267, 2.1629, 1.0427, 1.5920, 1.7794, 0.0068, -0.0772,
                  3.9270, 2.3581, 0.9721, 1.5534, 1.9106, -0.2490, -0.0181]  # fmt: skip
     np.testing.assert_allclose(normals, published, atol=6e-5)
-    parameters = ddk18.transform(normals)
+    parameters = synthesis.transform(normals)
     assert parameters.pulse is None
     _check(parameters.components[0], [92.45, 8.696, 2.837, 4.914, 5.926, -0.0496, 0.136])
     _check(parameters.components[1], [50.76, 10.571, 2.6435, 4.728, 6.757, -0.0847, 0.1424])
-    parameters = ddk18.transform(mean_normals(replace(SMELT, pulse="all")))
+    parameters = synthesis.transform(mean_normals(replace(SMELT, pulse="all")))
     pulse = parameters.pulse._asdict()
     published = {"peak_cm_s": 44.00, "period_s": 1.7189, "oscillations": 2.2567,
                  "phase_rad": np.pi, "peak_time_s": 5.2785}  # fmt: skip
@@ -53,25 +58,25 @@ def test_modulation_reproduces_the_published_fits():
         ((12.0, 14.0, 3.9, 5.7), (2.1516, 0.1082, 4.8923, 0.0375)),
         ((9.0, 15.2, 3.9, 5.5), (4.4321, 0.0970, 4.0577, 0.0324)),
     ):
-        fit = ddk18.fit_modulation(*given)
+        fit = synthesis.fit_modulation(*given)
         found = (fit.power, fit.decay_per_s, fit.peak_s, fit.amplitude_g)
         np.testing.assert_allclose(found, published, atol=6e-5)
 
 
 def test_component_has_the_drawn_arias_intensity():
     rng = np.random.default_rng(5)
-    parameters = ddk18.draw_parameters(SMELT, rng)
-    *pair_g, _ = ddk18.simulate_background(parameters, SMELT.magnitude, rng, 0.01)
+    parameters = synthesis.draw_parameters(SMELT, rng)
+    *pair_g, _ = synthesis.simulate_background(parameters, SMELT, rng, 0.01)
     for accel_g, drawn in zip(pair_g, parameters.components, strict=True):
-        assert ddk18.arias_cm_s(accel_g, 0.01) == pytest.approx(drawn.arias_cm_s, rel=1e-6)
+        assert synthesis.arias_cm_s(accel_g, 0.01) == pytest.approx(drawn.arias_cm_s, rel=1e-6)
 
 
 def test_pulse_has_its_amplitude_and_leaves_no_displacement_rate():
     """At phase 0 the velocity peaks near Vp at the centre; it ends at zero by construction."""
     given = {"peak_cm_s": 50.0, "period_s": 2.0, "oscillations": 2.4}
-    pulse = ddk18.Pulse(**given, phase_rad=0.0, peak_time_s=5.0)
+    pulse = synthesis.Pulse(**given, phase_rad=0.0, peak_time_s=5.0)
     time_s = np.arange(0, 10, 0.001)
-    accel_g = ddk18.pulse_acceleration(pulse, time_s)
+    accel_g = synthesis.pulse_acceleration(pulse, time_s)
     velocity_cm_s = 981.0 * cumulative_trapezoid(accel_g, time_s, initial=0)
     centre = 0.5 * (1 + 1) * 50.0  # 0.5 Vp cos(0) (1 + cos 0), less the small Dr term
     assert np.abs(velocity_cm_s).max() == pytest.approx(centre, rel=0.05)

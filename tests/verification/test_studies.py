@@ -14,7 +14,7 @@ from fragility_tables import runs_of_one_variant
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.errors import InputError
 from skewbridge.fragility.limit_states import hazus_factor
-from skewbridge.motions.spectrum import orbit_rotd50
+from skewbridge.motions.intensity import orbit_rotd50
 from skewbridge.study import task
 from skewbridge.units import G_MPS2
 from skewbridge.variant.grid import GridConfig, expand_grid

@@ -22,7 +22,6 @@ from skewbridge.cli.output import (
     command,
     gap_notes,
     opt,
-    warn,
 )
 from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_folder, write_text
@@ -81,12 +80,11 @@ def list_bridges() -> Answer:
     """
     from skewbridge.bridge.catalogue import load_bridge
 
-    bridges = {name: load_bridge(name) for name in _known_bridges()}
-    rows = [
-        {"bridge": name, "title": data.title, "length_m": data.length_m, "bents": len(data.bents),
-         "t1_s": data.t1_s}
-        for name, data in bridges.items()
-    ]  # fmt: skip
+    rows: list[dict[str, Any]] = []
+    for name in _known_bridges():
+        data = load_bridge(name)
+        sizes = {"length_m": data.length_m, "bents": len(data.bents), "t1_s": data.t1_s}
+        rows.append({"bridge": name, "title": data.title, **sizes})
     return Answer({"bridges": rows})
 
 
@@ -112,14 +110,12 @@ def check(
     values = {"skew_deg": 30.0, "gap_mm": 51.0, "friction": 0.5}
     skewed = Variant.at(name or bridge, "contact_friction", values)
     model_figure(model_geometry(skewed, ModelOptions())).savefig(picture, dpi=150)
-    for finding in answer["findings"]:
-        warn(finding)
     answer |= {"picture": str(picture), "modes": [asdict(mode) for mode in answer["modes"]]}
     printed = {name: value for name, value in answer.items() if name not in ("findings", "modes")}
     sections = Counter(key.partition(".")[0] for key in answer["inherited"])
     printed["inherited"] = ", ".join(f"{count} of {name}" for name, count in sections.items())
     notes = () if answer["findings"] else ("no findings",)
-    return Answer(answer, printed, units, notes)
+    return Answer(answer, printed, units, notes, warnings=answer["findings"])
 
 
 @command(bridge)
@@ -137,11 +133,10 @@ def modal(case: VariantOptions, out: OptionalOut = None, units: UnitsOpt = "si")
     with_pads = modes.standing_bridge(variant.bridge)
     if out is not None:
         _write(result["modes"], out, "modal")
-    for warning in modes.periods_of_file(variant.bridge, with_pads):
-        warn(warning)
+    warnings = modes.periods_of_file(variant.bridge, with_pads)
     slug, t1_s = variant.normalised().slug, modes.conditioning_period_s(with_pads)
     answer = {"variant": slug, "t1_s": t1_s, **result}
-    return Answer(answer, units=units, notes=gap_notes(case.bridge))
+    return Answer(answer, units=units, notes=gap_notes(case.bridge), warnings=warnings)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -207,11 +202,11 @@ def _pushed(pushed: "Callable[..., PushCurve]", case: VariantOptions, push: Push
         title = f"{case.bridge}, skew {case.skew_deg:g} degrees"
         ladder_figure(curves, title=title).savefig(push.out / "ladder.png", dpi=150)
     answer = {"pushes": pushes} if is_ladder else pushes[0]
-    is_done = all(row["is_complete"] for row in pushes)
-    notes = gap_notes(case.bridge)
+    is_done, notes = all(row["is_complete"] for row in pushes), gap_notes(case.bridge)
     if not is_done:
         notes.append("a push stopped at last_disp_m: the solution did not converge beyond it")
-    return Answer(answer, None, push.units, notes, 0 if is_done else EXIT_FAILED)
+    exit_code = 0 if is_done else EXIT_FAILED
+    return Answer(answer, units=push.units, notes=notes, exit_code=exit_code)
 
 
 @command(bridge)
@@ -295,11 +290,7 @@ def sdc(
     from skewbridge.files.tables import read_frame, records_of
 
     checked, notes = "checks", list[str]()
-    if (
-        source is None
-        or str(source) in _known_bridges()
-        or source.suffix in (".yaml", ".yml", ".py")
-    ):
+    if source is None or not source.is_dir():
         data = load_bridge(bridge or str(source or "osb1"))
         checked, title = "bents", data.title
         rows = bridge_check.capacity_rows(bent_capacities(data))
@@ -310,9 +301,8 @@ def sdc(
         if bridge is not None and Path(bridge).stem == variant.bridge_name:
             variant = replace(variant, bridge=bridge)
         elif variant.bridge_name not in _known_bridges():
-            raise InputError(
-                f"{source}: give the file of its bridge {variant.bridge_name}: --bridge"
-            )
+            needed = f"give the file of its bridge {variant.bridge_name}: --bridge"
+            raise InputError(f"{source}: {needed}")
         histories = {str(name): table[name].to_numpy() for name in table}
         title, notes = variant.slug, gap_notes(variant.bridge)
         corners_m = bridge_check.corner_moves_m(variant, histories)

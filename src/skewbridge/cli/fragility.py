@@ -4,7 +4,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Final, Literal
 
 from skewbridge.cli import new_group
 from skewbridge.cli.output import (
@@ -20,13 +20,18 @@ from skewbridge.cli.output import (
     gap_notes,
     keys_and_values,
     opt,
-    rounded,
-    warn,
+    selected,
 )
 from skewbridge.errors import InputError
 from skewbridge.files.text import Number, checked
 
 commands = new_group()
+
+#: Printed columns of the table of `decide`, as far as it has them.
+_DECISION_COLUMNS: Final = (
+    *("skew_deg", "gap_mm", "seat_m", "seat_m_low", "seat_m_high", "extrapolated"),
+    *("hazus_m", "aashto_m", "sdc_m", "column_rate"),
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,10 +64,10 @@ def fit(
     except InputError as error:
         error.details.setdefault("row", None)
         raise
-    for warning in (*result["warnings"], *result.get("notes", ())):
-        warn(warning)
+    notes = result.get("notes", ())
     shown = {name: value for name, value in result.items() if name != "notes"}
-    return Answer(result, shown, missing=f"not determined by the data (status {result['status']})")
+    reason = f"not determined by the data (status {result['status']})"
+    return Answer(result, shown, notes=notes, missing=reason, warnings=result["warnings"])
 
 
 @command(commands)
@@ -102,13 +107,11 @@ def statistics(
     from skewbridge.study.results import statistics_of
 
     answer = statistics_of(demands, out, limit_states, im, hazard)
-    for text in answer["warnings"]:
-        warn(text)
     if report:
         from skewbridge.report.page import write_statistics_report
 
         answer["report"] = str(write_statistics_report(out))
-    return Answer(answer)
+    return Answer(answer, warnings=answer["warnings"])
 
 
 @command(commands)
@@ -143,7 +146,7 @@ def predict(
     names = ("component", "state", "theta", "ci_theta", "beta_total", "beta", "p", "loo_error")
     if hazard is not None:
         names = (*names[:4], "annual_rate", "annual_rate_low", "annual_rate_high")
-    statistics: list[dict[str, Any]] = [{n: rounded(row[n]) for n in names} for row in rows]
+    statistics = selected(rows, *names)
     flags = ("extrapolated", "theta"), ("p_extrapolated", "p")
     for row, printed in zip(rows, statistics, strict=True):
         printed["extrapolated"] = ", ".join(value for flag, value in flags if row[flag])
@@ -162,7 +165,7 @@ def predict(
             notes += gap_notes(file)
     notes += filter(None, [untested_skew_sentence([values.get("skew_deg", 0.0)])])
     reason = "too few variants have an estimate for this state"
-    return Answer({"rows": rows}, printed_tables, notes=notes, missing=reason)
+    return Answer({"rows": rows}, printed_tables, notes=notes, missing=reason, digits=3)
 
 
 @command(commands)
@@ -207,23 +210,10 @@ def decide(
     draw = partial(decision_figure, needs, title)
     files = save_figure(draw, FigureSettings(), folder, "decision")
     table = needs.table
-    names = (
-        "seat_m",
-        "seat_m_low",
-        "seat_m_high",
-        "extrapolated",
-        "hazus_m",
-        "aashto_m",
-        "sdc_m",
-        "column_rate",
-    )
-    printed = table.loc[table["gap_mm"].isin([table["gap_mm"].min(), table["gap_mm"].max()])]
-    printed = printed[printed["skew_deg"].isin(table["skew_deg"].unique()[::3])]
-    printed = printed[["skew_deg", "gap_mm", *(name for name in names if name in table)]]
-    cells = [{name: rounded(value) for name, value in row.items()} for row in records_of(printed)]
+    is_end_gap = table["gap_mm"].isin([table["gap_mm"].min(), table["gap_mm"].max()])
+    is_third_skew = table["skew_deg"].isin(table["skew_deg"].unique()[::3])
+    columns = [name for name in _DECISION_COLUMNS if name in table]
+    printed = {title: records_of(table.loc[is_end_gap & is_third_skew, columns])}
     notes = [f"target: {target:.3g} per year; written: {', '.join(map(str, files))}"]
-    return Answer(
-        {"target": target, "values": needs.values, "rows": records_of(table)},
-        {title: cells},
-        notes=notes,
-    )
+    answer = {"target": target, "values": needs.values, "rows": records_of(table)}
+    return Answer(answer, printed, notes=notes, digits=3)

@@ -12,9 +12,7 @@ from skewbridge.cli.output import (
     arg,
     command,
     keys_and_values,
-    messages,
     opt,
-    warn,
 )
 from skewbridge.errors import EXIT_BAD_INPUT, InputError
 from skewbridge.files.text import writable_file
@@ -57,18 +55,16 @@ def check(
     """
     from skewbridge.motions.check import check_paths, write_folder_index
 
-    if write:
-        for folder in paths:
-            if folder.is_dir():
-                messages.print(f"wrote {write_folder_index(folder, missing.given)}")
+    folders = [path for path in paths if write and path.is_dir()]
+    notes = [f"wrote {write_folder_index(folder, missing.given)}" for folder in folders]
     checks = check_paths(paths, missing.given, strict=strict)
-    unread = [item for item in checks if item.verdict in ("not_read", "left_out")]
-    if unread:
-        warn(f"{len(unread)} files were not read: {', '.join(item.file for item in unread)}")
-    is_strict = strict and any(item.verdict == "not_read" for item in unread)
-    code = 0 if all(item.passes for item in checks) and not is_strict else EXIT_BAD_INPUT
+    unread = [item.file for item in checks if item.verdict in ("not_read", "left_out")]
+    warnings = [f"{len(unread)} files were not read: {', '.join(unread)}"] if unread else []
+    is_usable = all(item.passes and (item.verdict != "not_read" or not strict) for item in checks)
     files = {"files": [asdict(item) for item in checks]}
-    return Answer({**files, "not_read": len(unread)}, shown=files, exit_code=code)
+    code = 0 if is_usable else EXIT_BAD_INPUT
+    answer = {**files, "not_read": len(unread)}
+    return Answer(answer, files, notes=notes, exit_code=code, warnings=warnings)
 
 
 @command(motions)
@@ -88,10 +84,8 @@ def im(
     if not 1 <= len(files) <= 2:
         raise InputError(f"motions im takes one or two files, got {len(files)}")
     _, step_s, components, notes = read_components(files, missing.given)
-    for note in notes:
-        messages.print(note)
     measures = measures_and_spectra(components, step_s, t1_s, period_s)
-    return Answer(measures, missing="needs --t1-s")
+    return Answer(measures, notes=notes, missing="needs --t1-s")
 
 
 @command(motions)
@@ -144,8 +138,7 @@ def synthesize(
 
     Example: skewbridge motions synthesize --magnitude 7 --distance-km 10 --vs30-mps 400 --out mine
     """
-    from skewbridge.motions.synthesis.ddk18 import Scenario
-    from skewbridge.motions.synthesis.generate import write_synthetic_suite
+    from skewbridge.motions.synthesis import Scenario, write_synthetic_suite
 
     index = write_synthetic_suite(out, Scenario(**vars(scenario)), count=count, seed=seed)
     return Answer({"count": count, "index": str(index)})
@@ -179,6 +172,6 @@ def select(
         figure = suite_spectra(psa_g, spectrum.periods_s[band], title=title, model=model)
         figure.savefig(out / f"level_{number}.png", dpi=150)
     levels = [selection.summary for selection in selections]
-    if not all(summary["within_tolerances"] for summary in levels):
-        warn("a level misses the tolerances (mean 5 %, dispersion 10 %): add candidates")
-    return Answer({"levels": levels, "index": str(out / "index.csv")})
+    missed = "a level misses the tolerances (mean 5 %, dispersion 10 %): add candidates"
+    warnings = [] if all(summary["within_tolerances"] for summary in levels) else [missed]
+    return Answer({"levels": levels, "index": str(out / "index.csv")}, warnings=warnings)

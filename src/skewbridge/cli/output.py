@@ -15,7 +15,6 @@ import typer
 from pydantic_core import to_jsonable_python
 from rich.console import Console
 from rich.table import Table
-from rich.text import Text
 from typer.core import TyperCommand
 
 from skewbridge.analysis.settings import AnalysisSettings, under_explicit_keys
@@ -38,11 +37,6 @@ type Row = Mapping[str, Any]
 messages = Console(stderr=True, highlight=False, soft_wrap=True, markup=False)
 
 
-def warn(text: str) -> None:
-    """Print a warning on stderr."""
-    messages.print(f"warning: {text}", style="yellow")
-
-
 @dataclass(frozen=True, slots=True)
 class Answer:
     """Output of a command: a JSON value with ``--json``, otherwise tables or text.
@@ -57,9 +51,13 @@ class Answer:
     notes: Sequence[str] = ()  # messages after the answer
     exit_code: int = 0
     missing: str = "not defined for these data"  # reason for missing values, printed below tables
+    warnings: Sequence[str] = ()  # messages before the answer
+    digits: int = 5  # significant digits of printed numbers
 
     def emit(self, *, as_json: bool) -> None:
-        """Print the answer and its notes; exit with its code unless that is 0."""
+        """Print the answer and its messages; exit with its code unless that is 0."""
+        for text in self.warnings:
+            messages.print(f"warning: {text}", style="yellow")
         shown = self.payload if self.shown is None else self.shown
         if as_json:
             emit_json(self.payload)
@@ -67,7 +65,7 @@ class Answer:
             typer.echo(shown)
         else:
             tables = _tables(shown, self.units).items()
-            has_gaps = [emit_table(rows, title) for title, rows in tables]
+            has_gaps = [emit_table(rows, title, self.digits) for title, rows in tables]
             if any(has_gaps):
                 messages.print(f"{NO_VALUE}: {self.missing}")
         for note in self.notes:
@@ -87,18 +85,17 @@ def arg(text: str, metavar: str | None = None) -> Any:
 
 
 UnitsOpt = Annotated[Units, opt("Units of printed tables: si, or us (kip, in, ft); files: SI.")]
-_JSON: Final = Annotated[bool, opt("Print one JSON object on stdout.", None, "--json")]
 
 
 def command(
     group: typer.Typer, name: str | None = None
-) -> Callable[[Callable[..., Answer]], Callable[..., None]]:
-    """Return a decorator that adds a function to a group as a command and prints its answer.
+) -> Callable[[Callable[..., Answer]], Callable[..., Answer]]:
+    """Return a decorator that adds a function to a group as a command.
 
     A parameter whose type is a dataclass stands for one option per field.
     """
 
-    def decorate(function: Callable[..., Answer]) -> Callable[..., None]:
+    def decorate(function: Callable[..., Answer]) -> Callable[..., Answer]:
         grouped: dict[str, Any] = {}
         options: list[Parameter] = []
         for option in signature(function).parameters.values():
@@ -107,38 +104,39 @@ def command(
                 grouped[option.name] = kind
                 members = list(signature(kind).parameters.values())
             options += [member.replace(kind=Parameter.KEYWORD_ONLY) for member in members]
-        as_json = Parameter("as_json", Parameter.KEYWORD_ONLY, annotation=_JSON, default=False)
 
         @wraps(function)
-        def called(*, as_json: bool, **values: Any) -> None:
+        def called(**values: Any) -> Answer:
             for option, kind in grouped.items():
                 members_of = {field.name: values.pop(field.name) for field in fields(kind)}
                 values[option] = kind(**members_of)
-            function(**values).emit(as_json=as_json)
+            return function(**values)
 
-        vars(called)["__signature__"] = Signature([*options, as_json])
-        return group.command(name, cls=Command)(called)
+        vars(called)["__signature__"] = Signature(options)
+        epilog = "--json prints one JSON object on stdout."
+        return group.command(name, cls=Command, epilog=epilog)(called)
 
     return decorate
 
 
 class Command(TyperCommand):
-    """Command that reports an error in one message (also as JSON with ``--json``).
+    """Command that prints its answer, or its error in one message; ``--json`` prints both as JSON.
 
     The exit code is 2 for bad input and unreadable files, 1 for a failed solution.
     """
 
     def make_context(self, info_name: Any, args: list[str], *extra: Any, **options: Any) -> Any:
-        """Return the context of the arguments; report invalid arguments, as JSON if asked."""
-        as_json = "--json" in args  # the parser empties the list
+        """Return the context of the arguments; report invalid arguments."""
+        as_json = "--json" in args
+        words = [word for word in args if word != "--json"]
         pairs = {name for option in self.params if option.nargs == 2 for name in option.opts}
         try:
-            for i, option in enumerate(args):  # its two values must precede the next option
-                for count, value in enumerate(args[i + 1 : i + 3] if option in pairs else ()):
+            for i, option in enumerate(words):  # its two values must precede the next option
+                for count, value in enumerate(words[i + 1 : i + 3] if option in pairs else ()):
                     if value.startswith("--"):
                         message = f"{option} takes two values, got {count} before {value}"
                         raise typer.BadParameter(message)
-            return super().make_context(info_name, args, *extra, **options)
+            return super().make_context(info_name, words, *extra, obj=as_json, **options)
         except typer.TyperException as error:
             error.message = error.message.replace("Value error, ", "")
             if as_json:
@@ -146,17 +144,18 @@ class Command(TyperCommand):
             raise
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the command; report an error and exit with its code."""
+        """Run the command and print its answer, or report its error and exit with a code."""
         status, code, details = "error", EXIT_BAD_INPUT, {}
         try:
-            return super().invoke(ctx)
+            answer: Answer = super().invoke(ctx)
+            return answer.emit(as_json=ctx.obj)
         except InputError as error:
             message, details = str(error), error.details
         except OSError as error:
             message = f"{shortened(str(error.filename or ''))}: {error.strerror or error}"
         except SolutionError as error:
             status, code, message = "failed", EXIT_FAILED, str(error)
-        if ctx.params["as_json"]:
+        if ctx.obj:
             emit_json({"status": status, "message": message, **details})
         messages.print("\n".join(map(printable, f"{status}: {message}".split("\n"))), style="red")
         raise typer.Exit(code)
@@ -195,47 +194,42 @@ def _flat(values: Row, prefix: str = "") -> Iterator[tuple[str, Any]]:
             yield f"{prefix}{name}", value
 
 
-def emit_table(rows: Sequence[Row], title: str = "") -> bool:
+def emit_table(rows: Sequence[Row], title: str = "", digits: int = 5) -> bool:
     """Print rows with equal keys as a table on stdout; return True if values are missing.
 
     With more than three times as many columns as rows, the table is transposed.
     """
-    columns = {name: [_text(row[name]) for row in rows] for name in rows[0]}
+    columns = {name: [_text(row[name], digits) for row in rows] for name in rows[0]}
     is_text = [isinstance(value, str) for value in rows[0].values()]
     lines = [list(columns), *zip(*columns.values(), strict=True)]
     if len(columns) > 3 * len(rows):
         lines, is_text = list(zip(*lines, strict=True)), [True, *[False] * len(rows)]
-    printed = Table(title=Text(printable(title)) if title else None)
+    table = Table(title=printable(title) or None)
     for heading, is_left in zip(lines[0], is_text, strict=True):
-        side = "left" if is_left else "right"
-        printed.add_column(Text(printable(heading)), justify=side, overflow="fold")
+        table.add_column(
+            printable(heading), justify="left" if is_left else "right", overflow="fold"
+        )
     for line in lines[1:]:
-        printed.add_row(*(Text(printable(cell)) for cell in line))
-    Console(highlight=False, width=None if sys.stdout.isatty() else FILE_WIDTH).print(printed)
+        table.add_row(*map(printable, line))
+    width = None if sys.stdout.isatty() else FILE_WIDTH
+    Console(highlight=False, markup=False, emoji=False, width=width).print(table)
     return any(NO_VALUE in cell.split(", ") for texts in columns.values() for cell in texts)
 
 
-def _text(value: object) -> str:
+def _text(value: object, digits: int) -> str:
     """Return a value as text: NaN as `NO_VALUE`, sizes below 1e-15 as 0, None as empty text."""
     if isinstance(value, list | tuple):
-        return ", ".join(map(_text, value))
+        return ", ".join(_text(element, digits) for element in value)
     if not isinstance(value, float):
         return "" if value is None else str(value)
     if isnan(value):
         return NO_VALUE
-    return "0" if abs(value) < 1e-15 else f"{value:.5g}"
+    return "0" if abs(value) < 1e-15 else f"{float(f'{value:.{digits}g}'):.5g}"
 
 
 def selected(rows: Iterable[Row], *names: str) -> list[dict[str, Any]]:
     """Return the rows with only the named columns."""
     return [{name: row[name] for name in names} for row in rows]
-
-
-def rounded(value: Any, digits: int = 3) -> Any:
-    """Return a float, or the floats in a list, rounded to significant digits."""
-    if isinstance(value, list | tuple):
-        return [rounded(element, digits) for element in value]
-    return float(f"{value:.{digits}g}") if isinstance(value, float) else value
 
 
 #: SI suffix of a name -> US suffix, factor; the first match counts, so longer suffixes are first.

@@ -30,6 +30,9 @@ if TYPE_CHECKING:
 commands = new_group()
 
 Case = Annotated[Path, arg("The case file.", "CASE.yaml")]
+Accuracy = Literal["reference", "default", "fast"]
+_PAIR: Final = opt("Components along x and y, or p695 and record number.")
+_SUPPORTS: Final = opt("YAML list of support, direction, record: instead of --motion.", "FILE")
 #: Printed columns of the demands; --json gives all.
 _SHOWN: Final = (
     *("variant", "motion_id", "scale", "status", "collapse_criterion", "beyond_model", "suspect"),
@@ -41,18 +44,11 @@ _SHOWN: Final = (
 class LoadingOptions:
     """Motion and numerical settings of an analysis."""
 
-    motion: Annotated[
-        tuple[Path, Path] | None, opt("Components along x and y, or p695 and record number.")
-    ] = None
-    support_motions: Annotated[
-        Path | None, opt("YAML list of support, direction, record: instead of --motion.", "FILE")
-    ] = None
+    motion: Annotated[tuple[Path, Path] | None, _PAIR] = None
+    support_motions: Annotated[Path | None, _SUPPORTS] = None
     scale: Annotated[float, opt("Scale factor of both components.")] = 1.0
-    incidence_deg: Annotated[float, opt("Angle from bridge x to component 1.")] = 0.0
     scheme: Annotated[Literal["default", "paper"], opt("Integration scheme.")] = "default"
-    accuracy: Annotated[Literal["reference", "default", "fast"], opt("Numerical settings.")] = (
-        "default"
-    )
+    accuracy: Annotated[Accuracy, opt("Numerical settings.")] = "default"
     dt_s: Annotated[float | None, opt("Time step in s; overrides the step of --accuracy.")] = None
     duration_s: Annotated[float | None, opt("Truncate the motion to this length in s.")] = None
 
@@ -128,10 +124,8 @@ def _task(case: VariantOptions, loading: LoadingOptions) -> "Task":
         supports = read_support_motions(loading.support_motions)
         motion = supports.get("bent 1", next(iter(supports.values())))
     else:
-        raise InputError(
-            "motion: give two files with --motion, or a file with --support-motions, or a row of a "
-            "study with --row"
-        )
+        choices = "two files with --motion, a file with --support-motions, or a row of a study"
+        raise InputError(f"motion: give {choices} with --row")
     variant, scale = case.variant.normalised(), loading.scale
     analysis_keys = {name: getattr(loading, name) for name in ("scheme", "dt_s", "duration_s")}
     settings, options = case.settings_and_model(loading.accuracy, **analysis_keys)
@@ -139,7 +133,7 @@ def _task(case: VariantOptions, loading: LoadingOptions) -> "Task":
     return Task(
         variant=variant,
         motion=SuiteMotion(motion=motion, scale=scale, measures=measures),
-        incidence_deg=loading.incidence_deg,
+        incidence_deg=0.0,
         settings=settings,
         options=options,
         supports=supports,
@@ -228,9 +222,7 @@ def doctor() -> Answer:
 def verify(
     names: Annotated[list[str] | None, arg("Studies; by default all.", "[NAME...]")] = None,
     out: Annotated[Path | None, opt("Folder for tables and figures.")] = None,
-    records: Annotated[
-        Path | None, opt("Recordings of an event, or folders of events, for `painter`.", "DIR")
-    ] = None,
+    records: Annotated[Path | None, opt("Folder of recorded events, for `painter`.", "DIR")] = None,
 ) -> Answer:
     """Repeat the studies of the paper and compare with their references.
 

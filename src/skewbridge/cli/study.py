@@ -23,11 +23,9 @@ from skewbridge.cli.output import (
     folder_of,
     keys_and_values,
     opt,
-    rounded,
     selected,
     study_near,
     study_of,
-    warn,
 )
 from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_file, writable_folder, write_text
@@ -95,11 +93,9 @@ def plan(study: PlannedStudy = None) -> Answer:
 
     config, folder = study_of(study)
     check_inputs(config)
-    for warning in useless_axes(config):
-        warn(warning)
+    warnings = list(useless_axes(config))
     for name in config.bridges_with_periods():
-        for warning in periods_of_file(name, standing_bridge(name)):
-            warn(warning)
+        warnings += periods_of_file(name, standing_bridge(name))
     forecast = forecast_study(config)
     table = folder.fragility("needed_motions")
     needed_rows = records_of(read_frame(table)) if table.is_file() else []
@@ -112,7 +108,7 @@ def plan(study: PlannedStudy = None) -> Answer:
     }
     reason = "no more motions are needed, or no number was found; see the column forecast"
     answer = forecast.summary | {"needed_motions": needed_rows}
-    return Answer(answer, printed, notes=forecast.notes, missing=reason)
+    return Answer(answer, printed, notes=forecast.notes, missing=reason, warnings=warnings)
 
 
 @command(commands)
@@ -166,34 +162,25 @@ def compare(
     pair = compare_studies(first, second, limit_states, im=im, hazard=hazard)
     if out is not None:
         write_csv(pd.concat([pair.demands, pair.medians], ignore_index=True), out)
-    for text in pair.warnings:
-        warn(text)
-    pooled, medians = (
-        records_of(table[table["scope"] == "pooled"]) for table in (pair.demands, pair.medians)
-    )
+    tables = {name: records_of(getattr(pair, name)) for name in ("demands", "medians", "rates")}
+    pooled = {name: [r for r in rows if r["scope"] == "pooled"] for name, rows in tables.items()}
+    over = f"{second} over {first}"
     printed = {
         **pair.counts,
-        f"Demands, {second} over {first}": list(map(_comparison_row, pooled)),
-        f"Median capacities ({im}), {second} over {first}": list(map(_comparison_row, medians)),
+        f"Demands, {over}": list(map(_comparison_row, pooled["demands"])),
+        f"Median capacities ({im}), {over}": list(map(_comparison_row, pooled["medians"])),
     }
     if hazard is not None:
-        rates = pair.rates[pair.rates["scope"] == "pooled"]
-        names = ("bridge", "component", "limit_state", "ratio", "ci_low", "ci_high", "to_rate")
-        printed[f"Annual rates, {second} over {first}"] = selected(records_of(rates), *names)
-    if pair.other_motions:
-        warn(
-            f"{len(pair.other_motions)} motions have the same name in both studies but "
-            f"different files, and are left out: {', '.join(pair.other_motions[:5])}"
-        )
-    answer = {
-        "counts": pair.counts,
-        "other_motions": pair.other_motions,
-        "demands": records_of(pair.demands),
-        "medians": records_of(pair.medians),
-        "medians_by_state": medians,
-        "rates": records_of(pair.rates),
-    }
-    return Answer(answer, printed, missing="fewer than two motions have a value in both studies")
+        columns = ("bridge", "component", "limit_state", "ratio", "ci_low", "ci_high", "to_rate")
+        printed[f"Annual rates, {over}"] = selected(pooled["rates"], *columns)
+    answer = {"counts": pair.counts, "other_motions": pair.other_motions, **tables}
+    answer |= {"medians_by_state": pooled["medians"]}
+    warnings = list(pair.warnings)
+    if names := pair.other_motions:
+        have = "motions have the same name in both studies but different files, and are left out"
+        warnings.append(f"{len(names)} {have}: {', '.join(names[:5])}")
+    reason = "fewer than two motions have a value in both studies"
+    return Answer(answer, printed, missing=reason, warnings=warnings, digits=4)
 
 
 @command(commands)
@@ -322,9 +309,9 @@ def _comparison_row(row: dict[str, Any]) -> dict[str, Any]:
     n_far, cells = (row.get(name) or 0 for name in ("n_extrapolated", "n_cells"))
     return {
         **{name: row[name] for name in _CHANGE[:3]},
-        "change": rounded(row[value], 4),
-        "low": rounded(row[f"{prefix}_low"], 4),
-        "high": rounded(row[f"{prefix}_high"], 4),
+        "change": row[value],
+        "low": row[f"{prefix}_low"],
+        "high": row[f"{prefix}_high"],
         **{name: row[name] for name in ("unit", "verdict_family", "n_motions", "n_pairs")},
         "extrapolated": f"{n_far:.0f} of {2 * cells:.0f} medians" if n_far > 0 else "",
     }

@@ -39,19 +39,15 @@ class ContactSet:
             reading of the paper; `elastic` moves the stick point of elastic springs.
         coupling: `extrapolated` predicts normal force and slip direction at the end of the coming
             step; `lagged` uses their values at the beginning of the step (the paper).
-
-    Attributes:
-        units: The units, in the order in which they were added.
-        changes: Indices of the units that opened or closed in the last step.
-        is_any_closed: Whether any pair is closed.
-        least_opening_ratio: Smallest opening / gap of all pairs; zero for a pair without a gap.
-        largest_normal_n: Largest normal force of all pairs.
-        friction_error: Largest difference from the limit / force of the sliding friction forces at
-            the end of the last step.
-
-    Raises:
-        InputError: The scheme or the coupling is unknown.
     """
+
+    units: list[ContactUnit]  #: in the order in which they were added
+    changes: list[int]  #: indices of the units that opened or closed in the last step
+    is_any_closed: bool
+    least_opening_ratio: float  #: smallest opening / gap of all pairs; 0 for a pair without gap
+    largest_normal_n: float
+    #: Largest difference from the limit / force of the sliding friction forces after the last step.
+    friction_error: float
 
     def __init__(
         self,
@@ -69,8 +65,7 @@ class ContactSet:
         self._is_updated = update
         self._unit_type = _UNIT_TYPES[scheme]
         self._is_extrapolated = coupling == "extrapolated"
-        self.units: list[ContactUnit] = []
-        self.changes: list[int] = []
+        self.units, self.changes = [], []
         self._driven: list[ContactUnit] = []
         self._dt_s = 0.0
         self._time_s = 0.0
@@ -91,7 +86,7 @@ class ContactSet:
         drive: Drive | None = None,
         name: str = "",
     ) -> int:
-        """Add a contact between two nodes of the domain.
+        """Add a contact between two nodes of the domain and return the index of its unit.
 
         The pair closes when node j has moved by the gap against the normal. Only the relative
         displacement of the nodes counts, so they may be apart: with a positive gap, a pair
@@ -110,9 +105,6 @@ class ContactSet:
             tangent: First direction of the contact plane; horizontal by default.
             drive: User function that sets declared parameters after every step.
             name: Name in messages and in the ledger.
-
-        Returns:
-            Index of the unit.
 
         Raises:
             InputError: A value is outside its limits, or the nodes cannot form a pair.
@@ -137,16 +129,11 @@ class ContactSet:
         return index
 
     def after_step(self, dt_s: float, next_dt_s: float | None = None) -> bool:
-        """Read a converged step and set the bounds of the next one; call it once per step.
+        """Read a converged step of ``dt_s`` and set the bounds of the next one.
 
-        ``dt_s`` is the length of the completed step. Give ``next_dt_s`` if the next step differs.
-
-        Returns:
-            Whether a pair opened or closed in the step.
-
-        Raises:
-            InputError: The step is not positive.
-            ContactError: A spring force disagrees with its law.
+        Call it once per step; give ``next_dt_s`` if the next step differs. Returns whether a pair
+        opened or closed in the step. Raises `ContactError` if a spring force disagrees with its
+        law.
         """
         if not dt_s > 0.0:
             raise InputError(f"dt_s must be positive, got {dt_s}")
@@ -257,15 +244,11 @@ class ContactSet:
 
 
 def make_step(contacts: ContactSet, dt_s: float, *, parts_on_change: int = 1) -> bool:
-    """Make one step of the transient analysis and update the contacts.
+    """Make one step of the transient analysis, update the contacts, and return whether it is done.
 
-    If a pair closes or opens within a step, the accuracy is one order lower; sub-steps
-    restore it. Use sub-steps with one-step integrators only: Houbolt restarts with the trapezoidal
-    rule whenever the step changes.
-
-    Returns:
-        Whether OpenSees completed the step. If not, domain and contacts are at the end of the last
-        committed sub-step.
+    If not, domain and contacts are at the end of the last committed sub-step. If a pair closes or
+    opens within a step, the accuracy is one order lower; sub-steps restore it. Use sub-steps with
+    one-step integrators only: Houbolt restarts with the trapezoidal rule when the step changes.
     """
     parts = parts_on_change if contacts.time_to_change_s() < dt_s else 1
     part_s = dt_s / parts

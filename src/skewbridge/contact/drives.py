@@ -5,6 +5,7 @@ opening predicted for the end of that step. The error is of second order in the 
 contact, and of first order when contact begins or ends.
 """
 
+from functools import partial
 from math import atan2, exp, log, sqrt
 
 from scipy.optimize import brentq
@@ -41,16 +42,11 @@ def stribeck_drive(
             f"friction must be 0 <= kinetic <= static, got kinetic {kinetic}, static {static}"
         )
     require_limits("stribeck_speed_mps", stribeck_speed_mps, is_positive=True)
+    speeds = {"stribeck_speed_mps": stribeck_speed_mps, "viscous_s_per_m": viscous_s_per_m}
+    coefficient_at = partial(stribeck_friction, static=static, kinetic=kinetic, **speeds)
 
     def friction(state: UnitState, _time_s: float) -> dict[str, float]:
-        coefficient = stribeck_friction(
-            state.slip_speed_mps,
-            static=static,
-            kinetic=kinetic,
-            stribeck_speed_mps=stribeck_speed_mps,
-            viscous_s_per_m=viscous_s_per_m,
-        )
-        return {"friction": coefficient}
+        return {"friction": coefficient_at(state.slip_speed_mps)}
 
     return Drive(parameters=("friction",), function=friction)
 
@@ -101,13 +97,9 @@ def kelvin_voigt_restitution(damping_ratio: float) -> float:
 
 def kelvin_voigt_damping_ratio(restitution: float) -> float:
     """Return the damping ratio for a restitution in (0, 1], without tension in the contact."""
-    _require_restitution(restitution)
+    if not 0.0 < restitution <= 1.0:
+        raise InputError(f"restitution must be above 0 and at most 1, got {restitution}")
     if restitution == 1.0:
         return 0.0
     ends = 0.0, _LARGEST_DAMPING_RATIO
     return float(brentq(lambda z: kelvin_voigt_restitution(z) - restitution, *ends, xtol=1e-14))
-
-
-def _require_restitution(restitution: float) -> None:
-    if not 0.0 < restitution <= 1.0:
-        raise InputError(f"restitution must be above 0 and at most 1, got {restitution}")

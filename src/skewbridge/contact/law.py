@@ -33,22 +33,13 @@ def require_limits(name: str, value: float, *, is_positive: bool = False) -> Non
 # ASSUME the contact itself is elastic: restitution comes from a driven damper only.
 @dataclass(frozen=True, slots=True)
 class ContactLaw:
-    """Parameters of a contact pair: penalties, Coulomb friction with cohesion, initial gap.
+    """Parameters of a contact pair; `InputError` for a value outside its limits."""
 
-    Attributes:
-        cohesion_n: Part of the friction limit that does not depend on the normal force; it acts
-            only while the pair is closed.
-        gap_m: Initial opening.
-
-    Raises:
-        InputError: A value is outside its limits.
-    """
-
-    kn_n_per_m: float
-    kt_n_per_m: float
-    friction: float = 0.0
-    cohesion_n: float = 0.0
-    gap_m: float = 0.0
+    kn_n_per_m: float  #: normal penalty
+    kt_n_per_m: float  #: tangential penalty
+    friction: float = 0.0  #: Coulomb coefficient
+    cohesion_n: float = 0.0  #: friction limit at zero normal force, while the pair is closed
+    gap_m: float = 0.0  #: initial opening
 
     def __post_init__(self) -> None:
         for name in ("kn_n_per_m", "kt_n_per_m"):
@@ -142,33 +133,18 @@ DRIVEN_PARAMETERS: Final = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UnitState:
-    """State of a unit at the end of the last committed step.
+    """State of a unit at the end of the last committed step."""
 
-    Attributes:
-        opening_m: Gap plus relative displacement along the normal, negative when closed.
-        opening_rate_mps: Mean over the last step, negative when approaching.
-        normal_n: Compression; the tangential forces along t1 and t2 have the sign of slip.
-        slip_m: Stick point along t1 and t2 (the position itself while open).
-        position_m: Relative tangential displacement along t1 and t2.
-        slip_speed_mps: Speed of the stick point in the last step.
-        slip_path_m: Length of the slip path under friction so far.
-        slip_work_j: Energy dissipated by slip so far.
-        approach_speed_mps: Closing speed at the last closing of the pair.
-        dt_s: Length of the coming step.
-    """
-
-    is_closed: bool
-    opening_m: float
-    opening_rate_mps: float
-    normal_n: float
-    tangential_n: tuple[float, float]
-    slip_m: tuple[float, float]
-    position_m: tuple[float, float]
-    slip_speed_mps: float
-    slip_path_m: float
-    slip_work_j: float
-    approach_speed_mps: float
-    dt_s: float
+    opening_m: float  #: gap plus relative displacement along the normal, negative when closed
+    opening_rate_mps: float  #: mean over the last step, negative when approaching
+    normal_n: float  #: compression
+    tangential_n: tuple[float, float]  #: along t1 and t2, with the sign of slip
+    slip_m: tuple[float, float]  #: stick point along t1 and t2 (the position itself while open)
+    position_m: tuple[float, float]  #: relative tangential displacement along t1 and t2
+    slip_speed_mps: float  #: speed of the stick point in the last step
+    slip_path_m: float  #: length of the slip path under friction so far
+    slip_work_j: float  #: energy dissipated by slip so far
+    dt_s: float  #: length of the coming step
 
     @property
     def predicted_opening_m(self) -> float:
@@ -178,9 +154,8 @@ class UnitState:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Drive:
-    """A user function of state and time that sets parameters of a unit after every step.
+    """A user function of state and time that sets parameters of a unit for the coming step.
 
-    It can model effects of wear, speed or time. The returned values act in the coming step.
     Example: wear reduces the friction by 0.1 per metre of slip::
 
         def worn(state: UnitState, time_s: float) -> dict[str, float]:
@@ -189,7 +164,7 @@ class Drive:
         contacts.add(..., drive=Drive(parameters=("friction",), function=worn))
 
     The parameters are names in `DRIVEN_PARAMETERS` (`InputError` otherwise). The function gets the
-    state of the unit and the sum of all steps in s; it returns new values of these parameters.
+    state and the sum of all steps in s; it returns new values of some of these parameters.
     """
 
     parameters: tuple[str, ...]
@@ -214,37 +189,23 @@ class Drive:
 
 @dataclass(slots=True)
 class UnitLedger:
-    """Running sums of one named contact unit since it was added.
-
-    Attributes:
-        closures: Number of closings: steps that end closed after a step that ended open.
-        max_violation_n: Largest excess of the tangential force over its limit, cohesion + friction
-            x normal force, at the end of a step.
-        slip_work_j: Energy dissipated by slip, trapezoidal rule on end-of-step forces.
-        normal_work_j: Work done on the normal spring (and its dashpot), by the same rule.
-        friction_impulse_ns: Sum of friction force times step.
-        friction_work_j: Sum of end-of-step friction force times slip.
-        excess_work_j: Part of the friction work from force above the limit.
-        work_over_10_j: Friction work while the force is more than 10 % above its limit.
-        normal_potential_j: Energy in the normal spring at the time of reading the ledger.
-    """
+    """Running sums and extremes of one contact unit since it was added, at the ends of steps."""
 
     name: str
-    closures: int = 0
+    closures: int = 0  #: steps that end closed after a step that ended open
     contact_time_s: float = 0.0
     max_penetration_m: float = 0.0
-    max_normal_n: float = 0.0
     max_friction_n: float = 0.0
-    max_limit_n: float = 0.0
-    max_violation_n: float = 0.0
+    max_limit_n: float = 0.0  #: largest friction limit: cohesion + friction x normal
+    max_violation_n: float = 0.0  #: largest excess of the friction force over its limit
     slip_path_m: float = 0.0
-    slip_work_j: float = 0.0
-    normal_work_j: float = 0.0
-    friction_impulse_ns: float = 0.0
-    friction_work_j: float = 0.0
-    excess_work_j: float = 0.0
-    work_over_10_j: float = 0.0
-    normal_potential_j: float = 0.0
+    slip_work_j: float = 0.0  #: energy dissipated by slip (trapezoidal rule)
+    normal_work_j: float = 0.0  #: work done on the normal spring and its dashpot (same rule)
+    friction_impulse_ns: float = 0.0  #: sum of friction force times step
+    friction_work_j: float = 0.0  #: sum of friction force times slip
+    excess_work_j: float = 0.0  #: part of the friction work from force above the limit
+    work_over_10_j: float = 0.0  #: friction work with a force over 10 % above its limit
+    normal_potential_j: float = 0.0  #: energy in the normal spring when the ledger is read
 
     @property
     def cone_violation_ratio(self) -> float:

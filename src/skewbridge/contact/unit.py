@@ -39,20 +39,13 @@ class ContactUnit:
     """A node-to-node pair with one tracked vector stick point (scheme `vector`).
 
     `ContactSet.add` creates it, from node i of the surface to node j of the body. The bounds of its
-    friction springs follow from the tracked state.
-
-    Attributes:
-        element: Tag of the zeroLength element.
-        normal: Outward normal of the surface.
-        tangents: One direction of the contact plane in plane models, two in space.
-        gap_m: Initial gap.
-        opening_before: Opening before the last step.
+    friction springs follow from the tracked state. There is one tangent in plane models.
     """
 
     __slots__ = (
         "_b1", "_b2", "_bend_1", "_bend_2", "_dt", "_e1", "_e2", "_is_space",
         "_is_watched", "_slip_1_before", "_slip_2_before", "_step_1", "_step_2", "_stick_1",
-        "_stick_2", "account", "approach_speed", "closed", "cohesion", "dashpot", "drive",
+        "_stick_2", "account", "closed", "cohesion", "dashpot", "drive",
         "element", "excess_ratio", "force_1", "force_2", "friction", "gap_m", "kn", "kt", "name",
         "node_i", "node_j", "normal", "normal_n", "opening", "opening_before", "slip_1",
         "slip_2", "slip_step", "springs", "tangents",
@@ -82,7 +75,7 @@ class ContactUnit:
         self._e1 = self._e2 = self._step_1 = self._step_2 = self._bend_1 = self._bend_2 = 0.0
         self._stick_1 = self._stick_2 = self.slip_1 = self.slip_2 = 0.0
         self._slip_1_before = self._slip_2_before = self._b1 = self._b2 = 0.0
-        self.slip_step = self.approach_speed = self._dt = self.excess_ratio = 0.0
+        self.slip_step = self._dt = self.excess_ratio = 0.0
         self.start()
 
     def start(self) -> None:
@@ -99,7 +92,6 @@ class ContactUnit:
         """Return the state at the end of the last committed step, before a step of `dt_s`."""
         change = self.opening - self.opening_before
         return UnitState(
-            is_closed=self.closed,
             opening_m=self.opening,
             opening_rate_mps=change / self._dt if self._dt else 0.0,
             normal_n=self.normal_n,
@@ -109,7 +101,6 @@ class ContactUnit:
             slip_speed_mps=self.slip_step / self._dt if self._dt else 0.0,
             slip_path_m=self.account.slip_path_m,
             slip_work_j=self.account.slip_work_j,
-            approach_speed_mps=self.approach_speed,
             dt_s=dt_s,
         )
 
@@ -209,8 +200,6 @@ class ContactUnit:
             account.slip_path_m += slip_m
             if -opening > account.max_penetration_m:
                 account.max_penetration_m = -opening
-            if normal > account.max_normal_n:
-                account.max_normal_n = normal
             if friction_n > account.max_friction_n:
                 account.max_friction_n = friction_n
             if limit > account.max_limit_n:
@@ -218,7 +207,6 @@ class ContactUnit:
             if not was_closed:
                 account.closures += 1
                 before = self.opening_before
-                self.approach_speed = (before - opening) / dt_s
                 # Contact starts where the pair closed, not where the step began.
                 share = opening / (opening - before) if before > 0.0 else 1.0
                 self._stick_1, self._stick_2 = e1 - share * self._step_1, e2 - share * self._step_2

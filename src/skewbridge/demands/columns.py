@@ -3,7 +3,7 @@
 import csv
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final, Literal
 
@@ -78,25 +78,24 @@ INTENSITY_COLUMNS: Final = _COLUMNS["intensity"]
 DEMAND_COLUMNS: Final = _COLUMNS["demand"]
 
 
-_JOINT: Final = re.compile(r"joint(\d*)_(unseating_m|closures)")
+_OF_JOINTS: Final = {column.name: column for column in _COLUMNS["joint"]}
+_JOINT: Final = re.compile(r"joint(\d*)(_unseating_m|_closures)")
 
 
 def joint_columns(names: Iterable[str]) -> tuple[Column, ...]:
-    """Return the columns of joints inside the bridge, which only bridges with joints have."""
+    """Return the columns of joints inside the bridge, which only bridges with joints have.
+
+    The columns of joint 2 are those of any joint with its number: ``joint2_unseating_m``.
+    """
     columns: list[Column] = []
     for name in names:
         if match := _JOINT.fullmatch(name):
-            number, quantity = match.groups()
-            joint = f"joint {number} inside the bridge" if number else "any joint inside the bridge"
-            label = f"joint {number}" if number else "inner joints"
-            if quantity == "closures":
-                text = f"number of closures of the contact units between the decks at {joint}"
-                columns.append(Column(name, label=f"Closures, {label}", description=text))
-            else:
-                text = f"peak outward displacement of a deck corner on its cap or ledge at {joint}"
-                columns.append(
-                    Column(name, "number", "m", f"Unseating, {label}", text, ("effect",))
-                )
+            column = replace(_OF_JOINTS[f"joint{match[2]}"], name=name)
+            if number := match[1]:
+                label = column.label.replace("inner joints", f"joint {number}")
+                text = column.description.replace("any joint", f"joint {number}")
+                column = replace(column, label=label, description=text)
+            columns.append(column)
     return tuple(columns)
 
 

@@ -18,7 +18,7 @@ import yaml
 from pydantic import BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError
 from pydantic_core import ArgsKwargs
 
-from skewbridge.errors import InputError, did_you_mean
+from skewbridge.errors import InputError, did_you_mean, listed
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -288,8 +288,6 @@ OPTIONS: Final = ConfigDict(extra="forbid", use_attribute_docstrings=True)
 #: Path of a file or folder.
 FileName = Annotated[str, Field(min_length=1, max_length=1000, pattern=r"^[^\x00-\x1f]+$")]
 
-MOST_LINES: Final = 20  # findings listed in one message
-
 _UNKNOWN: Final = {"extra_forbidden", "unexpected_keyword_argument"}
 _MISSING: Final = {"missing", "missing_keyword_only_argument", "missing_argument"}
 _NO_KEYS: Final = {"dataclass_type", "model_type", "model_attributes_type", "dict_type"}
@@ -316,8 +314,7 @@ def checked[T](kind: type[T], raw: Any, where: str | Path) -> T:
     source = shown_path(where) if isinstance(where, Path) else where
     text = f"{source}: {lines[0]}"
     if len(lines) > 1:
-        more = [f"... and {len(lines) - MOST_LINES} more"] if len(lines) > MOST_LINES else []
-        text = "\n  ".join([f"{source} has {len(lines)} errors:", *lines[:MOST_LINES], *more])
+        text = listed(f"{source} has {len(lines)} errors:", lines)
     raise InputError(text, **({"file": str(where)} if isinstance(where, Path) else {}))
 
 

@@ -8,7 +8,7 @@ from skewbridge.errors import InputError
 from skewbridge.files.tables import records_of
 from skewbridge.files.text import file_fault, shown_path
 from skewbridge.motions import folder, read
-from skewbridge.motions.formats import DtMissingError, Stated, Trace
+from skewbridge.motions.formats import DtMissingError, Stated
 from skewbridge.motions.intensity import peak_g
 from skewbridge.motions.suite import read_entry
 
@@ -60,10 +60,7 @@ def check_paths(
             raise InputError(f"{shown_path(path)} does not exist", file=str(path))
         elif (path / folder.INDEX_NAME).is_file():
             entries = folder.list_motions(path)
-            for entry in entries:
-                results = [_check_file(*component, doubtful)[0] for component in entry.components]
-                generated = FileCheck(file=str(path / entry.motion_id), verdict="ok")
-                checks += _check_entry(entry, results or [generated], doubtful)
+            checks += [check for entry in entries for check in _check_motion(entry, path, doubtful)]
             listed_files = [file for entry in entries for file, _ in entry.components]
             checks += _unread(path, listed_files, f"not listed in {folder.INDEX_NAME}")
         elif files := folder.motion_files(path):
@@ -103,16 +100,14 @@ def write_folder_index(root: Path, stated: Stated | None = None) -> Path:
     return index
 
 
-def _check_file(
-    path: Path, stated: Stated | None, doubtful: FileVerdict
-) -> tuple[FileCheck, Trace | None]:
-    """Return the check of one file, and its component (None if it cannot be read)."""
+def _check_file(path: Path, stated: Stated | None, doubtful: FileVerdict) -> FileCheck:
+    """Return the check of one file, as if it were the only one."""
     try:
         trace = read.read_trace(path, stated)
     except InputError as error:
         verdict = "needs_dt" if isinstance(error, DtMissingError) else "error"
-        return FileCheck(file=str(path), verdict=verdict, messages=(str(error),)), None
-    check = FileCheck(
+        return FileCheck(file=str(path), verdict=verdict, messages=(str(error),))
+    return FileCheck(
         file=str(path),
         verdict=doubtful if trace.warnings else "ok",
         format=trace.format,
@@ -121,38 +116,32 @@ def _check_file(
         pga_g=peak_g(trace.accel_mps2),
         messages=trace.messages,
     )
-    return check, trace
 
 
 def _check_files(
     paths: list[Path], stated: Stated | None, doubtful: FileVerdict, *, of_study: bool = False
 ) -> list[FileCheck]:
-    """Return the checks of files without an index, including the check of each pair."""
-    results = {path: _check_file(path, stated, doubtful) for path in paths}
-    checks = {path: check for path, (check, _) in results.items()}
-    traces = {path: trace for path, (_, trace) in results.items() if trace is not None}
-    if len(paths) == len(traces) == 2:  # exactly two readable files are a pair
-        pairs, single = [tuple(sorted(traces))], set[Path]()
-    else:
-        paired, unpaired = folder.pair_files(traces, traces.__getitem__)
-        pairs, single = list(paired.values()), {f for files in unpaired.values() for f in files}
-    first: Path | None = None
-    for path in traces:  # an h2 file without a partner belongs to the last h1 file before it
+    """Return the checks of files without an index, in their order; two files are a pair."""
+    paired = {"": tuple(sorted(paths))} if len(paths) == 2 else folder.pair_files(paths)[0]
+    pairs, first = list(paired.values()), None
+    for path in paths:
         ending = read.split_name(path)[1]
-        if ending == "h1":
-            first = path
-        elif ending == "h2" and path in single and first is not None:
+        first = path if ending == "h1" else first
+        # an h2 file without a partner belongs to the last h1 file before it
+        if ending == "h2" and first and not any(path in pair for pair in paired.values()):
             pairs.append((first, path))
-            single -= {first, path}
+    checks: dict[Path, FileCheck] = {}
     for pair in pairs:
-        entry = folder.motion_of_files(read.motion_name(*pair), pair, stated)
-        together = _check_entry(entry, [checks[path] for path in pair], doubtful)
-        checks |= dict(zip(pair, together, strict=True))
-    for path in filter(read.is_vertical, traces if of_study else ()):
-        checks[path] = checks[path].noted("vertical component: a study does not use it")
-    for path in single if of_study else ():
-        checks[path] = checks[path].noted("no second component found: a study needs pairs")
-    return list(checks.values())
+        motion = folder.motion_of_files(read.motion_name(*pair), pair, stated)
+        checks |= dict(zip(pair, _check_motion(motion, Path(), doubtful), strict=True))
+    for path in (path for path in paths if path not in checks):
+        checks[path] = _check_file(path, stated, doubtful)
+        if of_study and checks[path].passes:
+            is_vertical = read.is_vertical(path) or read.read_trace(path, stated).is_vertical
+            unused = "vertical component: a study does not use it"
+            alone = "no second component found: a study needs pairs"
+            checks[path] = checks[path].noted(unused if is_vertical else alone)
+    return [checks[path] for path in paths]
 
 
 def _unread(root: Path, used_files: list[Path], reason: str) -> list[FileCheck]:
@@ -169,12 +158,13 @@ def _unread(root: Path, used_files: list[Path], reason: str) -> list[FileCheck]:
     return checks
 
 
-def _check_entry(
-    entry: folder.IndexEntry, checks: list[FileCheck], doubtful: FileVerdict
-) -> list[FileCheck]:
-    """Return the checks of a motion with those of its pair; a generated motion has one check."""
+def _check_motion(entry: folder.IndexEntry, root: Path, doubtful: FileVerdict) -> list[FileCheck]:
+    """Return the checks of the files of a motion, alone and as a pair; one if it is generated."""
+    checks = [_check_file(*component, doubtful) for component in entry.components]
     if not all(check.passes for check in checks):
         return checks
+    generated = FileCheck(file=str(root / entry.motion_id), verdict="ok")
+    checks = checks or [generated]
     try:
         motion = read_entry(entry)
     except read.PairError as error:
@@ -183,8 +173,7 @@ def _check_entry(
         return [check.noted(str(error), "error") for check in checks]
     if not entry.components:
         pga_g = max(map(peak_g, motion.components))
-        generated = {"format": "made", "dt_s": motion.dt_s, "npts": motion.npts, "pga_g": pga_g}
-        return [replace(check, **generated) for check in checks]
+        return [replace(generated, format="made", dt_s=motion.dt_s, npts=motion.npts, pga_g=pga_g)]
     messages = {text for check in checks for text in check.messages}
     names = [path.name for path, _ in reversed(entry.components)]
     for text in motion.messages:

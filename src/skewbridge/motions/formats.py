@@ -481,12 +481,9 @@ def _read_cosmos(lines: list[str], path: Path, stated: Stated) -> Trace:
             names = _COSMOS_CHANNEL.findall("\n".join(lines[title:row]))
             texts = [compass, *(text for pair in names for text in pair if text)]
             direction = next(filter(_VERTICAL.search, texts), compass or texts[-1])
-            sizes, event, station = (
-                (npts, dt_s, match["layout"]),
-                lines[title + 1],
-                lines[title + 4],
-            )
-            blocks.append(_Block(row + 1, *sizes, unit, event, station, direction))
+            event, station = lines[title + 1], lines[title + 4]
+            head = (npts, dt_s, match["layout"], unit, event, station, direction)
+            blocks.append(_Block(row + 1, *head))
     if not blocks:
         raise fault_in(path, unread)
     return _trace_of_block(blocks, lines, path, stated, format="cosmos", is_calibrated=True)

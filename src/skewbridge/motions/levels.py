@@ -40,7 +40,6 @@ SHIPPED_FOLDER: Final = Path("motions")
 type Bands = tuple[tuple[float, float], ...]
 
 Level = Annotated[Number, Field(ge=1.0e-4, le=20.0)]
-ScaleFactor = Annotated[Number, Field(ge=1.0e-4, le=1.0e4)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
@@ -104,9 +103,7 @@ class MotionsConfig:
     stripes_g: tuple[Level, ...] = Field(
         default=(0.1, 0.2, 0.35, 0.55, 0.8, 1.1, 1.5), min_length=2, max_length=100
     )
-    """Sa_avg of the stripes, increasing"""
-    factor_limits: tuple[ScaleFactor, ScaleFactor] = Field(default=(0.25, 4.0))
-    """scale factors of stripes; motions that need others are left out"""
+    """increasing Sa_avg of the stripes; motions that need factors outside 0.25 to 4 are left out"""
     ida_demand: str = Field(default="column_drift_ratio")
     """demand of the ida search"""
     ida_threshold: Number = Field(default=0.025, gt=0.0, le=1.0e9)
@@ -123,7 +120,7 @@ class MotionsConfig:
 
     @model_validator(mode="after")
     def _levels_rise(self) -> Self:
-        for name in ("level_range_g", "stripes_g", "factor_limits"):
+        for name in ("level_range_g", "stripes_g"):
             values = getattr(self, name)
             if list(values) != sorted(set(values)):
                 raise ValueError(f"{name} must be in increasing order, got {list(values)}")

@@ -13,9 +13,8 @@ from skewbridge.errors import InputError
 from skewbridge.files.text import checked, read_bytes, read_yaml
 from skewbridge.motions import p695
 from skewbridge.motions.formats import DT_LIMITS_S, Stated, Trace, fault_in, trace_of
-from skewbridge.motions.intensity import peak_g
+from skewbridge.motions.intensity import orbit_rotd50, peak_g
 from skewbridge.motions.record import GroundMotion, Vector
-from skewbridge.motions.spectrum import orbit_rotd50
 from skewbridge.units import G_MPS2
 
 MAX_FILE_BYTES: Final = 64_000_000
@@ -218,18 +217,12 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
 
 
 class SupportRecord(BaseModel, extra="forbid", frozen=True):
-    """One record of a file of support motions, along x or y of the bridge.
+    """One record of a file of support motions, along x or y of the bridge."""
 
-    Attributes:
-        support: `left`, `right`, or `bent 1` and so on, from left to right.
-        record: File, relative to the file that names it.
-        factor: -1 for a record that is positive against the axis.
-    """
-
-    support: str
+    support: str  #: `left`, `right`, or `bent 1` and so on, from left to right
     direction: Literal["x", "y"]
-    record: Path
-    factor: float = 1.0
+    record: Path  #: file, relative to the file that names it
+    factor: float = 1.0  #: -1 for a record that is positive against the axis
 
 
 def read_support_motions(path: Path) -> dict[str, GroundMotion]:

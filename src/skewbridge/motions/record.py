@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from math import nan
 from typing import Final
 
 import numpy as np
@@ -24,36 +25,25 @@ class GroundMotion:
 
     Component 1 is applied along the bridge axis x (longitudinal) and component 2 along y
     (transverse) at incidence 0. The arrays, shape (npts,), are read-only. Unknown numbers of the
-    metadata are nan.
-
-    Attributes:
-        event: Name of the earthquake, or of the model for a synthetic motion.
-        distance_km: Closest distance to the rupture.
-        vs30_mps: Average shear-wave velocity of the upper 30 m.
-        azimuth_1_deg: Compass direction of component 1.
-        source: Licence and origin.
-        sha256: SHA-256 of the bytes of both component files, component 1 first.
-        messages: Messages of the reader.
-
-    Raises `InputError` for components of different length, a time step that is not positive, or a
-    value that is not finite.
+    metadata are nan. Raises `InputError` for components of different length, a time step that is
+    not positive, or a value that is not finite.
     """
 
     motion_id: str
     dt_s: float
     accel_1_mps2: Vector
     accel_2_mps2: Vector
-    event: str = ""
-    magnitude: float = float("nan")
-    distance_km: float = float("nan")
-    vs30_mps: float = float("nan")
+    event: str = ""  #: name of the earthquake, or of the model for a synthetic motion
+    magnitude: float = nan
+    distance_km: float = nan  #: closest distance to the rupture
+    vs30_mps: float = nan  #: average shear-wave velocity of the upper 30 m
     station: str = ""
-    azimuth_1_deg: float = float("nan")
-    azimuth_2_deg: float = float("nan")
-    source: str = ""
-    sha256: str = ""
+    azimuth_1_deg: float = nan  #: compass direction of component 1
+    azimuth_2_deg: float = nan
+    source: str = ""  #: licence and origin
+    sha256: str = ""  #: SHA-256 of the bytes of both component files, component 1 first
     files: tuple[str, ...] = ()
-    messages: tuple[str, ...] = ()
+    messages: tuple[str, ...] = ()  #: messages of the reader
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.dt_s) and self.dt_s > 0.0):

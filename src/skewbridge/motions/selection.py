@@ -1,7 +1,7 @@
 """Conditional spectra of a site, and selection of pairs whose spectra follow them.
 
 ln PSA has the mean and standard deviation of Boore et al. (2014) and the correlation of Baker and
-Jayaram (2008), see `synthesis.bssa14`. It is conditioned on its mean at the period of SA(T) (Baker
+Jayaram (2008), see `synthesis`. It is conditioned on its mean at the period of SA(T) (Baker
 2011, J. Struct. Eng. 137(3)) or the 20 periods of Sa_avg(T1) (Kohrangi et al. 2017, EESD 46(10)).
 Earthquakes are mixed by their contributions (Lin et al. 2013, BSSA 103(2A)).
 
@@ -34,12 +34,11 @@ from skewbridge.motions.folder import (
     read_index_table,
     write_index,
 )
+from skewbridge.motions.intensity import SPECTRUM_PERIODS_S, pair_psa, sa_avg_periods
 from skewbridge.motions.levels import FACTOR_LIMITS, Level
 from skewbridge.motions.record import Vector
-from skewbridge.motions.spectrum import SPECTRUM_PERIODS_S, pair_psa, sa_avg_periods
 from skewbridge.motions.suite import read_entries
-from skewbridge.motions.synthesis.bssa14 import baker_jayaram_correlation, bssa14
-from skewbridge.motions.synthesis.ddk18 import Scenario
+from skewbridge.motions.synthesis import Scenario, baker_jayaram_correlation, bssa14
 from skewbridge.units import G_MPS2
 
 BAND_POINTS: Final = 39  # every second one is a period of Sa_avg(T1)

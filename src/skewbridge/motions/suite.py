@@ -20,7 +20,6 @@ from skewbridge.motions import intensity, levels, p695
 from skewbridge.motions.folder import IndexEntry, files_below, list_motions
 from skewbridge.motions.read import files_digest, join_traces, read_trace, refuse_false_waho
 from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion, SuiteMotion
-from skewbridge.motions.spectrum import SPECTRUM_PERIODS_S, pair_psa
 from skewbridge.units import G_MPS2
 
 logger = logging.getLogger(__name__)
@@ -37,7 +36,7 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
         motion = replace(p695.read_record(suite, number), motion_id=entry.motion_id)
     elif number is not None:
         # Here: a suite of files does not need the stochastic model.
-        from skewbridge.motions.synthesis.generate import made_motion
+        from skewbridge.motions.synthesis import made_motion
 
         motion = replace(made_motion(number, suite), motion_id=entry.motion_id)
     else:
@@ -263,12 +262,11 @@ def folder_spectra(folder: Path) -> dict[str, Any]:
     ``rotd50_g`` has the shape (motions, ``periods_s``). If all motions belong to one synthetic
     scenario, ``model`` is the name, median in g and dispersion of BSSA14; otherwise it is None.
     """
-    from skewbridge.motions.synthesis.bssa14 import bssa14
-    from skewbridge.motions.synthesis.ddk18 import Scenario
+    from skewbridge.motions.synthesis import Scenario, bssa14
 
     motions = read_entries(list_motions(folder))
-    periods_s = np.array([period for period in SPECTRUM_PERIODS_S if 0.03 <= period <= 7.5])
-    psa = [pair_psa(*motion.components, motion.dt_s, periods_s).rotd50_mps2 for motion in motions]
+    periods_s = np.array([s for s in intensity.SPECTRUM_PERIODS_S if 0.03 <= s <= 7.5])
+    psa = [intensity.pair_psa(*m.components, m.dt_s, periods_s).rotd50_mps2 for m in motions]
     model = None
     scenarios = {(m.event, m.magnitude, m.distance_km, m.vs30_mps) for m in motions}
     # the files alone, without an index, do not state the magnitude

@@ -11,9 +11,14 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from skewbridge.files.tables import Floats
-from skewbridge.motions.intensity import arias_build_up, displacement, velocity
+from skewbridge.motions.intensity import (
+    arias_build_up,
+    component_psa,
+    displacement,
+    pair_psa,
+    velocity,
+)
 from skewbridge.motions.record import SuiteMotion
-from skewbridge.motions.spectrum import component_psa, pair_psa
 from skewbridge.report.appearance import STYLE, VARIANT_COLOURS, plain_log_ticks, shown_unit
 from skewbridge.units import G_MPS2, KN, MM, MN
 

@@ -235,7 +235,7 @@ def _write_motions(study: StudyConfig, medians_g: Sequence[float]) -> None:
     if motions.design == "cloud":
         designed = suite.assign(scale=1.0)
     elif motions.design == "stripes":
-        designed = striped(suite, motions.stripes_g, factor_limits=motions.factor_limits)
+        designed = striped(suite, motions.stripes_g)
     factors = designed["scale"]
     counts = len(suite), len(designed)
     logger.info("%d motions, %d rows, factors %.2f to %.2f", *counts, factors.min(), factors.max())

@@ -16,7 +16,7 @@ from skewbridge.errors import InputError
 from skewbridge.files.digests import PACKAGE
 from skewbridge.motions.folder import IndexEntry, read_index
 from skewbridge.motions.formats import Stated
-from skewbridge.motions.intensity import motion_measures
+from skewbridge.motions.intensity import motion_measures, orbit_rotd50
 from skewbridge.motions.levels import LEVEL_MEASURE, LEVEL_RANGE_G, block_factors
 from skewbridge.motions.read import (
     SURROGATE_FACTOR,
@@ -27,7 +27,6 @@ from skewbridge.motions.read import (
     read_motion,
 )
 from skewbridge.motions.record import GroundMotion
-from skewbridge.motions.spectrum import orbit_rotd50
 from skewbridge.motions.suite import read_entry
 from skewbridge.units import G_MPS2
 from skewbridge.variant.variant import Variant

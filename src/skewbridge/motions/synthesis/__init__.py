@@ -1,1 +1,0 @@
-"""Synthetic motions from a published stochastic model."""
