@@ -180,6 +180,8 @@ SCALE_POWERS: Final = {
     "im_d5_95_s": 0,
 }
 IM_COLUMNS: Final = tuple(SCALE_POWERS)
+# source: Housner (1952), spectrum intensity between 0.1 and 2.5 s
+HOUSNER_PERIODS_S: Final = np.linspace(0.1, 2.5, 121)
 TAPER_S: Final = 0.5
 QUIET_SHARE: Final = 1.0e-5  # share of the Arias intensity of both components, cut at each end
 
@@ -222,7 +224,7 @@ def scaled_measures(measures: dict[str, float], scale: float) -> dict[str, float
 
 
 def component_measures(accel_mps2: Vector, dt_s: float) -> dict[str, float]:
-    """Return the measures of one component: peaks, Arias intensity, CAV and durations."""
+    """Return the measures of one component: peaks, Arias, CAV, durations, Housner intensity."""
     build_up = arias_build_up(accel_mps2, dt_s)
     return {
         "pga_g": peak_g(accel_mps2),
@@ -232,6 +234,7 @@ def component_measures(accel_mps2: Vector, dt_s: float) -> dict[str, float]:
         "cav_mps": cav(accel_mps2, dt_s),
         "d5_75_s": significant_duration(build_up, dt_s, 0.05, 0.75),
         "d5_95_s": significant_duration(build_up, dt_s, 0.05, 0.95),
+        "housner_m": housner_intensity(accel_mps2, dt_s),
     }
 
 
@@ -317,6 +320,15 @@ def _index_of(shares: Vector, level: float) -> float:
         return 0.0
     step = shares[after] - shares[after - 1]
     return after - 1 + float((level - shares[after - 1]) / step)
+
+
+def housner_intensity(accel_mps2: Vector, dt_s: float) -> float:
+    """Return the integral of the 5 % pseudo-spectral velocity from 0.1 to 2.5 s, in m."""
+    psa_mps2 = component_psa(accel_mps2, dt_s, HOUSNER_PERIODS_S)
+    psv_mps = psa_mps2 * HOUSNER_PERIODS_S / (2.0 * np.pi)
+    from scipy.integrate import trapezoid
+
+    return float(trapezoid(psv_mps, HOUSNER_PERIODS_S))
 
 
 def strongest_part(motion: GroundMotion, shaking_s: float) -> GroundMotion:
