@@ -47,6 +47,7 @@ class LoadingOptions:
     motion: Annotated[tuple[Path, Path] | None, _PAIR] = None
     support_motions: Annotated[Path | None, _SUPPORTS] = None
     scale: Annotated[float, opt("Scale factor of both components.")] = 1.0
+    incidence_deg: Annotated[float, opt("Angle from bridge x to component 1.")] = 0.0
     scheme: Annotated[Literal["default", "paper"], opt("Integration scheme.")] = "default"
     accuracy: Annotated[Accuracy, opt("Numerical settings.")] = "default"
     dt_s: Annotated[float | None, opt("Time step in s; overrides the step of --accuracy.")] = None
@@ -133,7 +134,7 @@ def _task(case: VariantOptions, loading: LoadingOptions) -> "Task":
     return Task(
         variant=variant,
         motion=SuiteMotion(motion=motion, scale=scale, measures=measures),
-        incidence_deg=0.0,
+        incidence_deg=loading.incidence_deg,
         settings=settings,
         options=options,
         supports=supports,
@@ -222,7 +223,7 @@ def doctor() -> Answer:
 def verify(
     names: Annotated[list[str] | None, arg("Studies; by default all.", "[NAME...]")] = None,
     out: Annotated[Path | None, opt("Folder for tables and figures.")] = None,
-    records: Annotated[Path | None, opt("Folder of recorded events, for `painter`.", "DIR")] = None,
+    records: Annotated[Path | None, opt("Folder of one or more recorded events (`painter`).", "DIR")] = None,
 ) -> Answer:
     """Repeat the studies of the paper and compare with their references.
 
