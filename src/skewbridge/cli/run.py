@@ -223,7 +223,9 @@ def doctor() -> Answer:
 def verify(
     names: Annotated[list[str] | None, arg("Studies; by default all.", "[NAME...]")] = None,
     out: Annotated[Path | None, opt("Folder for tables and figures.")] = None,
-    records: Annotated[Path | None, opt("Folder of one or more recorded events (`painter`).", "DIR")] = None,
+    records: Annotated[
+        Path | None, opt("Folder of one or more recorded events (`painter`).", "DIR")
+    ] = None,
 ) -> Answer:
     """Repeat the studies of the paper and compare with their references.
 
