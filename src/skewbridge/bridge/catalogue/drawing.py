@@ -152,9 +152,8 @@ def end_reaction_kn(bridge: BridgeData, *_: object) -> float:
     """Return the larger dead-load reaction of the deck at its seats, or without one at its ends."""
     from skewbridge.bridge.weights import deck_reactions_n
 
-    ends_n = dict(
-        zip(("left", "right"), deck_reactions_n(bridge)[:: len(bridge.spans_m)], strict=True)
-    )
+    reactions_n = deck_reactions_n(bridge)
+    ends_n: dict[str, float] = {"left": reactions_n[0], "right": reactions_n[-1]}
     return max(ends_n[name] for name in bridge.seats or ends_n) / KN
 
 
