@@ -211,6 +211,10 @@ def test_the_gap_of_the_file_of_a_bridge_is_the_one_that_is_printed(tmp_path: Pa
     note = "40 mm at the left end, 40 mm at the right end; gap_mm has no effect"
     assert note in one_line(shown)
     assert "gap" not in one_line(invoke("bridge", "model", "--out", tmp_path))
+    ends = "abutments: {left: {type: integral}, right: {type: fixed}}"
+    (tmp_path / "stiff.yaml").write_text(f"{{extends: osb1, title: stiff, {ends}}}")
+    shown = invoke("bridge", "model", "--bridge", tmp_path / "stiff.yaml", "--out", tmp_path)
+    assert "gap_mm and friction have no effect" in one_line(shown)
     lengths = {"seat_m": [0.325], "seat_m_low": [0.225], "hazus_m": [0.425]}
     table = pd.DataFrame({"skew_deg": [30.0], "gap_mm": [25.0], "sdc_demand_m": [0.9]} | lengths)
     (row,) = with_codes(Decision(table, 1e-3, {}, 0.95), str(path)).table.to_dict("records")

@@ -142,6 +142,13 @@ def test_girders_on_joints_are_completed_and_vibrate_as_simple_spans(tmp_path) -
     assert own.damping.short_period_s == pytest.approx(vertical_s, rel=0.05)
 
 
+def test_a_period_that_the_model_does_not_give_names_its_cause(tmp_path) -> None:
+    hinge = {"from_left_m": 60, "ledge": "right", "seat_width_m": 0.6, "pads": PADS}
+    own = written(tmp_path, ("base", "fixed"), ("joints", [hinge]))
+    with pytest.raises(InputError, match=r"long_period_s: .* no equilibrium under dead load"):
+        load_bridge(own)
+
+
 def test_wrong_numbers_are_reported_without_what_follows_from_them(tmp_path) -> None:
     for changes, message in (
         ([("deck.width_m", 14300)], "deck.width_m: must be less than or equal to 1000, got 14300"),

@@ -492,13 +492,12 @@ def _joint_force_n(
         return _force_n(abutment.ground_elements, trace) + (0.0 if abutment.links else nan)
     total = pads_n.copy()
     units = (*abutment.wall_units, *abutment.key_units)
-    if model.contacts is not None and units:
-        for index in units:
-            unit = model.contacts.units[index]
-            total -= np.outer(trace.normals_n[:, index], unit.normal[:2])
-            for k, tangent in enumerate(unit.tangents):
-                total += np.outer(trace.tangentials_n[:, index, k], tangent[:2])
-        return total
-    for spring in abutment.springs:
+    contacts = model.contacts.units if model.contacts else ()
+    for index in units:
+        unit = contacts[index]
+        total -= np.outer(trace.normals_n[:, index], unit.normal[:2])
+        for k, tangent in enumerate(unit.tangents):
+            total += np.outer(trace.tangentials_n[:, index, k], tangent[:2])
+    for spring in () if units else abutment.springs:
         total += np.outer(trace.spring_force(spring), spring.direction)
     return total

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import pairwise, takewhile
-from math import hypot, inf, nan, sqrt
+from math import asin, degrees, hypot, inf, nan, sqrt
 from pathlib import Path
 from statistics import fmean
 from typing import Any, Final
@@ -208,12 +208,13 @@ def _need(condition: bool, message: str) -> None:
 def _axes_checked() -> Generator[None]:
     """Refuse beams without local axes until the exit; OpenSees would end the process silently."""
     vectors: dict[Any, tuple[np.ndarray, np.ndarray]] = {}
+    commands = ops.geomTransf, ops.element
 
     def transformation(kind: str, tag: int, *values: Any) -> None:
         numbers = [value for value in values if not isinstance(value, str)]
         offsets = numbers[3:9] if "-jntOffset" in values else [0.0] * 6
-        vectors[tag] = np.array(numbers[:3]), np.diff(np.reshape(offsets, (2, 3)), axis=0)[0]
-        commands["geomTransf"](kind, tag, *values)
+        vectors[tag] = np.array(numbers[:3]), np.subtract(offsets[3:], offsets[:3])
+        commands[0](kind, tag, *values)
 
     def element(kind: str, tag: int, *values: Any) -> None:
         numbers = list(takewhile(lambda value: not isinstance(value, str), values))
@@ -221,29 +222,31 @@ def _axes_checked() -> Generator[None]:
         if kind == "elasticBeamColumn" and len(numbers) <= place:
             place = 3  # its section comes first
         if place < len(numbers) and numbers[place] in vectors:
-            vector, offset = vectors[numbers[place]]
-            first, second = (np.array(ops.nodeCoord(node)) for node in values[:2])
-            axis = second - first + offset
-            lengths = np.linalg.norm(axis) * np.linalg.norm(vector)
-            _need(lengths > 0.0, f"element {tag} or the vector of its geomTransf has no length")
-            angle = np.degrees(
-                np.arcsin(min(np.linalg.norm(np.cross(axis, vector)) / lengths, 1.0))
-            )
-            _need(
-                angle >= _LEAST_ANGLE_DEG,
-                f"geomTransf {numbers[place]}: its vector {vector.tolist()} must be at least "
-                f"{_LEAST_ANGLE_DEG:g} degrees off the axis {axis.tolist()} of element {tag}, got "
-                f"{angle:.2g}",
-            )
-        commands["element"](kind, tag, *values)
+            _check_axes(tag, values[:2], numbers[place], *vectors[numbers[place]])
+        commands[1](kind, tag, *values)
 
-    replaced = {"geomTransf": transformation, "element": element}
-    commands = {name: getattr(ops, name) for name in replaced}
+    ops.geomTransf, ops.element = transformation, element
     try:
-        vars(ops).update(replaced)
         yield
     finally:
-        vars(ops).update(commands)
+        ops.geomTransf, ops.element = commands
+
+
+def _check_axes(
+    element: int, nodes: Sequence[int], transformation: int, vector: np.ndarray, offset: np.ndarray
+) -> None:
+    first, second = map(np.array, map(ops.nodeCoord, nodes))
+    axis = second - first + offset
+    lengths = float(np.linalg.norm(axis) * np.linalg.norm(vector))
+    _need(lengths > 0.0, f"element {element} or the vector of its geomTransf has no length")
+    sine = float(np.linalg.norm(np.cross(axis, vector))) / lengths
+    angle_deg = degrees(asin(min(sine, 1.0)))
+    _need(
+        angle_deg >= _LEAST_ANGLE_DEG,
+        f"geomTransf {transformation}: its vector {vector.tolist()} must be at least "
+        f"{_LEAST_ANGLE_DEG:g} degrees off the axis {axis.tolist()} of element {element}, got "
+        f"{angle_deg:.2g}",
+    )
 
 
 class _Reader:

@@ -409,10 +409,12 @@ def _require_options(bridge: str, names: Mapping[str, Any]) -> None:
 
 
 def gap_notes(bridge: str) -> list[str]:
-    """Return a note on the gaps in the file of a bridge, which replace that of the variant."""
+    """Return a note if gaps in the file of a bridge replace that of the variant, or it has none."""
     from skewbridge.bridge.library import load_structure
 
     about = load_structure(bridge).description
+    if not about.seats_m:
+        return ["gap_mm and friction have no effect: the bridge has no seats and no joints"]
     own = ", ".join(f"{gap_mm:g} mm at {place}" for place, gap_mm in about.own_gaps_mm.items())
     other_joints = "is that of the other joints" if about.takes_gap else "has no effect"
     return [f"gap by the file of the bridge: {own}; gap_mm {other_joints}"] if own else []

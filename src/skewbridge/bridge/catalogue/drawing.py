@@ -5,6 +5,7 @@ A formula uses keys of the bridge file, intermediate results and the functions o
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
 from importlib import import_module
 from itertools import product
 from math import isfinite, pi, sqrt
@@ -151,9 +152,8 @@ def end_reaction_kn(bridge: BridgeData, *_: object) -> float:
     """Return the larger dead-load reaction of the deck at its seats, or without one at its ends."""
     from skewbridge.bridge.weights import deck_reactions_n
 
-    ends_n = dict(
-        zip(("left", "right"), deck_reactions_n(bridge)[:: len(bridge.spans_m)], strict=True)
-    )
+    reactions_n = deck_reactions_n(bridge)
+    ends_n: dict[str, float] = {"left": reactions_n[0], "right": reactions_n[-1]}
     return max(ends_n[name] for name in bridge.seats or ends_n) / KN
 
 
@@ -176,6 +176,10 @@ _FUNCTIONS: Final[dict[str, Any]] = {
 _NAMES: Final = re.compile(r"'[^']*'|(?<![\w.])[a-z]\w*(?:\.(?:\*|[a-z]\w*))*(?![\w(])")
 
 
+#: Errors of a formula whose numbers do not fit together.
+_FAULTS: Final = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
+
+
 class Formula:
     """Formula of numbers; ``needs`` are the keys that it uses."""
 
@@ -192,11 +196,14 @@ class Formula:
         values = [lookup(key) for key in self.needs]
         if not all(map(_is_usable, values)):
             return None
-        try:
-            with np.errstate(all="raise", under="ignore"):
-                return self._of(values)
-        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
-            return None
+        with suppress(*_FAULTS):
+            return self.result(values)
+        return None
+
+    def result(self, values: list[Any]) -> Any:
+        """Return the value for values of its keys, or raise one of `_FAULTS`."""
+        with np.errstate(all="raise", under="ignore"):
+            return self._of(values)
 
 
 def _is_usable(value: Any) -> bool:
@@ -371,10 +378,11 @@ def completed(tree: dict[str, Any], path: Path) -> Completed:
     except InputError as error:
         raise _explained(error, {**drawn, **derived}) from None
     for key, rule in after_others.items():
-        value = rule.formula.value({"bridge": bridge}.get)
-        if value is None:
-            text = "cannot be computed from the other numbers; check them or write it"
-            raise InputError(f"{path.name}: {key}: {text}", file=path.name)
+        try:
+            value = rule.formula.result([bridge])
+        except _FAULTS as error:
+            text = f"cannot be computed from the other numbers ({error}); check them or write it"
+            raise InputError(f"{path.name}: {key}: {text}", file=path.name) from None
         _put(tree, key, _rounded(value, 4))
         bridge = checked(BridgeData, tree, where)
     return Completed(bridge, drawn, derived)
