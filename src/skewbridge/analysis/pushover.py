@@ -1,15 +1,24 @@
-"""Static pushover of a bridge, or of one abutment with the deck end that it supports."""
+"""Static pushover of a bridge, or of one abutment with the deck end that it supports.
+
+Bridges with friction are pushed by a lever, which gives every mass its share of the force and whose
+driver moves by the mean displacement of the masses. `DisplacementControl` of OpenSees would predict
+each retry from the tangents of the failed step, in which pads and contacts may be open, and never
+recover.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module
 from math import cos, radians, sin
 from os import devnull
+from typing import Any, Final
 
 import numpy as np
 import openseespy.opensees as ops
 
 from skewbridge.analysis.trace import Series
 from skewbridge.bridge.assembly import open_linear_pattern
+from skewbridge.bridge.frame import BridgeModel
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import build, build_abutment, domain
 from skewbridge.bridge.plan import PlanVector
@@ -31,6 +40,23 @@ _MAX_STEPS = 100_000
 # Displacements are read on the pushed side of this spring, so it does not soften the curve.
 _GUIDE_N_PER_M = 1.0e12
 
+# --- pushes by a lever
+_LEVER_ALGORITHMS: Final = (("KrylovNewton",), ("NewtonLineSearch",), ("Newton",))
+#: Largest unbalanced force or moment of a step (N, N m).
+_UNBALANCED: Final = 1.0
+# Penalties (N/m) of supports and lever: at 10 MN, a support yields by 0.01 um. The lever yields by
+# 10 um, which does not matter, because displacements are read at the mass centre.
+_PENALTIES: Final = (1.0e15, 1.0e12)
+#: Largest difference of force and reactions / force, and steps without displacement to reach it.
+_IMBALANCE: Final = 1.0e-6
+_CORRECTIONS: Final = 4
+# Steps are halved at most this often where contacts change or the friction error is above the first
+# value; they are doubled if it is below the second value.
+_CONTACT_HALVINGS: Final = 6
+_FRICTION_ERRORS: Final = 0.015, 0.003
+_ROUNDING: Final = 1.0e-12
+_MOST_PARTS: Final = 50  # mean number of parts of a step above which a push ends
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PushCurve:
@@ -39,6 +65,8 @@ class PushCurve:
     disp_m: Series
     force_n: Series
     is_complete: bool  # the target was reached
+    #: largest difference of the base shear from the applied force / largest base shear
+    imbalance: float = 0.0
 
     @property
     def peak_n(self) -> float:
@@ -68,7 +96,28 @@ def push_bridge(
 
     Returns base shear and displacement of the mass centre along the push.
     """
-    direction = _direction(angle_deg, max_disp_m, steps)
+    push = variant.normalised(), options, _direction(angle_deg, max_disp_m, steps)
+    if variant.normalised().friction == 0.0:
+        curve = _push_mass_centre(*push, max_disp_m, steps)
+        if curve.is_complete or not variant.traits.has_contacts:
+            return curve
+    # OpenSees keeps the equation of the lever when the domain is wiped, hence the own process
+    loky: Any = import_module("joblib.externals.loky")  # by name, because it is untyped
+    process = loky.ProcessPoolExecutor(max_workers=1)
+    try:
+        return process.submit(_push_by_lever, *push, max_disp_m, steps).result()
+    finally:
+        process.shutdown(kill_workers=True)  # no message of OpenSees at its exit
+
+
+def _push_mass_centre(
+    variant: Variant,
+    options: ModelOptions,
+    direction: PlanVector,
+    max_disp_m: float,
+    steps: int,
+) -> PushCurve:
+    """Push a bridge by the displacement of its mass centre."""
     with domain():
         model = build(variant, options)
         open_linear_pattern(model.tags)
@@ -85,6 +134,120 @@ def push_bridge(
         control = int(abs(direction[0]) < abs(direction[1]))  # the larger component
         integrator = ("DisplacementControl", model.frame.centre_node, control + 1)
         return _march(model.contacts, max_disp_m * direction[control], steps, read, integrator)
+
+
+class _Lever:
+    """Lever that pushes the masses of a bridge; its driver moves one metre per unit of time."""
+
+    def __init__(self, model: BridgeModel, direction: PlanVector) -> None:
+        masses = model.frame.loads.masses_kg
+        self._masses, self._centre, self._direction = [*masses], model.frame.centre_node, direction
+        self._supports = [node for node in ops.getNodeTags() if ops.getFixedDOFs(node)]
+        driver, total = grounded_node(ops.nodeCoord(self._centre), model.tags), sum(masses.values())
+        terms = [
+            (node, dof, mass / total * component)
+            for node, mass in masses.items()
+            for dof, component in enumerate(direction, start=1)
+            if abs(component) > _ROUNDING  # OpenSees refuses zero
+        ]
+        # the driver moves by the mean, so the force on each mass is in proportion to it
+        ops.equationConstraint(driver, 1, -1.0, *(value for term in terms for value in term))
+        open_linear_pattern(model.tags)
+        ops.remove("sp", driver, 1)
+        ops.sp(driver, 1, 1.0)
+        self._start = self._values()
+
+    def read(self) -> tuple[float, float, float]:
+        """Return displacement of the mass centre (m), base shear and applied force (N)."""
+        disp_m, base_n, applied_n = np.subtract(self._values(), self._start).tolist()
+        return disp_m, base_n, applied_n
+
+    def _values(self) -> tuple[float, float, float]:
+        ops.reactions()
+        base_n = applied_n = 0.0
+        for dof, component in enumerate(self._direction, start=1):
+            for node in self._supports:
+                if dof in ops.getFixedDOFs(node):
+                    base_n -= component * ops.nodeReaction(node, dof)
+            for node in self._masses:
+                applied_n += component * ops.nodeReaction(node, dof)
+        return _along(self._centre, self._direction), base_n, applied_n
+
+
+def _push_by_lever(
+    variant: Variant,
+    options: ModelOptions,
+    direction: PlanVector,
+    max_disp_m: float,
+    steps: int,
+) -> PushCurve:
+    """Push a bridge with contacts by a lever, with shorter steps where contacts change."""
+    with domain():
+        model = build(variant, options)
+        contacts, lever = model.contacts, _Lever(model, direction)
+        assert contacts is not None
+        ops.logFile(devnull, "-noEcho")
+        ops.constraints("Penalty", *_PENALTIES)
+        ops.numberer("RCM")
+        ops.system("UmfPack")
+        ops.test("NormUnbalance", _UNBALANCED, _MAX_ITERATIONS // 2)
+        ops.algorithm(*_LEVER_ALGORITHMS[0])
+        ops.integrator("LoadControl", max_disp_m / steps)
+        ops.analysis("Static", "-noWarnings")
+        rows = [(0.0, 0.0, 0.0)]
+        longest_m = size_m = max_disp_m / steps
+        shortest_m = longest_m / 2**_CONTACT_HALVINGS
+        remaining_m = max_disp_m
+        while remaining_m > _IMBALANCE * max_disp_m and len(rows) < _MOST_PARTS * steps:
+            share_m = min(size_m, remaining_m)
+            if contacts.time_to_change_s() < share_m:  # end the step where a contact changes
+                share_m = max(contacts.time_to_change_s(), min(shortest_m, remaining_m))
+            contacts.prepare(share_m)
+            if not _lever_moves(share_m):
+                size_m = 0.5 * share_m
+                if size_m < longest_m / 2**_MAX_HALVINGS:
+                    break
+                continue
+            row = _balanced(lever)
+            try:
+                changed = contacts.after_step(share_m)
+            except ContactError:  # a mechanism: displacements are too large for double precision
+                break
+            rows.append(row)
+            remaining_m = max_disp_m - row[0]
+            if changed:
+                size_m = shortest_m
+            elif contacts.friction_error > _FRICTION_ERRORS[0]:
+                size_m = max(0.5 * share_m, shortest_m)
+            elif contacts.friction_error < _FRICTION_ERRORS[1]:
+                size_m = min(2.0 * size_m, longest_m)
+    disp_m, base_n, applied_n = np.array(rows).T
+    return PushCurve(
+        disp_m=disp_m,
+        force_n=base_n,
+        is_complete=remaining_m <= _IMBALANCE * max_disp_m,
+        imbalance=float(np.abs(applied_n - base_n).max() / np.abs(base_n).max()),
+    )
+
+
+def _balanced(lever: _Lever) -> tuple[float, float, float]:
+    """Return displacement and forces, after corrections if an algorithm stopped out of balance."""
+    row = lever.read()
+    for _ in range(_CORRECTIONS):
+        if abs(row[2] - row[1]) < 0.1 * _IMBALANCE * abs(row[1]) or not _lever_moves(0.0):
+            break
+        row = lever.read()
+    return row
+
+
+def _lever_moves(increment_m: float) -> bool:
+    for algorithm in _LEVER_ALGORITHMS:
+        ops.algorithm(*algorithm)
+        ops.integrator("LoadControl", increment_m)
+        if ops.analyze(1) == 0:
+            return True
+        ops.domainChange()  # discard the state that a failed step left in the equations
+    return False
 
 
 def push_abutment(
