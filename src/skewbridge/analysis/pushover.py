@@ -24,7 +24,7 @@ from skewbridge.bridge.model import build, build_abutment, domain
 from skewbridge.bridge.plan import PlanVector
 from skewbridge.bridge.springs import elastic_material, grounded_node
 from skewbridge.contact import ContactSet
-from skewbridge.contact.element import ContactError
+from skewbridge.contact.element import ContactError, uniaxial
 from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
@@ -54,6 +54,13 @@ _CORRECTIONS: Final = 4
 # value; they are doubled if it is below the second value.
 _CONTACT_HALVINGS: Final = 6
 _FRICTION_ERRORS: Final = 0.015, 0.003
+# Stiffness of the brake / mass (1/s2): first values, least value and factor of its release. Walls
+# and keys, which have no mass, have a share of the mass of the bridge.
+_BRAKES: Final = (1.0e2, 1.0e4, 1.0e6)
+_LEAST_BRAKE: Final = 1.0e-2
+_SOFTER: Final = 8.0
+_RELEASES: Final = 100
+_LIGHT: Final = 0.01
 _ROUNDING: Final = 1.0e-12
 _MOST_PARTS: Final = 50  # mean number of parts of a step above which a push ends
 
@@ -174,6 +181,58 @@ class _Lever:
         return _along(self._centre, self._direction), base_n, applied_n
 
 
+class _Brake:
+    """Springs that hold masses, walls and keys near their last positions while a state jumps.
+
+    The model then creeps, as if it were slow in a viscous fluid, to its next equilibrium.
+    """
+
+    def __init__(self, model: BridgeModel) -> None:
+        masses, tags = model.frame.loads.masses_kg, model.tags
+        light = _LIGHT * sum(masses.values())
+        plane = [node for node in ops.getNodeTags() if ops.getFixedDOFs(node) == [3, 4, 5, 6]]
+        self._springs: list[tuple[float, int]] = []  # kg, parameter of the stiffness
+        self._offsets: list[tuple[int, int, float, int]] = []  # node, dof, start, parameter
+        for node, mass_kg in {**masses, **dict.fromkeys(plane, light)}.items():
+            ground, element = grounded_node(ops.nodeCoord(node), tags), tags.element()
+            spring = uniaxial(tags, "Elastic", 0.0)
+            materials = [uniaxial(tags, "InitStrainMaterial", spring, 0.0) for _ in range(2)]
+            ops.element("zeroLength", element, ground, node, "-mat", *materials, "-dir", 1, 2)
+            stiffness = tags.parameter()
+            ops.parameter(stiffness, "element", element, "material", 1, "E")
+            ops.addToParameter(stiffness, "element", element, "material", 2, "E")
+            self._springs.append((mass_kg, stiffness))
+            for dof in (1, 2):
+                offset = tags.parameter()
+                ops.parameter(offset, "element", element, "material", dof, "epsInit")
+                # OpenSees measures deformation from creation
+                self._offsets.append((node, dof, float(ops.nodeDisp(node, dof)), offset))
+
+    def creeps(self, increment_m: float, contacts: ContactSet) -> bool:
+        """Move the lever with the brake, then release it; return whether there is equilibrium."""
+        squares = iter(_BRAKES)
+        square = next(squares)
+        contacts.start_from_rest()
+        while not self._moves(square, increment_m):
+            if (square := next(squares, 0.0)) == 0.0:
+                return False
+        for _ in range(_RELEASES):
+            contacts.start_from_rest()
+            if square == 0.0:
+                return True
+            square = square / _SOFTER if square > _LEAST_BRAKE else 0.0
+            if not self._moves(square, 0.0):
+                square = max(square, _LEAST_BRAKE) * _SOFTER**2
+        return False
+
+    def _moves(self, square: float, increment_m: float) -> bool:
+        for node, dof, start_m, offset in self._offsets:
+            ops.updateParameter(offset, start_m - float(ops.nodeDisp(node, dof)))
+        for mass_kg, stiffness in self._springs:
+            ops.updateParameter(stiffness, square * mass_kg)
+        return _lever_moves(increment_m)
+
+
 def _push_by_lever(
     variant: Variant,
     options: ModelOptions,
@@ -184,7 +243,7 @@ def _push_by_lever(
     """Push a bridge with contacts by a lever, with shorter steps where contacts change."""
     with domain():
         model = build(variant, options)
-        contacts, lever = model.contacts, _Lever(model, direction)
+        contacts, lever, brake = model.contacts, _Lever(model, direction), _Brake(model)
         assert contacts is not None
         ops.logFile(devnull, "-noEcho")
         ops.constraints("Penalty", *_PENALTIES)
@@ -203,15 +262,18 @@ def _push_by_lever(
             if contacts.time_to_change_s() < share_m:  # end the step where a contact changes
                 share_m = max(contacts.time_to_change_s(), min(shortest_m, remaining_m))
             contacts.prepare(share_m)
-            if not _lever_moves(share_m):
-                size_m = 0.5 * share_m
-                if size_m < longest_m / 2**_MAX_HALVINGS:
+            if _lever_moves(share_m):
+                row = _balanced(lever)
+                try:
+                    changed = contacts.after_step(share_m)
+                except ContactError:  # a mechanism: displacements too large for double precision
                     break
+            elif share_m > shortest_m:
+                size_m = 0.5 * share_m
                 continue
-            row = _balanced(lever)
-            try:
-                changed = contacts.after_step(share_m)
-            except ContactError:  # a mechanism: displacements are too large for double precision
+            elif changed := brake.creeps(share_m, contacts):
+                row = _balanced(lever)
+            else:
                 break
             rows.append(row)
             remaining_m = max_disp_m - row[0]
