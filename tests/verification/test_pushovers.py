@@ -47,9 +47,9 @@ def slow_ramp(variant: Variant, dof: int, force_n: float) -> tuple[np.ndarray, n
     return disp_m, forces_n
 
 
-@pytest.mark.parametrize(("skew_deg", "friction", "dof"), [(30.0, 0.5, 1), (60.0, 0.2, 2)])
-def test_a_push_with_friction_agrees_with_a_slow_ramp(skew_deg, friction, dof) -> None:
-    values = {"skew_deg": skew_deg, "gap_mm": 25.0, "friction": friction}
+@pytest.mark.parametrize(("skew_deg", "dof"), [(30.0, 1), (60.0, 2)])
+def test_a_push_with_friction_agrees_with_a_slow_ramp(skew_deg, dof) -> None:
+    values = {"skew_deg": skew_deg, "gap_mm": 25.0, "friction": 0.5}
     variant = Variant.at("osb1", "contact_friction", values)
     push = {"angle_deg": 90.0 * (dof - 1), "max_disp_m": 0.06, "steps": 80}
     curve = push_bridge(variant, OPTIONS, **push)
@@ -61,8 +61,8 @@ def test_a_push_with_friction_agrees_with_a_slow_ramp(skew_deg, friction, dof) -
     compared_m = np.linspace(0.01, 0.95 * disp_m[-1], 20)
     expected_n = np.interp(compared_m, disp_m, forces_n)
     np.testing.assert_allclose(np.interp(compared_m, curve.disp_m, curve.force_n), expected_n, 0.02)
-    # friction matters: without it, the same push needs another force
-    smooth = Variant.at("osb1", "contact_friction", values | {"friction": 0.0})
-    without_n = push_bridge(smooth, OPTIONS, **push)
-    last_n = np.interp(compared_m[-1], without_n.disp_m, without_n.force_n)
-    assert abs(last_n / expected_n[-1] - 1.0) > 0.04
+    if dof == 1:  # friction matters: without it, the force is far smaller
+        smooth = Variant.at("osb1", "contact_friction", values | {"friction": 0.0})
+        without = push_bridge(smooth, OPTIONS, **push)
+        last_n = np.interp(compared_m[-1], without.disp_m, without.force_n)
+        assert last_n < 0.92 * expected_n[-1]

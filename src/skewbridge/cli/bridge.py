@@ -206,11 +206,7 @@ def _pushed(pushed: "Callable[..., PushCurve]", case: VariantOptions, push: Push
         ladder_figure(curves, title=title).savefig(push.out / "ladder.png", dpi=150)
     answer = {"pushes": pushes} if is_ladder else pushes[0]
     is_done = all(row["is_complete"] for row in pushes)
-    notes = (
-        []
-        if is_done
-        else ["a push stopped at last_disp_m: the solution did not converge beyond it"]
-    )
+    notes = [] if is_done else ["a push stopped at last_disp_m: no equilibrium was found beyond it"]
     return Answer(answer, None, push.units, notes, 0 if is_done else EXIT_FAILED)
 
 
