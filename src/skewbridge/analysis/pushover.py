@@ -48,7 +48,7 @@ _UNBALANCED: Final = 1.0
 # 10 um, which does not matter, because displacements are read at the mass centre.
 _PENALTIES: Final = (1.0e15, 1.0e12)
 #: Largest difference of force and reactions / force, and steps without displacement to reach it.
-_IMBALANCE: Final = 1.0e-6
+_IMBALANCE: Final = 5.0e-7
 _CORRECTIONS: Final = 4
 # Steps are halved at most this often where contacts change or the friction error is above the first
 # value; they are doubled if it is below the second value.
@@ -257,7 +257,9 @@ def _push_by_lever(
         longest_m = size_m = max_disp_m / steps
         shortest_m = longest_m / 2**_CONTACT_HALVINGS
         remaining_m = max_disp_m
-        while remaining_m > _IMBALANCE * max_disp_m and len(rows) < _MOST_PARTS * steps:
+        for _ in range(_MOST_PARTS * steps):
+            if remaining_m <= _IMBALANCE * max_disp_m:
+                break
             share_m = min(size_m, remaining_m)
             if contacts.time_to_change_s() < share_m:  # end the step where a contact changes
                 share_m = max(contacts.time_to_change_s(), min(shortest_m, remaining_m))
@@ -275,8 +277,9 @@ def _push_by_lever(
                 row = _balanced(lever)
             else:
                 break
-            rows.append(row)
-            remaining_m = max_disp_m - row[0]
+            if _is_balanced(row):  # otherwise the next step starts from here, without a row
+                rows.append(row)
+                remaining_m = max_disp_m - row[0]
             if changed:
                 size_m = shortest_m
             elif contacts.friction_error > _FRICTION_ERRORS[0]:
@@ -296,10 +299,15 @@ def _balanced(lever: _Lever) -> tuple[float, float, float]:
     """Return displacement and forces, after corrections if an algorithm stopped out of balance."""
     row = lever.read()
     for _ in range(_CORRECTIONS):
-        if abs(row[2] - row[1]) < 0.1 * _IMBALANCE * abs(row[1]) or not _lever_moves(0.0):
+        if _is_balanced(row) or not _lever_moves(0.0):
             break
         row = lever.read()
     return row
+
+
+def _is_balanced(row: tuple[float, float, float]) -> bool:
+    _, base_n, applied_n = row
+    return abs(applied_n - base_n) <= max(_IMBALANCE * abs(base_n), _UNBALANCED)
 
 
 def _lever_moves(increment_m: float) -> bool:
