@@ -1,21 +1,30 @@
-"""Static pushover of a bridge, or of one abutment with the deck end that it supports."""
+"""Static pushover of a bridge, or of one abutment with the deck end that it supports.
+
+Bridges with friction are pushed by a lever, which gives every mass its share of the force and whose
+driver moves by the mean displacement of the masses. `DisplacementControl` of OpenSees would predict
+each retry from the tangents of the failed step, in which pads and contacts may be open, and never
+recover.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module
 from math import cos, radians, sin
 from os import devnull
+from typing import Any, Final
 
 import numpy as np
 import openseespy.opensees as ops
 
 from skewbridge.analysis.trace import Series
 from skewbridge.bridge.assembly import open_linear_pattern
+from skewbridge.bridge.frame import BridgeModel
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import build, build_abutment, domain
 from skewbridge.bridge.plan import PlanVector
 from skewbridge.bridge.springs import elastic_material, grounded_node
 from skewbridge.contact import ContactSet
-from skewbridge.contact.element import ContactError
+from skewbridge.contact.element import ContactError, uniaxial
 from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
@@ -31,6 +40,30 @@ _MAX_STEPS = 100_000
 # Displacements are read on the pushed side of this spring, so it does not soften the curve.
 _GUIDE_N_PER_M = 1.0e12
 
+# --- pushes by a lever
+_LEVER_ALGORITHMS: Final = (("KrylovNewton",), ("NewtonLineSearch",), ("Newton",))
+#: Largest unbalanced force or moment of a step (N, N m).
+_UNBALANCED: Final = 1.0
+# Penalties (N/m) of supports and lever: at 10 MN, a support yields by 0.01 um. The lever yields by
+# 10 um, which does not matter, because displacements are read at the mass centre.
+_PENALTIES: Final = (1.0e15, 1.0e12)
+#: Largest difference of force and reactions / force, and steps without displacement to reach it.
+_IMBALANCE: Final = 5.0e-7
+_CORRECTIONS: Final = 4
+# Steps are halved at most this often where contacts change or the friction error is above the first
+# value; they are doubled if it is below the second value.
+_CONTACT_HALVINGS: Final = 6
+_FRICTION_ERRORS: Final = 0.015, 0.003
+# Stiffness of the brake / mass (1/s2): first values, least value and factor of its release. Walls
+# and keys, which have no mass, have a share of the mass of the bridge.
+_BRAKES: Final = (1.0e2, 1.0e4, 1.0e6)
+_LEAST_BRAKE: Final = 1.0e-2
+_SOFTER: Final = 8.0
+_RELEASES: Final = 100
+_LIGHT: Final = 0.01
+_ROUNDING: Final = 1.0e-12
+_MOST_PARTS: Final = 50  # mean number of parts of a step above which a push ends
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PushCurve:
@@ -39,6 +72,8 @@ class PushCurve:
     disp_m: Series
     force_n: Series
     is_complete: bool  # the target was reached
+    #: largest difference of the base shear from the applied force / largest base shear
+    imbalance: float = 0.0
 
     @property
     def peak_n(self) -> float:
@@ -68,7 +103,28 @@ def push_bridge(
 
     Returns base shear and displacement of the mass centre along the push.
     """
-    direction = _direction(angle_deg, max_disp_m, steps)
+    push = variant.normalised(), options, _direction(angle_deg, max_disp_m, steps)
+    if variant.normalised().friction == 0.0:
+        curve = _push_mass_centre(*push, max_disp_m, steps)
+        if curve.is_complete or not variant.traits.has_contacts:
+            return curve
+    # OpenSees keeps the equation of the lever when the domain is wiped, hence the own process
+    loky: Any = import_module("joblib.externals.loky")  # by name, because it is untyped
+    process = loky.ProcessPoolExecutor(max_workers=1)
+    try:
+        return process.submit(_push_by_lever, *push, max_disp_m, steps).result()
+    finally:
+        process.shutdown(kill_workers=True)  # no message of OpenSees at its exit
+
+
+def _push_mass_centre(
+    variant: Variant,
+    options: ModelOptions,
+    direction: PlanVector,
+    max_disp_m: float,
+    steps: int,
+) -> PushCurve:
+    """Push a bridge by the displacement of its mass centre."""
     with domain():
         model = build(variant, options)
         open_linear_pattern(model.tags)
@@ -85,6 +141,183 @@ def push_bridge(
         control = int(abs(direction[0]) < abs(direction[1]))  # the larger component
         integrator = ("DisplacementControl", model.frame.centre_node, control + 1)
         return _march(model.contacts, max_disp_m * direction[control], steps, read, integrator)
+
+
+class _Lever:
+    """Lever that pushes the masses of a bridge; its driver moves one metre per unit of time."""
+
+    def __init__(self, model: BridgeModel, direction: PlanVector) -> None:
+        masses = model.frame.loads.masses_kg
+        self._masses, self._centre, self._direction = [*masses], model.frame.centre_node, direction
+        self._supports = [node for node in ops.getNodeTags() if ops.getFixedDOFs(node)]
+        driver, total = grounded_node(ops.nodeCoord(self._centre), model.tags), sum(masses.values())
+        terms = [
+            (node, dof, mass / total * component)
+            for node, mass in masses.items()
+            for dof, component in enumerate(direction, start=1)
+            if abs(component) > _ROUNDING  # OpenSees refuses zero
+        ]
+        # the driver moves by the mean, so the force on each mass is in proportion to it
+        ops.equationConstraint(driver, 1, -1.0, *(value for term in terms for value in term))
+        open_linear_pattern(model.tags)
+        ops.remove("sp", driver, 1)
+        ops.sp(driver, 1, 1.0)
+        self._start = self._values()
+
+    def read(self) -> tuple[float, float, float]:
+        """Return displacement of the mass centre (m), base shear and applied force (N)."""
+        disp_m, base_n, applied_n = np.subtract(self._values(), self._start).tolist()
+        return disp_m, base_n, applied_n
+
+    def _values(self) -> tuple[float, float, float]:
+        ops.reactions()
+        base_n = applied_n = 0.0
+        for dof, component in enumerate(self._direction, start=1):
+            for node in self._supports:
+                if dof in ops.getFixedDOFs(node):
+                    base_n -= component * ops.nodeReaction(node, dof)
+            for node in self._masses:
+                applied_n += component * ops.nodeReaction(node, dof)
+        return _along(self._centre, self._direction), base_n, applied_n
+
+
+class _Brake:
+    """Springs that hold masses, walls and keys near their last positions while a state jumps.
+
+    The model then creeps, as if it were slow in a viscous fluid, to its next equilibrium.
+    """
+
+    def __init__(self, model: BridgeModel) -> None:
+        masses, tags = model.frame.loads.masses_kg, model.tags
+        light = _LIGHT * sum(masses.values())
+        plane = [node for node in ops.getNodeTags() if ops.getFixedDOFs(node) == [3, 4, 5, 6]]
+        self._springs: list[tuple[float, int]] = []  # kg, parameter of the stiffness
+        self._offsets: list[tuple[int, int, float, int]] = []  # node, dof, start, parameter
+        for node, mass_kg in {**masses, **dict.fromkeys(plane, light)}.items():
+            ground, element = grounded_node(ops.nodeCoord(node), tags), tags.element()
+            spring = uniaxial(tags, "Elastic", 0.0)
+            materials = [uniaxial(tags, "InitStrainMaterial", spring, 0.0) for _ in range(2)]
+            ops.element("zeroLength", element, ground, node, "-mat", *materials, "-dir", 1, 2)
+            stiffness = tags.parameter()
+            ops.parameter(stiffness, "element", element, "material", 1, "E")
+            ops.addToParameter(stiffness, "element", element, "material", 2, "E")
+            self._springs.append((mass_kg, stiffness))
+            for dof in (1, 2):
+                offset = tags.parameter()
+                ops.parameter(offset, "element", element, "material", dof, "epsInit")
+                # OpenSees measures deformation from creation
+                self._offsets.append((node, dof, float(ops.nodeDisp(node, dof)), offset))
+
+    def creeps(self, increment_m: float, contacts: ContactSet) -> bool:
+        """Move the lever with the brake, then release it; return whether there is equilibrium."""
+        squares = iter(_BRAKES)
+        square = next(squares)
+        contacts.start_from_rest()
+        while not self._moves(square, increment_m):
+            if (square := next(squares, 0.0)) == 0.0:
+                return False
+        for _ in range(_RELEASES):
+            contacts.start_from_rest()
+            if square == 0.0:
+                return True
+            square = square / _SOFTER if square > _LEAST_BRAKE else 0.0
+            if not self._moves(square, 0.0):
+                square = max(square, _LEAST_BRAKE) * _SOFTER**2
+        return False
+
+    def _moves(self, square: float, increment_m: float) -> bool:
+        for node, dof, start_m, offset in self._offsets:
+            ops.updateParameter(offset, start_m - float(ops.nodeDisp(node, dof)))
+        for mass_kg, stiffness in self._springs:
+            ops.updateParameter(stiffness, square * mass_kg)
+        return _lever_moves(increment_m)
+
+
+def _push_by_lever(
+    variant: Variant,
+    options: ModelOptions,
+    direction: PlanVector,
+    max_disp_m: float,
+    steps: int,
+) -> PushCurve:
+    """Push a bridge with contacts by a lever, with shorter steps where contacts change."""
+    with domain():
+        model = build(variant, options)
+        contacts, lever, brake = model.contacts, _Lever(model, direction), _Brake(model)
+        assert contacts is not None
+        ops.logFile(devnull, "-noEcho")
+        ops.constraints("Penalty", *_PENALTIES)
+        ops.numberer("RCM")
+        ops.system("UmfPack")
+        ops.test("NormUnbalance", _UNBALANCED, _MAX_ITERATIONS // 2)
+        ops.algorithm(*_LEVER_ALGORITHMS[0])
+        ops.integrator("LoadControl", max_disp_m / steps)
+        ops.analysis("Static", "-noWarnings")
+        rows = [(0.0, 0.0, 0.0)]
+        longest_m = size_m = max_disp_m / steps
+        shortest_m = longest_m / 2**_CONTACT_HALVINGS
+        remaining_m = max_disp_m
+        for _ in range(_MOST_PARTS * steps):
+            if remaining_m <= _IMBALANCE * max_disp_m:
+                break
+            share_m = min(size_m, remaining_m)
+            if contacts.time_to_change_s() < share_m:  # end the step where a contact changes
+                share_m = max(contacts.time_to_change_s(), min(shortest_m, remaining_m))
+            contacts.prepare(share_m)
+            if _lever_moves(share_m):
+                row = _balanced(lever)
+                try:
+                    changed = contacts.after_step(share_m)
+                except ContactError:  # a mechanism: displacements too large for double precision
+                    break
+            elif share_m > shortest_m:
+                size_m = 0.5 * share_m
+                continue
+            elif changed := brake.creeps(share_m, contacts):
+                row = _balanced(lever)
+            else:
+                break
+            if _is_balanced(row):  # otherwise the next step starts from here, without a row
+                rows.append(row)
+                remaining_m = max_disp_m - row[0]
+            if changed:
+                size_m = shortest_m
+            elif contacts.friction_error > _FRICTION_ERRORS[0]:
+                size_m = max(0.5 * share_m, shortest_m)
+            elif contacts.friction_error < _FRICTION_ERRORS[1]:
+                size_m = min(2.0 * size_m, longest_m)
+    disp_m, base_n, applied_n = np.array(rows).T
+    return PushCurve(
+        disp_m=disp_m,
+        force_n=base_n,
+        is_complete=remaining_m <= _IMBALANCE * max_disp_m,
+        imbalance=float(np.abs(applied_n - base_n).max() / np.abs(base_n).max()),
+    )
+
+
+def _balanced(lever: _Lever) -> tuple[float, float, float]:
+    """Return displacement and forces, after corrections if an algorithm stopped out of balance."""
+    row = lever.read()
+    for _ in range(_CORRECTIONS):
+        if _is_balanced(row) or not _lever_moves(0.0):
+            break
+        row = lever.read()
+    return row
+
+
+def _is_balanced(row: tuple[float, float, float]) -> bool:
+    _, base_n, applied_n = row
+    return abs(applied_n - base_n) <= max(_IMBALANCE * abs(base_n), _UNBALANCED)
+
+
+def _lever_moves(increment_m: float) -> bool:
+    for algorithm in _LEVER_ALGORITHMS:
+        ops.algorithm(*algorithm)
+        ops.integrator("LoadControl", increment_m)
+        if ops.analyze(1) == 0:
+            return True
+        ops.domainChange()  # discard the state that a failed step left in the equations
+    return False
 
 
 def push_abutment(

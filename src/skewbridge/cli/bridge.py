@@ -204,7 +204,7 @@ def _pushed(pushed: "Callable[..., PushCurve]", case: VariantOptions, push: Push
     answer = {"pushes": pushes} if is_ladder else pushes[0]
     is_done, notes = all(row["is_complete"] for row in pushes), gap_notes(case.bridge)
     if not is_done:
-        notes.append("a push stopped at last_disp_m: the solution did not converge beyond it")
+        notes.append("a push stopped at last_disp_m: no equilibrium was found beyond it")
     exit_code = 0 if is_done else EXIT_FAILED
     return Answer(answer, units=push.units, notes=notes, exit_code=exit_code)
 
