@@ -407,7 +407,7 @@ def _common_slope(
     params, converged = best.params, best.converged
     if in_full and converged[0]:
         jackknife = NormalKernel(below, low, high, runs.weights[:, rows], above)
-        reduced = maximise(jackknife, np.tile(params, (len(runs.weights), 1)), covariance=False)
+        reduced = maximise(jackknife, np.tile(params, (len(runs.weights), 1)))
         params = np.vstack([params, reduced.params])
         converged = np.append(converged, reduced.converged)
     is_valid = converged & (params[:, -1] > FLATTEST_SLOPE)

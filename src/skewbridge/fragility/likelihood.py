@@ -168,9 +168,7 @@ def _newton_step(hessian: Floats, score: Floats) -> Floats:
     return np.where(np.isfinite(step).all(axis=1, keepdims=True), step, 0.0)
 
 
-def maximise(
-    kernel: "NormalKernel | _Profiles", start: Floats, *, covariance: bool = True
-) -> Maximum:
+def maximise(kernel: "NormalKernel | _Profiles", start: Floats) -> Maximum:
     """Maximise R concave log-likelihoods from ``start`` (R, p) by Newton steps with halving."""
     params = np.array(start, dtype=np.float64)
     active = np.arange(len(params))
@@ -181,15 +179,6 @@ def maximise(
         step = _newton_step(current.hessian, current.score)
         decrement = np.sum(step * current.score, axis=1)
         is_done = (decrement < _DECREMENT_TOLERANCE) & (decrement >= 0.0)
-        if not covariance and np.any(is_done):  # no derivatives are needed after the last step
-            last = active[is_done]
-            params[last] += step[is_done]
-            loglik[last] = current.loglik[is_done] + 0.5 * decrement[is_done]
-            converged[last] = np.isfinite(loglik[last])
-            current = Derivatives(*(values[~is_done] for values in current))
-            active, step, is_done = active[~is_done], step[~is_done], is_done[~is_done]
-            if active.size == 0:
-                break
         required = current.loglik - 1e-12 * (1.0 + np.abs(current.loglik))
         trial = kernel.derivatives(params[active] + step, active)
         failed = np.flatnonzero(~(trial.loglik >= required))
@@ -211,10 +200,9 @@ def maximise(
             break
         current = Derivatives(*(values[~is_done] for values in trial))
     inverse = np.full_like(hessian, np.nan)
-    if covariance:
-        with np.errstate(all="ignore"):
-            is_regular = np.linalg.det(-hessian) > 0.0
-        inverse[is_regular] = np.linalg.inv(-hessian[is_regular])
+    with np.errstate(all="ignore"):
+        is_regular = np.linalg.det(-hessian) > 0.0
+    inverse[is_regular] = np.linalg.inv(-hessian[is_regular])
     return Maximum(params, loglik, inverse, converged)
 
 
@@ -314,7 +302,7 @@ class _Profiles:
         while True:
             # a unit Hessian for parameters that are not free keeps the matrix regular
             self._fixed = ~np.any(self._onto, axis=1)[:, :, None] * self._eye
-            best = maximise(self, start, covariance=False)
+            best = maximise(self, start)
             self._params = self._offset + (self._onto @ best.params[:, :, None])[..., 0]
             falling = self._params[:, self._slope] < 0.0
             if not np.any(falling):
