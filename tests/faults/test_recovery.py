@@ -232,9 +232,7 @@ def driven(monkeypatch, model, integrator, failing, parts=lambda _: 1):
     failures = Failing(monkeypatch, lambda n: n in failing.get(len(values), ()))
     prepare()
     loop = loop_of(
-        integrator,
-        ITERATIONS,
-        halvings=lambda fits: max(fits, parts(len(values)).bit_length() - 1),
+        integrator, ITERATIONS, halvings=lambda fits: max(fits, parts(len(values)).bit_length() - 1)
     )
     while len(values) < STEPS:
         failures.number = 0

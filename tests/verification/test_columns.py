@@ -95,10 +95,7 @@ def test_drift_at_axial_failure_agrees_with_the_hand_value():
 
 
 #: A shear-critical bridge for the default strength, and one for the design strength.
-SHEAR_CRITICAL = [
-    ("osb1_fixed_era1", ModelOptions().shear_model),
-    ("osb1_fixed", "sdc_expected"),
-]
+SHEAR_CRITICAL = [("osb1_fixed_era1", ModelOptions().shear_model), ("osb1_fixed", "sdc_expected")]
 
 
 def test_a_push_loses_its_shear_strength_where_capacity_meets_demand():
