@@ -173,8 +173,6 @@ def test_wrong_removed_and_unsuitable_options_and_unreadable_files_are_refused(f
 
 
 # --- indices, motions, separators and names of tables
-
-
 @pytest.mark.parametrize("method", ["cloud", "stripes", "ida"])
 @pytest.mark.parametrize("levels", [["motion_id"], ["motion_id", "scale"], [DRIFT, IM], [IM]])
 def test_a_named_index_is_read_as_columns(fit, method, levels):
@@ -285,8 +283,6 @@ def test_capitals_in_the_ending_of_a_file_are_accepted(tmp_path, ending):
 
 
 # --- tables of runs of other programs
-
-
 @pytest.fixture
 def foreign(tmp_path):
     """Return a function that writes a table of another program and reads it."""

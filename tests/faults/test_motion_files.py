@@ -113,8 +113,6 @@ def test_unreadable_paths_are_input_errors(tmp_path):
 
 
 # --- an index that came with someone's motions
-
-
 OUT_OF_THE_FOLDER = (
     "../secret_h1.AT2", "sub/../../secret_h1.AT2", "C:/secret_h1.AT2", "..\\secret_h1.AT2",
     "\\\\server\\share\\x.AT2", "~/x.AT2", "",
@@ -193,8 +191,6 @@ def test_false_waho_is_replaced_by_the_named_surrogate(tmp_path, monkeypatch):
 
 
 # --- a file removed while a study runs: one message, no partial or lost results
-
-
 def test_a_motion_removed_while_it_is_listed_or_later_is_named(tmp_path, monkeypatch):
     """Analyses read the prepared motions; the next start of the study names the missing file."""
     motions, folder = tmp_path / "motions", StudyFolder(tmp_path / "results")

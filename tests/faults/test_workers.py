@@ -204,8 +204,6 @@ def test_only_workers_count_as_such_where_none_of_them_begins():
 
 
 # --- a journal survives kills, two writers and damage on the disk: no altered row is used
-
-
 def test_a_successor_waits_for_the_end_of_its_predecessor(tmp_path):
     """As on a cluster, where a job comes back while another node still runs it."""
     path = tmp_path / "v.jsonl"

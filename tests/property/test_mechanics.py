@@ -43,8 +43,6 @@ def test_opposite_skews_and_opposite_ends_mirror_each_other(skew_deg, width_m, t
 
 
 # --- properties of the contact law for every state and path
-
-
 POSITIONS = st.floats(-1.0, 1.0)
 STIFFNESSES = st.floats(1e3, 1e9)
 LAWS = st.builds(

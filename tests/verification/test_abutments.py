@@ -186,8 +186,6 @@ def test_a_gap_measured_along_the_bridge_is_narrower_normal_to_a_skew_wall():
 
 
 # --- skew: strength by the rule of SDC, stiffness and closure at full strength as in tests
-
-
 def test_pushed_walls_agree_with_the_tests_of_skewed_walls():
     study = run_study("skew-passive")
     assert [row["quantity"] for row in study.comparisons if not row["pass"]] == []
@@ -388,8 +386,6 @@ def test_a_massless_node_that_a_contact_pushes_is_solved_through_all_branches():
 
 
 # --- the force of a shear key is that of its backbone, never that of the penalty before it
-
-
 @pytest.mark.parametrize("abutment", ["spring", "contact"])
 def test_a_key_that_breaks_has_given_its_strength_and_no_more(abutment):
     case = variant(abutment=abutment, gap_mm=25, friction_pct=0)
@@ -421,8 +417,6 @@ def test_a_key_pushed_along_its_face_has_no_more_than_its_strength(option):
 
 
 # --- pads and supports lift: no tension in any bridge, and the opening is a demand
-
-
 @pytest.mark.parametrize(
     ("bridge", "skew_deg", "pads"),
     [*product(seated_bridges(), [0, 60], ["two"]), ("osb1", 60, "each"), ("bridge_a", 60, "each")],

@@ -81,8 +81,6 @@ def test_cap_load_changes_the_thrust_of_a_bent_at_rest_but_not_strength_and_base
 
 
 # --- every abutment model on every bridge and skew carries its weight and survives motions
-
-
 BRIDGES = ("osb1", "osb2s", "bridge_a", "bridge_b", "bridge_c")
 ALL = [
     variant(skew, abutment, bridge)

@@ -144,8 +144,6 @@ def test_loss_of_shear_strength_needs_a_hinge_of_given_length():
 
 
 # --- the shear of a leaning column's sections: base force, P-Delta and end moments by statics
-
-
 def pushed(bridge, options, push_n=(3.0e6, 1.5e6)):
     """Push the deck of a roller bridge; return its columns and the two states read."""
     with domain():

@@ -166,8 +166,6 @@ def test_medians_at_the_end_of_the_intensities_are_called_extrapolated(study):
 
 
 # --- medians against code written here
-
-
 @pytest.mark.parametrize(
     ("bridge", "axis", "key", "column", "threshold"),
     [

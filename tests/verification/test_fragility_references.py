@@ -148,8 +148,6 @@ def test_identical_capacities_have_no_dispersion_and_others_a_distance_from_the_
 
 
 # --- clouds, systems and regressions
-
-
 def test_norris_regression_is_certified_to_ten_digits():
     given, expected = case("cloud_nist_norris")
     fit = fit_cloud(np.exp(given["ln_im"]), np.exp(given["ln_edp"]), given["threshold"])
@@ -201,8 +199,6 @@ def test_annual_rate_reproduces_its_formula():
 # --- statsmodels and scipy as oracles: independent code for the same formulas
 # Tolerances: 1e-8 where both solve a smooth problem to convergence, 1e-5 where statsmodels stops a
 # numerical optimiser.
-
-
 def test_cloud_tests_agree_with_ols_diagnostics():
     rng = np.random.default_rng(3)
     x = rng.uniform(-2.3, 0.4, 60)
@@ -269,8 +265,6 @@ def test_quasi_random_systems_agree_with_scipy(size, rho):
 
 
 # --- mixed model with censored demands: the likelihood by brute force
-
-
 MOTIONS, VARIANTS = 14, 5
 
 
@@ -360,8 +354,6 @@ def test_jackknife_is_close_to_independent_fits_without_each_motion(high, grows,
 
 
 # --- medians of synthetic studies with known truth, in which failures end runs early
-
-
 #: ln a, slope and scatter of ln demand about ln im; the scatter of the demands is correlated.
 LINES = {
     "column_shear_dcr": (np.log(0.80), 0.6, 0.25),

@@ -159,8 +159,6 @@ def test_two_decks_over_a_joint_agree_with_explicit_integration_of_two_bodies():
 
 
 # --- dead load
-
-
 def test_hand_reactions_with_hinges():
     # two simple spans; a cantilever with a suspended span: statically determinate by hand
     assert continuous_reactions_n((8.0, 6.0), 1.0, [8.0]) == pytest.approx([4.0, 7.0, 3.0])
@@ -234,8 +232,6 @@ def test_a_column_below_a_joint_is_a_cantilever_normal_to_its_bent(written):
 
 
 # --- response
-
-
 def test_simple_spans_close_their_energy_balance_and_report_each_joint(written):
     case = variant(30, bridge=written(FOUR_SPANS), gap_mm=25)
     result = analysed(case, strong_motion(duration_s=5.0))

@@ -70,8 +70,6 @@ def test_a_particle_meets_the_tabulated_peaks_and_histories(restitution):
 
 
 # --- the rigid skew deck of Dimitrakopoulos (2011), Engineering Structures 33: cases C1 to C5
-
-
 def assert_peaks(history, exact, displacement, rotation):
     """Compare the peaks ux, uy, theta with relative tolerances."""
     *moves_m, theta_rad, _ = history.peaks().values()

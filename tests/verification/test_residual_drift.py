@@ -94,8 +94,6 @@ def test_drifts_are_those_of_the_top_against_the_base():
 
 
 # --- what a column keeps of its peak without shaking
-
-
 def kept_at_zero_force(ductility):
     """Return residual / peak of a fixed column after slow cycles, without P-Delta."""
     bridge, tags, steps = load_bridge("osb1_fixed"), TagAllocator(), 200

@@ -126,8 +126,6 @@ def test_rows_of_the_earlier_model_are_reproduced_by_its_options(row, motion):
 
 
 # --- walls
-
-
 @pytest.mark.parametrize("skew_deg", [0, 60])
 def test_a_wall_never_exceeds_the_strength_of_its_soil_and_never_pulls(skew_deg, motion):
     soil = wall_backfill(load_bridge("osb1").abutment, "hyperbolic", radians(skew_deg))

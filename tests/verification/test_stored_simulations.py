@@ -39,8 +39,6 @@ def test_every_case_is_simulated_often_enough():
 
 
 # --- verdicts and intervals at stopping
-
-
 def test_at_stopping_verdicts_are_rarely_wrong_intervals_cover_and_clear_effects_are_decided():
     """The 95 % bounds of the shares are not above 5 % (wrong) and not below 90 % (cover)."""
     wrong = [row for row in STOPPING if row["what"].startswith("wrong")]
@@ -56,8 +54,6 @@ def test_at_stopping_verdicts_are_rarely_wrong_intervals_cover_and_clear_effects
 
 
 # --- pooled effects, effects at an intensity and verdicts
-
-
 def test_intervals_of_effects_cover_and_few_rows_of_a_family_are_called_changed_at_the_margin():
     for level, low, high in (("95%", 0.92, 0.98), ("90%", 0.87, 0.93)):
         for row in rows_of(f"coverage {level}"):
@@ -70,8 +66,6 @@ def test_intervals_of_effects_cover_and_few_rows_of_a_family_are_called_changed_
 
 
 # --- the joint model and single fits
-
-
 def test_intervals_of_medians_and_of_fits_cover():
     """The binomial 95 % bounds of the coverage meet 92 to 98 %, those of 90 % 87 to 93 %."""
     for case, row in MEDIANS.items():
@@ -89,8 +83,6 @@ def test_intervals_of_medians_and_of_fits_cover():
 
 
 # --- simulations run again
-
-
 @pytest.mark.parametrize("study", STUDIES)
 def test_simulations_of_effects_run_again(study):
     rows = study(16, 0.05, 12, 1)

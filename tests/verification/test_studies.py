@@ -167,8 +167,6 @@ def test_ratios_are_geometric_means_over_motions_and_over_places():
 
 
 # --- published curves and effects of skew: the stored table, our medians, ratios and reasons
-
-
 PUBLISHED = published.published_curves()
 
 
@@ -249,8 +247,6 @@ def test_a_change_explains_a_ratio_if_it_closes_half_of_its_distance_from_the_ra
 
 
 # --- effects of skew: paired ratios of demands and factors on medians
-
-
 def test_effects_of_skew_are_those_of_demands_that_grow_by_a_fifth():
     """24 motions, of which one has not the demand of one column."""
     random = np.random.default_rng(3)
@@ -282,8 +278,6 @@ def test_effects_of_skew_are_those_of_demands_that_grow_by_a_fifth():
 
 
 # --- the paper's dynamic studies (figures 10 to 12, abutment models), and how they compare runs
-
-
 T_S = np.linspace(0.0, 4.0, 401)
 
 
