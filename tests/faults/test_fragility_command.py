@@ -36,47 +36,78 @@ def fit(tmp_path):
     return call
 
 
+STRIPES = {"im": [0.1, 0.2], "n": [20, 20], "k": [1, 2]}
+CLOUD = {"im": [0.1, 0.2], "edp": [1, 1], "threshold": 1}
+TABLE = synthetic_demands(**SAME_PLACE, motions=12)[["motion_id", "status", IM, DRIFT]]
+BOTH = STRIPES | CLOUD
+NAMED = ("--im", "im", "--edp", "edp", "--threshold", 2)
+
+
 @pytest.mark.parametrize(
-    ("data", "method", "row", "text"),
+    ("data", "method", "options", "answer", "text"),
     [
-        ({"im": [0.3, 0.5], "n": [20, 20], "k": [1, 21]}, "stripes", 1, "0<=k<=n (row 1)"),
-        ({"im": [0.0, 0.5], "n": [20, 20], "k": [1, 2]}, "stripes", 0, "im must be > 0"),
-        ({"im": [0.1, None], "n": [20, 20], "k": [1, 2]}, "stripes", 1, "im must be > 0"),
-        ({"im": [0.1, "x"], "n": [20, 20], "k": [1, 2]}, "stripes", 1, "must be a number"),
-        ("im,n,k\n0.2,20,1\n0.4,,9\n0.8,20,17\n", "stripes", 1, ""),
-        ({"im": [0.1, -0.2], "edp": [1, 1], "threshold": 1}, "cloud", 1, "im must be > 0"),
-        ({"im": [0.1, 0.2], "edp": [1, 0], "threshold": 1}, "cloud", 1, "edp must be > 0"),
-        ({"im": [0.1, 0.2], "edp": [1, 1], "threshold": -1}, "cloud", 0, "threshold must"),
-        ({"im": [1, [2]], "edp": [1, 2], "threshold": 1}, "cloud", 1, "must be a number"),
-        ({"im": [1, 2], "edp": [1, 2], "threshold": []}, "cloud", None, "threshold is empty"),
-        ({"im": 5, "edp": [1, 2], "threshold": 1}, "cloud", None, "im must be a list"),
-        ({"im": [1, 2], "edp": {"a": 1}, "threshold": 1}, "cloud", None, "edp must be a list"),
-        ({"capacity": [1, float("nan")]}, "ida", 1, "capacity must be > 0"),
-        ({"capacity": [1, 2], "censored": [0, 2]}, "ida", 1, "censored must be 0 or 1"),
-        ({"lower": [0.5, 0.7], "upper": [0.6, 0.7]}, "ida", 1, "upper must be above lower"),
-        ({"lower": [0.5, -0.1], "upper": [0.6, 0.7]}, "ida", 1, "lower must be >= 0"),
-        ({"im": [0.1, 0.2], "n": [20], "k": [1, 2]}, "stripes", 1, "differ in length"),
-        ({"im": [0.1, 0.2], "k": [1, 2]}, "stripes", None, "need a column 'n'"),
-        ({}, "stripes", None, "need a column 'im'"),
+        *((data, method, (), {"status": "error", "row": row}, text) for data, method, row, text in (
+            (STRIPES | {"k": [1, 21]}, "stripes", 1, "0<=k<=n (row 1)"),
+            (STRIPES | {"im": [0.0, 0.5]}, "stripes", 0, "im must be > 0"),
+            (STRIPES | {"im": [0.1, None]}, "stripes", 1, "im must be > 0"),
+            (STRIPES | {"im": [0.1, "x"]}, "stripes", 1, "must be a number"),
+            ("im,n,k\n0.2,20,1\n0.4,,9\n0.8,20,17\n", "stripes", 1, ""),
+            (STRIPES | {"n": [20]}, "stripes", 1, "differ in length"),
+            ({"im": [0.1, 0.2], "k": [1, 2]}, "stripes", None, "need a column 'n'"),
+            ({}, "stripes", None, "need a column 'im'"),
+            (CLOUD | {"im": [0.1, -0.2]}, "cloud", 1, "im must be > 0"),
+            (CLOUD | {"edp": [1, 0]}, "cloud", 1, "edp must be > 0"),
+            (CLOUD | {"threshold": -1}, "cloud", 0, "threshold must"),
+            (CLOUD | {"im": [1, [2]]}, "cloud", 1, "must be a number"),
+            (CLOUD | {"threshold": []}, "cloud", None, "threshold is empty"),
+            (CLOUD | {"im": 5}, "cloud", None, "im must be a list"),
+            (CLOUD | {"edp": {"a": 1}}, "cloud", None, "edp must be a list"),
+            (CLOUD | {"edp": [1, float("inf")]}, "cloud", 1, "finite unless collapse is 1 (row 1)"),
+            ({"capacity": [1, float("nan")]}, "ida", 1, "capacity must be > 0"),
+            ({"capacity": [1, 2], "censored": [0, 2]}, "ida", 1, "censored must be 0 or 1"),
+            ({"lower": [0.5, 0.7], "upper": [0.6, 0.7]}, "ida", 1, "upper must be above lower"),
+            ({"lower": [0.5, -0.1], "upper": [0.6, 0.7]}, "ida", 1, "lower must be >= 0"),
+            ("im;n;k\n0.2;20;1\n0,4;20;9\n", "stripes", None, "separated by semicolons: write com"),
+            ("im\tn\tk\n0.2\t20\t1\n", "stripes", None, "separated by tabs: write commas"),
+        )),
+        # a bad cell in a table of runs
+        ("im,edp\n0.1,1\n0.2,2\n0.3,\n0.4,4\n", "cloud", NAMED, {"row": 2, "column": "edp"}, ""),
+        ("im,edp\n0.1,1\n0.2,2\n-0.3,3\n0.4,4\n", "cloud", NAMED, {"row": 2, "column": "im"}, ""),
+        ({"im": [1, 2, 3], "edp": [1, 2]}, "cloud", NAMED, {}, "columns differ in length"),
+        (TABLE.assign(status="OK"), "cloud", (*RUNS, 0.015), {},
+         "status must be one of ok, collapse, numerical_failure, timeout, crash"),
+        (TABLE.assign(**{DRIFT: [np.inf, *[0.01] * 11]}), "cloud", (*RUNS, 0.015), {},
+         "(give a collapsed run the status collapse)"),
+        (TABLE, "cloud", ("--im", IM, "--edp", "column_drift", "--threshold", 0.01),
+         {"column": "column_drift"},
+         f"(did you mean {DRIFT}?); its columns are 'motion_id', 'status'"),
+        (TABLE, "cloud", ("--im", "sa", *RUNS[2:], 0.01), {}, "no column 'sa'"),
+        *((TABLE.rename(columns={right: name}), "cloud", (*RUNS, 0.015), {},
+           f"column {name!r} is not known: did you mean {right}?") for name, right in (
+            *((name, "motion_id") for name in ("Motion_ID", "motion id", "motion-id", "motion")),
+            ("Status", "status"),
+        )),
+        # options
+        *((BOTH, *given, {}, text) for *given, text in (
+            ("magic", (), "is not one of 'stripes', 'ida', 'cloud'"),
+            ("cloud", ("--model", "modified"), "model: must be 'ols' or 'tobit', got 'modified'"),
+            ("stripes", ("--link", "logit"), "link: must be 'probit', got 'logit'"),
+            ("stripes", ("--level", "1.5"), "level: must be less than 1, got 1.5"),
+            ("cloud", ("--capacity-dispersion", "-1"), "capacity_dispersion: must be greater"),
+            ("stripes", ("--model", "tobit"), "--model needs --method cloud"),
+            ("ida", ("--capacity-dispersion", "0.3"), "--capacity-dispersion needs --method cloud"),
+            ("cloud", ("--where", "skew_deg == 3"), "No such option: --where"),
+        )),
     ],
-)
-def test_bad_data_exits_two_with_the_row(fit, data, method, row, text):
-    code, found = fit(data, method)
-    assert (code, found["status"], found["row"]) == (2, "error", row)
+)  # fmt: skip
+def test_bad_data_and_options_exit_two_with_row_column_and_reason(
+    fit, data, method, options, answer, text
+):
+    code, found = fit(data, method, *options)
+    assert code == 2
+    assert found.items() >= answer.items()
     assert text in found["message"]
-    assert row is None or re.search(r"/data\.(json|csv): ", found["message"])
-
-
-def test_bad_cell_in_a_table_of_runs_is_named(fit):
-    for data, found in (
-        ("im,edp\n0.1,1\n0.2,2\n0.3,\n0.4,4\n", {"row": 2, "column": "edp"}),
-        ("im,edp\n0.1,1\n0.2,2\n-0.3,3\n0.4,4\n", {"row": 2, "column": "im"}),
-        ({"im": [1, 2, 3], "edp": [1, 2]}, {}),
-    ):
-        code, answer = fit(data, "cloud", "--im", "im", "--edp", "edp", "--threshold", 2)
-        assert code == 2
-        assert answer.items() >= found.items()
-        assert found or "columns differ in length" in answer["message"]
+    assert found.get("row") is None or re.search(r"/data\.(json|csv|parquet): ", found["message"])
 
 
 def test_spellings_of_published_data_sets_are_understood(fit):
@@ -117,7 +148,6 @@ def test_a_table_of_runs_obeys_status_and_motions(fit):
     assert (found["n_runs"], found["n_censored"], found["n_records"]) == (16, 1, 16)
     assert found["n_unknown"] == 0
     assert fit(table, "stripes", *RUNS, 0.01)[1]["status"] in {"ok", "complete_separation"}
-    assert "no column 'sa'" in fit(table, "cloud", "--im", "sa", *RUNS[2:], 0.01)[1]["message"]
     code, found = fit(table.assign(status="ok"), "cloud", *RUNS, 9.0)
     assert (code, found["status"], found["theta"]) == (0, "no_exceedance", None)
 
@@ -149,21 +179,7 @@ def test_intervals_are_by_motion_where_motions_repeat(fit):
     assert ida["theta"] == pytest.approx(stripes["theta"], rel=0.1)
 
 
-def test_wrong_removed_and_unsuitable_options_and_unreadable_files_are_refused(fit, tmp_path):
-    data = {"im": [0.2, 0.4], "n": [20, 20], "k": [1, 9], "edp": [1, 2], "threshold": 1}
-    for method, options, text in (
-        ("magic", (), "is not one of 'stripes', 'ida', 'cloud'"),
-        ("cloud", ("--model", "modified"), "model: must be 'ols' or 'tobit', got 'modified'"),
-        ("stripes", ("--link", "logit"), "link: must be 'probit', got 'logit'"),
-        ("stripes", ("--level", "1.5"), "level: must be less than 1, got 1.5"),
-        ("cloud", ("--capacity-dispersion", "-1"), "capacity_dispersion: must be greater"),
-        ("stripes", ("--model", "tobit"), "--model needs --method cloud"),
-        ("ida", ("--capacity-dispersion", "0.3"), "--capacity-dispersion needs --method cloud"),
-        ("cloud", ("--where", "skew_deg == 3"), "No such option: --where"),
-    ):
-        code, found = fit(data, method, *options)
-        assert code == 2
-        assert text in found["message"]
+def test_unreadable_files_are_refused(tmp_path):
     for name in ("broken.json", "data.txt", "missing.json"):
         if name != "missing.json":
             (tmp_path / name).write_text("{not json", encoding="utf-8")
@@ -216,36 +232,15 @@ def test_runs_without_motions_are_said_to_be_independent(fit, tmp_path):
     assert "notes" not in found
 
 
-@pytest.mark.parametrize("name", ["Motion_ID", "motion id", "motion-id", "motion", "Status"])
-def test_a_misspelt_key_of_a_table_of_runs_is_named(fit, name):
-    table = synthetic_demands(**SAME_PLACE, motions=12)[["motion_id", "status", IM, DRIFT]]
-    right = "status" if name == "Status" else "motion_id"
-    code, found = fit(table.rename(columns={right: name}), "cloud", *RUNS, 0.015)
-    assert code == 2
-    assert f"column {name!r} is not known: did you mean {right}?" in found["message"]
-
-
-def test_statuses_infinite_demands_and_missing_columns_of_runs_are_explained(fit):
-    table = synthetic_demands(**SAME_PLACE, motions=12)[["motion_id", "status", IM, DRIFT]]
-    for change, text in (
-        ({"status": "OK"}, "status must be one of ok, collapse, numerical_failure, timeout, crash"),
-        ({DRIFT: [np.inf, *[0.01] * 11]}, "(give a collapsed run the status collapse)"),
-    ):
-        code, found = fit(table.assign(**change), "cloud", *RUNS, 0.015)
-        assert code == 2
-        assert text in found["message"]
-    code, found = fit(table, "cloud", "--im", IM, "--edp", "column_drift", "--threshold", 0.01)
-    assert (code, found["column"]) == (2, "column_drift")
-    assert f"(did you mean {DRIFT}?); its columns are 'motion_id', 'status'" in found["message"]
-    data = {"im": [0.1, 0.2, 0.4], "edp": [0.01, 0.02, float("inf")], "threshold": 0.01}
-    assert "finite unless collapse is 1 (row 2)" in fit(data, "cloud")[1]["message"]
-    data |= {"im": [0.1, 0.2, 0.3, 0.4], "edp": [0.005, 0.02, 0.012, float("inf")]}
-    at_capacity = data | {"edp": [*data["edp"][:3], 0.01], "collapse": [0, 0, 0, 1]}
-    assert fit(data | {"collapse": [0, 0, 0, 1]}, "cloud") == fit(at_capacity, "cloud")
-    # the infinite demand of a collapsed run is no bound
-    fallen = table.assign(status=["ok"] * 11 + ["collapse"])
+def test_an_infinite_demand_of_a_collapsed_run_is_no_bound(fit):
+    data = {"im": [0.1, 0.2, 0.3, 0.4], "threshold": 0.01, "collapse": [0, 0, 0, 1]}
+    collapsed, at_capacity = (
+        fit(data | {"edp": [0.005, 0.02, 0.012, last]}, "cloud") for last in (float("inf"), 0.01)
+    )
+    assert collapsed == at_capacity
+    fallen = TABLE.assign(status=["ok"] * 11 + ["collapse"])
     unknown, infinite = (
-        fit(fallen.assign(**{DRIFT: [*table[DRIFT][:11], value]}), "cloud", *RUNS, 0.015)
+        fit(fallen.assign(**{DRIFT: [*TABLE[DRIFT][:11], value]}), "cloud", *RUNS, 0.015)
         for value in (np.nan, np.inf)
     )
     assert infinite == unknown
@@ -262,22 +257,12 @@ def test_drift_in_per_cent_is_reported_unless_its_capacity_is_in_per_cent(fit):
         assert all(text in note for note in found)
 
 
-@pytest.mark.parametrize(("sign", "word"), [(";", "semicolons"), ("\t", "tabs")])
-def test_the_separator_of_a_table_with_one_column_is_named(fit, sign, word):
-    text = f"im{sign}n{sign}k\n0.2;20;1\n0,4;20;9\n".replace(";", sign)
-    code, found = fit(text, "stripes")
-    assert code == 2
-    assert f"it is separated by {word}: write commas" in found["message"]
-    assert "im" in found["message"]
-
-
 @pytest.mark.parametrize("ending", ["CSV", "Csv", "JSON"])
 def test_capitals_in_the_ending_of_a_file_are_accepted(tmp_path, ending):
     counts = pd.DataFrame({"im": [0.2, 0.4, 0.8], "n": [20] * 3, "k": [1, 9, 17]})
     path = tmp_path / f"counts.{ending}"
-    path.write_text(
-        counts.to_csv() if ending.lower() == "csv" else counts.to_json(orient="records")
-    )
+    is_csv = ending.lower() == "csv"
+    path.write_text(counts.to_csv() if is_csv else counts.to_json(orient="records"))
     code, found = run("fit", path, "--method", "stripes")
     assert (code, found["status"]) == (0, "ok")
 
