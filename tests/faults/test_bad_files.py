@@ -282,6 +282,7 @@ def test_verify_writes_the_table_and_its_json(tmp_path):
     assert code == 0
     keys = ["study", "quantity", "value", "reference", "tolerance", "pass", "source"]
     assert all(list(row) == keys for row in rows)
+    assert len(rows) >= 15
     assert pd.read_parquet(tmp_path / "gate.parquet")["pass"].all()
     assert json.loads((tmp_path / "gate.json").read_text())[0]["study"] == "gate"
 

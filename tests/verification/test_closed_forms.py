@@ -41,13 +41,23 @@ SLIP_M = 0.045
 
 # Tolerances of the studies: 0.5 % for depths, slips and periods (elastic slip of the penalty, first
 # order in the step), 0.01 for restitution, 2 % for uplift and for the belt, whose closed form lets
-# friction fall at once where the law takes 0.2 mm/s of slip.
-@pytest.mark.parametrize(("name", "count"), [("closed-forms", 16), ("fig1", 21)])
-def test_studies_of_closed_forms_agree(name, count):
+# friction fall at once where the law takes 0.2 mm/s of slip; in space, forces within 1 % of the
+# limit and works within 0.2 %. Elastic springs whose stick point lags a step exceed the limit by
+# 1.2 and 3.7 %.
+@pytest.mark.parametrize(
+    ("name", "count", "disagreeing"),
+    [
+        ("closed-forms", 16, set()),
+        ("fig1", 21, set()),
+        ("fig3", 36, {"elastic, extrapolated", "elastic, lagged"}),
+    ],
+)
+def test_studies_of_closed_forms_and_of_exact_forces_agree(name, count, disagreeing):
     study = run_study(name)
     assert len(study.comparisons) == count
     assert [row["quantity"] for row in study.comparisons if not row["pass"]] == []
-    assert {row["outcome"] for row in study.statement_rows()} <= {"agrees"}
+    rows = study.statement_rows()
+    assert {row["case"] for row in rows if row["outcome"] != "agrees"} == disagreeing
 
 
 def test_b3_sine_pulse():
@@ -174,25 +184,14 @@ def test_b9_pushed_block_slides_by_the_excess_of_the_acceleration():
 IMPLEX = 1  # integration of the native element
 
 
-def test_contact_checks_pass():
-    table = verify_contact_gate()
-    assert table.loc[~table["pass"], "quantity"].tolist() == []
-    assert len(table) >= 15
-
-
 def test_contact_checks_fail_with_a_fault_in_friction(monkeypatch):
+    """That they pass without one is in `faults/test_bad_files.py`, as a command."""
     prepared, limit_n = ContactSet.__init__, contact_law.friction_limit_n
-    for place, name, fault, words in (
-        (contact_law, "friction_limit_n", lambda *given: 0.5 * limit_n(*given), ("",)),
-        (
-            ContactSet,
-            "__init__",
-            lambda *a, **k: prepared(*a, **k | {"update": False}),
-            ("lag", "work"),
-        ),
-    ):
+    half = (contact_law, "friction_limit_n", lambda *given: 0.5 * limit_n(*given))
+    late = (ContactSet, "__init__", lambda *a, **k: prepared(*a, **k | {"update": False}))
+    for fault, words in ((half, ("",)), (late, ("lag", "work"))):
         with monkeypatch.context() as patch:
-            patch.setattr(place, name, fault)
+            patch.setattr(*fault)
             failed = verify_contact_gate().query("not `pass`")["quantity"]
         assert any(word in quantity for quantity in failed for word in words)
 
