@@ -110,7 +110,7 @@ def run(*arguments):
     return result.stderr
 
 
-def test_a_bridge_is_only_sought_in_its_folders(tmp_path):
+def test_a_bridge_is_only_sought_in_its_folders_and_has_no_number_that_ends_the_solver(tmp_path):
     for name in ("../../etc/passwd", "..", "a/b", "x" * 100_000, "[/red]", "\0"):
         with pytest.raises(InputError, match="bridge must be one of"):
             load_bridge(name)
@@ -120,9 +120,6 @@ def test_a_bridge_is_only_sought_in_its_folders(tmp_path):
     child.write_text("extends: ../outside\n", encoding="utf-8")
     with pytest.raises(InputError, match="no other bridge"):
         load_bridge(child)
-
-
-def test_a_bridge_has_no_number_that_ends_the_solver_and_bad_choices_are_named(tmp_path):
     path = tmp_path / "mine.yaml"
     for value in ("1.0e+300", "1.0e-300", "501.0"):
         path.write_text(f"extends: osb1\nspans_m: {{v: [{value}, 45.0], src: 'd: x'}}\n")
@@ -164,7 +161,7 @@ STATE = {"component": "a", "demand": "column_drift_ratio", "unit": "percent", "d
          "citation": "x", "states": {"slight": 1.0}}  # fmt: skip
 
 
-def test_all_bad_inputs_of_a_study_are_reported_at_once(tmp_path):
+def test_all_bad_inputs_of_a_study_are_reported_at_once_also_motions_that_cannot_be_read(tmp_path):
     """A wrong unit, a missing citation and dispersion, measures, bridges and folders."""
     uncited, certain = ({k: v for k, v in STATE.items() if k != left_out}
                         for left_out in ("citation", "dispersion"))  # fmt: skip
@@ -178,9 +175,6 @@ def test_all_bad_inputs_of_a_study_are_reported_at_once(tmp_path):
     ):  # fmt: skip
         assert words in message
     assert message.startswith("7 faults:")
-
-
-def test_a_demand_that_no_analysis_has_and_a_motion_that_cannot_be_read(tmp_path):
     motions = tmp_path / "motions"
     motions.mkdir()
     pairs = make_pairs(motions, 2)
@@ -208,7 +202,7 @@ def run_case(tmp_path, command, case, *, rows=PATH):
     return cli_json.run(command, file, "--out", out)
 
 
-def test_good_contact_case_writes_the_forces(tmp_path):
+def test_good_cases_write_forces_and_histories_with_units(tmp_path):
     code, answer = run_case(tmp_path, "contact", CONTACT)
     assert code == 0
     table = pd.read_csv(tmp_path / "f.csv")
@@ -222,9 +216,6 @@ def test_good_contact_case_writes_the_forces(tmp_path):
     code, answer = cli_json.run("contact", tmp_path / "case.yaml", "--out", blocked)
     assert code == 2
     assert "cannot write" in answer["message"]
-
-
-def test_good_deck_case_writes_histories_with_units(tmp_path):
     code, answer = run_case(tmp_path, "deck", DECK)
     assert code == 0
     assert set(answer["peaks"]) == {"ux_m", "uy_m", "theta_rad", "penetration_m"}

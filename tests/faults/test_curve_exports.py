@@ -66,7 +66,7 @@ def export(tmp_path):
     return write
 
 
-def test_nrml_has_mean_and_deviation_of_the_lognormal(export):
+def test_nrml_has_mean_and_deviation_of_the_lognormal_and_a_file_per_set_of_states(export):
     curves = curves_of("im_sa_1p000_rotd50_g")
     out, report = export(curves, "nrml", "fragility.xml")
     assert report["curves"] == 8
@@ -83,6 +83,13 @@ def test_nrml_has_mean_and_deviation_of_the_lognormal(export):
     sigma = np.sqrt(np.log1p((deviation / mean) ** 2))
     assert sigma == pytest.approx(first["beta_total"], rel=1e-6)
     assert mean * np.exp(-0.5 * sigma**2) == pytest.approx(first["theta"], rel=1e-6)
+    _, report = export(with_hole(curves_of(PGA)), "nrml", "fragility.xml")
+    assert {model["functions"] for model in report["models"]} == {1, 3}
+    assert report["curves"] == 7
+    models = [ElementTree.parse(name).getroot()[0] for name in report["files"]]
+    states = {model[1].text: len(model) - 2 for model in models}
+    assert states == {"slight moderate": 3, "moderate": 1}
+    assert any("fragility.xml was not written" in note for note in report["notes"])
 
 
 def test_names_have_only_characters_that_the_other_program_accepts(export):
@@ -121,16 +128,6 @@ def test_pelicun_keeps_the_number_of_a_state_where_a_milder_one_has_no_estimate(
     state = names[name]["LimitStates"]["LS2"]["DS1"]
     assert state["Description"].startswith("moderate")
     assert state["Reference"] == "test"
-
-
-def test_nrml_has_a_file_per_set_of_states(export):
-    _, report = export(with_hole(curves_of(PGA)), "nrml", "fragility.xml")
-    assert {model["functions"] for model in report["models"]} == {1, 3}
-    assert report["curves"] == 7
-    models = [ElementTree.parse(name).getroot()[0] for name in report["files"]]
-    states = {model[1].text: len(model) - 2 for model in models}
-    assert states == {"slight moderate": 3, "moderate": 1}
-    assert any("fragility.xml was not written" in note for note in report["notes"])
 
 
 def test_probabilities_over_a_range_are_those_of_the_curves(export):

@@ -140,7 +140,7 @@ def test_a_collapse_flag_in_a_cloud_and_demands_above_a_value_are_censored(fit):
     assert f"would leave out {fall.sum()} censored demands" in refused["message"]
 
 
-def test_a_table_of_runs_obeys_status_and_motions(fit):
+def test_a_table_of_runs_obeys_status_and_unknown_outcomes_may_forbid_a_median(fit):
     table = synthetic_demands(**SAME_PLACE)
     table.loc[14, "status"] = "collapse"
     code, found = fit(table, "cloud", *RUNS, 0.01)
@@ -150,9 +150,6 @@ def test_a_table_of_runs_obeys_status_and_motions(fit):
     assert fit(table, "stripes", *RUNS, 0.01)[1]["status"] in {"ok", "complete_separation"}
     code, found = fit(table.assign(status="ok"), "cloud", *RUNS, 9.0)
     assert (code, found["status"], found["theta"]) == (0, "no_exceedance", None)
-
-
-def test_unknown_outcomes_that_decide_the_median_are_refused(fit):
     table = synthetic_demands(**SAME_PLACE, motions=40)
     strong = (table[IM] > 0.3) & (table.index % 2 == 0)
     table.loc[strong, DRIFT] *= 0.5

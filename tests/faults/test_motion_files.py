@@ -96,16 +96,13 @@ def test_each_file_gets_its_expected_verdict(tmp_path):
         assert found == {name: verdict for name, (_, verdict) in FILES.items()}
 
 
-def test_very_long_lines_are_refused_quickly(tmp_path):
+def test_very_long_lines_are_refused_quickly_and_unreadable_paths_are_input_errors(tmp_path):
     long = " " * 3_000_000
     texts = ("1" * 3_000_000 + "x", f"{long}NPTS", f"NPTS= 1{long}", "-" * 10**6)
     for name, text in product(("long.AT2", "long.txt", "long.V2"), texts):
         (tmp_path / name).write_text(text)
         with pytest.raises(InputError):
             read_trace(tmp_path / name, Stated(dt_s=0.01))
-
-
-def test_unreadable_paths_are_input_errors(tmp_path):
     (tmp_path / "nan.AT2").write_text(FILES["23_nan.AT2"][0])
     for name, message in (("no_such.AT2", "no_such"), (".", "."), ("nan.AT2", "line 6: 'NaN'")):
         with pytest.raises(InputError, match=message):

@@ -192,7 +192,9 @@ def test_only_workers_count_as_such_where_none_of_them_begins():
 
 
 # --- a journal survives kills, two writers and damage on the disk: no altered row is used
-def test_a_successor_waits_for_the_end_of_its_predecessor(tmp_path):
+def test_a_successor_waits_for_the_end_of_its_predecessor_and_missing_locks_are_reported(
+    tmp_path, monkeypatch
+):
     """As on a cluster, where a job comes back while another node still runs it."""
     path = tmp_path / "v.jsonl"
 
@@ -210,9 +212,6 @@ def test_a_successor_waits_for_the_end_of_its_predecessor(tmp_path):
                 assert read_content([path]).rows == {}
         second.result(timeout=60.0)
     assert set(read_content([path]).rows) == {"a"}
-
-
-def test_a_file_system_without_locks_is_reported(tmp_path, monkeypatch):
     no_locks = Mock(side_effect=OSError(errno.ENOLCK, "No locks available"))
     monkeypatch.setattr("fcntl.flock", no_locks)
     message = r"cannot be locked \(No locks available\): .*NFSv4"
@@ -254,7 +253,7 @@ def test_a_journal_cut_at_any_byte_of_its_last_line_loses_that_line_only(journal
         assert "c" in read_content([journal]).rows
 
 
-def test_no_altered_byte_puts_another_row_into_the_study(journal):
+def test_no_altered_byte_puts_another_row_into_the_study_and_garbage_is_passed_over(journal):
     whole = written(journal, ROWS)
     expected = as_text(read_content([journal]).rows)
     for place in range(len(whole)):
@@ -264,9 +263,7 @@ def test_no_altered_byte_puts_another_row_into_the_study(journal):
             found = as_text(content.rows)
             assert found.items() <= expected.items()
             assert len(found) == 2 or content.counts["damaged"]
-
-
-def test_garbage_in_the_middle_is_counted_and_passed_over(journal):
+    journal.unlink()
     first = written(journal, ROWS[:1])
     for garbage in (b"\xff\xfe\x80", b"[" * 20000, b"\x00" * 4096, b'{"run_key": "x"', b"7"):
         journal.write_bytes(first + garbage + b"\n")
@@ -276,7 +273,7 @@ def test_garbage_in_the_middle_is_counted_and_passed_over(journal):
         assert "1 line(s) cut short or altered" in content.sentences[0]
 
 
-def test_forgetting_keeps_the_last_line_of_every_other_key(journal):
+def test_failed_analyses_are_forgotten_with_their_tables_and_other_lines_are_kept(journal):
     written(journal, [*ROWS, {**ROWS[1], "column_shear_kn": 6.0}])
     journal.write_bytes(journal.read_bytes() + b"\xff\n")
     folder = StudyFolder(journal.parents[1])
@@ -287,11 +284,8 @@ def test_forgetting_keeps_the_last_line_of_every_other_key(journal):
     assert journal.read_bytes().count(b"\n") == len(after.rows)
     assert as_text(after.rows) == as_text(before.rows)
     assert after.rows["b"]["column_shear_kn"] == 6.0
-
-
-def test_failed_analyses_are_forgotten_with_the_table_that_shows_them(journal):
+    journal.unlink()
     written(journal, ROWS)
-    folder = StudyFolder(journal.parents[1])
     stays, *gone = map(folder.variant_demands, "wv")
     gone += [folder.report, folder.demands, folder.round_demands(2, "v")]
     for path in (stays, *gone):

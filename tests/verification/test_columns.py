@@ -450,7 +450,7 @@ def test_the_last_step_of_a_moving_bridge_is_not_its_residual_drift():
     assert abs(moving.demands[NAME] - target) < 0.5 * abs(last_drift(moving) - target)
 
 
-def test_only_the_residual_drift_depends_on_the_release(monkeypatch):
+def test_only_the_residual_drift_depends_on_the_release_whose_failure_is_reported(monkeypatch):
     usual = run(duration_s=2.0).demands
     monkeypatch.setattr(transient, "MAX_PERIODS", 0)
     other = run(duration_s=2.0)
@@ -459,9 +459,6 @@ def test_only_the_residual_drift_depends_on_the_release(monkeypatch):
     assert other.messages == (
         "residual drift is taken from the last step: still moving after 0 periods",
     )
-
-
-def test_a_failed_release_is_reported_and_a_collapse_keeps_the_drift_of_its_last_step(monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr(transient, "_PARTS", ())
         result = run(duration_s=1.0)

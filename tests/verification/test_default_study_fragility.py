@@ -45,7 +45,7 @@ def keys(table):
     return table["component"] + "/" + table["limit_state"]
 
 
-def test_some_run_reaches_a_state_of_every_default_component(study):
+def test_components_have_states_that_runs_reach_and_no_estimates_of_others(study):
     """A component whose every state is out of reach of the model is not offered."""
     largest = study.raw.max(numeric_only=True)
     states = [state for state in study.states if state.demand in study.raw]
@@ -54,9 +54,6 @@ def test_some_run_reaches_a_state_of_every_default_component(study):
     assert reached == {state.component for state in states}
     assert "column_residual_drift_ratio" in study.raw
     assert "column_residual_drift_ratio" not in {state.demand for state in study.states}
-
-
-def test_no_estimate_exists_for_a_state_that_no_run_of_the_bridge_reached(study):
     raw, states = study.raw, study.states
     systems = system_curves(study.rows, states, SETTINGS)
     for bridge, known in NOT_REACHED.items():
@@ -94,7 +91,7 @@ def test_a_column_failure_of_one_mode_decides_no_state_of_the_other(study):
         assert found["reach"].str.contains("largest").all()
 
 
-def test_a_column_is_no_stronger_in_any_mode_than_in_one(study):
+def test_a_column_is_no_stronger_in_any_mode_than_in_the_only_one_reached(study):
     curves, medians, joint = study.curves, study.medians, study.joint
     fitted = curves[(curves["status"] == "ok") & (curves["component"] == "column_failure")]
     table = fitted.pivot_table(index=["variant", "method"], columns="limit_state", values="theta")
@@ -108,9 +105,6 @@ def test_a_column_is_no_stronger_in_any_mode_than_in_one(study):
         both = found[["any", mode]].dropna()
         assert len(both) > 0
         assert (both["any"] <= both[mode] * (1.0 + 1e-12)).all()
-
-
-def test_the_curve_of_any_mode_is_that_of_the_only_mode_reached(study):
     fitted = study.curves.query("component == 'column_failure' and status == 'ok'")
     preferred = fitted[fitted["preferred"].astype(bool)].set_index(["variant", "limit_state"])
     dispersion = preferred["beta_total"].unstack()

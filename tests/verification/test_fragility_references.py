@@ -131,14 +131,11 @@ def test_degenerate_data_have_a_status_and_labelled_estimates(name, estimates):
             assert fit.as_json()[f"p_{limit}"] == pytest.approx([wanted] * 3, rel=1e-6)
 
 
-def test_bad_stripes_are_refused_with_the_row():
+def test_bad_stripes_are_refused_and_identical_capacities_have_no_dispersion():
     for name in ("deg_k_gt_n", "deg_im_nonpositive", "deg_nan"):
         given, expected = case(name)
         with pytest.raises(InputError, match="^" + re.escape(expected["error"])):
             fitted(given)
-
-
-def test_identical_capacities_have_no_dispersion_and_others_a_distance_from_the_normal():
     fit = fitted(case("deg_ida_identical")[0])
     assert (fit.status, fit.theta, fit.beta) == ("zero_dispersion", 1.0, 0.0)
     assert fit.ci_method == ""
@@ -148,16 +145,13 @@ def test_identical_capacities_have_no_dispersion_and_others_a_distance_from_the_
 
 
 # --- clouds, systems and regressions
-def test_norris_regression_is_certified_to_ten_digits():
+def test_norris_regression_is_certified_and_degenerate_clouds_get_their_status_or_error():
     given, expected = case("cloud_nist_norris")
     fit = fit_cloud(np.exp(given["ln_im"]), np.exp(given["ln_edp"]), given["threshold"])
     assert_agrees(fit, expected, ["b"], 1e-10)
     expected = expected | {"sigma": expected["beta_d_im"], "beta": expected["zeta"]}
     assert_agrees(fit, expected, ("ln_a", "sigma"), 1e-8)
     assert_agrees(fit, expected, ("theta", "beta"), 1e-6)
-
-
-def test_degenerate_clouds_get_their_status_or_error():
     given, expected = case("deg_cloud_negative_slope")
     fit = fit_cloud(given["im"], given["edp"], given["threshold"])
     assert fit.status == "non_increasing"

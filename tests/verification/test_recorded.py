@@ -83,7 +83,7 @@ def test_channels_are_those_of_the_station_and_one_may_be_replaced(tmp_path):
     assert len(read_events(tmp_path, station)) == 2
 
 
-def test_other_stations_and_missing_channels_are_refused_in_one_sentence(tmp_path):
+def test_other_stations_and_missing_channels_are_refused_and_without_records_nothing_runs(tmp_path):
     other = write_event(tmp_path / "other", station=89005)
     short = write_event(tmp_path / "short", (1, 3, 15, 18, 20))
     for records, words in (
@@ -97,9 +97,6 @@ def test_other_stations_and_missing_channels_are_refused_in_one_sentence(tmp_pat
     empty.mkdir()
     with pytest.raises(InputError, match=r"no \.V2 file"):
         read_events(empty, read_station("painter"))
-
-
-def test_without_records_the_study_is_skipped_with_its_reason(tmp_path):
     result = invoke("verify", "painter", "--out", tmp_path)
     assert result.exit_code == 0
     assert "--records DIR" in result.stderr

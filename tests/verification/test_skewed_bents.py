@@ -1,4 +1,4 @@
-"""Skewed bents and walls in two parts, against closed forms and rows of the earlier model.
+"""Skewed bents, against closed forms and rows of the earlier model.
 
 The stiffness of a bent is a tensor in plan: a bent turned by an angle has the turned tensor. It is
 exact up to rounding in the static analysis (1e-6). The stored rows were computed at commit
@@ -15,8 +15,6 @@ import pandas as pd
 import pytest
 
 from bridge_variants import analysed, static_steps, variant
-from skewbridge.analysis.pushover import push_abutment
-from skewbridge.bridge.backfill import wall_backfill
 from skewbridge.bridge.bent import build_bents
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.handles import TagAllocator
@@ -123,54 +121,3 @@ def test_rows_of_the_earlier_model_are_reproduced_by_its_options(row, motion):
     # bridge_a, in which a contact then closes one step later
     within = 1e-3 if place["bridge"] == "bridge_a" else 1e-7
     assert {name: found[name] for name in row} == pytest.approx(row, rel=within)
-
-
-# --- walls
-@pytest.mark.parametrize("skew_deg", [0, 60])
-def test_a_wall_never_exceeds_the_strength_of_its_soil_and_never_pulls(skew_deg, motion):
-    soil = wall_backfill(load_bridge("osb1").abutment, "hyperbolic", radians(skew_deg))
-    strength_kn = soil.ultimate_n / 1e3
-    parallel, series = (
-        wall_forces_kn(analysed(variant(skew_deg), motion, ModelOptions(backfill_dashpot=kind)))
-        for kind in ("parallel", "series")
-    )
-    assert parallel.max() > 1.1 * strength_kn
-    assert 0.98 * strength_kn < series.max() < 1.02 * strength_kn
-    assert series.min() >= 0.0
-
-
-def wall_forces_kn(result):
-    """Return the normal force of all contacts of each backwall, shape (n, 2)."""
-    histories = result.histories
-    return np.column_stack(
-        [
-            sum(histories[f"contact_{side}_backwall_{i}_normal_kn"] for i in (1, 2, 3))
-            for side in ("left", "right")
-        ]
-    )
-
-
-@pytest.mark.parametrize("backfill", ["hyperbolic", "sdc"])
-def test_a_slow_push_meets_the_same_backbone_in_both_arrangements(backfill):
-    curves = [
-        push_abutment(
-            variant(30, "contact"),
-            ModelOptions(backfill_dashpot=kind, backfill=backfill, key_frame="skewed"),
-            angle_deg=30.0,
-            max_disp_m=0.12,
-            steps=240,
-        ).force_n
-        for kind in ("parallel", "series")
-    ]
-    np.testing.assert_allclose(curves[1], curves[0], rtol=0.005)
-
-
-def test_a_bent_that_is_turned_further_gives_another_response(motion):
-    """A sixth of the columns' drift follows the orientation of the bents under this motion."""
-    drifts = [
-        analysed(variant(60), motion, ModelOptions(bent_skew_deg=skew_deg)).whole_history[
-            "column_drift_ratio"
-        ]
-        for skew_deg in (0.0, 60.0)
-    ]
-    assert drifts[0] != pytest.approx(drifts[1], rel=0.02)

@@ -29,7 +29,7 @@ def study(tmp_path_factory):
     return tree
 
 
-def test_every_round_has_a_plan_a_line_and_its_demands(study):
+def test_every_round_has_a_plan_and_its_demands_and_a_killed_study_repeats_no_analysis(study):
     printed = (study / "printed.log").read_text()
     found = plans(study)
     assert [plan["round"] for plan in found] == list(range(1, len(found) + 1))
@@ -40,9 +40,6 @@ def test_every_round_has_a_plan_a_line_and_its_demands(study):
         changed = [name for name, (start, end) in plan["motions"].items() if end > start]
         folder = study / f"results/demands/round{plan['round']}"
         assert sorted(path.stem for path in folder.iterdir()) == sorted(changed)
-
-
-def test_a_killed_study_in_rounds_repeats_no_analysis(study):
     keys = journal_keys(study)
     demands = pd.read_parquet(study / "results/demands.parquet")
     assert len(keys) == len(set(keys)) == len(demands) == sum(p["analyses"] for p in plans(study))

@@ -63,15 +63,12 @@ def test_a_second_run_in_the_tree_stops_and_an_edited_configuration_is_reported(
     assert "config/config.yaml was edited" not in printed
 
 
-def test_a_killed_study_repeats_nothing_that_finished(study):
+def test_a_killed_study_repeats_nothing_and_its_tables_and_report_are_complete(study):
     finished, keys = json.loads((study / "killed.json").read_text()), journal_keys(study)
     assert finished
     assert len(keys) == len(set(keys)) == 6
     assert set(finished) <= set(keys)
     assert planned_jobs(study) == set()
-
-
-def test_tables_and_report_are_complete_and_have_their_provenance(study):
     demands = pd.read_parquet(study / "results/demands.parquet")
     assert len(demands) == 6
     assert demands["status"].isin(["ok", "collapse"]).all()

@@ -26,7 +26,7 @@ def rule_blocks():
     return dict(zip(blocks[::2], blocks[1::2], strict=True))
 
 
-def test_every_input_made_by_a_rule_is_in_the_digest_of_its_reader():
+def test_rules_have_digests_of_their_inputs_docstring_and_resources_and_change_no_setting():
     """What a rule reads of others is in its recipe, directly or through another one.
 
     The gate is only an input to come first: where it alone has changed, journals have everything.
@@ -45,9 +45,6 @@ def test_every_input_made_by_a_rule_is_in_the_digest_of_its_reader():
     assert "rules.verify_contact" in blocks["analyse"]
     # Snakemake forgets a job behind one that runs if all that it reads of that one is ancient
     assert "ancient(rules." not in "".join(blocks.values())
-
-
-def test_the_workflow_changes_no_setting_of_snakemake_and_every_rule_has_docstring_and_resources():
     paths = [ROOT / "Snakefile", ROOT / "workflow/Snakefile", *(ROOT / "workflow").rglob("*.smk")]
     text = "".join(path.read_text() for path in paths)
     assert not re.search(r"workflow\.\w+_settings(\.\w+)* *[-|]?=", text)
@@ -58,17 +55,14 @@ def test_the_workflow_changes_no_setting_of_snakemake_and_every_rule_has_docstri
             assert directive in block, (name, directive)
 
 
-def test_a_copied_configuration_has_results_of_its_own_and_needs_no_number_of_cores(tree):
+def test_a_copied_configuration_has_results_of_its_own_and_a_cluster_a_job_for_each_variant(tree):
     shutil.copy(tree / "config/smoke.yaml", tree / "config/mine.yaml")
     for asked in ("-n", "--dag", "--summary"):
         plan = done([SNAKEMAKE, asked, "--configfile", "config/mine.yaml"], tree)
         assert "results/smoke" not in plan.stdout + plan.stderr
         assert "analyse" in plan.stdout + plan.stderr
         assert asked != "-n" or "output: results/mine/report.html" in plan.stdout + plan.stderr
-
-
-def test_the_profile_of_a_cluster_plans_a_job_for_each_variant(tree):
-    """With the processors, time and partition that the environment names."""
+    # with the processors, time and partition that the environment names
     site = {"SKEWBRIDGE_JOB_CORES": "2", "SKEWBRIDGE_JOB_MINUTES": "17", "SBATCH_PARTITION": "long"}
     profile = ("--workflow-profile", "workflow/profiles/slurm")
     plan = done([SNAKEMAKE, "-n", *profile], tree, environment=site)
