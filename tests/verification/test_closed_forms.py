@@ -196,13 +196,6 @@ def test_contact_checks_fail_with_a_fault_in_friction(monkeypatch):
         assert any(word in quantity for quantity in failed for word in words)
 
 
-def curved_path(rows_per_period):
-    """A smooth path in space that opens and closes."""
-    t = np.linspace(0.0, 2.0, 2 * rows_per_period + 1)
-    x, y = 0.5 * np.sin(2.0 * np.pi * t), 0.4 * np.sin(4.0 * np.pi * t + 0.7) - 0.4 * np.sin(0.7)
-    return np.column_stack([t, x, y, 0.03 - 0.08 * np.sin(np.pi * t + 0.4)])
-
-
 def driven_native(law, path, integration, substeps):
     """Forces of the native element along a path, as in `PathResult`."""
     forces = np.zeros((len(path), 3))
@@ -221,12 +214,12 @@ def driven_native(law, path, integration, substeps):
 
 @pytest.mark.parametrize("integration", [native.IMPLICIT, IMPLEX])
 def test_native_element_gives_the_same_forces_on_a_path(integration):
-    path = curved_path(400)
+    path = spatial_path.smooth_path(400, "opening and closing")
     law = contact_law.ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3)
     ours = drive_unit(law, path, substeps=10).forces_n
     theirs = driven_native(law, path, integration, substeps=10)
     limit = 0.3 * ours[:, 2].max()
-    assert np.sqrt(np.mean(np.sum((ours - theirs) ** 2, axis=1))) <= 0.01 * limit
+    assert unit.rms_n(ours - theirs) <= 0.01 * limit
     assert path_work_j(path, ours) == pytest.approx(path_work_j(path, theirs), rel=2e-3)
 
 
