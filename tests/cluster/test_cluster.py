@@ -128,13 +128,16 @@ def study(cluster, tree):
     return tree
 
 
-def test_a_cancelled_job_and_a_lost_node_lose_and_repeat_nothing(study):
+def test_a_cancelled_job_and_a_lost_node_lose_and_repeat_nothing_and_the_report_is_made(study):
     finished = json.loads((study / "finished.json").read_text())
     keys = journal_keys(study)
     assert finished
     assert len(keys) == len(set(keys)) == 8
     assert set(finished) <= set(keys)
     assert "Trying to restart job" in (study / "slurm.log").read_text()
+    assert (study / "results/report.html").is_file()
+    again = done(through_slurm("-n"), study, environment=SITE)
+    assert "Nothing to be done" in again.stdout + again.stderr
 
 
 def test_the_tables_are_those_of_one_machine(study):
@@ -147,12 +150,6 @@ def test_the_tables_are_those_of_one_machine(study):
         pd.testing.assert_frame_equal(
             there.drop(columns=left_out), here.drop(columns=left_out), check_exact=True
         )
-
-
-def test_the_report_is_made_and_nothing_is_left_to_do(study):
-    assert (study / "results/report.html").is_file()
-    again = done(through_slurm("-n"), study, environment=SITE)
-    assert "Nothing to be done" in again.stdout + again.stderr
 
 
 def test_a_job_over_its_memory_is_tried_again_with_more(cluster, tree):

@@ -104,12 +104,14 @@ def test_a_bent_loses_strength_soon_after_its_displacement_capacity(bridge):
     assert without.force_n[-1] > 0.99 * without.peak_n
 
 
-def test_drift_at_axial_failure_agrees_with_the_hand_value():
+def test_drift_at_axial_failure_agrees_with_the_hand_value_and_loss_needs_a_hinge_length():
     # Elwood and Moehle, theta 65 degrees: tan 2.1445; hoops pi/2 x 510e-6 x 469e6 x 1.549/0.127
     # = 4.58 MN; 0.04 x 5.599/(2.1445 + 6.0/(4.58 x 2.1445)) = 0.0813
     section = bent_capacity(load_bridge("osb1_fixed"), 0).shear
     assert axial_failure_drift(section, 6.0e6) == pytest.approx(0.0813, rel=0.005)
     assert axial_failure_drift(section, 9.0e6) < axial_failure_drift(section, 6.0e6)
+    with pytest.raises(InputError, match="`shear_failure: degrade` requires"):
+        push("osb1_fixed", 0.1, shear_failure="degrade", column_integration="lobatto5")
 
 
 #: A shear-critical bridge for the default strength, and one for the design strength.
@@ -149,11 +151,6 @@ def test_a_strong_motion_cannot_exceed_the_shear_strength(bridge, model):
         shears = [values for name, values in result.histories.items() if name.endswith(ends)]
         shears_kn[option] = np.abs(shears).max()
     assert shears_kn["degrade"] <= 1.001 * loss.strength_n / 1e3 < shears_kn["flag"]
-
-
-def test_loss_of_shear_strength_needs_a_hinge_of_given_length():
-    with pytest.raises(InputError, match="`shear_failure: degrade` requires"):
-        push("osb1_fixed", 0.1, shear_failure="degrade", column_integration="lobatto5")
 
 
 # --- the shear of a leaning column's sections: base force, P-Delta and end moments by statics

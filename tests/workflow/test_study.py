@@ -86,12 +86,16 @@ def test_a_killed_study_repeats_nothing_and_its_tables_and_report_are_complete(s
     assert 'href="http' not in re.sub(r"<script.*?</script>", "", page, flags=re.DOTALL)
 
 
-def test_modelling_choices_are_made_on_request_only(study):
+def test_modelling_choices_are_made_on_request_only_in_the_configured_folder(study):
     assert planned_jobs(study, "", "choices") == {"modelling_choices", "choices"}
     outdated = study / "results/modelling_choices.parquet"
     write_frame(pd.DataFrame({"name": ["keys"]}), outdated, provenance(rule_digest="another"))
     assert planned_jobs(study) == set()
     outdated.unlink()
+    plan = run(study, "-n", over="results: elsewhere/mine")
+    assert "output: elsewhere/mine/report.html" in plan.stdout + plan.stderr
+    assert "results/" not in plan.stdout + plan.stderr
+    shutil.rmtree(study / "elsewhere")
 
 
 def test_workers_and_the_growth_of_a_grid_leave_the_tables_as_they_are(study):
@@ -189,10 +193,3 @@ def test_another_version_of_the_solver_reruns_the_analyses(copy):
         jobs = planned_jobs(copy)
     assert jobs >= ANALYSES | {"verify_contact"}
     assert "prepare_motions" not in jobs
-
-
-def test_a_study_is_written_into_its_configured_folder(study):
-    plan = run(study, "-n", over="results: elsewhere/mine")
-    assert "output: elsewhere/mine/report.html" in plan.stdout + plan.stderr
-    assert "results/" not in plan.stdout + plan.stderr
-    shutil.rmtree(study / "elsewhere")
