@@ -130,7 +130,7 @@ def test_pelicun_keeps_the_number_of_a_state_where_a_milder_one_has_no_estimate(
     assert state["Reference"] == "test"
 
 
-def test_probabilities_over_a_range_are_those_of_the_curves(export):
+def test_a_range_has_the_probabilities_of_the_curves_and_latex_names_variants_in_words(export):
     curves = curves_of()
     out, _ = export(curves, "csv", "p.csv", "--im-range", 0.1, 2)
     long = pd.read_csv(out)
@@ -142,9 +142,6 @@ def test_probabilities_over_a_range_are_those_of_the_curves(export):
     same = (long["variant"] == one["variant"]) & (long["limit_state"] == one["limit_state"])
     u = np.log(long.loc[same, "intensity"] / one["theta"]) / one["beta_total"]
     assert long.loc[same, "probability"].to_numpy() == pytest.approx(norm.cdf(u), rel=1e-9)
-
-
-def test_latex_names_variants_in_words_and_marks_differing_methods(export):
     tex, _ = export(curves_of(), "latex", "curves.tex")
     text = tex.read_text()
     assert r"\beta_\mathrm{total}" in text

@@ -229,7 +229,7 @@ def test_runs_without_motions_are_said_to_be_independent(fit, tmp_path):
     assert "notes" not in found
 
 
-def test_an_infinite_demand_of_a_collapsed_run_is_no_bound(fit):
+def test_infinite_demands_of_collapsed_runs_are_no_bounds_and_drift_in_per_cent_is_reported(fit):
     data = {"im": [0.1, 0.2, 0.3, 0.4], "threshold": 0.01, "collapse": [0, 0, 0, 1]}
     collapsed, at_capacity = (
         fit(data | {"edp": [0.005, 0.02, 0.012, last]}, "cloud") for last in (float("inf"), 0.01)
@@ -242,9 +242,6 @@ def test_an_infinite_demand_of_a_collapsed_run_is_no_bound(fit):
     )
     assert infinite == unknown
     assert infinite[1]["status"] == "ok"
-
-
-def test_drift_in_per_cent_is_reported_unless_its_capacity_is_in_per_cent(fit):
     table = synthetic_demands(**SAME_PLACE, motions=24)[["motion_id", IM, DRIFT]]
     percent = table.assign(**{DRIFT: 100.0 * table[DRIFT]})
     text = f"{DRIFT} is up to {percent[DRIFT].max():.3g} in completed runs"
@@ -276,7 +273,7 @@ def foreign(tmp_path):
     return read
 
 
-def test_complete_is_derived_unless_given_and_missing_numbers_reject_single_rows(foreign):
+def test_foreign_tables_lose_single_bad_rows_or_are_refused_with_row_and_column(foreign):
     data = {"record": [*"abc"], "PGA": [0.1, 0.2, 0.3], "end": ["ok", "collapse", "ok"],
             "failed": ["", "", "shear"], "all": [True, True, False]}  # fmt: skip
     names = {"motion_id": "record", "im_pga_g": "PGA", "status": "end", "beyond_model": "failed"}
@@ -291,9 +288,6 @@ def test_complete_is_derived_unless_given_and_missing_numbers_reject_single_rows
     assert kinds == [["rejected_row", 3], ["missing_demand", 7]]
     row = fit_study(ours.table, states_of("column_drift")[:1], settings).iloc[0]
     assert (row["status"], row["n_runs"]) == ("ok", 29)
-
-
-def test_a_bad_foreign_table_names_row_and_column(foreign):
     data = {"record": ["a", "b"], "PGA": [0.1, 0.2], "drift": ["0.1", "0.2"], "status": ["ok"] * 2}
     columns = {"motion_id": "record", "im_pga_g": "PGA", DRIFT: "drift", "status": "status"}
     for change, text in (

@@ -155,16 +155,13 @@ def test_a_bad_index_is_refused_by_line_and_name(tmp_path, monkeypatch):
     refuse(r"q0_h2\.AT2.* does not exist", "q0,", "q0,")
 
 
-def test_waho_with_the_published_peak_is_accepted(tmp_path):
+def test_waho_of_the_published_peak_is_accepted_and_a_false_one_replaced(tmp_path, monkeypatch):
     # one direction only: RotD50 is the peak over sqrt 2
     values = shaken_g(1)
     values *= 0.5373 * np.sqrt(2.0) / np.abs(values).max()
     (tmp_path / "RSN811_LOMAP_WAH000.AT2").write_text(at2_text(values))
     (tmp_path / "RSN811_LOMAP_WAH090.AT2").write_text(at2_text(1e-6 * values))
     assert prepare_suite(tmp_path, t1_s=0.7)["motion_id"][0] == "RSN811_LOMAP_WAH"
-
-
-def test_false_waho_is_replaced_by_the_named_surrogate(tmp_path, monkeypatch):
     folder, false = tmp_path / "surrogate", tmp_path / "false"
     folder.mkdir()
     false.mkdir()

@@ -416,7 +416,7 @@ def test_limits_of_collapse_and_the_budget_of_iterations_are_settings():
     assert history.t_s[-1] < 1.0
 
 
-def test_failed_steps_are_recovered_counted_and_logged(tmp_path):
+def test_failed_steps_are_recovered_and_logged_and_divergence_is_a_failure(tmp_path, monkeypatch):
     # Three iterations are too few for the steps in which contacts close.
     log = tmp_path / "opensees.log"
     result = run(log_path=log, max_iterations=3, tolerance_j=1e-8, integrator=("Houbolt",))
@@ -425,9 +425,6 @@ def test_failed_steps_are_recovered_counted_and_logged(tmp_path):
     assert sum(result.effort.counts[1:]) > 2
     assert "failed" in log.read_text(encoding="utf-8")
     assert_has_peaks(result)
-
-
-def test_a_diverged_solution_is_a_numerical_failure_without_its_last_step(monkeypatch):
     # One percent of the bridge's weight at a contact represents the force of a lost solution.
     monkeypatch.setattr("skewbridge.analysis.transient.MAX_CONTACT_WEIGHTS", 0.01)
     result = run()
@@ -462,7 +459,7 @@ def test_a_too_strict_tolerance_is_loosened_and_reported_and_changes_no_later_an
     assert result.effort.failures == 1
 
 
-def test_bad_factors_are_refused_before_anything_runs():
+def test_bad_factors_are_refused_and_histories_are_equally_spaced_to_the_end():
     for factors, words in (
         ({"scale": 0.0}, "scale must be a positive number, got 0"),
         ({"scale": -1.0}, "scale"),
@@ -472,9 +469,6 @@ def test_bad_factors_are_refused_before_anything_runs():
     ):
         with pytest.raises(InputError, match=words):
             run(**factors)
-
-
-def test_histories_are_equally_spaced_over_the_window_and_the_free_vibration():
     result = run(duration_s=2.0, free_vibration_s=0.5)
     assert result.duration_s == pytest.approx(2.5)
     assert result.time_reached_s == pytest.approx(2.5)

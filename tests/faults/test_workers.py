@@ -301,7 +301,7 @@ def test_failed_analyses_are_forgotten_with_their_tables_and_other_lines_are_kep
     assert [path for path in (stays, *gone) if path.exists()] == [stays]
 
 
-def test_a_line_that_finds_no_room_leaves_the_journal_as_it_was(journal):
+def test_a_full_disk_leaves_the_journal_as_it_was_and_read_only_results_are_one_sentence(journal):
     before = written(journal, ROWS[:1])
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     # a size that files cannot exceed cuts a write like a disk that becomes full
@@ -312,10 +312,7 @@ def test_a_line_that_finds_no_room_leaves_the_journal_as_it_was(journal):
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     assert journal.read_bytes() == before
-
-
-def test_read_only_results_are_one_sentence():
-    """Whoever runs the test: root gives up its rights for a while."""
+    # whoever runs the test: root gives up its rights for a while
     user = os.geteuid()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name) / "results"

@@ -249,7 +249,7 @@ def elastic_materials(case, monkeypatch, **options):
     return [call.args for call in create.call_args_list if call.args[0] == "Elastic"]
 
 
-def test_the_body_of_the_spring_abutment_has_the_same_stiffness_at_any_skew(monkeypatch):
+def test_the_spring_body_has_one_stiffness_and_waves_that_leave_a_wall_damp_it(monkeypatch):
     """Its spring across the wall stands for soil at zero skew, whatever skew does to the soil."""
     found = set()
     for rule, skew_deg in product(["strength", "strength_and_stiffness"], [0, 60]):
@@ -257,10 +257,7 @@ def test_the_body_of_the_spring_abutment_has_the_same_stiffness_at_any_skew(monk
         found.add(round(max(args[2] for args in given if args[2] < STIFFNESS) / STIFFNESS, 9))
     assert len(found) == 1
     assert 0.1 < found.pop() < 0.5  # the share of the first wall point
-
-
-def test_waves_that_leave_a_wall_damp_it_with_density_velocity_and_area(monkeypatch):
-    """Two walls of 14.33 m x 1.8288 m, each with wing walls worth 0.2963 of it; keys the same."""
+    # two walls of 14.33 m x 1.8288 m, each with wing walls worth 0.2963 of it; keys the same
     materials = (
         elastic_materials(variant(60), monkeypatch, backfill_vs_mps=vs_mps)
         for vs_mps in (100.0, 250.0, 0.0, None)

@@ -279,13 +279,19 @@ def test_the_dissipation_of_an_integrator_is_a_term_of_its_own():
     assert whole / half == pytest.approx(2.0, rel=0.1)
 
 
-def test_only_massless_nodes_stand_for_their_springs():
+def test_only_massless_nodes_stand_for_springs_and_without_a_balance_there_is_no_ratio():
     with domain():
         model = build(variant(), ModelOptions())
         springs = {element for held in held_by_contacts(model).values() for element in held}
         assert springs == set(model.energy_elements["backfill"])
     with domain():
         assert held_by_contacts(build(variant(), ModelOptions(wall_mass=True))) == {}
+    terms = dict.fromkeys(("largest_input", "residual", "numerical", "contact_quadrature"), 0.0)
+    for given in ({}, terms):
+        assert all(math.isnan(value) for value in energy_ratios(given).values())
+    terms |= {"largest_input": 4.0, "residual": 1.0, "contact_quadrature": -2.0}
+    names = ("energy_residual_ratio", "numerical_dissipation_ratio", "contact_energy_ratio")
+    assert energy_ratios(terms) == dict(zip(names, (0.25, 0.0, -0.5), strict=True))
 
 
 @pytest.mark.parametrize("bridge", ["osb1", "osb2s", "bridge_a"])
@@ -297,12 +303,3 @@ def test_the_stiffness_of_spine_and_caps_gives_their_end_forces(bridge):
             force = np.array(ops.eleForce(element))
             limit = 1e-9 * np.abs(force).max()
             assert elastic_stiffness(element) @ ends == pytest.approx(force, rel=1e-9, abs=limit)
-
-
-def test_without_a_balance_or_an_input_there_is_no_ratio():
-    terms = dict.fromkeys(("largest_input", "residual", "numerical", "contact_quadrature"), 0.0)
-    for given in ({}, terms):
-        assert all(math.isnan(value) for value in energy_ratios(given).values())
-    terms |= {"largest_input": 4.0, "residual": 1.0, "contact_quadrature": -2.0}
-    names = ("energy_residual_ratio", "numerical_dissipation_ratio", "contact_energy_ratio")
-    assert energy_ratios(terms) == dict(zip(names, (0.25, 0.0, -0.5), strict=True))

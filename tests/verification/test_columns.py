@@ -440,14 +440,11 @@ def test_the_drift_at_rest_is_that_of_a_run_continued_with_zeros(skew_deg):
     assert short.demands[NAME] == pytest.approx(last_drift(long), rel=0.05)
 
 
-def test_the_last_step_of_a_moving_bridge_is_not_its_residual_drift():
+def test_the_residual_drift_is_that_after_a_release_whose_failure_is_reported(monkeypatch):
     moving, settled = run(), run(free_vibration_s=8.0)
     assert moving.status == "ok"
     target = settled.demands[NAME]
     assert abs(moving.demands[NAME] - target) < 0.5 * abs(last_drift(moving) - target)
-
-
-def test_only_the_residual_drift_depends_on_the_release_whose_failure_is_reported(monkeypatch):
     usual = run(duration_s=2.0).demands
     monkeypatch.setattr(transient, "MAX_PERIODS", 0)
     other = run(duration_s=2.0)

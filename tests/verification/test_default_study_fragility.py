@@ -115,7 +115,7 @@ def test_a_column_is_no_stronger_in_any_mode_than_in_the_only_one_reached(study)
         assert by_state["any"] == by_state.drop("any").iloc[0]
 
 
-def test_a_ratio_of_medians_states_the_runs_and_curves_behind_it(study):
+def test_medians_and_their_ratios_state_the_runs_and_curves_behind_them(study):
     raw, medians = study.raw, study.medians
     curves = study.curves.assign(demand=keys(study.curves))
     estimated = curves[curves["preferred"].astype(bool)].set_index(["variant", "demand"]).index
@@ -135,9 +135,6 @@ def test_a_ratio_of_medians_states_the_runs_and_curves_behind_it(study):
     cloud = curves[(curves["method"] == "cloud") & (curves["status"] == "ok")]
     assert (0.99 * cloud["theta_all_exceed"] <= cloud["theta"]).all()
     assert (cloud["theta"] <= 1.01 * cloud["theta_none_exceed"]).all()
-
-
-def test_medians_at_the_end_of_the_intensities_are_called_extrapolated(study):
     raw, curves = study.raw, study.curves
     found = curves[curves["status"] == "ok"]
     for row in found.to_dict("records"):

@@ -139,7 +139,7 @@ def test_bad_data_are_refused_and_identical_capacities_have_no_interval():
 
 
 # --- clouds, systems and regressions
-def test_probit_of_several_covariates_reproduces_greene():
+def test_probit_of_several_covariates_reproduces_greene_and_annual_rates_their_formula():
     given, expected = case("glm_spector_probit_logit")
     x, exceed = np.array(given["X"]), np.array(given["y"], dtype=float) > 0.0
     constant = int(np.flatnonzero(np.ptp(x, axis=0) == 0.0)[0])
@@ -152,9 +152,6 @@ def test_probit_of_several_covariates_reproduces_greene():
     errors = np.array(expected["probit_se"])[order]
     assert np.sqrt(np.diag(best.covariance[0])) == pytest.approx(errors, rel=1e-4)
     assert best.loglik[0] == pytest.approx(expected["probit_loglik"], rel=1e-6)
-
-
-def test_annual_rate_reproduces_its_formula():
     given, expected = case("risk_maf_power_law")
     # wide enough that nothing is left outside; few points, for each segment is integrated exactly
     im = np.geomspace(1e-3, 1e5, 12)
@@ -169,7 +166,7 @@ def test_annual_rate_reproduces_its_formula():
 # --- statsmodels and scipy as oracles: independent code for the same formulas
 # Tolerances: 1e-8 where both solve a smooth problem to convergence, 1e-5 where statsmodels stops a
 # numerical optimiser.
-def test_cloud_tests_agree_with_ols_diagnostics():
+def test_cloud_tests_and_states_with_one_slope_agree_with_statsmodels():
     rng = np.random.default_rng(3)
     x = rng.uniform(-2.3, 0.4, 60)
     y = -3.5 + 1.1 * x + 0.1 * x**2 + 0.3 * rng.normal(size=60)
@@ -182,9 +179,6 @@ def test_cloud_tests_agree_with_ols_diagnostics():
     assert line.curvature == pytest.approx(square.params[2], rel=1e-9)
     assert line.curvature_p == pytest.approx(square.pvalues[2], rel=1e-7)
     assert fit_cloud(np.exp(x), np.exp(y), 0.03).loglik == pytest.approx(ols.llf, rel=1e-10)
-
-
-def test_states_with_one_slope_are_the_ordered_probit_of_statsmodels():
     rng = np.random.default_rng(3)
     im = np.exp(rng.uniform(-2.0, 0.7, 90))
     demand = 0.3 * im * np.exp(0.5 * rng.normal(size=90))

@@ -55,16 +55,13 @@ def _check(background, published):
     np.testing.assert_allclose(background[5:], published[5:], atol=6e-5)
 
 
-def test_component_has_the_drawn_arias_intensity():
+def test_components_have_their_arias_intensity_and_pulses_their_amplitude():
     rng = np.random.default_rng(5)
     parameters = ddk18.draw_parameters(SMELT, rng)
     *pair_g, _ = ddk18.simulate_background(parameters, SMELT.magnitude, rng, 0.01)
     for accel_g, drawn in zip(pair_g, parameters.components, strict=True):
         assert ddk18.arias_cm_s(accel_g, 0.01) == pytest.approx(drawn.arias_cm_s, rel=1e-6)
-
-
-def test_pulse_has_its_amplitude_and_leaves_no_displacement_rate():
-    """At phase 0 the velocity peaks near Vp at the centre; it ends at zero by construction."""
+    # at phase 0 the velocity peaks near Vp at the centre; it ends at zero by construction
     given = {"peak_cm_s": 50.0, "period_s": 2.0, "oscillations": 2.4}
     pulse = ddk18.Pulse(**given, phase_rad=0.0, peak_time_s=5.0)
     time_s = np.arange(0, 10, 0.001)

@@ -144,7 +144,7 @@ def test_an_event_has_rows_with_null_uniform_correlation_and_error(tmp_path):
     assert set(study.figures) == {"2015-01-28", "changes"}
 
 
-def test_the_page_states_the_numbers_of_its_stored_tables():
+def test_the_page_and_the_bridge_have_the_numbers_of_the_stored_tables():
     page = " ".join((ROOT / "docs/theory/recorded.md").read_text().split())
     readme = " ".join((ROOT / "README.md").read_text().split())
     rows = pd.read_csv(ROOT / "docs/data/recorded.csv").set_index(["event", "quantity"])
@@ -164,9 +164,6 @@ def test_the_page_states_the_numbers_of_its_stored_tables():
         sentence = sentences[row.fitted_to].format(row.peak_ratio, row.correlation, row.error)
         assert sentence in page
         assert abs(row.peak_ratio - 1.0) <= 0.031  # of the README
-
-
-def test_the_numbers_of_the_bridge_are_those_of_the_fit_and_at_most_six():
     bridge = load_bridge("painter")
     fits = pd.read_csv(ROOT / "docs/data/recorded_fit.csv")
     both = fits[fits["fitted_to"] == "both"].iloc[0]
@@ -214,7 +211,7 @@ def test_one_motion_at_all_supports_has_the_peaks_of_uniform_input(case, demands
     assert "residual drift at the last step" in apart.messages[0]
 
 
-def test_a_slow_motion_of_one_end_is_shared_by_the_supports():
+def test_supports_share_a_slow_motion_of_one_end_and_do_not_drift_apart():
     """At 0.4 Hz one end moves 0.2 mm along: all springs are elastic and inertia is small."""
     t_s = np.arange(0.0, 12.0, 0.01)
     ground_m = 2e-4 * np.sin(2 * np.pi * 0.4 * t_s) * np.hanning(len(t_s))
@@ -235,9 +232,6 @@ def test_a_slow_motion_of_one_end_is_shared_by_the_supports():
     drift = np.interp(t_s, found["t_s"], found["column_1_drift_ratio"])[peak]
     # of columns whose base moves on its springs, without the motion of the ground elsewhere
     assert 0.5 < drift / (abs(middle[peak]) / 7.3) < 1.0
-
-
-def test_supports_neither_drift_apart_nor_start_with_a_velocity():
     t_s, speed = np.arange(0.0, 40.0, 0.005), 2 * np.pi / 0.8
     wave_m = 0.05 * np.sin(speed * t_s + 0.7)  # starts with 0.3 m/s, which no record states
     accel = (-(speed**2) * wave_m)[:, None]

@@ -27,7 +27,7 @@ def rows_of(start):
     return [row for row in OF_EFFECTS if row["what"].startswith(start)]
 
 
-def test_every_case_is_simulated_often_enough():
+def test_every_case_is_simulated_and_at_stopping_verdicts_are_rarely_wrong():
     cases = {(row["kind"], row["bounds"], row["effect_margins"]) for row in STOPPING}
     assert cases == set(product(LOOKS, BOUNDS, EFFECTS))
     for start in ("coverage 90%, pooled", "coverage 95%, at the", "type I at the margin"):
@@ -36,11 +36,7 @@ def test_every_case_is_simulated_often_enough():
     assert all(row["simulations"] >= 500 for row in (*STOPPING, *OF_EFFECTS))
     assert set(MEDIANS) == set(CASES)
     assert {row["plan"] for row in FITS} == set(SAMPLING_PLANS)
-
-
-# --- verdicts and intervals at stopping
-def test_at_stopping_verdicts_are_rarely_wrong_intervals_cover_and_clear_effects_are_decided():
-    """The 95 % bounds of the shares are not above 5 % (wrong) and not below 90 % (cover)."""
+    # the 95 % bounds of the shares are not above 5 % (wrong) and not below 90 % (cover)
     wrong = [row for row in STOPPING if row["what"].startswith("wrong")]
     assert len(wrong) >= 21
     # with two orientations more verdicts "certainly small" are wrong (docs/theory/fragility.md)
@@ -51,6 +47,9 @@ def test_at_stopping_verdicts_are_rarely_wrong_intervals_cover_and_clear_effects
         if row["what"] == "decided" and row["kind"] == "demand" and row["effect_margins"] != 1.0:
             assert row["share"] > 0.95
             assert row["mean_motions"] < 20
+
+
+# --- verdicts and intervals at stopping
 
 
 # --- pooled effects, effects at an intensity and verdicts

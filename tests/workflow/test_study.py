@@ -53,7 +53,7 @@ def study(tmp_path_factory):
     return tree
 
 
-def test_a_second_run_in_the_tree_stops_and_an_edited_configuration_is_reported(study):
+def test_a_second_run_stops_and_a_killed_study_repeats_nothing_and_is_complete(study):
     """Whatever folder the second run writes to."""
     holder, *printed = (study / "second.log").read_text().strip().splitlines()
     assert printed[-1].startswith(f"another study is running in {study} (process {holder})")
@@ -61,9 +61,6 @@ def test_a_second_run_in_the_tree_stops_and_an_edited_configuration_is_reported(
     printed = (study / "resumed.log").read_text()
     assert "config/smoke.yaml was edited while the study ran" in printed
     assert "config/config.yaml was edited" not in printed
-
-
-def test_a_killed_study_repeats_nothing_and_its_tables_and_report_are_complete(study):
     finished, keys = json.loads((study / "killed.json").read_text()), journal_keys(study)
     assert finished
     assert len(keys) == len(set(keys)) == 6
