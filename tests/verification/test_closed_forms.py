@@ -28,12 +28,6 @@ from skewbridge.verification.references.driven_unit import drive_unit, path_work
 from skewbridge.verification.references.live_model import clean_domain
 from skewbridge.verification.registry import TABULATED, run_study
 from skewbridge.verification.studies import blocks, spatial_path
-from skewbridge.verification.studies.blocks import (
-    TABLE_G_MPS2,
-    bounce,
-    integrator_restitution,
-    verify_contact_gate,
-)
 
 MASS_KG, KN = 1000.0, 1e7
 SLIP_M = 0.045
@@ -62,7 +56,7 @@ def test_studies_of_closed_forms_and_of_exact_forces_agree(name, count, disagree
 
 def test_b3_sine_pulse():
     def base_mps2(t):
-        return np.where(t <= 0.5, 0.5 * TABLE_G_MPS2 * np.sin(4 * np.pi * t), 0.0)
+        return np.where(t <= 0.5, 0.5 * blocks.TABLE_G_MPS2 * np.sin(4 * np.pi * t), 0.0)
 
     # Friction, start and end of the first slip, its length, and the final slip of an independent
     # event-driven integration.
@@ -73,8 +67,8 @@ def test_b3_sine_pulse():
         (0.4, 0.07379180882521665, 0.22974047118111543, -0.005833137378280437, 0.0),
     ):
         # Newmark: the block slips from the limit until its speed is that of the base again
-        w, limit = 4.0 * np.pi, friction * TABLE_G_MPS2
-        amplitude, duration = 0.5 * TABLE_G_MPS2, end - start
+        w, limit = 4.0 * np.pi, friction * blocks.TABLE_G_MPS2
+        amplitude, duration = 0.5 * blocks.TABLE_G_MPS2, end - start
         assert amplitude * np.sin(w * start) == pytest.approx(limit)
         turn = np.cos(w * end) - np.cos(w * start)
         assert limit * duration + amplitude / w * turn == pytest.approx(0.0, abs=1e-12)
@@ -112,7 +106,7 @@ def test_b4_clipped_restitution_is_tabulated_and_continuous_for_overdamped_conta
 @pytest.mark.parametrize("restitution", [0.45, 0.9])
 def test_b4_clipped_kelvin_voigt_never_pulls_and_takes_the_lost_energy(restitution):
     dashpot = 2.0 * drives.kelvin_voigt_damping_ratio(restitution) * (KN * MASS_KG) ** 0.5
-    history = bounce(drives.kelvin_voigt_drive(kn_n_per_m=KN, dashpot_n_s_per_m=dashpot))
+    history = blocks.bounce(drives.kelvin_voigt_drive(kn_n_per_m=KN, dashpot_n_s_per_m=dashpot))
     assert history.normals_n.min() >= -1e-6  # no tension
     lost = 0.5 * MASS_KG * (1.0 - history.v[-1, 1] ** 2)
     # The mass lost the work on the normal spring; trapezoid at 60 steps per contact.
@@ -155,7 +149,7 @@ def test_b6_only_componentwise_lagged_yields_stay_wrong_at_small_steps():
 @pytest.mark.parametrize(("b", "h"), [(0.25, 1.0), (0.5, 1.5)])
 def test_b9_quarter_period_is_the_fall_of_the_energy_equation(b, h):
     alpha = atan(b / h)
-    rate2 = 1.5 * TABLE_G_MPS2 / np.hypot(b, h)
+    rate2 = 1.5 * blocks.TABLE_G_MPS2 / np.hypot(b, h)
 
     def slowness(s):  # angle = alpha / 2 sin(s) removes the singularity of 1 / speed
         fall = np.cos(alpha / 2.0) - np.cos(alpha - alpha / 2.0 * np.sin(s))
@@ -175,7 +169,7 @@ def test_b9_pushed_block_slides_by_the_excess_of_the_acceleration():
 
     history = blocks.run_upright(half_m, 1e-3, 4.0, friction=friction, base_mps2=push_mps2)
     # From friction x g on, the excess of the acceleration grows linearly.
-    sliding_s = 3.0 - friction * TABLE_G_MPS2 / rate
+    sliding_s = 3.0 - friction * blocks.TABLE_G_MPS2 / rate
     slid = abs(history.q[-1, 3])
     assert slid == pytest.approx(rate * sliding_s**3 / 6.0, rel=0.02)
 
@@ -192,7 +186,7 @@ def test_contact_checks_fail_with_a_fault_in_friction(monkeypatch):
     for fault, words in ((half, ("",)), (late, ("lag", "work"))):
         with monkeypatch.context() as patch:
             patch.setattr(*fault)
-            failed = verify_contact_gate().query("not `pass`")["quantity"]
+            failed = blocks.verify_contact_gate().query("not `pass`")["quantity"]
         assert any(word in quantity for quantity in failed for word in words)
 
 
@@ -253,8 +247,8 @@ def test_integrators_lose_energy_at_impact_as_without_opensees():
         (2.0, 0.6525, 1.0000, (1.0000, 1.0000)),
     ):
         # Houbolt depends on how it is started before the impact: 0.01; Newmark is one-step.
-        houbolt = integrator_restitution("houbolt", step)
+        houbolt = blocks.integrator_restitution("houbolt", step)
         assert houbolt.mean() == pytest.approx(houbolt_mean, abs=0.01)
-        newmark = integrator_restitution("newmark", step)
+        newmark = blocks.integrator_restitution("newmark", step)
         assert newmark.mean() == pytest.approx(newmark_mean, abs=1e-3)
         assert (newmark.min(), newmark.max()) == pytest.approx(ends, abs=0.02)

@@ -17,23 +17,13 @@ from skewbridge.analysis.peaks import column_shear_n
 from skewbridge.analysis.pushover import push_bridge
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.trace import Monitor
+from skewbridge.bridge import bent as bents
+from skewbridge.bridge import section as sections
 from skewbridge.bridge.assembly import open_linear_pattern
-from skewbridge.bridge.bent import (
-    bar_material,
-    build_fiber_section,
-    build_integration,
-    core_materials,
-)
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import axial_failure_drift, bent_capacity, bent_directions, shear_loss
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import build, domain
-from skewbridge.bridge.section import (
-    core_concrete,
-    sdc_shear_strength,
-    section_response,
-    shear_strength,
-)
 from skewbridge.bridge.weights import column_axial_n
 from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions
@@ -61,10 +51,10 @@ def push(bridge, end_m, **options):
 
 @pytest.mark.parametrize("has_end", [True, False])
 def test_a_crushed_core_keeps_a_fifth_of_its_strength(has_end):
-    core = core_concrete(COLUMN)
+    core = sections.core_concrete(COLUMN)
     end = core.ultimate_strain
     with domain():
-        parts = core_materials(COLUMN, TagAllocator(), has_end=has_end)
+        parts = bents.core_materials(COLUMN, TagAllocator(), has_end=has_end)
         stresses = [stresses_pa(part, [-0.99 * end, -1.3 * end, -1.5 * end]) for part in parts]
     before, *after = np.sum(stresses, axis=0)
     assert before == pytest.approx(-float(core.stress_pa(0.99 * end)), rel=0.01)
@@ -73,7 +63,7 @@ def test_a_crushed_core_keeps_a_fifth_of_its_strength(has_end):
 
 
 def test_a_bar_breaks_in_tension_and_buckles_when_the_core_crushes():
-    crushed = core_concrete(COLUMN).ultimate_strain
+    crushed = sections.core_concrete(COLUMN).ultimate_strain
     for path, is_broken in (
         ([0.055, 0.0], False),
         ([0.062, 0.05], True),  # reduced ultimate strain 0.06 of SDC 1.7, table 3.2.3
@@ -81,7 +71,7 @@ def test_a_bar_breaks_in_tension_and_buckles_when_the_core_crushes():
         ([-1.1 * crushed, 0.01], True),  # buckled: hoops are gone
     ):
         with domain():
-            stress = stresses_pa(bar_material(COLUMN, TagAllocator(), has_end=True), path)[-1]
+            stress = stresses_pa(bents.bar_material(COLUMN, TagAllocator(), has_end=True), path)[-1]
         assert (abs(stress) < 1e-3 * 469e6) is is_broken
 
 
@@ -284,7 +274,7 @@ def independent_curve(along: bool, curvatures: np.ndarray) -> tuple[np.ndarray, 
 
 @pytest.mark.parametrize("direction", [0, 1])
 def test_a_rectangle_agrees_with_an_independent_fiber_section(wall, direction) -> None:
-    curve = section_response(load_bridge(wall).column, AXIAL_N, direction)
+    curve = sections.section_response(load_bridge(wall).column, AXIAL_N, direction)
     shown = curve.curvature_per_m[20:-1:6]
     moments, ultimate = independent_curve(direction == 1, shown)
     np.testing.assert_allclose(curve.moment_nm[20:-1:6], moments, rtol=0.01)
@@ -302,13 +292,14 @@ def test_shear_and_drift_capacity_of_a_wall_depend_on_the_direction(wall) -> Non
         section, area_m2 = bent.shear, legs * 199e-6
         hoops_n = area_m2 * 414e6 * 0.8 * depth / 0.15
         expected = 0.8 * gross_m2 * concrete_psi * psi + hoops_n
-        assert float(sdc_shear_strength(section, 0.0, 5.0)) == pytest.approx(expected, rel=1e-5)
+        found = float(sections.sdc_shear_strength(section, 0.0, 5.0))
+        assert found == pytest.approx(expected, rel=1e-5)
         # aspect 5.64 / depth > 2: 1.0; not degraded: 0.29
         concrete = steel * 0.29 * np.sqrt(35.85) * 1e6 * 0.8 * gross_m2
         left = depth - section.neutral_axis_depth_m
         truss = area_m2 * 469e6 * (left - 0.051 - 0.0159 / 2) / tan(pi / 6) / 0.15
         expected = 0.99 * (concrete + truss + 6.0e6 * left / (2 * 5.64))
-        found = float(shear_strength(section, "ucsd_tests", 6.0e6, 1.0, 1.0))
+        found = float(sections.shear_strength(section, "ucsd_tests", 6.0e6, 1.0, 1.0))
         assert found == pytest.approx(expected, rel=1e-6)
         # source: Priestley, Calvi and Kowalsky (2007), section 4.4.3: 2.1 eps_y / h of rectangles
         yields_per_m = bent.curve.yield_curvature_per_m
@@ -330,7 +321,7 @@ def test_fibers_keep_areas_and_second_moments_of_both_directions(
     given: list[tuple] = []
     with domain(), monkeypatch.context() as patch:
         patch.setattr(ops, "fiber", lambda *fiber: given.append(fiber))
-        build_fiber_section(column, ModelOptions(column_fibers=mesh), TagAllocator())
+        bents.build_fiber_section(column, ModelOptions(column_fibers=mesh), TagAllocator())
     parts = [
         np.array([fiber[:3] for fiber in given if fiber[3] == material])
         for material in dict.fromkeys(fiber[3] for fiber in given)
@@ -490,7 +481,7 @@ def kept_at_zero_force(ductility):
     capacity = bent_capacity(bridge, 0)
     peak_m = ductility * capacity.yield_disp_m
     with domain():
-        integration, _ = build_integration((capacity, capacity), ModelOptions(), tags)
+        integration, _ = bents.build_integration((capacity, capacity), ModelOptions(), tags)
         ops.geomTransf("Linear", 1, 1.0, 0.0, 0.0)
         for node, height_m in ((1, 0.0), (2, capacity.clear_height_m)):
             ops.node(node, 0.0, 0.0, height_m)

@@ -7,15 +7,7 @@ from reference_data import reference_table
 from skewbridge.verification.references.cases import SCALE_M, deck_case
 from skewbridge.verification.references.deck_solvers import pulse_of, run_deck, run_opensees
 from skewbridge.verification.registry import TABULATED, Study
-from skewbridge.verification.studies.rigid_bodies import (
-    NORMAL,
-    compare_with_lcp,
-    locked_rotation,
-    peaks_m,
-    perimeter_beams,
-    run_particle,
-    run_particle_lcp,
-)
+from skewbridge.verification.studies import rigid_bodies
 
 
 def tabulated(study, start, names):
@@ -30,17 +22,17 @@ def elastic_peaks(name):
 
 @pytest.mark.parametrize("restitution", [0.0, 0.6])
 def test_a_particle_meets_the_tabulated_peaks_and_histories(restitution):
-    history = run_particle_lcp(restitution, 5e-5, 3.0 if restitution else 2.0)
+    history = rigid_bodies.run_particle_lcp(restitution, 5e-5, 3.0 if restitution else 2.0)
     # First order in h: 2e-3 at 5e-5 s.
     names = [f"peak {key} (m)" for key in ("ux", "uy", "ut")]
     exact = tabulated("fig4", f"LCP, restitution {restitution:g}", names)
-    assert [*peaks_m(history.q).values()] == pytest.approx(exact, rel=2e-3)
+    assert [*rigid_bodies.peaks_m(history.q).values()] == pytest.approx(exact, rel=2e-3)
     impulses = (np.abs(values).sum() for values in (history.tangentials_n, history.normals_n))
     assert np.divide(*impulses) == pytest.approx(0.1, rel=1e-6)
     if not restitution:
         return
     reference = reference_table("particle_history")
-    found = np.interp(reference["t_s"], history.t_s, history.q @ NORMAL)
+    found = np.interp(reference["t_s"], history.t_s, history.q @ rigid_bodies.NORMAL)
     error = np.sqrt(np.mean((found - reference["un_m"].to_numpy()) ** 2))
     assert error <= 0.01 * 0.0268
     outside = np.flatnonzero(history.normals_n.sum(axis=1) > 0.0)[0]
@@ -48,7 +40,7 @@ def test_a_particle_meets_the_tabulated_peaks_and_histories(restitution):
     assert history.t_s[outside] == pytest.approx(*first_s, abs=1e-4)
     # the penalty particle stays between the lines and near the rigid one
     study = Study("fig4")
-    compare_with_lcp(study, run_particle(5e-5, 2.0), history)
+    rigid_bodies.compare_with_lcp(study, rigid_bodies.run_particle(5e-5, 2.0), history)
     assert [row["quantity"] for row in study.comparisons if not row["pass"]] == []
 
 
@@ -95,7 +87,7 @@ def test_other_integrators_and_beams_give_the_same_peaks_and_opposite_skews_mirr
         assert found["theta_rad"] == pytest.approx(theta_rad, rel=0.015), integrator
     case = deck_case("C3", duration_s=0.6)
     left = run_deck(case)
-    beams = run_opensees(case, pulse_of(case), connect=perimeter_beams).peaks()
+    beams = run_opensees(case, pulse_of(case), connect=rigid_bodies.perimeter_beams).peaks()
     assert beams == pytest.approx(left.peaks(), rel=2e-3)
     right = run_deck(deck_case("C3", skew_deg=-30.0, duration_s=0.6))
     assert right.q * [1, -1, -1] == pytest.approx(left.q, abs=1e-9)
@@ -125,7 +117,7 @@ def test_moreau_jean_meets_the_tabulated_peaks_and_histories(name, restitution):
 
 
 def test_a_damped_penalty_deck_that_cannot_rotate_converges_to_the_rigid_one():
-    table = locked_rotation((1e3, 1e4))
+    table = rigid_bodies.locked_rotation((1e3, 1e4))
     # Reference values 0.0490 and 0.0136: the rate is that of the penalty, not of the step.
     assert table["rms_ratio"].to_numpy() == pytest.approx([0.049, 0.0136], rel=0.1)
     assert table["first_contact_s"].to_numpy() == pytest.approx(0.0365, abs=1e-3)

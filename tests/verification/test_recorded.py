@@ -20,13 +20,7 @@ from skewbridge.motions.record import GroundMotion
 from skewbridge.units import G_MPS2
 from skewbridge.variant.options import ModelOptions
 from skewbridge.verification.registry import run_study
-from skewbridge.verification.studies.recorded import (
-    identified_period,
-    in_band,
-    read_events,
-    read_station,
-    strong_part,
-)
+from skewbridge.verification.studies import recorded as recordings
 from strong_motion import strong_motion
 
 ROOT = Path(__file__).parents[2]
@@ -49,7 +43,7 @@ def shaken_mps2(seed, duration_s=6.0):
     """Return a short motion between 1 and 8 Hz that starts and ends at rest."""
     rng = np.random.default_rng(seed)
     count = round(duration_s / DT_S)
-    noise = in_band(rng.standard_normal(count), DT_S) * np.hanning(count)
+    noise = recordings.in_band(rng.standard_normal(count), DT_S) * np.hanning(count)
     return noise / np.abs(noise).max()
 
 
@@ -68,8 +62,8 @@ def write_event(folder, channels=(*GROUND, *DECK), station=89324):
 
 
 def test_channels_are_those_of_the_station_and_one_may_be_replaced(tmp_path):
-    station = read_station("painter")
-    (event,) = read_events(write_event(tmp_path / "one"), station)
+    station = recordings.read_station("painter")
+    (event,) = recordings.read_events(write_event(tmp_path / "one"), station)
     assert (event.date, event.dt_s, event.notes) == ("2015-01-28", DT_S, ())
     assert set(event.accel_mps2) == {*GROUND, *DECK}
     assert event.accel_mps2[20] == pytest.approx(shaken_mps2(20), abs=1e-5)
@@ -77,10 +71,10 @@ def test_channels_are_those_of_the_station_and_one_may_be_replaced(tmp_path):
     assert np.array_equal(motions["left"].accel_1_mps2, -event.accel_mps2[18])  # x is to the east
     assert np.array_equal(motions["bent 1"].accel_2_mps2, event.accel_mps2[3])
     without = {*GROUND, *DECK} - {15, 4}
-    (event,) = read_events(write_event(tmp_path / "two", without), station)
+    (event,) = recordings.read_events(write_event(tmp_path / "two", without), station)
     assert event.notes[0] == "channel 18 replaces channel 15"
     assert "channel 4 is missing: no deck west across" in event.notes
-    assert len(read_events(tmp_path, station)) == 2
+    assert len(recordings.read_events(tmp_path, station)) == 2
 
 
 def test_other_stations_and_missing_channels_are_refused_and_without_records_nothing_runs(tmp_path):
@@ -96,7 +90,7 @@ def test_other_stations_and_missing_channels_are_refused_and_without_records_not
     empty = tmp_path / "empty"
     empty.mkdir()
     with pytest.raises(InputError, match=r"no \.V2 file"):
-        read_events(empty, read_station("painter"))
+        recordings.read_events(empty, recordings.read_station("painter"))
     result = invoke("verify", "painter", "--out", tmp_path)
     assert result.exit_code == 0
     assert "--records DIR" in result.stderr
@@ -109,20 +103,22 @@ def test_a_band_keeps_its_middle_and_takes_derivatives_and_integrals():
     wave *= (1.0 - np.cos(np.pi * np.clip(np.minimum(t_s, t_s[-1] - t_s) / 5.0, 0.0, 1.0))) / 2.0
     sine = np.sin(speed * t_s)[inside]
     for order, sign, error in ((0, 1.0, 0.01), (2, -1.0, 0.01), (-2, -1.0, 0.02)):
-        found = in_band(wave, DT_S, order)[inside] / speed**order
+        found = recordings.in_band(wave, DT_S, order)[inside] / speed**order
         assert found == pytest.approx(sign * sine, abs=error)
-    assert strong_part(np.hanning(2000) ** 4, DT_S).start > 300
+    assert recordings.strong_part(np.hanning(2000) ** 4, DT_S).start > 300
 
 
 @pytest.mark.parametrize(("period_s", "damping"), [(0.25, 0.05), (0.32, 0.2)])
 def test_the_period_of_an_oscillator_between_two_grounds_is_identified(period_s, damping):
-    grounds = np.column_stack([in_band(shaken_mps2(seed, 20.0), DT_S) for seed in (1, 2)])
+    grounds = np.column_stack(
+        [recordings.in_band(shaken_mps2(seed, 20.0), DT_S) for seed in (1, 2)]
+    )
     omega, pushed = 2 * np.pi / period_s, grounds @ [0.7, 0.5]
     system = [[0.0, 1.0], [-(omega**2), -2 * damping * omega]]
     oscillator = signal.StateSpace(system, [[0.0], [-1.0]], [system[1]], [[0.0]])
     _, moved, _ = signal.lsim(oscillator, pushed, DT_S * np.arange(len(pushed)))
     output = grounds @ [0.3, 0.5] + moved  # absolute acceleration
-    found = identified_period(output, grounds, DT_S)
+    found = recordings.identified_period(output, grounds, DT_S)
     assert found.period_s == pytest.approx(period_s, rel=0.01)
     assert found.damping == pytest.approx(damping, rel=0.05)
     assert found.explained > 0.999
@@ -134,7 +130,7 @@ def test_an_event_has_rows_with_null_uniform_correlation_and_error(tmp_path):
     rows = {row["quantity"]: row for row in study.comparisons}
     drift = rows["2015-01-28 bent drift across (cm)"]
     assert {"null", "uniform", "correlation", "error"} <= drift.keys()
-    recorded = in_band(shaken_mps2(7) - shaken_mps2(3), DT_S, -2) * 100.0
+    recorded = recordings.in_band(shaken_mps2(7) - shaken_mps2(3), DT_S, -2) * 100.0
     assert drift["reference"] == pytest.approx(np.abs(recorded).max(), rel=0.02)
     assert not drift["pass"]  # the motions of the channels are independent noise
     assert "2015-01-28 period across (s)" in rows
@@ -165,7 +161,6 @@ def test_the_page_and_the_bridge_have_the_numbers_of_the_stored_tables():
         assert sentence in page
         assert abs(row.peak_ratio - 1.0) <= 0.031  # of the README
     bridge = load_bridge("painter")
-    fits = pd.read_csv(ROOT / "docs/data/recorded_fit.csv")
     both = fits[fits["fitted_to"] == "both"].iloc[0]
     pairs = [(bridge.deck.elastic_modulus_gpa, both["deck_modulus_gpa"]),
              (bridge.foundation.krx_mnm_per_rad, both["rocking_mnm_per_rad"])]  # fmt: skip

@@ -9,21 +9,10 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 
+import small_study as small
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import write_frame
 from skewbridge.study.processes import LOCK_NAME
-from small_study import (
-    SNAKEMAKE,
-    TIMES,
-    command,
-    copy_sources,
-    done,
-    journal_keys,
-    killed_after_one_analysis,
-    planned_jobs,
-    run,
-    wait_for,
-)
 
 SLUGS = ("osb1_cf_skew30_gap025_mu000", "osb1_cf_skew30_gap025_mu050")
 
@@ -31,18 +20,19 @@ SLUGS = ("osb1_cf_skew30_gap025_mu000", "osb1_cf_skew30_gap025_mu050")
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
     """A finished smoke study whose first run was killed after its first analysis."""
-    tree = copy_sources(tmp_path_factory.mktemp("study") / "tree")
+    tree = small.copy_sources(tmp_path_factory.mktemp("study") / "tree")
     smoke = tree / "config/smoke.yaml"
     text = smoke.read_text().replace("duration_s: 10.0", "duration_s: 4.0")
     smoke.write_text(f"results: results\n{text}")
-    killed_after_one_analysis(tree, "--configfile", "config/smoke.yaml")
-    (tree / "killed.json").write_text(json.dumps(journal_keys(tree)))
+    small.killed_after_one_analysis(tree, "--configfile", "config/smoke.yaml")
+    (tree / "killed.json").write_text(json.dumps(small.journal_keys(tree)))
     # The same command again; its locks are the tree's, so that those of the killed run are stale.
     given = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
-    resumed = subprocess.Popen(command("--configfile", "config/smoke.yaml"), cwd=tree, **given)
+    again = small.command("--configfile", "config/smoke.yaml")
+    resumed = subprocess.Popen(again, cwd=tree, **given)
     lock = tree / ".snakemake" / LOCK_NAME
-    assert wait_for(lambda: lock.read_text() == str(resumed.pid), 120)
-    second = run(tree, over="results: elsewhere", check=False)
+    assert small.wait_for(lambda: lock.read_text() == str(resumed.pid), 120)
+    second = small.run(tree, over="results: elsewhere", check=False)
     (tree / "second.log").write_text(f"{resumed.pid}\n{second.stdout}{second.stderr}")
     smoke.write_text(smoke.read_text() + "# a note\n")
     printed, _ = resumed.communicate()
@@ -61,11 +51,11 @@ def test_a_second_run_stops_and_a_killed_study_repeats_nothing_and_is_complete(s
     printed = (study / "resumed.log").read_text()
     assert "config/smoke.yaml was edited while the study ran" in printed
     assert "config/config.yaml was edited" not in printed
-    finished, keys = json.loads((study / "killed.json").read_text()), journal_keys(study)
+    finished, keys = json.loads((study / "killed.json").read_text()), small.journal_keys(study)
     assert finished
     assert len(keys) == len(set(keys)) == 6
     assert set(finished) <= set(keys)
-    assert planned_jobs(study) == set()
+    assert small.planned_jobs(study) == set()
     demands = pd.read_parquet(study / "results/demands.parquet")
     assert len(demands) == 6
     assert demands["status"].isin(["ok", "collapse"]).all()
@@ -74,8 +64,8 @@ def test_a_second_run_stops_and_a_killed_study_repeats_nothing_and_is_complete(s
         metadata = pq.read_schema(study / f"results/{name}.parquet").metadata
         assert metadata[b"openseespy_version"]
         assert metadata[b"git_commit"]
-    skewbridge = [str(SNAKEMAKE.parent / "skewbridge"), "provenance", "results/report.html"]
-    assert json.loads(done([*skewbridge, "--json"], study).stdout)["current"]
+    skewbridge = [str(small.SNAKEMAKE.parent / "skewbridge"), "provenance", "results/report.html"]
+    assert json.loads(small.done([*skewbridge, "--json"], study).stdout)["current"]
     page = (study / "results/report.html").read_text()
     assert page.count("data:image/webp;base64,") >= 4
     assert 'src="http' not in page
@@ -84,12 +74,12 @@ def test_a_second_run_stops_and_a_killed_study_repeats_nothing_and_is_complete(s
 
 
 def test_modelling_choices_are_made_on_request_only_in_the_configured_folder(study):
-    assert planned_jobs(study, "", "choices") == {"modelling_choices", "choices"}
+    assert small.planned_jobs(study, "", "choices") == {"modelling_choices", "choices"}
     outdated = study / "results/modelling_choices.parquet"
     write_frame(pd.DataFrame({"name": ["keys"]}), outdated, provenance(rule_digest="another"))
-    assert planned_jobs(study) == set()
+    assert small.planned_jobs(study) == set()
     outdated.unlink()
-    plan = run(study, "-n", over="results: elsewhere/mine")
+    plan = small.run(study, "-n", over="results: elsewhere/mine")
     assert "output: elsewhere/mine/report.html" in plan.stdout + plan.stderr
     assert "results/" not in plan.stdout + plan.stderr
     shutil.rmtree(study / "elsewhere")
@@ -98,23 +88,23 @@ def test_modelling_choices_are_made_on_request_only_in_the_configured_folder(stu
 def test_workers_and_the_growth_of_a_grid_leave_the_tables_as_they_are(study):
     """The study again: half of its grid on one core, then all with two workers for a variant."""
     half = "{results: again, grid: {friction: [0.0]}}"
-    first = run(study, "--", "again/demands.parquet", over=half, cores=1)
-    keys = journal_keys(study, "again")
+    first = small.run(study, "--", "again/demands.parquet", over=half, cores=1)
+    keys = small.journal_keys(study, "again")
     two = ("--set-threads", "analyse=2")
-    second = run(study, *two, "--", "again/demands.parquet", over="results: again")
+    second = small.run(study, *two, "--", "again/demands.parquet", over="results: again")
     for each in (first, second):
         assert (each.stdout + each.stderr).count("rule analyse:") == 1
     assert len(keys) == 3
-    assert journal_keys(study, "again")[:3] == keys
-    assert sorted(journal_keys(study, "again")) == sorted(journal_keys(study))
+    assert small.journal_keys(study, "again")[:3] == keys
+    assert sorted(small.journal_keys(study, "again")) == sorted(small.journal_keys(study))
     for name in ("demands", *(f"demands/{slug}" for slug in SLUGS)):
         paths = (study / root / f"{name}.parquet" for root in ("again", "results"))
-        found, expected = (pd.read_parquet(path).drop(columns=TIMES) for path in paths)
+        found, expected = (pd.read_parquet(path).drop(columns=small.TIMES) for path in paths)
         pd.testing.assert_frame_equal(found, expected, check_exact=True)
     merged = (study / "config/smoke.yaml").read_text().replace("results: results", "results: again")
     (study / "merged.yaml").write_text(merged)
-    skewbridge = [str(SNAKEMAKE.parent / "skewbridge"), "status", "--json", "--study"]
-    state = json.loads(done([*skewbridge, "merged.yaml"], study).stdout)
+    skewbridge = [str(small.SNAKEMAKE.parent / "skewbridge"), "status", "--json", "--study"]
+    state = json.loads(small.done([*skewbridge, "merged.yaml"], study).stdout)
     assert state.items() >= {"variants": 2, "analyses": 6, "done": 6, "left": 0}.items()
     shutil.rmtree(study / "again")
 
@@ -139,7 +129,7 @@ def jobs_after(tree, edits):
         for (path, text), (old, new) in zip(before.items(), edits.values(), strict=True):
             assert old in text
             path.write_text(text.replace(old, new) if old else text + new)
-        return planned_jobs(tree) - {"study"}
+        return small.planned_jobs(tree) - {"study"}
     finally:
         for path, text in before.items():
             path.write_text(text)
@@ -187,6 +177,6 @@ def test_another_version_of_the_solver_reruns_the_analyses(copy):
     )
     with pytest.MonkeyPatch.context() as environment:
         environment.setenv("PYTHONPATH", str(patch))
-        jobs = planned_jobs(copy)
+        jobs = small.planned_jobs(copy)
     assert jobs >= ANALYSES | {"verify_contact"}
     assert "prepare_motions" not in jobs
