@@ -103,9 +103,8 @@ def study(cluster, tree):
     """
     log = tree / "slurm.log"
     with log.open("w") as output:
-        process = subprocess.Popen(
-            through_slurm(), cwd=tree, stdout=output, stderr=output, env=os.environ | SITE
-        )
+        given = {"cwd": tree, "stdout": output, "stderr": output, "env": os.environ | SITE}
+        process = subprocess.Popen(through_slurm(), **given)
 
         def wait_for(condition, seconds):
             deadline = time.monotonic() + seconds
@@ -147,9 +146,8 @@ def test_the_tables_are_those_of_one_machine(study):
         here = pd.read_parquet(study / f"local/{name}.parquet")
         there = pd.read_parquet(study / f"results/{name}.parquet")
         left_out = [column for column in TIMES if column in here]
-        pd.testing.assert_frame_equal(
-            there.drop(columns=left_out), here.drop(columns=left_out), check_exact=True
-        )
+        pair = (table.drop(columns=left_out) for table in (there, here))
+        pd.testing.assert_frame_equal(*pair, check_exact=True)
 
 
 def test_a_job_over_its_memory_is_tried_again_with_more(cluster, tree):

@@ -131,9 +131,7 @@ def test_a_bridge_is_only_sought_in_its_folders_and_has_no_number_that_ends_the_
     assert "Value error" not in "".join(messages)
 
 
-def test_markup_and_control_characters_are_text_and_no_cell_of_an_export_is_a_formula(
-    capsys, tmp_path
-):
+def test_markup_and_control_characters_are_text_and_no_cell_is_a_formula(capsys, tmp_path):
     emit_table([{"[/red]": "[/red] \x1b[31m"}], "[bold]")
     shown = capsys.readouterr().out
     assert "[/red]" in shown

@@ -100,9 +100,7 @@ NAMED = ("--im", "im", "--edp", "edp", "--threshold", 2)
         )),
     ],
 )  # fmt: skip
-def test_bad_data_and_options_exit_two_with_row_column_and_reason(
-    fit, data, method, options, answer, text
-):
+def test_bad_data_and_options_exit_two_with_the_reason(fit, data, method, options, answer, text):
     code, found = fit(data, method, *options)
     assert code == 2
     assert found.items() >= answer.items()

@@ -184,9 +184,8 @@ PATHS = {
 #: Solutions that fail in two steps that are made in four parts.
 IN_PARTS = ({0}, {0, 1, 2}, {2}, {1, 2, 3, 5}, {2, 3, 4, 6, 8})
 of_models = pytest.mark.parametrize("model", [spring_and_mass, mass_on_a_rigid_arm])
-of_integrators = pytest.mark.parametrize(
-    "integrator", [HOUBOLT, HHT, NEWMARK, (*NEWMARK, "-form", "V")]
-)
+RULES = [HOUBOLT, HHT, NEWMARK, (*NEWMARK, "-form", "V")]
+of_integrators = pytest.mark.parametrize("integrator", RULES)
 
 
 class Failing:
@@ -440,9 +439,7 @@ TOO_STRICT = {
 }  # fmt: skip
 
 
-def test_a_too_strict_tolerance_is_loosened_and_reported_and_changes_no_later_analysis(
-    capfd, monkeypatch
-):
+def test_a_too_strict_tolerance_is_loosened_and_changes_no_later_analysis(capfd, monkeypatch):
     clean = run(duration_s=1.0)
     result = run(**TOO_STRICT)
     assert capfd.readouterr() == ("", ""), "OpenSees prints nothing"

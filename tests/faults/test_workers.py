@@ -91,9 +91,7 @@ def test_progress_or_a_worker_killed_once_cost_nothing_and_an_absurd_motion_has_
 
 
 @pytest.mark.parametrize("code", [errno.EROFS, errno.EACCES, errno.ENOSPC, errno.ENOENT])
-def test_shared_memory_without_semaphores_is_named_and_finished_rows_need_none(
-    tmp_path, monkeypatch, code
-):
+def test_missing_semaphores_are_named_and_finished_rows_need_none(tmp_path, monkeypatch, code):
     (row,) = batch(tmp_path, None, 1, [task(1)])
 
     # what the library asks of the system for the locks of its queues
@@ -192,9 +190,7 @@ def test_only_workers_count_as_such_where_none_of_them_begins():
 
 
 # --- a journal survives kills, two writers and damage on the disk: no altered row is used
-def test_a_successor_waits_for_the_end_of_its_predecessor_and_missing_locks_are_reported(
-    tmp_path, monkeypatch
-):
+def test_a_successor_waits_for_its_predecessor_and_missing_locks_are_named(tmp_path, monkeypatch):
     """As on a cluster, where a job comes back while another node still runs it."""
     path = tmp_path / "v.jsonl"
 

@@ -41,13 +41,11 @@ def test_status_is_that_of_a_linear_programme(data):
     """Data are separated if some line has all exceedances on one side."""
     n, k = data
     x = np.log(LEVELS)
-    sides = [(x[i], 1.0) for i in range(6) if k[i] > 0] + [
-        (x[i], -1.0) for i in range(6) if n[i] > k[i]
-    ]
+    sides = [(x[i], 1.0) for i in range(6) if k[i] > 0]
+    sides += [(x[i], -1.0) for i in range(6) if n[i] > k[i]]
     rows = np.array([[-s, -s * value] for value, s in sides])
-    found = optimize.linprog(
-        rows.sum(axis=0), A_ub=rows, b_ub=np.zeros(len(rows)), bounds=[(-1.0, 1.0)] * 2
-    )
+    limits = {"A_ub": rows, "b_ub": np.zeros(len(rows)), "bounds": [(-1.0, 1.0)] * 2}
+    found = optimize.linprog(rows.sum(axis=0), **limits)
     separated = found.fun < -1e-9
     status = binomial_status(x, n, k)
     if status == "ok":

@@ -41,9 +41,8 @@ STIFFNESS = OSB1.stiffness_n_per_m
 
 def push(abutment, skew_deg=0, *, gap_mm=51, angle_deg=0.0, max_disp_m=0.15, steps=300, **options):
     given = {"angle_deg": angle_deg, "max_disp_m": max_disp_m, "steps": steps}
-    curve = push_abutment(
-        variant(skew_deg, abutment, gap_mm=gap_mm), ModelOptions(**options), **given
-    )
+    case = variant(skew_deg, abutment, gap_mm=gap_mm)
+    curve = push_abutment(case, ModelOptions(**options), **given)
     assert curve.is_complete
     return curve
 
@@ -262,9 +261,7 @@ def test_the_spring_body_has_one_stiffness_and_waves_that_leave_a_wall_damp_it(m
         elastic_materials(variant(60), monkeypatch, backfill_vs_mps=vs_mps)
         for vs_mps in (100.0, 250.0, 0.0, None)
     )
-    slow, fast, keys, by_mass = (
-        sum(args[3] for args in given if len(args) > 3) for given in materials
-    )
+    slow, fast, keys, by_mass = (sum(row[3] for row in rows if len(row) > 3) for rows in materials)
     area_m2 = 2 * 14.33 * 1.8288 * (1.0 + 0.3333 * 1.3333 * 0.6667)
     assert fast - slow == pytest.approx(1760.0 * 150.0 * area_m2, rel=1e-9)
     assert keys == pytest.approx(slow - 1760.0 * 100.0 * area_m2, rel=1e-9)
@@ -418,9 +415,7 @@ def test_a_key_pushed_along_its_face_has_no_more_than_its_strength(option):
     ("bridge", "skew_deg", "pads"),
     [*product(seated_bridges(), [0, 60], ["two"]), ("osb1", 60, "each"), ("bridge_a", 60, "each")],
 )
-def test_no_pad_pulls_at_the_deck_and_a_deck_that_lifts_opens_its_bearings(
-    monkeypatch, bridge, skew_deg, pads
-):
+def test_no_pad_pulls_and_a_deck_that_lifts_opens_its_bearings(monkeypatch, bridge, skew_deg, pads):
     """Under a pulse of 1.6 g, bridge A at skew 60 would need 2 MN of tension; OSB1 lifts less."""
     forces_n = []  # of each bearing on the deck downwards, step by step: tension is positive
 

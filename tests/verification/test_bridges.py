@@ -86,10 +86,8 @@ def test_cap_load_changes_the_thrust_of_a_bent_at_rest_but_not_strength_and_base
 
 # --- every abutment model on every bridge and skew carries its weight and survives motions
 BRIDGES = ("osb1", "osb2s", "bridge_a", "bridge_b", "bridge_c")
-ALL = [
-    variant(skew, abutment, bridge)
-    for bridge, abutment, skew in product(BRIDGES, ABUTMENTS, (0, 20, 40, 60))
-]
+PLACES = product(BRIDGES, ABUTMENTS, (0, 20, 40, 60))
+ALL = [variant(skew_deg, abutment, bridge) for bridge, abutment, skew_deg in PLACES]
 CARRYING = [*ALL[::3], variant(0, bridge="osb1_era1"), variant(0, bridge="osb1_fixed")]
 
 

@@ -307,9 +307,8 @@ def test_jackknife_is_close_to_independent_fits_without_each_motion(high, grows,
         exact.append(part.parameters)
         left_out += log_likelihood(runs, exact[-1]) - np.sum(part.logliks)
         left_out += 0.5 * (runs.precision @ exact[-1][:3] ** 2 + (exact[-1][-3] / 0.5) ** 2)
-    found, expected = (
-        np.sqrt(np.diag(jackknife_covariance(values)))[:3] for values in (quick, np.stack(exact))
-    )
+    covariances = map(jackknife_covariance, (quick, np.stack(exact)))
+    found, expected = (np.sqrt(np.diag(covariance))[:3] for covariance in covariances)
     assert found == pytest.approx(expected, rel=error)
     # the predictive likelihood is that of all runs minus that of the others
     assert predictive_loglik(runs, each, np.stack(exact)) == pytest.approx(left_out, abs=1e-6)

@@ -173,9 +173,8 @@ class Independent:
         r = c.core.corner_m / 2
         ops.patch("circ", confined, 24, 10, 0.0, 0.0, 0.0, r, 0.0, 360.0)
         ops.patch("circ", spalls, 24, 2, 0.0, 0.0, r, c.diameter_m / 2, 0.0, 360.0)
-        ops.layer(
-            "circ", bar, c.bar_count, c.bar_area_mm2 * 1e-6, 0.0, 0.0, c.bar_line.corner_m / 2
-        )
+        area = c.bar_area_mm2 * 1e-6
+        ops.layer("circ", bar, c.bar_count, area, 0.0, 0.0, c.bar_line.corner_m / 2)
         inertia = c.cracked_stiffness_ratio * gross
         area = pi * c.diameter_m**2 / 4
         flexible = (e, area, inertia, inertia, e / 2.4, torsion)

@@ -293,9 +293,7 @@ def test_bad_joints_and_ends_are_refused_with_their_key(written, text, message):
         (FOUR_SPANS, "roller", "joint 1 needs gap_mm: abutment model roller"),
     ],
 )
-def test_a_ledge_on_the_wrong_deck_and_a_joint_without_a_gap_are_refused(
-    written, text, abutment, message
-):
+def test_a_wrong_ledge_and_a_joint_without_a_gap_are_refused(written, text, abutment, message):
     with domain(), pytest.raises(InputError, match=message):
         build(variant(0, abutment, written(text)), ModelOptions())
 
@@ -385,9 +383,8 @@ def test_the_piles_yield_and_the_fill_is_limited_by_its_strength(written, text):
         for moved_m in (-0.5, 0.5)
     )
     weak = 0.5 * ModelOptions().wall_restoring_n_per_m
-    assert (-pushed, pulled) == pytest.approx(
-        (fill + 6 * 177.9e3 + weak, 6 * 177.9e3 + weak), rel=2e-3
-    )
+    expected = (fill + 6 * 177.9e3 + weak, 6 * 177.9e3 + weak)
+    assert (-pushed, pulled) == pytest.approx(expected, rel=2e-3)
 
 
 def test_dashpots_of_piles_damp_a_small_motion(tmp_path):

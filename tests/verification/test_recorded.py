@@ -110,9 +110,8 @@ def test_a_band_keeps_its_middle_and_takes_derivatives_and_integrals():
 
 @pytest.mark.parametrize(("period_s", "damping"), [(0.25, 0.05), (0.32, 0.2)])
 def test_the_period_of_an_oscillator_between_two_grounds_is_identified(period_s, damping):
-    grounds = np.column_stack(
-        [recordings.in_band(shaken_mps2(seed, 20.0), DT_S) for seed in (1, 2)]
-    )
+    pair = [recordings.in_band(shaken_mps2(seed, 20.0), DT_S) for seed in (1, 2)]
+    grounds = np.column_stack(pair)
     omega, pushed = 2 * np.pi / period_s, grounds @ [0.7, 0.5]
     system = [[0.0, 1.0], [-(omega**2), -2 * damping * omega]]
     oscillator = signal.StateSpace(system, [[0.0], [-1.0]], [system[1]], [[0.0]])

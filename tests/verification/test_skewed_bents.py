@@ -47,9 +47,8 @@ def motion():
 
 def plan_stiffness(name, skew_deg, **given):
     """Return the stiffness (N/m) in plan of the only bent of a bridge, its cap held upright."""
-    options = ModelOptions(
-        bent_skew_deg=skew_deg, column_spacing="along_bent", elastic_columns=True, **given
-    )
+    given |= {"bent_skew_deg": skew_deg, "column_spacing": "along_bent", "elastic_columns": True}
+    options = ModelOptions(**given)
     bridge = built_bridge(load_bridge(name), options)
     flexibility = []
     for dof in (1, 2):
@@ -59,9 +58,8 @@ def plan_stiffness(name, skew_deg, **given):
             ops.node(centre, bridge.bent_positions_m[0], 0.0, bridge.deck.centroid_above_soffit_m)
             ops.fix(centre, 0, 0, 0, 1, 1, 1)
             one = [centre]
-            spine = Spine(
-                nodes=one, decks=[one], heavy=[], bent_nodes=one, centre_node=centre, elements=[]
-            )
+            one = {"nodes": [centre], "decks": [[centre]], "bent_nodes": [centre]}
+            spine = Spine(**one, heavy=[], centre_node=centre, elements=[])
             build_bents(bridge, spine, skew_deg, options, tags)
             ops.timeSeries("Linear", 1)
             ops.pattern("Plain", 1, 1)
@@ -79,9 +77,8 @@ def test_the_stiffness_of_a_bent_turns_with_its_skew(name, foundation, skew_deg)
     turn = np.array([[c, -s], [s, c]])
     assert abs(straight[0, 0] / straight[1, 1] - 1.0) > 0.01  # not the same in all directions
     found = plan_stiffness(name, skew_deg, foundation=foundation)
-    np.testing.assert_allclose(
-        found, turn @ straight @ turn.T, rtol=1e-6, atol=straight.max() * 1e-6
-    )
+    limit = straight.max() * 1e-6
+    np.testing.assert_allclose(found, turn @ straight @ turn.T, rtol=1e-6, atol=limit)
 
 
 @pytest.mark.parametrize(

@@ -115,9 +115,8 @@ def test_an_edited_target_selects_and_prepares_other_motions(tree, tmp_path):
     assert (first, again, one == two) == ({"prepare_motions"}, set(), True)
     edited, three = prepared_at(0.11)
     assert (edited, one == three) == ({"prepare_motions"}, False)
-    refused(
-        run(tree, "-n", over=over.replace('"count": 3', '"count": 7'), check=False), "6 candidates"
-    )
+    over = over.replace('"count": 3', '"count": 7')
+    refused(run(tree, "-n", over=over, check=False), "6 candidates")
 
 
 def test_every_variable_of_make_study_is_understood(tree, tmp_path):
