@@ -266,15 +266,6 @@ def nodes_of(tree):
     return [tree, *(node for item in inner for node in nodes_of(item))]
 
 
-def mutant_of(content, suffix, chance):
-    """Return one mutant of a good file."""
-    draw = chance.random()
-    if draw < 0.05:
-        return chance.choice(WHOLE)
-    is_document = draw < 0.65 and suffix in (".yaml", ".json")
-    return (of_structure if is_document else of_bytes)(content, chance)
-
-
 def run_family(name, count, seed, folder):
     """Read mutants of one family in a folder of its own; return the counts and faults."""
     folder = folder / name
@@ -286,7 +277,12 @@ def run_family(name, count, seed, folder):
     for number in range(-len(seeds), count):
         path = folder / f"{name}{number}{suffix}"
         is_good = number < 0
-        content = seeds[number] if is_good else mutant_of(chance.choice(seeds), suffix, chance)
+        content = seeds[number] if is_good else chance.choice(seeds)
+        if not is_good:
+            draw = chance.random()
+            is_document = draw < 0.65 and suffix in (".yaml", ".json")
+            mutated = (of_structure if is_document else of_bytes)(content, chance)
+            content = chance.choice(WHOLE) if draw < 0.05 else mutated
         path.write_bytes(content)
         began_s = time.process_time()
         resource.setrlimit(resource.RLIMIT_CPU, (int(began_s) + CPU_LIMIT_S + 1, -1))

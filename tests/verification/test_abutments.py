@@ -20,6 +20,7 @@ from skewbridge.analysis.pushover import push_abutment
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge import springs
 from skewbridge.bridge.abutments import Joint
+from skewbridge.bridge.assembly import open_linear_pattern
 from skewbridge.bridge.backfill import skew_reduction, wall_backfill
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.handles import TagAllocator
@@ -396,8 +397,7 @@ def test_a_key_pushed_along_its_face_has_no_more_than_its_strength(option):
     with domain():
         nodes = springs.grounded_node((0.0,) * 3, tags), springs.plane_node((0.0,) * 3, 0.0, tags)
         Joint.key_spring(context, nodes, (0.0, 1.0))
-        ops.timeSeries("Linear", 1)
-        ops.pattern("Plain", 1, 1)
+        open_linear_pattern(tags)
         ops.load(nodes[1], 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         ops.integrator("DisplacementControl", nodes[1], 1, 0.001)
         ops.analysis("Static", "-noWarnings")

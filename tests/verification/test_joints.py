@@ -16,6 +16,7 @@ import pytest
 from bridge_variants import analysed, static_steps, variant
 from skewbridge.analysis.modal import modal_properties
 from skewbridge.bridge import joints
+from skewbridge.bridge.assembly import open_linear_pattern
 from skewbridge.bridge.backfill import wall_backfill, wing_wall
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import JointData
@@ -322,8 +323,7 @@ def reactions_of(bridge, skew_deg, options, moved):
         blueprint = Blueprint(variant=case, options=options, tags=tags, contacts=None)
         kind = KINDS[bridge.ends["left"].type]
         kind.build(kind.support(End(node=node, plan=plan, abutment=bridge.ends["left"]), blueprint))
-        ops.timeSeries("Linear", 1)
-        ops.pattern("Plain", 1, 1)
+        open_linear_pattern(tags)
         for dof, value in enumerate(moved, start=1):
             ops.sp(node, dof, value)
         static_steps(1, "FullGeneral", 1e-14)

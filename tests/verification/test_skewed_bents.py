@@ -15,6 +15,7 @@ import pandas as pd
 import pytest
 
 from bridge_variants import analysed, static_steps, variant
+from skewbridge.bridge.assembly import open_linear_pattern
 from skewbridge.bridge.bent import build_bents
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.handles import TagAllocator
@@ -61,8 +62,7 @@ def plan_stiffness(name, skew_deg, **given):
             one = {"nodes": [centre], "decks": [[centre]], "bent_nodes": [centre]}
             spine = Spine(**one, heavy=[], centre_node=centre, elements=[])
             build_bents(bridge, spine, skew_deg, options, tags)
-            ops.timeSeries("Linear", 1)
-            ops.pattern("Plain", 1, 1)
+            open_linear_pattern(tags)
             ops.load(centre, *(1.0e3 * (i == dof) for i in range(1, 7)))
             static_steps(1, "UmfPack", 1e-14)
             flexibility.append(np.array(ops.nodeDisp(centre)[:2]) / 1.0e3)

@@ -191,25 +191,21 @@ def test_medians_of_a_component_lie_on_a_line_of_its_capacities():
     assert (PUBLISHED["row"].str.extract(r"CRCB\.E(\d)")[0].astype(int) == PUBLISHED["era"]).all()
 
 
-def scattered_demands() -> pd.DataFrame:
+def test_medians_of_demands_that_follow_the_published_line_are_the_published_ones():
     """40 runs whose demands are the capacities of era 3 at the published medians, with scatter."""
     random = np.random.default_rng(5)
     im = np.geomspace(0.05, 2.5, 40)
-    table = runs_of_one_variant("osb1_cf_skew00_gap025_mu050", "osb1", 0, im)
-    table["beyond_model"] = ""
+    demands = runs_of_one_variant("osb1_cf_skew00_gap025_mu050", "osb1", 0, im)
+    demands["beyond_model"] = ""
     era = PUBLISHED[(PUBLISHED["era"] == 3) & (PUBLISHED["state"] == "slight")]
     for row in era.to_dict("records"):
         if row["component"] in published.DEMANDS:
             capacity = row["capacity"] * (0.0254 if row["unit"] == "in" else 1.0)
             demand = capacity * im / row["median_g"] * np.exp(0.3 * random.standard_normal(im.size))
-            table[published.WHOLE + published.DEMANDS[row["component"]]] = demand
+            demands[published.WHOLE + published.DEMANDS[row["component"]]] = demand
     for name in published.DEMANDS.values():  # columns fail at once
-        table[name] = 1e-3
-    return table
-
-
-def test_medians_of_demands_that_follow_the_published_line_are_the_published_ones():
-    curves, demands = PUBLISHED[PUBLISHED["era"] == 3], scattered_demands()
+        demands[name] = 1e-3
+    curves = PUBLISHED[PUBLISHED["era"] == 3]
     found = published.medians(curves, demands, 3, published.NONE)
     assert found["theta_bound"].isna().any()
     table = published.compared(PUBLISHED, found).set_index(["component", "state"])

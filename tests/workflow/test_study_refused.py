@@ -19,19 +19,14 @@ def tree(tmp_path_factory):
     return copy_sources(tmp_path_factory.mktemp("refused") / "tree")
 
 
-def rule_blocks():
-    """Texts of all rules by name."""
-    text = "".join(path.read_text() for path in sorted((ROOT / "workflow/rules").glob("*.smk")))
-    blocks = re.split(r"^(?:rule|checkpoint) (\w+):", text, flags=re.MULTILINE)[1:]
-    return dict(zip(blocks[::2], blocks[1::2], strict=True))
-
-
 def test_rules_have_digests_of_their_inputs_docstring_and_resources_and_change_no_setting():
     """What a rule reads of others is in its recipe, directly or through another one.
 
     The gate is only an input to come first: where it alone has changed, journals have everything.
     """
-    blocks = rule_blocks()
+    text = "".join(path.read_text() for path in sorted((ROOT / "workflow/rules").glob("*.smk")))
+    found = re.split(r"^(?:rule|checkpoint) (\w+):", text, flags=re.MULTILINE)[1:]
+    blocks = dict(zip(found[::2], found[1::2], strict=True))
     assert set(blocks) == set(RECIPES)
 
     def behind(rule):
@@ -42,6 +37,9 @@ def test_rules_have_digests_of_their_inputs_docstring_and_resources_and_change_n
         inputs = set(re.findall(r"rules\.(\w+)\.output", block))
         assert inputs - {"verify_contact"} <= behind(name), name
         assert f'made_from=MADE_FROM["{name}"]' in block
+        assert re.match(r'\n    """[A-Z][^"]+\."""\n', block), name
+        for directive in ("log:", "benchmark:", "resources:", "mem_mb=", "runtime="):
+            assert directive in block, (name, directive)
     assert "rules.verify_contact" in blocks["analyse"]
     # Snakemake forgets a job behind one that runs if all that it reads of that one is ancient
     assert "ancient(rules." not in "".join(blocks.values())
@@ -49,10 +47,6 @@ def test_rules_have_digests_of_their_inputs_docstring_and_resources_and_change_n
     text = "".join(path.read_text() for path in paths)
     assert not re.search(r"workflow\.\w+_settings(\.\w+)* *[-|]?=", text)
     assert not re.search(r"config\[.*\] *=|signal\.", text)
-    for name, block in rule_blocks().items():
-        assert re.match(r'\n    """[A-Z][^"]+\."""\n', block), name
-        for directive in ("log:", "benchmark:", "resources:", "mem_mb=", "runtime="):
-            assert directive in block, (name, directive)
 
 
 def test_a_copied_configuration_has_results_of_its_own_and_a_cluster_a_job_for_each_variant(tree):
