@@ -8,7 +8,7 @@ import pytest
 from scipy import signal
 
 from bridge_variants import variant
-from cli_json import invoke, run
+from cli_json import answer, invoke
 from motions_files import at2_text, rows_of
 from skewbridge.analysis.ground import Excitation, displacements_m
 from skewbridge.analysis.settings import AnalysisSettings
@@ -84,9 +84,8 @@ def test_other_stations_and_missing_channels_are_refused_and_without_records_not
         (other, "station 89005 in its header, but Painter Street"),
         (short, "channel 7, 17 of station 89324 is missing"),
     ):
-        code, answer = run("verify", "painter", "--records", records, "--out", tmp_path / "out")
-        assert code == 2
-        assert words in answer["message"]
+        given = ("verify", "painter", "--records", records, "--out", tmp_path / "out")
+        assert words in answer(*given, code=2)["message"]
     empty = tmp_path / "empty"
     empty.mkdir()
     with pytest.raises(InputError, match=r"no \.V2 file"):
@@ -255,9 +254,8 @@ def test_support_motions_of_a_file(tmp_path):
     for one, other in zip(read["left"].components, read["right"].components, strict=True):
         assert np.array_equal(one, -other)
     options = ("--support-motions", path, "--out", tmp_path / "out", "--no-figures")
-    code, row = run("run", *options)
-    assert (code, row["status"]) == (0, "ok")
-    assert run("run", *options, "--motion", "a", "b")[0] == 2
+    assert answer("run", *options)["status"] == "ok"
+    answer("run", *options, "--motion", "a", "b", code=2)
 
     for changed, message in (
         (lines[1:], "left needs a record along x and one along y"),
@@ -267,6 +265,5 @@ def test_support_motions_of_a_file(tmp_path):
         with pytest.raises(InputError, match=message):
             read_support_motions(path)
     path.write_text("\n".join(lines[:4]))
-    code, answer = run("run", *options)
-    assert code == 2
-    assert "the supports are left, bent 1, right" in answer["message"]
+    found = answer("run", *options, code=2)
+    assert "the supports are left, bent 1, right" in found["message"]
