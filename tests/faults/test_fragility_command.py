@@ -256,18 +256,11 @@ def test_capitals_in_the_ending_of_a_file_are_accepted(tmp_path, ending):
 
 
 # --- tables of runs of other programs
-@pytest.fixture
-def foreign(tmp_path):
-    """Return a function that writes a table of another program and reads it."""
-
-    def read(data, names):
+def test_foreign_tables_lose_single_bad_rows_or_are_refused_with_row_and_column(tmp_path):
+    def foreign(data, names):
         pd.DataFrame(data).to_csv(tmp_path / "theirs.csv", index=False)
         return read_foreign(tmp_path / "theirs.csv", names)
 
-    return read
-
-
-def test_foreign_tables_lose_single_bad_rows_or_are_refused_with_row_and_column(foreign):
     data = {"record": [*"abc"], "PGA": [0.1, 0.2, 0.3], "end": ["ok", "collapse", "ok"],
             "failed": ["", "", "shear"], "all": [True, True, False]}  # fmt: skip
     names = {"motion_id": "record", "im_pga_g": "PGA", "status": "end", "beyond_model": "failed"}

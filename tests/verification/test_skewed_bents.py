@@ -41,11 +41,6 @@ EARLIER = {
 CONSTANT = {"dt_s": 0.005, "contact_dt_s": None, "event_dt_s": None}
 
 
-@pytest.fixture(scope="module")
-def motion():
-    return cut_to_strongest(strongest_motions(4, 1.2)[3], 5.0, 0.0)
-
-
 def plan_stiffness(name, skew_deg, **given):
     """Return the stiffness (N/m) in plan of the only bent of a bridge, its cap held upright."""
     given |= {"bent_skew_deg": skew_deg, "column_spacing": "along_bent", "elastic_columns": True}
@@ -110,7 +105,8 @@ def test_the_skew_of_bents_is_the_abutments_unless_an_option_says_otherwise(give
 
 
 @pytest.mark.parametrize("row", pd.read_csv(ROWS).to_dict("records"), ids=lambda row: row["bridge"])
-def test_rows_of_the_earlier_model_are_reproduced_by_its_options(row, motion):
+def test_rows_of_the_earlier_model_are_reproduced_by_its_options(row):
+    motion = cut_to_strongest(strongest_motions(4, 1.2)[3], 5.0, 0.0)
     names = ("bridge", "skew_deg", "gap_mm", "friction_pct", "abutment")
     place = {name: row.pop(name) for name in names}
     found = analysed(variant(**place), motion, ModelOptions(**EARLIER), **CONSTANT).whole_history

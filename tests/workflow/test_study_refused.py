@@ -5,10 +5,16 @@ import re
 import shlex
 import shutil
 import sys
+import zipfile
+from pathlib import Path
 
 import pytest
+from hatchling.builders.wheel import WheelBuilder
 
 from motions_files import index_of, make_pairs
+from skewbridge.cli.study import DEMO_STUDY
+from skewbridge.errors import InputError
+from skewbridge.study.folder import STARTER_PARTS, write_starter
 from skewbridge.study.jobs import RECIPES
 from small_study import ROOT, SNAKEMAKE, copy_sources, done, planned_jobs, run
 
@@ -188,3 +194,38 @@ def test_the_site_is_built_without_a_warning(tmp_path):
         assert words in (tmp_path / f"s/docs/{name}.html").read_text()
     loaded = [line for line in page.splitlines() if "<script" in line or "stylesheet" in line]
     assert "https://" not in "".join(loaded)
+
+
+# --- a study outside a clone: the package as it is installed from a wheel, and `skewbridge init`
+def test_an_installed_package_starts_a_study_and_shows_the_stored_one(tmp_path):
+    """The files of a wheel, as an installer unpacks them, outside a clone."""
+    (wheel,) = WheelBuilder(str(ROOT)).build(directory=str(tmp_path), versions=["standard"])
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(tmp_path / "site-packages")
+    environment = {"PYTHONPATH": str(tmp_path / "site-packages")}
+
+    def called(folder, *arguments):
+        return done([sys.executable, "-m", *arguments], folder, environment=environment)
+
+    started = called(tmp_path, "skewbridge", "init", "my study")
+    study = tmp_path / "my study"
+    assert "cd 'my study', then: snakemake" in started.stderr
+    assert all((study / part).exists() for part in STARTER_PARTS)
+    planned = called(study, "snakemake", "-n", "--configfile", "config/smoke.yaml")
+    assert "collect_demands" in planned.stdout
+    plan = called(study, "skewbridge", "plan", "--config", "config/smoke.yaml", "--json")
+    assert '"analyses": 6' in plan.stdout
+    shown = called(tmp_path, "skewbridge", "demo", "--out", "shown", "--json")
+    page = Path(json.loads(shown.stdout)["report"])
+    assert page == tmp_path / "shown/report.html"
+    assert "friction" in page.read_text(encoding="utf-8")
+    assert sum(path.stat().st_size for path in DEMO_STUDY.rglob("*.parquet")) < 3_000_000
+
+
+def test_existing_files_are_not_overwritten(tmp_path):
+    (tmp_path / "config").mkdir()
+    (tmp_path / "config/config.yaml").write_text("mine")
+    with pytest.raises(InputError, match="already has config"):
+        write_starter(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["config"]
+    assert (tmp_path / "config/config.yaml").read_text() == "mine"
