@@ -431,8 +431,9 @@ def test_the_residual_drift_is_that_after_a_release_whose_failure_is_reported(mo
     target = settled.demands[NAME]
     assert abs(moving.demands[NAME] - target) < 0.5 * abs(last_drift(moving) - target)
     usual = run(duration_s=2.0).demands
-    monkeypatch.setattr(transient, "MAX_PERIODS", 0)
-    other = run(duration_s=2.0)
+    with monkeypatch.context() as patch:
+        patch.setattr(transient, "MAX_PERIODS", 0)
+        other = run(duration_s=2.0)
     assert other.demands | {NAME: 0.0} == usual | {NAME: 0.0}
     assert other.demands[NAME] == last_drift(other)
     words = "residual drift is taken from the last step: still moving after 0 periods"
