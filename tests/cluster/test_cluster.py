@@ -81,10 +81,6 @@ def jobs_of(rule):
     return {job: node for job, node, comment in words if comment.startswith(f"rule_{rule}")}
 
 
-def node_state(node):
-    return done(["sinfo", "--noheader", "--nodes", node, "--format=%T"], HERE).stdout.strip()
-
-
 def lose(cluster, node, job):
     """Kill what of Slurm is on a node but nothing of its job, the worst that may happen."""
     os.kill(int((cluster / f"slurmd.{node}.pid").read_text()), signal.SIGKILL)
@@ -119,7 +115,8 @@ def study(cluster, tree):
             lose(cluster, node, lost)
             subprocess.run(["scancel", cancelled], check=True)
             (tree / "finished.json").write_text(json.dumps(journal_keys(tree)))
-            wait_for(lambda: "down" in node_state(node), 120)
+            state = ["sinfo", "--noheader", "--nodes", node, "--format=%T"]
+            wait_for(lambda: "down" in done(state, HERE).stdout, 120)
             subprocess.run(["slurmd", "-N", node], check=True)
             assert process.wait(1200) == 0, log.read_text()
         finally:
