@@ -1,8 +1,8 @@
 """Bridges against hand values, PyPBEE and earlier models; every abutment on every bridge.
 
-The study `bridges` has the weights, axial forces, periods and strengths with their sources and
-tolerances (1 % on weight and axial force, 5 % on periods and pushover strength). The deck load of
-the earlier models enters in the middle of the cap.
+The study `bridges` (run in `test_closed_forms`) has the weights, axial forces, periods and
+strengths with their sources and tolerances (1 % on weight and axial force, 5 % on periods and
+pushover strength). The deck load of the earlier models enters in the middle of the cap.
 """
 
 import math
@@ -23,19 +23,9 @@ from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.structures import built_bridge
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS
-from skewbridge.verification.registry import run_study
 from strong_motion import mirrored, pulse_motion, strong_motion
 
 ROLLER = variant(0, "roller")
-
-
-def test_study_of_hand_values_agrees_and_reactions_of_two_spans_are_3_and_10_eighths():
-    study = run_study("bridges")
-    assert len(study.comparisons) == 57
-    assert [row["quantity"] for row in study.comparisons if not row["pass"]] == []
-    assert weights.continuous_reactions_n((8.0, 8.0), 1.0) == pytest.approx([3.0, 10.0, 3.0])
-    assert weights.continuous_reactions_n((5.0,), 2.0) == pytest.approx([5.0, 5.0])
-    assert sum(weights.continuous_reactions_n((3.0, 4.0, 6.0), 7.0)) == pytest.approx(7.0 * 13.0)
 
 
 @pytest.mark.parametrize("name", bridge_names())

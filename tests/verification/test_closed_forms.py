@@ -44,9 +44,10 @@ SLIP_M = 0.045
         ("closed-forms", 16, set()),
         ("fig1", 21, set()),
         ("fig3", 36, {"elastic, extrapolated", "elastic, lagged"}),
+        ("bridges", 57, set()),
     ],
 )
-def test_studies_of_closed_forms_and_of_exact_forces_agree(name, count, disagreeing):
+def test_studies_of_closed_forms_exact_forces_and_hand_values_agree(name, count, disagreeing):
     study = run_study(name)
     assert len(study.comparisons) == count
     assert [row["quantity"] for row in study.comparisons if not row["pass"]] == []

@@ -153,7 +153,10 @@ def test_two_decks_over_a_joint_agree_with_explicit_integration_of_two_bodies():
 
 
 # --- dead load
-def test_hand_reactions_with_hinges():
+def test_hand_reactions_without_and_with_hinges():
+    assert continuous_reactions_n((8.0, 8.0), 1.0) == pytest.approx([3.0, 10.0, 3.0])
+    assert continuous_reactions_n((5.0,), 2.0) == pytest.approx([5.0, 5.0])
+    assert sum(continuous_reactions_n((3.0, 4.0, 6.0), 7.0)) == pytest.approx(7.0 * 13.0)
     # two simple spans; a cantilever with a suspended span: statically determinate by hand
     assert continuous_reactions_n((8.0, 6.0), 1.0, [8.0]) == pytest.approx([4.0, 7.0, 3.0])
     # hinge 2 m beyond the support: 6 m of span 2 hang on it and load it with 3
