@@ -25,7 +25,6 @@ from skewbridge.units import G_MPS2
 from skewbridge.verification.studies.paper_runs import waho
 
 # --- one file with one quirk, and its verdict
-
 DT_S = 0.02
 RECORD_G = shaken_g(0, 400)
 GOOD = at2_text(RECORD_G, DT_S)

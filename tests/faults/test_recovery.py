@@ -164,7 +164,6 @@ def test_the_finest_step_of_the_settings_is_possible_and_every_recovery_step_div
 
 
 # --- whole histories with failures
-
 # Solutions that fail, by step, counted in the step: 0 to 2 are the recovery steps without
 # sub-steps, from 3 on come the sub-steps of the finer ones.
 PATHS = {
@@ -325,7 +324,6 @@ def test_houbolt_survives_a_change_of_the_step(model):
 
 
 # --- a whole bridge
-
 SETTINGS = {"duration_s": 3.0, "dt_s": 0.005, "tolerance_j": 1e-12, "reuse_tangent": False}
 # Looser tests of later recovery steps are a difference of their own.
 STRICT = tuple(replace(step, tolerance_j=0.0) for step in RECOVERY_STEPS)

@@ -64,7 +64,6 @@ def test_filter_agrees_with_an_ode_solver():
 
 
 # --- synthetic motions
-
 SCENARIOS = st.builds(
     Scenario,
     magnitude=st.floats(6.5, 7.9),

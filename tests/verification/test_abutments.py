@@ -130,7 +130,6 @@ def test_the_hyperbola_of_kavianis_bridges_passes_its_two_points(bridge, k50_mn_
 
 
 # --- the gap of a variant is the opening at rest, after dead load, normal to the backwall
-
 TOLERANCE_M = 5e-5  # a thousandth of the larger gap: far below any effect under study
 GAP_MM, KEY_GAP_M = 25, 0.0064
 
@@ -299,7 +298,6 @@ def test_a_slow_push_meets_the_same_backbone_with_both_places_of_the_dashpot(bac
 # --- one backfill spring on paths: capped hyperbola, unloading, gap behind the wall, reloading
 # Limits: 0.5 % of the force on first loading (the polygon misses 0.1 %), 2 micrometres where a gap
 # closes, and no force to speak of while a gap is open.
-
 CLOSES_M = 2.0e-6
 STIFF = 1.0e6  # of the driver over the spring: it gives way by a hundredth of a micrometre
 
