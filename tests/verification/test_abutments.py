@@ -275,9 +275,9 @@ def test_a_wall_never_exceeds_the_strength_of_its_soil_and_never_pulls(skew_deg)
     for kind in ("parallel", "series"):
         options = ModelOptions(backfill_dashpot=kind)
         histories = analysed(variant(skew_deg), motion, options).histories
-        names = [[f"contact_{side}_backwall_{i}_normal_kn" for i in (1, 2, 3)]
-                 for side in ("left", "right")]  # fmt: skip
-        forces_kn.append(np.array([sum(map(histories.get, wall)) for wall in names]))
+        walls = (f"contact_{side}_backwall_{{}}_normal_kn" for side in ("left", "right"))
+        sums_kn = [sum(histories[wall.format(i)] for i in (1, 2, 3)) for wall in walls]
+        forces_kn.append(np.array(sums_kn))
     parallel, series = forces_kn
     strength_kn = wall_backfill(SEAT, "hyperbolic", np.radians(skew_deg)).ultimate_n / 1e3
     assert parallel.max() > 1.1 * strength_kn

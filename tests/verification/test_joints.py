@@ -37,9 +37,8 @@ from strong_motion import strong_motion
 
 CABLES = "{count: 8, stiffness_kn_per_m: 5000.0, yield_kn: 170.0, slack_mm: 20.0}"
 SIMPLE = Path(__file__).parents[2] / "docs" / "bridges" / "simple_spans.yaml"
-FOUR_SPANS = SIMPLE.read_text(encoding="utf-8").replace(
-    "at: bent 2,", f"at: bent 2, gap_mm: 30.0, restrainers: {CABLES},"
-)
+RESTRAINED = f"at: bent 2, gap_mm: 30.0, restrainers: {CABLES},"
+FOUR_SPANS = SIMPLE.read_text(encoding="utf-8").replace("at: bent 2,", RESTRAINED)
 BENT, PADS = (
     ", ".join(FOUR_SPANS.split(anchor)[1].split("\n- ")[0].strip().splitlines())
     for anchor in ("&bent", "&pads")
@@ -111,20 +110,18 @@ def explicit(dt_s=1e-5):
 def test_two_decks_over_a_joint_agree_with_explicit_integration_of_two_bodies():
     with domain():
         tags = TagAllocator()
-        grounds = [tags.node(), tags.node()]
-        nodes = [tags.node(), tags.node()]
-        for body, x in enumerate((-LEVERS_M[0], LEVERS_M[1])):
-            mass, inertia, k = MASSES_KG[body], INERTIAS[body], STIFFNESS[body]
-            for node in (grounds[body], nodes[body]):
-                ops.node(node, x, 0.0, 0.0)
-            ops.fix(grounds[body], 1, 1, 1, 1, 1, 1)
-            ops.fix(nodes[body], 0, 0, 1, 1, 1, 0)
-            ops.mass(nodes[body], mass, mass, 0.0, 0.0, 0.0, inertia)
-            materials = [tags.material() for _ in range(3)]
-            for material, stiffness in zip(materials, (k, k, 50 * k), strict=True):
-                ops.uniaxialMaterial("Elastic", material, stiffness)
-            springs = ("-mat", *materials, "-dir", 1, 2, 6)
-            ops.element("zeroLength", tags.element(), grounds[body], nodes[body], *springs)
+        bodies = zip((-LEVERS_M[0], LEVERS_M[1]), MASSES_KG, INERTIAS, STIFFNESS, strict=True)
+        nodes = []
+        for x, mass, inertia, k in bodies:
+            ground, node = tags.node(), tags.node()
+            for each, fixed in ((ground, (1,) * 6), (node, (0, 0, 1, 1, 1, 0))):
+                ops.node(each, x, 0.0, 0.0)
+                ops.fix(each, *fixed)
+            ops.mass(node, mass, mass, 0.0, 0.0, 0.0, inertia)
+            springs = [uniaxial(tags, "Elastic", stiffness) for stiffness in (k, k, 50 * k)]
+            given = ("-mat", *springs, "-dir", 1, 2, 6)
+            ops.element("zeroLength", tags.element(), ground, node, *given)
+            nodes.append(node)
         back = 0.5 / cos(radians(SKEW_DEG))
         ends = (
             DeckEnd("left", (-back, 0.0), (1.0, 0.0), SKEW_DEG, 12.0, 1.0),
@@ -141,8 +138,7 @@ def test_two_decks_over_a_joint_agree_with_explicit_integration_of_two_bodies():
             for dof, speed in zip((1, 2, 6), speeds, strict=True):
                 ops.setNodeVel(node, dof, speed, "-commit")
         live.prepare_analysis(tolerance_m=1e-11, system="BandGeneral", numberer="RCM")
-        times = live.even_times(DURATION_S, 1e-3)
-        signs = [1.0] * len(handle.units)
+        times, signs = live.even_times(DURATION_S, 1e-3), [1.0] * len(handle.units)
         moved = live.record(contacts, times, 1e-3, nodes, signs, parts_on_change=4).q
         found = moved[:, [0, 1, 5, 6, 7, 11]]
         closures = sum(unit.closures for unit in contacts.ledger())
