@@ -45,8 +45,7 @@ def test_status_is_that_of_a_linear_programme(data):
     sides += [(x[i], -1.0) for i in range(6) if n[i] > k[i]]
     rows = np.array([[-s, -s * value] for value, s in sides])
     limits = {"A_ub": rows, "b_ub": np.zeros(len(rows)), "bounds": [(-1.0, 1.0)] * 2}
-    found = optimize.linprog(rows.sum(axis=0), **limits)
-    separated = found.fun < -1e-9
+    separated = optimize.linprog(rows.sum(axis=0), **limits).fun < -1e-9
     status = binomial_status(x, n, k)
     if status == "ok":
         assert not separated

@@ -17,8 +17,7 @@ from skewbridge.motions.synthesis.generate import synthesize
 
 def _motion(seed: int, npts: int = 600) -> GroundMotion:
     rng = np.random.default_rng(seed)
-    window = np.hanning(npts)
-    pair = rng.standard_normal((2, npts)) * window * rng.uniform(0.5, 2.0, (2, 1))
+    pair = rng.standard_normal((2, npts)) * np.hanning(npts) * rng.uniform(0.5, 2.0, (2, 1))
     return GroundMotion(motion_id="m", dt_s=0.01, accel_1_mps2=pair[0], accel_2_mps2=pair[1])
 
 
@@ -39,8 +38,7 @@ def test_measures_scale_with_the_motion(seed, scale):
 def test_reduced_orbit_gives_the_median_of_the_full_orbit(seed, period_s, ratio):
     motion = _motion(seed)
     pair = (motion.accel_1_mps2, ratio * motion.accel_2_mps2)
-    angles = np.deg2rad(np.arange(180))
-    turned = [np.cos(a) * pair[0] + np.sin(a) * pair[1] for a in angles]
+    turned = [np.cos(a) * pair[0] + np.sin(a) * pair[1] for a in np.deg2rad(np.arange(180))]
     full = [component_psa(accel, 0.01, period_s)[0] for accel in turned]
     psa = pair_psa(*pair, 0.01, period_s)
     assert psa.rotd50_mps2[0] == pytest.approx(np.median(full), rel=1e-9)

@@ -172,8 +172,7 @@ def test_b9_pushed_block_slides_by_the_excess_of_the_acceleration():
     history = blocks.run_upright(half_m, 1e-3, 4.0, friction=friction, base_mps2=push_mps2)
     # From friction x g on, the excess of the acceleration grows linearly.
     sliding_s = 3.0 - friction * blocks.TABLE_G_MPS2 / rate
-    slid = abs(history.q[-1, 3])
-    assert slid == pytest.approx(rate * sliding_s**3 / 6.0, rel=0.02)
+    assert abs(history.q[-1, 3]) == pytest.approx(rate * sliding_s**3 / 6.0, rel=0.02)
 
 
 # --- the contact checks before every study, other contact elements, and integrators at impact
@@ -214,13 +213,11 @@ def test_native_element_gives_the_same_forces_on_a_path(integration):
 
 def test_native_element_converges_to_our_frictional_deck():
     """Its friction is of first order in the step: the difference halves with it."""
-    case = deck_case("C5", duration_s=0.5)
-    ours = run_deck(case)
+    ours = run_deck(deck_case("C5", duration_s=0.5))
     errors = []
     for dt_s in (4e-4, 1e-4):
         t_s, q = native.run_native_deck("C5", native.IMPLICIT, dt_s)
-        found = np.interp(ours.t_s, t_s, q[:, 1])
-        errors.append(np.abs(found - ours.q[:, 1]).max())
+        errors.append(np.abs(np.interp(ours.t_s, t_s, q[:, 1]) - ours.q[:, 1]).max())
     assert errors[1] < 0.45 * errors[0]
     assert errors[1] < 0.05 * np.abs(ours.q[:, 1]).max()
 
