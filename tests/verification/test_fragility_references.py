@@ -19,11 +19,10 @@ from scipy.special import ndtr
 from statsmodels.miscmodels.ordinal_model import OrderedModel
 from statsmodels.stats.diagnostic import het_breuschpagan
 
-from fragility_tables import IM, SETTINGS, STATES, states_of
+from fragility_tables import IM, SETTINGS, STATES, curves_of, ready, states_of
 from reference_data import fragility_case as case
 from skewbridge.errors import InputError
 from skewbridge.fragility.curves import fit_study
-from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.effects import median_effects
 from skewbridge.fragility.fits import fit_brackets, fit_capacities, fit_cloud, fit_stripes
 from skewbridge.fragility.hazard import HazardCurve
@@ -354,24 +353,15 @@ def with_two_failure_modes(rng, motions):
     return runs_of(im, peaks, beyond_model=kind, column_drift_ratio=drift)
 
 
-def true_median(state):
-    """Return the intensity at which the line of the demand reaches the threshold."""
-    is_drift = state.demand == "column_drift_ratio"
-    ln_a, b, _ = LINES["drift_over_capacity" if is_drift else state.demand]
-    threshold = state.threshold / (CAPACITY_DRIFT if is_drift else 1.0)
-    return np.exp((np.log(threshold) - ln_a) / b)
-
-
 def test_runs_ended_by_the_other_mode_hardly_bias_the_medians():
     rng = np.random.default_rng(1)
     chosen = [s for name in ("column_shear", "column_drift", "unseating") for s in states_of(name)]
     states = with_column_failure(chosen, {*LINES, "column_failure_ratio"})
-    columns = list(dict.fromkeys(state.demand for state in states))
     errors, ended = {}, []
     for _ in range(120):
         table = with_two_failure_modes(rng, 120)
         ended.append(np.mean(table["beyond_model"] != ""))
-        rows = prepared(table, columns, SETTINGS).table
+        rows = ready(table, states)
         ln_im = np.log(rows[IM].to_numpy())
         for group in states_by_demand(states).values():
             outcomes = demand_outcomes(rows, group)
@@ -379,7 +369,9 @@ def test_runs_ended_by_the_other_mode_hardly_bias_the_medians():
             line = fit_lines(ln_im, low, high, np.ones((1, ln_im.size)))
             for state in group:
                 if state.demand in LINES and np.any(outcomes.exceed(state)):
-                    error = line.ln_theta(state.threshold)[0] - np.log(true_median(state))
+                    ln_a, b, _ = LINES[state.demand]
+                    truth = (np.log(state.threshold) - ln_a) / b
+                    error = line.ln_theta(state.threshold)[0] - truth
                     errors.setdefault(state.key, []).append(error)
     assert np.mean(ended) == pytest.approx(0.15, abs=0.02)
     # the others are extrapolations in the studies in which a single run reached them
@@ -409,8 +401,7 @@ def test_medians_with_informative_collapses_are_nearly_unbiased_or_refused(corre
         demand = np.exp(ln_a + b * x + scatter * own) * share
         table = runs_of(np.exp(x), {"unseating_m": demand})
         table["status"] = np.where(collapsed, "collapse", "ok")
-        rows = prepared(table, ["unseating_m"], SETTINGS).table
-        found.append(fit_study(rows, states, SETTINGS))
+        found.append(curves_of(table, states))
     curves = pd.concat(found)
     truth = np.exp((np.log(curves["threshold"]) - ln_a) / b)
     curves["error"] = np.log(curves["theta"] / truth)
@@ -439,7 +430,7 @@ def study():
     raw = pd.read_parquet(ROOT / "tests" / "data" / "default_study_demands.parquet")
     columns = {*raw.columns, "column_failure_ratio"}
     states = with_column_failure(load_limit_states(ROOT / "config" / "limit_states.yaml"), columns)
-    rows = prepared(raw, list(dict.fromkeys(state.demand for state in states)), SETTINGS).table
+    rows = ready(raw, states)
     curves = fit_study(rows, states, SETTINGS)
     medians = median_effects(rows, states, SETTINGS, curves=curves)
     joint = joint_table(rows, states, SETTINGS)
