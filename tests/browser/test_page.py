@@ -1,4 +1,4 @@
-"""The page as a whole: widths, print, accessibility, without JavaScript."""
+"""The page as a whole (widths, print, accessibility, without JavaScript) and its explorer."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Recovery steps: order, cost and sub-steps; failures do not change the response.
+"""Recovery steps: order, cost, sub-steps, an unchanged response; statuses of analyses.
 
 Solutions fail after two iterations, so that their trial state is far from the committed one. The
 reference is the same sequence of (sub-)steps without failures.

@@ -1,4 +1,4 @@
-"""Bridges against hand values, PyPBEE and earlier models; every abutment on every bridge.
+"""Bridges: hand values, every abutment on every bridge, invariances, the energy balance.
 
 The study `bridges` (run in `test_closed_forms`) has the weights, axial forces, periods and
 strengths with their sources and tolerances (1 % on weight and axial force, 5 % on periods and

@@ -1,4 +1,4 @@
-"""Columns: crushed and broken fibers, loss of shear strength, the shear of a leaning column."""
+"""Columns: fibers that end, loss and demand of shear, shapes of sections, residual drift."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -404,6 +404,8 @@ def test_a_bridge_of_a_pinned_column_and_a_fixed_wall_runs_and_mirrors(tmp_path)
 
 
 # --- the residual drift is taken at rest, however long the quiet end of the motion is
+# Limit: 5 % of the drift after 30 s of zeros. The way to rest is another than under the bridge's
+# own damping (critical in place of 5 %), so it is no rounding; found are 0.1 to 1 %.
 CASE = variant(0, gap_mm=25)
 NAME = "column_residual_drift_ratio"
 

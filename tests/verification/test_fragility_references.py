@@ -1,4 +1,4 @@
-"""Fits against published cases, statsmodels, scipy, brute force and studies of known truth.
+"""Fits: published cases, statsmodels, scipy, brute force, known truth, the default study.
 
 Tolerances are those of the cases in `tests/data/fragility_cases.json`: 1e-6 on estimates (they
 were confirmed with 50 digits), 1e-4 on standard errors (some references differentiate numerically),

@@ -1,4 +1,4 @@
-"""An instrumented bridge: files of its station, identified periods, and the stored comparison."""
+"""An instrumented bridge: its station, identified periods, stored results, support motions."""
 
 from pathlib import Path
 

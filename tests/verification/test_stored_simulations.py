@@ -1,4 +1,4 @@
-"""Stored simulations of intervals and verdicts: their shares, and a few of them run again."""
+"""Stored simulations of intervals and verdicts, a few of them run again; draws of properties."""
 
 import json
 from dataclasses import replace

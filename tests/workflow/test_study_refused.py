@@ -1,4 +1,4 @@
-"""Faults that stop a study before any analysis, plans, the form of the rules, and the site."""
+"""Faults that stop a study before any analysis, plans, rules, the site, and a study's start."""
 
 import json
 import re
