@@ -178,19 +178,21 @@ TIES = {"hoop_area_mm2": 199.0, "hoop_diameter_mm": 15.9, "hoop_spacing_mm": 150
 AXIAL_N = 6.0e6
 
 
-def written(path, text: str, **column) -> str:
-    """Write a bridge that extends another one and has such a column; return its path."""
-    keys = "".join(
-        f"  {key}: {value if key == 'shape' else f'{{v: {value}, src: "d: a test"}}'}\n"
-        for key, value in column.items()
-    )
-    path.write_text(f"{text}\ncolumn:\n{keys}", encoding="utf-8")
+def sourced(values):
+    """Return the values of keys of a bridge file, each with a source."""
+    return {name: {"v": value, "src": "d: a test"} for name, value in values.items()}
+
+
+def written(path, shape, **column) -> str:
+    """Write a bridge that extends osb1 and has such a column; return its path."""
+    keys = {"extends": "osb1", "column": {"shape": shape} | sourced(column)}
+    path.write_text(yaml.safe_dump(keys), encoding="utf-8")
     return str(path)
 
 
 @pytest.fixture
 def wall(tmp_path) -> str:
-    return written(tmp_path / "wall.yaml", "extends: osb1", **RECTANGLE, **TIES)
+    return written(tmp_path / "wall.yaml", **RECTANGLE, **TIES)
 
 
 def mander_chart(pressures: list[float]) -> float:
@@ -311,7 +313,7 @@ def test_shear_and_drift_capacity_of_a_wall_depend_on_the_direction(wall) -> Non
 @pytest.mark.parametrize(("shape", "error"), [(RECTANGLE, 0.002), (OBLONG, 0.01)])
 @pytest.mark.parametrize("mesh", [(5, 20, 1), (12, 32, 3)])
 def test_fibers_keep_areas_and_second_moments(tmp_path, monkeypatch, shape, error, mesh):
-    column = load_bridge(written(tmp_path / "own.yaml", "extends: osb1", **shape, **TIES)).column
+    column = load_bridge(written(tmp_path / "own.yaml", **shape, **TIES)).column
     given: list[tuple] = []
     with domain(), monkeypatch.context() as patch:
         patch.setattr(ops, "fiber", lambda *fiber: given.append(fiber))
@@ -371,9 +373,6 @@ def test_a_wall_bends_about_the_axes_of_its_skewed_bent(wall, direction) -> None
 def test_a_bridge_of_a_pinned_column_and_a_fixed_wall_runs_and_mirrors(tmp_path) -> None:
     keys = {"columns": 1, "cap_width_m": 2.4, "cap_depth_m": 2.0, "cap_weight_kn": 1200}
     own = {"width_m": 4.0, "depth_m": 1.2, "tie_legs": [4, 12], "bar_count": 60}
-
-    def sourced(values):
-        return {name: {"v": value, "src": "d: a test"} for name, value in values.items()}
 
     pinned, fixed = (sourced(keys | {"clear_height_m": height_m}) for height_m in (9.0, 7.0))
     fixed |= {"base": "fixed", "column": {"shape": "rectangular"} | sourced(own)}
