@@ -25,13 +25,8 @@ def variant(
     friction_pct: int = 50,
 ) -> Variant:
     """Return a variant, by default with a gap of 51 mm and friction 0.5."""
-    return Variant(
-        bridge=bridge,
-        abutment=abutment,
-        skew_deg=skew_deg,
-        gap_mm=gap_mm,
-        friction_pct=friction_pct,
-    )
+    place = {"skew_deg": skew_deg, "gap_mm": gap_mm, "friction_pct": friction_pct}
+    return Variant(bridge=bridge, abutment=abutment, **place)
 
 
 def analysed(

@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from motions_files import at2_text, cosmos_text, esm_text, geonet_text
+from motions_files import at2_text, cosmos_text, esm_text, geonet_text, rows_of
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.errors import InputError
 from skewbridge.files.tables import write_frame
@@ -45,30 +45,27 @@ def wave(count=60):
 
 
 def knet_text():
-    head = [
-        "Origin Time       2011/03/11 14:46:00", "Lat.              38.1",
-        "Long.             142.8", "Depth. (km)       24", "Mag.              9.0",
-        "Station Code      MYG004", "Station Lat.      38.7", "Station Long.     141.0",
-        "Station Height(m) 40", "Record Time       2011/03/11 14:46:15", "Sampling Freq(Hz) 100Hz",
-        "Duration Time(s)  1", "Dir.              N-S", "Scale Factor      7845(gal)/8223790",
-        "Max. Acc. (gal)   196.0", "Last Correction   2011/03/11 14:46:00", "Memo.",
-    ]  # fmt: skip
-    return "\n".join([*head, *(f"{int(value * 1e6):9d}" for value in wave())]) + "\n"
+    head = """Origin Time       2011/03/11 14:46:00
+Lat.              38.1\nLong.             142.8\nDepth. (km)       24\nMag.              9.0
+Station Code      MYG004\nStation Lat.      38.7\nStation Long.     141.0
+Station Height(m) 40\nRecord Time       2011/03/11 14:46:15\nSampling Freq(Hz) 100Hz
+Duration Time(s)  1\nDir.              N-S\nScale Factor      7845(gal)/8223790
+Max. Acc. (gal)   196.0\nLast Correction   2011/03/11 14:46:00\nMemo.
+"""
+    return head + rows_of(wave() * 1e6, 1, "{:9.0f}") + "\n"
 
 
 def v2_text():
-    values = [f"{980.665 * value:10.3f}" for value in wave(64)]
-    rows = ["".join(values[i : i + 8]) for i in range(0, 64, 8)]
     head = "64 points of accel data equally spaced at  .020 sec, in cm/sec2. (8f10.3)"
-    return "\n".join(["CORRECTED ACCELEROGRAM", *["header"] * 44, head, *rows]) + "\n"
+    rows = rows_of(980.665 * wave(64), 8, "{:10.3f}")
+    return "\n".join(["CORRECTED ACCELEROGRAM", *["header"] * 44, head, rows]) + "\n"
 
 
 def columns_text(separator, count):
-    rows = (
-        separator.join([f"{0.01 * number:.2f}", *[f"{value:.6f}"] * count])
-        for number, value in enumerate(wave())
-    )
-    return "\n".join([",".join(["time_s", *["accel_g"] * count]), *rows]) + "\n"
+    columns = [0.01 * np.arange(60), *[wave()] * count]
+    names = ",".join(["time_s", *["accel_g"] * count])
+    rows = (separator.join(f"{value:.6f}" for value in row) for row in zip(*columns, strict=True))
+    return "\n".join([names, *rows]) + "\n"
 
 
 def read_record(path, given=None):
@@ -182,14 +179,18 @@ SNIPPETS = (
     "{v: 1.0e+9, src: 'd: x'}", "{v: -5, src: 'd: x'}", "{v: [1, 2], src: 'd: x'}", "1.0e+3",
     "1.0e-6", "1000000", "17",
 )  # fmt: skip
-BOMB = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(
-    f"{new}: &{new} [{', '.join(['*' + old] * 9)}]\n"
-    for old, new in zip("abcdefgh", "bcdefghi", strict=True)
-)
-MERGES = "a: &a {x: 1}\n" + "".join(
-    f"{new}: &{new} {{<<: [{', '.join(['*' + old] * 9)}]}}\n"
-    for old, new in zip("abcdefgh", "bcdefghi", strict=True)
-)
+
+
+def nested(first, form):
+    """Return a document in which each value repeats the one before nine times."""
+    pairs = zip("abcdefgh", "bcdefghi", strict=True)
+    return first + "".join(
+        f"{new}: &{new} {form.format(', '.join([f'*{old}'] * 9))}\n" for old, new in pairs
+    )
+
+
+BOMB = nested("a: &a [x, x, x, x, x, x, x, x, x]\n", "[{}]")
+MERGES = nested("a: &a {x: 1}\n", "{{<<: [{}]}}")
 WHOLE = (
     b"", b"\n", b"\xff\xfe\x00", b"\x00" * 100, b"\xef\xbb\xbf", b"---\n---\n", b"- " * 5000 + b"x",
     b"[" * 100_000, b'{"a":' * 100_000, b"{" * 5000, BOMB.encode(), MERGES.encode(),
@@ -210,33 +211,30 @@ BYTES = (
 
 def of_bytes(content, chance):
     """Return a file with one to four of its places changed."""
-    out = bytearray(content)
     for _ in range(chance.randint(1, 4)):
-        place = chance.randrange(len(out) + 1)
-        size = min(chance.choice((1, 1, 2, 8, 60, 500)), len(out) - place)
-        kind = chance.randrange(7)
-        if kind == 0 and place < len(out):
-            out[place] ^= 1 << chance.randrange(8)
-        elif kind == 1:
-            out[place:place] = chance.choice(BYTES)
-        elif kind == 2:
-            del out[place : place + size]
-        elif kind == 3:
-            out[place:place] = out[place : place + size] * chance.choice((1, 2, 30))
-        elif kind == 4:
-            del out[place:]
-        elif kind == 5:
-            lines = bytes(out).split(b"\n")
-            one, other = (chance.randrange(len(lines)) for _ in range(2))
-            lines[one], lines[other] = lines[other], lines[one]
-            out = bytearray(b"\n".join(lines))
-        else:
-            out[place : place + size] = chance.choice(BYTES)
-    return bytes(out)
+        start = chance.randrange(len(content) + 1)
+        end = start + chance.choice((0, 1, 1, 2, 8, 60, 500))
+        old, token = content[start:end], chance.choice(BYTES)
+        flipped = bytes(byte ^ 1 << chance.randrange(8) for byte in old[:1]) + old[1:]
+        kinds = (flipped, token, token + old, b"", old * chance.choice((2, 3, 31)), "cut", "swap")
+        match chance.choice(kinds):
+            case "cut":
+                content = content[:start]
+            case "swap":
+                lines = content.split(b"\n")
+                one, other = chance.choices(range(len(lines)), k=2)
+                lines[one], lines[other] = lines[other], lines[one]
+                content = b"\n".join(lines)
+            case new:
+                content = content[:start] + new + content[end:]
+    return content
 
 
-def of_structure(content, chance, *, is_json=False):
-    """Return a document with one to three of its values changed, dropped or doubled."""
+def of_structure(content, chance):
+    """Return a document with one to three of its values changed, dropped or doubled.
+
+    It is written as JSON, which is YAML as well.
+    """
     tree = yaml.safe_load(content)
     for number in range(chance.randint(1, 3)):
         holders = [node for node in nodes_of(tree) if node]
@@ -255,11 +253,9 @@ def of_structure(content, chance, *, is_json=False):
             node[key] *= chance.choice((-1, 0, 1e-6, 0.1, 3, 10, 1e3, 1e6, 1e300))
         else:
             node[key] = f"@@{number}@@"
-    text = json.dumps(tree) if is_json else yaml.safe_dump(tree, sort_keys=False)
+    text = json.dumps(tree, default=str)
     for number in range(3):
-        snippet = chance.choice(SNIPPETS)
-        for mark in (f'"@@{number}@@"', f"'@@{number}@@'", f"@@{number}@@"):
-            text = text.replace(mark, snippet)
+        text = text.replace(f'"@@{number}@@"', chance.choice(SNIPPETS))
     return text.encode()
 
 
@@ -270,16 +266,6 @@ def nodes_of(tree):
     return [tree, *(node for item in inner for node in nodes_of(item))]
 
 
-def mutant_of(content, suffix, chance):
-    """Return one mutant of a good file."""
-    draw = chance.random()
-    if draw < 0.05:
-        return chance.choice(WHOLE)
-    if draw < 0.65 and suffix in (".yaml", ".json"):
-        return of_structure(content, chance, is_json=suffix == ".json")
-    return of_bytes(content, chance)
-
-
 def run_family(name, count, seed, folder):
     """Read mutants of one family in a folder of its own; return the counts and faults."""
     folder = folder / name
@@ -287,39 +273,36 @@ def run_family(name, count, seed, folder):
     suffix, seeds, read = FAMILIES[name]
     seeds = seeds or [parquet_bytes(folder)]
     chance = random.Random(f"{seed} {name}")
-    taken, refused, dearest_s, faults = 0, 0, 0.0, []
-    for content in seeds:
-        good = folder / f"good{suffix}"
-        good.write_bytes(content)
-        read(good)
-    for number in range(count):
+    taken, refused, dearest_s, faults = 0, 0, 0.0, {}
+    for number in range(-len(seeds), count):
         path = folder / f"{name}{number}{suffix}"
-        path.write_bytes(mutant_of(chance.choice(seeds), suffix, chance))
+        is_good = number < 0
+        content = seeds[number] if is_good else chance.choice(seeds)
+        if not is_good:
+            draw = chance.random()
+            is_document = draw < 0.65 and suffix in (".yaml", ".json")
+            mutated = (of_structure if is_document else of_bytes)(content, chance)
+            content = chance.choice(WHOLE) if draw < 0.05 else mutated
+        path.write_bytes(content)
         began_s = time.process_time()
         resource.setrlimit(resource.RLIMIT_CPU, (int(began_s) + CPU_LIMIT_S + 1, -1))
         try:
             read(path)
         except InputError as error:
             refused += 1
-            faults += [[path.name, text] for text in complaints(str(error), path, name)]
+            message = str(error)
+            names_it = name in NAMELESS or path.name in message
+            printable = all(sign.isprintable() or sign == "\n" for sign in message)
+            if is_good or not (names_it and printable and 0 < len(message) <= LONGEST_MESSAGE):
+                faults[path.name] = message[:300]
         except Exception:
-            faults.append([path.name, traceback.format_exc()[-1500:]])
+            faults[path.name] = traceback.format_exc()[-1500:]
         else:
-            taken += 1
+            taken += not is_good
         dearest_s = max(dearest_s, time.process_time() - began_s)
-        if not faults or faults[-1][0] != path.name:
+        if path.name not in faults:
             path.unlink(missing_ok=True)
     return {"taken": taken, "refused": refused, "dearest_s": dearest_s, "faults": faults}
-
-
-def complaints(message, path, family):
-    """Return the faults of a message."""
-    faults = {
-        f"a message of {len(message)} characters": 0 < len(message) <= LONGEST_MESSAGE,
-        "control characters": all(sign.isprintable() or sign == "\n" for sign in message),
-        "does not name the file": family in NAMELESS or path.name in message,
-    }
-    return [f"{fault}: {message[:300]!r}" for fault, is_absent in faults.items() if not is_absent]
 
 
 def read_mutants(names, count, seed, folder):

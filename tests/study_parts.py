@@ -1,6 +1,7 @@
 """Small studies for tests, made without files: weak motions, set-ups, tasks and finished rows."""
 
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -37,9 +38,8 @@ def study_of(
 ) -> StudySetup:
     """Return the set-up of a study of the bridges with the motions, or with one wave."""
     suite = motions or (wave(),)
-    measures = {
-        (bridge, each.motion.motion_id): dict(each.measures) for bridge in bridges for each in suite
-    }
+    runs = product(bridges, suite)
+    measures = {(name, each.motion.motion_id): dict(each.measures) for name, each in runs}
     grid = sections.pop("grid", GridConfig(bridge=bridges))
     study = StudyConfig(results=str(folder), grid=grid, **sections)
     return StudySetup(study=study, suite=suite, measures=measures, draws=draws or {})

@@ -1,9 +1,14 @@
-"""The page as a whole: widths, print, accessibility, without JavaScript."""
+"""The page as a whole (widths, print, accessibility, without JavaScript) and its explorer."""
 
+import numpy as np
 import pytest
-from typer.testing import CliRunner
+from scipy import stats
 
-from skewbridge.cli import build_app
+from cli_json import invoke
+from fragility_tables import IM
+from skewbridge.demands.validity import is_complete
+from skewbridge.fragility.fits import FITTED
+from skewbridge.report.fragility_figures import curve_values
 from skewbridge.report.study_figures import SECTIONS
 
 pytestmark = pytest.mark.browser
@@ -37,7 +42,7 @@ def test_nothing_is_wider_than_the_screen_and_axe_finds_nothing(opened, width, v
 
 
 def test_the_demo_fits_the_screen_and_its_gallery_opens(opened, width, tmp_path):
-    result = CliRunner().invoke(build_app(), ["demo", "--out", str(tmp_path)])
+    result = invoke("demo", "--out", tmp_path)
     assert result.exit_code == 0, result.output
     file = tmp_path / "report.html"
     assert file.stat().st_size < 4e6
@@ -75,7 +80,7 @@ def test_without_javascript_figures_and_the_reason_are_shown(browser, study):
     context.close()
 
 
-def test_the_keyboard_reaches_the_skip_link_and_the_controls(opened):
+def test_the_keyboard_reaches_the_skip_link_and_the_controls_and_disabled_ones_say_why(opened):
     page = opened()
     page.goto(page.url.partition("#")[0])  # an address of the explorer starts the focus there
     page.wait_for_selector("#explorer")
@@ -85,6 +90,12 @@ def test_the_keyboard_reaches_the_skip_link_and_the_controls(opened):
     page.keyboard.press("ArrowDown")
     assert page.input_value("#ex-view") == "cloud"
     assert page.is_visible("#ex-demand")
+    page = opened()
+    silent = page.eval_on_selector_all(
+        "#explorer select:disabled", "all => all.filter(each => !each.title).map(e => e.id)"
+    )
+    assert silent == []
+    assert page.is_enabled("#ex-skew_deg")
 
 
 SHOWN = "all => all.filter(each => each.checkVisibility()).map(each => each.id)"
@@ -95,7 +106,7 @@ def shown_figures(page):
     return page.eval_on_selector_all("#figures figure:not([hidden])", SHOWN)
 
 
-def test_the_page_is_short_and_its_first_screen_has_the_answer(opened):
+def test_the_page_is_short_and_has_the_answer_first_then_curves_and_their_table(opened):
     page = opened(1400, height=1000)
     assert page.evaluate("document.documentElement.scrollHeight") <= 12 * 1000
     assert page.evaluate("document.body.innerText.split(/\\s+/).length") <= 4000
@@ -106,6 +117,15 @@ def test_the_page_is_short_and_its_first_screen_has_the_answer(opened):
     facts = page.locator(".facts").bounding_box()
     assert facts["y"] + facts["height"] <= 1000
     assert "Columns failed in" in page.inner_text(".failures")
+    page = opened(1400)
+    order = page.eval_on_selector_all("section", "all => all.map(each => each.id)")
+    wanted = ["answer", "curves", "effects", "figures", "explore", "table", "quality", "methods"]
+    assert [name for name in order if name in wanted] == wanted
+    table = page.locator("[aria-label='Leading curves'] table")
+    assert table.is_visible()
+    heads = table.locator("thead th").all_inner_texts()
+    assert heads[:4] == ["value", "θ [interval] (g)", "β", "β total"]
+    assert page.is_visible("#curves #figure-main_whole_bridge img")
 
 
 def test_navigation_stays_visible_and_every_entry_leads_to_its_section(opened, width):
@@ -144,22 +164,101 @@ def test_the_gallery_shows_one_figure_by_bridge_quantity_and_component(opened):
     assert page.get_attribute("#figure-f5", "hidden") == "until-found"
 
 
-def test_curves_and_their_table_come_before_effects_and_gallery(opened):
-    page = opened(1400)
-    order = page.eval_on_selector_all("section", "all => all.map(each => each.id)")
-    wanted = ["answer", "curves", "effects", "figures", "explore", "table", "quality", "methods"]
-    assert [name for name in order if name in wanted] == wanted
-    table = page.locator("[aria-label='Leading curves'] table")
-    assert table.is_visible()
-    heads = table.locator("thead th").all_inner_texts()
-    assert heads[:4] == ["value", "θ [interval] (g)", "β", "β total"]
-    assert page.is_visible("#curves #figure-main_whole_bridge img")
+# --- the explorer of the page: numbers of the tables, and the effect of every control
+pytestmark = pytest.mark.browser
+MODEL = "osb1_fixed, contact-friction"
 
 
-def test_a_control_with_one_value_says_why(opened):
+def fits_of(study, component, state, method="preferred", bridge="osb1_fixed"):
+    """Return the estimates of a state by variant."""
+    curves = study.curves
+    keep = (curves["component"] == component) & (curves["limit_state"] == state)
+    keep &= (curves["bridge"] == bridge) & (curves["status"] == FITTED)
+    keep &= curves["preferred"] if method == "preferred" else curves["method"] == method
+    return curves[keep].set_index("variant")
+
+
+def test_curves_and_bands_are_those_of_python(opened, study, csv_of):
+    page = opened(view="curves", model=MODEL, state="column_drift/moderate")
+    saved = csv_of(page)
+    fits = fits_of(study, "column_drift", "moderate")
+    assert set(saved["variant"]) == set(fits.index)
+    for name, own in saved.groupby("variant"):
+        fit, im = fits.loc[name].to_dict(), own["im"].to_numpy()
+        expected = stats.norm.cdf(np.log(im / fit["theta"]) / fit["beta_total"])
+        values, ends = curve_values(im, fit)
+        saved_values = own[["probability", "probability", "low", "high"]].to_numpy().T
+        np.testing.assert_allclose(saved_values, [expected, values, *ends], rtol=0, atol=6e-5)
+
+
+def test_analyses_are_rows_of_the_demands_and_a_point_gives_its_command(opened, study, csv_of):
+    page = opened(view="cloud", model=MODEL, demand="unseating_m", skew_deg=60)
+    saved = csv_of(page).set_index("run_key").sort_index()
+    rows = study.demands
+    rows = rows[(rows["bridge"] == "osb1_fixed") & (rows["skew_deg"] == 60)]
+    rows = rows.set_index("run_key").sort_index()
+    assert list(saved.index) == list(rows.index)
+    for name in ("variant", "motion_id", "scale", "status", IM, "unseating_m"):
+        assert saved[name].tolist() == rows[name].tolist()
+    assert saved["complete"].astype(bool).tolist() == is_complete(rows).tolist()
+    assert not saved["complete"].all()
+    page = opened(view="cloud", skew_deg=0, gap_mm=25, friction=0)
+    point = page.locator("#ex-plot .point >> nth=3")
+    point.scroll_into_view_if_needed()
+    box = point.bounding_box()
+    centre = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(*centre)
+    page.mouse.click(*centre)
+    key = page.inner_text("#ex-commands code").removeprefix("skewbridge run --row ")
+    assert key in set(study.demands["run_key"])
+
+
+def test_axes_model_state_and_method_choose_the_curves(opened, study, csv_of):
+    page = opened(view="cloud")
+    for name, value in (("skew_deg", "30"), ("gap_mm", "51"), ("friction", "0.5")):
+        page.select_option(f"#ex-{name}", value)
+    assert set(csv_of(page)["variant"]) == {"osb1_cf_skew30_gap051_mu050"}
+    page.select_option("#ex-model", MODEL)
+    assert set(csv_of(page)["variant"]) == {"osb1_fixed_cf_skew30_gap051_mu050"}
+    page = opened(view="curves", state="bearing/slight")
+    page.select_option("#ex-state", "column_drift/slight")
+    note = page.inner_text("#ex-note")
+    preferred = fits_of(study, "column_drift", "slight", bridge="osb1")
+    differ = int(preferred["methods_differ"].sum())
+    expected = f"differs from the cloud median in {differ} of {len(preferred)} curves."
+    assert (expected in note) == (differ > 0)
+    page.select_option("#ex-method", "exceedance")
+    saved = csv_of(page).drop_duplicates("variant").set_index("variant")
+    fits = fits_of(study, "column_drift", "slight", "exceedance", "osb1")
+    assert saved["theta"].to_dict() == fits["theta"].to_dict()
+
+
+def test_legend_hides_a_curve_and_few_curves_have_bands(opened):
+    page = opened(view="curves", skew_deg=0, gap_mm=25)
+    names = "document.getElementById('ex-plot').data.map(trace => trace.name).filter(Boolean)"
+    assert page.evaluate(names) == ["skew 0°, gap 25 mm, μ 0", "skew 0°, gap 25 mm, μ 0.5"]
+    assert page.evaluate("document.getElementById('ex-plot').data.length") == 6
+    page.click("#ex-legend button >> nth=0")
+    assert page.evaluate(names) == ["skew 0°, gap 25 mm, μ 0.5"]
+    assert "off=" in page.url
+    page.reload()
+    page.wait_for_selector("#ex-legend button")
+    assert page.get_attribute("#ex-legend button >> nth=0", "aria-pressed") == "false"
+    page.select_option("#ex-skew_deg", "all")
+    page.select_option("#ex-gap_mm", "all")
+    assert "Bands are drawn for at most 2 curves" in page.inner_text("#ex-note")
+
+
+def test_the_address_keeps_what_was_chosen_and_shows_the_first_for_unknown_choices(opened):
     page = opened()
-    silent = page.eval_on_selector_all(
-        "#explorer select:disabled", "all => all.filter(each => !each.title).map(e => e.id)"
-    )
-    assert silent == []
-    assert page.is_enabled("#ex-skew_deg")
+    for name, value in {"view": "cloud", "model": MODEL, "friction": "0"}.items():
+        page.select_option(f"#ex-{name}", value)
+    address, shown = page.url, page.inner_text("#explorer")
+    again = opened()
+    again.goto("about:blank")
+    again.goto(address)
+    again.wait_for_selector("#explorer")
+    assert again.inner_text("#explorer") == shown
+    page = opened(view="nothing", state="<img src=x onerror=alert(1)>")
+    assert page.input_value("#ex-view") == "curves"
+    assert page.is_visible("#ex-plot svg >> nth=0")

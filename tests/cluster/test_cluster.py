@@ -81,10 +81,6 @@ def jobs_of(rule):
     return {job: node for job, node, comment in words if comment.startswith(f"rule_{rule}")}
 
 
-def node_state(node):
-    return done(["sinfo", "--noheader", "--nodes", node, "--format=%T"], HERE).stdout.strip()
-
-
 def lose(cluster, node, job):
     """Kill what of Slurm is on a node but nothing of its job, the worst that may happen."""
     os.kill(int((cluster / f"slurmd.{node}.pid").read_text()), signal.SIGKILL)
@@ -103,9 +99,8 @@ def study(cluster, tree):
     """
     log = tree / "slurm.log"
     with log.open("w") as output:
-        process = subprocess.Popen(
-            through_slurm(), cwd=tree, stdout=output, stderr=output, env=os.environ | SITE
-        )
+        given = {"cwd": tree, "stdout": output, "stderr": output, "env": os.environ | SITE}
+        process = subprocess.Popen(through_slurm(), **given)
 
         def wait_for(condition, seconds):
             deadline = time.monotonic() + seconds
@@ -120,7 +115,8 @@ def study(cluster, tree):
             lose(cluster, node, lost)
             subprocess.run(["scancel", cancelled], check=True)
             (tree / "finished.json").write_text(json.dumps(journal_keys(tree)))
-            wait_for(lambda: "down" in node_state(node), 120)
+            state = ["sinfo", "--noheader", "--nodes", node, "--format=%T"]
+            wait_for(lambda: "down" in done(state, HERE).stdout, 120)
             subprocess.run(["slurmd", "-N", node], check=True)
             assert process.wait(1200) == 0, log.read_text()
         finally:
@@ -128,13 +124,16 @@ def study(cluster, tree):
     return tree
 
 
-def test_a_cancelled_job_and_a_lost_node_lose_and_repeat_nothing(study):
+def test_a_cancelled_job_and_a_lost_node_lose_and_repeat_nothing_and_the_report_is_made(study):
     finished = json.loads((study / "finished.json").read_text())
     keys = journal_keys(study)
     assert finished
     assert len(keys) == len(set(keys)) == 8
     assert set(finished) <= set(keys)
     assert "Trying to restart job" in (study / "slurm.log").read_text()
+    assert (study / "results/report.html").is_file()
+    again = done(through_slurm("-n"), study, environment=SITE)
+    assert "Nothing to be done" in again.stdout + again.stderr
 
 
 def test_the_tables_are_those_of_one_machine(study):
@@ -144,15 +143,8 @@ def test_the_tables_are_those_of_one_machine(study):
         here = pd.read_parquet(study / f"local/{name}.parquet")
         there = pd.read_parquet(study / f"results/{name}.parquet")
         left_out = [column for column in TIMES if column in here]
-        pd.testing.assert_frame_equal(
-            there.drop(columns=left_out), here.drop(columns=left_out), check_exact=True
-        )
-
-
-def test_the_report_is_made_and_nothing_is_left_to_do(study):
-    assert (study / "results/report.html").is_file()
-    again = done(through_slurm("-n"), study, environment=SITE)
-    assert "Nothing to be done" in again.stdout + again.stderr
+        pair = (table.drop(columns=left_out) for table in (there, here))
+        pd.testing.assert_frame_equal(*pair, check_exact=True)
 
 
 def test_a_job_over_its_memory_is_tried_again_with_more(cluster, tree):

@@ -37,7 +37,5 @@ def functions(path, levels, hazard):
 if __name__ == "__main__":
     assert read_nrml
     asked = json.load(sys.stdin)
-    json.dump(
-        {path: functions(path, asked["levels"], asked["hazard"]) for path in asked["files"]},
-        sys.stdout,
-    )
+    found = {path: functions(path, asked["levels"], asked["hazard"]) for path in asked["files"]}
+    json.dump(found, sys.stdout)

@@ -25,7 +25,6 @@ from skewbridge.units import G_MPS2
 from skewbridge.verification.studies.paper_runs import waho
 
 # --- one file with one quirk, and its verdict
-
 DT_S = 0.02
 RECORD_G = shaken_g(0, 400)
 GOOD = at2_text(RECORD_G, DT_S)
@@ -96,16 +95,13 @@ def test_each_file_gets_its_expected_verdict(tmp_path):
         assert found == {name: verdict for name, (_, verdict) in FILES.items()}
 
 
-def test_very_long_lines_are_refused_quickly(tmp_path):
+def test_very_long_lines_are_refused_quickly_and_unreadable_paths_are_input_errors(tmp_path):
     long = " " * 3_000_000
     texts = ("1" * 3_000_000 + "x", f"{long}NPTS", f"NPTS= 1{long}", "-" * 10**6)
     for name, text in product(("long.AT2", "long.txt", "long.V2"), texts):
         (tmp_path / name).write_text(text)
         with pytest.raises(InputError):
             read_trace(tmp_path / name, Stated(dt_s=0.01))
-
-
-def test_unreadable_paths_are_input_errors(tmp_path):
     (tmp_path / "nan.AT2").write_text(FILES["23_nan.AT2"][0])
     for name, message in (("no_such.AT2", "no_such"), (".", "."), ("nan.AT2", "line 6: 'NaN'")):
         with pytest.raises(InputError, match=message):
@@ -113,8 +109,6 @@ def test_unreadable_paths_are_input_errors(tmp_path):
 
 
 # --- an index that came with someone's motions
-
-
 OUT_OF_THE_FOLDER = (
     "../secret_h1.AT2", "sub/../../secret_h1.AT2", "C:/secret_h1.AT2", "..\\secret_h1.AT2",
     "\\\\server\\share\\x.AT2", "~/x.AT2", "",
@@ -160,16 +154,13 @@ def test_a_bad_index_is_refused_by_line_and_name(tmp_path, monkeypatch):
     refuse(r"q0_h2\.AT2.* does not exist", "q0,", "q0,")
 
 
-def test_waho_with_the_published_peak_is_accepted(tmp_path):
+def test_waho_of_the_published_peak_is_accepted_and_a_false_one_replaced(tmp_path, monkeypatch):
     # one direction only: RotD50 is the peak over sqrt 2
     values = shaken_g(1)
     values *= 0.5373 * np.sqrt(2.0) / np.abs(values).max()
     (tmp_path / "RSN811_LOMAP_WAH000.AT2").write_text(at2_text(values))
     (tmp_path / "RSN811_LOMAP_WAH090.AT2").write_text(at2_text(1e-6 * values))
     assert prepare_suite(tmp_path, t1_s=0.7)["motion_id"][0] == "RSN811_LOMAP_WAH"
-
-
-def test_false_waho_is_replaced_by_the_named_surrogate(tmp_path, monkeypatch):
     folder, false = tmp_path / "surrogate", tmp_path / "false"
     folder.mkdir()
     false.mkdir()
@@ -193,8 +184,6 @@ def test_false_waho_is_replaced_by_the_named_surrogate(tmp_path, monkeypatch):
 
 
 # --- a file removed while a study runs: one message, no partial or lost results
-
-
 def test_a_motion_removed_while_it_is_listed_or_later_is_named(tmp_path, monkeypatch):
     """Analyses read the prepared motions; the next start of the study names the missing file."""
     motions, folder = tmp_path / "motions", StudyFolder(tmp_path / "results")

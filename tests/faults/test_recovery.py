@@ -1,20 +1,24 @@
-"""Recovery steps: order, cost and sub-steps; failures do not change the response.
+"""Recovery steps: order, cost, sub-steps, an unchanged response; statuses of analyses.
 
 Solutions fail after two iterations, so that their trial state is far from the committed one. The
 reference is the same sequence of (sub-)steps without failures.
 """
 
+import math
 from dataclasses import replace
 
+import numpy as np
 import openseespy.opensees as ops
 import pytest
 
-from bridge_variants import analysed, variant
+from bridge_variants import abutment_analysed, analysed, variant
 from skewbridge.analysis import step_loop
 from skewbridge.analysis.recovery import RECOVERY_STEPS, RecoveryStep
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import HELD_STEPS, MAX_HALVINGS, NoConvergenceError, StepLoop
 from skewbridge.analysis.transient import Watch
+from skewbridge.errors import InputError
+from strong_motion import strong_motion
 
 DT_S = 0.01
 STEPS = 120
@@ -69,15 +73,13 @@ def set_test(tolerance=TIGHT, iterations=ITERATIONS):
     ops.test("NormDispIncr", tolerance, iterations)
 
 
-def prepare():
+def prepare(monkeypatch=None):
+    """Prepare the model in the domain; all recovery steps may keep its convergence test."""
+    if monkeypatch:
+        monkeypatch.setattr(step_loop, "set_test", lambda *_: set_test())
     ops.numberer("RCM")
     ops.system("ProfileSPD")
     set_test()
-
-
-def keep_test(monkeypatch):
-    """Keep the convergence test of the model in the domain in all recovery steps."""
-    monkeypatch.setattr(step_loop, "set_test", lambda *_: set_test())
 
 
 def loop_of(integrator=NEWMARK, max_iterations=10, **replaced):
@@ -94,9 +96,8 @@ def loop_of(integrator=NEWMARK, max_iterations=10, **replaced):
 @pytest.fixture
 def oscillator(monkeypatch):
     """An elastic oscillator, ready for steps."""
-    keep_test(monkeypatch)
     spring_and_mass(spring=("Elastic", 1, 100.0))
-    prepare()
+    prepare(monkeypatch)
 
 
 @pytest.mark.usefixtures("oscillator")
@@ -163,7 +164,6 @@ def test_the_finest_step_of_the_settings_is_possible_and_every_recovery_step_div
 
 
 # --- whole histories with failures
-
 # Solutions that fail, by step, counted in the step: 0 to 2 are the recovery steps without
 # sub-steps, from 3 on come the sub-steps of the finer ones.
 PATHS = {
@@ -183,9 +183,8 @@ PATHS = {
 #: Solutions that fail in two steps that are made in four parts.
 IN_PARTS = ({0}, {0, 1, 2}, {2}, {1, 2, 3, 5}, {2, 3, 4, 6, 8})
 of_models = pytest.mark.parametrize("model", [spring_and_mass, mass_on_a_rigid_arm])
-of_integrators = pytest.mark.parametrize(
-    "integrator", [HOUBOLT, HHT, NEWMARK, (*NEWMARK, "-form", "V")]
-)
+RULES = [HOUBOLT, HHT, NEWMARK, (*NEWMARK, "-form", "V")]
+of_integrators = pytest.mark.parametrize("integrator", RULES)
 
 
 class Failing:
@@ -228,14 +227,13 @@ def driven(monkeypatch, model, integrator, failing, parts=lambda _: 1):
     """
     ops.wipe()
     node, sizes, values, ended = model(), [], [], []
-    keep_test(monkeypatch)
     failures = Failing(monkeypatch, lambda n: n in failing.get(len(values), ()))
-    prepare()
-    loop = loop_of(
-        integrator,
-        ITERATIONS,
-        halvings=lambda fits: max(fits, parts(len(values)).bit_length() - 1),
-    )
+    prepare(monkeypatch)
+
+    def halvings(fits):
+        return max(fits, parts(len(values)).bit_length() - 1)
+
+    loop = loop_of(integrator, ITERATIONS, halvings=halvings)
     while len(values) < STEPS:
         failures.number = 0
         try:
@@ -254,24 +252,22 @@ def driven(monkeypatch, model, integrator, failing, parts=lambda _: 1):
 def plain(model, integrator, sizes):
     """Make steps of given sizes without failures; return the values at the regular steps."""
     ops.wipe()
-    node, values, number = model(), [], 1
+    node, values = model(), []
     prepare()
     ops.algorithm("Newton")
     ops.integrator(*integrator)
     ops.analysis("Transient", "-noWarnings")
     for size_s in sizes:
         assert ops.analyze(1, size_s) == 0
-        if ops.getTime() > (number - 1e-6) * DT_S:
+        if ops.getTime() > (len(values) + 1 - 1e-6) * DT_S:
             values.append(ops.nodeDisp(node, 1))
-            number += 1
     return values
 
 
 def error(found, exact):
     """Largest difference over the largest value."""
     assert len(found) == len(exact) == STEPS
-    pairs = zip(found, exact, strict=True)
-    return max(abs(a - b) for a, b in pairs) / max(map(abs, exact))
+    return np.abs(np.subtract(found, exact)).max() / np.abs(exact).max()
 
 
 def assert_unchanged(values, model, integrator, sizes):
@@ -328,9 +324,7 @@ def test_houbolt_survives_a_change_of_the_step(model):
 
 
 # --- a whole bridge
-
-SETTINGS = {"duration_s": 3.0, "dt_s": 0.005, "tolerance_j": 1e-12, "energy": False}
-SETTINGS |= {"reuse_tangent": False}
+SETTINGS = {"duration_s": 3.0, "dt_s": 0.005, "tolerance_j": 1e-12, "reuse_tangent": False}
 # Looser tests of later recovery steps are a difference of their own.
 STRICT = tuple(replace(step, tolerance_j=0.0) for step in RECOVERY_STEPS)
 # Solutions while free, about to close and in contact; none of them is the second of a step.
@@ -346,7 +340,7 @@ def response(monkeypatch, failing):
     failures = Failing(monkeypatch, lambda number: number + 1 in failing)
     monkeypatch.setattr(Watch, "diverged", lambda watch: failures.check() and diverged(watch))
     monkeypatch.setattr(StepLoop, "recovery_steps", STRICT)
-    result = analysed(variant(gap_mm=25), **SETTINGS)
+    result = analysed(variant(gap_mm=25), **SETTINGS, energy=False)
     monkeypatch.undo()
     return result
 
@@ -359,3 +353,125 @@ def test_a_retry_does_not_change_the_response(monkeypatch):
     assert smooth.demands["contact_closures"] > 10
     for name in ("column_drift_ratio", "deck_rotation_rad", "unseating_m", "slip_work_kj"):
         assert rough.demands[name] == pytest.approx(smooth.demands[name], rel=1e-8)
+
+
+# --- every analysis returns a status and the peaks up to its end
+VARIANT = variant()
+
+
+def run(**settings):
+    return analysed(VARIANT, **settings)
+
+
+ENERGY = ("energy_residual_ratio", "numerical_dissipation_ratio", "contact_energy_ratio")
+
+
+def assert_has_peaks(result):
+    assert all(math.isfinite(v) for k, v in result.demands.items() if k not in ENERGY)
+    assert result.demands["deck_disp_m"] > 0.0
+    times = result.histories["t_s"]
+    assert times[-1] == pytest.approx(result.time_reached_s)
+    assert np.all(np.diff(times) > 0.0)
+
+
+def assert_stopped(result, status, criterion=""):
+    """Check that an analysis ended early with a status and has its peaks."""
+    assert (result.status, result.collapse_criterion) == (status, criterion)
+    assert 0.0 < result.time_reached_s < result.duration_s
+    assert_has_peaks(result)
+
+
+def test_a_collapse_stops_the_run_and_demands_are_those_until_a_column_fails():
+    result = run(scale=4.0, dt_s=0.005)
+    assert_stopped(result, "collapse", "column_drift_ratio")
+    end, histories = result.model_end, result.histories
+    assert end.mode == "flexure"
+    until = histories["t_s"] <= end.time_s
+    assert 0.0 < end.time_s < result.time_reached_s
+    # histories are read at the regular steps, demands at all
+    near = {"rel": 0.02}
+    peaks = np.maximum(*(histories[f"column_{number}_drift_ratio"] for number in (1, 2)))
+    assert peaks[until].max() == pytest.approx(result.demands["column_drift_ratio"], **near)
+    assert peaks.max() > 2 * result.demands["column_drift_ratio"]  # the histories go on
+    assert 0.10 <= peaks.max() < 0.12
+    assert 1.0 <= result.demands["drift_over_capacity"] < 1.2
+    shear = histories["column_shear_kn"][until].max()
+    assert shear == pytest.approx(result.demands["column_shear_kn"], **near)
+
+
+def test_limits_of_collapse_and_the_budget_of_iterations_are_settings():
+    for setting, limit, ended in (
+        ("collapse_deck_disp_m", 0.05, ("collapse", "deck_disp_m")),
+        ("collapse_drift_ratio", 0.01, ("collapse", "column_drift_ratio")),
+        ("mean_iterations", 1.0, ("timeout", "")),
+    ):
+        assert_stopped(run(duration_s=2.5, **{setting: limit}), *ended)
+    # an abutment alone has the same budget
+    settings = AnalysisSettings(mean_iterations=1.0, duration_s=1.0)
+    history = abutment_analysed(VARIANT, strong_motion(duration_s=2.0), settings)
+    assert not history.is_complete
+    assert history.t_s[-1] < 1.0
+
+
+def test_failed_steps_are_recovered_and_logged_and_divergence_is_a_failure(tmp_path, monkeypatch):
+    # Three iterations are too few for the steps in which contacts close.
+    log = tmp_path / "opensees.log"
+    result = run(log_path=log, max_iterations=3, tolerance_j=1e-8, integrator=("Houbolt",))
+    assert result.effort.highest_rung >= 1
+    assert result.effort.failures > 2
+    assert sum(result.effort.counts[1:]) > 2
+    assert "failed" in log.read_text(encoding="utf-8")
+    assert_has_peaks(result)
+    # One percent of the bridge's weight at a contact represents the force of a lost solution.
+    monkeypatch.setattr("skewbridge.analysis.transient.MAX_CONTACT_WEIGHTS", 0.01)
+    result = run()
+    assert_stopped(result, "numerical_failure")
+    assert "the solution diverged: a contact carries" in result.messages[0]
+    assert all(math.isnan(result.demands[name]) for name in ENERGY)
+    names = [name for name in result.histories if name.endswith("_normal_kn")]
+    assert max(result.histories[name].max() for name in names) < 0.01 * 19_500.0
+
+
+TOO_STRICT = {
+    "duration_s": 0.2, "max_iterations": 2, "tolerance_j": 1e-16, "reuse_tangent": False
+}  # fmt: skip
+
+
+def test_a_too_strict_tolerance_is_loosened_and_changes_no_later_analysis(capfd, monkeypatch):
+    clean = run(duration_s=1.0)
+    result = run(**TOO_STRICT)
+    assert capfd.readouterr() == ("", ""), "OpenSees prints nothing"
+    assert result.status == "ok"
+    assert result.effort.highest_rung == 2
+    assert result.effort.failures > 1
+    assert result.loosened_ratio > 0.0
+    assert run(duration_s=1.0).demands == clean.demands
+    # without further recovery steps it is a failure
+    monkeypatch.setattr(StepLoop, "recovery_steps", RECOVERY_STEPS[:1])
+    result = run(**TOO_STRICT)
+    assert result.status == "numerical_failure"
+    assert result.messages[0] == "no recovery step converged"
+    assert result.effort.failures == 1
+
+
+def test_bad_factors_are_refused_and_histories_are_equally_spaced_to_the_end():
+    for factors, words in (
+        ({"scale": 0.0}, "scale must be a positive number, got 0"),
+        ({"scale": -1.0}, "scale"),
+        ({"scale": math.nan}, "scale"),
+        ({"incidence_deg": math.inf}, "incidence_deg"),
+        ({"scale": 1000.0}, "peak acceleration must be at most 1000 m/s2"),
+    ):
+        with pytest.raises(InputError, match=words):
+            run(**factors)
+    result = run(duration_s=2.0, free_vibration_s=0.5)
+    assert result.duration_s == pytest.approx(2.5)
+    assert result.time_reached_s == pytest.approx(2.5)
+    assert result.effort.substeps > 10
+    spacing = np.diff(result.histories["t_s"])
+    assert spacing == pytest.approx(AnalysisSettings().dt_s, rel=1e-6)
+    openings = [name for name in result.histories if name.endswith("_opening_m")]
+    assert min(result.histories[name].min() for name in openings) < 0.0
+    quiet = result.histories["t_s"] > 2.01
+    assert np.all(result.histories["ground_ax_mps2"][quiet] == 0.0)
+    assert np.any(result.histories["ground_ax_mps2"][~quiet] != 0.0)

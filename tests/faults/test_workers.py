@@ -13,7 +13,6 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -57,9 +56,7 @@ def batch(folder, work, count=2, tasks=(), *, done=None, still_s=STILL_S, on_fin
 def ends(pid):
     """Whether a process ends, waited for."""
     gone = (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD)
-    return wait_for(
-        lambda: not psutil.pid_exists(pid) or psutil.Process(pid).status() in gone, 30.0
-    )
+    return wait_for(lambda: not psutil.pid_exists(pid) or psutil.Process(pid).status() in gone, 30)
 
 
 DIED, STILL = "two worker processes died in this analysis", "no progress for 2 s"
@@ -84,31 +81,22 @@ def test_an_analysis_that_ends_two_workers_or_stops_one_is_a_crash(work, count, 
     assert not [each for each in psutil.Process().children() if each.status() == "stopped"]
 
 
-def test_an_analysis_that_makes_progress_is_not_ended(tmp_path):
-    work = partial(slow, seconds=1.5 * STILL_S)
-    assert {row["status"] for row in batch(tmp_path, work, 2, [task(1), task(2)])} == {"ok"}
-
-
-def test_a_worker_killed_once_costs_nothing_and_an_absurd_motion_is_a_row_with_a_reason(tmp_path):
+def test_progress_or_a_worker_killed_once_cost_nothing_and_an_absurd_motion_has_a_reason(tmp_path):
     (row,) = batch(tmp_path, None, 1, [task_of(replace(wave(), scale=1e6))])
     assert row["status"] == "invalid_input"
     assert "peak acceleration" in row["collapse_criterion"]
     once = partial(signalled, motion_id="pulse3", sent=signal.SIGKILL, first=tmp_path / "first")
-    assert {row["status"] for row in batch(tmp_path, once)} == {"ok"}
+    for work, tasks in ((partial(slow, seconds=1.5 * STILL_S), [task(1), task(2)]), (once, ())):
+        assert {row["status"] for row in batch(tmp_path, work, 2, tasks)} == {"ok"}
 
 
 @pytest.mark.parametrize("code", [errno.EROFS, errno.EACCES, errno.ENOSPC, errno.ENOENT])
-def test_shared_memory_without_semaphores_is_named_and_finished_rows_need_none(
-    tmp_path, monkeypatch, code
-):
+def test_missing_semaphores_are_named_and_finished_rows_need_none(tmp_path, monkeypatch, code):
     (row,) = batch(tmp_path, None, 1, [task(1)])
 
-    def refuse(*_):
-        raise OSError(code, os.strerror(code))
-
     # what the library asks of the system for the locks of its queues
-    locks = import_module("joblib.externals.loky.backend.synchronize")
-    monkeypatch.setattr(locks, "_SemLock", refuse)
+    refuse = Mock(side_effect=OSError(code, os.strerror(code)))
+    monkeypatch.setattr("joblib.externals.loky.backend.synchronize._SemLock", refuse)
     text = rf"cannot start worker processes: .* /dev/shm: {os.strerror(code)}; make /dev/shm"
     with pytest.raises(InputError, match=text):
         batch(tmp_path, None, 1, [task(2)])
@@ -195,18 +183,14 @@ def test_only_workers_count_as_such_where_none_of_them_begins():
     reader = [sys.executable, "-c", "import sys; sys.stdin.read()"]
     with ExitStack() as children:
         worker, other = (
-            children.enter_context(subprocess.Popen([*reader, name], stdin=subprocess.PIPE))
+            children.enter_context(subprocess.Popen([*reader, name], stdin=subprocess.PIPE)).pid
             for name in ("popen_loky_posix", "something_else")
         )
-        found = {each.pid for each in worker_processes()}
-        assert worker.pid in found
-        assert other.pid not in found
+        assert {each.pid for each in worker_processes()} & {worker, other} == {worker}
 
 
 # --- a journal survives kills, two writers and damage on the disk: no altered row is used
-
-
-def test_a_successor_waits_for_the_end_of_its_predecessor(tmp_path):
+def test_a_successor_waits_for_its_predecessor_and_missing_locks_are_named(tmp_path, monkeypatch):
     """As on a cluster, where a job comes back while another node still runs it."""
     path = tmp_path / "v.jsonl"
 
@@ -214,21 +198,16 @@ def test_a_successor_waits_for_the_end_of_its_predecessor(tmp_path):
         with open_journal(path, 60.0) as journal:
             journal.append({"run_key": "a"})
 
-    first = ExitStack()
-    first.enter_context(open_journal(path))
     with ThreadPoolExecutor() as other:
-        second = other.submit(succeed)
-        with pytest.raises(TimeoutError):
-            second.result(timeout=0.1)
-        assert read_content([path]).rows == {}  # reading the file in the same process frees no lock
-        with pytest.raises(TimeoutError):
-            second.result(timeout=0.6)
-        first.close()
+        with open_journal(path):
+            second = other.submit(succeed)
+            for wait_s in (0.1, 0.6):
+                with pytest.raises(TimeoutError):
+                    second.result(timeout=wait_s)
+                # reading the file in the same process frees no lock
+                assert read_content([path]).rows == {}
         second.result(timeout=60.0)
     assert set(read_content([path]).rows) == {"a"}
-
-
-def test_a_file_system_without_locks_is_reported(tmp_path, monkeypatch):
     no_locks = Mock(side_effect=OSError(errno.ENOLCK, "No locks available"))
     monkeypatch.setattr("fcntl.flock", no_locks)
     message = r"cannot be locked \(No locks available\): .*NFSv4"
@@ -244,8 +223,7 @@ ROWS = [
 
 def written(path, rows):
     with open_journal(path) as journal:
-        for row in rows:
-            journal.append(row)
+        list(map(journal.append, rows))
     return path.read_bytes()
 
 
@@ -271,7 +249,7 @@ def test_a_journal_cut_at_any_byte_of_its_last_line_loses_that_line_only(journal
         assert "c" in read_content([journal]).rows
 
 
-def test_no_altered_byte_puts_another_row_into_the_study(journal):
+def test_no_altered_byte_puts_another_row_into_the_study_and_garbage_is_passed_over(journal):
     whole = written(journal, ROWS)
     expected = as_text(read_content([journal]).rows)
     for place in range(len(whole)):
@@ -281,9 +259,7 @@ def test_no_altered_byte_puts_another_row_into_the_study(journal):
             found = as_text(content.rows)
             assert found.items() <= expected.items()
             assert len(found) == 2 or content.counts["damaged"]
-
-
-def test_garbage_in_the_middle_is_counted_and_passed_over(journal):
+    journal.unlink()
     first = written(journal, ROWS[:1])
     for garbage in (b"\xff\xfe\x80", b"[" * 20000, b"\x00" * 4096, b'{"run_key": "x"', b"7"):
         journal.write_bytes(first + garbage + b"\n")
@@ -293,7 +269,7 @@ def test_garbage_in_the_middle_is_counted_and_passed_over(journal):
         assert "1 line(s) cut short or altered" in content.sentences[0]
 
 
-def test_forgetting_keeps_the_last_line_of_every_other_key(journal):
+def test_failed_analyses_are_forgotten_with_their_tables_and_other_lines_are_kept(journal):
     written(journal, [*ROWS, {**ROWS[1], "column_shear_kn": 6.0}])
     journal.write_bytes(journal.read_bytes() + b"\xff\n")
     folder = StudyFolder(journal.parents[1])
@@ -304,11 +280,8 @@ def test_forgetting_keeps_the_last_line_of_every_other_key(journal):
     assert journal.read_bytes().count(b"\n") == len(after.rows)
     assert as_text(after.rows) == as_text(before.rows)
     assert after.rows["b"]["column_shear_kn"] == 6.0
-
-
-def test_failed_analyses_are_forgotten_with_the_table_that_shows_them(journal):
+    journal.unlink()
     written(journal, ROWS)
-    folder = StudyFolder(journal.parents[1])
     stays, *gone = map(folder.variant_demands, "wv")
     gone += [folder.report, folder.demands, folder.round_demands(2, "v")]
     for path in (stays, *gone):
@@ -324,23 +297,18 @@ def test_failed_analyses_are_forgotten_with_the_table_that_shows_them(journal):
     assert [path for path in (stays, *gone) if path.exists()] == [stays]
 
 
-def test_a_line_that_finds_no_room_leaves_the_journal_as_it_was(journal):
+def test_a_full_disk_leaves_the_journal_as_it_was_and_read_only_results_are_one_sentence(journal):
     before = written(journal, ROWS[:1])
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     # a size that files cannot exceed cuts a write like a disk that becomes full
     resource.setrlimit(resource.RLIMIT_FSIZE, (len(before) + 20, hard))
     try:
-        with pytest.raises(
-            InputError, match=r"cannot write the journal .*: File too large; its finished"
-        ):
+        with pytest.raises(InputError, match=r"write the journal .*: File too large; its finished"):
             written(journal, ROWS[1:])
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     assert journal.read_bytes() == before
-
-
-def test_read_only_results_are_one_sentence():
-    """Whoever runs the test: root gives up its rights for a while."""
+    # whoever runs the test: root gives up its rights for a while
     user = os.geteuid()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name) / "results"

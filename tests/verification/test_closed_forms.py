@@ -1,7 +1,7 @@
-"""One contact against the closed forms B1 to B9 of docs/theory/verification.md.
+"""Contacts, particle and rigid deck: closed forms B1 to B9 (docs/theory/verification.md), figures.
 
-The studies `closed-forms` and `fig1` compare OpenSees with them; the tests below check the closed
-forms by tabulated values, and what the studies leave out.
+The studies `closed-forms`, `fig1` and `fig3` compare OpenSees with exact values; the tests below
+check the closed forms by tabulated values, and what the studies leave out.
 
 B1, B2: Den Hartog (1956), Mechanical Vibrations, and (1931), Transactions ASME 53; Shaw (1986),
 Journal of Sound and Vibration 108. B3: Newmark (1965), Geotechnique 15. B4, B5: Schwager and
@@ -12,16 +12,23 @@ BSSA 53.
 
 from math import asin, atan, degrees
 
+import native
 import numpy as np
+import openseespy.opensees as ops
 import pytest
 from scipy.integrate import quad
 
-from skewbridge.contact import drives
+from reference_data import reference_table
+from skewbridge.contact import ContactSet, drives
+from skewbridge.contact import law as contact_law
 from skewbridge.errors import InputError
 from skewbridge.verification.references import driven_unit as unit
-from skewbridge.verification.registry import TABULATED, run_study
-from skewbridge.verification.studies import blocks
-from skewbridge.verification.studies.blocks import TABLE_G_MPS2, bounce
+from skewbridge.verification.references.cases import SCALE_M, deck_case
+from skewbridge.verification.references.deck_solvers import pulse_of, run_deck, run_opensees
+from skewbridge.verification.references.driven_unit import drive_unit, path_work_j
+from skewbridge.verification.references.live_model import clean_domain
+from skewbridge.verification.registry import TABULATED, Study, run_study
+from skewbridge.verification.studies import blocks, rigid_bodies, spatial_path
 
 MASS_KG, KN = 1000.0, 1e7
 SLIP_M = 0.045
@@ -29,18 +36,29 @@ SLIP_M = 0.045
 
 # Tolerances of the studies: 0.5 % for depths, slips and periods (elastic slip of the penalty, first
 # order in the step), 0.01 for restitution, 2 % for uplift and for the belt, whose closed form lets
-# friction fall at once where the law takes 0.2 mm/s of slip.
-@pytest.mark.parametrize(("name", "count"), [("closed-forms", 16), ("fig1", 21)])
-def test_studies_of_closed_forms_agree(name, count):
+# friction fall at once where the law takes 0.2 mm/s of slip; in space, forces within 1 % of the
+# limit and works within 0.2 %. Elastic springs whose stick point lags a step exceed the limit by
+# 1.2 and 3.7 %.
+@pytest.mark.parametrize(
+    ("name", "count", "disagreeing"),
+    [
+        ("closed-forms", 16, set()),
+        ("fig1", 21, set()),
+        ("fig3", 36, {"elastic, extrapolated", "elastic, lagged"}),
+        ("bridges", 57, set()),
+    ],
+)
+def test_studies_of_closed_forms_exact_forces_and_hand_values_agree(name, count, disagreeing):
     study = run_study(name)
     assert len(study.comparisons) == count
     assert [row["quantity"] for row in study.comparisons if not row["pass"]] == []
-    assert {row["outcome"] for row in study.statement_rows()} <= {"agrees"}
+    rows = study.statement_rows()
+    assert {row["case"] for row in rows if row["outcome"] != "agrees"} == disagreeing
 
 
 def test_b3_sine_pulse():
     def base_mps2(t):
-        return np.where(t <= 0.5, 0.5 * TABLE_G_MPS2 * np.sin(4 * np.pi * t), 0.0)
+        return np.where(t <= 0.5, 0.5 * blocks.TABLE_G_MPS2 * np.sin(4 * np.pi * t), 0.0)
 
     # Friction, start and end of the first slip, its length, and the final slip of an independent
     # event-driven integration.
@@ -51,8 +69,8 @@ def test_b3_sine_pulse():
         (0.4, 0.07379180882521665, 0.22974047118111543, -0.005833137378280437, 0.0),
     ):
         # Newmark: the block slips from the limit until its speed is that of the base again
-        w, limit = 4.0 * np.pi, friction * TABLE_G_MPS2
-        amplitude, duration = 0.5 * TABLE_G_MPS2, end - start
+        w, limit = 4.0 * np.pi, friction * blocks.TABLE_G_MPS2
+        amplitude, duration = 0.5 * blocks.TABLE_G_MPS2, end - start
         assert amplitude * np.sin(w * start) == pytest.approx(limit)
         turn = np.cos(w * end) - np.cos(w * start)
         assert limit * duration + amplitude / w * turn == pytest.approx(0.0, abs=1e-12)
@@ -90,7 +108,7 @@ def test_b4_clipped_restitution_is_tabulated_and_continuous_for_overdamped_conta
 @pytest.mark.parametrize("restitution", [0.45, 0.9])
 def test_b4_clipped_kelvin_voigt_never_pulls_and_takes_the_lost_energy(restitution):
     dashpot = 2.0 * drives.kelvin_voigt_damping_ratio(restitution) * (KN * MASS_KG) ** 0.5
-    history = bounce(drives.kelvin_voigt_drive(kn_n_per_m=KN, dashpot_n_s_per_m=dashpot))
+    history = blocks.bounce(drives.kelvin_voigt_drive(kn_n_per_m=KN, dashpot_n_s_per_m=dashpot))
     assert history.normals_n.min() >= -1e-6  # no tension
     lost = 0.5 * MASS_KG * (1.0 - history.v[-1, 1] ** 2)
     # The mass lost the work on the normal spring; trapezoid at 60 steps per contact.
@@ -133,7 +151,7 @@ def test_b6_only_componentwise_lagged_yields_stay_wrong_at_small_steps():
 @pytest.mark.parametrize(("b", "h"), [(0.25, 1.0), (0.5, 1.5)])
 def test_b9_quarter_period_is_the_fall_of_the_energy_equation(b, h):
     alpha = atan(b / h)
-    rate2 = 1.5 * TABLE_G_MPS2 / np.hypot(b, h)
+    rate2 = 1.5 * blocks.TABLE_G_MPS2 / np.hypot(b, h)
 
     def slowness(s):  # angle = alpha / 2 sin(s) removes the singularity of 1 / speed
         fall = np.cos(alpha / 2.0) - np.cos(alpha - alpha / 2.0 * np.sin(s))
@@ -153,6 +171,205 @@ def test_b9_pushed_block_slides_by_the_excess_of_the_acceleration():
 
     history = blocks.run_upright(half_m, 1e-3, 4.0, friction=friction, base_mps2=push_mps2)
     # From friction x g on, the excess of the acceleration grows linearly.
-    sliding_s = 3.0 - friction * TABLE_G_MPS2 / rate
-    slid = abs(history.q[-1, 3])
-    assert slid == pytest.approx(rate * sliding_s**3 / 6.0, rel=0.02)
+    sliding_s = 3.0 - friction * blocks.TABLE_G_MPS2 / rate
+    assert abs(history.q[-1, 3]) == pytest.approx(rate * sliding_s**3 / 6.0, rel=0.02)
+
+
+# --- the contact checks before every study, other contact elements, and integrators at impact
+IMPLEX = 1  # integration of the native element
+
+
+def test_contact_checks_fail_with_a_fault_in_friction(monkeypatch):
+    """That they pass without one is in `faults/test_bad_files.py`, as a command."""
+    prepared, limit_n = ContactSet.__init__, contact_law.friction_limit_n
+    half = (contact_law, "friction_limit_n", lambda *given: 0.5 * limit_n(*given))
+    late = (ContactSet, "__init__", lambda *a, **k: prepared(*a, **k | {"update": False}))
+    for fault, words in ((half, ("",)), (late, ("lag", "work"))):
+        with monkeypatch.context() as patch:
+            patch.setattr(*fault)
+            failed = blocks.verify_contact_gate().query("not `pass`")["quantity"]
+        assert any(word in quantity for quantity in failed for word in words)
+
+
+@pytest.mark.parametrize("integration", [native.IMPLICIT, IMPLEX])
+def test_native_element_gives_the_same_forces_on_a_path(integration):
+    path = spatial_path.smooth_path(400, "opening and closing")
+    law = contact_law.ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3)
+    ours = drive_unit(law, path, substeps=10).forces_n
+    theirs = np.zeros((len(path), 3))
+    with clean_domain(3, 3):
+        unit.support_nodes(law.gap_m)
+        native.native_contact(2, (unit.SURFACE, unit.BODY), law, (0.0, 0.0, 1.0), integration)
+        unit.drive_body(path, system="FullGeneral")
+        ops.analyze(1)
+        ops.integrator("LoadControl", 1.0 / 10)
+        for row in range(1, len(path)):
+            ops.analyze(10)
+            theirs[row] = np.multiply(ops.eleForce(2)[3:6], (1.0, 1.0, -1.0))
+    limit = 0.3 * ours[:, 2].max()
+    assert unit.rms_n(ours - theirs) <= 0.01 * limit
+    assert path_work_j(path, ours) == pytest.approx(path_work_j(path, theirs), rel=2e-3)
+
+
+def test_native_element_converges_to_our_frictional_deck():
+    """Its friction is of first order in the step: the difference halves with it."""
+    ours = run_deck(deck_case("C5", duration_s=0.5))
+    errors = []
+    for dt_s in (4e-4, 1e-4):
+        t_s, q = native.run_native_deck("C5", native.IMPLICIT, dt_s)
+        errors.append(np.abs(np.interp(ours.t_s, t_s, q[:, 1]) - ours.q[:, 1]).max())
+    assert errors[1] < 0.45 * errors[0]
+    assert errors[1] < 0.05 * np.abs(ours.q[:, 1]).max()
+
+
+@pytest.mark.parametrize("coupling", ["extrapolated", "lagged"])
+def test_both_couplings_are_of_first_order_on_a_path_that_stays_closed(coupling):
+    errors = [spatial_path.path_error(rows, coupling, "closed") for rows in (250, 1000)]
+    assert np.log(errors[0] / errors[1]) / np.log(4.0) >= 0.9
+    if coupling == "extrapolated":
+        assert errors[1] <= 0.012
+
+
+def test_integrators_lose_energy_at_impact_as_without_opensees():
+    # Means of Houbolt and Newmark, least and largest of Newmark: own integration without OpenSees.
+    for step, houbolt_mean, newmark_mean, ends in (
+        (0.1, 0.9984, 1.0000, (0.9988, 1.0012)),
+        (0.5, 0.9255, 1.0004, (0.9712, 1.0286)),
+        (1.0, 0.7947, 1.0056, (0.9037, 1.1076)),
+        (2.0, 0.6525, 1.0000, (1.0000, 1.0000)),
+    ):
+        # Houbolt depends on how it is started before the impact: 0.01; Newmark is one-step.
+        houbolt = blocks.integrator_restitution("houbolt", step)
+        assert houbolt.mean() == pytest.approx(houbolt_mean, abs=0.01)
+        newmark = blocks.integrator_restitution("newmark", step)
+        assert newmark.mean() == pytest.approx(newmark_mean, abs=1e-3)
+        assert (newmark.min(), newmark.max()) == pytest.approx(ends, abs=0.02)
+
+
+# --- figures 4 to 6 of the paper: particle between two lines, skew deck
+def tabulated(study, start, names):
+    """References of quantities that begin alike."""
+    return [float(TABULATED[study, f"{start}: {name}"]["reference"]) for name in names]
+
+
+def elastic_peaks(name):
+    names = ("ux_m", "uy_m", "theta_rad", "penetration_m")
+    return tabulated("fig5-6", f"{name} elastic, OpenSees", [f"peak {key}" for key in names])
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.6])
+def test_a_particle_meets_the_tabulated_peaks_and_histories(restitution):
+    history = rigid_bodies.run_particle_lcp(restitution, 5e-5, 3.0 if restitution else 2.0)
+    # First order in h: 2e-3 at 5e-5 s.
+    names = [f"peak {key} (m)" for key in ("ux", "uy", "ut")]
+    exact = tabulated("fig4", f"LCP, restitution {restitution:g}", names)
+    assert [*rigid_bodies.peaks_m(history.q).values()] == pytest.approx(exact, rel=2e-3)
+    impulses = (np.abs(values).sum() for values in (history.tangentials_n, history.normals_n))
+    assert np.divide(*impulses) == pytest.approx(0.1, rel=1e-6)
+    if not restitution:
+        return
+    reference = reference_table("particle_history")
+    found = np.interp(reference["t_s"], history.t_s, history.q @ rigid_bodies.NORMAL)
+    error = np.sqrt(np.mean((found - reference["un_m"].to_numpy()) ** 2))
+    assert error <= 0.01 * 0.0268
+    outside = np.flatnonzero(history.normals_n.sum(axis=1) > 0.0)[0]
+    first_s = tabulated("fig4", "OpenSees", ["first contact (s)"])
+    assert history.t_s[outside] == pytest.approx(*first_s, abs=1e-4)
+    # the penalty particle stays between the lines and near the rigid one
+    study = Study("fig4")
+    rigid_bodies.compare_with_lcp(study, rigid_bodies.run_particle(5e-5, 2.0), history)
+    assert [row["quantity"] for row in study.comparisons if not row["pass"]] == []
+
+
+# --- the rigid skew deck of Dimitrakopoulos (2011), Engineering Structures 33: cases C1 to C5
+def assert_peaks(history, exact, displacement, rotation):
+    """Compare the peaks ux, uy, theta with relative tolerances."""
+    *moves_m, theta_rad, _ = history.peaks().values()
+    assert moves_m == pytest.approx(exact[:2], rel=displacement)
+    assert theta_rad == pytest.approx(exact[2], rel=rotation)
+
+
+def history_error(history, name, solver, end_s):
+    """Largest difference of ux and uy from the tabulated histories up to a time, over the scale."""
+    table = reference_table("deck_histories").query("t_s <= @end_s")
+    moved = [np.interp(table["t_s"], history.t_s, column) for column in history.q.T[:2]]
+    expected = table[[f"{name}_{solver}_{label}" for label in ("ux_m", "uy_m")]].to_numpy().T
+    return np.abs(moved - expected).max() / SCALE_M
+
+
+# 1 % for displacements and 2 % for the rotation: two integrations of the same equations, the peaks
+# of an elastic contact depend on the phase of its impacts.
+@pytest.mark.parametrize("solver", ["opensees", "penalty"])
+def test_penalty_peaks_are_tabulated(solver):
+    for name in ("C1", "C3"):
+        history = run_deck(deck_case(name, solver=solver, duration_s=1.5))
+        exact = elastic_peaks(name)
+        assert_peaks(history, exact, 0.01, 0.02)
+        assert history.peaks()["penetration_m"] == pytest.approx(exact[3], rel=0.01)
+        assert history.first_contact_s() == pytest.approx(0.036500, abs=1e-4)
+        assert abs(history.energy_residual_ratio) < 1e-4
+        if name == "C1":
+            assert history_error(history, name, "penalty", 1.5) <= 0.01
+    history = run_deck(deck_case("C1", solver=solver, restitution=0.6, duration_s=1.0))
+    # Reference with 25577.5 N s/m per corner.
+    assert_peaks(history, (20.624e-3, 33.027e-3, 2.6011e-4), 0.01, 0.02)
+
+
+def test_other_integrators_and_beams_give_the_same_peaks_and_opposite_skews_mirror_them():
+    # Houbolt and HHT at w_c dt = 0.014: 1.5 % for what they damp themselves.
+    ux_m, _, theta_rad, _ = elastic_peaks("C1")
+    for integrator in ("houbolt", "hht"):
+        found = run_deck(deck_case("C1", integrator=integrator, duration_s=0.7)).peaks()
+        assert found["ux_m"] == pytest.approx(ux_m, rel=0.015), integrator
+        assert found["theta_rad"] == pytest.approx(theta_rad, rel=0.015), integrator
+    case = deck_case("C3", duration_s=0.6)
+    left = run_deck(case)
+    beams = run_opensees(case, pulse_of(case), connect=rigid_bodies.perimeter_beams).peaks()
+    assert beams == pytest.approx(left.peaks(), rel=2e-3)
+    right = run_deck(deck_case("C3", skew_deg=-30.0, duration_s=0.6))
+    assert right.q * [1, -1, -1] == pytest.approx(left.q, abs=1e-9)
+    assert right.normals_n == pytest.approx(left.normals_n, abs=1e-3)
+
+
+@pytest.mark.parametrize("name", ["C2", "C5"])
+def test_frictional_decks_agree_with_the_penalty_equation(name):
+    # tan(skew) exceeds the friction by 0.38 or more; step x contact frequency is 0.014.
+    exact = run_deck(deck_case(name, solver="penalty", duration_s=1.0)).peaks()
+    assert_peaks(run_deck(deck_case(name, duration_s=1.0)), [*exact.values()], 0.01, 0.02)
+
+
+@pytest.mark.parametrize(
+    ("name", "restitution"),
+    [("C1", 0.6), ("C1", 0.45), ("C2", 0.6), ("C3", 0.6), ("C4", 0.6), ("C5", 0.6)],
+)
+def test_moreau_jean_meets_the_tabulated_peaks_and_histories(name, restitution):
+    history = run_deck(deck_case(name, solver="lcp", restitution=restitution, duration_s=1.2))
+    over_scale = np.array([*history.peaks().values()])[:3] * (1.0, 1.0, 30.0) / SCALE_M
+    names = [f"peak {name} over scale" for name in ("ux", "uy", "theta x length")]
+    exact = tabulated("fig5-6", f"{name} LCP, restitution {restitution:g}", names)
+    assert over_scale == pytest.approx(exact, rel=1e-3, abs=1e-9)
+    assert abs(history.energy_residual_ratio) < 1e-9
+    if restitution == 0.6 and name != "C4":  # first order in the step: 0.2 %
+        assert history_error(history, name, "lcp", 1.0) <= 2e-3
+
+
+def test_a_damped_penalty_deck_that_cannot_rotate_converges_to_the_rigid_one():
+    table = rigid_bodies.locked_rotation((1e3, 1e4))
+    # Reference values 0.0490 and 0.0136: the rate is that of the penalty, not of the step.
+    assert table["rms_ratio"].to_numpy() == pytest.approx([0.049, 0.0136], rel=0.1)
+    assert table["first_contact_s"].to_numpy() == pytest.approx(0.0365, abs=1e-3)
+
+
+def test_moreau_jean_always_finds_a_contact_state():
+    """Sticking, chattering and both ends at once: the balance of energy closes."""
+    names = ("gap_normal_m", "friction", "cohesion_n", "restitution")
+    for values in (
+        (0.0, 0.8, 0.0, 0.5), (0.0, 0.05, 200.0, 0.9), (1e-3, 0.65, 0.0, 0.3),
+        (7e-5, 0.97, 0.0, 0.6), (3e-4, 0.001, 200.0, 0.8),
+    ):  # fmt: skip
+        given = dict(zip(names, values, strict=True))
+        history = run_deck(deck_case("C3", solver="lcp", duration_s=0.15, **given))
+        assert abs(history.energy_residual_ratio) < 1e-9, given
+        assert history.openings_m.min() > -1e-5, given
+        limit = given["friction"] * history.normals_n.sum(axis=1) + 4.0 * given["cohesion_n"]
+        assert (np.abs(history.tangentials_n.sum(axis=1)) <= limit * (1 + 1e-6) + 1e-6).all()

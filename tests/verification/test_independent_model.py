@@ -8,6 +8,7 @@ the backfill is HyperbolicGapMaterial in series with a negative spring that canc
 part, four fifths of the flexibility of the soil.
 """
 
+from functools import partialmethod
 from itertools import pairwise, product
 from math import cos, exp, pi, radians, sin, sqrt
 
@@ -67,31 +68,22 @@ class Independent:
             ops.fix(self.last, *fix)
         return self.last
 
-    def element(self, *args):
-        return self.made(ops.element, *args)
-
-    def material(self, *args):
-        return self.made(ops.uniaxialMaterial, *args)
+    element = partialmethod(made, ops.element)
+    material = partialmethod(made, ops.uniaxialMaterial)
 
     def spine(self):
         d = self.bridge.deck
-        x = [0.0]
-        for span in self.bridge.spans_m:
-            x += [x[-1] + span / PER_SPAN * (i + 1) for i in range(PER_SPAN)]
-        self.x = [value - self.bridge.length_m / 2 for value in x]
         line = d.line_load_kn_per_m * 1e3
         self.level = self.made(ops.geomTransf, "Linear", 0.0, 0.0, 1.0)
         self.nodes = []
-        for i, at in enumerate(self.x):
-            lengths = [abs(self.x[j] - at) / 2 for j in (i - 1, i + 1) if 0 <= j < len(self.x)]
-            weight = line * sum(lengths)
-            upright = weight / G
-            if len(lengths) == 1:
-                weight += d.diaphragm_weight_kn * 1e3
-            m = weight / G
+        half = self.bridge.length_m / 2  # of two equal spans
+        for at in np.linspace(-half, half, 2 * PER_SPAN + 1).tolist():
+            is_end = abs(at) == half
+            upright = line * half / PER_SPAN / (1 + is_end) / G
+            m = upright + is_end * d.diaphragm_weight_kn * 1e3 / G
             turning = (m * (d.width_m**2 + d.depth_m**2) / 12, m * d.depth_m**2 / 12)
             # lumps of half elements turn too much: less their own inertia about the node
-            own = upright * sum(lengths) ** 2 / 12 if len(lengths) == 2 else 0.0
+            own = 0.0 if is_end else upright * (half / PER_SPAN) ** 2 / 12
             mass = (m, m, upright, *turning, m * d.width_m**2 / 12 + own)
             self.nodes.append(self.node(at, 0.0, d.centroid_above_soffit_m, mass=mass))
         e = d.elastic_modulus_gpa * 1e9
@@ -173,9 +165,8 @@ class Independent:
         r = c.core.corner_m / 2
         ops.patch("circ", confined, 24, 10, 0.0, 0.0, 0.0, r, 0.0, 360.0)
         ops.patch("circ", spalls, 24, 2, 0.0, 0.0, r, c.diameter_m / 2, 0.0, 360.0)
-        ops.layer(
-            "circ", bar, c.bar_count, c.bar_area_mm2 * 1e-6, 0.0, 0.0, c.bar_line.corner_m / 2
-        )
+        area = c.bar_area_mm2 * 1e-6
+        ops.layer("circ", bar, c.bar_count, area, 0.0, 0.0, c.bar_line.corner_m / 2)
         inertia = c.cracked_stiffness_ratio * gross
         area = pi * c.diameter_m**2 / 4
         flexible = (e, area, inertia, inertia, e / 2.4, torsion)

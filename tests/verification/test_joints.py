@@ -1,6 +1,11 @@
-"""Joints inside a bridge: decks that meet, simple spans on caps, hinges and restrainers."""
+"""Ends that differ from two equal seats, and joints inside the bridge.
 
-from math import cos, inf, radians
+Integral end: its stiffness is the sum of fill, wing walls and piles, by formulas written here.
+Decks that meet, simple spans on caps, hinges and restrainers: against explicit integration, statics
+and hand values.
+"""
+
+from math import cos, inf, isnan, radians, sin
 from pathlib import Path
 
 import numpy as np
@@ -8,18 +13,27 @@ import openseespy.opensees as ops
 import pandas as pd
 import pytest
 
-from bridge_variants import analysed, variant
+from bridge_variants import analysed, static_steps, variant
 from skewbridge.analysis.modal import modal_properties
 from skewbridge.bridge import joints
+from skewbridge.bridge.assembly import open_linear_pattern
+from skewbridge.bridge.backfill import wall_backfill, wing_wall
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import JointData
+from skewbridge.bridge.catalogue.drawing import end_reaction_kn
 from skewbridge.bridge.column import bent_capacity
-from skewbridge.bridge.frame import Blueprint, InnerJoint
+from skewbridge.bridge.frame import Blueprint, End, InnerJoint
 from skewbridge.bridge.handles import TagAllocator
-from skewbridge.bridge.joints import build_inner_joint, support_joint
+from skewbridge.bridge.joints import KINDS, build_inner_joint, support_joint
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.plan import DeckEnd
-from skewbridge.bridge.weights import continuous_reactions_n, deck_reactions_n, total_weight_n
+from skewbridge.bridge.structures import deck_ends
+from skewbridge.bridge.weights import (
+    column_axial_n,
+    continuous_reactions_n,
+    deck_reactions_n,
+    total_weight_n,
+)
 from skewbridge.contact import ContactSet
 from skewbridge.contact.element import uniaxial
 from skewbridge.errors import InputError
@@ -29,9 +43,8 @@ from strong_motion import strong_motion
 
 CABLES = "{count: 8, stiffness_kn_per_m: 5000.0, yield_kn: 170.0, slack_mm: 20.0}"
 SIMPLE = Path(__file__).parents[2] / "docs" / "bridges" / "simple_spans.yaml"
-FOUR_SPANS = SIMPLE.read_text(encoding="utf-8").replace(
-    "at: bent 2,", f"at: bent 2, gap_mm: 30.0, restrainers: {CABLES},"
-)
+RESTRAINED = f"at: bent 2, gap_mm: 30.0, restrainers: {CABLES},"
+FOUR_SPANS = SIMPLE.read_text(encoding="utf-8").replace("at: bent 2,", RESTRAINED)
 BENT, PADS = (
     ", ".join(FOUR_SPANS.split(anchor)[1].split("\n- ")[0].strip().splitlines())
     for anchor in ("&bent", "&pads")
@@ -45,17 +58,12 @@ bents: [{BENT}, {BENT}]
 deck: {{soffit_height_m: 5.6}}
 joints: [{{from_left_m: 50.0, ledge: left, seat_width_m: 0.6, pads: {{{PADS}}}}}]
 """
-MIRRORED = HINGED.replace("from_left_m: 50.0", "from_left_m: 80.0").replace(
-    "ledge: left", "ledge: right"
-)
+MIRRORED = HINGED.replace("50.0, ledge: left", "80.0, ledge: right")
 
 
 # --- two bodies over a joint, against explicit integration of the same two bodies
-
 MASSES_KG, LEVERS_M, SKEW_DEG = (4.0e5, 3.0e5), (10.0, 8.0), 30.0
-INERTIAS = tuple(
-    mass * (4 * lever**2 + 12.0**2) / 12 for mass, lever in zip(MASSES_KG, LEVERS_M, strict=True)
-)
+INERTIAS = tuple(m * (4 * x**2 + 12.0**2) / 12 for m, x in zip(MASSES_KG, LEVERS_M, strict=True))
 GAP_M, AXIAL_N_PER_M, FRICTION = 0.02, 1.2e7, 0.4
 # the penalty is 50 times the axial stiffness of a share of the decks, the tangential a fifth
 KN = 50.0 * AXIAL_N_PER_M * np.array([1 / 6, 2 / 3, 1 / 6])
@@ -63,21 +71,20 @@ KT = KN / 5.0
 STIFFNESS = 4.0e5 * (2 * np.pi / 1.2) ** 2, 3.0e5 * (2 * np.pi / 0.8) ** 2
 SPEEDS = ((0.7, 0.3, 0.0), (-0.4, -0.2, 0.01))
 DURATION_S = 1.0
+NORMAL = np.array([cos(radians(SKEW_DEG)), sin(radians(SKEW_DEG))])
+TANGENT = np.array([-NORMAL[1], NORMAL[0]])
 
 
 def contact_rows():
     """Return the rows of opening and slip for q = (ux, uy, turn) of both bodies, (3, 6) each."""
-    angle, half = radians(SKEW_DEG), 6.0 / cos(radians(SKEW_DEG))
-    normal = np.array([np.cos(angle), np.sin(angle)])
-    tangent = np.array([-np.sin(angle), np.cos(angle)])
-    places = [along * tangent for along in (-half, 0.0, half)]
+    half = 6.0 / cos(radians(SKEW_DEG))
     rows = []
-    for direction in (normal, tangent):
-        for place in places:
+    for direction in (NORMAL, TANGENT):
+        for place in (along * TANGENT for along in (-half, 0.0, half)):
             first, second = (place + np.array([x, 0.0]) for x in (LEVERS_M[0], -LEVERS_M[1]))
             turns = [direction @ (-arm[1], arm[0]) for arm in (first, second)]
             rows.append([*-direction, -turns[0], *direction, turns[1]])
-    return np.array(rows[:3]), np.array(rows[3:])
+    return np.split(np.array(rows), 2)
 
 
 def explicit(dt_s=1e-5):
@@ -109,46 +116,35 @@ def explicit(dt_s=1e-5):
 def test_two_decks_over_a_joint_agree_with_explicit_integration_of_two_bodies():
     with domain():
         tags = TagAllocator()
-        grounds = [tags.node(), tags.node()]
-        nodes = [tags.node(), tags.node()]
-        for body, x in enumerate((-LEVERS_M[0], LEVERS_M[1])):
-            mass, inertia, k = MASSES_KG[body], INERTIAS[body], STIFFNESS[body]
-            for node in (grounds[body], nodes[body]):
-                ops.node(node, x, 0.0, 0.0)
-            ops.fix(grounds[body], 1, 1, 1, 1, 1, 1)
-            ops.fix(nodes[body], 0, 0, 1, 1, 1, 0)
-            ops.mass(nodes[body], mass, mass, 0.0, 0.0, 0.0, inertia)
-            materials = [tags.material() for _ in range(3)]
-            for material, stiffness in zip(materials, (k, k, 50 * k), strict=True):
-                ops.uniaxialMaterial("Elastic", material, stiffness)
-            springs = ("-mat", *materials, "-dir", 1, 2, 6)
-            ops.element("zeroLength", tags.element(), grounds[body], nodes[body], *springs)
+        bodies = zip((-LEVERS_M[0], LEVERS_M[1]), MASSES_KG, INERTIAS, STIFFNESS, strict=True)
+        nodes = []
+        for x, mass, inertia, k in bodies:
+            ground, node = tags.node(), tags.node()
+            for each, fixed in ((ground, (1,) * 6), (node, (0, 0, 1, 1, 1, 0))):
+                ops.node(each, x, 0.0, 0.0)
+                ops.fix(each, *fixed)
+            ops.mass(node, mass, mass, 0.0, 0.0, 0.0, inertia)
+            springs = [uniaxial(tags, "Elastic", stiffness) for stiffness in (k, k, 50 * k)]
+            given = ("-mat", *springs, "-dir", 1, 2, 6)
+            ops.element("zeroLength", tags.element(), ground, node, *given)
+            nodes.append(node)
         back = 0.5 / cos(radians(SKEW_DEG))
         ends = (
             DeckEnd("left", (-back, 0.0), (1.0, 0.0), SKEW_DEG, 12.0, 1.0),
             DeckEnd("right", (back, 0.0), (-1.0, 0.0), SKEW_DEG, 12.0, 1.0),
         )
-        pads = load_bridge("osb1").abutment.pads
-        inner = InnerJoint(
-            name="joint 1",
-            ends=ends,
-            nodes=tuple(nodes),
-            holders=(None, None),
-            data=JointData(at="bent 1", seat_width_m=0.6, pads=pads),
-            axial_n_per_m=AXIAL_N_PER_M,
-        )
-        options = ModelOptions()
+        data = JointData(at="bent 1", seat_width_m=0.6, pads=load_bridge("osb1").abutment.pads)
+        given = {"nodes": tuple(nodes), "holders": (None, None), "axial_n_per_m": AXIAL_N_PER_M}
+        inner = InnerJoint(name="joint 1", ends=ends, data=data, **given)
         contacts, case = ContactSet(tags), variant(30, gap_mm=20, friction_pct=40)
-        parts = Blueprint(variant=case, options=options, tags=tags, contacts=contacts)
+        parts = Blueprint(variant=case, options=ModelOptions(), tags=tags, contacts=contacts)
         handle = build_inner_joint(support_joint(inner, parts))
         assert (handle.gap_m, len(handle.units)) == (GAP_M, 3)
         for node, speeds in zip(nodes, SPEEDS, strict=True):
             for dof, speed in zip((1, 2, 6), speeds, strict=True):
                 ops.setNodeVel(node, dof, speed, "-commit")
         live.prepare_analysis(tolerance_m=1e-11, system="BandGeneral", numberer="RCM")
-
-        times = live.even_times(DURATION_S, 1e-3)
-        signs = [1.0] * len(handle.units)
+        times, signs = live.even_times(DURATION_S, 1e-3), [1.0] * len(handle.units)
         moved = live.record(contacts, times, 1e-3, nodes, signs, parts_on_change=4).q
         found = moved[:, [0, 1, 5, 6, 7, 11]]
         closures = sum(unit.closures for unit in contacts.ledger())
@@ -159,9 +155,10 @@ def test_two_decks_over_a_joint_agree_with_explicit_integration_of_two_bodies():
 
 
 # --- dead load
-
-
-def test_hand_reactions_with_hinges():
+def test_hand_reactions_without_and_with_hinges():
+    assert continuous_reactions_n((8.0, 8.0), 1.0) == pytest.approx([3.0, 10.0, 3.0])
+    assert continuous_reactions_n((5.0,), 2.0) == pytest.approx([5.0, 5.0])
+    assert sum(continuous_reactions_n((3.0, 4.0, 6.0), 7.0)) == pytest.approx(7.0 * 13.0)
     # two simple spans; a cantilever with a suspended span: statically determinate by hand
     assert continuous_reactions_n((8.0, 6.0), 1.0, [8.0]) == pytest.approx([4.0, 7.0, 3.0])
     # hinge 2 m beyond the support: 6 m of span 2 hang on it and load it with 3
@@ -204,15 +201,25 @@ def test_reactions_weight_and_gaps_at_rest(written, text, skew_deg):
                 assert -0.002 < drop < 0.0
 
 
-def test_modes_of_simple_spans_have_open_joints(written):
+def test_simple_spans_have_open_joints_and_their_analysis_reports_each(written):
     """Longitudinally, each deck moves on its own pads: far softer than the continuous deck."""
-    name = written(FOUR_SPANS)
-    modes = modal_properties(variant(0, bridge=name))
+    modes = modal_properties(variant(0, bridge=written(FOUR_SPANS)))
     # deck 2 on the pads of two caps (2 x 6 pads), rigid columns: an upper bound of its frequency
     mass = (140.0 * 30.0 + 2 * 321.0) * 1e3 / 9.81
     period_s = 2 * np.pi * np.sqrt(mass / (12 * 1500e3))
     along = [mode.period_s for mode in modes.modes if mode.mass_x > 0.1]
     assert period_s < max(along) < 1.3 * period_s
+    case = variant(30, bridge=written(FOUR_SPANS), gap_mm=25)
+    result = analysed(case, strong_motion(duration_s=5.0))
+    found, table = result.whole_history, pd.DataFrame(result.histories)
+    assert result.status == "ok"
+    assert abs(found["energy_residual_ratio"]) < 1e-3
+    worst = [found[f"joint{i}_unseating_m"] for i in (1, 2, 3)]
+    assert found["joint_unseating_m"] == max(worst) > 0.02
+    for i, peak in enumerate(worst, start=1):
+        assert table[f"joint{i}_unseating_m"].max() == pytest.approx(peak, rel=1e-2)
+        assert found[f"joint{i}_closures"] > 0
+    assert found["contact_closures"] >= sum(found[f"joint{i}_closures"] for i in (1, 2, 3))
 
 
 def test_a_column_below_a_joint_is_a_cantilever_normal_to_its_bent(written):
@@ -222,9 +229,8 @@ def test_a_column_below_a_joint_is_a_cantilever_normal_to_its_bent(written):
     # 5.6 m of column below a cap of 1.5 m, or two cantilevers of half the column
     assert (normal.shear_span_m, along.shear_span_m) == pytest.approx((7.1, 2.8))
     curve, heights = normal.curve, np.linspace(0.0, 5.6, 100_001)
-    assert (
-        curve.plastic_moment_nm == along.curve.plastic_moment_nm == pytest.approx(15.3e6, rel=0.01)
-    )
+    strength_nm = curve.plastic_moment_nm
+    assert strength_nm == along.curve.plastic_moment_nm == pytest.approx(15.3e6, rel=0.01)
     # twice integrated by trapezoids: a curvature that is zero at the bearings, 7.1 m above the base
     yields = curve.yield_curvature_per_m * (1.0 - heights / 7.1)
     bent_m = np.trapezoid(yields * (5.6 - heights), heights)
@@ -239,26 +245,6 @@ def test_a_column_below_a_joint_is_a_cantilever_normal_to_its_bent(written):
 # --- response
 
 
-def test_simple_spans_close_their_energy_balance_and_report_each_joint(written):
-    case = variant(30, bridge=written(FOUR_SPANS), gap_mm=25)
-    result = analysed(case, strong_motion(duration_s=5.0))
-    found, table = result.whole_history, pd.DataFrame(result.histories)
-    assert result.status == "ok"
-    assert abs(found["energy_residual_ratio"]) < 1e-3
-    worst = [found[f"joint{i}_unseating_m"] for i in (1, 2, 3)]
-    assert found["joint_unseating_m"] == max(worst) > 0.02
-    for i, peak in enumerate(worst, start=1):
-        assert table[f"joint{i}_unseating_m"].max() == pytest.approx(peak, rel=1e-2)
-        assert found[f"joint{i}_closures"] > 0
-    assert found["contact_closures"] >= sum(found[f"joint{i}_closures"] for i in (1, 2, 3))
-
-
-def test_a_hinge_whose_ledge_is_on_the_wrong_deck_is_refused(written):
-    wrong = written(HINGED.replace("ledge: left", "ledge: right"))
-    with domain(), pytest.raises(InputError, match="joint 1: a deck lifts off"):
-        build(variant(0, bridge=wrong), ModelOptions())
-
-
 @pytest.mark.parametrize("abutment", ["contact", "spring"])
 def test_decks_meet_in_contacts_with_every_abutment_model(written, abutment):
     case = variant(0, abutment, written(HINGED), 25)
@@ -269,17 +255,13 @@ def test_decks_meet_in_contacts_with_every_abutment_model(written, abutment):
 
 
 def test_restrainers_pull_after_their_slack_up_to_their_strength(written, monkeypatch):
-    tags = []
-
-    def recorded(*arguments):
-        tags.append(uniaxial(*arguments))
-        return tags[-1]
-
-    monkeypatch.setattr(joints, "uniaxial", recorded)
+    made = []
+    keep = lambda *given: made.append(uniaxial(*given)) or made[-1]  # noqa: E731
+    monkeypatch.setattr(joints, "uniaxial", keep)
     with domain():
         model = build(variant(0, bridge=written(FOUR_SPANS), gap_mm=25), ModelOptions())
         assert [len(joint.restrainers) for joint in model.joints] == [0, 2, 0]
-        ops.testUniaxialMaterial(tags[0])
+        ops.testUniaxialMaterial(made[0])
         forces = []
         for opened_m in (-0.01, 0.019, 0.030, 0.30):
             ops.setStrain(opened_m)
@@ -289,20 +271,220 @@ def test_restrainers_pull_after_their_slack_up_to_their_strength(written, monkey
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "message"),
+    ("text", "message"),
     [
-        ("at: bent 3", "at: bent 4", r"joints\.2\.at: the bridge has 3 bents"),
-        ("base: fixed", "base: pinned", r"joints\.0\.at: a bent below a joint needs base: fixed"),
-        ("at: bent 1\n  ", "", r"joints\.0: give either at or from_left_m"),
-        ("at: bent 3", "from_left_m: 28.2", "from left to right"),
-        ("7.6", "6.6", r"bents\.\d: clear_height_m \+ cap_depth_m = .* must be at most"),
+        *((FOUR_SPANS.replace(*change), message) for *change, message in (
+            ("at: bent 3", "at: bent 4", r"joints.2.at: the bridge has 3 bents"),
+            ("base: fixed", "base: pinned", r"joints.0.at: a bent below a joint needs base: fixed"),
+            ("at: bent 1\n  ", "", r"joints.0: give either at or from_left_m"),
+            ("at: bent 3", "from_left_m: 28.2", "from left to right"),
+            ("7.6", "6.6", r"bents.\d: clear_height_m \+ cap_depth_m = .* must be at most"),
+        )),
+        *((f"extends: bridge_a\ntitle: bad\n{text}\n", message) for text, message in (
+            ("abutments: {left: {type: box}, right: {type: fixed}}", "abutments.left: .*'integral"),
+            ("abutments: {left: {type: integral, piles: {count: {v: 0, src: 'd: x'}}}, "
+             "right: {type: fixed}}", r"abutments\.left\.piles\.count: must be"),
+            ("abutment: {key_mass_t: {v: 1, src: 'd: x'}}\nabutments: {left: {type: fixed}}",
+             "only one"),
+        )),
+    ],
+)  # fmt: skip
+def test_bad_joints_and_ends_are_refused_with_their_key(written, text, message):
+    with pytest.raises(InputError, match=message):
+        load_bridge(written(text))
+
+
+@pytest.mark.parametrize(
+    ("text", "abutment", "message"),
+    [
+        (HINGED.replace("ledge: left", "ledge: right"), "contact", "joint 1: a deck lifts off"),
+        (FOUR_SPANS, "roller", "joint 1 needs gap_mm: abutment model roller"),
     ],
 )
-def test_bad_joints_are_refused(written, old, new, message):
-    with pytest.raises(InputError, match=message):
-        load_bridge(written(FOUR_SPANS.replace(old, new)))
+def test_a_wrong_ledge_and_a_joint_without_a_gap_are_refused(written, text, abutment, message):
+    with domain(), pytest.raises(InputError, match=message):
+        build(variant(0, abutment, written(text)), ModelOptions())
 
 
-def test_a_joint_without_a_gap_of_its_own_needs_a_model_with_gaps(written):
-    with domain(), pytest.raises(InputError, match="joint 1 needs gap_mm: abutment model roller"):
-        build(variant(0, "roller", written(FOUR_SPANS)), ModelOptions())
+# --- ends
+MIXED = """extends: osb1
+title: one integral end
+abutments:
+  left: {type: integral}
+  right: {type: seat, skew_deg: {v: 15, src: "d: own"}, gap_mm: {v: 40, src: "d: own"}}
+"""
+#: The same stiffness and strength at rest, with a dashpot on the elastic part of the piles.
+WITH_DASHPOTS = MIXED.replace(
+    "{type: integral}", "{type: integral, piles: {dashpot_s: {v: 0.5, src: 'd: own'}}}"
+)
+
+
+def reactions_of(bridge, skew_deg, options, moved):
+    """Return the reactions (N, Nm) of the left end to displacements of its node."""
+    with domain():
+        tags = TagAllocator()
+        plan = deck_ends(bridge, skew_deg)[0]
+        node, height_m = tags.node(), bridge.deck.centroid_above_soffit_m
+        ops.node(node, *plan.middle_m, height_m)
+        case = variant(skew_deg, bridge=bridge.name)
+        blueprint = Blueprint(variant=case, options=options, tags=tags, contacts=None)
+        kind = KINDS[bridge.ends["left"].type]
+        kind.build(kind.support(End(node=node, plan=plan, abutment=bridge.ends["left"]), blueprint))
+        open_linear_pattern(tags)
+        for dof, value in enumerate(moved, start=1):
+            ops.sp(node, dof, value)
+        static_steps(1, "FullGeneral", 1e-14)
+        ops.reactions()
+        return np.array([ops.nodeReaction(node, dof) for dof in range(1, 7)])
+
+
+@pytest.mark.parametrize(
+    ("skew_deg", "text"), [(0, MIXED), (30, MIXED), (-45, MIXED), (30, WITH_DASHPOTS)]
+)
+def test_an_integral_end_has_the_stiffness_of_its_fill_wings_and_piles(written, skew_deg, text):
+    bridge = load_bridge(written(text))
+    data, plan = bridge.ends["left"], deck_ends(bridge, skew_deg)[0]
+    # the restoring spring of walls is not part of the formulas
+    options = ModelOptions(wall_restoring_n_per_m=1.0)
+    # secant at 20 um: the hyperbola has lost up to 0.4 % of its stiffness
+    fill = float(wall_backfill(data, "hyperbolic", radians(skew_deg)).force_n(2e-5)) / 2e-5
+    wing, count = wing_wall(data).stiffness_n_per_m * 50 / 51, data.piles.count
+    piles = count * data.piles.lateral_kn_per_m * 1e3
+    assert (data.wall_width_m, data.wall_height_m, count) == (14.33, 1.829, 6)
+    normal, tangent = np.array(plan.normal), np.array(plan.tangent)
+
+    def stiffness(*moved):
+        """Return the reactions of a displacement over its size."""
+        moved = np.pad(moved, (0, 6 - len(moved)))
+        return reactions_of(bridge, skew_deg, options, moved) / np.linalg.norm(moved)
+
+    # the wing is behind a tie 50 times as stiff; an opening spring keeps 1e-6 of its strength
+    for moved, expected, error in (
+        (2e-5 * normal, (fill + piles) * normal, 3e-3),
+        (-1e-3 * normal, -piles * normal, 1e-3),
+        (1e-4 * tangent, (wing + piles) * tangent, 1e-3),
+    ):
+        assert stiffness(*moved)[:2] == pytest.approx(expected, rel=error, abs=1e4)
+    # in plan: of three points with 1/6, 2/3 and 1/6 of the wall, those that move into the fill
+    half = 14.33 / cos(radians(skew_deg)) / 2
+    out = 0.915 / 2 / cos(radians(skew_deg))
+    face = out * np.array(plan.outward)
+    turn = wing * (face @ normal) ** 2
+    for share, along in ((1 / 6, -half), (2 / 3, 0.0), (1 / 6, half)):
+        lever = face @ tangent + along
+        turn += share * fill * lever**2 if lever < -1e-9 else 0.0
+    spread = (np.arange(count) - (count - 1) / 2) * data.piles.spacing_m / cos(radians(skew_deg))
+    turn += piles / count * (spread @ spread)
+    assert stiffness(0.0, 0.0, 0.0, 0.0, 0.0, 5e-6)[5] == pytest.approx(turn, rel=5e-3)
+    # vertical, and about the face: the heads of the piles and their vertical springs
+    up = stiffness(0.0, 0.0, 1e-4)[2]
+    assert up == pytest.approx(count * 167e6, rel=2e-4)  # arms in series
+
+
+@pytest.mark.parametrize("text", [MIXED, WITH_DASHPOTS])
+def test_the_piles_yield_and_the_fill_is_limited_by_its_strength(written, text):
+    bridge = load_bridge(written(text))
+    fill = wall_backfill(bridge.ends["left"], "hyperbolic", 0.0).ultimate_n
+    pushed, pulled = (
+        reactions_of(bridge, 0, ModelOptions(), (moved_m, 0.0, 0.0, 0.0, 0.0, 0.0))[0]
+        for moved_m in (-0.5, 0.5)
+    )
+    weak = 0.5 * ModelOptions().wall_restoring_n_per_m
+    expected = (fill + 6 * 177.9e3 + weak, 6 * 177.9e3 + weak)
+    assert (-pushed, pulled) == pytest.approx(expected, rel=2e-3)
+
+
+def test_dashpots_of_piles_damp_a_small_motion(tmp_path):
+    found = []
+    for name, text in (("without", MIXED), ("with", WITH_DASHPOTS)):
+        path = tmp_path / f"{name}.yaml"
+        path.write_text(text)
+        found.append(analysed(variant(0, bridge=str(path)), strong_motion(peak_g=0.1)).demands)
+    assert found[1]["deck_disp_y_m"] < 0.97 * found[0]["deck_disp_y_m"]
+    assert abs(found[1]["energy_residual_ratio"]) < 0.01
+
+
+def test_the_force_of_an_integral_end_includes_its_piles(written):
+    bridge = written(MIXED)
+    result = analysed(variant(30, bridge=bridge), strong_motion(duration_s=4.0, peak_g=0.1))
+    table, piles = result.histories, load_bridge(bridge).ends["left"].piles
+    force_kn, disp_m = (
+        -(cos(radians(30)) * table[f"{end}_x_{unit}"] + sin(radians(30)) * table[f"{end}_y_{unit}"])
+        for end, unit in (("abutment_left", "kn"), ("abutment_left", "m"))
+    )
+    yield_m = piles.lateral_strength_kn / piles.lateral_kn_per_m
+    apart = (disp_m < -0.1 * yield_m) & (table["abutment_left_backfill_kn"] < 1e-3)
+    assert apart.sum() > 20
+    assert np.abs(disp_m).max() < yield_m
+    # away from the fill only the elastic piles act; dashpots of walls add 5 % out of phase
+    work = (force_kn - force_kn[0])[apart] @ disp_m[apart]
+    stiffness_kn_per_m = work / (disp_m[apart] @ disp_m[apart])
+    assert stiffness_kn_per_m == pytest.approx(piles.count * piles.lateral_kn_per_m, rel=0.01)
+
+
+def test_one_end_integral_and_one_seat_unseats_at_the_seat_only(written):
+    case = variant(30, bridge=written(MIXED), gap_mm=25)
+    with domain():
+        model = build(case, ModelOptions())
+        model.contacts.start_from_rest()
+        left, right = model.abutments
+        # own skew and gap of the seat; the skew of the variant acts on the other end
+        assert [seat.side for seat in model.seats] == ["right"]
+        assert right.normal == pytest.approx((cos(radians(15)), sin(radians(15))))
+        assert left.normal == pytest.approx((-cos(radians(30)), -sin(radians(30))))
+        openings = [model.contacts.openings_m[unit] for unit in right.wall_units]
+        assert openings == pytest.approx([0.040] * 3, abs=5e-5)
+        for spring in left.wall_springs:
+            force = ops.basicForce(spring.element)[spring.component]
+            assert force == pytest.approx(0.0, abs=1.0)
+    result = analysed(case, strong_motion(duration_s=4.0))
+    found, histories = result.whole_history, result.histories
+    assert result.status == "ok"
+    unseating_m = histories["abutment_right_unseating_m"].max()
+    assert found["unseating_m"] == pytest.approx(unseating_m, rel=1e-3)
+    assert "abutment_left_unseating_m" not in histories
+    assert abs(found["energy_residual_ratio"]) < 1e-3
+    along, across = (histories[f"abutment_left_acute_{axis}_m"] for axis in "xy")
+    fill_m = np.max(-cos(radians(30)) * along - sin(radians(30)) * across)
+    assert found["abutment_passive_m"] >= 0.99 * fill_m > 0.0
+    assert result.support_length_m == pytest.approx(0.914 - 0.040)
+
+
+@pytest.mark.parametrize("kinds", [("fixed", "roller"), ("integral", "integral")])
+def test_a_bridge_without_seats_has_no_unseating(written, kinds):
+    left, right = kinds
+    ends = f"abutments: {{left: {{type: {left}}}, right: {{type: {right}}}}}\n"
+    case = variant(30, bridge=written(f"extends: osb1\ntitle: no seat\n{ends}"))
+    result = analysed(case, strong_motion(duration_s=2.0))
+    assert result.status == "ok"
+    assert isnan(result.demands["unseating_m"])
+    assert isnan(result.support_length_m)
+    assert (result.demands["abutment_passive_m"] > 0.0) == (left == "integral")
+    assert abs(result.demands["energy_residual_ratio"]) < 1e-3
+    modes = modal_properties(case)
+    reactions = sum(modes.abutment_reaction_kn) + sum(modes.column_axial_kn)
+    assert reactions == pytest.approx(modes.weight_kn, rel=1e-6)
+    # both are stiffer than pads
+    assert modes.period_s("x") < 0.8 * modal_properties(variant(30)).period_s("x")
+
+
+@pytest.mark.parametrize("left", ["fixed", "integral, piles: {rotational_mnm_per_rad: 3000.0}"])
+def test_hand_values_of_dead_load_include_the_restraint_of_an_end(written, left):
+    ends = f"{{left: {{type: {left}}}, right: {{type: seat}}}}"
+    name = written(f"{{extends: osb1, source: own, title: stiff end, abutments: {ends}}}")
+    bridge, modes = load_bridge(name), modal_properties(variant(0, bridge=name))
+    # as on two simple supports, but for the stiffness of columns and pads
+    assert np.mean(modes.column_axial_kn) == pytest.approx(
+        column_axial_n(bridge, 0) / 1e3, rel=0.01
+    )
+    first, _, last = deck_reactions_n(bridge)
+    assert modes.abutment_reaction_kn == pytest.approx((first / 1e3, last / 1e3), rel=0.03)
+    # the keys of the seat are not designed for the reaction of the other end
+    assert end_reaction_kn(bridge) == last / 1e3
+
+
+def test_an_end_of_another_type_starts_anew_and_the_other_end_is_inherited(written):
+    bridge = load_bridge(written("extends: osb1\ntitle: x\nabutments: {left: {type: integral}}\n"))
+    left, seat = bridge.ends["left"], load_bridge("osb1").abutment
+    assert (left.type, bridge.ends["right"], bridge.seats) == ("integral", seat, {"right": seat})
+    assert bridge.sources["abutments.left.wall_width_m"] == "d: deck width"

@@ -29,7 +29,7 @@ FOUR_DIGITS = 6e-4  # half a unit of the fourth digit of the published values
 TEST_PERIODS_S = [0.1, 0.2, 0.5, 1.0, 2.0, 3.0]
 
 
-def test_regression_and_transforms_reproduce_the_published_normals_and_parameters():
+def test_regression_transforms_and_modulation_reproduce_the_published_values():
     normals = mean_normals(SMELT)
     published = [4.5267, 2.1629, 1.0427, 1.5920, 1.7794, 0.0068, -0.0772,
                  3.9270, 2.3581, 0.9721, 1.5534, 1.9106, -0.2490, -0.0181]  # fmt: skip
@@ -45,15 +45,6 @@ def test_regression_and_transforms_reproduce_the_published_normals_and_parameter
     assert pulse == pytest.approx(published, rel=FOUR_DIGITS)
     _check(parameters.components[0], [125.14, 8.040, 3.550, 5.507, 4.312, -0.0602, 0.1555])
     _check(parameters.components[1], [110.07, 7.729, 3.381, 5.310, 5.059, -0.0736, 0.1309])
-
-
-def _check(background, published):
-    # the published digits of the last two are three
-    np.testing.assert_allclose(background[:5], published[:5], rtol=FOUR_DIGITS)
-    np.testing.assert_allclose(background[5:], published[5:], atol=6e-5)
-
-
-def test_modulation_reproduces_the_published_fits():
     for given, published in (
         ((12.0, 14.0, 3.9, 5.7), (2.1516, 0.1082, 4.8923, 0.0375)),
         ((9.0, 15.2, 3.9, 5.5), (4.4321, 0.0970, 4.0577, 0.0324)),
@@ -63,16 +54,21 @@ def test_modulation_reproduces_the_published_fits():
         np.testing.assert_allclose(found, published, atol=6e-5)
 
 
-def test_component_has_the_drawn_arias_intensity():
+def _check(background, published):
+    # the published digits of the last two are three
+    np.testing.assert_allclose(background[:5], published[:5], rtol=FOUR_DIGITS)
+    np.testing.assert_allclose(background[5:], published[5:], atol=6e-5)
+
+
+def test_components_have_their_arias_intensity_and_pulses_their_amplitude():
     rng = np.random.default_rng(5)
     parameters = synthesis.draw_parameters(SMELT, rng)
     *pair_g, _ = synthesis.simulate_background(parameters, SMELT, rng, 0.01)
     for accel_g, drawn in zip(pair_g, parameters.components, strict=True):
-        assert synthesis.arias_cm_s(accel_g, 0.01) == pytest.approx(drawn.arias_cm_s, rel=1e-6)
-
-
-def test_pulse_has_its_amplitude_and_leaves_no_displacement_rate():
-    """At phase 0 the velocity peaks near Vp at the centre; it ends at zero by construction."""
+        # pi / (2 g) times the integral of the square of g times the values, with the model's g
+        arias_cm_s = np.pi / 2.0 * 981.0 * np.trapezoid(accel_g**2, dx=0.01)
+        assert arias_cm_s == pytest.approx(drawn.arias_cm_s, rel=1e-6)
+    # at phase 0 the velocity peaks near Vp at the centre; it ends at zero by construction
     given = {"peak_cm_s": 50.0, "period_s": 2.0, "oscillations": 2.4}
     pulse = synthesis.Pulse(**given, phase_rad=0.0, peak_time_s=5.0)
     time_s = np.arange(0, 10, 0.001)
@@ -85,7 +81,13 @@ def test_pulse_has_its_amplitude_and_leaves_no_displacement_rate():
     assert abs(displacement_cm[-1]) < 0.01 * np.abs(displacement_cm).max()
 
 
-def test_ground_motion_model_agrees_with_pygmm():
+def test_ground_motion_model_agrees_with_pygmm_and_its_correlation_with_published_values():
+    # section 4.2 of the motions page: correlation with 1 s, Baker and Jayaram (2008)
+    periods_s = [0.05, 0.1, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 5.0]
+    published = [0.416, 0.279, 0.444, 0.573, 0.749, 0.895, 1.0, 0.852, 0.749, 0.609, 0.444]
+    rho = baker_jayaram_correlation(periods_s)
+    np.testing.assert_allclose(rho[6], published, atol=6e-4)
+    assert np.linalg.eigvalsh(baker_jayaram_correlation(BSSA_PERIODS_S)).min() > 0.0
     pygmm = pytest.importorskip("pygmm")
     names = ("magnitude", "distance_km", "vs30_mps"), ("mag", "dist_jb", "v_s30")
     places = ((7.0, 10.0, 400.0), (6.5, 30.0, 250.0))
@@ -96,15 +98,6 @@ def test_ground_motion_model_agrees_with_pygmm():
         theirs = pygmm.BooreStewartSeyhanAtkinson2014(scenario)
         expected = theirs.interp_spec_accels(BSSA_PERIODS_S), theirs.interp_ln_stds(BSSA_PERIODS_S)
         np.testing.assert_allclose(bssa14(ours, BSSA_PERIODS_S), expected, rtol=1e-9)
-
-
-def test_correlation_between_periods_has_its_published_values():
-    """Section 4.2 of the motions page: correlation with 1 s, Baker and Jayaram (2008)."""
-    periods_s = [0.05, 0.1, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 5.0]
-    published = [0.416, 0.279, 0.444, 0.573, 0.749, 0.895, 1.0, 0.852, 0.749, 0.609, 0.444]
-    rho = baker_jayaram_correlation(periods_s)
-    np.testing.assert_allclose(rho[6], published, atol=6e-4)
-    assert np.linalg.eigvalsh(baker_jayaram_correlation(BSSA_PERIODS_S)).min() > 0.0
 
 
 def _spectra(motions):

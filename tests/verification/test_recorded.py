@@ -1,23 +1,27 @@
-"""An instrumented bridge: files of its station, identified periods, and the stored comparison."""
+"""An instrumented bridge: its station, identified periods, stored results, support motions."""
 
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from scipy import signal
 
-from cli_json import invoke, run
-from motions_files import rows_of
+from bridge_variants import variant
+from cli_json import answer, invoke
+from motions_files import at2_text, rows_of
+from skewbridge.analysis.ground import Excitation, displacements_m
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.errors import InputError
+from skewbridge.motions.read import read_support_motions
+from skewbridge.motions.record import GroundMotion
+from skewbridge.units import G_MPS2
+from skewbridge.variant.options import ModelOptions
 from skewbridge.verification.registry import run_study
-from skewbridge.verification.studies.recorded import (
-    identified_period,
-    in_band,
-    read_events,
-    read_station,
-    strong_part,
-)
+from skewbridge.verification.studies import recorded as recordings
+from strong_motion import strong_motion
 
 ROOT = Path(__file__).parents[2]
 DT_S = 0.01
@@ -39,7 +43,7 @@ def shaken_mps2(seed, duration_s=6.0):
     """Return a short motion between 1 and 8 Hz that starts and ends at rest."""
     rng = np.random.default_rng(seed)
     count = round(duration_s / DT_S)
-    noise = in_band(rng.standard_normal(count), DT_S) * np.hanning(count)
+    noise = recordings.in_band(rng.standard_normal(count), DT_S) * np.hanning(count)
     return noise / np.abs(noise).max()
 
 
@@ -58,8 +62,8 @@ def write_event(folder, channels=(*GROUND, *DECK), station=89324):
 
 
 def test_channels_are_those_of_the_station_and_one_may_be_replaced(tmp_path):
-    station = read_station("painter")
-    (event,) = read_events(write_event(tmp_path / "one"), station)
+    station = recordings.read_station("painter")
+    (event,) = recordings.read_events(write_event(tmp_path / "one"), station)
     assert (event.date, event.dt_s, event.notes) == ("2015-01-28", DT_S, ())
     assert set(event.accel_mps2) == {*GROUND, *DECK}
     assert event.accel_mps2[20] == pytest.approx(shaken_mps2(20), abs=1e-5)
@@ -67,28 +71,25 @@ def test_channels_are_those_of_the_station_and_one_may_be_replaced(tmp_path):
     assert np.array_equal(motions["left"].accel_1_mps2, -event.accel_mps2[18])  # x is to the east
     assert np.array_equal(motions["bent 1"].accel_2_mps2, event.accel_mps2[3])
     without = {*GROUND, *DECK} - {15, 4}
-    (event,) = read_events(write_event(tmp_path / "two", without), station)
+    (event,) = recordings.read_events(write_event(tmp_path / "two", without), station)
     assert event.notes[0] == "channel 18 replaces channel 15"
     assert "channel 4 is missing: no deck west across" in event.notes
-    assert len(read_events(tmp_path, station)) == 2
+    assert len(recordings.read_events(tmp_path, station)) == 2
 
 
-def test_other_stations_and_missing_channels_are_refused_in_one_sentence(tmp_path):
+def test_other_stations_and_missing_channels_are_refused_and_without_records_nothing_runs(tmp_path):
     other = write_event(tmp_path / "other", station=89005)
-    code, answer = run("verify", "painter", "--records", other, "--out", tmp_path / "out")
-    assert code == 2
-    assert "station 89005 in its header, but Painter Street" in answer["message"]
     short = write_event(tmp_path / "short", (1, 3, 15, 18, 20))
-    code, answer = run("verify", "painter", "--records", short, "--out", tmp_path / "out")
-    assert code == 2
-    assert "channel 7, 17 of station 89324 is missing" in answer["message"]
+    for records, words in (
+        (other, "station 89005 in its header, but Painter Street"),
+        (short, "channel 7, 17 of station 89324 is missing"),
+    ):
+        given = ("verify", "painter", "--records", records, "--out", tmp_path / "out")
+        assert words in answer(*given, code=2)["message"]
     empty = tmp_path / "empty"
     empty.mkdir()
     with pytest.raises(InputError, match=r"no \.V2 file"):
-        read_events(empty, read_station("painter"))
-
-
-def test_without_records_the_study_is_skipped_with_its_reason(tmp_path):
+        recordings.read_events(empty, recordings.read_station("painter"))
     result = invoke("verify", "painter", "--out", tmp_path)
     assert result.exit_code == 0
     assert "--records DIR" in result.stderr
@@ -99,30 +100,23 @@ def test_a_band_keeps_its_middle_and_takes_derivatives_and_integrals():
     speed, inside = 2 * np.pi * 2.0, slice(1000, 3000)
     wave = np.sin(speed * t_s) + 0.5 * np.sin(2 * np.pi * 0.1 * t_s)
     wave *= (1.0 - np.cos(np.pi * np.clip(np.minimum(t_s, t_s[-1] - t_s) / 5.0, 0.0, 1.0))) / 2.0
-    assert in_band(wave, DT_S)[inside] == pytest.approx(np.sin(speed * t_s)[inside], abs=0.01)
-    twice = in_band(wave, DT_S, 2)[inside] / speed**2
-    assert twice == pytest.approx(-np.sin(speed * t_s)[inside], abs=0.01)
-    back = in_band(wave, DT_S, -2)[inside] * speed**2
-    assert back == pytest.approx(-np.sin(speed * t_s)[inside], abs=0.02)
-    assert strong_part(np.hanning(2000) ** 4, DT_S).start > 300
+    sine = np.sin(speed * t_s)[inside]
+    for order, sign, error in ((0, 1.0, 0.01), (2, -1.0, 0.01), (-2, -1.0, 0.02)):
+        found = recordings.in_band(wave, DT_S, order)[inside] / speed**order
+        assert found == pytest.approx(sign * sine, abs=error)
+    assert recordings.strong_part(np.hanning(2000) ** 4, DT_S).start > 300
 
 
 @pytest.mark.parametrize(("period_s", "damping"), [(0.25, 0.05), (0.32, 0.2)])
 def test_the_period_of_an_oscillator_between_two_grounds_is_identified(period_s, damping):
-    grounds = np.column_stack([in_band(shaken_mps2(seed, 20.0), DT_S) for seed in (1, 2)])
-    own, moved = 2 * np.pi / period_s, np.zeros(len(grounds))
-    pushed, state = grounds @ [0.7, 0.5], np.zeros(2)
-    fine = 20  # closed form replaced by small steps of the midpoint rule
-    system = np.array([[0.0, 1.0], [-(own**2), -2 * damping * own]])
-    half = DT_S / fine / 2
-    step = np.linalg.solve(np.eye(2) - half * system, np.eye(2) + half * system)
-    load = np.linalg.solve(np.eye(2) - half * system, [0.0, 2 * half])
-    for row in range(1, len(moved)):
-        for part in np.arange(0.5, fine) / fine:
-            state = step @ state - load * ((1 - part) * pushed[row - 1] + part * pushed[row])
-        moved[row] = system[1] @ state
+    pair = [recordings.in_band(shaken_mps2(seed, 20.0), DT_S) for seed in (1, 2)]
+    grounds = np.column_stack(pair)
+    omega, pushed = 2 * np.pi / period_s, grounds @ [0.7, 0.5]
+    system = [[0.0, 1.0], [-(omega**2), -2 * damping * omega]]
+    oscillator = signal.StateSpace(system, [[0.0], [-1.0]], [system[1]], [[0.0]])
+    _, moved, _ = signal.lsim(oscillator, pushed, DT_S * np.arange(len(pushed)))
     output = grounds @ [0.3, 0.5] + moved  # absolute acceleration
-    found = identified_period(output, grounds, DT_S)
+    found = recordings.identified_period(output, grounds, DT_S)
     assert found.period_s == pytest.approx(period_s, rel=0.01)
     assert found.damping == pytest.approx(damping, rel=0.05)
     assert found.explained > 0.999
@@ -134,7 +128,7 @@ def test_an_event_has_rows_with_null_uniform_correlation_and_error(tmp_path):
     rows = {row["quantity"]: row for row in study.comparisons}
     drift = rows["2015-01-28 bent drift across (cm)"]
     assert {"null", "uniform", "correlation", "error"} <= drift.keys()
-    recorded = in_band(shaken_mps2(7) - shaken_mps2(3), DT_S, -2) * 100.0
+    recorded = recordings.in_band(shaken_mps2(7) - shaken_mps2(3), DT_S, -2) * 100.0
     assert drift["reference"] == pytest.approx(np.abs(recorded).max(), rel=0.02)
     assert not drift["pass"]  # the motions of the channels are independent noise
     assert "2015-01-28 period across (s)" in rows
@@ -144,7 +138,7 @@ def test_an_event_has_rows_with_null_uniform_correlation_and_error(tmp_path):
     assert set(study.figures) == {"2015-01-28", "changes"}
 
 
-def test_the_page_states_the_numbers_of_its_stored_tables():
+def test_the_page_and_the_bridge_have_the_numbers_of_the_stored_tables():
     page = " ".join((ROOT / "docs/theory/recorded.md").read_text().split())
     readme = " ".join((ROOT / "README.md").read_text().split())
     rows = pd.read_csv(ROOT / "docs/data/recorded.csv").set_index(["event", "quantity"])
@@ -157,28 +151,119 @@ def test_the_page_states_the_numbers_of_its_stored_tables():
     fits = pd.read_csv(ROOT / "docs/data/recorded_fit.csv")
     crossed = fits[(fits["quantity"] == "bent drift across") & (fits["fitted_to"] != fits["event"])]
     sentences = {
-        "2015-01-28": "a ratio of {}, a correlation of {} and an error of {};",
-        "2019-06-22": "that of 2015 has {}, {} and {} (",
+        "2015-01-28": "a ratio of {:.2f}, a correlation of {:.2f} and an error of {:.2f};",
+        "2019-06-22": "that of 2015 has {:.2f}, {:.2f} and {:.2f} (",
     }
-    for row in crossed.itertuples():
-        if row.fitted_to == "both":
-            continue
-        values = (f"{value:.2f}" for value in (row.peak_ratio, row.correlation, row.error))
-        assert sentences[row.fitted_to].format(*values) in page
+    for row in crossed[crossed["fitted_to"] != "both"].itertuples():
+        sentence = sentences[row.fitted_to].format(row.peak_ratio, row.correlation, row.error)
+        assert sentence in page
         assert abs(row.peak_ratio - 1.0) <= 0.031  # of the README
-
-
-def test_the_numbers_of_the_bridge_are_those_of_the_fit_and_at_most_six():
     bridge = load_bridge("painter")
-    fits = pd.read_csv(ROOT / "docs/data/recorded_fit.csv")
     both = fits[fits["fitted_to"] == "both"].iloc[0]
-    ends = bridge.ends
-    assert bridge.deck.elastic_modulus_gpa == pytest.approx(both["deck_modulus_gpa"], rel=0.05)
-    for side, end in (("west", ends["left"]), ("east", ends["right"])):
-        assert end.piles.lateral_kn_per_m == pytest.approx(both[f"piles_{side}_kn_per_m"], rel=0.05)
-        assert end.piles.dashpot_s == pytest.approx(both["piles_dashpot_s"], rel=0.05)
-        assert end.backfill.stiffness_mn_per_m == pytest.approx(both["fill_mn_per_m2"], rel=0.05)
-    assert bridge.foundation.krx_mnm_per_rad == pytest.approx(both["rocking_mnm_per_rad"], rel=0.05)
+    pairs = [(bridge.deck.elastic_modulus_gpa, both["deck_modulus_gpa"]),
+             (bridge.foundation.krx_mnm_per_rad, both["rocking_mnm_per_rad"])]  # fmt: skip
+    for side, end in (("west", bridge.ends["left"]), ("east", bridge.ends["right"])):
+        pairs += [
+            (end.piles.lateral_kn_per_m, both[f"piles_{side}_kn_per_m"]),
+            (end.piles.dashpot_s, both["piles_dashpot_s"]),
+            (end.backfill.stiffness_mn_per_m, both["fill_mn_per_m2"]),
+        ]
+    np.testing.assert_allclose(*np.transpose(pairs), rtol=0.05)
     fitted = [name for name, source in bridge.sources.items() if "fitted: 2015, 2019" in source]
     single = [name for name in fitted if "one number with" not in bridge.sources[name]]
     assert len(single) == 6
+
+
+# --- motions of single supports: equal ones are uniform input, others move the supports apart
+SUPPORTS = ("left", "bent 1", "right")
+OPTIONS = ModelOptions(rayleigh="stiffness")
+DEMANDS = ("column_drift_ratio", "column_shear_kn", "deck_disp_m", "deck_accel_mps2")
+
+
+def analysed(case, motion, supports=None, options=OPTIONS):
+    settings = AnalysisSettings(dt_s=0.005)
+    excitation = Excitation(motion=motion, supports=supports or {})
+    return analyse(case, excitation, settings, options, histories=True)
+
+
+@pytest.mark.parametrize(
+    ("case", "demands"),
+    [
+        (variant(30, gap_mm=25), (*DEMANDS, "unseating_m", "backwall_force_kn")),
+        (variant(-39, bridge="painter"), DEMANDS),
+    ],
+)
+def test_one_motion_at_all_supports_has_the_peaks_of_uniform_input(case, demands):
+    motion = strong_motion()
+    uniform = analysed(case, motion)
+    # whatever the option says, damping is proportional to stiffness under support motions
+    apart = analysed(case, motion, dict.fromkeys(SUPPORTS, motion), ModelOptions())
+    for name in demands:
+        assert apart.demands[name] == pytest.approx(uniform.demands[name], rel=0.01), name
+    assert np.isnan(apart.demands["energy_residual_ratio"])
+    assert "residual drift at the last step" in apart.messages[0]
+
+
+def test_supports_share_a_slow_motion_of_one_end_and_do_not_drift_apart():
+    """At 0.4 Hz one end moves 0.2 mm along: all springs are elastic and inertia is small."""
+    t_s = np.arange(0.0, 12.0, 0.01)
+    ground_m = 2e-4 * np.sin(2 * np.pi * 0.4 * t_s) * np.hanning(len(t_s))
+    accel = np.gradient(np.gradient(ground_m, 0.01), 0.01)
+    still = GroundMotion(motion_id="still", dt_s=0.01, accel_1_mps2=0 * t_s, accel_2_mps2=0 * t_s)
+    along = still.with_components(accel, 0 * t_s)
+    case = variant(0, bridge="painter")
+    found = analysed(case, still, {"left": still, "bent 1": still, "right": along}).histories
+    pushed, middle, held = (
+        np.interp(t_s, found["t_s"], found[name])
+        for name in ("abutment_right_x_m", "deck_ux_m", "abutment_left_x_m")
+    )
+    peak = int(np.abs(ground_m).argmax())
+    moved = pushed[peak] + ground_m[peak]  # histories are relative to the ground of the support
+    shares = [place / ground_m[peak] for place in (held[peak], middle[peak], moved)]
+    # the piles of this end have 0.65 of the stiffness of all piles; the deck shortens
+    assert 0.2 < shares[0] < shares[1] < shares[2] < 0.8
+    drift = np.interp(t_s, found["t_s"], found["column_1_drift_ratio"])[peak]
+    # of columns whose base moves on its springs, without the motion of the ground elsewhere
+    assert 0.5 < drift / (abs(middle[peak]) / 7.3) < 1.0
+    t_s, speed = np.arange(0.0, 40.0, 0.005), 2 * np.pi / 0.8
+    wave_m = 0.05 * np.sin(speed * t_s + 0.7)  # starts with 0.3 m/s, which no record states
+    accel = (-(speed**2) * wave_m)[:, None]
+    found = displacements_m({"left": accel, "right": -accel}, 0.005)
+    apart = (found["left"] - found["right"])[:, 0]
+    assert apart[0] == 0.0
+    assert abs(apart[1]) < 1e-4
+    assert np.abs(apart - 2 * wave_m)[t_s > 8.0].max() < 0.05 * 0.05
+    same = displacements_m({"left": accel, "right": accel}, 0.005)["left"][:, 0]
+    drifting = wave_m - wave_m[0] - 0.05 * speed * np.cos(0.7) * t_s
+    assert same == pytest.approx(drifting, rel=1e-3, abs=2e-3)
+
+
+def test_support_motions_of_a_file(tmp_path):
+    motion = strong_motion(duration_s=3.0)
+    for name, accel in zip("xy", motion.components, strict=True):
+        (tmp_path / f"{name}.AT2").write_text(at2_text(accel / G_MPS2, motion.dt_s))
+    lines = [
+        f"- {{support: {support}, direction: {axis}, record: {axis}.AT2, factor: {factor}}}"
+        for support, factor in zip(SUPPORTS, (1, 1, -1), strict=True)
+        for axis in "xy"
+    ]
+    path = tmp_path / "supports.yaml"
+    path.write_text("\n".join(lines))
+    read = read_support_motions(path)
+    assert tuple(read) == SUPPORTS
+    for one, other in zip(read["left"].components, read["right"].components, strict=True):
+        assert np.array_equal(one, -other)
+    options = ("--support-motions", path, "--out", tmp_path / "out", "--no-figures")
+    assert answer("run", *options)["status"] == "ok"
+    answer("run", *options, "--motion", "a", "b", code=2)
+
+    for changed, message in (
+        (lines[1:], "left needs a record along x and one along y"),
+        ([*lines, lines[0]], "left has two records along x"),
+    ):
+        path.write_text("\n".join(changed))
+        with pytest.raises(InputError, match=message):
+            read_support_motions(path)
+    path.write_text("\n".join(lines[:4]))
+    found = answer("run", *options, code=2)
+    assert "the supports are left, bent 1, right" in found["message"]

@@ -1,4 +1,4 @@
-"""Skewed bents and walls in two parts, against closed forms and rows of the earlier model.
+"""Skewed bents, against closed forms and rows of the earlier model.
 
 The stiffness of a bent is a tensor in plan: a bent turned by an angle has the turned tensor. It is
 exact up to rounding in the static analysis (1e-6). The stored rows were computed at commit
@@ -15,8 +15,7 @@ import pandas as pd
 import pytest
 
 from bridge_variants import analysed, static_steps, variant
-from skewbridge.analysis.pushover import push_abutment
-from skewbridge.bridge.backfill import wall_backfill
+from skewbridge.bridge.assembly import open_linear_pattern
 from skewbridge.bridge.bent import build_bents
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.handles import TagAllocator
@@ -42,16 +41,10 @@ EARLIER = {
 CONSTANT = {"dt_s": 0.005, "contact_dt_s": None, "event_dt_s": None}
 
 
-@pytest.fixture(scope="module")
-def motion():
-    return cut_to_strongest(strongest_motions(4, 1.2)[3], 5.0, 0.0)
-
-
 def plan_stiffness(name, skew_deg, **given):
     """Return the stiffness (N/m) in plan of the only bent of a bridge, its cap held upright."""
-    options = ModelOptions(
-        bent_skew_deg=skew_deg, column_spacing="along_bent", elastic_columns=True, **given
-    )
+    given |= {"bent_skew_deg": skew_deg, "column_spacing": "along_bent", "elastic_columns": True}
+    options = ModelOptions(**given)
     bridge = built_bridge(load_bridge(name), options)
     flexibility = []
     for dof in (1, 2):
@@ -61,12 +54,10 @@ def plan_stiffness(name, skew_deg, **given):
             ops.node(centre, bridge.bent_positions_m[0], 0.0, bridge.deck.centroid_above_soffit_m)
             ops.fix(centre, 0, 0, 0, 1, 1, 1)
             one = [centre]
-            spine = Spine(
-                nodes=one, decks=[one], heavy=[], bent_nodes=one, centre_node=centre, elements=[]
-            )
+            one = {"nodes": [centre], "decks": [[centre]], "bent_nodes": [centre]}
+            spine = Spine(**one, heavy=[], centre_node=centre, elements=[])
             build_bents(bridge, spine, skew_deg, options, tags)
-            ops.timeSeries("Linear", 1)
-            ops.pattern("Plain", 1, 1)
+            open_linear_pattern(tags)
             ops.load(centre, *(1.0e3 * (i == dof) for i in range(1, 7)))
             static_steps(1, "UmfPack", 1e-14)
             flexibility.append(np.array(ops.nodeDisp(centre)[:2]) / 1.0e3)
@@ -81,9 +72,8 @@ def test_the_stiffness_of_a_bent_turns_with_its_skew(name, foundation, skew_deg)
     turn = np.array([[c, -s], [s, c]])
     assert abs(straight[0, 0] / straight[1, 1] - 1.0) > 0.01  # not the same in all directions
     found = plan_stiffness(name, skew_deg, foundation=foundation)
-    np.testing.assert_allclose(
-        found, turn @ straight @ turn.T, rtol=1e-6, atol=straight.max() * 1e-6
-    )
+    limit = straight.max() * 1e-6
+    np.testing.assert_allclose(found, turn @ straight @ turn.T, rtol=1e-6, atol=limit)
 
 
 @pytest.mark.parametrize(
@@ -115,7 +105,8 @@ def test_the_skew_of_bents_is_the_abutments_unless_an_option_says_otherwise(give
 
 
 @pytest.mark.parametrize("row", pd.read_csv(ROWS).to_dict("records"), ids=lambda row: row["bridge"])
-def test_rows_of_the_earlier_model_are_reproduced_by_its_options(row, motion):
+def test_rows_of_the_earlier_model_are_reproduced_by_its_options(row):
+    motion = cut_to_strongest(strongest_motions(4, 1.2)[3], 5.0, 0.0)
     names = ("bridge", "skew_deg", "gap_mm", "friction_pct", "abutment")
     place = {name: row.pop(name) for name in names}
     found = analysed(variant(**place), motion, ModelOptions(**EARLIER), **CONSTANT).whole_history
@@ -123,56 +114,3 @@ def test_rows_of_the_earlier_model_are_reproduced_by_its_options(row, motion):
     # bridge_a, in which a contact then closes one step later
     within = 1e-3 if place["bridge"] == "bridge_a" else 1e-7
     assert {name: found[name] for name in row} == pytest.approx(row, rel=within)
-
-
-# --- walls
-
-
-@pytest.mark.parametrize("skew_deg", [0, 60])
-def test_a_wall_never_exceeds_the_strength_of_its_soil_and_never_pulls(skew_deg, motion):
-    soil = wall_backfill(load_bridge("osb1").abutment, "hyperbolic", radians(skew_deg))
-    strength_kn = soil.ultimate_n / 1e3
-    parallel, series = (
-        wall_forces_kn(analysed(variant(skew_deg), motion, ModelOptions(backfill_dashpot=kind)))
-        for kind in ("parallel", "series")
-    )
-    assert parallel.max() > 1.1 * strength_kn
-    assert 0.98 * strength_kn < series.max() < 1.02 * strength_kn
-    assert series.min() >= 0.0
-
-
-def wall_forces_kn(result):
-    """Return the normal force of all contacts of each backwall, shape (n, 2)."""
-    histories = result.histories
-    return np.column_stack(
-        [
-            sum(histories[f"contact_{side}_backwall_{i}_normal_kn"] for i in (1, 2, 3))
-            for side in ("left", "right")
-        ]
-    )
-
-
-@pytest.mark.parametrize("backfill", ["hyperbolic", "sdc"])
-def test_a_slow_push_meets_the_same_backbone_in_both_arrangements(backfill):
-    curves = [
-        push_abutment(
-            variant(30, "contact"),
-            ModelOptions(backfill_dashpot=kind, backfill=backfill, key_frame="skewed"),
-            angle_deg=30.0,
-            max_disp_m=0.12,
-            steps=240,
-        ).force_n
-        for kind in ("parallel", "series")
-    ]
-    np.testing.assert_allclose(curves[1], curves[0], rtol=0.005)
-
-
-def test_a_bent_that_is_turned_further_gives_another_response(motion):
-    """A sixth of the columns' drift follows the orientation of the bents under this motion."""
-    drifts = [
-        analysed(variant(60), motion, ModelOptions(bent_skew_deg=skew_deg)).whole_history[
-            "column_drift_ratio"
-        ]
-        for skew_deg in (0.0, 60.0)
-    ]
-    assert drifts[0] != pytest.approx(drifts[1], rel=0.02)

@@ -155,8 +155,7 @@ def test_ratios_are_geometric_means_over_motions_and_over_places():
     assert friction["exact_ratio"].to_numpy() == pytest.approx((1.1 * 0.9) ** 0.5)
     difference = 100 * ((1.2 / 1.1) ** 0.5 - 1)
     assert friction["difference_percent"].to_numpy() == pytest.approx(difference)
-    others = table[table["axis"] != "friction_pct"]
-    assert others["ratio"].to_numpy() == pytest.approx(1.0)
+    assert table.loc[table["axis"] != "friction_pct", "ratio"].to_numpy() == pytest.approx(1.0)
     # a motion without the demand is left out of both
     peaks = made_up(dict.fromkeys(product(BOTH, "ab"), 1.5), skew_deg=(0,), gap_mm=(25,))
     last = peaks.index[(peaks["numerics"] == "reference") & (peaks["motion_id"] == "b")][0]
@@ -167,8 +166,6 @@ def test_ratios_are_geometric_means_over_motions_and_over_places():
 
 
 # --- published curves and effects of skew: the stored table, our medians, ratios and reasons
-
-
 PUBLISHED = published.published_curves()
 
 
@@ -193,25 +190,21 @@ def test_medians_of_a_component_lie_on_a_line_of_its_capacities():
     assert (PUBLISHED["row"].str.extract(r"CRCB\.E(\d)")[0].astype(int) == PUBLISHED["era"]).all()
 
 
-def scattered_demands() -> pd.DataFrame:
+def test_medians_of_demands_that_follow_the_published_line_are_the_published_ones():
     """40 runs whose demands are the capacities of era 3 at the published medians, with scatter."""
     random = np.random.default_rng(5)
     im = np.geomspace(0.05, 2.5, 40)
-    table = runs_of_one_variant("osb1_cf_skew00_gap025_mu050", "osb1", 0, im)
-    table["beyond_model"] = ""
+    demands = runs_of_one_variant("osb1_cf_skew00_gap025_mu050", "osb1", 0, im)
+    demands["beyond_model"] = ""
     era = PUBLISHED[(PUBLISHED["era"] == 3) & (PUBLISHED["state"] == "slight")]
     for row in era.to_dict("records"):
         if row["component"] in published.DEMANDS:
             capacity = row["capacity"] * (0.0254 if row["unit"] == "in" else 1.0)
             demand = capacity * im / row["median_g"] * np.exp(0.3 * random.standard_normal(im.size))
-            table[published.WHOLE + published.DEMANDS[row["component"]]] = demand
+            demands[published.WHOLE + published.DEMANDS[row["component"]]] = demand
     for name in published.DEMANDS.values():  # columns fail at once
-        table[name] = 1e-3
-    return table
-
-
-def test_medians_of_demands_that_follow_the_published_line_are_the_published_ones():
-    curves, demands = PUBLISHED[PUBLISHED["era"] == 3], scattered_demands()
+        demands[name] = 1e-3
+    curves = PUBLISHED[PUBLISHED["era"] == 3]
     found = published.medians(curves, demands, 3, published.NONE)
     assert found["theta_bound"].isna().any()
     table = published.compared(PUBLISHED, found).set_index(["component", "state"])
@@ -249,8 +242,6 @@ def test_a_change_explains_a_ratio_if_it_closes_half_of_its_distance_from_the_ra
 
 
 # --- effects of skew: paired ratios of demands and factors on medians
-
-
 def test_effects_of_skew_are_those_of_demands_that_grow_by_a_fifth():
     """24 motions, of which one has not the demand of one column."""
     random = np.random.default_rng(3)
@@ -282,8 +273,6 @@ def test_effects_of_skew_are_those_of_demands_that_grow_by_a_fifth():
 
 
 # --- the paper's dynamic studies (figures 10 to 12, abutment models), and how they compare runs
-
-
 T_S = np.linspace(0.0, 4.0, 401)
 
 

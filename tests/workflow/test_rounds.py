@@ -29,7 +29,7 @@ def study(tmp_path_factory):
     return tree
 
 
-def test_every_round_has_a_plan_a_line_and_its_demands(study):
+def test_rounds_have_plans_demands_and_the_verdicts_of_the_tables_and_repeat_no_analysis(study):
     printed = (study / "printed.log").read_text()
     found = plans(study)
     assert [plan["round"] for plan in found] == list(range(1, len(found) + 1))
@@ -40,9 +40,6 @@ def test_every_round_has_a_plan_a_line_and_its_demands(study):
         changed = [name for name, (start, end) in plan["motions"].items() if end > start]
         folder = study / f"results/demands/round{plan['round']}"
         assert sorted(path.stem for path in folder.iterdir()) == sorted(changed)
-
-
-def test_a_killed_study_in_rounds_repeats_no_analysis(study):
     keys = journal_keys(study)
     demands = pd.read_parquet(study / "results/demands.parquet")
     assert len(keys) == len(set(keys)) == len(demands) == sum(p["analyses"] for p in plans(study))
@@ -51,9 +48,6 @@ def test_a_killed_study_in_rounds_repeats_no_analysis(study):
     plain = planned_jobs(study, "{results: plain}")
     assert "analyse" in plain
     assert not {name for name in plain if "round" in name}
-
-
-def test_tables_have_the_verdicts_of_the_rounds(study):
     rounds = pd.read_parquet(study / "results/rounds.parquet")
     last = rounds[rounds["round"] == rounds["round"].max()]
     effects = pd.read_parquet(study / "results/fragility/effects.parquet")

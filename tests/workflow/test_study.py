@@ -9,21 +9,10 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 
+import small_study as small
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import write_frame
 from skewbridge.study.processes import LOCK_NAME
-from small_study import (
-    SNAKEMAKE,
-    TIMES,
-    command,
-    copy_sources,
-    done,
-    journal_keys,
-    killed_after_one_analysis,
-    planned_jobs,
-    run,
-    wait_for,
-)
 
 SLUGS = ("osb1_cf_skew30_gap025_mu000", "osb1_cf_skew30_gap025_mu050")
 
@@ -31,18 +20,19 @@ SLUGS = ("osb1_cf_skew30_gap025_mu000", "osb1_cf_skew30_gap025_mu050")
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
     """A finished smoke study whose first run was killed after its first analysis."""
-    tree = copy_sources(tmp_path_factory.mktemp("study") / "tree")
+    tree = small.copy_sources(tmp_path_factory.mktemp("study") / "tree")
     smoke = tree / "config/smoke.yaml"
     text = smoke.read_text().replace("duration_s: 10.0", "duration_s: 4.0")
     smoke.write_text(f"results: results\n{text}")
-    killed_after_one_analysis(tree, "--configfile", "config/smoke.yaml")
-    (tree / "killed.json").write_text(json.dumps(journal_keys(tree)))
+    small.killed_after_one_analysis(tree, "--configfile", "config/smoke.yaml")
+    (tree / "killed.json").write_text(json.dumps(small.journal_keys(tree)))
     # The same command again; its locks are the tree's, so that those of the killed run are stale.
     given = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
-    resumed = subprocess.Popen(command("--configfile", "config/smoke.yaml"), cwd=tree, **given)
+    again = small.command("--configfile", "config/smoke.yaml")
+    resumed = subprocess.Popen(again, cwd=tree, **given)
     lock = tree / ".snakemake" / LOCK_NAME
-    assert wait_for(lambda: lock.read_text() == str(resumed.pid), 120)
-    second = run(tree, over="results: elsewhere", check=False)
+    assert small.wait_for(lambda: lock.read_text() == str(resumed.pid), 120)
+    second = small.run(tree, over="results: elsewhere", check=False)
     (tree / "second.log").write_text(f"{resumed.pid}\n{second.stdout}{second.stderr}")
     smoke.write_text(smoke.read_text() + "# a note\n")
     printed, _ = resumed.communicate()
@@ -53,7 +43,7 @@ def study(tmp_path_factory):
     return tree
 
 
-def test_a_second_run_in_the_tree_stops_and_an_edited_configuration_is_reported(study):
+def test_a_second_run_stops_and_a_killed_study_repeats_nothing_and_is_complete(study):
     """Whatever folder the second run writes to."""
     holder, *printed = (study / "second.log").read_text().strip().splitlines()
     assert printed[-1].startswith(f"another study is running in {study} (process {holder})")
@@ -61,17 +51,11 @@ def test_a_second_run_in_the_tree_stops_and_an_edited_configuration_is_reported(
     printed = (study / "resumed.log").read_text()
     assert "config/smoke.yaml was edited while the study ran" in printed
     assert "config/config.yaml was edited" not in printed
-
-
-def test_a_killed_study_repeats_nothing_that_finished(study):
-    finished, keys = json.loads((study / "killed.json").read_text()), journal_keys(study)
+    finished, keys = json.loads((study / "killed.json").read_text()), small.journal_keys(study)
     assert finished
     assert len(keys) == len(set(keys)) == 6
     assert set(finished) <= set(keys)
-    assert planned_jobs(study) == set()
-
-
-def test_tables_and_report_are_complete_and_have_their_provenance(study):
+    assert small.planned_jobs(study) == set()
     demands = pd.read_parquet(study / "results/demands.parquet")
     assert len(demands) == 6
     assert demands["status"].isin(["ok", "collapse"]).all()
@@ -80,8 +64,8 @@ def test_tables_and_report_are_complete_and_have_their_provenance(study):
         metadata = pq.read_schema(study / f"results/{name}.parquet").metadata
         assert metadata[b"openseespy_version"]
         assert metadata[b"git_commit"]
-    skewbridge = [str(SNAKEMAKE.parent / "skewbridge"), "provenance", "results/report.html"]
-    assert json.loads(done([*skewbridge, "--json"], study).stdout)["current"]
+    skewbridge = [str(small.SNAKEMAKE.parent / "skewbridge"), "provenance", "results/report.html"]
+    assert json.loads(small.done([*skewbridge, "--json"], study).stdout)["current"]
     page = (study / "results/report.html").read_text()
     assert page.count("data:image/webp;base64,") >= 4
     assert 'src="http' not in page
@@ -89,34 +73,38 @@ def test_tables_and_report_are_complete_and_have_their_provenance(study):
     assert 'href="http' not in re.sub(r"<script.*?</script>", "", page, flags=re.DOTALL)
 
 
-def test_modelling_choices_are_made_on_request_only(study):
-    assert planned_jobs(study, "", "choices") == {"modelling_choices", "choices"}
+def test_modelling_choices_are_made_on_request_only_in_the_configured_folder(study):
+    assert small.planned_jobs(study, "", "choices") == {"modelling_choices", "choices"}
     outdated = study / "results/modelling_choices.parquet"
     write_frame(pd.DataFrame({"name": ["keys"]}), outdated, provenance(rule_digest="another"))
-    assert planned_jobs(study) == set()
+    assert small.planned_jobs(study) == set()
     outdated.unlink()
+    plan = small.run(study, "-n", over="results: elsewhere/mine")
+    assert "output: elsewhere/mine/report.html" in plan.stdout + plan.stderr
+    assert "results/" not in plan.stdout + plan.stderr
+    shutil.rmtree(study / "elsewhere")
 
 
 def test_workers_and_the_growth_of_a_grid_leave_the_tables_as_they_are(study):
     """The study again: half of its grid on one core, then all with two workers for a variant."""
     half = "{results: again, grid: {friction: [0.0]}}"
-    first = run(study, "--", "again/demands.parquet", over=half, cores=1)
-    keys = journal_keys(study, "again")
+    first = small.run(study, "--", "again/demands.parquet", over=half, cores=1)
+    keys = small.journal_keys(study, "again")
     two = ("--set-threads", "analyse=2")
-    second = run(study, *two, "--", "again/demands.parquet", over="results: again")
+    second = small.run(study, *two, "--", "again/demands.parquet", over="results: again")
     for each in (first, second):
         assert (each.stdout + each.stderr).count("rule analyse:") == 1
     assert len(keys) == 3
-    assert journal_keys(study, "again")[:3] == keys
-    assert sorted(journal_keys(study, "again")) == sorted(journal_keys(study))
+    assert small.journal_keys(study, "again")[:3] == keys
+    assert sorted(small.journal_keys(study, "again")) == sorted(small.journal_keys(study))
     for name in ("demands", *(f"demands/{slug}" for slug in SLUGS)):
         paths = (study / root / f"{name}.parquet" for root in ("again", "results"))
-        found, expected = (pd.read_parquet(path).drop(columns=TIMES) for path in paths)
+        found, expected = (pd.read_parquet(path).drop(columns=small.TIMES) for path in paths)
         pd.testing.assert_frame_equal(found, expected, check_exact=True)
     merged = (study / "config/smoke.yaml").read_text().replace("results: results", "results: again")
     (study / "merged.yaml").write_text(merged)
-    skewbridge = [str(SNAKEMAKE.parent / "skewbridge"), "status", "--json", "--study"]
-    state = json.loads(done([*skewbridge, "merged.yaml"], study).stdout)
+    skewbridge = [str(small.SNAKEMAKE.parent / "skewbridge"), "status", "--json", "--study"]
+    state = json.loads(small.done([*skewbridge, "merged.yaml"], study).stdout)
     assert state.items() >= {"variants": 2, "analyses": 6, "done": 6, "left": 0}.items()
     shutil.rmtree(study / "again")
 
@@ -129,22 +117,6 @@ def copy(study, tmp_path_factory):
     for path in sorted(tree.rglob("*"), reverse=True):
         path.touch()  # folders with sources last, results first
     return tree
-
-
-def jobs_after(tree, edits):
-    """Jobs planned after texts in files are replaced; the files are as before afterwards.
-
-    The target itself is left out. An empty text means the end of the file.
-    """
-    before = {tree / name: (tree / name).read_text() for name in edits}
-    try:
-        for (path, text), (old, new) in zip(before.items(), edits.values(), strict=True):
-            assert old in text
-            path.write_text(text.replace(old, new) if old else text + new)
-        return planned_jobs(tree) - {"study"}
-    finally:
-        for path, text in before.items():
-            path.write_text(text)
 
 
 ANALYSES = {"analyse", "collect_demands", "sensitivity"}
@@ -172,10 +144,18 @@ EDITS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("edit", EDITS)
-def test_an_edit_reruns_the_rules_that_depend_on_it(copy, edit):
-    edits, jobs = EDITS[edit]
-    assert jobs_after(copy, edits) == jobs
+@pytest.mark.parametrize(("edits", "jobs"), EDITS.values(), ids=EDITS)
+def test_an_edit_reruns_the_rules_that_depend_on_it(copy, edits, jobs):
+    """Texts in files are replaced, or added at their end, and restored afterwards."""
+    before = {copy / name: (copy / name).read_text() for name in edits}
+    try:
+        for (path, text), (old, new) in zip(before.items(), edits.values(), strict=True):
+            assert old in text
+            path.write_text(text.replace(old, new) if old else text + new)
+        assert small.planned_jobs(copy) - {"study"} == jobs
+    finally:
+        for path, text in before.items():
+            path.write_text(text)
 
 
 def test_another_version_of_the_solver_reruns_the_analyses(copy):
@@ -189,13 +169,6 @@ def test_another_version_of_the_solver_reruns_the_analyses(copy):
     )
     with pytest.MonkeyPatch.context() as environment:
         environment.setenv("PYTHONPATH", str(patch))
-        jobs = planned_jobs(copy)
+        jobs = small.planned_jobs(copy)
     assert jobs >= ANALYSES | {"verify_contact"}
     assert "prepare_motions" not in jobs
-
-
-def test_a_study_is_written_into_its_configured_folder(study):
-    plan = run(study, "-n", over="results: elsewhere/mine")
-    assert "output: elsewhere/mine/report.html" in plan.stdout + plan.stderr
-    assert "results/" not in plan.stdout + plan.stderr
-    shutil.rmtree(study / "elsewhere")

@@ -1,14 +1,20 @@
-"""Faults that stop a study before any analysis, plans, the form of the rules, and the site."""
+"""Faults that stop a study before any analysis, plans, rules, the site, and a study's start."""
 
 import json
 import re
 import shlex
 import shutil
 import sys
+import zipfile
+from pathlib import Path
 
 import pytest
+from hatchling.builders.wheel import WheelBuilder
 
 from motions_files import index_of, make_pairs
+from skewbridge.cli.study import DEMO_STUDY
+from skewbridge.errors import InputError
+from skewbridge.study.folder import STARTER_PARTS, write_starter
 from skewbridge.study.jobs import RECIPES
 from small_study import ROOT, SNAKEMAKE, copy_sources, done, planned_jobs, run
 
@@ -19,19 +25,14 @@ def tree(tmp_path_factory):
     return copy_sources(tmp_path_factory.mktemp("refused") / "tree")
 
 
-def rule_blocks():
-    """Texts of all rules by name."""
-    text = "".join(path.read_text() for path in sorted((ROOT / "workflow/rules").glob("*.smk")))
-    blocks = re.split(r"^(?:rule|checkpoint) (\w+):", text, flags=re.MULTILINE)[1:]
-    return dict(zip(blocks[::2], blocks[1::2], strict=True))
-
-
-def test_every_input_made_by_a_rule_is_in_the_digest_of_its_reader():
+def test_rules_have_digests_of_their_inputs_docstring_and_resources_and_change_no_setting():
     """What a rule reads of others is in its recipe, directly or through another one.
 
     The gate is only an input to come first: where it alone has changed, journals have everything.
     """
-    blocks = rule_blocks()
+    text = "".join(path.read_text() for path in sorted((ROOT / "workflow/rules").glob("*.smk")))
+    found = re.split(r"^(?:rule|checkpoint) (\w+):", text, flags=re.MULTILINE)[1:]
+    blocks = dict(zip(found[::2], found[1::2], strict=True))
     assert set(blocks) == set(RECIPES)
 
     def behind(rule):
@@ -42,33 +43,26 @@ def test_every_input_made_by_a_rule_is_in_the_digest_of_its_reader():
         inputs = set(re.findall(r"rules\.(\w+)\.output", block))
         assert inputs - {"verify_contact"} <= behind(name), name
         assert f'made_from=MADE_FROM["{name}"]' in block
+        assert re.match(r'\n    """[A-Z][^"]+\."""\n', block), name
+        for directive in ("log:", "benchmark:", "resources:", "mem_mb=", "runtime="):
+            assert directive in block, (name, directive)
     assert "rules.verify_contact" in blocks["analyse"]
     # Snakemake forgets a job behind one that runs if all that it reads of that one is ancient
     assert "ancient(rules." not in "".join(blocks.values())
-
-
-def test_the_workflow_changes_no_setting_of_snakemake_and_every_rule_has_docstring_and_resources():
     paths = [ROOT / "Snakefile", ROOT / "workflow/Snakefile", *(ROOT / "workflow").rglob("*.smk")]
     text = "".join(path.read_text() for path in paths)
     assert not re.search(r"workflow\.\w+_settings(\.\w+)* *[-|]?=", text)
     assert not re.search(r"config\[.*\] *=|signal\.", text)
-    for name, block in rule_blocks().items():
-        assert re.match(r'\n    """[A-Z][^"]+\."""\n', block), name
-        for directive in ("log:", "benchmark:", "resources:", "mem_mb=", "runtime="):
-            assert directive in block, (name, directive)
 
 
-def test_a_copied_configuration_has_results_of_its_own_and_needs_no_number_of_cores(tree):
+def test_a_copied_configuration_has_results_of_its_own_and_a_cluster_a_job_for_each_variant(tree):
     shutil.copy(tree / "config/smoke.yaml", tree / "config/mine.yaml")
     for asked in ("-n", "--dag", "--summary"):
         plan = done([SNAKEMAKE, asked, "--configfile", "config/mine.yaml"], tree)
         assert "results/smoke" not in plan.stdout + plan.stderr
         assert "analyse" in plan.stdout + plan.stderr
         assert asked != "-n" or "output: results/mine/report.html" in plan.stdout + plan.stderr
-
-
-def test_the_profile_of_a_cluster_plans_a_job_for_each_variant(tree):
-    """With the processors, time and partition that the environment names."""
+    # with the processors, time and partition that the environment names
     site = {"SKEWBRIDGE_JOB_CORES": "2", "SKEWBRIDGE_JOB_MINUTES": "17", "SBATCH_PARTITION": "long"}
     profile = ("--workflow-profile", "workflow/profiles/slurm")
     plan = done([SNAKEMAKE, "-n", *profile], tree, environment=site)
@@ -121,9 +115,8 @@ def test_an_edited_target_selects_and_prepares_other_motions(tree, tmp_path):
     assert (first, again, one == two) == ({"prepare_motions"}, set(), True)
     edited, three = prepared_at(0.11)
     assert (edited, one == three) == ({"prepare_motions"}, False)
-    refused(
-        run(tree, "-n", over=over.replace('"count": 3', '"count": 7'), check=False), "6 candidates"
-    )
+    over = over.replace('"count": 3', '"count": 7')
+    refused(run(tree, "-n", over=over, check=False), "6 candidates")
 
 
 def test_every_variable_of_make_study_is_understood(tree, tmp_path):
@@ -201,3 +194,38 @@ def test_the_site_is_built_without_a_warning(tmp_path):
         assert words in (tmp_path / f"s/docs/{name}.html").read_text()
     loaded = [line for line in page.splitlines() if "<script" in line or "stylesheet" in line]
     assert "https://" not in "".join(loaded)
+
+
+# --- a study outside a clone: the package as it is installed from a wheel, and `skewbridge init`
+def test_an_installed_package_starts_a_study_and_shows_the_stored_one(tmp_path):
+    """The files of a wheel, as an installer unpacks them, outside a clone."""
+    (wheel,) = WheelBuilder(str(ROOT)).build(directory=str(tmp_path), versions=["standard"])
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(tmp_path / "site-packages")
+    environment = {"PYTHONPATH": str(tmp_path / "site-packages")}
+
+    def called(folder, *arguments):
+        return done([sys.executable, "-m", *arguments], folder, environment=environment)
+
+    started = called(tmp_path, "skewbridge", "init", "my study")
+    study = tmp_path / "my study"
+    assert "cd 'my study', then: snakemake" in started.stderr
+    assert all((study / part).exists() for part in STARTER_PARTS)
+    planned = called(study, "snakemake", "-n", "--configfile", "config/smoke.yaml")
+    assert "collect_demands" in planned.stdout
+    plan = called(study, "skewbridge", "plan", "--config", "config/smoke.yaml", "--json")
+    assert '"analyses": 6' in plan.stdout
+    shown = called(tmp_path, "skewbridge", "demo", "--out", "shown", "--json")
+    page = Path(json.loads(shown.stdout)["report"])
+    assert page == tmp_path / "shown/report.html"
+    assert "friction" in page.read_text(encoding="utf-8")
+    assert sum(path.stat().st_size for path in DEMO_STUDY.rglob("*.parquet")) < 3_000_000
+
+
+def test_existing_files_are_not_overwritten(tmp_path):
+    (tmp_path / "config").mkdir()
+    (tmp_path / "config/config.yaml").write_text("mine")
+    with pytest.raises(InputError, match="already has config"):
+        write_starter(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["config"]
+    assert (tmp_path / "config/config.yaml").read_text() == "mine"
