@@ -5,11 +5,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from typer.testing import CliRunner
 
-from cli_json import answer
+from cli_json import answer, invoke
 from fragility_tables import IM, synthetic_demands
-from skewbridge.cli import build_app
 from skewbridge.files.tables import write_frame
 
 STATES = str(Path(__file__).parents[2] / "config" / "limit_states.yaml")
@@ -29,12 +27,6 @@ def compared(first: str, second: str, *options: str) -> dict:
     return answer("compare", first, second, "--limit-states", STATES, *options)
 
 
-def pooled(found: dict, demand: str) -> dict:
-    rows = [row for row in found["demands"] if row["demand"] == demand]
-    (row,) = (row for row in rows if row["scope"] == "pooled")
-    return row
-
-
 def test_a_known_change_is_found_in_demands_and_medians(tmp_path: Path) -> None:
     table = synthetic_demands(gaps=(51,))
     # a table of another program has the ratio of one failure mode, but not that of any
@@ -42,7 +34,8 @@ def test_a_known_change_is_found_in_demands_and_medians(tmp_path: Path) -> None:
     noise = np.exp(0.05 * np.random.default_rng(3).normal(size=len(table)))
     changed = table.assign(deck_disp_m=table["deck_disp_m"] * 0.8 * noise)
     found = compared(study(tmp_path / "a", table), study(tmp_path / "b", changed))
-    row = pooled(found, "deck_disp_m")
+    pooled = {row["demand"]: row for row in found["demands"] if row["scope"] == "pooled"}
+    row = pooled["deck_disp_m"]
     assert row["ratio"] == pytest.approx(0.8, rel=0.02)
     assert row["ci_low"] < 0.8 < row["ci_high"]
     assert (row["verdict"], row["axis"], row["n_cells"]) == ("lower", "study", 6)
@@ -52,7 +45,7 @@ def test_a_known_change_is_found_in_demands_and_medians(tmp_path: Path) -> None:
     assert slight["ratio"] == pytest.approx(1 / 0.8, rel=0.03)
     assert (slight["n_cells"], slight["direction"]) == (6, 1)
     assert states["column_failure/any"]["ratio"] == pytest.approx(1.0)
-    assert pooled(found, "column_drift_ratio")["ratio"] == 1.0
+    assert pooled["column_drift_ratio"]["ratio"] == 1.0
     assert states["column_drift/slight"]["ratio"] == pytest.approx(1.0)
 
 
@@ -61,9 +54,8 @@ def test_only_common_runs_are_paired_and_the_rest_is_counted(tmp_path: Path) -> 
     second = synthetic_demands(gaps=(51,), skews=(30, 45))
     second = second[second["motion_id"] < "m12"]
     found = compared(study(tmp_path / "a", first), study(tmp_path / "b", second))
-    apart = {"only_first": 64 - 24, "only_second": 48 - 24}
     common = {"pairs": 24, "variants": 2, "motions": 12, "equal_pairs": 0}
-    assert found["counts"] == apart | common
+    assert found["counts"] == common | {"only_first": 64 - 24, "only_second": 48 - 24}
     assert {row["skew_deg"] for row in found["demands"]} == {None, 30}
 
 
@@ -76,6 +68,11 @@ def test_a_study_equals_itself_but_for_motions_of_one_name_and_other_files(tmp_p
     assert found["counts"]["pairs"] == len(table)
     assert all(row["ratio"] == pytest.approx(1.0) for row in found["demands"])
     assert len(pd.read_csv(out)) == len(found["demands"]) + len(found["medians"])
+    # the printed answer counts medians outside the motions
+    printed = invoke("compare", first, second, "--limit-states", STATES)
+    assert printed.exit_code == 0
+    lines = [line for line in printed.stdout.splitlines() if "deck_displacement" in line]
+    assert [" of 4 medians" in line for line in lines] == [False, True]
     suite = pd.read_parquet(tmp_path / "b/motions/suite.parquet")
     suite.loc[suite["motion_id"] == "m03", "sha256"] = "another"
     write_frame(suite, tmp_path / "b/motions/suite.parquet", {})
@@ -101,12 +98,3 @@ def test_bad_input_and_studies_without_a_common_run_are_refused(tmp_path, other,
     states = [] if "--limit-states" in options else ["--limit-states", STATES]
     found = answer("compare", tmp_path / "a", tmp_path / other, *states, *options, code=2)
     assert message in found["message"]
-
-
-def test_a_comparison_counts_medians_outside_the_motions(tmp_path: Path) -> None:
-    table = synthetic_demands(gaps=(51,), skews=(0,))
-    folders = [study(tmp_path / name, table) for name in ("a", "b")]
-    found = CliRunner().invoke(build_app(), ["compare", *folders, "--limit-states", STATES])
-    assert found.exit_code == 0
-    lines = [line for line in found.stdout.splitlines() if "deck_displacement" in line]
-    assert [" of 4 medians" in line for line in lines] == [False, True]
