@@ -46,14 +46,12 @@ def expected(what: RandomProperty, value: float) -> float:
     return (normal(value) - low) / (high - low)
 
 
-@pytest.fixture(scope="module")
-def draws() -> dict[str, dict[str, float]]:
-    return ON.draws(IDS)
+DRAWS = ON.draws(IDS)
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_draws_have_their_distribution(name: str, draws) -> None:
-    values = np.array([draw[name] for draw in draws.values()])
+def test_draws_have_their_distribution(name: str) -> None:
+    values = np.array([draw[name] for draw in DRAWS.values()])
     what = ON.drawn[name]
     assert what.low <= values.min()
     assert values.max() <= what.high
@@ -64,8 +62,8 @@ def test_draws_have_their_distribution(name: str, draws) -> None:
     assert stats.kstest(shifted, np.vectorize(lambda v: expected(what, v))).pvalue < 1e-6
 
 
-def test_each_block_is_a_latin_hypercube(draws) -> None:
-    rows = np.array([list(draw.values()) for draw in draws.values()])
+def test_each_block_is_a_latin_hypercube() -> None:
+    rows = np.array([list(draw.values()) for draw in DRAWS.values()])
     for start in (0, random_properties.BLOCK):
         block = rows[start : start + random_properties.BLOCK]
         for name, column in zip(NAMES, block.T, strict=True):
@@ -76,9 +74,9 @@ def test_each_block_is_a_latin_hypercube(draws) -> None:
     assert np.abs(np.corrcoef(rows.T) - np.eye(len(NAMES))).max() < 0.08
 
 
-def test_more_motions_and_fewer_properties_change_no_draw(draws) -> None:
+def test_more_motions_and_fewer_properties_change_no_draw() -> None:
     few = ON.draws(IDS[:5])
-    assert few == {name: draws[name] for name in IDS[:5]}
+    assert few == {name: DRAWS[name] for name in IDS[:5]}
     without = replace(ON, deck_mass_factor=None, gap_offset_mm=None).draws(IDS[:5])
     for name, draw in without.items():
         assert draw == {key: value for key, value in few[name].items() if key in draw}
@@ -119,9 +117,7 @@ def test_without_draws_a_bridge_is_that_of_its_file(tmp_path) -> None:
     assert task.options == ModelOptions()
     assert task.incidence_deg == 0.0
     assert not random_properties.drawn_properties(row_of(task))
-
-
-def test_a_choice_keeps_the_draw_of_the_motion(tmp_path) -> None:
+    # a modelling choice keeps the draw of the motion
     choice = next(each for each in CHOICES if each.key == "pad_strength_factor")
     (task,) = study_of(tmp_path, draws=ON.draws(["wave"])).tasks(SLUG)
     assert choice.configured_in(task) == 1.0
@@ -153,8 +149,16 @@ def test_factors_act_on_the_model() -> None:
     assert gaps_m == pytest.approx([0.020, 0.020])
 
 
-def test_methods_and_page_state_the_setting() -> None:
-    direction = {"distribution": "uniform", "low": 0.0, "high": 360.0, "source": "test"}
+# source: PyPBEE, commit 8b35e30, examples/Bridge_A/osb_info_Bridge_A.py: fpc, fy, xi, w, Fult, K50
+VARIATIONS = {
+    "concrete_strength_factor": "0.16", "steel_strength_factor": "0.04", "damping_factor": "0.5",
+    "deck_mass_factor": "0.04", "backfill_strength_factor": "0.2",
+    "backfill_stiffness_factor": "0.2",
+}  # fmt: skip
+
+
+def test_methods_and_page_state_the_setting_and_every_distribution_with_its_source() -> None:
+    direction = {"distribution": "uniform", "low": 0.0, "high": 360.0, "source": "assumed"}
     off, on = (
         methods_of(parse_config({"uncertainty": {"enabled": enabled, "incidence_deg": direction}}))
         for enabled in (False, True)
@@ -163,32 +167,16 @@ def test_methods_and_page_state_the_setting() -> None:
     text = on.parts["Random properties"]
     assert "Deck mass: uniform, 0.9 to 1.1" in text
     assert "each from a random direction" in on.parts["Ground motions"]
+    assert "memory" not in on.markdown()
     for key in ("Pan, Y.", "PyPBEE"):
         assert any(key in work for work in on.references)
+    for name, what in UncertaintyConfig(enabled=True).drawn.items():
+        assert f"{what.as_text} ({what.source})" in text
+        if name in VARIATIONS:
+            cited = f"; PyPBEE has a coefficient of variation of {VARIATIONS[name]}"
+            assert what.source == f"assumed{cited}"
+        else:
+            assert what.source.startswith("assumed")
+            assert not any(key in what.source for key in REFERENCES)
     assert "values of the bridge files" in properties_sentence(pd.DataFrame(columns=["variant"]))
     assert "(deck mass)" in properties_sentence(pd.DataFrame(columns=["draw_deck_mass_factor"]))
-
-
-def test_every_distribution_is_assumed_or_cites_a_listed_work() -> None:
-    methods = methods_of(parse_config({"uncertainty": {"enabled": True}}))
-    text = methods.parts["Random properties"]
-    assert "memory" not in methods.markdown()
-    for name, what in UncertaintyConfig(enabled=True).drawn.items():
-        assert what.source.startswith("assumed"), name
-        assert f"{what.as_text} ({what.source})" in text
-        cited = [key for key in REFERENCES if key in what.source]
-        assert cited == (["PyPBEE"] if "coefficient" in what.source else [])
-        assert all(REFERENCES[key] in methods.references for key in cited)
-
-
-# source: PyPBEE, commit 8b35e30, examples/Bridge_A/osb_info_Bridge_A.py: fpc, fy, xi, w, Fult, K50
-@pytest.mark.parametrize(
-    ("name", "variation"),
-    [
-        *(("concrete_strength", "0.16"), ("steel_strength", "0.04"), ("damping", "0.5")),
-        *(("deck_mass", "0.04"), ("backfill_strength", "0.2"), ("backfill_stiffness", "0.2")),
-    ],
-)
-def test_sources_give_the_variation_of_pypbee(name: str, variation: str) -> None:
-    source = UncertaintyConfig(enabled=True).drawn[f"{name}_factor"].source
-    assert source == f"assumed; PyPBEE has a coefficient of variation of {variation}"
