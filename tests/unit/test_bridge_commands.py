@@ -32,7 +32,7 @@ def one_line(result: Result) -> str:
 
 
 def test_all_bridges_are_listed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(Path(__file__).parents[2])
+    monkeypatch.chdir(ROOT)
     names = [row["bridge"] for row in answer("list")["bridges"]]
     assert {"osb1", "osb1_fixed_era1", "osb2s", "bridge_a", "painter", "template"} <= set(names)
     assert len(names) == 11
@@ -116,18 +116,11 @@ def test_the_whole_ladder_is_pushed_and_drawn(tmp_path: Path) -> None:
     assert (tmp_path / "ladder.png").stat().st_size > 10_000
 
 
-WALL = """extends: osb1
-column:
-  shape: rectangular
-  width_m: {v: 2.4, src: "d: a test"}
-  depth_m: {v: 1.0, src: "d: a test"}
-  tie_legs: {v: [4, 8], src: "d: a test"}
-"""
-
-
-def test_a_wall_has_a_curve_and_a_row_of_capacities_in_each_direction(tmp_path: Path) -> None:
-    path = tmp_path / "wall.yaml"
-    path.write_text(WALL, encoding="utf-8")
+def test_a_wall_has_a_curve_and_a_row_of_capacities_in_each_direction(tmp_path, written) -> None:
+    path = written("""extends: osb1
+source: "d: a test"
+column: {shape: rectangular, width_m: 2.4, depth_m: 1.0, tie_legs: [4, 8]}
+""")
     normal, along = answer("column", "--bridge", path, "--out", tmp_path)["directions"]
     assert (normal["direction"], along["direction"]) == ("normal", "along")
     assert along["plastic_moment_knm"] > 2 * normal["plastic_moment_knm"]
@@ -151,55 +144,40 @@ def corner_histories() -> dict[str, np.ndarray]:
     return {f"abutment_{side}_{kind}_{axis}_m": np.zeros(2) for side, kind, axis in places}
 
 
-def test_checks_of_a_run_name_every_corner(tmp_path: Path) -> None:
-    def checks(variant: str, *options: object) -> list[dict]:
-        row = {"variant": f"{variant}_cf_skew30_gap051_mu050", "column_drift_ratio": 0.02}
-        row |= {"bridge": variant, "abutment": "contact_friction"}
+def test_checks_of_a_run_name_every_corner(tmp_path: Path, written) -> None:
+    def checks(name: str, file: str, *options: object) -> list[dict]:
+        row = {"variant": f"{name}_cf_skew30_gap051_mu050", "column_drift_ratio": 0.02}
+        row |= {"bridge": name, "abutment": "contact_friction"}
         row |= {"skew_deg": 30, "gap_mm": 51, "friction": 0.5}
         pd.DataFrame([row | SUPPORT]).to_parquet(tmp_path / "demands.parquet")
-        bents = bridge_check.capacity_rows(
-            bent_capacities(load_bridge(own if options else variant))
-        )
+        bents = bridge_check.capacity_rows(bent_capacities(load_bridge(file)))
         pd.DataFrame(bents).to_parquet(tmp_path / "capacities.parquet")
         return answer("sdc", tmp_path, *options)["checks"]
 
     pd.DataFrame(corner_histories()).to_parquet(tmp_path / "histories.parquet")
-    own = tmp_path / "own.yaml"
-    own.write_text("extends: osb1\nbase: fixed\n")
-    found = checks("osb1")
+    found = checks("osb1", "osb1")
     assert sum("seat, SDC" in check["check"] for check in found) == 4
     assert all(check["ok"] for check in found)
-    first = checks("own", "--bridge", own)[0]
+    own = written("extends: osb1\nbase: fixed\n")
+    first = checks("made", own, "--bridge", own)[0]
     assert first["check"] == "bent 1 displacement, hinge 0.739 m by rule (m)"
-    assert "give the file of its bridge own: --bridge" in one_line(
-        invoke("bridge", "sdc", tmp_path)
-    )
-    script = ROOT / "docs/own_bridge.py"
-    assert "a script has no data" in one_line(invoke("bridge", "sdc", script))
+    assert "give the file of its bridge made: --bridge" in one_line(bridge("sdc", tmp_path))
+    assert "a script has no data" in one_line(bridge("sdc", ROOT / "docs/own_bridge.py"))
 
 
-def test_the_seat_of_a_simple_span_follows_from_its_own_length() -> None:
-    spans = load_structure(ROOT / "docs/bridges/simple_spans.yaml").description
-    length_ft, height_ft = 30.0 / 0.3048, 5.6 / 0.3048  # not the 116 m of the bridge
-    least_m = 1.5 * (8 + 0.02 * length_ft + 0.08 * height_ft) * 0.0254
-    assert bridge_check.seat_demand_aashto_m(spans, 0.0) == pytest.approx(least_m)
-
-
-def test_a_bridge_gets_the_capacities_of_its_bents(tmp_path: Path) -> None:
+def test_a_bridge_gets_the_capacities_of_its_bents(written) -> None:
     bents = answer("sdc", "osb2s")["bents"]
     assert [bent["p_delta_ratio"] for bent in bents] == pytest.approx([0.39, 0.43], abs=0.01)
-    assert not any(bent["ok"] for bent in bents)
-    path = tmp_path / "own.yaml"
-    path.write_text('extends: osb2s\ncolumn:\n  hinge_length_m: {v: 0.9, src: "d: a test"}\n')
-    own = answer("sdc", str(path))["bents"]
-    lengths = {(bent["hinge_length_m"], bent["hinge_length_by"]) for bent in own}
-    assert lengths == {(0.9, "file")}
+    # the file of a bridge may give the length of the hinges
+    text = "extends: {}\ncolumn: {{hinge_length_m: {{v: {}, src: 'd: a test'}}}}\n"
+    for parent, length_m, is_ok in (("osb1", 0.7, [True]), ("osb2s", 0.9, [False, False])):
+        own = answer("sdc", path := written(text.format(parent, length_m)))["bents"]
+        assert {(bent["hinge_length_m"], bent["hinge_length_by"]) for bent in own} == {
+            (length_m, "file")
+        }
+        assert [bent["ok"] for bent in own] == is_ok
     capacities_m = [bent_capacity(load_bridge(name), 0).capacity_m for name in (path, "osb2s")]
     assert capacities_m[0] < capacities_m[1]
-    path = tmp_path / "other.yaml"
-    path.write_text('extends: osb1\ncolumn:\n  hinge_length_m: {v: 0.7, src: "d: a test"}\n')
-    (bent,) = answer("sdc", str(path))["bents"]
-    assert (bent["hinge_length_m"], bent["hinge_length_by"], bent["ok"]) == (0.7, "file", True)
 
 
 # --- `bridge check` and the period in a file
@@ -220,9 +198,8 @@ def test_a_bridge_of_the_catalogue_raises_no_doubts(tmp_path: Path) -> None:
     assert (tmp_path / "model.png").stat().st_size > 10_000
 
 
-def test_changed_spans_are_reported_with_the_model_period(tmp_path, caplog):
-    longer = str(tmp_path / "longer.yaml")
-    Path(longer).write_text(LONGER)
+def test_changed_spans_are_reported_with_the_model_period(tmp_path, caplog, written):
+    longer = written(LONGER)
     result = bridge("check", longer, "--out", tmp_path / "out")
     model_s = modal.conditioning_period_s(modal.standing_bridge(longer))
     assert result.exit_code == 0
@@ -233,32 +210,28 @@ def test_changed_spans_are_reported_with_the_model_period(tmp_path, caplog):
     config.write_text(f"results: {tmp_path}/results\ngrid:\n  bridge: [{longer}]\n")
     result = invoke("plan", "--config", config)
     assert result.exit_code == 0, result.stderr
-    assert "warning: longer: t1_s = 0.7192 s" in result.stderr
+    assert "warning: made: t1_s = 0.7192 s" in result.stderr
     caplog.clear()
     with caplog.at_level(logging.WARNING):  # once per bridge
         modal.warn_of_periods(["osb1", longer, longer])
-    assert [record.message.split(":")[0] for record in caplog.records] == ["longer"]
+    assert [record.message.split(":")[0] for record in caplog.records] == ["made"]
 
 
-def test_a_period_within_five_percent_is_accepted_and_shared_directions_reported(tmp_path) -> None:
+def test_a_period_within_five_percent_is_accepted_and_shared_directions_reported(written) -> None:
     modes = modal.standing_bridge("osb1")
     for factor, change in ((1.049, ""), (0.951, ""), (1.051, "+5.1%"), (0.949, "-5.1%")):
         t1_s = factor * modal.conditioning_period_s(modes)
-        path = tmp_path / f"own_{factor:.3f}.yaml"
-        path.write_text(f'extends: osb1\nt1_s: {{v: {t1_s:.6f}, src: "d: a test"}}\n')
-        messages = modal.periods_of_file(str(path), modes)
+        path = written(f'extends: osb1\nt1_s: {{v: {t1_s:.6f}, src: "d: a test"}}\n')
+        messages = modal.periods_of_file(path, modes)
         assert (change in messages[0]) if change else messages == []
     # long spans move vertically with the longitudinal motion of a pinned bent
-    path = tmp_path / "long.yaml"
-    path.write_text(LONGER.replace("50.0", "55.0"))
-    messages = modal.periods_of_file(str(path), modal.standing_bridge(str(path)))
+    path = written(LONGER.replace("50.0", "55.0"))
+    messages = modal.periods_of_file(path, modal.standing_bridge(path))
     assert "the longitudinal motion is shared by modes of" in " ".join(messages)
 
 
-FAULTS = ('deck:\n  width_m: {v: -1.0, src: "d: a test"}\n'
-          'column:\n  bar_count: {v: 2, src: "d: a test"}\n')  # fmt: skip
-HEAVY = ('base: fixed\ndeck:\n  line_load_kn_per_m: {v: 560.0, src: "d: a test"}\n'
-         'column:\n  hoop_spacing_mm: {v: 600.0, src: "d: a test"}\n')  # fmt: skip
+FAULTS = "deck: {width_m: -1.0}\ncolumn: {bar_count: 2}\n"
+HEAVY = "base: fixed\ndeck: {line_load_kn_per_m: 560.0}\ncolumn: {hoop_spacing_mm: 600.0}\n"
 
 
 @pytest.mark.parametrize(
@@ -268,10 +241,9 @@ HEAVY = ('base: fixed\ndeck:\n  line_load_kn_per_m: {v: 560.0, src: "d: a test"}
         (FAULTS, 2, ("deck.width_m", "column.bar_count")),  # all faults of a file
     ],
 )
-def test_heavy_columns_weak_hoops_and_faults_of_a_file_are_reported(tmp_path, text, code, words):
-    path = tmp_path / "own.yaml"
-    path.write_text(f"extends: osb1\n{text}")
-    result = bridge("check", path, "--out", tmp_path)
+def test_heavy_columns_weak_hoops_and_faults_are_reported(tmp_path, written, text, code, words):
+    own = written(f"extends: osb1\nsource: 'd: a test'\n{text}")
+    result = bridge("check", own, "--out", tmp_path)
     assert result.exit_code == code
     assert all(each in one_line(result) for each in words)
 
@@ -309,14 +281,19 @@ def test_the_hinge_length_follows_from_height_and_base(name, bent, rule, length_
     assert found.hinge_length_m == pytest.approx(length_m, abs=1e-4)
 
 
-@pytest.mark.parametrize(("skew_deg", "seat_m"), [(0, 0.59), (30, 0.66), (45, 0.74), (60, 0.86)])
-def test_seat_widths_agree_with_the_hand_values(skew_deg: int, seat_m: float) -> None:
-    bridge = load_structure("osb1").description
-    found = bridge_check.seat_demand_aashto_m(bridge, radians(skew_deg))
-    assert found == pytest.approx(seat_m, abs=0.006)
-    assert bridge_check.seat_demand_aashto_m(bridge, radians(-skew_deg)) == found
-    demands_m = [bridge_check.seat_demand_sdc_m(bridge, moved_m) for moved_m in (0.0, 1.0)]
+def test_seat_widths_agree_with_the_hand_values() -> None:
+    osb1 = load_structure("osb1").description
+    for sign in (1.0, -1.0):
+        skews = sign * np.radians([0, 30, 45, 60])
+        found_m = [bridge_check.seat_demand_aashto_m(osb1, skew) for skew in skews]
+        assert found_m == pytest.approx([0.59, 0.66, 0.74, 0.86], abs=0.006)
+    demands_m = [bridge_check.seat_demand_sdc_m(osb1, moved_m) for moved_m in (0.0, 1.0)]
     assert demands_m == pytest.approx([0.762, 1.0 + 0.1016 + 0.04572])  # the minimum first
+    # the seat of a simple span follows from its own length, not from the 116 m of the bridge
+    spans = load_structure(ROOT / "docs/bridges/simple_spans.yaml").description
+    length_ft, height_ft = 30.0 / 0.3048, 5.6 / 0.3048
+    least_m = 1.5 * (8 + 0.02 * length_ft + 0.08 * height_ft) * 0.0254
+    assert bridge_check.seat_demand_aashto_m(spans, 0.0) == pytest.approx(least_m)
 
 
 def test_the_table_names_what_fails() -> None:
@@ -336,9 +313,8 @@ def test_corner_moves_count_outward_normal_to_the_seat_only() -> None:
     histories["abutment_left_acute_x_m"][1] = -0.1 * np.sin(radians(30))
     histories["abutment_left_acute_y_m"][1] = 0.1 * np.cos(radians(30))
     moves = bridge_check.corner_moves_m(VARIANT, histories)
-    assert moves["right acute"] == pytest.approx(0.1 * np.cos(radians(30)))
-    assert moves["right obtuse"] == 0.0
-    assert moves["left acute"] == pytest.approx(0.0, abs=1e-12)
+    found = [moves[corner] for corner in ("right acute", "right obtuse", "left acute")]
+    assert found == pytest.approx([0.1 * np.cos(radians(30)), 0.0, 0.0], abs=1e-12)
 
 
 @pytest.mark.parametrize(
