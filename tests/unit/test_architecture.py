@@ -13,12 +13,19 @@ from vulture import Vulture
 
 import skewbridge
 from skewbridge.study.jobs import RECIPES
+from skewbridge.variant.variant import ABUTMENTS
 
 PACKAGE = Path(skewbridge.__file__).parent
 ORDER = (
     "errors", "statuses", "units", "files", "variant", "motions", "contact", "bridge", "analysis",
     "demands", "fragility", "study", "report", "verification", "cli",
 )  # fmt: skip
+ROOT = Path(__file__).parents[2]
+#: Files of all modules by their names.
+PATHS = {
+    ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts).removesuffix(".__init__"): path
+    for path in PACKAGE.rglob("*.py")
+}
 MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path.parent != PACKAGE)
 
 
@@ -44,19 +51,70 @@ def test_a_module_imports_only_earlier_packages(path: Path) -> None:
 
 def test_imports_form_no_cycle() -> None:
     """Imports inside functions count as well; a cycle raises `CycleError` with its modules."""
-    modules = {
-        ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts): path
-        for path in PACKAGE.rglob("*.py")
+    graph = {name: (imported_names(p) & PATHS.keys()) - {name} for name, p in PATHS.items()}
+    assert len(tuple(TopologicalSorter(graph).static_order())) == len(PATHS)
+
+
+# --- no source of a rule is missing
+
+
+#: Reads bridges, which are digested by their numbers, and writes to the log only.
+PERIODS_IN_LOG = "analysis/modal.py"
+#: Configuration, which is digested by its values, and scheduling, which changes no result.
+NOT_IN_RESULTS = {
+    "__init__.py", "fragility/settings.py", "analysis/settings.py",
+    "motions/levels.py", "study/config.py", "study/folder.py", "study/inputs.py",
+    "study/processes.py", "study/jobs.py",
+}  # fmt: skip
+
+
+def closure(script: Path) -> set[str]:
+    """Return all modules that a script imports directly or through others, also in functions."""
+    boundaries = set(NOT_IN_RESULTS)
+    if script.stem == "prepare_motions":
+        boundaries |= {PERIODS_IN_LOG, "bridge/catalogue/__init__.py"}
+    found: set[str] = set()
+    left = imported_names(script) & PATHS.keys()
+    while left:
+        name = left.pop()
+        found.add(name)
+        if PATHS[name].relative_to(PACKAGE).as_posix() not in boundaries:
+            left |= (imported_names(PATHS[name]) & PATHS.keys()) - found
+    return {PATHS[name].relative_to(PACKAGE).as_posix() for name in found}
+
+
+def sources(rule: str) -> set[str]:
+    """Return the sources in the digest of a rule, which has those of the rules before it."""
+    recipe = RECIPES[rule]
+    return set(recipe.sources).union(*(sources(before) for before in recipe.after))
+
+
+@pytest.mark.parametrize("rule", RECIPES)
+def test_no_source_of_a_rule_is_missing(rule: str) -> None:
+    parts = sources(rule)
+    missing = {
+        name
+        for name in closure(ROOT / f"workflow/scripts/{rule}.py") - NOT_IN_RESULTS
+        if not any(name == part or name.startswith(f"{part}/") for part in parts)
+        and not name.endswith("__init__.py")
+        and not (rule == "prepare_motions" and name == PERIODS_IN_LOG)
     }
-    modules = {name.removesuffix(".__init__"): path for name, path in modules.items()}
-    graph = {name: (imported_names(p) & modules.keys()) - {name} for name, p in modules.items()}
-    assert len(tuple(TopologicalSorter(graph).static_order())) == len(modules)
+    assert not missing
+
+
+def test_no_module_compares_with_the_name_of_an_abutment_model() -> None:
+    """The paper's studies may name the paper's models; drawings name groups of elements."""
+    may_name = ("verification/", "report/bridge_figures.py")
+    for path in PATHS.values():
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Compare):
+                texts = {part.value for part in ast.walk(node) if isinstance(part, ast.Constant)}
+                is_named = texts & set(ABUTMENTS)
+                place = path.relative_to(PACKAGE).as_posix()
+                assert not is_named or place.startswith(may_name), ast.unparse(node)
 
 
 # --- files for other tools, and functions that nothing uses
-
-
-ROOT = Path(__file__).parents[2]
 
 
 def test_files_for_other_tools_name_the_workflow_versions_and_rules() -> None:
