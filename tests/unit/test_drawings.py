@@ -12,19 +12,9 @@ import yaml
 from reference_pages import ROOT
 
 from skewbridge.analysis.bridge_check import check_bridge, doubts
-from skewbridge.bridge.catalogue import (
-    BridgeData,
-    bridge_names,
-    bridge_schema,
-    load_bridge,
-    read_bridge,
-)
-from skewbridge.bridge.catalogue.drawing import (
-    box_section,
-    girder,
-    girder_section,
-    value_at,
-)
+from skewbridge.bridge import catalogue
+from skewbridge.bridge.catalogue import bridge_names, load_bridge, read_bridge
+from skewbridge.bridge.catalogue.drawing import box_section, girder, girder_section, value_at
 from skewbridge.errors import InputError
 from skewbridge.files.text import checked
 from skewbridge.units import KIP, MN, quantity, unit_in_name
@@ -35,21 +25,17 @@ DRAWINGS = sorted((ROOT / "tests/data/drawings").glob("*.yaml"))
 
 def leaves(node: object, above: str = ""):
     """Yield key and value of the numbers and texts of a tree."""
-    items = (
-        node.items()
-        if isinstance(node, dict)
-        else enumerate(node if isinstance(node, list | tuple) else ())
-    )
     if not isinstance(node, dict | list | tuple):
         yield above, node
-    for key, value in items:
+        return
+    for key, value in node.items() if isinstance(node, dict) else enumerate(node):
         yield from leaves(value, f"{above}.{key}".lstrip("."))
 
 
-def written(tmp_path: Path, *changes: tuple[str, object], base: Path = TEMPLATE) -> Path:
-    """Write a bridge file with changed values; None removes one."""
-    tree = yaml.safe_load(base.read_text(encoding="utf-8"))
-    for key, value in changes:
+def written(tmp_path: Path, changes: dict[str, object]) -> Path:
+    """Write the template of a bridge file with changed values; None removes one."""
+    tree = yaml.safe_load(TEMPLATE.read_text(encoding="utf-8"))
+    for key, value in changes.items():
         *above, last = (int(part) if part.isdigit() else part for part in key.split("."))
         node = tree
         for part in above:
@@ -97,7 +83,7 @@ def test_a_quantity_is_converted_to_the_unit_of_its_key(text, unit, value) -> No
 )  # fmt: skip
 def test_a_bad_drawing_names_key_value_and_need(tmp_path, key, value, words) -> None:
     with pytest.raises(InputError) as caught:
-        load_bridge(written(tmp_path, (key, value)))
+        load_bridge(written(tmp_path, {key: value}))
     message = str(caught.value)
     assert words in message
     assert key.partition(".")[0] in message or key == "source"
@@ -109,12 +95,9 @@ GIRDERS = {"type": "BT-63", "count": 5, "spacing_m": 2.9, "slab_mm": 215}
 
 
 def test_an_integral_end_is_completed_from_a_deck_in_text(tmp_path) -> None:
-    ends = {
-        "left": {"type": "integral"},
-        "right": {"type": "seat", "seat_width_m": 0.9, "pads": PADS},
-    }
-    ends["left"]["piles"] = {"count": 8}
-    own = written(tmp_path, ("abutment", None), ("abutments", ends), ("deck.width_m", "42 ft"))
+    ends = {"left": {"type": "integral", "piles": {"count": 8}}}
+    ends["right"] = {"type": "seat", "seat_width_m": 0.9, "pads": PADS}
+    own = written(tmp_path, {"abutment": None, "abutments": ends, "deck.width_m": "42 ft"})
     left = load_bridge(own).ends["left"]
     assert (left.wall_width_m, left.wall_height_m) == pytest.approx((42 * 0.3048, 6 * 0.3048))
     assert left.wall_thickness_m == 0.915  # rule of the end diaphragm
@@ -123,15 +106,10 @@ def test_an_integral_end_is_completed_from_a_deck_in_text(tmp_path) -> None:
 
 
 def test_girders_on_joints_are_completed_and_vibrate_as_simple_spans(tmp_path) -> None:
-    simple = [
-        ("base", "fixed"),
-        ("deck.box", None),
-        ("deck.depth_m", None),
-        ("deck.girders", GIRDERS),
-    ]
-    joint = {"at": "bent 1", "seat_width_m": 0.6, "pads": PADS}
-    simple += [("spans_m", [32, 26]), ("deck.soffit_height_m", 8), ("joints", [joint])]
-    own = load_bridge(written(tmp_path, *simple, ("bents.0.cap_depth_m", 1.4)))
+    simple = {"base": "fixed", "deck.box": None, "deck.depth_m": None, "deck.girders": GIRDERS}
+    simple |= {"spans_m": [32, 26], "deck.soffit_height_m": 8, "bents.0.cap_depth_m": 1.4}
+    simple["joints"] = [{"at": "bent 1", "seat_width_m": 0.6, "pads": PADS}]
+    own = load_bridge(written(tmp_path, simple))
     pads, deck = own.joints[0].pads, own.deck
     assert pads.count == 5
     assert pads.shear_stiffness_kn_per_m == pytest.approx(0.69 * 400**2 / 50)  # G A / h
@@ -143,37 +121,32 @@ def test_girders_on_joints_are_completed_and_vibrate_as_simple_spans(tmp_path) -
 
 
 def test_wrong_numbers_are_reported_without_what_follows_from_them(tmp_path) -> None:
+    wide = "deck.width_m: must be less than or equal to 1000, got "
+    thick = "deck.box: its numbers are incomplete or do not fit together"
     for changes, message in (
-        ([("deck.width_m", 14300)], "deck.width_m: must be less than or equal to 1000, got 14300"),
-        ([("deck.width_m", inf)], "deck.width_m: must be less than or equal to 1000, got inf"),
-        ([("deck.box.top_mm", 990), ("deck.box.bottom_mm", 990)],
-         "deck.box: its numbers are incomplete or do not fit together"),
-    ):  # fmt: skip
-        own = written(tmp_path, *changes)
+        ({"deck.width_m": 14300}, f"{wide}14300"),
+        ({"deck.width_m": inf}, f"{wide}inf"),
+        ({"deck.box.top_mm": 990, "deck.box.bottom_mm": 990}, thick),
+    ):
+        own = written(tmp_path, changes)
         with pytest.raises(InputError, match=f"^{own.name}: {re.escape(message)}$"):
             load_bridge(own)
 
 
 def test_the_template_needs_at_most_25_entries_and_each_of_them(tmp_path) -> None:
     tree = yaml.safe_load(TEMPLATE.read_text(encoding="utf-8"))
-    keys = {re.sub(r"^(spans_m)\.\d", r"\1", key) for key, _ in leaves(tree)} - {
-        "source",
-        "details",
-    }
+    keys = {re.sub(r"^(spans_m)\.\d", r"\1", key) for key, _ in leaves(tree)}
+    keys -= {"source", "details"}
     assert len(keys) <= 25
     for key in keys:
         with pytest.raises(InputError, match=r"missing|number|items"):
-            load_bridge(written(tmp_path, (key, None)))
-
-
-OSB1 = (
-    ("deck.width_m", 14.33), ("deck.box.overhang_m", "4.5 ft"),
-    ("column.concrete_strength_mpa", 27.6),
-)  # fmt: skip
+            load_bridge(written(tmp_path, {key: None}))
 
 
 def test_osb1_from_its_drawing_has_the_numbers_of_its_file(tmp_path) -> None:
-    read, osb1 = read_bridge(written(tmp_path, *OSB1)), load_bridge("osb1")
+    drawing = {"deck.width_m": 14.33, "deck.box.overhang_m": "4.5 ft"}
+    drawing["column.concrete_strength_mpa"] = 27.6
+    read, osb1 = read_bridge(written(tmp_path, drawing)), load_bridge("osb1")
     skipped = {"name", "title", "sources"}
     known = dict(leaves(osb1.model_dump(exclude=skipped)))
     for key, value in leaves(read.bridge.model_dump(exclude=skipped)):
@@ -182,7 +155,7 @@ def test_osb1_from_its_drawing_has_the_numbers_of_its_file(tmp_path) -> None:
     assert len(read.derived) > 50
     assert {"t1_s", "bents.0.cap_weight_kn", "deck.torsion_constant_m4"} <= read.derived.keys()
     assert read.bridge.sources["t1_s"].startswith("calc: model with pads")
-    own = read_bridge(written(tmp_path, *OSB1, ("t1_s", 0.7)))
+    own = read_bridge(written(tmp_path, drawing | {"t1_s": 0.7}))
     assert (own.bridge.t1_s, "t1_s" in own.derived) == (0.7, False)
 
 
@@ -190,10 +163,10 @@ def test_sections_agree_with_published_ones() -> None:
     # La Veta (bridge B of PyPBEE) with the plates of osb1
     box = box_section(23.01, 1.899, 7, 216, 178, 305, 1.37)
     bridge = load_bridge("bridge_b").deck
-    assert box.area == pytest.approx(bridge.area_m2, rel=0.03)
-    assert box.vertical == pytest.approx(bridge.inertia_vertical_m4, rel=0.03)
-    assert box.transverse == pytest.approx(bridge.inertia_transverse_m4, rel=0.03)
-    assert box.torsion == pytest.approx(bridge.torsion_constant_m4, rel=0.03)
+    inertia_m4 = (bridge.inertia_vertical_m4, bridge.inertia_transverse_m4)
+    published = (bridge.area_m2, *inertia_m4, bridge.torsion_constant_m4)
+    found = (box.area, box.vertical, box.transverse, box.torsion)
+    assert found == pytest.approx(published, rel=0.03)
     # an AASHTO IV girder under a slab of 96 x 8 in, by hand in inches
     beams = girder_section(96 * 0.0254, girder("AASHTO IV"), 1, 2.0, 8 * 25.4)
     centre = (789 * 24.73 + 768 * 58) / 1557
@@ -207,7 +180,9 @@ def test_a_bridge_from_a_general_plan_raises_no_doubts(path: Path) -> None:
     assert doubts(read_bridge(path)) == []
     assert found["t1_of_the_model_s"] == pytest.approx(found["t1_of_the_file_s"], rel=0.01)
     assert {"number", "value", "rule"} == set(found["derived"][0])
-    jsonschema.Draft202012Validator(bridge_schema()).validate(yaml.safe_load(path.read_text()))
+    jsonschema.Draft202012Validator(catalogue.bridge_schema()).validate(
+        yaml.safe_load(path.read_text())
+    )
 
 
 def test_maoc_has_the_section_and_backfill_of_its_source() -> None:
@@ -216,27 +191,25 @@ def test_maoc_has_the_section_and_backfill_of_its_source() -> None:
     soil = bridge.abutment.backfill
     assert (soil.stiffness_mn_per_m, soil.ultimate_kn) == pytest.approx((263.08, 3024.3), rel=1e-4)
     column = bridge.column
-    assert column.bar_count * column.bar_area_mm2 * 1e-6 / column.outline.area_m2 == pytest.approx(
-        0.019, rel=0.01
-    )
+    steel_m2 = column.bar_count * column.bar_area_mm2 * 1e-6
+    assert steel_m2 / column.outline.area_m2 == pytest.approx(0.019, rel=0.01)
     assert column.bar_area_mm2 == pytest.approx(pi / 4 * 34.3**2)
 
 
 def test_a_drawing_replaces_inherited_numbers_and_stale_ones_are_named(tmp_path) -> None:
     text = "extends: osb1\nsource: 'b: S-1'\n"
     path = tmp_path / "solid.yaml"
-    path.write_text(f"{text}deck: {{slab: {{thickness_mm: 1829}}}}\n", encoding="utf-8")
+    path.write_text(f"{text}deck: {{slab: {{thickness_mm: 1829}}}}\n")
     read = read_bridge(path)
     assert read.bridge.deck.area_m2 == pytest.approx(14.33 * 1.829)
     assert read.bridge.deck.line_load_kn_per_m == 186.2  # inherited, and far too small now
     assert any("deck.line_load_kn_per_m is 0.3 times 629" in doubt for doubt in doubts(read))
     path = tmp_path / "longer.yaml"
-    path.write_text(f"{text}spans_m: [200 ft, 200 ft]\n", encoding="utf-8")
+    path.write_text(f"{text}spans_m: [200 ft, 200 ft]\n")
     stale = doubts(read_bridge(path))[-1]
     assert stale.startswith("inherited although")
-    assert {"damping.short_period_s", "abutment.sacrificial_key.force_kn"} <= set(
-        re.findall(r"[\w.]+", stale)
-    )
+    keys = {"damping.short_period_s", "abutment.sacrificial_key.force_kn"}
+    assert keys <= set(re.findall(r"[\w.]+", stale))
     found = check_bridge(str(path))
     assert found["sources"] == f"1 b, {len(found['inherited'])} inherited, 0 by rule"
     assert "deck.width_m" in found["inherited"]
@@ -266,7 +239,7 @@ def changed(name, changes):
     for key, value in changes.items():
         above, _, last = key.rpartition(".")
         (value_at(tree, above) if above else tree)[last] = value
-    return read._replace(bridge=checked(BridgeData, tree, name))
+    return read._replace(bridge=checked(catalogue.BridgeData, tree, name))
 
 
 # --- slips of units
@@ -283,24 +256,19 @@ def slips_of(name: str) -> list[tuple[str, float]]:
     """Return key and factor of the slips of every number with a unit that is not zero."""
     bridge = load_bridge(name)
     known = [key for key in bridge.sources if value_at(bridge, key) and unit_in_name(key)]
-    return [
-        (key, each)
-        for key in known
-        for factor in SLIPS[unit_in_name(key)]
-        for each in (factor, 1 / factor)
-    ]
+    factors = {unit: [*up, *(1 / factor for factor in up)] for unit, up in SLIPS.items()}
+    return [(key, factor) for key in known for factor in factors[unit_in_name(key)]]
 
 
 def is_caught(name: str, *slips: tuple[str, float]) -> bool:
     """Return whether a bridge is refused or doubted with the name of one slipped number."""
     bridge = load_bridge(name)
-    given = {key: value_at(bridge, key) for key, _ in slips}
-    values = {
-        key: tuple(factor * each for each in given[key])
-        if isinstance(given[key], tuple)
-        else factor * given[key]
-        for key, factor in slips
-    }
+
+    def slipped(value, factor):
+        is_list = isinstance(value, tuple)
+        return tuple(factor * each for each in value) if is_list else factor * value
+
+    values = {key: slipped(value_at(bridge, key), factor) for key, factor in slips}
     try:
         text = "\n".join(doubts(changed(name, values)))
     except InputError as error:
@@ -314,11 +282,8 @@ def is_caught(name: str, *slips: tuple[str, float]) -> bool:
 def test_a_bridge_of_the_catalogue_is_plausible(name: str) -> None:
     bridge = read_bridge(name)
     # numbers from recordings of the bridge may differ from the rules
-    recorded = [
-        key
-        for key, source in bridge.bridge.sources.items()
-        if "record" in source or "fitted:" in source
-    ]
+    sources = bridge.bridge.sources.items()
+    recorded = [key for key, source in sources if "record" in source or "fitted:" in source]
     assert [doubt for doubt in doubts(bridge) if not any(key in doubt for key in recorded)] == []
 
 
