@@ -73,13 +73,11 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.fixture(scope="module")
-def before(tree: Path) -> dict[str, str]:
-    return digests(tree)
-
-
 def digests(package: Path) -> dict[str, str]:
     return {name: layer_digest(parts, package) for name, parts in PARTS.items()}
+
+
+BEFORE = digests(PACKAGE)
 
 
 def test_every_package_is_edited_below() -> None:
@@ -88,30 +86,28 @@ def test_every_package_is_edited_below() -> None:
 
 
 @pytest.mark.parametrize("name", EDITS)
-def test_an_edit_changes_the_digests_of_dependent_rules(tree, before, name):
+def test_an_edit_changes_the_digests_of_dependent_rules(tree, name):
     path = tree / name
     text = path.read_text()
     path.write_text(text + "\n\nADDED = 1.0\n")
     after = digests(tree)
     path.write_text(text)
-    changed = {rule for rule in before if before[rule] != after[rule]}
+    changed = {rule for rule in BEFORE if BEFORE[rule] != after[rule]}
     must, must_not = EDITS[name]
     assert must <= changed
     assert not must_not & changed
 
 
-def test_bridges_are_digested_by_their_numbers_caches_not_at_all_and_parts_must_exist(tree, before):
+def test_bridges_are_digested_by_their_numbers_caches_not_at_all_and_parts_must_exist(tree):
     bridge = tree / "bridge/catalogue/osb1.yaml"
     bridge.write_text(bridge.read_text() + "# a note\n")
     cache = tree / "contact/__pycache__"
     cache.mkdir()
     (cache / "law.cpython-312.pyc").write_bytes(b"x")
-    assert digests(tree) == before
+    assert digests(tree) == BEFORE
     with pytest.raises(FileNotFoundError, match="cellar"):
         layer_digest(("contact", "cellar"), tree)
-
-
-def test_numbers_that_differ_in_the_last_bit_have_other_keys() -> None:
+    # numbers that differ in the last bit have other keys
     assert digest_of(0.1 + 0.2) != digest_of(0.3)
     assert digest_of(("a", 1)) == digest_of(("a", 1))
 

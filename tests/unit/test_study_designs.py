@@ -1,6 +1,7 @@
 """Designs of a study: analyses of the next round, searches of an IDA."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,6 @@ from skewbridge.fragility.effects import effect_table
 from skewbridge.fragility.verdicts import rounds_table
 from skewbridge.motions.intensity import IM_COLUMNS
 from skewbridge.motions.levels import LEVEL_MEASURE, MotionsConfig
-from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.study import batch, rounds
 from skewbridge.study.analyses import forecast_s
 from skewbridge.study.batch import row_of_task, search_capacity, search_limits
@@ -43,11 +43,11 @@ def asked(*parts: list[dict], cost: dict[str, float] | None = None) -> tuple:
 def test_only_open_cells_within_reach_ask_for_motions() -> None:
     scatters = {"deck_disp_m": 0.02, "column_drift_ratio": 0.12, "unseating_m": 1.5}
     cells = [friction_rows((sd, sd), demand=name, level=0.98) for name, sd in scatters.items()]
-    table, wanted = asked(*cells)
+    table, (decided, within, beyond) = asked(*cells)
     assert table["asked"].tolist() == [False, True, False]
-    assert not wanted[0]
-    assert not wanted[2]
-    assert 12 < min(wanted[1].values()) <= max(wanted[1].values()) <= 64
+    assert not decided
+    assert not beyond
+    assert 12 < min(within.values()) <= max(within.values()) <= 64
     assert table["needed"].iloc[2] > 64
 
 
@@ -61,49 +61,43 @@ def test_pairs_that_scatter_more_get_more_motions_and_those_with_long_analyses_f
 
 
 def test_a_round_has_the_cheapest_decisions_that_fit_into_the_time() -> None:
-    none, cost = dict.fromkeys(EVEN, 0), dict.fromkeys(EVEN, 10.0)
+    cost = dict.fromkeys(EVEN, 10.0)
     wanted = [{"g25": 40, "g25f": 40}, {"g51": 20, "g51f": 20}, {}]
     assert rounds.next_motions(wanted, EVEN, cost, LOOKS, 200.0) == dict.fromkeys(EVEN, 16)
     assert rounds.next_motions(wanted, EVEN, cost, LOOKS, 100.0) == EVEN | {"g51": 16, "g51f": 16}
     assert rounds.next_motions(wanted, EVEN, cost, LOOKS, 50.0) == EVEN
     # the first round is shorter where the time is short
-    assert rounds.first_motions(none, cost, 12, 1e6) == EVEN
-    assert rounds.first_motions(none, cost, 12, 130.0) == dict.fromkeys(EVEN, 3)
-    assert rounds.first_motions(none, cost, 12, -1.0) == none
-    assert rounds.first_motions(dict.fromkeys(EVEN, 3), cost, 12, 90.0) == dict.fromkeys(EVEN, 5)
+    cases = (0, 1e6, 12), (0, 130.0, 3), (0, -1.0, 0), (3, 90.0, 5), (3, 800.0, 12)
     # nine more motions would take 360 of 400 s: half of them first
-    assert rounds.first_motions(dict.fromkeys(EVEN, 3), cost, 12, 400.0) == dict.fromkeys(EVEN, 8)
-    assert rounds.first_motions(dict.fromkeys(EVEN, 3), cost, 12, 800.0) == EVEN
+    for before, time_s, count in (*cases, (3, 400.0, 8)):
+        counts = rounds.first_motions(dict.fromkeys(EVEN, before), cost, 12, time_s)
+        assert counts == dict.fromkeys(EVEN, count)
 
 
 def test_checks_fits_and_page_are_forecast_from_the_rate_of_the_analyses(tmp_path) -> None:
     # measured with two processors at 0.124 s per second of motions of 25 s: variants of the default
     # study under 12 motions 95 s, under 32 about 97 s (112 s less 15 s of fits that became faster),
     # including two analyses of 25 s that no rule repeats any more; checks 161 s at 0.121
-    lengths_s = [25.0] * 32
-    expected_per_s = forecast_s(25.0, "contact_friction", AnalysisSettings()) / 25.0
-    slow, faster = 0.124 / expected_per_s, 0.121 / expected_per_s
     default = {"bridge": ["osb1", "osb1_fixed_era1"], "skew_deg": [0, 30, 60]}
     default |= {"gap_mm": [25, 51], "friction": [0.0, 0.5]}
-    base = {"results": str(tmp_path), "sensitivity": {"rows": 0}}
-    study = parse_config({**base, "grid": default})
-    left_s = 96.0 - 2 * 25.0 * 0.124
-    assert other_work_s(study, lengths_s, slow, 2.0) == pytest.approx(left_s, rel=0.03)
-    tail_s = other_work_s(study, lengths_s, faster, 2.0)
-    assert other_work_s(study, lengths_s, faster, 1.0) > 1.5 * tail_s
-    assert other_work_s(study, lengths_s, faster, 8.0) == tail_s
-    checked = parse_config({"results": str(tmp_path), "grid": default})
-    folder = StudyFolder(tmp_path)
-    assert other_work_s(checked, lengths_s, faster, 2.0) - tail_s == pytest.approx(
-        161.0 / 2.0, rel=0.03
-    )
-    before_s = other_work_s(checked, lengths_s, faster, 2.0)
+    raw, folder = {"results": str(tmp_path), "grid": default}, StudyFolder(tmp_path)
+    checked, study = parse_config(raw), parse_config(raw | {"sensitivity": {"rows": 0}})
+
+    def work_s(study, processors: float = 2.0, rate: float = 0.121) -> float:
+        per_s = forecast_s(25.0, "contact_friction", AnalysisSettings()) / 25.0
+        return other_work_s(study, [25.0] * 32, rate / per_s, processors)
+
+    assert work_s(study, rate=0.124) == pytest.approx(96.0 - 2 * 25.0 * 0.124, rel=0.03)
+    tail_s, before_s = work_s(study), work_s(checked)
+    assert work_s(study, 1.0) > 1.5 * tail_s
+    assert work_s(study, 8.0) == tail_s
+    assert before_s - tail_s == pytest.approx(161.0 / 2.0, rel=0.03)
     with open_journal(folder.journal("sensitivity")) as journal:
         journal.append({"run_key": "a", "wall_s": 30.0})
         journal.append({"run_key": "b", "wall_s": np.nan})  # its worker died
-    assert other_work_s(checked, lengths_s, faster, 2.0) == pytest.approx(before_s - 15.0)
+    assert work_s(checked) == pytest.approx(before_s - 15.0)
     folder.sensitivity.touch()
-    assert other_work_s(checked, lengths_s, faster, 2.0) == tail_s
+    assert work_s(checked) == tail_s
 
 
 def plan(ended: str | None, **changes: object) -> dict[str, object]:
@@ -112,7 +106,7 @@ def plan(ended: str | None, **changes: object) -> dict[str, object]:
     return content | changes
 
 
-def test_a_plan_has_a_line_its_demands_and_the_motions_of_a_variant(tmp_path) -> None:
+def test_a_plan_has_a_line_its_demands_and_motions_and_a_limit_of_time(tmp_path) -> None:
     start = "round 3: 19 of 24 decided; "
     assert rounds.round_line(plan(None)) == f"{start}next 48 analyses, about 3 min"
     assert rounds.round_line(plan("decided")) == f"{start}all headline effects are decided"
@@ -123,22 +117,15 @@ def test_a_plan_has_a_line_its_demands_and_the_motions_of_a_variant(tmp_path) ->
     path = tmp_path / "plan.json"
     path.write_text(json.dumps(plan(None)))
     assert rounds.tables_of_round(folder, path) == [folder.round_demands(3, "a")]
-    setup = study_of(tmp_path, *(wave(f"m{n}", duration_s=1.0, number=n) for n in range(1, 6)))
+    setup = study_of(tmp_path, *(wave(f"m{number}") for number in range(1, 6)))
     assert [each.motion.motion_id for each in setup.of_motions(1, 3).suite] == ["m2", "m3"]
 
-
-@pytest.mark.parametrize(
-    ("ended", "hours", "limit"),
-    [("hours", 3.0, 3.0), ("hours", 1.0, 2.0), ("most", 9.0, 2.0), (None, 9.0, 2.0)],
-)
-def test_only_a_plan_that_time_ended_is_made_again_with_more(tmp_path, ended, hours, limit) -> None:
-    path = tmp_path / "plan.json"
-    assert rounds.limit_of_round(path, hours) == hours
-    path.write_text(json.dumps(plan(ended)))
-    assert rounds.limit_of_round(path, hours) == limit
-
-
-def test_a_study_in_rounds_prepares_the_largest_number_of_motions() -> None:
+    # only a plan that time ended is made again with more
+    assert rounds.limit_of_round(tmp_path / "none.json", 9.0) == 9.0
+    for ended, hours, limit in (("hours", 3, 3), ("hours", 1, 2), ("most", 9, 2), (None, 9, 2)):
+        path.write_text(json.dumps(plan(ended)))
+        assert rounds.limit_of_round(path, hours) == limit
+    # a study in rounds prepares the largest number of motions
     assert parse_config({"design": {"until": "decided"}}).motions.count == 64
     chosen = {"design": {"until": "decided", "most": 40}, "motions": {"count": 32}}
     assert parse_config(chosen).motions.count == 40
@@ -169,10 +156,8 @@ CAPACITY_G = 0.77
 
 
 def first_task(scale: float = 2.0) -> Task:
-    wave = np.array([0.0, 1.0, -1.0, 0.0])
-    motion = GroundMotion(motion_id="m", dt_s=0.01, accel_1_mps2=wave, accel_2_mps2=0.5 * wave)
     measures = dict.fromkeys(IM_COLUMNS, 1.0) | {LEVEL_MEASURE: AT_1_G * scale}
-    return task_of(SuiteMotion(motion=motion, scale=scale, measures=measures))
+    return task_of(replace(wave("m", scale=scale), measures=measures))
 
 
 class Engine:
@@ -231,10 +216,11 @@ def test_rows_are_those_of_analyses_at_their_own_factor_and_none_is_repeated(eng
     assert [row["scale"] for row in rows] == engine.factors
     assert {row["motion_id"] for row in rows} == {"m"}
     assert [row["run_key"] for row in rows] == [run_key(first_task(row["scale"])) for row in rows]
-    assert len({row["run_key"] for row in rows}) == tried
-    assert searched({row["run_key"]: row for row in rows}) == rows
+    known = {row["run_key"]: row for row in rows}
+    assert len(known) == tried
+    assert searched(known) == rows
     assert len(engine.factors) == tried
-    assert searched({row["run_key"]: row for row in rows[:-2]}) == rows
+    assert searched(dict([*known.items()][:-2])) == rows
     assert len(engine.factors) == tried + 2
 
 
@@ -246,11 +232,10 @@ def test_a_collapse_counts_as_exceedance_below_the_threshold(engine):
     assert max(stood) <= 0.3 <= min(ended) <= 1.01 * max(stood)
 
 
-@pytest.mark.parametrize(("capacity_g", "side"), [(0.01, 0), (50.0, 1)])
-def test_a_capacity_outside_the_range_ends_the_search_at_the_limit(engine, capacity_g, side):
+@pytest.mark.parametrize(("capacity_g", "limit_g"), [(0.01, 0.1), (50.0, 2.0)])
+def test_a_capacity_outside_the_range_ends_the_search_at_the_limit(engine, capacity_g, limit_g):
     engine.capacity = capacity_g / AT_1_G
-    levels_g = [row[LEVEL_MEASURE] for row in searched()]
-    assert levels_g[-1] == pytest.approx(IDA.level_range_g[side])
+    assert searched()[-1][LEVEL_MEASURE] == pytest.approx(limit_g)
 
 
 @pytest.mark.parametrize(
