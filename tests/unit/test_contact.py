@@ -1,10 +1,11 @@
-"""Contacts: law, frames and parameters; sets on small live domains; drives of their parameters."""
+"""Contacts: law, frames, parameters and drives; sets on small live domains; sizes of steps."""
 
 import importlib
 import sys
+from dataclasses import dataclass, field
 from functools import partial
 from itertools import count
-from math import cos, hypot, radians, sin
+from math import cos, hypot, inf, radians, sin
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -12,6 +13,8 @@ import numpy as np
 import openseespy.opensees as ops
 import pytest
 
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.step_loop import LONGEST_S, LOOK_AHEAD, SWING_S, StepLoop
 from skewbridge.contact import (
     ContactError,
     ContactLaw,
@@ -41,6 +44,7 @@ def domain():
 
 
 def nodes_at_one_place(ndm, ndf, count=2):
+    ops.wipe()
     ops.model("basic", "-ndm", ndm, "-ndf", ndf)
     for node in range(1, count + 1):
         ops.node(node, *[0.0] * ndm)
@@ -166,7 +170,6 @@ def test_a_retried_step_continues_as_if_it_had_not_failed():
     """OpenSees goes back after a failed step; so do the bounds, whatever was prepared since."""
 
     def history_m(*, fails):
-        ops.wipe()
         contacts = sliding_mass(3, 3, (0.0, 0.0, 1.0), (0.6, 0.8, 0.05))
         for step in range(60):
             if fails and step % 7 == 3:
@@ -436,3 +439,108 @@ def test_a_drive_without_values_changes_nothing_and_a_step_in_parts_ends_at_its_
     assert contacts.ledger()[0].closures >= 1
     # the springs carry 10 mm of 1 kN/m, the wall the rest of the load
     assert contacts.normals_n[0] == pytest.approx(20.0 - 1.0e3 * 0.010, rel=2e-3)
+
+
+# --- step sizes follow the state of the contacts
+
+
+SETTINGS = AnalysisSettings(dt_s=0.010, contact_dt_s=0.005, event_dt_s=0.0003125)
+OPEN_S, CONTACT_S, FINEST_S = 0.010, 0.005, 0.0003125
+MUCH, LITTLE, FAIR = 2 * SETTINGS.max_friction_error, 0.0, 0.5 * SETTINGS.max_friction_error
+
+
+@dataclass
+class Contacts:
+    """Contacts with prescribed friction errors and changes; records the step sizes."""
+
+    errors: list[float] = field(default_factory=list)  # after each step
+    closes_after: int = -1  # number of the step
+    time_to_change: float = inf
+    is_any_closed: bool = True
+    least_opening_ratio = 1.0
+    sizes_s: list[float] = field(default_factory=list)
+
+    def start_from_rest(self) -> None:
+        """Nothing moves yet."""
+
+    def prepare(self, dt_s: float) -> None:
+        """Nothing depends on the length."""
+
+    def after_step(self, dt_s: float) -> None:
+        self.sizes_s.append(dt_s)
+
+    def time_to_change_s(self) -> float:
+        return self.time_to_change
+
+    def time_to_closing_s(self, accel_mps2: float) -> float:
+        return inf
+
+    @property
+    def changes(self) -> tuple[int, ...]:
+        return (0,) if len(self.sizes_s) == self.closes_after else ()
+
+    @property
+    def friction_error(self) -> float:
+        number = len(self.sizes_s) - 1
+        return self.errors[number] if 0 <= number < len(self.errors) else FAIR
+
+
+def sizes_s(contacts: Contacts, steps: int, settings: AnalysisSettings = SETTINGS) -> list[float]:
+    nodes_at_one_place(1, 1)
+    ops.fix(1, 1)
+    ops.mass(2, 1.0)
+    ops.uniaxialMaterial("Elastic", 1, 1.0)
+    ops.element("zeroLength", 1, 1, 2, "-mat", 1, "-dir", 1)
+    assert StepLoop(contacts, settings).run(steps, lambda: None).status == "ok"
+    assert sum(contacts.sizes_s) == pytest.approx(steps * settings.dt_s)
+    return contacts.sizes_s
+
+
+class Swinging(Contacts):
+    """Contacts that are near closing after the second step only."""
+
+    least_opening_ratio = property(lambda self: 0.7 if len(self.sizes_s) == 2 else 0.8)
+
+    def time_to_closing_s(self, accel_mps2: float) -> float:
+        return 0.0
+
+
+def test_steps_are_shorter_while_the_deck_swings_and_for_some_time_after() -> None:
+    found = sizes_s(Swinging(is_any_closed=False), 40)
+    swing = [size for size in found[2:] if size < OPEN_S]
+    assert found[: 2 + len(swing)] == [OPEN_S] * 2 + swing
+    assert sum(swing) == pytest.approx(SWING_S)
+
+
+#: Contacts and the sizes of the steps made in three regular steps, s.
+CASES = {
+    "halved at a large error": (
+        Contacts(errors=[FAIR, MUCH, MUCH, FAIR, MUCH]),
+        [5e-3] * 2 + [2.5e-3, *[1.25e-3] * 2, *[0.625e-3] * 24],
+    ),
+    "from the finest after a closing": (
+        Contacts(closes_after=2, errors=[LITTLE] * 99),
+        [5e-3] * 2 + [FINEST_S * parts for parts in (1, 1, 2, 4, 8, 16)] + [5e-3] * 2,
+    ),
+    "constant at a moderate error": (Contacts(closes_after=2), [5e-3] * 2 + [FINEST_S] * 64),
+    "shorter before a change": (
+        Contacts(is_any_closed=False, time_to_change=LOOK_AHEAD * 1.3e-3), [1.25e-3] * 24,
+    ),
+    "longer in the open": (Contacts(is_any_closed=False), [OPEN_S, 2 * OPEN_S]),
+    "shorter in contact": (Contacts(), [CONTACT_S] * 6),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("contacts", "expected"), CASES.values(), ids=CASES)
+def test_steps_follow_closings_and_the_friction_error(contacts, expected) -> None:
+    assert sizes_s(contacts, 3) == expected
+
+
+def test_steps_have_limits_and_are_regular_without_event_steps() -> None:
+    # far from closing they are made together; the first ones prove the tangent
+    assert max(sizes_s(Contacts(is_any_closed=False), 20)) == pytest.approx(LONGEST_S)
+    found = sizes_s(Contacts(errors=[MUCH] * 99), 2)
+    assert min(found) == found[-1] == FINEST_S
+    plain = AnalysisSettings(dt_s=0.002, contact_dt_s=None, event_dt_s=None)
+    contacts = Contacts(errors=[MUCH] * 99, closes_after=1, time_to_change=1e-9)
+    assert sizes_s(contacts, 3, plain) == [0.002] * 3

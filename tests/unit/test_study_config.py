@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from reference_pages import PAGES, ROOT
 
 from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.bridge.abutments import BUILDERS
 from skewbridge.errors import InputError
 from skewbridge.files.text import read_mapping, read_yaml
 from skewbridge.fragility.limit_states import limit_states_of, load_limit_states
@@ -25,7 +26,7 @@ from skewbridge.study.inputs import useless_axes
 from skewbridge.variant.axes import axes_of, axis
 from skewbridge.variant.grid import GridConfig, expand_grid
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import ABUTMENTS, Variant
+from skewbridge.variant.variant import ABUTMENTS, AbutmentTraits, Variant
 
 NAN = float("nan")
 SCHEMA = jsonschema.Draft202012Validator(json.loads((ROOT / "config/schema.json").read_text()))
@@ -286,3 +287,37 @@ def test_a_compared_gap_without_effect_is_named(tmp_path):
     assert not list(useless_axes(parse_config({"grid": grid | {"gap_mm": [51]}})))
     bridges = methods_of(parse_config({"grid": grid})).parts["Bridges"]
     assert "40 mm gap at the left end, 40 mm gap at the right end" in bridges
+
+
+# --- an abutment model is a row of traits and a builder
+
+
+@pytest.mark.parametrize("name", ABUTMENTS)
+def test_a_variant_keeps_the_axes_of_its_model_which_has_a_builder_and_a_code_of_its_own(name):
+    assert BUILDERS.keys() == ABUTMENTS.keys()
+    assert len({traits.code for traits in ABUTMENTS.values()}) == len(ABUTMENTS)
+    full = Variant(bridge="osb1", abutment=name, skew_deg=30, gap_mm=51, friction_pct=50)
+    axes = ABUTMENTS[name].axes
+    own = full.normalised()
+    assert own.gap_mm == (51 if "gap_mm" in axes else 0)
+    assert own.friction_pct == (50 if "friction" in axes else 0)
+    assert Variant.of_row({"bridge": own.bridge, "abutment": own.abutment, **own.values()}) == own
+
+
+CONTACT = {"backfill": "none", "has_contacts": True}
+
+
+@pytest.mark.parametrize(
+    ("traits", "stated", "not_stated"),
+    [
+        ({"backfill": "none"}, [], ["backfill is", "Contact is"]),
+        ({"backfill": "option"}, ["The backfill is hyperbolic"], ["Contact is"]),
+        (CONTACT, ["Contact is", "points are placed"], ["backfill is"]),
+    ],
+)
+def test_the_report_describes_a_further_model(monkeypatch, traits, stated, not_stated):
+    further = AbutmentTraits(code="fu", description="as springs of a further model", **traits)
+    monkeypatch.setitem(ABUTMENTS, "further", further)
+    text = methods_of(parse_config({"grid": {"abutment": ["further"]}})).parts["Abutments"]
+    assert all(part in text for part in ["modelled as springs of a further model", *stated])
+    assert not any(part in text for part in not_stated)
