@@ -33,11 +33,11 @@ from skewbridge.study.config import load_config, parse_config
 from skewbridge.study.folder import write_starter
 from skewbridge.study.inputs import prepare_motions
 from skewbridge.study.jobs import for_terminal
-from skewbridge.study.journal import open_journal, read_content
+from skewbridge.study.journal import read_content
 from skewbridge.study.processes import cancel_left_behind
 from skewbridge.study.progress import forecast_study
 from skewbridge.study.task import run_key
-from study_parts import row_of, study_of, wave, without_workers
+from study_parts import in_journal, row_of, study_of, wave, without_workers
 
 BASE = ROOT / "config/config.yaml"
 #: Two motions without the blocks, bands and orientations of the default study.
@@ -76,9 +76,8 @@ def test_failures_are_forgotten(tmp_path: Path) -> None:
     """The journal has a result, a crash and a torn line."""
     (tmp_path / "mine.yaml").write_text(f"results: {tmp_path}/results\n")
     path = tmp_path / "results" / "journal" / "v.jsonl"
-    with open_journal(path) as journal:
-        for key, status in (("a", "ok"), ("b", "crash")):
-            journal.append({"run_key": key, "status": status, "variant": "v", "motion_id": "m"})
+    row = {"variant": "v", "motion_id": "m"}
+    in_journal(path, *(row | {"run_key": key, "status": key} for key in ("ok", "crash")))
     path.write_bytes(path.read_bytes() + b'{"run_key": "c')
     config = ("--study", str(tmp_path / "mine.yaml"))
     retried = answer("study", "retry", *config)
@@ -118,9 +117,8 @@ def test_new_gap_repeats_no_finished_analysis(tmp_path: Path) -> None:
     keys = dict(zip(map(run_key, tasks), ("ok", "timeout"), strict=True))
     same = dict.fromkeys(COLUMN_NAMES) | {"variant": slug, "motion_id": "m"}
     same |= {"cpu_s": 2.0, "recovery_rung": 0, "collapse_criterion": "budget"}
-    with open_journal(tmp_path / "results/journal/v.jsonl") as journal:
-        for key, status in keys.items():
-            journal.append(same | {"run_key": key, "status": status})
+    rows = (same | {"run_key": key, "status": status} for key, status in keys.items())
+    in_journal(tmp_path / "results/journal/v.jsonl", *rows)
     config.write_text(config.read_text().replace("[25]", "[25, 51]"))
     found = answer("status", "--config", str(config))
     counts = {"variants": 2, "analyses": 4, "done": 2, "failed": 1, "left": 2}
@@ -135,8 +133,7 @@ def test_new_gap_repeats_no_finished_analysis(tmp_path: Path) -> None:
 def test_a_run_reports_the_progress_of_each_variant(tmp_path, monkeypatch, caplog) -> None:
     setup = study_of(tmp_path, *(wave(f"m{n}", number=n) for n in (1, 2, 3)))
     tasks = setup.tasks("osb1_cf_skew30_gap025_mu050")
-    with open_journal(setup.folder.journal("osb1_v")) as journal:
-        journal.append(row_of(tasks[0]))
+    in_journal(setup.folder.journal("osb1_v"), row_of(tasks[0]))
     without_workers(monkeypatch)
     monkeypatch.setattr("skewbridge.study.analyses.LOG_INTERVAL_S", 0.0)
     with caplog.at_level(logging.INFO, logger="skewbridge"):
@@ -364,8 +361,8 @@ def test_a_forecast_follows_lengths_contacts_steps_and_finished_analyses(tmp_pat
     assert forecast() == before
     setup = StudySetup.of(config)
     task = setup.tasks("osb1_cf_skew30_gap025_mu000")[1]
-    with open_journal(setup.folder.journal("done")) as journal:
-        journal.append(row_of(task, cpu_s=3 * each_s[1]) | {"duration_s": 60.0})
+    done = row_of(task, cpu_s=3 * each_s[1]) | {"duration_s": 60.0}
+    in_journal(setup.folder.journal("done"), done)
     assert forecast() == {name: pytest.approx(3 * s, abs=0.2) for name, s in before.items()}
 
 

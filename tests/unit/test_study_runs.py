@@ -5,6 +5,7 @@ import logging
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -30,13 +31,7 @@ from skewbridge.motions.levels import LEVEL_MEASURE, MotionsConfig
 from skewbridge.motions.suite import content_digest, prepare_suite, read_suite, write_suite
 from skewbridge.study import analyses, batch, repeats, rounds
 from skewbridge.study import task as task_module
-from skewbridge.study.analyses import (
-    StudySetup,
-    analyse_variant,
-    check_plan,
-    forecast_s,
-    run_in_journal,
-)
+from skewbridge.study.analyses import StudySetup, forecast_s, run_in_journal
 from skewbridge.study.batch import at_factor, row_of_task, search_capacity, search_limits
 from skewbridge.study.config import DesignConfig, SensitivityConfig, parse_config
 from skewbridge.study.folder import StudyFolder
@@ -45,7 +40,7 @@ from skewbridge.study.progress import forecast_study, other_work_s, study_progre
 from skewbridge.study.task import Task, no_result, run_key
 from skewbridge.variant.grid import GridConfig, expand_grid
 from skewbridge.variant.options import ModelOptions
-from study_parts import row_of, study_of, task_of, wave, without_workers
+from study_parts import in_journal, row_of, study_of, task_of, wave, without_workers
 
 
 def test_the_key_covers_the_values_of_a_motion_but_not_its_names_and_measures(tmp_path):
@@ -167,15 +162,14 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list:
 
 def analyse(setup: StudySetup, slug: str) -> Path:
     output = setup.folder.variant_demands(slug)
-    analyse_variant(setup, slug, output)
+    analyses.analyse_variant(setup, slug, output)
     return output
 
 
 def test_the_longest_analyses_begin_first_and_none_is_repeated(tmp_path, ran, monkeypatch) -> None:
     setup = setup_in(tmp_path)
     known = setup_in(tmp_path, (1.0, 3.0)).tasks(SLUGS[0])[1]
-    with open_journal(setup.folder.journal(SLUGS[0])) as journal:
-        journal.append(row_of(known))
+    in_journal(setup.folder.journal(SLUGS[0]), row_of(known))
     first = pd.read_parquet(analyse(setup, SLUGS[0]))
     assert [task.motion.motion.motion_id for task in ran] == ["m2", "m1"]
     assert first["motion_id"].tolist() == ["m1", "m2", "m3"]
@@ -211,8 +205,7 @@ def test_every_journal_of_the_folder_counts(tmp_path: Path) -> None:
     setup = setup_in(tmp_path)
     tasks = setup.tasks(SLUGS[0])
     for name, task in zip((SLUGS[0], "pilot", "sensitivity"), tasks, strict=True):
-        with open_journal(setup.folder.journal(name)) as journal:
-            journal.append(row_of(task))
+        in_journal(setup.folder.journal(name), row_of(task))
     keys = {slug: [run_key(task) for task in setup.tasks(slug)] for slug in SLUGS[:2]}
     state = study_progress(keys, read_content(setup.folder.journals))
     assert [state.summary[name] for name in ("analyses", "done", "left")] == [6, 3, 3]
@@ -221,31 +214,29 @@ def test_every_journal_of_the_folder_counts(tmp_path: Path) -> None:
 def test_the_cost_of_a_study_of_searches_is_that_of_all_their_analyses(tmp_path, monkeypatch):
     monkeypatch.chdir(ROOT)
     raw = {"results": str(tmp_path), "motions": {"level_range_g": [0.05, 5.0]}}
-    given, searching = (
+    one, ten = (
         forecast_study(parse_config(merged(raw, {"motions": {"design": design}})))
         for design in ("scaled_cloud", "ida")
     )
-    assert searching.summary["analyses"] == given.summary["analyses"]
-    cpu_s = [each.summary["cpu_s"] for each in (given, searching)]
-    assert cpu_s[1]["analyses"] == pytest.approx(10 * cpu_s[0]["analyses"], rel=1e-3)
-    assert cpu_s[1]["other"] == cpu_s[0]["other"]
-    text = "Each count is a search of up to 10 analyses; the cost covers all."
-    assert searching.notes == (text,)
+    assert ten.summary["analyses"] == one.summary["analyses"]
+    cost_s, ten_s = one.summary["cpu_s"], ten.summary["cpu_s"]
+    assert ten_s["analyses"] == pytest.approx(10 * cost_s["analyses"], rel=1e-3)
+    assert ten_s["other"] == cost_s["other"]
+    assert ten.notes == ("Each count is a search of up to 10 analyses; the cost covers all.",)
 
 
-def test_values_on_axes_and_bridges_from_any_path_reach_the_analyses(tmp_path: Path) -> None:
-    path = tmp_path / "mine.yaml"
-    path.write_text("extends: osb1\nbase: fixed\n", encoding="utf-8")
+def test_values_on_axes_and_bridges_from_any_path_reach_the_analyses(written) -> None:
+    path = written("extends: osb1\nbase: fixed\n")
     grid = {"transverse_gap_mm": [12.5, 25.4], "backwall_points": [7], "abutment": ["roller"]}
-    grid |= {"bridge": [str(path), "osb1"], "skew_deg": [30]}
+    grid |= {"bridge": [path, "osb1"], "skew_deg": [30]}
     model = {"keys": "monolithic", "transverse_gap_mm": 3.0}
     study = parse_config({"grid": grid, "model": model})
     setup = study_of("results", bridges=study.grid.bridge, grid=study.grid, model=study.model)
     variants = expand_grid(study.grid)
     tasks = [setup.tasks(variant.slug)[0] for variant in variants]
     assert [task.variant for task in tasks] == variants
-    assert {task.variant.bridge_name for task in tasks} == {"mine", "osb1"}
-    assert str(path) in {task.variant.bridge for task in tasks}
+    assert {task.variant.bridge_name for task in tasks} == {"made", "osb1"}
+    assert {task.variant.bridge for task in tasks} == {path, "osb1"}
     assert {task.options.transverse_gap_m for task in tasks} == {0.0125, 0.0254}
     found = {(task.options.keys, task.options.backwall_points) for task in tasks}
     assert found == {("monolithic", 7)}
@@ -274,8 +265,7 @@ def test_names_and_measures_of_a_row_come_from_the_task(setup: StudySetup, ran) 
     named = replace(task.motion.motion, motion_id="twin")
     twin = replace(task, motion=replace(task.motion, motion=named))
     old = row_of(task) | {"im_pga_rotd50_g": 99.0, "motion_id": "an older name"}
-    with open_journal(setup.folder.journal("another")) as journal:
-        journal.append(old)
+    in_journal(setup.folder.journal("another"), old)
     rows = run_in_journal(setup, "v", [task, twin])
     assert text(rows[0]) == text(row_of(task))
     assert [row["motion_id"] for row in rows] == ["pulse", "twin"]
@@ -288,13 +278,12 @@ def test_sensitivity_repeats_nothing_that_a_journal_has(setup: StudySetup, ran, 
     repeats.write_sensitivity(setup, [SLUG], setup.folder.sensitivity)
     assert pd.read_parquet(setup.folder.sensitivity).empty
     monkeypatch.setattr(analyses, "CHECK_SHARE", 4.0)  # as in a study of more motions
-    assert check_plan(setup.study, setup.durations_s)[1] == 1
+    assert analyses.check_plan(setup.study, setup.durations_s)[1] == 1
     task = setup.tasks(SLUG)[0]
-    with open_journal(setup.folder.journal("a_variant")) as journal:
-        journal.append(row_of(task, 2.0))
-    with open_journal(setup.folder.journal("sensitivity")) as journal:
-        for change, value in zip(list(repeats.REPEATS)[1:], (1.6, 1.0, 4.0, 2.0, 2.5), strict=True):
-            journal.append(row_of(repeats.REPEATS[change](task), value))
+    in_journal(setup.folder.journal("a_variant"), row_of(task, 2.0))
+    values = zip([*repeats.REPEATS.values()][1:], (1.6, 1.0, 4.0, 2.0, 2.5), strict=True)
+    rows = (row_of(repeat(task), value) for repeat, value in values)
+    in_journal(setup.folder.journal("sensitivity"), *rows)
     repeats.write_sensitivity(setup, [SLUG], setup.folder.sensitivity)
     table = pd.read_parquet(setup.folder.sensitivity).set_index("demand").loc["deck_disp_m"]
     expected = {"reference_largest_change": 0.25, "reference_mean_ratio": 1.25, "not_run": 0}
@@ -347,8 +336,8 @@ def test_journal_lines_of_another_version_are_reported_and_not_used(setup, caplo
 
 def test_a_table_of_another_version_or_of_none_is_refused_by_name(tmp_path, monkeypatch):
     path, frame = tmp_path / "part.parquet", pd.DataFrame({"a": [1.0]})
-    frame.to_parquet(tmp_path / "mine.parquet")  # of another program
-    assert tables.read_frame(tmp_path / "mine.parquet").equals(frame)
+    frame.to_parquet(path)  # of another program
+    assert tables.read_frame(path).equals(frame)
     tables.write_frame(frame, path, provenance())
     assert tables.read_frame(path).equals(frame)
     table = pq.read_table(path)
@@ -477,9 +466,8 @@ def test_checks_fits_and_page_are_forecast_from_the_rate_of_the_analyses(tmp_pat
     assert work_s(study, 1.0) > 1.5 * tail_s
     assert work_s(study, 8.0) == tail_s
     assert before_s - tail_s == pytest.approx(161.0 / 2.0, rel=0.03)
-    with open_journal(folder.journal("sensitivity")) as journal:
-        journal.append({"run_key": "a", "wall_s": 30.0})
-        journal.append({"run_key": "b", "wall_s": np.nan})  # its worker died
+    rows = {"run_key": "a", "wall_s": 30.0}, {"run_key": "b", "wall_s": np.nan}  # its worker died
+    in_journal(folder.journal("sensitivity"), *rows)
     assert work_s(checked) == pytest.approx(before_s - 15.0)
     folder.sensitivity.touch()
     assert work_s(checked) == tail_s
@@ -545,29 +533,22 @@ def first_task(scale: float = 2.0) -> Task:
     return task_of(replace(wave("m", scale=scale), measures=measures))
 
 
-class Engine:
+@pytest.fixture
+def engine(monkeypatch, tmp_path) -> SimpleNamespace:
     """Stands for the analysis: drift in proportion to the factor, up to a collapse."""
+    state = SimpleNamespace(capacity_g=CAPACITY_G, collapse_g=np.inf, factors=[])
 
-    def __init__(self, capacity_g: float = CAPACITY_G, collapse_g: float = np.inf) -> None:
-        self.capacity = capacity_g / AT_1_G
-        self.collapse = collapse_g / AT_1_G
-        self.factors: list[float] = []
-
-    def analysed_row(self, task: Task, key: str, _log_folder: Path) -> dict:
-        factor = task.motion.scale
-        self.factors.append(factor)
-        drift = IDA.ida_threshold * factor / self.capacity
+    def analysed_row(task: Task, key: str, _log_folder: Path) -> dict:
+        state.factors.append(task.motion.scale)
+        level_g = AT_1_G * task.motion.scale
+        drift = IDA.ida_threshold * level_g / state.capacity_g
         row = dict.fromkeys(("column_drift_ratio", "drift_over_capacity"), drift)
-        row |= {"status": "collapse" if factor > self.collapse else "ok", "beyond_model": ""}
+        row |= {"status": "collapse" if level_g > state.collapse_g else "ok", "beyond_model": ""}
         return row_of_task(row, task, key)
 
-
-@pytest.fixture
-def engine(monkeypatch, tmp_path) -> Engine:
-    made = Engine()
-    monkeypatch.setattr(batch, "analysed_row", made.analysed_row)
+    monkeypatch.setattr(batch, "analysed_row", analysed_row)
     monkeypatch.chdir(tmp_path)
-    return made
+    return state
 
 
 def first_factor(task: Task) -> float:
@@ -610,7 +591,7 @@ def test_rows_are_those_of_analyses_at_their_own_factor_and_none_is_repeated(eng
 
 
 def test_a_collapse_counts_as_exceedance_below_the_threshold(engine):
-    engine.collapse = 0.3 / AT_1_G  # long before the drift reaches its limit
+    engine.collapse_g = 0.3  # long before the drift reaches its limit
     rows = searched()
     ended = [row[LEVEL_MEASURE] for row in rows if row["status"] == "collapse"]
     stood = [row[LEVEL_MEASURE] for row in rows if row["status"] == "ok"]
@@ -619,7 +600,7 @@ def test_a_collapse_counts_as_exceedance_below_the_threshold(engine):
 
 @pytest.mark.parametrize(("capacity_g", "limit_g"), [(0.01, 0.1), (50.0, 2.0)])
 def test_a_capacity_outside_the_range_ends_the_search_at_the_limit(engine, capacity_g, limit_g):
-    engine.capacity = capacity_g / AT_1_G
+    engine.capacity_g = capacity_g
     assert searched()[-1][LEVEL_MEASURE] == pytest.approx(limit_g)
 
 
