@@ -35,12 +35,7 @@ from skewbridge.verification.references.live_model import prepare_analysis
 from study_parts import task_of
 
 CENTRE, TOP, BASE, CORNER_1, CORNER_2, WALL = 1, 2, 3, 4, 5, 6
-COLUMN = 10
-SPRING = 20
-GAP_M = 0.05
-STEPS = 4
-
-
+COLUMN, SPRING, GAP_M, STEPS = 10, 20, 0.05, 4
 # springs of a wall, along x, and of a key, along y
 WALL_SPRING, KEY_SPRING = (
     SpringHandle(element=SPRING, component=number, direction=direction, nodes=(BASE, CENTRE))
@@ -52,16 +47,12 @@ WALL_SPRING, KEY_SPRING = (
 def trace():
     """A trace without any movement or force, which a test may change."""
     return ResponseTrace(
-        time_s=np.arange(STEPS) * 0.1,
-        centre_accel_mps2=np.zeros((STEPS, 2)),
+        time_s=np.arange(STEPS) * 0.1, centre_accel_mps2=np.zeros((STEPS, 2)), bearings={},
         nodes={tag: np.zeros((STEPS, 6)) for tag in (CENTRE, TOP, CORNER_1, CORNER_2, WALL)},
-        columns={COLUMN: np.zeros((STEPS, 12))},
-        sections={(COLUMN, 6): np.zeros((STEPS, 4))},
+        columns={COLUMN: np.zeros((STEPS, 12))}, sections={(COLUMN, 6): np.zeros((STEPS, 4))},
         springs={SPRING: np.zeros((STEPS, 2))},
-        bearings={},
-        normals_n=np.zeros((STEPS, 2)),
-        tangentials_n=np.zeros((STEPS, 2, 2)),
-    )
+        normals_n=np.zeros((STEPS, 2)), tangentials_n=np.zeros((STEPS, 2, 2)),
+    )  # fmt: skip
 
 
 CAPACITY = handles.ColumnCapacity(
@@ -79,19 +70,11 @@ def abutment(**changes):
         for node, kind, along_m in ((CORNER_1, "acute", 7.0), (CORNER_2, "obtuse", -7.0))
     )
     handle = handles.AbutmentHandle(
-        side="right",
-        normal=(1.0, 0.0),
-        tangent=(0.0, 1.0),
-        gap_m=GAP_M,
-        transverse_gap_m=0.0064,
-        seat_width_m=0.9,
-        centre=Point(CENTRE),
-        corners=tuple(corners),
+        side="right", normal=(1.0, 0.0), tangent=(0.0, 1.0), gap_m=GAP_M, transverse_gap_m=0.0064,
+        seat_width_m=0.9, centre=Point(CENTRE), corners=tuple(corners), pads=(Point(CENTRE),),
         bearings=(handles.BearingHandle(element=30, seat_node=BASE, deck_node=CORNER_1),),
-        pads=(Point(CENTRE),),
-        wall_units=[0, 1],
-        wall_nodes=[WALL],
-    )
+        wall_units=[0, 1], wall_nodes=[WALL],
+    )  # fmt: skip
     return replace(handle, **changes)
 
 
@@ -345,17 +328,14 @@ def test_a_table_has_units_and_descriptions_and_rows_sorted_by_their_key() -> No
     assert math.isnan(table["column_shear_kn"][0].as_py())
 
 
-@pytest.mark.parametrize(
-    ("rows", "words"),
-    [
+def test_a_row_that_breaks_the_contract_is_named() -> None:
+    for rows, words in (
         ([ROW, ROW], "appears twice"),
         ([ROW | {"x": 1}], "missing or unknown columns"),
         ([ROW | {"status": "fine"}], "unknown status 'fine'"),
-    ],
-)
-def test_a_row_that_breaks_the_contract_is_named(rows: list[dict], words: str) -> None:
-    with pytest.raises(ValueError, match=words):
-        to_table(rows, {"commit": "x"})
+    ):
+        with pytest.raises(ValueError, match=words):
+            to_table(rows, {"commit": "x"})
 
 
 def test_axes_and_completeness_keep_their_values_types_and_order() -> None:
