@@ -183,14 +183,13 @@ def test_a_bad_value_names_file_key_and_limit(written, text, key, limit):
 
 
 def test_unknown_or_circular_parents_and_numbers_without_source_are_refused(written) -> None:
+    unknown, one, other = (written(f"extends: {name}\n") for name in ("osb9", "made2", "made1"))
+    bare = written("extends: osb1\ndeck: {depth_m: 1.8}\n")
     for path, words in (
-        (written("extends: osb9\n"), "osb9"),
-        (
-            written("extends: osb1\ndeck: {depth_m: 1.8}\n"),
-            "depth_m: the number 1.8 has no source",
-        ),
-        (written("extends: made3\n"), r"made3\.yaml: extends: no other bridge is named 'made2'"),
-        (written("extends: made2\n"), r"made2\.yaml: extends: no other bridge is named 'made3'"),
+        (unknown, "osb9"),
+        (one, r"made2\.yaml: extends: no other bridge is named 'made1'"),
+        (other, r"made1\.yaml: extends: no other bridge is named 'made2'"),
+        (bare, "depth_m: the number 1.8 has no source"),
     ):
         with pytest.raises(InputError, match=words):
             load_bridge(path)
@@ -214,8 +213,7 @@ def test_the_schema_of_editors_knows_the_form_of_a_bridge() -> None:
     for path in (*FOLDER.glob("*.yaml"), *(ROOT / "config/bridges").glob("*.yaml")):
         BRIDGE_SCHEMA.validate(read_mapping(path))
     for bad in ({"extends": "osb1", "deck": {"depth_m": "six"}}, {"title": "one key only"}):
-        with pytest.raises(jsonschema.ValidationError):
-            BRIDGE_SCHEMA.validate(bad)
+        assert not BRIDGE_SCHEMA.is_valid(bad)
 
 
 # --- drawings
