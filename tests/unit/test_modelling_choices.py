@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 from math import log
 from pathlib import Path
 
@@ -295,12 +296,14 @@ def expected(what: RandomProperty, value: float) -> float:
     return (normal(value) - low) / (high - low)
 
 
-DRAWS = ON.draws(IDS)
+@cache
+def draws() -> dict[str, dict[str, float]]:
+    return ON.draws(IDS)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_draws_have_their_distribution(name: str) -> None:
-    values = np.array([draw[name] for draw in DRAWS.values()])
+    values = np.array([draw[name] for draw in draws().values()])
     what = ON.drawn[name]
     assert what.low <= values.min()
     assert values.max() <= what.high
@@ -312,7 +315,7 @@ def test_draws_have_their_distribution(name: str) -> None:
 
 
 def test_each_block_is_a_latin_hypercube() -> None:
-    rows = np.array([list(draw.values()) for draw in DRAWS.values()])
+    rows = np.array([list(draw.values()) for draw in draws().values()])
     for start in (0, random_properties.BLOCK):
         block = rows[start : start + random_properties.BLOCK]
         for name, column in zip(NAMES, block.T, strict=True):
@@ -325,7 +328,7 @@ def test_each_block_is_a_latin_hypercube() -> None:
 
 def test_more_motions_and_fewer_properties_change_no_draw() -> None:
     few = ON.draws(IDS[:5])
-    assert few == {name: DRAWS[name] for name in IDS[:5]}
+    assert few == {name: draws()[name] for name in IDS[:5]}
     without = replace(ON, deck_mass_factor=None, gap_offset_mm=None).draws(IDS[:5])
     for name, draw in without.items():
         assert draw == {key: value for key, value in few[name].items() if key in draw}
