@@ -15,6 +15,7 @@ from skewbridge.study import batch
 from skewbridge.study.analyses import StudySetup
 from skewbridge.study.batch import row_of_task
 from skewbridge.study.config import StudyConfig
+from skewbridge.study.journal import open_journal
 from skewbridge.study.task import Task, no_result, run_key
 from skewbridge.variant.grid import GridConfig
 from skewbridge.variant.options import ModelOptions
@@ -62,6 +63,13 @@ def row_of(task: Task, value: float = 1.0, cpu_s: float = 1.0) -> dict[str, obje
     demands = {column.name: value for column in DEMAND_COLUMNS}
     run = {**no_result("ok", ""), "duration_s": 1.0, "wall_s": cpu_s, "cpu_s": cpu_s}
     return row_of_task({**demands, **run}, task, run_key(task))
+
+
+def in_journal(path: Path, *rows: dict[str, object]) -> None:
+    """Write rows into a journal."""
+    with open_journal(path) as journal:
+        for row in rows:
+            journal.append(row)
 
 
 def without_workers(monkeypatch, answer=row_of) -> list[Task]:

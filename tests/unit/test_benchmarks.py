@@ -26,15 +26,8 @@ def test_recorded_commands_solve_the_equations_of_the_analysis():
 
 def test_speedup_compares_both_programs_with_the_reference(monkeypatch):
     demands = dict.fromkeys(speedup.DEMANDS, 1.1)
-    run = PlainRun(
-        status="ok",
-        failed_steps=0,
-        steps=1,
-        iterations=1,
-        time_reached_s=2.5,
-        cpu_s=10.0,
-        demands=demands,
-    )
+    steps = {"status": "ok", "failed_steps": 0, "steps": 1, "iterations": 1}
+    run = PlainRun(**steps, time_reached_s=2.5, cpu_s=10.0, demands=demands)
     monkeypatch.setattr(speedup, "analyse_plain", lambda case: run)
     monkeypatch.setattr(speedup, "_reference", lambda *_: dict.fromkeys(demands, 1.0))
     case = Case(variant=osb1(30, 25), motion=suite_motion("syn005", 2.5), window_s=2.5)

@@ -1,6 +1,9 @@
-"""The commands of the bridge package, from outside; doubts about a bridge file and its period."""
+"""Commands `bridge` and `run`: answers, files, exit codes; doubts about a bridge; memory."""
 
+import json
 import logging
+import subprocess
+import sys
 from dataclasses import replace
 from functools import partial
 from itertools import product
@@ -9,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import pyarrow.parquet as pq
 import pytest
 from click.testing import Result
 from reference_pages import ROOT
@@ -16,15 +20,29 @@ from reference_pages import ROOT
 import cli_json
 from bridge_variants import variant
 from cli_json import invoke
+from motions_files import at2_text
 from skewbridge.analysis import bridge_check, modal
 from skewbridge.analysis.bridge_check import sdc_rows
+from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import bent_capacities, bent_capacity
 from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.model import build, domain
+from skewbridge.bridge.structures import built_bridge
+from skewbridge.demands.columns import COLUMNS, DEMAND_COLUMNS
+from skewbridge.demands.tables import to_table
+from skewbridge.files.tables import write_table
 from skewbridge.fragility.rates import Decision
 from skewbridge.report.bridge_figures import with_codes
+from skewbridge.study.analyses import StudySetup
+from skewbridge.study.batch import row_of_task
+from skewbridge.study.config import load_config
+from skewbridge.study.folder import StudyFolder
+from skewbridge.study.inputs import prepare_motions
+from skewbridge.study.task import outcome_of, run_key
+from skewbridge.units import G_MPS2
 from skewbridge.variant.options import ModelOptions
+from strong_motion import DT_S, strong_motion
 
 bridge, answer = partial(invoke, "bridge"), partial(cli_json.answer, "bridge")
 
@@ -34,7 +52,7 @@ def one_line(result: Result) -> str:
 
 
 def test_all_bridges_are_listed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(Path(__file__).parents[2])
+    monkeypatch.chdir(ROOT)
     names = [row["bridge"] for row in answer("list")["bridges"]]
     assert {"osb1", "osb1_fixed_era1", "osb2s", "bridge_a", "painter", "template"} <= set(names)
     assert len(names) == 11
@@ -89,26 +107,6 @@ def test_models_and_columns_are_drawn_and_written(tmp_path) -> None:
     assert (tmp_path / "column.png").stat().st_size > 10_000
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ("modal --bridge osb9", "bridge must be one of"),
-        ("modal --bridge osb1_fixd", "did you mean osb1_fixed?"),
-        ("modal --skew-deg 75", "skew_deg must be within -66..66, got 75"),
-        ("modal --set column_integration=simpson", "column_integration: must be 'hinge"),
-        ("pushover --direction z --out .", "'z' is not one of 'x', 'y'"),
-        ("static --max-disp-m -1 --out .", "max_disp_m must be within"),
-        ("static --set backfill=clay --out .", "backfill: must be 'hyperbolic'"),
-        ("column --bent 2 --out .", "bent must be between 1 and 1"),
-        ("sdc nowhere", "nowhere"),
-    ],
-)
-def test_bad_input_is_named_and_exits_with_2(arguments: str, message: str) -> None:
-    result = bridge(*arguments.split())
-    assert result.exit_code == 2
-    assert message in one_line(result)
-
-
 def test_the_whole_ladder_is_pushed_and_drawn(tmp_path: Path) -> None:
     found = answer("static", "--abutment", "all", "--max-disp-m", "0.08", "--out", str(tmp_path))
     curves = pd.read_parquet(tmp_path / "curve.parquet")
@@ -119,18 +117,11 @@ def test_the_whole_ladder_is_pushed_and_drawn(tmp_path: Path) -> None:
     assert (tmp_path / "ladder.png").stat().st_size > 10_000
 
 
-WALL = """extends: osb1
-column:
-  shape: rectangular
-  width_m: {v: 2.4, src: "d: a test"}
-  depth_m: {v: 1.0, src: "d: a test"}
-  tie_legs: {v: [4, 8], src: "d: a test"}
-"""
-
-
-def test_a_wall_has_a_curve_and_a_row_of_capacities_in_each_direction(tmp_path: Path) -> None:
-    path = tmp_path / "wall.yaml"
-    path.write_text(WALL, encoding="utf-8")
+def test_a_wall_has_a_curve_and_a_row_of_capacities_in_each_direction(tmp_path, written) -> None:
+    path = written("""extends: osb1
+source: "d: a test"
+column: {shape: rectangular, width_m: 2.4, depth_m: 1.0, tie_legs: [4, 8]}
+""")
     normal, along = answer("column", "--bridge", path, "--out", tmp_path)["directions"]
     assert (normal["direction"], along["direction"]) == ("normal", "along")
     assert along["plastic_moment_knm"] > 2 * normal["plastic_moment_knm"]
@@ -154,55 +145,40 @@ def corner_histories() -> dict[str, np.ndarray]:
     return {f"abutment_{side}_{kind}_{axis}_m": np.zeros(2) for side, kind, axis in places}
 
 
-def test_checks_of_a_run_name_every_corner(tmp_path: Path) -> None:
-    def checks(variant: str, *options: object) -> list[dict]:
-        row = {"variant": f"{variant}_cf_skew30_gap051_mu050", "column_drift_ratio": 0.02}
-        row |= {"bridge": variant, "abutment": "contact_friction"}
+def test_checks_of_a_run_name_every_corner(tmp_path: Path, written) -> None:
+    def checks(name: str, file: str, *options: object) -> list[dict]:
+        row = {"variant": f"{name}_cf_skew30_gap051_mu050", "column_drift_ratio": 0.02}
+        row |= {"bridge": name, "abutment": "contact_friction"}
         row |= {"skew_deg": 30, "gap_mm": 51, "friction": 0.5}
         pd.DataFrame([row | SUPPORT]).to_parquet(tmp_path / "demands.parquet")
-        bents = bridge_check.capacity_rows(
-            bent_capacities(load_bridge(own if options else variant))
-        )
+        bents = bridge_check.capacity_rows(bent_capacities(load_bridge(file)))
         pd.DataFrame(bents).to_parquet(tmp_path / "capacities.parquet")
         return answer("sdc", tmp_path, *options)["checks"]
 
     pd.DataFrame(corner_histories()).to_parquet(tmp_path / "histories.parquet")
-    own = tmp_path / "own.yaml"
-    own.write_text("extends: osb1\nbase: fixed\n")
-    found = checks("osb1")
+    found = checks("osb1", "osb1")
     assert sum("seat, SDC" in check["check"] for check in found) == 4
     assert all(check["ok"] for check in found)
-    first = checks("own", "--bridge", own)[0]
+    own = written("extends: osb1\nbase: fixed\n")
+    first = checks("made", own, "--bridge", own)[0]
     assert first["check"] == "bent 1 displacement, hinge 0.739 m by rule (m)"
-    assert "give the file of its bridge own: --bridge" in one_line(
-        invoke("bridge", "sdc", tmp_path)
-    )
-    script = ROOT / "docs/own_bridge.py"
-    assert "a script has no data" in one_line(invoke("bridge", "sdc", script))
+    assert "give the file of its bridge made: --bridge" in one_line(bridge("sdc", tmp_path))
+    assert "a script has no data" in one_line(bridge("sdc", ROOT / "docs/own_bridge.py"))
 
 
-def test_the_seat_of_a_simple_span_follows_from_its_own_length() -> None:
-    spans = load_structure(ROOT / "docs/bridges/simple_spans.yaml").description
-    length_ft, height_ft = 30.0 / 0.3048, 5.6 / 0.3048  # not the 116 m of the bridge
-    least_m = 1.5 * (8 + 0.02 * length_ft + 0.08 * height_ft) * 0.0254
-    assert bridge_check.seat_demand_aashto_m(spans, 0.0) == pytest.approx(least_m)
-
-
-def test_a_bridge_gets_the_capacities_of_its_bents(tmp_path: Path) -> None:
+def test_a_bridge_gets_the_capacities_of_its_bents(written) -> None:
     bents = answer("sdc", "osb2s")["bents"]
     assert [bent["p_delta_ratio"] for bent in bents] == pytest.approx([0.39, 0.43], abs=0.01)
-    assert not any(bent["ok"] for bent in bents)
-    path = tmp_path / "own.yaml"
-    path.write_text('extends: osb2s\ncolumn:\n  hinge_length_m: {v: 0.9, src: "d: a test"}\n')
-    own = answer("sdc", str(path))["bents"]
-    lengths = {(bent["hinge_length_m"], bent["hinge_length_by"]) for bent in own}
-    assert lengths == {(0.9, "file")}
+    # the file of a bridge may give the length of the hinges
+    text = "extends: {}\ncolumn: {{hinge_length_m: {{v: {}, src: 'd: a test'}}}}\n"
+    for parent, length_m, is_ok in (("osb1", 0.7, [True]), ("osb2s", 0.9, [False, False])):
+        path = written(text.format(parent, length_m))
+        own = pd.DataFrame(answer("sdc", path)["bents"])
+        assert set(own["hinge_length_m"]) == {length_m}
+        assert set(own["hinge_length_by"]) == {"file"}
+        assert own["ok"].tolist() == is_ok
     capacities_m = [bent_capacity(load_bridge(name), 0).capacity_m for name in (path, "osb2s")]
     assert capacities_m[0] < capacities_m[1]
-    path = tmp_path / "other.yaml"
-    path.write_text('extends: osb1\ncolumn:\n  hinge_length_m: {v: 0.7, src: "d: a test"}\n')
-    (bent,) = answer("sdc", str(path))["bents"]
-    assert (bent["hinge_length_m"], bent["hinge_length_by"], bent["ok"]) == (0.7, "file", True)
 
 
 def test_the_gap_of_the_file_of_a_bridge_is_the_one_that_is_printed(tmp_path: Path) -> None:
@@ -243,9 +219,8 @@ def test_a_bridge_of_the_catalogue_raises_no_doubts(tmp_path: Path) -> None:
     assert (tmp_path / "model.png").stat().st_size > 10_000
 
 
-def test_changed_spans_are_reported_with_the_model_period(tmp_path, caplog):
-    longer = str(tmp_path / "longer.yaml")
-    Path(longer).write_text(LONGER)
+def test_changed_spans_are_reported_with_the_model_period(tmp_path, caplog, written):
+    longer = written(LONGER)
     result = bridge("check", longer, "--out", tmp_path / "out")
     model_s = modal.conditioning_period_s(modal.standing_bridge(longer))
     assert result.exit_code == 0
@@ -256,32 +231,28 @@ def test_changed_spans_are_reported_with_the_model_period(tmp_path, caplog):
     config.write_text(f"results: {tmp_path}/results\ngrid:\n  bridge: [{longer}]\n")
     result = invoke("plan", "--config", config)
     assert result.exit_code == 0, result.stderr
-    assert "warning: longer: t1_s = 0.7192 s" in result.stderr
+    assert "warning: made: t1_s = 0.7192 s" in result.stderr
     caplog.clear()
     with caplog.at_level(logging.WARNING):  # once per bridge
         modal.warn_of_periods(["osb1", longer, longer])
-    assert [record.message.split(":")[0] for record in caplog.records] == ["longer"]
+    assert [record.message.split(":")[0] for record in caplog.records] == ["made"]
 
 
-def test_a_period_within_five_percent_is_accepted_and_shared_directions_reported(tmp_path) -> None:
+def test_a_period_within_five_percent_is_accepted_and_shared_directions_reported(written) -> None:
     modes = modal.standing_bridge("osb1")
     for factor, change in ((1.049, ""), (0.951, ""), (1.051, "+5.1%"), (0.949, "-5.1%")):
         t1_s = factor * modal.conditioning_period_s(modes)
-        path = tmp_path / f"own_{factor:.3f}.yaml"
-        path.write_text(f'extends: osb1\nt1_s: {{v: {t1_s:.6f}, src: "d: a test"}}\n')
-        messages = modal.periods_of_file(str(path), modes)
+        path = written(f'extends: osb1\nt1_s: {{v: {t1_s:.6f}, src: "d: a test"}}\n')
+        messages = modal.periods_of_file(path, modes)
         assert (change in messages[0]) if change else messages == []
     # long spans move vertically with the longitudinal motion of a pinned bent
-    path = tmp_path / "long.yaml"
-    path.write_text(LONGER.replace("50.0", "55.0"))
-    messages = modal.periods_of_file(str(path), modal.standing_bridge(str(path)))
+    path = written(LONGER.replace("50.0", "55.0"))
+    messages = modal.periods_of_file(path, modal.standing_bridge(path))
     assert "the longitudinal motion is shared by modes of" in " ".join(messages)
 
 
-FAULTS = ('deck:\n  width_m: {v: -1.0, src: "d: a test"}\n'
-          'column:\n  bar_count: {v: 2, src: "d: a test"}\n')  # fmt: skip
-HEAVY = ('base: fixed\ndeck:\n  line_load_kn_per_m: {v: 560.0, src: "d: a test"}\n'
-         'column:\n  hoop_spacing_mm: {v: 600.0, src: "d: a test"}\n')  # fmt: skip
+FAULTS = "deck: {width_m: -1.0}\ncolumn: {bar_count: 2}\n"
+HEAVY = "base: fixed\ndeck: {line_load_kn_per_m: 560.0}\ncolumn: {hoop_spacing_mm: 600.0}\n"
 
 
 @pytest.mark.parametrize(
@@ -291,10 +262,9 @@ HEAVY = ('base: fixed\ndeck:\n  line_load_kn_per_m: {v: 560.0, src: "d: a test"}
         (FAULTS, 2, ("deck.width_m", "column.bar_count")),  # all faults of a file
     ],
 )
-def test_heavy_columns_weak_hoops_and_faults_of_a_file_are_reported(tmp_path, text, code, words):
-    path = tmp_path / "own.yaml"
-    path.write_text(f"extends: osb1\n{text}")
-    result = bridge("check", path, "--out", tmp_path)
+def test_heavy_columns_weak_hoops_and_faults_are_reported(tmp_path, written, text, code, words):
+    own = written(f"extends: osb1\nsource: 'd: a test'\n{text}")
+    result = bridge("check", own, "--out", tmp_path)
     assert result.exit_code == code
     assert all(each in one_line(result) for each in words)
 
@@ -303,15 +273,6 @@ def test_heavy_columns_weak_hoops_and_faults_of_a_file_are_reported(tmp_path, te
 
 
 VARIANT = variant()
-
-
-@pytest.mark.parametrize(
-    ("name", "yield_mm", "ductility"), [("osb1", 36.0, 5.8), ("osb2s", 179.0, 5.1)]
-)
-def test_yield_displacement_and_ductility_agree_with_the_hand_values(name, yield_mm, ductility):
-    bent = bent_capacities(load_bridge(name))[0]  # the study `bridges` has the capacity
-    assert 1e3 * bent.yield_disp_m == pytest.approx(yield_mm, rel=0.05)
-    assert bent.capacity_m / bent.yield_disp_m == pytest.approx(ductility, rel=0.05)
 
 
 @pytest.mark.parametrize(
@@ -332,17 +293,26 @@ def test_the_hinge_length_follows_from_height_and_base(name, bent, rule, length_
     assert found.hinge_length_m == pytest.approx(length_m, abs=1e-4)
 
 
-@pytest.mark.parametrize(("skew_deg", "seat_m"), [(0, 0.59), (30, 0.66), (45, 0.74), (60, 0.86)])
-def test_seat_widths_agree_with_the_hand_values(skew_deg: int, seat_m: float) -> None:
-    bridge = load_structure("osb1").description
-    found = bridge_check.seat_demand_aashto_m(bridge, radians(skew_deg))
-    assert found == pytest.approx(seat_m, abs=0.006)
-    assert bridge_check.seat_demand_aashto_m(bridge, radians(-skew_deg)) == found
-    demands_m = [bridge_check.seat_demand_sdc_m(bridge, moved_m) for moved_m in (0.0, 1.0)]
+def test_yield_displacements_ductilities_and_seats_agree_with_the_hand_values() -> None:
+    for name, yield_mm, ductility in (("osb1", 36.0, 5.8), ("osb2s", 179.0, 5.1)):
+        bent = bent_capacities(load_bridge(name))[0]  # the study `bridges` has the capacity
+        assert 1e3 * bent.yield_disp_m == pytest.approx(yield_mm, rel=0.05)
+        assert bent.capacity_m / bent.yield_disp_m == pytest.approx(ductility, rel=0.05)
+    osb1 = load_structure("osb1").description
+    for sign in (1.0, -1.0):
+        skews = sign * np.radians([0, 30, 45, 60])
+        found_m = [bridge_check.seat_demand_aashto_m(osb1, skew) for skew in skews]
+        assert found_m == pytest.approx([0.59, 0.66, 0.74, 0.86], abs=0.006)
+    demands_m = [bridge_check.seat_demand_sdc_m(osb1, moved_m) for moved_m in (0.0, 1.0)]
     assert demands_m == pytest.approx([0.762, 1.0 + 0.1016 + 0.04572])  # the minimum first
+    # the seat of a simple span follows from its own length, not from the 116 m of the bridge
+    spans = load_structure(ROOT / "docs/bridges/simple_spans.yaml").description
+    length_ft, height_ft = 30.0 / 0.3048, 5.6 / 0.3048
+    least_m = 1.5 * (8 + 0.02 * length_ft + 0.08 * height_ft) * 0.0254
+    assert bridge_check.seat_demand_aashto_m(spans, 0.0) == pytest.approx(least_m)
 
 
-def test_the_table_names_what_fails() -> None:
+def test_the_table_names_what_fails_by_moves_normal_to_the_seats() -> None:
     bents = bridge_check.capacity_rows(bent_capacities(load_bridge("osb1")))
     moves_m = {"left acute": 0.2, "right acute": 0.9}
     rows = sdc_rows(VARIANT, {"column_drift_ratio": 0.30 / 5.64} | SUPPORT, bents, moves_m, {})
@@ -350,8 +320,7 @@ def test_the_table_names_what_fails() -> None:
     failed = {row["check"] for row in rows if not row["ok"]}
     assert failed == {"bent 1 displacement, hinge 0.821 m by rule (m)", "right acute seat, SDC (m)"}
 
-
-def test_corner_moves_count_outward_normal_to_the_seat_only() -> None:
+    # corner moves count outward and normal to the seat only
     histories = corner_histories()
     histories["abutment_right_acute_x_m"][1] = -0.1
     histories["abutment_right_obtuse_x_m"][1] = 0.1
@@ -359,9 +328,8 @@ def test_corner_moves_count_outward_normal_to_the_seat_only() -> None:
     histories["abutment_left_acute_x_m"][1] = -0.1 * np.sin(radians(30))
     histories["abutment_left_acute_y_m"][1] = 0.1 * np.cos(radians(30))
     moves = bridge_check.corner_moves_m(VARIANT, histories)
-    assert moves["right acute"] == pytest.approx(0.1 * np.cos(radians(30)))
-    assert moves["right obtuse"] == 0.0
-    assert moves["left acute"] == pytest.approx(0.0, abs=1e-12)
+    found = [moves[corner] for corner in ("right acute", "right obtuse", "left acute")]
+    assert found == pytest.approx([0.1 * np.cos(radians(30)), 0.0, 0.0], abs=1e-12)
 
 
 @pytest.mark.parametrize(("at", "lost"), [("at: bent 1", 0.5), ("from_left_m: 40.0", 1.0)])
@@ -402,7 +370,188 @@ def test_the_support_at_rest_is_the_seat_less_the_gap(abutment, gap_mm, support_
     with domain():
         model = build(replace(VARIANT, abutment=abutment, gap_mm=gap_mm), ModelOptions())
     assert [end.support_length_m for end in model.seats] == pytest.approx([support_m] * 2)
-    run = {"column_drift_ratio": 0.02, "support_length_m": support_m}
-    rows = {row["check"]: row for row in sdc_rows(VARIANT, run, [], {"left acute": 0.2}, {})}
-    assert rows["left acute seat, SDC (m)"]["capacity"] == support_m
-    assert rows["seat, AASHTO 1.5 N (m)"]["capacity"] == support_m
+
+
+# --- `run` and the analyses of a process
+
+
+@pytest.fixture
+def pair(tmp_path):
+    motion = strong_motion(duration_s=3.0)
+    paths = [tmp_path / f"strong{azimuth}.AT2" for azimuth in ("090", "180")]
+    for path, accel_mps2 in zip(paths, motion.components, strict=True):
+        path.write_text(at2_text(accel_mps2 / G_MPS2, DT_S))
+    return list(map(str, paths))
+
+
+def run(pair, out, *options):
+    """Return the exit code and the answer of an analysis under a pair of components."""
+    return cli_json.run("run", "--motion", *pair, "--out", out, *options)
+
+
+def test_a_run_leaves_its_row_histories_and_figures(pair, tmp_path):
+    out = tmp_path / "out"
+    code, row = run(pair, out, "--skew-deg", "30", "--abutment", "contact-friction")
+    assert code == 0, row
+    assert (row["status"], row["variant"]) == ("ok", "osb1_cf_skew30_gap051_mu050")
+    assert row["deck_disp_m"] > 0.1
+    assert row["loosened_ratio"] < 0.01  # the limit of a suspect row
+    assert int(row["steps_by_rung"].split()[0]) >= 3.0 / AnalysisSettings().dt_s
+    assert row["contact_energy_ratio"] > -1e-3
+    assert 0.0 < row["contact_force_ratio"] < 0.5
+    table = pq.read_table(out / "demands.parquet")
+    assert table.column_names == [column.name for column in COLUMNS]
+    assert table.num_rows == 1
+    histories = pd.read_parquet(out / "histories.parquet")
+    names = {"t_s", "deck_ux_m", "deck_uy_m", "deck_rot_rad", "column_shear_kn"}
+    names |= {f"abutment_right_{axis}_{unit}" for axis in "xy" for unit in ("m", "kn")}
+    assert names <= set(histories)
+    # the pads act alone as long as no contact of the abutment is closed
+    apart = histories.filter(regex="contact_left_.*_normal_kn").sum(axis=1) == 0.0
+    assert 0 < apart.sum() < len(histories)
+    for axis in "xy":
+        whole, pads = (histories[f"abutment_left_{part}{axis}_kn"] for part in ("", "pads_"))
+        assert (whole - pads)[apart].abs().max() < 1e-9
+        assert (whole - pads)[~apart].abs().max() > 10.0
+    # histories are read at the regular steps, demands at all
+    assert histories["column_shear_kn"].max() == pytest.approx(row["column_shear_kn"], rel=1e-3)
+    assert histories["t_s"].iloc[-1] == pytest.approx(row["time_reached_s"])
+    for name in ("displacements", "hysteresis", "columns", "contacts"):
+        assert (out / f"{name}.png").stat().st_size > 10_000
+
+
+def test_the_printed_answer_has_suspect_properties_and_the_units_asked_for(pair, tmp_path):
+    """Two iterations are too few for most steps."""
+    changes = ("max_iterations=2", "tolerance_j=1.0e-14", "reuse_tangent=false")
+    options = [text for change in changes for text in ("--set", change)]
+    out = ("--out", tmp_path / "out", "--units", "us", "--no-figures")
+    printed = invoke("run", "--motion", *pair, *out, *options)
+    assert {"status", "suspect", "column_shear_dcr", "deck_disp_in"} <= set(printed.stdout.split())
+    assert "osb1_cf_skew00_gap051_mu050" in printed.stdout
+    assert f"written to {tmp_path}/out" in printed.stderr
+    (row,) = pq.read_table(tmp_path / "out/demands.parquet").to_pylist()
+    assert row["loosened_ratio"] > 0.5
+    assert "share of steps with looser test" in row["suspect"]
+
+
+def test_a_roller_has_no_contacts_to_draw_and_a_collapse_is_a_result(pair, tmp_path):
+    code, row = run(pair, tmp_path / "out", "--abutment", "roller", "--duration-s", "0.5")
+    assert (code, row["variant"]) == (0, "osb1_ro_skew00_gap000_mu000")
+    assert not (tmp_path / "out" / "contacts.png").exists()
+    code, row = run(pair, tmp_path / "out", "--scale", "4", "--no-figures")
+    assert code == 0
+    assert (row["status"], row["collapse_criterion"]) == ("collapse", "column_drift_ratio")
+
+
+@pytest.mark.parametrize(
+    ("bridge", "changes"),
+    [
+        ("osb1", {"gap_offset_mm": 10}), ("osb1", {"gap_offset_mm": -60}),  # the gap is at least 0
+        ("osb1", {"gap_measured": "longitudinal"}), ("osb2s", {"deck_mass_factor": 1.3}),
+        ("osb1_fixed", {"hinge_rule": "paulay_priestley"}),
+        ("osb2s", {"steel_strength_factor": 0.8, "concrete_strength_factor": 1.2}),
+    ],
+)  # fmt: skip
+def test_the_design_criteria_have_the_capacities_of_the_model(pair, tmp_path, bridge, changes):
+    texts = [text for key, value in changes.items() for text in ("--set", f"{key}={value}")]
+    case = ("--bridge", bridge, "--skew-deg", "60", "--gap-mm", "51", "--duration-s", "0.05")
+    code, row = run(pair, tmp_path, *case, *texts, "--no-figures")
+    assert code == 0, row
+    options = ModelOptions(**changes)
+    narrowing = 0.5 if options.gap_measured == "longitudinal" else 1.0  # cos(60)
+    support_m = 0.914 - max(0.051 * narrowing + 1e-3 * options.gap_offset_mm, 0.0)
+    scaled = built_bridge(load_bridge(bridge), options, 60.0)
+    bents = [bent_capacity(scaled, at, options.hinge_rule) for at in range(len(scaled.bents))]
+    assert row["support_length_m"] == pytest.approx(support_m)
+    checks = answer("sdc", tmp_path)["checks"]
+    seats = [check["capacity"] for check in checks if "seat" in check["check"]]
+    assert seats == pytest.approx([support_m] * 5)
+    found = {check["check"]: check for check in checks}
+    for number, bent in enumerate(bents, start=1):
+        name = f"bent {number} displacement, hinge {bent.hinge_length_m:.3f} m by rule (m)"
+        assert found[name]["capacity"] == pytest.approx(bent.capacity_m)
+        ratio = found[f"bent {number} P-Delta ratio"]["demand"]
+        height_m = load_structure(bridge).description.bent_heights_m[number - 1]
+        disp_m = row["column_drift_ratio"] * height_m
+        assert ratio == pytest.approx(bent.p_delta_ratio(disp_m))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ("bridge modal --bridge osb9", "bridge must be one of"),
+        ("bridge modal --bridge osb1_fixd", "did you mean osb1_fixed?"),
+        ("bridge modal --set column_integration=simpson", "column_integration: must be 'hinge"),
+        ("bridge pushover --direction z --out .", "'z' is not one of 'x', 'y'"),
+        ("bridge static --max-disp-m -1 --out .", "max_disp_m must be within"),
+        ("bridge static --set backfill=clay --out .", "backfill: must be 'hyperbolic'"),
+        ("bridge column --bent 2 --out .", "bent must be between 1 and 1"),
+        ("bridge sdc nowhere", "nowhere"),
+        ("run {} --skew-deg 75", "skew_deg must be within -66..66, got 75"),
+        ("run {} --bridge nowhere", "nowhere"),
+        ("run {} --scheme best", "'best' is not one of 'default', 'paper'"),
+        ("run {} --dt-s 0.5", "dt_s: must be less than or equal to 0.02, got 0.5"),
+        ("run {} --scale 0", "scale must be a positive number"),
+        ("run {} --set arrays=soft", "arrays: must be 'rigid' or 'corotational', got 'soft'"),
+        ("run {} --set transverse_gap_mm=-1", "transverse_gap_mm: must be greater than"),
+        ("run {} --set array=rigid", "array: unknown key"),
+        ("run {} --set rigid", "--set takes KEY=VALUE, got 'rigid'"),
+        ("run {} --out strong090.AT2", "strong090.AT2"),  # a file in place of the folder
+    ],
+)
+def test_bad_input_is_named_and_exits_with_2(pair, tmp_path, monkeypatch, arguments, message):
+    monkeypatch.chdir(tmp_path)
+    given = arguments.format(f"--motion {' '.join(pair)} --out out").split()
+    found = cli_json.answer(*given, code=2)
+    assert found["status"] == "error"
+    assert message in found["message"]
+
+
+def test_a_row_of_a_study_is_repeated_by_its_key(pair, tmp_path, monkeypatch):
+    config = {"motions": {"folder": str(tmp_path), "count": 1}, "analysis": {"duration_s": 0.5}}
+    path = tmp_path / "study" / "config" / "config.yaml"
+    path.parent.mkdir(parents=True)
+    path.write_text(json.dumps(config | {"results": "elsewhere"}), encoding="utf-8")
+    monkeypatch.chdir(tmp_path / "study")
+    parsed, folder = load_config(path), StudyFolder(tmp_path / "study" / "elsewhere")
+    prepare_motions(parsed)
+    task = StudySetup.of(parsed).tasks("osb1_cf_skew30_gap051_mu050")[0]
+    result = outcome_of(task.analyse()) | {"wall_s": 0.0, "cpu_s": 0.0, "suspect": ""}
+    row = row_of_task(result, task, run_key(task))
+    write_table(to_table([row], {}), folder.demands)
+    options = ("--out", tmp_path / "out", "--no-figures")
+    again = cli_json.answer("run", "--row", row["run_key"], *options)
+    names = ["run_key", *(column.name for column in DEMAND_COLUMNS)]
+    assert {name: again[name] for name in names} == {name: row[name] for name in names}
+    unknown = cli_json.answer("run", "--row", "f00", *options, code=2)
+    assert "no such run_key" in unknown["message"]
+
+
+MAX_MB = 400.0
+MAX_GROWTH_MB = 4.0  # a thread's arena that the allocator takes late; a leak would be far more
+
+SCRIPT = """
+import psutil
+from strong_motion import strong_motion
+from skewbridge.analysis.ground import Excitation
+from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.analysis.transient import analyse
+from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.variant import Variant
+
+motion, settings = strong_motion(), AnalysisSettings(duration_s=0.05)
+for number in range(100):
+    case = Variant(bridge="osb1", abutment="contact_friction", skew_deg=15 * (number % 4),
+                   gap_mm=51, friction_pct=50)
+    analyse(case, Excitation(motion=motion), settings, ModelOptions(), histories=True)
+    if number in (19, 99):
+        print(psutil.Process().memory_info().rss / 2**20)
+"""
+
+
+def test_a_hundred_analyses_in_one_process_keep_its_memory_flat():
+    command = [sys.executable, "-c", SCRIPT]
+    done = subprocess.run(command, cwd=ROOT / "tests", capture_output=True, text=True, check=True)
+    early_mb, late_mb = (float(line) for line in done.stdout.split())
+    assert late_mb < MAX_MB
+    assert late_mb - early_mb < MAX_GROWTH_MB

@@ -1,4 +1,4 @@
-"""Commands about the study: what they answer, how they refuse, what they publish; its jobs."""
+"""Commands about a study, or two: what they answer, refuse and publish; jobs on a cluster."""
 
 import hashlib
 import json
@@ -17,7 +17,7 @@ from reference_pages import ROOT
 from rocrate.rocrate import ROCrate
 
 from cli_json import answer, invoke
-from fragility_tables import synthetic_demands
+from fragility_tables import IM, synthetic_demands
 from motions_files import at2_text, shaken_g
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.cli.output import config_of, folder_of
@@ -27,23 +27,17 @@ from skewbridge.files.digests import provenance
 from skewbridge.files.tables import write_frame
 from skewbridge.files.text import merged, read_mapping
 from skewbridge.report.methods import REFERENCES, methods_of
-from skewbridge.study.analyses import (
-    StudySetup,
-    analyses_s,
-    check_plan,
-    forecast_s,
-    run_in_journal,
-)
+from skewbridge.study import analyses
+from skewbridge.study.analyses import StudySetup, forecast_s
 from skewbridge.study.config import load_config, parse_config
 from skewbridge.study.folder import write_starter
 from skewbridge.study.inputs import prepare_motions
 from skewbridge.study.jobs import for_terminal
-from skewbridge.study.journal import open_journal, read_content
+from skewbridge.study.journal import read_content
 from skewbridge.study.processes import cancel_left_behind
 from skewbridge.study.progress import forecast_study
 from skewbridge.study.task import run_key
-from skewbridge.variant.grid import expand_grid
-from study_parts import row_of, study_of, wave, without_workers
+from study_parts import in_journal, row_of, study_of, wave, without_workers
 
 BASE = ROOT / "config/config.yaml"
 #: Two motions without the blocks, bands and orientations of the default study.
@@ -67,29 +61,23 @@ def test_plan_counts_the_analyses_and_the_doctor_finds_a_working_environment() -
     assert report["self_test"] == "passed"
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        (None, "bad.yaml"),
+def test_a_bad_or_missing_configuration_ends_with_2_and_one_message(tmp_path) -> None:
+    path = tmp_path / "bad.yaml"
+    assert "bad.yaml" in answer("plan", "--config", path, code=2)["message"]
+    for text, words in (
         ("model: {bakfill: sdc}", "model.bakfill: unknown key (did you mean model.backfill?)"),
         ("gird: {}", "gird: unknown key (did you mean grid?)"),
-    ],
-)
-def test_a_bad_or_missing_configuration_ends_with_2_and_one_message(tmp_path, text, words) -> None:
-    path = tmp_path / "bad.yaml"
-    if text:
+    ):
         path.write_text(text)
-    found = answer("plan", "--config", path, code=2)
-    assert words in found["message"]
+        assert words in answer("plan", "--config", path, code=2)["message"]
 
 
 def test_failures_are_forgotten(tmp_path: Path) -> None:
     """The journal has a result, a crash and a torn line."""
     (tmp_path / "mine.yaml").write_text(f"results: {tmp_path}/results\n")
     path = tmp_path / "results" / "journal" / "v.jsonl"
-    with open_journal(path) as journal:
-        for key, status in (("a", "ok"), ("b", "crash")):
-            journal.append({"run_key": key, "status": status, "variant": "v", "motion_id": "m"})
+    row = {"variant": "v", "motion_id": "m"}
+    in_journal(path, *(row | {"run_key": key, "status": key} for key in ("ok", "crash")))
     path.write_bytes(path.read_bytes() + b'{"run_key": "c')
     config = ("--study", str(tmp_path / "mine.yaml"))
     retried = answer("study", "retry", *config)
@@ -123,52 +111,40 @@ def test_new_gap_repeats_no_finished_analysis(tmp_path: Path) -> None:
     grid = f"grid: {{bridge: [osb1], abutment: [contact_friction], {axes}}}\n"
     config = tmp_path / "mine.yaml"
     config.write_text(f"results: {tmp_path}/results\n{grid}{PLAIN}")
-    study = load_config(config, base=BASE)
-    slug = next(iter(expand_grid(study.grid))).slug
+    study, slug = load_config(config, base=BASE), "osb1_cf_skew00_gap025_mu050"
     prepare_motions(study)
     tasks = StudySetup.of(study).tasks(slug)
     keys = dict(zip(map(run_key, tasks), ("ok", "timeout"), strict=True))
     same = dict.fromkeys(COLUMN_NAMES) | {"variant": slug, "motion_id": "m"}
     same |= {"cpu_s": 2.0, "recovery_rung": 0, "collapse_criterion": "budget"}
-    with open_journal(tmp_path / "results/journal/v.jsonl") as journal:
-        for key, status in keys.items():
-            journal.append(same | {"run_key": key, "status": status})
+    rows = (same | {"run_key": key, "status": status} for key, status in keys.items())
+    in_journal(tmp_path / "results/journal/v.jsonl", *rows)
     config.write_text(config.read_text().replace("[25]", "[25, 51]"))
     found = answer("status", "--config", str(config))
-    assert {name: found[name] for name in ("variants", "analyses", "done", "failed", "left")} == {
-        "variants": 2, "analyses": 4, "done": 2, "failed": 1, "left": 2,
-    }  # fmt: skip
+    counts = {"variants": 2, "analyses": 4, "done": 2, "failed": 1, "left": 2}
+    assert {name: found[name] for name in counts} == counts
     last = found["last_failure"]
     assert (last["variant"], last["status"], last["reason"]) == (slug, "timeout", "budget")
-    failed = answer("status", "--failed", "--config", str(config))
-    assert [row["command"] for row in failed["analyses"]] == [
-        f"skewbridge run --row {key} --out row_{key}" for key in list(keys)[1:]
-    ]
+    (failed,) = answer("status", "--failed", "--config", str(config))["analyses"]
+    key = list(keys)[1]
+    assert failed["command"] == f"skewbridge run --row {key} --out row_{key}"
 
 
-def test_a_run_reports_the_progress_of_each_variant(tmp_path, monkeypatch, capsys) -> None:
+def test_a_run_reports_the_progress_of_each_variant(tmp_path, monkeypatch, caplog) -> None:
     setup = study_of(tmp_path, *(wave(f"m{n}", number=n) for n in (1, 2, 3)))
     tasks = setup.tasks("osb1_cf_skew30_gap025_mu050")
-    with open_journal(setup.folder.journal("osb1_v")) as journal:
-        journal.append(row_of(tasks[0]))
+    in_journal(setup.folder.journal("osb1_v"), row_of(tasks[0]))
     without_workers(monkeypatch)
     monkeypatch.setattr("skewbridge.study.analyses.LOG_INTERVAL_S", 0.0)
-    terminal = logging.StreamHandler()
-    terminal.addFilter(for_terminal)
-    logger = logging.getLogger("skewbridge")
-    logger.setLevel(logging.INFO)
-    logger.addHandler(terminal)
-    try:
-        run_in_journal(setup, "osb1_v", tasks)
+    with caplog.at_level(logging.INFO, logger="skewbridge"):
+        analyses.run_in_journal(setup, "osb1_v", tasks)
         logging.getLogger("skewbridge.other").info("for the log file alone")
-    finally:
-        logger.removeHandler(terminal)
-    printed = capsys.readouterr().err
-    for done in (2, 3):
-        assert f"osb1_v: {done} of 3 analyses done (1 in earlier runs), " in printed
-    assert "min left" in printed
-    assert "per minute" in printed
-    assert "for the log file" not in printed
+    first, *_, last = (record.message for record in caplog.records if for_terminal(record))
+    text = "osb1_v: {} of 3 analyses done (1 in earlier runs), "
+    assert first.startswith(text.format(2))
+    assert "per minute" in first
+    assert "min left" in first
+    assert last.startswith(text.format(3))
 
 
 # --- archive and methods
@@ -211,10 +187,10 @@ def test_archive_is_a_crate_with_all_inputs_and_valid_digests(study: Path) -> No
     described = {entity.id: entity for entity in crate.data_entities if entity.type != "Dataset"}
     assert sorted(described) == found["files"]
     assert set(content) - set(described) == {"ro-crate-metadata.json"}
-    bridges = {f"config/bridges/{name}.yaml" for name in ("mine", "base")}
-    settings = {"own.yaml", "config/config.yaml", "config/limit_states.yaml", "motions.csv"}
-    tables = {f"results/{name}.parquet" for name in ("demands", "fragility/curves")}
-    assert bridges | settings | tables | {"METHODS.md", "workflow/Snakefile"} <= set(content)
+    expected = {f"config/{name}.yaml" for name in ("bridges/mine", "bridges/base", "config")}
+    expected |= {"own.yaml", "config/limit_states.yaml", "motions.csv", "METHODS.md"}
+    expected |= {f"results/{name}.parquet" for name in ("demands", "fragility/curves")}
+    assert expected | {"workflow/Snakefile"} <= set(content)
     for name, entity in described.items():
         assert hashlib.sha256(content[name]).hexdigest() == entity["sha256"]
     assert crate.mainEntity.id == "workflow/Snakefile"
@@ -266,11 +242,13 @@ def test_unfinished_study_is_refused(study: Path, arguments: list[str], message:
 def test_methods_are_those_of_the_configuration(study: Path) -> None:
     result = invoke("study", "methods", "--study", "own.yaml")
     assert result.exit_code == 0, result.stderr
-    axes = "skew 0°, 30°, 60°; the joint gap 25 mm, 51 mm; friction 0, 0.5"
-    assert f"{axes}: 12 variants" in result.stdout
-    assert "One bridge was modelled" in result.stdout
-    assert "simulated, Dabaghi and Der Kiureghian 2018" in result.stdout
-    assert "Dabaghi, M., Der Kiureghian, A. (2018)" in result.stdout
+    for words in (
+        "skew 0°, 30°, 60°; the joint gap 25 mm, 51 mm; friction 0, 0.5: 12 variants",
+        "One bridge was modelled",
+        "simulated, Dabaghi and Der Kiureghian 2018",
+        "Dabaghi, M., Der Kiureghian, A. (2018)",
+    ):
+        assert words in result.stdout
     assert "Houbolt" not in result.stdout
 
 
@@ -281,18 +259,15 @@ def test_methods_are_those_of_the_configuration(study: Path) -> None:
         ("motions", {"design": "stripes"}, "scaled to 0.1, 0.2|jackknife over motions"),
         ("motions", {"design": "ida"}, "Vamvatsikos and Cornell 2002|column_drift_ratio"),
         ("motions", {"design": "cloud"}, "applied to every variant, unscaled"),
-        (
-            "motions",
-            {"blocks": {"cells_per_motion": 2, "complete_share": 0.0}},
-            "a motion runs all values of skew at two combinations of the values of the other axes,",
-        ),
+        ("motions", {"blocks": {"cells_per_motion": 2, "complete_share": 0.0}},
+         "a motion runs all values of skew at two combinations of the values of the other axes,"),
         ("fragility", {}, "one model of each demand|Laird and Ware 1982|jackknife over motions"),
         ("grid", {"abutment": ["roller"]}, "modelled on rollers"),
         ("model", {"shear_failure": "degrade"}, "loses its shear strength"),
         ("model", {"backfill": "sdc"}, "bilinear (Caltrans 2019)"),
         ("model", {"damping_ratio": 0.03}, "3 % of critical"),
     ],
-)
+)  # fmt: skip
 def test_methods_follow_the_choices_and_list_the_works_that_they_cite(section, choice, expected):
     text, _, listed = methods_of(parse_config({section: choice})).markdown().partition("## Ref")
     assert all(words in text for words in expected.split("|")), text
@@ -319,9 +294,18 @@ def program(folder: Path, name: str, text: str) -> None:
     path.chmod(0o755)
 
 
+def profile() -> dict[str, Any]:
+    """Return the profile of a cluster, whose rules all exist."""
+    with (ROOT / "workflow/profiles/slurm/config.yaml").open() as text:
+        found = yte.process_yaml(text, require_use_yte=True)
+    # a misspelt rule would be passed over, and its job would ask for the default
+    rules = "".join(path.read_text() for path in (ROOT / "workflow/rules").glob("*.smk"))
+    named = {*found["groups"], *found["set-threads"]}
+    assert [name for name in sorted(named) if f"rule {name}:" not in rules] == []
+    return found
+
+
 def test_status_of_jobs_comes_from_the_accounting(programs, monkeypatch):
-    program(programs, "sacct", "exit 1")
-    monkeypatch.chdir(ROOT)
     # An account is named only where there is accounting, or the executor would look it up.
     monkeypatch.setenv("SBATCH_ACCOUNT", "mine")
     program(programs, "sacct", "echo 'Slurm accounting storage is disabled' >&2; exit 1")
@@ -360,18 +344,16 @@ def test_a_forecast_follows_lengths_contacts_steps_and_finished_analyses(tmp_pat
     def forecast(**sections) -> dict[str, float]:
         return forecast_study(parse_config(merged(base, sections))).summary["cpu_s"]
 
-    def analyses(**sections) -> float:
+    def cost_s(**sections) -> float:
         return forecast(**sections)["analyses"]
 
-    per_analysis_s = [forecast_s(s, "contact_friction", AnalysisSettings()) for s in (20.0, 60.0)]
-    assert analyses() == pytest.approx(2 * sum(per_analysis_s), abs=0.1)
-    assert analyses(motions={"count": 1}) == pytest.approx(2 * per_analysis_s[0], abs=0.1)
-    assert analyses(analysis={"duration_s": 5.0}) == pytest.approx(2 * 2 * 5.0 * 0.1, abs=0.1)
-    assert analyses(motions={"incidence_deg": [0.0, 45.0]}) == pytest.approx(
-        2 * analyses(), abs=0.2
-    )
-    assert analyses(grid={"abutment": ["roller"]}) < 0.7 * analyses() / 2
-    assert analyses(accuracy="reference") > 20 * analyses()
+    each_s = [forecast_s(s, "contact_friction", AnalysisSettings()) for s in (20.0, 60.0)]
+    assert cost_s() == pytest.approx(2 * sum(each_s), abs=0.1)
+    assert cost_s(motions={"count": 1}) == pytest.approx(2 * each_s[0], abs=0.1)
+    assert cost_s(analysis={"duration_s": 5.0}) == pytest.approx(2 * 2 * 5.0 * 0.1, abs=0.1)
+    assert cost_s(motions={"incidence_deg": [0.0, 45.0]}) == pytest.approx(2 * cost_s(), abs=0.2)
+    assert cost_s(grid={"abutment": ["roller"]}) < 0.7 * cost_s() / 2
+    assert cost_s(accuracy="reference") > 20 * cost_s()
     # finished analyses that took three times as long: so does the rest
     before = forecast()
     config = parse_config(base)
@@ -379,8 +361,8 @@ def test_a_forecast_follows_lengths_contacts_steps_and_finished_analyses(tmp_pat
     assert forecast() == before
     setup = StudySetup.of(config)
     task = setup.tasks("osb1_cf_skew30_gap025_mu000")[1]
-    with open_journal(setup.folder.journal("done")) as journal:
-        journal.append(row_of(task, cpu_s=3 * per_analysis_s[1]) | {"duration_s": 60.0})
+    done = row_of(task, cpu_s=3 * each_s[1]) | {"duration_s": 60.0}
+    in_journal(setup.folder.journal("done"), done)
     assert forecast() == {name: pytest.approx(3 * s, abs=0.2) for name, s in before.items()}
 
 
@@ -392,13 +374,10 @@ GRIDS = (
     {},
 )
 SECTIONS = (
-    {},
-    {"sensitivity": {"window_s": None}},
-    {"analysis": {"duration_s": 10.0}},
-    {"accuracy": "reference"},
-    {"analysis": {"scheme": "paper"}},
+    {}, {"sensitivity": {"window_s": None}}, {"analysis": {"duration_s": 10.0}},
+    {"accuracy": "reference"}, {"analysis": {"scheme": "paper"}},
     {"design": {"until": "decided", "first": 6}},
-)
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("grid", GRIDS)
@@ -408,22 +387,15 @@ def test_numerical_checks_cost_less_than_a_quarter_of_the_analyses(grid, section
     for count in (1, 2, 4, 12, 32, 64):
         lengths_s = [25.0, 90.0] * count
         study = parse_config({"grid": grid, **sections})
-        rows, cost_s = check_plan(study, lengths_s)
+        rows, cost_s = analyses.check_plan(study, lengths_s)
         counted = lengths_s[:6] if study.design.until else lengths_s
         # the strongest parts of motions took up to 1.35 times as long as forecast
-        assert 1.35 * cost_s < 0.25 * analyses_s(study, counted)
+        assert 1.35 * cost_s < 0.25 * analyses.analyses_s(study, counted)
         assert 0 <= rows <= 4
         numbers.append(rows)
     assert numbers == sorted(numbers)
     if not grid and "design" not in sections:  # the default grid: as configured
         assert numbers[-1] == (0 if study.analysis.scheme == "paper" else 4)
-
-
-def profile() -> dict[str, Any]:
-    with (ROOT / "workflow/profiles/slurm/config.yaml").open() as text:
-        found = yte.process_yaml(text, require_use_yte=True)
-    assert isinstance(found, dict)
-    return found
 
 
 def test_only_jobs_of_this_tree_are_cancelled(programs: Path, tmp_path: Path) -> None:
@@ -433,14 +405,99 @@ def test_only_jobs_of_this_tree_are_cancelled(programs: Path, tmp_path: Path) ->
     program(programs, "scancel", f'echo "$@" >> {cancelled}')
     cancel_left_behind("skewbridge-aa")
     assert cancelled.read_text() == "11 14\n"
-    program(programs, "squeue", "true")
+    program(programs, "squeue", "true")  # none is left
     cancel_left_behind("skewbridge-aa")
     assert cancelled.read_text() == "11 14\n"
 
 
-def test_every_rule_of_the_profile_exists() -> None:
-    """A misspelt rule would be passed over, and its job would ask for the default."""
-    found = profile()
-    rules = "".join(path.read_text() for path in (ROOT / "workflow/rules").glob("*.smk"))
-    named = {*found["groups"], *found["set-threads"]}
-    assert [name for name in sorted(named) if f"rule {name}:" not in rules] == []
+# --- two studies compared run by run
+
+
+STATES = ROOT / "config/limit_states.yaml"
+
+
+def write_study(folder: Path, demands: pd.DataFrame, sha256: str = "a") -> str:
+    """Write a study of these demands; all its motions have one digest."""
+    (folder / "motions").mkdir(parents=True)
+    write_frame(demands, folder / "demands.parquet", {})
+    names = sorted(demands["motion_id"].unique())
+    suite = pd.DataFrame({"motion_id": names, "sha256": [f"{sha256}{name}" for name in names]})
+    write_frame(suite, folder / "motions" / "suite.parquet", {})
+    return str(folder)
+
+
+def compared(first: str, second: str, *options: str) -> dict:
+    return answer("compare", first, second, "--limit-states", STATES, *options)
+
+
+def test_a_known_change_is_found_in_demands_and_medians(tmp_path: Path) -> None:
+    table = synthetic_demands(gaps=(51,))
+    # a table of another program has the ratio of one failure mode, but not that of any
+    table["drift_over_capacity"] = table["column_drift_ratio"] / 0.02
+    noise = np.exp(0.05 * np.random.default_rng(3).normal(size=len(table)))
+    changed = table.assign(deck_disp_m=table["deck_disp_m"] * 0.8 * noise)
+    found = compared(write_study(tmp_path / "a", table), write_study(tmp_path / "b", changed))
+    pooled = {row["demand"]: row for row in found["demands"] if row["scope"] == "pooled"}
+    row = pooled["deck_disp_m"]
+    assert row["ratio"] == pytest.approx(0.8, rel=0.02)
+    assert row["ci_low"] < 0.8 < row["ci_high"]
+    assert (row["verdict"], row["axis"], row["n_cells"]) == ("lower", "study", 6)
+    # ln demand has slope 1 in ln im: the median moves by the inverse of the demand
+    states = {row["demand"]: row for row in found["medians_by_state"]}
+    slight = states["deck_displacement/slight"]
+    assert slight["ratio"] == pytest.approx(1 / 0.8, rel=0.03)
+    assert (slight["n_cells"], slight["direction"]) == (6, 1)
+    assert states["column_failure/any"]["ratio"] == pytest.approx(1.0)
+    assert pooled["column_drift_ratio"]["ratio"] == 1.0
+    assert states["column_drift/slight"]["ratio"] == pytest.approx(1.0)
+
+
+def test_only_common_runs_are_paired_and_the_rest_is_counted(tmp_path: Path) -> None:
+    first = synthetic_demands(gaps=(51,), skews=(0, 30))
+    second = synthetic_demands(gaps=(51,), skews=(30, 45))
+    second = second[second["motion_id"] < "m12"]
+    found = compared(write_study(tmp_path / "a", first), write_study(tmp_path / "b", second))
+    common = {"pairs": 24, "variants": 2, "motions": 12, "equal_pairs": 0}
+    assert found["counts"] == common | {"only_first": 64 - 24, "only_second": 48 - 24}
+    assert {row["skew_deg"] for row in found["demands"]} == {None, 30}
+
+
+def test_a_study_equals_itself_but_for_motions_of_one_name_and_other_files(tmp_path: Path) -> None:
+    table = synthetic_demands(gaps=(51,), skews=(0,))
+    path, out = tmp_path / "demands.csv", tmp_path / "rows.csv"
+    table.drop(columns=["run_key"]).to_csv(path, index=False)
+    first, second = write_study(tmp_path / "a", table), write_study(tmp_path / "b", table)
+    found = compared(first, str(path), "--out", str(out))
+    assert found["counts"]["pairs"] == len(table)
+    assert all(row["ratio"] == pytest.approx(1.0) for row in found["demands"])
+    assert len(pd.read_csv(out)) == len(found["demands"]) + len(found["medians"])
+    # the printed answer counts medians outside the motions
+    printed = invoke("compare", first, second, "--limit-states", STATES)
+    assert printed.exit_code == 0
+    lines = [line for line in printed.stdout.splitlines() if "deck_displacement" in line]
+    assert [" of 4 medians" in line for line in lines] == [False, True]
+    suite = pd.read_parquet(tmp_path / "b/motions/suite.parquet")
+    suite.loc[suite["motion_id"] == "m03", "sha256"] = "another"
+    write_frame(suite, tmp_path / "b/motions/suite.parquet", {})
+    found = compared(first, second)
+    assert found["other_motions"] == ["m03"]
+    assert found["counts"]["motions"] == 15
+
+
+@pytest.mark.parametrize(
+    ("other", "options", "message"),
+    [
+        ("a", ["--im", "im_none"], "no column 'im_none'"),
+        ("a", ["--out", "x.parquet"], "--out must end with .csv"),
+        ("a", ["--limit-states", "none.yaml"], "none.yaml"),
+        ("", ["--im", IM], "has no demands.parquet"),
+        ("scaled", [], "2 variants, 6 motions, 0 motions with the same scale"),
+    ],
+)
+def test_bad_input_and_studies_without_a_common_run_are_refused(tmp_path, other, options, message):
+    for name, scale in (("a", 1.0), ("scaled", 2.0)):
+        rows = synthetic_demands(gaps=(51,), skews=(0,), motions=6, scales=(scale,))
+        write_study(tmp_path / name, rows)
+    states = [] if "--limit-states" in options else ["--limit-states", STATES]
+    found = answer("compare", tmp_path / "a", tmp_path / other, *states, *options, code=2)
+    assert message in found["message"]

@@ -1,6 +1,5 @@
 """The pages of the documentation: links lead somewhere, commands and code are those that exist."""
 
-import json
 import re
 import shlex
 import shutil
@@ -17,8 +16,8 @@ from critical_skew import DATA, table_text
 from matplotlib.figure import Figure
 from typer.core import TyperGroup
 from typer.main import get_command
-from typer.testing import CliRunner
 
+from cli_json import answer
 from skewbridge.bridge.catalogue import bridge_schema
 from skewbridge.cli import build_app
 from skewbridge.cli.study import DEMO_STUDY
@@ -64,24 +63,25 @@ def fenced(language: str) -> Iterator[tuple[str, str]]:
             yield name, re.sub(rf"^{indent}", "", text, flags=re.M)
 
 
-def command_lines() -> Iterator[tuple[str, str]]:
-    """Name of the page and each line of a block that a shell reads."""
-    for name, text in fenced("sh"):
-        yield from ((name, line) for line in text.splitlines() if line)
-    for page, name in zip(PAGES, NAMES, strict=True):
-        indented = re.findall(r"(?:^ {4,}\S.*\n)+", page.read_text(), re.M)
-        for block in indented:
-            lines = block.replace("\\\n", " ").splitlines()
-            yield from ((name, line.strip()) for line in lines)
+def command_lines() -> Iterator[str]:
+    """Return each line of a block that a shell reads."""
+    for _, text in fenced("sh"):
+        yield from filter(None, text.splitlines())
+    for page in PAGES:
+        for block in re.findall(r"(?:^ {4,}\S.*\n)+", page.read_text(), re.M):
+            yield from map(str.strip, block.replace("\\\n", " ").splitlines())
 
 
-COMMANDS = sorted({(name, line.split("   #")[0].split("  #")[0]) for name, line in command_lines()})
+COMMANDS = sorted({line.split("   #")[0].split("  #")[0] for line in command_lines()})
 
 
-@pytest.mark.parametrize(
-    ("name", "line"), [each for each in COMMANDS if each[1].startswith("skewbridge ")]
-)
-def test_a_command_of_a_page_is_one_that_the_program_takes(name: str, line: str) -> None:
+def starting(*words: str) -> list[str]:
+    """Return the commands of all pages that begin with one of the words."""
+    return [line for line in COMMANDS if line.startswith(words)]
+
+
+@pytest.mark.parametrize("line", starting("skewbridge "))
+def test_a_command_of_a_page_is_one_that_the_program_takes(line: str) -> None:
     group = get_command(build_app())
     assert isinstance(group, TyperGroup)
     context = typer.Context(group, info_name="skewbridge")
@@ -93,8 +93,8 @@ def test_a_command_of_a_page_is_one_that_the_program_takes(name: str, line: str)
         command.make_context("", rest)
 
 
-@pytest.mark.parametrize(("name", "line"), [each for each in COMMANDS if "make " in each[1][:5]])
-def test_a_target_of_a_page_is_in_the_makefile(name: str, line: str) -> None:
+@pytest.mark.parametrize("line", starting("make "))
+def test_a_target_of_a_page_is_in_the_makefile(line: str) -> None:
     rules = (ROOT / "Makefile").read_text()
     for word in shlex.split(line)[1:]:
         variable, given, value = word.partition("=")
@@ -106,10 +106,8 @@ def test_a_target_of_a_page_is_in_the_makefile(name: str, line: str) -> None:
             assert re.search(rf"^{word}:", rules, re.M), word
 
 
-@pytest.mark.parametrize(
-    ("name", "line"), [each for each in COMMANDS if each[1].startswith(("snakemake", "cp "))]
-)
-def test_files_named_in_commands_exist(name: str, line: str) -> None:
+@pytest.mark.parametrize("line", starting("snakemake", "cp "))
+def test_files_named_in_commands_exist(line: str) -> None:
     words = shlex.split(line)
     read = words[1:2] if words[0] == "cp" else [w for w in words if w.startswith("config/")]
     assert all((ROOT / word).is_file() for word in read), line
@@ -135,14 +133,10 @@ def test_python_of_a_page_runs(name: str, text: str, finished: Path, monkeypatch
     plt.close("all")
 
 
-@pytest.mark.parametrize(
-    "line", sorted({line for _, line in COMMANDS if line.startswith("skewbridge export ")})
-)
+@pytest.mark.parametrize("line", starting("skewbridge export "))
 def test_export_of_a_page_writes_its_file(line: str, finished: Path, monkeypatch) -> None:
     monkeypatch.chdir(finished)
-    done = CliRunner().invoke(build_app(), [*shlex.split(line)[1:], "--json"])
-    assert done.exit_code == 0, done.stderr
-    assert all(Path(name).exists() for name in json.loads(done.stdout)["files"])
+    assert all(Path(name).exists() for name in answer(*shlex.split(line)[1:])["files"])
 
 
 @pytest.mark.parametrize(

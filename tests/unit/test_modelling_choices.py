@@ -1,30 +1,42 @@
-"""Modelling choices: table, pairs, ratios, journal, figure and findings."""
+"""Modelling choices and random properties: pairs, ratios, findings; distributions and draws."""
 
 import re
 from collections.abc import Sequence
 from dataclasses import replace
-from math import exp, log
+from functools import cache
+from math import log
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
+from scipy import special, stats
 
 from skewbridge.analysis.model_script import model_script
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.demands.columns import DEMAND_COLUMNS, demands_for
+from skewbridge.bridge.backfill import Passive
+from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.model import build, domain
+from skewbridge.bridge.section import core_concrete, steel_of
+from skewbridge.bridge.structures import built_bridge
+from skewbridge.demands.columns import DEMAND_COLUMNS, columns_with, demands_for
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import read_frame, write_frame
-from skewbridge.report.fragility_figures import (
-    choice_findings,
-    tornado,
-)
+from skewbridge.report.answer import properties_sentence
+from skewbridge.report.fragility_figures import choice_findings, tornado
+from skewbridge.report.methods import REFERENCES, methods_of
 from skewbridge.study import modelling_choices
 from skewbridge.study.analyses import StudySetup, sampled
 from skewbridge.study.config import parse_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.jobs import Job, rule_digest
+from skewbridge.study.modelling_choices import CHOICES
 from skewbridge.study.task import Task, run_key
+from skewbridge.variant import random_properties
 from skewbridge.variant.grid import GridConfig, expand_grid
+from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.random_properties import RandomProperty, UncertaintyConfig, with_draw
+from skewbridge.variant.variant import Variant
 from study_parts import row_of, study_of, wave, without_workers
 
 SLUG = "osb1_cf_skew30_gap025_mu050"
@@ -53,54 +65,23 @@ def tried(task: Task) -> set[str]:
     return {labels["name"] for labels, *_ in modelling_choices.choice_pairs([task])}
 
 
-@pytest.mark.parametrize("choice", modelling_choices.CHOICES, ids=lambda choice: choice.key)
-def test_every_choice_sets_its_option_to_other_values_than_the_configured(choice, task):
-    assert choice.label
-    assert choice.source
-    part = "settings" if choice.section == "analysis" else "options"
-    for value in choice.values:
-        own = choice.set_in(task, value)
-        assert getattr(getattr(own, part), choice.key) == value
-        others = choice.alternatives(own)
-        assert value not in others
-        keys = {run_key(choice.set_in(own, other)) for other in others}
-        assert run_key(own) not in keys
-        assert len(keys) == len(others)
-    # null counts as the default value
-    values = choice.alternatives(task)
-    assert choice.key != "damping_ratio" or values == [0.02]  # the file has 0.05
-    assert choice.key != "integrator" or task.settings.integrator_command not in values
-
-
 def test_choices_that_do_not_act_on_a_variant_are_left_out(task: Task) -> None:
+    """In addition to those of the models below, which are compared with their commands."""
     everywhere = {"column_integration", "damping_ratio", "integrator", "cap_load", "fiber_end"}
     everywhere |= {"shear_model", "shear_failure"}
-    of_skew = {"key_frame", "gap_measured", "backfill_variation", "backfill_skew", "bent_skew"}
     assert tried(at(task, abutment="roller", skew_deg=0)) == everywhere
     assert tried(at(task, abutment="roller")) == everywhere | {"bent_skew", "column_spacing"}
-    assert of_skew | {"friction_at"} <= tried(task)
-    # hinge_rule: the hinges of osb1 are longer than the limit
-    assert not {"embankment_mass", "foundation", "hinge_rule"} & tried(task)
-    assert not of_skew & tried(at(task, skew_deg=0))
-    assert "embankment_mass" in tried(at(task, abutment="spring"))
-    assert "backfill_dashpot" in tried(task)
-    assert "backfill_dashpot" not in tried(at(task, abutment="spring"))
     # the spacing of columns needs skewed bents with more than one column
-    assert "column_spacing" in tried(task)
-    assert "column_spacing" not in tried(at(task, bridge="bridge_a"))
     straight = at(task, skew_deg=0)
     for own in ({"bent_skew": "square"}, {"bent_skew_deg": 0.0}):
         assert "column_spacing" not in tried(replace(task, options=replace(task.options, **own)))
     turned = replace(straight, options=replace(task.options, bent_skew_deg=20.0))
     assert "column_spacing" in tried(turned)
     assert "bent_skew" not in tried(turned), "a given skew of the bents overrides the option"
-    assert "foundation" in tried(at(task, bridge="bridge_a"))
-    assert "foundation" in tried(at(task, bridge="osb1_fixed"))
     assert "friction_at" not in tried(at(task, friction_pct=0))
-    assert "hinge_rule" in tried(at(task, bridge="osb1_fixed"))
+    # softening needs a hinge of a given length
     paper = replace(task, settings=AnalysisSettings(scheme="paper"))
-    assert "column_integration" not in tried(paper)
-    assert "shear_failure" not in tried(paper), "softening needs a hinge of a given length"
+    assert not {"column_integration", "shear_failure"} & tried(paper)
 
 
 def built(task: Task) -> tuple[str, ...]:
@@ -110,30 +91,39 @@ def built(task: Task) -> tuple[str, ...]:
     return commands, str(settings), options.shear_model
 
 
+MODELS = (
+    {}, {"skew_deg": 0}, {"bridge": "bridge_a"}, {"bridge": "osb1_fixed"},
+    {"abutment": "spring", "friction_pct": 0}, {"abutment": "roller"},
+)  # fmt: skip
+
+
 @pytest.mark.parametrize(
-    "choice",
-    modelling_choices.CHOICES,
-    ids=lambda choice: f"{choice.key} {choice.values[0]}",
+    "choice", modelling_choices.CHOICES, ids=lambda choice: f"{choice.key} {choice.values[0]}"
 )
-def test_every_choice_changes_the_models_on_which_it_acts_and_no_other(choice, task) -> None:
+def test_a_choice_changes_the_models_on_which_it_acts_and_no_other(choice, task) -> None:
     """Conditions of the options against the commands of the built models."""
+    assert choice.label
+    assert choice.source
+    part = "settings" if choice.section == "analysis" else "options"
+    for value in choice.values:
+        own = choice.set_in(task, value)
+        assert getattr(getattr(own, part), choice.key) == value
+        assert value not in choice.alternatives(own)
+    # null counts as the default value
+    values = choice.alternatives(task)
+    assert choice.key != "damping_ratio" or values == [0.02]  # the file has 0.05
+    assert choice.key != "integrator" or task.settings.integrator_command not in values
     acted = 0
-    for changes in (
-        {},
-        {"skew_deg": 0},
-        {"bridge": "bridge_a"},
-        {"bridge": "osb1_fixed"},
-        {"abutment": "spring", "friction_pct": 0},
-        {"abutment": "roller"},
-    ):
+    for changes in MODELS:
         own = at(task, **changes)
         configured, alternatives = built(own), choice.alternatives(own)
-        for value in alternatives:
-            assert built(choice.set_in(own, value)) != configured, (changes, value)
+        changed = [choice.set_in(own, value) for value in alternatives]
+        assert len({run_key(each) for each in (own, *changed)}) == 1 + len(changed)
+        assert configured not in map(built, changed), changes
         acted += bool(alternatives)
         if not alternatives and all(getattr(own.options, k) == v for k, v in choice.needs.items()):
-            for value in choice.values:
-                assert built(choice.set_in(own, value)) == configured, (changes, value)
+            same = [choice.set_in(own, value) for value in choice.values]
+            assert {configured} == set(map(built, same)), changes
     assert acted
 
 
@@ -168,13 +158,13 @@ def test_two_variants_of_each_bridge_are_changed() -> None:
     assert modelling_choices.chosen_variants(expand_grid(grid)) == names
 
 
-def outcome(value: float, status: str = "ok") -> dict[str, object]:
-    demands = {column.name: value for column in DEMAND_COLUMNS}
-    return demands | {"status": status, "beyond_model": ""}
-
-
 def frame_pairs(folder: Path, outcomes: Sequence[tuple]) -> tuple[list, dict[str, dict]]:
     """Pairs of the frame of the keys, a motion each, and their rows: before, after, status."""
+
+    def outcome(value: float, status: str = "ok") -> dict[str, object]:
+        demands = {column.name: value for column in DEMAND_COLUMNS}
+        return demands | {"status": status, "beyond_model": ""}
+
     frame = next(choice for choice in modelling_choices.CHOICES if choice.key == "key_frame")
     tasks = setup_in(folder, motions=len(outcomes)).tasks(SLUG)
     pairs = list(modelling_choices.choice_pairs(tasks, [frame]))
@@ -200,16 +190,15 @@ def test_ratios_are_paired_by_motion_with_the_interval_of_the_means_of_motions(t
     bounded = modelling_choices.choices_table(pairs, rows).set_index("demand")
     assert bounded.loc["column_drift_ratio", ["n", "n_failed"]].tolist() == [2, 2]
     unseating = by_demand.loc["unseating_m"]
-    assert unseating["ratio"] == pytest.approx(exp((log(2.0) + log(0.5)) / 2))
+    assert unseating["ratio"] == pytest.approx((2.0 * 0.5) ** (1 / 2))
     assert (unseating["n"], unseating["n_failed"]) == (2, 1)
     assert (drift["from_value"], drift["to_value"]) == ("deck edge", "skewed")
     # ln 2, ln 3 and ln 6 of three motions: t(0.95, 2) = 2.919986.
     three = frame_pairs(tmp_path, ((1.0, 2.0), (1.0, 3.0), (1.0, 6.0)))
     row = modelling_choices.choices_table(*three).iloc[0]
-    logs = [log(2.0), log(3.0), log(6.0)]
-    mean = sum(logs) / 3
-    reach = 2.919986 * (sum((each - mean) ** 2 for each in logs) / 2 / 3) ** 0.5
-    assert (row["ci_low"], row["ci_high"]) == pytest.approx((exp(mean - reach), exp(mean + reach)))
+    logs = np.log([2.0, 3.0, 6.0])
+    ends = np.exp(logs.mean() + 2.919986 * np.array([-1, 1]) * logs.std(ddof=1) / 3**0.5)
+    assert (row["ci_low"], row["ci_high"]) == pytest.approx(tuple(ends))
 
 
 @pytest.fixture
@@ -275,14 +264,171 @@ def test_findings_and_tornado_list_choices_that_move_a_demand_more_than_friction
         labels = [label.get_text() for label in panel.get_yticklabels()]
         assert len(labels) == len(panel.patches) == len(values)
         assert labels[-2:] == ["Friction 0 → 0.5", "Key frame deck edge → skewed"]
-
-
-def test_the_effect_of_friction_is_divided_between_walls_and_keys(tmp_path, ran):
-    table = made(setup_in(tmp_path, motions=2))
+    # the effect of friction is divided between walls and keys
     rows = table[(table["name"] == "friction") & (table["demand"] == "unseating_m")]
     ratios = {"0.5": 1.1, "0.5 at walls": 1.02, "0.5 at keys": 1.08}
     assert dict(zip(rows["to_value"], rows["ratio"], strict=True)) == pytest.approx(ratios)
     assert set(rows["from_value"]) == {"0"}
-    # all motions have the same ratio here
-    assert list(rows["ci_low"]) == pytest.approx(list(rows["ratio"]))
-    assert set(rows["n"]) == {2}
+    assert set(rows["n"]) == {1}
+
+
+# --- random properties
+
+
+ANY_DIRECTION = RandomProperty(distribution="uniform", low=0.0, high=360.0, source="test")
+ON = UncertaintyConfig(enabled=True, incidence_deg=ANY_DIRECTION)
+NAMES = list(ON.properties)
+IDS = [f"m{number:04d}" for number in range(2000)]
+SLUG = "osb1_cf_skew30_gap025_mu050"
+AT = {"skew_deg": 30, "gap_mm": 25, "friction": 0.5}
+
+
+def expected(what: RandomProperty, value: float) -> float:
+    """Share of a truncated distribution below a value, in closed form."""
+
+    def normal(at: float) -> float:
+        ratio = log(at / what.median) if what.distribution == "lognormal" else at - what.median
+        return float(special.ndtr(ratio / what.spread))
+
+    if what.distribution == "uniform":
+        return (value - what.low) / (what.high - what.low)
+    low, high = normal(what.low), normal(what.high)
+    return (normal(value) - low) / (high - low)
+
+
+@cache
+def draws() -> dict[str, dict[str, float]]:
+    return ON.draws(IDS)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_draws_have_their_distribution(name: str) -> None:
+    values = np.array([draw[name] for draw in draws().values()])
+    what = ON.drawn[name]
+    assert what.low <= values.min()
+    assert values.max() <= what.high
+    found = stats.kstest(values, np.vectorize(lambda value: expected(what, value)))
+    assert found.pvalue > 0.01
+    # draws that are off by a tenth of the range do not pass
+    shifted = values + 0.1 * (what.high - what.low)
+    assert stats.kstest(shifted, np.vectorize(lambda v: expected(what, v))).pvalue < 1e-6
+
+
+def test_each_block_is_a_latin_hypercube() -> None:
+    rows = np.array([list(draw.values()) for draw in draws().values()])
+    for start in (0, random_properties.BLOCK):
+        block = rows[start : start + random_properties.BLOCK]
+        for name, column in zip(NAMES, block.T, strict=True):
+            shares = [expected(ON.drawn[name], value) for value in column]
+            # six digits of a value are kept
+            steps = np.floor(np.array(shares) * len(block) * (1.0 - 1e-9))
+            assert sorted(steps) == list(range(len(block))), name
+    assert np.abs(np.corrcoef(rows.T) - np.eye(len(NAMES))).max() < 0.08
+
+
+def test_more_motions_and_fewer_properties_change_no_draw() -> None:
+    few = ON.draws(IDS[:5])
+    assert few == {name: draws()[name] for name in IDS[:5]}
+    without = replace(ON, deck_mass_factor=None, gap_offset_mm=None).draws(IDS[:5])
+    for name, draw in without.items():
+        assert draw == {key: value for key, value in few[name].items() if key in draw}
+        assert len(draw) == len(NAMES) - 2
+    assert replace(ON, seed=2).draws(IDS[:5]) != few
+    assert ON.draws(IDS[:5], suite="far") != few
+    assert UncertaintyConfig().draws(IDS) == {}
+
+
+def test_every_variant_has_the_draw_of_the_motion(tmp_path) -> None:
+    motions = [wave(f"w{number}", number=number) for number in (1, 2, 3)]
+    draws = ON.draws([each.motion.motion_id for each in motions])
+    setup = study_of(tmp_path, *motions, draws=draws)
+    slugs = ("osb1_cf_skew00_gap025_mu000", "osb1_cf_skew60_gap051_mu050")
+    first, second = (setup.tasks(slug) for slug in slugs)
+    for one, other, draw in zip(first, second, draws.values(), strict=True):
+        assert one.options == other.options == with_draw(ModelOptions(), draw)
+        assert one.incidence_deg == other.incidence_deg == draw[random_properties.DIRECTION]
+        row = row_of(one)
+        assert {name: row[f"draw_{name}"] for name in NAMES} == draw
+        found = setup.task_of(row)
+        assert found is not None
+        assert run_key(found) == run_key(one)
+    plain = study_of(tmp_path, *motions).tasks(slugs[0])
+    assert len({run_key(task) for task in (*first, *plain)}) == 6
+    columns = [column.name for column in columns_with(row)]
+    assert set(columns) >= {f"draw_{name}" for name in NAMES}
+    assert columns[-1] == "run_key"
+    assert random_properties.drawn_properties(columns)[0] == "concrete strength"
+
+
+def test_without_draws_a_bridge_is_that_of_its_file(tmp_path) -> None:
+    for name in ("osb1", "osb1_fixed", "bridge_a", "osb2s"):
+        assert built_bridge(load_bridge(name), ModelOptions()) == load_bridge(name)
+    passive = Passive(stiffness_n_per_m=3.0e7, ultimate_n=4.0e6, failure_ratio=0.7)
+    assert passive.scaled(1.0, 1.0) == passive
+    (task,) = study_of(tmp_path).tasks(SLUG)
+    assert task.options == ModelOptions()
+    assert task.incidence_deg == 0.0
+    assert not random_properties.drawn_properties(row_of(task))
+    # a modelling choice keeps the draw of the motion
+    choice = next(each for each in CHOICES if each.key == "pad_strength_factor")
+    (task,) = study_of(tmp_path, draws=ON.draws(["wave"])).tasks(SLUG)
+    assert choice.configured_in(task) == 1.0
+    changed = choice.set_in(task, 2.0).options.pad_strength_factor
+    assert changed == pytest.approx(2.0 * task.draw["pad_strength_factor"])
+
+
+def test_factors_act_on_the_model() -> None:
+    options = ModelOptions(
+        concrete_strength_factor=1.21, steel_strength_factor=1.1, deck_mass_factor=0.9,
+        pad_stiffness_factor=0.5, pad_strength_factor=0.8, key_strength_factor=1.3,
+        gap_offset_mm=-5.0,
+    )  # fmt: skip
+    usual = load_bridge("osb1")
+    scaled = built_bridge(usual, options)
+    before, after = usual.column, scaled.column
+    assert after.elastic_modulus_gpa == pytest.approx(1.1 * before.elastic_modulus_gpa)
+    assert steel_of(after).yield_pa == pytest.approx(1.1 * steel_of(before).yield_pa)
+    assert core_concrete(after).peak_pa > 1.15 * core_concrete(before).peak_pa
+    keys_kn = [each.abutment.sacrificial_key.force_kn[1] for each in (usual, scaled)]
+    assert keys_kn[1] == pytest.approx(1.3 * keys_kn[0])
+    weights_n = []
+    for each in (ModelOptions(), options):
+        with domain():
+            model = build(Variant.at("osb1", "contact_friction", AT), each)
+            weights_n.append(model.weight_n)
+            gaps_m = [side.gap_m for side in model.abutments]
+    assert 0.9 < weights_n[1] / weights_n[0] < 0.92  # columns keep their weight
+    assert gaps_m == pytest.approx([0.020, 0.020])
+
+
+# source: PyPBEE, commit 8b35e30, examples/Bridge_A/osb_info_Bridge_A.py: fpc, fy, xi, w, Fult, K50
+VARIATIONS = {
+    "concrete_strength_factor": "0.16", "steel_strength_factor": "0.04", "damping_factor": "0.5",
+    "deck_mass_factor": "0.04", "backfill_strength_factor": "0.2",
+    "backfill_stiffness_factor": "0.2",
+}  # fmt: skip
+
+
+def test_methods_and_page_state_the_setting_and_every_distribution_with_its_source() -> None:
+    direction = {"distribution": "uniform", "low": 0.0, "high": 360.0, "source": "assumed"}
+    off, on = (
+        methods_of(parse_config({"uncertainty": {"enabled": enabled, "incidence_deg": direction}}))
+        for enabled in (False, True)
+    )
+    assert "No property of a bridge is random" in off.parts["Random properties"]
+    text = on.parts["Random properties"]
+    assert "Deck mass: uniform, 0.9 to 1.1" in text
+    assert "each from a random direction" in on.parts["Ground motions"]
+    assert "memory" not in on.markdown()
+    for key in ("Pan, Y.", "PyPBEE"):
+        assert any(key in work for work in on.references)
+    for name, what in UncertaintyConfig(enabled=True).drawn.items():
+        assert f"{what.as_text} ({what.source})" in text
+        if name in VARIATIONS:
+            cited = f"; PyPBEE has a coefficient of variation of {VARIATIONS[name]}"
+            assert what.source == f"assumed{cited}"
+        else:
+            assert what.source.startswith("assumed")
+            assert not any(key in what.source for key in REFERENCES)
+    assert "values of the bridge files" in properties_sentence(pd.DataFrame(columns=["variant"]))
+    assert "(deck mass)" in properties_sentence(pd.DataFrame(columns=["draw_deck_mass_factor"]))

@@ -43,7 +43,7 @@ def osb1_as_script(path: Path, skew_deg: float) -> str:
     column = frame.columns[0]
     capacity = column.capacities[0]
     columns = [(each.element, each.base_node, each.top.node) for each in frame.columns]
-    text = "\n    ".join(lines)
+    model = "\n    ".join(lines)
     dead = "\n    ".join(
         f"ops.load({node}, 0.0, 0.0, {-load!r}, *{moments.get(node, (0.0, 0.0))!r}, 0.0)"
         for node, load in loads.items()
@@ -63,7 +63,7 @@ def strength(axial, drift, curvature):
 def bridge(skew_deg):
     ops.wipe()
     ops.model("basic", "-ndm", 3, "-ndf", 6)
-    {text}
+    {model}
     ops.timeSeries("Linear", 1)
     ops.pattern("Plain", 1, 1)
     {dead}
@@ -99,23 +99,18 @@ def run(bridge: str, abutment: str, skew_deg: float, gap_mm: float, peak=6.0, **
     return analyse(variant, excitation, AnalysisSettings(), ModelOptions(**options))
 
 
-CASES = (("contact_friction", 30.0, 25.0, 6.0), ("spring", -45.0, 51.0, 9.0))
-
-
-@pytest.mark.parametrize(("abutment", "skew_deg", "gap_mm", "peak"), CASES)
-def test_osb1_as_a_script_has_the_demands_of_the_catalogue(
-    tmp_path, abutment, skew_deg, gap_mm, peak
-):
-    script = osb1_as_script(tmp_path / "mine.py", skew_deg)
-    own, usual = (run(b, abutment, skew_deg, gap_mm, peak) for b in (script, "osb1"))
+@pytest.mark.parametrize(
+    "case", [("contact_friction", 30.0, 25.0, 6.0), ("spring", -45.0, 51.0, 9.0)]
+)
+def test_osb1_as_a_script_has_the_demands_of_the_catalogue(tmp_path, case):
+    script = osb1_as_script(tmp_path / "mine.py", skew_deg=case[1])
+    own, usual = (run(bridge, *case) for bridge in (script, "osb1"))
     assert own.status == usual.status
     # the script states one shear strength, and not one of each model
     others = set(SHEAR_MODEL_DEMANDS.values()) - {SHEAR_MODEL_DEMANDS["ucsd_tests"]}
-    compared = usual.demands.keys() - others
-    near = {name: pytest.approx(usual.demands[name], rel=1e-6, abs=1e-9) for name in compared}
-    assert {
-        n: (own.demands[n], usual.demands[n]) for n in compared if own.demands[n] != near[n]
-    } == {}
+    expected = {name: usual.demands[name] for name in usual.demands.keys() - others}
+    found = {name: own.demands[name] for name in expected}
+    assert found == pytest.approx(expected, rel=1e-6, abs=1e-9)
 
 
 def two_spans(length: float, force: float, units: str, more: str = "") -> str:
@@ -159,33 +154,23 @@ def bridge():
 
 @pytest.mark.parametrize("pads", ["two", "each"])
 def test_the_units_of_a_script_do_not_change_its_demands(tmp_path, pads):
-    found = []
-    for units, length, force in (("N-m", 1.0, 1.0), ("kip-in", INCH, KIP)):
-        path = tmp_path / units.replace("-", "_").lower() / "frame.py"
-        path.parent.mkdir()
-        path.write_text(two_spans(length, force, units))
-        found.append(
-            (load_structure(path), run(str(path), "contact_friction", 30.0, 25.0, 8.0, pads=pads))
-        )
-    (si, in_si), (us, in_us) = found
-    assert (us.t1_s, us.description) == (
-        pytest.approx(si.t1_s, rel=1e-9),
-        replace(
-            si.description,
-            spans_m=pytest.approx((40.0, 40.0)),
-            bent_heights_m=pytest.approx((6.2,)),
-            width_m=pytest.approx(13.0),
-        ),
-    )
+    paths = [tmp_path / "si.py", tmp_path / "us.py"]
+    paths[0].write_text(two_spans(1.0, 1.0, "N-m"))
+    paths[1].write_text(two_spans(INCH, KIP, "kip-in"))
+    si, us = map(load_structure, paths)
+    case = ("contact_friction", 30.0, 25.0, 8.0)
+    in_si, in_us = (run(str(path), *case, pads=pads) for path in paths)
+    lengths_m = {"spans_m": (40.0, 40.0), "bent_heights_m": (6.2,), "width_m": 13.0}
+    lengths_m = {name: pytest.approx(value) for name, value in lengths_m.items()}
+    assert us.description == replace(si.description, title="us", **lengths_m)
+    assert us.t1_s == pytest.approx(si.t1_s, rel=1e-9)
     assert in_si.demands["contact_closures"] > 0
     assert in_si.demands["slip_work_kj"] > 0.0
     # rounding decides single sub-steps of sliding, and with them the cone diagnostics
     # and the path to rest
     names = [name for name in demands_for("effect") if "residual" not in name]
-    expected = {name: in_si.demands[name] for name in names}
-    assert {name: in_us.demands[name] for name in names} == pytest.approx(
-        expected, rel=1e-6, abs=1e-9
-    )
+    expected, found = ({n: each.demands[n] for n in names} for each in (in_si, in_us))
+    assert found == pytest.approx(expected, rel=1e-6, abs=1e-9)
     share = 1e-3 * in_si.energy_kj["largest_input"]
     for part in ("input", "gravity", "columns", "deck", "damping", "links"):
         assert in_us.energy_kj[part] == pytest.approx(in_si.energy_kj[part], abs=share)
@@ -200,17 +185,21 @@ def made(tmp_path: Path, text: str) -> str:
 
 
 GOOD = two_spans(1.0, 1.0, "N-m")
+HEAD, FIX = "def bridge():", "ops.fix(11, 1, 1, 1, 1, 1, 1)"
+IN_PLANE = """
+    ops.wipe(); ops.model("basic", "-ndm", 2, "-ndf", 3)
+    return sb.Frame(ends=(1, 5), width=1.0, soffit=1.0)"""
+
+
+def frame_of(tmp_path: Path, text: str = GOOD):
+    return load_structure(made(tmp_path, text)).build(0.0, ModelOptions(), TagAllocator())
 
 
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("def bridge():", "def model():", r"mine\.py: .* must have a function bridge\(\)"),
-        (
-            "def bridge():",
-            "def bridge(depth):",
-            r"mine\.py:\d+: parameter depth .*must be skew_deg",
-        ),
+        (HEAD, "def model():", r"mine\.py: .* must have a function bridge\(\)"),
+        (HEAD, "def bridge(depth):", r"mine\.py:\d+: parameter depth .*must be skew_deg"),
         ("return sb.Frame(", "dict(", r"bridge\(\) must return a skewbridge.Frame, got None"),
         ("ends=(1, 5)", "ends=(1, 6)", "ends: the model has no node 6"),
         ("ends=(1, 5)", "ends=(1, 11)", r"ends: node 11 must not be fixed"),
@@ -233,40 +222,27 @@ GOOD = two_spans(1.0, 1.0, "N-m")
         ('units="N-m"', 'units="kip"', "units must be FORCE-LENGTH .* got 'kip'"),
         ("damped=[1, 2", "damped=[1, 7", "damped: the model has no element 7"),
         ("ops.mass(", "(lambda *_: 0)(", "no nodal masses"),
-        ("ops.fix(11, 1, 1, 1, 1, 1, 1)", "M.x", r"mine\.py:\d+: AttributeError: 'float'"),
-        ("ops.fix(11, 1, 1, 1, 1, 1, 1)", "ops.node(1, 0.0)", r"mine\.py:\d+: OpenSees refuses"),
-        (
-            "ops.fix(11, 1, 1, 1, 1, 1, 1)",
-            "ops.node(12, M, M, M)",
-            r"mine\.py: the gravity analysis did not conv",
-        ),
-        ("ops.fix(11, 1, 1, 1, 1, 1, 1)", "exit(3)", r"mine\.py:\d+: SystemExit: 3"),
+        (FIX, "M.x", r"mine\.py:\d+: AttributeError: 'float'"),
+        (FIX, "ops.node(1, 0.0)", r"mine\.py:\d+: OpenSees refuses"),
+        (FIX, "ops.node(12, M, M, M)", r"mine\.py: the gravity analysis did not conv"),
+        (FIX, "exit(3)", r"mine\.py:\d+: SystemExit: 3"),
         ("hinges=(1, 5)", "hinges=(1, 9)", "has no integration point 9"),
         ("drift_capacity=(0.05,", "drift_capacity=(4.5,", "at most 1, got 4.5"),
         ("shear_strength=5.0e6 * N", "shear_strength=-1.0", "must be positive, got -1"),
-        ("def bridge():", "def bridge()", r"mine\.py:\d+: expected ':'"),
-        (
-            "def bridge():",
-            'def bridge():\n    ops.wipe(); ops.model("basic", "-ndm", 2, "-ndf", 3)'
-            "\n    return sb.Frame(ends=(1, 5), width=1.0, soffit=1.0)",
-            "must have 3 dimensions and 6 degrees of freedom, got 2 and 3",
-        ),
+        (HEAD, "def bridge()", r"mine\.py:\d+: expected ':'"),
+        (HEAD, HEAD + IN_PLANE, "3 dimensions and 6 degrees of freedom, got 2 and 3"),
     ],
 )
 def test_errors_of_a_script_name_file_and_line_or_field(tmp_path, old, new, words):
     assert old in GOOD
     with pytest.raises(InputError, match=words):
-        load_structure(made(tmp_path, GOOD.replace(old, new))).build(
-            0.0, ModelOptions(), TagAllocator()
-        )
+        frame_of(tmp_path, GOOD.replace(old, new))
 
 
 def test_prints_and_folders_of_a_script_do_not_disturb_a_command(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    text = GOOD.replace(
-        "def bridge():", "def bridge():\n    import os; os.chdir('/'); print('hello')"
-    )
-    load_structure(made(tmp_path, text)).build(0.0, ModelOptions(), TagAllocator())
+    disturbed = f"{HEAD}\n    import os; os.chdir('/'); print('hello')"
+    frame_of(tmp_path, GOOD.replace(HEAD, disturbed))
     assert Path.cwd() == tmp_path
     printed = capsys.readouterr()
     assert ("hello" in printed.out, "hello" in printed.err) == (False, True)
@@ -306,7 +282,7 @@ def test_only_options_that_a_script_takes_act_on_its_elements(tmp_path):
         config = parse_config(merged({"grid": {"bridge": [script]}}, section))
         with pytest.raises(InputError, match=words):
             check_inputs(config)
-    text = GOOD.replace("def bridge():", "def bridge(deck_mass_factor):")
+    text = GOOD.replace(HEAD, "def bridge(deck_mass_factor):")
     text = text.replace("share * 4.0e5", "deck_mass_factor * share * 4.0e5")
     weights = []
     for factor in (1.0, 1.1):
@@ -318,9 +294,7 @@ def test_only_options_that_a_script_takes_act_on_its_elements(tmp_path):
 
 
 def test_the_digest_covers_local_modules_and_data(tmp_path):
-    text = "import parts.deck\nfrom parts import column\n" + GOOD.replace(
-        "M, N =", "DATA = 'a.csv'\nM, N ="
-    )
+    text = f"import parts.deck\nfrom parts import column\nDATA = 'a.csv'\n{GOOD}"
     (tmp_path / "parts").mkdir()
     files = [tmp_path / name for name in ("parts/deck.py", "parts/column.py", "a.csv", "other.py")]
     for file in files:
@@ -341,8 +315,7 @@ def test_abutments_are_those_of_the_script_of_osb1_or_of_an_option(tmp_path):
     def ends(own: str = ""):
         text = GOOD.replace("width=13.0 * M", f"width={wider}{own}")
         with domain():
-            frame = load_structure(made(tmp_path, text)).build(0.0, ModelOptions(), TagAllocator())
-        return [end.abutment for end in frame.ends]
+            return [end.abutment for end in frame_of(tmp_path, text).ends]
 
     usual, same = ends()
     assert usual == same
@@ -358,11 +331,10 @@ def test_abutments_are_those_of_the_script_of_osb1_or_of_an_option(tmp_path):
     assert chosen.wall_width_m == pytest.approx(scaled_m)
 
 
-@pytest.mark.parametrize(
-    "script",
-    [*sorted((ROOT / "docs").glob("bridges/*.py")), ROOT / "docs/own_bridge.py"],
-    ids=lambda path: path.stem,
-)
+SCRIPTS = [*sorted((ROOT / "docs").glob("bridges/*.py")), ROOT / "docs/own_bridge.py"]
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
 def test_the_scripts_of_the_documentation_run(script):
     result = run(str(script), "contact_friction", 20.0, 25.0, 4.0)
     assert result.status == "ok"

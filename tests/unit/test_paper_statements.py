@@ -30,7 +30,9 @@ X = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
         ("falls to", ([0.3, 0.2, 0.15], 0.1), "disagrees"),
         ("falls to", ([0.3, 0.05, 0.1], 0.1), "disagrees"), ("lower", (0.9, 1.0), "agrees"),
         ("lower", (1.1, 1.0), "disagrees"), ("lower", (1.0 - 0.5 * RESOLUTION, 1.0), "undecidable"),
+        ("lower", (0.0, 0.0), "undecidable"), ("lower", (1.0, 0.0), "undecidable"),
         ("hardly changed", (1.04, 1.0), "agrees"), ("hardly changed", (0.94, 1.0), "disagrees"),
+        ("hardly changed", (0.0, 0.0), "undecidable"), ("hardly changed", (1, 0.0), "undecidable"),
         ("more often", (9, 10), "agrees"), ("more often", (1, 10), "disagrees"),
         ("more often", (6, 10), "undecidable"), ("more often", (3, 3), "undecidable"),
         ("more often", (0, 0), "undecidable"),
@@ -60,11 +62,8 @@ def test_size_of_a_reduction_is_judged_under_the_papers_record_only(value, same_
     assert verdict.outcome == outcome
 
 
-@pytest.mark.parametrize("rule", ["lower", "hardly changed"])
-@pytest.mark.parametrize("value", [0.0, 1.0])
-def test_change_from_zero_and_insignificant_correlation_are_undecidable(rule, value):
-    assert RULES[rule](value, 0.0).outcome == "undecidable"
-    assert not math.isfinite(statements.relative_change(value, 0.0))
+def test_changes_from_zero_and_insignificant_correlations_are_undecidable():
+    assert not any(math.isfinite(statements.relative_change(value, 0.0)) for value in (0.0, 1.0))
     weak = RULES["grows"](X, [3.0, 1.0, 5.0, 2.0, 6.0, 1.5])
     assert weak.value > 0.0
     assert weak.outcome == "undecidable"
@@ -72,13 +71,12 @@ def test_change_from_zero_and_insignificant_correlation_are_undecidable(rule, va
 
 
 def test_every_statement_names_a_study_a_number_and_its_place_in_the_paper():
-    for statement in STATEMENTS.values():
-        assert statement.study in registry.STUDIES
-        assert statement.number
-        assert statement.place.startswith(("section 2", "section 3", "section 4", "section 5"))
-    assert len({statement.claim for statement in STATEMENTS.values()}) == 42
-    rows = {(found.claim, found.study, found.number) for found in STATEMENTS.values()}
-    assert len(rows) == len(STATEMENTS)
+    table = pd.DataFrame(list(STATEMENTS.values()))
+    assert set(table["study"]) <= registry.STUDIES.keys()
+    assert table["number"].all()
+    assert table["place"].str.match("section [2-5]").all()
+    assert table["claim"].nunique() == 42
+    assert not table[["claim", "study", "number"]].duplicated().any()
 
 
 def test_statement_without_verdict_is_left_open_with_the_reason():
@@ -86,9 +84,11 @@ def test_statement_without_verdict_is_left_open_with_the_reason():
     study.states("skew deck rotates", "gap 3 mm", 2.0)
     rows = {row["quantity"]: row for row in study.statement_rows("the study stopped")}
     assert len(rows) == sum(found.study == "fig7-8" for found in STATEMENTS.values())
-    assert rows[STATEMENTS["skew deck rotates"].claim]["outcome"] == "agrees"
-    assert "not public" in rows[STATEMENTS["test forces"].claim]["reason"]
-    assert rows[STATEMENTS["acute corner moves away"].claim]["reason"] == "the study stopped"
+    names = ("skew deck rotates", "test forces", "acute corner moves away")
+    rotates, forces, corner = (rows[STATEMENTS[name].claim] for name in names)
+    assert rotates["outcome"] == "agrees"
+    assert "not public" in forces["reason"]
+    assert corner["reason"] == "the study stopped"
     with pytest.raises(KeyError):
         study.states("no such statement", "", 1.0)
 
@@ -116,8 +116,8 @@ def test_disagreement_is_reported_and_only_a_failed_check_fails(monkeypatch, tmp
     assert peak["reason"] == "transverse peak: changes by +20.0%"
     assert open_row["value"] is None
     table = pd.read_parquet(tmp_path / "statements.parquet")
-    assert table["outcome"].tolist() == ["disagrees", "undecidable"]
     checks = pd.read_parquet(tmp_path / "studies.parquet")
+    assert table["outcome"].tolist() == ["disagrees", "undecidable"]
     assert checks["quantity"].tolist() == ["the model works"]
     assert verify(monkeypatch, tmp_path, truth=False)[0] == 1
 
@@ -147,17 +147,14 @@ def runs(outcomes: str, others: str = "") -> dict[Run, Verdict | None]:
 @pytest.mark.parametrize(
     ("scales", "others", "outcome"),
     [
-        ("aaaaaaa", "aaaaa", "agrees"),
-        ("aaaaaaa", "aaaad", "agrees"),  # 11 of 12
-        ("aaaaaaa", "aaadd", "undecidable"),  # 10 of 12
-        ("aaaaaad", "", "undecidable"),  # 6 of 7
-        ("aaaaaau", "aaaau", "undecidable"),
-        ("ddddddd", "ddddu", "disagrees"),
-        ("aaaaaaa", "-----", "agrees"),  # runs without the premise do not count
-        ("aaaaaa-", "-----", "undecidable"),  # too few meet it
+        ("aaaaaaa", "aaaaa", "agrees"), ("aaaaaaa", "aaaad", "agrees"),  # 11 of 12
+        ("aaaaaaa", "aaadd", "undecidable"), ("aaaaaad", "", "undecidable"),  # 10 of 12, 6 of 7
+        ("aaaaaau", "aaaau", "undecidable"), ("ddddddd", "ddddu", "disagrees"),
+        # runs without the premise do not count
+        ("aaaaaaa", "-----", "agrees"), ("aaaaaa-", "-----", "undecidable"),
         ("-------", "-----", "undecidable"),
     ],
-)
+)  # fmt: skip
 def test_nine_in_ten_runs_decide_a_case(scales, others, outcome):
     assert statements.over_runs(runs(scales, others)).outcome == outcome
 

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from reference_pages import PAGES, ROOT
 
 from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.bridge.abutments import BUILDERS
 from skewbridge.errors import InputError
 from skewbridge.files.text import read_mapping, read_yaml
 from skewbridge.fragility.limit_states import limit_states_of, load_limit_states
@@ -25,7 +26,7 @@ from skewbridge.study.inputs import useless_axes
 from skewbridge.variant.axes import axes_of, axis
 from skewbridge.variant.grid import GridConfig, expand_grid
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import ABUTMENTS, Variant
+from skewbridge.variant.variant import ABUTMENTS, AbutmentTraits, Variant
 
 NAN = float("nan")
 SCHEMA = jsonschema.Draft202012Validator(json.loads((ROOT / "config/schema.json").read_text()))
@@ -34,10 +35,10 @@ GRIDS = {"config": 24, "smoke": 2, "real": 24, "full": 160, "stripes": 4, "ida":
          "alternatives": 24}  # fmt: skip
 
 
-def drawn(name: str, distribution: str, low: float, high: float, source: str | None = "x") -> dict:
+def drawn(name: str, distribution: str, low: float, high: float, **source: str) -> dict:
     """Return a configuration with a random property."""
-    values = {"distribution": distribution, "low": low, "high": high, "source": source}
-    return {"uncertainty": {name: {k: value for k, value in values.items() if value is not None}}}
+    what = {"distribution": distribution, "low": low, "high": high, **source}
+    return {"uncertainty": {name: what}}
 
 
 def test_shipped_configurations_have_their_variants_defaults_and_results_of_their_own() -> None:
@@ -96,10 +97,10 @@ def test_shipped_configurations_have_their_variants_defaults_and_results_of_thei
         ({"fragility": {"margins": {"unseating_m": 1.5}}}, "must be < 1"),
         ({"uncertainty": {"fc": None}}, r"uncertainty\.fc: unknown key"),
         ({"uncertainty": {"enabled": "on"}}, r"uncertainty\.enabled: .*got 'on'"),
-        (drawn("deck_mass_factor", "uniform", 0.9, 1.1, source=None), "source"),
-        (drawn("deck_mass_factor", "uniform", 2, 1), "low must be below high, got 2 and 1"),
-        (drawn("key_strength_factor", "lognormal", 0, 1.1), "must be positive"),
-        (drawn("damping_factor", "normal", -1, 2), r"factor\.low must be at least 0\.01, got -1"),
+        (drawn("deck_mass_factor", "uniform", 0.9, 1.1), "source"),
+        (drawn("deck_mass_factor", "uniform", 2, 1, source="x"), "low must be below .* 2 and 1"),
+        (drawn("key_strength_factor", "lognormal", 0, 1.1, source="x"), "must be positive"),
+        (drawn("damping_factor", "normal", -1, 2, source="x"), r"low must be at least 0\.01, .*-1"),
         ({"design": {"first": 64}}, "first must be below most"),
         ({"design": {"until": "decided"}, "motions": {"design": "ida"}}, "an IDA cannot run"),
     ],
@@ -112,11 +113,9 @@ def test_a_bad_value_is_named_with_its_limit(raw: dict[str, object], words: str)
 def test_plain_values_are_read_back_as_they_were() -> None:
     default = parse_config({})
     assert (default.model, default.analysis) == (ModelOptions(), AnalysisSettings())
-    raw = {
-        "grid": {"transverse_gap_mm": [6.4, 25.4], "backwall_points": [5]},
-        "model": {"column_fibers": [6, 12, 1], "keys": "monolithic"},
-        "analysis": {"integrator": ["Newmark", 0.5, 0.25]},
-    }
+    raw = {"grid": {"transverse_gap_mm": [6.4, 25.4], "backwall_points": [5]}}
+    raw["model"] = {"column_fibers": [6, 12, 1], "keys": "monolithic"}
+    raw["analysis"] = {"integrator": ["Newmark", 0.5, 0.25]}
     config = parse_config(raw)
     plain = json.loads(json.dumps(config.model_dump(mode="json")))
     assert parse_config(plain) == config
@@ -146,8 +145,7 @@ def test_the_schema_of_editors_accepts_every_shipped_configuration_and_no_bad_va
     for raw in (*({"grid": grid} for grid in grids), *others):
         with pytest.raises(InputError):
             parse_config(raw)
-        with pytest.raises(jsonschema.ValidationError):
-            SCHEMA.validate(raw)
+        assert not SCHEMA.is_valid(raw)
 
 
 @pytest.mark.parametrize("name", sorted(PAGES))
@@ -163,8 +161,7 @@ def test_limit_states_fit_their_schema_and_load(name: str) -> None:
     schema = json.loads((ROOT / "config/limit_states.schema.json").read_text())
     entries = read_yaml(path)
     jsonschema.validate(entries, schema)
-    with pytest.raises(jsonschema.ValidationError):
-        jsonschema.validate([entries[0] | {"units": "m"}], schema)
+    assert not jsonschema.Draft202012Validator(schema).is_valid([entries[0] | {"units": "m"}])
     assert load_limit_states(path)
     with pytest.raises(InputError, match="unit: must be one of m, mm, in, ft, kn"):
         limit_states_of([entries[0] | {"unit": "furlong"}])
@@ -192,19 +189,14 @@ variants = st.builds(
 )
 
 
-@given(variants, variants)
-def test_different_variants_have_different_names(one: Variant, other: Variant) -> None:
+@given(variants, variants, with_decimals(0, 1, decimals=5))
+def test_variants_have_names_of_their_own_and_the_friction_given(one, other, friction) -> None:
     assert (one.slug == other.slug) == (one == other)
     assert re.fullmatch(r"[a-z0-9_-]+", one.slug)
     row = {"bridge": one.bridge, "abutment": one.abutment, **one.values()}
     assert Variant.of_row(row) == one
-
-
-@given(with_decimals(0, 1, decimals=5))
-def test_the_friction_of_a_variant_is_the_number_given(friction: float) -> None:
     values = {"skew_deg": 0, "gap_mm": 51, "friction": friction}
-    variant = Variant.at("osb1", "contact_friction", values)
-    assert variant.friction == friction
+    assert Variant.at("osb1", "contact_friction", values).friction == friction
 
 
 @pytest.mark.parametrize(
@@ -230,10 +222,10 @@ def test_decimals_are_coded_with_p(skew_deg, gap_mm, friction, slug):
 def test_whole_values_are_integers_whatever_their_type(kind: Any) -> None:
     """The digest of an analysis holds the numbers of its variant as text."""
     values = {"skew_deg": kind(30), "gap_mm": kind(51), "friction_pct": kind(29)}
-    variant = Variant(bridge="osb1", abutment="contact_friction", **values)
+    model = {"bridge": "osb1", "abutment": "contact_friction"}
+    variant = Variant(**model, **values)
     whole = {"skew_deg": 30, "gap_mm": 51, "friction_pct": 29, "options": ()}
-    expected = {"bridge": "osb1", "abutment": "contact_friction"} | whole
-    assert repr(asdict(variant)) == repr(expected)
+    assert repr(asdict(variant)) == repr(model | whole)
     assert repr(variant.friction) == "0.29"
 
 
@@ -250,20 +242,17 @@ def test_any_numeric_modelling_option_may_be_an_axis() -> None:
     assert type(first["backwall_points"]) is int
 
 
-@pytest.mark.parametrize(
-    ("field", "value", "words"),
-    [
+def test_a_value_outside_its_limits_is_named() -> None:
+    good = {"bridge": "osb1", "abutment": "contact", "skew_deg": 0, "gap_mm": 51}
+    for field, value, words in (
         ("friction_pct", -10, "friction must be within 0..1.5, got -0.1"),
-        ("skew_deg", float("nan"), "skew_deg must be within -66..66, got nan"),
+        ("skew_deg", NAN, "skew_deg must be within -66..66, got nan"),
         ("gap_mm", 25.40001, "gap_mm must have at most 3 decimals, got 25.40001"),
         ("friction_pct", 37.5001, "friction must have at most 5 decimals, got 0.375001"),
         ("abutment", "seat", "abutment must be one of .* got 'seat'"),
-    ],
-)
-def test_a_value_outside_its_limits_is_named(field: str, value: object, words: str) -> None:
-    good = {"bridge": "osb1", "abutment": "contact", "skew_deg": 0, "gap_mm": 51}
-    with pytest.raises(InputError, match=words):
-        Variant(**{**good, "friction_pct": 0, field: value})
+    ):
+        with pytest.raises(InputError, match=words):
+            Variant(**{**good, "friction_pct": 0, field: value})
 
 
 def test_the_axes_of_a_table_begin_with_the_core_ones() -> None:
@@ -286,12 +275,11 @@ def test_normalised_bridges_are_analysed_once_and_keep_options_and_file_names() 
     assert variant.slug == "mine_cf_skew00_gap025_mu000"
 
 
-def test_a_compared_gap_without_effect_is_named(tmp_path):
-    own = tmp_path / "own.yaml"
-    own.write_text("extends: osb1\nsource: plan\nabutment: {gap_mm: 40}\n")
-    grid = {"bridge": [str(own), "osb1"], "gap_mm": [25, 51]}
+def test_a_compared_gap_without_effect_is_named(written):
+    own = written("extends: osb1\nsource: plan\nabutment: {gap_mm: 40}\n")
+    grid = {"bridge": [own, "osb1"], "gap_mm": [25, 51]}
     found = list(useless_axes(parse_config({"grid": grid})))
-    assert found == ["gap_mm of the grid has no effect on own: none of its joints takes it"]
+    assert found == ["gap_mm of the grid has no effect on made: none of its joints takes it"]
     assert not list(useless_axes(parse_config({"grid": grid | {"gap_mm": [51]}})))
     bridges = methods_of(parse_config({"grid": grid})).parts["Bridges"]
     assert "40 mm gap at the left end, 40 mm gap at the right end" in bridges
@@ -301,3 +289,34 @@ def test_a_compared_gap_without_effect_is_named(tmp_path):
         (alone, f"the joint gap {both.format('')}; friction"),
     ):
         assert text in methods_of(parse_config({"grid": grid | part})).parts["Abutments"]
+
+
+# --- an abutment model is a row of traits and a builder
+
+
+@pytest.mark.parametrize("name", ABUTMENTS)
+def test_a_variant_keeps_the_axes_of_its_model_which_has_a_builder_and_a_code_of_its_own(name):
+    assert BUILDERS.keys() == ABUTMENTS.keys()
+    assert len({traits.code for traits in ABUTMENTS.values()}) == len(ABUTMENTS)
+    full = Variant(bridge="osb1", abutment=name, skew_deg=30, gap_mm=51, friction_pct=50)
+    axes = ABUTMENTS[name].axes
+    own = full.normalised()
+    assert own.gap_mm == (51 if "gap_mm" in axes else 0)
+    assert own.friction_pct == (50 if "friction" in axes else 0)
+
+
+@pytest.mark.parametrize(
+    ("traits", "stated", "not_stated"),
+    [
+        ({"backfill": "none"}, [], ["backfill is", "Contact is"]),
+        ({"backfill": "option"}, ["The backfill is hyperbolic"], ["Contact is"]),
+        ({"backfill": "none", "has_contacts": True}, ["Contact is", "points are placed"],
+         ["backfill is"]),
+    ],
+)  # fmt: skip
+def test_the_report_describes_a_further_model(monkeypatch, traits, stated, not_stated):
+    further = AbutmentTraits(code="fu", description="as springs of a further model", **traits)
+    monkeypatch.setitem(ABUTMENTS, "further", further)
+    text = methods_of(parse_config({"grid": {"abutment": ["further"]}})).parts["Abutments"]
+    assert all(part in text for part in ["modelled as springs of a further model", *stated])
+    assert not any(part in text for part in not_stated)
