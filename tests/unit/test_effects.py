@@ -224,9 +224,6 @@ def test_intervals_wider_than_a_factor_of_ten_are_not_estimable_and_weaken_no_fa
     assert table.loc[1:, ["ratio", "ci_low", "ci_high"]].isna().to_numpy().all()
 
 
-# --- tables of effects
-
-
 def test_effect_of_the_generator_is_found_and_pooled_rows_are_the_average_of_their_cells():
     table, reference = synthetic_demands(), {("osb1", "contact_friction"): 0.4}
     tables = effect_tables(table, reference_im=reference)
@@ -469,7 +466,7 @@ def test_a_strong_bridge_is_not_compared_with_the_survivors_of_a_weak_one():
 LOOKS = tuple(range(12, 65, 4))
 
 
-def test_one_or_two_looks_have_the_levels_of_the_normal_distribution() -> None:
+def test_levels_of_looks_are_those_of_the_normal_distribution_and_of_the_earlier_look() -> None:
     assert verdicts.look_levels((1.0,), 0.90) == pytest.approx(
         (1.0 - verdicts.SPENT * 0.10,), abs=1e-9
     )
@@ -479,6 +476,10 @@ def test_one_or_two_looks_have_the_levels_of_the_normal_distribution() -> None:
     assert ends[0] == pytest.approx(-special.ndtri(verdicts.SPENT * 0.025), abs=1e-6)
     both = stats.multivariate_normal(cov=[[1.0, np.sqrt(0.5)], [np.sqrt(0.5), 1.0]])
     assert 1.0 - both.cdf(ends) == pytest.approx(verdicts.SPENT * 0.05, abs=1e-5)
+    levels = verdicts.levels_at(np.array([5.0, 12.0, 15.0, 16.0, 64.0, 70.0]), LOOKS, 0.90)
+    assert levels[0] == levels[1] == levels[2] != levels[3]
+    assert levels[4] == levels[5]
+    assert np.all(levels > 0.90)
 
 
 @pytest.mark.parametrize("level", [0.80, 0.90, 0.95])
@@ -489,13 +490,6 @@ def test_normal_means_cross_their_ends_as_often_as_stated(level: float) -> None:
     paths = np.cumsum(steps * np.random.default_rng(1).normal(size=(40_000, times.size)), axis=1)
     crossed = np.any(paths > ends * np.sqrt(times), axis=1).mean()
     assert crossed == pytest.approx(verdicts.SPENT * 0.5 * (1.0 - level), abs=0.004)
-
-
-def test_a_look_between_two_has_the_level_of_the_earlier_one() -> None:
-    levels = verdicts.levels_at(np.array([5.0, 12.0, 15.0, 16.0, 64.0, 70.0]), LOOKS, 0.90)
-    assert levels[0] == levels[1] == levels[2] != levels[3]
-    assert levels[4] == levels[5]
-    assert np.all(levels > 0.90)
 
 
 def effects(motions: tuple[int, int], scatter: tuple[float, float]) -> pd.DataFrame:

@@ -432,9 +432,6 @@ def test_vertical_orientation_codes_of_cosmos_are_no_component(read, azimuth):
         read_motion(other, path)
 
 
-# --- numbers without a known format
-
-
 #: Headers of a column by its unit, with the unit in m/s2.
 ACCELERATION_HEADERS = {
     ("g", 9.80665): ["", "time,accel_g", "m_south,a_g", "# time acceleration"],
@@ -482,16 +479,13 @@ def test_columns_without_time_are_channels_and_never_one_series(read, columns, h
     read.refuses(words, "b.txt", cut, dt_s=0.01, channel=1)
 
 
-def test_a_rising_first_component_is_no_time_column(read):
+def test_only_even_times_are_a_time_column(read):
     """The first eight values of a record can rise as evenly as a time."""
     rising = np.sin(np.arange(400) / 60.0)[:, None] * [1.0, 0.5]
     for count, channel in ((2, 1), (2, 2), (3, 2)):
         values = np.hstack([rising, SMOOTH])[:, :count] * 0.1
         trace = read("a.txt", _table(values), dt_s=0.005, channel=channel)
         np.testing.assert_allclose(trace.accel_mps2, values[:, channel - 1] * G_MPS2, atol=1e-5)
-
-
-def test_an_uneven_time_column_is_no_channel(read):
     times = np.cumsum(np.random.default_rng(1).uniform(0.001, 0.03, 400))
     text = _table(np.column_stack([times, SMOOTH]))
     read.refuses("time column", "a.txt", text, dt_s=0.01, channel=2)
@@ -628,14 +622,11 @@ def test_a_suite_is_limited_to_a_count_that_changes_no_factor_and_cut(tmp_path):
     assert cut["sha256"][0] != three["sha256"][0]
 
 
-def test_factor_of_the_index_overrides_the_computed_one(tmp_path):
+def test_index_gives_metadata_and_a_factor_that_overrides_the_computed_one(tmp_path):
     index_of(tmp_path, make_pairs(tmp_path, 2), scale=[1.25, ""])
     scales = prepare_suite(tmp_path, t1_s=0.7, bands_g=((0.3, 0.3001),))
     assert scales["scale"][0] == 1.25
     assert (scales["scale"] * scales["im_saavg_rotd50_g"])[1] == pytest.approx(0.3, rel=1e-3)
-
-
-def test_index_metadata_reaches_the_table(tmp_path):
     pairs = make_pairs(tmp_path, 1)
     index_of(
         tmp_path, pairs, event=["Big One"], station=["Array #9"], magnitude=[7.1], vs30_mps=[400],
@@ -673,14 +664,13 @@ def test_levels_lie_in_bands_around_medians() -> None:
     assert bands_g == ((0.4 / 1.5, 0.4 * 1.5), (0.4 / 1.5, 0.4 * 1.5), (1.6 / 1.5, 2.25))
     own_g = np.random.default_rng(1).lognormal(-0.5, 0.4, 48)
     levels_g = own_g * levels.block_factors(own_g, bands_g)
-    low = np.sort(levels_g[levels_g < 1.0])
-    assert (low.size, levels_g.size) == (32, 48)
-    assert (low.min() >= 0.4 / 1.5, low.max() <= 0.6) == (True, True)
-    assert levels_g[levels_g > 1.0].min() >= 1.6 / 1.5
-    assert levels_g.max() <= 2.25
-    for start in range(0, 48, 8):  # strong motions have the high levels
-        part = slice(start, start + 8)
-        assert (np.argsort(levels_g[part]) == np.argsort(own_g[part])).all()
+    low, high = levels_g[levels_g < 1.0], levels_g[levels_g > 1.0]
+    assert (low.size, high.size) == (32, 16)
+    assert 0.4 / 1.5 <= low.min() < low.max() <= 0.6
+    assert 1.6 / 1.5 <= high.min() < high.max() <= 2.25
+    # strong motions have the high levels
+    order, own_order = (np.argsort(values.reshape(6, 8)) for values in (levels_g, own_g))
+    np.testing.assert_array_equal(order, own_order)
     first_g = own_g * levels.block_factors(own_g, bands_g, ((0.1, 1.0),))
     np.testing.assert_array_equal(first_g[8:], levels_g[8:])
     np.testing.assert_allclose(np.sort(first_g[:8]), 0.1 * 10 ** ((np.arange(8) + 0.5) / 8))
@@ -719,17 +709,12 @@ def test_components_differ_in_length_with_a_message_and_never_in_their_step(tmp_
         read_motion(first, second)
 
 
-# --- stripes and the search of a capacity
-
-
-@pytest.fixture
-def three(tmp_path):
+def test_scaled_motions_reach_their_stripe_unless_their_factor_is_outside_the_limits(
+    tmp_path, caplog
+):
     make_pairs(tmp_path, 3)
-    return prepare_suite(tmp_path, t1_s=0.7)
-
-
-def test_scaled_motions_reach_their_stripe_and_are_preserved_by_parquet(three, tmp_path):
-    low_g = three[levels.LEVEL_MEASURE].median()
+    three = prepare_suite(tmp_path, t1_s=0.7)
+    low_g, first_g = three[levels.LEVEL_MEASURE].median(), three[levels.LEVEL_MEASURE].iloc[0]
     table = levels.striped(three, [low_g, 2 * low_g], factor_limits=(1e-3, 1e3))
     np.testing.assert_allclose(table["scale"] * table[levels.LEVEL_MEASURE], table["stripe_g"])
     assert len(table) == 6
@@ -739,11 +724,7 @@ def test_scaled_motions_reach_their_stripe_and_are_preserved_by_parquet(three, t
     assert [item.motion.motion_id for item in back] == ["q0", "q1", "q2"] * 2
     levels_g = [item.measures[levels.LEVEL_MEASURE] for item in back]
     np.testing.assert_allclose(levels_g, [low_g] * 3 + [2 * low_g] * 3)
-
-
-def test_factors_outside_the_limits_are_left_out_and_counted(three, caplog):
-    level_g = three[levels.LEVEL_MEASURE].iloc[0]
-    table = levels.striped(three, [level_g], factor_limits=(0.999, 1.001))
+    table = levels.striped(three, [first_g], factor_limits=(0.999, 1.001))
     assert table[["motion_id", "scale"]].to_numpy().tolist() == [["q0", 1.0]]
     assert "2 of 3 scaled motions are left out" in caplog.text
     known = three.assign(**{levels.LEVEL_MEASURE: [0.2, 0.4, 100.0]})
@@ -776,16 +757,13 @@ def test_a_search_brackets_any_capacity_in_the_forecast_analyses(capacity, ratio
     assert levels.most_trials((0.1, 10.0)) == 10
 
 
-# --- cut motions
-
-
 @pytest.fixture(scope="module")
 def motion() -> GroundMotion:
     scenario = Scenario(magnitude=6.5, distance_km=8.0, vs30_mps=400.0)
     return synthesize(scenario, index=0, seed=2023)
 
 
-def test_cut_motion_ends_at_rest_with_zeros_after_it(motion):
+def test_cut_motion_keeps_the_strongest_window_and_ends_at_rest_with_zeros_after_it(motion):
     cut = intensity.cut_to_strongest(motion, 20.0, 5.0)
     assert cut.npts == 2500
     for accel in cut.components:
@@ -796,9 +774,6 @@ def test_cut_motion_ends_at_rest_with_zeros_after_it(motion):
     for impossible in ((0.0, 0.0), (20.0, -1.0)):
         with pytest.raises(InputError):
             intensity.cut_to_strongest(motion, *impossible)
-
-
-def test_cut_keeps_the_strongest_window_with_a_message_and_another_digest(motion):
     cuts = [intensity.cut_to_strongest(motion, shaking_s, 0.0) for shaking_s in (20.0, 5.0)]
     whole, most, part = (intensity.pair_arias_build_up(each)[-1] for each in (motion, *cuts))
     assert most > 0.95 * whole
