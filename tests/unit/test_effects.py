@@ -518,9 +518,11 @@ def test_a_verdict_once_reached_is_kept() -> None:
     earlier = verdicts.at_looks(effects((16, 16), (0.05, 0.05)), LOOKS)
     later = verdicts.at_looks(effects((20, 20), (0.4, 0.4)), LOOKS)
     assert later["verdict"].iloc[0] == "undecided"
-    common = verdicts.kept(later, earlier[earlier["scope"] == "pooled"])
+    history = pd.concat([earlier, earlier.assign(ci_low=0.1, ci_high=9.0)])  # two looks
+    common = verdicts.kept(later, history[history["scope"] == "pooled"])
     assert common["verdict"].iloc[0] == "lower"
-    assert common["ci_high"].iloc[0] == earlier["ci_high"].iloc[0]
+    ends = ["ci_low", "ci_high"]
+    assert common[ends].iloc[0].tolist() == earlier[ends].iloc[0].tolist()
     assert common["ci_low"].tolist()[1:] == later["ci_low"].tolist()[1:]
     # without a common part the last interval stays
     apart = earlier.assign(ci_low=2.0, ci_high=2.1)

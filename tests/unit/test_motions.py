@@ -176,6 +176,7 @@ def _at2(head: str, values: str) -> str:
 
 
 IN_G = "ACCELERATION TIME SERIES IN UNITS OF G\n"
+HISTORY = "ACCELERATION TIME HISTORY IN UNITS OF G. FILTER POINTS: HP=0.2 Hz LP=15 Hz\n"
 PLAIN = f"{IN_G}NPTS= 50, DT= .01 SEC\n"
 FIVE = rows_of(RECORD_G, 5, "{:15.7E}")
 
@@ -228,7 +229,7 @@ def _formats():
         (f"{IN_G}NPTS=     50, DT=   .0100 SEC,\n", FIVE),
         (f"{IN_G}NPTS= 50, DT= .01000SEC,   4 POLE @  50.0 HZ\n", FIVE),
         (f"{IN_G}NPTS=   50, dt=  .01000\n", FIVE),
-        (PLAIN.replace("SERIES IN UNITS OF G", "HISTORY IN UNITS OF G. POINTS: HP=0.2 Hz"), FIVE),
+        (PLAIN.replace(IN_G, HISTORY), FIVE),
         ("The units are (g)\n50 0.0100 NPTS, DT\n", FIVE),
         (PLAIN, FIVE.replace("E", "D")),
         (PLAIN, rows_of(RECORD_G, 1, "{:15.7E}")),

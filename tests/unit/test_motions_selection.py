@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from scipy.stats import norm
 
-from cli_json import invoke
+from cli_json import invoke, run
 from motions_files import index_of, make_pairs
 from skewbridge.errors import InputError
 from skewbridge.motions import selection
@@ -229,25 +229,25 @@ def site(tmp_path):
 
 def _select(folder, count, name, *options):
     given = ("--target", folder / "a.yaml", "--from", folder / "mine", "--out", folder / name)
-    return invoke("motions", "select", *given, "--count", count, *options)
+    return run("motions", "select", *given, "--count", count, *options)
 
 
 def test_selected_folder_is_read_with_its_factors(site, tmp_path):
     """Both levels are in one folder; a second selection has no pair of the first."""
     study, psa_g = site
     study(0.9, 1.2)
-    assert _select(tmp_path, 4, "one").exit_code == 0
-    suite = prepare_suite(tmp_path / "one", t1_s=0.75)
-    index = pd.read_csv(tmp_path / "one/index.csv")
+    code, found = _select(tmp_path, 4, "one")
+    assert code == 0
+    suite, index = prepare_suite(tmp_path / "one", t1_s=0.75), pd.read_csv(found["index"])
     reached_g = suite["scale"] * suite["im_sa_t1_rotd50_g"]
     np.testing.assert_allclose(reached_g, psa_g * np.repeat([0.9, 1.2], 4), rtol=1e-6)
     assert index["motion_id"].tolist() == (index["candidate"] + np.repeat(["_1", "_2"], 4)).tolist()
     assert all((tmp_path / f"one/level_{n}.png").stat().st_size > 20_000 for n in (1, 2))
-    assert _select(tmp_path, 4, "two", "--without", tmp_path / "one").exit_code == 0
+    assert _select(tmp_path, 4, "two", "--without", tmp_path / "one")[0] == 0
     other = pd.read_csv(tmp_path / "two/index.csv")
     assert set(index["candidate"]).isdisjoint(other["candidate"])
-    result = _select(tmp_path, 13, "three")
-    assert (result.exit_code, "12 candidates, got 13" in result.stderr) == (2, True)
+    code, found = _select(tmp_path, 13, "three")
+    assert (code, "12 candidates, got 13" in found["message"]) == (2, True)
 
 
 def test_study_selects_as_the_command_does_and_again_only_after_a_change(
@@ -259,7 +259,7 @@ def test_study_selects_as_the_command_does_and_again_only_after_a_change(
     check_inputs(config)
     assert (config.motions.folder, config.motions.count) == (str(selected), None)
     index = pd.read_csv(selected / "index.csv")
-    assert _select(tmp_path, 4, "by_command").exit_code == 0
+    assert _select(tmp_path, 4, "by_command")[0] == 0
     pd.testing.assert_frame_equal(index, pd.read_csv(tmp_path / "by_command/index.csv"))
     made = jobs.made_from(config)
     with monkeypatch.context() as patch:
