@@ -76,13 +76,12 @@ def test_two_cells_at_each_of_two_orientations_hold_every_pair_equally_often() -
     assert (bands(runs) == 6).all()
 
 
-def test_all_cells_of_every_motion_are_the_full_design() -> None:
-    assert runs_of(1.0, incidences=1).all()
-
-
-def test_added_motions_keep_the_cells_of_full_groups() -> None:
+def test_added_motions_keep_the_cells_of_full_groups_and_a_round_adds_whole_blocks() -> None:
     many = runs_of(1 / 6)
     np.testing.assert_array_equal(runs_of(1 / 6, levels_g=LEVELS_G[:27])[:24], many[:24])
+    assert runs_of(1.0, incidences=1).all()
+    bridges = {"a0": "a", "a60": "a", "b0": "b", "b60": "b"}
+    assert whole_blocks({"a0": 8, "a60": 12}, bridges) == {"a0": 12, "a60": 12}
 
 
 @pytest.mark.parametrize("cells", [1, 2, 3, 6, 9])
@@ -100,7 +99,7 @@ GRID = {"bridge": ["osb1"], "skew_deg": [0, 60], "gap_mm": [25, 51], "friction":
 MOTIONS = {"blocks": {}, "incidence_deg": [0.0, 90.0]}
 
 
-def test_a_motion_runs_every_skew_of_its_cells() -> None:
+def test_motions_run_every_skew_of_their_cells_and_all_cells_of_an_absent_axis() -> None:
     study = parse_config({"grid": GRID, "motions": MOTIONS})
     runs = planned_runs(study.grid, study.motions, unread(24))
     assert sum(map(len, runs.values())) == 2 * (2 * 24 + 4 * 3)
@@ -111,9 +110,6 @@ def test_a_motion_runs_every_skew_of_its_cells() -> None:
     of_both = planned_runs(study.grid, study.motions, suites)
     own = planned_runs(study.grid, study.motions, unread(8, "a"))
     assert {slug: {run for run in of_both[slug] if run[0][0] == "a"} for slug in own} == own
-
-
-def test_a_variant_without_an_axis_runs_the_motions_of_all_its_cells() -> None:
     grid = GridConfig(**GRID | {"abutment": ["roller", "contact_friction"]})
     number, cells = cells_of(grid, ["skew_deg"])
     assert number == 4
@@ -143,11 +139,6 @@ def test_a_study_runs_and_expects_the_analyses_of_its_blocks(tmp_path, monkeypat
     assert share == pytest.approx(number / (8 * 2 * 8))
 
 
-def test_a_round_adds_whole_blocks() -> None:
-    bridges = {"a0": "a", "a60": "a", "b0": "b", "b60": "b"}
-    assert whole_blocks({"a0": 8, "a60": 12}, bridges) == {"a0": 12, "a60": 12}
-
-
 @pytest.mark.parametrize(
     ("motions", "words"),
     [
@@ -172,19 +163,16 @@ def levels_of(results: Path) -> list[float]:
 def test_a_pilot_finds_the_medians_and_counts_in_the_study(tmp_path, monkeypatch) -> None:
     """Every demand is 20 times Sa_avg: the medians are 5/20 and, of column failure, 1/20 g."""
     index_of(tmp_path, make_pairs(tmp_path, 24))
-    states = tmp_path / "states.yaml"
+    states, results = tmp_path / "states.yaml", tmp_path / "results"
     states.write_text(
         "- {component: unseating, demand: unseating_m, unit: m, dispersion: 0.2, collapse: exceeds,"
         " citation: x, states: {slight: 5.0}, degrees: {slight: slight}}\n"
     )
+    motions = {"folder": str(tmp_path), "count": 24, "bands": {"ratio": 1.5}, "blocks": {}}
+    fits = {"fragility": {"limit_states": str(states)}}
     study = parse_config(
-        {
-            "results": str(tmp_path / "results"),
-            "grid": GRID | {"skew_deg": [0]},
-            "motions": {"folder": str(tmp_path), "count": 24, "bands": {"ratio": 1.5}}
-            | {"blocks": {}, "level_range_g": [0.01, 1.0]},
-            "fragility": {"limit_states": str(states)},
-        }
+        {"results": str(results), "grid": GRID | {"skew_deg": [0]}, **fits}
+        | {"motions": motions | {"level_range_g": [0.01, 1.0]}}
     )
 
     def answer(task):
@@ -193,8 +181,7 @@ def test_a_pilot_finds_the_medians_and_counts_in_the_study(tmp_path, monkeypatch
     asked = without_workers(monkeypatch, answer)
     prepare_motions(study)
     assert len(asked) == 8 + 3  # eight motions in one cell, one of them in all four
-    medians = band_medians(study)
-    levels_g = levels_of(tmp_path / "results")
+    medians, levels_g = band_medians(study), levels_of(results)
     steps = (np.arange(8) + 0.5) / 8
     assert sorted(levels_g[:8]) == pytest.approx(0.01 * 100**steps, rel=1e-5)  # 6 digits
     assert medians == pytest.approx([0.25, 0.05], rel=0.34)  # between two of these levels
@@ -202,17 +189,16 @@ def test_a_pilot_finds_the_medians_and_counts_in_the_study(tmp_path, monkeypatch
     assert (away.sum(axis=0) == [8, 8]).all()
     assert away.any(axis=1).all()
     prepare_motions(study)  # with the medians found
-    assert levels_of(tmp_path / "results") == levels_g
+    assert levels_of(results) == levels_g
     setup = StudySetup.of(study)
-    for variant in expand_grid(study.grid):
-        analyse_variant(setup, variant.slug, tmp_path / f"{variant.slug}.parquet")
+    paths = {v.slug: tmp_path / f"{v.slug}.parquet" for v in expand_grid(study.grid)}
+    for slug, path in paths.items():
+        analyse_variant(setup, slug, path)
     keys = [run_key(task) for task in asked]
     assert len(set(keys)) == len(keys) == sum(map(len, setup.planned.values()))
     # a later study may take its levels from this one
-    paths = [tmp_path / f"{variant.slug}.parquet" for variant in expand_grid(study.grid)]
-    join_variants(paths, tmp_path / "results/demands.parquet")
-    bands = {"bands": {"study": str(tmp_path / "results")}}
-    later = parse_config({"motions": bands, "fragility": {"limit_states": str(states)}})
+    join_variants([*paths.values()], results / "demands.parquet")
+    later = parse_config({"motions": {"bands": {"study": str(results)}}, **fits})
     assert band_medians(later) == pytest.approx([0.25, 0.05], rel=0.1)  # more levels are near
 
 

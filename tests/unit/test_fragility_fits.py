@@ -13,7 +13,6 @@ from skewbridge.fragility.fits import (
     fit_brackets,
     fit_capacities,
     fit_cloud,
-    fit_first_exceedances,
     fit_stripes,
 )
 from skewbridge.fragility.limit_states import LimitState
@@ -29,15 +28,8 @@ DEMAND = "deck_disp_m"
 
 @pytest.mark.parametrize(
     ("k", "status"),
-    [
-        ([0, 7, 20, 20], "quasi_separation"),
-        ([20, 20, 0, 0], "non_increasing"),
-        ([20, 9, 0, 0], "non_increasing"),
-        ([15, 12, 9, 3], "non_increasing"),
-        ([10, 10, 10, 10], "non_increasing"),
-        ([0, 3, 12, 20], "ok"),
-        ([0, 0, 1, 0], "ok"),
-    ],
+    [([0, 7, 20, 20], "quasi_separation"), ([0, 3, 12, 20], "ok"), ([0, 0, 1, 0], "ok")]
+    + [(k, "non_increasing") for k in ([20, 20, 0, 0], [20, 9, 0, 0], [15, 12, 9, 3], [10] * 4)],
 )
 def test_every_kind_of_stripes_has_its_status(k, status):
     fit = fit_stripes([0.2, 0.4, 0.6, 0.8], [20] * 4, k)
@@ -76,33 +68,29 @@ def test_separated_data_have_firth_estimates_and_bounds_of_the_likelihood():
 def test_stripes_without_runs_and_medians_beyond_them_have_warnings():
     fit = fit_stripes([0.2, 0.5, 0.8, 1.1], [0, 20, 20, 20], [0, 7, 12, 17])
     assert (fit.warnings[0], fit.n_runs) == ("stripes_without_runs", 60)
-    with pytest.raises(InputError, match="k must be whole"):
-        fit_stripes([0.2, 0.4], [20, 20], [0.4, 4.0])
     fit = fit_stripes([1.0, 1.5, 2.0], [60, 48, 45], [0, 2, 2])
     assert {"median_extrapolated", "wide_ci"} <= set(fit.warnings)
+    with pytest.raises(InputError, match="k must be whole"):
+        fit_stripes([0.2, 0.4], [20, 20], [0.4, 4.0])
 
 
 def test_ends_of_the_profile_have_its_drop_also_where_theta_is_far_away():
     """With few exceedances theta can be a thousand times larger."""
-    ln_im = np.log(np.geomspace(0.1, 1.5, 30))
-    far = 0
+    ln_im, drop = np.log(np.geomspace(0.1, 1.5, 30)), likelihood.drop_of(0.95)
+    slopes, never, far = np.geomspace(1e-3, 60.0, 4000)[:, None], np.full(30, np.inf), 0
     for seed in range(20):
-        noise = 0.6 * np.random.default_rng(seed).normal(size=30)
-        hits = (ln_im + noise > 0.1).astype(float)
-        ends = np.where(hits > 0.0, [np.full(30, -np.inf), ln_im], [ln_im, np.full(30, np.inf)])
+        hit = ln_im + 0.6 * np.random.default_rng(seed).normal(size=30) > 0.1
+        ends = np.where(hit, [-never, ln_im], [ln_im, never])
         kernel = likelihood.NormalKernel(-np.ones((30, 1)), *ends)
         best = likelihood.maximise(kernel, np.array([[0.0, 1.0]]))
         if not best.converged[0] or best.params[0, 1] < 0.05:
             continue
-        drop = likelihood.drop_of(0.95)
-        ends = likelihood.profile_ends(kernel, best, drop, np.array([[1.0, 0.0]]))
-        far += 5.0 < ends[0][1] < np.inf
-        for end in ends[0]:
-            if np.isfinite(end):
-                slopes = np.geomspace(1e-3, 60.0, 4000)[:, None]
-                eta = slopes * (ln_im - end)
-                values = stats.norm.logcdf(np.where(hits > 0.0, eta, -eta)).sum(axis=1)
-                assert 2 * (best.loglik[0] - values.max()) == pytest.approx(drop, abs=1e-3)
+        ends = likelihood.profile_ends(kernel, best, drop, np.array([[1.0, 0.0]]))[0]
+        far += 5.0 < ends[1] < np.inf
+        for end in ends[np.isfinite(ends)]:
+            eta = slopes * (ln_im - end)
+            values = stats.norm.logcdf(np.where(hit, eta, -eta)).sum(axis=1)
+            assert 2 * (best.loglik[0] - values.max()) == pytest.approx(drop, abs=1e-3)
     assert far >= 3
 
 
@@ -115,8 +103,7 @@ def test_medians_of_states_rise_where_the_fits_of_single_states_cross(seed):
         LimitState(component="deck", name=f"s{j}", demand=DEMAND, threshold=c, dispersion=0.0)
         for j, c in enumerate(thresholds)
     ]
-    curves = fit_study(ready(table, states), states, SETTINGS)
-    found = curves[curves["method"] == "exceedance"]
+    found = fit_study(ready(table, states), states, SETTINGS).query("method == 'exceedance'")
     assert list(found["status"]) == ["ok"] * 3
     assert np.all(np.diff(found["theta"]) > 0.0)
     assert np.all(np.isfinite(found["loglik"]))
@@ -135,42 +122,39 @@ def test_ends_of_the_profile_of_a_state_are_those_of_a_direct_search():
         np.where(passed > 0, ln_im, np.inf),
         upper_covariates=eye[np.maximum(passed - 1, 0)],
     )
-    best, drop = (
-        likelihood.maximise(kernel, np.array([[1.0, -0.5, -0.7, 1.0]])),
-        likelihood.drop_of(0.95),
-    )
-    ends = likelihood.profile_ends(kernel, best, drop, np.eye(4)[:-1], slope=3)
-    assert np.sum(np.isfinite(ends[:-1])) >= 5
-    for state, own in enumerate(ends[:-1]):
-        for end in own[np.isfinite(own)]:
+    best = likelihood.maximise(kernel, np.array([[1.0, -0.5, -0.7, 1.0]]))
+    drop, first = likelihood.drop_of(0.95), best.params[0]
+    ends = likelihood.profile_ends(kernel, best, drop, np.eye(4)[:-1], slope=3)[:-1]
+    finite = [(state, end) for state, own in enumerate(ends) for end in own if np.isfinite(end)]
+    assert len(finite) >= 5
+    for state, end in finite:
 
-            def excess(others, state=state, end=end):
-                params = np.insert(others, state, -others[-1] * end)
-                return 2.0 * float(best.loglik[0] - kernel.derivatives(params[None]).loglik[0])
+        def excess(others, state=state, end=end):
+            params = np.insert(others, state, -others[-1] * end)
+            return 2.0 * float(best.loglik[0] - kernel.derivatives(params[None]).loglik[0])
 
-            shift = -end * best.params[0, -1] - best.params[0, state]
-            start = np.delete(best.params[0] + [shift, shift, shift, 0.0], state)
-            found = optimize.minimize(
-                excess, start, method="Nelder-Mead", options={"xatol": 1e-8, "fatol": 1e-9}
-            )
-            assert found.fun == pytest.approx(drop, abs=1e-4)
+        shift = -end * first[-1] - first[state]
+        start = np.delete(first + shift * np.array([1.0, 1.0, 1.0, 0.0]), state)
+        how = {"method": "Nelder-Mead", "options": {"xatol": 1e-8, "fatol": 1e-9}}
+        assert optimize.minimize(excess, start, **how).fun == pytest.approx(drop, abs=1e-4)
 
 
 def test_brackets_take_the_first_crossing_and_need_information():
-    im = np.array([0.2, 0.4, 0.6, 0.2, 0.4, 0.6, 0.2, 0.4, 0.6])
+    im, record = np.tile([0.2, 0.4, 0.6], 3), np.repeat([0, 1, 2], 3)
     hit = np.array([0, 1, 0, 0, 0, 0, 1, 1, 1.0])
-    record = np.repeat([0, 1, 2], 3)
-    fit, lower, upper = fit_first_exceedances(im, hit, record, SETTINGS)
-    assert list(lower) == [0.2, 0.6, 0.0]
-    assert list(upper) == [0.4, np.inf, 0.2]
+    fit, lower, upper = fits.fit_first_exceedances(im, hit, record, SETTINGS)
+    assert (list(lower), list(upper)) == ([0.2, 0.6, 0.0], [0.4, np.inf, 0.2])
     assert fit.details["n_non_monotone"] == 1
-    assert fit_capacities([1.0, 1.0, 0.9], [0, 0, 1]).status == "unbounded_likelihood"
-    assert fit_capacities([1.0, 1.0, 1.4], [0, 0, 1]).status == "ok"
-    assert fit_brackets([0.4, 0.4], [0.7, 0.7]).status == "complete_separation"
-    assert fit_brackets([0.4, 0.7], [0.7, 1.0]).status == "quasi_separation"
-    assert fit_brackets([0.0, 0.0], [0.7, 1.0]).status == "all_exceed"
-    assert fit_brackets([0.7, 1.0], [None, None]).status == "all_censored"
-    assert fit_brackets([0.0, 1.2], [0.7, None]).status == "non_increasing"
+    for last, status in ((0.9, "unbounded_likelihood"), (1.4, "ok")):
+        assert fit_capacities([1.0, 1.0, last], [0, 0, 1]).status == status
+    for low, high, status in (
+        ([0.4, 0.4], [0.7, 0.7], "complete_separation"),
+        ([0.4, 0.7], [0.7, 1.0], "quasi_separation"),
+        ([0.0, 0.0], [0.7, 1.0], "all_exceed"),
+        ([0.7, 1.0], [None, None], "all_censored"),
+        ([0.0, 1.2], [0.7, None], "non_increasing"),
+    ):
+        assert fit_brackets(low, high).status == status
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -212,14 +196,13 @@ def test_censoring_removes_the_bias_of_clipped_demands(side):
     edp = 0.03 * im * np.exp(0.4 * rng.normal(size=400))
     if side == "above":
         lower, upper = np.minimum(edp, 0.02), np.where(edp < 0.02, edp, np.inf)
-        clipped = lower
     else:
         lower, upper = np.where(edp > 0.008, edp, 0.0), np.maximum(edp, 0.008)
-        clipped = upper
     censored = fit_cloud(im, lower, 0.015, upper)
     assert censored.ci_theta[0] < 0.5 < censored.ci_theta[1]
     assert censored.ci_beta[0] < 0.4 < censored.ci_beta[1]
-    assert fit_cloud(im, clipped, 0.015).details["b"] < 0.85 < censored.details["b"]
+    clipped = fit_cloud(im, lower if side == "above" else upper, 0.015)
+    assert clipped.details["b"] < 0.85 < censored.details["b"]
 
 
 def test_variance_of_beta_is_that_of_slope_and_scatter():
@@ -260,7 +243,7 @@ def test_weights_leave_out_one_motion_or_group_at_a_time():
     weights = motion_weights(motions)
     assert weights.shape == (101, 800)
     assert np.all(np.sum(weights[1:] == 0.0, axis=0) == 1)
-    assert np.all(weights[:, 0::2] == weights[:, 1::2])
+    np.testing.assert_array_equal(weights[:, 0::2], weights[:, 1::2])
     im = np.exp(rng.uniform(-2.0, 0.5, 800))
     edp = 0.02 * im * np.exp(0.3 * scatter[motions] + 0.1 * rng.normal(size=800))
     fit = fit_cloud(im, edp, 0.01, motions=motions)
@@ -280,17 +263,15 @@ def test_intervals_by_motion_are_those_of_the_jackknife_written_out():
     table = synthetic_demands(**ONE, scales=(0.5, 1.0, 2.0), motions=12)
     codes = np.unique(table["motion_id"], return_inverse=True)[1]
     fit = fit_cloud(table[IM], table[DEMAND], 0.15, motions=codes)
-    values = []
-    for motion in range(12):
-        rest = table[codes != motion]
-        b, ln_a = np.polyfit(np.log(rest[IM]), np.log(rest[DEMAND]), 1)
-        values.append((np.log(0.15) - ln_a) / b)
-    error = np.sqrt(11 / 12 * np.sum((values - np.mean(values)) ** 2))
+    logs = np.log(table[[IM, DEMAND]].to_numpy())
+    fitted = [np.polyfit(*logs[codes != motion].T, 1) for motion in range(12)]
+    values = np.array([(np.log(0.15) - ln_a) / b for b, ln_a in fitted])
+    squares = np.square(values - values.mean())
     assert fit.ci_method == "jackknife"
     # degrees of freedom: M - 2, or less if few motions have most of the variance
-    shares = np.square(values - np.mean(values)) / np.sum(np.square(values - np.mean(values)))
-    freedom = min(10.0, 3.0 / np.sum(shares**2))
-    assert fit.ci_theta[1] / fit.theta == pytest.approx(np.exp(stats.t.ppf(0.975, freedom) * error))
+    freedom = min(10.0, 3.0 * np.sum(squares) ** 2 / np.sum(squares**2))
+    reach = stats.t.ppf(0.975, freedom) * np.sqrt(11 / 12 * np.sum(squares))
+    assert fit.ci_theta[1] / fit.theta == pytest.approx(np.exp(reach))
 
 
 # --- systems
@@ -311,10 +292,10 @@ def test_a_system_is_weaker_than_its_weakest_component_and_equals_a_single_one()
     assert (usable["theta_low"] < usable["theta"]).all()
     assert (usable["beta"] < usable["beta_high"]).all()
     table = synthetic_demands(**ONE, motions=40)
-    found = systems(table, states_of("column_drift")[:1]).iloc[0]
+    mild, *_, severe = states_of("column_drift")
+    found, undamaged = (systems(table, [state]).iloc[0] for state in (mild, severe))
     fit = fit_cloud(table[IM], table["column_drift_ratio"], 0.01, capacity_dispersion=0.35)
     assert (found["theta"], found["beta"]) == pytest.approx((fit.theta, fit.beta), rel=5e-3)
-    undamaged = systems(table, states_of("column_drift")[-1:]).iloc[0]
     assert undamaged["status"] in {"no_component", "no_exceedance"}
     assert np.isnan(undamaged["theta"])
 
@@ -349,11 +330,9 @@ def test_collapses_hardly_move_the_median_of_a_system():
     # a collapse exceeds every state: only states below the drift at collapse are used
     states = states_of("column_drift")[:2]
     table = synthetic_demands(**ONE, motions=32)
-    whole = systems(table, states).loc["moderate"]
     strong = table["column_drift_ratio"] > 0.03
-    fallen = table.assign(status=np.where(strong, "collapse", "ok"))
-    for name in [n for n in table if n.startswith(("column_", "deck_", "unseating"))]:
-        fallen.loc[strong, name] *= 0.3  # the peak so far
-    found = systems(fallen, states).loc["moderate"]
     assert strong.sum() > 3
-    assert found["theta"] == pytest.approx(whole["theta"], rel=0.08)
+    fallen = table.assign(status=np.where(strong, "collapse", "ok"))
+    fallen.loc[strong, table.filter(regex="^(column_|deck_|unseating)").columns] *= 0.3  # so far
+    whole, found = (systems(runs, states).loc["moderate", "theta"] for runs in (table, fallen))
+    assert found == pytest.approx(whole, rel=0.08)

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from cli_json import invoke
+from cli_json import answer, invoke
 from motions_files import at2_text, index_of, make_pairs, shaken_g
 from skewbridge.cli.motions import synthesize
 from skewbridge.motions.intensity import SPECTRUM_PERIODS_S
@@ -26,6 +26,12 @@ def _run(*arguments: object) -> tuple[int, str, str]:
     return result.exit_code, result.stdout, result.stderr
 
 
+def _checked(*arguments: object) -> tuple[int, dict, str]:
+    """Return exit code, answer and messages of a check."""
+    code, out, err = _run("check", *arguments, "--json")
+    return code, json.loads(out), err
+
+
 @pytest.mark.parametrize(
     ("content", "verdict", "codes"),
     [
@@ -38,8 +44,8 @@ def _run(*arguments: object) -> tuple[int, str, str]:
 def test_check_has_the_documented_keys_and_exit_codes(tmp_path, content, verdict, codes):
     path = tmp_path / "a.txt"
     path.write_text(content)
-    code, out, _ = _run("check", path, "--json")
-    (found,) = json.loads(out)["files"]
+    code, checked, _ = _checked(path)
+    (found,) = checked["files"]
     assert set(found) == {"file", "verdict", "format", "dt_s", "npts", "pga_g", "messages"}
     assert (found["verdict"], code, _run("check", path, "--strict")[0]) == (verdict, *codes)
     if verdict == "ok":
@@ -49,15 +55,13 @@ def test_check_has_the_documented_keys_and_exit_codes(tmp_path, content, verdict
 
 def test_check_writes_an_index_that_the_study_reads(tmp_path):
     make_pairs(tmp_path, 2)
-    code, _, _ = _run("check", tmp_path, "--write", "--json")
-    index = pd.read_csv(tmp_path / "index.csv")
-    suite = prepare_suite(tmp_path, t1_s=0.7)
-    assert code == 0
-    assert list(index["motion_id"]) == list(suite["motion_id"]) == ["q0", "q1"]
-    assert list(index["sha256"]) == list(suite["sha256"])
+    assert _checked(tmp_path, "--write")[0] == 0
+    index, suite = pd.read_csv(tmp_path / "index.csv"), prepare_suite(tmp_path, t1_s=0.7)
+    assert list(index["motion_id"]) == ["q0", "q1"]
+    for name in ("motion_id", "sha256"):
+        assert list(index[name]) == list(suite[name])
     # with the time step and unit that were given
-    bare = tmp_path / "bare"
-    bare.mkdir()
+    (bare := tmp_path / "bare").mkdir()
     for name in ("q_h1.acc", "q_h2.acc"):
         (bare / name).write_text("\n".join(map(str, 5.0 * shaken_g(3))))
     assert _run("check", bare, "--write")[0] == 2
@@ -76,37 +80,31 @@ def test_check_names_and_counts_the_files_that_were_not_read(tmp_path, has_index
     (tmp_path / "deep").mkdir()
     for name in others:
         (tmp_path / name).write_text("no motion\n")
-    code, out, err = _run("check", tmp_path, "--json")
-    found = json.loads(out)
+    code, found, err = _checked(tmp_path)
     unread = {item["file"] for item in found["files"] if item["verdict"] == "not_read"}
     assert unread == {str(tmp_path / name) for name in others}
     assert (code, found["not_read"], len(found["files"])) == (0, 6, 8)
-    assert "6 files were not read" in err
-    assert all(name in err for name in others)
+    assert all(words in err for words in ("6 files were not read", *others))
     assert _run("check", tmp_path, "--strict")[0] == 2
     # a note, and the velocity of an acceleration, are named but are no error
     for name in others:
         (tmp_path / name).unlink()
     for name in ("notes.md", "q0_h1.VT2"):
         (tmp_path / name).write_text("no motion\n")
-    code, out, err = _run("check", tmp_path, "--strict", "--json")
-    assert (code, json.loads(out)["not_read"]) == (0, 2)
-    assert "notes.md" in err
-    assert "q0_h1.VT2" in err
+    code, found, err = _checked(tmp_path, "--strict")
+    assert (code, found["not_read"]) == (0, 2)
+    assert all(name in err for name in ("notes.md", "q0_h1.VT2"))
 
 
 def test_check_warns_of_one_component_twice_and_names_vertical_ones(tmp_path):
     (first, second), *_ = make_pairs(tmp_path, 1)
-    shutil.copy(first, second)
-    shutil.copy(first, tmp_path / f"q0-UP{Path(first).suffix}")
-    code, out, _ = _run("check", tmp_path, "--json")
-    found = {Path(item["file"]).stem: item for item in json.loads(out)["files"]}
+    for copy in (second, tmp_path / f"q0-UP{first.suffix}"):
+        shutil.copy(first, copy)
+    code, found, _ = _checked(tmp_path)
+    found = {Path(item["file"]).stem: item for item in found["files"]}
     assert (code, _run("check", tmp_path, "--strict")[0]) == (0, 2)
-    assert [found[name]["verdict"] for name in ("q0_h1", "q0_h2", "q0-UP")] == [
-        "warn",
-        "warn",
-        "ok",
-    ]
+    verdicts = {name: item["verdict"] for name, item in found.items()}
+    assert verdicts == {"q0_h1": "warn", "q0_h2": "warn", "q0-UP": "ok"}
     assert "Both components have the same values" in found["q0_h2"]["messages"][-1]
     assert found["q0-UP"]["messages"] == ["vertical component: a study does not use it"]
 
@@ -123,9 +121,9 @@ def test_check_names_encodings_and_decimal_commas(tmp_path, change, encoding, wo
     *head, values = at2_text(shaken_g(1)).split("\n", 4)
     path = tmp_path / "a.AT2"
     path.write_text("\n".join([*head, change(values)]), encoding=encoding)
-    code, out, _ = _run("check", path, "--json")
+    code, found, _ = _checked(path)
     assert code == 2
-    assert words in json.loads(out)["files"][0]["messages"][0]
+    assert words in found["files"][0]["messages"][0]
 
 
 def test_unit_option_applies_only_to_files_without_a_unit(tmp_path):
@@ -133,13 +131,13 @@ def test_unit_option_applies_only_to_files_without_a_unit(tmp_path):
     text = "\n".join(f"{0.01 * n:.2f},{a:.6e}" for n, a in enumerate(980.665 * shaken_g(3)))
     for name in ("valley_000.csv", "valley_090.csv"):
         (tmp_path / name).write_text(text)
-    code, out, _ = _run("check", tmp_path, "--json")
+    code, found, _ = _checked(tmp_path)
     assert code == 2
-    assert "--unit" in str(json.loads(out)["files"])
-    alone = {item["file"]: item["pga_g"] for item in json.loads(out)["files"] if item["pga_g"]}
-    code, out, _ = _run("check", tmp_path, "--write", "--unit", "cm/s2", "--json")
+    assert "--unit" in str(found["files"])
+    alone = {item["file"]: item["pga_g"] for item in found["files"] if item["pga_g"]}
+    code, found, _ = _checked(tmp_path, "--write", "--unit", "cm/s2")
     assert code == 0
-    both = {item["file"]: item["pga_g"] for item in json.loads(out)["files"]}
+    both = {item["file"]: item["pga_g"] for item in found["files"]}
     assert alone.items() <= both.items()
     assert list(pd.read_csv(tmp_path / "index.csv")["unit"]) == ["g", "cm/s2"]
 
@@ -160,41 +158,36 @@ def test_unwritable_folder_exits_with_2(tmp_path, command):
 def test_check_compares_files_with_their_index(tmp_path):
     pairs = make_pairs(tmp_path, 1)
     index_of(tmp_path, pairs, sha256=["f" * 64], magnitude=[6.9], my_note=["mine"])
-    code, out, _ = _run("check", tmp_path, "--json")
+    code, found, _ = _checked(tmp_path)
     assert code == 2
-    assert "sha256" in json.loads(out)["files"][0]["messages"][-1]
-    assert _run("check", tmp_path, "--write")[0] == 0
-    assert _run("check", tmp_path)[0] == 0
+    assert "sha256" in found["files"][0]["messages"][-1]
+    assert [_run("check", tmp_path, *option)[0] for option in (["--write"], [])] == [0, 0]
     row = pd.read_csv(tmp_path / "index.csv").iloc[0]
     assert (row["magnitude"], row["my_note"]) == (6.9, "mine")  # the rest is kept
 
 
 def test_im_json_has_the_documented_measures_of_a_pair_or_a_file(tmp_path):
     files = make_pairs(tmp_path, 1)[0]
-    code, out, _ = _run("im", *files, "--t1-s", 0.7, "--json")
-    found = json.loads(out)
+    found = answer("motions", "im", *files, "--t1-s", 0.7)
     promised = {"im_pga_rotd50_g", "im_pgv_rotd50_mps", "im_sa_1p000_rotd50_g",
                 "im_saavg_rotd50_g", "im_arias_mps", "im_cav_mps", "im_d5_75_s", "im_d5_95_s",
                 "pga_h1_g", "pga_h2_g"}  # fmt: skip
-    assert code == 0
     assert promised <= set(found)
     assert all(found[name] > 0 for name in promised)
     row = prepare_suite(tmp_path, t1_s=0.7).iloc[0]
     assert found["im_saavg_rotd50_g"] == pytest.approx(row["im_saavg_rotd50_g"])
-    assert json.loads(_run("im", *files, "--json")[1])["im_saavg_rotd50_g"] is None
+    assert answer("motions", "im", *files)["im_saavg_rotd50_g"] is None
     assert "-: needs --t1-s" in _run("im", *files)[2]
     assert _run("im", *files, files[0])[0] == 2
-    (first, _), *_ = make_pairs(tmp_path, 1)
-    found = json.loads(_run("im", first, "--period-s", 0.5, "--period-s", 1.0, "--json")[1])
+    found = answer("motions", "im", files[0], "--period-s", 0.5, "--period-s", 1.0)
     assert found["pga_h1_g"] == pytest.approx(0.3, rel=1e-6)
     assert len(found["psa_h1_g"]) == len(found["periods_s"]) == 2
 
 
 def test_plot_draws_a_motion_or_the_spectra_of_a_folder(tmp_path):
-    files = make_pairs(tmp_path, 3)[0]
-    code, out, _ = _run("plot", *files, "--out", tmp_path / "figures", "--json")
-    picture = tmp_path / "figures" / "q0.png"
-    assert (code, json.loads(out)["file"]) == (0, str(picture))
+    files, picture = make_pairs(tmp_path, 3)[0], tmp_path / "figures" / "q0.png"
+    drawn = answer("motions", "plot", *files, "--out", tmp_path / "figures")
+    assert drawn["file"] == str(picture)
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert _run("plot", tmp_path, "--out", tmp_path / "suite.svg")[0] == 0
     assert (tmp_path / "suite.svg").read_text().count("<path") > 10

