@@ -206,7 +206,9 @@ class _BridgeState:
             return _Cloud(curve, bounds, columns, no_slope, doubtful)
         fit, ((point, mode),) = self._fits[0], curve.points
         assert not isinstance(fit, str)
+        ends = float(curve.ln_theta[0]), float(curve.total[0])
         columns: Row = point.columns() | {"capacity_dispersion": mode.dispersion}
+        columns["max_dp"] = point.largest_distance(mode, *ends)
         columns["model"] = "mixed_tobit" if np.any(fit.outcomes.is_bound) else "mixed"
         return _Cloud(curve, bounds, columns, point.slope_at(curve.ln_theta), doubtful)
 

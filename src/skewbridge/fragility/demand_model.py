@@ -283,6 +283,15 @@ class PointModel(NamedTuple):
         bent = np.isfinite(model.knot)
         return row | ({"knot": np.exp(model.centre + model.knot), "b_above": above} if bent else {})
 
+    def largest_distance(self, state: LimitState, ln_theta: float, total: float) -> float:
+        """Return the largest difference of probability between model and lognormal curve.
+
+        The range is that of the intensities of the runs.
+        """
+        ln_im = self.model.centre + np.linspace(*self.model.span, 201)
+        z = self.score(state.threshold, state.dispersion, ln_im[:, None])[:, 0]
+        return float(np.max(np.abs(special.ndtr(z) - special.ndtr((ln_im - ln_theta) / total))))
+
 
 class StateCurve(NamedTuple):
     """Curves of one state at one point for R models: of all runs, then without each block."""
