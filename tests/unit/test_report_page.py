@@ -15,7 +15,7 @@ import pytest
 import yaml
 
 from fragility_tables import IM, states_of, synthetic_demands
-from report_pages import NUMBER, STATES, assert_printed, tables_of, write_page
+from report_pages import NUMBER, STATES, assert_printed, tables_of, write_page, wrong_numbers
 from skewbridge.bridge.backfill import LARGEST_TESTED_SKEW_DEG
 from skewbridge.bridge.library import load_structure
 from skewbridge.errors import InputError
@@ -210,6 +210,22 @@ def test_bases_axes_counts_and_answers_are_those_of_the_study(render):
     assert_tables(page, frames)
     head = answer_of(page)
     assert "<b>certain" in head or "certain</b>" in head
+
+
+def test_every_wrong_number_in_the_tables_of_the_page_is_found(render):
+    """A test of `assert_tables`, which the other tests use."""
+    page, frames = render(with_shear_models(synthetic_demands(skews=(0, 60), gaps=(25,))))
+    assert_tables(page, frames)
+    tables, numbers = tables_of(page), 0
+    for name, check in CHECKS.items():
+        for row in tables[name][1:]:
+            for place, cell in enumerate(row):
+                for wrong in wrong_numbers(cell):
+                    row[place], numbers = wrong, numbers + 1
+                    with pytest.raises((AssertionError, KeyError)):
+                        check(tables, frames)
+                row[place] = cell
+    assert numbers > 400
 
 
 def test_failures_tables_intensities_and_links_are_those_of_the_study(render):
@@ -687,6 +703,9 @@ def test_headline_of_a_study_prints_numbers_of_its_tables(repository):
     stored = headline.stored_tables(root)
     text = headline.headline_text(*stored)
     assert_printed(text, list(headline_values(*stored)))
+    for wrong in wrong_numbers(text):
+        with pytest.raises(AssertionError):
+            assert_printed(wrong, list(headline_values(*stored)))
     readme = (root / "README.md").read_text(encoding="utf-8")
     assert (readme[:7], readme[-7:], "previous text" in readme) == ("before\n", "\nafter\n", False)
     assert "of one scenario, magnitude 6.5 at 8 km" in readme
