@@ -255,14 +255,15 @@ def _push_by_lever(
         ops.analysis("Static", "-noWarnings")
         rows = [(0.0, 0.0, 0.0)]
         longest_m = size_m = max_disp_m / steps
-        shortest_m = longest_m / 2**_CONTACT_HALVINGS
+        least_m = shortest_m = longest_m / 2**_CONTACT_HALVINGS
+        n_least = 0  # parts of the least size since the last regular step
         remaining_m = max_disp_m
         for _ in range(_MOST_PARTS * steps):
             if remaining_m <= _IMBALANCE * max_disp_m:
                 break
             share_m = min(size_m, remaining_m)
             if contacts.time_to_change_s() < share_m:  # end the step where a contact changes
-                share_m = max(contacts.time_to_change_s(), min(shortest_m, remaining_m))
+                share_m = max(contacts.time_to_change_s(), min(least_m, remaining_m))
             contacts.prepare(share_m)
             if _lever_moves(share_m):
                 row = _balanced(lever)
@@ -281,11 +282,16 @@ def _push_by_lever(
                 rows.append(row)
                 remaining_m = max_disp_m - row[0]
             if changed:
-                size_m = shortest_m
+                size_m = least_m
             elif contacts.friction_error > _FRICTION_ERRORS[0]:
-                size_m = max(0.5 * share_m, shortest_m)
+                size_m = max(0.5 * share_m, least_m)
             elif contacts.friction_error < _FRICTION_ERRORS[1]:
                 size_m = min(2.0 * size_m, longest_m)
+            n_least += size_m <= least_m
+            if size_m == longest_m:
+                least_m, n_least = shortest_m, 0
+            elif n_least == 2**_CONTACT_HALVINGS:  # shorter parts do not help
+                least_m, n_least = min(2.0 * least_m, longest_m), 0
     disp_m, base_n, applied_n = np.array(rows).T
     return PushCurve(
         disp_m=disp_m,
