@@ -1,9 +1,9 @@
 """Static pushover of a bridge, or of one abutment with the deck end that it supports.
 
 Bridges with friction are pushed by a lever, which gives every mass its share of the force and whose
-driver moves by the mean displacement of the masses. `DisplacementControl` of OpenSees would predict
-each retry from the tangents of the failed step, in which pads and contacts may be open, and never
-recover.
+driver moves by the mean displacement of the masses. So are bridges whose push stops otherwise:
+`DisplacementControl` of OpenSees predicts each retry from the tangents of the failed step, in which
+pads and contacts may be open, and often does not recover.
 """
 
 from collections.abc import Callable
@@ -62,6 +62,7 @@ _SOFTER: Final = 8.0
 _RELEASES: Final = 100
 _LIGHT: Final = 0.01
 _ROUNDING: Final = 1.0e-12
+_REACHED: Final = 1.0e-6  # distance from the target / target
 _MOST_PARTS: Final = 50  # mean number of parts of a step above which a push ends
 
 
@@ -255,14 +256,15 @@ def _push_by_lever(
         ops.analysis("Static", "-noWarnings")
         rows = [(0.0, 0.0, 0.0)]
         longest_m = size_m = max_disp_m / steps
-        shortest_m = longest_m / 2**_CONTACT_HALVINGS
+        least_m = shortest_m = longest_m / 2**_CONTACT_HALVINGS
+        n_least = 0  # parts of the least size since the last regular step
         remaining_m = max_disp_m
         for _ in range(_MOST_PARTS * steps):
-            if remaining_m <= _IMBALANCE * max_disp_m:
+            if remaining_m <= _REACHED * max_disp_m:
                 break
             share_m = min(size_m, remaining_m)
             if contacts.time_to_change_s() < share_m:  # end the step where a contact changes
-                share_m = max(contacts.time_to_change_s(), min(shortest_m, remaining_m))
+                share_m = max(contacts.time_to_change_s(), min(least_m, remaining_m))
             contacts.prepare(share_m)
             if _lever_moves(share_m):
                 row = _balanced(lever)
@@ -281,16 +283,21 @@ def _push_by_lever(
                 rows.append(row)
                 remaining_m = max_disp_m - row[0]
             if changed:
-                size_m = shortest_m
+                size_m = least_m
             elif contacts.friction_error > _FRICTION_ERRORS[0]:
-                size_m = max(0.5 * share_m, shortest_m)
+                size_m = max(0.5 * share_m, least_m)
             elif contacts.friction_error < _FRICTION_ERRORS[1]:
                 size_m = min(2.0 * size_m, longest_m)
+            n_least += size_m <= least_m
+            if size_m == longest_m:
+                least_m, n_least = shortest_m, 0
+            elif n_least == 2**_CONTACT_HALVINGS:  # shorter parts do not help
+                least_m, n_least = min(2.0 * least_m, longest_m), 0
     disp_m, base_n, applied_n = np.array(rows).T
     return PushCurve(
         disp_m=disp_m,
         force_n=base_n,
-        is_complete=remaining_m <= _IMBALANCE * max_disp_m,
+        is_complete=remaining_m <= _REACHED * max_disp_m,
         imbalance=float(np.abs(applied_n - base_n).max() / np.abs(base_n).max()),
     )
 
