@@ -4,7 +4,7 @@ The page and the README print these sentences. Effects are read from `answer_tab
 from `run_counts`.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
@@ -33,6 +33,7 @@ from skewbridge.fragility.verdicts import (
 )
 from skewbridge.motions.p695 import REPLACED
 from skewbridge.report.appearance import (
+    TEXTS,
     change_text,
     demand_name,
     groups_of,
@@ -40,8 +41,10 @@ from skewbridge.report.appearance import (
     interval_text,
     margin_text,
     number,
+    one_line,
     shear_model_name,
     shown_value,
+    templates,
     value_text,
 )
 from skewbridge.statuses import COLLAPSE, FAILED
@@ -112,6 +115,11 @@ def change_name(name: Any, low: Any, high: Any) -> str:
     """Return a change of an axis in words, such as ``Skew 0° to 60°``."""
     changed = axis(name)
     return f"{changed.label} {value_text(changed, low)} to {value_text(changed, high)}"
+
+
+def change_of(row: Mapping[str, Any]) -> str:
+    """Return the change of an axis in a row of effects in words."""
+    return change_name(row["axis"], row["from_value"], row["to_value"])
 
 
 def effect_name(demand: Any) -> str:
@@ -280,6 +288,16 @@ def _demand_row(effect: dict[str, Any], line: pd.DataFrame | None) -> dict[str, 
 # --- sentences
 
 
+_TEMPLATES: Final = templates(
+    *(change_of, change_text, counted, effect_name, interval_text, listed, model_name)
+)
+
+
+def _sentence(name: str, **values: Any) -> str:
+    """Return a sentence of `captions.yaml`, filled in with values."""
+    return one_line(_TEMPLATES, TEXTS["sentences"][name], **values)
+
+
 def no_ratio_text(row: Mapping[str, Any]) -> str:
     """Return why a state has no ratio of medians, and how many runs exceed the state."""
     if row["status"] == NOT_REACHED:
@@ -304,46 +322,35 @@ def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
     The keys are bridge, abutment model and state.
     """
     notes: dict[tuple[str, str, str], str] = {}
-    names = short_names(table)
-    rows = table[table["demand"].isin(LEADING_STATES) & (table["status"] == OK)]
-    for key, part in groups_of(rows, [*BRIDGE_COLUMNS, "demand"]):
-        sums, start = part[list(_COUNTS)].sum(), f"{names[key[:2]]}, {effect_name(key[2])}"
-        if sums["n_extrapolated"] > 0:
-            some = "" if sums["n_extrapolated"] == 2 * sums["n_cells"] else "some "
-            notes[key] = (
-                f"{start}: {some}medians of {part['im_low'].min():.2f} to "
-                f"{part['im_high'].max():.2f} g are extrapolated, because fewer than three motions "
-                "are that strong."
-            )
-        elif sums["n_without_curve"] > 0:
-            notes[key] = (
-                f"{start}: some variants have no curve, because runs that ended early make the "
-                "median too uncertain; the ratios use the demand model of all variants."
-            )
+    for key, effect, rows in _leading_effects(table):
+        sums = rows[list(_COUNTS)].sum()
+        if sums["n_extrapolated"] > 0 or sums["n_without_curve"] > 0:
+            ends = {"low_g": rows["im_low"].min(), "high_g": rows["im_high"].max()}
+            notes[key] = _sentence("limits", effect=effect, sums=sums, **ends)
     return notes
 
 
 def effect_notes(table: pd.DataFrame) -> list[str]:
     """Return sentences on effects that one motion decides or that depend on another axis."""
     notes: list[str] = []
+    for _, effect, rows in _leading_effects(table):
+        one_motion = [
+            f"{change_of(row)} {row['largest_motion']} ({100 * row['largest_share']:.0f} %)"
+            for row in records_of(rows[rows["largest_share"] > LARGEST_SHARE])
+        ]
+        by_value = records_of(rows[rows["by_value"].fillna("") != ""])
+        if one_motion or by_value:
+            texts: dict[str, Any] = {"one_motion": one_motion, "by_value": by_value}
+            notes.append(_sentence("details", effect=effect, **texts))
+    return notes
+
+
+def _leading_effects(table: pd.DataFrame) -> Iterator[tuple[Any, str, pd.DataFrame]]:
+    """Yield key, name and rows of each model and leading state with effects."""
     names = short_names(table)
     rows = table[table["demand"].isin(LEADING_STATES) & (table["status"] == OK)]
     for key, effects in groups_of(rows, [*BRIDGE_COLUMNS, "demand"]):
-        texts: list[str] = []
-        one_motion = effects[effects["largest_share"] > LARGEST_SHARE]
-        if len(one_motion):
-            motions = [
-                f"{change_name(row['axis'], row['from_value'], row['to_value'])} "
-                f"{row['largest_motion']} ({100 * row['largest_share']:.0f} %)"
-                for row in records_of(one_motion)
-            ]
-            texts.append(f"One motion decides most of the uncertainty: {listed(motions)}.")
-        for row in records_of(effects[effects["by_value"].fillna("") != ""]):
-            change = change_name(row["axis"], row["from_value"], row["to_value"])
-            texts.append(f"{change} by value: {row['by_value']}.")
-        if texts:
-            notes.append(f"{names[key[:2]]}, {effect_name(key[2])}: {' '.join(texts)}")
-    return notes
+        yield key, f"{names[key[:2]]}, {effect_name(key[2])}", effects
 
 
 def headline(table: pd.DataFrame) -> list[str]:
@@ -472,27 +479,18 @@ def failure_sentences(counts: pd.DataFrame, *, has_capacities: bool = True) -> t
     Without capacities of columns in the demands, no failure can be counted.
     """
     per_model, names = counts[counts["axis"] == ""], short_names(counts)
-    totals = per_model.filter(regex="^n_").sum()
+    totals = per_model.filter(regex="^n_").sum().astype(int)
     parts = [
         f"{row['n_failed']} of {row['n_runs']} of {names[row['bridge'], row['abutment']]}"
         for row in records_of(per_model)
     ]
-    models = f" ({listed(parts)})" if len(parts) > 1 else ""
     kinds = [
-        f"{totals[f'n_{mode}']:.0f} in {mode}"
+        f"{totals[f'n_{mode}']} in {mode}"
         for mode in ("shear", "flexure")
         if totals[f"n_{mode}"] > 0
     ]
-    failed = f"Columns failed in {totals['n_failed']:.0f} of {totals['n_runs']:.0f} runs"
-    if not has_capacities:
-        failed, models = "The table has no column capacities, so no column failure is counted", ""
-    ended_early = f"{counted(int(totals['n_collapse']), 'run').capitalize()} collapsed."
-    if totals["n_bounds"] > 0:
-        ended_early += (
-            f" In {totals['n_bounds']:.0f} runs the demands are peaks up to a failure or an early "
-            "stop, so they are treated as lower bounds."
-        )
-    return f"{failed}{models}{': ' * bool(kinds)}{', '.join(kinds)}.", ended_early
+    failures = {"total": totals, "models": parts, "kinds": kinds, "has_capacities": has_capacities}
+    return _sentence("failures", **failures), _sentence("early_ends", total=totals)
 
 
 def shear_model_sentence(demands: pd.DataFrame) -> str:
@@ -517,23 +515,15 @@ def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
     sources = suite.get("source", pd.Series(dtype=str)).astype(str)
     synthetic = len(sources) > 0 and sources.str.contains("synthetic|simulated", case=False).all()
     recorded = len(sources) > 0 and sources.str.startswith("recorded").all()
-    kind = "synthetic" if synthetic else "recorded" if recorded else "recorded or mixed"
-    if recorded and "event" in suite:
-        kind += f" in {suite['event'].nunique()} earthquakes"
-    if sources.str.contains(REPLACED).any():
-        kind += f", {REPLACED},"
-    text = f"The {len(suite)} motions are {kind}"
+    values: dict[str, Any] = {"suite": suite, "synthetic": synthetic, "recorded": recorded}
+    values["replaced"] = f", {REPLACED}," if sources.str.contains(REPLACED).any() else ""
     if {"magnitude", "distance_km"} <= set(suite.columns) and suite["magnitude"].notna().any():
-        magnitude, distance = (
+        values["magnitude"], values["distance"] = (
             " to ".join(dict.fromkeys(map(number, (suite[name].min(), suite[name].max()))))
             for name in ("magnitude", "distance_km")
         )
-        scenario = "" if " to " in magnitude + distance else "one scenario, "
-        text += f" and of {scenario}magnitude {magnitude} at {distance} km"
-    if table["first_im"].notna().any():
-        low, high = table["first_im"].min(), table["last_im"].max()
-        text += f"; complete pairs of runs exist from {low:.2g} to {high:.2g} g"
-    return f"{text}."
+    ends = {"first_im": table["first_im"].min(), "last_im": table["last_im"].max()}
+    return _sentence("motions", **{"magnitude": "", **values, **ends})
 
 
 def untested_skew_sentence(skews_deg: Iterable[float]) -> str:
@@ -562,17 +552,16 @@ def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]
     row = records_of(compared.sort_values("standard_errors", ascending=False).head(1))[0]
     same_effect = (effects[list(_EFFECT)] == [row[name] for name in _EFFECT]).all(axis=1)
     by_suite = {effect["suite"]: effect for effect in records_of(effects[same_effect])}
-    sizes = listed(
-        f"{change_text(by_suite[name])} ({interval_text(by_suite[name])}) under {name}"
-        for name in (row["against"], row["suite"])
-    )
-    text = (
-        f"Suites {listed(f'{name} ({count})' for name, count in motions.items())}: "
-        f"{len(differing)} of {len(compared)} differences between suites exceed "
-        f"{LARGEST_ERRORS:g} standard errors (expected by chance: {0.05 * len(compared):.0f}). "
-        f"The largest: {change_name(row['axis'], row['from_value'], row['to_value'])} on "
-        f"{effect_name(row['demand'])} of {short_names(compared)[row['bridge'], row['abutment']]}: "
-        f"{sizes}; the two effects differ by {change_text(row)} ({interval_text(row)})."
+    text = _sentence(
+        "suites",
+        motions=[f"{name} ({count})" for name, count in motions.items()],
+        differing=len(differing),
+        compared=len(compared),
+        by_chance=0.05 * len(compared),
+        standard_errors=LARGEST_ERRORS,
+        largest=row,
+        model=short_names(compared)[row["bridge"], row["abutment"]],
+        effects=by_suite,
     )
     if len(differing) <= 0.05 * len(compared):  # no more than expected by chance
         return "", text
@@ -605,13 +594,8 @@ def alternative_rows(table: pd.DataFrame) -> tuple[list[str], list[dict[str, str
                 certain.append(f"{effect}: {listed(f'{b} with {a}' for a, b in texts.items())}.")
         rows.append({"effect": effect, **changes})
     options = listed(option_text(option) for option in table["option"].unique())
-    verdict = "These certainly move an effect:" if certain else "None certainly moves an effect."
     shares = 100.0 * (1.0 - np.sqrt(1.0 - table["share"]))
-    intro = (
-        f"Each motion has its own {options}, the same in every variant. Without this scatter the "
-        f"intervals of these effects would be {shares.min():.0f} to {shares.max():.0f} % "
-        f"narrower. {verdict}"
-    )
+    intro = _sentence("alternatives", options=options, shares=shares, certain=certain)
     return [intro, *certain], records_of(pd.DataFrame(rows).fillna("–"))
 
 
@@ -626,15 +610,9 @@ def option_text(option: str, value: object = None) -> str:
 
 def properties_sentence(demands: pd.DataFrame) -> str:
     """Return a sentence that lists the random properties, or states that there are none."""
-    drawn = drawn_properties(map(str, demands))
-    names = ", ".join(map(option_text, drawn_options(map(str, demands))))
-    options = f" It also has its own modelling options ({names})." if names else ""
-    if not drawn:
-        return f"All properties of the bridges have the values of the bridge files.{options}"
-    return (
-        "Each motion has its own random properties of the bridge, the same in every variant "
-        f"({', '.join(drawn)}).{options}"
-    )
+    names = list(map(str, demands))
+    options = [option_text(option) for option in drawn_options(names)]
+    return _sentence("properties", drawn=drawn_properties(names), options=options)
 
 
 def rates_on_page(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
@@ -652,7 +630,7 @@ def rates_on_page(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
     shown = shown[shown["to_value"] == last.transform("max")]
     rows = [
         {
-            "change": change_name(row["axis"], row["from_value"], row["to_value"]),
+            "change": change_of(row),
             "model": model_name(row["bridge"], row["abutment"]),
             "state": effect_name(row["state"]),
             "rate per year": f"{row['from_rate']:.2g} → {row['to_rate']:.2g}",
@@ -660,13 +638,7 @@ def rates_on_page(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
         }
         for row in records_of(shown)
     ]
-    certain = [row for row in records_of(shown) if row["direction"]]
-    sentence = "No axis changes these annual rates for certain."
-    if certain:
-        row = max(certain, key=lambda candidate: max(candidate["ratio"], 1.0 / candidate["ratio"]))
-        sentence = (
-            f"{change_name(row['axis'], row['from_value'], row['to_value'])} multiplies the annual "
-            f"rate of {effect_name(row['state'])} by {row['ratio']:.2g} ({row['ci_low']:.2g} to "
-            f"{row['ci_high']:.2g}) in {model_name(row['bridge'], row['abutment'])}."
-        )
+    certain = records_of(shown[shown["direction"] != 0])
+    certain.sort(key=lambda row: -max(row["ratio"], 1.0 / row["ratio"]))
+    sentence = _sentence("rates", largest=certain[:1])
     return {"sentence": sentence, "rows": rows, "level": f"{100 * shown['level'].iloc[0]:g} %"}

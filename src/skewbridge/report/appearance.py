@@ -58,7 +58,7 @@ STYLE: Final[Any] = {
     "font.size": 9,
     "legend.frameon": False,
 }
-#: Texts of the figures by kind, and of the page (key ``page``), as templates.
+#: Templates of texts: figures by kind, answer (``sentences``) and page (``page``).
 TEXTS: Final[Mapping[str, Mapping[str, str]]] = yaml.safe_load(
     (files("skewbridge.report") / "captions.yaml").read_text("utf-8")
 )
@@ -188,6 +188,11 @@ def templates(*functions: Callable[..., Any]) -> Environment:
     environment.globals.update(by_name)
     environment.filters.update(by_name)
     return environment
+
+
+def one_line(environment: Environment, text: str, **values: Any) -> str:
+    """Return a template filled in with values, as one line of text."""
+    return " ".join(environment.from_string(text).render(values).split())
 
 
 def groups_of(table: pd.DataFrame, columns: Sequence[str]) -> list[tuple[Any, pd.DataFrame]]:

@@ -45,7 +45,7 @@ from skewbridge.variant.axes import axis
 from skewbridge.variant.variant import ABUTMENTS
 
 #: Templates of the captions for each kind of figure.
-CAPTIONS: Final = {kind: texts for kind, texts in appearance.TEXTS.items() if kind != "page"}
+CAPTIONS: Final = {kind: texts for kind, texts in appearance.TEXTS.items() if "section" in texts}
 #: Sections of the figures: the leading curves, then the gallery of the page in its order.
 SECTIONS: Final = tuple(dict.fromkeys(caption["section"] for caption in CAPTIONS.values()))
 _TABLES: Final = ("demands", "curves", "effects", "medians", "system", "intensity_effects")
@@ -139,11 +139,8 @@ def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
 
 def _caption(kind: str, **values: Any) -> Caption:
     """Return the caption of a kind of figure, its templates filled in with ``values``."""
-    texts = {
-        name: " ".join(_TEXTS.from_string(text).render(values).split())
-        for name, text in CAPTIONS[kind].items()
-    }
-    return Caption(**texts)
+    texts = CAPTIONS[kind].items()
+    return Caption(**{name: appearance.one_line(_TEXTS, text, **values) for name, text in texts})
 
 
 def _curve_figure(
