@@ -106,18 +106,31 @@ def pooled_curves(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
 
     A failure mode of columns with the same curve as any failure has no row.
     """
-    rows: list[dict[str, Any]] = []
+    parts: list[pd.DataFrame] = []
     for (bridge, abutment, component), group in groups_of(curves, STATE[:3]):
         effects = medians[(medians["bridge"] == bridge) & (medians["abutment"] == abutment)]
         names = set(component + "/" + group["limit_state"])
         lead = lead_axis(effects, HEADLINE_STATES if component == WHOLE_BRIDGE else names, group)
-        effects = effects[(effects["scope"] == "pooled") & (effects["axis"] == lead.name)]
-        ratios = {(row["demand"], row["to_value"]): row for row in records_of(effects)}
-        for (state,), curves_of_state in groups_of(group, ["limit_state"]):
-            if curves_of_state["preferred"].any():
-                of_state = {"bridge": bridge, "abutment": abutment, "component": component}
-                rows += _by_value(curves_of_state, of_state | {"limit_state": state}, lead, ratios)
-    table = pd.DataFrame(rows, columns=[*STATE, *_VALUE_COLUMNS])
+        parts.append(group.assign(axis=lead.name, value=group[lead.name]))
+    rows = pd.concat(parts)
+    rows["order"] = rows.groupby(list(STATE), sort=False).ngroup()
+    keys, thetas = ["order", "value", *STATE, "axis"], ["theta", "theta_low", "theta_high"]
+    fits = rows[rows["preferred"]].groupby(keys)
+    means = fits[["beta", "beta_total", "level"]].mean()
+    means[thetas] = fits[thetas].agg(lambda values: np.exp(np.log(values.astype(float)).mean()))
+    means["n_curves"] = fits.size()
+    means["n_extrapolated"] = fits["extrapolated"].agg(lambda flags: flags.eq(other=True).sum())
+    variants = rows.drop_duplicates([*STATE, "variant"]).groupby(keys)
+    counts = variants[["n_exceed", "n_runs"]].sum().assign(n_variants=variants.size())
+    table = means.join(counts).reset_index()
+    effects = medians[(medians["scope"] == "pooled") & (medians["status"] == OK)]
+    effects = effects.rename(columns={"to_value": "value"})
+    table["demand"] = table["component"] + "/" + table["limit_state"]
+    same_effect = [*BRIDGE_COLUMNS, "demand", "axis", "value"]
+    table = table.merge(effects[[*same_effect, *RATIOS]], how="left", on=same_effect)
+    # a system has no table of effects
+    to_first = table["theta"] / table.groupby("order")["theta"].transform("first")
+    table["ratio"] = table["ratio"].fillna(to_first.where(table.duplicated("order")))
     same = ["bridge", "abutment", "component", "value", "theta", "beta_total", "n_exceed"]
     is_mode = (table["component"] == COLUMN_FAILURE) & (table["limit_state"] != "any")
     return table[~(is_mode & table.duplicated(same, keep=False))]
@@ -132,36 +145,6 @@ def main_curves(pooled: pd.DataFrame) -> dict[str, pd.DataFrame]:
         WHOLE_BRIDGE: component == WHOLE_BRIDGE,
     }
     return {name: pooled[rows] for name, rows in kinds.items() if rows.any()}
-
-
-_VALUE_COLUMNS: Final = (
-    *("axis", "value", "theta", "theta_low", "theta_high", "beta", "beta_total", "level"),
-    *("n_exceed", "n_runs", "n_curves", "n_variants", "n_extrapolated", *RATIOS),
-)
-
-
-def _by_value(
-    curves: pd.DataFrame, state: dict[str, Any], lead: Axis, ratios: Mapping[Any, Mapping[str, Any]]
-) -> list[dict[str, Any]]:
-    """Return the rows of one state, one per value of the axis with a curve."""
-    rows: list[dict[str, Any]] = []
-    for value, at_value in curves.groupby(lead.name):
-        with_curve, runs = at_value[at_value["preferred"]], at_value.drop_duplicates("variant")
-        names = ["theta", "theta_low", "theta_high"]
-        means = np.exp(np.log(with_curve[names].astype(float)).mean()) if len(with_curve) else {}
-        row = {**state, "axis": lead.name, "value": value, **means}
-        row |= {name: with_curve[name].mean() for name in ("beta", "beta_total", "level")}
-        row |= {name: runs[name].sum() for name in ("n_exceed", "n_runs")}
-        row |= {"n_curves": len(with_curve), "n_variants": len(runs)}
-        row["n_extrapolated"] = int(with_curve["extrapolated"].eq(other=True).sum())
-        effect = ratios.get((f"{state['component']}/{state['limit_state']}", value), {})
-        if effect.get("status") == OK:
-            row |= {name: effect[name] for name in RATIOS}
-        elif rows and len(with_curve):  # a system has no table of effects
-            row["ratio"] = row["theta"] / rows[0]["theta"]
-        if len(with_curve):
-            rows.append(row)
-    return rows
 
 
 def state_text(row: Mapping[Any, Any]) -> str:
