@@ -169,20 +169,17 @@ class Event:
 
     def motions(self, station: Station) -> dict[str, GroundMotion]:
         """Return the ground motion of each support along x and y of the bridge."""
-        motions: dict[str, GroundMotion] = {}
-        for support, pair in station.ground.items():
-            along, across = (
-                ground.factor * self.accel_mps2[ground.channel] for ground in (pair["x"], pair["y"])
-            )
-            motions[support] = GroundMotion(
+        return {
+            support: GroundMotion(
                 motion_id=f"{self.date} {support}",
                 dt_s=self.dt_s,
-                accel_1_mps2=along,
-                accel_2_mps2=across,
+                accel_1_mps2=pair["x"].factor * self.accel_mps2[pair["x"].channel],
+                accel_2_mps2=pair["y"].factor * self.accel_mps2[pair["y"].channel],
                 event=self.date,
                 station=station.title,
             )
-        return motions
+            for support, pair in station.ground.items()
+        }
 
 
 def read_events(folder: Path, station: Station) -> list[Event]:
@@ -295,17 +292,21 @@ def identified_period(output: Series, inputs: Series, dt_s: float) -> Period:
         inputs: Accelerations, shape (n, supports), in the band.
         dt_s: Time step.
     """
-    whole = _fitted_mode(output, inputs, dt_s)
     middle = len(output) // 2
-    halves = [
-        _fitted_mode(output[samples], inputs[samples], dt_s)
-        for samples in (slice(middle), slice(middle, None))
-    ]
-    spread_s = max(abs(half.period_s - whole.period_s) for half in halves)
-    return replace(whole, half_range_s=spread_s)
+    parts = slice(None), slice(middle), slice(middle, None)
+    (period_s, damping, left), *halves = (
+        _fitted_mode(output[part], inputs[part], dt_s) for part in parts
+    )
+    return Period(
+        period_s=period_s,
+        damping=damping,
+        half_range_s=max(abs(half_s - period_s) for half_s, *_ in halves),
+        explained=1.0 - left,
+    )
 
 
-def _fitted_mode(output: Series, inputs: Series, dt_s: float) -> Period:
+def _fitted_mode(output: Series, inputs: Series, dt_s: float) -> tuple[float, float, float]:
+    """Return period (s) and damping ratio of a mode, and the share that it does not explain."""
     from scipy.optimize import minimize
 
     count = len(output)
@@ -328,13 +329,8 @@ def _fitted_mode(output: Series, inputs: Series, dt_s: float) -> Period:
         (minimize(left, start, method="Nelder-Mead", bounds=limits) for start in starts),
         key=lambda result: result.fun,
     )
-    period_s, damping = np.exp(best.x)
-    return Period(
-        period_s=float(period_s),
-        damping=float(damping),
-        half_range_s=0.0,
-        explained=1.0 - float(best.fun),
-    )
+    period_s, damping = np.exp(best.x).tolist()
+    return period_s, damping, float(best.fun)
 
 
 # ---- The model against the recordings
