@@ -79,7 +79,8 @@ def write_report(
         if path.suffix == ".parquet" and path.is_file()
     }
     curves, medians = frames["curves"], frames["medians"]
-    functions = (axes_of, model_name, shown_axes, variant_text)
+    functions = (axes_of, axis_of, model_name, appearance.named_value, shown_axes, variant_text)
+    functions += (variants_text, with_ends)
     filters = (groups_of, in_words, median_text, number_text, records_of, shown_rows, unbroken)
     config = study.model_dump(mode="json", exclude={"batches"}) if study else {}
     units = study.figures.units if study else FigureSettings().units
@@ -403,29 +404,18 @@ def _is_leading(picture: Mapping[str, Any]) -> bool:
 
 
 def curve_rows(frames: Mapping[str, pd.DataFrame]) -> list[dict[str, Any]]:
-    """Return the leading curves as groups of text rows: a state, and a row for each value."""
+    """Return the leading curves as groups: a state in words, and a row for each value."""
     all_curves = with_system(frames["curves"], frames["system"])
     leading = main_curves(pooled_curves(all_curves, frames["medians"])).values()
-    groups: list[dict[str, Any]] = []
-    for table in leading:
-        for state, values in groups_of(table, STATE):
-            fit = records_of(all_curves[(all_curves[list(STATE)] == list(state)).all(axis=1)])[0]
-            words = state_text(fit)
-            rows: list[list[str]] = []
-            for row in records_of(values):
-                theta = _with_ends(row, ("theta", "theta_low", "theta_high"))
-                rows.append([
-                    appearance.named_value(axis_of(row["axis"]), row["value"]) + variants_text(row),
-                    theta + " †" * (row["n_extrapolated"] > 0),
-                    *(f"{row[name]:.2f}" for name in ("beta", "beta_total")),
-                    f"{row['n_exceed']:.0f} of {row['n_runs']:.0f}",
-                    _with_ends(row, verdicts.RATIOS),
-                ])  # fmt: skip
-            groups.append({"state": f"{model_name(*state[:2])}: {words}", "rows": rows})
-    return groups
+    words = {state: state_text(fits.iloc[0]) for state, fits in groups_of(all_curves, STATE)}
+    return [
+        {"state": f"{model_name(*state[:2])}: {words[state]}", "rows": records_of(rows)}
+        for table in leading
+        for state, rows in groups_of(table, STATE)
+    ]
 
 
-def _with_ends(row: Mapping[str, Any], names: Sequence[str]) -> str:
+def with_ends(row: Mapping[str, Any], names: Sequence[str]) -> str:
     """Return an estimate with its interval, if it has one."""
     value, low, high = (row[name] for name in names)
     if pd.isna(value):
@@ -466,7 +456,7 @@ def published_rows(medians: pd.DataFrame) -> list[dict[str, str]]:
         row = {"skew": f"{skew:g}°", "Hazus": f"{hazus_factor(skew):.2f}"}
         for effect in records_of(effects):
             head = f"{names[effect['bridge'], effect['abutment']]}, {effect_name(effect['demand'])}"
-            row[head] = _with_ends(effect, verdicts.RATIOS)
+            row[head] = with_ends(effect, verdicts.RATIOS)
         rows.append(row)
     return records_of(pd.DataFrame(rows).fillna("–"))
 
@@ -570,25 +560,19 @@ def explorer_data(frames: Mapping[str, pd.DataFrame]) -> str:
     demand_names = [*curves["demand"].unique(), *demands_for("effect", demands.columns)]
     columns = [name for name in dict.fromkeys(demand_names) if name in demands]
     motions, variants = list(demands["motion_id"].unique()), demands.drop_duplicates("variant")
-    models = {
-        model: number
-        for number, model in enumerate(
-            demands[list(BRIDGE_COLUMNS)].drop_duplicates().itertuples(index=False, name=None)
-        )
-    }
-    variant_numbers = {name: number for number, name in enumerate(variants["variant"])}
-    axes = axes_of(demands.columns)
+    models = variants.groupby(list(BRIDGE_COLUMNS), sort=False)
+    names, axes = variants["variant"].tolist(), axes_of(demands.columns)
     values = {axis: sorted(demands[axis.name].unique()) for axis in axes}
     grid = np.geomspace(0.7 * demands[im].min(), 1.3 * demands[im].max(), _CURVE_POINTS)
     fits = curves[curves["status"] == FITTED]
     points = [np.vstack(curve_values(grid, row)).round(4).tolist() for row in records_of(fits)]
-    fits = fits.assign(variant=fits["variant"].map(variant_numbers), curve=points)
+    fits = fits.assign(variant=pd.Categorical(fits["variant"], names).codes, curve=points)
     payload: dict[str, Any] = {
         "im": plain_label(im),
         "im_name": im,
         "im_values": grid.tolist(),
         "colours": appearance.VARIANT_COLOURS,
-        "models": [model_name(*model) for model in models],
+        "models": [model_name(*model) for model, _ in models],
         "axes": [
             {
                 "name": axis.name,
@@ -601,11 +585,11 @@ def explorer_data(frames: Mapping[str, pd.DataFrame]) -> str:
         "variants": [
             {
                 "name": row["variant"],
-                "model": models[row["bridge"], row["abutment"]],
+                "model": number,
                 "text": variant_text(shown_axes(variants), row),
                 "values": [row[axis.name] for axis in axes],
             }
-            for row in records_of(variants)
+            for number, row in zip(models.ngroup(), records_of(variants), strict=True)
         ],
         "demands": {
             name: dict(zip(("label", "factor"), appearance.shown_label(name), strict=True))
@@ -618,7 +602,7 @@ def explorer_data(frames: Mapping[str, pd.DataFrame]) -> str:
         "motions": motions,
         "statuses": STATUSES,
         "runs": {
-            "variant": demands["variant"].map(variant_numbers).tolist(),
+            "variant": pd.Categorical(demands["variant"], names).codes.tolist(),
             "motion": pd.Categorical(demands["motion_id"], motions).codes.tolist(),
             "scale": demands["scale"].tolist(),
             "status": pd.Categorical(demands["status"], STATUSES).codes.tolist(),
