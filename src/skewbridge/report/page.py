@@ -79,9 +79,17 @@ def write_report(
         if path.suffix == ".parquet" and path.is_file()
     }
     curves, medians = frames["curves"], frames["medians"]
-    functions = (axes_of, axis_of, model_name, appearance.named_value, shown_axes, variant_text)
+    functions = (
+        axes_of,
+        axis_of,
+        in_words,
+        model_name,
+        appearance.named_value,
+        shown_axes,
+        variant_text,
+    )
     functions += (variants_text, with_ends)
-    filters = (groups_of, in_words, median_text, number_text, records_of, shown_rows, unbroken)
+    filters = (groups_of, plain_label, median_text, number_text, records_of, shown_rows, unbroken)
     config = study.model_dump(mode="json", exclude={"batches"}) if study else {}
     units = study.figures.units if study else FigureSettings().units
     environment = appearance.templates(*functions, *filters)
@@ -167,20 +175,21 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], bridges: Sequence[str]) ->
         motions = answer.motions_sentence(frames["suite"], table)
         motions += f" {answer.properties_sentence(demands)}"
     on_suites, suites_text = answer.suites_summary(frames["suites"], table)
-    values = {axis.name: sorted(demands[axis.name].unique()) for axis in axes_of(demands.columns)}
+    axes = axes_of(demands.columns)
+    texts = {
+        axis.name: ", ".join(
+            appearance.value_text(axis, value) for value in sorted(demands[axis.name].unique())
+        )
+        for axis in axes
+    }
     without_backfill = [name for name, traits in ABUTMENTS.items() if traits.backfill == "none"]
     with_backfill = demands[~demands["abutment"].isin(without_backfill)]
-    texts = {
-        axis.name: ", ".join(appearance.value_text(axis, value) for value in values[axis.name])
-        for axis in axes_of(values)
-    }
-    varied = [axis.title for axis in axes_of(values) if (counts["axis"] == axis.name).any()]
+    varied = [axis.title for axis in axes if (counts["axis"] == axis.name).any()]
     title = f"Fragility of {answer.listed(demands['bridge'].unique())}"
     has_capacities = any(name in demands for name in (*FAILURE_DEMANDS.values(), BEYOND_MODEL))
     return {
         "title": f"{title}: effect of {answer.listed(varied)}" if varied else title,
         "headline": [*answer.headline(table), *filter(None, [on_suites])],
-        "subtitle": subtitle(demands, str(curves["im"].iloc[0]), texts),
         "sketch_colours": dict(zip(("skew", "gap", "friction"), colours, strict=True)),
         "axis_texts": texts,
         "answer": answer_rows(table, counts) | {"failures": has_capacities},
@@ -238,21 +247,6 @@ def _answer_cell(row: Mapping[str, Any] | None) -> dict[str, Any]:
         "sizes": f"{row['from_demand']:#.3g} → {row['to_demand']:#.3g} g",
         "extent": answer.extent_of_data(row) if row["n_extrapolated"] > 0 else "",
     }
-
-
-def subtitle(demands: pd.DataFrame, im: str, values: Mapping[str, str]) -> str:
-    """Return one line: models, axes with values, motions with their scales and intensities."""
-    bridges = ", ".join(demands["bridge"].unique())
-    models = ", ".join(demands["abutment"].unique()).replace("_", "-")
-    axes = " × ".join(f"{varied.label.lower()} {values[varied.name]}" for varied in axes_of(values))
-    low, high = demands["scale"].min(), demands["scale"].max()
-    scaled = "unscaled" if low == high == 1.0 else f"scaled by {low:.2g} to {high:.2g}"
-    motions = demands["motion_id"].nunique()
-    return (
-        f"{bridges} with {models} abutments · {axes} · "
-        f"{motions} motion{'s' if motions > 1 else ''} {scaled}, {plain_label(im)} "
-        f"{demands[im].min():.2g} to {demands[im].max():.2g}"
-    )
 
 
 def bridge_words(bridge: Description) -> str:
