@@ -131,6 +131,7 @@ def pooled_curves(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     # a system has no table of effects
     to_first = table["theta"] / table.groupby("order")["theta"].transform("first")
     table["ratio"] = table["ratio"].fillna(to_first.where(table.duplicated("order")))
+    table = table.drop(columns=["order", "demand"])
     same = ["bridge", "abutment", "component", "value", "theta", "beta_total", "n_exceed"]
     is_mode = (table["component"] == COLUMN_FAILURE) & (table["limit_state"] != "any")
     return table[~(is_mode & table.duplicated(same, keep=False))]
