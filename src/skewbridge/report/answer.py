@@ -45,6 +45,7 @@ from skewbridge.report.appearance import (
     shear_model_name,
     shown_value,
     templates,
+    threshold_text,
     value_text,
 )
 from skewbridge.statuses import COLLAPSE, FAILED
@@ -289,7 +290,8 @@ def _demand_row(effect: dict[str, Any], line: pd.DataFrame | None) -> dict[str, 
 
 
 _TEMPLATES: Final = templates(
-    *(change_of, change_text, counted, effect_name, interval_text, listed, model_name)
+    *(axis, change_of, change_text, counted, effect_name, interval_text, listed, model_name),
+    *(number, shown_value, threshold_text, value_text),
 )
 
 
@@ -403,36 +405,30 @@ def _axis_sentence(
     by_verb, sizes, ranks = dict[str, list[str]](), list[float](), list[int]()
     decided = table[table["claim"].isin((LOWER, HIGHER, DETECTABLE)) | table["sure_ratio"].notna()]
     leading = decided[decided["demand"].isin(LEADING_STATES)]
-    for (state,), rows in groups_of(leading if len(leading) else decided, ["demand"]):
+    for _, rows in groups_of(leading if len(leading) else decided, ["demand"]):
         certain = rows["claim"].isin((LOWER, HIGHER))
         candidates = records_of(rows[certain] if certain.any() else rows)
         row, verb, _ = largest_change(candidates)
-        doubt = CERTAINTY[row["claim"]].partition(",")[0]
-        if np.isfinite(row["sure_ratio"]):
-            sure = {"ratio": row["sure_ratio"], "ci_low": row["sure_low"],
-                    "ci_high": row["sure_high"]}  # fmt: skip
-            doubt += (
-                f"; certain up to {value_text(axis(row['axis']), row['sure_to'])}: "
-                f"{change_text(sure)} ({interval_text(sure)})"
-            )
-        moved_g = abs(row["to_demand"] - row["from_demand"])
-        model = f" of {names[row['bridge'], row['abutment']]}" if len(names) > 1 else ""
+        sure = {"ratio": row["sure_ratio"], "ci_low": row["sure_low"], "ci_high": row["sure_high"]}
         other_models = [
             f"{names[other['bridge'], other['abutment']]}: {change_text(other)}"
             for other in candidates
             if other is not row and other["claim"] == row["claim"]
         ]
-        also = f"{doubt}, as in {listed(other_models)}" if len(other_models) in (1, 2) else doubt
-        details = ", ".join(filter(None, [also, extent_of_data(row)]))
-        by_verb.setdefault(f"{verb} the median capacity", []).append(
-            f"for {effect_name(state)}{model} by {moved_g:.2g} g "
-            f"({row['from_demand']:#.3g} to {row['to_demand']:#.3g} g, {details})"
+        clause = _sentence(
+            "capacity",
+            row=row,
+            model=names[row["bridge"], row["abutment"]] if len(names) > 1 else "",
+            certainty=CERTAINTY[row["claim"]].partition(",")[0],
+            sure=sure if np.isfinite(row["sure_ratio"]) else {},
+            other_models=other_models if len(other_models) <= 2 else [],
+            extent=extent_of_data(row),
         )
+        by_verb.setdefault(f"{verb} the median capacity", []).append(clause)
         sizes.append(abs(float(np.log(row["ratio"]))))
         ranks.append(0 if row["claim"] in (LOWER, HIGHER) or np.isfinite(row["sure_ratio"]) else 1)
     clauses = [f"{verb} {' and '.join(texts)}" for verb, texts in by_verb.items()]
-    clause = displacement_clause(records_of(demands), names)
-    if clause:
+    if clause := displacement_clause(demands, names):
         clauses.append(clause)
     if not sizes and set(table["claim"]) == {NEGLIGIBLE}:
         most_g = (table["to_demand"] - table["from_demand"]).abs().max()
@@ -445,32 +441,16 @@ def _axis_sentence(
     return [((min(ranks, default=2), -max(sizes, default=0.0)), f"{start} {listed(clauses)}.")]
 
 
-def displacement_clause(
-    rows: Sequence[dict[str, Any]], names: Mapping[tuple[str, str], str]
-) -> str:
+def displacement_clause(table: pd.DataFrame, names: Mapping[tuple[str, str], str]) -> str:
     """Return a clause on the largest certain change of a displacement; empty if none is certain."""
-    clear = [
-        row
-        for row in rows
-        if row["claim"] in (LOWER, HIGHER)
-        and np.isfinite([row["im"], row["ratio"], row["from_demand"], row["to_demand"]]).all()
-        and row["demand"].endswith("_m")
-    ]
-    if not clear:
+    numbers = table[["im", "ratio", "from_demand", "to_demand"]].astype(float)
+    is_clear = table["claim"].isin((LOWER, HIGHER)) & np.isfinite(numbers).all(axis=1)
+    clear = table[is_clear & table["demand"].str.endswith("_m")]
+    if clear.empty:
         return ""
-    row = max(clear, key=lambda candidate: abs(candidate["to_demand"] - candidate["from_demand"]))
-    low, high = row["from_demand"], row["to_demand"]
-    (low, unit), (high, _), (size, _) = (
-        shown_value(row["demand"], value) for value in (low, high, abs(high - low))
-    )
-    text = f"{'lowers' if row['ratio'] < 1.0 else 'raises'} {effect_name(row['demand'])}"
-    if len(names) > 1:
-        text += f" of {names[row['bridge'], row['abutment']]}"
-    text += f" by {number(size)}{unit} ({number(low)} to {number(high)}{unit} at {row['im']:.2g} g"
-    if np.isfinite(row["seat_m"]):
-        seat, unit = shown_value(row["demand"], row["seat_m"])
-        text += f", seat {number(seat)}{unit}"
-    return f"{text}; certain)"
+    row = records_of(clear)[int((clear["to_demand"] - clear["from_demand"]).abs().argmax())]
+    model = names[row["bridge"], row["abutment"]] if len(names) > 1 else ""
+    return _sentence("displacement", row=row, model=model)
 
 
 def failure_sentences(counts: pd.DataFrame, *, has_capacities: bool = True) -> tuple[str, str]:

@@ -111,7 +111,7 @@ def pooled_curves(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
         effects = medians[(medians["bridge"] == bridge) & (medians["abutment"] == abutment)]
         names = set(component + "/" + group["limit_state"])
         lead = lead_axis(effects, HEADLINE_STATES if component == WHOLE_BRIDGE else names, group)
-        parts.append(group.assign(axis=lead.name, value=group[lead.name]))
+        parts.append(group.assign(axis=lead.name, value=group[lead.name].astype(float)))
     rows = pd.concat(parts)
     rows["order"] = rows.groupby(list(STATE), sort=False).ngroup()
     keys, thetas = ["order", "value", *STATE, "axis"], ["theta", "theta_low", "theta_high"]
@@ -124,7 +124,7 @@ def pooled_curves(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     counts = variants[["n_exceed", "n_runs"]].sum().assign(n_variants=variants.size())
     table = means.join(counts).reset_index()
     effects = medians[(medians["scope"] == "pooled") & (medians["status"] == OK)]
-    effects = effects.rename(columns={"to_value": "value"})
+    effects = effects.rename(columns={"to_value": "value"}).astype({"value": float})
     table["demand"] = table["component"] + "/" + table["limit_state"]
     same_effect = [*BRIDGE_COLUMNS, "demand", "axis", "value"]
     table = table.merge(effects[[*same_effect, *RATIOS]], how="left", on=same_effect)
