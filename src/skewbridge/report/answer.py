@@ -259,10 +259,8 @@ def answer_table(
         with suppress(InputError):  # the file of the bridge cannot be read
             description = load_structure(files.get(name, name)).description
             seats_m[name] = min(description.seats_m.values(), default=np.nan)
-    own_m = table["bridge"].map(seats_m).where(table["demand"] == "unseating_m")
-    table = table.assign(seat_m=own_m.astype(float))
-    counts = table[list(_COUNTS)].apply(pd.to_numeric, errors="coerce").astype(np.float64)
-    table = table.assign(**{name: counts[name] for name in _COUNTS})
+    table["seat_m"] = table["bridge"].map(seats_m).where(table["demand"] == "unseating_m")
+    table = table.astype(dict.fromkeys(("seat_m", *_COUNTS), float))
     return table[list(ANSWER_COLUMNS)].reset_index(drop=True)
 
 

@@ -31,7 +31,7 @@ import pyarrow.parquet as pq
 
 from skewbridge.contact import ContactSet
 from skewbridge.contact.drives import kelvin_voigt_damping_ratio, kelvin_voigt_drive
-from skewbridge.errors import InputError, SolutionError
+from skewbridge.errors import SolutionError
 from skewbridge.files.text import writable_file
 from skewbridge.motions.read import read_motion
 from skewbridge.motions.record import GroundMotion
@@ -175,9 +175,6 @@ def run_deck_case(case_file: Path, out: Path) -> dict[str, Any]:
     excitation = None
     if case.motion is not None:
         first, second = (file_of_case(case_file, name) for name in case.motion)
-        for path in (first, second):
-            if not path.exists():
-                raise InputError(f"motion {path} does not exist")
         excitation = BaseAcceleration(record=read_motion(first, second))
     writable_file(out)
     history = run_deck(case, excitation)
@@ -343,10 +340,7 @@ def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> History:
     accel = excitation.mean(fine_times - half, fine_times + half)
     history = History(fine_times, q, v, openings, normals, friction)
     history = _with_trapezoidal_residual(deck, history, accel)
-    at_times = np.searchsorted(fine_times, times - 1e-12)
-    columns = (column[at_times] for column in (q, v, openings, normals, friction))
-    residual = history.energy_residual_ratio
-    return History(times, *columns, ledgers=(), energy_residual_ratio=residual)
+    return history.at(np.searchsorted(fine_times, times - 1e-12))._replace(t_s=times)
 
 
 def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> History:
@@ -383,6 +377,5 @@ def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> History:
     totals = ends.sum(axis=2, keepdims=True)
     shares = ends / np.where(totals > 0.0, totals, 1.0)
     friction = (shares * mean_forces(history.tangentials_n)[:, :, None]).reshape(normals.shape)
-    q, v, openings = (column[::parts] for column in (history.q, history.v, history.openings_m))
-    residual = history.energy_residual_ratio
-    return History(times, q, v, openings, normals, friction, energy_residual_ratio=residual)
+    sampled = history.at(slice(None, None, parts))
+    return sampled._replace(t_s=times, normals_n=normals, tangentials_n=friction)

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from math import ceil, nan
-from typing import NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import openseespy.opensees as ops
@@ -81,6 +81,10 @@ class History(NamedTuple):
     tangentials_n: Array
     ledgers: Sequence[UnitLedger] = ()
     energy_residual_ratio: float = nan
+
+    def at(self, rows: Any) -> Self:
+        """Return the states at some rows (indices or a slice)."""
+        return self._replace(**{name: getattr(self, name)[rows] for name in self._fields[:6]})
 
     def peaks(self) -> dict[str, float]:
         """Return the largest magnitudes of ux, uy and theta, and the deepest penetration."""

@@ -106,8 +106,8 @@ def peaks_m(positions_m: Array) -> dict[str, float]:
 
 def compare_with_lcp(study: Study, history: History, rigid: History) -> None:
     """Compare the particle in OpenSees (penalty) with rigid contact of restitution 0.6."""
-    case = "OpenSees, Kn 1e9"
-    t_s, q = history.t_s[::10], history.q[::10]
+    case, history = "OpenSees, Kn 1e9", history.at(slice(None, None, 10))
+    t_s, q = history.t_s, history.q
     for quantity, value in peaks_m(q).items():
         study.tabulated(f"{case}: peak {quantity} (m)", value)
     normal, exact = q @ NORMAL, rigid.q @ NORMAL
@@ -122,8 +122,7 @@ def compare_with_lcp(study: Study, history: History, rigid: History) -> None:
         study.states("bounded by the lines", name, float(np.abs(motion).max()) / _HALF_GAP_M - 1.0)
     first_s = float(t_s[np.flatnonzero(np.abs(normal) > _HALF_GAP_M)[0]])
     study.tabulated("OpenSees: first contact (s)", first_s)
-    forces_n = history.tangentials_n[::10], history.normals_n[::10]
-    excess = cone_excess(*forces_n, _LINE_FRICTION)
+    excess = cone_excess(history.tangentials_n, history.normals_n, _LINE_FRICTION)
     text = "OpenSees: excess of friction over the cone / largest limit"
     study.at_most(text, excess, 0.1, "compression predicted over one step at impact")
 
