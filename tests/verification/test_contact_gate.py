@@ -12,8 +12,11 @@ from skewbridge.verification.references.cases import deck_case
 from skewbridge.verification.references.deck_solvers import run_deck
 from skewbridge.verification.references.driven_unit import drive_unit, path_work_j
 from skewbridge.verification.references.live_model import clean_domain
-from skewbridge.verification.studies import spatial_path
-from skewbridge.verification.studies.blocks import integrator_restitution, verify_contact_gate
+from skewbridge.verification.studies.blocks import (
+    integrator_restitution,
+    path_error,
+    verify_contact_gate,
+)
 
 IMPLEX = 1  # integration of the native element
 
@@ -90,7 +93,7 @@ def test_native_element_converges_to_our_frictional_deck():
 
 @pytest.mark.parametrize("coupling", ["extrapolated", "lagged"])
 def test_both_couplings_are_of_first_order_on_a_path_that_stays_closed(coupling):
-    errors = [spatial_path.path_error(rows, coupling, "closed") for rows in (250, 1000)]
+    errors = [path_error(rows, coupling, "closed") for rows in (250, 1000)]
     assert np.log(errors[0] / errors[1]) / np.log(4.0) >= 0.9
     if coupling == "extrapolated":
         assert errors[1] <= 0.012

@@ -25,7 +25,7 @@ if TYPE_CHECKING:  # every workflow runs the contact checks (gate), which need n
 STUDIES: Final[dict[str, str]] = {
     "gate": "blocks:run_gate",
     "fig1": "blocks:run",
-    "fig3": "spatial_path:run",
+    "fig3": "blocks:run_spatial",
     "fig4": "rigid_bodies:run_between_lines",
     "fig5-6": "rigid_bodies:run",
     "fig7-8": "rigid_bodies:run_tests",
@@ -35,7 +35,7 @@ STUDIES: Final[dict[str, str]] = {
     "fig11-12": "bridge_friction:run",
     "friction-source": "bridge_friction:run_places",
     "ladder": "bridge_friction:run_models",
-    "coupling": "spatial_path:run_orders",
+    "coupling": "blocks:run_orders",
     "closed-forms": "blocks:run_closed_forms",
     "restitution": "blocks:run_integrators",
     "convergence": "strong_motions:run_convergence",
