@@ -43,6 +43,7 @@ from skewbridge.report.appearance import (
     number,
     one_line,
     shear_model_name,
+    shown_length,
     shown_value,
     templates,
     threshold_text,
@@ -260,7 +261,8 @@ def answer_table(
             description = load_structure(files.get(name, name)).description
             seats_m[name] = min(description.seats_m.values(), default=np.nan)
     table["seat_m"] = table["bridge"].map(seats_m).where(table["demand"] == "unseating_m")
-    table = table.astype(dict.fromkeys(("seat_m", *_COUNTS), float))
+    numbers = ["seat_m", *_COUNTS]
+    table[numbers] = table[numbers].apply(pd.to_numeric, errors="coerce").astype(float)
     return table[list(ANSWER_COLUMNS)].reset_index(drop=True)
 
 
@@ -289,11 +291,11 @@ def _demand_row(effect: dict[str, Any], line: pd.DataFrame | None) -> dict[str, 
 
 _TEMPLATES: Final = templates(
     *(axis, change_of, change_text, counted, effect_name, interval_text, listed, model_name),
-    *(number, shown_value, threshold_text, value_text),
+    *(number, number_word, shown_length, shown_value, threshold_text, value_text),
 )
 
 
-def _sentence(name: str, **values: Any) -> str:
+def sentence(name: str, **values: Any) -> str:
     """Return a sentence of `captions.yaml`, filled in with values."""
     return one_line(_TEMPLATES, TEXTS["sentences"][name], **values)
 
@@ -326,7 +328,7 @@ def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
         sums = rows[list(_COUNTS)].sum()
         if sums["n_extrapolated"] > 0 or sums["n_without_curve"] > 0:
             ends = {"low_g": rows["im_low"].min(), "high_g": rows["im_high"].max()}
-            notes[key] = _sentence("limits", effect=effect, sums=sums, **ends)
+            notes[key] = sentence("limits", effect=effect, sums=sums, **ends)
     return notes
 
 
@@ -341,7 +343,7 @@ def effect_notes(table: pd.DataFrame) -> list[str]:
         by_value = records_of(rows[rows["by_value"].fillna("") != ""])
         if one_motion or by_value:
             texts: dict[str, Any] = {"one_motion": one_motion, "by_value": by_value}
-            notes.append(_sentence("details", effect=effect, **texts))
+            notes.append(sentence("details", effect=effect, **texts))
     return notes
 
 
@@ -378,7 +380,7 @@ def headline(table: pd.DataFrame) -> list[str]:
     open_effects = list[str]()
     for (name, *_), change in estimated.groupby(["axis", "from_value", "to_value"], sort=False):
         demands = table[(table["axis"] == name) & (table["quantity"] != MEDIAN_CAPACITY)]
-        sentences += _axis_sentence(change, demands, names)
+        sentences += _axis_text(change, demands, names)
         undecided = change[(change["claim"] == UNDECIDED) & change["demand"].isin(LEADING_STATES)]
         for (state,), rows in groups_of(undecided, ["demand"]):
             texts = [
@@ -395,7 +397,7 @@ def headline(table: pd.DataFrame) -> list[str]:
     return texts
 
 
-def _axis_sentence(
+def _axis_text(
     table: pd.DataFrame, demands: pd.DataFrame, names: Mapping[tuple[str, str], str]
 ) -> list[tuple[tuple[int, float], str]]:
     """Return the sentence on an axis with its rank, or nothing if no effect is decided."""
@@ -413,7 +415,7 @@ def _axis_sentence(
             for other in candidates
             if other is not row and other["claim"] == row["claim"]
         ]
-        clause = _sentence(
+        clause = sentence(
             "capacity",
             row=row,
             model=names[row["bridge"], row["abutment"]] if len(names) > 1 else "",
@@ -448,7 +450,7 @@ def displacement_clause(table: pd.DataFrame, names: Mapping[tuple[str, str], str
         return ""
     row = records_of(clear)[int((clear["to_demand"] - clear["from_demand"]).abs().argmax())]
     model = names[row["bridge"], row["abutment"]] if len(names) > 1 else ""
-    return _sentence("displacement", row=row, model=model)
+    return sentence("displacement", row=row, model=model)
 
 
 def failure_sentences(counts: pd.DataFrame, *, has_capacities: bool = True) -> tuple[str, str]:
@@ -468,7 +470,7 @@ def failure_sentences(counts: pd.DataFrame, *, has_capacities: bool = True) -> t
         if totals[f"n_{mode}"] > 0
     ]
     failures = {"total": totals, "models": parts, "kinds": kinds, "has_capacities": has_capacities}
-    return _sentence("failures", **failures), _sentence("early_ends", total=totals)
+    return sentence("failures", **failures), sentence("early_ends", total=totals)
 
 
 def shear_model_sentence(demands: pd.DataFrame) -> str:
@@ -501,7 +503,7 @@ def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
             for name in ("magnitude", "distance_km")
         )
     ends = {"first_im": table["first_im"].min(), "last_im": table["last_im"].max()}
-    return _sentence("motions", **{"magnitude": "", **values, **ends})
+    return sentence("motions", **{"magnitude": "", **values, **ends})
 
 
 def untested_skew_sentence(skews_deg: Iterable[float]) -> str:
@@ -530,7 +532,7 @@ def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]
     row = records_of(compared.sort_values("standard_errors", ascending=False).head(1))[0]
     same_effect = (effects[list(_EFFECT)] == [row[name] for name in _EFFECT]).all(axis=1)
     by_suite = {effect["suite"]: effect for effect in records_of(effects[same_effect])}
-    text = _sentence(
+    text = sentence(
         "suites",
         motions=[f"{name} ({count})" for name, count in motions.items()],
         differing=len(differing),
@@ -573,7 +575,7 @@ def alternative_rows(table: pd.DataFrame) -> tuple[list[str], list[dict[str, str
         rows.append({"effect": effect, **changes})
     options = listed(option_text(option) for option in table["option"].unique())
     shares = 100.0 * (1.0 - np.sqrt(1.0 - table["share"]))
-    intro = _sentence("alternatives", options=options, shares=shares, certain=certain)
+    intro = sentence("alternatives", options=options, shares=shares, certain=certain)
     return [intro, *certain], records_of(pd.DataFrame(rows).fillna("–"))
 
 
@@ -590,7 +592,7 @@ def properties_sentence(demands: pd.DataFrame) -> str:
     """Return a sentence that lists the random properties, or states that there are none."""
     names = list(map(str, demands))
     options = [option_text(option) for option in drawn_options(names)]
-    return _sentence("properties", drawn=drawn_properties(names), options=options)
+    return sentence("properties", drawn=drawn_properties(names), options=options)
 
 
 def rates_on_page(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
@@ -618,5 +620,5 @@ def rates_on_page(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
     ]
     certain = records_of(shown[shown["direction"] != 0])
     certain.sort(key=lambda row: -max(row["ratio"], 1.0 / row["ratio"]))
-    sentence = _sentence("rates", largest=certain[:1])
-    return {"sentence": sentence, "rows": rows, "level": f"{100 * shown['level'].iloc[0]:g} %"}
+    text = sentence("rates", largest=certain[:1])
+    return {"sentence": text, "rows": rows, "level": f"{100 * shown['level'].iloc[0]:g} %"}

@@ -37,7 +37,7 @@ from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.limit_states import HEADLINE_STATES, hazus_factor
 from skewbridge.fragility.verdicts import MEDIAN_CAPACITY, OK
 from skewbridge.report import answer, appearance
-from skewbridge.report.answer import change_name, counted, effect_name, model_name, number_word
+from skewbridge.report.answer import change_name, effect_name, model_name
 from skewbridge.report.appearance import groups_of, in_words, plain_label, shown_axes, variant_text
 from skewbridge.report.fragility_figures import (
     STATE,
@@ -251,22 +251,10 @@ def _answer_cell(row: Mapping[str, Any] | None) -> dict[str, Any]:
 
 def bridge_words(bridge: Description) -> str:
     """Return a bridge in words, such as ``two spans, pinned two-column bent``."""
-    spans = (
-        f"{counted(len(bridge.spans_m), 'span')}, {appearance.shown_length(bridge.length_m)} long"
-    )
-    kinds = zip(bridge.bent_bases, bridge.bent_columns, strict=True)
-    bents = [
-        f"{base} {'single' if size == 1 else number_word(size)}-column bent{'s' * (count > 1)}"
-        for (base, size), count in Counter(kinds).items()
-    ]
-    words = f"{spans}, {' and '.join(map(str.strip, bents)) or 'no bents'}"
-    if {*bridge.end_kinds.values()} != {"seat"}:
-        words += "; " + answer.listed(
-            f"{kind} {name} end" for name, kind in bridge.end_kinds.items()
-        )
-    if joints := bridge.joints_m:
-        words += f"; joint{'s' * (len(joints) > 1)} at {answer.listed(joints)}"
-    return words
+    bents = Counter(zip(bridge.bent_bases, bridge.bent_columns, strict=True))
+    ends = [f"{kind} {name} end" for name, kind in bridge.end_kinds.items()]
+    only_seats = {*bridge.end_kinds.values()} == {"seat"}
+    return answer.sentence("bridge", bridge=bridge, bents=bents, ends=[] if only_seats else ends)
 
 
 #: Size of the plan in units of the SVG, and margins around the bridge for walls and texts.
