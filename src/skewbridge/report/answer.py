@@ -135,12 +135,6 @@ def effect_name(demand: Any) -> str:
     return label[:1].lower() + label[1:]
 
 
-def largest_change(rows: Iterable[dict[str, Any]]) -> tuple[dict[str, Any], str, str]:
-    """Return the row with the largest |ln ratio|, its verb (``lowers``, ``raises``) and change."""
-    row = max(rows, key=lambda candidate: abs(np.log(candidate["ratio"])))
-    return row, "lowers" if row["ratio"] < 1.0 else "raises", change_text(row).lstrip("+-")
-
-
 # --- tables of the answer
 
 
@@ -380,7 +374,7 @@ def headline(table: pd.DataFrame) -> list[str]:
     open_effects = list[str]()
     for (name, *_), change in estimated.groupby(["axis", "from_value", "to_value"], sort=False):
         demands = table[(table["axis"] == name) & (table["quantity"] != MEDIAN_CAPACITY)]
-        sentences += _axis_text(change, demands, names)
+        sentences += _axis_sentence(change, demands, names)
         undecided = change[(change["claim"] == UNDECIDED) & change["demand"].isin(LEADING_STATES)]
         for (state,), rows in groups_of(undecided, ["demand"]):
             texts = [
@@ -397,7 +391,7 @@ def headline(table: pd.DataFrame) -> list[str]:
     return texts
 
 
-def _axis_text(
+def _axis_sentence(
     table: pd.DataFrame, demands: pd.DataFrame, names: Mapping[tuple[str, str], str]
 ) -> list[tuple[tuple[int, float], str]]:
     """Return the sentence on an axis with its rank, or nothing if no effect is decided."""
@@ -408,7 +402,8 @@ def _axis_text(
     for _, rows in groups_of(leading if len(leading) else decided, ["demand"]):
         certain = rows["claim"].isin((LOWER, HIGHER))
         candidates = records_of(rows[certain] if certain.any() else rows)
-        row, verb, _ = largest_change(candidates)
+        row = max(candidates, key=lambda candidate: abs(np.log(candidate["ratio"])))
+        verb = "lowers" if row["ratio"] < 1.0 else "raises"
         sure = {"ratio": row["sure_ratio"], "ci_low": row["sure_low"], "ci_high": row["sure_high"]}
         other_models = [
             f"{names[other['bridge'], other['abutment']]}: {change_text(other)}"
