@@ -115,11 +115,13 @@ def pooled_curves(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     rows = pd.concat(parts)
     rows["order"] = rows.groupby(list(STATE), sort=False).ngroup()
     keys, thetas = ["order", "value", *STATE, "axis"], ["theta", "theta_low", "theta_high"]
-    fits = rows[rows["preferred"]].groupby(keys)
-    means = fits[["beta", "beta_total", "level"]].mean()
-    means[thetas] = fits[thetas].agg(lambda values: np.exp(np.log(values.astype(float)).mean()))
-    means["n_curves"] = fits.size()
-    means["n_extrapolated"] = fits["extrapolated"].agg(lambda flags: flags.eq(other=True).sum())
+    with_curve = rows[rows["preferred"]]
+    logs = {name: np.log(with_curve[name].astype(float)) for name in thetas}
+    flags = with_curve["extrapolated"].eq(other=True)
+    fits = with_curve.assign(**logs, n_extrapolated=flags).groupby(keys)
+    means = fits[[*thetas, "beta", "beta_total", "level"]].mean()
+    means[thetas] = np.exp(means[thetas])
+    means = means.assign(n_curves=fits.size(), n_extrapolated=fits["n_extrapolated"].sum())
     variants = rows.drop_duplicates([*STATE, "variant"]).groupby(keys)
     counts = variants[["n_exceed", "n_runs"]].sum().assign(n_variants=variants.size())
     table = means.join(counts).reset_index()

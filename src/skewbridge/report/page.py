@@ -389,7 +389,7 @@ def curve_rows(frames: Mapping[str, pd.DataFrame]) -> list[dict[str, Any]]:
     """Return the leading curves as groups: a state in words, and a row for each value."""
     all_curves = with_system(frames["curves"], frames["system"])
     leading = main_curves(pooled_curves(all_curves, frames["medians"])).values()
-    words = {state: state_text(fits.iloc[0]) for state, fits in groups_of(all_curves, STATE)}
+    words = {state: state_text(records_of(fits)[0]) for state, fits in groups_of(all_curves, STATE)}
     return [
         {"state": f"{model_name(*state[:2])}: {words[state]}", "rows": records_of(rows)}
         for table in leading

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import pandas as pd
 
 from skewbridge.errors import InputError
+from skewbridge.files.tables import Row
 from skewbridge.files.text import writable_folder
 from skewbridge.verification.statements import STATEMENTS, Run, Verdict, over_runs, records_in
 
@@ -57,7 +58,6 @@ COLUMNS: Final = ("study", "quantity", "value", "reference", "tolerance", "pass"
 RUN_COLUMNS: Final = ("scales", "scales_agree", "motions", "motions_agree")
 STATEMENT_COLUMNS: Final = (*COLUMNS, "case", "outcome", "reason", *RUN_COLUMNS)
 
-type Row = dict[str, Any]
 type Runs = dict[Run | None, Verdict | None]
 
 #: References that no study computes: rows of `reference_values.csv`, keyed by study and quantity. A

@@ -32,6 +32,7 @@ import pandas as pd
 from skewbridge.contact import ContactLaw, ContactSet, Coupling, Drive, Scheme, drives
 from skewbridge.contact.law import advance_pair
 from skewbridge.errors import SolutionError
+from skewbridge.files.tables import Floats, Row
 from skewbridge.units import KN, MM
 from skewbridge.verification.references import driven_unit as unit
 from skewbridge.verification.references import live_model as live
@@ -43,8 +44,8 @@ from skewbridge.verification.references.deck_solvers import (
     run_opensees,
 )
 from skewbridge.verification.references.driven_unit import PAPER_LAW, drive_unit
-from skewbridge.verification.references.live_model import Array, History, first_crossing_s, rms
-from skewbridge.verification.registry import Panel, Row, Study, drawn
+from skewbridge.verification.references.live_model import History, first_crossing_s, rms
+from skewbridge.verification.registry import Panel, Study, drawn
 
 _SETTLING_S: Final = 1e-6
 TABLE_G_MPS2: Final = 9.81  # source: gravity used to compute the tabulated references
@@ -231,7 +232,7 @@ def _check_rectangle(
     """Check the slip of a block under a rectangular pulse; `times_s` is (step, duration)."""
     accel, limit = 0.5 * TABLE_G_MPS2, friction * TABLE_G_MPS2
 
-    def base_mps2(t: Array) -> Array:
+    def base_mps2(t: Floats) -> Floats:
         return 0.5 * accel * (np.sign(0.2 + 1e-9 - t) + np.sign(0.2 - 1e-9 - t) + 2) / 2.0
 
     slid = run_block(sliding_block(friction), *times_s, base_mps2=base_mps2)
@@ -277,7 +278,7 @@ def run(study: Study) -> None:
         panels.append(Panel(label_x, label_y, lines, name))
     study.figures["unit"] = drawn(panels, columns=3, height_in=2.9)
 
-    def sine_mps2(t: Array) -> Array:
+    def sine_mps2(t: Floats) -> Floats:
         return np.where(t <= 0.5, 0.5 * TABLE_G_MPS2 * np.sin(4.0 * pi * t), 0.0)
 
     for mu in (0.1, 0.2, 0.3, 0.4):
@@ -291,7 +292,7 @@ def run(study: Study) -> None:
         _check_upright(study, half_m)
 
 
-def _loops(gap_m: float, study: Study) -> dict[str, tuple[Array, Array]]:
+def _loops(gap_m: float, study: Study) -> dict[str, tuple[Floats, Floats]]:
     """Return path and forces for each loop of a unit (dict); check them by radial return."""
     law = replace(_LAW, gap_m=gap_m)
     t = np.linspace(0.0, 2.0, 1201)
@@ -304,7 +305,7 @@ def _loops(gap_m: float, study: Study) -> dict[str, tuple[Array, Array]]:
         "constant": (slip, -gap_m - _DEPTH_M * (1.0 + 0.0 * wave)),
         "varying": (slip, -gap_m - _DEPTH_M * (1.0 + 0.6 * wave)),
     }
-    result: dict[str, tuple[Array, Array]] = {}
+    result: dict[str, tuple[Floats, Floats]] = {}
     for name, (x, z) in moves.items():
         path = np.column_stack([t, x, np.zeros_like(t), z])
         forces = drive_unit(law, path).forces_n
@@ -328,7 +329,7 @@ def _check_upright(study: Study, half_m: tuple[float, float]) -> None:
     found_s = first_crossing_s(released.t_s, angle_rad + released.q[:, 2]) or np.nan
     study.tabulated(f"{name}: quarter period of rocking (s)", found_s)
 
-    def growing_mps2(t: Array) -> Array:
+    def growing_mps2(t: Floats) -> Floats:
         return 1.2 * np.maximum(0.0, t - 1.0)
 
     push = partial(run_upright, half_m, 1e-3, 4.0, base_mps2=growing_mps2)
@@ -430,7 +431,7 @@ def run_integrators(study: Study) -> None:
     study.tables["integrators"] = pd.DataFrame(rows)
 
 
-def integrator_restitution(integrator: str, step: float) -> Array:
+def integrator_restitution(integrator: str, step: float) -> Floats:
     """Return rebound / approach speed, shape (40,), for impacts at 40 instants within a step.
 
     `step` is the time step x circular frequency of the mass on the penalty.
@@ -505,7 +506,7 @@ def _compare_schemes(study: Study) -> None:
             study.report(f"{name}: RMS error at 1 ms steps / limit", error_ratio, 0.0, source)
 
 
-def _draw_spatial(study: Study, path: Array, forces_kn: Array) -> None:
+def _draw_spatial(study: Study, path: Floats, forces_kn: Floats) -> None:
     t, (fx, fy, fz) = path[:, 0], forces_kn.T
     moves = {"x": (t, path[:, 1]), "y": (t, path[:, 2]), "10 uz": (t, 10.0 * path[:, 3])}
     total = {"N": (t, fz), "|F|": (t, np.hypot(fx, fy))}
@@ -574,7 +575,7 @@ def run_orders(study: Study) -> None:
     study.figures["order"] = drawn(figure, columns=2, height_in=5.2)
 
 
-def smooth_path(rows: int, kind: PathKind) -> Array:
+def smooth_path(rows: int, kind: PathKind) -> Floats:
     """Return two periods (1 s each) of a curve in space, with `rows` rows per period."""
     t = np.linspace(0.0, 2.0, 2 * rows + 1)
     if kind == "reversals":

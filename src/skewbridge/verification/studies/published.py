@@ -35,7 +35,7 @@ from matplotlib.figure import Figure
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import bent_capacity
 from skewbridge.demands.validity import BEYOND_MODEL, COMPLETE
-from skewbridge.files.tables import records_of
+from skewbridge.files.tables import Row, records_of
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.effects import effect_tables, median_effects
@@ -56,7 +56,7 @@ from skewbridge.study.task import Task, outcome_of
 from skewbridge.units import INCH
 from skewbridge.variant.grid import GridConfig
 from skewbridge.variant.variant import Variant
-from skewbridge.verification.registry import Row, Study
+from skewbridge.verification.registry import Study
 from skewbridge.verification.studies.paper_runs import paper_variant
 from skewbridge.verification.studies.strong_motions import rows_of_tasks
 
@@ -67,7 +67,7 @@ SYSTEM: Final = "system"
 SETTINGS: Final = FitSettings(im="im_sa_1p000_rotd50_g")
 _FOLDER: Final = Path(__file__).parents[1]
 _DATA: Final = yaml.safe_load((_FOLDER / "published.yaml").read_text("utf-8"))
-DEMANDS: Final[Mapping[str, str]] = _DATA["demands"]
+DEMANDS: Final[dict[str, str]] = _DATA["demands"]
 JUDGED: Final[Mapping[str, Sequence[str]]] = _DATA["judged"]
 _KEYS: Final = ["component", "state"]
 WHOLE: Final = "whole_"  # prefix of columns with peaks of whole motions

@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from pydantic import BaseModel
 
 from skewbridge.analysis.ground import Excitation
@@ -30,6 +29,7 @@ from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import IntegralData
 from skewbridge.errors import InputError
+from skewbridge.files.tables import Floats
 from skewbridge.files.text import checked, read_mapping, read_text
 from skewbridge.motions.formats import Stated
 from skewbridge.motions.read import read_trace
@@ -42,8 +42,7 @@ from skewbridge.verification.registry import Panel, Study, drawn
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-type Series = NDArray[np.float64]
-type Histories = Mapping[str, Series]
+type Histories = Mapping[str, Floats]
 
 #: Frequencies (Hz) of all comparisons. Below, the displacement of a record is a product of its
 #: processing; above, the model has no modes that a record could decide.
@@ -164,7 +163,7 @@ class Event:
 
     date: str
     dt_s: float
-    accel_mps2: Mapping[int, Series]
+    accel_mps2: Mapping[int, Floats]
     notes: tuple[str, ...] = ()
 
     def motions(self, station: Station) -> dict[str, GroundMotion]:
@@ -196,7 +195,7 @@ def read_events(folder: Path, station: Station) -> list[Event]:
 
 
 def _event(folder: Path, paths: list[Path], station: Station) -> Event:
-    accels: dict[int, Series] = {}
+    accels: dict[int, Floats] = {}
     steps_s: set[float] = set()
     date = folder.name
     for path in paths:
@@ -244,7 +243,7 @@ def _date(header: str) -> str:
     return ""
 
 
-def strong_part(accel: Series, dt_s: float) -> slice:
+def strong_part(accel: Floats, dt_s: float) -> slice:
     """Return the samples of the strong part of a recording, with a second before and two after."""
     share = np.cumsum(accel**2) / np.sum(accel**2)
     first, last = np.searchsorted(share, _STRONG)
@@ -252,7 +251,7 @@ def strong_part(accel: Series, dt_s: float) -> slice:
     return slice(start, min(len(accel), int(last + _TAIL_S / dt_s)))
 
 
-def in_band(values: Series, dt_s: float, derivative: int = 0) -> Series:
+def in_band(values: Floats, dt_s: float, derivative: int = 0) -> Floats:
     """Return a history in the band, differentiated (or, if negative, integrated) so many times.
 
     It is filtered without phase shift; ramps of the filter are cosines of the logarithm.
@@ -280,7 +279,7 @@ class Period:
     explained: float
 
 
-def identified_period(output: Series, inputs: Series, dt_s: float) -> Period:
+def identified_period(output: Floats, inputs: Floats, dt_s: float) -> Period:
     """Return the period of one mode that explains an absolute acceleration from those of supports.
 
     Output error of one mode with several inputs: the output is a sum of inputs and of responses of
@@ -305,7 +304,7 @@ def identified_period(output: Series, inputs: Series, dt_s: float) -> Period:
     )
 
 
-def _fitted_mode(output: Series, inputs: Series, dt_s: float) -> tuple[float, float, float]:
+def _fitted_mode(output: Floats, inputs: Floats, dt_s: float) -> tuple[float, float, float]:
     """Return period (s) and damping ratio of a mode, and the share that it does not explain."""
     from scipy.optimize import minimize
 
@@ -313,7 +312,7 @@ def _fitted_mode(output: Series, inputs: Series, dt_s: float) -> tuple[float, fl
     spectra = np.fft.rfft(inputs, 2 * count, axis=0)
     speed = 2 * np.pi * np.fft.rfftfreq(2 * count, dt_s)
 
-    def left(values: Series) -> float:
+    def left(values: Floats) -> float:
         """Return the share of the output that an oscillator does not explain."""
         period_s, damping = np.exp(values)
         omega = 2 * np.pi / period_s
@@ -376,7 +375,7 @@ def recording_of(event: Event, station: Station) -> Recording:
     strong = strong_part(accel[station.period[0]], dt_s)
     first, last = max(0, strong.start - round(_BEFORE_S / dt_s)), round(_AFTER_S / dt_s)
 
-    def quantity(compared: Quantity, weights: Mapping[int, float]) -> Series:
+    def quantity(compared: Quantity, weights: Mapping[int, float]) -> Floats:
         accel_mps2 = np.add.reduce([weight * accel[channel] for channel, weight in weights.items()])
         if compared.to is None:
             return compared.factor * in_band(accel_mps2, dt_s)[strong] / G_MPS2
@@ -406,7 +405,7 @@ def predicted(
     result = analyse(case.variant, shaken, settings, case.options, histories=True)
     if result.histories is None or result.status != "ok":
         raise RuntimeError(f"{event.date}: {result.status} {'; '.join(result.messages)}")
-    times_s, histories = np.arange(bent.npts) * step_s, dict[str, Series]()
+    times_s, histories = np.arange(bent.npts) * step_s, dict[str, Floats]()
     for quantity in station.quantities:
         if quantity.name not in recording.recorded:
             continue
@@ -455,7 +454,7 @@ def changed_cases(station: Station, folder: Path) -> dict[str, Case]:
     return changed
 
 
-def comparison(history: Series, recorded: Series) -> dict[str, float]:
+def comparison(history: Floats, recorded: Floats) -> dict[str, float]:
     """Return peak ratio, correlation (0 without motion) and normalised error of a history."""
     return {
         "peak_ratio": float(np.abs(history).max() / np.abs(recorded).max()),
