@@ -603,17 +603,10 @@ def rates_on_page(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
     shown = pooled[pooled["state"].isin(states or pooled["state"].iloc[:1])]
     last = shown.groupby(["bridge", "abutment", "axis", "state"], sort=False)["to_value"]
     shown = shown[shown["to_value"] == last.transform("max")]
-    rows = [
-        {
-            "change": change_of(row),
-            "model": model_name(row["bridge"], row["abutment"]),
-            "state": effect_name(row["state"]),
-            "rate per year": f"{row['from_rate']:.2g} → {row['to_rate']:.2g}",
-            "factor": f"{row['ratio']:.2f} ({row['ci_low']:.2f} to {row['ci_high']:.2f})",
-        }
-        for row in records_of(shown)
-    ]
     certain = records_of(shown[shown["direction"] != 0])
     certain.sort(key=lambda row: -max(row["ratio"], 1.0 / row["ratio"]))
-    text = sentence("rates", largest=certain[:1])
-    return {"sentence": text, "rows": rows, "level": f"{100 * shown['level'].iloc[0]:g} %"}
+    return {
+        "sentence": sentence("rates", largest=certain[:1]),
+        "rows": records_of(shown),
+        "level": f"{100 * shown['level'].iloc[0]:g} %",
+    }

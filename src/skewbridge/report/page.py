@@ -79,20 +79,14 @@ def write_report(
         if path.suffix == ".parquet" and path.is_file()
     }
     curves, medians = frames["curves"], frames["medians"]
-    functions = (
-        axes_of,
-        axis_of,
-        in_words,
-        model_name,
-        appearance.named_value,
-        shown_axes,
-        variant_text,
-    )
-    functions += (variants_text, with_ends)
-    filters = (groups_of, plain_label, median_text, number_text, records_of, shown_rows, unbroken)
+    values = (axes_of, axis_of, groups_of, records_of, shown_axes, shown_rows)
+    words = (appearance.named_value, effect_name, in_words, model_name, plain_label, unbroken)
+    words += (number_text, median_text, variant_text, variants_text, with_ends)
+    effects = (answer.change_of, answer.extent_of_data, answer.no_ratio_text)
+    effects += (appearance.change_text, appearance.interval_text, appearance.verdict_style)
     config = study.model_dump(mode="json", exclude={"batches"}) if study else {}
     units = study.figures.units if study else FigureSettings().units
-    environment = appearance.templates(*functions, *filters)
+    environment = appearance.templates(*values, *words, *effects)
     unreached = curves[(curves["reach"].fillna("") != "") & (curves["method"] == "cloud")]
     pictures = pictures_of(read_captions(tables["captions"]), figures)
     with appearance.shown_in(units):
@@ -214,12 +208,10 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
     rows: list[dict[str, Any]] = []
     for change, of_change in groups_of(table, _CHANGE):
         for model, effects_of_model in groups_of(of_change, BRIDGE_COLUMNS):
-            effects = {row["demand"]: row for row in records_of(effects_of_model)}
+            judged = effects_of_model.assign(verdict_family=effects_of_model["claim"])
+            effects = {row["demand"]: row for row in records_of(judged)}
             failed, runs = (by_value[*model, change[0]][name] for name in ("n_failed", "n_runs"))
-            cells = [
-                _answer_cell(effects.get(state)) | {"note": signs.get((*model, state), "")}
-                for state in states
-            ]
+            cells = [(effects.get(state), signs.get((*model, state), "")) for state in states]
             row = {
                 "change": change_name(*change),
                 "model": names[model] if len(names) > 1 else "",
@@ -228,24 +220,12 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
             rows.append({**row, "cells": cells})
     return {
         "states": [effect_name(state) for state in states],
+        "certainty": {claim: text.partition(",")[0] for claim, text in answer.CERTAINTY.items()},
         "rows": rows,
         "notes": list(notes.values()),
         "details": answer.effect_notes(table),
         "level": next((f"{100 * level:g} %" for level in table["level"].dropna()), ""),
         "margin": next((f"{100 * margin:g} %" for margin in capacities["margin"].dropna()), ""),
-    }
-
-
-def _answer_cell(row: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Return the change, median capacities, interval and certainty of an effect."""
-    if row is None or row["status"] != OK:
-        reason = "no comparison" if row is None else answer.no_ratio_text(row)
-        return {"text": reason, "sizes": ""}
-    return {
-        **_cell({**row, "verdict_family": row["claim"]}),
-        "certainty": answer.CERTAINTY[row["claim"]].partition(",")[0],
-        "sizes": f"{row['from_demand']:#.3g} → {row['to_demand']:#.3g} g",
-        "extent": answer.extent_of_data(row) if row["n_extrapolated"] > 0 else "",
     }
 
 
