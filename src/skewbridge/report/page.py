@@ -394,12 +394,13 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
     rows = pd.concat([frames["medians"], frames["effects"]], ignore_index=True)
     pooled = rows[rows["scope"] == "pooled"]
     ratios, needed = pooled[pooled["judged_by"] == verdicts.RATIO], frames["needed_motions"]
+    medians = pooled[pooled["quantity"] == MEDIAN_CAPACITY]
     main = pooled["demand"].isin({*HEADLINE_STATES, *demands_for("headline")})
     effects, minor = (pooled[main], pooled[~main]) if main.any() else (pooled, pooled.head(0))
     return {
         "effects": verdict_table(effects, pooled),
         "other_effects": verdict_table(minor, pooled),
-        "any_marked": any(row["mark"] for row in map(_cell, records_of(pooled))),
+        "any_marked": any(map(answer.extent_of_data, records_of(medians))),
         "margin": appearance.margin_text(ratios.iloc[0]) if len(ratios) else "",
         "alternatives": answer.alternative_rows(frames["alternatives"]),
         "needed": needed.loc[needed["forecast"] == verdicts.MORE, list(_NEEDED)],
@@ -436,7 +437,7 @@ def verdict_table(effects: pd.DataFrame, compared: pd.DataFrame) -> dict[str, An
     )
     rows: list[dict[str, Any]] = []
     for (demand,), of_demand in groups_of(effects, ["demand"]):
-        cells = {tuple(row[name] for name in keys): _cell(row) for row in records_of(of_demand)}
+        cells = {tuple(row[name] for name in keys): row for row in records_of(of_demand)}
         is_state, margin = "/" in demand, appearance.margin_text(of_demand.iloc[0])
         label = f"Median, {effect_name(demand)}" if is_state else appearance.demand_name(demand)
         ordered = [cells.get(heading) for heading in heads]
@@ -445,17 +446,6 @@ def verdict_table(effects: pd.DataFrame, compared: pd.DataFrame) -> dict[str, An
         "models": Counter(model_name(*heading[:2]) for heading in heads).items(),
         "heads": [change_name(*heading[2:]) for heading in heads],
         "rows": rows,
-    }
-
-
-def _cell(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Return style and texts of an effect; ``mark`` is † if `extent_of_data` returns a note."""
-    leaves_data = row["quantity"] == MEDIAN_CAPACITY and answer.extent_of_data(row)
-    return {
-        "style": appearance.verdict_style(row),
-        "text": appearance.change_text(row),
-        "interval": appearance.interval_text(row) if row["status"] == OK else "",
-        "mark": "†" if leaves_data else "",
     }
 
 
