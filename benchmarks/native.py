@@ -16,10 +16,11 @@ import openseespy.opensees as ops
 from common import cpu_s, interleaved, options, ratio, show
 
 from skewbridge.contact import ContactLaw
+from skewbridge.files.tables import Floats
 from skewbridge.verification.references import deck_solvers as solvers
 from skewbridge.verification.references.cases import deck_case
 from skewbridge.verification.references.deck_solvers import pulse_of, run_deck
-from skewbridge.verification.references.live_model import Array, clean_domain
+from skewbridge.verification.references.live_model import clean_domain
 
 DT_S = 1.0e-4
 IMPLICIT = 0
@@ -34,7 +35,7 @@ def native_contact(
     ops.element("zeroLengthContactASDimplex", tag, *nodes, *stiffness, *orientation)
 
 
-def run_native_deck(name: str, integration: int, dt_s: float = 1e-4) -> tuple[Array, Array]:
+def run_native_deck(name: str, integration: int, dt_s: float = 1e-4) -> tuple[Floats, Floats]:
     """Run an elastic deck case with native contacts until a step does not converge.
 
     Returns the times and (ux, uy, theta), shape (n, 3).

@@ -28,7 +28,7 @@ from skewbridge.verification.references.deck_solvers import pulse_of, run_deck, 
 from skewbridge.verification.references.driven_unit import drive_unit, path_work_j
 from skewbridge.verification.references.live_model import clean_domain
 from skewbridge.verification.registry import TABULATED, Study, run_study
-from skewbridge.verification.studies import blocks, rigid_bodies, spatial_path
+from skewbridge.verification.studies import blocks, rigid_bodies
 
 MASS_KG, KN = 1000.0, 1e7
 SLIP_M = 0.045
@@ -193,7 +193,7 @@ def test_contact_checks_fail_with_a_fault_in_friction(monkeypatch):
 
 @pytest.mark.parametrize("integration", [native.IMPLICIT, IMPLEX])
 def test_native_element_gives_the_same_forces_on_a_path(integration):
-    path = spatial_path.smooth_path(400, "opening and closing")
+    path = blocks.smooth_path(400, "opening and closing")
     law = contact_law.ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3)
     ours = drive_unit(law, path, substeps=10).forces_n
     theirs = np.zeros((len(path), 3))
@@ -224,7 +224,7 @@ def test_native_element_converges_to_our_frictional_deck():
 
 @pytest.mark.parametrize("coupling", ["extrapolated", "lagged"])
 def test_both_couplings_are_of_first_order_on_a_path_that_stays_closed(coupling):
-    errors = [spatial_path.path_error(rows, coupling, "closed") for rows in (250, 1000)]
+    errors = [blocks.path_error(rows, coupling, "closed") for rows in (250, 1000)]
     assert np.log(errors[0] / errors[1]) / np.log(4.0) >= 0.9
     if coupling == "extrapolated":
         assert errors[1] <= 0.012

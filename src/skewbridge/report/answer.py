@@ -4,7 +4,7 @@ The page and the README print these sentences. Effects are read from `answer_tab
 from `run_counts`.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
@@ -34,6 +34,7 @@ from skewbridge.fragility.verdicts import (
 )
 from skewbridge.motions.p695 import REPLACED
 from skewbridge.report.appearance import (
+    TEXTS,
     change_text,
     demand_name,
     groups_of,
@@ -41,8 +42,12 @@ from skewbridge.report.appearance import (
     interval_text,
     margin_text,
     number,
+    one_line,
     shear_model_name,
+    shown_length,
     shown_value,
+    templates,
+    threshold_text,
     value_text,
 )
 from skewbridge.statuses import COLLAPSE, FAILED
@@ -128,6 +133,11 @@ def change_name(name: Any, low: Any, high: Any) -> str:
     return f"{changed.label} {value_text(changed, low)} to {value_text(changed, high)}"
 
 
+def change_of(row: Mapping[str, Any]) -> str:
+    """Return the change of an axis in a row of effects in words."""
+    return change_name(row["axis"], row["from_value"], row["to_value"])
+
+
 def effect_name(demand: Any) -> str:
     """Return the name of a demand or limit state (``component/state``) in words, without unit."""
     if demand == f"{COLUMN_FAILURE}/any":
@@ -137,12 +147,6 @@ def effect_name(demand: Any) -> str:
         return f"{component} ({state})"
     label = demand_name(demand)
     return label[:1].lower() + label[1:]
-
-
-def largest_change(rows: Iterable[dict[str, Any]]) -> tuple[dict[str, Any], str, str]:
-    """Return the row with the largest |ln ratio|, its verb (``lowers``, ``raises``) and change."""
-    row = max(rows, key=lambda candidate: abs(np.log(candidate["ratio"])))
-    return row, "lowers" if row["ratio"] < 1.0 else "raises", change_text(row).lstrip("+-")
 
 
 # --- tables of the answer
@@ -264,10 +268,9 @@ def answer_table(
         with suppress(InputError):  # the file of the bridge cannot be read
             description = load_structure(files.get(name, name)).description
             seats_m[name] = min(description.end_seats_m.values(), default=np.nan)
-    own_m = table["bridge"].map(seats_m).where(table["demand"] == "unseating_m")
-    table = table.assign(seat_m=own_m.astype(float))
-    counts = table[list(_COUNTS)].apply(pd.to_numeric, errors="coerce").astype(np.float64)
-    table = table.assign(**{name: counts[name] for name in _COUNTS})
+    table["seat_m"] = table["bridge"].map(seats_m).where(table["demand"] == "unseating_m")
+    numbers = ["seat_m", *_COUNTS]
+    table[numbers] = table[numbers].apply(pd.to_numeric, errors="coerce").astype(float)
     return table[list(ANSWER_COLUMNS)].reset_index(drop=True)
 
 
@@ -294,6 +297,17 @@ def _demand_row(effect: dict[str, Any], line: pd.DataFrame | None) -> dict[str, 
 # --- sentences
 
 
+_TEMPLATES: Final = templates(
+    *(axis, change_of, change_text, counted, effect_name, interval_text, listed, model_name),
+    *(number, number_word, shown_length, shown_value, threshold_text, value_text),
+)
+
+
+def sentence(name: str, **values: Any) -> str:
+    """Return a sentence of `captions.yaml`, filled in with values."""
+    return one_line(_TEMPLATES, TEXTS["sentences"][name], **values)
+
+
 def no_ratio_text(row: Mapping[str, Any]) -> str:
     """Return why a state has no ratio of medians, and how many runs exceed the state."""
     if row["status"] == NOT_REACHED:
@@ -318,46 +332,35 @@ def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
     The keys are bridge, abutment model and state.
     """
     notes: dict[tuple[str, str, str], str] = {}
-    names = short_names(table)
-    rows = table[table["demand"].isin(LEADING_STATES) & (table["status"] == OK)]
-    for key, part in groups_of(rows, [*BRIDGE_COLUMNS, "demand"]):
-        sums, start = part[list(_COUNTS)].sum(), f"{names[key[:2]]}, {effect_name(key[2])}"
-        if sums["n_extrapolated"] > 0:
-            some = "" if sums["n_extrapolated"] == 2 * sums["n_cells"] else "some "
-            notes[key] = (
-                f"{start}: {some}medians of {part['im_low'].min():.2f} to "
-                f"{part['im_high'].max():.2f} g are extrapolated, because fewer than three motions "
-                "are that strong."
-            )
-        elif sums["n_without_curve"] > 0:
-            notes[key] = (
-                f"{start}: some variants have no curve, because runs that ended early make the "
-                "median too uncertain; the ratios use the demand model of all variants."
-            )
+    for key, effect, rows in _leading_effects(table):
+        sums = rows[list(_COUNTS)].sum()
+        if sums["n_extrapolated"] > 0 or sums["n_without_curve"] > 0:
+            ends = {"low_g": rows["im_low"].min(), "high_g": rows["im_high"].max()}
+            notes[key] = sentence("limits", effect=effect, sums=sums, **ends)
     return notes
 
 
 def effect_notes(table: pd.DataFrame) -> list[str]:
     """Return sentences on effects that one motion decides or that depend on another axis."""
     notes: list[str] = []
+    for _, effect, rows in _leading_effects(table):
+        one_motion = [
+            f"{change_of(row)} {row['largest_motion']} ({100 * row['largest_share']:.0f} %)"
+            for row in records_of(rows[rows["largest_share"] > LARGEST_SHARE])
+        ]
+        by_value = records_of(rows[rows["by_value"].fillna("") != ""])
+        if one_motion or by_value:
+            texts: dict[str, Any] = {"one_motion": one_motion, "by_value": by_value}
+            notes.append(sentence("details", effect=effect, **texts))
+    return notes
+
+
+def _leading_effects(table: pd.DataFrame) -> Iterator[tuple[Any, str, pd.DataFrame]]:
+    """Yield key, name and rows of each model and leading state with effects."""
     names = short_names(table)
     rows = table[table["demand"].isin(LEADING_STATES) & (table["status"] == OK)]
     for key, effects in groups_of(rows, [*BRIDGE_COLUMNS, "demand"]):
-        texts: list[str] = []
-        one_motion = effects[effects["largest_share"] > LARGEST_SHARE]
-        if len(one_motion):
-            motions = [
-                f"{change_name(row['axis'], row['from_value'], row['to_value'])} "
-                f"{row['largest_motion']} ({100 * row['largest_share']:.0f} %)"
-                for row in records_of(one_motion)
-            ]
-            texts.append(f"One motion decides most of the uncertainty: {listed(motions)}.")
-        for row in records_of(effects[effects["by_value"].fillna("") != ""]):
-            change = change_name(row["axis"], row["from_value"], row["to_value"])
-            texts.append(f"{change} by value: {row['by_value']}.")
-        if texts:
-            notes.append(f"{names[key[:2]]}, {effect_name(key[2])}: {' '.join(texts)}")
-    return notes
+        yield key, f"{names[key[:2]]}, {effect_name(key[2])}", effects
 
 
 def headline(table: pd.DataFrame) -> list[str]:
@@ -410,36 +413,31 @@ def _axis_sentence(
     by_verb, sizes, ranks = dict[str, list[str]](), list[float](), list[int]()
     decided = table[table["claim"].isin((LOWER, HIGHER, DETECTABLE)) | table["sure_ratio"].notna()]
     leading = decided[decided["demand"].isin(LEADING_STATES)]
-    for (state,), rows in groups_of(leading if len(leading) else decided, ["demand"]):
+    for _, rows in groups_of(leading if len(leading) else decided, ["demand"]):
         certain = rows["claim"].isin((LOWER, HIGHER))
         candidates = records_of(rows[certain] if certain.any() else rows)
-        row, verb, _ = largest_change(candidates)
-        doubt = CERTAINTY[row["claim"]].partition(",")[0]
-        if np.isfinite(row["sure_ratio"]):
-            sure = {"ratio": row["sure_ratio"], "ci_low": row["sure_low"],
-                    "ci_high": row["sure_high"]}  # fmt: skip
-            doubt += (
-                f"; certain up to {value_text(axis(row['axis']), row['sure_to'])}: "
-                f"{change_text(sure)} ({interval_text(sure)})"
-            )
-        moved_g = abs(row["to_demand"] - row["from_demand"])
-        model = f" of {names[row['bridge'], row['abutment']]}" if len(names) > 1 else ""
+        row = max(candidates, key=lambda candidate: abs(np.log(candidate["ratio"])))
+        verb = "lowers" if row["ratio"] < 1.0 else "raises"
+        sure = {"ratio": row["sure_ratio"], "ci_low": row["sure_low"], "ci_high": row["sure_high"]}
         other_models = [
             f"{names[other['bridge'], other['abutment']]}: {change_text(other)}"
             for other in candidates
             if other is not row and other["claim"] == row["claim"]
         ]
-        also = f"{doubt}, as in {listed(other_models)}" if len(other_models) in (1, 2) else doubt
-        details = ", ".join(filter(None, [also, extent_of_data(row)]))
-        by_verb.setdefault(f"{verb} the median capacity", []).append(
-            f"for {effect_name(state)}{model} by {moved_g:.2g} g "
-            f"({row['from_demand']:#.3g} to {row['to_demand']:#.3g} g, {details})"
+        clause = sentence(
+            "capacity",
+            row=row,
+            model=names[row["bridge"], row["abutment"]] if len(names) > 1 else "",
+            certainty=CERTAINTY[row["claim"]].partition(",")[0],
+            sure=sure if np.isfinite(row["sure_ratio"]) else {},
+            other_models=other_models if len(other_models) <= 2 else [],
+            extent=extent_of_data(row),
         )
+        by_verb.setdefault(f"{verb} the median capacity", []).append(clause)
         sizes.append(abs(float(np.log(row["ratio"]))))
         ranks.append(0 if row["claim"] in (LOWER, HIGHER) or np.isfinite(row["sure_ratio"]) else 1)
     clauses = [f"{verb} {' and '.join(texts)}" for verb, texts in by_verb.items()]
-    clause = displacement_clause(records_of(demands), names)
-    if clause:
+    if clause := displacement_clause(demands, names):
         clauses.append(clause)
     if not sizes and set(table["claim"]) == {NEGLIGIBLE}:
         most_g = (table["to_demand"] - table["from_demand"]).abs().max()
@@ -452,32 +450,16 @@ def _axis_sentence(
     return [((min(ranks, default=2), -max(sizes, default=0.0)), f"{start} {listed(clauses)}.")]
 
 
-def displacement_clause(
-    rows: Sequence[dict[str, Any]], names: Mapping[tuple[str, str], str]
-) -> str:
+def displacement_clause(table: pd.DataFrame, names: Mapping[tuple[str, str], str]) -> str:
     """Return a clause on the largest certain change of a displacement; empty if none is certain."""
-    clear = [
-        row
-        for row in rows
-        if row["claim"] in (LOWER, HIGHER)
-        and np.isfinite([row["im"], row["ratio"], row["from_demand"], row["to_demand"]]).all()
-        and row["demand"].endswith("_m")
-    ]
-    if not clear:
+    numbers = table[["im", "ratio", "from_demand", "to_demand"]].astype(float)
+    is_clear = table["claim"].isin((LOWER, HIGHER)) & np.isfinite(numbers).all(axis=1)
+    clear = table[is_clear & table["demand"].str.endswith("_m")]
+    if clear.empty:
         return ""
-    row = max(clear, key=lambda candidate: abs(candidate["to_demand"] - candidate["from_demand"]))
-    low, high = row["from_demand"], row["to_demand"]
-    (low, unit), (high, _), (size, _) = (
-        shown_value(row["demand"], value) for value in (low, high, abs(high - low))
-    )
-    text = f"{'lowers' if row['ratio'] < 1.0 else 'raises'} {effect_name(row['demand'])}"
-    if len(names) > 1:
-        text += f" of {names[row['bridge'], row['abutment']]}"
-    text += f" by {number(size)}{unit} ({number(low)} to {number(high)}{unit} at {row['im']:.2g} g"
-    if np.isfinite(row["seat_m"]):
-        seat, unit = shown_value(row["demand"], row["seat_m"])
-        text += f", seat {number(seat)}{unit}"
-    return f"{text}; certain)"
+    row = records_of(clear)[int((clear["to_demand"] - clear["from_demand"]).abs().argmax())]
+    model = names[row["bridge"], row["abutment"]] if len(names) > 1 else ""
+    return sentence("displacement", row=row, model=model)
 
 
 def failure_sentences(counts: pd.DataFrame, *, has_capacities: bool = True) -> tuple[str, str]:
@@ -486,27 +468,18 @@ def failure_sentences(counts: pd.DataFrame, *, has_capacities: bool = True) -> t
     Without capacities of columns in the demands, no failure can be counted.
     """
     per_model, names = counts[counts["axis"] == ""], short_names(counts)
-    totals = per_model.filter(regex="^n_").sum()
+    totals = per_model.filter(regex="^n_").sum().astype(int)
     parts = [
         f"{row['n_failed']} of {row['n_runs']} of {names[row['bridge'], row['abutment']]}"
         for row in records_of(per_model)
     ]
-    models = f" ({listed(parts)})" if len(parts) > 1 else ""
     kinds = [
-        f"{totals[f'n_{mode}']:.0f} in {mode}"
+        f"{totals[f'n_{mode}']} in {mode}"
         for mode in ("shear", "flexure")
         if totals[f"n_{mode}"] > 0
     ]
-    failed = f"Columns failed in {totals['n_failed']:.0f} of {totals['n_runs']:.0f} runs"
-    if not has_capacities:
-        failed, models = "The table has no column capacities, so no column failure is counted", ""
-    ended_early = f"{counted(int(totals['n_collapse']), 'run').capitalize()} collapsed."
-    if totals["n_bounds"] > 0:
-        ended_early += (
-            f" In {totals['n_bounds']:.0f} runs the demands are peaks up to a failure or an early "
-            "stop, so they are treated as lower bounds."
-        )
-    return f"{failed}{models}{': ' * bool(kinds)}{', '.join(kinds)}.", ended_early
+    failures = {"total": totals, "models": parts, "kinds": kinds, "has_capacities": has_capacities}
+    return sentence("failures", **failures), sentence("early_ends", total=totals)
 
 
 def shear_model_sentence(demands: pd.DataFrame) -> str:
@@ -531,23 +504,15 @@ def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
     sources = suite.get("source", pd.Series(dtype=str)).astype(str)
     synthetic = len(sources) > 0 and sources.str.contains("synthetic|simulated", case=False).all()
     recorded = len(sources) > 0 and sources.str.startswith("recorded").all()
-    kind = "synthetic" if synthetic else "recorded" if recorded else "recorded or mixed"
-    if recorded and "event" in suite:
-        kind += f" in {suite['event'].nunique()} earthquakes"
-    if sources.str.contains(REPLACED).any():
-        kind += f", {REPLACED},"
-    text = f"The {len(suite)} motions are {kind}"
+    values: dict[str, Any] = {"suite": suite, "synthetic": synthetic, "recorded": recorded}
+    values["replaced"] = f", {REPLACED}," if sources.str.contains(REPLACED).any() else ""
     if {"magnitude", "distance_km"} <= set(suite.columns) and suite["magnitude"].notna().any():
-        magnitude, distance = (
+        values["magnitude"], values["distance"] = (
             " to ".join(dict.fromkeys(map(number, (suite[name].min(), suite[name].max()))))
             for name in ("magnitude", "distance_km")
         )
-        scenario = "" if " to " in magnitude + distance else "one scenario, "
-        text += f" and of {scenario}magnitude {magnitude} at {distance} km"
-    if table["first_im"].notna().any():
-        low, high = table["first_im"].min(), table["last_im"].max()
-        text += f"; complete pairs of runs exist from {low:.2g} to {high:.2g} g"
-    return f"{text}."
+    ends = {"first_im": table["first_im"].min(), "last_im": table["last_im"].max()}
+    return sentence("motions", **{"magnitude": "", **values, **ends})
 
 
 def untested_skew_sentence(skews_deg: Iterable[float]) -> str:
@@ -576,17 +541,16 @@ def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]
     row = records_of(compared.sort_values("standard_errors", ascending=False).head(1))[0]
     same_effect = (effects[list(_EFFECT)] == [row[name] for name in _EFFECT]).all(axis=1)
     by_suite = {effect["suite"]: effect for effect in records_of(effects[same_effect])}
-    sizes = listed(
-        f"{change_text(by_suite[name])} ({interval_text(by_suite[name])}) under {name}"
-        for name in (row["against"], row["suite"])
-    )
-    text = (
-        f"Suites {listed(f'{name} ({count})' for name, count in motions.items())}: "
-        f"{len(differing)} of {len(compared)} differences between suites exceed "
-        f"{LARGEST_ERRORS:g} standard errors (expected by chance: {0.05 * len(compared):.0f}). "
-        f"The largest: {change_name(row['axis'], row['from_value'], row['to_value'])} on "
-        f"{effect_name(row['demand'])} of {short_names(compared)[row['bridge'], row['abutment']]}: "
-        f"{sizes}; the two effects differ by {change_text(row)} ({interval_text(row)})."
+    text = sentence(
+        "suites",
+        motions=[f"{name} ({count})" for name, count in motions.items()],
+        differing=len(differing),
+        compared=len(compared),
+        by_chance=0.05 * len(compared),
+        standard_errors=LARGEST_ERRORS,
+        largest=row,
+        model=short_names(compared)[row["bridge"], row["abutment"]],
+        effects=by_suite,
     )
     if len(differing) <= 0.05 * len(compared):  # no more than expected by chance
         return "", text
@@ -619,13 +583,8 @@ def alternative_rows(table: pd.DataFrame) -> tuple[list[str], list[dict[str, str
                 certain.append(f"{effect}: {listed(f'{b} with {a}' for a, b in texts.items())}.")
         rows.append({"effect": effect, **changes})
     options = listed(option_text(option) for option in table["option"].unique())
-    verdict = "These certainly move an effect:" if certain else "None certainly moves an effect."
     shares = 100.0 * (1.0 - np.sqrt(1.0 - table["share"]))
-    intro = (
-        f"Each motion has its own {options}, the same in every variant. Without this scatter the "
-        f"intervals of these effects would be {shares.min():.0f} to {shares.max():.0f} % "
-        f"narrower. {verdict}"
-    )
+    intro = sentence("alternatives", options=options, shares=shares, certain=certain)
     return [intro, *certain], records_of(pd.DataFrame(rows).fillna("–"))
 
 
@@ -640,15 +599,9 @@ def option_text(option: str, value: object = None) -> str:
 
 def properties_sentence(demands: pd.DataFrame) -> str:
     """Return a sentence that lists the random properties, or states that there are none."""
-    drawn = drawn_properties(map(str, demands))
-    names = ", ".join(map(option_text, drawn_options(map(str, demands))))
-    options = f" It also has its own modelling options ({names})." if names else ""
-    if not drawn:
-        return f"All properties of the bridges have the values of the bridge files.{options}"
-    return (
-        "Each motion has its own random properties of the bridge, the same in every variant "
-        f"({', '.join(drawn)}).{options}"
-    )
+    names = list(map(str, demands))
+    options = [option_text(option) for option in drawn_options(names)]
+    return sentence("properties", drawn=drawn_properties(names), options=options)
 
 
 def rates_on_page(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
@@ -664,23 +617,10 @@ def rates_on_page(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
     shown = pooled[pooled["state"].isin(states or pooled["state"].iloc[:1])]
     last = shown.groupby(["bridge", "abutment", "axis", "state"], sort=False)["to_value"]
     shown = shown[shown["to_value"] == last.transform("max")]
-    rows = [
-        {
-            "change": change_name(row["axis"], row["from_value"], row["to_value"]),
-            "model": model_name(row["bridge"], row["abutment"]),
-            "state": effect_name(row["state"]),
-            "rate per year": f"{row['from_rate']:.2g} → {row['to_rate']:.2g}",
-            "factor": f"{row['ratio']:.2f} ({row['ci_low']:.2f} to {row['ci_high']:.2f})",
-        }
-        for row in records_of(shown)
-    ]
-    certain = [row for row in records_of(shown) if row["direction"]]
-    sentence = "No axis changes these annual rates for certain."
-    if certain:
-        row = max(certain, key=lambda candidate: max(candidate["ratio"], 1.0 / candidate["ratio"]))
-        sentence = (
-            f"{change_name(row['axis'], row['from_value'], row['to_value'])} multiplies the annual "
-            f"rate of {effect_name(row['state'])} by {row['ratio']:.2g} ({row['ci_low']:.2g} to "
-            f"{row['ci_high']:.2g}) in {model_name(row['bridge'], row['abutment'])}."
-        )
-    return {"sentence": sentence, "rows": rows, "level": f"{100 * shown['level'].iloc[0]:g} %"}
+    certain = records_of(shown[shown["direction"] != 0])
+    certain.sort(key=lambda row: -max(row["ratio"], 1.0 / row["ratio"]))
+    return {
+        "sentence": sentence("rates", largest=certain[:1]),
+        "rows": records_of(shown),
+        "level": f"{100 * shown['level'].iloc[0]:g} %",
+    }

@@ -11,17 +11,10 @@ from contextvars import ContextVar
 from importlib.resources import files
 from typing import Any, Final, NamedTuple
 
+import jinja2
 import numpy as np
 import pandas as pd
 import yaml
-from jinja2 import (
-    ChoiceLoader,
-    DictLoader,
-    Environment,
-    PackageLoader,
-    StrictUndefined,
-    select_autoescape,
-)
 from matplotlib.axis import Axis as DrawnAxis
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
@@ -58,7 +51,7 @@ STYLE: Final[Any] = {
     "font.size": 9,
     "legend.frameon": False,
 }
-#: Texts of the figures by kind, and of the page (key ``page``), as templates.
+#: Templates of texts: figures by kind, answer (``sentences``) and page (``page``).
 TEXTS: Final[Mapping[str, Mapping[str, str]]] = yaml.safe_load(
     (files("skewbridge.report") / "captions.yaml").read_text("utf-8")
 )
@@ -178,16 +171,23 @@ def shown_axes(table: pd.DataFrame) -> tuple[Axis, ...]:
     return tuple(axis for axis in present if axis.name not in left_out)
 
 
-def templates(*functions: Callable[..., Any]) -> Environment:
+def templates(*functions: Callable[..., Any]) -> jinja2.Environment:
     """Return the environment of all templates, with ``functions`` as functions and filters."""
-    autoescape = select_autoescape(("html.j2", "css.j2"), default_for_string=False)
-    texts = DictLoader({f"{name}.html.j2": text for name, text in TEXTS["page"].items()})
-    loader = ChoiceLoader([PackageLoader("skewbridge.report"), texts])
-    environment = Environment(loader=loader, autoescape=autoescape, undefined=StrictUndefined)
+    autoescape = jinja2.select_autoescape(("html.j2", "css.j2"), default_for_string=False)
+    texts = jinja2.DictLoader({f"{name}.html.j2": text for name, text in TEXTS["page"].items()})
+    loader = jinja2.ChoiceLoader([jinja2.PackageLoader("skewbridge.report"), texts])
+    environment = jinja2.Environment(
+        loader=loader, autoescape=autoescape, undefined=jinja2.StrictUndefined
+    )
     by_name = {function.__name__: function for function in functions}
     environment.globals.update(by_name)
     environment.filters.update(by_name)
     return environment
+
+
+def one_line(environment: jinja2.Environment, text: str, **values: Any) -> str:
+    """Return a template filled in with values, as one line of text."""
+    return " ".join(environment.from_string(text).render(values).split())
 
 
 def groups_of(table: pd.DataFrame, columns: Sequence[str]) -> list[tuple[Any, pd.DataFrame]]:

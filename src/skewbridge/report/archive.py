@@ -24,6 +24,7 @@ from skewbridge.errors import InputError, SolutionError
 from skewbridge.files.digests import licence_of
 from skewbridge.files.tables import read_frame, read_stamp
 from skewbridge.files.text import read_bytes, writable_file, written_aside
+from skewbridge.report.answer import sentence
 from skewbridge.report.methods import methods_of
 from skewbridge.study.config import StudyConfig, load_config
 from skewbridge.study.folder import StudyFolder, starter_files
@@ -75,15 +76,7 @@ def write_archive(
     versions = defaultdict(lambda: "unknown", stamp)
     crate = ROCrate()
     crate.name = f"Fragility study of {', '.join(study.grid.bridge)} with skewbridge"
-    crate.description = (
-        f"Made with skewbridge {versions['skewbridge_version']}, commit {versions['git_commit']}"
-        f"{changed}, on Python {versions['python_version']} and OpenSeesPy "
-        f"{versions['openseespy_version']}. "
-        "To repeat it, install that version and run `snakemake --configfile whole_config.yaml` in "
-        "this folder with the motions of motions.csv in the folder that the configuration names. "
-        "OpenSees is free for research, education and internal use. "
-        f"Reservations: {'; '.join(doubts) or 'none'}."
-    )
+    crate.description = sentence("archive", versions=versions, changed=changed, doubts=doubts)
     terms = {"@type": "CreativeWork", "name": LICENCE, "description": "terms of the results"}
     crate.license = crate.add(ContextEntity(crate, LICENCE, terms))
     for number, name in enumerate(authors, start=1):

@@ -107,18 +107,35 @@ def pooled_curves(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
 
     A failure mode of columns with the same curve as any failure has no row.
     """
-    rows: list[dict[str, Any]] = []
+    parts: list[pd.DataFrame] = []
     for (bridge, abutment, component), group in groups_of(curves, STATE[:3]):
         effects = medians[(medians["bridge"] == bridge) & (medians["abutment"] == abutment)]
         names = set(component + "/" + group["limit_state"])
         lead = lead_axis(effects, HEADLINE_STATES if component == WHOLE_BRIDGE else names, group)
-        effects = effects[(effects["scope"] == "pooled") & (effects["axis"] == lead.name)]
-        ratios = {(row["demand"], row["to_value"]): row for row in records_of(effects)}
-        for (state,), curves_of_state in groups_of(group, ["limit_state"]):
-            if curves_of_state["preferred"].any():
-                of_state = {"bridge": bridge, "abutment": abutment, "component": component}
-                rows += _by_value(curves_of_state, of_state | {"limit_state": state}, lead, ratios)
-    table = pd.DataFrame(rows, columns=[*STATE, *_VALUE_COLUMNS])
+        parts.append(group.assign(axis=lead.name, value=group[lead.name].astype(float)))
+    rows = pd.concat(parts)
+    rows["order"] = rows.groupby(list(STATE), sort=False).ngroup()
+    keys, thetas = ["order", "value", *STATE, "axis"], ["theta", "theta_low", "theta_high"]
+    with_curve = rows[rows["preferred"]]
+    logs = {name: np.log(with_curve[name].astype(float)) for name in thetas}
+    flags = with_curve["extrapolated"].eq(other=True)
+    fits = with_curve.assign(**logs, n_extrapolated=flags).groupby(keys)
+    means = fits[[*thetas, "beta", "beta_total", "level"]].mean()
+    means[thetas] = np.exp(means[thetas])
+    means = means.assign(n_curves=fits.size(), n_extrapolated=fits["n_extrapolated"].sum())
+    variants = rows.drop_duplicates([*STATE, "variant"]).groupby(keys)
+    counts = variants[["n_exceed", "n_runs"]].sum().assign(n_variants=variants.size())
+    table = means.join(counts).reset_index()
+    effects = medians[(medians["scope"] == "pooled") & (medians["status"] == OK)]
+    effects = effects.rename(columns={"to_value": "value"}).astype({"value": float})
+    table["demand"] = table["component"] + "/" + table["limit_state"]
+    same_effect = [*BRIDGE_COLUMNS, "demand", "axis", "value"]
+    table = table.merge(effects[[*same_effect, *RATIOS]], how="left", on=same_effect)
+    of_systems = _system_ratios(with_curve[with_curve["component"] == WHOLE_BRIDGE])
+    table = table.merge(of_systems, how="left", on=["order", "value"])
+    table["ratio"] = table["ratio"].fillna(table["ratio_of_systems"])
+    table["n_different"] = table["n_different"].fillna(0).astype(int)
+    table = table.drop(columns=["order", "demand", "ratio_of_systems"])
     same = ["bridge", "abutment", "component", "value", "theta", "beta_total", "n_exceed"]
     is_mode = (table["component"] == COLUMN_FAILURE) & (table["limit_state"] != "any")
     return table[~(is_mode & table.duplicated(same, keep=False))]
@@ -135,48 +152,24 @@ def main_curves(pooled: pd.DataFrame) -> dict[str, pd.DataFrame]:
     return {name: pooled[rows] for name, rows in kinds.items() if rows.any()}
 
 
-_VALUE_COLUMNS: Final = (
-    *("axis", "value", "theta", "theta_low", "theta_high", "beta", "beta_total", "level"),
-    *("n_exceed", "n_runs", "n_curves", "n_variants", "n_extrapolated", "n_different", *RATIOS),
-)
+def _system_ratios(systems: pd.DataFrame) -> pd.DataFrame:
+    """Return mean ratios of medians of systems to those at the first value of their axis.
 
-
-def _by_value(
-    curves: pd.DataFrame, state: dict[str, Any], lead: Axis, ratios: Mapping[Any, Mapping[str, Any]]
-) -> list[dict[str, Any]]:
-    """Return the rows of one state, one per value of the axis with a curve."""
-    rows: list[dict[str, Any]] = []
-    start = pd.DataFrame()  # curves at the first value
-    for value, at_value in curves.groupby(lead.name):
-        with_curve, runs = at_value[at_value["preferred"]], at_value.drop_duplicates("variant")
-        names = ["theta", "theta_low", "theta_high"]
-        means = np.exp(np.log(with_curve[names].astype(float)).mean()) if len(with_curve) else {}
-        row = {**state, "axis": lead.name, "value": value, **means}
-        row |= {name: with_curve[name].mean() for name in ("beta", "beta_total", "level")}
-        row |= {name: runs[name].sum() for name in ("n_exceed", "n_runs")}
-        row |= {"n_curves": len(with_curve), "n_variants": len(runs)}
-        row["n_extrapolated"] = int(with_curve["extrapolated"].eq(other=True).sum())
-        effect = ratios.get((f"{state['component']}/{state['limit_state']}", value), {})
-        if effect.get("status") == OK:
-            row |= {name: effect[name] for name in RATIOS}
-        elif len(start) and len(with_curve) and state["component"] == WHOLE_BRIDGE:
-            row |= _system_ratio(start, with_curve, lead)
-        if len(with_curve):
-            start = start if len(start) else with_curve
-            rows.append(row)
-    return rows
-
-
-def _system_ratio(start: pd.DataFrame, end: pd.DataFrame, lead: Axis) -> dict[str, float]:
-    """Return the mean ratio of medians of systems with the same components, which has no table.
-
-    ``n_different`` is the number of pairs of variants that are left out.
+    Systems have no table of effects. Pairs of variants with other components are left out and
+    counted (``n_different``).
     """
-    others = [axis.name for axis in axes_of(map(str, start)) if axis.name != lead.name]
-    pairs = start.merge(end, on=others, suffixes=("_from", "_to"))
-    same = pairs[pairs["components_from"] == pairs["components_to"]]
-    ratio = float(np.exp(np.log(same["theta_to"] / same["theta_from"]).mean()))
-    return {"ratio": ratio, "n_different": len(pairs) - len(same)}
+    rows: list[tuple[int, float, float, int]] = []
+    for order, group in systems.astype({"theta": float}).groupby("order"):
+        lead = group["axis"].iloc[0]
+        others = [axis.name for axis in axes_of(map(str, group)) if axis.name != lead]
+        is_first = group["value"] == group["value"].min()
+        pairs = group[is_first].merge(group[~is_first], on=others, suffixes=("_from", ""))
+        for value, of_value in pairs.groupby("value"):
+            same = of_value[of_value["components_from"] == of_value["components"]]
+            ratio = float(np.exp(np.log(same["theta"] / same["theta_from"]).mean()))
+            rows.append((order, value, ratio, len(of_value) - len(same)))
+    names = {"order": int, "value": float, "ratio_of_systems": float, "n_different": int}
+    return pd.DataFrame(rows, columns=list(names)).astype(names)
 
 
 def state_text(row: Mapping[Any, Any]) -> str:

@@ -5,7 +5,7 @@ import gzip
 import json
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from importlib.resources import files
 from io import BytesIO
 from itertools import product
@@ -37,7 +37,7 @@ from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.limit_states import HEADLINE_STATES, hazus_factor
 from skewbridge.fragility.verdicts import MEDIAN_CAPACITY, OK
 from skewbridge.report import answer, appearance
-from skewbridge.report.answer import change_name, counted, effect_name, model_name, number_word
+from skewbridge.report.answer import change_name, effect_name, model_name
 from skewbridge.report.appearance import groups_of, in_words, plain_label, shown_axes, variant_text
 from skewbridge.report.fragility_figures import (
     STATE,
@@ -79,11 +79,14 @@ def write_report(
         if path.suffix == ".parquet" and path.is_file()
     }
     curves, medians = frames["curves"], frames["medians"]
-    functions = (axes_of, model_name, shown_axes, variant_text)
-    filters = (groups_of, in_words, median_text, number_text, records_of, shown_rows, unbroken)
+    values = (axes_of, axis_of, groups_of, records_of, shown_axes, shown_rows)
+    words = (appearance.named_value, effect_name, in_words, model_name, plain_label, unbroken)
+    words += (number_text, median_text, variant_text, variants_text, with_ends)
+    effects = (answer.change_of, answer.extent_of_data, answer.no_ratio_text)
+    effects += (appearance.change_text, appearance.interval_text, appearance.verdict_style)
     config = study.model_dump(mode="json", exclude={"batches"}) if study else {}
     units = study.figures.units if study else FigureSettings().units
-    environment = appearance.templates(*functions, *filters)
+    environment = appearance.templates(*values, *words, *effects)
     unreached = curves[(curves["reach"].fillna("") != "") & (curves["method"] == "cloud")]
     pictures = pictures_of(read_captions(tables["captions"]), figures)
     with appearance.shown_in(units):
@@ -166,25 +169,27 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], bridges: Sequence[str]) ->
         motions = answer.motions_sentence(frames["suite"], table)
         motions += f" {answer.properties_sentence(demands)}"
     on_suites, suites_text = answer.suites_summary(frames["suites"], table)
-    values = {axis.name: sorted(demands[axis.name].unique()) for axis in axes_of(demands.columns)}
+    axes = axes_of(demands.columns)
+    texts = {
+        axis.name: ", ".join(
+            appearance.value_text(axis, value) for value in sorted(demands[axis.name].unique())
+        )
+        for axis in axes
+    }
     without_backfill = [name for name, traits in ABUTMENTS.items() if traits.backfill == "none"]
     with_backfill = demands[~demands["abutment"].isin(without_backfill)]
-    texts = {
-        axis.name: ", ".join(appearance.value_text(axis, value) for value in values[axis.name])
-        for axis in axes_of(values)
-    }
     if bridges:
         structures = [load_structure(name) for name in bridges]
         texts["gap_mm"] = answer.gap_text(texts["gap_mm"], structures)
-    varied = [axis.title for axis in axes_of(values) if (counts["axis"] == axis.name).any()]
+    varied = [axis.title for axis in axes if (counts["axis"] == axis.name).any()]
     title = f"Fragility of {answer.listed(demands['bridge'].unique())}"
     has_capacities = any(name in demands for name in (*FAILURE_DEMANDS.values(), BEYOND_MODEL))
     return {
         "title": f"{title}: effect of {answer.listed(varied)}" if varied else title,
         "headline": [*answer.headline(table), *filter(None, [on_suites])],
-        "subtitle": subtitle(demands, str(curves["im"].iloc[0]), texts),
         "sketch_colours": dict(zip(("skew", "gap", "friction"), colours, strict=True)),
         "axis_texts": texts,
+        "at_own_period": is_at_own_period(str(curves["im"].iloc[0]), set(demands["bridge"])),
         "answer": answer_rows(table, counts) | {"failures": has_capacities},
         "failures": answer.failure_sentences(counts, has_capacities=has_capacities),
         "shear_failures": answer.shear_model_sentence(demands),
@@ -207,12 +212,10 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
     rows: list[dict[str, Any]] = []
     for change, of_change in groups_of(table, _CHANGE):
         for model, effects_of_model in groups_of(of_change, BRIDGE_COLUMNS):
-            effects = {row["demand"]: row for row in records_of(effects_of_model)}
+            judged = effects_of_model.assign(verdict_family=effects_of_model["claim"])
+            effects = {row["demand"]: row for row in records_of(judged)}
             failed, runs = (by_value[*model, change[0]][name] for name in ("n_failed", "n_runs"))
-            cells = [
-                _answer_cell(effects.get(state)) | {"note": signs.get((*model, state), "")}
-                for state in states
-            ]
+            cells = [(effects.get(state), signs.get((*model, state), "")) for state in states]
             row = {
                 "change": change_name(*change),
                 "model": names[model] if len(names) > 1 else "",
@@ -221,6 +224,7 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
             rows.append({**row, "cells": cells})
     return {
         "states": [effect_name(state) for state in states],
+        "certainty": {claim: text.partition(",")[0] for claim, text in answer.CERTAINTY.items()},
         "rows": rows,
         "notes": list(notes.values()),
         "details": answer.effect_notes(table),
@@ -229,55 +233,17 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
     }
 
 
-def _answer_cell(row: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Return the change, median capacities, interval and certainty of an effect."""
-    if row is None or row["status"] != OK:
-        reason = "no comparison" if row is None else answer.no_ratio_text(row)
-        return {"text": reason, "sizes": ""}
-    return {
-        **_cell({**row, "verdict_family": row["claim"]}),
-        "certainty": answer.CERTAINTY[row["claim"]].partition(",")[0],
-        "sizes": f"{row['from_demand']:#.3g} → {row['to_demand']:#.3g} g",
-        "extent": answer.extent_of_data(row) if row["n_extrapolated"] > 0 else "",
-    }
-
-
-def subtitle(demands: pd.DataFrame, im: str, values: Mapping[str, str]) -> str:
-    """Return one line: models, axes with values, motions with their scales and intensities."""
-    bridges = ", ".join(demands["bridge"].unique())
-    models = ", ".join(demands["abutment"].unique()).replace("_", "-")
-    axes = " × ".join(f"{varied.label.lower()} {values[varied.name]}" for varied in axes_of(values))
-    low, high = demands["scale"].min(), demands["scale"].max()
-    scaled = "unscaled" if low == high == 1.0 else f"scaled by {low:.2g} to {high:.2g}"
-    motions = demands["motion_id"].nunique()
-    # scale factors are by the T1 of one bridge, see the methods
-    is_by_period = im.startswith(("im_saavg", "im_sa_t1")) and bridges != CONDITIONING_BRIDGE
-    period = " at T1 of the bridge" if is_by_period else ""
-    return (
-        f"{bridges} with {models} abutments · {axes} · "
-        f"{motions} motion{'s' if motions > 1 else ''} {scaled}, {plain_label(im)} "
-        f"{demands[im].min():.2g} to {demands[im].max():.2g}{period}"
-    )
+def is_at_own_period(im: str, bridges: Collection[str]) -> bool:
+    """Whether intensities are at T1 of each bridge, unlike the scaling (see the methods)."""
+    return im.startswith(("im_saavg", "im_sa_t1")) and set(bridges) != {CONDITIONING_BRIDGE}
 
 
 def bridge_words(bridge: Description) -> str:
     """Return a bridge in words, such as ``two spans, pinned two-column bent``."""
-    spans = (
-        f"{counted(len(bridge.spans_m), 'span')}, {appearance.shown_length(bridge.length_m)} long"
-    )
-    kinds = zip(bridge.bent_bases, bridge.bent_columns, strict=True)
-    bents = [
-        f"{base} {'single' if size == 1 else number_word(size)}-column bent{'s' * (count > 1)}"
-        for (base, size), count in Counter(kinds).items()
-    ]
-    words = f"{spans}, {' and '.join(map(str.strip, bents)) or 'no bents'}"
-    if {*bridge.end_kinds.values()} != {"seat"}:
-        words += "; " + answer.listed(
-            f"{kind} {name} end" for name, kind in bridge.end_kinds.items()
-        )
-    if joints := bridge.joints_m:
-        words += f"; joint{'s' * (len(joints) > 1)} at {answer.listed(joints)}"
-    return words
+    bents = Counter(zip(bridge.bent_bases, bridge.bent_columns, strict=True))
+    ends = [f"{kind} {name} end" for name, kind in bridge.end_kinds.items()]
+    only_seats = {*bridge.end_kinds.values()} == {"seat"}
+    return answer.sentence("bridge", bridge=bridge, bents=bents, ends=[] if only_seats else ends)
 
 
 #: Size of the plan in units of the SVG, and margins around the bridge for walls and texts.
@@ -412,29 +378,18 @@ def _is_leading(picture: Mapping[str, Any]) -> bool:
 
 
 def curve_rows(frames: Mapping[str, pd.DataFrame]) -> list[dict[str, Any]]:
-    """Return the leading curves as groups of text rows: a state, and a row for each value."""
+    """Return the leading curves as groups: a state in words, and a row for each value."""
     all_curves = with_system(frames["curves"], frames["system"])
     leading = main_curves(pooled_curves(all_curves, frames["medians"])).values()
-    groups: list[dict[str, Any]] = []
-    for table in leading:
-        for state, values in groups_of(table, STATE):
-            fit = records_of(all_curves[(all_curves[list(STATE)] == list(state)).all(axis=1)])[0]
-            words = state_text(fit)
-            rows: list[list[str]] = []
-            for row in records_of(values):
-                theta = _with_ends(row, ("theta", "theta_low", "theta_high"))
-                rows.append([
-                    appearance.named_value(axis_of(row["axis"]), row["value"]) + variants_text(row),
-                    theta + " †" * (row["n_extrapolated"] > 0),
-                    *(f"{row[name]:.2f}" for name in ("beta", "beta_total")),
-                    f"{row['n_exceed']:.0f} of {row['n_runs']:.0f}",
-                    _with_ends(row, verdicts.RATIOS),
-                ])  # fmt: skip
-            groups.append({"state": f"{model_name(*state[:2])}: {words}", "rows": rows})
-    return groups
+    words = {state: state_text(records_of(fits)[0]) for state, fits in groups_of(all_curves, STATE)}
+    return [
+        {"state": f"{model_name(*state[:2])}: {words[state]}", "rows": records_of(rows)}
+        for table in leading
+        for state, rows in groups_of(table, STATE)
+    ]
 
 
-def _with_ends(row: Mapping[str, Any], names: Sequence[str]) -> str:
+def with_ends(row: Mapping[str, Any], names: Sequence[str]) -> str:
     """Return an estimate with its interval, if it has one."""
     value, low, high = (row[name] for name in names)
     if pd.isna(value):
@@ -451,12 +406,13 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
     rows = pd.concat([frames["medians"], frames["effects"]], ignore_index=True)
     pooled = rows[rows["scope"] == "pooled"]
     ratios, needed = pooled[pooled["judged_by"] == verdicts.RATIO], frames["needed_motions"]
+    medians = pooled[pooled["quantity"] == MEDIAN_CAPACITY]
     main = pooled["demand"].isin({*HEADLINE_STATES, *demands_for("headline")})
     effects, minor = (pooled[main], pooled[~main]) if main.any() else (pooled, pooled.head(0))
     return {
         "effects": verdict_table(effects, pooled),
         "other_effects": verdict_table(minor, pooled),
-        "any_marked": any(row["mark"] for row in map(_cell, records_of(pooled))),
+        "any_marked": any(map(answer.extent_of_data, records_of(medians))),
         "margin": appearance.margin_text(ratios.iloc[0]) if len(ratios) else "",
         "alternatives": answer.alternative_rows(frames["alternatives"]),
         "needed": needed.loc[needed["forecast"] == verdicts.MORE, list(_NEEDED)],
@@ -475,7 +431,7 @@ def published_rows(medians: pd.DataFrame) -> list[dict[str, str]]:
         row = {"skew": f"{skew:g}°", "Hazus": f"{hazus_factor(skew):.2f}"}
         for effect in records_of(effects):
             head = f"{names[effect['bridge'], effect['abutment']]}, {effect_name(effect['demand'])}"
-            row[head] = _with_ends(effect, verdicts.RATIOS)
+            row[head] = with_ends(effect, verdicts.RATIOS)
         rows.append(row)
     return records_of(pd.DataFrame(rows).fillna("–"))
 
@@ -493,7 +449,7 @@ def verdict_table(effects: pd.DataFrame, compared: pd.DataFrame) -> dict[str, An
     )
     rows: list[dict[str, Any]] = []
     for (demand,), of_demand in groups_of(effects, ["demand"]):
-        cells = {tuple(row[name] for name in keys): _cell(row) for row in records_of(of_demand)}
+        cells = {tuple(row[name] for name in keys): row for row in records_of(of_demand)}
         is_state, margin = "/" in demand, appearance.margin_text(of_demand.iloc[0])
         label = f"Median, {effect_name(demand)}" if is_state else appearance.demand_name(demand)
         ordered = [cells.get(heading) for heading in heads]
@@ -502,17 +458,6 @@ def verdict_table(effects: pd.DataFrame, compared: pd.DataFrame) -> dict[str, An
         "models": Counter(model_name(*heading[:2]) for heading in heads).items(),
         "heads": [change_name(*heading[2:]) for heading in heads],
         "rows": rows,
-    }
-
-
-def _cell(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Return style and texts of an effect; ``mark`` is † if `extent_of_data` returns a note."""
-    leaves_data = row["quantity"] == MEDIAN_CAPACITY and answer.extent_of_data(row)
-    return {
-        "style": appearance.verdict_style(row),
-        "text": appearance.change_text(row),
-        "interval": appearance.interval_text(row) if row["status"] == OK else "",
-        "mark": "†" if leaves_data else "",
     }
 
 
@@ -579,25 +524,19 @@ def explorer_data(frames: Mapping[str, pd.DataFrame]) -> str:
     demand_names = [*curves["demand"].unique(), *demands_for("effect", demands.columns)]
     columns = [name for name in dict.fromkeys(demand_names) if name in demands]
     motions, variants = list(demands["motion_id"].unique()), demands.drop_duplicates("variant")
-    models = {
-        model: number
-        for number, model in enumerate(
-            demands[list(BRIDGE_COLUMNS)].drop_duplicates().itertuples(index=False, name=None)
-        )
-    }
-    variant_numbers = {name: number for number, name in enumerate(variants["variant"])}
-    axes = axes_of(demands.columns)
+    models = variants.groupby(list(BRIDGE_COLUMNS), sort=False)
+    names, axes = variants["variant"].tolist(), axes_of(demands.columns)
     values = {axis: sorted(demands[axis.name].unique()) for axis in axes}
     grid = np.geomspace(0.7 * demands[im].min(), 1.3 * demands[im].max(), _CURVE_POINTS)
     fits = curves[curves["status"] == FITTED]
     points = [np.vstack(curve_values(grid, row)).round(4).tolist() for row in records_of(fits)]
-    fits = fits.assign(variant=fits["variant"].map(variant_numbers), curve=points)
+    fits = fits.assign(variant=pd.Categorical(fits["variant"], names).codes, curve=points)
     payload: dict[str, Any] = {
         "im": plain_label(im),
         "im_name": im,
         "im_values": grid.tolist(),
         "colours": appearance.VARIANT_COLOURS,
-        "models": [model_name(*model) for model in models],
+        "models": [model_name(*model) for model, _ in models],
         "axes": [
             {
                 "name": axis.name,
@@ -610,11 +549,11 @@ def explorer_data(frames: Mapping[str, pd.DataFrame]) -> str:
         "variants": [
             {
                 "name": row["variant"],
-                "model": models[row["bridge"], row["abutment"]],
+                "model": number,
                 "text": variant_text(shown_axes(variants), row),
                 "values": [row[axis.name] for axis in axes],
             }
-            for row in records_of(variants)
+            for number, row in zip(models.ngroup(), records_of(variants), strict=True)
         ],
         "demands": {
             name: dict(zip(("label", "factor"), appearance.shown_label(name), strict=True))
@@ -627,7 +566,7 @@ def explorer_data(frames: Mapping[str, pd.DataFrame]) -> str:
         "motions": motions,
         "statuses": STATUSES,
         "runs": {
-            "variant": demands["variant"].map(variant_numbers).tolist(),
+            "variant": pd.Categorical(demands["variant"], names).codes.tolist(),
             "motion": pd.Categorical(demands["motion_id"], motions).codes.tolist(),
             "scale": demands["scale"].tolist(),
             "status": pd.Categorical(demands["status"], STATUSES).codes.tolist(),

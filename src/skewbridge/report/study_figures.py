@@ -28,15 +28,6 @@ from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import read_suite
 from skewbridge.report import appearance, fragility_figures
 from skewbridge.report.answer import listed, model_name, short_names
-from skewbridge.report.fragility_figures import (
-    STATE,
-    curves_figure,
-    main_curves,
-    pooled_curves,
-    state_text,
-    three_digits,
-    with_system,
-)
 from skewbridge.report.run_figures import applied_spectra
 from skewbridge.study.config import DESIGN_FONT_PT, GENERIC_FONTS, FigureSettings
 from skewbridge.study.folder import StudyFolder
@@ -45,13 +36,13 @@ from skewbridge.variant.axes import axis
 from skewbridge.variant.variant import ABUTMENTS
 
 #: Templates of the captions for each kind of figure.
-CAPTIONS: Final = {kind: texts for kind, texts in appearance.TEXTS.items() if kind != "page"}
+CAPTIONS: Final = {kind: texts for kind, texts in appearance.TEXTS.items() if "section" in texts}
 #: Sections of the figures: the leading curves, then the gallery of the page in its order.
 SECTIONS: Final = tuple(dict.fromkeys(caption["section"] for caption in CAPTIONS.values()))
 _TABLES: Final = ("demands", "curves", "effects", "medians", "system", "intensity_effects")
 _TEXTS: Final = appearance.templates(
     *(appearance.demand_name, appearance.in_words, appearance.plain_label, listed),
-    *(state_text, three_digits),
+    *(fragility_figures.state_text, fragility_figures.three_digits),
     *(appearance.threshold_text, appearance.value_text),
 )
 PNG_DPI: Final = 300
@@ -101,9 +92,9 @@ class FigureTables:
 def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     """Yield caption and drawing function of each figure; the main curves come first."""
     tables = replace(tables, demands=with_derived_columns(tables.demands))
-    all_curves = with_system(tables.curves, tables.system)
-    pooled = pooled_curves(all_curves, tables.medians)
-    leading = main_curves(pooled)
+    all_curves = fragility_figures.with_system(tables.curves, tables.system)
+    pooled = fragility_figures.pooled_curves(all_curves, tables.medians)
+    leading = fragility_figures.main_curves(pooled)
     for name, table in leading.items():
         yield _curve_figure("main", name, table, all_curves, tables.demands)
     other_curves = pooled.drop(index=[row for table in leading.values() for row in table.index])
@@ -139,17 +130,14 @@ def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
 
 def _caption(kind: str, **values: Any) -> Caption:
     """Return the caption of a kind of figure, its templates filled in with ``values``."""
-    texts = {
-        name: " ".join(_TEXTS.from_string(text).render(values).split())
-        for name, text in CAPTIONS[kind].items()
-    }
-    return Caption(**texts)
+    texts = CAPTIONS[kind].items()
+    return Caption(**{name: appearance.one_line(_TEXTS, text, **values) for name, text in texts})
 
 
 def _curve_figure(
     kind: str, name: str, table: pd.DataFrame, curves: pd.DataFrame, demands: pd.DataFrame
 ) -> StudyFigure:
-    first = table[(table[list(STATE)] == table[list(STATE)].iloc[0]).all(axis=1)]
+    (_, first), *_ = appearance.groups_of(table, fragility_figures.STATE)
     caption = _caption(
         kind,
         component=name,
@@ -162,7 +150,7 @@ def _curve_figure(
         table=table,
     )
     columns = 2 if kind == "main" else 3
-    return caption, partial(curves_figure, table, curves, demands, columns)
+    return caption, partial(fragility_figures.curves_figure, table, curves, demands, columns)
 
 
 def _cloud_figures(tables: FigureTables) -> Iterator[StudyFigure]:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import pandas as pd
 
 from skewbridge.errors import InputError
+from skewbridge.files.tables import Row
 from skewbridge.files.text import writable_folder
 from skewbridge.verification.statements import STATEMENTS, Run, Verdict, over_runs, records_in
 
@@ -25,7 +26,7 @@ if TYPE_CHECKING:  # every workflow runs the contact checks (gate), which need n
 STUDIES: Final[dict[str, str]] = {
     "gate": "blocks:run_gate",
     "fig1": "blocks:run",
-    "fig3": "spatial_path:run",
+    "fig3": "blocks:run_spatial",
     "fig4": "rigid_bodies:run_between_lines",
     "fig5-6": "rigid_bodies:run",
     "fig7-8": "rigid_bodies:run_tests",
@@ -35,7 +36,7 @@ STUDIES: Final[dict[str, str]] = {
     "fig11-12": "bridge_friction:run",
     "friction-source": "bridge_friction:run_places",
     "ladder": "bridge_friction:run_models",
-    "coupling": "spatial_path:run_orders",
+    "coupling": "blocks:run_orders",
     "closed-forms": "blocks:run_closed_forms",
     "restitution": "blocks:run_integrators",
     "convergence": "strong_motions:run_convergence",
@@ -57,7 +58,6 @@ COLUMNS: Final = ("study", "quantity", "value", "reference", "tolerance", "pass"
 RUN_COLUMNS: Final = ("scales", "scales_agree", "motions", "motions_agree")
 STATEMENT_COLUMNS: Final = (*COLUMNS, "case", "outcome", "reason", *RUN_COLUMNS)
 
-type Row = dict[str, Any]
 type Runs = dict[Run | None, Verdict | None]
 
 #: References that no study computes: rows of `reference_values.csv`, keyed by study and quantity. A

@@ -31,7 +31,8 @@ import pyarrow.parquet as pq
 
 from skewbridge.contact import ContactSet
 from skewbridge.contact.drives import kelvin_voigt_damping_ratio, kelvin_voigt_drive
-from skewbridge.errors import InputError, SolutionError
+from skewbridge.errors import SolutionError
+from skewbridge.files.tables import Floats
 from skewbridge.files.text import writable_file
 from skewbridge.motions.read import read_motion
 from skewbridge.motions.record import GroundMotion
@@ -39,7 +40,7 @@ from skewbridge.units import G_MPS2
 from skewbridge.verification.references import live_model as live
 from skewbridge.verification.references.cases import DeckCase, file_of_case, read_case
 from skewbridge.verification.references.lcp import RigidContacts, moreau_jean
-from skewbridge.verification.references.live_model import Array, History
+from skewbridge.verification.references.live_model import History
 
 # First letter: right or left end; second letter: acute or obtuse corner.
 CORNERS: Final = ("ra", "ro", "lo", "la")
@@ -62,12 +63,12 @@ class SkewDeck:
     dashpot of each corner gives the restitution.
     """
 
-    mass: Array
-    stiffness: Array
-    damping: Array
-    corners_m: Array
-    normal_rows: Array
-    tangent_rows: Array
+    mass: Floats
+    stiffness: Floats
+    damping: Floats
+    corners_m: Floats
+    normal_rows: Floats
+    tangent_rows: Floats
     dashpot_n_s_per_m: float
 
 
@@ -107,7 +108,7 @@ class BaseAcceleration:
     period_s: float = 1.0
     record: GroundMotion | None = None
 
-    def at(self, times_s: Array) -> Array:
+    def at(self, times_s: Floats) -> Floats:
         """Return the acceleration (m/s2) at given times, shape (2, n)."""
         if record := self.record:
             pair = record.components
@@ -116,7 +117,7 @@ class BaseAcceleration:
         wave = np.cos(2.0 * pi / self.period_s * times_s)
         return np.outer(self.amplitude_mps2, np.where(times_s <= self.period_s, wave, 0.0))
 
-    def mean(self, starts_s: Array, ends_s: Array) -> Array:
+    def mean(self, starts_s: Floats, ends_s: Floats) -> Floats:
         """Return means over intervals, shape (2, n); a record gives the mean of both ends."""
         if self.record:
             return 0.5 * (self.at(starts_s) + self.at(ends_s))
@@ -134,12 +135,12 @@ def pulse_of(case: DeckCase) -> BaseAcceleration:
     return BaseAcceleration(amplitude_mps2=(amplitude, 0.0), period_s=case.pulse.period_s)
 
 
-def _mid(values: Array) -> Array:
+def _mid(values: Floats) -> Floats:
     return 0.5 * (values[1:] + values[:-1])
 
 
 def _with_residual(
-    deck: SkewDeck, history: History, loads_n: Array, normals_n: Array, tangentials_n: Array
+    deck: SkewDeck, history: History, loads_n: Floats, normals_n: Floats, tangentials_n: Floats
 ) -> History:
     """Return a history with its energy residual.
 
@@ -156,7 +157,7 @@ def _with_residual(
     return history._replace(energy_residual_ratio=residual)
 
 
-def _with_trapezoidal_residual(deck: SkewDeck, history: History, accel_mps2: Array) -> History:
+def _with_trapezoidal_residual(deck: SkewDeck, history: History, accel_mps2: Floats) -> History:
     force = np.zeros_like(history.q)
     force[:, :2] = -deck.mass[:2] * accel_mps2.T
     means = (_mid(forces) for forces in (force, history.normals_n, history.tangentials_n))
@@ -175,9 +176,6 @@ def run_deck_case(case_file: Path, out: Path) -> dict[str, Any]:
     excitation = None
     if case.motion is not None:
         first, second = (file_of_case(case_file, name) for name in case.motion)
-        for path in (first, second):
-            if not path.exists():
-                raise InputError(f"motion {path} does not exist")
         excitation = BaseAcceleration(record=read_motion(first, second))
     writable_file(out)
     history = run_deck(case, excitation)
@@ -262,7 +260,7 @@ def build_deck(deck: SkewDeck, wall_offset_m: float = 0.0) -> None:
 
 def excite_deck(
     case: DeckCase, excitation: BaseAcceleration, system: str = "ProfileSPD"
-) -> tuple[Array, Array]:
+) -> tuple[Floats, Floats]:
     """Define load and analysis; return the step times and accelerations, shape (2, n)."""
     times = live.even_times(case.duration_s, case.dt_s)
     accel = shake(times, case.dt_s, excitation)
@@ -272,7 +270,7 @@ def excite_deck(
     return times, accel
 
 
-def shake(times_s: Array, dt_s: float, excitation: BaseAcceleration) -> Array:
+def shake(times_s: Floats, dt_s: float, excitation: BaseAcceleration) -> Floats:
     """Accelerate the supports of `CENTRE`; return the accelerations, shape (2, n)."""
     # Means over one step centred at each time: a jump between two steps keeps its impulse.
     accel = excitation.mean(times_s - 0.5 * dt_s, times_s + 0.5 * dt_s)
@@ -309,7 +307,7 @@ def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> History:
     spread[3:] = np.vstack([deck.normal_rows, -deck.tangent_rows]).T / deck.mass[:, None]
     kn, kt, stick = case.normal_stiffness_n_per_m, case.kt_n_per_m, np.zeros(len(CORNERS))
 
-    def contact(state: Array) -> Array | None:
+    def contact(state: Floats) -> Floats | None:
         """Return compression and friction (sign of slip) of the corners; None if all are open."""
         openings = case.gap_normal_m + deck.normal_rows @ state[:3]
         if openings.min() >= 0.0:
@@ -320,7 +318,7 @@ def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> History:
         trial = kt * (deck.tangent_rows @ state[:3] - stick)
         return np.append(normals, np.maximum(-limits, np.minimum(limits, trial)))
 
-    def rate(state: Array, accel: Array) -> Array:
+    def rate(state: Floats, accel: Floats) -> Floats:
         forces, result = contact(state), free @ state - accel
         return result if forces is None else result + spread @ forces
 
@@ -343,10 +341,7 @@ def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> History:
     accel = excitation.mean(fine_times - half, fine_times + half)
     history = History(fine_times, q, v, openings, normals, friction)
     history = _with_trapezoidal_residual(deck, history, accel)
-    at_times = np.searchsorted(fine_times, times - 1e-12)
-    columns = (column[at_times] for column in (q, v, openings, normals, friction))
-    residual = history.energy_residual_ratio
-    return History(times, *columns, ledgers=(), energy_residual_ratio=residual)
+    return history.at(np.searchsorted(fine_times, times - 1e-12))._replace(t_s=times)
 
 
 def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> History:
@@ -372,7 +367,7 @@ def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> History:
     history = moreau_jean(matrices, contacts, loads, dt_s)
     history = _with_residual(deck, history, loads, history.normals_n[1:], history.tangentials_n[1:])
 
-    def mean_forces(forces_n: Array) -> Array:
+    def mean_forces(forces_n: Floats) -> Floats:
         """Return mean forces over the steps of the case; the first row is for time zero."""
         steps = forces_n[1:].reshape(len(times) - 1, parts, -1).mean(axis=1)
         return np.vstack([forces_n[:1], steps])
@@ -383,6 +378,5 @@ def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> History:
     totals = ends.sum(axis=2, keepdims=True)
     shares = ends / np.where(totals > 0.0, totals, 1.0)
     friction = (shares * mean_forces(history.tangentials_n)[:, :, None]).reshape(normals.shape)
-    q, v, openings = (column[::parts] for column in (history.q, history.v, history.openings_m))
-    residual = history.energy_residual_ratio
-    return History(times, q, v, openings, normals, friction, energy_residual_ratio=residual)
+    sampled = history.at(slice(None, None, parts))
+    return sampled._replace(t_s=times, normals_n=normals, tangentials_n=friction)

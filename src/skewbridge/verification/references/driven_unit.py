@@ -16,10 +16,10 @@ import pandas as pd
 from skewbridge.contact import ContactLaw, ContactSet, Coupling, Scheme, UnitLedger
 from skewbridge.contact.law import advance_pair
 from skewbridge.errors import SolutionError
+from skewbridge.files.tables import Floats
 from skewbridge.files.text import writable_file
 from skewbridge.verification.references import live_model as live
 from skewbridge.verification.references.cases import ContactCase, file_of_case, read_case, read_path
-from skewbridge.verification.references.live_model import Array
 
 # Law of figure 3. ASSUME Kn = Kt = 1e5 N/m: the paper gives friction and cohesion only.
 PAPER_LAW: Final = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
@@ -35,13 +35,13 @@ class PathResult(NamedTuple):
     The columns are the two tangential forces with the sign of slip, and the compression.
     """
 
-    forces_n: Array
+    forces_n: Floats
     ledger: UnitLedger
 
 
 def drive_unit(
     law: ContactLaw,
-    path: Array,
+    path: Floats,
     *,
     substeps: int = 10,
     scheme: Scheme = "vector",
@@ -82,7 +82,7 @@ def drive_unit(
         return PathResult(forces, contacts.ledger()[0])
 
 
-def follow_law(law: ContactLaw, path: Array, *, substeps: int = 1) -> Array:
+def follow_law(law: ContactLaw, path: Floats, *, substeps: int = 1) -> Floats:
     """Return the reference forces (N), shape (rows, 3), by radial return in every sub-step."""
     forces = np.zeros((len(path), 3))
     stick = (float(path[0, 1]), float(path[0, 2]))
@@ -96,13 +96,13 @@ def follow_law(law: ContactLaw, path: Array, *, substeps: int = 1) -> Array:
     return forces
 
 
-def path_work_j(path: Array, forces_n: Array) -> float:
+def path_work_j(path: Floats, forces_n: Floats) -> float:
     """Return the work (J) of the friction force along a path, by the trapezoidal rule."""
     steps_m = np.diff(path[:, 1:3], axis=0)
     return float(np.sum(0.5 * (forces_n[1:, :2] + forces_n[:-1, :2]) * steps_m))
 
 
-def rms_n(differences_n: Array) -> float:
+def rms_n(differences_n: Floats) -> float:
     """Return the RMS (N) of the resultants of force differences, shape (rows, components)."""
     return float(np.sqrt(np.mean(np.sum(differences_n**2, axis=1))))
 
@@ -119,7 +119,7 @@ def support_nodes(gap_m: float = 0.0) -> None:
     ops.element("zeroLength", 1, anchor, unused, "-mat", 1, "-dir", 1)
 
 
-def drive_body(path: Array, *, system: str) -> None:
+def drive_body(path: Floats, *, system: str) -> None:
     """Prescribe the displacements of the body; the pseudo-time is the row number, from one."""
     for dof in (1, 2, 3):
         live.path_series(dof, 1.0, np.append(0.0, path[:, dof]))
@@ -161,7 +161,7 @@ def run_contact_case(case_file: Path, out: Path) -> dict[str, float | int | str]
 
 def circle(
     radius_m: float, *, period_s: float, loops: int, rows_per_loop: int, opening_m: float
-) -> Array:
+) -> Floats:
     """Return a circular path through the origin at constant speed and opening."""
     t = np.linspace(0.0, loops * period_s, loops * rows_per_loop + 1)
     angle = 2.0 * pi * t / period_s
@@ -169,13 +169,13 @@ def circle(
     return np.column_stack([t, x, y, np.full_like(t, opening_m)])
 
 
-def triangle(t_s: Array, period_s: float) -> Array:
+def triangle(t_s: Floats, period_s: float) -> Floats:
     """Return a triangle wave of amplitude 1 that starts at 0 with a positive slope."""
     phase = np.mod(t_s / period_s + 0.25, 1.0)
     return 1.0 - 4.0 * np.abs(phase - 0.5)
 
 
-def figure_3(rows_per_s: int) -> Array:
+def figure_3(rows_per_s: int) -> Floats:
     """Return the path of Figure 3 of the paper (12 s).
 
     Triangle waves along x (4 s, 1 m) and y (6 s, 2 m); a square wave along the normal (2.5 s, 0.1

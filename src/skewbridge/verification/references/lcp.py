@@ -27,7 +27,8 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from skewbridge.errors import SolutionError
-from skewbridge.verification.references.live_model import Array, History
+from skewbridge.files.tables import Floats
+from skewbridge.verification.references.live_model import History
 
 _THETA: Final = 0.5
 # Allowed violation of a condition (rounding), relative to the largest velocity or impulse.
@@ -49,9 +50,9 @@ class RigidContacts:
     Opening = gap + normal row . q, slip = tangent row . q. Cohesion is per contact.
     """
 
-    normal_rows: Array
-    gaps_m: Array
-    tangent_rows: Array
+    normal_rows: Floats
+    gaps_m: Floats
+    tangent_rows: Floats
     groups: tuple[int, ...]
     friction: float
     cohesion_n: float
@@ -67,8 +68,8 @@ class RigidContacts:
                 yield State(active, closed, dict(zip(groups, slip, strict=True)))
 
     def impulses(
-        self, state: State, compliance: Array, u_free: Array, u_before: Array, h: float
-    ) -> Array | None:
+        self, state: State, compliance: Floats, u_free: Floats, u_before: Floats, h: float
+    ) -> Floats | None:
         """Return the impulses of a state; None if it is singular or violates an inequality.
 
         Arrays have the normals, then the groups. `compliance` is velocity per impulse; `u_free` are
@@ -111,7 +112,10 @@ class RigidContacts:
 
 
 def moreau_jean(
-    matrices: tuple[Array, Array, Array], contacts: RigidContacts, mean_loads_n: Array, h_s: float
+    matrices: tuple[Floats, Floats, Floats],
+    contacts: RigidContacts,
+    mean_loads_n: Floats,
+    h_s: float,
 ) -> History:
     """Integrate a linear structure (mass, damping, stiffness) with rigid contacts from rest.
 

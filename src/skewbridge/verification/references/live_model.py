@@ -3,17 +3,16 @@
 from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from math import ceil, nan
-from typing import NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import openseespy.opensees as ops
-from numpy.typing import NDArray
 
 from skewbridge.contact import ContactSet, UnitLedger, make_step
 from skewbridge.errors import SolutionError
+from skewbridge.files.tables import Floats
 
-type Array = NDArray[np.float64]
-type TimeFunction = Callable[[Array], Array]
+type TimeFunction = Callable[[Floats], Floats]
 """A quantity as a function of an array of times."""
 
 
@@ -48,13 +47,13 @@ def prepare_analysis(
     ops.analysis(analysis)
 
 
-def path_series(tag: int, dt_s: float, values: Array) -> None:
+def path_series(tag: int, dt_s: float, values: Floats) -> None:
     """Define a time series with a constant step; it keeps the last value after its end."""
     ops.timeSeries("Path", tag, "-dt", dt_s, "-values", *values.tolist(), float(values[-1]))
 
 
 def load_node(
-    node: int, weight_n: float, dt_s: float, force_n: Array, *, rotations: int = 0
+    node: int, weight_n: float, dt_s: float, force_n: Floats, *, rotations: int = 0
 ) -> None:
     """Load a node by a constant weight along -y and a time-dependent force along x."""
     zeros = [0.0] * rotations
@@ -73,14 +72,18 @@ class History(NamedTuple):
     and the residual of its energy over the largest input.
     """
 
-    t_s: Array
-    q: Array
-    v: Array
-    openings_m: Array
-    normals_n: Array
-    tangentials_n: Array
+    t_s: Floats
+    q: Floats
+    v: Floats
+    openings_m: Floats
+    normals_n: Floats
+    tangentials_n: Floats
     ledgers: Sequence[UnitLedger] = ()
     energy_residual_ratio: float = nan
+
+    def at(self, rows: Any) -> Self:
+        """Return the states at some rows (indices or a slice)."""
+        return self._replace(**{name: getattr(self, name)[rows] for name in self._fields[:6]})
 
     def peaks(self) -> dict[str, float]:
         """Return the largest magnitudes of ux, uy and theta, and the deepest penetration."""
@@ -93,7 +96,7 @@ class History(NamedTuple):
         return first_crossing_s(self.t_s, self.openings_m.min(axis=1))
 
 
-def first_crossing_s(t_s: Array, values: Array) -> float | None:
+def first_crossing_s(t_s: Floats, values: Floats) -> float | None:
     """Return the interpolated time (s) when values first become negative, or None."""
     k = int(np.argmax(values < 0.0))
     if values[k] >= 0.0:
@@ -104,25 +107,25 @@ def first_crossing_s(t_s: Array, values: Array) -> float | None:
     return float(t_s[k - 1] + share * (t_s[k] - t_s[k - 1]))
 
 
-def cone_excess(friction_n: Array, normal_n: Array, coefficient: float) -> float:
+def cone_excess(friction_n: Floats, normal_n: Floats, coefficient: float) -> float:
     """Return (largest excess of friction over Coulomb's limit) / largest limit."""
     excess = np.abs(friction_n) - coefficient * np.maximum(0.0, normal_n)
     return max(0.0, float(excess.max())) / (coefficient * float(normal_n.max()))
 
 
-def rms(values: Array) -> float:
+def rms(values: Floats) -> float:
     """Return the root mean square."""
     return float(np.sqrt(np.mean(values**2)))
 
 
-def even_times(duration_s: float, dt_s: float) -> Array:
+def even_times(duration_s: float, dt_s: float) -> Floats:
     """Return times with equal steps from zero to the end or the first time after it."""
     return np.arange(ceil(duration_s / dt_s - 1e-9) + 1, dtype=np.float64) * dt_s
 
 
 def record(
     contacts: ContactSet,
-    times_s: Array,
+    times_s: Floats,
     dt_s: float,
     nodes: Sequence[int],
     signs: Sequence[float],

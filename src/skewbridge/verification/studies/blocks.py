@@ -1,4 +1,4 @@
-"""Blocks with contact units in OpenSees, and the studies of a single contact.
+"""Studies of a single contact: units on paths, and blocks with contact units in OpenSees.
 
 Plane models of a sliding or bouncing mass and of a rocking block: x is along the surface, y normal
 to it. The closed forms (B1 to B9 in docs/theory/verification.md) hold for Coulomb friction and
@@ -8,7 +8,9 @@ rigid contact; the penalty adds an elastic slip of about friction x normal force
 `run` compares units, also behind a gap, with radial return (figure 1 of the paper), and blocks that
 slide, tip or rock with closed forms. `run_closed_forms` has oscillators with friction, impacts and
 a mass on a belt. In `run_integrators` a mass hits an elastic contact at forty instants within a
-step: any loss or gain of energy is an artefact of the integrator.
+step: any loss or gain of energy is an artefact of the integrator. `run_spatial` drives the unit by
+a square and two triangular waves (figure 3); `run_orders` compares both couplings on smooth paths
+and on a frictional deck, over a range of time steps.
 
 References:
     B1, B2: Den Hartog (1956), Mechanical Vibrations, section 8.2, and (1931), Transactions ASME 53;
@@ -19,28 +21,36 @@ References:
 
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import product
 from math import asin, atan, ceil, cos, degrees, hypot, pi, sin, sqrt
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 import openseespy.opensees as ops
 import pandas as pd
 
-from skewbridge.contact import ContactLaw, ContactSet, Drive, drives
+from skewbridge.contact import ContactLaw, ContactSet, Coupling, Drive, Scheme, drives
 from skewbridge.contact.law import advance_pair
 from skewbridge.errors import SolutionError
+from skewbridge.files.tables import Floats, Row
 from skewbridge.units import KN, MM
 from skewbridge.verification.references import driven_unit as unit
 from skewbridge.verification.references import live_model as live
 from skewbridge.verification.references.cases import deck_case
-from skewbridge.verification.references.deck_solvers import INTEGRATORS, run_deck
+from skewbridge.verification.references.deck_solvers import (
+    INTEGRATORS,
+    pulse_of,
+    run_deck,
+    run_opensees,
+)
 from skewbridge.verification.references.driven_unit import PAPER_LAW, drive_unit
-from skewbridge.verification.references.live_model import Array, History, first_crossing_s
-from skewbridge.verification.registry import Panel, Row, Study, drawn
+from skewbridge.verification.references.live_model import History, first_crossing_s, rms
+from skewbridge.verification.registry import Panel, Study, drawn
 
 _SETTLING_S: Final = 1e-6
 TABLE_G_MPS2: Final = 9.81  # source: gravity used to compute the tabulated references
 MASS_KG: Final = 1000.0
+_PAPER_LIMIT_N: Final = 4500.0  # friction of `PAPER_LAW` at a penetration of 0.1 m
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -190,7 +200,7 @@ def run_gate(study: Study) -> None:
 
 def _check_paths(study: Study) -> None:
     """Check the friction of a unit on a circle, a straight loop and a path with openings."""
-    radius, slip, limit_n = 0.2, 0.045, 4500.0  # slip: elastic
+    radius, slip, limit_n = 0.2, 0.045, _PAPER_LIMIT_N  # slip: elastic
     path = unit.circle(radius, period_s=4.0, loops=2, rows_per_loop=500, opening_m=-0.1)
     forces = drive_unit(PAPER_LAW, path, substeps=25).forces_n
     last = slice(len(path) // 2, None)
@@ -222,7 +232,7 @@ def _check_rectangle(
     """Check the slip of a block under a rectangular pulse; `times_s` is (step, duration)."""
     accel, limit = 0.5 * TABLE_G_MPS2, friction * TABLE_G_MPS2
 
-    def base_mps2(t: Array) -> Array:
+    def base_mps2(t: Floats) -> Floats:
         return 0.5 * accel * (np.sign(0.2 + 1e-9 - t) + np.sign(0.2 - 1e-9 - t) + 2) / 2.0
 
     slid = run_block(sliding_block(friction), *times_s, base_mps2=base_mps2)
@@ -268,7 +278,7 @@ def run(study: Study) -> None:
         panels.append(Panel(label_x, label_y, lines, name))
     study.figures["unit"] = drawn(panels, columns=3, height_in=2.9)
 
-    def sine_mps2(t: Array) -> Array:
+    def sine_mps2(t: Floats) -> Floats:
         return np.where(t <= 0.5, 0.5 * TABLE_G_MPS2 * np.sin(4.0 * pi * t), 0.0)
 
     for mu in (0.1, 0.2, 0.3, 0.4):
@@ -282,7 +292,7 @@ def run(study: Study) -> None:
         _check_upright(study, half_m)
 
 
-def _loops(gap_m: float, study: Study) -> dict[str, tuple[Array, Array]]:
+def _loops(gap_m: float, study: Study) -> dict[str, tuple[Floats, Floats]]:
     """Return path and forces for each loop of a unit (dict); check them by radial return."""
     law = replace(_LAW, gap_m=gap_m)
     t = np.linspace(0.0, 2.0, 1201)
@@ -295,7 +305,7 @@ def _loops(gap_m: float, study: Study) -> dict[str, tuple[Array, Array]]:
         "constant": (slip, -gap_m - _DEPTH_M * (1.0 + 0.0 * wave)),
         "varying": (slip, -gap_m - _DEPTH_M * (1.0 + 0.6 * wave)),
     }
-    result: dict[str, tuple[Array, Array]] = {}
+    result: dict[str, tuple[Floats, Floats]] = {}
     for name, (x, z) in moves.items():
         path = np.column_stack([t, x, np.zeros_like(t), z])
         forces = drive_unit(law, path).forces_n
@@ -319,7 +329,7 @@ def _check_upright(study: Study, half_m: tuple[float, float]) -> None:
     found_s = first_crossing_s(released.t_s, angle_rad + released.q[:, 2]) or np.nan
     study.tabulated(f"{name}: quarter period of rocking (s)", found_s)
 
-    def growing_mps2(t: Array) -> Array:
+    def growing_mps2(t: Floats) -> Floats:
         return 1.2 * np.maximum(0.0, t - 1.0)
 
     push = partial(run_upright, half_m, 1e-3, 4.0, base_mps2=growing_mps2)
@@ -421,7 +431,7 @@ def run_integrators(study: Study) -> None:
     study.tables["integrators"] = pd.DataFrame(rows)
 
 
-def integrator_restitution(integrator: str, step: float) -> Array:
+def integrator_restitution(integrator: str, step: float) -> Floats:
     """Return rebound / approach speed, shape (40,), for impacts at 40 instants within a step.
 
     `step` is the time step x circular frequency of the mass on the penalty.
@@ -434,3 +444,155 @@ def integrator_restitution(integrator: str, step: float) -> Array:
         y = history.q[:, 1]
         result[k] = (y[-1] - y[-2]) / step
     return result
+
+
+_ROWS_PER_S: Final = 2000
+# source: radial return integrated with dt = 1e-5 s gave the forces and works in the table
+_FORCES_AT_S: Final = (1.5, 2.0, 3.76, 4.4, 4.6, 4.9, 6.5, 7.4, 9.0, 9.2, 11.6)
+_SCHEMES: Final[tuple[Scheme, ...]] = ("vector", "componentwise", "elastic")
+_COUPLINGS: Final[tuple[Coupling, ...]] = ("extrapolated", "lagged")
+
+
+def run_spatial(study: Study) -> None:
+    """Run the study of figure 3: a contact unit on a path in space."""
+    # The square wave jumps within one row: short rows keep its timing.
+    path = unit.figure_3(_ROWS_PER_S)
+    forces = drive_unit(PAPER_LAW, path, substeps=2).forces_n
+    for time, (axis, name) in product(_FORCES_AT_S, enumerate("xy")):
+        force_n = forces[round(time * _ROWS_PER_S), axis]
+        study.tabulated(f"F{name} at {time:g} s (N)", force_n)
+    study.tabulated("total work (J)", unit.path_work_j(path, forces))
+    for start, end in ((1.25, 2.5), (3.75, 5.0), (6.25, 7.5), (8.75, 10.0)):
+        rows = slice(round(start * _ROWS_PER_S) - 1, round(end * _ROWS_PER_S) + 1)
+        work = unit.path_work_j(path[rows], forces[rows])
+        study.tabulated(f"work from {start} to {end} s (J)", work)
+    closed, friction_n = forces[:, 2] > 0.0, np.hypot(*forces[:, :2].T)
+    # The rows around each jump of the square wave are left out.
+    steady = np.ones(len(closed), dtype=bool)
+    for jump in np.flatnonzero(np.diff(closed)).tolist():
+        steady[jump : jump + 3] = False
+    excess = friction_n - np.where(closed, 1500.0 + 0.3 * forces[:, 2], 0.0)
+    largest_excess = max(0.0, float(excess[steady].max())) / _PAPER_LIMIT_N
+    study.at_most("excess of force over the cone / limit", largest_excess, 1e-6, "cone")
+    open_force = float(np.abs(forces[~closed & steady, :2]).max())
+    study.at_most("friction while open (N)", open_force, 0.0, "no friction")
+    study.states("closing decides", "vector", open_force)
+    _compare_schemes(study)
+    _draw_spatial(study, path[::5], forces[::5] / KN)
+
+
+def _compare_schemes(study: Study) -> None:
+    """Compare schemes and couplings with steps of 1 ms that are not divided."""
+    path, source = unit.figure_3(1000), "radial return on a fine grid"
+    exact = unit.follow_law(PAPER_LAW, path, substeps=20)
+    directions = np.sign(np.diff(path[:, 1:], axis=0).round(9))
+    events = int(np.count_nonzero(np.any(np.diff(directions, axis=0) != 0.0, axis=1)))
+    for scheme, coupling in product(_SCHEMES, _COUPLINGS):
+        options: Any = {"scheme": scheme, "coupling": coupling}
+        forces = drive_unit(PAPER_LAW, path, substeps=1, **options).forces_n
+        error = np.hypot(*(forces - exact)[:, :2].T) / _PAPER_LIMIT_N
+        # Leave out the 3 largest errors per opening, closing or reversal: they depend on timing.
+        error_ratio = rms(np.sort(error)[: -3 * events])
+        largest = float(np.hypot(*forces[:, :2].T).max()) / _PAPER_LIMIT_N
+        name = f"{scheme}, {coupling}"
+        case = f"{name} (as in the paper)" if name == "componentwise, lagged" else name
+        study.states("limit in every direction", case, largest)
+        claim = "elastic springs too" if scheme == "elastic" else "components are coupled"
+        study.states(claim, case, error_ratio)
+        if name == "vector, extrapolated":
+            study.at_most("RMS error at 1 ms steps / limit", error_ratio, 0.01, source)
+            study.tabulated("work at 1 ms steps (J)", unit.path_work_j(path, forces))
+        else:
+            study.report(f"{name}: RMS error at 1 ms steps / limit", error_ratio, 0.0, source)
+
+
+def _draw_spatial(study: Study, path: Floats, forces_kn: Floats) -> None:
+    t, (fx, fy, fz) = path[:, 0], forces_kn.T
+    moves = {"x": (t, path[:, 1]), "y": (t, path[:, 2]), "10 uz": (t, 10.0 * path[:, 3])}
+    total = {"N": (t, fz), "|F|": (t, np.hypot(fx, fy))}
+    over_time = [
+        Panel("time (s)", "displacement (m)", moves),
+        Panel("time (s)", "friction (kN)", {"x": (t, fx), "y": (t, fy)}),
+        Panel("time (s)", "force (kN)", total),
+    ]
+    study.figures["histories"] = drawn(over_time, height_in=5.2)
+    angles = np.linspace(0.0, 2.0 * pi, 181)
+    cone = _PAPER_LIMIT_N / KN * np.cos(angles), _PAPER_LIMIT_N / KN * np.sin(angles)
+    dots = {"ls": "none", "marker": ".", "ms": 2.5}
+    planes = [
+        Panel("ux (m)", "Fx (kN)", {"x": (path[:, 1], fx)}),
+        Panel("uy (m)", "Fy (kN)", {"y": (path[:, 2], fy)}),
+        Panel("Fx (kN)", "Fy (kN)", {"cone": cone, "|F|": (fx, fy, dots)}, "", {"aspect": "equal"}),
+    ]
+    study.figures["planes"] = drawn(planes, columns=3, height_in=2.9)
+
+
+type PathKind = Literal["closed", "opening and closing", "reversals"]
+# Paths of the study of the couplings, with the titles of their panels.
+_KINDS: Final[dict[PathKind, str]] = {
+    "closed": "path that stays closed",
+    "opening and closing": "path that opens and closes",
+    "reversals": "path with reversals",
+}
+_DECK: Final = "deck C5"
+_DECK_S: Final = 0.6
+
+
+def run_orders(study: Study) -> None:
+    """Report how errors of both couplings decrease with the time step (order of accuracy)."""
+    rows: list[Row] = [
+        {"study": kind, "coupling": coupling, "rows": rows, "step": 1.0 / rows}
+        | {"error_ratio": path_error(rows, coupling, kind)}
+        for kind, coupling, rows in product(_KINDS, _COUPLINGS, (125, 250, 500, 1000, 2000, 4000))
+    ]
+    exact = run_deck(deck_case("C5", solver="penalty", dt_s=2.5e-4, duration_s=_DECK_S))
+    scale = np.abs(exact.q).max(axis=0)
+    couplings = (("extrapolated", 1), ("lagged", 1), ("extrapolated", 8))
+    for step, (coupling, parts) in product((0.2, 0.1, 0.05, 0.02, 0.01), couplings):
+        dt_s = step / deck_case("C5").contact_frequency_rad_per_s
+        case = deck_case("C5", dt_s=dt_s, duration_s=_DECK_S, coupling=coupling)
+        history = run_opensees(case, pulse_of(case), parts_on_change=parts)
+        q = np.array([np.interp(exact.t_s, history.t_s, column) for column in history.q.T]).T
+        name = coupling if parts == 1 else f"{coupling}, sub-steps"
+        row = {"study": _DECK, "coupling": name, "rows": 0, "step": step}
+        rows.append(row | {"error_ratio": rms((q - exact.q) / scale)})
+    study.tables["errors"] = table = pd.DataFrame(rows)
+    source = "radial return on a fine grid"
+    panels: dict[str, dict[str, Any]] = {kind: {} for kind in (*_KINDS, _DECK)}
+    for (kind, coupling), group in table.groupby(["study", "coupling"]):
+        # slope of ln error over ln step
+        order = float(np.polyfit(np.log(group["step"]), np.log(group["error_ratio"]), 1)[0])
+        if (kind, coupling) == ("closed", "extrapolated"):
+            at_1000 = float(group.loc[group["rows"] == 1000, "error_ratio"].iloc[0])
+            study.at_most("closed path, 1000 rows per period: RMS error", at_1000, 0.012, source)
+            study.holds("closed path: order at least 0.9", truth=order >= 0.9, source=source)
+        study.report(f"{kind}, {coupling}: order", order, 1.0, source)
+        panels[str(kind)][str(coupling)] = group["step"], group["error_ratio"], {"marker": "."}
+    scales = {"xscale": "log", "yscale": "log"}
+    titles = {**_KINDS, _DECK: "frictional deck C5, step x contact frequency"}
+    labels = "step / period (-)", "RMS error (-)"
+    figure = [Panel(*labels, lines, titles[kind], scales) for kind, lines in panels.items()]
+    study.figures["order"] = drawn(figure, columns=2, height_in=5.2)
+
+
+def smooth_path(rows: int, kind: PathKind) -> Floats:
+    """Return two periods (1 s each) of a curve in space, with `rows` rows per period."""
+    t = np.linspace(0.0, 2.0, 2 * rows + 1)
+    if kind == "reversals":
+        x, y = 0.5 * np.sin(2.0 * pi * t), 0.005 * (1.0 - np.cos(4.0 * pi * t))
+        return np.column_stack([t, x, y, np.full_like(t, -0.1)])
+    x = 0.5 * np.sin(2.0 * pi * t) + 0.2 * np.sin(4.0 * pi * t + 0.4) - 0.2 * np.sin(0.4)
+    y = 0.4 * np.sin(2.0 * pi * t + 1.1) - 0.4 * np.sin(1.1)
+    z = (-0.10 if kind == "closed" else 0.02) - 0.08 * np.sin(2.0 * pi * t + 0.3)
+    return np.column_stack([t, x, y, z])
+
+
+def path_error(rows: int, coupling: Coupling, kind: PathKind) -> float:
+    """Return the RMS error of the friction force / largest friction limit."""
+    path = smooth_path(rows, kind)
+    # The reference follows the smooth curve, not the chords between the rows.
+    parts = max(1, 64000 // rows)
+    fine_forces = unit.follow_law(PAPER_LAW, smooth_path(rows * parts, kind))[::parts]
+    forces = drive_unit(PAPER_LAW, path, substeps=1, coupling=coupling).forces_n
+    limit = PAPER_LAW.cohesion_n + PAPER_LAW.friction * float(fine_forces[:, 2].max())
+    return unit.rms_n((forces - fine_forces)[:, :2]) / limit

@@ -30,13 +30,14 @@ from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.geometry import contact_column
 from skewbridge.bridge.model import AbutmentModel, build_abutment, domain
 from skewbridge.contact.law import UnitLedger
+from skewbridge.files.tables import Floats, Row
 from skewbridge.report.run_figures import displacement_figure, hysteresis_figure
 from skewbridge.statuses import RAN
 from skewbridge.units import KJ, KN, MM, MN
 from skewbridge.variant.options import FrictionAt, ModelOptions
 from skewbridge.variant.variant import ABUTMENTS, Variant
-from skewbridge.verification.references.live_model import Array, rms
-from skewbridge.verification.registry import Panel, Row, Study, drawn
+from skewbridge.verification.references.live_model import rms
+from skewbridge.verification.registry import Panel, Study, drawn
 from skewbridge.verification.statements import relative_change
 from skewbridge.verification.studies.paper_runs import (
     FRICTION_PCT,
@@ -140,7 +141,7 @@ PLACES: Final[tuple[FrictionAt, ...]] = ("all", "walls", "keys")
 class DeckMotion(NamedTuple):
     """Motion of the deck: displacements (x, y), shape (n, 2), and contact with a wall."""
 
-    disp_m: Array
+    disp_m: Floats
     touches_wall: NDArray[np.bool_]
 
 
@@ -151,14 +152,14 @@ def _is_pushed(forces_kn: Iterable[float], skew_deg: float) -> bool:
     return min(forces_kn) > 0.05 * fill.ultimate_n / KN
 
 
-def rms_change(with_friction: Array, without_friction: Array) -> Array:
+def rms_change(with_friction: Floats, without_friction: Floats) -> Floats:
     """Return the RMS of the change by friction / RMS without friction, along the first axis."""
     count = min(len(with_friction), len(without_friction))
     change = with_friction[:count] - without_friction[:count]
     return np.sqrt((change**2).mean(axis=0) / (without_friction[:count] ** 2).mean(axis=0))
 
 
-def stick_slip_changes(normal_n: Array, friction_n: Array, coefficient: float) -> int:
+def stick_slip_changes(normal_n: Floats, friction_n: Floats, coefficient: float) -> int:
     """Return the number of changes between sticking and slipping of closed contacts.
 
     Forces have shape (n, units). A contact slips if its friction is at least 98 % of its limit.
@@ -295,7 +296,7 @@ def _judge_abutment(states: States, case: str, pair: Pair[AbutmentHistory]) -> N
     _judge_cycles(states, "transverse cycles", case, half_cycles((frictional, frictionless), 1))
 
 
-def _fast_rms(t_s: Array, force_n: Array) -> float:
+def _fast_rms(t_s: Floats, force_n: Floats) -> float:
     """Return the RMS of the force at 5 Hz and above, resampled to a regular grid."""
     grid_s = np.linspace(t_s[0], t_s[-1], len(t_s))
     spectrum = np.fft.rfft(np.interp(grid_s, t_s, force_n))
@@ -325,7 +326,7 @@ def _analysis(
     return analyse(*run, histories=True)
 
 
-def _histories(result: AnalysisResult) -> Mapping[str, Array]:
+def _histories(result: AnalysisResult) -> Mapping[str, Floats]:
     return result.histories or {}
 
 
@@ -398,7 +399,7 @@ def _judge(states: States, case: str, pair: Pair[AnalysisResult], *, same_record
     states("keys stick and slip", case, changes)
 
 
-def _deck_motion(table: Mapping[str, Array]) -> DeckMotion:
+def _deck_motion(table: Mapping[str, Floats]) -> DeckMotion:
     walls = np.logical_or(*(table[f"abutment_{side}_wall_kn"] > 0.0 for side in _SIDES))
     return DeckMotion(np.column_stack([table["deck_ux_m"], table["deck_uy_m"]]), walls)
 

@@ -14,18 +14,11 @@ from typing import Any, Final, Self
 from skewbridge.bridge.library import load_structure
 from skewbridge.errors import InputError
 from skewbridge.files.digests import PACKAGE
+from skewbridge.motions import read
 from skewbridge.motions.folder import IndexEntry, read_index
 from skewbridge.motions.formats import Stated
 from skewbridge.motions.intensity import motion_measures, orbit_rotd50
 from skewbridge.motions.levels import LEVEL_MEASURE, LEVEL_RANGE_G, block_factors
-from skewbridge.motions.read import (
-    SURROGATE_FACTOR,
-    SURROGATE_FILES,
-    SURROGATE_ID,
-    WAHO_PGA_ROTD50_G,
-    FalseClaimError,
-    read_motion,
-)
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.suite import read_entry
 from skewbridge.units import G_MPS2
@@ -93,13 +86,13 @@ def waho() -> PaperMotion:
     patterns = ("*WAH090*", "*WAH000*")
     # The package's motions have no pulse: at the PGA of WAHO they do not close the gaps of OSB1, so
     # three times that PGA is needed to test statements on contact.
-    motion_of_paper = _record("WAHO", "RSN811_WAHO", patterns, WAHO_PGA_ROTD50_G, factor=3.0)
-    north, east = (_find(name) for name in SURROGATE_FILES)
+    motion_of_paper = _record("WAHO", "RSN811_WAHO", patterns, read.WAHO_PGA_ROTD50_G, factor=3.0)
+    north, east = (_find(name) for name in read.SURROGATE_FILES)
     if motion_of_paper.is_paper_record or not (north and east):
         return motion_of_paper
-    motion = read_motion(east, north, Stated(unit="g"), motion_id=SURROGATE_ID)
-    label = f"surrogate for WAHO: Capitola x {SURROGATE_FACTOR:g}"
-    return replace(motion_of_paper, motion=motion.scaled(SURROGATE_FACTOR), label=label)
+    motion = read.read_motion(east, north, Stated(unit="g"), motion_id=read.SURROGATE_ID)
+    label = f"surrogate for WAHO: Capitola x {read.SURROGATE_FACTOR:g}"
+    return replace(motion_of_paper, motion=motion.scaled(read.SURROGATE_FACTOR), label=label)
 
 
 def el_centro() -> PaperMotion:
@@ -128,8 +121,8 @@ def _record(
     first, second = _find(patterns[0]), _find(*patterns[1:])
     pga_g = factor * pga_rotd50_g
     if first and second:
-        with suppress(FalseClaimError):
-            motion = read_motion(first, second, motion_id=motion_id)
+        with suppress(read.FalseClaimError):
+            motion = read.read_motion(first, second, motion_id=motion_id)
             return PaperMotion(motion, name, pga_g, is_paper_record=True)
     motion = read_entry(embedded_entries()[0])
     label = f"synthetic {motion.motion_id} at {factor:g} x the PGA of {name}"

@@ -4,7 +4,8 @@
 before 1971 (era 1: osb1_era1). Peaks are taken over the whole motion, because the published columns
 fail in bending only. If a ratio of medians is outside `RANGE`, each of `CHANGES` is tried alone: it
 explains the ratio if the ratio moves into the range or at least half of the way to it. Nothing is
-fitted to the published values. Pages: docs/theory/published.md and published_skew.md.
+fitted to the published values. The changes are in `published.yaml`. Pages: docs/theory/published.md
+and published_skew.md.
 
 `run_skew` compares the effect of skew on median capacities of PEER's bridges A, B and C with the
 factor of Hazus. Each of `CHOICES` changes one modelling choice of bridge B.
@@ -17,7 +18,7 @@ References:
 """
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 from math import nan
@@ -28,12 +29,13 @@ from typing import Any, Final
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
+import yaml
 from matplotlib.figure import Figure
 
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import bent_capacity
 from skewbridge.demands.validity import BEYOND_MODEL, COMPLETE
-from skewbridge.files.tables import records_of
+from skewbridge.files.tables import Row, records_of
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.effects import effect_tables, median_effects
@@ -54,7 +56,7 @@ from skewbridge.study.task import Task, outcome_of
 from skewbridge.units import INCH
 from skewbridge.variant.grid import GridConfig
 from skewbridge.variant.variant import Variant
-from skewbridge.verification.registry import Row, Study
+from skewbridge.verification.registry import Study
 from skewbridge.verification.studies.paper_runs import paper_variant
 from skewbridge.verification.studies.strong_motions import rows_of_tasks
 
@@ -62,24 +64,13 @@ BRIDGES: Final = {3: "osb1", 1: "osb1_era1"}
 RANGE: Final = (0.75, 1.33)
 SOURCE: Final = "Mangalathu (2017) in Chen et al. (2025), doi 10.17603/ds2-c73m-nj37"
 SYSTEM: Final = "system"
-ALL_STATES: Final = {"slight", "moderate", "extensive", "complete"}
 SETTINGS: Final = FitSettings(im="im_sa_1p000_rotd50_g")
-# Our demand for each published component; other components are not modelled.
-DEMANDS: Final = {
-    "column_curvature": "column_curvature_ductility",
-    "bearing": "bearing_disp_m",
-    "abutment_transverse": "abutment_transverse_m",
-    "unseating": "unseating_m",
-    "deck_displacement": "deck_disp_m",
-    "abutment_passive": "abutment_passive_m",
-}
+_FOLDER: Final = Path(__file__).parents[1]
+_DATA: Final = yaml.safe_load((_FOLDER / "published.yaml").read_text("utf-8"))
+DEMANDS: Final[dict[str, str]] = _DATA["demands"]
+JUDGED: Final[Mapping[str, Sequence[str]]] = _DATA["judged"]
 _KEYS: Final = ["component", "state"]
 WHOLE: Final = "whole_"  # prefix of columns with peaks of whole motions
-# States whose ratio must be inside `RANGE` or explained by a change.
-JUDGED: Final = {
-    "column_curvature": {"moderate", "extensive"},
-    **dict.fromkeys(("bearing", "abutment_transverse", "unseating", SYSTEM), ALL_STATES),
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,24 +89,12 @@ class Change:
 
 
 NONE: Final = Change("none")
-_ON_SEAT: Final = {"unseating": "bearing_disp_m", "deck_displacement": "bearing_disp_m"}
-CHANGES: Final = (
-    Change("capacity: joint opening of the curve, that of era 2", capacity="capacity_of_curve"),
-    # source: Mangalathu, Soleimani and Jeon (2017), table 4, by the comments of simcenter-dlml
-    Change("capacity: bearing 3 in instead of 4 in", weaker_bearing=True),
-    Change("demand: any move of the deck end on its seat", demands=_ON_SEAT),
-    Change("demand: curvature over that of the first yield of a bar", first_yield=True),
-    Change("demand: up to the failure of a column, as in our studies", whole=False),
-    Change("bridge: bridge_b, columns 6.7 m", bridges={3: "bridge_b"}),
-    Change("gap: 51 mm", gap_mm=51),
-    # keys designed to break and protect the abutment are newer than the bridges of era 1
-    Change("keys: do not break", keys="monolithic", bridges={1: "osb1_era1"}),
-)
+CHANGES: Final = tuple(Change(**change) for change in _DATA["changes"])
 
 
 def published_curves() -> pd.DataFrame:
     """Return the published curves: one row per era, component and state."""
-    return pd.read_csv(Path(__file__).parents[1] / "published.csv", comment="#")
+    return pd.read_csv(_FOLDER / "published.csv", comment="#")
 
 
 def _name(row: Mapping[str, Any]) -> str:
@@ -299,25 +278,9 @@ def _figure(table: pd.DataFrame) -> Figure:
 
 SKEWS_DEG: Final = (0, 30, 60)
 CHOICE_MOTIONS: Final = 8
-#: Demands with published effects of skew.
-COMPARED: Final = (
-    "column_drift_ratio",
-    "column_shear_dcr",
-    "deck_disp_m",
-    "deck_rotation_rad",
-    "unseating_m",
-    "abutment_transverse_m",
-    "abutment_passive_m",
-)
-#: Modelling choices that may change the effect of skew, tried on the bridge `CHOSEN`. The first one
-#: changes nothing: it gives the reference under the same motions.
-CHOICES: Final[Mapping[str, Mapping[str, Any]]] = {
-    "as above": {},
-    "key faces along the abutment line": {"key_frame": "skewed"},
-    "keys that do not break": {"keys": "monolithic"},
-    "backfill stronger at the acute corner": {"backfill_variation": 0.3},
-    "backfill softer with skew, as in PyPBEE": {"backfill_skew": "strength_and_stiffness"},
-}
+COMPARED: Final[Sequence[str]] = _DATA["compared"]
+#: Modelling choices tried on the bridge `CHOSEN`.
+CHOICES: Final[Mapping[str, Mapping[str, Any]]] = _DATA["choices"]
 CHOSEN: Final = "bridge_b"
 _EFFECT_KEYS: Final = ("bridge", "choice", "skew_deg", "demand")
 _EFFECT: Final = ("ratio", "ratio_low", "ratio_high", "n_motions")

@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from pydantic import BaseModel
 
 from skewbridge.analysis.ground import Excitation
@@ -30,6 +29,7 @@ from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import IntegralData
 from skewbridge.errors import InputError
+from skewbridge.files.tables import Floats
 from skewbridge.files.text import checked, read_mapping, read_text
 from skewbridge.motions.formats import Stated
 from skewbridge.motions.read import read_trace
@@ -42,8 +42,7 @@ from skewbridge.verification.registry import Panel, Study, drawn
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-type Series = NDArray[np.float64]
-type Histories = Mapping[str, Series]
+type Histories = Mapping[str, Floats]
 
 #: Frequencies (Hz) of all comparisons. Below, the displacement of a record is a product of its
 #: processing; above, the model has no modes that a record could decide.
@@ -164,25 +163,22 @@ class Event:
 
     date: str
     dt_s: float
-    accel_mps2: Mapping[int, Series]
+    accel_mps2: Mapping[int, Floats]
     notes: tuple[str, ...] = ()
 
     def motions(self, station: Station) -> dict[str, GroundMotion]:
         """Return the ground motion of each support along x and y of the bridge."""
-        motions: dict[str, GroundMotion] = {}
-        for support, pair in station.ground.items():
-            along, across = (
-                ground.factor * self.accel_mps2[ground.channel] for ground in (pair["x"], pair["y"])
-            )
-            motions[support] = GroundMotion(
+        return {
+            support: GroundMotion(
                 motion_id=f"{self.date} {support}",
                 dt_s=self.dt_s,
-                accel_1_mps2=along,
-                accel_2_mps2=across,
+                accel_1_mps2=pair["x"].factor * self.accel_mps2[pair["x"].channel],
+                accel_2_mps2=pair["y"].factor * self.accel_mps2[pair["y"].channel],
                 event=self.date,
                 station=station.title,
             )
-        return motions
+            for support, pair in station.ground.items()
+        }
 
 
 def read_events(folder: Path, station: Station) -> list[Event]:
@@ -199,7 +195,7 @@ def read_events(folder: Path, station: Station) -> list[Event]:
 
 
 def _event(folder: Path, paths: list[Path], station: Station) -> Event:
-    accels: dict[int, Series] = {}
+    accels: dict[int, Floats] = {}
     steps_s: set[float] = set()
     date = folder.name
     for path in paths:
@@ -247,7 +243,7 @@ def _date(header: str) -> str:
     return ""
 
 
-def strong_part(accel: Series, dt_s: float) -> slice:
+def strong_part(accel: Floats, dt_s: float) -> slice:
     """Return the samples of the strong part of a recording, with a second before and two after."""
     share = np.cumsum(accel**2) / np.sum(accel**2)
     first, last = np.searchsorted(share, _STRONG)
@@ -255,7 +251,7 @@ def strong_part(accel: Series, dt_s: float) -> slice:
     return slice(start, min(len(accel), int(last + _TAIL_S / dt_s)))
 
 
-def in_band(values: Series, dt_s: float, derivative: int = 0) -> Series:
+def in_band(values: Floats, dt_s: float, derivative: int = 0) -> Floats:
     """Return a history in the band, differentiated (or, if negative, integrated) so many times.
 
     It is filtered without phase shift; ramps of the filter are cosines of the logarithm.
@@ -283,7 +279,7 @@ class Period:
     explained: float
 
 
-def identified_period(output: Series, inputs: Series, dt_s: float) -> Period:
+def identified_period(output: Floats, inputs: Floats, dt_s: float) -> Period:
     """Return the period of one mode that explains an absolute acceleration from those of supports.
 
     Output error of one mode with several inputs: the output is a sum of inputs and of responses of
@@ -295,24 +291,28 @@ def identified_period(output: Series, inputs: Series, dt_s: float) -> Period:
         inputs: Accelerations, shape (n, supports), in the band.
         dt_s: Time step.
     """
-    whole = _fitted_mode(output, inputs, dt_s)
     middle = len(output) // 2
-    halves = [
-        _fitted_mode(output[samples], inputs[samples], dt_s)
-        for samples in (slice(middle), slice(middle, None))
-    ]
-    spread_s = max(abs(half.period_s - whole.period_s) for half in halves)
-    return replace(whole, half_range_s=spread_s)
+    parts = slice(None), slice(middle), slice(middle, None)
+    (period_s, damping, left), *halves = (
+        _fitted_mode(output[part], inputs[part], dt_s) for part in parts
+    )
+    return Period(
+        period_s=period_s,
+        damping=damping,
+        half_range_s=max(abs(half_s - period_s) for half_s, *_ in halves),
+        explained=1.0 - left,
+    )
 
 
-def _fitted_mode(output: Series, inputs: Series, dt_s: float) -> Period:
+def _fitted_mode(output: Floats, inputs: Floats, dt_s: float) -> tuple[float, float, float]:
+    """Return period (s) and damping ratio of a mode, and the share that it does not explain."""
     from scipy.optimize import minimize
 
     count = len(output)
     spectra = np.fft.rfft(inputs, 2 * count, axis=0)
     speed = 2 * np.pi * np.fft.rfftfreq(2 * count, dt_s)
 
-    def left(values: Series) -> float:
+    def left(values: Floats) -> float:
         """Return the share of the output that an oscillator does not explain."""
         period_s, damping = np.exp(values)
         omega = 2 * np.pi / period_s
@@ -328,13 +328,8 @@ def _fitted_mode(output: Series, inputs: Series, dt_s: float) -> Period:
         (minimize(left, start, method="Nelder-Mead", bounds=limits) for start in starts),
         key=lambda result: result.fun,
     )
-    period_s, damping = np.exp(best.x)
-    return Period(
-        period_s=float(period_s),
-        damping=float(damping),
-        half_range_s=0.0,
-        explained=1.0 - float(best.fun),
-    )
+    period_s, damping = np.exp(best.x).tolist()
+    return period_s, damping, float(best.fun)
 
 
 # ---- The model against the recordings
@@ -380,7 +375,7 @@ def recording_of(event: Event, station: Station) -> Recording:
     strong = strong_part(accel[station.period[0]], dt_s)
     first, last = max(0, strong.start - round(_BEFORE_S / dt_s)), round(_AFTER_S / dt_s)
 
-    def quantity(compared: Quantity, weights: Mapping[int, float]) -> Series:
+    def quantity(compared: Quantity, weights: Mapping[int, float]) -> Floats:
         accel_mps2 = np.add.reduce([weight * accel[channel] for channel, weight in weights.items()])
         if compared.to is None:
             return compared.factor * in_band(accel_mps2, dt_s)[strong] / G_MPS2
@@ -410,7 +405,7 @@ def predicted(
     result = analyse(case.variant, shaken, settings, case.options, histories=True)
     if result.histories is None or result.status != "ok":
         raise RuntimeError(f"{event.date}: {result.status} {'; '.join(result.messages)}")
-    times_s, histories = np.arange(bent.npts) * step_s, dict[str, Series]()
+    times_s, histories = np.arange(bent.npts) * step_s, dict[str, Floats]()
     for quantity in station.quantities:
         if quantity.name not in recording.recorded:
             continue
@@ -459,7 +454,7 @@ def changed_cases(station: Station, folder: Path) -> dict[str, Case]:
     return changed
 
 
-def comparison(history: Series, recorded: Series) -> dict[str, float]:
+def comparison(history: Floats, recorded: Floats) -> dict[str, float]:
     """Return peak ratio, correlation (0 without motion) and normalised error of a history."""
     return {
         "peak_ratio": float(np.abs(history).max() / np.abs(recorded).max()),

@@ -18,6 +18,7 @@ import pandas as pd
 
 from skewbridge.contact import ContactSet
 from skewbridge.contact.drives import kelvin_voigt_damping_ratio, kelvin_voigt_drive
+from skewbridge.files.tables import Floats
 from skewbridge.units import KN, MM
 from skewbridge.verification.references import cases
 from skewbridge.verification.references import deck_solvers as solvers
@@ -25,7 +26,7 @@ from skewbridge.verification.references import live_model as live
 from skewbridge.verification.references.cases import SCALE_M, deck_case
 from skewbridge.verification.references.deck_solvers import run_deck
 from skewbridge.verification.references.lcp import RigidContacts, moreau_jean
-from skewbridge.verification.references.live_model import Array, History, cone_excess, rms
+from skewbridge.verification.references.live_model import History, cone_excess, rms
 from skewbridge.verification.registry import Panel, Study, drawn
 from skewbridge.verification.studies.paper_runs import el_centro
 
@@ -98,7 +99,7 @@ def run_between_lines(study: Study) -> None:
     _draw_particle(study, history, rigid[0.6])
 
 
-def peaks_m(positions_m: Array) -> dict[str, float]:
+def peaks_m(positions_m: Floats) -> dict[str, float]:
     """Return the largest |ux|, |uy| and |ut| (along the lines) in m of positions (n, 2)."""
     peaks = np.abs(np.column_stack([positions_m, positions_m @ TANGENT])).max(axis=0)
     return dict(zip(("ux", "uy", "ut"), peaks.tolist(), strict=True))
@@ -106,8 +107,8 @@ def peaks_m(positions_m: Array) -> dict[str, float]:
 
 def compare_with_lcp(study: Study, history: History, rigid: History) -> None:
     """Compare the particle in OpenSees (penalty) with rigid contact of restitution 0.6."""
-    case = "OpenSees, Kn 1e9"
-    t_s, q = history.t_s[::10], history.q[::10]
+    case, history = "OpenSees, Kn 1e9", history.at(slice(None, None, 10))
+    t_s, q = history.t_s, history.q
     for quantity, value in peaks_m(q).items():
         study.tabulated(f"{case}: peak {quantity} (m)", value)
     normal, exact = q @ NORMAL, rigid.q @ NORMAL
@@ -122,8 +123,7 @@ def compare_with_lcp(study: Study, history: History, rigid: History) -> None:
         study.states("bounded by the lines", name, float(np.abs(motion).max()) / _HALF_GAP_M - 1.0)
     first_s = float(t_s[np.flatnonzero(np.abs(normal) > _HALF_GAP_M)[0]])
     study.tabulated("OpenSees: first contact (s)", first_s)
-    forces_n = history.tangentials_n[::10], history.normals_n[::10]
-    excess = cone_excess(*forces_n, _LINE_FRICTION)
+    excess = cone_excess(history.tangentials_n, history.normals_n, _LINE_FRICTION)
     text = "OpenSees: excess of friction over the cone / largest limit"
     study.at_most(text, excess, 0.1, "compression predicted over one step at impact")
 
@@ -193,12 +193,12 @@ def run(study: Study) -> None:
     _draw_c1(study, at_06["C1"], elastic["C1"])
 
 
-def _scaled(history: History) -> Array:
+def _scaled(history: History) -> Floats:
     """Return (ux, uy, rotation x length) / displacement scale, shape (n, 3)."""
     return history.q * np.array([1.0, 1.0, cases.LENGTH_M]) / SCALE_M
 
 
-def _scaled_peaks(history: History) -> Array:
+def _scaled_peaks(history: History) -> Floats:
     return np.abs(_scaled(history)).max(axis=0)
 
 

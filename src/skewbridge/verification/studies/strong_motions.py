@@ -25,6 +25,7 @@ from joblib import Parallel, delayed
 from skewbridge.analysis.recovery import recovery_shares, steps_from_text
 from skewbridge.analysis.settings import NUMERICS, Accuracy, AnalysisSettings
 from skewbridge.demands.validity import MAX_ENERGY_RESIDUAL
+from skewbridge.files.tables import Row
 from skewbridge.motions.intensity import cut_to_strongest
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.statuses import COLLAPSE, OK
@@ -34,7 +35,7 @@ from skewbridge.study.task import Task, analyse_task, run_key
 from skewbridge.variant.grid import GridConfig, expand_grid
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS
-from skewbridge.verification.registry import Row, Study
+from skewbridge.verification.registry import Study
 from skewbridge.verification.studies.paper_runs import first_motions, strongest_motions
 
 REPORT_EACH: Final = 10  # analyses between two lines of progress
