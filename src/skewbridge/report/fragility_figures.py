@@ -158,7 +158,7 @@ def _system_ratios(systems: pd.DataFrame) -> pd.DataFrame:
     Systems have no table of effects. Pairs of variants with other components are left out and
     counted (``n_different``).
     """
-    rows: list[tuple[int, float, float, int]] = []
+    rows: list[tuple[Any, ...]] = []
     for order, group in systems.astype({"theta": float}).groupby("order"):
         lead = group["axis"].iloc[0]
         others = [axis.name for axis in axes_of(map(str, group)) if axis.name != lead]
