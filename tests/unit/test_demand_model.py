@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from median_coverage import CASES, covered
+from scipy import special
 
 from fragility_tables import IM, SETTINGS, ready, states_of, synthetic_demands
 from skewbridge.fragility.demand_model import fit_models
@@ -109,7 +110,11 @@ def test_motions_of_one_event_are_one_block():
         for rows in (table, twice, event)
     ]
     for rows, rel in ((drift, 1e-6), (found, 0.1)):
-        one, two, block = (np.log(row["ci_high"] / row["ci_low"]) for row in rows)
+        one, two, block = (
+            np.log(row["ci_high"] / row["ci_low"])
+            / special.stdtrit(row["dof"], 0.5 + 0.5 * row["level"])  # standard errors
+            for row in rows
+        )
         assert block == pytest.approx(one, rel=rel)
         assert two == pytest.approx(one / np.sqrt(2.0), rel=0.1)
     assert apart["ratio"] == pytest.approx(together["ratio"], rel=1e-3)

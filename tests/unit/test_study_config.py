@@ -285,7 +285,7 @@ def test_a_compared_gap_without_effect_is_named(written):
     assert "40 mm gap at the left end, 40 mm gap at the right end" in bridges
     both, alone = "40 mm at the left end{0} and 40 mm at the right end{0}", {"bridge": [str(own)]}
     for part, text in (
-        ({}, f"the joint gap 25 mm, 51 mm but {both.format(' of own')}; friction"),
+        ({}, f"the joint gap 25 mm, 51 mm but {both.format(' of made')}; friction"),
         (alone, f"the joint gap {both.format('')}; friction"),
     ):
         assert text in methods_of(parse_config({"grid": grid | part})).parts["Abutments"]

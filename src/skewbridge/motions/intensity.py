@@ -348,10 +348,12 @@ def cut_to_strongest(
     The window of `shaking_s` with the largest Arias intensity (of both components) is kept; shorter
     motions are not cut. The ends are tapered by half a cosine. A symmetric and an antisymmetric
     smooth acceleration over the window remove the velocity and displacement at its end. Raises
-    `InputError` for a window of 2 s or less.
+    `InputError` for a window of 2 s or less, or zeros of more than 600 s.
     """
     if not shaking_s > 4.0 * TAPER_S:
         raise InputError(f"shaking_s must be above {4.0 * TAPER_S}, got {shaking_s}")
+    if not 0.0 <= free_vibration_s <= 600.0:
+        raise InputError(f"free_vibration_s must be within 0 to 600, got {free_vibration_s}")
     size = min(round(shaking_s / motion.dt_s), motion.npts)
     arias = pair_arias_build_up(motion)
     first = int(np.argmax(arias[size - 1 :] - arias[: arias.size - size + 1]))
