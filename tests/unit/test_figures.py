@@ -173,12 +173,12 @@ def test_ratios_of_the_whole_bridge_are_of_systems_with_the_same_components():
     (row,) = table.query("limit_state == 'slight' and value == 30").to_dict("records")
     thetas = found["system"].query("limit_state == 'slight' and gap_mm == 25").set_index("skew_deg")
     assert row["ratio"] == pytest.approx(thetas.loc[30, "theta"] / thetas.loc[0, "theta"])
-    assert figures.value_words(row, "g").endswith(" (× of some variants: different components)")
+    assert figures.value_words(row, "g").endswith(" ‡")
     alone = curves[(curves["component"] != "whole_bridge") | (curves["gap_mm"] == 51)]
     table = pooled_curves(alone, effects).query("component == 'whole_bridge' and value == 30")
     (row,) = table.query("limit_state == 'slight'").to_dict("records")
     assert np.isnan(row["ratio"])
-    assert figures.value_words(row, "g").endswith(" g (no ×: different components)")
+    assert figures.value_words(row, "g").endswith(" g ‡")
 
 
 def test_panels_and_captions_name_abutment_models_and_keep_capitals():

@@ -200,13 +200,10 @@ def value_words(row: Mapping[str, Any], unit: str) -> str:
 
 
 def variants_text(row: Mapping[str, Any]) -> str:
-    """Return how many variants have a curve, if not all, and if a ratio leaves out others."""
+    """Return how many variants have a curve, if not all; ‡ if pairs are left out of the ratio."""
     are_missing = row["n_curves"] < row["n_variants"]
     text = f" ({row['n_curves']}/{row['n_variants']} variants)" if are_missing else ""
-    if row["n_different"] > 0:
-        kind = "× of some variants" if np.isfinite(row["ratio"]) else "no ×"
-        text += f" ({kind}: different components)"
-    return text
+    return text + " ‡" * (row["n_different"] > 0)
 
 
 @mpl.rc_context(STYLE)
