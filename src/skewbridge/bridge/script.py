@@ -206,7 +206,10 @@ def _need(condition: bool, message: str) -> None:
 
 @contextmanager
 def _axes_checked() -> Generator[None]:
-    """Refuse beams without local axes until the exit; OpenSees would end the process silently."""
+    """Inside the context, refuse beams without length or with a geomTransf vector along their axis.
+
+    OpenSees would end the process silently.
+    """
     vectors: dict[Any, tuple[np.ndarray, np.ndarray]] = {}
     commands = ops.geomTransf, ops.element
 

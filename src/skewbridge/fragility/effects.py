@@ -2,9 +2,9 @@
 
 Record-to-record scatter cancels in the ratio of two demands under one motion. Effects of a few per
 cent can therefore be detected with 16 motions; an unpaired comparison would need hundreds. The
-scatter also cancels in the ratio of two medians, which is that of the demand model of the bridge
-(`demand_model`). Its error comes from a jackknife that leaves each motion, or all motions of an
-event, out of all variants (Bell and McCaffrey 2002, see `fits`).
+scatter also cancels in the ratio of two medians, both from one demand model of the bridge
+(`demand_model`). The error of a ratio comes from a jackknife that leaves each motion, or all
+motions of an event, out of all variants (Bell and McCaffrey 2002, see `fits`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -91,7 +91,7 @@ class Pairs:
         return (top - bottom) * difference.per_unit, has_top != has_bottom
 
     def means(self, values: Floats, x: Floats | None = None) -> list[Jackknifed]:
-        """Return the mean of changes (n,), or their line on ``x``: pooled, then for each cell."""
+        """Return the mean of changes (n,), or their regression on ``x``: of all, then by cell."""
         is_finite = np.isfinite(values if x is None else values + x)
         cells: list[Jackknifed] = []
         for _, rows in self.cells:
@@ -448,7 +448,7 @@ class Medians:
         return Jackknifed.of_replicates(end.ln_theta - start.ln_theta, end.priors), columns
 
     def without_curve(self, cell: Mapping[Any, Any], state: LimitState) -> float:
-        """Return how many of two variants have no curve; NaN if curves are not given."""
+        """Return how many variants of a pair lack a curve (0 to 2); NaN if curves are not given."""
         if not self._has_curve:
             return nan
         names = (str(cell[f"variant_{end}"]) for end in ("from", "to"))

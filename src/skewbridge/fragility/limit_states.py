@@ -102,7 +102,7 @@ def _column_failures() -> tuple[LimitState, ...]:
 def with_column_failure(states: States, columns: Collection[str]) -> list[LimitState]:
     """Return limit states and the states of column failure, unless these are already defined.
 
-    States of inner joints are left out if no bridge of the table with these columns has joints.
+    States of inner joints are left out if ``columns`` (of the demands table) lack their demand.
 
     A column fails in shear if its shear demand/capacity ratio exceeds 1, and in flexure if its
     drift/capacity ratio exceeds 1. The state ``any`` is exceeded if either ratio exceeds 1. A state

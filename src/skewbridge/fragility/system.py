@@ -228,9 +228,10 @@ def _system(
 def _by_models(
     failures: Floats, members: Sequence[_Member], rows: Index, hazard: HazardCurve
 ) -> Floats:
-    """Return ln im of the first failure, (R, n), with the probabilities of the demand models.
+    """Return ln im of the first failure, (R, n), by the demand models of m components.
 
-    ``failures`` (m, R, n) are those of the lognormal curves of the estimates ``rows`` (R,).
+    ``failures`` (m, R, n) have ln im of each failure by the lognormal curves, which is replaced by
+    the intensity of equal probability; ``rows`` (R,) are the numbers of the replicates.
     """
     low, high = np.log(hazard.levels[[0, -1]])
     grid = np.linspace(low - 0.1, high + 0.1, 400)

@@ -181,10 +181,11 @@ def run_counts(demands: pd.DataFrame) -> pd.DataFrame:
 
 
 def _further_steps(medians: pd.DataFrame, row: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the effect at values of other axes, and the widest certain part of a change.
+    """Return the effect at each value of other axes, and the widest change with a clear effect.
 
-    The text ``by_value`` is empty if the effect depends on no other axis. If the effect of the
-    whole range is uncertain, ``sure_..`` have the largest certain effect of a smaller range.
+    The text ``by_value`` is empty if the effect depends on no other axis. If the change over the
+    whole range is undecided, ``sure_..`` describe the change to the largest value of the axis at
+    which the family-wise verdict is lower or higher.
     """
     is_same = (medians[[*_EFFECT[:4], "demand"]] == [row[n] for n in (*_EFFECT[:4], "demand")]).all(
         axis=1
