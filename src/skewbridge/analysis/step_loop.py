@@ -47,7 +47,7 @@ class Ending:
 
 
 class NoConvergenceError(Exception):
-    """All recovery steps failed at a part of a step."""
+    """All recovery steps failed for a (sub-)step."""
 
 
 class StepLoop:

@@ -136,7 +136,7 @@ class Description:
 
     @property
     def own_gaps_mm(self) -> dict[str, float]:
-        """Own gaps by their place in words, such as ``the left end`` or ``joint 1``."""
+        """Gaps that the bridge itself states, by place, such as ``the left end`` or ``joint 1``."""
         return {
             f"the {name} end" if name in self.end_kinds else name: gap_mm
             for name, gap_mm in self.gaps_mm.items()

@@ -286,7 +286,7 @@ def _pile_springs(
     dashpot_s: float,
     tags: TagAllocator,
 ) -> list[int]:
-    """Create the lateral springs of pile heads; return their elements, that on the ground first.
+    """Create the lateral springs of pile heads; return their elements, the grounded one first.
 
     As behind a wall, a dashpot acts on the elastic part of the resistance, so that spring and
     dashpot together never exceed the strength.

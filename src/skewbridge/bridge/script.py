@@ -550,7 +550,7 @@ def _merged(base: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, 
 
 
 def _soft(beams: Sequence[int]) -> list[int]:
-    """Return the beam-columns without stiff links, whose damping would only be rounding errors."""
+    """Return the beam-columns that are not stiff links; damping of links is rounding error only."""
     elastic = [e for e in beams if ops.eleType(e) == "ElasticBeam3d"]
     if not elastic:
         return list(beams)

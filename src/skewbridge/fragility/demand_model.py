@@ -104,7 +104,7 @@ class AxisRange:
 
     @property
     def terms(self) -> list[tuple[tuple[str, float], ...]]:
-        """Terms of ``shift`` as (axis, level) pairs: single ones, then products of two and three."""
+        """Terms of ``shift`` as (axis, level) pairs: single, then products of two and three."""
         by_axis = [[(name, level) for level in self.levels[name][1:]] for name in self.varying]
         linear = [
             ((first, _LINEAR), (second, _LINEAR)) for first, second in combinations(self.varying, 2)

@@ -37,7 +37,7 @@ def placed(suite: Iterable[SuiteMotion]) -> list[Placed]:
 
 
 def unread(count: int, suite: str = "") -> list[Placed]:
-    """Return such rows for motions not yet read; the level is the number of the motion."""
+    """Return rows as in `placed` for motions not yet read, with the motion's number as level."""
     return [(suite, f"{suite}{number}", 1.0, float(number)) for number in range(count)]
 
 

@@ -278,8 +278,8 @@ def answer_table(
 def _demand_row(effect: dict[str, Any], line: pd.DataFrame | None) -> dict[str, Any]:
     """Return a pooled effect on a demand with its values at one intensity.
 
-    This is the reference intensity of the bridge, or else the middle of the range of ``line``, the
-    effect by intensity.
+    ``line`` has the effect by intensity. The intensity is the reference one of the bridge, or else
+    the middle one of ``line``.
     """
     with_ratio = pd.DataFrame() if line is None else line[line["ratio"].notna()].sort_values("im")
     if with_ratio.empty:
@@ -517,7 +517,7 @@ def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
 
 
 def untested_skew_sentence(skews_deg: Iterable[float]) -> str:
-    """Return a sentence if no test of a skewed wall has the largest skew; otherwise ``""``."""
+    """Return a sentence if the largest skew exceeds that of all wall tests; otherwise ``""``."""
     largest, tested = max(map(abs, skews_deg), default=0.0), LARGEST_TESTED_SKEW_DEG
     text = f"No test of backfill has a skew above {tested:g}°: the passive strength at {largest:g}°"
     return f"{text} is extrapolated." if largest > tested else ""

@@ -1,4 +1,4 @@
-"""Figures of one bridge: its model, static pushes, column sections, and what its skew needs."""
+"""Figures of one bridge: its model, static pushes, column sections, and required seat lengths."""
 
 from contextlib import suppress
 from math import radians

@@ -100,10 +100,10 @@ def pooled_curves(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     """Return the curves of each state at each value of its axis with the largest effect.
 
     theta and the ends of its interval are geometric means over the variants with a curve, and the
-    betas are means. All variants have the same motions; the interval is that of equal errors, so
-    it is not too narrow. ``ratio`` is the paired ratio of medians to the first value; for the whole
-    bridge, of pairs of variants with the same components. ``curves`` are from `with_system`,
-    ``medians`` are the effects on median capacities.
+    betas are means. The interval is not too narrow: averaging its ends takes the errors of all
+    variants, which share their motions, as fully correlated. ``ratio`` is the paired ratio of
+    medians to the first value; for the whole bridge, only pairs of variants with the same
+    components count. ``curves`` are from `with_system`, ``medians`` are effects on medians.
 
     A failure mode of columns with the same curve as any failure has no row.
     """

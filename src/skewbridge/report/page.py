@@ -234,7 +234,7 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
 
 
 def is_at_own_period(im: str, bridges: Collection[str]) -> bool:
-    """Whether intensities are at T1 of each bridge, unlike the scaling (see the methods)."""
+    """Return whether ``im`` uses T1 of each bridge, while scale factors use that of one bridge."""
     return im.startswith(("im_saavg", "im_sa_t1")) and set(bridges) != {CONDITIONING_BRIDGE}
 
 
@@ -662,7 +662,7 @@ def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame)
 
 
 def methods_compared(curves: pd.DataFrame) -> dict[str, int]:
-    """Count the medians with both fits, and those that differ."""
+    """Count the medians estimated by both methods, and those where the methods differ."""
     models = curves[curves["method"] == "cloud"]
     has_both, differ = models["methods_ratio"].notna(), models["methods_differ"].eq(other=True)
     return {"both": int(has_both.sum()), "differ": int(differ.sum())}
