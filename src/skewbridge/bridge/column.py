@@ -121,7 +121,7 @@ def bent_capacities(bridge: BridgeData, hinge_rule: HingeRule = "sdc") -> list[B
 
 
 def hinge_length_m(column: ColumnData, shear_span_m: float, rule: HingeRule) -> float:
-    """Return the length of the plastic hinges in m, from the bridge file or otherwise from a rule.
+    """Return the length of the plastic hinges in m, from the bridge file if given, or by a rule.
 
     Both rules are 0.08 L + 0.022 fye db (MPa, mm); ``sdc`` has the lower limit 0.044 fye db.
 
@@ -163,8 +163,8 @@ def shear_section(
 class ShearLoss:
     """Shear force-deformation backbone of a column in one direction.
 
-    The column fails at ``strength_n`` and the shear deformation ``elastic_m``, in a push at the
-    flexural drift ``failure_drift_ratio`` (without failure, that of the displacement capacity).
+    The column fails at ``strength_n`` and the shear deformation ``elastic_m``; in a push, at the
+    flexural drift ``failure_drift_ratio`` (drift at the displacement capacity if it does not fail).
     ``residual_m`` is the shear deformation at the residual strength.
     """
 

@@ -85,7 +85,7 @@ _JOINT: Final = re.compile(r"joint(\d*)(_unseating_m|_closures)")
 def joint_columns(names: Iterable[str]) -> tuple[Column, ...]:
     """Return the columns of joints inside the bridge, which only bridges with joints have.
 
-    The columns of joint 2 are those of any joint with its number: ``joint2_unseating_m``.
+    ``joint2_unseating_m`` is ``joint_unseating_m`` (of any joint) with the number in its texts.
     """
     columns: list[Column] = []
     for name in names:

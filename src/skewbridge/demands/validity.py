@@ -39,7 +39,7 @@ def failure_kinds(table: "pd.DataFrame") -> NDArray[np.str_]:
 
 
 def failed_modes(table: "pd.DataFrame") -> NDArray[np.str_]:
-    """Return `failure_kinds`; in a table without `BEYOND_MODEL`, the mode of the largest ratio >= 1.
+    """Return `failure_kinds`; in a table without `BEYOND_MODEL` the mode of the largest ratio >= 1.
 
     In such a table, demands are peaks over the whole motion even if a column failed.
     """

@@ -105,7 +105,7 @@ def _explained_share(
 ) -> float:
     """Return the share of the variance between motions due to the options (adjusted R squared).
 
-    ``explained`` (n,) is the part of the ln ratios that the options explain.
+    ``explained`` (n,) is the part of the ln ratios that the options explain; see `Pairs.side`.
     """
     exact = side == EXACT
     count = np.bincount(motions[exact])

@@ -215,7 +215,7 @@ class _BridgeState:
 
 
 class _Curve(NamedTuple):
-    """Curve of one state by one method; R estimates: all runs, then without each block."""
+    """Curve of one state by one method; R estimates: all runs, then without each event."""
 
     fit: FragilityFit
     ln_theta: Floats  # shape (R,)
@@ -327,7 +327,7 @@ def _cloud_curve(runs: _DemandRuns, state: LimitState) -> _Curve:
 def _union_curve(
     runs: _DemandRuns, state: LimitState, curves: Mapping[LimitState, Mapping[str, _Curve]]
 ) -> _Curve:
-    """Return the union of the exceedance fits of the modes of a state, or its own fit.
+    """Return the union of the exceedance fits of the modes of a state, or the fit of the state.
 
     A mode without a curve of its own, with few failures, does not count.
     """

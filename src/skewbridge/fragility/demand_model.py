@@ -184,7 +184,7 @@ def _cardinal_spline(levels: tuple[float, ...]) -> Callable[[Floats], Floats]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DemandModel:
-    """R models of one demand: of all runs, then without each block (the jackknife).
+    """R models of one demand: of all runs, then without each event or motion (jackknife).
 
     The last models, one per term of ``drift``, include the standard error from its prior.
     """
@@ -286,7 +286,7 @@ class PointModel(NamedTuple):
     def largest_distance(self, state: LimitState, ln_theta: float, total: float) -> float:
         """Return the largest difference of probability between model and lognormal curve.
 
-        The range is that of the intensities of the runs.
+        It is taken over the range of intensities of the runs.
         """
         ln_im = self.model.centre + np.linspace(*self.model.span, 201)
         z = self.score(state.threshold, state.dispersion, ln_im[:, None])[:, 0]
@@ -294,7 +294,7 @@ class PointModel(NamedTuple):
 
 
 class StateCurve(NamedTuple):
-    """Curves of one state at one point for R models: of all runs, then without each block."""
+    """Curves of one state at one point for R models: of all runs, then without each event."""
 
     ln_theta: Floats  # shape (R,)
     beta: Floats  # of records
@@ -462,8 +462,8 @@ def _precision(setup: _Setup, outcomes: DemandOutcomes, model: DemandModel, grou
 
     An effect of an axis scatters from motion to motion, equally in all cells of other axes, but
     the likelihood takes the scatter of runs as independent. The precision of a prior is therefore
-    multiplied by the ratio of the jackknife variance of its coefficient to that of the likelihood,
-    both from a fit with wide priors.
+    multiplied by jackknife variance / likelihood variance of its coefficient if this is above 1.
+    Both variances are from a fit with wide priors.
     """
     fit = fit_mixed(setup.data(outcomes, model, growth=False))
     has_prior = ~np.isfinite(fit.precision)

@@ -67,7 +67,7 @@ class Pairs:
         self.names = demand_table.block_names(table)
         top, bottom = (table[f"complete_{end}"].to_numpy() for end in ("to", "from"))
         conditions = [top & bottom, bottom, top]
-        #: `EXACT`, `AT_LEAST`, `AT_MOST` or `UNKNOWN`, shape (n,).
+        #: Kind of change or bound of each pair: `EXACT`, `AT_LEAST`, `AT_MOST`, `UNKNOWN`, (n,).
         self.side = np.select(conditions, [EXACT, AT_LEAST, AT_MOST], default=UNKNOWN)
 
     def ends(self, name: str) -> tuple[Floats, Floats]:
@@ -326,7 +326,7 @@ def median_effects(
 ) -> pd.DataFrame:
     """Return the ratios of median capacities along every axis, with pooled ratios first.
 
-    The medians are those of the demand models, which are fitted if not given. Two variants of one
+    The medians are from the demand models, which are fitted if not given. Two variants of one
     bridge and abutment model that differ in one axis only form a pair (cell). The smallest value of
     the axis is the reference. Each variant needs five motions, and some of its runs, but not all,
     must exceed the state. A pooled row is the average of ln ratio over the pairs; rows with the

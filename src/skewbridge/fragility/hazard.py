@@ -73,7 +73,7 @@ class LogRate(NamedTuple):
 
     @property
     def jackknifed(self) -> Jackknifed:
-        """Estimate with the influence of each block of motions (jackknife)."""
+        """Estimate with the influence of each event or motion (jackknife)."""
         return Jackknifed.of_replicates(self.logs, self.priors)
 
     def interval(self, level: float) -> tuple[float, float, float]:

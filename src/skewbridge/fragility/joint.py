@@ -1,7 +1,7 @@
 """Table `joint`: coefficients of the demand models, from which `predict` computes medians.
 
 A row has the parameters of the demand model (`demand_model`) of a limit state, or of both modes of
-a union, from all runs and without each block. Curves at the variants of the study, effects and
+a union, from all runs and without each event. Curves at the variants of the study, effects and
 predictions between the variants are therefore the same function of the same numbers.
 """
 
@@ -59,7 +59,7 @@ class JointModel:
         self._rho = replicates[start:] if len(modes) > 1 else None
 
     def curve(self, values: Mapping[str, Any]) -> StateCurve:
-        """Return the curves at values of the axes, from all runs and without each block."""
+        """Return the curves at values of the axes, from all runs and without each event."""
         state = state_curve(self._models, self._modes, values, self._rho)
         if isinstance(state, str):
             nans = np.full(len(self._models[0].parameters), np.nan)

@@ -87,7 +87,7 @@ HEADLINE_STATES: Final = (
 
 
 def hazus_factor(skew_deg: ArrayLike) -> Floats:
-    """Return the factor by which Hazus multiplies the medians of a bridge with these skews.
+    """Return the factor by which Hazus multiplies the medians of a bridge with skew.
 
     source: Hazus 6.1, section 7, FEMA (2022): sqrt(sin(90 deg - skew)); not for slight damage.
     """

@@ -54,7 +54,7 @@ def rate_columns(rates: Sequence[float]) -> Row:
 def exceedance(curve: StateCurve, ln_im: Floats) -> Floats:
     """Return P(exceeds) of R curves, shape (k, R), at ln im (k, 1).
 
-    It is that of the demand models if there are any: their scatter may grow with the intensity.
+    Demand models are used if the curve has any, because their scatter may grow with intensity.
     """
     if curve.points:
         u = [point.score(s.threshold, s.dispersion, ln_im) for point, s in curve.points]
@@ -171,7 +171,7 @@ def rate_effects(
 ) -> pd.DataFrame:
     """Return table `rate_effects`: ratios of annual rates along every axis, pooled rows first.
 
-    Pairs of variants are those of `median_effects`. A pooled row is their geometric mean. Systems
+    Variants are paired as in `median_effects`. A pooled row has geometric means of pairs. Systems
     are compared if they have the same components; all other pairs have no ratio and a reason.
     """
     system_rows = [] if system is None else records_of(system)

@@ -47,7 +47,7 @@ def system_curves(
 ) -> pd.DataFrame:
     """Return the table `system`: one row per variant and degree of damage.
 
-    The curves of the components are those of the demand models, which are fitted if not given. A
+    The curves of the components are from the demand models, which are fitted if not given. A
     component is included if some runs of the variant, but not all, exceed its state and its demand
     increases with intensity; only variants with equal ``components`` can be compared. An
     `InputError` names a degree of damage that components rank differently. With a hazard, the
@@ -94,7 +94,7 @@ def system_members(states: States) -> dict[str, list[LimitState]]:
 
 
 class _Member(NamedTuple):
-    """A component of the system; its curves are from all runs, then without each block."""
+    """A component of the system; its curves are from all runs, then without each event."""
 
     state: LimitState
     outcomes: DemandOutcomes  # of the runs of the variant

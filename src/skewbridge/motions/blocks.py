@@ -114,7 +114,7 @@ def assign(
 def planned_runs(
     grid: GridConfig, motions: MotionsConfig, rows: Sequence[Placed]
 ) -> dict[str, set[Run]]:
-    """Return the analyses of each variant (by name): all, or those of the blocks.
+    """Return the analyses of each variant (by name): all, or those in `motions.blocks`.
 
     A suite is balanced in itself. A variant that stands for several cells (an abutment model
     without friction, for example) runs all motions of these cells.

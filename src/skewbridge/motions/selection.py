@@ -53,7 +53,7 @@ class Rupture(Scenario):
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=text.OPTIONS)
 class Cause:
-    """An earthquake that causes a level; those of the same level are mixed by their weights."""
+    """An earthquake that causes a level; earthquakes of one level are mixed by ``weight``."""
 
     magnitude: Number
     distance_km: Number

@@ -139,7 +139,7 @@ def _read_demands(path: Path, im: str | None, states: States) -> tuple[pd.DataFr
 
 
 def _limit_states(path: Path) -> States:
-    """Return the limit states of a file; that of the package if a study folder has none."""
+    """Return the limit states in a file, or in the package's file if a study folder has none."""
     default = Path("config/limit_states.yaml")
     packaged = path == default and not path.is_file()
     return load_limit_states(starter_files() / default if packaged else path)

@@ -1,7 +1,7 @@
 """Rounds of a study that runs until its headline effects are decided: plans and files.
 
 A round adds motions of the ordered suite to the variants that are needed to decide open effects.
-These are the pooled effects on headline demands and on median capacities of headline states. The
+It considers pooled effects on headline demands and on median capacities of headline states. The
 plan of a round has the number of motions of every variant, based on demands of earlier rounds.
 
 References:

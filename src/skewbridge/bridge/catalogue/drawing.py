@@ -250,7 +250,7 @@ def value_at(tree: Any, key: str) -> Any:
 def _sections(tree: Any, key: str) -> list[str]:
     """Return the sections of a file that take a key of ends: ends of its type, joints for pads.
 
-    A key such as ``seat.pads`` starts with the type; ``abutment`` stands for all types with the key.
+    A key such as ``seat.pads`` starts with the type; ``abutment`` stands for every type with it.
     """
     kind, part, *_ = key.split(".")
     ends, joints = value_at(tree, "abutments"), value_at(tree, "joints")
