@@ -48,7 +48,7 @@ _UNBALANCED: Final = 1.0
 # Penalties (N/m) of supports and lever: at 10 MN, a support yields by 0.01 um. The lever yields by
 # 10 um, which does not matter, because displacements are read at the mass centre.
 _PENALTIES: Final = (1.0e15, 1.0e12)
-#: Largest difference of force and reactions / force, and steps without displacement to reach it.
+#: Largest |applied force - reactions| / force, and steps without displacement to reach it.
 _IMBALANCE: Final = 5.0e-7
 _CORRECTIONS: Final = 4
 # Steps are halved at most this often where contacts change or the friction error is above the first
@@ -246,7 +246,7 @@ def _push_by_lever(
     max_disp_m: float,
     steps: int,
 ) -> PushCurve:
-    """Push a bridge with contacts by a lever, with shorter steps where contacts change."""
+    """Push a bridge with contacts by a `_Lever`, with shorter steps where contacts change."""
     with domain():
         model = build(variant, options)
         contacts, lever, brake = model.contacts, _Lever(model, direction), _Brake(model)

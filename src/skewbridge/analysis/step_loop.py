@@ -47,7 +47,7 @@ class Ending:
 
 
 class NoConvergenceError(Exception):
-    """All recovery steps failed for a (sub-)step."""
+    """All recovery steps failed in a (sub-)step."""
 
 
 class StepLoop:

@@ -9,7 +9,7 @@ apart that they have the rotational stiffness of all pile heads.
 
 At a joint, two deck ends face each other, on the cap of a bent or at a hinge. The decks meet in
 contact units at the same points along their faces. At a bent, both rest on pads on the cap; at a
-hinge, one rests on a ledge of the other. Cables may hold them together.
+hinge, one deck rests on a ledge of the other. Cables may hold the decks together.
 """
 
 from collections.abc import Callable, Mapping, Sequence

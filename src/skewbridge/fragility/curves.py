@@ -486,7 +486,7 @@ _TOTAL: Final = ("beta_total", "beta_total_low", "beta_total_high")
 def _printed_fits(
     runs: _DemandRuns, state: LimitState, curves: Mapping[str, _Curve]
 ) -> dict[str, FragilityFit]:
-    """Return the fits by method, without estimates that unknown outcomes may change."""
+    """Return the fits by method, without estimates that unknown outcomes may change too much."""
     # a median that underflows is none
     fits = {
         method: fit.without_estimate(BOUNDS_TOO_WIDE) if fit.theta == 0.0 else fit

@@ -191,7 +191,7 @@ def effect_tables(
 
 
 def effect_table(demands: pd.DataFrame, rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """Return effects with verdicts, pooled first; they are judged by the ratio unless stated."""
+    """Return effects with verdicts, pooled first; ``judged_by`` is the ratio unless in the row."""
     columns = list(demand_table.described("effects", axes_of(map(str, demands.columns))))
     table = pd.DataFrame(rows, columns=columns)
     for name, default in (("judged_by", verdicts.RATIO), ("unit", "")):

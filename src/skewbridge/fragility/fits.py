@@ -131,7 +131,7 @@ def fits_of_states(
 
 
 def jackknifed(fit: FragilityFit, ln_theta: Floats, beta: Floats) -> FragilityFit:
-    """Return the fit with jackknife intervals and covariance from M fits without one motion."""
+    """Return the fit with jackknife intervals and covariance from M fits, each without a motion."""
     is_valid = np.isfinite(ln_theta) & np.isfinite(beta) & (beta > 0.0)
     if np.sum(is_valid) < motion_means.MIN_VALUES:
         return fit.warned("too_few_motions_for_an_interval")

@@ -62,10 +62,10 @@ def curve_values(im: Floats, row: Mapping[Any, Any]) -> tuple[Floats, Floats]:
 
 
 def lead_axis(effects: pd.DataFrame, names: Collection[str], table: pd.DataFrame) -> Axis:
-    """Return the axis with the largest pooled effect on some demands or states of one model.
+    """Return the axis with the largest pooled effect on the demands or states ``names``.
 
-    Without such an effect it is the axis with the largest effect on anything else, or the first
-    axis with several values in ``table``.
+    Without such an effect it is the axis with the largest of all ``effects``, or the first axis
+    with several values in ``table``.
     """
     pooled = effects[(effects["scope"] == "pooled") & (effects["status"] == OK)]
     pooled = pooled[pooled["ratio"] > 0.0]
@@ -153,10 +153,10 @@ def main_curves(pooled: pd.DataFrame) -> dict[str, pd.DataFrame]:
 
 
 def _system_ratios(systems: pd.DataFrame) -> pd.DataFrame:
-    """Return mean ratios of medians of systems to those at the first value of their axis.
+    """Return mean ratios of system medians to the median at the first value of the leading axis.
 
-    Systems have no table of effects. Pairs of variants with other components are left out and
-    counted (``n_different``).
+    Systems have no table of effects. Pairs of variants whose systems have different components are
+    left out and counted (``n_different``).
     """
     rows: list[tuple[Any, ...]] = []
     for order, group in systems.astype({"theta": float}).groupby("order"):
@@ -200,7 +200,7 @@ def value_words(row: Mapping[str, Any], unit: str) -> str:
 
 
 def variants_text(row: Mapping[str, Any]) -> str:
-    """Return how many variants have a curve, if not all, and if a ratio leaves out others."""
+    """Return a note if variants lack a curve, or a ratio omits systems of other components."""
     are_missing = row["n_curves"] < row["n_variants"]
     text = f" ({row['n_curves']}/{row['n_variants']} variants)" if are_missing else ""
     if row["n_different"] > 0:

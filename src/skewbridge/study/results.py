@@ -214,8 +214,9 @@ def compare_studies(
 ) -> StudyComparison:
     """Compare two studies, each given by its folder or its demands; ratios are second / first.
 
-    Runs are paired if bridge, abutment model, axes, motion, scale and incidence agree; motions by
-    their digests, or by name without suites. Pairs in which one run ended early count as bounds.
+    Runs are paired if bridge, abutment model, axes, motion, scale and incidence agree. Motions with
+    the same name are left out if their files differ. A pair in which one run ended early gives a
+    bound.
     """
     settings, states = replace(DEFAULTS, im=im), _limit_states(limit_states)
     site = site_hazard(hazard, im)

@@ -346,7 +346,7 @@ def _is_of_bridge(key: str) -> bool:
 
 
 def _usual(key: str) -> str:
-    """Return a key of one end, joint or bent as the rules have it."""
+    """Return a key of one end, joint or bent in the general form that the rules use."""
     key = re.sub(r"^(abutments\.\w+|joints\.\d+(?=\.pads))", "abutment", key)
     return re.sub(r"\.\d+\.", ".*.", key)
 
