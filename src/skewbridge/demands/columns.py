@@ -100,7 +100,7 @@ def joint_columns(names: Iterable[str]) -> tuple[Column, ...]:
 
 
 def option_columns(names: Iterable[str]) -> tuple[Column, ...]:
-    """Return the columns of drawn modelling options; bridges where one has no effect lack it."""
+    """Return the columns of drawn modelling options; bridges have those that act on them."""
     texts = {name: f"value of model.{name}, drawn once per motion" for name in drawn_options(names)}
     return tuple(Column(f"{CHOICE_PREFIX}{name}", "text", "-", "", texts[name]) for name in texts)
 

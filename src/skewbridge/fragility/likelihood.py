@@ -103,7 +103,7 @@ class NormalKernel:
         self._sums = sums.reshape(*w.shape[:-1], line.size + 1, line.size + 1)
 
     def derivatives(self, params: Floats, rows: Index | None = None) -> Derivatives:
-        """Return values and derivatives at ``params`` (R, p) of the replicates ``rows``, or all."""
+        """Return log-likelihoods and derivatives of replicates ``rows`` (or all) at ``params``."""
         shape, weights = params.shape, [self._of_tail, self._of_between, self._sums, self._count]
         if self.weights.ndim == 2:
             if rows is not None and rows.size < len(self.weights):
@@ -283,7 +283,7 @@ class _Profiles:
         self._score = np.empty_like(self._params)
 
     def derivatives(self, params: Floats, rows: Index) -> Derivatives:
-        """Return values and derivatives at free ``params`` of the interval ends ``rows`` (R,)."""
+        """Return log-likelihoods and derivatives by free ``params`` for interval ends ``rows``."""
         onto = self._onto[rows]
         full = self._kernel.derivatives(self._offset[rows] + (onto @ params[:, :, None])[..., 0])
         self._score[rows] = full.score

@@ -158,7 +158,7 @@ def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
 
 
 def _member_name(state: LimitState, degree: str, modes: States) -> str:
-    """Return component and state, with the modes in the system unless it has all of them."""
+    """Return the component, with its state unless it equals the degree, and a subset of modes."""
     name = "" if state.name == degree else state.name
     if len(modes) < len(state.modes):
         name = f"{state.name}: {', '.join(mode.name for mode in modes)}"

@@ -342,7 +342,7 @@ def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
 
 
 def effect_notes(table: pd.DataFrame) -> list[str]:
-    """Return sentences on effects that one motion decides or that depend on another axis."""
+    """Return sentences on effects dominated by one motion or dependent on another axis."""
     notes: list[str] = []
     for _, effect, rows in _leading_effects(table):
         one_motion = [

@@ -265,9 +265,9 @@ def sketch(
     """Return the dimensions of a plan of a bridge and the corners of its parts (m).
 
     The decks are filled at the largest skew of the study and outlined at the other skews. Seats and
-    inner joints have their own or the largest gap, exaggerated ``factor`` times and normal to the
-    faces. A seat has a gap and keys, an integral or fixed end touches its wall, and a roller has no
-    wall. Bents and columns have their places at the largest skew.
+    inner joints have the gap of the bridge file or else the largest of the study, normal to the
+    faces and exaggerated ``factor`` times. A seat has a gap and keys, an integral or fixed end
+    touches its wall, and a roller has no wall. Bents and columns are drawn at the largest skew.
     """
     skew = max(skews_deg, key=abs)
     gaps_m = {name: bridge.gaps_mm.get(name, max(gaps_mm)) / 1000.0 for name in bridge.seats_m}

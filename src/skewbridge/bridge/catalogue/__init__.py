@@ -109,7 +109,7 @@ def _loaded(path: Path) -> Completed:
 
 
 def _by_end(layers: list[tuple[Path, dict[str, Any]]]) -> list[dict[str, Any]]:
-    """Return the data of the files, all with ``abutments`` if one of them has that key."""
+    """Return the data of the files; ``abutment`` becomes two ends if one has ``abutments``."""
     trees = [tree for _, tree in layers]
     if any("abutments" in tree for tree in trees):
         for path, tree in layers:

@@ -201,7 +201,7 @@ class Formula:
         return None
 
     def result(self, values: list[Any]) -> Any:
-        """Return the value for values of its keys, or raise one of `_FAULTS`."""
+        """Return the value of the formula from values of its keys, or raise one of `_FAULTS`."""
         with np.errstate(all="raise", under="ignore"):
             return self._of(values)
 
@@ -421,7 +421,7 @@ def overruled(tree: Mapping[str, Any]) -> set[str]:
 
 
 def _explained(error: InputError, known: Iterable[str]) -> InputError:
-    """Return the error with the drawing that would give each missing number.
+    """Return the error, extended by the part of a drawing that would give each missing number.
 
     ``known`` are the keys from the drawing or a rule. Errors that follow from these keys are listed
     only if there are no others.
