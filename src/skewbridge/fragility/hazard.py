@@ -131,7 +131,7 @@ class HazardCurve:
     def shares(
         self, rate: Callable[["HazardCurve"], LogRate], p_last: float, low: float, high: float
     ) -> Row:
-        """Return shares of a rate: bounds on that beyond the last intensity, and the extrapolated.
+        """Return bounds on the share beyond the last intensity, and the share that is extrapolated.
 
         ``rate`` returns the ln rate of a state for a hazard curve; ``p_last`` is P(exceeds) at
         the last intensity. Intensities outside ``low`` to ``high`` count as extrapolated.

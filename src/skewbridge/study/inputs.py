@@ -194,7 +194,7 @@ def medians_of(study: StudyConfig, demands: pd.DataFrame) -> tuple[float, ...]:
 
 
 def run_pilot(study: StudyConfig, workers: int) -> tuple[float, ...]:
-    """Run the analyses of the study under its first motions; store and return their medians."""
+    """Run the study under its first motions (trial runs); store and return its `medians_of`."""
     from skewbridge.study.analyses import StudySetup, run_in_journal
 
     setup = StudySetup.of(study, workers).of_motions(0, BLOCK)
