@@ -25,7 +25,7 @@ def load(folder: str | Path = "results") -> Any:
 
 
 def __getattr__(name: str) -> Any:
-    """Return `Frame`, `End` or `Column`, which the script of an own bridge returns."""
+    """Return `Frame`, `End` or `Column`, which the script of a user's bridge returns."""
     if name in ("Frame", "End", "Column"):
         return getattr(import_module(".bridge.script_frame", __name__), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

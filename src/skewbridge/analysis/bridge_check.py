@@ -49,8 +49,8 @@ def check_bridge(name: str) -> dict[str, Any]:
     """Build a bridge with open gaps at zero skew, apply its dead load and check it.
 
     Returns weight, reactions, periods and sources; ``findings`` (sentences on what would cause
-    trouble in a study), ``modes``, ``bents``, ``derived`` numbers with their rules, ``inherited``
-    ones.
+    trouble in a study), ``modes``, ``bents``, ``derived`` numbers with their rules, and
+    ``inherited`` numbers.
     """
     structure, standing = load_structure(name), standing_bridge(name)
     read = read_bridge(name) if isinstance(structure, CatalogueBridge) else None
@@ -161,7 +161,7 @@ def _known(bridge: Any, number: int, key: str) -> Any:
 
 
 def _factors(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[Any]:
-    """Yield key, value, rule and given value / rule's value of the numbers that a file gives."""
+    """Yield key, value by rule, rule, and stated / rule value of each number stated in a file."""
     for key, (value, rule) in rules.items():
         values = np.ravel(value_at(read.bridge, key))
         # no weight, for example of a cap, is a choice

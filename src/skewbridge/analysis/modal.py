@@ -132,7 +132,7 @@ def rayleigh_factors(
 def apply_rayleigh(model: BridgeModel, kind: RayleighKind | None = None) -> tuple[float, float]:
     """Apply Rayleigh damping to deck and columns only; return a0 (1/s) and a1 (s).
 
-    ``kind`` is that of the options by default.
+    By default, ``kind`` comes from the options.
 
     Penalty springs, gaps, walls and keys stay undamped. The stiffness is the committed one; see
     `damp_columns`.

@@ -137,7 +137,7 @@ def _drifts(column: ColumnHandle, trace: ResponseTrace) -> Series:
 
 
 def _ratio(column: ColumnHandle, vectors: Series, limits: Sequence[float | Series]) -> Series:
-    """Return vectors along x and y over limits normal to the bent and along it, shape (n,)."""
+    """Return the resultant of components / limits, normal to the bent and along it, shape (n,)."""
     # ASSUME an ellipse between the two directions, a circle for equal limits
     # source: Umehara and Jirsa (1984), J. Struct. Eng. 110(3), 605-618, shear of rectangles
     (x, y), (move_x, move_y) = column.normal, vectors.T

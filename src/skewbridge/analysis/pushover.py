@@ -1,9 +1,10 @@
 """Static pushover of a bridge, or of one abutment with the deck end that it supports.
 
-Bridges with friction are pushed by a lever, which gives every mass its share of the force and whose
-driver moves by the mean displacement of the masses. So are bridges whose push stops otherwise:
-`DisplacementControl` of OpenSees predicts each retry from the tangents of the failed step, in which
-pads and contacts may be open, and often does not recover.
+Bridges with friction are pushed by a lever: a constraint that moves one driver node by the mean
+displacement of the masses, so that every mass gets its share of the force. The lever is also used
+if the push of a bridge with contacts would stop early: `DisplacementControl` of OpenSees predicts
+each retry from the tangents of the failed step, in which pads and contacts may be open, and often
+does not recover.
 """
 
 from collections.abc import Callable
@@ -47,7 +48,7 @@ _UNBALANCED: Final = 1.0
 # Penalties (N/m) of supports and lever: at 10 MN, a support yields by 0.01 um. The lever yields by
 # 10 um, which does not matter, because displacements are read at the mass centre.
 _PENALTIES: Final = (1.0e15, 1.0e12)
-#: Largest difference of force and reactions / force, and steps without displacement to reach it.
+#: Largest |applied force - reactions| / force, and steps without displacement to reach it.
 _IMBALANCE: Final = 5.0e-7
 _CORRECTIONS: Final = 4
 # Steps are halved at most this often where contacts change or the friction error is above the first
@@ -183,9 +184,10 @@ class _Lever:
 
 
 class _Brake:
-    """Springs that hold masses, walls and keys near their last positions while a state jumps.
+    """Temporary springs that hold masses, walls and keys near their last positions.
 
-    The model then creeps, as if it were slow in a viscous fluid, to its next equilibrium.
+    They are used if the next equilibrium is far away. The model then creeps to it, as if in a
+    viscous fluid.
     """
 
     def __init__(self, model: BridgeModel) -> None:
@@ -210,7 +212,10 @@ class _Brake:
                 self._offsets.append((node, dof, float(ops.nodeDisp(node, dof)), offset))
 
     def creeps(self, increment_m: float, contacts: ContactSet) -> bool:
-        """Move the lever with the brake, then release it; return whether there is equilibrium."""
+        """Advance the lever against these springs, then soften the springs to zero in steps.
+
+        Returns whether the model is in equilibrium without them.
+        """
         squares = iter(_BRAKES)
         square = next(squares)
         contacts.start_from_rest()
@@ -241,7 +246,7 @@ def _push_by_lever(
     max_disp_m: float,
     steps: int,
 ) -> PushCurve:
-    """Push a bridge with contacts by a lever, with shorter steps where contacts change."""
+    """Push a bridge with contacts by a `_Lever`, with shorter steps where contacts change."""
     with domain():
         model = build(variant, options)
         contacts, lever, brake = model.contacts, _Lever(model, direction), _Brake(model)

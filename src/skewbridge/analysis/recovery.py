@@ -67,7 +67,7 @@ class Effort:
 
     @property
     def highest_rung(self) -> int:
-        """Highest recovery step in which a step converged; 0 without steps."""
+        """Largest index in `RECOVERY_STEPS` that a converged (sub-)step needed; 0 without steps."""
         return max(self.steps_by_rung, default=0)
 
     @property

@@ -47,7 +47,7 @@ class Ending:
 
 
 class NoConvergenceError(Exception):
-    """All recovery steps failed at a part of a step."""
+    """All recovery steps failed in a (sub-)step."""
 
 
 class StepLoop:
@@ -267,7 +267,7 @@ class StepLoop:
         return True
 
     def _recover(self, size_s: float) -> Generator[float]:
-        """Make a step that failed by the next recovery steps, each from where the last stopped."""
+        """Complete a failed step by the next recovery steps; each starts where the last stopped."""
         self._count_failure(self.recovery_steps[self._number])
         finest = self.recovery_steps[-1].substeps
         remaining = finest  # rest of the step, in parts of the finest recovery step

@@ -197,8 +197,8 @@ class _History:
 class Watch:
     """Compares each step with the limits; create it in the state under gravity.
 
-    ``columns`` are the drifts since then; ``ground_moves`` under support motions. `InputError` if a
-    joint gap is at least as wide as its seat.
+    ``columns`` give drifts since that state; ``ground_moves`` is true under support motions.
+    `InputError` if a joint gap is at least as wide as its seat.
     """
 
     def __init__(

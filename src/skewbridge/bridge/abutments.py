@@ -294,7 +294,7 @@ class Joint(Wall):
         return self.data.monolithic_key if is_monolithic else self.data.sacrificial_key
 
     def key_inward_normal(self, sign: float) -> PlanVector:
-        """Return the inward normal of a key (sign: its side) by the option ``key_frame``."""
+        """Return the inward normal of the key on one side (``sign`` +1: along the wall tangent)."""
         # ASSUME the face of a key is parallel to the edge of the deck
         is_skewed = self.options.key_frame == "skewed"
         x, y = self.end.tangent if is_skewed else turned(self.end.outward)

@@ -137,7 +137,7 @@ def modes_of(model: BridgeModel, count: int) -> tuple[Mode, ...]:
     """Return the modes of a model under dead load with open gaps; the model is left as it was.
 
     Friction springs are made soft, walls and keys are held: their local modes would fill the list.
-    More than ``count`` modes if these hardly move the mass along one of the axes.
+    If ``count`` modes hardly move the mass along one of the axes, more modes are returned.
     """
     ends = model.abutments
     fixed = {node for end in ends for node in end.key_nodes}
@@ -178,7 +178,8 @@ def _lowest_modes(count: int) -> tuple[Mode, ...]:
 def period_s(modes: Sequence[Mode], direction: str) -> float:
     """Return the period of the mode with the most mass along ``x, y`` or about z (``rz``).
 
-    Along ``z`` it is the longest of those with half of that: simple spans have modes of their own.
+    Along ``z``, where each simple span has its own mode, it is the longest period of the modes with
+    at least half of the largest mass.
     """
     masses = [getattr(mode, f"mass_{direction}") for mode in modes]
     least = max(masses) * (0.5 if direction == "z" else 1.0)
@@ -188,9 +189,9 @@ def period_s(modes: Sequence[Mode], direction: str) -> float:
 def bridge_period_s(bridge: BridgeData, which: Literal["t1", "long", "short"]) -> float:
     """Return the conditioning period, or the long or short period of Rayleigh damping, in s.
 
-    T1 is that of the model with pads, open gaps and zero skew. The periods of damping are those of
-    cracked columns on rollers, for the short one with ends held transversely; a bridge without
-    columns has no longitudinal stiffness without its pads. Raises `ValueError` for a
+    T1 is from the model with pads, open gaps and zero skew. The periods of damping are from cracked
+    columns and deck ends on rollers (for the short period held transversely); without columns, they
+    are from the model of T1, because rollers have no stiffness. Raises `ValueError` for a
     mechanism, or if the domain has a model, which would be lost.
     """
     if ops.getNodeTags():

@@ -125,7 +125,7 @@ def wall_backfill(
 
 
 def reduced_for_skew(passive: Passive, skew_rad: float, rule: BackfillSkew) -> Passive:
-    """Return the curve of a skewed wall from that of a straight one.
+    """Return the curve of a skewed wall from the curve ``passive`` of a wall at zero skew.
 
     With ``strength``, a hyperbola keeps its initial stiffness and its closure at full strength, as
     in tests (verification/skew_passive.csv). ``strength_and_stiffness`` reduces all forces.

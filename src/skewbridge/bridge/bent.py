@@ -40,7 +40,7 @@ def build_bents(
 ) -> tuple[tuple[ColumnHandle, ...], tuple[int, ...]]:
     """Create caps, columns and bases with their weights; return columns and foundation springs.
 
-    ``skew_deg`` is that of the bents; the bridge is that of `built_bridge` for this skew.
+    ``skew_deg`` is the skew of the bents; ``bridge`` comes from `built_bridge` for this skew.
     """
     normal = (cos(radians(skew_deg)), sin(radians(skew_deg)))
     in_bent, level = tags.transformation(), tags.transformation()

@@ -31,8 +31,8 @@ RESIDUAL_SHEAR = 0.1
 class BentCapacity:
     """Displacement capacity of one of the equal columns of a bent (1, 2, ...), under dead load.
 
-    It is normal to the bent, along it, or in all directions. The shear span is from a hinge to the
-    point of contraflexure; the axial force is at the base.
+    The displacement is normal to the bent, along it, or in any direction. The shear span is from a
+    hinge to the point of contraflexure; the axial force is at the base.
     """
 
     bent: int
@@ -68,8 +68,8 @@ def bent_capacity(
 ) -> BentCapacity:
     """Return the displacement capacity of a bent (0, 1, ...), normal (0) to it or along it (1).
 
-    A pinned base makes one cantilever, a fixed one two of half the height; normal to a bent below a
-    joint it is one, whose moment vanishes at the bearings.
+    A column with a pinned base is one cantilever, with a fixed base two of half the height. Below a
+    joint, in bending normal to the bent, it is one, with zero moment at the bearings.
 
     References:
         Caltrans SDC 1.7 section 3.1.3.
@@ -121,7 +121,7 @@ def bent_capacities(bridge: BridgeData, hinge_rule: HingeRule = "sdc") -> list[B
 
 
 def hinge_length_m(column: ColumnData, shear_span_m: float, rule: HingeRule) -> float:
-    """Return the length of the plastic hinges in m, from the bridge file or otherwise from a rule.
+    """Return the length of the plastic hinges in m, from the bridge file if given, or by a rule.
 
     Both rules are 0.08 L + 0.022 fye db (MPa, mm); ``sdc`` has the lower limit 0.044 fye db.
 
@@ -163,8 +163,8 @@ def shear_section(
 class ShearLoss:
     """Shear force-deformation backbone of a column in one direction.
 
-    The column fails at ``strength_n`` and the shear deformation ``elastic_m``, in a push at the
-    flexural drift ``failure_drift_ratio`` (without failure, that of the displacement capacity).
+    The column fails at ``strength_n`` and the shear deformation ``elastic_m``; in a push, at the
+    flexural drift ``failure_drift_ratio`` (drift at the displacement capacity if it does not fail).
     ``residual_m`` is the shear deformation at the residual strength.
     """
 

@@ -45,7 +45,7 @@ class DeadLoad:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Damping:
-    """Rayleigh damping: one ratio at two periods, of these elements and their nodes."""
+    """Rayleigh damping of ``elements`` and their nodes: one ratio at two periods."""
 
     ratio: float
     long_period_s: float
@@ -107,7 +107,7 @@ class Description:
     bent_heights_m: tuple[float, ...]  # clear height of each bent
     bent_columns: tuple[int, ...]  # number of columns of each bent
     bent_bases: tuple[str, ...]  # how the columns of each bent stand; empty if it is not known
-    #: places of the columns at zero skew: along the bridge from its middle, and across
+    #: positions of the columns at zero skew: along the bridge from its middle, and across
     columns_m: tuple[PlanVector, ...]
     #: points of the outline of each column: along its bent, and normal to it
     outlines_m: tuple[Sequence[Sequence[float]], ...]
@@ -117,11 +117,11 @@ class Description:
     backfill_rule: str  # rule of the backfill
     damping_ratio: float  # ratio of the Rayleigh damping
     on_springs: bool = False  # whether the columns stand on foundation springs
-    #: own skew of the ends and inner joints that have one
+    #: skew of the ends and inner joints that do not take that of the variant
     skews_deg: Mapping[str, float] = field(default_factory=dict[str, float])
-    #: own gap of the seats and inner joints that have one
+    #: gap of the seats and inner joints that do not take that of the variant
     gaps_mm: Mapping[str, float] = field(default_factory=dict[str, float])
-    #: place of each inner joint along the bridge from its middle, by its place in words
+    #: position of each inner joint along the bridge from its middle, by its location in words
     joints_m: Mapping[str, float] = field(default_factory=dict[str, float])
 
     @property
@@ -136,7 +136,7 @@ class Description:
 
     @property
     def own_gaps_mm(self) -> dict[str, float]:
-        """Own gaps by their place in words, such as ``the left end`` or ``joint 1``."""
+        """Gaps that the bridge itself states, by place, such as ``the left end`` or ``joint 1``."""
         return {
             f"the {name} end" if name in self.end_kinds else name: gap_mm
             for name, gap_mm in self.gaps_mm.items()

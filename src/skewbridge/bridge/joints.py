@@ -9,7 +9,7 @@ apart that they have the rotational stiffness of all pile heads.
 
 At a joint, two deck ends face each other, on the cap of a bent or at a hinge. The decks meet in
 contact units at the same points along their faces. At a bent, both rest on pads on the cap; at a
-hinge, one rests on a ledge of the other. Cables may hold them together.
+hinge, one deck rests on a ledge of the other. Cables may hold the decks together.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -286,7 +286,7 @@ def _pile_springs(
     dashpot_s: float,
     tags: TagAllocator,
 ) -> list[int]:
-    """Create the lateral springs of pile heads; return their elements, that on the ground first.
+    """Create the lateral springs of pile heads; return their elements, the grounded one first.
 
     As behind a wall, a dashpot acts on the elastic part of the resistance, so that spring and
     dashpot together never exceed the strength.

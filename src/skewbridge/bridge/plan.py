@@ -83,8 +83,8 @@ class DeckEnd:
 def tributary_shares(count: int) -> list[float]:
     """Return the share of the wall for each of equally spaced points, including the corners.
 
-    Three or more springs have the rotational stiffness of a continuous wall (half a spacing at the
-    corners: 12 % too stiff with five).
+    Three or more springs have the rotational stiffness of a continuous wall; with shares of half a
+    spacing at the corners, five springs would be 12 % too stiff.
     """
     inner = 1.0 / (count - 1)
     shares = [inner / 2 if i in (0, count - 1) else inner for i in range(count)]

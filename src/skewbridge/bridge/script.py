@@ -206,7 +206,10 @@ def _need(condition: bool, message: str) -> None:
 
 @contextmanager
 def _axes_checked() -> Generator[None]:
-    """Refuse beams without local axes until the exit; OpenSees would end the process silently."""
+    """Inside the context, refuse beams without length or with a geomTransf vector along their axis.
+
+    OpenSees would end the process silently.
+    """
     vectors: dict[Any, tuple[np.ndarray, np.ndarray]] = {}
     commands = ops.geomTransf, ops.element
 
@@ -547,7 +550,7 @@ def _merged(base: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, 
 
 
 def _soft(beams: Sequence[int]) -> list[int]:
-    """Return the beam-columns without stiff links, whose damping would only be rounding errors."""
+    """Return the beam-columns that are not stiff links; damping of links is rounding error only."""
     elastic = [e for e in beams if ops.eleType(e) == "ElasticBeam3d"]
     if not elastic:
         return list(beams)

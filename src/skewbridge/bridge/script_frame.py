@@ -1,4 +1,4 @@
-"""What the script of a user's own bridge returns; all lengths and forces are in its own units."""
+"""Classes that the script of a user's bridge returns; lengths and forces are in its units."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

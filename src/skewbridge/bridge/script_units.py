@@ -108,7 +108,7 @@ _replaced: list[tuple[Any, str, Callable[..., Any]]] = []
 
 
 def end_view() -> None:
-    """End the view, if there is one."""
+    """End the SI view of the domain, if there is one."""
     while _replaced:
         setattr(*_replaced.pop())
 

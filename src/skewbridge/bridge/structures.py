@@ -175,10 +175,10 @@ def _inner_joints(
 
 
 def built_bridge(bridge: BridgeData, options: ModelOptions, skew_deg: float = 0.0) -> BridgeData:
-    """Return a bridge multiplied by the option factors, with the bents of a skewed bridge.
+    """Return a bridge multiplied by the option factors, with its bents skewed.
 
-    These have the spacing along the bent and the weight of a longer cap. Factors on damping and
-    backfill act where these are computed.
+    A skewed bent has a longer, heavier cap and, by the option, wider column spacing. Factors on
+    damping and backfill are applied where damping and backfill are computed.
     """
     # the cap of a skewed bent ends at the edges of the deck
     stretch = 1.0 / cos(radians(options.skew_of_bents_deg(skew_deg)))
@@ -224,7 +224,7 @@ def built_end(abutment: EndData, options: ModelOptions) -> EndData:
 
 
 def widened(abutment: AbutmentData, ratio: float) -> AbutmentData:
-    """Return the data of an abutment for a wider deck: the same per metre, and the same wings."""
+    """Return the data of an abutment for another deck width: same per metre, same wing walls."""
     # ASSUME dead load, and with it pads and keys, is proportional to the width of the deck
     key = {"force_kn": ratio}
     factors = {

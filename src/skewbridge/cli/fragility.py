@@ -179,9 +179,9 @@ def decide(
 ) -> Answer:
     """Find the seat length and joint gap that each skew needs.
 
-    Writes decision.csv and the chart decision.svg and .png: seat length with its interval so that
-    unseating stays below the target, the rules of AASHTO, SDC and Hazus, and the gaps for which
-    column failure does. The intensity of the study must be that of the hazard.
+    Writes decision.csv and the chart decision.svg and .png: seat length with interval for which
+    unseating stays below the target, gaps for which column failure stays below it, and the rules of
+    AASHTO, SDC and Hazus. Study and hazard must use the same intensity measure.
 
     Example: skewbridge decide --hazard site.csv --bridge osb1 --axis friction=0.5 --out decision
     """

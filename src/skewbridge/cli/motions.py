@@ -34,7 +34,7 @@ class MissingOptions:
 
     @property
     def given(self) -> "Stated":
-        """Time step and unit for the readers of motions."""
+        """Time step and unit for files that state none."""
         from skewbridge.motions.formats import Stated
 
         return Stated(dt_s_if_missing=self.dt_s, unit_if_missing=self.unit)

@@ -409,7 +409,7 @@ def _require_options(bridge: str, names: Mapping[str, Any]) -> None:
 
 
 def gap_notes(bridge: str) -> list[str]:
-    """Return a note if gaps in the file of a bridge replace that of the variant, or it has none."""
+    """Return a note if the bridge file replaces the gap of the variant, or no joint exists."""
     from skewbridge.bridge.library import load_structure
 
     about = load_structure(bridge).description

@@ -164,7 +164,7 @@ class ContactUnit:
         return False
 
     def _read_forces(self, dt_s: float) -> bool:
-        """Read the springs, update the account and check that the bounds of the step acted."""
+        """Read the springs, update the ledger and check that the bounds of the step acted."""
         forces = ops.basicForce(self.element)
         e1, e2, kt, opening, account = self._e1, self._e2, self.kt, self.opening, self.account
         normal, force_1 = -forces[0], forces[1]

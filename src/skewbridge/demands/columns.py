@@ -85,7 +85,7 @@ _JOINT: Final = re.compile(r"joint(\d*)(_unseating_m|_closures)")
 def joint_columns(names: Iterable[str]) -> tuple[Column, ...]:
     """Return the columns of joints inside the bridge, which only bridges with joints have.
 
-    The columns of joint 2 are those of any joint with its number: ``joint2_unseating_m``.
+    ``joint2_unseating_m`` is ``joint_unseating_m`` (of any joint) with the number in its texts.
     """
     columns: list[Column] = []
     for name in names:
@@ -100,7 +100,7 @@ def joint_columns(names: Iterable[str]) -> tuple[Column, ...]:
 
 
 def option_columns(names: Iterable[str]) -> tuple[Column, ...]:
-    """Return the columns of drawn modelling options, which only bridges have on which they act."""
+    """Return the columns of drawn modelling options; bridges have those that act on them."""
     texts = {name: f"value of model.{name}, drawn once per motion" for name in drawn_options(names)}
     return tuple(Column(f"{CHOICE_PREFIX}{name}", "text", "-", "", texts[name]) for name in texts)
 

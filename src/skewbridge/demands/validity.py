@@ -39,9 +39,9 @@ def failure_kinds(table: "pd.DataFrame") -> NDArray[np.str_]:
 
 
 def failed_modes(table: "pd.DataFrame") -> NDArray[np.str_]:
-    """Return `failure_kinds`; of a table without this column the mode with the largest ratio >= 1.
+    """Return `failure_kinds`; in a table without `BEYOND_MODEL` the mode of the largest ratio >= 1.
 
-    The demands of such a run are those of the whole motion.
+    In such a table, demands are peaks over the whole motion even if a column failed.
     """
     if BEYOND_MODEL in table.columns:
         return failure_kinds(table)

@@ -27,7 +27,7 @@ ENGINE: Final = (
     "analysis",
     "study/task.py",
 )
-#: Left out here: the digest of each bridge covers the numbers of each bridge.
+#: YAML files here are left out of digests, because each bridge has a digest of its own numbers.
 _CATALOGUE: Final = Path("bridge", "catalogue")
 _PACKAGES: Final = ("openseespy", "numpy", "scipy", "pandas", "pyarrow", "skewbridge")
 

@@ -1,4 +1,4 @@
-"""Effects on demands under the alternative values of modelling options that the motions draw.
+"""Effects on demands under each value of the modelling options that are drawn for every motion.
 
 Each motion has its own value of every such option (`uncertainty.alternatives`), the same in all
 variants. The ln ratios of an effect are regressed on these values, all options at once. A motion
@@ -105,7 +105,7 @@ def _explained_share(
 ) -> float:
     """Return the share of the variance between motions due to the options (adjusted R squared).
 
-    ``explained`` (n,) is the part of the ln ratios that the options explain.
+    ``explained`` (n,) is the part of the ln ratios that the options explain; see `Pairs.side`.
     """
     exact = side == EXACT
     count = np.bincount(motions[exact])

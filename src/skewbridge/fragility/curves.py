@@ -83,9 +83,10 @@ def fit_study(
 
 
 def _with_preferred(table: pd.DataFrame) -> pd.DataFrame:
-    """Prefer the first method with a median in some variant, for each bridge and state.
+    """Add ``preferred``: for each bridge and state, the first method with a median in some variant.
 
-    A median that unknown outcomes change too much counts: fits to outcomes leave these runs out.
+    This includes medians withheld because unknown outcomes change them too much: the other method
+    would leave out these runs.
     """
     has_median = table["status"].isin((FITTED, BOUNDS_TOO_WIDE))
     rank = table["method"].map(METHODS.index).where(has_median)
@@ -94,7 +95,7 @@ def _with_preferred(table: pd.DataFrame) -> pd.DataFrame:
     return table.assign(preferred=((rank == best) & (table["status"] == FITTED)).to_numpy())
 
 
-#: Median and dispersion for each treatment of unknown outcomes; `_PEAKS` if a run collapsed.
+#: Median and dispersion for each treatment of unknown outcomes, and `_PEAKS` if a run collapsed.
 type _Bounds = dict[str, tuple[float, float]]
 _SURE: Final = 0.95
 _PEAKS: Final = "peaks"  # peaks of collapsed runs count as exact
@@ -112,7 +113,7 @@ class _Cloud(NamedTuple):
 
 
 class _Variant(NamedTuple):
-    """One variant: its runs, the block of each run, and its curves by the demand model."""
+    """One variant: its runs, the event or motion of each, and its curves by the demand model."""
 
     runs: pd.DataFrame
     block: Index
@@ -166,7 +167,7 @@ class _BridgeState:
 
     @cached_property
     def _treated(self) -> dict[str, list[DemandModel]]:
-        """Demand models of the modes for each treatment of the unknown outcomes of the bridge."""
+        """Demand models of the failure modes, refitted with each treatment of unknown outcomes."""
         fits = [fit for fit in self._fits if not isinstance(fit, str)]
         if len(fits) < len(self._fits) or not np.any(fits[0].outcomes.exceed(self._modes[0])):
             return {}
@@ -214,7 +215,7 @@ class _BridgeState:
 
 
 class _Curve(NamedTuple):
-    """Curve of one state by one method; arrays of R estimates."""
+    """Curve of one state by one method; R estimates: all runs, then without each event."""
 
     fit: FragilityFit
     ln_theta: Floats  # shape (R,)
@@ -240,7 +241,7 @@ class _DemandRuns:
         self.im = variant.runs[settings.im].to_numpy(dtype=np.float64)
         self.ln_im, self.motion = np.log(self.im), demand_table.motion_codes(variant.runs)
         self.motions = int(np.max(self.motion)) + 1
-        #: Blocks with a run, and weights of the runs without each of these blocks.
+        #: Blocks (events or motions) with a run, and weights 0 or 1 of the runs without each one.
         self.present = np.unique(variant.block)
         self.weights = (variant.block != self.present[:, None]).astype(np.float64)
         self.outcomes = demand_outcomes(variant.runs, states)
@@ -326,7 +327,7 @@ def _cloud_curve(runs: _DemandRuns, state: LimitState) -> _Curve:
 def _union_curve(
     runs: _DemandRuns, state: LimitState, curves: Mapping[LimitState, Mapping[str, _Curve]]
 ) -> _Curve:
-    """Return the union of the exceedance fits of the modes of a state, or its own fit.
+    """Return the union of the exceedance fits of the modes of a state, or the fit of the state.
 
     A mode without a curve of its own, with few failures, does not count.
     """
@@ -391,7 +392,7 @@ def _common_slope(
     *,
     in_full: bool,
 ) -> _StateFits:
-    """Fit k states together; the parameters are a0 of each state and the common a1."""
+    """Fit k states together: P = Phi(a0 + a1 ln x) with a0 of each state and a common slope a1."""
     # Ordered probit: a run that exceeds state j but not state k has the probability
     # Phi(eta_j) - Phi(eta_k), with eta_j = a0_j + a1 ln x.
     size, passed, not_passed = len(single), exceed.sum(axis=1), is_known & ~exceed
@@ -485,7 +486,7 @@ _TOTAL: Final = ("beta_total", "beta_total_low", "beta_total_high")
 def _printed_fits(
     runs: _DemandRuns, state: LimitState, curves: Mapping[str, _Curve]
 ) -> dict[str, FragilityFit]:
-    """Return the fits by method, without estimates that unknown outcomes may change."""
+    """Return the fits by method, without estimates that unknown outcomes may change too much."""
     # a median that underflows is none
     fits = {
         method: fit.without_estimate(BOUNDS_TOO_WIDE) if fit.theta == 0.0 else fit

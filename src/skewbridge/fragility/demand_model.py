@@ -104,7 +104,7 @@ class AxisRange:
 
     @property
     def terms(self) -> list[tuple[tuple[str, float], ...]]:
-        """Terms of the shift: levels of one axis, then products for two and three axes."""
+        """Terms of ``shift`` as (axis, level) pairs: single, then products of two and three."""
         by_axis = [[(name, level) for level in self.levels[name][1:]] for name in self.varying]
         linear = [
             ((first, _LINEAR), (second, _LINEAR)) for first, second in combinations(self.varying, 2)
@@ -119,7 +119,7 @@ class AxisRange:
 
     @property
     def names(self) -> list[str]:
-        """Names of the terms of the shift, then of the drift."""
+        """Names of the coefficients: the terms of ``shift``, then those of ``drift``."""
         texts = {_LINEAR: ""}
         names = [
             ":".join(f"{name}{texts.get(level, f'={level:g}')}" for name, level in term)
@@ -129,12 +129,12 @@ class AxisRange:
 
     @property
     def drifts(self) -> int:
-        """Number of terms of the drift, which are the first of the terms of the shift."""
+        """Number of terms of ``drift``: those of single axes, which come first in `terms`."""
         return sum(len(term) == 1 for term in self.terms)
 
     @property
     def deviations(self) -> Floats:
-        """Standard deviation of the prior of each coefficient of shift and drift."""
+        """Prior standard deviation of each coefficient of ``shift``, then of ``drift``."""
         of_shift = [
             _PROPORTIONAL if term[0][1] == _LINEAR else _SHIFTS[len(term) - 1]
             for term in self.terms
@@ -142,7 +142,7 @@ class AxisRange:
         return np.array([*of_shift, *[_DRIFT] * self.drifts])
 
     def matrix(self, values: Mapping[str, Any]) -> Floats:
-        """Return the terms of the shift at n values of the axes, shape (n, q)."""
+        """Return the q regressors of ``shift`` at n points, given by axis ``values``, (n, q)."""
         columns: dict[tuple[str, float], Floats] = {}
         for name in self.varying:
             levels = self.levels[name]
@@ -170,7 +170,7 @@ class AxisRange:
                 raise InputError(f"{name} {problem}", column=name)
 
     def counted(self, name: str, value: Any) -> Any:
-        """Return the value of an axis that counts: the size of a skew without sign."""
+        """Return the value of an axis in the model: |skew| unless the study has both signs."""
         return abs(value) if name == SKEW and not self.signed_skew else value
 
 
@@ -184,9 +184,9 @@ def _cardinal_spline(levels: tuple[float, ...]) -> Callable[[Floats], Floats]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DemandModel:
-    """R models of one demand: of all runs, then without each block (the jackknife).
+    """R models of one demand: of all runs, then without each event or motion (jackknife).
 
-    The last models, one per drift, add the error from its prior to the jackknife's variance.
+    The last models, one per term of ``drift``, include the standard error from its prior.
     """
 
     axes: AxisRange
@@ -199,7 +199,7 @@ class DemandModel:
 
     @property
     def deviation(self) -> Floats:
-        """Standard deviation of ln demand at x = 0, with the divisor of a sample, shape (R,)."""
+        """Standard deviation of ln demand at x = 0, corrected for few motions, shape (R,)."""
         variance = np.sum(np.exp(2.0 * self.parameters[:, -2:]), axis=1)
         # level and slope, and a bend, were estimated
         lost, count = 2 + bool(np.isfinite(self.knot)), np.full(len(variance), self.motions)
@@ -286,7 +286,7 @@ class PointModel(NamedTuple):
     def largest_distance(self, state: LimitState, ln_theta: float, total: float) -> float:
         """Return the largest difference of probability between model and lognormal curve.
 
-        The range is that of the intensities of the runs.
+        It is taken over the range of intensities of the runs.
         """
         ln_im = self.model.centre + np.linspace(*self.model.span, 201)
         z = self.score(state.threshold, state.dispersion, ln_im[:, None])[:, 0]
@@ -294,7 +294,7 @@ class PointModel(NamedTuple):
 
 
 class StateCurve(NamedTuple):
-    """Curves of one state at one point for R models: of all runs, then without each block."""
+    """Curves of one state at one point for R models: of all runs, then without each event."""
 
     ln_theta: Floats  # shape (R,)
     beta: Floats  # of records
@@ -323,7 +323,7 @@ class DemandFit:
     setup: "_Setup"
 
     def treated(self, outcomes: DemandOutcomes, steps: int = 100) -> DemandModel:
-        """Return the model of other outcomes of the same runs, with the same shape (R = 1)."""
+        """Return the model refitted to other outcomes of the runs; knot and growth stay (R = 1)."""
         fit = fit_mixed(self.setup.data(outcomes, self.model), self.model.parameters[0], steps)
         motions = self.setup.used_motions(outcomes)
         return replace(self.model, parameters=fit.parameters[None], motions=motions)
@@ -458,12 +458,12 @@ def _fit_demand(item: tuple[_Setup, DemandOutcomes]) -> DemandFit | str:
 
 
 def _precision(setup: _Setup, outcomes: DemandOutcomes, model: DemandModel, group: Index) -> Floats:
-    """Return the precision of the priors of shift and drift in units of the likelihood.
+    """Return the precisions of the priors of ``shift`` and ``drift`` for use with the likelihood.
 
     An effect of an axis scatters from motion to motion, equally in all cells of other axes, but
     the likelihood takes the scatter of runs as independent. The precision of a prior is therefore
-    multiplied by the ratio of the jackknife variance of its coefficient to that of the likelihood,
-    both from a fit with wide priors.
+    multiplied by jackknife variance / likelihood variance of its coefficient if this is above 1.
+    Both variances are from a fit with wide priors.
     """
     fit = fit_mixed(setup.data(outcomes, model, growth=False))
     has_prior = ~np.isfinite(fit.precision)
@@ -475,10 +475,10 @@ def _precision(setup: _Setup, outcomes: DemandOutcomes, model: DemandModel, grou
 
 
 def _shrinkage_errors(fit: MixedFit, drifts: int) -> Floats:
-    """Return the errors of all parameters from one standard deviation of each drift, (drifts, m).
+    """Return the errors of all m parameters due to the priors of the drifts, shape (drifts, m).
 
-    The prior pulls a drift to zero, whatever the block that is left out: the jackknife lacks the
-    error of the shrinkage, which is averaged here over the prior.
+    A prior pulls its drift towards zero in every model of the jackknife, which therefore misses
+    this error. Row i is the error if the true drift i is one prior standard deviation.
     """
     has_prior, last = ~np.isfinite(fit.precision), fit.parameters.size - 3
     prior = np.where(has_prior, 0.0, fit.precision)

@@ -82,7 +82,7 @@ def varying_axes(table: pd.DataFrame) -> list[str]:
 
 
 def models_of(table: pd.DataFrame) -> Iterator[tuple[dict[str, Any], pd.DataFrame]]:
-    """Yield each combination of bridge and abutment model with its rows; they are not pooled."""
+    """Yield bridge and abutment model, and the rows, of each combination that has rows."""
     for (bridge, abutment), rows in table.groupby(list(BRIDGE_COLUMNS), sort=True):
         yield {"bridge": bridge, "abutment": abutment}, rows
 
@@ -323,7 +323,7 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
 
 
 def _missing_demands(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[tuple[object, ...]]:
-    """Yield a note for each completed run without a demand that other runs of its model have."""
+    """Yield a note for each demand that a completed run lacks but others of its bridge have."""
     runs = table[validity.is_complete(table)]
     models = runs.groupby(list(BRIDGE_COLUMNS))
     for name in columns:

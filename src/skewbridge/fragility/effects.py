@@ -2,9 +2,9 @@
 
 Record-to-record scatter cancels in the ratio of two demands under one motion. Effects of a few per
 cent can therefore be detected with 16 motions; an unpaired comparison would need hundreds. The
-scatter also cancels in the ratio of two medians, which is that of the demand model of the bridge
-(`demand_model`). Its error comes from a jackknife that leaves each motion, or all motions of an
-event, out of all variants (Bell and McCaffrey 2002, see `fits`).
+scatter also cancels in the ratio of two medians, both from one demand model of the bridge
+(`demand_model`). The error of a ratio comes from a jackknife that leaves each motion, or all
+motions of an event, out of all variants (Bell and McCaffrey 2002, see `fits`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -67,7 +67,7 @@ class Pairs:
         self.names = demand_table.block_names(table)
         top, bottom = (table[f"complete_{end}"].to_numpy() for end in ("to", "from"))
         conditions = [top & bottom, bottom, top]
-        #: `EXACT`, `AT_LEAST`, `AT_MOST` or `UNKNOWN`, shape (n,).
+        #: Kind of change or bound of each pair: `EXACT`, `AT_LEAST`, `AT_MOST`, `UNKNOWN`, (n,).
         self.side = np.select(conditions, [EXACT, AT_LEAST, AT_MOST], default=UNKNOWN)
 
     def ends(self, name: str) -> tuple[Floats, Floats]:
@@ -91,7 +91,7 @@ class Pairs:
         return (top - bottom) * difference.per_unit, has_top != has_bottom
 
     def means(self, values: Floats, x: Floats | None = None) -> list[Jackknifed]:
-        """Return the mean of changes (n,), or their line on ``x``: pooled, then for each cell."""
+        """Return the mean of changes (n,), or their regression on ``x``: of all, then by cell."""
         is_finite = np.isfinite(values if x is None else values + x)
         cells: list[Jackknifed] = []
         for _, rows in self.cells:
@@ -191,7 +191,7 @@ def effect_tables(
 
 
 def effect_table(demands: pd.DataFrame, rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """Return effects with verdicts, pooled first; they are judged by the ratio unless stated."""
+    """Return effects with verdicts, pooled first; ``judged_by`` is the ratio unless in the row."""
     columns = list(demand_table.described("effects", axes_of(map(str, demands.columns))))
     table = pd.DataFrame(rows, columns=columns)
     for name, default in (("judged_by", verdicts.RATIO), ("unit", "")):
@@ -326,7 +326,7 @@ def median_effects(
 ) -> pd.DataFrame:
     """Return the ratios of median capacities along every axis, with pooled ratios first.
 
-    The medians are those of the demand models, which are fitted if not given. Two variants of one
+    The medians are from the demand models, which are fitted if not given. Two variants of one
     bridge and abutment model that differ in one axis only form a pair (cell). The smallest value of
     the axis is the reference. Each variant needs five motions, and some of its runs, but not all,
     must exceed the state. A pooled row is the average of ln ratio over the pairs; rows with the
@@ -448,7 +448,7 @@ class Medians:
         return Jackknifed.of_replicates(end.ln_theta - start.ln_theta, end.priors), columns
 
     def without_curve(self, cell: Mapping[Any, Any], state: LimitState) -> float:
-        """Return how many of two variants have no curve; NaN if curves are not given."""
+        """Return how many variants of a pair lack a curve (0 to 2); NaN if curves are not given."""
         if not self._has_curve:
             return nan
         names = (str(cell[f"variant_{end}"]) for end in ("from", "to"))

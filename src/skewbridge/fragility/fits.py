@@ -100,10 +100,12 @@ def fits_of_states(
     drop: float | None,
     widening: float = 1.0,
 ) -> list[FragilityFit]:
-    """Return the fits of J states from one maximum: ln theta = -a0/a1 and beta = widening/a1.
+    """Return the fits of J states from one maximum: P_j = Phi((a0_j + a1 ln x) / widening).
 
-    ``terms`` (J, p) give a0 = params @ term, ``slope`` is the position of a1. Covariances are from
-    the delta method. Profile intervals use ``drop`` (see `drop_of`); None gives no intervals.
+    Hence ln theta = -a0/a1 and beta = widening/a1. The intercepts a0 are ``terms`` (J, p) times the
+    p parameters, and a1 is the parameter at position ``slope``. ``widening`` is sqrt(1 + capacity
+    variance / fitted variance). Covariances are from the delta method. Profile intervals use
+    ``drop`` (see `drop_of`); None gives no intervals.
     """
     fits, of_slope = list(blanks), np.eye(terms.shape[1])[slope]
     ends = None if drop is None else likelihood.profile_ends(kernel, best, drop, terms, slope)
@@ -129,7 +131,7 @@ def fits_of_states(
 
 
 def jackknifed(fit: FragilityFit, ln_theta: Floats, beta: Floats) -> FragilityFit:
-    """Return the fit with jackknife intervals and covariance from M fits without one motion."""
+    """Return the fit with jackknife intervals and covariance from M fits, each without a motion."""
     is_valid = np.isfinite(ln_theta) & np.isfinite(beta) & (beta > 0.0)
     if np.sum(is_valid) < motion_means.MIN_VALUES:
         return fit.warned("too_few_motions_for_an_interval")
@@ -272,7 +274,7 @@ def _median_bound(
 
 
 def _overlap_warnings(x: Floats, n: Floats, k: Floats) -> list[str]:
-    """Return a warning if runs that exceed and that do not are mixed in few stripes only."""
+    """Return a warning if few stripes have both runs that exceed and runs that do not."""
     levels, index = np.unique(x, return_inverse=True)
     runs, exceed = np.bincount(index, n), np.bincount(index, k)
     if np.max(runs) > 1.0:
@@ -472,7 +474,7 @@ def cloud_line(x: Floats, low: Floats, high: Floats, *, tobit: bool) -> tuple[fl
 def _tobit(
     x: Floats, low: Floats, high: Floats
 ) -> tuple[likelihood.NormalKernel, likelihood.Maximum]:
-    """Return likelihood and maximum (d0, d1, h) of a cloud, z = h ln D - d0 - d1 ln x."""
+    """Return likelihood and maximum (d0, d1, h = 1/sigma) of a cloud: z = h ln D - d0 - d1 ln x."""
     known = low == high
     slope, intercept = np.polyfit(x[known], low[known], 1)
     h = 1.0 / max(float(np.std(low[known] - intercept - slope * x[known])), 1e-3)

@@ -73,11 +73,11 @@ class LogRate(NamedTuple):
 
     @property
     def jackknifed(self) -> Jackknifed:
-        """Estimate with the influence of each block of motions (jackknife)."""
+        """Estimate with the influence of each event or motion (jackknife)."""
         return Jackknifed.of_replicates(self.logs, self.priors)
 
     def interval(self, level: float) -> tuple[float, float, float]:
-        """Return exp of the estimate and interval ends, of motions and hazard together."""
+        """Return the estimate and both interval ends, which cover motions and hazard together."""
         estimate, interval = self.logs[0], np.array(self.jackknifed.interval(level))
         if self.fractiles.size > 1:
             # ASSUME the uncertain hazard is lognormal, and its curves do not cross
@@ -106,15 +106,16 @@ class HazardCurve:
     source: str = ""  # name of the file
 
     def rate(self, probability: Callable[[Floats], Floats], narrowest: float) -> LogRate:
-        """Return ln rates of R fragility curves, a function ``probability`` (k, R) of ln im (k, 1).
+        """Return the ln annual rates of R fragility curves, integrated over the hazard.
 
-        ``narrowest`` is the smallest dispersion of the curves.
+        ``probability`` maps ln im (k, 1) to P(exceeds) of the curves (k, R). ``narrowest``, the
+        smallest dispersion of the curves, limits the width of the integration panels.
         """
         ln_im, weights = self._nodes(narrowest)
         return self.logs_of(weights @ probability(ln_im[:, None]))
 
     def rate_of_failures(self, ln_failures: Floats) -> LogRate:
-        """Return ln rates of R systems from equally likely ln intensities of failure, (R, n)."""
+        """Return ln rates of R systems, each from n equally likely ln intensities of failure."""
         # int P |dH| = E[H(x)] - H(last), where H is constant outside the curve
         x = np.log(self.levels)
         fractile_means = [
@@ -130,10 +131,10 @@ class HazardCurve:
     def shares(
         self, rate: Callable[["HazardCurve"], LogRate], p_last: float, low: float, high: float
     ) -> Row:
-        """Return shares outside the hazard curve and outside intensities from ``low`` to ``high``.
+        """Return bounds on the share beyond the last intensity, and the share that is extrapolated.
 
-        ``rate`` returns the ln rate of a state for a hazard curve. ``p_last`` is its
-        probability at the last intensity.
+        ``rate`` returns the ln rate of a state for a hazard curve; ``p_last`` is P(exceeds) at
+        the last intensity. Intensities outside ``low`` to ``high`` count as extrapolated.
         """
         all_rate, largest_rate = rate(self).value, float(self.rates[0, -1])
         inner = self._between(low, high)

@@ -1,7 +1,7 @@
 """Table `joint`: coefficients of the demand models, from which `predict` computes medians.
 
 A row has the parameters of the demand model (`demand_model`) of a limit state, or of both modes of
-a union, from all runs and without each block. Curves at the variants of the study, effects and
+a union, from all runs and without each event. Curves at the variants of the study, effects and
 predictions between the variants are therefore the same function of the same numbers.
 """
 
@@ -30,7 +30,7 @@ from skewbridge.fragility.outcomes import demand_outcomes, states_by_demand
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 
 JOINT_COLUMNS: Final = demand_table.described("joint")
-#: Largest error of a left-out variant with which a model is used for predictions.
+#: Largest relative error of the median of a left-out variant with which a model may predict.
 MAX_ERROR: Final = 0.25
 _LEAST_MOTIONS: Final = 5
 
@@ -59,7 +59,7 @@ class JointModel:
         self._rho = replicates[start:] if len(modes) > 1 else None
 
     def curve(self, values: Mapping[str, Any]) -> StateCurve:
-        """Return the curves at values of the axes, from all runs and without each block."""
+        """Return the curves at values of the axes, from all runs and without each event."""
         state = state_curve(self._models, self._modes, values, self._rho)
         if isinstance(state, str):
             nans = np.full(len(self._models[0].parameters), np.nan)
@@ -170,7 +170,7 @@ def _estimate(models: BridgeModels, state: LimitState, row: Row) -> Row:
 
 
 def _described(fit: DemandFit, mode: LimitState) -> dict[str, Any]:
-    """Return for JSON the constants of the model of a mode (everything but its parameters)."""
+    """Return the constants of a mode's demand model, without its parameters, for JSON."""
     model = fit.model
     capacity = {name: getattr(mode, name) for name in ("demand", "threshold", "dispersion")}
     scale = {"centre": model.centre, "knot": model.knot if np.isfinite(model.knot) else None}
@@ -179,7 +179,7 @@ def _described(fit: DemandFit, mode: LimitState) -> dict[str, Any]:
 
 
 def _left_out_errors(models: BridgeModels, state: LimitState, fits: Sequence[DemandFit]) -> Floats:
-    """Return |theta without the runs of a variant / theta - 1| of each variant; NaN: no theta."""
+    """Return |theta fitted without a variant / theta - 1| of each variant; NaN without a theta."""
     modes, rho = models.modes(state), None
     if len(modes) > 1:
         rho = models.correlation(*modes)[:1]

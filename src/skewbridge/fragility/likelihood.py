@@ -1,9 +1,9 @@
 """Normal likelihood of observed, left-, right- and interval-censored values, and its maximum.
 
-One kernel is used in every fit: a cloud with censored demands (Tobit), capacities from incremental
-analysis, brackets of capacities, and counts of exceedance (a run that exceeds at x has a capacity
-below x, otherwise above x). Every term is concave in the parameters, so the maximum is unique if it
-exists.
+`NormalKernel` serves every fit: a cloud with censored demands (Tobit), capacities from incremental
+analysis, brackets of capacities, and counts of exceedance (the capacity of a run is below its
+intensity x if the run exceeds, else above x). Every term is concave in the parameters, so the
+maximum is unique if it exists.
 
 Sources: the parameterisation, z = h y - X delta with h = 1/sigma, Olsen (1978), Econometrica 46(5);
 censored regression, Tobin (1958), Econometrica 26(1):24-36.
@@ -103,7 +103,7 @@ class NormalKernel:
         self._sums = sums.reshape(*w.shape[:-1], line.size + 1, line.size + 1)
 
     def derivatives(self, params: Floats, rows: Index | None = None) -> Derivatives:
-        """Return the derivatives at ``params`` (R, p) of the replicates with numbers ``rows``."""
+        """Return log-likelihoods and derivatives of replicates ``rows`` (or all) at ``params``."""
         shape, weights = params.shape, [self._of_tail, self._of_between, self._sums, self._count]
         if self.weights.ndim == 2:
             if rows is not None and rows.size < len(self.weights):
@@ -283,7 +283,7 @@ class _Profiles:
         self._score = np.empty_like(self._params)
 
     def derivatives(self, params: Floats, rows: Index) -> Derivatives:
-        """Return the derivatives with respect to the free parameters for the numbered rows."""
+        """Return log-likelihoods and derivatives by free ``params`` for interval ends ``rows``."""
         onto = self._onto[rows]
         full = self._kernel.derivatives(self._offset[rows] + (onto @ params[:, :, None])[..., 0])
         self._score[rows] = full.score
@@ -315,7 +315,7 @@ class _Profiles:
         return best.loglik, rate
 
     def _shifted(self, right: Floats) -> Floats:
-        """Return the last parameters, moved along `_shifts` so that they meet the constraints."""
+        """Return the last parameters, moved along `_shifts` to meet the constraints ``right``."""
         violation = right - np.sum(self._normals * self._params, axis=1)
         distance = violation / np.sum(self._normals * self._shifts, axis=1)
         return self._params + distance[:, None] * self._shifts

@@ -87,7 +87,7 @@ HEADLINE_STATES: Final = (
 
 
 def hazus_factor(skew_deg: ArrayLike) -> Floats:
-    """Return the factor by which Hazus multiplies the medians of a bridge with these skews.
+    """Return the factor by which Hazus multiplies the medians of a bridge with skew.
 
     source: Hazus 6.1, section 7, FEMA (2022): sqrt(sin(90 deg - skew)); not for slight damage.
     """
@@ -102,7 +102,7 @@ def _column_failures() -> tuple[LimitState, ...]:
 def with_column_failure(states: States, columns: Collection[str]) -> list[LimitState]:
     """Return limit states and the states of column failure, unless these are already defined.
 
-    States of inner joints are left out if no bridge of the table with these columns has joints.
+    States of inner joints are left out if ``columns`` (of the demands table) lack their demand.
 
     A column fails in shear if its shear demand/capacity ratio exceeds 1, and in flexure if its
     drift/capacity ratio exceeds 1. The state ``any`` is exceeded if either ratio exceeds 1. A state

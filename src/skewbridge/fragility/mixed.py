@@ -98,7 +98,7 @@ class MixedFit:
 
 
 def predictive_loglik(data: MixedData, group: Index, without: Floats) -> float:
-    """Return the log-likelihood of each group of motions with the parameters without it, summed.
+    """Return the summed log-likelihood of groups of motions, each by the fit without this group.
 
     See `MixedFit.without_groups` for ``group`` (G,) and ``without`` (B, m).
     """

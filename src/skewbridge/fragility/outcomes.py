@@ -35,7 +35,7 @@ class DemandOutcomes:
 
     @property
     def used(self) -> Mask:
-        """Runs that the fit of the line uses, shape (n,)."""
+        """Runs that the fit of the demand model uses, shape (n,)."""
         return np.isfinite(self.lower) & ((self.lower > 0.0) | np.isfinite(self.upper))
 
     @property

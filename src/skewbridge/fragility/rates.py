@@ -1,12 +1,12 @@
-"""Annual rates of limit states and systems, effects of the axes on them, and what a skew needs.
+"""Annual rates of limit states and systems, their changes with the axes, and seats for a target.
 
-A rate is the integral of the probability of the demand model over a hazard curve; without a model,
-of the lognormal curve with theta and beta_total, or of a union.
-Its interval, and that of a ratio of rates, are from the jackknife over motions, as for medians. A
-ratio is for the same motions and the same hazard.
+A rate is the exceedance probability integrated over a hazard curve. The probability is from the
+demand model or, without one, from the lognormal curve with theta and beta_total or a union. The
+intervals of rates and of their ratios are from the jackknife over motions, as for medians. Both
+rates of a ratio are for the same motions and the same hazard.
 
-The support length needed at rest is that which the deck corner leaves with a chosen rate; the seat
-is longer by the gap. Rules of codes are in `bridge_check`, the factor of Hazus in `limit_states`.
+The support length needed at rest is the displacement that a deck corner exceeds with the target
+rate; the seat is longer by the gap. Code rules are in `bridge_check`, Hazus in `limit_states`.
 """
 
 import json
@@ -54,7 +54,7 @@ def rate_columns(rates: Sequence[float]) -> Row:
 def exceedance(curve: StateCurve, ln_im: Floats) -> Floats:
     """Return P(exceeds) of R curves, shape (k, R), at ln im (k, 1).
 
-    It is that of the demand models if there are any: their scatter may grow with the intensity.
+    Demand models are used if the curve has any, because their scatter may grow with intensity.
     """
     if curve.points:
         u = [point.score(s.threshold, s.dispersion, ln_im) for point, s in curve.points]
@@ -80,9 +80,9 @@ def _lognormal(theta: float, beta: float) -> StateCurve:
 def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> Row:
     """Return the columns of rate, interval and shares of a row of table `curves`.
 
-    ``model`` has its curve by the demand model with replicates. Without it, the interval is that of
-    theta. A state with wide bounds has the rates of its bounds; a state that no run, or every run,
-    exceeds has the rate of the bound of its median.
+    ``model`` has the curve of the row by the demand model, with replicates. Without it, the
+    interval follows from that of theta. There is only an interval, no rate, if unknown outcomes
+    change the median too much, or if no run or every run exceeds the state.
     """
     status, rate_ends = curve["status"], (nan, nan, nan)
     row: Row = {name: curve[name] for name in ("status", "method", "im", "level")}
@@ -171,7 +171,7 @@ def rate_effects(
 ) -> pd.DataFrame:
     """Return table `rate_effects`: ratios of annual rates along every axis, pooled rows first.
 
-    Pairs of variants are those of `median_effects`. A pooled row is their geometric mean. Systems
+    Variants are paired as in `median_effects`. A pooled row has geometric means of pairs. Systems
     are compared if they have the same components; all other pairs have no ratio and a reason.
     """
     system_rows = [] if system is None else records_of(system)
@@ -206,9 +206,9 @@ def _changes(
     hazard: HazardCurve,
     systems: Mapping[tuple[str, str], Row],  # keys: variant, degree
 ) -> list[tuple[Row, tuple[LogRate, LogRate] | None]]:
-    """Return columns and both ln rates of means and of pairs that differ in one axis.
+    """Return table columns and both ln rates of pairs of variants that differ in ``axis``.
 
-    Pairs of systems with different components have no rates.
+    The mean over the pairs comes first. Pairs of systems with different components have no rates.
     """
     variants = medians.models.variants
 
@@ -371,9 +371,9 @@ def decision(
 
 
 def _allowed_gaps(of_skew: pd.DataFrame, target: float) -> pd.Series:
-    """Return the smallest and largest gap with which column failure is below the target.
+    """Return the smallest and largest gap with a rate of column failure of at most the target.
 
-    ``certain`` is by the upper end of the interval of the rate. NaN if no gap of the study is.
+    ``certain_gap_..`` use the upper end of the interval of the rate. NaN: no gap of the study.
     """
     fine_gaps, row = np.linspace(of_skew[GAP].min(), of_skew[GAP].max(), 201), dict[str, float]()
     for name, rate in (("gap", _COLUMN[0]), ("certain_gap", _COLUMN[2])):

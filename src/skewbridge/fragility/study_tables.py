@@ -119,9 +119,9 @@ def shear_model_curves(rows: pd.DataFrame, settings: FitSettings, jobs: int = 1)
     """Return the fragility curves of column shear failure, one limit state per shear model.
 
     ``rows`` is a checked demands table. The demand / capacity ratios are peaks over all steps, even
-    after a column failure, so a failure in one model does not censor the others. As in the study, a
-    failure in the model itself does: its ratio is a lower bound. Variants in which no model
-    predicts a failure are left out. Without these ratios the table is empty.
+    after a column failure, so a failure in one shear model does not censor the others. A failure in
+    the fitted shear model itself does, as in the study: its ratio becomes a lower bound. Variants
+    in which no shear model predicts a failure are left out. Without ratios the table is empty.
     """
     failure = with_column_failure([], validity.FAILURE_DEMANDS.values())[0]
     models = {name: demand for name, demand in SHEAR_MODEL_DEMANDS.items() if demand in rows}
@@ -144,10 +144,10 @@ def shear_model_curves(rows: pd.DataFrame, settings: FitSettings, jobs: int = 1)
 
 
 def _of_one_method(curves: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
-    """Return the curves of one variant by the exceedance fit if a model prefers it, else the cloud.
+    """Return the curves of one variant: exceedance fits if one shear model prefers them, or clouds.
 
-    A demand at least as large as another one in every run cannot have the larger median. If it has,
-    no median is estimated.
+    A demand at least as large as another one in every run cannot have the larger median capacity.
+    If it has, no median is estimated.
     """
     prefers = curves["preferred"].to_numpy(dtype=bool) & (curves["method"] == "exceedance")
     table = curves[curves["method"] == METHODS[int(prefers.any())]]

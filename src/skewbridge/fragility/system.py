@@ -47,7 +47,7 @@ def system_curves(
 ) -> pd.DataFrame:
     """Return the table `system`: one row per variant and degree of damage.
 
-    The curves of the components are those of the demand models, which are fitted if not given. A
+    The curves of the components are from the demand models, which are fitted if not given. A
     component is included if some runs of the variant, but not all, exceed its state and its demand
     increases with intensity; only variants with equal ``components`` can be compared. An
     `InputError` names a degree of damage that components rank differently. With a hazard, the
@@ -94,7 +94,7 @@ def system_members(states: States) -> dict[str, list[LimitState]]:
 
 
 class _Member(NamedTuple):
-    """A component of the system; its curves are from all runs, then without each block."""
+    """A component of the system; its curves are from all runs, then without each event."""
 
     state: LimitState
     outcomes: DemandOutcomes  # of the runs of the variant
@@ -158,7 +158,7 @@ def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
 
 
 def _member_name(state: LimitState, degree: str, modes: States) -> str:
-    """Return component and state, with the modes in the system unless it has all of them."""
+    """Return the component, with its state unless it equals the degree, and a subset of modes."""
     name = "" if state.name == degree else state.name
     if len(modes) < len(state.modes):
         name = f"{state.name}: {', '.join(mode.name for mode in modes)}"
@@ -228,9 +228,10 @@ def _system(
 def _by_models(
     failures: Floats, members: Sequence[_Member], rows: Index, hazard: HazardCurve
 ) -> Floats:
-    """Return ln im of the first failure, (R, n), with the probabilities of the demand models.
+    """Return ln im of the first failure, (R, n), by the demand models of m components.
 
-    ``failures`` (m, R, n) are those of the lognormal curves of the estimates ``rows`` (R,).
+    ``failures`` (m, R, n) have ln im of each failure by the lognormal curves, which is replaced by
+    the intensity of equal probability; ``rows`` (R,) are the numbers of the replicates.
     """
     low, high = np.log(hazard.levels[[0, -1]])
     grid = np.linspace(low - 0.1, high + 0.1, 400)

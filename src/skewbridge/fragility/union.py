@@ -85,7 +85,7 @@ class Union(NamedTuple):
 
 
 def any_of(u: Sequence[Floats], rho: Floats) -> Floats:
-    """Return P(any) of one or two modes with probabilities Phi(u_i), correlated by ``rho``."""
+    """Return P(any) of one or two modes with probabilities Phi(u_i) and correlation ``rho``."""
     p = [special.ndtr(z) for z in u]
     if len(u) == 1:
         return p[0]

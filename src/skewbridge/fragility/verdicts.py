@@ -255,7 +255,7 @@ def look_levels(times: tuple[float, ...], level: float) -> tuple[float, ...]:
 
 
 def _crossing_error(end: float, x: Floats, mass: Floats, step: float, alpha: float) -> float:
-    """Return the probability that a path crosses the boundary ``end`` in one step, minus alpha."""
+    """Return P(path of the statistic crosses the boundary ``end`` in one step) - ``alpha``."""
     return float(mass @ special.ndtr((x - end) / step)) - alpha
 
 

@@ -37,7 +37,7 @@ def placed(suite: Iterable[SuiteMotion]) -> list[Placed]:
 
 
 def unread(count: int, suite: str = "") -> list[Placed]:
-    """Return such rows for motions not yet read; the level is the number of the motion."""
+    """Return rows as in `placed` for motions not yet read, with the motion's number as level."""
     return [(suite, f"{suite}{number}", 1.0, float(number)) for number in range(count)]
 
 
@@ -114,7 +114,7 @@ def assign(
 def planned_runs(
     grid: GridConfig, motions: MotionsConfig, rows: Sequence[Placed]
 ) -> dict[str, set[Run]]:
-    """Return the analyses of each variant (by name): all, or those of the blocks.
+    """Return the analyses of each variant (by name): all, or those in `motions.blocks`.
 
     A suite is balanced in itself. A variant that stands for several cells (an abutment model
     without friction, for example) runs all motions of these cells.

@@ -53,7 +53,7 @@ class Rupture(Scenario):
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=text.OPTIONS)
 class Cause:
-    """An earthquake that causes a level; those of the same level are mixed by their weights."""
+    """An earthquake that causes a level; earthquakes of one level are mixed by ``weight``."""
 
     magnitude: Number
     distance_km: Number
@@ -86,7 +86,10 @@ class ConditionalSpectrum(NamedTuple):
 def condition(
     mean: Vector, sigma: Vector, rho: Vector, weights: Vector, epsilon: Vector
 ) -> tuple[Vector, Vector]:
-    """Return mean and deviation (n, periods) if the weighted sum is epsilon (n,) above its mean."""
+    """Return conditional mean and deviation of ln PSA, shape (n, periods) each.
+
+    The condition: the weighted sum of ln PSA is epsilon (n,) standard deviations above its mean.
+    """
     gain = sigma * ((sigma * weights) @ rho)
     slope = gain / np.sqrt(gain @ weights)[:, None]
     return mean + epsilon[:, None] * slope, np.sqrt(np.maximum(sigma**2 - slope**2, 0.0))

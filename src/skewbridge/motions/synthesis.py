@@ -182,7 +182,7 @@ def _background(normals: Vector) -> Background:
 
 
 def _frequency_slope(p: float) -> float:
-    """Return the p-quantile of the two-sided truncated exponential distribution of f'."""
+    """Return the p-quantile of f', the slope of the filter frequency (truncated exponential)."""
     # source: smelt
     a, b, c, lower = 14.2935537214223, 6.40242376475815, 4.42179588354923, -3.5
     below = b / c * p + np.exp(b * lower)
@@ -566,7 +566,7 @@ def write_synthetic_suite(folder: Path, scenario: Scenario, *, count: int, seed:
 
 
 def suite_motion(number: int, suite: str) -> GroundMotion:
-    """Return a motion of the stream of a shipped suite, cut to its strongest part."""
+    """Return motion ``number`` of a shipped suite's random stream, cut to its strongest part."""
     rule = SUITES[suite]
     whole = synthesize(rule.scenario, index=number - 1, seed=SEED, turn_pulses=True)
     whole = replace(whole, motion_id=f"{rule.letters}{number:03d}")

@@ -181,10 +181,11 @@ def run_counts(demands: pd.DataFrame) -> pd.DataFrame:
 
 
 def _further_steps(medians: pd.DataFrame, row: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the effect at values of other axes, and the widest certain part of a change.
+    """Return the effect at each value of other axes, and the widest change with a clear effect.
 
-    The text ``by_value`` is empty if the effect depends on no other axis. If the effect of the
-    whole range is uncertain, ``sure_..`` have the largest certain effect of a smaller range.
+    The text ``by_value`` is empty if the effect depends on no other axis. If the change over the
+    whole range is undecided, ``sure_..`` describe the change to the largest value of the axis at
+    which the family-wise verdict is lower or higher.
     """
     is_same = (medians[[*_EFFECT[:4], "demand"]] == [row[n] for n in (*_EFFECT[:4], "demand")]).all(
         axis=1
@@ -277,8 +278,8 @@ def answer_table(
 def _demand_row(effect: dict[str, Any], line: pd.DataFrame | None) -> dict[str, Any]:
     """Return a pooled effect on a demand with its values at one intensity.
 
-    This is the reference intensity of the bridge, or else the middle of the range of ``line``, the
-    effect by intensity.
+    ``line`` has the effect by intensity. The intensity is the reference one of the bridge, or else
+    the middle one of ``line``.
     """
     with_ratio = pd.DataFrame() if line is None else line[line["ratio"].notna()].sort_values("im")
     if with_ratio.empty:
@@ -341,7 +342,7 @@ def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
 
 
 def effect_notes(table: pd.DataFrame) -> list[str]:
-    """Return sentences on effects that one motion decides or that depend on another axis."""
+    """Return sentences on effects dominated by one motion or dependent on another axis."""
     notes: list[str] = []
     for _, effect, rows in _leading_effects(table):
         one_motion = [
@@ -516,7 +517,7 @@ def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
 
 
 def untested_skew_sentence(skews_deg: Iterable[float]) -> str:
-    """Return a sentence if no test of a skewed wall has the largest skew; otherwise ``""``."""
+    """Return a sentence if the largest skew exceeds that of all wall tests; otherwise ``""``."""
     largest, tested = max(map(abs, skews_deg), default=0.0), LARGEST_TESTED_SKEW_DEG
     text = f"No test of backfill has a skew above {tested:g}°: the passive strength at {largest:g}°"
     return f"{text} is extrapolated." if largest > tested else ""

@@ -1,4 +1,4 @@
-"""Figures of one bridge: its model, static pushes, column sections, and what its skew needs."""
+"""Figures of one bridge: its model, static pushes, column sections, and required seat lengths."""
 
 from contextlib import suppress
 from math import radians
@@ -172,7 +172,7 @@ def column_figure(
 def with_codes(found: Decision, bridge: str) -> Decision:
     """Add the seat lengths of AASHTO and SDC; columns are left out if the bridge is not known.
 
-    If the file of the bridge states the gaps of its seats, the largest replaces that of the study.
+    If the bridge file states gaps of its seats, the largest one replaces the gap of the study.
     """
     table = found.table
     with suppress(InputError):

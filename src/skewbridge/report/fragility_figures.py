@@ -62,10 +62,10 @@ def curve_values(im: Floats, row: Mapping[Any, Any]) -> tuple[Floats, Floats]:
 
 
 def lead_axis(effects: pd.DataFrame, names: Collection[str], table: pd.DataFrame) -> Axis:
-    """Return the axis with the largest pooled effect on some demands or states of one model.
+    """Return the axis with the largest pooled effect on the demands or states ``names``.
 
-    Without such an effect it is the axis with the largest effect on anything else, or the first
-    axis with several values in ``table``.
+    Without such an effect it is the axis with the largest of all ``effects``, or the first axis
+    with several values in ``table``.
     """
     pooled = effects[(effects["scope"] == "pooled") & (effects["status"] == OK)]
     pooled = pooled[pooled["ratio"] > 0.0]
@@ -100,10 +100,10 @@ def pooled_curves(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     """Return the curves of each state at each value of its axis with the largest effect.
 
     theta and the ends of its interval are geometric means over the variants with a curve, and the
-    betas are means. All variants have the same motions; the interval is that of equal errors, so
-    it is not too narrow. ``ratio`` is the paired ratio of medians to the first value; for the whole
-    bridge, of pairs of variants with the same components. ``curves`` are from `with_system`,
-    ``medians`` are the effects on median capacities.
+    betas are means. The interval is not too narrow: averaging its ends takes the errors of all
+    variants, which share their motions, as fully correlated. ``ratio`` is the paired ratio of
+    medians to the first value; for the whole bridge, only pairs of variants with the same
+    components count. ``curves`` are from `with_system`, ``medians`` are effects on medians.
 
     A failure mode of columns with the same curve as any failure has no row.
     """
@@ -153,10 +153,10 @@ def main_curves(pooled: pd.DataFrame) -> dict[str, pd.DataFrame]:
 
 
 def _system_ratios(systems: pd.DataFrame) -> pd.DataFrame:
-    """Return mean ratios of medians of systems to those at the first value of their axis.
+    """Return mean ratios of system medians to the median at the first value of the leading axis.
 
-    Systems have no table of effects. Pairs of variants with other components are left out and
-    counted (``n_different``).
+    Systems have no table of effects. Pairs of variants whose systems have different components are
+    left out and counted (``n_different``).
     """
     rows: list[tuple[Any, ...]] = []
     for order, group in systems.astype({"theta": float}).groupby("order"):

@@ -234,7 +234,7 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
 
 
 def is_at_own_period(im: str, bridges: Collection[str]) -> bool:
-    """Whether intensities are at T1 of each bridge, unlike the scaling (see the methods)."""
+    """Return whether ``im`` uses T1 of each bridge, while scale factors use that of one bridge."""
     return im.startswith(("im_saavg", "im_sa_t1")) and set(bridges) != {CONDITIONING_BRIDGE}
 
 
@@ -265,9 +265,9 @@ def sketch(
     """Return the dimensions of a plan of a bridge and the corners of its parts (m).
 
     The decks are filled at the largest skew of the study and outlined at the other skews. Seats and
-    inner joints have their own or the largest gap, exaggerated ``factor`` times and normal to the
-    faces. A seat has a gap and keys, an integral or fixed end touches its wall, and a roller has no
-    wall. Bents and columns have their places at the largest skew.
+    inner joints have the gap of the bridge file or else the largest of the study, normal to the
+    faces and exaggerated ``factor`` times. A seat has a gap and keys, an integral or fixed end
+    touches its wall, and a roller has no wall. Bents and columns are drawn at the largest skew.
     """
     skew = max(skews_deg, key=abs)
     gaps_m = {name: bridge.gaps_mm.get(name, max(gaps_mm)) / 1000.0 for name in bridge.seats_m}
@@ -662,7 +662,7 @@ def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame)
 
 
 def methods_compared(curves: pd.DataFrame) -> dict[str, int]:
-    """Count the medians with both fits, and those that differ."""
+    """Count the medians estimated by both methods, and those where the methods differ."""
     models = curves[curves["method"] == "cloud"]
     has_both, differ = models["methods_ratio"].notna(), models["methods_differ"].eq(other=True)
     return {"both": int(has_both.sum()), "differ": int(differ.sum())}

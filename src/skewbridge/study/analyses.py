@@ -177,7 +177,7 @@ class StudySetup:
         return tasks
 
     def planned_tasks(self, slug: str) -> list[Task]:
-        """Return the `tasks` of one variant that the study runs: all, or those of its blocks."""
+        """Return the `tasks` of one variant that the study runs: all, or as in `motions.blocks`."""
         runs = [
             (motion.motion.motion_id, motion.scale, angle)
             for motion, angle in product(self.suite, self.study.motions.incidence_deg)
@@ -234,7 +234,7 @@ def analyses_s(study: StudyConfig, durations_s: Sequence[float]) -> float:
 def check_plan(study: StudyConfig, durations_s: Sequence[float]) -> tuple[int, float]:
     """Return the number of rows of the sensitivity check and its expected processor time (s).
 
-    The expected cost of the analyses limits this number.
+    The number is limited so that the check costs at most `CHECK_SHARE` of the analyses.
     """
     settings, check = study.analysis, study.sensitivity
     if settings.scheme != "default":
@@ -273,8 +273,9 @@ def run_in_journal(
 ) -> list[Row]:
     """Run the analyses that are not in a journal, longest first; return all rows in task order.
 
-    ``name`` is that of the journal for new rows. With ``of_variant``, only its journals are read,
-    and in an IDA each task starts a search. `InputError` if the journal is locked or unwritable.
+    ``name`` is the name of the journal for new rows. With ``of_variant``, it is a variant, only its
+    own journals are read (else all of the study), and in an IDA each task starts a search.
+    `InputError` if the journal is locked or unwritable.
     """
     folder, ida = setup.folder, setup.ida if of_variant else None
     main, searches = folder.journal(name), folder.journal(f"{name}_searches")

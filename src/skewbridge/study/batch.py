@@ -122,7 +122,7 @@ def search_capacity(
     """Return the rows of all analyses that bracket the capacity of one motion.
 
     Analyses in `done` (by `run_key`) are not repeated. New rows are written to the journal, except
-    that of the first task, which the caller writes to mark the search as done. A failed or
+    the row of the first task, which the caller writes to mark the search as done. A failed or
     incomplete analysis counts as an exceedance.
     """
     rows: list[Row] = []

@@ -158,7 +158,7 @@ def _check_limit_states(path: Path) -> None:
 def band_medians(study: StudyConfig) -> tuple[float, ...]:
     """Return the medians (Sa_avg in g) around which the levels are, or () if they are not known.
 
-    They are those of the configuration, of an earlier study, or of a finished pilot.
+    They come from the configuration, an earlier study, or finished trial runs (`run_pilot`).
     """
     bands, pilot = study.motions.bands, StudyFolder(Path(study.results)).pilot
     if bands is None or bands.medians_g:
@@ -169,10 +169,11 @@ def band_medians(study: StudyConfig) -> tuple[float, ...]:
 
 
 def medians_of(study: StudyConfig, demands: pd.DataFrame) -> tuple[float, ...]:
-    """Return the level (Sa_avg in g) that best separates exceedance, by bridge and headline state.
+    """Return rough medians (Sa_avg in g), one per bridge and headline state with runs near it.
 
-    The fewest analyses exceed the state below it and do not exceed it above. A state that all
-    exceed is left out; a rare one has the highest level if a demand is `NEAR`.
+    It is the level with the fewest runs on the wrong side: exceeding below, or not exceeding above.
+    A state is left out if this level is below all runs. If it is above them, the largest level of a
+    run is taken, provided that a demand reaches `NEAR` of the capacity.
     """
     demands = with_derived_columns(demands).sort_values(LEVEL_MEASURE)
     states = load_limit_states(Path(study.fragility.limit_states))
@@ -193,7 +194,7 @@ def medians_of(study: StudyConfig, demands: pd.DataFrame) -> tuple[float, ...]:
 
 
 def run_pilot(study: StudyConfig, workers: int) -> tuple[float, ...]:
-    """Run the analyses of the study under its first motions; store and return their medians."""
+    """Run the study under its first motions (trial runs); store and return its `medians_of`."""
     from skewbridge.study.analyses import StudySetup, run_in_journal
 
     setup = StudySetup.of(study, workers).of_motions(0, BLOCK)
@@ -211,7 +212,7 @@ def run_pilot(study: StudyConfig, workers: int) -> tuple[float, ...]:
 
 
 def prepare_motions(study: StudyConfig, workers: int = 1) -> None:
-    """Read and scale the motions, after a pilot if the levels need one; write their tables."""
+    """Read and scale the motions, after trial runs if the levels need them; write their tables."""
     medians_g = band_medians(study)
     _write_motions(study, medians_g)
     if has_pilot(study.motions) and not medians_g:

@@ -229,8 +229,8 @@ def write_choices(
 def choices_table(pairs: Sequence[TaskPair], rows: Mapping[str, Mapping[str, Any]]) -> pd.DataFrame:
     """Return the ratios of the demands, one row per compared value and demand.
 
-    ``rows`` maps each `run_key` to a row of the demands table. A repeated pair counts once; one
-    counts only if its demands are peaks over the whole motion.
+    ``rows`` maps each `run_key` to a row of the demands table. Each pair counts once, and only if
+    its demands are peaks over the whole motion.
     """
     distinct = {
         (*labels.values(), run_key(before), run_key(after)): (labels, before, after)

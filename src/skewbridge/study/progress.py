@@ -112,7 +112,7 @@ def forecast_study(config: StudyConfig) -> StudyProgress:
 
 
 def measured_speed(rows: Iterable[Row], settings: AnalysisSettings, time: str = "cpu_s") -> float:
-    """Return measured (column ``time``) over expected time of analyses; 1 without any."""
+    """Return measured time (column ``time``) / expected time of all rows; 1 without rows."""
     names = (time, "duration_s")
     timed = [row for row in rows if all((row[name] or 0.0) > 0.0 for name in names)]
     expected_s = sum(forecast_s(row["duration_s"], row["abutment"], settings) for row in timed)

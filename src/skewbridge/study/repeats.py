@@ -89,7 +89,7 @@ def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
     """Return the changes of the demands, one row per demand.
 
     ``rows`` is a demands table with the columns ``row`` (number) and ``change`` (of `REPEATS`).
-    Rows whose columns fail in different cycles are not compared.
+    A row is not compared with a repeat in which a column fails in another cycle of the motion.
     """
     ran = rows[rows["status"].isin(RAN)]
     ends_s = ran.set_index(["row", "change"])["beyond_model_s"].unstack().fillna(np.inf)

@@ -139,7 +139,7 @@ def _read_demands(path: Path, im: str | None, states: States) -> tuple[pd.DataFr
 
 
 def _limit_states(path: Path) -> States:
-    """Return the limit states of a file; that of the package if a study folder has none."""
+    """Return the limit states in a file, or in the package's file if a study folder has none."""
     default = Path("config/limit_states.yaml")
     packaged = path == default and not path.is_file()
     return load_limit_states(starter_files() / default if packaged else path)
@@ -214,8 +214,9 @@ def compare_studies(
 ) -> StudyComparison:
     """Compare two studies, each given by its folder or its demands; ratios are second / first.
 
-    Runs are paired if bridge, abutment model, axes, motion, scale and incidence agree; motions by
-    their digests, or by name without suites. Pairs in which one run ended early count as bounds.
+    Runs are paired if bridge, abutment model, axes, motion, scale and incidence agree. Motions with
+    the same name are left out if their files differ. A pair in which one run ended early gives a
+    bound.
     """
     settings, states = replace(DEFAULTS, im=im), _limit_states(limit_states)
     site = site_hazard(hazard, im)

@@ -1,7 +1,7 @@
 """Rounds of a study that runs until its headline effects are decided: plans and files.
 
 A round adds motions of the ordered suite to the variants that are needed to decide open effects.
-These are the pooled effects on headline demands and on median capacities of headline states. The
+It considers pooled effects on headline demands and on median capacities of headline states. The
 plan of a round has the number of motions of every variant, based on demands of earlier rounds.
 
 References:
@@ -76,9 +76,9 @@ def targets(
 ) -> tuple[pd.DataFrame, list[dict[str, int]]]:
     """Return the pooled effects and, for each, the motions of each variant that decide it.
 
-    ``needed`` is the number in all pairs of variants. Pairs with small scatter or long analyses get
-    fewer (Neyman 1934). No motions are planned for a decided effect, or if the probability of a
-    decision after the last round is below `LEAST_CHANCE`.
+    ``needed`` is the number of motions if all pairs of variants get the same. Pairs with small
+    scatter or long analyses get fewer (Neyman 1934). No motions are planned for a decided effect,
+    or if the probability of a decision after the last round is below `LEAST_CHANCE`.
     """
     axes = axis_names(variants)
     pooled = effects[effects["scope"] == "pooled"].reset_index(drop=True)
@@ -279,9 +279,10 @@ def tables_of_round(folder: StudyFolder, plan: Path) -> list[Path]:
 
 
 def limit_of_round(plan: Path, hours: float) -> float:
-    """Return the time limit (h) of the plan of a round; a larger one if time had run out.
+    """Return the time limit (h) in the plan of a round, or ``hours`` if more time is given now.
 
-    It is a parameter of the checkpoint: Snakemake then plans the round again.
+    More time counts only if the plan ended for lack of time. The limit is a parameter of the
+    checkpoint, so Snakemake then plans the round again.
     """
     if not plan.is_file():
         return hours

@@ -36,7 +36,7 @@ class Task:
     """All inputs of one analysis; the motion has its scale factor and intensity measures.
 
     The options include the `draw` of the motion: random properties and alternatives by name.
-    With motions of single `supports`, `motion` is that of the first bent.
+    If the `supports` have different motions, `motion` is the one of the first bent.
     """
 
     variant: Variant

@@ -123,8 +123,8 @@ def expand_grid(grid: GridConfig) -> list[Variant]:
 def cells_of(grid: GridConfig, within: Sequence[str]) -> tuple[int, dict[str, list[int]]]:
     """Return the number of cells of a grid, and the cells of each variant by its name.
 
-    A cell is a combination of the axes that are not ``within``. A variant without some axes belongs
-    to several cells.
+    A cell is a combination of values of the axes not listed in ``within``. A variant that lacks
+    some of these axes belongs to several cells.
     """
     outer = [name for name in grid.values() if name not in within]
     numbers: dict[tuple[float, ...], int] = {}

@@ -19,7 +19,7 @@ LARGEST_SKEW_DEG: Final = 66.0
 _Factor = Annotated[Number, Field(ge=1.0e-3, le=1.0e3)]
 #: Direction of a joint gap: normal to the backwall, or along the bridge.
 type GapMeasured = Literal["normal", "longitudinal"]
-#: What the skew of a backwall reduces in its backfill.
+#: Properties of the backfill that skew reduces.
 type BackfillSkew = Literal["strength", "strength_and_stiffness", "none"]
 type FrictionAt = Literal["all", "walls", "keys"]
 type RayleighKind = Literal["mass_and_stiffness", "stiffness"]

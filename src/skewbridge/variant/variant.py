@@ -28,7 +28,7 @@ class AbutmentTraits:
     #: corners
     has_wall_points: bool = False
     has_contacts: bool = False  # whether deck, backwall and keys meet in contact units
-    #: whether the keys are on a body, which may carry the mass of the embankment
+    #: whether the shear keys stand on an abutment body, which may carry the embankment mass
     has_body: bool = False
 
     @property

@@ -6,8 +6,8 @@ classes are a (the paper), b (a document at hand), c (a named report from memory
 rule) and calc (computed from other numbers); without one it is b. A list of numbers is one such
 mapping with a list as ``v``. ``extends: NAME`` starts from another bridge: mappings are merged,
 other values are replaced. Rules give what is missing (`skewbridge.bridge.catalogue.drawing`).
-``abutments`` has the data of each end, with its ``type``; in a file that extends another, an end of
-another type starts anew.
+``abutments`` has the data of each end, with its ``type``; in a file that extends another, an end
+with a different type inherits nothing.
 A fixed base without ``foundation`` gets the springs of bridge_a, and ``foundation: null`` is rigid
 ground.
 
@@ -109,7 +109,7 @@ def _loaded(path: Path) -> Completed:
 
 
 def _by_end(layers: list[tuple[Path, dict[str, Any]]]) -> list[dict[str, Any]]:
-    """Return the data of the files, all with ``abutments`` if one of them has that key."""
+    """Return the data of the files; ``abutment`` becomes two ends if one has ``abutments``."""
     trees = [tree for _, tree in layers]
     if any("abutments" in tree for tree in trees):
         for path, tree in layers:
@@ -159,7 +159,7 @@ def _named(name: str, folder: Path, excluded: tuple[Path, ...] = ()) -> Path | N
 
 
 def _sourced(node: Any, name: str, source: Any) -> Any:
-    """Return nested data in which numbers and quantities without a source have this one."""
+    """Return nested data in which numbers and quantities without a source get ``source``."""
     if isinstance(node, dict):
         has_own = "v" in node and "src" in node
         return node if has_own else {key: _sourced(v, key, source) for key, v in node.items()}

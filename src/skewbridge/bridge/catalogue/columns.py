@@ -99,7 +99,7 @@ class Outline:
         return polar if self.is_round else self.area_m2**4 / (4 * math.pi**2 * polar)
 
     def inset(self, *by_m: float) -> "Outline":
-        """Return the outline with both sizes reduced by the sum of these lengths."""
+        """Return the outline with both sizes reduced by the sum of ``by_m``."""
         sizes = (*self.sizes_m, self.corner_m)
         depth_m, width_m, corner_m = (reduce(sub, by_m, size) for size in sizes)
         return Outline((depth_m, width_m), corner_m if self.corner_m else 0.0)

@@ -201,7 +201,7 @@ class Formula:
         return None
 
     def result(self, values: list[Any]) -> Any:
-        """Return the value for values of its keys, or raise one of `_FAULTS`."""
+        """Return the value of the formula from values of its keys, or raise one of `_FAULTS`."""
         with np.errstate(all="raise", under="ignore"):
             return self._of(values)
 
@@ -248,9 +248,9 @@ def value_at(tree: Any, key: str) -> Any:
 
 
 def _sections(tree: Any, key: str) -> list[str]:
-    """Return the sections of a file with a key of an abutment: ends of its type, joints with pads.
+    """Return the sections of a file that take a key of ends: ends of its type, joints for pads.
 
-    Keys that begin with ``abutment`` are of every type of end that has them.
+    A key such as ``seat.pads`` starts with the type; ``abutment`` stands for every type with it.
     """
     kind, part, *_ = key.split(".")
     ends, joints = value_at(tree, "abutments"), value_at(tree, "joints")
@@ -294,7 +294,7 @@ def _put(tree: Any, key: str, value: Any) -> None:
 
 
 def _rounded(value: Any, digits: int) -> Any:
-    """Return numbers without the last digits, which depend on the processor: run keys must not."""
+    """Return rounded numbers: the last digits depend on the processor, and run keys must not."""
     if isinstance(value, list):
         return [_rounded(item, digits) for item in value]
     return float(f"{value:.{digits}g}") if isinstance(value, float) else value
@@ -346,7 +346,7 @@ def _is_of_bridge(key: str) -> bool:
 
 
 def _usual(key: str) -> str:
-    """Return a key of one end, joint or bent as the rules have it."""
+    """Return a key of one end, joint or bent in the general form that the rules use."""
     key = re.sub(r"^(abutments\.\w+|joints\.\d+(?=\.pads))", "abutment", key)
     return re.sub(r"\.\d+\.", ".*.", key)
 
@@ -421,9 +421,10 @@ def overruled(tree: Mapping[str, Any]) -> set[str]:
 
 
 def _explained(error: InputError, known: Iterable[str]) -> InputError:
-    """Return the error with the drawing that would give each missing number.
+    """Return the error, extended by the part of a drawing that would give each missing number.
 
-    ``known`` are the keys that are drawn or by rule: errors that follow from them come only alone.
+    ``known`` are the keys from the drawing or a rule. Errors that follow from these keys are listed
+    only if there are no others.
     """
     file = f"{error.details['file']}"
     first, *lines = str(error).split("\n  ")

@@ -336,7 +336,7 @@ def demand_ratios(table: pd.DataFrame) -> pd.DataFrame:
 def median_factors(table: pd.DataFrame) -> pd.DataFrame:
     """Return the factors of skew on median capacities, paired by motion, with their intervals.
 
-    `table` is that of `demand_ratios`; the column `demand` of the result is component/state.
+    `table` is as in `demand_ratios`; the column `demand` of the result is component/state.
     """
     published = published_curves()
     states = list(capacities(published[published["era"] == 3], DEMANDS).values())

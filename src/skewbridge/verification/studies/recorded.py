@@ -280,7 +280,7 @@ class Period:
 
 
 def identified_period(output: Floats, inputs: Floats, dt_s: float) -> Period:
-    """Return the period of one mode that explains an absolute acceleration from those of supports.
+    """Return the period of one mode that explains an acceleration from those of the supports.
 
     Output error of one mode with several inputs: the output is a sum of inputs and of responses of
     an oscillator to them. Only the period and damping of the oscillator are searched, the shares
@@ -358,9 +358,9 @@ class Case(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recording:
-    """The strong part of an event, with recorded quantities and those of the null, by name.
+    """The strong part of an event: quantities as recorded, and by the `null` (deck rides on ends).
 
-    `part` are the samples of the strong part in those of `event`, which starts `_BEFORE_S` earlier.
+    `part` is the strong part as a slice of samples of `event`, which starts `_BEFORE_S` earlier.
     """
 
     event: Event

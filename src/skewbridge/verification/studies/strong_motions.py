@@ -43,9 +43,10 @@ REPORT_EACH: Final = 10  # analyses between two lines of progress
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CaseSet:
-    """All combinations of variants and motions of a study, with motions cut to `window_s`.
+    """Cases to analyse: every variant of a grid under every chosen motion, cut to `window_s`.
 
-    The motions are the strongest of the suite, scaled to `pga_g`, or else the first of the suite.
+    With `pga_g`, these are the strongest motions of the suite, scaled to this PGA (RotD50). Without
+    it, they are the first ones of the suite, with the scale factors of a study.
     """
 
     grid: GridConfig
@@ -164,9 +165,9 @@ _WHOLE: Final = AnalysisSettings(energy=False, mean_iterations=1e4, collapse_dri
 
 
 class Numerics(NamedTuple):
-    """Changes of the default numerics; every `interval`-th case is run with them.
+    """A named set of changes to the default numerics, with which every `interval`-th case is run.
 
-    They are compared with the numerics named `coarse`; `text` describes the comparison.
+    The demands are compared with those of the set named `coarse`; `text` describes this.
     """
 
     name: str
@@ -224,7 +225,7 @@ def _whole_peaks(task: Task) -> Row:
 
 
 def run_convergence(study: Study, cases: CaseSet = CONVERGENCE) -> None:
-    """Compare the demands of a set with those for finer numerics; add a table of all changes."""
+    """Compare demands of all cases at default and finer numerics; add a table of all changes."""
     finer = {"convergence-steps": STEPS, "convergence-mesh": MESHES}.get(study.name, STEPS + MESHES)
     table = _peaks(study, cases, [Numerics("default"), *finer])
     peaks = {name: rows.set_index("case") for name, rows in table.groupby("numerics")}
