@@ -247,11 +247,11 @@ def _push_by_lever(
     steps: int,
 ) -> PushCurve:
     """Push a bridge with contacts by a `_Lever`, with shorter steps where contacts change."""
+    ops.logFile(devnull, "-noEcho")  # new process: without messages of materials and failed steps
     with domain():
         model = build(variant, options)
         contacts, lever, brake = model.contacts, _Lever(model, direction), _Brake(model)
         assert contacts is not None
-        ops.logFile(devnull, "-noEcho")
         ops.constraints("Penalty", *_PENALTIES)
         ops.numberer("RCM")
         ops.system("UmfPack")
