@@ -183,8 +183,8 @@ def effect_tables(
         for (start, end), runs in run_pairs(rows, axis, paired).groupby(list(STEP))
     )
     at = reference_im or {}
-    rows_of = partial(demand_effects, names=names, settings=settings, reference_im=at)
-    tables = demand_table.spread(rows_of, pairs, jobs)
+    effects_of_pairs = partial(demand_effects, names=names, settings=settings, reference_im=at)
+    tables = demand_table.spread(effects_of_pairs, pairs, jobs)
     effects = effect_table(demands, [row for rows, _ in tables for row in rows])
     by_intensity = [row for _, rows in tables for row in rows]
     return EffectTables(effects, pd.DataFrame(by_intensity, columns=list(INTENSITY_COLUMNS)))

@@ -254,10 +254,10 @@ def _assembled(path: Path, parts: dict[float | None, _Part]) -> HazardCurve:
     if main is None:
         raise file_fault(path, f": {next(iter(parts.values())).im} has no mean or median curve")
     quantiles = sorted(q for q in parts if q is not None)
-    rows = [main, *(parts[q] for q in quantiles)]
-    if any(not np.array_equal(row.levels, main.levels) for row in rows):
+    curves = [main, *(parts[q] for q in quantiles)]
+    if any(not np.array_equal(curve.levels, main.levels) for curve in curves):
         raise file_fault(path, f": the fractiles of {main.im} have other intensities than the mean")
-    rates = np.array([row.rates for row in rows])
+    rates = np.array([curve.rates for curve in curves])
     # a probability of one in the investigation time has no rate; zero rates end the curve
     is_usable = np.all(np.isfinite(rates), axis=0) & (rates[0] > 0.0)
     if np.sum(is_usable) < 2:

@@ -385,9 +385,10 @@ def _trace_of_block(
     values = _fixed_width(lines, row, npts, layout, path)
     missing = f"the header states {npts} points, the file has {values.size}: truncated?"
     warnings = (missing,) if values.size < npts else ()
-    names = zip(("unit", "event", "station", "direction"), map(str.strip, texts), strict=True)
+    keys = ("unit", "event", "station", "direction")
+    header_fields = dict(zip(keys, map(str.strip, texts), strict=True))
     return Trace(
-        path=path, accel_mps2=values, dt_s=dt_s, warnings=warnings, **dict(names), **fields
+        path=path, accel_mps2=values, dt_s=dt_s, warnings=warnings, **header_fields, **fields
     )
 
 

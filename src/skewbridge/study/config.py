@@ -193,8 +193,8 @@ def parse_config(
 
 def load_config(path: Path, base: Path | None = None) -> StudyConfig:
     """Read a configuration file merged over a base file, like ``--configfile`` of Snakemake."""
-    raw = read_mapping(base) if base is not None and base != path else {}
-    return parse_config(merged(raw, read_mapping(path)), (path,), path)
+    base_values = read_mapping(base) if base is not None and base != path else {}
+    return parse_config(merged(base_values, read_mapping(path)), (path,), path)
 
 
 def store_configuration(
@@ -217,11 +217,11 @@ def stored_configuration(folder: Path) -> StudyConfig | None:
     if not path.is_file():
         return None
     stored = read_json(path)
-    files, raw = list(map(Path, stored["files"])), stored["configuration"]
+    files, values = list(map(Path, stored["files"])), stored["configuration"]
     if all(map(Path.is_file, files)):
-        results = {"results": raw["results"]}
-        raw = reduce(merged, (*map(read_mapping, files), stored["given"], results))
-    return parse_config(raw, where=path)
+        results = {"results": values["results"]}
+        values = reduce(merged, (*map(read_mapping, files), stored["given"], results))
+    return parse_config(values, where=path)
 
 
 def check_font(name: str) -> None:

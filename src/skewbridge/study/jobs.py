@@ -57,8 +57,8 @@ class Recipe:
 
 def _recipes() -> dict[str, Recipe]:
     content = read_yaml(Path(__file__).with_name("recipes.yaml"))
-    result = tuple(name for name in StudyConfig.model_fields if name not in _NO_RESULT)
-    groups: dict[str, tuple[str, ...]] = {"engine": ENGINE, "all": result}
+    result_sections = tuple(name for name in StudyConfig.model_fields if name not in _NO_RESULT)
+    groups: dict[str, tuple[str, ...]] = {"engine": ENGINE, "all": result_sections}
 
     def spelled(names: Sequence[str]) -> tuple[str, ...]:
         """Return names with each group replaced by its members."""
