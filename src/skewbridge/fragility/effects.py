@@ -122,7 +122,7 @@ def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.Da
     once = ~table.duplicated([*key, axis]).to_numpy()
     if not once.all():
         row = demands.index[int(np.argmin(once))]
-        raise InputError(f"the run of row {row} occurs twice in the demands table", row=row)
+        raise InputError(f"the run of row {row} occurs twice in the demands: remove one", row=row)
     return _paired(table, axis, other_axes, loading)
 
 

@@ -188,7 +188,7 @@ class LimitStateEntry(BaseModel):
     ) -> dict[str, str] | None:
         unknown = set(degrees or {}) - set(info.data.get("states", {}))
         if unknown:
-            raise ValueError(f"the entry has no state {', '.join(sorted(unknown))}")
+            raise ValueError(f"states of the entry do not include {', '.join(sorted(unknown))}")
         return degrees
 
     @field_validator("unit")
@@ -200,7 +200,7 @@ class LimitStateEntry(BaseModel):
             raise ValueError(f"must be one of {', '.join(dict.fromkeys((*_UNITS, required)))}")
         dimension, target = (_UNITS.get(name, (name,))[0] for name in (spelled, required))
         if dimension != target:
-            raise ValueError(f"is a {dimension}, but {demand} is a {target}")
+            raise ValueError(f"must be a unit of {target}, as {demand} is, got one of {dimension}")
         return spelled
 
     def limit_states(self, where: str) -> list[LimitState]:
@@ -210,7 +210,7 @@ class LimitStateEntry(BaseModel):
         for (mild, milder), (severe, state) in pairwise(self.states.items()):
             if state.median <= milder.median:
                 text = f"median {state.median:g} must exceed {milder.median:g} (state {mild})"
-                raise InputError(f"{where}: states.{severe}: {text}: write mild states first")
+                raise InputError(f"{where}: states.{severe}: {text}; list mild states first")
         shared = self.model_dump(include={"component", "demand", "collapse", "citation"})
         out: list[LimitState] = []
         for name, state in self.states.items():

@@ -75,7 +75,7 @@ def check_paths(
             checks += _check_files(sorted(files), stated, verdict_if_doubtful, of_study=True)
             checks += _unread(path, files, "no reader recognises its suffix or its text")
         else:
-            raise file_fault(path, " has no motions")
+            raise file_fault(path, " has no file of a motion in a known format")
     return checks + _check_files(single_files, stated, verdict_if_doubtful)
 
 

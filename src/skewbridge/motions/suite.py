@@ -183,7 +183,7 @@ def _entries_to_read(folder: Path, count: int | None) -> tuple[list[IndexEntry],
     entries = list_motions(folder)
     needed = len(entries) if count is None else count
     if not 1 <= needed <= len(entries):
-        text = f"motions.count = {needed}, but {folder} has {len(entries)} motions"
+        text = f"motions.count = {needed}, but {folder} has {len(entries)} motions: reduce it"
         raise InputError(text, folder=str(folder))
     stored = [entry.scale for entry in entries[:needed]]
     blocks = any(map(math.isnan, stored))
