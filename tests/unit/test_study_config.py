@@ -279,7 +279,7 @@ def test_a_compared_gap_without_effect_is_named(written):
     own = written("extends: osb1\nsource: plan\nabutment: {gap_mm: 40}\n")
     grid = {"bridge": [own, "osb1"], "gap_mm": [25, 51]}
     found = list(useless_axes(parse_config({"grid": grid})))
-    assert found == ["gap_mm of the grid has no effect on made: none of its joints takes it"]
+    assert found == ["gap_mm of the grid has no effect on made: none of its joints uses it"]
     assert not list(useless_axes(parse_config({"grid": grid | {"gap_mm": [51]}})))
     bridges = methods_of(parse_config({"grid": grid})).parts["Bridges"]
     assert "40 mm gap at the left end, 40 mm gap at the right end" in bridges

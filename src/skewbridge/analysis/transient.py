@@ -153,7 +153,7 @@ class _History:
             peaks |= {name: all_peaks[name] for name in (_RESIDUAL, *SHEAR_MODEL_DEMANDS.values())}
         messages = [ending.message] if ending.message else []
         if ending.status == OK and self._supports is not None:
-            messages.append("support motions: residual drift of the last step, no energy balance")
+            messages.append("support motions: residual drift at the last step, no energy balance")
         elif ending.status == OK:
             at_rest = drifts_at_rest(self._model, self._settings, self._watch.columns)
             if at_rest.reason:

@@ -151,9 +151,7 @@ def select(
     out: Out,
     count: Annotated[int, opt("Number of pairs at each level.")] = 30,
     changes: Changes = None,  # keys of the target
-    without: Annotated[
-        Path | None, opt("Earlier selection; its pairs are left out.", "DIR")
-    ] = None,
+    without: Annotated[Path | None, opt("Earlier selection: leave its pairs out.", "DIR")] = None,
 ) -> Answer:
     """Select and scale pairs that follow the conditional spectrum of each level.
 
