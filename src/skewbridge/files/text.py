@@ -68,7 +68,7 @@ def read_bytes(path: Path, max_bytes: int) -> bytes:
     if not S_ISREG(state.st_mode):
         raise file_fault(path, " is a folder or device, but a file is needed")
     if not is_read:
-        raise file_fault(path, f" has {state.st_size} bytes; at most {max_bytes} are read")
+        raise file_fault(path, f" has {state.st_size} bytes, but at most {max_bytes} are read")
     return content
 
 

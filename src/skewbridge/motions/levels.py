@@ -129,7 +129,7 @@ class MotionsConfig:
         if self.bands and self.design != "scaled_cloud":
             raise ValueError(f"bands need the design scaled_cloud, got {self.design}")
         if self.blocks and len(self.incidence_deg) > 2:
-            raise ValueError(f"blocks need 1 or 2 incidences, got {len(self.incidence_deg)}")
+            raise ValueError(f"blocks need 1 or 2 incidence_deg, got {len(self.incidence_deg)}")
         return self
 
 

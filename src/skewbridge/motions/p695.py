@@ -155,4 +155,4 @@ def _opened(path: Path) -> Generator[Any]:
             yield content
     except (OSError, KeyError, ValueError) as error:
         problem = f"{path.name} is not a file of {PACKAGE} {VERSION}: {error}"
-        raise InputError(f"{problem}; install it again", file=str(path)) from error
+        raise InputError(f"{problem}; install the package again", file=str(path)) from error

@@ -27,7 +27,7 @@ TABLES: Final = read_mapping(Path(__file__).parents[1] / "rules.yaml")
 def bar(text: str) -> tuple[float, ...]:
     """Return diameter (mm) and area (mm2) of a bar: ``#11`` or ``36 mm``."""
     if text.startswith("#") and text.strip() not in TABLES["bars"]:
-        raise ValueError(f"must be one of {', '.join(TABLES['bars'])}, or such as '16 mm'")
+        raise ValueError(f"must be one of {', '.join(TABLES['bars'])}, or a size such as '16 mm'")
     if sizes := TABLES["bars"].get(text.strip()):
         return tuple(sizes)
     diameter_mm = quantity(text, "mm")
