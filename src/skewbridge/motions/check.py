@@ -60,11 +60,8 @@ def check_paths(
             raise InputError(f"{shown_path(path)} does not exist", file=str(path))
         elif (path / folder.INDEX_NAME).is_file():
             entries = folder.list_motions(path)
-            checks += [
-                check
-                for entry in entries
-                for check in _check_motion(entry, path, verdict_if_doubtful)
-            ]
+            for entry in entries:
+                checks += _check_motion(entry, path, verdict_if_doubtful)
             listed_files = [file for entry in entries for file, _ in entry.components]
             checks += _unread(path, listed_files, f"not listed in {folder.INDEX_NAME}")
         elif files := folder.motion_files(path):
