@@ -216,7 +216,7 @@ def hazard_curve(config: HazardConfig, measures: Sequence[str], default: str) ->
     if measure is None:
         in_file, of_study = (", ".join(map(str, names)) for names in (curves, measures))
         asked = f" (hazard.measure is {requested})" if requested else ""
-        text = f": no measure of the study has a hazard curve. The file has {in_file}{asked}"
+        text = f": no hazard curve fits the study. The file has {in_file}{asked}"
         raise file_fault(path, f"{text}; give the hazard of a measure of the study: {of_study}")
     return curves[measure]
 

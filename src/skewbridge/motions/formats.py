@@ -698,7 +698,7 @@ def _read_numbers(lines: list[str], path: Path, stated: Stated) -> Trace:
     if has_time or _are_channels(table, values, stated, path):
         if values.size != count * len(rows):
             bad_line = next((n for n, line in rows if _column_count(line) != count), rows[-1][0])
-            raise fault_in(path, f"the row must have {count} columns, as the first one has", bad_line)
+            raise fault_in(path, f"the row must have {count} columns, as the first has", bad_line)
         series = values.reshape(-1, count)
     else:
         series = values[:npts, None] if npts and values.size - npts < count else values[:, None]

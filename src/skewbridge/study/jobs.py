@@ -222,7 +222,7 @@ def script_session(snakemake: Any) -> Generator[Job]:
         if error.errno not in _OF_THE_DISK:
             raise
         file = error.filename or f"the results in {snakemake.params.results}"
-        advice = "finished analyses are kept: free or repair the disk and repeat the command"
+        advice = "finished analyses are kept: remove the cause and repeat the command"
         logger.error("cannot read or write %s: %s; %s", file, error.strerror or error, advice)
         raise SystemExit(EXIT_BAD_INPUT) from None
     finally:
