@@ -287,16 +287,16 @@ REFUSED = [
     (r"rename bare values to \.acc, give", "a.AT2", FIVE),
     *(("not an acceleration", "a.AT2", _at2(PLAIN.replace(IN_G, f"(UNITS: {unit}\n"), FIVE))
       for unit in ("CM/S)", "CM)", "M/S)", "CM/SEC)", "INCHES) DISPLACEMENT")),
-    ("2 channels", "a.V2", CSMIP), ("no channel 3; the file has 2", "a.V2", CSMIP, 3),
-    ("2 channels", "a.csv", CSV), ("no channel 3; the file has 2", "a.csv", CSV, 3),
+    ("2 channels", "a.V2", CSMIP), ("no channel 3: the file has 2", "a.V2", CSMIP, 3),
+    ("2 channels", "a.csv", CSV), ("no channel 3: the file has 2", "a.csv", CSV, 3),
     ("decimal comma", "a.csv", "\n".join(TIMED).replace(" ", ";").replace(".", ",")),
     # a hole, a step back, a missing value in the column of time
     *(("line 2[012]", "a.txt", "\n".join([*TIMED[:20], *rows, *TIMED[22:]]))
       for rows in ([], ["0.21 1.0", "0.20 1.0"], ["0.20"])),
     ("NDATA = 399, but the file has 400", "a.ASC", esm_text(GAL, NDATA="399")),
     ("DATA_TYPE must be ACCELERATION", "a.ASC", esm_text(GAL, DATA_TYPE="VELOCITY", UNITS="cm/s")),
-    ("not an acceleration", "a.ASC", esm_text(GAL, DATA_TYPE="ACCELERATION RESPONSE SPECTRUM")),
-    ("not an acceleration: 'cm/s'", "a.ASC", esm_text(GAL, UNITS="cm/s")),
+    ("DATA_TYPE must be ACCELERATION", "a.ASC", esm_text(GAL, DATA_TYPE="ACCELERATION RESPONSE SPECTRUM")),
+    ("not an acceleration by its header: 'cm/s'", "a.ASC", esm_text(GAL, UNITS="cm/s")),
     ("SAMPLING_INTERVAL_S", "a.ASC", esm_text(GAL, SAMPLING_INTERVAL_S="")),
     (r"2 channels \(1 HNE, 2 270\)", "a.V2C", COSMOS),
     ("not an acceleration", "a.V2c", cosmos_text(GAL, quantity="velocity")),

@@ -299,8 +299,8 @@ def _read_peer(lines: list[str], path: Path, _stated: Stated) -> Trace:
     warnings: tuple[str, ...] = ()
     if values.size > npts:
         if values.size - npts >= len(data[0].split()):
-            differs = f"the header states NPTS = {npts}, the file has {values.size} values"
-            raise fault_in(path, f"{differs}: correct NPTS")
+            text = f"NPTS = {npts}, but the file has {values.size} values"
+            raise fault_in(path, f"{text}: correct NPTS")
         warnings = (f"NPTS = {npts}, but there are {values.size} values: cut to NPTS",)
     elif values.size < npts:
         # If only the last value lacks an exponent, it is truncated: `-.31` of `-.3141593E-02`.
@@ -537,7 +537,7 @@ def _read_esm(lines: list[str], path: Path, _stated: Stated) -> Trace:
         raise fault_in(path, "the header needs SAMPLING_INTERVAL_S and NDATA")
     values = parse_numbers(lines[len(header) :], path, first_line=len(header) + 1)
     npts = round(_fortran_float(count[0]))
-    differs = f"the header states NDATA = {npts}, the file has {values.size} values"
+    differs = f"NDATA = {npts}, but the file has {values.size} values"
     if values.size > npts:
         raise fault_in(path, f"{differs}: correct NDATA")
     return Trace(
@@ -743,7 +743,7 @@ def _are_channels(table: _Table, values: Vector, stated: Stated, path: Path) -> 
             text = f"the {count} columns look like consecutive values of one series, not channels"
             raise fault_in(path, f"{text}: {remedy}")
         if (np.diff(lines_[:, 0]) >= 0.0).all() and lines_[0, 0] < lines_[-1, 0]:
-            raise fault_in(path, "column 1 rises: if it has times, their steps must be equal")
+            raise fault_in(path, "column 1 rises: the steps of a time column must be equal")
         return True
     is_table = {_column_count(line) for _, line in rows} == {count}
     if table.npts is None and ((is_table and count <= 3) or ratio < SERIES_RATIO):
