@@ -295,7 +295,7 @@ REFUSED = [
       for rows in ([], ["0.21 1.0", "0.20 1.0"], ["0.20"])),
     ("NDATA = 399, but the file has 400", "a.ASC", esm_text(GAL, NDATA="399")),
     ("DATA_TYPE must be ACCELERATION", "a.ASC", esm_text(GAL, DATA_TYPE="VELOCITY", UNITS="cm/s")),
-    ("DATA_TYPE must be ACCELERATION", "a.ASC", esm_text(GAL, DATA_TYPE="ACCELERATION RESPONSE SPECTRUM")),
+    ("DATA_TYPE must be", "a.ASC", esm_text(GAL, DATA_TYPE="ACCELERATION RESPONSE SPECTRUM")),
     ("not an acceleration by its header: 'cm/s'", "a.ASC", esm_text(GAL, UNITS="cm/s")),
     ("SAMPLING_INTERVAL_S", "a.ASC", esm_text(GAL, SAMPLING_INTERVAL_S="")),
     (r"2 channels \(1 HNE, 2 270\)", "a.V2C", COSMOS),
