@@ -209,8 +209,8 @@ def _check_rows(text: str) -> int:
     names = [name.strip() for name in header]
     if len(names) == 1 and (sign := next((sign for sign in ";\t" if sign in names[0]), "")):
         raise ValueError(
-            f"{'semicolons' if sign == ';' else 'tabs'} separate the columns "
-            f"{shortened(names[0])}: use commas, and points in numbers"
+            f"the columns {shortened(names[0])} are separated by "
+            f"{'semicolons' if sign == ';' else 'tabs'}: write commas, and points in numbers"
         )
     twice = next((name for name in names if name and names.count(name) > 1), None)
     if twice is not None:
