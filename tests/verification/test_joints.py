@@ -285,7 +285,7 @@ def test_restrainers_pull_after_their_slack_up_to_their_strength(written, monkey
             ("abutments: {left: {type: integral, piles: {count: {v: 0, src: 'd: x'}}}, "
              "right: {type: fixed}}", r"abutments\.left\.piles\.count: must be"),
             ("abutment: {key_mass_t: {v: 1, src: 'd: x'}}\nabutments: {left: {type: fixed}}",
-             "only one"),
+             "not both"),
         )),
     ],
 )  # fmt: skip
