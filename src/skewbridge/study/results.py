@@ -168,7 +168,7 @@ def statistics_of(
     available = [state for state in states if state.demand in table]
     if not available:
         names = ", ".join(dict.fromkeys(state.demand for state in states))
-        raise InputError(f"{demands.name} has no column of the limit states ({names})")
+        raise InputError(f"{demands.name} has none of the demands of the limit states: {names}")
     settings = replace(DEFAULTS, im=measure)
     tables = fragility_tables(table, available, settings, hazard=rates, jobs=cpu_count())
     notes, texts = tables["input_notes"], {name: label_of(name) for name in map(str, table)}
