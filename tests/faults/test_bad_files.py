@@ -50,7 +50,7 @@ from skewbridge.study.inputs import check_inputs
         (read_csv, b"a,b\n1,2\n3\n", "line 3 has 1 cells, but the header has 2"),
         (read_csv, b"a,b\n1,2,3\n", "line 2 has 3 cells"),
         (read_csv, b"a,a\n1,2\n", "'a' appears twice"),
-        (read_csv, b"", "it is empty"),
+        (read_csv, b"", "the file is empty"),
         (read_csv, b'a,b\n"1,2\n', "not a table"),
     ],
 )

@@ -57,11 +57,11 @@ FRAMES, SPEEDS = {"key_frame": ["skewed", "deck_edge"]}, {"backfill_vs_mps": [50
         ({"key_fram": ["a", "b"]}, {}, "mean key_frame"),
         ({"seed": [1, 2]}, {}, "seed is not a key of model"),
         ({"pad_strength_factor": [1, 2]}, {}, "pad_strength_factor is not"),
-        ({"key_frame": ["skewed"]}, {}, "two or more different"),
+        ({"key_frame": ["skewed"]}, {}, "two or more values, all different"),
         ({"key_frame": ["skewed", "square"]}, {}, "must be 'skewed' or 'deck_edge', got 'square'"),
         ({"backfill_vs_mps": [150, -1]}, {}, "greater than or equal to 0, got -1"),
-        (FRAMES, {"analysis": {"scheme": "paper"}}, "scheme paper sets key_frame"),
-        (SPEEDS, {"grid": SPEEDS}, "backfill_vs_mps is an axis of the grid"),
+        (FRAMES, {"analysis": {"scheme": "paper"}}, "key_frame has no effect in scheme paper"),
+        (SPEEDS, {"grid": SPEEDS}, "remove backfill_vs_mps, an axis of the grid"),
     ],
 )
 def test_bad_alternatives_are_refused(alternatives, sections, message: str) -> None:

@@ -143,7 +143,7 @@ def test_a_study_runs_and_expects_the_analyses_of_its_blocks(tmp_path, monkeypat
     ("motions", "words"),
     [
         ({"blocks": {"within": ["width"]}}, "blocks.within: width is not an axis"),
-        ({"blocks": {}, "incidence_deg": [0.0, 45.0, 90.0]}, "blocks need 1 or 2 incidences"),
+        ({"blocks": {}, "incidence_deg": [0.0, 45.0, 90.0]}, "blocks need 1 or 2 incidence_deg"),
         ({"blocks": {"cells_per_motion": 3}}, "cells_per_motion"),
     ],
 )

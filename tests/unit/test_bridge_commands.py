@@ -162,8 +162,8 @@ def test_checks_of_a_run_name_every_corner(tmp_path: Path, written) -> None:
     own = written("extends: osb1\nbase: fixed\n")
     first = checks("made", own, "--bridge", own)[0]
     assert first["check"] == "bent 1 displacement, hinge 0.739 m by rule (m)"
-    assert "give the file of its bridge made: --bridge" in one_line(bridge("sdc", tmp_path))
-    assert "a script has no data" in one_line(bridge("sdc", ROOT / "docs/own_bridge.py"))
+    assert "bridge made is unknown: give its file" in one_line(bridge("sdc", tmp_path))
+    assert "is a script: a bridge file" in one_line(bridge("sdc", ROOT / "docs/own_bridge.py"))
 
 
 def test_a_bridge_gets_the_capacities_of_its_bents(written) -> None:

@@ -173,7 +173,7 @@ K50 = """abutment:
          "(did you mean column.hoop_spacing_mm?)"),
         (bents(clear_hight_m=5.0), "bents.0.clear_hight_m", "(did you mean bents.clear_height_m?)"),
         (bents(columns=2), "bents.0", "column_spacing_m is missing or 0: 2 columns need it"),
-        ('deck: {depth_m: {v: 1.8, source: "S-12"}}', "deck.depth_m.source", "has v and src"),
+        ('deck: {depth_m: {v: 1.8, source: "S-12"}}', "deck.depth_m.source", "has only v and src"),
     ],
 )  # fmt: skip
 def test_a_bad_value_names_file_key_and_limit(written, text, key, limit):

@@ -85,7 +85,7 @@ def test_failures_are_forgotten(tmp_path: Path) -> None:
     assert read_content([path]).counts["damaged"] == 0
     assert answer("study", "retry", *config)["forgotten"] == 0
     refused = answer("study", "retry", "--status", "ok", code=2)
-    assert "--status must be failed, numerical_failure" in refused["message"]
+    assert "--status must be one of failed, numerical_failure" in refused["message"]
 
 
 def test_a_study_is_named_by_its_folder_or_its_configuration(tmp_path, monkeypatch):

@@ -407,7 +407,7 @@ def test_values_outside_the_study_and_folders_without_models_are_refused(written
         (lambda t: t.rename(columns={"motion_id": "record"}), "'friction', 'record', 'status'"),
         (lambda t: t.assign(column_drift_ratio=np.inf), "give a collapsed run the status collapse"),
         (lambda t: t.drop(columns=["column_drift_ratio"]), "none of the demands"),
-        (lambda t: t.drop(columns=[IM]), "at least one im_ column"),
+        (lambda t: t.drop(columns=[IM]), "an intensity column im_"),
         (lambda t: t.rename(columns={IM: "im_a_g"}).assign(im_b_g=1.0), "--im"),
         (lambda t: pd.concat([t, t]), "repeats"),
         (lambda t: t.rename(columns={"skew_deg": "Skew"}), "did you mean skew_deg?"),
@@ -468,7 +468,7 @@ def test_statistics_outside_a_study_folder_are_a_study_with_report(tmp_path, mon
     write_frame(two, tmp_path / "study" / "demands.parquet", {"config_digest": "a"})
     code, found = run("statistics", "runs.parquet", "--out", "study")
     assert code == 2
-    assert "study has the demands of a study: choose another folder" in found["message"]
+    assert "study is the folder of a study with demands: choose another" in found["message"]
     assert len(pd.read_parquet("study/demands.parquet").columns) == len(two.columns)
 
 

@@ -284,24 +284,24 @@ def test_every_format_has_values_in_si_and_the_facts_of_its_header(read, case):
 REFUSED = [
     ("NPTS = 20, but the file has 50", "a.AT2", _peer(20)),
     ("inside a number", "a.AT2", _peer(60, FIVE.rsplit(maxsplit=1)[0] + "  -.3141")),
-    (r"rename bare values to \.acc and give", "a.AT2", FIVE),
+    (r"rename bare values to \.acc, give", "a.AT2", FIVE),
     *(("not an acceleration", "a.AT2", _at2(PLAIN.replace(IN_G, f"(UNITS: {unit}\n"), FIVE))
       for unit in ("CM/S)", "CM)", "M/S)", "CM/SEC)", "INCHES) DISPLACEMENT")),
-    ("2 channels", "a.V2", CSMIP), ("no channel 3; the file has 2", "a.V2", CSMIP, 3),
-    ("2 channels", "a.csv", CSV), ("no channel 3; the file has 2", "a.csv", CSV, 3),
+    ("2 channels", "a.V2", CSMIP), ("no channel 3: the file has 2", "a.V2", CSMIP, 3),
+    ("2 channels", "a.csv", CSV), ("no channel 3: the file has 2", "a.csv", CSV, 3),
     ("decimal comma", "a.csv", "\n".join(TIMED).replace(" ", ";").replace(".", ",")),
     # a hole, a step back, a missing value in the column of time
     *(("line 2[012]", "a.txt", "\n".join([*TIMED[:20], *rows, *TIMED[22:]]))
       for rows in ([], ["0.21 1.0", "0.20 1.0"], ["0.20"])),
     ("NDATA = 399, but the file has 400", "a.ASC", esm_text(GAL, NDATA="399")),
-    ("not an acceleration: DATA_TYPE", "a.ASC", esm_text(GAL, DATA_TYPE="VELOCITY", UNITS="cm/s")),
-    ("not an acceleration", "a.ASC", esm_text(GAL, DATA_TYPE="ACCELERATION RESPONSE SPECTRUM")),
-    ("not an acceleration: 'cm/s'", "a.ASC", esm_text(GAL, UNITS="cm/s")),
+    ("DATA_TYPE must be ACCELERATION", "a.ASC", esm_text(GAL, DATA_TYPE="VELOCITY", UNITS="cm/s")),
+    ("DATA_TYPE must be", "a.ASC", esm_text(GAL, DATA_TYPE="ACCELERATION RESPONSE SPECTRUM")),
+    ("not an acceleration by its header: 'cm/s'", "a.ASC", esm_text(GAL, UNITS="cm/s")),
     ("SAMPLING_INTERVAL_S", "a.ASC", esm_text(GAL, SAMPLING_INTERVAL_S="")),
     (r"2 channels \(1 HNE, 2 270\)", "a.V2C", COSMOS),
     ("not an acceleration", "a.V2c", cosmos_text(GAL, quantity="velocity")),
-    ("'counts.*is not read", "a.V2c", cosmos_text(GAL, unit=(1, 50, "counts (50)"))),
-    ("do not last 2 s", "a.V2c", cosmos_text(GAL, 0.005).replace("5.000000", "0.005000")),
+    ("unknown unit 'counts", "a.V2c", cosmos_text(GAL, unit=(1, 50, "counts (50)"))),
+    ("but 2 s in all", "a.V2c", cosmos_text(GAL, 0.005).replace("5.000000", "0.005000")),
     *(row for name in ("a.V2A", "a.txt") for row in (
         (r"3 channels \(1 N28W, 2 S62W, 3 Up\)", name, GEONET),
         ("truncated", name, "\n".join(LINES[:125]), 1),
@@ -509,7 +509,7 @@ def test_one_series_of_several_values_per_line_is_no_table(read, per_line, seed)
         np.testing.assert_allclose(trace.accel_mps2, series * G_MPS2, atol=1e-6)
     if per_line > 3:
         text = rows_of(series[:400], per_line, "{:15.7e}")
-        read.refuses(r"have no channels|must have", "b.txt", text, dt_s=0.01, channel=1)
+        read.refuses(r"not channels: remove|must have", "b.txt", text, dt_s=0.01, channel=1)
 
 
 @pytest.mark.parametrize("title", ["", "A title, 1940\n", "A title\nNPTS DT\n"])
@@ -527,7 +527,7 @@ def test_a_line_with_count_and_step_is_a_header(read, title, count):
         assert (trace.dt_s, trace.accel_mps2.size) == (0.01, 50)
         if not is_peer:
             wrong = text.replace("50", "61", 1)
-            read.refuses("states 61 values, the file has 50", "a.txt", wrong)
+            read.refuses("states 61 values, but the file has 50", "a.txt", wrong)
 
 
 def test_values_that_look_like_a_count_are_values(read):

@@ -114,7 +114,7 @@ def test_check_warns_of_one_component_twice_and_names_vertical_ones(tmp_path):
     [
         (lambda text: text, "utf-16", "UTF-16 text: save it as UTF-8"),
         # without a digit in front, as Fortran writes: ,1492465E-03
-        (lambda text: re.sub(r"\d\.", ",", text), "utf-8", "decimal commas; use points"),
+        (lambda text: re.sub(r"\d\.", ",", text), "utf-8", "decimal commas: write points"),
     ],
 )  # fmt: skip
 def test_check_names_encodings_and_decimal_commas(tmp_path, change, encoding, words):

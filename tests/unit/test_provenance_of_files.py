@@ -151,7 +151,7 @@ READ_ONLY = (errno.EROFS, "Read-only file system")
     [
         (InputError("bad input"), 2, "bad input\n"),
         (SolutionError("checks failed"), 1, "checks failed\n"),
-        (None, 130, "interrupted; finished analyses are kept\n"),
+        (None, 130, "interrupted; finished analyses are kept: repeat the command to resume\n"),
         (OSError(*READ_ONLY, "/a/disk"), 2, f"cannot read or write /a/disk: {READ_ONLY[1]}; "),
         (OSError(*READ_ONLY), 2, f"cannot read or write the results in {{}}: {READ_ONLY[1]}; "),
     ],

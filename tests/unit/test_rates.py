@@ -87,21 +87,21 @@ BAD = {
     "im,rate\n0.1,0.01\n0.2,0.02\n": "rate must not increase with the intensity (row 1)",
     "im,rate\n0.2,0.01\n0.1,0.001\n": "im must increase (row 1)",
     "im,rate\n0.1,-0.01\n0.2,0.001\n": "rate must not be negative",
-    "im,rate\n0.1,0.01\n": "fewer than two intensities",
+    "im,rate\n0.1,0.01\n": "at least two intensities",
     "PGA,rate\n0.1,0.01\n0.2,0.001\n": "the unit of PGA is missing: write PGA (g)",
     "PGA (cm/s),rate\n0.1,0.01\n0.2,0.001\n": "PGA cannot have the unit cm/s",
     "Arias (m/s),rate\n0.1,0.01\n0.2,0.001\n": "is not a measure with a unit",
     "im,poe\n0.1,0.01\n0.2,0.001\n": "the columns must be an intensity",
     "im,rate,upper\n0.1,0.01,1\n0.2,0.001,1\n": "'upper' is not a fractile such as rate_p16",
-    "SA(0.2) (g),rate\n0.1,0.01\n0.2,0.001\n": "but the study has intensities im_pga",
+    "SA(0.2) (g),rate\n0.1,0.01\n0.2,0.001\n": "give the hazard of a measure of the study: im_pga",
     "name,lon,lat,0.1,0.2\nA,0,0,1,0.1\nB,0,0,1,0.1\n": "has the hazard of 2 sites",
-    "name,lon,lat,0.1,0.2\nA,0,0,1,0.1\n": "name the file or its folder as its measure",
+    "name,lon,lat,0.1,0.2\nA,0,0,1,0.1\n": "name the file or its folder after the measure",
     openquake("mean", "PGA", "0.5,0.1,0.01", sites=2): "has the hazard of 2 sites",
     openquake("mean", "PGA", "0.5,0.1,0.01", time=""): "must give investigation_time",
     openquake("mean", "PGA", "1.5,0.1,0.01"): "poe must be within 0..1",
-    openquake("quantile-0.15", "PGA", "0.5,0.1,0.01"): "has no mean or median curve",
+    openquake("quantile-0.15", "PGA", "0.5,0.1,0.01"): "has fractiles only",
     usgs(xlabel="Ground Motion"): "the unit of SA1P0 is missing",
-    usgs(component="Fault"): "SA1P0 has 0 curves of the component Total",
+    usgs(component="Fault"): "SA1P0 must have one curve of the component Total, got 0",
     "{}": "has no hazard curve",
 }  # fmt: skip
 
@@ -348,7 +348,7 @@ def test_commands_refuse_another_measure_and_wrong_targets(file, tmp_path):
     other = ("--hazard", file("PGA (g),rate\n0.1,0.01\n0.2,0.001\n", "pga.csv"))
     given = (tmp_path / "demands.parquet", *other, "--out", tmp_path / "b")
     message = answer("statistics", *given, code=2)["message"]
-    assert "hazard of im_pga_rotd50_g, but the study has intensities" in message
+    assert "The file has im_pga_rotd50_g; give the hazard of a measure of the study: " in message
     assert target_rate(0.02) == pytest.approx(-np.log(0.98) / 50.0)
     with pytest.raises(InputError, match="probability_50y must"):
         target_rate(2.0)

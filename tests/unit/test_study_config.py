@@ -88,11 +88,11 @@ def test_shipped_configurations_have_their_variants_defaults_and_results_of_thei
         ({"analysis": {"integrator": ["Euler"]}}, "integrator must be Houbolt, Newmark or HHT"),
         ({"analysis": {"scheme": "paper", "dt_s": 0.01}}, r"fixed at 0\.005 .* got 0\.01"),
         ({"grid": {"transverse_gap_mm": [-1]}}, r"grid\.transverse_gap_mm\.0: .*100000, got -1$"),
-        ({"grid": {"backwall_points": [5.5]}}, r"backwall_points\.0: must be whole, got 5\.5"),
+        ({"grid": {"backwall_points": [5.5]}}, r"points\.0: must be a whole number, got 5\.5"),
         ({"grid": {"arrays": ["rigid"]}}, r"grid\.arrays: unknown key"),
         ({"grid": {"cohesion_n": ["2e7"]}}, r"grid\.cohesion_n\.0: .* number, got '2e7'"),
         ({"grid": {"bridge": ["My-Bridge"]}}, "lowercase letters, digits and _.*got 'My-Bridge'"),
-        ({"grid": {"bridge": ["osb1", "x/osb1.yaml"]}}, "two bridges have the same name"),
+        ({"grid": {"bridge": ["osb1", "x/osb1.yaml"]}}, "two bridges have the same file name"),
         ({"fragility": {"margins": {"deck_dips_m": 0.1}}}, "deck_dips_m"),
         ({"fragility": {"margins": {"unseating_m": 1.5}}}, "must be < 1"),
         ({"uncertainty": {"fc": None}}, r"uncertainty\.fc: unknown key"),
@@ -279,7 +279,7 @@ def test_a_compared_gap_without_effect_is_named(written):
     own = written("extends: osb1\nsource: plan\nabutment: {gap_mm: 40}\n")
     grid = {"bridge": [own, "osb1"], "gap_mm": [25, 51]}
     found = list(useless_axes(parse_config({"grid": grid})))
-    assert found == ["gap_mm of the grid has no effect on made: none of its joints takes it"]
+    assert found == ["gap_mm of the grid has no effect on made: none of its joints uses it"]
     assert not list(useless_axes(parse_config({"grid": grid | {"gap_mm": [51]}})))
     bridges = methods_of(parse_config({"grid": grid})).parts["Bridges"]
     assert "40 mm gap at the left end, 40 mm gap at the right end" in bridges

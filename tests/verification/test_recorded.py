@@ -266,4 +266,4 @@ def test_support_motions_of_a_file(tmp_path):
             read_support_motions(path)
     path.write_text("\n".join(lines[:4]))
     found = answer("run", *options, code=2)
-    assert "the supports are left, bent 1, right" in found["message"]
+    assert "for the supports left, bent 1, right" in found["message"]

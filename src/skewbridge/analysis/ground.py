@@ -56,7 +56,7 @@ class Excitation:
         if not isfinite(self.incidence_deg):
             raise InputError(f"incidence_deg must be a number, got {self.incidence_deg}")
         if self.supports and self.incidence_deg:
-            raise InputError("incidence_deg must be 0 with support motions: they are along x and y")
+            raise InputError("incidence_deg must be 0: support motions are along x and y")
 
 
 class GroundInput:
@@ -166,7 +166,7 @@ class SupportInput:
         self._places = support_places_m(model)
         if motions.keys() != self._places.keys():
             raise InputError(
-                f"support motions: the supports are {', '.join(self._places)}, "
+                f"support motions must be given for the supports {', '.join(self._places)}, "
                 f"got {', '.join(motions)}"
             )
         self._slope = tan(radians(model.variant.skew_deg))

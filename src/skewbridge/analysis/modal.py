@@ -100,12 +100,14 @@ def periods_of_file(bridge: str, modes: ModalResult) -> list[str]:
         shares = [
             (float(getattr(mode, f"mass_{direction}")), mode.period_s) for mode in modes.modes
         ]
-        (first, first_s), (second, second_s), *_ = sorted(shares, reverse=True)
-        if second > SHARED * first:
+        by_share = sorted(shares, reverse=True)
+        (first_share, first_period_s), (second_share, second_period_s), *_ = by_share
+        if second_share > SHARED * first_share:
             findings.append(
-                f"{structure.name}: the {adjective} motion is shared by modes of {first_s:.3g} s "
-                f"({first:.0%} of the mass) and {second_s:.3g} s ({second:.0%}): small "
-                "changes of the bridge can switch T1 between them; use Sa(1 s), Sa_avg or PGV"
+                f"{structure.name}: the {adjective} motion is shared by modes of "
+                f"{first_period_s:.3g} s ({first_share:.0%} of the mass) and "
+                f"{second_period_s:.3g} s ({second_share:.0%}): "
+                "small changes of the bridge can switch T1 between them; use Sa(1 s), Sa_avg or PGV"
             )
     return findings
 

@@ -74,7 +74,7 @@ def assemble(build_frame: FrameBuilder, variant: Variant, options: ModelOptions)
 def require_empty_domain() -> None:
     """Raise `DomainError` if the open domain already has a model."""
     if ops.getNodeTags():
-        raise DomainError("call build() inside `with domain():`, once per domain")
+        raise DomainError("the OpenSees domain has a model: build once in each `with domain():`")
 
 
 def blueprint_of(
@@ -195,7 +195,7 @@ def bridge_period_s(bridge: BridgeData, which: Literal["t1", "long", "short"]) -
     mechanism, or if the domain has a model, which would be lost.
     """
     if ops.getNodeTags():
-        raise ValueError("the OpenSees domain has a model, which would be lost")
+        raise ValueError("the OpenSees domain has a model, which would be lost: wipe it first")
     is_free = which != "t1" and bool(bridge.bents)
     values = {axis.name: axis.usual for axis in AXES} | {"skew_deg": 0}
     variant = Variant.at(bridge.name, "roller" if is_free else "contact_friction", values)
@@ -216,7 +216,7 @@ def bridge_period_s(bridge: BridgeData, which: Literal["t1", "long", "short"]) -
         ops.model("basic", "-ndm", 3, "-ndf", 6)  # of a domain in which a bridge is loaded
     x_s, y_s, z_s = (period_s(modes, axis) for axis in "xyz")
     if isinf(x_s + y_s + z_s):
-        raise ValueError("the bridge is a mechanism: it has no stiffness along x, y or z")
+        raise ValueError("the bridge is a mechanism: it lacks stiffness along x, y or z")
     if which == "t1":
         return sqrt(x_s * y_s)
     return max(x_s, y_s) if which == "long" else min(y_s, z_s)

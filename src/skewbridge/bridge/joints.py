@@ -124,7 +124,8 @@ def build_inner_joint(joint: Supported) -> JointHandle:
     if contacts is None:
         raise TypeError("an inner joint needs a ContactSet")
     if data.gap_mm is None and "gap_mm" not in variant.traits.axes:
-        raise InputError(f"{inner.name} needs gap_mm: abutment model {variant.abutment} has no gap")
+        reason = f"abutment model {variant.abutment} has no gap"
+        raise InputError(f"{inner.name}: give gap_mm in the bridge file, because {reason}")
     for pad in joint.bearings:
         if ops.nodeDisp(pad.deck_node, 3) > ops.nodeDisp(pad.seat_node, 3):
             raise InputError(

@@ -311,7 +311,7 @@ class _Reader:
         if loads is None:
             lifted = {node: float(ops.nodeMass(node, 3)) for node in masses}
             bare = next((n for n, m in lifted.items() if m == 0.0 < masses[n]), None)
-            _need(bare is None, f"node {bare} has no vertical mass: give it one, or state loads")
+            _need(bare is None, f"node {bare} has no mass along z: add it, or give loads")
             loads = {node: G_MPS2 * mass for node, mass in lifted.items()}, {}
         periods = script.damping_periods or (nan, nan)
         return Frame(
@@ -443,15 +443,15 @@ class _Reader:
         first = _listed(ops.eleNodes(column.element))[0]
         _need(
             first == column.base,
-            f"{field}: element {column.element} must start at the base, node {column.base}, and it "
+            f"{field}: element {column.element} must start at the base, node {column.base}, but "
             f"starts at node {first}",
         )
         low, high = self._place(column.base)[2], self._place(column.top)[2]
         height_m = high - low if column.height is None else metre * column.height
         _need(
             0.0 < height_m <= high - low + 1e-6 * abs(high),
-            f"{field}: the column must rise along z by 0 to {(high - low) / metre:g}, got "
-            f"{height_m / metre:g}",
+            f"{field}: height must be above 0 and at most {(high - low) / metre:g}, from base to "
+            f"top along z, got {height_m / metre:g}",
         )
         fixed = _listed(ops.getFixedDOFs(column.base))
         is_pinned = self._joined[column.base] == [column.element] and not {4, 5} <= {*fixed}

@@ -116,7 +116,7 @@ def call_script(files: list[Path], arguments: dict[str, Any]) -> Any:
 
     spec = importlib.util.spec_from_file_location(f"{path.stem}_script", path)
     if spec is None or spec.loader is None:
-        raise InputError(f"{path}: not a Python file")
+        raise InputError(f"{path}: the script is not a Python file")
     forget()
     sys.path.insert(0, str(path.parent))
     try:

@@ -215,7 +215,7 @@ class SiView:
                     elastic[index + 1] = new_tag
             arguments = tuple(elastic)
         elif kind not in ("zeroLength", "zeroLengthSection"):
-            raise NotImplementedError(f"no units for element {kind}")
+            raise NotImplementedError(f"no conversion of units for {kind}: write the script in N-m")
         command(kind, *tag, *arguments)
 
     @staticmethod

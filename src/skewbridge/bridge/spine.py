@@ -40,8 +40,8 @@ def build_spine(bridge: BridgeData, elements_per_span: int, tags: TagAllocator) 
     deck = bridge.deck
     pieces = spine_points_m(bridge, elements_per_span)
     x = [x_m for piece in pieces for x_m in piece]
-    decks = [[tags.node() for _ in piece] for piece in pieces]
-    nodes = [node for deck in decks for node in deck]
+    nodes_by_deck = [[tags.node() for _ in piece] for piece in pieces]
+    nodes = [node for deck in nodes_by_deck for node in deck]
     for node, position in zip(nodes, x, strict=True):
         ops.node(node, position, 0.0, deck.centroid_above_soffit_m)
     # ASSUME the prestressed deck stays elastic and uncracked (SDC 1.7 section 5.6)
@@ -50,7 +50,7 @@ def build_spine(bridge: BridgeData, elements_per_span: int, tags: TagAllocator) 
     modulus = deck.elastic_modulus_gpa * GPA
     inertias = (deck.torsion_constant_m4, deck.inertia_vertical_m4, deck.inertia_transverse_m4)
     section = (deck.area_m2, modulus, shear_modulus_pa(modulus), *inertias)
-    lines = [line for piece in decks for line in pairwise(piece)]
+    lines = [line for piece in nodes_by_deck for line in pairwise(piece)]
     elements = [tags.element() for _ in lines]
     for element, end_nodes in zip(elements, lines, strict=True):
         ops.element("elasticBeamColumn", element, *end_nodes, *section, transformation)
@@ -60,13 +60,13 @@ def build_spine(bridge: BridgeData, elements_per_span: int, tags: TagAllocator) 
 
     caps = [
         node
-        for joint, (left, right) in zip(bridge.joints, pairwise(decks), strict=True)
+        for joint, (left, right) in zip(bridge.joints, pairwise(nodes_by_deck), strict=True)
         if joint.at
         for node in (left[-1], right[0])
     ]
     spine = Spine(
         nodes=nodes,
-        decks=decks,
+        decks=nodes_by_deck,
         heavy=[nodes[0], nodes[-1], *caps],
         bent_nodes=[nearest(position) for position in bridge.bent_positions_m],
         centre_node=nearest(mass_centre_m(bridge)),
@@ -114,5 +114,5 @@ def add_moment(
 def add_weight(spine: Spine, node: int, weight_n: float, mass_kg: float) -> None:
     """Add dead load and translational mass of a cap or column at a node."""
     spine.loads_n[node] += weight_n
-    present = [float(ops.nodeMass(node, dof)) for dof in range(1, 7)]
-    ops.mass(node, *(value + mass_kg for value in present[:3]), *present[3:])
+    node_masses = [float(ops.nodeMass(node, dof)) for dof in range(1, 7)]
+    ops.mass(node, *(value + mass_kg for value in node_masses[:3]), *node_masses[3:])

@@ -204,7 +204,7 @@ def _pushed(pushed: "Callable[..., PushCurve]", case: VariantOptions, push: Push
     answer = {"pushes": pushes} if is_ladder else pushes[0]
     is_done, notes = all(row["is_complete"] for row in pushes), gap_notes(case.bridge)
     if not is_done:
-        notes.append("a push stopped at last_disp_m: no equilibrium was found beyond it")
+        notes.append("a push stopped at last_disp_m: no equilibrium at larger displacements")
     exit_code = 0 if is_done else EXIT_FAILED
     return Answer(answer, units=push.units, notes=notes, exit_code=exit_code)
 
@@ -301,7 +301,7 @@ def sdc(
         if bridge is not None and Path(bridge).stem == variant.bridge_name:
             variant = replace(variant, bridge=bridge)
         elif variant.bridge_name not in _known_bridges():
-            needed = f"give the file of its bridge {variant.bridge_name}: --bridge"
+            needed = f"bridge {variant.bridge_name} is unknown: give its file with --bridge"
             raise InputError(f"{source}: {needed}")
         histories = {str(name): table[name].to_numpy() for name in table}
         title, notes = variant.slug, gap_notes(variant.bridge)

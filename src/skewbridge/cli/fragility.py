@@ -42,11 +42,11 @@ class FitCommand:
     model: Annotated[str | None, opt("Regression model of a cloud.", "[ols|tobit]")] = None
     link: Annotated[str, opt("Link function of stripes.", "[probit]")] = "probit"
     level: Annotated[float, opt("Confidence level.")] = 0.95
-    threshold: Annotated[float | None, opt("Median capacity.")] = None
+    threshold: Annotated[float | None, opt("Median capacity, in the unit of the demands.")] = None
     im: Annotated[str | None, opt("Column with the intensities of the runs.", "COLUMN")] = None
     edp: Annotated[str | None, opt("Column with the demands of the runs.", "COLUMN")] = None
     capacity_dispersion: Annotated[float, opt("Dispersion of the capacity (cloud).")] = 0.0
-    columns: Annotated[Path | None, opt("YAML file on the columns of a foreign table.")] = None
+    columns: Annotated[Path | None, opt("YAML file that maps the columns of your table.")] = None
 
 
 @command(commands)
@@ -153,11 +153,11 @@ def predict(
     printed_tables = {f"theta in {rows[0]['im']}": statistics}
     notes = ["loo_error: error of theta when a variant is left out of the model"]
     if any(row[flag] for row in rows for flag, _ in flags):
-        notes.append("extrapolated: fewer than three motions are as strong, or as weak, as this")
+        notes.append("extrapolated: fewer than three motions are as strong, or weak, as this value")
     if lost := [f"{r['component']} {r['state']}" for r in rows if r["n_withheld"]]:
-        notes.append(f"too uncertain in some variants (bounds_too_wide): {', '.join(lost)}")
+        notes.append(f"no curve in some variants (bounds_too_wide): {', '.join(lost)}")
     if (drawn := rows[0]["random_properties"]) != "none":
-        notes.append(f"each motion of the study has its own random values of: {drawn}")
+        notes.append(f"properties drawn at random for each motion of the study: {drawn}")
     config = stored_configuration(folder_of(study))
     files = {} if config is None else {Path(name).stem: name for name in config.grid.bridge}
     if file := files.get(bridge or next(iter(files), "")):

@@ -45,7 +45,7 @@ def check(
     paths: Annotated[list[Path], arg("Files, or folders with motions.")],
     missing: MissingOptions,
     strict: Annotated[bool, opt("Treat warnings as errors.", None, "--strict")] = False,
-    write: Annotated[bool, opt("Write the index of each folder.", None, "--write")] = False,
+    write: Annotated[bool, opt("Write index.csv into each folder.", None, "--write")] = False,
 ) -> Answer:
     """Read motion files and report errors and warnings; exits with 2 if a file is unusable.
 
@@ -151,7 +151,7 @@ def select(
     out: Out,
     count: Annotated[int, opt("Number of pairs at each level.")] = 30,
     changes: Changes = None,  # keys of the target
-    without: Annotated[Path | None, opt("Earlier selection to leave out.", "DIR")] = None,
+    without: Annotated[Path | None, opt("Earlier selection: leave its pairs out.", "DIR")] = None,
 ) -> Answer:
     """Select and scale pairs that follow the conditional spectrum of each level.
 
@@ -172,6 +172,6 @@ def select(
         figure = suite_spectra(psa_g, spectrum.periods_s[band], title=title, model=model)
         figure.savefig(out / f"level_{number}.png", dpi=150)
     levels = [selection.summary for selection in selections]
-    missed = "a level misses the tolerances (mean 5 %, dispersion 10 %): add candidates"
+    missed = "a level is outside the tolerances (mean 5 %, dispersion 10 %): add candidates"
     warnings = [] if all(summary["within_tolerances"] for summary in levels) else [missed]
     return Answer({"levels": levels, "index": str(out / "index.csv")}, warnings=warnings)

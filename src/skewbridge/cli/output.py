@@ -416,8 +416,8 @@ def gap_notes(bridge: str) -> list[str]:
     if not about.seats_m:
         return ["gap_mm and friction have no effect: the bridge has no seats and no joints"]
     own = ", ".join(f"{gap_mm:g} mm at {place}" for place, gap_mm in about.own_gaps_mm.items())
-    other_joints = "is that of the other joints" if about.takes_gap else "has no effect"
-    return [f"gap by the file of the bridge: {own}; gap_mm {other_joints}"] if own else []
+    other_joints = "acts on the other joints" if about.takes_gap else "has no effect"
+    return [f"the bridge file sets the gap: {own}; gap_mm {other_joints}"] if own else []
 
 
 def keys_and_values(option: str, pairs: list[str] | None) -> dict[str, Any]:

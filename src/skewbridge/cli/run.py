@@ -47,9 +47,9 @@ class LoadingOptions:
     motion: Annotated[tuple[Path, Path] | None, _PAIR] = None
     support_motions: Annotated[Path | None, _SUPPORTS] = None
     scale: Annotated[float, opt("Scale factor of both components.")] = 1.0
-    incidence_deg: Annotated[float, opt("Angle from bridge x to component 1.")] = 0.0
+    incidence_deg: Annotated[float, opt("Angle from bridge x to component 1, in deg.")] = 0.0
     scheme: Annotated[Literal["default", "paper"], opt("Integration scheme.")] = "default"
-    accuracy: Annotated[Accuracy, opt("Numerical settings.")] = "default"
+    accuracy: Annotated[Accuracy, opt("Set of numerical settings.")] = "default"
     dt_s: Annotated[float | None, opt("Time step in s; overrides the step of --accuracy.")] = None
     duration_s: Annotated[float | None, opt("Truncate the motion to this length in s.")] = None
 
@@ -60,7 +60,7 @@ def run(
     loading: LoadingOptions,
     out: Out,
     figures: Annotated[bool, opt("Draw the figures.")] = True,
-    row: Annotated[str | None, opt("Repeat this analysis of the study.", "RUN_KEY")] = None,
+    row: Annotated[str | None, opt("Repeat the row of a study with this key.", "RUN_KEY")] = None,
     study: Study = None,
     units: UnitsOpt = "si",
 ) -> Answer:
@@ -156,16 +156,16 @@ def _task_of_row(key: str, study: Path | None) -> "Task":
     if row is None:
         raise InputError(
             f"row {key}: no such run_key in the journals or {folder.demands}; run the study first "
-            "or name a different one with --study"
+            "or give another study with --study"
         )
     task = StudySetup.of(config).task_of(row)
     if task is None:
         raise InputError(
-            f"row {key}: the study in {folder.root} no longer has {row['motion_id']} x "
-            f"{row['scale']:g} at {row['incidence_deg']:g} degrees"
+            f"row {key}: the study in {folder.root} no longer has motion {row['motion_id']} with "
+            f"factor {row['scale']:g} at {row['incidence_deg']:g} degrees"
         )
     if run_key(task) != key:
-        messages.print("settings or sources have changed, so the result may differ")
+        messages.print("settings or sources have changed since, so the result may differ")
     return task
 
 
@@ -221,7 +221,7 @@ def doctor() -> Answer:
 
 @command(commands)
 def verify(
-    names: Annotated[list[str] | None, arg("Studies; by default all.", "[NAME...]")] = None,
+    names: Annotated[list[str] | None, arg("Studies; default: short ones.", "[NAME...]")] = None,
     out: Annotated[Path | None, opt("Folder for tables and figures.")] = None,
     records: Annotated[
         Path | None, opt("Folder of one or more recorded events (`painter`).", "DIR")

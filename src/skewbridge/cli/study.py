@@ -218,7 +218,7 @@ def retry(
     from skewbridge.study.journal import forget
 
     if status not in ("failed", *FAILED):
-        raise InputError(f"--status must be failed, {', '.join(FAILED)}, got {status!r}")
+        raise InputError(f"--status must be one of failed, {', '.join(FAILED)}; got {status!r}")
     statuses = FAILED if status == "failed" else (status,)
     rows = [
         {"variant": row["variant"], "motion": row["motion_id"], "status": row["status"]}

@@ -99,7 +99,7 @@ def read_table(path: Path) -> pa.Table:
         file = pq.ParquetFile(content, page_checksum_verification=True)
         cells = file.metadata.num_rows * file.metadata.num_columns
         if not 0 <= cells <= MAX_TABLE_CELLS:
-            raise file_fault(path, f" has {cells} cells; at most {MAX_TABLE_CELLS} are read")
+            raise file_fault(path, f" has {cells} cells, but at most {MAX_TABLE_CELLS} are read")
         table = file.read()
         table.validate(full=True)
     except InputError:

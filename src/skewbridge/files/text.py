@@ -68,7 +68,7 @@ def read_bytes(path: Path, max_bytes: int) -> bytes:
     if not S_ISREG(state.st_mode):
         raise file_fault(path, " is a folder or device, but a file is needed")
     if not is_read:
-        raise file_fault(path, f" has {state.st_size} bytes; at most {max_bytes} are read")
+        raise file_fault(path, f" has {state.st_size} bytes, but at most {max_bytes} are read")
     return content
 
 
@@ -123,7 +123,7 @@ def _check_node(node: Any) -> int:
     """Refuse invalid keys, long numbers and too many values; return the number of values."""
     if isinstance(node, yaml.ScalarNode):
         if node.tag.endswith(":int") and len(node.value) > MAX_DIGITS:
-            _refuse(node, f"a whole number of at most {MAX_DIGITS} digits is needed")
+            _refuse(node, f"a whole number may have at most {MAX_DIGITS} digits")
         return 1
     children = node.value
     if isinstance(node, yaml.MappingNode):
@@ -133,7 +133,7 @@ def _check_node(node: Any) -> int:
     for child in children:
         count += _check_node(child)
         if count > MAX_VALUES:
-            _refuse(node, f"more than {MAX_VALUES} values (an alias counts as the values it names)")
+            _refuse(node, f"more than {MAX_VALUES} values (an alias counts as all its values)")
     return count
 
 
@@ -205,11 +205,11 @@ def _check_rows(text: str) -> int:
     rows = csv.reader(io.StringIO(text), skipinitialspace=True, strict=True)
     header = next((row for row in rows if row), None)
     if header is None:
-        raise ValueError("it is empty")
+        raise ValueError("the file is empty")
     names = [name.strip() for name in header]
     if len(names) == 1 and (sign := next((sign for sign in ";\t" if sign in names[0]), "")):
         raise ValueError(
-            f"its only column is {shortened(names[0])}, so it is separated by "
+            f"the columns {shortened(names[0])} are separated by "
             f"{'semicolons' if sign == ';' else 'tabs'}: write commas, and points in numbers"
         )
     twice = next((name for name in names if name and names.count(name) > 1), None)

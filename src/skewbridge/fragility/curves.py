@@ -71,7 +71,7 @@ def fit_study(
     that no run, or every run, exceeds. Raises `InputError` if there are no limit states.
     """
     if not limit_states:
-        raise InputError("no limit states to fit")
+        raise InputError("no limit states to fit: give at least one")
     if models is None:
         models = fit_models(demands, limit_states, settings, jobs=jobs)
     rows_of = partial(_variant_rows, states=limit_states, settings=settings)

@@ -178,7 +178,7 @@ def refuse_misspelt(columns: Iterable[str], present: Iterable[str] = ()) -> None
         is_drawn = name.startswith((CHOICE_PREFIX, DRAW_PREFIX))
         if name not in valid and nearest and not is_drawn:
             text = f"column {shortened(name)} is not known: did you mean {nearest[0]}?"
-            raise InputError(f"{text} Rename it", column=name)
+            raise InputError(f"{text} Rename the column", column=name)
 
 
 def percent_notes(name: str, demands: Floats) -> list[str]:
@@ -227,7 +227,7 @@ def read_foreign(
     need_columns(source, columns.values(), path.name)
     out = pd.DataFrame({column: source[foreign_name] for column, foreign_name in columns.items()})
     if "motion_id" not in out or not any(str(name).startswith("im_") for name in out):
-        text = "motion_id and at least one im_ column are needed"
+        text = "a column motion_id and an intensity column im_... are needed"
         raise InputError(f"{text}; the columns of {path.name} are {names_of(source)}")
     defaults = {"scale": 1.0, "incidence_deg": 0.0, "status": OK, **dict(constants or {})}
     for name, value in {**dict.fromkeys(BRIDGE_COLUMNS, "foreign"), **defaults}.items():
@@ -307,7 +307,7 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
     im = table[settings.im].to_numpy(dtype=np.float64)
     has_im = np.isfinite(im) & (im > 0.0)
     if not has_im.any():
-        raise InputError(f"no row has a usable {settings.im}", column=settings.im)
+        raise InputError(f"no row has a finite {settings.im} above 0", column=settings.im)
     notes: list[tuple[object, ...]] = [
         ("rejected_row", row, settings.im, f"row {row}: {settings.im} is {im[row]:g}, not above 0")
         for row in np.flatnonzero(~has_im).tolist()

@@ -122,7 +122,7 @@ def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.Da
     once = ~table.duplicated([*key, axis]).to_numpy()
     if not once.all():
         row = demands.index[int(np.argmin(once))]
-        raise InputError(f"the run of row {row} occurs twice in the demands table", row=row)
+        raise InputError(f"the run of row {row} occurs twice in the demands: remove one", row=row)
     return _paired(table, axis, other_axes, loading)
 
 
@@ -183,8 +183,8 @@ def effect_tables(
         for (start, end), runs in run_pairs(rows, axis, paired).groupby(list(STEP))
     )
     at = reference_im or {}
-    rows_of = partial(demand_effects, names=names, settings=settings, reference_im=at)
-    tables = demand_table.spread(rows_of, pairs, jobs)
+    effects_of_pairs = partial(demand_effects, names=names, settings=settings, reference_im=at)
+    tables = demand_table.spread(effects_of_pairs, pairs, jobs)
     effects = effect_table(demands, [row for rows, _ in tables for row in rows])
     by_intensity = [row for _, rows in tables for row in rows]
     return EffectTables(effects, pd.DataFrame(by_intensity, columns=list(INTENSITY_COLUMNS)))

@@ -55,6 +55,7 @@ _MEASURES: Final = {
 #: Accepted characters and length of names; pelicun splits names at ``-`` and then finds no row.
 _PELICUN_ID: Final = ("A-Za-z0-9_.", 200)
 _PELICUN_PARAMETERS: Final = ("Family", "Theta_0", "Theta_1", "DamageStateWeights")
+_OTHER_MEASURE: Final = "fit with im_sa_1p000_rotd50_g or another Sa(T)"
 _ABSENT: Final = pd.Series(dtype=np.bool_)  # replaces a missing column
 _LEVELS: Final = 800  # of a curve that is a union; linear interpolation errs by less than 5e-5
 
@@ -77,11 +78,12 @@ def export_curves(source: Path, form: str, out: Path) -> dict[str, Any]:
     unfitted = curves.loc[~has_estimate, ["variant", "component", "limit_state", "status"]]
     notes = ["beta_total is exported: record-to-record and capacity dispersion"]
     if partial := int(curves.loc[has_estimate, "beta_total"].isna().sum()):
-        notes.append(f"{partial} curves have no beta_total (no slope): beta is exported instead")
+        text = "no slope of the demand to convert the capacity dispersion"
+        notes.append(f"{partial} curves have no beta_total ({text}): beta is exported instead")
     if len(unfitted):
         notes.append(f"{len(unfitted)} limit states have no estimate (listed by --json)")
     if n_extrapolated := int(curves.get("extrapolated", _ABSENT).eq(other=True).sum()):
-        text = "fewer than three motions are as strong, or as weak"
+        text = "fewer than three motions are as strong, or as weak, as the median"
         notes.append(f"{n_extrapolated} medians are extrapolated: {text}")
     report = {"format": form, "files": [str(out)], "left_out": len(unfitted)}
     report |= {"curves": int(has_estimate.sum())}
@@ -206,8 +208,7 @@ def _write_model(
         theta, beta = curves_of["theta"].to_numpy(), curves_of["curve_beta"].to_numpy()
         measure, factor, *_ = measure_names(column)
         if not measure:
-            advice = "fit with im_sa_1p000_rotd50_g or another Sa(T)"
-            raise InputError(f"{column} has no name in OpenQuake: {advice}", column=column)
+            raise InputError(f"{column} has no name in OpenQuake: {_OTHER_MEASURE}", column=column)
         rows = records_of(curves_of)
         # range: medians and 4 standard deviations; curves are checked for crossing within 2
         ends, side = np.log([theta.min(), theta.max()]), np.array([-1.0, 1.0]) * beta.max()
@@ -253,7 +254,7 @@ def _write_pelicun(curves: pd.DataFrame, out: Path, _folder: Path) -> dict[str, 
     lists them as ``holes``. A JSON file with names is written next to the CSV file.
     """
     if (names_file := out.with_suffix(".json")) == out:
-        raise InputError(f"--out must end with .csv, got {out.name} (a .json file gets the names)")
+        raise InputError(f"--out must end with .csv, got {out.name} (names go to a .json file)")
     rows: list[dict[str, Any]] = []
     holes: list[dict[str, Any]] = []
     names: dict[str, Any] = {}
@@ -265,7 +266,8 @@ def _write_pelicun(curves: pd.DataFrame, out: Path, _folder: Path) -> dict[str, 
         column = str(group["im"].iloc[0])
         *_, demand, unit = measure_names(column)
         if not demand:
-            raise InputError(f"{column} has no demand type in pelicun", column=column)
+            text = f"{column} has no demand type in pelicun: {_OTHER_MEASURE}"
+            raise InputError(text, column=column)
         name = identifier(f"{variant}.{scale}", *_PELICUN_ID)
         row: dict[str, Any] = {"ID": name, "Incomplete": 0, "Demand-Type": demand}
         # with Demand-Directional 0, pelicun takes 1.2 times the larger direction; ours is RotD50

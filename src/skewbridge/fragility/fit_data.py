@@ -13,7 +13,7 @@ from pydantic.dataclasses import dataclass
 from skewbridge.demands.validity import BEYOND_MODEL, failure_kinds, is_complete
 from skewbridge.errors import InputError
 from skewbridge.files.tables import as_column, positive, read_any, require, same_length
-from skewbridge.files.text import checked, read_json, read_yaml, shown_path
+from skewbridge.files.text import checked, file_fault, read_json, read_yaml, shown_path
 from skewbridge.fragility import demand_table, fits
 from skewbridge.fragility.demand_table import ColumnMap, motion_codes, need_columns, read_foreign
 from skewbridge.fragility.fits import FITTED, NO_EXCEEDANCE
@@ -86,13 +86,13 @@ def read_data(path: Path) -> pd.DataFrame | Mapping[str, Any]:
     if suffix in {".csv", ".parquet"}:
         return read_any(path)
     if suffix != ".json":
-        raise InputError(f"{shown_path(path)}: expected .json, .csv or .parquet", file=str(path))
+        raise file_fault(path, " must end with .json, .csv or .parquet")
     data: Any = read_json(path)
     if isinstance(data, list) and all(isinstance(row, dict) for row in data):
         return pd.DataFrame(data)
     if not isinstance(data, dict):
         text = "must contain a JSON object with one list per column, or a list of rows"
-        raise InputError(f"{shown_path(path)} {text}", file=str(path))
+        raise file_fault(path, f" {text}")
     return data
 
 
@@ -122,7 +122,7 @@ def _fit_columns(data: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     )
     thresholds = [options.threshold] if options.threshold else np.atleast_1d(need("threshold"))
     if len(thresholds) == 0:
-        raise InputError("the column threshold is empty: one number is needed")
+        raise InputError("the column threshold is empty: give one number")
     threshold, none = float(positive(list(thresholds[:1]), "threshold")[0]), np.zeros(im.size)
     censored, collapse = (as_column(columns.get(n, none), n) for n in ("censored", "collapse"))
     same_length(im=im, edp=edp, censored=censored, collapse=collapse)
@@ -143,7 +143,7 @@ def _fit_cloud(
 ) -> fits.FragilityFit:
     """Fit a cloud of demands given by lower and upper bounds, arrays of shape (n,)."""
     if options.model == "ols" and (count := int(np.sum(upper > lower))):
-        raise InputError(f"--model ols would leave out {count} censored demands: use tobit")
+        raise InputError(f"--model ols would leave out {count} censored demands: use --model tobit")
     fit_options: Any = {"capacity_dispersion": options.capacity_dispersion, "motions": motions}
     return fits.fit_cloud(im, lower, threshold, upper, settings=options.settings, **fit_options)
 

@@ -138,9 +138,9 @@ def jackknifed(fit: FragilityFit, ln_theta: Floats, beta: Floats) -> FragilityFi
     logs = np.column_stack([ln_theta[is_valid], np.log(beta[is_valid])])
     covariance = motion_means.jackknife_covariance(logs)
     of_theta, of_beta = motion_means.jackknife_factors(logs, fit.level, is_valid.size - 2)
-    names = () if np.mean(is_valid) > 0.95 else ("jackknife_without_estimate",)
+    warning_names = () if np.mean(is_valid) > 0.95 else ("jackknife_without_estimate",)
     return replace(
-        fit.warned(*names),
+        fit.warned(*warning_names),
         ci_theta=(fit.theta / of_theta, fit.theta * of_theta),
         ci_beta=(fit.beta / of_beta, fit.beta * of_beta),
         ci_method="jackknife",

@@ -216,9 +216,9 @@ def hazard_curve(config: HazardConfig, measures: Sequence[str], default: str) ->
     measure = next((name for name in order if name in curves and name in measures), None)
     if measure is None:
         in_file, of_study = (", ".join(map(str, names)) for names in (curves, measures))
-        asked = f", hazard.measure is {requested}" if requested else ""
-        text = f": hazard of {in_file}{asked}, but the study has intensities {of_study}"
-        raise file_fault(path, f"{text}: give the hazard of one of these")
+        asked = f" (hazard.measure is {requested})" if requested else ""
+        text = f": no hazard curve fits the study. The file has {in_file}{asked}"
+        raise file_fault(path, f"{text}; give the hazard of a measure of the study: {of_study}")
     return curves[measure]
 
 
@@ -231,13 +231,13 @@ def read_hazard(path: Path) -> list[HazardCurve]:
     """Return the hazard curves of a file, or of all files in a folder, one per measure."""
     files = sorted(path.glob("*.[cj]s*")) if path.is_dir() else [path]
     if not files:
-        raise file_fault(path, " has no .csv or .json file")
+        raise file_fault(path, " has no hazard curve (.csv or .json file)")
     groups: dict[str, dict[float | None, _Part]] = defaultdict(dict)
     for file in files:
         try:
             for curve in _parts(file):
                 if curve.quantile in groups[curve.im]:
-                    raise InputError(f"two hazard curves of {curve.im or 'a measure'}: keep one")
+                    raise InputError(f"two curves of {curve.im or 'one measure'}: keep one")
                 groups[curve.im][curve.quantile] = curve
         except InputError as error:
             names_file = shown_path(file) in str(error)
@@ -253,16 +253,17 @@ def _assembled(path: Path, parts: dict[float | None, _Part]) -> HazardCurve:
     """Return the curve of one measure from its mean (or median) and its fractiles."""
     main = parts.get(None, parts.get(0.5))
     if main is None:
-        raise file_fault(path, f": {next(iter(parts.values())).im} has no mean or median curve")
+        im = next(iter(parts.values())).im
+        raise file_fault(path, f": {im} has fractiles only: add its mean or median curve")
     quantiles = sorted(q for q in parts if q is not None)
-    rows = [main, *(parts[q] for q in quantiles)]
-    if any(not np.array_equal(row.levels, main.levels) for row in rows):
-        raise file_fault(path, f": the fractiles of {main.im} have other intensities than the mean")
-    rates = np.array([row.rates for row in rows])
+    curves = [main, *(parts[q] for q in quantiles)]
+    if any(not np.array_equal(curve.levels, main.levels) for curve in curves):
+        raise file_fault(path, f": fractiles of {main.im} must have the intensities of the mean")
+    rates = np.array([curve.rates for curve in curves])
     # a probability of one in the investigation time has no rate; zero rates end the curve
     is_usable = np.all(np.isfinite(rates), axis=0) & (rates[0] > 0.0)
     if np.sum(is_usable) < 2:
-        raise file_fault(path, ": fewer than two intensities have a rate above zero")
+        raise file_fault(path, ": at least two intensities must have a rate above zero")
     positive_rates = np.maximum(rates[:, is_usable], _LEAST_RATE)
     arrays = {"levels": main.levels[is_usable], "rates": positive_rates}
     return HazardCurve(im=main.im, quantiles=np.array(quantiles), source=path.name, **arrays)
@@ -317,7 +318,7 @@ def _table(path: Path) -> Iterator[_Part]:
         columns = [name for name in names if re.fullmatch(r"[\d.eE+-]+", name)]
         name = next(filter(None, map(measure_column, (path.stem, path.parent.name))), "")
         if not name:
-            raise InputError("name the file or its folder as its measure, such as SA1P0.csv")
+            raise InputError("name the file or its folder after the measure, such as SA1P0.csv")
         # source: nshmp-haz writes accelerations in g
         rates = table.loc[0, columns].to_numpy(dtype=np.float64)
         yield _Part(name, None, as_column(columns, "im"), rates)
@@ -364,11 +365,11 @@ def _usgs_json(path: Path) -> Iterator[_Part]:
         name = str(imt.get("value", imt) if isinstance(imt, dict) else imt)
         unit = re.search(r"\((g|m/s|cm/s)\)", f"{imt} {metadata.get('xlabel', '')}")
         if not unit:
-            raise InputError(f"the unit of {name} is missing (xlabel, such as Ground Motion (g))")
+            raise InputError(f"the unit of {name} is missing: xlabel must end with it, as (g)")
         totals = [curve for curve in item.get("data", []) if curve.get("component") == "Total"]
         if len(totals) != 1:
             raise InputError(
-                f"{name} has {len(totals)} curves of the component Total; one is needed"
+                f"{name} must have one curve of the component Total, got {len(totals)}"
             )
         values = totals[0].get("values", {})
         levels = values.get("xs", metadata.get("xvalues"))

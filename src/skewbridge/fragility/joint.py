@@ -138,8 +138,8 @@ def _estimate(models: BridgeModels, state: LimitState, row: Row) -> Row:
     modes = models.modes(state)
     fits = [fit for fit in map(models.fit, modes) if not isinstance(fit, str)]
     if not models.axes.varying or len(fits) < len(modes):
-        failed = [fit for fit in map(models.fit, modes) if isinstance(fit, str)]
-        return {"status": failed[0] if failed else "no_axis_varies"}
+        reasons = [fit for fit in map(models.fit, modes) if isinstance(fit, str)]
+        return {"status": reasons[0] if reasons else "no_axis_varies"}
     if fits[0].model.motions < _LEAST_MOTIONS:
         return {"status": "too_few_motions"}
     names = ("level", "slope", "bend", *models.axes.names, "growth", "ln_tau", "ln_sigma")

@@ -188,7 +188,7 @@ class LimitStateEntry(BaseModel):
     ) -> dict[str, str] | None:
         unknown = set(degrees or {}) - set(info.data.get("states", {}))
         if unknown:
-            raise ValueError(f"the entry has no state {', '.join(sorted(unknown))}")
+            raise ValueError(f"states of the entry do not include {', '.join(sorted(unknown))}")
         return degrees
 
     @field_validator("unit")
@@ -210,7 +210,7 @@ class LimitStateEntry(BaseModel):
         for (mild, milder), (severe, state) in pairwise(self.states.items()):
             if state.median <= milder.median:
                 text = f"median {state.median:g} must exceed {milder.median:g} (state {mild})"
-                raise InputError(f"{where}: states.{severe}: {text}: write mild states first")
+                raise InputError(f"{where}: states.{severe}: {text}; list mild states first")
         shared = self.model_dump(include={"component", "demand", "collapse", "citation"})
         out: list[LimitState] = []
         for name, state in self.states.items():

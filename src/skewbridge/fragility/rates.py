@@ -297,7 +297,7 @@ class Decision(NamedTuple):
 def target_rate(probability_50y: float) -> float:
     """Return the target rate (1/year) from a probability in 50 years."""
     if not 0.0 < probability_50y < 1.0:
-        raise InputError(f"probability_50y must be within 0..1, got {probability_50y:g}")
+        raise InputError(f"probability_50y must be above 0 and below 1, got {probability_50y:g}")
     return float(-np.log1p(-probability_50y) / YEARS)
 
 
@@ -314,7 +314,7 @@ def decision(
     row_of = {f"{row['component']}/{row['limit_state']}": row for row in rows}
     unseating = next((row for row in rows if row["component"] == "unseating"), None)
     if unseating is None:
-        raise InputError("no limit state of the component unseating has a joint model")
+        raise InputError("no limit state of unseating has a joint model (see joint.parquet)")
     (mode,) = json.loads(unseating["modes"])
     seats = [
         # ASSUME the length of the seat is known: no dispersion of the capacity
@@ -326,7 +326,7 @@ def decision(
     axes, failure = seats[0].axis_range, row_of.get(f"{COLUMN_FAILURE}/any")
     column = None if failure is None else JointModel(failure)
     if SKEW not in axes.varying:
-        raise InputError("the study has a single skew; two or more are needed")
+        raise InputError("the study has one skew, but needs two or more: add to grid.skew_deg")
     values = {name: middle for name, middle in axes.middle.items() if name not in (SKEW, GAP)}
     values |= axis_values
     limits = axes.limits

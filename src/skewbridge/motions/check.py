@@ -50,7 +50,7 @@ def check_paths(
     read. If `strict` is true, warnings are errors.
     Raises `InputError` for a missing path, an unreadable index or a folder without motions.
     """
-    doubtful: FileVerdict = "error" if strict else "warn"
+    verdict_if_doubtful: FileVerdict = "error" if strict else "warn"
     checks: list[FileCheck] = []
     single_files: list[Path] = []
     for path in paths:
@@ -60,7 +60,8 @@ def check_paths(
             raise InputError(f"{shown_path(path)} does not exist", file=str(path))
         elif (path / folder.INDEX_NAME).is_file():
             entries = folder.list_motions(path)
-            checks += [check for entry in entries for check in _check_motion(entry, path, doubtful)]
+            for entry in entries:
+                checks += _check_motion(entry, path, verdict_if_doubtful)
             listed_files = [file for entry in entries for file, _ in entry.components]
             checks += _unread(path, listed_files, f"not listed in {folder.INDEX_NAME}")
         elif files := folder.motion_files(path):
@@ -68,11 +69,11 @@ def check_paths(
             stems, all_files = {file.stem.lower() for file in files}, folder.files_below(path)
             integrals = (file for file in all_files if file.suffix.lower() in {".vt2", ".dt2"})
             files += [file for file in integrals if file.stem.lower() not in stems]
-            checks += _check_files(sorted(files), stated, doubtful, of_study=True)
+            checks += _check_files(sorted(files), stated, verdict_if_doubtful, of_study=True)
             checks += _unread(path, files, "no reader recognises its suffix or its text")
         else:
-            raise file_fault(path, " has no motions")
-    return checks + _check_files(single_files, stated, doubtful)
+            raise file_fault(path, " has no file of a motion in a known format")
+    return checks + _check_files(single_files, stated, verdict_if_doubtful)
 
 
 def write_folder_index(root: Path, stated: Stated | None = None) -> Path:
@@ -100,7 +101,7 @@ def write_folder_index(root: Path, stated: Stated | None = None) -> Path:
     return index
 
 
-def _check_file(path: Path, stated: Stated | None, doubtful: FileVerdict) -> FileCheck:
+def _check_file(path: Path, stated: Stated | None, verdict_if_doubtful: FileVerdict) -> FileCheck:
     """Return the check of one file, as if it were the only one."""
     try:
         trace = read.read_trace(path, stated)
@@ -109,7 +110,7 @@ def _check_file(path: Path, stated: Stated | None, doubtful: FileVerdict) -> Fil
         return FileCheck(file=str(path), verdict=verdict, messages=(str(error),))
     return FileCheck(
         file=str(path),
-        verdict=doubtful if trace.warnings else "ok",
+        verdict=verdict_if_doubtful if trace.warnings else "ok",
         format=trace.format,
         dt_s=trace.dt_s,
         npts=int(trace.accel_mps2.size),
@@ -119,7 +120,11 @@ def _check_file(path: Path, stated: Stated | None, doubtful: FileVerdict) -> Fil
 
 
 def _check_files(
-    paths: list[Path], stated: Stated | None, doubtful: FileVerdict, *, of_study: bool = False
+    paths: list[Path],
+    stated: Stated | None,
+    verdict_if_doubtful: FileVerdict,
+    *,
+    of_study: bool = False,
 ) -> list[FileCheck]:
     """Return the checks of files without an index, in their order; two files are a pair."""
     paired = {"": tuple(sorted(paths))} if len(paths) == 2 else folder.pair_files(paths)[0]
@@ -133,9 +138,9 @@ def _check_files(
     checks: dict[Path, FileCheck] = {}
     for pair in pairs:
         motion = folder.motion_of_files(read.motion_name(*pair), pair, stated)
-        checks |= dict(zip(pair, _check_motion(motion, Path(), doubtful), strict=True))
+        checks |= dict(zip(pair, _check_motion(motion, Path(), verdict_if_doubtful), strict=True))
     for path in (path for path in paths if path not in checks):
-        checks[path] = _check_file(path, stated, doubtful)
+        checks[path] = _check_file(path, stated, verdict_if_doubtful)
         if of_study and checks[path].passes:
             is_vertical = read.is_vertical(path) or read.read_trace(path, stated).is_vertical
             unused = "vertical component: a study does not use it"
@@ -158,9 +163,11 @@ def _unread(root: Path, used_files: list[Path], reason: str) -> list[FileCheck]:
     return checks
 
 
-def _check_motion(entry: folder.IndexEntry, root: Path, doubtful: FileVerdict) -> list[FileCheck]:
+def _check_motion(
+    entry: folder.IndexEntry, root: Path, verdict_if_doubtful: FileVerdict
+) -> list[FileCheck]:
     """Return the checks of the files of a motion, alone and as a pair; one if it is generated."""
-    checks = [_check_file(*component, doubtful) for component in entry.components]
+    checks = [_check_file(*component, verdict_if_doubtful) for component in entry.components]
     if not all(check.passes for check in checks):
         return checks
     generated = FileCheck(file=str(root / entry.motion_id), verdict="ok")
@@ -179,7 +186,7 @@ def _check_motion(entry: folder.IndexEntry, root: Path, doubtful: FileVerdict) -
     for text in motion.messages:
         if text.partition(": ")[2] not in messages:
             starts = (read.DIFFERENT_RECORDS, read.ONE_RECORD)
-            verdict = doubtful if text.startswith(starts) else None
+            verdict = verdict_if_doubtful if text.startswith(starts) else None
             checks = [
                 check.noted(f"with {other_name}: {text}", verdict)
                 for check, other_name in zip(checks, names, strict=True)

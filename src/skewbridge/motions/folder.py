@@ -103,9 +103,9 @@ def list_motions(folder: Path) -> list[IndexEntry]:
         name, files = next(iter(unpaired.items()))
         names = [path.name for path in files]
         text = f"motion {name} has {len(files)} component file(s) ({', '.join(names)}) instead of 2"
-        raise InputError(f"{text}; name the pairs in an index.csv", files=names)
+        raise InputError(f"{text}; list the pairs in an index.csv", files=names)
     if not pairs:
-        raise file_fault(folder, " has no motions")
+        raise file_fault(folder, " has no file of a motion in a known format")
     return [motion_of_files(name, pair) for name, pair in pairs.items()]
 
 
@@ -153,7 +153,7 @@ def files_below(folder: Path) -> list[Path]:
     except OSError as error:
         raise file_fault(folder, f": {error.strerror}") from None
     if len(files) > MAX_FILES:
-        raise file_fault(folder, f" has more than {MAX_FILES} files; name the motions folder")
+        raise file_fault(folder, f" has more than {MAX_FILES} files: give a folder of motions only")
     return sorted(files)
 
 
@@ -301,4 +301,4 @@ def write_index(index: Path, rows: Sequence[Mapping[str, object]]) -> None:
     try:
         pd.DataFrame(cells).to_csv(index, index=False, lineterminator="\n")
     except OSError as error:
-        raise InputError(f"{index} can't be written: {error}", file=str(index)) from error
+        raise InputError(f"cannot write {index}: {error}", file=str(index)) from error

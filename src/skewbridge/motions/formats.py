@@ -131,7 +131,7 @@ def trace_of(lines: list[str], path: Path, stated: Stated) -> Trace:
             warnings = (f"the given dt = {dt_s} s replaces {trace.dt_s} s in the file", *warnings)
     elif math.isnan(dt_s):
         if stated.dt_s_if_missing is None:
-            text = f"{path.name} has no time step; give it (--dt-s, or dt_s in index.csv)"
+            text = f"{path.name} has no time step: give --dt-s, or dt_s in index.csv"
             raise DtMissingError(text, file=str(path))
         dt_s = stated.dt_s_if_missing
     unit, notes = (trace.unit, []) if trace.is_calibrated else _unit(stated, trace.unit)
@@ -162,10 +162,10 @@ def _channel(stated: Stated, directions: Sequence[str], path: Path) -> int:
     if stated.channel is None and count > 1:
         channels = ", ".join(f"{n} {text}".strip() for n, text in enumerate(directions, 1))
         where = "channel_1 and channel_2 in index.csv"
-        raise fault_in(path, f"the file has {count} channels ({channels}): name two by {where}")
+        raise fault_in(path, f"the file has {count} channels ({channels}): choose two with {where}")
     channel = stated.channel or 1
     if channel > count:
-        raise fault_in(path, f"there is no channel {channel}; the file has {count}")
+        raise fault_in(path, f"there is no channel {channel}: the file has {count}")
     return channel - 1
 
 
@@ -213,7 +213,7 @@ def _unit_in(texts: Iterable[str], path: Path) -> str:
         word = _ACCELERATION_WORD.search(plain)
         wrong = _VELOCITY_UNIT.search(plain) or (word is None and _OTHER_QUANTITY.search(plain))
         if wrong and not is_acceleration:
-            raise fault_in(path, f"not an acceleration: {text.strip()[:80]!r}")
+            raise fault_in(path, f"not an acceleration by its header: {text.strip()[:80]!r}")
         is_acceleration |= word is not None
     return ""
 
@@ -235,7 +235,7 @@ def parse_numbers(lines: Sequence[str], path: Path, first_line: int = 1) -> Vect
     """
     text = "\n".join(lines)
     if "." not in text and _DECIMAL_COMMA.search(text):
-        raise fault_in(path, "the values have decimal commas; use points")
+        raise fault_in(path, "the values have decimal commas: write points")
     if _PLAIN.fullmatch(text):
         tokens = text.translate(_SEPARATORS).replace("D", "E").replace("d", "e").split()
         try:
@@ -288,7 +288,7 @@ def _is_peer(lines: list[str], path: Path) -> bool:
 def _read_peer(lines: list[str], path: Path, _stated: Stated) -> Trace:
     sizes = _peer_sizes(lines)
     if sizes is None:
-        raise fault_in(path, "no header with NPTS and DT; rename bare values to .acc and give dt_s")
+        raise fault_in(path, "no header with NPTS and DT: rename bare values to .acc, give dt_s")
     row, npts, dt_s = sizes
     header = _head(lines, row)
     # The title lines (event, station) may contain anything: units are in the last lines.
@@ -299,13 +299,14 @@ def _read_peer(lines: list[str], path: Path, _stated: Stated) -> Trace:
     warnings: tuple[str, ...] = ()
     if values.size > npts:
         if values.size - npts >= len(data[0].split()):
-            raise fault_in(path, f"NPTS = {npts}, but the file has {values.size} values")
+            text = f"NPTS = {npts}, but the file has {values.size} values"
+            raise fault_in(path, f"{text}: correct NPTS")
         warnings = (f"NPTS = {npts}, but there are {values.size} values: cut to NPTS",)
     elif values.size < npts:
         # If only the last value lacks an exponent, it is truncated: `-.31` of `-.3141593E-02`.
         last = " ".join(data[-3:]).upper().split()
         if len(last) > 1 and "E" in last[0] and "E" not in last[-1]:
-            raise fault_in(path, "the file ends inside a number")
+            raise fault_in(path, "the file ends inside a number: get the whole file")
         warnings = (f"NPTS = {npts}, but there are {values.size} values: truncated file?",)
     titles = (pattern.fullmatch(line.strip()) for line in header[:3] for pattern in _PEER_TITLES)
     title = next(filter(None, titles), None)
@@ -385,9 +386,10 @@ def _trace_of_block(
     values = _fixed_width(lines, row, npts, layout, path)
     missing = f"the header states {npts} points, the file has {values.size}: truncated?"
     warnings = (missing,) if values.size < npts else ()
-    names = zip(("unit", "event", "station", "direction"), map(str.strip, texts), strict=True)
+    keys = ("unit", "event", "station", "direction")
+    header_fields = dict(zip(keys, map(str.strip, texts), strict=True))
     return Trace(
-        path=path, accel_mps2=values, dt_s=dt_s, warnings=warnings, **dict(names), **fields
+        path=path, accel_mps2=values, dt_s=dt_s, warnings=warnings, **header_fields, **fields
     )
 
 
@@ -434,7 +436,7 @@ def _read_csmip(lines: list[str], path: Path, stated: Stated) -> Trace:
         blocks.append(_Block(row + 1, *sizes, unit, event, station, direction))
         before = row
     if not blocks:
-        raise fault_in(path, "the file has no block of accelerations")
+        raise fault_in(path, "the file has no block of accelerations: truncated?")
     return _trace_of_block(blocks, lines, path, stated, format="csmip_v2")
 
 
@@ -458,7 +460,7 @@ def _is_cosmos(lines: list[str], _path: Path) -> bool:
 
 def _read_cosmos(lines: list[str], path: Path, stated: Stated) -> Trace:
     blocks: list[_Block] = []
-    title, unread = 0, "the file has no block of values"
+    title, unread = 0, "the file has no block of values: truncated?"
     for row, line in enumerate(_head(lines, len(lines))):
         title = row if "(format v" in line.lower() else title
         if (match := _COSMOS_BLOCK.match(line)) is None:
@@ -466,16 +468,16 @@ def _read_cosmos(lines: list[str], path: Path, stated: Stated) -> Trace:
         headers = ((n, _COSMOS_HEADER.match(lines[n][:HEADER_WIDTH])) for n in range(title, row))
         heads = [_fixed_width(lines, n + 1, int(m[1]), m[2], path) for n, m in headers if m]
         if len(heads) != 2 or heads[0].size < 54 or heads[1].size < 62:
-            raise fault_in(path, "the integer or real header is missing", row + 1)
+            raise fault_in(path, "the block has no integer or real header: truncated?", row + 1)
         parameter, code, azimuth = (int(heads[0][n]) for n in (1, 2, 53))
         npts, dt_s = int(match["npts"]), float(heads[1][61]) * 1.0e-3
         length_s = float(match["length"])  # rounded
         if not match["quantity"].lower().startswith("accel") or parameter not in {1, -999}:
             unread = f"not an acceleration: {line.strip()!r}"
         elif not (unit := _COSMOS_UNITS.get(code) or _unit_in([match["unit"]], path)):
-            unread = f"unit {match['unit'].strip()!r} is not read"
+            unread = f"unknown unit {match['unit'].strip()!r}"
         elif abs(npts * dt_s - length_s) > 1.0 + 0.01 * length_s:
-            unread = f"{npts} points of {dt_s:g} s do not last {length_s:g} s"
+            unread = f"the header states {npts} points of {dt_s:g} s, but {length_s:g} s in all"
         else:
             compass = str(azimuth) if 1 <= azimuth <= 360 else _COSMOS_VERTICAL.get(azimuth, "")
             names = _COSMOS_CHANNEL.findall("\n".join(lines[title:row]))
@@ -502,7 +504,7 @@ def _is_geonet(lines: list[str], _path: Path) -> bool:
 
 def _read_geonet(lines: list[str], path: Path, stated: Stated) -> Trace:
     if lines[0].strip().lower().startswith("uncorrected"):
-        raise fault_in(path, "an uncorrected accelerogram: use the corrected one (.V2A)")
+        raise fault_in(path, "the accelerogram is uncorrected: use the corrected one (.V2A)")
     blocks: list[_Block] = []
     start = 0
     while any(line.strip() for line in lines[start : start + 20]):
@@ -510,7 +512,7 @@ def _read_geonet(lines: list[str], path: Path, stated: Stated) -> Trace:
         reals = _fixed_width(lines, start + 20, 60, "(10F8.0)", path)
         is_valid = sizes.size == 3 and reals.size == 60 and sizes[0] > 0.0 <= sizes.min()
         if not (is_valid and sizes.max() < 1.0e9 and _is_geonet(lines[start:], path)):
-            raise fault_in(path, "no header of a component: truncated?", start + 1)
+            raise fault_in(path, "no valid header of a component: truncated?", start + 1)
         station, direction = ("".join(lines[start + n].split()[1:2]) for n in (1, 12))
         head = (int(sizes[0]), float(reals[25]), "(10F8.1)", "mm/s2", lines[start + 7])
         blocks.append(_Block(start + 26, *head, station, direction))
@@ -529,7 +531,7 @@ def _read_esm(lines: list[str], path: Path, _stated: Stated) -> Trace:
     header = list(takewhile(lambda line: ":" in line, _head(lines, 100)))
     named = {key: text.strip() for key, _, text in (line.partition(":") for line in header)}
     if (quantity := named.get("DATA_TYPE", "")) != "ACCELERATION":
-        raise fault_in(path, f"not an acceleration: DATA_TYPE is {quantity!r}")
+        raise fault_in(path, f"DATA_TYPE must be ACCELERATION, got {quantity!r}")
     step, count = (re.match(FLOAT, named.get(key, "")) for key in ("SAMPLING_INTERVAL_S", "NDATA"))
     if step is None or count is None:
         raise fault_in(path, "the header needs SAMPLING_INTERVAL_S and NDATA")
@@ -537,7 +539,7 @@ def _read_esm(lines: list[str], path: Path, _stated: Stated) -> Trace:
     npts = round(_fortran_float(count[0]))
     differs = f"NDATA = {npts}, but the file has {values.size} values"
     if values.size > npts:
-        raise fault_in(path, differs)
+        raise fault_in(path, f"{differs}: correct NDATA")
     return Trace(
         path=path,
         format="esm",
@@ -580,7 +582,7 @@ def _read_knet(lines: list[str], path: Path, _stated: Stated) -> Trace:
     start = next(memo, _KNET_HEADER_LINES)
     counts = parse_numbers(lines[start:], path, first_line=start + 1)
     if counts.size == 0:
-        raise fault_in(path, "no values")
+        raise fault_in(path, "the file has no values after its header")
     accel_gal = (counts - counts.mean()) * (range_gal / counts_per_range)
     stated, peak_gal = re.match(FLOAT, entries.get("Max. Acc. (gal)", "")), np.abs(accel_gal).max()
     header_gal = _fortran_float(stated[0]) if stated else peak_gal
@@ -696,18 +698,19 @@ def _read_numbers(lines: list[str], path: Path, stated: Stated) -> Trace:
     if has_time or _are_channels(table, values, stated, path):
         if values.size != count * len(rows):
             bad_line = next((n for n, line in rows if _column_count(line) != count), rows[-1][0])
-            raise fault_in(path, f"the row must have {count} columns", bad_line)
+            raise fault_in(path, f"the row must have {count} columns, as the first has", bad_line)
         series = values.reshape(-1, count)
     else:
         series = values[:npts, None] if npts and values.size - npts < count else values[:, None]
     if npts is None and series.shape[1] == 1 and series[0, 0] in {len(series) - 1, len(series) - 2}:
         raise fault_in(path, "the first number is the count of the others: remove it", start)
     if npts not in (None, len(series)):
-        raise fault_in(path, f"the header states {npts} values, the file has {len(series)}")
+        raise fault_in(path, f"the header states {npts} values, but the file has {len(series)}")
     if has_time:
         dt_s, warnings = _step_of_times(series[:, 0], rows, path)
         if abs(table.dt_s / dt_s - 1.0) > 0.01:
-            raise fault_in(path, f"dt is {table.dt_s:g} s in the header, {dt_s:g} s in the times")
+            text = f"dt is {table.dt_s:g} s in the header, {dt_s:g} s in the times"
+            raise fault_in(path, f"{text}: correct one")
         warnings, shift = warnings if stated.dt_s is None else (), 1
     shape = series.shape[1]
     cells = [table.cells(column) if shape == count else [] for column in range(shift, shape)]
@@ -736,14 +739,16 @@ def _are_channels(table: _Table, values: Vector, stated: Stated, path: Path) -> 
     ratio = float(between / max(np.abs(np.diff(values)).mean(), 1.0e-300))
     if stated.channel is not None or table.npts == len(lines_):
         if count > 3 and ratio > 1.0 / SERIES_RATIO:
-            raise fault_in(path, f"lines of {count} values of one series have no channels")
+            remedy = "correct the header" if stated.channel is None else "remove the channel number"
+            text = f"the {count} columns look like consecutive values of one series, not channels"
+            raise fault_in(path, f"{text}: {remedy}")
         if (np.diff(lines_[:, 0]) >= 0.0).all() and lines_[0, 0] < lines_[-1, 0]:
-            raise fault_in(path, "column 1 rises: a time column with unequal steps?")
+            raise fault_in(path, "column 1 rises: the steps of a time column must be equal")
         return True
     is_table = {_column_count(line) for _, line in rows} == {count}
     if table.npts is None and ((is_table and count <= 3) or ratio < SERIES_RATIO):
-        text = f"{count} numbers per line without time: components, or one series?"
-        how = "name channel_1 and channel_2 in index.csv, or write one value per line"
+        text = f"{count} numbers per line without times may be components or one series:"
+        how = "give channel_1 and channel_2 in index.csv, or write one value per line"
         raise fault_in(path, f"{text} {how}")
     return False
 

@@ -125,11 +125,11 @@ class MotionsConfig:
             if list(values) != sorted(set(values)):
                 raise ValueError(f"{name} must be in increasing order, got {list(values)}")
         if self.selection and (self.bands or self.design != "scaled_cloud"):
-            raise ValueError("selection sets the levels: use bands: null, design: scaled_cloud")
+            raise ValueError("selection sets the levels: set bands: null, design: scaled_cloud")
         if self.bands and self.design != "scaled_cloud":
             raise ValueError(f"bands need the design scaled_cloud, got {self.design}")
         if self.blocks and len(self.incidence_deg) > 2:
-            raise ValueError(f"blocks need 1 or 2 incidences, got {len(self.incidence_deg)}")
+            raise ValueError(f"blocks need 1 or 2 incidence_deg, got {len(self.incidence_deg)}")
         return self
 
 
@@ -146,7 +146,8 @@ def bands_around(motions: MotionsConfig, medians_g: Sequence[float]) -> Bands:
     bands = [(max(median / ratio, low), min(median * ratio, high)) for median in sorted(medians_g)]
     if in_range := tuple((first, last) for first, last in bands if first < last):
         return in_range
-    raise InputError(f"motions.bands: no median of {list(medians_g)} g is in {low:g} to {high:g} g")
+    text = f"no median of {list(medians_g)} g has a band in level_range_g, {low:g} to {high:g} g"
+    raise InputError(f"motions.bands: {text}: widen this range")
 
 
 def has_pilot(motions: MotionsConfig) -> bool:
@@ -207,7 +208,8 @@ def striped(
     table = all_rows[all_rows["scale"].between(low, high)].reset_index(drop=True)
     if table.empty:
         raise InputError(
-            f"no motion reaches a stripe of {list(stripes_g)} g with factors {low} to {high}"
+            f"no motion reaches a stripe of {list(stripes_g)} g with a factor of {low} to {high}: "
+            "change motions.stripes_g or the suite"
         )
     if left_out := len(all_rows) - len(table):
         logger.warning(

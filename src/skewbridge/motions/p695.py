@@ -79,7 +79,7 @@ def read_record(suite: str, number: int) -> GroundMotion:
     """
     rows = [row for row in list_records(suite) if row["made_from_number"] == number]
     if not rows:
-        raise InputError(f"suite {suite} has no record {number}")
+        raise InputError(f"suite {suite} has no record with number {number}")
     fields = ("motion_id", "dt_s", "event", "station", "magnitude", "distance_km", "vs30_mps")
     metadata = {name: rows[0][name] for name in fields}
     with _opened(rows[0]["path"]) as content:
@@ -155,4 +155,4 @@ def _opened(path: Path) -> Generator[Any]:
             yield content
     except (OSError, KeyError, ValueError) as error:
         problem = f"{path.name} is not a file of {PACKAGE} {VERSION}: {error}"
-        raise InputError(f"{problem}; install it again", file=str(path)) from error
+        raise InputError(f"{problem}; install the package again", file=str(path)) from error

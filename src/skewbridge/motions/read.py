@@ -110,12 +110,12 @@ def read_trace(path: Path, stated: Stated | None = None) -> Trace:
 
 def _text_of(content: bytes, path: Path) -> str:
     if not content.strip():
-        raise fault_in(path, "empty file")
+        raise fault_in(path, "the file is empty")
     for start, problem in _FOREIGN:
         if content.lstrip(b"\xef\xbb\xbf \r\n\t").startswith(start):
             raise fault_in(path, problem)
     if b"\0" in content:
-        raise fault_in(path, "a binary file")
+        raise fault_in(path, "the file is binary, but text is needed")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -175,7 +175,7 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
     for trace in (first, second):
         if trace.is_vertical:
             text = f"the header states a vertical component ({trace.direction!r})"
-            raise fault_in(trace.path, f"{text}; a motion has two horizontal ones")
+            raise fault_in(trace.path, f"{text}, but a motion needs two horizontal ones")
     if abs(first.dt_s / second.dt_s - 1.0) > 1.0e-6:
         raise PairError(
             f"motion {motion_id}: dt is {first.dt_s} s in {first.path.name} "
@@ -232,7 +232,7 @@ def read_support_motions(path: Path) -> dict[str, GroundMotion]:
     """
     records = checked(list[SupportRecord], read_yaml(path), path)
     if not records:
-        raise InputError(f"{path.name}: name at least one record")
+        raise InputError(f"{path.name}: list at least one record")
     traces: dict[tuple[str, str], Trace] = {}
     for record in records:
         component = record.support, record.direction

@@ -247,7 +247,7 @@ def read_candidates(
         raise InputError("two folders of candidates have motions of the same name: rename them")
     entries = [entry for entry in all_entries if entry.motion_id not in without]
     if not 2 <= count <= len(entries):
-        raise InputError(f"count must be within 2 and the {len(entries)} candidates, got {count}")
+        raise InputError(f"count must be 2 to {len(entries)} (the candidates), got {count}")
     motions = read_entries(entries)
     psa_mps2 = [pair_psa(*m.components, m.dt_s, periods_s).rotd50_mps2 for m in motions]
     table = pd.DataFrame({"entry": entries, "motion": motions})
@@ -272,7 +272,7 @@ def select_pairs(
     pool = pool[np.abs(log_factors) <= np.log(FACTOR_LIMITS[1])]
     if (available := pool["event"].value_counts().clip(upper=MOST_PER_EVENT).sum()) < count:
         reach = f"only {available} pairs reach {level_g:.3g} g with factors of 1/4 to 4 and"
-        raise InputError(f"{reach} {MOST_PER_EVENT} per event: {count} are needed")
+        raise InputError(f"{reach} {MOST_PER_EVENT} per event: {count} are needed; add candidates")
     sigma = target.sigma[:BAND_POINTS]
     error = np.stack(pool["log_psa"].to_list()) - np.log(target.median_g[:BAND_POINTS])
     event_and_kind = pool["event"].factorize()[0], pool["is_synthetic"].to_numpy()

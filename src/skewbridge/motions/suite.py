@@ -95,7 +95,7 @@ def prepare_suite(
     for motion, given, factor, values in zip(motions, stored, computed, measures, strict=False):
         # six digits, which do not depend on the processor
         scale = float(f"{factor:.6g}") if math.isnan(given) else given
-        note = f"factor {scale:.3g} is outside {low:g} to {high:g}"
+        note = f"scale factor {scale:.3g} is outside {low:g} to {high:g}"
         for message in (*motion.messages, *([] if low <= scale <= high else [note])):
             logger.warning("motion %s: %s", motion.motion_id, message)
         row: dict[str, Any] = {"scale": scale, "npts": motion.npts}
@@ -183,7 +183,7 @@ def _entries_to_read(folder: Path, count: int | None) -> tuple[list[IndexEntry],
     entries = list_motions(folder)
     needed = len(entries) if count is None else count
     if not 1 <= needed <= len(entries):
-        text = f"motions.count = {needed}, but {folder} has {len(entries)} motions"
+        text = f"motions.count = {needed}, but {folder} has {len(entries)} motions: reduce it"
         raise InputError(text, folder=str(folder))
     stored = [entry.scale for entry in entries[:needed]]
     blocks = any(map(math.isnan, stored))

@@ -48,10 +48,10 @@ def run_figures(histories: pd.DataFrame, *, title: str) -> dict[str, Figure]:
 @mpl.rc_context(STYLE)
 def displacement_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     """Draw displacement and rotation of the deck's mass centre against time for all runs."""
-    length, per_m, _, _ = _units()
+    length_unit, per_m, _, _ = _units()
     quantities = (
-        ("deck_ux_m", per_m, f"Longitudinal ({length})"),
-        ("deck_uy_m", per_m, f"Transverse ({length})"),
+        ("deck_ux_m", per_m, f"Longitudinal ({length_unit})"),
+        ("deck_uy_m", per_m, f"Transverse ({length_unit})"),
         ("deck_rot_rad", 1e3, "Rotation (mrad)"),
     )
     figure = Figure(figsize=(7.2, 5.6), layout="constrained")
@@ -73,7 +73,7 @@ def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     Panels are longitudinal and transverse. The first row shows the total force, the second the
     force of the pads. With contacts, a third row shows normal forces of backwall and shear keys.
     """
-    length, per_m, force, per_kn = _units()
+    length_unit, per_m, force_unit, per_kn = _units()
     first = next(iter(runs.values()))
     names = contact_names(first)
     has_left_pads = first.filter(regex="abutment_left_pads_._kn").any(axis=None)
@@ -92,20 +92,20 @@ def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     grid = figure.subplots(rows, 2, squeeze=False, sharex="col")
     for axes, (text, direction, columns) in zip(grid.flat, panels, strict=True):
         axes.set_title(text, loc="left", fontsize=9)
-        axes.set_ylabel(f"Force ({force})")
+        axes.set_ylabel(f"Force ({force_unit})")
         for look, (name, table) in zip(_OVERLAID, runs.items(), strict=False):
             disp = per_m * table[f"abutment_{side}_{direction}_m"]
             axes.plot(disp, per_kn * table[columns].sum(axis=1), label=name, **look)
     for axes, text in zip(grid[-1], ("longitudinal", "transverse"), strict=True):
-        axes.set_xlabel(f"Deck end, {text} ({length})")
+        axes.set_xlabel(f"Deck end, {text} ({length_unit})")
     _name_runs(figure, grid[0, 0])
     return figure
 
 
 def _units() -> tuple[str, float, str, float]:
     """Return the displacement unit and its number per m, the force unit and its number per kN."""
-    (length, per_mm), (force, per_mn) = shown_unit("mm"), shown_unit("MN")
-    return length, per_mm / MM, force, per_mn * KN / MN
+    (length_unit, per_mm), (force_unit, per_mn) = shown_unit("mm"), shown_unit("MN")
+    return length_unit, per_mm / MM, force_unit, per_mn * KN / MN
 
 
 def _name_runs(figure: Figure, axes: Axes) -> None:
@@ -119,7 +119,7 @@ def _name_runs(figure: Figure, axes: Axes) -> None:
 
 def column_figure(histories: pd.DataFrame, *, title: str) -> Figure:
     """Draw column shear and its ratio to the capacity against time, and the orbit of the deck."""
-    length, per_m, force, per_kn = _units()
+    length_unit, per_m, force_unit, per_kn = _units()
     figure = Figure(figsize=(8.4, 4.2), layout="constrained")
     panels = figure.subplot_mosaic("so;ro", width_ratios=(1.15, 1.0))
     shear, ratio, orbit = panels["s"], panels["r"], panels["o"]
@@ -131,12 +131,12 @@ def column_figure(histories: pd.DataFrame, *, title: str) -> Figure:
     )
     for (axes, x, y), colour in zip(panels_of, VARIANT_COLOURS, strict=False):
         axes.plot(x, y, lw=0.9, color=colour)
-    shear.set_ylabel(f"Column shear,\nworst column ({force})")
+    shear.set_ylabel(f"Column shear,\nworst column ({force_unit})")
     ratio.axhline(1.0, color="0.4", lw=0.8, ls="--")
     ratio.set(xlabel="Time (s)", ylabel="Shear demand/capacity")
     half = 1.08 * per_m * max(histories[["deck_ux_m", "deck_uy_m"]].abs().max().max(), 1e-3)
     orbit.set(xlim=(-half, half), ylim=(-half, half), aspect="equal")
-    orbit.set(xlabel=f"Longitudinal ({length})", ylabel=f"Transverse ({length})")
+    orbit.set(xlabel=f"Longitudinal ({length_unit})", ylabel=f"Transverse ({length_unit})")
     for axis in (orbit.xaxis, orbit.yaxis):
         axis.set_major_locator(MaxNLocator(5))
     orbit.set_title("Orbit of the deck", fontsize=9)
@@ -146,7 +146,7 @@ def column_figure(histories: pd.DataFrame, *, title: str) -> Figure:
 
 def contact_figure(histories: pd.DataFrame, *, title: str) -> Figure:
     """Draw the closed times of each contact, shaded by normal force, and the friction forces."""
-    names, (_, _, force, per_kn) = contact_names(histories), _units()
+    names, (_, _, force_unit, per_kn) = contact_names(histories), _units()
     height_in = 0.22 * len(names)
     figure = Figure(figsize=(7.2, 3.6 + height_in), layout="constrained")
     raster, friction = figure.subplots(2, 1, sharex=True, height_ratios=(height_in + 0.4, 2.0))
@@ -161,14 +161,14 @@ def contact_figure(histories: pd.DataFrame, *, title: str) -> Figure:
     raster.set_yticks(np.arange(len(names)) + 0.5, labels, fontsize=7)
     raster.invert_yaxis()
     raster.grid(visible=False)
-    figure.colorbar(mesh, ax=raster, label=f"Normal force ({force})", pad=0.01)
+    figure.colorbar(mesh, ax=raster, label=f"Normal force ({force_unit})", pad=0.01)
     raster.set_title(title, fontsize=10, parse_math=False)
     for colour, word in zip(VARIANT_COLOURS, ("backwall", "key", "joint"), strict=False):
         if chosen := [name for name in names if word in name]:
             one, two = (histories[[f"{name}_friction_{i}_kn" for name in chosen]] for i in "12")
             total = per_kn * np.hypot(one.to_numpy(), two.to_numpy()).sum(axis=1)
             friction.plot(time_s, total, lw=0.9, color=colour, label=f"{word}s")
-    friction.set(xlabel="Time (s)", ylabel=f"Friction, sum ({force})")
+    friction.set(xlabel="Time (s)", ylabel=f"Friction, sum ({force_unit})")
     friction.legend(loc="upper right", fontsize=8)
     return figure
 

@@ -217,7 +217,7 @@ def run_tasks(
                 except BrokenProcessPool:
                     # Workers take tasks in order: the first tasks without rows were in progress.
                     unfinished = [key for key in pending if key not in rows][: workers.count + 1]
-                    text = "a worker died; the %d analyses in progress are repeated one at a time"
+                    text = "a worker died: the %d analyses in progress are repeated one at a time"
                     logger.warning(text, len(unfinished))
                     for key in unfinished:
                         run_alone(key)

@@ -131,24 +131,24 @@ class StudyConfig(BaseModel):
     @model_validator(mode="after")
     def _rounds_of_motions(self) -> Self:
         if self.design.until and self.motions.design == "ida":
-            raise ValueError("design.until: an IDA cannot run in rounds; use scaled_cloud")
+            raise ValueError("design.until: an IDA cannot run in rounds; use design scaled_cloud")
         if self.design.until and len(self.motions.suites) > 1:
             raise ValueError("design.until: rounds need exactly one suite in motions.suites")
         if self.motions.selection:
             if self.motions.folder not in (None, str(StudyFolder(Path(self.results)).selected)):
                 raise ValueError("motions: give selection or folder, not both")
             if self.design.until:
-                raise ValueError("design.until: motions.selection cannot run in rounds")
+                raise ValueError("design.until: motions.selection cannot run in rounds; remove one")
         within, axes = self.motions.blocks and self.motions.blocks.within, self.grid.values()
         if unknown := set(within or ()) - axes.keys():
             names = printable(", ".join(sorted(unknown)))
-            raise ValueError(f"motions.blocks.within: {names} is not an axis")
+            raise ValueError(f"motions.blocks.within: {names} is not an axis of the grid")
         for name, values in self.uncertainty.alternatives.items():
             if name in axes:
-                raise ValueError(f"uncertainty.alternatives: {name} is an axis of the grid")
+                raise ValueError(f"uncertainty.alternatives: remove {name}, an axis of the grid")
             models = [replace(self.model, **{name: value}) for value in values]
             if len(set(map(self.analysis.model_options, models))) == 1:
-                raise ValueError(f"uncertainty.alternatives: scheme paper sets {name}")
+                raise ValueError(f"uncertainty.alternatives: {name} has no effect in scheme paper")
         return self
 
     @cached_property
@@ -193,8 +193,8 @@ def parse_config(
 
 def load_config(path: Path, base: Path | None = None) -> StudyConfig:
     """Read a configuration file merged over a base file, like ``--configfile`` of Snakemake."""
-    raw = read_mapping(base) if base is not None and base != path else {}
-    return parse_config(merged(raw, read_mapping(path)), (path,), path)
+    base_values = read_mapping(base) if base is not None and base != path else {}
+    return parse_config(merged(base_values, read_mapping(path)), (path,), path)
 
 
 def store_configuration(
@@ -217,11 +217,11 @@ def stored_configuration(folder: Path) -> StudyConfig | None:
     if not path.is_file():
         return None
     stored = read_json(path)
-    files, raw = list(map(Path, stored["files"])), stored["configuration"]
+    files, values = list(map(Path, stored["files"])), stored["configuration"]
     if all(map(Path.is_file, files)):
-        results = {"results": raw["results"]}
-        raw = reduce(merged, (*map(read_mapping, files), stored["given"], results))
-    return parse_config(raw, where=path)
+        results = {"results": values["results"]}
+        values = reduce(merged, (*map(read_mapping, files), stored["given"], results))
+    return parse_config(values, where=path)
 
 
 def check_font(name: str) -> None:

@@ -83,7 +83,7 @@ def useless_axes(config: StudyConfig) -> Iterator[str]:
         about = bridge.description
         is_taken = about.takes_gap if axis == "gap_mm" else bool(about.seats_m)
         if len(config.grid.values()[axis]) > 1 and not is_taken:
-            yield f"{axis} of the grid has no effect on {bridge.name}: none of its joints takes it"
+            yield f"{axis} of the grid has no effect on {bridge.name}: none of its joints uses it"
 
 
 def motions_digest(config: StudyConfig, cache: Path | None) -> str:
@@ -135,7 +135,7 @@ def select_motions(config: StudyConfig, cache: Path | None) -> None:
     summaries = [level.summary for level in levels]
     for summary in summaries:
         if not summary["within_tolerances"]:
-            text = "motions.selection: level %.3g g misses the tolerances: add candidates"
+            text = "motions.selection: pairs at %.3g g exceed the tolerances: add candidates"
             logger.warning(text, summary["level_g"])
     write_text(folder.selection, json.dumps({"state": state, "levels": summaries}, indent=1))
 
@@ -207,7 +207,7 @@ def run_pilot(study: StudyConfig, workers: int) -> tuple[float, ...]:
     ]
     medians_g = medians_of(study, pd.DataFrame(rows))
     write_text(setup.folder.pilot, json.dumps(medians_g))
-    logger.info("pilot: medians %s g", ", ".join(f"{median:g}" for median in medians_g))
+    logger.info("medians of the trial runs: %s g", ", ".join(f"{median:g}" for median in medians_g))
     return medians_g
 
 

@@ -57,8 +57,8 @@ class Recipe:
 
 def _recipes() -> dict[str, Recipe]:
     content = read_yaml(Path(__file__).with_name("recipes.yaml"))
-    result = tuple(name for name in StudyConfig.model_fields if name not in _NO_RESULT)
-    groups: dict[str, tuple[str, ...]] = {"engine": ENGINE, "all": result}
+    result_sections = tuple(name for name in StudyConfig.model_fields if name not in _NO_RESULT)
+    groups: dict[str, tuple[str, ...]] = {"engine": ENGINE, "all": result_sections}
 
     def spelled(names: Sequence[str]) -> tuple[str, ...]:
         """Return names with each group replaced by its members."""
@@ -216,13 +216,13 @@ def script_session(snakemake: Any) -> Generator[Job]:
         is_input = isinstance(error, InputError)
         raise SystemExit(EXIT_BAD_INPUT if is_input else EXIT_FAILED) from None
     except KeyboardInterrupt:
-        logger.error("interrupted; finished analyses are kept")
+        logger.error("interrupted; finished analyses are kept: repeat the command to resume")
         raise SystemExit(EXIT_INTERRUPTED) from None
     except OSError as error:
         if error.errno not in _OF_THE_DISK:
             raise
         file = error.filename or f"the results in {snakemake.params.results}"
-        advice = "finished analyses are kept"
+        advice = "finished analyses are kept: remove the cause and repeat the command"
         logger.error("cannot read or write %s: %s; %s", file, error.strerror or error, advice)
         raise SystemExit(EXIT_BAD_INPUT) from None
     finally:

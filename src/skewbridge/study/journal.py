@@ -139,7 +139,7 @@ def _lock(descriptor: int, path: Path, patience_s: float) -> None:
             return
         except BlockingIOError:
             if time.monotonic() >= until_s:
-                problem = "is being written by another process; end that study first"
+                problem = "is being written by another process: end that study or wait for it"
                 raise InputError(f"{path} {problem}") from None
         except OSError as error:
             raise InputError(

@@ -129,8 +129,8 @@ def _read_demands(path: Path, im: str | None, states: States) -> tuple[pd.DataFr
     measures = list(map(str, source.filter(regex="^im_")))
     im_column = im or (DEFAULTS.im if len(measures) != 1 else measures[0])
     if measures and im_column not in source:
-        problem = f"{path.name}: no column {im!r}; it has:" if im else "choose --im, one of:"
-        raise InputError(f"{problem} {', '.join(measures)}", column=im or "im")
+        problem = f"{path.name} has no column {im!r}:" if im else "several intensities:"
+        raise InputError(f"{problem} choose --im from {', '.join(measures)}", column=im or "im")
     wanted = {column.name for column in COLUMNS} | {*demand_table.axis_names(source), im_column}
     wanted |= {state.demand for state in states}
     prefixes = ("im_", CHOICE_PREFIX, DRAW_PREFIX)
@@ -159,7 +159,7 @@ def statistics_of(
     """
     folder = StudyFolder(writable_folder(out))
     if folder.demands.is_file() and not is_from_statistics(out):
-        raise InputError(f"{out} has the demands of a study: choose another folder")
+        raise InputError(f"{out} is the folder of a study with demands: choose another folder")
     states = _limit_states(limit_states)
     site = HazardConfig(file=hazard and str(hazard), measure=hazard and im)
     measures = list(map(str, read_any(demands).filter(regex="^im_"))) if hazard else []
@@ -311,7 +311,7 @@ def joint_rows(
     estimates = records_of(table[table["status"] == FITTED].assign(**{RANDOM_PROPERTIES: drawn}))
     if not estimates:
         why = ", ".join(sorted(set(table["status"])))
-        raise InputError(f"no joint model of these limit states has an estimate: {why}")
+        raise InputError(f"no limit state has a joint model with an estimate (status {why})")
     if lost := records_of(table[table["status"] == BOUNDS_TOO_WIDE]):
         names = ", ".join(f"{row['component']} {row['limit_state']}" for row in lost)
         logger.warning("no curve in any variant (%s): %s", BOUNDS_TOO_WIDE, names)

@@ -59,7 +59,7 @@ OUT_OF_REACH: Final = "most"
 OUT_OF_TIME: Final = "hours"
 _ENDS: Final = {
     ALL_DECIDED: "all headline effects are decided",
-    OUT_OF_REACH: "{left} cannot be decided with the largest number of motions (design.most)",
+    OUT_OF_REACH: "{left} effects cannot be decided with the most motions allowed (design.most)",
     OUT_OF_TIME: "the time is used up (design.hours {hours:g}): set a larger value to resume",
 }
 # ASSUME an effect is worth its analyses if the probability of deciding it is at least this

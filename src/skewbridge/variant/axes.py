@@ -56,7 +56,8 @@ class Axis:
         # 1e-9 is a rounding error
         if self.decimals is None or abs(value - round(value, self.decimals)) <= 1e-9:
             return None
-        return f"must have at most {self.decimals} decimals" if self.decimals else "must be whole"
+        most = f"have at most {self.decimals} decimals"
+        return f"must {most if self.decimals else 'be a whole number'}"
 
     def checked(self, value: float) -> float:
         """Return a value of the axis without rounding errors; `InputError` if it is invalid."""

@@ -40,7 +40,7 @@ def _named_bridge(value: str) -> str:
 
 def _different_names(values: tuple[str, ...]) -> tuple[str, ...]:
     if len({Path(value).stem for value in values}) < len(values):
-        raise ValueError("two bridges have the same name")
+        raise ValueError("two bridges have the same file name: rename one")
     return values
 
 

@@ -144,7 +144,7 @@ class UncertaintyConfig:
                 near = did_you_mean(name, options)
                 raise ValueError(f"alternatives: {name} is not a key of model{near}")
             if not 2 <= len(set(values)) == len(values):
-                raise ValueError(f"alternatives.{name} needs two or more different values")
+                raise ValueError(f"alternatives.{name} needs two or more values, all different")
             for value in values:
                 checked(ModelOptions, {name: value}, "alternatives")
         return self

@@ -238,7 +238,7 @@ def run_studies(
     known = STUDIES | LONG_STUDIES
     unknown = [name for name in names if name not in known]
     if unknown:
-        raise InputError(f"unknown study {', '.join(unknown)}; the studies are {', '.join(known)}")
+        raise InputError(f"unknown study {', '.join(unknown)}; choose from {', '.join(known)}")
     writable_folder(out)
     rows: list[Row] = []
     statements: list[Row] = []

@@ -74,7 +74,7 @@ def _file(name: str | Path) -> Path:
             raise InputError(f"{shown_path(Path(name))} is not a file name") from None
     path = _named(name, OWN_FOLDER)
     if name.endswith(".py"):
-        raise InputError(f"{shortened(name)}: a script has no data of deck, columns and abutments")
+        raise InputError(f"{shortened(name)} is a script: a bridge file (.yaml) is needed")
     if path is None:
         own_names = sorted(path.stem for path in OWN_FOLDER.glob("*.yaml"))
         names = (*bridge_names(), *own_names)
@@ -114,7 +114,7 @@ def _by_end(layers: list[tuple[Path, dict[str, Any]]]) -> list[dict[str, Any]]:
     if any("abutments" in tree for tree in trees):
         for path, tree in layers:
             if {"abutment", "abutments"} <= tree.keys():
-                message = f"{path.name}: abutment and abutments: give only one of them"
+                message = f"{path.name}: give either abutment or abutments, not both"
                 raise InputError(message, file=path.name)
             if "abutment" in tree:
                 seat = {"type": "seat"} | tree.pop("abutment")
@@ -144,7 +144,7 @@ def _with_parents(path: Path) -> list[tuple[Path, dict[str, Any]]]:
             message = f"{path.name}: extends: no other bridge is named {shortened(parent)}"
             raise InputError(message, file=path.name)
         if len(layers) > MAX_PARENTS:
-            raise InputError(f"{path.name}: extends: the chain has over {MAX_PARENTS} bridges")
+            raise InputError(f"{path.name}: more than {MAX_PARENTS} bridges are linked by extends")
         path = base
 
 
@@ -198,7 +198,7 @@ def _strip(node: Any, where: str, sources: dict[str, str], path: Path) -> Any:
             is_text = isinstance(source, str) and re.fullmatch(SOURCE_PATTERN, source)
             if unknown := set(node) - {"v", "src"}:
                 key = f"{where}.{min(unknown)}"
-                raise InputError(f"{path.name}: {key}: unknown key; a number has v and src")
+                raise InputError(f"{path.name}: {key}: unknown key; a number has only v and src")
             if not is_text:
                 raise InputError(
                     f"{path.name}: {where}: src must be 'LETTER: text', where LETTER is "

@@ -318,7 +318,7 @@ class BridgeData(Part, frozen=True):
         """Data of the first seat abutment; raises `InputError` if there is none."""
         for seat in self.seats.values():
             return seat
-        raise InputError(f"{self.name} has no seat abutment")
+        raise InputError(f"bridge {self.name} must have a seat abutment")
 
     @property
     def bent_positions_m(self) -> list[float]:
@@ -369,11 +369,11 @@ class BridgeData(Part, frozen=True):
         for number, joint in enumerate(self.joints):
             joint_key = f"joints.{number}"
             if (joint.at is None) == (joint.from_left_m is None):
-                raise ValueError(f"{joint_key}: give either at or from_left_m")
+                raise ValueError(f"{joint_key}: give either at or from_left_m, not both or neither")
             if joint.bent is not None and joint.bent >= len(self.bents):
-                raise ValueError(f"{joint_key}.at: the bridge has {len(self.bents)} bents")
+                raise ValueError(f"{joint_key}.at: must be one of the {len(self.bents)} bents")
             if joint.bent is not None and self.base_of(self.bents[joint.bent]) == "pinned":
-                raise ValueError(f"{joint_key}.at: a bent below a joint needs base: fixed")
+                raise ValueError(f"{joint_key}.at: the bent below a joint needs base: fixed")
             if (joint.pads.count - 1) * joint.pads.spacing_m > self.deck.width_m:
                 raise ValueError(f"{joint_key}.pads: (count - 1) x spacing_m exceeds deck.width_m")
         for number in self.jointed_bents:

@@ -27,7 +27,7 @@ TABLES: Final = read_mapping(Path(__file__).parents[1] / "rules.yaml")
 def bar(text: str) -> tuple[float, ...]:
     """Return diameter (mm) and area (mm2) of a bar: ``#11`` or ``36 mm``."""
     if text.startswith("#") and text.strip() not in TABLES["bars"]:
-        raise ValueError(f"must be one of {', '.join(TABLES['bars'])}, or such as '16 mm'")
+        raise ValueError(f"must be one of {', '.join(TABLES['bars'])}, or a size such as '16 mm'")
     if sizes := TABLES["bars"].get(text.strip()):
         return tuple(sizes)
     diameter_mm = quantity(text, "mm")
@@ -70,7 +70,7 @@ def box_section(
     top, bottom, web = (MM * thickness_mm for thickness_mm in (top_mm, bottom_mm, web_mm))
     between, high = width - 2 * overhang, depth - top - bottom
     if between <= cells * web or high <= 0.0:
-        raise ValueError("the plates do not fit into width and depth")
+        raise ValueError("the plates and webs do not fit into the width and depth of the deck")
     webs, soffit, middle = cells + 1, between + web, depth - (top + bottom) / 2
     webs_m = between * (np.arange(webs) / cells - 0.5)
     plates = [(width, top, depth - top / 2), (soffit, bottom, bottom / 2)]
@@ -381,7 +381,7 @@ def completed(tree: dict[str, Any], path: Path) -> Completed:
         try:
             value = rule.formula.result([bridge])
         except _FAULTS as error:
-            text = f"cannot be computed from the other numbers ({error}); check them or write it"
+            text = f"cannot be computed from the other numbers ({error}); correct them or give it"
             raise InputError(f"{path.name}: {key}: {text}", file=path.name) from None
         _put(tree, key, _rounded(value, 4))
         bridge = checked(BridgeData, tree, where)

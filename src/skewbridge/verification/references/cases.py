@@ -84,7 +84,7 @@ class DeckCase(_Case):
     @model_validator(mode="after")
     def _one_excitation(self) -> Self:
         if (self.pulse is None) == (self.motion is None):
-            raise ValueError("give either pulse or motion, not both")
+            raise ValueError("give either pulse or motion, not both or neither")
         if self.dt_s > self.duration_s:
             longest = f"duration_s = {self.duration_s}"
             raise ValueError(f"dt_s must be at most {longest}, got {self.dt_s}")
@@ -123,7 +123,7 @@ def read_path(file: Path) -> NDArray[np.float64]:
     table = read_csv(file, skipinitialspace=True)
     if missing := [column for column in PATH_COLUMNS if column not in table.columns]:
         columns = ", ".join(PATH_COLUMNS)
-        raise InputError(f"path {file} must have the columns {columns}; missing {missing}")
+        raise InputError(f"path {file} must have the columns {columns}; it lacks {missing}")
     numbers = table[list(PATH_COLUMNS)].apply(pd.to_numeric, errors="coerce")
     values = numbers.to_numpy(dtype=np.float64)
     if len(values) < 2:

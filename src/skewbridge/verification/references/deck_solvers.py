@@ -130,7 +130,7 @@ class BaseAcceleration:
 def pulse_of(case: DeckCase) -> BaseAcceleration:
     """Return the pulse of a case; `ValueError` if it has none."""
     if case.pulse is None:
-        raise ValueError("the case has no pulse")
+        raise ValueError("the case has a motion, but needs a pulse")
     amplitude = case.pulse.amplitude_g * G_MPS2
     return BaseAcceleration(amplitude_mps2=(amplitude, 0.0), period_s=case.pulse.period_s)
 

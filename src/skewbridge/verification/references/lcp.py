@@ -146,7 +146,7 @@ def moreau_jean(
                 if p is not None:
                     break
             else:
-                raise SolutionError(f"no consistent contact state for the contacts {active}")
+                raise SolutionError(f"no state of the contacts {active} satisfies the contact law")
             free = free + spread @ p
             impulses[k + 1] = np.concatenate([p[:count], -p[count:]])
         v[k + 1] = free

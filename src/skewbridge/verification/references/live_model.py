@@ -144,6 +144,6 @@ def record(
     rows = [state()]
     for time_s in times_s[1:].tolist():
         if not make_step(contacts, dt_s, parts_on_change=parts_on_change):
-            raise SolutionError(f"OpenSees stopped at {time_s:.6g} s of {times_s[-1]:.6g} s")
+            raise SolutionError(f"no convergence at {time_s:.6g} s of {times_s[-1]:.6g} s")
         rows.append(state())
     return History(times_s, *map(np.array, zip(*rows, strict=True)), ledgers=contacts.ledger())

@@ -110,7 +110,7 @@ def run_block(
         if not block.bounces:
             # Press the block onto the surface in a step too short for a motion along x.
             if ops.analyze(1, _SETTLING_S) != 0:
-                raise SolutionError("OpenSees did not converge: the block is not on its surface")
+                raise SolutionError("no convergence while the block was pressed onto the surface")
             contacts.after_step(_SETTLING_S)
             contacts.start_from_rest()
             ops.setTime(0.0)

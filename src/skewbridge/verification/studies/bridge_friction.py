@@ -197,10 +197,10 @@ def half_cycles(pair: Pair[DeckMotion], axis: int) -> pd.DataFrame:
     return cycles.assign(change=cycles["peak_with_m"] / cycles["peak_without_m"] - 1.0)
 
 
-def _judge_cycles(states: States, statement: str, case: str, cycles: pd.DataFrame) -> None:
+def _judge_cycles(judge: States, statement: str, case: str, cycles: pd.DataFrame) -> None:
     """Judge whether friction lowers the peaks of the half cycles in contact."""
     changes = cycles.loc[cycles["has_contact"], "change"]
-    states(statement, case, int((changes < 0.0).sum()), len(changes))
+    judge(statement, case, int((changes < 0.0).sum()), len(changes))
 
 
 _ABUTMENT_SKEWS_DEG: Final = (0, 25)  # source: the paper, section 4 (both)
@@ -220,12 +220,12 @@ def run_abutment(study: Study) -> None:
         pair = runs["all"], abutment_history(no_mu, ground, settings, options["all"])
         case = f"skew {skew}, {keys} keys{record.stand_in}"
         premise = _is_pushed((float(h.force_n[:, 0].max()) / KN for h in pair), skew)
-        states = partial(study.states, run=motion.run, premise=premise)
-        _judge_abutment(states, case, pair)
+        judge = partial(study.states, run=motion.run, premise=premise)
+        _judge_abutment(judge, case, pair)
         plain = _peaks(pair[1])
         if len(places) > 1:
             changes = (rms_change(runs[p].disp_m, pair[1].disp_m)[1] for p in places[1:])
-            states("backwall makes it", case, *map(float, changes))
+            judge("backwall makes it", case, *map(float, changes))
             for place, run in runs.items():
                 row: Row = {"run": motion.run.name, "skew_deg": skew, "friction_at": place}
                 row |= {name: relative_change(p, plain[name]) for name, p in _peaks(run).items()}
@@ -272,28 +272,28 @@ def _peaks(history: AbutmentHistory) -> dict[str, float]:
     }
 
 
-def _judge_abutment(states: States, case: str, pair: Pair[AbutmentHistory]) -> None:
+def _judge_abutment(judge: States, case: str, pair: Pair[AbutmentHistory]) -> None:
     """Judge the statements on figure 10 in one case, from runs with and without friction."""
     with_friction, without = pair
     names = without.unit_names
     walls, keys = (np.array([kind in name for name in names]) for kind in ("backwall", "key"))
     peaks = [_peaks(history) for history in pair]
     for name in ("into the fill (m)", "away from the fill (m)", "force into the fill (kN)"):
-        states("longitudinal hardly changes", f"{case}, {name}", *(peak[name] for peak in peaks))
-    states("transverse peak", case, *(peak["transverse (m)"] for peak in peaks))
+        judge("longitudinal hardly changes", f"{case}, {name}", *(peak[name] for peak in peaks))
+    judge("transverse peak", case, *(peak["transverse (m)"] for peak in peaks))
     forces = with_friction.normals_n[:, keys], with_friction.friction_n[:, keys]
-    states("keys stick and slip", case, stick_slip_changes(*forces, FRICTION_PCT / 100))
-    states("fast vibration", case, *(_fast_rms(h.t_s, h.force_n[:, 0]) / KN for h in pair))
+    judge("keys stick and slip", case, stick_slip_changes(*forces, FRICTION_PCT / 100))
+    judge("fast vibration", case, *(_fast_rms(h.t_s, h.force_n[:, 0]) / KN for h in pair))
     along, across = rms_change(with_friction.disp_m, without.disp_m).tolist()
-    states("transverse differs more", f"{case}, RMS of the displacement", across, along)
+    judge("transverse differs more", f"{case}, RMS of the displacement", across, along)
     works = [[float(np.trapezoid(h.force_n[:, k], h.disp_m[:, k])) for h in pair] for k in (0, 1)]
     along, across = (abs(value_with / value_without - 1.0) for value_with, value_without in works)
-    states("transverse differs more", f"{case}, work of the loops", across, along)
+    judge("transverse differs more", f"{case}, work of the loops", across, along)
     closures = sum(unit.closures for unit in with_friction.ledger if "backwall" in unit.name)
-    states("several contacts", case, closures)
+    judge("several contacts", case, closures)
     touches = [(history.normals_n[:, walls] > 0.0).any(axis=1) for history in pair]
     frictional, frictionless = (DeckMotion(h.disp_m, t) for h, t in zip(pair, touches, strict=True))
-    _judge_cycles(states, "transverse cycles", case, half_cycles((frictional, frictionless), 1))
+    _judge_cycles(judge, "transverse cycles", case, half_cycles((frictional, frictionless), 1))
 
 
 def _fast_rms(t_s: Floats, force_n: Floats) -> float:
@@ -350,9 +350,9 @@ def run(study: Study) -> None:
             _analysis(motion, paper_variant(), scheme),
             _analysis(motion, paper_variant(friction_pct=0), scheme),
         )
-        states = partial(study.states, run=motion.run, premise=_is_pushed(_wall_forces(pair), 0))
+        judge = partial(study.states, run=motion.run, premise=_is_pushed(_wall_forces(pair), 0))
         case = f"{scheme} scheme{record.stand_in}"
-        _judge(states, case, pair, same_record=motion.is_paper_record)
+        _judge(judge, case, pair, same_record=motion.is_paper_record)
         if not motion.is_nominal:
             continue
         name = f"{scheme} scheme"
@@ -372,31 +372,31 @@ def run(study: Study) -> None:
                 figure.suptitle(f"OSB1, skew 0; {motion.label}", fontsize=9)
 
 
-def _judge(states: States, case: str, pair: Pair[AnalysisResult], *, same_record: bool) -> None:
+def _judge(judge: States, case: str, pair: Pair[AnalysisResult], *, same_record: bool) -> None:
     with_friction, without = (_deck_motion(_histories(result)) for result in pair)
     for number, axis in enumerate(_AXES):
         cycles = half_cycles((with_friction, without), number)
-        _judge_cycles(states, "bridge cycles", f"{case}, {axis}", cycles)
+        _judge_cycles(judge, "bridge cycles", f"{case}, {axis}", cycles)
         sizes = (cycles["peak_with_m"] - cycles["peak_without_m"]).abs().tolist()
-        states("in phase differs most", f"{case}, {axis}", cycles["together"].tolist(), sizes)
+        judge("in phase differs most", f"{case}, {axis}", cycles["together"].tolist(), sizes)
         change = _history_change(pair, f"deck_u{'xy'[number]}_m")
-        states("axes are coupled", f"{case}, {axis}", change)
+        judge("axes are coupled", f"{case}, {axis}", change)
     columns = ("deck_disp_m", "deck_disp_x_m", "deck_disp_y_m", "column_shear_kn")
     *moves, shear = [[result.whole_history[demand] for result in pair] for demand in columns]
     for name, peaks in zip(("resultant", *_AXES), moves, strict=True):
-        states("displacement is reduced", f"{case}, {name}", *peaks)
+        judge("displacement is reduced", f"{case}, {name}", *peaks)
         claim = "displacement by 2 to 3 percent"
-        states(claim, f"{case}, {name}", *peaks, same_record=same_record)
-    states("shear is reduced", case, *shear)
-    states("shear by as much", case, abs(relative_change(*shear) - relative_change(*moves[0])))
+        judge(claim, f"{case}, {name}", *peaks, same_record=same_record)
+    judge("shear is reduced", case, *shear)
+    judge("shear by as much", case, abs(relative_change(*shear) - relative_change(*moves[0])))
     for side in _SIDES:
         along, across = (_history_change(pair, f"abutment_{side}_{axis}_kn") for axis in "xy")
-        states("bridge transverse loops", f"{case}, {side} abutment", across, along)
+        judge("bridge transverse loops", f"{case}, {side} abutment", across, along)
     keys = pd.DataFrame(_histories(pair[0])).filter(like="key")
     names = ("normal", "friction_1", "friction_2")
     normal, *friction = (keys.filter(regex=f"_{name}_kn$").to_numpy() for name in names)
     changes = stick_slip_changes(normal, np.hypot(*friction), FRICTION_PCT / 100)
-    states("keys stick and slip", case, changes)
+    judge("keys stick and slip", case, changes)
 
 
 def _deck_motion(table: Mapping[str, Floats]) -> DeckMotion:
@@ -477,14 +477,12 @@ def run_models(study: Study) -> None:
     study.tables["demands"] = pd.DataFrame(rows)
 
 
-def _judge_skew(
-    states: States, case: str, straight: AnalysisResult, skewed: AnalysisResult
-) -> None:
+def _judge_skew(judge: States, case: str, straight: AnalysisResult, skewed: AnalysisResult) -> None:
     """Judge the statements on skew; their premise is that an obtuse corner hits its wall."""
     # for a positive skew the last point of a wall is at the obtuse corner
     corners = [f"{side} backwall {ModelOptions().backwall_points}" for side in _SIDES]
     normals = [_histories(skewed)[f"{contact_column(corner)}_normal_kn"] for corner in corners]
-    judge = partial(states, premise=max(float(normal.max()) for normal in normals) > 0.0)
+    judge = partial(judge, premise=max(float(normal.max()) for normal in normals) > 0.0)
     peaks, unskewed = skewed.whole_history, straight.whole_history
     rotations = (1e3 * peak["deck_rotation_rad"] for peak in (peaks, unskewed))
     judge("skew bridge rotates", case, *rotations)

@@ -138,9 +138,9 @@ def embedded_entries() -> list[IndexEntry]:
     indexes = [folder / "motions" / "index.csv" for folder in (Path(), PACKAGE.parents[1])]
     if (index := next(filter(Path.is_file, indexes), None)) is None:
         raise InputError(
-            "motions/index.csv of the default suite is not in the working folder; run the command "
-            "in a folder that contains it, or put the study's record into motions/ or a folder "
-            f"listed in {FOLDERS_VARIABLE}"
+            "the record of the paper that this study repeats was not found, nor motions/index.csv "
+            "to replace it: put the record into motions/ or a folder listed in "
+            f"{FOLDERS_VARIABLE}, or run the command in a folder that contains motions/index.csv"
         )
     return [entry for entry in read_index(index) if entry.components]
 

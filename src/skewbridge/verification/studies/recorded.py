@@ -222,7 +222,9 @@ def _event(folder: Path, paths: list[Path], station: Station) -> Event:
             f"missing; the comparison needs {', '.join(map(str, sorted(station.required)))}"
         )
     if len(steps_s) > 1:
-        raise InputError(f"{folder}: time steps of {sorted(steps_s)} s; one event has one step")
+        steps = ", ".join(map(str, sorted(steps_s)))
+        text = f"the files have time steps of {steps} s"
+        raise InputError(f"{folder}: {text}; all files of an event must have the same")
     notes: list[str] = []
     for ground in station.grounds:
         if ground.channel not in accels and ground.instead is not None:
