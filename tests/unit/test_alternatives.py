@@ -60,7 +60,11 @@ FRAMES, SPEEDS = {"key_frame": ["skewed", "deck_edge"]}, {"backfill_vs_mps": [50
         ({"key_frame": ["skewed"]}, {}, "two or more values, all different"),
         ({"key_frame": ["skewed", "square"]}, {}, "must be 'skewed' or 'deck_edge', got 'square'"),
         ({"backfill_vs_mps": [150, -1]}, {}, "greater than or equal to 0, got -1"),
-        (FRAMES, {"analysis": {"scheme": "paper"}}, "key_frame has no effect in scheme paper"),
+        (
+            FRAMES,
+            {"analysis": {"scheme": "paper"}},
+            "key_frame has no effect if analysis.scheme",
+        ),
         (SPEEDS, {"grid": SPEEDS}, "remove backfill_vs_mps, an axis of the grid"),
     ],
 )

@@ -215,7 +215,7 @@ CONCRETE_KG_PER_M3 = 2400.0  # source: usual density of reinforced concrete
 
 @dataclass(frozen=True, kw_only=True)
 class Wall:
-    """Supported deck end at rest in front of a fill; ``handle`` has no walls and keys yet."""
+    """What a builder of walls needs: a deck end on its supports, before walls and keys exist."""
 
     blueprint: Blueprint
     data: WallData
@@ -575,8 +575,8 @@ def _build_keys(joint: Joint, handle: AbutmentHandle, body: int | None) -> Abutm
             name, gap_m = f"key {'+' if sign > 0.0 else '-'}", options.transverse_gap_m
             units.append(joint.add_contact(nodes, inward, gap_m, stiffness, friction, name))
         else:
-            gap_spring = gap_material(stiffness[0], options.transverse_gap_m, tags)
-            gaps.append(spring_element(nodes, inward, [gap_spring], [], tags)[0].element)
+            material = gap_material(stiffness[0], options.transverse_gap_m, tags)
+            gaps.append(spring_element(nodes, inward, [material], [], tags)[0].element)
     return replace(
         handle,
         key_springs=tuple(springs),

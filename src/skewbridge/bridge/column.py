@@ -29,7 +29,7 @@ RESIDUAL_SHEAR = 0.1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BentCapacity:
-    """Displacement capacity of one of the equal columns of a bent (1, 2, ...), under dead load.
+    """Displacement capacity under dead load of each column of a bent, whose columns are equal.
 
     The displacement is normal to the bent, along it, or in any direction. The shear span is from a
     hinge to the point of contraflexure; the axial force is at the base.

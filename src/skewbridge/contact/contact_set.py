@@ -129,7 +129,7 @@ class ContactSet:
         return index
 
     def after_step(self, dt_s: float, next_dt_s: float | None = None) -> bool:
-        """Read a converged step of ``dt_s`` and set the bounds of the next one.
+        """Read a converged step of ``dt_s`` and set the bounds of friction of the next one.
 
         Call it once per step; give ``next_dt_s`` if the next step differs. Returns whether a pair
         opened or closed in the step. Raises `ContactError` if a spring force disagrees with its

@@ -381,8 +381,8 @@ class _Setup:
         """Return X of all runs, shape (n, 3 + q + drifts)."""
         x, shift = self.ln_im - centre, self.matrix[self.variant]
         above = np.maximum(x - knot, 0.0)
-        drift = shift[:, : self.axes.drifts] * x[:, None]
-        return np.column_stack([np.ones(x.size), x, above, shift, drift])
+        interaction = shift[:, : self.axes.drifts] * x[:, None]
+        return np.column_stack([np.ones(x.size), x, above, shift, interaction])
 
     def data(
         self, outcomes: DemandOutcomes, model: DemandModel, growth: bool | None = None

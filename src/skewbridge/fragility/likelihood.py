@@ -41,9 +41,9 @@ def log_normal_interval(lower: Floats, upper: Floats) -> Floats:
     """Return ln[Phi(upper) - Phi(lower)] without cancellation; -inf where ``upper <= lower``."""
     side = np.copysign(1.0, -lower)  # an interval above zero is mirrored
     a, b = np.minimum(side * lower, side * upper), np.maximum(side * lower, side * upper)
-    log_a, log_b = special.log_ndtr(a), special.log_ndtr(b)
+    log_cdf_a, log_cdf_b = special.log_ndtr(a), special.log_ndtr(b)
     with np.errstate(divide="ignore", invalid="ignore"):
-        inside = log_b + np.log(-np.expm1(np.minimum(log_a - log_b, 0.0)))
+        inside = log_cdf_b + np.log(-np.expm1(np.minimum(log_cdf_a - log_cdf_b, 0.0)))
     return np.where(upper > lower, inside, -np.inf)
 
 

@@ -87,7 +87,7 @@ def jackknife_factors(logs: Floats, level: float, dof: int | None = None) -> lis
 
 
 def effective_number(influence: Floats) -> Floats:
-    """Return the number of motions of equal influence with the same variance of the variance.
+    """Return how many motions of equal influence would give a variance of the same precision.
 
     ``influence`` has the shape (M, ...). The number is 1 / sum of squared shares in the variance.
     """

@@ -387,7 +387,10 @@ def _allowed_gaps(of_skew: pd.DataFrame, target: float) -> pd.Series:
 def _length(
     curves: Sequence[StateCurve], hazard: HazardCurve, target: float, ln_factor: float = 0.0
 ) -> LogRate:
-    """Return ln of the length that is exceeded with the target rate; NaN outside `_LENGTHS_M`."""
+    """Return ln of the displacement (m) of a deck corner that is exceeded with the target rate.
+
+    ``curves`` are those of exceeding each of `_LENGTHS_M`; NaN outside these lengths.
+    """
     rates = [curve_rate(curve, hazard, ln_factor) for curve in curves]
     logs, fractiles = (
         np.array([_crossing(column, np.log(target)) for column in np.transpose(replicates)])

@@ -148,7 +148,9 @@ class StudyConfig(BaseModel):
                 raise ValueError(f"uncertainty.alternatives: remove {name}, an axis of the grid")
             models = [replace(self.model, **{name: value}) for value in values]
             if len(set(map(self.analysis.model_options, models))) == 1:
-                raise ValueError(f"uncertainty.alternatives: {name} has no effect in scheme paper")
+                raise ValueError(
+                    f"uncertainty.alternatives: {name} has no effect if analysis.scheme is paper"
+                )
         return self
 
     @cached_property

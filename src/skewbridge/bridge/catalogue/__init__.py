@@ -274,12 +274,12 @@ def bridge_schema() -> dict[str, Any]:
     return schema
 
 
-def _shapes(field: dict[str, Any], kinds: dict[str, Any]) -> list[dict[str, Any]]:
+def _shapes(field: dict[str, Any], definitions: dict[str, Any]) -> list[dict[str, Any]]:
     """Return the mappings that a field may have, for example one per shape of a column."""
     if "$ref" in field:
-        return _shapes(kinds[field["$ref"].rsplit("/", 1)[1]], kinds)
+        return _shapes(definitions[field["$ref"].rsplit("/", 1)[1]], definitions)
     options = [option for option in field.get("anyOf", ()) if option.get("type") != "null"]
-    return [shape for option in options for shape in _shapes(option, kinds)] or [field]
+    return [shape for option in options for shape in _shapes(option, definitions)] or [field]
 
 
 def _in_file(number: dict[str, Any]) -> dict[str, Any]:

@@ -260,7 +260,7 @@ class JointData(Part, frozen=True):
 
     @property
     def bent(self) -> int | None:
-        """Number of its bent (0, 1, ...), or None for a hinge."""
+        """Index of the bent at which the joint is (0 for ``bent 1``), or None for a hinge."""
         return int(self.at.split()[1]) - 1 if self.at else None
 
 

@@ -131,9 +131,10 @@ def record(
     signs: Sequence[float],
     parts_on_change: int = 1,
 ) -> History:
-    """Step through the given times; return the motion of nodes, one after the other, and contacts.
+    """Step through the given times; return motions of nodes and openings and forces of contacts.
 
-    `signs` has 1 for a unit whose slip is positive along its turned normal, else -1.
+    Columns follow the order of ``nodes``. ``signs`` has 1 for a unit whose slip is positive along
+    its normal turned by 90 degrees counter-clockwise, else -1.
     """
 
     def state() -> tuple[list[float], ...]:

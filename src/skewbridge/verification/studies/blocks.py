@@ -293,7 +293,10 @@ def run(study: Study) -> None:
 
 
 def _loops(gap_m: float, study: Study) -> dict[str, tuple[Floats, Floats]]:
-    """Return path and forces for each loop of a unit (dict); check them by radial return."""
+    """Drive a unit along three loops and check its forces by a radial return with small steps.
+
+    Returns path and forces of each loop, by its name.
+    """
     law = replace(_LAW, gap_m=gap_m)
     t = np.linspace(0.0, 2.0, 1201)
     # Constant and varying: two cycles along the surface; the varying depth follows the slip.
