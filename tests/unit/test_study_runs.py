@@ -483,7 +483,7 @@ def test_a_plan_has_a_line_its_demands_and_motions_and_a_limit_of_time(tmp_path)
     start = "round 3: 19 of 24 decided; "
     assert rounds.round_line(plan(None)) == f"{start}next 48 analyses, about 3 min"
     assert rounds.round_line(plan("decided")) == f"{start}all headline effects are decided"
-    assert "5 cannot be decided" in rounds.round_line(plan("most"))
+    assert "5 effects cannot be decided" in rounds.round_line(plan("most"))
     assert "set a larger value to resume" in rounds.round_line(plan("hours"))
     assert rounds.round_line(plan(None, cells=[])) == "round 3: next 48 analyses, about 3 min"
     folder = StudyFolder(tmp_path)

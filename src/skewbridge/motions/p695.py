@@ -79,7 +79,7 @@ def read_record(suite: str, number: int) -> GroundMotion:
     """
     rows = [row for row in list_records(suite) if row["made_from_number"] == number]
     if not rows:
-        raise InputError(f"suite {suite} has no record with number {number}")
+        raise InputError(f"suite {suite} has no record {number}")
     fields = ("motion_id", "dt_s", "event", "station", "magnitude", "distance_km", "vs30_mps")
     metadata = {name: rows[0][name] for name in fields}
     with _opened(rows[0]["path"]) as content:
