@@ -247,7 +247,7 @@ def read_candidates(
         raise InputError("two folders of candidates have motions of the same name: rename them")
     entries = [entry for entry in all_entries if entry.motion_id not in without]
     if not 2 <= count <= len(entries):
-        raise InputError(f"count must be 2 or more, at most the {len(entries)} candidates, got {count}")
+        raise InputError(f"count must be from 2 to the {len(entries)} candidates, got {count}")
     motions = read_entries(entries)
     psa_mps2 = [pair_psa(*m.components, m.dt_s, periods_s).rotd50_mps2 for m in motions]
     table = pd.DataFrame({"entry": entries, "motion": motions})
