@@ -246,7 +246,7 @@ def test_selected_folder_is_read_with_its_factors(site, tmp_path):
     other = pd.read_csv(tmp_path / "two/index.csv")
     assert set(index["candidate"]).isdisjoint(other["candidate"])
     code, found = _select(tmp_path, 13, "three")
-    assert (code, "2 to 12 (the candidates), got 13" in found["message"]) == (2, True)
+    assert (code, "from 2 to the 12 candidates, got 13" in found["message"]) == (2, True)
 
 
 def test_study_selects_as_the_command_does_and_again_only_after_a_change(
@@ -275,7 +275,7 @@ def test_study_selects_as_the_command_does_and_again_only_after_a_change(
     [
         ({"target": "nowhere.yaml"}, {}, r"^nowhere\.yaml cannot be read"),
         ({"candidates": ["nowhere"]}, {}, r"^motions folder nowhere does not exist$"),
-        ({"count": 13}, {}, r"^count must be 2 to 12 \(the candidates\), got 13$"),
+        ({"count": 13}, {}, r"^count must be from 2 to the 12 candidates, got 13$"),
         ({"values": {"vs30_mps": 40}}, {}, r"vs30_mps: must be .* 150, got 40$"),
         ({"without": "nowhere"}, {}, r"^nowhere/index\.csv cannot be read"),
         ({"count": 1}, {}, r"motions\.selection\.count: must be .* 2, got 1$"),

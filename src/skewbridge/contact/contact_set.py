@@ -46,7 +46,7 @@ class ContactSet:
     is_any_closed: bool
     least_opening_ratio: float  #: smallest opening / gap of all pairs; 0 for a pair without gap
     largest_normal_n: float
-    #: Largest relative distance of sliding friction from its limit in the last step (others: excess).
+    #: Largest relative distance of sliding friction from its limit, last step (others: excess).
     friction_error: float
 
     def __init__(
