@@ -7,12 +7,12 @@ each retry from the tangents of the failed step, in which pads and contacts may 
 does not recover.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from math import cos, radians, sin
 from os import devnull
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import openseespy.opensees as ops
@@ -105,28 +105,34 @@ def push_bridge(
 
     Returns base shear and displacement of the mass centre along the push.
     """
-    push = variant.normalised(), options, _direction(angle_deg, max_disp_m, steps)
-    if variant.normalised().friction == 0.0:
-        curve = _push_mass_centre(*push, max_disp_m, steps)
+    direction = _direction(angle_deg, max_disp_m, steps)
+    push = _Push(variant.normalised(), options, direction, max_disp_m, steps)
+    if push.variant.friction == 0.0:
+        curve = _push_mass_centre(push)
         if curve.is_complete or not variant.traits.has_contacts:
             return curve
     # OpenSees keeps the equation of the lever when the domain is wiped, hence the own process
     loky: Any = import_module("joblib.externals.loky")  # by name, because it is untyped
     process = loky.ProcessPoolExecutor(max_workers=1)
     try:
-        return process.submit(_push_by_lever, *push, max_disp_m, steps).result()
+        return process.submit(_push_by_lever, push).result()
     finally:
         process.shutdown(kill_workers=True)  # no message of OpenSees at its exit
 
 
-def _push_mass_centre(
-    variant: Variant,
-    options: ModelOptions,
-    direction: PlanVector,
-    max_disp_m: float,
-    steps: int,
-) -> PushCurve:
+class _Push(NamedTuple):
+    """A bridge and how far it is pushed in which direction, in how many regular steps."""
+
+    variant: Variant
+    options: ModelOptions
+    direction: PlanVector
+    max_disp_m: float
+    steps: int
+
+
+def _push_mass_centre(push: _Push) -> PushCurve:
     """Push a bridge by the displacement of its mass centre."""
+    variant, options, direction, max_disp_m, steps = push
     with domain():
         model = build(variant, options)
         open_linear_pattern(model.tags)
@@ -239,14 +245,9 @@ class _Brake:
         return _lever_moves(increment_m)
 
 
-def _push_by_lever(
-    variant: Variant,
-    options: ModelOptions,
-    direction: PlanVector,
-    max_disp_m: float,
-    steps: int,
-) -> PushCurve:
+def _push_by_lever(push: _Push) -> PushCurve:
     """Push a bridge with contacts by a `_Lever`, with shorter steps where contacts change."""
+    variant, options, direction, max_disp_m, steps = push
     ops.logFile(devnull, "-noEcho")  # new process: without messages of materials and failed steps
     with domain():
         model = build(variant, options)
@@ -323,13 +324,7 @@ def _is_balanced(row: tuple[float, float, float]) -> bool:
 
 
 def _lever_moves(increment_m: float) -> bool:
-    for algorithm in _LEVER_ALGORITHMS:
-        ops.algorithm(*algorithm)
-        ops.integrator("LoadControl", increment_m)
-        if ops.analyze(1) == 0:
-            return True
-        ops.domainChange()  # discard the state that a failed step left in the equations
-    return False
+    return _converges(_LEVER_ALGORITHMS, ("LoadControl",), increment_m)
 
 
 def push_abutment(
@@ -399,7 +394,7 @@ def _march(
         share = min(0.5**halvings / steps, remaining)
         if contacts is not None:
             contacts.prepare(share)
-        if not _converges(integrator, target * share):
+        if not _converges(_ALGORITHMS, integrator, target * share):
             halvings += 1
             continue
         if contacts is not None:
@@ -414,8 +409,11 @@ def _march(
     return PushCurve(disp_m=disp_m, force_n=force_n, is_complete=remaining <= _LAST_PART)
 
 
-def _converges(integrator: tuple[str | int, ...], increment: float) -> bool:
-    for algorithm in _ALGORITHMS:
+def _converges(
+    algorithms: Sequence[tuple[str, ...]], integrator: tuple[str | int, ...], increment: float
+) -> bool:
+    """Try a step with each algorithm in turn; return whether one converged."""
+    for algorithm in algorithms:
         ops.algorithm(*algorithm)
         ops.integrator(*integrator, increment)
         if ops.analyze(1) == 0:
