@@ -76,12 +76,9 @@ def jackknife_covariance(values: Floats) -> Floats:
     return deviation.T @ deviation * (len(values) - 1) / len(values)
 
 
-def jackknife_factors(logs: Floats, level: float, dof: int | None = None) -> list[float]:
+def jackknife_factors(logs: Floats, level: float, dof: int) -> list[float]:
     """Return q ratios of upper end to estimate, given ln estimates without each motion, (M, q)."""
-    if len(logs) < MIN_VALUES:
-        return [nan] * logs.shape[1]
-    dof_of_data = len(logs) - 2 if dof is None else dof
-    freedom = effective_dof(logs - np.mean(logs, axis=0), dof_of_data)
+    freedom = effective_dof(logs - np.mean(logs, axis=0), dof)
     errors = np.sqrt(np.diag(jackknife_covariance(logs)))
     return [exp_end(width) for width in special.stdtrit(freedom, 0.5 + 0.5 * level) * errors]
 
