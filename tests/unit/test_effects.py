@@ -23,6 +23,7 @@ from skewbridge.files.tables import write_frame
 from skewbridge.fragility import verdicts
 from skewbridge.fragility.effects import (
     INTENSITY_COLUMNS,
+    effect_row,
     effect_table,
     effect_tables,
     median_effects,
@@ -100,6 +101,46 @@ def test_replicates_without_one_motion_give_the_same_interval_as_values():
     present = np.array([True, True, True, False, True, True])  # the fourth motion has no value
     mean = Jackknifed.of(replicates, present, present, 1)
     assert mean.interval(0.95) == pytest.approx(stats.t.interval(0.95, 4, 0.34, stats.sem(values)))
+
+
+def ratio_of_means(slope_scatter):
+    """Return pairs of values (400, 2) and the jackknife of the ratio of their means."""
+    scatter = np.array([0.15, slope_scatter]) * np.sqrt(400.0)
+    values = [0.3, 1.0] + scatter * np.random.default_rng(5).normal(size=(400, 2)) @ [
+        [1, 0.4],
+        [0, 1],
+    ]
+    means = np.vstack([values.mean(axis=0), (values.sum(axis=0) - values) / 399.0])
+    return values, Jackknifed.of_ratio(means[:, 0] / means[:, 1], np.log(means[:, 1]), 0)
+
+
+def test_interval_of_a_ratio_is_that_of_fieller_and_has_it_at_every_look():
+    values, ratio = ratio_of_means(0.2)
+    (shift, slope), covariance = values.mean(axis=0), np.cov(values.T) / 400.0
+    t = stats.t.ppf(0.95, ratio.dof)
+    # (shift - v slope)^2 = t^2 var(shift - v slope), Fieller (1954)
+    square, product, constant = np.array([slope**2, slope * shift, shift**2]) - t**2 * np.array(
+        [covariance[1, 1], covariance[0, 1], covariance[0, 0]]
+    )
+    ends = (product + np.array([-1.0, 1.0]) * np.sqrt(product**2 - square * constant)) / square
+    # the jackknife is linear: an error of the order of 1/400
+    assert ratio.interval(0.90) == pytest.approx(ends, rel=0.01)
+    distances = np.abs(np.array(ratio.interval(0.90)) - ratio.estimate)
+    assert max(distances) > 1.2 * min(distances)
+    # the p-value is that of shift = 0, whatever the slope is
+    t_of_shift = shift / np.sqrt(covariance[0, 0])
+    assert ratio.p_value() == pytest.approx(2.0 * stats.t.sf(t_of_shift, ratio.dof), rel=0.02)
+    row = friction_rows((0.1, 0.1))[1] | effect_row(ratio, blocks=list("b" * 400))
+    table = effect_table(pd.DataFrame(), [row | {"quantity": verdicts.MEDIAN_CAPACITY}])
+    for motions in LOOKS:
+        now = verdicts.at_looks(table.assign(n_pairs=motions), LOOKS).iloc[0]
+        low, high = ratio.interval(now["level"])
+        assert np.log([now["ci_low"], now["ci_high"]]) == pytest.approx([low, high], abs=1e-9)
+
+
+def test_interval_of_a_ratio_is_unbounded_if_the_slope_may_be_zero():
+    low, high = ratio_of_means(0.7)[1].interval(0.90)
+    assert (low, high) == (-np.inf, np.inf)
 
 
 def test_line_without_bounds_is_that_of_least_squares_without_each_motion():

@@ -38,6 +38,7 @@ from skewbridge.fragility.fits import (
 )
 from skewbridge.fragility.likelihood import NormalKernel, drop_of, maximise
 from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState, States
+from skewbridge.fragility.motion_means import Jackknifed
 from skewbridge.fragility.outcomes import (
     TREATMENTS,
     DemandOutcomes,
@@ -312,10 +313,8 @@ def _cloud_curve(runs: _DemandRuns, state: LimitState) -> _Curve:
         return _Curve(fit, none, none, none, bounds, {})
     fit = replace(fit, theta=motion_means.exp_end(curve.ln_theta[0]), beta=float(curve.beta[0]))
     fit = fitting.jackknifed(fit, curve.ln_theta[1:], curve.beta[1:])
-    of_theta, of_beta = (
-        motion_means.interval(logs, curve.priors, level)[1:]
-        for logs in (curve.ln_theta, np.log(curve.beta))
-    )
+    ln_beta = Jackknifed.of_replicates(np.log(curve.beta), curve.priors)
+    of_theta, of_beta = (ln.exp_interval(level)[1:] for ln in (curve.ln_median(), ln_beta))
     fit = replace(fit, ci_theta=of_theta, ci_beta=of_beta)
     names = fitting.common_warnings(fit, runs.im, runs.motions)
     if np.isfinite(columns.get("knot", nan)):
@@ -471,9 +470,8 @@ def _rows(runs: _DemandRuns, curves: Mapping[LimitState, Mapping[str, _Curve]]) 
             if fit.status == FITTED:
                 row |= curve.columns
                 if np.isfinite(curve.total[0]):
-                    total = np.log(curve.total)
-                    interval = motion_means.interval(total, runs.variant.priors, level)
-                    row |= dict(zip(_TOTAL, interval, strict=True))
+                    total = Jackknifed.of_replicates(np.log(curve.total), runs.variant.priors)
+                    row |= dict(zip(_TOTAL, total.exp_interval(level), strict=True))
             for name in set(TREATMENTS) & set(curve.bounds):
                 row[f"theta_{name}"], row[f"beta_{name}"] = curve.bounds[name]
             rows.append(row)
@@ -539,7 +537,7 @@ def _compared(fits: Mapping[str, FragilityFit], difference: Floats, priors: int)
     # `difference` (R,) is ln(exceedance median / cloud median)
     if any(fits[method].status != FITTED for method in METHODS):
         return {"methods_ratio": nan, "methods_differ": False}
-    error = float(motion_means.Jackknifed.of_replicates(difference, priors).error)
+    error = float(Jackknifed.of_replicates(difference, priors).error)
     # ASSUME a difference between the medians of two methods is worth reporting if it exceeds two
     # standard errors
     differ = error > 0.0 and abs(difference[0]) > 2.0 * error

@@ -29,7 +29,7 @@ from skewbridge.fragility import demand_table
 from skewbridge.fragility.fits import NO_EXCEEDANCE, NON_INCREASING, NOT_APPLICABLE, SINGLE_LEVEL
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.mixed import MixedData, MixedFit, fit_mixed, predictive_loglik
-from skewbridge.fragility.motion_means import jackknife_covariance
+from skewbridge.fragility.motion_means import Jackknifed, jackknife_covariance
 from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes, states_by_demand
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.union import Union, correlation, reached_modes
@@ -303,6 +303,16 @@ class StateCurve(NamedTuple):
     records: Union | None = None  # the same union with beta of records
     points: tuple[tuple[PointModel, LimitState], ...] = ()  # demand models of the modes
     priors: int = 0  # number of last models that are errors from priors, see `DemandModel`
+
+    def ln_median(self, over: "StateCurve | None" = None) -> Jackknifed:
+        """Return ln theta, or ln of its ratio to that of another curve at the same models."""
+        curves = [self] if over is None else [self, over]
+        # ASSUME the slope of two modes, or at two points, is their geometric mean
+        at = [(point, curve.ln_theta[0]) for curve in curves for point, _ in curve.points]
+        slopes = [np.log(point.slope_at(ln_im)) for point, ln_im in at]
+        logs = self.ln_theta if over is None else self.ln_theta - over.ln_theta
+        ln_slope = np.mean(slopes or [np.zeros_like(logs)], axis=0)
+        return Jackknifed.of_ratio(logs, ln_slope, self.priors)
 
     def probability(self, ln_im: float, *, total: bool = True) -> float:
         """Return P(exceeds) from all runs, with or without the dispersion of the capacity."""

@@ -25,7 +25,7 @@ from skewbridge.fragility.demand_model import (
 )
 from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED
 from skewbridge.fragility.limit_states import LimitState, States
-from skewbridge.fragility.motion_means import covered_range, interval
+from skewbridge.fragility.motion_means import Jackknifed, covered_range
 from skewbridge.fragility.outcomes import demand_outcomes, states_by_demand
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 
@@ -73,9 +73,8 @@ class JointModel:
         level: float | None = None,
     ) -> tuple[float, float, float]:
         """Return theta at ``values`` with interval ends, divided by theta at ``over`` if given."""
-        logs = self.curve(values).ln_theta
-        logs = logs if over is None else logs - self.curve(over).ln_theta
-        return interval(logs, self.axis_range.drifts, level or self.level)
+        median = self.curve(values).ln_median(None if over is None else self.curve(over))
+        return median.exp_interval(level or self.level)
 
 
 def joint_table(
@@ -157,10 +156,10 @@ def _estimate(models: BridgeModels, state: LimitState, row: Row) -> Row:
     curve = models.curve(state, models.axes.middle)
     if isinstance(curve, str):
         return estimate | {"status": curve}
-    logs = curve.ln_theta, np.log(curve.beta), np.log(curve.total)
-    for name, values in zip(("theta", "beta", "beta_total"), logs, strict=True):
-        interval_ = interval(values, curve.priors, row["level"])
-        estimate |= dict(zip((name, f"{name}_low", f"{name}_high"), interval_, strict=True))
+    betas = [Jackknifed.of_replicates(np.log(b), curve.priors) for b in (curve.beta, curve.total)]
+    for name, ln in zip(("theta", "beta", "beta_total"), (curve.ln_median(), *betas), strict=True):
+        ends = ln.exp_interval(row["level"])
+        estimate |= dict(zip((name, f"{name}_low", f"{name}_high"), ends, strict=True))
     errors = _left_out_errors(models, state, fits)
     if np.any(np.isfinite(errors)):
         estimate["loo_error"] = float(np.nanmedian(errors))

@@ -6,11 +6,11 @@ as censored normal values (Tobit).
 
 Sources: the iteration, Dempster, Laird and Rubin (1977), J. R. Stat. Soc. B 39(1):1-38; jackknife,
 Efron and Stein (1981), Ann. Stat. 9(3):586-596; jackknife of groups, Kott (2001), J. Official
-Statistics 17(4):521-526.
+Statistics 17(4):521-526; interval of a ratio, Fieller (1954), J. R. Stat. Soc. B 16(2):175-185.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import inf, nan
 from typing import Final, Self
 
@@ -114,6 +114,8 @@ class Jackknifed:
     parameters: int  # 1 for means, 2 for lines
     #: Number of last rows of ``influence`` that are errors from priors, not from motions.
     priors: int = 0
+    #: Influence on ln of the slope by which the estimate is divided, (M, ...); zero: no division.
+    of_slope: Floats = field(default_factory=lambda: np.zeros(1))
 
     @classmethod
     def of(cls, values: Floats, present: Mask, exact: Mask, parameters: int) -> Self:
@@ -140,6 +142,17 @@ class Jackknifed:
         influence = np.concatenate([without.influence, of_priors])
         return replace(without, influence=influence, priors=priors)
 
+    @classmethod
+    def of_ratio(cls, logs: Floats, ln_slopes: Floats, priors: int) -> Self:
+        """Return the jackknife of a shift of demand divided by the slope of demand.
+
+        ``logs`` has the R estimates of this ratio, ``ln_slopes`` ln of the R slopes; see
+        `of_replicates`.
+        """
+        both = cls.of_replicates(np.column_stack([logs, ln_slopes]), priors)
+        of_ratio, of_slope = both.influence.T
+        return replace(both, estimate=both.estimate[0], influence=of_ratio, of_slope=of_slope)
+
     @property
     def dof(self) -> Floats:
         """Degrees of freedom of the error, shape (...); see `effective_dof`."""
@@ -148,44 +161,74 @@ class Jackknifed:
         of_motions = self.influence[: len(self.influence) - self.priors]
         return effective_dof(of_motions, int(np.count_nonzero(self.exact)) - self.parameters)
 
+    def _covariance(self, first: Floats, second: Floats) -> Floats:
+        """Return the covariance of two estimates from their influences, shape (...)."""
+        count = np.count_nonzero(self.present)
+        return np.sum(first * second, axis=0) * count / max(count - 1, 1)
+
     @property
     def error(self) -> Floats:
         """Standard error, shape (...)."""
-        count = np.count_nonzero(self.present)
-        return np.sqrt(np.sum(self.influence**2, axis=0) * count / max(count - 1, 1))
+        return np.sqrt(self._covariance(self.influence, self.influence))
 
     def interval(self, level: float) -> tuple[Floats, Floats]:
-        """Return both ends of Student's t interval, (...) each; NaN below 2 degrees of freedom."""
+        """Return both ends of Student's t interval, (...) each; NaN below 2 degrees of freedom.
+
+        A ratio, shift / slope, has the interval of Fieller (1954): the values v for which the error
+        of shift - v slope allows zero. It is infinite if the slope may be zero.
+        """
         dof = self.dof
         t = special.stdtrit(np.where(dof >= 2.0, dof, nan), 0.5 + 0.5 * level)
-        return self.estimate - t * self.error, self.estimate + t * self.error
+        shared = self._covariance(self.influence, self.of_slope)
+        return fieller_ends(
+            self.estimate, t, self.error**2, shared, self._covariance(self.of_slope, self.of_slope)
+        )
+
+    def exp_interval(self, level: float) -> tuple[float, float, float]:
+        """Return exp of an estimate of shape () and of both ends of its interval."""
+        low, high = self.interval(level)
+        return exp_end(float(self.estimate)), exp_end(float(low)), exp_end(float(high))
 
     def p_value(self) -> Floats:
         """Return the two-sided p-value for a true value of zero, shape (...)."""
         dof = np.where(self.dof >= 2.0, self.dof, nan)
+        of_shift = self.influence + self.estimate * self.of_slope
         with np.errstate(divide="ignore", invalid="ignore"):
-            return 2.0 * special.stdtr(dof, -np.abs(self.estimate) / self.error)
+            t = np.abs(self.estimate) / np.sqrt(self._covariance(of_shift, of_shift))
+            return 2.0 * special.stdtr(dof, -t)
 
     def minus(self, other: Self) -> Self:
-        """Return the difference to another estimate from the same motions."""
+        """Return the difference to another estimate from the same motions and with its slope."""
+        influence, of_slope = self.influence - other.influence, self.of_slope + other.of_slope
         change = self.estimate - other.estimate
-        return replace(self, estimate=change, influence=self.influence - other.influence)
+        return replace(self, estimate=change, influence=influence, of_slope=0.5 * of_slope)
 
     def combined(self, weights: Floats) -> Self:
         """Return k linear combinations of an estimate of shape (p,), with ``weights`` (p, k)."""
         return replace(self, estimate=self.estimate @ weights, influence=self.influence @ weights)
 
 
+def fieller_ends(
+    estimate: Floats, t: Floats, variance: Floats, shared: Floats, of_slope: Floats
+) -> tuple[Floats, Floats]:
+    """Return both ends of the interval of a ratio, shift / slope; infinite if unbounded.
+
+    ``t`` is the quantile of Student's t, ``variance`` that of the ratio, ``of_slope`` the variance
+    of ln slope and ``shared`` the covariance of both. Source: Fieller (1954).
+    """
+    # roots d = estimate - end of d^2 = t^2 (variance + 2 shared d + of_slope d^2)
+    square = 1.0 - t**2 * of_slope
+    with np.errstate(divide="ignore", invalid="ignore"):
+        middle = t**2 * shared / square
+        reach = t * np.sqrt((t * shared) ** 2 + square * variance) / square
+    low, high = (np.where(square <= 0.0, sign * inf, middle + sign * reach) for sign in (1.0, -1.0))
+    return estimate - low, estimate - high
+
+
 def completed(logs: Floats) -> Floats:
     """Return estimates (R, ...), all runs first; a block without an estimate has no influence."""
     # ASSUME a block has no influence if there is no estimate without it
     return np.where(np.isfinite(logs), logs, logs[0])
-
-
-def interval(logs: Floats, priors: int, level: float) -> tuple[float, float, float]:
-    """Return exp of an estimate and of its interval ends; see `of_replicates` for ``logs``."""
-    low, high = Jackknifed.of_replicates(logs, priors).interval(level)
-    return exp_end(logs[0]), exp_end(float(low)), exp_end(float(high))
 
 
 def average(cells: Sequence[Jackknifed]) -> Jackknifed:
@@ -195,11 +238,11 @@ def average(cells: Sequence[Jackknifed]) -> Jackknifed:
     if not with_estimate:
         return cells[0]
     exact = np.logical_or.reduce([cell.exact for cell in with_estimate])
-    estimate = np.mean([cell.estimate for cell in with_estimate], axis=0)
-    influence = np.mean([cell.influence for cell in with_estimate], axis=0)
-    return replace(
-        with_estimate[0], estimate=estimate, influence=influence, present=exact, exact=exact
-    )
+    means = {
+        name: np.mean([getattr(cell, name) for cell in with_estimate], axis=0)
+        for name in ("estimate", "influence", "of_slope")
+    }
+    return replace(with_estimate[0], **means, present=exact, exact=exact)
 
 
 def by_motion(

@@ -25,6 +25,7 @@ from scipy import optimize, special
 
 from skewbridge.demands.columns import demands_for
 from skewbridge.files.tables import Floats, Mask
+from skewbridge.fragility import motion_means
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS, described, models_of
 from skewbridge.fragility.limit_states import HEADLINE_STATES
 
@@ -273,19 +274,36 @@ def at_looks(table: pd.DataFrame, looks: Sequence[int], per_motion: float = 1.0)
         return table
     motions, dof = _information(table, per_motion)
     levels = levels_at(motions, looks, float(table["level"].iloc[0]))
-    with np.errstate(invalid="ignore"):
-        level = table["level"].to_numpy(np.float64)
-        t_before = special.stdtrit(table["dof"].to_numpy(np.float64), 0.5 + 0.5 * level)
-        wider = special.stdtrit(np.maximum(dof, 1.0), 0.5 + 0.5 * levels) / t_before
+    old_dof, level, scatter = table[["dof", "level", "scatter"]].to_numpy(np.float64).T
     columns: dict[str, Any] = {"level": levels}
-    for names in (RATIOS, DIFFERENCES, ("slope", "slope_low", "slope_high")):
-        values = table[list(names)].to_numpy(np.float64).T
-        with np.errstate(divide="ignore", over="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        t_before = special.stdtrit(old_dof, 0.5 + 0.5 * level)
+        t = special.stdtrit(np.maximum(dof, 1.0), 0.5 + 0.5 * levels)
+        is_ratio = (table["quantity"] == MEDIAN_CAPACITY).to_numpy()
+        variance = np.where(is_ratio, scatter**2 / (old_dof + 1.0), nan)
+        for names in (RATIOS, DIFFERENCES, ("slope", "slope_low", "slope_high")):
+            values = table[list(names)].to_numpy(np.float64).T
             values = np.log(values) if names == RATIOS else values
-            ends = values[0] + (values[1:] - values[0]) * wider
+            ends = _with_quantile(values, t_before, t, variance)
             ends = np.exp(ends) if names == RATIOS else ends
-        columns |= dict(zip(names[1:], ends, strict=True))
+            columns |= dict(zip(names[1:], ends, strict=True))
     return with_verdicts(table.assign(**columns))[list(table.columns)]
+
+
+def _with_quantile(
+    values: Floats, t_before: Floats, t: Floats, variance: Floats
+) -> tuple[Floats, Floats]:
+    """Return the ends of intervals with another quantile of Student's t.
+
+    ``values`` (3, n) are estimates and both ends with ``t_before``. ``variance`` (n,) is that of a
+    ratio of medians, and NaN for estimates with a symmetric interval.
+    """
+    below, above = np.abs(values[1:] - values[0])
+    product = below * above / t_before**2  # the variance, if the interval is symmetric
+    # `fieller_ends`, solved for the variance of ln slope and for its covariance with the ratio
+    share = np.where(product > 0.0, np.fmin(variance / product, 1.0), 1.0)
+    shared, of_slope = 0.5 * share * (below - above) / t_before**2, (1.0 - share) / t_before**2
+    return motion_means.fieller_ends(values[0], t, share * product, shared, of_slope)
 
 
 def _information(table: pd.DataFrame, per_motion: float) -> tuple[Floats, Floats]:
