@@ -304,15 +304,18 @@ class StateCurve(NamedTuple):
     points: tuple[tuple[PointModel, LimitState], ...] = ()  # demand models of the modes
     priors: int = 0  # number of last models that are errors from priors, see `DemandModel`
 
-    def ln_median(self, over: "StateCurve | None" = None) -> Jackknifed:
-        """Return ln theta, or ln of its ratio to that of another curve at the same models."""
-        curves = [self] if over is None else [self, over]
-        # ASSUME the slope of two modes, or at two points, is their geometric mean
-        at = [(point, curve.ln_theta[0]) for curve in curves for point, _ in curve.points]
+    def ln_median(self) -> Jackknifed:
+        """Return ln theta with the influence of each motion."""
+        # Fieller's interval, as of ratios, covers single medians no better in simulations
+        return Jackknifed.of_replicates(self.ln_theta, self.priors)
+
+    def ln_ratio(self, over: "StateCurve") -> Jackknifed:
+        """Return ln of theta / theta of another curve of these models."""
+        at = [(point, curve.ln_theta[0]) for curve in (self, over) for point, _ in curve.points]
         slopes = [np.log(point.slope_at(ln_im)) for point, ln_im in at]
-        logs = self.ln_theta if over is None else self.ln_theta - over.ln_theta
-        ln_slope = np.mean(slopes or [np.zeros_like(logs)], axis=0)
-        return Jackknifed.of_ratio(logs, ln_slope, self.priors)
+        # ASSUME the slope of two modes, or at two points, is their geometric mean
+        ln_slope = np.mean(slopes or [np.zeros_like(self.ln_theta)], axis=0)
+        return Jackknifed.of_ratio(self.ln_theta - over.ln_theta, ln_slope, self.priors)
 
     def probability(self, ln_im: float, *, total: bool = True) -> float:
         """Return P(exceeds) from all runs, with or without the dispersion of the capacity."""

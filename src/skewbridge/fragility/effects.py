@@ -445,7 +445,7 @@ class Medians:
         columns |= {name: min(counts[name] for counts in runs) for name in ("n_motions", "n_pairs")}
         columns["n_extrapolated"] = sum(counts["is_extrapolated"] for counts in runs)
         columns["n_without_curve"] = self.without_curve(cell, state)
-        return end.ln_median(over=start), columns
+        return end.ln_ratio(start), columns
 
     def without_curve(self, cell: Mapping[Any, Any], state: LimitState) -> float:
         """Return how many variants of a pair lack a curve (0 to 2); NaN if curves are not given."""

@@ -73,7 +73,8 @@ class JointModel:
         level: float | None = None,
     ) -> tuple[float, float, float]:
         """Return theta at ``values`` with interval ends, divided by theta at ``over`` if given."""
-        median = self.curve(values).ln_median(None if over is None else self.curve(over))
+        curve = self.curve(values)
+        median = curve.ln_median() if over is None else curve.ln_ratio(self.curve(over))
         return median.exp_interval(level or self.level)
 
 
