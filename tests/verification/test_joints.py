@@ -242,6 +242,48 @@ def test_a_column_below_a_joint_is_a_cantilever_normal_to_its_bent(written):
     assert along.yield_disp_m == pytest.approx(2 * curve.yield_curvature_per_m * 2.8**2 / 3)
 
 
+@pytest.mark.parametrize("torsion_m4", [0.05, 11.04])  # of girders and of the box of osb1
+def test_zero_moment_along_a_single_column_below_a_joint_is_where_the_model_has_it(
+    written, torsion_m4
+):
+    bent = BENT.replace("columns: 3, column_spacing_m: 4.5", "columns: 1")
+    bent = bent.replace("cap_depth_m", "base: fixed, cap_depth_m")
+    name = written(f"""extends: osb1
+title: two simple spans on one column
+source: "d: made for this test"
+spans_m: [28.0, 30.0]
+deck: {{soffit_height_m: 7.6, torsion_constant_m4: {torsion_m4}}}
+bents: [{bent}]
+joints: [{{at: bent 1, seat_width_m: 0.6, pads: {{{PADS}}}}}]
+""")
+    column = bent_capacity(load_bridge(name), 0, direction=1)
+    # slope-deflection: GJ/L of both decks against EI/H of the cracked column, which is 2.51 m (cap,
+    # and bearings to centroid) below the load
+    rolling = 24.86e9 / 2.4 * torsion_m4 * (1 / 28 + 1 / 30)
+    ratio = rolling * 5.6 / (0.45 * 28.34e9 * np.pi / 64 * 1.676**4)
+    span_m = 5.6 + 2.51 - (5.6 / 2 + 2.51) * ratio / (1 + ratio)
+    assert column.shear_span_m == pytest.approx(span_m, rel=1e-6)
+    hinges = 1 if torsion_m4 == 0.05 else 2  # a cantilever, and double curvature
+    plastic = column.curve.ultimate_curvature_per_m - column.curve.yield_curvature_per_m
+    rotation = column.hinge_length_m * plastic
+    assert column.capacity_m - column.yield_disp_m == pytest.approx(
+        rotation * (5.6 - hinges * column.hinge_length_m / 2)
+    )
+    with domain():
+        model = build(
+            variant(0, "contact", name), ModelOptions(elastic_columns=True, foundation="fixed")
+        )
+        at_rest = np.array(ops.eleResponse(model.columns[0].element, "localForce"))
+        open_linear_pattern(model.tags)
+        for node in {deck.node for deck, _ in model.joints[0].pads}:  # below the yield of pads
+            ops.load(node, 0.0, 50e3, 0.0, 0.0, 0.0, 0.0)
+        static_steps(1, "UmfPack", 1e-9)
+        force = np.array(ops.eleResponse(model.columns[0].element, "localForce")) - at_rest
+    shear_n, moment_nm = np.hypot(*force[1:3]), np.hypot(*force[4:6])
+    # the pads make the rolling of the box 9 % softer
+    assert moment_nm / shear_n == pytest.approx(span_m, rel=0.015)
+
+
 # --- response
 
 
