@@ -32,6 +32,7 @@ from skewbridge.bridge.weights import (
     column_axial_n,
     continuous_reactions_n,
     deck_reactions_n,
+    mass_centre_m,
     total_weight_n,
 )
 from skewbridge.contact import ContactSet
@@ -199,6 +200,31 @@ def test_reactions_weight_and_gaps_at_rest(written, text, skew_deg):
             for bearing in joint.bearings:
                 drop = ops.nodeDisp(bearing.deck_node, 3) - ops.nodeDisp(bearing.seat_node, 3)
                 assert -0.002 < drop < 0.0
+
+
+def test_both_end_diaphragms_of_a_joint_are_above_its_bent_and_move_the_mass_centre(written):
+    text = FOUR_SPANS.replace("[28.0, 30.0, 30.0, 28.0]", "[28.0, 30.0, 30.0, 40.0]")
+    name = written(text.replace("- {at: bent 2", "#").replace("- {at: bent 3", "#"))
+    bridge = load_bridge(name)
+    assert len(bridge.joints) == 1
+    line, diaphragm, cap = 140e3, 321e3, 950e3
+    column = 23.56e3 * np.pi / 4 * 1.676**2 * 5.6
+    # a simple span of 28 m and a beam of three spans (three-moment equation)
+    beam = continuous_reactions_n((30.0, 30.0, 40.0), line)
+    assert deck_reactions_n(bridge) == pytest.approx(
+        [line * 14 + diaphragm, line * 14 + 2 * diaphragm + beam[0], *beam[1:3],
+         beam[3] + diaphragm], rel=1e-9,
+    )  # fmt: skip
+    # moments about the middle, at 64 m; half of the three columns moves with each cap
+    bents_n, joint_n = cap + 1.5 * column, 2 * diaphragm
+    moment = bents_n * (-36 - 6 + 24) + joint_n * -36
+    total = line * 128 + 2 * diaphragm + 3 * bents_n + joint_n
+    assert mass_centre_m(bridge) == pytest.approx(moment / total, rel=1e-9)
+    with domain():
+        masses = build(variant(0, bridge=name), ModelOptions()).frame.loads.masses_kg
+        # Gregory's weights of the masses along a span are exact for linear functions
+        centre = sum(kg * ops.nodeCoord(node, 1) for node, kg in masses.items())
+    assert centre / sum(masses.values()) == pytest.approx(moment / total, abs=1e-6)
 
 
 def test_simple_spans_have_open_joints_and_their_analysis_reports_each(written):
