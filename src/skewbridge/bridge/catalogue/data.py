@@ -333,11 +333,6 @@ class BridgeData(Part, frozen=True):
         """Return the base of the columns of a bent."""
         return bent.base or self.base
 
-    @property
-    def bases(self) -> str:
-        """Bases of all bents in words."""
-        return " and ".join(sorted({self.base_of(bent) for bent in self.bents} or {self.base}))
-
     @model_validator(mode="before")
     @classmethod
     def _columns_of_bents(cls, raw: Any) -> Any:
