@@ -332,6 +332,21 @@ def test_the_table_names_what_fails_by_moves_normal_to_the_seats() -> None:
     assert found == pytest.approx([0.1 * np.cos(radians(30)), 0.0, 0.0], abs=1e-12)
 
 
+def test_a_narrow_seat_is_reported_with_its_clause_and_edition(written) -> None:
+    pads = "{plan_mm: 400, rubber_mm: 50, count: 6}"
+    text = f"joints: [{{from_left_m: 40, ledge: right, seat_width_m: 0.6, pads: {pads}}}]\n"
+    own = f"extends: osb1\nsource: own\nbase: fixed\nabutment: {{seat_width_m: 0.7}}\n{text}"
+    narrow = [text for text in answer("check", written(own))["findings"] if " seat of " in text]
+    sdc, edition = "Caltrans SDC 1.7 section", "; check the edition that applies"
+    # 24 in at a hinge, 30 in at an abutment
+    assert [text for text in narrow if sdc in text] == [
+        *(f"the {end} seat of 0.7 m is narrower than 0.762 m by {sdc} 7.8.3 (abutments){edition}"
+          for end in ("left", "right")),
+        f"the joint 1 seat of 0.6 m is narrower than 0.61 m by {sdc} 7.2.5.4 (hinges){edition}",
+    ]  # fmt: skip
+    assert all(text.endswith(edition) for text in narrow)
+
+
 @pytest.mark.parametrize(("at", "lost"), [("at: bent 1", 0.5), ("from_left_m: 40.0", 1.0)])
 def test_the_seats_of_an_inner_joint_are_checked(tmp_path: Path, at: str, lost: float) -> None:
     pads = "{plan_mm: 400, rubber_mm: 50, count: 6}"

@@ -129,6 +129,19 @@ def test_opening_and_closing_are_counted_and_reported():
     assert contacts.ledger()[0].closures == 1
 
 
+def test_the_opening_ratio_is_that_of_a_fall_and_zero_without_a_gap():
+    falling = sliding_mass(2, 2, (0.0, 1.0), (0.0, 0.0), gap_m=0.02)
+    advance(falling, 40)
+    # it starts 9.81 / 1e4 m below its place and falls for 40 ms
+    opening_m = 0.02 - 9.81 / 1e4 - 9.81 * 0.040**2 / 2
+    assert falling.least_opening_ratio == pytest.approx(opening_m / 0.02, rel=0.02)
+    thrown = sliding_mass(2, 2, (0.0, 1.0), (0.0, 0.5))
+    advance(thrown, 40)
+    # open by 0.5 t - g t^2 / 2, but without a gap it may close at any time: steps stay short
+    assert thrown.openings_m[0] == pytest.approx(0.5 * 0.040 - 9.81 * 0.040**2 / 2, rel=0.1)
+    assert thrown.least_opening_ratio == 0.0
+
+
 def test_preparing_another_step_length_changes_the_predicted_bound():
     contacts = sliding_mass(2, 2, (0.0, 1.0), (1.0, -0.2))
     advance(contacts, 3)

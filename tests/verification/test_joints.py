@@ -32,6 +32,7 @@ from skewbridge.bridge.weights import (
     column_axial_n,
     continuous_reactions_n,
     deck_reactions_n,
+    mass_centre_m,
     total_weight_n,
 )
 from skewbridge.contact import ContactSet
@@ -201,6 +202,31 @@ def test_reactions_weight_and_gaps_at_rest(written, text, skew_deg):
                 assert -0.002 < drop < 0.0
 
 
+def test_both_end_diaphragms_of_a_joint_are_above_its_bent_and_move_the_mass_centre(written):
+    text = FOUR_SPANS.replace("[28.0, 30.0, 30.0, 28.0]", "[28.0, 30.0, 30.0, 40.0]")
+    name = written(text.replace("- {at: bent 2", "#").replace("- {at: bent 3", "#"))
+    bridge = load_bridge(name)
+    assert len(bridge.joints) == 1
+    line, diaphragm, cap = 140e3, 321e3, 950e3
+    column = 23.56e3 * np.pi / 4 * 1.676**2 * 5.6
+    # a simple span of 28 m and a beam of three spans (three-moment equation)
+    beam = continuous_reactions_n((30.0, 30.0, 40.0), line)
+    assert deck_reactions_n(bridge) == pytest.approx(
+        [line * 14 + diaphragm, line * 14 + 2 * diaphragm + beam[0], *beam[1:3],
+         beam[3] + diaphragm], rel=1e-9,
+    )  # fmt: skip
+    # moments about the middle, at 64 m; half of the three columns moves with each cap
+    bents_n, joint_n = cap + 1.5 * column, 2 * diaphragm
+    moment = bents_n * (-36 - 6 + 24) + joint_n * -36
+    total = line * 128 + 2 * diaphragm + 3 * bents_n + joint_n
+    assert mass_centre_m(bridge) == pytest.approx(moment / total, rel=1e-9)
+    with domain():
+        masses = build(variant(0, bridge=name), ModelOptions()).frame.loads.masses_kg
+        # Gregory's weights of the masses along a span are exact for linear functions
+        centre = sum(kg * ops.nodeCoord(node, 1) for node, kg in masses.items())
+    assert centre / sum(masses.values()) == pytest.approx(moment / total, abs=1e-6)
+
+
 def test_simple_spans_have_open_joints_and_their_analysis_reports_each(written):
     """Longitudinally, each deck moves on its own pads: far softer than the continuous deck."""
     modes = modal_properties(variant(0, bridge=written(FOUR_SPANS)))
@@ -240,6 +266,48 @@ def test_a_column_below_a_joint_is_a_cantilever_normal_to_its_bent(written):
     assert normal.hinge_length_m == pytest.approx(hinge, rel=1e-6)
     assert normal.capacity_m - bent_m == pytest.approx(plastic * hinge * (5.6 - hinge / 2))
     assert along.yield_disp_m == pytest.approx(2 * curve.yield_curvature_per_m * 2.8**2 / 3)
+
+
+@pytest.mark.parametrize("torsion_m4", [0.05, 11.04])  # of girders and of the box of osb1
+def test_zero_moment_along_a_single_column_below_a_joint_is_where_the_model_has_it(
+    written, torsion_m4
+):
+    bent = BENT.replace("columns: 3, column_spacing_m: 4.5", "columns: 1")
+    bent = bent.replace("cap_depth_m", "base: fixed, cap_depth_m")
+    name = written(f"""extends: osb1
+title: two simple spans on one column
+source: "d: made for this test"
+spans_m: [28.0, 30.0]
+deck: {{soffit_height_m: 7.6, torsion_constant_m4: {torsion_m4}}}
+bents: [{bent}]
+joints: [{{at: bent 1, seat_width_m: 0.6, pads: {{{PADS}}}}}]
+""")
+    column = bent_capacity(load_bridge(name), 0, direction=1)
+    # slope-deflection: GJ/L of both decks against EI/H of the cracked column, which is 2.51 m (cap,
+    # and bearings to centroid) below the load
+    rolling = 24.86e9 / 2.4 * torsion_m4 * (1 / 28 + 1 / 30)
+    ratio = rolling * 5.6 / (0.45 * 28.34e9 * np.pi / 64 * 1.676**4)
+    span_m = 5.6 + 2.51 - (5.6 / 2 + 2.51) * ratio / (1 + ratio)
+    assert column.shear_span_m == pytest.approx(span_m, rel=1e-6)
+    hinges = 1 if torsion_m4 == 0.05 else 2  # a cantilever, and double curvature
+    plastic = column.curve.ultimate_curvature_per_m - column.curve.yield_curvature_per_m
+    rotation = column.hinge_length_m * plastic
+    assert column.capacity_m - column.yield_disp_m == pytest.approx(
+        rotation * (5.6 - hinges * column.hinge_length_m / 2)
+    )
+    with domain():
+        model = build(
+            variant(0, "contact", name), ModelOptions(elastic_columns=True, foundation="fixed")
+        )
+        at_rest = np.array(ops.eleResponse(model.columns[0].element, "localForce"))
+        open_linear_pattern(model.tags)
+        for node in {deck.node for deck, _ in model.joints[0].pads}:  # below the yield of pads
+            ops.load(node, 0.0, 50e3, 0.0, 0.0, 0.0, 0.0)
+        static_steps(1, "UmfPack", 1e-9)
+        force = np.array(ops.eleResponse(model.columns[0].element, "localForce")) - at_rest
+    shear_n, moment_nm = np.hypot(*force[1:3]), np.hypot(*force[4:6])
+    # the pads make the rolling of the box 9 % softer
+    assert moment_nm / shear_n == pytest.approx(span_m, rel=0.015)
 
 
 # --- response

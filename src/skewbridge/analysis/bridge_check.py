@@ -30,9 +30,12 @@ from skewbridge.variant.variant import Variant
 #: source: AASHTO Guide Specifications for LRFD Seismic Bridge Design, 8.7.2, ductile columns
 AXIAL_LOAD_LIMIT: Final = 0.2
 P_DELTA_LIMIT: Final = 0.20  # source: Caltrans SDC 1.7 section 4.2
-MINIMUM_SEAT_M: Final = 30 * INCH  # source: Caltrans SDC 1.7 section 7.8.3
-MINIMUM_HINGE_M: Final = 24 * INCH  # source: Caltrans SDC 1.7 section 7.2.5.4, hinge seats
-SEAT_ALLOWANCE_M: Final = 4 * INCH  # source: same; added to movements and demand
+ABUTMENT_CLAUSE: Final = "Caltrans SDC 1.7 section 7.8.3 (abutments)"
+HINGE_CLAUSE: Final = "Caltrans SDC 1.7 section 7.2.5.4 (hinges)"
+AASHTO_CLAUSE: Final = "AASHTO LRFD 4.7.4.4 (1.5 N)"
+MINIMUM_SEAT_M: Final = 30 * INCH  # source: `ABUTMENT_CLAUSE`
+MINIMUM_HINGE_M: Final = 24 * INCH  # source: `HINGE_CLAUSE`
+SEAT_ALLOWANCE_M: Final = 4 * INCH  # source: both; added to movements and demand
 # ASSUME prestress shortening, creep, shrinkage and temperature together shorten the deck by 1/1000
 SHORTENING_RATIO: Final = 1.0e-3
 SEISMIC_SEAT_FACTOR: Final = 1.5  # source: AASHTO LRFD table 4.7.4.4-1, higher zones
@@ -193,11 +196,13 @@ def _stale(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]
 
 def _seat_findings(bridge: Description) -> Iterator[str]:
     for end, seat_m in bridge.seats_m.items():
-        is_end = end in bridge.end_kinds
-        sdc = ("SDC 7.8.3", MINIMUM_SEAT_M) if is_end else ("SDC 7.2.5.4", MINIMUM_HINGE_M)
-        for rule, least_m in (sdc, ("AASHTO 4.7.4.4", seat_demand_aashto_m(bridge, 0.0))):
+        sdc = ABUTMENT_CLAUSE, MINIMUM_SEAT_M
+        if end not in bridge.end_kinds:
+            sdc = HINGE_CLAUSE, MINIMUM_HINGE_M
+        for clause, least_m in (sdc, (AASHTO_CLAUSE, seat_demand_aashto_m(bridge, 0.0))):
             if seat_m < least_m:
-                yield f"the {end} seat of {seat_m:.3g} m is narrower than {least_m:.3g} m ({rule})"
+                text = f"narrower than {least_m:.3g} m by {clause}; check the edition that applies"
+                yield f"the {end} seat of {seat_m:.3g} m is {text}"
 
 
 def capacity_rows(bents: Iterable[BentCapacity]) -> list[dict[str, Any]]:

@@ -245,60 +245,82 @@ class _Brake:
         return _lever_moves(increment_m)
 
 
+class _LeverSteps:
+    """Sizes (m) of the parts of a push by a lever: shorter where contacts change or a part failed.
+
+    A part of the least size that does not help repeatedly raises this size until the contacts are
+    calm again.
+    """
+
+    def __init__(self, longest_m: float, contacts: ContactSet) -> None:
+        self._contacts = contacts
+        self._longest_m = self._size_m = longest_m
+        self._least_m = self._shortest_m = longest_m / 2**_CONTACT_HALVINGS
+        self._n_least = 0  # parts of the least size since the last regular step
+
+    def next_m(self, remaining_m: float) -> float:
+        """Return the size of the next part, which ends where a contact is about to change."""
+        part_m = min(self._size_m, remaining_m)
+        # the lever moves one metre per unit of time
+        if (change_m := self._contacts.time_to_change_s()) < part_m:
+            part_m = max(change_m, min(self._least_m, remaining_m))
+        return part_m
+
+    def halves(self, part_m: float) -> bool:
+        """Halve the size after a part that failed; return whether it was not the shortest one."""
+        if part_m <= self._shortest_m:
+            return False
+        self._size_m = 0.5 * part_m
+        return True
+
+    def adapt(self, part_m: float, changed: bool) -> None:
+        """Set the next size after a part, from changes of contacts in it and its friction error."""
+        if changed:
+            self._size_m = self._least_m
+        elif self._contacts.friction_error > _FRICTION_ERRORS[0]:
+            self._size_m = max(0.5 * part_m, self._least_m)
+        elif self._contacts.friction_error < _FRICTION_ERRORS[1]:
+            self._size_m = min(2.0 * self._size_m, self._longest_m)
+        self._n_least += self._size_m <= self._least_m
+        if self._size_m == self._longest_m:
+            self._least_m, self._n_least = self._shortest_m, 0
+        elif self._n_least == 2**_CONTACT_HALVINGS:  # shorter parts do not help
+            self._least_m, self._n_least = min(2.0 * self._least_m, self._longest_m), 0
+
+
 def _push_by_lever(push: _Push) -> PushCurve:
-    """Push a bridge with contacts by a `_Lever`, with shorter steps where contacts change."""
+    """Push a bridge with contacts by a `_Lever`."""
     variant, options, direction, max_disp_m, steps = push
     ops.logFile(devnull, "-noEcho")  # new process: without messages of materials and failed steps
     with domain():
         model = build(variant, options)
         contacts, lever, brake = model.contacts, _Lever(model, direction), _Brake(model)
         assert contacts is not None
-        ops.constraints("Penalty", *_PENALTIES)
-        ops.numberer("RCM")
-        ops.system("UmfPack")
-        ops.test("NormUnbalance", _UNBALANCED, _MAX_ITERATIONS // 2)
-        ops.algorithm(*_LEVER_ALGORITHMS[0])
-        ops.integrator("LoadControl", max_disp_m / steps)
-        ops.analysis("Static", "-noWarnings")
-        rows = [(0.0, 0.0, 0.0)]
-        longest_m = size_m = max_disp_m / steps
-        least_m = shortest_m = longest_m / 2**_CONTACT_HALVINGS
-        n_least = 0  # parts of the least size since the last regular step
+        test = "NormUnbalance", _UNBALANCED, _MAX_ITERATIONS // 2
+        _start_analysis(("Penalty", *_PENALTIES), "UmfPack", test, ("LoadControl", 0.0))
+        sizes, rows = _LeverSteps(max_disp_m / steps, contacts), [(0.0, 0.0, 0.0)]
         remaining_m = max_disp_m
         for _ in range(_MOST_PARTS * steps):
             if remaining_m <= _REACHED * max_disp_m:
                 break
-            share_m = min(size_m, remaining_m)
-            if contacts.time_to_change_s() < share_m:  # end the step where a contact changes
-                share_m = max(contacts.time_to_change_s(), min(least_m, remaining_m))
-            contacts.prepare(share_m)
-            if _lever_moves(share_m):
+            part_m = sizes.next_m(remaining_m)
+            contacts.prepare(part_m)
+            if _lever_moves(part_m):
                 row = _balanced(lever)
                 try:
-                    changed = contacts.after_step(share_m)
+                    changed = contacts.after_step(part_m)
                 except ContactError:  # a mechanism: displacements too large for double precision
                     break
-            elif share_m > shortest_m:
-                size_m = 0.5 * share_m
+            elif sizes.halves(part_m):
                 continue
-            elif changed := brake.creeps(share_m, contacts):
+            elif changed := brake.creeps(part_m, contacts):
                 row = _balanced(lever)
             else:
                 break
             if _is_balanced(row):  # otherwise the next step starts from here, without a row
                 rows.append(row)
                 remaining_m = max_disp_m - row[0]
-            if changed:
-                size_m = least_m
-            elif contacts.friction_error > _FRICTION_ERRORS[0]:
-                size_m = max(0.5 * share_m, least_m)
-            elif contacts.friction_error < _FRICTION_ERRORS[1]:
-                size_m = min(2.0 * size_m, longest_m)
-            n_least += size_m <= least_m
-            if size_m == longest_m:
-                least_m, n_least = shortest_m, 0
-            elif n_least == 2**_CONTACT_HALVINGS:  # shorter parts do not help
-                least_m, n_least = min(2.0 * least_m, longest_m), 0
+            sizes.adapt(part_m, changed)
     disp_m, base_n, applied_n = np.array(rows).T
     return PushCurve(
         disp_m=disp_m,
@@ -381,13 +403,8 @@ def _march(
 ) -> PushCurve:
     """Advance to a target, halving failed steps; return displacements and forces of `read`."""
     ops.logFile(devnull, "-noEcho")  # failed steps are repeated: their messages would mislead
-    ops.constraints("Transformation")
-    ops.numberer("RCM")
-    ops.system("BandGeneral")
-    ops.test("NormDispIncr", _TOLERANCE_M, _MAX_ITERATIONS)
-    ops.algorithm(*_ALGORITHMS[0])
-    ops.integrator(*integrator, target / steps)
-    ops.analysis("Static", "-noWarnings")
+    test = "NormDispIncr", _TOLERANCE_M, _MAX_ITERATIONS
+    _start_analysis(("Transformation",), "BandGeneral", test, (*integrator, target / steps))
     rows = [(0.0, 0.0)]
     remaining, halvings = 1.0, 0
     while remaining > _LAST_PART and halvings <= _MAX_HALVINGS:
@@ -407,6 +424,18 @@ def _march(
         rows.append(read())
     disp_m, force_n = np.array(rows).T
     return PushCurve(disp_m=disp_m, force_n=force_n, is_complete=remaining <= _LAST_PART)
+
+
+def _start_analysis(
+    constraints: Sequence[Any], system: str, test: Sequence[Any], integrator: Sequence[Any]
+) -> None:
+    ops.constraints(*constraints)
+    ops.numberer("RCM")
+    ops.system(system)
+    ops.test(*test)
+    ops.algorithm(*_ALGORITHMS[0])
+    ops.integrator(*integrator)
+    ops.analysis("Static", "-noWarnings")
 
 
 def _converges(

@@ -68,9 +68,6 @@ def bent_capacity(
 ) -> BentCapacity:
     """Return the displacement capacity of a bent (0, 1, ...), normal (0) to it or along it (1).
 
-    A column with a pinned base is one cantilever, with a fixed base two of half the height. Below a
-    joint, in bending normal to the bent, it is one, with zero moment at the bearings.
-
     References:
         Caltrans SDC 1.7 section 3.1.3.
     """
@@ -80,14 +77,11 @@ def bent_capacity(
     is_same = is_round and bent_number not in bridge.jointed_bents
     axial_n = column_axial_n(bridge, bent_number)
     curve = section_response(column, axial_n, 0 if is_round else direction)
-    # ASSUME single curvature with a pinned base, symmetric double curvature with a fixed one
-    # ASSUME bearings on the cap of a joint transfer no moment about the axis of the bent
-    is_free = direction == 0 and bent_number in bridge.jointed_bents
-    parts = 1 if base == "pinned" or is_free else 2
-    part_m = height_m / parts
-    span = part_m + (bent.cap_depth_m if is_free else 0.0)
+    span = shear_span_m(bridge, bent_number, direction)
+    hinges = 1 if span >= height_m else 2
     hinge = hinge_length_m(column, span, hinge_rule)
-    elastic = curve.yield_curvature_per_m * part_m**2 * (3 - part_m / span) / 6
+    # curvatures grow linearly with the distance from the point of contraflexure
+    elastic = curve.yield_curvature_per_m * height_m**2 * (3 - height_m / span) / 6
     rotation = hinge * (curve.ultimate_curvature_per_m - curve.yield_curvature_per_m)
     return BentCapacity(
         bent=bent_number + 1,
@@ -99,9 +93,37 @@ def bent_capacity(
         axial_n=axial_n,
         curve=curve,
         hinge_length_m=hinge,
-        yield_disp_m=parts * elastic,
-        capacity_m=parts * (elastic + rotation * (part_m - hinge / 2)),
+        yield_disp_m=elastic,
+        capacity_m=elastic + rotation * (height_m - hinges * hinge / 2),
     )
+
+
+def shear_span_m(bridge: BridgeData, bent_number: int, direction: int) -> float:
+    """Return the height (m) of zero moment above a fixed base, or the height if it is pinned.
+
+    It is at mid-height, except below a joint: at the bearings in bending normal to the bent; along
+    the bent, a single column is a cantilever up to the deck's centroid, held by the decks' torsion.
+    """
+    bent, deck, positions_m = bridge.bents[bent_number], bridge.deck, bridge.bent_positions_m
+    column, height_m = bridge.column_of(bent), bent.clear_height_m
+    if bridge.base_of(bent) == "pinned":
+        return height_m
+    if bent_number not in bridge.jointed_bents or (direction == 1 and bent.columns > 1):
+        return height_m / 2  # ASSUME symmetric double curvature
+    if direction == 0:  # ASSUME bearings transfer no moment about the axis of the bent
+        return height_m + bent.cap_depth_m
+    # ASSUME only the ends of the bridge and bents of several columns hold the decks against rolling
+    held_m = [x for x, other in zip(positions_m, bridge.bents, strict=True) if other.columns > 1]
+    half_m, x_m = bridge.length_m / 2, positions_m[bent_number]
+    left_m = x_m - max(x for x in (-half_m, *held_m) if x < x_m)
+    right_m = min(x for x in (half_m, *held_m) if x > x_m) - x_m
+    torsion_nm2 = shear_modulus_pa(deck.elastic_modulus_gpa * GPA) * deck.torsion_constant_m4
+    gross_nm2 = column.elastic_modulus_gpa * GPA * column.outline.inertia_m4(1)
+    # stiffness of the decks against rolling / rotational stiffness of the column
+    ratio = torsion_nm2 * (1 / left_m + 1 / right_m) * height_m
+    ratio /= column.cracked_stiffness_ratio * gross_nm2
+    lever_m = bent.cap_depth_m + deck.centroid_above_soffit_m
+    return height_m + lever_m - (height_m / 2 + lever_m) * ratio / (1 + ratio)
 
 
 def bent_directions(

@@ -307,6 +307,9 @@ def sdc(
         title, notes = variant.slug, gap_notes(variant.bridge)
         corners_m = bridge_check.corner_moves_m(variant, histories)
         joints_m = bridge_check.joint_moves_m(variant, histories)
+        if joints_m:
+            clause = f"{bridge_check.HINGE_CLAUSE}; check the edition that applies"
+            notes.append(f"least seat of inner joints: 24 in by {clause}")
         rows = bridge_check.sdc_rows(variant, row, records_of(bents), corners_m, joints_m)
     if out is not None:
         _write(rows, out, "sdc")

@@ -66,7 +66,7 @@ class DeckData(Part, frozen=True):
 
 
 class FoundationData(Part, frozen=True):
-    """Springs under every column base; rotational springs act about the global axes."""
+    """Springs under every column base: x is normal to the bent, y along it."""
 
     kx_mn_per_m: Stiffness
     ky_mn_per_m: Stiffness
@@ -332,11 +332,6 @@ class BridgeData(Part, frozen=True):
     def base_of(self, bent: BentData) -> Base:
         """Return the base of the columns of a bent."""
         return bent.base or self.base
-
-    @property
-    def bases(self) -> str:
-        """Bases of all bents in words."""
-        return " and ".join(sorted({self.base_of(bent) for bent in self.bents} or {self.base}))
 
     @model_validator(mode="before")
     @classmethod

@@ -117,9 +117,14 @@ def _composed(parts: list[tuple[float, float, float]]) -> tuple[float, float, fl
     return float(area.sum()), centre, float(inertia.sum() + area @ (centroid - centre) ** 2)
 
 
-def tallest(bents: list[dict[str, float]]) -> float:
-    """Return the largest clear height of the bents (m), or 6 without bents."""
-    return max((bent["clear_height_m"] for bent in bents), default=6.0)
+def tallest(bents: list[dict[str, float]], joints: Iterable[dict[str, Any]] = ()) -> float:
+    """Return the largest height of bents up to the soffit (m), with caps below joints, or 6."""
+    jointed = {joint.get("at") for joint in joints}
+    heights_m = [
+        bent["clear_height_m"] + (bent["cap_depth_m"] if f"bent {number}" in jointed else 0.0)
+        for number, bent in enumerate(bents, start=1)
+    ]
+    return max(heights_m, default=6.0)
 
 
 def is_fixed(base: str, bents: list[dict[str, Any]]) -> bool:
