@@ -19,7 +19,7 @@ from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import bent_capacities
 from skewbridge.bridge.frame import Description
 from skewbridge.bridge.library import load_structure, without_effect
-from skewbridge.demands.columns import demands_for
+from skewbridge.demands.columns import choice_text, demands_for
 from skewbridge.demands.validity import BEYOND_MODEL
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import write_frame
@@ -28,7 +28,6 @@ from skewbridge.statuses import OK
 from skewbridge.study.analyses import StudySetup, run_in_journal, sampled
 from skewbridge.study.folder import COLUMNS_FILE
 from skewbridge.study.task import Task, run_key
-from skewbridge.units import MN, split_unit
 from skewbridge.variant.options import HingeRule
 from skewbridge.variant.variant import ABUTMENTS, Variant
 
@@ -126,20 +125,6 @@ CHOICES: Final = tuple(
     Choice(**{name: _plain(value) for name, value in entry.items()})
     for entry in read_yaml(Path(__file__).with_suffix(".yaml"))["choices"]
 )
-
-
-def choice_text(key: str, value: Value) -> str:
-    """Return the text of an option value for tables and figures, with its unit."""
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, tuple):
-        return " ".join(choice_text("", part) for part in value)
-    if isinstance(value, str):
-        return value.replace("_", " ")
-    unit = split_unit(key)[1]
-    if unit == "N/m":
-        value, unit = value / MN, "MN/m"
-    return f"{value:g}" if unit == "-" else f"{value:g} {unit}"
 
 
 MOTIONS: Final = 8  # of each variant, spread over their PGV
