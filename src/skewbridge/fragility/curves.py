@@ -311,12 +311,20 @@ def _cloud_curve(runs: _DemandRuns, state: LimitState) -> _Curve:
         none = np.full(runs.variant.replicates, nan)
         return _Curve(fit, none, none, none, bounds, {})
     fit = replace(fit, theta=motion_means.exp_end(curve.ln_theta[0]), beta=float(curve.beta[0]))
-    fit = fitting.jackknifed(fit, curve.ln_theta[1:], curve.beta[1:])
-    of_theta, of_beta = (
-        motion_means.interval(logs, curve.priors, level)[1:]
-        for logs in (curve.ln_theta, np.log(curve.beta))
-    )
-    fit = replace(fit, ci_theta=of_theta, ci_beta=of_beta)
+    of_blocks = slice(1, curve.beta.size - curve.priors)
+    fit = fitting.jackknifed(fit, curve.ln_theta[of_blocks], curve.beta[of_blocks])
+    if fit.ci_method:  # with the errors from priors
+        logs = np.column_stack([curve.ln_theta, np.log(curve.beta)])
+        ends = [motion_means.interval(column, curve.priors, level)[1:] for column in logs.T]
+        variance = motion_means.covariance(logs, curve.priors)
+        fit = replace(
+            fit,
+            ci_theta=ends[0],
+            ci_beta=ends[1],
+            var_ln_theta=float(variance[0, 0]),
+            cov_ln_theta_beta=float(variance[0, 1]) * fit.beta,
+            var_beta=float(variance[1, 1]) * fit.beta**2,
+        )
     names = fitting.common_warnings(fit, runs.im, runs.motions)
     if np.isfinite(columns.get("knot", nan)):
         names.append("saturating" if columns["b_above"] < columns["b"] else "curved")

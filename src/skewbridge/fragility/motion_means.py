@@ -188,6 +188,13 @@ def interval(logs: Floats, priors: int, level: float) -> tuple[float, float, flo
     return exp_end(logs[0]), exp_end(float(low)), exp_end(float(high))
 
 
+def covariance(logs: Floats, priors: int) -> Floats:
+    """Return the covariance (q, q) of q estimates, ``logs`` (R, q); see `of_replicates`."""
+    jackknifed = Jackknifed.of_replicates(logs, priors)
+    count = np.count_nonzero(jackknifed.present)
+    return jackknifed.influence.T @ jackknifed.influence * count / max(count - 1, 1)
+
+
 def average(cells: Sequence[Jackknifed]) -> Jackknifed:
     """Return the unweighted average over the pairs of variants (cells) that have an estimate."""
     # all cells share the motions, so the error comes from the averaged influence of each motion
