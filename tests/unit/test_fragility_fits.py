@@ -17,7 +17,7 @@ from skewbridge.fragility.fits import (
 )
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.motion_means import motion_weights
-from skewbridge.fragility.system import system_curves, system_members
+from skewbridge.fragility.system import averaged, difference, system_curves, system_members
 
 ONE = {"skews": (0,), "gaps": (51,), "frictions": (50,)}
 DEMAND = "deck_disp_m"
@@ -279,6 +279,18 @@ def test_intervals_by_motion_are_those_of_the_jackknife_written_out():
 
 def systems(table, states=STATES):
     return system_curves(ready(table, states), states, SETTINGS).set_index("limit_state")
+
+
+def test_a_mean_over_pairs_of_systems_has_the_components_of_most_pairs():
+    names = ("a;b", "a;b"), ("a", "a"), ("a;b;c", "a;b;c"), ("a;b", "a"), ("a;b", "a;b"), ("", "")
+    pairs = [({"variant": "v", "components": one}, {"variant": "w", "components": other})
+             for one, other in names]  # fmt: skip
+    assert averaged(pairs) == [True, False, False, False, True, False]
+    # of as many pairs, those with more components
+    assert averaged(pairs[:4]) == [False, False, True, False]
+    assert averaged(pairs[3:4]) == [False]
+    assert difference(*pairs[3]) == "only v: b"
+    assert difference(*pairs[0]) == ""
 
 
 def test_a_system_is_weaker_than_its_weakest_component_and_equals_a_single_one():

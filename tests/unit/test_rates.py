@@ -260,9 +260,14 @@ def test_ratios_of_systems_need_the_same_components(file):
     assert one["reason"].loc[pooled].tolist() == ["1 of 2 pairs have different components"] * 2
     assert one["n_cells"].loc[pooled].tolist() == [1, 1]
     assert one["ratio"].loc[[pooled[0]]].item() == one["ratio"].loc[[along_skew[0]]].item()
-    # along skew no pair remains; along the gap each pair has equal components
+    # along skew no pair remains; along the gap each pair has equal components, but the pairs have
+    # not: the mean is of the system with more components
     assert both["status"].loc[pooled].tolist() == ["different_components", "ok"]
-    assert both["n_cells"].loc[pooled].tolist() == [0, 2]
+    assert both["n_cells"].loc[pooled].tolist() == [0, 1]
+    assert both["reason"].loc[[pooled[1]]].item() == "1 of 2 pairs have other components"
+    along_gap = [("gap_mm", "variant", -1.0, skew) for skew in (0.0, 45.0)]
+    assert both["status"].loc[along_gap].tolist() == ["ok", "ok"]
+    assert both["ratio"].loc[[pooled[1]]].item() == both["ratio"].loc[[along_gap[1]]].item()
 
 
 def test_fractiles_of_the_hazard_widen_intervals(file):

@@ -12,6 +12,7 @@ rate; the seat is longer by the gap. Code rules are in `bridge_check`, Hazus in 
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache, partial
+from itertools import compress
 from math import nan
 from typing import Final, NamedTuple
 
@@ -33,6 +34,7 @@ from skewbridge.fragility.limit_states import COLUMN_FAILURE, LimitState, States
 from skewbridge.fragility.motion_means import completed
 from skewbridge.fragility.outcomes import TREATMENTS
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE, FitSettings
+from skewbridge.fragility.system import averaged, difference
 from skewbridge.fragility.union import any_of, union_curve
 from skewbridge.fragility.verdicts import OK
 
@@ -172,7 +174,8 @@ def rate_effects(
     """Return table `rate_effects`: ratios of annual rates along every axis, pooled rows first.
 
     Variants are paired as in `median_effects`. A pooled row has geometric means of pairs. Systems
-    are compared if they have the same components; all other pairs have no ratio and a reason.
+    are compared if they have the same components; all other pairs have no ratio and a reason. The
+    pooled row of systems has only the pairs with the components of most pairs.
     """
     system_rows = [] if system is None else records_of(system)
     systems = {(row["variant"], row["limit_state"]): row for row in system_rows}
@@ -224,6 +227,9 @@ def _changes(
         # ASSUME a ratio is worth reporting if at least one of both variants has a curve
         return isinstance(state, str) or medians.without_curve(cell, state) != 2
 
+    def systems_of(cell: Row, degree: str) -> tuple[Row, Row]:
+        return systems[cell["variant_from"], degree], systems[cell["variant_to"], degree]
+
     other_axes, pairs = variant_pairs(variants, axis)
     changes: list[tuple[Row, tuple[LogRate, LogRate] | None]] = []
     for step, cells in pairs.groupby(list(STEP)):
@@ -233,36 +239,33 @@ def _changes(
             keys |= dict(zip([*STEP, *_STATE[1:]], (*step, *key), strict=True))
             rated: list[tuple[Row, tuple[LogRate, LogRate]]] = []
             withheld: list[tuple[Row, None]] = []
+            rated_cells: list[Row] = []
             for cell in records_of(cells):
                 row = keys | {"scope": "variant"} | {name: cell[name] for name in other_axes}
-                if isinstance(state, str) and (reason := _difference(cell, state, systems)):
+                if isinstance(state, str) and (reason := difference(*systems_of(cell, state))):
                     withheld.append((row | _withheld(reason), None))
                     continue
                 start, end = rate_of(state, cell["number_from"]), rate_of(state, cell["number_to"])
                 if start and end and is_usable(state, cell):
                     rated.append((row, (start, end)))
-            pooled = keys | {"scope": "pooled", "n_cells": len(rated)}
-            if withheld:
-                reason = f"{len(withheld)} of {len(cells)} pairs have different components"
-                pooled |= {"reason": reason} if rated else _withheld(reason)
-            if rated:
-                starts, ends = zip(*(rates for _, rates in rated), strict=True)
+                    rated_cells.append(cell)
+            used = [rates for _, rates in rated]
+            if isinstance(state, str):
+                pairs_of_systems = [systems_of(cell, state) for cell in rated_cells]
+                used = list(compress(used, averaged(pairs_of_systems)))
+            pooled = keys | {"scope": "pooled", "n_cells": len(used)}
+            left_out = {"different": len(withheld), "other": len(rated) - len(used)}
+            texts = [f"{n} of {len(cells)} pairs have {word}" for word, n in left_out.items() if n]
+            if texts:
+                reason = f"{', '.join(texts)} components"
+                pooled |= {"reason": reason} if used else _withheld(reason)
+            if used:
+                starts, ends = zip(*used, strict=True)
                 changes.append((pooled, (_mean(starts), _mean(ends))))
             elif withheld:
                 changes.append((pooled, None))
             changes += [*rated, *withheld]
     return changes
-
-
-def _difference(cell: Row, degree: str, systems: Mapping[tuple[str, str], Row]) -> str:
-    """Return which components only one of two systems has; empty if they have the same."""
-    components = {
-        name: set(filter(None, systems[name, degree]["components"].split(";")))
-        for name in (cell["variant_from"], cell["variant_to"])
-    }
-    shared = set.intersection(*components.values())
-    only = {name: ", ".join(sorted(of - shared)) for name, of in components.items()}
-    return "; ".join(f"only {name}: {text}" for name, text in only.items() if text)
 
 
 def _withheld(reason: str) -> Row:
