@@ -371,7 +371,9 @@ class VariantOptions:
     @property
     def variant(self) -> Variant:
         """The variant; raises `InputError` if a value is outside its limits."""
-        values = {axis.name: getattr(self, axis.name) for axis in AXES}
+        from skewbridge.study.config import stated_values
+
+        values = {axis.name: getattr(self, axis.name) for axis in AXES} | stated_values(self.bridge)
         return Variant.at(self.bridge, self.abutment.replace("-", "_"), values)
 
     @property

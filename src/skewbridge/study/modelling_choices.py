@@ -7,6 +7,7 @@ the grid are compared in the same way, from their lowest to their highest value.
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any, Final, get_args
@@ -154,10 +155,10 @@ def axis_pairs(
     for name, values in axes.items():
         ends = [end(values, key=abs) for end in (min, max)]
         points = [variant.values() | {name: value} for value in ends]
-        variants = [Variant.at(variant.bridge, variant.abutment, point) for point in points]
-        variants = [variant.normalised() for variant in variants]
+        at = partial(setup.study.grid.variant, variant.bridge, variant.abutment)
+        variants = list(map(at, points))
         if variants[0] == variants[1]:
-            continue  # one value, or an axis that the abutment model does not have
+            continue  # one value, or an axis that the model or the bridge does not have
         before, after = (sampled(setup.tasks(variant), count) for variant in variants)
         labels = _labelled("axis", name, *(choice_text(name, value) for value in ends))
         for lower, upper in zip(before, after, strict=True):
