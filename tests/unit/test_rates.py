@@ -332,6 +332,16 @@ def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path):
     model = JointModel(row | {"modes": json.dumps([mode])})
     values = {"skew_deg": 30.0, "gap_mm": 51.0, "friction": 0.5}
     assert curve_rate(model.curve(values), curve_of(site)).value == pytest.approx(1e-3, rel=5e-3)
+    # skew and gap are those of the table; a hazard curve that ends too early has no such seat
+    message = answer(*decide, "--axis", "skew_deg=30", code=2)["message"]
+    assert message == "the table has all values of skew_deg: do not choose one"
+    short = file("\n".join(TABLE.splitlines()[:4]), "short.csv")
+    decide = ("decide", "--study", study, *other[:-1], short, "--out", tmp_path / "chart")
+    message = answer(*decide, code=2)["message"]
+    assert "ends at 0.004 per year, above the target of 0.001: add larger" in message
+    added = "intensities above the hazard curve would add more than 5 % to the rate of"
+    assert added not in invoke("predict", "--study", study, *at).stderr
+    assert f"{added} column_drift" in invoke("predict", "--study", study, *at[:-1], short).stderr
 
 
 def test_the_factor_of_hazus_is_on_skew_0_of_the_study(file):

@@ -118,8 +118,10 @@ def _bridge_file(study: Path, bridge: str | None) -> str:
     """Return the file of a bridge, or of the first one, in a stored study; else the name."""
     from skewbridge.study.config import stored_configuration
 
-    config = stored_configuration(study)
-    files = {} if config is None else {Path(name).stem: name for name in config.grid.bridge}
+    files: dict[str, str] = {}
+    with suppress(InputError):  # stored by another version
+        if config := stored_configuration(study):
+            files = {Path(name).stem: name for name in config.grid.bridge}
     return files.get(bridge or next(iter(files), ""), bridge or "")
 
 
@@ -168,6 +170,10 @@ def predict(
     notes = ["loo_error: error of theta when a variant is left out of the model"]
     if any(row[flag] for row in rows for flag, _ in flags):
         notes.append("extrapolated: fewer than three motions are as strong, or weak, as this value")
+    cut = [f"{r['component']} {r['state']}" for r in rows if r.get("share_outside_low", 0.0) > 0.05]
+    if cut:
+        text = "intensities above the hazard curve would add more than 5 % to the rate of"
+        notes.append(f"{text} {', '.join(cut)}")
     if lost := [f"{r['component']} {r['state']}" for r in rows if r["n_withheld"]]:
         notes.append(f"no curve in some variants (bounds_too_wide): {', '.join(lost)}")
     if (drawn := rows[0]["random_properties"]) != "none":
@@ -227,5 +233,7 @@ def decide(
     printed = {title: records_of(table.loc[is_end_gap & is_third_skew, columns])}
     notes = [f"target: {target:.3g} per year; written: {', '.join(map(str, files))}"]
     notes += _gap_notes(file)
+    if (last := site.rates[0, -1]) > 0.1 * target:
+        notes.append(f"the hazard curve ends at {last:.3g} per year: lengths may be too short")
     answer = {"target": target, "values": needs.values, "rows": records_of(table)}
     return Answer(answer, printed, notes=notes, digits=3)

@@ -74,6 +74,12 @@ def curve_rate(curve: StateCurve, hazard: HazardCurve, ln_factor: float = 0.0) -
     return rate._replace(priors=curve.priors)
 
 
+def rate_shares(curve: StateCurve, hazard: HazardCurve, low: float, high: float) -> Row:
+    """Return the shares of the rate of a curve, with the range of the motions; see `shares`."""
+    p_last = float(exceedance(curve, np.log(hazard.levels[-1:])[:, None])[0, 0])
+    return hazard.shares(partial(curve_rate, curve), p_last, low, high)
+
+
 def _lognormal(theta: float, beta: float) -> StateCurve:
     """Return one lognormal curve, without replicates."""
     return StateCurve(np.log([theta]), np.array([nan]), np.array([beta]))
@@ -104,9 +110,7 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
             middle, *ends = (rate_of(theta, beta_total) for theta in thetas)
             rate = curve_rate(for_rates, hazard).value
             rate_ends = rate, *(rate * end / middle for end in ends)
-        p_last = float(exceedance(for_rates, np.log(hazard.levels[-1:])[:, None])[0, 0])
-        shares = partial(curve_rate, for_rates), p_last
-        row |= hazard.shares(*shares, curve["im_low"], curve["im_high"])
+        row |= rate_shares(for_rates, hazard, curve["im_low"], curve["im_high"])
     elif status == BOUNDS_TOO_WIDE and model is not None:
         # the interval of the model, widened to the bounds with the dispersion of the capacity
         added = np.maximum(model.total[0] ** 2 - model.beta[0] ** 2, 0.0) ** 0.5
@@ -312,8 +316,14 @@ def decision(
 ) -> Decision:
     """Return support length and seat needed, and the rate of column failure, over skew and gap.
 
-    An `InputError` states that the study has no unseating model or a single skew.
+    An `InputError` states that the study has no unseating model or a single skew, that a value is
+    on an axis of the table, or that the hazard curve ends above the target.
     """
+    if given := [name for name in (SKEW, GAP) if name in axis_values]:
+        raise InputError(f"the table has all values of {given[0]}: do not choose one")
+    if (last := hazard.rates[0, -1]) >= target:
+        text = f"ends at {last:.3g} per year, above the target of {target:.3g}"
+        raise InputError(f"the hazard curve {text}: add larger intensities", column="rate")
     row_of = {f"{row['component']}/{row['limit_state']}": row for row in rows}
     unseating = next((row for row in rows if row["component"] == "unseating"), None)
     if unseating is None:

@@ -42,7 +42,7 @@ from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED
 from skewbridge.fragility.hazard import HazardConfig, hazard_curve, site_hazard
 from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.limit_states import States, load_limit_states, with_column_failure
-from skewbridge.fragility.rates import curve_rate, rate_columns, rate_effects
+from skewbridge.fragility.rates import curve_rate, rate_columns, rate_effects, rate_shares
 from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.fragility.study_tables import fragility_tables, write_tables
 from skewbridge.study.folder import StudyFolder, starter_files
@@ -327,7 +327,7 @@ def predict_states(
     abutment: str | None = None,
     *,
     at: float | None = None,  # intensity for `p` (with beta_total), `p_records` (with beta)
-    hazard: Path | None = None,  # hazard curve for the columns of `rate_columns`
+    hazard: Path | None = None,  # for the columns of `rate_columns` and `rate_shares`
 ) -> list[Row]:
     """Return predictions at a point in the range of a study, one row per fitted limit state.
 
@@ -364,6 +364,7 @@ def predict_states(
         prediction[f"p_{EXTRAPOLATED}"] = None if at is None else not low <= at <= high
         if site is not None:
             prediction |= rate_columns(curve_rate(curve, site).interval(model.level))
+            prediction |= rate_shares(curve, site, low, high)
         prediction["n_withheld"] = int(n_withheld.get(tuple(row[name] for name in keys), 0))
         shared = {name: row[name] for name in ("loo_error", "im", RANDOM_PROPERTIES)}
         rows.append(prediction | shared)
