@@ -8,6 +8,7 @@ from fragility_tables import IM, SETTINGS, STATES, ready, states_of, synthetic_d
 from skewbridge.errors import InputError
 from skewbridge.fragility import fits, likelihood
 from skewbridge.fragility.curves import fit_study
+from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.fits import (
     cloud_line,
     fit_brackets,
@@ -279,6 +280,34 @@ def test_intervals_by_motion_are_those_of_the_jackknife_written_out():
 
 def systems(table, states=STATES):
     return system_curves(ready(table, states), states, SETTINGS).set_index("limit_state")
+
+
+def test_a_system_has_no_curve_if_it_depends_on_a_component_with_a_withheld_curve():
+    rows = ready(synthetic_demands(**ONE, motions=30), STATES)
+    models = fit_models(rows, STATES, SETTINGS)
+    curves = fit_study(rows, STATES, SETTINGS, models=models)
+    plain, at = (
+        system_curves(rows, STATES, SETTINGS, models=models, curves=known).set_index("limit_state")
+        for known in (None, curves)
+    )
+    assert set(at["withheld"]) == {""}
+    # the deck decides nothing, unless its median could be far smaller; the bearing always does
+    for component, bound, status in (
+        ("deck_displacement", 0.9, "ok"),
+        ("deck_displacement", 0.1, "bounds_too_wide"),
+        ("deck_displacement", np.nan, "bounds_too_wide"),
+        ("bearing", 1.0, "bounds_too_wide"),
+    ):
+        is_lost = (curves["component"] == component) & (curves["status"] == "ok")
+        lost = curves.assign(status=curves["status"].mask(is_lost, "bounds_too_wide"))
+        lost.loc[is_lost, "theta_all_exceed"] *= bound
+        found = system_curves(rows, STATES, SETTINGS, models=models, curves=lost)
+        found = found.set_index("limit_state")
+        assert found.loc["moderate", ["status", "withheld"]].tolist() == [status, component]
+        same = found["status"] == "ok"
+        assert found.loc[same, "theta"].tolist() == plain.loc[same, "theta"].tolist()
+        assert found.loc[~same, "theta"].isna().all()
+        assert found.loc["extensive", ["status", "withheld"]].tolist() == ["ok", ""]
 
 
 def test_a_mean_over_pairs_of_systems_has_the_components_of_most_pairs():

@@ -218,6 +218,10 @@ def test_states_without_an_estimate_have_bounds_and_effects_are_paired(file):
     assert (system.reindex(parts.index) >= 0.99 * parts).all()
     assert ("system", "slight", "skew_deg") in pooled.index
     joint = joint_table(rows, states, SETTINGS)
+    variants = curves[["variant", "bridge", "abutment", "skew_deg", "gap_mm", "friction"]]
+    lost = variants.drop_duplicates().assign(limit_state="slight", status="no_component", level=0.9)
+    without = rate_table(curves, joint, lost, hazard).query("component == 'system'")
+    assert without["annual_rate"].isna().tolist() == [True] * len(lost)
     wide = rate_table(curves.assign(status="bounds_too_wide"), joint, pd.DataFrame(), hazard)
     wide = wide[wide["annual_rate_high"].notna()]
     assert (wide["annual_rate_low"] < wide["annual_rate_high"]).all()

@@ -159,7 +159,7 @@ def rate_table(
     for row in records_of(system):
         keys = {name: row[name] for name in (*columns, "limit_state", "status", "level")}
         keys |= {"component": SYSTEM, "method": SYSTEM, "im": hazard.im}
-        has_rate = isinstance(row["rate"], LogRate)
+        has_rate = isinstance(row.get("rate"), LogRate)
         rate_ends = row["rate"].interval(row["level"]) if has_rate else (nan, nan, nan)
         rows.append(keys | (row["shares"] if has_rate else {}) | rate_columns(rate_ends))
     return pd.DataFrame(rows, columns=list(demand_table.described("rates")))
