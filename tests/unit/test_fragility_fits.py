@@ -282,6 +282,18 @@ def systems(table, states=STATES):
     return system_curves(ready(table, states), states, SETTINGS).set_index("limit_state")
 
 
+def test_a_system_with_a_component_that_every_run_exceeds_has_only_a_bound():
+    table = synthetic_demands(**ONE, motions=30)
+    table["bearing_disp_m"] += 1.0
+    found = systems(table)
+    assert found.loc["moderate", ["status", "n_exceed"]].tolist() == ["all_exceed", 30]
+    assert np.isnan(found.loc["moderate", "theta"])
+    # below 0.5 in all of 30 runs: the median is hardly above the weakest of them
+    assert found.loc["moderate", "theta_bound"] == pytest.approx(table[IM].min(), rel=0.15)
+    assert found.loc["moderate", "left_out"].startswith("bearing: exceeded in every run")
+    assert found.loc["extensive", "status"] == "ok"
+
+
 def test_a_system_has_no_curve_if_it_depends_on_a_component_with_a_withheld_curve():
     rows = ready(synthetic_demands(**ONE, motions=30), STATES)
     models = fit_models(rows, STATES, SETTINGS)

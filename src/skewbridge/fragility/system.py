@@ -39,6 +39,7 @@ from skewbridge.fragility.union import MIN_COMPLETE
 
 #: Smallest number of runs of a variant for a system curve; components need MIN_COMPLETE.
 MIN_RUNS: Final = 8
+_EVERYWHERE: Final = "exceeded in every run"  # then the system is, too
 _POINTS: Final = 2**13  # error of the median of the system below 0.1 %
 _POINTS_OF_REPLICATES: Final = 2**11
 
@@ -57,7 +58,8 @@ def system_curves(
 
     The curves of the components are from the demand models, which are fitted if not given. A
     component is included if some runs of the variant, but not all, exceed its state and its demand
-    increases with intensity; only variants with equal ``components`` can be compared. The column
+    increases with intensity; if all runs exceed it, they exceed the system, which has only a bound.
+    Only variants with equal ``components`` can be compared. The column
     ``withheld`` lists components without a curve in ``curves``, because unknown outcomes change it;
     there is no system curve if its median changes as much. An `InputError` names a degree of damage
     that components rank differently. With a hazard, the columns `rate` (a `LogRate`) and `shares`
@@ -165,7 +167,7 @@ def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
         if fit == TOO_FEW_RUNS or np.sum(outcomes.complete & outcomes.used) < MIN_COMPLETE:
             return "too few complete runs"
         if (status := outcomes.status(state)) != FITTED:
-            return {NO_EXCEEDANCE: "not reached", ALL_EXCEED: "exceeded in every run"}[status]
+            return {NO_EXCEEDANCE: "not reached", ALL_EXCEED: _EVERYWHERE}[status]
         curve = models.curve(state, values)
         return "demand does not grow" if isinstance(curve, str) else _Member(state, outcomes, curve)
 
@@ -175,8 +177,11 @@ def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
         taking: list[_Member] = []
         names: list[str] = []
         left_out: list[str] = []
+        everywhere = np.zeros(len(runs), dtype=np.bool_)
         for state in states:
             modes = [member(mode) for mode in state.modes or (state,)]
+            if _EVERYWHERE in modes:
+                everywhere |= demand_outcomes(runs, [state]).exceed(state)
             usable = [mode for mode in modes if isinstance(mode, _Member)]
             reasons = dict.fromkeys(mode for mode in modes if isinstance(mode, str))
             if usable:
@@ -192,7 +197,7 @@ def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
         bounds = np.array([systems.withheld.get(key, inf) for key in states_taken])
         withheld = (key[1] for key in states_taken if key in systems.withheld)
         row["withheld"] = ";".join(dict.fromkeys(withheld))
-        row |= _system(taking, np.log(im), systems, (low, high), bounds)
+        row |= _system(taking, np.log(im), systems, (low, high), bounds, everywhere)
         theta = row["theta"]
         is_outside = isinstance(theta, float) and not (np.isnan(theta) or low <= theta <= high)
         rows.append(variant | row | {"extrapolated": is_outside})
@@ -213,15 +218,16 @@ def _system(
     systems: _Systems,
     covered: tuple[float, float],
     bounds: Floats,  # lowest medians of members with a withheld curve, infinite for others, (m,)
+    everywhere: Mask,  # runs that exceed a component that every known run exceeds, (n,)
 ) -> Row:
     """Return the table columns of one system: the estimate, or a status if there is none."""
     settings = systems.settings
-    none = np.zeros(ln_im.size, dtype=np.bool_)
-    exceed = np.logical_or.reduce([none, *(m.outcomes.exceed(m.state) for m in members)])
-    unknown = np.logical_or.reduce([none, *(m.outcomes.unknown(m.state) for m in members)])
+    exceed = np.logical_or.reduce([everywhere, *(m.outcomes.exceed(m.state) for m in members)])
+    all_exceed = np.full(ln_im.size, np.any(everywhere))
+    unknown = np.logical_or.reduce([all_exceed, *(m.outcomes.unknown(m.state) for m in members)])
     unknown &= ~exceed
     row: Row = {"n_exceed": int(exceed.sum()), "n_unknown": int(unknown.sum())}
-    if not members or ln_im.size < MIN_RUNS:
+    if not (members or np.any(everywhere)) or ln_im.size < MIN_RUNS:
         return row | {"status": "too_few_runs" if members else "no_component"}
     if np.all(exceed | unknown):
         ones, beta, level = np.ones(exceed.sum()), ASSUMED_BETA, settings.confidence
