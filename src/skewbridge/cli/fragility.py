@@ -125,12 +125,6 @@ def _bridge_file(study: Path, bridge: str | None) -> str:
     return files.get(bridge or next(iter(files), ""), bridge or "")
 
 
-def _gap_notes(bridge: str) -> list[str]:
-    with suppress(InputError):  # the bridge cannot be read
-        return gap_notes(bridge)
-    return []
-
-
 @command(commands)
 def predict(
     skew_deg: Annotated[float | None, opt("Skew (deg).")] = None,
@@ -178,7 +172,7 @@ def predict(
         notes.append(f"no curve in some variants (bounds_too_wide): {', '.join(lost)}")
     if (drawn := rows[0]["random_properties"]) != "none":
         notes.append(f"properties drawn at random for each motion of the study: {drawn}")
-    notes += _gap_notes(_bridge_file(folder_of(study), bridge))
+    notes += gap_notes(_bridge_file(folder_of(study), bridge))
     notes += filter(None, [untested_skew_sentence([values.get("skew_deg", 0.0)])])
     reason = "too few variants have an estimate for this state"
     return Answer({"rows": rows}, printed_tables, notes=notes, missing=reason, digits=3)
@@ -232,7 +226,7 @@ def decide(
     columns = [name for name in _DECISION_COLUMNS if name in table]
     printed = {title: records_of(table.loc[is_end_gap & is_third_skew, columns])}
     notes = [f"target: {target:.3g} per year; written: {', '.join(map(str, files))}"]
-    notes += _gap_notes(file)
+    notes += gap_notes(file)
     if (last := site.rates[0, -1]) > 0.1 * target:
         notes.append(f"the hazard curve ends at {last:.3g} per year: lengths may be too short")
     answer = {"target": target, "values": needs.values, "rows": records_of(table)}

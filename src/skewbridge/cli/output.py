@@ -414,7 +414,10 @@ def gap_notes(bridge: str) -> list[str]:
     """Return a note if the bridge file replaces the gap of the variant, or no joint exists."""
     from skewbridge.bridge.library import load_structure
 
-    about = load_structure(bridge).description
+    try:
+        about = load_structure(bridge).description
+    except InputError:  # the bridge of a study that cannot be read
+        return []
     if not about.seats_m:
         return ["gap_mm and friction have no effect: the bridge has no seats and no joints"]
     own = ", ".join(f"{gap_mm:g} mm at {place}" for place, gap_mm in about.own_gaps_mm.items())
