@@ -10,11 +10,14 @@ import pandas as pd
 import pytest
 from reference_pages import ROOT
 
+from skewbridge.demands.columns import choice_text
 from skewbridge.demands.tables import join_variants, write_variant
 from skewbridge.errors import InputError
+from skewbridge.files import tables
 from skewbridge.files.tables import read_frame, write_frame
 from skewbridge.fragility.alternatives import alternative_effects
 from skewbridge.report.answer import alternative_rows, properties_sentence
+from skewbridge.report.methods import methods_of
 from skewbridge.study.config import parse_config
 from skewbridge.study.modelling_choices import CHOICES
 from skewbridge.study.results import statistics_of
@@ -177,12 +180,29 @@ def test_the_page_names_the_options_that_move_an_effect() -> None:
         assert alternative_rows(alternative_effects(runs)) == ([], [])
 
 
-def test_statistics_of_a_table_keep_its_options_but_one_that_does_not_act(tmp_path) -> None:
+def test_values_have_the_same_text_and_unit_in_all_places() -> None:
+    texts = {("backfill_vs_mps", 50.0): "50 m/s", ("wall_mass", True): "yes",
+             ("wall_restoring_n_per_m", 3.0e4): "0.03 MN/m",
+             ("key_frame", "deck_edge"): "deck edge"}  # fmt: skip
+    for (option, value), text in texts.items():
+        # a table has texts of values
+        assert choice_text(option, value) == choice_text(option, f"{value}") == text
+    assert choice_text("integrator", ("HHT", 0.7)) == "HHT 0.7"
+    methods = methods_of(parse_config({"uncertainty": {"enabled": True, "alternatives": VALUES}}))
+    assert "Backfill vs: 50 m/s, 150 m/s and 500 m/s, equally" in " ".join(methods.parts.values())
+
+
+def test_statistics_of_a_table_keep_its_options_but_one_that_does_not_act(
+    tmp_path, monkeypatch
+) -> None:
     runs = demands(24, noise=0.05).assign(choice_foundation=None)
     number = runs["motion_id"].str[1:].astype(float)
     runs["im_saavg_rotd50_g"] = np.exp(0.05 * number - 1.0)
     write_frame(runs, tmp_path / "demands.parquet", {})
+    read: list[str] = []
+    monkeypatch.setattr(tables, "read_frame", lambda p: read.append(p.name) or read_frame(p))
     statistics_of(tmp_path / "demands.parquet", tmp_path / "out", ROOT / "config/limit_states.yaml")
+    assert read == ["demands.parquet"]  # once
     table = read_frame(tmp_path / "out/fragility/alternatives.parquet")
     assert table["option"].unique().tolist() == ["key_frame", "backfill_vs_mps"]
     assert "its own modelling options (key frame, " in properties_sentence(runs)

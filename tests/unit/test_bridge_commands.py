@@ -199,6 +199,18 @@ def test_the_gap_of_the_file_of_a_bridge_is_the_one_that_is_printed(tmp_path: Pa
     found = [row[name] for name in (*lengths, "sdc_m")]
     sdc_m = 0.9 + 0.1016 + 0.04572
     assert found == pytest.approx([0.34, 0.24, 0.44, sdc_m + 0.04])
+    # the variant has this gap, in its name too
+    found = answer("model", "--bridge", path, "--gap-mm", 25, "--out", tmp_path)
+    assert found["variant"] == "own_cf_skew00_gap040_mu050"
+    # the seat with the larger gap needs the longer length, whether or not the file states it
+    ends = "{left: {type: seat, gap_mm: 40}, right: {type: seat}}"
+    path = tmp_path / "one_end.yaml"
+    path.write_text(f"{{extends: osb1, title: own gap, source: plan, abutments: {ends}}}")
+    wider = table.assign(gap_mm=51.0)
+    for of_study, more_m in ((table, 0.015), (wider, 0.0)):
+        (row,) = with_codes(Decision(of_study, 1e-3, {}, 0.95), str(path)).table.to_dict("records")
+        assert row["gap_mm"] == of_study["gap_mm"].item()
+        assert row["seat_m"] == pytest.approx(0.325 + more_m)
 
 
 # --- `bridge check` and the period in a file

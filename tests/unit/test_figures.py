@@ -147,7 +147,8 @@ def test_a_failure_mode_that_is_every_failure_has_no_second_curve(
     _, curves = drawn_component(fragility, "column_drift")
     same = curves.query("component == 'column_drift' and limit_state == 'slight'")
     failures = pd.concat([same.assign(limit_state=state) for state in states])
-    found = pooled_curves(failures.assign(component=component), fragility["median_effects"])
+    failures = failures.assign(component=component, components=component)
+    found = pooled_curves(failures, fragility["median_effects"])
     assert set(found["limit_state"]) == drawn
 
 
@@ -174,11 +175,30 @@ def test_ratios_of_the_whole_bridge_are_of_systems_with_the_same_components():
     thetas = found["system"].query("limit_state == 'slight' and gap_mm == 25").set_index("skew_deg")
     assert row["ratio"] == pytest.approx(thetas.loc[30, "theta"] / thetas.loc[0, "theta"])
     assert figures.value_words(row, "g").endswith(" ‡")
+    # each pair has equal components, but the pairs have not
+    fewer = curves["components"].where(curves["gap_mm"] == 25, "column_drift")
+    table = pooled_curves(curves.assign(components=fewer), effects)
+    both = table.query("component == 'whole_bridge' and limit_state == 'slight'")
+    assert both["ratio"].tolist() == pytest.approx([np.nan, row["ratio"]], nan_ok=True)
+    assert both["n_different"].tolist() == [1, 1]
     alone = curves[(curves["component"] != "whole_bridge") | (curves["gap_mm"] == 51)]
     table = pooled_curves(alone, effects).query("component == 'whole_bridge' and value == 30")
     (row,) = table.query("limit_state == 'slight'").to_dict("records")
     assert np.isnan(row["ratio"])
     assert figures.value_words(row, "g").endswith(" g ‡")
+
+
+def test_a_variant_without_a_curve_of_the_whole_bridge_is_counted():
+    runs = synthetic_demands(skews=(0, 30), gaps=(25, 51), frictions=(50,), motions=12)
+    found = fragility_tables(runs, STATES, SETTINGS)
+    system = found["system"]
+    is_lost = (system["limit_state"] == "slight") & (system["variant"] == system["variant"].iloc[0])
+    system = system.assign(status=system["status"].mask(is_lost, "bounds_too_wide"))
+    curves = figures.with_system(found["curves"], system)
+    table = pooled_curves(curves, found["median_effects"])
+    rows = table.query("component == 'whole_bridge' and limit_state == 'slight'")
+    assert sorted(rows["n_curves"]) == [1, 2]
+    assert rows["n_variants"].tolist() == [2, 2]
 
 
 def test_panels_and_captions_name_abutment_models_and_keep_capitals():

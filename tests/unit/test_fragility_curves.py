@@ -26,6 +26,7 @@ from fragility_tables import (
 from skewbridge.demands.columns import DEMAND_COLUMNS, demands_for
 from skewbridge.errors import InputError
 from skewbridge.fragility.curves import CURVE_COLUMNS, fit_study
+from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.demand_table import prepared, read_foreign, spread
 from skewbridge.fragility.effects import median_effects
 from skewbridge.fragility.exports import export_curves
@@ -209,6 +210,27 @@ def test_any_failure_is_the_union_of_both_modes_with_their_own_capacities():
     assert system["components"] == "column_failure (any)"
     assert system["theta"] == pytest.approx(found["theta"], rel=2e-3)
     assert system["beta"] == pytest.approx(found["beta_total"], rel=5e-3)
+
+
+def test_covariances_have_the_errors_of_the_intervals():
+    """Errors from priors count once in both, not with the factor of the jackknife."""
+    table, slight = synthetic_demands(motions=8), states_of("column_drift")[0]
+    (models,), curves = fit_models(table, [slight], SETTINGS), curves_of(table, [slight])
+    for values in models.variants.to_dict("records"):
+        curve = models.curve(slight, values)
+        of_variant = curves[curves["variant"] == values["variant"]]
+        found = row(of_variant, slight.component, slight.name)
+        logs = np.column_stack([curve.ln_theta, np.log(curve.beta)])
+        last = len(logs) - curve.priors
+        assert (len(logs[1:last]), curve.priors > 0) == (8, True)
+        without_motions = (logs[1:last] - logs[0]) * np.sqrt(7.0 / 8.0)
+        changes = np.vstack([without_motions, logs[last:] - logs[0]]) * [1.0, found["beta"]]
+        names = ("var_ln_theta", "cov_ln_theta_beta", "var_beta")
+        expected = (changes.T @ changes)[np.triu_indices(2)]
+        assert [found[name] for name in names] == pytest.approx(expected, rel=1e-9, abs=1e-15)
+        # Student's t of at most 8 - 2 degrees of freedom
+        t = np.log(found["theta_high"] / found["theta"]) / np.sqrt(found["var_ln_theta"])
+        assert t >= stats.t.ppf(0.975, 6.0) * (1.0 - 1e-9)
 
 
 def test_one_method_is_preferred_for_both_modes():

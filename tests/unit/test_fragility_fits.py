@@ -8,6 +8,7 @@ from fragility_tables import IM, SETTINGS, STATES, ready, states_of, synthetic_d
 from skewbridge.errors import InputError
 from skewbridge.fragility import fits, likelihood
 from skewbridge.fragility.curves import fit_study
+from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.fits import (
     cloud_line,
     fit_brackets,
@@ -17,7 +18,7 @@ from skewbridge.fragility.fits import (
 )
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.motion_means import motion_weights
-from skewbridge.fragility.system import system_curves, system_members
+from skewbridge.fragility.system import averaged, difference, system_curves, system_members
 
 ONE = {"skews": (0,), "gaps": (51,), "frictions": (50,)}
 DEMAND = "deck_disp_m"
@@ -279,6 +280,58 @@ def test_intervals_by_motion_are_those_of_the_jackknife_written_out():
 
 def systems(table, states=STATES):
     return system_curves(ready(table, states), states, SETTINGS).set_index("limit_state")
+
+
+def test_a_system_with_a_component_that_every_run_exceeds_has_only_a_bound():
+    table = synthetic_demands(**ONE, motions=30)
+    table["bearing_disp_m"] += 1.0
+    found = systems(table)
+    assert found.loc["moderate", ["status", "n_exceed"]].tolist() == ["all_exceed", 30]
+    assert np.isnan(found.loc["moderate", "theta"])
+    # below 0.5 in all of 30 runs: the median is hardly above the weakest of them
+    assert found.loc["moderate", "theta_bound"] == pytest.approx(table[IM].min(), rel=0.15)
+    assert found.loc["moderate", "left_out"].startswith("bearing: exceeded in every run")
+    assert found.loc["extensive", "status"] == "ok"
+
+
+def test_a_system_has_no_curve_if_it_depends_on_a_component_with_a_withheld_curve():
+    rows = ready(synthetic_demands(**ONE, motions=30), STATES)
+    models = fit_models(rows, STATES, SETTINGS)
+    curves = fit_study(rows, STATES, SETTINGS, models=models)
+    plain, at = (
+        system_curves(rows, STATES, SETTINGS, models=models, curves=known).set_index("limit_state")
+        for known in (None, curves)
+    )
+    assert set(at["withheld"]) == {""}
+    # the deck decides nothing, unless its median could be far smaller; the bearing always does
+    for component, bound, status in (
+        ("deck_displacement", 0.9, "ok"),
+        ("deck_displacement", 0.1, "bounds_too_wide"),
+        ("deck_displacement", np.nan, "bounds_too_wide"),
+        ("bearing", 1.0, "bounds_too_wide"),
+    ):
+        is_lost = (curves["component"] == component) & (curves["status"] == "ok")
+        lost = curves.assign(status=curves["status"].mask(is_lost, "bounds_too_wide"))
+        lost.loc[is_lost, "theta_all_exceed"] *= bound
+        found = system_curves(rows, STATES, SETTINGS, models=models, curves=lost)
+        found = found.set_index("limit_state")
+        assert found.loc["moderate", ["status", "withheld"]].tolist() == [status, component]
+        same = found["status"] == "ok"
+        assert found.loc[same, "theta"].tolist() == plain.loc[same, "theta"].tolist()
+        assert found.loc[~same, "theta"].isna().all()
+        assert found.loc["extensive", ["status", "withheld"]].tolist() == ["ok", ""]
+
+
+def test_a_mean_over_pairs_of_systems_has_the_components_of_most_pairs():
+    names = ("a;b", "a;b"), ("a", "a"), ("a;b;c", "a;b;c"), ("a;b", "a"), ("a;b", "a;b"), ("", "")
+    pairs = [({"variant": "v", "components": one}, {"variant": "w", "components": other})
+             for one, other in names]  # fmt: skip
+    assert averaged(pairs) == [True, False, False, False, True, False]
+    # of as many pairs, those with more components
+    assert averaged(pairs[:4]) == [False, False, True, False]
+    assert averaged(pairs[3:4]) == [False]
+    assert difference(*pairs[3]) == "only v: b"
+    assert difference(*pairs[0]) == ""
 
 
 def test_a_system_is_weaker_than_its_weakest_component_and_equals_a_single_one():

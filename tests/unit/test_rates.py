@@ -218,6 +218,10 @@ def test_states_without_an_estimate_have_bounds_and_effects_are_paired(file):
     assert (system.reindex(parts.index) >= 0.99 * parts).all()
     assert ("system", "slight", "skew_deg") in pooled.index
     joint = joint_table(rows, states, SETTINGS)
+    variants = curves[["variant", "bridge", "abutment", "skew_deg", "gap_mm", "friction"]]
+    lost = variants.drop_duplicates().assign(limit_state="slight", status="no_component", level=0.9)
+    without = rate_table(curves, joint, lost, hazard).query("component == 'system'")
+    assert without["annual_rate"].isna().tolist() == [True] * len(lost)
     wide = rate_table(curves.assign(status="bounds_too_wide"), joint, pd.DataFrame(), hazard)
     wide = wide[wide["annual_rate_high"].notna()]
     assert (wide["annual_rate_low"] < wide["annual_rate_high"]).all()
@@ -260,9 +264,14 @@ def test_ratios_of_systems_need_the_same_components(file):
     assert one["reason"].loc[pooled].tolist() == ["1 of 2 pairs have different components"] * 2
     assert one["n_cells"].loc[pooled].tolist() == [1, 1]
     assert one["ratio"].loc[[pooled[0]]].item() == one["ratio"].loc[[along_skew[0]]].item()
-    # along skew no pair remains; along the gap each pair has equal components
+    # along skew no pair remains; along the gap each pair has equal components, but the pairs have
+    # not: the mean is of the system with more components
     assert both["status"].loc[pooled].tolist() == ["different_components", "ok"]
-    assert both["n_cells"].loc[pooled].tolist() == [0, 2]
+    assert both["n_cells"].loc[pooled].tolist() == [0, 1]
+    assert both["reason"].loc[[pooled[1]]].item() == "1 of 2 pairs have other components"
+    along_gap = [("gap_mm", "variant", -1.0, skew) for skew in (0.0, 45.0)]
+    assert both["status"].loc[along_gap].tolist() == ["ok", "ok"]
+    assert both["ratio"].loc[[pooled[1]]].item() == both["ratio"].loc[[along_gap[1]]].item()
 
 
 def test_fractiles_of_the_hazard_widen_intervals(file):
@@ -327,6 +336,16 @@ def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path):
     model = JointModel(row | {"modes": json.dumps([mode])})
     values = {"skew_deg": 30.0, "gap_mm": 51.0, "friction": 0.5}
     assert curve_rate(model.curve(values), curve_of(site)).value == pytest.approx(1e-3, rel=5e-3)
+    # skew and gap are those of the table; a hazard curve that ends too early has no such seat
+    message = answer(*decide, "--axis", "skew_deg=30", code=2)["message"]
+    assert message == "the table has all values of skew_deg: do not choose one"
+    short = file("\n".join(TABLE.splitlines()[:4]), "short.csv")
+    decide = ("decide", "--study", study, *other[:-1], short, "--out", tmp_path / "chart")
+    message = answer(*decide, code=2)["message"]
+    assert "ends at 0.004 per year, above the target of 0.001: add larger" in message
+    added = "intensities above the hazard curve would add more than 5 % to the rate of"
+    assert added not in invoke("predict", "--study", study, *at).stderr
+    assert f"{added} column_drift" in invoke("predict", "--study", study, *at[:-1], short).stderr
 
 
 def test_the_factor_of_hazus_is_on_skew_0_of_the_study(file):

@@ -15,6 +15,7 @@ from reference_pages import PAGES, ROOT
 
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.abutments import BUILDERS
+from skewbridge.cli.output import VariantOptions
 from skewbridge.errors import InputError
 from skewbridge.files.text import read_mapping, read_yaml
 from skewbridge.fragility.limit_states import limit_states_of, load_limit_states
@@ -24,7 +25,7 @@ from skewbridge.study.config import load_config, parse_config
 from skewbridge.study.folder import DEFAULT_ROOT
 from skewbridge.study.inputs import useless_axes
 from skewbridge.variant.axes import axes_of, axis
-from skewbridge.variant.grid import GridConfig, expand_grid
+from skewbridge.variant.grid import GridConfig, cells_of, expand_grid
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS, AbutmentTraits, Variant
 
@@ -289,6 +290,29 @@ def test_a_compared_gap_without_effect_is_named(written):
         (alone, f"the joint gap {both.format('')}; friction"),
     ):
         assert text in methods_of(parse_config({"grid": grid | part})).parts["Abutments"]
+
+
+def test_variants_have_the_gap_that_their_bridge_states(written):
+    """A gap that the bridge file replaces, or nothing uses, is not in names and tables."""
+    own = written("extends: osb1\nsource: plan\nabutment: {gap_mm: 38.1}\n")
+    ends = "{left: {type: seat, gap_mm: 30}, right: {type: seat}}"
+    one_end = written(f"extends: osb1\nsource: plan\nabutments: {ends}\n")
+    stiff = written("extends: osb1\nabutments: {left: {type: integral}, right: {type: fixed}}\n")
+    grid = {"bridge": [own, one_end, stiff], "gap_mm": [25, 51], "skew_deg": [30]}
+    grid |= {"friction": [0, 0.5], "abutment": ["contact_friction", "roller"]}
+    study = parse_config({"grid": grid})
+    ends = {f"made1_cf_skew30_gap{gap}_mu{mu}" for gap in ("025", "051") for mu in ("000", "050")}
+    assert {variant.slug for variant in expand_grid(study.grid)} == ends | {
+        "made_cf_skew30_gap038p1_mu000", "made_cf_skew30_gap038p1_mu050",
+        "made_ro_skew30_gap000_mu000", "made1_ro_skew30_gap000_mu000",
+        "made2_cf_skew30_gap000_mu000", "made2_ro_skew30_gap000_mu000",
+    }  # fmt: skip
+    # such a variant stands for all gaps of the grid
+    count, cells = cells_of(study.grid, ["skew_deg"])
+    assert (count, cells["made_cf_skew30_gap038p1_mu050"]) == (4, [1, 3])
+    point = {"skew_deg": 30.0, "gap_mm": 51.0, "friction": 0.5}
+    assert study.grid.variant(own, "contact_friction", point).gap_mm == 38.1
+    assert VariantOptions(bridge=own, gap_mm=51.0).variant.gap_mm == 38.1
 
 
 # --- an abutment model is a row of traits and a builder

@@ -114,6 +114,17 @@ def statistics(
     return Answer(answer, warnings=answer["warnings"])
 
 
+def _bridge_file(study: Path, bridge: str | None) -> str:
+    """Return the file of a bridge, or of the first one, in a stored study; else the name."""
+    from skewbridge.study.config import stored_configuration
+
+    files: dict[str, str] = {}
+    with suppress(InputError):  # stored by another version
+        if config := stored_configuration(study):
+            files = {Path(name).stem: name for name in config.grid.bridge}
+    return files.get(bridge or next(iter(files), ""), bridge or "")
+
+
 @command(commands)
 def predict(
     skew_deg: Annotated[float | None, opt("Skew (deg).")] = None,
@@ -134,7 +145,6 @@ def predict(
     Example: skewbridge predict --bridge osb1 --skew-deg 45 --gap-mm 51 --friction 0.5 --at 0.6
     """
     from skewbridge.report.answer import untested_skew_sentence
-    from skewbridge.study.config import stored_configuration
     from skewbridge.study.results import predict_states
 
     axes = {"skew_deg": skew_deg, "gap_mm": gap_mm, "friction": friction}
@@ -154,15 +164,15 @@ def predict(
     notes = ["loo_error: error of theta when a variant is left out of the model"]
     if any(row[flag] for row in rows for flag, _ in flags):
         notes.append("extrapolated: fewer than three motions are as strong, or weak, as this value")
+    cut = [f"{r['component']} {r['state']}" for r in rows if r.get("share_outside_low", 0.0) > 0.05]
+    if cut:
+        text = "intensities above the hazard curve would add more than 5 % to the rate of"
+        notes.append(f"{text} {', '.join(cut)}")
     if lost := [f"{r['component']} {r['state']}" for r in rows if r["n_withheld"]]:
         notes.append(f"no curve in some variants (bounds_too_wide): {', '.join(lost)}")
     if (drawn := rows[0]["random_properties"]) != "none":
         notes.append(f"properties drawn at random for each motion of the study: {drawn}")
-    config = stored_configuration(folder_of(study))
-    files = {} if config is None else {Path(name).stem: name for name in config.grid.bridge}
-    if file := files.get(bridge or next(iter(files), "")):
-        with suppress(InputError):  # it cannot be read
-            notes += gap_notes(file)
+    notes += gap_notes(_bridge_file(folder_of(study), bridge))
     notes += filter(None, [untested_skew_sentence([values.get("skew_deg", 0.0)])])
     reason = "too few variants have an estimate for this state"
     return Answer({"rows": rows}, printed_tables, notes=notes, missing=reason, digits=3)
@@ -199,7 +209,8 @@ def decide(
     rows = joint_rows(folder_of(study), bridge)
     site = site_hazard(hazard, rows[0]["im"])
     assert site is not None
-    needs = with_codes(decision(rows, site, target, values), rows[0]["bridge"])
+    file = _bridge_file(folder_of(study), rows[0]["bridge"])
+    needs = with_codes(decision(rows, site, target, values), file)
     labels = [rows[0]["bridge"], *(f"{name} {value:g}" for name, value in needs.values.items())]
     title = f"{', '.join(labels)}: rate below {target:.3g} per year"
     extrapolated = needs.table["extrapolated"]
@@ -215,5 +226,8 @@ def decide(
     columns = [name for name in _DECISION_COLUMNS if name in table]
     printed = {title: records_of(table.loc[is_end_gap & is_third_skew, columns])}
     notes = [f"target: {target:.3g} per year; written: {', '.join(map(str, files))}"]
+    notes += gap_notes(file)
+    if (last := site.rates[0, -1]) > 0.1 * target:
+        notes.append(f"the hazard curve ends at {last:.3g} per year: lengths may be too short")
     answer = {"target": target, "values": needs.values, "rows": records_of(table)}
     return Answer(answer, printed, notes=notes, digits=3)

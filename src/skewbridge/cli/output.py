@@ -371,7 +371,9 @@ class VariantOptions:
     @property
     def variant(self) -> Variant:
         """The variant; raises `InputError` if a value is outside its limits."""
-        values = {axis.name: getattr(self, axis.name) for axis in AXES}
+        from skewbridge.study.config import stated_values
+
+        values = {axis.name: getattr(self, axis.name) for axis in AXES} | stated_values(self.bridge)
         return Variant.at(self.bridge, self.abutment.replace("-", "_"), values)
 
     @property
@@ -412,7 +414,10 @@ def gap_notes(bridge: str) -> list[str]:
     """Return a note if the bridge file replaces the gap of the variant, or no joint exists."""
     from skewbridge.bridge.library import load_structure
 
-    about = load_structure(bridge).description
+    try:
+        about = load_structure(bridge).description
+    except InputError:  # the bridge of a study that cannot be read
+        return []
     if not about.seats_m:
         return ["gap_mm and friction have no effect: the bridge has no seats and no joints"]
     own = ", ".join(f"{gap_mm:g} mm at {place}" for place, gap_mm in about.own_gaps_mm.items())

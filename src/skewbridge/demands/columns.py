@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final, Literal
 
-from skewbridge.units import split_unit
+from skewbridge.units import MN, split_unit
 from skewbridge.variant.axes import AXES, Axis, axes_of
 from skewbridge.variant.random_properties import CHOICE_PREFIX, DRAW_PREFIX, drawn_options
 from skewbridge.variant.variant import Variant
@@ -174,3 +174,16 @@ def label_of(name: str) -> str:
 def unit_of(name: str) -> str:
     """Return the unit of a column, or an empty text for a ratio or an unknown column."""
     return (column_of(name) or Column(name)).unit.strip("-")
+
+
+def choice_text(option: str, value: object) -> str:
+    """Return the text of an option's value, or of its text in a table, with its unit."""
+    if isinstance(value, tuple):
+        return " ".join(choice_text("", part) for part in value)
+    try:
+        number, unit = float(f"{value}"), split_unit(option)[1]
+    except ValueError:
+        return {"True": "yes", "False": "no"}.get(f"{value}", f"{value}".replace("_", " "))
+    if unit == "N/m":
+        number, unit = number / MN, "MN/m"
+    return f"{number:g} {unit}".removesuffix(" -")

@@ -312,10 +312,20 @@ def _cloud_curve(runs: _DemandRuns, state: LimitState) -> _Curve:
         none = np.full(runs.variant.replicates, nan)
         return _Curve(fit, none, none, none, bounds, {})
     fit = replace(fit, theta=motion_means.exp_end(curve.ln_theta[0]), beta=float(curve.beta[0]))
-    fit = fitting.jackknifed(fit, curve.ln_theta[1:], curve.beta[1:])
-    ln_beta = Jackknifed.of_replicates(np.log(curve.beta), curve.priors)
-    of_theta, of_beta = (ln.exp_interval(level)[1:] for ln in (curve.ln_median(), ln_beta))
-    fit = replace(fit, ci_theta=of_theta, ci_beta=of_beta)
+    of_blocks = slice(1, curve.beta.size - curve.priors)
+    fit = fitting.jackknifed(fit, curve.ln_theta[of_blocks], curve.beta[of_blocks])
+    if fit.ci_method:  # with the errors from priors
+        logs = np.column_stack([curve.ln_theta, np.log(curve.beta)])
+        both = Jackknifed.of_replicates(logs, curve.priors)
+        ends, variance = np.array(both.interval(level)).T, both.covariance
+        fit = replace(
+            fit,
+            ci_theta=tuple(map(motion_means.exp_end, ends[0])),
+            ci_beta=tuple(map(motion_means.exp_end, ends[1])),
+            var_ln_theta=float(variance[0, 0]),
+            cov_ln_theta_beta=float(variance[0, 1]) * fit.beta,
+            var_beta=float(variance[1, 1]) * fit.beta**2,
+        )
     names = fitting.common_warnings(fit, runs.im, runs.motions)
     if np.isfinite(columns.get("knot", nan)):
         names.append("saturating" if columns["b_above"] < columns["b"] else "curved")

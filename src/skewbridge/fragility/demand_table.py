@@ -213,6 +213,7 @@ def read_foreign(
     *,
     factors: Mapping[str, float] | None = None,  # our column: factor to our unit
     constants: Mapping[str, Any] | None = None,  # our column that is not in the file: its value
+    source: pd.DataFrame | None = None,  # content of the file if it has been read
 ) -> pd.DataFrame:
     """Read the runs of another program as a demands table.
 
@@ -220,7 +221,7 @@ def read_foreign(
     ``complete`` is derived from status and ``beyond_model``. Missing intensities and demands stay
     NaN; `prepared` handles them. An `InputError` names row and column of an unusable value.
     """
-    source, factors = read_any(path), factors or {}
+    source, factors = read_any(path) if source is None else source, factors or {}
     unused = [str(name) for name in source if name not in columns.values()]
     renamed = (name for name in columns if name not in source)
     refuse_misspelt([*unused, *renamed], (*columns, *(constants or {})))

@@ -167,6 +167,11 @@ class Jackknifed:
         return np.sum(first * second, axis=0) * count / max(count - 1, 1)
 
     @property
+    def covariance(self) -> Floats:
+        """Covariance (q, q) of an estimate of shape (q,)."""
+        return self._covariance(self.influence[:, :, None], self.influence[:, None, :])
+
+    @property
     def error(self) -> Floats:
         """Standard error, shape (...)."""
         return np.sqrt(self._covariance(self.influence, self.influence))

@@ -12,6 +12,7 @@ rate; the seat is longer by the gap. Code rules are in `bridge_check`, Hazus in 
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache, partial
+from itertools import compress
 from math import nan
 from typing import Final, NamedTuple
 
@@ -33,6 +34,7 @@ from skewbridge.fragility.limit_states import COLUMN_FAILURE, LimitState, States
 from skewbridge.fragility.motion_means import completed
 from skewbridge.fragility.outcomes import TREATMENTS
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE, FitSettings
+from skewbridge.fragility.system import averaged, difference
 from skewbridge.fragility.union import any_of, union_curve
 from skewbridge.fragility.verdicts import OK
 
@@ -72,6 +74,12 @@ def curve_rate(curve: StateCurve, hazard: HazardCurve, ln_factor: float = 0.0) -
     return rate._replace(priors=curve.priors)
 
 
+def rate_shares(curve: StateCurve, hazard: HazardCurve, low: float, high: float) -> Row:
+    """Return the shares of the rate of a curve, with the range of the motions; see `shares`."""
+    p_last = float(exceedance(curve, np.log(hazard.levels[-1:])[:, None])[0, 0])
+    return hazard.shares(partial(curve_rate, curve), p_last, low, high)
+
+
 def _lognormal(theta: float, beta: float) -> StateCurve:
     """Return one lognormal curve, without replicates."""
     return StateCurve(np.log([theta]), np.array([nan]), np.array([beta]))
@@ -102,9 +110,7 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
             middle, *ends = (rate_of(theta, beta_total) for theta in thetas)
             rate = curve_rate(for_rates, hazard).value
             rate_ends = rate, *(rate * end / middle for end in ends)
-        p_last = float(exceedance(for_rates, np.log(hazard.levels[-1:])[:, None])[0, 0])
-        shares = partial(curve_rate, for_rates), p_last
-        row |= hazard.shares(*shares, curve["im_low"], curve["im_high"])
+        row |= rate_shares(for_rates, hazard, curve["im_low"], curve["im_high"])
     elif status == BOUNDS_TOO_WIDE and model is not None:
         # the interval of the model, widened to the bounds with the dispersion of the capacity
         added = np.maximum(model.total[0] ** 2 - model.beta[0] ** 2, 0.0) ** 0.5
@@ -153,7 +159,7 @@ def rate_table(
     for row in records_of(system):
         keys = {name: row[name] for name in (*columns, "limit_state", "status", "level")}
         keys |= {"component": SYSTEM, "method": SYSTEM, "im": hazard.im}
-        has_rate = isinstance(row["rate"], LogRate)
+        has_rate = isinstance(row.get("rate"), LogRate)
         rate_ends = row["rate"].interval(row["level"]) if has_rate else (nan, nan, nan)
         rows.append(keys | (row["shares"] if has_rate else {}) | rate_columns(rate_ends))
     return pd.DataFrame(rows, columns=list(demand_table.described("rates")))
@@ -172,7 +178,8 @@ def rate_effects(
     """Return table `rate_effects`: ratios of annual rates along every axis, pooled rows first.
 
     Variants are paired as in `median_effects`. A pooled row has geometric means of pairs. Systems
-    are compared if they have the same components; all other pairs have no ratio and a reason.
+    are compared if they have the same components; all other pairs have no ratio and a reason. The
+    pooled row of systems has only the pairs with the components of most pairs.
     """
     system_rows = [] if system is None else records_of(system)
     systems = {(row["variant"], row["limit_state"]): row for row in system_rows}
@@ -224,6 +231,9 @@ def _changes(
         # ASSUME a ratio is worth reporting if at least one of both variants has a curve
         return isinstance(state, str) or medians.without_curve(cell, state) != 2
 
+    def systems_of(cell: Row, degree: str) -> tuple[Row, Row]:
+        return systems[cell["variant_from"], degree], systems[cell["variant_to"], degree]
+
     other_axes, pairs = variant_pairs(variants, axis)
     changes: list[tuple[Row, tuple[LogRate, LogRate] | None]] = []
     for step, cells in pairs.groupby(list(STEP)):
@@ -233,36 +243,33 @@ def _changes(
             keys |= dict(zip([*STEP, *_STATE[1:]], (*step, *key), strict=True))
             rated: list[tuple[Row, tuple[LogRate, LogRate]]] = []
             withheld: list[tuple[Row, None]] = []
+            rated_cells: list[Row] = []
             for cell in records_of(cells):
                 row = keys | {"scope": "variant"} | {name: cell[name] for name in other_axes}
-                if isinstance(state, str) and (reason := _difference(cell, state, systems)):
+                if isinstance(state, str) and (reason := difference(*systems_of(cell, state))):
                     withheld.append((row | _withheld(reason), None))
                     continue
                 start, end = rate_of(state, cell["number_from"]), rate_of(state, cell["number_to"])
                 if start and end and is_usable(state, cell):
                     rated.append((row, (start, end)))
-            pooled = keys | {"scope": "pooled", "n_cells": len(rated)}
-            if withheld:
-                reason = f"{len(withheld)} of {len(cells)} pairs have different components"
-                pooled |= {"reason": reason} if rated else _withheld(reason)
-            if rated:
-                starts, ends = zip(*(rates for _, rates in rated), strict=True)
+                    rated_cells.append(cell)
+            used = [rates for _, rates in rated]
+            if isinstance(state, str):
+                pairs_of_systems = [systems_of(cell, state) for cell in rated_cells]
+                used = list(compress(used, averaged(pairs_of_systems)))
+            pooled = keys | {"scope": "pooled", "n_cells": len(used)}
+            left_out = {"different": len(withheld), "other": len(rated) - len(used)}
+            texts = [f"{n} of {len(cells)} pairs have {word}" for word, n in left_out.items() if n]
+            if texts:
+                reason = f"{', '.join(texts)} components"
+                pooled |= {"reason": reason} if used else _withheld(reason)
+            if used:
+                starts, ends = zip(*used, strict=True)
                 changes.append((pooled, (_mean(starts), _mean(ends))))
             elif withheld:
                 changes.append((pooled, None))
             changes += [*rated, *withheld]
     return changes
-
-
-def _difference(cell: Row, degree: str, systems: Mapping[tuple[str, str], Row]) -> str:
-    """Return which components only one of two systems has; empty if they have the same."""
-    components = {
-        name: set(filter(None, systems[name, degree]["components"].split(";")))
-        for name in (cell["variant_from"], cell["variant_to"])
-    }
-    shared = set.intersection(*components.values())
-    only = {name: ", ".join(sorted(of - shared)) for name, of in components.items()}
-    return "; ".join(f"only {name}: {text}" for name, text in only.items() if text)
 
 
 def _withheld(reason: str) -> Row:
@@ -309,8 +316,14 @@ def decision(
 ) -> Decision:
     """Return support length and seat needed, and the rate of column failure, over skew and gap.
 
-    An `InputError` states that the study has no unseating model or a single skew.
+    An `InputError` states that the study has no unseating model or a single skew, that a value is
+    on an axis of the table, or that the hazard curve ends above the target.
     """
+    if given := [name for name in (SKEW, GAP) if name in axis_values]:
+        raise InputError(f"the table has all values of {given[0]}: do not choose one")
+    if (last := hazard.rates[0, -1]) >= target:
+        text = f"ends at {last:.3g} per year, above the target of {target:.3g}"
+        raise InputError(f"the hazard curve {text}: add larger intensities", column="rate")
     row_of = {f"{row['component']}/{row['limit_state']}": row for row in rows}
     unseating = next((row for row in rows if row["component"] == "unseating"), None)
     if unseating is None:

@@ -87,7 +87,9 @@ def fragility_tables(
     names = list(dict.fromkeys((*demands_for("effect", rows.columns), *of_states)))
     reference = reference_intensities(curves)
     effects, intensities = effect_tables(rows, names, settings, reference_im=reference, jobs=jobs)
-    system = system_curves(rows, states, settings, models=models, hazard=hazard, jobs=jobs)
+    system = system_curves(
+        rows, states, settings, models=models, curves=curves, hazard=hazard, jobs=jobs
+    )
     tables = {name: pd.DataFrame(columns=list(DESCRIPTIONS[name])) for name in RATES}
     if hazard is not None:
         tables["rates"] = rate_table(curves, joint, system, hazard)

@@ -11,7 +11,7 @@ scrambled Sobol points, Owen (1998), J. Complexity 14(4):466-489.
 from collections.abc import Mapping, Sequence
 from functools import cache, lru_cache
 from itertools import combinations
-from math import nan
+from math import inf, nan
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -22,7 +22,14 @@ from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats, Index, Mask, Row, records_of
 from skewbridge.fragility import demand_table
 from skewbridge.fragility.demand_model import TOO_FEW_RUNS, BridgeModels, StateCurve, fit_models
-from skewbridge.fragility.fits import ALL_EXCEED, FITTED, NO_EXCEEDANCE, median_bound
+from skewbridge.fragility.fits import (
+    ALL_EXCEED,
+    BOUNDS_TOO_WIDE,
+    FITTED,
+    MAX_BOUNDS_RATIO,
+    NO_EXCEEDANCE,
+    median_bound,
+)
 from skewbridge.fragility.hazard import HazardCurve
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.motion_means import Jackknifed, covered_range, exp_end
@@ -32,6 +39,7 @@ from skewbridge.fragility.union import MIN_COMPLETE
 
 #: Smallest number of runs of a variant for a system curve; components need MIN_COMPLETE.
 MIN_RUNS: Final = 8
+_EVERYWHERE: Final = "exceeded in every run"  # then the system is, too
 _POINTS: Final = 2**13  # error of the median of the system below 0.1 %
 _POINTS_OF_REPLICATES: Final = 2**11
 
@@ -42,6 +50,7 @@ def system_curves(
     settings: FitSettings = DEFAULTS,
     *,
     models: Sequence[BridgeModels] | None = None,
+    curves: pd.DataFrame | None = None,  # whose withheld curves limit the system
     hazard: HazardCurve | None = None,
     jobs: int = 1,
 ) -> pd.DataFrame:
@@ -49,17 +58,46 @@ def system_curves(
 
     The curves of the components are from the demand models, which are fitted if not given. A
     component is included if some runs of the variant, but not all, exceed its state and its demand
-    increases with intensity; only variants with equal ``components`` can be compared. An
-    `InputError` names a degree of damage that components rank differently. With a hazard, the
-    columns `rate` (a `LogRate`) and `shares` are added.
+    increases with intensity; if all runs exceed it, they exceed the system, which has only a bound.
+    Only variants with equal ``components`` can be compared. The column
+    ``withheld`` lists components without a curve in ``curves``, because unknown outcomes change it;
+    there is no system curve if its median changes as much. An `InputError` names a degree of damage
+    that components rank differently. With a hazard, the columns `rate` (a `LogRate`) and `shares`
+    are added.
     """
     members = system_members([state for state in limit_states if state.system_degree])
     if models is None:
         models = fit_models(demands, limit_states, settings, jobs=jobs)
-    systems = [_Systems(system, members, settings, hazard) for system in models]
+    withheld: dict[tuple[str, ...], float] = {}
+    if curves is not None:
+        is_withheld = (curves["method"] == "cloud") & (curves["status"] == BOUNDS_TOO_WIDE)
+        rows_of = curves.loc[is_withheld, ["variant", "component", "limit_state"]]
+        bounds = curves.loc[is_withheld, "theta_all_exceed"].astype(float)
+        withheld = dict(zip(rows_of.itertuples(index=False, name=None), bounds, strict=True))
+    systems = [_Systems(system, members, settings, hazard, withheld) for system in models]
     items = ((system, i) for system in systems for i in range(len(system.models.variants)))
     rows = demand_table.spread(_variant_rows, items, jobs)
     return pd.DataFrame([row for of_variant in rows for row in of_variant])
+
+
+def difference(first: Row, second: Row) -> str:
+    """Return the components that only one of two rows of `system` has; empty if there is none."""
+    names = [set(filter(None, row["components"].split(";"))) for row in (first, second)]
+    only = zip((first, second), (names[0] - names[1], names[1] - names[0]), strict=True)
+    texts = [f"only {row['variant']}: {', '.join(sorted(more))}" for row, more in only if more]
+    return "; ".join(texts)
+
+
+def averaged(pairs: Sequence[tuple[Row, Row]]) -> list[bool]:
+    """Return which pairs of systems a mean over pairs includes.
+
+    The systems of a pair must have the same components, and all pairs of a mean those of most
+    pairs; of equally many pairs, those with more components.
+    """
+    names = ["" if difference(*pair) else pair[0]["components"] for pair in pairs]
+    rank = {name: (names.count(name), name.count(";")) for name in filter(None, names)}
+    common = max(rank, key=rank.__getitem__, default=None)
+    return [name == common for name in names]
 
 
 def system_members(states: States) -> dict[str, list[LimitState]]:
@@ -108,6 +146,8 @@ class _Systems(NamedTuple):
     members: Mapping[str, States]
     settings: FitSettings
     hazard: HazardCurve | None
+    #: median if all unknown outcomes exceed, of withheld curves by variant, component and state
+    withheld: Mapping[tuple[str, ...], float]
 
 
 def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
@@ -127,7 +167,7 @@ def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
         if fit == TOO_FEW_RUNS or np.sum(outcomes.complete & outcomes.used) < MIN_COMPLETE:
             return "too few complete runs"
         if (status := outcomes.status(state)) != FITTED:
-            return {NO_EXCEEDANCE: "not reached", ALL_EXCEED: "exceeded in every run"}[status]
+            return {NO_EXCEEDANCE: "not reached", ALL_EXCEED: _EVERYWHERE}[status]
         curve = models.curve(state, values)
         return "demand does not grow" if isinstance(curve, str) else _Member(state, outcomes, curve)
 
@@ -137,8 +177,11 @@ def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
         taking: list[_Member] = []
         names: list[str] = []
         left_out: list[str] = []
+        everywhere = np.zeros(len(runs), dtype=np.bool_)
         for state in states:
             modes = [member(mode) for mode in state.modes or (state,)]
+            if _EVERYWHERE in modes:
+                everywhere |= demand_outcomes(runs, [state]).exceed(state)
             usable = [mode for mode in modes if isinstance(mode, _Member)]
             reasons = dict.fromkeys(mode for mode in modes if isinstance(mode, str))
             if usable:
@@ -149,8 +192,12 @@ def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
         row = {name: nan for name in demand_table.described("system") if name not in variant}
         row |= {"limit_state": degree, "weakest": ""}
         row |= {"components": ";".join(names), "left_out": ";".join(left_out)}
-        row |= {"level": settings.confidence, "n_runs": len(runs)}
-        row |= _system(taking, np.log(im), systems, (low, high)) | {"im_low": low, "im_high": high}
+        row |= {"level": settings.confidence, "n_runs": len(runs), "im_low": low, "im_high": high}
+        states_taken = [(str(variant["variant"]), m.state.component, m.state.name) for m in taking]
+        bounds = np.array([systems.withheld.get(key, inf) for key in states_taken])
+        withheld = (key[1] for key in states_taken if key in systems.withheld)
+        row["withheld"] = ";".join(dict.fromkeys(withheld))
+        row |= _system(taking, np.log(im), systems, (low, high), bounds, everywhere)
         theta = row["theta"]
         is_outside = isinstance(theta, float) and not (np.isnan(theta) or low <= theta <= high)
         rows.append(variant | row | {"extrapolated": is_outside})
@@ -166,16 +213,21 @@ def _member_name(state: LimitState, degree: str, modes: States) -> str:
 
 
 def _system(
-    members: Sequence[_Member], ln_im: Floats, systems: _Systems, covered: tuple[float, float]
+    members: Sequence[_Member],
+    ln_im: Floats,
+    systems: _Systems,
+    covered: tuple[float, float],
+    bounds: Floats,  # lowest medians of members with a withheld curve, infinite for others, (m,)
+    everywhere: Mask,  # runs that exceed a component that every known run exceeds, (n,)
 ) -> Row:
     """Return the table columns of one system: the estimate, or a status if there is none."""
     settings = systems.settings
-    none = np.zeros(ln_im.size, dtype=np.bool_)
-    exceed = np.logical_or.reduce([none, *(m.outcomes.exceed(m.state) for m in members)])
-    unknown = np.logical_or.reduce([none, *(m.outcomes.unknown(m.state) for m in members)])
+    exceed = np.logical_or.reduce([everywhere, *(m.outcomes.exceed(m.state) for m in members)])
+    all_exceed = np.full(ln_im.size, np.any(everywhere))
+    unknown = np.logical_or.reduce([all_exceed, *(m.outcomes.unknown(m.state) for m in members)])
     unknown &= ~exceed
     row: Row = {"n_exceed": int(exceed.sum()), "n_unknown": int(unknown.sum())}
-    if not members or ln_im.size < MIN_RUNS:
+    if not (members or np.any(everywhere)) or ln_im.size < MIN_RUNS:
         return row | {"status": "too_few_runs" if members else "no_component"}
     if np.all(exceed | unknown):
         ones, beta, level = np.ones(exceed.sum()), ASSUMED_BETA, settings.confidence
@@ -194,6 +246,13 @@ def _system(
     of_all_runs = ln_theta[:1], beta[:1]
     failures = _failures(*of_all_runs, correlation[:1], _POINTS, settings.seed)
     ln_median, dispersion = _quantiles(failures)[:, 0]
+    if not np.all(np.isposinf(bounds)):
+        # the system if all unknown outcomes exceed, and without the components in doubt
+        most = failures + np.minimum(np.log(bounds) - ln_theta[0], 0.0)[:, None, None]
+        certain = failures[np.isposinf(bounds)]
+        ends = [_quantiles(sample)[0, 0] if len(sample) else inf for sample in (most, certain)]
+        if not ends[1] - ends[0] <= np.log(MAX_BOUNDS_RATIO):
+            return row | {"status": BOUNDS_TOO_WIDE}
     first = np.min(failures[:, 0], axis=0)
     empirical = (np.arange(_POINTS) + 0.5) / _POINTS
     distance = np.abs(special.ndtr((np.sort(first) - ln_median) / dispersion) - empirical)

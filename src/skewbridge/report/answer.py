@@ -15,7 +15,7 @@ import pandas as pd
 from skewbridge.bridge.backfill import LARGEST_TESTED_SKEW_DEG
 from skewbridge.bridge.frame import Structure
 from skewbridge.bridge.library import load_structure
-from skewbridge.demands.columns import demands_for
+from skewbridge.demands.columns import choice_text, demands_for
 from skewbridge.demands.validity import failed_modes, is_complete
 from skewbridge.errors import InputError
 from skewbridge.files.tables import records_of
@@ -576,7 +576,9 @@ def alternative_rows(table: pd.DataFrame) -> tuple[list[str], list[dict[str, str
         changes: dict[str, str] = {}
         for (option,), of_option in groups_of(of_effect, ["option"]):
             texts = {
-                option_text(option, row["value"]): change_text({**row, "ratio": row["effect"]})
+                f"{option_text(option)} {choice_text(option, row['value'])}": change_text(
+                    {**row, "ratio": row["effect"]}
+                )
                 for row in records_of(of_option)
             }
             changes |= texts
@@ -589,13 +591,9 @@ def alternative_rows(table: pd.DataFrame) -> tuple[list[str], list[dict[str, str
     return [intro, *certain], records_of(pd.DataFrame(rows).fillna("–"))
 
 
-def option_text(option: str, value: object = None) -> str:
-    """Return the name of a modelling option in words, with one of its values if given."""
-    stem, unit = split_unit(option)
-    name = in_words(option if unit == "-" else stem)
-    if value is None:
-        return name
-    return f"{name} {in_words(value)}{'' if unit == '-' else f' {unit}'}"
+def option_text(option: str) -> str:
+    """Return the name of a modelling option in words, without its unit."""
+    return in_words(split_unit(option)[0])
 
 
 def properties_sentence(demands: pd.DataFrame) -> str:

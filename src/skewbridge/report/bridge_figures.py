@@ -172,18 +172,21 @@ def column_figure(
 def with_codes(found: Decision, bridge: str) -> Decision:
     """Add the seat lengths of AASHTO and SDC; columns are left out if the bridge is not known.
 
-    If the bridge file states gaps of its seats, the largest one replaces the gap of the study.
+    The lengths are for the seat with the largest gap, which the bridge file may state. If it states
+    the gaps of all seats, the largest one replaces the gap of the study.
     """
     table = found.table
     with suppress(InputError):
         about = load_structure(bridge).description
-        own_mm = [about.gaps_mm.get(end) for end in about.end_seats_m]
-        if own_mm and None not in own_mm:
-            lengths = table.filter(regex=r"^(seat|hazus)_m").columns
-            more_m = (max(filter(None, own_mm), default=0.0) - table[GAP]) / 1000.0
-            table = table.assign(**{name: table[name] + more_m for name in lengths})
-            table[GAP] += 1000.0 * more_m
-        gap_m = table[GAP] / 1000.0
+        seats = about.end_seats_m
+        stated_mm = [about.gaps_mm[end] for end in seats if end in about.gaps_mm]
+        takes_gap = len(stated_mm) < len(seats) or not seats
+        gap_mm = np.maximum(takes_gap * table[GAP], max(stated_mm, default=0.0))
+        lengths = table.filter(regex=r"^(seat|hazus)_m").columns
+        more_m = (gap_mm - table[GAP]) / 1000.0
+        table = table.assign(**{name: table[name] + more_m for name in lengths})
+        table[GAP] = table[GAP] if takes_gap else gap_mm
+        gap_m = gap_mm / 1000.0
         aashto = [seat_demand_aashto_m(about, radians(skew)) for skew in table["skew_deg"]]
         sdc = [seat_demand_sdc_m(about, demand_m) for demand_m in table["sdc_demand_m"]]
         present = min(about.end_seats_m.values(), default=np.nan)

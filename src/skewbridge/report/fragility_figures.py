@@ -1,7 +1,7 @@
 """Figures of fragility: curves by the values of one axis, clouds, effects, modelling choices."""
 
 from collections.abc import Collection, Mapping
-from itertools import cycle
+from itertools import compress, cycle
 from textwrap import fill
 from typing import Any, Final
 
@@ -21,6 +21,7 @@ from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.limit_states import COLUMN_FAILURE, HEADLINE_STATES, LimitState
 from skewbridge.fragility.outcomes import demand_outcomes
+from skewbridge.fragility.system import averaged
 from skewbridge.fragility.union import curve_probability, union_curve
 from skewbridge.fragility.verdicts import OK, RATIOS
 from skewbridge.report import appearance
@@ -79,7 +80,7 @@ def lead_axis(effects: pd.DataFrame, names: Collection[str], table: pd.DataFrame
 
 
 def with_system(curves: pd.DataFrame, system: pd.DataFrame) -> pd.DataFrame:
-    """Return the preferred curves of all components and of the whole bridge."""
+    """Return the curves of all components and of the whole bridge."""
     width = 2.0 * special.ndtri(0.5 + 0.5 * system["level"].astype(float))
     # ASSUME normal errors of ln theta and beta without correlation: the table has intervals only
     bridge_curves = system.assign(
@@ -93,7 +94,7 @@ def with_system(curves: pd.DataFrame, system: pd.DataFrame) -> pd.DataFrame:
         var_beta=((system["beta_high"] - system["beta_low"]) / width) ** 2,
         cov_ln_theta_beta=0.0,
     )
-    return pd.concat([curves, bridge_curves[bridge_curves["preferred"]]], ignore_index=True)
+    return pd.concat([curves, bridge_curves], ignore_index=True)
 
 
 def pooled_curves(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
@@ -102,8 +103,8 @@ def pooled_curves(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     theta and the ends of its interval are geometric means over the variants with a curve, and the
     betas are means. The interval is not too narrow: averaging its ends takes the errors of all
     variants, which share their motions, as fully correlated. ``ratio`` is the paired ratio of
-    medians to the first value; for the whole bridge, only pairs of variants with the same
-    components count. ``curves`` are from `with_system`, ``medians`` are effects on medians.
+    medians to the first value; for the whole bridge, of pairs of variants with the same components
+    (`averaged`). ``curves`` are from `with_system`, ``medians`` are effects on medians.
 
     A failure mode of columns with the same curve as any failure has no row.
     """
@@ -155,19 +156,23 @@ def main_curves(pooled: pd.DataFrame) -> dict[str, pd.DataFrame]:
 def _system_ratios(systems: pd.DataFrame) -> pd.DataFrame:
     """Return mean ratios of system medians to the median at the first value of the leading axis.
 
-    Systems have no table of effects. Pairs of variants whose systems have different components are
-    left out and counted (``n_different``).
+    Systems have no table of effects. ``n_different`` is the number of pairs of variants that are
+    left out because of their components, see `averaged`, or of variants with other components.
     """
     rows: list[tuple[Any, ...]] = []
     for order, group in systems.astype({"theta": float}).groupby("order"):
-        lead = group["axis"].iloc[0]
+        lead, row_of = group["axis"].iloc[0], {row["variant"]: row for row in records_of(group)}
         others = [axis.name for axis in axes_of(map(str, group)) if axis.name != lead]
         is_first = group["value"] == group["value"].min()
         pairs = group[is_first].merge(group[~is_first], on=others, suffixes=("_from", ""))
-        for value, of_value in pairs.groupby("value"):
-            same = of_value[of_value["components_from"] == of_value["components"]]
-            ratio = float(np.exp(np.log(same["theta"] / same["theta_from"]).mean()))
-            rows.append((order, value, ratio, len(of_value) - len(same)))
+        for value, at_value in group.groupby("value"):
+            names = pairs.loc[pairs["value"] == value, ["variant_from", "variant"]].to_numpy()
+            of_value = [(row_of[first], row_of[second]) for first, second in names]
+            used = list(compress(of_value, averaged(of_value)))
+            logs = [np.log(row["theta"] / first["theta"]) for first, row in used]
+            ratio = float(np.exp(np.mean(logs))) if logs else np.nan
+            n_others = len(at_value) - at_value["components"].value_counts().iloc[0]
+            rows.append((order, value, ratio, max(len(of_value) - len(used), n_others)))
     names = {"order": int, "value": float, "ratio_of_systems": float, "n_different": int}
     return pd.DataFrame(rows, columns=list(names)).astype(names)
 
@@ -200,7 +205,7 @@ def value_words(row: Mapping[str, Any], unit: str) -> str:
 
 
 def variants_text(row: Mapping[str, Any]) -> str:
-    """Return how many variants have a curve, if not all; ‡ if pairs are left out of the ratio."""
+    """Return how many variants have a curve, if not all; ‡ if their components differ."""
     are_missing = row["n_curves"] < row["n_variants"]
     text = f" ({row['n_curves']}/{row['n_variants']} variants)" if are_missing else ""
     return text + " ‡" * (row["n_different"] > 0)

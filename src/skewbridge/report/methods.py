@@ -14,7 +14,7 @@ import pandas as pd
 import yaml
 
 from skewbridge.bridge.library import load_structure
-from skewbridge.demands.columns import joint_columns
+from skewbridge.demands.columns import choice_text, joint_columns
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE
 from skewbridge.motions.levels import LEVEL_MEASURE
@@ -114,7 +114,7 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
             "random_direction": DIRECTION in drawn,
             "drawn": {property_name(name): distribution for name, distribution in drawn.items()},
             "alternatives": {
-                option_text(name): listed(f"{value}".replace("_", " ") for value in values)
+                option_text(name): listed(choice_text(name, value) for value in values)
                 for name, values in alternatives.items()
             },
             "block_size": BLOCK,

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property, reduce
 from pathlib import Path
@@ -11,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from skewbridge.analysis.settings import NUMERICS, Accuracy, AnalysisSettings, under_explicit_keys
+from skewbridge.bridge.library import is_script, load_structure
 from skewbridge.demands.columns import INTENSITY_COLUMNS
 from skewbridge.errors import InputError, did_you_mean
 from skewbridge.files.text import (
@@ -163,6 +165,22 @@ class StudyConfig(BaseModel):
         return tuple(dict.fromkeys((CONDITIONING_BRIDGE, *self.grid.bridge)))
 
 
+def stated_values(bridge: str) -> dict[str, float]:
+    """Return the values on axes that a bridge file states in place of those of a variant.
+
+    They are the gap, the largest one, if no joint takes that of the variant, and zero without
+    joints. The dict is empty if the bridge cannot be read or is a script.
+    """
+    values: dict[str, float] = {}
+    with suppress(InputError):  # the check of the inputs reports it
+        about = None if is_script(bridge) else load_structure(bridge).description
+        if about and not about.takes_gap:
+            values["gap_mm"] = round(max(about.gaps_mm.values(), default=0.0), 3)
+        if about and not about.seats_m:
+            values["friction"] = 0.0
+    return values
+
+
 def parse_config(
     raw: Mapping[str, Any],
     files: Sequence[str | Path] = (),
@@ -182,6 +200,8 @@ def parse_config(
     if isinstance(accuracy, str) and accuracy in NUMERICS:
         full = under_explicit_keys(full, accuracy)
     study = checked(StudyConfig, full, where)
+    stated = {name: stated_values(name) for name in study.grid.bridge}
+    study = study.model_copy(update={"grid": study.grid.with_stated(stated)})
     if study.motions.selection:  # `study.inputs.select_motions` fills this folder
         selected = str(StudyFolder(Path(study.results)).selected)
         motions_read = replace(study.motions, folder=selected, count=None)

@@ -7,6 +7,7 @@ the grid are compared in the same way, from their lowest to their highest value.
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any, Final, get_args
@@ -19,7 +20,7 @@ from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import bent_capacities
 from skewbridge.bridge.frame import Description
 from skewbridge.bridge.library import load_structure, without_effect
-from skewbridge.demands.columns import demands_for
+from skewbridge.demands.columns import choice_text, demands_for
 from skewbridge.demands.validity import BEYOND_MODEL
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import write_frame
@@ -28,7 +29,6 @@ from skewbridge.statuses import OK
 from skewbridge.study.analyses import StudySetup, run_in_journal, sampled
 from skewbridge.study.folder import COLUMNS_FILE
 from skewbridge.study.task import Task, run_key
-from skewbridge.units import MN, split_unit
 from skewbridge.variant.options import HingeRule
 from skewbridge.variant.variant import ABUTMENTS, Variant
 
@@ -128,20 +128,6 @@ CHOICES: Final = tuple(
 )
 
 
-def choice_text(key: str, value: Value) -> str:
-    """Return the text of an option value for tables and figures, with its unit."""
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, tuple):
-        return " ".join(choice_text("", part) for part in value)
-    if isinstance(value, str):
-        return value.replace("_", " ")
-    unit = split_unit(key)[1]
-    if unit == "N/m":
-        value, unit = value / MN, "MN/m"
-    return f"{value:g}" if unit == "-" else f"{value:g} {unit}"
-
-
 MOTIONS: Final = 8  # of each variant, spread over their PGV
 CHOICE_CONFIDENCE: Final = 0.90  # level of the intervals
 CHOICE_COLUMNS: Final[dict[str, str]] = read_yaml(COLUMNS_FILE)["modelling_choices"]
@@ -169,10 +155,10 @@ def axis_pairs(
     for name, values in axes.items():
         ends = [end(values, key=abs) for end in (min, max)]
         points = [variant.values() | {name: value} for value in ends]
-        variants = [Variant.at(variant.bridge, variant.abutment, point) for point in points]
-        variants = [variant.normalised() for variant in variants]
+        at = partial(setup.study.grid.variant, variant.bridge, variant.abutment)
+        variants = list(map(at, points))
         if variants[0] == variants[1]:
-            continue  # one value, or an axis that the abutment model does not have
+            continue  # one value, or an axis that the model or the bridge does not have
         before, after = (sampled(setup.tasks(variant), count) for variant in variants)
         labels = _labelled("axis", name, *(choice_text(name, value) for value in ends))
         for lower, upper in zip(before, after, strict=True):

@@ -42,7 +42,7 @@ from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED
 from skewbridge.fragility.hazard import HazardConfig, hazard_curve, site_hazard
 from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.limit_states import States, load_limit_states, with_column_failure
-from skewbridge.fragility.rates import curve_rate, rate_columns, rate_effects
+from skewbridge.fragility.rates import curve_rate, rate_columns, rate_effects, rate_shares
 from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.fragility.study_tables import fragility_tables, write_tables
 from skewbridge.study.folder import StudyFolder, starter_files
@@ -122,9 +122,10 @@ def _frame(path: Path) -> pd.DataFrame:
     return frame
 
 
-def _read_demands(path: Path, im: str | None, states: States) -> tuple[pd.DataFrame, str]:
-    """Return the table read by `read_foreign` (known columns only) and its intensity measure."""
-    source = read_any(path)
+def _read_demands(
+    path: Path, source: pd.DataFrame, im: str | None, states: States
+) -> tuple[pd.DataFrame, str]:
+    """Return the table by `read_foreign` (known columns only) and its intensity measure."""
     demand_table.need_columns(source, ["status"], path.name)
     measures = list(map(str, source.filter(regex="^im_")))
     im_column = im or (DEFAULTS.im if len(measures) != 1 else measures[0])
@@ -135,7 +136,8 @@ def _read_demands(path: Path, im: str | None, states: States) -> tuple[pd.DataFr
     wanted |= {state.demand for state in states}
     prefixes = ("im_", CHOICE_PREFIX, DRAW_PREFIX)
     columns = (name for name in map(str, source) if name in wanted or name.startswith(prefixes))
-    return demand_table.read_foreign(path, {name: name for name in columns}), im_column
+    names = {name: name for name in columns}
+    return demand_table.read_foreign(path, names, source=source), im_column
 
 
 def _limit_states(path: Path) -> States:
@@ -162,9 +164,9 @@ def statistics_of(
         raise InputError(f"{out} is the folder of a study with demands: choose another folder")
     states = _limit_states(limit_states)
     site = HazardConfig(file=hazard and str(hazard), measure=hazard and im)
-    measures = list(map(str, read_any(demands).filter(regex="^im_"))) if hazard else []
-    rates = hazard_curve(site, measures, DEFAULTS.im)
-    table, measure = _read_demands(demands, rates.im if rates else im, states)
+    source = read_any(demands)
+    rates = hazard_curve(site, list(map(str, source.filter(regex="^im_"))), DEFAULTS.im)
+    table, measure = _read_demands(demands, source, rates.im if rates else im, states)
     available = [state for state in states if state.demand in table]
     if not available:
         names = ", ".join(dict.fromkeys(state.demand for state in states))
@@ -224,7 +226,7 @@ def compare_studies(
     tables: list[pd.DataFrame] = []
     for number, study in enumerate((first, second)):
         path = study if study.is_file() else demands_file(study)
-        table, _ = _read_demands(path, im, states)
+        table, _ = _read_demands(path, read_any(path), im, states)
         table = with_derived_columns(table[~table["motion_id"].isin(renamed_files)])
         tables.append(table.assign(**{STUDY: number}))
     shared = set(tables[0].columns) & set(tables[1].columns)
@@ -325,7 +327,7 @@ def predict_states(
     abutment: str | None = None,
     *,
     at: float | None = None,  # intensity for `p` (with beta_total), `p_records` (with beta)
-    hazard: Path | None = None,  # hazard curve for the columns of `rate_columns`
+    hazard: Path | None = None,  # for the columns of `rate_columns` and `rate_shares`
 ) -> list[Row]:
     """Return predictions at a point in the range of a study, one row per fitted limit state.
 
@@ -362,6 +364,7 @@ def predict_states(
         prediction[f"p_{EXTRAPOLATED}"] = None if at is None else not low <= at <= high
         if site is not None:
             prediction |= rate_columns(curve_rate(curve, site).interval(model.level))
+            prediction |= rate_shares(curve, site, low, high)
         prediction["n_withheld"] = int(n_withheld.get(tuple(row[name] for name in keys), 0))
         shared = {name: row[name] for name in ("loo_error", "im", RANDOM_PROPERTIES)}
         rows.append(prediction | shared)

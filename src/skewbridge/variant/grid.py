@@ -12,6 +12,7 @@ from pydantic import (
     BaseModel,
     ConfigDict,
     Field,
+    PrivateAttr,
     TypeAdapter,
     ValidationError,
     model_validator,
@@ -80,6 +81,19 @@ class GridConfig(BaseModel):
     skew_deg: AxisValues = (0, 30, 60)
     gap_mm: AxisValues = (25, 51)
     friction: AxisValues = (0.0, 0.5)
+    #: values on axes that a bridge itself states, by bridge and axis
+    _stated: dict[str, dict[str, float]] = PrivateAttr(default_factory=dict)
+
+    def with_stated(self, values: dict[str, dict[str, float]]) -> Self:
+        """Return the grid for bridges that state values on some axes, by bridge and axis."""
+        grid = self.model_copy()
+        grid._stated = values
+        return grid
+
+    def variant(self, bridge: str, abutment: str, point: Mapping[str, float]) -> Variant:
+        """Return the variant at a point of the axes, with the values that its bridge states."""
+        stated = self._stated.get(bridge, {})
+        return Variant.at(bridge, abutment, {**point, **stated}).normalised()
 
     def values(self) -> dict[str, tuple[float, ...]]:
         """Return the values of every axis of the grid, keyed by axis name."""
@@ -140,4 +154,4 @@ def _points(grid: GridConfig) -> Iterator[tuple[Variant, dict[str, float]]]:
     axes = grid.values()
     for bridge, abutment, values in product(grid.bridge, grid.abutment, product(*axes.values())):
         point = dict(zip(axes, values, strict=True))
-        yield Variant.at(bridge, abutment, point).normalised(), point
+        yield grid.variant(bridge, abutment, point), point
