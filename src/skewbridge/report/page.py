@@ -26,6 +26,7 @@ from skewbridge.demands.columns import demands_for
 from skewbridge.demands.validity import (
     BEYOND_MODEL,
     FAILURE_DEMANDS,
+    MAX_ENERGY_RESIDUAL,
     is_complete,
     with_derived_columns,
 )
@@ -34,7 +35,7 @@ from skewbridge.files.text import write_text
 from skewbridge.fragility import exports, verdicts
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
 from skewbridge.fragility.fits import FITTED
-from skewbridge.fragility.limit_states import HEADLINE_STATES, hazus_factor
+from skewbridge.fragility.limit_states import COLUMN_FAILURE, HEADLINE_STATES, hazus_factor
 from skewbridge.fragility.verdicts import MEDIAN_CAPACITY, OK
 from skewbridge.report import answer, appearance
 from skewbridge.report.answer import change_name, effect_name, model_name
@@ -45,7 +46,6 @@ from skewbridge.report.fragility_figures import (
     main_curves,
     pooled_curves,
     state_text,
-    three_digits,
     variants_text,
     with_system,
 )
@@ -61,7 +61,6 @@ from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS
 
 _CHANGE: Final = ("axis", "from_value", "to_value")
-_NEEDED: Final = (*BRIDGE_COLUMNS, *_CHANGE, "demand", "n_motions", "needed_motions")
 
 
 def write_report(
@@ -190,7 +189,7 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], bridges: Sequence[str]) ->
         "sketch_colours": dict(zip(("skew", "gap", "friction"), colours, strict=True)),
         "axis_texts": texts,
         "at_own_period": is_at_own_period(str(curves["im"].iloc[0]), set(demands["bridge"])),
-        "answer": answer_rows(table, counts) | {"failures": has_capacities},
+        "answer": answer_rows(table, counts, curves) | {"failures": has_capacities},
         "failures": answer.failure_sentences(counts, has_capacities=has_capacities),
         "shear_failures": answer.shear_model_sentence(demands),
         "motions_line": f"{motions} {suites_text} "
@@ -198,11 +197,14 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], bridges: Sequence[str]) ->
     }
 
 
-def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
+def answer_rows(table: pd.DataFrame, counts: pd.DataFrame, curves: pd.DataFrame) -> dict[str, Any]:
     """Return the table of the first screen: one row per change and model, one column per state.
 
-    ``table`` is from `answer_table`, ``counts`` from `run_counts`.
+    ``table`` is from `answer_table`, ``counts`` from `run_counts`; ``curves`` have the capacities.
     """
+    heads = {
+        f"{row['component']}/{row['limit_state']}": state_text(row) for row in records_of(curves)
+    }
     names, notes = answer.short_names(table), answer.limit_notes(table)
     signs = {note_key: number for number, note_key in enumerate(notes, 1)}
     capacities = table[table["quantity"] == MEDIAN_CAPACITY]
@@ -223,7 +225,7 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
             }
             rows.append({**row, "cells": cells})
     return {
-        "states": [effect_name(state) for state in states],
+        "states": [heads[state] for state in states],
         "certainty": {claim: text.partition(",")[0] for claim, text in answer.CERTAINTY.items()},
         "rows": rows,
         "notes": list(notes.values()),
@@ -394,8 +396,8 @@ def with_ends(row: Mapping[str, Any], names: Sequence[str]) -> str:
     value, low, high = (row[name] for name in names)
     if pd.isna(value):
         return "–"
-    ends = "" if pd.isna(low) else f" [{three_digits(low)}, {three_digits(high)}]"
-    return three_digits(value) + ends
+    ends = "" if pd.isna(low) else f" [{exports.three_digits(low)}, {exports.three_digits(high)}]"
+    return exports.three_digits(value) + ends
 
 
 # --- effects
@@ -405,6 +407,11 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
     """Return the tables of pooled headline effects and other pooled effects, and their legend."""
     rows = pd.concat([frames["medians"], frames["effects"]], ignore_index=True)
     pooled = rows[rows["scope"] == "pooled"]
+    # the only failure mode of a column has the effects of any failure, but in another family
+    failures = pooled["demand"].str.startswith(f"{COLUMN_FAILURE}/")
+    is_any = pooled["demand"] == f"{COLUMN_FAILURE}/any"
+    repeated = pooled.duplicated([*BRIDGE_COLUMNS, *_CHANGE, *verdicts.RATIOS], keep=False)
+    pooled = pooled[~(failures & ~is_any & repeated)]
     ratios, needed = pooled[pooled["judged_by"] == verdicts.RATIO], frames["needed_motions"]
     medians = pooled[pooled["quantity"] == MEDIAN_CAPACITY]
     main = pooled["demand"].isin({*HEADLINE_STATES, *demands_for("headline")})
@@ -415,7 +422,7 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
         "any_marked": any(map(answer.extent_of_data, records_of(medians))),
         "margin": appearance.margin_text(ratios.iloc[0]) if len(ratios) else "",
         "alternatives": answer.alternative_rows(frames["alternatives"]),
-        "needed": needed.loc[needed["forecast"] == verdicts.MORE, list(_NEEDED)],
+        "needed": records_of(needed[needed["forecast"] == verdicts.MORE]),
         "styles": appearance.STYLES.values(),
     }
 
@@ -615,7 +622,8 @@ def shown_rows(
     for name in frame:
         words, unit = split_unit(str(name))
         unit, factor = appearance.shown_unit(unit)
-        heading = words.replace("_", " ") + ("" if unit == "-" else f" ({unit})")
+        words = words.replace("rung", "recovery step").replace("_", " ")
+        heading = words + ("" if unit == "-" else f" ({unit})")
         values = frame[name] if factor == 1.0 else factor * frame[name]
         texts[heading] = [number_text(value, digits) for value in values.tolist()]
     return records_of(pd.DataFrame(texts))
@@ -684,10 +692,14 @@ def quality(demands: pd.DataFrame, sensitivity: pd.DataFrame) -> dict[str, Any]:
     name, rubbed = "cone_work_over_10pct_ratio", demands[demands["slip_work_kj"] > 0.0]
     # after the failure of a column its fibers lose their force in jumps, which the work of end
     # forces does not follow; demands count up to the failure
-    before_failure = demands[~demands[BEYOND_MODEL].fillna("").astype(bool)]
+    has_failed = demands[BEYOND_MODEL].fillna("").astype(bool)
+    residuals, changes = demands["energy_residual_ratio"].abs(), pd.Series(dtype=float)
+    if len(sensitivity):
+        changes = sensitivity.set_index("demand")["reference_largest_change"].dropna()
     return {
-        "residuals": 100.0 * before_failure["energy_residual_ratio"].abs(),
-        "changes": 100.0 * sensitivity.get("reference_largest_change", pd.Series(dtype=float)),
+        "residuals": 100.0 * residuals[~has_failed],
+        "late": int((residuals[has_failed] > MAX_ENERGY_RESIDUAL).sum()),
+        "changes": 100.0 * changes,
         "compared": sensitivity[["rows", "analysed_s"]].max() if len(sensitivity) else None,
         "excesses": 100.0 * rubbed.get(name, pd.Series(dtype=float)),
     }

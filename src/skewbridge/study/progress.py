@@ -65,6 +65,11 @@ def study_progress(run_keys: Mapping[str, Sequence[str]], content: JournalConten
     if crashes := sum(row["status"] == CRASH for row in rows):
         text = f"{crashes} analyses ended their workers (status {CRASH}); `skewbridge status "
         notes += (f"{text}--failed` lists them and `skewbridge study retry` repeats them.",)
+    if done and not rows:
+        text = (
+            f"None of the {len(done)} stored analyses has the present sources, settings and motions"
+        )
+        notes += (f"{text}: the study will repeat its analyses.",)
     ledger = {
         name: dict(sorted(Counter(row[column] for row in rows).items()))
         for name, column in (("status", "status"), ("recovery_step", "recovery_rung"))
