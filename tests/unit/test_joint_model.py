@@ -422,11 +422,12 @@ def test_a_table_that_cannot_be_used_is_refused(written, tmp_path, change, words
     assert words in found["message"]
 
 
-def test_rows_without_an_intensity_are_rejected_one_by_one(written, tmp_path):
-    table = DEMANDS[NEEDED].assign(**{IM: DEMANDS[IM].mask(DEMANDS.index == 5)})
+def test_rows_without_an_intensity_and_unused_columns_are_reported(written, tmp_path):
+    table = DEMANDS[NEEDED].assign(**{IM: DEMANDS[IM].mask(DEMANDS.index == 5), "collapsed": 0})
     code, report = statistics(table, tmp_path, written[0])
     assert (code, report["rejected_rows"]) == (0, 1)
-    assert "row 5" in report["notes"][0]
+    assert report["notes"][0] == "columns that are not used: 'collapsed'"
+    assert "row 5" in report["notes"][1]
     assert report["tables"]["curves"] == written[1]["tables"]["curves"]
 
 

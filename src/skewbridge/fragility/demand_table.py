@@ -8,13 +8,13 @@ from difflib import get_close_matches
 from functools import cache
 from itertools import chain, islice
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, Self
 
 import numpy as np
 import pandas as pd
 from joblib import Parallel, delayed
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, model_validator
 
 from skewbridge.demands import validity
 from skewbridge.demands.columns import COLUMNS, DEMAND_COLUMNS, EVENT
@@ -181,6 +181,13 @@ def refuse_misspelt(columns: Iterable[str], present: Iterable[str] = ()) -> None
             raise InputError(f"{text} Rename the column", column=name)
 
 
+def unused_notes(columns: Iterable[str]) -> list[str]:
+    """Return a note on columns of a foreign table that have none of our names, else no text."""
+    ours = {column.name for column in COLUMNS} | {axis.name for axis in OPTION_AXES}
+    unused = sorted(name for name in columns if name not in ours)
+    return [f"columns that are not used: {names_of(unused)}"] if unused else []
+
+
 def percent_notes(name: str, demands: Floats) -> list[str]:
     """Return a warning if the demands of a drift ratio seem to be in per cent, else no text."""
     is_drift = name.lower().endswith(("drift", "drift_ratio"))
@@ -201,6 +208,14 @@ class ColumnMap(BaseModel):
     """factor that converts to the unit of the demands table, for each of its columns"""
     constants: dict[str, str | float] = {}
     """value of each column of the demands table that is not in the file"""
+
+    @model_validator(mode="after")
+    def _known_names(self) -> Self:
+        if unknown := self.factors.keys() - self.columns.keys():
+            raise ValueError(f"factors: {names_of(sorted(unknown))} is not a key of columns")
+        if doubled := self.constants.keys() & self.columns.keys():
+            raise ValueError(f"constants: {names_of(sorted(doubled))} is also in columns")
+        return self
 
 
 #: Limits of the axes in tables of other programs, whose models allow larger skews than ours.

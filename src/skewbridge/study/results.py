@@ -122,8 +122,10 @@ def _frame(path: Path) -> pd.DataFrame:
     return frame
 
 
-def _read_demands(path: Path, im: str | None, states: States) -> tuple[pd.DataFrame, str]:
-    """Return the table read by `read_foreign` (known columns only) and its intensity measure."""
+def _read_demands(
+    path: Path, im: str | None, states: States
+) -> tuple[pd.DataFrame, str, list[str]]:
+    """Return the table read by `read_foreign`, its intensity measure, a note on other columns."""
     source = read_any(path)
     demand_table.need_columns(source, ["status"], path.name)
     measures = list(map(str, source.filter(regex="^im_")))
@@ -134,8 +136,9 @@ def _read_demands(path: Path, im: str | None, states: States) -> tuple[pd.DataFr
     wanted = {column.name for column in COLUMNS} | {*demand_table.axis_names(source), im_column}
     wanted |= {state.demand for state in states}
     prefixes = ("im_", CHOICE_PREFIX, DRAW_PREFIX)
-    columns = (name for name in map(str, source) if name in wanted or name.startswith(prefixes))
-    return demand_table.read_foreign(path, {name: name for name in columns}), im_column
+    names = {n: n for n in map(str, source) if n in wanted or n.startswith(prefixes)}
+    unused = demand_table.unused_notes(set(map(str, source)) - names.keys())
+    return demand_table.read_foreign(path, names), im_column, unused
 
 
 def _limit_states(path: Path) -> States:
@@ -164,7 +167,7 @@ def statistics_of(
     site = HazardConfig(file=hazard and str(hazard), measure=hazard and im)
     measures = list(map(str, read_any(demands).filter(regex="^im_"))) if hazard else []
     rates = hazard_curve(site, measures, DEFAULTS.im)
-    table, measure = _read_demands(demands, rates.im if rates else im, states)
+    table, measure, unused = _read_demands(demands, rates.im if rates else im, states)
     available = [state for state in states if state.demand in table]
     if not available:
         names = ", ".join(dict.fromkeys(state.demand for state in states))
@@ -180,7 +183,7 @@ def statistics_of(
         "verdict": tables["effects"]["verdict_family"].value_counts().to_dict(),
         "left_out": [f"{state.key} ({state.demand})" for state in states if state not in available],
         "rejected_rows": int((notes["kind"] == "rejected_row").sum()),
-        "notes": notes["message"].tolist(),
+        "notes": unused + notes["message"].tolist(),
         "warnings": notes.loc[notes["kind"] == "percent", "message"].tolist(),
         **{"im": measure, "out": str(out)},
     }
@@ -224,7 +227,7 @@ def compare_studies(
     tables: list[pd.DataFrame] = []
     for number, study in enumerate((first, second)):
         path = study if study.is_file() else demands_file(study)
-        table, _ = _read_demands(path, im, states)
+        table, *_ = _read_demands(path, im, states)
         table = with_derived_columns(table[~table["motion_id"].isin(renamed_files)])
         tables.append(table.assign(**{STUDY: number}))
     shared = set(tables[0].columns) & set(tables[1].columns)
