@@ -304,6 +304,15 @@ def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path):
     for row in answer("predict", "--study", study, *at)["rows"]:
         expected = own.loc[(row["component"], row["state"]), names].tolist()
         assert [row[name] for name in names] == pytest.approx(expected)
+        share = own.loc[(row["component"], row["state"]), "share_outside_low"]
+        assert row["share_outside_low"] == pytest.approx(share)
+    # a curve that ends at weak intensities gives no rate: its lack is reported or refused
+    short = file("im,rate\n0.1,0.01\n0.2,0.005\n", "short.csv")
+    shown = invoke("predict", "--study", study, *at[:-1], short)
+    assert "lacks intensities above the hazard curve: at least 89%" in shown.stderr
+    given_short = ("--axis", "friction=0.5", "--hazard", short, "--out", tmp_path / "none")
+    message = answer("decide", "--study", study, *given_short, code=2)["message"]
+    assert message.startswith("short.csv ends at a rate of 0.005 per year (im 0.2), above the targ")
     compared = answer("compare", *tables, *given)["rates"]
     pooled = {row["component"]: row for row in compared if row["scope"] == "pooled"}
     assert pooled["unseating"]["ci_low"] > 1.1

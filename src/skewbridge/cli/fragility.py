@@ -33,6 +33,9 @@ _DECISION_COLUMNS: Final = (
     *("hazus_m", "aashto_m", "sdc_m", "column_rate"),
 )
 
+#: Largest share of a rate that may be missing above the hazard curve without a note.
+_MAX_OUTSIDE: Final = 0.05
+
 
 @dataclass(frozen=True, kw_only=True)
 class FitCommand:
@@ -154,6 +157,10 @@ def predict(
     notes = ["loo_error: error of theta when a variant is left out of the model"]
     if any(row[flag] for row in rows for flag, _ in flags):
         notes.append("extrapolated: fewer than three motions are as strong, or weak, as this value")
+    outside = max(row.get("share_outside_low", 0.0) for row in rows)
+    if outside > _MAX_OUTSIDE:
+        share = f"at least {outside:.0%} of a rate (share_outside_low of --json)"
+        notes.append(f"annual_rate lacks intensities above the hazard curve: {share}")
     if lost := [f"{r['component']} {r['state']}" for r in rows if r["n_withheld"]]:
         notes.append(f"no curve in some variants (bounds_too_wide): {', '.join(lost)}")
     if (drawn := rows[0]["random_properties"]) != "none":

@@ -35,6 +35,7 @@ TEXT_COLUMNS: Final = tuple(column.name for column in COLUMNS if column.kind == 
 
 #: Largest plausible drift ratio of a completed run.
 MAX_DRIFT: Final = 0.2
+MAX_DISP_M: Final = 10.0
 #: Advice for a demand that is infinite because the run collapsed.
 WITHOUT_PEAK: Final = "give a collapsed run the status collapse"
 
@@ -189,12 +190,17 @@ def unused_notes(columns: Iterable[str]) -> list[str]:
 
 
 def percent_notes(name: str, demands: Floats) -> list[str]:
-    """Return a warning if the demands of a drift ratio seem to be in per cent, else no text."""
+    """Return warnings if demands of completed runs have a wrong unit, or are 0 in failed runs."""
     is_drift = name.lower().endswith(("drift", "drift_ratio"))
-    largest = float(np.max(demands[np.isfinite(demands)], initial=0.0)) if is_drift else 0.0
-    # ASSUME no bridge completes a motion at a drift of 20 %
-    text = f"{name} is up to {largest:.3g} in completed runs: a ratio is needed, not per cent"
-    return [text] if largest > MAX_DRIFT else []
+    largest = float(np.max(demands[np.isfinite(demands)], initial=0.0))
+    notes: list[str] = []
+    # ASSUME no bridge completes a motion at a drift of 20 % or a displacement of 10 m
+    if (is_drift and largest > MAX_DRIFT) or (name.endswith("_m") and largest > MAX_DISP_M):
+        needed = "a ratio is needed, not per cent" if is_drift else "metres are needed, not mm"
+        notes += [f"{name} is up to {largest:.3g} in completed runs: {needed}"]
+    if is_drift and (zeros := int(np.sum(demands == 0.0))):
+        notes += [f"{name} is 0 in {zeros} completed runs: give failed runs their status"]
+    return notes
 
 
 class ColumnMap(BaseModel):

@@ -309,8 +309,12 @@ def decision(
 ) -> Decision:
     """Return support length and seat needed, and the rate of column failure, over skew and gap.
 
-    An `InputError` states that the study has no unseating model or a single skew.
+    An `InputError` states that the study has no unseating model or a single skew, or that the
+    hazard curve ends above the target.
     """
+    if (last := float(hazard.rates[0, -1])) > target:
+        ends = f"{hazard.source} ends at a rate of {last:.3g} per year (im {hazard.levels[-1]:g})"
+        raise InputError(f"{ends}, above the target of {target:.3g}: add stronger intensities")
     row_of = {f"{row['component']}/{row['limit_state']}": row for row in rows}
     unseating = next((row for row in rows if row["component"] == "unseating"), None)
     if unseating is None:

@@ -5,6 +5,7 @@ import re
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -365,6 +366,8 @@ def predict_states(
         prediction[f"p_{EXTRAPOLATED}"] = None if at is None else not low <= at <= high
         if site is not None:
             prediction |= rate_columns(curve_rate(curve, site).interval(model.level))
+            p_last = curve.probability(float(np.log(site.levels[-1])), total=True)
+            prediction |= site.shares(partial(curve_rate, curve), p_last, low, high)
         prediction["n_withheld"] = int(n_withheld.get(tuple(row[name] for name in keys), 0))
         shared = {name: row[name] for name in ("loo_error", "im", RANDOM_PROPERTIES)}
         rows.append(prediction | shared)
