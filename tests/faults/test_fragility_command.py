@@ -308,6 +308,8 @@ def test_foreign_tables_lose_single_bad_rows_or_are_refused_with_row_and_column(
     names = {"motion_id": "record", "im_pga_g": "PGA", "status": "end", "beyond_model": "failed"}
     assert foreign(data, names)["complete"].tolist() == [True, False, False]
     assert foreign(data, names | {"complete": "all"})["complete"].tolist() == data["all"]
+    partly = foreign(data | {"all": [None, 1, 0]}, names | {"complete": "all"})
+    assert partly["complete"].tolist() == data["all"]
     table = synthetic_demands(**SAME_PLACE, motions=30)[["motion_id", "status", IM, DRIFT]]
     table.loc[3, IM] = np.nan
     table.loc[7, DRIFT] = np.nan

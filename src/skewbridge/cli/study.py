@@ -36,6 +36,7 @@ DEMO_STUDY: Final = Path(__file__).parent / "demo_study"
 
 #: Printed columns of a table of effects.
 _CHANGE: Final = ("bridge", "abutment", "demand", "axis", "from_value", "to_value")
+_COUNTED: Final = ("unit", "verdict_family", "n_motions", "n_pairs", "n_bounds")
 
 commands = new_group()
 study = new_group(name="study", help=COMMANDS["study"][1])
@@ -312,6 +313,6 @@ def _comparison_row(row: dict[str, Any]) -> dict[str, Any]:
         "change": row[value],
         "low": row[f"{prefix}_low"],
         "high": row[f"{prefix}_high"],
-        **{name: row[name] for name in ("unit", "verdict_family", "n_motions", "n_pairs")},
+        **{name: row[name] for name in _COUNTED},
         "extrapolated": f"{n_far:.0f} of {2 * cells:.0f} medians" if n_far > 0 else "",
     }

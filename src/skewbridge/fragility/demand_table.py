@@ -257,7 +257,8 @@ def read_foreign(
     options = [name for name in map(str, out) if name.startswith(CHOICE_PREFIX)]
     for name in out.columns.difference([*TEXT_COLUMNS, *options]):
         numbers = as_column(out[name].to_numpy(), columns.get(name, name))
-        out[name] = numbers > 0.0 if name == validity.COMPLETE else numbers * factors.get(name, 1.0)
+        is_flag = name == validity.COMPLETE  # not known: as the status says
+        out[name] = ~(numbers <= 0.0) if is_flag else numbers * factors.get(name, 1.0)
     for name in (*LOADING_COLUMNS, *axis_names(out), "status"):
         require(out[name].notna().to_numpy(), columns.get(name, name), "is missing")
     for name, (low, high) in _LIMITS.items():

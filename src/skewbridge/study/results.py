@@ -210,7 +210,7 @@ class StudyComparison(NamedTuple):
     rates: pd.DataFrame  # empty without a hazard curve
     counts: dict[str, int]  # pairs, runs in one only, shared variants and motions, equal pairs
     other_motions: tuple[str, ...]  # left out: same name in both studies, different files
-    warnings: tuple[str, ...]  # demands that seem to be in per cent
+    warnings: tuple[str, ...]  # on units of demands, and on intensities that differ
 
 
 def compare_studies(
@@ -249,6 +249,12 @@ def compare_studies(
     runs, notes = demand_table.prepared(paired, [state.demand for state in states], settings)
     top, bottom = (pairs[[f"{name}_{end}" for name in names]] for end in ("to", "from"))
     equal = (top == bottom.to_numpy()) | (top.isna() & bottom.isna().to_numpy())
+    equal["complete"] = pairs["complete_to"] == pairs["complete_from"]
+    doubts = notes.loc[notes["kind"] == "percent", "message"].tolist()
+    shift = float(np.abs(np.log(pairs[f"{im}_to"] / pairs[f"{im}_from"])).max())
+    # ASSUME rounding changes the intensity of a motion by less than 1 %
+    if shift > 0.01:
+        doubts += [f"{im} of paired runs differs by up to {np.expm1(shift):.0%}: same measure?"]
     models = fit_models(runs, states, settings, further=[STUDY])
     shared: Any = {"models": models, "axes": [STUDY]}
     rates = rate_effects(models, states, site, settings, axes=[STUDY]) if site else pd.DataFrame()
@@ -265,7 +271,7 @@ def compare_studies(
             "equal_pairs": int(equal.all(axis=1).sum()),
         },
         other_motions=renamed_files,
-        warnings=tuple(notes.loc[notes["kind"] == "percent", "message"]),
+        warnings=tuple(dict.fromkeys(doubts)),
     )
 
 
