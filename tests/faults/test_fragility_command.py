@@ -57,6 +57,7 @@ NAMED = ("--im", "im", "--edp", "edp", "--threshold", 2)
             (STRIPES | {"im": [0.1, "x"]}, "stripes", 1, "must be a number"),
             ("im,n,k\n0.2,20,1\n0.4,,9\n0.8,20,17\n", "stripes", 1, ""),
             (STRIPES | {"n": [20]}, "stripes", 1, "differ in length"),
+            (CLOUD | {"edp": [1]}, "cloud", 1, "length: im has 2, edp has 1"),
             ({"im": [0.1, 0.2], "k": [1, 2]}, "stripes", None, "need a column 'n'"),
             ({}, "stripes", None, "need a column 'im'"),
             (CLOUD | {"im": [0.1, -0.2]}, "cloud", 1, "im must be > 0"),
@@ -80,6 +81,8 @@ NAMED = ("--im", "im", "--edp", "edp", "--threshold", 2)
         ("im,edp\n0.1,1\n0.2,2\n0.3,\n0.4,4\n", "cloud", NAMED, {"row": 2, "column": "edp"}, ""),
         ("im,edp\n0.1,1\n0.2,2\n-0.3,3\n0.4,4\n", "cloud", NAMED, {"row": 2, "column": "im"}, ""),
         ({"im": [1, 2, 3], "edp": [1, 2]}, "cloud", NAMED, {}, "columns differ in length"),
+        (TABLE.assign(motion_id=[*"abcdefghijk", None]), "cloud", (*RUNS, 0.01),
+         {"row": 11, "column": "motion_id"}, "motion_id is missing (row 11)"),
         (TABLE.assign(status="OK"), "cloud", (*RUNS, 0.015), {},
          "status must be one of ok, collapse, numerical_failure, timeout, crash"),
         (TABLE.assign(**{DRIFT: [np.inf, *[0.01] * 11]}), "cloud", (*RUNS, 0.015), {},
@@ -265,6 +268,13 @@ def test_unused_and_repeated_rows_of_a_table_of_runs_are_reported(fit):
     assert fit(failed, "cloud", *RUNS, 0.01)["notes"] == ["columns that are not used: 'fell'"]
     twice = fit(pd.concat([TABLE, TABLE]), "cloud", *RUNS, 0.01)
     assert twice["notes"] == ["12 rows repeat another row: intervals are too narrow"]
+
+
+def test_runs_of_one_event_are_left_out_together(fit):
+    found = fit(TABLE.assign(event=[*"aabbccddee", "", ""]), "cloud", *RUNS, 0.01)
+    assert (found["ci_method"], found["n_records"]) == ("jackknife", 12)
+    joined = TABLE.assign(motion_id=[*"aabbccddeefg"])
+    assert found["ci_theta"] == fit(joined, "cloud", *RUNS, 0.01)["ci_theta"]
 
 
 def test_runs_of_one_motion_have_no_interval(fit):

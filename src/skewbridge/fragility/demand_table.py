@@ -110,6 +110,7 @@ def demand_columns(demands: pd.DataFrame, columns: Sequence[str]) -> pd.DataFram
 
 def motion_codes(table: pd.DataFrame) -> Index:
     """Return the number of the motion of each run, 0 .. m - 1, shape (n,)."""
+    require(table["motion_id"].notna().to_numpy(), "motion_id", "is missing")
     return np.unique(table["motion_id"].to_numpy(dtype=str), return_inverse=True)[1]
 
 

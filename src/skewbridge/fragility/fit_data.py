@@ -10,12 +10,19 @@ import pandas as pd
 from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 
+from skewbridge.demands.columns import EVENT
 from skewbridge.demands.validity import BEYOND_MODEL, COMPLETE, failure_kinds, is_complete
 from skewbridge.errors import InputError
 from skewbridge.files.tables import Mask, as_column, positive, read_any, require, same_length
 from skewbridge.files.text import checked, file_fault, read_json, read_yaml, shortened, shown_path
 from skewbridge.fragility import demand_table, fits
-from skewbridge.fragility.demand_table import ColumnMap, motion_codes, need_columns, read_foreign
+from skewbridge.fragility.demand_table import (
+    ColumnMap,
+    block_codes,
+    motion_codes,
+    need_columns,
+    read_foreign,
+)
 from skewbridge.fragility.fits import FITTED, NO_EXCEEDANCE
 from skewbridge.fragility.limit_states import MAX_DISPERSION, LimitState
 from skewbridge.fragility.motion_means import motion_weights
@@ -128,7 +135,8 @@ def _fit_columns(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragil
         raise InputError(text, column="threshold")
     threshold, none = float(positive(distinct, "threshold")[0]), np.zeros(im.size)
     censored, collapse = (as_column(columns.get(n, none), n) for n in ("censored", "collapse"))
-    same_length(im=im, edp=edp, censored=censored, collapse=collapse)
+    flags = {name: columns[name] for name in ("censored", "collapse") if name in columns}
+    same_length(im=im, edp=edp, **flags)
     require(~np.isinf(edp) | (collapse > 0.0), "edp", "must be finite unless collapse is 1", edp)
     finite = np.nan_to_num(edp, posinf=0.0)  # collapse counts as exceedance
     edp = np.where(collapse > 0.0, np.maximum(finite, threshold), edp)
@@ -195,13 +203,16 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     if state.threshold <= demand_table.MAX_DRIFT:
         notes += demand_table.percent_notes(options.edp, demand[is_complete(runs)])
     outcomes = demand_outcomes(runs, [state])
-    fit, unknown = _fit_outcomes(im, motions, outcomes, state, options), outcomes.unknown(state)
+    # the jackknife leaves out events where they are known
+    by_event = has_motions and EVENT in data and options.method != "ida"
+    codes = block_codes(data) if by_event else motions
+    fit, unknown = _fit_outcomes(im, codes, outcomes, state, options), outcomes.unknown(state)
     bounds: dict[str, tuple[float, float]] = {}
     details: dict[str, Any] = {"n_records": int(np.unique(motions).size)}
     details |= {"n_unknown": int(np.sum(unknown)), "notes": notes}
     if np.any(unknown):
         for name in TREATMENTS:
-            bound = _fit_outcomes(im, motions, outcomes.treated(state, name), state, options)
+            bound = _fit_outcomes(im, codes, outcomes.treated(state, name), state, options)
             bounds[name] = bound.theta, bound.beta
             details |= {f"theta_{name}": bound.theta, f"beta_{name}": bound.beta}
         fit = fit.limited(bounds)
