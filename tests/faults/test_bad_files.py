@@ -214,6 +214,12 @@ def test_good_cases_write_forces_and_histories_with_units(tmp_path):
     found = run_case(tmp_path, "deck", DECK)
     assert set(found["peaks"]) == {"ux_m", "uy_m", "theta_rad", "penetration_m"}
     assert found["first_contact_s"] == pytest.approx(0.0365, abs=1e-3)
+    rigid = run_case(tmp_path, "deck", DECK | {"solver": "lcp", "restitution": 0.5})
+    assert rigid["peaks"]["penetration_m"] == 0.0
+    assert rigid["first_contact_s"] == pytest.approx(found["first_contact_s"], abs=2e-3)
+    for command, name in (("contact", "f.parquet"), ("deck", "f.csv")):
+        message = answer(command, tmp_path / "case.yaml", "--out", name, code=2)["message"]
+        assert f", got {name}" in message
     schema = pq.read_schema(tmp_path / "f.parquet")
     assert {"t_s", "ux_m", "theta_rad", "gap_ra_m", "fn_lo_n", "ft_la_n"} <= set(schema.names)
     assert schema.field("fn_ra_n").metadata[b"unit"] == b"N"

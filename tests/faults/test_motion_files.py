@@ -108,6 +108,19 @@ def test_very_long_lines_are_refused_quickly_and_unreadable_paths_are_input_erro
             read_trace(tmp_path / name)
 
 
+def test_a_single_large_value_and_a_time_step_in_ms_are_reported(tmp_path):
+    values = shaken_g(1)
+    for spike_g, is_reported in ((0.0, False), (3.0, True)):
+        values[7] = max(values[7], spike_g)
+        (tmp_path / "a.AT2").write_text(at2_text(values))
+        text = " ".join(read_trace(tmp_path / "a.AT2").warnings)
+        assert ("one value is 3 g, the next" in text) == is_reported
+    rows = "\n".join(f"{10 * n}, {value}" for n, value in enumerate(shaken_g(1)))
+    (tmp_path / "ms.csv").write_text(f"time (ms), acc (g)\n{rows}\n")
+    with pytest.raises(InputError, match=r"dt = 10 s is outside 0.0001 to 0.2 s"):
+        read_trace(tmp_path / "ms.csv")
+
+
 # --- an index that came with someone's motions
 OUT_OF_THE_FOLDER = (
     "../secret_h1.AT2", "sub/../../secret_h1.AT2", "C:/secret_h1.AT2", "..\\secret_h1.AT2",

@@ -484,6 +484,17 @@ def test_a_study_equals_itself_but_for_motions_of_one_name_and_other_files(tmp_p
     assert found["counts"]["motions"] == 15
 
 
+def test_other_intensities_and_early_ends_of_paired_runs_are_reported(tmp_path: Path) -> None:
+    table = synthetic_demands(gaps=(51,), skews=(0,))
+    other = table.assign(**{IM: 1.2 * table[IM]})
+    other.loc[other.index[3], ["status", "complete"]] = "timeout", False
+    first, second = write_study(tmp_path / "a", table), write_study(tmp_path / "b", other)
+    assert compared(first, second)["counts"]["equal_pairs"] == len(table) - 1
+    shown = invoke("compare", first, second, "--limit-states", STATES)
+    assert f"warning: {IM} of paired runs differs by up to 20%: same measure?" in shown.stderr
+    assert "n_bounds" in shown.stdout
+
+
 @pytest.mark.parametrize(
     ("other", "options", "message"),
     [

@@ -24,6 +24,7 @@ from fragility_tables import (
 from skewbridge.demands.validity import FAILURE_DEMANDS
 from skewbridge.files.tables import write_frame
 from skewbridge.fragility.demand_model import fit_models, state_curve
+from skewbridge.fragility.demand_table import percent_notes
 from skewbridge.fragility.exports import PAPER_COLUMNS, paper_table, with_interval
 from skewbridge.fragility.joint import JOINT_COLUMNS, JointModel, joint_table
 from skewbridge.fragility.limit_states import load_limit_states
@@ -423,11 +424,12 @@ def test_a_table_that_cannot_be_used_is_refused(written, tmp_path, change, words
     assert words in found["message"]
 
 
-def test_rows_without_an_intensity_are_rejected_one_by_one(written, tmp_path):
-    table = DEMANDS[NEEDED].assign(**{IM: DEMANDS[IM].mask(DEMANDS.index == 5)})
+def test_rows_without_an_intensity_and_unused_columns_are_reported(written, tmp_path):
+    table = DEMANDS[NEEDED].assign(**{IM: DEMANDS[IM].mask(DEMANDS.index == 5), "collapsed": 0})
     code, report = statistics(table, tmp_path, written[0])
     assert (code, report["rejected_rows"]) == (0, 1)
-    assert "row 5" in report["notes"][0]
+    assert report["notes"][0] == "columns that are not used: 'collapsed'"
+    assert "row 5" in report["notes"][1]
     assert report["tables"]["curves"] == written[1]["tables"]["curves"]
 
 
@@ -484,6 +486,10 @@ def test_all_columns_of_a_study_are_kept_and_drift_in_per_cent_is_reported(writt
     assert kept[same].to_numpy().tolist() == table[same].to_numpy().tolist()
     (text,) = report["warnings"]
     assert "column_drift_ratio is up to 5 in completed runs" in text
+    assert percent_notes("unseating_m", np.array([0.0, 9.0])) == []
+    assert "metres are needed" in percent_notes("unseating_m", np.array([38.0]))[0]
+    (text,) = percent_notes("column_drift_ratio", np.array([0.0, 0.01, 0.0]))
+    assert "is 0 in 2 completed runs: give failed runs their status" in text
     assert "percent" in set(table_of(tmp_path, "input_notes")["kind"])
     states = ("--limit-states", written[0] / "states.yaml")
     shown = invoke("compare", tmp_path / "out", tmp_path / "out", *states, "--im", IM)

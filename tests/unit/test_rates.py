@@ -1,6 +1,7 @@
 """Hazard curves from files, annual rates of limit states, and their effects."""
 
 import json
+import re
 
 import numpy as np
 import pandas as pd
@@ -314,6 +315,16 @@ def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path):
     for row in answer("predict", "--study", study, *at)["rows"]:
         expected = own.loc[(row["component"], row["state"]), names].tolist()
         assert [row[name] for name in names] == pytest.approx(expected)
+        share = own.loc[(row["component"], row["state"]), "share_outside_low"]
+        assert row["share_outside_low"] == pytest.approx(share)
+    # a curve that ends at weak intensities gives no rate: its lack is reported or refused
+    short = file("im,rate\n0.1,0.01\n0.2,0.005\n", "short.csv")
+    shown = invoke("predict", "--study", study, *at[:-1], short)
+    assert "lacks intensities above the hazard curve" in shown.stderr
+    assert re.search(r"shares of a rate:.* 89%", shown.stderr)
+    given_short = ("--axis", "friction=0.5", "--hazard", short, "--out", tmp_path / "none")
+    message = answer("decide", "--study", study, *given_short, code=2)["message"]
+    assert "hazard curve ends at 0.005 per year, above the target" in message
     compared = answer("compare", *tables, *given)["rates"]
     pooled = {row["component"]: row for row in compared if row["scope"] == "pooled"}
     assert pooled["unseating"]["ci_low"] > 1.1
@@ -349,9 +360,7 @@ def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path):
     decide = ("decide", "--study", study, *other[:-1], short, "--out", tmp_path / "chart")
     message = answer(*decide, code=2)["message"]
     assert "ends at 0.004 per year, above the target of 0.001: add larger" in message
-    added = "intensities above the hazard curve would add more than 5 % to the rate of"
-    assert added not in invoke("predict", "--study", study, *at).stderr
-    assert f"{added} column_drift" in invoke("predict", "--study", study, *at[:-1], short).stderr
+    assert "annual_rate lacks" not in invoke("predict", "--study", study, *at).stderr
 
 
 def test_the_factor_of_hazus_is_on_skew_0_of_the_study(file):

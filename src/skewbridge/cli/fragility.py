@@ -33,6 +33,8 @@ _DECISION_COLUMNS: Final = (
     *("hazus_m", "aashto_m", "sdc_m", "column_rate"),
 )
 
+#: Largest share of a rate that may be missing above the hazard curve without a note.
+
 
 @dataclass(frozen=True, kw_only=True)
 class FitCommand:
@@ -165,9 +167,13 @@ def predict(
     notes = ["loo_error: error of theta when a variant is left out of the model"]
     if any(row[flag] for row in rows for flag, _ in flags):
         notes.append("extrapolated: fewer than three motions are as strong, or weak, as this value")
-    cut = [f"{r['component']} {r['state']}" for r in rows if r.get("share_outside_low", 0.0) > 0.05]
-    if cut:
-        text = "intensities above the hazard curve would add more than 5 % to the rate of"
+    lacking = {
+        f"{row['component']} {row['state']}": row.get("share_outside_low", 0.0) for row in rows
+    }
+    if cut := [f"{name} {share:.0%}" for name, share in lacking.items() if share > 0.05]:
+        text = (
+            "annual_rate lacks intensities above the hazard curve, at least these shares of a rate:"
+        )
         notes.append(f"{text} {', '.join(cut)}")
     if lost := [f"{r['component']} {r['state']}" for r in rows if r["n_withheld"]]:
         notes.append(f"no curve in some variants (bounds_too_wide): {', '.join(lost)}")

@@ -102,18 +102,19 @@ def plot(
     from skewbridge.motions.suite import folder_spectra
     from skewbridge.report.run_figures import record_page, suite_spectra
 
+    notes: tuple[str, ...] = ()
     if len(paths) == 1 and paths[0].is_dir():
         name = paths[0].resolve().name
         figure = suite_spectra(**folder_spectra(paths[0]), title=name)
     elif len(paths) <= 2:
-        name, step_s, components, _ = read_components(paths, missing.given)
+        name, step_s, components, notes = read_components(paths, missing.given)
         labelled = dict(zip((path.name for path in paths), components, strict=True))
         figure = record_page(name, step_s, labelled)
     else:
         raise InputError(f"motions plot takes one or two files or a folder, got {len(paths)}")
     path = out if out.suffix.lower() in {".png", ".svg", ".pdf"} else out / f"{name}.png"
     figure.savefig(writable_file(path), dpi=150)
-    return Answer({"file": str(path)})
+    return Answer({"file": str(path)}, notes=notes)
 
 
 @dataclass(frozen=True, kw_only=True)

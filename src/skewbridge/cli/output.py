@@ -336,6 +336,13 @@ def study_near(file: Path) -> Path:
     return DEFAULT_CONFIG
 
 
+def with_ending(out: Path, ending: str) -> Path:
+    """Return a path to write; `InputError` if it has another ending."""
+    if out.suffix.lower() != ending:
+        raise InputError(f"--out must end with {ending}, got {out.name}")
+    return out
+
+
 def folder_of(study: Path | None) -> Path:
     """Return the results folder of a study, given that folder or its configuration file."""
     if study is not None and study.suffix not in _YAML:

@@ -19,6 +19,7 @@ from skewbridge.cli.output import (
     opt,
     selected,
     study_of,
+    with_ending,
 )
 from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_folder
@@ -179,7 +180,7 @@ def contact(
     """
     from skewbridge.verification.references.driven_unit import run_contact_case
 
-    return Answer(run_contact_case(case, out))
+    return Answer(run_contact_case(case, with_ending(out, ".csv")))
 
 
 @command(commands)
@@ -192,7 +193,7 @@ def deck(case: Case, out: Annotated[Path, opt("File for the histories.", "F.parq
     """
     from skewbridge.verification.references.deck_solvers import run_deck_case
 
-    return Answer(run_deck_case(case, out))
+    return Answer(run_deck_case(case, with_ending(out, ".parquet")))
 
 
 @command(commands)

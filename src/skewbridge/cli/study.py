@@ -26,6 +26,7 @@ from skewbridge.cli.output import (
     selected,
     study_near,
     study_of,
+    with_ending,
 )
 from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_file, writable_folder, write_text
@@ -36,6 +37,7 @@ DEMO_STUDY: Final = Path(__file__).parent / "demo_study"
 
 #: Printed columns of a table of effects.
 _CHANGE: Final = ("bridge", "abutment", "demand", "axis", "from_value", "to_value")
+_COUNTED: Final = ("unit", "verdict_family", "n_motions", "n_pairs", "n_bounds")
 
 commands = new_group()
 study = new_group(name="study", help=COMMANDS["study"][1])
@@ -158,11 +160,10 @@ def compare(
     from skewbridge.files.tables import records_of, write_csv
     from skewbridge.study.results import compare_studies
 
-    if out is not None and out.suffix.lower() != ".csv":
-        raise InputError(f"--out must end with .csv, got {out.name}")
+    path = out and with_ending(out, ".csv")
     pair = compare_studies(first, second, limit_states, im=im, hazard=hazard)
-    if out is not None:
-        write_csv(pd.concat([pair.demands, pair.medians], ignore_index=True), out)
+    if path is not None:
+        write_csv(pd.concat([pair.demands, pair.medians], ignore_index=True), path)
     tables = {name: records_of(getattr(pair, name)) for name in ("demands", "medians", "rates")}
     pooled = {name: [r for r in rows if r["scope"] == "pooled"] for name, rows in tables.items()}
     over = f"{second} over {first}"
@@ -296,8 +297,7 @@ def archive(
     """
     from skewbridge.report.archive import write_archive
 
-    if out.suffix.lower() != ".zip":
-        raise InputError(f"--out must end with .zip, got {out.name}")
+    with_ending(out, ".zip")
     names, doubts = write_archive(config_of(study), DEFAULT_CONFIG, out, author or ())
     size = {"archive": str(out), "bytes": out.stat().st_size}
     return Answer(size | {"files": names, "doubts": doubts})
@@ -313,6 +313,6 @@ def _comparison_row(row: dict[str, Any]) -> dict[str, Any]:
         "change": row[value],
         "low": row[f"{prefix}_low"],
         "high": row[f"{prefix}_high"],
-        **{name: row[name] for name in ("unit", "verdict_family", "n_motions", "n_pairs")},
+        **{name: row[name] for name in _COUNTED},
         "extrapolated": f"{n_far:.0f} of {2 * cells:.0f} medians" if n_far > 0 else "",
     }

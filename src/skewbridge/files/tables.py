@@ -191,7 +191,7 @@ def read_stamp(path: Path) -> dict[str, str]:
     except (OSError, ValueError, pa.ArrowException) as error:
         raise InputError(f"cannot read {path}: {error}", file=str(path)) from None
     if not texts:
-        raise file_fault(path, " has no provenance: this version of skewbridge did not write it")
+        raise file_fault(path, " has no provenance: tables, figures and pages of a study have one")
     return texts
 
 

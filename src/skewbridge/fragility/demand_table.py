@@ -8,13 +8,13 @@ from difflib import get_close_matches
 from functools import cache
 from itertools import chain, islice
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, Self
 
 import numpy as np
 import pandas as pd
 from joblib import Parallel, delayed
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, model_validator
 
 from skewbridge.demands import validity
 from skewbridge.demands.columns import COLUMNS, DEMAND_COLUMNS, EVENT
@@ -35,6 +35,7 @@ TEXT_COLUMNS: Final = tuple(column.name for column in COLUMNS if column.kind == 
 
 #: Largest plausible drift ratio of a completed run.
 MAX_DRIFT: Final = 0.2
+MAX_DISP_M: Final = 10.0
 #: Advice for a demand that is infinite because the run collapsed.
 WITHOUT_PEAK: Final = "give a collapsed run the status collapse"
 
@@ -109,6 +110,7 @@ def demand_columns(demands: pd.DataFrame, columns: Sequence[str]) -> pd.DataFram
 
 def motion_codes(table: pd.DataFrame) -> Index:
     """Return the number of the motion of each run, 0 .. m - 1, shape (n,)."""
+    require(table["motion_id"].notna().to_numpy(), "motion_id", "is missing")
     return np.unique(table["motion_id"].to_numpy(dtype=str), return_inverse=True)[1]
 
 
@@ -181,13 +183,25 @@ def refuse_misspelt(columns: Iterable[str], present: Iterable[str] = ()) -> None
             raise InputError(f"{text} Rename the column", column=name)
 
 
+def unused_notes(columns: Iterable[str]) -> list[str]:
+    """Return a note on columns of a foreign table that have none of our names, else no text."""
+    ours = {column.name for column in COLUMNS} | {axis.name for axis in OPTION_AXES}
+    unused = sorted(name for name in columns if name not in ours)
+    return [f"columns that are not used: {names_of(unused)}"] if unused else []
+
+
 def percent_notes(name: str, demands: Floats) -> list[str]:
-    """Return a warning if the demands of a drift ratio seem to be in per cent, else no text."""
+    """Return warnings if demands of completed runs have a wrong unit, or are 0 in failed runs."""
     is_drift = name.lower().endswith(("drift", "drift_ratio"))
-    largest = float(np.max(demands[np.isfinite(demands)], initial=0.0)) if is_drift else 0.0
-    # ASSUME no bridge completes a motion at a drift of 20 %
-    text = f"{name} is up to {largest:.3g} in completed runs: a ratio is needed, not per cent"
-    return [text] if largest > MAX_DRIFT else []
+    largest = float(np.max(demands[np.isfinite(demands)], initial=0.0))
+    notes: list[str] = []
+    # ASSUME no bridge completes a motion at a drift of 20 % or a displacement of 10 m
+    if (is_drift and largest > MAX_DRIFT) or (name.endswith("_m") and largest > MAX_DISP_M):
+        needed = "a ratio is needed, not per cent" if is_drift else "metres are needed, not mm"
+        notes += [f"{name} is up to {largest:.3g} in completed runs: {needed}"]
+    if is_drift and (zeros := int(np.sum(demands == 0.0))):
+        notes += [f"{name} is 0 in {zeros} completed runs: give failed runs their status"]
+    return notes
 
 
 class ColumnMap(BaseModel):
@@ -201,6 +215,14 @@ class ColumnMap(BaseModel):
     """factor that converts to the unit of the demands table, for each of its columns"""
     constants: dict[str, str | float] = {}
     """value of each column of the demands table that is not in the file"""
+
+    @model_validator(mode="after")
+    def _known_names(self) -> Self:
+        if unknown := self.factors.keys() - self.columns.keys():
+            raise ValueError(f"factors: {names_of(sorted(unknown))} is not a key of columns")
+        if doubled := self.constants.keys() & self.columns.keys():
+            raise ValueError(f"constants: {names_of(sorted(doubled))} is also in columns")
+        return self
 
 
 #: Limits of the axes in tables of other programs, whose models allow larger skews than ours.
@@ -237,7 +259,8 @@ def read_foreign(
     options = [name for name in map(str, out) if name.startswith(CHOICE_PREFIX)]
     for name in out.columns.difference([*TEXT_COLUMNS, *options]):
         numbers = as_column(out[name].to_numpy(), columns.get(name, name))
-        out[name] = numbers > 0.0 if name == validity.COMPLETE else numbers * factors.get(name, 1.0)
+        is_flag = name == validity.COMPLETE  # not known: as the status says
+        out[name] = ~(numbers <= 0.0) if is_flag else numbers * factors.get(name, 1.0)
     for name in (*LOADING_COLUMNS, *axis_names(out), "status"):
         require(out[name].notna().to_numpy(), columns.get(name, name), "is missing")
     for name, (low, high) in _LIMITS.items():

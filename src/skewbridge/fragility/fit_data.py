@@ -10,12 +10,19 @@ import pandas as pd
 from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 
-from skewbridge.demands.validity import BEYOND_MODEL, failure_kinds, is_complete
+from skewbridge.demands.columns import EVENT
+from skewbridge.demands.validity import BEYOND_MODEL, COMPLETE, failure_kinds, is_complete
 from skewbridge.errors import InputError
-from skewbridge.files.tables import as_column, positive, read_any, require, same_length
-from skewbridge.files.text import checked, file_fault, read_json, read_yaml, shown_path
+from skewbridge.files.tables import Mask, as_column, positive, read_any, require, same_length
+from skewbridge.files.text import checked, file_fault, read_json, read_yaml, shortened, shown_path
 from skewbridge.fragility import demand_table, fits
-from skewbridge.fragility.demand_table import ColumnMap, motion_codes, need_columns, read_foreign
+from skewbridge.fragility.demand_table import (
+    ColumnMap,
+    block_codes,
+    motion_codes,
+    need_columns,
+    read_foreign,
+)
 from skewbridge.fragility.fits import FITTED, NO_EXCEEDANCE
 from skewbridge.fragility.limit_states import MAX_DISPERSION, LimitState
 from skewbridge.fragility.motion_means import motion_weights
@@ -30,6 +37,8 @@ _ALIASES: Final = {
     "right_censored": "censored", "bracket_lo": "lower", "bracket_hi": "upper",
     "im_no_exceed": "lower", "im_exceed": "upper",
 }  # fmt: skip
+#: Columns that only the fit to a table of runs takes into account.
+_OF_RUNS: Final = {"status", BEYOND_MODEL, COMPLETE}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,8 +78,9 @@ def fit_file(path: Path, **option_values: Any) -> fits.FragilityFit:
     else:
         column_map = checked(ColumnMap, read_yaml(options.columns), options.columns.name)
         data = read_foreign(path, **column_map.model_dump())
-    columns = {str(name): values for name, values in data.items()}
-    fit = _fit_columns if options.edp is None and options.im is None else _fit_runs
+    columns = {_ALIASES.get(str(name), str(name)): values for name, values in data.items()}
+    is_cloud_of_runs = options.method == "cloud" and _OF_RUNS & columns.keys()
+    fit = _fit_runs if options.edp or options.im or is_cloud_of_runs else _fit_columns
     try:
         return fit(columns, options)
     except InputError as error:
@@ -96,9 +106,8 @@ def read_data(path: Path) -> pd.DataFrame | Mapping[str, Any]:
     return data
 
 
-def _fit_columns(data: Mapping[str, Any], options: FitOptions) -> fits.FragilityFit:
+def _fit_columns(columns: Mapping[str, Any], options: FitOptions) -> fits.FragilityFit:
     """Fit columns of numbers: counts, capacities or brackets, or a cloud of independent runs."""
-    columns = {_ALIASES.get(name, name): values for name, values in data.items()}
 
     def need(name: str) -> Any:
         if name not in columns:
@@ -120,12 +129,14 @@ def _fit_columns(data: Mapping[str, Any], options: FitOptions) -> fits.Fragility
         else as_column(need(name), name)
         for name in ("im", "edp")
     )
-    thresholds = [options.threshold] if options.threshold else np.atleast_1d(need("threshold"))
-    if len(thresholds) == 0:
-        raise InputError("the column threshold is empty: give one number")
-    threshold, none = float(positive(list(thresholds[:1]), "threshold")[0]), np.zeros(im.size)
+    thresholds = np.atleast_1d(options.threshold or need("threshold")).tolist()
+    if len(distinct := list(dict.fromkeys(thresholds))) != 1:
+        text = f"threshold must be one number, got {shortened(distinct)}"
+        raise InputError(text, column="threshold")
+    threshold, none = float(positive(distinct, "threshold")[0]), np.zeros(im.size)
     censored, collapse = (as_column(columns.get(n, none), n) for n in ("censored", "collapse"))
-    same_length(im=im, edp=edp, censored=censored, collapse=collapse)
+    flags = {name: columns[name] for name in ("censored", "collapse") if name in columns}
+    same_length(im=im, edp=edp, **flags)
     require(~np.isinf(edp) | (collapse > 0.0), "edp", "must be finite unless collapse is 1", edp)
     finite = np.nan_to_num(edp, posinf=0.0)  # collapse counts as exceedance
     edp = np.where(collapse > 0.0, np.maximum(finite, threshold), edp)
@@ -156,7 +167,7 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     same_length(**lists)
     data = pd.DataFrame(lists)
     need_columns(data, (options.im, options.edp), "the table")
-    unused = set(map(str, data)) - {options.im, options.edp, "collapse"}
+    unused = set(data) - {options.im, options.edp, "collapse", "censored"}
     demand_table.refuse_misspelt(unused)
     im = positive(data[options.im].to_numpy(), options.im)
     demand = as_column(data[options.edp].to_numpy(), options.edp)
@@ -164,10 +175,15 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     if "status" in data:
         demand_table.require_statuses(data["status"])
         status = data["status"].to_numpy(str)
-    if "collapse" in data:
-        collapsed = as_column(data["collapse"].to_numpy(), "collapse") > 0.0
-        status = np.where(collapsed & (status == OK), COLLAPSE, status)
+
+    def is_set(name: str, default: float = 0.0) -> Mask:
+        """Return whether a column is above 0; a missing value is the default."""
+        values = data.get(name, pd.Series(default, data.index)).to_numpy()
+        return np.nan_to_num(as_column(values, name), nan=default) > 0.0
+
+    status = np.where(is_set("collapse") & (status == OK), COLLAPSE, status)
     runs = pd.DataFrame({options.edp: demand, "status": status, BEYOND_MODEL: failure_kinds(data)})
+    runs[COMPLETE] = is_set(COMPLETE, 1.0) & ~is_set("censored")
     is_valid = (np.isfinite(demand) & (demand >= 0.0)) | ~is_complete(runs)
     rule = f"must be >= 0 and finite in runs that completed ({demand_table.WITHOUT_PEAK})"
     require(is_valid, options.edp, rule, demand)
@@ -181,16 +197,22 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     has_motions = "motion_id" in data
     motions = motion_codes(data) if has_motions else np.arange(im.size)
     notes = [] if has_motions else [_INDEPENDENT]
+    notes += demand_table.unused_notes(unused)
+    if repeated := int(data.duplicated().sum()):
+        notes += [f"{repeated} rows repeat another row: intervals are too narrow"]
     if state.threshold <= demand_table.MAX_DRIFT:
         notes += demand_table.percent_notes(options.edp, demand[is_complete(runs)])
     outcomes = demand_outcomes(runs, [state])
-    fit, unknown = _fit_outcomes(im, motions, outcomes, state, options), outcomes.unknown(state)
+    # the jackknife leaves out events where they are known
+    by_event = has_motions and EVENT in data and options.method != "ida"
+    codes = block_codes(data) if by_event else motions
+    fit, unknown = _fit_outcomes(im, codes, outcomes, state, options), outcomes.unknown(state)
     bounds: dict[str, tuple[float, float]] = {}
     details: dict[str, Any] = {"n_records": int(np.unique(motions).size)}
     details |= {"n_unknown": int(np.sum(unknown)), "notes": notes}
     if np.any(unknown):
         for name in TREATMENTS:
-            bound = _fit_outcomes(im, motions, outcomes.treated(state, name), state, options)
+            bound = _fit_outcomes(im, codes, outcomes.treated(state, name), state, options)
             bounds[name] = bound.theta, bound.beta
             details |= {f"theta_{name}": bound.theta, f"beta_{name}": bound.beta}
         fit = fit.limited(bounds)

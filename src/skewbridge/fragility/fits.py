@@ -131,10 +131,14 @@ def fits_of_states(
 
 
 def jackknifed(fit: FragilityFit, ln_theta: Floats, beta: Floats) -> FragilityFit:
-    """Return the fit with jackknife intervals and covariance from M fits, each without a motion."""
+    """Return the fit with jackknife intervals and covariance from M fits, each without a motion.
+
+    It has no interval if there are too few motions.
+    """
     is_valid = np.isfinite(ln_theta) & np.isfinite(beta) & (beta > 0.0)
     if np.sum(is_valid) < motion_means.MIN_VALUES:
-        return fit.warned("too_few_motions_for_an_interval")
+        without = fit.without_estimate(fit.status).warned("too_few_motions_for_an_interval")
+        return replace(without, theta=fit.theta, beta=fit.beta, loglik=fit.loglik)
     logs = np.column_stack([ln_theta[is_valid], np.log(beta[is_valid])])
     covariance = motion_means.jackknife_covariance(logs)
     of_theta, of_beta = motion_means.jackknife_factors(logs, fit.level, is_valid.size - 2)
@@ -433,6 +437,8 @@ def fit_cloud(
     if np.sum(is_observed) < 3 or np.ptp(x[is_observed]) == 0.0:
         return replace(blank, status="too_few_runs" if np.sum(is_observed) < 3 else SINGLE_LEVEL)
     line = tested_line(x[is_observed], y_low[is_observed])
+    if is_censored:
+        line = _tobit_tested(line, cloud)
     details = {k: v for k, v in line._asdict().items() if k not in ("n", "mean_x", "sxx")}
     blank = replace(blank, details={name: v for name, v in details.items() if not np.isnan(v)})
     codes = np.arange(x.size) if motions is None else motions[informative]
@@ -452,6 +458,24 @@ def fit_cloud(
     names = common_warnings(fit, np.exp(x), len(left_out)) + line.warnings
     names += [] if np.any(y_low >= ln_capacity) else ["no_exceedance_observed"]
     return fit.warned(*names)
+
+
+def _tobit_tested(line: "TestedLine", cloud: Floats) -> "TestedLine":
+    """Return a line with the likelihood-ratio test of curvature of a cloud with censored demands.
+
+    The tests of a line through the observed demands are not valid: high demands are missing.
+    """
+    tests = dict.fromkeys(("r2", "curvature", "curvature_p", "scatter_p"), nan)
+    best, (x, low, high) = _tobit(*cloud)[1], cloud
+    if not np.isnan(line.curvature):
+        terms = np.column_stack([np.ones(x.size), x, (x - line.mean_x) ** 2])
+        start = np.insert(best.params, 2, 0.0, axis=1)
+        bent = likelihood.maximise(likelihood.NormalKernel(terms, low, high), start)
+        if bent.converged[0] and best.converged[0]:
+            gain = max(float(bent.loglik[0] - best.loglik[0]), 0.0)
+            tests["curvature"] = float(bent.params[0, 2] / bent.params[0, 3])
+            tests["curvature_p"] = float(special.chdtrc(1, 2.0 * gain))
+    return line._replace(**tests)
 
 
 def cloud_line(x: Floats, low: Floats, high: Floats, *, tobit: bool) -> tuple[float, float, float]:

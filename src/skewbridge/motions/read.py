@@ -129,12 +129,12 @@ def _plain(text: str) -> str:
 
 def doubts(trace: Trace) -> list[str]:
     """Return warnings about the values of a component; `InputError` if it is unusable."""
-    npts, pga_g = trace.accel_mps2.size, peak_g(trace.accel_mps2)
+    npts, pga_g, dt_s = trace.accel_mps2.size, peak_g(trace.accel_mps2), trace.dt_s
     (low_s, high_s), (least_g, most_g) = DT_LIMITS_S, PGA_LIMITS_G
     reached = f"PGA = {pga_g:.4g} g with values in {trace.unit} is above {most_g} g"
     for problem, is_there in {
         "the file has no values": npts == 0,
-        f"dt = {trace.dt_s} s is outside {low_s} to {high_s}": not low_s <= trace.dt_s <= high_s,
+        f"dt = {dt_s:g} s is outside {low_s} to {high_s} s": not low_s <= dt_s <= high_s,
         f"the file has {npts} values but needs at least {MIN_SAMPLES}": npts < MIN_SAMPLES,
         "all values are zero": pga_g == 0.0,
         f"{reached}: wrong unit? {_SAY_UNIT}": pga_g > most_g,
@@ -142,10 +142,13 @@ def doubts(trace: Trace) -> list[str]:
         if is_there:
             raise fault_in(trace.path, problem)
     offset = abs(float(trace.accel_mps2.mean())) / float(np.abs(trace.accel_mps2).max())
-    velocity_mps = np.abs(np.cumsum(trace.accel_mps2)) * trace.dt_s
+    second_g = np.sort(np.abs(trace.accel_mps2))[-2] / G_MPS2
+    velocity_mps = np.abs(np.cumsum(trace.accel_mps2)) * dt_s
     share = float(velocity_mps[-1] / max(velocity_mps.max(), np.finfo(float).tiny))
     findings = {
         f"PGA = {pga_g:.3g} g is below {least_g} g: wrong unit? {_SAY_UNIT}": pga_g < least_g,
+        # ASSUME the largest value is at most twice the next one (public records: up to 1.35 times)
+        f"one value is {pga_g:.3g} g, the next {second_g:.3g} g: spike?": pga_g > 2.0 * second_g,
         f"the mean is {offset:.1%} of the PGA: baseline not corrected?": offset > 0.02,
         f"the final velocity is {share:.0%} of the PGV: baseline not corrected?": share > 0.25,
     }

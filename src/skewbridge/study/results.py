@@ -124,8 +124,8 @@ def _frame(path: Path) -> pd.DataFrame:
 
 def _read_demands(
     path: Path, source: pd.DataFrame, im: str | None, states: States
-) -> tuple[pd.DataFrame, str]:
-    """Return the table by `read_foreign` (known columns only) and its intensity measure."""
+) -> tuple[pd.DataFrame, str, list[str]]:
+    """Return the table read by `read_foreign`, its intensity measure, a note on other columns."""
     demand_table.need_columns(source, ["status"], path.name)
     measures = list(map(str, source.filter(regex="^im_")))
     im_column = im or (DEFAULTS.im if len(measures) != 1 else measures[0])
@@ -135,9 +135,9 @@ def _read_demands(
     wanted = {column.name for column in COLUMNS} | {*demand_table.axis_names(source), im_column}
     wanted |= {state.demand for state in states}
     prefixes = ("im_", CHOICE_PREFIX, DRAW_PREFIX)
-    columns = (name for name in map(str, source) if name in wanted or name.startswith(prefixes))
-    names = {name: name for name in columns}
-    return demand_table.read_foreign(path, names, source=source), im_column
+    names = {n: n for n in map(str, source) if n in wanted or n.startswith(prefixes)}
+    unused = demand_table.unused_notes(set(map(str, source)) - names.keys())
+    return demand_table.read_foreign(path, names, source=source), im_column, unused
 
 
 def _limit_states(path: Path) -> States:
@@ -166,7 +166,7 @@ def statistics_of(
     site = HazardConfig(file=hazard and str(hazard), measure=hazard and im)
     source = read_any(demands)
     rates = hazard_curve(site, list(map(str, source.filter(regex="^im_"))), DEFAULTS.im)
-    table, measure = _read_demands(demands, source, rates.im if rates else im, states)
+    table, measure, unused = _read_demands(demands, source, rates.im if rates else im, states)
     available = [state for state in states if state.demand in table]
     if not available:
         names = ", ".join(dict.fromkeys(state.demand for state in states))
@@ -182,7 +182,7 @@ def statistics_of(
         "verdict": tables["effects"]["verdict_family"].value_counts().to_dict(),
         "left_out": [f"{state.key} ({state.demand})" for state in states if state not in available],
         "rejected_rows": int((notes["kind"] == "rejected_row").sum()),
-        "notes": notes["message"].tolist(),
+        "notes": unused + notes["message"].tolist(),
         "warnings": notes.loc[notes["kind"] == "percent", "message"].tolist(),
         **{"im": measure, "out": str(out)},
     }
@@ -208,7 +208,7 @@ class StudyComparison(NamedTuple):
     rates: pd.DataFrame  # empty without a hazard curve
     counts: dict[str, int]  # pairs, runs in one only, shared variants and motions, equal pairs
     other_motions: tuple[str, ...]  # left out: same name in both studies, different files
-    warnings: tuple[str, ...]  # demands that seem to be in per cent
+    warnings: tuple[str, ...]  # on units of demands, and on intensities that differ
 
 
 def compare_studies(
@@ -226,7 +226,7 @@ def compare_studies(
     tables: list[pd.DataFrame] = []
     for number, study in enumerate((first, second)):
         path = study if study.is_file() else demands_file(study)
-        table, _ = _read_demands(path, read_any(path), im, states)
+        table, *_ = _read_demands(path, read_any(path), im, states)
         table = with_derived_columns(table[~table["motion_id"].isin(renamed_files)])
         tables.append(table.assign(**{STUDY: number}))
     shared = set(tables[0].columns) & set(tables[1].columns)
@@ -247,6 +247,12 @@ def compare_studies(
     runs, notes = demand_table.prepared(paired, [state.demand for state in states], settings)
     top, bottom = (pairs[[f"{name}_{end}" for name in names]] for end in ("to", "from"))
     equal = (top == bottom.to_numpy()) | (top.isna() & bottom.isna().to_numpy())
+    equal["complete"] = pairs["complete_to"] == pairs["complete_from"]
+    doubts = notes.loc[notes["kind"] == "percent", "message"].tolist()
+    shift = float(np.abs(np.log(pairs[f"{im}_to"] / pairs[f"{im}_from"])).max())
+    # ASSUME rounding changes the intensity of a motion by less than 1 %
+    if shift > 0.01:
+        doubts += [f"{im} of paired runs differs by up to {np.expm1(shift):.0%}: same measure?"]
     models = fit_models(runs, states, settings, further=[STUDY])
     shared: Any = {"models": models, "axes": [STUDY]}
     rates = rate_effects(models, states, site, settings, axes=[STUDY]) if site else pd.DataFrame()
@@ -263,7 +269,7 @@ def compare_studies(
             "equal_pairs": int(equal.all(axis=1).sum()),
         },
         other_motions=renamed_files,
-        warnings=tuple(notes.loc[notes["kind"] == "percent", "message"]),
+        warnings=tuple(dict.fromkeys(doubts)),
     )
 
 

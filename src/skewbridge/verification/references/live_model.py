@@ -92,8 +92,13 @@ class History(NamedTuple):
         return {"ux_m": ux, "uy_m": uy, "theta_rad": theta, "penetration_m": penetration}
 
     def first_contact_s(self) -> float | None:
-        """Return the interpolated time (s) when the first gap closes; None if all stay open."""
-        return first_crossing_s(self.t_s, self.openings_m.min(axis=1))
+        """Return the interpolated time (s) when the first gap closes; None if all stay open.
+
+        Rigid contact (LCP) has no penetration: its first step with a force is returned.
+        """
+        closed = self.t_s[self.normals_n.max(axis=1) > 0.0]
+        rigid_s = float(closed[0]) if closed.size else None
+        return first_crossing_s(self.t_s, self.openings_m.min(axis=1)) or rigid_s
 
 
 def first_crossing_s(t_s: Floats, values: Floats) -> float | None:
