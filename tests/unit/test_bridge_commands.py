@@ -102,6 +102,7 @@ def test_models_and_columns_are_drawn_and_written(tmp_path) -> None:
     assert "ops.element" in (tmp_path / "model.py").read_text(encoding="utf-8")
     found = answer("column", "--bridge", "osb2s", "--bent", "2", "--out", tmp_path)
     assert found["axial_kn"] == pytest.approx(7_412, rel=0.01)
+    assert found["shear_strength_kn"] == answer("sdc", "osb2s")["bents"][1]["shear_strength_kn"]
     curve = pd.read_parquet(tmp_path / "moment_curvature.parquet")
     assert curve["moment_knm"].max() > found["plastic_moment_knm"]
     assert (tmp_path / "column.png").stat().st_size > 10_000
@@ -179,6 +180,15 @@ def test_a_bridge_gets_the_capacities_of_its_bents(written) -> None:
         assert own["ok"].tolist() == is_ok
     capacities_m = [bent_capacity(load_bridge(name), 0).capacity_m for name in (path, "osb2s")]
     assert capacities_m[0] < capacities_m[1]
+    # in double curvature the point of contraflexure moves half as far as the deck (SDC 1.7 4.2)
+    (bent,) = answer("sdc", "osb1_fixed_era1")["bents"]
+    moment_knm = bent["axial_kn"] * bent["capacity_m"] / 2
+    assert bent["p_delta_ratio"] == pytest.approx(moment_knm / bent["plastic_moment_knm"])
+    # brittle in shear
+    assert bent["p_delta_ratio"] < 0.2
+    assert bent["plastic_shear_kn"] > bent["shear_strength_kn"]
+    assert not bent["ok"]
+    assert "warning: bent 1: the plastic shear" in one_line(bridge("sdc", "osb1_fixed_era1"))
 
 
 def test_the_gap_of_the_file_of_a_bridge_is_the_one_that_is_printed(tmp_path: Path) -> None:
@@ -264,6 +274,7 @@ def test_a_period_within_five_percent_is_accepted_and_shared_directions_reported
 
 
 FAULTS = "deck: {width_m: -1.0}\ncolumn: {bar_count: 2}\n"
+TURNED = "abutments: {left: {type: roller}, right: {skew_deg: 40, seat_width_m: 0.65}}\n"
 HEAVY = "base: fixed\ndeck: {line_load_kn_per_m: 560.0}\ncolumn: {hoop_spacing_mm: 600.0}\n"
 
 
@@ -272,6 +283,8 @@ HEAVY = "base: fixed\ndeck: {line_load_kn_per_m: 560.0}\ncolumn: {hoop_spacing_m
     [
         (HEAVY, 0, ("axial load ratio 0.2", "the plastic shear of a column")),
         (FAULTS, 2, ("deck.width_m", "column.bar_count")),  # all faults of a file
+        # 1.5 x (8 + 0.02 x 300 + 0.08 x 18.5) x (1 + 0.000125 x 40^2) in
+        (TURNED, 0, ("right seat of 0.65 m is narrower than 0.708 m (AASHTO 4.7.4.4)",)),
     ],
 )
 def test_heavy_columns_weak_hoops_and_faults_are_reported(tmp_path, written, text, code, words):
@@ -329,6 +342,9 @@ def test_the_table_names_what_fails_by_moves_normal_to_the_seats() -> None:
     moves_m = {"left acute": 0.2, "right acute": 0.9}
     rows = sdc_rows(VARIANT, {"column_drift_ratio": 0.30 / 5.64} | SUPPORT, bents, moves_m, {})
     assert rows[0]["demand"] == pytest.approx(0.30)  # drift x clear height
+    share = {"column_drift_ratio": 0.30 / 5.64, "drift_over_capacity": 0.5} | SUPPORT
+    row, *_ = sdc_rows(VARIANT, share, bents, moves_m, {})
+    assert row["ratio"] == pytest.approx(0.5)  # no column has used more of its capacity
     failed = {row["check"] for row in rows if not row["ok"]}
     assert failed == {"bent 1 displacement, hinge 0.821 m by rule (m)", "right acute seat, SDC (m)"}
 
@@ -499,7 +515,8 @@ def test_the_design_criteria_have_the_capacities_of_the_model(pair, tmp_path, br
         assert found[name]["capacity"] == pytest.approx(bent.capacity_m)
         ratio = found[f"bent {number} P-Delta ratio"]["demand"]
         height_m = load_structure(bridge).description.bent_heights_m[number - 1]
-        disp_m = row["column_drift_ratio"] * height_m
+        share_m = row["drift_over_capacity"] * bent.capacity_m
+        disp_m = min(row["column_drift_ratio"] * height_m, share_m)
         assert ratio == pytest.approx(bent.p_delta_ratio(disp_m))
 
 

@@ -132,6 +132,7 @@ def test_a_source_without_a_letter_is_a_document_at_hand(written) -> None:
             load_bridge(path)
 
 
+INTEGRAL = "abutments: {{left: {{type: {}}}, right: {{type: roller}}}}"
 K50 = """abutment:
   wall_height_m: 1.4
   backfill: {rule: k50, stiffness_mn_per_m: 28.0, ultimate_kn: 2000, ultimate_closure_ratio: 0.05}
@@ -167,6 +168,10 @@ K50 = """abutment:
         (bents(column={"shape": "square"}), "bents.0.column",
          "shape must be one of circular, oblong, rectangular"),
         (bents(base="hinged"), "bents.0.base", "pinned"),
+        (INTEGRAL.format("integral, gap_mm: 20"), "left.gap_mm", "unknown key of this type"),
+        (INTEGRAL.format("pinned"), "abutments.left.type", "one of 'seat', 'integral', 'fixed'"),
+        ("abutment: {pads: {count: 30}}", "abutment.pads: (count - 1) x spacing_m = ",
+         "exceeds deck.width_m = 14.33"),
         ("column: {diametre_m: 1}", "diametre_m", "(did you mean column.diameter_m?)"),
         ("deck: {wall_width_m: 9}", "deck.wall_width_m", "(did you mean deck.width_m?)"),
         ("foundation: {hoop_spacing_mm: 9}", "foundation.hoop_spacing_mm",
@@ -254,6 +259,7 @@ def drawn(written, changes: dict[str, object]) -> Path:
         ('8.5"', "mm", 215.9), ("4 ksi", "mpa", 27.579), ("1.56 in^2", "mm2", 1006.45),
         ("150 pcf", "kn/m3", 23.563), ("12 kip/ft", "kn/m", 175.127),
         ("50 kip/in", "mn/m", 50 * KIP / 0.0254 / MN), ("1000 kip-ft/rad", "mnm/rad", 1.35582),
+        ("8 1/4 in", "mm", 209.55), ("131 ft 6 in", "m", 40.0812), ("11/2 in", "mm", 139.7),
         ("13.2 lbm", "t", 0.0059874), ("0.5 s", "s", 0.5), ("6 m", "mm", 6000.0),
     ],
 )  # fmt: skip
@@ -301,6 +307,15 @@ def test_an_integral_end_is_completed_from_a_deck_in_text(written) -> None:
     assert left.wall_thickness_m == 0.915  # rule of the end diaphragm
     assert left.piles.spacing_m == pytest.approx(42 * 0.3048 / 8, abs=1e-4)
     assert "abutments.left.piles.lateral_kn_per_m" in read_bridge(own).derived
+
+
+def test_more_pads_than_the_rule_has_are_spread_over_a_solid_slab(written) -> None:
+    slab = {"deck.box": None, "deck.depth_m": None, "deck.slab": {"thickness_mm": 700}}
+    slab |= {"deck.width_m": 34, "spans_m": [14, 14], "abutment.pads": {"count": 12} | PADS}
+    read = read_bridge(drawn(written, slab))
+    assert read.bridge.seat.pads.spacing_m == pytest.approx(34 / 12)  # for 11 pads: 34 / 11
+    # its area is the whole rectangle
+    assert not [doubt for doubt in doubts(read) if "area of the deck / (" in doubt]
 
 
 def test_girders_on_joints_are_completed_and_vibrate_as_simple_spans(written) -> None:

@@ -3,7 +3,7 @@
 import json
 import subprocess
 import sys
-from math import cos, hypot, radians, sin
+from math import cos, hypot, pi, radians, sin, sqrt
 
 import numpy as np
 import openseespy.opensees as ops
@@ -272,10 +272,18 @@ print(json.dumps([[n, *ops.nodeDisp(n)] for n in ops.getNodeTags()] + [ops.getEl
 """
 
 
+# as the script advises: without friction springs
+PERIODS = """
+for number in (number for contact in CONTACTS for number in contact["moduli"]):
+    ops.updateParameter(number, 1.0)
+print(json.dumps(ops.eigen(6)))
+"""
+
+
 def test_script_repeats_the_model_to_the_bit_and_recording_leaves_the_commands(tmp_path) -> None:
     script = tmp_path / "model.py"
     text = model_script(VARIANT, ModelOptions())
-    script.write_text(text + ASK, encoding="utf-8")
+    script.write_text(text + ASK + PERIODS, encoding="utf-8")
     assert "skewbridge." not in text.replace("skewbridge.contact.", "")  # named in the docstring
     command = [sys.executable, "-I", str(script)]
     answer = subprocess.run(command, capture_output=True, text=True, check=True)
@@ -283,7 +291,12 @@ def test_script_repeats_the_model_to_the_bit_and_recording_leaves_the_commands(t
         build(VARIANT, ModelOptions())
         expected = [[n, *ops.nodeDisp(n)] for n in ops.getNodeTags()]
         expected.append(ops.getEleTags())
-    assert json.loads(answer.stdout.strip().split("\n")[-1]) == expected
+    state, squares = map(json.loads, answer.stdout.strip().split("\n")[-2:])
+    assert state == expected
+    modes = modal.modal_properties(VARIANT).modes
+    assert [2 * pi / sqrt(square) for square in squares] == pytest.approx(
+        [mode.period_s for mode in modes[:6]], rel=1e-6
+    )
     assert text.count("dict(name=") == 2 * (3 + 2)  # wall points and keys
     before = ops.node
     with recording():

@@ -9,7 +9,7 @@ import pytest
 
 from skewbridge.analysis.bridge_check import check_bridge
 from skewbridge.analysis.ground import Excitation
-from skewbridge.analysis.model_script import recording
+from skewbridge.analysis.model_script import model_script, recording
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.backfill import wing_wall
@@ -164,6 +164,9 @@ def test_the_units_of_a_script_do_not_change_its_demands(tmp_path, pads):
     lengths_m = {name: pytest.approx(value) for name, value in lengths_m.items()}
     assert us.description == replace(si.description, title="us", **lengths_m)
     assert us.t1_s == pytest.approx(si.t1_s, rel=1e-9)
+    values = {"skew_deg": 30, "gap_mm": 25, "friction": 0.5}
+    text = model_script(Variant.at(str(paths[1]), "contact", values), ModelOptions())
+    assert "force is\n4448.221615 N, that of length 0.0254 m" in text
     assert in_si.demands["contact_closures"] > 0
     assert in_si.demands["slip_work_kj"] > 0.0
     # rounding decides single sub-steps of sliding, and with them the cone diagnostics

@@ -61,7 +61,7 @@ def check_bridge(name: str) -> dict[str, Any]:
     left, right = standing.abutment_reaction_kn
     inherited = sorted(read.inherited - read.derived.keys()) if read else []
     bents = capacity_rows(bent_capacities(read.bridge)) if read else []
-    findings = [finding for row in bents for finding in _bent_findings(row)]
+    findings = [finding for row in bents for finding in bent_findings(row)]
     findings += [
         f"the bridge is a mechanism ({DIRECTIONS[direction]}): its period is infinite"
         for direction, period_s in periods_s.items()
@@ -199,7 +199,8 @@ def _seat_findings(bridge: Description) -> Iterator[str]:
         sdc = ABUTMENT_CLAUSE, MINIMUM_SEAT_M
         if end not in bridge.end_kinds:
             sdc = HINGE_CLAUSE, MINIMUM_HINGE_M
-        for clause, least_m in (sdc, (AASHTO_CLAUSE, seat_demand_aashto_m(bridge, 0.0))):
+        skew_rad = radians(bridge.skews_deg.get(end, 0.0))
+        for clause, least_m in (sdc, (AASHTO_CLAUSE, seat_demand_aashto_m(bridge, skew_rad))):
             if seat_m < least_m:
                 text = f"narrower than {least_m:.3g} m by {clause}; check the edition that applies"
                 yield f"the {end} seat of {seat_m:.3g} m is {text}"
@@ -217,7 +218,7 @@ def _bent_row(bent: BentCapacity) -> dict[str, Any]:
     column, plastic_moment_knm = bent.column, bent.curve.plastic_moment_nm / KN
     strength_kn = column.expected_concrete_strength_mpa * MPA * column.outline.area_m2 / KN
     ductility, ratio = bent.capacity_m / bent.yield_disp_m, bent.p_delta_ratio(bent.capacity_m)
-    return {
+    row: dict[str, Any] = {
         "bent": bent.bent,
         "direction": bent.direction,
         "hinge_length_m": bent.hinge_length_m,
@@ -233,11 +234,12 @@ def _bent_row(bent: BentCapacity) -> dict[str, Any]:
         "p_delta_ratio": ratio,
         "p_delta_limit": P_DELTA_LIMIT,
         "disp_at_p_delta_limit_m": P_DELTA_LIMIT * bent.capacity_m / ratio,
-        "ok": ratio <= P_DELTA_LIMIT,
     }
+    return {**row, "ok": not any(bent_findings(row))}
 
 
-def _bent_findings(row: Mapping[str, Any]) -> Iterator[str]:
+def bent_findings(row: Mapping[str, Any]) -> Iterator[str]:
+    """Yield a sentence for each limit that a row of `capacity_rows` exceeds."""
     bent = _name(row)
     if row["axial_load_ratio"] > AXIAL_LOAD_LIMIT:
         yield (
@@ -309,11 +311,11 @@ def sdc_rows(
 
     ``run`` is its row of the demands table, ``bents`` the capacities of its bents, ``corners_m``
     and ``joints_m`` the results of `corner_moves_m` and `joint_moves_m`. All columns get the
-    largest drift.
+    largest drift, up to the largest share of a capacity.
     """
     bridge, support = load_structure(variant.bridge).description, float(run[SUPPORT])
     # the deck moves more than the columns if it turns, or slides on the pads of a joint
-    drift = float(run["column_drift_ratio"])
+    drift, share = float(run["column_drift_ratio"]), float(run.get("drift_over_capacity", inf))
     rows: list[dict[str, object]] = []
 
     def compare(check: str, demand: float, capacity: float) -> None:
@@ -325,7 +327,7 @@ def sdc_rows(
     for bent in bents:
         name = _name(bent)
         hinge = f"{bent['hinge_length_m']:.3f} m by {bent['hinge_length_by']}"
-        disp_m = drift * bridge.bent_heights_m[bent["bent"] - 1]
+        disp_m = min(drift * bridge.bent_heights_m[bent["bent"] - 1], share * bent["capacity_m"])
         compare(f"{name} displacement, hinge {hinge} (m)", disp_m, bent["capacity_m"])
         ratio = P_DELTA_LIMIT * disp_m / bent["disp_at_p_delta_limit_m"]
         compare(f"{name} P-Delta ratio", ratio, P_DELTA_LIMIT)

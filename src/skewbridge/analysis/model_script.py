@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from dataclasses import asdict
 from functools import wraps
 from typing import Any, Final
 
@@ -10,6 +11,7 @@ import openseespy.opensees as ops
 from skewbridge.analysis.modal import apply_rayleigh
 from skewbridge.bridge.frame import BridgeModel
 from skewbridge.bridge.model import build, domain
+from skewbridge.bridge.script_units import UnitSystem
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
@@ -23,10 +25,12 @@ RECORDED: Final = (
 )  # fmt: skip
 HEADER: Final = '''"""{title}
 
-OpenSees commands of one model, written by skewbridge; they run without it. Units are N, m, s, kg.
-The x axis is along the bridge, y across it, z up. Contact pairs are the zeroLength elements with
-three materials (ElasticPPGap, ElasticPP, ElasticPP) and four parameters each. Update their friction
-bounds (parameter `Fy`) after every step; see the documentation of skewbridge.contact.
+OpenSees commands of one model, written by skewbridge; they run without it. Their unit of force is
+{force_n:.10g} N, that of length {length_m:.10g} m; CONTACTS is in N and m. The x axis is along the
+bridge, y across it, z up. Contact pairs are zeroLength elements with the materials ElasticPPGap,
+ElasticPP and ElasticPP. Update their friction bounds (parameter `Fy`) after every step; see the
+documentation of skewbridge.contact. `eigen` uses the full stiffness of a friction spring even if
+its bound is zero: for modes with open gaps, first set the parameters `moduli` to nearly zero.
 """
 
 import openseespy.opensees as ops
@@ -39,7 +43,8 @@ def model_script(variant: Variant, options: ModelOptions) -> str:
     with recording() as record, domain():
         model = build(variant, options)
         apply_rayleigh(model)
-        commands = HEADER.format(title=variant.normalised().slug) + "\n".join(record)
+        units = asdict(model.frame.units or UnitSystem())
+        commands = HEADER.format(title=variant.normalised().slug, **units) + "\n".join(record)
         return f"{commands}\n{_contact_table(model)}"
 
 
@@ -49,8 +54,8 @@ def _contact_table(model: BridgeModel) -> str:
         return ""
     rows = [
         f"    dict(name={unit.name!r}, element={unit.element}, node_i={unit.node_i}, "
-        f"node_j={unit.node_j}, bounds={unit.springs.bounds}, gap_m={unit.gap_m!r}, "
-        f"kn={unit.kn!r}, kt={unit.kt!r}, friction={unit.friction!r}, "
+        f"node_j={unit.node_j}, moduli={unit.springs.moduli}, bounds={unit.springs.bounds}, "
+        f"gap_m={unit.gap_m!r}, kn={unit.kn!r}, kt={unit.kt!r}, friction={unit.friction!r}, "
         f"cohesion_n={unit.cohesion!r}),"
         for unit in model.contacts.units
     ]

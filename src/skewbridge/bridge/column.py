@@ -48,8 +48,9 @@ class BentCapacity:
     capacity_m: float
 
     def p_delta_ratio(self, disp_m: float) -> float:
-        """Return dead load x displacement / plastic moment."""
-        return self.axial_n * disp_m / self.curve.plastic_moment_nm
+        """Return dead load x offset of the point of contraflexure / plastic moment."""
+        offset_m = disp_m * self.shear_span_m / self.clear_height_m
+        return self.axial_n * offset_m / self.curve.plastic_moment_nm
 
     @property
     def hinge_length_by(self) -> str:

@@ -239,6 +239,7 @@ def column(
 
     Example: skewbridge bridge column --bridge osb2s --bent 2 --out column
     """
+    from skewbridge.analysis.bridge_check import capacity_rows
     from skewbridge.bridge.catalogue import load_bridge
     from skewbridge.bridge.column import bent_capacities
     from skewbridge.report.bridge_figures import column_figure
@@ -258,15 +259,14 @@ def column(
         title = f"{data.title}, bent {bent}{name.replace('_', ' ')}, {axial_n / KN:.0f} kN"
         figure = column_figure(curve, column.shear, axial_n, title=title)
         figure.savefig(out / f"column{name}.png", dpi=150)
+        (row,) = capacity_rows([column])
+        forces = "axial_kn", "plastic_moment_knm", "plastic_shear_kn", "shear_strength_kn"
         values = {
-            "axial_kn": axial_n / KN,
-            "plastic_moment_knm": curve.plastic_moment_nm / KN,
             "yield_curvature_per_m": curve.yield_curvature_per_m,
             "ultimate_curvature_per_m": curve.ultimate_curvature_per_m,
             "curvature_ductility": curve.ultimate_curvature_per_m / curve.yield_curvature_per_m,
-            "plastic_shear_kn": curve.plastic_moment_nm / column.shear_span_m / KN,
         }
-        rows.append(direction | values)
+        rows.append(direction | {name: row[name] for name in forces} | values)
     return Answer(rows[0] if len(rows) == 1 else {"directions": rows}, units=units)
 
 
@@ -289,11 +289,12 @@ def sdc(
     from skewbridge.bridge.column import bent_capacities
     from skewbridge.files.tables import read_frame, records_of
 
-    checked, notes = "checks", list[str]()
+    checked, notes, warnings = "checks", list[str](), list[str]()
     if source is None or not source.is_dir():
         data = load_bridge(bridge or str(source or "osb1"))
         checked, title = "bents", data.title
         rows = bridge_check.capacity_rows(bent_capacities(data))
+        warnings = [finding for row in rows for finding in bridge_check.bent_findings(row)]
     else:
         demands, bents, table = (read_frame(source / f"{name}.parquet") for name in _OF_RUN)
         (row,) = records_of(demands)
@@ -313,4 +314,5 @@ def sdc(
         rows = bridge_check.sdc_rows(variant, row, records_of(bents), corners_m, joints_m)
     if out is not None:
         _write(rows, out, "sdc")
-    return Answer({"title": title, checked: rows}, units=units, notes=notes)
+    answer = {"title": title, checked: rows}
+    return Answer(answer, units=units, notes=notes, warnings=warnings)

@@ -358,6 +358,8 @@ def _nearest_key(error_path: Sequence[str | int], keys: Sequence[str]) -> str:
     """Return a suggestion for an unknown key: a similar one, or the same in another section."""
     *parents, name = (str(step) for step in error_path if isinstance(step, str))
     section = "".join(f"{step}." for step in parents)
+    if section + name in keys:
+        return " of this type"
     in_section = [key.removeprefix(section) for key in keys if key.startswith(section)]
     nearest = get_close_matches(name, [key for key in in_section if "." not in key], n=1)
     same_name = [key for key in keys if key.rpartition(".")[2] == name]
@@ -376,6 +378,9 @@ def _explain(finding: Any, keys: Sequence[str]) -> str:
         words = "is missing"
     elif kind in _NO_KEYS:
         words = "must contain keys and values"
+    elif kind == "union_tag_invalid":
+        where += f".{finding['ctx']['discriminator']}".replace("'", "")
+        words = "must be one of {expected_tags}, got '{tag}'".format(**finding["ctx"])
     else:
         message = finding["msg"].removeprefix("Value error, ").replace("valid tuple", "list")
         words = re.sub(r"^(Input|Tuple|List|String) should", "must", message)

@@ -360,6 +360,13 @@ class BridgeData(Part, frozen=True):
         """Numbers (0, 1, ...) of the bents below a joint."""
         return {joint.bent for joint in self.joints if joint.bent is not None}
 
+    def _check_width(self, key: str, points: PadData | PileData) -> None:
+        line_m, width_m = (points.count - 1) * points.spacing_m, self.deck.width_m
+        if line_m > width_m:
+            raise ValueError(
+                f"{key}: (count - 1) x spacing_m = {line_m:.4g} exceeds deck.width_m = {width_m:g}"
+            )
+
     def _check_joints(self) -> None:
         for number, joint in enumerate(self.joints):
             joint_key = f"joints.{number}"
@@ -369,8 +376,7 @@ class BridgeData(Part, frozen=True):
                 raise ValueError(f"{joint_key}.at: must be one of the {len(self.bents)} bents")
             if joint.bent is not None and self.base_of(self.bents[joint.bent]) == "pinned":
                 raise ValueError(f"{joint_key}.at: the bent below a joint needs base: fixed")
-            if (joint.pads.count - 1) * joint.pads.spacing_m > self.deck.width_m:
-                raise ValueError(f"{joint_key}.pads: (count - 1) x spacing_m exceeds deck.width_m")
+            self._check_width(f"{joint_key}.pads", joint.pads)
         for number in self.jointed_bents:
             bent = self.bents[number]
             height_m, limit_m = bent.clear_height_m + bent.cap_depth_m, self.deck.soffit_height_m
@@ -422,9 +428,7 @@ class BridgeData(Part, frozen=True):
                 "and right"
             )
         for name, end in self.ends.items():
-            points = getattr(end, "pads", getattr(end, "piles", None))
-            if points is not None and (points.count - 1) * points.spacing_m > self.deck.width_m:
+            for kind in {"pads", "piles"} & type(end).model_fields.keys():
                 end_key = "abutment" if self.abutment else f"abutments.{name}"
-                kind = "pads" if end.type == "seat" else "piles"
-                raise ValueError(f"{end_key}.{kind}: (count - 1) x spacing_m exceeds deck.width_m")
+                self._check_width(f"{end_key}.{kind}", getattr(end, kind))
         return self
