@@ -23,13 +23,13 @@ class InputError(ValueError):
 
 
 def listed(heading: str, texts: Sequence[str]) -> str:
-    """Return a heading and, below it, at most `MOST_FAULTS` of the texts."""
+    """Return a heading, at most `MOST_FAULTS` texts below it, and the number of texts left out."""
     more = [f"... and {len(texts) - MOST_FAULTS} more"] if len(texts) > MOST_FAULTS else []
     return "\n  ".join([heading, *texts[:MOST_FAULTS], *more])
 
 
 def raise_all(faults: Iterable[InputError]) -> None:
-    """Raise all faults as one `InputError` with one line per fault and the details of the first."""
+    """Raise one `InputError` with a line per fault and the details of the first; none if empty."""
     errors = list(faults)
     if len(errors) == 1:
         raise errors[0]

@@ -42,7 +42,7 @@ _IN_NAMES: Final = {
 
 
 def split_unit(name: str) -> tuple[str, str]:
-    """Return a name without its unit ending, and the unit (``-`` if the name has none)."""
+    """Split a name such as ``gap_mm`` into ``gap`` and its unit ``mm`` (``-`` if it has none)."""
     ending = next((ending for ending in _IN_NAMES if name.endswith(ending)), "")
     return name.removesuffix(ending), _IN_NAMES.get(ending, "-")
 
@@ -74,15 +74,15 @@ _NAME_UNIT: Final = re.compile(r"_((?:mnm|[mk]?n|mm|m|[mgk]?pa|t|s)\d?(?:_per_(?
 
 
 def unit_in_name(name: str) -> str | None:
-    """Return the unit at the end of a name: ``kn/m3`` for ``weight_kn_per_m3``; None without."""
+    """Return the unit in a name: ``kn/m3`` for ``weight_kn_per_m3``, None if it has none."""
     match = _NAME_UNIT.search(name)
     return match[1].replace("_per_", "/") if match else None
 
 
 def quantity(text: str, unit: str) -> float:
-    """Return a quantity such as ``150 ft``, ``5'-6"`` or ``50 kip/in`` in another unit.
+    """Return the number of ``unit`` in a text such as ``150 ft``, ``5'-6"`` or ``50 kip/in``.
 
-    `ValueError` if the text is not a number and a unit, or the unit is of another quantity.
+    `ValueError` if the text is not a number and a unit, or its unit is of another dimension.
     """
     target, dimension = _factor(unit)
     match = _FEET_AND_INCHES.fullmatch(text.strip())
@@ -100,7 +100,7 @@ def quantity(text: str, unit: str) -> float:
 
 
 def _factor(unit: str) -> tuple[float, float]:
-    """Return factor and dimension of a unit such as ``kip/in/ft``, ``in^4`` or ``kip-ft``."""
+    """Return factor to SI and dimension (product of primes) of a unit such as ``kip/in/ft``."""
     total, kind = 1.0, 1.0
     for number, factor in enumerate(unit.lower().split("/")):
         for name in re.split(r"[-* ]+", factor.strip()):

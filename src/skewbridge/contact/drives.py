@@ -1,7 +1,7 @@
 """Drives for other laws of friction and normal contact, and coefficients of restitution.
 
 Values outside their limits raise `InputError`. A drive acts in the coming step, so it uses the
-opening predicted for the end of that step. The error is of second order in the time step during
+opening predicted for the end of that step. Its error is of second order in the time step during
 contact, and of first order when contact begins or ends.
 """
 

@@ -116,7 +116,7 @@ class TagSource:
 
 
 def _free(tags: list[int] | int | None) -> int:
-    """Return the largest tag of a query plus 1; for a single tag OpenSees returns a number."""
+    """Return the largest tag plus 1; OpenSees returns a number instead of a list of one tag."""
     return (tags if isinstance(tags, int) else max(tags or (), default=0)) + 1
 
 
@@ -182,7 +182,7 @@ def make_springs(
 ) -> Springs:
     """Create the element and its parameters; raise `ContactError` if a parameter has no effect.
 
-    A driven dashpot has its own material and parameter.
+    ``driven`` names the parameters set by a drive; a dashpot is created only if it is one of them.
     """
     directions, has_dashpot = len(frame) - 1, "dashpot_n_s_per_m" in driven
     kn, kt = law.kn_n_per_m, law.kt_n_per_m

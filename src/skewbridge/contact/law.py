@@ -200,7 +200,7 @@ class UnitLedger:
     max_violation_n: float = 0.0  #: largest excess of the friction force over its limit
     slip_path_m: float = 0.0
     slip_work_j: float = 0.0  #: energy dissipated by slip (trapezoidal rule)
-    normal_work_j: float = 0.0  #: work done on the normal spring and its dashpot (same rule)
+    normal_work_j: float = 0.0  #: work on normal spring and dashpot (trapezoidal rule)
     friction_impulse_ns: float = 0.0  #: sum of friction force times step
     friction_work_j: float = 0.0  #: sum of friction force times slip
     excess_work_j: float = 0.0  #: part of the friction work from force above the limit
@@ -209,5 +209,5 @@ class UnitLedger:
 
     @property
     def cone_violation_ratio(self) -> float:
-        """Largest excess of the run divided by its largest friction limit."""
+        """Largest excess of friction over its limit, divided by the largest limit."""
         return self.max_violation_n / self.max_limit_n if self.max_limit_n > 0.0 else 0.0

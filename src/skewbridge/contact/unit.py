@@ -164,7 +164,7 @@ class ContactUnit:
         return False
 
     def _read_forces(self, dt_s: float) -> bool:
-        """Read the springs, update the ledger and check that the bounds of the step acted."""
+        """Read and check forces, update the ledger; return whether the pair opened or closed."""
         forces = ops.basicForce(self.element)
         e1, e2, kt, opening, account = self._e1, self._e2, self.kt, self.opening, self.account
         normal, force_1 = -forces[0], forces[1]
@@ -277,13 +277,13 @@ class ContactUnit:
             self._update(limit, 0.0)
 
     def _committed(self) -> tuple[float, float, float]:
-        """Return friction limit and offset from the stick point at the committed state."""
+        """Return friction limit (N) and offsets (m) from the stick point in the committed state."""
         normal_n = self.normal_n if self.closed else 0.0
         limit = friction_limit_n(normal_n, self.friction, self.cohesion)
         return limit, self._e1 - self._stick_1, self._e2 - self._stick_2
 
     def _predict(self, ratio: float) -> tuple[float, float, float]:
-        """Return friction limit and offset from the stick point at the end of the coming step."""
+        """Return friction limit (N) and offsets (m) from the stick point after the coming step."""
         opening = self.opening
         predicted = opening + ratio * (opening - self.opening_before)
         if predicted >= 0.0:

@@ -33,12 +33,12 @@ _PACKAGES: Final = ("openseespy", "numpy", "scipy", "pandas", "pyarrow", "skewbr
 
 
 def layer_digest(parts: Sequence[str], package: Path = PACKAGE) -> str:
-    """Return the digest (16 hex digits) of all source and data files in parts of the package."""
+    """Return the digest (16 hex digits) of modules and folders (``parts``) of the package."""
     return layer_digests({"": parts}, package)[""]
 
 
 def layer_digests(layers: Mapping[str, Sequence[str]], package: Path = PACKAGE) -> dict[str, str]:
-    """Return a dict with the `layer_digest` of each layer; shared parts are read once."""
+    """Return the `layer_digest` of each named list of modules; shared modules are read once."""
     content = cache(partial(_contents, package=package))
     return {
         name: hashlib.sha256(b"".join(map(content, parts))).hexdigest()[:16]

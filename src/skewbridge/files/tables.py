@@ -39,7 +39,7 @@ _SVG_DESCRIPTION: Final = re.compile(r"<dc:description>(.*?)</dc:description>", 
 
 
 def write_table(table: pa.Table, path: Path, metadata: Mapping[str, str] | None = None) -> None:
-    """Write a table atomically, with the format version and the given metadata."""
+    """Write a table atomically, with its metadata, ``metadata`` and the format version."""
     texts = {k.decode(): v.decode() for k, v in (table.schema.metadata or {}).items()}
     write_joined([table], path, texts | dict(metadata or {}))
 
@@ -71,7 +71,7 @@ def write_frame(
     metadata: Mapping[str, str],
     descriptions: Mapping[str, str] | None = None,
 ) -> None:
-    """Write a data frame with file metadata and with descriptions in the metadata of its fields."""
+    """Write a parquet file with metadata, and column descriptions in the metadata of its fields."""
     table = pa.Table.from_pandas(frame, preserve_index=False)
     texts = descriptions or {}
     fields = [
@@ -240,7 +240,7 @@ def as_column(values: ArrayLike, name: str) -> Floats:
 
 
 def require(is_valid: Mask, name: str, rule: str, values: Floats | None = None) -> None:
-    """Raise an `InputError` if rows of a column break a rule; it states their first value."""
+    """Raise an `InputError` with the invalid rows of column ``name`` and the first bad value."""
     if np.all(is_valid):
         return
     bad_rows = np.flatnonzero(~is_valid).tolist()

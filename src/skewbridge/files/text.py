@@ -52,7 +52,7 @@ def printable(text: str) -> str:
 
 
 def file_fault(path: Path, problem: str, **details: object) -> InputError:
-    """Return an `InputError`: the path, then ``problem``, which starts with a blank or colon."""
+    """Return an `InputError` whose message is the path, then ``problem`` (starts with a blank)."""
     return InputError(f"{shown_path(path)}{problem}", file=str(path), **details)
 
 
@@ -99,8 +99,8 @@ class _Loader(yaml.SafeLoader):
 def parse_yaml(text: str, where: str, **details: object) -> Any:
     """Return the plain value of a YAML text, or None if it is empty.
 
-    `InputError` (with `where` and line) for a tag, a repeated key, a key that is not text, or a
-    limit.
+    `InputError` (with `where`, the name of its source, and line) for a tag, a repeated key, a key
+    that is not text, a number of too many digits, or too many values.
     """
     try:
         loader = _Loader(text)
@@ -120,7 +120,7 @@ def parse_yaml(text: str, where: str, **details: object) -> Any:
 
 
 def _check_node(node: Any) -> int:
-    """Refuse invalid keys, long numbers and too many values; return the number of values."""
+    """Refuse invalid keys, long integers and too many values; return the number of values."""
     if isinstance(node, yaml.ScalarNode):
         if node.tag.endswith(":int") and len(node.value) > MAX_DIGITS:
             _refuse(node, f"a whole number may have at most {MAX_DIGITS} digits")
@@ -201,7 +201,7 @@ def read_csv(path: Path, **options: Any) -> "pd.DataFrame":
 
 
 def _check_rows(text: str) -> int:
-    """Return the number of columns; refuse repeated names and rows of a different length."""
+    """Return the number of columns of a CSV text; refuse repeated names and unequal rows."""
     rows = csv.reader(io.StringIO(text), skipinitialspace=True, strict=True)
     header = next((row for row in rows if row), None)
     if header is None:
@@ -294,7 +294,7 @@ _NO_KEYS: Final = {"dataclass_type", "model_type", "model_attributes_type", "dic
 
 
 def checked[T](kind: type[T], raw: Any, where: str | Path) -> T:
-    """Return plain values as an instance of `kind`; `InputError` lists the errors of `where`."""
+    """Return plain values as a `kind`; `InputError` lists all errors of `where`, their source."""
     adapter = TypeAdapter(kind)
     try:
         return adapter.validate_python(raw)
@@ -319,7 +319,7 @@ def checked[T](kind: type[T], raw: Any, where: str | Path) -> T:
 
 
 def _keys_of(raw: Any, error_path: tuple[str | int, ...]) -> tuple[str | int, ...]:
-    """Return the keys that lead to an error, without the types that pydantic adds in unions."""
+    """Return the keys from the top to an error, without the types that pydantic adds in unions."""
     keys, node = list[str | int](), raw
     for step in error_path:
         tree: Any = node

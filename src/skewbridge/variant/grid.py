@@ -45,7 +45,7 @@ def _different_names(values: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _with_axes(schema: dict[str, Any]) -> None:
-    """Add the limits of the core axes to the JSON schema, and the names of the other axes."""
+    """Add limits of skew, gap and friction to the JSON schema, and the names of other axes."""
     for axis in AXES:
         items = {"type": "number", "minimum": axis.low, "maximum": axis.high}
         schema["properties"][axis.name] |= {"description": axis.description, "items": items}
@@ -106,7 +106,7 @@ class GridConfig(BaseModel):
 
 
 def _refuse(kind: LiteralString, findings: Mapping[Any, tuple[str, Any]]) -> None:
-    """Raise one error with message and value for each invalid position in the grid, if any."""
+    """Raise one error with message and value of each invalid position in the grid, if any."""
     errors = [
         InitErrorDetails(type=PydanticCustomError(kind, "{w}", {"w": words}), loc=at, input=value)
         for at, (words, value) in findings.items()
@@ -121,7 +121,7 @@ def expand_grid(grid: GridConfig) -> list[Variant]:
 
 
 def cells_of(grid: GridConfig, within: Sequence[str]) -> tuple[int, dict[str, list[int]]]:
-    """Return the number of cells of a grid, and the cells of each variant by its name.
+    """Return the number of cells of a grid, and the indices of the cells of each variant (slug).
 
     A cell is a combination of values of the axes not listed in ``within``. A variant that lacks
     some of these axes belongs to several cells.

@@ -69,7 +69,7 @@ class RandomProperty:
         return self
 
     def quantile(self, share: float) -> float:
-        """Return the value that a share (0 to 1) of all draws does not exceed."""
+        """Return the quantile of the truncated distribution at a probability ``share`` (0 to 1)."""
         if self.distribution == "uniform":
             value = self.low + share * (self.high - self.low)
         else:
@@ -168,7 +168,7 @@ class UncertaintyConfig:
         return {name: distribution for name, distribution in configured if distribution is not None}
 
     def draws(self, motion_ids: Sequence[str], suite: str = "") -> dict[str, dict[str, Any]]:
-        """Return the draw of each motion of a suite; empty if drawing is not enabled.
+        """Return the drawn values, keyed by motion and property or option; empty if not enabled.
 
         A draw depends on the seed, the suite and the position of the motion in it. The properties
         of 16 motions form a Latin hypercube, their alternatives another one.
@@ -205,7 +205,7 @@ PROPERTIES: Final = tuple(
 
 
 def draw_columns(draw: Draw) -> dict[str, float | str]:
-    """Return the columns of a draw: numbers of random properties, texts of modelling options."""
+    """Return a draw as columns of the demands table: properties as numbers, options as texts."""
     return {
         **{f"{DRAW_PREFIX}{name}": draw[name] for name in draw if name in PROPERTIES},
         **{
@@ -217,13 +217,13 @@ def draw_columns(draw: Draw) -> dict[str, float | str]:
 
 
 def drawn_properties(columns: Iterable[str]) -> tuple[str, ...]:
-    """Return the spelled-out names of the random properties in a demands table."""
+    """Return the names in words of the random properties among columns of a demands table."""
     names = (name.removeprefix(DRAW_PREFIX) for name in columns if name.startswith(DRAW_PREFIX))
     return tuple(property_name(name) for name in names)
 
 
 def drawn_options(columns: Iterable[str]) -> tuple[str, ...]:
-    """Return the modelling options in a demands table of which each motion has its own value."""
+    """Return the modelling options drawn per motion, from the columns of a demands table."""
     return tuple(
         name.removeprefix(CHOICE_PREFIX) for name in columns if name.startswith(CHOICE_PREFIX)
     )
@@ -236,7 +236,7 @@ def property_name(name: str) -> str:
 
 
 def _hypercube(width: int, seed: tuple[int, ...]) -> Any:
-    """Return a Latin hypercube of shape (BLOCK, width), the least correlated of many trials."""
+    """Return a Latin hypercube in 0..1, shape (BLOCK, width): the least correlated of many."""
     rng = np.random.default_rng(seed)
     steps = np.tile(np.arange(BLOCK), (width, 1))
     trials = [rng.permuted(steps, axis=1) for _ in range(_TRIALS)]
@@ -245,9 +245,9 @@ def _hypercube(width: int, seed: tuple[int, ...]) -> Any:
 
 
 def with_draw(options: ModelOptions, draw: Draw) -> ModelOptions:
-    """Return options changed by a draw.
+    """Return modelling options changed by the values drawn for a motion.
 
-    Factors multiply them, offsets are added to them, and alternatives replace them.
+    Factors multiply options, offsets are added to them, and alternatives replace them.
     """
     changed: dict[str, Any] = {name: draw[name] for name in draw if name != DIRECTION}
     for name in changed.keys() & {*PROPERTIES}:

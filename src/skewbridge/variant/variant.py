@@ -117,7 +117,7 @@ class Variant:
 
     @classmethod
     def at(cls, bridge: str, abutment: str, values: Mapping[str, float]) -> Self:
-        """Return the variant with these values of all core axes and of modelling options.
+        """Return the variant with values of skew, gap, friction and modelling options, by axis.
 
         Raises `InputError` for an unknown axis or an invalid value.
         """
@@ -150,7 +150,7 @@ class Variant:
 
     @property
     def traits(self) -> AbutmentTraits:
-        """Traits of the abutment model."""
+        """Properties of the abutment model."""
         return ABUTMENTS[self.abutment]
 
     def values(self) -> dict[str, float]:
