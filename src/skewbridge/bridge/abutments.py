@@ -89,7 +89,7 @@ def build_arms(
     options: ModelOptions,
     tags: TagAllocator,
 ) -> tuple[Points, list[int]]:
-    """Create nodes at stations of each line, and stiff arms to them; return nodes and arms."""
+    """Create nodes at positions (m) along each line, and arms to them; return nodes and arms."""
     # no arm is parallel to the normal of the wall
     transformation = arm_transformation((*end.normal, 0.0), options, tags)
     points: Points = {}
@@ -105,7 +105,7 @@ def build_arms(
 def arm_transformation(
     plane: tuple[float, float, float], options: ModelOptions, tags: TagAllocator
 ) -> int:
-    """Create the transformation of arms that are not parallel to a vector."""
+    """Create the transformation of arms that are not parallel to the vector ``plane``."""
     transformation = tags.transformation()
     geometry = "Corotational" if options.arrays == "corotational" else "Linear"
     ops.geomTransf(geometry, transformation, *plane)
@@ -115,7 +115,7 @@ def arm_transformation(
 def build_arm(
     holder: int, place_m: Sequence[float], transformation: int, tags: TagAllocator
 ) -> tuple[int, int]:
-    """Create a node at a place and a stiff arm to it from another node; return both tags."""
+    """Create a node and a stiff arm to it from the node ``holder``; return tags of node and arm."""
     node, element = tags.node(), tags.element()
     ops.node(node, *place_m)
     ops.fix(node, 0, 0, 0, 1, 1, 1)
@@ -143,7 +143,7 @@ def pad_stations(pads: PadData | PileData, end: DeckEnd) -> list[float]:
 def bearing_stations(
     pads: PadData | PileData, end: DeckEnd, options: ModelOptions, *, has_pads: bool = True
 ) -> list[float]:
-    """Return positions along the wall (m) of all or two equivalent pads, or of supports."""
+    """Return positions (m) along the wall of all pads, two equivalent pads, or two supports."""
     if not has_pads:
         return [-end.wall_length_m / 2, end.wall_length_m / 2]
     stations = pad_stations(pads, end)
@@ -163,7 +163,7 @@ def build_bearings(
     has_pads: bool = True,
     seat_at: Callable[[Sequence[float]], int] | None = None,
 ) -> tuple[BearingHandle, ...]:
-    """Create pads, or vertical supports, between seat nodes and the bearing line.
+    """Create pads, or vertical supports, from seat nodes up to the deck nodes of the bearing line.
 
     Seat nodes are fixed, unless ``seat_at`` creates them. Vertical springs are elastic in
     compression and open in tension.
@@ -196,9 +196,9 @@ def build_bearings(
 
 
 def _pad_section(pads: PadData, pad_count: float, vertical: int, tags: TagAllocator) -> int:
-    """Create the section of several pads: a vertical spring, and shear with a yield circle.
+    """Create the section of several pads: a vertical material, and shear with a yield circle.
 
-    It is like the bearing element in shear at a tenth of the cost: plastic and elastic in parallel.
+    Its shear equals that of the bearing element, as a plastic and an elastic spring in parallel.
     """
     plastic = 1.0 - pads.hardening_ratio
     stiffness = pad_count * pads.shear_stiffness_kn_per_m * KN
@@ -215,7 +215,7 @@ CONCRETE_KG_PER_M3 = 2400.0  # source: usual density of reinforced concrete
 
 @dataclass(frozen=True, kw_only=True)
 class Wall:
-    """What a builder of walls needs: a deck end on its supports, before walls and keys exist."""
+    """Deck end on its supports before walls and keys exist, with the data to build them."""
 
     blueprint: Blueprint
     data: WallData
@@ -294,7 +294,7 @@ class Joint(Wall):
         return self.data.monolithic_key if is_monolithic else self.data.sacrificial_key
 
     def key_inward_normal(self, sign: float) -> PlanVector:
-        """Return the inward normal of the key on one side (``sign`` +1: along the wall tangent)."""
+        """Return the inward normal of the key at the tangent's end (``sign`` 1) or start (-1)."""
         # ASSUME the face of a key is parallel to the edge of the deck
         is_skewed = self.options.key_frame == "skewed"
         x, y = self.end.tangent if is_skewed else turned(self.end.outward)
@@ -375,7 +375,7 @@ def support_deck_end(end: End, blueprint: Blueprint) -> Joint:
 
 
 def normal_gap_m(gap_mm: float, end: DeckEnd, options: ModelOptions) -> float:
-    """Return the opening of a joint at rest, normal to its faces, with the option's offset."""
+    """Return the opening of a joint at rest normal to its faces, including ``gap_offset_mm``."""
     narrowing = cos(end.skew_rad) if options.gap_measured == "longitudinal" else 1.0
     return max(gap_mm * MM * narrowing + options.gap_offset_mm * MM, 0.0)
 
@@ -388,7 +388,7 @@ def bearing_point(end: DeckEnd, deck_node: int, along_m: float) -> Point:
 
 
 def placed(end: DeckEnd, deck_node: int, points: Points) -> dict[str, Any]:
-    """Return position fields of the handle of an end; without points, one node has both corners."""
+    """Return position fields of an `AbutmentHandle`; a corner without point is at the deck node."""
     corners = tuple(
         CornerHandle(
             node=points.get(("outer", along_m), deck_node),
@@ -418,7 +418,7 @@ def _build_roller(joint: Joint) -> AbutmentHandle:
 
 
 def _build_simplified(joint: Joint) -> AbutmentHandle:
-    """Create the springs at both ends of the bar, each with half of the resistance."""
+    """Create the springs at both deck corners, each with half of the resistance."""
     end, tags = joint.end, joint.tags
     zero_skew, skew_rule = joint.soil(sdc_backfill(joint.data)), joint.options.backfill_skew
     longitudinal = reduced_for_skew(zero_skew, joint.end.skew_rad, skew_rule).scaled(0.5)
@@ -450,7 +450,7 @@ def _build_spring(joint: Joint) -> AbutmentHandle:
 
 
 def embankment_mass_kg(data: AbutmentData) -> float:
-    """Return the mass in kg of the embankment over its critical length, 0.7 sqrt(S B H).
+    """Return the mass in kg over the critical length, 0.7 sqrt(slope ratio x width x height).
 
     References:
         Zhang and Makris (2002), Earthquake Eng. Struct. Dyn. 31, section on critical length.
@@ -463,7 +463,7 @@ def embankment_mass_kg(data: AbutmentData) -> float:
 
 
 def _build_body(joint: Joint) -> tuple[int, SpringHandle]:
-    """Create the node of the abutment's body; return it with its spring along the wall."""
+    """Create the node of the abutment body and its springs; return it and its wing-wall spring."""
     end, data, tags = joint.end, joint.data, joint.tags
     embankment_kg = embankment_mass_kg(data) if joint.options.embankment_mass else 0.0
     mass_kg = joint.wall_mass_kg + embankment_kg
@@ -519,7 +519,7 @@ def hold_wall_point(
 ) -> tuple[SpringHandle, SpringHandle, tuple[int, ...]]:
     """Create the backfill, stem and wing-wall springs between ground and a wall node.
 
-    Returns the springs of backfill and wing walls, and the elements between wall and backfill.
+    Returns the springs of backfill and wing walls, and tags of elements between wall and fill.
     """
     end, tags, mass_kg = joint.end, joint.tags, joint.wall_mass_kg * share
     # in proportion to the strength of the soil

@@ -113,7 +113,7 @@ def hold_dead_load(
 
 
 def open_linear_pattern(tags: TagAllocator) -> None:
-    """Open a load pattern that grows with time; loads created afterwards belong to it."""
+    """Open a load pattern proportional to time; loads created afterwards belong to it."""
     series = tags.series()
     ops.timeSeries("Linear", series)
     ops.pattern("Plain", tags.pattern(), series)
@@ -124,7 +124,7 @@ def open_linear_pattern(tags: TagAllocator) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mode:
-    """Period of one mode, and its shares of the free mass along x, y, z and about z."""
+    """Period of one mode, and the shares of the free mass that it moves along x, y, z, about z."""
 
     period_s: float  # infinite for a mechanism
     mass_x: float
@@ -176,7 +176,7 @@ def _lowest_modes(count: int) -> tuple[Mode, ...]:
 
 
 def period_s(modes: Sequence[Mode], direction: str) -> float:
-    """Return the period of the mode with the most mass along ``x, y`` or about z (``rz``).
+    """Return the period of the mode with the most mass along ``x``, ``y`` or about z (``rz``).
 
     Along ``z``, where each simple span has its own mode, it is the longest period of the modes with
     at least half of the largest mass.

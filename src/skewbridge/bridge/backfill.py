@@ -27,8 +27,8 @@ _LONGEST_HYPERBOLA = 1.0e3
 class Passive:
     """Passive resistance in N as a function of the closure d in m.
 
-    The hyperbola ``d / (1/stiffness + failure_ratio d / ultimate)`` up to the ultimate force, or
-    bilinear if ``failure_ratio`` is zero.
+    The hyperbola ``d / (1/stiffness + failure_ratio d / ultimate)`` of an initial stiffness, up to
+    the ultimate force; bilinear if ``failure_ratio`` is zero.
 
     References:
         Shamsabadi, Rollins and Kapuskar (2007), J. Geotech. Geoenviron. Eng. 133(6):707-720.
@@ -46,7 +46,7 @@ class Passive:
         return np.minimum(hyperbola, self.ultimate_n)
 
     def polygon(self, chords: int) -> tuple[FloatArray, FloatArray]:
-        """Return closures (m) and forces (N) of an inscribed polygon of equal relative errors."""
+        """Return closures (m) and forces (N) of a polygon of chords with equal relative errors."""
         ratio = self.failure_ratio
         yield_m = self.ultimate_n / self.stiffness_n_per_m
         end = min(1.0 / max(1.0 - ratio, 1e-12), _LONGEST_HYPERBOLA)
@@ -88,7 +88,7 @@ def sdc_backfill(abutment: WallData) -> Passive:
 
 
 def hyperbolic_backfill(abutment: WallData, height_exponent: float) -> Passive:
-    """Return the hyperbolic curve at zero skew, with the rule of the bridge file."""
+    """Return the hyperbola at zero skew; the exponent is that of height in the strength (ucsd)."""
     data, width = abutment.backfill, abutment.wall_width_m
     if data.rule == "ucsd":
         higher = abutment.wall_height_m / data.reference_height_m
@@ -140,7 +140,7 @@ def reduced_for_skew(passive: Passive, skew_rad: float, rule: BackfillSkew) -> P
 
 
 def variation_factors(end: DeckEnd, stations: list[float], variation: float) -> list[float]:
-    """Return linear factors along the wall: 1 in the middle, largest at the acute deck corner.
+    """Return factors on the backfill at stations: 1 in the middle, linear, largest at acute corner.
 
     References:
         Kaviani, Zareian and Taciroglu (2012): 30 % from the middle to the ends at 60 degrees.
@@ -171,6 +171,6 @@ def wing_share(abutment: WallData) -> float:
 
 
 def wing_wall(abutment: WallData) -> Passive:
-    """Return the transverse resistance of an abutment's wing walls: a share of the SDC curve."""
+    """Return the transverse resistance of the wing walls: `wing_share` of the SDC curve."""
     # ASSUME no reduction for skew: the wings bear on the soil at a right angle
     return sdc_backfill(abutment).scaled(wing_share(abutment))

@@ -31,8 +31,8 @@ RESIDUAL_SHEAR = 0.1
 class BentCapacity:
     """Displacement capacity under dead load of each column of a bent, whose columns are equal.
 
-    The displacement is normal to the bent, along it, or in any direction. The shear span is from a
-    hinge to the point of contraflexure; the axial force is at the base.
+    The displacement is normal to the bent, along it, or in any direction; bents count from 1. The
+    shear span is from a hinge to the point of contraflexure; the axial force is at the base.
     """
 
     bent: int
@@ -48,7 +48,7 @@ class BentCapacity:
     capacity_m: float
 
     def p_delta_ratio(self, disp_m: float) -> float:
-        """Return dead load x displacement / plastic moment."""
+        """Return P-delta moment (dead load x displacement) / plastic moment."""
         return self.axial_n * disp_m / self.curve.plastic_moment_nm
 
     @property
@@ -107,7 +107,7 @@ def bent_capacity(
 def bent_directions(
     bridge: BridgeData, bent_number: int, hinge_rule: HingeRule = "sdc"
 ) -> tuple[BentCapacity, BentCapacity]:
-    """Return the capacities of a bent normal to it and along it; the same if they are equal."""
+    """Return the capacities of a bent normal to it and along it (one object if they are equal)."""
     normal = bent_capacity(bridge, bent_number, hinge_rule)
     if normal.direction == "all":
         return normal, normal
@@ -163,9 +163,9 @@ def shear_section(
 class ShearLoss:
     """Shear force-deformation backbone of a column in one direction.
 
-    The column fails at ``strength_n`` and the shear deformation ``elastic_m``; in a push, at the
-    flexural drift ``failure_drift_ratio`` (drift at the displacement capacity if it does not fail).
-    ``residual_m`` is the shear deformation at the residual strength.
+    The column fails at the force ``strength_n`` and the shear deformation ``elastic_m``; its shear
+    deformation is ``residual_m`` where the strength is residual. ``failure_drift_ratio`` is the
+    flexural drift at failure in a push, or at the displacement capacity without failure.
     """
 
     strength_n: float

@@ -309,7 +309,7 @@ def _pile_springs(
 
 
 def _build_integral(wall: Wall) -> AbutmentHandle:
-    """Create fill and wing walls; the points of the diaphragm are the wall."""
+    """Create fill and wing walls behind the diaphragm, whose deck nodes are the wall nodes."""
     # ASSUME the fill has no pressure at rest
     springs, links, nodes = [], list(wall.handle.other_springs), []
     for along_m, share, passive in wall.wall_parts():
@@ -350,7 +350,7 @@ def _finished(handle: AbutmentHandle) -> AbutmentHandle:
     return handle
 
 
-#: How the ends of each type of data are built.
+#: Functions of each type of end, by the ``type`` of its data.
 KINDS: Final[Mapping[str, EndKind]] = {
     "seat": EndKind(support_deck_end, build_joint),
     "integral": EndKind(_support_integral, _build_integral),

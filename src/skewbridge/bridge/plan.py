@@ -63,7 +63,7 @@ class DeckEnd:
         return 1.0 if self.skew_rad < 0.0 else -1.0
 
     def point(self, line: Line, along_m: float) -> Position:
-        """Return a point of the joint, ``along_m`` from the centreline along the wall."""
+        """Return the point of a line, ``along_m`` from the centreline along the wall."""
         # ASSUME the pads are under the middle of the end diaphragm
         faces, (x, y) = {"bearing": 0.0, "outer": 0.5}[line], self.tangent
         offset_m = faces * self.thickness_m / cos(self.skew_rad)

@@ -111,7 +111,7 @@ class ScriptBridge:
     def frame(
         self, skew_deg: float, options: ModelOptions, tags: TagAllocator
     ) -> tuple[Frame, ScriptFrame]:
-        """Return the frame, with periods of damping only if the script states them."""
+        """Return the frame (damping periods nan if not stated) and that of the script."""
         files, names = script_files(self.path), parameters(self.path)
         values = {"skew_deg": skew_deg} | {
             name: getattr(options, name) for name in names if name != "skew_deg"
@@ -142,7 +142,7 @@ class _Standing:
 
 @cache
 def _standing(bridge: ScriptBridge) -> _Standing:
-    """Build a bridge at zero skew and return its periods; the open domain is emptied."""
+    """Return these properties from a model at zero skew, which empties the open domain."""
     frames: list[tuple[Frame, ScriptFrame]] = []
 
     def build(*arguments: Any) -> Frame:
@@ -253,7 +253,7 @@ def _check_axes(
 
 
 class _Reader:
-    """Reads the domain that a script has built, and completes what it has returned."""
+    """Completes the frame that a script has returned with data of the domain that it has built."""
 
     def __init__(
         self, script_frame: ScriptFrame, tags: TagAllocator, skew_deg: float, options: ModelOptions
@@ -347,7 +347,7 @@ class _Reader:
             )
 
     def _dead_load(self) -> tuple[dict[int, float], dict[int, tuple[float, float]]] | None:
-        """Take the dead load out of the domain; None if neither script nor frame states one."""
+        """Remove the dead load; return downward forces and moments about x, y by node, or None."""
         script, newton, newton_m = self._stated, self._units.si(FORCE), self._units.si(MOMENT)
         patterns = _listed(ops.getPatterns())
         if script.loads is not None:
@@ -502,7 +502,7 @@ class _Reader:
         return partial(_strength_n, strength if callable(strength) else float(strength), newton)
 
     def _centre(self, masses: Mapping[int, float], deck: Iterable[int]) -> int:
-        """Return the node of elastic beams that is nearest to the mass centre in plan."""
+        """Return the stated centre node, or the deck node nearest to the mass centre in plan."""
         if (centre := self._stated.centre) is not None:
             self._must_have("centre", [centre])
             return centre

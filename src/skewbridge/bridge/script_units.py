@@ -39,7 +39,7 @@ _LENGTH_UNITS: Final = {"m": 1.0, "mm": MM, "cm": 1e-2, "in": INCH, "ft": FOOT}
 
 @dataclass(frozen=True, slots=True)
 class UnitSystem:
-    """Units of force (N) and length (m) of a domain."""
+    """Unit of force in N and unit of length in m of a domain."""
 
     force_n: float = 1.0
     length_m: float = 1.0

@@ -196,7 +196,7 @@ class _Section:
         self.yield_strain = self._steel.yield_pa / self._steel.modulus_pa
 
     def resultants(self, centre: float, phi: float) -> tuple[float, float]:
-        """Return axial force in N and moment in N m, compression positive."""
+        """Return axial force (N) and moment (N m) at a strain of the centre and curvature (1/m)."""
         strain = centre + phi * self._height_m
         core_n = self._core_m2 * self._core.stress_pa(strain)
         core_n += self._cover_m2 * self._cover.stress_pa(strain)
@@ -207,7 +207,7 @@ class _Section:
         return axial, float((core_n * self._height_m).sum() + (bar * self._bar_height_m).sum())
 
     def centre_strain(self, phi: float, axial_n: float) -> float:
-        """Return a strain at the centre that balances the axial force (several when softening)."""
+        """Return a strain at the centre that balances the axial force (not unique if softening)."""
         from scipy.optimize import brentq  # its import takes longer than a short analysis
 
         half = phi * self._half_m

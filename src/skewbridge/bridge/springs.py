@@ -1,4 +1,4 @@
-"""Springs of abutments: materials, contact penalties, zeroLength elements and their nodes."""
+"""Springs of abutments and contact penalties; functions that create an object return its tag."""
 
 from collections.abc import Sequence
 from math import sqrt
@@ -28,7 +28,7 @@ KEY_FACE_HARDENING = 1.0e-3
 
 
 def passive_material(passive: Passive, gap_m: float, tags: TagAllocator) -> int:
-    """Create a spring that resists closing (negative deformation) once a gap is closed."""
+    """Create a backfill spring, which resists closing (negative deformation) behind a gap."""
     # ASSUME the soil stays indented: it unloads with its initial stiffness, then a gap opens
     # behind the wall
     stiffness, ultimate = passive.stiffness_n_per_m, passive.ultimate_n
@@ -46,10 +46,10 @@ def _indented_material(
     tangent: tuple[str, ...],
     tags: TagAllocator,
 ) -> int:
-    """Create a plastic spring without tension from closures and forces of its first loading.
+    """Create a plastic spring without tension from closures (m) and forces (N) of first loading.
 
-    It unloads with ``stiffness``, the steepest of the polygon; without the flag ``tangent`` the
-    solver uses it too.
+    It unloads with ``stiffness`` (N/m), the initial one. Without the flag ``-tangent``, the solver
+    uses this stiffness too.
     """
     # ASDConcrete1D takes a plastic curve of any shape, without tension. HyperbolicGapMaterial does
     # not end at the ultimate force, and jumps when it reloads after a trial that overshot. The gap
@@ -87,7 +87,7 @@ def elastic_part_n_per_m(passive: Passive) -> float:
 def plastic_part(passive: Passive, tags: TagAllocator) -> list[int]:
     """Create the parallel materials of the plastic part of a backfill: soil and viscous flow.
 
-    In series with a spring of `elastic_part_n_per_m`, the soil has the backbone of the whole.
+    In series with a spring of `elastic_part_n_per_m`, the soil has the backbone of ``passive``.
     """
     initial, ultimate = passive.stiffness_n_per_m, passive.ultimate_n
     flow = uniaxial(tags, "Viscous", FLOW_RATIO * ultimate, FLOW_EXPONENT)
@@ -120,7 +120,7 @@ def elastic_material(
 
 
 def gap_material(stiffness_n_per_m: float, gap_m: float, tags: TagAllocator) -> int:
-    """Create a stiff spring that acts once a gap is closed (negative deformation)."""
+    """Create a stiff elastic spring that acts once a gap is closed (negative deformation)."""
     yield_n, closed_at_m = -_NEVER_M * stiffness_n_per_m, -max(gap_m, NO_GAP_M)
     return uniaxial(tags, "ElasticPPGap", stiffness_n_per_m, yield_n, closed_at_m, 0.0, "noDamage")
 
@@ -214,7 +214,7 @@ def penalties(
 ) -> tuple[float, float]:
     """Return the normal and the tangential penalty of a contact in N/m.
 
-    They follow from the spring in series with the contact and the mass between them.
+    They follow from the stiffness in series with the contact and the mass between both.
     """
     normal = NORMAL_OVER_NEIGHBOUR * neighbour_n_per_m
     if mass_kg > 0.0:

@@ -28,7 +28,7 @@ class CatalogueBridge:
 
     @property
     def name(self) -> str:
-        """Name of its file."""
+        """Name of the bridge file without ending."""
         return self.data.name
 
     @property
@@ -175,7 +175,7 @@ def _inner_joints(
 
 
 def built_bridge(bridge: BridgeData, options: ModelOptions, skew_deg: float = 0.0) -> BridgeData:
-    """Return a bridge multiplied by the option factors, with its bents skewed.
+    """Return the bridge as built: multiplied by the option factors, with skewed bents.
 
     A skewed bent has a longer, heavier cap and, by the option, wider column spacing. Factors on
     damping and backfill are applied where damping and backfill are computed.
@@ -207,7 +207,7 @@ def built_bridge(bridge: BridgeData, options: ModelOptions, skew_deg: float = 0.
 
 
 def built_end(abutment: EndData, options: ModelOptions) -> EndData:
-    """Return the data of an end with its pads and keys multiplied by the option factors."""
+    """Return an end with the data of pads and keys multiplied by the option factors."""
     if not isinstance(abutment, AbutmentData):
         return abutment
     key = {"force_kn": options.key_strength_factor}
@@ -224,7 +224,7 @@ def built_end(abutment: EndData, options: ModelOptions) -> EndData:
 
 
 def widened(abutment: AbutmentData, ratio: float) -> AbutmentData:
-    """Return the data of an abutment for another deck width: same per metre, same wing walls."""
+    """Return an abutment for a deck ``ratio`` times as wide, equal per metre, same wing walls."""
     # ASSUME dead load, and with it pads and keys, is proportional to the width of the deck
     key = {"force_kn": ratio}
     factors = {
@@ -246,7 +246,7 @@ def widened(abutment: AbutmentData, ratio: float) -> AbutmentData:
 
 
 def _scaled(value: Any, factors: Any) -> Any:
-    """Return a number, tuple items or the named fields of a part, multiplied by the factors."""
+    """Return a number, the items of a tuple or fields of a model, multiplied by the factors."""
     if value is None:
         return None
     if isinstance(value, tuple):

@@ -118,7 +118,7 @@ def mass_centre_m(bridge: BridgeData) -> float:
 
 
 def spine_points_m(bridge: BridgeData, elements_per_span: int) -> list[dict[float, float]]:
-    """Return the deck length lumped at each spine node, keyed by x, for each deck.
+    """Return for each deck the length (m) lumped at its spine nodes, keyed by x (m).
 
     Every span has equal elements. A node added at the mass centre has no mass.
     """

@@ -165,7 +165,7 @@ class ContactSet:
         self._survey(self._is_updated, None)
 
     def _survey(self, sets_bounds: bool = False, ratio: float | None = None) -> None:
-        """Set the bounds (see `ContactUnit.set_bounds`) if asked, and find the extremes of all units."""
+        """Set bounds (`ContactUnit.set_bounds`) if asked, and find the extremes of all units."""
         is_any_closed, largest_normal_n, friction_error = False, 0.0, 0.0
         least_ratio = least_steps = inf
         for unit in self.units:

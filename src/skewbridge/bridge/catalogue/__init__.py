@@ -86,7 +86,7 @@ def _file(name: str | Path) -> Path:
 
 
 def read_bridge(name: str | Path) -> Completed:
-    """Return a bridge with its drawing and the origin of its numbers; see `load_bridge`."""
+    """Return a bridge with the origin of its numbers (drawing, rule, parent); see `load_bridge`."""
     return _loaded(_file(name))
 
 
@@ -109,7 +109,7 @@ def _loaded(path: Path) -> Completed:
 
 
 def _by_end(layers: list[tuple[Path, dict[str, Any]]]) -> list[dict[str, Any]]:
-    """Return the data of the files; ``abutment`` becomes two ends if one has ``abutments``."""
+    """Return the data of each file; if any has ``abutments``, an ``abutment`` becomes two ends."""
     trees = [tree for _, tree in layers]
     if any("abutments" in tree for tree in trees):
         for path, tree in layers:
@@ -267,7 +267,7 @@ def bridge_schema() -> dict[str, Any]:
             shape["properties"][last] = field
     texts = (
         ("extends", "bridge that this one starts from"),
-        ("source", "of numbers without their own"),
+        ("source", "source of all numbers without one"),
     )
     schema["properties"] |= {key: {"type": "string", "description": words} for key, words in texts}
     schema["anyOf"] = [{"required": ["extends"]}, {"required": needed}]
@@ -275,7 +275,7 @@ def bridge_schema() -> dict[str, Any]:
 
 
 def _shapes(field: dict[str, Any], definitions: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the mappings that a field may have, for example one per shape of a column."""
+    """Return the schemas of a field's alternatives, for example one per shape of a column."""
     if "$ref" in field:
         return _shapes(definitions[field["$ref"].rsplit("/", 1)[1]], definitions)
     options = [option for option in field.get("anyOf", ()) if option.get("type") != "null"]
@@ -283,7 +283,7 @@ def _shapes(field: dict[str, Any], definitions: dict[str, Any]) -> list[dict[str
 
 
 def _in_file(number: dict[str, Any]) -> dict[str, Any]:
-    """Return the schema of a number in a file: alone, as text with a unit, or with its source."""
+    """Return the JSON schema of a number: alone, as text with a unit, or with its source."""
     if "$ref" in number:
         return number
     text = {} if number["type"] == "array" else {"pattern": r"^\d.*\D$"}

@@ -63,14 +63,14 @@ type Fibers = list[tuple[float, float, float]]
 
 @dataclass(frozen=True, slots=True)
 class Outline:
-    """Circle, rectangle, or oblong with round ends of diameter ``corner_m``."""
+    """Circle, rectangle (``corner_m`` 0), or oblong with round ends of diameter ``corner_m``."""
 
     sizes_m: Pair
     corner_m: float = 0.0
 
     @property
     def is_round(self) -> bool:
-        """Whether all directions are equal."""
+        """Whether the outline is a circle."""
         return self.sizes_m[0] == self.sizes_m[1] == self.corner_m
 
     @property
@@ -85,7 +85,7 @@ class Outline:
         return round_m2 + (self.sizes_m[0] * self.sizes_m[1] - self.corner_m * self.corner_m)
 
     def inertia_m4(self, direction: int) -> float:
-        """Return the second moment of area of bending in a direction."""
+        """Return the inertia for bending normal to the bent (``direction`` 0) or along it (1)."""
         size, across, corner_m = self.sizes_m[direction], self.sizes_m[1 - direction], self.corner_m
         flat = size - corner_m
         arcs = math.pi * corner_m**2 * flat**2 / 16 + corner_m**3 * flat / 6  # of two semicircles
@@ -105,7 +105,7 @@ class Outline:
         return Outline((depth_m, width_m), corner_m if self.corner_m else 0.0)
 
     def area_below(self, direction: int, height_m: FloatArray) -> FloatArray:
-        """Return the area below heights from the centre, along a direction."""
+        """Return the area (m2) below heights (m above the centre, in the direction of bending)."""
         size, across, corner_m = self.sizes_m[direction], self.sizes_m[1 - direction], self.corner_m
         flat = (size - corner_m) / 2
 
@@ -120,7 +120,7 @@ class Outline:
         return area
 
     def points(self, count: int) -> FloatArray:
-        """Return points at nearly equal distances, symmetric if even in number, shape (n, 2)."""
+        """Return points (y, z in m) at nearly equal distances on the outline, shape (n, 2)."""
         depth, width = self.sizes_m
         if self.is_round:
             angle_rad = 2 * np.pi * (np.arange(count) + 0.5) / count
@@ -139,9 +139,9 @@ class Outline:
         return np.vstack((walk, -walk)) * (width, depth)
 
     def fibers(self, rings: int, wedges: int, core: "Outline | None" = None) -> Fibers:
-        """Return fibers of the area, or of the cover of a core: discs in rings, rectangles in rows.
+        """Return fibers of the area, or only of the cover outside ``core``.
 
-        Rectangles have two rows per ring, or one in the cover.
+        Circles have rings of wedges, rectangles two rows per ring (one in the cover).
         """
         (depth, width), ends, core_m = self.sizes_m, self.corner_m, core.corner_m if core else 0.0
         between = width - ends
@@ -172,10 +172,10 @@ def _circle(radius_m: float, area_m2: float, count: int) -> Fibers:
 
 
 def _rings(inner_m: float, outer_m: float, rings: int, wedges: int) -> Fibers:
-    """Return fibers of an annulus in rings of equal thickness, fewer in inner rings.
+    """Return fibers of an annulus in rings of equal thickness, fewer fibers in inner rings.
 
-    Each is at the radius that preserves the second moment of its ring: a coarse mesh is as stiff as
-    a fine one.
+    The fibers of a ring are at the radius that preserves its second moment: a coarse mesh is as
+    stiff as a fine one.
     """
     fibers: Fibers = []
     for ring in range(rings):
@@ -209,8 +209,8 @@ class Hoops(NamedTuple):
 class ColumnData(Part, ABC, frozen=True):
     """Data that all shapes of reinforced concrete columns share.
 
-    ``hinge_length_m`` replaces the rule (`skewbridge.bridge.column`); ``hoop_area_mm2`` is that of
-    one leg.
+    ``hinge_length_m`` replaces the rule for the hinge length (`skewbridge.bridge.column`);
+    ``hoop_area_mm2`` is the area of one leg.
     """
 
     shape: str
@@ -249,7 +249,7 @@ class ColumnData(Part, ABC, frozen=True):
 
     @property
     def bar_line(self) -> Outline:
-        """Line through the longitudinal bars."""
+        """Outline through the centres of the longitudinal bars."""
         return self.core.inset(1e-3 * (self.hoop_diameter_mm + self.bar_diameter_mm))
 
     @property
@@ -267,7 +267,7 @@ class ColumnData(Part, ABC, frozen=True):
 
     @property
     def bars_m(self) -> FloatArray:
-        """Centres of the bars, shape (n, 2)."""
+        """Centres of the bars (y, z), shape (n, 2)."""
         return self.bar_line.points(self.bar_count)
 
     @model_validator(mode="after")
@@ -361,7 +361,7 @@ class OblongColumn(ColumnData, frozen=True):
 class RectangularColumn(ColumnData, frozen=True):
     """Rectangular column or wall pier with bars along all faces and in the corners.
 
-    ``width_m`` is along the bent; ``tie_legs`` of hoop and ties are parallel to width and depth.
+    ``width_m`` is along the bent; ``tie_legs`` counts legs of hoop and ties along width and depth.
     """
 
     shape: Literal["rectangular"] = "rectangular"
@@ -405,7 +405,7 @@ class RectangularColumn(ColumnData, frozen=True):
 
 
 def _of_its_shape(raw: Any, handler: ValidatorFunctionWrapHandler) -> Any:
-    """Validate the keys of a column by its shape, so that errors are those of this shape only."""
+    """Return the column of a mapping; errors are about the keys of its own shape only."""
     if not isinstance(raw, Mapping):
         return handler(raw)
     shapes, shape = _shapes(), _shape_of(raw)
@@ -432,7 +432,7 @@ def _shape_of(raw: Mapping[str, Any]) -> str:
 
 
 def over_default(default: Mapping[str, Any], column: Mapping[str, Any]) -> dict[str, Any]:
-    """Return raw keys of a column over a default, without default keys that its shape lacks."""
+    """Return a column's keys, with those of a default column that it lacks and its shape has."""
     shape, shapes = _shape_of({**default, **column}), _shapes()
     if shape != _shape_of(default) and shape in shapes:
         default = {key: default[key] for key in default.keys() & shapes[shape].model_fields.keys()}

@@ -66,7 +66,7 @@ class DeckData(Part, frozen=True):
 
 
 class FoundationData(Part, frozen=True):
-    """Springs under every column base; rotational springs act about the global axes."""
+    """Springs under every column base: x normal to the bent, y along it, z up."""
 
     kx_mn_per_m: Stiffness
     ky_mn_per_m: Stiffness
@@ -79,8 +79,8 @@ class FoundationData(Part, frozen=True):
 class BentData(Part, frozen=True):
     """One bent: columns equally spaced about the centreline, under an integral cap.
 
-    ``column`` and ``base`` are those of the bridge if None; in the file, ``column`` may have single
-    keys.
+    ``column`` and ``base`` are those of the bridge if None; in the file, ``column`` needs only the
+    keys that differ.
     """
 
     columns: Annotated[int, Field(ge=1, le=8)]
@@ -116,7 +116,7 @@ class BackfillData(Part, frozen=True):
 
 
 class PadData(Part, frozen=True):
-    """Elastomeric pads of one abutment, equally spaced across the deck."""
+    """Elastomeric pads below one deck end, equally spaced across the deck."""
 
     count: Annotated[int, Field(ge=2, le=30)]
     spacing_m: Metres
@@ -128,7 +128,7 @@ class PadData(Part, frozen=True):
 
 
 class KeyData(Part, frozen=True):
-    """Backbone of one exterior shear key at three points; the last force is residual strength."""
+    """Backbone of an exterior shear key: end of initial branch, strength, residual strength."""
 
     displacement_mm: tuple[Millimetres, Millimetres, Millimetres]
     force_kn: tuple[Kilonewtons, Kilonewtons, Kilonewtons]
@@ -155,7 +155,7 @@ class WallData(Part, frozen=True):
 
     @model_validator(mode="after")
     def _backfill_softens(self) -> Self:
-        """Reject a secant stiffness that is smaller at half strength than at the end."""
+        """Reject a secant stiffness that is smaller at half strength than at full strength."""
         soil = self.backfill
         end_m = soil.ultimate_closure_ratio * self.wall_height_m
         secant = 1e-3 * soil.ultimate_kn / end_m
@@ -228,7 +228,7 @@ type EndData = Annotated[
 
 
 class EndsData(Part, frozen=True):
-    """Data of both ends of a bridge, if they differ."""
+    """Left and right end of a bridge whose ends differ."""
 
     left: EndData
     right: EndData
@@ -335,7 +335,7 @@ class BridgeData(Part, frozen=True):
 
     @property
     def bases(self) -> str:
-        """Bases of all bents in words."""
+        """Bases of all bents in words, such as ``fixed and pinned``."""
         return " and ".join(sorted({self.base_of(bent) for bent in self.bents} or {self.base}))
 
     @model_validator(mode="before")

@@ -43,30 +43,30 @@ def hoop(text: str) -> tuple[float, ...]:
 
 
 def girder(text: str) -> tuple[float, ...]:
-    """Return depth, area, centroid and inertia, in m, of a girder such as ``AASHTO IV``."""
+    """Return depth, area, centroid and inertia (m, m2, m4) of a girder such as ``AASHTO IV``."""
     if (sizes := TABLES["girders"].get(text)) is None:
         raise ValueError(f"must be one of {', '.join(TABLES['girders'])}")
     return tuple(size * INCH**power for size, power in zip(sizes, (1, 2, 1, 4), strict=True))
 
 
 class Section(NamedTuple):
-    """Gross section of a deck, in m; ``void`` is the area that a solid diaphragm fills."""
+    """Gross section of a deck in m, m2 and m4, with its usual pads."""
 
     area: float
-    centroid: float
-    vertical: float
-    transverse: float
-    torsion: float
-    void: float
+    centroid: float  # above the soffit
+    vertical: float  # inertia for vertical bending
+    transverse: float  # inertia for bending in plan
+    torsion: float  # torsion constant
+    void: float  # area that a solid diaphragm fills
     pads: int
-    spacing: float
+    spacing: float  # of the pads
 
 
 def box_section(
     width: float, depth: float, cells: int, top_mm: float, bottom_mm: float, web_mm: float,
     overhang: float,
 ) -> Section:  # fmt: skip
-    """Return the section of a box girder from its plates; the overhang ends at a web's middle."""
+    """Return the section of a box girder; the overhang is measured to the middle of a web."""
     top, bottom, web = (MM * thickness_mm for thickness_mm in (top_mm, bottom_mm, web_mm))
     between, high = width - 2 * overhang, depth - top - bottom
     if between <= cells * web or high <= 0.0:
@@ -111,7 +111,7 @@ def slab_section(width: float, thickness_mm: float) -> Section:
 
 
 def _composed(parts: list[tuple[float, float, float]]) -> tuple[float, float, float]:
-    """Return area, centroid and moment of inertia of parts: area, centroid, own inertia."""
+    """Return area, centroid and inertia of a section from those of each of its parts."""
     area, centroid, inertia = np.array(parts).T
     centre = float(area @ centroid / area.sum())
     return float(area.sum()), centre, float(inertia.sum() + area @ (centroid - centre) ** 2)
@@ -123,7 +123,7 @@ def tallest(bents: list[dict[str, float]]) -> float:
 
 
 def is_fixed(base: str, bents: list[dict[str, Any]]) -> bool:
-    """Return whether any base is fixed."""
+    """Return whether columns of the bridge or of any bent have a fixed base."""
     return "fixed" in {base, *(bent.get("base") for bent in bents)}
 
 
@@ -140,7 +140,7 @@ def cracked_ratio(bridge: BridgeData) -> float:
 
 
 def axial_ratios(bridge: BridgeData, *_: object) -> list[float]:
-    """Return dead load / expected strength of a column of each bent."""
+    """Return dead load / expected strength of the gross section, for a column of each bent."""
     from skewbridge.bridge.weights import column_axial_n
 
     columns = [bridge.column_of(bent) for bent in bridge.bents]
@@ -158,7 +158,7 @@ def end_reaction_kn(bridge: BridgeData, *_: object) -> float:
 
 
 def period_s(bridge: BridgeData, which: Any) -> float:
-    """Return the period ``t1``, ``long`` or ``short`` of `bridge_period_s`."""
+    """Return the period ``t1``, ``long`` or ``short`` in s; see `bridge_period_s`."""
     # by name: the model of a bridge, which has these periods, imports the catalogue
     return import_module("skewbridge.bridge.assembly").bridge_period_s(bridge, which)
 
@@ -181,7 +181,7 @@ _FAULTS: Final = (ArithmeticError, AttributeError, LookupError, TypeError, Value
 
 
 class Formula:
-    """Formula of numbers; ``needs`` are the keys that it uses."""
+    """Formula of `rules.yaml`; ``needs`` are the keys that it uses."""
 
     def __init__(self, text: str) -> None:
         words = dict.fromkeys(_NAMES.findall(text))
@@ -213,14 +213,14 @@ def _is_usable(value: Any) -> bool:
 
 
 class Rule(NamedTuple):
-    """Rule for one key; given numbers usually differ from it by a factor of at most ``within``."""
+    """Rule that gives the number of one key."""
 
     key: str
     formula: Formula
     src: str
-    within: float | None
-    follows: list[str]
-    any: Any
+    within: float | None  # largest usual factor between a number in a file and the rule
+    follows: list[str]  # keys on which the number depends
+    any: Any  # valid number until these keys are known
 
 
 def _rules() -> Iterator[Rule]:
@@ -248,9 +248,9 @@ def value_at(tree: Any, key: str) -> Any:
 
 
 def _sections(tree: Any, key: str) -> list[str]:
-    """Return the sections of a file that take a key of ends: ends of its type, joints for pads.
+    """Return the sections to which a rule's key applies: ends of its type, for pads also joints.
 
-    A key such as ``seat.pads`` starts with the type; ``abutment`` stands for every type with it.
+    The key starts with a type of end (``seat.pads``), or with ``abutment`` for all types with it.
     """
     kind, part, *_ = key.split(".")
     ends, joints = value_at(tree, "abutments"), value_at(tree, "joints")
@@ -271,18 +271,18 @@ def _is_of_end(key: str) -> bool:
 
 
 def _placed(key: str, section: str, number: int = 0) -> str:
-    """Return the key in the section of an abutment, and for the number of a bent."""
+    """Return a rule's key with its type of end replaced by a section, and ``*`` by a number."""
     key = re.sub(rf"^(abutment|{'|'.join(_END_TYPES)})\b", section, key)
     return key.replace("*", f"{number}")
 
 
 def _keys(key: str, tree: Any) -> list[str]:
-    """Return the keys of a rule in the sections of a file, or the key itself."""
+    """Return a rule's key in each section of a file to which it applies; other keys unchanged."""
     return [_placed(key, place) for place in _sections(tree, key)] if _is_of_end(key) else [key]
 
 
 def _put(tree: Any, key: str, value: Any) -> None:
-    """Set a value in nested mappings and lists; do nothing if its section is neither."""
+    """Set the value at a key in nested mappings and lists; do nothing if its section is neither."""
     *above, last = key.split(".")
     for name in above:
         if isinstance(tree, list) and name.isdigit():
@@ -301,7 +301,7 @@ def _rounded(value: Any, digits: int) -> Any:
 
 
 def _lookup(tree: Any, results: Mapping[str, Any], key: str) -> Any:
-    """Return a number of the bridge file, else of the drawing or a rule, or None."""
+    """Return the number of a key from the bridge file, else from drawing or rules, or None."""
     candidates = value_at(tree, key), results.get(key), value_at(results, key)
     return next((value for value in candidates if value is not None), None)
 
@@ -335,7 +335,7 @@ class Completed(NamedTuple):
     inherited: frozenset[str] = frozenset()
 
     def by_rule(self) -> dict[str, tuple[Any, Rule]]:
-        """Return value and rule of each key for which a rule exists, from the other numbers."""
+        """Return value and rule of each key that a rule can give from the other numbers."""
         numbers = {**self.drawn, "bridge": self.bridge}
         rows = values_by_rule(numbers, self.bridge.model_dump(exclude={"sources"}))
         return {key: (value, rule) for key, value, rule in rows if _is_of_bridge(key)}
@@ -352,9 +352,9 @@ def _usual(key: str) -> str:
 
 
 def completed(tree: dict[str, Any], path: Path) -> Completed:
-    """Return the bridge of a file's plain values and ``sources``; rules add missing numbers.
+    """Return the bridge of plain values and ``sources`` (``tree``); rules add missing numbers.
 
-    `InputError` for a value that is invalid, or missing without a rule whose needs are given.
+    `InputError` for a value that is invalid, or missing if no rule can give it.
     """
     where, derived = Path(path.name), dict[str, Rule]()
     drawn = _take_drawn(tree, path.name)
@@ -410,7 +410,7 @@ def _take_drawn(tree: dict[str, Any], file: str) -> dict[str, Any]:
 
 
 def overruled(tree: Mapping[str, Any]) -> set[str]:
-    """Return the inherited keys that the drawing in a file replaces by rules."""
+    """Return the keys of parents that rules replace because a file has parts of a drawing."""
     keys_without_effect: set[str] = set()
     for seat in _sections(tree, "seat.pads") or ["abutment"]:
         drawn = {_part(key) for key in DRAWN if value_at(tree, _placed(key, seat)) is not None}
