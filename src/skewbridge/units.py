@@ -93,9 +93,9 @@ def quantity(text: str, unit: str) -> float:
         factor, kind = _factor(number_match[2])
         value = float(number_match[1]) * factor
     else:
-        raise ValueError(f"must be a valid number, or one with a unit such as {unit}")
+        raise ValueError(f"must be a valid number, alone or with a unit such as {unit}")
     if not isclose(kind, dimension):
-        raise ValueError(f"has the unit of another quantity: it must be a unit such as {unit}")
+        raise ValueError(f"has a unit of another quantity: it must be a unit such as {unit}")
     return float(f"{value / target:.12g}")
 
 
@@ -106,7 +106,7 @@ def _factor(unit: str) -> tuple[float, float]:
         for name in re.split(r"[-* ]+", factor.strip()):
             match = re.fullmatch(r"([a-z]+)\^?([1-4]?)", name)
             if match is None or match[1] not in _UNITS:
-                raise ValueError("must be a valid number, or one with a known unit")
+                raise ValueError("must be a valid number, or have a known unit such as ft or ksi")
             power = int(match[2] or 1) * (-1 if number else 1)
             total *= _UNITS[match[1]][0] ** power
             kind *= _UNITS[match[1]][1] ** power

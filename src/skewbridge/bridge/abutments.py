@@ -351,7 +351,7 @@ def support_deck_end(end: End, blueprint: Blueprint) -> Joint:
     variant, options, tags = blueprint.variant, blueprint.options, blueprint.tags
     traits, data, deck_node = variant.traits, end.abutment, end.node
     if not isinstance(data, AbutmentData):
-        raise TypeError(f"{data.type} is not a seat")
+        raise TypeError(f"end {end.plan.name}: type must be seat, got {data.type}")
     plan = end.plan
     bearing_line = bearing_stations(data.pads, plan, options, has_pads=traits.has_pads)
     outer = plan.wall_stations(options.backwall_points if traits.has_wall_points else 2)

@@ -230,7 +230,7 @@ def _support_integral(end: End, blueprint: Blueprint) -> Wall:
     plan, node, options, tags = end.plan, end.node, blueprint.options, blueprint.tags
     data = end.abutment
     if not isinstance(data, IntegralData):
-        raise TypeError(f"{data.type} is not integral")
+        raise TypeError(f"end {plan.name}: type must be integral, got {data.type}")
     piles, stations = data.piles, pad_stations(data.piles, plan)
     arm = sqrt(sum(along_m**2 for along_m in stations) / len(stations))
     # ASSUME the resultant of the fill and the heads of the piles are at the level of the soffit

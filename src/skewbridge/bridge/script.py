@@ -358,7 +358,7 @@ class _Reader:
             return None
         _need(
             not _listed(ops.getEleLoadTags()),
-            "element loads cannot be used: give nodal loads, or none for mass x g",
+            "element loads are not supported: give nodal loads, or no loads to use mass x g",
         )
         values = np.reshape(ops.getNodeLoadData(), (-1, 6)) * [*[newton] * 3, *[newton_m] * 3]
         forces: dict[int, float] = {}
@@ -390,7 +390,7 @@ class _Reader:
         axis = (x2 - x1) / distance if distance else 0.0, (y2 - y1) / distance if distance else 0.0
         _need(
             axis[0] > sqrt(0.5),
-            f"the deck must run along x, from its end at ({x1:g}, {y1:g}) to ({x2:g}, {y2:g})",
+            f"the deck must run along x, got ends at ({x1:g}, {y1:g}) and ({x2:g}, {y2:g})",
         )
         return [(ends[0], "left", (-axis[0], -axis[1])), (ends[1], "right", axis)]
 

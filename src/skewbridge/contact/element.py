@@ -243,10 +243,10 @@ def prove_bounds_act(tags: Tags, nodes: tuple[int, int], frame: tuple[Direction,
     forces = ops.basicForce(element)
     ops.remove("parameter", probed)
     ops.remove("element", element)
-    _expect("yield of the normal spring", forces[0], bound_2)
+    _expect("yield force of the normal spring", forces[0], bound_2)
     _expect("bounded friction force", forces[1], bound)
     if len(frame) == 3:
-        _expect("friction force of the other direction", forces[2], bound_2)
+        _expect("yield force of the second friction spring", forces[2], bound_2)
 
 
 def _attach(tags: Tags, element: int, position: int, name: str) -> int:
@@ -273,10 +273,10 @@ def _prove(springs: Springs, law: ContactLaw, *, is_elastic: bool) -> None:
         _expect("friction bound", ops.getParamValue(bound), signature)
         if is_elastic:
             ops.updateParameter(bound, _PROBE_M)
-            _expect("force", ops.basicForce(springs.element)[position], kt * _PROBE_M)
+            _expect("friction force", ops.basicForce(springs.element)[position], kt * _PROBE_M)
         ops.updateParameter(modulus, 2.0 * kt)
         stiffness = ops.basicStiffness(springs.element)[position * (size + 1)]
-        _expect("stiffness", stiffness, 2.0 * kt)
+        _expect("stiffness of the element", stiffness, 2.0 * kt)
         ops.updateParameter(modulus, kt)
         ops.updateParameter(bound, 0.0)
         _expect("friction bound", ops.getParamValue(bound), 0.0)

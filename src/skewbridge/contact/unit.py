@@ -173,7 +173,7 @@ class ContactUnit:
         if abs(normal - expected) > FORCE_ROUNDING * self.kn * (abs(opening) + abs(self.gap_m)):
             raise ContactError(
                 f"contact {self.name!r} (element {self.element}): the normal spring gives "
-                f"{normal:.9g} N where {expected:.9g} N was expected"
+                f"{normal:.9g} N, expected {expected:.9g} N; were its parameters changed?"
             )
         self._check_friction(force_1, force_2)
         if self.springs.dashpot is not None:

@@ -56,7 +56,7 @@ def write_joined(tables: Iterable[pa.Table], path: Path, metadata: Mapping[str, 
         group: list[pa.Table] = []
         for table in chain([first], remaining):
             if not table.schema.equals(schema):
-                raise ValueError(f"{path.name}: not all parts have the same columns")
+                raise ValueError(f"{path.name}: the joined tables have different columns")
             group.append(table.replace_schema_metadata(schema.metadata))
             if sum(t.num_rows for t in group) >= _GROUP_ROWS:
                 writer.write_table(pa.concat_tables(group))

@@ -354,7 +354,7 @@ class OblongColumn(ColumnData, frozen=True):
     @model_validator(mode="after")
     def _is_oblong(self) -> Self:
         if self.width_m <= self.depth_m:
-            raise ValueError(f"width_m must exceed depth_m = {self.depth_m:g}")
+            raise ValueError(f"width_m must exceed depth_m {self.depth_m:g}, got {self.width_m:g}")
         return self
 
 

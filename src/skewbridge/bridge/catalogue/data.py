@@ -61,7 +61,8 @@ class DeckData(Part, frozen=True):
     @model_validator(mode="after")
     def _centroid_inside(self) -> Self:
         if self.centroid_above_soffit_m >= self.depth_m:
-            raise ValueError(f"centroid_above_soffit_m must be below depth_m = {self.depth_m:g}")
+            text = f"centroid_above_soffit_m must be below depth_m = {self.depth_m:g}"
+            raise ValueError(f"{text}, got {self.centroid_above_soffit_m:g}")
         return self
 
 
@@ -264,6 +265,12 @@ class JointData(Part, frozen=True):
         return int(self.at.split()[1]) - 1 if self.at else None
 
 
+def _require_space(row: PadData | PileData, deck: DeckData, key: str) -> None:
+    if (width_m := (row.count - 1) * row.spacing_m) > deck.width_m:
+        text = f"{key}: (count - 1) x spacing_m = {width_m:g} exceeds"
+        raise ValueError(f"{text} deck.width_m = {deck.width_m:g}")
+
+
 class DampingData(Part, frozen=True):
     """Rayleigh damping of deck and columns: one ratio at two periods."""
 
@@ -374,8 +381,7 @@ class BridgeData(Part, frozen=True):
                 raise ValueError(f"{joint_key}.at: must be one of the {len(self.bents)} bents")
             if joint.bent is not None and self.base_of(self.bents[joint.bent]) == "pinned":
                 raise ValueError(f"{joint_key}.at: the bent below a joint needs base: fixed")
-            if (joint.pads.count - 1) * joint.pads.spacing_m > self.deck.width_m:
-                raise ValueError(f"{joint_key}.pads: (count - 1) x spacing_m exceeds deck.width_m")
+            _require_space(joint.pads, self.deck, f"{joint_key}.pads")
         for number in self.jointed_bents:
             bent = self.bents[number]
             height_m, limit_m = bent.clear_height_m + bent.cap_depth_m, self.deck.soffit_height_m
@@ -414,11 +420,13 @@ class BridgeData(Part, frozen=True):
                 )
             if bent.columns > 1 and bent.column_spacing_m < width_m:
                 raise ValueError(
-                    f"bents.{number}.column_spacing_m must exceed the column width {width_m:g}"
+                    f"bents.{number}.column_spacing_m must be at least the column width "
+                    f"{width_m:g}, got {bent.column_spacing_m:g}"
                 )
-            if (column.hinge_length_m or 0.0) > bent.clear_height_m / 2:
+            if (length_m := column.hinge_length_m or 0.0) > bent.clear_height_m / 2:
                 raise ValueError(
-                    f"column.hinge_length_m exceeds half of bents.{number}.clear_height_m"
+                    f"column.hinge_length_m must be at most half of bents.{number}.clear_height_m "
+                    f"= {bent.clear_height_m:g}, got {length_m:g}"
                 )
         self._check_joints()
         if (self.abutment is None) == (self.abutments is None):
@@ -427,9 +435,9 @@ class BridgeData(Part, frozen=True):
                 "and right"
             )
         for name, end in self.ends.items():
-            points = getattr(end, "pads", getattr(end, "piles", None))
-            if points is not None and (points.count - 1) * points.spacing_m > self.deck.width_m:
-                end_key = "abutment" if self.abutment else f"abutments.{name}"
-                kind = "pads" if end.type == "seat" else "piles"
-                raise ValueError(f"{end_key}.{kind}: (count - 1) x spacing_m exceeds deck.width_m")
+            end_key = "abutment" if self.abutment else f"abutments.{name}"
+            if isinstance(end, AbutmentData):
+                _require_space(end.pads, self.deck, f"{end_key}.pads")
+            elif isinstance(end, IntegralData):
+                _require_space(end.piles, self.deck, f"{end_key}.piles")
         return self
