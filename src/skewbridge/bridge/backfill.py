@@ -49,10 +49,10 @@ class Passive:
         """Return closures (m) and forces (N) of a polygon of chords with equal relative errors."""
         ratio = self.failure_ratio
         yield_m = self.ultimate_n / self.stiffness_n_per_m
-        end = min(1.0 / max(1.0 - ratio, 1e-12), _LONGEST_HYPERBOLA)
+        longest = min(1.0 / max(1.0 - ratio, 1e-12), _LONGEST_HYPERBOLA)
         # with force sin^2(t) / ratio, the error of every chord is dt^2 / 4
-        steps = np.linspace(0.0, atan(sqrt(ratio * end)), chords + 1)
-        closures = np.tan(steps) ** 2 / ratio * yield_m
+        angles = np.linspace(0.0, atan(sqrt(ratio * longest)), chords + 1)
+        closures = np.tan(angles) ** 2 / ratio * yield_m
         return closures, self.force_n(closures)
 
     def scaled(self, factor: float, stiffness_factor: float | None = None) -> "Passive":
@@ -91,21 +91,21 @@ def hyperbolic_backfill(abutment: WallData, height_exponent: float) -> Passive:
     """Return the hyperbola at zero skew; the exponent is that of height in the strength (ucsd)."""
     data, width = abutment.backfill, abutment.wall_width_m
     if data.rule == "ucsd":
-        higher = abutment.wall_height_m / data.reference_height_m
+        height_ratio = abutment.wall_height_m / data.reference_height_m
         return Passive(
             # source: Caltrans SDC 1.7 section 7.8.1: stiffness linear in height
-            stiffness_n_per_m=data.stiffness_mn_per_m * 1e6 * width * higher,
-            ultimate_n=data.ultimate_kn * KN * width * higher**height_exponent,
+            stiffness_n_per_m=data.stiffness_mn_per_m * 1e6 * width * height_ratio,
+            ultimate_n=data.ultimate_kn * KN * width * height_ratio**height_exponent,
             failure_ratio=data.failure_ratio,
         )
     # source: PyPBEE, hyperbola through (F / 2, F / 2 K50) and (F, y_max), where it ends
     secant, ultimate_n = data.stiffness_mn_per_m * 1e6, data.ultimate_kn * KN
-    end_m = data.ultimate_closure_ratio * abutment.wall_height_m
-    stiffness = 2.0 * secant - ultimate_n / end_m
+    ultimate_m = data.ultimate_closure_ratio * abutment.wall_height_m
+    stiffness = 2.0 * secant - ultimate_n / ultimate_m
     return Passive(
         stiffness_n_per_m=stiffness,
         ultimate_n=ultimate_n,
-        failure_ratio=2.0 * (secant - ultimate_n / end_m) / stiffness,
+        failure_ratio=2.0 * (secant - ultimate_n / ultimate_m) / stiffness,
     )
 
 
@@ -145,9 +145,9 @@ def variation_factors(end: DeckEnd, stations: list[float], variation: float) -> 
     References:
         Kaviani, Zareian and Taciroglu (2012): 30 % from the middle to the ends at 60 degrees.
     """
-    half = max(abs(s) for s in stations)
+    half_length_m = max(abs(along_m) for along_m in stations)
     slope = variation * min(abs(degrees(end.skew_rad)) / FULL_VARIATION_SKEW_DEG, 1.0)
-    return [1.0 + slope * end.acute_sign * s / half for s in stations]
+    return [1.0 + slope * end.acute_sign * along_m / half_length_m for along_m in stations]
 
 
 def radiation_n_s_per_m(abutment: WallData, vs_mps: float) -> float:

@@ -319,10 +319,10 @@ def _shear_section(
     The two directions fail independently: an oblique resultant can reach 1.41 times the strength.
     """
     normal, along = capacities
-    across = _shear_material(normal, options, tags)
-    beside = across if along is normal else _shear_material(along, options, tags)
+    normal_shear = _shear_material(normal, options, tags)
+    along_shear = normal_shear if along is normal else _shear_material(along, options, tags)
     section = tags.section()
-    ops.section("Aggregator", section, beside, "Vy", across, "Vz", "-section", fiber)
+    ops.section("Aggregator", section, along_shear, "Vy", normal_shear, "Vz", "-section", fiber)
     return section
 
 

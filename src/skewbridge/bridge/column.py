@@ -77,21 +77,21 @@ def bent_capacity(
     bent = bridge.bents[bent_number]
     column, base, height_m = bridge.column_of(bent), bridge.base_of(bent), bent.clear_height_m
     is_round = column.outline.is_round
-    is_same = is_round and bent_number not in bridge.jointed_bents
+    is_equal = is_round and bent_number not in bridge.jointed_bents
     axial_n = column_axial_n(bridge, bent_number)
     curve = section_response(column, axial_n, 0 if is_round else direction)
     # ASSUME single curvature with a pinned base, symmetric double curvature with a fixed one
     # ASSUME bearings on the cap of a joint transfer no moment about the axis of the bent
-    is_free = direction == 0 and bent_number in bridge.jointed_bents
-    parts = 1 if base == "pinned" or is_free else 2
-    part_m = height_m / parts
-    span = part_m + (bent.cap_depth_m if is_free else 0.0)
+    is_free_at_top = direction == 0 and bent_number in bridge.jointed_bents
+    cantilevers = 1 if base == "pinned" or is_free_at_top else 2
+    cantilever_m = height_m / cantilevers
+    span = cantilever_m + (bent.cap_depth_m if is_free_at_top else 0.0)
     hinge = hinge_length_m(column, span, hinge_rule)
-    elastic = curve.yield_curvature_per_m * part_m**2 * (3 - part_m / span) / 6
+    yield_disp_m = curve.yield_curvature_per_m * cantilever_m**2 * (3 - cantilever_m / span) / 6
     rotation = hinge * (curve.ultimate_curvature_per_m - curve.yield_curvature_per_m)
     return BentCapacity(
         bent=bent_number + 1,
-        direction="all" if is_same else ("normal", "along")[direction],
+        direction="all" if is_equal else ("normal", "along")[direction],
         column=column,
         base=base,
         clear_height_m=height_m,
@@ -99,8 +99,8 @@ def bent_capacity(
         axial_n=axial_n,
         curve=curve,
         hinge_length_m=hinge,
-        yield_disp_m=parts * elastic,
-        capacity_m=parts * (elastic + rotation * (part_m - hinge / 2)),
+        yield_disp_m=cantilevers * yield_disp_m,
+        capacity_m=cantilevers * (yield_disp_m + rotation * (cantilever_m - hinge / 2)),
     )
 
 
@@ -117,7 +117,7 @@ def bent_directions(
 def bent_capacities(bridge: BridgeData, hinge_rule: HingeRule = "sdc") -> list[BentCapacity]:
     """Return the displacement capacities of all bents under a rigid deck, in each direction."""
     pairs = [bent_directions(bridge, number, hinge_rule) for number in range(len(bridge.bents))]
-    return [bent for n, a in pairs for bent in ((n,) if n is a else (n, a))]
+    return [bent for pair in pairs for bent in pair[: 1 if pair[0] is pair[1] else 2]]
 
 
 def hinge_length_m(column: ColumnData, shear_span_m: float, rule: HingeRule) -> float:
@@ -186,26 +186,26 @@ def shear_loss(bent: BentCapacity, shear_model: ShearModel = DEFAULT_SHEAR_MODEL
         (2004), Can. J. Civ. Eng. 31(5), 846-859: linear loss.
     """
     curve, height_m, section = bent.curve, bent.clear_height_m, bent.shear
-    yielded, yield_drift = curve.yield_curvature_per_m, bent.yield_disp_m / height_m
-    plastic = (curve.curvature_per_m - yielded) / (curve.ultimate_curvature_per_m - yielded)
-    drift = np.minimum(curve.curvature_per_m / yielded, 1.0) * yield_drift
-    drift += np.maximum(plastic, 0.0) * (bent.capacity_m / height_m - yield_drift)
-    ductilities = drift / yield_drift, curve.curvature_per_m / yielded
+    phi_y, yield_drift = curve.yield_curvature_per_m, bent.yield_disp_m / height_m
+    plastic_ratio = (curve.curvature_per_m - phi_y) / (curve.ultimate_curvature_per_m - phi_y)
+    drift = np.minimum(curve.curvature_per_m / phi_y, 1.0) * yield_drift
+    drift += np.maximum(plastic_ratio, 0.0) * (bent.capacity_m / height_m - yield_drift)
+    ductilities = drift / yield_drift, curve.curvature_per_m / phi_y
     capacity = shear_strength(section, shear_model, bent.axial_n, *ductilities)
     shear = curve.moment_nm / bent.shear_span_m
-    fails = shear >= capacity
-    first = int(fails.argmax()) if fails.any() else -1
-    strength_n = float(shear[first] if fails.any() else capacity[first])
+    has_failed = shear >= capacity
+    failure = int(has_failed.argmax()) if has_failed.any() else -1
+    strength_n = float(shear[failure] if has_failed.any() else capacity[failure])
     area_m2 = SHEAR_AREA_RATIO * section.gross_area_m2
     shear_pa = shear_modulus_pa(bent.column.elastic_modulus_gpa * GPA)
     elastic_m = strength_n * height_m / (shear_pa * area_m2)
-    lost_m = (axial_failure_drift(section, bent.axial_n) - float(drift[first])) * height_m
+    loss_m = (axial_failure_drift(section, bent.axial_n) - float(drift[failure])) * height_m
     return ShearLoss(
         strength_n=strength_n,
         elastic_m=elastic_m,
-        failure_drift_ratio=float(drift[first]),
+        failure_drift_ratio=float(drift[failure]),
         # never steeper than the elastic branch
-        residual_m=elastic_m + (1.0 - RESIDUAL_SHEAR) * max(lost_m, elastic_m),
+        residual_m=elastic_m + (1.0 - RESIDUAL_SHEAR) * max(loss_m, elastic_m),
     )
 
 

@@ -151,8 +151,8 @@ class Description:
     def without_effect(self) -> frozenset[str]:
         """Modelling options that do not act because there is no bent cap or foundation spring."""
         has_cap = any(count > 1 for count in self.bent_columns)
-        of_caps = () if has_cap else ("cap_load", "column_spacing")
-        return frozenset((*of_caps, *(() if self.on_springs else ("foundation",))))
+        cap_options = () if has_cap else ("cap_load", "column_spacing")
+        return frozenset((*cap_options, *(() if self.on_springs else ("foundation",))))
 
     @property
     def length_m(self) -> float:
@@ -195,9 +195,9 @@ class Structure(Protocol):
 
 def require_options(bridge: Structure, names: Iterable[str]) -> None:
     """Raise an `InputError` for modelling options that do not act on a bridge."""
-    if useless := sorted(bridge.ignored.intersection(names)):
+    if ignored := sorted(bridge.ignored.intersection(names)):
         raise InputError(
-            f"{', '.join(useless)} cannot act on the elements of the script {bridge.name}.py: add "
+            f"{', '.join(ignored)} cannot act on the elements of the script {bridge.name}.py: add "
             "parameters of that name to its function, or leave the bridge or these options out"
         )
 

@@ -176,11 +176,11 @@ def _restrain(joint: Supported, pairs: Sequence[tuple[int, int]]) -> list[int]:
     cables, tags = joint.inner.data.restrainers, joint.blueprint.tags
     if cables is None:
         return []
-    half = cables.count / 2 * KN
-    numbers = half * cables.stiffness_kn_per_m, half * cables.yield_kn
+    per_corner = cables.count / 2 * KN
+    stiffness_and_yield = per_corner * cables.stiffness_kn_per_m, per_corner * cables.yield_kn
     slack_m, elements = max(cables.slack_mm * MM, NO_GAP_M), list[int]()
     for pair in pairs:
-        spring = uniaxial(tags, "ElasticPPGap", *numbers, slack_m, 0.0, "damage")
+        spring = uniaxial(tags, "ElasticPPGap", *stiffness_and_yield, slack_m, 0.0, "damage")
         normal = joint.inner.ends[0].normal
         elements.append(spring_element(pair, normal, [spring], [], tags)[0].element)
     return elements

@@ -57,15 +57,15 @@ def _indented_material(
     # the wall meets the soil again where it left it. (A wrapper material would evaluate this one
     # outside an element, which crashes OpenSees 3.8.)
     ultimate = polygon_n[-1]
-    none_n = _NO_TENSION * ultimate
-    start_m, start_n = ([0.0, none_n / stiffness], [0.0, none_n]) if gap_m > 0.0 else ([], [])
+    opening_n = _NO_TENSION * ultimate
+    start_m, start_n = ([0.0, opening_n / stiffness], [0.0, opening_n]) if gap_m > 0.0 else ([], [])
     closures = [*start_m, *(gap_m + polygon_m).tolist(), _FAR_M]
     forces = [*start_n, *polygon_n.tolist(), ultimate + _PLATEAU_SLOPE * stiffness * _FAR_M]
     if gap_m > 0.0:
-        forces[len(start_n)] = none_n  # at the end of the gap
+        forces[len(start_n)] = opening_n  # at the end of the gap
     compression = ("-Ce", *closures, "-Cs", *forces)
     undamaged = ("-Cd", *[0.0] * len(closures))
-    opening_branch = ("-Te", 0.0, none_n / stiffness, _FAR_M, "-Ts", 0.0, none_n, none_n)
+    opening_branch = ("-Te", 0.0, opening_n / stiffness, _FAR_M, "-Ts", 0.0, opening_n, opening_n)
     curve = (*compression, *undamaged, *opening_branch, "-Td", 0.0, 0.0, 1.0)
     return uniaxial(tags, "ASDConcrete1D", stiffness, *curve, *tangent)
 
@@ -89,9 +89,9 @@ def plastic_part(passive: Passive, tags: TagAllocator) -> list[int]:
 
     In series with a spring of `elastic_part_n_per_m`, the soil has the backbone of ``passive``.
     """
-    initial, ultimate = passive.stiffness_n_per_m, passive.ultimate_n
+    initial_n_per_m, ultimate = passive.stiffness_n_per_m, passive.ultimate_n
     flow = uniaxial(tags, "Viscous", FLOW_RATIO * ultimate, FLOW_EXPONENT)
-    stiffness = PLASTIC_OVER_INITIAL * initial
+    stiffness = PLASTIC_OVER_INITIAL * initial_n_per_m
     if passive.failure_ratio == 0.0:
         soil = (stiffness, -ultimate, -NO_GAP_M, 0.0, "damage")
         return [uniaxial(tags, "ElasticPPGap", *soil), flow]
@@ -115,8 +115,8 @@ def elastic_material(
     compression_n_per_m: float | None = None,
 ) -> int:
     """Create an elastic spring, with another stiffness in compression, and a dashpot."""
-    negative = stiffness_n_per_m if compression_n_per_m is None else compression_n_per_m
-    return uniaxial(tags, "Elastic", stiffness_n_per_m, dashpot_n_s_per_m, negative)
+    compression = stiffness_n_per_m if compression_n_per_m is None else compression_n_per_m
+    return uniaxial(tags, "Elastic", stiffness_n_per_m, dashpot_n_s_per_m, compression)
 
 
 def gap_material(stiffness_n_per_m: float, gap_m: float, tags: TagAllocator) -> int:

@@ -250,12 +250,12 @@ def make_step(contacts: ContactSet, dt_s: float, *, parts_on_change: int = 1) ->
     pair will open or close has ``parts_on_change`` sub-steps; in one step the accuracy would be an
     order lower. Only one-step integrators profit: Houbolt restarts when the step changes.
     """
-    parts = parts_on_change if contacts.time_to_change_s() < dt_s else 1
-    part_s = dt_s / parts
-    if parts > 1:
-        contacts.prepare(part_s)
-    for part_number in range(parts):
-        if ops.analyze(1, part_s) != 0:
+    substeps = parts_on_change if contacts.time_to_change_s() < dt_s else 1
+    substep_s = dt_s / substeps
+    if substeps > 1:
+        contacts.prepare(substep_s)
+    for number in range(substeps):
+        if ops.analyze(1, substep_s) != 0:
             return False
-        contacts.after_step(part_s, dt_s if part_number == parts - 1 else part_s)
+        contacts.after_step(substep_s, dt_s if number == substeps - 1 else substep_s)
     return True

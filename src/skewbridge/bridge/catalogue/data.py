@@ -136,8 +136,8 @@ class KeyData(Part, frozen=True):
 
     @model_validator(mode="after")
     def _increasing(self) -> Self:
-        first, peak, last = self.displacement_mm
-        if not first < peak < last:
+        initial, peak, residual = self.displacement_mm
+        if not initial < peak < residual:
             raise ValueError(f"displacement_mm must increase, got {self.displacement_mm}")
         return self
 
@@ -158,11 +158,11 @@ class WallData(Part, frozen=True):
     def _backfill_softens(self) -> Self:
         """Reject a secant stiffness that is smaller at half strength than at full strength."""
         soil = self.backfill
-        end_m = soil.ultimate_closure_ratio * self.wall_height_m
-        secant = 1e-3 * soil.ultimate_kn / end_m
-        if soil.rule == "k50" and soil.stiffness_mn_per_m < secant:
+        ultimate_m = soil.ultimate_closure_ratio * self.wall_height_m
+        secant_mn_per_m = 1e-3 * soil.ultimate_kn / ultimate_m
+        if soil.rule == "k50" and soil.stiffness_mn_per_m < secant_mn_per_m:
             raise ValueError(
-                f"backfill.stiffness_mn_per_m must be at least {secant:.4g} with rule k50 "
+                f"backfill.stiffness_mn_per_m must be at least {secant_mn_per_m:.4g} with rule k50 "
                 "(ultimate_kn over ultimate_closure_ratio x wall_height_m), "
                 f"got {soil.stiffness_mn_per_m:g}"
             )
@@ -311,8 +311,8 @@ class BridgeData(Part, frozen=True):
     @property
     def ends(self) -> dict[str, EndData]:
         """Data of the left and the right end, by name."""
-        pair = self.abutments
-        left, right = (pair.left, pair.right) if pair else (self.abutment, self.abutment)
+        ends = self.abutments
+        left, right = (ends.left, ends.right) if ends else (self.abutment, self.abutment)
         return {name: end for name, end in (("left", left), ("right", right)) if end is not None}
 
     @property
@@ -353,8 +353,8 @@ class BridgeData(Part, frozen=True):
             return raw
         owns = [isinstance(bent, dict) and isinstance(bent.get("column"), dict) for bent in bents]
         filled = [
-            {**bent, "column": over_default(raw["column"], bent["column"])} if has_own else bent
-            for bent, has_own in zip(bents, owns, strict=True)
+            {**bent, "column": over_default(raw["column"], bent["column"])} if has_column else bent
+            for bent, has_column in zip(bents, owns, strict=True)
         ]
         return {**raw, "bents": filled}
 
@@ -384,16 +384,16 @@ class BridgeData(Part, frozen=True):
             _require_space(joint.pads, self.deck, f"{joint_key}.pads")
         for number in self.jointed_bents:
             bent = self.bents[number]
-            height_m, limit_m = bent.clear_height_m + bent.cap_depth_m, self.deck.soffit_height_m
-            if height_m > limit_m:
+            height_m, soffit_m = bent.clear_height_m + bent.cap_depth_m, self.deck.soffit_height_m
+            if height_m > soffit_m:
                 raise ValueError(
                     f"bents.{number}: clear_height_m + cap_depth_m = {height_m:.4g} below a joint "
-                    f"must be at most deck.soffit_height_m = {limit_m:g}"
+                    f"must be at most deck.soffit_height_m = {soffit_m:g}"
                 )
-        breaks_m = [-self.length_m / 2, *self.joint_positions_m, self.length_m / 2]
-        hinges = [x for x, joint in zip(breaks_m[1:], self.joints, strict=False) if not joint.at]
-        supports = [breaks_m[0], *self.bent_positions_m, breaks_m[-1]]
-        if any(b - a < 1.0 for a, b in pairwise(breaks_m)) or any(
+        ends_m = [-self.length_m / 2, *self.joint_positions_m, self.length_m / 2]
+        hinges = [x for x, joint in zip(ends_m[1:], self.joints, strict=False) if not joint.at]
+        supports = [ends_m[0], *self.bent_positions_m, ends_m[-1]]
+        if any(right - left < 1.0 for left, right in pairwise(ends_m)) or any(
             abs(x - support) < 1.0 for x in hinges for support in supports
         ):
             raise ValueError(
@@ -412,10 +412,10 @@ class BridgeData(Part, frozen=True):
                 )
             column = self.column_of(bent)
             width_m = column.outline.sizes_m[1]
-            line_m = (bent.columns - 1) * bent.column_spacing_m + width_m
-            if line_m > self.deck.width_m:
+            row_width_m = (bent.columns - 1) * bent.column_spacing_m + width_m
+            if row_width_m > self.deck.width_m:
                 raise ValueError(
-                    f"bents.{number}: the columns span {line_m:g} m, more than deck.width_m = "
+                    f"bents.{number}: the columns span {row_width_m:g} m, more than deck.width_m = "
                     f"{self.deck.width_m:g} (column_spacing_m, diameter_m)"
                 )
             if bent.columns > 1 and bent.column_spacing_m < width_m:

@@ -68,18 +68,18 @@ def box_section(
 ) -> Section:  # fmt: skip
     """Return the section of a box girder; the overhang is measured to the middle of a web."""
     top, bottom, web = (MM * thickness_mm for thickness_mm in (top_mm, bottom_mm, web_mm))
-    between, high = width - 2 * overhang, depth - top - bottom
-    if between <= cells * web or high <= 0.0:
+    between, web_height = width - 2 * overhang, depth - top - bottom
+    if between <= cells * web or web_height <= 0.0:
         raise ValueError("the plates and webs do not fit into the width and depth of the deck")
-    webs, soffit, middle = cells + 1, between + web, depth - (top + bottom) / 2
+    webs, bottom_width, height = cells + 1, between + web, depth - (top + bottom) / 2
     webs_m = between * (np.arange(webs) / cells - 0.5)
-    plates = [(width, top, depth - top / 2), (soffit, bottom, bottom / 2)]
-    plates += [(web, high, bottom + high / 2)] * webs
+    plates = [(width, top, depth - top / 2), (bottom_width, bottom, bottom / 2)]
+    plates += [(web, web_height, bottom + web_height / 2)] * webs
     composite = _composed([(b * h, z, b * h**3 / 12) for b, h, z in plates])
-    transverse = (top * width**3 + bottom * soffit**3 + webs * high * web**3) / 12
-    transverse += web * high * float((webs_m**2).sum())
-    torsion = 4 * (between * middle) ** 2 / (between / top + between / bottom + 2 * middle / web)
-    void = (between - cells * web) * high
+    transverse = (top * width**3 + bottom * bottom_width**3 + webs * web_height * web**3) / 12
+    transverse += web * web_height * float((webs_m**2).sum())
+    torsion = 4 * (between * height) ** 2 / (between / top + between / bottom + 2 * height / web)
+    void = (between - cells * web) * web_height
     return Section(*composite, transverse, torsion, void, webs, between / cells)
 
 
@@ -112,9 +112,9 @@ def slab_section(width: float, thickness_mm: float) -> Section:
 
 def _composed(parts: list[tuple[float, float, float]]) -> tuple[float, float, float]:
     """Return area, centroid and inertia of a section from those of each of its parts."""
-    area, centroid, inertia = np.array(parts).T
-    centre = float(area @ centroid / area.sum())
-    return float(area.sum()), centre, float(inertia.sum() + area @ (centroid - centre) ** 2)
+    areas, centroids, inertias = np.array(parts).T
+    centre = float(areas @ centroids / areas.sum())
+    return float(areas.sum()), centre, float(inertias.sum() + areas @ (centroids - centre) ** 2)
 
 
 def tallest(bents: list[dict[str, float]]) -> float:
@@ -164,8 +164,8 @@ def period_s(bridge: BridgeData, which: Any) -> float:
 
 
 _FUNCTIONS: Final[dict[str, Any]] = {
-    each.__name__: each
-    for each in (
+    function.__name__: function
+    for function in (
         axial_ratios, bar, box_section, cracked_ratio, end_reaction_kn, girder, girder_section,
         hoop, is_fixed, max, min, period_s, round, slab_section, sqrt, tallest,
     )
@@ -252,17 +252,17 @@ def _sections(tree: Any, key: str) -> list[str]:
 
     The key starts with a type of end (``seat.pads``), or with ``abutment`` for all types with it.
     """
-    kind, part, *_ = key.split(".")
+    kind, field, *_ = key.split(".")
     ends, joints = value_at(tree, "abutments"), value_at(tree, "joints")
     types = {"abutment": "seat"}
     if isinstance(ends, Mapping):
         types = {f"abutments.{name}": f"{value_at(ends, f'{name}.type')}" for name in ends}
     places = [
         place
-        for place, of in types.items()
-        if kind in ("abutment", of) and of in _END_TYPES and part in _END_TYPES[of].model_fields
+        for place, end in types.items()
+        if kind in ("abutment", end) and end in _END_TYPES and field in _END_TYPES[end].model_fields
     ]
-    count = len(joints) if part == "pads" and isinstance(joints, list | tuple) else 0
+    count = len(joints) if field == "pads" and isinstance(joints, list | tuple) else 0
     return places + [f"joints.{number}" for number in range(count)]
 
 
@@ -283,14 +283,14 @@ def _keys(key: str, tree: Any) -> list[str]:
 
 def _put(tree: Any, key: str, value: Any) -> None:
     """Set the value at a key in nested mappings and lists; do nothing if its section is neither."""
-    *above, last = key.split(".")
-    for name in above:
+    *parents, final_key = key.split(".")
+    for name in parents:
         if isinstance(tree, list) and name.isdigit():
             tree = tree[int(name)]
         elif isinstance(tree, dict):
             tree = cast("dict[str, Any]", tree).setdefault(name, {})
     if isinstance(tree, dict):
-        tree[last] = value
+        tree[final_key] = value
 
 
 def _rounded(value: Any, digits: int) -> Any:
@@ -313,10 +313,10 @@ def values_by_rule(given_numbers: Mapping[str, Any], tree: Any) -> Iterator[tupl
     """
     results = dict(given_numbers)
     bents = value_at(tree, "bents")
-    numbers = range(len(bents) if isinstance(bents, list | tuple) else 0)
+    bent_numbers = range(len(bents) if isinstance(bents, list | tuple) else 0)
     for rule in RULES:
         sections = _sections(tree, rule.key) if _is_of_end(rule.key) else ["abutment"]
-        for place in product(sections, numbers if "*" in rule.key else (0,)):
+        for place in product(sections, bent_numbers if "*" in rule.key else (0,)):
             key = _placed(rule.key, *place)
             value = rule.formula.value(
                 lambda need, place=place: _lookup(tree, results, _placed(need, *place))
@@ -392,11 +392,11 @@ def _take_drawn(tree: dict[str, Any], file: str) -> dict[str, Any]:
     """Remove the keys of a drawing from a tree with plain values; return them, checked."""
     drawn: dict[str, Any] = {}
     for key, limits in ((key, limits) for k, limits in DRAWN.items() for key in _keys(k, tree)):
-        above, _, last = key.rpartition(".")
-        section = value_at(tree, above) if above else tree
-        if not isinstance(section, dict) or last not in section:
+        parent_key, _, final_key = key.rpartition(".")
+        section = value_at(tree, parent_key) if parent_key else tree
+        if not isinstance(section, dict) or final_key not in section:
             continue
-        value = drawn[key] = section.pop(last)
+        value = drawn[key] = section.pop(final_key)
         try:
             if isinstance(limits, str):
                 _FUNCTIONS[limits](f"{value}")
@@ -427,32 +427,32 @@ def _explained(error: InputError, known: Iterable[str]) -> InputError:
     only if there are no others.
     """
     file = f"{error.details['file']}"
-    first, *lines = str(error).split("\n  ")
-    kept: list[str] = []
-    followed: dict[str, None] = {}
-    for line in lines or [first.removeprefix(f"{file}: ")]:
+    heading, *lines = str(error).split("\n  ")
+    reported: list[str] = []
+    consequences: dict[str, None] = {}
+    for line in lines or [heading.removeprefix(f"{file}: ")]:
         key, is_missing, _ = line.partition(": is missing")
         parts = _parts(_usual(key)) if is_missing else {}
         drawn = [part for part in parts if any(f"{name}.".startswith(f"{part}.") for name in known)]
         if drawn:
-            followed[f"{drawn[0]}: its numbers are incomplete or do not fit together"] = None
+            consequences[f"{drawn[0]}: its numbers are incomplete or do not fit together"] = None
         elif line.partition(": ")[0] in known:
-            followed[line] = None
+            consequences[line] = None
         elif not is_missing or all(rule.key != _usual(key) for rule in RULES):
-            kept.append(line)
+            reported.append(line)
         elif parts:
-            kept.append(f"{line}; or give {' or '.join(parts)}")
-    kept = kept or list(followed)
-    many = f"{file} has {len(kept)} errors:\n  " if len(kept) > 1 else f"{file}: "
-    return InputError(many + "\n  ".join(kept), **error.details)
+            reported.append(f"{line}; or give {' or '.join(parts)}")
+    reported = reported or list(consequences)
+    start = f"{file} has {len(reported)} errors:\n  " if len(reported) > 1 else f"{file}: "
+    return InputError(start + "\n  ".join(reported), **error.details)
 
 
 def _parts(key: str) -> dict[str, None]:
     """Return the parts of a drawing from which rules give a number, directly or in stages."""
-    by_default = {rule.key for rule in RULES}
+    rule_keys = {rule.key for rule in RULES}
     parts: dict[str, None] = {}
     for needed in (needed for rule in RULES if rule.key == key for needed in rule.formula.needs):
-        is_drawn = needed in DRAWN and needed not in by_default
+        is_drawn = needed in DRAWN and needed not in rule_keys
         parts |= {_part(needed): None} if is_drawn else _parts(needed.partition(".")[0])
     return parts
 
