@@ -292,10 +292,10 @@ def build_fiber_section(column: ColumnData, options: ModelOptions, tags: TagAllo
     shear = shear_modulus_pa(column.elastic_modulus_gpa * GPA)
     torsion_nm2 = column.torsion_ratio * shear * column.outline.torsion_m4  # cracked
     ops.section("Fiber", section, "-GJ", torsion_nm2)
-    inner, outer, steel = column.fibers(rings, wedges, cover_rings)
+    core_mesh, cover_mesh, bars = column.fibers(rings, wedges, cover_rings)
     # the core material that remains has a fifth of the strength, so half the mesh is enough
     coarse = column.core.fibers(ceil(rings / 2), max(3, ceil(wedges / 2)))
-    parts = [*zip(core, (inner, coarse), strict=False), (cover, outer), (bar, steel)]
+    parts = [*zip(core, (core_mesh, coarse), strict=False), (cover, cover_mesh), (bar, bars)]
     for material, fibers in parts:
         for y, z, area_m2 in fibers:
             ops.fiber(y, z, area_m2, material)

@@ -97,11 +97,11 @@ def support_joint(inner: InnerJoint, blueprint: Blueprint) -> Supported:
 
         seat_at = partial(_seat_node, support, level, tags, links)
         bearings += build_bearings(end, points, pads, options, tags, seat_at=seat_at)
-    first, second = points_of_ends
+    left_points, right_points = points_of_ends
     return Supported(
         inner=inner,
         blueprint=blueprint,
-        points=(first, second),
+        points=(left_points, right_points),
         bearings=tuple(bearings),
         links=tuple(links),
     )
@@ -296,15 +296,15 @@ def _pile_springs(
     if dashpot_s == 0.0:
         sides = ([plastic_material(lateral, tags)], [plastic_material(lateral, tags)])
         return [spring_element(nodes, normal, *sides, tags)[0].element]
-    between = plane_node(ops.nodeCoord(nodes[0]), 0.0, tags)
+    middle_node = plane_node(ops.nodeCoord(nodes[0]), 0.0, tags)
     yielding = lateral.scaled(1.0, PLASTIC_OVER_INITIAL)
     sides = ([plastic_material(yielding, tags)], [plastic_material(yielding, tags)])
     elastic = elastic_part_n_per_m(lateral)
     dashpot = dashpot_s * lateral.stiffness_n_per_m
     waves = ([elastic_material(elastic, tags, dashpot)], [elastic_material(elastic, tags, dashpot)])
     return [
-        spring_element((nodes[0], between), normal, *sides, tags)[0].element,
-        spring_element((between, nodes[1]), normal, *waves, tags)[0].element,
+        spring_element((nodes[0], middle_node), normal, *sides, tags)[0].element,
+        spring_element((middle_node, nodes[1]), normal, *waves, tags)[0].element,
     ]
 
 
@@ -316,9 +316,9 @@ def _build_integral(wall: Wall) -> AbutmentHandle:
         point_m = wall.end.point("outer", along_m)
         nodes.append(wall.points["outer", along_m])
         pair = grounded_node(point_m, wall.tags), nodes[-1]
-        fill, _, between = hold_wall_point(wall, pair, share, passive, has_stem=False)
+        fill, _, wall_links = hold_wall_point(wall, pair, share, passive, has_stem=False)
         springs.append(fill)
-        links += between
+        links += wall_links
     # the wing walls are in the elements of the fill, and `modes_of` must not hold them
     return replace(
         wall.handle,

@@ -169,7 +169,7 @@ def _common_properties(bridge: ScriptBridge) -> _CommonProperties:
 def _description(name: str, frame: Frame, script_frame: ScriptFrame) -> Description:
     left, right = (end.plan.middle_m[0] for end in frame.ends)
     middle_m = (left + right) / 2
-    seats = [(e, e.abutment) for e in frame.ends if isinstance(e.abutment, AbutmentData)]
+    seats = [(end, end.abutment) for end in frame.ends if isinstance(end.abutment, AbutmentData)]
     bents: list[list[tuple[float, float]]] = []
     columns_m: list[tuple[float, float]] = []
     for column in frame.columns:
@@ -214,18 +214,18 @@ def _axes_checked() -> Generator[None]:
     commands = ops.geomTransf, ops.element
 
     def transformation(kind: str, tag: int, *values: Any) -> None:
-        numbers = [value for value in values if not isinstance(value, str)]
-        offsets = numbers[3:9] if "-jntOffset" in values else [0.0] * 6
-        vectors[tag] = np.array(numbers[:3]), np.subtract(offsets[3:], offsets[:3])
+        arguments = [value for value in values if not isinstance(value, str)]
+        offsets = arguments[3:9] if "-jntOffset" in values else [0.0] * 6
+        vectors[tag] = np.array(arguments[:3]), np.subtract(offsets[3:], offsets[:3])
         commands[0](kind, tag, *values)
 
     def element(kind: str, tag: int, *values: Any) -> None:
-        numbers = list(takewhile(lambda value: not isinstance(value, str), values))
-        index = _TRANSFORMATION_AT.get(kind, len(numbers))
-        if kind == "elasticBeamColumn" and len(numbers) <= index:
+        arguments = list(takewhile(lambda value: not isinstance(value, str), values))
+        index = _TRANSFORMATION_AT.get(kind, len(arguments))
+        if kind == "elasticBeamColumn" and len(arguments) <= index:
             index = 3  # its section comes first
-        if index < len(numbers) and numbers[index] in vectors:
-            _check_axes(tag, values[:2], numbers[index], *vectors[numbers[index]])
+        if index < len(arguments) and arguments[index] in vectors:
+            _check_axes(tag, values[:2], arguments[index], *vectors[arguments[index]])
         commands[1](kind, tag, *values)
 
     ops.geomTransf, ops.element = transformation, element
@@ -309,10 +309,10 @@ class _Reader:
         masses = {n: float(ops.nodeMass(n, 1)) for n in self._nodes if any(ops.nodeMass(n))}
         _need(bool(masses), "the model has no nodal masses: give them with ops.mass")
         if loads is None:
-            vertical_masses = {node: float(ops.nodeMass(node, 3)) for node in masses}
-            massless = next((n for n, m in vertical_masses.items() if m == 0.0 < masses[n]), None)
+            z_masses = {node: float(ops.nodeMass(node, 3)) for node in masses}
+            massless = next((n for n, mass in z_masses.items() if mass == 0.0 < masses[n]), None)
             _need(massless is None, f"node {massless} has no mass along z: add it, or give loads")
-            loads = {node: G_MPS2 * mass for node, mass in vertical_masses.items()}, {}
+            loads = {node: G_MPS2 * mass for node, mass in z_masses.items()}, {}
         periods = script.damping_periods or (nan, nan)
         return Frame(
             centre_node=self._centre(masses, [*elastic, *links]),

@@ -120,7 +120,7 @@ def _replace(name: str, command: Callable[..., Any]) -> None:
 
 
 def view_constraints() -> None:
-    """Use constraints that can handle rigid links; the plain ones cannot."""
+    """Make `ops.constraints` use the transformation method, which can handle rigid links."""
     _replace("constraints", partial(_transformed, ops.constraints))
 
 

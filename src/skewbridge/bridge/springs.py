@@ -31,10 +31,10 @@ def passive_material(passive: Passive, gap_m: float, tags: TagAllocator) -> int:
     """Create a backfill spring, which resists closing (negative deformation) behind a gap."""
     # ASSUME the soil stays indented: it unloads with its initial stiffness, then a gap opens
     # behind the wall
-    stiffness, ultimate = passive.stiffness_n_per_m, passive.ultimate_n
+    stiffness, ultimate_n = passive.stiffness_n_per_m, passive.ultimate_n
     if passive.failure_ratio == 0.0:
         gap = max(gap_m, NO_GAP_M)
-        return uniaxial(tags, "ElasticPPGap", stiffness, -ultimate, -gap, 0.0, "damage")
+        return uniaxial(tags, "ElasticPPGap", stiffness, -ultimate_n, -gap, 0.0, "damage")
     return _indented_material(*passive.polygon(_CHORDS), stiffness, gap_m, ("-tangent",), tags)
 
 
@@ -56,11 +56,11 @@ def _indented_material(
     # is the first branch of the curve. Its closed part stays closed, like soil that was pushed, so
     # the wall meets the soil again where it left it. (A wrapper material would evaluate this one
     # outside an element, which crashes OpenSees 3.8.)
-    ultimate = polygon_n[-1]
-    opening_n = _NO_TENSION * ultimate
+    ultimate_n = polygon_n[-1]
+    opening_n = _NO_TENSION * ultimate_n
     start_m, start_n = ([0.0, opening_n / stiffness], [0.0, opening_n]) if gap_m > 0.0 else ([], [])
     closures = [*start_m, *(gap_m + polygon_m).tolist(), _FAR_M]
-    forces = [*start_n, *polygon_n.tolist(), ultimate + _PLATEAU_SLOPE * stiffness * _FAR_M]
+    forces = [*start_n, *polygon_n.tolist(), ultimate_n + _PLATEAU_SLOPE * stiffness * _FAR_M]
     if gap_m > 0.0:
         forces[len(start_n)] = opening_n  # at the end of the gap
     compression = ("-Ce", *closures, "-Cs", *forces)
@@ -89,11 +89,11 @@ def plastic_part(passive: Passive, tags: TagAllocator) -> list[int]:
 
     In series with a spring of `elastic_part_n_per_m`, the soil has the backbone of ``passive``.
     """
-    initial_n_per_m, ultimate = passive.stiffness_n_per_m, passive.ultimate_n
-    flow = uniaxial(tags, "Viscous", FLOW_RATIO * ultimate, FLOW_EXPONENT)
+    initial_n_per_m, ultimate_n = passive.stiffness_n_per_m, passive.ultimate_n
+    flow = uniaxial(tags, "Viscous", FLOW_RATIO * ultimate_n, FLOW_EXPONENT)
     stiffness = PLASTIC_OVER_INITIAL * initial_n_per_m
     if passive.failure_ratio == 0.0:
-        soil = (stiffness, -ultimate, -NO_GAP_M, 0.0, "damage")
+        soil = (stiffness, -ultimate_n, -NO_GAP_M, 0.0, "damage")
         return [uniaxial(tags, "ElasticPPGap", *soil), flow]
     closures_m, forces_n = passive.polygon(_CHORDS)
     plastic_m = closures_m - forces_n / elastic_part_n_per_m(passive)

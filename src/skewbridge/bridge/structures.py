@@ -137,8 +137,8 @@ def deck_ends(bridge: BridgeData, skew_deg: float) -> tuple[DeckEnd, DeckEnd]:
     def end(name: str, sign: float) -> DeckEnd:
         end_skew_deg = bridge.ends[name].skew_deg
         skew = skew_deg if end_skew_deg is None else end_skew_deg
-        size = skew, deck.width_m, deck.diaphragm_thickness_m
-        return DeckEnd(name, (sign * half, 0.0), (sign, 0.0), *size)
+        skew_and_size = skew, deck.width_m, deck.diaphragm_thickness_m
+        return DeckEnd(name, (sign * half, 0.0), (sign, 0.0), *skew_and_size)
 
     return end("left", -1.0), end("right", 1.0)
 
@@ -157,9 +157,9 @@ def _inner_joints(
         joint_deg = default_deg if data.skew_deg is None else data.skew_deg
         name, x = f"joint {number + 1}", bridge.joint_positions_m[number]
         to_bearing_m = deck.diaphragm_thickness_m / 2 / cos(radians(joint_deg))
-        size = joint_deg, deck.width_m, deck.diaphragm_thickness_m
-        left = DeckEnd(f"{name} left", (x - to_bearing_m, 0.0), (1.0, 0.0), *size)
-        right = DeckEnd(f"{name} right", (x + to_bearing_m, 0.0), (-1.0, 0.0), *size)
+        skew_and_size = joint_deg, deck.width_m, deck.diaphragm_thickness_m
+        left = DeckEnd(f"{name} left", (x - to_bearing_m, 0.0), (1.0, 0.0), *skew_and_size)
+        right = DeckEnd(f"{name} right", (x + to_bearing_m, 0.0), (-1.0, 0.0), *skew_and_size)
         nodes = spine.decks[number][-1], spine.decks[number + 1][0]
         holders = (None, nodes[0]) if data.ledge == "left" else (nodes[1], None)
         if data.bent is not None:

@@ -91,10 +91,10 @@ class ContactUnit:
 
     def state(self, dt_s: float) -> UnitState:
         """Return the state at the end of the last committed step, before a step of `dt_s`."""
-        change = self.opening - self.opening_before
+        last_change_m = self.opening - self.opening_before
         return UnitState(
             opening_m=self.opening,
-            opening_rate_mps=change / self._dt if self._dt else 0.0,
+            opening_rate_mps=last_change_m / self._dt if self._dt else 0.0,
             normal_n=self.normal_n,
             tangential_n=(self.force_1, self.force_2),
             slip_m=(self.slip_1, self.slip_2),

@@ -49,7 +49,8 @@ def _with_axes(schema: dict[str, Any]) -> None:
     for axis in AXES:
         item_schema = {"type": "number", "minimum": axis.low, "maximum": axis.high}
         schema["properties"][axis.name] |= {"description": axis.description, "items": item_schema}
-    schema["propertyNames"] = {"enum": [*schema["properties"], *(a.name for a in OPTION_AXES)]}
+    names = [*schema["properties"], *(axis.name for axis in OPTION_AXES)]
+    schema["propertyNames"] = {"enum": names}
     schema["additionalProperties"] = {"type": "array", "minItems": 1, "items": {"type": "number"}}
 
 

@@ -104,13 +104,13 @@ class Variant:
                 f"abutment must be one of {', '.join(ABUTMENTS)}, got {self.abutment!r}"
                 f"{did_you_mean(self.abutment, ABUTMENTS)}"
             )
-        numbers = {
+        field_values = {
             "skew_deg": self.skew_deg,
             "gap_mm": self.gap_mm,
             "friction_pct": self.friction_pct / 100,
         }
         # the key of an analysis has these numbers as text, so 30 and 30.0 must be the same number
-        for core, (field, value) in zip(AXES, numbers.items(), strict=True):
+        for core, (field, value) in zip(AXES, field_values.items(), strict=True):
             object.__setattr__(self, field, core.count(value))
         for name, value in self.options:
             axis(name).checked(value)

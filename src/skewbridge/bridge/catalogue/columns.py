@@ -155,8 +155,8 @@ class Outline:
         core_z, core_y = core.sizes_m
         rows = _block((0.0, (depth + core_z) / 4), (flat, (depth - core_z) / 2), (wedges, rings))
         if not end_m:
-            sides = ((width + core_y) / 4, 0.0), ((width - core_y) / 2, core_z)
-            rows += _block(*sides, (rings, wedges))
+            side_block = ((width + core_y) / 4, 0.0), ((width - core_y) / 2, core_z)
+            rows += _block(*side_block, (rings, wedges))
         return fibers + [(sign * y, sign * z, area) for sign in (1, -1) for y, z, area in rows]
 
 

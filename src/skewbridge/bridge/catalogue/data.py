@@ -351,10 +351,10 @@ class BridgeData(Part, frozen=True):
         bents = raw.get("bents") if isinstance(raw, dict) else None
         if not isinstance(bents, list) or not isinstance(raw.get("column"), dict):
             return raw
-        owns = [isinstance(bent, dict) and isinstance(bent.get("column"), dict) for bent in bents]
+        flags = [isinstance(bent, dict) and isinstance(bent.get("column"), dict) for bent in bents]
         filled = [
             {**bent, "column": over_default(raw["column"], bent["column"])} if has_column else bent
-            for bent, has_column in zip(bents, owns, strict=True)
+            for bent, has_column in zip(bents, flags, strict=True)
         ]
         return {**raw, "bents": filled}
 

@@ -187,9 +187,9 @@ class Formula:
         words = dict.fromkeys(_NAMES.findall(text))
         self.text = text
         self.needs = [name for name in words if name[0] != "'" and name not in ("if", "else", "pi")]
-        numbered = {name: f"v[{number}]" for number, name in enumerate(self.needs)}
-        body = _NAMES.sub(lambda match: numbered.get(match[0], match[0]), text)
-        self._of: Callable[[list[Any]], Any] = eval(f"lambda v: {body}", _FUNCTIONS)
+        placeholders = {name: f"v[{number}]" for number, name in enumerate(self.needs)}
+        code = _NAMES.sub(lambda match: placeholders.get(match[0], match[0]), text)
+        self._function: Callable[[list[Any]], Any] = eval(f"lambda v: {code}", _FUNCTIONS)
 
     def value(self, lookup: Callable[[str], Any]) -> Any:
         """Return the value, or None if a number is unknown or the formula cannot be evaluated."""
@@ -203,7 +203,7 @@ class Formula:
     def result(self, values: list[Any]) -> Any:
         """Return the value of the formula from values of its keys, or raise one of `_FAULTS`."""
         with np.errstate(all="raise", under="ignore"):
-            return self._of(values)
+            return self._function(values)
 
 
 def _is_usable(value: Any) -> bool:
@@ -257,13 +257,13 @@ def _sections(tree: Any, key: str) -> list[str]:
     types = {"abutment": "seat"}
     if isinstance(ends, Mapping):
         types = {f"abutments.{name}": f"{value_at(ends, f'{name}.type')}" for name in ends}
-    places = [
-        place
-        for place, end in types.items()
+    sections = [
+        section
+        for section, end in types.items()
         if kind in ("abutment", end) and end in _END_TYPES and field in _END_TYPES[end].model_fields
     ]
     count = len(joints) if field == "pads" and isinstance(joints, list | tuple) else 0
-    return places + [f"joints.{number}" for number in range(count)]
+    return sections + [f"joints.{number}" for number in range(count)]
 
 
 def _is_of_end(key: str) -> bool:
@@ -278,7 +278,7 @@ def _placed(key: str, section: str, number: int = 0) -> str:
 
 def _keys(key: str, tree: Any) -> list[str]:
     """Return a rule's key in each section of a file to which it applies; other keys unchanged."""
-    return [_placed(key, place) for place in _sections(tree, key)] if _is_of_end(key) else [key]
+    return [_placed(key, section) for section in _sections(tree, key)] if _is_of_end(key) else [key]
 
 
 def _put(tree: Any, key: str, value: Any) -> None:
@@ -294,7 +294,7 @@ def _put(tree: Any, key: str, value: Any) -> None:
 
 
 def _rounded(value: Any, digits: int) -> Any:
-    """Return rounded numbers: the last digits depend on the processor, and run keys must not."""
+    """Round numbers to significant digits: more depend on the processor, and run keys must not."""
     if isinstance(value, list):
         return [_rounded(item, digits) for item in value]
     return float(f"{value:.{digits}g}") if isinstance(value, float) else value
@@ -307,7 +307,7 @@ def _lookup(tree: Any, results: Mapping[str, Any], key: str) -> Any:
 
 
 def values_by_rule(given_numbers: Mapping[str, Any], tree: Any) -> Iterator[tuple[str, Any, Rule]]:
-    """Yield key, value and rule of all rules that apply; they use numbers of the file first.
+    """Yield key, value and rule of each rule that applies; formulas use numbers of the file first.
 
     ``given_numbers`` has the numbers of the drawing, and the whole ``bridge`` if it is complete.
     """
@@ -443,8 +443,8 @@ def _explained(error: InputError, known: Iterable[str]) -> InputError:
         elif parts:
             reported.append(f"{line}; or give {' or '.join(parts)}")
     reported = reported or list(consequences)
-    start = f"{file} has {len(reported)} errors:\n  " if len(reported) > 1 else f"{file}: "
-    return InputError(start + "\n  ".join(reported), **error.details)
+    prefix = f"{file} has {len(reported)} errors:\n  " if len(reported) > 1 else f"{file}: "
+    return InputError(prefix + "\n  ".join(reported), **error.details)
 
 
 def _parts(key: str) -> dict[str, None]:
