@@ -77,7 +77,6 @@ ARM_MODULUS_PA = 2.5e13
 ARM_AREA_M2 = 10.0
 ARM_INERTIA_M4 = 10.0
 
-
 #: Nodes of the joint at one deck end, keyed by line and position along the wall.
 type Points = dict[tuple[Line, float], int]
 

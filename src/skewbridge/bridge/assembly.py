@@ -182,9 +182,8 @@ def period_s(modes: Sequence[Mode], direction: str) -> float:
     at least half of the largest mass.
     """
     masses = [getattr(mode, f"mass_{direction}") for mode in modes]
-    least_mass = max(masses) * (0.5 if direction == "z" else 1.0)
-    heavy = (mode for mode, mass in zip(modes, masses, strict=True) if mass >= least_mass)
-    return max(mode.period_s for mode in heavy)
+    limit = max(masses) * (0.5 if direction == "z" else 1.0)
+    return max(mode.period_s for mode, mass in zip(modes, masses, strict=True) if mass >= limit)
 
 
 def bridge_period_s(bridge: BridgeData, which: Literal["t1", "long", "short"]) -> float:

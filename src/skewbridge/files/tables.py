@@ -213,7 +213,6 @@ def _texts_in(path: Path) -> dict[str, str]:
 
 # --- checks of numeric columns
 
-
 type Floats = NDArray[np.float64]
 type Mask = NDArray[np.bool_]
 #: Indices of rows, motions or variants.

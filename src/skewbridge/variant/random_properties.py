@@ -24,7 +24,7 @@ from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from skewbridge.errors import did_you_mean
-from skewbridge.files.text import OPTIONS, Flag, Number, Whole, checked, shortened
+from skewbridge.files.text import OPTIONS, Flag, Number, Whole, checked
 from skewbridge.variant.options import ModelOptions
 
 #: Prefix of the columns of the demands table with the draws of properties.
@@ -63,8 +63,7 @@ class RandomProperty:
         if not self.low < self.high:
             raise ValueError(f"low must be below high, got {self.low:g} and {self.high:g}")
         if self.distribution == "lognormal" and min(self.low, self.median) <= 0.0:
-            text = "low and median of a lognormal property must be positive"
-            raise ValueError(f"{text}, got {self.low:g} and {self.median:g}")
+            raise ValueError("low and median of a lognormal property must be positive")
         if self.distribution != "uniform" and not self.low < self.median < self.high:
             raise ValueError(f"median must be between low and high, got {self.median:g}")
         return self
@@ -145,8 +144,7 @@ class UncertaintyConfig:
                 suggestion = did_you_mean(name, options)
                 raise ValueError(f"alternatives: {name} is not a key of model{suggestion}")
             if not 2 <= len(set(values)) == len(values):
-                text = f"alternatives.{name} needs two or more values, all different"
-                raise ValueError(f"{text}, got {shortened(list(values))}")
+                raise ValueError(f"alternatives.{name} needs two or more values, all different")
             for value in values:
                 checked(ModelOptions, {name: value}, "alternatives")
         return self

@@ -267,8 +267,7 @@ class JointData(Part, frozen=True):
 
 def _require_space(row: PadData | PileData, deck: DeckData, key: str) -> None:
     if (width_m := (row.count - 1) * row.spacing_m) > deck.width_m:
-        text = f"{key}: (count - 1) x spacing_m = {width_m:g} exceeds"
-        raise ValueError(f"{text} deck.width_m = {deck.width_m:g}")
+        raise ValueError(f"{key}: (count - 1) x spacing_m = {width_m:g} exceeds deck.width_m")
 
 
 class DampingData(Part, frozen=True):
@@ -420,8 +419,7 @@ class BridgeData(Part, frozen=True):
                 )
             if bent.columns > 1 and bent.column_spacing_m < width_m:
                 raise ValueError(
-                    f"bents.{number}.column_spacing_m must be at least the column width "
-                    f"{width_m:g}, got {bent.column_spacing_m:g}"
+                    f"bents.{number}.column_spacing_m must be at least the column width {width_m:g}"
                 )
             if (length_m := column.hinge_length_m or 0.0) > bent.clear_height_m / 2:
                 raise ValueError(

@@ -175,7 +175,6 @@ _FUNCTIONS: Final[dict[str, Any]] = {
 
 _NAMES: Final = re.compile(r"'[^']*'|(?<![\w.])[a-z]\w*(?:\.(?:\*|[a-z]\w*))*(?![\w(])")
 
-
 #: Errors of a formula whose numbers do not fit together.
 _FAULTS: Final = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 
