@@ -228,7 +228,7 @@ class Wall:
 
     @property
     def tags(self) -> TagAllocator:
-        """Tags of the domain."""
+        """Tag allocator of the domain."""
         return self.blueprint.tags
 
     @property

@@ -88,7 +88,7 @@ def sdc_backfill(abutment: WallData) -> Passive:
 
 
 def hyperbolic_backfill(abutment: WallData, height_exponent: float) -> Passive:
-    """Return the hyperbola at zero skew; the exponent is that of height in the strength (ucsd)."""
+    """Return the hyperbola at zero skew; rule ``ucsd``: strength ~ height^``height_exponent``."""
     data, width = abutment.backfill, abutment.wall_width_m
     if data.rule == "ucsd":
         height_ratio = abutment.wall_height_m / data.reference_height_m
@@ -99,13 +99,13 @@ def hyperbolic_backfill(abutment: WallData, height_exponent: float) -> Passive:
             failure_ratio=data.failure_ratio,
         )
     # source: PyPBEE, hyperbola through (F / 2, F / 2 K50) and (F, y_max), where it ends
-    secant, ultimate_n = data.stiffness_mn_per_m * 1e6, data.ultimate_kn * KN
+    secant_n_per_m, ultimate_n = data.stiffness_mn_per_m * 1e6, data.ultimate_kn * KN
     ultimate_m = data.ultimate_closure_ratio * abutment.wall_height_m
-    stiffness = 2.0 * secant - ultimate_n / ultimate_m
+    stiffness = 2.0 * secant_n_per_m - ultimate_n / ultimate_m
     return Passive(
         stiffness_n_per_m=stiffness,
         ultimate_n=ultimate_n,
-        failure_ratio=2.0 * (secant - ultimate_n / ultimate_m) / stiffness,
+        failure_ratio=2.0 * (secant_n_per_m - ultimate_n / ultimate_m) / stiffness,
     )
 
 

@@ -123,7 +123,7 @@ def bent_capacities(bridge: BridgeData, hinge_rule: HingeRule = "sdc") -> list[B
 def hinge_length_m(column: ColumnData, shear_span_m: float, rule: HingeRule) -> float:
     """Return the length of the plastic hinges in m, from the bridge file if given, or by a rule.
 
-    Both rules are 0.08 L + 0.022 fye db (MPa, mm); ``sdc`` has the lower limit 0.044 fye db.
+    Rules: 0.08 x span + 0.022 fye db (yield MPa, bar diameter mm); ``sdc``: at least 0.044 fye db.
 
     References:
         Caltrans SDC 1.7 section 7.6.2, equation 7.25; Paulay and Priestley (1992), Seismic Design

@@ -223,7 +223,7 @@ class BridgeModel:
 
     @property
     def tags(self) -> TagAllocator:
-        """Tags of the domain."""
+        """Tag allocator of the domain."""
         return self.blueprint.tags
 
     @property

@@ -562,5 +562,5 @@ def _soft(beams: Sequence[int]) -> list[int]:
 
 
 def _listed(tags: Any) -> list[int]:
-    """Return an answer of OpenSees as a list; for a single tag it is a number."""
+    """Return tags as a list; OpenSees returns a number for one tag and may return None."""
     return [] if tags is None else [int(tags)] if isinstance(tags, int | float) else list(tags)

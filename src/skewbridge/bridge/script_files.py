@@ -106,7 +106,7 @@ def parameters(path: Path) -> tuple[str, ...]:
 
 
 def call_script(files: list[Path], arguments: dict[str, Any]) -> Any:
-    """Run a script and its modules from their start; return the answer of its function."""
+    """Import a script and its modules anew, call its function and return the result."""
     path, paths = files[0], {str(file) for file in files}
 
     def forget() -> None:

@@ -114,7 +114,7 @@ def elastic_material(
     *,
     compression_n_per_m: float | None = None,
 ) -> int:
-    """Create an elastic spring, with another stiffness in compression, and a dashpot."""
+    """Create an elastic spring with a dashpot and, if given, another compressive stiffness."""
     compression = stiffness_n_per_m if compression_n_per_m is None else compression_n_per_m
     return uniaxial(tags, "Elastic", stiffness_n_per_m, dashpot_n_s_per_m, compression)
 
@@ -179,7 +179,7 @@ def spring_element(
 
 
 def grounded_node(place_m: Sequence[float], tags: TagAllocator) -> int:
-    """Create a fixed node."""
+    """Create a node fixed in all degrees of freedom."""
     node = tags.node()
     ops.node(node, *place_m)
     ops.fix(node, 1, 1, 1, 1, 1, 1)

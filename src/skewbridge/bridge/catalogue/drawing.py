@@ -447,7 +447,7 @@ def _explained(error: InputError, known: Iterable[str]) -> InputError:
 
 
 def _parts(key: str) -> dict[str, None]:
-    """Return the parts of a drawing from which rules give a number, directly or in stages."""
+    """Return the parts of a drawing from which rules derive a key, directly or in stages."""
     rule_keys = {rule.key for rule in RULES}
     parts: dict[str, None] = {}
     for needed in (needed for rule in RULES if rule.key == key for needed in rule.formula.needs):
