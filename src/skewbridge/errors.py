@@ -23,13 +23,13 @@ class InputError(ValueError):
 
 
 def listed(heading: str, texts: Sequence[str]) -> str:
-    """Return a heading and, below it, at most `MOST_FAULTS` of the texts."""
-    more = [f"... and {len(texts) - MOST_FAULTS} more"] if len(texts) > MOST_FAULTS else []
-    return "\n  ".join([heading, *texts[:MOST_FAULTS], *more])
+    """Return a heading, at most `MOST_FAULTS` texts below it, and the number of texts left out."""
+    omitted = [f"... and {len(texts) - MOST_FAULTS} more"] if len(texts) > MOST_FAULTS else []
+    return "\n  ".join([heading, *texts[:MOST_FAULTS], *omitted])
 
 
 def raise_all(faults: Iterable[InputError]) -> None:
-    """Raise all faults as one `InputError` with one line per fault and the details of the first."""
+    """Raise one `InputError` with a line per fault and the details of the first; none if empty."""
     errors = list(faults)
     if len(errors) == 1:
         raise errors[0]
@@ -41,9 +41,9 @@ def raise_all(faults: Iterable[InputError]) -> None:
 
 def did_you_mean(word: object, words: Iterable[str]) -> str:
     """Return ` (did you mean NAME?)` with the known name closest to `word`, or an empty text."""
-    names = {str(name).lower(): name for name in words}
-    nearest = get_close_matches(str(word).lower(), names, n=1)
-    return f" (did you mean {names[nearest[0]]}?)" if nearest else ""
+    names_by_lowercase = {str(name).lower(): name for name in words}
+    nearest = get_close_matches(str(word).lower(), names_by_lowercase, n=1)
+    return f" (did you mean {names_by_lowercase[nearest[0]]}?)" if nearest else ""
 
 
 class SolutionError(RuntimeError):

@@ -30,7 +30,7 @@ PSI: Final = KIP / 1000 / INCH**2
 KSI: Final = 1000 * PSI
 
 #: Units by the endings of names, longer endings first.
-_IN_NAMES: Final = {
+_NAME_ENDINGS: Final = {
     "_n_per_m": "N/m",
     "_mps": "m/s",
     "_deg": "deg",
@@ -42,9 +42,9 @@ _IN_NAMES: Final = {
 
 
 def split_unit(name: str) -> tuple[str, str]:
-    """Return a name without its unit ending, and the unit (``-`` if the name has none)."""
-    ending = next((ending for ending in _IN_NAMES if name.endswith(ending)), "")
-    return name.removesuffix(ending), _IN_NAMES.get(ending, "-")
+    """Split a name such as ``gap_mm`` into ``gap`` and its unit ``mm`` (``-`` if it has none)."""
+    ending = next((ending for ending in _NAME_ENDINGS if name.endswith(ending)), "")
+    return name.removesuffix(ending), _NAME_ENDINGS.get(ending, "-")
 
 
 # --- quantities as text, such as "5 ksi"
@@ -75,40 +75,40 @@ _NAME_UNIT: Final = re.compile(r"_((?:mnm|[mk]?n|mm|m|[mgk]?pa|t|s)\d?(?:_per_(?
 
 
 def unit_in_name(name: str) -> str | None:
-    """Return the unit at the end of a name: ``kn/m3`` for ``weight_kn_per_m3``; None without."""
+    """Return the unit in a name: ``kn/m3`` for ``weight_kn_per_m3``, None if it has none."""
     match = _NAME_UNIT.search(name)
     return match[1].replace("_per_", "/") if match else None
 
 
 def quantity(text: str, unit: str) -> float:
-    """Return a quantity such as ``150 ft``, ``5'-6"`` or ``50 kip/in`` in another unit.
+    """Return the number of ``unit`` in a text such as ``150 ft``, ``5'-6"`` or ``50 kip/in``.
 
-    `ValueError` if the text is not a number and a unit, or the unit is of another quantity.
+    `ValueError` if the text is not a number and a unit, or its unit is of another dimension.
     """
-    target, dimension = _factor(unit)
+    unit_factor, unit_dimension = _factor(unit)
     match = _FEET_AND_INCHES.fullmatch(text.strip())
     if match and any(match.groups()):
         feet, inches, numerator, denominator = (float(number or 0.0) for number in match.groups())
-        value, kind = feet * FOOT + (inches + numerator / max(denominator, 1.0)) * INCH, _M
+        value_si, dimension = feet * FOOT + (inches + numerator / max(denominator, 1.0)) * INCH, _M
     elif number_match := _NUMBER.fullmatch(text.strip()):
-        factor, kind = _factor(number_match[2])
-        value = float(number_match[1]) * factor
+        factor, dimension = _factor(number_match[2])
+        value_si = float(number_match[1]) * factor
     else:
-        raise ValueError(f"must be a valid number, or one with a unit such as {unit}")
-    if not isclose(kind, dimension):
-        raise ValueError(f"has the unit of another quantity: it must be a unit such as {unit}")
-    return float(f"{value / target:.12g}")
+        raise ValueError(f"must be a valid number, alone or with a unit such as {unit}")
+    if not isclose(dimension, unit_dimension):
+        raise ValueError(f"has a unit of another quantity: it must be a unit such as {unit}")
+    return float(f"{value_si / unit_factor:.12g}")
 
 
 def _factor(unit: str) -> tuple[float, float]:
-    """Return factor and dimension of a unit such as ``kip/in/ft``, ``in^4`` or ``kip-ft``."""
-    total, kind = 1.0, 1.0
-    for number, factor in enumerate(unit.lower().split("/")):
-        for name in re.split(r"[-* ]+", factor.strip()):
+    """Return factor to SI and dimension (product of primes) of a unit such as ``kip/in/ft``."""
+    total_factor, dimension = 1.0, 1.0
+    for slashes, group in enumerate(unit.lower().split("/")):
+        for name in re.split(r"[-* ]+", group.strip()):
             match = re.fullmatch(r"([a-z]+)\^?([1-4]?)", name)
             if match is None or match[1] not in _UNITS:
-                raise ValueError("must be a valid number, or one with a known unit")
-            power = int(match[2] or 1) * (-1 if number else 1)
-            total *= _UNITS[match[1]][0] ** power
-            kind *= _UNITS[match[1]][1] ** power
-    return total, kind
+                raise ValueError("must be a valid number, or have a known unit such as ft or ksi")
+            power = int(match[2] or 1) * (-1 if slashes else 1)
+            total_factor *= _UNITS[match[1]][0] ** power
+            dimension *= _UNITS[match[1]][1] ** power
+    return total_factor, dimension

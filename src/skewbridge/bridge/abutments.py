@@ -77,7 +77,6 @@ ARM_MODULUS_PA = 2.5e13
 ARM_AREA_M2 = 10.0
 ARM_INERTIA_M4 = 10.0
 
-
 #: Nodes of the joint at one deck end, keyed by line and position along the wall.
 type Points = dict[tuple[Line, float], int]
 
@@ -89,7 +88,7 @@ def build_arms(
     options: ModelOptions,
     tags: TagAllocator,
 ) -> tuple[Points, list[int]]:
-    """Create nodes at stations of each line, and stiff arms to them; return nodes and arms."""
+    """Create nodes at positions (m) along each line, and arms to them; return nodes and arms."""
     # no arm is parallel to the normal of the wall
     transformation = arm_transformation((*end.normal, 0.0), options, tags)
     points: Points = {}
@@ -105,7 +104,7 @@ def build_arms(
 def arm_transformation(
     plane: tuple[float, float, float], options: ModelOptions, tags: TagAllocator
 ) -> int:
-    """Create the transformation of arms that are not parallel to a vector."""
+    """Create the transformation of arms that are not parallel to the vector ``plane``."""
     transformation = tags.transformation()
     geometry = "Corotational" if options.arrays == "corotational" else "Linear"
     ops.geomTransf(geometry, transformation, *plane)
@@ -113,17 +112,16 @@ def arm_transformation(
 
 
 def build_arm(
-    holder: int, place_m: Sequence[float], transformation: int, tags: TagAllocator
+    holder: int, position_m: Sequence[float], transformation: int, tags: TagAllocator
 ) -> tuple[int, int]:
-    """Create a node at a place and a stiff arm to it from another node; return both tags."""
+    """Create a node and a stiff arm to it from the node ``holder``; return tags of node and arm."""
     node, element = tags.node(), tags.element()
-    ops.node(node, *place_m)
+    ops.node(node, *position_m)
     ops.fix(node, 0, 0, 0, 1, 1, 1)
     # the nodes do not rotate: each arm has a ball joint there, and no torsion
     section = (ARM_AREA_M2, ARM_MODULUS_PA, 1.0, 1.0, ARM_INERTIA_M4, ARM_INERTIA_M4)
-    joint = ("-releasez", 2, "-releasey", 2)
-    nodes = (element, holder, node)
-    ops.element("elasticBeamColumn", *nodes, *section, transformation, *joint)
+    ball_joint = ("-releasez", 2, "-releasey", 2)
+    ops.element("elasticBeamColumn", element, holder, node, *section, transformation, *ball_joint)
     return node, element
 
 
@@ -135,22 +133,22 @@ PAD_HARDENING = (0.0, 3.0)  # ratio of the nonlinear hardening, and its exponent
 
 def pad_stations(pads: PadData | PileData, end: DeckEnd) -> list[float]:
     """Return positions of the pads along the wall in m, equally spaced across the deck."""
-    stretch = end.wall_length_m / end.width_m
-    middle = (pads.count - 1) / 2
-    return [(i - middle) * pads.spacing_m * stretch for i in range(pads.count)]
+    skew_stretch = end.wall_length_m / end.width_m
+    middle_index = (pads.count - 1) / 2
+    return [(i - middle_index) * pads.spacing_m * skew_stretch for i in range(pads.count)]
 
 
 def bearing_stations(
     pads: PadData | PileData, end: DeckEnd, options: ModelOptions, *, has_pads: bool = True
 ) -> list[float]:
-    """Return positions along the wall (m) of all or two equivalent pads, or of supports."""
+    """Return positions (m) along the wall of all pads, two equivalent pads, or two supports."""
     if not has_pads:
         return [-end.wall_length_m / 2, end.wall_length_m / 2]
     stations = pad_stations(pads, end)
     if options.pads == "each":
         return stations
-    arm = sqrt(sum(along_m**2 for along_m in stations) / len(stations))
-    return [-arm, arm]
+    radius_m = sqrt(sum(along_m**2 for along_m in stations) / len(stations))
+    return [-radius_m, radius_m]
 
 
 def build_bearings(
@@ -163,50 +161,50 @@ def build_bearings(
     has_pads: bool = True,
     seat_at: Callable[[Sequence[float]], int] | None = None,
 ) -> tuple[BearingHandle, ...]:
-    """Create pads, or vertical supports, between seat nodes and the bearing line.
+    """Create pads, or vertical supports, from seat nodes up to the deck nodes of the bearing line.
 
     Seat nodes are fixed, unless ``seat_at`` creates them. Vertical springs are elastic in
     compression and open in tension.
     """
-    is_each = has_pads and options.pads == "each"
-    pad_count, height_m = (1, pads.height_m) if is_each else (pads.count / 2, 0.0)
+    is_one_per_pad = has_pads and options.pads == "each"
+    pad_count, height_m = (1, pads.height_m) if is_one_per_pad else (pads.count / 2, 0.0)
     axial = uniaxial(tags, "ENT", pad_count * (pads.vertical_stiffness_mn_per_m * 1e6))
     if not has_pads:
-        kind, values = "zeroLength", ("-mat", axial, "-dir", 3)
-    elif is_each:
+        kind, arguments = "zeroLength", ("-mat", axial, "-dir", 3)
+    elif is_one_per_pad:
         bend = elastic_material(PAD_ROTATION_NM_PER_RAD, tags)
-        elastic = pads.shear_stiffness_kn_per_m * KN, pads.yield_force_kn * KN
+        shear = pads.shear_stiffness_kn_per_m * KN, pads.yield_force_kn * KN
         springs = ("-P", axial, "-T", bend, "-My", bend, "-Mz", bend, "-orient", *end.normal, 0.0)
         kind = "elastomericBearingPlasticity"
-        values = (*elastic, pads.hardening_ratio, *PAD_HARDENING, *springs)
+        arguments = (*shear, pads.hardening_ratio, *PAD_HARDENING, *springs)
     else:
         # ASSUME the pads do not resist rotation: their stiffness is too small to matter
         # axial force along z, shear along x and y of the model
         axes = ("-orient", 0.0, 0.0, 1.0, 1.0, 0.0, 0.0)
-        kind, values = "zeroLengthSection", (_pad_section(pads, pad_count, axial, tags), *axes)
+        kind, arguments = "zeroLengthSection", (_pad_section(pads, pad_count, axial, tags), *axes)
     handles: list[BearingHandle] = []
     for deck_node in (node for (line, _), node in points.items() if line == "bearing"):
         x, y, z = ops.nodeCoord(deck_node)
         seat_m = (x, y, z - height_m)
         seat = grounded_node(seat_m, tags) if seat_at is None else seat_at(seat_m)
         element = tags.element()
-        ops.element(kind, element, seat, deck_node, *values)
+        ops.element(kind, element, seat, deck_node, *arguments)
         handles.append(BearingHandle(element=element, seat_node=seat, deck_node=deck_node))
     return tuple(handles)
 
 
 def _pad_section(pads: PadData, pad_count: float, vertical: int, tags: TagAllocator) -> int:
-    """Create the section of several pads: a vertical spring, and shear with a yield circle.
+    """Create the section of several pads: a vertical material, and shear with a yield circle.
 
-    It is like the bearing element in shear at a tenth of the cost: plastic and elastic in parallel.
+    Its shear equals that of the bearing element, as a plastic and an elastic spring in parallel.
     """
-    plastic = 1.0 - pads.hardening_ratio
+    plastic_ratio = 1.0 - pads.hardening_ratio
     stiffness = pad_count * pads.shear_stiffness_kn_per_m * KN
-    hardening = stiffness * pads.hardening_ratio / plastic
-    shear, section = tags.section(), tags.section()
-    strength_n, directions = pad_count * pads.yield_force_kn * KN / plastic, ("Vy", "Vz")
-    ops.section("Bidirectional", shear, stiffness, strength_n, 0.0, hardening, *directions)
-    ops.section("Aggregator", section, vertical, "P", "-section", shear)
+    hardening = stiffness * pads.hardening_ratio / plastic_ratio
+    shear_section, section = tags.section(), tags.section()
+    strength_n, directions = pad_count * pads.yield_force_kn * KN / plastic_ratio, ("Vy", "Vz")
+    ops.section("Bidirectional", shear_section, stiffness, strength_n, 0.0, hardening, *directions)
+    ops.section("Aggregator", section, vertical, "P", "-section", shear_section)
     return section
 
 
@@ -215,7 +213,7 @@ CONCRETE_KG_PER_M3 = 2400.0  # source: usual density of reinforced concrete
 
 @dataclass(frozen=True, kw_only=True)
 class Wall:
-    """What a builder of walls needs: a deck end on its supports, before walls and keys exist."""
+    """Deck end on its supports before walls and keys exist, with the data to build them."""
 
     blueprint: Blueprint
     data: WallData
@@ -230,7 +228,7 @@ class Wall:
 
     @property
     def tags(self) -> TagAllocator:
-        """Tags of the domain."""
+        """Tag allocator of the domain."""
         return self.blueprint.tags
 
     @property
@@ -294,7 +292,7 @@ class Joint(Wall):
         return self.data.monolithic_key if is_monolithic else self.data.sacrificial_key
 
     def key_inward_normal(self, sign: float) -> PlanVector:
-        """Return the inward normal of the key on one side (``sign`` +1: along the wall tangent)."""
+        """Return the inward normal of the key at the tangent's end (``sign`` 1) or start (-1)."""
         # ASSUME the face of a key is parallel to the edge of the deck
         is_skewed = self.options.key_frame == "skewed"
         x, y = self.end.tangent if is_skewed else turned(self.end.outward)
@@ -304,12 +302,12 @@ class Joint(Wall):
         """Create the springs of a key normal to and along its face; return the normal spring."""
         stiffness, mass_kg = key_stiffness_n_per_m(self.key), self.key_mass_kg
         dashpot = damping_n_s_per_m(self.options.wall_dashpot_ratio, stiffness, mass_kg)
-        damped = elastic_material(0.0, self.tags, dashpot)
-        across = [key_material(self.key, self.tags), damped]
+        dashpot_material = elastic_material(0.0, self.tags, dashpot)
+        across = [key_material(self.key, self.tags), dashpot_material]
         # ASSUME along its face a key is elastic up to the same strength, independent of the force
         # across it: a broken key gets friction from its residual force only, below the strength
         if self.options.key_along_face == "backbone":
-            along = [key_face_material(self.key, self.tags), damped]
+            along = [key_face_material(self.key, self.tags), dashpot_material]
         else:
             along = [elastic_material(stiffness, self.tags, dashpot)]
         return spring_element(nodes, inward, across, along, self.tags)[0]
@@ -324,7 +322,7 @@ class Joint(Wall):
         nodes: tuple[int, int],
         inward: PlanVector,
         gap_m: float,
-        stiffness: tuple[float, float],
+        penalties_n_per_m: tuple[float, float],
         friction: float,
         name: str,
         cohesion_n: float = 0.0,
@@ -339,8 +337,8 @@ class Joint(Wall):
             gap_m,
             friction,
             cohesion_n,
-            kn=stiffness[0],
-            kt=stiffness[1],
+            kn=penalties_n_per_m[0],
+            kt=penalties_n_per_m[1],
             tangent=(*turned(inward), 0.0),
             name=f"{self.end.name} {name}",
         )
@@ -351,16 +349,16 @@ def support_deck_end(end: End, blueprint: Blueprint) -> Joint:
     variant, options, tags = blueprint.variant, blueprint.options, blueprint.tags
     traits, data, deck_node = variant.traits, end.abutment, end.node
     if not isinstance(data, AbutmentData):
-        raise TypeError(f"{data.type} is not a seat")
+        raise TypeError(f"end {end.plan.name}: type must be seat, got {data.type}")
     plan = end.plan
-    bearing_line = bearing_stations(data.pads, plan, options, has_pads=traits.has_pads)
-    outer = plan.wall_stations(options.backwall_points if traits.has_wall_points else 2)
-    lines: dict[Line, list[float]] = {"bearing": bearing_line, "outer": outer}
+    bearing_m = bearing_stations(data.pads, plan, options, has_pads=traits.has_pads)
+    outer_face = plan.wall_stations(options.backwall_points if traits.has_wall_points else 2)
+    lines: dict[Line, list[float]] = {"bearing": bearing_m, "outer": outer_face}
     points, arms = build_arms(plan, deck_node, lines, options, tags)
     bearings = build_bearings(plan, points, data.pads, options, tags, has_pads=traits.has_pads)
-    pads = pad_stations(data.pads, plan) if traits.has_pads else bearing_line
-    own_mm = data.gap_mm if "gap_mm" in traits.axes else None
-    gap_mm = variant.gap_mm if own_mm is None else own_mm
+    pads = pad_stations(data.pads, plan) if traits.has_pads else bearing_m
+    end_gap_mm = data.gap_mm if "gap_mm" in traits.axes else None
+    gap_mm = variant.gap_mm if end_gap_mm is None else end_gap_mm
     handle = AbutmentHandle(
         **placed(plan, deck_node, points),
         gap_m=normal_gap_m(gap_mm, plan, options),
@@ -375,9 +373,9 @@ def support_deck_end(end: End, blueprint: Blueprint) -> Joint:
 
 
 def normal_gap_m(gap_mm: float, end: DeckEnd, options: ModelOptions) -> float:
-    """Return the opening of a joint at rest, normal to its faces, with the option's offset."""
-    narrowing = cos(end.skew_rad) if options.gap_measured == "longitudinal" else 1.0
-    return max(gap_mm * MM * narrowing + options.gap_offset_mm * MM, 0.0)
+    """Return the opening of a joint at rest normal to its faces, including ``gap_offset_mm``."""
+    cosine = cos(end.skew_rad) if options.gap_measured == "longitudinal" else 1.0
+    return max(gap_mm * MM * cosine + options.gap_offset_mm * MM, 0.0)
 
 
 def bearing_point(end: DeckEnd, deck_node: int, along_m: float) -> Point:
@@ -388,7 +386,7 @@ def bearing_point(end: DeckEnd, deck_node: int, along_m: float) -> Point:
 
 
 def placed(end: DeckEnd, deck_node: int, points: Points) -> dict[str, Any]:
-    """Return position fields of the handle of an end; without points, one node has both corners."""
+    """Return position fields of an `AbutmentHandle`; a corner without point is at the deck node."""
     corners = tuple(
         CornerHandle(
             node=points.get(("outer", along_m), deck_node),
@@ -418,21 +416,21 @@ def _build_roller(joint: Joint) -> AbutmentHandle:
 
 
 def _build_simplified(joint: Joint) -> AbutmentHandle:
-    """Create the springs at both ends of the bar, each with half of the resistance."""
+    """Create the springs at both deck corners, each with half of the resistance."""
     end, tags = joint.end, joint.tags
     zero_skew, skew_rule = joint.soil(sdc_backfill(joint.data)), joint.options.backfill_skew
-    longitudinal = reduced_for_skew(zero_skew, joint.end.skew_rad, skew_rule).scaled(0.5)
+    soil_curve = reduced_for_skew(zero_skew, joint.end.skew_rad, skew_rule).scaled(0.5)
     # ASSUME the transverse springs have no gap, as in the published model
-    transverse = joint.wing.scaled(0.5)
+    wing_curve = joint.wing.scaled(0.5)
     corners_m = end.wall_stations(2)
     factors = variation_factors(end, corners_m, joint.options.backfill_variation)
-    pairs: list[tuple[SpringHandle, SpringHandle]] = []
+    springs: list[tuple[SpringHandle, SpringHandle]] = []
     for along_m, factor in zip(corners_m, factors, strict=True):
         nodes = grounded_node(end.point("outer", along_m), tags), joint.points["outer", along_m]
-        soil = passive_material(longitudinal.scaled(factor), joint.handle.gap_m, tags)
-        wing = plastic_material(transverse, tags)
-        pairs.append(spring_element(nodes, end.inward, [soil], [wing], tags))
-    walls, wings = zip(*pairs, strict=True)
+        soil = passive_material(soil_curve.scaled(factor), joint.handle.gap_m, tags)
+        wing = plastic_material(wing_curve, tags)
+        springs.append(spring_element(nodes, end.inward, [soil], [wing], tags))
+    walls, wings = zip(*springs, strict=True)
     return replace(joint.handle, wall_springs=walls, key_springs=wings)
 
 
@@ -450,7 +448,7 @@ def _build_spring(joint: Joint) -> AbutmentHandle:
 
 
 def embankment_mass_kg(data: AbutmentData) -> float:
-    """Return the mass in kg of the embankment over its critical length, 0.7 sqrt(S B H).
+    """Return the mass in kg over the critical length, 0.7 sqrt(slope ratio x width x height).
 
     References:
         Zhang and Makris (2002), Earthquake Eng. Struct. Dyn. 31, section on critical length.
@@ -463,7 +461,7 @@ def embankment_mass_kg(data: AbutmentData) -> float:
 
 
 def _build_body(joint: Joint) -> tuple[int, SpringHandle]:
-    """Create the node of the abutment's body; return it with its spring along the wall."""
+    """Create the node of the abutment body and its springs; return it and its wing-wall spring."""
     end, data, tags = joint.end, joint.data, joint.tags
     embankment_kg = embankment_mass_kg(data) if joint.options.embankment_mass else 0.0
     mass_kg = joint.wall_mass_kg + embankment_kg
@@ -478,35 +476,35 @@ def _build_body(joint: Joint) -> tuple[int, SpringHandle]:
     dashpot = joint.dashpot_n_s_per_m(wing.stiffness_n_per_m, mass_kg, wing_share(data))
     along_wall = [plastic_material(wing, tags), elastic_material(0.0, tags, dashpot)]
     dashpot = joint.dashpot_n_s_per_m(across_n_per_m, mass_kg, 1.0)
-    across_it = [elastic_material(across_n_per_m, tags, dashpot)]
-    spring, _ = spring_element((ground, body), end.tangent, along_wall, across_it, tags)
-    return body, spring
+    across_wall = [elastic_material(across_n_per_m, tags, dashpot)]
+    wing_spring, _ = spring_element((ground, body), end.tangent, along_wall, across_wall, tags)
+    return body, wing_spring
 
 
 def _build_contact(joint: Joint) -> AbutmentHandle:
     end, gap_m, options, tags = joint.end, joint.handle.gap_m, joint.options, joint.tags
     friction = joint.friction * (options.friction_at != "keys")
     units: list[int] = []
-    walls: list[int] = []
+    wall_nodes: list[int] = []
     wall_points: list[tuple[SpringHandle, SpringHandle, tuple[int, ...]]] = []
     for point_number, (along_m, share, passive) in enumerate(joint.wall_parts(), start=1):
         mass_kg = joint.moving_mass_kg(joint.wall_mass_kg * share)
         # The penalty of a point is proportional to its soil stiffness: the soil spreads the force.
-        stiffness = penalties(passive.stiffness_n_per_m, mass_kg, options)
+        penalty = penalties(passive.stiffness_n_per_m, mass_kg, options)
         wall = plane_node(end.point("outer", along_m), mass_kg, tags)
         ground = grounded_node(end.point("outer", along_m), tags)
         wall_points.append(hold_wall_point(joint, (ground, wall), share, passive))
         nodes, name = (wall, joint.points["outer", along_m]), f"backwall {point_number}"
         cohesion_n = options.cohesion_n * share
         units.append(
-            joint.add_contact(nodes, end.inward, gap_m, stiffness, friction, name, cohesion_n)
+            joint.add_contact(nodes, end.inward, gap_m, penalty, friction, name, cohesion_n)
         )
-        walls.append(wall)
+        wall_nodes.append(wall)
     wall_springs, wing_springs, links = zip(*wall_points, strict=True)
     handle = replace(
         joint.handle,
         wall_units=tuple(units),
-        wall_nodes=tuple(walls),
+        wall_nodes=tuple(wall_nodes),
         wall_springs=wall_springs,
         wing_springs=wing_springs,
         other_springs=tuple(element for elements in links for element in elements),
@@ -519,26 +517,26 @@ def hold_wall_point(
 ) -> tuple[SpringHandle, SpringHandle, tuple[int, ...]]:
     """Create the backfill, stem and wing-wall springs between ground and a wall node.
 
-    Returns the springs of backfill and wing walls, and the elements between wall and backfill.
+    Returns the springs of backfill and wing walls, and tags of elements between wall and fill.
     """
     end, tags, mass_kg = joint.end, joint.tags, joint.wall_mass_kg * share
     # in proportion to the strength of the soil
     reduction = skew_reduction(joint.end.skew_rad, joint.options.backfill_skew)
-    weak = joint.options.wall_restoring_n_per_m * reduction * share
+    restoring = joint.options.wall_restoring_n_per_m * reduction * share
     stiffness, wing = passive.stiffness_n_per_m, joint.wing.scaled(share)
     # ASSUME towards the deck the stem of the wall has the initial stiffness of the soil: shaking
     # alone does not push the wall into the gap
     dashpot = joint.dashpot_n_s_per_m(stiffness, mass_kg, share)
-    wing_part = share * wing_share(joint.data)
-    wing_dashpot = joint.dashpot_n_s_per_m(wing.stiffness_n_per_m, mass_kg, wing_part)
-    along = [plastic_material(wing, tags), elastic_material(weak, tags, wing_dashpot)]
+    wing_ratio = share * wing_share(joint.data)
+    wing_dashpot = joint.dashpot_n_s_per_m(wing.stiffness_n_per_m, mass_kg, wing_ratio)
+    along = [plastic_material(wing, tags), elastic_material(restoring, tags, wing_dashpot)]
     is_parallel = joint.options.backfill_dashpot == "parallel"
-    leaning_n_s_per_m = dashpot if is_parallel else 0.0
+    parallel = dashpot if is_parallel else 0.0
     stem = stiffness if has_stem else 0.0
-    leaning = elastic_material(stem + weak, tags, leaning_n_s_per_m, compression_n_per_m=weak)
+    stem_spring = elastic_material(stem + restoring, tags, parallel, compression_n_per_m=restoring)
     links: tuple[int, ...] = ()
     if is_parallel:
-        across = [passive_material(passive, 0.0, tags), leaning]
+        across = [passive_material(passive, 0.0, tags), stem_spring]
     else:
         # The waves leave through the elastic part, in series with the plastic part, so the force of
         # spring and dashpot never exceeds the strength of the soil. Without tension in the plastic
@@ -546,10 +544,10 @@ def hold_wall_point(
         ground, wall = nodes
         nodes = ground, plane_node(ops.nodeCoord(wall), 0.0, tags)
         elastic = [elastic_material(elastic_part_n_per_m(passive), tags, dashpot)]
-        tie = [elastic_material(NORMAL_OVER_NEIGHBOUR * wing.stiffness_n_per_m, tags)]
-        link, _ = spring_element((nodes[1], wall), end.inward, elastic, tie, tags)
+        along_tie = [elastic_material(NORMAL_OVER_NEIGHBOUR * wing.stiffness_n_per_m, tags)]
+        link, _ = spring_element((nodes[1], wall), end.inward, elastic, along_tie, tags)
         links = (link.element,)
-        across = [*plastic_part(passive, tags), leaning]
+        across = [*plastic_part(passive, tags), stem_spring]
     return *spring_element(nodes, end.inward, across, along, tags), links
 
 
@@ -558,31 +556,31 @@ def _build_keys(joint: Joint, handle: AbutmentHandle, body: int | None) -> Abutm
     end, options, tags = joint.end, joint.options, joint.tags
     friction = joint.friction * (options.friction_at != "walls")
     mass_kg = joint.moving_mass_kg(joint.key_mass_kg)
-    stiffness = penalties(key_stiffness_n_per_m(joint.key), mass_kg, options)
+    penalty = penalties(key_stiffness_n_per_m(joint.key), mass_kg, options)
     springs: list[SpringHandle] = []
-    keys: list[int] = []
+    key_nodes: list[int] = []
     units: list[int] = []
-    gaps: list[int] = []
+    gap_elements: list[int] = []
     for sign in (-1.0, 1.0):
         along_m, inward = sign * end.wall_length_m / 2, joint.key_inward_normal(sign)
         node = plane_node(end.point("outer", along_m), mass_kg, tags)
         # the body does not rotate: its middle moves like its part at the key
         support = grounded_node(end.point("outer", along_m), tags) if body is None else body
         springs.append(joint.key_spring((support, node), inward))
-        keys.append(node)
+        key_nodes.append(node)
         nodes = node, joint.points["outer", along_m]
         if body is None:
             name, gap_m = f"key {'+' if sign > 0.0 else '-'}", options.transverse_gap_m
-            units.append(joint.add_contact(nodes, inward, gap_m, stiffness, friction, name))
+            units.append(joint.add_contact(nodes, inward, gap_m, penalty, friction, name))
         else:
-            material = gap_material(stiffness[0], options.transverse_gap_m, tags)
-            gaps.append(spring_element(nodes, inward, [material], [], tags)[0].element)
+            material = gap_material(penalty[0], options.transverse_gap_m, tags)
+            gap_elements.append(spring_element(nodes, inward, [material], [], tags)[0].element)
     return replace(
         handle,
         key_springs=tuple(springs),
-        key_nodes=tuple(keys),
+        key_nodes=tuple(key_nodes),
         key_units=tuple(units),
-        other_springs=(*handle.other_springs, *gaps),
+        other_springs=(*handle.other_springs, *gap_elements),
     )
 
 

@@ -64,9 +64,9 @@ def assemble(build_frame: FrameBuilder, variant: Variant, options: ModelOptions)
     blueprint = blueprint_of(variant, options, tags, has_joints=bool(frame.joints))
     kinds = [KINDS[end.abutment.type] for end in frame.ends]
     supported = [kind.support(end, blueprint) for kind, end in zip(kinds, frame.ends, strict=True)]
-    on_pads = [support_joint(joint, blueprint) for joint in frame.joints]
+    supported_joints = [support_joint(joint, blueprint) for joint in frame.joints]
     hold_dead_load(frame.loads.forces_n, frame.loads.moments_nm, tags)
-    joints = tuple(map(build_inner_joint, on_pads))
+    joints = tuple(map(build_inner_joint, supported_joints))
     abutments = tuple(kind.build(end) for kind, end in zip(kinds, supported, strict=True))
     return BridgeModel(blueprint=blueprint, frame=frame, abutments=abutments, joints=joints)
 
@@ -113,7 +113,7 @@ def hold_dead_load(
 
 
 def open_linear_pattern(tags: TagAllocator) -> None:
-    """Open a load pattern that grows with time; loads created afterwards belong to it."""
+    """Open a load pattern proportional to time; loads created afterwards belong to it."""
     series = tags.series()
     ops.timeSeries("Linear", series)
     ops.pattern("Plain", tags.pattern(), series)
@@ -124,7 +124,7 @@ def open_linear_pattern(tags: TagAllocator) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Mode:
-    """Period of one mode, and its shares of the free mass along x, y, z and about z."""
+    """Period of one mode, and the shares of the free mass that it moves along x, y, z, about z."""
 
     period_s: float  # infinite for a mechanism
     mass_x: float
@@ -140,50 +140,50 @@ def modes_of(model: BridgeModel, count: int) -> tuple[Mode, ...]:
     If ``count`` modes hardly move the mass along one of the axes, more modes are returned.
     """
     ends = model.abutments
-    fixed = {node for end in ends for node in end.key_nodes}
-    fixed |= {spring.nodes[1] for end in ends for spring in end.wing_springs}
-    free = [(node, dof) for node in fixed for dof in {1, 2}.difference(ops.getFixedDOFs(node))]
-    soft = nullcontext() if model.contacts is None else model.contacts.soft_tangents()
-    for node, dof in free:
-        ops.fix(node, *(int(dof == number_of_dof) for number_of_dof in range(1, 7)))
+    held = {node for end in ends for node in end.key_nodes}
+    held |= {spring.nodes[1] for end in ends for spring in end.wing_springs}
+    held_dofs = [(node, dof) for node in held for dof in {1, 2}.difference(ops.getFixedDOFs(node))]
+    soft_friction = nullcontext() if model.contacts is None else model.contacts.soft_tangents()
+    for node, dof in held_dofs:
+        ops.fix(node, *(int(dof == number) for number in range(1, 7)))
     try:
-        with soft:
+        with soft_friction:
             modes = _lowest_modes(count)
             with suppress(ops.OpenSeesError):  # the model has no more modes
                 while len(modes) < _MOST_MODES and any(
-                    max(getattr(mode, f"mass_{way}") for mode in modes) < _LEAST_MASS
-                    for way in "xyz"
+                    max(getattr(mode, f"mass_{direction}") for mode in modes) < _LEAST_MASS
+                    for direction in "xyz"
                 ):
                     ops.wipeAnalysis()  # otherwise `eigen` refuses another number
                     modes = _lowest_modes(2 * len(modes))
             return modes
     finally:
-        for node, dof in free:
+        for node, dof in held_dofs:
             ops.remove("sp", node, dof)
 
 
 def _lowest_modes(count: int) -> tuple[Mode, ...]:
-    squares = [float(value) for value in ops.eigen(count)]
+    eigenvalues = [float(value) for value in ops.eigen(count)]
     ratios = ops.modalProperties("-return")
-    names = {"mass_x": "MX", "mass_y": "MY", "mass_z": "MZ", "mass_rz": "RMZ"}
+    keys = {"mass_x": "MX", "mass_y": "MY", "mass_z": "MZ", "mass_rz": "RMZ"}
     return tuple(
         Mode(
-            period_s=2 * pi / sqrt(square) if square > 0.0 else inf,
-            **{name: ratios[f"partiMassRatios{key}"][i] / 100 for name, key in names.items()},
+            period_s=2 * pi / sqrt(eigenvalue) if eigenvalue > 0.0 else inf,
+            **{name: ratios[f"partiMassRatios{key}"][i] / 100 for name, key in keys.items()},
         )
-        for i, square in enumerate(squares)
+        for i, eigenvalue in enumerate(eigenvalues)
     )
 
 
 def period_s(modes: Sequence[Mode], direction: str) -> float:
-    """Return the period of the mode with the most mass along ``x, y`` or about z (``rz``).
+    """Return the period of the mode with the most mass along ``x``, ``y`` or about z (``rz``).
 
     Along ``z``, where each simple span has its own mode, it is the longest period of the modes with
     at least half of the largest mass.
     """
     masses = [getattr(mode, f"mass_{direction}") for mode in modes]
-    least = max(masses) * (0.5 if direction == "z" else 1.0)
-    return max(m.period_s for m, mass in zip(modes, masses, strict=True) if mass >= least)
+    limit = max(masses) * (0.5 if direction == "z" else 1.0)
+    return max(mode.period_s for mode, mass in zip(modes, masses, strict=True) if mass >= limit)
 
 
 def bridge_period_s(bridge: BridgeData, which: Literal["t1", "long", "short"]) -> float:
@@ -196,17 +196,17 @@ def bridge_period_s(bridge: BridgeData, which: Literal["t1", "long", "short"]) -
     """
     if ops.getNodeTags():
         raise ValueError("the OpenSees domain has a model, which would be lost: wipe it first")
-    is_free = which != "t1" and bool(bridge.bents)
+    has_rollers = which != "t1" and bool(bridge.bents)
     values = {axis.name: axis.usual for axis in AXES} | {"skew_deg": 0}
-    variant = Variant.at(bridge.name, "roller" if is_free else "contact_friction", values)
+    variant = Variant.at(bridge.name, "roller" if has_rollers else "contact_friction", values)
     # the gap of a joint is open, so it does not matter; on rollers, there is no other
     joints = tuple(joint.model_copy(update={"gap_mm": values["gap_mm"]}) for joint in bridge.joints)
     ops.logFile(devnull, "-noEcho")
     try:
         with domain():
             build = CatalogueBridge(bridge.model_copy(update={"joints": joints})).build
-            model = assemble(build, variant, ModelOptions(elastic_columns=is_free))
-            if is_free and which == "short":
+            model = assemble(build, variant, ModelOptions(elastic_columns=has_rollers))
+            if has_rollers and which == "short":
                 for end in model.frame.ends:
                     ops.fix(end.node, 0, 1, 0, 0, 0, 0)
             modes = modes_of(model, _MODES)

@@ -27,8 +27,8 @@ _LONGEST_HYPERBOLA = 1.0e3
 class Passive:
     """Passive resistance in N as a function of the closure d in m.
 
-    The hyperbola ``d / (1/stiffness + failure_ratio d / ultimate)`` up to the ultimate force, or
-    bilinear if ``failure_ratio`` is zero.
+    The hyperbola ``d / (1/stiffness + failure_ratio d / ultimate)`` of an initial stiffness, up to
+    the ultimate force; bilinear if ``failure_ratio`` is zero.
 
     References:
         Shamsabadi, Rollins and Kapuskar (2007), J. Geotech. Geoenviron. Eng. 133(6):707-720.
@@ -46,13 +46,13 @@ class Passive:
         return np.minimum(hyperbola, self.ultimate_n)
 
     def polygon(self, chords: int) -> tuple[FloatArray, FloatArray]:
-        """Return closures (m) and forces (N) of an inscribed polygon of equal relative errors."""
+        """Return closures (m) and forces (N) of a polygon of chords with equal relative errors."""
         ratio = self.failure_ratio
         yield_m = self.ultimate_n / self.stiffness_n_per_m
-        end = min(1.0 / max(1.0 - ratio, 1e-12), _LONGEST_HYPERBOLA)
+        longest = min(1.0 / max(1.0 - ratio, 1e-12), _LONGEST_HYPERBOLA)
         # with force sin^2(t) / ratio, the error of every chord is dt^2 / 4
-        steps = np.linspace(0.0, atan(sqrt(ratio * end)), chords + 1)
-        closures = np.tan(steps) ** 2 / ratio * yield_m
+        angles = np.linspace(0.0, atan(sqrt(ratio * longest)), chords + 1)
+        closures = np.tan(angles) ** 2 / ratio * yield_m
         return closures, self.force_n(closures)
 
     def scaled(self, factor: float, stiffness_factor: float | None = None) -> "Passive":
@@ -88,24 +88,24 @@ def sdc_backfill(abutment: WallData) -> Passive:
 
 
 def hyperbolic_backfill(abutment: WallData, height_exponent: float) -> Passive:
-    """Return the hyperbolic curve at zero skew, with the rule of the bridge file."""
+    """Return the hyperbola at zero skew; rule ``ucsd``: strength ~ height^``height_exponent``."""
     data, width = abutment.backfill, abutment.wall_width_m
     if data.rule == "ucsd":
-        higher = abutment.wall_height_m / data.reference_height_m
+        height_ratio = abutment.wall_height_m / data.reference_height_m
         return Passive(
             # source: Caltrans SDC 1.7 section 7.8.1: stiffness linear in height
-            stiffness_n_per_m=data.stiffness_mn_per_m * 1e6 * width * higher,
-            ultimate_n=data.ultimate_kn * KN * width * higher**height_exponent,
+            stiffness_n_per_m=data.stiffness_mn_per_m * 1e6 * width * height_ratio,
+            ultimate_n=data.ultimate_kn * KN * width * height_ratio**height_exponent,
             failure_ratio=data.failure_ratio,
         )
     # source: PyPBEE, hyperbola through (F / 2, F / 2 K50) and (F, y_max), where it ends
-    secant, ultimate_n = data.stiffness_mn_per_m * 1e6, data.ultimate_kn * KN
-    end_m = data.ultimate_closure_ratio * abutment.wall_height_m
-    stiffness = 2.0 * secant - ultimate_n / end_m
+    secant_n_per_m, ultimate_n = data.stiffness_mn_per_m * 1e6, data.ultimate_kn * KN
+    ultimate_m = data.ultimate_closure_ratio * abutment.wall_height_m
+    stiffness = 2.0 * secant_n_per_m - ultimate_n / ultimate_m
     return Passive(
         stiffness_n_per_m=stiffness,
         ultimate_n=ultimate_n,
-        failure_ratio=2.0 * (secant - ultimate_n / end_m) / stiffness,
+        failure_ratio=2.0 * (secant_n_per_m - ultimate_n / ultimate_m) / stiffness,
     )
 
 
@@ -140,14 +140,14 @@ def reduced_for_skew(passive: Passive, skew_rad: float, rule: BackfillSkew) -> P
 
 
 def variation_factors(end: DeckEnd, stations: list[float], variation: float) -> list[float]:
-    """Return linear factors along the wall: 1 in the middle, largest at the acute deck corner.
+    """Return factors on the backfill at stations: 1 in the middle, linear, largest at acute corner.
 
     References:
         Kaviani, Zareian and Taciroglu (2012): 30 % from the middle to the ends at 60 degrees.
     """
-    half = max(abs(s) for s in stations)
+    half_length_m = max(abs(along_m) for along_m in stations)
     slope = variation * min(abs(degrees(end.skew_rad)) / FULL_VARIATION_SKEW_DEG, 1.0)
-    return [1.0 + slope * end.acute_sign * s / half for s in stations]
+    return [1.0 + slope * end.acute_sign * along_m / half_length_m for along_m in stations]
 
 
 def radiation_n_s_per_m(abutment: WallData, vs_mps: float) -> float:
@@ -171,6 +171,6 @@ def wing_share(abutment: WallData) -> float:
 
 
 def wing_wall(abutment: WallData) -> Passive:
-    """Return the transverse resistance of an abutment's wing walls: a share of the SDC curve."""
+    """Return the transverse resistance of the wing walls: `wing_share` of the SDC curve."""
     # ASSUME no reduction for skew: the wings bear on the soil at a right angle
     return sdc_backfill(abutment).scaled(wing_share(abutment))

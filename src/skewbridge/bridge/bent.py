@@ -117,9 +117,9 @@ def _build_cap(
     transformation: int,
     tags: TagAllocator,
 ) -> list[tuple[int, float]]:
-    """Create the cap; return node and position (m) of its joint above each column.
+    """Create the cap of a bent; return its node above each column, and position (m) along it.
 
-    ``middle`` is x of the middle of the cap and the normal of the bent.
+    ``middle`` is x (m) of the middle of the cap, and the normal of the bent.
     """
     bent, deck, centre = bridge.bents[bent_number], bridge.deck, spine.bent_nodes[bent_number]
     add_weight(spine, centre, bent.cap_weight_kn * KN, bent.cap_weight_kn * KN / G_MPS2)
@@ -244,7 +244,7 @@ def concrete_material(
 ) -> int:
     """Create Concrete01 with a share of the strength and the initial modulus of a Mander curve.
 
-    Its peak strain follows from the modulus; it is above the Mander curve by less than 8 %.
+    It ends at the stress ``crushed_pa``, and is above the Mander curve by less than 8 %.
     """
     peak_pa = share * concrete.peak_pa
     # ASSUME the initial stiffness matters more than the strain at the peak
@@ -292,10 +292,10 @@ def build_fiber_section(column: ColumnData, options: ModelOptions, tags: TagAllo
     shear = shear_modulus_pa(column.elastic_modulus_gpa * GPA)
     torsion_nm2 = column.torsion_ratio * shear * column.outline.torsion_m4  # cracked
     ops.section("Fiber", section, "-GJ", torsion_nm2)
-    inner, outer, steel = column.fibers(rings, wedges, cover_rings)
+    core_mesh, cover_mesh, bars = column.fibers(rings, wedges, cover_rings)
     # the core material that remains has a fifth of the strength, so half the mesh is enough
     coarse = column.core.fibers(ceil(rings / 2), max(3, ceil(wedges / 2)))
-    parts = [*zip(core, (inner, coarse), strict=False), (cover, outer), (bar, steel)]
+    parts = [*zip(core, (core_mesh, coarse), strict=False), (cover, cover_mesh), (bar, bars)]
     for material, fibers in parts:
         for y, z, area_m2 in fibers:
             ops.fiber(y, z, area_m2, material)
@@ -319,10 +319,10 @@ def _shear_section(
     The two directions fail independently: an oblique resultant can reach 1.41 times the strength.
     """
     normal, along = capacities
-    across = _shear_material(normal, options, tags)
-    beside = across if along is normal else _shear_material(along, options, tags)
+    normal_shear = _shear_material(normal, options, tags)
+    along_shear = normal_shear if along is normal else _shear_material(along, options, tags)
     section = tags.section()
-    ops.section("Aggregator", section, beside, "Vy", across, "Vz", "-section", fiber)
+    ops.section("Aggregator", section, along_shear, "Vy", normal_shear, "Vz", "-section", fiber)
     return section
 
 
@@ -342,7 +342,7 @@ def _shear_material(bent: BentCapacity, options: ModelOptions, tags: TagAllocato
 def build_integration(
     capacities: Sequence[BentCapacity], options: ModelOptions, tags: TagAllocator
 ) -> tuple[int, tuple[int, ...]]:
-    """Create the beam integration shared by the columns of a bent, given in both directions.
+    """Create the beam integration of the columns of a bent (capacities normal to it and along it).
 
     Hinges are integrated as in HingeRadau; sections between them, and the hinge at a pinned base,
     are elastic (`elastic_points`). Returns its tag and the numbers of the sections where plastic

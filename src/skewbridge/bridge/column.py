@@ -31,8 +31,8 @@ RESIDUAL_SHEAR = 0.1
 class BentCapacity:
     """Displacement capacity under dead load of each column of a bent, whose columns are equal.
 
-    The displacement is normal to the bent, along it, or in any direction. The shear span is from a
-    hinge to the point of contraflexure; the axial force is at the base.
+    The displacement is normal to the bent, along it, or in any direction; bents count from 1. The
+    shear span is from a hinge to the point of contraflexure; the axial force is at the base.
     """
 
     bent: int
@@ -75,7 +75,7 @@ def bent_capacity(
     bent = bridge.bents[bent_number]
     column, base, height_m = bridge.column_of(bent), bridge.base_of(bent), bent.clear_height_m
     is_round = column.outline.is_round
-    is_same = is_round and bent_number not in bridge.jointed_bents
+    is_equal = is_round and bent_number not in bridge.jointed_bents
     axial_n = column_axial_n(bridge, bent_number)
     curve = section_response(column, axial_n, 0 if is_round else direction)
     span = shear_span_m(bridge, bent_number, direction)
@@ -86,7 +86,7 @@ def bent_capacity(
     rotation = hinge * (curve.ultimate_curvature_per_m - curve.yield_curvature_per_m)
     return BentCapacity(
         bent=bent_number + 1,
-        direction="all" if is_same else ("normal", "along")[direction],
+        direction="all" if is_equal else ("normal", "along")[direction],
         column=column,
         base=base,
         clear_height_m=height_m,
@@ -130,7 +130,7 @@ def shear_span_m(bridge: BridgeData, bent_number: int, direction: int) -> float:
 def bent_directions(
     bridge: BridgeData, bent_number: int, hinge_rule: HingeRule = "sdc"
 ) -> tuple[BentCapacity, BentCapacity]:
-    """Return the capacities of a bent normal to it and along it; the same if they are equal."""
+    """Return the capacities of a bent normal to it and along it (one object if they are equal)."""
     normal = bent_capacity(bridge, bent_number, hinge_rule)
     if normal.direction == "all":
         return normal, normal
@@ -140,13 +140,13 @@ def bent_directions(
 def bent_capacities(bridge: BridgeData, hinge_rule: HingeRule = "sdc") -> list[BentCapacity]:
     """Return the displacement capacities of all bents under a rigid deck, in each direction."""
     pairs = [bent_directions(bridge, number, hinge_rule) for number in range(len(bridge.bents))]
-    return [bent for n, a in pairs for bent in ((n,) if n is a else (n, a))]
+    return [bent for pair in pairs for bent in pair[: 1 if pair[0] is pair[1] else 2]]
 
 
 def hinge_length_m(column: ColumnData, shear_span_m: float, rule: HingeRule) -> float:
     """Return the length of the plastic hinges in m, from the bridge file if given, or by a rule.
 
-    Both rules are 0.08 L + 0.022 fye db (MPa, mm); ``sdc`` has the lower limit 0.044 fye db.
+    Rules: 0.08 x span + 0.022 fye db (yield MPa, bar diameter mm); ``sdc``: at least 0.044 fye db.
 
     References:
         Caltrans SDC 1.7 section 7.6.2, equation 7.25; Paulay and Priestley (1992), Seismic Design
@@ -186,9 +186,9 @@ def shear_section(
 class ShearLoss:
     """Shear force-deformation backbone of a column in one direction.
 
-    The column fails at ``strength_n`` and the shear deformation ``elastic_m``; in a push, at the
-    flexural drift ``failure_drift_ratio`` (drift at the displacement capacity if it does not fail).
-    ``residual_m`` is the shear deformation at the residual strength.
+    The column fails at the force ``strength_n`` and the shear deformation ``elastic_m``; its shear
+    deformation is ``residual_m`` where the strength is residual. ``failure_drift_ratio`` is the
+    flexural drift at failure in a push, or at the displacement capacity without failure.
     """
 
     strength_n: float
@@ -209,26 +209,26 @@ def shear_loss(bent: BentCapacity, shear_model: ShearModel = DEFAULT_SHEAR_MODEL
         (2004), Can. J. Civ. Eng. 31(5), 846-859: linear loss.
     """
     curve, height_m, section = bent.curve, bent.clear_height_m, bent.shear
-    yielded, yield_drift = curve.yield_curvature_per_m, bent.yield_disp_m / height_m
-    plastic = (curve.curvature_per_m - yielded) / (curve.ultimate_curvature_per_m - yielded)
-    drift = np.minimum(curve.curvature_per_m / yielded, 1.0) * yield_drift
-    drift += np.maximum(plastic, 0.0) * (bent.capacity_m / height_m - yield_drift)
-    ductilities = drift / yield_drift, curve.curvature_per_m / yielded
+    phi_y, yield_drift = curve.yield_curvature_per_m, bent.yield_disp_m / height_m
+    plastic_ratio = (curve.curvature_per_m - phi_y) / (curve.ultimate_curvature_per_m - phi_y)
+    drift = np.minimum(curve.curvature_per_m / phi_y, 1.0) * yield_drift
+    drift += np.maximum(plastic_ratio, 0.0) * (bent.capacity_m / height_m - yield_drift)
+    ductilities = drift / yield_drift, curve.curvature_per_m / phi_y
     capacity = shear_strength(section, shear_model, bent.axial_n, *ductilities)
     shear = curve.moment_nm / bent.shear_span_m
-    fails = shear >= capacity
-    first = int(fails.argmax()) if fails.any() else -1
-    strength_n = float(shear[first] if fails.any() else capacity[first])
+    has_failed = shear >= capacity
+    failure = int(has_failed.argmax()) if has_failed.any() else -1
+    strength_n = float(shear[failure] if has_failed.any() else capacity[failure])
     area_m2 = SHEAR_AREA_RATIO * section.gross_area_m2
     shear_pa = shear_modulus_pa(bent.column.elastic_modulus_gpa * GPA)
     elastic_m = strength_n * height_m / (shear_pa * area_m2)
-    lost_m = (axial_failure_drift(section, bent.axial_n) - float(drift[first])) * height_m
+    loss_m = (axial_failure_drift(section, bent.axial_n) - float(drift[failure])) * height_m
     return ShearLoss(
         strength_n=strength_n,
         elastic_m=elastic_m,
-        failure_drift_ratio=float(drift[first]),
+        failure_drift_ratio=float(drift[failure]),
         # never steeper than the elastic branch
-        residual_m=elastic_m + (1.0 - RESIDUAL_SHEAR) * max(lost_m, elastic_m),
+        residual_m=elastic_m + (1.0 - RESIDUAL_SHEAR) * max(loss_m, elastic_m),
     )
 
 

@@ -55,7 +55,7 @@ class Damping:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class End:
-    """One end of a deck that will get a joint."""
+    """Deck end at an abutment, before its joint is built."""
 
     node: int  # end node at the centroid of the deck
     plan: DeckEnd  # position, skew and size in plan
@@ -64,7 +64,7 @@ class End:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InnerJoint:
-    """Two deck ends that face each other."""
+    """Joint inside a bridge, before it is built: two deck ends that face each other."""
 
     name: str  # ``joint 1`` and so on
     #: end of the left deck and of the right deck, with outer faces at the same place
@@ -136,7 +136,7 @@ class Description:
 
     @property
     def own_gaps_mm(self) -> dict[str, float]:
-        """Gaps that the bridge itself states, by place, such as ``the left end`` or ``joint 1``."""
+        """Gaps in the bridge file, keyed by ``the left end``, ``joint 1`` and so on."""
         return {
             f"the {name} end" if name in self.end_kinds else name: gap_mm
             for name, gap_mm in self.gaps_mm.items()
@@ -144,15 +144,15 @@ class Description:
 
     @property
     def bases(self) -> str:
-        """Bases of all bents in words."""
+        """Bases of all bents in words, such as ``fixed and pinned``."""
         return " and ".join(sorted({*self.bent_bases} - {""}))
 
     @property
     def without_effect(self) -> frozenset[str]:
         """Modelling options that do not act because there is no bent cap or foundation spring."""
         has_cap = any(count > 1 for count in self.bent_columns)
-        of_caps = () if has_cap else ("cap_load", "column_spacing")
-        return frozenset((*of_caps, *(() if self.on_springs else ("foundation",))))
+        cap_options = () if has_cap else ("cap_load", "column_spacing")
+        return frozenset((*cap_options, *(() if self.on_springs else ("foundation",))))
 
     @property
     def length_m(self) -> float:
@@ -170,7 +170,7 @@ class Structure(Protocol):
 
     @property
     def digest(self) -> str:
-        """Digest of everything that its analyses depend on."""
+        """Digest of all data of the bridge that change analyses."""
         ...
 
     @property
@@ -195,9 +195,9 @@ class Structure(Protocol):
 
 def require_options(bridge: Structure, names: Iterable[str]) -> None:
     """Raise an `InputError` for modelling options that do not act on a bridge."""
-    if useless := sorted(bridge.ignored.intersection(names)):
+    if ignored := sorted(bridge.ignored.intersection(names)):
         raise InputError(
-            f"{', '.join(useless)} cannot act on the elements of the script {bridge.name}.py: add "
+            f"{', '.join(ignored)} cannot act on the elements of the script {bridge.name}.py: add "
             "parameters of that name to its function, or leave the bridge or these options out"
         )
 
@@ -223,12 +223,12 @@ class BridgeModel:
 
     @property
     def tags(self) -> TagAllocator:
-        """Tags of the domain."""
+        """Tag allocator of the domain."""
         return self.blueprint.tags
 
     @property
     def contacts(self) -> "ContactSet | None":
-        """The contact units, or None."""
+        """The contact units, or None in a model without contact."""
         return self.blueprint.contacts
 
     @property

@@ -48,7 +48,7 @@ def model_geometry(variant: Variant, options: ModelOptions) -> ModelGeometry:
 
 def _geometry(model: BridgeModel) -> ModelGeometry:
     units = model.contacts.units if model.contacts else ()
-    ends = [*((*end.wall_units, *end.key_units) for end in model.abutments),
+    unit_groups = [*((*end.wall_units, *end.key_units) for end in model.abutments),
             *(joint.units for joint in model.joints)]  # fmt: skip
     return ModelGeometry(
         title=model.variant.slug,
@@ -64,11 +64,11 @@ def _geometry(model: BridgeModel) -> ModelGeometry:
                 normal=(unit.normal[0], unit.normal[1]),
                 gap_m=unit.gap_m,
             )
-            for unit in (units[index] for indices in ends for index in indices)
+            for unit in (units[index] for indices in unit_groups for index in indices)
         ),
         fixed=tuple(map(_place, ops.getFixedNodes())),
         # each end lists its corners along its tangent: right, then left is counter-clockwise
-        deck_outline=[c.plan_m for end in reversed(model.abutments) for c in end.corners],
+        deck_outline=[corner.plan_m for end in reversed(model.abutments) for corner in end.corners],
     )
 
 

@@ -67,7 +67,7 @@ class ColumnCapacity:
     def shear_strength_n(
         self, model: ShearModel, axial_n: FloatArray, drift: FloatArray, curvature: FloatArray
     ) -> FloatArray:
-        """Return the strength at axial forces and ductilities, (n,); nan if not stated."""
+        """Return the strength (N) at axial forces and ductilities, shape (n,); nan if unknown."""
         if self.shear is None:
             return np.full_like(axial_n, np.nan)
         if isinstance(self.shear, ShearSection):
@@ -101,7 +101,7 @@ class ColumnHandle:
 
     @property
     def foot(self) -> int | Point:
-        """Origin of the drift: the base, or a point at the top that moves with a fixed base."""
+        """Reference of the drift: the base, or the top as moved by the rotation of a fixed base."""
         arm_m = (0.0, 0.0, self.clear_height_m)
         return self.base_node if self.is_pinned else Point(self.base_node, arm_m)
 
@@ -135,7 +135,7 @@ class BearingHandle:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SeatHandle:
-    """Corner of a deck end above a ``holder`` on a cap or ledge; ``normal`` is out of the deck."""
+    """Node of a deck corner above a point on a cap or ledge; ``normal`` is out of the deck."""
 
     corner: int
     holder: Point
@@ -158,7 +158,7 @@ class JointHandle:
 
     @property
     def column(self) -> str:
-        """Prefix of its columns in tables and histories."""
+        """Prefix of the columns of the joint in tables and histories."""
         return self.name.replace(" ", "")
 
 

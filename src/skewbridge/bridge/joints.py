@@ -97,11 +97,11 @@ def support_joint(inner: InnerJoint, blueprint: Blueprint) -> Supported:
 
         seat_at = partial(_seat_node, support, level, tags, links)
         bearings += build_bearings(end, points, pads, options, tags, seat_at=seat_at)
-    first, second = points_of_ends
+    left_points, right_points = points_of_ends
     return Supported(
         inner=inner,
         blueprint=blueprint,
-        points=(first, second),
+        points=(left_points, right_points),
         bearings=tuple(bearings),
         links=tuple(links),
     )
@@ -176,11 +176,11 @@ def _restrain(joint: Supported, pairs: Sequence[tuple[int, int]]) -> list[int]:
     cables, tags = joint.inner.data.restrainers, joint.blueprint.tags
     if cables is None:
         return []
-    half = cables.count / 2 * KN
-    numbers = half * cables.stiffness_kn_per_m, half * cables.yield_kn
+    per_corner = cables.count / 2 * KN
+    stiffness_and_yield = per_corner * cables.stiffness_kn_per_m, per_corner * cables.yield_kn
     slack_m, elements = max(cables.slack_mm * MM, NO_GAP_M), list[int]()
     for pair in pairs:
-        spring = uniaxial(tags, "ElasticPPGap", *numbers, slack_m, 0.0, "damage")
+        spring = uniaxial(tags, "ElasticPPGap", *stiffness_and_yield, slack_m, 0.0, "damage")
         normal = joint.inner.ends[0].normal
         elements.append(spring_element(pair, normal, [spring], [], tags)[0].element)
     return elements
@@ -230,7 +230,7 @@ def _support_integral(end: End, blueprint: Blueprint) -> Wall:
     plan, node, options, tags = end.plan, end.node, blueprint.options, blueprint.tags
     data = end.abutment
     if not isinstance(data, IntegralData):
-        raise TypeError(f"{data.type} is not integral")
+        raise TypeError(f"end {plan.name}: type must be integral, got {data.type}")
     piles, stations = data.piles, pad_stations(data.piles, plan)
     arm = sqrt(sum(along_m**2 for along_m in stations) / len(stations))
     # ASSUME the resultant of the fill and the heads of the piles are at the level of the soffit
@@ -296,29 +296,29 @@ def _pile_springs(
     if dashpot_s == 0.0:
         sides = ([plastic_material(lateral, tags)], [plastic_material(lateral, tags)])
         return [spring_element(nodes, normal, *sides, tags)[0].element]
-    between = plane_node(ops.nodeCoord(nodes[0]), 0.0, tags)
+    middle_node = plane_node(ops.nodeCoord(nodes[0]), 0.0, tags)
     yielding = lateral.scaled(1.0, PLASTIC_OVER_INITIAL)
     sides = ([plastic_material(yielding, tags)], [plastic_material(yielding, tags)])
     elastic = elastic_part_n_per_m(lateral)
     dashpot = dashpot_s * lateral.stiffness_n_per_m
     waves = ([elastic_material(elastic, tags, dashpot)], [elastic_material(elastic, tags, dashpot)])
     return [
-        spring_element((nodes[0], between), normal, *sides, tags)[0].element,
-        spring_element((between, nodes[1]), normal, *waves, tags)[0].element,
+        spring_element((nodes[0], middle_node), normal, *sides, tags)[0].element,
+        spring_element((middle_node, nodes[1]), normal, *waves, tags)[0].element,
     ]
 
 
 def _build_integral(wall: Wall) -> AbutmentHandle:
-    """Create fill and wing walls; the points of the diaphragm are the wall."""
+    """Create fill and wing walls behind the diaphragm, whose deck nodes are the wall nodes."""
     # ASSUME the fill has no pressure at rest
     springs, links, nodes = [], list(wall.handle.other_springs), []
     for along_m, share, passive in wall.wall_parts():
         point_m = wall.end.point("outer", along_m)
         nodes.append(wall.points["outer", along_m])
         pair = grounded_node(point_m, wall.tags), nodes[-1]
-        fill, _, between = hold_wall_point(wall, pair, share, passive, has_stem=False)
+        fill, _, wall_links = hold_wall_point(wall, pair, share, passive, has_stem=False)
         springs.append(fill)
-        links += between
+        links += wall_links
     # the wing walls are in the elements of the fill, and `modes_of` must not hold them
     return replace(
         wall.handle,
@@ -350,7 +350,7 @@ def _finished(handle: AbutmentHandle) -> AbutmentHandle:
     return handle
 
 
-#: How the ends of each type of data are built.
+#: Functions of each type of end, by the ``type`` of its data.
 KINDS: Final[Mapping[str, EndKind]] = {
     "seat": EndKind(support_deck_end, build_joint),
     "integral": EndKind(_support_integral, _build_integral),

@@ -14,7 +14,7 @@ def is_script(name: str | Path) -> bool:
 
 
 def load_structure(name: str | Path) -> Structure:
-    """Return the bridge with a name or file; an `InputError` names file, key and limit."""
+    """Return the bridge of a name, file or script; an `InputError` names file, key and limit."""
     if is_script(name):
         # Imported here: pages and digests need bridges of the catalogue but not OpenSees.
         from skewbridge.bridge.script import load_script

@@ -63,10 +63,10 @@ class DeckEnd:
         return 1.0 if self.skew_rad < 0.0 else -1.0
 
     def point(self, line: Line, along_m: float) -> Position:
-        """Return a point of the joint, ``along_m`` from the centreline along the wall."""
+        """Return the point of a line, ``along_m`` from the centreline along the wall."""
         # ASSUME the pads are under the middle of the end diaphragm
-        faces, (x, y) = {"bearing": 0.0, "outer": 0.5}[line], self.tangent
-        offset_m = faces * self.thickness_m / cos(self.skew_rad)
+        thickness_ratio, (x, y) = {"bearing": 0.0, "outer": 0.5}[line], self.tangent
+        offset_m = thickness_ratio * self.thickness_m / cos(self.skew_rad)
         middle, outward = self.middle_m, self.outward
         return (
             middle[0] + offset_m * outward[0] + along_m * x,
@@ -86,12 +86,12 @@ def tributary_shares(count: int) -> list[float]:
     Three or more springs have the rotational stiffness of a continuous wall; with shares of half a
     spacing at the corners, five springs would be 12 % too stiff.
     """
-    inner = 1.0 / (count - 1)
-    shares = [inner / 2 if i in (0, count - 1) else inner for i in range(count)]
+    interior = 1.0 / (count - 1)
+    shares = [interior / 2 if i in (0, count - 1) else interior for i in range(count)]
     if count > 2:
         # moved inwards from each corner so that the sum of share x position^2 is 1 / 12
-        shift = inner / (12 * (1 - inner))
-        for corner, next_to_it in ((0, 1), (-1, -2)):
+        shift = interior / (12 * (1 - interior))
+        for corner, neighbour in ((0, 1), (-1, -2)):
             shares[corner] -= shift
-            shares[next_to_it] += shift
+            shares[neighbour] += shift
     return shares

@@ -84,12 +84,12 @@ class ScriptBridge:
     @property
     def t1_s(self) -> float:
         """Conditioning period, stated by the script or from its modes at zero skew."""
-        return _standing(self).t1_s
+        return _common_properties(self).t1_s
 
     @property
     def description(self) -> Description:
         """Description for pages, printed tables and checks."""
-        return _standing(self).description
+        return _common_properties(self).description
 
     @property
     def ignored(self) -> frozenset[str]:
@@ -98,7 +98,7 @@ class ScriptBridge:
 
     def build(self, skew_deg: float, options: ModelOptions, tags: TagAllocator) -> Frame:
         """Run the script in the open domain and complete its frame; see `Structure`."""
-        damping = _standing(self).damping
+        damping = _common_properties(self).damping
         # the first call has emptied the domain
         ops.model("basic", "-ndm", 3, "-ndf", 6)
         frame, _ = self.frame(skew_deg, options, tags)
@@ -111,7 +111,7 @@ class ScriptBridge:
     def frame(
         self, skew_deg: float, options: ModelOptions, tags: TagAllocator
     ) -> tuple[Frame, ScriptFrame]:
-        """Return the frame, with periods of damping only if the script states them."""
+        """Return the frame (damping periods nan if not stated) and that of the script."""
         files, names = script_files(self.path), parameters(self.path)
         values = {"skew_deg": skew_deg} | {
             name: getattr(options, name) for name in names if name != "skew_deg"
@@ -132,7 +132,7 @@ def load_script(path: Path) -> ScriptBridge:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Standing:
+class _CommonProperties:
     """Properties common to all variants, from the model with pads and open gaps at zero skew."""
 
     t1_s: float
@@ -141,8 +141,8 @@ class _Standing:
 
 
 @cache
-def _standing(bridge: ScriptBridge) -> _Standing:
-    """Build a bridge at zero skew and return its periods; the open domain is emptied."""
+def _common_properties(bridge: ScriptBridge) -> _CommonProperties:
+    """Return these properties from a model at zero skew, which empties the open domain."""
     frames: list[tuple[Frame, ScriptFrame]] = []
 
     def build(*arguments: Any) -> Frame:
@@ -163,13 +163,13 @@ def _standing(bridge: ScriptBridge) -> _Standing:
     long_s, short_s = stated.damping_periods or (max(periods.values()), min(periods.values()))
     damping = replace(frame.damping, long_period_s=long_s, short_period_s=short_s)
     t1_s = stated.t1 or sqrt(periods["x"] * periods["y"])
-    return _Standing(t1_s=t1_s, damping=damping, description=description)
+    return _CommonProperties(t1_s=t1_s, damping=damping, description=description)
 
 
 def _description(name: str, frame: Frame, script_frame: ScriptFrame) -> Description:
     left, right = (end.plan.middle_m[0] for end in frame.ends)
     middle_m = (left + right) / 2
-    seats = [(e, e.abutment) for e in frame.ends if isinstance(e.abutment, AbutmentData)]
+    seats = [(end, end.abutment) for end in frame.ends if isinstance(end.abutment, AbutmentData)]
     bents: list[list[tuple[float, float]]] = []
     columns_m: list[tuple[float, float]] = []
     for column in frame.columns:
@@ -180,11 +180,11 @@ def _description(name: str, frame: Frame, script_frame: ScriptFrame) -> Descript
             bents.append(bent := [])
         bent.append((x, column.clear_height_m))
     bents.sort()
-    lines = [left, *(fmean(x for x, _ in bent) for bent in bents), right]
+    supports_x = [left, *(fmean(x for x, _ in bent) for bent in bents), right]
     return Description(
         title=script_frame.title or name,
         details="script",
-        spans_m=tuple(b - a for a, b in pairwise(lines)),
+        spans_m=tuple(b - a for a, b in pairwise(supports_x)),
         width_m=frame.ends[0].plan.width_m,
         bent_heights_m=tuple(fmean(height for _, height in bent) for bent in bents),
         bent_columns=tuple(map(len, bents)),
@@ -214,18 +214,18 @@ def _axes_checked() -> Generator[None]:
     commands = ops.geomTransf, ops.element
 
     def transformation(kind: str, tag: int, *values: Any) -> None:
-        numbers = [value for value in values if not isinstance(value, str)]
-        offsets = numbers[3:9] if "-jntOffset" in values else [0.0] * 6
-        vectors[tag] = np.array(numbers[:3]), np.subtract(offsets[3:], offsets[:3])
+        arguments = [value for value in values if not isinstance(value, str)]
+        offsets = arguments[3:9] if "-jntOffset" in values else [0.0] * 6
+        vectors[tag] = np.array(arguments[:3]), np.subtract(offsets[3:], offsets[:3])
         commands[0](kind, tag, *values)
 
     def element(kind: str, tag: int, *values: Any) -> None:
-        numbers = list(takewhile(lambda value: not isinstance(value, str), values))
-        place = _TRANSFORMATION_AT.get(kind, len(numbers))
-        if kind == "elasticBeamColumn" and len(numbers) <= place:
-            place = 3  # its section comes first
-        if place < len(numbers) and numbers[place] in vectors:
-            _check_axes(tag, values[:2], numbers[place], *vectors[numbers[place]])
+        arguments = list(takewhile(lambda value: not isinstance(value, str), values))
+        index = _TRANSFORMATION_AT.get(kind, len(arguments))
+        if kind == "elasticBeamColumn" and len(arguments) <= index:
+            index = 3  # its section comes first
+        if index < len(arguments) and arguments[index] in vectors:
+            _check_axes(tag, values[:2], arguments[index], *vectors[arguments[index]])
         commands[1](kind, tag, *values)
 
     ops.geomTransf, ops.element = transformation, element
@@ -238,11 +238,11 @@ def _axes_checked() -> Generator[None]:
 def _check_axes(
     element: int, nodes: Sequence[int], transformation: int, vector: np.ndarray, offset: np.ndarray
 ) -> None:
-    first, second = map(np.array, map(ops.nodeCoord, nodes))
-    axis = second - first + offset
-    lengths = float(np.linalg.norm(axis) * np.linalg.norm(vector))
-    _need(lengths > 0.0, f"element {element} or the vector of its geomTransf has no length")
-    sine = float(np.linalg.norm(np.cross(axis, vector))) / lengths
+    start, stop = map(np.array, map(ops.nodeCoord, nodes))
+    axis = stop - start + offset
+    length_product = float(np.linalg.norm(axis) * np.linalg.norm(vector))
+    _need(length_product > 0.0, f"element {element} or the vector of its geomTransf has no length")
+    sine = float(np.linalg.norm(np.cross(axis, vector))) / length_product
     angle_deg = degrees(asin(min(sine, 1.0)))
     _need(
         angle_deg >= _LEAST_ANGLE_DEG,
@@ -253,7 +253,7 @@ def _check_axes(
 
 
 class _Reader:
-    """Reads the domain that a script has built, and completes what it has returned."""
+    """Completes the frame that a script has returned with data of the domain that it has built."""
 
     def __init__(
         self, script_frame: ScriptFrame, tags: TagAllocator, skew_deg: float, options: ModelOptions
@@ -299,20 +299,20 @@ class _Reader:
         ends = sorted(script.ends, key=lambda end: ops.nodeCoord(self._node(end), 1))
         columns = tuple(self._column(number, row) for number, row in enumerate(script.columns))
         bases = dict.fromkeys(column.element for column in columns)
-        lines = [e for e in self._elements if len(_listed(ops.eleResponse(e, "force"))) == _BEAM]
-        beams = [e for e in lines if len(set(map(self._place, ops.eleNodes(e)))) > 1]
+        two_node = [e for e in self._elements if len(_listed(ops.eleResponse(e, "force"))) == _BEAM]
+        beams = [e for e in two_node if len(set(map(self._place, ops.eleNodes(e)))) > 1]
         damped = tuple(_soft(beams) if script.damped is None else script.damped)
         self._must_have("damped", damped, self._elements, "element")
         elastic = [e for e in damped if ops.eleType(e) == "ElasticBeam3d" and e not in bases]
         links = [e for e in beams if ops.eleType(e) == "ElasticBeam3d" and e not in damped]
-        plastic = [e for e in lines if e not in {*elastic, *links, *bases}]
+        plastic = [e for e in two_node if e not in {*elastic, *links, *bases}]
         masses = {n: float(ops.nodeMass(n, 1)) for n in self._nodes if any(ops.nodeMass(n))}
         _need(bool(masses), "the model has no nodal masses: give them with ops.mass")
         if loads is None:
-            lifted = {node: float(ops.nodeMass(node, 3)) for node in masses}
-            bare = next((n for n, m in lifted.items() if m == 0.0 < masses[n]), None)
-            _need(bare is None, f"node {bare} has no mass along z: add it, or give loads")
-            loads = {node: G_MPS2 * mass for node, mass in lifted.items()}, {}
+            z_masses = {node: float(ops.nodeMass(node, 3)) for node in masses}
+            massless = next((n for n, mass in z_masses.items() if mass == 0.0 < masses[n]), None)
+            _need(massless is None, f"node {massless} has no mass along z: add it, or give loads")
+            loads = {node: G_MPS2 * mass for node, mass in z_masses.items()}, {}
         periods = script.damping_periods or (nan, nan)
         return Frame(
             centre_node=self._centre(masses, [*elastic, *links]),
@@ -347,20 +347,20 @@ class _Reader:
             )
 
     def _dead_load(self) -> tuple[dict[int, float], dict[int, tuple[float, float]]] | None:
-        """Take the dead load out of the domain; None if neither script nor frame states one."""
-        script, newton, newton_m = self._stated, self._units.si(FORCE), self._units.si(MOMENT)
+        """Remove the dead load; return downward forces and moments about x, y by node, or None."""
+        script, unit_n, unit_nm = self._stated, self._units.si(FORCE), self._units.si(MOMENT)
         patterns = _listed(ops.getPatterns())
         if script.loads is not None:
             self._must_have("loads", script.loads)
             _need(not patterns, "give the dead load as loads or as a load pattern, not as both")
-            return {node: newton * load for node, load in script.loads.items()}, {}
+            return {node: unit_n * load for node, load in script.loads.items()}, {}
         if not patterns:
             return None
         _need(
             not _listed(ops.getEleLoadTags()),
-            "element loads cannot be used: give nodal loads, or none for mass x g",
+            "element loads are not supported: give nodal loads, or no loads to use mass x g",
         )
-        values = np.reshape(ops.getNodeLoadData(), (-1, 6)) * [*[newton] * 3, *[newton_m] * 3]
+        values = np.reshape(ops.getNodeLoadData(), (-1, 6)) * [*[unit_n] * 3, *[unit_nm] * 3]
         forces: dict[int, float] = {}
         moments: dict[int, tuple[float, float]] = {}
         for node, (x, y, vertical, about_x, about_y, about_z) in zip(
@@ -368,8 +368,8 @@ class _Reader:
         ):
             _need(not (x or y or about_z), f"the dead load of node {node} must be vertical")
             forces[node] = forces.get(node, 0.0) - vertical
-            before = moments.get(node, (0.0, 0.0))
-            moments[node] = before[0] + about_x, before[1] + about_y
+            moment = moments.get(node, (0.0, 0.0))
+            moments[node] = moment[0] + about_x, moment[1] + about_y
         for pattern in patterns:
             ops.remove("loadPattern", pattern)
         return forces, moments
@@ -390,12 +390,12 @@ class _Reader:
         axis = (x2 - x1) / distance if distance else 0.0, (y2 - y1) / distance if distance else 0.0
         _need(
             axis[0] > sqrt(0.5),
-            f"the deck must run along x, from its end at ({x1:g}, {y1:g}) to ({x2:g}, {y2:g})",
+            f"the deck must run along x, got ends at ({x1:g}, {y1:g}) and ({x2:g}, {y2:g})",
         )
         return [(ends[0], "left", (-axis[0], -axis[1])), (ends[1], "right", axis)]
 
     def _end(self, end: int | ScriptEnd, side: str, from_other: PlanVector) -> End:
-        script, metre = self._stated, self._units.si(LENGTH)
+        script, unit_m = self._stated, self._units.si(LENGTH)
         script_end = end if isinstance(end, ScriptEnd) else ScriptEnd(end)
         node, position = script_end.node, self._place(script_end.node)
         _need(
@@ -404,22 +404,22 @@ class _Reader:
             f"in {_listed(ops.getFixedDOFs(node))}",
         )
         outward = script_end.outward or self._outward(node, from_other)
-        norm = hypot(*outward)
+        length = hypot(*outward)
         width, soffit = (
-            metre * (getattr(script, name) if value is None else value)
+            unit_m * (getattr(script, name) if value is None else value)
             for name, value in (("width", script_end.width), ("soffit", script_end.soffit))
         )
-        _need(width > 0.0, f"width must be positive, got {width / metre:g}")
+        _need(width > 0.0, f"width must be positive, got {width / unit_m:g}")
         # the stiff arms of the joint may not be parallel to the vector of their transformation
         _need(
             soffit >= _LEAST_SOFFIT_M,
-            f"soffit must be at least {_LEAST_SOFFIT_M / metre:.3g}, got {soffit / metre:g}",
+            f"soffit must be at least {_LEAST_SOFFIT_M / unit_m:.3g}, got {soffit / unit_m:g}",
         )
         data, thickness_m = _abutment(script_end.abutment or script.abutment, width)
         plan = DeckEnd(
             side,
             (position[0], position[1]),
-            (outward[0] / norm, outward[1] / norm),
+            (outward[0] / length, outward[1] / length),
             self._skew_deg,
             width,
             thickness_m,
@@ -437,27 +437,27 @@ class _Reader:
         return max(directions, key=lambda v: v[0] * from_other[0] + v[1] * from_other[1])
 
     def _column(self, number: int, column: Column) -> ColumnHandle:
-        field, metre = f"columns.{number}", self._units.si(LENGTH)
+        field, unit_m = f"columns.{number}", self._units.si(LENGTH)
         self._must_have(f"{field}.element", [column.element], self._elements, "element")
         self._must_have(field, [column.base, column.top])
-        first = _listed(ops.eleNodes(column.element))[0]
+        start_node = _listed(ops.eleNodes(column.element))[0]
         _need(
-            first == column.base,
+            start_node == column.base,
             f"{field}: element {column.element} must start at the base, node {column.base}, but "
-            f"starts at node {first}",
+            f"starts at node {start_node}",
         )
-        low, high = self._place(column.base)[2], self._place(column.top)[2]
-        height_m = high - low if column.height is None else metre * column.height
+        base_z, top_z = self._place(column.base)[2], self._place(column.top)[2]
+        height_m = top_z - base_z if column.height is None else unit_m * column.height
         _need(
-            0.0 < height_m <= high - low + 1e-6 * abs(high),
-            f"{field}: height must be above 0 and at most {(high - low) / metre:g}, from base to "
-            f"top along z, got {height_m / metre:g}",
+            0.0 < height_m <= top_z - base_z + 1e-6 * abs(top_z),
+            f"{field}: height must be above 0 and at most {(top_z - base_z) / unit_m:g}, from base "
+            f"to top along z, got {height_m / unit_m:g}",
         )
         fixed = _listed(ops.getFixedDOFs(column.base))
         is_pinned = self._joined[column.base] == [column.element] and not {4, 5} <= {*fixed}
-        curvature = column.yield_curvature
+        yield_curvature = column.yield_curvature
         _need(
-            curvature is None or bool(column.hinges),
+            yield_curvature is None or bool(column.hinges),
             f"{field}: yield_curvature needs hinges, the integration points of the hinges",
         )
         for point in column.hinges:
@@ -470,16 +470,16 @@ class _Reader:
         drifts = drift if isinstance(drift, tuple) else (drift, drift)
         strength = None if callable(column.shear_strength) else column.shear_strength
         limits = {"drift_capacity": (*drifts, 1.0), "yield_drift": (column.yield_drift, 1.0)}
-        limits |= {"shear_strength": (strength, inf), "yield_curvature": (curvature, inf)}
-        for name, (*values, most) in limits.items():
-            words = "must be positive" if most == inf else f"must be above 0 and at most {most:g}"
+        limits |= {"shear_strength": (strength, inf), "yield_curvature": (yield_curvature, inf)}
+        for name, (*values, limit) in limits.items():
+            words = "must be positive" if limit == inf else f"must be above 0 and at most {limit:g}"
             for value in values:
-                is_valid = value is None or 0.0 < value <= most
+                is_valid = value is None or 0.0 < value <= limit
                 _need(is_valid, f"{field}.{name} {words}, got {value}")
 
         def capacity(drift_ratio: float | None) -> ColumnCapacity:
             return ColumnCapacity(
-                yield_curvature_per_m=nan if curvature is None else curvature * per_m,
+                yield_curvature_per_m=nan if yield_curvature is None else yield_curvature * per_m,
                 yield_drift_ratio=nan if column.yield_drift is None else column.yield_drift,
                 drift_capacity_ratio=nan if drift_ratio is None else drift_ratio,
                 shear=self._strength(column.shear_strength),
@@ -488,7 +488,7 @@ class _Reader:
         return ColumnHandle(
             element=column.element,
             base_node=column.base,
-            top=Point(column.top, (0.0, 0.0, low + height_m - high)),
+            top=Point(column.top, (0.0, 0.0, base_z + height_m - top_z)),
             clear_height_m=height_m,
             hinge_sections=tuple(column.hinges),
             capacities=(capacity(drifts[0]), capacity(drifts[1])),
@@ -496,13 +496,13 @@ class _Reader:
         )
 
     def _strength(self, strength: float | Callable[..., Any] | None) -> Any:
-        newton = self._units.si(FORCE)
+        unit_n = self._units.si(FORCE)
         if strength is None:
             return None
-        return partial(_strength_n, strength if callable(strength) else float(strength), newton)
+        return partial(_strength_n, strength if callable(strength) else float(strength), unit_n)
 
     def _centre(self, masses: Mapping[int, float], deck: Iterable[int]) -> int:
-        """Return the node of elastic beams that is nearest to the mass centre in plan."""
+        """Return the stated centre node, or the deck node nearest to the mass centre in plan."""
         if (centre := self._stated.centre) is not None:
             self._must_have("centre", [centre])
             return centre
@@ -519,20 +519,20 @@ class _Reader:
 
 
 def _strength_n(
-    strength: float | Callable[..., Any], newton: float, axial_n: Any, drift: Any, curvature: Any
+    strength: float | Callable[..., Any], unit_n: float, axial_n: Any, drift: Any, curvature: Any
 ) -> Any:
     if not callable(strength):
-        return np.full_like(axial_n, strength * newton)
-    return newton * np.asarray(strength(axial_n / newton, drift, curvature), dtype=np.float64)
+        return np.full_like(axial_n, strength * unit_n)
+    return unit_n * np.asarray(strength(axial_n / unit_n, drift, curvature), dtype=np.float64)
 
 
 def _abutment(source: str | Mapping[str, Any] | None, width_m: float) -> tuple[AbutmentData, float]:
     """Return data of an abutment for a deck width, and the thickness of the end diaphragm (m)."""
-    donor = load_bridge(source if isinstance(source, str) else DEFAULT_ABUTMENT)
-    data = widened(donor.seat, width_m / donor.deck.width_m)
+    source_bridge = load_bridge(source if isinstance(source, str) else DEFAULT_ABUTMENT)
+    data = widened(source_bridge.seat, width_m / source_bridge.deck.width_m)
     if isinstance(source, Mapping):
         data = checked(AbutmentData, _merged(data.model_dump(), source), "abutment")
-    return data, donor.deck.diaphragm_thickness_m
+    return data, source_bridge.deck.diaphragm_thickness_m
 
 
 def _merged(base: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
@@ -557,10 +557,10 @@ def _soft(beams: Sequence[int]) -> list[int]:
     # along the axis and in bending
     stiffness = np.array([np.diag(np.reshape(ops.basicStiffness(e), (6, 6)))[:5] for e in elastic])
     is_link = (stiffness > _STIFF * np.median(stiffness, axis=0)).any(axis=1)
-    links = {e for e, is_one in zip(elastic, is_link, strict=True) if is_one}
+    links = {e for e, is_stiff in zip(elastic, is_link, strict=True) if is_stiff}
     return [e for e in beams if e not in links]
 
 
 def _listed(tags: Any) -> list[int]:
-    """Return an answer of OpenSees as a list; for a single tag it is a number."""
+    """Return tags as a list; OpenSees returns a number for one tag and may return None."""
     return [] if tags is None else [int(tags)] if isinstance(tags, int | float) else list(tags)

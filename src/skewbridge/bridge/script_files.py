@@ -63,9 +63,9 @@ def _names(file: Path) -> Iterator[str]:
         else:
             continue
         for parts in (module.split(".") for module in modules if module):
-            for end in range(1, len(parts) + 1):
-                yield f"{'/'.join(parts[:end])}.py"
-                yield f"{'/'.join(parts[:end])}/__init__.py"
+            for length in range(1, len(parts) + 1):
+                yield f"{'/'.join(parts[:length])}.py"
+                yield f"{'/'.join(parts[:length])}/__init__.py"
 
 
 def _tree(file: Path) -> ast.Module:
@@ -106,12 +106,12 @@ def parameters(path: Path) -> tuple[str, ...]:
 
 
 def call_script(files: list[Path], arguments: dict[str, Any]) -> Any:
-    """Run a script and its modules from their start; return the answer of its function."""
-    path, local = files[0], {str(file) for file in files}
+    """Import a script and its modules anew, call its function and return the result."""
+    path, paths = files[0], {str(file) for file in files}
 
     def forget() -> None:
         for name, module in list(sys.modules.items()):
-            if getattr(module, "__file__", None) in local:
+            if getattr(module, "__file__", None) in paths:
                 del sys.modules[name]
 
     spec = importlib.util.spec_from_file_location(f"{path.stem}_script", path)
@@ -139,9 +139,9 @@ def lines_of(files: list[Path]) -> Generator[None]:
     except (Exception, SystemExit) as error:
         if isinstance(error, InputError) and "file" in error.details:
             raise
-        local = {str(file) for file in files}
+        paths = {str(file) for file in files}
         steps = [
-            step for step in traceback.extract_tb(error.__traceback__) if step.filename in local
+            step for step in traceback.extract_tb(error.__traceback__) if step.filename in paths
         ]
         location = f"{steps[-1].filename}:{steps[-1].lineno}" if steps else str(files[0])
         text = f"{error}" if isinstance(error, InputError) else f"{type(error).__name__}: {error}"

@@ -39,7 +39,7 @@ _LENGTH_UNITS: Final = {"m": 1.0, "mm": MM, "cm": 1e-2, "in": INCH, "ft": FOOT}
 
 @dataclass(frozen=True, slots=True)
 class UnitSystem:
-    """Units of force (N) and length (m) of a domain."""
+    """Unit of force in N and unit of length in m of a domain."""
 
     force_n: float = 1.0
     length_m: float = 1.0
@@ -68,8 +68,8 @@ class UnitSystem:
             "basicForce": (FORCE,),
             "deformation": (PURE, PER_LENGTH, PER_LENGTH, PER_LENGTH),
         }
-        cycle = dimensions.get(response[-1], _FORCES)
-        return np.array([self.si(cycle[k % len(cycle)]) for k in range(width)])
+        pattern = dimensions.get(response[-1], _FORCES)
+        return np.array([self.si(pattern[index % len(pattern)]) for index in range(width)])
 
 
 # source: default of the material, in any units; its stiffness at rest depends on it
@@ -120,7 +120,7 @@ def _replace(name: str, command: Callable[..., Any]) -> None:
 
 
 def view_constraints() -> None:
-    """Use constraints that can handle rigid links; the plain ones cannot."""
+    """Make `ops.constraints` use the transformation method, which can handle rigid links."""
     _replace("constraints", partial(_transformed, ops.constraints))
 
 
@@ -206,14 +206,14 @@ class SiView:
             arguments = *self._taken(arguments, _BEAM), *arguments[len(_BEAM) :]
         elif kind == "elastomericBearingPlasticity":
             # its springs in bending and twist need stiffnesses of their own, in force x length
-            elastic = [*self._taken(arguments[:2], (STIFFNESS, FORCE)), *arguments[2:]]
-            for index, value in enumerate(elastic):
+            bearing = [*self._taken(arguments[:2], (STIFFNESS, FORCE)), *arguments[2:]]
+            for index, value in enumerate(bearing):
                 if value in ("-T", "-My", "-Mz"):
-                    spring, new_tag = self._rotational[elastic[index + 1]], self._tags.material()
+                    spring, new_tag = self._rotational[bearing[index + 1]], self._tags.material()
                     converted = self._taken(spring, repeat(MOMENT))
                     self._raw("uniaxialMaterial")("Elastic", new_tag, *converted)
-                    elastic[index + 1] = new_tag
-            arguments = tuple(elastic)
+                    bearing[index + 1] = new_tag
+            arguments = tuple(bearing)
         elif kind not in ("zeroLength", "zeroLengthSection"):
             raise NotImplementedError(f"no conversion of units for {kind}: write the script in N-m")
         command(kind, *tag, *arguments)

@@ -116,9 +116,9 @@ def confined_strength_ratio(lowest: float, highest: float) -> float:
     if lowest == highest:
         return float(-1.254 + 2.254 * np.sqrt(1.0 + 7.94 * highest) - 2.0 * highest)
     ratio, mean = lowest / highest, (lowest + highest) / 2
-    steep = 6.8886 - (0.6069 + 17.275 * ratio) * np.exp(-4.989 * ratio)
-    bend = 4.5 / (5.0 / steep * (0.9849 - 0.6306 * np.exp(-3.8939 * ratio)) - 0.1) - 5.0
-    return float(1.0 + steep * mean * (0.1 + 0.9 / (1.0 + bend * mean)))
+    factor_a = 6.8886 - (0.6069 + 17.275 * ratio) * np.exp(-4.989 * ratio)
+    factor_b = 4.5 / (5.0 / factor_a * (0.9849 - 0.6306 * np.exp(-3.8939 * ratio)) - 0.1) - 5.0
+    return float(1.0 + factor_a * mean * (0.1 + 0.9 / (1.0 + factor_b * mean)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -147,34 +147,34 @@ def section_response(column: ColumnData, axial_n: float, direction: int = 0) -> 
         Caltrans SDC 1.7 section 3.3.1 for the equal-area idealisation through the first yield.
     """
     section, size_m = _Section(column, direction), column.outline.sizes_m[direction]
-    rows: list[tuple[float, float, float]] = []
+    points: list[tuple[float, float, float]] = []
     for phi in np.geomspace(2e-5, 0.25, POINTS) / size_m:
         centre = section.centre_strain(phi, axial_n)
         moment_nm = section.resultants(centre, phi)[1]
-        rows.append((phi, moment_nm, size_m / 2 + centre / phi))
+        points.append((phi, moment_nm, size_m / 2 + centre / phi))
         if section.is_ultimate(centre, phi):
             break
-    curvature, moment, neutral_m = np.array(rows).T
+    curvature, moment, neutral_depth_m = np.array(points).T
     # tensile strain of the bar farthest from the neutral axis
-    tension = curvature * (section.highest_bar_m - (neutral_m - size_m / 2))
-    first = float(np.interp(section.yield_strain, tension, curvature))
-    first_moment = float(np.interp(first, curvature, moment))
-    stiffness = first_moment / first
+    tension = curvature * (section.highest_bar_m - (neutral_depth_m - size_m / 2))
+    first_yield = float(np.interp(section.yield_strain, tension, curvature))
+    first_moment = float(np.interp(first_yield, curvature, moment))
+    stiffness = first_moment / first_yield
     whole_curve = np.concatenate(([0.0], curvature)), np.concatenate(([0.0], moment))
     area = np.trapezoid(whole_curve[1], whole_curve[0])
     # area = Mp phi_u - Mp^2 / (2 k): the smaller root is the plateau
-    end = curvature[-1]
-    plateau = stiffness * (end - np.sqrt(end**2 - 2 * area / stiffness))
-    knee = float(plateau / stiffness)
+    ultimate = curvature[-1]
+    plateau = stiffness * (ultimate - np.sqrt(ultimate**2 - 2 * area / stiffness))
+    yield_curvature = float(plateau / stiffness)
     return MomentCurvature(
         curvature_per_m=whole_curve[0],
         moment_nm=whole_curve[1],
-        first_yield_curvature_per_m=first,
+        first_yield_curvature_per_m=first_yield,
         first_yield_moment_nm=first_moment,
-        yield_curvature_per_m=knee,
+        yield_curvature_per_m=yield_curvature,
         plastic_moment_nm=float(plateau),
-        ultimate_curvature_per_m=float(end),
-        neutral_axis_depth_m=float(np.interp(knee, curvature, neutral_m)),
+        ultimate_curvature_per_m=float(ultimate),
+        neutral_axis_depth_m=float(np.interp(yield_curvature, curvature, neutral_depth_m)),
     )
 
 
@@ -196,25 +196,25 @@ class _Section:
         self.yield_strain = self._steel.yield_pa / self._steel.modulus_pa
 
     def resultants(self, centre: float, phi: float) -> tuple[float, float]:
-        """Return axial force in N and moment in N m, compression positive."""
+        """Return axial force (N) and moment (N m) at a strain of the centre and curvature (1/m)."""
         strain = centre + phi * self._height_m
         core_n = self._core_m2 * self._core.stress_pa(strain)
         core_n += self._cover_m2 * self._cover.stress_pa(strain)
         bar_strain = centre + phi * self._bar_height_m
-        bar = self._bar_m2 * self._steel_stress_pa(bar_strain)
-        bar -= self._bar_m2 * self._core.stress_pa(bar_strain)  # displaced concrete
-        axial = float(core_n.sum() + bar.sum())
-        return axial, float((core_n * self._height_m).sum() + (bar * self._bar_height_m).sum())
+        bar_n = self._bar_m2 * self._steel_stress_pa(bar_strain)
+        bar_n -= self._bar_m2 * self._core.stress_pa(bar_strain)  # displaced concrete
+        axial = float(core_n.sum() + bar_n.sum())
+        return axial, float((core_n * self._height_m).sum() + (bar_n * self._bar_height_m).sum())
 
     def centre_strain(self, phi: float, axial_n: float) -> float:
-        """Return a strain at the centre that balances the axial force (several when softening)."""
+        """Return a strain at the centre that balances the axial force (not unique if softening)."""
         from scipy.optimize import brentq  # its import takes longer than a short analysis
 
-        half = phi * self._half_m
+        half_strain = phi * self._half_m
         # from all strains below -0.02 (tension) to all strains above 0.002
-        ends = -half - 0.02, 0.002 + half
+        limits = -half_strain - 0.02, 0.002 + half_strain
         strain = brentq(
-            lambda centre: self.resultants(centre, phi)[0] - axial_n, *ends, xtol=STRAIN_TOLERANCE
+            lambda centre: self.resultants(centre, phi)[0] - axial_n, *limits, xtol=STRAIN_TOLERANCE
         )
         return float(strain)
 
@@ -301,20 +301,20 @@ def sdc_shear_strength(
     ductility = np.maximum(np.asarray(displacement_ductility, dtype=np.float64), 1.0)
     hoop_pressure_ksi = min(section.hoop_ratio * section.hoop_yield_pa / KSI, 0.35)
     factor_1 = np.clip(hoop_pressure_ksi / 0.150 + 3.67 - ductility, 0.3, 3.0)
-    gross = section.gross_area_m2
-    stress = force_n / gross / PSI
+    gross_m2 = section.gross_area_m2
+    axial_psi = force_n / gross_m2 / PSI
     # ASSUME tension reduces Vc at first as in ATC-32, then exponentially: with its straight line Vc
     # reaches zero, and a column with few hoops keeps almost no capacity
     factor_2 = np.where(
-        stress < 0.0,
-        np.exp(np.minimum(stress, 0.0) / 500.0),
-        np.minimum(1.0 + stress / 2000.0, 1.5),
+        axial_psi < 0.0,
+        np.exp(np.minimum(axial_psi, 0.0) / 500.0),
+        np.minimum(1.0 + axial_psi / 2000.0, 1.5),
     )
-    root = np.sqrt(section.concrete_strength_pa / PSI)  # the criteria are written in psi
-    stress_psi = np.minimum(factor_1 * factor_2 * root, 4.0 * root)
-    effective = 0.8 * gross
-    hoops_n = min(hoop_strength_n(section), 8.0 * root * PSI * effective)
-    return stress_psi * PSI * effective + hoops_n
+    root_psi = np.sqrt(section.concrete_strength_pa / PSI)  # the criteria are written in psi
+    stress_psi = np.minimum(factor_1 * factor_2 * root_psi, 4.0 * root_psi)
+    effective_m2 = 0.8 * gross_m2
+    hoops_n = min(hoop_strength_n(section), 8.0 * root_psi * PSI * effective_m2)
+    return stress_psi * PSI * effective_m2 + hoops_n
 
 
 def hoop_strength_n(section: ShearSection) -> float:
@@ -352,11 +352,11 @@ def kowalsky_priestley_strength(
         for rectangles.
     """
     axial = np.asarray(axial_n, dtype=np.float64)
-    aspect = np.clip(3.0 - section.shear_span_m / section.depth_m, 1.0, 1.5)
-    steel = min(0.5 + 20.0 * section.longitudinal_ratio, 1.0)
-    degraded = np.interp(np.asarray(ductility, dtype=np.float64), degrades_between, (0.29, 0.05))
+    alpha = np.clip(3.0 - section.shear_span_m / section.depth_m, 1.0, 1.5)
+    beta = min(0.5 + 20.0 * section.longitudinal_ratio, 1.0)
+    gamma = np.interp(np.asarray(ductility, dtype=np.float64), degrades_between, (0.29, 0.05))
     root_mpa = np.sqrt(section.expected_concrete_strength_pa / MPA)
-    concrete = aspect * steel * degraded * root_mpa * MPA * 0.8 * section.gross_area_m2
+    concrete = alpha * beta * gamma * root_mpa * MPA * 0.8 * section.gross_area_m2
     depth = section.depth_m - section.neutral_axis_depth_m
     hoop_n = section.hoop_area_m2 * section.expected_hoop_yield_pa
     truss = hoop_n * (depth - section.cover_m) / np.tan(np.radians(30.0)) / section.hoop_spacing_m

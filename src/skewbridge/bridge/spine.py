@@ -38,9 +38,9 @@ class Spine:
 def build_spine(bridge: BridgeData, elements_per_span: int, tags: TagAllocator) -> Spine:
     """Create the spine with masses and dead loads; Iy is for vertical bending, Iz in plan."""
     deck = bridge.deck
-    pieces = spine_points_m(bridge, elements_per_span)
-    x = [x_m for piece in pieces for x_m in piece]
-    nodes_by_deck = [[tags.node() for _ in piece] for piece in pieces]
+    deck_points = spine_points_m(bridge, elements_per_span)
+    x = [x_m for points in deck_points for x_m in points]
+    nodes_by_deck = [[tags.node() for _ in points] for points in deck_points]
     nodes = [node for deck in nodes_by_deck for node in deck]
     for node, position in zip(nodes, x, strict=True):
         ops.node(node, position, 0.0, deck.centroid_above_soffit_m)
@@ -50,9 +50,9 @@ def build_spine(bridge: BridgeData, elements_per_span: int, tags: TagAllocator) 
     modulus = deck.elastic_modulus_gpa * GPA
     inertias = (deck.torsion_constant_m4, deck.inertia_vertical_m4, deck.inertia_transverse_m4)
     section = (deck.area_m2, modulus, shear_modulus_pa(modulus), *inertias)
-    lines = [line for piece in nodes_by_deck for line in pairwise(piece)]
-    elements = [tags.element() for _ in lines]
-    for element, end_nodes in zip(elements, lines, strict=True):
+    node_pairs = [node_pair for points in nodes_by_deck for node_pair in pairwise(points)]
+    elements = [tags.element() for _ in node_pairs]
+    for element, end_nodes in zip(elements, node_pairs, strict=True):
         ops.element("elasticBeamColumn", element, *end_nodes, *section, transformation)
 
     def nearest(position: float) -> int:
@@ -73,34 +73,34 @@ def build_spine(bridge: BridgeData, elements_per_span: int, tags: TagAllocator) 
         elements=elements,
     )
     _add_line_load(spine, deck)
-    _add_deck_masses(spine, deck, [share for piece in pieces for share in piece.values()])
+    _add_deck_masses(spine, deck, [share for points in deck_points for share in points.values()])
     return spine
 
 
 def _add_line_load(spine: Spine, deck: DeckData) -> None:
     """Add the line load as fixed-end forces, so that reactions do not depend on the mesh."""
-    load = deck.line_load_kn_per_m * KN
-    for i, j in (line for nodes in spine.decks for line in pairwise(nodes)):
+    load_n_per_m = deck.line_load_kn_per_m * KN
+    for i, j in (node_pair for nodes in spine.decks for node_pair in pairwise(nodes)):
         length_m = float(ops.nodeCoord(j, 1)) - float(ops.nodeCoord(i, 1))
         for node, sign in ((i, 1.0), (j, -1.0)):
-            spine.loads_n[node] += load * length_m / 2
-            add_moment(spine, node, about_y_nm=sign * load * length_m**2 / 12)
+            spine.loads_n[node] += load_n_per_m * length_m / 2
+            add_moment(spine, node, about_y_nm=sign * load_n_per_m * length_m**2 / 12)
     for node in spine.heavy:
         spine.loads_n[node] += deck.diaphragm_weight_kn * KN
 
 
 def _add_deck_masses(spine: Spine, deck: DeckData, lengths_m: list[float]) -> None:
     # ASSUME the deck's mass is uniform over its width and depth
-    across, vertical = deck.width_m**2 / 12, deck.depth_m**2 / 12
+    width_term, depth_term = deck.width_m**2 / 12, deck.depth_m**2 / 12
     for node, length_m in zip(spine.nodes, lengths_m, strict=True):
         weight_n = deck.line_load_kn_per_m * KN * length_m
         if node in spine.heavy:
             weight_n += deck.diaphragm_weight_kn * KN
         mass_kg = weight_n / G_MPS2
         # half elements at the nodes give far better vertical bending modes of the spans
-        lifted = spine.loads_n[node] / G_MPS2
-        inertias = (mass_kg * (across + vertical), mass_kg * vertical, mass_kg * across)
-        ops.mass(node, mass_kg, mass_kg, lifted, *inertias)
+        vertical_kg = spine.loads_n[node] / G_MPS2
+        inertias = (mass_kg * (width_term + depth_term), mass_kg * depth_term, mass_kg * width_term)
+        ops.mass(node, mass_kg, mass_kg, vertical_kg, *inertias)
 
 
 def add_moment(
@@ -115,4 +115,4 @@ def add_weight(spine: Spine, node: int, weight_n: float, mass_kg: float) -> None
     """Add dead load and translational mass of a cap or column at a node."""
     spine.loads_n[node] += weight_n
     node_masses = [float(ops.nodeMass(node, dof)) for dof in range(1, 7)]
-    ops.mass(node, *(value + mass_kg for value in node_masses[:3]), *node_masses[3:])
+    ops.mass(node, *(mass + mass_kg for mass in node_masses[:3]), *node_masses[3:])

@@ -1,4 +1,4 @@
-"""Springs of abutments: materials, contact penalties, zeroLength elements and their nodes."""
+"""Springs of abutments and contact penalties; functions that create an object return its tag."""
 
 from collections.abc import Sequence
 from math import sqrt
@@ -28,13 +28,13 @@ KEY_FACE_HARDENING = 1.0e-3
 
 
 def passive_material(passive: Passive, gap_m: float, tags: TagAllocator) -> int:
-    """Create a spring that resists closing (negative deformation) once a gap is closed."""
+    """Create a backfill spring, which resists closing (negative deformation) behind a gap."""
     # ASSUME the soil stays indented: it unloads with its initial stiffness, then a gap opens
     # behind the wall
-    stiffness, ultimate = passive.stiffness_n_per_m, passive.ultimate_n
+    stiffness, ultimate_n = passive.stiffness_n_per_m, passive.ultimate_n
     if passive.failure_ratio == 0.0:
         gap = max(gap_m, NO_GAP_M)
-        return uniaxial(tags, "ElasticPPGap", stiffness, -ultimate, -gap, 0.0, "damage")
+        return uniaxial(tags, "ElasticPPGap", stiffness, -ultimate_n, -gap, 0.0, "damage")
     return _indented_material(*passive.polygon(_CHORDS), stiffness, gap_m, ("-tangent",), tags)
 
 
@@ -46,26 +46,26 @@ def _indented_material(
     tangent: tuple[str, ...],
     tags: TagAllocator,
 ) -> int:
-    """Create a plastic spring without tension from closures and forces of its first loading.
+    """Create a plastic spring without tension from closures (m) and forces (N) of first loading.
 
-    It unloads with ``stiffness``, the steepest of the polygon; without the flag ``tangent`` the
-    solver uses it too.
+    It unloads with ``stiffness`` (N/m), the initial one. Without the flag ``-tangent``, the solver
+    uses this stiffness too.
     """
     # ASDConcrete1D takes a plastic curve of any shape, without tension. HyperbolicGapMaterial does
     # not end at the ultimate force, and jumps when it reloads after a trial that overshot. The gap
     # is the first branch of the curve. Its closed part stays closed, like soil that was pushed, so
     # the wall meets the soil again where it left it. (A wrapper material would evaluate this one
     # outside an element, which crashes OpenSees 3.8.)
-    ultimate = polygon_n[-1]
-    none_n = _NO_TENSION * ultimate
-    start_m, start_n = ([0.0, none_n / stiffness], [0.0, none_n]) if gap_m > 0.0 else ([], [])
+    ultimate_n = polygon_n[-1]
+    opening_n = _NO_TENSION * ultimate_n
+    start_m, start_n = ([0.0, opening_n / stiffness], [0.0, opening_n]) if gap_m > 0.0 else ([], [])
     closures = [*start_m, *(gap_m + polygon_m).tolist(), _FAR_M]
-    forces = [*start_n, *polygon_n.tolist(), ultimate + _PLATEAU_SLOPE * stiffness * _FAR_M]
+    forces = [*start_n, *polygon_n.tolist(), ultimate_n + _PLATEAU_SLOPE * stiffness * _FAR_M]
     if gap_m > 0.0:
-        forces[len(start_n)] = none_n  # at the end of the gap
+        forces[len(start_n)] = opening_n  # at the end of the gap
     compression = ("-Ce", *closures, "-Cs", *forces)
     undamaged = ("-Cd", *[0.0] * len(closures))
-    opening_branch = ("-Te", 0.0, none_n / stiffness, _FAR_M, "-Ts", 0.0, none_n, none_n)
+    opening_branch = ("-Te", 0.0, opening_n / stiffness, _FAR_M, "-Ts", 0.0, opening_n, opening_n)
     curve = (*compression, *undamaged, *opening_branch, "-Td", 0.0, 0.0, 1.0)
     return uniaxial(tags, "ASDConcrete1D", stiffness, *curve, *tangent)
 
@@ -87,13 +87,13 @@ def elastic_part_n_per_m(passive: Passive) -> float:
 def plastic_part(passive: Passive, tags: TagAllocator) -> list[int]:
     """Create the parallel materials of the plastic part of a backfill: soil and viscous flow.
 
-    In series with a spring of `elastic_part_n_per_m`, the soil has the backbone of the whole.
+    In series with a spring of `elastic_part_n_per_m`, the soil has the backbone of ``passive``.
     """
-    initial, ultimate = passive.stiffness_n_per_m, passive.ultimate_n
-    flow = uniaxial(tags, "Viscous", FLOW_RATIO * ultimate, FLOW_EXPONENT)
-    stiffness = PLASTIC_OVER_INITIAL * initial
+    initial_n_per_m, ultimate_n = passive.stiffness_n_per_m, passive.ultimate_n
+    flow = uniaxial(tags, "Viscous", FLOW_RATIO * ultimate_n, FLOW_EXPONENT)
+    stiffness = PLASTIC_OVER_INITIAL * initial_n_per_m
     if passive.failure_ratio == 0.0:
-        soil = (stiffness, -ultimate, -NO_GAP_M, 0.0, "damage")
+        soil = (stiffness, -ultimate_n, -NO_GAP_M, 0.0, "damage")
         return [uniaxial(tags, "ElasticPPGap", *soil), flow]
     closures_m, forces_n = passive.polygon(_CHORDS)
     plastic_m = closures_m - forces_n / elastic_part_n_per_m(passive)
@@ -114,13 +114,13 @@ def elastic_material(
     *,
     compression_n_per_m: float | None = None,
 ) -> int:
-    """Create an elastic spring, with another stiffness in compression, and a dashpot."""
-    negative = stiffness_n_per_m if compression_n_per_m is None else compression_n_per_m
-    return uniaxial(tags, "Elastic", stiffness_n_per_m, dashpot_n_s_per_m, negative)
+    """Create an elastic spring with a dashpot and, if given, another compressive stiffness."""
+    compression = stiffness_n_per_m if compression_n_per_m is None else compression_n_per_m
+    return uniaxial(tags, "Elastic", stiffness_n_per_m, dashpot_n_s_per_m, compression)
 
 
 def gap_material(stiffness_n_per_m: float, gap_m: float, tags: TagAllocator) -> int:
-    """Create a stiff spring that acts once a gap is closed (negative deformation)."""
+    """Create a stiff elastic spring that acts once a gap is closed (negative deformation)."""
     yield_n, closed_at_m = -_NEVER_M * stiffness_n_per_m, -max(gap_m, NO_GAP_M)
     return uniaxial(tags, "ElasticPPGap", stiffness_n_per_m, yield_n, closed_at_m, 0.0, "noDamage")
 
@@ -179,7 +179,7 @@ def spring_element(
 
 
 def grounded_node(place_m: Sequence[float], tags: TagAllocator) -> int:
-    """Create a fixed node."""
+    """Create a node fixed in all degrees of freedom."""
     node = tags.node()
     ops.node(node, *place_m)
     ops.fix(node, 1, 1, 1, 1, 1, 1)
@@ -214,7 +214,7 @@ def penalties(
 ) -> tuple[float, float]:
     """Return the normal and the tangential penalty of a contact in N/m.
 
-    They follow from the spring in series with the contact and the mass between them.
+    They follow from the stiffness in series with the contact and the mass between both.
     """
     normal = NORMAL_OVER_NEIGHBOUR * neighbour_n_per_m
     if mass_kg > 0.0:

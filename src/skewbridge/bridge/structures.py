@@ -28,7 +28,7 @@ class CatalogueBridge:
 
     @property
     def name(self) -> str:
-        """Name of its file."""
+        """Name of the bridge file without ending."""
         return self.data.name
 
     @property
@@ -77,9 +77,9 @@ class CatalogueBridge:
                 if skewed_part.skew_deg is not None
             },
             gaps_mm={
-                name: part.gap_mm
-                for name, part in {**data.seats, **joints}.items()
-                if part.gap_mm is not None
+                name: support.gap_mm
+                for name, support in {**data.seats, **joints}.items()
+                if support.gap_mm is not None
             },
             joints_m={
                 joint.at or f"{joint.from_left_m:g} m from the left": x
@@ -137,8 +137,8 @@ def deck_ends(bridge: BridgeData, skew_deg: float) -> tuple[DeckEnd, DeckEnd]:
     def end(name: str, sign: float) -> DeckEnd:
         end_skew_deg = bridge.ends[name].skew_deg
         skew = skew_deg if end_skew_deg is None else end_skew_deg
-        size = skew, deck.width_m, deck.diaphragm_thickness_m
-        return DeckEnd(name, (sign * half, 0.0), (sign, 0.0), *size)
+        skew_and_size = skew, deck.width_m, deck.diaphragm_thickness_m
+        return DeckEnd(name, (sign * half, 0.0), (sign, 0.0), *skew_and_size)
 
     return end("left", -1.0), end("right", 1.0)
 
@@ -147,19 +147,19 @@ def _inner_joints(
     bridge: BridgeData, spine: "Spine", options: ModelOptions, skew_deg: float
 ) -> Iterator[InnerJoint]:
     """Yield the joints between the decks of a spine whose bents are built."""
-    deck, halves_m = bridge.deck, bridge.length_m / 2
-    stretches = pairwise((-halves_m, *bridge.joint_positions_m, halves_m))
-    axial = deck.elastic_modulus_gpa * GPA * deck.area_m2
+    deck, half_m = bridge.deck, bridge.length_m / 2
+    ranges_m = pairwise((-half_m, *bridge.joint_positions_m, half_m))
+    ea_n = deck.elastic_modulus_gpa * GPA * deck.area_m2
     # the stiffness of two decks in series, from the sum of their lengths
-    series = [axial / (left + right) for left, right in pairwise(b - a for a, b in stretches)]
+    axial_n_per_m = [ea_n / (left + right) for left, right in pairwise(b - a for a, b in ranges_m)]
     for number, data in enumerate(bridge.joints):
-        usual_deg = skew_deg if data.bent is None else options.skew_of_bents_deg(skew_deg)
-        own_deg = usual_deg if data.skew_deg is None else data.skew_deg
+        default_deg = skew_deg if data.bent is None else options.skew_of_bents_deg(skew_deg)
+        joint_deg = default_deg if data.skew_deg is None else data.skew_deg
         name, x = f"joint {number + 1}", bridge.joint_positions_m[number]
-        back_m = deck.diaphragm_thickness_m / 2 / cos(radians(own_deg))
-        size = own_deg, deck.width_m, deck.diaphragm_thickness_m
-        left = DeckEnd(f"{name} left", (x - back_m, 0.0), (1.0, 0.0), *size)
-        right = DeckEnd(f"{name} right", (x + back_m, 0.0), (-1.0, 0.0), *size)
+        to_bearing_m = deck.diaphragm_thickness_m / 2 / cos(radians(joint_deg))
+        skew_and_size = joint_deg, deck.width_m, deck.diaphragm_thickness_m
+        left = DeckEnd(f"{name} left", (x - to_bearing_m, 0.0), (1.0, 0.0), *skew_and_size)
+        right = DeckEnd(f"{name} right", (x + to_bearing_m, 0.0), (-1.0, 0.0), *skew_and_size)
         nodes = spine.decks[number][-1], spine.decks[number + 1][0]
         holders = (None, nodes[0]) if data.ledge == "left" else (nodes[1], None)
         if data.bent is not None:
@@ -170,12 +170,12 @@ def _inner_joints(
             nodes=nodes,
             holders=holders,
             data=data,
-            axial_n_per_m=series[number],
+            axial_n_per_m=axial_n_per_m[number],
         )
 
 
 def built_bridge(bridge: BridgeData, options: ModelOptions, skew_deg: float = 0.0) -> BridgeData:
-    """Return a bridge multiplied by the option factors, with its bents skewed.
+    """Return the bridge as built: multiplied by the option factors, with skewed bents.
 
     A skewed bent has a longer, heavier cap and, by the option, wider column spacing. Factors on
     damping and backfill are applied where damping and backfill are computed.
@@ -198,35 +198,35 @@ def built_bridge(bridge: BridgeData, options: ModelOptions, skew_deg: float = 0.
         "deck": {"line_load_kn_per_m": mass, "diaphragm_weight_kn": mass},
         "bents": bents,
     }
-    built = {name: built_end(end, options) for name, end in bridge.ends.items()}
+    built_ends = {name: built_end(end, options) for name, end in bridge.ends.items()}
     if bridge.abutments is None:
-        ends = {"abutment": built["left"]}
+        ends = {"abutment": built_ends["left"]}
     else:
-        ends = {"abutments": bridge.abutments.model_copy(update=built)}
+        ends = {"abutments": bridge.abutments.model_copy(update=built_ends)}
     return _scaled(bridge, factors).model_copy(update=ends)
 
 
 def built_end(abutment: EndData, options: ModelOptions) -> EndData:
-    """Return the data of an end with its pads and keys multiplied by the option factors."""
+    """Return an end with the data of pads and keys multiplied by the option factors."""
     if not isinstance(abutment, AbutmentData):
         return abutment
-    key = {"force_kn": options.key_strength_factor}
+    key_factors = {"force_kn": options.key_strength_factor}
     factors = {
         # ASSUME a softer rubber keeps its vertical stiffness, which hardly affects demands
         "pads": {
             "shear_stiffness_kn_per_m": options.pad_stiffness_factor,
             "yield_force_kn": options.pad_strength_factor,
         },
-        "sacrificial_key": key,
-        "monolithic_key": key,
+        "sacrificial_key": key_factors,
+        "monolithic_key": key_factors,
     }
     return _scaled(abutment, factors)
 
 
 def widened(abutment: AbutmentData, ratio: float) -> AbutmentData:
-    """Return the data of an abutment for another deck width: same per metre, same wing walls."""
+    """Return an abutment for a deck ``ratio`` times as wide, equal per metre, same wing walls."""
     # ASSUME dead load, and with it pads and keys, is proportional to the width of the deck
-    key = {"force_kn": ratio}
+    key_factors = {"force_kn": ratio}
     factors = {
         "wall_width_m": ratio,
         "key_mass_t": ratio,
@@ -236,8 +236,8 @@ def widened(abutment: AbutmentData, ratio: float) -> AbutmentData:
             "yield_force_kn": ratio,
             "vertical_stiffness_mn_per_m": ratio,
         },
-        "sacrificial_key": key,
-        "monolithic_key": key,
+        "sacrificial_key": key_factors,
+        "monolithic_key": key_factors,
         "wing_length_ratio": 1.0 / ratio,
     }
     if abutment.backfill.rule == "k50":  # of the whole wall, the other rule is per metre
@@ -246,12 +246,12 @@ def widened(abutment: AbutmentData, ratio: float) -> AbutmentData:
 
 
 def _scaled(value: Any, factors: Any) -> Any:
-    """Return a number, tuple items or the named fields of a part, multiplied by the factors."""
+    """Return a number, the items of a tuple or fields of a model, multiplied by the factors."""
     if value is None:
         return None
     if isinstance(value, tuple):
         return tuple(_scaled(element, factors) for element in value)
     if isinstance(factors, dict):
-        update = {name: _scaled(getattr(value, name), factor) for name, factor in factors.items()}
-        return value.model_copy(update=update)
+        scaled = {name: _scaled(getattr(value, name), factor) for name, factor in factors.items()}
+        return value.model_copy(update=scaled)
     return factors * value

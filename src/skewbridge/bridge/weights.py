@@ -91,8 +91,8 @@ def _end_m(bridge: BridgeData, end: EndData) -> float:
 
 def column_axial_n(bridge: BridgeData, bent_number: int) -> float:
     """Return the dead-load axial force in N at the base of each column of a bent (0, 1, ...)."""
-    bent, deck = bridge.bents[bent_number], deck_reactions_n(bridge)[bent_number + 1]
-    return (deck + bent.cap_weight_kn * KN) / bent.columns + column_weight_n(bridge, bent)
+    bent, deck_n = bridge.bents[bent_number], deck_reactions_n(bridge)[bent_number + 1]
+    return (deck_n + bent.cap_weight_kn * KN) / bent.columns + column_weight_n(bridge, bent)
 
 
 def total_weight_n(bridge: BridgeData) -> float:
@@ -118,7 +118,7 @@ def mass_centre_m(bridge: BridgeData) -> float:
 
 
 def spine_points_m(bridge: BridgeData, elements_per_span: int) -> list[dict[float, float]]:
-    """Return the deck length lumped at each spine node, keyed by x, for each deck.
+    """Return for each deck the length (m) lumped at its spine nodes, keyed by x (m).
 
     Every span has equal elements. A node added at the mass centre has no mass.
     """

@@ -46,7 +46,7 @@ class ContactSet:
     is_any_closed: bool
     least_opening_ratio: float  #: smallest opening / gap of all pairs; 0 for a pair without gap
     largest_normal_n: float
-    #: Largest relative distance of sliding friction from its limit, last step (others: excess).
+    #: Largest |force - limit| / force of sliding pairs, or excess / force of others, last step.
     friction_error: float
 
     def __init__(
@@ -165,7 +165,7 @@ class ContactSet:
         self._survey(self._is_updated, None)
 
     def _survey(self, sets_bounds: bool = False, ratio: float | None = None) -> None:
-        """Find the extremes of all units and set their bounds in one pass, once per time step."""
+        """Set bounds (`ContactUnit.set_bounds`) if asked, and find the extremes of all units."""
         is_any_closed, largest_normal_n, friction_error = False, 0.0, 0.0
         least_ratio = least_steps = inf
         for unit in self.units:
@@ -222,7 +222,7 @@ class ContactSet:
         return tuple(map(sum, zip(*products, strict=True)))
 
     def ledger(self) -> list[UnitLedger]:
-        """Return the ledger of each unit since it was added."""
+        """Return the `UnitLedger` of each unit, summed since the unit was added."""
         return [
             replace(unit.account, normal_potential_j=0.5 * unit.kn * min(unit.opening, 0.0) ** 2)
             for unit in self.units
@@ -246,16 +246,16 @@ class ContactSet:
 def make_step(contacts: ContactSet, dt_s: float, *, parts_on_change: int = 1) -> bool:
     """Make one step of the transient analysis, update the contacts, and return whether it is done.
 
-    If not, domain and contacts are at the end of the last committed sub-step. If a pair closes or
-    opens within a step, the accuracy is one order lower; sub-steps restore it. Use sub-steps with
-    one-step integrators only: Houbolt restarts with the trapezoidal rule when the step changes.
+    If not, domain and contacts are at the end of the last committed sub-step. A step in which a
+    pair will open or close has ``parts_on_change`` sub-steps; in one step the accuracy would be an
+    order lower. Only one-step integrators profit: Houbolt restarts when the step changes.
     """
-    parts = parts_on_change if contacts.time_to_change_s() < dt_s else 1
-    part_s = dt_s / parts
-    if parts > 1:
-        contacts.prepare(part_s)
-    for part_number in range(parts):
-        if ops.analyze(1, part_s) != 0:
+    substeps = parts_on_change if contacts.time_to_change_s() < dt_s else 1
+    substep_s = dt_s / substeps
+    if substeps > 1:
+        contacts.prepare(substep_s)
+    for number in range(substeps):
+        if ops.analyze(1, substep_s) != 0:
             return False
-        contacts.after_step(part_s, dt_s if part_number == parts - 1 else part_s)
+        contacts.after_step(substep_s, dt_s if number == substeps - 1 else substep_s)
     return True

@@ -1,7 +1,7 @@
 """Drives for other laws of friction and normal contact, and coefficients of restitution.
 
 Values outside their limits raise `InputError`. A drive acts in the coming step, so it uses the
-opening predicted for the end of that step. The error is of second order in the time step during
+opening predicted for the end of that step. Its error is of second order in the time step during
 contact, and of first order when contact begins or ends.
 """
 
@@ -64,14 +64,14 @@ def kelvin_voigt_drive(*, kn_n_per_m: float, dashpot_n_s_per_m: float) -> Drive:
 
     def spring_and_dashpot(state: UnitState, _time_s: float) -> dict[str, float]:
         opening, rate = state.opening_m, state.opening_rate_mps
-        predicted = state.predicted_opening_m
-        if predicted >= 0.0:
+        predicted_m = state.predicted_opening_m
+        if predicted_m >= 0.0:
             # The spring remains, in case the pair stays closed.
             return {"kn_n_per_m": kn_n_per_m, "dashpot_n_s_per_m": 0.0}
-        if kn_n_per_m * predicted + dashpot_n_s_per_m * rate >= 0.0:
+        if kn_n_per_m * predicted_m + dashpot_n_s_per_m * rate >= 0.0:
             return {"kn_n_per_m": 0.0, "dashpot_n_s_per_m": 0.0}
-        share = 1.0 if opening <= 0.0 else 0.5 + predicted / (predicted - opening)
-        return {"kn_n_per_m": kn_n_per_m, "dashpot_n_s_per_m": share * dashpot_n_s_per_m}
+        dashpot_factor = 1.0 if opening <= 0.0 else 0.5 + predicted_m / (predicted_m - opening)
+        return {"kn_n_per_m": kn_n_per_m, "dashpot_n_s_per_m": dashpot_factor * dashpot_n_s_per_m}
 
     return Drive(parameters=("kn_n_per_m", "dashpot_n_s_per_m"), function=spring_and_dashpot)
 
@@ -101,5 +101,5 @@ def kelvin_voigt_damping_ratio(restitution: float) -> float:
         raise InputError(f"restitution must be above 0 and at most 1, got {restitution}")
     if restitution == 1.0:
         return 0.0
-    ends = 0.0, _LARGEST_DAMPING_RATIO
-    return float(brentq(lambda z: kelvin_voigt_restitution(z) - restitution, *ends, xtol=1e-14))
+    damping_ratios = 0.0, _LARGEST_DAMPING_RATIO
+    return brentq(lambda z: kelvin_voigt_restitution(z) - restitution, *damping_ratios, xtol=1e-14)

@@ -116,7 +116,7 @@ class TagSource:
 
 
 def _free(tags: list[int] | int | None) -> int:
-    """Return the largest tag of a query plus 1; for a single tag OpenSees returns a number."""
+    """Return the largest tag plus 1; OpenSees returns a number instead of a list of one tag."""
     return (tags if isinstance(tags, int) else max(tags or (), default=0)) + 1
 
 
@@ -182,9 +182,9 @@ def make_springs(
 ) -> Springs:
     """Create the element and its parameters; raise `ContactError` if a parameter has no effect.
 
-    A driven dashpot has its own material and parameter.
+    ``driven`` names the parameters set by a drive; a dashpot is created only if it is one of them.
     """
-    directions, has_dashpot = len(frame) - 1, "dashpot_n_s_per_m" in driven
+    tangent_count, has_dashpot = len(frame) - 1, "dashpot_n_s_per_m" in driven
     kn, kt = law.kn_n_per_m, law.kt_n_per_m
     # acts in compression once the gap is closed: gap and yield have the same sign
     gap_arguments = (kn, -kn * _NEVER_M, -law.gap_m, 0.0, "noDamage")
@@ -194,21 +194,21 @@ def make_springs(
         tangential = uniaxial(tags, "InitStrainMaterial", spring, _SIGNATURE_M)
     else:
         tangential = uniaxial(tags, "ElasticPP", kt, _SIGNATURE_M)
-    materials, local = [normal] + [tangential] * directions, list(range(1, directions + 2))
+    materials, dofs = [normal] + [tangential] * tangent_count, list(range(1, tangent_count + 2))
     if has_dashpot:
         materials.append(uniaxial(tags, "Elastic", 0.0))
-        local.append(1)
+        dofs.append(1)
     element = tags.element()
     axes = ("-orient", *_orientation(frame))
-    springs = ("-mat", *materials, "-dir", *local, "-doRayleigh", 0)
+    springs = ("-mat", *materials, "-dir", *dofs, "-doRayleigh", 0)
     ops.element("zeroLength", element, *nodes, *springs, *axes)
     bound_name = "epsInit" if is_elastic else "Fy"
     created = Springs(
         element=element,
         normal_modulus=_attach(tags, element, 1, "E"),
-        moduli=tuple(_attach(tags, element, k, "E") for k in range(2, directions + 2)),
-        bounds=tuple(_attach(tags, element, k, bound_name) for k in range(2, directions + 2)),
-        dashpot=_attach(tags, element, directions + 2, "eta") if has_dashpot else None,
+        moduli=tuple(_attach(tags, element, k, "E") for k in range(2, tangent_count + 2)),
+        bounds=tuple(_attach(tags, element, k, bound_name) for k in range(2, tangent_count + 2)),
+        dashpot=_attach(tags, element, tangent_count + 2, "eta") if has_dashpot else None,
     )
     _prove(created, law, is_elastic=is_elastic)
     return created
@@ -221,32 +221,32 @@ def prove_bounds_act(tags: Tags, nodes: tuple[int, int], frame: tuple[Direction,
     analysis. A probe element between the same nodes gets an initial strain above its yield
     strains. Its forces are read, then it is removed. A wrong force raises `ContactError`.
     """
-    stiffness, bound, bound_2 = 1.0e9, 2.0, 7.0
-    yielding = bound_2 / stiffness
+    stiffness, bound_n, yield_n = 1.0e9, 2.0, 7.0
+    yield_m = yield_n / stiffness
     normal, friction = (
         uniaxial(tags, "InitStrainMaterial", spring, 0.0)
         for spring in (
-            uniaxial(tags, "ElasticPPGap", stiffness, bound_2, yielding, 0.0, "noDamage"),
-            uniaxial(tags, "ElasticPP", stiffness, yielding),
+            uniaxial(tags, "ElasticPPGap", stiffness, yield_n, yield_m, 0.0, "noDamage"),
+            uniaxial(tags, "ElasticPP", stiffness, yield_m),
         )
     )
     element = tags.element()
-    local = range(1, len(frame) + 1)
+    dofs = range(1, len(frame) + 1)
     materials, axes = (normal, *[friction] * (len(frame) - 1)), _orientation(frame)
-    ops.element("zeroLength", element, *nodes, "-mat", *materials, "-dir", *local, "-orient", *axes)
+    ops.element("zeroLength", element, *nodes, "-mat", *materials, "-dir", *dofs, "-orient", *axes)
     # The value of the bound is also a large strain, so one parameter sets both: OpenSees does not
     # release 3 kB of each parameter that is removed.
-    probed = _attach(tags, element, 2, "Fy")
-    for position in local:
-        ops.addToParameter(probed, "element", element, "material", position, "epsInit")
-    ops.updateParameter(probed, bound)
+    parameter = _attach(tags, element, 2, "Fy")
+    for position in dofs:
+        ops.addToParameter(parameter, "element", element, "material", position, "epsInit")
+    ops.updateParameter(parameter, bound_n)
     forces = ops.basicForce(element)
-    ops.remove("parameter", probed)
+    ops.remove("parameter", parameter)
     ops.remove("element", element)
-    _expect("yield of the normal spring", forces[0], bound_2)
-    _expect("bounded friction force", forces[1], bound)
+    _expect("yield force of the normal spring", forces[0], yield_n)
+    _expect("bounded friction force", forces[1], bound_n)
     if len(frame) == 3:
-        _expect("friction force of the other direction", forces[2], bound_2)
+        _expect("yield force of the second friction spring", forces[2], yield_n)
 
 
 def _attach(tags: Tags, element: int, position: int, name: str) -> int:
@@ -263,20 +263,20 @@ def _orientation(frame: tuple[Direction, ...]) -> list[float]:
 def _prove(springs: Springs, law: ContactLaw, *, is_elastic: bool) -> None:
     """Read every parameter back from the element and check that the element responds to it."""
     kt = law.kt_n_per_m
-    signature = _SIGNATURE_M if is_elastic else kt * _SIGNATURE_M
+    initial_bound = _SIGNATURE_M if is_elastic else kt * _SIGNATURE_M
     _expect("normal stiffness", ops.getParamValue(springs.normal_modulus), law.kn_n_per_m)
-    size = len(springs.bounds) + (1 if springs.dashpot is None else 2)
+    component_count = len(springs.bounds) + (1 if springs.dashpot is None else 2)
     for position, (modulus, bound) in enumerate(
         zip(springs.moduli, springs.bounds, strict=True), start=1
     ):
         _expect("tangential stiffness", ops.getParamValue(modulus), kt)
-        _expect("friction bound", ops.getParamValue(bound), signature)
+        _expect("friction bound", ops.getParamValue(bound), initial_bound)
         if is_elastic:
             ops.updateParameter(bound, _PROBE_M)
-            _expect("force", ops.basicForce(springs.element)[position], kt * _PROBE_M)
+            _expect("friction force", ops.basicForce(springs.element)[position], kt * _PROBE_M)
         ops.updateParameter(modulus, 2.0 * kt)
-        stiffness = ops.basicStiffness(springs.element)[position * (size + 1)]
-        _expect("stiffness", stiffness, 2.0 * kt)
+        stiffness = ops.basicStiffness(springs.element)[position * (component_count + 1)]
+        _expect("stiffness of the element", stiffness, 2.0 * kt)
         ops.updateParameter(modulus, kt)
         ops.updateParameter(bound, 0.0)
         _expect("friction bound", ops.getParamValue(bound), 0.0)

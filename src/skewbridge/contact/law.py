@@ -61,10 +61,10 @@ def radial_return(
     After slip, the new stick point is the position minus force / kt.
     """
     trial_1, trial_2 = kt_n_per_m * offset_1_m, kt_n_per_m * offset_2_m
-    size_n = hypot(trial_1, trial_2)
-    if size_n <= limit_n:
+    trial_n = hypot(trial_1, trial_2)
+    if trial_n <= limit_n:
         return trial_1, trial_2
-    scale = limit_n / size_n
+    scale = limit_n / trial_n
     return scale * trial_1, scale * trial_2
 
 
@@ -103,25 +103,25 @@ def yields_on_cone(trial_1_n: float, trial_2_n: float, limit_n: float) -> tuple[
     radial return. Inside the cone, both yields exceed the components of the trial by the same
     slack, so that a component near zero does not make a sticking pair slip.
     """
-    size_1, size_2 = abs(trial_1_n), abs(trial_2_n)
-    size = hypot(size_1, size_2)
-    if size >= limit_n:
-        scale = limit_n / size if size > 0.0 else 0.0
-        return scale * size_1, scale * size_2
-    half = 0.5 * (size_1 + size_2)
-    slack = sqrt(half * half + 0.5 * (limit_n * limit_n - size * size)) - half
+    abs_1, abs_2 = abs(trial_1_n), abs(trial_2_n)
+    trial_n = hypot(abs_1, abs_2)
+    if trial_n >= limit_n:
+        scale = limit_n / trial_n if trial_n > 0.0 else 0.0
+        return scale * abs_1, scale * abs_2
+    mean = 0.5 * (abs_1 + abs_2)
+    slack = sqrt(mean * mean + 0.5 * (limit_n * limit_n - trial_n * trial_n)) - mean
     # Rounding can make a slack near zero negative; a yield below the trial would cause slip.
     slack = max(slack, 0.0)
-    return size_1 + slack, size_2 + slack
+    return abs_1 + slack, abs_2 + slack
 
 
 def yields_by_direction(trial_1_n: float, trial_2_n: float, limit_n: float) -> tuple[float, float]:
     """Return the yields as the direction cosines of the trial times the limit (the paper)."""
-    size = hypot(trial_1_n, trial_2_n)
-    if size == 0.0:
-        share = limit_n * sqrt(0.5)
-        return share, share
-    return limit_n * abs(trial_1_n) / size, limit_n * abs(trial_2_n) / size
+    trial_n = hypot(trial_1_n, trial_2_n)
+    if trial_n == 0.0:
+        equal_yield_n = limit_n * sqrt(0.5)
+        return equal_yield_n, equal_yield_n
+    return limit_n * abs(trial_1_n) / trial_n, limit_n * abs(trial_2_n) / trial_n
 
 
 # --- drives and ledger
@@ -200,7 +200,7 @@ class UnitLedger:
     max_violation_n: float = 0.0  #: largest excess of the friction force over its limit
     slip_path_m: float = 0.0
     slip_work_j: float = 0.0  #: energy dissipated by slip (trapezoidal rule)
-    normal_work_j: float = 0.0  #: work done on the normal spring and its dashpot (same rule)
+    normal_work_j: float = 0.0  #: work on normal spring and dashpot (trapezoidal rule)
     friction_impulse_ns: float = 0.0  #: sum of friction force times step
     friction_work_j: float = 0.0  #: sum of friction force times slip
     excess_work_j: float = 0.0  #: part of the friction work from force above the limit
@@ -209,5 +209,5 @@ class UnitLedger:
 
     @property
     def cone_violation_ratio(self) -> float:
-        """Largest excess of the run divided by its largest friction limit."""
+        """Largest excess of friction over its limit, divided by the largest limit."""
         return self.max_violation_n / self.max_limit_n if self.max_limit_n > 0.0 else 0.0

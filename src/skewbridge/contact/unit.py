@@ -39,16 +39,17 @@ class ContactUnit:
     """A node-to-node pair with one tracked vector stick point (scheme `vector`).
 
     `ContactSet.add` creates it, from node i of the surface to node j of the body. The bounds of its
-    friction springs follow from the tracked state. There is one tangent in plane models.
+    friction springs follow from the tracked state. Suffixes 1 and 2 are the tangents (one in plane
+    models): `_u` is displacement of j minus i, `_step` its last change, `_bend` the change of that.
     """
 
     __slots__ = (
-        "_b1", "_b2", "_bend_1", "_bend_2", "_dt", "_e1", "_e2", "_is_space",
-        "_is_watched", "_slip_1_before", "_slip_2_before", "_step_1", "_step_2", "_stick_1",
-        "_stick_2", "account", "closed", "cohesion", "dashpot", "drive",
-        "element", "excess_ratio", "force_1", "force_2", "friction", "gap_m", "kn", "kt", "name",
-        "node_i", "node_j", "normal", "normal_n", "opening", "opening_before", "slip_1",
-        "slip_2", "slip_step", "springs", "tangents",
+        "_bend_1", "_bend_2", "_bound_1", "_bound_2", "_dt", "_has_forces", "_is_3d",
+        "_slip_1_before", "_slip_2_before", "_step_1", "_step_2", "_stick_1", "_stick_2", "_u1",
+        "_u2", "account", "closed", "cohesion", "dashpot", "drive", "element", "excess_ratio",
+        "force_1", "force_2", "friction", "gap_m", "kn", "kt", "name", "node_i", "node_j", "normal",
+        "normal_n", "opening", "opening_before", "slip_1", "slip_2", "slip_step", "springs",
+        "tangents",
     )  # fmt: skip
 
     def __init__(
@@ -68,13 +69,13 @@ class ContactUnit:
         self.friction, self.cohesion, self.dashpot = law.friction, law.cohesion_n, 0.0
         self.drive = drive
         self.account = UnitLedger(name)
-        self._is_space = len(frame) == 3
-        self.closed = self._is_watched = False
+        self._is_3d = len(frame) == 3
+        self.closed = self._has_forces = False
         self.opening = self.opening_before = law.gap_m
         self.normal_n = self.force_1 = self.force_2 = 0.0
-        self._e1 = self._e2 = self._step_1 = self._step_2 = self._bend_1 = self._bend_2 = 0.0
+        self._u1 = self._u2 = self._step_1 = self._step_2 = self._bend_1 = self._bend_2 = 0.0
         self._stick_1 = self._stick_2 = self.slip_1 = self.slip_2 = 0.0
-        self._slip_1_before = self._slip_2_before = self._b1 = self._b2 = 0.0
+        self._slip_1_before = self._slip_2_before = self._bound_1 = self._bound_2 = 0.0
         self.slip_step = self._dt = self.excess_ratio = 0.0
         self.start()
 
@@ -90,14 +91,14 @@ class ContactUnit:
 
     def state(self, dt_s: float) -> UnitState:
         """Return the state at the end of the last committed step, before a step of `dt_s`."""
-        change = self.opening - self.opening_before
+        last_change_m = self.opening - self.opening_before
         return UnitState(
             opening_m=self.opening,
-            opening_rate_mps=change / self._dt if self._dt else 0.0,
+            opening_rate_mps=last_change_m / self._dt if self._dt else 0.0,
             normal_n=self.normal_n,
             tangential_n=(self.force_1, self.force_2),
             slip_m=(self.slip_1, self.slip_2),
-            position_m=(self._e1, self._e2),
+            position_m=(self._u1, self._u2),
             slip_speed_mps=self.slip_step / self._dt if self._dt else 0.0,
             slip_path_m=self.account.slip_path_m,
             slip_work_j=self.account.slip_work_j,
@@ -108,15 +109,15 @@ class ContactUnit:
         """Read the springs and treat their state as at rest, so no motion is extrapolated."""
         deformation, forces = ops.basicDeformation(self.element), ops.basicForce(self.element)
         self.opening = self.opening_before = self.gap_m + deformation[0]
-        self._e1 = deformation[1]
+        self._u1 = deformation[1]
         self.normal_n, self.force_1 = -forces[0], forces[1]
-        if self._is_space:
-            self._e2 = deformation[2]
+        if self._is_3d:
+            self._u2 = deformation[2]
             self.force_2 = forces[2]
         self._step_1 = self._step_2 = self._bend_1 = self._bend_2 = 0.0
-        self.closed = self._is_watched = self.opening < 0.0
-        self.slip_1 = self._stick_1 = self._e1 - self.force_1 / self.kt
-        self.slip_2 = self._stick_2 = self._e2 - self.force_2 / self.kt
+        self.closed = self._has_forces = self.opening < 0.0
+        self.slip_1 = self._stick_1 = self._u1 - self.force_1 / self.kt
+        self.slip_2 = self._stick_2 = self._u2 - self.force_2 / self.kt
 
     def apply_drive(self, dt_s: float, time_s: float) -> None:
         """Call the user function and set its parameters for the coming step."""
@@ -145,9 +146,9 @@ class ContactUnit:
         deformation = ops.basicDeformation(self.element)
         self.opening_before = self.opening
         self.opening = opening = self.gap_m + deformation[0]
-        step_1, self._e1 = deformation[1] - self._e1, deformation[1]
-        if self._is_space:
-            step_2, self._e2 = deformation[2] - self._e2, deformation[2]
+        step_1, self._u1 = deformation[1] - self._u1, deformation[1]
+        if self._is_3d:
+            step_2, self._u2 = deformation[2] - self._u2, deformation[2]
             if -SAME_STEP * dt_s < dt_s - self._dt < SAME_STEP * dt_s:
                 self._bend_1, self._bend_2 = step_1 - self._step_1, step_2 - self._step_2
             else:
@@ -155,30 +156,30 @@ class ContactUnit:
             self._step_2 = step_2
         self._step_1 = step_1
         self._dt = dt_s
-        if self._is_watched or opening < 0.0:
+        if self._has_forces or opening < 0.0:
             return self._read_forces(dt_s)
         # Open before and after: the springs are at rest and the stick point follows the node.
-        self._stick_1 = self.slip_1 = self._e1
-        self._stick_2 = self.slip_2 = self._e2
+        self._stick_1 = self.slip_1 = self._u1
+        self._stick_2 = self.slip_2 = self._u2
         self.slip_step = 0.0
         return False
 
     def _read_forces(self, dt_s: float) -> bool:
-        """Read the springs, update the ledger and check that the bounds of the step acted."""
+        """Read and check forces, update the ledger; return whether the pair opened or closed."""
         forces = ops.basicForce(self.element)
-        e1, e2, kt, opening, account = self._e1, self._e2, self.kt, self.opening, self.account
+        u1, u2, kt, opening, account = self._u1, self._u2, self.kt, self.opening, self.account
         normal, force_1 = -forces[0], forces[1]
-        force_2 = forces[2] if self._is_space else 0.0
-        expected = -self.kn * opening if opening < 0.0 else 0.0
-        if abs(normal - expected) > FORCE_ROUNDING * self.kn * (abs(opening) + abs(self.gap_m)):
+        force_2 = forces[2] if self._is_3d else 0.0
+        expected_n = -self.kn * opening if opening < 0.0 else 0.0
+        if abs(normal - expected_n) > FORCE_ROUNDING * self.kn * (abs(opening) + abs(self.gap_m)):
             raise ContactError(
                 f"contact {self.name!r} (element {self.element}): the normal spring gives "
-                f"{normal:.9g} N where {expected:.9g} N was expected"
+                f"{normal:.9g} N, expected {expected_n:.9g} N; were its parameters changed?"
             )
         self._check_friction(force_1, force_2)
         if self.springs.dashpot is not None:
             normal -= forces[-1]
-        slip_1, slip_2 = e1 - force_1 / kt, e2 - force_2 / kt
+        slip_1, slip_2 = u1 - force_1 / kt, u2 - force_2 / kt
         moved_1, moved_2 = slip_1 - self.slip_1, slip_2 - self.slip_2
         account.slip_work_j += 0.5 * (
             (force_1 + self.force_1) * moved_1 + (force_2 + self.force_2) * moved_2
@@ -192,8 +193,8 @@ class ContactUnit:
         self.excess_ratio = 0.0
         if friction_n > 0.0:
             self._record_excess(friction_n, limit, slip_m, dt_s)
-            slides_1, slides_2 = SLIDES * self._b1, SLIDES * self._b2
-            if abs(force_1) >= slides_1 > 0.0 or abs(force_2) >= slides_2 > 0.0:
+            sliding_1_n, sliding_2_n = SLIDES * self._bound_1, SLIDES * self._bound_2
+            if abs(force_1) >= sliding_1_n > 0.0 or abs(force_2) >= sliding_2_n > 0.0:
                 self.excess_ratio = abs(self.excess_ratio)  # a bound below the limit is wrong too
         if closed:
             account.contact_time_s += dt_s
@@ -209,51 +210,51 @@ class ContactUnit:
                 before = self.opening_before
                 # Contact starts where the pair closed, not where the step began.
                 share = opening / (opening - before) if before > 0.0 else 1.0
-                self._stick_1, self._stick_2 = e1 - share * self._step_1, e2 - share * self._step_2
+                self._stick_1, self._stick_2 = u1 - share * self._step_1, u2 - share * self._step_2
         self._slip_1_before, self._slip_2_before = self.slip_1, self.slip_2
         self.slip_1, self.slip_2, self.force_1, self.force_2 = slip_1, slip_2, force_1, force_2
         self.normal_n, self.closed = normal, closed
         # A pair that has just opened still holds the friction of the step: read it once more.
-        self._is_watched = closed or friction_n > 0.0 or normal != 0.0
+        self._has_forces = closed or friction_n > 0.0 or normal != 0.0
         self._move_stick_point(limit)
         return closed != was_closed
 
-    def _record_excess(self, size_n: float, limit_n: float, moved_m: float, dt_s: float) -> None:
-        account, work_j, over_n = self.account, size_n * moved_m, size_n - limit_n
-        account.friction_impulse_ns += size_n * dt_s
+    def _record_excess(self, force_n: float, limit_n: float, moved_m: float, dt_s: float) -> None:
+        account, work_j, excess_n = self.account, force_n * moved_m, force_n - limit_n
+        account.friction_impulse_ns += force_n * dt_s
         account.friction_work_j += work_j
-        if moved_m > 0.0 and size_n > LEAST_FRICTION * account.max_friction_n:
-            self.excess_ratio = over_n / size_n
-        if over_n <= 0.0:
+        if moved_m > 0.0 and force_n > LEAST_FRICTION * account.max_friction_n:
+            self.excess_ratio = excess_n / force_n
+        if excess_n <= 0.0:
             return
-        account.max_violation_n = max(account.max_violation_n, over_n)
-        account.excess_work_j += over_n * moved_m
-        if over_n > 0.1 * limit_n:
+        account.max_violation_n = max(account.max_violation_n, excess_n)
+        account.excess_work_j += excess_n * moved_m
+        if excess_n > 0.1 * limit_n:
             account.work_over_10_j += work_j
 
     def _check_friction(self, force_1: float, force_2: float) -> None:
-        if abs(force_1) <= self._b1 and abs(force_2) <= self._b2:
+        if abs(force_1) <= self._bound_1 and abs(force_2) <= self._bound_2:
             return
-        slack = FORCE_ROUNDING * self.kt * (abs(self._e1) + abs(self._e2))
-        if abs(force_1) > self._b1 + slack or abs(force_2) > self._b2 + slack:
+        tolerance_n = FORCE_ROUNDING * self.kt * (abs(self._u1) + abs(self._u2))
+        if abs(force_1) > self._bound_1 + tolerance_n or abs(force_2) > self._bound_2 + tolerance_n:
             raise ContactError(
                 f"contact {self.name!r} (element {self.element}): the friction springs give "
                 f"({force_1:.6g}, {force_2:.6g}) N outside their bounds "
-                f"({self._b1:.6g}, {self._b2:.6g}) N; were the parameters removed?"
+                f"({self._bound_1:.6g}, {self._bound_2:.6g}) N; were the parameters removed?"
             )
 
     def _move_stick_point(self, limit_n: float) -> None:
         """Update the vector stick point for the committed position and normal force."""
-        e1, e2 = self._e1, self._e2
+        u1, u2 = self._u1, self._u2
         if not self.closed:
-            self._stick_1, self._stick_2 = e1, e2
+            self._stick_1, self._stick_2 = u1, u2
             return
-        offset_1, offset_2 = e1 - self._stick_1, e2 - self._stick_2
+        offset_1, offset_2 = u1 - self._stick_1, u2 - self._stick_2
         stick_radius = limit_n / self.kt
         distance = hypot(offset_1, offset_2)
         if distance > stick_radius:
             scale = stick_radius / distance
-            self._stick_1, self._stick_2 = e1 - scale * offset_1, e2 - scale * offset_2
+            self._stick_1, self._stick_2 = u1 - scale * offset_1, u2 - scale * offset_2
 
     def set_bounds(self, ratio: float | None) -> None:
         """Set the friction bounds for a next step that is `ratio` times as long as the last step.
@@ -267,9 +268,9 @@ class ContactUnit:
         else:
             limit, offset_1, offset_2 = self._predict(ratio)
         if limit <= 0.0:
-            if self._b1 or self._b2:
+            if self._bound_1 or self._bound_2:
                 self._update(0.0, 0.0)
-        elif self._is_space:
+        elif self._is_3d:
             kt = self.kt
             bound_1, bound_2 = yields_on_cone(kt * offset_1, kt * offset_2, limit)
             self._update(bound_1, bound_2)
@@ -277,13 +278,13 @@ class ContactUnit:
             self._update(limit, 0.0)
 
     def _committed(self) -> tuple[float, float, float]:
-        """Return friction limit and offset from the stick point at the committed state."""
+        """Return friction limit (N) and offsets (m) from the stick point in the committed state."""
         normal_n = self.normal_n if self.closed else 0.0
         limit = friction_limit_n(normal_n, self.friction, self.cohesion)
-        return limit, self._e1 - self._stick_1, self._e2 - self._stick_2
+        return limit, self._u1 - self._stick_1, self._u2 - self._stick_2
 
     def _predict(self, ratio: float) -> tuple[float, float, float]:
-        """Return friction limit and offset from the stick point at the end of the coming step."""
+        """Return friction limit (N) and offsets (m) from the stick point after the coming step."""
         opening = self.opening
         predicted = opening + ratio * (opening - self.opening_before)
         if predicted >= 0.0:
@@ -294,10 +295,10 @@ class ContactUnit:
         limit = friction_limit_n(normal, self.friction, self.cohesion)
         # While the pair is open the stick point follows the node: only the part after closing
         # counts.
-        offset_1, offset_2 = self._e1 - self._stick_1, self._e2 - self._stick_2
+        offset_1, offset_2 = self._u1 - self._stick_1, self._u2 - self._stick_2
         if opening > 0.0:
-            share = ratio * predicted / (predicted - opening)
-            offset_1, offset_2 = share * self._step_1, share * self._step_2
+            closed_share = ratio * predicted / (predicted - opening)
+            offset_1, offset_2 = closed_share * self._step_1, closed_share * self._step_2
             # The springs followed the node to the start of the step, before the pair closes. With
             # a bound of at most the friction at the end of the step they follow until it closes.
             return min(limit, self.kt * hypot(offset_1, offset_2)), offset_1, offset_2
@@ -311,14 +312,14 @@ class ContactUnit:
         )
 
     def _update(self, bound_1: float, bound_2: float) -> None:
-        if bound_1 != self._b1:
+        if bound_1 != self._bound_1:
             ops.updateParameter(self.springs.bounds[0], bound_1)
-            self._b1 = bound_1
-        if bound_2 != self._b2:
+            self._bound_1 = bound_1
+        if bound_2 != self._bound_2:
             ops.updateParameter(self.springs.bounds[1], bound_2)
-            self._b2 = bound_2
+            self._bound_2 = bound_2
         if bound_1 or bound_2:
-            self._is_watched = True
+            self._has_forces = True
 
 
 class ComponentwiseUnit(ContactUnit):
@@ -334,7 +335,7 @@ class ComponentwiseUnit(ContactUnit):
         if self.closed:
             self._stick_1, self._stick_2 = self._slip_1_before, self._slip_2_before
         else:
-            self._stick_1, self._stick_2 = self._e1, self._e2
+            self._stick_1, self._stick_2 = self._u1, self._u2
 
     def set_bounds(self, ratio: float | None) -> None:
         """Set the bounds of the coming step; see `ContactUnit.set_bounds`."""
@@ -348,7 +349,7 @@ class ComponentwiseUnit(ContactUnit):
             limit, offset_1, offset_2 = self._predict(ratio)
         if limit <= 0.0:
             self._update(0.0, 0.0)
-        elif self._is_space:
+        elif self._is_3d:
             self._update(*yields_by_direction(offset_1, offset_2, limit))
         else:
             self._update(limit, 0.0)
@@ -380,10 +381,10 @@ class ElasticUnit(ContactUnit):
             self._modulus = modulus
 
     def _check_friction(self, force_1: float, force_2: float) -> None:
-        expected_1 = self._modulus * (self._e1 + self._b1)
-        expected_2 = self._modulus * (self._e2 + self._b2)
-        slack = FORCE_ROUNDING * self.kt * (abs(self._e1) + abs(self._e2))
-        if hypot(force_1 - expected_1, force_2 - expected_2) > slack:
+        expected_1 = self._modulus * (self._u1 + self._bound_1)
+        expected_2 = self._modulus * (self._u2 + self._bound_2)
+        tolerance_n = FORCE_ROUNDING * self.kt * (abs(self._u1) + abs(self._u2))
+        if hypot(force_1 - expected_1, force_2 - expected_2) > tolerance_n:
             raise ContactError(
                 f"contact {self.name!r} (element {self.element}): the elastic friction springs "
                 "do not follow their stick point; were the parameters removed?"
@@ -399,14 +400,14 @@ class ElasticUnit(ContactUnit):
             force_1, force_2 = radial_return(offset_1, offset_2, self.kt, limit)
             if self.opening > 0.0:
                 # If the pair closes in the step, the offset includes only the part after closing.
-                position_1 = self._e1 + ratio * self._step_1
-                position_2 = self._e2 + ratio * self._step_2
+                position_1 = self._u1 + ratio * self._step_1
+                position_2 = self._u2 + ratio * self._step_2
             else:
                 position_1, position_2 = stick_1 + offset_1, stick_2 + offset_2
             stick_1, stick_2 = position_1 - force_1 / self.kt, position_2 - force_2 / self.kt
         if limit <= 0.0:
             self._switch(0.0)
             return
-        self._is_watched = True
+        self._has_forces = True
         self._switch(self.kt)
-        self._update(-stick_1, -stick_2 if self._is_space else 0.0)
+        self._update(-stick_1, -stick_2 if self._is_3d else 0.0)

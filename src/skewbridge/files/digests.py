@@ -33,12 +33,12 @@ _PACKAGES: Final = ("openseespy", "numpy", "scipy", "pandas", "pyarrow", "skewbr
 
 
 def layer_digest(parts: Sequence[str], package: Path = PACKAGE) -> str:
-    """Return the digest (16 hex digits) of all source and data files in parts of the package."""
+    """Return the digest (16 hex digits) of modules and folders (``parts``) of the package."""
     return layer_digests({"": parts}, package)[""]
 
 
 def layer_digests(layers: Mapping[str, Sequence[str]], package: Path = PACKAGE) -> dict[str, str]:
-    """Return a dict with the `layer_digest` of each layer; shared parts are read once."""
+    """Return the `layer_digest` of each named list of modules; shared modules are read once."""
     content = cache(partial(_contents, package=package))
     return {
         name: hashlib.sha256(b"".join(map(content, parts))).hexdigest()[:16]
@@ -48,17 +48,17 @@ def layer_digests(layers: Mapping[str, Sequence[str]], package: Path = PACKAGE) 
 
 def _contents(module: str, package: Path) -> bytes:
     """Return names and contents of source and data files of one module or folder."""
-    top = package / module
-    if not top.exists():
-        raise FileNotFoundError(f"{top} is not a part of the package")
-    paths = sorted(top.rglob("*")) if top.is_dir() else [top]
-    names = [path.relative_to(package) for path in paths if path.is_file()]
+    source = package / module
+    if not source.exists():
+        raise FileNotFoundError(f"{source} is not a part of the package")
+    paths = sorted(source.rglob("*")) if source.is_dir() else [source]
+    relative_paths = [path.relative_to(package) for path in paths if path.is_file()]
     return b"".join(
-        f"\n{name.as_posix()}\n".encode() + (package / name).read_bytes()
-        for name in names
-        if not name.name.endswith((".pyc", "~"))
-        and not any(folder.startswith(".") for folder in name.parts)
-        and not (name.parent == _CATALOGUE and name.suffix == ".yaml")
+        f"\n{relative_path.as_posix()}\n".encode() + (package / relative_path).read_bytes()
+        for relative_path in relative_paths
+        if not relative_path.name.endswith((".pyc", "~"))
+        and not any(part.startswith(".") for part in relative_path.parts)
+        and not (relative_path.parent == _CATALOGUE and relative_path.suffix == ".yaml")
     )
 
 
@@ -91,13 +91,13 @@ def opensees_version() -> str:
 def provenance(**digests: str) -> dict[str, str]:
     """Return the provenance of a result: versions, commit, processor and digests, no host name."""
     commit = _git("rev-parse", "--short=12", "HEAD")
-    changed = _git("status", "--porcelain", "--untracked-files=no")
+    changed_files = _git("status", "--porcelain", "--untracked-files=no")
     return {
         # with a suffix, because pandas itself writes a key "pandas"
         "python_version": platform.python_version(),
         **{f"{name}_version": version(name) for name in _PACKAGES},
         "git_commit": commit or "unknown",
-        "git_dirty": "unknown" if commit is None else ("yes" if changed else "no"),
+        "git_dirty": "unknown" if commit is None else ("yes" if changed_files else "no"),
         "processor": _processor(),
         "processors": str(os.cpu_count()),
         **digests,
@@ -109,15 +109,15 @@ def _git(*arguments: str) -> str | None:
     """Return the output of a git command run in the package folder, or None if git fails."""
     command = ["git", "-C", str(PACKAGE), *arguments]
     try:
-        finished = subprocess.run(command, capture_output=True, text=True, check=False)
+        result = subprocess.run(command, capture_output=True, text=True, check=False)
     except OSError:
         return None
-    return finished.stdout.strip() if finished.returncode == 0 else None
+    return result.stdout.strip() if result.returncode == 0 else None
 
 
 def _processor() -> str:
-    info = Path("/proc/cpuinfo")
-    lines = info.read_text(encoding="utf-8").splitlines() if info.is_file() else []
+    cpu_info = Path("/proc/cpuinfo")
+    lines = cpu_info.read_text(encoding="utf-8").splitlines() if cpu_info.is_file() else []
     models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     return models[0] if models else platform.processor() or platform.machine()
 

@@ -39,30 +39,30 @@ _SVG_DESCRIPTION: Final = re.compile(r"<dc:description>(.*?)</dc:description>", 
 
 
 def write_table(table: pa.Table, path: Path, metadata: Mapping[str, str] | None = None) -> None:
-    """Write a table atomically, with the format version and the given metadata."""
-    texts = {k.decode(): v.decode() for k, v in (table.schema.metadata or {}).items()}
-    write_joined([table], path, texts | dict(metadata or {}))
+    """Write a table atomically, with its metadata, ``metadata`` and the format version."""
+    table_texts = {k.decode(): v.decode() for k, v in (table.schema.metadata or {}).items()}
+    write_joined([table], path, table_texts | dict(metadata or {}))
 
 
 def write_joined(tables: Iterable[pa.Table], path: Path, metadata: Mapping[str, str]) -> None:
     """Write tables with equal columns into one file, atomically, one row group at a time."""
-    remaining = iter(tables)
-    first = next(remaining)
-    schema = first.schema.with_metadata({**metadata, _FORMAT_KEY: str(TABLE_FORMAT)})
+    table_iterator = iter(tables)
+    first_table = next(table_iterator)
+    schema = first_table.schema.with_metadata({**metadata, _FORMAT_KEY: str(TABLE_FORMAT)})
     with (
         written_aside(path) as temporary,
         pq.ParquetWriter(temporary, schema, compression="zstd", write_page_checksum=True) as writer,
     ):
-        group: list[pa.Table] = []
-        for table in chain([first], remaining):
+        row_group: list[pa.Table] = []
+        for table in chain([first_table], table_iterator):
             if not table.schema.equals(schema):
-                raise ValueError(f"{path.name}: not all parts have the same columns")
-            group.append(table.replace_schema_metadata(schema.metadata))
-            if sum(t.num_rows for t in group) >= _GROUP_ROWS:
-                writer.write_table(pa.concat_tables(group))
-                group.clear()
-        if group:
-            writer.write_table(pa.concat_tables(group))
+                raise ValueError(f"{path.name}: the joined tables have different columns")
+            row_group.append(table.replace_schema_metadata(schema.metadata))
+            if sum(member.num_rows for member in row_group) >= _GROUP_ROWS:
+                writer.write_table(pa.concat_tables(row_group))
+                row_group.clear()
+        if row_group:
+            writer.write_table(pa.concat_tables(row_group))
 
 
 def write_frame(
@@ -71,7 +71,7 @@ def write_frame(
     metadata: Mapping[str, str],
     descriptions: Mapping[str, str] | None = None,
 ) -> None:
-    """Write a data frame with file metadata and with descriptions in the metadata of its fields."""
+    """Write a parquet file with metadata, and column descriptions in the metadata of its fields."""
     table = pa.Table.from_pandas(frame, preserve_index=False)
     texts = descriptions or {}
     fields = [
@@ -108,12 +108,12 @@ def read_table(path: Path) -> pa.Table:
         problem = printable(" ".join(str(error).split()))[:200]
         raise file_fault(path, f" is not an intact parquet table: {problem}") from None
     metadata = table.schema.metadata or {}
-    unmarked = b"1" if b"skewbridge_version" in metadata else str(TABLE_FORMAT).encode()
-    written_as = metadata.get(_FORMAT_KEY.encode(), unmarked).decode(errors="replace")
-    if written_as != str(TABLE_FORMAT):
+    default_format = b"1" if b"skewbridge_version" in metadata else str(TABLE_FORMAT).encode()
+    table_format = metadata.get(_FORMAT_KEY.encode(), default_format).decode(errors="replace")
+    if table_format != str(TABLE_FORMAT):
         raise file_fault(
             path,
-            f" was written by another version of skewbridge (table format {written_as}, this "
+            f" was written by another version of skewbridge (table format {table_format}, this "
             f"one reads {TABLE_FORMAT}): run the study again to replace it",
         )
     return table
@@ -151,10 +151,10 @@ def records_of(frame: pd.DataFrame) -> list[dict[str, Any]]:
 
 def write_csv(frame: pd.DataFrame, path: Path) -> None:
     """Write a CSV file. Texts that a spreadsheet would read as formulas get a leading ``'``."""
-    texts = frame.select_dtypes(exclude=["number", "bool"]).columns
-    safe = {name: frame[name].map(no_formula) for name in texts}
+    text_columns = frame.select_dtypes(exclude=["number", "bool"]).columns
+    escaped = {name: frame[name].map(no_formula) for name in text_columns}
     headings = {name: no_formula(str(name)) for name in frame.columns}
-    frame.assign(**safe).rename(columns=headings).to_csv(path, index=False)
+    frame.assign(**escaped).rename(columns=headings).to_csv(path, index=False)
 
 
 def figure_metadata(metadata: Mapping[str, str]) -> dict[str, str]:
@@ -175,11 +175,11 @@ def stamp(path: Path, metadata: Mapping[str, str]) -> None:
             write_text(path, json.dumps(content | {MARK: dict(metadata)}, indent=1))
     elif path.suffix == ".html":
         text = _ELEMENT.sub("", path.read_text(encoding="utf-8"), count=1)
-        opening = re.search(r"<head\b[^>]*>", text)
-        if opening is None:
+        head_tag = re.search(r"<head\b[^>]*>", text)
+        if head_tag is None:
             raise ValueError(f"{path} has no <head> element")
         element = f'\n<template id="{MARK}">{escape(json.dumps(dict(metadata)))}</template>'
-        write_text(path, text[: opening.end()] + element + text[opening.end() :])
+        write_text(path, text[: head_tag.end()] + element + text[head_tag.end() :])
 
 
 def read_stamp(path: Path) -> dict[str, str]:
@@ -204,15 +204,14 @@ def _texts_in(path: Path) -> dict[str, str]:
         with Image.open(path) as image:
             return json.loads(image.info.get("Description", "{}"))
     if path.suffix == ".json":
-        values = json.loads(path.read_bytes())
-        return values.get(MARK, {}) if isinstance(values, dict) else {}
+        content = json.loads(path.read_bytes())
+        return content.get(MARK, {}) if isinstance(content, dict) else {}
     pattern = {".html": _ELEMENT, ".svg": _SVG_DESCRIPTION}.get(path.suffix)
-    element = pattern and pattern.search(path.read_text(encoding="utf-8"))
-    return json.loads(unescape(element[1])) if element else {}
+    match = pattern and pattern.search(path.read_text(encoding="utf-8"))
+    return json.loads(unescape(match[1])) if match else {}
 
 
 # --- checks of numeric columns
-
 
 type Floats = NDArray[np.float64]
 type Mask = NDArray[np.bool_]
@@ -229,25 +228,25 @@ def as_column(values: ArrayLike, name: str) -> Floats:
     if isinstance(values, str | dict) or not isinstance(values, Iterable):
         raise InputError(f"{name} must be a list of numbers, got {shortened(values)}", column=name)
     items = list(cast("Iterable[Any]", values))
-    out = np.empty(len(items))
+    floats = np.empty(len(items))
     for row, value in enumerate(items):
         try:
-            out[row] = np.nan if value is None else float(value)
+            floats[row] = np.nan if value is None else float(value)
         except (TypeError, ValueError, OverflowError) as error:
-            text = f"{name} must be a number, got {shortened(value)} (row {row})"
-            raise InputError(text, row=row, rows=[row], column=name) from error
-    return out
+            message = f"{name} must be a number, got {shortened(value)} (row {row})"
+            raise InputError(message, row=row, rows=[row], column=name) from error
+    return floats
 
 
 def require(is_valid: Mask, name: str, rule: str, values: Floats | None = None) -> None:
-    """Raise an `InputError` if rows of a column break a rule; it states their first value."""
+    """Raise an `InputError` with the invalid rows of column ``name`` and the first bad value."""
     if np.all(is_valid):
         return
     bad_rows = np.flatnonzero(~is_valid).tolist()
-    rows = ", ".join(map(str, bad_rows[:10])) + (" ..." if len(bad_rows) > 10 else "")
-    shown = "" if values is None else f"; got {values[bad_rows[0]]:g}"
-    text = f"{name} {rule} (row{'s' if len(bad_rows) > 1 else ''} {rows}){shown}"
-    raise InputError(text, row=bad_rows[0], rows=bad_rows, column=name)
+    row_list = ", ".join(map(str, bad_rows[:10])) + (" ..." if len(bad_rows) > 10 else "")
+    first_value = "" if values is None else f"; got {values[bad_rows[0]]:g}"
+    message = f"{name} {rule} (row{'s' if len(bad_rows) > 1 else ''} {row_list}){first_value}"
+    raise InputError(message, row=bad_rows[0], rows=bad_rows, column=name)
 
 
 def positive(values: ArrayLike, name: str) -> Floats:
@@ -261,7 +260,7 @@ def same_length(**columns: Sized) -> None:
     """Raise an `InputError` if columns have different lengths or no rows."""
     lengths = {name: len(column) for name, column in columns.items()}
     if len(set(lengths.values())) != 1:
-        text = ", ".join(f"{name} has {size}" for name, size in lengths.items())
-        raise InputError(f"columns differ in length: {text}", row=min(lengths.values()))
+        sizes = ", ".join(f"{name} has {size}" for name, size in lengths.items())
+        raise InputError(f"columns differ in length: {sizes}", row=min(lengths.values()))
     if not min(lengths.values()):
         raise InputError(f"no rows in {', '.join(lengths)}", row=0)

@@ -48,27 +48,27 @@ def shown_path(path: Path) -> str:
 
 def printable(text: str) -> str:
     """Return a text with each control character replaced by a question mark."""
-    return "".join(sign if sign.isprintable() else "?" for sign in text)
+    return "".join(character if character.isprintable() else "?" for character in text)
 
 
 def file_fault(path: Path, problem: str, **details: object) -> InputError:
-    """Return an `InputError`: the path, then ``problem``, which starts with a blank or colon."""
+    """Return an `InputError` whose message is the path, then ``problem`` (starts with a blank)."""
     return InputError(f"{shown_path(path)}{problem}", file=str(path), **details)
 
 
 def read_bytes(path: Path, max_bytes: int) -> bytes:
     """Return the content of a file; `InputError` above `max_bytes` bytes or if unreadable."""
     try:
-        state = path.stat()
-        is_read = S_ISREG(state.st_mode) and state.st_size <= max_bytes
+        file_state = path.stat()
+        is_read = S_ISREG(file_state.st_mode) and file_state.st_size <= max_bytes
         content = path.read_bytes() if is_read else b""
     except (OSError, ValueError) as error:  # a path with a zero byte is a ValueError
         reason = getattr(error, "strerror", None) or error
         raise file_fault(path, f" cannot be read: {reason}") from None
-    if not S_ISREG(state.st_mode):
+    if not S_ISREG(file_state.st_mode):
         raise file_fault(path, " is a folder or device, but a file is needed")
     if not is_read:
-        raise file_fault(path, f" has {state.st_size} bytes, but at most {max_bytes} are read")
+        raise file_fault(path, f" has {file_state.st_size} bytes, but at most {max_bytes} are read")
     return content
 
 
@@ -99,8 +99,8 @@ class _Loader(yaml.SafeLoader):
 def parse_yaml(text: str, where: str, **details: object) -> Any:
     """Return the plain value of a YAML text, or None if it is empty.
 
-    `InputError` (with `where` and line) for a tag, a repeated key, a key that is not text, or a
-    limit.
+    `InputError` (with `where`, the name of its source, and line) for a tag, a repeated key, a key
+    that is not text, a number of too many digits, or too many values.
     """
     try:
         loader = _Loader(text)
@@ -120,7 +120,7 @@ def parse_yaml(text: str, where: str, **details: object) -> Any:
 
 
 def _check_node(node: Any) -> int:
-    """Refuse invalid keys, long numbers and too many values; return the number of values."""
+    """Refuse invalid keys, long integers and too many values; return the number of values."""
     if isinstance(node, yaml.ScalarNode):
         if node.tag.endswith(":int") and len(node.value) > MAX_DIGITS:
             _refuse(node, f"a whole number may have at most {MAX_DIGITS} digits")
@@ -128,7 +128,7 @@ def _check_node(node: Any) -> int:
     children = node.value
     if isinstance(node, yaml.MappingNode):
         _check_keys(node)
-        children = [child for pair in node.value for child in pair]
+        children = [child for item in node.value for child in item]
     count = 1
     for child in children:
         count += _check_node(child)
@@ -171,8 +171,8 @@ def read_json(path: Path) -> Any:
         content = dict(pairs)
         if len(content) < len(pairs):
             names = [name for name, _ in pairs]
-            twice = next(name for name in names if names.count(name) > 1)
-            raise ValueError(f"the key {shortened(twice)} appears twice")
+            repeated = next(name for name in names if names.count(name) > 1)
+            raise ValueError(f"the key {shortened(repeated)} appears twice")
         return content
 
     text = read_text(path, MAX_JSON_BYTES)
@@ -201,24 +201,24 @@ def read_csv(path: Path, **options: Any) -> "pd.DataFrame":
 
 
 def _check_rows(text: str) -> int:
-    """Return the number of columns; refuse repeated names and rows of a different length."""
+    """Return the number of columns of a CSV text; refuse repeated names and unequal rows."""
     rows = csv.reader(io.StringIO(text), skipinitialspace=True, strict=True)
     header = next((row for row in rows if row), None)
     if header is None:
         raise ValueError("the file is empty")
     names = [name.strip() for name in header]
-    if len(names) == 1 and (sign := next((sign for sign in ";\t" if sign in names[0]), "")):
+    if len(names) == 1 and (mark := next((mark for mark in ";\t" if mark in names[0]), "")):
         raise ValueError(
             f"the columns {shortened(names[0])} are separated by "
-            f"{'semicolons' if sign == ';' else 'tabs'}: write commas, and points in numbers"
+            f"{'semicolons' if mark == ';' else 'tabs'}: write commas, and points in numbers"
         )
-    twice = next((name for name in names if name and names.count(name) > 1), None)
-    if twice is not None:
-        raise ValueError(f"the column {shortened(twice)} appears twice")
+    repeated = next((name for name in names if name and names.count(name) > 1), None)
+    if repeated is not None:
+        raise ValueError(f"the column {shortened(repeated)} appears twice")
     for row in rows:
         if row and (len(row) < len(names) or any(cell.strip() for cell in row[len(names) :])):
-            line = f"line {rows.line_num} has {len(row)} cells"
-            raise ValueError(f"{line}, but the header has {len(names)}")
+            row_size = f"line {rows.line_num} has {len(row)} cells"
+            raise ValueError(f"{row_size}, but the header has {len(names)}")
     return len(names)
 
 
@@ -294,7 +294,7 @@ _NO_KEYS: Final = {"dataclass_type", "model_type", "model_attributes_type", "dic
 
 
 def checked[T](kind: type[T], raw: Any, where: str | Path) -> T:
-    """Return plain values as an instance of `kind`; `InputError` lists the errors of `where`."""
+    """Return plain values as a `kind`; `InputError` lists all errors of `where`, their source."""
     adapter = TypeAdapter(kind)
     try:
         return adapter.validate_python(raw)
@@ -305,29 +305,29 @@ def checked[T](kind: type[T], raw: Any, where: str | Path) -> T:
     schema = adapter.json_schema() if is_unknown else {}
     keys = list(_keys(schema, schema.get("$defs", {})))
     # a list with invalid items is not also reported as too short
-    lists = {finding["loc"][:-1] for finding in findings}
+    invalid_lists = {finding["loc"][:-1] for finding in findings}
     lines = [
         _explain(finding, keys)
         for finding in findings
-        if finding["type"] != "too_short" or finding["loc"] not in lists
+        if finding["type"] != "too_short" or finding["loc"] not in invalid_lists
     ]
     source = shown_path(where) if isinstance(where, Path) else where
-    text = f"{source}: {lines[0]}"
+    message = f"{source}: {lines[0]}"
     if len(lines) > 1:
-        text = listed(f"{source} has {len(lines)} errors:", lines)
-    raise InputError(text, **({"file": str(where)} if isinstance(where, Path) else {}))
+        message = listed(f"{source} has {len(lines)} errors:", lines)
+    raise InputError(message, **({"file": str(where)} if isinstance(where, Path) else {}))
 
 
 def _keys_of(raw: Any, error_path: tuple[str | int, ...]) -> tuple[str | int, ...]:
-    """Return the keys that lead to an error, without the types that pydantic adds in unions."""
+    """Return the keys from the top to an error, without the types that pydantic adds in unions."""
     keys, node = list[str | int](), raw
     for step in error_path:
-        tree: Any = node
-        if isinstance(node, dict) and step not in node and tree.get("type") == step:
+        parent: Any = node
+        if isinstance(node, dict) and step not in node and parent.get("type") == step:
             continue
         keys.append(step)
         try:
-            node = tree[step]
+            node = parent[step]
         except (KeyError, IndexError, TypeError):
             node = None
     return tuple(keys)
@@ -335,23 +335,23 @@ def _keys_of(raw: Any, error_path: tuple[str | int, ...]) -> tuple[str | int, ..
 
 def merged(base: Mapping[str, Any], top: Mapping[str, Any]) -> dict[str, Any]:
     """Return `base` with nested mappings updated from `top`; lists and values are replaced."""
-    out = dict(base)
+    result = dict(base)
     for key, value in top.items():
-        base_value: Any = out.get(key)
+        base_value: Any = result.get(key)
         are_mappings = isinstance(base_value, Mapping) and isinstance(value, Mapping)
-        out[key] = merged(base_value, value) if are_mappings else value
-    return out
+        result[key] = merged(base_value, value) if are_mappings else value
+    return result
 
 
 def _keys(schema: Mapping[str, Any], classes: Mapping[str, Any], prefix: str = "") -> Iterator[str]:
     """Yield all keys of a JSON schema as paths such as `motions.count`."""
-    kinds = chain.from_iterable(schema.get(kind, ()) for kind in ("anyOf", "allOf", "oneOf"))
-    for branch in (schema, *kinds):
-        if model := classes.get(branch.get("$ref", "").rsplit("/", 1)[-1]):
-            yield from _keys(model, classes, prefix)
-        for key, inner in branch.get("properties", {}).items():
+    alternatives = chain.from_iterable(schema.get(word, ()) for word in ("anyOf", "allOf", "oneOf"))
+    for branch in (schema, *alternatives):
+        if referenced := classes.get(branch.get("$ref", "").rsplit("/", 1)[-1]):
+            yield from _keys(referenced, classes, prefix)
+        for key, value_schema in branch.get("properties", {}).items():
             yield prefix + key
-            yield from _keys(inner.get("items", inner), classes, f"{prefix}{key}.")
+            yield from _keys(value_schema.get("items", value_schema), classes, f"{prefix}{key}.")
 
 
 def _nearest_key(error_path: Sequence[str | int], keys: Sequence[str]) -> str:
@@ -370,24 +370,24 @@ def _nearest_key(error_path: Sequence[str | int], keys: Sequence[str]) -> str:
 
 def _explain(finding: Any, keys: Sequence[str]) -> str:
     """Return one error found by pydantic as text: the key, the limit and the given value."""
-    where = ".".join(printable(str(step)[:LONGEST_SHOWN]) for step in finding["loc"])
+    key_path = ".".join(printable(str(step)[:LONGEST_SHOWN]) for step in finding["loc"])
     kind, value = finding["type"], finding["input"]
     if kind in _UNKNOWN:
-        words = f"unknown key{_nearest_key(finding['loc'], keys)}"
+        text = f"unknown key{_nearest_key(finding['loc'], keys)}"
     elif kind in _MISSING:
-        words = "is missing"
+        text = "is missing"
     elif kind in _NO_KEYS:
-        words = "must contain keys and values"
+        text = "must contain keys and values"
     elif kind == "union_tag_invalid":
-        where += f".{finding['ctx']['discriminator']}".replace("'", "")
-        words = "must be one of {expected_tags}, got '{tag}'".format(**finding["ctx"])
+        key_path += f".{finding['ctx']['discriminator']}".replace("'", "")
+        text = "must be one of {expected_tags}, got '{tag}'".format(**finding["ctx"])
     else:
         message = finding["msg"].removeprefix("Value error, ").replace("valid tuple", "list")
-        words = re.sub(r"^(Input|Tuple|List|String) should", "must", message)
-        words = words.replace(" after validation", "")
+        text = re.sub(r"^(Input|Tuple|List|String) should", "must", message)
+        text = text.replace(" after validation", "")
     if kind not in _UNKNOWN | _MISSING and not isinstance(value, Mapping | ArgsKwargs):
-        words += f", got {shortened(value)}".removesuffix(".0")
+        text += f", got {shortened(value)}".removesuffix(".0")
     if isinstance(value, str) and kind in {"float_type", "float_parsing", "int_type"}:
-        words += " (it is text. Write a number with an exponent like 2.0e+7. `snakemake --config`"
-        words += " passes values within braces as text: use a file and --configfile instead)"
-    return f"{where}: {words}" if where else words
+        text += " (it is text. Write a number with an exponent like 2.0e+7. `snakemake --config`"
+        text += " passes values within braces as text: use a file and --configfile instead)"
+    return f"{key_path}: {text}" if key_path else text

@@ -56,27 +56,27 @@ class Axis:
         # 1e-9 is a rounding error
         if self.decimals is None or abs(value - round(value, self.decimals)) <= 1e-9:
             return None
-        most = f"have at most {self.decimals} decimals"
-        return f"must {most if self.decimals else 'be a whole number'}"
+        decimals_limit = f"have at most {self.decimals} decimals"
+        return f"must {decimals_limit if self.decimals else 'be a whole number'}"
 
     def checked(self, value: float) -> float:
-        """Return a value of the axis without rounding errors; `InputError` if it is invalid."""
+        """Return a value rounded to the decimals of the axis; `InputError` if it is invalid."""
         if complaint := self.complaint(value):
             raise InputError(f"{self.name} {complaint}, got {float(value):.10g}")
         return float(value) if self.decimals is None else round(value, self.decimals or None)
 
     def count(self, value: float) -> float:
-        """Return a valid value as in names: times ``name_factor``, as an integer if it is whole."""
+        """Return a value as in variant names: times ``name_factor``, an integer if it is whole."""
         count = round(self.checked(value) * self.name_factor, self.decimals)
         return int(count) if count == int(count) else float(count)
 
     def in_name(self, value: float) -> str:
-        """Return the part of a variant's name that holds the value."""
+        """Return the value as text in the name of a variant, such as ``skew30``."""
         number = self.count(value) if self.digits else value
         text = f"{abs(number)!r}".removesuffix(".0").replace("+", "").replace(".", "p")
-        integer, p, decimals = text.partition("p")
+        integer, point, decimals = text.partition("p")
         sign = ("m" if self.digits else "-") if number < 0 else ""
-        return f"{self.code}{sign}{integer.zfill(self.digits)}{p}{decimals}"
+        return f"{self.code}{sign}{integer.zfill(self.digits)}{point}{decimals}"
 
 
 AXES: Final = (
@@ -121,23 +121,23 @@ AXES: Final = (
 
 
 def axis(name: str) -> Axis:
-    """Return a core axis or an axis of a numeric modelling option by name, or `InputError`."""
+    """Return skew, gap, friction or the axis of a modelling option by name, else `InputError`."""
     if name not in _BY_NAME:
         raise InputError(f"axis must be one of {', '.join(_BY_NAME)}, got {name!r}")
     return _BY_NAME[name]
 
 
 def axes_of(columns: Iterable[str]) -> tuple[Axis, ...]:
-    """Return the axes among the columns of a table, in the order of the axis table."""
-    present = set(columns)
-    return tuple(axis for axis in _BY_NAME.values() if axis.name in present)
+    """Return the axes among the columns of a table: skew, gap, friction, then options."""
+    names = set(columns)
+    return tuple(axis for axis in _BY_NAME.values() if axis.name in names)
 
 
 def _option_axis(name: str, field: Mapping[str, Any]) -> Axis | None:
     """Return the axis of a modelling option from its JSON schema, or None if not numeric."""
     kinds = field.get("anyOf", [field])
-    number = next((kind for kind in kinds if kind.get("type") in ("number", "integer")), None)
-    if number is None:
+    numeric = next((kind for kind in kinds if kind.get("type") in ("number", "integer")), None)
+    if numeric is None:
         return None
     title = split_unit(name)[0].replace("_", " ")
     return Axis(
@@ -146,9 +146,9 @@ def _option_axis(name: str, field: Mapping[str, Any]) -> Axis | None:
         title=title,
         description=field["description"],
         code=name.replace("_", "-"),
-        low=number["minimum"],
-        high=number["maximum"],
-        decimals=0 if number["type"] == "integer" else None,
+        low=numeric["minimum"],
+        high=numeric["maximum"],
+        decimals=0 if numeric["type"] == "integer" else None,
     )
 
 

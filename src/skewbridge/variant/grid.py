@@ -46,11 +46,12 @@ def _different_names(values: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _with_axes(schema: dict[str, Any]) -> None:
-    """Add the limits of the core axes to the JSON schema, and the names of the other axes."""
+    """Add limits of skew, gap and friction to the JSON schema, and the names of other axes."""
     for axis in AXES:
-        items = {"type": "number", "minimum": axis.low, "maximum": axis.high}
-        schema["properties"][axis.name] |= {"description": axis.description, "items": items}
-    schema["propertyNames"] = {"enum": [*schema["properties"], *(a.name for a in OPTION_AXES)]}
+        item_schema = {"type": "number", "minimum": axis.low, "maximum": axis.high}
+        schema["properties"][axis.name] |= {"description": axis.description, "items": item_schema}
+    names = [*schema["properties"], *(axis.name for axis in OPTION_AXES)]
+    schema["propertyNames"] = {"enum": names}
     schema["additionalProperties"] = {"type": "array", "minItems": 1, "items": {"type": "number"}}
 
 
@@ -102,10 +103,10 @@ class GridConfig(BaseModel):
 
     @model_validator(mode="after")
     def _values_on_their_axes(self) -> Self:
-        extra, axes = self.model_extra or {}, {axis.name: axis for axis in (*AXES, *OPTION_AXES)}
-        unknown = {(name,): ("no axis", extra[name]) for name in extra.keys() - axes.keys()}
+        options, axes = self.model_extra or {}, {axis.name: axis for axis in (*AXES, *OPTION_AXES)}
+        unknown = {(name,): ("no axis", options[name]) for name in options.keys() - axes.keys()}
         _refuse("extra_forbidden", unknown)
-        extra.update(_OPTION_VALUES.validate_python(extra))
+        options.update(_OPTION_VALUES.validate_python(options))
         complaints = {
             (name, number): (complaint, value)
             for name, values in self.values().items()
@@ -120,10 +121,10 @@ class GridConfig(BaseModel):
 
 
 def _refuse(kind: LiteralString, findings: Mapping[Any, tuple[str, Any]]) -> None:
-    """Raise one error with message and value for each invalid position in the grid, if any."""
+    """Raise one error with message and value of each invalid position in the grid, if any."""
     errors = [
-        InitErrorDetails(type=PydanticCustomError(kind, "{w}", {"w": words}), loc=at, input=value)
-        for at, (words, value) in findings.items()
+        InitErrorDetails(type=PydanticCustomError(kind, "{w}", {"w": text}), loc=path, input=value)
+        for path, (text, value) in findings.items()
     ]
     if errors:
         raise ValidationError.from_exception_data("grid", errors)
@@ -135,18 +136,18 @@ def expand_grid(grid: GridConfig) -> list[Variant]:
 
 
 def cells_of(grid: GridConfig, within: Sequence[str]) -> tuple[int, dict[str, list[int]]]:
-    """Return the number of cells of a grid, and the cells of each variant by its name.
+    """Return the number of cells of a grid, and the indices of the cells of each variant (slug).
 
     A cell is a combination of values of the axes not listed in ``within``. A variant that lacks
     some of these axes belongs to several cells.
     """
-    outer = [name for name in grid.values() if name not in within]
-    numbers: dict[tuple[float, ...], int] = {}
+    cell_axes = [name for name in grid.values() if name not in within]
+    cell_numbers: dict[tuple[float, ...], int] = {}
     cells: dict[str, set[int]] = {}
     for variant, point in _points(grid):
-        cell = numbers.setdefault(tuple(point[name] for name in outer), len(numbers))
+        cell = cell_numbers.setdefault(tuple(point[name] for name in cell_axes), len(cell_numbers))
         cells.setdefault(variant.slug, set()).add(cell)
-    return len(numbers), {slug: sorted(cells[slug]) for slug in sorted(cells)}
+    return len(cell_numbers), {slug: sorted(cells[slug]) for slug in sorted(cells)}
 
 
 def _points(grid: GridConfig) -> Iterator[tuple[Variant, dict[str, float]]]:

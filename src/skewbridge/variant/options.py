@@ -82,7 +82,7 @@ class ModelOptions:
     """power of the wall height in the strength of UCSD backfill (scheme paper: 1)"""
     # ASSUME the backfill is uniform along the wall
     backfill_variation: Number = Field(default=0.0, ge=0.0, le=0.9)
-    """relative change of the backfill from middle to wall ends, skew 60 (Kaviani: 0.3)"""
+    """relative change of backfill from middle to wall ends at skew 60 (Kaviani: 0.3)"""
     keys: Literal["sacrificial", "monolithic"] = Field(default="sacrificial")
     """backbone of the exterior shear keys"""
     key_frame: Literal["skewed", "deck_edge"] = Field(default="deck_edge")
@@ -104,9 +104,9 @@ class ModelOptions:
     cap_load: Literal["spread", "middle"] = Field(default="spread")
     """dead load of the deck on a cap: over its width, or in the middle"""
     foundation: Literal["springs", "fixed"] = Field(default="springs")
-    """column bases on the springs of the bridge file, or rigid"""
+    """column bases on springs of the bridge file, or rigid"""
     embankment_mass: Flag = Field(default=False)
-    """critical length of the embankment moves with the abutment (model spring)"""
+    """embankment mass over its critical length moves with the abutment (model spring)"""
     damping_ratio: Number | None = Field(default=None, ge=1.0e-3, le=0.5)
     """Rayleigh damping ratio; null: of the bridge file"""
     rayleigh: RayleighKind = Field(default="mass_and_stiffness")

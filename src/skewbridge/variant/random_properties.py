@@ -69,15 +69,15 @@ class RandomProperty:
         return self
 
     def quantile(self, share: float) -> float:
-        """Return the value that a share (0 to 1) of all draws does not exceed."""
+        """Return the quantile of the truncated distribution at a probability ``share`` (0 to 1)."""
         if self.distribution == "uniform":
             value = self.low + share * (self.high - self.low)
         else:
-            into, back = (log, exp) if self.distribution == "lognormal" else (float, float)
-            normal = NormalDist(into(self.median), self.spread)
-            low, high = normal.cdf(into(self.low)), normal.cdf(into(self.high))
-            middle = min(max(low + share * (high - low), 1.0e-12), 1.0 - 1.0e-12)
-            value = back(normal.inv_cdf(middle))
+            transform, inverse = (log, exp) if self.distribution == "lognormal" else (float, float)
+            normal = NormalDist(transform(self.median), self.spread)
+            low, high = normal.cdf(transform(self.low)), normal.cdf(transform(self.high))
+            probability = min(max(low + share * (high - low), 1.0e-12), 1.0 - 1.0e-12)
+            value = inverse(normal.inv_cdf(probability))
         # the last digits of exp depend on the processor; keys of analyses must not
         return float(f"{min(max(value, self.low), self.high):.6g}")
 
@@ -141,8 +141,8 @@ class UncertaintyConfig:
         options = {field.name for field in fields(ModelOptions)} - self.properties.keys()
         for name, values in self.alternatives.items():
             if name not in options:
-                near = did_you_mean(name, options)
-                raise ValueError(f"alternatives: {name} is not a key of model{near}")
+                suggestion = did_you_mean(name, options)
+                raise ValueError(f"alternatives: {name} is not a key of model{suggestion}")
             if not 2 <= len(set(values)) == len(values):
                 raise ValueError(f"alternatives.{name} needs two or more values, all different")
             for value in values:
@@ -168,7 +168,7 @@ class UncertaintyConfig:
         return {name: distribution for name, distribution in configured if distribution is not None}
 
     def draws(self, motion_ids: Sequence[str], suite: str = "") -> dict[str, dict[str, Any]]:
-        """Return the draw of each motion of a suite; empty if drawing is not enabled.
+        """Return the drawn values, keyed by motion and property or option; empty if not enabled.
 
         A draw depends on the seed, the suite and the position of the motion in it. The properties
         of 16 motions form a Latin hypercube, their alternatives another one.
@@ -176,23 +176,23 @@ class UncertaintyConfig:
         drawn, options = self.drawn, self.alternatives if self.enabled else {}
         if not drawn and not options:
             return {}
-        label, blocks = int.from_bytes(suite.encode()), range(-(-len(motion_ids) // BLOCK))
-        seeds = [(self.seed, label, block) for block in blocks]
-        shares = np.vstack([_hypercube(len(PROPERTIES), seed) for seed in seeds])
-        picks = np.vstack([_hypercube(len(options) or 1, (*seed, 1)) for seed in seeds])
+        suite_number, blocks = int.from_bytes(suite.encode()), range(-(-len(motion_ids) // BLOCK))
+        seeds = [(self.seed, suite_number, block) for block in blocks]
+        level_rows = np.vstack([_hypercube(len(PROPERTIES), seed) for seed in seeds])
+        choice_rows = np.vstack([_hypercube(len(options) or 1, (*seed, 1)) for seed in seeds])
         return {
             motion_id: {
                 **{
-                    name: d.quantile(float(share))
-                    for name, share in zip(PROPERTIES, of_properties, strict=True)
-                    if (d := drawn.get(name)) is not None
+                    name: law.quantile(float(level))
+                    for name, level in zip(PROPERTIES, levels, strict=True)
+                    if (law := drawn.get(name)) is not None
                 },
                 **{
-                    name: values[int(pick * len(values))]
-                    for (name, values), pick in zip(options.items(), of_options, strict=False)
+                    name: values[int(choice * len(values))]
+                    for (name, values), choice in zip(options.items(), choices, strict=False)
                 },
             }
-            for motion_id, of_properties, of_options in zip(motion_ids, shares, picks, strict=False)
+            for motion_id, levels, choices in zip(motion_ids, level_rows, choice_rows, strict=False)
         }
 
 
@@ -205,7 +205,7 @@ PROPERTIES: Final = tuple(
 
 
 def draw_columns(draw: Draw) -> dict[str, float | str]:
-    """Return the columns of a draw: numbers of random properties, texts of modelling options."""
+    """Return a draw as columns of the demands table: properties as numbers, options as texts."""
     return {
         **{f"{DRAW_PREFIX}{name}": draw[name] for name in draw if name in PROPERTIES},
         **{
@@ -217,13 +217,13 @@ def draw_columns(draw: Draw) -> dict[str, float | str]:
 
 
 def drawn_properties(columns: Iterable[str]) -> tuple[str, ...]:
-    """Return the spelled-out names of the random properties in a demands table."""
+    """Return the names in words of the random properties among columns of a demands table."""
     names = (name.removeprefix(DRAW_PREFIX) for name in columns if name.startswith(DRAW_PREFIX))
     return tuple(property_name(name) for name in names)
 
 
 def drawn_options(columns: Iterable[str]) -> tuple[str, ...]:
-    """Return the modelling options in a demands table of which each motion has its own value."""
+    """Return the modelling options drawn per motion, from the columns of a demands table."""
     return tuple(
         name.removeprefix(CHOICE_PREFIX) for name in columns if name.startswith(CHOICE_PREFIX)
     )
@@ -236,22 +236,22 @@ def property_name(name: str) -> str:
 
 
 def _hypercube(width: int, seed: tuple[int, ...]) -> Any:
-    """Return a Latin hypercube of shape (BLOCK, width), the least correlated of many trials."""
+    """Return a Latin hypercube in 0..1, shape (BLOCK, width): the least correlated of many."""
     rng = np.random.default_rng(seed)
-    steps = np.tile(np.arange(BLOCK), (width, 1))
-    trials = [rng.permuted(steps, axis=1) for _ in range(_TRIALS)]
+    strata = np.tile(np.arange(BLOCK), (width, 1))
+    trials = [rng.permuted(strata, axis=1) for _ in range(_TRIALS)]
     best = min(trials, key=lambda trial: float(np.abs(np.corrcoef(trial) - np.eye(width)).max()))
     return ((best + rng.random(best.shape)) / BLOCK).T
 
 
 def with_draw(options: ModelOptions, draw: Draw) -> ModelOptions:
-    """Return options changed by a draw.
+    """Return modelling options changed by the values drawn for a motion.
 
-    Factors multiply them, offsets are added to them, and alternatives replace them.
+    Factors multiply options, offsets are added to them, and alternatives replace them.
     """
-    changed: dict[str, Any] = {name: draw[name] for name in draw if name != DIRECTION}
-    for name in changed.keys() & {*PROPERTIES}:
-        configured = getattr(options, name)
+    drawn: dict[str, Any] = {name: draw[name] for name in draw if name != DIRECTION}
+    for name in drawn.keys() & {*PROPERTIES}:
+        option = getattr(options, name)
         is_factor = name.endswith("_factor")
-        changed[name] = configured * changed[name] if is_factor else configured + changed[name]
-    return replace(options, **changed)
+        drawn[name] = option * drawn[name] if is_factor else option + drawn[name]
+    return replace(options, **drawn)

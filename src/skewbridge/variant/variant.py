@@ -104,20 +104,20 @@ class Variant:
                 f"abutment must be one of {', '.join(ABUTMENTS)}, got {self.abutment!r}"
                 f"{did_you_mean(self.abutment, ABUTMENTS)}"
             )
-        numbers = {
+        field_values = {
             "skew_deg": self.skew_deg,
             "gap_mm": self.gap_mm,
             "friction_pct": self.friction_pct / 100,
         }
         # the key of an analysis has these numbers as text, so 30 and 30.0 must be the same number
-        for core, (field, value) in zip(AXES, numbers.items(), strict=True):
+        for core, (field, value) in zip(AXES, field_values.items(), strict=True):
             object.__setattr__(self, field, core.count(value))
         for name, value in self.options:
             axis(name).checked(value)
 
     @classmethod
     def at(cls, bridge: str, abutment: str, values: Mapping[str, float]) -> Self:
-        """Return the variant with these values of all core axes and of modelling options.
+        """Return the variant with values of skew, gap, friction and modelling options, by axis.
 
         Raises `InputError` for an unknown axis or an invalid value.
         """
@@ -150,7 +150,7 @@ class Variant:
 
     @property
     def traits(self) -> AbutmentTraits:
-        """Traits of the abutment model."""
+        """Properties of the abutment model."""
         return ABUTMENTS[self.abutment]
 
     def values(self) -> dict[str, float]:

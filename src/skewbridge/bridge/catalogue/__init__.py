@@ -86,7 +86,7 @@ def _file(name: str | Path) -> Path:
 
 
 def read_bridge(name: str | Path) -> Completed:
-    """Return a bridge with its drawing and the origin of its numbers; see `load_bridge`."""
+    """Return a bridge with the origin of its numbers (drawing, rule, parent); see `load_bridge`."""
     return _loaded(_file(name))
 
 
@@ -94,22 +94,22 @@ def read_bridge(name: str | Path) -> Completed:
 def _loaded(path: Path) -> Completed:
     sources: dict[str, str] = {}
     files = _with_parents(path)
-    top, *_ = trees = _by_end(files)
+    bridge_tree, *_ = trees = _by_end(files)
     merged: dict[str, Any] = {}
     for tree in reversed(trees):
         for key in overruled(tree):
-            parent_key, _, last = key.rpartition(".")
+            parent_key, _, name = key.rpartition(".")
             if isinstance(section := value_at(merged, parent_key), dict):
-                section.pop(last, None)
+                section.pop(name, None)
         merged = _overlay(merged, tree)
     plain = _strip(merged, "", sources, path)
     raw = {**plain, "name": path.stem, "sources": sources}
-    inherited = frozenset(key for key in sources if value_at(top, key) is None)
+    inherited = frozenset(key for key in sources if value_at(bridge_tree, key) is None)
     return completed(raw, path)._replace(inherited=inherited)
 
 
 def _by_end(layers: list[tuple[Path, dict[str, Any]]]) -> list[dict[str, Any]]:
-    """Return the data of the files; ``abutment`` becomes two ends if one has ``abutments``."""
+    """Return the data of each file; if any has ``abutments``, an ``abutment`` becomes two ends."""
     trees = [tree for _, tree in layers]
     if any("abutments" in tree for tree in trees):
         for path, tree in layers:
@@ -139,13 +139,13 @@ def _with_parents(path: Path) -> list[tuple[Path, dict[str, Any]]]:
         layers.append((path, tree))
         if parent is None:
             return layers
-        base = _named(f"{parent}", path.parent, excluded=tuple(file for file, _ in layers))
-        if base is None:
+        parent_path = _named(f"{parent}", path.parent, excluded=tuple(file for file, _ in layers))
+        if parent_path is None:
             message = f"{path.name}: extends: no other bridge is named {shortened(parent)}"
             raise InputError(message, file=path.name)
         if len(layers) > MAX_PARENTS:
             raise InputError(f"{path.name}: more than {MAX_PARENTS} bridges are linked by extends")
-        path = base
+        path = parent_path
 
 
 def _named(name: str, folder: Path, excluded: tuple[Path, ...] = ()) -> Path | None:
@@ -161,8 +161,8 @@ def _named(name: str, folder: Path, excluded: tuple[Path, ...] = ()) -> Path | N
 def _sourced(node: Any, name: str, source: Any) -> Any:
     """Return nested data in which numbers and quantities without a source get ``source``."""
     if isinstance(node, dict):
-        has_own = "v" in node and "src" in node
-        return node if has_own else {key: _sourced(v, key, source) for key, v in node.items()}
+        has_src = "v" in node and "src" in node
+        return node if has_src else {key: _sourced(v, key, source) for key, v in node.items()}
     items = node if isinstance(node, list) else [node]
     if items and all(_is_quantity(item, name) for item in items):
         return {"v": node, "src": source}
@@ -195,11 +195,11 @@ def _strip(node: Any, where: str, sources: dict[str, str], path: Path) -> Any:
     if isinstance(node, dict):
         if "v" in node:
             source = node.get("src", "")
-            is_text = isinstance(source, str) and re.fullmatch(SOURCE_PATTERN, source)
+            is_valid = isinstance(source, str) and re.fullmatch(SOURCE_PATTERN, source)
             if unknown := set(node) - {"v", "src"}:
                 key = f"{where}.{min(unknown)}"
                 raise InputError(f"{path.name}: {key}: unknown key; a number has only v and src")
-            if not is_text:
+            if not is_valid:
                 raise InputError(
                     f"{path.name}: {where}: src must be 'LETTER: text', where LETTER is "
                     f"{SOURCE_LETTERS}; got {shortened(source)}",
@@ -238,36 +238,36 @@ def _plain(value: Any, where: str, path: Path) -> Any:
 def bridge_schema() -> dict[str, Any]:
     """Return the JSON schema of a bridge file; keys may be omitted only with ``extends``."""
     schema = BridgeData.model_json_schema()
-    kinds: dict[str, Any] = schema["$defs"]
-    for shape in (schema, *kinds.values()):
+    definitions: dict[str, Any] = schema["$defs"]
+    for shape in (schema, *definitions.values()):
         for name, field in shape.get("properties", {}).items():
             options = [
                 option for option in field.get("anyOf", [field]) if option.get("type") != "null"
             ]
-            if _is_number(options[0], kinds):
+            if _is_number(options[0], definitions):
                 shape["properties"][name] = _in_file(options[0])
     by_rule = {rule.key.partition(".")[0] for rule in RULES} - {"deck", "column", "abutment"}
     needed = [name for name in schema.pop("required") if name not in {"name", "sources", *by_rule}]
-    for name, shape in kinds.items():
+    for name, shape in definitions.items():
         shape.pop("required", None)
-        kinds[name] = _in_file(shape) if _is_number(shape, kinds) else shape
+        definitions[name] = _in_file(shape) if _is_number(shape, definitions) else shape
     for name in ("name", "sources"):
         del schema["properties"][name]
     for key, limits in DRAWN.items():
-        parts = [schema]
-        *sections, last = key.split(".")
-        for name in sections:
-            omitted = {"type": "object", "properties": {}, "additionalProperties": False}
-            fields = [shape["properties"].setdefault(name, omitted) for shape in parts]
-            parts = [shape for field in fields for shape in _shapes(field, kinds)]
+        targets = [schema]
+        *section_names, final_key = key.split(".")
+        for name in section_names:
+            empty_section = {"type": "object", "properties": {}, "additionalProperties": False}
+            fields = [shape["properties"].setdefault(name, empty_section) for shape in targets]
+            targets = [shape for field in fields for shape in _shapes(field, definitions)]
         is_text = isinstance(limits, str)
-        size = {} if is_text else {"minimum": limits[0], "maximum": limits[1]}
-        for shape in parts:
-            field = {"type": "string"} if is_text else _in_file({"type": "number", **size})
-            shape["properties"][last] = field
+        value_range = {} if is_text else {"minimum": limits[0], "maximum": limits[1]}
+        for shape in targets:
+            field = {"type": "string"} if is_text else _in_file({"type": "number", **value_range})
+            shape["properties"][final_key] = field
     texts = (
         ("extends", "bridge that this one starts from"),
-        ("source", "of numbers without their own"),
+        ("source", "source of all numbers without one"),
     )
     schema["properties"] |= {key: {"type": "string", "description": words} for key, words in texts}
     schema["anyOf"] = [{"required": ["extends"]}, {"required": needed}]
@@ -275,7 +275,7 @@ def bridge_schema() -> dict[str, Any]:
 
 
 def _shapes(field: dict[str, Any], definitions: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the mappings that a field may have, for example one per shape of a column."""
+    """Return the schemas of a field's alternatives, for example one per shape of a column."""
     if "$ref" in field:
         return _shapes(definitions[field["$ref"].rsplit("/", 1)[1]], definitions)
     options = [option for option in field.get("anyOf", ()) if option.get("type") != "null"]
@@ -283,18 +283,18 @@ def _shapes(field: dict[str, Any], definitions: dict[str, Any]) -> list[dict[str
 
 
 def _in_file(number: dict[str, Any]) -> dict[str, Any]:
-    """Return the schema of a number in a file: alone, as text with a unit, or with its source."""
+    """Return the JSON schema of a number: alone, as text with a unit, or with its source."""
     if "$ref" in number:
         return number
-    text = {} if number["type"] == "array" else {"pattern": r"^\d.*\D$"}
-    kinds = [number["type"], *(["string"] if text else [])]
+    text_pattern = {} if number["type"] == "array" else {"pattern": r"^\d.*\D$"}
+    types = [number["type"], *(["string"] if text_pattern else [])]
     return (
         number
-        | text
+        | text_pattern
         | {
-            "type": [*kinds, "object"],
+            "type": [*types, "object"],
             "properties": {
-                "v": number | text | {"type": kinds},
+                "v": number | text_pattern | {"type": types},
                 "src": {"type": "string", "pattern": f"^{SOURCE_PATTERN}$"},
             },
             "required": ["v", "src"],
@@ -303,8 +303,8 @@ def _in_file(number: dict[str, Any]) -> dict[str, Any]:
     )
 
 
-def _is_number(field: dict[str, Any], kinds: dict[str, Any]) -> bool:
-    kind = kinds[field["$ref"].rsplit("/", 1)[1]] if "$ref" in field else field
-    if kind.get("type") == "array":
-        return _is_number(kind.get("items") or kind["prefixItems"][0], kinds)
-    return kind.get("type") in {"number", "integer"}
+def _is_number(field: dict[str, Any], definitions: dict[str, Any]) -> bool:
+    schema = definitions[field["$ref"].rsplit("/", 1)[1]] if "$ref" in field else field
+    if schema.get("type") == "array":
+        return _is_number(schema.get("items") or schema["prefixItems"][0], definitions)
+    return schema.get("type") in {"number", "integer"}

@@ -63,14 +63,14 @@ type Fibers = list[tuple[float, float, float]]
 
 @dataclass(frozen=True, slots=True)
 class Outline:
-    """Circle, rectangle, or oblong with round ends of diameter ``corner_m``."""
+    """Circle, rectangle (``corner_m`` 0), or oblong with round ends of diameter ``corner_m``."""
 
     sizes_m: Pair
     corner_m: float = 0.0
 
     @property
     def is_round(self) -> bool:
-        """Whether all directions are equal."""
+        """Whether the outline is a circle."""
         return self.sizes_m[0] == self.sizes_m[1] == self.corner_m
 
     @property
@@ -85,7 +85,7 @@ class Outline:
         return round_m2 + (self.sizes_m[0] * self.sizes_m[1] - self.corner_m * self.corner_m)
 
     def inertia_m4(self, direction: int) -> float:
-        """Return the second moment of area of bending in a direction."""
+        """Return the inertia for bending normal to the bent (``direction`` 0) or along it (1)."""
         size, across, corner_m = self.sizes_m[direction], self.sizes_m[1 - direction], self.corner_m
         flat = size - corner_m
         arcs = math.pi * corner_m**2 * flat**2 / 16 + corner_m**3 * flat / 6  # of two semicircles
@@ -105,7 +105,7 @@ class Outline:
         return Outline((depth_m, width_m), corner_m if self.corner_m else 0.0)
 
     def area_below(self, direction: int, height_m: FloatArray) -> FloatArray:
-        """Return the area below heights from the centre, along a direction."""
+        """Return the area (m2) below heights (m above the centre, in the direction of bending)."""
         size, across, corner_m = self.sizes_m[direction], self.sizes_m[1 - direction], self.corner_m
         flat = (size - corner_m) / 2
 
@@ -120,14 +120,14 @@ class Outline:
         return area
 
     def points(self, count: int) -> FloatArray:
-        """Return points at nearly equal distances, symmetric if even in number, shape (n, 2)."""
+        """Return points (y, z in m) at nearly equal distances on the outline, shape (n, 2)."""
         depth, width = self.sizes_m
         if self.is_round:
             angle_rad = 2 * np.pi * (np.arange(count) + 0.5) / count
             return self.corner_m / 2 * np.column_stack((np.cos(angle_rad), np.sin(angle_rad)))
         if self.corner_m:
-            turn = np.linspace(0.0, np.pi, 361)
-            y, z = (width - depth) / 2 + depth / 2 * np.sin(turn), depth / 2 * np.cos(turn)
+            angles = np.linspace(0.0, np.pi, 361)
+            y, z = (width - depth) / 2 + depth / 2 * np.sin(angles), depth / 2 * np.cos(angles)
             y, z = np.array([0.0, *-y, *y, 0.0]), np.array([z[0], *z, *-z, z[0]])
             s_m = np.append(0.0, np.hypot(np.diff(y), np.diff(z)).cumsum())
             along_m = (np.arange(count) + 0.5) / count * s_m[-1]
@@ -135,28 +135,28 @@ class Outline:
         half = count // 2
         steps = min(max(round(half * width / (width + depth)), 1), half - 1)
         edge, side = (np.linspace(-0.5, 0.5, n, endpoint=False) for n in (steps, half - steps))
-        walk = np.array([*((y, -0.5) for y in edge), *((0.5, z) for z in side)])
-        return np.vstack((walk, -walk)) * (width, depth)
+        half_outline = np.array([*((y, -0.5) for y in edge), *((0.5, z) for z in side)])
+        return np.vstack((half_outline, -half_outline)) * (width, depth)
 
     def fibers(self, rings: int, wedges: int, core: "Outline | None" = None) -> Fibers:
-        """Return fibers of the area, or of the cover of a core: discs in rings, rectangles in rows.
+        """Return fibers of the area, or only of the cover outside ``core``.
 
-        Rectangles have two rows per ring, or one in the cover.
+        Circles have rings of wedges, rectangles two rows per ring (one in the cover).
         """
-        (depth, width), ends, core_m = self.sizes_m, self.corner_m, core.corner_m if core else 0.0
-        between = width - ends
+        (depth, width), end_m, core_m = self.sizes_m, self.corner_m, core.corner_m if core else 0.0
+        flat = width - end_m
         if self.is_round:
-            return _rings(core_m / 2, ends / 2, rings, wedges)
+            return _rings(core_m / 2, end_m / 2, rings, wedges)
         # the two halves of a disc, with as many fibers, are at the ends
-        disc = _rings(core_m / 2, ends / 2, rings, 4 * math.ceil(wedges / 4)) if ends else []
-        fibers = [(y + math.copysign(between / 2, y), z, area) for y, z, area in disc]
+        disc = _rings(core_m / 2, end_m / 2, rings, 4 * math.ceil(wedges / 4)) if end_m else []
+        fibers = [(y + math.copysign(flat / 2, y), z, area) for y, z, area in disc]
         if core is None:
-            return fibers + _block((0.0, 0.0), (between, depth), (2 * rings, 2 * rings))
-        low, narrow = core.sizes_m
-        rows = _block((0.0, (depth + low) / 4), (between, (depth - low) / 2), (wedges, rings))
-        if not ends:
-            sides = ((width + narrow) / 4, 0.0), ((width - narrow) / 2, low)
-            rows += _block(*sides, (rings, wedges))
+            return fibers + _block((0.0, 0.0), (flat, depth), (2 * rings, 2 * rings))
+        core_z, core_y = core.sizes_m
+        rows = _block((0.0, (depth + core_z) / 4), (flat, (depth - core_z) / 2), (wedges, rings))
+        if not end_m:
+            side_block = ((width + core_y) / 4, 0.0), ((width - core_y) / 2, core_z)
+            rows += _block(*side_block, (rings, wedges))
         return fibers + [(sign * y, sign * z, area) for sign in (1, -1) for y, z, area in rows]
 
 
@@ -168,14 +168,14 @@ def _disc_below(height_m: FloatArray, radius: float) -> FloatArray:
 def _circle(radius_m: float, area_m2: float, count: int) -> Fibers:
     angles = [2 * math.pi * (number + 0.5) / count for number in range(count)]
     area = area_m2 / count
-    return [(radius_m * math.cos(a), radius_m * math.sin(a), area) for a in angles]
+    return [(radius_m * math.cos(angle), radius_m * math.sin(angle), area) for angle in angles]
 
 
 def _rings(inner_m: float, outer_m: float, rings: int, wedges: int) -> Fibers:
-    """Return fibers of an annulus in rings of equal thickness, fewer in inner rings.
+    """Return fibers of an annulus in rings of equal thickness, fewer fibers in inner rings.
 
-    Each is at the radius that preserves the second moment of its ring: a coarse mesh is as stiff as
-    a fine one.
+    The fibers of a ring are at the radius that preserves its second moment: a coarse mesh is as
+    stiff as a fine one.
     """
     fibers: Fibers = []
     for ring in range(rings):
@@ -209,8 +209,8 @@ class Hoops(NamedTuple):
 class ColumnData(Part, ABC, frozen=True):
     """Data that all shapes of reinforced concrete columns share.
 
-    ``hinge_length_m`` replaces the rule (`skewbridge.bridge.column`); ``hoop_area_mm2`` is that of
-    one leg.
+    ``hinge_length_m`` replaces the rule for the hinge length (`skewbridge.bridge.column`);
+    ``hoop_area_mm2`` is the area of one leg.
     """
 
     shape: str
@@ -249,7 +249,7 @@ class ColumnData(Part, ABC, frozen=True):
 
     @property
     def bar_line(self) -> Outline:
-        """Line through the longitudinal bars."""
+        """Outline through the centres of the longitudinal bars."""
         return self.core.inset(1e-3 * (self.hoop_diameter_mm + self.bar_diameter_mm))
 
     @property
@@ -259,31 +259,31 @@ class ColumnData(Part, ABC, frozen=True):
 
     def fibers(self, rings: int, wedges: int, cover_rings: int) -> tuple[Fibers, Fibers, Fibers]:
         """Return the fibers of core, cover and bars."""
-        core, line = self.core, self.bar_line
+        core, bar_line = self.core, self.bar_line
         bars = [(y, z, self.steel_area_m2 / self.bar_count) for y, z in self.bars_m.tolist()]
         if self.outline.is_round:
-            bars = _circle(line.corner_m / 2, self.steel_area_m2, min(self.bar_count, wedges))
+            bars = _circle(bar_line.corner_m / 2, self.steel_area_m2, min(self.bar_count, wedges))
         return core.fibers(rings, wedges), self.outline.fibers(cover_rings, wedges, core), bars
 
     @property
     def bars_m(self) -> FloatArray:
-        """Centres of the bars, shape (n, 2)."""
+        """Centres of the bars (y, z), shape (n, 2)."""
         return self.bar_line.points(self.bar_count)
 
     @model_validator(mode="after")
     def _bars_fit(self) -> Self:
-        line = self.bar_line
-        if min(line.sizes_m) <= 0.0:
+        bar_line = self.bar_line
+        if min(bar_line.sizes_m) <= 0.0:
             raise ValueError(
                 "cover_to_hoop_m, hoop_diameter_mm and bar_diameter_mm leave no room for the bars"
             )
         needed_mm = self.bar_diameter_mm + 25.0  # source: 1 in clear between bars, ACI 318 25.2.1
-        if self.bar_count > (limit := math.floor(1e3 * line.length_m / needed_mm)):
+        if self.bar_count > (limit := math.floor(1e3 * bar_line.length_m / needed_mm)):
             raise ValueError(
                 f"bar_count {self.bar_count} is too large: at most {limit} bars fit along the hoop"
                 " (bar_diameter_mm, hoop_diameter_mm, cover_to_hoop_m, diameter_m)"
             )
-        if self.bar_count % 2 and not line.is_round:
+        if self.bar_count % 2 and not bar_line.is_round:
             raise ValueError(f"bar_count must be even, got {self.bar_count}")
         return self
 
@@ -354,14 +354,14 @@ class OblongColumn(ColumnData, frozen=True):
     @model_validator(mode="after")
     def _is_oblong(self) -> Self:
         if self.width_m <= self.depth_m:
-            raise ValueError(f"width_m must exceed depth_m = {self.depth_m:g}")
+            raise ValueError(f"width_m must exceed depth_m {self.depth_m:g}, got {self.width_m:g}")
         return self
 
 
 class RectangularColumn(ColumnData, frozen=True):
     """Rectangular column or wall pier with bars along all faces and in the corners.
 
-    ``width_m`` is along the bent; ``tie_legs`` of hoop and ties are parallel to width and depth.
+    ``width_m`` is along the bent; ``tie_legs`` counts legs of hoop and ties along width and depth.
     """
 
     shape: Literal["rectangular"] = "rectangular"
@@ -384,14 +384,14 @@ class RectangularColumn(ColumnData, frozen=True):
         """
         sizes_m, core_m, legs = self.outline.sizes_m, self.core.sizes_m, self.tie_legs[::-1]
         spacing_m = MM * self.hoop_spacing_mm
-        gap_m = spacing_m - MM * self.hoop_diameter_mm
+        clear_spacing_m = spacing_m - MM * self.hoop_diameter_mm
         areas_m2 = [count * self.hoop_area_mm2 * MM**2 for count in legs]
         core_m2, effectiveness = self.core.area_m2, 1.0
-        for line_m, count in zip(self.bar_line.sizes_m[::-1], legs, strict=True):
-            clear_m = max(line_m / (count - 1) - self.bar_diameter_mm * MM, 0.0)
+        for bar_row_m, count in zip(self.bar_line.sizes_m[::-1], legs, strict=True):
+            clear_m = max(bar_row_m / (count - 1) - self.bar_diameter_mm * MM, 0.0)
             effectiveness -= 2 * (count - 1) * clear_m**2 / (6 * core_m2)
         for size_m in core_m:
-            effectiveness = max(effectiveness, 0.0) * max(1.0 - gap_m / (2 * size_m), 0.0)
+            effectiveness = max(effectiveness, 0.0) * max(1.0 - clear_spacing_m / (2 * size_m), 0.0)
         effectiveness /= 1.0 - self.steel_area_m2 / core_m2
         ratios = [areas_m2[k] / (spacing_m * core_m[1 - k]) for k in (0, 1)]
         shear = [2 * areas_m2[k] / (spacing_m * sizes_m[1 - k]) for k in (0, 1)]
@@ -405,15 +405,15 @@ class RectangularColumn(ColumnData, frozen=True):
 
 
 def _of_its_shape(raw: Any, handler: ValidatorFunctionWrapHandler) -> Any:
-    """Validate the keys of a column by its shape, so that errors are those of this shape only."""
+    """Return the column of a mapping; errors are about the keys of its own shape only."""
     if not isinstance(raw, Mapping):
         return handler(raw)
     shapes, shape = _shapes(), _shape_of(raw)
     if shape not in shapes:
         raise ValueError(f"shape must be one of {', '.join(shapes)}, got {shape!r}")
     for key in sorted(raw.keys() - shapes[shape].model_fields.keys()):
-        if fits := [name for name, kind in shapes.items() if key in kind.model_fields]:
-            raise ValueError(f"{key} is not a key of shape {shape}, only of {' and '.join(fits)}")
+        if owners := [name for name, kind in shapes.items() if key in kind.model_fields]:
+            raise ValueError(f"{key} is not a key of shape {shape}, only of {' and '.join(owners)}")
     return shapes[shape].model_validate(raw)
 
 
@@ -432,7 +432,7 @@ def _shape_of(raw: Mapping[str, Any]) -> str:
 
 
 def over_default(default: Mapping[str, Any], column: Mapping[str, Any]) -> dict[str, Any]:
-    """Return raw keys of a column over a default, without default keys that its shape lacks."""
+    """Return a column's keys, with those of a default column that it lacks and its shape has."""
     shape, shapes = _shape_of({**default, **column}), _shapes()
     if shape != _shape_of(default) and shape in shapes:
         default = {key: default[key] for key in default.keys() & shapes[shape].model_fields.keys()}

@@ -61,12 +61,13 @@ class DeckData(Part, frozen=True):
     @model_validator(mode="after")
     def _centroid_inside(self) -> Self:
         if self.centroid_above_soffit_m >= self.depth_m:
-            raise ValueError(f"centroid_above_soffit_m must be below depth_m = {self.depth_m:g}")
+            text = f"centroid_above_soffit_m must be below depth_m = {self.depth_m:g}"
+            raise ValueError(f"{text}, got {self.centroid_above_soffit_m:g}")
         return self
 
 
 class FoundationData(Part, frozen=True):
-    """Springs under every column base: x is normal to the bent, y along it."""
+    """Springs under every column base: x normal to the bent, y along it, z up."""
 
     kx_mn_per_m: Stiffness
     ky_mn_per_m: Stiffness
@@ -79,8 +80,8 @@ class FoundationData(Part, frozen=True):
 class BentData(Part, frozen=True):
     """One bent: columns equally spaced about the centreline, under an integral cap.
 
-    ``column`` and ``base`` are those of the bridge if None; in the file, ``column`` may have single
-    keys.
+    ``column`` and ``base`` are those of the bridge if None; in the file, ``column`` needs only the
+    keys that differ.
     """
 
     columns: Annotated[int, Field(ge=1, le=8)]
@@ -116,7 +117,7 @@ class BackfillData(Part, frozen=True):
 
 
 class PadData(Part, frozen=True):
-    """Elastomeric pads of one abutment, equally spaced across the deck."""
+    """Elastomeric pads below one deck end, equally spaced across the deck."""
 
     count: Annotated[int, Field(ge=2, le=30)]
     spacing_m: Metres
@@ -128,15 +129,15 @@ class PadData(Part, frozen=True):
 
 
 class KeyData(Part, frozen=True):
-    """Backbone of one exterior shear key at three points; the last force is residual strength."""
+    """Backbone of an exterior shear key: end of initial branch, strength, residual strength."""
 
     displacement_mm: tuple[Millimetres, Millimetres, Millimetres]
     force_kn: tuple[Kilonewtons, Kilonewtons, Kilonewtons]
 
     @model_validator(mode="after")
     def _increasing(self) -> Self:
-        first, peak, last = self.displacement_mm
-        if not first < peak < last:
+        initial, peak, residual = self.displacement_mm
+        if not initial < peak < residual:
             raise ValueError(f"displacement_mm must increase, got {self.displacement_mm}")
         return self
 
@@ -155,13 +156,13 @@ class WallData(Part, frozen=True):
 
     @model_validator(mode="after")
     def _backfill_softens(self) -> Self:
-        """Reject a secant stiffness that is smaller at half strength than at the end."""
+        """Reject a secant stiffness that is smaller at half strength than at full strength."""
         soil = self.backfill
-        end_m = soil.ultimate_closure_ratio * self.wall_height_m
-        secant = 1e-3 * soil.ultimate_kn / end_m
-        if soil.rule == "k50" and soil.stiffness_mn_per_m < secant:
+        ultimate_m = soil.ultimate_closure_ratio * self.wall_height_m
+        secant_mn_per_m = 1e-3 * soil.ultimate_kn / ultimate_m
+        if soil.rule == "k50" and soil.stiffness_mn_per_m < secant_mn_per_m:
             raise ValueError(
-                f"backfill.stiffness_mn_per_m must be at least {secant:.4g} with rule k50 "
+                f"backfill.stiffness_mn_per_m must be at least {secant_mn_per_m:.4g} with rule k50 "
                 "(ultimate_kn over ultimate_closure_ratio x wall_height_m), "
                 f"got {soil.stiffness_mn_per_m:g}"
             )
@@ -228,7 +229,7 @@ type EndData = Annotated[
 
 
 class EndsData(Part, frozen=True):
-    """Data of both ends of a bridge, if they differ."""
+    """Left and right end of a bridge whose ends differ."""
 
     left: EndData
     right: EndData
@@ -304,8 +305,8 @@ class BridgeData(Part, frozen=True):
     @property
     def ends(self) -> dict[str, EndData]:
         """Data of the left and the right end, by name."""
-        pair = self.abutments
-        left, right = (pair.left, pair.right) if pair else (self.abutment, self.abutment)
+        ends = self.abutments
+        left, right = (ends.left, ends.right) if ends else (self.abutment, self.abutment)
         return {name: end for name, end in (("left", left), ("right", right)) if end is not None}
 
     @property
@@ -339,10 +340,10 @@ class BridgeData(Part, frozen=True):
         bents = raw.get("bents") if isinstance(raw, dict) else None
         if not isinstance(bents, list) or not isinstance(raw.get("column"), dict):
             return raw
-        owns = [isinstance(bent, dict) and isinstance(bent.get("column"), dict) for bent in bents]
+        flags = [isinstance(bent, dict) and isinstance(bent.get("column"), dict) for bent in bents]
         filled = [
-            {**bent, "column": over_default(raw["column"], bent["column"])} if has_own else bent
-            for bent, has_own in zip(bents, owns, strict=True)
+            {**bent, "column": over_default(raw["column"], bent["column"])} if has_column else bent
+            for bent, has_column in zip(bents, flags, strict=True)
         ]
         return {**raw, "bents": filled}
 
@@ -379,16 +380,16 @@ class BridgeData(Part, frozen=True):
             self._check_width(f"{joint_key}.pads", joint.pads)
         for number in self.jointed_bents:
             bent = self.bents[number]
-            height_m, limit_m = bent.clear_height_m + bent.cap_depth_m, self.deck.soffit_height_m
-            if height_m > limit_m:
+            height_m, soffit_m = bent.clear_height_m + bent.cap_depth_m, self.deck.soffit_height_m
+            if height_m > soffit_m:
                 raise ValueError(
                     f"bents.{number}: clear_height_m + cap_depth_m = {height_m:.4g} below a joint "
-                    f"must be at most deck.soffit_height_m = {limit_m:g}"
+                    f"must be at most deck.soffit_height_m = {soffit_m:g}"
                 )
-        breaks_m = [-self.length_m / 2, *self.joint_positions_m, self.length_m / 2]
-        hinges = [x for x, joint in zip(breaks_m[1:], self.joints, strict=False) if not joint.at]
-        supports = [breaks_m[0], *self.bent_positions_m, breaks_m[-1]]
-        if any(b - a < 1.0 for a, b in pairwise(breaks_m)) or any(
+        ends_m = [-self.length_m / 2, *self.joint_positions_m, self.length_m / 2]
+        hinges = [x for x, joint in zip(ends_m[1:], self.joints, strict=False) if not joint.at]
+        supports = [ends_m[0], *self.bent_positions_m, ends_m[-1]]
+        if any(right - left < 1.0 for left, right in pairwise(ends_m)) or any(
             abs(x - support) < 1.0 for x in hinges for support in supports
         ):
             raise ValueError(
@@ -407,19 +408,20 @@ class BridgeData(Part, frozen=True):
                 )
             column = self.column_of(bent)
             width_m = column.outline.sizes_m[1]
-            line_m = (bent.columns - 1) * bent.column_spacing_m + width_m
-            if line_m > self.deck.width_m:
+            row_width_m = (bent.columns - 1) * bent.column_spacing_m + width_m
+            if row_width_m > self.deck.width_m:
                 raise ValueError(
-                    f"bents.{number}: the columns span {line_m:g} m, more than deck.width_m = "
+                    f"bents.{number}: the columns span {row_width_m:g} m, more than deck.width_m = "
                     f"{self.deck.width_m:g} (column_spacing_m, diameter_m)"
                 )
             if bent.columns > 1 and bent.column_spacing_m < width_m:
                 raise ValueError(
-                    f"bents.{number}.column_spacing_m must exceed the column width {width_m:g}"
+                    f"bents.{number}.column_spacing_m must be at least the column width {width_m:g}"
                 )
-            if (column.hinge_length_m or 0.0) > bent.clear_height_m / 2:
+            if (length_m := column.hinge_length_m or 0.0) > bent.clear_height_m / 2:
                 raise ValueError(
-                    f"column.hinge_length_m exceeds half of bents.{number}.clear_height_m"
+                    f"column.hinge_length_m must be at most half of bents.{number}.clear_height_m "
+                    f"= {bent.clear_height_m:g}, got {length_m:g}"
                 )
         self._check_joints()
         if (self.abutment is None) == (self.abutments is None):

@@ -43,43 +43,43 @@ def hoop(text: str) -> tuple[float, ...]:
 
 
 def girder(text: str) -> tuple[float, ...]:
-    """Return depth, area, centroid and inertia, in m, of a girder such as ``AASHTO IV``."""
+    """Return depth, area, centroid and inertia (m, m2, m4) of a girder such as ``AASHTO IV``."""
     if (sizes := TABLES["girders"].get(text)) is None:
         raise ValueError(f"must be one of {', '.join(TABLES['girders'])}")
     return tuple(size * INCH**power for size, power in zip(sizes, (1, 2, 1, 4), strict=True))
 
 
 class Section(NamedTuple):
-    """Gross section of a deck, in m; ``void`` is the area that a solid diaphragm fills."""
+    """Gross section of a deck in m, m2 and m4, with its usual pads."""
 
     area: float
-    centroid: float
-    vertical: float
-    transverse: float
-    torsion: float
-    void: float
+    centroid: float  # above the soffit
+    vertical: float  # inertia for vertical bending
+    transverse: float  # inertia for bending in plan
+    torsion: float  # torsion constant
+    void: float  # area that a solid diaphragm fills
     pads: int
-    spacing: float
+    spacing: float  # of the pads
 
 
 def box_section(
     width: float, depth: float, cells: int, top_mm: float, bottom_mm: float, web_mm: float,
     overhang: float,
 ) -> Section:  # fmt: skip
-    """Return the section of a box girder from its plates; the overhang ends at a web's middle."""
+    """Return the section of a box girder; the overhang is measured to the middle of a web."""
     top, bottom, web = (MM * thickness_mm for thickness_mm in (top_mm, bottom_mm, web_mm))
-    between, high = width - 2 * overhang, depth - top - bottom
-    if between <= cells * web or high <= 0.0:
+    between, web_height = width - 2 * overhang, depth - top - bottom
+    if between <= cells * web or web_height <= 0.0:
         raise ValueError("the plates and webs do not fit into the width and depth of the deck")
-    webs, soffit, middle = cells + 1, between + web, depth - (top + bottom) / 2
+    webs, bottom_width, height = cells + 1, between + web, depth - (top + bottom) / 2
     webs_m = between * (np.arange(webs) / cells - 0.5)
-    plates = [(width, top, depth - top / 2), (soffit, bottom, bottom / 2)]
-    plates += [(web, high, bottom + high / 2)] * webs
+    plates = [(width, top, depth - top / 2), (bottom_width, bottom, bottom / 2)]
+    plates += [(web, web_height, bottom + web_height / 2)] * webs
     composite = _composed([(b * h, z, b * h**3 / 12) for b, h, z in plates])
-    transverse = (top * width**3 + bottom * soffit**3 + webs * high * web**3) / 12
-    transverse += web * high * float((webs_m**2).sum())
-    torsion = 4 * (between * middle) ** 2 / (between / top + between / bottom + 2 * middle / web)
-    void = (between - cells * web) * high
+    transverse = (top * width**3 + bottom * bottom_width**3 + webs * web_height * web**3) / 12
+    transverse += web * web_height * float((webs_m**2).sum())
+    torsion = 4 * (between * height) ** 2 / (between / top + between / bottom + 2 * height / web)
+    void = (between - cells * web) * web_height
     return Section(*composite, transverse, torsion, void, webs, between / cells)
 
 
@@ -111,10 +111,10 @@ def slab_section(width: float, thickness_mm: float) -> Section:
 
 
 def _composed(parts: list[tuple[float, float, float]]) -> tuple[float, float, float]:
-    """Return area, centroid and moment of inertia of parts: area, centroid, own inertia."""
-    area, centroid, inertia = np.array(parts).T
-    centre = float(area @ centroid / area.sum())
-    return float(area.sum()), centre, float(inertia.sum() + area @ (centroid - centre) ** 2)
+    """Return area, centroid and inertia of a section from those of each of its parts."""
+    areas, centroids, inertias = np.array(parts).T
+    centre = float(areas @ centroids / areas.sum())
+    return float(areas.sum()), centre, float(inertias.sum() + areas @ (centroids - centre) ** 2)
 
 
 def tallest(bents: list[dict[str, float]], joints: Iterable[dict[str, Any]] = ()) -> float:
@@ -128,7 +128,7 @@ def tallest(bents: list[dict[str, float]], joints: Iterable[dict[str, Any]] = ()
 
 
 def is_fixed(base: str, bents: list[dict[str, Any]]) -> bool:
-    """Return whether any base is fixed."""
+    """Return whether columns of the bridge or of any bent have a fixed base."""
     return "fixed" in {base, *(bent.get("base") for bent in bents)}
 
 
@@ -145,7 +145,7 @@ def cracked_ratio(bridge: BridgeData) -> float:
 
 
 def axial_ratios(bridge: BridgeData, *_: object) -> list[float]:
-    """Return dead load / expected strength of a column of each bent."""
+    """Return dead load / expected strength of the gross section, for a column of each bent."""
     from skewbridge.bridge.weights import column_axial_n
 
     columns = [bridge.column_of(bent) for bent in bridge.bents]
@@ -163,14 +163,14 @@ def end_reaction_kn(bridge: BridgeData, *_: object) -> float:
 
 
 def period_s(bridge: BridgeData, which: Any) -> float:
-    """Return the period ``t1``, ``long`` or ``short`` of `bridge_period_s`."""
+    """Return the period ``t1``, ``long`` or ``short`` in s; see `bridge_period_s`."""
     # by name: the model of a bridge, which has these periods, imports the catalogue
     return import_module("skewbridge.bridge.assembly").bridge_period_s(bridge, which)
 
 
 _FUNCTIONS: Final[dict[str, Any]] = {
-    each.__name__: each
-    for each in (
+    function.__name__: function
+    for function in (
         axial_ratios, bar, box_section, cracked_ratio, end_reaction_kn, girder, girder_section,
         hoop, is_fixed, max, min, period_s, round, slab_section, sqrt, tallest,
     )
@@ -180,21 +180,20 @@ _FUNCTIONS: Final[dict[str, Any]] = {
 
 _NAMES: Final = re.compile(r"'[^']*'|(?<![\w.])[a-z]\w*(?:\.(?:\*|[a-z]\w*))*(?![\w(])")
 
-
 #: Errors of a formula whose numbers do not fit together.
 _FAULTS: Final = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 
 
 class Formula:
-    """Formula of numbers; ``needs`` are the keys that it uses."""
+    """Formula of `rules.yaml`; ``needs`` are the keys that it uses."""
 
     def __init__(self, text: str) -> None:
         words = dict.fromkeys(_NAMES.findall(text))
         self.text = text
         self.needs = [name for name in words if name[0] != "'" and name not in ("if", "else", "pi")]
-        numbered = {name: f"v[{number}]" for number, name in enumerate(self.needs)}
-        body = _NAMES.sub(lambda match: numbered.get(match[0], match[0]), text)
-        self._of: Callable[[list[Any]], Any] = eval(f"lambda v: {body}", _FUNCTIONS)
+        placeholders = {name: f"v[{number}]" for number, name in enumerate(self.needs)}
+        code = _NAMES.sub(lambda match: placeholders.get(match[0], match[0]), text)
+        self._function: Callable[[list[Any]], Any] = eval(f"lambda v: {code}", _FUNCTIONS)
 
     def value(self, lookup: Callable[[str], Any]) -> Any:
         """Return the value, or None if a number is unknown or the formula cannot be evaluated."""
@@ -208,7 +207,7 @@ class Formula:
     def result(self, values: list[Any]) -> Any:
         """Return the value of the formula from values of its keys, or raise one of `_FAULTS`."""
         with np.errstate(all="raise", under="ignore"):
-            return self._of(values)
+            return self._function(values)
 
 
 def _is_usable(value: Any) -> bool:
@@ -218,14 +217,14 @@ def _is_usable(value: Any) -> bool:
 
 
 class Rule(NamedTuple):
-    """Rule for one key; given numbers usually differ from it by a factor of at most ``within``."""
+    """Rule that gives the number of one key."""
 
     key: str
     formula: Formula
     src: str
-    within: float | None
-    follows: list[str]
-    any: Any
+    within: float | None  # largest usual factor between a number in a file and the rule
+    follows: list[str]  # keys on which the number depends
+    any: Any  # valid number until these keys are known
 
 
 def _rules() -> Iterator[Rule]:
@@ -253,22 +252,22 @@ def value_at(tree: Any, key: str) -> Any:
 
 
 def _sections(tree: Any, key: str) -> list[str]:
-    """Return the sections of a file that take a key of ends: ends of its type, joints for pads.
+    """Return the sections to which a rule's key applies: ends of its type, for pads also joints.
 
-    A key such as ``seat.pads`` starts with the type; ``abutment`` stands for every type with it.
+    The key starts with a type of end (``seat.pads``), or with ``abutment`` for all types with it.
     """
-    kind, part, *_ = key.split(".")
+    kind, field, *_ = key.split(".")
     ends, joints = value_at(tree, "abutments"), value_at(tree, "joints")
     types = {"abutment": "seat"}
     if isinstance(ends, Mapping):
         types = {f"abutments.{name}": f"{value_at(ends, f'{name}.type')}" for name in ends}
-    places = [
-        place
-        for place, of in types.items()
-        if kind in ("abutment", of) and of in _END_TYPES and part in _END_TYPES[of].model_fields
+    sections = [
+        section
+        for section, end in types.items()
+        if kind in ("abutment", end) and end in _END_TYPES and field in _END_TYPES[end].model_fields
     ]
-    count = len(joints) if part == "pads" and isinstance(joints, list | tuple) else 0
-    return places + [f"joints.{number}" for number in range(count)]
+    count = len(joints) if field == "pads" and isinstance(joints, list | tuple) else 0
+    return sections + [f"joints.{number}" for number in range(count)]
 
 
 def _is_of_end(key: str) -> bool:
@@ -276,52 +275,52 @@ def _is_of_end(key: str) -> bool:
 
 
 def _placed(key: str, section: str, number: int = 0) -> str:
-    """Return the key in the section of an abutment, and for the number of a bent."""
+    """Return a rule's key with its type of end replaced by a section, and ``*`` by a number."""
     key = re.sub(rf"^(abutment|{'|'.join(_END_TYPES)})\b", section, key)
     return key.replace("*", f"{number}")
 
 
 def _keys(key: str, tree: Any) -> list[str]:
-    """Return the keys of a rule in the sections of a file, or the key itself."""
-    return [_placed(key, place) for place in _sections(tree, key)] if _is_of_end(key) else [key]
+    """Return a rule's key in each section of a file to which it applies; other keys unchanged."""
+    return [_placed(key, section) for section in _sections(tree, key)] if _is_of_end(key) else [key]
 
 
 def _put(tree: Any, key: str, value: Any) -> None:
-    """Set a value in nested mappings and lists; do nothing if its section is neither."""
-    *above, last = key.split(".")
-    for name in above:
+    """Set the value at a key in nested mappings and lists; do nothing if its section is neither."""
+    *parents, final_key = key.split(".")
+    for name in parents:
         if isinstance(tree, list) and name.isdigit():
             tree = tree[int(name)]
         elif isinstance(tree, dict):
             tree = cast("dict[str, Any]", tree).setdefault(name, {})
     if isinstance(tree, dict):
-        tree[last] = value
+        tree[final_key] = value
 
 
 def _rounded(value: Any, digits: int) -> Any:
-    """Return rounded numbers: the last digits depend on the processor, and run keys must not."""
+    """Round numbers to significant digits: more depend on the processor, and run keys must not."""
     if isinstance(value, list):
         return [_rounded(item, digits) for item in value]
     return float(f"{value:.{digits}g}") if isinstance(value, float) else value
 
 
 def _lookup(tree: Any, results: Mapping[str, Any], key: str) -> Any:
-    """Return a number of the bridge file, else of the drawing or a rule, or None."""
+    """Return the number of a key from the bridge file, else from drawing or rules, or None."""
     candidates = value_at(tree, key), results.get(key), value_at(results, key)
     return next((value for value in candidates if value is not None), None)
 
 
 def values_by_rule(given_numbers: Mapping[str, Any], tree: Any) -> Iterator[tuple[str, Any, Rule]]:
-    """Yield key, value and rule of all rules that apply; they use numbers of the file first.
+    """Yield key, value and rule of each rule that applies; formulas use numbers of the file first.
 
     ``given_numbers`` has the numbers of the drawing, and the whole ``bridge`` if it is complete.
     """
     results = dict(given_numbers)
     bents = value_at(tree, "bents")
-    numbers = range(len(bents) if isinstance(bents, list | tuple) else 0)
+    bent_numbers = range(len(bents) if isinstance(bents, list | tuple) else 0)
     for rule in RULES:
         sections = _sections(tree, rule.key) if _is_of_end(rule.key) else ["abutment"]
-        for place in product(sections, numbers if "*" in rule.key else (0,)):
+        for place in product(sections, bent_numbers if "*" in rule.key else (0,)):
             key = _placed(rule.key, *place)
             value = rule.formula.value(
                 lambda need, place=place: _lookup(tree, results, _placed(need, *place))
@@ -340,7 +339,7 @@ class Completed(NamedTuple):
     inherited: frozenset[str] = frozenset()
 
     def by_rule(self) -> dict[str, tuple[Any, Rule]]:
-        """Return value and rule of each key for which a rule exists, from the other numbers."""
+        """Return value and rule of each key that a rule can give from the other numbers."""
         numbers = {**self.drawn, "bridge": self.bridge}
         rows = values_by_rule(numbers, self.bridge.model_dump(exclude={"sources"}))
         return {key: (value, rule) for key, value, rule in rows if _is_of_bridge(key)}
@@ -357,9 +356,9 @@ def _usual(key: str) -> str:
 
 
 def completed(tree: dict[str, Any], path: Path) -> Completed:
-    """Return the bridge of a file's plain values and ``sources``; rules add missing numbers.
+    """Return the bridge of plain values and ``sources`` (``tree``); rules add missing numbers.
 
-    `InputError` for a value that is invalid, or missing without a rule whose needs are given.
+    `InputError` for a value that is invalid, or missing if no rule can give it.
     """
     where, derived = Path(path.name), dict[str, Rule]()
     drawn = _take_drawn(tree, path.name)
@@ -397,11 +396,11 @@ def _take_drawn(tree: dict[str, Any], file: str) -> dict[str, Any]:
     """Remove the keys of a drawing from a tree with plain values; return them, checked."""
     drawn: dict[str, Any] = {}
     for key, limits in ((key, limits) for k, limits in DRAWN.items() for key in _keys(k, tree)):
-        above, _, last = key.rpartition(".")
-        section = value_at(tree, above) if above else tree
-        if not isinstance(section, dict) or last not in section:
+        parent_key, _, final_key = key.rpartition(".")
+        section = value_at(tree, parent_key) if parent_key else tree
+        if not isinstance(section, dict) or final_key not in section:
             continue
-        value = drawn[key] = section.pop(last)
+        value = drawn[key] = section.pop(final_key)
         try:
             if isinstance(limits, str):
                 _FUNCTIONS[limits](f"{value}")
@@ -415,7 +414,7 @@ def _take_drawn(tree: dict[str, Any], file: str) -> dict[str, Any]:
 
 
 def overruled(tree: Mapping[str, Any]) -> set[str]:
-    """Return the inherited keys that the drawing in a file replaces by rules."""
+    """Return the keys of parents that rules replace because a file has parts of a drawing."""
     keys_without_effect: set[str] = set()
     for seat in _sections(tree, "seat.pads") or ["abutment"]:
         drawn = {_part(key) for key in DRAWN if value_at(tree, _placed(key, seat)) is not None}
@@ -432,32 +431,32 @@ def _explained(error: InputError, known: Iterable[str]) -> InputError:
     only if there are no others.
     """
     file = f"{error.details['file']}"
-    first, *lines = str(error).split("\n  ")
-    kept: list[str] = []
-    followed: dict[str, None] = {}
-    for line in lines or [first.removeprefix(f"{file}: ")]:
+    heading, *lines = str(error).split("\n  ")
+    reported: list[str] = []
+    consequences: dict[str, None] = {}
+    for line in lines or [heading.removeprefix(f"{file}: ")]:
         key, is_missing, _ = line.partition(": is missing")
         parts = _parts(_usual(key)) if is_missing else {}
         drawn = [part for part in parts if any(f"{name}.".startswith(f"{part}.") for name in known)]
         if drawn:
-            followed[f"{drawn[0]}: its numbers are incomplete or do not fit together"] = None
+            consequences[f"{drawn[0]}: its numbers are incomplete or do not fit together"] = None
         elif line.partition(": ")[0] in known:
-            followed[line] = None
+            consequences[line] = None
         elif not is_missing or all(rule.key != _usual(key) for rule in RULES):
-            kept.append(line)
+            reported.append(line)
         elif parts:
-            kept.append(f"{line}; or give {' or '.join(parts)}")
-    kept = kept or list(followed)
-    many = f"{file} has {len(kept)} errors:\n  " if len(kept) > 1 else f"{file}: "
-    return InputError(many + "\n  ".join(kept), **error.details)
+            reported.append(f"{line}; or give {' or '.join(parts)}")
+    reported = reported or list(consequences)
+    prefix = f"{file} has {len(reported)} errors:\n  " if len(reported) > 1 else f"{file}: "
+    return InputError(prefix + "\n  ".join(reported), **error.details)
 
 
 def _parts(key: str) -> dict[str, None]:
-    """Return the parts of a drawing from which rules give a number, directly or in stages."""
-    by_default = {rule.key for rule in RULES}
+    """Return the parts of a drawing from which rules derive a key, directly or in stages."""
+    rule_keys = {rule.key for rule in RULES}
     parts: dict[str, None] = {}
     for needed in (needed for rule in RULES if rule.key == key for needed in rule.formula.needs):
-        is_drawn = needed in DRAWN and needed not in by_default
+        is_drawn = needed in DRAWN and needed not in rule_keys
         parts |= {_part(needed): None} if is_drawn else _parts(needed.partition(".")[0])
     return parts
 
