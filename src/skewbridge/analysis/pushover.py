@@ -218,9 +218,9 @@ class _Brake:
                 self._offsets.append((node, dof, float(ops.nodeDisp(node, dof)), offset))
 
     def creeps(self, increment_m: float, contacts: ContactSet) -> bool:
-        """Advance the lever against these springs, then soften the springs to zero in steps.
+        """Advance the lever against the brake springs, then soften them to zero in steps.
 
-        Returns whether the model is in equilibrium without them.
+        Returns whether the model is in equilibrium without the springs.
         """
         squares = iter(_BRAKES)
         square = next(squares)
