@@ -164,11 +164,11 @@ def variant_text(axes: Iterable[Axis], row: Row) -> str:
 
 def shown_axes(table: pd.DataFrame) -> tuple[Axis, ...]:
     """Return the axes that vary in a table; if fewer than three do, constant axes are added."""
-    present = axes_of(table.columns)
-    constant = [axis for axis in present if table[axis.name].nunique() < 2]
-    n_constant = max(_LEAST_SHOWN - (len(present) - len(constant)), 0)
+    axes = axes_of(table.columns)
+    constant = [axis for axis in axes if table[axis.name].nunique() < 2]
+    n_constant = max(_LEAST_SHOWN - (len(axes) - len(constant)), 0)
     left_out = {axis.name for axis in constant[n_constant:]}
-    return tuple(axis for axis in present if axis.name not in left_out)
+    return tuple(axis for axis in axes if axis.name not in left_out)
 
 
 def templates(*functions: Callable[..., Any]) -> jinja2.Environment:
@@ -247,8 +247,8 @@ def verdict_style(item: Row) -> VerdictStyle:
     if item["status"] != OK:
         return STYLES[NOT_ESTIMABLE]
     verdict = str(item["verdict_family"])
-    opened = "down" if _change(item)[0][0] < 0.0 else "up"
-    return STYLES[{NEGLIGIBLE: "within", DETECTABLE: opened}.get(verdict, verdict)]
+    direction = "down" if _change(item)[0][0] < 0.0 else "up"
+    return STYLES[{NEGLIGIBLE: "within", DETECTABLE: direction}.get(verdict, verdict)]
 
 
 def change_text(item: Row) -> str:

@@ -157,10 +157,10 @@ def _limit_states(config: StudyConfig, has_joints: bool) -> list[list[str]]:
     for component in dict.fromkeys(state.component for state in states):
         group = [state for state in states if state.component == component]
         medians = (f"{item.name} {threshold_text(item.demand, item.threshold)}" for item in group)
-        spread = _text(sorted({item.dispersion for item in group}))
+        dispersion = _text(sorted({item.dispersion for item in group}))
         citation = " ".join(group[0].citation.split())
         demand, median = f"`{group[0].demand}`", ", ".join(medians)
-        rows.append([in_words(component), demand, median, spread, citation])
+        rows.append([in_words(component), demand, median, dispersion, citation])
     return rows
 
 
