@@ -92,7 +92,7 @@ def list_bridges() -> Answer:
 def check(
     name: Annotated[str | None, arg("Bridge to check, instead of --bridge.", "[NAME|FILE]")] = None,
     bridge: Bridge = "osb1",
-    out: Annotated[Path | None, opt("Folder; by default results/bridges/NAME.")] = None,
+    out: Annotated[Path | None, opt("Folder of the drawing; default results/bridges/NAME.")] = None,
     units: UnitsOpt = "si",
 ) -> Answer:
     """Check a bridge: keys, weight, axial loads, periods and capacities; draw its model.
@@ -171,7 +171,7 @@ def static(case: VariantOptions, push: PushOptions, max_disp_m: MaxDisp = 0.20) 
     return _pushed(partial(push_abutment, max_disp_m=max_disp_m, steps=400), case, push)
 
 
-def _pushed(pushed: "Callable[..., PushCurve]", case: VariantOptions, push: PushOptions) -> Answer:
+def _pushed(pushing: "Callable[..., PushCurve]", case: VariantOptions, push: PushOptions) -> Answer:
     """Push one model, or each model in each direction; exit code 1 if a push stopped early."""
     import pandas as pd
 
@@ -179,13 +179,13 @@ def _pushed(pushed: "Callable[..., PushCurve]", case: VariantOptions, push: Push
 
     angle_deg = {"x": 0.0, "y": 90.0}[push.direction] if push.angle_deg is None else push.angle_deg
     is_ladder = case.abutment == "all"
-    single = [(case.abutment, angle_deg)]
+    one_push = [(case.abutment, angle_deg)]
     tables: list[pd.DataFrame] = []
     pushes: list[dict[str, Any]] = []
-    for model, toward_deg in product(ABUTMENTS, LADDER_ANGLES_DEG) if is_ladder else single:
+    for model, toward_deg in product(ABUTMENTS, LADDER_ANGLES_DEG) if is_ladder else one_push:
         case_columns = {"abutment": model, "angle_deg": toward_deg}
         variant = replace(case, abutment=model).variant
-        curve = pushed(variant, case.model, angle_deg=toward_deg)
+        curve = pushing(variant, case.model, angle_deg=toward_deg)
         columns = {"disp_m": curve.disp_m, "force_kn": curve.force_n / KN}
         tables.append(pd.DataFrame(case_columns | columns if is_ladder else columns))
         values = {
@@ -202,10 +202,10 @@ def _pushed(pushed: "Callable[..., PushCurve]", case: VariantOptions, push: Push
         title = f"{case.bridge}, skew {case.skew_deg:g} degrees"
         ladder_figure(curves, title=title).savefig(push.out / "ladder.png", dpi=150)
     answer = {"pushes": pushes} if is_ladder else pushes[0]
-    is_done, notes = all(row["is_complete"] for row in pushes), gap_notes(case.bridge)
-    if not is_done:
+    all_complete, notes = all(row["is_complete"] for row in pushes), gap_notes(case.bridge)
+    if not all_complete:
         notes.append("a push stopped at last_disp_m: no equilibrium at larger displacements")
-    exit_code = 0 if is_done else EXIT_FAILED
+    exit_code = 0 if all_complete else EXIT_FAILED
     return Answer(answer, units=push.units, notes=notes, exit_code=exit_code)
 
 
@@ -289,25 +289,25 @@ def sdc(
     from skewbridge.bridge.column import bent_capacities
     from skewbridge.files.tables import read_frame, records_of
 
-    checked, notes = "checks", list[str]()
+    table_name, notes = "checks", list[str]()
     if source is None or not source.is_dir():
         data = load_bridge(bridge or str(source or "osb1"))
-        checked, title = "bents", data.title
+        table_name, title = "bents", data.title
         rows = bridge_check.capacity_rows(bent_capacities(data))
     else:
-        demands, bents, table = (read_frame(source / f"{name}.parquet") for name in _OF_RUN)
+        demands, bents, recorded = (read_frame(source / f"{name}.parquet") for name in _OF_RUN)
         (row,) = records_of(demands)
         variant = Variant.of_row(row)
         if bridge is not None and Path(bridge).stem == variant.bridge_name:
             variant = replace(variant, bridge=bridge)
         elif variant.bridge_name not in _known_bridges():
-            needed = f"bridge {variant.bridge_name} is unknown: give its file with --bridge"
-            raise InputError(f"{source}: {needed}")
-        histories = {str(name): table[name].to_numpy() for name in table}
+            advice = f"bridge {variant.bridge_name} is unknown: give its file with --bridge"
+            raise InputError(f"{source}: {advice}")
+        histories = {str(name): recorded[name].to_numpy() for name in recorded}
         title, notes = variant.slug, gap_notes(variant.bridge)
         corners_m = bridge_check.corner_moves_m(variant, histories)
         joints_m = bridge_check.joint_moves_m(variant, histories)
         rows = bridge_check.sdc_rows(variant, row, records_of(bents), corners_m, joints_m)
     if out is not None:
         _write(rows, out, "sdc")
-    return Answer({"title": title, checked: rows}, units=units, notes=notes)
+    return Answer({"title": title, table_name: rows}, units=units, notes=notes)

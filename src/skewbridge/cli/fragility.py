@@ -123,7 +123,7 @@ def predict(
     study: Study = None,
     bridge: Annotated[str | None, opt("Bridge; required if the study has several.", "NAME")] = None,
     abutment: Annotated[str | None, opt("Abutment model, if there are several.", "NAME")] = None,
-    at: Annotated[float | None, opt("Intensity at which to give probabilities.")] = None,
+    at: Annotated[float | None, opt("Intensity for probabilities, in unit of the curves.")] = None,
     hazard: Hazard = None,
 ) -> Answer:
     """Predict fragility between the variants of a study.
@@ -154,8 +154,8 @@ def predict(
     notes = ["loo_error: error of theta when a variant is left out of the model"]
     if any(row[flag] for row in rows for flag, _ in flags):
         notes.append("extrapolated: fewer than three motions are as strong, or weak, as this value")
-    if lost := [f"{r['component']} {r['state']}" for r in rows if r["n_withheld"]]:
-        notes.append(f"no curve in some variants (bounds_too_wide): {', '.join(lost)}")
+    if withheld := [f"{row['component']} {row['state']}" for row in rows if row["n_withheld"]]:
+        notes.append(f"no curve in some variants (bounds_too_wide): {', '.join(withheld)}")
     if (drawn := rows[0]["random_properties"]) != "none":
         notes.append(f"properties drawn at random for each motion of the study: {drawn}")
     config = stored_configuration(folder_of(study))
@@ -199,21 +199,21 @@ def decide(
     rows = joint_rows(folder_of(study), bridge)
     site = site_hazard(hazard, rows[0]["im"])
     assert site is not None
-    needs = with_codes(decision(rows, site, target, values), rows[0]["bridge"])
-    labels = [rows[0]["bridge"], *(f"{name} {value:g}" for name, value in needs.values.items())]
+    decided = with_codes(decision(rows, site, target, values), rows[0]["bridge"])
+    labels = [rows[0]["bridge"], *(f"{name} {value:g}" for name, value in decided.values.items())]
     title = f"{', '.join(labels)}: rate below {target:.3g} per year"
-    extrapolated = needs.table["extrapolated"]
+    extrapolated = decided.table["extrapolated"]
     if extrapolated.any():
         title += f" ({extrapolated.sum()} of {extrapolated.size} seats extrapolated)"
     folder = writable_folder(out)
-    write_csv(needs.table, folder / "decision.csv")
-    draw = partial(decision_figure, needs, title)
+    write_csv(decided.table, folder / "decision.csv")
+    draw = partial(decision_figure, decided, title)
     files = save_figure(draw, FigureSettings(), folder, "decision")
-    table = needs.table
+    table = decided.table
     is_end_gap = table["gap_mm"].isin([table["gap_mm"].min(), table["gap_mm"].max()])
     is_third_skew = table["skew_deg"].isin(table["skew_deg"].unique()[::3])
     columns = [name for name in _DECISION_COLUMNS if name in table]
     printed = {title: records_of(table.loc[is_end_gap & is_third_skew, columns])}
     notes = [f"target: {target:.3g} per year; written: {', '.join(map(str, files))}"]
-    answer = {"target": target, "values": needs.values, "rows": records_of(table)}
+    answer = {"target": target, "values": decided.values, "rows": records_of(table)}
     return Answer(answer, printed, notes=notes, digits=3)
