@@ -164,7 +164,7 @@ def push_wall(skew_deg: int, options: ModelOptions) -> tuple[float, float, float
 
 
 def run_skewed_walls(study: Study) -> None:
-    """Compare strength, stiffness and closure at full strength with the tests."""
+    """Compare strength, stiffness and closure at full strength with the tests of skewed walls."""
     height_m = load_bridge("osb1").seat.wall_height_m
     for curve in ("hyperbolic", "sdc"):
         # a push normal to the wall never closes keys square to it

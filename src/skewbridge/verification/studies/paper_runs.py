@@ -103,7 +103,7 @@ def el_centro() -> PaperMotion:
 
 
 def _find(*patterns: str) -> Path | None:
-    """Return the first match, ordered by pattern, folder and name; None if no file matches."""
+    """Return the first record found, by pattern, folder and name; None if no file matches."""
     listed = [part for part in os.environ.get(FOLDERS_VARIABLE, "").split(os.pathsep) if part]
     folders = [Path(folder) for folder in (*listed, "motions")]
     files = (file for pattern in patterns for at in folders for file in sorted(at.rglob(pattern)))
