@@ -128,8 +128,8 @@ _SCRIPT_RANGES: Final = {
 def _unit_doubts(bridge: Description, standing: ModalResult) -> Iterator[str]:
     """Yield a sentence for each value of a bridge script that suggests a wrong unit."""
     per_m2 = standing.weight_kn / (bridge.length_m * bridge.width_m)
-    sizes = (bridge.length_m,), (bridge.width_m,), (per_m2,), bridge.bent_heights_m
-    values = (conditioning_period_s(standing),), *sizes
+    size_values = (bridge.length_m,), (bridge.width_m,), (per_m2,), bridge.bent_heights_m
+    values = (conditioning_period_s(standing),), *size_values
     for (name, (low, high)), stated_values in zip(_SCRIPT_RANGES.items(), values, strict=True):
         if wrong := [value for value in stated_values if not low <= value <= high]:
             text = f"is outside the usual {low:g} to {high:g}: check units, masses and loads"
@@ -330,8 +330,8 @@ def sdc_rows(
         seat: seat_demand_aashto_m(bridge, radians(bridge.skews_deg.get(seat, variant.skew_deg)))
         for seat in bridge.seats_m
     }
-    if ends := bridge.end_seats_m:
-        compare("seat, AASHTO 1.5 N (m)", max(aashto_m[end] for end in ends), support_m)
+    if end_seats := bridge.end_seats_m:
+        compare("seat, AASHTO 1.5 N (m)", max(aashto_m[end] for end in end_seats), support_m)
     for joint, (unseating_m, length_m) in joints_m.items():
         demand_m = seat_demand_sdc_m(bridge, unseating_m, MINIMUM_HINGE_M)
         compare(f"{joint} seat, SDC (m)", demand_m, length_m)

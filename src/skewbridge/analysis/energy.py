@@ -93,20 +93,20 @@ class EnergyBalance:
 
     def terms_kj(self) -> dict[str, float]:
         """Stop recording; return the terms in kJ, with ``residual`` and ``largest_input``."""
-        end, extra = self._end_state(), self._monitor.extra
+        end_state, extra = self._end_state(), self._monitor.extra
         trace = self._monitor.trace()
         mass_u = sum(mass[:2] * trace.position(node)[:, :2] for node, mass in self._masses.items())
         input_j = np.cumsum(-_steps(self._ground(trace.time_s), np.asarray(mass_u)))
         works = {
             "input": input_j[-1] if len(input_j) else 0.0,
-            "gravity": end.gravity_j - self._start.gravity_j,
-            "kinetic": end.kinetic_j - self._start.kinetic_j,
+            "gravity": end_state.gravity_j - self._start.gravity_j,
+            "kinetic": end_state.kinetic_j - self._start.kinetic_j,
             "damping": self._damping(trace, extra("Element", "rayleighForces")),
             "columns": sum(
                 _work(trace.columns[element], self._moved(element, trace))
                 for element in self._columns
             ),
-            **{name: self._elastic_work(name, end) for name in self._elastic},
+            **{name: self._elastic_work(name, end_state) for name in self._elastic},
             **self._joint_works(trace, extra("Element", "force")),
         }
         works["backfill"] += self._wall_work(trace)

@@ -380,7 +380,7 @@ def _contact_demands(model: BridgeModel) -> dict[str, float]:
     """
     units = [] if model.contacts is None else model.contacts.ledger()
     walls, keys = (
-        [units[index] for side in model.abutments for index in getattr(side, unit_lists)]
+        [units[index] for abutment in model.abutments for index in getattr(abutment, unit_lists)]
         for unit_lists in ("wall_units", "key_units")
     )
     return {

@@ -132,18 +132,18 @@ class StepLoop:
             offset = done_parts % _FINEST
             least = MAX_HALVINGS - ((offset & -offset).bit_length() - 1 if offset else MAX_HALVINGS)
             halvings = self.halvings(least)
-            parts, size_s = _FINEST >> halvings, dt_s / 2**halvings
+            step_parts, size_s = _FINEST >> halvings, dt_s / 2**halvings
             is_far = halvings <= coarse_halvings and self._held == 0 and self._is_far()
             is_ready = self._is_fresh if is_far else self._held == 0 and not self._reuses
             n_made = 0
             if is_ready and size_s == self._size_s:
-                count = min((steps * _FINEST - done_parts) // parts, self._together(size_s))
+                count = min((steps * _FINEST - done_parts) // step_parts, self._together(size_s))
                 if count > 1:
                     n_made = yield from self._take_together(count, size_s)
             if n_made == 0:
                 n_made = 1
                 yield from self._advance(size_s, is_far=is_far)
-            done_parts += n_made * parts
+            done_parts += n_made * step_parts
             if done_parts % _FINEST == 0:
                 if self.effort.iterations > budget:
                     raise TimeoutError(f"more than {budget:.0f} iterations (key mean_iterations)")

@@ -55,8 +55,8 @@ class ResponseTrace:
                 return {key: series[rows] for key, series in cast(dict[Any, Any], record).items()}
             return record[rows]
 
-        parts = {item.name: cut(getattr(self, item.name)) for item in fields(self) if item.init}
-        return ResponseTrace(**parts)
+        selected = {item.name: cut(getattr(self, item.name)) for item in fields(self) if item.init}
+        return ResponseTrace(**selected)
 
     def position(self, node_or_point: int | Point) -> Series:
         """Return displacements and rotations of a node or point from the unloaded state, (n, 6)."""
@@ -119,10 +119,10 @@ class Recorder:
         """Start recording; the first row is the committed state."""
         dofs = ("-dof", *range(1, DISP + 1))
         for (kind, *response), widths in self._widths.items():
-            of_tags = ("-node", *widths, *dofs) if kind == "Node" else ("-ele", *widths)
+            tags = ("-node", *widths, *dofs) if kind == "Node" else ("-ele", *widths)
             file = ("-binary", str(self.path(kind, *response)), "-time")
             if widths:
-                ops.recorder(kind, *file, *of_tags, *response)
+                ops.recorder(kind, *file, *tags, *response)
         ops.record()
 
     def close(self) -> None:

@@ -410,7 +410,7 @@ def _axis_sentence(
     table: pd.DataFrame, demands: pd.DataFrame, names: Mapping[tuple[str, str], str]
 ) -> list[tuple[tuple[int, float], str]]:
     """Return the sentence on an axis with its sorting key; an empty list if nothing is decided."""
-    start = change_name(*table[["axis", "from_value", "to_value"]].iloc[0])
+    change = change_name(*table[["axis", "from_value", "to_value"]].iloc[0])
     by_verb, sizes, ranks = dict[str, list[str]](), list[float](), list[int]()
     decided = table[table["claim"].isin((LOWER, HIGHER, DETECTABLE)) | table["sure_ratio"].notna()]
     leading = decided[decided["demand"].isin(LEADING_STATES)]
@@ -421,9 +421,9 @@ def _axis_sentence(
         verb = "lowers" if row["ratio"] < 1.0 else "raises"
         sure = {"ratio": row["sure_ratio"], "ci_low": row["sure_low"], "ci_high": row["sure_high"]}
         other_models = [
-            f"{names[other['bridge'], other['abutment']]}: {change_text(other)}"
-            for other in candidates
-            if other is not row and other["claim"] == row["claim"]
+            f"{names[candidate['bridge'], candidate['abutment']]}: {change_text(candidate)}"
+            for candidate in candidates
+            if candidate is not row and candidate["claim"] == row["claim"]
         ]
         clause = sentence(
             "capacity",
@@ -448,13 +448,13 @@ def _axis_sentence(
         )
     if not clauses:
         return []
-    return [((min(ranks, default=2), -max(sizes, default=0.0)), f"{start} {listed(clauses)}.")]
+    return [((min(ranks, default=2), -max(sizes, default=0.0)), f"{change} {listed(clauses)}.")]
 
 
 def displacement_clause(table: pd.DataFrame, names: Mapping[tuple[str, str], str]) -> str:
     """Return a clause on the largest certain change of a displacement; empty if none is certain."""
-    numbers = table[["im", "ratio", "from_demand", "to_demand"]].astype(float)
-    is_clear = table["claim"].isin((LOWER, HIGHER)) & np.isfinite(numbers).all(axis=1)
+    required = table[["im", "ratio", "from_demand", "to_demand"]].astype(float)
+    is_clear = table["claim"].isin((LOWER, HIGHER)) & np.isfinite(required).all(axis=1)
     clear = table[is_clear & table["demand"].str.endswith("_m")]
     if clear.empty:
         return ""

@@ -98,8 +98,8 @@ def shown_length(length_m: float) -> str:
 def shown_label(column: str) -> tuple[str, float]:
     """Return the label of a column with the shown unit, and the factor to that unit."""
     unit = unit_of(column)
-    shown, factor = shown_unit(unit)
-    return label_of(column).replace(f"({unit})", f"({shown})"), factor
+    display_unit, factor = shown_unit(unit)
+    return label_of(column).replace(f"({unit})", f"({display_unit})"), factor
 
 
 def plain_label(column: str) -> str:
@@ -148,8 +148,8 @@ def value_text(axis: Axis, value: float) -> str:
     """Return a value of an axis with its unit, such as ``30°`` or ``51 mm``."""
     if axis.unit in ("-", "deg"):
         return f"{value:g}" + ("°" if axis.unit == "deg" else "")
-    shown, factor = shown_unit(axis.unit)
-    return f"{value:g} {shown}" if factor == 1.0 else f"{factor * value:.3g} {shown}"
+    display_unit, factor = shown_unit(axis.unit)
+    return f"{value:g} {display_unit}" if factor == 1.0 else f"{factor * value:.3g} {display_unit}"
 
 
 def named_value(axis: Axis, value: float) -> str:
@@ -261,10 +261,10 @@ def change_text(item: Row) -> str:
 
 def interval_text(item: Row) -> str:
     """Return the interval of an effect: in per cent for a ratio, in its unit for a difference."""
-    (_, *ends), unit = _change(item)
-    if not np.isfinite(ends).all():
+    (_, *limits), unit = _change(item)
+    if not np.isfinite(limits).all():
         return "no interval"
-    low, high = (_signed(end, unit) for end in ends)
+    low, high = (_signed(limit, unit) for limit in limits)
     return f"{low.removesuffix(unit)} to {high}"
 
 

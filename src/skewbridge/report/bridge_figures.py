@@ -153,8 +153,8 @@ def column_figure(
     knee, end = curve.yield_curvature_per_m, curve.ultimate_curvature_per_m
     plateau, orange = curve.plastic_moment_nm / 1e6, "#D55E00"
     bend_axes.plot([0.0, knee, end], [0.0, plateau, plateau], "--", color=orange, label="idealised")
-    first = curve.first_yield_curvature_per_m, curve.first_yield_moment_nm / 1e6
-    bend_axes.plot(*first, "o", color=orange, label="first yield")
+    first_yield = curve.first_yield_curvature_per_m, curve.first_yield_moment_nm / 1e6
+    bend_axes.plot(*first_yield, "o", color=orange, label="first yield")
     bend_axes.set(xlabel="curvature (1/m)", ylabel="moment (MNm)", xlim=(0, None), ylim=(0, None))
     bend_axes.legend(frameon=False, loc="lower right")
     ductility = np.linspace(1.0, 15.0, 141)

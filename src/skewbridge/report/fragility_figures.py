@@ -161,9 +161,9 @@ def _system_ratios(systems: pd.DataFrame) -> pd.DataFrame:
     rows: list[tuple[Any, ...]] = []
     for order, group in systems.astype({"theta": float}).groupby("order"):
         lead = group["axis"].iloc[0]
-        others = [axis.name for axis in axes_of(map(str, group)) if axis.name != lead]
+        other_axes = [axis.name for axis in axes_of(map(str, group)) if axis.name != lead]
         is_first = group["value"] == group["value"].min()
-        pairs = group[is_first].merge(group[~is_first], on=others, suffixes=("_from", ""))
+        pairs = group[is_first].merge(group[~is_first], on=other_axes, suffixes=("_from", ""))
         for value, value_pairs in pairs.groupby("value"):
             comparable = value_pairs[value_pairs["components_from"] == value_pairs["components"]]
             ratio = float(np.exp(np.log(comparable["theta"] / comparable["theta_from"]).mean()))
@@ -429,12 +429,12 @@ def _intensity_panel(axes: Axes, rows: pd.DataFrame, changed: Axis) -> None:
     axes.axhline(1.0, color="#777777", linewidth=0.8)
     colours = VARIANT_COLOURS
     changes = appearance.groups_of(rows, ["from_value", "to_value"])
-    for i, (ends, effect) in enumerate(changes):
+    for i, (values, effect) in enumerate(changes):
         line, colour = effect.sort_values("im"), colours[i % len(colours)]
         if len(changes) - i <= appearance.MAX_BANDS:  # the largest changes
             band = line["im"], line["ci_low"], line["ci_high"]
             axes.fill_between(*band, color=colour, alpha=0.18, lw=0)
-        label = " to ".join(appearance.value_text(changed, value) for value in ends)
+        label = " to ".join(appearance.value_text(changed, value) for value in values)
         dash = ("-", "--", ":", "-.")[i % 4]
         axes.plot(line["im"], line["ratio"], dash, color=colour, label=label)
         for item in records_of(effect[effect["at_reference"]]):
@@ -494,8 +494,8 @@ def _tornado_panel(panel: Axes, rows: pd.DataFrame) -> None:
     paired = rows[rows["n"] > 0]
     limit = max([_LEAST_PCT, *(1.3 * paired["percent"].abs())])
     panel.barh(paired["place"], paired["percent"], height=0.72, color=paired["kind"].map(_COLOURS))
-    ends = (100.0 * (paired[["lowest", "highest"]] - 1.0)).clip(-limit, limit)
-    panel.hlines(paired["place"], ends["lowest"], ends["highest"], color="#333333", linewidth=0.8)
+    spans = (100.0 * (paired[["lowest", "highest"]] - 1.0)).clip(-limit, limit)
+    panel.hlines(paired["place"], spans["lowest"], spans["highest"], color="#333333", linewidth=0.8)
     for y, text in zip(rows["place"], rows["text"], strict=True):
         across = panel.get_yaxis_transform()
         panel.text(1.01, y, text, transform=across, va="center", fontsize=7.5)

@@ -127,14 +127,14 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
             "changed": _changed_settings(config),
         }
     )
-    parts = {
+    paragraphs = {
         name.replace("_", " ").capitalize(): " ".join("".join(paragraph(context)).split())
         for name, paragraph in template.blocks.items()
     }
     states = _limit_states(config, any(bridge.description.joints_m for bridge in bridges))
-    text = " ".join([*parts.values(), *chain(*states)])
+    text = " ".join([*paragraphs.values(), *chain(*states)])
     cited = sorted(key for key in REFERENCES if re.search(rf"{re.escape(key)}(?! \d)", text))
-    return Methods(parts=parts, states=states, references=[REFERENCES[key] for key in cited])
+    return Methods(parts=paragraphs, states=states, references=[REFERENCES[key] for key in cited])
 
 
 def _changed_settings(config: StudyConfig) -> list[str]:

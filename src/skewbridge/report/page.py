@@ -273,7 +273,7 @@ def sketch(
     gaps_m = {name: bridge.gaps_mm.get(name, max(gaps_mm)) / 1000.0 for name in bridge.seats_m}
     end_m, half_m, skews_of_ends = bridge.length_m / 2, bridge.width_m / 2, bridge.skews_deg
     largest_m, share_m = max(gaps_m.values(), default=0.0), _GAP_SHARE * bridge.length_m
-    factor = next((f for f in _FACTORS if f * largest_m <= share_m), 1)
+    factor = next((scale for scale in _FACTORS if scale * largest_m <= share_m), 1)
     wall_m, arm_m = max(bridge.wall_m, 0.012 * bridge.length_m), 0.8 * half_m
     bent_skew = radians(model.skew_of_bents_deg(skew))
     stretch = 1.0 / cos(bent_skew) if model.column_spacing == "normal" else 1.0
@@ -303,8 +303,8 @@ def sketch(
             walls.append(_corners((wall, rad), (wall + outward * wall_m, rad), (-half_m, half_m)))
         if kind == "seat":
             key_y, inner_x = half_m + factor * model.transverse_gap_m, x - 2.2 * outward * wall_m
-            sides = ((key_y, key_y + wall_m), (-key_y, -key_y - wall_m))
-            walls += [_corners((inner_x, rad), (x, rad), side) for side in sides]
+            key_ranges = ((key_y, key_y + wall_m), (-key_y, -key_y - wall_m))
+            walls += [_corners((inner_x, rad), (x, rad), key_range) for key_range in key_ranges]
             gaps.insert(0, ((x, rad), (wall, rad)))
     deck_corners, tilt = decks(faces), faces[0][1]
     half_length = max(abs(x) for polygon in (*deck_corners, *walls) for x, _ in polygon)
@@ -317,7 +317,7 @@ def sketch(
         "decks": deck_corners,
         "walls": walls,
         "marks": {
-            name: [_skewed(gaps[0][face], share * half_m) for face, share in line]
+            name: [_skewed(gaps[0][face], y_share * half_m) for face, y_share in line]
             for name, line in _MARKS.items()
             if gaps
         },
@@ -362,9 +362,9 @@ def joint_rows(demands: pd.DataFrame, bridges: Sequence[Structure]) -> list[dict
         runs = demands[(demands["bridge"] == bridge.name) & is_complete(demands)]
         for number, location in enumerate(bridge.description.joints_m, start=1):
             row = {"bridge": bridge.name, "joint": f"{number}, {location}"}
-            for (name, heading, factor), share in product(_JOINT_DEMANDS, (0.5, 0.84)):
-                value = factor * runs[f"joint{number}_{name}"].quantile(share)
-                row[f"{heading}, {100 * share:g} %"] = f"{value:.3g}"
+            for (name, heading, factor), quantile in product(_JOINT_DEMANDS, (0.5, 0.84)):
+                value = factor * runs[f"joint{number}_{name}"].quantile(quantile)
+                row[f"{heading}, {100 * quantile:g} %"] = f"{value:.3g}"
             rows.append(row)
     return rows
 
@@ -381,9 +381,9 @@ def curve_rows(frames: Mapping[str, pd.DataFrame]) -> list[dict[str, Any]]:
     """Return a group for each leading state: its name, and a row of curves for each axis value."""
     all_curves = with_system(frames["curves"], frames["system"])
     leading = main_curves(pooled_curves(all_curves, frames["medians"])).values()
-    words = {state: state_text(records_of(fits)[0]) for state, fits in groups_of(all_curves, STATE)}
+    names = {state: state_text(records_of(fits)[0]) for state, fits in groups_of(all_curves, STATE)}
     return [
-        {"state": f"{model_name(*state[:2])}: {words[state]}", "rows": records_of(rows)}
+        {"state": f"{model_name(*state[:2])}: {names[state]}", "rows": records_of(rows)}
         for table in leading
         for state, rows in groups_of(table, STATE)
     ]

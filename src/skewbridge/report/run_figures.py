@@ -74,9 +74,9 @@ def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     force of the pads. With contacts, a third row shows normal forces of backwall and shear keys.
     """
     length_unit, per_m, force_unit, per_kn = _units()
-    first = next(iter(runs.values()))
-    names = contact_names(first)
-    has_left_pads = first.filter(regex="abutment_left_pads_._kn").any(axis=None)
+    first_run = next(iter(runs.values()))
+    names = contact_names(first_run)
+    has_left_pads = first_run.filter(regex="abutment_left_pads_._kn").any(axis=None)
     side = "left" if has_left_pads else "right"
     panels = [
         (f"{text}, {axis_name}", direction, [f"abutment_{side}_{column}{direction}_kn"])

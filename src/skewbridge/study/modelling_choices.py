@@ -167,7 +167,7 @@ def axis_pairs(
     """
     variant = setup.named(slug)
     for name, values in axes.items():
-        end_values = [end(values, key=abs) for end in (min, max)]
+        end_values = [extreme(values, key=abs) for extreme in (min, max)]
         points = [variant.values() | {name: value} for value in end_values]
         variants = [Variant.at(variant.bridge, variant.abutment, point) for point in points]
         variants = [variant.normalised() for variant in variants]
@@ -251,8 +251,8 @@ def choices_table(pairs: Sequence[TaskPair], rows: Mapping[str, Mapping[str, Any
     by_motion = table.groupby([*_COMPARED, "demand", "motion"], sort=False)["log"].mean()
     means = by_motion.groupby([*_COMPARED, "demand"], sort=False).agg(["mean", "sem", "count"])
     half_width = means["sem"] * student.ppf(0.5 + CHOICE_CONFIDENCE / 2, means["count"] - 1)
-    ends = {"ci_low": means["mean"] - half_width, "ci_high": means["mean"] + half_width}
+    limits = {"ci_low": means["mean"] - half_width, "ci_high": means["mean"] + half_width}
     spread = {"lowest": groups["log"].min(), "highest": groups["log"].max()}
-    ratios = pd.DataFrame({"ratio": groups["log"].mean()} | ends | spread).apply(np.exp)
+    ratios = pd.DataFrame({"ratio": groups["log"].mean()} | limits | spread).apply(np.exp)
     counts = groups.agg(n=("log", "count"), n_failed=("failed", "sum"), n_pairs=("failed", "size"))
     return ratios.join(counts).reset_index()

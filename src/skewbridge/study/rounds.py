@@ -110,10 +110,10 @@ def targets(
         scatter = cell["scatter"].fillna(0.0).to_numpy(dtype=np.float64)
         scatter = np.maximum(scatter, 1e-3 * scatter.max() + 1e-12)
         sqrt_cost = np.sqrt([cost_s[a] + cost_s[b] for a, b in pair_names])
-        shares = scatter / sqrt_cost * np.sum(scatter * sqrt_cost) / np.sum(scatter**2)
-        for pair, share in zip(pair_names, shares.tolist(), strict=True):
+        relative_n = scatter / sqrt_cost * np.sum(scatter * sqrt_cost) / np.sum(scatter**2)
+        for pair, ratio in zip(pair_names, relative_n.tolist(), strict=True):
             for name in pair:
-                most = max(by_effect[-1].get(name, 0), int(np.ceil(max(n_all, n_now + 1) * share)))
+                most = max(by_effect[-1].get(name, 0), int(np.ceil(max(n_all, n_now + 1) * ratio)))
                 by_effect[-1][name] = min(most, looks[-1])
     asked = [any(n > motions[name] for name, n in cell.items()) for cell in by_effect]
     return pooled.assign(needed=needed, asked=asked), by_effect
@@ -144,8 +144,8 @@ def next_motions(
     Effects are added in order of the cost of a decision, while the round fits into ``time_s``.
     """
 
-    def left_s(cell: Mapping[str, int]) -> float:
-        return sum(max(n - motions[name], 0) * cost_s[name] for name, n in cell.items())
+    def left_s(effect_motions: Mapping[str, int]) -> float:
+        return sum(max(n - motions[name], 0) * cost_s[name] for name, n in effect_motions.items())
 
     following = dict(motions)
     for cell in sorted(by_effect, key=left_s):
@@ -261,20 +261,20 @@ def _looked_at(
 
 def round_line(plan: Mapping[str, Any]) -> str:
     """Return the log line of a round: decided effects, then the next analyses or the end."""
-    start, cells = f"round {plan['round']}: ", len(plan["cells"])
+    text, cells = f"round {plan['round']}: ", len(plan["cells"])
     if cells:
-        start += f"{plan['decided']} of {cells} decided; "
+        text += f"{plan['decided']} of {cells} decided; "
     if plan["ended"] is None:
         minutes = max(round(plan["forecast_s"] / 60), 1)
-        return f"{start}next {plan['analyses']} analyses, about {minutes} min"
+        return f"{text}next {plan['analyses']} analyses, about {minutes} min"
     undecided = cells - plan["decided"]
-    return start + _ENDS[plan["ended"]].format(left=undecided, hours=plan["hours"])
+    return text + _ENDS[plan["ended"]].format(left=undecided, hours=plan["hours"])
 
 
 def tables_of_round(folder: StudyFolder, plan: Path) -> list[Path]:
     """Return the demands tables that a round produces; none if the study ends with this plan."""
     content = read_json(plan)
-    changed = [slug for slug, (start, end) in content["motions"].items() if end > start]
+    changed = [slug for slug, (before, after) in content["motions"].items() if after > before]
     return [folder.round_demands(content["round"], slug) for slug in changed]
 
 

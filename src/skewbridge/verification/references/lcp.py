@@ -142,13 +142,13 @@ def moreau_jean(
             active = tuple(np.flatnonzero(openings_mid <= 0.0).tolist())
             previous = (state,) if state.active == active else ()
             for state in chain(previous, contacts.states(active)):
-                p = contacts.impulses(state, compliance, rows @ v_next, u_before, h_s)
-                if p is not None:
+                step_impulses = contacts.impulses(state, compliance, rows @ v_next, u_before, h_s)
+                if step_impulses is not None:
                     break
             else:
                 raise SolutionError(f"no state of the contacts {active} satisfies the contact law")
-            v_next = v_next + spread @ p
-            impulses[k + 1] = np.concatenate([p[:count], -p[count:]])
+            v_next = v_next + spread @ step_impulses
+            impulses[k + 1] = np.concatenate([step_impulses[:count], -step_impulses[count:]])
         v[k + 1] = v_next
         q[k + 1] = q[k] + h_s * (_THETA * v_next + (1.0 - _THETA) * v[k])
     openings, forces = contacts.gaps_m + q @ contacts.normal_rows.T, impulses / h_s

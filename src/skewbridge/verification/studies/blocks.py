@@ -552,12 +552,12 @@ def run_orders(study: Study) -> None:
     exact = run_deck(deck_case("C5", solver="penalty", dt_s=2.5e-4, duration_s=_DECK_S))
     scale = np.abs(exact.q).max(axis=0)
     couplings = (("extrapolated", 1), ("lagged", 1), ("extrapolated", 8))
-    for step, (coupling, parts) in product((0.2, 0.1, 0.05, 0.02, 0.01), couplings):
+    for step, (coupling, substeps) in product((0.2, 0.1, 0.05, 0.02, 0.01), couplings):
         dt_s = step / deck_case("C5").contact_frequency_rad_per_s
         case = deck_case("C5", dt_s=dt_s, duration_s=_DECK_S, coupling=coupling)
-        history = run_opensees(case, pulse_of(case), parts_on_change=parts)
+        history = run_opensees(case, pulse_of(case), parts_on_change=substeps)
         q = np.array([np.interp(exact.t_s, history.t_s, column) for column in history.q.T]).T
-        name = coupling if parts == 1 else f"{coupling}, sub-steps"
+        name = coupling if substeps == 1 else f"{coupling}, sub-steps"
         row = {"study": _DECK, "coupling": name, "rows": 0, "step": step}
         rows.append(row | {"error_ratio": rms((q - exact.q) / scale)})
     study.tables["errors"] = table = pd.DataFrame(rows)
@@ -595,8 +595,8 @@ def path_error(rows: int, coupling: Coupling, kind: PathKind) -> float:
     """Return the RMS error of the friction force / largest friction limit."""
     path = smooth_path(rows, kind)
     # The reference follows the smooth curve, not the chords between the rows.
-    parts = max(1, 64000 // rows)
-    fine_forces = unit.follow_law(PAPER_LAW, smooth_path(rows * parts, kind))[::parts]
+    fine_rows = max(1, 64000 // rows)
+    fine_forces = unit.follow_law(PAPER_LAW, smooth_path(rows * fine_rows, kind))[::fine_rows]
     forces = drive_unit(PAPER_LAW, path, substeps=1, coupling=coupling).forces_n
     limit = PAPER_LAW.cohesion_n + PAPER_LAW.friction * float(fine_forces[:, 2].max())
     return unit.rms_n((forces - fine_forces)[:, :2]) / limit

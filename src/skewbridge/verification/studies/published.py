@@ -180,8 +180,8 @@ def medians(
     if change.whole:
         demands = _with_whole_peaks(demands)
     if change.first_yield:
-        data = load_bridge(change.bridges[era])
-        curve = bent_capacity(data, 0).curve
+        bridge = load_bridge(change.bridges[era])
+        curve = bent_capacity(bridge, 0).curve
         name = DEMANDS["column_curvature"]
         factor = curve.yield_curvature_per_m / curve.first_yield_curvature_per_m
         demands = demands.assign(**{name: demands[name] * factor})
@@ -303,8 +303,8 @@ def run_skew(study: Study) -> None:
     demands |= analysed_demands(study, changed, CHOICE_MOTIONS)
     for choice in CHOICES:
         demands.setdefault((CHOSEN, 0, choice), at_zero_skew)
-    parts = [runs.assign(choice=choice) for (*_, choice), runs in demands.items()]
-    table = pd.concat(parts, ignore_index=True)
+    tables = [runs.assign(choice=choice) for (*_, choice), runs in demands.items()]
+    table = pd.concat(tables, ignore_index=True)
     ratios, medians = demand_ratios(table), median_factors(table)
     study.tables["demands"], study.tables["medians"] = ratios, medians
     for row in records_of(ratios[ratios["demand"] != "deck_rotation_rad"]):

@@ -247,10 +247,10 @@ def _date(header: str) -> str:
 
 def strong_part(accel: Floats, dt_s: float) -> slice:
     """Return the samples of the strong part of a recording, with a second before and two after."""
-    share = np.cumsum(accel**2) / np.sum(accel**2)
-    first, last = np.searchsorted(share, _STRONG)
-    start = max(0, int(first - _LEAD_S / dt_s))
-    return slice(start, min(len(accel), int(last + _TAIL_S / dt_s)))
+    energy = np.cumsum(accel**2) / np.sum(accel**2)
+    start_row, end_row = np.searchsorted(energy, _STRONG)
+    start = max(0, int(start_row - _LEAD_S / dt_s))
+    return slice(start, min(len(accel), int(end_row + _TAIL_S / dt_s)))
 
 
 def in_band(values: Floats, dt_s: float, derivative: int = 0) -> Floats:

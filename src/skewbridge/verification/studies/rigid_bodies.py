@@ -129,14 +129,14 @@ def compare_with_lcp(study: Study, history: History, rigid: History) -> None:
 
 
 def _draw_particle(study: Study, history: History, rigid: History) -> None:
-    name, of_lcp = "OpenSees", "LCP, e = 0.6"
+    name, lcp = "OpenSees", "LCP, e = 0.6"
     t, positions, exact = history.t_s[::10], history.q[::10] / MM, rigid.q / MM
-    ends, offset = 200.0 * np.outer((-1.0, 1.0), TANGENT), _HALF_GAP_M / MM * NORMAL
+    line_ends, offset = 200.0 * np.outer((-1.0, 1.0), TANGENT), _HALF_GAP_M / MM * NORMAL
     forces = {"N": history.normals_n[::10], "F": history.tangentials_n[::10]}
-    path = {"line": (ends + offset).T, "_": (ends - offset).T, name: positions.T}
+    path = {"line": (line_ends + offset).T, "_": (line_ends - offset).T, name: positions.T}
     panels = [Panel("ux (mm)", "uy (mm)", path, "path of the particle")]
     for text, direction in (("normal, un (mm)", NORMAL), ("along the lines, ut (mm)", TANGENT)):
-        lines = {of_lcp: (rigid.t_s, exact @ direction), name: (t, positions @ direction)}
+        lines = {lcp: (rigid.t_s, exact @ direction), name: (t, positions @ direction)}
         panels.append(Panel("time (s)", text, lines))
     totals = {name: (t, force.sum(axis=1) / KN) for name, force in forces.items()}
     panels.append(Panel("time (s)", "force (kN)", totals, "contact forces of both lines"))
@@ -300,19 +300,19 @@ def impacts(history: History) -> pd.DataFrame:
 
     Speeds are taken in free flight, in the steps before closing and after opening.
     """
-    parts: list[pd.DataFrame] = []
+    tables: list[pd.DataFrame] = []
     for opening in history.openings_m.T:
         changes = np.diff((opening < 0.0).astype(int))
-        starts, ends = (np.flatnonzero(changes == sign) + 1 for sign in (1, -1))
+        closings, openings = (np.flatnonzero(changes == sign) + 1 for sign in (1, -1))
         # every contact is open at first, so ends follow starts; the last contact may not end
-        starts = starts[: len(ends)]
-        is_free = (starts >= 2) & (ends + 1 < len(opening))
-        starts, ends = starts[is_free], ends[is_free]
+        closings = closings[: len(openings)]
+        is_free = (closings >= 2) & (openings + 1 < len(opening))
+        closings, openings = closings[is_free], openings[is_free]
         speeds = np.diff(opening) / float(history.t_s[1] - history.t_s[0])
-        approach, rebound = -speeds[starts - 2], speeds[ends]
-        columns = {"t_s": history.t_s[starts], "approach_mps": approach}
-        parts.append(pd.DataFrame(columns | {"restitution": rebound / approach}))
-    table = pd.concat(parts, ignore_index=True)
+        approach, rebound = -speeds[closings - 2], speeds[openings]
+        columns = {"t_s": history.t_s[closings], "approach_mps": approach}
+        tables.append(pd.DataFrame(columns | {"restitution": rebound / approach}))
+    table = pd.concat(tables, ignore_index=True)
     return table[table["approach_mps"] > 0.0]
 
 

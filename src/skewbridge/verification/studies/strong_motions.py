@@ -85,8 +85,8 @@ def rows_of_tasks(
             journal.append(row)
             is_shown = count % REPORT_EACH == 0 or not row.get("as_required", True)
             if study.report_progress and is_shown:
-                last = f"{unfinished[row['run_key']].variant.slug} {row.get('why', '')}"
-                study.report_progress(f"{count} of {len(tasks)} analyses; last: {last}")
+                last_text = f"{unfinished[row['run_key']].variant.slug} {row.get('why', '')}"
+                study.report_progress(f"{count} of {len(tasks)} analyses; last: {last_text}")
     return [rows[key] for key in keys]
 
 
