@@ -69,9 +69,8 @@ def write_report(
 ) -> None:
     """Write the report to an HTML file.
 
-    ``tables`` maps the names in `StudyFolder.report_inputs` to paths. It may also contain
-    choices (modelling choices). ``figures`` is a folder. ``study`` is None for
-    tables of `skewbridge statistics`, without a study.
+    ``tables`` maps the names in `StudyFolder.report_inputs`, and ``choices`` if made, to paths;
+    ``figures`` is a folder. ``study`` is None for tables of `skewbridge statistics`.
     """
     frames = {
         name: read_frame(path)
@@ -151,10 +150,7 @@ def _study_parts(
 
 
 def _first_screen(frames: Mapping[str, pd.DataFrame], bridges: Sequence[str]) -> dict[str, Any]:
-    """Return the contents of the first screen: answer, failures and motions.
-
-    ``bridges`` are names or files.
-    """
+    """Return the first screen: answer, failures and motions; ``bridges`` are names or files."""
     demands, curves = frames["demands"], frames["curves"]
     table = answer.answer_table(
         medians=frames["medians"],
@@ -437,10 +433,7 @@ def published_rows(medians: pd.DataFrame) -> list[dict[str, str]]:
 
 
 def verdict_table(effects: pd.DataFrame, compared: pd.DataFrame) -> dict[str, Any]:
-    """Return pooled effects as a table, with one row per demand or limit state.
-
-    There is one column for each model and change in ``compared``.
-    """
+    """Return pooled effects: a row per demand or state, a column per model and step compared."""
     keys = [*BRIDGE_COLUMNS, *_CHANGE]
     order = [varied.name for varied in axes_of(compared["axis"])]
     headings = sorted(
@@ -603,10 +596,7 @@ _IN_WORDS: Final = {"demand": effect_name, "im": plain_label, "abutment": in_wor
 def shown_rows(
     table: pd.DataFrame | Sequence[Mapping[str, Any]], digits: int = 3
 ) -> list[dict[str, str]]:
-    """Return the rows of a table as text.
-
-    Column headings are spelled out with their unit, and values are converted to it.
-    """
+    """Return the rows of a table as text, in shown units; headings are words with the unit."""
     frame = pd.DataFrame(table)
     frame = frame.assign(
         **{name: frame[name].map(_IN_WORDS[name]) for name in _IN_WORDS.keys() & set(frame)}
