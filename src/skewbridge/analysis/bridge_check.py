@@ -187,7 +187,7 @@ def _stale(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]
         if key in read.inherited and is_edited and np.abs(factors - 1.0).max() > _STALE:
             stale.append(f"{key} ({np.ravel(value).max():.4g} by its rule)")
     if stale:
-        text = "inherited although numbers in their rules have changed, so give new values"
+        text = "numbers are inherited although inputs of their rules have changed: state them"
         yield f"{text}: {', '.join(stale)}"
 
 

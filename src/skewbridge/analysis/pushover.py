@@ -379,7 +379,7 @@ def _march(
     read: Callable[[], tuple[float, float]],
     integrator: tuple[str | int, ...],
 ) -> PushCurve:
-    """Advance to a target, halving failed steps; return displacements and forces of `read`."""
+    """Push until the integrator reaches ``target``, halving failed steps; ``read`` gives points."""
     ops.logFile(devnull, "-noEcho")  # failed steps are repeated: their messages would mislead
     ops.constraints("Transformation")
     ops.numberer("RCM")
