@@ -154,8 +154,8 @@ def predict(
     notes = ["loo_error: error of theta when a variant is left out of the model"]
     if any(row[flag] for row in rows for flag, _ in flags):
         notes.append("extrapolated: fewer than three motions are as strong, or weak, as this value")
-    if withheld := [f"{row['component']} {row['state']}" for row in rows if row["n_withheld"]]:
-        notes.append(f"no curve in some variants (bounds_too_wide): {', '.join(withheld)}")
+    if lost := [f"{r['component']} {r['state']}" for r in rows if r["n_withheld"]]:
+        notes.append(f"no curve in some variants (bounds_too_wide): {', '.join(lost)}")
     if (drawn := rows[0]["random_properties"]) != "none":
         notes.append(f"properties drawn at random for each motion of the study: {drawn}")
     config = stored_configuration(folder_of(study))
@@ -199,21 +199,21 @@ def decide(
     rows = joint_rows(folder_of(study), bridge)
     site = site_hazard(hazard, rows[0]["im"])
     assert site is not None
-    decided = with_codes(decision(rows, site, target, values), rows[0]["bridge"])
-    labels = [rows[0]["bridge"], *(f"{name} {value:g}" for name, value in decided.values.items())]
+    needs = with_codes(decision(rows, site, target, values), rows[0]["bridge"])
+    labels = [rows[0]["bridge"], *(f"{name} {value:g}" for name, value in needs.values.items())]
     title = f"{', '.join(labels)}: rate below {target:.3g} per year"
-    extrapolated = decided.table["extrapolated"]
+    extrapolated = needs.table["extrapolated"]
     if extrapolated.any():
         title += f" ({extrapolated.sum()} of {extrapolated.size} seats extrapolated)"
     folder = writable_folder(out)
-    write_csv(decided.table, folder / "decision.csv")
-    draw = partial(decision_figure, decided, title)
+    write_csv(needs.table, folder / "decision.csv")
+    draw = partial(decision_figure, needs, title)
     files = save_figure(draw, FigureSettings(), folder, "decision")
-    table = decided.table
+    table = needs.table
     is_end_gap = table["gap_mm"].isin([table["gap_mm"].min(), table["gap_mm"].max()])
     is_third_skew = table["skew_deg"].isin(table["skew_deg"].unique()[::3])
     columns = [name for name in _DECISION_COLUMNS if name in table]
     printed = {title: records_of(table.loc[is_end_gap & is_third_skew, columns])}
     notes = [f"target: {target:.3g} per year; written: {', '.join(map(str, files))}"]
-    answer = {"target": target, "values": decided.values, "rows": records_of(table)}
+    answer = {"target": target, "values": needs.values, "rows": records_of(table)}
     return Answer(answer, printed, notes=notes, digits=3)

@@ -574,13 +574,13 @@ def alternative_rows(table: pd.DataFrame) -> tuple[list[str], list[dict[str, str
     for key, effect_rows in groups_of(table, _EFFECT):
         effect = f"{change_name(*key[2:5])} on {effect_name(key[5])}, {names[key[:2]]}"
         changes: dict[str, str] = {}
-        for (option,), option_rows in groups_of(effect_rows, ["option"]):
+        for (option,), of_option in groups_of(effect_rows, ["option"]):
             texts = {
                 option_text(option, row["value"]): change_text({**row, "ratio": row["effect"]})
-                for row in records_of(option_rows)
+                for row in records_of(of_option)
             }
             changes |= texts
-            if option_rows["p"].min() < 1.0 - option_rows["level"].iloc[0]:
+            if of_option["p"].min() < 1.0 - of_option["level"].iloc[0]:
                 certain.append(f"{effect}: {listed(f'{b} with {a}' for a, b in texts.items())}.")
         rows.append({"effect": effect, **changes})
     options = listed(option_text(option) for option in table["option"].unique())
@@ -616,8 +616,8 @@ def rates_on_page(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
     rated = [state for state in HEADLINE_STATES if (pooled["state"] == state).any()]
     states = [*rated[:1], *(state for state in rated[1:] if state.startswith("unseating"))]
     shown = pooled[pooled["state"].isin(states or pooled["state"].iloc[:1])]
-    largest_step = shown.groupby(["bridge", "abutment", "axis", "state"], sort=False)["to_value"]
-    shown = shown[shown["to_value"] == largest_step.transform("max")]
+    last = shown.groupby(["bridge", "abutment", "axis", "state"], sort=False)["to_value"]
+    shown = shown[shown["to_value"] == last.transform("max")]
     certain = records_of(shown[shown["direction"] != 0])
     certain.sort(key=lambda row: -max(row["ratio"], 1.0 / row["ratio"]))
     return {

@@ -170,26 +170,26 @@ def column_figure(
     return figure
 
 
-def with_codes(decision: Decision, bridge: str) -> Decision:
+def with_codes(found: Decision, bridge: str) -> Decision:
     """Add the seat lengths of AASHTO and SDC to a decision, unless the bridge is not known.
 
     If the bridge file states gaps of its seats, the largest one replaces the gap of the study.
     """
-    table = decision.table
+    table = found.table
     with suppress(InputError):
-        description = load_structure(bridge).description
-        stated_mm = [description.gaps_mm.get(end) for end in description.end_seats_m]
-        if stated_mm and None not in stated_mm:
+        about = load_structure(bridge).description
+        own_mm = [about.gaps_mm.get(end) for end in about.end_seats_m]
+        if own_mm and None not in own_mm:
             lengths = table.filter(regex=r"^(seat|hazus)_m").columns
-            gap_change_m = (max(filter(None, stated_mm), default=0.0) - table[GAP]) / 1000.0
-            table = table.assign(**{name: table[name] + gap_change_m for name in lengths})
-            table[GAP] += 1000.0 * gap_change_m
+            more_m = (max(filter(None, own_mm), default=0.0) - table[GAP]) / 1000.0
+            table = table.assign(**{name: table[name] + more_m for name in lengths})
+            table[GAP] += 1000.0 * more_m
         gap_m = table[GAP] / 1000.0
-        aashto = [seat_demand_aashto_m(description, radians(skew)) for skew in table["skew_deg"]]
-        sdc = [seat_demand_sdc_m(description, demand_m) for demand_m in table["sdc_demand_m"]]
-        seat_m = min(description.end_seats_m.values(), default=np.nan)
-        table = table.assign(aashto_m=aashto + gap_m, sdc_m=sdc + gap_m, present_m=seat_m)
-    return decision._replace(table=table)
+        aashto = [seat_demand_aashto_m(about, radians(skew)) for skew in table["skew_deg"]]
+        sdc = [seat_demand_sdc_m(about, demand_m) for demand_m in table["sdc_demand_m"]]
+        present = min(about.end_seats_m.values(), default=np.nan)
+        table = table.assign(aashto_m=aashto + gap_m, sdc_m=sdc + gap_m, present_m=present)
+    return found._replace(table=table)
 
 
 @mpl.rc_context(STYLE)

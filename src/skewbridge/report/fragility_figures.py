@@ -161,13 +161,13 @@ def _system_ratios(systems: pd.DataFrame) -> pd.DataFrame:
     rows: list[tuple[Any, ...]] = []
     for order, group in systems.astype({"theta": float}).groupby("order"):
         lead = group["axis"].iloc[0]
-        other_axes = [axis.name for axis in axes_of(map(str, group)) if axis.name != lead]
+        others = [axis.name for axis in axes_of(map(str, group)) if axis.name != lead]
         is_first = group["value"] == group["value"].min()
-        pairs = group[is_first].merge(group[~is_first], on=other_axes, suffixes=("_from", ""))
-        for value, value_pairs in pairs.groupby("value"):
-            comparable = value_pairs[value_pairs["components_from"] == value_pairs["components"]]
-            ratio = float(np.exp(np.log(comparable["theta"] / comparable["theta_from"]).mean()))
-            rows.append((order, value, ratio, len(value_pairs) - len(comparable)))
+        pairs = group[is_first].merge(group[~is_first], on=others, suffixes=("_from", ""))
+        for value, of_value in pairs.groupby("value"):
+            same = of_value[of_value["components_from"] == of_value["components"]]
+            ratio = float(np.exp(np.log(same["theta"] / same["theta_from"]).mean()))
+            rows.append((order, value, ratio, len(of_value) - len(same)))
     names = {"order": int, "value": float, "ratio_of_systems": float, "n_different": int}
     return pd.DataFrame(rows, columns=list(names)).astype(names)
 

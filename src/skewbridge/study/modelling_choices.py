@@ -167,15 +167,15 @@ def axis_pairs(
     """
     variant = setup.named(slug)
     for name, values in axes.items():
-        end_values = [extreme(values, key=abs) for extreme in (min, max)]
-        points = [variant.values() | {name: value} for value in end_values]
+        ends = [end(values, key=abs) for end in (min, max)]
+        points = [variant.values() | {name: value} for value in ends]
         variants = [Variant.at(variant.bridge, variant.abutment, point) for point in points]
         variants = [variant.normalised() for variant in variants]
         if variants[0] == variants[1]:
             continue  # one value, or an axis that the abutment model does not have
-        low_tasks, high_tasks = (sampled(setup.tasks(variant), count) for variant in variants)
-        labels = _labelled("axis", name, *(choice_text(name, value) for value in end_values))
-        for lower, upper in zip(low_tasks, high_tasks, strict=True):
+        before, after = (sampled(setup.tasks(variant), count) for variant in variants)
+        labels = _labelled("axis", name, *(choice_text(name, value) for value in ends))
+        for lower, upper in zip(before, after, strict=True):
             yield labels, lower, upper
             if name == "friction" and lower.variant.friction == 0.0:
                 for side in ("walls", "keys"):

@@ -349,11 +349,11 @@ def predict_states(
     for row in models:
         model = JointModel(row)
         model.axis_range.check(values)
-        theta, *theta_ends = model.median(values)
+        theta, *ends = model.median(values)
         prediction = {"component": row["component"], "state": row["limit_state"], "theta": theta}
         curve = model.curve(values)
         prediction |= {"beta": float(curve.beta[0]), "beta_total": float(curve.total[0])}
-        prediction |= {"ci_theta": theta_ends}
+        prediction |= {"ci_theta": ends}
         for name, total in (("p_records", False), ("p", True)):
             prediction[name] = None if at is None else curve.probability(np.log(at), total=total)
         # tables of earlier versions have no range: their medians count as extrapolated
