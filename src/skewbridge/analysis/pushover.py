@@ -379,7 +379,7 @@ def _march(
     read: Callable[[], tuple[float, float]],
     integrator: tuple[str | int, ...],
 ) -> PushCurve:
-    """Push until the integrator reaches ``target``, halving failed steps; ``read`` gives points."""
+    """Push `integrator` to ``target``, halving failed steps; return what `read` gives."""
     ops.logFile(devnull, "-noEcho")  # failed steps are repeated: their messages would mislead
     ops.constraints("Transformation")
     ops.numberer("RCM")

@@ -171,7 +171,7 @@ def column_figure(
 
 
 def with_codes(found: Decision, bridge: str) -> Decision:
-    """Add the seat lengths of AASHTO and SDC to a decision, unless the bridge is not known.
+    """Add the seat lengths of AASHTO and SDC to a decision, if the bridge is known.
 
     If the bridge file states gaps of its seats, the largest one replaces the gap of the study.
     """

@@ -150,7 +150,7 @@ _COMPARED: Final = list(CHOICE_COLUMNS)[:6]
 
 
 def choice_pairs(tasks: Sequence[Task], choices: Sequence[Choice] = CHOICES) -> Iterator[TaskPair]:
-    """Yield pairs of analyses: as configured, and with one alternative of a choice that acts."""
+    """Yield pairs of analyses: as configured, and with one alternative of one modelling choice."""
     for task, choice in product(tasks, choices):
         configured = choice_text(choice.key, choice.configured_in(task))
         for value in choice.alternatives(task):

@@ -118,7 +118,7 @@ class BaseAcceleration:
         return np.outer(self.amplitude_mps2, np.where(times_s <= self.period_s, wave, 0.0))
 
     def mean(self, starts_s: Floats, ends_s: Floats) -> Floats:
-        """Return means (m/s2) over intervals, shape (2, n); of a record, of its end values."""
+        """Return means over intervals (m/s2), shape (2, n); for a record, means of end values."""
         if self.record:
             return 0.5 * (self.at(starts_s) + self.at(ends_s))
         omega = 2.0 * pi / self.period_s
