@@ -303,8 +303,8 @@ def sdc_rows(
     """Return the design checks of one analysis, one row per check.
 
     ``run`` is its row of the demands table, ``bents`` the capacities of its bents, ``corners_m``
-    and ``joints_m`` the results of `corner_moves_m` and `joint_moves_m`. The largest drift of the
-    analysis is applied to every bent.
+    and ``joints_m`` the results of `corner_moves_m` and `joint_moves_m`. All columns get the
+    largest drift.
     """
     bridge, support_m = load_structure(variant.bridge).description, float(run[SUPPORT])
     # the deck moves more than the columns if it turns, or slides on the pads of a joint

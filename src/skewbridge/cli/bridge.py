@@ -289,25 +289,25 @@ def sdc(
     from skewbridge.bridge.column import bent_capacities
     from skewbridge.files.tables import read_frame, records_of
 
-    table_name, notes = "checks", list[str]()
+    checked, notes = "checks", list[str]()
     if source is None or not source.is_dir():
         data = load_bridge(bridge or str(source or "osb1"))
-        table_name, title = "bents", data.title
+        checked, title = "bents", data.title
         rows = bridge_check.capacity_rows(bent_capacities(data))
     else:
-        demands, bents, recorded = (read_frame(source / f"{name}.parquet") for name in _OF_RUN)
+        demands, bents, table = (read_frame(source / f"{name}.parquet") for name in _OF_RUN)
         (row,) = records_of(demands)
         variant = Variant.of_row(row)
         if bridge is not None and Path(bridge).stem == variant.bridge_name:
             variant = replace(variant, bridge=bridge)
         elif variant.bridge_name not in _known_bridges():
-            advice = f"bridge {variant.bridge_name} is unknown: give its file with --bridge"
-            raise InputError(f"{source}: {advice}")
-        histories = {str(name): recorded[name].to_numpy() for name in recorded}
+            needed = f"bridge {variant.bridge_name} is unknown: give its file with --bridge"
+            raise InputError(f"{source}: {needed}")
+        histories = {str(name): table[name].to_numpy() for name in table}
         title, notes = variant.slug, gap_notes(variant.bridge)
         corners_m = bridge_check.corner_moves_m(variant, histories)
         joints_m = bridge_check.joint_moves_m(variant, histories)
         rows = bridge_check.sdc_rows(variant, row, records_of(bents), corners_m, joints_m)
     if out is not None:
         _write(rows, out, "sdc")
-    return Answer({"title": title, table_name: rows}, units=units, notes=notes)
+    return Answer({"title": title, checked: rows}, units=units, notes=notes)

@@ -412,12 +412,12 @@ def gap_notes(bridge: str) -> list[str]:
     """Return a note if the bridge file replaces the gap of the variant, or has no joint."""
     from skewbridge.bridge.library import load_structure
 
-    joints = load_structure(bridge).description
-    if not joints.seats_m:
+    about = load_structure(bridge).description
+    if not about.seats_m:
         return ["gap_mm and friction have no effect: the bridge has no seats and no joints"]
-    gaps = ", ".join(f"{gap_mm:g} mm at {place}" for place, gap_mm in joints.own_gaps_mm.items())
-    effect = "acts on the other joints" if joints.takes_gap else "has no effect"
-    return [f"the bridge file sets the gap: {gaps}; gap_mm {effect}"] if gaps else []
+    own = ", ".join(f"{gap_mm:g} mm at {place}" for place, gap_mm in about.own_gaps_mm.items())
+    other_joints = "acts on the other joints" if about.takes_gap else "has no effect"
+    return [f"the bridge file sets the gap: {own}; gap_mm {other_joints}"] if own else []
 
 
 def keys_and_values(option: str, pairs: list[str] | None) -> dict[str, Any]:
