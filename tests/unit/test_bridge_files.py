@@ -424,7 +424,7 @@ def test_a_drawing_replaces_inherited_numbers_and_stale_ones_are_named(written) 
     assert any("deck.line_load_kn_per_m is 0.3 times 629" in doubt for doubt in doubts(read))
     path = written(f"{text}spans_m: [200 ft, 200 ft]\n")
     stale = doubts(read_bridge(path))[-1]
-    assert stale.startswith("inherited although")
+    assert stale.startswith("numbers are inherited although")
     keys = {"damping.short_period_s", "abutment.sacrificial_key.force_kn"}
     assert keys <= set(re.findall(r"[\w.]+", stale))
     found = check_bridge(path)

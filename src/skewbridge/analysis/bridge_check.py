@@ -52,8 +52,8 @@ def check_bridge(name: str) -> dict[str, Any]:
     """Build a bridge with open gaps at zero skew, apply its dead load and check it.
 
     Returns weight, reactions, periods and sources; ``findings`` (sentences on what would cause
-    trouble in a study), ``modes``, ``bents``, ``derived`` numbers with their rules, and
-    ``inherited`` numbers.
+    trouble in a study), ``modes``, ``bents``, numbers ``derived`` by rules, with the rules, and
+    keys ``inherited`` from the bridge that the file extends.
     """
     structure, standing = load_structure(name), standing_bridge(name)
     read = read_bridge(name) if isinstance(structure, CatalogueBridge) else None
@@ -103,8 +103,8 @@ def _derived(read: Completed) -> list[dict[str, Any]]:
 
 def _sources(read: Completed, inherited: Sequence[str]) -> str:
     sources = read.bridge.sources
-    own_keys = sources.keys() - read.derived.keys() - read.inherited
-    kinds = Counter(sources[key].split(":", 1)[0] for key in own_keys)
+    stated_keys = sources.keys() - read.derived.keys() - read.inherited
+    kinds = Counter(sources[key].split(":", 1)[0] for key in stated_keys)
     counts = [*(f"{kinds[kind]} {kind}" for kind in sorted(kinds)), f"{len(inherited)} inherited"]
     return ", ".join([*counts, f"{len(read.derived)} by rule"])
 
@@ -113,7 +113,7 @@ def _sources(read: Completed, inherited: Sequence[str]) -> str:
 
 
 def doubts(read: Completed) -> list[str]:
-    """Return a sentence for each number, or formula of numbers, outside its usual range."""
+    """Return a sentence for each number of a bridge file, or formula of them, that looks wrong."""
     rules = read.by_rule()
     return [*_outside_ranges(read), *_far_from_rules(read, rules), *_stale(read, rules)]
 
@@ -129,10 +129,10 @@ _SCRIPT_RANGES: Final = {
 
 
 def _unit_doubts(bridge: Description, standing: ModalResult) -> Iterator[str]:
-    """Yield a sentence for each value of a script that suggests a wrong unit."""
+    """Yield a sentence for each value of a bridge script that suggests a wrong unit."""
     per_m2 = standing.weight_kn / (bridge.length_m * bridge.width_m)
-    sizes = (bridge.length_m,), (bridge.width_m,), (per_m2,), bridge.bent_heights_m
-    values = (conditioning_period_s(standing),), *sizes
+    size_values = (bridge.length_m,), (bridge.width_m,), (per_m2,), bridge.bent_heights_m
+    values = (conditioning_period_s(standing),), *size_values
     for (name, (low, high)), stated_values in zip(_SCRIPT_RANGES.items(), values, strict=True):
         if wrong := [value for value in stated_values if not low <= value <= high]:
             text = f"is outside the usual {low:g} to {high:g}: check units, masses and loads"
@@ -164,7 +164,7 @@ def _known(bridge: Any, number: int, key: str) -> Any:
 
 
 def _factors(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[Any]:
-    """Yield key, value by rule, rule, and stated / rule value of each number stated in a file."""
+    """Yield for each number stated in a file: key, value by rule, rule, ratio stated / by rule."""
     for key, (value, rule) in rules.items():
         values = np.ravel(value_at(read.bridge, key))
         # no weight, for example of a cap, is a choice
@@ -182,7 +182,7 @@ def _far_from_rules(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iter
 
 
 def _stale(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]:
-    """Yield sentences on inherited numbers that differ from their rules for this bridge."""
+    """Yield a sentence on inherited numbers whose rules give other values for this bridge."""
     edited = read.bridge.sources.keys() - read.inherited - read.derived.keys()
     stale: list[str] = []
     for key, value, rule, factors in _factors(read, rules):
@@ -190,7 +190,7 @@ def _stale(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]
         if key in read.inherited and is_edited and np.abs(factors - 1.0).max() > _STALE:
             stale.append(f"{key} ({np.ravel(value).max():.4g} by its rule)")
     if stale:
-        text = "inherited although numbers in their rules have changed, so give new values"
+        text = "numbers are inherited although inputs of their rules have changed: state them"
         yield f"{text}: {', '.join(stale)}"
 
 
@@ -275,7 +275,7 @@ def _deck_length_m(bridge: Description) -> float:
 def seat_demand_sdc_m(
     bridge: Description, unseating_m: float, minimum_m: float = MINIMUM_SEAT_M
 ) -> float:
-    """Return the required support length normal to the bearing line, in m.
+    """Return the support length (m) normal to the bearing line, required for an unseating.
 
     References:
         Caltrans SDC 1.7 sections 7.8.3, abutments, and 7.2.5.4, hinges.
@@ -296,8 +296,8 @@ def seat_demand_aashto_m(bridge: Description, skew_rad: float) -> float:
     heights = bridge.bent_heights_m
     height_ft = sum(heights) / len(heights) / FOOT if heights else 0.0
     length_ft = _deck_length_m(bridge) / FOOT
-    skew = 1.0 + 0.000125 * degrees(skew_rad) ** 2
-    return SEISMIC_SEAT_FACTOR * (8.0 + 0.02 * length_ft + 0.08 * height_ft) * skew * INCH
+    skew_factor = 1.0 + 0.000125 * degrees(skew_rad) ** 2
+    return SEISMIC_SEAT_FACTOR * (8.0 + 0.02 * length_ft + 0.08 * height_ft) * skew_factor * INCH
 
 
 def sdc_rows(
@@ -313,7 +313,7 @@ def sdc_rows(
     and ``joints_m`` the results of `corner_moves_m` and `joint_moves_m`. All columns get the
     largest drift, up to the largest share of a capacity.
     """
-    bridge, support = load_structure(variant.bridge).description, float(run[SUPPORT])
+    bridge, support_m = load_structure(variant.bridge).description, float(run[SUPPORT])
     # the deck moves more than the columns if it turns, or slides on the pads of a joint
     drift, share = float(run["column_drift_ratio"]), float(run.get("drift_over_capacity", inf))
     rows: list[dict[str, object]] = []
@@ -332,13 +332,13 @@ def sdc_rows(
         ratio = P_DELTA_LIMIT * disp_m / bent["disp_at_p_delta_limit_m"]
         compare(f"{name} P-Delta ratio", ratio, P_DELTA_LIMIT)
     for corner, unseating_m in corners_m.items():
-        compare(f"{corner} seat, SDC (m)", seat_demand_sdc_m(bridge, unseating_m), support)
+        compare(f"{corner} seat, SDC (m)", seat_demand_sdc_m(bridge, unseating_m), support_m)
     aashto_m = {
         seat: seat_demand_aashto_m(bridge, radians(bridge.skews_deg.get(seat, variant.skew_deg)))
         for seat in bridge.seats_m
     }
-    if ends := bridge.end_seats_m:
-        compare("seat, AASHTO 1.5 N (m)", max(aashto_m[end] for end in ends), support)
+    if end_seats := bridge.end_seats_m:
+        compare("seat, AASHTO 1.5 N (m)", max(aashto_m[end] for end in end_seats), support_m)
     for joint, (unseating_m, length_m) in joints_m.items():
         demand_m = seat_demand_sdc_m(bridge, unseating_m, MINIMUM_HINGE_M)
         compare(f"{joint} seat, SDC (m)", demand_m, length_m)
@@ -356,8 +356,8 @@ def corner_moves_m(
         skew = radians(bridge.skews_deg.get(end, variant.skew_deg))
         for kind in ("acute", "obtuse") if end in bridge.seats_m else ():
             name = f"abutment_{end}_{kind}"
-            along = cos(skew) * histories[f"{name}_x_m"] + sin(skew) * histories[f"{name}_y_m"]
-            moves[f"{end} {kind}"] = max(0.0, float(np.max(-outward * along)))
+            normal_m = cos(skew) * histories[f"{name}_x_m"] + sin(skew) * histories[f"{name}_y_m"]
+            moves[f"{end} {kind}"] = max(0.0, float(np.max(-outward * normal_m)))
     return moves
 
 

@@ -42,7 +42,7 @@ class _EndState(NamedTuple):
 
 
 class EnergyBalance:
-    """Records forces that the monitor does not record, and computes all terms at the end.
+    """Energy balance of one analysis; it also records the forces that only the balance needs.
 
     Create it before the monitor starts. ``ground_accel_mps2`` maps times (n,) to (n, 2);
     ``rayleigh`` has the mass (1/s) and stiffness (s) factors.
@@ -68,9 +68,9 @@ class EnergyBalance:
         self._damped = tuple(node for node in self._masses if node in damped)
         self._columns = groups["columns"]
         # elastic beams do not report the forces of their Rayleigh damping
-        elastic = [e for e in self._columns if ops.eleType(e) == "ElasticBeam3d"]
+        elastic = [tag for tag in self._columns if ops.eleType(tag) == "ElasticBeam3d"]
         damped_columns = set(self._columns).intersection(model.frame.damping.elements)
-        self._stiffness = {e: elastic_stiffness(e) for e in (*groups["deck"], *elastic)}
+        self._stiffness = {tag: elastic_stiffness(tag) for tag in (*groups["deck"], *elastic)}
         self._at_walls = held_by_contacts(model)
         at_walls = {element for elements in self._at_walls.values() for element in elements}
         self._joints = {
@@ -93,20 +93,20 @@ class EnergyBalance:
 
     def terms_kj(self) -> dict[str, float]:
         """Stop recording; return the terms in kJ, with ``residual`` and ``largest_input``."""
-        end, extra = self._end_state(), self._monitor.extra
+        end_state, extra = self._end_state(), self._monitor.extra
         trace = self._monitor.trace()
-        moving = sum(mass[:2] * trace.position(node)[:, :2] for node, mass in self._masses.items())
-        input_j = np.cumsum(-_steps(self._ground(trace.time_s), np.asarray(moving)))
+        mass_u = sum(mass[:2] * trace.position(node)[:, :2] for node, mass in self._masses.items())
+        input_j = np.cumsum(-_steps(self._ground(trace.time_s), np.asarray(mass_u)))
         works = {
             "input": input_j[-1] if len(input_j) else 0.0,
-            "gravity": end.gravity_j - self._start.gravity_j,
-            "kinetic": end.kinetic_j - self._start.kinetic_j,
+            "gravity": end_state.gravity_j - self._start.gravity_j,
+            "kinetic": end_state.kinetic_j - self._start.kinetic_j,
             "damping": self._damping(trace, extra("Element", "rayleighForces")),
             "columns": sum(
                 _work(trace.columns[element], self._moved(element, trace))
                 for element in self._columns
             ),
-            **{name: self._elastic_work(name, end) for name in self._elastic},
+            **{name: self._elastic_work(name, end_state) for name in self._elastic},
             **self._joint_works(trace, extra("Element", "force")),
         }
         works["backfill"] += self._wall_work(trace)
@@ -139,7 +139,7 @@ class EnergyBalance:
         return work
 
     def _joint_works(self, trace: ResponseTrace, forces: Mapping[int, Series]) -> dict[str, float]:
-        """Return the work (J) on the pads and on the recorded backfill springs, as a dictionary."""
+        """Return the works (J) on pads (``bearings``) and recorded springs of the ``backfill``."""
         works = dict.fromkeys(self._joints, 0.0)
         for name, elements in self._joints.items():
             for element in elements:
@@ -148,7 +148,7 @@ class EnergyBalance:
         return works
 
     def _wall_work(self, trace: ResponseTrace) -> float:
-        """Return the work on the springs at massless nodes (J), equal to the contact work there."""
+        """Return the work (J) on springs of `held_by_contacts`, from the contact forces on them."""
         contacts = self._model.contacts
         work = 0.0
         if contacts is None or not self._at_walls:
@@ -156,8 +156,8 @@ class EnergyBalance:
         for number, unit in enumerate(contacts.units):
             if unit.node_i not in self._at_walls:
                 continue
-            along = -trace.normals_n[:, number], trace.tangentials_n[:, number]
-            force = np.column_stack(along) @ np.array((unit.normal, *unit.tangents))
+            components_n = -trace.normals_n[:, number], trace.tangentials_n[:, number]
+            force = np.column_stack(components_n) @ np.array((unit.normal, *unit.tangents))
             work += _work(force, trace.position(unit.node_i)[:, :3])
         return work
 
@@ -174,9 +174,9 @@ class EnergyBalance:
         force = np.hstack([accelerations[node] for node in self._masses]) * mass
         if self._integrator[0] == "HHT":
             alpha = float(self._integrator[1])
-            for before, here in pairwise(force):
-                here -= (1.0 - alpha) * before
-                here /= alpha
+            for last_row, row in pairwise(force):
+                row -= (1.0 - alpha) * last_row
+                row /= alpha
         return _work(force, np.hstack([trace.position(node) for node in self._masses]))
 
     def _moved(self, element: int, trace: ResponseTrace) -> Series:
@@ -246,7 +246,7 @@ def energy_ratios(terms: Mapping[str, float]) -> dict[str, float]:
 
 
 def _steps(force: Series, disp: Series) -> Series:
-    """Return the work of each step (J), summed over the components, shape (n - 1,)."""
+    """Return the work (J) in each step of force components (n, k), shape (n - 1,)."""
     return 0.5 * np.einsum("ij,ij->i", force[1:] + force[:-1], np.diff(disp, axis=0))
 
 
@@ -259,18 +259,18 @@ def elastic_stiffness(element: int) -> Series:
 
     Basic deformations: axial, two end rotations about z, two about y, twist.
     """
-    first, last = (np.array(ops.nodeCoord(node)) for node in ops.eleNodes(element))
-    length = float(np.linalg.norm(last - first))
+    start_m, end_m = (np.array(ops.nodeCoord(node)) for node in ops.eleNodes(element))
+    length = float(np.linalg.norm(end_m - start_m))
     x, y, z = (np.array(ops.eleResponse(element, f"{axis}axis")) for axis in "xyz")
-    none, up, across = np.zeros(3), y / length, z / length
+    zeros, y_per_m, z_per_m = np.zeros(3), y / length, z / length
     basic = np.array(
         [
-            np.concatenate((-x, none, x, none)),
-            np.concatenate((up, z, -up, none)),
-            np.concatenate((up, none, -up, z)),
-            np.concatenate((-across, y, across, none)),
-            np.concatenate((-across, none, across, y)),
-            np.concatenate((none, -x, none, x)),
+            np.concatenate((-x, zeros, x, zeros)),
+            np.concatenate((y_per_m, z, -y_per_m, zeros)),
+            np.concatenate((y_per_m, zeros, -y_per_m, z)),
+            np.concatenate((-z_per_m, y, z_per_m, zeros)),
+            np.concatenate((-z_per_m, zeros, z_per_m, y)),
+            np.concatenate((zeros, -x, zeros, x)),
         ]
     )
     return basic.T @ np.reshape(ops.eleResponse(element, "basicStiffness"), (6, 6)) @ basic
@@ -287,14 +287,14 @@ def held_by_contacts(model: BridgeModel) -> dict[int, tuple[int, ...]]:
             at_node.setdefault(node, []).append(element)
     springs, contacts = (set(model.energy_elements[name]) for name in ("backfill", "contact"))
     springs_of_node: dict[int, tuple[int, ...]] = {}
-    for first in {unit.node_i for unit in model.contacts.units} if model.contacts else ():
-        chain, reached = dict[int, None](), [first]
+    for contact_node in {unit.node_i for unit in model.contacts.units} if model.contacts else ():
+        chain, reached = dict[int, None](), [contact_node]
         for node in reached:
-            behind = [e for e in at_node[node] if e not in chain and e not in contacts]
+            behind = [tag for tag in at_node[node] if tag not in chain and tag not in contacts]
             chain.update(dict.fromkeys(behind))
-            ends = {node_2 for element in behind for node_2 in ops.eleNodes(element)} - {*reached}
-            reached += [other for other in ends if len(ops.getFixedDOFs(other)) < DISP]
+            nodes = {node_2 for element in behind for node_2 in ops.eleNodes(element)} - {*reached}
+            reached += [node_2 for node_2 in nodes if len(ops.getFixedDOFs(node_2)) < DISP]
         is_free = not any(mass for node in reached for mass in ops.nodeMass(node))
         if is_free and springs.issuperset(chain):
-            springs_of_node[first] = tuple(chain)
+            springs_of_node[contact_node] = tuple(chain)
     return springs_of_node

@@ -39,10 +39,10 @@ _IN_PLAN: Final = (1, 2)  # horizontal degrees of freedom
 class Excitation:
     """Ground motion of an analysis, with its factor and direction.
 
-    At incidence 0, component 1 points along x; incidence is counter-clockwise. With `supports`,
-    each support has the motion of its name (`SupportInput`), along the axes of the
-    bridge, and `motion` is that of the support of the mass centre. Raises `InputError` if a number
-    is not finite or the scale is not positive.
+    At incidence 0, component 1 points along x; incidence is counter-clockwise. `supports` maps
+    names of supports to motions along the axes of the bridge (`SupportInput`); `motion` is then
+    that of the support nearest to the mass centre. Raises `InputError` if a number is not finite or
+    the scale is not positive.
     """
 
     motion: GroundMotion
@@ -108,26 +108,26 @@ def displacements_m(accel_mps2: Mapping[str, Series], dt_s: float) -> dict[str, 
     corrected: it moves the whole model, as in uniform input.
     """
     mean = np.mean(list(accel_mps2.values()), axis=0)
-    common = _integrated(mean, dt_s)
+    mean_disp = _integrated(mean, dt_s)
     times = np.arange(len(mean)) * dt_s / _SETTLING_S
-    start = np.exp(-times)
-    lines = np.column_stack([1.0 - start * (1.0 + times), times - 1.0 + start])
+    decay = np.exp(-times)
+    ramps = np.column_stack([1.0 - decay * (1.0 + times), times - 1.0 + decay])
     # after the start, and weighted so that the phase of a wave at the ends does not tilt the line
     weight = np.zeros((len(mean), 1))
     is_late = times > min(3.0, times[-1] / 2.0)
     weight[is_late, 0] = np.hanning(np.count_nonzero(is_late))
 
     def corrected(disp: Series) -> Series:
-        return disp - lines @ np.linalg.lstsq(weight * lines, weight * disp, rcond=None)[0]
+        return disp - ramps @ np.linalg.lstsq(weight * ramps, weight * disp, rcond=None)[0]
 
     return {
-        name: common + corrected(_integrated(accel - mean, dt_s))
+        name: mean_disp + corrected(_integrated(accel - mean, dt_s))
         for name, accel in accel_mps2.items()
     }
 
 
 def _integrated(accel: Series, dt_s: float) -> Series:
-    """Return the double integral of values that are linear between samples."""
+    """Return the displacement (m) of an acceleration (m/s2) that is linear between samples."""
     velocity, disp = np.zeros_like(accel), np.zeros_like(accel)
     velocity[1:] = np.cumsum((accel[1:] + accel[:-1]) * dt_s / 2.0, axis=0)
     steps = velocity[:-1] * dt_s + (2.0 * accel[:-1] + accel[1:]) * dt_s**2 / 6.0
@@ -136,7 +136,7 @@ def _integrated(accel: Series, dt_s: float) -> Series:
 
 
 def support_places_m(model: BridgeModel) -> dict[str, float]:
-    """Return the place of each support along the bridge by name, from left to right (m)."""
+    """Return the position (m) of each support along the bridge, by name, from left to right."""
     slope = tan(radians(model.variant.skew_deg))
 
     def place(x_m: float, y_m: float) -> float:
@@ -148,7 +148,7 @@ def support_places_m(model: BridgeModel) -> dict[str, float]:
         across = round(x * column.normal[0] + y * column.normal[1], 3)  # the same in a bent
         bents.setdefault(across, []).append(place(x, y))
     positions_m = {end.plan.name: place(*end.plan.middle_m) for end in model.frame.ends}
-    middles = sorted(float(np.mean(of_bent)) for of_bent in bents.values())
+    middles = sorted(float(np.mean(positions)) for positions in bents.values())
     positions_m |= {f"bent {number}": middle for number, middle in enumerate(middles, start=1)}
     return dict(sorted(positions_m.items(), key=lambda item: item[1]))
 
@@ -187,25 +187,25 @@ class SupportInput:
 
     def apply(self, model: BridgeModel) -> None:
         """Impose the displacement of its support on every node that is fixed in plan."""
-        tags, motions = model.tags, dict[tuple[str, int], int]()
+        tags, motion_tags = model.tags, dict[tuple[str, int], int]()
         view_constraints()  # with plain constraints, only velocities are imposed
         ops.pattern("MultipleSupport", tags.pattern())
         for name, disp in self._disp.items():
             velocity = np.gradient(disp, self._step_s, axis=0)
-            for dof, column in enumerate(disp.T, start=1):
+            for dof, component in enumerate(disp.T, start=1):
                 series = [tags.series() for _ in range(3)]
                 accel = np.gradient(velocity[:, dof - 1], self._step_s)
-                values = (column, velocity[:, dof - 1], accel)
-                for tag, of, last in zip(series, values, (("-useLast",), (), ()), strict=True):
-                    path = ("-dt", self._step_s, "-values", *of.tolist())
-                    ops.timeSeries("Path", tag, *path, *last)
-                motions[name, dof] = len(motions) + 1
+                values = (component, velocity[:, dof - 1], accel)
+                for tag, samples, flag in zip(series, values, (("-useLast",), (), ()), strict=True):
+                    path = ("-dt", self._step_s, "-values", *samples.tolist())
+                    ops.timeSeries("Path", tag, *path, *flag)
+                motion_tags[name, dof] = len(motion_tags) + 1
                 kinds = ("-disp", series[0], "-vel", series[1], "-accel", series[2])
-                ops.groundMotion(motions[name, dof], "Plain", *kinds)
+                ops.groundMotion(motion_tags[name, dof], "Plain", *kinds)
         for node in ops.getNodeTags():
             if set(_IN_PLAN) <= set(ops.getFixedDOFs(node)):
                 for dof in _IN_PLAN:
-                    ops.imposedMotion(node, dof, motions[self._support_of(node), dof])
+                    ops.imposedMotion(node, dof, motion_tags[self._support_of(node), dof])
 
     def _support_of(self, node: int) -> str:
         """Return the name of the support that is nearest to a node."""
@@ -214,9 +214,9 @@ class SupportInput:
 
     def relative(self, trace: ResponseTrace) -> ResponseTrace:
         """Return a trace with displacements relative to the ground of the support of each node."""
-        rows = trace.time_s / self._step_s
+        steps = trace.time_s / self._step_s
         ground_m = {
-            name: np.column_stack([np.interp(rows, np.arange(len(of)), of) for of in disp.T])
+            name: np.column_stack([np.interp(steps, np.arange(len(u_m)), u_m) for u_m in disp.T])
             for name, disp in self._disp.items()
         }
         nodes: dict[int, Series] = {}

@@ -127,8 +127,8 @@ def rayleigh_factors(
     """
     if kind == "stiffness":
         return 0.0, ratio * damping.long_period_s / pi
-    low, high = 2 * pi / damping.long_period_s, 2 * pi / damping.short_period_s
-    return 2 * ratio * low * high / (low + high), 2 * ratio / (low + high)
+    omega_1, omega_2 = 2 * pi / damping.long_period_s, 2 * pi / damping.short_period_s
+    return 2 * ratio * omega_1 * omega_2 / (omega_1 + omega_2), 2 * ratio / (omega_1 + omega_2)
 
 
 def apply_rayleigh(model: BridgeModel, kind: RayleighKind | None = None) -> tuple[float, float]:

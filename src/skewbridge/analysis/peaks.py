@@ -56,7 +56,7 @@ def model_end(columns: Sequence[ColumnHandle], trace: ResponseTrace) -> ModelEnd
     Shear: demand / capacity 1, unless the model loses shear strength. Flexure: drift at the
     displacement capacity of the bent. Elastic columns do not fail.
     """
-    reached: list[tuple[int, str]] = []
+    failures: list[tuple[int, str]] = []
     for column in columns:
         if column.is_elastic:
             continue
@@ -66,11 +66,11 @@ def model_end(columns: Sequence[ColumnHandle], trace: ResponseTrace) -> ModelEnd
         for mode, ratio in ratios.items():
             failed = ratio >= 1.0
             if failed.any():
-                reached.append((int(failed.argmax()), mode))
-    if not reached:
+                failures.append((int(failed.argmax()), mode))
+    if not failures:
         return ModelEnd(mode="", time_s=float("nan"), rows=len(trace.time_s))
     # if both occur in the same step, report the brittle failure
-    row, mode = min(reached, key=lambda end: (end[0], end[1] != "shear"))
+    row, mode = min(failures, key=lambda failure: (failure[0], failure[1] != "shear"))
     return ModelEnd(mode=mode, time_s=float(trace.time_s[row]), rows=row + 1)
 
 
@@ -78,7 +78,7 @@ def column_demands(columns: Sequence[ColumnHandle], trace: ResponseTrace) -> dic
     """Return the column demands: peaks over all columns and times."""
     shears = [column_shear_n(column, trace) for column in columns]
     drifts = [column_drift(column, trace) for column in columns]
-    bases = [column_base_shear_n(column, trace) for column in columns]
+    base_shears = [column_base_shear_n(column, trace) for column in columns]
 
     by_model = [shear_ratios(column, trace, SHEAR_MODEL_DEMANDS) for column in columns]
 
@@ -91,12 +91,12 @@ def column_demands(columns: Sequence[ColumnHandle], trace: ResponseTrace) -> dic
         "column_shear_x_kn": peak(shear[:, 0] for shear in shears) / KN,
         "column_shear_y_kn": peak(shear[:, 1] for shear in shears) / KN,
         "column_shear_kn": peak(np.hypot(*shear.T) for shear in shears) / KN,
-        "column_base_shear_kn": peak(np.hypot(*base.T) for base in bases) / KN,
+        "column_base_shear_kn": peak(np.hypot(*base.T) for base in base_shears) / KN,
         "column_shear_dcr": stated(
-            [of[column.shear_model] for column, of in zip(columns, by_model, strict=True)]
+            [ratios[column.shear_model] for column, ratios in zip(columns, by_model, strict=True)]
         ),
         **{
-            name: stated([of[model] for of in by_model])
+            name: stated([ratios[model] for ratios in by_model])
             for model, name in SHEAR_MODEL_DEMANDS.items()
         },
         "column_drift_ratio": peak(drifts),
@@ -158,14 +158,14 @@ def column_shear_dcr(column: ColumnHandle, trace: ResponseTrace) -> Series:
 def shear_ratios(
     column: ColumnHandle, trace: ResponseTrace, models: Iterable[ShearModel]
 ) -> dict[ShearModel, Series]:
-    """Return `column_shear_dcr` by model.
+    """Return the ratio of section shear to capacity, shape (n,), for each shear strength model.
 
     The capacity depends on the axial force and the largest ductility so far, because dilated
     concrete does not recover.
     """
     axial, yields = (
         trace.columns[column.element][:, 2],
-        [c.yield_drift_ratio for c in column.capacities],
+        [capacity.yield_drift_ratio for capacity in column.capacities],
     )
     # ASSUME the hinge region governs over the whole height: these columns are short.
     ductilities = (
@@ -188,21 +188,21 @@ def shear_ratios(
 
 def curvature_ductility(column: ColumnHandle, trace: ResponseTrace) -> Series:
     """Return the largest resultant hinge curvature over yield curvature, shape (n,)."""
-    normal, along = (capacity.yield_curvature_per_m for capacity in column.capacities)
-    largest = np.full(len(trace.time_s), 0.0 * normal)  # nan if it is not stated
+    normal_to_bent, along_bent = (capacity.yield_curvature_per_m for capacity in column.capacities)
+    largest = np.full(len(trace.time_s), 0.0 * normal_to_bent)  # nan if it is not stated
     for point in column.hinge_sections:
         _, about_z, about_y, *_ = trace.sections[column.element, point].T
-        largest = np.maximum(largest, np.hypot(about_z / along, about_y / normal))
+        largest = np.maximum(largest, np.hypot(about_z / along_bent, about_y / normal_to_bent))
     return largest
 
 
 def _deck_demands(model: BridgeModel, trace: ResponseTrace, ground: Series) -> dict[str, float]:
-    x, y, *_, turn = trace.disp(model.frame.centre_node).T
+    x, y, *_, rotation = trace.disp(model.frame.centre_node).T
     return {
         "deck_disp_x_m": peak([x]),
         "deck_disp_y_m": peak([y]),
         "deck_disp_m": peak([np.hypot(x, y)]),
-        "deck_rotation_rad": peak([turn]),
+        "deck_rotation_rad": peak([rotation]),
         "deck_accel_mps2": peak([np.hypot(*(trace.centre_accel_mps2 + ground).T)]),
     }
 
@@ -210,15 +210,15 @@ def _deck_demands(model: BridgeModel, trace: ResponseTrace, ground: Series) -> d
 def _abutment_demands(model: BridgeModel, trace: ResponseTrace) -> dict[str, float]:
     abutments = model.abutments
     pushes = [_wall_push_m(abutment, trace) for abutment in abutments]
-    pads = [trace.disp(pad) for abutment in abutments for pad in abutment.pads]
-    pads += [
+    pad_disps = [trace.disp(pad) for abutment in abutments for pad in abutment.pads]
+    pad_disps += [
         trace.disp(top) - trace.disp(bottom) for joint in model.joints for top, bottom in joint.pads
     ]
     return {
         "abutment_passive_m": highest(pushes),
         "abutment_active_m": highest(-push for push in pushes),
         "abutment_transverse_m": peak(_transverse_m(abutment, trace) for abutment in abutments),
-        "bearing_disp_m": peak(np.hypot(pad[:, 0], pad[:, 1]) for pad in pads),
+        "bearing_disp_m": peak(np.hypot(pad_disp[:, 0], pad_disp[:, 1]) for pad_disp in pad_disps),
         "bearing_uplift_m": highest(
             (trace.position(bearing.deck_node) - trace.position(bearing.seat_node))[:, 2]
             for end in (*abutments, *model.joints)
@@ -237,13 +237,13 @@ def _abutment_demands(model: BridgeModel, trace: ResponseTrace) -> dict[str, flo
 def _joint_demands(model: BridgeModel, trace: ResponseTrace) -> dict[str, float]:
     """Return unseating and closures of the inner joints, and the worst unseating of all."""
     demands: dict[str, float] = {}
-    ledger = model.contacts.ledger() if model.contacts else []
+    all_ledgers = model.contacts.ledger() if model.contacts else []
     for joint in model.joints:
         demands[f"{joint.column}_unseating_m"] = highest([joint_unseating_m(joint, trace)])
-        ledgers = [ledger[unit] for unit in joint.units]
+        ledgers = [all_ledgers[unit] for unit in joint.units]
         demands[f"{joint.column}_closures"] = _sum(ledgers, "closures")
-    worst = [value for name, value in demands.items() if name.endswith("_m")]
-    return {"joint_unseating_m": max(worst), **demands} if worst else {}
+    unseatings = [value for name, value in demands.items() if name.endswith("_m")]
+    return {"joint_unseating_m": max(unseatings), **demands} if unseatings else {}
 
 
 def joint_unseating_m(joint: JointHandle, trace: ResponseTrace) -> Series:
@@ -308,34 +308,34 @@ def _wall_push_m(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
 
 def _force_demands(model: BridgeModel, trace: ResponseTrace) -> dict[str, float]:
     abutments = model.abutments
-    friction: list[Series] = []
+    frictions: list[Series] = []
     for abutment in abutments:
         if abutment.wall_units:
             on_wall = trace.tangentials_n[:, list(abutment.wall_units)].sum(axis=1)
-            friction.append(np.hypot(*on_wall.T))
-        friction += [np.hypot(*trace.tangentials_n[:, unit].T) for unit in abutment.key_units]
-    keys = [force for abutment in abutments for force in key_forces_n(abutment, trace)]
-    walls = [backfill_force_n(abutment, trace) for abutment in abutments]
+            frictions.append(np.hypot(*on_wall.T))
+        frictions += [np.hypot(*trace.tangentials_n[:, unit].T) for unit in abutment.key_units]
+    key_forces = [force for abutment in abutments for force in key_forces_n(abutment, trace)]
+    wall_forces = [backfill_force_n(abutment, trace) for abutment in abutments]
     return {
-        "shear_key_force_kn": peak(keys) / KN,
+        "shear_key_force_kn": peak(key_forces) / KN,
         "shear_key_disp_m": peak(
             move for abutment in abutments for move in _key_deformations_m(abutment, trace)
         ),
-        "backwall_force_kn": highest(walls) / KN,
-        "friction_force_kn": peak(friction) / KN,
+        "backwall_force_kn": highest(wall_forces) / KN,
+        "friction_force_kn": peak(frictions) / KN,
         "contact_force_ratio": highest([trace.normals_n.max(axis=1, initial=0.0)]) / model.weight_n,
     }
 
 
 def wall_force_n(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
-    """Return the normal force between deck and one backwall, compression positive, shape (n,)."""
+    """Return the normal force (N) of the deck on a backwall, compression positive, shape (n,)."""
     if abutment.wall_units:
         return trace.normals_n[:, list(abutment.wall_units)].sum(axis=1)
     return backfill_force_n(abutment, trace)
 
 
 def backfill_force_n(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
-    """Return the force of the deck on the backfill through one backwall, shape (n,).
+    """Return the force (N) of the deck on the backfill through one backwall, shape (n,).
 
     It excludes dashpot and impact spikes of the wall, and is zero without contact.
     """
@@ -380,7 +380,7 @@ def _contact_demands(model: BridgeModel) -> dict[str, float]:
     """
     units = [] if model.contacts is None else model.contacts.ledger()
     walls, keys = (
-        [units[index] for side in model.abutments for index in getattr(side, unit_lists)]
+        [units[index] for abutment in model.abutments for index in getattr(abutment, unit_lists)]
         for unit_lists in ("wall_units", "key_units")
     )
     return {
@@ -401,7 +401,7 @@ def _sum(units: Sequence[UnitLedger], field: str) -> float:
 
 
 def _share(units: Sequence[UnitLedger], field: str) -> float:
-    """Return the sum of one field divided by the friction work; 0 without friction work."""
+    """Return the sum of a field of contact units / their friction work; 0 without such work."""
     total = _sum(units, "friction_work_j")
     return _sum(units, field) / total if total > 0.0 else 0.0
 
@@ -421,15 +421,15 @@ def histories_of(
 ) -> dict[str, Series]:
     """Return the history columns, each of shape (n,); the first row is the state under gravity.
 
-    Forces of abutments on the deck are positive against a positive displacement, as in loops.
+    The force of an abutment is positive if it opposes a positive displacement of the deck.
     """
     disp = trace.disp(model.frame.centre_node)
 
-    def largest(of_column: Callable[[ColumnHandle, ResponseTrace], Series]) -> Series:
+    def largest(history_of: Callable[[ColumnHandle, ResponseTrace], Series]) -> Series:
         """Return the largest value of all columns in each row; 0 for a bridge without columns."""
-        series = [of_column(column, trace) for column in model.columns]
-        sizes = [np.hypot(*history.T) if history.ndim == 2 else history for history in series]
-        return np.maximum.reduce([np.zeros(len(trace.time_s)), *sizes])
+        series = [history_of(column, trace) for column in model.columns]
+        magnitudes = [np.hypot(*history.T) if history.ndim == 2 else history for history in series]
+        return np.maximum.reduce([np.zeros(len(trace.time_s)), *magnitudes])
 
     table: dict[str, Series] = {
         "t_s": trace.time_s,
@@ -471,19 +471,19 @@ def histories_of(
 
 
 def _plan(name: str, vectors: Series) -> dict[str, Series]:
-    """Return the components along x and y as columns, with the axis in the name."""
+    """Return vectors (n, 2) as the columns ``name`` with x and y in place of the braces."""
     return {name.format(axis): vectors[:, k] for k, axis in enumerate("xy")}
 
 
 def _force_n(elements: Iterable[int], trace: ResponseTrace) -> Series:
-    """Return the force of pads, supports, fill or piles along x and y, shape (n, 2)."""
+    """Return the force (N) of pads, supports, fill or piles along x and y, shape (n, 2)."""
     return sum((trace.bearings[element] for element in elements), np.zeros((len(trace.time_s), 2)))
 
 
 def _joint_force_n(
     model: BridgeModel, abutment: AbutmentHandle, trace: ResponseTrace, pads_n: Series
 ) -> Series:
-    """Return the force of an end on the deck along x and y, (n, 2); nan for a fixed end.
+    """Return the force (N) of an end on the deck along x and y, (n, 2); nan for a fixed end.
 
     A seat has pads plus contacts or springs; an integral end has fill, wing walls and piles.
     """

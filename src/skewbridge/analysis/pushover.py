@@ -140,11 +140,11 @@ def _push_mass_centre(push: _Push) -> PushCurve:
         for node, mass in model.frame.loads.masses_kg.items():
             share = mass / total
             ops.load(node, share * direction[0], share * direction[1], 0.0, 0.0, 0.0, 0.0)
-        start = _along(model.frame.centre_node, direction)
+        start_m = _along(model.frame.centre_node, direction)
 
         def read() -> tuple[float, float]:
             # unit loads: the load factor is the base shear
-            return _along(model.frame.centre_node, direction) - start, float(ops.getTime())
+            return _along(model.frame.centre_node, direction) - start_m, float(ops.getTime())
 
         control = int(abs(direction[0]) < abs(direction[1]))  # the larger component
         integrator = ("DisplacementControl", model.frame.centre_node, control + 1)
@@ -218,9 +218,9 @@ class _Brake:
                 self._offsets.append((node, dof, float(ops.nodeDisp(node, dof)), offset))
 
     def creeps(self, increment_m: float, contacts: ContactSet) -> bool:
-        """Advance the lever against these springs, then soften the springs to zero in steps.
+        """Advance the lever against the brake springs, then soften them to zero in steps.
 
-        Returns whether the model is in equilibrium without them.
+        Returns whether the model is in equilibrium without the springs.
         """
         squares = iter(_BRAKES)
         square = next(squares)
@@ -375,10 +375,10 @@ def push_abutment(
             # the driver moves one metre per unit of time
             ops.remove("sp", driver, dof)
             ops.sp(driver, dof, component)
-        start = _along(abutment.connector, direction)
+        start_m = _along(abutment.connector, direction)
 
         def read() -> tuple[float, float]:
-            disp_m = _along(abutment.connector, direction) - start
+            disp_m = _along(abutment.connector, direction) - start_m
             return disp_m, float(ops.basicForce(tie)[0])
 
         return _march(abutment.blueprint.contacts, max_disp_m, steps, read, ("LoadControl",))
@@ -401,25 +401,25 @@ def _march(
     read: Callable[[], tuple[float, float]],
     integrator: tuple[str | int, ...],
 ) -> PushCurve:
-    """Advance to a target, halving failed steps; return displacements and forces of `read`."""
+    """Push `integrator` to ``target``, halving failed steps; return what `read` gives."""
     ops.logFile(devnull, "-noEcho")  # failed steps are repeated: their messages would mislead
     test = "NormDispIncr", _TOLERANCE_M, _MAX_ITERATIONS
     _start_analysis(("Transformation",), "BandGeneral", test, (*integrator, target / steps))
     rows = [(0.0, 0.0)]
     remaining, halvings = 1.0, 0
     while remaining > _LAST_PART and halvings <= _MAX_HALVINGS:
-        share = min(0.5**halvings / steps, remaining)
+        step_share = min(0.5**halvings / steps, remaining)
         if contacts is not None:
-            contacts.prepare(share)
-        if not _converges(_ALGORITHMS, integrator, target * share):
+            contacts.prepare(step_share)
+        if not _converges(_ALGORITHMS, integrator, target * step_share):
             halvings += 1
             continue
         if contacts is not None:
             try:
-                contacts.after_step(share)
+                contacts.after_step(step_share)
             except ContactError:  # a mechanism: displacements are too large for double precision
                 break
-        remaining -= share
+        remaining -= step_share
         halvings = max(halvings - 1, 0)
         rows.append(read())
     disp_m, force_n = np.array(rows).T

@@ -24,12 +24,12 @@ class RecoveryStep:
     @property
     def description(self) -> str:
         """Algorithm, sub-steps and looser tolerance, for tables."""
-        parts = [str(self.algorithm[0])]
+        words = [str(self.algorithm[0])]
         if self.substeps > 1:
-            parts.append(f"{self.substeps} sub-steps")
+            words.append(f"{self.substeps} sub-steps")
         if self.tolerance_j:
-            parts.append(f"test {self.tolerance_j:g} J")
-        return ", ".join(parts)
+            words.append(f"test {self.tolerance_j:g} J")
+        return ", ".join(words)
 
 
 # The force of a shear key jumps when the key breaks: no displacement of its node is in equilibrium,

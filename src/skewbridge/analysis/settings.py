@@ -24,7 +24,7 @@ PAPER_DT_S: Final = 0.005  # source: Rahman & Mackie, section 5
 # is predicted at the last velocity, which needs fewer iterations than a prediction at rest.
 _INTEGRATOR: Final = ("Newmark", 0.5, 0.25, "-form", "V")
 _PAPER_INTEGRATOR: Final = ("Houbolt",)  # source: Rahman & Mackie, section 5
-_KNOWN: Final = (("Houbolt",), ("Newmark",), ("HHT",))
+_KNOWN_INTEGRATORS: Final = (("Houbolt",), ("Newmark",), ("HHT",))
 
 #: Named sets of numerics: the keys of sections ``analysis`` and ``model`` that each set changes.
 NUMERICS: Final[Mapping[str, Mapping[str, Mapping[str, Any]]]] = {
@@ -110,7 +110,7 @@ class AnalysisSettings:
     def _consistent(self) -> Self:
         if self.duration_s is not None and self.duration_s < self.dt_s:
             raise ValueError(f"duration_s must be at least dt_s, got {self.duration_s:g}")
-        if self.integrator is not None and self.integrator[:1] not in _KNOWN:
+        if self.integrator is not None and self.integrator[:1] not in _KNOWN_INTEGRATORS:
             raise ValueError(f"integrator must be Houbolt, Newmark or HHT, got {self.integrator}")
         if self.scheme == "paper" and self.dt_s != PAPER_DT_S:
             raise ValueError(f"dt_s is fixed at {PAPER_DT_S:g} in scheme paper, got {self.dt_s:g}")

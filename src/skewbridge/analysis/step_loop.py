@@ -125,28 +125,28 @@ class StepLoop:
         Raises `NoConvergenceError` if all recovery steps failed, and `TimeoutError` above the
         budget of iterations.
         """
-        dt_s, coarse = self._settings.dt_s, self._settings.contact_halvings
+        dt_s, coarse_halvings = self._settings.dt_s, self._settings.contact_halvings
         budget, reported = self._settings.mean_iterations * steps, 0
         done_parts = 0  # in the smallest parts of a regular step
         while done_parts < steps * _FINEST:
-            within = done_parts % _FINEST
-            fits = MAX_HALVINGS - ((within & -within).bit_length() - 1 if within else MAX_HALVINGS)
-            halvings = self.halvings(fits)
-            parts, size_s = _FINEST >> halvings, dt_s / 2**halvings
-            is_far = halvings <= coarse and self._held == 0 and self._is_far()
+            offset = done_parts % _FINEST
+            least = MAX_HALVINGS - ((offset & -offset).bit_length() - 1 if offset else MAX_HALVINGS)
+            halvings = self.halvings(least)
+            step_parts, size_s = _FINEST >> halvings, dt_s / 2**halvings
+            is_far = halvings <= coarse_halvings and self._held == 0 and self._is_far()
             is_ready = self._is_fresh if is_far else self._held == 0 and not self._reuses
             n_made = 0
             if is_ready and size_s == self._size_s:
-                count = min((steps * _FINEST - done_parts) // parts, self._together(size_s))
+                count = min((steps * _FINEST - done_parts) // step_parts, self._together(size_s))
                 if count > 1:
                     n_made = yield from self._take_together(count, size_s)
             if n_made == 0:
                 n_made = 1
                 yield from self._advance(size_s, is_far=is_far)
-            done_parts += n_made * parts
+            done_parts += n_made * step_parts
             if done_parts % _FINEST == 0:
                 if self.effort.iterations > budget:
-                    raise TimeoutError(f"more than {budget:.0f} iterations")
+                    raise TimeoutError(f"more than {budget:.0f} iterations (key mean_iterations)")
                 if progress is not None and done_parts // _FINEST - reported >= _STEPS_PER_REPORT:
                     reported = done_parts // _FINEST
                     progress(reported * dt_s, steps * dt_s)
@@ -175,12 +175,12 @@ class StepLoop:
 
         After a contact opens or closes, steps restart at the finest size.
         """
-        friction_error, allowed = contacts.friction_error, self._settings.max_friction_error
+        friction_error, limit = contacts.friction_error, self._settings.max_friction_error
         if contacts.changes:
             self._in_contact = self._at_event
-        elif friction_error > allowed:
+        elif friction_error > limit:
             self._in_contact = min(self._in_contact + 1, self._at_event)
-        elif friction_error < _GROW * allowed:
+        elif friction_error < _GROW * limit:
             self._in_contact = max(self._in_contact - 1, self._settings.contact_halvings)
 
     def _is_far(self) -> bool:
@@ -202,7 +202,7 @@ class StepLoop:
     # --- solution of the steps
 
     def _take_together(self, count: int, size_s: float) -> Generator[float, None, int]:
-        """Make up to ``count`` steps of the last size; return their number."""
+        """Make up to ``count`` steps in one call; yield their time (s), return their number."""
         before_s = ops.getTime()
         is_done = ops.analyze(count, size_s) == 0
         n_made = count if is_done else round((ops.getTime() - before_s) / size_s)

@@ -55,8 +55,8 @@ class ResponseTrace:
                 return {key: series[rows] for key, series in cast(dict[Any, Any], record).items()}
             return record[rows]
 
-        parts = {item.name: cut(getattr(self, item.name)) for item in fields(self) if item.init}
-        return ResponseTrace(**parts)
+        selected = {item.name: cut(getattr(self, item.name)) for item in fields(self) if item.init}
+        return ResponseTrace(**selected)
 
     def position(self, node_or_point: int | Point) -> Series:
         """Return displacements and rotations of a node or point from the unloaded state, (n, 6)."""
@@ -119,10 +119,10 @@ class Recorder:
         """Start recording; the first row is the committed state."""
         dofs = ("-dof", *range(1, DISP + 1))
         for (kind, *response), widths in self._widths.items():
-            of_tags = ("-node", *widths, *dofs) if kind == "Node" else ("-ele", *widths)
+            tags = ("-node", *widths, *dofs) if kind == "Node" else ("-ele", *widths)
             file = ("-binary", str(self.path(kind, *response)), "-time")
             if widths:
-                ops.recorder(kind, *file, *of_tags, *response)
+                ops.recorder(kind, *file, *tags, *response)
         ops.record()
 
     def close(self) -> None:
@@ -142,20 +142,20 @@ class Recorder:
         if not widths:
             return np.zeros(0), {}
         # a row is the time, the values and a line feed
-        row = np.dtype([("values", np.float64, (sum(widths.values()) + 1,)), ("end", np.uint8)])
+        layout = np.dtype([("values", np.float64, (sum(widths.values()) + 1,)), ("end", np.uint8)])
         path = self.path(kind, *response)
-        rows = path.stat().st_size // row.itemsize
+        rows = path.stat().st_size // layout.itemsize
         self._rows = self._rows or rows
-        if rows != self._rows or rows * row.itemsize != path.stat().st_size:
+        if rows != self._rows or rows * layout.itemsize != path.stat().st_size:
             raise OSError(ENOSPC, f"the record {path.name} is incomplete, disk full?", str(path))
-        table = np.ascontiguousarray(np.fromfile(path, dtype=row)["values"])
-        ends = list(accumulate(widths.values(), initial=1))
+        table = np.ascontiguousarray(np.fromfile(path, dtype=layout)["values"])
+        offsets = list(accumulate(widths.values(), initial=1))
         if self._units is not None:
-            for start, end in pairwise(ends):
+            for start, end in pairwise(offsets):
                 table[:, start:end] *= self._units.record_factors(response, end - start)
         return table[:, 0], {
             tag: table[:, start:end]
-            for tag, (start, end) in zip(widths, pairwise(ends), strict=True)
+            for tag, (start, end) in zip(widths, pairwise(offsets), strict=True)
         }
 
     def path(self, *response: str) -> Path:
@@ -179,14 +179,14 @@ class Monitor:
         self.recorder = recorder = Recorder(model.frame.units)
         self._model, self._trace = model, None
         self._is_last_kept = True
-        ends = model.abutments
+        abutments = model.abutments
         self._pads = tuple(
             element
-            for end in ends
-            for element in (*(pad.element for pad in end.bearings), *end.ground_elements)
+            for abutment in abutments
+            for element in (*(pad.element for pad in abutment.bearings), *abutment.ground_elements)
             if bearings
         )
-        self._springs = {spring.element for end in ends for spring in end.springs}
+        self._springs = {spring.element for abutment in abutments for spring in abutment.springs}
         self._units = () if model.contacts is None else model.contacts.units
         recorder.nodes((model.frame.centre_node,), "accel")
         recorder.nodes(self.nodes, "disp")
@@ -225,8 +225,8 @@ class Monitor:
         time_s, positions = read("Node", "disp")
         forces, basic = read("Element", "force")[1], read("Element", "basicForce")[1]
         contacts = np.zeros((len(time_s), len(self._units), 3))
-        for at, unit in enumerate(self._units):
-            contacts[:, at] = basic[unit.element][:, :3]
+        for index, unit in enumerate(self._units):
+            contacts[:, index] = basic[unit.element][:, :3]
         return ResponseTrace(
             time_s=time_s,
             centre_accel_mps2=read("Node", "accel")[1][model.frame.centre_node][:, :2],

@@ -109,6 +109,8 @@ def analyse(
 
 
 class _History:
+    """Response history of a model in the open domain under one ground input."""
+
     def __init__(
         self,
         model: BridgeModel,
@@ -146,10 +148,10 @@ class _History:
         effort = self._loop.effort
         ratios = energy_ratios(energy)
         all_peaks = demands(self._model, trace, ground, ratios)
-        end, peaks = model_end(self._model.columns, trace), dict(all_peaks)
-        if end.mode:  # the model is not valid after the failure of a column
-            rows = end.rows
-            peaks |= demands(self._model, trace.at(slice(rows)), ground[:rows], ratios)
+        failure, peaks = model_end(self._model.columns, trace), dict(all_peaks)
+        if failure.mode:  # the model is not valid after the failure of a column
+            valid_rows = failure.rows
+            peaks |= demands(self._model, trace.at(slice(valid_rows)), ground[:valid_rows], ratios)
             peaks |= {name: all_peaks[name] for name in (_RESIDUAL, *SHEAR_MODEL_DEMANDS.values())}
         messages = [ending.message] if ending.message else []
         if ending.status == OK and self._supports is not None:
@@ -162,9 +164,9 @@ class _History:
                 peaks[_RESIDUAL] = max(at_rest.drifts, default=0.0)
         histories = None
         if self._histories:
-            steps = at_regular_steps(trace.time_s, self._settings.dt_s)
-            histories = histories_of(self._model, trace.at(steps), ground[steps])
-        lengths_m = [end.support_length_m for end in self._model.seats]
+            regular_rows = at_regular_steps(trace.time_s, self._settings.dt_s)
+            histories = histories_of(self._model, trace.at(regular_rows), ground[regular_rows])
+        lengths_m = [seat.support_length_m for seat in self._model.seats]
         return AnalysisResult(
             status=ending.status,
             collapse_criterion=ending.collapse_criterion,
@@ -176,7 +178,7 @@ class _History:
             whole_history=all_peaks,
             support_length_m=min(lengths_m, default=nan),
             bents=capacity_rows(self._model.frame.bents),
-            model_end=end,
+            model_end=failure,
             energy_kj=energy,
             histories=histories,
             messages=tuple(messages),
@@ -234,8 +236,8 @@ class Watch:
         for joint in model.joints:
             if min(seat.support_length_m for seat in joint.seats) <= 0.0:
                 raise InputError(
-                    f"gap_mm of {joint.name} must be below its seat width, "
-                    f"got {joint.gap_m * 1e3:g}"
+                    f"gap_mm of {joint.name} leaves nothing of its seat, got "
+                    f"{joint.gap_m * 1e3:g}: reduce it or widen the seat"
                 )
 
     def diverged(self) -> str:
@@ -268,14 +270,14 @@ class Watch:
         if self._drift_ratio >= self._settings.collapse_drift_ratio:
             return "column_drift_ratio"
         if (time_s := ops.getTime()) >= self._seats_at_s:
-            least_m = inf
+            smallest_margin_m = inf
             for demand, corner, support, normal, support_m in self._seats:
                 (x, y), (below_x, below_y) = corner.disp_m(), support.disp_m()
                 moved_m = -((x - below_x) * normal[0] + (y - below_y) * normal[1])
                 if moved_m > support_m:
                     return demand
-                least_m = min(least_m, support_m - moved_m)
-            self._seats_at_s = time_s + least_m / MAX_SEAT_SPEED_MPS
+                smallest_margin_m = min(smallest_margin_m, support_m - moved_m)
+            self._seats_at_s = time_s + smallest_margin_m / MAX_SEAT_SPEED_MPS
         if self._disp_m > self._settings.collapse_deck_disp_m:
             return "deck_disp_m"
         return ""
@@ -326,7 +328,7 @@ class Lean:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rest:
-    """Resultant drift ratios of the columns at rest; NaN and a reason if they keep moving."""
+    """Resultant drift ratios of the columns at rest; NaN and a reason if rest is not reached."""
 
     drifts: tuple[float, ...]
     steps: int
@@ -354,29 +356,29 @@ def drifts_at_rest(model: BridgeModel, settings: AnalysisSettings, columns: Sequ
     def read() -> tuple[float, ...]:
         return tuple(column.drift_ratio() for column in columns)
 
-    trail = [read()]
-    nothing = (nan,) * len(model.columns)
+    history = [read()]
+    unknown = (nan,) * len(model.columns)
     for step in range(1, MAX_PERIODS * _STEPS_PER_PERIOD + 1):
         try:
             has_converged = _advance(model.contacts, period_s / _STEPS_PER_PERIOD)
         except ContactError as error:
-            return Rest(drifts=nothing, steps=step, reason=str(error))
+            return Rest(drifts=unknown, steps=step, reason=str(error))
         if not has_converged:
-            return Rest(drifts=nothing, steps=step, reason="a step of the release did not converge")
-        trail.append(read())
-        last = zip(*trail[-_STEPS_STILL - 1 :], strict=True)
-        if step > _STEPS_STILL and all(max(drift) - min(drift) < STILL_DRIFT for drift in last):
-            return Rest(drifts=trail[-1], steps=step)
+            return Rest(drifts=unknown, steps=step, reason="a step of free vibration failed")
+        history.append(read())
+        recent = zip(*history[-_STEPS_STILL - 1 :], strict=True)
+        if step > _STEPS_STILL and all(max(drift) - min(drift) < STILL_DRIFT for drift in recent):
+            return Rest(drifts=history[-1], steps=step)
     return Rest(
-        drifts=nothing, steps=len(trail) - 1, reason=f"still moving after {MAX_PERIODS} periods"
+        drifts=unknown, steps=len(history) - 1, reason=f"not at rest after {MAX_PERIODS} periods"
     )
 
 
 def _forget_accelerations() -> None:
     """Set the accelerations of massless degrees of freedom to zero.
 
-    They oscillate under the trapezoidal rule; the integrator of the release would take them as
-    motion.
+    They oscillate under the trapezoidal rule; the integrator of the free vibration to rest would
+    take them as motion.
     """
     for node in ops.getNodeTags():
         for dof in range(1, 7):

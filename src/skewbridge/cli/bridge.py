@@ -92,7 +92,7 @@ def list_bridges() -> Answer:
 def check(
     name: Annotated[str | None, arg("Bridge to check, instead of --bridge.", "[NAME|FILE]")] = None,
     bridge: Bridge = "osb1",
-    out: Annotated[Path | None, opt("Folder; by default results/bridges/NAME.")] = None,
+    out: Annotated[Path | None, opt("Folder of the drawing; default results/bridges/NAME.")] = None,
     units: UnitsOpt = "si",
 ) -> Answer:
     """Check a bridge: keys, weight, axial loads, periods and capacities; draw its model.
@@ -171,7 +171,7 @@ def static(case: VariantOptions, push: PushOptions, max_disp_m: MaxDisp = 0.20) 
     return _pushed(partial(push_abutment, max_disp_m=max_disp_m, steps=400), case, push)
 
 
-def _pushed(pushed: "Callable[..., PushCurve]", case: VariantOptions, push: PushOptions) -> Answer:
+def _pushed(pushing: "Callable[..., PushCurve]", case: VariantOptions, push: PushOptions) -> Answer:
     """Push one model, or each model in each direction; exit code 1 if a push stopped early."""
     import pandas as pd
 
@@ -179,13 +179,13 @@ def _pushed(pushed: "Callable[..., PushCurve]", case: VariantOptions, push: Push
 
     angle_deg = {"x": 0.0, "y": 90.0}[push.direction] if push.angle_deg is None else push.angle_deg
     is_ladder = case.abutment == "all"
-    single = [(case.abutment, angle_deg)]
+    one_push = [(case.abutment, angle_deg)]
     tables: list[pd.DataFrame] = []
     pushes: list[dict[str, Any]] = []
-    for model, toward_deg in product(ABUTMENTS, LADDER_ANGLES_DEG) if is_ladder else single:
+    for model, toward_deg in product(ABUTMENTS, LADDER_ANGLES_DEG) if is_ladder else one_push:
         case_columns = {"abutment": model, "angle_deg": toward_deg}
         variant = replace(case, abutment=model).variant
-        curve = pushed(variant, case.model, angle_deg=toward_deg)
+        curve = pushing(variant, case.model, angle_deg=toward_deg)
         columns = {"disp_m": curve.disp_m, "force_kn": curve.force_n / KN}
         tables.append(pd.DataFrame(case_columns | columns if is_ladder else columns))
         values = {
@@ -202,10 +202,10 @@ def _pushed(pushed: "Callable[..., PushCurve]", case: VariantOptions, push: Push
         title = f"{case.bridge}, skew {case.skew_deg:g} degrees"
         ladder_figure(curves, title=title).savefig(push.out / "ladder.png", dpi=150)
     answer = {"pushes": pushes} if is_ladder else pushes[0]
-    is_done, notes = all(row["is_complete"] for row in pushes), gap_notes(case.bridge)
-    if not is_done:
+    all_complete, notes = all(row["is_complete"] for row in pushes), gap_notes(case.bridge)
+    if not all_complete:
         notes.append("a push stopped at last_disp_m: no equilibrium at larger displacements")
-    exit_code = 0 if is_done else EXIT_FAILED
+    exit_code = 0 if all_complete else EXIT_FAILED
     return Answer(answer, units=push.units, notes=notes, exit_code=exit_code)
 
 

@@ -136,7 +136,7 @@ def predict(
     study: Study = None,
     bridge: Annotated[str | None, opt("Bridge; required if the study has several.", "NAME")] = None,
     abutment: Annotated[str | None, opt("Abutment model, if there are several.", "NAME")] = None,
-    at: Annotated[float | None, opt("Intensity at which to give probabilities.")] = None,
+    at: Annotated[float | None, opt("Intensity for probabilities, in unit of the curves.")] = None,
     hazard: Hazard = None,
 ) -> Answer:
     """Predict fragility between the variants of a study.

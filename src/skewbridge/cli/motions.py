@@ -27,9 +27,9 @@ commands.add_typer(motions)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissingOptions:
-    """Options for files without a time step or a unit."""
+    """Time step and unit for motion files that state none."""
 
-    dt_s: Annotated[float | None, opt("Time step for files without one.")] = None
+    dt_s: Annotated[float | None, opt("Time step in s for files without one.")] = None
     unit: Annotated[str | None, opt("Unit for files without one.", "[g|cm/s2|m/s2|...]")] = None
 
     @property
@@ -173,6 +173,6 @@ def select(
         figure = suite_spectra(psa_g, spectrum.periods_s[band], title=title, model=model)
         figure.savefig(out / f"level_{number}.png", dpi=150)
     levels = [selection.summary for selection in selections]
-    missed = "a level is outside the tolerances (mean 5 %, dispersion 10 %): add candidates"
-    warnings = [] if all(summary["within_tolerances"] for summary in levels) else [missed]
+    warning = "a level is outside the tolerances (mean 5 %, dispersion 10 %): add candidates"
+    warnings = [] if all(summary["within_tolerances"] for summary in levels) else [warning]
     return Answer({"levels": levels, "index": str(out / "index.csv")}, warnings=warnings)

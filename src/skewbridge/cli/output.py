@@ -108,8 +108,8 @@ def command(
         @wraps(function)
         def called(**values: Any) -> Answer:
             for option, kind in grouped.items():
-                members_of = {field.name: values.pop(field.name) for field in fields(kind)}
-                values[option] = kind(**members_of)
+                options_of_group = {field.name: values.pop(field.name) for field in fields(kind)}
+                values[option] = kind(**options_of_group)
             return function(**values)
 
         vars(called)["__signature__"] = Signature(options)
@@ -418,7 +418,7 @@ def _require_options(bridge: str, names: Mapping[str, Any]) -> None:
 
 
 def gap_notes(bridge: str) -> list[str]:
-    """Return a note if the bridge file replaces the gap of the variant, or no joint exists."""
+    """Return a note if the bridge file replaces the gap of the variant, or has no joint."""
     from skewbridge.bridge.library import load_structure
 
     try:

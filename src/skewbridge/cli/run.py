@@ -50,7 +50,7 @@ class LoadingOptions:
     scale: Annotated[float, opt("Scale factor of both components.")] = 1.0
     incidence_deg: Annotated[float, opt("Angle from bridge x to component 1, in deg.")] = 0.0
     scheme: Annotated[Literal["default", "paper"], opt("Integration scheme.")] = "default"
-    accuracy: Annotated[Accuracy, opt("Set of numerical settings.")] = "default"
+    accuracy: Annotated[Accuracy, opt("Set of steps, mesh and tolerance.")] = "default"
     dt_s: Annotated[float | None, opt("Time step in s; overrides the step of --accuracy.")] = None
     duration_s: Annotated[float | None, opt("Truncate the motion to this length in s.")] = None
 
@@ -242,7 +242,7 @@ def verify(
     checks = [row for row in rows if "outcome" not in row]
     statements = [row for row in rows if "outcome" in row]
     columns = ("study", "quantity", "value", "reference", "tolerance", "pass")
-    about = ("quantity", "source", "study", "case", "reason", "outcome")
+    details = ("quantity", "source", "study", "case", "reason", "outcome")
     title = "Statements of the paper (a disagreement is not a failure)"
-    printed = {"Verification": selected(checks, *columns), title: selected(statements, *about)}
+    printed = {"Verification": selected(checks, *columns), title: selected(statements, *details)}
     return Answer(rows, printed, exit_code=0 if all(row["pass"] for row in rows) else EXIT_FAILED)

@@ -166,21 +166,21 @@ def compare(
         write_csv(pd.concat([pair.demands, pair.medians], ignore_index=True), path)
     tables = {name: records_of(getattr(pair, name)) for name in ("demands", "medians", "rates")}
     pooled = {name: [r for r in rows if r["scope"] == "pooled"] for name, rows in tables.items()}
-    over = f"{second} over {first}"
+    label = f"{second} over {first}"
     printed = {
         **pair.counts,
-        f"Demands, {over}": list(map(_comparison_row, pooled["demands"])),
-        f"Median capacities ({im}), {over}": list(map(_comparison_row, pooled["medians"])),
+        f"Demands, {label}": list(map(_comparison_row, pooled["demands"])),
+        f"Median capacities ({im}), {label}": list(map(_comparison_row, pooled["medians"])),
     }
     if hazard is not None:
         columns = ("bridge", "component", "limit_state", "ratio", "ci_low", "ci_high", "to_rate")
-        printed[f"Annual rates, {over}"] = selected(pooled["rates"], *columns)
+        printed[f"Annual rates, {label}"] = selected(pooled["rates"], *columns)
     answer = {"counts": pair.counts, "other_motions": pair.other_motions, **tables}
     answer |= {"medians_by_state": pooled["medians"]}
     warnings = list(pair.warnings)
     if names := pair.other_motions:
-        have = "motions have the same name in both studies but different files, and are left out"
-        warnings.append(f"{len(names)} {have}: {', '.join(names[:5])}")
+        text = "motions have the same name in both studies but different files, and are left out"
+        warnings.append(f"{len(names)} {text}: {', '.join(names[:5])}")
     reason = "fewer than two motions have a value in both studies"
     return Answer(answer, printed, missing=reason, warnings=warnings, digits=4)
 

@@ -88,7 +88,7 @@ def model_name(bridge: object, abutment: object) -> str:
 
 
 def short_names(table: pd.DataFrame) -> dict[tuple[str, str], str]:
-    """Return the shortest names that distinguish the models of a table."""
+    """Return the shortest distinct names of the (bridge, abutment model) pairs of a table."""
     models = dict.fromkeys(zip(table["bridge"], table["abutment"], strict=True))
     if table["abutment"].nunique() == 1:
         return {model: model[0] for model in models}
@@ -104,16 +104,16 @@ def listed(words: Iterable[str]) -> str:
 
 
 def gap_text(values: str, bridges: Sequence[Structure]) -> str:
-    """Return the gaps of a study, and those that files of bridges state instead."""
-    own = [
+    """Return text on the gaps of a study, and on those that bridge files state instead."""
+    stated = [
         f"{value_text(axis('gap_mm'), gap_mm)} at {place}"
         + (f" of {bridge.name}" if len(bridges) > 1 else "")
         for bridge in bridges
         for place, gap_mm in bridge.description.own_gaps_mm.items()
     ]
-    is_taken = not bridges or any(bridge.description.takes_gap for bridge in bridges)
-    texts = [values] if is_taken else []
-    return " but ".join([*texts, *([listed(own)] if own else [])]) or "without effect"
+    has_effect = not bridges or any(bridge.description.takes_gap for bridge in bridges)
+    texts = [values] if has_effect else []
+    return " but ".join([*texts, *([listed(stated)] if stated else [])]) or "without effect"
 
 
 def number_word(number: int) -> str:
@@ -129,8 +129,8 @@ def counted(number: int, noun: str) -> str:
 
 def change_name(name: Any, low: Any, high: Any) -> str:
     """Return a change of an axis in words, such as ``Skew 0° to 60°``."""
-    changed = axis(name)
-    return f"{changed.label} {value_text(changed, low)} to {value_text(changed, high)}"
+    change_axis = axis(name)
+    return f"{change_axis.label} {value_text(change_axis, low)} to {value_text(change_axis, high)}"
 
 
 def change_of(row: Mapping[str, Any]) -> str:
@@ -159,13 +159,13 @@ def run_counts(demands: pd.DataFrame) -> pd.DataFrame:
     motion), n_failed (a column failed), n_shear, n_flexure, n_collapse, n_bounds (runs that are
     not complete).
     """
-    kinds, complete = failed_modes(demands), is_complete(demands)
+    modes, complete = failed_modes(demands), is_complete(demands)
     flags = {
         "n_runs": 1,
         "n_complete": complete,
-        "n_failed": kinds != "",
-        "n_shear": kinds == "shear",
-        "n_flexure": kinds == "flexure",
+        "n_failed": modes != "",
+        "n_shear": modes == "shear",
+        "n_flexure": modes == "flexure",
         "n_collapse": demands["status"] == COLLAPSE,
         "n_bounds": ~complete,
     }
@@ -181,7 +181,7 @@ def run_counts(demands: pd.DataFrame) -> pd.DataFrame:
 
 
 def _further_steps(medians: pd.DataFrame, row: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the effect at each value of other axes, and the widest change with a clear effect.
+    """Return texts on an effect at values of other axes, and its widest change with a clear effect.
 
     The text ``by_value`` is empty if the effect depends on no other axis. If the change over the
     whole range is undecided, ``sure_..`` describe the change to the largest value of the axis at
@@ -200,13 +200,13 @@ def _further_steps(medians: pd.DataFrame, row: Mapping[str, Any]) -> dict[str, A
             widest = {name: step[source] for name, source in names}
     texts: list[str] = []
     whole_range = steps[steps["to_value"] == row["to_value"]]
-    for other in whole_range.loc[whole_range["p_interaction"] < 0.05, "interaction"]:
-        parts = medians[is_same & (medians["scope"] == "by_value") & medians[other].notna()]
-        parts = parts[(parts["to_value"] == row["to_value"]) & (parts["status"] == OK)]
+    for other_axis in whole_range.loc[whole_range["p_interaction"] < 0.05, "interaction"]:
+        by_value = medians[is_same & (medians["scope"] == "by_value") & medians[other_axis].notna()]
+        by_value = by_value[(by_value["to_value"] == row["to_value"]) & (by_value["status"] == OK)]
         texts += [
-            f"{axis(other).label.lower()} {value_text(axis(other), effect[other])}: "
+            f"{axis(other_axis).label.lower()} {value_text(axis(other_axis), effect[other_axis])}: "
             f"{change_text(effect)} ({interval_text(effect)})"
-            for effect in records_of(parts)
+            for effect in records_of(by_value)
         ]
     return widest | {"by_value": "; ".join(texts)}
 
@@ -230,9 +230,9 @@ def answer_table(
     pooled = effects[(effects["scope"] == "pooled") & effects["demand"].isin(headline)]
     keys = [pooled[name] for name in _EFFECT[:3]]
     pooled = pooled[pooled["to_value"] == pooled["to_value"].groupby(keys).transform("max")]
-    lines = dict(iter(intensities.groupby(list(_EFFECT))))
+    by_intensity = dict(iter(intensities.groupby(list(_EFFECT))))
     effect_keys = pooled[list(_EFFECT)].itertuples(index=False, name=None)
-    demands = pd.DataFrame(map(_demand_row, records_of(pooled), map(lines.get, effect_keys)))
+    demands = pd.DataFrame(map(_demand_row, records_of(pooled), map(by_intensity.get, effect_keys)))
 
     states = curves.assign(demand=curves["component"] + "/" + curves["limit_state"])
     states = states.drop_duplicates(["variant", "demand"])  # the first method: cloud
@@ -275,24 +275,24 @@ def answer_table(
     return table[list(ANSWER_COLUMNS)].reset_index(drop=True)
 
 
-def _demand_row(effect: dict[str, Any], line: pd.DataFrame | None) -> dict[str, Any]:
+def _demand_row(effect: dict[str, Any], rows: pd.DataFrame | None) -> dict[str, Any]:
     """Return a pooled effect on a demand with its values at one intensity.
 
-    ``line`` has the effect by intensity. The intensity is the reference one of the bridge, or else
-    the middle one of ``line``.
+    ``rows`` has the effect at each intensity. The values are at the reference intensity of the
+    bridge, or else at the middle one of ``rows``.
     """
-    with_ratio = pd.DataFrame() if line is None else line[line["ratio"].notna()].sort_values("im")
+    with_ratio = pd.DataFrame() if rows is None else rows[rows["ratio"].notna()].sort_values("im")
     if with_ratio.empty:
         return effect | {"claim": effect["verdict_family"]}
     at_reference = with_ratio[with_ratio["at_reference"].astype(bool)]
-    point = with_ratio.iloc[len(with_ratio) // 2] if at_reference.empty else at_reference.iloc[0]
-    names = ("im", "ratio", "ci_low", "ci_high", "from_demand", "to_demand")
+    at_im = with_ratio.iloc[len(with_ratio) // 2] if at_reference.empty else at_reference.iloc[0]
+    columns = ("im", "ratio", "ci_low", "ci_high", "from_demand", "to_demand")
     im_range = {"first_im": with_ratio["im"].iloc[0], "last_im": with_ratio["im"].iloc[-1]}
-    claim, claims = point["verdict"], {effect["verdict_family"], point["verdict"]}
+    claim, claims = at_im["verdict"], {effect["verdict_family"], at_im["verdict"]}
     if len(claims) > 1:  # keep the weaker of the two
-        same_sign = (point["ratio"] < 1.0) == (effect["direction"] < 0)
+        same_sign = (at_im["ratio"] < 1.0) == (effect["direction"] < 0)
         claim = DETECTABLE if claims <= {LOWER, HIGHER, DETECTABLE} and same_sign else UNDECIDED
-    return effect | {name: point[name] for name in names} | im_range | {"claim": claim}
+    return effect | {name: at_im[name] for name in columns} | im_range | {"claim": claim}
 
 
 # --- sentences
@@ -313,15 +313,15 @@ def no_ratio_text(row: Mapping[str, Any]) -> str:
     """Return why a state has no ratio of medians, and how many runs exceed the state."""
     if row["status"] == NOT_REACHED:
         return "no run reaches it"
-    some = " in some variants" if row["status"] == NO_EXCEEDANCE else ""
+    where = " in some variants" if row["status"] == NO_EXCEEDANCE else ""
     counts = f"{row['n_exceed']:.0f} of {row['n_runs']:.0f} runs exceed it"
-    return f"{in_words(row['status'])}{some}, {counts}"
+    return f"{in_words(row['status'])}{where}, {counts}"
 
 
 def extent_of_data(row: Mapping[str, Any]) -> str:
     """Return a note if medians of a ratio are extrapolated or have no curve; otherwise ``""``."""
-    pairs, missing, n_extrapolated = (row[name] for name in _COUNTS)
-    medians = 2 if pd.isna(pairs) else 2 * int(pairs)  # a row of one pair has no number of pairs
+    n_pairs, missing, n_extrapolated = (row[name] for name in _COUNTS)
+    medians = 2 if pd.isna(n_pairs) else 2 * int(n_pairs)  # a single pair has no such number
     if n_extrapolated > 0:
         return "extrapolated" if n_extrapolated == medians else "partly extrapolated"
     return f"from a model: {missing:.0f} of {medians} variants lack a curve" if missing > 0 else ""
@@ -336,8 +336,8 @@ def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
     for key, effect, rows in _leading_effects(table):
         sums = rows[list(_COUNTS)].sum()
         if sums["n_extrapolated"] > 0 or sums["n_without_curve"] > 0:
-            ends = {"low_g": rows["im_low"].min(), "high_g": rows["im_high"].max()}
-            notes[key] = sentence("limits", effect=effect, sums=sums, **ends)
+            range_g = {"low_g": rows["im_low"].min(), "high_g": rows["im_high"].max()}
+            notes[key] = sentence("limits", effect=effect, sums=sums, **range_g)
     return notes
 
 
@@ -357,7 +357,7 @@ def effect_notes(table: pd.DataFrame) -> list[str]:
 
 
 def _leading_effects(table: pd.DataFrame) -> Iterator[tuple[Any, str, pd.DataFrame]]:
-    """Yield key, name and rows of each model and leading state with effects."""
+    """Yield (bridge, abutment, state), its name and the effects on it, for each leading state."""
     names = short_names(table)
     rows = table[table["demand"].isin(LEADING_STATES) & (table["status"] == OK)]
     for key, effects in groups_of(rows, [*BRIDGE_COLUMNS, "demand"]):
@@ -377,12 +377,12 @@ def headline(table: pd.DataFrame) -> list[str]:
     capacities = table[table["quantity"] == MEDIAN_CAPACITY]
     estimated = capacities[capacities["status"] == OK]
     if estimated.empty:
-        rows = capacities.drop_duplicates([*BRIDGE_COLUMNS, "demand"])
-        is_leading = rows["demand"].isin(LEADING_STATES)
+        unestimated = capacities.drop_duplicates([*BRIDGE_COLUMNS, "demand"])
+        is_leading = unestimated["demand"].isin(LEADING_STATES)
         reasons = [
             f"{names[row['bridge'], row['abutment']]}, {effect_name(row['demand'])}: "
             f"{no_ratio_text(row)}"
-            for row in records_of(rows[is_leading] if is_leading.any() else rows)
+            for row in records_of(unestimated[is_leading] if is_leading.any() else unestimated)
         ]
         return [f"{'; '.join(['No median capacities can be compared', *reasons])}."]
     sentences = list[tuple[tuple[int, float], str]]()
@@ -409,8 +409,8 @@ def headline(table: pd.DataFrame) -> list[str]:
 def _axis_sentence(
     table: pd.DataFrame, demands: pd.DataFrame, names: Mapping[tuple[str, str], str]
 ) -> list[tuple[tuple[int, float], str]]:
-    """Return the sentence on an axis with its rank, or nothing if no effect is decided."""
-    start = change_name(*table[["axis", "from_value", "to_value"]].iloc[0])
+    """Return the sentence on an axis with its sorting key; an empty list if nothing is decided."""
+    change = change_name(*table[["axis", "from_value", "to_value"]].iloc[0])
     by_verb, sizes, ranks = dict[str, list[str]](), list[float](), list[int]()
     decided = table[table["claim"].isin((LOWER, HIGHER, DETECTABLE)) | table["sure_ratio"].notna()]
     leading = decided[decided["demand"].isin(LEADING_STATES)]
@@ -421,9 +421,9 @@ def _axis_sentence(
         verb = "lowers" if row["ratio"] < 1.0 else "raises"
         sure = {"ratio": row["sure_ratio"], "ci_low": row["sure_low"], "ci_high": row["sure_high"]}
         other_models = [
-            f"{names[other['bridge'], other['abutment']]}: {change_text(other)}"
-            for other in candidates
-            if other is not row and other["claim"] == row["claim"]
+            f"{names[candidate['bridge'], candidate['abutment']]}: {change_text(candidate)}"
+            for candidate in candidates
+            if candidate is not row and candidate["claim"] == row["claim"]
         ]
         clause = sentence(
             "capacity",
@@ -448,13 +448,13 @@ def _axis_sentence(
         )
     if not clauses:
         return []
-    return [((min(ranks, default=2), -max(sizes, default=0.0)), f"{start} {listed(clauses)}.")]
+    return [((min(ranks, default=2), -max(sizes, default=0.0)), f"{change} {listed(clauses)}.")]
 
 
 def displacement_clause(table: pd.DataFrame, names: Mapping[tuple[str, str], str]) -> str:
     """Return a clause on the largest certain change of a displacement; empty if none is certain."""
-    numbers = table[["im", "ratio", "from_demand", "to_demand"]].astype(float)
-    is_clear = table["claim"].isin((LOWER, HIGHER)) & np.isfinite(numbers).all(axis=1)
+    required = table[["im", "ratio", "from_demand", "to_demand"]].astype(float)
+    is_clear = table["claim"].isin((LOWER, HIGHER)) & np.isfinite(required).all(axis=1)
     clear = table[is_clear & table["demand"].str.endswith("_m")]
     if clear.empty:
         return ""
@@ -470,16 +470,16 @@ def failure_sentences(counts: pd.DataFrame, *, has_capacities: bool = True) -> t
     """
     per_model, names = counts[counts["axis"] == ""], short_names(counts)
     totals = per_model.filter(regex="^n_").sum().astype(int)
-    parts = [
+    models = [
         f"{row['n_failed']} of {row['n_runs']} of {names[row['bridge'], row['abutment']]}"
         for row in records_of(per_model)
     ]
-    kinds = [
+    modes = [
         f"{totals[f'n_{mode}']} in {mode}"
         for mode in ("shear", "flexure")
         if totals[f"n_{mode}"] > 0
     ]
-    failures = {"total": totals, "models": parts, "kinds": kinds, "has_capacities": has_capacities}
+    failures = {"total": totals, "models": models, "kinds": modes, "has_capacities": has_capacities}
     return sentence("failures", **failures), sentence("early_ends", total=totals)
 
 
@@ -492,12 +492,12 @@ def shear_model_sentence(demands: pd.DataFrame) -> str:
     ratios = [demand for demand in SHEAR_MODEL_DEMANDS.values() if demand in demands]
     if not ratios:
         return ""
-    names, parts = short_names(demands), list[str]()
+    names, texts = short_names(demands), list[str]()
     for model, runs in groups_of(demands, BRIDGE_COLUMNS):
         counts = [f"{(runs[ratio] >= 1.0).sum()} {shear_model_name(ratio)}" for ratio in ratios]
-        parts.append(f"{names[model]} {'; '.join(counts)} (of {len(runs)})")
+        texts.append(f"{names[model]} {'; '.join(counts)} (of {len(runs)})")
     at_least = ", at least" if demands["status"].isin((COLLAPSE, *FAILED)).any() else ""
-    return f"Runs with a column at its shear strength, by model{at_least}: {'. '.join(parts)}."
+    return f"Runs with a column at its shear strength, by model{at_least}: {'. '.join(texts)}."
 
 
 def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
@@ -512,8 +512,8 @@ def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
             " to ".join(dict.fromkeys(map(number, (suite[name].min(), suite[name].max()))))
             for name in ("magnitude", "distance_km")
         )
-    ends = {"first_im": table["first_im"].min(), "last_im": table["last_im"].max()}
-    return sentence("motions", **{"magnitude": "", **values, **ends})
+    im_range = {"first_im": table["first_im"].min(), "last_im": table["last_im"].max()}
+    return sentence("motions", **{"magnitude": "", **values, **im_range})
 
 
 def untested_skew_sentence(skews_deg: Iterable[float]) -> str:
@@ -532,15 +532,15 @@ def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]
     if suites.empty:
         return "", ""
     keys = [*_EFFECT, "quantity"]
-    of_table = suites.merge(table.loc[table["status"] == OK, keys], on=keys)
-    compared = of_table[of_table["against"] != ""]
+    shared = suites.merge(table.loc[table["status"] == OK, keys], on=keys)
+    compared = shared[shared["against"] != ""]
     if compared.empty:
         return "", ""
     differing = compared[compared["verdict"] == DEPENDS]
-    effects = of_table[(of_table["against"] == "") & (of_table["suite"] != ALL_SUITES)]
+    effects = shared[(shared["against"] == "") & (shared["suite"] != ALL_SUITES)]
     motions = effects.groupby("suite", sort=False)["n_motions"].max()
-    row = records_of(compared.sort_values("standard_errors", ascending=False).head(1))[0]
-    same_effect = (effects[list(_EFFECT)] == [row[name] for name in _EFFECT]).all(axis=1)
+    largest = records_of(compared.sort_values("standard_errors", ascending=False).head(1))[0]
+    same_effect = (effects[list(_EFFECT)] == [largest[name] for name in _EFFECT]).all(axis=1)
     by_suite = {effect["suite"]: effect for effect in records_of(effects[same_effect])}
     text = sentence(
         "suites",
@@ -549,8 +549,8 @@ def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]
         compared=len(compared),
         by_chance=0.05 * len(compared),
         standard_errors=LARGEST_ERRORS,
-        largest=row,
-        model=short_names(compared)[row["bridge"], row["abutment"]],
+        largest=largest,
+        model=short_names(compared)[largest["bridge"], largest["abutment"]],
         effects=by_suite,
     )
     if len(differing) <= 0.05 * len(compared):  # no more than expected by chance
@@ -560,7 +560,7 @@ def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]
 
 
 def alternative_rows(table: pd.DataFrame) -> tuple[list[str], list[dict[str, str]]]:
-    """Return sentences and a table on drawn options (`alternatives`), at the largest steps of axes.
+    """Return sentences and a table on options drawn at random, for the largest step of each axis.
 
     An option certainly moves an effect if its p-value, adjusted for all options of the effect, is
     below 1 minus the level of the intervals. The table has a row per effect and a column per value
@@ -571,10 +571,10 @@ def alternative_rows(table: pd.DataFrame) -> tuple[list[str], list[dict[str, str
     if table.empty:
         return [], []
     names, rows, certain = short_names(table), list[dict[str, str]](), list[str]()
-    for key, of_effect in groups_of(table, _EFFECT):
+    for key, effect_rows in groups_of(table, _EFFECT):
         effect = f"{change_name(*key[2:5])} on {effect_name(key[5])}, {names[key[:2]]}"
         changes: dict[str, str] = {}
-        for (option,), of_option in groups_of(of_effect, ["option"]):
+        for (option,), of_option in groups_of(effect_rows, ["option"]):
             texts = {
                 f"{option_text(option)} {choice_text(option, row['value'])}": change_text(
                     {**row, "ratio": row["effect"]}

@@ -98,8 +98,8 @@ def shown_length(length_m: float) -> str:
 def shown_label(column: str) -> tuple[str, float]:
     """Return the label of a column with the shown unit, and the factor to that unit."""
     unit = unit_of(column)
-    shown, factor = shown_unit(unit)
-    return label_of(column).replace(f"({unit})", f"({shown})"), factor
+    display_unit, factor = shown_unit(unit)
+    return label_of(column).replace(f"({unit})", f"({display_unit})"), factor
 
 
 def plain_label(column: str) -> str:
@@ -148,8 +148,8 @@ def value_text(axis: Axis, value: float) -> str:
     """Return a value of an axis with its unit, such as ``30°`` or ``51 mm``."""
     if axis.unit in ("-", "deg"):
         return f"{value:g}" + ("°" if axis.unit == "deg" else "")
-    shown, factor = shown_unit(axis.unit)
-    return f"{value:g} {shown}" if factor == 1.0 else f"{factor * value:.3g} {shown}"
+    display_unit, factor = shown_unit(axis.unit)
+    return f"{value:g} {display_unit}" if factor == 1.0 else f"{factor * value:.3g} {display_unit}"
 
 
 def named_value(axis: Axis, value: float) -> str:
@@ -164,11 +164,11 @@ def variant_text(axes: Iterable[Axis], row: Row) -> str:
 
 def shown_axes(table: pd.DataFrame) -> tuple[Axis, ...]:
     """Return the axes that vary in a table; if fewer than three do, constant axes are added."""
-    present = axes_of(table.columns)
-    constant = [axis for axis in present if table[axis.name].nunique() < 2]
-    n_constant = max(_LEAST_SHOWN - (len(present) - len(constant)), 0)
+    axes = axes_of(table.columns)
+    constant = [axis for axis in axes if table[axis.name].nunique() < 2]
+    n_constant = max(_LEAST_SHOWN - (len(axes) - len(constant)), 0)
     left_out = {axis.name for axis in constant[n_constant:]}
-    return tuple(axis for axis in present if axis.name not in left_out)
+    return tuple(axis for axis in axes if axis.name not in left_out)
 
 
 def templates(*functions: Callable[..., Any]) -> jinja2.Environment:
@@ -247,8 +247,8 @@ def verdict_style(item: Row) -> VerdictStyle:
     if item["status"] != OK:
         return STYLES[NOT_ESTIMABLE]
     verdict = str(item["verdict_family"])
-    opened = "down" if _change(item)[0][0] < 0.0 else "up"
-    return STYLES[{NEGLIGIBLE: "within", DETECTABLE: opened}.get(verdict, verdict)]
+    direction = "down" if _change(item)[0][0] < 0.0 else "up"
+    return STYLES[{NEGLIGIBLE: "within", DETECTABLE: direction}.get(verdict, verdict)]
 
 
 def change_text(item: Row) -> str:
@@ -261,10 +261,10 @@ def change_text(item: Row) -> str:
 
 def interval_text(item: Row) -> str:
     """Return the interval of an effect: in per cent for a ratio, in its unit for a difference."""
-    (_, *ends), unit = _change(item)
-    if not np.isfinite(ends).all():
+    (_, *limits), unit = _change(item)
+    if not np.isfinite(limits).all():
         return "no interval"
-    low, high = (_signed(end, unit) for end in ends)
+    low, high = (_signed(limit, unit) for limit in limits)
     return f"{low.removesuffix(unit)} to {high}"
 
 

@@ -72,11 +72,11 @@ def write_archive(
     if missing:
         raise InputError(f"{missing[0]} is missing: finish the study first")
     stamp, doubts = read_stamp(folder.demands), _doubts(folder, study)
-    changed = " with local changes" if stamp.get("git_dirty") == "yes" else ""
+    edited = " with local changes" if stamp.get("git_dirty") == "yes" else ""
     versions = defaultdict(lambda: "unknown", stamp)
     crate = ROCrate()
     crate.name = f"Fragility study of {', '.join(study.grid.bridge)} with skewbridge"
-    crate.description = sentence("archive", versions=versions, changed=changed, doubts=doubts)
+    crate.description = sentence("archive", versions=versions, changed=edited, doubts=doubts)
     terms = {"@type": "CreativeWork", "name": LICENCE, "description": "terms of the results"}
     crate.license = crate.add(ContextEntity(crate, LICENCE, terms))
     for number, name in enumerate(authors, start=1):
@@ -109,8 +109,8 @@ def _files(
     suite = read_frame(folder.suite)
     all_keys = yaml.safe_dump(study.model_dump(mode="json"), sort_keys=False, allow_unicode=True)
     motions = suite.loc[:, ~suite.columns.str.startswith("accel_")].to_csv(index=False)
-    needed = [line for line in requires("skewbridge") or () if "extra ==" not in line]
-    names = sorted(re.split(r"[^\w.-]", line, maxsplit=1)[0] for line in needed)
+    requirements = [line for line in requires("skewbridge") or () if "extra ==" not in line]
+    names = sorted(re.split(r"[^\w.-]", line, maxsplit=1)[0] for line in requirements)
     packages = [(name, metadata(name)) for name in ("skewbridge", *names)]
     lines = (f"{name}=={data['Version']}  # {licence_of(data)}\n" for name, data in packages)
     software = "".join(lines)
@@ -120,15 +120,15 @@ def _files(
         "METHODS.md": (methods_of(study, suite).markdown().encode(), "methods for a paper"),
         "requirements.txt": (software.encode(), "packages with versions and licences"),
     }
-    start, content = starter_files(), dict[str, tuple[Path, str]]()
-    for path in chain.from_iterable(start.glob(pattern) for pattern in _WORKFLOW):
+    starter, content = starter_files(), dict[str, tuple[Path, str]]()
+    for path in chain.from_iterable(starter.glob(pattern) for pattern in _WORKFLOW):
         if path.is_file() and "__pycache__" not in path.parts:
-            content[path.relative_to(start).as_posix()] = path, "workflow"
+            content[path.relative_to(starter).as_posix()] = path, "workflow"
     bridges = chain.from_iterable(map(structure_files, study.grid.bridge))
     for path in (base, config, Path(study.fragility.limit_states), *bridges):
-        absolute, here = path.resolve(), Path.cwd()
-        inside = absolute.relative_to(here) if absolute.is_relative_to(here) else None
-        content[(inside or Path("config/elsewhere", path.name)).as_posix()] = path, "configuration"
+        absolute, cwd = path.resolve(), Path.cwd()
+        local = absolute.relative_to(cwd) if absolute.is_relative_to(cwd) else None
+        content[(local or Path("config/elsewhere", path.name)).as_posix()] = path, "configuration"
     for pattern, text in TAKEN.items():
         for path in folder.root.glob(pattern):
             content[f"results/{path.relative_to(folder.root).as_posix()}"] = path, text

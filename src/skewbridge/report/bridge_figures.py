@@ -97,13 +97,13 @@ def _draw_members(axes: Axes, geometry: ModelGeometry, plane: list[int]) -> None
     for group, members in _by_group(geometry).items():
         ends = np.array([member.ends for member in members])
         is_line = (ends[:, 0] != ends[:, 1]).any(axis=1)
-        width, order = 2.2 if group in ("deck", "columns") else 1.0, 1 if group == "links" else 2
+        width, zorder = 2.2 if group in ("deck", "columns") else 1.0, 1 if group == "links" else 2
         style: dict[str, Any] = {"color": COLOURS[group], "label": group}
         # breaks join the lines into one, so that the legend has one entry
         breaks = np.full((int(is_line.sum()), 1, 3), np.nan)
         lines = np.concatenate([ends[is_line], breaks], axis=1).reshape(-1, 3)
         if len(lines):
-            axes.plot(*lines[:, plane].T, linewidth=width, zorder=order, **style)
+            axes.plot(*lines[:, plane].T, linewidth=width, zorder=zorder, **style)
         if len(points := ends[~is_line, 0]) and group not in ("links", "contact"):
             axes.plot(*points[:, plane].T, "o", markersize=3.5, **style)
     if geometry.fixed:
@@ -117,19 +117,20 @@ def _by_group(geometry: ModelGeometry) -> dict[str, list[Member]]:
 
 
 def ladder_figure(curves: pd.DataFrame, *, title: str) -> Figure:
-    """Return a figure of pushes (abutment, angle_deg, disp_m, force_kn), one panel per direction.
+    """Return force against displacement of pushes of an abutment, one panel per direction.
 
-    Later abutment models have thinner lines, so that overlaid lines are visible.
+    ``curves`` has the columns abutment, angle_deg, disp_m and force_kn. Each abutment model has a
+    thinner line than the one before, so that overlaid lines are visible.
     """
     directions = list(curves.groupby("angle_deg"))
     rows = -(-len(directions) // 3)
     figure = Figure(figsize=(11.4, 3.2 * rows + 0.8), layout="constrained")
     panels = figure.subplots(rows, 3, sharex=True, squeeze=False)
     for panel, (angle_deg, pushes) in zip(panels.flat, directions, strict=False):
-        for abutment, line in pushes.groupby("abutment", sort=False):
+        for abutment, push in pushes.groupby("abutment", sort=False):
             model_number = list(ABUTMENTS).index(str(abutment))
             colour, width = list(COLOURS.values())[model_number], 3.6 - 0.6 * model_number
-            x, y = line["disp_m"] / MM, line["force_kn"] / KN
+            x, y = push["disp_m"] / MM, push["force_kn"] / KN
             panel.plot(x, y, label=abutment, color=colour, linewidth=width)
         panel.set_title(f"push at {angle_deg:g} degrees from x", fontsize=10)
         panel.set_ylim(bottom=0.0)
@@ -152,8 +153,8 @@ def column_figure(
     knee, end = curve.yield_curvature_per_m, curve.ultimate_curvature_per_m
     plateau, orange = curve.plastic_moment_nm / 1e6, "#D55E00"
     bend_axes.plot([0.0, knee, end], [0.0, plateau, plateau], "--", color=orange, label="idealised")
-    first = curve.first_yield_curvature_per_m, curve.first_yield_moment_nm / 1e6
-    bend_axes.plot(*first, "o", color=orange, label="first yield")
+    first_yield = curve.first_yield_curvature_per_m, curve.first_yield_moment_nm / 1e6
+    bend_axes.plot(*first_yield, "o", color=orange, label="first yield")
     bend_axes.set(xlabel="curvature (1/m)", ylabel="moment (MNm)", xlim=(0, None), ylim=(0, None))
     bend_axes.legend(frameon=False, loc="lower right")
     ductility = np.linspace(1.0, 15.0, 141)
@@ -162,15 +163,15 @@ def column_figure(
         strength_axes.plot(ductility, strength_mn, color=colour, label=shear_model_name(demand))
     demand = curve.plastic_moment_nm / shear.shear_span_m / 1e6
     strength_axes.axhline(demand, color=orange, linestyle="--", label="plastic shear Mp / L")
-    words = "displacement ductility (Kowalsky and Priestley: curvature)"
-    strength_axes.set(xlabel=words, ylabel="shear (MN)", ylim=(0, None), xlim=(1, 15))
+    label = "displacement ductility (Kowalsky and Priestley: curvature)"
+    strength_axes.set(xlabel=label, ylabel="shear (MN)", ylim=(0, None), xlim=(1, 15))
     strength_axes.legend(frameon=False, fontsize=9)
     figure.suptitle(title, parse_math=False)
     return figure
 
 
 def with_codes(found: Decision, bridge: str) -> Decision:
-    """Add the seat lengths of AASHTO and SDC; columns are left out if the bridge is not known.
+    """Add the seat lengths of AASHTO and SDC to a decision, if the bridge is known.
 
     The lengths are for the seat with the largest gap, which the bridge file may state. If it states
     the gaps of all seats, the largest one replaces the gap of the study.
@@ -195,22 +196,22 @@ def with_codes(found: Decision, bridge: str) -> Decision:
 
 
 @mpl.rc_context(STYLE)
-def decision_figure(found: Decision, title: str) -> Figure:
+def decision_figure(decision: Decision, title: str) -> Figure:
     """Draw needed seat lengths with the rules of codes, and rates of column failure, over skew."""
     unit, factor = shown_unit("mm")
-    per_m, table = 1000.0 * factor, found.table
+    per_m, table = 1000.0 * factor, decision.table
     figure = Figure(figsize=(8.4, 4.2), layout="constrained")
     seats, columns = figure.subplots(1, 2)
-    ends = sorted({table[GAP].min(), table[GAP].max()})
-    for gap, colour in zip(ends, VARIANT_COLOURS, strict=False):
-        own = table[table[GAP] == gap]
+    end_gaps = sorted({table[GAP].min(), table[GAP].max()})
+    for gap, colour in zip(end_gaps, VARIANT_COLOURS, strict=False):
+        rows = table[table[GAP] == gap]
         for axes, name, scale in ((seats, "seat_m", per_m), (columns, "column_rate", 1.0)):
-            if name in own:
-                low, middle, high = (scale * own[f"{name}{end}"] for end in ("_low", "", "_high"))
-                label = f"gap {factor * gap:.3g} {unit}, {100 * found.level:g} % interval"
-                axes.fill_between(own["skew_deg"], low, high, color=colour, alpha=0.18, lw=0)
-                axes.plot(own["skew_deg"], middle, color=colour, lw=2.0, label=label)
-    own = table[table[GAP] == ends[-1]]
+            if name in rows:
+                low, middle, high = (scale * rows[f"{name}{end}"] for end in ("_low", "", "_high"))
+                label = f"gap {factor * gap:.3g} {unit}, {100 * decision.level:g} % interval"
+                axes.fill_between(rows["skew_deg"], low, high, color=colour, alpha=0.18, lw=0)
+                axes.plot(rows["skew_deg"], middle, color=colour, lw=2.0, label=label)
+    rows = table[table[GAP] == end_gaps[-1]]
     rules = {
         "hazus_m": "Hazus 6.1 factor on skew 0",
         "aashto_m": "AASHTO 4.7.4.4, 1.5 N",
@@ -218,13 +219,13 @@ def decision_figure(found: Decision, title: str) -> Figure:
         "present_m": "seat of the bridge",
     }
     for (name, label), dashes in zip(rules.items(), _DASHES, strict=True):
-        if name in own:
+        if name in rows:
             line = {"ls": dashes, "color": "0.25", "lw": 1.2, "label": label}
-            seats.plot(own["skew_deg"], per_m * own[name], **line)
-    columns.axhline(found.target, color="#b3202c", lw=1.2, label="target rate")
-    heads = f"Seat length, normal ({unit})", "Annual rate of column failure"
-    for axes, head in zip((seats, columns), heads, strict=True):
-        axes.set(yscale="log", xlabel="Skew (deg)", ylabel=head)
+            seats.plot(rows["skew_deg"], per_m * rows[name], **line)
+    columns.axhline(decision.target, color="#b3202c", lw=1.2, label="target rate")
+    labels = f"Seat length, normal ({unit})", "Annual rate of column failure"
+    for axes, text in zip((seats, columns), labels, strict=True):
+        axes.set(yscale="log", xlabel="Skew (deg)", ylabel=text)
     plain_log_ticks(seats.yaxis)
     handles = dict(zip(*seats.get_legend_handles_labels()[::-1], strict=True))
     handles |= dict(zip(*columns.get_legend_handles_labels()[::-1], strict=True))

@@ -60,11 +60,11 @@ def check_tables(tables: StudyTables) -> list[Row]:
     planned = ["variant", "motion_id", "incidence_deg"] if tables.searched else list(KEY)
     per_variant = demands.drop_duplicates(planned)["variant"].value_counts()
     expected = demands["variant"].map(tables.planned).fillna(per_variant.max())
-    uneven = (demands["variant"].map(per_variant) != expected) & (not tables.in_rounds)
-    numbers = ok[[column.name for column in DEMAND_COLUMNS if column.name in ok]]
+    is_uneven = (demands["variant"].map(per_variant) != expected) & (not tables.in_rounds)
+    values = ok[[column.name for column in DEMAND_COLUMNS if column.name in ok]]
     if "support_length_m" in ok:  # empty for a bridge without a seat, which cannot unseat
-        seatless, moves = ok["support_length_m"].isna(), ["unseating_m", "acute_corner_unseating_m"]
-        numbers = numbers.assign(**{name: numbers[name].mask(seatless, 0.0) for name in moves})
+        seatless, names = ok["support_length_m"].isna(), ["unseating_m", "acute_corner_unseating_m"]
+        values = values.assign(**{name: values[name].mask(seatless, 0.0) for name in names})
     components = ok[["column_shear_x_kn", "column_shear_y_kn"]].max(axis=1)
     cohesion_n = ok.get("cohesion_n", pd.Series(tables.cohesion_n, index=ok.index))
     smooth = (ok["friction"] == 0.0) & (cohesion_n == 0.0)
@@ -72,24 +72,24 @@ def check_tables(tables: StudyTables) -> list[Row]:
     bounded = effects[effects["ci_low"].notna()]
     is_within = bounded["ratio"].between(bounded["ci_low"], bounded["ci_high"])
     # a bridge without a stated capacity of its columns has no such demand in any row
-    is_demand_of_bridge = numbers.notna().groupby(ok["bridge"]).transform("any")
-    is_missing = numbers.isna() & is_demand_of_bridge
-    below, work_kj = ok[ok["column_shear_kn"] < components], ok["slip_work_kj"]
+    is_demand_of_bridge = values.notna().groupby(ok["bridge"]).transform("any")
+    is_missing = values.isna() & is_demand_of_bridge
+    below_component, work_kj = ok[ok["column_shear_kn"] < components], ok["slip_work_kj"]
     share = len(unfinished) / max(len(demands), 1)
     # states of the same variant, component, demand and method
     ordered = fitted.sort_values("threshold", kind="stable")
     groups = [ordered[name] for name in ("variant", "component", "method", "demand")]
-    milder = ordered.groupby(groups)["theta"].cummax().groupby(groups).shift()
+    milder_median = ordered.groupby(groups)["theta"].cummax().groupby(groups).shift()
     # two states exceeded by the same analyses may have equal medians
-    falling = ordered[ordered["theta"] < milder * (1.0 - 1e-9)]
+    falling = ordered[ordered["theta"] < milder_median * (1.0 - 1e-9)]
     checks: tuple[Any, ...] = (
         (f"share of rows with a status other than {' or '.join(RAN)}", unfinished,
          (*KEY, "status"), share, tables.max_unfinished_share),
         ("analyses listed twice", demands[demands.duplicated(list(KEY))], KEY),
         ("rows without a known status", demands[~demands["status"].isin(STATUSES)], KEY),
-        ("rows of variants with fewer analyses than planned", demands[uneven], KEY),
+        ("rows of variants with fewer analyses than planned", demands[is_uneven], KEY),
         ("finished rows with a demand that is not a number", ok[is_missing.any(axis=1)], KEY),
-        ("finished rows whose resultant shear is below a component", below, KEY),
+        ("finished rows whose resultant shear is below a component", below_component, KEY),
         ("rows with negative friction work", ok[work_kj < -_ROUNDING_KJ], KEY),
         ("rows with friction work but without friction",
          ok[smooth & (work_kj.abs() > _ROUNDING_KJ)], KEY),
@@ -161,14 +161,14 @@ def contact_differences(frictionless: pd.DataFrame, ok: pd.DataFrame) -> pd.Data
     finished rows of the study.
     """
     models = {traits.without_friction: name for name, traits in ABUTMENTS.items()}
-    without = ok.assign(abutment=ok["abutment"].map(models)).dropna(subset="abutment")
+    zero_friction = ok.assign(abutment=ok["abutment"].map(models)).dropna(subset="abutment")
     axes = [axis.name for axis in axes_of(ok.columns) if axis.name != "friction"]
     names = [column.name for column in DEMAND_COLUMNS if column.name in ok]
     keys = ["bridge", "abutment", *axes, "motion_id", "scale", "incidence_deg"]
-    joined = frictionless.merge(without, on=keys, suffixes=("", "_other"))
-    one, other = (
+    joined = frictionless.merge(zero_friction, on=keys, suffixes=("", "_other"))
+    frictionless_values, other_values = (
         joined[[f"{name}{end}" for name in names]].to_numpy(float) for end in ("", "_other")
     )
     limits = {"rtol": CONTACT_TOLERANCE, "atol": _CONTACT_NOTHING}
-    close = np.isclose(one, other, equal_nan=True, **limits)
-    return joined[~close.all(axis=1)]
+    is_equal = np.isclose(frictionless_values, other_values, equal_nan=True, **limits)
+    return joined[~is_equal.all(axis=1)]

@@ -71,8 +71,8 @@ def lead_axis(effects: pd.DataFrame, names: Collection[str], table: pd.DataFrame
     """
     pooled = effects[(effects["scope"] == "pooled") & (effects["status"] == OK)]
     pooled = pooled[pooled["ratio"] > 0.0]
-    of_names = pooled[pooled["demand"].isin(names)]
-    rows = of_names if len(of_names) else pooled
+    named = pooled[pooled["demand"].isin(names)]
+    rows = named if len(named) else pooled
     if len(rows):
         sizes = np.abs(np.log(rows["ratio"].to_numpy(np.float64)))
         return axis(str(rows["axis"].iloc[int(sizes.argmax())]))
@@ -109,13 +109,13 @@ def pooled_curves(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
 
     A failure mode of columns with the same curve as any failure has no row.
     """
-    parts: list[pd.DataFrame] = []
+    groups: list[pd.DataFrame] = []
     for (bridge, abutment, component), group in groups_of(curves, STATE[:3]):
         effects = medians[(medians["bridge"] == bridge) & (medians["abutment"] == abutment)]
         names = set(component + "/" + group["limit_state"])
         lead = lead_axis(effects, HEADLINE_STATES if component == WHOLE_BRIDGE else names, group)
-        parts.append(group.assign(axis=lead.name, value=group[lead.name].astype(float)))
-    rows = pd.concat(parts)
+        groups.append(group.assign(axis=lead.name, value=group[lead.name].astype(float)))
+    rows = pd.concat(groups)
     rows["order"] = rows.groupby(list(STATE), sort=False).ngroup()
     keys, thetas = ["order", "value", *STATE, "axis"], ["theta", "theta_low", "theta_high"]
     with_curve = rows[rows["preferred"]]
@@ -133,8 +133,8 @@ def pooled_curves(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     table["demand"] = table["component"] + "/" + table["limit_state"]
     same_effect = [*BRIDGE_COLUMNS, "demand", "axis", "value"]
     table = table.merge(effects[[*same_effect, *RATIOS]], how="left", on=same_effect)
-    of_systems = _system_ratios(with_curve[with_curve["component"] == WHOLE_BRIDGE])
-    table = table.merge(of_systems, how="left", on=["order", "value"])
+    system_ratios = _system_ratios(with_curve[with_curve["component"] == WHOLE_BRIDGE])
+    table = table.merge(system_ratios, how="left", on=["order", "value"])
     table["ratio"] = table["ratio"].fillna(table["ratio_of_systems"])
     table["n_different"] = table["n_different"].fillna(0).astype(int)
     table = table.drop(columns=["order", "demand", "ratio_of_systems"])
@@ -190,7 +190,7 @@ def state_text(row: Mapping[Any, Any]) -> str:
 
 
 def value_words(row: Mapping[str, Any], unit: str) -> str:
-    """Return a value with its median, and the ratio of medians to the first value."""
+    """Return text on a value of an axis: its median, and the ratio to that at the first value."""
     text = f"{appearance.value_text(axis(row['axis']), row['value'])}: "
     text += f"{three_digits(row['theta'])} {unit}{' †' * (row['n_extrapolated'] > 0)}"
     if np.isfinite(row["ratio"]):
@@ -226,14 +226,14 @@ def curves_figure(
     im_column, demands = str(curves["im"].iloc[0]), with_derived_columns(demands)
     im = np.geomspace(0.7 * demands[im_column].min(), 1.3 * demands[im_column].max(), 160)
     names = short_names(curves)
-    for axes, (state, own) in zip(panels.flat, groups, strict=False):
-        same = (curves[list(STATE)] == list(state)).all(axis=1)
-        fits = curves[same]
+    for axes, (state, state_curves) in zip(panels.flat, groups, strict=False):
+        is_state = (curves[list(STATE)] == list(state)).all(axis=1)
+        fits = curves[is_state]
         words = state_text(records_of(fits)[0])
         several = len(names) > 1
         title = f"{names[state[:2]]}: {words}" if several else words[:1].upper() + words[1:]
-        _draw_panel(axes, own, fits, demands, im)
-        lead = axis(own["axis"].iloc[0])
+        _draw_panel(axes, state_curves, fits, demands, im)
+        lead = axis(state_curves["axis"].iloc[0])
         name_lines(axes, title, f"median by {lead.label.lower()}:")
         axes.set_xlabel(appearance.shown_label(im_column)[0])
         axes.tick_params(labelbottom=True)
@@ -265,8 +265,8 @@ def _draw_panel(
         if fits["demand"].iloc[0]:
             runs = demands[demands["variant"].isin(at_value["variant"])]
             outcomes = _outcomes(runs, records_of(at_value)[0])
-            for hit, y, marker in zip(outcomes, (1.03, -0.03), (2, 3), strict=True):
-                x = runs.loc[hit, str(fits["im"].iloc[0])]
+            for is_known, y, marker in zip(outcomes, (1.03, -0.03), (2, 3), strict=True):
+                x = runs.loc[is_known, str(fits["im"].iloc[0])]
                 axes.plot(x, np.full(len(x), y), marker=marker, ls="", ms=3, color=color, alpha=0.4)
 
 
@@ -410,9 +410,9 @@ def effects_by_intensity(intensities: pd.DataFrame, im_label: str) -> Figure:
     figure = Figure(figsize=size_in, layout="constrained")
     panels = figure.subplots(len(names), len(axes_shown), squeeze=False, sharex=True, sharey="row")
     for row, name in zip(panels, names, strict=True):
-        of_demand = intensities[intensities["demand"] == name]
+        demand_rows = intensities[intensities["demand"] == name]
         for axes, changed in zip(row, axes_shown, strict=True):
-            _intensity_panel(axes, of_demand[of_demand["axis"] == changed.name], changed)
+            _intensity_panel(axes, demand_rows[demand_rows["axis"] == changed.name], changed)
         row[0].set_ylabel(fill(f"Ratio of {appearance.demand_name(name).lower()}", 24))
     for top, bottom, changed in zip(panels[0], panels[-1], axes_shown, strict=True):
         top.legend(fontsize=7, loc="best")
@@ -430,12 +430,12 @@ def _intensity_panel(axes: Axes, rows: pd.DataFrame, changed: Axis) -> None:
     axes.axhline(1.0, color="#777777", linewidth=0.8)
     colours = VARIANT_COLOURS
     changes = appearance.groups_of(rows, ["from_value", "to_value"])
-    for i, (ends, effect) in enumerate(changes):
+    for i, (values, effect) in enumerate(changes):
         line, colour = effect.sort_values("im"), colours[i % len(colours)]
         if len(changes) - i <= appearance.MAX_BANDS:  # the largest changes
             band = line["im"], line["ci_low"], line["ci_high"]
             axes.fill_between(*band, color=colour, alpha=0.18, lw=0)
-        label = " to ".join(appearance.value_text(changed, value) for value in ends)
+        label = " to ".join(appearance.value_text(changed, value) for value in values)
         dash = ("-", "--", ":", "-.")[i % 4]
         axes.plot(line["im"], line["ratio"], dash, color=colour, label=label)
         for item in records_of(effect[effect["at_reference"]]):
@@ -495,8 +495,8 @@ def _tornado_panel(panel: Axes, rows: pd.DataFrame) -> None:
     paired = rows[rows["n"] > 0]
     limit = max([_LEAST_PCT, *(1.3 * paired["percent"].abs())])
     panel.barh(paired["place"], paired["percent"], height=0.72, color=paired["kind"].map(_COLOURS))
-    ends = (100.0 * (paired[["lowest", "highest"]] - 1.0)).clip(-limit, limit)
-    panel.hlines(paired["place"], ends["lowest"], ends["highest"], color="#333333", linewidth=0.8)
+    spans = (100.0 * (paired[["lowest", "highest"]] - 1.0)).clip(-limit, limit)
+    panel.hlines(paired["place"], spans["lowest"], spans["highest"], color="#333333", linewidth=0.8)
     for y, text in zip(rows["place"], rows["text"], strict=True):
         across = panel.get_yaxis_transform()
         panel.text(1.01, y, text, transform=across, va="center", fontsize=7.5)
@@ -516,8 +516,8 @@ def choice_findings(choices: pd.DataFrame) -> list[str]:
     """Return one sentence per headline demand on choices that change it more than friction does."""
     sentences: list[str] = []
     for label, rows in _ranked(choices).items():
-        of_friction = rows[(rows["name"] == "friction") & (rows["n"] > 0)].sort_index()
-        for friction in records_of(of_friction.head(1)):
+        friction_rows = rows[(rows["name"] == "friction") & (rows["n"] > 0)].sort_index()
+        for friction in records_of(friction_rows.head(1)):
             larger = rows[(rows["kind"] == "choice") & (rows["size"] > friction["size"])]
             largest = records_of(larger.iloc[::-1].drop_duplicates("name"))
             sizes = ", ".join(f"{row['bar']} ({row['text']})" for row in largest)

@@ -131,14 +131,14 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
             "changed": _changed_settings(config),
         }
     )
-    parts = {
+    paragraphs = {
         name.replace("_", " ").capitalize(): " ".join("".join(paragraph(context)).split())
         for name, paragraph in template.blocks.items()
     }
     states = _limit_states(config, any(bridge.description.joints_m for bridge in bridges))
-    text = " ".join([*parts.values(), *chain(*states)])
+    text = " ".join([*paragraphs.values(), *chain(*states)])
     cited = sorted(key for key in REFERENCES if re.search(rf"{re.escape(key)}(?! \d)", text))
-    return Methods(parts=parts, states=states, references=[REFERENCES[key] for key in cited])
+    return Methods(parts=paragraphs, states=states, references=[REFERENCES[key] for key in cited])
 
 
 def _changed_settings(config: StudyConfig) -> list[str]:
@@ -161,10 +161,10 @@ def _limit_states(config: StudyConfig, has_joints: bool) -> list[list[str]]:
     for component in dict.fromkeys(state.component for state in states):
         group = [state for state in states if state.component == component]
         medians = (f"{item.name} {threshold_text(item.demand, item.threshold)}" for item in group)
-        spread = _text(sorted({item.dispersion for item in group}))
+        dispersion = _text(sorted({item.dispersion for item in group}))
         citation = " ".join(group[0].citation.split())
         demand, median = f"`{group[0].demand}`", ", ".join(medians)
-        rows.append([in_words(component), demand, median, spread, citation])
+        rows.append([in_words(component), demand, median, dispersion, citation])
     return rows
 
 

@@ -68,9 +68,8 @@ def write_report(
 ) -> None:
     """Write the report to an HTML file.
 
-    ``tables`` maps the names in `StudyFolder.report_inputs` to paths. It may also contain
-    choices (modelling choices). ``figures`` is a folder. ``study`` is None for
-    tables of `skewbridge statistics`, without a study.
+    ``tables`` maps the names in `StudyFolder.report_inputs`, and ``choices`` if made, to paths;
+    ``figures`` is a folder. ``study`` is None for tables of `skewbridge statistics`.
     """
     frames = {
         name: read_frame(path)
@@ -78,14 +77,14 @@ def write_report(
         if path.suffix == ".parquet" and path.is_file()
     }
     curves, medians = frames["curves"], frames["medians"]
-    values = (axes_of, axis_of, groups_of, records_of, shown_axes, shown_rows)
-    words = (appearance.named_value, effect_name, in_words, model_name, plain_label, unbroken)
-    words += (number_text, median_text, variant_text, variants_text, with_ends)
-    effects = (answer.change_of, answer.extent_of_data, answer.no_ratio_text)
-    effects += (appearance.change_text, appearance.interval_text, appearance.verdict_style)
+    helpers = (axes_of, axis_of, groups_of, records_of, shown_axes, shown_rows)
+    formatters = (appearance.named_value, effect_name, in_words, model_name, plain_label, unbroken)
+    formatters += (number_text, median_text, variant_text, variants_text, with_ends)
+    effect_functions = (answer.change_of, answer.extent_of_data, answer.no_ratio_text)
+    effect_functions += (appearance.change_text, appearance.interval_text, appearance.verdict_style)
     config = study.model_dump(mode="json", exclude={"batches"}) if study else {}
     units = study.figures.units if study else FigureSettings().units
-    environment = appearance.templates(*values, *words, *effects)
+    environment = appearance.templates(*helpers, *formatters, *effect_functions)
     unreached = curves[(curves["reach"].fillna("") != "") & (curves["method"] == "cloud")]
     pictures = pictures_of(read_captions(tables["captions"]), figures)
     with appearance.shown_in(units):
@@ -150,10 +149,7 @@ def _study_parts(
 
 
 def _first_screen(frames: Mapping[str, pd.DataFrame], bridges: Sequence[str]) -> dict[str, Any]:
-    """Return the contents of the first screen: answer, failures and motions.
-
-    ``bridges`` are names or files.
-    """
+    """Return the first screen: answer, failures and motions; ``bridges`` are names or files."""
     demands, curves = frames["demands"], frames["curves"]
     table = answer.answer_table(
         medians=frames["medians"],
@@ -167,7 +163,7 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], bridges: Sequence[str]) ->
     if "suite" in frames:
         motions = answer.motions_sentence(frames["suite"], table)
         motions += f" {answer.properties_sentence(demands)}"
-    on_suites, suites_text = answer.suites_summary(frames["suites"], table)
+    suites_sentence, suites_text = answer.suites_summary(frames["suites"], table)
     axes = axes_of(demands.columns)
     texts = {
         axis.name: ", ".join(
@@ -185,7 +181,7 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], bridges: Sequence[str]) ->
     has_capacities = any(name in demands for name in (*FAILURE_DEMANDS.values(), BEYOND_MODEL))
     return {
         "title": f"{title}: effect of {answer.listed(varied)}" if varied else title,
-        "headline": [*answer.headline(table), *filter(None, [on_suites])],
+        "headline": [*answer.headline(table), *filter(None, [suites_sentence])],
         "sketch_colours": dict(zip(("skew", "gap", "friction"), colours, strict=True)),
         "axis_texts": texts,
         "at_own_period": is_at_own_period(str(curves["im"].iloc[0]), set(demands["bridge"])),
@@ -212,10 +208,10 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame, curves: pd.DataFrame)
     states = sorted(states_present, key=lambda state: state not in answer.LEADING_STATES)[:2]
     by_value = dict(groups_of(counts, (*BRIDGE_COLUMNS, "axis")))
     rows: list[dict[str, Any]] = []
-    for change, of_change in groups_of(table, _CHANGE):
-        for model, effects_of_model in groups_of(of_change, BRIDGE_COLUMNS):
-            judged = effects_of_model.assign(verdict_family=effects_of_model["claim"])
-            effects = {row["demand"]: row for row in records_of(judged)}
+    for change, change_rows in groups_of(table, _CHANGE):
+        for model, model_rows in groups_of(change_rows, BRIDGE_COLUMNS):
+            with_verdicts = model_rows.assign(verdict_family=model_rows["claim"])
+            effects = {row["demand"]: row for row in records_of(with_verdicts)}
             failed, runs = (by_value[*model, change[0]][name] for name in ("n_failed", "n_runs"))
             cells = [(effects.get(state), signs.get((*model, state), "")) for state in states]
             row = {
@@ -275,19 +271,19 @@ def sketch(
     gaps_m = {name: bridge.gaps_mm.get(name, max(gaps_mm)) / 1000.0 for name in bridge.seats_m}
     end_m, half_m, skews_of_ends = bridge.length_m / 2, bridge.width_m / 2, bridge.skews_deg
     largest_m, share_m = max(gaps_m.values(), default=0.0), _GAP_SHARE * bridge.length_m
-    factor = next((f for f in _FACTORS if f * largest_m <= share_m), 1)
+    factor = next((scale for scale in _FACTORS if scale * largest_m <= share_m), 1)
     wall_m, arm_m = max(bridge.wall_m, 0.012 * bridge.length_m), 0.8 * half_m
     bent_skew = radians(model.skew_of_bents_deg(skew))
     stretch = 1.0 / cos(bent_skew) if model.column_spacing == "normal" else 1.0
 
     def cuts(skew_deg: float) -> list[PlanVector]:
-        """Return x (m) and angle (rad) of the faces of all decks, left to right."""
+        """Return x (m) and angle (rad) of both faces of each deck at a skew, left to right."""
         faces = [(-end_m, radians(skews_of_ends.get("left", skew_deg)))]
         for number, (location, x) in enumerate(bridge.joints_m.items(), start=1):
             usual_deg = model.skew_of_bents_deg(skew_deg) if "bent" in location else skew_deg
             face_rad = radians(skews_of_ends.get(f"joint {number}", usual_deg))
-            opened = factor * gaps_m[f"joint {number}"] / 2 / cos(face_rad)
-            faces += [(x - opened, face_rad), (x + opened, face_rad)]
+            half_gap = factor * gaps_m[f"joint {number}"] / 2 / cos(face_rad)
+            faces += [(x - half_gap, face_rad), (x + half_gap, face_rad)]
         return [*faces, (end_m, radians(skews_of_ends.get("right", skew_deg)))]
 
     def decks(faces: Sequence[PlanVector]) -> list[list[PlanVector]]:
@@ -299,14 +295,14 @@ def sketch(
     gaps = list(zip(faces[1:-1:2], faces[2:-1:2], strict=True))
     ends = zip(bridge.end_kinds.items(), faces[:: len(faces) - 1], strict=True)
     for (name, kind), (x, rad) in ends:
-        out = copysign(1.0 / cos(rad), x)
-        wall = x + out * factor * (gaps_m[name] if kind == "seat" else 0.0)
+        outward = copysign(1.0 / cos(rad), x)
+        wall = x + outward * factor * (gaps_m[name] if kind == "seat" else 0.0)
         if kind in _WITH_WALL:
-            walls.append(_corners((wall, rad), (wall + out * wall_m, rad), (-half_m, half_m)))
+            walls.append(_corners((wall, rad), (wall + outward * wall_m, rad), (-half_m, half_m)))
         if kind == "seat":
-            key, inner = half_m + factor * model.transverse_gap_m, x - 2.2 * out * wall_m
-            sides = ((key, key + wall_m), (-key, -key - wall_m))
-            walls += [_corners((inner, rad), (x, rad), side) for side in sides]
+            key_y, inner_x = half_m + factor * model.transverse_gap_m, x - 2.2 * outward * wall_m
+            key_ranges = ((key_y, key_y + wall_m), (-key_y, -key_y - wall_m))
+            walls += [_corners((inner_x, rad), (x, rad), key_range) for key_range in key_ranges]
             gaps.insert(0, ((x, rad), (wall, rad)))
     deck_corners, tilt = decks(faces), faces[0][1]
     half_length = max(abs(x) for polygon in (*deck_corners, *walls) for x, _ in polygon)
@@ -315,11 +311,11 @@ def sketch(
         "height": _HEIGHT,
         "scale": min((_WIDTH / 2 - _SIDE) / half_length, (_HEIGHT / 2 - _TOP) / half_m),
         "skew": skew,
-        "others": [deck for a in sorted({*skews_deg} - {skew}) for deck in decks(cuts(a))],
+        "others": [deck for deg in sorted({*skews_deg} - {skew}) for deck in decks(cuts(deg))],
         "decks": deck_corners,
         "walls": walls,
         "marks": {
-            name: [_skewed(gaps[0][face], share * half_m) for face, share in line]
+            name: [_skewed(gaps[0][face], y_share * half_m) for face, y_share in line]
             for name, line in _MARKS.items()
             if gaps
         },
@@ -347,7 +343,7 @@ def sketch(
 
 
 def _skewed(face: PlanVector, y_m: float) -> PlanVector:
-    """Return the point at y on a face, given by its place on the axis and its angle."""
+    """Return the point at y on a face, given by its x on the bridge axis (m) and angle (rad)."""
     return face[0] - y_m * tan(face[1]), y_m
 
 
@@ -364,9 +360,9 @@ def joint_rows(demands: pd.DataFrame, bridges: Sequence[Structure]) -> list[dict
         runs = demands[(demands["bridge"] == bridge.name) & is_complete(demands)]
         for number, location in enumerate(bridge.description.joints_m, start=1):
             row = {"bridge": bridge.name, "joint": f"{number}, {location}"}
-            for (name, heading, factor), share in product(_JOINT_DEMANDS, (0.5, 0.84)):
-                value = factor * runs[f"joint{number}_{name}"].quantile(share)
-                row[f"{heading}, {100 * share:g} %"] = f"{value:.3g}"
+            for (name, heading, factor), quantile in product(_JOINT_DEMANDS, (0.5, 0.84)):
+                value = factor * runs[f"joint{number}_{name}"].quantile(quantile)
+                row[f"{heading}, {100 * quantile:g} %"] = f"{value:.3g}"
             rows.append(row)
     return rows
 
@@ -380,12 +376,12 @@ def _is_leading(picture: Mapping[str, Any]) -> bool:
 
 
 def curve_rows(frames: Mapping[str, pd.DataFrame]) -> list[dict[str, Any]]:
-    """Return the leading curves as groups: a state in words, and a row for each value."""
+    """Return a group for each leading state: its name, and a row of curves for each axis value."""
     all_curves = with_system(frames["curves"], frames["system"])
     leading = main_curves(pooled_curves(all_curves, frames["medians"])).values()
-    words = {state: state_text(records_of(fits)[0]) for state, fits in groups_of(all_curves, STATE)}
+    names = {state: state_text(records_of(fits)[0]) for state, fits in groups_of(all_curves, STATE)}
     return [
-        {"state": f"{model_name(*state[:2])}: {words[state]}", "rows": records_of(rows)}
+        {"state": f"{model_name(*state[:2])}: {names[state]}", "rows": records_of(rows)}
         for table in leading
         for state, rows in groups_of(table, STATE)
     ]
@@ -415,10 +411,10 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
     ratios, needed = pooled[pooled["judged_by"] == verdicts.RATIO], frames["needed_motions"]
     medians = pooled[pooled["quantity"] == MEDIAN_CAPACITY]
     main = pooled["demand"].isin({*HEADLINE_STATES, *demands_for("headline")})
-    effects, minor = (pooled[main], pooled[~main]) if main.any() else (pooled, pooled.head(0))
+    effects, others = (pooled[main], pooled[~main]) if main.any() else (pooled, pooled.head(0))
     return {
         "effects": verdict_table(effects, pooled),
-        "other_effects": verdict_table(minor, pooled),
+        "other_effects": verdict_table(others, pooled),
         "any_marked": any(map(answer.extent_of_data, records_of(medians))),
         "margin": appearance.margin_text(ratios.iloc[0]) if len(ratios) else "",
         "alternatives": answer.alternative_rows(frames["alternatives"]),
@@ -437,33 +433,30 @@ def published_rows(medians: pd.DataFrame) -> list[dict[str, str]]:
     for (skew,), effects in groups_of(pooled.sort_values(["to_value", "order"]), ["to_value"]):
         row = {"skew": f"{skew:g}°", "Hazus": f"{hazus_factor(skew):.2f}"}
         for effect in records_of(effects):
-            head = f"{names[effect['bridge'], effect['abutment']]}, {effect_name(effect['demand'])}"
-            row[head] = with_ends(effect, verdicts.RATIOS)
+            name = f"{names[effect['bridge'], effect['abutment']]}, {effect_name(effect['demand'])}"
+            row[name] = with_ends(effect, verdicts.RATIOS)
         rows.append(row)
     return records_of(pd.DataFrame(rows).fillna("–"))
 
 
 def verdict_table(effects: pd.DataFrame, compared: pd.DataFrame) -> dict[str, Any]:
-    """Return pooled effects as a table, with one row per demand or limit state.
-
-    There is one column for each model and change in ``compared``.
-    """
+    """Return pooled effects: a row per demand or state, a column per model and step compared."""
     keys = [*BRIDGE_COLUMNS, *_CHANGE]
     order = [varied.name for varied in axes_of(compared["axis"])]
-    heads = sorted(
+    headings = sorted(
         set(compared[keys].itertuples(index=False, name=None)),
         key=lambda heading: (*heading[:2], order.index(heading[2]), *heading[3:]),
     )
     rows: list[dict[str, Any]] = []
-    for (demand,), of_demand in groups_of(effects, ["demand"]):
-        cells = {tuple(row[name] for name in keys): row for row in records_of(of_demand)}
-        is_state, margin = "/" in demand, appearance.margin_text(of_demand.iloc[0])
+    for (demand,), demand_rows in groups_of(effects, ["demand"]):
+        cells = {tuple(row[name] for name in keys): row for row in records_of(demand_rows)}
+        is_state, margin = "/" in demand, appearance.margin_text(demand_rows.iloc[0])
         label = f"Median, {effect_name(demand)}" if is_state else appearance.demand_name(demand)
-        ordered = [cells.get(heading) for heading in heads]
+        ordered = [cells.get(heading) for heading in headings]
         rows.append({"label": label, "margin": margin, "cells": ordered})
     return {
-        "models": Counter(model_name(*heading[:2]) for heading in heads).items(),
-        "heads": [change_name(*heading[2:]) for heading in heads],
+        "models": Counter(model_name(*heading[:2]) for heading in headings).items(),
+        "heads": [change_name(*heading[2:]) for heading in headings],
         "rows": rows,
     }
 
@@ -522,9 +515,9 @@ def explorer_of(frames: Mapping[str, pd.DataFrame]) -> dict[str, str]:
 
 
 def explorer_data(frames: Mapping[str, pd.DataFrame]) -> str:
-    """Return runs and curves as compressed JSON: tables as columns and rows, runs as lists.
+    """Return demands and curves as compressed JSON, the data of the explorer.
 
-    ``frames`` are demands and curves. A curve is its probabilities and both ends of its band.
+    A curve is a list of its probabilities and of the lower and upper ends of its band.
     """
     curves, demands = frames["curves"], with_derived_columns(frames["demands"])
     im = str(curves["im"].iloc[0])
@@ -610,10 +603,7 @@ _IN_WORDS: Final = {"demand": effect_name, "im": plain_label, "abutment": in_wor
 def shown_rows(
     table: pd.DataFrame | Sequence[Mapping[str, Any]], digits: int = 3
 ) -> list[dict[str, str]]:
-    """Return the rows of a table as text.
-
-    Column headings are spelled out with their unit, and values are converted to it.
-    """
+    """Return the rows of a table as text, in shown units; headings are words with the unit."""
     frame = pd.DataFrame(table)
     frame = frame.assign(
         **{name: frame[name].map(_IN_WORDS[name]) for name in _IN_WORDS.keys() & set(frame)}
@@ -650,8 +640,8 @@ def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame)
     axes = shown_axes(curves)
     names = {row["variant"]: variant_text(axes, row) for row in records_of(curves)}
     capacities = {
-        state: appearance.threshold_text(of_state["demand"].iloc[0], of_state["threshold"].iloc[0])
-        for state, of_state in groups_of(curves, ["component", "limit_state"])
+        state: appearance.threshold_text(rows["demand"].iloc[0], rows["threshold"].iloc[0])
+        for state, rows in groups_of(curves, ["component", "limit_state"])
     }
     groups: dict[str, list[dict[str, Any]]] = {}
     for row, text in zip(records_of(table), exports.printed_rows(table), strict=True):
@@ -659,8 +649,8 @@ def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame)
         model = model_name(row["bridge"], row["abutment"])
         group = groups.setdefault(f"{model}: {in_words(text['state'])} ({capacity})", [])
         variant = names.get(row["row"], "all variants, middle of the range")
-        more = {"variant": variant, "joint": row["row"] == exports.JOINT}
-        group.append(text | more | {"ratios": [text[name] for name in ratios]})
+        added = {"variant": variant, "joint": row["row"] == exports.JOINT}
+        group.append(text | added | {"ratios": [text[name] for name in ratios]})
     return {
         "im": plain_label(str(curves["im"].iloc[0])),
         "level": float(curves["level"].iloc[0]),
@@ -670,7 +660,7 @@ def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame)
 
 
 def methods_compared(curves: pd.DataFrame) -> dict[str, int]:
-    """Count the medians estimated by both methods, and those where the methods differ."""
+    """Count the medians estimated by cloud and by exceedance, and those where these differ."""
     models = curves[curves["method"] == "cloud"]
     has_both, differ = models["methods_ratio"].notna(), models["methods_differ"].eq(other=True)
     return {"both": int(has_both.sum()), "differ": int(differ.sum())}
@@ -689,7 +679,7 @@ def median_text(row: Mapping[str, Any], otherwise: str = "") -> str:
 
 def quality(demands: pd.DataFrame, sensitivity: pd.DataFrame) -> dict[str, Any]:
     """Return the numbers in the quality section of the page; shares are in per cent."""
-    name, rubbed = "cone_work_over_10pct_ratio", demands[demands["slip_work_kj"] > 0.0]
+    column, sliding = "cone_work_over_10pct_ratio", demands[demands["slip_work_kj"] > 0.0]
     # after the failure of a column its fibers lose their force in jumps, which the work of end
     # forces does not follow; demands count up to the failure
     has_failed = demands[BEYOND_MODEL].fillna("").astype(bool)
@@ -701,5 +691,5 @@ def quality(demands: pd.DataFrame, sensitivity: pd.DataFrame) -> dict[str, Any]:
         "late": int((residuals[has_failed] > MAX_ENERGY_RESIDUAL).sum()),
         "changes": 100.0 * changes,
         "compared": sensitivity[["rows", "analysed_s"]].max() if len(sensitivity) else None,
-        "excesses": 100.0 * rubbed.get(name, pd.Series(dtype=float)),
+        "excesses": 100.0 * sliding.get(column, pd.Series(dtype=float)),
     }

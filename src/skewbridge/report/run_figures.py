@@ -74,17 +74,17 @@ def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     force of the pads. With contacts, a third row shows normal forces of backwall and shear keys.
     """
     length_unit, per_m, force_unit, per_kn = _units()
-    first = next(iter(runs.values()))
-    names = contact_names(first)
-    has_left_pads = first.filter(regex="abutment_left_pads_._kn").any(axis=None)
+    first_run = next(iter(runs.values()))
+    names = contact_names(first_run)
+    has_left_pads = first_run.filter(regex="abutment_left_pads_._kn").any(axis=None)
     side = "left" if has_left_pads else "right"
     panels = [
-        (f"{text}, {way}", direction, [f"abutment_{side}_{column}{direction}_kn"])
+        (f"{text}, {axis_name}", direction, [f"abutment_{side}_{column}{direction}_kn"])
         for text, column in ((f"Whole {side} abutment", ""), ("Pads alone", "pads_"))
-        for way, direction in (("longitudinal", "x"), ("transverse", "y"))
+        for axis_name, direction in (("longitudinal", "x"), ("transverse", "y"))
     ]
-    for text, direction, part in (("Backwall", "x", "backwall"), ("Shear keys", "y", "key")):
-        columns = [f"{name}_normal_kn" for name in names if f"_{side}_{part}" in name]
+    for text, direction, contact in (("Backwall", "x", "backwall"), ("Shear keys", "y", "key")):
+        columns = [f"{name}_normal_kn" for name in names if f"_{side}_{contact}" in name]
         if names:
             panels.append((f"{text} alone, normal force", direction, columns))
     rows = len(panels) // 2
@@ -93,9 +93,9 @@ def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     for axes, (text, direction, columns) in zip(grid.flat, panels, strict=True):
         axes.set_title(text, loc="left", fontsize=9)
         axes.set_ylabel(f"Force ({force_unit})")
-        for look, (name, table) in zip(_OVERLAID, runs.items(), strict=False):
+        for style, (name, table) in zip(_OVERLAID, runs.items(), strict=False):
             disp = per_m * table[f"abutment_{side}_{direction}_m"]
-            axes.plot(disp, per_kn * table[columns].sum(axis=1), label=name, **look)
+            axes.plot(disp, per_kn * table[columns].sum(axis=1), label=name, **style)
     for axes, text in zip(grid[-1], ("longitudinal", "transverse"), strict=True):
         axes.set_xlabel(f"Deck end, {text} ({length_unit})")
     _name_runs(figure, grid[0, 0])
@@ -103,7 +103,7 @@ def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
 
 
 def _units() -> tuple[str, float, str, float]:
-    """Return the displacement unit and its number per m, the force unit and its number per kN."""
+    """Return the displacement unit, its factor from m, the force unit and its factor from kN."""
     (length_unit, per_mm), (force_unit, per_mn) = shown_unit("mm"), shown_unit("MN")
     return length_unit, per_mm / MM, force_unit, per_mn * KN / MN
 
@@ -134,8 +134,8 @@ def column_figure(histories: pd.DataFrame, *, title: str) -> Figure:
     shear.set_ylabel(f"Column shear,\nworst column ({force_unit})")
     ratio.axhline(1.0, color="0.4", lw=0.8, ls="--")
     ratio.set(xlabel="Time (s)", ylabel="Shear demand/capacity")
-    half = 1.08 * per_m * max(histories[["deck_ux_m", "deck_uy_m"]].abs().max().max(), 1e-3)
-    orbit.set(xlim=(-half, half), ylim=(-half, half), aspect="equal")
+    half_range = 1.08 * per_m * max(histories[["deck_ux_m", "deck_uy_m"]].abs().max().max(), 1e-3)
+    orbit.set(xlim=(-half_range, half_range), ylim=(-half_range, half_range), aspect="equal")
     orbit.set(xlabel=f"Longitudinal ({length_unit})", ylabel=f"Transverse ({length_unit})")
     for axis in (orbit.xaxis, orbit.yaxis):
         axis.set_major_locator(MaxNLocator(5))
@@ -163,11 +163,11 @@ def contact_figure(histories: pd.DataFrame, *, title: str) -> Figure:
     raster.grid(visible=False)
     figure.colorbar(mesh, ax=raster, label=f"Normal force ({force_unit})", pad=0.01)
     raster.set_title(title, fontsize=10, parse_math=False)
-    for colour, word in zip(VARIANT_COLOURS, ("backwall", "key", "joint"), strict=False):
-        if chosen := [name for name in names if word in name]:
-            one, two = (histories[[f"{name}_friction_{i}_kn" for name in chosen]] for i in "12")
-            total = per_kn * np.hypot(one.to_numpy(), two.to_numpy()).sum(axis=1)
-            friction.plot(time_s, total, lw=0.9, color=colour, label=f"{word}s")
+    for colour, kind in zip(VARIANT_COLOURS, ("backwall", "key", "joint"), strict=False):
+        if chosen := [name for name in names if kind in name]:
+            t1, t2 = (histories[[f"{name}_friction_{i}_kn" for name in chosen]] for i in "12")
+            total = per_kn * np.hypot(t1.to_numpy(), t2.to_numpy()).sum(axis=1)
+            friction.plot(time_s, total, lw=0.9, color=colour, label=f"{kind}s")
     friction.set(xlabel="Time (s)", ylabel=f"Friction, sum ({force_unit})")
     friction.legend(loc="upper right", fontsize=8)
     return figure

@@ -102,27 +102,27 @@ def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     models = tables.demands[list(BRIDGE_COLUMNS)].drop_duplicates().itertuples(index=False)
     for bridge, abutment in sorted(models):
         code = ABUTMENTS[abutment].code if abutment in ABUTMENTS else abutment
-        start, model = f"{bridge}_{code}_", model_name(bridge, abutment)
+        prefix, model = f"{bridge}_{code}_", model_name(bridge, abutment)
 
         def of_model(table: pd.DataFrame, model: Any = (bridge, abutment)) -> pd.DataFrame:
             return table[(table["bridge"] == model[0]) & (table["abutment"] == model[1])]
 
-        of_group = {
+        model_tables = {
             name: of_model(table)
             for name, table in vars(tables).items()
             if isinstance(table, pd.DataFrame)
         }
-        own_curves, own_drawn = of_model(pooled), of_model(all_curves)
-        own_curves = own_curves[own_curves["component"].isin(of_model(other_curves)["component"])]
+        others, model_curves = of_model(pooled), of_model(all_curves)
+        others = others[others["component"].isin(of_model(other_curves)["component"])]
         curves = (
-            _curve_figure("curves", str(name), table, own_drawn, of_group["demands"])
-            for name, table in own_curves.groupby("component", sort=False)
+            _curve_figure("curves", str(name), table, model_curves, model_tables["demands"])
+            for name, table in others.groupby("component", sort=False)
         )
-        own_tables = replace(tables, **of_group)
+        model_figures = replace(tables, **model_tables)
         drawings = (_cloud_figures, _intensity_figures, _choice_figures)
-        for caption, draw in chain(curves, *(figures(own_tables) for figures in drawings)):
+        for caption, draw in chain(curves, *(figures(model_figures) for figures in drawings)):
             title = f"{model}: {caption.title}"
-            name = re.sub(r"[^\w.-]+", "-", start + caption.name)  # part of file names
+            name = re.sub(r"[^\w.-]+", "-", prefix + caption.name)  # part of file names
             yield replace(caption, name=name, title=title, model=model), draw
     if tables.suite:
         caption = _caption("motions", scales=[item.scale for item in tables.suite])
@@ -138,15 +138,15 @@ def _caption(kind: str, **values: Any) -> Caption:
 def _curve_figure(
     kind: str, name: str, table: pd.DataFrame, curves: pd.DataFrame, demands: pd.DataFrame
 ) -> StudyFigure:
-    (_, first), *_ = appearance.groups_of(table, fragility_figures.STATE)
+    (_, first_rows), *_ = appearance.groups_of(table, fragility_figures.STATE)
     caption = _caption(
         kind,
         component=name,
         im=str(curves["im"].iloc[0]),
-        model=short_names(curves)[first["bridge"].iloc[0], first["abutment"].iloc[0]],
-        first=first.iloc[0],
-        last=first.iloc[-1],
-        changed=axis(first["axis"].iloc[0]),
+        model=short_names(curves)[first_rows["bridge"].iloc[0], first_rows["abutment"].iloc[0]],
+        first=first_rows.iloc[0],
+        last=first_rows.iloc[-1],
+        changed=axis(first_rows["axis"].iloc[0]),
         effect_level=EFFECT_CONFIDENCE,
         table=table,
     )
@@ -216,7 +216,7 @@ def _choice_figures(tables: FigureTables) -> Iterator[StudyFigure]:
 def read_tables(paths: Mapping[str, Path]) -> FigureTables:
     """Read the tables that the figures of a study are drawn from.
 
-    ``paths`` maps `_TABLES` to files, also suite and choices if made.
+    ``paths`` maps the names in `_TABLES` to files, and also suite and choices if these exist.
     """
     return FigureTables(
         **{name: read_frame(paths[name]) for name in _TABLES},
@@ -308,8 +308,8 @@ def save_figure(
         scale = settings.font_size_pt / DESIGN_FONT_PT
         if settings.width_mm is not None:
             width_in = settings.width_mm * MM / INCH
-            own_in, height_in = figure.get_size_inches()
-            laid_out_in = max(width_in / scale, _NARROWEST * own_in)
+            drawn_in, height_in = figure.get_size_inches()
+            laid_out_in = max(width_in / scale, _NARROWEST * drawn_in)
             figure.set_size_inches(laid_out_in, height_in)
             scale = width_in / laid_out_in
         for spine in (border for axes in figure.axes for border in axes.spines.values()):
@@ -317,16 +317,16 @@ def save_figure(
         if layout := figure.get_layout_engine():  # once, for both files
             layout.execute(figure)
             figure.set_layout_engine(None)  # with any engine, even "none", saving draws twice
-        box = None if settings.width_mm else figure.get_tightbbox().padded(_MARGIN_IN)
+        bbox = None if settings.width_mm else figure.get_tightbbox().padded(_MARGIN_IN)
         vector = BytesIO()
-        figure.savefig(vector, format="svg", metadata=metadata | {"Date": None}, bbox_inches=box)
+        figure.savefig(vector, format="svg", metadata=metadata | {"Date": None}, bbox_inches=bbox)
         source = vector.getvalue()
         if scale != 1.0:  # change the size on paper, keep the view box
             source = _SVG_SIZE.sub(partial(_enlarged, scale), source, count=1)
         vector_path.write_bytes(source)
         # strong compression takes half of the time of a figure and makes its file a seventh smaller
         printed: Any = {"dpi": (PNG_DPI, PNG_DPI), "compress_level": 1}
-        options: Any = {"metadata": metadata, "pil_kwargs": printed, "bbox_inches": box}
+        options: Any = {"metadata": metadata, "pil_kwargs": printed, "bbox_inches": bbox}
         figure.savefig(path, dpi=PNG_DPI * scale, **options)
     return [vector_path, path]
 

@@ -117,7 +117,7 @@ class StudySetup:
 
     @property
     def durations_s(self) -> list[float]:
-        """Lengths of the motions of the suite."""
+        """Lengths (s) of the motions of the suite."""
         return [motion.motion.duration_s for motion in self.suite]
 
     @property
@@ -136,14 +136,14 @@ class StudySetup:
 
     def of_motions(self, first: int, end: int) -> Self:
         """Return the setup with the motions ``first`` to ``end`` - 1, counted from 0."""
-        names = self.motion_ids[first:end]
-        return replace(self, suite=tuple(m for m in self.suite if m.motion.motion_id in names))
+        motion_ids = self.motion_ids[first:end]
+        return replace(self, suite=tuple(m for m in self.suite if m.motion.motion_id in motion_ids))
 
     def named(self, slug: str) -> Variant:
         """Return the variant of the grid with a name; `InputError` if there is none."""
         variants = {variant.slug: variant for variant in expand_grid(self.study.grid)}
         if slug not in variants:
-            raise InputError(f"{slug}: not a variant of the grid")
+            raise InputError(f"{slug}: not a variant of the grid (`skewbridge plan` lists them)")
         return variants[slug]
 
     def tasks(self, of: Variant | str) -> list[Task]:
@@ -177,7 +177,7 @@ class StudySetup:
         return tasks
 
     def planned_tasks(self, slug: str) -> list[Task]:
-        """Return the `tasks` of one variant that the study runs: all, or as in `motions.blocks`."""
+        """Return `tasks` of a variant that the study runs: all, or those of `motions.blocks`."""
         runs = [
             (motion.motion.motion_id, motion.scale, angle)
             for motion, angle in product(self.suite, self.study.motions.incidence_deg)
@@ -197,11 +197,11 @@ class StudySetup:
         return None
 
     def _for_bridge(self, bridge: str, motion: SuiteMotion) -> SuiteMotion:
-        at_1, scale = self.measures[bridge, motion.motion.motion_id], motion.scale
+        measures, scale = self.measures[bridge, motion.motion.motion_id], motion.scale
         if self.ida:
-            low, high = search_limits(self.ida, replace(motion, scale=1.0, measures=at_1))
+            low, high = search_limits(self.ida, replace(motion, scale=1.0, measures=measures))
             scale = sqrt(low * high)
-        return replace(motion, scale=scale, measures=scaled_measures(at_1, scale))
+        return replace(motion, scale=scale, measures=scaled_measures(measures, scale))
 
 
 # ---- Forecast of processor time
@@ -223,10 +223,10 @@ def analyses_s(study: StudyConfig, durations_s: Sequence[float]) -> float:
         runs = planned_runs(study.grid, study.motions, unread(len(durations_s)))
         per_motion = sum(map(len, runs.values())) / len(runs) / len(durations_s)
     longest_s, later_s = study.analysis.duration_s or inf, study.analysis.free_vibration_s
-    numbers = Counter(variant.abutment for variant in expand_grid(study.grid))
+    n_variants = Counter(variant.abutment for variant in expand_grid(study.grid))
     return per_motion * sum(
-        number * forecast_s(min(length_s, longest_s) + later_s, abutment, study.analysis)
-        for abutment, number in numbers.items()
+        n * forecast_s(min(length_s, longest_s) + later_s, abutment, study.analysis)
+        for abutment, n in n_variants.items()
         for length_s in durations_s
     )
 
@@ -241,8 +241,8 @@ def check_plan(study: StudyConfig, durations_s: Sequence[float]) -> tuple[int, f
         return 0, 0.0  # the reference accuracy has settings that scheme paper refuses
     variants = expand_grid(study.grid)
     abutment = max((variant.abutment for variant in variants), key=list(ABUTMENTS).index)
-    counted = durations_s[: study.design.first] if study.design.until else durations_s
-    budget_s = CHECK_SHARE * analyses_s(study, counted)
+    counted_s = durations_s[: study.design.first] if study.design.until else durations_s
+    budget_s = CHECK_SHARE * analyses_s(study, counted_s)
     window_s = min(check.window_s or inf, max(durations_s), settings.duration_s or inf)
     row_s = CPU_S_PER_STEP * window_s / NUMERICS["reference"]["analysis"]["dt_s"]
     row_s += REPEATS_AT_DEFAULT * forecast_s(window_s, abutment, settings)
@@ -258,8 +258,8 @@ def sampled(tasks: Sequence[Task], count: int) -> list[Task]:
         return motion.measures[PGV], motion.motion.motion_id, task.incidence_deg
 
     ranked = sorted(tasks, key=strength)
-    parts = min(count, len(ranked))
-    return [ranked[(2 * i + 1) * len(ranked) // (2 * parts)] for i in range(parts)]
+    n_samples = min(count, len(ranked))
+    return [ranked[(2 * i + 1) * len(ranked) // (2 * n_samples)] for i in range(n_samples)]
 
 
 def analyse_variant(setup: StudySetup, slug: str, output: Path) -> None:
@@ -273,19 +273,19 @@ def run_in_journal(
 ) -> list[Row]:
     """Run the analyses that are not in a journal, longest first; return all rows in task order.
 
-    ``name`` is the name of the journal for new rows. With ``of_variant``, it is a variant, only its
-    own journals are read (else all of the study), and in an IDA each task starts a search.
+    ``name`` is the journal of new rows. With ``of_variant``, it is the name of a variant, only its
+    journals are read (else all of the study), and in an IDA each task starts a search.
     `InputError` if the journal is locked or unwritable.
     """
     folder, ida = setup.folder, setup.ida if of_variant else None
-    main, searches = folder.journal(name), folder.journal(f"{name}_searches")
+    main_path, searches_path = folder.journal(name), folder.journal(f"{name}_searches")
     by_key = {run_key(task): task for task in sorted(tasks, key=lambda task: -task.analysed_s)}
-    with open_journal(main, PREDECESSOR_S) as journal:
-        content = read_content([main, searches] if of_variant else folder.journals)
+    with open_journal(main_path, PREDECESSOR_S) as journal:
+        content = read_content([main_path, searches_path] if of_variant else folder.journals)
         for sentence in content.sentences:
             logger.warning("%s: %s", name, sentence)
         journal_rows = content.rows
-        finished = before = len(by_key.keys() & journal_rows.keys())
+        finished = n_before = len(by_key.keys() & journal_rows.keys())
         began_s = logged_s = time.monotonic()
 
         def on_finished(row: Row) -> None:
@@ -297,7 +297,7 @@ def run_in_journal(
             finished += row["run_key"] in by_key  # rows that a search adds do not count
             if time.monotonic() - logged_s > LOG_INTERVAL_S:
                 logged_s = time.monotonic()
-                progress_logger.info("%s: %s", name, _progress(by_key, before, finished, began_s))
+                progress_logger.info("%s: %s", name, _progress(by_key, n_before, finished, began_s))
 
         try:
             rows = run_tasks(
@@ -307,10 +307,10 @@ def run_in_journal(
                 workers=Workers(setup.workers, setup.study.batches.no_progress_s),
                 log_folder=folder.solver_logs / name,
                 on_finished=on_finished,
-                search=ida and partial(search_capacity, ida, journal_rows, searches),
+                search=ida and partial(search_capacity, ida, journal_rows, searches_path),
             )
         finally:
-            progress_logger.info("%s: %s", name, _progress(by_key, before, finished, began_s))
+            progress_logger.info("%s: %s", name, _progress(by_key, n_before, finished, began_s))
     # rows from journals and of equal tasks take the names and measures of their own task
     return [
         row_of_task(row, at_factor(task, row["scale"]) if ida else task, row["run_key"])
@@ -321,12 +321,12 @@ def run_in_journal(
 
 def _progress(tasks: Sized, before: int, finished: int, began_s: float) -> str:
     """Return a text on the progress of a job; ``before`` tasks were finished when it began."""
-    new, remaining = finished - before, len(tasks) - finished
-    per_min = new / max(time.monotonic() - began_s, 1e-9) * 60
+    n_new, n_left = finished - before, len(tasks) - finished
+    per_min = n_new / max(time.monotonic() - began_s, 1e-9) * 60
     text = f"{finished} of {len(tasks)} analyses done"
     text += f" ({before} in earlier runs)" if before else ""
-    text += f", {per_min:.1f} per minute" if new else ""
-    return text + (f", {remaining / per_min:.0f} min left" if new and remaining else "")
+    text += f", {per_min:.1f} per minute" if n_new else ""
+    return text + (f", {n_left / per_min:.0f} min left" if n_new and n_left else "")
 
 
 def run_command(row: Mapping[str, Any]) -> str:

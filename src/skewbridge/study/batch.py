@@ -90,7 +90,7 @@ def row_of_task(row: Row, task: Task, key: str) -> Row:
 def _guarded(
     work: Work | None, log_folder: Path, no_progress_s: float, task: Task, key: str
 ) -> list[Row]:
-    """Return the rows of a task from a worker that ends with its parent or when it hangs."""
+    """Return the rows of a task; the worker that runs it ends with its parent or when it hangs."""
     hush_exit_message()
     end_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
@@ -137,8 +137,8 @@ def search_capacity(
         else:
             row = analysed_row(trial, key, log_folder)
             if key != first_key:
-                with open_journal(journal, patience_s=60.0) as lines:  # other searches write to it
-                    lines.append(row)
+                with open_journal(journal, patience_s=60.0) as writer:  # other searches write to it
+                    writer.append(row)
         rows.append(row)
         return not row[COMPLETE] or row[ida.ida_demand] >= ida.ida_threshold
 
@@ -204,8 +204,8 @@ def run_tasks(
             run([key], 1)
         except BrokenProcessPool as error:
             is_hung = len(ended) > ended_before or signal.SIGALRM.name in str(error)
-            died = "two worker processes died in this analysis"
-            reason = f"no progress for {workers.no_progress_s:g} s" if is_hung else died
+            crash_text = "two worker processes died in this analysis"
+            reason = f"no progress for {workers.no_progress_s:g} s" if is_hung else crash_text
             row = _NO_DEMANDS | no_result("crash", reason) | {"wall_s": math.nan, "cpu_s": math.nan}
             keep(key, [row_of_task(row, tasks[key], key)])
 

@@ -93,10 +93,10 @@ class StudyFolder:
         """Input files of the page as a dictionary, without the figures in their separate folder."""
         files = ("captions", "demands", "suite", "contact_checks", "checks", "sensitivity")
         fits = ("curves", "effects", "needed_motions", "intensity_effects", "input_notes", "suites")
-        more = ("system", "joint", "shear_models", "alternatives", "rates", "rate_effects")
+        optional = ("system", "joint", "shear_models", "alternatives", "rates", "rate_effects")
         return {
             **{name: getattr(self, name) for name in files},
-            **{name: self.fragility(name) for name in (*fits, *more)},
+            **{name: self.fragility(name) for name in (*fits, *optional)},
             "medians": self.fragility("median_effects"),
         }
 

@@ -80,9 +80,9 @@ def useless_axes(config: StudyConfig) -> Iterator[str]:
     """Yield a warning for each bridge on which a compared gap or friction does not act."""
     for name, axis in product(config.grid.bridge, ("gap_mm", "friction")):
         bridge = load_structure(name)
-        about = bridge.description
-        is_taken = about.takes_gap if axis == "gap_mm" else bool(about.seats_m)
-        if len(config.grid.values()[axis]) > 1 and not is_taken:
+        description = bridge.description
+        has_effect = description.takes_gap if axis == "gap_mm" else bool(description.seats_m)
+        if len(config.grid.values()[axis]) > 1 and not has_effect:
             yield f"{axis} of the grid has no effect on {bridge.name}: none of its joints uses it"
 
 
@@ -112,11 +112,11 @@ def select_motions(config: StudyConfig, cache: Path | None) -> None:
     if section is None:
         return
     target, sources = Path(section.target), list(map(Path, section.candidates))
-    without = Path(section.without) if section.without else None
-    state = digest_of(
+    excluded = Path(section.without) if section.without else None
+    input_digest = digest_of(
         canonical(asdict(section)),
         layer_digest(("errors.py", "units.py", "files", "motions")),
-        files_digest(target, *([without / INDEX_NAME] if without else [])),
+        files_digest(target, *([excluded / INDEX_NAME] if excluded else [])),
         *(
             content_digest(source, None, cache and cache.with_stem(f"candidates{number}"))
             for number, source in enumerate(sources)
@@ -124,20 +124,20 @@ def select_motions(config: StudyConfig, cache: Path | None) -> None:
     )
     index = folder.selected / INDEX_NAME
     is_written = folder.selection.is_file() and index.is_file()
-    if is_written and read_json(folder.selection).get("state") == state:
+    if is_written and read_json(folder.selection).get("state") == input_digest:
         return
     # here: it loads scipy.signal
     from skewbridge.motions import selection
 
     levels = selection.select_motions(
-        target, section.values, sources, section.count, folder.selected, without
+        target, section.values, sources, section.count, folder.selected, excluded
     )
     summaries = [level.summary for level in levels]
     for summary in summaries:
         if not summary["within_tolerances"]:
             text = "motions.selection: pairs at %.3g g exceed the tolerances: add candidates"
             logger.warning(text, summary["level_g"])
-    write_text(folder.selection, json.dumps({"state": state, "levels": summaries}, indent=1))
+    write_text(folder.selection, json.dumps({"state": input_digest, "levels": summaries}, indent=1))
 
 
 def _check_column(key: str, name: str, columns: Iterable[Column]) -> None:
@@ -156,7 +156,7 @@ def _check_limit_states(path: Path) -> None:
 
 
 def band_medians(study: StudyConfig) -> tuple[float, ...]:
-    """Return the medians (Sa_avg in g) around which the levels are, or () if they are not known.
+    """Return the median capacities (Sa_avg in g) that centre the levels, or () if not yet known.
 
     They come from the configuration, an earlier study, or finished trial runs (`run_pilot`).
     """
@@ -169,11 +169,11 @@ def band_medians(study: StudyConfig) -> tuple[float, ...]:
 
 
 def medians_of(study: StudyConfig, demands: pd.DataFrame) -> tuple[float, ...]:
-    """Return rough medians (Sa_avg in g), one per bridge and headline state with runs near it.
+    """Return rough median capacities (Sa_avg in g), one per bridge and headline state.
 
-    It is the level with the fewest runs on the wrong side: exceeding below, or not exceeding above.
-    A state is left out if this level is below all runs. If it is above them, the largest level of a
-    run is taken, provided that a demand reaches `NEAR` of the capacity.
+    Each is the level with the fewest runs on the wrong side: exceeding below, or not exceeding
+    above. A state is left out if this level is below all runs. If it is above all runs, it is the
+    largest level of a run, provided that a demand reaches `NEAR` times the capacity.
     """
     demands = with_derived_columns(demands).sort_values(LEVEL_MEASURE)
     states = load_limit_states(Path(study.fragility.limit_states))
@@ -184,12 +184,12 @@ def medians_of(study: StudyConfig, demands: pd.DataFrame) -> tuple[float, ...]:
         for state in (s for s in states if s.key in HEADLINE_STATES):
             ratios = np.nan_to_num(rows[state.demand].to_numpy(np.float64) / state.threshold)
             exceeds = ratios >= 1.0
-            below = np.concatenate([[0], np.cumsum(exceeds)])
-            errors = below + np.concatenate([np.cumsum(~exceeds[::-1])[::-1], [0]])
+            n_exceed_below = np.concatenate([[0], np.cumsum(exceeds)])
+            errors = n_exceed_below + np.concatenate([np.cumsum(~exceeds[::-1])[::-1], [0]])
             nearest = int(errors.argmin())
             if nearest and (nearest < len(rows) or ratios.max() >= NEAR):
-                around = levels_g[nearest - 1 : nearest + 1]
-                medians.append(round(float(np.exp(np.log(around).mean())), 4))
+                levels_around = levels_g[nearest - 1 : nearest + 1]
+                medians.append(round(float(np.exp(np.log(levels_around).mean())), 4))
     return tuple(medians)
 
 
@@ -207,7 +207,7 @@ def run_pilot(study: StudyConfig, workers: int) -> tuple[float, ...]:
     ]
     medians_g = medians_of(study, pd.DataFrame(rows))
     write_text(setup.folder.pilot, json.dumps(medians_g))
-    logger.info("medians of the trial runs: %s g", ", ".join(f"{median:g}" for median in medians_g))
+    logger.info("median Sa_avg of the trial runs: %s g", ", ".join(map("{:g}".format, medians_g)))
     return medians_g
 
 
@@ -232,20 +232,20 @@ def _write_motions(study: StudyConfig, medians_g: Sequence[float]) -> None:
             names = ", ".join(sorted(useless))
             logger.warning("random properties without effect on the script %s: %s", name, names)
     t1_s = load_structure(CONDITIONING_BRIDGE).t1_s
-    suite = designed = prepare_suites(motions, t1_s=t1_s, medians_g=medians_g)
+    suite = scaled = prepare_suites(motions, t1_s=t1_s, medians_g=medians_g)
     if motions.design == "cloud":
-        designed = suite.assign(scale=1.0)
+        scaled = suite.assign(scale=1.0)
     elif motions.design == "stripes":
-        designed = striped(suite, motions.stripes_g)
-    factors = designed["scale"]
-    counts = len(suite), len(designed)
+        scaled = striped(suite, motions.stripes_g)
+    factors = scaled["scale"]
+    counts = len(suite), len(scaled)
     logger.info("%d motions, %d rows, factors %.2f to %.2f", *counts, factors.min(), factors.max())
-    write_suite(designed, folder.suite)
-    distinct = {motion.motion.motion_id: motion.motion for motion in read_suite(folder.suite)}
+    write_suite(scaled, folder.suite)
+    motion_by_id = {motion.motion.motion_id: motion.motion for motion in read_suite(folder.suite)}
     periods_s = {name: load_structure(name).t1_s for name in study.grid.bridge}
     intensities = [
         {"bridge": name, "motion_id": motion_id, **motion_measures(motion, t1_s)}
         for name, t1_s in periods_s.items()
-        for motion_id, motion in distinct.items()
+        for motion_id, motion in motion_by_id.items()
     ]
     write_frame(pd.DataFrame(intensities), folder.intensities, provenance())

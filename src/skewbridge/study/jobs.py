@@ -64,10 +64,10 @@ def _recipes() -> dict[str, Recipe]:
         """Return names with each group replaced by its members."""
         return tuple(member for name in names for member in groups.get(name, (name,)))
 
-    for name, parts in content["groups"].items():  # a group may contain earlier groups
-        groups[name] = spelled(parts)
+    for name, members in content["groups"].items():  # a group may contain earlier groups
+        groups[name] = spelled(members)
     return {
-        rule: Recipe(**{kind: spelled(names) for kind, names in recipe.items()})
+        rule: Recipe(**{field: spelled(names) for field, names in recipe.items()})
         for rule, recipe in content["rules"].items()
     }
 
@@ -76,7 +76,7 @@ RECIPES: Final[Mapping[str, Recipe]] = _recipes()
 
 
 def made_from(study: StudyConfig) -> dict[str, dict[str, str]]:
-    """Return for each rule a dictionary of the digests of everything its outputs depend on.
+    """Return, for each rule, the digests (by name) of everything that its outputs depend on.
 
     They are parameters of the rules, so that Snakemake reruns rules whose digests have changed.
     """

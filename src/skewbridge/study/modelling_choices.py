@@ -76,7 +76,7 @@ class Choice:
             return []
         before, configured = _effective(task), self.configured_in(task)
         acts = all(_ACTS_ON[name](task) for name in self.acts_on)
-        if not acts or any(getattr(before[1], key) != v for key, v in self.needs.items()):
+        if not acts or any(getattr(before[1], key) != needed for key, needed in self.needs.items()):
             return []
         other_values = [value for value in self.values if value != configured]
         return [value for value in other_values if _effective(self.set_in(task, value)) != before]
@@ -136,7 +136,7 @@ _COMPARED: Final = list(CHOICE_COLUMNS)[:6]
 
 
 def choice_pairs(tasks: Sequence[Task], choices: Sequence[Choice] = CHOICES) -> Iterator[TaskPair]:
-    """Yield each analysis with each alternative of each choice that acts on it."""
+    """Yield pairs of analyses: as configured, and with one alternative of one modelling choice."""
     for task, choice in product(tasks, choices):
         configured = choice_text(choice.key, choice.configured_in(task))
         for value in choice.alternatives(task):
@@ -147,7 +147,7 @@ def choice_pairs(tasks: Sequence[Task], choices: Sequence[Choice] = CHOICES) -> 
 def axis_pairs(
     setup: StudySetup, slug: str, axes: Mapping[str, Sequence[float]], count: int
 ) -> Iterator[TaskPair]:
-    """Yield pairs of analyses of a variant at the ends of each axis that has several values.
+    """Yield pairs of analyses of a variant at the smallest and largest value of each varied axis.
 
     Analyses without friction are also paired with friction at walls only and at keys only.
     """
@@ -186,9 +186,9 @@ def chosen_variants(variants: Iterable[Variant]) -> list[str]:
     for variant in variants:
         by_bridge.setdefault(variant.bridge_name, []).append(variant)
     slugs: list[str] = []
-    for of_bridge in by_bridge.values():
-        hardest = max(map(rank, of_bridge))
-        by_skew = {abs(one.skew_deg): one.slug for one in of_bridge if rank(one) == hardest}
+    for group in by_bridge.values():
+        top = max(map(rank, group))
+        by_skew = {abs(variant.skew_deg): variant.slug for variant in group if rank(variant) == top}
         skews = sorted(by_skew)
         slugs += dict.fromkeys((by_skew[skews[len(skews) // 2]], by_skew[skews[-1]]))
     return slugs
@@ -215,14 +215,14 @@ def write_choices(
 def choices_table(pairs: Sequence[TaskPair], rows: Mapping[str, Mapping[str, Any]]) -> pd.DataFrame:
     """Return the ratios of the demands, one row per compared value and demand.
 
-    ``rows`` maps each `run_key` to a row of the demands table. Each pair counts once, and only if
-    its demands are peaks over the whole motion.
+    ``rows`` maps each `run_key` to a row of the demands table. A pair is used once, and only if
+    the demands of both rows are peaks over the whole motion.
     """
     distinct = {
         (*labels.values(), run_key(before), run_key(after)): (labels, before, after)
         for labels, before, after in pairs
     }
-    compared: list[dict[str, Any]] = []
+    rows_of_pairs: list[dict[str, Any]] = []
     for labels, task, changed in distinct.values():
         runs = rows[run_key(task)], rows[run_key(changed)]
         keys = {"bridge": task.variant.bridge_name, "abutment": task.variant.abutment, **labels}
@@ -230,15 +230,15 @@ def choices_table(pairs: Sequence[TaskPair], rows: Mapping[str, Mapping[str, Any
         failed = any(row["status"] != OK or row[BEYOND_MODEL] for row in runs)
         for demand in demands_for("effect"):
             has_ratio = not failed and all(float(row[demand]) > 0.0 for row in runs)
-            log = np.log(runs[1][demand] / runs[0][demand]) if has_ratio else np.nan
-            compared.append(keys | {"demand": demand, "log": log, "failed": failed})
-    table = pd.DataFrame(compared)
-    logs = table.groupby([*_COMPARED, "demand"], sort=False)
+            log_ratio = np.log(runs[1][demand] / runs[0][demand]) if has_ratio else np.nan
+            rows_of_pairs.append(keys | {"demand": demand, "log": log_ratio, "failed": failed})
+    table = pd.DataFrame(rows_of_pairs)
+    groups = table.groupby([*_COMPARED, "demand"], sort=False)
     by_motion = table.groupby([*_COMPARED, "demand", "motion"], sort=False)["log"].mean()
     means = by_motion.groupby([*_COMPARED, "demand"], sort=False).agg(["mean", "sem", "count"])
     half_width = means["sem"] * student.ppf(0.5 + CHOICE_CONFIDENCE / 2, means["count"] - 1)
-    ends = {"ci_low": means["mean"] - half_width, "ci_high": means["mean"] + half_width}
-    spread = {"lowest": logs["log"].min(), "highest": logs["log"].max()}
-    ratios = pd.DataFrame({"ratio": logs["log"].mean()} | ends | spread).apply(np.exp)
-    counts = logs.agg(n=("log", "count"), n_failed=("failed", "sum"), n_pairs=("failed", "size"))
+    limits = {"ci_low": means["mean"] - half_width, "ci_high": means["mean"] + half_width}
+    spread = {"lowest": groups["log"].min(), "highest": groups["log"].max()}
+    ratios = pd.DataFrame({"ratio": groups["log"].mean()} | limits | spread).apply(np.exp)
+    counts = groups.agg(n=("log", "count"), n_failed=("failed", "sum"), n_pairs=("failed", "size"))
     return ratios.join(counts).reset_index()

@@ -100,26 +100,26 @@ def forecast_study(config: StudyConfig) -> StudyProgress:
         trials = most_trials(config.motions.level_range_g)
         notes = (*notes, f"Each count is a search of up to {trials} analyses; the cost covers all.")
     speed = measured_speed(state.rows, config.analysis)
-    parts_s = {
+    expected_s = {
         "analyses": trials * analyses_s(config, durations_s),
         "checks": check_plan(config, durations_s)[1],
         "other": START_S + TAIL_S + (JOB_START_S + TAIL_S_PER_VARIANT) * len(keys),
     }
-    cpu_s = {name: round(speed * part_s, 1) for name, part_s in parts_s.items()}
+    cpu_s = {name: round(speed * time_s, 1) for name, time_s in expected_s.items()}
     analyses, remaining = (trials * state.summary[name] for name in ("analyses", "left"))
     left_s = cpu_s["analyses"] * remaining / max(analyses, 1)
     is_made = not remaining and folder.report.is_file()
-    rest_s = 0.0 if is_made else cpu_s["checks"] + cpu_s["other"]
+    other_s = 0.0 if is_made else cpu_s["checks"] + cpu_s["other"]
     summary = state.summary | {"core_hours": round(sum(cpu_s.values()) / 3600, 4), "cpu_s": cpu_s}
-    summary["eta_s"] = round((left_s + rest_s) / CORES, 1)
+    summary["eta_s"] = round((left_s + other_s) / CORES, 1)
     summary["disk_mb"] = round(analyses * DISK_KB_PER_ANALYSIS / 1024, 1)
     return replace(state, summary=summary, notes=notes)
 
 
 def measured_speed(rows: Iterable[Row], settings: AnalysisSettings, time: str = "cpu_s") -> float:
-    """Return measured time (column ``time``) / expected time of all rows; 1 without rows."""
-    names = (time, "duration_s")
-    timed = [row for row in rows if all((row[name] or 0.0) > 0.0 for name in names)]
+    """Return the measured (column ``time``) / expected time of all rows; 1 without timed rows."""
+    needed = (time, "duration_s")
+    timed = [row for row in rows if all((row[name] or 0.0) > 0.0 for name in needed)]
     expected_s = sum(forecast_s(row["duration_s"], row["abutment"], settings) for row in timed)
     return sum(row[time] for row in timed) / expected_s if timed else 1.0
 
@@ -162,7 +162,7 @@ def analysis_keys(config: StudyConfig) -> tuple[Mapping[str, Sequence[str]], Seq
 
 
 def _length_s(entry: IndexEntry) -> float:
-    """Return the length of a listed motion; one without files is not generated for it."""
+    """Return the length (s) of a listed motion, without generating a motion that has no files."""
     if entry.components or not (entry.dt_s and entry.npts.isdigit()):
         return read_entry(entry).duration_s
     return entry.dt_s * int(entry.npts)

@@ -51,13 +51,13 @@ def sampled_rows(
 
     Motions are cut to their strongest `window_s`, unless it is None or the analysis is shorter.
     """
-    numbers = np.linspace(0, len(slugs) - 1, count).round().tolist() if slugs else []
-    rows: list[Task] = []
-    for row, number in enumerate(numbers):
+    variant_numbers = np.linspace(0, len(slugs) - 1, count).round().tolist() if slugs else []
+    cut_tasks: list[Task] = []
+    for row, number in enumerate(variant_numbers):
         tasks = setup.planned_tasks(slugs[int(number)])
         tasks.sort(key=lambda task: -task.motion.measures[PGV])
-        rows.append(in_window(tasks[row % len(tasks)], window_s))
-    return rows
+        cut_tasks.append(in_window(tasks[row % len(tasks)], window_s))
+    return cut_tasks
 
 
 def in_window(task: Task, window_s: float | None) -> Task:
@@ -65,9 +65,9 @@ def in_window(task: Task, window_s: float | None) -> Task:
     if window_s is None or task.analysed_s <= window_s:
         return task
     motion = task.motion.motion
-    cut = cut_to_strongest(motion, window_s, free_vibration_s=0.0)
+    cut_motion = cut_to_strongest(motion, window_s, free_vibration_s=0.0)
     name = f"{motion.motion_id}_strongest_{window_s:g}s"
-    return replace(task, motion=replace(task.motion, motion=replace(cut, motion_id=name)))
+    return replace(task, motion=replace(task.motion, motion=replace(cut_motion, motion_id=name)))
 
 
 def write_sensitivity(setup: StudySetup, slugs: Sequence[str], output: Path) -> None:
@@ -88,8 +88,9 @@ def write_sensitivity(setup: StudySetup, slugs: Sequence[str], output: Path) -> 
 def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
     """Return the changes of the demands, one row per demand.
 
-    ``rows`` is a demands table with the columns ``row`` (number) and ``change`` (of `REPEATS`).
-    A row is not compared with a repeat in which a column fails in another cycle of the motion.
+    ``rows`` is a demands table with two further columns: ``row``, the number of the repeated row,
+    and ``change``, a key of `REPEATS`. Two repeats are not compared if a column fails in different
+    cycles of the motion.
     """
     ran = rows[rows["status"].isin(RAN)]
     ends_s = ran.set_index(["row", "change"])["beyond_model_s"].unstack().fillna(np.inf)

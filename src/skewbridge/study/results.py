@@ -141,7 +141,7 @@ def _read_demands(
 
 
 def _limit_states(path: Path) -> States:
-    """Return the limit states in a file, or in the package's file if a study folder has none."""
+    """Return the limit states in a file; the default file may be missing (then the package's)."""
     default = Path("config/limit_states.yaml")
     packaged = path == default and not path.is_file()
     return load_limit_states(starter_files() / default if packaged else path)
@@ -239,9 +239,9 @@ def compare_studies(
         raise InputError(_nothing_shared(tables[0], tables[1], demand_table.axis_names(demands)))
     change = {"axis": STUDY, "from_value": 0.0, "to_value": 1.0}
     effects: list[dict[str, Any]] = []
-    for model, of_bridge in demand_table.models_of(pairs):
-        of_model = Pairs(model | change, of_bridge)
-        effects += demand_effects(of_model, names=names, settings=settings, reference_im={})[0]
+    for model, model_pairs in demand_table.models_of(pairs):
+        named_pairs = Pairs(model | change, model_pairs)
+        effects += demand_effects(named_pairs, names=names, settings=settings, reference_im={})[0]
     variant_keys = [*demand_table.BRIDGE_COLUMNS, *demand_table.axis_names(demands)]
     paired = demands.merge(pairs[[*variant_keys, *demand_table.LOADING_COLUMNS]].drop_duplicates())
     runs, notes = demand_table.prepared(paired, [state.demand for state in states], settings)
@@ -285,16 +285,16 @@ def _other_motions(first: Path, second: Path) -> tuple[str, ...]:
 
 def _nothing_shared(first: pd.DataFrame, second: pd.DataFrame, axes: Sequence[str]) -> str:
     """Return the message for studies without pairs, with the shared variants and motions."""
-    kinds = {
+    key_columns = {
         "variants": [*demand_table.BRIDGE_COLUMNS, *axes],
         "motions": ["motion_id"],
         "motions with the same scale and incidence": [*demand_table.LOADING_COLUMNS],
     }
-    distinct = {
+    keys_of_studies = {
         name: [table.reindex(columns=columns).drop_duplicates() for table in (first, second)]
-        for name, columns in kinds.items()
+        for name, columns in key_columns.items()
     }
-    shared = ", ".join(f"{len(a.merge(b))} {name}" for name, (a, b) in distinct.items())
+    shared = ", ".join(f"{len(a.merge(b))} {name}" for name, (a, b) in keys_of_studies.items())
     reason = "(the scale of a motion follows from the number of motions and the range of levels)"
     return f"the studies have no run in common; they share {shared} {reason}"
 

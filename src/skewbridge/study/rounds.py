@@ -74,11 +74,11 @@ def targets(
     looks: Sequence[int],  # number of motions at each look
     level: float,  # two-sided joint level of all intervals of a cell
 ) -> tuple[pd.DataFrame, list[dict[str, int]]]:
-    """Return the pooled effects and, for each, the motions of each variant that decide it.
+    """Return the pooled effects and, for each, the number of motions by variant that decides it.
 
-    ``needed`` is the number of motions if all pairs of variants get the same. Pairs with small
-    scatter or long analyses get fewer (Neyman 1934). No motions are planned for a decided effect,
-    or if the probability of a decision after the last round is below `LEAST_CHANCE`.
+    Their column ``needed`` is the number of motions if all pairs of variants get the same. Pairs
+    with small scatter or long analyses get fewer (Neyman 1934). No motions are planned for a
+    decided effect, or if a decision after the last round is less likely than `LEAST_CHANCE`.
     """
     axes = axis_names(variants)
     pooled = effects[effects["scope"] == "pooled"].reset_index(drop=True)
@@ -95,25 +95,25 @@ def targets(
     by_effect: list[dict[str, int]] = []
     for row in pooled.to_dict("records"):
         cell = pairs[tuple(row[name] for name in CELL)]
-        ends = list(zip(cell["from_value_variant"], cell["to_value_variant"], strict=True))
-        now = max(min(motions[a], motions[b]) for a, b in ends)
+        pair_names = list(zip(cell["from_value_variant"], cell["to_value_variant"], strict=True))
+        n_now = max(min(motions[a], motions[b]) for a, b in pair_names)
         # the share of motions without an exact pair stays the same
-        per_exact = now / max(row["dof"] + 1, 1.0)
-        at_end = row | {"level": level_at_last}
-        number = motions_to_decide(at_end) * per_exact
-        fewest = motions_to_decide(at_end, LEAST_CHANCE) * per_exact
-        needed.append(float(np.ceil(number)))
+        motions_per_pair = n_now / max(row["dof"] + 1, 1.0)
+        at_last_look = row | {"level": level_at_last}
+        n_all = motions_to_decide(at_last_look) * motions_per_pair
+        n_least = motions_to_decide(at_last_look, LEAST_CHANCE) * motions_per_pair
+        needed.append(float(np.ceil(n_all)))
         by_effect.append({})
-        if row["verdict"] in DECIDED or not fewest <= looks[-1]:
+        if row["verdict"] in DECIDED or not n_least <= looks[-1]:
             continue
-        number = min(number, looks[-1])
+        n_all = min(n_all, looks[-1])
         scatter = cell["scatter"].fillna(0.0).to_numpy(dtype=np.float64)
         scatter = np.maximum(scatter, 1e-3 * scatter.max() + 1e-12)
-        root = np.sqrt([cost_s[a] + cost_s[b] for a, b in ends])
-        shares = scatter / root * np.sum(scatter * root) / np.sum(scatter**2)
-        for pair, share in zip(ends, shares.tolist(), strict=True):
+        sqrt_cost = np.sqrt([cost_s[a] + cost_s[b] for a, b in pair_names])
+        relative_n = scatter / sqrt_cost * np.sum(scatter * sqrt_cost) / np.sum(scatter**2)
+        for pair, ratio in zip(pair_names, relative_n.tolist(), strict=True):
             for name in pair:
-                most = max(by_effect[-1].get(name, 0), int(np.ceil(max(number, now + 1) * share)))
+                most = max(by_effect[-1].get(name, 0), int(np.ceil(max(n_all, n_now + 1) * ratio)))
                 by_effect[-1][name] = min(most, looks[-1])
     asked = [any(n > motions[name] for name, n in cell.items()) for cell in by_effect]
     return pooled.assign(needed=needed, asked=asked), by_effect
@@ -125,7 +125,7 @@ def _keys(table: pd.DataFrame, axes: Sequence[str]) -> list[tuple[Any, ...]]:
 
 
 def whole_blocks(by_variant: Mapping[str, int], bridges: Mapping[str, str]) -> dict[str, int]:
-    """Return the motions that decide one effect, equal for all variants of a bridge (blocks)."""
+    """Return the number of motions that decides an effect, the same in all variants of a bridge."""
     by_bridge: dict[str, int] = {}
     for slug, number in by_variant.items():
         by_bridge[bridges[slug]] = max(number, by_bridge.get(bridges[slug], 0))
@@ -144,8 +144,8 @@ def next_motions(
     Effects are added in order of the cost of a decision, while the round fits into ``time_s``.
     """
 
-    def left_s(cell: Mapping[str, int]) -> float:
-        return sum(max(n - motions[name], 0) * cost_s[name] for name, n in cell.items())
+    def left_s(effect_motions: Mapping[str, int]) -> float:
+        return sum(max(n - motions[name], 0) * cost_s[name] for name, n in effect_motions.items())
 
     following = dict(motions)
     for cell in sorted(by_effect, key=left_s):
@@ -165,10 +165,10 @@ def first_motions(
 
     A round that would take more than half of the time is split in two.
     """
-    of_one = sum(cost_s.values())
-    added = min(first - min(motions.values()), max(int(time_s / of_one), 0))
+    one_motion_s = sum(cost_s.values())
+    added = min(first - min(motions.values()), max(int(time_s / one_motion_s), 0))
     # a round of up to three motions is not split, because each round starts all jobs again
-    if added > 3 and added * of_one > time_s / 2:
+    if added > 3 and added * one_motion_s > time_s / 2:
         added = (added + 1) // 2
     return {name: max(n, min(first, n + added)) for name, n in motions.items()}
 
@@ -177,7 +177,7 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
     """Write the plan of a round (1, 2, ...) from the demands of all earlier rounds; log a line.
 
     A JSON object: ``motions`` of each variant before and after, ``analyses``, ``decided`` and
-    ``cells`` (pooled effects) so far, and ``ended``: decided, most or hours, or null.
+    ``cells`` (pooled effects) so far, and ``ended``, why the study ends, a key of `_ENDS` or null.
     """
     entered_s = time.monotonic()
     design, setup = study.design, StudySetup.of(study)
@@ -187,18 +187,18 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
     analyses = sum(len(setup.planned_tasks(slug)) for slug in slugs)
     per_motion = analyses / len(slugs) / len(setup.motion_ids)
     demands, speed = pd.DataFrame(), 1.0
-    own_s = dict.fromkeys(slugs, analyses_s(study, setup.durations_s) / analyses)
+    analysis_s = dict.fromkeys(slugs, analyses_s(study, setup.durations_s) / analyses)
     if earlier:
         demands = pd.concat(map(read_frame, earlier), ignore_index=True)
         mean_s = demands.groupby("variant")["wall_s"].mean()
-        own_s = {slug: float(mean_s.get(slug, mean_s.mean())) for slug in slugs}
+        analysis_s = {slug: float(mean_s.get(slug, mean_s.mean())) for slug in slugs}
         speed = measured_speed(records_of(demands), study.analysis, "wall_s")
     began_s, cores = map(float, os.environ.get(CLOCK, f"{time.time()} 1").split())
-    cost_s = {slug: own_s[slug] * per_motion / cores for slug in slugs}
+    cost_s = {slug: analysis_s[slug] * per_motion / cores for slug in slugs}
     cells, by_effect, ended = pd.DataFrame(), [], None
     is_first = min(motions.values()) < design.first
     if not is_first:
-        cells, by_effect = _looked_at(study, demands, plans, motions, own_s)
+        cells, by_effect = _looked_at(study, demands, plans, motions, analysis_s)
         if study.motions.blocks:
             bridges = {variant.slug: variant.bridge for variant in expand_grid(study.grid)}
             by_effect = [whole_blocks(cell, bridges) for cell in by_effect]
@@ -249,8 +249,8 @@ def _looked_at(
     names = list(dict.fromkeys(state.demand for state in states))
     rows = prepared(demands, names, settings).table
     headline = [state for state in states if state.key in HEADLINE_STATES]
-    of_demands = effect_tables(rows, demands_for("headline", rows.columns), settings).effects
-    effects = pd.concat([of_demands, median_effects(rows, headline, settings)], ignore_index=True)
+    on_demands = effect_tables(rows, demands_for("headline", rows.columns), settings).effects
+    effects = pd.concat([on_demands, median_effects(rows, headline, settings)], ignore_index=True)
     history = pd.DataFrame([cell for plan in plans for cell in plan["cells"]])
     effects = kept(at_looks(effects, looks, runs_per_motion(demands)), history)
     columns = ["bridge", "abutment", *axis_names(rows)]
@@ -261,20 +261,20 @@ def _looked_at(
 
 def round_line(plan: Mapping[str, Any]) -> str:
     """Return the log line of a round: decided effects, then the next analyses or the end."""
-    start, cells = f"round {plan['round']}: ", len(plan["cells"])
+    text, cells = f"round {plan['round']}: ", len(plan["cells"])
     if cells:
-        start += f"{plan['decided']} of {cells} decided; "
+        text += f"{plan['decided']} of {cells} decided; "
     if plan["ended"] is None:
         minutes = max(round(plan["forecast_s"] / 60), 1)
-        return f"{start}next {plan['analyses']} analyses, about {minutes} min"
+        return f"{text}next {plan['analyses']} analyses, about {minutes} min"
     undecided = cells - plan["decided"]
-    return start + _ENDS[plan["ended"]].format(left=undecided, hours=plan["hours"])
+    return text + _ENDS[plan["ended"]].format(left=undecided, hours=plan["hours"])
 
 
 def tables_of_round(folder: StudyFolder, plan: Path) -> list[Path]:
     """Return the demands tables that a round produces; none if the study ends with this plan."""
     content = read_json(plan)
-    changed = [slug for slug, (start, end) in content["motions"].items() if end > start]
+    changed = [slug for slug, (before, after) in content["motions"].items() if after > before]
     return [folder.round_demands(content["round"], slug) for slug in changed]
 
 

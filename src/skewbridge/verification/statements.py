@@ -37,7 +37,7 @@ FEWEST_VALUES: Final = 5  # with fewer values sign and rank tests cannot be sign
 
 
 class Verdict(NamedTuple):
-    """Verdict on a statement in one case; for several runs, it has the numbers at scale 1."""
+    """Verdict on a statement in one case; if from several runs, with the numbers at scale 1."""
 
     outcome: Outcome
     reason: str
@@ -66,23 +66,23 @@ def over_runs(verdicts: Mapping[Run | None, Verdict | None]) -> Verdict:
     if only := verdicts.get(None):
         return only
     judged = {run: verdict for run, verdict in verdicts.items() if run and verdict}
-    kinds: tuple[list[Outcome], list[Outcome]] = [], []
+    by_kind: tuple[list[Outcome], list[Outcome]] = [], []
     for run, verdict in judged.items():
-        kinds[run.scale is None].append(verdict.outcome)
-    scales, motions = ((len(kind), kind.count("agrees")) for kind in kinds)
-    parts = ((scales, "scales"), (motions, "other motions"))
-    text = ", ".join(f"{agree} of {total} {name}" for (total, agree), name in parts if total)
+        by_kind[run.scale is None].append(verdict.outcome)
+    scales, motions = ((len(kind), kind.count("agrees")) for kind in by_kind)
+    counts = ((scales, "scales"), (motions, "other motions"))
+    text = ", ".join(f"{agree} of {total} {name}" for (total, agree), name in counts if total)
     nominal = judged.get(NOMINAL, Verdict("undecidable", ""))
-    last = f"; at scale 1: {nominal.reason}" if nominal.reason else ""
+    at_scale_1 = f"; at scale 1: {nominal.reason}" if nominal.reason else ""
     outcome: Outcome = "undecidable"
     if len(judged) < FEWEST_RUNS:
         reason = f"only {len(judged)} of {len(verdicts)} runs meet the premise"
-        reason += f"; agrees in {text}{last}" if text else ""
+        reason += f"; agrees in {text}{at_scale_1}" if text else ""
     else:
-        outcomes = kinds[0] + kinds[1]
+        outcomes = by_kind[0] + by_kind[1]
         if (majority := max(outcomes, key=outcomes.count)) != "undecidable":
             outcome = majority if outcomes.count(majority) >= 0.9 * len(outcomes) else outcome
-        reason = f"agrees in {text}, disagrees in {outcomes.count('disagrees')}{last}"
+        reason = f"agrees in {text}, disagrees in {outcomes.count('disagrees')}{at_scale_1}"
     return Verdict(outcome, reason, nominal.value, nominal.reference, scales, motions)
 
 

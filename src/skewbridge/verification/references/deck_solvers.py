@@ -77,19 +77,19 @@ def make_deck(case: DeckCase) -> SkewDeck:
     length, width, skew = case.length_m, case.width_m, radians(case.skew_deg)
     inertia = case.mass_kg * (length**2 + (width / cos(skew)) ** 2) / 12.0
     mass = np.array([case.mass_kg, case.mass_kg, inertia])
-    speeds = 2.0 * pi / np.array([case.period_x_s, case.period_y_s, case.period_theta_s])
+    omegas = 2.0 * pi / np.array([case.period_x_s, case.period_y_s, case.period_theta_s])
     # In a flat impact both springs of an end act on the whole mass.
     zeta = kelvin_voigt_damping_ratio(case.restitution) if case.restitution else 0.0
     # The acute corner of the right end lies on the side to which the skew leans.
     side = np.array([1.0, 1.0, -1.0, -1.0])
-    lean = np.array([1.0, -1.0, 1.0, -1.0]) * (1.0 if skew >= 0.0 else -1.0)
-    y = 0.5 * width * lean
+    corner_sign = np.array([1.0, -1.0, 1.0, -1.0]) * (1.0 if skew >= 0.0 else -1.0)
+    y = 0.5 * width * corner_sign
     x = side * 0.5 * length + y * tan(skew)
     (nx, ny), (tx, ty) = (cos(skew), -sin(skew)), (sin(skew), cos(skew))
     return SkewDeck(
         mass=mass,
-        stiffness=mass * speeds**2,
-        damping=2.0 * case.damping_ratio * speeds * mass,
+        stiffness=mass * omegas**2,
+        damping=2.0 * case.damping_ratio * omegas * mass,
         corners_m=np.column_stack([x, y]),
         normal_rows=np.column_stack([-side * nx, -side * ny, -side * (ny * x - nx * y)]),
         tangent_rows=np.column_stack([np.full(4, tx), np.full(4, ty), ty * x - tx * y]),
@@ -112,19 +112,19 @@ class BaseAcceleration:
         """Return the acceleration (m/s2) at given times, shape (2, n)."""
         if record := self.record:
             pair = record.components
-            grid = record.dt_s * np.arange(len(pair[0]))
-            return np.array([np.interp(times_s, grid, accel, right=0.0) for accel in pair])
+            sample_s = record.dt_s * np.arange(len(pair[0]))
+            return np.array([np.interp(times_s, sample_s, accel, right=0.0) for accel in pair])
         wave = np.cos(2.0 * pi / self.period_s * times_s)
         return np.outer(self.amplitude_mps2, np.where(times_s <= self.period_s, wave, 0.0))
 
     def mean(self, starts_s: Floats, ends_s: Floats) -> Floats:
-        """Return means over intervals, shape (2, n); a record gives the mean of both ends."""
+        """Return means over intervals (m/s2), shape (2, n); for a record, means of end values."""
         if self.record:
             return 0.5 * (self.at(starts_s) + self.at(ends_s))
-        speed = 2.0 * pi / self.period_s
-        low, high = (np.clip(times_s, 0.0, self.period_s) for times_s in (starts_s, ends_s))
-        waves = np.sin(speed * high) - np.sin(speed * low)
-        return np.outer(np.array(self.amplitude_mps2) / speed, waves) / (ends_s - starts_s)
+        omega = 2.0 * pi / self.period_s
+        starts, ends = (np.clip(times_s, 0.0, self.period_s) for times_s in (starts_s, ends_s))
+        sine_changes = np.sin(omega * ends) - np.sin(omega * starts)
+        return np.outer(np.array(self.amplitude_mps2) / omega, sine_changes) / (ends_s - starts_s)
 
 
 def pulse_of(case: DeckCase) -> BaseAcceleration:
@@ -148,12 +148,12 @@ def _with_residual(
     """
     q, v, rows = history.q, history.v, deck.tangent_rows[:: 4 // tangentials_n.shape[1]]
     step = np.diff(q, axis=0)
-    contact = float(np.sum(normals_n * -np.diff(history.openings_m, axis=0)))
-    contact += float(np.sum(tangentials_n * np.diff(q @ rows.T, axis=0)))
+    contact_j = float(np.sum(normals_n * -np.diff(history.openings_m, axis=0)))
+    contact_j += float(np.sum(tangentials_n * np.diff(q @ rows.T, axis=0)))
     input_j = np.cumsum(np.sum(loads_n * step, axis=1))
-    lost = float(np.sum(deck.damping * _mid(v) * step)) + contact
-    stored = 0.5 * float(deck.mass @ v[-1] ** 2 + deck.stiffness @ q[-1] ** 2)
-    residual = (float(input_j[-1]) - lost - stored) / (float(np.abs(input_j).max()) or inf)
+    lost_j = float(np.sum(deck.damping * _mid(v) * step)) + contact_j
+    stored_j = 0.5 * float(deck.mass @ v[-1] ** 2 + deck.stiffness @ q[-1] ** 2)
+    residual = (float(input_j[-1]) - lost_j - stored_j) / (float(np.abs(input_j).max()) or inf)
     return history._replace(energy_residual_ratio=residual)
 
 
@@ -175,8 +175,8 @@ def run_deck_case(case_file: Path, out: Path) -> dict[str, Any]:
     case = read_case(case_file, DeckCase)
     excitation = None
     if case.motion is not None:
-        first, second = (file_of_case(case_file, name) for name in case.motion)
-        excitation = BaseAcceleration(record=read_motion(first, second))
+        file_1, file_2 = (file_of_case(case_file, name) for name in case.motion)
+        excitation = BaseAcceleration(record=read_motion(file_1, file_2))
     writable_file(out)
     history = run_deck(case, excitation)
     if not np.isfinite(history.q).all():
@@ -261,7 +261,7 @@ def build_deck(deck: SkewDeck, wall_offset_m: float = 0.0) -> None:
 def excite_deck(
     case: DeckCase, excitation: BaseAcceleration, system: str = "ProfileSPD"
 ) -> tuple[Floats, Floats]:
-    """Define load and analysis; return the step times and accelerations, shape (2, n)."""
+    """Define load and analysis; return the step times (s), (n,), and accelerations, (2, n)."""
     times = live.even_times(case.duration_s, case.dt_s)
     accel = shake(times, case.dt_s, excitation)
     # The default tolerance is far below every displacement of interest and far above rounding; the
@@ -271,7 +271,7 @@ def excite_deck(
 
 
 def shake(times_s: Floats, dt_s: float, excitation: BaseAcceleration) -> Floats:
-    """Accelerate the supports of `CENTRE`; return the accelerations, shape (2, n)."""
+    """Accelerate the supports of node `CENTRE`; return the accelerations (m/s2), shape (2, n)."""
     # Means over one step centred at each time: a jump between two steps keeps its impulse.
     accel = excitation.mean(times_s - 0.5 * dt_s, times_s + 0.5 * dt_s)
     accel[:, 0] = excitation.at(times_s[:1])[:, 0]
@@ -287,24 +287,24 @@ def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> History:
     deck = make_deck(case)
     times = live.even_times(case.duration_s, case.dt_s)
     # step x circular frequency of the deck on the two springs of an end: at most 0.01
-    inner = max(1, ceil(case.dt_s * case.contact_frequency_rad_per_s / 0.01))
+    n_parts = max(1, ceil(case.dt_s * case.contact_frequency_rad_per_s / 0.01))
     # The pulse ends with a jump: a step ends there.
-    jump = [excitation.period_s] if excitation.period_s < times[-1] else []
-    parts = times[:-1, None] + case.dt_s / inner * np.arange(inner)
-    fine_times = np.unique(np.concatenate([parts.ravel(), times[-1:], jump]))
+    jump_times = [excitation.period_s] if excitation.period_s < times[-1] else []
+    part_times = times[:-1, None] + case.dt_s / n_parts * np.arange(n_parts)
+    fine_times = np.unique(np.concatenate([part_times.ravel(), times[-1:], jump_times]))
     fine_times = fine_times[np.append(True, np.diff(fine_times) > 1e-12)]
     starts, ends = fine_times[:-1], fine_times[1:]
     # Accelerations at start, middle and end of each step, one-sided at jumps.
-    inside = 1e-9 * (ends - starts)
-    stages = (starts + inside, 0.5 * (starts + ends), ends - inside)
+    margins = 1e-9 * (ends - starts)
+    stage_times = (starts + margins, 0.5 * (starts + ends), ends - margins)
     accels = np.zeros((len(starts), 3, 6))  # step, stage, component of (q, v)
-    accels[:, :, 3:5] = np.stack([excitation.at(t).T for t in stages], axis=1)
+    accels[:, :, 3:5] = np.stack([excitation.at(t).T for t in stage_times], axis=1)
     # The state is (q, v). Without contact its rate is free @ state minus the acceleration.
     free = np.zeros((6, 6))
     free[:3, 3:] = np.eye(3)
     free[3:] = -np.hstack([np.diag(deck.stiffness / deck.mass), np.diag(deck.damping / deck.mass)])
-    spread = np.zeros((6, 8))  # rate per compression and friction of each corner
-    spread[3:] = np.vstack([deck.normal_rows, -deck.tangent_rows]).T / deck.mass[:, None]
+    per_force = np.zeros((6, 8))  # rate per compression and friction of each corner
+    per_force[3:] = np.vstack([deck.normal_rows, -deck.tangent_rows]).T / deck.mass[:, None]
     kn, kt, stick = case.normal_stiffness_n_per_m, case.kt_n_per_m, np.zeros(len(CORNERS))
 
     def contact(state: Floats) -> Floats | None:
@@ -315,12 +315,12 @@ def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> History:
         normals = -kn * openings - deck.dashpot_n_s_per_m * (deck.normal_rows @ state[3:])
         normals = np.where(openings < 0.0, np.maximum(0.0, normals), 0.0)
         limits = np.where(normals > 0.0, case.cohesion_n + case.friction * normals, 0.0)
-        trial = kt * (deck.tangent_rows @ state[:3] - stick)
-        return np.append(normals, np.maximum(-limits, np.minimum(limits, trial)))
+        trial_forces = kt * (deck.tangent_rows @ state[:3] - stick)
+        return np.append(normals, np.maximum(-limits, np.minimum(limits, trial_forces)))
 
     def rate(state: Floats, accel: Floats) -> Floats:
         forces, result = contact(state), free @ state - accel
-        return result if forces is None else result + spread @ forces
+        return result if forces is None else result + per_force @ forces
 
     state, rows = np.zeros(6), np.zeros((len(fine_times), 14))
     for k, h in enumerate((ends - starts).tolist()):
@@ -337,8 +337,8 @@ def run_penalty(case: DeckCase, excitation: BaseAcceleration) -> History:
             stick = stick - np.where(forces[:4] > 0.0, forces[4:] / kt, 0.0)
     q, v, normals, friction = np.split(rows, (3, 6, 10), axis=1)
     openings = case.gap_normal_m + q @ deck.normal_rows.T
-    half = 0.5 * float(np.median(ends - starts))
-    accel = excitation.mean(fine_times - half, fine_times + half)
+    half_step = 0.5 * float(np.median(ends - starts))
+    accel = excitation.mean(fine_times - half_step, fine_times + half_step)
     history = History(fine_times, q, v, openings, normals, friction)
     history = _with_trapezoidal_residual(deck, history, accel)
     return history.at(np.searchsorted(fine_times, times - 1e-12))._replace(t_s=times)
@@ -351,9 +351,9 @@ def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> History:
     """
     deck = make_deck(case)
     # with these steps the tabulated peaks for e <= 0.6 are within 0.05 % of the converged ones
-    parts = max(1, ceil(case.dt_s / 2.0e-5 - 1e-9))
+    n_parts = max(1, ceil(case.dt_s / 2.0e-5 - 1e-9))
     times = live.even_times(case.duration_s, case.dt_s)
-    dt_s = case.dt_s / parts
+    dt_s = case.dt_s / n_parts
     fine_times = live.even_times(case.dt_s * (len(times) - 1), dt_s)
     loads = np.zeros((len(fine_times) - 1, 3))
     loads[:, :2] = -deck.mass[:2] * excitation.mean(fine_times[:-1], fine_times[1:]).T
@@ -369,14 +369,14 @@ def run_lcp(case: DeckCase, excitation: BaseAcceleration) -> History:
 
     def mean_forces(forces_n: Floats) -> Floats:
         """Return mean forces over the steps of the case; the first row is for time zero."""
-        steps = forces_n[1:].reshape(len(times) - 1, parts, -1).mean(axis=1)
+        steps = forces_n[1:].reshape(len(times) - 1, n_parts, -1).mean(axis=1)
         return np.vstack([forces_n[:1], steps])
 
     # The friction of an end is divided between its corners in proportion to their compression.
     normals = mean_forces(history.normals_n)
-    ends = normals.reshape(-1, 2, 2)
-    totals = ends.sum(axis=2, keepdims=True)
-    shares = ends / np.where(totals > 0.0, totals, 1.0)
+    compression = normals.reshape(-1, 2, 2)
+    totals = compression.sum(axis=2, keepdims=True)
+    shares = compression / np.where(totals > 0.0, totals, 1.0)
     friction = (shares * mean_forces(history.tangentials_n)[:, :, None]).reshape(normals.shape)
-    sampled = history.at(slice(None, None, parts))
+    sampled = history.at(slice(None, None, n_parts))
     return sampled._replace(t_s=times, normals_n=normals, tangentials_n=friction)

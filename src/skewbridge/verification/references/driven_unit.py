@@ -66,15 +66,15 @@ def drive_unit(
         for row, row_dt in enumerate(np.diff(path[:, 0]).tolist(), start=1):
             # Before any motion the direction of slip is unknown, so the first interval takes at
             # least ten steps, the first of them tiny.
-            count = substeps if row > 1 else max(10, substeps)
-            shares = [1.0 / count] * count
+            n_steps = substeps if row > 1 else max(10, substeps)
+            fractions = [1.0 / n_steps] * n_steps
             if row == 1:
-                shares[:1] = [_START_SHARE / count, (1.0 - _START_SHARE) / count]
-            for share in shares:
-                next_dt = share * row_dt
+                fractions[:1] = [_START_SHARE / n_steps, (1.0 - _START_SHARE) / n_steps]
+            for fraction in fractions:
+                next_dt = fraction * row_dt
                 if next_dt != dt_s:
                     contacts.prepare(next_dt)
-                    ops.integrator("LoadControl", share)
+                    ops.integrator("LoadControl", fraction)
                     dt_s = next_dt
                 _analyze_to_next_row(row)
                 contacts.after_step(dt_s)
@@ -89,9 +89,9 @@ def follow_law(law: ContactLaw, path: Floats, *, substeps: int = 1) -> Floats:
     forces[0, 2] = law.kn_n_per_m * max(0.0, -law.gap_m - float(path[0, 3]))
     for row, ((x0, y0, z0), (x1, y1, z1)) in enumerate(pairwise(path[:, 1:].tolist()), start=1):
         for step in range(1, substeps + 1):
-            share = step / substeps
-            position = (x0 + share * (x1 - x0), y0 + share * (y1 - y0))
-            state = advance_pair(law, stick, position, law.gap_m + z0 + share * (z1 - z0))
+            fraction = step / substeps
+            position = (x0 + fraction * (x1 - x0), y0 + fraction * (y1 - y0))
+            state = advance_pair(law, stick, position, law.gap_m + z0 + fraction * (z1 - z0))
             stick, forces[row] = state.stick_m, (*state.force_n, state.normal_n)
     return forces
 
@@ -108,7 +108,7 @@ def rms_n(differences_n: Floats) -> float:
 
 
 def support_nodes(gap_m: float = 0.0) -> None:
-    """Define a fixed surface and a body at a distance along z."""
+    """Define a fixed node `SURFACE` and a node `BODY` at a distance of ``gap_m`` along z."""
     anchor, unused = 3, 4
     for node, z in ((SURFACE, 0.0), (BODY, gap_m), (anchor, 0.0), (unused, 0.0)):
         ops.node(node, 0.0, 0.0, z)

@@ -59,7 +59,7 @@ class RigidContacts:
     restitution: float
 
     def states(self, active: tuple[int, ...]) -> Generator[State]:
-        """Return the trial states of a step: contacts with an impulse, and slip of the groups."""
+        """Yield the trial states of a step: subsets of active contacts and slips of groups."""
         has_friction = self.friction > 0.0 or self.cohesion_n > 0.0
         groups = sorted({self.groups[i] for i in active}) if has_friction else []
         for flags in product((True, False), repeat=len(active)):
@@ -76,37 +76,37 @@ class RigidContacts:
         velocities after a step of length h without contact, `u_before` those before it.
         """
         count, size, closed = len(self.groups), len(u_free), list(state.closed)
-        impulses, columns, unknown = np.zeros(size), np.eye(size), [*closed]
+        impulses, directions, unknown = np.zeros(size), np.eye(size), [*closed]
         active = [self.groups[i] for i in state.active]
         cohesion_ns = {group: self.cohesion_n * h * active.count(group) for group in state.slip}
-        for group, motion in state.slip.items():
-            if motion == 0:
+        for group, slip in state.slip.items():
+            if slip == 0:
                 unknown.append(count + group)
                 continue
-            impulses[count + group] -= motion * cohesion_ns[group]
+            impulses[count + group] -= slip * cohesion_ns[group]
             for i in closed:
                 if self.groups[i] == group:
-                    columns[i, count + group] -= motion * self.friction
+                    directions[i, count + group] -= slip * self.friction
         if unknown:
             targets = np.zeros(len(unknown))
             targets[: len(closed)] = -self.restitution * u_before[closed]
-            basis, rows = columns[unknown].T, compliance[unknown]
+            basis, rows = directions[unknown].T, compliance[unknown]
             try:
                 sizes = np.linalg.solve(rows @ basis, targets - (u_free[unknown] + rows @ impulses))
             except np.linalg.LinAlgError:
                 return None
             impulses = impulses + basis @ sizes
-        after = u_free + compliance @ impulses
-        speed = _ROUNDING * max(float(np.abs(u).max()) for u in (after, u_free, u_before))
+        u_after = u_free + compliance @ impulses
+        u_tol = _ROUNDING * max(float(np.abs(u).max()) for u in (u_after, u_free, u_before))
         rounding = -_ROUNDING * float(np.abs(impulses).max())
-        opening = after + self.restitution * u_before
-        if impulses[closed].min(initial=0.0) < rounding or opening[[*state.active]].min() < -speed:
+        opening = u_after + self.restitution * u_before
+        if impulses[closed].min(initial=0.0) < rounding or opening[[*state.active]].min() < -u_tol:
             return None
-        for group, motion in state.slip.items():
+        for group, slip in state.slip.items():
             normal = float(sum(impulses[i] for i in closed if self.groups[i] == group))
             limit = self.friction * normal + cohesion_ns[group]
-            is_beyond = motion == 0 and abs(impulses[count + group]) > limit - rounding
-            if is_beyond or motion * after[count + group] < -speed:
+            is_beyond = slip == 0 and abs(impulses[count + group]) > limit - rounding
+            if is_beyond or slip * u_after[count + group] < -u_tol:
                 return None
         return impulses
 
@@ -127,29 +127,29 @@ def moreau_jean(
     rows = np.vstack([contacts.normal_rows, contacts.tangent_rows])
     iteration = cho_factor(mass + h_s * _THETA * damping + (h_s * _THETA) ** 2 * stiffness)
     spread = np.asarray(cho_solve(iteration, rows.T))
-    compliance, last = rows @ spread, State((), (), {})
+    compliance, state = rows @ spread, State((), (), {})
     # Velocity after a step without contact = keep @ v + pull @ q + push[step].
     inverse = np.asarray(cho_solve(iteration, np.eye(dofs)))
-    keep = np.eye(dofs) - h_s * inverse @ (damping + _THETA * h_s * stiffness)
-    pull, push = -h_s * inverse @ stiffness, mean_loads_n @ (h_s * inverse).T
+    v_matrix = np.eye(dofs) - h_s * inverse @ (damping + _THETA * h_s * stiffness)
+    q_matrix, load_terms = -h_s * inverse @ stiffness, mean_loads_n @ (h_s * inverse).T
     count = len(contacts.groups)
     q, v, impulses = (np.zeros((steps + 1, width)) for width in (dofs, dofs, len(rows)))
     for k in range(steps):
-        free = keep @ v[k] + pull @ q[k] + push[k]
+        v_next = v_matrix @ v[k] + q_matrix @ q[k] + load_terms[k]
         u_before = rows @ v[k]
-        forecast = contacts.gaps_m + contacts.normal_rows @ q[k] + 0.5 * h_s * u_before[:count]
-        if forecast.min() <= 0.0:
-            active = tuple(np.flatnonzero(forecast <= 0.0).tolist())
-            likely = (last,) if last.active == active else ()
-            for last in chain(likely, contacts.states(active)):
-                p = contacts.impulses(last, compliance, rows @ free, u_before, h_s)
-                if p is not None:
+        openings_mid = contacts.gaps_m + contacts.normal_rows @ q[k] + 0.5 * h_s * u_before[:count]
+        if openings_mid.min() <= 0.0:
+            active = tuple(np.flatnonzero(openings_mid <= 0.0).tolist())
+            previous = (state,) if state.active == active else ()
+            for state in chain(previous, contacts.states(active)):
+                step_impulses = contacts.impulses(state, compliance, rows @ v_next, u_before, h_s)
+                if step_impulses is not None:
                     break
             else:
                 raise SolutionError(f"no state of the contacts {active} satisfies the contact law")
-            free = free + spread @ p
-            impulses[k + 1] = np.concatenate([p[:count], -p[count:]])
-        v[k + 1] = free
-        q[k + 1] = q[k] + h_s * (_THETA * free + (1.0 - _THETA) * v[k])
+            v_next = v_next + spread @ step_impulses
+            impulses[k + 1] = np.concatenate([step_impulses[:count], -step_impulses[count:]])
+        v[k + 1] = v_next
+        q[k + 1] = q[k] + h_s * (_THETA * v_next + (1.0 - _THETA) * v[k])
     openings, forces = contacts.gaps_m + q @ contacts.normal_rows.T, impulses / h_s
     return History(h_s * np.arange(steps + 1), q, v, openings, forces[:, :count], forces[:, count:])

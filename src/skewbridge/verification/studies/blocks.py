@@ -178,8 +178,8 @@ def verify_contact_gate() -> pd.DataFrame:
 
 def run_gate(study: Study) -> None:
     """Run the short contact checks, which precede every study."""
-    closed, opened = (advance_pair(PAPER_LAW, (0.0, 0.0), (0.3, 0.4), z) for z in (-0.1, 1e-9))
-    slip_n, ratio = hypot(*closed.force_n), closed.force_n[0] / closed.force_n[1]
+    pressed, opened = (advance_pair(PAPER_LAW, (0.0, 0.0), (0.3, 0.4), z) for z in (-0.1, 1e-9))
+    slip_n, ratio = hypot(*pressed.force_n), pressed.force_n[0] / pressed.force_n[1]
     study.relative("slip force (N)", slip_n, 1500.0 + 0.3 * 1e4, 1e-12, "cone")
     study.absolute("slip force, ratio of components", ratio, 0.75, 1e-12, "cone")
     study.absolute("friction while open (N)", opened.force_n[0], 0.0, 0.0, "cone")
@@ -187,8 +187,8 @@ def run_gate(study: Study) -> None:
     study.absolute("restitution of the clipped damper", restitution, 0.6, 1e-9, "B4")
     _check_paths(study)
     decay = run_block(spring_block(kt_n_per_m=1e9, x0_m=0.5), 1e-3, 1.2)
-    found_m = decay.q[:, 0].min()
-    study.relative("first turning point (m)", found_m, 2.0 * _SLIP_M - 0.5, 5e-3, "B1")
+    computed_m = decay.q[:, 0].min()
+    study.relative("first turning point (m)", computed_m, 2.0 * _SLIP_M - 0.5, 5e-3, "B1")
     _check_rectangle(study, "slip under a rectangular pulse (m)", 0.2, (5e-4, 0.8), 1e-2)
     _check_fall(study, ("deepest penetration (m)",), 2e-4)
     history = run_deck(deck_case("C1", dt_s=2.5e-4, duration_s=1.5))
@@ -199,31 +199,31 @@ def run_gate(study: Study) -> None:
 
 
 def _check_paths(study: Study) -> None:
-    """Check the friction of a unit on a circle, a straight loop and a path with openings."""
+    """Check the friction of a unit on a circle, a straight loop and a path that opens the unit."""
     radius, slip, limit_n = 0.2, 0.045, _PAPER_LIMIT_N  # slip: elastic
     path = unit.circle(radius, period_s=4.0, loops=2, rows_per_loop=500, opening_m=-0.1)
     forces = drive_unit(PAPER_LAW, path, substeps=25).forces_n
-    last = slice(len(path) // 2, None)
-    velocity = np.gradient(path[last, 1:3], axis=0)
-    angle = np.arctan2(*forces[last, 1::-1].T) - np.arctan2(*velocity[:, ::-1].T)
+    loop_2 = slice(len(path) // 2, None)
+    velocity = np.gradient(path[loop_2, 1:3], axis=0)
+    angle = np.arctan2(*forces[loop_2, 1::-1].T) - np.arctan2(*velocity[:, ::-1].T)
     lag_deg = degrees(float(np.median(np.angle(np.exp(-1j * angle)))))
     study.relative("lag on a circle (deg)", lag_deg, degrees(asin(slip / radius)), 5e-3, "B6")
-    work = unit.path_work_j(path[last], forces[last])
+    work = unit.path_work_j(path[loop_2], forces[loop_2])
     exact = limit_n * 2.0 * pi * sqrt(radius**2 - slip**2)
     study.relative("work per circle (J)", work, exact, 5e-3, "B6")
     t = np.linspace(0.0, 2.0, 801)  # two cycles along x
     loop = np.column_stack([t, 0.5 * unit.triangle(t, 1.0), 0.0 * t, np.full_like(t, -0.1)])
-    forces, last = drive_unit(PAPER_LAW, loop, substeps=2).forces_n, slice(len(loop) // 2, None)
-    work = unit.path_work_j(loop[last], forces[last])
+    forces, loop_2 = drive_unit(PAPER_LAW, loop, substeps=2).forces_n, slice(len(loop) // 2, None)
+    work = unit.path_work_j(loop[loop_2], forces[loop_2])
     study.relative("work per straight loop (J)", work, 4.0 * limit_n * (0.5 - slip), 5e-3, "B7")
     path[:, 3] = np.where(np.sin(2 * pi * path[:, 0] / 2.5) > 0.0, 0.1, -0.1)
-    got = drive_unit(PAPER_LAW, path).forces_n
-    expected = unit.follow_law(PAPER_LAW, path, substeps=20)
-    error = unit.rms_n((got - expected)[:, :2]) / limit_n
+    computed_n = drive_unit(PAPER_LAW, path).forces_n
+    exact_n = unit.follow_law(PAPER_LAW, path, substeps=20)
+    error = unit.rms_n((computed_n - exact_n)[:, :2]) / limit_n
     study.at_most("RMS error with openings, over the limit", error, 1e-2, "radial return")
-    study.at_most("tension (N)", max(0.0, float(-got[:, 2].min())), 0.0, "no tension")
-    loose_n = np.abs(got[path[:, 3] > 0.0, :2]).max()
-    study.at_most("friction while open (N)", loose_n, 0.0, "no friction")
+    study.at_most("tension (N)", max(0.0, float(-computed_n[:, 2].min())), 0.0, "no tension")
+    open_n = np.abs(computed_n[path[:, 3] > 0.0, :2]).max()
+    study.at_most("friction while open (N)", open_n, 0.0, "no friction")
 
 
 def _check_rectangle(
@@ -235,9 +235,9 @@ def _check_rectangle(
     def base_mps2(t: Floats) -> Floats:
         return 0.5 * accel * (np.sign(0.2 + 1e-9 - t) + np.sign(0.2 - 1e-9 - t) + 2) / 2.0
 
-    slid = run_block(sliding_block(friction), *times_s, base_mps2=base_mps2)
+    history = run_block(sliding_block(friction), *times_s, base_mps2=base_mps2)
     exact_m = (accel * 0.2) ** 2 / (2.0 * limit) * (1.0 - limit / accel)
-    study.relative(name, -slid.q[-1, 0], exact_m, tolerance, "B3")
+    study.relative(name, -history.q[-1, 0], exact_m, tolerance, "B3")
 
 
 def falling_block(**changes: Any) -> Block:
@@ -247,7 +247,7 @@ def falling_block(**changes: Any) -> Block:
 
 
 def _check_fall(study: Study, names: tuple[str, ...], dt_s: float) -> None:
-    """Check the penetration of a falling mass and, for a second name, the contact time."""
+    """Check the penetration of a falling mass and, if ``names`` has two, the contact time."""
     fall = run_block(falling_block(), dt_s, 0.05)
     w, static_m = sqrt(1e7 / MASS_KG), MASS_KG * TABLE_G_MPS2 / 1e7
     exact = static_m + hypot(static_m, 1.0 / w), 2.0 / w * (pi - atan(w / TABLE_G_MPS2))
@@ -273,8 +273,8 @@ def run(study: Study) -> None:
         ("constant", "slip (mm)", "friction (kN)", 2),
         ("varying", "slip (mm)", "friction (kN)", 2),
     ):
-        drives_of = {gap: loop[name] for gap, loop in loops.items()}
-        lines = {g: (p[:, 3 - k] / MM, f[:, 2 - k] / KN) for g, (p, f) in drives_of.items()}
+        runs = {gap: loop[name] for gap, loop in loops.items()}
+        lines = {g: (p[:, 3 - k] / MM, f[:, 2 - k] / KN) for g, (p, f) in runs.items()}
         panels.append(Panel(label_x, label_y, lines, name))
     study.figures["unit"] = drawn(panels, columns=3, height_in=2.9)
 
@@ -282,9 +282,9 @@ def run(study: Study) -> None:
         return np.where(t <= 0.5, 0.5 * TABLE_G_MPS2 * np.sin(4.0 * pi * t), 0.0)
 
     for mu in (0.1, 0.2, 0.3, 0.4):
-        slid = run_block(sliding_block(mu), 2e-4, 0.6, base_mps2=sine_mps2)
+        history = run_block(sliding_block(mu), 2e-4, 0.6, base_mps2=sine_mps2)
         name = f"sliding block, sine pulse, friction {mu}: slip (m)"
-        study.tabulated(name, slid.q[:, 0].min())
+        study.tabulated(name, history.q[:, 0].min())
     for mu in (0.1, 0.2, 0.3):
         name = f"sliding block, rectangular pulse, friction {mu}: slip (m)"
         _check_rectangle(study, name, mu, (2e-4, 1.3), 5e-3)
@@ -329,8 +329,8 @@ def _check_upright(study: Study, half_m: tuple[float, float]) -> None:
     b, h = half_m
     angle_rad, name = 0.5 * atan(b / h), f"block {b} x {h} m"
     released = run_upright(half_m, 5e-4, 0.8, friction=1.0, angle_rad=angle_rad)
-    found_s = first_crossing_s(released.t_s, angle_rad + released.q[:, 2]) or np.nan
-    study.tabulated(f"{name}: quarter period of rocking (s)", found_s)
+    computed_s = first_crossing_s(released.t_s, angle_rad + released.q[:, 2]) or np.nan
+    study.tabulated(f"{name}: quarter period of rocking (s)", computed_s)
 
     def growing_mps2(t: Floats) -> Floats:
         return 1.2 * np.maximum(0.0, t - 1.0)
@@ -340,9 +340,9 @@ def _check_upright(study: Study, half_m: tuple[float, float]) -> None:
     lifted, lifted_2 = ((h.t_s > 1.0) & (h.openings_m.max(axis=1) > 0.0) for h in (rough, smooth))
     start, text = growing_mps2(rough.t_s[lifted][:1])[0], "acceleration at uplift (m/s2)"
     study.relative(f"{name}: {text}", start, TABLE_G_MPS2 * b / h, 0.02, "B9, g b / h")
-    slid = bool((np.abs(np.diff(smooth.q[:, 3])) > 1e-3).any())
+    slides = bool((np.abs(np.diff(smooth.q[:, 3])) > 1e-3).any())
     text = f"{name}, friction 0.2 < b / h: slides and does not lift"
-    study.holds(text, truth=slid and not lifted_2.any(), source="B9")
+    study.holds(text, truth=slides and not lifted_2.any(), source="B9")
 
 
 _STEPS_PER_CYCLE: Final = 2000
@@ -352,9 +352,9 @@ def run_closed_forms(study: Study) -> None:
     """Compare oscillators with friction, impacts and a mass on a belt with closed forms."""
     decay = run_block(spring_block(x0_m=0.5), 5e-4, 3.0)
     v = decay.v[:, 0]
-    turns = decay.q[np.flatnonzero(v[1:] * v[:-1] < 0.0), 0]
+    turning_points_m = decay.q[np.flatnonzero(v[1:] * v[:-1] < 0.0), 0]
     # the mass stops once |x| <= slip: at the fifth turning point
-    for k, computed in enumerate(turns[:5], start=1):
+    for k, computed in enumerate(turning_points_m[:5], start=1):
         exact = (-1) ** k * (0.5 - 2.0 * k * _SLIP_M)
         study.absolute(f"free decay: turning point {k} (m)", computed, exact, 0.5e-3, "B1")
     # frequency ratio (away from 1/2, 1/4 ... where the closed form fails), friction / force
@@ -373,10 +373,10 @@ def run_closed_forms(study: Study) -> None:
     exact_s = 2.0 / w * (pi - atan(drop_m * w / speed)) + 2.0 * drop_m / speed
     # the mean time between the starts of long slips
     slip = belt.q[:, 0] - belt.tangentials_n[:, 0] / 1e10
-    fast = np.diff(slip) / np.diff(belt.t_s) > 0.05
-    starts_s = belt.t_s[np.flatnonzero(fast[1:] & ~fast[:-1]) + 1]
-    found_s, source = np.mean(np.diff(starts_s)), "B8, slip starts at kinetic friction"
-    study.relative("belt: period of stick-slip (s)", found_s, exact_s, 0.02, source)
+    is_fast = np.diff(slip) / np.diff(belt.t_s) > 0.05
+    starts_s = belt.t_s[np.flatnonzero(is_fast[1:] & ~is_fast[:-1]) + 1]
+    computed_s, source = np.mean(np.diff(starts_s)), "B8, slip starts at kinetic friction"
+    study.relative("belt: period of stick-slip (s)", computed_s, exact_s, 0.02, source)
 
 
 def spring_block(**changes: Any) -> Block:
@@ -389,7 +389,8 @@ def spring_block(**changes: Any) -> Block:
 def _forced_response(r: float, friction_ratio: float) -> tuple[float, float]:
     """Return two amplitudes (m) under P cos(W t): computed after 30 cycles, and closed form.
 
-    r = W / w must not be 1, 1/2, 1/3, ...; the other ratio is F / P.
+    r = W / w (w: natural frequency) must not be 1, 1/2, 1/3, ...; ``friction_ratio`` is friction
+    force / P.
     """
     force = _FRICTION_N / friction_ratio
     w = r * (_SPRING_N_PER_M / MASS_KG) ** 0.5
@@ -397,10 +398,10 @@ def _forced_response(r: float, friction_ratio: float) -> tuple[float, float]:
     # Friction reverses within a step: the error is first order and grows near resonance.
     dt = period / _STEPS_PER_CYCLE
     history = run_block(spring_block(), dt, 30 * period, force_n=lambda t: force * np.cos(w * t))
-    last = history.q[-3 * _STEPS_PER_CYCLE :, 0]
+    last_cycles = history.q[-3 * _STEPS_PER_CYCLE :, 0]
     v, u = 1.0 / (1.0 - r * r), sin(pi / r) / (r * (1.0 + cos(pi / r)))
     exact = force / _SPRING_N_PER_M * sqrt(v * v - (friction_ratio * u) ** 2)
-    return 0.5 * float(last.max() - last.min()), exact
+    return 0.5 * float(last_cycles.max() - last_cycles.min()), exact
 
 
 def bounce(drive: Drive) -> History:
@@ -551,12 +552,12 @@ def run_orders(study: Study) -> None:
     exact = run_deck(deck_case("C5", solver="penalty", dt_s=2.5e-4, duration_s=_DECK_S))
     scale = np.abs(exact.q).max(axis=0)
     couplings = (("extrapolated", 1), ("lagged", 1), ("extrapolated", 8))
-    for step, (coupling, parts) in product((0.2, 0.1, 0.05, 0.02, 0.01), couplings):
+    for step, (coupling, substeps) in product((0.2, 0.1, 0.05, 0.02, 0.01), couplings):
         dt_s = step / deck_case("C5").contact_frequency_rad_per_s
         case = deck_case("C5", dt_s=dt_s, duration_s=_DECK_S, coupling=coupling)
-        history = run_opensees(case, pulse_of(case), parts_on_change=parts)
+        history = run_opensees(case, pulse_of(case), parts_on_change=substeps)
         q = np.array([np.interp(exact.t_s, history.t_s, column) for column in history.q.T]).T
-        name = coupling if parts == 1 else f"{coupling}, sub-steps"
+        name = coupling if substeps == 1 else f"{coupling}, sub-steps"
         row = {"study": _DECK, "coupling": name, "rows": 0, "step": step}
         rows.append(row | {"error_ratio": rms((q - exact.q) / scale)})
     study.tables["errors"] = table = pd.DataFrame(rows)
@@ -594,8 +595,8 @@ def path_error(rows: int, coupling: Coupling, kind: PathKind) -> float:
     """Return the RMS error of the friction force / largest friction limit."""
     path = smooth_path(rows, kind)
     # The reference follows the smooth curve, not the chords between the rows.
-    parts = max(1, 64000 // rows)
-    fine_forces = unit.follow_law(PAPER_LAW, smooth_path(rows * parts, kind))[::parts]
+    fine_rows = max(1, 64000 // rows)
+    fine_forces = unit.follow_law(PAPER_LAW, smooth_path(rows * fine_rows, kind))[::fine_rows]
     forces = drive_unit(PAPER_LAW, path, substeps=1, coupling=coupling).forces_n
     limit = PAPER_LAW.cohesion_n + PAPER_LAW.friction * float(fine_forces[:, 2].max())
     return unit.rms_n((forces - fine_forces)[:, :2]) / limit

@@ -179,7 +179,7 @@ def half_cycles(pair: Pair[DeckMotion], axis: int) -> pd.DataFrame:
     Returns:
         One row per half cycle with peak_without_m and peak_with_m (magnitudes), change (relative,
         by friction), has_contact (with a wall, in either run) and together: the largest |x| |y| /
-        product of the peaks of the run; it is 1 if both coincide.
+        product of the peaks of the run; it is 1 if the peaks of x and y coincide.
     """
     count = min(len(motion.disp_m) for motion in pair)
     with_friction, without = (motion.disp_m[:count] for motion in pair)
@@ -222,20 +222,20 @@ def run_abutment(study: Study) -> None:
         premise = _is_pushed((float(h.force_n[:, 0].max()) / KN for h in pair), skew)
         judge = partial(study.states, run=motion.run, premise=premise)
         _judge_abutment(judge, case, pair)
-        plain = _peaks(pair[1])
+        peaks_0 = _peaks(pair[1])
         if len(places) > 1:
             changes = (rms_change(runs[p].disp_m, pair[1].disp_m)[1] for p in places[1:])
             judge("backwall makes it", case, *map(float, changes))
             for place, run in runs.items():
                 row: Row = {"run": motion.run.name, "skew_deg": skew, "friction_at": place}
-                row |= {name: relative_change(p, plain[name]) for name, p in _peaks(run).items()}
+                row |= {name: relative_change(p, peaks_0[name]) for name, p in _peaks(run).items()}
                 row |= {f"work at {k}s (kJ)": _slip_kj(run, k) for k in ("backwall", "key")}
                 rows.append(row)
         if not motion.is_nominal:
             continue
         for quantity, value in _peaks(pair[0]).items():
             text = f"{case}: peak {quantity}, friction 0.5 against 0"
-            study.report(text, value, plain[quantity], _WITHOUT)
+            study.report(text, value, peaks_0[quantity], _WITHOUT)
         study.report(f"{case}: work of friction (kJ)", _slip_kj(pair[0]), 0.0, _WITHOUT)
         text, is_whole = f"{case}: both histories reach their end", all(h.is_complete for h in pair)
         study.holds(text, truth=is_whole, source="this model")
@@ -284,11 +284,11 @@ def _judge_abutment(judge: States, case: str, pair: Pair[AbutmentHistory]) -> No
     forces = with_friction.normals_n[:, keys], with_friction.friction_n[:, keys]
     judge("keys stick and slip", case, stick_slip_changes(*forces, FRICTION_PCT / 100))
     judge("fast vibration", case, *(_fast_rms(h.t_s, h.force_n[:, 0]) / KN for h in pair))
-    along, across = rms_change(with_friction.disp_m, without.disp_m).tolist()
-    judge("transverse differs more", f"{case}, RMS of the displacement", across, along)
+    change_x, change_y = rms_change(with_friction.disp_m, without.disp_m).tolist()
+    judge("transverse differs more", f"{case}, RMS of the displacement", change_y, change_x)
     works = [[float(np.trapezoid(h.force_n[:, k], h.disp_m[:, k])) for h in pair] for k in (0, 1)]
-    along, across = (abs(value_with / value_without - 1.0) for value_with, value_without in works)
-    judge("transverse differs more", f"{case}, work of the loops", across, along)
+    change_x, change_y = (abs(value / base - 1.0) for value, base in works)
+    judge("transverse differs more", f"{case}, work of the loops", change_y, change_x)
     closures = sum(unit.closures for unit in with_friction.ledger if "backwall" in unit.name)
     judge("several contacts", case, closures)
     touches = [(history.normals_n[:, walls] > 0.0).any(axis=1) for history in pair]
@@ -382,16 +382,16 @@ def _judge(judge: States, case: str, pair: Pair[AnalysisResult], *, same_record:
         change = _history_change(pair, f"deck_u{'xy'[number]}_m")
         judge("axes are coupled", f"{case}, {axis}", change)
     columns = ("deck_disp_m", "deck_disp_x_m", "deck_disp_y_m", "column_shear_kn")
-    *moves, shear = [[result.whole_history[demand] for result in pair] for demand in columns]
-    for name, peaks in zip(("resultant", *_AXES), moves, strict=True):
+    *disps, shears = [[result.whole_history[demand] for result in pair] for demand in columns]
+    for name, peaks in zip(("resultant", *_AXES), disps, strict=True):
         judge("displacement is reduced", f"{case}, {name}", *peaks)
         claim = "displacement by 2 to 3 percent"
         judge(claim, f"{case}, {name}", *peaks, same_record=same_record)
-    judge("shear is reduced", case, *shear)
-    judge("shear by as much", case, abs(relative_change(*shear) - relative_change(*moves[0])))
+    judge("shear is reduced", case, *shears)
+    judge("shear by as much", case, abs(relative_change(*shears) - relative_change(*disps[0])))
     for side in _SIDES:
-        along, across = (_history_change(pair, f"abutment_{side}_{axis}_kn") for axis in "xy")
-        judge("bridge transverse loops", f"{case}, {side} abutment", across, along)
+        change_x, change_y = (_history_change(pair, f"abutment_{side}_{axis}_kn") for axis in "xy")
+        judge("bridge transverse loops", f"{case}, {side} abutment", change_y, change_x)
     keys = pd.DataFrame(_histories(pair[0])).filter(like="key")
     names = ("normal", "friction_1", "friction_2")
     normal, *friction = (keys.filter(regex=f"_{name}_kn$").to_numpy() for name in names)
@@ -405,8 +405,8 @@ def _deck_motion(table: Mapping[str, Floats]) -> DeckMotion:
 
 
 def _history_change(pair: Pair[AnalysisResult], column: str) -> float:
-    friction, without = (_histories(result)[column] for result in pair)
-    return float(rms_change(friction, without))
+    with_friction, without = (_histories(result)[column] for result in pair)
+    return float(rms_change(with_friction, without))
 
 
 def run_places(study: Study) -> None:
@@ -422,13 +422,13 @@ def run_places(study: Study) -> None:
         study.states("backwall makes it", case, *changes, run=motion.run, premise=premise)
         if not motion.is_nominal:
             continue
-        has_run = all(analysis.status in RAN for analysis in analyses)
+        all_ran = all(analysis.status in RAN for analysis in analyses)
         text = f"skew {skew}: every analysis ends with status ok or collapse"
-        study.holds(text, truth=has_run, source="this model")
-        for place, free in _FREE.items():
+        study.holds(text, truth=all_ran, source="this model")
+        for place, frictionless_part in _FREE.items():
             histories = pd.DataFrame(_histories(runs[place]))
-            forces_kn = histories.filter(regex=f"{free}.*friction_[12]_kn$")
-            text = f"skew {skew}, friction at {place}: friction at a {free} (kN)"
+            forces_kn = histories.filter(regex=f"{frictionless_part}.*friction_[12]_kn$")
+            text = f"skew {skew}, friction at {place}: friction at a {frictionless_part} (kN)"
             study.at_most(text, forces_kn.abs().to_numpy().max(), 0.0, "no friction there")
         for place, demand in product(PLACES, _DEMANDS):
             value, value_without = (run.whole_history[demand] for run in (runs[place], without))
@@ -446,8 +446,8 @@ def run_models(study: Study) -> None:
         for abutment, skew in product(_MODELS, SKEWS_DEG)
     }
     text = "OSB1: every abutment model and skew ends with status ok or collapse"
-    has_run = all(analysis.status in RAN for analysis in runs.values())
-    study.holds(text, truth=has_run, source="this model")
+    all_ran = all(analysis.status in RAN for analysis in runs.values())
+    study.holds(text, truth=all_ran, source="this model")
     with_contacts = [name for name, traits in ABUTMENTS.items() if traits.has_contacts]
     for run, abutment in product(motion.runs(), with_contacts):
         straight, skewed = (
@@ -483,8 +483,8 @@ def _judge_skew(judge: States, case: str, straight: AnalysisResult, skewed: Anal
     corners = [f"{side} backwall {ModelOptions().backwall_points}" for side in _SIDES]
     normals = [_histories(skewed)[f"{contact_column(corner)}_normal_kn"] for corner in corners]
     judge = partial(judge, premise=max(float(normal.max()) for normal in normals) > 0.0)
-    peaks, unskewed = skewed.whole_history, straight.whole_history
-    rotations = (1e3 * peak["deck_rotation_rad"] for peak in (peaks, unskewed))
+    peaks, peaks_at_0 = skewed.whole_history, straight.whole_history
+    rotations = (1e3 * peak["deck_rotation_rad"] for peak in (peaks, peaks_at_0))
     judge("skew bridge rotates", case, *rotations)
     judge("acute corner leads", case, peaks["acute_corner_unseating_m"], peaks["unseating_m"])
-    judge("skew needs longer seats", case, peaks["unseating_m"], unskewed["unseating_m"])
+    judge("skew needs longer seats", case, peaks["unseating_m"], peaks_at_0["unseating_m"])

@@ -50,11 +50,11 @@ def run(study: Study) -> None:
     """Compare all rows of the table, and hand values of weights and axial forces of A to C."""
     for row in _TABLE:
         quantity, _, unit = row["quantity"].partition(" (")
-        words = (f"{row['bridge']} {quantity} {row['at']}".strip(), row["abutment"], row["state"])
-        name = f"{', '.join(filter(None, words))} ({unit}"
+        labels = (f"{row['bridge']} {quantity} {row['at']}".strip(), row["abutment"], row["state"])
+        name = f"{', '.join(filter(None, labels))} ({unit}"
         computed = COMPUTED[row["quantity"]](row)
-        numbers = float(row["reference"]), float(row["tolerance"])
-        study.relative(name, computed, *numbers, row["source"])
+        limits = float(row["reference"]), float(row["tolerance"])
+        study.relative(name, computed, *limits, row["source"])
     for bridge in ("bridge_a", "bridge_b", "bridge_c"):
         by_hand = total_weight_n(load_bridge(bridge)) / KN
         computed = _modes(bridge, "contact", "hinge").weight_kn
@@ -101,11 +101,11 @@ def _pushed_kn(row: Values) -> float:
 
 def _shear_strength_kn(row: Values) -> float:
     """Return the shear strength (kN) of a column at ductility 5, under the table's axial force."""
-    data = load_bridge(row["bridge"])
+    bridge = load_bridge(row["bridge"])
     axials = {item["bridge"]: item["reference"] for item in _TABLE if item["quantity"] == _AXIAL}
     axial_n = float(axials[row["bridge"]]) * KN
-    curve = section_response(data.column, axial_n)
-    shear = shear_section(data.column, data.bents[0].clear_height_m, curve)
+    curve = section_response(bridge.column, axial_n)
+    shear = shear_section(bridge.column, bridge.bents[0].clear_height_m, curve)
     return float(sdc_shear_strength(shear, axial_n, 5.0)) / KN
 
 
@@ -164,7 +164,7 @@ def push_wall(skew_deg: int, options: ModelOptions) -> tuple[float, float, float
 
 
 def run_skewed_walls(study: Study) -> None:
-    """Compare strength, stiffness and closure at full strength with the tests."""
+    """Compare strength, stiffness and closure at full strength with the tests of skewed walls."""
     height_m = load_bridge("osb1").seat.wall_height_m
     for curve in ("hyperbolic", "sdc"):
         # a push normal to the wall never closes keys square to it

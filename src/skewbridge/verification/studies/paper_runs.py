@@ -103,7 +103,7 @@ def el_centro() -> PaperMotion:
 
 
 def _find(*patterns: str) -> Path | None:
-    """Return the first match, ordered by pattern, folder and name; None if no file matches."""
+    """Return the first record found, by pattern, folder and name; None if no file matches."""
     listed = [part for part in os.environ.get(FOLDERS_VARIABLE, "").split(os.pathsep) if part]
     folders = [Path(folder) for folder in (*listed, "motions")]
     files = (file for pattern in patterns for at in folders for file in sorted(at.rglob(pattern)))
@@ -118,11 +118,11 @@ def _record(
     If a file is missing or has a different record, the first motion of the default suite is
     returned, scaled to `factor` x the published PGA.
     """
-    first, second = _find(patterns[0]), _find(*patterns[1:])
+    component_1, component_2 = _find(patterns[0]), _find(*patterns[1:])
     pga_g = factor * pga_rotd50_g
-    if first and second:
+    if component_1 and component_2:
         with suppress(read.FalseClaimError):
-            motion = read.read_motion(first, second, motion_id=motion_id)
+            motion = read.read_motion(component_1, component_2, motion_id=motion_id)
             return PaperMotion(motion, name, pga_g, is_paper_record=True)
     motion = read_entry(embedded_entries()[0])
     label = f"synthetic {motion.motion_id} at {factor:g} x the PGA of {name}"

@@ -104,14 +104,14 @@ def _name(row: Mapping[str, Any]) -> str:
 def run(study: Study) -> None:
     """Run the analyses, fit the curves of both eras with each change, and compare them."""
     published, changes = published_curves(), {change.name: change for change in (NONE, *CHANGES)}
-    runs: dict[Any, tuple[Variant, dict[str, str]]] = {}
+    cases: dict[Any, tuple[Variant, dict[str, str]]] = {}
     for era, (name, change) in product(BRIDGES, changes.items()):
         if era in change.bridges:
             variant = paper_variant(bridge=change.bridges[era], gap_mm=change.gap_mm)
-            runs[era, name] = variant, {"keys": change.keys}
+            cases[era, name] = variant, {"keys": change.keys}
     comparisons = [
         medians(published[published["era"] == era], table, era, changes[name])
-        for (era, name), table in analysed_demands(study, runs, 24).items()  # motions: 3 blocks
+        for (era, name), table in analysed_demands(study, cases, 24).items()  # motions: 3 blocks
     ]
     study.tables["ratios"] = table = compared(published, pd.concat(comparisons, ignore_index=True))
     ours = table[table["change"] == NONE.name]
@@ -139,9 +139,9 @@ def run(study: Study) -> None:
 def analysed_demands[Key](
     study: Study, cases: Mapping[Key, tuple[Variant, Mapping[str, Any]]], motions: int
 ) -> dict[Key, pd.DataFrame]:
-    """Return one demands table per case (variant and changed options), first suite motions.
+    """Return a demands table for each case (variant and changed options) under the first motions.
 
-    They also have the peaks over the whole motion (prefix ``whole_``).
+    The tables also have the peaks over the whole motion (prefix ``whole_``).
     """
     bridges = tuple(dict.fromkeys(variant.bridge for variant, _ in cases.values()))
     with TemporaryDirectory() as results:
@@ -180,8 +180,8 @@ def medians(
     if change.whole:
         demands = _with_whole_peaks(demands)
     if change.first_yield:
-        data = load_bridge(change.bridges[era])
-        curve = bent_capacity(data, 0).curve
+        bridge = load_bridge(change.bridges[era])
+        curve = bent_capacity(bridge, 0).curve
         name = DEMANDS["column_curvature"]
         factor = curve.yield_curvature_per_m / curve.first_yield_curvature_per_m
         demands = demands.assign(**{name: demands[name] * factor})
@@ -242,16 +242,16 @@ def outside(ratio: pd.DataFrame | float) -> Any:
 
 
 def explanations(table: pd.DataFrame) -> pd.DataFrame:
-    """Return the change that moves each ratio of `compared` most towards `RANGE`."""
+    """Return, for each ratio of `compared`, the change that moves it most towards `RANGE`."""
     ratio_of = table.pivot(index=["era", *_KEYS], columns="change", values="ratio")
     # "none" comes first: `idxmin` then returns it for ratios inside the range
     ratios = ratio_of[list(dict.fromkeys([NONE.name, *table["change"]]))].dropna(subset=[NONE.name])
     distances = outside(ratios)
-    best, before = distances.idxmin(axis=1), distances[NONE.name]
-    closed = (1.0 - distances.min(axis=1) / before).where(before > 0.0)
+    best, unchanged = distances.idxmin(axis=1), distances[NONE.name]
+    closed = (1.0 - distances.min(axis=1) / unchanged).where(unchanged > 0.0)
     changed = ratios.to_numpy()[np.arange(len(best)), ratios.columns.get_indexer(best)]
     columns = {"ratio": ratios[NONE.name], "change": best, "changed_ratio": changed}
-    is_explained = (before == 0.0) | (closed >= 0.5)
+    is_explained = (unchanged == 0.0) | (closed >= 0.5)
     return pd.DataFrame(columns | {"closed": closed, "is_explained": is_explained}).reset_index()
 
 
@@ -303,8 +303,8 @@ def run_skew(study: Study) -> None:
     demands |= analysed_demands(study, changed, CHOICE_MOTIONS)
     for choice in CHOICES:
         demands.setdefault((CHOSEN, 0, choice), at_zero_skew)
-    parts = [runs.assign(choice=choice) for (*_, choice), runs in demands.items()]
-    table = pd.concat(parts, ignore_index=True)
+    tables = [runs.assign(choice=choice) for (*_, choice), runs in demands.items()]
+    table = pd.concat(tables, ignore_index=True)
     ratios, medians = demand_ratios(table), median_factors(table)
     study.tables["demands"], study.tables["medians"] = ratios, medians
     for row in records_of(ratios[ratios["demand"] != "deck_rotation_rad"]):

@@ -187,8 +187,8 @@ def read_events(folder: Path, station: Station) -> list[Event]:
     Raises `InputError` for a folder without files, another station or missing channels.
     """
     folders = [folder, *(path for path in folder.glob("*") if path.is_dir())]
-    files = {place: sorted(place.glob("*.[vV]2")) for place in folders}
-    events = [_event(place, paths, station) for place, paths in files.items() if paths]
+    files = {source: sorted(source.glob("*.[vV]2")) for source in folders}
+    events = [_event(source, paths, station) for source, paths in files.items() if paths]
     if not events:
         raise InputError(f"{folder}: no .V2 file of an event, here or in its folders")
     return sorted(events, key=lambda event: event.date)
@@ -234,8 +234,8 @@ def _event(folder: Path, paths: list[Path], station: Station) -> Event:
     notes += [f"channel {quantity.channel} is missing: no {quantity.name}" for quantity in absent]
     # ASSUME recorders of one event start together; those of Painter Street do, within 6 ms
     count = min(values.size for values in accels.values())
-    cut = {channel: values[:count] for channel, values in sorted(accels.items())}
-    return Event(date=date, dt_s=steps_s.pop(), accel_mps2=cut, notes=tuple(notes))
+    common = {channel: values[:count] for channel, values in sorted(accels.items())}
+    return Event(date=date, dt_s=steps_s.pop(), accel_mps2=common, notes=tuple(notes))
 
 
 def _date(header: str) -> str:
@@ -247,20 +247,20 @@ def _date(header: str) -> str:
 
 def strong_part(accel: Floats, dt_s: float) -> slice:
     """Return the samples of the strong part of a recording, with a second before and two after."""
-    share = np.cumsum(accel**2) / np.sum(accel**2)
-    first, last = np.searchsorted(share, _STRONG)
-    start = max(0, int(first - _LEAD_S / dt_s))
-    return slice(start, min(len(accel), int(last + _TAIL_S / dt_s)))
+    energy = np.cumsum(accel**2) / np.sum(accel**2)
+    start_row, end_row = np.searchsorted(energy, _STRONG)
+    start = max(0, int(start_row - _LEAD_S / dt_s))
+    return slice(start, min(len(accel), int(end_row + _TAIL_S / dt_s)))
 
 
 def in_band(values: Floats, dt_s: float, derivative: int = 0) -> Floats:
-    """Return a history in the band, differentiated (or, if negative, integrated) so many times.
+    """Return a history in the band, differentiated ``derivative`` times (integrated if negative).
 
     It is filtered without phase shift; ramps of the filter are cosines of the logarithm.
     """
     count = len(values)
-    line = np.polynomial.Polynomial.fit(np.arange(count), values, 1)(np.arange(count))
-    spectrum = np.fft.rfft(values - line, 2 * count)
+    trend = np.polynomial.Polynomial.fit(np.arange(count), values, 1)(np.arange(count))
+    spectrum = np.fft.rfft(values - trend, 2 * count)
     frequency = np.fft.rfftfreq(2 * count, dt_s)
     frequency[0] = 1.0e-9
     low, high = BAND_HZ
@@ -273,7 +273,10 @@ def in_band(values: Floats, dt_s: float, derivative: int = 0) -> Floats:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Period:
-    """Identified period and damping ratio; `half_range_s` is the scatter of both halves."""
+    """Identified period, damping ratio and share of motion `explained` by the mode.
+
+    `half_range_s` is the largest difference to the periods of the two halves of the recording.
+    """
 
     period_s: float
     damping: float
@@ -294,15 +297,15 @@ def identified_period(output: Floats, inputs: Floats, dt_s: float) -> Period:
         dt_s: Time step.
     """
     middle = len(output) // 2
-    parts = slice(None), slice(middle), slice(middle, None)
-    (period_s, damping, left), *halves = (
-        _fitted_mode(output[part], inputs[part], dt_s) for part in parts
+    ranges = slice(None), slice(middle), slice(middle, None)
+    (period_s, damping, unexplained), *halves = (
+        _fitted_mode(output[samples], inputs[samples], dt_s) for samples in ranges
     )
     return Period(
         period_s=period_s,
         damping=damping,
         half_range_s=max(abs(half_s - period_s) for half_s, *_ in halves),
-        explained=1.0 - left,
+        explained=1.0 - unexplained,
     )
 
 
@@ -360,7 +363,7 @@ class Case(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recording:
-    """The strong part of an event: quantities as recorded, and by the `null` (deck rides on ends).
+    """Strong part of an event: quantities as recorded, and of a deck that rides on ends (`null`).
 
     `part` is the strong part as a slice of samples of `event`, which starts `_BEFORE_S` earlier.
     """
@@ -375,7 +378,7 @@ def recording_of(event: Event, station: Station) -> Recording:
     """Return the recording of an event, cut to its strong part and the time before it."""
     dt_s, accel = event.dt_s, event.accel_mps2
     strong = strong_part(accel[station.period[0]], dt_s)
-    first, last = max(0, strong.start - round(_BEFORE_S / dt_s)), round(_AFTER_S / dt_s)
+    start, after = max(0, strong.start - round(_BEFORE_S / dt_s)), round(_AFTER_S / dt_s)
 
     def quantity(compared: Quantity, weights: Mapping[int, float]) -> Floats:
         accel_mps2 = np.add.reduce([weight * accel[channel] for channel, weight in weights.items()])
@@ -384,10 +387,10 @@ def recording_of(event: Event, station: Station) -> Recording:
         return compared.factor * in_band(accel_mps2 - accel[compared.to], dt_s, -2)[strong] / CM
 
     available = [item for item in station.quantities if item.channel in accel]
-    cut = {channel: values[first : strong.stop + last] for channel, values in accel.items()}
+    accel_cut = {channel: values[start : strong.stop + after] for channel, values in accel.items()}
     return Recording(
-        event=replace(event, accel_mps2=cut),
-        part=slice(strong.start - first, strong.stop - first),
+        event=replace(event, accel_mps2=accel_cut),
+        part=slice(strong.start - start, strong.stop - start),
         recorded={item.name: quantity(item, {item.channel: 1.0}) for item in available},
         null={item.name: quantity(item, item.rides_on) for item in available},
     )
@@ -483,7 +486,7 @@ def run_painter(study: Study) -> None:
             study.figures[event.date] = histories_figure(data, models["model"])
             for name, histories in models.items():
                 table = {k: comparison(histories[k], data.recorded[k]) for k in data.recorded}
-                judged = [e.name for e in station.quantities if e.peak and e.name in table]
+                judged = [q.name for q in station.quantities if q.peak and q.name in table]
                 cost = np.sqrt(np.mean([table[key]["error"] ** 2 for key in judged]))
                 rows += [
                     {"event": event.date, "model": name, "cost": cost, "quantity": key} | agreement
@@ -503,9 +506,9 @@ def _compare(
     for item in station.quantities:
         if (recorded := recording.recorded.get(item.name)) is None:
             continue
-        shown = {name: models[name][item.name] for name in ("model", "null", "uniform input")}
-        peak = {name: float(np.abs(values).max()) for name, values in shown.items()}
-        model, null, uniform = (comparison(values, recorded) for values in shown.values())
+        predictions = {name: models[name][item.name] for name in ("model", "null", "uniform input")}
+        peak = {name: float(np.abs(values).max()) for name, values in predictions.items()}
+        model, null, uniform = (comparison(values, recorded) for values in predictions.values())
         lowest, highest = item.peak.get(kind, (0.0, np.inf))
         reference = float(np.abs(recorded).max())
         source = f"channel {item.channel}, {kind}; peak ratio {lowest:g} to {highest:g}"
@@ -525,16 +528,16 @@ def _compare(
             "error": model["error"],
         }
     output, *inputs = station.period
-    grounds = [in_band(event.accel_mps2[c], event.dt_s)[recording.part] for c in inputs]
-    top = next(e.name for e in station.quantities if e.channel == output and e.to is None)
+    grounds = [in_band(event.accel_mps2[channel], event.dt_s)[recording.part] for channel in inputs]
+    deck = next(q.name for q in station.quantities if q.channel == output and q.to is None)
     mode, model = (
-        identified_period(histories[top] * G_MPS2, np.column_stack(grounds), event.dt_s)
+        identified_period(histories[deck] * G_MPS2, np.column_stack(grounds), event.dt_s)
         for histories in (recording.recorded, models["model"])
     )
     ground_g = max(float(np.abs(a).max()) for a in event.motions(station)["left"].components)
     source = f"halves +- {mode.half_range_s:.3f} s; ground at left end {ground_g / G_MPS2:.2f} g"
-    within = max(0.1 * mode.period_s, mode.half_range_s)
-    study.absolute(f"{event.date} period across (s)", model.period_s, mode.period_s, within, source)
+    margin = max(0.1 * mode.period_s, mode.half_range_s)
+    study.absolute(f"{event.date} period across (s)", model.period_s, mode.period_s, margin, source)
     study.comparisons[-1] |= {"event": event.date, "kind": kind, "half_range": mode.half_range_s}
 
 

@@ -100,7 +100,7 @@ def run_between_lines(study: Study) -> None:
 
 
 def peaks_m(positions_m: Floats) -> dict[str, float]:
-    """Return the largest |ux|, |uy| and |ut| (along the lines) in m of positions (n, 2)."""
+    """Return the largest |ux|, |uy| and |ut| (ut: along the lines) in m of positions (n, 2)."""
     peaks = np.abs(np.column_stack([positions_m, positions_m @ TANGENT])).max(axis=0)
     return dict(zip(("ux", "uy", "ut"), peaks.tolist(), strict=True))
 
@@ -129,14 +129,14 @@ def compare_with_lcp(study: Study, history: History, rigid: History) -> None:
 
 
 def _draw_particle(study: Study, history: History, rigid: History) -> None:
-    name, of_lcp = "OpenSees", "LCP, e = 0.6"
+    name, lcp = "OpenSees", "LCP, e = 0.6"
     t, positions, exact = history.t_s[::10], history.q[::10] / MM, rigid.q / MM
-    ends, offset = 200.0 * np.outer((-1.0, 1.0), TANGENT), _HALF_GAP_M / MM * NORMAL
+    line_ends, offset = 200.0 * np.outer((-1.0, 1.0), TANGENT), _HALF_GAP_M / MM * NORMAL
     forces = {"N": history.normals_n[::10], "F": history.tangentials_n[::10]}
-    path = {"line": (ends + offset).T, "_": (ends - offset).T, name: positions.T}
+    path = {"line": (line_ends + offset).T, "_": (line_ends - offset).T, name: positions.T}
     panels = [Panel("ux (mm)", "uy (mm)", path, "path of the particle")]
     for text, direction in (("normal, un (mm)", NORMAL), ("along the lines, ut (mm)", TANGENT)):
-        lines = {of_lcp: (rigid.t_s, exact @ direction), name: (t, positions @ direction)}
+        lines = {lcp: (rigid.t_s, exact @ direction), name: (t, positions @ direction)}
         panels.append(Panel("time (s)", text, lines))
     totals = {name: (t, force.sum(axis=1) / KN) for name, force in forces.items()}
     panels.append(Panel("time (s)", "force (kN)", totals, "contact forces of both lines"))
@@ -177,13 +177,13 @@ def run(study: Study) -> None:
         study.states("penalty is the cause", case, error)
         study.states("damper helps", case, error, difference)
     frequency = deck_case("C1").contact_frequency_rad_per_s
-    bounced = {
+    by_step = {
         step: impacts(run_deck(deck_case("C1", integrator="houbolt", dt_s=step / frequency)))
         for step in (0.05, 0.71, 1.5, 3.0)
     }
-    medians = {step: float(table["restitution"].median()) for step, table in bounced.items()}
+    medians = {step: float(table["restitution"].median()) for step, table in by_step.items()}
     study.states("restitution found", "C1, Houbolt, some step of the table", medians)
-    for step, table in bounced.items():
+    for step, table in by_step.items():
         columns = table["approach_mps"].tolist(), (-table["restitution"]).tolist()
         study.states("restitution falls", f"C1, Houbolt, step {step:g}", *columns)
     # pairs of cases that differ in one parameter only
@@ -261,9 +261,9 @@ def _judge_agreement(study: Study, elastic: History, rigid: History) -> None:
 
 def _draw_c1(study: Study, rigid: History, elastic: History) -> None:
     runs = {"LCP, e = 0.6": rigid, "OpenSees, elastic penalty": elastic}
-    with_far = {**runs, "Newmark, no impact": run_deck(deck_case("C1", gap_normal_m=1.0))}
+    with_linear = {**runs, "Newmark, no impact": run_deck(deck_case("C1", gap_normal_m=1.0))}
     panels = [
-        Panel("time (s)", text, {n: (h.t_s, 1e3 * h.q[:, row]) for n, h in with_far.items()})
+        Panel("time (s)", text, {n: (h.t_s, 1e3 * h.q[:, row]) for n, h in with_linear.items()})
         for row, text in enumerate(("ux (mm)", "uy (mm)", "theta (mrad)"))
     ]
     title = "case C1: W/L = 1/2, skew 30 deg, no friction"
@@ -300,19 +300,19 @@ def impacts(history: History) -> pd.DataFrame:
 
     Speeds are taken in free flight, in the steps before closing and after opening.
     """
-    parts: list[pd.DataFrame] = []
+    tables: list[pd.DataFrame] = []
     for opening in history.openings_m.T:
         changes = np.diff((opening < 0.0).astype(int))
-        starts, ends = (np.flatnonzero(changes == sign) + 1 for sign in (1, -1))
+        closings, openings = (np.flatnonzero(changes == sign) + 1 for sign in (1, -1))
         # every contact is open at first, so ends follow starts; the last contact may not end
-        starts = starts[: len(ends)]
-        is_free = (starts >= 2) & (ends + 1 < len(opening))
-        starts, ends = starts[is_free], ends[is_free]
+        closings = closings[: len(openings)]
+        is_free = (closings >= 2) & (openings + 1 < len(opening))
+        closings, openings = closings[is_free], openings[is_free]
         speeds = np.diff(opening) / float(history.t_s[1] - history.t_s[0])
-        approach, rebound = -speeds[starts - 2], speeds[ends]
-        columns = {"t_s": history.t_s[starts], "approach_mps": approach}
-        parts.append(pd.DataFrame(columns | {"restitution": rebound / approach}))
-    table = pd.concat(parts, ignore_index=True)
+        approach, rebound = -speeds[closings - 2], speeds[openings]
+        columns = {"t_s": history.t_s[closings], "approach_mps": approach}
+        tables.append(pd.DataFrame(columns | {"restitution": rebound / approach}))
+    table = pd.concat(tables, ignore_index=True)
     return table[table["approach_mps"] > 0.0]
 
 
@@ -331,8 +331,8 @@ def locked_rotation(relative_stiffnesses: tuple[float, ...] = (1e3, 1e4, 1e5)) -
         case = {"normal_stiffness_n_per_m": stiffness, "dt_s": 0.1 / (pulse_speed * ratio**0.5)}
         # the rotational spring is much stiffer than the corner springs at their lever arms
         history = run_deck(deck_case("C1", restitution=0.6, period_theta_s=1.0e-5, **case))
-        soft = np.interp(rigid.t_s, history.t_s, history.q[:, :2] @ normal)
-        error = rms((soft - rigid.q[:, :2] @ normal) / SCALE_M)
+        penalty_un = np.interp(rigid.t_s, history.t_s, history.q[:, :2] @ normal)
+        error = rms((penalty_un - rigid.q[:, :2] @ normal) / SCALE_M)
         rows.append((ratio, error, history.first_contact_s() or np.nan))
     return pd.DataFrame(rows, columns=["relative_stiffness", "rms_ratio", "first_contact_s"])
 
@@ -368,8 +368,8 @@ def run_tests(study: Study) -> None:
         history = run_deck(wu_case(gap_mm), ground)
         peaks = history.peaks()
         # ASSUME the premise of both statements: an obtuse corner hits its wall
-        hits = float(history.normals_n[:, 1:3].max()) > 0.0
-        states = partial(study.states, run=motion.run, premise=hits)
+        obtuse_hits = float(history.normals_n[:, 1:3].max()) > 0.0
+        states = partial(study.states, run=motion.run, premise=obtuse_hits)
         states("skew deck rotates", name, 1e3 * peaks["theta_rad"])
         # largest openings beyond the gap
         away_mm = (history.openings_m.max(axis=0) - history.openings_m[0, 0]) / MM
@@ -378,15 +378,15 @@ def run_tests(study: Study) -> None:
             states("acute corner moves away", f"{name}, {end} acute", *openings_mm)
         if not motion.is_nominal:
             continue
-        ode = run_deck(wu_case(gap_mm, solver="penalty"), ground)
+        penalty = run_deck(wu_case(gap_mm, solver="penalty"), ground)
         if gap_mm == GAPS_MM[1]:
-            exact = ode.peaks()
+            exact = penalty.peaks()
             for key in ("ux_m", "uy_m", "theta_rad"):
                 text = f"{name}: peak {key} over {_DURATION_S:g} s"
                 study.relative(text, peaks[key], exact[key], 0.02, _ODE)
         else:  # the motion is chaotic after some seconds: only the start is compared
             early = history.t_s <= _PREDICTABLE_S
-            error = float(np.abs((history.q - ode.q)[early, :2]).max())
+            error = float(np.abs((history.q - penalty.q)[early, :2]).max())
             text = f"{name}: difference in the first {_PREDICTABLE_S:g} s (m)"
             study.at_most(text, error, 0.05 * MM, _ODE)
             _draw_tests(study, history, f"{motion.label}, {name}")

@@ -85,8 +85,8 @@ def rows_of_tasks(
             journal.append(row)
             is_shown = count % REPORT_EACH == 0 or not row.get("as_required", True)
             if study.report_progress and is_shown:
-                last = f"{unfinished[row['run_key']].variant.slug} {row.get('why', '')}"
-                study.report_progress(f"{count} of {len(tasks)} analyses; last: {last}")
+                last_text = f"{unfinished[row['run_key']].variant.slug} {row.get('why', '')}"
+                study.report_progress(f"{count} of {len(tasks)} analyses; last: {last_text}")
     return [rows[key] for key in keys]
 
 
@@ -127,7 +127,7 @@ def run(study: Study, cases: CaseSet = HARD_SET, settings: AnalysisSettings = _D
 
 
 def _ending(task: Task) -> Row:
-    """Return the outcome of an analysis, and whether it ended as required."""
+    """Return the outcome of an analysis, whether it ended as required, and how it ended."""
     ending = analyse_task(task, Path(os.devnull), lambda time_s, duration_s: None)
     is_accounted = abs(ending.get("energy_residual_ratio", inf)) <= MAX_ENERGY_RESIDUAL
     reason = ending["collapse_criterion"]
@@ -165,9 +165,9 @@ _WHOLE: Final = AnalysisSettings(energy=False, mean_iterations=1e4, collapse_dri
 
 
 class Numerics(NamedTuple):
-    """A named set of changes to the default numerics, with which every `interval`-th case is run.
+    """A named set of changes to the default numerics, used for every `interval`-th case.
 
-    The demands are compared with those of the set named `coarse`; `text` describes this.
+    Its demands are the reference of those of the set `coarse`; `text` names the comparison.
     """
 
     name: str
@@ -258,8 +258,8 @@ def judge_changes(study: Study, changes: pd.DataFrame, finer: Numerics) -> None:
         factor = 1.0 if demand == "deck_rotation_rad" else 1.5  # rotations may not exceed the limit
         floor = f" (changes up to {FLOORS[demand][1]} are ignored)" if demand in FLOORS else ""
         text = f"{demand}, largest change {finer.text}, {cases}{floor}"
-        largest = None if limit is None else factor * limit
-        study.absolute(text, sizes.max(), 0.0, largest, finer.name)
+        tolerance = None if limit is None else factor * limit
+        study.absolute(text, sizes.max(), 0.0, tolerance, finer.name)
         text = f"{demand}, median change {finer.text}, {cases}"
         study.report(text, sizes.median(), 0.0, finer.name)
         if limit is not None:
@@ -313,21 +313,21 @@ def pooled_ratios(peaks: pd.DataFrame, accuracies: tuple[Accuracy, Accuracy]) ->
     over all motions and places. A motion is left out if its demand is zero in a run.
     """
     keys = [*_AXES, "motion_id", "demand"]
-    long = peaks.melt(["numerics", *keys[:-1]], DEMANDS, "demand", "peak").query("peak > 0.0")
+    rows = peaks.melt(["numerics", *keys[:-1]], DEMANDS, "demand", "peak").query("peak > 0.0")
     names = dict(zip(accuracies, ("ratio", "exact_ratio"), strict=True))
-    by_numerics = long.pivot(index=keys, columns="numerics", values="peak").rename(columns=names)
+    by_numerics = rows.pivot(index=keys, columns="numerics", values="peak").rename(columns=names)
     logs = by_numerics.apply(np.log)
-    parts: list[pd.DataFrame] = []
+    changes: list[pd.DataFrame] = []
     for axis in _AXES:
         other_axes = [name for name in reversed(_AXES) if name != axis]
-        for before, after in pairwise(sorted(peaks[axis].unique())):
-            change = logs.xs(after, level=axis) - logs.xs(before, level=axis)
+        for low, high in pairwise(sorted(peaks[axis].unique())):
+            change = logs.xs(high, level=axis) - logs.xs(low, level=axis)
             change = change.dropna().reset_index()
-            change = change.assign(axis=axis, from_value=before, to_value=after)
+            change = change.assign(axis=axis, from_value=low, to_value=high)
             texts = (", ".join(f"{n} {row[n]}" for n in other_axes) for _, row in change.iterrows())
-            parts += [change.assign(place=list(texts)), change.assign(place=ALL_PLACES)]
+            changes += [change.assign(place=list(texts)), change.assign(place=ALL_PLACES)]
     columns = ["axis", "from_value", "to_value", "place", "demand"]
-    groups = pd.concat(parts).groupby(columns, sort=False)
+    groups = pd.concat(changes).groupby(columns, sort=False)
     pooled = groups[["ratio", "exact_ratio"]].mean().apply(np.exp)
     pooled["difference_percent"] = 100.0 * (pooled["ratio"] / pooled["exact_ratio"] - 1.0)
     return pooled.assign(count=groups.size()).reset_index()
