@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from functools import cache, lru_cache
 from itertools import combinations
 from math import inf, nan
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -59,21 +59,19 @@ def system_curves(
     The curves of the components are from the demand models, which are fitted if not given. A
     component is included if some runs of the variant, but not all, exceed its state and its demand
     increases with intensity; if all runs exceed it, they exceed the system, which has only a bound.
-    Only variants with equal ``components`` can be compared. The column
-    ``withheld`` lists components without a curve in ``curves``, because unknown outcomes change it;
-    there is no system curve if its median changes as much. An `InputError` names a degree of damage
-    that components rank differently. With a hazard, the columns `rate` (a `LogRate`) and `shares`
-    are added.
+    Only variants with equal ``components`` can be compared. The column ``withheld`` has components
+    without a curve in ``curves`` because unknown outcomes change it; there is no system curve if
+    its median changes as much. An `InputError` names a degree of damage that components rank
+    differently. With a hazard, the columns `rate` (a `LogRate`) and `shares` are added.
     """
     members = system_members([state for state in limit_states if state.system_degree])
     if models is None:
         models = fit_models(demands, limit_states, settings, jobs=jobs)
-    withheld: dict[tuple[str, ...], float] = {}
+    withheld: Mapping[Any, float] = {}
     if curves is not None:
-        is_withheld = (curves["method"] == "cloud") & (curves["status"] == BOUNDS_TOO_WIDE)
-        rows_of = curves.loc[is_withheld, ["variant", "component", "limit_state"]]
-        bounds = curves.loc[is_withheld, "theta_all_exceed"].astype(float)
-        withheld = dict(zip(rows_of.itertuples(index=False, name=None), bounds, strict=True))
+        lost = curves[(curves["method"] == "cloud") & (curves["status"] == BOUNDS_TOO_WIDE)]
+        keys = ["variant", "component", "limit_state"]
+        withheld = lost.set_index(keys)["theta_all_exceed"].astype(float).to_dict()
     systems = [_Systems(system, members, settings, hazard, withheld) for system in models]
     items = ((system, i) for system in systems for i in range(len(system.models.variants)))
     rows = demand_table.spread(_variant_rows, items, jobs)
@@ -137,6 +135,7 @@ class _Member(NamedTuple):
     state: LimitState
     outcomes: DemandOutcomes  # of the runs of the variant
     curve: StateCurve
+    lowest: float  # median if all unknown outcomes exceed, for a withheld curve; else infinite
 
 
 class _Systems(NamedTuple):
@@ -147,7 +146,7 @@ class _Systems(NamedTuple):
     settings: FitSettings
     hazard: HazardCurve | None
     #: median if all unknown outcomes exceed, of withheld curves by variant, component and state
-    withheld: Mapping[tuple[str, ...], float]
+    withheld: Mapping[Any, float]
 
 
 def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
@@ -158,6 +157,7 @@ def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
     runs = models.runs[models.variant == variant_number]
     im = runs[settings.im].to_numpy(dtype=np.float64)
     low, high = covered_range(im, demand_table.motion_codes(runs))
+    variant = demand_table.variant_values(runs)
 
     @cache
     def member(state: LimitState) -> _Member | str:
@@ -169,10 +169,12 @@ def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
         if (status := outcomes.status(state)) != FITTED:
             return {NO_EXCEEDANCE: "not reached", ALL_EXCEED: _EVERYWHERE}[status]
         curve = models.curve(state, values)
-        return "demand does not grow" if isinstance(curve, str) else _Member(state, outcomes, curve)
+        if isinstance(curve, str):
+            return "demand does not grow"
+        lowest = systems.withheld.get((variant["variant"], state.component, state.name), inf)
+        return _Member(state, outcomes, curve, lowest)
 
     rows: list[Row] = []
-    variant = demand_table.variant_values(runs)
     for degree, states in systems.members.items():
         taking: list[_Member] = []
         names: list[str] = []
@@ -193,11 +195,9 @@ def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
         row |= {"limit_state": degree, "weakest": ""}
         row |= {"components": ";".join(names), "left_out": ";".join(left_out)}
         row |= {"level": settings.confidence, "n_runs": len(runs), "im_low": low, "im_high": high}
-        states_taken = [(str(variant["variant"]), m.state.component, m.state.name) for m in taking]
-        bounds = np.array([systems.withheld.get(key, inf) for key in states_taken])
-        withheld = (key[1] for key in states_taken if key in systems.withheld)
+        withheld = (item.state.component for item in taking if item.lowest != inf)
         row["withheld"] = ";".join(dict.fromkeys(withheld))
-        row |= _system(taking, np.log(im), systems, (low, high), bounds, everywhere)
+        row |= _system(taking, np.log(im), systems, (low, high), everywhere)
         theta = row["theta"]
         is_outside = isinstance(theta, float) and not (np.isnan(theta) or low <= theta <= high)
         rows.append(variant | row | {"extrapolated": is_outside})
@@ -217,7 +217,6 @@ def _system(
     ln_im: Floats,
     systems: _Systems,
     covered: tuple[float, float],
-    bounds: Floats,  # lowest medians of members with a withheld curve, infinite for others, (m,)
     everywhere: Mask,  # runs that exceed a component that every known run exceeds, (n,)
 ) -> Row:
     """Return the table columns of one system: the estimate, or a status if there is none."""
@@ -246,12 +245,12 @@ def _system(
     of_all_runs = ln_theta[:1], beta[:1]
     failures = _failures(*of_all_runs, correlation[:1], _POINTS, settings.seed)
     ln_median, dispersion = _quantiles(failures)[:, 0]
-    if not np.all(np.isposinf(bounds)):
+    lowest = np.array([member.lowest for member in members])
+    if np.any(lowest != inf):
         # the system if all unknown outcomes exceed, and without the components in doubt
-        most = failures + np.minimum(np.log(bounds) - ln_theta[0], 0.0)[:, None, None]
-        certain = failures[np.isposinf(bounds)]
-        ends = [_quantiles(sample)[0, 0] if len(sample) else inf for sample in (most, certain)]
-        if not ends[1] - ends[0] <= np.log(MAX_BOUNDS_RATIO):
+        most = failures + np.minimum(np.log(lowest) - ln_theta[0], 0.0)[:, None, None]
+        ends = [_quantiles(part)[0, 0] for part in (most, failures[lowest == inf]) if len(part)]
+        if len(ends) < 2 or not ends[1] - ends[0] <= np.log(MAX_BOUNDS_RATIO):
             return row | {"status": BOUNDS_TOO_WIDE}
     first = np.min(failures[:, 0], axis=0)
     empirical = (np.arange(_POINTS) + 0.5) / _POINTS
