@@ -121,7 +121,7 @@ def test_spellings_of_published_data_sets_are_understood(fit):
     assert first == second
     data = {"bracket_lo": [0.4, 0.8, 0.6], "bracket_hi": [0.7, 1.0, "inf"]}
     assert fit(data, "ida")["status"] == "ok"
-    assert fit("lower,upper\n0.2,0.4\n0.5,0.8\n0.6,\n", "ida")["status"] == "ok"
+    assert fit("lower, upper\n0.2, 0.4\n0.5, 0.8\n0.6,\n", "ida")["status"] == "ok"
     x, y = np.array([0.1, 0.2, 0.5, 0.9]), np.array([0.01, 0.03, 0.05, 0.1])
     logs = {"ln_im": list(np.log(x)), "ln_edp": list(np.log(y)), "threshold": 0.04}
     plain = {"im": list(x), "edp": list(y), "threshold": 0.04}
@@ -340,11 +340,13 @@ def test_foreign_tables_lose_single_bad_rows_or_are_refused_with_row_and_column(
         ({"Skew_deg": [0, 60]}, "column 'Skew_deg' is not known: did you mean skew_deg?"),
         ({"Skew (deg)": [0, 60]}, "column 'Skew (deg)' is not known: did you mean skew_deg?"),
         ({"gap mm": [0, 60]}, "column 'gap mm' is not known: did you mean gap_mm?"),
+        ({"gap_m": [0, 1]}, "did you mean gap_mm? Convert to mm, rename the column"),
+        ({"variant": ["A", "B"]}, "variants 'A', 'B' have the same bridge, abutment and axes"),
         ({"Scale": [1, 2]}, "column 'Scale' is not known: did you mean scale?"),
         ({"record": ["a", None]}, "record is missing (row 1)"),
     ):
         with pytest.raises(InputError, match=re.escape(text)):
-            foreign(data | change, columns)
+            foreign(data | change, columns | {name: name for name in change if name == "variant"})
 
 
 def test_a_foreign_table_is_fitted_by_its_file_of_columns(fit, tmp_path):

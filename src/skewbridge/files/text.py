@@ -194,7 +194,8 @@ def read_csv(path: Path, **options: Any) -> "pd.DataFrame":
     text = read_text(path, MAX_CSV_BYTES)
     try:
         width = _check_rows(text)
-        return pd.read_csv(io.StringIO(text), index_col=False, usecols=range(width), **options)
+        options |= {"index_col": False, "skipinitialspace": True}
+        return pd.read_csv(io.StringIO(text), usecols=range(width), **options)
     except (ValueError, csv.Error, OverflowError) as error:
         problem = " ".join(str(error).split())
         raise file_fault(path, f" is not a table: {problem}") from None

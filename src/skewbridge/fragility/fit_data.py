@@ -129,11 +129,12 @@ def _fit_columns(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragil
         else as_column(need(name), name)
         for name in ("im", "edp")
     )
-    thresholds = np.atleast_1d(options.threshold or need("threshold")).tolist()
-    if len(distinct := list(dict.fromkeys(thresholds))) != 1:
-        text = f"threshold must be one number, got {shortened(distinct)}"
+    given = need("threshold") if options.threshold is None else options.threshold
+    thresholds = np.unique(positive(np.atleast_1d(given).tolist(), "threshold")).tolist()
+    if len(thresholds) != 1:
+        text = f"threshold must be one number, got {shortened(thresholds)}"
         raise InputError(text, column="threshold")
-    threshold, none = float(positive(distinct, "threshold")[0]), np.zeros(im.size)
+    threshold, none = thresholds[0], np.zeros(im.size)
     censored, collapse = (as_column(columns.get(n, none), n) for n in ("censored", "collapse"))
     flags = {name: columns[name] for name in ("censored", "collapse") if name in columns}
     same_length(im=im, edp=edp, **flags)
