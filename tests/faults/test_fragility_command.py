@@ -65,7 +65,7 @@ NAMED = ("--im", "im", "--edp", "edp", "--threshold", 2)
             (CLOUD | {"threshold": -1}, "cloud", 0, "threshold must"),
             (CLOUD | {"im": [1, [2]]}, "cloud", 1, "must be a number"),
             (CLOUD | {"threshold": []}, "cloud", None, "threshold must be one number, got []"),
-            (CLOUD | {"threshold": [1, 2]}, "cloud", None, "must be one number, got [1, 2]"),
+            (CLOUD | {"threshold": [1, 2]}, "cloud", None, "must be one number, got [1.0, 2.0]"),
             (CLOUD | {"status": ["ok", "collapse"]}, "cloud", None, "needs --im, --edp and --thr"),
             (CLOUD | {"im": 5}, "cloud", None, "im must be a list"),
             (CLOUD | {"edp": {"a": 1}}, "cloud", None, "edp must be a list"),
