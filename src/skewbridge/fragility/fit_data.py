@@ -168,7 +168,7 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     same_length(**lists)
     data = pd.DataFrame(lists)
     need_columns(data, (options.im, options.edp), "the table")
-    unused = set(data) - {options.im, options.edp, "collapse", "censored"}
+    unused = set(map(str, data)) - {options.im, options.edp, "collapse", "censored"}
     demand_table.refuse_misspelt(unused)
     im = positive(data[options.im].to_numpy(), options.im)
     demand = as_column(data[options.edp].to_numpy(), options.edp)
