@@ -267,7 +267,10 @@ def test_unused_and_repeated_rows_of_a_table_of_runs_are_reported(fit):
     failed = TABLE.assign(fell=1)
     assert fit(failed, "cloud", *RUNS, 0.01)["notes"] == ["columns that are not used: 'fell'"]
     twice = fit(pd.concat([TABLE, TABLE]), "cloud", *RUNS, 0.01)
-    assert twice["notes"] == ["12 rows repeat another row: intervals are too narrow"]
+    (note,) = twice["notes"]
+    assert note.startswith("12 runs repeat intensity and demand of another run: intervals are too")
+    unhashable = TABLE.assign(more=[[1]] * 12).to_dict("list")
+    assert fit(unhashable, "cloud", *RUNS, 0.01)["notes"] == ["columns that are not used: 'more'"]
 
 
 def test_runs_of_one_event_are_left_out_together(fit):

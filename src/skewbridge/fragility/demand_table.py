@@ -181,9 +181,8 @@ def refuse_misspelt(columns: Iterable[str], present: Iterable[str] = ()) -> None
         if name not in valid and nearest and not is_drawn:
             text = f"column {shortened(name)} is not known: did you mean {nearest[0]}?"
             unit = split_unit(nearest[0])[1]
-            todo = (
-                "Rename" if split_unit(spelled)[1] in ("-", unit) else f"Convert to {unit}, rename"
-            )
+            is_same = split_unit(spelled)[1] in ("-", unit)
+            todo = "Rename" if is_same else f"Convert to {unit}, rename"
             raise InputError(f"{text} {todo} the column", column=name)
 
 

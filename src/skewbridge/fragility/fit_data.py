@@ -199,8 +199,10 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     motions = motion_codes(data) if has_motions else np.arange(im.size)
     notes = [] if has_motions else [_INDEPENDENT]
     notes += demand_table.unused_notes(unused)
-    if repeated := int(data.duplicated().sum()):
-        notes += [f"{repeated} rows repeat another row: intervals are too narrow"]
+    rows = pd.DataFrame({"im": im, "edp": demand, "motion": motions * has_motions})
+    if repeated := int(rows.duplicated().sum()):
+        text = "intervals are too narrow if runs were entered twice"
+        notes += [f"{repeated} runs repeat intensity and demand of another run: {text}"]
     if state.threshold <= demand_table.MAX_DRIFT:
         notes += demand_table.percent_notes(options.edp, demand[is_complete(runs)])
     outcomes = demand_outcomes(runs, [state])
