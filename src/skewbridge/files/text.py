@@ -306,7 +306,7 @@ def checked[T](kind: type[T], raw: Any, where: str | Path) -> T:
     schema = adapter.json_schema() if is_unknown else {}
     keys = list(_keys(schema, schema.get("$defs", {})))
     # a list with invalid items is not also reported as too short
-    lists = {finding["loc"][:-1] for finding in findings}
+    lists = {finding["loc"][:end] for finding in findings for end in range(len(finding["loc"]))}
     lines = [
         _explain(finding, keys)
         for finding in findings
