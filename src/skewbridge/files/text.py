@@ -194,7 +194,8 @@ def read_csv(path: Path, **options: Any) -> "pd.DataFrame":
     text = read_text(path, MAX_CSV_BYTES)
     try:
         width = _check_rows(text)
-        return pd.read_csv(io.StringIO(text), index_col=False, usecols=range(width), **options)
+        options |= {"index_col": False, "skipinitialspace": True}
+        return pd.read_csv(io.StringIO(text), usecols=range(width), **options)
     except (ValueError, csv.Error, OverflowError) as error:
         problem = " ".join(str(error).split())
         raise file_fault(path, f" is not a table: {problem}") from None
@@ -305,7 +306,9 @@ def checked[T](kind: type[T], raw: Any, where: str | Path) -> T:
     schema = adapter.json_schema() if is_unknown else {}
     keys = list(_keys(schema, schema.get("$defs", {})))
     # a list with invalid items is not also reported as too short
-    invalid_lists = {finding["loc"][:-1] for finding in findings}
+    invalid_lists = {
+        finding["loc"][:end] for finding in findings for end in range(len(finding["loc"]))
+    }
     lines = [
         _explain(finding, keys)
         for finding in findings

@@ -180,7 +180,10 @@ def refuse_misspelt(columns: Iterable[str], present: Iterable[str] = ()) -> None
         is_drawn = name.startswith((CHOICE_PREFIX, DRAW_PREFIX))
         if name not in valid and nearest and not is_drawn:
             text = f"column {shortened(name)} is not known: did you mean {nearest[0]}?"
-            raise InputError(f"{text} Rename the column", column=name)
+            unit = split_unit(nearest[0])[1]
+            is_same = split_unit(spelled)[1] in ("-", unit)
+            todo = "Rename" if is_same else f"Convert to {unit}, rename"
+            raise InputError(f"{text} {todo} the column", column=name)
 
 
 def unused_notes(columns: Iterable[str]) -> list[str]:
@@ -283,6 +286,10 @@ def read_foreign(
         row = int(np.argmax(doubled))
         text = f"row {row} repeats variant, motion_id, scale and incidence_deg of another row"
         raise InputError(f"{text}; columns that are not used: {names_of(unused)}", row=row)
+    distinct = out[variant_columns(out)].drop_duplicates()
+    if (same := distinct[distinct.duplicated(variant_columns(out)[1:], keep=False)]).size:
+        names = f"variants {names_of(same['variant'])} have the same bridge, abutment and axes"
+        raise InputError(f"{names}: give them other names of the bridge", column="variant")
     if validity.COMPLETE not in out:
         out[validity.COMPLETE] = validity.is_complete(out)
     first = [*variant_columns(out), *LOADING_COLUMNS, "status"]

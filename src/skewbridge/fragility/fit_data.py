@@ -129,11 +129,12 @@ def _fit_columns(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragil
         else as_column(need(name), name)
         for name in ("im", "edp")
     )
-    thresholds = np.atleast_1d(options.threshold or need("threshold")).tolist()
-    if len(distinct := list(dict.fromkeys(thresholds))) != 1:
-        text = f"threshold must be one number, got {shortened(distinct)}"
+    given = need("threshold") if options.threshold is None else options.threshold
+    thresholds = np.unique(positive(np.atleast_1d(given).tolist(), "threshold")).tolist()
+    if len(thresholds) != 1:
+        text = f"threshold must be one number, got {shortened(thresholds)}"
         raise InputError(text, column="threshold")
-    threshold, none = float(positive(distinct, "threshold")[0]), np.zeros(im.size)
+    threshold, none = thresholds[0], np.zeros(im.size)
     censored, collapse = (as_column(columns.get(n, none), n) for n in ("censored", "collapse"))
     flags = {name: columns[name] for name in ("censored", "collapse") if name in columns}
     same_length(im=im, edp=edp, **flags)
@@ -167,7 +168,7 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     same_length(**lists)
     data = pd.DataFrame(lists)
     need_columns(data, (options.im, options.edp), "the table")
-    unused = set(data) - {options.im, options.edp, "collapse", "censored"}
+    unused = set(map(str, data)) - {options.im, options.edp, "collapse", "censored"}
     demand_table.refuse_misspelt(unused)
     im = positive(data[options.im].to_numpy(), options.im)
     demand = as_column(data[options.edp].to_numpy(), options.edp)
@@ -198,8 +199,10 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     motions = motion_codes(data) if has_motions else np.arange(im.size)
     notes = [] if has_motions else [_INDEPENDENT]
     notes += demand_table.unused_notes(unused)
-    if repeated := int(data.duplicated().sum()):
-        notes += [f"{repeated} rows repeat another row: intervals are too narrow"]
+    rows = pd.DataFrame({"im": im, "edp": demand, "motion": motions * has_motions})
+    if repeated := int(rows.duplicated().sum()):
+        text = "intervals are too narrow if runs were entered twice"
+        notes += [f"{repeated} runs repeat intensity and demand of another run: {text}"]
     if state.threshold <= demand_table.MAX_DRIFT:
         notes += demand_table.percent_notes(options.edp, demand[is_complete(runs)])
     outcomes = demand_outcomes(runs, [state])

@@ -120,7 +120,7 @@ def read_path(file: Path) -> NDArray[np.float64]:
 
     `InputError` names a missing column, or the line of an invalid value or time.
     """
-    table = read_csv(file, skipinitialspace=True)
+    table = read_csv(file)
     if missing := [column for column in PATH_COLUMNS if column not in table.columns]:
         columns = ", ".join(PATH_COLUMNS)
         raise InputError(f"path {file} must have the columns {columns}; it lacks {missing}")
