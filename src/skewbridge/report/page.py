@@ -26,6 +26,7 @@ from skewbridge.demands.columns import demands_for
 from skewbridge.demands.validity import (
     BEYOND_MODEL,
     FAILURE_DEMANDS,
+    MAX_ENERGY_RESIDUAL,
     is_complete,
     with_derived_columns,
 )
@@ -34,7 +35,7 @@ from skewbridge.files.text import write_text
 from skewbridge.fragility import exports, verdicts
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
 from skewbridge.fragility.fits import FITTED
-from skewbridge.fragility.limit_states import HEADLINE_STATES, hazus_factor
+from skewbridge.fragility.limit_states import COLUMN_FAILURE, HEADLINE_STATES, hazus_factor
 from skewbridge.fragility.verdicts import MEDIAN_CAPACITY, OK
 from skewbridge.report import answer, appearance
 from skewbridge.report.answer import change_name, effect_name, model_name
@@ -61,7 +62,6 @@ from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS
 
 _CHANGE: Final = ("axis", "from_value", "to_value")
-_NEEDED: Final = (*BRIDGE_COLUMNS, *_CHANGE, "demand", "n_motions", "needed_motions")
 
 
 def write_report(
@@ -405,6 +405,11 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
     """Return the tables of pooled headline effects and other pooled effects, and their legend."""
     rows = pd.concat([frames["medians"], frames["effects"]], ignore_index=True)
     pooled = rows[rows["scope"] == "pooled"]
+    # the only failure mode of a column has the effects of any failure, but in another family
+    failures = pooled["demand"].str.startswith(f"{COLUMN_FAILURE}/")
+    is_any = pooled["demand"] == f"{COLUMN_FAILURE}/any"
+    repeated = pooled.duplicated([*BRIDGE_COLUMNS, *_CHANGE, *verdicts.RATIOS], keep=False)
+    pooled = pooled[~(failures & ~is_any & repeated)]
     ratios, needed = pooled[pooled["judged_by"] == verdicts.RATIO], frames["needed_motions"]
     medians = pooled[pooled["quantity"] == MEDIAN_CAPACITY]
     main = pooled["demand"].isin({*HEADLINE_STATES, *demands_for("headline")})
@@ -415,7 +420,16 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
         "any_marked": any(map(answer.extent_of_data, records_of(medians))),
         "margin": appearance.margin_text(ratios.iloc[0]) if len(ratios) else "",
         "alternatives": answer.alternative_rows(frames["alternatives"]),
-        "needed": needed.loc[needed["forecast"] == verdicts.MORE, list(_NEEDED)],
+        "needed": [
+            {
+                "bridge, abutment": model_name(row["bridge"], row["abutment"]),
+                "change": answer.change_of(row),
+                "demand or state": effect_name(row["demand"]),
+                "motions": row["n_motions"],
+                "needed": number_text(row["needed_motions"]),
+            }
+            for row in records_of(needed[needed["forecast"] == verdicts.MORE])
+        ],
         "styles": appearance.STYLES.values(),
     }
 
@@ -684,10 +698,14 @@ def quality(demands: pd.DataFrame, sensitivity: pd.DataFrame) -> dict[str, Any]:
     name, rubbed = "cone_work_over_10pct_ratio", demands[demands["slip_work_kj"] > 0.0]
     # after the failure of a column its fibers lose their force in jumps, which the work of end
     # forces does not follow; demands count up to the failure
-    before_failure = demands[~demands[BEYOND_MODEL].fillna("").astype(bool)]
+    has_failed = demands[BEYOND_MODEL].fillna("").astype(bool)
+    residuals, changes = demands["energy_residual_ratio"].abs(), pd.Series(dtype=float)
+    if len(sensitivity):
+        changes = sensitivity.set_index("demand")["reference_largest_change"].dropna()
     return {
-        "residuals": 100.0 * before_failure["energy_residual_ratio"].abs(),
-        "changes": 100.0 * sensitivity.get("reference_largest_change", pd.Series(dtype=float)),
+        "residuals": 100.0 * residuals[~has_failed],
+        "late": int((residuals[has_failed] > MAX_ENERGY_RESIDUAL).sum()),
+        "changes": 100.0 * changes,
         "compared": sensitivity[["rows", "analysed_s"]].max() if len(sensitivity) else None,
         "excesses": 100.0 * rubbed.get(name, pd.Series(dtype=float)),
     }
