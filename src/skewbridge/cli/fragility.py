@@ -150,7 +150,8 @@ def predict(
     flags = ("extrapolated", "theta"), ("p_extrapolated", "p")
     for row, printed in zip(rows, statistics, strict=True):
         printed["extrapolated"] = ", ".join(value for flag, value in flags if row[flag])
-    printed_tables = {f"theta in {rows[0]['im']}": statistics}
+    title = f"theta in {rows[0]['im']} with its {100 * rows[0]['level']:g} % interval"
+    printed_tables = {title + (f"; p at {at:g}" if at else ""): statistics}
     notes = ["loo_error: error of theta when a variant is left out of the model"]
     if any(row[flag] for row in rows for flag, _ in flags):
         notes.append("extrapolated: fewer than three motions are as strong, or weak, as this value")

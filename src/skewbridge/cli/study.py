@@ -82,7 +82,8 @@ def demo(out: Out = Path("demo")) -> Answer:
 def plan(study: PlannedStudy = None) -> Answer:
     """Show the variants, analyses, cost and progress of a study.
 
-    For a finished study, also show how many motions are needed to decide each pooled effect.
+    For a finished study, also show how many motions the interval of each pooled effect needs to
+    decide it, without an adjustment for the number of effects as in the verdicts of the report.
 
     Example: skewbridge plan --config config/smoke.yaml
     """
@@ -104,7 +105,7 @@ def plan(study: PlannedStudy = None) -> Answer:
     printed = {
         **forecast.summary,
         "analyses of": forecast.variants,
-        "Motions needed to decide the pooled effects": rows,
+        "Motions with which the interval of a pooled effect alone decides it": rows,
     }
     reason = "no more motions are needed, or no number was found; see the column forecast"
     answer = forecast.summary | {"needed_motions": needed_rows}

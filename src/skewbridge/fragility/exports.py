@@ -398,6 +398,8 @@ def paper_table(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame
     """Return the table for publication, without limit states of which no variant has a curve."""
     selected = with_ratios(chosen_curves(curves), medians)
     joint = joint.merge(selected.loc[selected["theta"].notna(), list(_STATE)].drop_duplicates())
+    # all runs count, as in the rows of variants: those without information on the demand as well
+    runs = selected.groupby(list(_STATE))["n_runs"].sum()
     rows = records_of(selected.assign(row=selected["variant"]))
     for row in records_of(joint[joint["status"] == FITTED]):
         model = JointModel(row)
@@ -406,6 +408,7 @@ def paper_table(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame
         for axis in middle:
             low, high = (middle | {axis: end} for end in model.axis_range.limits[axis])
             out |= _ratio(axis, model.median(high, low, EFFECT_CONFIDENCE))
+        out["n_runs"] = runs[tuple(row[name] for name in _STATE)]
         rows.append(out | {"row": JOINT, "method": JOINT})
     table = pd.DataFrame(rows, columns=list(paper_columns(_axes(curves))))
     table = table[table.groupby(list(_STATE))["theta"].transform("count") > 0]
@@ -508,4 +511,9 @@ def _marks(row: Mapping[str, Any]) -> str:
 
 
 def _number(value: float) -> str:
-    return _NONE if pd.isna(value) else f"{value:.3g}"
+    return _NONE if pd.isna(value) else three_digits(value)
+
+
+def three_digits(value: float) -> str:
+    """Return a number with three significant digits, such as ``1.60``."""
+    return f"{value:#.3g}".rstrip(".")

@@ -18,6 +18,7 @@ from skewbridge.demands.columns import demands_for
 from skewbridge.demands.validity import is_complete, with_derived_columns
 from skewbridge.files.tables import Floats, records_of
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
+from skewbridge.fragility.exports import three_digits
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.limit_states import COLUMN_FAILURE, HEADLINE_STATES, LimitState
 from skewbridge.fragility.outcomes import demand_outcomes
@@ -181,11 +182,6 @@ def state_text(row: Mapping[Any, Any]) -> str:
     if not demand or "dcr" in state:
         return words
     return f"{words} ({appearance.threshold_text(demand, row['threshold'])})"
-
-
-def three_digits(value: float) -> str:
-    """Return a number with three significant digits, such as ``1.60``."""
-    return f"{value:#.3g}".rstrip(".")
 
 
 def value_words(row: Mapping[str, Any], unit: str) -> str:

@@ -28,6 +28,7 @@ from skewbridge.report.appearance import (
     value_text,
 )
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, parse_config
+from skewbridge.units import split_unit
 from skewbridge.variant.axes import axis
 from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.random_properties import BLOCK, DIRECTION, property_name
@@ -112,7 +113,10 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
             "source": "; ".join(filter(None, suite["source"].astype(str).unique())),
             "suites": dict(suites),
             "random_direction": DIRECTION in drawn,
-            "drawn": {property_name(name): distribution for name, distribution in drawn.items()},
+            "drawn": {
+                f"{property_name(name)} ({split_unit(name)[1]})".removesuffix(" (-)"): distribution
+                for name, distribution in drawn.items()
+            },
             "alternatives": {
                 option_text(name): listed(f"{value}".replace("_", " ") for value in values)
                 for name, values in alternatives.items()

@@ -46,7 +46,6 @@ from skewbridge.report.fragility_figures import (
     main_curves,
     pooled_curves,
     state_text,
-    three_digits,
     variants_text,
     with_system,
 )
@@ -394,8 +393,8 @@ def with_ends(row: Mapping[str, Any], names: Sequence[str]) -> str:
     value, low, high = (row[name] for name in names)
     if pd.isna(value):
         return "–"
-    ends = "" if pd.isna(low) else f" [{three_digits(low)}, {three_digits(high)}]"
-    return three_digits(value) + ends
+    ends = "" if pd.isna(low) else f" [{exports.three_digits(low)}, {exports.three_digits(high)}]"
+    return exports.three_digits(value) + ends
 
 
 # --- effects
@@ -629,7 +628,8 @@ def shown_rows(
     for name in frame:
         words, unit = split_unit(str(name))
         unit, factor = appearance.shown_unit(unit)
-        heading = words.replace("_", " ") + ("" if unit == "-" else f" ({unit})")
+        words = words.replace("rung", "recovery step").replace("_", " ")
+        heading = words + ("" if unit == "-" else f" ({unit})")
         values = frame[name] if factor == 1.0 else factor * frame[name]
         texts[heading] = [number_text(value, digits) for value in values.tolist()]
     return records_of(pd.DataFrame(texts))

@@ -23,6 +23,7 @@ from skewbridge.errors import InputError
 from skewbridge.files.tables import figure_metadata, read_frame
 from skewbridge.files.text import shortened, write_text
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
+from skewbridge.fragility.exports import three_digits
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import read_suite
@@ -42,7 +43,7 @@ SECTIONS: Final = tuple(dict.fromkeys(caption["section"] for caption in CAPTIONS
 _TABLES: Final = ("demands", "curves", "effects", "medians", "system", "intensity_effects")
 _TEXTS: Final = appearance.templates(
     *(appearance.demand_name, appearance.in_words, appearance.plain_label, listed),
-    *(fragility_figures.state_text, fragility_figures.three_digits),
+    *(fragility_figures.state_text, three_digits),
     *(appearance.threshold_text, appearance.value_text),
 )
 PNG_DPI: Final = 300

@@ -353,7 +353,7 @@ def predict_states(
         prediction = {"component": row["component"], "state": row["limit_state"], "theta": theta}
         curve = model.curve(values)
         prediction |= {"beta": float(curve.beta[0]), "beta_total": float(curve.total[0])}
-        prediction |= {"ci_theta": ends}
+        prediction |= {"ci_theta": ends, "level": model.level}
         for name, total in (("p_records", False), ("p", True)):
             prediction[name] = None if at is None else curve.probability(np.log(at), total=total)
         # tables of earlier versions have no range: their medians count as extrapolated
