@@ -24,7 +24,7 @@ from fragility_tables import (
 from skewbridge.demands.validity import FAILURE_DEMANDS
 from skewbridge.files.tables import write_frame
 from skewbridge.fragility.demand_model import fit_models, state_curve
-from skewbridge.fragility.exports import PAPER_COLUMNS
+from skewbridge.fragility.exports import PAPER_COLUMNS, paper_table, with_interval
 from skewbridge.fragility.joint import JOINT_COLUMNS, JointModel, joint_table
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.study_tables import write_tables
@@ -249,6 +249,7 @@ def test_values_outside_the_motions_are_flagged(written):
             assert row["extrapolated"] == (not low <= row["theta"] <= high)
     printed = invoke("predict", "--study", folder, *PLACE, "--at", "9")
     assert printed.stdout.count(" p ") >= 2
+    assert "with its 95 % interval; p at 9" in " ".join(printed.stdout.split())
     assert "fewer than three motions" in printed.stderr
     for name in ("joint", "system", "curves"):
         table = table_of(written[0], name).query("status == 'ok'")
@@ -504,6 +505,12 @@ def test_the_table_of_a_paper_has_variants_and_joint_rows_with_ratios(written):
     assert variants.groupby(axes).ngroups == len(variants) == 12
     # each axis: the smallest value has nothing to be compared with
     assert variants[["friction_ratio", "skew_ratio"]].notna().sum().tolist() == [6, 8]
+    # a joint row counts all runs, also those without information on the demand, which no fit uses
+    curves, medians, fits = (table_of(folder, n) for n in ("curves", "median_effects", "joint"))
+    paper = paper_table(curves, medians, fits.assign(n_runs=1.0))
+    counts = paper.query("limit_state == 'slight'").groupby("method")[["n_exceed", "n_runs"]].sum()
+    assert counts.loc["joint"].tolist() == counts.drop("joint").sum().tolist()
+    assert with_interval([1.0, 0.26, 1.1]) == "1.00 [0.260, 1.10]"
     tex = (folder / "out" / "fragility" / "table.tex").read_text(encoding="utf-8")
     assert tex.count(r"\\") == len(table) + 1
     assert "& skew 60 deg, gap 51 mm, friction 0.5 & column drift, slight &" in tex

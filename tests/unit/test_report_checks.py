@@ -208,7 +208,10 @@ def test_checks_and_state_of_a_study_count_suspect_rows_and_recovery_steps(tmp_p
         for each in rows:
             journal.append(each)
     content = read_content(folder.journals)
-    assert study_progress({"v": ["a", "b"]}, content).summary["suspect"] == 1
+    progress = study_progress({"v": ["a", "b"]}, content)
+    assert (progress.summary["suspect"], progress.notes) == (1, ())
+    (note,) = study_progress({"v": ["c"]}, content).notes  # of other sources
+    assert note.startswith("2 stored analyses have other sources")
 
 
 def test_excluded_rows_are_unknown_in_the_fits_and_have_no_ratio() -> None:

@@ -63,9 +63,15 @@ def finite(row, names):
 
 
 def pooled_effects(frames):
-    """Yield label, heading, numbers and row of every pooled effect."""
-    for row in pd.concat([frames["medians"], frames["effects"]]).to_dict("records"):
-        if row["scope"] != "pooled":
+    """Yield label, heading, numbers and row of every pooled effect.
+
+    The only failure mode of columns has the numbers of any failure and no row of its own.
+    """
+    rows = pd.concat([frames["medians"], frames["effects"]]).query("scope == 'pooled'")
+    any_failure = set(rows.loc[rows["demand"] == "column_failure/any", "ratio"])
+    for row in rows.to_dict("records"):
+        mode = row["demand"].removeprefix("column_failure/")
+        if mode in ("shear", "flexure") and row["ratio"] in any_failure:
             continue
         values = [100.0 * (row[name] - 1.0) for name in ("ratio", "ci_low", "ci_high")]
         if row["judged_by"] == "difference":
@@ -235,7 +241,9 @@ def test_failures_tables_intensities_and_links_are_those_of_the_study(render):
     page, frames = render(demands)
     head = answer_of(page)
     failed = f"Columns failed in 7 of {len(demands)} runs: 5 in shear, 2 in flexure"
-    assert_in(head, failed, "No runs collapsed. In 7 runs the demands are peaks up to a failure")
+    assert_in(
+        head, failed, "None of them collapsed; the demands of all are peaks up to the failure"
+    )
     assert ">4 to 3 of 32</td>" in head or ">7 to 0 of 32</td>" in head
     assert set(frames["curves"]["im"]) == {IM}
     words = ("weakest component", "components independent", "Median θ of Sa,avg RotD50 (g)")
@@ -247,6 +255,38 @@ def test_failures_tables_intensities_and_links_are_those_of_the_study(render):
     # addresses inside the vendored library are texts of its messages
     own = re.sub(r"<script.*?</script>", "", re.sub(r"data:image[^\"]+", "", page), flags=re.DOTALL)
     assert "http" not in own
+
+
+def test_accuracy_suspect_rows_and_needed_motions_state_what_they_refer_to(render):
+    demands = synthetic_demands(skews=(0, 30, 60), gaps=(25,)).assign(beyond_model="")
+    demands["beyond_model"] = np.where(demands["column_shear_dcr"] >= 0.6, "shear", "")
+
+    def edit(frames):
+        accuracy = {"demand": ["deck_disp_m", "slip_work_kj"], "rows": 4, "analysed_s": 6.0}
+        frames["sensitivity"] = pd.DataFrame(accuracy | {"reference_largest_change": [0.01, 0.15]})
+        failed = frames["demands"]["beyond_model"] != ""
+        residuals = failed.map({True: 0.5, False: 0.002})
+        return frames | {"demands": frames["demands"].assign(energy_residual_ratio=residuals)}
+
+    page, frames = render(demands, edit=edit)
+    failed = int((demands["beyond_model"] != "").sum())
+    assert_in(
+        page,
+        "Demands of 4 runs differ from the reference accuracy by 8 % (median), 15 % at worst "
+        "(slip work)",
+        f"0 suspect rows, {failed} by the energy after a column failure",
+        "by its own interval whether an effect exceeds the margin",
+    )
+    needed = frames["needed_motions"].query("forecast == 'more motions'").to_dict("records")
+    cells = tables_of(page)["Motions needed"][1:]
+    assert len(cells) == len(needed) > 0
+    for (_, change, demand, *counts), row in zip(cells, needed, strict=True):
+        assert (change, demand) == (answers.change_of(row), effect_name(row["demand"]))
+        assert_printed(" ".join(counts), [row["n_motions"], row["needed_motions"]])
+    # the row of any failure is also that of the only mode
+    effects = dict.fromkeys(row[0] for row in tables_of(page)["Effects, all variants"][1:])
+    assert "Median, column failure" in effects
+    assert "column failure (shear)" not in page[page.index('id="effects"') :].split("<section")[0]
 
 
 def test_bridges_and_abutments_of_a_mixed_study_are_named(render):
@@ -353,6 +393,8 @@ def test_methods_take_the_range_of_intensities_from_the_motions():
     methods = methods_of(parse_config({"motions": {"count": 2}}), pd.DataFrame(given))
     text = methods.parts["Ground motions"]
     assert_in(text, "2 two-component ground motions", "at the T1 of osb1 spans 0.11 to 0.8 g")
+    drawn = methods_of(parse_config({"uncertainty": {"enabled": True}})).parts["Random properties"]
+    assert_in(drawn, "Joint gap (mm): normal, median 0, spread 5,", "standard deviation")
     # the first screen has the intensities of the fits, at the T1 of each bridge
     assert [is_at_own_period(IM, [name]) for name in ("osb1", "other")] == [False, True]
 
@@ -382,7 +424,8 @@ def test_headline_has_one_sentence_per_axis_certain_and_large_effects_first():
         answer_row("skew_deg", "deck_disp_m", 1.25, "higher", **demand),
     ) == [
         "Skew 0° to 0.5° lowers the median capacity for column failure by 0.56 g (2.00 to 1.44 g, "
-        "direction certain) and for unseating (slight) by 0.4 g (2.00 to 1.60 g, certain) and "
+        "-28 %, direction certain) and for unseating (slight) by 0.4 g (2.00 to 1.60 g, -20 %, "
+        "certain) and "
         "raises deck displacement by 25 mm (100 to 125 mm at 0.5 g; certain).",
         "Gap 0 mm to 0.5 mm changes no median capacity by more than 5 % (most: 0.06 g).",
         "Not decided with these motions: friction on unseating (slight) (+2.0 %, -3.1 to +7.1 %).",
@@ -394,7 +437,7 @@ def test_headline_names_other_bridges_with_the_same_certainty():
     other = answer_row("skew_deg", "column_failure/any", 0.88, "lower", bridge="osb2s")
     assert headline_of(row, other) == [
         "Skew 0° to 0.5° lowers the median capacity for column failure of osb1 by 0.4 g "
-        "(2.00 to 1.60 g, certain, as in osb2s: -12 %)."
+        "(2.00 to 1.60 g, -20 %, certain, as in osb2s: -12 %)."
     ]
     assert "as in" not in headline_of(row, other | {"claim": "undecided"})[0]
 
@@ -420,14 +463,14 @@ SURE = {"claim": "undecided", "sure_to": 0.3, "sure_ratio": 0.7, "sure_low": 0.6
 @pytest.mark.parametrize(
     ("changes", "words", "note"),
     [
-        ({}, "g, certain, extrapolated)", NOTE),
-        ({"n_extrapolated": 3}, "g, certain, partly extrapolated)", f"some {NOTE}"),
+        ({}, "g, +8.0 %, certain, extrapolated)", NOTE),
+        ({"n_extrapolated": 3}, "%, certain, partly extrapolated)", f"some {NOTE}"),
         (
             LOST,
             "from a model: 4 of 8 variants lack a curve",
             "some variants have no curve, because",
         ),
-        ({"n_extrapolated": 0}, "g, certain)", ""),
+        ({"n_extrapolated": 0}, "%, certain)", ""),
         (SURE, "certain up to 0.3: -30 % (-40 to -20 %)", NOTE),
     ],
 )
@@ -447,6 +490,14 @@ def test_failures_are_counted_only_with_capacities_of_columns():
     assert first == f"Columns failed in 0 of {runs['n_runs'].iloc[0]} runs."
     first, _ = answers.failure_sentences(runs, has_capacities=False)
     assert "no column capacities" in first
+    failed = synthetic_demands(motions=2).assign(beyond_model="shear")
+    failed.loc[failed.index[:3], "status"] = "collapse"
+    ends = [answers.failure_sentences(run_counts(failed))[1]]
+    ends += [answers.failure_sentences(run_counts(failed.assign(beyond_model="")))[1]]
+    assert [text.partition(" are peaks")[0] for text in ends] == [
+        "3 of them collapsed; the demands of all",
+        "Three runs collapsed. In 3 runs the demands",
+    ]
     foreign = run_counts(synthetic_demands(motions=2).assign(drift_over_capacity=1.2))
     assert (foreign["n_failed"] == foreign["n_runs"]).all()
 
@@ -642,9 +693,12 @@ def headline_values(table, runs, motions):
         if in_name(model):
             yield from [*whole.loc[model, ["n_failed", "n_runs"]], *in_name(model)]
     yield from (count for count in whole[["n_shear", "n_flexure"]].sum() if count > 0)
-    # counts up to eight are words
-    yield from (count for count in [whole["n_collapse"].sum()] if count > 8)
-    yield from (whole["n_bounds"].sum(), 100.0 * medians["level"].max(), len(motions))
+    collapsed, ended = whole[["n_collapse", "n_bounds"]].sum()
+    if ended == whole["n_failed"].sum() > 0:  # all runs that ended early have a failed column
+        yield from (count for count in [collapsed] if count > 0)
+    else:  # counts up to eight are words
+        yield from [*(count for count in [collapsed] if count > 8), ended]
+    yield from (100.0 * medians["level"].max(), len(motions))
     if motions["source"].str.startswith("recorded").all():
         yield motions["event"].nunique()
     for name in ("magnitude", "distance_km"):
