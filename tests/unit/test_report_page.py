@@ -289,6 +289,21 @@ def test_accuracy_suspect_rows_and_needed_motions_state_what_they_refer_to(rende
     assert "column failure (shear)" not in page[page.index('id="effects"') :].split("<section")[0]
 
 
+def test_rate_factors_of_fewer_pairs_are_marked_and_come_last():
+    """Variants without a curve have no rate: their factors are means of fewer pairs."""
+    change = {
+        "bridge": "osb1", "abutment": "contact_friction", "axis": "skew_deg", "from_value": 0.0,
+        "to_value": 60.0, "limit_state": "slight", "scope": "pooled", "status": "ok", "level": 0.9,
+        "direction": 1, "from_rate": 1e-3, "to_rate": 2e-3, "ci_low": 1.2, "ci_high": 3.0,
+    }  # fmt: skip
+    few = {"component": "unseating", "ratio": 2.0, "n_cells": 1.0}
+    all_pairs = {"component": "column_failure", "limit_state": "any", "ratio": 1.5, "n_cells": 4.0}
+    table = pd.DataFrame([change | few, change | all_pairs])
+    rates = answers.rates_on_page({"rate_effects": table})
+    assert "of column failure by 1.5" in rates["sentence"]
+    assert [row["pairs"] for row in rates["rows"]] == [" (1 of 4 pairs)", ""]
+
+
 def test_bridges_and_abutments_of_a_mixed_study_are_named(render):
     pinned, fixed = (
         synthetic_demands(bridge=name, skews=(0, 30), gaps=(25,), motions=8, seed=seed)

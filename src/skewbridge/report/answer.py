@@ -618,8 +618,15 @@ def rates_on_page(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
     shown = pooled[pooled["state"].isin(states or pooled["state"].iloc[:1])]
     last = shown.groupby(["bridge", "abutment", "axis", "state"], sort=False)["to_value"]
     shown = shown[shown["to_value"] == last.transform("max")]
+    # a variant without a curve has no rate, so some factors are means of fewer pairs than others
+    most = shown.groupby([*BRIDGE_COLUMNS, "axis", "to_value"])["n_cells"].transform("max")
+    notes = [
+        f" ({n:.0f} of {m:.0f} pairs)" * (n < m)
+        for n, m in zip(shown["n_cells"], most, strict=True)
+    ]
+    shown = shown.assign(pairs=notes)
     certain = records_of(shown[shown["direction"] != 0])
-    certain.sort(key=lambda row: -max(row["ratio"], 1.0 / row["ratio"]))
+    certain.sort(key=lambda row: (row["pairs"], -max(row["ratio"], 1.0 / row["ratio"])))
     return {
         "sentence": sentence("rates", largest=certain[:1]),
         "rows": records_of(shown),
