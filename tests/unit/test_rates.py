@@ -11,6 +11,7 @@ from scipy.stats import norm
 from cli_json import answer, invoke
 from fragility_tables import FAILURES, IM, SETTINGS, STATES, ready, synthetic_demands, two_mode_runs
 from skewbridge.errors import InputError
+from skewbridge.files.tables import read_frame, write_frame
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.hazard import HazardConfig, hazard_curve, measure_column, read_hazard
@@ -313,6 +314,11 @@ def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path):
     other = ("--bridge", "osb1", *target, "--axis", "friction=0.5", "--hazard", site)
     decide = ("decide", "--study", study, *other, "--out", tmp_path / "chart")
     needs = pd.DataFrame(answer(*decide)["rows"]).query("gap_mm == 51")
+    # lengths for more unseating than in any run
+    assert "model alone" not in invoke(*decide).stderr
+    runs = read_frame(study / "demands.parquet")
+    write_frame(runs.assign(unseating_m=0.001), study / "demands.parquet", {})
+    assert "model alone: 65 of 65 lengths" in invoke(*decide).stderr
     assert {path.suffix for path in (tmp_path / "chart").iterdir()} == {".csv", ".png", ".svg"}
     # five skews of each gap are printed, also where the range is no multiple of 15 degrees
     assert invoke(*decide).stdout.count("33.8") == 2

@@ -186,13 +186,14 @@ def decide(
 
     Example: skewbridge decide --hazard site.csv --bridge osb1 --axis friction=0.5 --out decision
     """
-    from skewbridge.files.tables import records_of, write_csv
+    from skewbridge.files.tables import read_frame, records_of, write_csv
     from skewbridge.files.text import writable_folder
     from skewbridge.fragility.hazard import site_hazard
     from skewbridge.fragility.rates import decision, target_rate
     from skewbridge.report.bridge_figures import decision_figure, with_codes
     from skewbridge.report.study_figures import save_figure
     from skewbridge.study.config import FigureSettings
+    from skewbridge.study.folder import StudyFolder
     from skewbridge.study.results import joint_rows
 
     target = target_rate(probability_50y)
@@ -216,5 +217,15 @@ def decide(
     columns = [name for name in _DECISION_COLUMNS if name in table]
     printed = {title: records_of(table.loc[is_end_gap & is_third_skew, columns])}
     notes = [f"target: {target:.3g} per year; written: {', '.join(map(str, files))}"]
+    failing = table.loc[table.filter(["gap_from_mm"]).isna().any(axis=1), "skew_deg"]
+    if len(failing):
+        skews = f"{failing.min():g} to {failing.max():g} deg"
+        notes.append(f"column failure is above the target at every gap for skews of {skews}")
+    if (demands := StudyFolder(folder_of(study)).demands).is_file():
+        model = tuple(rows[0][name] for name in ("bridge", "abutment"))
+        largest_m = read_frame(demands).groupby(["bridge", "abutment"])["unseating_m"].max()[model]
+        if beyond := int((table["support_m"] > largest_m).sum()):
+            limit = f"more unseating than in any run up to a column failure ({largest_m:.3g} m)"
+            notes.append(f"model alone: {beyond} of {len(table)} lengths are for {limit}")
     answer = {"target": target, "values": needs.values, "rows": records_of(table)}
     return Answer(answer, printed, notes=notes, digits=3)
