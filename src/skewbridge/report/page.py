@@ -419,16 +419,7 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
         "any_marked": any(map(answer.extent_of_data, records_of(medians))),
         "margin": appearance.margin_text(ratios.iloc[0]) if len(ratios) else "",
         "alternatives": answer.alternative_rows(frames["alternatives"]),
-        "needed": [
-            {
-                "bridge, abutment": model_name(row["bridge"], row["abutment"]),
-                "change": answer.change_of(row),
-                "demand or state": effect_name(row["demand"]),
-                "motions": row["n_motions"],
-                "needed": number_text(row["needed_motions"]),
-            }
-            for row in records_of(needed[needed["forecast"] == verdicts.MORE])
-        ],
+        "needed": records_of(needed[needed["forecast"] == verdicts.MORE]),
         "styles": appearance.STYLES.values(),
     }
 
