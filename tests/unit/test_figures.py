@@ -296,7 +296,10 @@ def test_captions_and_findings_have_the_numbers_of_the_tables(study):
     assert "Sa,avg RotD50 (g) 0.5." in captions["osb1_cf_effects_by_intensity"].text
     assert all(caption.finding.endswith(".") for caption in captions.values())
     above = int((study.demands["bearing_disp_m"] > 0.1).sum())
-    finding = f"{above} of {len(study.demands)} analyses exceed bearing, slight (100 mm)."
+    # runs that ended early could have exceeded the state later
+    finding = (
+        f"{above} of {len(study.demands)} analyses are known to exceed bearing, slight (100 mm)."
+    )
     assert captions["osb1_cf_cloud_bearing_disp_m"].finding == finding
     curves = pooled_curves(study.curves, study.medians)
     mild = curves.query("component == 'column_drift' and limit_state == 'slight'")["theta"]

@@ -85,6 +85,10 @@ def pooled_effects(frames):
 def assert_effects(tables, frames):
     answer, *maps = (tables.get(name, []) for name in TABLES)
     demands, changes, states = frames["demands"], {row[0]: row for row in answer[1:]}, answer[0]
+    names = {
+        f"{row['component']}/{row['limit_state']}": figures.state_text(row)
+        for row in frames["curves"].to_dict("records")
+    }
     cells, margins = {}, {}
     for heads, label, *row in ((table[0], *row) for table in maps for row in table[1:]):
         name, _, margins[label.partition("±")[0].strip()] = label.partition("±")
@@ -96,7 +100,7 @@ def assert_effects(tables, frames):
         by_ratio = row["judged_by"] != "difference"
         margin = 100 * row["margin"] if by_ratio else row["difference_margin"]
         assert_printed(margins[label], [margin] if margins[label] else [])
-        state = effect_name(row["demand"])
+        state = names.get(row["demand"])
         if change in changes and state in states:
             ends = [row["from_mean"], row["from_mean"] * row["ratio"]] if values else []
             cell = changes[change][states.index(state)]
@@ -214,6 +218,7 @@ def test_bases_axes_counts_and_answers_are_those_of_the_study(render):
     assert "fixed column bases" not in page
     assert "three capacity models" not in page
     assert_tables(page, frames)
+    assert tables_of(page)["The answer"][0][2] == "bearing, slight (100 mm)"
     head = answer_of(page)
     assert "<b>certain" in head or "certain</b>" in head
 

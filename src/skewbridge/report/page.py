@@ -189,7 +189,7 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], bridges: Sequence[str]) ->
         "sketch_colours": dict(zip(("skew", "gap", "friction"), colours, strict=True)),
         "axis_texts": texts,
         "at_own_period": is_at_own_period(str(curves["im"].iloc[0]), set(demands["bridge"])),
-        "answer": answer_rows(table, counts) | {"failures": has_capacities},
+        "answer": answer_rows(table, counts, curves) | {"failures": has_capacities},
         "failures": answer.failure_sentences(counts, has_capacities=has_capacities),
         "shear_failures": answer.shear_model_sentence(demands),
         "motions_line": f"{motions} {suites_text} "
@@ -197,11 +197,14 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], bridges: Sequence[str]) ->
     }
 
 
-def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
+def answer_rows(table: pd.DataFrame, counts: pd.DataFrame, curves: pd.DataFrame) -> dict[str, Any]:
     """Return the table of the first screen: one row per change and model, one column per state.
 
-    ``table`` is from `answer_table`, ``counts`` from `run_counts`.
+    ``table`` is from `answer_table`, ``counts`` from `run_counts`; ``curves`` have the capacities.
     """
+    heads = {
+        f"{row['component']}/{row['limit_state']}": state_text(row) for row in records_of(curves)
+    }
     names, notes = answer.short_names(table), answer.limit_notes(table)
     signs = {note_key: number for number, note_key in enumerate(notes, 1)}
     capacities = table[table["quantity"] == MEDIAN_CAPACITY]
@@ -222,7 +225,7 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame) -> dict[str, Any]:
             }
             rows.append({**row, "cells": cells})
     return {
-        "states": [effect_name(state) for state in states],
+        "states": [heads[state] for state in states],
         "certainty": {claim: text.partition(",")[0] for claim, text in answer.CERTAINTY.items()},
         "rows": rows,
         "notes": list(notes.values()),
