@@ -218,6 +218,12 @@ def test_bases_axes_counts_and_answers_are_those_of_the_study(render):
     assert "fixed column bases" not in page
     assert "three capacity models" not in page
     assert_tables(page, frames)
+    pairs = (
+        frames["effects"].query("scope == 'pooled' and status == 'ok'").groupby("axis")["n_motions"]
+    )
+    text = re.search("pair of runs, for demands: ([^.]*)[.]", page)[1]
+    ends = [sorted(set(pairs.agg(["min", "max"]).loc[name])) for name in ("skew_deg", "friction")]
+    assert_printed(text, [*ends[0], *ends[1]])
     assert tables_of(page)["The answer"][0][2] == "bearing, slight (100 mm)"
     head = answer_of(page)
     assert "<b>certain" in head or "certain</b>" in head
