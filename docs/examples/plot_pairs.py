@@ -12,7 +12,7 @@ import skewbridge
 from skewbridge.cli.study import DEMO_STUDY
 
 demands = skewbridge.load(DEMO_STUDY).demands.query("complete")
-keys = ["bridge", "skew_deg", "gap_mm", "motion_id", "im_saavg_rotd50_g"]
+keys = ["bridge", "skew_deg", "gap_mm", "motion_id", "incidence_deg", "im_saavg_rotd50_g"]
 paired = demands.pivot_table("deck_disp_m", keys, "friction").dropna()
 ratio = (paired[0.5] / paired[0.0]).reset_index(name="ratio")
 for skew_deg, rows in ratio.groupby("skew_deg"):

@@ -18,6 +18,7 @@ from typer.core import TyperGroup
 from typer.main import get_command
 
 from cli_json import answer
+from fragility_tables import synthetic_demands
 from skewbridge.bridge.catalogue import bridge_schema
 from skewbridge.cli import build_app
 from skewbridge.cli.study import DEMO_STUDY
@@ -131,6 +132,20 @@ def test_python_of_a_page_runs(name: str, text: str, finished: Path, monkeypatch
     if "import" in text:
         exec(code, {})
     plt.close("all")
+
+
+def test_pairs_of_the_readme_are_runs_at_one_incidence(tmp_path: Path, monkeypatch) -> None:
+    """In blocks, a motion can run without friction at one incidence and with it at another."""
+    (text,) = (text for name, text in fenced("python") if name == "README.md")
+    runs = synthetic_demands(skews=(0,), motions=6).assign(complete=True)
+    (tmp_path / "results").mkdir()
+    runs.assign(incidence_deg=180.0 * runs["friction"]).to_parquet(
+        tmp_path / "results/demands.parquet"
+    )
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, pd.Series] = {}
+    exec(text, names)
+    assert names["ratio"].isna().all()
 
 
 @pytest.mark.parametrize("line", starting("skewbridge export "))
