@@ -211,7 +211,7 @@ def test_checks_and_state_of_a_study_count_suspect_rows_and_recovery_steps(tmp_p
     progress = study_progress({"v": ["a", "b"]}, content)
     assert (progress.summary["suspect"], progress.notes) == (1, ())
     (note,) = study_progress({"v": ["c"]}, content).notes  # of other sources
-    assert note.startswith("2 stored analyses have other sources")
+    assert note.startswith("None of the 2 stored analyses has the present sources")
 
 
 def test_excluded_rows_are_unknown_in_the_fits_and_have_no_ratio() -> None:

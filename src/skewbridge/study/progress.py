@@ -66,8 +66,10 @@ def study_progress(run_keys: Mapping[str, Sequence[str]], content: JournalConten
         text = f"{crashes} analyses ended their workers (status {CRASH}); `skewbridge status "
         notes += (f"{text}--failed` lists them and `skewbridge study retry` repeats them.",)
     if done and not rows:
-        text = f"{len(done)} stored analyses have other sources, settings or motions than the study"
-        notes += (f"{text} now has, which will repeat them.",)
+        text = (
+            f"None of the {len(done)} stored analyses has the present sources, settings and motions"
+        )
+        notes += (f"{text}: the study will repeat its analyses.",)
     ledger = {
         name: dict(sorted(Counter(row[column] for row in rows).items()))
         for name, column in (("status", "status"), ("recovery_step", "recovery_rung"))
