@@ -283,8 +283,8 @@ def test_accuracy_suspect_rows_and_needed_motions_state_what_they_refer_to(rende
     failed = int((demands["beyond_model"] != "").sum())
     assert_in(
         page,
-        "Demands of 4 runs differ from the reference accuracy by 8 % (median demand), 15 % at worst "
-        "(slip work)",
+        "Demands of 4 runs differ from the reference accuracy by 8 % (median demand), 15 % at "
+        "worst (slip work)",
         f"0 suspect rows, {failed} by the energy after a column failure",
         "by its own interval whether an effect exceeds the margin",
     )
