@@ -18,7 +18,7 @@ from skewbridge.demands.columns import demands_for
 from skewbridge.demands.validity import is_complete, with_derived_columns
 from skewbridge.files.tables import Floats, records_of
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
-from skewbridge.fragility.exports import three_digits
+from skewbridge.fragility.exports import three_digits, with_interval
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.limit_states import COLUMN_FAILURE, HEADLINE_STATES, LimitState
 from skewbridge.fragility.outcomes import demand_outcomes
@@ -194,9 +194,7 @@ def value_words(row: Mapping[str, Any], unit: str) -> str:
     text = f"{appearance.value_text(axis(row['axis']), row['value'])}: "
     text += f"{three_digits(row['theta'])} {unit}{' †' * (row['n_extrapolated'] > 0)}"
     if np.isfinite(row["ratio"]):
-        text += f", × {three_digits(row['ratio'])}"
-        if np.isfinite(row["ci_low"]):
-            text += f" [{', '.join(three_digits(row[end]) for end in RATIOS[1:])}]"
+        text += f", × {with_interval([row[name] for name in RATIOS])}"
     return text + variants_text(row)
 
 

@@ -389,11 +389,7 @@ def curve_rows(frames: Mapping[str, pd.DataFrame]) -> list[dict[str, Any]]:
 
 def with_ends(row: Mapping[str, Any], names: Sequence[str]) -> str:
     """Return an estimate with its interval, if it has one."""
-    value, low, high = (row[name] for name in names)
-    if pd.isna(value):
-        return "–"
-    ends = "" if pd.isna(low) else f" [{exports.three_digits(low)}, {exports.three_digits(high)}]"
-    return exports.three_digits(value) + ends
+    return exports.with_interval([row[name] for name in names]).replace("--", "–")
 
 
 # --- effects
