@@ -32,17 +32,17 @@ _ROUNDING: Final = 1e-9
 
 
 def placed(suite: Iterable[SuiteMotion]) -> list[Placed]:
-    """Return suite, motion, scale factor and level of each suite row, for `planned_runs`."""
+    """Return suite name, motion name, scale factor and Sa_avg in g of each motion of a suite."""
     return [(m.suite, m.motion.motion_id, m.scale, m.measures[LEVEL_MEASURE]) for m in suite]
 
 
 def unread(count: int, suite: str = "") -> list[Placed]:
-    """Return rows as in `placed` for motions not yet read, with the motion's number as level."""
+    """Return rows like those of `placed` for motions not yet read; levels are positions from 0."""
     return [(suite, f"{suite}{number}", 1.0, float(number)) for number in range(count)]
 
 
 class _Counts:
-    """Numbers of runs so far, from which `assign` chooses the cells of the next motion."""
+    """Numbers of earlier runs by cell, from which `assign` chooses the cells of the next motion."""
 
     def __init__(self, cells: int, incidences: int) -> None:
         self.in_band = np.zeros((BLOCK, cells), dtype=np.int64)
@@ -51,7 +51,7 @@ class _Counts:
         self.of_pair = np.zeros((cells, cells), dtype=np.int64)
 
     def imbalance(self, rank: int, chosen: Mapping[int, tuple[int, ...]]) -> tuple[int, ...]:
-        """Return sums of earlier runs in ``chosen``, which `assign` minimises in this order."""
+        """Return sums that `assign` minimises for cells ``chosen`` by incidence, the first most."""
         cells = [cell for group in chosen.values() for cell in group]
         at_once = [pair for group in chosen.values() for pair in combinations(group, 2)]
         angles = [self.at_incidence[angle, list(group)].sum() for angle, group in chosen.items()]
@@ -65,7 +65,7 @@ class _Counts:
         )
 
     def add(self, rank: int, chosen: Mapping[int, tuple[int, ...]]) -> None:
-        """Count the cells chosen at each incidence for a motion of this rank."""
+        """Count a motion of this rank in the cells ``chosen``, keyed by the number of incidence."""
         cells = [cell for group in chosen.values() for cell in group]
         np.add.at(self.in_band[rank], cells, 1)
         for angle, group in chosen.items():
@@ -114,9 +114,9 @@ def assign(
 def planned_runs(
     grid: GridConfig, motions: MotionsConfig, rows: Sequence[Placed]
 ) -> dict[str, set[Run]]:
-    """Return the analyses of each variant (by name): all, or those in `motions.blocks`.
+    """Return the analyses of each variant, keyed by its name: all, or those of `motions.blocks`.
 
-    A suite is balanced in itself. A variant that stands for several cells (an abutment model
+    Each suite is balanced separately. A variant that stands for several cells (an abutment model
     without friction, for example) runs all motions of these cells.
     """
     blocks, angles = motions.blocks, motions.incidence_deg

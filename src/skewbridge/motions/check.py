@@ -102,7 +102,7 @@ def write_folder_index(root: Path, stated: Stated | None = None) -> Path:
 
 
 def _check_file(path: Path, stated: Stated | None, verdict_if_doubtful: FileVerdict) -> FileCheck:
-    """Return the check of one file, as if it were the only one."""
+    """Return the check of one file without the second component of its motion."""
     try:
         trace = read.read_trace(path, stated)
     except InputError as error:
@@ -126,7 +126,10 @@ def _check_files(
     *,
     of_study: bool = False,
 ) -> list[FileCheck]:
-    """Return the checks of files without an index, in their order; two files are a pair."""
+    """Return the checks of ``paths``, which have no index, in this order; two paths are a pair.
+
+    If ``of_study``, the checks of unpaired files have a note that a study does not use them.
+    """
     paired = {"": tuple(sorted(paths))} if len(paths) == 2 else folder.pair_files(paths)[0]
     pairs, first = list(paired.values()), None
     for path in paths:
@@ -150,7 +153,7 @@ def _check_files(
 
 
 def _unread(root: Path, used_files: list[Path], reason: str) -> list[FileCheck]:
-    """Return checks of the other files of a folder, without indexes and hidden files."""
+    """Return checks of the files of a folder besides ``used_files``, indexes and hidden files."""
     read, checks = {path.resolve() for path in used_files}, list[FileCheck]()
     for path in folder.files_below(root):
         name, starts = path.name.lower(), {level[0] for level in path.relative_to(root).parts}
@@ -166,7 +169,7 @@ def _unread(root: Path, used_files: list[Path], reason: str) -> list[FileCheck]:
 def _check_motion(
     entry: folder.IndexEntry, root: Path, verdict_if_doubtful: FileVerdict
 ) -> list[FileCheck]:
-    """Return the checks of the files of a motion, alone and as a pair; one if it is generated."""
+    """Return checks of both files of a motion, alone and as a pair; of a generated motion, one."""
     checks = [_check_file(*component, verdict_if_doubtful) for component in entry.components]
     if not all(check.passes for check in checks):
         return checks

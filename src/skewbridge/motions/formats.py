@@ -146,7 +146,7 @@ def trace_of(lines: list[str], path: Path, stated: Stated) -> Trace:
 
 
 def _unit(stated: Stated, in_file: str) -> tuple[str, list[str]]:
-    """Return the first unit of: given, in the file, given if missing, g; and notes on it."""
+    """Return the unit (`Stated.unit`, else ``in_file``, `unit_if_missing` or g) and notes on it."""
     unit = stated.unit or in_file or stated.unit_if_missing
     if unit is None:
         return DEFAULT_UNIT, [f"the file states no unit: {DEFAULT_UNIT} is assumed"]
@@ -157,7 +157,7 @@ def _unit(stated: Stated, in_file: str) -> tuple[str, list[str]]:
 
 
 def _channel(stated: Stated, directions: Sequence[str], path: Path) -> int:
-    """Return the position (from 0) of the given channel of a file with these directions."""
+    """Return the position (from 0) of the stated channel; ``directions`` has one text for each."""
     count = len(directions)
     if stated.channel is None and count > 1:
         channels = ", ".join(f"{n} {text}".strip() for n, text in enumerate(directions, 1))
@@ -250,7 +250,7 @@ def parse_numbers(lines: Sequence[str], path: Path, first_line: int = 1) -> Vect
         for token in text.translate(_SEPARATORS).split():
             problem, values = "is not a number", []
             if len(token) <= MAX_TOKEN and _RUN.fullmatch(token):
-                problem = "is too large"
+                problem = f"is above {MAX_MAGNITUDE:g}"
                 values = [_fortran_float(number) for number in _NUMBER.findall(token)]
             if not values or max(map(abs, values)) > MAX_MAGNITUDE:
                 raise fault_in(path, f"{token[:40]!r} {problem}", line)
@@ -368,7 +368,7 @@ def write_at2(motion: GroundMotion, folder: Path) -> tuple[Path, Path]:
 class _Block(NamedTuple):
     """Header of the acceleration block of one channel."""
 
-    row: int  # of the first values, from 0
+    row: int  # line of the first values, from 0
     npts: int
     dt_s: float
     layout: str  # Fortran format of the values
@@ -381,7 +381,7 @@ class _Block(NamedTuple):
 def _trace_of_block(
     blocks: list[_Block], lines: list[str], path: Path, stated: Stated, **fields: Any
 ) -> Trace:
-    """Return the component of the given channel; `fields` are further fields of `Trace`."""
+    """Return the component of the stated channel; ``fields`` are further fields of `Trace`."""
     row, npts, dt_s, layout, *texts = blocks[_channel(stated, [b.direction for b in blocks], path)]
     values = _fixed_width(lines, row, npts, layout, path)
     missing = f"the header states {npts} points, the file has {values.size}: truncated?"
@@ -475,7 +475,7 @@ def _read_cosmos(lines: list[str], path: Path, stated: Stated) -> Trace:
         if not match["quantity"].lower().startswith("accel") or parameter not in {1, -999}:
             unread = f"not an acceleration: {line.strip()!r}"
         elif not (unit := _COSMOS_UNITS.get(code) or _unit_in([match["unit"]], path)):
-            unread = f"unknown unit {match['unit'].strip()!r}"
+            unread = f"unknown unit {match['unit'].strip()!r}; known: {', '.join(UNIT_FACTORS)}"
         elif abs(npts * dt_s - length_s) > 1.0 + 0.01 * length_s:
             unread = f"the header states {npts} points of {dt_s:g} s, but {length_s:g} s in all"
         else:
@@ -638,7 +638,7 @@ class _Table:
         return _column_count(self.rows[0][1])
 
     def cells(self, column: int) -> list[str]:
-        """Return the header cells of a column, from the last header line on."""
+        """Return the header texts above a column (from 0), from the last header line upwards."""
         texts: list[str] = []
         for line in reversed(self.header):
             line = re.sub(r"\s+([(\[])", r"\1", line.strip(" \t#%!\"'"))
@@ -648,7 +648,7 @@ class _Table:
 
 
 def _table_of(lines: list[str]) -> _Table | None:
-    """Return the lines of numbers with their header; None if the header is too long."""
+    """Return the lines of numbers and their header of at most `MAX_HEADER_LINES`; None if absent."""
     header = _head(lines, MAX_HEADER_LINES + 2)
     rows = (n for n, line in enumerate(header[: MAX_HEADER_LINES + 1]) if _DATA.fullmatch(line))
     if (start := next(rows, None)) is None:
@@ -668,9 +668,9 @@ def _table_of(lines: list[str]) -> _Table | None:
 
 
 def _has_time(table: _Table) -> bool:
-    """Return whether column 1 is named time, is evenly spaced, or rises with one other column.
+    """Return whether column 1 is named time, is evenly spaced, or rises and is one of two columns.
 
-    A gap or a step back is reported later.
+    Gaps and backward steps are refused later, by `_step_of_times`.
     """
     rows = [line[:HEADER_WIDTH] for _, line in table.rows[:1000]]
     matches = [_COLUMNS_ROW.fullmatch(row) for row in rows]
@@ -705,7 +705,8 @@ def _read_numbers(lines: list[str], path: Path, stated: Stated) -> Trace:
     if npts is None and series.shape[1] == 1 and series[0, 0] in {len(series) - 1, len(series) - 2}:
         raise fault_in(path, "the first number is the count of the others: remove it", start)
     if npts not in (None, len(series)):
-        raise fault_in(path, f"the header states {npts} values, but the file has {len(series)}")
+        text = f"the header states {npts} values, but the file has {len(series)}"
+        raise fault_in(path, f"{text}: correct the header")
     if has_time:
         dt_s, warnings = _step_of_times(series[:, 0], rows, path)
         if abs(table.dt_s / dt_s - 1.0) > 0.01:

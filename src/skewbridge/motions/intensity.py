@@ -85,7 +85,7 @@ def sa_avg_periods(t1_s: float) -> Vector:
 def _spectrum(
     accel: Vector, dt_s: float, periods_s: ArrayLike, peaks: Callable[[Vector], ArrayLike]
 ) -> Vector:
-    """Return omega^2 times the peak displacements of an oscillator, one row per period."""
+    """Return omega^2 times ``peaks`` of the displacement of an oscillator, one row per period."""
     periods = np.atleast_1d(np.asarray(periods_s, dtype=np.float64))
     if not (np.isfinite(periods).all() and (periods > 0.0).all()):
         raise InputError(f"periods_s must be positive, got {periods_s}")
@@ -112,10 +112,10 @@ def _in_substeps(accel: Vector, substeps: int) -> Vector:
 
 
 def _filter(omega: float, xi: float, dt_s: float) -> tuple[Vector, Vector, Vector]:
-    """Return the numerator, the denominator and the initial state of the filter.
+    """Return numerator, denominator and initial state of the filter for the displacement.
 
-    The initial state is that at rest with a first sample of 1. The velocity is eliminated from the
-    exact step x[i+1] = A x[i] + B p[i..i+1] for x = (displacement, velocity).
+    The oscillator is at rest when a first sample of 1 arrives. The velocity is eliminated from the
+    exact step x[i+1] = A x[i] + B p[i..i+1] for x = (displacement, velocity), p = acceleration.
     """
     root = np.sqrt(1.0 - xi * xi)
     omega_d = omega * root
@@ -308,13 +308,13 @@ def cav(accel_mps2: Vector, dt_s: float) -> float:
 
 
 def significant_duration(build_up: Vector, dt_s: float, start: float, end: float) -> float:
-    """Return the time in s in which a build-up grows from share `start` to share `end`."""
+    """Return the time in s in which a build-up grows from `start` to `end` (shares of its end)."""
     shares = build_up / build_up[-1]
     return dt_s * (_index_of(shares, end) - _index_of(shares, start))
 
 
 def _index_of(shares: Vector, level: float) -> float:
-    """Return the fractional index at which a non-decreasing history first reaches a level."""
+    """Return the interpolated index at which non-decreasing ``shares`` first reach a level."""
     after = int(np.searchsorted(shares, level))
     if after == 0:
         return 0.0

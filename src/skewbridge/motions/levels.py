@@ -223,7 +223,7 @@ def striped(
 
 
 def most_trials(limits: tuple[float, float], tolerance: float = IDA_TOLERANCE) -> int:
-    """Return the maximum number of analyses of `bracket_capacity`, including one at a limit."""
+    """Return the largest number of analyses of `bracket_capacity`, including one at a range end."""
     halvings = ceil(log2(log(limits[1] / limits[0]) / log1p(tolerance)))
     return max(halvings, 1) + 1
 

@@ -79,7 +79,7 @@ def read_record(suite: str, number: int) -> GroundMotion:
     """
     rows = [row for row in list_records(suite) if row["made_from_number"] == number]
     if not rows:
-        raise InputError(f"suite {suite} has no record {number}")
+        raise InputError(f"suite {suite} has no record {number} (sequence number of NGA)")
     fields = ("motion_id", "dt_s", "event", "station", "magnitude", "distance_km", "vs30_mps")
     metadata = {name: rows[0][name] for name in fields}
     with _opened(rows[0]["path"]) as content:
@@ -127,10 +127,10 @@ def _records(path: Path, _modified_ns: int) -> list[dict[str, Any]]:
 
 
 def _table(group: Any) -> list[dict[str, Any]]:
-    """Return the rows of a table that pandas has written.
+    """Return the rows (keyed by column name) of a table that pandas wrote to HDF5.
 
-    The names of the columns of a block are in an attribute, a pickled list of texts, which is
-    searched and not loaded.
+    The names of the columns of a block of columns are in an attribute, a pickled list of texts,
+    which is searched and not loaded.
     """
     table, columns = group["table"], dict[str, Any]()
     for field in table.dtype.names:

@@ -68,11 +68,11 @@ class PairError(InputError):
 
 
 class FalseClaimError(InputError):
-    """A motion is named as the WAHO record but has a different PGA: use the surrogate instead."""
+    """A motion has the name of the WAHO record of the paper, but a different PGA."""
 
 
 def split_name(path: Path) -> tuple[str, str]:
-    """Return the motion name and the component ending of a file name; no ending gives ''."""
+    """Return the motion name and the component ending ('' without one) of a file name."""
     if match := _NIED.fullmatch(path.suffix):  # K-NET and KiK-net: component in the suffix
         sensor = {"1": "_borehole", "2": "_surface"}.get(match["sensor"], "")
         return path.stem + sensor, match["end"].lower()
@@ -270,7 +270,7 @@ def refuse_false_waho(motion: GroundMotion) -> None:
         raise FalseClaimError(
             f"motion {motion.motion_id} claims to be the WAHO record, but its RotD50 PGA is "
             f"{pga_g:.4f} g; the published one is {WAHO_PGA_ROTD50_G:.4f} g "
-            f"(tolerance {WAHO_TOLERANCE:.0%}). Rename it, or use the surrogate.",
+            f"(tolerance {WAHO_TOLERANCE:.0%}). Give the motion another name.",
             motion_id=motion.motion_id,
         )
 

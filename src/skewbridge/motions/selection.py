@@ -59,7 +59,7 @@ class Cause:
     distance_km: Number
     epsilon: Annotated[Number, Field(ge=-6.0, le=6.0)]  # at the level: epsilon-0 of the USGS
     weight: Annotated[Number, Field(gt=0.0)] = 1.0
-    level_g: Level | None = None  # None: level of its own, by BSSA14
+    level_g: Level | None = None  # None: the level that BSSA14 has at this epsilon
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=text.OPTIONS)
@@ -86,7 +86,7 @@ class ConditionalSpectrum(NamedTuple):
 def condition(
     mean: Vector, sigma: Vector, rho: Vector, weights: Vector, epsilon: Vector
 ) -> tuple[Vector, Vector]:
-    """Return conditional mean and deviation of ln PSA, shape (n, periods) each.
+    """Return conditional means and standard deviations of ln PSA, shape (n, periods) each.
 
     The condition: the weighted sum of ln PSA is epsilon (n,) standard deviations above its mean.
     """
@@ -152,7 +152,7 @@ def read_target(path: Path, overrides: Mapping[str, Any]) -> Target:
 
 
 def _openquake(path: Path) -> pd.DataFrame:
-    """Return measures and rows of causes in the export Mag_Dist_Eps of OpenQuake 3.16 or later."""
+    """Return fields of `Cause` and measure, a table, from Mag_Dist_Eps of OpenQuake >= 3.16."""
     names = {"imt": "measure", "iml": "level_g", "mag": "magnitude", "dist": "distance_km"}
     content = io.StringIO(text.read_text(path, text.MAX_CSV_BYTES))
     try:
@@ -174,7 +174,7 @@ def _openquake(path: Path) -> pd.DataFrame:
 
 
 def _usgs(path: Path) -> pd.DataFrame:
-    """Return measures and rows of causes in a disaggregation of the USGS, by epsilon-0."""
+    """Return fields of `Cause` and measure, a table, from a disaggregation of the USGS."""
     names = {"m": "magnitude", "r": "distance_km", "value": "weight"}
     tables: list[pd.DataFrame] = []
     try:
@@ -237,7 +237,7 @@ def select_motions(
 def read_candidates(
     folders: Sequence[Path], periods_s: Vector, count: int, without: Collection[str] = ()
 ) -> pd.DataFrame:
-    """Return entry, motion, ln PSA (g), event and kind of the pairs of folders and suites.
+    """Return a table with entry, motion, ln PSA (g), event and is_synthetic of all candidates.
 
     A synthetic pair, or one without an event, is an event of its own. Raises `InputError` for fewer
     than ``count`` pairs, names in ``without`` left out, or a name that two folders have.
@@ -261,7 +261,7 @@ def read_candidates(
 def select_pairs(
     candidates: pd.DataFrame, target: ConditionalSpectrum, count: int
 ) -> tuple[pd.DataFrame, dict[str, Any]]:
-    """Return the candidates of one level with factor and ln PSA of the scaled pair, and a summary.
+    """Return the pairs selected for one level, with scale and scaled ln PSA, and a summary.
 
     Raises `InputError` if too few pairs reach the level with factors of 1/4 to 4.
     """
@@ -292,7 +292,10 @@ def select_pairs(
 def _improved(
     error: Vector, sigma: Vector, event: Index, synthetic: Mask, start: Index, count: int
 ) -> tuple[float, list[int]]:
-    """Replace selected pairs one at a time until that no longer helps; return misfit and rows."""
+    """Select ``count`` candidates, replace them one by one; return the misfit and the selected.
+
+    ``error`` (n, periods) is ln PSA minus its target; ``start`` (n,) is the order of candidates.
+    """
     first = pd.Series(event[start]).groupby(event[start]).cumcount() < MOST_PER_EVENT
     selected = start[first][:count].tolist()
     misfit, before = np.inf, np.nan
@@ -313,7 +316,7 @@ def _improved(
 
 
 def write_selections(selections: Sequence[pd.DataFrame], folder: Path) -> None:
-    """Write index and copied files of the pairs, a folder of motions."""
+    """Copy the files of the selected pairs to a folder of motions and write its index."""
     rows: list[dict[str, object]] = []
     for number, selection in enumerate(selections, start=1):
         for pair in records_of(selection):

@@ -178,7 +178,7 @@ def prepare_suites(
 def _entries_to_read(folder: Path, count: int | None) -> tuple[list[IndexEntry], list[float]]:
     """Return the motions to read, and the factors of the first `count` in the index (or nan).
 
-    A computed factor must not depend on the count, so full blocks of motions are then read.
+    A computed factor must not depend on the count, so full blocks of `BLOCK` motions are read.
     """
     entries = list_motions(folder)
     needed = len(entries) if count is None else count
@@ -257,7 +257,7 @@ def read_suite(path: Path) -> list[SuiteMotion]:
 
 
 def folder_spectra(folder: Path) -> dict[str, Any]:
-    """Return the RotD50 spectra of a folder of motions, as arguments of their figure.
+    """Return the RotD50 spectra of the motions of a folder, keyed by argument of their figure.
 
     ``rotd50_g`` has the shape (motions, ``periods_s``). If all motions belong to one synthetic
     scenario, ``model`` is the name, median in g and dispersion of BSSA14; otherwise it is None.

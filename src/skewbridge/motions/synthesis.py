@@ -147,7 +147,7 @@ def mean_normals(scenario: Scenario) -> Vector:
 
 
 def draw_parameters(scenario: Scenario, rng: np.random.Generator) -> ModelParameters:
-    """Return one random set of parameters."""
+    """Return one random set of model parameters for a scenario."""
     mean = mean_normals(scenario)
     _, sigma, root = _regression(scenario.pulse)
     while True:
@@ -161,7 +161,7 @@ def draw_parameters(scenario: Scenario, rng: np.random.Generator) -> ModelParame
 
 
 def transform(normals: Vector) -> ModelParameters:
-    """Return the physical parameters for 14 normal variables, or for 19 with a pulse."""
+    """Return the model parameters for 14 normal variables, or for 19 (first 5: the pulse)."""
     normals_1, normals_2 = np.split(normals[-14:], 2)
     pulse = None
     if normals.size > 14:
@@ -182,7 +182,7 @@ def _background(normals: Vector) -> Background:
 
 
 def _frequency_slope(p: float) -> float:
-    """Return the p-quantile of f', the slope of the filter frequency (truncated exponential)."""
+    """Return the p-quantile of the slope of the filter frequency, Hz/s (truncated exponential)."""
     # source: smelt
     a, b, c, lower = 14.2935537214223, 6.40242376475815, 4.42179588354923, -3.5
     below = b / c * p + np.exp(b * lower)
@@ -282,7 +282,7 @@ def simulate_background(
 ) -> tuple[Vector, Vector, float]:
     """Return two background components in g without pulse, and the start time of the motion in s.
 
-    Both ends keep the zeros that the filter needs; t = 0 of the model is at the start time.
+    Zeros that the high-pass needs are kept at both ends; the model's t = 0 is at the start time.
     """
     parts, pulse = parameters
     duration_s = 2.5 * max(b.d0_5_s + b.d5_95_s for b in parts)
@@ -463,7 +463,7 @@ MAX_COUNT: Final = 1000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SuiteRule:
-    """Rule of a shipped suite; `letters` begin all names."""
+    """Scenario and length of the motions of a shipped suite; ``letters`` begin their names."""
 
     scenario: Scenario
     shaking_s: float = 20.0
