@@ -109,11 +109,11 @@ def columns_with(present: Iterable[str]) -> tuple[Column, ...]:
     """Return all columns of a study, with the axes and random properties named in ``present``."""
     names = list(present)
     axes = dict.fromkeys((*AXES, *axes_of(names)))
-    draws: list[Column] = []
+    random_columns: list[Column] = []
     for name in names:
         if name.startswith(DRAW_PREFIX):
             text = f"random property, drawn once per motion: {name.removeprefix(DRAW_PREFIX)}"
-            draws.append(Column(name, unit=split_unit(name)[1], description=text))
+            random_columns.append(Column(name, unit=split_unit(name)[1], description=text))
     return (
         *_COLUMNS["variant"],
         *map(_axis_column, axes),
@@ -122,7 +122,7 @@ def columns_with(present: Iterable[str]) -> tuple[Column, ...]:
         *DEMAND_COLUMNS,
         *joint_columns(names),
         *_COLUMNS["outcome"],
-        *draws,
+        *random_columns,
         *option_columns(names),
         *_COLUMNS["key"],
     )

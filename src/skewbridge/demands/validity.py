@@ -46,9 +46,9 @@ def failed_modes(table: "pd.DataFrame") -> NDArray[np.str_]:
     if BEYOND_MODEL in table.columns:
         return failure_kinds(table)
     ratios = [table.get(name, np.zeros(len(table))) for name in FAILURE_DEMANDS.values()]
-    largest = np.nan_to_num(np.asarray(ratios, np.float64))
-    modes = np.array(list(FAILURE_DEMANDS))[largest.argmax(axis=0)]
-    return np.where(largest.max(axis=0) >= 1.0, modes, "")
+    ratio_values = np.nan_to_num(np.asarray(ratios, np.float64))
+    modes = np.array(list(FAILURE_DEMANDS))[ratio_values.argmax(axis=0)]
+    return np.where(ratio_values.max(axis=0) >= 1.0, modes, "")
 
 
 def is_beyond_model(table: "pd.DataFrame") -> NDArray[np.bool_]:

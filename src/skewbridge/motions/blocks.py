@@ -48,20 +48,20 @@ class _Counts:
         self.in_band = np.zeros((BLOCK, cells), dtype=np.int64)
         self.at_incidence = np.zeros((incidences, cells), dtype=np.int64)
         self.at_once = np.zeros((cells, cells), dtype=np.int64)  # pairs at the same incidence
-        self.of_pair = np.zeros((cells, cells), dtype=np.int64)
+        self.of_pair = np.zeros((cells, cells), dtype=np.int64)  # pairs that share a motion
 
     def imbalance(self, rank: int, chosen: Mapping[int, tuple[int, ...]]) -> tuple[int, ...]:
         """Return sums that `assign` minimises for cells ``chosen`` by incidence, the first most."""
         cells = [cell for group in chosen.values() for cell in group]
         at_once = [pair for group in chosen.values() for pair in combinations(group, 2)]
-        angles = [self.at_incidence[angle, list(group)].sum() for angle, group in chosen.items()]
+        sums = [self.at_incidence[angle, list(group)].sum() for angle, group in chosen.items()]
         return (
             len(cells) - len(set(cells)),
             int(self.in_band[rank, cells].sum()),
             sum(int(self.at_once[pair]) for pair in at_once),
             sum(int(self.of_pair[pair]) for pair in combinations(cells, 2)),
             int(self.in_band[:, cells].sum()),
-            int(sum(angles)),
+            int(sum(sums)),
         )
 
     def add(self, rank: int, chosen: Mapping[int, tuple[int, ...]]) -> None:
@@ -94,14 +94,14 @@ def assign(
     runs = np.zeros((levels.size, incidences, cells), dtype=np.bool_)
     choices = list(combinations(range(cells), min(blocks.cells_per_motion, cells)))
     few_cells, all_cells = _Counts(cells, incidences), _Counts(cells, incidences)
-    complete = 0
+    n_complete = 0
     for position in range(levels.size):
         start, rank = position - position % BLOCK, position % BLOCK
         motion = start + np.argsort(levels[start : start + BLOCK], kind="stable")[rank]
         counts, angles = few_cells, list(range(incidences))
-        if floor((position + 1) * blocks.complete_share + _ROUNDING) > complete:
-            runs[motion, angles.pop(complete % incidences)] = True
-            counts, complete = all_cells, complete + 1
+        if floor((position + 1) * blocks.complete_share + _ROUNDING) > n_complete:
+            runs[motion, angles.pop(n_complete % incidences)] = True
+            counts, n_complete = all_cells, n_complete + 1
         options = product(choices, repeat=len(angles))
         by_angle = (dict(zip(angles, option, strict=True)) for option in options)
         chosen = min(by_angle, key=partial(counts.imbalance, rank))
@@ -120,12 +120,12 @@ def planned_runs(
     without friction, for example) runs all motions of these cells.
     """
     blocks, angles = motions.blocks, motions.incidence_deg
-    count, cells = cells_of(grid, blocks.within if blocks else ())
-    runs = np.ones((len(rows), len(angles), count), dtype=np.bool_)
+    n_cells, cells = cells_of(grid, blocks.within if blocks else ())
+    runs = np.ones((len(rows), len(angles), n_cells), dtype=np.bool_)
     for suite in {row[0] for row in rows}:
         indices = [i for i, row in enumerate(rows) if row[0] == suite]
         if blocks:
-            runs[indices] = assign([rows[i][3] for i in indices], count, len(angles), blocks)
+            runs[indices] = assign([rows[i][3] for i in indices], n_cells, len(angles), blocks)
     return {
         slug: {
             (*rows[row][1:3], angles[angle])

@@ -144,7 +144,7 @@ def bands_around(motions: MotionsConfig, medians_g: Sequence[float]) -> Bands:
         return (motions.level_range_g,)
     ratio = motions.bands.ratio
     bands = [(max(median / ratio, low), min(median * ratio, high)) for median in sorted(medians_g)]
-    if in_range := tuple((first, last) for first, last in bands if first < last):
+    if in_range := tuple((lower, upper) for lower, upper in bands if lower < upper):
         return in_range
     text = f"no median of {list(medians_g)} g has a band in level_range_g, {low:g} to {high:g} g"
     raise InputError(f"motions.bands: {text}: widen this range")
@@ -183,11 +183,11 @@ def block_factors(
         ln_g = np.log(bands_g if start or first_g is None else first_g)
         edges = np.unique(ln_g)
         # distribution of the logarithm of the levels: the mean of uniform ones
-        below = np.clip((edges[:, None] - ln_g[:, 0]) / np.diff(ln_g).T, 0.0, 1.0).mean(axis=1)
-        of_block = levels[start : start + BLOCK]
-        share = (np.arange(of_block.size) + offset) / of_block.size
-        in_order = start + np.argsort(of_block, kind="stable")
-        factors[in_order] = np.exp(np.interp(share, below, edges))
+        cdf = np.clip((edges[:, None] - ln_g[:, 0]) / np.diff(ln_g).T, 0.0, 1.0).mean(axis=1)
+        block_levels = levels[start : start + BLOCK]
+        targets = (np.arange(block_levels.size) + offset) / block_levels.size
+        by_level = start + np.argsort(block_levels, kind="stable")
+        factors[by_level] = np.exp(np.interp(targets, cdf, edges))
     return factors / levels
 
 
@@ -205,8 +205,8 @@ def striped(
     import pandas as pd  # here: workers that read the configuration do without pandas
 
     low, high = factor_limits
-    at_1_g = suite[LEVEL_MEASURE]
-    stripes = [suite.assign(scale=g / at_1_g, stripe_g=float(g)) for g in stripes_g]
+    level_g = suite[LEVEL_MEASURE]
+    stripes = [suite.assign(scale=g / level_g, stripe_g=float(g)) for g in stripes_g]
     all_rows = pd.concat(stripes, ignore_index=True)
     table = all_rows[all_rows["scale"].between(low, high)].reset_index(drop=True)
     if table.empty:

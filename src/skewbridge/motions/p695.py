@@ -139,9 +139,9 @@ def _table(group: Any) -> list[dict[str, Any]]:
             pickled = table.attrs[f"{field}_kind"]
             names = [name.decode() for name in re.findall(rb"V(\w+)\n", pickled)]
         columns |= dict(zip(names, np.atleast_2d(values.T).astype(values.dtype), strict=True))
-    texts = {n: c.astype(str) if c.dtype.kind == "S" else c for n, c in columns.items()}
-    rows = zip(*(column.tolist() for column in texts.values()), strict=True)
-    return [dict(zip(texts, row, strict=True)) for row in rows]
+    decoded = {n: c.astype(str) if c.dtype.kind == "S" else c for n, c in columns.items()}
+    rows = zip(*(column.tolist() for column in decoded.values()), strict=True)
+    return [dict(zip(decoded, row, strict=True)) for row in rows]
 
 
 @contextmanager

@@ -124,22 +124,22 @@ def _text_of(content: bytes, path: Path) -> str:
 
 def _plain(text: str) -> str:
     """Return a header text without control characters, cut to 100 characters."""
-    return "".join(sign if sign.isprintable() else " " for sign in text).strip()[:100]
+    return "".join(letter if letter.isprintable() else " " for letter in text).strip()[:100]
 
 
 def doubts(trace: Trace) -> list[str]:
     """Return warnings about the values of a component; `InputError` if it is unusable."""
     npts, pga_g = trace.accel_mps2.size, peak_g(trace.accel_mps2)
     (low_s, high_s), (least_g, most_g) = DT_LIMITS_S, PGA_LIMITS_G
-    reached = f"PGA = {pga_g:.4g} g with values in {trace.unit} is above {most_g} g"
-    for problem, is_there in {
+    too_strong = f"PGA = {pga_g:.4g} g with values in {trace.unit} is above {most_g} g"
+    for problem, applies in {
         "the file has no values": npts == 0,
         f"dt = {trace.dt_s} s is outside {low_s} to {high_s}": not low_s <= trace.dt_s <= high_s,
         f"the file has {npts} values but needs at least {MIN_SAMPLES}": npts < MIN_SAMPLES,
         "all values are zero": pga_g == 0.0,
-        f"{reached}: wrong unit? {_SAY_UNIT}": pga_g > most_g,
+        f"{too_strong}: wrong unit? {_SAY_UNIT}": pga_g > most_g,
     }.items():
-        if is_there:
+        if applies:
             raise fault_in(trace.path, problem)
     offset = abs(float(trace.accel_mps2.mean())) / float(np.abs(trace.accel_mps2).max())
     velocity_mps = np.abs(np.cumsum(trace.accel_mps2)) * trace.dt_s
@@ -149,7 +149,7 @@ def doubts(trace: Trace) -> list[str]:
         f"the mean is {offset:.1%} of the PGA: baseline not corrected?": offset > 0.02,
         f"the final velocity is {share:.0%} of the PGV: baseline not corrected?": share > 0.25,
     }
-    return [warning for warning, is_there in findings.items() if is_there]
+    return [warning for warning, applies in findings.items() if applies]
 
 
 def read_motion(

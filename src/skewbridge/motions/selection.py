@@ -102,8 +102,8 @@ def conditional_spectra(target: Target) -> list[ConditionalSpectrum]:
     t1_s = target.t1_s or period_s
     periods = np.append(t1_s * np.geomspace(0.2, 3.0, BAND_POINTS), averaged_s)
     if not 0.01 <= periods.min() <= periods.max() <= 10.0:
-        ends = f"{periods.min():.3g} to {periods.max():.3g} s"
-        raise InputError(f"0.2 T1 to 3 T1 and the measure must be within 0.01 to 10 s, got {ends}")
+        span = f"{periods.min():.3g} to {periods.max():.3g} s"
+        raise InputError(f"0.2 T1 to 3 T1 and the measure must be within 0.01 to 10 s, got {span}")
     weights = np.append(np.zeros(BAND_POINTS), np.full(averaged_s.size, 1.0 / averaged_s.size))
     rho = baker_jayaram_correlation(periods)
     site: dict[str, Any] = {"vs30_mps": target.vs30_mps, "mechanism": target.mechanism}
@@ -119,15 +119,15 @@ def conditional_spectra(target: Target) -> list[ConditionalSpectrum]:
         interpolated = PchipInterpolator(np.log(SPECTRUM_PERIODS_S), tabulated, axis=2)
         mean, sigma = np.swapaxes(interpolated(np.log(periods)), 0, 1)
         mean, sigma = condition(mean, sigma, rho, weights, rows[:, 3])
-        share, reached = rows[:, 0] / rows[:, 0].sum(), mean @ weights
-        bssa14_g = float(np.exp(share @ reached))
+        weight, ln_level = rows[:, 0] / rows[:, 0].sum(), mean @ weights
+        bssa14_g = float(np.exp(weight @ ln_level))
         causes = {"level_g": level[0].level_g or bssa14_g, "bssa14_level_g": bssa14_g}
-        causes |= zip(_ROW[:3], (share @ rows[:, 1:]).tolist(), strict=True)
+        causes |= zip(_ROW[:3], (weight @ rows[:, 1:]).tolist(), strict=True)
         # ASSUME the models of the hazard differ from BSSA14 by the same factor at all periods
-        scaled = mean + (np.log(causes["level_g"]) - reached)[:, None]
-        mixed = share @ scaled
-        deviation = np.sqrt(share @ (sigma**2 + (scaled - mixed) ** 2))
-        spectra.append(ConditionalSpectrum(periods, np.exp(mixed), deviation, weights, causes))
+        scaled = mean + (np.log(causes["level_g"]) - ln_level)[:, None]
+        average = weight @ scaled
+        deviation = np.sqrt(weight @ (sigma**2 + (scaled - average) ** 2))
+        spectra.append(ConditionalSpectrum(periods, np.exp(average), deviation, weights, causes))
     return spectra
 
 
@@ -144,8 +144,8 @@ def read_target(path: Path, overrides: Mapping[str, Any]) -> Target:
         names = table["measure"].unique().tolist()
         measure = overrides.get("measure", names[0] if len(names) == 1 else None)
         if measure not in names:
-            have = ", ".join(names) or "no rates"
-            raise text.file_fault(path, f" has {have}: select with --set measure=NAME")
+            available = ", ".join(names) or "no rates"
+            raise text.file_fault(path, f" has {available}: select with --set measure=NAME")
         rows = table.loc[table["measure"] == measure, list(_ROW)].to_dict("records")
         raw = {"measure": measure, "levels": rows}
     return text.checked(Target, {**raw, **overrides}, path)
@@ -271,8 +271,8 @@ def select_pairs(
     pool = candidates.assign(scale=np.exp(log_factors), level_g=level_g, log_psa=list(scaled))
     pool = pool[np.abs(log_factors) <= np.log(FACTOR_LIMITS[1])]
     if (available := pool["event"].value_counts().clip(upper=MOST_PER_EVENT).sum()) < count:
-        reach = f"only {available} pairs reach {level_g:.3g} g with factors of 1/4 to 4 and"
-        raise InputError(f"{reach} {MOST_PER_EVENT} per event: {count} are needed; add candidates")
+        fault = f"only {available} pairs reach {level_g:.3g} g with factors of 1/4 to 4 and"
+        raise InputError(f"{fault} {MOST_PER_EVENT} per event: {count} are needed; add candidates")
     sigma = target.sigma[:BAND_POINTS]
     error = np.stack(pool["log_psa"].to_list()) - np.log(target.median_g[:BAND_POINTS])
     event_and_kind = pool["event"].factorize()[0], pool["is_synthetic"].to_numpy()
@@ -296,21 +296,21 @@ def _improved(
 
     ``error`` (n, periods) is ln PSA minus its target; ``start`` (n,) is the order of candidates.
     """
-    first = pd.Series(event[start]).groupby(event[start]).cumcount() < MOST_PER_EVENT
-    selected = start[first][:count].tolist()
-    misfit, before = np.inf, np.nan
-    while not misfit >= before:
-        before = misfit
+    allowed = pd.Series(event[start]).groupby(event[start]).cumcount() < MOST_PER_EVENT
+    selected = start[allowed][:count].tolist()
+    misfit, last_misfit = np.inf, np.nan
+    while not misfit >= last_misfit:
+        last_misfit = misfit
         for replaced in range(count):
-            kept = selected[:replaced] + selected[replaced + 1 :]
-            mean = (error[kept].sum(axis=0) + error) / count
-            squares = (error[kept] ** 2).sum(axis=0) + error**2 - count * mean**2
+            others = selected[:replaced] + selected[replaced + 1 :]
+            mean = (error[others].sum(axis=0) + error) / count
+            squares = (error[others] ** 2).sum(axis=0) + error**2 - count * mean**2
             scatter = np.sqrt(np.maximum(squares, 0.0) / (count - 1)) / sigma - 1.0
-            shares = np.abs([np.expm1(mean), scatter]) / TOLERANCES[:, None, None]
-            costs = shares**2 / 2.0 / sigma.size + _COST_OVER * np.maximum(shares - _AIM, 0.0) ** 2
-            costs = costs.sum(axis=(0, 2)) + _COST_SYNTHETIC * (synthetic[kept].sum() + synthetic)
-            is_full = np.bincount(event[kept], minlength=int(event.max()) + 1) >= MOST_PER_EVENT
-            costs[is_full[event]] = costs[kept] = np.inf
+            ratios = np.abs([np.expm1(mean), scatter]) / TOLERANCES[:, None, None]
+            costs = ratios**2 / 2.0 / sigma.size + _COST_OVER * np.maximum(ratios - _AIM, 0.0) ** 2
+            costs = costs.sum(axis=(0, 2)) + _COST_SYNTHETIC * (synthetic[others].sum() + synthetic)
+            is_full = np.bincount(event[others], minlength=int(event.max()) + 1) >= MOST_PER_EVENT
+            costs[is_full[event]] = costs[others] = np.inf
             selected[replaced], misfit = int(costs.argmin()), float(costs.min())
     return misfit, selected
 
