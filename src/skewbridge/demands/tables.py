@@ -84,7 +84,7 @@ def join_variants(paths: Sequence[Path], output: Path) -> None:
     order = [column.name for column in columns_with(present)]
 
     def filled(path: Path) -> pa.Table:
-        """Return a table with empty columns for the joints and options of other bridges."""
+        """Return the table of a file with empty columns for joints and options of other bridges."""
         table = read_table(path)
         for field in optional:
             if field.name not in table.column_names:

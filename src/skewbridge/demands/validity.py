@@ -39,9 +39,10 @@ def failure_kinds(table: "pd.DataFrame") -> NDArray[np.str_]:
 
 
 def failed_modes(table: "pd.DataFrame") -> NDArray[np.str_]:
-    """Return `failure_kinds`; in a table without `BEYOND_MODEL` the mode of the largest ratio >= 1.
+    """Return the column failure mode of each row as `failure_kinds` does, shape (n,).
 
-    In such a table, demands are peaks over the whole motion even if a column failed.
+    In a table without `BEYOND_MODEL`, demands are peaks over the whole motion even if a column
+    failed, so the mode is that of the larger demand/capacity ratio if this is at least 1.
     """
     if BEYOND_MODEL in table.columns:
         return failure_kinds(table)
@@ -98,7 +99,7 @@ class _Check(NamedTuple):
     reason: str
     column: str
     limit: float
-    form: str = ".1%"
+    form: str = ".1%"  # format of the size in the reason
     size: Callable[[Any], Any] = pos  # applied to the column before the comparison
 
 
@@ -128,7 +129,7 @@ def reasons(row: Mapping[str, Any]) -> str:
 
 
 def count_reasons(table: "pd.DataFrame") -> list[dict[str, Any]]:
-    """Return for each reason the number of rows, the worst value and its ``row_number``."""
+    """Return for each reason the number of rows, the worst value (text) and its row (``at``)."""
     counts: list[dict[str, Any]] = []
     for check in (check for check in _CHECKS if check.column in table):
         sizes = check.size(table[check.column].to_numpy(dtype=np.float64))

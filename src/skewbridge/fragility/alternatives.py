@@ -42,9 +42,9 @@ def alternative_effects(demands: pd.DataFrame) -> pd.DataFrame:
 
 
 def _rows(pairs: Pairs, name: str, values: Sequence[tuple[str, "pd.Series[Any]"]]) -> Iterator[Row]:
-    """Yield the rows of one demand; none if too few motions have one of the values.
+    """Yield the rows of table `alternatives` for the demand ``name``; none with too few motions.
 
-    ``values`` are columns of options with the value of each of the n pairs.
+    ``values`` has the column of each option with its value in each of the n pairs of runs.
     """
     ratios, _ = pairs.changes(name, None)
     pooled, *cells = pairs.means(ratios)

@@ -190,7 +190,7 @@ class _BridgeState:
         return treated
 
     def cloud(self, values: Row, rows: Mask) -> _Cloud:
-        """Return the curve of the variant at ``values``, to which the runs ``rows`` belong."""
+        """Return the curve of the variant with the axis ``values`` and the runs ``rows``."""
         curve = self._models.curve(self._state, values)
         no_slope, doubtful = np.full(self._models.replicates, nan), self.doubtful[rows]
         if isinstance(curve, str):
@@ -254,7 +254,7 @@ class _DemandRuns:
 
 
 def _variant_rows(variant: _Variant, *, states: States, settings: FitSettings) -> list[Row]:
-    """Return the rows of one variant."""
+    """Return the rows of the table of curves for one variant."""
     described = demand_table.variant_values(variant.runs)
     groups = [_DemandRuns(variant, group, settings) for group in states_by_demand(states).values()]
     modes = dict.fromkeys(mode for state in states for mode in state.modes if mode not in states)
@@ -268,7 +268,7 @@ def _variant_rows(variant: _Variant, *, states: States, settings: FitSettings) -
 
 
 def _curves(runs: _DemandRuns) -> dict[LimitState, dict[str, _Curve]]:
-    """Return the curves of each state by method, before unknown outcomes are considered."""
+    """Return the curves of each state by method, with those that `_printed_fits` withholds."""
     exceedance = _exceedance_fits(runs, runs.outcomes)
     treated: dict[str, _StateFits] = {}
     doubtful = [runs.variant.clouds[state].doubtful for state in runs.states]
@@ -290,7 +290,7 @@ def _curves(runs: _DemandRuns) -> dict[LimitState, dict[str, _Curve]]:
 
 
 def _outcome_curve(runs: _DemandRuns, fits: _StateFits, j: int, bounds: _Bounds) -> _Curve:
-    """Return the curve of state j from fits to outcomes."""
+    """Return the curve of state j by the method ``exceedance``."""
     # capacity dispersion is divided by the slope of ln demand at the median
     # ASSUME the capacity is independent of the demand
     state, beta_total = runs.states[j], fits.beta
@@ -329,7 +329,7 @@ def _union_curve(
 ) -> _Curve:
     """Return the union of the exceedance fits of the modes of a state, or the fit of the state.
 
-    A mode without a curve of its own, with few failures, does not count.
+    Modes with too few failures for a curve are left out.
     """
     direct = curves[state][_EXCEEDANCE]
     fits = {mode: curves[mode][_EXCEEDANCE] for mode in state.modes if mode in curves}
@@ -447,7 +447,7 @@ def _single_fit(runs: _DemandRuns, is_known: Mask, exceed: Mask, *, in_full: boo
 
 
 def _rows(runs: _DemandRuns, curves: Mapping[LimitState, Mapping[str, _Curve]]) -> list[Row]:
-    """Return the rows of the states of a demand, without the columns that describe the variant."""
+    """Return the rows of curves for all states of a demand, without columns of the variant."""
     outcomes, level = runs.outcomes, runs.settings.confidence
     counts = {"n_runs": runs.im.size, "n_records": runs.motions}
     counts |= {"n_beyond_model": int(np.sum(is_beyond_model(runs.variant.runs)))}

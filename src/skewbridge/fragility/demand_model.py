@@ -195,7 +195,7 @@ class DemandModel:
     centre: float  # mean of ln intensity
     knot: float  # x of the bend; infinite: straight
     span: tuple[float, float]  # range of x, beyond which the scatter is constant
-    motions: int
+    motions: int  # number of motions with a usable run
 
     @property
     def deviation(self) -> Floats:
@@ -225,13 +225,13 @@ class PointModel(NamedTuple):
     deviation: Floats  # of ln demand at x = 0
 
     def ln_demand(self, ln_im: Floats) -> Floats:
-        """Return the median ln demand at intensities (..., R)."""
+        """Return the median ln demand at ln intensities (..., R)."""
         x = ln_im - self.model.centre
         bent = np.maximum(x - self.model.knot, 0.0)
         return self.level + self.slope * x + (self.above - self.slope) * bent
 
     def scatter(self, ln_im: Floats) -> Floats:
-        """Return the standard deviation of ln demand at intensities (..., R)."""
+        """Return the standard deviation of ln demand at ln intensities (..., R)."""
         x = np.clip(ln_im - self.model.centre, *self.model.span)
         return self.deviation * np.exp(self.model.parameters[:, -3] * x)
 
@@ -245,11 +245,11 @@ class PointModel(NamedTuple):
         return self.model.centre + x
 
     def slope_at(self, ln_im: Floats) -> Floats:
-        """Return the slope of ln demand at one intensity of each model, shape (R,)."""
+        """Return the slope of ln demand at one ln intensity for each model, shape (R,)."""
         return np.where(ln_im - self.model.centre > self.model.knot, self.above, self.slope)
 
     def score(self, threshold: float, dispersion: ArrayLike, ln_im: Floats) -> Floats:
-        """Return z of the probability Phi(z) that a state is exceeded, shape (..., R)."""
+        """Return z of the probability Phi(z) to exceed a state at ln intensities (..., R)."""
         above = self.ln_demand(ln_im) - np.log(threshold)
         return above / np.hypot(self.scatter(ln_im), dispersion)
 
@@ -275,7 +275,7 @@ class PointModel(NamedTuple):
         return middle, records, total
 
     def columns(self) -> Row:
-        """Return the columns of the table of curves that describe ln demand."""
+        """Return the columns of the table of curves that describe the model from all runs."""
         model, level, slope, above = self.model, *(float(values[0]) for values in self[1:4])
         growth = float(model.parameters[0, -3])
         row: Row = {"ln_a": level - slope * model.centre, "b": slope, "growth": growth}
@@ -284,10 +284,7 @@ class PointModel(NamedTuple):
         return row | ({"knot": np.exp(model.centre + model.knot), "b_above": above} if bent else {})
 
     def largest_distance(self, state: LimitState, ln_theta: float, total: float) -> float:
-        """Return the largest difference of probability between model and lognormal curve.
-
-        It is taken over the range of intensities of the runs.
-        """
+        """Return the largest |P by the model - P by the lognormal curve| in the range of the runs."""
         ln_im = self.model.centre + np.linspace(*self.model.span, 201)
         z = self.score(state.threshold, state.dispersion, ln_im[:, None])[:, 0]
         return float(np.max(np.abs(special.ndtr(z) - special.ndtr((ln_im - ln_theta) / total))))
@@ -323,13 +320,13 @@ class DemandFit:
     setup: "_Setup"
 
     def treated(self, outcomes: DemandOutcomes, steps: int = 100) -> DemandModel:
-        """Return the model refitted to other outcomes of the runs; knot and growth stay (R = 1)."""
+        """Return the model (R = 1) refitted to other outcomes; its knot is not fitted again."""
         fit = fit_mixed(self.setup.data(outcomes, self.model), self.model.parameters[0], steps)
         motions = self.setup.used_motions(outcomes)
         return replace(self.model, parameters=fit.parameters[None], motions=motions)
 
     def exceeds(self, state: LimitState) -> Floats:
-        """Return the probability that each run exceeds a state, given its lower bound, (n,)."""
+        """Return P(a run exceeds a state | lower bound of its demand) for each run, shape (n,)."""
         model, setup = self.model, self.setup
         delta, growth = model.parameters[0, :-3], model.parameters[0, -3]
         x = np.clip(setup.ln_im - model.centre, *model.span)
@@ -344,7 +341,7 @@ class DemandFit:
 
     @cached_property
     def without_variants(self) -> list[DemandModel | str]:
-        """For each variant, the model of all other variants, or why they do not determine it."""
+        """Model fitted without each variant in turn, or why the other variants do not suffice."""
         setup = self.setup
         effects = np.column_stack(
             [np.ones(len(setup.matrix)), setup.matrix[:, : setup.axes.drifts]]
@@ -378,7 +375,7 @@ class _Setup:
         return np.unique(self.motion[outcomes.used]).size
 
     def design(self, centre: float, knot: float) -> Floats:
-        """Return X of all runs, shape (n, 3 + q + drifts)."""
+        """Return the regressors X (see `mixed`) of all runs, shape (n, 3 + q + drifts)."""
         x, shift = self.ln_im - centre, self.matrix[self.variant]
         above = np.maximum(x - knot, 0.0)
         interaction = shift[:, : self.axes.drifts] * x[:, None]
@@ -387,7 +384,10 @@ class _Setup:
     def data(
         self, outcomes: DemandOutcomes, model: DemandModel, growth: bool | None = None
     ) -> MixedData:
-        """Return the data of a fit with the shape of a model; ``growth`` of scatter if given."""
+        """Return the data of a fit with the knot of a model.
+
+        ``growth`` is true if the scatter may grow with intensity; None: as in the model.
+        """
         is_used = outcomes.used
         lower, upper = outcomes.ln_ends
         x = self.ln_im[is_used] - model.centre
@@ -489,7 +489,7 @@ def _shrinkage_errors(fit: MixedFit, drifts: int) -> Floats:
 
 
 def _knots(x: Floats, exact: Mask, motion: Index) -> list[float]:
-    """Return the ln intensities of the knots to compare; infinity is a straight line."""
+    """Return the knots to compare, in the same scale as ``x``; infinity is a straight line."""
     knots = [float(np.quantile(x[exact], share)) for share in _KNOTS]
     sides = [
         (np.unique(motion[exact & (x < k)]), np.unique(motion[exact & (x > k)])) for k in knots
@@ -594,7 +594,7 @@ def fit_models(
 ) -> list[BridgeModels]:
     """Return the demand models of every bridge and abutment model of a checked demands table.
 
-    The columns ``further`` distinguish variants as axes do.
+    The columns ``further`` distinguish variants in addition to the axes.
     """
     modes = [mode for state in limit_states for mode in state.modes]
     without_modes = [state for state in limit_states if not state.modes]
@@ -616,7 +616,7 @@ def fit_models(
 def _without_fits(
     place: dict[str, Any], runs: pd.DataFrame, im: str, further: Sequence[str]
 ) -> tuple[BridgeModels, _Setup]:
-    """Return the models of one bridge and abutment model before the fits of its demands.
+    """Return models without fits, and the data for fits, of one bridge and abutment model.
 
     If the runs have a column ``event``, the motions of an event are left out together.
     """

@@ -82,7 +82,7 @@ def varying_axes(table: pd.DataFrame) -> list[str]:
 
 
 def models_of(table: pd.DataFrame) -> Iterator[tuple[dict[str, Any], pd.DataFrame]]:
-    """Yield bridge and abutment model, and the rows, of each combination that has rows."""
+    """Yield bridge and abutment model (a dict), and their rows, for each combination in a table."""
     for (bridge, abutment), rows in table.groupby(list(BRIDGE_COLUMNS), sort=True):
         yield {"bridge": bridge, "abutment": abutment}, rows
 
@@ -98,7 +98,7 @@ def variant_values(rows: pd.DataFrame) -> dict[str, object]:
 
 
 def demand_columns(demands: pd.DataFrame, columns: Sequence[str]) -> pd.DataFrame:
-    """Return only key, axes, status and ``columns`` of the runs, to send to another process."""
+    """Return the runs with only ``columns`` and those that every fit needs, for other processes."""
     modes = validity.FAILURE_DEMANDS.values() if validity.COLUMN_FAILURE_RATIO in columns else ()
     ends = (validity.BEYOND_MODEL, validity.COMPLETE)
     names = dict.fromkeys((*KEY_COLUMNS, *axis_names(demands), *ends, EVENT, *columns, *modes))
@@ -113,7 +113,7 @@ def motion_codes(table: pd.DataFrame) -> Index:
 
 
 def shaking_codes(table: pd.DataFrame) -> Index:
-    """Return the number of the motion and incidence of each run, shape (n,)."""
+    """Return one number from 0 for the motion and incidence of each run, shape (n,)."""
     return np.asarray(table.groupby(["motion_id", "incidence_deg"]).ngroup(), dtype=np.intp)
 
 
@@ -182,7 +182,7 @@ def refuse_misspelt(columns: Iterable[str], present: Iterable[str] = ()) -> None
 
 
 def percent_notes(name: str, demands: Floats) -> list[str]:
-    """Return a warning if the demands of a drift ratio seem to be in per cent, else no text."""
+    """Return a list with a warning if the demands of a drift ratio seem to be in per cent."""
     is_drift = name.lower().endswith(("drift", "drift_ratio"))
     largest = float(np.max(demands[np.isfinite(demands)], initial=0.0)) if is_drift else 0.0
     # ASSUME no bridge completes a motion at a drift of 20 %
@@ -323,7 +323,7 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
 
 
 def _missing_demands(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[tuple[object, ...]]:
-    """Yield a note for each demand that a completed run lacks but others of its bridge have."""
+    """Yield a row of `input_notes` for each demand that some completed runs of a bridge lack."""
     runs = table[validity.is_complete(table)]
     models = runs.groupby(list(BRIDGE_COLUMNS))
     for name in columns:
@@ -335,7 +335,7 @@ def _missing_demands(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[tu
 
 
 def _equal_motions(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[tuple[object, ...]]:
-    """Yield a note for each motion whose runs are identical to all runs of an earlier motion."""
+    """Yield a row of `input_notes` for each motion whose runs are equal to those of another."""
     if len(columns) < 2:
         return
     rows = pd.util.hash_pandas_object(table[["variant", *columns]], index=False).sort_values()
@@ -363,7 +363,7 @@ def spread[Item, Result](
     *,
     least: int = 24,  # ASSUME starting a process takes about a second, an item a few tenths
 ) -> list[Result]:
-    """Return function(item) for all items in order; ``least`` items or more run in parallel."""
+    """Return function(item) of all items in order, in parallel if there are at least ``least``."""
     remaining = iter(items)
     first = list(islice(remaining, least))
     if jobs == 1 or len(first) < least:

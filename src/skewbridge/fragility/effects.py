@@ -91,7 +91,7 @@ class Pairs:
         return (top - bottom) * difference.per_unit, has_top != has_bottom
 
     def means(self, values: Floats, x: Floats | None = None) -> list[Jackknifed]:
-        """Return the mean of changes (n,), or their regression on ``x``: of all, then by cell."""
+        """Return the mean of ``values`` (n,), or line on ``x`` (n,): over cells, then of each."""
         is_finite = np.isfinite(values if x is None else values + x)
         cells: list[Jackknifed] = []
         for _, rows in self.cells:
@@ -191,7 +191,7 @@ def effect_tables(
 
 
 def effect_table(demands: pd.DataFrame, rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """Return effects with verdicts, pooled first; ``judged_by`` is the ratio unless in the row."""
+    """Return effects with verdicts, pooled first; rows without ``judged_by`` by their ratio."""
     columns = list(demand_table.described("effects", axes_of(map(str, demands.columns))))
     table = pd.DataFrame(rows, columns=columns)
     for name, default in (("judged_by", verdicts.RATIO), ("unit", "")):
@@ -242,7 +242,7 @@ def demand_effects(
     settings: FitSettings,
     reference_im: Mapping[tuple[str, str], float],
 ) -> tuple[list[Row], list[Row]]:
-    """Return the rows of `effects` and of `intensity_effects` for the named demands of pairs."""
+    """Return rows of `effects` and of `intensity_effects` for the demands ``names`` of pairs."""
     rows: list[Row] = []
     by_intensity: list[Row] = []
     has_im = f"{settings.im}_from" in pairs.table
@@ -373,7 +373,7 @@ class Medians:
         self._has_curve: dict[Any, bool] = has_curve
 
     def rows(self, axis: str, states: States) -> list[Row]:
-        """Return the rows of the effects of an axis on the medians of states."""
+        """Return the rows of `median_effects` for the effects of an axis on medians of states."""
         variants = self.models.variants
         other_axes, pairs = variant_pairs(variants, axis)
         steps = [records_of(cells) for _, cells in pairs.groupby(list(STEP))]
@@ -465,7 +465,7 @@ class Medians:
         return None if isinstance(curve, str) else curve
 
     def _counts(self, state: LimitState, number: int) -> dict[str, int]:
-        """Return counts of the runs of a variant with a curve."""
+        """Return counts of the runs of a variant whose state has a curve."""
         rows, motions = self._rows[number], self._motion[self._rows[number]]
         bounds = int(np.sum(self._outcomes[state].of(rows).is_bound))
         counts = {"n_bounds": bounds, "n_pairs": rows.size, "n_motions": np.unique(motions).size}

@@ -138,7 +138,7 @@ def identifier(name: str, signs: str, longest: int) -> str:
 
 
 def measure_names(column: str) -> tuple[str, float, str, str]:
-    """Return name and factor of an intensity in OpenQuake, demand type and unit in pelicun."""
+    """Return OpenQuake's name and factor, and pelicun's demand type and unit, of an intensity."""
     if match := re.match(r"im_sa_(\d+)p(\d+)_", column):
         period = f"{float(f'{match[1]}.{match[2]}'):g}"
         return f"SA({period})", 1.0, f"Spectral Acceleration|{period}", "g"
@@ -440,7 +440,7 @@ def variant_in_words(row: Mapping[str, Any]) -> str:
 
 
 def printed_rows(table: pd.DataFrame) -> list[dict[str, str]]:
-    """Return the rows as texts; * marks a median if the methods differ, † if it is extrapolated."""
+    """Return the publication table as texts; *: medians of methods differ, †: extrapolated."""
     ratios = ratio_names(table)
     return [
         {
@@ -469,7 +469,7 @@ _LATEX_HEADS: Final = {
 
 
 def latex_table(table: pd.DataFrame) -> str:
-    """Return the table for LaTeX (packages booktabs and longtable)."""
+    """Return the publication table as LaTeX text (packages booktabs and longtable)."""
     rows = printed_rows(table)
     names = list(rows[0]) if rows else list(_LATEX_HEADS)
     titles = " & ".join(_LATEX_HEADS.get(name, f"{name.replace('_', ' ')} ratio") for name in names)

@@ -97,7 +97,7 @@ def read_data(path: Path) -> pd.DataFrame | Mapping[str, Any]:
 
 
 def _fit_columns(data: Mapping[str, Any], options: FitOptions) -> fits.FragilityFit:
-    """Fit columns of numbers: counts, capacities or brackets, or a cloud of independent runs."""
+    """Fit columns of numbers: counts, capacities or brackets, or a cloud of demands."""
     columns = {_ALIASES.get(name, name): values for name, values in data.items()}
 
     def need(name: str) -> Any:

@@ -75,7 +75,7 @@ class FragilityFit:
     def limited(
         self, bounds: Mapping[str, tuple[float, float]], *, names: Sequence[str] = ()
     ) -> "FragilityFit":
-        """Add a warning; drop the estimate if unknown outcomes change theta by more than 15 %."""
+        """Return the fit with warnings; no estimate if theta varies by over 15 % in ``bounds``."""
         fit = self.warned("unknown_outcomes", *names)
         low, high = sorted((bounds["all_exceed"][0], bounds["none_exceed"][0]))
         narrow = 0.0 < low <= high <= MAX_BOUNDS_RATIO * low < inf
@@ -637,7 +637,7 @@ def clopper_pearson(k: Floats, n: Floats, level: float) -> tuple[Floats, Floats]
 
 
 def median_bound(ln_im: Floats, n: Floats, *, beta: float, level: float, exceed: bool) -> float:
-    """Return theta with P(data | theta, beta) = 1 - level, an upper bound if all runs exceed."""
+    """Return theta with P(data | theta, beta) = 1 - level: a lower bound, upper if ``exceed``."""
     sign = 1.0 if exceed else -1.0
 
     def excess(ln_theta: float) -> float:
@@ -651,7 +651,7 @@ def median_bound(ln_im: Floats, n: Floats, *, beta: float, level: float, exceed:
 def separated_bounds(
     ln_im: Floats, n: Floats, k: Floats, *, beta: float, level: float
 ) -> tuple[float, float]:
-    """Return the one-sided likelihood-ratio bounds of the median of separated data."""
+    """Return both one-sided likelihood-ratio bounds of theta for separated counts."""
 
     def loglik(ln_theta: float) -> float:
         eta = (ln_im - ln_theta) / beta
@@ -669,7 +669,7 @@ def separated_bounds(
 
 
 def firth(ln_im: Floats, n: Floats, k: Floats) -> tuple[float, float]:
-    """Return (a0, a1) that maximise l + 0.5 ln|I|, with I the expected information."""
+    """Return (a0, a1) of `fit_stripes` that maximise l + 0.5 ln|I|; I: expected information."""
     centre, scale = float(np.mean(ln_im)), float(np.std(ln_im))
     design = np.column_stack([np.ones_like(ln_im), (ln_im - centre) / scale])
 

@@ -124,14 +124,14 @@ class HazardCurve:
         return self.logs_of(np.array(fractile_means) - self.rates[:, -1:])
 
     def logs_of(self, rates: Floats) -> LogRate:
-        """Return ln of rates (1 + F, R): of the mean hazard curve, then of F fractiles."""
+        """Return the logarithms of rates (1 + F, R) by the mean hazard curve, then F fractiles."""
         logs = np.log(np.maximum(rates, np.finfo(np.float64).tiny))
         return LogRate(logs[0], logs[1:, 0], self.quantiles)
 
     def shares(
         self, rate: Callable[["HazardCurve"], LogRate], p_last: float, low: float, high: float
     ) -> Row:
-        """Return bounds on the share beyond the last intensity, and the share that is extrapolated.
+        """Return columns: shares of a rate beyond the last intensity (bounds), and extrapolated.
 
         ``rate`` returns the ln rate of a state for a hazard curve; ``p_last`` is P(exceeds) at
         the last intensity. Intensities outside ``low`` to ``high`` count as extrapolated.
@@ -288,7 +288,7 @@ def _parts(path: Path) -> Iterator[_Part]:
 
 
 def _openquake(path: Path, first: str) -> Iterator[_Part]:
-    """Yield the curve of a CSV export of OpenQuake; its first line is a comment."""
+    """Yield the curve of a CSV export of OpenQuake; ``first`` is its first line, a comment."""
     entries = dict(re.findall(r"(\w+)='?([^,'\"]+)", first))
     missing = [name for name in ("kind", "imt", "investigation_time") if name not in entries]
     if missing:
@@ -337,7 +337,7 @@ def _table(path: Path) -> Iterator[_Part]:
 
 
 def _measure_and_factor(title: str) -> tuple[str, float]:
-    """Return the measure's column and the factor to its unit from a heading ('' for ``im``)."""
+    """Return the column of the measure in a heading ('' for ``im``), and the factor to its unit."""
     if title == "im" or title.startswith("im_"):
         return title.removesuffix("im"), 1.0
     match = _UNIT.fullmatch(title)

@@ -72,7 +72,7 @@ class JointModel:
         over: Mapping[str, float] | None = None,
         level: float | None = None,
     ) -> tuple[float, float, float]:
-        """Return theta at ``values`` with interval ends, divided by theta at ``over`` if given."""
+        """Return theta at ``values``, or its ratio to theta at ``over``, with interval ends."""
         logs = self.curve(values).ln_theta
         logs = logs if over is None else logs - self.curve(over).ln_theta
         return interval(logs, self.axis_range.drifts, level or self.level)
@@ -111,7 +111,7 @@ def joint_table(
 
 
 def _rows(arguments: tuple[BridgeModels, States, Row]) -> list[Row]:
-    """Return the rows of one bridge and abutment model."""
+    """Return the rows of table `joint` for one bridge and abutment model."""
     models, states, shared = arguments
     im = models.runs[shared["im"]].to_numpy(dtype=np.float64)
     low, high = covered_range(im, demand_table.motion_codes(models.runs))
@@ -134,7 +134,7 @@ def _rows(arguments: tuple[BridgeModels, States, Row]) -> list[Row]:
 
 
 def _estimate(models: BridgeModels, state: LimitState, row: Row) -> Row:
-    """Return the table columns of one state, which may be the union of two modes."""
+    """Return the columns of table `joint` for one state, which may be the union of two modes."""
     modes = models.modes(state)
     fits = [fit for fit in map(models.fit, modes) if not isinstance(fit, str)]
     if not models.axes.varying or len(fits) < len(modes):

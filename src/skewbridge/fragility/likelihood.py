@@ -315,7 +315,7 @@ class _Profiles:
         return best.loglik, rate
 
     def _shifted(self, right: Floats) -> Floats:
-        """Return the last parameters, moved along `_shifts` to meet the constraints ``right``."""
+        """Return the last parameters moved along `_shifts` so that normals @ params = ``right``."""
         violation = right - np.sum(self._normals * self._params, axis=1)
         distance = violation / np.sum(self._normals * self._shifts, axis=1)
         return self._params + distance[:, None] * self._shifts

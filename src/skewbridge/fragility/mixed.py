@@ -70,9 +70,9 @@ class MixedFit:
     def without_groups(self, group: Index) -> Floats:
         """Return the parameters without each group of motions, shape (B, m).
 
-        ``group`` (G,) is the number of the group of each motion, 0 .. B - 1. They are from one
-        Newton step, which is exact for delta if all values are known and the standard deviations do
-        not change.
+        ``group`` (G,) is the number of the group of each motion, 0 .. B - 1. The parameters are
+        from one Newton step, which is exact for delta if all values are known and the standard
+        deviations do not change.
         """
         count, size = int(np.max(group)) + 1, self.parameters.size
         score, information = np.zeros((count, size)), np.zeros((count, size, size))
@@ -231,7 +231,7 @@ class _Integrals:
         return sums
 
     def at(self, parameters: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return score, information and log-likelihood of each motion."""
+        """Return score (G, m), information (G, m, m) and log-likelihood (G,) of each motion."""
         delta, gamma, (tau, sigma) = parameters[:-3], parameters[-3], np.exp(parameters[-2:])
         scale = np.exp(-gamma * self._w)
         r, w, n = scale * (self._y - self._x @ delta), self._w, self._count

@@ -43,7 +43,7 @@ def exp_end(value: float) -> float:
 
 
 def motions_beyond(ln_theta: float, ln_im: Floats, motions: Index) -> int:
-    """Return the number of motions at or above a median, or at or below it: the smaller one."""
+    """Return the smaller of the numbers of motions at or above a median and at or below it."""
     sides = ln_im >= ln_theta, ln_im <= ln_theta
     return min(np.unique(motions[side]).size for side in sides)
 

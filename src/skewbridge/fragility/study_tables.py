@@ -144,7 +144,7 @@ def shear_model_curves(rows: pd.DataFrame, settings: FitSettings, jobs: int = 1)
 
 
 def _of_one_method(curves: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
-    """Return the curves of one variant: exceedance fits if one shear model prefers them, or clouds.
+    """Return curves of a variant by ``cloud``, or by ``exceedance`` if any shear model prefers it.
 
     A demand at least as large as another one in every run cannot have the larger median capacity.
     If it has, no median is estimated.
@@ -204,7 +204,7 @@ def suite_table(
 
 
 def _compared(first: dict[str, Any], second: dict[str, Any]) -> dict[str, Any]:
-    """Return the row that compares an effect between two suites, as a ratio of ratios."""
+    """Return the row that compares an effect between suites: ratio in the second / the first."""
     degrees = np.array([second["dof"], first["dof"]], dtype=np.float64)
     widths = np.log([row["ci_high"] / row["ci_low"] for row in (second, first)])
     variances = (widths / (2.0 * special.stdtrit(degrees, 0.5 + 0.5 * first["level"]))) ** 2
@@ -231,7 +231,8 @@ def valid_tables(
     """Return the tables of `fragility_tables` with intervals valid whenever a study is stopped.
 
     The effects on demands and medians, the needed motions and the publication table are replaced.
-    Their confidence level holds jointly for all looks. All other tables are returned unchanged.
+    Their confidence level holds jointly for all ``looks``, the numbers of motions at which verdicts
+    are computed. ``rounds`` has the intervals of earlier looks.
     """
     per_motion = verdicts.runs_per_motion(demands)
     effects, medians = (

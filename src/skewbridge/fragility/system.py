@@ -111,7 +111,7 @@ class _Systems(NamedTuple):
 
 
 def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
-    """Return the rows of one variant, one per degree of damage."""
+    """Return the rows of table `system` for one variant, one per degree of damage."""
     systems, variant_number = system_and_variant
     models, settings = systems.models, systems.settings
     values = records_of(models.variants)[variant_number]
@@ -158,7 +158,7 @@ def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
 
 
 def _member_name(state: LimitState, degree: str, modes: States) -> str:
-    """Return the component, with its state unless it equals the degree, and a subset of modes."""
+    """Return the component, in brackets its state unless it is the degree, and modes if partial."""
     name = "" if state.name == degree else state.name
     if len(modes) < len(state.modes):
         name = f"{state.name}: {', '.join(mode.name for mode in modes)}"

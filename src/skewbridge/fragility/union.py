@@ -129,7 +129,7 @@ def curve_probability(im: ArrayLike, row: Mapping[str, Any]) -> Floats:
 
 
 def correlation(first: Floats, second: Floats, weights: Floats) -> Floats:
-    """Return R correlations of residuals (R, n) with run weights (R, n); NaN are unknown."""
+    """Return R correlations of residuals (R, n) with run weights (R, n); NaN: unknown residual."""
     both = np.isfinite(first[0]) & np.isfinite(second[0])
     if np.sum(both) < MIN_COMPLETE:
         return np.zeros(len(weights))
@@ -143,7 +143,7 @@ def correlation(first: Floats, second: Floats, weights: Floats) -> Floats:
 
 
 def reached_modes(table: pd.DataFrame, state: LimitState) -> list[LimitState]:
-    """Return the failure modes of a state that some run exceeds."""
+    """Return the failure modes of a state that some run of a demands table exceeds."""
     return [
         mode for mode in state.modes if demand_outcomes(table, [mode]).status(mode) != NO_EXCEEDANCE
     ]

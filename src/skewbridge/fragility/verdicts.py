@@ -125,9 +125,11 @@ def verdicts_of(
 
 
 def _p_values(table: pd.DataFrame, *scale: Floats) -> list[pd.Series]:
-    """Return p-values of t tests of three claims: outside the margin, inside it, direction."""
-    # effects are ln ratios or differences; each test uses the half-width of the interval on its
-    # side; the test of direction is two-sided
+    """Return p-values of t tests of three claims: outside the margin, inside it, direction.
+
+    ``scale``: effect (ln ratio or difference), its interval ends, and both margins, (n,) each.
+    """
+    # each test uses the half-width of the interval on its side; that of direction is two-sided
     value, low, high, below, above = scale
     dof = np.maximum(table["dof"].to_numpy(dtype=np.float64), 1.0)
     t = special.stdtrit(dof, 0.5 + 0.5 * table["level"].to_numpy(dtype=np.float64))
@@ -255,7 +257,7 @@ def look_levels(times: tuple[float, ...], level: float) -> tuple[float, ...]:
 
 
 def _crossing_error(end: float, x: Floats, mass: Floats, step: float, alpha: float) -> float:
-    """Return P(path of the statistic crosses the boundary ``end`` in one step) - ``alpha``."""
+    """Return P(a path from positions ``x`` crosses the boundary ``end`` in a step) - ``alpha``."""
     return float(mass @ special.ndtr((x - end) / step)) - alpha
 
 
