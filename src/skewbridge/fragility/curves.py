@@ -75,7 +75,7 @@ def fit_study(
     if models is None:
         models = fit_models(demands, limit_states, settings, jobs=jobs)
     rows_of = partial(_variant_rows, states=limit_states, settings=settings)
-    variants = (item for model in models for item in _variants(model, limit_states, settings))
+    variants = (variant for model in models for variant in _variants(model, limit_states, settings))
     rows = demand_table.spread(rows_of, variants, jobs)
     table = pd.DataFrame([row for rows_of_variant in rows for row in rows_of_variant])
     names = dict.fromkeys((*demand_table.variant_columns(demands), *CURVE_COLUMNS))
@@ -91,8 +91,8 @@ def _with_preferred(table: pd.DataFrame) -> pd.DataFrame:
     has_median = table["status"].isin((FITTED, BOUNDS_TOO_WIDE))
     rank = table["method"].map(METHODS.index).where(has_median)
     keys = [table[n] for n in (*demand_table.BRIDGE_COLUMNS, "component", "limit_state")]
-    best = rank.groupby(keys).transform("min")
-    return table.assign(preferred=((rank == best) & (table["status"] == FITTED)).to_numpy())
+    best_rank = rank.groupby(keys).transform("min")
+    return table.assign(preferred=((rank == best_rank) & (table["status"] == FITTED)).to_numpy())
 
 
 #: Median and dispersion for each treatment of unknown outcomes, and `_PEAKS` if a run collapsed.
@@ -126,7 +126,7 @@ class _Variant(NamedTuple):
 def _variants(models: BridgeModels, states: States, settings: FitSettings) -> Iterator[_Variant]:
     """Yield the variants of a bridge with their curves by the demand model."""
     all_states = dict.fromkeys([*states, *(mode for state in states for mode in state.modes)])
-    of_bridge = {
+    by_state = {
         state: _BridgeState(models, state, group)
         for group in states_by_demand(list(all_states)).values()
         for state in group
@@ -142,7 +142,7 @@ def _variants(models: BridgeModels, states: States, settings: FitSettings) -> It
             block=models.block[rows],
             replicates=models.replicates,
             priors=models.axes.drifts,
-            clouds={state: of_state.cloud(values, rows) for state, of_state in of_bridge.items()},
+            clouds={state: of_state.cloud(values, rows) for state, of_state in by_state.items()},
             correlations=correlations,
         )
 
@@ -199,8 +199,8 @@ class _BridgeState:
         bounds: _Bounds = dict.fromkeys(TREATMENTS, estimate)
         for name, models in self._treated.items():
             rho = None if len(models) == 1 else self._models.correlation(*self._modes)[:1]
-            other = state_curve(models, self._modes, values, rho)
-            ends = (nan, nan) if isinstance(other, str) else (other.ln_theta[0], other.beta[0])
+            refit = state_curve(models, self._modes, values, rho)
+            ends = (nan, nan) if isinstance(refit, str) else (refit.ln_theta[0], refit.beta[0])
             bounds[name] = motion_means.exp_end(ends[0]), float(ends[1])
         if curve.modes is not None:
             columns = curve.modes.columns() | {"model": "union"}
@@ -367,21 +367,21 @@ def _exceedance_fits(
     fits = [_single_fit(runs, *of_state, in_full=in_full) for of_state in outcomes_of]
     estimable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
     # states exceeded in the same known runs share an intercept: fit only the first of them
-    first: dict[int, int] = {}
-    for before, j in zip([None, *estimable], estimable, strict=False):
-        differs = before is None or np.any(exceed[:, before] & is_known[:, j] & ~exceed[:, j])
-        first[j] = j if before is None or differs else first[before]
-    usable, blocks = sorted(set(first.values())), runs.variant.replicates
+    same_as: dict[int, int] = {}
+    for previous, j in zip([None, *estimable], estimable, strict=False):
+        differs = previous is None or np.any(exceed[:, previous] & is_known[:, j] & ~exceed[:, j])
+        same_as[j] = j if previous is None or differs else same_as[previous]
+    usable, blocks = sorted(set(same_as.values())), runs.variant.replicates
     common = _StateFits(fits, np.full((len(fits), blocks), nan), np.full(blocks, nan))
     if not usable:
         return common
     single = [fits[j] for j in usable]
-    of_usable = _common_slope(runs, single, is_known[:, usable], exceed[:, usable], in_full=in_full)
+    together = _common_slope(runs, single, is_known[:, usable], exceed[:, usable], in_full=in_full)
     for j in estimable:
-        number = usable.index(first[j])
-        fits[j] = replace(of_usable.fits[number], details=fits[j].details)
-        common.ln_theta[j] = of_usable.ln_theta[number]
-    return common._replace(beta=of_usable.beta)
+        number = usable.index(same_as[j])
+        fits[j] = replace(together.fits[number], details=fits[j].details)
+        common.ln_theta[j] = together.ln_theta[number]
+    return common._replace(beta=together.beta)
 
 
 def _common_slope(
@@ -402,11 +402,11 @@ def _common_slope(
     below = -np.eye(size)[np.argmax(not_passed, axis=1)[rows]]
     above = -np.eye(size)[np.maximum(passed - 1, 0)[rows]]
     slope = float(np.mean([1.0 / fit.beta for fit in single]))
-    middles = np.log([fit.theta for fit in single])
+    ln_medians = np.log([fit.theta for fit in single])
     # fits of single states may cross: start the common fit with medians at least 5 % apart
-    middles[1:] = middles[0] + np.cumsum(np.maximum(np.diff(middles), 0.05))
+    ln_medians[1:] = ln_medians[0] + np.cumsum(np.maximum(np.diff(ln_medians), 0.05))
     kernel = NormalKernel(below, low, high, upper_covariates=above)
-    best = maximise(kernel, np.array([[*(-slope * middles), slope]]))
+    best = maximise(kernel, np.array([[*(-slope * ln_medians), slope]]))
     params, converged = best.params, best.converged
     if in_full and converged[0]:
         jackknife = NormalKernel(below, low, high, runs.weights[:, rows], above)
@@ -500,8 +500,8 @@ def _printed_fits(
     # Large demands cause collapse, so censoring by collapse is not independent of the demand.
     # A median is accepted only if it hardly depends on how these peaks are treated.
     lower_bound = curves[_CLOUD].bounds.get(_PEAKS)
-    change = np.log(lower_bound[0]) - curves[_CLOUD].ln_theta[0] if lower_bound else 0.0
-    if fits[_CLOUD].status == FITTED and not abs(change) <= np.log(MAX_BOUNDS_RATIO):
+    ln_change = np.log(lower_bound[0]) - curves[_CLOUD].ln_theta[0] if lower_bound else 0.0
+    if fits[_CLOUD].status == FITTED and not abs(ln_change) <= np.log(MAX_BOUNDS_RATIO):
         fits[_CLOUD] = fits[_CLOUD].without_estimate(BOUNDS_TOO_WIDE)
     return fits
 
@@ -542,5 +542,5 @@ def _compared(fits: Mapping[str, FragilityFit], difference: Floats, priors: int)
     error = float(motion_means.Jackknifed.of_replicates(difference, priors).error)
     # ASSUME a difference between the medians of two methods is worth reporting if it exceeds two
     # standard errors
-    differ = error > 0.0 and abs(difference[0]) > 2.0 * error
-    return {"methods_ratio": motion_means.exp_end(difference[0]), "methods_differ": bool(differ)}
+    differs = error > 0.0 and abs(difference[0]) > 2.0 * error
+    return {"methods_ratio": motion_means.exp_end(difference[0]), "methods_differ": bool(differs)}

@@ -52,9 +52,9 @@ def _descriptions() -> dict[str, dict[str, str]]:
                 name = column.removesuffix("[_low|_high]")
                 texts[table][name] = text if source == text else texts[source][name]
                 if name != column:
-                    ends = {"low": "lower", "high": "upper"}.items()
-                    of = f"end of the interval of {name}"
-                    texts[table] |= {f"{name}_{end}": f"{side} {of}" for end, side in ends}
+                    sides = {"low": "lower", "high": "upper"}.items()
+                    meaning = f"end of the interval of {name}"
+                    texts[table] |= {f"{name}_{end}": f"{side} {meaning}" for end, side in sides}
     return texts
 
 
@@ -99,9 +99,9 @@ def variant_values(rows: pd.DataFrame) -> dict[str, object]:
 
 def demand_columns(demands: pd.DataFrame, columns: Sequence[str]) -> pd.DataFrame:
     """Return the runs with only ``columns`` and those that every fit needs, for other processes."""
-    modes = validity.FAILURE_DEMANDS.values() if validity.COLUMN_FAILURE_RATIO in columns else ()
-    ends = (validity.BEYOND_MODEL, validity.COMPLETE)
-    names = dict.fromkeys((*KEY_COLUMNS, *axis_names(demands), *ends, EVENT, *columns, *modes))
+    ratios = validity.FAILURE_DEMANDS.values() if validity.COLUMN_FAILURE_RATIO in columns else ()
+    valid = (validity.BEYOND_MODEL, validity.COMPLETE)
+    names = dict.fromkeys((*KEY_COLUMNS, *axis_names(demands), *valid, EVENT, *columns, *ratios))
     selected = demands[[name for name in names if name in demands.columns]]
     # texts as Python objects: pandas takes 0.2 ms to compare a hundred of its own strings
     return selected.astype(dict.fromkeys(set(TEXT_COLUMNS) & set(selected), object))
@@ -138,8 +138,8 @@ def block_codes(table: pd.DataFrame) -> Index:
 
 def block_names(table: pd.DataFrame) -> list[str]:
     """Return the name of each block: its event, or its first motion."""
-    _, first = np.unique(block_codes(table), return_index=True)
-    return _blocks(table)[first].tolist()
+    _, first_runs = np.unique(block_codes(table), return_index=True)
+    return _blocks(table)[first_runs].tolist()
 
 
 def need_columns(
@@ -225,44 +225,44 @@ def read_foreign(
     renamed = (name for name in columns if name not in source)
     refuse_misspelt([*unused, *renamed], (*columns, *(constants or {})))
     need_columns(source, columns.values(), path.name)
-    out = pd.DataFrame({column: source[foreign_name] for column, foreign_name in columns.items()})
-    if "motion_id" not in out or not any(str(name).startswith("im_") for name in out):
+    runs = pd.DataFrame({column: source[foreign_name] for column, foreign_name in columns.items()})
+    if "motion_id" not in runs or not any(str(name).startswith("im_") for name in runs):
         text = "a column motion_id and an intensity column im_... are needed"
         raise InputError(f"{text}; the columns of {path.name} are {names_of(source)}")
     defaults = {"scale": 1.0, "incidence_deg": 0.0, "status": OK, **dict(constants or {})}
     for name, value in {**dict.fromkeys(BRIDGE_COLUMNS, "foreign"), **defaults}.items():
-        if name not in out:
-            out[name] = value
-    options = [name for name in map(str, out) if name.startswith(CHOICE_PREFIX)]
-    for name in out.columns.difference([*TEXT_COLUMNS, *options]):
-        numbers = as_column(out[name].to_numpy(), columns.get(name, name))
-        out[name] = numbers > 0.0 if name == validity.COMPLETE else numbers * factors.get(name, 1.0)
-    for name in (*LOADING_COLUMNS, *axis_names(out), "status"):
-        require(out[name].notna().to_numpy(), columns.get(name, name), "is missing")
+        if name not in runs:
+            runs[name] = value
+    options = [name for name in map(str, runs) if name.startswith(CHOICE_PREFIX)]
+    for name in runs.columns.difference([*TEXT_COLUMNS, *options]):
+        array = as_column(runs[name].to_numpy(), columns.get(name, name))
+        runs[name] = array > 0.0 if name == validity.COMPLETE else array * factors.get(name, 1.0)
+    for name in (*LOADING_COLUMNS, *axis_names(runs), "status"):
+        require(runs[name].notna().to_numpy(), columns.get(name, name), "is missing")
     for name, (low, high) in _LIMITS.items():
-        if name in out:
-            good, values = out[name].between(low, high).to_numpy(), out[name].to_numpy()
-            require(good, columns.get(name, name), f"must be within {low:g}..{high:g}", values)
-    if validity.BEYOND_MODEL in out:
-        good = np.isin(validity.failure_kinds(out), ["", *validity.FAILURE_DEMANDS])
+        if name in runs:
+            is_valid, values = runs[name].between(low, high).to_numpy(), runs[name].to_numpy()
+            require(is_valid, columns.get(name, name), f"must be within {low:g}..{high:g}", values)
+    if validity.BEYOND_MODEL in runs:
+        is_valid = np.isin(validity.failure_kinds(runs), ["", *validity.FAILURE_DEMANDS])
         words = " or ".join(validity.FAILURE_DEMANDS)
-        require(good, validity.BEYOND_MODEL, f"must be {words}, or empty")
-    if "variant" not in out:
-        parts = [out[name].map(str).tolist() for name in variant_columns(out)[1:]]
-        out["variant"] = ["_".join(values) for values in zip(*parts, strict=True)]
-    texts = [*(name for name in TEXT_COLUMNS if name in out), *options]
-    out[texts] = out[texts].astype(object).fillna("").astype(str)
-    require_statuses(out["status"])
-    for name in map(str, out.filter(regex="^im_")):
-        require((out[name].isna() | (out[name] > 0.0)).to_numpy(), name, "must be > 0 and finite")
-    if (doubled := out.duplicated(["variant", *LOADING_COLUMNS])).any():
-        row = int(np.argmax(doubled))
+        require(is_valid, validity.BEYOND_MODEL, f"must be {words}, or empty")
+    if "variant" not in runs:
+        parts = [runs[name].map(str).tolist() for name in variant_columns(runs)[1:]]
+        runs["variant"] = ["_".join(values) for values in zip(*parts, strict=True)]
+    texts = [*(name for name in TEXT_COLUMNS if name in runs), *options]
+    runs[texts] = runs[texts].astype(object).fillna("").astype(str)
+    require_statuses(runs["status"])
+    for name in map(str, runs.filter(regex="^im_")):
+        require((runs[name].isna() | (runs[name] > 0.0)).to_numpy(), name, "must be > 0 and finite")
+    if (is_repeated := runs.duplicated(["variant", *LOADING_COLUMNS])).any():
+        row = int(np.argmax(is_repeated))
         text = f"row {row} repeats variant, motion_id, scale and incidence_deg of another row"
         raise InputError(f"{text}; columns that are not used: {names_of(unused)}", row=row)
-    if validity.COMPLETE not in out:
-        out[validity.COMPLETE] = validity.is_complete(out)
-    first = [*variant_columns(out), *LOADING_COLUMNS, "status"]
-    return out[[*first, *(name for name in out if name not in first)]].reset_index(drop=True)
+    if validity.COMPLETE not in runs:
+        runs[validity.COMPLETE] = validity.is_complete(runs)
+    leading = [*variant_columns(runs), *LOADING_COLUMNS, "status"]
+    return runs[[*leading, *(name for name in runs if name not in leading)]].reset_index(drop=True)
 
 
 def require_statuses(status: pd.Series) -> None:
@@ -318,8 +318,8 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
     for name in checked:
         values = complete[name].to_numpy(dtype=np.float64)
         notes += [("percent", -1, name, text) for text in percent_notes(name, values)]
-    findings = pd.DataFrame(notes, columns=list(described("input_notes")))
-    return Prepared(table.reset_index(drop=True), findings)
+    notes_table = pd.DataFrame(notes, columns=list(described("input_notes")))
+    return Prepared(table.reset_index(drop=True), notes_table)
 
 
 def _missing_demands(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[tuple[object, ...]]:
@@ -341,9 +341,9 @@ def _equal_motions(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[tupl
     rows = pd.util.hash_pandas_object(table[["variant", *columns]], index=False).sort_values()
     first_motions: dict[tuple[int, ...], str] = {}
     for motion, runs in rows.groupby(table["motion_id"].astype(str), sort=True):
-        first = first_motions.setdefault(tuple(runs), str(motion))
-        if first != motion:
-            text = f"motions {first} and {motion} have identical runs: intervals are too "
+        earlier = first_motions.setdefault(tuple(runs), str(motion))
+        if earlier != motion:
+            text = f"motions {earlier} and {motion} have identical runs: intervals are too "
             yield "equal_motions", -1, "motion_id", f"{text}narrow if a motion was entered twice"
 
 
@@ -365,7 +365,7 @@ def spread[Item, Result](
 ) -> list[Result]:
     """Return function(item) of all items in order, in parallel if there are at least ``least``."""
     remaining = iter(items)
-    first = list(islice(remaining, least))
-    if jobs == 1 or len(first) < least:
-        return [function(item) for item in chain(first, remaining)]
-    return list(Parallel(n_jobs=jobs)(delayed(function)(item) for item in chain(first, remaining)))
+    head = list(islice(remaining, least))
+    if jobs == 1 or len(head) < least:
+        return [function(item) for item in chain(head, remaining)]
+    return list(Parallel(n_jobs=jobs)(delayed(function)(item) for item in chain(head, remaining)))

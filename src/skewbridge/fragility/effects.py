@@ -65,15 +65,15 @@ class Pairs:
         #: Number of the block (event or motion) of each row, shape (n,), and names of the blocks.
         self.block = demand_table.block_codes(table)
         self.names = demand_table.block_names(table)
-        top, bottom = (table[f"complete_{end}"].to_numpy() for end in ("to", "from"))
-        conditions = [top & bottom, bottom, top]
+        complete_to, complete_from = (table[f"complete_{end}"].to_numpy() for end in ("to", "from"))
+        conditions = [complete_to & complete_from, complete_from, complete_to]
         #: Kind of change or bound of each pair: `EXACT`, `AT_LEAST`, `AT_MOST`, `UNKNOWN`, (n,).
         self.side = np.select(conditions, [EXACT, AT_LEAST, AT_MOST], default=UNKNOWN)
 
     def ends(self, name: str) -> tuple[Floats, Floats]:
         """Return the values of a column at to_value and at from_value, shape (n,) each."""
-        to, start = (self.table[f"{name}_{end}"] for end in ("to", "from"))
-        return to.to_numpy(dtype=np.float64), start.to_numpy(dtype=np.float64)
+        values_to, values_from = (self.table[f"{name}_{end}"] for end in ("to", "from"))
+        return values_to.to_numpy(dtype=np.float64), values_from.to_numpy(dtype=np.float64)
 
     def changes(self, name: str, difference: Difference | None) -> tuple[Floats, Mask]:
         """Return the changes of a demand (n,): ln ratios, or differences given ``difference``.
@@ -81,23 +81,23 @@ class Pairs:
         Changes are NaN in pairs that give neither a change nor a bound. The second array (n,) is
         True for pairs in which only one run has a usable demand (for ratios: a positive one).
         """
-        ends = self.ends(name)
+        demands = self.ends(name)
         lower_limit = 0.0 if difference is None else -np.inf
-        has_top, has_bottom = (np.isfinite(end) & (end > lower_limit) for end in ends)
-        is_used = (self.side != UNKNOWN) & has_top & has_bottom
-        top, bottom = (np.where(is_used, end, nan) for end in ends)
+        has_to, has_from = (np.isfinite(demand) & (demand > lower_limit) for demand in demands)
+        is_used = (self.side != UNKNOWN) & has_to & has_from
+        demand_to, demand_from = (np.where(is_used, demand, nan) for demand in demands)
         if difference is None:
-            return np.log(top / bottom), has_top != has_bottom
-        return (top - bottom) * difference.per_unit, has_top != has_bottom
+            return np.log(demand_to / demand_from), has_to != has_from
+        return (demand_to - demand_from) * difference.per_unit, has_to != has_from
 
     def means(self, values: Floats, x: Floats | None = None) -> list[Jackknifed]:
         """Return the mean of ``values`` (n,), or line on ``x`` (n,): over cells, then of each."""
         is_finite = np.isfinite(values if x is None else values + x)
         cells: list[Jackknifed] = []
         for _, rows in self.cells:
-            of_cell = rows[is_finite[rows]]
-            data = (values[of_cell], self.side[of_cell], self.motions[of_cell], len(self.names))
-            cells.append(by_motion(*data, None if x is None else x[of_cell], self.block[of_cell]))
+            used = rows[is_finite[rows]]
+            data = (values[used], self.side[used], self.motions[used], len(self.names))
+            cells.append(by_motion(*data, None if x is None else x[used], self.block[used]))
         return [average(cells), *cells]
 
     def counts(self, rows: Index, is_used: Mask, discordant: Mask) -> dict[str, int]:
@@ -119,9 +119,9 @@ def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.Da
     loading = [*demand_table.LOADING_COLUMNS, *({EVENT} & set(demands))]
     key = [*demand_table.BRIDGE_COLUMNS, *other_axes, *loading]
     table = demands[[*key, axis, *columns]].assign(complete=is_complete(demands))
-    once = ~table.duplicated([*key, axis]).to_numpy()
-    if not once.all():
-        row = demands.index[int(np.argmin(once))]
+    is_unique = ~table.duplicated([*key, axis]).to_numpy()
+    if not is_unique.all():
+        row = demands.index[int(np.argmin(is_unique))]
         raise InputError(f"the run of row {row} occurs twice in the demands: remove one", row=row)
     return _paired(table, axis, other_axes, loading)
 
@@ -182,8 +182,8 @@ def effect_tables(
         for axis in demand_table.varying_axes(rows)
         for (start, end), runs in run_pairs(rows, axis, paired).groupby(list(STEP))
     )
-    at = reference_im or {}
-    effects_of_pairs = partial(demand_effects, names=names, settings=settings, reference_im=at)
+    ims = reference_im or {}
+    effects_of_pairs = partial(demand_effects, names=names, settings=settings, reference_im=ims)
     tables = demand_table.spread(effects_of_pairs, pairs, jobs)
     effects = effect_table(demands, [row for rows, _ in tables for row in rows])
     by_intensity = [row for _, rows in tables for row in rows]
@@ -265,33 +265,33 @@ def demand_effects(
             shared["difference_margin"] = settings.margins.get(name, difference.margin)
         is_exact = is_used & (pairs.side == EXACT)
         for cell, (place, cell_rows) in enumerate(scopes):
-            changed = cell_rows[is_exact[cell_rows]]
-            positive = reference[changed][reference[changed] > 0.0]
+            exact = cell_rows[is_exact[cell_rows]]
+            positive = reference[exact][reference[exact] > 0.0]
             row = {**shared, **place, **pairs.counts(cell_rows, is_used, discordant)}
             judged = None if differences is None else differences[cell]
             arguments: Any = {"line": lines[cell], "difference": judged, "blocks": pairs.names}
             row |= effect_row(means[cell], **arguments)
             row["from_mean"] = float(np.exp(np.log(positive).mean())) if positive.size else nan
-            if changed.size:
-                row |= {"im_low": float(im[changed].min()), "im_high": float(im[changed].max())}
+            if exact.size:
+                row |= {"im_low": float(im[exact].min()), "im_high": float(im[exact].max())}
             rows.append(row)
         pooled = rows[-len(scopes)]
         judged_cells = (differences or means)[1:]
         pooled["n_cells"] = sum(bool(np.isfinite(cell.estimate)) for cell in judged_cells)
         if difference is None:
-            at = reference_im.get((pooled.get("bridge", ""), pooled.get("abutment", "")))
-            changed = np.flatnonzero(is_exact & (reference > 0.0) & np.isfinite(ln_im))
-            x, y = ln_im[changed], np.log(reference[changed])
-            level = np.polyfit(x, y, 1) if np.unique(x).size > 1 else np.full(2, nan)
-            by_intensity += _by_intensity(pooled, lines[0], level, at)
+            im_of_model = reference_im.get((pooled.get("bridge", ""), pooled.get("abutment", "")))
+            exact = np.flatnonzero(is_exact & (reference > 0.0) & np.isfinite(ln_im))
+            x, y = ln_im[exact], np.log(reference[exact])
+            trend = np.polyfit(x, y, 1) if np.unique(x).size > 1 else np.full(2, nan)
+            by_intensity += _by_intensity(pooled, lines[0], trend, im_of_model)
     return rows, by_intensity
 
 
 def _by_intensity(
-    pooled: Mapping[str, Any], line: Jackknifed, level: Floats, reference_im: float | None
+    pooled: Mapping[str, Any], line: Jackknifed, trend: Floats, reference_im: float | None
 ) -> list[dict[Any, Any]]:
     """Return the rows of `intensity_effects` for a pooled effect, one at ``reference_im``."""
-    # `line`: effect on ln intensity; `level` (2,): line of ln demand at from_value on ln intensity
+    # `line`: effect on ln intensity; `trend` (2,): line of ln demand at from_value on ln intensity
     low, high = pooled.get("im_low", nan), pooled.get("im_high", nan)
     if not np.all(np.isfinite(line.estimate)) or not low < high:
         return []
@@ -299,17 +299,17 @@ def _by_intensity(
     if reference_im is not None:
         im = np.append(im, np.clip(reference_im, low, high))
     effect = line.combined(np.stack([np.ones(im.size), np.log(im)]))
-    value = np.stack([effect.estimate, *effect.interval(pooled["level"])])
-    value[:, ~(value[2] - value[1] <= np.log(verdicts.MAX_WIDTH))] = nan
+    logs = np.stack([effect.estimate, *effect.interval(pooled["level"])])
+    logs[:, ~(logs[2] - logs[1] <= np.log(verdicts.MAX_WIDTH))] = nan
     below, zero, above = np.log1p(np.outer([-1.0, 0.0, 1.0], np.full(im.size, pooled["margin"])))
     possible = np.repeat(verdicts.may_be_negligible(pd.DataFrame([pooled])), im.size)
-    verdict = verdicts.verdicts_of(value[1], below, zero, above, value[2], possible=possible)
-    ln_demand, last = np.polyval(level, np.log(im)), np.arange(im.size) == _INTENSITIES
+    verdict = verdicts.verdicts_of(logs[1], below, zero, above, logs[2], possible=possible)
+    ln_demand, added = np.polyval(trend, np.log(im)), np.arange(im.size) == _INTENSITIES
     columns = {name: pooled[name] for name in INTENSITY_COLUMNS if name in pooled}
-    columns |= dict(zip(verdicts.RATIOS, np.exp(value), strict=True))
+    columns |= dict(zip(verdicts.RATIOS, np.exp(logs), strict=True))
     columns |= {"im": im, "verdict": verdict}
-    columns |= {"from_demand": np.exp(ln_demand), "to_demand": np.exp(ln_demand + value[0])}
-    columns |= {"at_reference": last, "clipped": last & (im != reference_im)}
+    columns |= {"from_demand": np.exp(ln_demand), "to_demand": np.exp(ln_demand + logs[0])}
+    columns |= {"at_reference": added, "clipped": added & (im != reference_im)}
     columns["n_motions"] = int(np.count_nonzero(effect.exact))
     return pd.DataFrame(columns).to_dict("records")
 
@@ -397,20 +397,20 @@ class Medians:
         """Return the pooled row, rows by value of another axis, and a row per pair of variants."""
         pooled = self._average("pooled", keys, ratios)
         by_value: list[Row] = []
-        strongest = (1.0, "")
+        interaction = (1.0, "")
         for name in other_axes:
             values = sorted({row[name] for _, row in ratios})
             if len(values) < 2:
                 continue
             groups = [[pair for pair in ratios if pair[1][name] == value] for value in values]
             means = [average([ratio for ratio, _ in group]) for group in groups]
-            tests = [float(mean.minus(means[0]).p_value()) for mean in means[1:]]
+            p_values = [float(mean.minus(means[0]).p_value()) for mean in means[1:]]
             # several values are tested against the first: Bonferroni
-            strongest = min(strongest, (len(tests) * min(tests), name))
+            interaction = min(interaction, (len(p_values) * min(p_values), name))
             for value, group in zip(values, groups, strict=True):
                 by_value.append(self._average("by_value", keys | {name: value}, group))
         return [
-            pooled | {"p_interaction": min(strongest[0], 1.0), "interaction": strongest[1]},
+            pooled | {"p_interaction": min(interaction[0], 1.0), "interaction": interaction[1]},
             *by_value,
             *(self._row("variant", pair, row, 2) for pair, row in ratios),
         ]
