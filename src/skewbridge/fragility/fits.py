@@ -107,11 +107,11 @@ def fits_of_states(
     variance / fitted variance). Covariances are from the delta method. Profile intervals use
     ``drop`` (see `drop_of`); None gives no intervals.
     """
-    fits, of_slope = list(blanks), np.eye(terms.shape[1])[slope]
+    fits, unit_slope = list(blanks), np.eye(terms.shape[1])[slope]
     ends = None if drop is None else likelihood.profile_ends(kernel, best, drop, terms, slope)
     for j, blank in enumerate(blanks):
-        onto = np.stack([terms[j], of_slope])
-        (a0, a1), covariance = (onto @ best.params[0]).tolist(), onto @ best.covariance[0] @ onto.T
+        rows = np.stack([terms[j], unit_slope])
+        (a0, a1), covariance = (rows @ best.params[0]).tolist(), rows @ best.covariance[0] @ rows.T
         jacobian = np.array([[-1.0 / a1, a0 / a1**2], [0.0, -widening / a1**2]])
         variance = (jacobian @ covariance @ jacobian.T).tolist()
         (low, high), of_beta = np.full((2, 2), nan) if ends is None else ends[[j, -1]]
@@ -194,8 +194,8 @@ def fit_stripes(
         return replace(blank, details=_stripe_bounds(status, ln_im, runs, exceed, settings))
     inf, counts = np.full(x.size, np.inf), np.append(exceed, runs - exceed)
     low, high, has_hits = np.append(-inf, ln_im), np.append(ln_im, inf), counts > 0.0
-    ones = -np.ones((int(has_hits.sum()), 1))
-    kernel = likelihood.NormalKernel(ones, low[has_hits], high[has_hits], counts[has_hits])
+    design = -np.ones((int(has_hits.sum()), 1))
+    kernel = likelihood.NormalKernel(design, low[has_hits], high[has_hits], counts[has_hits])
     # start: line through the probits of the exceedance shares, which are kept away from 0 and 1
     line = np.polyfit(ln_im, special.ndtri((exceed + 0.5) / (runs + 1.0)), 1, w=np.sqrt(runs))
     maximum = likelihood.maximise(kernel, line[None, ::-1])
@@ -280,8 +280,8 @@ def _overlap_warnings(x: Floats, n: Floats, k: Floats) -> list[str]:
     if np.max(runs) > 1.0:
         mixed = int(np.sum((exceed > 0.0) & (exceed < runs)))
         return ["few_mixed_stripes"] if mixed < FEW_MIXED_STRIPES else []
-    first, last = np.min(levels[exceed > 0.0]), np.max(levels[exceed < runs])
-    overlap = int(np.sum((levels >= first) & (levels <= last)))
+    low, high = np.min(levels[exceed > 0.0]), np.max(levels[exceed < runs])
+    overlap = int(np.sum((levels >= low) & (levels <= high)))
     return ["small_overlap"] if overlap < 2 * FEW_MIXED_STRIPES else []
 
 
@@ -355,14 +355,14 @@ def fit_first_exceedances(
     # ASSUME the first crossing is the capacity
     records, codes = np.unique(record, return_inverse=True)
     lower, upper = np.zeros(records.size), np.full(records.size, np.inf)
-    hit = exceed > 0.0
-    np.minimum.at(upper, codes[hit], im[hit])
-    below = ~hit & (im < upper[codes])
+    is_hit = exceed > 0.0
+    np.minimum.at(upper, codes[is_hit], im[is_hit])
+    below = ~is_hit & (im < upper[codes])
     np.maximum.at(lower, codes[below], im[below])
-    odd = int(np.unique(codes[~hit & (im > upper[codes])]).size)
+    n_odd = int(np.unique(codes[~is_hit & (im > upper[codes])]).size)
     fit = fit_brackets(lower, upper, settings)
-    fit = replace(fit, details={**fit.details, "n_non_monotone": odd})
-    return fit.warned("non_monotone_records") if odd else fit, lower, upper
+    fit = replace(fit, details={**fit.details, "n_non_monotone": n_odd})
+    return fit.warned("non_monotone_records") if n_odd else fit, lower, upper
 
 
 def _fit_distribution(
@@ -424,7 +424,7 @@ def fit_cloud(
     require(high >= low, "upper", "must not be below edp", high)
     informative = (low > 0.0) | np.isfinite(high)
     with np.errstate(divide="ignore"):
-        cloud = x, y_low, y_high = np.log([each[informative] for each in (values, low, high)])
+        cloud = x, y_low, y_high = np.log([column[informative] for column in (values, low, high)])
     is_observed = y_low == y_high
     is_censored = not bool(np.all(is_observed))
     ln_capacity = float(np.log(positive([threshold], "threshold")[0]))
@@ -498,11 +498,11 @@ def _fit_least_squares(
     beta = float(np.hypot(line.sigma, dispersion)) / line.b
     ln_theta = (ln_capacity - line.ln_a) / line.b
     distance = ln_theta - line.mean_x
-    relative = line.sigma**2 / line.sxx / line.b**2  # relative variance of b
+    var_ratio = line.sigma**2 / line.sxx / line.b**2  # relative variance of b
     # beta = sqrt(s^2 + c^2)/b: d beta/d s = s/(beta b^2), d beta/d b = -beta/b
     var_s = line.sigma**2 / (2.0 * (n - 2))
-    var_beta = (line.sigma / (beta * line.b**2)) ** 2 * var_s + beta**2 * relative
-    maximum = line.sigma * np.sqrt((n - 2) / n)  # maximum-likelihood value
+    var_beta = (line.sigma / (beta * line.b**2)) ** 2 * var_s + beta**2 * var_ratio
+    sigma_ml = line.sigma * np.sqrt((n - 2) / n)  # maximum-likelihood value
     constant = ln_distance**2 - t**2 * line.sigma**2 / n
     root = float(np.sqrt(max((line.b * ln_distance) ** 2 - a * constant, 0.0)))
     ends = [line.mean_x + (line.b * ln_distance + sign * root) / a for sign in (-1.0, 1.0)]
@@ -511,10 +511,10 @@ def _fit_least_squares(
         blank,
         theta=motion_means.exp_end(ln_theta),
         beta=beta,
-        var_ln_theta=line.sigma**2 / line.b**2 / n + relative * distance**2,
-        cov_ln_theta_beta=beta * relative * distance,
+        var_ln_theta=line.sigma**2 / line.b**2 / n + var_ratio * distance**2,
+        cov_ln_theta_beta=beta * var_ratio * distance,
         var_beta=var_beta,
-        loglik=float(-n * (likelihood.HALF_LOG_2PI + np.log(maximum) + 0.5)),
+        loglik=float(-n * (likelihood.HALF_LOG_2PI + np.log(sigma_ml) + 0.5)),
         ci_theta=(motion_means.exp_end(ends[0]), motion_means.exp_end(ends[1])),
         ci_beta=(float(beta * np.exp(-half_width)), float(beta * np.exp(half_width))),
         ci_method="fieller",
@@ -569,23 +569,23 @@ class TestedLine(NamedTuple):
 def tested_line(x: Floats, y: Floats) -> TestedLine:
     """Fit and test the least-squares line of y = ln demand (n,) on x = ln intensity (n,)."""
     n, mean_x, mean_y = x.size, float(np.mean(x)), float(np.mean(y))
-    u, v = x - mean_x, y - mean_y
-    sxx, syy = float(u @ u), float(v @ v)
-    b = float(u @ v) / sxx
-    residual = v - b * u
+    dx, dy = x - mean_x, y - mean_y
+    sxx, syy = float(dx @ dx), float(dy @ dy)
+    b = float(dx @ dy) / sxx
+    residual = dy - b * dx
     sse = float(residual @ residual)
     sigma = float(np.sqrt(sse / (n - 2))) if n > 2 else nan
     r2 = 1.0 - sse / syy if syy > 0.0 else nan
     centred = residual**2 - np.mean(residual**2)  # studentised Breusch-Pagan test
-    total = sxx * float(centred @ centred)
-    scatter_p = float(special.chdtrc(1, n * float(u @ centred) ** 2 / total)) if total else nan
+    scale = sxx * float(centred @ centred)
+    scatter_p = float(special.chdtrc(1, n * float(dx @ centred) ** 2 / scale)) if scale else nan
     curvature = curvature_p = nan  # coefficient and p-value of an additional term in u^2
-    u2_residual = u**2 - np.mean(u**2)
-    u2_residual = u2_residual - (float(u2_residual @ u) / sxx) * u
-    size = float(u2_residual @ u2_residual)
-    if n >= 4 and size > 1e-12 * sxx**2 and sse > 0.0:
-        curvature = float(u2_residual @ residual) / size
-        explained = curvature**2 * size
+    curved_x = dx**2 - np.mean(dx**2)
+    curved_x = curved_x - (float(curved_x @ dx) / sxx) * dx
+    curved_sxx = float(curved_x @ curved_x)
+    if n >= 4 and curved_sxx > 1e-12 * sxx**2 and sse > 0.0:
+        curvature = float(curved_x @ residual) / curved_sxx
+        explained = curvature**2 * curved_sxx
         unexplained = max(sse - explained, 1e-300)
         curvature_p = float(special.fdtrc(1, n - 3, explained / (unexplained / (n - 3))))
     tests = curvature, curvature_p, scatter_p
@@ -618,12 +618,12 @@ def binomial_status(ln_im: Floats, n: Floats, k: Floats) -> str:
         return ALL_EXCEED
     if np.ptp(ln_im) == 0.0:
         return SINGLE_LEVEL
-    with_none, with_some = ln_im[n - k > 0.0], ln_im[k > 0.0]
-    if np.max(with_none) < np.min(with_some):
+    without_hits, with_hits = ln_im[n - k > 0.0], ln_im[k > 0.0]
+    if np.max(without_hits) < np.min(with_hits):
         return COMPLETE_SEPARATION
-    if np.max(with_none) == np.min(with_some):
+    if np.max(without_hits) == np.min(with_hits):
         return QUASI_SEPARATION
-    if np.max(with_some) <= np.min(with_none):
+    if np.max(with_hits) <= np.min(without_hits):
         return NON_INCREASING
     return FITTED
 
@@ -664,8 +664,8 @@ def separated_bounds(
         optimize.brentq(lambda t: loglik(t) - target, middle, middle + side * beta, xtol=1e-12)
         for side in (-40.0, 40.0)
     )
-    first, last = map(float, np.exp(list(ends)))
-    return first, last
+    theta_low, theta_high = map(float, np.exp(list(ends)))
+    return theta_low, theta_high
 
 
 def firth(ln_im: Floats, n: Floats, k: Floats) -> tuple[float, float]:

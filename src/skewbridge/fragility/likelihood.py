@@ -78,10 +78,10 @@ class NormalKernel:
         upper_covariates: Floats | None = None,  # X of upper bounds, if different; none observed
     ) -> None:
         self.weights = np.ones(lower.size) if weights is None else weights
-        beyond = covariates if upper_covariates is None else upper_covariates
+        upper_x = covariates if upper_covariates is None else upper_covariates
         is_observed = (lower == upper) & (upper_covariates is None)
         has_low, has_high = np.isfinite(lower) & ~is_observed, np.isfinite(upper) & ~is_observed
-        low, high = np.column_stack([-covariates, lower]), np.column_stack([-beyond, upper])
+        low, high = np.column_stack([-covariates, lower]), np.column_stack([-upper_x, upper])
         below, above = np.flatnonzero(has_low & ~has_high), np.flatnonzero(has_high & ~has_low)
         #: Design of the rows with one finite bound, negated if right-censored, and its products.
         self._tail = np.vstack([-low[below], high[above]])
@@ -139,10 +139,10 @@ class NormalKernel:
             pu, pl = (np.exp(scale - 0.5 * z * z - HALF_LOG_2PI) for z in (zu, zl))
             loglik += np.sum(of_between * log_terms, axis=1)
             score += (of_between * pu) @ self._high - (of_between * pl) @ self._low
-            second = (of_between * (pl * (zl - pl))) @ self._low_low
-            second += (of_between * (pu * pl)) @ self._cross
-            second -= (of_between * (pu * (zu + pu))) @ self._high_high
-            hessian += second.reshape(hessian.shape)
+            curvature = (of_between * (pl * (zl - pl))) @ self._low_low
+            curvature += (of_between * (pu * pl)) @ self._cross
+            curvature -= (of_between * (pu * (zu + pu))) @ self._high_high
+            hessian += curvature.reshape(hessian.shape)
         if self._any_observed:
             loglik = np.where(h > 0.0, loglik, -np.inf)
         return Derivatives(loglik, score, hessian)
@@ -187,8 +187,8 @@ def maximise(kernel: "NormalKernel | _Profiles", start: Floats) -> Maximum:
                 break
             step[failed] *= 0.5
             halved = kernel.derivatives(params[active[failed]] + step[failed], active[failed])
-            for values, new in zip(trial, halved, strict=True):
-                values[failed] = new
+            for values, after in zip(trial, halved, strict=True):
+                values[failed] = after
             failed = failed[~(halved.loglik >= required[failed])]
         step[failed] = 0.0
         params[active] += step
@@ -247,11 +247,11 @@ def profile_ends(
     for _ in range(_MAX_ITERATIONS):
         loglik, rate = profiles.evaluate(centre + side * offset)
         value = loglik - target
-        inside = value > 0.0
-        endless = inside & (offset == limit)
+        is_inside = value > 0.0
+        endless = is_inside & (offset == limit)
         if np.all(is_done := endless | (np.abs(value) < _PROFILE_TOLERANCE)):
             break
-        low, high = np.where(inside, offset, low), np.where(inside, high, offset)
+        low, high = np.where(is_inside, offset, low), np.where(is_inside, high, offset)
         # the root of the drop is nearly linear in psi
         with np.errstate(divide="ignore", invalid="ignore"):
             root = np.sqrt(np.maximum(drop - 2.0 * value, 0.0))
@@ -272,13 +272,13 @@ class _Profiles:
 
     def __init__(self, kernel: NormalKernel, best: Floats, intercepts: Floats, slope: int) -> None:
         self._kernel, self._slope, self._eye = kernel, slope, np.eye(best.size)
-        axis = self._eye[slope]
-        self._normals = np.vstack([np.repeat(intercepts, 2, axis=0), axis, axis])
+        slope_axis = self._eye[slope]
+        self._normals = np.vstack([np.repeat(intercepts, 2, axis=0), slope_axis, slope_axis])
         self._determined = self._eye[np.argmax(self._normals == 1.0, axis=1)]
         # moving along these directions (all intercepts equally, or the slope) satisfies any
         # constraint at a finite likelihood
         shift = np.any(intercepts == 1.0, axis=0).astype(np.float64)
-        self._shifts = np.vstack([np.tile(shift, (2 * len(intercepts), 1)), axis, axis])
+        self._shifts = np.vstack([np.tile(shift, (2 * len(intercepts), 1)), slope_axis, slope_axis])
         self._params = np.tile(best, (len(self._normals), 1))
         self._score = np.empty_like(self._params)
 
@@ -304,11 +304,11 @@ class _Profiles:
             self._fixed = ~np.any(self._onto, axis=1)[:, :, None] * self._eye
             best = maximise(self, start)
             self._params = self._offset + (self._onto @ best.params[:, :, None])[..., 0]
-            falling = self._params[:, self._slope] < 0.0
-            if not np.any(falling):
+            is_falling = self._params[:, self._slope] < 0.0
+            if not np.any(is_falling):
                 break
             # falling curves are excluded: hold the slope at zero, its limit
-            self._onto[falling, :, self._slope] = self._params[falling, self._slope] = 0.0
+            self._onto[is_falling, :, self._slope] = self._params[is_falling, self._slope] = 0.0
             start = self._shifted(right)
         rate = -np.sum(self._determined * self._score, axis=1) * self._params[:, self._slope]
         rate[-2:] *= -1.0

@@ -244,18 +244,18 @@ def bounded_regression(
     (n, p), exact = design.shape, bound == 0
     products = (design[:, :, None] * design[:, None, :]).reshape(n, p * p)
     of_exact = (weights[:, exact] @ products[exact]).reshape(-1, p, p)
-    size = np.prod(np.diagonal(of_exact, axis1=1, axis2=2), axis=1)
-    if np.any(np.linalg.det(of_exact) <= _SINGULAR * size):
+    scale = np.prod(np.diagonal(of_exact, axis1=1, axis2=2), axis=1)
+    if np.any(np.linalg.det(of_exact) <= _SINGULAR * scale):
         return np.full((len(weights), p), np.nan)
     # subtract the mean of the exact values to avoid cancellation in squares
     centre = np.mean(values[exact]) * np.eye(1, p)[0]
     u = values - centre[0]
     if np.all(exact):
-        right = weights @ (design * u[:, None])
-        return np.linalg.solve(of_exact, right[:, :, None])[:, :, 0] + centre
+        right_side = weights @ (design * u[:, None])
+        return np.linalg.solve(of_exact, right_side[:, :, None])[:, :, 0] + centre
     inverse = np.linalg.inv((weights @ products).reshape(-1, p, p))
     limits, side, at_bounds = u[~exact], bound[~exact], design[~exact]
-    completed = np.broadcast_to(u, weights.shape).copy()
+    expected = np.broadcast_to(u, weights.shape).copy()
     dof = np.maximum(weights.sum(axis=1) - p, 0.5)
     # the floor keeps the scatter positive if all exact values agree
     floor = 1e-9 * (1.0 + float(np.max(np.abs(values))))
@@ -265,13 +265,13 @@ def bounded_regression(
         mean = coefficients @ at_bounds.T
         z = side * (limits - mean) / scatter[:, None]
         ratio = mills_ratio(-z)
-        completed[:, ~exact] = mean + side * scatter[:, None] * ratio
+        expected[:, ~exact] = mean + side * scatter[:, None] * ratio
         variance = np.maximum(1.0 + z * ratio - ratio**2, 0.0) * scatter[:, None] ** 2
-        new = np.einsum("rij,rj->ri", inverse, (weights * completed) @ design)
-        squares = np.sum(weights * (completed - new @ design.T) ** 2, axis=1)
+        updated = np.einsum("rij,rj->ri", inverse, (weights * expected) @ design)
+        squares = np.sum(weights * (expected - updated @ design.T) ** 2, axis=1)
         squares += np.sum(weights[:, ~exact] * variance, axis=1)
-        change = np.max(np.abs((new - coefficients) / scatter[:, None]))
-        coefficients, scatter = new, np.maximum(np.sqrt(squares / dof), floor)
+        change = np.max(np.abs((updated - coefficients) / scatter[:, None]))
+        coefficients, scatter = updated, np.maximum(np.sqrt(squares / dof), floor)
         if change < _TOLERANCE:
             break
     return coefficients + centre

@@ -138,8 +138,8 @@ def shear_model_curves(rows: pd.DataFrame, settings: FitSettings, jobs: int = 1)
         runs = rows.assign(**{validity.BEYOND_MODEL: np.where(failed, "shear", ""), demand: bounds})
         state = replace(failure, component="column_shear", name=name, demand=demand)
         curves.append(fit_study(runs, [state], settings, jobs=jobs))
-    parts = pd.concat(curves, ignore_index=True).groupby("variant", sort=False)
-    tables = [_of_one_method(part, rows[rows["variant"] == name]) for name, part in parts]
+    groups = pd.concat(curves, ignore_index=True).groupby("variant", sort=False)
+    tables = [_of_one_method(group, rows[rows["variant"] == name]) for name, group in groups]
     return pd.concat(tables, ignore_index=True)
 
 
@@ -184,20 +184,20 @@ def suite_table(
     for name in [*names, ALL_SUITES] if len(names) > 1 else []:
         tables = together
         if name != ALL_SUITES:
-            part = rows[rows[SUITE] == name].reset_index(drop=True)
-            models = fit_models(part, states, settings, jobs=jobs)
-            fitted = fit_study(part, states, settings, models=models, jobs=jobs)
-            medians = median_effects(part, states, settings, models=models, curves=fitted)
-            tables = medians, effect_tables(part, demands, settings, jobs=jobs).effects
+            group = rows[rows[SUITE] == name].reset_index(drop=True)
+            models = fit_models(group, states, settings, jobs=jobs)
+            fitted = fit_study(group, states, settings, models=models, jobs=jobs)
+            medians = median_effects(group, states, settings, models=models, curves=fitted)
+            tables = medians, effect_tables(group, demands, settings, jobs=jobs).effects
         for table in tables:
-            found = table[(table["scope"] == "pooled") & (table["status"] == verdicts.OK)]
-            found = found[found["ratio"].notna()]  # NaN if zero demands allow only a difference
-            effects += [{**row, **shared, SUITE: name} for row in records_of(found)]
+            usable = table[(table["scope"] == "pooled") & (table["status"] == verdicts.OK)]
+            usable = usable[usable["ratio"].notna()]  # NaN if zero demands allow only a difference
+            effects += [{**row, **shared, SUITE: name} for row in records_of(usable)]
     if not effects:
         return pd.DataFrame(columns=effect_columns)
     compared: list[Row] = []
-    for _, part in pd.DataFrame(effects).groupby(list(_EFFECT), sort=False):
-        records = {row[SUITE]: row for row in records_of(part)}
+    for _, group in pd.DataFrame(effects).groupby(list(_EFFECT), sort=False):
+        records = {row[SUITE]: row for row in records_of(group)}
         pairs = combinations([name for name in names if name in records], 2)
         compared += [_compared(records[one], records[other]) for one, other in pairs]
     return pd.DataFrame([*effects, *compared], columns=effect_columns)
@@ -255,10 +255,10 @@ def reference_intensities(curves: pd.DataFrame) -> dict[tuple[str, str], float]:
     """
     preferred = curves[curves["preferred"].to_numpy(dtype=bool)]
     state = preferred["component"] + "/" + preferred["limit_state"]
-    fails_at = preferred[state == f"{COLUMN_FAILURE}/any"].set_index("variant")["theta"]
+    failure_medians = preferred[state == f"{COLUMN_FAILURE}/any"].set_index("variant")["theta"]
     rank = state.map({name: number for number, name in enumerate(REFERENCE_STATES)})
     preferred = preferred.assign(rank=rank, ln_theta=np.log(preferred["theta"]))
-    limits = preferred["variant"].map(fails_at).astype(np.float64).fillna(np.inf)
+    limits = preferred["variant"].map(failure_medians).astype(np.float64).fillna(np.inf)
     preferred = preferred[preferred["theta"].astype(np.float64) < limits]
     keys = list(demand_table.BRIDGE_COLUMNS)  # groupby drops rows without a rank
     ln_theta = preferred.groupby([*keys, "rank"])["ln_theta"].mean().groupby(level=keys).first()

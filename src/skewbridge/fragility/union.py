@@ -89,8 +89,8 @@ def any_of(u: Sequence[Floats], rho: Floats) -> Floats:
     p = [special.ndtr(z) for z in u]
     if len(u) == 1:
         return p[0]
-    added = p[0] + p[1]
-    return np.clip(added - _both(u[0], u[1], rho), np.maximum(*p), np.minimum(added, 1.0))
+    p_sum = p[0] + p[1]
+    return np.clip(p_sum - _both(u[0], u[1], rho), np.maximum(*p), np.minimum(p_sum, 1.0))
 
 
 def _both(u: Floats, v: Floats, rho: Floats) -> Floats:
@@ -130,12 +130,12 @@ def curve_probability(im: ArrayLike, row: Mapping[str, Any]) -> Floats:
 
 def correlation(first: Floats, second: Floats, weights: Floats) -> Floats:
     """Return R correlations of residuals (R, n) with run weights (R, n); NaN: unknown residual."""
-    both = np.isfinite(first[0]) & np.isfinite(second[0])
-    if np.sum(both) < MIN_COMPLETE:
+    known = np.isfinite(first[0]) & np.isfinite(second[0])
+    if np.sum(known) < MIN_COMPLETE:
         return np.zeros(len(weights))
-    w = weights[:, both]
+    w = weights[:, known]
     count = np.maximum(np.sum(w, axis=1), 1.0)[:, None]
-    a, b = (e[:, both] - np.sum(w * e[:, both], axis=1)[:, None] / count for e in (first, second))
+    a, b = (e[:, known] - np.sum(w * e[:, known], axis=1)[:, None] / count for e in (first, second))
     covariance, *variances = (np.sum(w * x * y, axis=1) for x, y in ((a, b), (a, a), (b, b)))
     with np.errstate(divide="ignore", invalid="ignore"):
         rho = covariance / np.sqrt(variances[0] * variances[1])

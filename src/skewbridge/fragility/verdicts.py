@@ -86,7 +86,7 @@ def with_verdicts(table: pd.DataFrame) -> pd.DataFrame:
     below, above = (np.where(is_linear, sign * limit, np.log1p(sign * margin)) for sign in (-1, 1))
     possible, zero = may_be_negligible(table), np.zeros_like(value)
     tail = 1.0 - table["level"].to_numpy(dtype=np.float64)
-    refused = "status" in table and (table["status"] == NO_CURVE).to_numpy()
+    is_withheld = "status" in table and (table["status"] == NO_CURVE).to_numpy()
     p_values = _p_values(table, value, low, high, below, above)
     outside, inside, direction = (
         adjusted(table, p).to_numpy() <= tail * share
@@ -94,7 +94,7 @@ def with_verdicts(table: pd.DataFrame) -> pd.DataFrame:
     )
     claims = [outside & (value < 0.0), outside & (value > 0.0), inside & possible, direction]
     return table.assign(
-        status=np.where(np.isnan(low), np.where(refused, NO_CURVE, NOT_ESTIMABLE), OK),
+        status=np.where(np.isnan(low), np.where(is_withheld, NO_CURVE, NOT_ESTIMABLE), OK),
         verdict=verdicts_of(low, below, zero, above, high, possible=possible),
         direction=np.select([high < 0.0, low > 0.0], [-1, 1], default=0),
         verdict_family=np.select(claims, _IN_ORDER, default=UNDECIDED),
@@ -136,10 +136,10 @@ def _p_values(table: pd.DataFrame, *scale: Floats) -> list[pd.Series]:
 
     def sides(first: Floats | float, second: Floats | float) -> list[Floats]:
         """Return the p-values of the claims "below the first limit" and "above the second"."""
-        pairs = (value - first, high - value), (second - value, value - low)
+        gaps = (value - first, high - value), (second - value, value - low)
         with np.errstate(divide="ignore", invalid="ignore"):  # p = 1/2 at the limit
-            steps = [np.where(away == 0.0, 0.0, t * away / reach) for away, reach in pairs]
-        return [special.stdtr(dof, step) for step in steps]
+            t_values = [np.where(gap == 0.0, 0.0, t * gap / half) for gap, half in gaps]
+        return [special.stdtr(dof, step) for step in t_values]
 
     outside, inside = np.minimum(*sides(below, above)), np.maximum(*sides(above, below))
     direction = np.minimum(1.0, 2.0 * np.minimum(*sides(0.0, 0.0)))
@@ -158,8 +158,8 @@ def holm(p: pd.Series) -> pd.Series:
 def needed_motions(effects: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame:
     """Return the table `needed_motions` for pooled effects on headline demands and on medians."""
     of_demand = effects["demand"].isin(demands_for("headline"))
-    asked = of_demand | (effects["quantity"] == MEDIAN_CAPACITY)
-    headline = effects[asked & (effects["scope"] == "pooled")]
+    is_reported = of_demand | (effects["quantity"] == MEDIAN_CAPACITY)
+    headline = effects[is_reported & (effects["scope"] == "pooled")]
     rows: list[dict[Any, Any]] = []
     for model, runs in models_of(demands):
         suite = int(runs["motion_id"].nunique())
@@ -169,13 +169,13 @@ def needed_motions(effects: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame
             pairs = motions_to_decide(row)
             # assume that the share of motions without an exact pair stays the same
             needed = ceil(pairs * suite / (row["dof"] + 1)) if isfinite(pairs) else pairs
-            more = max(needed - suite, 0) * len(runs) / suite
+            further = max(needed - suite, 0) * len(runs) / suite
             forecast = MORE if isfinite(needed) else "on the margin"
             if row["verdict"] in DECIDED:
-                forecast, more = "decided", 0.0
+                forecast, further = "decided", 0.0
             elif np.isnan(needed):
                 forecast = "unknown"
-            costs = {"more_analyses": more, "more_core_hours": more * cpu_s / 3600}
+            costs = {"more_analyses": further, "more_core_hours": further * cpu_s / 3600}
             costs["needed_motions"] = needed
             row |= {name: cost if isfinite(cost) else nan for name, cost in costs.items()}
             rows.append(row | {"forecast": forecast, "n_motions": suite})
@@ -204,8 +204,8 @@ def motions_to_decide(effect: Mapping[Any, Any], power: float = 0.8) -> float:
         steps = np.sqrt(motions) / scatter
         return _power(motions - 1, (below - value) * steps, (above - value) * steps, tail) >= power
 
-    first = bisect_left(numbers, True, key=is_enough)
-    return float(numbers[first]) if first < len(numbers) else np.inf
+    position = bisect_left(numbers, True, key=is_enough)
+    return float(numbers[position]) if position < len(numbers) else np.inf
 
 
 def _power(dof: int, below: float, above: float, tail: float) -> float:
@@ -247,18 +247,18 @@ def look_levels(times: tuple[float, ...], level: float) -> tuple[float, ...]:
     x, mass = np.zeros(1), np.ones(1)
     levels: list[float] = []
     for time, step, alpha in zip(times, steps, spent, strict=True):
-        far = _FAR * np.sqrt(time)
-        end = float(optimize.brentq(_crossing_error, 0.0, far, args=(x, mass, step, alpha)))
-        levels.append(float(1.0 - 2.0 * special.ndtr(-end / np.sqrt(time))))
-        x_new = 0.5 * (end + far) * _NODES + 0.5 * (end - far)
+        lowest = _FAR * np.sqrt(time)
+        boundary = float(optimize.brentq(_crossing_error, 0.0, lowest, args=(x, mass, step, alpha)))
+        levels.append(float(1.0 - 2.0 * special.ndtr(-boundary / np.sqrt(time))))
+        x_new = 0.5 * (boundary + lowest) * _NODES + 0.5 * (boundary - lowest)
         density = np.exp(-0.5 * ((x_new[:, None] - x) / step) ** 2) / (step * np.sqrt(2.0 * np.pi))
-        x, mass = x_new, 0.5 * (end + far) * _WEIGHTS * (density @ mass)
+        x, mass = x_new, 0.5 * (boundary + lowest) * _WEIGHTS * (density @ mass)
     return tuple(levels)
 
 
-def _crossing_error(end: float, x: Floats, mass: Floats, step: float, alpha: float) -> float:
-    """Return P(a path from positions ``x`` crosses the boundary ``end`` in a step) - ``alpha``."""
-    return float(mass @ special.ndtr((x - end) / step)) - alpha
+def _crossing_error(boundary: float, x: Floats, mass: Floats, step: float, alpha: float) -> float:
+    """Return P(a path from positions ``x`` crosses ``boundary`` in one step) - ``alpha``."""
+    return float(mass @ special.ndtr((x - boundary) / step)) - alpha
 
 
 def at_looks(table: pd.DataFrame, looks: Sequence[int], per_motion: float = 1.0) -> pd.DataFrame:
@@ -320,8 +320,8 @@ def kept(table: pd.DataFrame, history: pd.DataFrame) -> pd.DataFrame:
     keys, columns = [*CELL, "scope"], {}
     for low, high in (RATIOS[1:], DIFFERENCES[1:]):
         numbers = history.astype({low: np.float64, high: np.float64})
-        inner = numbers.groupby(keys, dropna=False).agg({low: "max", high: "min"}).reset_index()
-        of_row = table[keys].merge(inner, on=keys, how="left")
+        common = numbers.groupby(keys, dropna=False).agg({low: "max", high: "min"}).reset_index()
+        of_row = table[keys].merge(common, on=keys, how="left")
         last = table[[low, high]].to_numpy(np.float64).T
         ends = np.fmax(last[0], of_row[low].to_numpy()), np.fmin(last[1], of_row[high].to_numpy())
         columns |= dict(zip((low, high), np.where(ends[0] <= ends[1], ends, last), strict=True))
