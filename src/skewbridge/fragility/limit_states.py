@@ -216,7 +216,8 @@ class LimitStateEntry(BaseModel):
         for name, state in self.states.items():
             dispersion = self.dispersion if state.dispersion is None else state.dispersion
             if dispersion is None:
-                raise InputError(f"{where}: states.{name}.dispersion: is missing")
+                text = "is missing; give it here or for all states of the entry"
+                raise InputError(f"{where}: states.{name}.dispersion: {text}")
             shared["degree"] = None if self.degrees is None else self.degrees.get(name, "")
             capacity = {"threshold": state.median * factor, "dispersion": dispersion}
             out.append(LimitState(name=name, unit=unit, **capacity, **shared))

@@ -67,8 +67,8 @@ def exceedance(curve: StateCurve, ln_im: Floats) -> Floats:
 def curve_rate(curve: StateCurve, hazard: HazardCurve, ln_factor: float = 0.0) -> LogRate:
     """Return the ln rate of R curves with medians times exp(ln_factor); NaN without a curve."""
     beta = curve.total if curve.modes is None else curve.modes.beta
-    narrow = float(np.nanmin(beta, initial=9.0))
-    rate = hazard.rate(lambda ln_im: exceedance(curve, ln_im - ln_factor), narrow)
+    narrowest = float(np.nanmin(beta, initial=9.0))
+    rate = hazard.rate(lambda ln_im: exceedance(curve, ln_im - ln_factor), narrowest)
     return rate._replace(priors=curve.priors)
 
 
@@ -261,7 +261,7 @@ def _difference(cell: Row, degree: str, systems: Mapping[tuple[str, str], Row]) 
         for name in (cell["variant_from"], cell["variant_to"])
     }
     shared = set.intersection(*components.values())
-    only = {name: ", ".join(sorted(of - shared)) for name, of in components.items()}
+    only = {name: ", ".join(sorted(names - shared)) for name, names in components.items()}
     return "; ".join(f"only {name}: {text}" for name, text in only.items() if text)
 
 

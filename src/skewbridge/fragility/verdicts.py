@@ -322,9 +322,9 @@ def kept(table: pd.DataFrame, history: pd.DataFrame) -> pd.DataFrame:
         numbers = history.astype({low: np.float64, high: np.float64})
         common = numbers.groupby(keys, dropna=False).agg({low: "max", high: "min"}).reset_index()
         of_row = table[keys].merge(common, on=keys, how="left")
-        last = table[[low, high]].to_numpy(np.float64).T
-        ends = np.fmax(last[0], of_row[low].to_numpy()), np.fmin(last[1], of_row[high].to_numpy())
-        columns |= dict(zip((low, high), np.where(ends[0] <= ends[1], ends, last), strict=True))
+        now = table[[low, high]].to_numpy(np.float64).T
+        ends = np.fmax(now[0], of_row[low].to_numpy()), np.fmin(now[1], of_row[high].to_numpy())
+        columns |= dict(zip((low, high), np.where(ends[0] <= ends[1], ends, now), strict=True))
     return with_verdicts(table.assign(**columns))[list(table.columns)]
 
 
