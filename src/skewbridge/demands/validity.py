@@ -80,10 +80,7 @@ def column_failure_ratio(table: "pd.DataFrame | Mapping[str, Any]") -> NDArray[n
 
 
 def with_derived_columns(table: "pd.DataFrame") -> "pd.DataFrame":
-    """Return a table with `COMPLETE` and `COLUMN_FAILURE_RATIO` added if they are missing.
-
-    `COLUMN_FAILURE_RATIO` is added only if the table has a column of `FAILURE_DEMANDS`.
-    """
+    """Return a table with `COMPLETE` and, if it has `FAILURE_DEMANDS`, `COLUMN_FAILURE_RATIO`."""
     derived: dict[str, Any] = {}
     if COMPLETE not in table.columns:
         derived[COMPLETE] = is_complete(table)

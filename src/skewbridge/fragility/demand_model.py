@@ -160,9 +160,7 @@ class AxisRange:
         possible = {*limits, *(axis.name for axis in AXES)}
         for name in (*self.varying, *values):
             low, high = limits.get(name, (-np.inf, np.inf))
-            problem = (
-                "" if name in possible else f"is not an axis of the study ({', '.join(limits)})"
-            )
+            problem = "" if name in possible else f"is not among the axes {', '.join(limits)}"
             if name not in values:
                 problem = f"is missing; give a value within {low:g}..{high:g}"
             elif not low - 1e-9 <= self.counted(name, values[name]) <= high + 1e-9:
@@ -591,13 +589,10 @@ def fit_models(
     limit_states: States,
     settings: FitSettings,
     *,
-    further: Sequence[str] = (),
+    further: Sequence[str] = (),  # columns that distinguish variants in addition to the axes
     jobs: int = 1,
 ) -> list[BridgeModels]:
-    """Return the demand models of every bridge and abutment model of a checked demands table.
-
-    The columns ``further`` distinguish variants in addition to the axes.
-    """
+    """Return the demand models of every bridge and abutment model of a checked demands table."""
     modes = [mode for state in limit_states for mode in state.modes]
     without_modes = [state for state in limit_states if not state.modes]
     groups = states_by_demand(list(dict.fromkeys([*without_modes, *modes])))

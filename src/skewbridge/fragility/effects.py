@@ -166,12 +166,11 @@ def effect_tables(
 ) -> EffectTables:
     """Return the paired changes of demand along every axis of a study.
 
-    If two variants of one bridge and abutment model differ in one axis only, their runs with the
-    same motion, scale and incidence are paired. The smallest value of the axis is the reference.
-    The ratio is the geometric mean over motions. A pooled row is the average over all such pairs of
-    variants. A pair in which one run ended early gives a bound (Tobit). Slopes are NaN without the
-    intensity measure. The table ``intensities`` includes the intensity ``reference_im``. An
-    `InputError` names a missing column, or a run that occurs twice.
+    Runs are paired as in `run_pairs`. The ratio is the geometric mean over motions. A pooled row is
+    the average over all pairs of variants that differ in one axis only. A pair in which one run
+    ended early gives a bound (Tobit). Slopes are NaN without the intensity measure. The table
+    ``intensities`` includes the intensity ``reference_im``. An `InputError` names a missing column,
+    or a run that occurs twice.
     """
     names = list(demands_for("effect", demands.columns) if columns is None else columns)
     demand_table.need_columns(demands, (*demand_table.KEY_COLUMNS, *names))
@@ -326,14 +325,13 @@ def median_effects(
 ) -> pd.DataFrame:
     """Return the ratios of median capacities along every axis, with pooled ratios first.
 
-    The medians are from the demand models, which are fitted if not given. Two variants of one
-    bridge and abutment model that differ in one axis only form a pair (cell). The smallest value of
-    the axis is the reference. Each variant needs five motions, and some of its runs, but not all,
-    must exceed the state. A pooled row is the average of ln ratio over the pairs; rows with the
-    scope ``by_value`` are averages at one value of another axis. ``im_low`` and ``im_high`` are the
-    smallest and largest median of the pairs. If ``curves`` are given, a ratio needs at least one
-    variant that has a curve. ``axes`` are further columns whose values distinguish variants; only
-    their effects are then returned.
+    The medians are from the demand models, which are fitted if not given. Pairs of variants (cells)
+    are those of `variant_pairs`. Each variant needs five motions, and some of its runs, but not
+    all, must exceed the state. A pooled row is the average of ln ratio over the pairs; rows with
+    the scope ``by_value`` are averages at one value of another axis. ``im_low`` and ``im_high`` are
+    the smallest and largest median of the pairs. If ``curves`` are given, a ratio needs at least
+    one variant that has a curve. ``axes`` are further columns whose values distinguish variants;
+    only their effects are then returned.
     """
     if models is None:
         models = fit_models(demands, limit_states, settings, further=axes, jobs=jobs)

@@ -103,7 +103,6 @@ def with_column_failure(states: States, columns: Collection[str]) -> list[LimitS
     """Return limit states and the states of column failure, unless these are already defined.
 
     States of inner joints are left out if ``columns`` (of the demands table) lack their demand.
-
     A column fails in shear if its shear demand/capacity ratio exceeds 1, and in flexure if its
     drift/capacity ratio exceeds 1. The state ``any`` is exceeded if either ratio exceeds 1. A state
     is added only if its demand is one of ``columns``. A state of the larger ratio becomes the union

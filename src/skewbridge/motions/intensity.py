@@ -47,10 +47,7 @@ class PairSpectrum(NamedTuple):
 
 
 def component_psa(accel_mps2: Vector, dt_s: float, periods_s: ArrayLike) -> Vector:
-    """Return the 5 % damped pseudo-spectral acceleration of one component, shape (periods,).
-
-    It is omega^2 times the largest relative displacement, in m/s2.
-    """
+    """Return the 5 % damped PSA in m/s2: omega^2 x largest relative displacement, (periods,)."""
     return _spectrum(accel_mps2, dt_s, periods_s, lambda disp_m: max(disp_m.max(), -disp_m.min()))
 
 

@@ -151,10 +151,7 @@ def bands_around(motions: MotionsConfig, medians_g: Sequence[float]) -> Bands:
 
 
 def has_pilot(motions: MotionsConfig) -> bool:
-    """Return whether trial runs give the medians around which the bands of intensity lie.
-
-    Otherwise the configuration gives them, or another study does.
-    """
+    """Return whether trial runs, not configuration or another study, give the medians of bands."""
     bands = motions.bands
     return bands is not None and not bands.medians_g and bands.study is None
 

@@ -129,8 +129,7 @@ def _records(path: Path, _modified_ns: int) -> list[dict[str, Any]]:
 def _table(group: Any) -> list[dict[str, Any]]:
     """Return the rows (keyed by column name) of a table that pandas wrote to HDF5.
 
-    The names of the columns of a block of columns are in an attribute, a pickled list of texts,
-    which is searched and not loaded.
+    Column names of a block of columns are in a pickled list of texts, which is only searched.
     """
     table, columns = group["table"], dict[str, Any]()
     for field in table.dtype.names:
