@@ -447,7 +447,7 @@ def _single_fit(runs: _DemandRuns, is_known: Mask, exceed: Mask, *, in_full: boo
 
 
 def _rows(runs: _DemandRuns, curves: Mapping[LimitState, Mapping[str, _Curve]]) -> list[Row]:
-    """Return the rows of curves for all states of a demand, without columns of the variant."""
+    """Return rows of the table of curves for the states of a demand, without variant columns."""
     outcomes, level = runs.outcomes, runs.settings.confidence
     counts = {"n_runs": runs.im.size, "n_records": runs.motions}
     counts |= {"n_beyond_model": int(np.sum(is_beyond_model(runs.variant.runs)))}

@@ -489,7 +489,7 @@ def _shrinkage_errors(fit: MixedFit, drifts: int) -> Floats:
 
 
 def _knots(x: Floats, exact: Mask, motion: Index) -> list[float]:
-    """Return the knots to compare, in the same scale as ``x``; infinity is a straight line."""
+    """Return the values of ``x`` at which a bend is tried; infinity means a straight line."""
     knots = [float(np.quantile(x[exact], share)) for share in _KNOTS]
     sides = [
         (np.unique(motion[exact & (x < k)]), np.unique(motion[exact & (x > k)])) for k in knots

@@ -91,7 +91,7 @@ class Pairs:
         return (demand_to - demand_from) * difference.per_unit, has_to != has_from
 
     def means(self, values: Floats, x: Floats | None = None) -> list[Jackknifed]:
-        """Return the mean of ``values`` (n,), or line on ``x`` (n,): over cells, then of each."""
+        """Return means of ``values`` (n,), or lines on ``x``: averaged over cells, then by cell."""
         is_finite = np.isfinite(values if x is None else values + x)
         cells: list[Jackknifed] = []
         for _, rows in self.cells:
@@ -190,7 +190,7 @@ def effect_tables(
 
 
 def effect_table(demands: pd.DataFrame, rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """Return effects with verdicts, pooled first; rows without ``judged_by`` by their ratio."""
+    """Return effects with verdicts, pooled rows first; ``judged_by`` defaults to the ratio."""
     columns = list(demand_table.described("effects", axes_of(map(str, demands.columns))))
     table = pd.DataFrame(rows, columns=columns)
     for name, default in (("judged_by", verdicts.RATIO), ("unit", "")):

@@ -75,7 +75,7 @@ class FragilityFit:
     def limited(
         self, bounds: Mapping[str, tuple[float, float]], *, names: Sequence[str] = ()
     ) -> "FragilityFit":
-        """Return the fit with warnings; no estimate if theta varies by over 15 % in ``bounds``."""
+        """Return the fit with warnings, without estimate if ``bounds`` of theta differ by > 15 %."""
         fit = self.warned("unknown_outcomes", *names)
         low, high = sorted((bounds["all_exceed"][0], bounds["none_exceed"][0]))
         narrow = 0.0 < low <= high <= MAX_BOUNDS_RATIO * low < inf

@@ -131,7 +131,7 @@ class HazardCurve:
     def shares(
         self, rate: Callable[["HazardCurve"], LogRate], p_last: float, low: float, high: float
     ) -> Row:
-        """Return columns: shares of a rate beyond the last intensity (bounds), and extrapolated.
+        """Return columns: shares of a rate beyond the last intensity (bounds), share extrapolated.
 
         ``rate`` returns the ln rate of a state for a hazard curve; ``p_last`` is P(exceeds) at
         the last intensity. Intensities outside ``low`` to ``high`` count as extrapolated.
@@ -146,7 +146,7 @@ class HazardCurve:
         return row | {"share_extrapolated": max(0.0, 1.0 - (covered_rate or 0.0) / all_rate)}
 
     def _between(self, low: float, high: float) -> "HazardCurve | None":
-        """Return the part between two intensities; None if it is empty."""
+        """Return the part of the curve between two intensities; None if it is empty."""
         x = self.levels
         inside = x[(x > low) & (x < high)]
         points = np.unique([*np.clip([low, high], x[0], x[-1]), *inside])

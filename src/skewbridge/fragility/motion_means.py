@@ -177,7 +177,7 @@ class Jackknifed:
 
 
 def completed(logs: Floats) -> Floats:
-    """Return estimates (R, ...), all runs first; a block without an estimate has no influence."""
+    """Return estimates (R, ...) with missing ones replaced by the first, which has all runs."""
     # ASSUME a block has no influence if there is no estimate without it
     return np.where(np.isfinite(logs), logs, logs[0])
 

@@ -51,7 +51,7 @@ class _Counts:
         self.of_pair = np.zeros((cells, cells), dtype=np.int64)  # pairs that share a motion
 
     def imbalance(self, rank: int, chosen: Mapping[int, tuple[int, ...]]) -> tuple[int, ...]:
-        """Return sums that `assign` minimises for cells ``chosen`` by incidence, the first most."""
+        """Return counts of earlier runs in the cells ``chosen`` at each incidence, and in pairs."""
         cells = [cell for group in chosen.values() for cell in group]
         at_once = [pair for group in chosen.values() for pair in combinations(group, 2)]
         sums = [self.at_incidence[angle, list(group)].sum() for angle, group in chosen.items()]
@@ -65,7 +65,7 @@ class _Counts:
         )
 
     def add(self, rank: int, chosen: Mapping[int, tuple[int, ...]]) -> None:
-        """Count a motion of this rank in the cells ``chosen``, keyed by the number of incidence."""
+        """Count a motion of this rank in the cells ``chosen``, keyed by number of the incidence."""
         cells = [cell for group in chosen.values() for cell in group]
         np.add.at(self.in_band[rank], cells, 1)
         for angle, group in chosen.items():

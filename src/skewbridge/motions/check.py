@@ -153,7 +153,7 @@ def _check_files(
 
 
 def _unread(root: Path, used_files: list[Path], reason: str) -> list[FileCheck]:
-    """Return checks of the files of a folder besides ``used_files``, indexes and hidden files."""
+    """Return checks of files of a folder, except ``used_files``, indexes and hidden files."""
     used, checks = {path.resolve() for path in used_files}, list[FileCheck]()
     for path in folder.files_below(root):
         name, initials = path.name.lower(), {level[0] for level in path.relative_to(root).parts}
@@ -169,7 +169,7 @@ def _unread(root: Path, used_files: list[Path], reason: str) -> list[FileCheck]:
 def _check_motion(
     entry: folder.IndexEntry, root: Path, verdict_if_doubtful: FileVerdict
 ) -> list[FileCheck]:
-    """Return checks of both files of a motion, alone and as a pair; of a generated motion, one."""
+    """Return checks of both files of a motion, alone and as pair, or one of a generated motion."""
     checks = [_check_file(*component, verdict_if_doubtful) for component in entry.components]
     if not all(check.passes for check in checks):
         return checks

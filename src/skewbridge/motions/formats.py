@@ -648,7 +648,7 @@ class _Table:
 
 
 def _table_of(lines: list[str]) -> _Table | None:
-    """Return the lines of numbers and their header; None if that exceeds `MAX_HEADER_LINES`."""
+    """Return the lines of numbers and their header; None if it exceeds `MAX_HEADER_LINES`."""
     header = _head(lines, MAX_HEADER_LINES + 2)
     rows = (n for n, line in enumerate(header[: MAX_HEADER_LINES + 1]) if _DATA.fullmatch(line))
     if (start := next(rows, None)) is None:

@@ -305,7 +305,7 @@ def cav(accel_mps2: Vector, dt_s: float) -> float:
 
 
 def significant_duration(build_up: Vector, dt_s: float, start: float, end: float) -> float:
-    """Return the time in s in which a build-up grows from `start` to `end` (shares of its end)."""
+    """Return the time in s in which a build-up grows from `start` to `end`, shares of its total."""
     shares = build_up / build_up[-1]
     return dt_s * (_index_of(shares, end) - _index_of(shares, start))
 

@@ -152,7 +152,7 @@ def read_target(path: Path, overrides: Mapping[str, Any]) -> Target:
 
 
 def _openquake(path: Path) -> pd.DataFrame:
-    """Return fields of `Cause` and measure, a table, from Mag_Dist_Eps of OpenQuake >= 3.16."""
+    """Return a table of measures and `Cause` fields from Mag_Dist_Eps of OpenQuake >= 3.16."""
     names = {"imt": "measure", "iml": "level_g", "mag": "magnitude", "dist": "distance_km"}
     content = io.StringIO(text.read_text(path, text.MAX_CSV_BYTES))
     try:
@@ -174,7 +174,7 @@ def _openquake(path: Path) -> pd.DataFrame:
 
 
 def _usgs(path: Path) -> pd.DataFrame:
-    """Return fields of `Cause` and measure, a table, from a disaggregation of the USGS."""
+    """Return a table of measures and `Cause` fields from a disaggregation of the USGS."""
     names = {"m": "magnitude", "r": "distance_km", "value": "weight"}
     tables: list[pd.DataFrame] = []
     try:
@@ -292,7 +292,7 @@ def select_pairs(
 def _improved(
     error: Vector, sigma: Vector, event: Index, synthetic: Mask, start: Index, count: int
 ) -> tuple[float, list[int]]:
-    """Select ``count`` candidates, replace them one by one; return the misfit and the selected.
+    """Select ``count`` candidates, then replace them one by one; return misfit and their numbers.
 
     ``error`` (n, periods) is ln PSA minus its target; ``start`` (n,) is the order of candidates.
     """
