@@ -48,8 +48,8 @@ def _rows(pairs: Pairs, name: str, values: Sequence[tuple[str, "pd.Series[Any]"]
     """
     ratios, _ = pairs.changes(name, None)
     pooled, *cells = pairs.means(ratios)
-    for (_, numbers), cell in zip(pairs.cells, cells, strict=True):
-        ratios[numbers] += pooled.estimate - cell.estimate  # an effect may differ between cells
+    for (_, cell_pairs), cell in zip(pairs.cells, cells, strict=True):
+        ratios[cell_pairs] += pooled.estimate - cell.estimate  # an effect may differ between cells
     is_used = np.isfinite(ratios)
     motions, side = pairs.motions[is_used], pairs.side[is_used]
     # name of each option, its values, and the number of the value of each pair

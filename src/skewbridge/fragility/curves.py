@@ -200,16 +200,16 @@ class _BridgeState:
         for name, models in self._treated.items():
             rho = None if len(models) == 1 else self._models.correlation(*self._modes)[:1]
             refit = state_curve(models, self._modes, values, rho)
-            ends = (nan, nan) if isinstance(refit, str) else (refit.ln_theta[0], refit.beta[0])
-            bounds[name] = motion_means.exp_end(ends[0]), float(ends[1])
+            pair = (nan, nan) if isinstance(refit, str) else (refit.ln_theta[0], refit.beta[0])
+            bounds[name] = motion_means.exp_end(pair[0]), float(pair[1])
         if curve.modes is not None:
             columns = curve.modes.columns() | {"model": "union"}
             return _Cloud(curve, bounds, columns, no_slope, doubtful)
         fit, ((point, mode),) = self._fits[0], curve.points
         assert not isinstance(fit, str)
-        ends = float(curve.ln_theta[0]), float(curve.total[0])
+        pair = float(curve.ln_theta[0]), float(curve.total[0])
         columns: Row = point.columns() | {"capacity_dispersion": mode.dispersion}
-        columns["max_dp"] = point.largest_distance(mode, *ends)
+        columns["max_dp"] = point.largest_distance(mode, *pair)
         columns["model"] = "mixed_tobit" if np.any(fit.outcomes.is_bound) else "mixed"
         return _Cloud(curve, bounds, columns, point.slope_at(curve.ln_theta), doubtful)
 

@@ -135,11 +135,11 @@ class AxisRange:
     @property
     def deviations(self) -> Floats:
         """Prior standard deviation of each coefficient of ``shift``, then of ``drift``."""
-        of_shift = [
+        shift_deviations = [
             _PROPORTIONAL if term[0][1] == _LINEAR else _SHIFTS[len(term) - 1]
             for term in self.terms
         ]
-        return np.array([*of_shift, *[_DRIFT] * self.drifts])
+        return np.array([*shift_deviations, *[_DRIFT] * self.drifts])
 
     def matrix(self, values: Mapping[str, Any]) -> Floats:
         """Return the q regressors of ``shift`` at n points, given by axis ``values``, (n, q)."""
@@ -601,13 +601,13 @@ def fit_models(
         for place, runs in demand_table.models_of(demands)
     ]
     items = (
-        (setup, demand_outcomes(of_bridge.runs, states))
-        for of_bridge, setup in models
+        (setup, demand_outcomes(bridge.runs, states))
+        for bridge, setup in models
         for states in groups.values()
     )
     # ASSUME a model takes about a third of a second
     fits = iter(demand_table.spread(_fit_demand, items, jobs))
-    return [replace(of_bridge, fits={key: next(fits) for key in groups}) for of_bridge, _ in models]
+    return [replace(bridge, fits={key: next(fits) for key in groups}) for bridge, _ in models]
 
 
 def _without_fits(

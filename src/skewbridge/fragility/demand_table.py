@@ -248,8 +248,8 @@ def read_foreign(
         words = " or ".join(validity.FAILURE_DEMANDS)
         require(is_valid, validity.BEYOND_MODEL, f"must be {words}, or empty")
     if "variant" not in runs:
-        parts = [runs[name].map(str).tolist() for name in variant_columns(runs)[1:]]
-        runs["variant"] = ["_".join(values) for values in zip(*parts, strict=True)]
+        key_texts = [runs[name].map(str).tolist() for name in variant_columns(runs)[1:]]
+        runs["variant"] = ["_".join(values) for values in zip(*key_texts, strict=True)]
     texts = [*(name for name in TEXT_COLUMNS if name in runs), *options]
     runs[texts] = runs[texts].astype(object).fillna("").astype(str)
     require_statuses(runs["status"])

@@ -58,7 +58,7 @@ class Pairs:
         groups = table.groupby(names, sort=True, dropna=False).indices if names else one_group
         keys = (key if isinstance(key, tuple) else (key,) for key in groups)
         keys_of_cells = (dict(zip(names, key, strict=True)) for key in keys)
-        rows = (np.asarray(numbers, dtype=np.intp) for numbers in groups.values())
+        rows = (np.asarray(row_numbers, dtype=np.intp) for row_numbers in groups.values())
         #: For each pair of variants (cell): values of the other axes, and numbers of its rows.
         self.cells = list(zip(keys_of_cells, rows, strict=True))
         self.motions = demand_table.motion_codes(table)
@@ -336,9 +336,9 @@ def median_effects(
     if models is None:
         models = fit_models(demands, limit_states, settings, further=axes, jobs=jobs)
     rows: list[Row] = []
-    for of_bridge in models:
-        medians = Medians(of_bridge, limit_states, settings, curves)
-        along = axes or demand_table.varying_axes(of_bridge.variants)
+    for bridge in models:
+        medians = Medians(bridge, limit_states, settings, curves)
+        along = axes or demand_table.varying_axes(bridge.variants)
         for axis in along:
             rows += medians.rows(axis, limit_states)
     return effect_table(demands, rows)
@@ -449,7 +449,7 @@ class Medians:
         """Return how many variants of a pair lack a curve (0 to 2); NaN if curves are not given."""
         if not self._has_curve:
             return nan
-        names = (str(cell[f"variant_{end}"]) for end in ("from", "to"))
+        names = (str(cell[f"variant_{suffix}"]) for suffix in ("from", "to"))
         return sum(not self._has_curve[name, state.component, state.name] for name in names)
 
     def curve(self, state: LimitState, number: int) -> StateCurve | None:

@@ -355,12 +355,12 @@ DAGGER: Final = "†"
 
 def paper_columns(axes: Sequence[Axis]) -> dict[str, str]:
     """Return the column descriptions of the publication table for a study with these axes."""
-    ends = {"": "estimate", "_low": "lower end", "_high": "upper end"}
+    endings = {"": "estimate", "_low": "lower end", "_high": "upper end"}
     return described("table", axes) | {
-        f"{split_unit(axis.name)[0]}_ratio{end}": f"{meaning} of the ratio to the median at the "
+        f"{split_unit(axis.name)[0]}_ratio{ending}": f"{meaning} of the ratio to the median at the "
         f"smallest value of {axis.title}"
         for axis in reversed(axes)
-        for end, meaning in ends.items()
+        for ending, meaning in endings.items()
     }
 
 
@@ -404,7 +404,7 @@ def paper_table(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame
         new_row = {name: row[name] for name in PAPER_COLUMNS if name in row}
         middle = model.axis_range.middle
         for axis in middle:
-            at_low, at_high = (middle | {axis: end} for end in model.axis_range.limits[axis])
+            at_low, at_high = (middle | {axis: value} for value in model.axis_range.limits[axis])
             new_row |= _ratio(axis, model.median(at_high, at_low, EFFECT_CONFIDENCE))
         rows.append(new_row | {"row": JOINT, "method": JOINT})
     table = pd.DataFrame(rows, columns=list(paper_columns(_axes(curves))))
@@ -421,7 +421,7 @@ def _axes(table: pd.DataFrame) -> tuple[Axis, ...]:
 
 def _ratio(axis: str, values: Sequence[Any]) -> dict[str, Any]:
     name = split_unit(axis)[0]
-    return {f"{name}_ratio{end}": value for end, value in zip(_ENDS, values, strict=True)}
+    return {f"{name}_ratio{ending}": value for ending, value in zip(_ENDS, values, strict=True)}
 
 
 def ratio_names(table: pd.DataFrame) -> list[str]:
@@ -499,7 +499,7 @@ def with_interval(values: Sequence[float]) -> str:
 
 
 def _interval(row: Mapping[str, Any], name: str) -> str:
-    return with_interval([row[f"{name}{end}"] for end in _ENDS])
+    return with_interval([row[f"{name}{ending}"] for ending in _ENDS])
 
 
 def _marks(row: Mapping[str, Any]) -> str:

@@ -75,7 +75,7 @@ class FragilityFit:
     def limited(
         self, bounds: Mapping[str, tuple[float, float]], *, names: Sequence[str] = ()
     ) -> "FragilityFit":
-        """Return the fit with warnings, without estimate if ``bounds`` of theta differ by > 15 %."""
+        """Return the fit with warnings; no estimate if ``bounds`` of theta differ by > 15 %."""
         fit = self.warned("unknown_outcomes", *names)
         low, high = sorted((bounds["all_exceed"][0], bounds["none_exceed"][0]))
         narrow = 0.0 < low <= high <= MAX_BOUNDS_RATIO * low < inf
@@ -108,13 +108,13 @@ def fits_of_states(
     ``drop`` (see `drop_of`); None gives no intervals.
     """
     fits, unit_slope = list(blanks), np.eye(terms.shape[1])[slope]
-    ends = None if drop is None else likelihood.profile_ends(kernel, best, drop, terms, slope)
+    intervals = None if drop is None else likelihood.profile_ends(kernel, best, drop, terms, slope)
     for j, blank in enumerate(blanks):
         rows = np.stack([terms[j], unit_slope])
         (a0, a1), covariance = (rows @ best.params[0]).tolist(), rows @ best.covariance[0] @ rows.T
         jacobian = np.array([[-1.0 / a1, a0 / a1**2], [0.0, -widening / a1**2]])
         variance = (jacobian @ covariance @ jacobian.T).tolist()
-        (low, high), of_beta = np.full((2, 2), nan) if ends is None else ends[[j, -1]]
+        (low, high), beta_ends = np.full((2, 2), nan) if intervals is None else intervals[[j, -1]]
         fits[j] = replace(
             blank,
             theta=motion_means.exp_end(-a0 / a1),
@@ -123,8 +123,8 @@ def fits_of_states(
             cov_ln_theta_beta=variance[0][1],
             var_beta=variance[1][1],
             ci_theta=(motion_means.exp_end(low), motion_means.exp_end(high)),
-            ci_beta=tuple((widening * of_beta).tolist()),
-            ci_method="" if ends is None else "profile",
+            ci_beta=tuple((widening * beta_ends).tolist()),
+            ci_method="" if intervals is None else "profile",
             loglik=float(best.loglik[0]),
         )
     return fits
@@ -239,14 +239,14 @@ def _stripe_bounds(
     if status in (NO_EXCEEDANCE, ALL_EXCEED):
         exceed = status == ALL_EXCEED
         shares = zip(("p_lower", "p_upper"), clopper_pearson(k, n, level), strict=True)
-        bounds = {name: ends.tolist() for name, ends in shares}
+        bounds = {name: limits.tolist() for name, limits in shares}
         return bounds | _median_bound(ln_im, n, settings, 0.3, 0.4, 0.6, exceed=exceed)
     if status == SINGLE_LEVEL:
         total, hits = np.sum(n, keepdims=True), np.sum(k, keepdims=True)
-        p, ends = float(hits[0] / total[0]), clopper_pearson(hits, total, level)
+        p, limits = float(hits[0] / total[0]), clopper_pearson(hits, total, level)
         median = float(np.exp(ln_im[0] - beta * special.ndtri(p)))
         medians = {"theta_given_beta": {f"{beta:g}": median}}
-        return {"p": p, "p_ci": [float(end[0]) for end in ends], **medians}
+        return {"p": p, "p_ci": [float(limit[0]) for limit in limits], **medians}
     if status not in (COMPLETE_SEPARATION, QUASI_SEPARATION):
         return {}
     a0, a1 = firth(ln_im, n, k)
@@ -372,13 +372,13 @@ def _fit_distribution(
     has_low, has_high = np.isfinite(lower), np.isfinite(upper)
     if not (np.any(has_low) and np.any(has_high)):
         exceed = bool(np.any(has_high))
-        ends, status = (upper, ALL_EXCEED) if exceed else (lower, ALL_CENSORED)
-        details = _median_bound(ends, np.ones(ends.size), settings, exceed=exceed)
+        bounds, status = (upper, ALL_EXCEED) if exceed else (lower, ALL_CENSORED)
+        details = _median_bound(bounds, np.ones(bounds.size), settings, exceed=exceed)
         return replace(blank, status=status, details=details)
-    if (first := float(np.max(lower))) <= (last := float(np.min(upper))):
-        status = COMPLETE_SEPARATION if first < last else QUASI_SEPARATION
+    if (low := float(np.max(lower))) <= (high := float(np.min(upper))):
+        status = COMPLETE_SEPARATION if low < high else QUASI_SEPARATION
         return replace(
-            blank, status=status, details={"theta_interval": np.exp([first, last]).tolist()}
+            blank, status=status, details={"theta_interval": np.exp([low, high]).tolist()}
         )
     if not np.any(has_low & has_high) and np.max(upper[has_high]) <= np.min(lower[has_low]):
         return replace(blank, status=NON_INCREASING)
@@ -505,7 +505,7 @@ def _fit_least_squares(
     sigma_ml = line.sigma * np.sqrt((n - 2) / n)  # maximum-likelihood value
     constant = ln_distance**2 - t**2 * line.sigma**2 / n
     root = float(np.sqrt(max((line.b * ln_distance) ** 2 - a * constant, 0.0)))
-    ends = [line.mean_x + (line.b * ln_distance + sign * root) / a for sign in (-1.0, 1.0)]
+    ln_ends = [line.mean_x + (line.b * ln_distance + sign * root) / a for sign in (-1.0, 1.0)]
     half_width = t * float(np.sqrt(var_beta)) / beta
     return replace(
         blank,
@@ -515,7 +515,7 @@ def _fit_least_squares(
         cov_ln_theta_beta=beta * var_ratio * distance,
         var_beta=var_beta,
         loglik=float(-n * (likelihood.HALF_LOG_2PI + np.log(sigma_ml) + 0.5)),
-        ci_theta=(motion_means.exp_end(ends[0]), motion_means.exp_end(ends[1])),
+        ci_theta=(motion_means.exp_end(ln_ends[0]), motion_means.exp_end(ln_ends[1])),
         ci_beta=(float(beta * np.exp(-half_width)), float(beta * np.exp(half_width))),
         ci_method="fieller",
     )
@@ -660,11 +660,11 @@ def separated_bounds(
     low, high = float(np.min(ln_im)) - 8.0 * beta, float(np.max(ln_im)) + 8.0 * beta
     best = optimize.minimize_scalar(lambda t: -loglik(t), bounds=(low, high), method="bounded")
     middle, target = float(best.x), loglik(float(best.x)) - 0.5 * float(special.ndtri(level)) ** 2
-    ends = (
-        optimize.brentq(lambda t: loglik(t) - target, middle, middle + side * beta, xtol=1e-12)
-        for side in (-40.0, 40.0)
+    roots = (
+        optimize.brentq(lambda t: loglik(t) - target, middle, middle + n_betas * beta, xtol=1e-12)
+        for n_betas in (-40.0, 40.0)
     )
-    theta_low, theta_high = map(float, np.exp(list(ends)))
+    theta_low, theta_high = map(float, np.exp(list(roots)))
     return theta_low, theta_high
 
 

@@ -215,10 +215,10 @@ def hazard_curve(config: HazardConfig, measures: Sequence[str], default: str) ->
     order = [requested] if requested else [default, *PREFERRED]
     measure = next((name for name in order if name in curves and name in measures), None)
     if measure is None:
-        in_file, of_study = (", ".join(map(str, names)) for names in (curves, measures))
+        in_file, in_study = (", ".join(map(str, names)) for names in (curves, measures))
         request = f" (hazard.measure is {requested})" if requested else ""
         text = f": no hazard curve fits the study. The file has {in_file}{request}"
-        raise file_fault(path, f"{text}; give the hazard of a measure of the study: {of_study}")
+        raise file_fault(path, f"{text}; give the hazard of a measure of the study: {in_study}")
     return curves[measure]
 
 
@@ -274,8 +274,8 @@ def _parts(path: Path) -> Iterator[_Part]:
     if path.suffix.lower() == ".json":
         curves = _usgs_json(path)
     else:
-        first = read_text(path, MAX_CSV_BYTES).lstrip().partition("\n")[0]
-        curves = _openquake(path, first) if first.startswith("#") else _table(path)
+        first_line = read_text(path, MAX_CSV_BYTES).lstrip().partition("\n")[0]
+        curves = _openquake(path, first_line) if first_line.startswith("#") else _table(path)
     for curve in curves:
         levels = positive(curve.levels, "im")
         rates = as_column(curve.rates, "rate")
@@ -287,9 +287,9 @@ def _parts(path: Path) -> Iterator[_Part]:
         yield curve._replace(levels=levels, rates=rates)
 
 
-def _openquake(path: Path, first: str) -> Iterator[_Part]:
-    """Yield the curve of a CSV export of OpenQuake; ``first`` is its first line, a comment."""
-    entries = dict(re.findall(r"(\w+)='?([^,'\"]+)", first))
+def _openquake(path: Path, first_line: str) -> Iterator[_Part]:
+    """Yield the curve of a CSV export of OpenQuake; ``first_line`` is a comment."""
+    entries = dict(re.findall(r"(\w+)='?([^,'\"]+)", first_line))
     missing = [name for name in ("kind", "imt", "investigation_time") if name not in entries]
     if missing:
         raise InputError(f"the first line of an OpenQuake file must give {', '.join(missing)}")

@@ -95,10 +95,10 @@ def joint_table(
     if models is None:
         models = fit_models(demands, limit_states, settings, jobs=jobs)
     shared = {"im": settings.im, "level": settings.confidence}
-    items = ((of_bridge, limit_states, shared) for of_bridge in models)
+    items = ((bridge, limit_states, shared) for bridge in models)
     rows = demand_table.spread(_rows, items, jobs, least=2)
     table = pd.DataFrame(
-        [row for of_model in rows for row in of_model], columns=list(JOINT_COLUMNS)
+        [row for model_rows in rows for row in model_rows], columns=list(JOINT_COLUMNS)
     )
     if curves is not None:
         keys = [*demand_table.BRIDGE_COLUMNS, "component", "limit_state"]

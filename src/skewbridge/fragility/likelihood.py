@@ -39,8 +39,8 @@ def log_normal_tail(eta: Floats) -> tuple[Floats, Floats]:
 
 def log_normal_interval(lower: Floats, upper: Floats) -> Floats:
     """Return ln[Phi(upper) - Phi(lower)] without cancellation; -inf where ``upper <= lower``."""
-    side = np.copysign(1.0, -lower)  # an interval above zero is mirrored
-    a, b = np.minimum(side * lower, side * upper), np.maximum(side * lower, side * upper)
+    sign = np.copysign(1.0, -lower)  # an interval above zero is mirrored
+    a, b = np.minimum(sign * lower, sign * upper), np.maximum(sign * lower, sign * upper)
     log_cdf_a, log_cdf_b = special.log_ndtr(a), special.log_ndtr(b)
     with np.errstate(divide="ignore", invalid="ignore"):
         inside = log_cdf_b + np.log(-np.expm1(np.minimum(log_cdf_a - log_cdf_b, 0.0)))
@@ -86,9 +86,9 @@ class NormalKernel:
         #: Design of the rows with one finite bound, negated if right-censored, and its products.
         self._tail = np.vstack([-low[below], high[above]])
         self._tail_tail = row_products(self._tail, self._tail)
-        self._of_tail = self.weights[..., np.append(below, above)]
+        self._w_tail = self.weights[..., np.append(below, above)]
         between = np.flatnonzero(has_low & has_high)
-        self._of_between = self.weights[..., between]
+        self._w_between = self.weights[..., between]
         self._low, self._high = low[between], high[between]
         self._low_low, self._high_high = (row_products(x, x) for x in (self._low, self._high))
         self._cross = row_products(self._low, self._high) + row_products(self._high, self._low)
@@ -104,13 +104,13 @@ class NormalKernel:
 
     def derivatives(self, params: Floats, rows: Index | None = None) -> Derivatives:
         """Return log-likelihoods and derivatives of replicates ``rows`` (or all) at ``params``."""
-        shape, weights = params.shape, [self._of_tail, self._of_between, self._sums, self._count]
+        shape, weights = params.shape, [self._w_tail, self._w_between, self._sums, self._count]
         if self.weights.ndim == 2:
             if rows is not None and rows.size < len(self.weights):
                 weights = [values[rows] for values in weights]
             if np.all(params == params[0]):
                 params = params[:1]  # evaluate special functions once for all replicates
-        of_tail, of_between, sums, count = weights
+        w_tail, w_between, sums, count = weights
         h = params[:, -1]
         loglik, score, hessian = np.zeros(shape[0]), np.zeros(shape), np.zeros((*shape, shape[1]))
         if self._any_observed:
@@ -125,23 +125,23 @@ class NormalKernel:
         if len(self._tail):
             u = params @ self._tail.T
             log_p, ratio = log_normal_tail(u)
-            loglik += np.sum(of_tail * log_p, axis=1)
-            score += (of_tail * ratio) @ self._tail
-            hessian -= ((of_tail * (ratio * (u + ratio))) @ self._tail_tail).reshape(hessian.shape)
+            loglik += np.sum(w_tail * log_p, axis=1)
+            score += (w_tail * ratio) @ self._tail
+            hessian -= ((w_tail * (ratio * (u + ratio))) @ self._tail_tail).reshape(hessian.shape)
         if len(self._low):
             zu, zl = params @ self._high.T, params @ self._low.T
             log_p = log_normal_interval(zl, zu)
             log_terms, scale = log_p, -log_p
             if not (possible := np.isfinite(log_p)).all():
                 # parameters that give a bracket no probability get minus infinity
-                log_terms = np.where(of_between > 0.0, log_p, 0.0)
+                log_terms = np.where(w_between > 0.0, log_p, 0.0)
                 scale = np.where(possible, scale, -np.inf)
             pu, pl = (np.exp(scale - 0.5 * z * z - HALF_LOG_2PI) for z in (zu, zl))
-            loglik += np.sum(of_between * log_terms, axis=1)
-            score += (of_between * pu) @ self._high - (of_between * pl) @ self._low
-            curvature = (of_between * (pl * (zl - pl))) @ self._low_low
-            curvature += (of_between * (pu * pl)) @ self._cross
-            curvature -= (of_between * (pu * (zu + pu))) @ self._high_high
+            loglik += np.sum(w_between * log_terms, axis=1)
+            score += (w_between * pu) @ self._high - (w_between * pl) @ self._low
+            curvature = (w_between * (pl * (zl - pl))) @ self._low_low
+            curvature += (w_between * (pu * pl)) @ self._cross
+            curvature -= (w_between * (pu * (zu + pu))) @ self._high_high
             hessian += curvature.reshape(hessian.shape)
         if self._any_observed:
             loglik = np.where(h > 0.0, loglik, -np.inf)

@@ -87,8 +87,8 @@ class MixedFit:
         steps = np.zeros((count, size))
         pairs = zip(score[:, delta], remaining[:, delta, delta], strict=True)
         steps[:, delta] = np.stack([_uphill(-g, matrix) for g, matrix in pairs])
-        of_growth = -score[:, -3] / remaining[:, -3, -3]
-        steps[:, -3] = np.clip(of_growth, -_LARGEST_GROWTH, _LARGEST_GROWTH)
+        growth_steps = -score[:, -3] / remaining[:, -3, -3]
+        steps[:, -3] = np.clip(growth_steps, -_LARGEST_GROWTH, _LARGEST_GROWTH)
         # a variance is a mean over motions: its change is linear in the variance
         mean = np.diag(total)[-2:] * (1.0 - 1.0 / count)
         shares = 1.0 - 2.0 * score[:, -2:] / np.maximum(mean, count)
@@ -102,12 +102,12 @@ def predictive_loglik(data: MixedData, group: Index, without: Floats) -> float:
 
     See `MixedFit.without_groups` for ``group`` (G,) and ``without`` (B, m).
     """
-    of_run, total = group[data.motion], 0.0
+    run_groups, total = group[data.motion], 0.0
     for number, parameters in enumerate(without):
-        of_group = of_run == number
+        in_group = run_groups == number
         columns = ("design", "lower", "upper", "growth")
-        runs: dict[str, Floats] = {name: getattr(data, name)[of_group] for name in columns}
-        motion = np.unique(data.motion[of_group], return_inverse=True)[1]
+        runs: dict[str, Floats] = {name: getattr(data, name)[in_group] for name in columns}
+        motion = np.unique(data.motion[in_group], return_inverse=True)[1]
         group_data = replace(data, motion=motion, **runs)
         total += float(np.sum(_likelihood(group_data)(parameters)[2]))
     return total
@@ -119,12 +119,12 @@ def fit_mixed(data: MixedData, start: Floats | None = None, steps: int = 100) ->
     ``start`` (m,) are the first parameters of at most ``steps`` Newton steps.
     """
     likelihood = _likelihood(data)
-    first, floor = _first_parameters(data)
+    initial, floor = _first_parameters(data)
     precision = np.concatenate([data.precision, [_GROWTH**-2.0, 0.0, 0.0]])
     if not np.any(data.growth):
         precision[-3] = np.inf
     if np.bincount(data.motion).max() == 1:  # scatter between motions is that of runs
-        precision[-2], first[-2] = np.inf, floor
+        precision[-2], initial[-2] = np.inf, floor
     has_prior = ~np.isfinite(precision)
     prior = np.where(has_prior, 0.0, precision)
 
@@ -136,7 +136,7 @@ def fit_mixed(data: MixedData, start: Floats | None = None, steps: int = 100) ->
     def value(fit: MixedFit) -> float:
         return float(np.sum(fit.logliks) - 0.5 * prior @ fit.parameters**2)
 
-    fit = at(first if start is None else np.where(has_prior, first, start))
+    fit = at(initial if start is None else np.where(has_prior, initial, start))
     for _ in range(steps):
         score = np.sum(fit.score, axis=0) - prior * fit.parameters
         information = np.sum(fit.information, axis=0) + np.diag(prior)
@@ -156,7 +156,7 @@ def fit_mixed(data: MixedData, start: Floats | None = None, steps: int = 100) ->
         fit = trial
         if gain < _DECREMENT:
             break
-    at_floor = np.append(np.zeros(first.size - 2, dtype=np.bool_), fit.parameters[-2:] <= floor)
+    at_floor = np.append(np.zeros(initial.size - 2, dtype=np.bool_), fit.parameters[-2:] <= floor)
     return replace(fit, precision=np.where(at_floor, np.inf, precision))
 
 
@@ -191,11 +191,11 @@ def _likelihood(data: MixedData) -> Callable[[Floats], tuple[Floats, Floats, Flo
     censored = np.bincount(data.motion, data.lower != data.upper) > 0.0
     # integrals of motions without and with censored runs
     masks = [mask for mask in (~censored, censored) if np.any(mask)]
-    parts = [_Integrals(data, np.flatnonzero(mask)) for mask in masks]
-    order = np.argsort(np.concatenate([part.motions for part in parts]))
+    integrals = [_Integrals(data, np.flatnonzero(mask)) for mask in masks]
+    order = np.argsort(np.concatenate([integral.motions for integral in integrals]))
 
     def at(parameters: Floats) -> tuple[Floats, Floats, Floats]:
-        results = zip(*(part.at(parameters) for part in parts), strict=True)
+        results = zip(*(integral.at(parameters) for integral in integrals), strict=True)
         score, information, logliks = (np.concatenate(result)[order] for result in results)
         return score, information, logliks
 
@@ -323,17 +323,17 @@ class _Integrals:
         # The integrand is log-concave and more curved than the prior, so its tails are not wider.
         inner = 7.0 / np.sqrt(curve)
         outer = np.maximum(7.0 * prior, inner)
-        ends = [mode, mode - outer, mode + outer]
+        limits = [mode, mode - outer, mode + outer]
         for width in (inner, inner + (outer - inner) / 3.0, inner * 2.5 / 7.0):
-            ends += [mode - width, mode + width]
+            limits += [mode - width, mode + width]
         for sign, extreme in ((1.0, np.maximum), (-1.0, np.minimum)):
             censored = self._sign == sign
             if np.any(censored):
                 edge = mode - sign * outer
                 extreme.at(edge, self._motion[censored], -above[censored])
                 edges = [edge + share * sign * sigma for share in (-6.0, -1.0, 4.0)]
-                ends += [np.clip(border, mode - outer, mode + outer) for border in edges]
-        borders = np.sort(np.stack(ends, axis=1), axis=1)
+                limits += [np.clip(border, mode - outer, mode + outer) for border in edges]
+        borders = np.sort(np.stack(limits, axis=1), axis=1)
         half_width, middle = 0.5 * np.diff(borders), 0.5 * (borders[:, 1:] + borders[:, :-1])
         u = middle[:, :, None] + half_width[:, :, None] * _NODES
         shape = (mean.size, -1)

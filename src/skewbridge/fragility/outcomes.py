@@ -84,8 +84,8 @@ class DemandOutcomes:
             "all_exceed": (np.nextafter(limit, np.inf), np.inf),
             "none_exceed": (np.minimum(np.nan_to_num(self.lower), limit), limit),
         }[treatment]
-        ends = np.where(unknown, lower, self.lower), np.where(unknown, upper, self.upper)
-        return replace(self, lower=ends[0], upper=ends[1])
+        pair = np.where(unknown, lower, self.lower), np.where(unknown, upper, self.upper)
+        return replace(self, lower=pair[0], upper=pair[1])
 
 
 def demand_outcomes(table: pd.DataFrame, states: States) -> DemandOutcomes:

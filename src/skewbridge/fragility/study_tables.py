@@ -83,8 +83,8 @@ def fragility_tables(
     curves = fit_study(rows, states, settings, models=models, jobs=jobs)
     medians = median_effects(rows, states, settings, models=models, curves=curves)
     joint = joint_table(rows, states, settings, models=models, curves=curves, jobs=jobs)
-    of_states = [state.demand for state in limit_states if state.demand in demand_names]
-    names = list(dict.fromkeys((*demands_for("effect", rows.columns), *of_states)))
+    state_demands = [state.demand for state in limit_states if state.demand in demand_names]
+    names = list(dict.fromkeys((*demands_for("effect", rows.columns), *state_demands)))
     reference = reference_intensities(curves)
     effects, intensities = effect_tables(rows, names, settings, reference_im=reference, jobs=jobs)
     system = system_curves(rows, states, settings, models=models, hazard=hazard, jobs=jobs)
@@ -153,9 +153,9 @@ def _of_one_method(curves: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
     table = curves[curves["method"] == METHODS[int(prefers.any())]]
     table = table.assign(preferred=table["status"] == FITTED)
     if any(
-        one["theta"] > other["theta"] * (1.0 + 1.0e-9)
-        and ((runs[one["demand"]] - runs[other["demand"]]).dropna() >= 0.0).all()
-        for one, other in permutations(records_of(table[table["preferred"]]), 2)
+        row_1["theta"] > row_2["theta"] * (1.0 + 1.0e-9)
+        and ((runs[row_1["demand"]] - runs[row_2["demand"]]).dropna() >= 0.0).all()
+        for row_1, row_2 in permutations(records_of(table[table["preferred"]]), 2)
     ):
         crossed = table["preferred"].copy()
         table.loc[crossed, table.filter(regex=_ESTIMATES).columns] = np.nan
@@ -199,7 +199,7 @@ def suite_table(
     for _, group in pd.DataFrame(effects).groupby(list(_EFFECT), sort=False):
         records = {row[SUITE]: row for row in records_of(group)}
         pairs = combinations([name for name in names if name in records], 2)
-        compared += [_compared(records[one], records[other]) for one, other in pairs]
+        compared += [_compared(records[name_1], records[name_2]) for name_1, name_2 in pairs]
     return pd.DataFrame([*effects, *compared], columns=effect_columns)
 
 
@@ -213,10 +213,10 @@ def _compared(first: dict[str, Any], second: dict[str, Any]) -> dict[str, Any]:
     dof = float(variances.sum() ** 2 / np.sum(variances**2 / degrees))
     change = float(np.log(second["ratio"] / first["ratio"]))
     half_width = float(special.stdtrit(dof, 0.5 + 0.5 * first["level"])) * error
-    ends = np.exp([change, change - half_width, change + half_width])
+    ratios = np.exp([change, change - half_width, change + half_width])
     n_errors = abs(change) / error if error > 0.0 else np.inf
     row = {name: first[name] for name in (*_EFFECT, "level")}
-    row |= dict(zip(verdicts.RATIOS, ends.tolist(), strict=True))
+    row |= dict(zip(verdicts.RATIOS, ratios.tolist(), strict=True))
     row |= {SUITE: second[SUITE], "against": first[SUITE], "standard_errors": n_errors}
     row["n_motions"] = int(first["n_motions"]) + int(second["n_motions"])
     return row | {"verdict": DEPENDS if n_errors > LARGEST_ERRORS else NO_DIFFERENCE}

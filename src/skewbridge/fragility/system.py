@@ -59,7 +59,7 @@ def system_curves(
     systems = [_Systems(system, members, settings, hazard) for system in models]
     items = ((system, i) for system in systems for i in range(len(system.models.variants)))
     rows = demand_table.spread(_variant_rows, items, jobs)
-    return pd.DataFrame([row for of_variant in rows for row in of_variant])
+    return pd.DataFrame([row for variant_rows in rows for row in variant_rows])
 
 
 def system_members(states: States) -> dict[str, list[LimitState]]:

@@ -64,8 +64,8 @@ class Union(NamedTuple):
             return self.ln_theta[0] + z * self.beta[0]
         p = float(special.ndtr(z))
         # the larger of both probabilities is between p/2 and p
-        ends = (float(special.ndtri(share * p)) for share in (0.5, 1.0))
-        low, high = (np.min(self.ln_theta + end * self.beta, axis=0) for end in ends)
+        limits = (float(special.ndtri(share * p)) for share in (0.5, 1.0))
+        low, high = (np.min(self.ln_theta + limit * self.beta, axis=0) for limit in limits)
         for _ in range(_HALVINGS):
             middle = 0.5 * (low + high)
             above = self.probability(middle) > p

@@ -157,15 +157,15 @@ def holm(p: pd.Series) -> pd.Series:
 
 def needed_motions(effects: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame:
     """Return the table `needed_motions` for pooled effects on headline demands and on medians."""
-    of_demand = effects["demand"].isin(demands_for("headline"))
-    is_reported = of_demand | (effects["quantity"] == MEDIAN_CAPACITY)
+    is_headline = effects["demand"].isin(demands_for("headline"))
+    is_reported = is_headline | (effects["quantity"] == MEDIAN_CAPACITY)
     headline = effects[is_reported & (effects["scope"] == "pooled")]
     rows: list[dict[Any, Any]] = []
     for model, runs in models_of(demands):
         suite = int(runs["motion_id"].nunique())
         cpu_s = float(runs["cpu_s"].mean()) if "cpu_s" in runs else nan
-        of_model = (headline[list(BRIDGE_COLUMNS)] == pd.Series(model)).all(axis=1)
-        for row in headline[of_model].to_dict("records"):
+        is_of_model = (headline[list(BRIDGE_COLUMNS)] == pd.Series(model)).all(axis=1)
+        for row in headline[is_of_model].to_dict("records"):
             pairs = motions_to_decide(row)
             # assume that the share of motions without an exact pair stays the same
             needed = ceil(pairs * suite / (row["dof"] + 1)) if isfinite(pairs) else pairs
@@ -197,15 +197,15 @@ def motions_to_decide(effect: Mapping[Any, Any], power: float = 0.8) -> float:
         below, above = np.log1p(-effect["margin"]), np.log1p(effect["margin"])
     if not isfinite(value) or not isfinite(effect["scatter"]):
         return nan
-    numbers = range(3, 1001)
+    candidates = range(3, 1001)
     scatter, tail = max(effect["scatter"], 1e-12), 0.5 * (1.0 - effect["level"])
 
     def is_enough(motions: int) -> bool:
         steps = np.sqrt(motions) / scatter
         return _power(motions - 1, (below - value) * steps, (above - value) * steps, tail) >= power
 
-    position = bisect_left(numbers, True, key=is_enough)
-    return float(numbers[position]) if position < len(numbers) else np.inf
+    position = bisect_left(candidates, True, key=is_enough)
+    return float(candidates[position]) if position < len(candidates) else np.inf
 
 
 def _power(dof: int, below: float, above: float, tail: float) -> float:
@@ -284,9 +284,9 @@ def at_looks(table: pd.DataFrame, looks: Sequence[int], per_motion: float = 1.0)
         values = table[list(names)].to_numpy(np.float64).T
         with np.errstate(divide="ignore", over="ignore"):
             values = np.log(values) if names == RATIOS else values
-            ends = values[0] + (values[1:] - values[0]) * wider
-            ends = np.exp(ends) if names == RATIOS else ends
-        columns |= dict(zip(names[1:], ends, strict=True))
+            widened = values[0] + (values[1:] - values[0]) * wider
+            widened = np.exp(widened) if names == RATIOS else widened
+        columns |= dict(zip(names[1:], widened, strict=True))
     return with_verdicts(table.assign(**columns))[list(table.columns)]
 
 
@@ -296,15 +296,15 @@ def _information(table: pd.DataFrame, per_motion: float) -> tuple[Floats, Floats
     motions, dof = pairs["n_pairs"] / per_motion, pairs["dof"].clip(lower=1)
     variance = pairs["scatter"].fillna(0.0) ** 2 / (pairs["dof"] + 1.0).clip(lower=1.0)
     weight = variance + 1e-12 + 1e-6 * variance.max()
-    parts = pairs[cell].assign(weight=weight, motions=weight * motions, dof=weight * dof)
-    sums = parts.groupby(cell, dropna=False).sum()
+    weighted = pairs[cell].assign(weight=weight, motions=weight * motions, dof=weight * dof)
+    sums = weighted.groupby(cell, dropna=False).sum()
     weighted_means = sums[["motions", "dof"]].div(sums["weight"], axis=0)
-    of_cell = table[cell].merge(weighted_means.reset_index(), on=cell, how="left")
-    of_cell.index = table.index
-    of_cell.loc[pairs.index, "motions"] = motions
-    of_cell.loc[pairs.index, "dof"] = pairs["dof"]
-    dof = np.minimum(of_cell["dof"].to_numpy(np.float64), table["dof"].to_numpy(np.float64))
-    return of_cell["motions"].to_numpy(np.float64), dof
+    by_row = table[cell].merge(weighted_means.reset_index(), on=cell, how="left")
+    by_row.index = table.index
+    by_row.loc[pairs.index, "motions"] = motions
+    by_row.loc[pairs.index, "dof"] = pairs["dof"]
+    dof = np.minimum(by_row["dof"].to_numpy(np.float64), table["dof"].to_numpy(np.float64))
+    return by_row["motions"].to_numpy(np.float64), dof
 
 
 def kept(table: pd.DataFrame, history: pd.DataFrame) -> pd.DataFrame:
@@ -319,11 +319,11 @@ def kept(table: pd.DataFrame, history: pd.DataFrame) -> pd.DataFrame:
         return table
     keys, columns = [*CELL, "scope"], {}
     for low, high in (RATIOS[1:], DIFFERENCES[1:]):
-        numbers = history.astype({low: np.float64, high: np.float64})
-        common = numbers.groupby(keys, dropna=False).agg({low: "max", high: "min"}).reset_index()
-        of_row = table[keys].merge(common, on=keys, how="left")
+        earlier = history.astype({low: np.float64, high: np.float64})
+        common = earlier.groupby(keys, dropna=False).agg({low: "max", high: "min"}).reset_index()
+        merged = table[keys].merge(common, on=keys, how="left")
         now = table[[low, high]].to_numpy(np.float64).T
-        ends = np.fmax(now[0], of_row[low].to_numpy()), np.fmin(now[1], of_row[high].to_numpy())
+        ends = np.fmax(now[0], merged[low].to_numpy()), np.fmin(now[1], merged[high].to_numpy())
         columns |= dict(zip((low, high), np.where(ends[0] <= ends[1], ends, now), strict=True))
     return with_verdicts(table.assign(**columns))[list(table.columns)]
 

@@ -72,8 +72,8 @@ class _Counts:
             self.at_incidence[angle, list(group)] += 1
             for pair in combinations(group, 2):
                 self.at_once[pair] += 1
-        for first, second in combinations(cells, 2):
-            self.of_pair[[first, second], [second, first]] += 1
+        for cell_1, cell_2 in combinations(cells, 2):
+            self.of_pair[[cell_1, cell_2], [cell_2, cell_1]] += 1
 
 
 def assign(
@@ -129,7 +129,7 @@ def planned_runs(
     return {
         slug: {
             (*rows[row][1:3], angles[angle])
-            for row, angle in np.argwhere(runs[:, :, numbers].any(axis=2)).tolist()
+            for row, angle in np.argwhere(runs[:, :, cell_numbers].any(axis=2)).tolist()
         }
-        for slug, numbers in cells.items()
+        for slug, cell_numbers in cells.items()
     }

@@ -355,10 +355,10 @@ def at2_text(motion: GroundMotion, component: int) -> str:
 def write_at2(motion: GroundMotion, folder: Path) -> tuple[Path, Path]:
     """Write both components as `<motion_id>_h1.AT2` and `_h2.AT2`; return their paths."""
     writable_folder(folder)
-    first, second = (folder / f"{motion.motion_id}_h{component}.AT2" for component in (1, 2))
-    for component, path in enumerate((first, second), start=1):
+    path_1, path_2 = (folder / f"{motion.motion_id}_h{component}.AT2" for component in (1, 2))
+    for component, path in enumerate((path_1, path_2), start=1):
         path.write_text(at2_text(motion, component), encoding="ascii", newline="\n")
-    return first, second
+    return path_1, path_2
 
 
 # ---- Blocks of fixed-width numbers, which may touch: CSMIP, COSMOS and GeoNet. A file may have
@@ -574,10 +574,10 @@ def _read_knet(lines: list[str], path: Path, _stated: Stated) -> Trace:
     if scale is None or frequency is None:
         missing = "Scale Factor" if scale is None else "Sampling Freq"
         raise fault_in(path, f"the header has no {missing}")
-    numbers = [_fortran_float(text) for text in (frequency[1], *scale.groups())]
-    if not all(0.0 < number <= MAX_MAGNITUDE for number in numbers) or numbers[2] < 1.0:
+    header_values = [_fortran_float(text) for text in (frequency[1], *scale.groups())]
+    if not all(0.0 < number <= MAX_MAGNITUDE for number in header_values) or header_values[2] < 1.0:
         raise fault_in(path, "the sampling frequency and the scale factor must be positive")
-    frequency_hz, range_gal, counts_per_range = numbers
+    frequency_hz, range_gal, counts_per_range = header_values
     memo_rows = (n + 1 for n, line in enumerate(lines[:_KNET_HEADER_LINES]) if line[:5] == "Memo.")
     start = next(memo_rows, _KNET_HEADER_LINES)
     counts = parse_numbers(lines[start:], path, first_line=start + 1)

@@ -293,8 +293,8 @@ def arias_build_up(accel_mps2: Vector, dt_s: float) -> Vector:
 
 def pair_arias_build_up(motion: GroundMotion) -> Vector:
     """Return the sum of both Arias build-ups in m/s, which does not depend on orientation."""
-    first, second = (arias_build_up(accel, motion.dt_s) for accel in motion.components)
-    return first + second
+    build_up_1, build_up_2 = (arias_build_up(accel, motion.dt_s) for accel in motion.components)
+    return build_up_1 + build_up_2
 
 
 def cav(accel_mps2: Vector, dt_s: float) -> float:

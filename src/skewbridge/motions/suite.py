@@ -272,8 +272,8 @@ def folder_spectra(folder: Path) -> dict[str, Any]:
     # the files alone, without an index, do not state the magnitude
     is_known = len(scenarios) == 1 and math.isfinite(motions[0].magnitude)
     if is_known and motions[0].event.startswith("DDK18"):
-        event, *numbers = scenarios.pop()
-        site = dict(zip(("magnitude", "distance_km", "vs30_mps"), numbers, strict=True))
+        event, *values = scenarios.pop()
+        site = dict(zip(("magnitude", "distance_km", "vs30_mps"), values, strict=True))
         mechanism = "reverse" if "reverse" in event else "strike_slip"
         model = ("BSSA14", *bssa14(Scenario(mechanism=mechanism, **site), periods_s))
     return {"rotd50_g": np.array(psa) / G_MPS2, "periods_s": periods_s, "model": model}

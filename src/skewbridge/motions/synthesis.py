@@ -303,8 +303,8 @@ def simulate_background(
 
 def arias_cm_s(accel_g: Vector, dt_s: float) -> float:
     """Return the Arias intensity in cm/s, computed with the model's value of g."""
-    of_standard_g = float(intensity.arias_build_up(accel_g * G_MPS2, dt_s)[-1]) / GAL
-    return of_standard_g * _MODEL_G_CM_S2 * GAL / G_MPS2
+    standard_cm_s = float(intensity.arias_build_up(accel_g * G_MPS2, dt_s)[-1]) / GAL
+    return standard_cm_s * _MODEL_G_CM_S2 * GAL / G_MPS2
 
 
 def pulse_acceleration(pulse: Pulse, time_s: Vector) -> Vector:
