@@ -83,9 +83,9 @@ def fit_study(
 
 
 def _with_preferred(table: pd.DataFrame) -> pd.DataFrame:
-    """Add ``preferred``: for each bridge and state, the first method with a median in some variant.
+    """Add ``preferred``: true for the first method with a median in some variant of the bridge.
 
-    This includes medians withheld because unknown outcomes change them too much: the other method
+    Medians withheld because unknown outcomes change them too much count, because the other method
     would leave out these runs.
     """
     has_median = table["status"].isin((FITTED, BOUNDS_TOO_WIDE))

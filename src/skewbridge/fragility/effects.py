@@ -91,7 +91,7 @@ class Pairs:
         return (demand_to - demand_from) * difference.per_unit, has_to != has_from
 
     def means(self, values: Floats, x: Floats | None = None) -> list[Jackknifed]:
-        """Return means of ``values`` (n,), or lines on ``x``: averaged over cells, then by cell."""
+        """Return means of ``values`` (n,), or lines on ``x``: average of cells, then each cell."""
         is_finite = np.isfinite(values if x is None else values + x)
         cells: list[Jackknifed] = []
         for _, rows in self.cells:

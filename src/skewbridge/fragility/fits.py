@@ -262,7 +262,7 @@ def _stripe_bounds(
 def _median_bound(
     ln_im: Floats, n: Floats, settings: FitSettings, *betas: float, exceed: bool
 ) -> dict[str, Any]:
-    """Return a one-sided bound on the median for each dispersion if no (or every) run exceeds."""
+    """Return one-sided bounds on theta for ``betas`` and `ASSUMED_BETA`: upper if ``exceed``."""
     level, assumed = settings.confidence, ASSUMED_BETA
     bounds = {
         f"{beta:g}": median_bound(ln_im, n, beta=beta, level=level, exceed=exceed)

@@ -156,7 +156,7 @@ class HazardCurve:
         return replace(self, levels=points, rates=np.exp(logs))
 
     def level_of(self, rate: float) -> float:
-        """Return ln of the intensity with a rate of exceedance (mean); NaN outside the curve."""
+        """Return ln of the intensity exceeded with a rate (mean curve); NaN outside the curve."""
         falling = -np.log(self.rates[0])
         return float(np.interp(-np.log(rate), falling, np.log(self.levels), np.nan, np.nan))
 
@@ -223,7 +223,7 @@ def hazard_curve(config: HazardConfig, measures: Sequence[str], default: str) ->
 
 
 def site_hazard(file: Path | None, im: str) -> HazardCurve | None:
-    """Return the hazard curve of a file for the intensity of curves; None without a file."""
+    """Return the hazard curve of a file for the intensity column ``im``; None without a file."""
     return hazard_curve(HazardConfig(file=file and str(file)), [im], im)
 
 
@@ -309,7 +309,7 @@ def _openquake(path: Path, first_line: str) -> Iterator[_Part]:
 
 
 def _table(path: Path) -> Iterator[_Part]:
-    """Yield the curves of a CSV table: intensity, rate and fractiles, or a site of the USGS."""
+    """Yield the curves of a CSV file: columns of intensity, rate, fractiles, or USGS (one site)."""
     table = read_csv(path)
     names = list(map(str, table))
     if {"lon", "lat"} <= {*names}:

@@ -158,7 +158,7 @@ def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
 
 
 def _member_name(state: LimitState, degree: str, modes: States) -> str:
-    """Return the component and in brackets its state, if not ``degree``, and modes, if not all."""
+    """Return ``component (state: modes)``; state if not ``degree``, modes if some are left out."""
     name = "" if state.name == degree else state.name
     if len(modes) < len(state.modes):
         name = f"{state.name}: {', '.join(mode.name for mode in modes)}"

@@ -185,9 +185,9 @@ def _frequency_slope(p: float) -> float:
     """Return the p-quantile of the slope of the filter frequency, Hz/s (truncated exponential)."""
     # source: smelt
     a, b, c, lower = 14.2935537214223, 6.40242376475815, 4.42179588354923, -3.5
-    below = b / c * p + np.exp(b * lower)
-    if below <= 1.0:
-        return float(np.log(below) / b)
+    exp_bf = b / c * p + np.exp(b * lower)
+    if exp_bf <= 1.0:
+        return float(np.log(exp_bf) / b)
     return float(-np.log(a / b * (1.0 - np.exp(b * lower)) - a / c * p + 1.0) / a)
 
 
