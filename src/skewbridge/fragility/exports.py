@@ -293,9 +293,7 @@ def _write_pelicun(curves: pd.DataFrame, out: Path, _folder: Path) -> dict[str, 
             else:
                 status = curve_of[state]["status"] if state in curve_of else "no row"
                 missing[state] = f"LS{rank} {state} ({status})"
-            row |= {
-                f"LS{rank}-{key}": v for key, v in zip(_PELICUN_PARAMETERS, values, strict=True)
-            }
+            row |= {f"LS{rank}-{k}": v for k, v in zip(_PELICUN_PARAMETERS, values, strict=True)}
         comments = "dispersion includes capacity dispersion if a slope converts it"
         if missing:
             comments += f"; without an estimate: {', '.join(missing.values())}"
