@@ -160,7 +160,7 @@ class AxisRange:
         possible = {*limits, *(axis.name for axis in AXES)}
         for name in (*self.varying, *values):
             low, high = limits.get(name, (-np.inf, np.inf))
-            problem = "" if name in possible else f"is not among the axes {', '.join(limits)}"
+            problem = "" if name in possible else f"is not an axis: give {', '.join(limits)}"
             if name not in values:
                 problem = f"is missing; give a value within {low:g}..{high:g}"
             elif not low - 1e-9 <= self.counted(name, values[name]) <= high + 1e-9:
