@@ -182,7 +182,7 @@ def refuse_misspelt(columns: Iterable[str], present: Iterable[str] = ()) -> None
 
 
 def percent_notes(name: str, demands: Floats) -> list[str]:
-    """Return a list with a warning if the demands of a drift ratio seem to be in per cent."""
+    """Return a warning if the demands of a drift ratio seem to be in per cent, else no text."""
     is_drift = name.lower().endswith(("drift", "drift_ratio"))
     largest = float(np.max(demands[np.isfinite(demands)], initial=0.0)) if is_drift else 0.0
     # ASSUME no bridge completes a motion at a drift of 20 %
@@ -225,44 +225,44 @@ def read_foreign(
     renamed = (name for name in columns if name not in source)
     refuse_misspelt([*unused, *renamed], (*columns, *(constants or {})))
     need_columns(source, columns.values(), path.name)
-    runs = pd.DataFrame({column: source[foreign_name] for column, foreign_name in columns.items()})
-    if "motion_id" not in runs or not any(str(name).startswith("im_") for name in runs):
+    out = pd.DataFrame({column: source[foreign_name] for column, foreign_name in columns.items()})
+    if "motion_id" not in out or not any(str(name).startswith("im_") for name in out):
         text = "a column motion_id and an intensity column im_... are needed"
         raise InputError(f"{text}; the columns of {path.name} are {names_of(source)}")
     defaults = {"scale": 1.0, "incidence_deg": 0.0, "status": OK, **dict(constants or {})}
     for name, value in {**dict.fromkeys(BRIDGE_COLUMNS, "foreign"), **defaults}.items():
-        if name not in runs:
-            runs[name] = value
-    options = [name for name in map(str, runs) if name.startswith(CHOICE_PREFIX)]
-    for name in runs.columns.difference([*TEXT_COLUMNS, *options]):
-        array = as_column(runs[name].to_numpy(), columns.get(name, name))
-        runs[name] = array > 0.0 if name == validity.COMPLETE else array * factors.get(name, 1.0)
-    for name in (*LOADING_COLUMNS, *axis_names(runs), "status"):
-        require(runs[name].notna().to_numpy(), columns.get(name, name), "is missing")
+        if name not in out:
+            out[name] = value
+    options = [name for name in map(str, out) if name.startswith(CHOICE_PREFIX)]
+    for name in out.columns.difference([*TEXT_COLUMNS, *options]):
+        numbers = as_column(out[name].to_numpy(), columns.get(name, name))
+        out[name] = numbers > 0.0 if name == validity.COMPLETE else numbers * factors.get(name, 1.0)
+    for name in (*LOADING_COLUMNS, *axis_names(out), "status"):
+        require(out[name].notna().to_numpy(), columns.get(name, name), "is missing")
     for name, (low, high) in _LIMITS.items():
-        if name in runs:
-            is_valid, values = runs[name].between(low, high).to_numpy(), runs[name].to_numpy()
-            require(is_valid, columns.get(name, name), f"must be within {low:g}..{high:g}", values)
-    if validity.BEYOND_MODEL in runs:
-        is_valid = np.isin(validity.failure_kinds(runs), ["", *validity.FAILURE_DEMANDS])
+        if name in out:
+            good, values = out[name].between(low, high).to_numpy(), out[name].to_numpy()
+            require(good, columns.get(name, name), f"must be within {low:g}..{high:g}", values)
+    if validity.BEYOND_MODEL in out:
+        good = np.isin(validity.failure_kinds(out), ["", *validity.FAILURE_DEMANDS])
         words = " or ".join(validity.FAILURE_DEMANDS)
-        require(is_valid, validity.BEYOND_MODEL, f"must be {words}, or empty")
-    if "variant" not in runs:
-        key_texts = [runs[name].map(str).tolist() for name in variant_columns(runs)[1:]]
-        runs["variant"] = ["_".join(values) for values in zip(*key_texts, strict=True)]
-    texts = [*(name for name in TEXT_COLUMNS if name in runs), *options]
-    runs[texts] = runs[texts].astype(object).fillna("").astype(str)
-    require_statuses(runs["status"])
-    for name in map(str, runs.filter(regex="^im_")):
-        require((runs[name].isna() | (runs[name] > 0.0)).to_numpy(), name, "must be > 0 and finite")
-    if (is_repeated := runs.duplicated(["variant", *LOADING_COLUMNS])).any():
-        row = int(np.argmax(is_repeated))
+        require(good, validity.BEYOND_MODEL, f"must be {words}, or empty")
+    if "variant" not in out:
+        parts = [out[name].map(str).tolist() for name in variant_columns(out)[1:]]
+        out["variant"] = ["_".join(values) for values in zip(*parts, strict=True)]
+    texts = [*(name for name in TEXT_COLUMNS if name in out), *options]
+    out[texts] = out[texts].astype(object).fillna("").astype(str)
+    require_statuses(out["status"])
+    for name in map(str, out.filter(regex="^im_")):
+        require((out[name].isna() | (out[name] > 0.0)).to_numpy(), name, "must be > 0 and finite")
+    if (doubled := out.duplicated(["variant", *LOADING_COLUMNS])).any():
+        row = int(np.argmax(doubled))
         text = f"row {row} repeats variant, motion_id, scale and incidence_deg of another row"
         raise InputError(f"{text}; columns that are not used: {names_of(unused)}", row=row)
-    if validity.COMPLETE not in runs:
-        runs[validity.COMPLETE] = validity.is_complete(runs)
-    leading = [*variant_columns(runs), *LOADING_COLUMNS, "status"]
-    return runs[[*leading, *(name for name in runs if name not in leading)]].reset_index(drop=True)
+    if validity.COMPLETE not in out:
+        out[validity.COMPLETE] = validity.is_complete(out)
+    first = [*variant_columns(out), *LOADING_COLUMNS, "status"]
+    return out[[*first, *(name for name in out if name not in first)]].reset_index(drop=True)
 
 
 def require_statuses(status: pd.Series) -> None:

@@ -401,12 +401,12 @@ def paper_table(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame
     rows = records_of(selected.assign(row=selected["variant"]))
     for row in records_of(joint[joint["status"] == FITTED]):
         model = JointModel(row)
-        new_row = {name: row[name] for name in PAPER_COLUMNS if name in row}
+        out = {name: row[name] for name in PAPER_COLUMNS if name in row}
         middle = model.axis_range.middle
         for axis in middle:
-            at_low, at_high = (middle | {axis: value} for value in model.axis_range.limits[axis])
-            new_row |= _ratio(axis, model.median(at_high, at_low, EFFECT_CONFIDENCE))
-        rows.append(new_row | {"row": JOINT, "method": JOINT})
+            low, high = (middle | {axis: end} for end in model.axis_range.limits[axis])
+            out |= _ratio(axis, model.median(high, low, EFFECT_CONFIDENCE))
+        rows.append(out | {"row": JOINT, "method": JOINT})
     table = pd.DataFrame(rows, columns=list(paper_columns(_axes(curves))))
     table = table[table.groupby(list(_STATE))["theta"].transform("count") > 0]
     order = {key: position for position, key in enumerate(map(tuple, curves[[*_STATE]].to_numpy()))}

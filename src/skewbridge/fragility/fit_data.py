@@ -97,7 +97,7 @@ def read_data(path: Path) -> pd.DataFrame | Mapping[str, Any]:
 
 
 def _fit_columns(data: Mapping[str, Any], options: FitOptions) -> fits.FragilityFit:
-    """Fit columns of numbers: counts, capacities or brackets, or a cloud of demands."""
+    """Fit columns of numbers: counts, capacities or brackets, or a cloud of independent runs."""
     columns = {_ALIASES.get(name, name): values for name, values in data.items()}
 
     def need(name: str) -> Any:
@@ -123,12 +123,12 @@ def _fit_columns(data: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     thresholds = [options.threshold] if options.threshold else np.atleast_1d(need("threshold"))
     if len(thresholds) == 0:
         raise InputError("the column threshold is empty: give one number")
-    threshold, zero = float(positive(list(thresholds[:1]), "threshold")[0]), np.zeros(im.size)
-    censored, collapse = (as_column(columns.get(n, zero), n) for n in ("censored", "collapse"))
+    threshold, none = float(positive(list(thresholds[:1]), "threshold")[0]), np.zeros(im.size)
+    censored, collapse = (as_column(columns.get(n, none), n) for n in ("censored", "collapse"))
     same_length(im=im, edp=edp, censored=censored, collapse=collapse)
     require(~np.isinf(edp) | (collapse > 0.0), "edp", "must be finite unless collapse is 1", edp)
-    finite_edp = np.nan_to_num(edp, posinf=0.0)  # collapse counts as exceedance
-    edp = np.where(collapse > 0.0, np.maximum(finite_edp, threshold), edp)
+    finite = np.nan_to_num(edp, posinf=0.0)  # collapse counts as exceedance
+    edp = np.where(collapse > 0.0, np.maximum(finite, threshold), edp)
     upper = np.where((censored > 0.0) | (collapse > 0.0), np.inf, edp)
     if "motion_id" not in columns:
         fit = _fit_cloud(im, edp, upper, threshold, options)

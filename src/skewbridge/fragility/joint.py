@@ -72,7 +72,7 @@ class JointModel:
         over: Mapping[str, float] | None = None,
         level: float | None = None,
     ) -> tuple[float, float, float]:
-        """Return theta at ``values``, or its ratio to theta at ``over``, with interval ends."""
+        """Return theta at ``values`` with interval ends, divided by theta at ``over`` if given."""
         logs = self.curve(values).ln_theta
         logs = logs if over is None else logs - self.curve(over).ln_theta
         return interval(logs, self.axis_range.drifts, level or self.level)
@@ -159,8 +159,8 @@ def _estimate(models: BridgeModels, state: LimitState, row: Row) -> Row:
         return estimate | {"status": curve}
     logs = curve.ln_theta, np.log(curve.beta), np.log(curve.total)
     for name, values in zip(("theta", "beta", "beta_total"), logs, strict=True):
-        ends = interval(values, curve.priors, row["level"])
-        estimate |= dict(zip((name, f"{name}_low", f"{name}_high"), ends, strict=True))
+        interval_ = interval(values, curve.priors, row["level"])
+        estimate |= dict(zip((name, f"{name}_low", f"{name}_high"), interval_, strict=True))
     errors = _left_out_errors(models, state, fits)
     if np.any(np.isfinite(errors)):
         estimate["loo_error"] = float(np.nanmedian(errors))

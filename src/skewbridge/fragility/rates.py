@@ -261,7 +261,7 @@ def _difference(cell: Row, degree: str, systems: Mapping[tuple[str, str], Row]) 
         for name in (cell["variant_from"], cell["variant_to"])
     }
     shared = set.intersection(*components.values())
-    only = {name: ", ".join(sorted(names - shared)) for name, names in components.items()}
+    only = {name: ", ".join(sorted(of - shared)) for name, of in components.items()}
     return "; ".join(f"only {name}: {text}" for name, text in only.items() if text)
 
 

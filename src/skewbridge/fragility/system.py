@@ -134,7 +134,7 @@ def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
     rows: list[Row] = []
     variant = demand_table.variant_values(runs)
     for degree, states in systems.members.items():
-        taken: list[_Member] = []
+        taking: list[_Member] = []
         names: list[str] = []
         left_out: list[str] = []
         for state in states:
@@ -144,13 +144,13 @@ def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
             if usable:
                 names.append(_member_name(state, degree, [mode.state for mode in usable]))
                 reasons.pop("not reached", None)  # another mode is
-            taken += usable
+            taking += usable
             left_out += [f"{state.component}: {reason}" for reason in reasons]
         row = {name: nan for name in demand_table.described("system") if name not in variant}
         row |= {"limit_state": degree, "weakest": ""}
         row |= {"components": ";".join(names), "left_out": ";".join(left_out)}
         row |= {"level": settings.confidence, "n_runs": len(runs)}
-        row |= _system(taken, np.log(im), systems, (low, high)) | {"im_low": low, "im_high": high}
+        row |= _system(taking, np.log(im), systems, (low, high)) | {"im_low": low, "im_high": high}
         theta = row["theta"]
         is_outside = isinstance(theta, float) and not (np.isnan(theta) or low <= theta <= high)
         rows.append(variant | row | {"extrapolated": is_outside})

@@ -284,9 +284,9 @@ def at_looks(table: pd.DataFrame, looks: Sequence[int], per_motion: float = 1.0)
         values = table[list(names)].to_numpy(np.float64).T
         with np.errstate(divide="ignore", over="ignore"):
             values = np.log(values) if names == RATIOS else values
-            widened = values[0] + (values[1:] - values[0]) * wider
-            widened = np.exp(widened) if names == RATIOS else widened
-        columns |= dict(zip(names[1:], widened, strict=True))
+            ends = values[0] + (values[1:] - values[0]) * wider
+            ends = np.exp(ends) if names == RATIOS else ends
+        columns |= dict(zip(names[1:], ends, strict=True))
     return with_verdicts(table.assign(**columns))[list(table.columns)]
 
 
