@@ -61,7 +61,7 @@ _DIFFERENCES: Final = {
 
 
 def _listed() -> dict[str, tuple[Column, ...]]:
-    """Return a dict from each group to its columns, in the order of ``columns.csv``."""
+    """Return the columns of each group in ``columns.csv``, keyed by group, in order of the file."""
     groups: dict[str, list[Column]] = {}
     with Path(__file__).with_name("columns.csv").open(encoding="utf-8", newline="") as lines:
         for row in csv.DictReader(lines):
@@ -83,7 +83,7 @@ _JOINT: Final = re.compile(r"joint(\d*)(_unseating_m|_closures)")
 
 
 def joint_columns(names: Iterable[str]) -> tuple[Column, ...]:
-    """Return the columns of joints inside the bridge, which only bridges with joints have.
+    """Return the columns among ``names`` that describe joints inside the bridge.
 
     ``joint2_unseating_m`` is ``joint_unseating_m`` (of any joint) with the number in its texts.
     """
@@ -100,7 +100,7 @@ def joint_columns(names: Iterable[str]) -> tuple[Column, ...]:
 
 
 def option_columns(names: Iterable[str]) -> tuple[Column, ...]:
-    """Return the columns of drawn modelling options; bridges have those that act on them."""
+    """Return the columns among ``names`` of modelling options that are drawn for every motion."""
     texts = {name: f"value of model.{name}, drawn once per motion" for name in drawn_options(names)}
     return tuple(Column(f"{CHOICE_PREFIX}{name}", "text", "-", "", texts[name]) for name in texts)
 
@@ -109,11 +109,11 @@ def columns_with(present: Iterable[str]) -> tuple[Column, ...]:
     """Return all columns of a study, with the axes and random properties named in ``present``."""
     names = list(present)
     axes = dict.fromkeys((*AXES, *axes_of(names)))
-    draws: list[Column] = []
+    random_columns: list[Column] = []
     for name in names:
         if name.startswith(DRAW_PREFIX):
             text = f"random property, drawn once per motion: {name.removeprefix(DRAW_PREFIX)}"
-            draws.append(Column(name, unit=split_unit(name)[1], description=text))
+            random_columns.append(Column(name, unit=split_unit(name)[1], description=text))
     return (
         *_COLUMNS["variant"],
         *map(_axis_column, axes),
@@ -122,7 +122,7 @@ def columns_with(present: Iterable[str]) -> tuple[Column, ...]:
         *DEMAND_COLUMNS,
         *joint_columns(names),
         *_COLUMNS["outcome"],
-        *draws,
+        *random_columns,
         *option_columns(names),
         *_COLUMNS["key"],
     )

@@ -77,23 +77,23 @@ def join_variants(paths: Sequence[Path], output: Path) -> None:
 
     ``paths`` are files of `write_variant`, sorted by variant. `ValueError` for different columns.
     """
-    columns = {path: pq.read_table(path, columns=["run_key"])["run_key"] for path in paths}
-    keys: list[Any] = [key for column in columns.values() for key in column.to_pylist()]
+    run_keys = {path: pq.read_table(path, columns=["run_key"])["run_key"] for path in paths}
+    keys: list[Any] = [key for column in run_keys.values() for key in column.to_pylist()]
     present = dict.fromkeys(name for path in paths for name in pq.read_schema(path).names)
-    some = demands_schema((*joint_columns(present), *option_columns(present)))
+    optional = demands_schema((*joint_columns(present), *option_columns(present)))
     order = [column.name for column in columns_with(present)]
 
     def filled(path: Path) -> pa.Table:
-        """Return a table with empty columns for the joints and options of other bridges."""
+        """Return the table of a file with empty columns for joints and options of other bridges."""
         table = read_table(path)
-        for field in some:
+        for field in optional:
             if field.name not in table.column_names:
                 table = table.append_column(field, pa.nulls(len(table), field.type))
-        return table.select(order) if len(some) else table
+        return table.select(order) if len(optional) else table
 
-    rounds = groupby((path for path in paths if len(columns[path])), key=lambda path: path.name)
+    groups = groupby((path for path in paths if len(run_keys[path])), key=lambda path: path.name)
     tables = (
-        pa.concat_tables(map(filled, of_variant)).sort_by([(name, "ascending") for name in KEY])
-        for _, of_variant in rounds
+        pa.concat_tables(map(filled, files)).sort_by([(name, "ascending") for name in KEY])
+        for _, files in groups
     )
     write_joined(tables, output, provenance(analyses_digest=digest_of(*sorted(keys))))

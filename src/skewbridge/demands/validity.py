@@ -39,16 +39,17 @@ def failure_kinds(table: "pd.DataFrame") -> NDArray[np.str_]:
 
 
 def failed_modes(table: "pd.DataFrame") -> NDArray[np.str_]:
-    """Return `failure_kinds`; in a table without `BEYOND_MODEL` the mode of the largest ratio >= 1.
+    """Return the column failure mode of each row as `failure_kinds` does, shape (n,).
 
-    In such a table, demands are peaks over the whole motion even if a column failed.
+    In a table without `BEYOND_MODEL`, demands are peaks over the whole motion even if a column
+    failed, so the mode is that of the larger demand/capacity ratio if this is at least 1.
     """
     if BEYOND_MODEL in table.columns:
         return failure_kinds(table)
     ratios = [table.get(name, np.zeros(len(table))) for name in FAILURE_DEMANDS.values()]
-    largest = np.nan_to_num(np.asarray(ratios, np.float64))
-    modes = np.array(list(FAILURE_DEMANDS))[largest.argmax(axis=0)]
-    return np.where(largest.max(axis=0) >= 1.0, modes, "")
+    ratio_values = np.nan_to_num(np.asarray(ratios, np.float64))
+    modes = np.array(list(FAILURE_DEMANDS))[ratio_values.argmax(axis=0)]
+    return np.where(ratio_values.max(axis=0) >= 1.0, modes, "")
 
 
 def is_beyond_model(table: "pd.DataFrame") -> NDArray[np.bool_]:
@@ -79,10 +80,7 @@ def column_failure_ratio(table: "pd.DataFrame | Mapping[str, Any]") -> NDArray[n
 
 
 def with_derived_columns(table: "pd.DataFrame") -> "pd.DataFrame":
-    """Return a table with `COMPLETE` and `COLUMN_FAILURE_RATIO` added if they are missing.
-
-    `COLUMN_FAILURE_RATIO` is added only if the table has a column of `FAILURE_DEMANDS`.
-    """
+    """Return a table with `COMPLETE` and, if it has `FAILURE_DEMANDS`, `COLUMN_FAILURE_RATIO`."""
     derived: dict[str, Any] = {}
     if COMPLETE not in table.columns:
         derived[COMPLETE] = is_complete(table)
@@ -98,7 +96,7 @@ class _Check(NamedTuple):
     reason: str
     column: str
     limit: float
-    form: str = ".1%"
+    form: str = ".1%"  # format of the size in the reason
     size: Callable[[Any], Any] = pos  # applied to the column before the comparison
 
 
@@ -128,7 +126,7 @@ def reasons(row: Mapping[str, Any]) -> str:
 
 
 def count_reasons(table: "pd.DataFrame") -> list[dict[str, Any]]:
-    """Return for each reason the number of rows, the worst value and its ``row_number``."""
+    """Return for each reason the number of rows, the worst value (text) and its row (``at``)."""
     counts: list[dict[str, Any]] = []
     for check in (check for check in _CHECKS if check.column in table):
         sizes = check.size(table[check.column].to_numpy(dtype=np.float64))

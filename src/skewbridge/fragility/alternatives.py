@@ -42,21 +42,21 @@ def alternative_effects(demands: pd.DataFrame) -> pd.DataFrame:
 
 
 def _rows(pairs: Pairs, name: str, values: Sequence[tuple[str, "pd.Series[Any]"]]) -> Iterator[Row]:
-    """Yield the rows of one demand; none if too few motions have one of the values.
+    """Yield the rows of table `alternatives` for the demand ``name``; none with too few motions.
 
-    ``values`` are columns of options with the value of each of the n pairs.
+    ``values`` has the column of each option with its value in each of the n pairs of runs.
     """
     ratios, _ = pairs.changes(name, None)
     pooled, *cells = pairs.means(ratios)
-    for (_, numbers), cell in zip(pairs.cells, cells, strict=True):
-        ratios[numbers] += pooled.estimate - cell.estimate  # an effect may differ between cells
-    used = np.isfinite(ratios)
-    motions, side = pairs.motions[used], pairs.side[used]
+    for (_, cell_pairs), cell in zip(pairs.cells, cells, strict=True):
+        ratios[cell_pairs] += pooled.estimate - cell.estimate  # an effect may differ between cells
+    is_used = np.isfinite(ratios)
+    motions, side = pairs.motions[is_used], pairs.side[is_used]
     # name of each option, its values, and the number of the value of each pair
     options: list[tuple[str, list[str], Index]] = []
     design = np.zeros((motions.size, 0))
     for column, drawn in values:
-        texts = drawn[used].fillna("").astype(str)
+        texts = drawn[is_used].fillna("").astype(str)
         levels, codes = np.unique(texts[texts != ""], return_inverse=True)
         if levels.size < 2 or codes.size < motions.size:  # the option does not act on the bridge
             continue
@@ -71,27 +71,27 @@ def _rows(pairs: Pairs, name: str, values: Sequence[tuple[str, "pd.Series[Any]"]
     if not options or np.unique(motions[side == EXACT]).size < parameters + _LEAST_DOF:
         return
     _, motions = np.unique(motions, return_inverse=True)
-    fit = by_motion(ratios[used], side, motions, int(motions.max()) + 1, design)
+    fit = by_motion(ratios[is_used], side, motions, int(motions.max()) + 1, design)
     if not np.all(np.isfinite(fit.estimate)):
         return
-    share = _explained_share(ratios[used], design @ fit.estimate[1:], motions, side, parameters)
-    first = 1
+    share = _explained_share(ratios[is_used], design @ fit.estimate[1:], motions, side, parameters)
+    position = 1
     for option, levels, codes in options:
         size = len(levels) - 1
         contrasts = np.zeros((parameters, size + 1))
-        contrasts[first : first + size] = np.hstack([np.eye(size), -np.ones((size, 1))])
-        first += size
+        contrasts[position : position + size] = np.hstack([np.eye(size), -np.ones((size, 1))])
+        position += size
         change = fit.combined(contrasts)
-        ends = np.exp([change.estimate, *change.interval(EFFECT_CONFIDENCE)])
+        ratio_and_ends = np.exp([change.estimate, *change.interval(EFFECT_CONFIDENCE)])
         for number, level in enumerate(levels):
-            relative = dict(zip(verdicts.RATIOS, ends[:, number].tolist(), strict=True))
+            columns = dict(zip(verdicts.RATIOS, ratio_and_ends[:, number].tolist(), strict=True))
             yield {
                 **pairs.place,
                 "demand": name,
                 "option": option,
                 "value": level,
                 "effect": float(np.exp(fit.estimate[0] + change.estimate[number])),
-                **relative,
+                **columns,
                 "level": EFFECT_CONFIDENCE,
                 # rounded: both values of an option with two must have the same p
                 "p": round(float(change.p_value()[number]), 12),
@@ -110,6 +110,6 @@ def _explained_share(
     exact = side == EXACT
     count = np.bincount(motions[exact])
     means = [np.bincount(motions[exact], y[exact])[count > 0] for y in (ratios, ratios - explained)]
-    total, rest = (np.var(mean / count[count > 0]) for mean in means)
-    known = np.count_nonzero(count)
-    return max(0.0, 1.0 - float(rest / total) * (known - 1) / (known - parameters))
+    total, remaining = (np.var(mean / count[count > 0]) for mean in means)
+    n_motions = np.count_nonzero(count)
+    return max(0.0, 1.0 - float(remaining / total) * (n_motions - 1) / (n_motions - parameters))

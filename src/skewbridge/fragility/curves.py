@@ -76,7 +76,7 @@ def fit_study(
     if models is None:
         models = fit_models(demands, limit_states, settings, jobs=jobs)
     rows_of = partial(_variant_rows, states=limit_states, settings=settings)
-    variants = (item for model in models for item in _variants(model, limit_states, settings))
+    variants = (variant for model in models for variant in _variants(model, limit_states, settings))
     rows = demand_table.spread(rows_of, variants, jobs)
     table = pd.DataFrame([row for rows_of_variant in rows for row in rows_of_variant])
     names = dict.fromkeys((*demand_table.variant_columns(demands), *CURVE_COLUMNS))
@@ -84,16 +84,16 @@ def fit_study(
 
 
 def _with_preferred(table: pd.DataFrame) -> pd.DataFrame:
-    """Add ``preferred``: for each bridge and state, the first method with a median in some variant.
+    """Add ``preferred``: true for the first method with a median in some variant of the bridge.
 
-    This includes medians withheld because unknown outcomes change them too much: the other method
+    Medians withheld because unknown outcomes change them too much count, because the other method
     would leave out these runs.
     """
     has_median = table["status"].isin((FITTED, BOUNDS_TOO_WIDE))
     rank = table["method"].map(METHODS.index).where(has_median)
     keys = [table[n] for n in (*demand_table.BRIDGE_COLUMNS, "component", "limit_state")]
-    best = rank.groupby(keys).transform("min")
-    return table.assign(preferred=((rank == best) & (table["status"] == FITTED)).to_numpy())
+    best_rank = rank.groupby(keys).transform("min")
+    return table.assign(preferred=((rank == best_rank) & (table["status"] == FITTED)).to_numpy())
 
 
 #: Median and dispersion for each treatment of unknown outcomes, and `_PEAKS` if a run collapsed.
@@ -127,7 +127,7 @@ class _Variant(NamedTuple):
 def _variants(models: BridgeModels, states: States, settings: FitSettings) -> Iterator[_Variant]:
     """Yield the variants of a bridge with their curves by the demand model."""
     all_states = dict.fromkeys([*states, *(mode for state in states for mode in state.modes)])
-    of_bridge = {
+    by_state = {
         state: _BridgeState(models, state, group)
         for group in states_by_demand(list(all_states)).values()
         for state in group
@@ -143,7 +143,7 @@ def _variants(models: BridgeModels, states: States, settings: FitSettings) -> It
             block=models.block[rows],
             replicates=models.replicates,
             priors=models.axes.drifts,
-            clouds={state: of_state.cloud(values, rows) for state, of_state in of_bridge.items()},
+            clouds={state: of_state.cloud(values, rows) for state, of_state in by_state.items()},
             correlations=correlations,
         )
 
@@ -191,7 +191,7 @@ class _BridgeState:
         return treated
 
     def cloud(self, values: Row, rows: Mask) -> _Cloud:
-        """Return the curve of the variant at ``values``, to which the runs ``rows`` belong."""
+        """Return the curve of the variant with the axis ``values`` and the runs ``rows``."""
         curve = self._models.curve(self._state, values)
         no_slope, doubtful = np.full(self._models.replicates, nan), self.doubtful[rows]
         if isinstance(curve, str):
@@ -200,17 +200,17 @@ class _BridgeState:
         bounds: _Bounds = dict.fromkeys(TREATMENTS, estimate)
         for name, models in self._treated.items():
             rho = None if len(models) == 1 else self._models.correlation(*self._modes)[:1]
-            other = state_curve(models, self._modes, values, rho)
-            ends = (nan, nan) if isinstance(other, str) else (other.ln_theta[0], other.beta[0])
-            bounds[name] = motion_means.exp_end(ends[0]), float(ends[1])
+            refit = state_curve(models, self._modes, values, rho)
+            pair = (nan, nan) if isinstance(refit, str) else (refit.ln_theta[0], refit.beta[0])
+            bounds[name] = motion_means.exp_end(pair[0]), float(pair[1])
         if curve.modes is not None:
             columns = curve.modes.columns() | {"model": "union"}
             return _Cloud(curve, bounds, columns, no_slope, doubtful)
         fit, ((point, mode),) = self._fits[0], curve.points
         assert not isinstance(fit, str)
-        ends = float(curve.ln_theta[0]), float(curve.total[0])
+        pair = float(curve.ln_theta[0]), float(curve.total[0])
         columns: Row = point.columns() | {"capacity_dispersion": mode.dispersion}
-        columns["max_dp"] = point.largest_distance(mode, *ends)
+        columns["max_dp"] = point.largest_distance(mode, *pair)
         columns["model"] = "mixed_tobit" if np.any(fit.outcomes.is_bound) else "mixed"
         return _Cloud(curve, bounds, columns, point.slope_at(curve.ln_theta), doubtful)
 
@@ -255,7 +255,7 @@ class _DemandRuns:
 
 
 def _variant_rows(variant: _Variant, *, states: States, settings: FitSettings) -> list[Row]:
-    """Return the rows of one variant."""
+    """Return the rows of the table of curves for one variant."""
     described = demand_table.variant_values(variant.runs)
     groups = [_DemandRuns(variant, group, settings) for group in states_by_demand(states).values()]
     modes = dict.fromkeys(mode for state in states for mode in state.modes if mode not in states)
@@ -269,7 +269,7 @@ def _variant_rows(variant: _Variant, *, states: States, settings: FitSettings) -
 
 
 def _curves(runs: _DemandRuns) -> dict[LimitState, dict[str, _Curve]]:
-    """Return the curves of each state by method, before unknown outcomes are considered."""
+    """Return the curves of each state by method, with those that `_printed_fits` withholds."""
     exceedance = _exceedance_fits(runs, runs.outcomes)
     treated: dict[str, _StateFits] = {}
     doubtful = [runs.variant.clouds[state].doubtful for state in runs.states]
@@ -291,7 +291,7 @@ def _curves(runs: _DemandRuns) -> dict[LimitState, dict[str, _Curve]]:
 
 
 def _outcome_curve(runs: _DemandRuns, fits: _StateFits, j: int, bounds: _Bounds) -> _Curve:
-    """Return the curve of state j from fits to outcomes."""
+    """Return the curve of state j by the method ``exceedance``."""
     # capacity dispersion is divided by the slope of ln demand at the median
     # ASSUME the capacity is independent of the demand
     state, beta_total = runs.states[j], fits.beta
@@ -338,7 +338,7 @@ def _union_curve(
 ) -> _Curve:
     """Return the union of the exceedance fits of the modes of a state, or the fit of the state.
 
-    A mode without a curve of its own, with few failures, does not count.
+    Modes with too few failures for a curve are left out.
     """
     direct = curves[state][_EXCEEDANCE]
     fits = {mode: curves[mode][_EXCEEDANCE] for mode in state.modes if mode in curves}
@@ -376,21 +376,21 @@ def _exceedance_fits(
     fits = [_single_fit(runs, *of_state, in_full=in_full) for of_state in outcomes_of]
     estimable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
     # states exceeded in the same known runs share an intercept: fit only the first of them
-    first: dict[int, int] = {}
-    for before, j in zip([None, *estimable], estimable, strict=False):
-        differs = before is None or np.any(exceed[:, before] & is_known[:, j] & ~exceed[:, j])
-        first[j] = j if before is None or differs else first[before]
-    usable, blocks = sorted(set(first.values())), runs.variant.replicates
+    same_as: dict[int, int] = {}
+    for previous, j in zip([None, *estimable], estimable, strict=False):
+        differs = previous is None or np.any(exceed[:, previous] & is_known[:, j] & ~exceed[:, j])
+        same_as[j] = j if previous is None or differs else same_as[previous]
+    usable, blocks = sorted(set(same_as.values())), runs.variant.replicates
     common = _StateFits(fits, np.full((len(fits), blocks), nan), np.full(blocks, nan))
     if not usable:
         return common
     single = [fits[j] for j in usable]
-    of_usable = _common_slope(runs, single, is_known[:, usable], exceed[:, usable], in_full=in_full)
+    together = _common_slope(runs, single, is_known[:, usable], exceed[:, usable], in_full=in_full)
     for j in estimable:
-        number = usable.index(first[j])
-        fits[j] = replace(of_usable.fits[number], details=fits[j].details)
-        common.ln_theta[j] = of_usable.ln_theta[number]
-    return common._replace(beta=of_usable.beta)
+        number = usable.index(same_as[j])
+        fits[j] = replace(together.fits[number], details=fits[j].details)
+        common.ln_theta[j] = together.ln_theta[number]
+    return common._replace(beta=together.beta)
 
 
 def _common_slope(
@@ -411,11 +411,11 @@ def _common_slope(
     below = -np.eye(size)[np.argmax(not_passed, axis=1)[rows]]
     above = -np.eye(size)[np.maximum(passed - 1, 0)[rows]]
     slope = float(np.mean([1.0 / fit.beta for fit in single]))
-    middles = np.log([fit.theta for fit in single])
+    ln_medians = np.log([fit.theta for fit in single])
     # fits of single states may cross: start the common fit with medians at least 5 % apart
-    middles[1:] = middles[0] + np.cumsum(np.maximum(np.diff(middles), 0.05))
+    ln_medians[1:] = ln_medians[0] + np.cumsum(np.maximum(np.diff(ln_medians), 0.05))
     kernel = NormalKernel(below, low, high, upper_covariates=above)
-    best = maximise(kernel, np.array([[*(-slope * middles), slope]]))
+    best = maximise(kernel, np.array([[*(-slope * ln_medians), slope]]))
     params, converged = best.params, best.converged
     if in_full and converged[0]:
         jackknife = NormalKernel(below, low, high, runs.weights[:, rows], above)
@@ -456,7 +456,7 @@ def _single_fit(runs: _DemandRuns, is_known: Mask, exceed: Mask, *, in_full: boo
 
 
 def _rows(runs: _DemandRuns, curves: Mapping[LimitState, Mapping[str, _Curve]]) -> list[Row]:
-    """Return the rows of the states of a demand, without the columns that describe the variant."""
+    """Return rows of the table of curves for the states of a demand, without variant columns."""
     outcomes, level = runs.outcomes, runs.settings.confidence
     counts = {"n_runs": runs.im.size, "n_records": runs.motions}
     counts |= {"n_beyond_model": int(np.sum(is_beyond_model(runs.variant.runs)))}
@@ -508,8 +508,8 @@ def _printed_fits(
     # Large demands cause collapse, so censoring by collapse is not independent of the demand.
     # A median is accepted only if it hardly depends on how these peaks are treated.
     lower_bound = curves[_CLOUD].bounds.get(_PEAKS)
-    change = np.log(lower_bound[0]) - curves[_CLOUD].ln_theta[0] if lower_bound else 0.0
-    if fits[_CLOUD].status == FITTED and not abs(change) <= np.log(MAX_BOUNDS_RATIO):
+    ln_change = np.log(lower_bound[0]) - curves[_CLOUD].ln_theta[0] if lower_bound else 0.0
+    if fits[_CLOUD].status == FITTED and not abs(ln_change) <= np.log(MAX_BOUNDS_RATIO):
         fits[_CLOUD] = fits[_CLOUD].without_estimate(BOUNDS_TOO_WIDE)
     return fits
 
@@ -550,5 +550,5 @@ def _compared(fits: Mapping[str, FragilityFit], difference: Floats, priors: int)
     error = float(Jackknifed.of_replicates(difference, priors).error)
     # ASSUME a difference between the medians of two methods is worth reporting if it exceeds two
     # standard errors
-    differ = error > 0.0 and abs(difference[0]) > 2.0 * error
-    return {"methods_ratio": motion_means.exp_end(difference[0]), "methods_differ": bool(differ)}
+    differs = error > 0.0 and abs(difference[0]) > 2.0 * error
+    return {"methods_ratio": motion_means.exp_end(difference[0]), "methods_differ": bool(differs)}

@@ -77,15 +77,15 @@ class AxisRange:
     def of_variants(cls, variants: pd.DataFrame, names: Sequence[str]) -> Self:
         """Return the axes of a table with one row per variant."""
         skew = variants[SKEW].to_numpy(dtype=np.float64) if SKEW in variants else np.zeros(1)
-        counter = cls(levels={}, signed_skew=bool(np.any(skew > 0.0) and np.any(skew < 0.0)))
+        empty = cls(levels={}, signed_skew=bool(np.any(skew > 0.0) and np.any(skew < 0.0)))
         levels: dict[str, list[float]] = {}
         for name in names:
-            values = np.unique(counter.counted(name, variants[name].to_numpy(dtype=np.float64)))
+            values = np.unique(empty.counted(name, variants[name].to_numpy(dtype=np.float64)))
             if values.size > _MOST_LEVELS:
                 values = np.linspace(values[0], values[-1], 3)
             if np.all(np.isfinite(values)):
                 levels[name] = values.tolist()
-        return replace(counter, levels=levels)
+        return replace(empty, levels=levels)
 
     @property
     def limits(self) -> dict[str, tuple[float, float]]:
@@ -135,11 +135,11 @@ class AxisRange:
     @property
     def deviations(self) -> Floats:
         """Prior standard deviation of each coefficient of ``shift``, then of ``drift``."""
-        of_shift = [
+        shift_deviations = [
             _PROPORTIONAL if term[0][1] == _LINEAR else _SHIFTS[len(term) - 1]
             for term in self.terms
         ]
-        return np.array([*of_shift, *[_DRIFT] * self.drifts])
+        return np.array([*shift_deviations, *[_DRIFT] * self.drifts])
 
     def matrix(self, values: Mapping[str, Any]) -> Floats:
         """Return the q regressors of ``shift`` at n points, given by axis ``values``, (n, q)."""
@@ -147,8 +147,8 @@ class AxisRange:
         for name in self.varying:
             levels = self.levels[name]
             value = np.atleast_1d(self.counted(name, np.asarray(values[name], dtype=np.float64)))
-            shares = _cardinal_spline(tuple(levels))(value)
-            columns |= {(name, level): shares[:, k] for k, level in enumerate(levels)}
+            weights = _cardinal_spline(tuple(levels))(value)
+            columns |= {(name, level): weights[:, k] for k, level in enumerate(levels)}
             columns[name, _LINEAR] = (value - levels[0]) / (levels[-1] - levels[0])
         size = next((column.size for column in columns.values()), 1)
         products = [np.prod([columns[factor] for factor in term], axis=0) for term in self.terms]
@@ -160,7 +160,7 @@ class AxisRange:
         possible = {*limits, *(axis.name for axis in AXES)}
         for name in (*self.varying, *values):
             low, high = limits.get(name, (-np.inf, np.inf))
-            problem = "" if name in possible else "is not an axis of the study"
+            problem = "" if name in possible else f"is not an axis: give {', '.join(limits)}"
             if name not in values:
                 problem = f"is missing; give a value within {low:g}..{high:g}"
             elif not low - 1e-9 <= self.counted(name, values[name]) <= high + 1e-9:
@@ -195,16 +195,16 @@ class DemandModel:
     centre: float  # mean of ln intensity
     knot: float  # x of the bend; infinite: straight
     span: tuple[float, float]  # range of x, beyond which the scatter is constant
-    motions: int
+    motions: int  # number of motions with a usable run
 
     @property
     def deviation(self) -> Floats:
         """Standard deviation of ln demand at x = 0, corrected for few motions, shape (R,)."""
         variance = np.sum(np.exp(2.0 * self.parameters[:, -2:]), axis=1)
         # level and slope, and a bend, were estimated
-        lost, count = 2 + bool(np.isfinite(self.knot)), np.full(len(variance), self.motions)
+        n_estimated, count = 2 + bool(np.isfinite(self.knot)), np.full(len(variance), self.motions)
         count[1 : len(variance) - self.axes.drifts] -= 1
-        return np.sqrt(variance * count / np.maximum(count - lost, 1))
+        return np.sqrt(variance * count / np.maximum(count - n_estimated, 1))
 
     def at(self, values: Mapping[str, Any]) -> "PointModel":
         """Return the models at one point, a mapping from axis to value."""
@@ -225,13 +225,13 @@ class PointModel(NamedTuple):
     deviation: Floats  # of ln demand at x = 0
 
     def ln_demand(self, ln_im: Floats) -> Floats:
-        """Return the median ln demand at intensities (..., R)."""
+        """Return the median ln demand at ln intensities (..., R)."""
         x = ln_im - self.model.centre
         bent = np.maximum(x - self.model.knot, 0.0)
         return self.level + self.slope * x + (self.above - self.slope) * bent
 
     def scatter(self, ln_im: Floats) -> Floats:
-        """Return the standard deviation of ln demand at intensities (..., R)."""
+        """Return the standard deviation of ln demand at ln intensities (..., R)."""
         x = np.clip(ln_im - self.model.centre, *self.model.span)
         return self.deviation * np.exp(self.model.parameters[:, -3] * x)
 
@@ -245,37 +245,37 @@ class PointModel(NamedTuple):
         return self.model.centre + x
 
     def slope_at(self, ln_im: Floats) -> Floats:
-        """Return the slope of ln demand at one intensity of each model, shape (R,)."""
+        """Return the slope of ln demand at one ln intensity for each model, shape (R,)."""
         return np.where(ln_im - self.model.centre > self.model.knot, self.above, self.slope)
 
     def score(self, threshold: float, dispersion: ArrayLike, ln_im: Floats) -> Floats:
-        """Return z of the probability Phi(z) that a state is exceeded, shape (..., R)."""
-        above = self.ln_demand(ln_im) - np.log(threshold)
-        return above / np.hypot(self.scatter(ln_im), dispersion)
+        """Return z of the probability Phi(z) to exceed a state at ln intensities (..., R)."""
+        ln_excess = self.ln_demand(ln_im) - np.log(threshold)
+        return ln_excess / np.hypot(self.scatter(ln_im), dispersion)
 
     def curves(self, threshold: float, dispersion: float) -> tuple[Floats, Floats, Floats]:
         """Return ln theta, beta of records and beta_total of a state, shape (R,) each.
 
         beta is half of the ln range in which the probability of the model rises from 16 to 84 %.
         """
-        middle, ends = self.ln_theta(threshold), self.model.centre + np.array(self.model.span)
-        widest = np.max(self.scatter(ends[:, None]), axis=0)
+        middle, span_ends = self.ln_theta(threshold), self.model.centre + np.array(self.model.span)
+        widest = np.max(self.scatter(span_ends[:, None]), axis=0)
         with np.errstate(invalid="ignore"):
             flattest = np.where(np.isnan(middle), nan, np.minimum(self.slope, self.above))
         # both dispersions (records, total) and both sides (16 and 84 %): shape (2, 2, R)
         capacity = np.array([0.0, dispersion])[:, None, None]
         side = np.array([-1.0, 1.0])[:, None]
-        far = np.broadcast_to(np.hypot(widest, capacity) / flattest, (2, 2, middle.size))
-        near = np.zeros_like(far)
+        outer = np.broadcast_to(np.hypot(widest, capacity) / flattest, (2, 2, middle.size))
+        inner = np.zeros_like(outer)
         for _ in range(_HALVINGS):
-            half = 0.5 * (near + far)
-            inside = side * self.score(threshold, capacity, middle + side * half) < 1.0
-            near, far = np.where(inside, half, near), np.where(inside, far, half)
-        records, total = np.mean(0.5 * (near + far), axis=1)
+            width = 0.5 * (inner + outer)
+            is_inside = side * self.score(threshold, capacity, middle + side * width) < 1.0
+            inner, outer = np.where(is_inside, width, inner), np.where(is_inside, outer, width)
+        records, total = np.mean(0.5 * (inner + outer), axis=1)
         return middle, records, total
 
     def columns(self) -> Row:
-        """Return the columns of the table of curves that describe ln demand."""
+        """Return the columns of the table of curves that describe the model from all runs."""
         model, level, slope, above = self.model, *(float(values[0]) for values in self[1:4])
         growth = float(model.parameters[0, -3])
         row: Row = {"ln_a": level - slope * model.centre, "b": slope, "growth": growth}
@@ -284,10 +284,7 @@ class PointModel(NamedTuple):
         return row | ({"knot": np.exp(model.centre + model.knot), "b_above": above} if bent else {})
 
     def largest_distance(self, state: LimitState, ln_theta: float, total: float) -> float:
-        """Return the largest difference of probability between model and lognormal curve.
-
-        It is taken over the range of intensities of the runs.
-        """
+        """Return the largest |P of the model - P of the lognormal curve| in the range of runs."""
         ln_im = self.model.centre + np.linspace(*self.model.span, 201)
         z = self.score(state.threshold, state.dispersion, ln_im[:, None])[:, 0]
         return float(np.max(np.abs(special.ndtr(z) - special.ndtr((ln_im - ln_theta) / total))))
@@ -336,13 +333,13 @@ class DemandFit:
     setup: "_Setup"
 
     def treated(self, outcomes: DemandOutcomes, steps: int = 100) -> DemandModel:
-        """Return the model refitted to other outcomes of the runs; knot and growth stay (R = 1)."""
+        """Return the model (R = 1) refitted to other outcomes; its knot is not fitted again."""
         fit = fit_mixed(self.setup.data(outcomes, self.model), self.model.parameters[0], steps)
         motions = self.setup.used_motions(outcomes)
         return replace(self.model, parameters=fit.parameters[None], motions=motions)
 
     def exceeds(self, state: LimitState) -> Floats:
-        """Return the probability that each run exceeds a state, given its lower bound, (n,)."""
+        """Return P(a run exceeds a state | lower bound of its demand) for each run, shape (n,)."""
         model, setup = self.model, self.setup
         delta, growth = model.parameters[0, :-3], model.parameters[0, -3]
         x = np.clip(setup.ln_im - model.centre, *model.span)
@@ -351,13 +348,13 @@ class DemandFit:
         with np.errstate(divide="ignore"):
             bound = np.log(np.nan_to_num(self.outcomes.lower))
         tails = [
-            special.log_ndtr((mean - end) / scatter) for end in (np.log(state.threshold), bound)
+            special.log_ndtr((mean - limit) / scatter) for limit in (np.log(state.threshold), bound)
         ]
         return np.exp(np.minimum(tails[0] - tails[1], 0.0))
 
     @cached_property
     def without_variants(self) -> list[DemandModel | str]:
-        """For each variant, the model of all other variants, or why they do not determine it."""
+        """Model fitted without each variant in turn, or why the other variants do not suffice."""
         setup = self.setup
         effects = np.column_stack(
             [np.ones(len(setup.matrix)), setup.matrix[:, : setup.axes.drifts]]
@@ -391,7 +388,7 @@ class _Setup:
         return np.unique(self.motion[outcomes.used]).size
 
     def design(self, centre: float, knot: float) -> Floats:
-        """Return X of all runs, shape (n, 3 + q + drifts)."""
+        """Return the regressors X (see `mixed`) of all runs, shape (n, 3 + q + drifts)."""
         x, shift = self.ln_im - centre, self.matrix[self.variant]
         above = np.maximum(x - knot, 0.0)
         interaction = shift[:, : self.axes.drifts] * x[:, None]
@@ -400,7 +397,10 @@ class _Setup:
     def data(
         self, outcomes: DemandOutcomes, model: DemandModel, growth: bool | None = None
     ) -> MixedData:
-        """Return the data of a fit with the shape of a model; ``growth`` of scatter if given."""
+        """Return the data of a fit with the knot of a model.
+
+        ``growth`` is true if the scatter may grow with intensity; None: as in the model.
+        """
         is_used = outcomes.used
         lower, upper = outcomes.ln_ends
         x = self.ln_im[is_used] - model.centre
@@ -481,10 +481,10 @@ def _precision(setup: _Setup, outcomes: DemandOutcomes, model: DemandModel, grou
     fit = fit_mixed(setup.data(outcomes, model, growth=False))
     has_prior = ~np.isfinite(fit.precision)
     information = np.sum(fit.information, axis=0) + np.diag(np.where(has_prior, 1.0, fit.precision))
-    ours = np.diag(np.linalg.inv(information))[3:-3]
+    by_likelihood = np.diag(np.linalg.inv(information))[3:-3]
     without = fit.without_groups(group)
-    theirs = np.diag(jackknife_covariance(without))[3:-3]
-    return setup.axes.deviations**-2.0 * np.maximum(theirs / ours, 1.0)
+    by_jackknife = np.diag(jackknife_covariance(without))[3:-3]
+    return setup.axes.deviations**-2.0 * np.maximum(by_jackknife / by_likelihood, 1.0)
 
 
 def _shrinkage_errors(fit: MixedFit, drifts: int) -> Floats:
@@ -493,16 +493,16 @@ def _shrinkage_errors(fit: MixedFit, drifts: int) -> Floats:
     A prior pulls its drift towards zero in every model of the jackknife, which therefore misses
     this error. Row i is the error if the true drift i is one prior standard deviation.
     """
-    has_prior, last = ~np.isfinite(fit.precision), fit.parameters.size - 3
+    has_prior, n_columns = ~np.isfinite(fit.precision), fit.parameters.size - 3
     prior = np.where(has_prior, 0.0, fit.precision)
     information = np.sum(fit.information, axis=0)
     information[has_prior], information[:, has_prior] = 0.0, 0.0
-    pull = np.diag(prior)[:, last - drifts : last] * _DRIFT
+    pull = np.diag(prior)[:, n_columns - drifts : n_columns] * _DRIFT
     return np.linalg.solve(information + np.diag(prior + has_prior), pull).T
 
 
 def _knots(x: Floats, exact: Mask, motion: Index) -> list[float]:
-    """Return the ln intensities of the knots to compare; infinity is a straight line."""
+    """Return the values of ``x`` at which a bend is tried; infinity means a straight line."""
     knots = [float(np.quantile(x[exact], share)) for share in _KNOTS]
     sides = [
         (np.unique(motion[exact & (x < k)]), np.unique(motion[exact & (x > k)])) for k in knots
@@ -541,12 +541,12 @@ class BridgeModels:
 
     def correlation(self, mode_1: LimitState, mode_2: LimitState) -> Floats:
         """Return the correlation of the demands of two states without modes, shape (R,)."""
-        first, second, count = self.fit(mode_1), self.fit(mode_2), self.replicates
-        if isinstance(first, str) or isinstance(second, str):
+        fit_1, fit_2, count = self.fit(mode_1), self.fit(mode_2), self.replicates
+        if isinstance(fit_1, str) or isinstance(fit_2, str):
             return np.zeros(count)
         if (mode_1, mode_2) not in self._correlations:
             weights = (self.block != np.arange(-1, count - 1)[:, None]).astype(np.float64)
-            rho = correlation(first.residuals, second.residuals, weights)
+            rho = correlation(fit_1.residuals, fit_2.residuals, weights)
             self._correlations[mode_1, mode_2] = rho
         return self._correlations[mode_1, mode_2]
 
@@ -602,13 +602,10 @@ def fit_models(
     limit_states: States,
     settings: FitSettings,
     *,
-    further: Sequence[str] = (),
+    further: Sequence[str] = (),  # columns that distinguish variants in addition to the axes
     jobs: int = 1,
 ) -> list[BridgeModels]:
-    """Return the demand models of every bridge and abutment model of a checked demands table.
-
-    The columns ``further`` distinguish variants as axes do.
-    """
+    """Return the demand models of every bridge and abutment model of a checked demands table."""
     modes = [mode for state in limit_states for mode in state.modes]
     without_modes = [state for state in limit_states if not state.modes]
     groups = states_by_demand(list(dict.fromkeys([*without_modes, *modes])))
@@ -617,29 +614,29 @@ def fit_models(
         for place, runs in demand_table.models_of(demands)
     ]
     items = (
-        (setup, demand_outcomes(of_bridge.runs, states))
-        for of_bridge, setup in models
+        (setup, demand_outcomes(bridge.runs, states))
+        for bridge, setup in models
         for states in groups.values()
     )
     # ASSUME a model takes about a third of a second
     fits = iter(demand_table.spread(_fit_demand, items, jobs))
-    return [replace(of_bridge, fits={key: next(fits) for key in groups}) for of_bridge, _ in models]
+    return [replace(bridge, fits={key: next(fits) for key in groups}) for bridge, _ in models]
 
 
 def _without_fits(
     place: dict[str, Any], runs: pd.DataFrame, im: str, further: Sequence[str]
 ) -> tuple[BridgeModels, _Setup]:
-    """Return the models of one bridge and abutment model before the fits of its demands.
+    """Return models without fits, and the data for fits, of one bridge and abutment model.
 
     If the runs have a column ``event``, the motions of an event are left out together.
     """
     lacking = lacking_axes(str(runs["abutment"].iloc[0]))
     names = [name for name in demand_table.axis_names(runs) if name not in lacking]
     further = [name for name in further if name not in names]
-    number = runs.groupby(["variant", *further], sort=True).ngroup().to_numpy(dtype=np.intp)
-    _, first, variant = np.unique(number, return_index=True, return_inverse=True)
+    code = runs.groupby(["variant", *further], sort=True).ngroup().to_numpy(dtype=np.intp)
+    _, first_runs, variant = np.unique(code, return_index=True, return_inverse=True)
     columns = list(dict.fromkeys([*demand_table.variant_columns(runs), *further]))
-    variants = runs.iloc[first].reset_index(drop=True)[columns]
+    variants = runs.iloc[first_runs].reset_index(drop=True)[columns]
     axes = AxisRange.of_variants(variants, [*names, *further])
     terms = axes.matrix({str(name): variants[name] for name in variants})
     shared: Any = {"axes": axes, "variant": variant, "block": demand_table.block_codes(runs)}

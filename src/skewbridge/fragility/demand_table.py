@@ -53,9 +53,9 @@ def _descriptions() -> dict[str, dict[str, str]]:
                 name = column.removesuffix("[_low|_high]")
                 texts[table][name] = text if source == text else texts[source][name]
                 if name != column:
-                    ends = {"low": "lower", "high": "upper"}.items()
-                    of = f"end of the interval of {name}"
-                    texts[table] |= {f"{name}_{end}": f"{side} {of}" for end, side in ends}
+                    sides = {"low": "lower", "high": "upper"}.items()
+                    meaning = f"end of the interval of {name}"
+                    texts[table] |= {f"{name}_{end}": f"{side} {meaning}" for end, side in sides}
     return texts
 
 
@@ -83,7 +83,7 @@ def varying_axes(table: pd.DataFrame) -> list[str]:
 
 
 def models_of(table: pd.DataFrame) -> Iterator[tuple[dict[str, Any], pd.DataFrame]]:
-    """Yield bridge and abutment model, and the rows, of each combination that has rows."""
+    """Yield bridge and abutment model (a dict), and their rows, for each combination in a table."""
     for (bridge, abutment), rows in table.groupby(list(BRIDGE_COLUMNS), sort=True):
         yield {"bridge": bridge, "abutment": abutment}, rows
 
@@ -99,10 +99,10 @@ def variant_values(rows: pd.DataFrame) -> dict[str, object]:
 
 
 def demand_columns(demands: pd.DataFrame, columns: Sequence[str]) -> pd.DataFrame:
-    """Return only key, axes, status and ``columns`` of the runs, to send to another process."""
-    modes = validity.FAILURE_DEMANDS.values() if validity.COLUMN_FAILURE_RATIO in columns else ()
-    ends = (validity.BEYOND_MODEL, validity.COMPLETE)
-    names = dict.fromkeys((*KEY_COLUMNS, *axis_names(demands), *ends, EVENT, *columns, *modes))
+    """Return the runs with only ``columns`` and those that every fit needs, for other processes."""
+    ratios = validity.FAILURE_DEMANDS.values() if validity.COLUMN_FAILURE_RATIO in columns else ()
+    valid = (validity.BEYOND_MODEL, validity.COMPLETE)
+    names = dict.fromkeys((*KEY_COLUMNS, *axis_names(demands), *valid, EVENT, *columns, *ratios))
     selected = demands[[name for name in names if name in demands.columns]]
     # texts as Python objects: pandas takes 0.2 ms to compare a hundred of its own strings
     return selected.astype(dict.fromkeys(set(TEXT_COLUMNS) & set(selected), object))
@@ -115,7 +115,7 @@ def motion_codes(table: pd.DataFrame) -> Index:
 
 
 def shaking_codes(table: pd.DataFrame) -> Index:
-    """Return the number of the motion and incidence of each run, shape (n,)."""
+    """Return one number from 0 for the motion and incidence of each run, shape (n,)."""
     return np.asarray(table.groupby(["motion_id", "incidence_deg"]).ngroup(), dtype=np.intp)
 
 
@@ -140,8 +140,8 @@ def block_codes(table: pd.DataFrame) -> Index:
 
 def block_names(table: pd.DataFrame) -> list[str]:
     """Return the name of each block: its event, or its first motion."""
-    _, first = np.unique(block_codes(table), return_index=True)
-    return _blocks(table)[first].tolist()
+    _, first_runs = np.unique(block_codes(table), return_index=True)
+    return _blocks(table)[first_runs].tolist()
 
 
 def need_columns(
@@ -349,12 +349,12 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
     for name in checked:
         values = complete[name].to_numpy(dtype=np.float64)
         notes += [("percent", -1, name, text) for text in percent_notes(name, values)]
-    findings = pd.DataFrame(notes, columns=list(described("input_notes")))
-    return Prepared(table.reset_index(drop=True), findings)
+    notes_table = pd.DataFrame(notes, columns=list(described("input_notes")))
+    return Prepared(table.reset_index(drop=True), notes_table)
 
 
 def _missing_demands(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[tuple[object, ...]]:
-    """Yield a note for each demand that a completed run lacks but others of its bridge have."""
+    """Yield a row of `input_notes` for each demand that some completed runs of a bridge lack."""
     runs = table[validity.is_complete(table)]
     models = runs.groupby(list(BRIDGE_COLUMNS))
     for name in columns:
@@ -366,15 +366,15 @@ def _missing_demands(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[tu
 
 
 def _equal_motions(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[tuple[object, ...]]:
-    """Yield a note for each motion whose runs are identical to all runs of an earlier motion."""
+    """Yield a row of `input_notes` for each motion whose runs are equal to those of another."""
     if len(columns) < 2:
         return
     rows = pd.util.hash_pandas_object(table[["variant", *columns]], index=False).sort_values()
     first_motions: dict[tuple[int, ...], str] = {}
     for motion, runs in rows.groupby(table["motion_id"].astype(str), sort=True):
-        first = first_motions.setdefault(tuple(runs), str(motion))
-        if first != motion:
-            text = f"motions {first} and {motion} have identical runs: intervals are too "
+        earlier = first_motions.setdefault(tuple(runs), str(motion))
+        if earlier != motion:
+            text = f"motions {earlier} and {motion} have identical runs: intervals are too "
             yield "equal_motions", -1, "motion_id", f"{text}narrow if a motion was entered twice"
 
 
@@ -394,9 +394,9 @@ def spread[Item, Result](
     *,
     least: int = 24,  # ASSUME starting a process takes about a second, an item a few tenths
 ) -> list[Result]:
-    """Return function(item) for all items in order; ``least`` items or more run in parallel."""
+    """Return function(item) of all items in order, in parallel if there are at least ``least``."""
     remaining = iter(items)
-    first = list(islice(remaining, least))
-    if jobs == 1 or len(first) < least:
-        return [function(item) for item in chain(first, remaining)]
-    return list(Parallel(n_jobs=jobs)(delayed(function)(item) for item in chain(first, remaining)))
+    head = list(islice(remaining, least))
+    if jobs == 1 or len(head) < least:
+        return [function(item) for item in chain(head, remaining)]
+    return list(Parallel(n_jobs=jobs)(delayed(function)(item) for item in chain(head, remaining)))

@@ -58,22 +58,22 @@ class Pairs:
         groups = table.groupby(names, sort=True, dropna=False).indices if names else one_group
         keys = (key if isinstance(key, tuple) else (key,) for key in groups)
         keys_of_cells = (dict(zip(names, key, strict=True)) for key in keys)
-        rows = (np.asarray(numbers, dtype=np.intp) for numbers in groups.values())
+        rows = (np.asarray(row_numbers, dtype=np.intp) for row_numbers in groups.values())
         #: For each pair of variants (cell): values of the other axes, and numbers of its rows.
         self.cells = list(zip(keys_of_cells, rows, strict=True))
         self.motions = demand_table.motion_codes(table)
         #: Number of the block (event or motion) of each row, shape (n,), and names of the blocks.
         self.block = demand_table.block_codes(table)
         self.names = demand_table.block_names(table)
-        top, bottom = (table[f"complete_{end}"].to_numpy() for end in ("to", "from"))
-        conditions = [top & bottom, bottom, top]
+        complete_to, complete_from = (table[f"complete_{end}"].to_numpy() for end in ("to", "from"))
+        conditions = [complete_to & complete_from, complete_from, complete_to]
         #: Kind of change or bound of each pair: `EXACT`, `AT_LEAST`, `AT_MOST`, `UNKNOWN`, (n,).
         self.side = np.select(conditions, [EXACT, AT_LEAST, AT_MOST], default=UNKNOWN)
 
     def ends(self, name: str) -> tuple[Floats, Floats]:
         """Return the values of a column at to_value and at from_value, shape (n,) each."""
-        to, start = (self.table[f"{name}_{end}"] for end in ("to", "from"))
-        return to.to_numpy(dtype=np.float64), start.to_numpy(dtype=np.float64)
+        values_to, values_from = (self.table[f"{name}_{end}"] for end in ("to", "from"))
+        return values_to.to_numpy(dtype=np.float64), values_from.to_numpy(dtype=np.float64)
 
     def changes(self, name: str, difference: Difference | None) -> tuple[Floats, Mask]:
         """Return the changes of a demand (n,): ln ratios, or differences given ``difference``.
@@ -81,23 +81,23 @@ class Pairs:
         Changes are NaN in pairs that give neither a change nor a bound. The second array (n,) is
         True for pairs in which only one run has a usable demand (for ratios: a positive one).
         """
-        ends = self.ends(name)
+        demands = self.ends(name)
         lower_limit = 0.0 if difference is None else -np.inf
-        has_top, has_bottom = (np.isfinite(end) & (end > lower_limit) for end in ends)
-        is_used = (self.side != UNKNOWN) & has_top & has_bottom
-        top, bottom = (np.where(is_used, end, nan) for end in ends)
+        has_to, has_from = (np.isfinite(demand) & (demand > lower_limit) for demand in demands)
+        is_used = (self.side != UNKNOWN) & has_to & has_from
+        demand_to, demand_from = (np.where(is_used, demand, nan) for demand in demands)
         if difference is None:
-            return np.log(top / bottom), has_top != has_bottom
-        return (top - bottom) * difference.per_unit, has_top != has_bottom
+            return np.log(demand_to / demand_from), has_to != has_from
+        return (demand_to - demand_from) * difference.per_unit, has_to != has_from
 
     def means(self, values: Floats, x: Floats | None = None) -> list[Jackknifed]:
-        """Return the mean of changes (n,), or their regression on ``x``: of all, then by cell."""
+        """Return means of ``values`` (n,), or lines on ``x``: average of cells, then each cell."""
         is_finite = np.isfinite(values if x is None else values + x)
         cells: list[Jackknifed] = []
         for _, rows in self.cells:
-            of_cell = rows[is_finite[rows]]
-            data = (values[of_cell], self.side[of_cell], self.motions[of_cell], len(self.names))
-            cells.append(by_motion(*data, None if x is None else x[of_cell], self.block[of_cell]))
+            used = rows[is_finite[rows]]
+            data = (values[used], self.side[used], self.motions[used], len(self.names))
+            cells.append(by_motion(*data, None if x is None else x[used], self.block[used]))
         return [average(cells), *cells]
 
     def counts(self, rows: Index, is_used: Mask, discordant: Mask) -> dict[str, int]:
@@ -119,9 +119,9 @@ def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.Da
     loading = [*demand_table.LOADING_COLUMNS, *({EVENT} & set(demands))]
     key = [*demand_table.BRIDGE_COLUMNS, *other_axes, *loading]
     table = demands[[*key, axis, *columns]].assign(complete=is_complete(demands))
-    once = ~table.duplicated([*key, axis]).to_numpy()
-    if not once.all():
-        row = demands.index[int(np.argmin(once))]
+    is_unique = ~table.duplicated([*key, axis]).to_numpy()
+    if not is_unique.all():
+        row = demands.index[int(np.argmin(is_unique))]
         raise InputError(f"the run of row {row} occurs twice in the demands: remove one", row=row)
     return _paired(table, axis, other_axes, loading)
 
@@ -166,12 +166,11 @@ def effect_tables(
 ) -> EffectTables:
     """Return the paired changes of demand along every axis of a study.
 
-    If two variants of one bridge and abutment model differ in one axis only, their runs with the
-    same motion, scale and incidence are paired. The smallest value of the axis is the reference.
-    The ratio is the geometric mean over motions. A pooled row is the average over all such pairs of
-    variants. A pair in which one run ended early gives a bound (Tobit). Slopes are NaN without the
-    intensity measure. The table ``intensities`` includes the intensity ``reference_im``. An
-    `InputError` names a missing column, or a run that occurs twice.
+    Runs are paired as in `run_pairs`. The ratio is the geometric mean over motions. A pooled row is
+    the average over all pairs of variants that differ in one axis only. A pair in which one run
+    ended early gives a bound (Tobit). Slopes are NaN without the intensity measure. The table
+    ``intensities`` includes the intensity ``reference_im``. An `InputError` names a missing column,
+    or a run that occurs twice.
     """
     names = list(demands_for("effect", demands.columns) if columns is None else columns)
     demand_table.need_columns(demands, (*demand_table.KEY_COLUMNS, *names))
@@ -182,8 +181,8 @@ def effect_tables(
         for axis in demand_table.varying_axes(rows)
         for (start, end), runs in run_pairs(rows, axis, paired).groupby(list(STEP))
     )
-    at = reference_im or {}
-    effects_of_pairs = partial(demand_effects, names=names, settings=settings, reference_im=at)
+    ims = reference_im or {}
+    effects_of_pairs = partial(demand_effects, names=names, settings=settings, reference_im=ims)
     tables = demand_table.spread(effects_of_pairs, pairs, jobs)
     effects = effect_table(demands, [row for rows, _ in tables for row in rows])
     by_intensity = [row for _, rows in tables for row in rows]
@@ -191,7 +190,7 @@ def effect_tables(
 
 
 def effect_table(demands: pd.DataFrame, rows: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """Return effects with verdicts, pooled first; ``judged_by`` is the ratio unless in the row."""
+    """Return effects with verdicts, pooled rows first; ``judged_by`` defaults to the ratio."""
     columns = list(demand_table.described("effects", axes_of(map(str, demands.columns))))
     table = pd.DataFrame(rows, columns=columns)
     for name, default in (("judged_by", verdicts.RATIO), ("unit", "")):
@@ -242,7 +241,7 @@ def demand_effects(
     settings: FitSettings,
     reference_im: Mapping[tuple[str, str], float],
 ) -> tuple[list[Row], list[Row]]:
-    """Return the rows of `effects` and of `intensity_effects` for the named demands of pairs."""
+    """Return rows of `effects` and of `intensity_effects` for the demands ``names`` of pairs."""
     rows: list[Row] = []
     by_intensity: list[Row] = []
     has_im = f"{settings.im}_from" in pairs.table
@@ -265,33 +264,33 @@ def demand_effects(
             shared["difference_margin"] = settings.margins.get(name, difference.margin)
         is_exact = is_used & (pairs.side == EXACT)
         for cell, (place, cell_rows) in enumerate(scopes):
-            changed = cell_rows[is_exact[cell_rows]]
-            positive = reference[changed][reference[changed] > 0.0]
+            exact = cell_rows[is_exact[cell_rows]]
+            positive = reference[exact][reference[exact] > 0.0]
             row = {**shared, **place, **pairs.counts(cell_rows, is_used, discordant)}
             judged = None if differences is None else differences[cell]
             arguments: Any = {"line": lines[cell], "difference": judged, "blocks": pairs.names}
             row |= effect_row(means[cell], **arguments)
             row["from_mean"] = float(np.exp(np.log(positive).mean())) if positive.size else nan
-            if changed.size:
-                row |= {"im_low": float(im[changed].min()), "im_high": float(im[changed].max())}
+            if exact.size:
+                row |= {"im_low": float(im[exact].min()), "im_high": float(im[exact].max())}
             rows.append(row)
         pooled = rows[-len(scopes)]
         judged_cells = (differences or means)[1:]
         pooled["n_cells"] = sum(bool(np.isfinite(cell.estimate)) for cell in judged_cells)
         if difference is None:
-            at = reference_im.get((pooled.get("bridge", ""), pooled.get("abutment", "")))
-            changed = np.flatnonzero(is_exact & (reference > 0.0) & np.isfinite(ln_im))
-            x, y = ln_im[changed], np.log(reference[changed])
-            level = np.polyfit(x, y, 1) if np.unique(x).size > 1 else np.full(2, nan)
-            by_intensity += _by_intensity(pooled, lines[0], level, at)
+            im_of_model = reference_im.get((pooled.get("bridge", ""), pooled.get("abutment", "")))
+            exact = np.flatnonzero(is_exact & (reference > 0.0) & np.isfinite(ln_im))
+            x, y = ln_im[exact], np.log(reference[exact])
+            trend = np.polyfit(x, y, 1) if np.unique(x).size > 1 else np.full(2, nan)
+            by_intensity += _by_intensity(pooled, lines[0], trend, im_of_model)
     return rows, by_intensity
 
 
 def _by_intensity(
-    pooled: Mapping[str, Any], line: Jackknifed, level: Floats, reference_im: float | None
+    pooled: Mapping[str, Any], line: Jackknifed, trend: Floats, reference_im: float | None
 ) -> list[dict[Any, Any]]:
     """Return the rows of `intensity_effects` for a pooled effect, one at ``reference_im``."""
-    # `line`: effect on ln intensity; `level` (2,): line of ln demand at from_value on ln intensity
+    # `line`: effect on ln intensity; `trend` (2,): line of ln demand at from_value on ln intensity
     low, high = pooled.get("im_low", nan), pooled.get("im_high", nan)
     if not np.all(np.isfinite(line.estimate)) or not low < high:
         return []
@@ -299,17 +298,17 @@ def _by_intensity(
     if reference_im is not None:
         im = np.append(im, np.clip(reference_im, low, high))
     effect = line.combined(np.stack([np.ones(im.size), np.log(im)]))
-    value = np.stack([effect.estimate, *effect.interval(pooled["level"])])
-    value[:, ~(value[2] - value[1] <= np.log(verdicts.MAX_WIDTH))] = nan
+    logs = np.stack([effect.estimate, *effect.interval(pooled["level"])])
+    logs[:, ~(logs[2] - logs[1] <= np.log(verdicts.MAX_WIDTH))] = nan
     below, zero, above = np.log1p(np.outer([-1.0, 0.0, 1.0], np.full(im.size, pooled["margin"])))
     possible = np.repeat(verdicts.may_be_negligible(pd.DataFrame([pooled])), im.size)
-    verdict = verdicts.verdicts_of(value[1], below, zero, above, value[2], possible=possible)
-    ln_demand, last = np.polyval(level, np.log(im)), np.arange(im.size) == _INTENSITIES
+    verdict = verdicts.verdicts_of(logs[1], below, zero, above, logs[2], possible=possible)
+    ln_demand, added = np.polyval(trend, np.log(im)), np.arange(im.size) == _INTENSITIES
     columns = {name: pooled[name] for name in INTENSITY_COLUMNS if name in pooled}
-    columns |= dict(zip(verdicts.RATIOS, np.exp(value), strict=True))
+    columns |= dict(zip(verdicts.RATIOS, np.exp(logs), strict=True))
     columns |= {"im": im, "verdict": verdict}
-    columns |= {"from_demand": np.exp(ln_demand), "to_demand": np.exp(ln_demand + value[0])}
-    columns |= {"at_reference": last, "clipped": last & (im != reference_im)}
+    columns |= {"from_demand": np.exp(ln_demand), "to_demand": np.exp(ln_demand + logs[0])}
+    columns |= {"at_reference": added, "clipped": added & (im != reference_im)}
     columns["n_motions"] = int(np.count_nonzero(effect.exact))
     return pd.DataFrame(columns).to_dict("records")
 
@@ -326,21 +325,20 @@ def median_effects(
 ) -> pd.DataFrame:
     """Return the ratios of median capacities along every axis, with pooled ratios first.
 
-    The medians are from the demand models, which are fitted if not given. Two variants of one
-    bridge and abutment model that differ in one axis only form a pair (cell). The smallest value of
-    the axis is the reference. Each variant needs five motions, and some of its runs, but not all,
-    must exceed the state. A pooled row is the average of ln ratio over the pairs; rows with the
-    scope ``by_value`` are averages at one value of another axis. ``im_low`` and ``im_high`` are the
-    smallest and largest median of the pairs. If ``curves`` are given, a ratio needs at least one
-    variant that has a curve. ``axes`` are further columns whose values distinguish variants; only
-    their effects are then returned.
+    The medians are from the demand models, which are fitted if not given. Pairs of variants (cells)
+    are those of `variant_pairs`. Each variant needs five motions, and some of its runs, but not
+    all, must exceed the state. A pooled row is the average of ln ratio over the pairs; rows with
+    the scope ``by_value`` are averages at one value of another axis. ``im_low`` and ``im_high`` are
+    the smallest and largest median of the pairs. If ``curves`` are given, a ratio needs at least
+    one variant that has a curve. ``axes`` are further columns whose values distinguish variants;
+    only their effects are then returned.
     """
     if models is None:
         models = fit_models(demands, limit_states, settings, further=axes, jobs=jobs)
     rows: list[Row] = []
-    for of_bridge in models:
-        medians = Medians(of_bridge, limit_states, settings, curves)
-        along = axes or demand_table.varying_axes(of_bridge.variants)
+    for bridge in models:
+        medians = Medians(bridge, limit_states, settings, curves)
+        along = axes or demand_table.varying_axes(bridge.variants)
         for axis in along:
             rows += medians.rows(axis, limit_states)
     return effect_table(demands, rows)
@@ -373,7 +371,7 @@ class Medians:
         self._has_curve: dict[Any, bool] = has_curve
 
     def rows(self, axis: str, states: States) -> list[Row]:
-        """Return the rows of the effects of an axis on the medians of states."""
+        """Return the rows of `median_effects` for the effects of an axis on medians of states."""
         variants = self.models.variants
         other_axes, pairs = variant_pairs(variants, axis)
         steps = [records_of(cells) for _, cells in pairs.groupby(list(STEP))]
@@ -397,20 +395,20 @@ class Medians:
         """Return the pooled row, rows by value of another axis, and a row per pair of variants."""
         pooled = self._average("pooled", keys, ratios)
         by_value: list[Row] = []
-        strongest = (1.0, "")
+        interaction = (1.0, "")
         for name in other_axes:
             values = sorted({row[name] for _, row in ratios})
             if len(values) < 2:
                 continue
             groups = [[pair for pair in ratios if pair[1][name] == value] for value in values]
             means = [average([ratio for ratio, _ in group]) for group in groups]
-            tests = [float(mean.minus(means[0]).p_value()) for mean in means[1:]]
+            p_values = [float(mean.minus(means[0]).p_value()) for mean in means[1:]]
             # several values are tested against the first: Bonferroni
-            strongest = min(strongest, (len(tests) * min(tests), name))
+            interaction = min(interaction, (len(p_values) * min(p_values), name))
             for value, group in zip(values, groups, strict=True):
                 by_value.append(self._average("by_value", keys | {name: value}, group))
         return [
-            pooled | {"p_interaction": min(strongest[0], 1.0), "interaction": strongest[1]},
+            pooled | {"p_interaction": min(interaction[0], 1.0), "interaction": interaction[1]},
             *by_value,
             *(self._row("variant", pair, row, 2) for pair, row in ratios),
         ]
@@ -451,7 +449,7 @@ class Medians:
         """Return how many variants of a pair lack a curve (0 to 2); NaN if curves are not given."""
         if not self._has_curve:
             return nan
-        names = (str(cell[f"variant_{end}"]) for end in ("from", "to"))
+        names = (str(cell[f"variant_{suffix}"]) for suffix in ("from", "to"))
         return sum(not self._has_curve[name, state.component, state.name] for name in names)
 
     def curve(self, state: LimitState, number: int) -> StateCurve | None:
@@ -465,7 +463,7 @@ class Medians:
         return None if isinstance(curve, str) else curve
 
     def _counts(self, state: LimitState, number: int) -> dict[str, int]:
-        """Return counts of the runs of a variant with a curve."""
+        """Return counts of the runs of a variant whose state has a curve."""
         rows, motions = self._rows[number], self._motion[self._rows[number]]
         bounds = int(np.sum(self._outcomes[state].of(rows).is_bound))
         counts = {"n_bounds": bounds, "n_pairs": rows.size, "n_motions": np.unique(motions).size}

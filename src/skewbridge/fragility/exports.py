@@ -77,9 +77,9 @@ def export_curves(source: Path, form: str, out: Path) -> dict[str, Any]:
         raise InputError(f"{source.name}: nothing to write, because no curve has an estimate")
     unfitted = curves.loc[~has_estimate, ["variant", "component", "limit_state", "status"]]
     notes = ["beta_total is exported: record-to-record and capacity dispersion"]
-    if partial := int(curves.loc[has_estimate, "beta_total"].isna().sum()):
+    if n_partial := int(curves.loc[has_estimate, "beta_total"].isna().sum()):
         text = "no slope of the demand to convert the capacity dispersion"
-        notes.append(f"{partial} curves have no beta_total ({text}): beta is exported instead")
+        notes.append(f"{n_partial} curves have no beta_total ({text}): beta is exported instead")
     if len(unfitted):
         notes.append(f"{len(unfitted)} limit states have no estimate (listed by --json)")
     if n_extrapolated := int(curves.get("extrapolated", _ABSENT).eq(other=True).sum()):
@@ -138,7 +138,7 @@ def identifier(name: str, signs: str, longest: int) -> str:
 
 
 def measure_names(column: str) -> tuple[str, float, str, str]:
-    """Return name and factor of an intensity in OpenQuake, demand type and unit in pelicun."""
+    """Return OpenQuake's name and factor, and pelicun's demand type and unit, of an intensity."""
     if match := re.match(r"im_sa_(\d+)p(\d+)_", column):
         period = f"{float(f'{match[1]}.{match[2]}'):g}"
         return f"SA({period})", 1.0, f"Spectral Acceleration|{period}", "g"
@@ -191,13 +191,13 @@ def _write_model(
     kind = {"assetCategory": "bridges", "lossCategory": "structural"}
     model = add(root, "fragilityModel", id="skewbridge", **kind)
     text = "skewbridge, lognormal fits and unions; dispersion includes capacity dispersion"
-    outside = [
+    extrapolated = [
         curves_of["variant"].iloc[0]
         for curves_of in functions
         if curves_of.get("extrapolated", _ABSENT).any()
     ]
-    if outside := dict.fromkeys(map(str, outside)):
-        text += f"; medians extrapolated beyond the motions in: {', '.join(outside)}"
+    if extrapolated := dict.fromkeys(map(str, extrapolated)):
+        text += f"; medians extrapolated beyond the motions in: {', '.join(extrapolated)}"
     add(model, "description", text)
     add(model, "limitStates", " ".join(states))
     crossing: list[str] = []
@@ -211,14 +211,14 @@ def _write_model(
             raise InputError(f"{column} has no name in OpenQuake: {_OTHER_MEASURE}", column=column)
         rows = records_of(curves_of)
         # range: medians and 4 standard deviations; curves are checked for crossing within 2
-        ends, side = np.log([theta.min(), theta.max()]), np.array([-1.0, 1.0]) * beta.max()
-        low, high = factor * np.exp(ends + 4.0 * side)
+        ln_ends, width = np.log([theta.min(), theta.max()]), np.array([-1.0, 1.0]) * beta.max()
+        low, high = factor * np.exp(ln_ends + 4.0 * width)
         if unions := [union for row in rows if (union := union_curve(row)) is not None]:
-            span = [
+            ln_range = [
                 union.ln_theta + 4.0 * sign * union.beta for union in unions for sign in (-1, 1)
             ]
-            span = factor * np.exp([np.min(span), np.max(span)])
-            levels = np.geomspace(min(low, span[0]), max(high, span[1]), _LEVELS)
+            ln_range = factor * np.exp([np.min(ln_range), np.max(ln_range)])
+            levels = np.geomspace(min(low, ln_range[0]), max(high, ln_range[1]), _LEVELS)
             function = add(model, "fragilityFunction", id=name, format="discrete")
             text = " ".join(f"{level:.6g}" for level in levels)
             add(function, "imls", text, imt=measure, noDamageLimit=text.partition(" ")[0])
@@ -235,7 +235,7 @@ def _write_model(
             deviation = mean * np.sqrt(np.expm1(beta**2))
             for state, m, s in zip(curves_of["limit_state"], mean, deviation, strict=True):
                 add(function, "params", ls=str(state), mean=f"{m:.15g}", stddev=f"{s:.15g}")
-        start, stop = ends + 2.0 * side
+        start, stop = ln_ends + 2.0 * width
         grid = np.exp(np.linspace(start, stop, 400))
         curves = np.column_stack([curve_probability(grid, row) for row in rows])
         if (np.diff(curves, axis=1) > 1e-3).any():
@@ -259,8 +259,8 @@ def _write_pelicun(curves: pd.DataFrame, out: Path, _folder: Path) -> dict[str, 
     holes: list[dict[str, Any]] = []
     names: dict[str, Any] = {}
     for variant, scale, states, group in _functions(curves):
-        of_state = {str(curve["limit_state"]): curve for curve in records_of(group)}
-        fitted = {name: curve for name, curve in of_state.items() if curve["status"] == FITTED}
+        curve_of = {str(curve["limit_state"]): curve for curve in records_of(group)}
+        fitted = {name: curve for name, curve in curve_of.items() if curve["status"] == FITTED}
         if not fitted:
             continue
         column = str(group["im"].iloc[0])
@@ -291,7 +291,7 @@ def _write_pelicun(curves: pd.DataFrame, out: Path, _folder: Path) -> dict[str, 
                 # pelicun numbers damage states by the limit states that have parameters
                 described[f"LS{rank}"] = {f"DS{len(described) + 1}": source}
             else:
-                status = of_state[state]["status"] if state in of_state else "no row"
+                status = curve_of[state]["status"] if state in curve_of else "no row"
                 missing[state] = f"LS{rank} {state} ({status})"
             row |= {f"LS{rank}-{k}": v for k, v in zip(_PELICUN_PARAMETERS, values, strict=True)}
         comments = "dispersion includes capacity dispersion if a slope converts it"
@@ -355,12 +355,12 @@ DAGGER: Final = "†"
 
 def paper_columns(axes: Sequence[Axis]) -> dict[str, str]:
     """Return the column descriptions of the publication table for a study with these axes."""
-    ends = {"": "estimate", "_low": "lower end", "_high": "upper end"}
+    endings = {"": "estimate", "_low": "lower end", "_high": "upper end"}
     return described("table", axes) | {
-        f"{split_unit(axis.name)[0]}_ratio{end}": f"{meaning} of the ratio to the median at the "
+        f"{split_unit(axis.name)[0]}_ratio{ending}": f"{meaning} of the ratio to the median at the "
         f"smallest value of {axis.title}"
         for axis in reversed(axes)
-        for end, meaning in ends.items()
+        for ending, meaning in endings.items()
     }
 
 
@@ -371,8 +371,8 @@ def chosen_curves(curves: pd.DataFrame, method: str | None = None) -> pd.DataFra
     """Return the curve of ``method``, or the preferred curve, per variant and limit state."""
     if method is not None:
         return curves[curves["method"] == method]
-    first = curves.sort_values("preferred", ascending=False, kind="stable")
-    return first.drop_duplicates(["variant", "component", "limit_state"]).sort_index()
+    preferred_first = curves.sort_values("preferred", ascending=False, kind="stable")
+    return preferred_first.drop_duplicates(["variant", "component", "limit_state"]).sort_index()
 
 
 def with_ratios(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
@@ -424,7 +424,7 @@ def _axes(table: pd.DataFrame) -> tuple[Axis, ...]:
 
 def _ratio(axis: str, values: Sequence[Any]) -> dict[str, Any]:
     name = split_unit(axis)[0]
-    return {f"{name}_ratio{end}": value for end, value in zip(_ENDS, values, strict=True)}
+    return {f"{name}_ratio{ending}": value for ending, value in zip(_ENDS, values, strict=True)}
 
 
 def ratio_names(table: pd.DataFrame) -> list[str]:
@@ -443,7 +443,7 @@ def variant_in_words(row: Mapping[str, Any]) -> str:
 
 
 def printed_rows(table: pd.DataFrame) -> list[dict[str, str]]:
-    """Return the rows as texts; * marks a median if the methods differ, † if it is extrapolated."""
+    """Return the publication table as texts; *: medians of methods differ, †: extrapolated."""
     ratios = ratio_names(table)
     return [
         {
@@ -472,10 +472,10 @@ _LATEX_HEADS: Final = {
 
 
 def latex_table(table: pd.DataFrame) -> str:
-    """Return the table for LaTeX (packages booktabs and longtable)."""
+    """Return the publication table as LaTeX text (packages booktabs and longtable)."""
     rows = printed_rows(table)
     names = list(rows[0]) if rows else list(_LATEX_HEADS)
-    titles = " & ".join(_LATEX_HEADS.get(name, f"{name.replace('_', ' ')} ratio") for name in names)
+    heads = " & ".join(_LATEX_HEADS.get(name, f"{name.replace('_', ' ')} ratio") for name in names)
     units = ", ".join(sorted(set(table["im"].astype(str))))
     cells = ([re.sub("[_%&]", r"\\\g<0>", text) for text in row.values()] for row in rows)
     return "\n".join(
@@ -488,7 +488,7 @@ def latex_table(table: pd.DataFrame) -> str:
             f"% {DAGGER}: extrapolated, fewer than three motions are as strong or as weak",
             "% failure in any mode: median and half of the ln range from 16 to 84 % of a union",
             rf"\begin{{longtable}}{{lll{'r' * (len(names) - 3)}}}",
-            *(r"\toprule", titles + r" \\", r"\midrule", r"\endhead"),
+            *(r"\toprule", heads + r" \\", r"\midrule", r"\endhead"),
             *(" & ".join(texts) + r" \\" for texts in cells),
             *(r"\bottomrule", r"\end{longtable}", ""),
         ]
@@ -502,7 +502,7 @@ def with_interval(values: Sequence[float]) -> str:
 
 
 def _interval(row: Mapping[str, Any], name: str) -> str:
-    return with_interval([row[f"{name}{end}"] for end in _ENDS])
+    return with_interval([row[f"{name}{ending}"] for ending in _ENDS])
 
 
 def _marks(row: Mapping[str, Any]) -> str:

@@ -164,9 +164,9 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     """Fit a table with one row per run; statuses and repeated motions are taken into account."""
     if options.im is None or options.edp is None or options.threshold is None:
         raise InputError("a table of runs needs --im, --edp and --threshold")
-    lists = {key: value for key, value in columns.items() if isinstance(value, list | pd.Series)}
-    same_length(**lists)
-    data = pd.DataFrame(lists)
+    by_run = {key: value for key, value in columns.items() if isinstance(value, list | pd.Series)}
+    same_length(**by_run)
+    data = pd.DataFrame(by_run)
     need_columns(data, (options.im, options.edp), "the table")
     unused = set(map(str, data)) - {options.im, options.edp, "collapse", "censored"}
     demand_table.refuse_misspelt(unused)
@@ -229,20 +229,20 @@ def _fit_outcomes(
     exceed, is_known, is_used = outcomes.exceed(state), ~outcomes.unknown(state), outcomes.used
     settings = options.settings
     if options.method == "cloud":
-        low, upper = outcomes.lower[is_used], outcomes.upper[is_used]
-        fit = _fit_cloud(im[is_used], low, upper, state.threshold, options, motions[is_used])
+        lower, upper = outcomes.lower[is_used], outcomes.upper[is_used]
+        fit = _fit_cloud(im[is_used], lower, upper, state.threshold, options, motions[is_used])
         return fit if np.any(exceed) else fit.without_estimate(NO_EXCEEDANCE)
     x, hits, codes = im[is_known], exceed[is_known].astype(np.float64), motions[is_known]
     if options.method == "ida":
         return fits.fit_first_exceedances(x, hits, codes, settings)[0]
-    count, n = int(np.unique(codes).size), np.ones(x.size)
+    count, ones = int(np.unique(codes).size), np.ones(x.size)
     one_run_each = count == codes.size
-    fit = fits.fit_stripes(x, n, hits, settings=settings, n_records=count, interval=one_run_each)
+    fit = fits.fit_stripes(x, ones, hits, settings=settings, n_records=count, interval=one_run_each)
     if fit.status != FITTED or one_run_each:
         return fit
-    left_out = [
-        fits.fit_stripes(x[rows], n[rows], hits[rows], settings=settings, interval=False)
+    fits_without = [
+        fits.fit_stripes(x[rows], ones[rows], hits[rows], settings=settings, interval=False)
         for rows in motion_weights(codes)[1:] > 0.0
     ]
-    values = np.array([(np.log(one_out.theta), one_out.beta) for one_out in left_out])
-    return fits.jackknifed(fit, values[:, 0], values[:, 1])
+    estimates = np.array([(np.log(reduced.theta), reduced.beta) for reduced in fits_without])
+    return fits.jackknifed(fit, estimates[:, 0], estimates[:, 1])

@@ -75,7 +75,7 @@ class FragilityFit:
     def limited(
         self, bounds: Mapping[str, tuple[float, float]], *, names: Sequence[str] = ()
     ) -> "FragilityFit":
-        """Add a warning; drop the estimate if unknown outcomes change theta by more than 15 %."""
+        """Return the fit with warnings; no estimate if ``bounds`` of theta differ by > 15 %."""
         fit = self.warned("unknown_outcomes", *names)
         low, high = sorted((bounds["all_exceed"][0], bounds["none_exceed"][0]))
         narrow = 0.0 < low <= high <= MAX_BOUNDS_RATIO * low < inf
@@ -107,14 +107,14 @@ def fits_of_states(
     variance / fitted variance). Covariances are from the delta method. Profile intervals use
     ``drop`` (see `drop_of`); None gives no intervals.
     """
-    fits, of_slope = list(blanks), np.eye(terms.shape[1])[slope]
-    ends = None if drop is None else likelihood.profile_ends(kernel, best, drop, terms, slope)
+    fits, unit_slope = list(blanks), np.eye(terms.shape[1])[slope]
+    intervals = None if drop is None else likelihood.profile_ends(kernel, best, drop, terms, slope)
     for j, blank in enumerate(blanks):
-        onto = np.stack([terms[j], of_slope])
-        (a0, a1), covariance = (onto @ best.params[0]).tolist(), onto @ best.covariance[0] @ onto.T
+        rows = np.stack([terms[j], unit_slope])
+        (a0, a1), covariance = (rows @ best.params[0]).tolist(), rows @ best.covariance[0] @ rows.T
         jacobian = np.array([[-1.0 / a1, a0 / a1**2], [0.0, -widening / a1**2]])
         variance = (jacobian @ covariance @ jacobian.T).tolist()
-        (low, high), of_beta = np.full((2, 2), nan) if ends is None else ends[[j, -1]]
+        (low, high), beta_ends = np.full((2, 2), nan) if intervals is None else intervals[[j, -1]]
         fits[j] = replace(
             blank,
             theta=motion_means.exp_end(-a0 / a1),
@@ -123,8 +123,8 @@ def fits_of_states(
             cov_ln_theta_beta=variance[0][1],
             var_beta=variance[1][1],
             ci_theta=(motion_means.exp_end(low), motion_means.exp_end(high)),
-            ci_beta=tuple((widening * of_beta).tolist()),
-            ci_method="" if ends is None else "profile",
+            ci_beta=tuple((widening * beta_ends).tolist()),
+            ci_method="" if intervals is None else "profile",
             loglik=float(best.loglik[0]),
         )
     return fits
@@ -198,8 +198,8 @@ def fit_stripes(
         return replace(blank, details=_stripe_bounds(status, ln_im, runs, exceed, settings))
     inf, counts = np.full(x.size, np.inf), np.append(exceed, runs - exceed)
     low, high, has_hits = np.append(-inf, ln_im), np.append(ln_im, inf), counts > 0.0
-    ones = -np.ones((int(has_hits.sum()), 1))
-    kernel = likelihood.NormalKernel(ones, low[has_hits], high[has_hits], counts[has_hits])
+    design = -np.ones((int(has_hits.sum()), 1))
+    kernel = likelihood.NormalKernel(design, low[has_hits], high[has_hits], counts[has_hits])
     # start: line through the probits of the exceedance shares, which are kept away from 0 and 1
     line = np.polyfit(ln_im, special.ndtri((exceed + 0.5) / (runs + 1.0)), 1, w=np.sqrt(runs))
     maximum = likelihood.maximise(kernel, line[None, ::-1])
@@ -243,14 +243,14 @@ def _stripe_bounds(
     if status in (NO_EXCEEDANCE, ALL_EXCEED):
         exceed = status == ALL_EXCEED
         shares = zip(("p_lower", "p_upper"), clopper_pearson(k, n, level), strict=True)
-        bounds = {name: ends.tolist() for name, ends in shares}
+        bounds = {name: limits.tolist() for name, limits in shares}
         return bounds | _median_bound(ln_im, n, settings, 0.3, 0.4, 0.6, exceed=exceed)
     if status == SINGLE_LEVEL:
         total, hits = np.sum(n, keepdims=True), np.sum(k, keepdims=True)
-        p, ends = float(hits[0] / total[0]), clopper_pearson(hits, total, level)
+        p, limits = float(hits[0] / total[0]), clopper_pearson(hits, total, level)
         median = float(np.exp(ln_im[0] - beta * special.ndtri(p)))
         medians = {"theta_given_beta": {f"{beta:g}": median}}
-        return {"p": p, "p_ci": [float(end[0]) for end in ends], **medians}
+        return {"p": p, "p_ci": [float(limit[0]) for limit in limits], **medians}
     if status not in (COMPLETE_SEPARATION, QUASI_SEPARATION):
         return {}
     a0, a1 = firth(ln_im, n, k)
@@ -266,7 +266,7 @@ def _stripe_bounds(
 def _median_bound(
     ln_im: Floats, n: Floats, settings: FitSettings, *betas: float, exceed: bool
 ) -> dict[str, Any]:
-    """Return a one-sided bound on the median for each dispersion if no (or every) run exceeds."""
+    """Return one-sided bounds on theta for ``betas`` and `ASSUMED_BETA`: upper if ``exceed``."""
     level, assumed = settings.confidence, ASSUMED_BETA
     bounds = {
         f"{beta:g}": median_bound(ln_im, n, beta=beta, level=level, exceed=exceed)
@@ -284,8 +284,8 @@ def _overlap_warnings(x: Floats, n: Floats, k: Floats) -> list[str]:
     if np.max(runs) > 1.0:
         mixed = int(np.sum((exceed > 0.0) & (exceed < runs)))
         return ["few_mixed_stripes"] if mixed < FEW_MIXED_STRIPES else []
-    first, last = np.min(levels[exceed > 0.0]), np.max(levels[exceed < runs])
-    overlap = int(np.sum((levels >= first) & (levels <= last)))
+    low, high = np.min(levels[exceed > 0.0]), np.max(levels[exceed < runs])
+    overlap = int(np.sum((levels >= low) & (levels <= high)))
     return ["small_overlap"] if overlap < 2 * FEW_MIXED_STRIPES else []
 
 
@@ -359,14 +359,14 @@ def fit_first_exceedances(
     # ASSUME the first crossing is the capacity
     records, codes = np.unique(record, return_inverse=True)
     lower, upper = np.zeros(records.size), np.full(records.size, np.inf)
-    hit = exceed > 0.0
-    np.minimum.at(upper, codes[hit], im[hit])
-    below = ~hit & (im < upper[codes])
+    is_hit = exceed > 0.0
+    np.minimum.at(upper, codes[is_hit], im[is_hit])
+    below = ~is_hit & (im < upper[codes])
     np.maximum.at(lower, codes[below], im[below])
-    odd = int(np.unique(codes[~hit & (im > upper[codes])]).size)
+    n_odd = int(np.unique(codes[~is_hit & (im > upper[codes])]).size)
     fit = fit_brackets(lower, upper, settings)
-    fit = replace(fit, details={**fit.details, "n_non_monotone": odd})
-    return fit.warned("non_monotone_records") if odd else fit, lower, upper
+    fit = replace(fit, details={**fit.details, "n_non_monotone": n_odd})
+    return fit.warned("non_monotone_records") if n_odd else fit, lower, upper
 
 
 def _fit_distribution(
@@ -376,13 +376,13 @@ def _fit_distribution(
     has_low, has_high = np.isfinite(lower), np.isfinite(upper)
     if not (np.any(has_low) and np.any(has_high)):
         exceed = bool(np.any(has_high))
-        ends, status = (upper, ALL_EXCEED) if exceed else (lower, ALL_CENSORED)
-        details = _median_bound(ends, np.ones(ends.size), settings, exceed=exceed)
+        bounds, status = (upper, ALL_EXCEED) if exceed else (lower, ALL_CENSORED)
+        details = _median_bound(bounds, np.ones(bounds.size), settings, exceed=exceed)
         return replace(blank, status=status, details=details)
-    if (first := float(np.max(lower))) <= (last := float(np.min(upper))):
-        status = COMPLETE_SEPARATION if first < last else QUASI_SEPARATION
+    if (low := float(np.max(lower))) <= (high := float(np.min(upper))):
+        status = COMPLETE_SEPARATION if low < high else QUASI_SEPARATION
         return replace(
-            blank, status=status, details={"theta_interval": np.exp([first, last]).tolist()}
+            blank, status=status, details={"theta_interval": np.exp([low, high]).tolist()}
         )
     if not np.any(has_low & has_high) and np.max(upper[has_high]) <= np.min(lower[has_low]):
         return replace(blank, status=NON_INCREASING)
@@ -428,7 +428,7 @@ def fit_cloud(
     require(high >= low, "upper", "must not be below edp", high)
     informative = (low > 0.0) | np.isfinite(high)
     with np.errstate(divide="ignore"):
-        cloud = x, y_low, y_high = np.log([each[informative] for each in (values, low, high)])
+        cloud = x, y_low, y_high = np.log([column[informative] for column in (values, low, high)])
     is_observed = y_low == y_high
     is_censored = not bool(np.all(is_observed))
     ln_capacity = float(np.log(positive([threshold], "threshold")[0]))
@@ -522,24 +522,24 @@ def _fit_least_squares(
     beta = float(np.hypot(line.sigma, dispersion)) / line.b
     ln_theta = (ln_capacity - line.ln_a) / line.b
     distance = ln_theta - line.mean_x
-    relative = line.sigma**2 / line.sxx / line.b**2  # relative variance of b
+    var_ratio = line.sigma**2 / line.sxx / line.b**2  # relative variance of b
     # beta = sqrt(s^2 + c^2)/b: d beta/d s = s/(beta b^2), d beta/d b = -beta/b
     var_s = line.sigma**2 / (2.0 * (n - 2))
-    var_beta = (line.sigma / (beta * line.b**2)) ** 2 * var_s + beta**2 * relative
-    maximum = line.sigma * np.sqrt((n - 2) / n)  # maximum-likelihood value
+    var_beta = (line.sigma / (beta * line.b**2)) ** 2 * var_s + beta**2 * var_ratio
+    sigma_ml = line.sigma * np.sqrt((n - 2) / n)  # maximum-likelihood value
     constant = ln_distance**2 - t**2 * line.sigma**2 / n
     root = float(np.sqrt(max((line.b * ln_distance) ** 2 - a * constant, 0.0)))
-    ends = [line.mean_x + (line.b * ln_distance + sign * root) / a for sign in (-1.0, 1.0)]
+    ln_ends = [line.mean_x + (line.b * ln_distance + sign * root) / a for sign in (-1.0, 1.0)]
     half_width = t * float(np.sqrt(var_beta)) / beta
     return replace(
         blank,
         theta=motion_means.exp_end(ln_theta),
         beta=beta,
-        var_ln_theta=line.sigma**2 / line.b**2 / n + relative * distance**2,
-        cov_ln_theta_beta=beta * relative * distance,
+        var_ln_theta=line.sigma**2 / line.b**2 / n + var_ratio * distance**2,
+        cov_ln_theta_beta=beta * var_ratio * distance,
         var_beta=var_beta,
-        loglik=float(-n * (likelihood.HALF_LOG_2PI + np.log(maximum) + 0.5)),
-        ci_theta=(motion_means.exp_end(ends[0]), motion_means.exp_end(ends[1])),
+        loglik=float(-n * (likelihood.HALF_LOG_2PI + np.log(sigma_ml) + 0.5)),
+        ci_theta=(motion_means.exp_end(ln_ends[0]), motion_means.exp_end(ln_ends[1])),
         ci_beta=(float(beta * np.exp(-half_width)), float(beta * np.exp(half_width))),
         ci_method="fieller",
     )
@@ -593,23 +593,23 @@ class TestedLine(NamedTuple):
 def tested_line(x: Floats, y: Floats) -> TestedLine:
     """Fit and test the least-squares line of y = ln demand (n,) on x = ln intensity (n,)."""
     n, mean_x, mean_y = x.size, float(np.mean(x)), float(np.mean(y))
-    u, v = x - mean_x, y - mean_y
-    sxx, syy = float(u @ u), float(v @ v)
-    b = float(u @ v) / sxx
-    residual = v - b * u
+    dx, dy = x - mean_x, y - mean_y
+    sxx, syy = float(dx @ dx), float(dy @ dy)
+    b = float(dx @ dy) / sxx
+    residual = dy - b * dx
     sse = float(residual @ residual)
     sigma = float(np.sqrt(sse / (n - 2))) if n > 2 else nan
     r2 = 1.0 - sse / syy if syy > 0.0 else nan
     centred = residual**2 - np.mean(residual**2)  # studentised Breusch-Pagan test
-    total = sxx * float(centred @ centred)
-    scatter_p = float(special.chdtrc(1, n * float(u @ centred) ** 2 / total)) if total else nan
+    scale = sxx * float(centred @ centred)
+    scatter_p = float(special.chdtrc(1, n * float(dx @ centred) ** 2 / scale)) if scale else nan
     curvature = curvature_p = nan  # coefficient and p-value of an additional term in u^2
-    u2_residual = u**2 - np.mean(u**2)
-    u2_residual = u2_residual - (float(u2_residual @ u) / sxx) * u
-    size = float(u2_residual @ u2_residual)
-    if n >= 4 and size > 1e-12 * sxx**2 and sse > 0.0:
-        curvature = float(u2_residual @ residual) / size
-        explained = curvature**2 * size
+    curved_x = dx**2 - np.mean(dx**2)
+    curved_x = curved_x - (float(curved_x @ dx) / sxx) * dx
+    curved_sxx = float(curved_x @ curved_x)
+    if n >= 4 and curved_sxx > 1e-12 * sxx**2 and sse > 0.0:
+        curvature = float(curved_x @ residual) / curved_sxx
+        explained = curvature**2 * curved_sxx
         unexplained = max(sse - explained, 1e-300)
         curvature_p = float(special.fdtrc(1, n - 3, explained / (unexplained / (n - 3))))
     tests = curvature, curvature_p, scatter_p
@@ -642,12 +642,12 @@ def binomial_status(ln_im: Floats, n: Floats, k: Floats) -> str:
         return ALL_EXCEED
     if np.ptp(ln_im) == 0.0:
         return SINGLE_LEVEL
-    with_none, with_some = ln_im[n - k > 0.0], ln_im[k > 0.0]
-    if np.max(with_none) < np.min(with_some):
+    without_hits, with_hits = ln_im[n - k > 0.0], ln_im[k > 0.0]
+    if np.max(without_hits) < np.min(with_hits):
         return COMPLETE_SEPARATION
-    if np.max(with_none) == np.min(with_some):
+    if np.max(without_hits) == np.min(with_hits):
         return QUASI_SEPARATION
-    if np.max(with_some) <= np.min(with_none):
+    if np.max(with_hits) <= np.min(without_hits):
         return NON_INCREASING
     return FITTED
 
@@ -661,7 +661,7 @@ def clopper_pearson(k: Floats, n: Floats, level: float) -> tuple[Floats, Floats]
 
 
 def median_bound(ln_im: Floats, n: Floats, *, beta: float, level: float, exceed: bool) -> float:
-    """Return theta with P(data | theta, beta) = 1 - level, an upper bound if all runs exceed."""
+    """Return theta with P(data | theta, beta) = 1 - level: a lower bound, upper if ``exceed``."""
     sign = 1.0 if exceed else -1.0
 
     def excess(ln_theta: float) -> float:
@@ -675,7 +675,7 @@ def median_bound(ln_im: Floats, n: Floats, *, beta: float, level: float, exceed:
 def separated_bounds(
     ln_im: Floats, n: Floats, k: Floats, *, beta: float, level: float
 ) -> tuple[float, float]:
-    """Return the one-sided likelihood-ratio bounds of the median of separated data."""
+    """Return both one-sided likelihood-ratio bounds of theta for separated counts."""
 
     def loglik(ln_theta: float) -> float:
         eta = (ln_im - ln_theta) / beta
@@ -684,16 +684,16 @@ def separated_bounds(
     low, high = float(np.min(ln_im)) - 8.0 * beta, float(np.max(ln_im)) + 8.0 * beta
     best = optimize.minimize_scalar(lambda t: -loglik(t), bounds=(low, high), method="bounded")
     middle, target = float(best.x), loglik(float(best.x)) - 0.5 * float(special.ndtri(level)) ** 2
-    ends = (
-        optimize.brentq(lambda t: loglik(t) - target, middle, middle + side * beta, xtol=1e-12)
-        for side in (-40.0, 40.0)
+    roots = (
+        optimize.brentq(lambda t: loglik(t) - target, middle, middle + n_betas * beta, xtol=1e-12)
+        for n_betas in (-40.0, 40.0)
     )
-    first, last = map(float, np.exp(list(ends)))
-    return first, last
+    theta_low, theta_high = map(float, np.exp(list(roots)))
+    return theta_low, theta_high
 
 
 def firth(ln_im: Floats, n: Floats, k: Floats) -> tuple[float, float]:
-    """Return (a0, a1) that maximise l + 0.5 ln|I|, with I the expected information."""
+    """Return (a0, a1) of `fit_stripes` that maximise l + 0.5 ln|I|; I: expected information."""
     centre, scale = float(np.mean(ln_im)), float(np.std(ln_im))
     design = np.column_stack([np.ones_like(ln_im), (ln_im - centre) / scale])
 

@@ -81,11 +81,11 @@ class LogRate(NamedTuple):
         estimate, interval = self.logs[0], np.array(self.jackknifed.interval(level))
         if self.fractiles.size > 1:
             # ASSUME the uncertain hazard is lognormal, and its curves do not cross
-            spread, middle = np.polyfit(special.ndtri(self.quantiles), self.fractiles, 1)
-            half_width = abs(spread) * special.ndtri(0.5 + 0.5 * level)
-            hazard = np.array([estimate - middle + half_width, middle + half_width - estimate])
+            sigma, middle = np.polyfit(special.ndtri(self.quantiles), self.fractiles, 1)
+            half_width = abs(sigma) * special.ndtri(0.5 + 0.5 * level)
+            widths = np.array([estimate - middle + half_width, middle + half_width - estimate])
             signs = np.array([-1.0, 1.0])
-            interval = estimate + signs * np.hypot(interval - estimate, np.maximum(hazard, 0.0))
+            interval = estimate + signs * np.hypot(interval - estimate, np.maximum(widths, 0.0))
         return exp_end(estimate), exp_end(float(interval[0])), exp_end(float(interval[1]))
 
     def minus(self, other: "LogRate") -> "LogRate":
@@ -124,29 +124,29 @@ class HazardCurve:
         return self.logs_of(np.array(fractile_means) - self.rates[:, -1:])
 
     def logs_of(self, rates: Floats) -> LogRate:
-        """Return ln of rates (1 + F, R): of the mean hazard curve, then of F fractiles."""
+        """Return the logarithms of rates (1 + F, R) by the mean hazard curve, then F fractiles."""
         logs = np.log(np.maximum(rates, np.finfo(np.float64).tiny))
         return LogRate(logs[0], logs[1:, 0], self.quantiles)
 
     def shares(
         self, rate: Callable[["HazardCurve"], LogRate], p_last: float, low: float, high: float
     ) -> Row:
-        """Return bounds on the share beyond the last intensity, and the share that is extrapolated.
+        """Return columns: shares of a rate beyond the last intensity (bounds), share extrapolated.
 
         ``rate`` returns the ln rate of a state for a hazard curve; ``p_last`` is P(exceeds) at
         the last intensity. Intensities outside ``low`` to ``high`` count as extrapolated.
         """
         all_rate, largest_rate = rate(self).value, float(self.rates[0, -1])
-        inner = self._between(low, high)
-        inner_rate = inner and rate(inner).value
+        covered = self._between(low, high)
+        covered_rate = covered and rate(covered).value
         row: Row = {
-            f"share_outside_{end}": add / (all_rate + add)
-            for end, add in (("low", p_last * largest_rate), ("high", largest_rate))
+            f"share_outside_{end}": extra / (all_rate + extra)
+            for end, extra in (("low", p_last * largest_rate), ("high", largest_rate))
         }
-        return row | {"share_extrapolated": max(0.0, 1.0 - (inner_rate or 0.0) / all_rate)}
+        return row | {"share_extrapolated": max(0.0, 1.0 - (covered_rate or 0.0) / all_rate)}
 
     def _between(self, low: float, high: float) -> "HazardCurve | None":
-        """Return the part between two intensities; None if it is empty."""
+        """Return the part of the curve between two intensities; None if it is empty."""
         x = self.levels
         inside = x[(x > low) & (x < high)]
         points = np.unique([*np.clip([low, high], x[0], x[-1]), *inside])
@@ -156,7 +156,7 @@ class HazardCurve:
         return replace(self, levels=points, rates=np.exp(logs))
 
     def level_of(self, rate: float) -> float:
-        """Return ln of the intensity with a rate of exceedance (mean); NaN outside the curve."""
+        """Return ln of the intensity exceeded with a rate (mean curve); NaN outside the curve."""
         falling = -np.log(self.rates[0])
         return float(np.interp(-np.log(rate), falling, np.log(self.levels), np.nan, np.nan))
 
@@ -168,12 +168,12 @@ class HazardCurve:
         count = np.ceil(np.maximum(steps / narrowest, steps * np.max(slope, axis=0) / 4.0))
         count = np.clip(count, 1, 400).astype(np.intp)
         segment = np.repeat(np.arange(steps.size), count)
-        part_number = np.arange(segment.size) - np.repeat(np.cumsum(count) - count, count)
+        panel = np.arange(segment.size) - np.repeat(np.cumsum(count) - count, count)
         width = (steps / count)[segment]
-        s = (part_number[:, None] + 0.5 * (1.0 + _NODES)) * width[:, None]
+        dx = (panel[:, None] + 0.5 * (1.0 + _NODES)) * width[:, None]
         fall = slope[:, segment, None]
-        weights = fall * np.exp(ln_rate[:, segment, None] - fall * s) * width[:, None] * _WEIGHTS
-        return (x[segment, None] + s).ravel(), 0.5 * weights.reshape(len(ln_rate), -1)
+        weights = fall * np.exp(ln_rate[:, segment, None] - fall * dx) * width[:, None] * _WEIGHTS
+        return (x[segment, None] + dx).ravel(), 0.5 * weights.reshape(len(ln_rate), -1)
 
 
 def measure_column(name: str) -> str:
@@ -215,15 +215,15 @@ def hazard_curve(config: HazardConfig, measures: Sequence[str], default: str) ->
     order = [requested] if requested else [default, *PREFERRED]
     measure = next((name for name in order if name in curves and name in measures), None)
     if measure is None:
-        in_file, of_study = (", ".join(map(str, names)) for names in (curves, measures))
-        asked = f" (hazard.measure is {requested})" if requested else ""
-        text = f": no hazard curve fits the study. The file has {in_file}{asked}"
-        raise file_fault(path, f"{text}; give the hazard of a measure of the study: {of_study}")
+        in_file, in_study = (", ".join(map(str, names)) for names in (curves, measures))
+        request = f" (hazard.measure is {requested})" if requested else ""
+        text = f": no hazard curve fits the study. The file has {in_file}{request}"
+        raise file_fault(path, f"{text}; give the hazard of a measure of the study: {in_study}")
     return curves[measure]
 
 
 def site_hazard(file: Path | None, im: str) -> HazardCurve | None:
-    """Return the hazard curve of a file for the intensity of curves; None without a file."""
+    """Return the hazard curve of a file for the intensity column ``im``; None without a file."""
     return hazard_curve(HazardConfig(file=file and str(file)), [im], im)
 
 
@@ -251,22 +251,22 @@ def read_hazard(path: Path) -> list[HazardCurve]:
 
 def _assembled(path: Path, parts: dict[float | None, _Part]) -> HazardCurve:
     """Return the curve of one measure from its mean (or median) and its fractiles."""
-    main = parts.get(None, parts.get(0.5))
-    if main is None:
+    mean = parts.get(None, parts.get(0.5))
+    if mean is None:
         im = next(iter(parts.values())).im
         raise file_fault(path, f": {im} has fractiles only: add its mean or median curve")
     quantiles = sorted(q for q in parts if q is not None)
-    curves = [main, *(parts[q] for q in quantiles)]
-    if any(not np.array_equal(curve.levels, main.levels) for curve in curves):
-        raise file_fault(path, f": fractiles of {main.im} must have the intensities of the mean")
+    curves = [mean, *(parts[q] for q in quantiles)]
+    if any(not np.array_equal(curve.levels, mean.levels) for curve in curves):
+        raise file_fault(path, f": fractiles of {mean.im} must have the intensities of the mean")
     rates = np.array([curve.rates for curve in curves])
     # a probability of one in the investigation time has no rate; zero rates end the curve
     is_usable = np.all(np.isfinite(rates), axis=0) & (rates[0] > 0.0)
     if np.sum(is_usable) < 2:
         raise file_fault(path, ": at least two intensities must have a rate above zero")
     positive_rates = np.maximum(rates[:, is_usable], _LEAST_RATE)
-    arrays = {"levels": main.levels[is_usable], "rates": positive_rates}
-    return HazardCurve(im=main.im, quantiles=np.array(quantiles), source=path.name, **arrays)
+    arrays = {"levels": mean.levels[is_usable], "rates": positive_rates}
+    return HazardCurve(im=mean.im, quantiles=np.array(quantiles), source=path.name, **arrays)
 
 
 def _parts(path: Path) -> Iterator[_Part]:
@@ -274,8 +274,8 @@ def _parts(path: Path) -> Iterator[_Part]:
     if path.suffix.lower() == ".json":
         curves = _usgs_json(path)
     else:
-        first = read_text(path, MAX_CSV_BYTES).lstrip().partition("\n")[0]
-        curves = _openquake(path, first) if first.startswith("#") else _table(path)
+        first_line = read_text(path, MAX_CSV_BYTES).lstrip().partition("\n")[0]
+        curves = _openquake(path, first_line) if first_line.startswith("#") else _table(path)
     for curve in curves:
         levels = positive(curve.levels, "im")
         rates = as_column(curve.rates, "rate")
@@ -287,16 +287,16 @@ def _parts(path: Path) -> Iterator[_Part]:
         yield curve._replace(levels=levels, rates=rates)
 
 
-def _openquake(path: Path, first: str) -> Iterator[_Part]:
-    """Yield the curve of a CSV export of OpenQuake; its first line is a comment."""
-    entries = dict(re.findall(r"(\w+)='?([^,'\"]+)", first))
+def _openquake(path: Path, first_line: str) -> Iterator[_Part]:
+    """Yield the curve of a CSV export of OpenQuake; ``first_line`` is a comment."""
+    entries = dict(re.findall(r"(\w+)='?([^,'\"]+)", first_line))
     missing = [name for name in ("kind", "imt", "investigation_time") if name not in entries]
     if missing:
         raise InputError(f"the first line of an OpenQuake file must give {', '.join(missing)}")
     _, header, *sites = csv.reader(read_text(path, MAX_CSV_BYTES).strip().splitlines())
     if len(sites) != 1:
         raise InputError(f"has the hazard of {len(sites)} sites: keep the line of one site")
-    values = {n: v for n, v in zip(header, sites[0], strict=False) if n.startswith("poe-")}
+    values = {n: p for n, p in zip(header, sites[0], strict=False) if n.startswith("poe-")}
     levels = as_column([name.removeprefix("poe-") for name in values], "poe")
     poe = as_column(list(values.values()), "poe")
     require((poe >= 0.0) & (poe <= 1.0), "poe", "must be within 0..1", poe)
@@ -309,7 +309,7 @@ def _openquake(path: Path, first: str) -> Iterator[_Part]:
 
 
 def _table(path: Path) -> Iterator[_Part]:
-    """Yield the curves of a CSV table: intensity, rate and fractiles, or a site of the USGS."""
+    """Yield the curves of a CSV file: columns of intensity, rate, fractiles, or USGS (one site)."""
     table = read_csv(path)
     names = list(map(str, table))
     if {"lon", "lat"} <= {*names}:
@@ -337,7 +337,7 @@ def _table(path: Path) -> Iterator[_Part]:
 
 
 def _measure_and_factor(title: str) -> tuple[str, float]:
-    """Return the measure's column and the factor to its unit from a heading ('' for ``im``)."""
+    """Return the column of the measure in a heading ('' for ``im``), and the factor to its unit."""
     if title == "im" or title.startswith("im_"):
         return title.removesuffix("im"), 1.0
     match = _UNIT.fullmatch(title)
@@ -355,12 +355,12 @@ def _usgs_json(path: Path) -> Iterator[_Part]:
     """Yield the total curves of a response of the hazard services of the USGS."""
     content = read_json(path)
     response = content.get("response", content) if isinstance(content, dict) else content
-    common: Any = {}
+    shared: Any = {}
     if isinstance(response, dict):
-        common = response.get("metadata", {})
+        shared = response.get("metadata", {})
         response = response.get("hazardCurves", [])
     for item in response if isinstance(response, list) else []:
-        metadata = {**common, **item.get("metadata", {}), **item}
+        metadata = {**shared, **item.get("metadata", {}), **item}
         imt = metadata.get("imt", {})
         name = str(imt.get("value", imt) if isinstance(imt, dict) else imt)
         unit = re.search(r"\((g|m/s|cm/s)\)", f"{imt} {metadata.get('xlabel', '')}")

@@ -60,11 +60,11 @@ class JointModel:
 
     def curve(self, values: Mapping[str, Any]) -> StateCurve:
         """Return the curves at values of the axes, from all runs and without each event."""
-        state = state_curve(self._models, self._modes, values, self._rho)
-        if isinstance(state, str):
+        curve = state_curve(self._models, self._modes, values, self._rho)
+        if isinstance(curve, str):
             nans = np.full(len(self._models[0].parameters), np.nan)
             return StateCurve(nans, nans, nans)
-        return state
+        return curve
 
     def median(
         self,
@@ -95,23 +95,23 @@ def joint_table(
     if models is None:
         models = fit_models(demands, limit_states, settings, jobs=jobs)
     shared = {"im": settings.im, "level": settings.confidence}
-    items = ((of_bridge, limit_states, shared) for of_bridge in models)
+    items = ((bridge, limit_states, shared) for bridge in models)
     rows = demand_table.spread(_rows, items, jobs, least=2)
     table = pd.DataFrame(
-        [row for of_model in rows for row in of_model], columns=list(JOINT_COLUMNS)
+        [row for model_rows in rows for row in model_rows], columns=list(JOINT_COLUMNS)
     )
     if curves is not None:
-        state = [*demand_table.BRIDGE_COLUMNS, "component", "limit_state"]
+        keys = [*demand_table.BRIDGE_COLUMNS, "component", "limit_state"]
         is_lost = curves["status"].where(curves["method"] == "cloud") == BOUNDS_TOO_WIDE
-        of_state = curves.assign(is_lost=is_lost).groupby(state)[["is_lost", "preferred"]].any()
-        lost = of_state.index[of_state["is_lost"] & ~of_state["preferred"]]
-        withheld = pd.MultiIndex.from_frame(table[state]).isin(lost)
+        by_state = curves.assign(is_lost=is_lost).groupby(keys)[["is_lost", "preferred"]].any()
+        too_wide = by_state.index[by_state["is_lost"] & ~by_state["preferred"]]
+        withheld = pd.MultiIndex.from_frame(table[keys]).isin(too_wide)
         table.loc[withheld & (table["status"] == FITTED), "status"] = BOUNDS_TOO_WIDE
     return table
 
 
 def _rows(arguments: tuple[BridgeModels, States, Row]) -> list[Row]:
-    """Return the rows of one bridge and abutment model."""
+    """Return the rows of table `joint` for one bridge and abutment model."""
     models, states, shared = arguments
     im = models.runs[shared["im"]].to_numpy(dtype=np.float64)
     low, high = covered_range(im, demand_table.motion_codes(models.runs))
@@ -134,7 +134,7 @@ def _rows(arguments: tuple[BridgeModels, States, Row]) -> list[Row]:
 
 
 def _estimate(models: BridgeModels, state: LimitState, row: Row) -> Row:
-    """Return the table columns of one state, which may be the union of two modes."""
+    """Return the columns of table `joint` for one state, which may be the union of two modes."""
     modes = models.modes(state)
     fits = [fit for fit in map(models.fit, modes) if not isinstance(fit, str)]
     if not models.axes.varying or len(fits) < len(modes):
@@ -185,10 +185,10 @@ def _left_out_errors(models: BridgeModels, state: LimitState, fits: Sequence[Dem
         rho = models.correlation(*modes)[:1]
     errors = np.full(len(models.variants), np.nan)
     subsets = zip(*(fit.without_variants for fit in fits), strict=True)
-    for i, (reduced, values) in enumerate(zip(subsets, records_of(models.variants), strict=True)):
-        if any(isinstance(model, str) for model in reduced):
+    for i, (refits, values) in enumerate(zip(subsets, records_of(models.variants), strict=True)):
+        if any(isinstance(model, str) for model in refits):
             continue
-        curve, all_runs = state_curve(reduced, modes, values, rho), models.curve(state, values)
+        curve, all_runs = state_curve(refits, modes, values, rho), models.curve(state, values)
         if not isinstance(curve, str) and not isinstance(all_runs, str):
             errors[i] = abs(np.exp(curve.ln_theta[0] - all_runs.ln_theta[0]) - 1.0)
     return errors

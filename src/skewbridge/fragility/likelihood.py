@@ -39,8 +39,8 @@ def log_normal_tail(eta: Floats) -> tuple[Floats, Floats]:
 
 def log_normal_interval(lower: Floats, upper: Floats) -> Floats:
     """Return ln[Phi(upper) - Phi(lower)] without cancellation; -inf where ``upper <= lower``."""
-    side = np.copysign(1.0, -lower)  # an interval above zero is mirrored
-    a, b = np.minimum(side * lower, side * upper), np.maximum(side * lower, side * upper)
+    sign = np.copysign(1.0, -lower)  # an interval above zero is mirrored
+    a, b = np.minimum(sign * lower, sign * upper), np.maximum(sign * lower, sign * upper)
     log_cdf_a, log_cdf_b = special.log_ndtr(a), special.log_ndtr(b)
     with np.errstate(divide="ignore", invalid="ignore"):
         inside = log_cdf_b + np.log(-np.expm1(np.minimum(log_cdf_a - log_cdf_b, 0.0)))
@@ -78,17 +78,17 @@ class NormalKernel:
         upper_covariates: Floats | None = None,  # X of upper bounds, if different; none observed
     ) -> None:
         self.weights = np.ones(lower.size) if weights is None else weights
-        beyond = covariates if upper_covariates is None else upper_covariates
+        upper_x = covariates if upper_covariates is None else upper_covariates
         is_observed = (lower == upper) & (upper_covariates is None)
         has_low, has_high = np.isfinite(lower) & ~is_observed, np.isfinite(upper) & ~is_observed
-        low, high = np.column_stack([-covariates, lower]), np.column_stack([-beyond, upper])
+        low, high = np.column_stack([-covariates, lower]), np.column_stack([-upper_x, upper])
         below, above = np.flatnonzero(has_low & ~has_high), np.flatnonzero(has_high & ~has_low)
         #: Design of the rows with one finite bound, negated if right-censored, and its products.
         self._tail = np.vstack([-low[below], high[above]])
         self._tail_tail = row_products(self._tail, self._tail)
-        self._of_tail = self.weights[..., np.append(below, above)]
+        self._w_tail = self.weights[..., np.append(below, above)]
         between = np.flatnonzero(has_low & has_high)
-        self._of_between = self.weights[..., between]
+        self._w_between = self.weights[..., between]
         self._low, self._high = low[between], high[between]
         self._low_low, self._high_high = (row_products(x, x) for x in (self._low, self._high))
         self._cross = row_products(self._low, self._high) + row_products(self._high, self._low)
@@ -104,13 +104,13 @@ class NormalKernel:
 
     def derivatives(self, params: Floats, rows: Index | None = None) -> Derivatives:
         """Return log-likelihoods and derivatives of replicates ``rows`` (or all) at ``params``."""
-        shape, weights = params.shape, [self._of_tail, self._of_between, self._sums, self._count]
+        shape, weights = params.shape, [self._w_tail, self._w_between, self._sums, self._count]
         if self.weights.ndim == 2:
             if rows is not None and rows.size < len(self.weights):
                 weights = [values[rows] for values in weights]
             if np.all(params == params[0]):
                 params = params[:1]  # evaluate special functions once for all replicates
-        of_tail, of_between, sums, count = weights
+        w_tail, w_between, sums, count = weights
         h = params[:, -1]
         loglik, score, hessian = np.zeros(shape[0]), np.zeros(shape), np.zeros((*shape, shape[1]))
         if self._any_observed:
@@ -125,24 +125,24 @@ class NormalKernel:
         if len(self._tail):
             u = params @ self._tail.T
             log_p, ratio = log_normal_tail(u)
-            loglik += np.sum(of_tail * log_p, axis=1)
-            score += (of_tail * ratio) @ self._tail
-            hessian -= ((of_tail * (ratio * (u + ratio))) @ self._tail_tail).reshape(hessian.shape)
+            loglik += np.sum(w_tail * log_p, axis=1)
+            score += (w_tail * ratio) @ self._tail
+            hessian -= ((w_tail * (ratio * (u + ratio))) @ self._tail_tail).reshape(hessian.shape)
         if len(self._low):
             zu, zl = params @ self._high.T, params @ self._low.T
             log_p = log_normal_interval(zl, zu)
             log_terms, scale = log_p, -log_p
             if not (possible := np.isfinite(log_p)).all():
                 # parameters that give a bracket no probability get minus infinity
-                log_terms = np.where(of_between > 0.0, log_p, 0.0)
+                log_terms = np.where(w_between > 0.0, log_p, 0.0)
                 scale = np.where(possible, scale, -np.inf)
             pu, pl = (np.exp(scale - 0.5 * z * z - HALF_LOG_2PI) for z in (zu, zl))
-            loglik += np.sum(of_between * log_terms, axis=1)
-            score += (of_between * pu) @ self._high - (of_between * pl) @ self._low
-            second = (of_between * (pl * (zl - pl))) @ self._low_low
-            second += (of_between * (pu * pl)) @ self._cross
-            second -= (of_between * (pu * (zu + pu))) @ self._high_high
-            hessian += second.reshape(hessian.shape)
+            loglik += np.sum(w_between * log_terms, axis=1)
+            score += (w_between * pu) @ self._high - (w_between * pl) @ self._low
+            curvature = (w_between * (pl * (zl - pl))) @ self._low_low
+            curvature += (w_between * (pu * pl)) @ self._cross
+            curvature -= (w_between * (pu * (zu + pu))) @ self._high_high
+            hessian += curvature.reshape(hessian.shape)
         if self._any_observed:
             loglik = np.where(h > 0.0, loglik, -np.inf)
         return Derivatives(loglik, score, hessian)
@@ -187,8 +187,8 @@ def maximise(kernel: "NormalKernel | _Profiles", start: Floats) -> Maximum:
                 break
             step[failed] *= 0.5
             halved = kernel.derivatives(params[active[failed]] + step[failed], active[failed])
-            for values, new in zip(trial, halved, strict=True):
-                values[failed] = new
+            for values, after in zip(trial, halved, strict=True):
+                values[failed] = after
             failed = failed[~(halved.loglik >= required[failed])]
         step[failed] = 0.0
         params[active] += step
@@ -247,11 +247,11 @@ def profile_ends(
     for _ in range(_MAX_ITERATIONS):
         loglik, rate = profiles.evaluate(centre + side * offset)
         value = loglik - target
-        inside = value > 0.0
-        endless = inside & (offset == limit)
+        is_inside = value > 0.0
+        endless = is_inside & (offset == limit)
         if np.all(is_done := endless | (np.abs(value) < _PROFILE_TOLERANCE)):
             break
-        low, high = np.where(inside, offset, low), np.where(inside, high, offset)
+        low, high = np.where(is_inside, offset, low), np.where(is_inside, high, offset)
         # the root of the drop is nearly linear in psi
         with np.errstate(divide="ignore", invalid="ignore"):
             root = np.sqrt(np.maximum(drop - 2.0 * value, 0.0))
@@ -272,13 +272,13 @@ class _Profiles:
 
     def __init__(self, kernel: NormalKernel, best: Floats, intercepts: Floats, slope: int) -> None:
         self._kernel, self._slope, self._eye = kernel, slope, np.eye(best.size)
-        axis = self._eye[slope]
-        self._normals = np.vstack([np.repeat(intercepts, 2, axis=0), axis, axis])
+        slope_axis = self._eye[slope]
+        self._normals = np.vstack([np.repeat(intercepts, 2, axis=0), slope_axis, slope_axis])
         self._determined = self._eye[np.argmax(self._normals == 1.0, axis=1)]
         # moving along these directions (all intercepts equally, or the slope) satisfies any
         # constraint at a finite likelihood
         shift = np.any(intercepts == 1.0, axis=0).astype(np.float64)
-        self._shifts = np.vstack([np.tile(shift, (2 * len(intercepts), 1)), axis, axis])
+        self._shifts = np.vstack([np.tile(shift, (2 * len(intercepts), 1)), slope_axis, slope_axis])
         self._params = np.tile(best, (len(self._normals), 1))
         self._score = np.empty_like(self._params)
 
@@ -304,18 +304,18 @@ class _Profiles:
             self._fixed = ~np.any(self._onto, axis=1)[:, :, None] * self._eye
             best = maximise(self, start)
             self._params = self._offset + (self._onto @ best.params[:, :, None])[..., 0]
-            falling = self._params[:, self._slope] < 0.0
-            if not np.any(falling):
+            is_falling = self._params[:, self._slope] < 0.0
+            if not np.any(is_falling):
                 break
             # falling curves are excluded: hold the slope at zero, its limit
-            self._onto[falling, :, self._slope] = self._params[falling, self._slope] = 0.0
+            self._onto[is_falling, :, self._slope] = self._params[is_falling, self._slope] = 0.0
             start = self._shifted(right)
         rate = -np.sum(self._determined * self._score, axis=1) * self._params[:, self._slope]
         rate[-2:] *= -1.0
         return best.loglik, rate
 
     def _shifted(self, right: Floats) -> Floats:
-        """Return the last parameters, moved along `_shifts` to meet the constraints ``right``."""
+        """Return the last parameters moved along `_shifts` so that normals @ params = ``right``."""
         violation = right - np.sum(self._normals * self._params, axis=1)
         distance = violation / np.sum(self._normals * self._shifts, axis=1)
         return self._params + distance[:, None] * self._shifts

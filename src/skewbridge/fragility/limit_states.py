@@ -103,7 +103,6 @@ def with_column_failure(states: States, columns: Collection[str]) -> list[LimitS
     """Return limit states and the states of column failure, unless these are already defined.
 
     States of inner joints are left out if ``columns`` (of the demands table) lack their demand.
-
     A column fails in shear if its shear demand/capacity ratio exceeds 1, and in flexure if its
     drift/capacity ratio exceeds 1. The state ``any`` is exceeded if either ratio exceeds 1. A state
     is added only if its demand is one of ``columns``. A state of the larger ratio becomes the union
@@ -212,15 +211,16 @@ class LimitStateEntry(BaseModel):
                 text = f"median {state.median:g} must exceed {milder.median:g} (state {mild})"
                 raise InputError(f"{where}: states.{severe}: {text}; list mild states first")
         shared = self.model_dump(include={"component", "demand", "collapse", "citation"})
-        out: list[LimitState] = []
+        states: list[LimitState] = []
         for name, state in self.states.items():
             dispersion = self.dispersion if state.dispersion is None else state.dispersion
             if dispersion is None:
-                raise InputError(f"{where}: states.{name}.dispersion: is missing")
+                text = "is missing; give it here or for all states of the entry"
+                raise InputError(f"{where}: states.{name}.dispersion: {text}")
             shared["degree"] = None if self.degrees is None else self.degrees.get(name, "")
             capacity = {"threshold": state.median * factor, "dispersion": dispersion}
-            out.append(LimitState(name=name, unit=unit, **capacity, **shared))
-        return out
+            states.append(LimitState(name=name, unit=unit, **capacity, **shared))
+        return states
 
 
 def load_limit_states(path: Path) -> list[LimitState]:
@@ -232,18 +232,18 @@ def limit_states_of(data: object, prefix: str = "") -> list[LimitState]:
     """Return the limit states of a parsed file; an `InputError` names wrong entries."""
     if not isinstance(data, list) or not data:
         raise InputError(f"{prefix}limit states must be a list with at least one entry")
-    out: list[LimitState] = []
+    states: list[LimitState] = []
     faults: list[InputError] = []
     for row, entry in enumerate(data):
         where = f"{prefix}limit state entry {row}"
         try:
-            out += checked(LimitStateEntry, entry, where).limit_states(where)
+            states += checked(LimitStateEntry, entry, where).limit_states(where)
         except InputError as error:
             faults.append(error)
-    twice = (key for key, count in Counter(state.key for state in out).items() if count > 1)
+    twice = (key for key, count in Counter(state.key for state in states).items() if count > 1)
     faults += [InputError(f"{prefix}limit state {key} is defined twice") for key in twice]
     raise_all(faults)
-    return out
+    return states
 
 
 def demand_unit(column: str, state_unit: str = "ratio") -> str:

@@ -70,9 +70,9 @@ class MixedFit:
     def without_groups(self, group: Index) -> Floats:
         """Return the parameters without each group of motions, shape (B, m).
 
-        ``group`` (G,) is the number of the group of each motion, 0 .. B - 1. They are from one
-        Newton step, which is exact for delta if all values are known and the standard deviations do
-        not change.
+        ``group`` (G,) is the number of the group of each motion, 0 .. B - 1. The parameters are
+        from one Newton step, which is exact for delta if all values are known and the standard
+        deviations do not change.
         """
         count, size = int(np.max(group)) + 1, self.parameters.size
         score, information = np.zeros((count, size)), np.zeros((count, size, size))
@@ -87,8 +87,8 @@ class MixedFit:
         steps = np.zeros((count, size))
         pairs = zip(score[:, delta], remaining[:, delta, delta], strict=True)
         steps[:, delta] = np.stack([_uphill(-g, matrix) for g, matrix in pairs])
-        of_growth = -score[:, -3] / remaining[:, -3, -3]
-        steps[:, -3] = np.clip(of_growth, -_LARGEST_GROWTH, _LARGEST_GROWTH)
+        growth_steps = -score[:, -3] / remaining[:, -3, -3]
+        steps[:, -3] = np.clip(growth_steps, -_LARGEST_GROWTH, _LARGEST_GROWTH)
         # a variance is a mean over motions: its change is linear in the variance
         mean = np.diag(total)[-2:] * (1.0 - 1.0 / count)
         shares = 1.0 - 2.0 * score[:, -2:] / np.maximum(mean, count)
@@ -102,12 +102,12 @@ def predictive_loglik(data: MixedData, group: Index, without: Floats) -> float:
 
     See `MixedFit.without_groups` for ``group`` (G,) and ``without`` (B, m).
     """
-    of_run, total = group[data.motion], 0.0
+    run_groups, total = group[data.motion], 0.0
     for number, parameters in enumerate(without):
-        of_group = of_run == number
+        in_group = run_groups == number
         columns = ("design", "lower", "upper", "growth")
-        runs: dict[str, Floats] = {name: getattr(data, name)[of_group] for name in columns}
-        motion = np.unique(data.motion[of_group], return_inverse=True)[1]
+        runs: dict[str, Floats] = {name: getattr(data, name)[in_group] for name in columns}
+        motion = np.unique(data.motion[in_group], return_inverse=True)[1]
         group_data = replace(data, motion=motion, **runs)
         total += float(np.sum(_likelihood(group_data)(parameters)[2]))
     return total
@@ -119,12 +119,12 @@ def fit_mixed(data: MixedData, start: Floats | None = None, steps: int = 100) ->
     ``start`` (m,) are the first parameters of at most ``steps`` Newton steps.
     """
     likelihood = _likelihood(data)
-    first, floor = _first_parameters(data)
+    initial, floor = _first_parameters(data)
     precision = np.concatenate([data.precision, [_GROWTH**-2.0, 0.0, 0.0]])
     if not np.any(data.growth):
         precision[-3] = np.inf
     if np.bincount(data.motion).max() == 1:  # scatter between motions is that of runs
-        precision[-2], first[-2] = np.inf, floor
+        precision[-2], initial[-2] = np.inf, floor
     has_prior = ~np.isfinite(precision)
     prior = np.where(has_prior, 0.0, precision)
 
@@ -136,7 +136,7 @@ def fit_mixed(data: MixedData, start: Floats | None = None, steps: int = 100) ->
     def value(fit: MixedFit) -> float:
         return float(np.sum(fit.logliks) - 0.5 * prior @ fit.parameters**2)
 
-    fit = at(first if start is None else np.where(has_prior, first, start))
+    fit = at(initial if start is None else np.where(has_prior, initial, start))
     for _ in range(steps):
         score = np.sum(fit.score, axis=0) - prior * fit.parameters
         information = np.sum(fit.information, axis=0) + np.diag(prior)
@@ -147,16 +147,16 @@ def fit_mixed(data: MixedData, start: Floats | None = None, steps: int = 100) ->
         information[fixed, fixed] = 1.0
         step = np.where(fixed, 0.0, _uphill(score, information))
         step /= max(1.0, float(np.max(np.abs(step[-3:]))))
-        gain, trial, now = float(score @ step), fit, value(fit)
+        gain, trial, current = float(score @ step), fit, value(fit)
         for _ in range(30):
             trial = at(fit.parameters + step)
-            if value(trial) >= now - _DECREMENT * max(1.0, abs(now)):
+            if value(trial) >= current - _DECREMENT * max(1.0, abs(current)):
                 break
             step = 0.5 * step
         fit = trial
         if gain < _DECREMENT:
             break
-    at_floor = np.append(np.zeros(first.size - 2, dtype=np.bool_), fit.parameters[-2:] <= floor)
+    at_floor = np.append(np.zeros(initial.size - 2, dtype=np.bool_), fit.parameters[-2:] <= floor)
     return replace(fit, precision=np.where(at_floor, np.inf, precision))
 
 
@@ -190,11 +190,12 @@ def _likelihood(data: MixedData) -> Callable[[Floats], tuple[Floats, Floats, Flo
     """
     censored = np.bincount(data.motion, data.lower != data.upper) > 0.0
     # integrals of motions without and with censored runs
-    parts = [_Integrals(data, np.flatnonzero(of)) for of in (~censored, censored) if np.any(of)]
-    order = np.argsort(np.concatenate([part.motions for part in parts]))
+    masks = [mask for mask in (~censored, censored) if np.any(mask)]
+    integrals = [_Integrals(data, np.flatnonzero(mask)) for mask in masks]
+    order = np.argsort(np.concatenate([integral.motions for integral in integrals]))
 
     def at(parameters: Floats) -> tuple[Floats, Floats, Floats]:
-        results = zip(*(part.at(parameters) for part in parts), strict=True)
+        results = zip(*(integral.at(parameters) for integral in integrals), strict=True)
         score, information, logliks = (np.concatenate(result)[order] for result in results)
         return score, information, logliks
 
@@ -231,7 +232,7 @@ class _Integrals:
         return sums
 
     def at(self, parameters: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return score, information and log-likelihood of each motion."""
+        """Return score (G, m), information (G, m, m) and log-likelihood (G,) of each motion."""
         delta, gamma, (tau, sigma) = parameters[:-3], parameters[-3], np.exp(parameters[-2:])
         scale = np.exp(-gamma * self._w)
         r, w, n = scale * (self._y - self._x @ delta), self._w, self._count
@@ -241,11 +242,11 @@ class _Integrals:
             [r, r**2, w, x, x * r[:, None], w[:, None] * x, (w * r)[:, None] * x]
         )
         size = x.shape[1]
-        residual, square, grown = (sums := self._sums(rows))[:, :3].T
-        of_x, of_xr, of_wx, of_wxr = np.split(sums[:, 3:], 4, axis=1)
+        sum_r, sum_rr, sum_w = (sums := self._sums(rows))[:, :3].T
+        sum_x, sum_xr, sum_wx, sum_wxr = np.split(sums[:, 3:], 4, axis=1)
         products = self._sums(row_products(x, x)).reshape(-1, size, size)
         variance = 1.0 / (1.0 / tau**2 + n / sigma**2)  # variance of u given the known values
-        mean = variance * residual / sigma**2
+        mean = variance * sum_r / sigma**2
         shrunk = np.exp(-gamma * self._growth)
         above = shrunk * (self._design @ delta - self._bound)
         u, weights = self._panels(mean, variance, above, sigma)
@@ -257,22 +258,22 @@ class _Integrals:
         total_weight = np.sum(weights, axis=1, keepdims=True)
         weights /= total_weight
         loglik = np.log(total_weight[:, 0]) + highest[:, 0] - n * np.log(sigma) - np.log(tau)
-        loglik += 0.5 * (mean**2 / variance - square / sigma**2) - gamma * grown
+        loglik += 0.5 * (mean**2 / variance - sum_rr / sigma**2) - gamma * sum_w
         loglik -= 0.5 * (n + 1.0) * np.log(2.0 * np.pi)
 
         # score at each node, shape (G, m, Q), and the mean of the information there, (G, m, m)
         middle = np.sum(weights * u, axis=1)
-        squares = square[:, None] - 2.0 * residual[:, None] * u + n[:, None] * u**2
+        squares = sum_rr[:, None] - 2.0 * sum_r[:, None] * u + n[:, None] * u**2
         at_node = np.empty((u.shape[0], parameters.size, u.shape[1]))
-        at_node[:, :-2] = (of_xr[:, :, None] - of_x[:, :, None] * u[:, None, :]) / sigma**2
+        at_node[:, :-2] = (sum_xr[:, :, None] - sum_x[:, :, None] * u[:, None, :]) / sigma**2
         information = np.zeros((u.shape[0], parameters.size, parameters.size))
         information[:, :-2, :-2] = products / sigma**2
         information[:, :-2, -1] = 2.0 * np.einsum("gmq,gq->gm", at_node[:, :-2], weights)
-        mixed_terms = (of_wxr - middle[:, None] * of_wx) / sigma**2
+        mixed_terms = (sum_wxr - middle[:, None] * sum_wx) / sigma**2
         information[:, -3, :-3] += mixed_terms[:, :-1]
         information[:, :-3, -3] += mixed_terms[:, :-1]
         information[:, -3, -3] += mixed_terms[:, -1]
-        at_node[:, -3] -= grown[:, None]
+        at_node[:, -3] -= sum_w[:, None]
         at_node[:, -2] = (u / tau) ** 2 - 1.0
         at_node[:, -1] = squares / sigma**2 - n[:, None]
         information[:, -2, -2] = 2.0 * np.sum(weights * (u / tau) ** 2, axis=1)
@@ -286,8 +287,8 @@ class _Integrals:
             for column, values in enumerate(signed.T):
                 at_node[:, column] += self._sum @ (values[:, None] * ratio)
             at_node[:, -1] -= self._sum @ (t * ratio)
-            bent = np.sum(p * curve, axis=1)[:, None] * row_products(signed, signed)
-            information[:, :-2, :-2] += (self._sum @ bent).reshape(-1, size, size)
+            curvature = np.sum(p * curve, axis=1)[:, None] * row_products(signed, signed)
+            information[:, :-2, :-2] += (self._sum @ curvature).reshape(-1, size, size)
             mixed_terms = self._sum @ ((self._growth * slope)[:, None] * signed)
             information[:, -3, :-3] += mixed_terms[:, :-1]
             information[:, :-3, -3] += mixed_terms[:, :-1]
@@ -306,9 +307,7 @@ class _Integrals:
         """Return nodes and weights of the integrals over u, shape (G, Q) each."""
         # `above` (h,) is the fitted value of each censored run minus its bound
         mode, prior, curve = mean.copy(), np.sqrt(variance), 1.0 / variance
-        if (
-            self._bound.size == 0
-        ):  # the integrand is a normal density times a polynomial of degree 4
+        if self._bound.size == 0:  # a normal density times a polynomial of degree 4
             return mode[:, None] + prior[:, None] * _NORMAL_NODES, prior[:, None] * _NORMAL_WEIGHTS
         for _ in range(25):
             t = self._sign * (above + mode[self._motion]) / sigma
@@ -322,20 +321,20 @@ class _Integrals:
         # Panels end at multiples of the width of the integrand about its mode, and at multiples of
         # sigma about the extreme bounds of censored values, where the integrand changes fastest.
         # The integrand is log-concave and more curved than the prior, so its tails are not wider.
-        near = 7.0 / np.sqrt(curve)
-        far = np.maximum(7.0 * prior, near)
-        ends = [mode, mode - far, mode + far]
-        for width in (near, near + (far - near) / 3.0, near * 2.5 / 7.0):
-            ends += [mode - width, mode + width]
+        inner = 7.0 / np.sqrt(curve)
+        outer = np.maximum(7.0 * prior, inner)
+        limits = [mode, mode - outer, mode + outer]
+        for width in (inner, inner + (outer - inner) / 3.0, inner * 2.5 / 7.0):
+            limits += [mode - width, mode + width]
         for sign, extreme in ((1.0, np.maximum), (-1.0, np.minimum)):
             censored = self._sign == sign
             if np.any(censored):
-                edge = mode - sign * far
+                edge = mode - sign * outer
                 extreme.at(edge, self._motion[censored], -above[censored])
                 edges = [edge + share * sign * sigma for share in (-6.0, -1.0, 4.0)]
-                ends += [np.clip(each, mode - far, mode + far) for each in edges]
-        borders = np.sort(np.stack(ends, axis=1), axis=1)
-        half, middle = 0.5 * np.diff(borders), 0.5 * (borders[:, 1:] + borders[:, :-1])
-        u = middle[:, :, None] + half[:, :, None] * _NODES
+                limits += [np.clip(border, mode - outer, mode + outer) for border in edges]
+        borders = np.sort(np.stack(limits, axis=1), axis=1)
+        half_width, middle = 0.5 * np.diff(borders), 0.5 * (borders[:, 1:] + borders[:, :-1])
+        u = middle[:, :, None] + half_width[:, :, None] * _NODES
         shape = (mean.size, -1)
-        return u.reshape(shape), (half[:, :, None] * _WEIGHTS).reshape(shape)
+        return u.reshape(shape), (half_width[:, :, None] * _WEIGHTS).reshape(shape)

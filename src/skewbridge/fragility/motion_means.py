@@ -43,7 +43,7 @@ def exp_end(value: float) -> float:
 
 
 def motions_beyond(ln_theta: float, ln_im: Floats, motions: Index) -> int:
-    """Return the number of motions at or above a median, or at or below it: the smaller one."""
+    """Return the smaller of the numbers of motions at or above a median and at or below it."""
     sides = ln_im >= ln_theta, ln_im <= ln_theta
     return min(np.unique(motions[side]).size for side in sides)
 
@@ -231,7 +231,7 @@ def fieller_ends(
 
 
 def completed(logs: Floats) -> Floats:
-    """Return estimates (R, ...), all runs first; a block without an estimate has no influence."""
+    """Return estimates (R, ...) with missing ones replaced by the first, which has all runs."""
     # ASSUME a block has no influence if there is no estimate without it
     return np.where(np.isfinite(logs), logs, logs[0])
 
@@ -291,35 +291,35 @@ def bounded_regression(
     """
     (n, p), exact = design.shape, bound == 0
     products = (design[:, :, None] * design[:, None, :]).reshape(n, p * p)
-    of_exact = (weights[:, exact] @ products[exact]).reshape(-1, p, p)
-    size = np.prod(np.diagonal(of_exact, axis1=1, axis2=2), axis=1)
-    if np.any(np.linalg.det(of_exact) <= _SINGULAR * size):
+    exact_xx = (weights[:, exact] @ products[exact]).reshape(-1, p, p)
+    scale = np.prod(np.diagonal(exact_xx, axis1=1, axis2=2), axis=1)
+    if np.any(np.linalg.det(exact_xx) <= _SINGULAR * scale):
         return np.full((len(weights), p), np.nan)
     # subtract the mean of the exact values to avoid cancellation in squares
     centre = np.mean(values[exact]) * np.eye(1, p)[0]
     u = values - centre[0]
     if np.all(exact):
-        right = weights @ (design * u[:, None])
-        return np.linalg.solve(of_exact, right[:, :, None])[:, :, 0] + centre
+        right_side = weights @ (design * u[:, None])
+        return np.linalg.solve(exact_xx, right_side[:, :, None])[:, :, 0] + centre
     inverse = np.linalg.inv((weights @ products).reshape(-1, p, p))
-    limits, side, at_bounds = u[~exact], bound[~exact], design[~exact]
-    completed = np.broadcast_to(u, weights.shape).copy()
+    limits, sign, at_bounds = u[~exact], bound[~exact], design[~exact]
+    expected = np.broadcast_to(u, weights.shape).copy()
     dof = np.maximum(weights.sum(axis=1) - p, 0.5)
     # the floor keeps the scatter positive if all exact values agree
     floor = 1e-9 * (1.0 + float(np.max(np.abs(values))))
-    scatter = np.maximum(np.sqrt(weights[:, exact] @ u[exact] ** 2 / of_exact[:, 0, 0]), floor)
+    scatter = np.maximum(np.sqrt(weights[:, exact] @ u[exact] ** 2 / exact_xx[:, 0, 0]), floor)
     coefficients = np.zeros((len(weights), p))
     for _ in range(_MAX_ITERATIONS):
         mean = coefficients @ at_bounds.T
-        z = side * (limits - mean) / scatter[:, None]
+        z = sign * (limits - mean) / scatter[:, None]
         ratio = mills_ratio(-z)
-        completed[:, ~exact] = mean + side * scatter[:, None] * ratio
+        expected[:, ~exact] = mean + sign * scatter[:, None] * ratio
         variance = np.maximum(1.0 + z * ratio - ratio**2, 0.0) * scatter[:, None] ** 2
-        new = np.einsum("rij,rj->ri", inverse, (weights * completed) @ design)
-        squares = np.sum(weights * (completed - new @ design.T) ** 2, axis=1)
+        updated = np.einsum("rij,rj->ri", inverse, (weights * expected) @ design)
+        squares = np.sum(weights * (expected - updated @ design.T) ** 2, axis=1)
         squares += np.sum(weights[:, ~exact] * variance, axis=1)
-        change = np.max(np.abs((new - coefficients) / scatter[:, None]))
-        coefficients, scatter = new, np.maximum(np.sqrt(squares / dof), floor)
+        change = np.max(np.abs((updated - coefficients) / scatter[:, None]))
+        coefficients, scatter = updated, np.maximum(np.sqrt(squares / dof), floor)
         if change < _TOLERANCE:
             break
     return coefficients + centre

@@ -79,13 +79,13 @@ class DemandOutcomes:
         self, state: LimitState, treatment: str, where: Mask | bool = True
     ) -> "DemandOutcomes":
         """Return the outcomes after applying one of `TREATMENTS` to the unknown ones ``where``."""
-        unknown, c = self.unknown(state) & where, state.threshold
+        unknown, limit = self.unknown(state) & where, state.threshold
         lower, upper = {
-            "all_exceed": (np.nextafter(c, np.inf), np.inf),
-            "none_exceed": (np.minimum(np.nan_to_num(self.lower), c), c),
+            "all_exceed": (np.nextafter(limit, np.inf), np.inf),
+            "none_exceed": (np.minimum(np.nan_to_num(self.lower), limit), limit),
         }[treatment]
-        ends = np.where(unknown, lower, self.lower), np.where(unknown, upper, self.upper)
-        return replace(self, lower=ends[0], upper=ends[1])
+        pair = np.where(unknown, lower, self.lower), np.where(unknown, upper, self.upper)
+        return replace(self, lower=pair[0], upper=pair[1])
 
 
 def demand_outcomes(table: pd.DataFrame, states: States) -> DemandOutcomes:
@@ -93,20 +93,20 @@ def demand_outcomes(table: pd.DataFrame, states: States) -> DemandOutcomes:
     demand = states[0].demand
     complete = validity.is_complete(table)
     peak = table[demand].to_numpy(dtype=np.float64)
-    decided = np.zeros(peak.size)
-    exceeding = [s.threshold for s in states if s.collapse == COLLAPSE_EXCEEDS]
-    if exceeding:
+    minimum = np.zeros(peak.size)
+    exceeded = [s.threshold for s in states if s.collapse == COLLAPSE_EXCEEDS]
+    if exceeded:
         # ASSUME a collapsed bridge exceeds every limit state without `collapse: peak`. A collapse
         # after the failure of a column decides nothing: the model is not valid after it
         collapsed = (table["status"] == COLLAPSE).to_numpy() & ~validity.is_beyond_model(table)
-        decided[collapsed & ~complete] = np.nextafter(max(exceeding), np.inf)
+        minimum[collapsed & ~complete] = np.nextafter(max(exceeded), np.inf)
     # ASSUME a failed column has exceeded all states of its own mode with a threshold of at least 1
-    failed = [s.threshold for s in states if s.threshold >= 1.0]
+    passed = [s.threshold for s in states if s.threshold >= 1.0]
     names = validity.FAILURE_DEMANDS.items()
     modes = [kind for kind, name in names if demand in (name, validity.COLUMN_FAILURE_RATIO)]
-    if failed and modes:
-        decided[np.isin(validity.failure_kinds(table), modes)] = np.nextafter(max(failed), np.inf)
-    lower = np.where(complete, peak, np.maximum(np.nan_to_num(peak, posinf=0.0), decided))
+    if passed and modes:
+        minimum[np.isin(validity.failure_kinds(table), modes)] = np.nextafter(max(passed), np.inf)
+    lower = np.where(complete, peak, np.maximum(np.nan_to_num(peak, posinf=0.0), minimum))
     upper = np.where(complete, peak, np.inf)
     if np.any(complete & (peak == 0.0)):
         positive, mildest = peak[complete & (peak > 0.0)], min(s.threshold for s in states)

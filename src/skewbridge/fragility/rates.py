@@ -69,8 +69,8 @@ def exceedance(curve: StateCurve, ln_im: Floats) -> Floats:
 def curve_rate(curve: StateCurve, hazard: HazardCurve, ln_factor: float = 0.0) -> LogRate:
     """Return the ln rate of R curves with medians times exp(ln_factor); NaN without a curve."""
     beta = curve.total if curve.modes is None else curve.modes.beta
-    narrow = float(np.nanmin(beta, initial=9.0))
-    rate = hazard.rate(lambda ln_im: exceedance(curve, ln_im - ln_factor), narrow)
+    narrowest = float(np.nanmin(beta, initial=9.0))
+    rate = hazard.rate(lambda ln_im: exceedance(curve, ln_im - ln_factor), narrowest)
     return rate._replace(priors=curve.priors)
 
 
@@ -386,7 +386,8 @@ def decision(
 def _allowed_gaps(of_skew: pd.DataFrame, target: float) -> pd.Series:
     """Return the smallest and largest gap with a rate of column failure of at most the target.
 
-    ``certain_gap_..`` use the upper end of the interval of the rate. NaN: no gap of the study.
+    ``of_skew`` has the gaps and rates of one skew. The ``certain_gap_..`` use the upper ends of the
+    intervals of the rates. NaN: no gap in the range of the study.
     """
     fine_gaps, row = np.linspace(of_skew[GAP].min(), of_skew[GAP].max(), 201), dict[str, float]()
     for name, rate in (("gap", _COLUMN[0]), ("certain_gap", _COLUMN[2])):
@@ -402,7 +403,7 @@ def _length(
 ) -> LogRate:
     """Return ln of the displacement (m) of a deck corner that is exceeded with the target rate.
 
-    ``curves`` are those of exceeding each of `_LENGTHS_M`; NaN outside these lengths.
+    ``curves`` give the probability to exceed each of `_LENGTHS_M`; NaN outside these lengths.
     """
     rates = [curve_rate(curve, hazard, ln_factor) for curve in curves]
     logs, fractiles = (

@@ -83,8 +83,8 @@ def fragility_tables(
     curves = fit_study(rows, states, settings, models=models, jobs=jobs)
     medians = median_effects(rows, states, settings, models=models, curves=curves)
     joint = joint_table(rows, states, settings, models=models, curves=curves, jobs=jobs)
-    of_states = [state.demand for state in limit_states if state.demand in demand_names]
-    names = list(dict.fromkeys((*demands_for("effect", rows.columns), *of_states)))
+    state_demands = [state.demand for state in limit_states if state.demand in demand_names]
+    names = list(dict.fromkeys((*demands_for("effect", rows.columns), *state_demands)))
     reference = reference_intensities(curves)
     effects, intensities = effect_tables(rows, names, settings, reference_im=reference, jobs=jobs)
     system = system_curves(
@@ -140,13 +140,13 @@ def shear_model_curves(rows: pd.DataFrame, settings: FitSettings, jobs: int = 1)
         runs = rows.assign(**{validity.BEYOND_MODEL: np.where(failed, "shear", ""), demand: bounds})
         state = replace(failure, component="column_shear", name=name, demand=demand)
         curves.append(fit_study(runs, [state], settings, jobs=jobs))
-    parts = pd.concat(curves, ignore_index=True).groupby("variant", sort=False)
-    tables = [_of_one_method(part, rows[rows["variant"] == name]) for name, part in parts]
+    groups = pd.concat(curves, ignore_index=True).groupby("variant", sort=False)
+    tables = [_of_one_method(group, rows[rows["variant"] == name]) for name, group in groups]
     return pd.concat(tables, ignore_index=True)
 
 
 def _of_one_method(curves: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
-    """Return the curves of one variant: exceedance fits if one shear model prefers them, or clouds.
+    """Return curves of a variant by ``cloud``, or by ``exceedance`` if any shear model prefers it.
 
     A demand at least as large as another one in every run cannot have the larger median capacity.
     If it has, no median is estimated.
@@ -155,9 +155,9 @@ def _of_one_method(curves: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
     table = curves[curves["method"] == METHODS[int(prefers.any())]]
     table = table.assign(preferred=table["status"] == FITTED)
     if any(
-        one["theta"] > other["theta"] * (1.0 + 1.0e-9)
-        and ((runs[one["demand"]] - runs[other["demand"]]).dropna() >= 0.0).all()
-        for one, other in permutations(records_of(table[table["preferred"]]), 2)
+        row_1["theta"] > row_2["theta"] * (1.0 + 1.0e-9)
+        and ((runs[row_1["demand"]] - runs[row_2["demand"]]).dropna() >= 0.0).all()
+        for row_1, row_2 in permutations(records_of(table[table["preferred"]]), 2)
     ):
         crossed = table["preferred"].copy()
         table.loc[crossed, table.filter(regex=_ESTIMATES).columns] = np.nan
@@ -186,27 +186,27 @@ def suite_table(
     for name in [*names, ALL_SUITES] if len(names) > 1 else []:
         tables = together
         if name != ALL_SUITES:
-            part = rows[rows[SUITE] == name].reset_index(drop=True)
-            models = fit_models(part, states, settings, jobs=jobs)
-            fitted = fit_study(part, states, settings, models=models, jobs=jobs)
-            medians = median_effects(part, states, settings, models=models, curves=fitted)
-            tables = medians, effect_tables(part, demands, settings, jobs=jobs).effects
+            group = rows[rows[SUITE] == name].reset_index(drop=True)
+            models = fit_models(group, states, settings, jobs=jobs)
+            fitted = fit_study(group, states, settings, models=models, jobs=jobs)
+            medians = median_effects(group, states, settings, models=models, curves=fitted)
+            tables = medians, effect_tables(group, demands, settings, jobs=jobs).effects
         for table in tables:
-            found = table[(table["scope"] == "pooled") & (table["status"] == verdicts.OK)]
-            found = found[found["ratio"].notna()]  # NaN if zero demands allow only a difference
-            effects += [{**row, **shared, SUITE: name} for row in records_of(found)]
+            usable = table[(table["scope"] == "pooled") & (table["status"] == verdicts.OK)]
+            usable = usable[usable["ratio"].notna()]  # NaN if zero demands allow only a difference
+            effects += [{**row, **shared, SUITE: name} for row in records_of(usable)]
     if not effects:
         return pd.DataFrame(columns=effect_columns)
     compared: list[Row] = []
-    for _, part in pd.DataFrame(effects).groupby(list(_EFFECT), sort=False):
-        records = {row[SUITE]: row for row in records_of(part)}
+    for _, group in pd.DataFrame(effects).groupby(list(_EFFECT), sort=False):
+        records = {row[SUITE]: row for row in records_of(group)}
         pairs = combinations([name for name in names if name in records], 2)
-        compared += [_compared(records[one], records[other]) for one, other in pairs]
+        compared += [_compared(records[name_1], records[name_2]) for name_1, name_2 in pairs]
     return pd.DataFrame([*effects, *compared], columns=effect_columns)
 
 
 def _compared(first: dict[str, Any], second: dict[str, Any]) -> dict[str, Any]:
-    """Return the row that compares an effect between two suites, as a ratio of ratios."""
+    """Return the row that compares an effect between suites: ratio in the second / the first."""
     degrees = np.array([second["dof"], first["dof"]], dtype=np.float64)
     widths = np.log([row["ci_high"] / row["ci_low"] for row in (second, first)])
     variances = (widths / (2.0 * special.stdtrit(degrees, 0.5 + 0.5 * first["level"]))) ** 2
@@ -215,10 +215,10 @@ def _compared(first: dict[str, Any], second: dict[str, Any]) -> dict[str, Any]:
     dof = float(variances.sum() ** 2 / np.sum(variances**2 / degrees))
     change = float(np.log(second["ratio"] / first["ratio"]))
     half_width = float(special.stdtrit(dof, 0.5 + 0.5 * first["level"])) * error
-    ends = np.exp([change, change - half_width, change + half_width])
+    ratios = np.exp([change, change - half_width, change + half_width])
     n_errors = abs(change) / error if error > 0.0 else np.inf
     row = {name: first[name] for name in (*_EFFECT, "level")}
-    row |= dict(zip(verdicts.RATIOS, ends.tolist(), strict=True))
+    row |= dict(zip(verdicts.RATIOS, ratios.tolist(), strict=True))
     row |= {SUITE: second[SUITE], "against": first[SUITE], "standard_errors": n_errors}
     row["n_motions"] = int(first["n_motions"]) + int(second["n_motions"])
     return row | {"verdict": DEPENDS if n_errors > LARGEST_ERRORS else NO_DIFFERENCE}
@@ -233,7 +233,8 @@ def valid_tables(
     """Return the tables of `fragility_tables` with intervals valid whenever a study is stopped.
 
     The effects on demands and medians, the needed motions and the publication table are replaced.
-    Their confidence level holds jointly for all looks. All other tables are returned unchanged.
+    Their confidence level holds jointly for all ``looks``, the numbers of motions at which verdicts
+    are computed. ``rounds`` has the intervals of earlier looks.
     """
     per_motion = verdicts.runs_per_motion(demands)
     effects, medians = (
@@ -256,10 +257,10 @@ def reference_intensities(curves: pd.DataFrame) -> dict[tuple[str, str], float]:
     """
     preferred = curves[curves["preferred"].to_numpy(dtype=bool)]
     state = preferred["component"] + "/" + preferred["limit_state"]
-    fails_at = preferred[state == f"{COLUMN_FAILURE}/any"].set_index("variant")["theta"]
+    failure_medians = preferred[state == f"{COLUMN_FAILURE}/any"].set_index("variant")["theta"]
     rank = state.map({name: number for number, name in enumerate(REFERENCE_STATES)})
     preferred = preferred.assign(rank=rank, ln_theta=np.log(preferred["theta"]))
-    limits = preferred["variant"].map(fails_at).astype(np.float64).fillna(np.inf)
+    limits = preferred["variant"].map(failure_medians).astype(np.float64).fillna(np.inf)
     preferred = preferred[preferred["theta"].astype(np.float64) < limits]
     keys = list(demand_table.BRIDGE_COLUMNS)  # groupby drops rows without a rank
     ln_theta = preferred.groupby([*keys, "rank"])["ln_theta"].mean().groupby(level=keys).first()

@@ -75,7 +75,7 @@ def system_curves(
     systems = [_Systems(system, members, settings, hazard, withheld) for system in models]
     items = ((system, i) for system in systems for i in range(len(system.models.variants)))
     rows = demand_table.spread(_variant_rows, items, jobs)
-    return pd.DataFrame([row for of_variant in rows for row in of_variant])
+    return pd.DataFrame([row for variant_rows in rows for row in variant_rows])
 
 
 def difference(first: Row, second: Row) -> str:
@@ -150,7 +150,7 @@ class _Systems(NamedTuple):
 
 
 def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
-    """Return the rows of one variant, one per degree of damage."""
+    """Return the rows of table `system` for one variant, one per degree of damage."""
     systems, variant_number = system_and_variant
     models, settings = systems.models, systems.settings
     values = records_of(models.variants)[variant_number]
@@ -205,7 +205,7 @@ def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
 
 
 def _member_name(state: LimitState, degree: str, modes: States) -> str:
-    """Return the component, with its state unless it equals the degree, and a subset of modes."""
+    """Return ``component (state: modes)``; state if not ``degree``, modes if some are left out."""
     name = "" if state.name == degree else state.name
     if len(modes) < len(state.modes):
         name = f"{state.name}: {', '.join(mode.name for mode in modes)}"

@@ -64,8 +64,8 @@ class Union(NamedTuple):
             return self.ln_theta[0] + z * self.beta[0]
         p = float(special.ndtr(z))
         # the larger of both probabilities is between p/2 and p
-        ends = (float(special.ndtri(share * p)) for share in (0.5, 1.0))
-        low, high = (np.min(self.ln_theta + end * self.beta, axis=0) for end in ends)
+        limits = (float(special.ndtri(share * p)) for share in (0.5, 1.0))
+        low, high = (np.min(self.ln_theta + limit * self.beta, axis=0) for limit in limits)
         for _ in range(_HALVINGS):
             middle = 0.5 * (low + high)
             above = self.probability(middle) > p
@@ -89,8 +89,8 @@ def any_of(u: Sequence[Floats], rho: Floats) -> Floats:
     p = [special.ndtr(z) for z in u]
     if len(u) == 1:
         return p[0]
-    added = p[0] + p[1]
-    return np.clip(added - _both(u[0], u[1], rho), np.maximum(*p), np.minimum(added, 1.0))
+    p_sum = p[0] + p[1]
+    return np.clip(p_sum - _both(u[0], u[1], rho), np.maximum(*p), np.minimum(p_sum, 1.0))
 
 
 def _both(u: Floats, v: Floats, rho: Floats) -> Floats:
@@ -129,13 +129,13 @@ def curve_probability(im: ArrayLike, row: Mapping[str, Any]) -> Floats:
 
 
 def correlation(first: Floats, second: Floats, weights: Floats) -> Floats:
-    """Return R correlations of residuals (R, n) with run weights (R, n); NaN are unknown."""
-    both = np.isfinite(first[0]) & np.isfinite(second[0])
-    if np.sum(both) < MIN_COMPLETE:
+    """Return R correlations of residuals (R, n) with run weights (R, n); NaN: unknown residual."""
+    known = np.isfinite(first[0]) & np.isfinite(second[0])
+    if np.sum(known) < MIN_COMPLETE:
         return np.zeros(len(weights))
-    w = weights[:, both]
+    w = weights[:, known]
     count = np.maximum(np.sum(w, axis=1), 1.0)[:, None]
-    a, b = (e[:, both] - np.sum(w * e[:, both], axis=1)[:, None] / count for e in (first, second))
+    a, b = (e[:, known] - np.sum(w * e[:, known], axis=1)[:, None] / count for e in (first, second))
     covariance, *variances = (np.sum(w * x * y, axis=1) for x, y in ((a, b), (a, a), (b, b)))
     with np.errstate(divide="ignore", invalid="ignore"):
         rho = covariance / np.sqrt(variances[0] * variances[1])
@@ -143,7 +143,7 @@ def correlation(first: Floats, second: Floats, weights: Floats) -> Floats:
 
 
 def reached_modes(table: pd.DataFrame, state: LimitState) -> list[LimitState]:
-    """Return the failure modes of a state that some run exceeds."""
+    """Return the failure modes of a state that some run of a demands table exceeds."""
     return [
         mode for mode in state.modes if demand_outcomes(table, [mode]).status(mode) != NO_EXCEEDANCE
     ]

@@ -87,7 +87,7 @@ def with_verdicts(table: pd.DataFrame) -> pd.DataFrame:
     below, above = (np.where(is_linear, sign * limit, np.log1p(sign * margin)) for sign in (-1, 1))
     possible, zero = may_be_negligible(table), np.zeros_like(value)
     tail = 1.0 - table["level"].to_numpy(dtype=np.float64)
-    refused = "status" in table and (table["status"] == NO_CURVE).to_numpy()
+    is_withheld = "status" in table and (table["status"] == NO_CURVE).to_numpy()
     p_values = _p_values(table, value, low, high, below, above)
     outside, inside, direction = (
         adjusted(table, p).to_numpy() <= tail * share
@@ -95,7 +95,7 @@ def with_verdicts(table: pd.DataFrame) -> pd.DataFrame:
     )
     claims = [outside & (value < 0.0), outside & (value > 0.0), inside & possible, direction]
     return table.assign(
-        status=np.where(np.isnan(low), np.where(refused, NO_CURVE, NOT_ESTIMABLE), OK),
+        status=np.where(np.isnan(low), np.where(is_withheld, NO_CURVE, NOT_ESTIMABLE), OK),
         verdict=verdicts_of(low, below, zero, above, high, possible=possible),
         direction=np.select([high < 0.0, low > 0.0], [-1, 1], default=0),
         verdict_family=np.select(claims, _IN_ORDER, default=UNDECIDED),
@@ -126,19 +126,21 @@ def verdicts_of(
 
 
 def _p_values(table: pd.DataFrame, *scale: Floats) -> list[pd.Series]:
-    """Return p-values of t tests of three claims: outside the margin, inside it, direction."""
-    # effects are ln ratios or differences; each test uses the half-width of the interval on its
-    # side; the test of direction is two-sided
+    """Return p-values of t tests of three claims: outside the margin, inside it, direction.
+
+    ``scale``: effect (ln ratio or difference), its interval ends, and both margins, (n,) each.
+    """
+    # each test uses the half-width of the interval on its side; that of direction is two-sided
     value, low, high, below, above = scale
     dof = np.maximum(table["dof"].to_numpy(dtype=np.float64), 1.0)
     t = special.stdtrit(dof, 0.5 + 0.5 * table["level"].to_numpy(dtype=np.float64))
 
     def sides(first: Floats | float, second: Floats | float) -> list[Floats]:
         """Return the p-values of the claims "below the first limit" and "above the second"."""
-        pairs = (value - first, high - value), (second - value, value - low)
+        gaps = (value - first, high - value), (second - value, value - low)
         with np.errstate(divide="ignore", invalid="ignore"):  # p = 1/2 at the limit
-            steps = [np.where(away == 0.0, 0.0, t * away / reach) for away, reach in pairs]
-        return [special.stdtr(dof, step) for step in steps]
+            t_values = [np.where(gap == 0.0, 0.0, t * gap / half) for gap, half in gaps]
+        return [special.stdtr(dof, step) for step in t_values]
 
     outside, inside = np.minimum(*sides(below, above)), np.maximum(*sides(above, below))
     direction = np.minimum(1.0, 2.0 * np.minimum(*sides(0.0, 0.0)))
@@ -156,25 +158,25 @@ def holm(p: pd.Series) -> pd.Series:
 
 def needed_motions(effects: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame:
     """Return the table `needed_motions` for pooled effects on headline demands and on medians."""
-    of_demand = effects["demand"].isin(demands_for("headline"))
-    asked = of_demand | (effects["quantity"] == MEDIAN_CAPACITY)
-    headline = effects[asked & (effects["scope"] == "pooled")]
+    is_headline = effects["demand"].isin(demands_for("headline"))
+    is_reported = is_headline | (effects["quantity"] == MEDIAN_CAPACITY)
+    headline = effects[is_reported & (effects["scope"] == "pooled")]
     rows: list[dict[Any, Any]] = []
     for model, runs in models_of(demands):
         suite = int(runs["motion_id"].nunique())
         cpu_s = float(runs["cpu_s"].mean()) if "cpu_s" in runs else nan
-        of_model = (headline[list(BRIDGE_COLUMNS)] == pd.Series(model)).all(axis=1)
-        for row in headline[of_model].to_dict("records"):
+        is_of_model = (headline[list(BRIDGE_COLUMNS)] == pd.Series(model)).all(axis=1)
+        for row in headline[is_of_model].to_dict("records"):
             pairs = motions_to_decide(row)
             # assume that the share of motions without an exact pair stays the same
             needed = ceil(pairs * suite / (row["dof"] + 1)) if isfinite(pairs) else pairs
-            more = max(needed - suite, 0) * len(runs) / suite
+            further = max(needed - suite, 0) * len(runs) / suite
             forecast = MORE if isfinite(needed) else "on the margin"
             if row["verdict"] in DECIDED:
-                forecast, more = "decided", 0.0
+                forecast, further = "decided", 0.0
             elif np.isnan(needed):
                 forecast = "unknown"
-            costs = {"more_analyses": more, "more_core_hours": more * cpu_s / 3600}
+            costs = {"more_analyses": further, "more_core_hours": further * cpu_s / 3600}
             costs["needed_motions"] = needed
             row |= {name: cost if isfinite(cost) else nan for name, cost in costs.items()}
             rows.append(row | {"forecast": forecast, "n_motions": suite})
@@ -196,15 +198,15 @@ def motions_to_decide(effect: Mapping[Any, Any], power: float = 0.8) -> float:
         below, above = np.log1p(-effect["margin"]), np.log1p(effect["margin"])
     if not isfinite(value) or not isfinite(effect["scatter"]):
         return nan
-    numbers = range(3, 1001)
+    candidates = range(3, 1001)
     scatter, tail = max(effect["scatter"], 1e-12), 0.5 * (1.0 - effect["level"])
 
     def is_enough(motions: int) -> bool:
         steps = np.sqrt(motions) / scatter
         return _power(motions - 1, (below - value) * steps, (above - value) * steps, tail) >= power
 
-    first = bisect_left(numbers, True, key=is_enough)
-    return float(numbers[first]) if first < len(numbers) else np.inf
+    position = bisect_left(candidates, True, key=is_enough)
+    return float(candidates[position]) if position < len(candidates) else np.inf
 
 
 def _power(dof: int, below: float, above: float, tail: float) -> float:
@@ -246,18 +248,18 @@ def look_levels(times: tuple[float, ...], level: float) -> tuple[float, ...]:
     x, mass = np.zeros(1), np.ones(1)
     levels: list[float] = []
     for time, step, alpha in zip(times, steps, spent, strict=True):
-        far = _FAR * np.sqrt(time)
-        end = float(optimize.brentq(_crossing_error, 0.0, far, args=(x, mass, step, alpha)))
-        levels.append(float(1.0 - 2.0 * special.ndtr(-end / np.sqrt(time))))
-        x_new = 0.5 * (end + far) * _NODES + 0.5 * (end - far)
+        lowest = _FAR * np.sqrt(time)
+        boundary = float(optimize.brentq(_crossing_error, 0.0, lowest, args=(x, mass, step, alpha)))
+        levels.append(float(1.0 - 2.0 * special.ndtr(-boundary / np.sqrt(time))))
+        x_new = 0.5 * (boundary + lowest) * _NODES + 0.5 * (boundary - lowest)
         density = np.exp(-0.5 * ((x_new[:, None] - x) / step) ** 2) / (step * np.sqrt(2.0 * np.pi))
-        x, mass = x_new, 0.5 * (end + far) * _WEIGHTS * (density @ mass)
+        x, mass = x_new, 0.5 * (boundary + lowest) * _WEIGHTS * (density @ mass)
     return tuple(levels)
 
 
-def _crossing_error(end: float, x: Floats, mass: Floats, step: float, alpha: float) -> float:
-    """Return P(path of the statistic crosses the boundary ``end`` in one step) - ``alpha``."""
-    return float(mass @ special.ndtr((x - end) / step)) - alpha
+def _crossing_error(boundary: float, x: Floats, mass: Floats, step: float, alpha: float) -> float:
+    """Return P(a path from positions ``x`` crosses ``boundary`` in one step) - ``alpha``."""
+    return float(mass @ special.ndtr((x - boundary) / step)) - alpha
 
 
 def at_looks(table: pd.DataFrame, looks: Sequence[int], per_motion: float = 1.0) -> pd.DataFrame:
@@ -312,15 +314,15 @@ def _information(table: pd.DataFrame, per_motion: float) -> tuple[Floats, Floats
     motions, dof = pairs["n_pairs"] / per_motion, pairs["dof"].clip(lower=1)
     variance = pairs["scatter"].fillna(0.0) ** 2 / (pairs["dof"] + 1.0).clip(lower=1.0)
     weight = variance + 1e-12 + 1e-6 * variance.max()
-    parts = pairs[cell].assign(weight=weight, motions=weight * motions, dof=weight * dof)
-    sums = parts.groupby(cell, dropna=False).sum()
+    weighted = pairs[cell].assign(weight=weight, motions=weight * motions, dof=weight * dof)
+    sums = weighted.groupby(cell, dropna=False).sum()
     weighted_means = sums[["motions", "dof"]].div(sums["weight"], axis=0)
-    of_cell = table[cell].merge(weighted_means.reset_index(), on=cell, how="left")
-    of_cell.index = table.index
-    of_cell.loc[pairs.index, "motions"] = motions
-    of_cell.loc[pairs.index, "dof"] = pairs["dof"]
-    dof = np.minimum(of_cell["dof"].to_numpy(np.float64), table["dof"].to_numpy(np.float64))
-    return of_cell["motions"].to_numpy(np.float64), dof
+    by_row = table[cell].merge(weighted_means.reset_index(), on=cell, how="left")
+    by_row.index = table.index
+    by_row.loc[pairs.index, "motions"] = motions
+    by_row.loc[pairs.index, "dof"] = pairs["dof"]
+    dof = np.minimum(by_row["dof"].to_numpy(np.float64), table["dof"].to_numpy(np.float64))
+    return by_row["motions"].to_numpy(np.float64), dof
 
 
 def kept(table: pd.DataFrame, history: pd.DataFrame) -> pd.DataFrame:
@@ -335,12 +337,12 @@ def kept(table: pd.DataFrame, history: pd.DataFrame) -> pd.DataFrame:
         return table
     keys, columns = [*CELL, "scope"], {}
     for low, high in (RATIOS[1:], DIFFERENCES[1:]):
-        numbers = history.astype({low: np.float64, high: np.float64})
-        inner = numbers.groupby(keys, dropna=False).agg({low: "max", high: "min"}).reset_index()
-        of_row = table[keys].merge(inner, on=keys, how="left")
-        last = table[[low, high]].to_numpy(np.float64).T
-        ends = np.fmax(last[0], of_row[low].to_numpy()), np.fmin(last[1], of_row[high].to_numpy())
-        columns |= dict(zip((low, high), np.where(ends[0] <= ends[1], ends, last), strict=True))
+        earlier = history.astype({low: np.float64, high: np.float64})
+        common = earlier.groupby(keys, dropna=False).agg({low: "max", high: "min"}).reset_index()
+        merged = table[keys].merge(common, on=keys, how="left")
+        now = table[[low, high]].to_numpy(np.float64).T
+        ends = np.fmax(now[0], merged[low].to_numpy()), np.fmin(now[1], merged[high].to_numpy())
+        columns |= dict(zip((low, high), np.where(ends[0] <= ends[1], ends, now), strict=True))
     return with_verdicts(table.assign(**columns))[list(table.columns)]
 
 

@@ -32,48 +32,48 @@ _ROUNDING: Final = 1e-9
 
 
 def placed(suite: Iterable[SuiteMotion]) -> list[Placed]:
-    """Return suite, motion, scale factor and level of each suite row, for `planned_runs`."""
+    """Return suite name, motion name, scale factor and Sa_avg in g of each motion of a suite."""
     return [(m.suite, m.motion.motion_id, m.scale, m.measures[LEVEL_MEASURE]) for m in suite]
 
 
 def unread(count: int, suite: str = "") -> list[Placed]:
-    """Return rows as in `placed` for motions not yet read, with the motion's number as level."""
+    """Return rows like those of `placed` for motions not yet read; levels are positions from 0."""
     return [(suite, f"{suite}{number}", 1.0, float(number)) for number in range(count)]
 
 
 class _Counts:
-    """Numbers of runs so far, from which `assign` chooses the cells of the next motion."""
+    """Numbers of earlier runs by cell, from which `assign` chooses the cells of the next motion."""
 
     def __init__(self, cells: int, incidences: int) -> None:
         self.in_band = np.zeros((BLOCK, cells), dtype=np.int64)
         self.at_incidence = np.zeros((incidences, cells), dtype=np.int64)
         self.at_once = np.zeros((cells, cells), dtype=np.int64)  # pairs at the same incidence
-        self.of_pair = np.zeros((cells, cells), dtype=np.int64)
+        self.of_pair = np.zeros((cells, cells), dtype=np.int64)  # pairs that share a motion
 
     def imbalance(self, rank: int, chosen: Mapping[int, tuple[int, ...]]) -> tuple[int, ...]:
-        """Return sums of earlier runs in ``chosen``, which `assign` minimises in this order."""
+        """Return counts of earlier runs in the cells ``chosen`` at each incidence, and in pairs."""
         cells = [cell for group in chosen.values() for cell in group]
         at_once = [pair for group in chosen.values() for pair in combinations(group, 2)]
-        angles = [self.at_incidence[angle, list(group)].sum() for angle, group in chosen.items()]
+        sums = [self.at_incidence[angle, list(group)].sum() for angle, group in chosen.items()]
         return (
             len(cells) - len(set(cells)),
             int(self.in_band[rank, cells].sum()),
             sum(int(self.at_once[pair]) for pair in at_once),
             sum(int(self.of_pair[pair]) for pair in combinations(cells, 2)),
             int(self.in_band[:, cells].sum()),
-            int(sum(angles)),
+            int(sum(sums)),
         )
 
     def add(self, rank: int, chosen: Mapping[int, tuple[int, ...]]) -> None:
-        """Count the cells chosen at each incidence for a motion of this rank."""
+        """Count a motion of this rank in the cells ``chosen``, keyed by number of the incidence."""
         cells = [cell for group in chosen.values() for cell in group]
         np.add.at(self.in_band[rank], cells, 1)
         for angle, group in chosen.items():
             self.at_incidence[angle, list(group)] += 1
             for pair in combinations(group, 2):
                 self.at_once[pair] += 1
-        for first, second in combinations(cells, 2):
-            self.of_pair[[first, second], [second, first]] += 1
+        for cell_1, cell_2 in combinations(cells, 2):
+            self.of_pair[[cell_1, cell_2], [cell_2, cell_1]] += 1
 
 
 def assign(
@@ -94,14 +94,14 @@ def assign(
     runs = np.zeros((levels.size, incidences, cells), dtype=np.bool_)
     choices = list(combinations(range(cells), min(blocks.cells_per_motion, cells)))
     few_cells, all_cells = _Counts(cells, incidences), _Counts(cells, incidences)
-    complete = 0
+    n_complete = 0
     for position in range(levels.size):
         start, rank = position - position % BLOCK, position % BLOCK
         motion = start + np.argsort(levels[start : start + BLOCK], kind="stable")[rank]
         counts, angles = few_cells, list(range(incidences))
-        if floor((position + 1) * blocks.complete_share + _ROUNDING) > complete:
-            runs[motion, angles.pop(complete % incidences)] = True
-            counts, complete = all_cells, complete + 1
+        if floor((position + 1) * blocks.complete_share + _ROUNDING) > n_complete:
+            runs[motion, angles.pop(n_complete % incidences)] = True
+            counts, n_complete = all_cells, n_complete + 1
         options = product(choices, repeat=len(angles))
         by_angle = (dict(zip(angles, option, strict=True)) for option in options)
         chosen = min(by_angle, key=partial(counts.imbalance, rank))
@@ -114,22 +114,22 @@ def assign(
 def planned_runs(
     grid: GridConfig, motions: MotionsConfig, rows: Sequence[Placed]
 ) -> dict[str, set[Run]]:
-    """Return the analyses of each variant (by name): all, or those in `motions.blocks`.
+    """Return the analyses of each variant, keyed by its name: all, or those of `motions.blocks`.
 
-    A suite is balanced in itself. A variant that stands for several cells (an abutment model
+    Each suite is balanced separately. A variant that stands for several cells (an abutment model
     without friction, for example) runs all motions of these cells.
     """
     blocks, angles = motions.blocks, motions.incidence_deg
-    count, cells = cells_of(grid, blocks.within if blocks else ())
-    runs = np.ones((len(rows), len(angles), count), dtype=np.bool_)
+    n_cells, cells = cells_of(grid, blocks.within if blocks else ())
+    runs = np.ones((len(rows), len(angles), n_cells), dtype=np.bool_)
     for suite in {row[0] for row in rows}:
         indices = [i for i, row in enumerate(rows) if row[0] == suite]
         if blocks:
-            runs[indices] = assign([rows[i][3] for i in indices], count, len(angles), blocks)
+            runs[indices] = assign([rows[i][3] for i in indices], n_cells, len(angles), blocks)
     return {
         slug: {
             (*rows[row][1:3], angles[angle])
-            for row, angle in np.argwhere(runs[:, :, numbers].any(axis=2)).tolist()
+            for row, angle in np.argwhere(runs[:, :, cell_numbers].any(axis=2)).tolist()
         }
-        for slug, numbers in cells.items()
+        for slug, cell_numbers in cells.items()
     }

@@ -95,14 +95,14 @@ def write_folder_index(root: Path, stated: Stated | None = None) -> Path:
         units = {read.read_trace(*component).unit for component in files}
         row |= {"unit": units.pop() if len(units) == 1 else "", "source": ""}
         old_cells = cells.get(entry.motion_id, {}).items()
-        kept = {name: text for name, text in old_cells if text and name not in {"npts", "sha256"}}
-        rows.append(row | kept)
+        filled = {name: text for name, text in old_cells if text and name not in {"npts", "sha256"}}
+        rows.append(row | filled)
     folder.write_index(index, rows)
     return index
 
 
 def _check_file(path: Path, stated: Stated | None, verdict_if_doubtful: FileVerdict) -> FileCheck:
-    """Return the check of one file, as if it were the only one."""
+    """Return the check of one file without the second component of its motion."""
     try:
         trace = read.read_trace(path, stated)
     except InputError as error:
@@ -126,15 +126,18 @@ def _check_files(
     *,
     of_study: bool = False,
 ) -> list[FileCheck]:
-    """Return the checks of files without an index, in their order; two files are a pair."""
+    """Return the checks of ``paths``, which have no index, in this order; two paths are a pair.
+
+    If ``of_study``, the checks of unpaired files have a note that a study does not use them.
+    """
     paired = {"": tuple(sorted(paths))} if len(paths) == 2 else folder.pair_files(paths)[0]
-    pairs, first = list(paired.values()), None
+    pairs, last_h1 = list(paired.values()), None
     for path in paths:
         ending = read.split_name(path)[1]
-        first = path if ending == "h1" else first
+        last_h1 = path if ending == "h1" else last_h1
         # an h2 file without a partner belongs to the last h1 file before it
-        if ending == "h2" and first and not any(path in pair for pair in paired.values()):
-            pairs.append((first, path))
+        if ending == "h2" and last_h1 and not any(path in pair for pair in paired.values()):
+            pairs.append((last_h1, path))
     checks: dict[Path, FileCheck] = {}
     for pair in pairs:
         motion = folder.motion_of_files(read.motion_name(*pair), pair, stated)
@@ -144,20 +147,20 @@ def _check_files(
         if of_study and checks[path].passes:
             is_vertical = read.is_vertical(path) or read.read_trace(path, stated).is_vertical
             unused = "vertical component: a study does not use it"
-            alone = "no second component found: a study needs pairs"
-            checks[path] = checks[path].noted(unused if is_vertical else alone)
+            unpaired = "no second component found: a study needs pairs"
+            checks[path] = checks[path].noted(unused if is_vertical else unpaired)
     return [checks[path] for path in paths]
 
 
 def _unread(root: Path, used_files: list[Path], reason: str) -> list[FileCheck]:
-    """Return checks of the other files of a folder, without indexes and hidden files."""
-    read, checks = {path.resolve() for path in used_files}, list[FileCheck]()
+    """Return checks of files of a folder, except ``used_files``, indexes and hidden files."""
+    used, checks = {path.resolve() for path in used_files}, list[FileCheck]()
     for path in folder.files_below(root):
-        name, starts = path.name.lower(), {level[0] for level in path.relative_to(root).parts}
-        if path.resolve() in read or name == folder.INDEX_NAME or "." in starts:
+        name, initials = path.name.lower(), {level[0] for level in path.relative_to(root).parts}
+        if path.resolve() in used or name == folder.INDEX_NAME or "." in initials:
             continue
-        is_integral = name.endswith((".vt2", ".dt2")) and path.stem in {file.stem for file in read}
-        is_note = name in folder.NOT_MOTIONS or name.endswith(".md") or "_" in starts
+        is_integral = name.endswith((".vt2", ".dt2")) and path.stem in {file.stem for file in used}
+        is_note = name in folder.NOT_MOTIONS or name.endswith(".md") or "_" in initials
         verdict = "left_out" if is_integral or is_note else "not_read"
         checks.append(FileCheck(file=str(path), verdict=verdict, messages=(f"not read: {reason}",)))
     return checks
@@ -166,7 +169,7 @@ def _unread(root: Path, used_files: list[Path], reason: str) -> list[FileCheck]:
 def _check_motion(
     entry: folder.IndexEntry, root: Path, verdict_if_doubtful: FileVerdict
 ) -> list[FileCheck]:
-    """Return the checks of the files of a motion, alone and as a pair; one if it is generated."""
+    """Return checks of both files of a motion, alone and as pair, or one of a generated motion."""
     checks = [_check_file(*component, verdict_if_doubtful) for component in entry.components]
     if not all(check.passes for check in checks):
         return checks
@@ -185,8 +188,8 @@ def _check_motion(
     names = [path.name for path, _ in reversed(entry.components)]
     for text in motion.messages:
         if text.partition(": ")[2] not in messages:
-            starts = (read.DIFFERENT_RECORDS, read.ONE_RECORD)
-            verdict = verdict_if_doubtful if text.startswith(starts) else None
+            doubtful = (read.DIFFERENT_RECORDS, read.ONE_RECORD)
+            verdict = verdict_if_doubtful if text.startswith(doubtful) else None
             checks = [
                 check.noted(f"with {other_name}: {text}", verdict)
                 for check, other_name in zip(checks, names, strict=True)

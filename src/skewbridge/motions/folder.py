@@ -190,14 +190,14 @@ def pair_files(
     used_files: set[Path] = set()
     for (event, station), record in records.items():
         record.sort(key=lambda trace: trace.path.name)
-        known = [trace for trace in record if math.isfinite(trace.azimuth_deg)]
-        apart_deg = known[0].azimuth_deg - known[-1].azimuth_deg if len(known) == 2 else 0.0
-        if station and abs(apart_deg % 180.0 - 90.0) <= 2.0:
+        traces = [trace for trace in record if math.isfinite(trace.azimuth_deg)]
+        angle_deg = traces[0].azimuth_deg - traces[-1].azimuth_deg if len(traces) == 2 else 0.0
+        if station and abs(angle_deg % 180.0 - 90.0) <= 2.0:
             name = re.sub(r"[^A-Za-z0-9]+", "_", f"{station}_{event}").strip("_")
-            pairs[name] = (known[0].path, known[1].path)
+            pairs[name] = (traces[0].path, traces[1].path)
             used_files |= {trace.path for trace in record}
-    alone = {name: files for name, files in unpaired.items() if not used_files.issuperset(files)}
-    return dict(sorted(pairs.items())), alone
+    rest = {name: files for name, files in unpaired.items() if not used_files.issuperset(files)}
+    return dict(sorted(pairs.items())), rest
 
 
 def group_by_name(paths: Iterable[Path]) -> dict[str, list[Path]]:
@@ -246,12 +246,12 @@ def read_index_table(index: Path) -> pd.DataFrame:
 
 def _entry(cells: dict[str, str], index: Path, line: int) -> IndexEntry:
     where = f"{index.name}, line {line}"
-    filled = {
+    stated_cells = {
         name: cell
         for name, cell in cells.items()
         if name != "components" and (name in _REQUIRED or cell.strip().lower() not in {"", "nan"})
     }
-    row = checked(IndexEntry, filled, where)
+    row = checked(IndexEntry, stated_cells, where)
     files = ((row.file_1, row.channel_1), (row.file_2, row.channel_2))
     if row.made_from_number is not None:
         if row.file_1 or row.file_2:

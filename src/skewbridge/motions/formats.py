@@ -146,7 +146,7 @@ def trace_of(lines: list[str], path: Path, stated: Stated) -> Trace:
 
 
 def _unit(stated: Stated, in_file: str) -> tuple[str, list[str]]:
-    """Return the first unit of: given, in the file, given if missing, g; and notes on it."""
+    """Return the unit (`Stated.unit`, else ``in_file``, `unit_if_missing` or g) and notes on it."""
     unit = stated.unit or in_file or stated.unit_if_missing
     if unit is None:
         return DEFAULT_UNIT, [f"the file states no unit: {DEFAULT_UNIT} is assumed"]
@@ -157,7 +157,7 @@ def _unit(stated: Stated, in_file: str) -> tuple[str, list[str]]:
 
 
 def _channel(stated: Stated, directions: Sequence[str], path: Path) -> int:
-    """Return the position (from 0) of the given channel of a file with these directions."""
+    """Return the position (from 0) of the stated channel; ``directions`` has one text for each."""
     count = len(directions)
     if stated.channel is None and count > 1:
         channels = ", ".join(f"{n} {text}".strip() for n, text in enumerate(directions, 1))
@@ -250,7 +250,7 @@ def parse_numbers(lines: Sequence[str], path: Path, first_line: int = 1) -> Vect
         for token in text.translate(_SEPARATORS).split():
             problem, values = "is not a number", []
             if len(token) <= MAX_TOKEN and _RUN.fullmatch(token):
-                problem = "is too large"
+                problem = f"is above {MAX_MAGNITUDE:g}"
                 values = [_fortran_float(number) for number in _NUMBER.findall(token)]
             if not values or max(map(abs, values)) > MAX_MAGNITUDE:
                 raise fault_in(path, f"{token[:40]!r} {problem}", line)
@@ -304,8 +304,8 @@ def _read_peer(lines: list[str], path: Path, _stated: Stated) -> Trace:
         warnings = (f"NPTS = {npts}, but there are {values.size} values: cut to NPTS",)
     elif values.size < npts:
         # If only the last value lacks an exponent, it is truncated: `-.31` of `-.3141593E-02`.
-        last = " ".join(data[-3:]).upper().split()
-        if len(last) > 1 and "E" in last[0] and "E" not in last[-1]:
+        tokens = " ".join(data[-3:]).upper().split()
+        if len(tokens) > 1 and "E" in tokens[0] and "E" not in tokens[-1]:
             raise fault_in(path, "the file ends inside a number: get the whole file")
         warnings = (f"NPTS = {npts}, but there are {values.size} values: truncated file?",)
     titles = (pattern.fullmatch(line.strip()) for line in header[:3] for pattern in _PEER_TITLES)
@@ -355,10 +355,10 @@ def at2_text(motion: GroundMotion, component: int) -> str:
 def write_at2(motion: GroundMotion, folder: Path) -> tuple[Path, Path]:
     """Write both components as `<motion_id>_h1.AT2` and `_h2.AT2`; return their paths."""
     writable_folder(folder)
-    first, second = (folder / f"{motion.motion_id}_h{component}.AT2" for component in (1, 2))
-    for component, path in enumerate((first, second), start=1):
+    path_1, path_2 = (folder / f"{motion.motion_id}_h{component}.AT2" for component in (1, 2))
+    for component, path in enumerate((path_1, path_2), start=1):
         path.write_text(at2_text(motion, component), encoding="ascii", newline="\n")
-    return first, second
+    return path_1, path_2
 
 
 # ---- Blocks of fixed-width numbers, which may touch: CSMIP, COSMOS and GeoNet. A file may have
@@ -368,7 +368,7 @@ def write_at2(motion: GroundMotion, folder: Path) -> tuple[Path, Path]:
 class _Block(NamedTuple):
     """Header of the acceleration block of one channel."""
 
-    row: int  # of the first values, from 0
+    row: int  # line of the first values, from 0
     npts: int
     dt_s: float
     layout: str  # Fortran format of the values
@@ -381,7 +381,7 @@ class _Block(NamedTuple):
 def _trace_of_block(
     blocks: list[_Block], lines: list[str], path: Path, stated: Stated, **fields: Any
 ) -> Trace:
-    """Return the component of the given channel; `fields` are further fields of `Trace`."""
+    """Return the component of the stated channel; ``fields`` are further fields of `Trace`."""
     row, npts, dt_s, layout, *texts = blocks[_channel(stated, [b.direction for b in blocks], path)]
     values = _fixed_width(lines, row, npts, layout, path)
     missing = f"the header states {npts} points, the file has {values.size}: truncated?"
@@ -423,18 +423,18 @@ def _is_csmip(lines: list[str], path: Path) -> bool:
 
 def _read_csmip(lines: list[str], path: Path, stated: Stated) -> Trace:
     blocks: list[_Block] = []
-    before = 0
+    previous = 0
     for row, line in enumerate(lines):
         if (match := _CSMIP_BLOCK.match(line[:HEADER_WIDTH])) is None:
             continue
-        titles = (n for n in range(before, row) if "CORRECTED ACCELEROGRAM" in lines[n].upper())
-        text = _head(lines[next(titles, before) : row], 25)
-        direction = "".join(_CSMIP_CHANNEL.findall("\n".join(text))[:1])
+        titles = (n for n in range(previous, row) if "CORRECTED ACCELEROGRAM" in lines[n].upper())
+        header = _head(lines[next(titles, previous) : row], 25)
+        direction = "".join(_CSMIP_CHANNEL.findall("\n".join(header))[:1])
         unit = "cm/s2" if re.search("cm/sec", match["rest"], re.IGNORECASE) else ""
-        sizes = int(match["npts"]), _fortran_float(match["dt"]), match["rest"]
-        event, station = "".join(text[2:3]), "".join(text[6:7])
-        blocks.append(_Block(row + 1, *sizes, unit, event, station, direction))
-        before = row
+        size_and_layout = int(match["npts"]), _fortran_float(match["dt"]), match["rest"]
+        event, station = "".join(header[2:3]), "".join(header[6:7])
+        blocks.append(_Block(row + 1, *size_and_layout, unit, event, station, direction))
+        previous = row
     if not blocks:
         raise fault_in(path, "the file has no block of accelerations: truncated?")
     return _trace_of_block(blocks, lines, path, stated, format="csmip_v2")
@@ -460,34 +460,34 @@ def _is_cosmos(lines: list[str], _path: Path) -> bool:
 
 def _read_cosmos(lines: list[str], path: Path, stated: Stated) -> Trace:
     blocks: list[_Block] = []
-    title, unread = 0, "the file has no block of values: truncated?"
+    title, problem = 0, "the file has no block of values: truncated?"
     for row, line in enumerate(_head(lines, len(lines))):
         title = row if "(format v" in line.lower() else title
         if (match := _COSMOS_BLOCK.match(line)) is None:
             continue
         headers = ((n, _COSMOS_HEADER.match(lines[n][:HEADER_WIDTH])) for n in range(title, row))
-        heads = [_fixed_width(lines, n + 1, int(m[1]), m[2], path) for n, m in headers if m]
-        if len(heads) != 2 or heads[0].size < 54 or heads[1].size < 62:
+        arrays = [_fixed_width(lines, n + 1, int(m[1]), m[2], path) for n, m in headers if m]
+        if len(arrays) != 2 or arrays[0].size < 54 or arrays[1].size < 62:
             raise fault_in(path, "the block has no integer or real header: truncated?", row + 1)
-        parameter, code, azimuth = (int(heads[0][n]) for n in (1, 2, 53))
-        npts, dt_s = int(match["npts"]), float(heads[1][61]) * 1.0e-3
+        parameter, unit_code, azimuth = (int(arrays[0][n]) for n in (1, 2, 53))
+        npts, dt_s = int(match["npts"]), float(arrays[1][61]) * 1.0e-3
         length_s = float(match["length"])  # rounded
         if not match["quantity"].lower().startswith("accel") or parameter not in {1, -999}:
-            unread = f"not an acceleration: {line.strip()!r}"
-        elif not (unit := _COSMOS_UNITS.get(code) or _unit_in([match["unit"]], path)):
-            unread = f"unknown unit {match['unit'].strip()!r}"
+            problem = f"not an acceleration: {line.strip()!r}"
+        elif not (unit := _COSMOS_UNITS.get(unit_code) or _unit_in([match["unit"]], path)):
+            problem = f"unknown unit {match['unit'].strip()!r}; known: {', '.join(UNIT_FACTORS)}"
         elif abs(npts * dt_s - length_s) > 1.0 + 0.01 * length_s:
-            unread = f"the header states {npts} points of {dt_s:g} s, but {length_s:g} s in all"
+            problem = f"the header states {npts} points of {dt_s:g} s, but {length_s:g} s in all"
         else:
             compass = str(azimuth) if 1 <= azimuth <= 360 else _COSMOS_VERTICAL.get(azimuth, "")
             names = _COSMOS_CHANNEL.findall("\n".join(lines[title:row]))
-            texts = [compass, *(text for pair in names for text in pair if text)]
-            direction = next(filter(_VERTICAL.search, texts), compass or texts[-1])
+            directions = [compass, *(text for pair in names for text in pair if text)]
+            direction = next(filter(_VERTICAL.search, directions), compass or directions[-1])
             event, station = lines[title + 1], lines[title + 4]
-            head = (npts, dt_s, match["layout"], unit, event, station, direction)
-            blocks.append(_Block(row + 1, *head))
+            fields = (npts, dt_s, match["layout"], unit, event, station, direction)
+            blocks.append(_Block(row + 1, *fields))
     if not blocks:
-        raise fault_in(path, unread)
+        raise fault_in(path, problem)
     return _trace_of_block(blocks, lines, path, stated, format="cosmos", is_calibrated=True)
 
 
@@ -498,8 +498,8 @@ def _read_cosmos(lines: list[str], path: Path, stated: Stated) -> Trace:
 
 def _is_geonet(lines: list[str], _path: Path) -> bool:
     top = [line.strip().lower() for line in _head(lines, 13)]
-    starts = zip(top[9::3], ("number of points", "component"), strict=False)
-    return len(top) == 13 and "accelerogram" in top[0] and all(a.startswith(b) for a, b in starts)
+    expected = zip(top[9::3], ("number of points", "component"), strict=False)
+    return len(top) == 13 and "accelerogram" in top[0] and all(a.startswith(b) for a, b in expected)
 
 
 def _read_geonet(lines: list[str], path: Path, stated: Stated) -> Trace:
@@ -514,8 +514,8 @@ def _read_geonet(lines: list[str], path: Path, stated: Stated) -> Trace:
         if not (is_valid and sizes.max() < 1.0e9 and _is_geonet(lines[start:], path)):
             raise fault_in(path, "no valid header of a component: truncated?", start + 1)
         station, direction = ("".join(lines[start + n].split()[1:2]) for n in (1, 12))
-        head = (int(sizes[0]), float(reals[25]), "(10F8.1)", "mm/s2", lines[start + 7])
-        blocks.append(_Block(start + 26, *head, station, direction))
+        fields = (int(sizes[0]), float(reals[25]), "(10F8.1)", "mm/s2", lines[start + 7])
+        blocks.append(_Block(start + 26, *fields, station, direction))
         start += 26 + sum(-(-int(size) // 10) for size in sizes)
     return _trace_of_block(blocks, lines, path, stated, format="geonet_v2a", is_calibrated=True)
 
@@ -529,27 +529,27 @@ def _is_esm(lines: list[str], _path: Path) -> bool:
 
 def _read_esm(lines: list[str], path: Path, _stated: Stated) -> Trace:
     header = list(takewhile(lambda line: ":" in line, _head(lines, 100)))
-    named = {key: text.strip() for key, _, text in (line.partition(":") for line in header)}
-    if (quantity := named.get("DATA_TYPE", "")) != "ACCELERATION":
+    texts = {key: text.strip() for key, _, text in (line.partition(":") for line in header)}
+    if (quantity := texts.get("DATA_TYPE", "")) != "ACCELERATION":
         raise fault_in(path, f"DATA_TYPE must be ACCELERATION, got {quantity!r}")
-    step, count = (re.match(FLOAT, named.get(key, "")) for key in ("SAMPLING_INTERVAL_S", "NDATA"))
+    step, count = (re.match(FLOAT, texts.get(key, "")) for key in ("SAMPLING_INTERVAL_S", "NDATA"))
     if step is None or count is None:
         raise fault_in(path, "the header needs SAMPLING_INTERVAL_S and NDATA")
     values = parse_numbers(lines[len(header) :], path, first_line=len(header) + 1)
     npts = round(_fortran_float(count[0]))
-    differs = f"NDATA = {npts}, but the file has {values.size} values"
+    mismatch = f"NDATA = {npts}, but the file has {values.size} values"
     if values.size > npts:
-        raise fault_in(path, f"{differs}: correct NDATA")
+        raise fault_in(path, f"{mismatch}: correct NDATA")
     return Trace(
         path=path,
         format="esm",
         accel_mps2=values,
         dt_s=_fortran_float(step[0]),
-        unit=_unit_in([named.get("UNITS", "")], path),
-        event=named.get("EVENT_ID") or f"{named['EVENT_NAME']} {named.get('EVENT_DATE_YYYYMMDD')}",
-        station=f"{named.get('NETWORK', '')}.{named.get('STATION_CODE', '')}",
-        direction=named.get("STREAM", ""),
-        warnings=(f"{differs}: truncated?",) if values.size < npts else (),
+        unit=_unit_in([texts.get("UNITS", "")], path),
+        event=texts.get("EVENT_ID") or f"{texts['EVENT_NAME']} {texts.get('EVENT_DATE_YYYYMMDD')}",
+        station=f"{texts.get('NETWORK', '')}.{texts.get('STATION_CODE', '')}",
+        direction=texts.get("STREAM", ""),
+        warnings=(f"{mismatch}: truncated?",) if values.size < npts else (),
     )
 
 
@@ -574,18 +574,18 @@ def _read_knet(lines: list[str], path: Path, _stated: Stated) -> Trace:
     if scale is None or frequency is None:
         missing = "Scale Factor" if scale is None else "Sampling Freq"
         raise fault_in(path, f"the header has no {missing}")
-    numbers = [_fortran_float(text) for text in (frequency[1], *scale.groups())]
-    if not all(0.0 < number <= MAX_MAGNITUDE for number in numbers) or numbers[2] < 1.0:
+    header_values = [_fortran_float(text) for text in (frequency[1], *scale.groups())]
+    if not all(0.0 < number <= MAX_MAGNITUDE for number in header_values) or header_values[2] < 1.0:
         raise fault_in(path, "the sampling frequency and the scale factor must be positive")
-    frequency_hz, range_gal, counts_per_range = numbers
-    memo = (n + 1 for n, line in enumerate(lines[:_KNET_HEADER_LINES]) if line[:5] == "Memo.")
-    start = next(memo, _KNET_HEADER_LINES)
+    frequency_hz, range_gal, counts_per_range = header_values
+    memo_rows = (n + 1 for n, line in enumerate(lines[:_KNET_HEADER_LINES]) if line[:5] == "Memo.")
+    start = next(memo_rows, _KNET_HEADER_LINES)
     counts = parse_numbers(lines[start:], path, first_line=start + 1)
     if counts.size == 0:
         raise fault_in(path, "the file has no values after its header")
     accel_gal = (counts - counts.mean()) * (range_gal / counts_per_range)
-    stated, peak_gal = re.match(FLOAT, entries.get("Max. Acc. (gal)", "")), np.abs(accel_gal).max()
-    header_gal = _fortran_float(stated[0]) if stated else peak_gal
+    match, peak_gal = re.match(FLOAT, entries.get("Max. Acc. (gal)", "")), np.abs(accel_gal).max()
+    header_gal = _fortran_float(match[0]) if match else peak_gal
     truncated = f"the peak is {peak_gal:.4g} gal, but {header_gal:.4g} in the header: truncated?"
     is_truncated = abs(peak_gal - header_gal) > 0.01 * header_gal
     direction = entries.get("Dir.", "")
@@ -638,7 +638,7 @@ class _Table:
         return _column_count(self.rows[0][1])
 
     def cells(self, column: int) -> list[str]:
-        """Return the header cells of a column, from the last header line on."""
+        """Return the header texts above a column (from 0), from the last header line upwards."""
         texts: list[str] = []
         for line in reversed(self.header):
             line = re.sub(r"\s+([(\[])", r"\1", line.strip(" \t#%!\"'"))
@@ -648,7 +648,7 @@ class _Table:
 
 
 def _table_of(lines: list[str]) -> _Table | None:
-    """Return the lines of numbers with their header; None if the header is too long."""
+    """Return the lines of numbers and their header; None if it exceeds `MAX_HEADER_LINES`."""
     header = _head(lines, MAX_HEADER_LINES + 2)
     rows = (n for n, line in enumerate(header[: MAX_HEADER_LINES + 1]) if _DATA.fullmatch(line))
     if (start := next(rows, None)) is None:
@@ -668,9 +668,9 @@ def _table_of(lines: list[str]) -> _Table | None:
 
 
 def _has_time(table: _Table) -> bool:
-    """Return whether column 1 is named time, is evenly spaced, or rises with one other column.
+    """Return whether column 1 is named time, is evenly spaced, or rises and is one of two columns.
 
-    A gap or a step back is reported later.
+    Gaps and backward steps are refused later, by `_step_of_times`.
     """
     rows = [line[:HEADER_WIDTH] for _, line in table.rows[:1000]]
     matches = [_COLUMNS_ROW.fullmatch(row) for row in rows]
@@ -705,22 +705,23 @@ def _read_numbers(lines: list[str], path: Path, stated: Stated) -> Trace:
     if npts is None and series.shape[1] == 1 and series[0, 0] in {len(series) - 1, len(series) - 2}:
         raise fault_in(path, "the first number is the count of the others: remove it", start)
     if npts not in (None, len(series)):
-        raise fault_in(path, f"the header states {npts} values, but the file has {len(series)}")
+        text = f"the header states {npts} values, but the file has {len(series)}"
+        raise fault_in(path, f"{text}: correct the header")
     if has_time:
         dt_s, warnings = _step_of_times(series[:, 0], rows, path)
         if abs(table.dt_s / dt_s - 1.0) > 0.01:
             text = f"dt is {table.dt_s:g} s in the header, {dt_s:g} s in the times"
             raise fault_in(path, f"{text}: correct one")
         warnings, shift = warnings if stated.dt_s is None else (), 1
-    shape = series.shape[1]
-    cells = [table.cells(column) if shape == count else [] for column in range(shift, shape)]
+    width = series.shape[1]
+    cells = [table.cells(column) if width == count else [] for column in range(shift, width)]
     # The text above a single column may be a title.
-    names = ([text for text in texts if shape > 1 or len(text.split()) < 3] for texts in cells)
+    names = ([text for text in texts if width > 1 or len(text.split()) < 3] for texts in cells)
     directions = [re.split(r"[(\[]", "".join(texts[:1]))[0].strip() for texts in names]
     channel = _channel(stated, directions, path)
     return Trace(
         path=path,
-        format={1 + shift: "two_column", 1: "values"}.get(shape, f"{shape}_columns"),
+        format={1 + shift: "two_column", 1: "values"}.get(width, f"{width}_columns"),
         accel_mps2=series[:, channel + shift],
         dt_s=dt_s,
         unit=_unit_in([*cells[channel], *reversed(table.header)], path),
@@ -732,24 +733,24 @@ def _read_numbers(lines: list[str], path: Path, stated: Stated) -> Trace:
 def _are_channels(table: _Table, values: Vector, stated: Stated, path: Path) -> bool:
     """Return whether columns without a time column are channels, not parts of one series."""
     count, rows = table.columns, table.rows
-    lines_ = values[: values.size // count * count].reshape(-1, count)
+    matrix = values[: values.size // count * count].reshape(-1, count)
     if count == 1 or (table.npts and 0 <= values.size - table.npts < count):
         return False
-    between = np.abs(np.diff(lines_, axis=0)).mean() if len(lines_) > 1 else math.inf
-    ratio = float(between / max(np.abs(np.diff(values)).mean(), 1.0e-300))
-    if stated.channel is not None or table.npts == len(lines_):
+    change = np.abs(np.diff(matrix, axis=0)).mean() if len(matrix) > 1 else math.inf
+    ratio = float(change / max(np.abs(np.diff(values)).mean(), 1.0e-300))
+    if stated.channel is not None or table.npts == len(matrix):
         if count > 3 and ratio > 1.0 / SERIES_RATIO:
             remedy = "correct the header" if stated.channel is None else "remove the channel number"
             text = f"the {count} columns look like consecutive values of one series, not channels"
             raise fault_in(path, f"{text}: {remedy}")
-        if (np.diff(lines_[:, 0]) >= 0.0).all() and lines_[0, 0] < lines_[-1, 0]:
+        if (np.diff(matrix[:, 0]) >= 0.0).all() and matrix[0, 0] < matrix[-1, 0]:
             raise fault_in(path, "column 1 rises: the steps of a time column must be equal")
         return True
     is_table = {_column_count(line) for _, line in rows} == {count}
     if table.npts is None and ((is_table and count <= 3) or ratio < SERIES_RATIO):
         text = f"{count} numbers per line without times may be components or one series:"
-        how = "give channel_1 and channel_2 in index.csv, or write one value per line"
-        raise fault_in(path, f"{text} {how}")
+        advice = "give channel_1 and channel_2 in index.csv, or write one value per line"
+        raise fault_in(path, f"{text} {advice}")
     return False
 
 
@@ -768,18 +769,18 @@ def _step_of_times(
     exponents = [Decimal(time.replace("D", "E")).as_tuple().exponent for time in times]
     decimals = min(-min([0, *(e for e in exponents if isinstance(e, int))]), 15)
     quantum_s = 10.0**-decimals
-    off_s = np.abs(steps_s - mean_s)
+    error_s = np.abs(steps_s - mean_s)
     # Rounding changes a time by up to half a unit of its last digit, a step by a whole one.
     allowed_s = min(1.01 * quantum_s, 0.9 * mean_s) + 1.0e-3 * mean_s
-    if mean_s <= 0.0 or (steps_s <= 0.0).any() or off_s.max(initial=0.0) > allowed_s:
-        worst = int(np.argmax(np.where(steps_s <= 0.0, np.inf, off_s)))
+    if mean_s <= 0.0 or (steps_s <= 0.0).any() or error_s.max(initial=0.0) > allowed_s:
+        worst = int(np.argmax(np.where(steps_s <= 0.0, np.inf, error_s)))
         jump = f"the time column jumps from {time_s[worst]:g} to {time_s[worst + 1]:g} s"
         raise fault_in(path, f"{jump}; every step must be {mean_s:g} s", rows[worst + 1][0])
     # the number with the fewest digits within the tolerance
     rounded = (float(f"{mean_s:.{digits}g}") for digits in range(1, 16))
     allowed_s = quantum_s / steps_s.size
     step_s = next((value for value in rounded if abs(value - mean_s) <= allowed_s), mean_s)
-    if off_s.max(initial=0.0) > 1.0e-3 * mean_s:
+    if error_s.max(initial=0.0) > 1.0e-3 * mean_s:
         return step_s, (f"times are rounded to {decimals} decimals: dt = {step_s:g} s is used",)
     return step_s, ()
 

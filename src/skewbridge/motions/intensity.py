@@ -47,10 +47,7 @@ class PairSpectrum(NamedTuple):
 
 
 def component_psa(accel_mps2: Vector, dt_s: float, periods_s: ArrayLike) -> Vector:
-    """Return the 5 % damped pseudo-spectral acceleration of one component, shape (periods,).
-
-    It is omega^2 times the largest relative displacement, in m/s2.
-    """
+    """Return the 5 % damped PSA in m/s2: omega^2 x largest relative displacement, (periods,)."""
     return _spectrum(accel_mps2, dt_s, periods_s, lambda disp_m: max(disp_m.max(), -disp_m.min()))
 
 
@@ -85,7 +82,7 @@ def sa_avg_periods(t1_s: float) -> Vector:
 def _spectrum(
     accel: Vector, dt_s: float, periods_s: ArrayLike, peaks: Callable[[Vector], ArrayLike]
 ) -> Vector:
-    """Return omega^2 times the peak displacements of an oscillator, one row per period."""
+    """Return omega^2 times ``peaks`` of the displacement of an oscillator, one row per period."""
     periods = np.atleast_1d(np.asarray(periods_s, dtype=np.float64))
     if not (np.isfinite(periods).all() and (periods > 0.0).all()):
         raise InputError(f"periods_s must be positive, got {periods_s}")
@@ -106,16 +103,16 @@ def _spectrum(
 
 def _in_substeps(accel: Vector, substeps: int) -> Vector:
     """Return linearly interpolated accelerations with ``substeps`` sub-steps per step."""
-    shares = np.arange(substeps) / substeps
-    inner = accel[..., :-1, None] + np.diff(accel)[..., None] * shares
-    return np.concatenate([inner.reshape(*accel.shape[:-1], -1), accel[..., -1:]], axis=-1)
+    fractions = np.arange(substeps) / substeps
+    interpolated = accel[..., :-1, None] + np.diff(accel)[..., None] * fractions
+    return np.concatenate([interpolated.reshape(*accel.shape[:-1], -1), accel[..., -1:]], axis=-1)
 
 
 def _filter(omega: float, xi: float, dt_s: float) -> tuple[Vector, Vector, Vector]:
-    """Return the numerator, the denominator and the initial state of the filter.
+    """Return numerator, denominator and initial state of the filter for the displacement.
 
-    The initial state is that at rest with a first sample of 1. The velocity is eliminated from the
-    exact step x[i+1] = A x[i] + B p[i..i+1] for x = (displacement, velocity).
+    The oscillator is at rest when a first sample of 1 arrives. The velocity is eliminated from the
+    exact step x[i+1] = A x[i] + B p[i..i+1] for x = (displacement, velocity), p = acceleration.
     """
     root = np.sqrt(1.0 - xi * xi)
     omega_d = omega * root
@@ -152,10 +149,10 @@ def _orbit_peaks(orbit: Vector) -> Vector:
     x, y = orbit
     squared = x * x + y * y
     # 0.9 of the largest radius and about 40 points: both affect only the speed
-    outer = np.flatnonzero(squared >= 0.9**2 * squared.max())
-    sample = outer[:: outer.size // 40 + 1]
-    bounds = np.sort(_largest_projections(x[sample], y[sample]))
-    is_outer = squared >= bounds[(ORIENTATIONS - 1) // 2] ** 2
+    far_points = np.flatnonzero(squared >= 0.9**2 * squared.max())
+    sample = far_points[:: far_points.size // 40 + 1]
+    lower_bounds = np.sort(_largest_projections(x[sample], y[sample]))
+    is_outer = squared >= lower_bounds[(ORIENTATIONS - 1) // 2] ** 2
     projections = _largest_projections(x[is_outer], y[is_outer])
     return np.array([np.median(projections), projections.max()])
 
@@ -250,14 +247,14 @@ def measures_and_spectra(
     """
     periods = periods_s or SPECTRUM_PERIODS_S
     table: dict[str, Any] = {}
-    for end, accel in zip(("_h1_", "_h2_"), components, strict=False):
+    for mark, accel in zip(("_h1_", "_h2_"), components, strict=False):
         measures = component_measures(accel, dt_s)
         if t1_s is not None:
             psa_g = component_psa(accel, dt_s, conditioned_periods(t1_s)) / G_MPS2
             measures["sa_t1_g"], measures["saavg_g"] = conditioned_levels(psa_g)
         # the unit stays last: pga_h1_g for pga_g
-        table |= {end.join(name.rsplit("_", 1)): value for name, value in measures.items()}
-        table[f"psa{end}g"] = (component_psa(accel, dt_s, periods) / G_MPS2).tolist()
+        table |= {mark.join(name.rsplit("_", 1)): value for name, value in measures.items()}
+        table[f"psa{mark}g"] = (component_psa(accel, dt_s, periods) / G_MPS2).tolist()
     if len(components) == 2:
         a_1, a_2 = components
         pair = GroundMotion(motion_id="pair", dt_s=dt_s, accel_1_mps2=a_1, accel_2_mps2=a_2)
@@ -296,8 +293,8 @@ def arias_build_up(accel_mps2: Vector, dt_s: float) -> Vector:
 
 def pair_arias_build_up(motion: GroundMotion) -> Vector:
     """Return the sum of both Arias build-ups in m/s, which does not depend on orientation."""
-    first, second = (arias_build_up(accel, motion.dt_s) for accel in motion.components)
-    return first + second
+    build_up_1, build_up_2 = (arias_build_up(accel, motion.dt_s) for accel in motion.components)
+    return build_up_1 + build_up_2
 
 
 def cav(accel_mps2: Vector, dt_s: float) -> float:
@@ -308,18 +305,18 @@ def cav(accel_mps2: Vector, dt_s: float) -> float:
 
 
 def significant_duration(build_up: Vector, dt_s: float, start: float, end: float) -> float:
-    """Return the time in s in which a build-up grows from share `start` to share `end`."""
+    """Return the time in s in which a build-up grows from `start` to `end`, shares of its total."""
     shares = build_up / build_up[-1]
     return dt_s * (_index_of(shares, end) - _index_of(shares, start))
 
 
 def _index_of(shares: Vector, level: float) -> float:
-    """Return the fractional index at which a non-decreasing history first reaches a level."""
-    after = int(np.searchsorted(shares, level))
-    if after == 0:
+    """Return the interpolated index at which non-decreasing ``shares`` first reach a level."""
+    upper = int(np.searchsorted(shares, level))
+    if upper == 0:
         return 0.0
-    step = shares[after] - shares[after - 1]
-    return after - 1 + float((level - shares[after - 1]) / step)
+    increase = shares[upper] - shares[upper - 1]
+    return upper - 1 + float((level - shares[upper - 1]) / increase)
 
 
 def housner_intensity(accel_mps2: Vector, dt_s: float) -> float:
@@ -356,9 +353,9 @@ def cut_to_strongest(
         raise InputError(f"free_vibration_s must be within 0 to 600, got {free_vibration_s}")
     size = min(round(shaking_s / motion.dt_s), motion.npts)
     arias = pair_arias_build_up(motion)
-    first = int(np.argmax(arias[size - 1 :] - arias[: arias.size - size + 1]))
+    start = int(np.argmax(arias[size - 1 :] - arias[: arias.size - size + 1]))
     n_zeros = round(free_vibration_s / motion.dt_s)
-    return _window(motion, first, size).mapped(lambda accel: np.pad(accel, (0, n_zeros)))
+    return _window(motion, start, size).mapped(lambda accel: np.pad(accel, (0, n_zeros)))
 
 
 def trim_quiet_ends(motion: GroundMotion) -> GroundMotion:
@@ -366,9 +363,9 @@ def trim_quiet_ends(motion: GroundMotion) -> GroundMotion:
     arias = pair_arias_build_up(motion)
     arias = arias / arias[-1]
     margin = round(2.0 * TAPER_S / motion.dt_s)
-    first = max(int(np.searchsorted(arias, QUIET_SHARE)) - margin, 0)
-    last = min(int(np.searchsorted(arias, 1.0 - QUIET_SHARE)) + margin, motion.npts)
-    return _window(motion, first, last - first)
+    start = max(int(np.searchsorted(arias, QUIET_SHARE)) - margin, 0)
+    stop = min(int(np.searchsorted(arias, 1.0 - QUIET_SHARE)) + margin, motion.npts)
+    return _window(motion, start, stop - start)
 
 
 def _window(motion: GroundMotion, first: int, size: int) -> GroundMotion:
@@ -390,5 +387,5 @@ def _at_rest(accel: Vector, dt_s: float) -> Vector:
     hump = share * (1.0 - share)
     shapes = (hump, hump * (1.0 - 2.0 * share))
     end_states = np.array([end_state(shape) for shape in shapes]).T
-    amounts = np.linalg.solve(end_states, end_state(tapered))
-    return tapered - amounts[0] * shapes[0] - amounts[1] * shapes[1]
+    amplitudes = np.linalg.solve(end_states, end_state(tapered))
+    return tapered - amplitudes[0] * shapes[0] - amplitudes[1] * shapes[1]

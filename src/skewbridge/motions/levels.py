@@ -144,17 +144,14 @@ def bands_around(motions: MotionsConfig, medians_g: Sequence[float]) -> Bands:
         return (motions.level_range_g,)
     ratio = motions.bands.ratio
     bands = [(max(median / ratio, low), min(median * ratio, high)) for median in sorted(medians_g)]
-    if in_range := tuple((first, last) for first, last in bands if first < last):
+    if in_range := tuple((lower, upper) for lower, upper in bands if lower < upper):
         return in_range
     text = f"no median of {list(medians_g)} g has a band in level_range_g, {low:g} to {high:g} g"
     raise InputError(f"motions.bands: {text}: widen this range")
 
 
 def has_pilot(motions: MotionsConfig) -> bool:
-    """Return whether trial runs give the medians around which the bands of intensity lie.
-
-    Otherwise the configuration gives them, or another study does.
-    """
+    """Return whether the medians of bands are from trial runs, not configured or from a study."""
     bands = motions.bands
     return bands is not None and not bands.medians_g and bands.study is None
 
@@ -183,11 +180,11 @@ def block_factors(
         ln_g = np.log(bands_g if start or first_g is None else first_g)
         edges = np.unique(ln_g)
         # distribution of the logarithm of the levels: the mean of uniform ones
-        below = np.clip((edges[:, None] - ln_g[:, 0]) / np.diff(ln_g).T, 0.0, 1.0).mean(axis=1)
-        of_block = levels[start : start + BLOCK]
-        share = (np.arange(of_block.size) + offset) / of_block.size
-        in_order = start + np.argsort(of_block, kind="stable")
-        factors[in_order] = np.exp(np.interp(share, below, edges))
+        cdf = np.clip((edges[:, None] - ln_g[:, 0]) / np.diff(ln_g).T, 0.0, 1.0).mean(axis=1)
+        block_levels = levels[start : start + BLOCK]
+        targets = (np.arange(block_levels.size) + offset) / block_levels.size
+        by_level = start + np.argsort(block_levels, kind="stable")
+        factors[by_level] = np.exp(np.interp(targets, cdf, edges))
     return factors / levels
 
 
@@ -205,8 +202,8 @@ def striped(
     import pandas as pd  # here: workers that read the configuration do without pandas
 
     low, high = factor_limits
-    at_1_g = suite[LEVEL_MEASURE]
-    stripes = [suite.assign(scale=g / at_1_g, stripe_g=float(g)) for g in stripes_g]
+    level_g = suite[LEVEL_MEASURE]
+    stripes = [suite.assign(scale=g / level_g, stripe_g=float(g)) for g in stripes_g]
     all_rows = pd.concat(stripes, ignore_index=True)
     table = all_rows[all_rows["scale"].between(low, high)].reset_index(drop=True)
     if table.empty:
@@ -223,7 +220,7 @@ def striped(
 
 
 def most_trials(limits: tuple[float, float], tolerance: float = IDA_TOLERANCE) -> int:
-    """Return the maximum number of analyses of `bracket_capacity`, including one at a limit."""
+    """Return the largest number of analyses of `bracket_capacity`, including one at a range end."""
     halvings = ceil(log2(log(limits[1] / limits[0]) / log1p(tolerance)))
     return max(halvings, 1) + 1
 

@@ -79,7 +79,7 @@ def read_record(suite: str, number: int) -> GroundMotion:
     """
     rows = [row for row in list_records(suite) if row["made_from_number"] == number]
     if not rows:
-        raise InputError(f"suite {suite} has no record {number}")
+        raise InputError(f"suite {suite} has no record {number} (sequence number of NGA)")
     fields = ("motion_id", "dt_s", "event", "station", "magnitude", "distance_km", "vs30_mps")
     metadata = {name: rows[0][name] for name in fields}
     with _opened(rows[0]["path"]) as content:
@@ -127,10 +127,9 @@ def _records(path: Path, _modified_ns: int) -> list[dict[str, Any]]:
 
 
 def _table(group: Any) -> list[dict[str, Any]]:
-    """Return the rows of a table that pandas has written.
+    """Return the rows (keyed by column name) of a table that pandas wrote to HDF5.
 
-    The names of the columns of a block are in an attribute, a pickled list of texts, which is
-    searched and not loaded.
+    Column names of a block of columns are in a pickled list of texts, which is only searched.
     """
     table, columns = group["table"], dict[str, Any]()
     for field in table.dtype.names:
@@ -139,9 +138,9 @@ def _table(group: Any) -> list[dict[str, Any]]:
             pickled = table.attrs[f"{field}_kind"]
             names = [name.decode() for name in re.findall(rb"V(\w+)\n", pickled)]
         columns |= dict(zip(names, np.atleast_2d(values.T).astype(values.dtype), strict=True))
-    texts = {n: c.astype(str) if c.dtype.kind == "S" else c for n, c in columns.items()}
-    rows = zip(*(column.tolist() for column in texts.values()), strict=True)
-    return [dict(zip(texts, row, strict=True)) for row in rows]
+    decoded = {n: c.astype(str) if c.dtype.kind == "S" else c for n, c in columns.items()}
+    rows = zip(*(column.tolist() for column in decoded.values()), strict=True)
+    return [dict(zip(decoded, row, strict=True)) for row in rows]
 
 
 @contextmanager

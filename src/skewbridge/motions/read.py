@@ -68,11 +68,11 @@ class PairError(InputError):
 
 
 class FalseClaimError(InputError):
-    """A motion is named as the WAHO record but has a different PGA: use the surrogate instead."""
+    """A motion has the name of the WAHO record of the paper, but a different PGA."""
 
 
 def split_name(path: Path) -> tuple[str, str]:
-    """Return the motion name and the component ending of a file name; no ending gives ''."""
+    """Return the motion name and the component ending ('' without one) of a file name."""
     if match := _NIED.fullmatch(path.suffix):  # K-NET and KiK-net: component in the suffix
         sensor = {"1": "_borehole", "2": "_surface"}.get(match["sensor"], "")
         return path.stem + sensor, match["end"].lower()
@@ -124,22 +124,22 @@ def _text_of(content: bytes, path: Path) -> str:
 
 def _plain(text: str) -> str:
     """Return a header text without control characters, cut to 100 characters."""
-    return "".join(sign if sign.isprintable() else " " for sign in text).strip()[:100]
+    return "".join(letter if letter.isprintable() else " " for letter in text).strip()[:100]
 
 
 def doubts(trace: Trace) -> list[str]:
     """Return warnings about the values of a component; `InputError` if it is unusable."""
     npts, pga_g, dt_s = trace.accel_mps2.size, peak_g(trace.accel_mps2), trace.dt_s
     (low_s, high_s), (least_g, most_g) = DT_LIMITS_S, PGA_LIMITS_G
-    reached = f"PGA = {pga_g:.4g} g with values in {trace.unit} is above {most_g} g"
-    for problem, is_there in {
+    too_strong = f"PGA = {pga_g:.4g} g with values in {trace.unit} is above {most_g} g"
+    for problem, applies in {
         "the file has no values": npts == 0,
         f"dt = {dt_s:g} s is outside {low_s} to {high_s} s": not low_s <= dt_s <= high_s,
         f"the file has {npts} values but needs at least {MIN_SAMPLES}": npts < MIN_SAMPLES,
         "all values are zero": pga_g == 0.0,
-        f"{reached}: wrong unit? {_SAY_UNIT}": pga_g > most_g,
+        f"{too_strong}: wrong unit? {_SAY_UNIT}": pga_g > most_g,
     }.items():
-        if is_there:
+        if applies:
             raise fault_in(trace.path, problem)
     offset = abs(float(trace.accel_mps2.mean())) / float(np.abs(trace.accel_mps2).max())
     second_g = np.sort(np.abs(trace.accel_mps2))[-2] / G_MPS2
@@ -152,7 +152,7 @@ def doubts(trace: Trace) -> list[str]:
         f"the mean is {offset:.1%} of the PGA: baseline not corrected?": offset > 0.02,
         f"the final velocity is {share:.0%} of the PGV: baseline not corrected?": share > 0.25,
     }
-    return [warning for warning, is_there in findings.items() if is_there]
+    return [warning for warning, applies in findings.items() if applies]
 
 
 def read_motion(
@@ -273,7 +273,7 @@ def refuse_false_waho(motion: GroundMotion) -> None:
         raise FalseClaimError(
             f"motion {motion.motion_id} claims to be the WAHO record, but its RotD50 PGA is "
             f"{pga_g:.4f} g; the published one is {WAHO_PGA_ROTD50_G:.4f} g "
-            f"(tolerance {WAHO_TOLERANCE:.0%}). Rename it, or use the surrogate.",
+            f"(tolerance {WAHO_TOLERANCE:.0%}). Give the motion another name.",
             motion_id=motion.motion_id,
         )
 

@@ -59,7 +59,7 @@ class Cause:
     distance_km: Number
     epsilon: Annotated[Number, Field(ge=-6.0, le=6.0)]  # at the level: epsilon-0 of the USGS
     weight: Annotated[Number, Field(gt=0.0)] = 1.0
-    level_g: Level | None = None  # None: level of its own, by BSSA14
+    level_g: Level | None = None  # None: the level that BSSA14 has at this epsilon
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=text.OPTIONS)
@@ -86,7 +86,7 @@ class ConditionalSpectrum(NamedTuple):
 def condition(
     mean: Vector, sigma: Vector, rho: Vector, weights: Vector, epsilon: Vector
 ) -> tuple[Vector, Vector]:
-    """Return conditional mean and deviation of ln PSA, shape (n, periods) each.
+    """Return conditional means and standard deviations of ln PSA, shape (n, periods) each.
 
     The condition: the weighted sum of ln PSA is epsilon (n,) standard deviations above its mean.
     """
@@ -102,8 +102,8 @@ def conditional_spectra(target: Target) -> list[ConditionalSpectrum]:
     t1_s = target.t1_s or period_s
     periods = np.append(t1_s * np.geomspace(0.2, 3.0, BAND_POINTS), averaged_s)
     if not 0.01 <= periods.min() <= periods.max() <= 10.0:
-        ends = f"{periods.min():.3g} to {periods.max():.3g} s"
-        raise InputError(f"0.2 T1 to 3 T1 and the measure must be within 0.01 to 10 s, got {ends}")
+        span = f"{periods.min():.3g} to {periods.max():.3g} s"
+        raise InputError(f"0.2 T1 to 3 T1 and the measure must be within 0.01 to 10 s, got {span}")
     weights = np.append(np.zeros(BAND_POINTS), np.full(averaged_s.size, 1.0 / averaged_s.size))
     rho = baker_jayaram_correlation(periods)
     site: dict[str, Any] = {"vs30_mps": target.vs30_mps, "mechanism": target.mechanism}
@@ -119,15 +119,15 @@ def conditional_spectra(target: Target) -> list[ConditionalSpectrum]:
         interpolated = PchipInterpolator(np.log(SPECTRUM_PERIODS_S), tabulated, axis=2)
         mean, sigma = np.swapaxes(interpolated(np.log(periods)), 0, 1)
         mean, sigma = condition(mean, sigma, rho, weights, rows[:, 3])
-        share, reached = rows[:, 0] / rows[:, 0].sum(), mean @ weights
-        bssa14_g = float(np.exp(share @ reached))
+        weight, ln_level = rows[:, 0] / rows[:, 0].sum(), mean @ weights
+        bssa14_g = float(np.exp(weight @ ln_level))
         causes = {"level_g": level[0].level_g or bssa14_g, "bssa14_level_g": bssa14_g}
-        causes |= zip(_ROW[:3], (share @ rows[:, 1:]).tolist(), strict=True)
+        causes |= zip(_ROW[:3], (weight @ rows[:, 1:]).tolist(), strict=True)
         # ASSUME the models of the hazard differ from BSSA14 by the same factor at all periods
-        scaled = mean + (np.log(causes["level_g"]) - reached)[:, None]
-        mixed = share @ scaled
-        deviation = np.sqrt(share @ (sigma**2 + (scaled - mixed) ** 2))
-        spectra.append(ConditionalSpectrum(periods, np.exp(mixed), deviation, weights, causes))
+        scaled = mean + (np.log(causes["level_g"]) - ln_level)[:, None]
+        average = weight @ scaled
+        deviation = np.sqrt(weight @ (sigma**2 + (scaled - average) ** 2))
+        spectra.append(ConditionalSpectrum(periods, np.exp(average), deviation, weights, causes))
     return spectra
 
 
@@ -144,15 +144,15 @@ def read_target(path: Path, overrides: Mapping[str, Any]) -> Target:
         names = table["measure"].unique().tolist()
         measure = overrides.get("measure", names[0] if len(names) == 1 else None)
         if measure not in names:
-            have = ", ".join(names) or "no rates"
-            raise text.file_fault(path, f" has {have}: select with --set measure=NAME")
+            available = ", ".join(names) or "no rates"
+            raise text.file_fault(path, f" has {available}: select with --set measure=NAME")
         rows = table.loc[table["measure"] == measure, list(_ROW)].to_dict("records")
         raw = {"measure": measure, "levels": rows}
     return text.checked(Target, {**raw, **overrides}, path)
 
 
 def _openquake(path: Path) -> pd.DataFrame:
-    """Return measures and rows of causes in the export Mag_Dist_Eps of OpenQuake 3.16 or later."""
+    """Return a table of measures and `Cause` fields from Mag_Dist_Eps of OpenQuake >= 3.16."""
     names = {"imt": "measure", "iml": "level_g", "mag": "magnitude", "dist": "distance_km"}
     content = io.StringIO(text.read_text(path, text.MAX_CSV_BYTES))
     try:
@@ -174,7 +174,7 @@ def _openquake(path: Path) -> pd.DataFrame:
 
 
 def _usgs(path: Path) -> pd.DataFrame:
-    """Return measures and rows of causes in a disaggregation of the USGS, by epsilon-0."""
+    """Return a table of measures and `Cause` fields from a disaggregation of the USGS."""
     names = {"m": "magnitude", "r": "distance_km", "value": "weight"}
     tables: list[pd.DataFrame] = []
     try:
@@ -237,7 +237,7 @@ def select_motions(
 def read_candidates(
     folders: Sequence[Path], periods_s: Vector, count: int, without: Collection[str] = ()
 ) -> pd.DataFrame:
-    """Return entry, motion, ln PSA (g), event and kind of the pairs of folders and suites.
+    """Return a table with entry, motion, ln PSA (g), event and is_synthetic of all candidates.
 
     A synthetic pair, or one without an event, is an event of its own. Raises `InputError` for fewer
     than ``count`` pairs, names in ``without`` left out, or a name that two folders have.
@@ -261,7 +261,7 @@ def read_candidates(
 def select_pairs(
     candidates: pd.DataFrame, target: ConditionalSpectrum, count: int
 ) -> tuple[pd.DataFrame, dict[str, Any]]:
-    """Return the candidates of one level with factor and ln PSA of the scaled pair, and a summary.
+    """Return the pairs selected for one level, with scale and scaled ln PSA, and a summary.
 
     Raises `InputError` if too few pairs reach the level with factors of 1/4 to 4.
     """
@@ -271,8 +271,8 @@ def select_pairs(
     pool = candidates.assign(scale=np.exp(log_factors), level_g=level_g, log_psa=list(scaled))
     pool = pool[np.abs(log_factors) <= np.log(FACTOR_LIMITS[1])]
     if (available := pool["event"].value_counts().clip(upper=MOST_PER_EVENT).sum()) < count:
-        reach = f"only {available} pairs reach {level_g:.3g} g with factors of 1/4 to 4 and"
-        raise InputError(f"{reach} {MOST_PER_EVENT} per event: {count} are needed; add candidates")
+        fault = f"only {available} pairs reach {level_g:.3g} g with factors of 1/4 to 4 and"
+        raise InputError(f"{fault} {MOST_PER_EVENT} per event: {count} are needed; add candidates")
     sigma = target.sigma[:BAND_POINTS]
     error = np.stack(pool["log_psa"].to_list()) - np.log(target.median_g[:BAND_POINTS])
     event_and_kind = pool["event"].factorize()[0], pool["is_synthetic"].to_numpy()
@@ -292,28 +292,31 @@ def select_pairs(
 def _improved(
     error: Vector, sigma: Vector, event: Index, synthetic: Mask, start: Index, count: int
 ) -> tuple[float, list[int]]:
-    """Replace selected pairs one at a time until that no longer helps; return misfit and rows."""
-    first = pd.Series(event[start]).groupby(event[start]).cumcount() < MOST_PER_EVENT
-    selected = start[first][:count].tolist()
-    misfit, before = np.inf, np.nan
-    while not misfit >= before:
-        before = misfit
+    """Select ``count`` candidates, then replace them one by one; return misfit and their numbers.
+
+    ``error`` (n, periods) is ln PSA minus its target; ``start`` (n,) is the order of candidates.
+    """
+    allowed = pd.Series(event[start]).groupby(event[start]).cumcount() < MOST_PER_EVENT
+    selected = start[allowed][:count].tolist()
+    misfit, last_misfit = np.inf, np.nan
+    while not misfit >= last_misfit:
+        last_misfit = misfit
         for replaced in range(count):
-            kept = selected[:replaced] + selected[replaced + 1 :]
-            mean = (error[kept].sum(axis=0) + error) / count
-            squares = (error[kept] ** 2).sum(axis=0) + error**2 - count * mean**2
+            others = selected[:replaced] + selected[replaced + 1 :]
+            mean = (error[others].sum(axis=0) + error) / count
+            squares = (error[others] ** 2).sum(axis=0) + error**2 - count * mean**2
             scatter = np.sqrt(np.maximum(squares, 0.0) / (count - 1)) / sigma - 1.0
-            shares = np.abs([np.expm1(mean), scatter]) / TOLERANCES[:, None, None]
-            costs = shares**2 / 2.0 / sigma.size + _COST_OVER * np.maximum(shares - _AIM, 0.0) ** 2
-            costs = costs.sum(axis=(0, 2)) + _COST_SYNTHETIC * (synthetic[kept].sum() + synthetic)
-            is_full = np.bincount(event[kept], minlength=int(event.max()) + 1) >= MOST_PER_EVENT
-            costs[is_full[event]] = costs[kept] = np.inf
+            ratios = np.abs([np.expm1(mean), scatter]) / TOLERANCES[:, None, None]
+            costs = ratios**2 / 2.0 / sigma.size + _COST_OVER * np.maximum(ratios - _AIM, 0.0) ** 2
+            costs = costs.sum(axis=(0, 2)) + _COST_SYNTHETIC * (synthetic[others].sum() + synthetic)
+            is_full = np.bincount(event[others], minlength=int(event.max()) + 1) >= MOST_PER_EVENT
+            costs[is_full[event]] = costs[others] = np.inf
             selected[replaced], misfit = int(costs.argmin()), float(costs.min())
     return misfit, selected
 
 
 def write_selections(selections: Sequence[pd.DataFrame], folder: Path) -> None:
-    """Write index and copied files of the pairs, a folder of motions."""
+    """Copy the files of the selected pairs to a folder of motions and write its index."""
     rows: list[dict[str, object]] = []
     for number, selection in enumerate(selections, start=1):
         for pair in records_of(selection):

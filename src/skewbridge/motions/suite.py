@@ -88,19 +88,19 @@ def prepare_suite(
     if shaking_s is not None:
         motions = [intensity.strongest_part(motion, shaking_s) for motion in motions]
     measures = [intensity.motion_measures(motion, t1_s) for motion in motions]
-    at_1_g = [row[levels.LEVEL_MEASURE] for row in measures]
-    computed = levels.block_factors(at_1_g, bands_g, first_g)
+    level_g = [row[levels.LEVEL_MEASURE] for row in measures]
+    computed = levels.block_factors(level_g, bands_g, first_g)
     low, high = levels.FACTOR_LIMITS
     rows: list[dict[str, Any]] = []
-    for motion, given, factor, values in zip(motions, stored, computed, measures, strict=False):
+    for motion, listed, factor, measured in zip(motions, stored, computed, measures, strict=False):
         # six digits, which do not depend on the processor
-        scale = float(f"{factor:.6g}") if math.isnan(given) else given
+        scale = float(f"{factor:.6g}") if math.isnan(listed) else listed
         note = f"scale factor {scale:.3g} is outside {low:g} to {high:g}"
         for message in (*motion.messages, *([] if low <= scale <= high else [note])):
             logger.warning("motion %s: %s", motion.motion_id, message)
         row: dict[str, Any] = {"scale": scale, "npts": motion.npts}
         row |= {name: getattr(motion, name) for name in (*TEXT_FIELDS, *NUMBER_FIELDS)}
-        row |= values | {name: getattr(motion, name) for name in ("accel_1_mps2", "accel_2_mps2")}
+        row |= measured | {name: getattr(motion, name) for name in ("accel_1_mps2", "accel_2_mps2")}
         rows.append(row | {"messages": json.dumps(motion.messages)})
     return pd.DataFrame(rows)
 
@@ -122,18 +122,18 @@ def suite_sources(motions: levels.MotionsConfig) -> list[SuiteSource]:
     installed. They and all suites after the first may have fewer motions than `motions.count`.
     Raises `InputError` if such a suite has no motions or names are repeated.
     """
-    first, *other_suites = levels.SHIPPED_SUITES
+    default, *other_suites = levels.SHIPPED_SUITES
     available = {name: (name, levels.SHIPPED_FOLDER / name) for name in other_suites}
-    available[first] = (first, levels.SHIPPED_FOLDER)
+    available[default] = (default, levels.SHIPPED_FOLDER)
     available |= {name: (name, Path(name)) for name in p695.SUITES}
     sources: list[SuiteSource] = []
     configured = motions.suites if motions.folder is None else (motions.folder,)
     absent = [] if p695.package_folder() else [name for name in configured if name in p695.SUITES]
     if absent:
-        available[absent[0]] = (first, levels.SHIPPED_FOLDER)
-        logger.warning("%s", p695.missing_text(absent[0], f"the synthetic suite {first} is used"))
-    dropped = absent if first in configured else absent[1:]
-    available[str(levels.SHIPPED_FOLDER)] = available[first]
+        available[absent[0]] = (default, levels.SHIPPED_FOLDER)
+        logger.warning("%s", p695.missing_text(absent[0], f"the synthetic suite {default} is used"))
+    dropped = absent if default in configured else absent[1:]
+    available[str(levels.SHIPPED_FOLDER)] = available[default]
     for entry in (name for name in configured if name not in dropped):
         name, folder = available.get(entry, (Path(entry).name, Path(entry)))
         count = motions.count
@@ -169,16 +169,16 @@ def prepare_suites(
         table["source"] += f"; {source.note}" if source.note else ""
         tables.append(table.assign(suite=source.name, number=range(len(table))))
     table = pd.concat(tables, ignore_index=True)
-    doubled = table["motion_id"][table["motion_id"].duplicated()]
-    if len(doubled):
-        raise InputError(f"motion {doubled.iloc[0]} is in two suites of motions.suites: rename one")
+    shared = table["motion_id"][table["motion_id"].duplicated()]
+    if len(shared):
+        raise InputError(f"motion {shared.iloc[0]} is in two suites of motions.suites: rename one")
     return table
 
 
 def _entries_to_read(folder: Path, count: int | None) -> tuple[list[IndexEntry], list[float]]:
     """Return the motions to read, and the factors of the first `count` in the index (or nan).
 
-    A computed factor must not depend on the count, so full blocks of motions are then read.
+    A computed factor must not depend on the count, so full blocks of `BLOCK` motions are read.
     """
     entries = list_motions(folder)
     needed = len(entries) if count is None else count
@@ -186,8 +186,8 @@ def _entries_to_read(folder: Path, count: int | None) -> tuple[list[IndexEntry],
         text = f"motions.count = {needed}, but {folder} has {len(entries)} motions: reduce it"
         raise InputError(text, folder=str(folder))
     stored = [entry.scale for entry in entries[:needed]]
-    blocks = any(map(math.isnan, stored))
-    return entries[: math.ceil(needed / levels.BLOCK) * levels.BLOCK if blocks else needed], stored
+    compute = any(map(math.isnan, stored))
+    return entries[: math.ceil(needed / levels.BLOCK) * levels.BLOCK if compute else needed], stored
 
 
 def content_digest(folder: Path, count: int | None, cache: Path | None) -> str:
@@ -206,14 +206,14 @@ def content_digest(folder: Path, count: int | None, cache: Path | None) -> str:
         return cached["digest"]
     entries, stored = _entries_to_read(folder, count)
     read_entries(entry for entry in entries if entry.components)  # not the generated ones
-    parts: list[object] = [len(stored)]
+    digested: list[object] = [len(stored)]
     if str(folder) in p695.SUITES:
-        parts.append(files_digest(*files_below(folder)))
+        digested.append(files_digest(*files_below(folder)))
     for entry in entries:
         files = [(path.relative_to(folder).as_posix(), stated) for path, stated in entry.components]
         digest = files_digest(*(path for path, _ in entry.components))
-        parts.append((entry.model_dump(exclude={"components"}), files, digest))
-    digest = digest_of(*parts)
+        digested.append((entry.model_dump(exclude={"components"}), files, digest))
+    digest = digest_of(*digested)
     if cache is not None:
         write_text(cache, json.dumps({"state": state, "digest": digest}))
     return digest
@@ -257,7 +257,7 @@ def read_suite(path: Path) -> list[SuiteMotion]:
 
 
 def folder_spectra(folder: Path) -> dict[str, Any]:
-    """Return the RotD50 spectra of a folder of motions, as arguments of their figure.
+    """Return the RotD50 spectra of the motions of a folder, keyed by argument of their figure.
 
     ``rotd50_g`` has the shape (motions, ``periods_s``). If all motions belong to one synthetic
     scenario, ``model`` is the name, median in g and dispersion of BSSA14; otherwise it is None.
@@ -272,8 +272,8 @@ def folder_spectra(folder: Path) -> dict[str, Any]:
     # the files alone, without an index, do not state the magnitude
     is_known = len(scenarios) == 1 and math.isfinite(motions[0].magnitude)
     if is_known and motions[0].event.startswith("DDK18"):
-        event, *numbers = scenarios.pop()
-        site = dict(zip(("magnitude", "distance_km", "vs30_mps"), numbers, strict=True))
+        event, *values = scenarios.pop()
+        site = dict(zip(("magnitude", "distance_km", "vs30_mps"), values, strict=True))
         mechanism = "reverse" if "reverse" in event else "strike_slip"
         model = ("BSSA14", *bssa14(Scenario(mechanism=mechanism, **site), periods_s))
     return {"rotd50_g": np.array(psa) / G_MPS2, "periods_s": periods_s, "model": model}

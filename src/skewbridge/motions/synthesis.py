@@ -147,11 +147,11 @@ def mean_normals(scenario: Scenario) -> Vector:
 
 
 def draw_parameters(scenario: Scenario, rng: np.random.Generator) -> ModelParameters:
-    """Return one random set of parameters."""
+    """Return one random set of model parameters for a scenario."""
     mean = mean_normals(scenario)
-    _, sigma, root = _regression(scenario.pulse)
+    _, sigma, cholesky = _regression(scenario.pulse)
     while True:
-        errors = root @ rng.standard_normal(mean.size)
+        errors = cholesky @ rng.standard_normal(mean.size)
         if np.abs(errors).max() > _REDRAW_LIMIT:
             continue
         parameters = transform(mean + sigma * errors)
@@ -161,7 +161,7 @@ def draw_parameters(scenario: Scenario, rng: np.random.Generator) -> ModelParame
 
 
 def transform(normals: Vector) -> ModelParameters:
-    """Return the physical parameters for 14 normal variables, or for 19 with a pulse."""
+    """Return the model parameters for 14 normal variables, or for 19 (first 5: the pulse)."""
     normals_1, normals_2 = np.split(normals[-14:], 2)
     pulse = None
     if normals.size > 14:
@@ -182,12 +182,12 @@ def _background(normals: Vector) -> Background:
 
 
 def _frequency_slope(p: float) -> float:
-    """Return the p-quantile of f', the slope of the filter frequency (truncated exponential)."""
+    """Return the p-quantile of the slope of the filter frequency, Hz/s (truncated exponential)."""
     # source: smelt
     a, b, c, lower = 14.2935537214223, 6.40242376475815, 4.42179588354923, -3.5
-    below = b / c * p + np.exp(b * lower)
-    if below <= 1.0:
-        return float(np.log(below) / b)
+    exp_bf = b / c * p + np.exp(b * lower)
+    if exp_bf <= 1.0:
+        return float(np.log(exp_bf) / b)
     return float(-np.log(a / b * (1.0 - np.exp(b * lower)) - a / c * p + 1.0) / a)
 
 
@@ -220,25 +220,25 @@ class Modulation(NamedTuple):
 
 def fit_modulation(arias_cm_s: float, d5_95_s: float, d0_5_s: float, d0_30_s: float) -> Modulation:
     """Return the envelope that best fits the times of 5, 30 and 95 % of the Arias intensity."""
-    wanted_s = np.array([d0_5_s, d0_30_s, d0_5_s + d5_95_s])
+    target_s = np.array([d0_5_s, d0_30_s, d0_5_s + d5_95_s])
 
-    def misfit(logs: Vector) -> Vector:
-        shape = Modulation(*np.exp(logs).tolist())
-        return np.array([shape.time_of_share(share) for share in (0.05, 0.30, 0.95)]) - wanted_s
+    def misfit(log_parameters: Vector) -> Vector:
+        envelope = Modulation(*np.exp(log_parameters).tolist())
+        return np.array([envelope.time_of_share(share) for share in (0.05, 0.30, 0.95)]) - target_s
 
-    logs, cost = np.zeros(3), math.inf
+    log_parameters, cost = np.zeros(3), math.inf
     bounds = (np.log([1e-3, 1e-3, 1e-2]), np.log([100.0, 100.0, 200.0]))
     for power, decay in _STARTS:
         start = np.log([power, decay, d0_30_s])
         fit = least_squares(misfit, start, bounds=bounds, xtol=1e-12, ftol=1e-12, gtol=1e-12)
         if fit.cost < cost:
-            logs, cost = fit.x, fit.cost
+            log_parameters, cost = fit.x, fit.cost
         if cost < 1.0e-12:
             break
-    shape = Modulation(*np.exp(logs).tolist())
-    total_s = shape.peak_s / (2.0 * shape.power + 1.0) + 0.5 / shape.decay_per_s
+    envelope = Modulation(*np.exp(log_parameters).tolist())
+    total_s = envelope.peak_s / (2.0 * envelope.power + 1.0) + 0.5 / envelope.decay_per_s
     amplitude_g = float(np.sqrt(arias_cm_s / _MODEL_G_CM_S2 / (0.5 * np.pi * total_s)))
-    return shape._replace(amplitude_g=amplitude_g)
+    return envelope._replace(amplitude_g=amplitude_g)
 
 
 def filtered_noise(
@@ -282,10 +282,10 @@ def simulate_background(
 ) -> tuple[Vector, Vector, float]:
     """Return two background components in g without pulse, and the start time of the motion in s.
 
-    Both ends keep the zeros that the filter needs; t = 0 of the model is at the start time.
+    Zeros that the high-pass needs are kept at both ends; the model's t = 0 is at the start time.
     """
-    parts, pulse = parameters
-    duration_s = 2.5 * max(b.d0_5_s + b.d5_95_s for b in parts)
+    backgrounds, pulse = parameters
+    duration_s = 2.5 * max(b.d0_5_s + b.d5_95_s for b in backgrounds)
     if pulse is not None:
         duration_s = max(duration_s, pulse.peak_time_s + pulse.oscillations * pulse.period_s)
     npts = int(np.ceil(duration_s / dt_s)) + 1
@@ -293,7 +293,7 @@ def simulate_background(
     corner_hz = scenario.corner_hz
     pad = int(np.ceil(0.5 * 1.5 * 4 / corner_hz / dt_s))
     components: list[Vector] = []
-    for background in parts:
+    for background in backgrounds:
         envelope, noise = fit_modulation(*background[:4]), rng.standard_normal(npts)
         shaking = envelope.at(time_s) * filtered_noise(background, envelope, noise, dt_s)
         accel_g = high_pass(np.pad(shaking, pad), dt_s, corner_hz)
@@ -303,8 +303,8 @@ def simulate_background(
 
 def arias_cm_s(accel_g: Vector, dt_s: float) -> float:
     """Return the Arias intensity in cm/s, computed with the model's value of g."""
-    of_standard_g = float(intensity.arias_build_up(accel_g * G_MPS2, dt_s)[-1]) / GAL
-    return of_standard_g * _MODEL_G_CM_S2 * GAL / G_MPS2
+    standard_cm_s = float(intensity.arias_build_up(accel_g * G_MPS2, dt_s)[-1]) / GAL
+    return standard_cm_s * _MODEL_G_CM_S2 * GAL / G_MPS2
 
 
 def pulse_acceleration(pulse: Pulse, time_s: Vector) -> Vector:
@@ -410,11 +410,11 @@ def target_spectrum(scenario: Scenario, seed: int, index: int) -> Vector:
     scrambles the sequence.
     """
     median_g, sigma = bssa14(scenario, BSSA_PERIODS_S)
-    values, axes = np.linalg.eigh(baker_jayaram_correlation(BSSA_PERIODS_S))
-    largest_first = np.argsort(values)[::-1]
+    eigenvalues, eigenvectors = np.linalg.eigh(baker_jayaram_correlation(BSSA_PERIODS_S))
+    largest_first = np.argsort(eigenvalues)[::-1]
     # The sign of an eigenvector depends on the library; it is fixed here.
-    signs = np.sign(axes.sum(axis=0))
-    root = (axes * signs * np.sqrt(values))[:, largest_first]
+    signs = np.sign(eigenvectors.sum(axis=0))
+    root = (eigenvectors * signs * np.sqrt(eigenvalues))[:, largest_first]
     sobol = qmc.Sobol(
         len(BSSA_PERIODS_S), scramble=True, rng=np.random.default_rng([seed, 0x50B01])
     )
@@ -441,8 +441,8 @@ def calibrate_pair(
         psa_g = intensity.pair_psa(pair[0], pair[1], dt_s, BSSA_PERIODS_S).rotd50_mps2
         log_factor += 0.9 * np.log(target_g / psa_g)
         log_factor = np.clip(log_factor, -MAX_LOG_FACTOR, MAX_LOG_FACTOR)
-        shape = np.exp(np.interp(log_frequency, knots, log_factor[::-1]))
-        pair = np.fft.irfft(spectra * shape, npts)
+        amplification = np.exp(np.interp(log_frequency, knots, log_factor[::-1]))
+        pair = np.fft.irfft(spectra * amplification, npts)
     return high_pass(pair[0], dt_s, corner_hz), high_pass(pair[1], dt_s, corner_hz)
 
 
@@ -463,7 +463,7 @@ MAX_COUNT: Final = 1000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SuiteRule:
-    """Rule of a shipped suite; `letters` begin all names."""
+    """Scenario and length of the motions of a shipped suite; ``letters`` begin their names."""
 
     scenario: Scenario
     shaking_s: float = 20.0
@@ -506,25 +506,25 @@ def synthesize(
     rng.uniform()  # unused, but without this draw all motions would change
     parameters = draw_parameters(scenario, rng)
     pulse = parameters.pulse
-    one_g, two_g, start_s = simulate_background(parameters, scenario, rng, dt_s)
+    a_1_g, a_2_g, start_s = simulate_background(parameters, scenario, rng, dt_s)
     if calibrate == "bssa14":
         target_g = target_spectrum(scenario, seed, index)
-        one_g, two_g = calibrate_pair(one_g, two_g, dt_s, target_g, scenario.corner_hz)
+        a_1_g, a_2_g = calibrate_pair(a_1_g, a_2_g, dt_s, target_g, scenario.corner_hz)
     if pulse is not None:
-        time_s = np.arange(one_g.size, dtype=np.float64) * dt_s - start_s
-        one_g = one_g + pulse_acceleration(pulse, time_s)
+        time_s = np.arange(a_1_g.size, dtype=np.float64) * dt_s - start_s
+        a_1_g = a_1_g + pulse_acceleration(pulse, time_s)
     if orientation == "random" and (pulse is None or turn_pulses):
         # ASSUME all directions of the principal axes are equally likely
         angle_rad = np.pi * ((index + 1) * _GOLDEN_SHARE % 1.0)
         cosine, sine = np.cos(angle_rad), np.sin(angle_rad)
-        one_g, two_g = cosine * one_g - sine * two_g, sine * one_g + cosine * two_g
+        a_1_g, a_2_g = cosine * a_1_g - sine * a_2_g, sine * a_1_g + cosine * a_2_g
     kind = scenario.mechanism if pulse is None else f"{scenario.mechanism}, pulse"
     site = {name: getattr(scenario, name) for name in ("magnitude", "distance_km", "vs30_mps")}
     return GroundMotion(
         motion_id=f"syn{index + 1:03d}",
         dt_s=dt_s,
-        accel_1_mps2=one_g * G_MPS2,
-        accel_2_mps2=two_g * G_MPS2,
+        accel_1_mps2=a_1_g * G_MPS2,
+        accel_2_mps2=a_2_g * G_MPS2,
         event=f"DDK18 M{scenario.magnitude:g} {kind}",
         **site,
         station=f"seed {seed}, number {index + 1}",
@@ -568,6 +568,6 @@ def write_synthetic_suite(folder: Path, scenario: Scenario, *, count: int, seed:
 def suite_motion(number: int, suite: str) -> GroundMotion:
     """Return motion ``number`` of a shipped suite's random stream, cut to its strongest part."""
     rule = SUITES[suite]
-    whole = synthesize(rule.scenario, index=number - 1, seed=SEED, turn_pulses=True)
-    whole = replace(whole, motion_id=f"{rule.letters}{number:03d}")
-    return intensity.cut_to_strongest(whole, rule.shaking_s, free_vibration_s=5.0)
+    motion = synthesize(rule.scenario, index=number - 1, seed=SEED, turn_pulses=True)
+    motion = replace(motion, motion_id=f"{rule.letters}{number:03d}")
+    return intensity.cut_to_strongest(motion, rule.shaking_s, free_vibration_s=5.0)
