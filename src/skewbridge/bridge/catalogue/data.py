@@ -66,7 +66,7 @@ class DeckData(Part, frozen=True):
 
 
 class FoundationData(Part, frozen=True):
-    """Springs under every column base; rotational springs act about the global axes."""
+    """Springs under every column base; x is normal to the bent, y along it."""
 
     kx_mn_per_m: Stiffness
     ky_mn_per_m: Stiffness
