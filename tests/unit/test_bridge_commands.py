@@ -284,7 +284,14 @@ HEAVY = "base: fixed\ndeck: {line_load_kn_per_m: 560.0}\ncolumn: {hoop_spacing_m
         (HEAVY, 0, ("axial load ratio 0.2", "the plastic shear of a column")),
         (FAULTS, 2, ("deck.width_m", "column.bar_count")),  # all faults of a file
         # 1.5 x (8 + 0.02 x 300 + 0.08 x 18.5) x (1 + 0.000125 x 40^2) in
-        (TURNED, 0, ("right seat of 0.65 m is narrower than 0.708 m (AASHTO 4.7.4.4)",)),
+        (
+            TURNED,
+            0,
+            (
+                "right seat of 0.65 m is narrower than 0.708 m (AASHTO 4.7.4.4)",
+                "the bridge file sets the skew: 40 deg (right); skew_deg turns the other supports",
+            ),
+        ),
     ],
 )
 def test_heavy_columns_weak_hoops_and_faults_are_reported(tmp_path, written, text, code, words):

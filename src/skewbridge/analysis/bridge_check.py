@@ -64,8 +64,8 @@ def check_bridge(name: str) -> dict[str, Any]:
     findings = [finding for row in bents for finding in bent_findings(row)]
     findings += [
         f"the bridge is a mechanism ({DIRECTIONS[direction]}): its period is infinite"
-        for direction, period_s in periods_s.items()
-        if period_s == inf
+        for direction in DIRECTIONS
+        if periods_s[direction] == inf
     ]
     findings += [
         f"the deck lifts off the {side} abutment under dead load"
@@ -248,10 +248,9 @@ def bent_findings(row: Mapping[str, Any]) -> Iterator[str]:
         )
     if row["plastic_shear_kn"] > row["shear_strength_kn"]:
         yield (
-            f"{bent}: the plastic shear of a column, {row['plastic_shear_kn']:.0f} kN, "
-            f"is above its design strength at the displacement capacity, "
-            f"{row['shear_strength_kn']:.0f} kN (SDC 3.6): it may fail in shear before that "
-            "displacement"
+            f"{bent}: the plastic shear of a column, {row['plastic_shear_kn']:.0f} kN, is above "
+            f"its design strength at the displacement capacity, {row['shear_strength_kn']:.0f} kN "
+            "(SDC 3.6): it may fail in shear before that displacement"
         )
     if row["p_delta_ratio"] > P_DELTA_LIMIT:
         yield (
@@ -307,11 +306,9 @@ def sdc_rows(
     corners_m: Mapping[str, float],
     joints_m: Mapping[str, tuple[float, float]],
 ) -> list[dict[str, object]]:
-    """Return the design checks of one analysis, one row per check.
+    """Return the design checks of one analysis, its row of the demands table, one row per check.
 
-    ``run`` is its row of the demands table, ``bents`` the capacities of its bents, ``corners_m``
-    and ``joints_m`` the results of `corner_moves_m` and `joint_moves_m`. All columns get the
-    largest drift, up to the largest share of a capacity.
+    All columns get the largest drift, up to the largest share of a capacity.
     """
     bridge, support_m = load_structure(variant.bridge).description, float(run[SUPPORT])
     # the deck moves more than the columns if it turns, or slides on the pads of a joint

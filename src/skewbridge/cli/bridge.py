@@ -114,7 +114,7 @@ def check(
     printed = {name: value for name, value in answer.items() if name not in ("findings", "modes")}
     sections = Counter(key.partition(".")[0] for key in answer["inherited"])
     printed["inherited"] = ", ".join(f"{count} of {name}" for name, count in sections.items())
-    notes = () if answer["findings"] else ("no findings",)
+    notes = [*gap_notes(name or bridge), *([] if answer["findings"] else ["no findings"])]
     return Answer(answer, printed, units, notes, warnings=answer["findings"])
 
 
@@ -248,9 +248,7 @@ def column(
     if not 1 <= bent <= len(data.bents):
         raise InputError(f"bent must be between 1 and {len(data.bents)}, got {bent}")
     rows: list[dict[str, Any]] = []
-    for column in bent_capacities(data):
-        if column.bent != bent:
-            continue
+    for column in (column for column in bent_capacities(data) if column.bent == bent):
         curve, axial_n = column.curve, column.axial_n
         direction = {} if column.direction == "all" else {"direction": column.direction}
         name = "".join(f"_{text}" for text in direction.values())
@@ -266,7 +264,7 @@ def column(
             "ultimate_curvature_per_m": curve.ultimate_curvature_per_m,
             "curvature_ductility": curve.ultimate_curvature_per_m / curve.yield_curvature_per_m,
         }
-        rows.append(direction | {name: row[name] for name in forces} | values)
+        rows.append(direction | {force: row[force] for force in forces} | values)
     return Answer(rows[0] if len(rows) == 1 else {"directions": rows}, units=units)
 
 

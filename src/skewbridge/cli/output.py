@@ -418,18 +418,20 @@ def _require_options(bridge: str, names: Mapping[str, Any]) -> None:
 
 
 def gap_notes(bridge: str) -> list[str]:
-    """Return a note if the bridge file replaces the gap of the variant, or has no joint."""
+    """Return notes on gap and skew that the bridge file sets, or that no joint exists."""
     from skewbridge.bridge.library import load_structure
 
     try:
-        about = load_structure(bridge).description
+        about, notes = load_structure(bridge).description, list[str]()
     except InputError:  # the bridge of a study that cannot be read
         return []
+    if turned := ", ".join(f"{deg:g} deg ({place})" for place, deg in about.skews_deg.items()):
+        notes.append(f"the bridge file sets the skew: {turned}; skew_deg turns the other supports")
     if not about.seats_m:
-        return ["gap_mm and friction have no effect: the bridge has no seats and no joints"]
+        notes.append("gap_mm and friction have no effect: the bridge has no seats and no joints")
     own = ", ".join(f"{gap_mm:g} mm at {place}" for place, gap_mm in about.own_gaps_mm.items())
     other_joints = "acts on the other joints" if about.takes_gap else "has no effect"
-    return [f"the bridge file sets the gap: {own}; gap_mm {other_joints}"] if own else []
+    return [*notes, f"the bridge file sets the gap: {own}; gap_mm {other_joints}"] if own else notes
 
 
 def keys_and_values(option: str, pairs: list[str] | None) -> dict[str, Any]:
