@@ -91,8 +91,8 @@ def girder_section(
     References:
         AASHTO LRFD equation C4.6.2.2.1-2: torsion constant A^4 / 40 Ip of a stocky open section.
     """
-    # ASSUME no haunches, the modulus of the slab for the girders, and a polar inertia Ip without
-    # that about the vertical axis, about a tenth of the other
+    # ASSUME no haunches, the modulus of the slab for the girders, and Ip without the inertia about
+    # the vertical axis, about a tenth of the other
     (depth, area, centroid, inertia), slab = girder, MM * slab_mm
     plate = (width * slab, depth + slab / 2, width * slab**3 / 12)
     composite = _composed([plate, *[(area, centroid, inertia)] * count])
