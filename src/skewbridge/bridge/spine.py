@@ -3,6 +3,7 @@
 from collections import defaultdict
 from dataclasses import dataclass, field
 from itertools import pairwise
+from math import cos, radians
 
 import openseespy.opensees as ops
 
@@ -35,7 +36,9 @@ class Spine:
         return {node: float(ops.nodeMass(node, 1)) for node in self.loads_n}
 
 
-def build_spine(bridge: BridgeData, elements_per_span: int, tags: TagAllocator) -> Spine:
+def build_spine(
+    bridge: BridgeData, elements_per_span: int, skew_deg: float, tags: TagAllocator
+) -> Spine:
     """Create the spine with masses and dead loads; Iy is for vertical bending, Iz in plan."""
     deck = bridge.deck
     deck_points = spine_points_m(bridge, elements_per_span)
@@ -73,7 +76,8 @@ def build_spine(bridge: BridgeData, elements_per_span: int, tags: TagAllocator) 
         elements=elements,
     )
     _add_line_load(spine, deck)
-    _add_deck_masses(spine, deck, [share for points in deck_points for share in points.values()])
+    shares = [share for points in deck_points for share in points.values()]
+    _add_deck_masses(spine, deck, shares, skew_deg)
     return spine
 
 
@@ -89,9 +93,11 @@ def _add_line_load(spine: Spine, deck: DeckData) -> None:
         spine.loads_n[node] += deck.diaphragm_weight_kn * KN
 
 
-def _add_deck_masses(spine: Spine, deck: DeckData, lengths_m: list[float]) -> None:
-    # ASSUME the deck's mass is uniform over its width and depth
+def _add_deck_masses(spine: Spine, deck: DeckData, lengths_m: list[float], skew_deg: float) -> None:
+    # ASSUME the deck's mass is uniform over its depth and its plan, a parallelogram: in plan, its
+    # strips turn with the length that they have along the skew
     width_term, depth_term = deck.width_m**2 / 12, deck.depth_m**2 / 12
+    skewed_term = width_term / cos(radians(skew_deg)) ** 2
     for node, length_m in zip(spine.nodes, lengths_m, strict=True):
         weight_n = deck.line_load_kn_per_m * KN * length_m
         if node in spine.heavy:
@@ -99,7 +105,8 @@ def _add_deck_masses(spine: Spine, deck: DeckData, lengths_m: list[float]) -> No
         mass_kg = weight_n / G_MPS2
         # half elements at the nodes give far better vertical bending modes of the spans
         vertical_kg = spine.loads_n[node] / G_MPS2
-        inertias = (mass_kg * (width_term + depth_term), mass_kg * depth_term, mass_kg * width_term)
+        about_x, about_y = width_term + depth_term, depth_term
+        inertias = (mass_kg * about_x, mass_kg * about_y, mass_kg * skewed_term)
         ops.mass(node, mass_kg, mass_kg, vertical_kg, *inertias)
 
 

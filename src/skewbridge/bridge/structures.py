@@ -99,7 +99,7 @@ class CatalogueBridge:
         from skewbridge.bridge.spine import build_spine
 
         bridge = built_bridge(self.data, options, skew_deg)
-        spine = build_spine(bridge, options.deck_elements_per_span, tags)
+        spine = build_spine(bridge, options.deck_elements_per_span, skew_deg, tags)
         bent_skew_deg = options.skew_of_bents_deg(skew_deg)
         columns, foundations = build_bents(bridge, spine, bent_skew_deg, options, tags)
         elements = tuple(column.element for column in columns)
@@ -177,8 +177,8 @@ def _inner_joints(
 def built_bridge(bridge: BridgeData, options: ModelOptions, skew_deg: float = 0.0) -> BridgeData:
     """Return the bridge as built: multiplied by the option factors, with skewed bents.
 
-    A skewed bent has a longer, heavier cap and, by the option, wider column spacing. Factors on
-    damping and backfill are applied where damping and backfill are computed.
+    Diaphragms and caps along the skew are longer and heavier; columns are, by the option, further
+    apart. Factors on damping and backfill are applied where damping and backfill are computed.
     """
     # the cap of a skewed bent ends at the edges of the deck
     stretch = 1.0 / cos(radians(options.skew_of_bents_deg(skew_deg)))
@@ -195,7 +195,8 @@ def built_bridge(bridge: BridgeData, options: ModelOptions, skew_deg: float = 0.
     bents = {"cap_weight_kn": mass * stretch, "column_spacing_m": spacing, "column": column_factors}
     factors = {
         "column": column_factors,
-        "deck": {"line_load_kn_per_m": mass, "diaphragm_weight_kn": mass},
+        # ASSUME the weight of a diaphragm is that at zero skew, and all have the skew of the bridge
+        "deck": {"line_load_kn_per_m": mass, "diaphragm_weight_kn": mass / cos(radians(skew_deg))},
         "bents": bents,
     }
     built_ends = {name: built_end(end, options) for name, end in bridge.ends.items()}
