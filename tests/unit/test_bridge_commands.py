@@ -60,8 +60,8 @@ def test_all_bridges_are_listed(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_modal_answers_weight_axial_forces_and_mass_ratios(tmp_path: Path) -> None:
     found = answer("modal", "--bridge", "osb1", "--skew-deg", "30", "--out", str(tmp_path))
-    # the cap of a bent parallel to the abutments is longer by 1 / cos
-    longer_kn = 801.0 * (1.0 / cos(radians(30.0)) - 1.0)
+    # the cap of a bent parallel to the abutments and both diaphragms are longer by 1 / cos
+    longer_kn = (801.0 + 2 * 321.0) * (1.0 / cos(radians(30.0)) - 1.0)
     assert found["weight_kn"] == pytest.approx(19_055 + longer_kn, rel=1e-3)
     assert found["t1_s"] == pytest.approx(load_bridge("osb1").t1_s, rel=0.002)
     assert len(found["column_axial_kn"]) == 2
@@ -288,7 +288,7 @@ HEAVY = "base: fixed\ndeck: {line_load_kn_per_m: 560.0}\ncolumn: {hoop_spacing_m
             TURNED,
             0,
             (
-                "right seat of 0.65 m is narrower than 0.708 m (AASHTO 4.7.4.4)",
+                "right seat of 0.65 m is narrower than 0.708 m by AASHTO LRFD 4.7.4.4 (1.5 N)",
                 "the bridge file sets the skew: 40 deg (right); skew_deg turns the other supports",
             ),
         ),

@@ -97,7 +97,8 @@ def test_period_in_plan_is_that_of_a_rigid_parallelogram_on_pads_and_columns(ske
     # of a parallelogram: (length^2 + skewed edge^2) / 12 about its middle
     square_m2 = (2 * SPAN_M) ** 2 + (stretch * WIDTH_M) ** 2
     inertia_kgm2 = 2 * SPAN_M * DECK_KG_PER_M * square_m2 / 12
-    inertia_kgm2 += 2 * DIAPHRAGM_KG * (SPAN_M**2 + (stretch * WIDTH_M) ** 2 / 12)
+    # diaphragms along the skew are longer
+    inertia_kgm2 += 2 * stretch * DIAPHRAGM_KG * (SPAN_M**2 + (stretch * WIDTH_M) ** 2 / 12)
     inertia_kgm2 += COLUMN_KG * lever_m**2
     period_s = 2 * pi * sqrt(inertia_kgm2 / stiffness_nm)
     assert modes_of_osb1(skew_deg).period_s("rz") == pytest.approx(period_s, rel=error)

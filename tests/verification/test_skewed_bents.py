@@ -89,11 +89,12 @@ def test_columns_of_a_skewed_bent_are_in_line_with_its_cap(spacing, across_m, al
     assert y2 - y1 == pytest.approx(across_m)
     assert np.hypot(x2 - x1, y2 - y1) == pytest.approx(along_m)
     assert (x2 - x1) / (y2 - y1) == pytest.approx(-np.tan(np.pi / 3))  # counter-clockwise
-    # the cap ends at the edges of the deck, so it is twice as long and heavy at 60 degrees
+    # cap and diaphragms end at the edges of the deck: twice as long and heavy at 60 degrees
     bridge = load_bridge("osb1")
     (longer,) = built_bridge(bridge, options, 60.0).bents
     assert longer.cap_weight_kn == pytest.approx(2 * bridge.bents[0].cap_weight_kn)
-    weight_n = total_weight_n(bridge) + bridge.bents[0].cap_weight_kn * 1e3
+    added_kn = bridge.bents[0].cap_weight_kn + 2 * bridge.deck.diaphragm_weight_kn
+    weight_n = total_weight_n(bridge) + added_kn * 1e3
     assert held_n == pytest.approx(weight_n, rel=1e-6)
 
 
