@@ -46,7 +46,7 @@ class ContactSet:
     is_any_closed: bool
     least_opening_ratio: float  #: smallest opening / gap of all pairs; 0 for a pair without gap
     largest_normal_n: float
-    #: Largest |force - limit| / force of sliding pairs, or excess / force of others, last step.
+    #: Largest distance from the limit (sliding pairs) or excess (others) / force, last step.
     friction_error: float
 
     def __init__(
