@@ -339,7 +339,7 @@ def test_foreign_tables_lose_single_bad_rows_or_are_refused_with_row_and_column(
         ({"drift": ["1", "much"]}, "drift must be a number, got 'much' (row 1)"),
         ({"status": ["ok", "fine"]}, "invalid_input, got 'fine' (row 1)"),
         ({"record": ["a", "a"]}, "row 1 repeats"),
-        ({"record": ["a", "a"], "angle": [0, 9]}, "columns that are not used: 'angle'"),
+        ({"record": ["a", "a"], "angle": [0, 9]}, "use a column as axis: 'angle'"),
         ({"Skew_deg": [0, 60]}, "column 'Skew_deg' is not known: did you mean skew_deg?"),
         ({"Skew (deg)": [0, 60]}, "column 'Skew (deg)' is not known: did you mean skew_deg?"),
         ({"gap mm": [0, 60]}, "column 'gap mm' is not known: did you mean gap_mm?"),

@@ -159,8 +159,8 @@ def _outside_ranges(read: Completed) -> Iterator[str]:
                 yield f"{name} = {value:.3g} is outside the usual {range_text}{keys}"
 
 
-def _known(bridge: Any, number: int, key: str) -> Any:
-    return bridge if key == "bridge" else value_at(bridge, key.replace("*", f"{number}"))
+def _known(bridge: Any, bent_index: int, key: str) -> Any:
+    return bridge if key == "bridge" else value_at(bridge, key.replace("*", f"{bent_index}"))
 
 
 def _factors(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[Any]:

@@ -72,7 +72,7 @@ class GroundInput:
         if not largest <= MAX_SCALED_ACCEL_MPS2:
             raise InputError(
                 f"motion {motion.motion_id}: peak acceleration must be at most "
-                f"{MAX_SCALED_ACCEL_MPS2:g} m/s2, got {largest:g}"
+                f"{MAX_SCALED_ACCEL_MPS2:g} m/s2, got {largest:g}: check its unit and factor"
             )
         shaken_s = min(settings.duration_s or motion.duration_s, motion.duration_s)
         self.dt_s, self.scale, self.shaken_s = motion.dt_s, excitation.scale, shaken_s

@@ -308,7 +308,7 @@ class StepLoop:
         ops.algorithm(*step.algorithm)
 
     def prepare(self, size_s: float) -> None:
-        """Set test and contacts for (sub-)steps of a size."""
+        """Set the convergence test, and tell contacts the size of the next (sub-)steps (s)."""
         step = REUSE if self._reuses else self.recovery_steps[self._number]
         set_test(self._settings, size_s, step)
         if self._contacts is not None:

@@ -132,7 +132,8 @@ PAD_HARDENING = (0.0, 3.0)  # ratio of the nonlinear hardening, and its exponent
 
 
 def pad_stations(pads: PadData | PileData, end: DeckEnd) -> list[float]:
-    """Return positions of the pads along the wall in m, equally spaced across the deck."""
+    """Return positions (m) of the pads along the wall from its middle, equally spaced."""
+    # their spacing is given across the deck
     skew_stretch = end.wall_length_m / end.width_m
     middle_index = (pads.count - 1) / 2
     return [(i - middle_index) * pads.spacing_m * skew_stretch for i in range(pads.count)]

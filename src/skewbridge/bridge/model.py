@@ -78,7 +78,9 @@ def build_abutment(
     plan = deck_ends(bridge, skew_deg)[-1]
     data = bridge.ends[plan.name]
     if not isinstance(data, AbutmentData):
-        raise InputError(f"{bridge.name}: {plan.name} end: type must be seat, got {data.type}")
+        raise InputError(
+            f"{bridge.name}: only a seat can be pushed alone, the {plan.name} end is {data.type}"
+        )
     load_n = deck_reactions_n(bridge)[-1]
     # ASSUME the deck mass at an abutment is the mass of the dead load on it
     mass_kg = load_n / G_MPS2

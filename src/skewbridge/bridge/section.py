@@ -93,8 +93,10 @@ def core_concrete(column: ColumnData) -> Concrete:
     """
     unconfined, hoops = cover_concrete(column), column.hoops
     yield_pa = steel_of(column).yield_pa
-    pressures = [ratio * yield_pa / unconfined.peak_pa for ratio in hoops.confining]
-    peak_pa = unconfined.peak_pa * confined_strength_ratio(min(pressures), max(pressures))
+    pressure_ratios = [ratio * yield_pa / unconfined.peak_pa for ratio in hoops.confining]
+    peak_pa = unconfined.peak_pa * confined_strength_ratio(
+        min(pressure_ratios), max(pressure_ratios)
+    )
     peak_strain = unconfined.peak_strain * (1.0 + 5.0 * (peak_pa / unconfined.peak_pa - 1.0))
     hoop_strain = 0.09  # source: SDC 1.7 section 3.2.3, reduced ultimate strain of #8 bars
     ultimate_strain = 0.004 + 1.4 * (hoops.volume_ratio * yield_pa) * hoop_strain / peak_pa

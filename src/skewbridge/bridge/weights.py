@@ -81,7 +81,7 @@ def deck_reactions_n(bridge: BridgeData) -> list[float]:
 
 
 def _end_m(bridge: BridgeData, end: EndData) -> float:
-    """Return 6 E I / rotational stiffness of an end, in m."""
+    """Return 6 E I of the deck / rotational stiffness of an end (m), of the moment equations."""
     if not isinstance(end, IntegralData):
         return 0.0 if isinstance(end, FixedData) else inf
     # ASSUME the deck bends only the heads of the piles: the fill has no pressure at rest

@@ -166,8 +166,9 @@ def require_nodes(nodes: tuple[int, int], ndm: int) -> None:
     counts = tuple(len(ops.nodeDisp(node)) for node in nodes)
     if counts[0] != counts[1] or counts[0] not in _DOF_COUNTS[ndm]:
         raise InputError(
-            f"both nodes must have {' or '.join(map(str, _DOF_COUNTS[ndm]))} degrees of freedom "
-            f"in {ndm} dimensions; nodes {nodes} have {counts}"
+            f"both nodes must have the same number of degrees of freedom, "
+            f"{' or '.join(map(str, _DOF_COUNTS[ndm]))} in {ndm} dimensions; "
+            f"nodes {nodes} have {counts}"
         )
 
 

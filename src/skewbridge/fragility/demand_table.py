@@ -285,11 +285,14 @@ def read_foreign(
     if (doubled := out.duplicated(["variant", *LOADING_COLUMNS])).any():
         row = int(np.argmax(doubled))
         text = f"row {row} repeats variant, motion_id, scale and incidence_deg of another row"
-        raise InputError(f"{text}; columns that are not used: {names_of(unused)}", row=row)
+        raise InputError(f"{text}: remove it, or use a column as axis: {names_of(unused)}", row=row)
     distinct = out[variant_columns(out)].drop_duplicates()
     if (same := distinct[distinct.duplicated(variant_columns(out)[1:], keep=False)]).size:
         names = f"variants {names_of(same['variant'])} have the same bridge, abutment and axes"
-        raise InputError(f"{names}: give them other names of the bridge", column="variant")
+        raise InputError(
+            f"{names}: give them other bridge names or the axis in which they differ",
+            column="variant",
+        )
     if validity.COMPLETE not in out:
         out[validity.COMPLETE] = validity.is_complete(out)
     first = [*variant_columns(out), *LOADING_COLUMNS, "status"]

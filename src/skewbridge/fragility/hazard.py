@@ -345,7 +345,8 @@ def _measure_and_factor(title: str) -> tuple[str, float]:
     if not column:
         raise InputError(f"{title!r} is not a measure with a unit, such as SA(1.0) (g) or PGA (g)")
     if not match:
-        raise InputError(f"the unit of {title} is missing: write {title} (g), or (cm/s) for PGV")
+        unit = "cm/s" if column == _NAMES["PGV"] else "g"
+        raise InputError(f"the unit of {title} is missing: write {title} ({unit})")
     if (match[2] == "g") == (column == _NAMES["PGV"]):
         raise InputError(f"{match[1]} cannot have the unit {match[2]}: write g, or cm/s for PGV")
     return column, _FACTORS[match[2]]

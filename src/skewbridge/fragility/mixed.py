@@ -171,8 +171,8 @@ def _first_parameters(data: MixedData) -> tuple[Floats, float]:
     scatter = max(float(np.sqrt(np.mean(residual**2))), 1e-12)
     tau = float(np.sqrt(np.mean(mean**2)))
     sigma = float(np.sqrt(np.mean((residual - mean[data.motion]) ** 2)))
-    deviations = np.log(np.maximum([tau, sigma], _SMALLEST_SHARE * scatter))
-    return np.concatenate([delta, [0.0], deviations]), float(np.log(_SMALLEST_SHARE * scatter))
+    ln_deviations = np.log(np.maximum([tau, sigma], _SMALLEST_SHARE * scatter))
+    return np.concatenate([delta, [0.0], ln_deviations]), float(np.log(_SMALLEST_SHARE * scatter))
 
 
 def _uphill(score: Floats, information: Floats) -> Floats:

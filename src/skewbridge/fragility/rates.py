@@ -370,8 +370,10 @@ def decision(
                 hazus = _length(unskewed, hazard, target, ln_factor).value
                 row["hazus_m"] = hazus + gap_mm / 1000.0
             # SDC: displacement demand at 5 % in 50 years
-            at_sdc = np.interp(hazard.level_of(SDC_RATE), np.log(medians), np.log(_LENGTHS_M))
-            row["sdc_demand_m"] = float(np.exp(at_sdc))
+            ln_length_at_sdc = np.interp(
+                hazard.level_of(SDC_RATE), np.log(medians), np.log(_LENGTHS_M)
+            )
+            row["sdc_demand_m"] = float(np.exp(ln_length_at_sdc))
             if column is not None:
                 rate = curve_rate(column.curve(position | values), hazard).interval(column.level)
                 row |= dict(zip(_COLUMN, rate, strict=True))

@@ -130,7 +130,7 @@ def system_members(states: States) -> dict[str, list[LimitState]]:
 
 
 class _Member(NamedTuple):
-    """A component of the system; its curves are from all runs, then without each event."""
+    """A component of the system; its R curves are from all runs, then without each event."""
 
     state: LimitState
     outcomes: DemandOutcomes  # of the runs of the variant

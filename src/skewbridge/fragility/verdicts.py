@@ -352,7 +352,7 @@ def runs_per_motion(demands: pd.DataFrame) -> float:
 
 
 def rounds_table(plans: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """Return the table `rounds` (`ROUND_COLUMNS`): the effects in the plans of all rounds."""
+    """Return the table `rounds`: one row per effect and round of motions, from the stored plans."""
     cells = [
         {**cell, "round": plan["round"] - 1, "analyses": plan["analyses_before"]}
         for plan in plans

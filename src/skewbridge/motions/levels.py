@@ -151,7 +151,7 @@ def bands_around(motions: MotionsConfig, medians_g: Sequence[float]) -> Bands:
 
 
 def has_pilot(motions: MotionsConfig) -> bool:
-    """Return whether the medians of bands are from trial runs, not configured or from a study."""
+    """Return whether trial runs find the medians of bands: ``medians_g``, ``study`` are not set."""
     bands = motions.bands
     return bands is not None and not bands.medians_g and bands.study is None
 

@@ -271,7 +271,7 @@ def select_pairs(
     pool = candidates.assign(scale=np.exp(log_factors), level_g=level_g, log_psa=list(scaled))
     pool = pool[np.abs(log_factors) <= np.log(FACTOR_LIMITS[1])]
     if (available := pool["event"].value_counts().clip(upper=MOST_PER_EVENT).sum()) < count:
-        fault = f"only {available} pairs reach {level_g:.3g} g with factors of 1/4 to 4 and"
+        fault = f"only {available} pairs reach {level_g:.3g} g with factors of 1/4 to 4 and at most"
         raise InputError(f"{fault} {MOST_PER_EVENT} per event: {count} are needed; add candidates")
     sigma = target.sigma[:BAND_POINTS]
     error = np.stack(pool["log_psa"].to_list()) - np.log(target.median_g[:BAND_POINTS])

@@ -121,7 +121,9 @@ def write_checks(tables: StudyTables, output: Path) -> None:
     checks = check_tables(tables)
     failed = [check for check in checks if not check["passed"]]
     for check in failed:
-        logger.warning("%s: %.4g > %.4g", check["name"], check["value"], check["limit"])
+        logger.warning(
+            "check failed: %s: %.4g, limit %.4g", check["name"], check["value"], check["limit"]
+        )
         for row in check["rows"]:
             logger.warning("    %s", row)
     demands = tables.demands

@@ -155,7 +155,7 @@ class StudySetup:
         variant = self.named(of) if isinstance(of, str) else of
         files = {Path(bridge).stem: bridge for bridge, _ in self.measures}
         if variant.bridge_name not in files:
-            raise InputError(f"{variant.slug}: the study has motions only for {', '.join(files)}")
+            raise InputError(f"{variant.slug}: the study has only the bridges {', '.join(files)}")
         variant = replace(variant, bridge=files[variant.bridge_name])
         options = replace(self.study.model, **dict(variant.options))
         useless = without_effect(variant.bridge).difference(PROPERTIES)

@@ -133,7 +133,7 @@ class StudyConfig(BaseModel):
     @model_validator(mode="after")
     def _rounds_of_motions(self) -> Self:
         if self.design.until and self.motions.design == "ida":
-            raise ValueError("design.until: an IDA cannot run in rounds; use design scaled_cloud")
+            raise ValueError("design.until: an IDA cannot run in rounds: change motions.design")
         if self.design.until and len(self.motions.suites) > 1:
             raise ValueError("design.until: rounds need exactly one suite in motions.suites")
         if self.motions.selection:

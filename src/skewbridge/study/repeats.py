@@ -73,7 +73,8 @@ def in_window(task: Task, window_s: float | None) -> Task:
 def write_sensitivity(setup: StudySetup, slugs: Sequence[str], output: Path) -> None:
     """Run the repeated analyses that are not in a journal; write the changes of the demands.
 
-    One row per demand: mean ratio of default to reference, and largest changes by `REPEATS`.
+    One row per demand: mean ratio of its values at the accuracy of the study and at `reference`
+    accuracy, and its largest relative change by each change of settings in `REPEATS`.
     """
     count, _ = check_plan(setup.study, setup.durations_s)
     rows = sampled_rows(setup, slugs, count, setup.study.sensitivity.window_s)

@@ -432,7 +432,7 @@ def _shape_of(raw: Mapping[str, Any]) -> str:
 
 
 def over_default(default: Mapping[str, Any], column: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a column's keys, with those of a default column that it lacks and its shape has."""
+    """Return a column with the keys it lacks from a default column, if its shape has them."""
     shape, shapes = _shape_of({**default, **column}), _shapes()
     if shape != _shape_of(default) and shape in shapes:
         default = {key: default[key] for key in default.keys() & shapes[shape].model_fields.keys()}

@@ -264,8 +264,10 @@ def _sections(tree: Any, key: str) -> list[str]:
         types = {f"abutments.{name}": f"{value_at(ends, f'{name}.type')}" for name in ends}
     sections = [
         section
-        for section, end in types.items()
-        if kind in ("abutment", end) and end in _END_TYPES and field in _END_TYPES[end].model_fields
+        for section, end_type in types.items()
+        if kind in ("abutment", end_type)
+        and end_type in _END_TYPES
+        and field in _END_TYPES[end_type].model_fields
     ]
     count = len(joints) if field == "pads" and isinstance(joints, list | tuple) else 0
     return sections + [f"joints.{number}" for number in range(count)]
@@ -415,7 +417,7 @@ def _take_drawn(tree: dict[str, Any], file: str) -> dict[str, Any]:
 
 
 def overruled(tree: Mapping[str, Any]) -> set[str]:
-    """Return the keys of parents that rules replace because a file has parts of a drawing."""
+    """Return inherited keys without effect: rules compute them from the drawing in the file."""
     keys_without_effect: set[str] = set()
     for seat in _sections(tree, "seat.pads") or ["abutment"]:
         drawn = {_part(key) for key in DRAWN if value_at(tree, _placed(key, seat)) is not None}
