@@ -25,7 +25,7 @@ from skewbridge.cli.output import (
 )
 from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_folder, write_text
-from skewbridge.units import KN
+from skewbridge.units import INCH, KN
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS, Variant
 
@@ -308,7 +308,8 @@ def sdc(
         joints_m = bridge_check.joint_moves_m(variant, histories)
         if joints_m:
             clause = f"{bridge_check.HINGE_CLAUSE}; check the edition that applies"
-            notes.append(f"least seat of inner joints: 24 in by {clause}")
+            least_in = bridge_check.MINIMUM_HINGE_M / INCH
+            notes.append(f"least seat of inner joints: {least_in:.0f} in by {clause}")
         rows = bridge_check.sdc_rows(variant, row, records_of(bents), corners_m, joints_m)
     if out is not None:
         _write(rows, out, "sdc")

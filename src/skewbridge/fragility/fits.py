@@ -437,15 +437,17 @@ def fit_cloud(
     if np.sum(is_observed) < 3 or np.ptp(x[is_observed]) == 0.0:
         return replace(blank, status="too_few_runs" if np.sum(is_observed) < 3 else SINGLE_LEVEL)
     line = tested_line(x[is_observed], y_low[is_observed])
-    if is_censored:
-        line = _tobit_tested(line, cloud)
+    tobit = _tobit(*cloud) if is_censored else None
+    if tobit is not None:
+        line = _tobit_tested(line, cloud, tobit[1])
     details = {k: v for k, v in line._asdict().items() if k not in ("n", "mean_x", "sxx")}
     blank = replace(blank, details={name: v for name, v in details.items() if not np.isnan(v)})
     codes = np.arange(x.size) if motions is None else motions[informative]
     left_out = motion_means.motion_weights(codes)[1:] > 0.0
     repeated = np.unique(codes).size < x.size
-    if is_censored:
-        fit = _fit_tobit(blank, cloud, ln_capacity, capacity_dispersion, interval=not repeated)
+    if tobit is not None:
+        capacity = ln_capacity, capacity_dispersion
+        fit = _fit_tobit(blank, cloud, tobit, *capacity, interval=not repeated)
     else:
         fit = _fit_least_squares(blank, line, ln_capacity, capacity_dispersion)
     if fit.status != FITTED:
@@ -460,13 +462,13 @@ def fit_cloud(
     return fit.warned(*names)
 
 
-def _tobit_tested(line: "TestedLine", cloud: Floats) -> "TestedLine":
+def _tobit_tested(line: "TestedLine", cloud: Floats, best: likelihood.Maximum) -> "TestedLine":
     """Return a line with the likelihood-ratio test of curvature of a cloud with censored demands.
 
     The tests of a line through the observed demands are not valid: high demands are missing.
     """
     tests = dict.fromkeys(("r2", "curvature", "curvature_p", "scatter_p"), nan)
-    best, (x, low, high) = _tobit(*cloud)[1], cloud
+    x, low, high = cloud
     if not np.isnan(line.curvature):
         terms = np.column_stack([np.ones(x.size), x, (x - line.mean_x) ** 2])
         start = np.insert(best.params, 2, 0.0, axis=1)
@@ -546,11 +548,17 @@ def _fit_least_squares(
 
 
 def _fit_tobit(
-    blank: FragilityFit, cloud: Floats, ln_capacity: float, dispersion: float, *, interval: bool
+    blank: FragilityFit,
+    cloud: Floats,
+    tobit: tuple[likelihood.NormalKernel, likelihood.Maximum],
+    ln_capacity: float,
+    dispersion: float,
+    *,
+    interval: bool,
 ) -> FragilityFit:
     """Fit a cloud (ln intensities, lower and upper bounds, shape (3, n)) with censored demands."""
     known = cloud[1] == cloud[2]
-    kernel, best = _tobit(*cloud)
+    kernel, best = tobit
     d0, d1, h = best.params[0].tolist()
     if not bool(best.converged[0]):
         return replace(blank, status=NOT_CONVERGED)

@@ -184,10 +184,9 @@ class Jackknifed:
         """
         dof = self.dof
         t = special.stdtrit(np.where(dof >= 2.0, dof, nan), 0.5 + 0.5 * level)
-        shared = self._covariance(self.influence, self.of_slope)
-        return fieller_ends(
-            self.estimate, t, self.error**2, shared, self._covariance(self.of_slope, self.of_slope)
-        )
+        covariance = self._covariance(self.influence, self.of_slope)
+        of_slope = self._covariance(self.of_slope, self.of_slope)
+        return fieller_ends(self.estimate, t, self.error**2, covariance, of_slope)
 
     def exp_interval(self, level: float) -> tuple[float, float, float]:
         """Return exp of an estimate of shape () and of both ends of its interval."""
@@ -214,18 +213,18 @@ class Jackknifed:
 
 
 def fieller_ends(
-    estimate: Floats, t: Floats, variance: Floats, shared: Floats, of_slope: Floats
+    estimate: Floats, t: Floats, variance: Floats, covariance: Floats, of_slope: Floats
 ) -> tuple[Floats, Floats]:
     """Return both ends of the interval of a ratio, shift / slope; infinite if unbounded.
 
     ``t`` is the quantile of Student's t, ``variance`` that of the ratio, ``of_slope`` the variance
-    of ln slope and ``shared`` the covariance of both. Source: Fieller (1954).
+    of ln slope and ``covariance`` the covariance of both. Source: Fieller (1954).
     """
-    # roots d = estimate - end of d^2 = t^2 (variance + 2 shared d + of_slope d^2)
+    # roots d = estimate - end of d^2 = t^2 (variance + 2 covariance d + of_slope d^2)
     square = 1.0 - t**2 * of_slope
     with np.errstate(divide="ignore", invalid="ignore"):
-        middle = t**2 * shared / square
-        reach = t * np.sqrt((t * shared) ** 2 + square * variance) / square
+        middle = t**2 * covariance / square
+        reach = t * np.sqrt((t * covariance) ** 2 + square * variance) / square
     low, high = (np.where(square <= 0.0, sign * inf, middle + sign * reach) for sign in (1.0, -1.0))
     return estimate - low, estimate - high
 

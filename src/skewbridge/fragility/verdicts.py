@@ -303,9 +303,10 @@ def _with_quantile(
     below, above = np.abs(values[1:] - values[0])
     product = below * above / t_before**2  # the variance, if the interval is symmetric
     # `fieller_ends`, solved for the variance of ln slope and for its covariance with the ratio
-    share = np.where(product > 0.0, np.fmin(variance / product, 1.0), 1.0)
-    shared, of_slope = 0.5 * share * (below - above) / t_before**2, (1.0 - share) / t_before**2
-    return motion_means.fieller_ends(values[0], t, share * product, shared, of_slope)
+    square = np.where(product > 0.0, np.fmin(variance / product, 1.0), 1.0)
+    covariance = 0.5 * square * (below - above) / t_before**2
+    of_slope = (1.0 - square) / t_before**2
+    return motion_means.fieller_ends(values[0], t, square * product, covariance, of_slope)
 
 
 def _information(table: pd.DataFrame, per_motion: float) -> tuple[Floats, Floats]:
