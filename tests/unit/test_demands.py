@@ -70,7 +70,7 @@ def abutment(**changes):
         for node, kind, along_m in ((CORNER_1, "acute", 7.0), (CORNER_2, "obtuse", -7.0))
     )
     handle = handles.AbutmentHandle(
-        side="right", normal=(1.0, 0.0), tangent=(0.0, 1.0), gap_m=GAP_M, transverse_gap_m=0.0064,
+        side="right", normal=(1.0, 0.0), tangent=(0.0, 1.0), gap_m=GAP_M,
         seat_width_m=0.9, centre=Point(CENTRE), corners=tuple(corners), pads=(Point(CENTRE),),
         bearings=(handles.BearingHandle(element=30, seat_node=BASE, deck_node=CORNER_1),),
         wall_units=[0, 1], wall_nodes=[WALL],
@@ -202,8 +202,13 @@ def test_passive_is_into_the_fill_and_active_is_out_of_it(trace):
     assert movements_m(abutment(**both, **left)) == pytest.approx([0.02, 0.03])
     # without wall nodes the fill is pushed beyond the gap and never pulled
     trace.nodes[CENTRE][:, 0] = [0.0, 0.04, 0.08, -0.3]
+    trace.nodes[CENTRE][:, 1] = [0.0, 0.003, -0.004, 0.0]
     sprung = abutment(wall_units=(), wall_nodes=(), wall_springs=(WALL_SPRING,))
     assert movements_m(sprung) == pytest.approx([0.03, 0.0])
+    # the transverse springs of `simplified` have no gap
+    simplified = abutment(wall_units=(), wall_nodes=(), key_springs=(KEY_SPRING,))
+    assert peaks._transverse_m(simplified, trace).max() == pytest.approx(0.004)
+    assert peaks._key_deformations_m(simplified, trace)[0].max() == pytest.approx(0.004)
 
 
 def test_forces_on_an_end_are_those_of_its_springs_and_contacts_and_of_their_friction(trace):
@@ -218,6 +223,11 @@ def test_forces_on_an_end_are_those_of_its_springs_and_contacts_and_of_their_fri
     handle = abutment(wall_units=(), wall_nodes=(), wall_springs=(WALL_SPRING,))
     assert peaks.wall_force_n(handle, trace).max() == pytest.approx(5.0e5)
     assert peaks.wall_force_n(abutment(), trace).max() == 3.0e5
+    # the wing walls of `spring` are in series with its keys
+    end = abutment(wall_units=(), key_springs=(KEY_SPRING,), wing_springs=(KEY_SPRING,))
+    trace.springs[SPRING][2, 1] = 4.0e5
+    joint_n = peaks._joint_force_n(SimpleNamespace(contacts=None), end, trace, np.zeros((STEPS, 2)))
+    assert joint_n[2].tolist() == [0.0, 4.0e5]
     # forces of backfill and key count while the deck touches
     trace.springs[SPRING][:, 0] = -1.0e5  # the wall leans on the soil all the time
     trace.springs[SPRING][:, 1] = 3.0e5, -2.0e5, 1.0e5, 0.0

@@ -263,8 +263,8 @@ def _transverse_m(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
     if nodes:
         return np.maximum.reduce([np.abs(_along(abutment.tangent, trace.disp(n))) for n in nodes])
     moves = [
-        np.abs(_along(abutment.tangent, _deformation(spring, trace))) - abutment.transverse_gap_m
-        for spring in (*abutment.key_springs, *abutment.wing_springs)
+        np.abs(_along(abutment.tangent, _deformation(spring, trace)))
+        for spring in abutment.key_springs
     ]
     return np.maximum.reduce([np.zeros(len(trace.time_s)), *moves])
 
@@ -357,13 +357,9 @@ def key_forces_n(abutment: AbutmentHandle, trace: ResponseTrace) -> list[Series]
 
 
 def _key_deformations_m(abutment: AbutmentHandle, trace: ResponseTrace) -> list[Series]:
-    """Return the deformation of each shear key along its normal (m), at least 0, shape (n,).
-
-    Without key nodes, it is the closure of the transverse springs minus the gap.
-    """
-    gap_m = 0.0 if abutment.key_nodes else abutment.transverse_gap_m
+    """Return the deformation of each shear key or transverse spring along its normal (m), (n,)."""
     return [
-        np.maximum(np.abs(_along(spring.direction, _deformation(spring, trace))) - gap_m, 0.0)
+        np.abs(_along(spring.direction, _deformation(spring, trace)))
         for spring in abutment.key_springs
     ]
 
@@ -498,6 +494,7 @@ def _joint_force_n(
         total -= np.outer(trace.normals_n[:, index], unit.normal[:2])
         for k, tangent in enumerate(unit.tangents):
             total += np.outer(trace.tangentials_n[:, index, k], tangent[:2])
-    for spring in () if units else abutment.springs:
+    # wing walls of `spring` are in series with its keys
+    for spring in () if units else (*abutment.wall_springs, *abutment.key_springs):
         total += np.outer(trace.spring_force(spring), spring.direction)
     return total

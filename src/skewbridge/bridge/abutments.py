@@ -363,7 +363,6 @@ def support_deck_end(end: End, blueprint: Blueprint) -> Joint:
     handle = AbutmentHandle(
         **placed(plan, deck_node, points),
         gap_m=normal_gap_m(gap_mm, plan, options),
-        transverse_gap_m=options.transverse_gap_m,
         seat_width_m=data.seat_width_m,
         bearings=bearings,
         pads=tuple(bearing_point(plan, deck_node, along_m) for along_m in pads),

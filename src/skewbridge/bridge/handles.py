@@ -173,9 +173,7 @@ class AbutmentHandle:
     corners: tuple[CornerHandle, ...]
     #: whether the deck end rests on a seat behind a gap, from which it can fall
     is_seat: bool = True
-    #: opening of the joint at rest, normal to the wall; the transverse gap is at the keys
-    gap_m: float = 0.0
-    transverse_gap_m: float = 0.0
+    gap_m: float = 0.0  # opening of the joint at rest, normal to the wall
     seat_width_m: float = nan  # distance from backwall to edge of the seat, normal to the wall
     #: elements of pads (each may represent several) or of supports
     bearings: tuple[BearingHandle, ...] = ()
