@@ -456,7 +456,7 @@ def embankment_mass_kg(data: AbutmentData) -> float:
     width_m, height_m = data.wall_width_m, data.embankment_height_m
     length_m = 0.7 * sqrt(data.embankment_slope_ratio * width_m * height_m)
     # ASSUME a trapezoid with side slopes of 1 / slope ratio, moving as one body
-    area_m2 = width_m * height_m + height_m**2 * data.embankment_slope_ratio
+    area_m2 = width_m * height_m + height_m**2 / data.embankment_slope_ratio
     return length_m * area_m2 * SOIL_KG_PER_M3
 
 
@@ -465,8 +465,8 @@ def _build_body(joint: Joint) -> tuple[int, SpringHandle]:
     end, data, tags = joint.end, joint.data, joint.tags
     embankment_kg = embankment_mass_kg(data) if joint.options.embankment_mass else 0.0
     mass_kg = joint.wall_mass_kg + embankment_kg
-    # ASSUME across the wall the body has the initial stiffness of one wall point at zero skew
-    across_n_per_m = joint.wall_parts()[0][2].stiffness_n_per_m
+    # ASSUME across the wall the body has the initial stiffness of the whole wall at zero skew
+    across_n_per_m = sum(passive.stiffness_n_per_m for _, _, passive in joint.wall_parts())
     if joint.options.backfill_skew == "strength_and_stiffness":
         across_n_per_m /= skew_reduction(joint.end.skew_rad)
     moving_kg = joint.moving_mass_kg(joint.wall_mass_kg) + embankment_kg
