@@ -7,7 +7,7 @@ import sys
 from dataclasses import replace
 from functools import partial
 from itertools import product
-from math import cos, radians
+from math import cos, nan, radians
 from pathlib import Path
 
 import numpy as np
@@ -142,8 +142,8 @@ SIDES, CORNERS = ("left", "right"), ("acute", "obtuse")
 
 def corner_histories() -> dict[str, np.ndarray]:
     """Return histories of the corners, which do not move in two steps."""
-    places = product(SIDES, CORNERS, "xy")
-    return {f"abutment_{side}_{kind}_{axis}_m": np.zeros(2) for side, kind, axis in places}
+    places = product(SIDES, CORNERS)
+    return {f"abutment_{side}_{kind}_unseating_m": np.zeros(2) for side, kind in places}
 
 
 def test_checks_of_a_run_name_every_corner(tmp_path: Path, written) -> None:
@@ -288,7 +288,7 @@ HEAVY = "base: fixed\ndeck: {line_load_kn_per_m: 560.0}\ncolumn: {hoop_spacing_m
             TURNED,
             0,
             (
-                "right seat of 0.65 m is narrower than 0.708 m by AASHTO LRFD 4.7.4.4 (1.5 N)",
+                "right seat of 0.65 m leaves 0.599 m at a gap of 51 mm, below 0.708 m by AASHTO",
                 "the bridge file sets the skew: 40 deg (right); skew_deg turns the other supports",
             ),
         ),
@@ -346,7 +346,7 @@ def test_yield_displacements_ductilities_and_seats_agree_with_the_hand_values() 
 
 def test_the_table_names_what_fails_by_moves_normal_to_the_seats() -> None:
     bents = bridge_check.capacity_rows(bent_capacities(load_bridge("osb1")))
-    moves_m = {"left acute": 0.2, "right acute": 0.9}
+    moves_m = {"left acute": (0.2, 0.863), "right acute": (0.9, 0.863)}
     rows = sdc_rows(VARIANT, {"column_drift_ratio": 0.30 / 5.64} | SUPPORT, bents, moves_m, {})
     assert rows[0]["demand"] == pytest.approx(0.30)  # drift x clear height
     share = {"column_drift_ratio": 0.30 / 5.64, "drift_over_capacity": 0.5} | SUPPORT
@@ -355,29 +355,36 @@ def test_the_table_names_what_fails_by_moves_normal_to_the_seats() -> None:
     failed = {row["check"] for row in rows if not row["ok"]}
     assert failed == {"bent 1 displacement, hinge 0.821 m by rule (m)", "right acute seat, SDC (m)"}
 
-    # corner moves count outward and normal to the seat only
+
+def test_each_corner_is_compared_with_its_own_seat(written) -> None:
+    left, right = "{seat_width_m: 0.65, gap_mm: 20}", "{seat_width_m: 0.9, skew_deg: 60}"
+    own = written(f"extends: osb1\nsource: own\nabutments: {{left: {left}, right: {right}}}\n")
     histories = corner_histories()
-    histories["abutment_right_acute_x_m"][1] = -0.1
-    histories["abutment_right_obtuse_x_m"][1] = 0.1
-    # along the wall: no move normal to the seat
-    histories["abutment_left_acute_x_m"][1] = -0.1 * np.sin(radians(30))
-    histories["abutment_left_acute_y_m"][1] = 0.1 * np.cos(radians(30))
-    moves = bridge_check.corner_moves_m(VARIANT, histories)
-    found = [moves[corner] for corner in ("right acute", "right obtuse", "left acute")]
-    assert found == pytest.approx([0.1 * np.cos(radians(30)), 0.0, 0.0], abs=1e-12)
+    histories["abutment_right_acute_unseating_m"][1] = 0.3
+    case = replace(VARIANT, bridge=str(own), skew_deg=0)
+    assert bridge_check.corner_moves_m(case, histories, 0.63)["right acute"] == (0.3, 0.63)
+    for end, gap_m in (("left", 0.02), ("right", 0.05)):
+        histories[f"contact_{end}_backwall_1_opening_m"] = np.array([gap_m, 0.0])
+    moves_m = bridge_check.corner_moves_m(case, histories, 0.63)
+    rows = sdc_rows(case, {"column_drift_ratio": 0.0}, [], moves_m, {})
+    assert [row["capacity"] for row in rows] == pytest.approx([0.63, 0.63, 0.85, 0.85, 0.85])
+    assert rows[-1]["demand"] == pytest.approx(0.86, abs=0.006)  # at skew 60
+    assert [row["ok"] for row in rows] == [False, False, True, True, False]
 
 
 def test_a_narrow_seat_is_reported_with_its_clause_and_edition(written) -> None:
     pads = "{plan_mm: 400, rubber_mm: 50, count: 6}"
-    text = f"joints: [{{from_left_m: 40, ledge: right, seat_width_m: 0.6, pads: {pads}}}]\n"
-    own = f"extends: osb1\nsource: own\nbase: fixed\nabutment: {{seat_width_m: 0.7}}\n{text}"
+    joint = f"from_left_m: 40, ledge: right, gap_mm: 30, seat_width_m: 0.62, pads: {pads}"
+    text = f"abutment: {{seat_width_m: 0.8}}\njoints: [{{{joint}}}]\n"
+    own = f"extends: osb1\nsource: own\nbase: fixed\n{text}"
     narrow = [text for text in answer("check", written(own))["findings"] if " seat of " in text]
     sdc, edition = "Caltrans SDC 1.7 section", "; check the edition that applies"
     # 24 in at a hinge, 30 in at an abutment
+    leaves = "m leaves 0.{} m at a gap of {} mm, below 0."
     assert [text for text in narrow if sdc in text] == [
-        *(f"the {end} seat of 0.7 m is narrower than 0.762 m by {sdc} 7.8.3 (abutments){edition}"
+        *(f"the {end} seat of 0.8 {leaves.format(749, 51)}762 m by {sdc} 7.8.3 (abutments){edition}"
           for end in ("left", "right")),
-        f"the joint 1 seat of 0.6 m is narrower than 0.61 m by {sdc} 7.2.5.4 (hinges){edition}",
+        f"the joint 1 seat of 0.62 {leaves.format(59, 30)}61 m by {sdc} 7.2.5.4 (hinges){edition}",
     ]  # fmt: skip
     assert all(text.endswith(edition) for text in narrow)
 
@@ -409,7 +416,7 @@ def test_the_seats_of_an_inner_joint_are_checked(tmp_path: Path, at: str, lost: 
     assert sdc["demand"] == pytest.approx(max(0.3 + 0.1016 + deck_m / 2000, 0.6096))
     bridge = load_structure(variant.bridge).description
     assert aashto["demand"] == bridge_check.seat_demand_aashto_m(bridge, radians(15))
-    assert bridge_check.corner_moves_m(variant, histories) == {}
+    assert bridge_check.corner_moves_m(variant, histories, nan) == {}
 
 
 @pytest.mark.parametrize(

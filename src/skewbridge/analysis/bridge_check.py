@@ -3,8 +3,8 @@
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
-from itertools import pairwise
-from math import cos, degrees, inf, radians, sin
+from itertools import pairwise, product
+from math import degrees, inf, radians
 from typing import Any, Final
 
 import numpy as np
@@ -23,7 +23,9 @@ from skewbridge.bridge.frame import Description
 from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.section import sdc_shear_strength
 from skewbridge.bridge.structures import CatalogueBridge
-from skewbridge.units import FOOT, INCH, KN, MPA
+from skewbridge.errors import InputError
+from skewbridge.units import FOOT, INCH, KN, MM, MPA
+from skewbridge.variant.axes import axis
 from skewbridge.variant.variant import Variant
 
 #: Limit of axial force under dead load / expected strength of the gross section.
@@ -194,16 +196,27 @@ def _stale(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]
         yield f"{text}: {', '.join(stale)}"
 
 
+def support_lengths_m(bridge: Description, gaps_m: Mapping[str, float]) -> dict[str, float]:
+    """Return the length on the seat at rest (m), normal to it, of each end or joint with a gap."""
+    # on a cap, the middle of the gap is the end of both seats
+    at_bents = {f"joint {n}" for n, at in enumerate(bridge.joints_m, start=1) if at[:4] == "bent"}
+    lost_m = {name: gap_m / (2.0 if name in at_bents else 1.0) for name, gap_m in gaps_m.items()}
+    return {name: bridge.seats_m[name] - lost_m[name] for name in gaps_m}
+
+
 def _seat_findings(bridge: Description) -> Iterator[str]:
-    for end, seat_m in bridge.seats_m.items():
+    gap_mm = axis("gap_mm").usual  # of a seat that takes that of the variant
+    gaps_m = {end: bridge.gaps_mm.get(end, gap_mm) * MM for end in bridge.seats_m}
+    for end, length_m in support_lengths_m(bridge, gaps_m).items():
         sdc = ABUTMENT_CLAUSE, MINIMUM_SEAT_M
         if end not in bridge.end_kinds:
             sdc = HINGE_CLAUSE, MINIMUM_HINGE_M
         skew_rad = radians(bridge.skews_deg.get(end, 0.0))
         for clause, least_m in (sdc, (AASHTO_CLAUSE, seat_demand_aashto_m(bridge, skew_rad))):
-            if seat_m < least_m:
-                text = f"narrower than {least_m:.3g} m by {clause}; check the edition that applies"
-                yield f"the {end} seat of {seat_m:.3g} m is {text}"
+            if length_m < least_m:
+                text = f"below {least_m:.3g} m by {clause}; check the edition that applies"
+                seat = f"the {end} seat of {bridge.seats_m[end]:.3g} m"
+                yield f"{seat} leaves {length_m:.3g} m at a gap of {gaps_m[end] / MM:g} mm, {text}"
 
 
 def capacity_rows(bents: Iterable[BentCapacity]) -> list[dict[str, Any]]:
@@ -303,14 +316,14 @@ def sdc_rows(
     variant: Variant,
     run: Mapping[str, Any],
     bents: Iterable[Mapping[str, Any]],
-    corners_m: Mapping[str, float],
+    corners_m: Mapping[str, tuple[float, float]],
     joints_m: Mapping[str, tuple[float, float]],
 ) -> list[dict[str, object]]:
     """Return the design checks of one analysis, its row of the demands table, one row per check.
 
     All columns get the largest drift, up to the largest share of a capacity.
     """
-    bridge, support_m = load_structure(variant.bridge).description, float(run[SUPPORT])
+    bridge = load_structure(variant.bridge).description
     # the deck moves more than the columns if it turns, or slides on the pads of a joint
     drift, share = float(run["column_drift_ratio"]), float(run.get("drift_over_capacity", inf))
     rows: list[dict[str, object]] = []
@@ -328,14 +341,16 @@ def sdc_rows(
         compare(f"{name} displacement, hinge {hinge} (m)", disp_m, bent["capacity_m"])
         ratio = P_DELTA_LIMIT * disp_m / bent["disp_at_p_delta_limit_m"]
         compare(f"{name} P-Delta ratio", ratio, P_DELTA_LIMIT)
-    for corner, unseating_m in corners_m.items():
-        compare(f"{corner} seat, SDC (m)", seat_demand_sdc_m(bridge, unseating_m), support_m)
+    for corner, (unseating_m, length_m) in corners_m.items():
+        compare(f"{corner} seat, SDC (m)", seat_demand_sdc_m(bridge, unseating_m), length_m)
     aashto_m = {
         seat: seat_demand_aashto_m(bridge, radians(bridge.skews_deg.get(seat, variant.skew_deg)))
         for seat in bridge.seats_m
     }
-    if end_seats := bridge.end_seats_m:
-        compare("seat, AASHTO 1.5 N (m)", max(aashto_m[end] for end in end_seats), support_m)
+    ends = [(aashto_m[corner.split()[0]], length_m) for corner, (_, length_m) in corners_m.items()]
+    if ends:
+        worst = max(ends, key=lambda end: end[0] / end[1])
+        compare("seat, AASHTO 1.5 N (m)", *worst)
     for joint, (unseating_m, length_m) in joints_m.items():
         demand_m = seat_demand_sdc_m(bridge, unseating_m, MINIMUM_HINGE_M)
         compare(f"{joint} seat, SDC (m)", demand_m, length_m)
@@ -344,17 +359,21 @@ def sdc_rows(
 
 
 def corner_moves_m(
-    variant: Variant, histories: Mapping[str, NDArray[np.float64]]
-) -> dict[str, float]:
-    """Return the largest outward displacement (m) of each deck corner, such as ``left acute``."""
+    variant: Variant, histories: Mapping[str, NDArray[np.float64]], shortest_m: float
+) -> dict[str, tuple[float, float]]:
+    """Return the largest unseating and the support at rest (m) of each corner (``left acute``).
+
+    The support is ``shortest_m`` in a model without contacts.
+    """
     bridge = load_structure(variant.bridge).description
-    moves: dict[str, float] = {}
-    for end, outward in (("left", -1.0), ("right", 1.0)):
-        skew = radians(bridge.skews_deg.get(end, variant.skew_deg))
-        for kind in ("acute", "obtuse") if end in bridge.seats_m else ():
-            name = f"abutment_{end}_{kind}"
-            normal_m = cos(skew) * histories[f"{name}_x_m"] + sin(skew) * histories[f"{name}_y_m"]
-            moves[f"{end} {kind}"] = max(0.0, float(np.max(-outward * normal_m)))
+    openings = {end: f"contact_{end}_backwall_1_opening_m" for end in bridge.end_seats_m}
+    gaps_m = {end: float(histories[name][0]) for end, name in openings.items() if name in histories}
+    lengths_m = dict.fromkeys(openings, shortest_m) | support_lengths_m(bridge, gaps_m)
+    moves: dict[str, tuple[float, float]] = {}
+    for (end, length_m), kind in product(lengths_m.items(), ("acute", "obtuse")):
+        if (unseating_m := histories.get(f"abutment_{end}_{kind}_unseating_m")) is None:
+            raise InputError("the run is from an earlier version: repeat it")
+        moves[f"{end} {kind}"] = max(0.0, float(np.max(unseating_m))), length_m
     return moves
 
 
@@ -363,11 +382,9 @@ def joint_moves_m(
 ) -> dict[str, tuple[float, float]]:
     """Return the largest unseating and the support at rest (m) of each joint inside the bridge."""
     bridge = load_structure(variant.bridge).description
-    moves: dict[str, tuple[float, float]] = {}
-    for number, place in enumerate(bridge.joints_m, start=1):
-        gap_m = float(histories[f"contact_joint_{number}_1_opening_m"][0])
-        # on a cap, the middle of the gap is the end of both seats
-        lost_m = gap_m / 2 if place.startswith("bent") else gap_m
-        unseating_m = max(0.0, float(np.max(histories[f"joint{number}_unseating_m"])))
-        moves[f"joint {number}"] = unseating_m, bridge.seats_m[f"joint {number}"] - lost_m
-    return moves
+    numbers = range(1, len(bridge.joints_m) + 1)
+    gaps_m = {f"joint {n}": float(histories[f"contact_joint_{n}_1_opening_m"][0]) for n in numbers}
+    return {
+        joint: (max(0.0, float(np.max(histories[f"joint{number}_unseating_m"]))), length_m)
+        for number, (joint, length_m) in enumerate(support_lengths_m(bridge, gaps_m).items(), 1)
+    }

@@ -450,8 +450,8 @@ def histories_of(
             f"{name}_wall_kn": wall_force_n(abutment, trace) / KN,
             f"{name}_backfill_kn": backfill_force_n(abutment, trace) / KN,
         }
-        if abutment.is_seat:
-            table[f"{name}_unseating_m"] = unseating_m(abutment, trace)
+        for kind in ("", "_acute", "_obtuse") if abutment.is_seat else ():
+            table[f"{name}{kind}_unseating_m"] = unseating_m(abutment, trace, kind[1:] or None)
         for corner in abutment.corners:
             table |= _plan(f"{name}_{corner.kind}_{{}}_m", trace.disp(corner.node))
     for joint in model.joints:

@@ -304,7 +304,8 @@ def sdc(
             raise InputError(f"{source}: {needed}")
         histories = {str(name): table[name].to_numpy() for name in table}
         title, notes = variant.slug, gap_notes(variant.bridge)
-        corners_m = bridge_check.corner_moves_m(variant, histories)
+        shortest_m = row[bridge_check.SUPPORT]
+        corners_m = bridge_check.corner_moves_m(variant, histories, shortest_m)
         joints_m = bridge_check.joint_moves_m(variant, histories)
         if joints_m:
             clause = f"{bridge_check.HINGE_CLAUSE}; check the edition that applies"
