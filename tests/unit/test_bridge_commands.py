@@ -213,7 +213,7 @@ def test_the_gap_of_the_file_of_a_bridge_is_the_one_that_is_printed(tmp_path: Pa
     found = answer("model", "--bridge", path, "--gap-mm", 25, "--out", tmp_path)
     assert found["variant"] == "own_cf_skew00_gap040_mu050"
     # the seat with the larger gap needs the longer length, whether or not the file states it
-    ends = "{left: {type: seat, gap_mm: 40}, right: {type: seat}}"
+    ends = "{left: {type: seat, gap_mm: 40}, right: {type: seat, skew_deg: 60}}"
     path = tmp_path / "one_end.yaml"
     path.write_text(f"{{extends: osb1, title: own gap, source: plan, abutments: {ends}}}")
     wider = table.assign(gap_mm=51.0)
@@ -221,6 +221,8 @@ def test_the_gap_of_the_file_of_a_bridge_is_the_one_that_is_printed(tmp_path: Pa
         (row,) = with_codes(Decision(of_study, 1e-3, {}, 0.95), str(path)).table.to_dict("records")
         assert row["gap_mm"] == of_study["gap_mm"].item()
         assert row["seat_m"] == pytest.approx(0.325 + more_m)
+        gap_m = row["gap_mm"] / 1000.0 + more_m
+        assert row["aashto_m"] == pytest.approx(0.85521 + gap_m)  # at skew 60
 
 
 # --- `bridge check` and the period in a file

@@ -188,7 +188,11 @@ def with_codes(found: Decision, bridge: str) -> Decision:
         table = table.assign(**{name: table[name] + more_m for name in lengths})
         table[GAP] = table[GAP] if takes_gap else gap_mm
         gap_m = gap_mm / 1000.0
-        aashto = [seat_demand_aashto_m(about, radians(skew)) for skew in table["skew_deg"]]
+        steepest = [
+            max(abs(about.skews_deg.get(end, skew)) for end in seats or [""])
+            for skew in table["skew_deg"]
+        ]
+        aashto = [seat_demand_aashto_m(about, radians(skew)) for skew in steepest]
         sdc = [seat_demand_sdc_m(about, demand_m) for demand_m in table["sdc_demand_m"]]
         present = min(about.end_seats_m.values(), default=np.nan)
         table = table.assign(aashto_m=aashto + gap_m, sdc_m=sdc + gap_m, present_m=present)
