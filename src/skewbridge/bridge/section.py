@@ -148,15 +148,17 @@ def section_response(column: ColumnData, axial_n: float, direction: int = 0) -> 
     References:
         Caltrans SDC 1.7 section 3.3.1 for the equal-area idealisation through the first yield.
     """
+    from scipy.optimize import brentq  # its import takes longer than a short analysis
+
     section, size_m = _Section(column, direction), column.outline.sizes_m[direction]
-    points: list[tuple[float, float, float]] = []
+    points: list[tuple[float, float, float, float]] = []
     for phi in np.geomspace(2e-5, 0.25, POINTS) / size_m:
-        centre = section.centre_strain(phi, axial_n)
-        moment_nm = section.resultants(centre, phi)[1]
-        points.append((phi, moment_nm, size_m / 2 + centre / phi))
-        if section.is_ultimate(centre, phi):
+        points.append(section.point(phi, axial_n))
+        if points[-1][3] >= 0.0:
+            ultimate = brentq(lambda phi: section.point(phi, axial_n)[3], points[-2][0], phi)
+            points[-1] = section.point(float(ultimate), axial_n)
             break
-    curvature, moment, neutral_depth_m = np.array(points).T
+    curvature, moment, neutral_depth_m, _ = np.array(points).T
     # tensile strain of the bar farthest from the neutral axis
     tension = curvature * (section.highest_bar_m - (neutral_depth_m - size_m / 2))
     first_yield = float(np.interp(section.yield_strain, tension, curvature))
@@ -210,7 +212,7 @@ class _Section:
 
     def centre_strain(self, phi: float, axial_n: float) -> float:
         """Return a strain at the centre that balances the axial force (not unique if softening)."""
-        from scipy.optimize import brentq  # its import takes longer than a short analysis
+        from scipy.optimize import brentq
 
         half_strain = phi * self._half_m
         # from all strains below -0.02 (tension) to all strains above 0.002
@@ -220,11 +222,12 @@ class _Section:
         )
         return float(strain)
 
-    def is_ultimate(self, centre: float, phi: float) -> bool:
-        """Return whether the core or a bar has reached its ultimate strain."""
-        core_face = centre + phi * self._core_half_m
-        tension = phi * self.highest_bar_m - centre
-        return core_face >= self._core.ultimate_strain or tension >= self._steel.rupture_strain
+    def point(self, phi: float, axial_n: float) -> tuple[float, float, float, float]:
+        """Return curvature, moment, neutral axis depth, and strain beyond the ultimate one."""
+        centre = self.centre_strain(phi, axial_n)
+        core = centre + phi * self._core_half_m - self._core.ultimate_strain
+        bar = phi * self.highest_bar_m - centre - self._steel.rupture_strain
+        return phi, self.resultants(centre, phi)[1], self._half_m + centre / phi, max(core, bar)
 
     def _steel_stress_pa(self, strain: FloatArray) -> FloatArray:
         elastic = np.clip(strain, -self.yield_strain, self.yield_strain)
