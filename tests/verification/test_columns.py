@@ -3,6 +3,7 @@
 from dataclasses import replace
 from itertools import pairwise
 from math import pi, tan
+from pathlib import Path
 
 import numpy as np
 import openseespy.opensees as ops
@@ -145,6 +146,17 @@ def test_a_push_loses_its_shear_strength_where_capacity_meets_demand(bridge, mod
     else:
         drift_m = loss.failure_drift_ratio * bent.clear_height_m
         assert degraded.disp_at_peak_m == pytest.approx(drift_m, rel=0.25)
+
+
+def test_shear_springs_of_both_directions_deform_over_the_length_of_the_hinge(monkeypatch):
+    made, uniaxial = [], bents.uniaxial
+    monkeypatch.setattr(bents, "uniaxial", lambda *args: made.append(args) or uniaxial(*args))
+    simple = Path(__file__).parents[2] / "docs" / "bridges" / "simple_spans.yaml"
+    bent = bent_directions(load_bridge(simple), 0)
+    with domain():
+        bents.build_integration(bent, ModelOptions(shear_failure="degrade"), TagAllocator())
+    elastic_m = [bent[0].hinge_length_m * args[3] for args in made if args[1] == "Hysteretic"]
+    assert elastic_m == pytest.approx([shear_loss(capacity).elastic_m for capacity in bent])
 
 
 @pytest.mark.parametrize(("bridge", "model"), SHEAR_CRITICAL)
