@@ -28,7 +28,7 @@ class Steel:
     yield_pa: float
     modulus_pa: float = 200e9
     hardening_ratio: float = 0.01  # source: 1 % is usual
-    rupture_strain: float = 0.06  # source: Caltrans SDC 1.7 section 3.2.3
+    rupture_strain: float = 0.06  # source: Caltrans SDC 1.7 section 3.2.3, #11 and larger
 
 
 STEELS: Final = {
@@ -41,10 +41,20 @@ STEELS: Final = {
 }
 
 
+# source: Caltrans SDC 1.7 section 3.2.3, reduced ultimate strain of #10 (32.3 mm) and smaller bars
+THIN_BAR_STRAIN = 0.09
+LARGEST_THIN_BAR_MM = 32.5
+
+
 def steel_of(column: ColumnData) -> Steel:
     """Return the reinforcing steel of a column."""
     steel = STEELS[column.steel]
-    return replace(steel, yield_pa=column.steel_strength_factor * steel.yield_pa)
+    is_thin = column.bar_diameter_mm <= LARGEST_THIN_BAR_MM
+    return replace(
+        steel,
+        yield_pa=column.steel_strength_factor * steel.yield_pa,
+        rupture_strain=THIN_BAR_STRAIN if is_thin else steel.rupture_strain,
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,8 +108,7 @@ def core_concrete(column: ColumnData) -> Concrete:
         min(pressure_ratios), max(pressure_ratios)
     )
     peak_strain = unconfined.peak_strain * (1.0 + 5.0 * (peak_pa / unconfined.peak_pa - 1.0))
-    hoop_strain = 0.09  # source: SDC 1.7 section 3.2.3, reduced ultimate strain of #8 bars
-    ultimate_strain = 0.004 + 1.4 * (hoops.volume_ratio * yield_pa) * hoop_strain / peak_pa
+    ultimate_strain = 0.004 + 1.4 * (hoops.volume_ratio * yield_pa) * THIN_BAR_STRAIN / peak_pa
     return Concrete(
         peak_pa=peak_pa,
         peak_strain=peak_strain,
