@@ -168,9 +168,9 @@ def section_response(column: ColumnData, axial_n: float, direction: int = 0) -> 
             points[-1] = section.point(float(ultimate), axial_n)
             break
     curvature, moment, neutral_depth_m, _ = np.array(points).T
-    # tensile strain of the bar farthest from the neutral axis
-    tension = curvature * (section.highest_bar_m - (neutral_depth_m - size_m / 2))
-    first_yield = float(np.interp(section.yield_strain, tension, curvature))
+    # of the bar farthest from the neutral axis, in compression under large axial forces
+    strain = curvature * (section.highest_bar_m + np.abs(neutral_depth_m - size_m / 2))
+    first_yield = float(np.interp(section.yield_strain, strain, curvature))
     first_moment = float(np.interp(first_yield, curvature, moment))
     stiffness = first_moment / first_yield
     whole_curve = np.concatenate(([0.0], curvature)), np.concatenate(([0.0], moment))
