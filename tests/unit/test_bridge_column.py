@@ -71,6 +71,14 @@ def test_moment_curvature_agrees_with_an_independent_fiber_analysis(
     assert ideal == pytest.approx(area, rel=1e-9)
 
 
+def test_a_heavily_loaded_column_yields_first_in_compression():
+    column = load_bridge("osb1_era1").column
+    axial_n = 0.5 * column.outline.area_m2 * column.expected_concrete_strength_mpa * 1e6
+    curve = sections.section_response(column, axial_n)
+    # equal areas of a softening curve; 1.51 with the first yield in tension
+    assert curve.plastic_moment_nm < 1.05 * curve.moment_nm.max()
+
+
 AXIAL_N = 0.25 * 2000.0 * PSI_PA * np.pi * 1.676**2 / 4
 
 

@@ -319,20 +319,24 @@ def _shear_section(
     The two directions fail independently: an oblique resultant can reach 1.41 times the strength.
     """
     normal, along = capacities
-    normal_shear = _shear_material(normal, options, tags)
-    along_shear = normal_shear if along is normal else _shear_material(along, options, tags)
+    hinge_m = normal.hinge_length_m  # of the integration, in both directions
+    normal_shear = _shear_material(normal, hinge_m, options, tags)
+    is_equal = along is normal
+    along_shear = normal_shear if is_equal else _shear_material(along, hinge_m, options, tags)
     section = tags.section()
     ops.section("Aggregator", section, along_shear, "Vy", normal_shear, "Vz", "-section", fiber)
     return section
 
 
-def _shear_material(bent: BentCapacity, options: ModelOptions, tags: TagAllocator) -> int:
+def _shear_material(
+    bent: BentCapacity, hinge_m: float, options: ModelOptions, tags: TagAllocator
+) -> int:
     loss = shear_loss(bent, options.shear_model)
     residual = RESIDUAL_SHEAR * loss.strength_n
     points = (
-        (loss.strength_n, loss.elastic_m / bent.hinge_length_m),
-        (residual, loss.residual_m / bent.hinge_length_m),
-        (residual, PLATEAU * loss.residual_m / bent.hinge_length_m),
+        (loss.strength_n, loss.elastic_m / hinge_m),
+        (residual, loss.residual_m / hinge_m),
+        (residual, PLATEAU * loss.residual_m / hinge_m),
     )
     branch = [value for point in points for value in point]
     backbone = (*branch, *(-value for value in branch))

@@ -28,7 +28,7 @@ class Steel:
     yield_pa: float
     modulus_pa: float = 200e9
     hardening_ratio: float = 0.01  # source: 1 % is usual
-    rupture_strain: float = 0.06  # source: Caltrans SDC 1.7 section 3.2.3
+    rupture_strain: float = 0.06  # source: Caltrans SDC 1.7 section 3.2.3, #11 and larger
 
 
 STEELS: Final = {
@@ -41,10 +41,20 @@ STEELS: Final = {
 }
 
 
+# source: Caltrans SDC 1.7 section 3.2.3, reduced ultimate strain of #10 (32.3 mm) and smaller bars
+THIN_BAR_STRAIN = 0.09
+LARGEST_THIN_BAR_MM = 32.5
+
+
 def steel_of(column: ColumnData) -> Steel:
     """Return the reinforcing steel of a column."""
     steel = STEELS[column.steel]
-    return replace(steel, yield_pa=column.steel_strength_factor * steel.yield_pa)
+    is_thin = column.bar_diameter_mm <= LARGEST_THIN_BAR_MM
+    return replace(
+        steel,
+        yield_pa=column.steel_strength_factor * steel.yield_pa,
+        rupture_strain=THIN_BAR_STRAIN if is_thin else steel.rupture_strain,
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,8 +108,7 @@ def core_concrete(column: ColumnData) -> Concrete:
         min(pressure_ratios), max(pressure_ratios)
     )
     peak_strain = unconfined.peak_strain * (1.0 + 5.0 * (peak_pa / unconfined.peak_pa - 1.0))
-    hoop_strain = 0.09  # source: SDC 1.7 section 3.2.3, reduced ultimate strain of #8 bars
-    ultimate_strain = 0.004 + 1.4 * (hoops.volume_ratio * yield_pa) * hoop_strain / peak_pa
+    ultimate_strain = 0.004 + 1.4 * (hoops.volume_ratio * yield_pa) * THIN_BAR_STRAIN / peak_pa
     return Concrete(
         peak_pa=peak_pa,
         peak_strain=peak_strain,
@@ -148,18 +157,20 @@ def section_response(column: ColumnData, axial_n: float, direction: int = 0) -> 
     References:
         Caltrans SDC 1.7 section 3.3.1 for the equal-area idealisation through the first yield.
     """
+    from scipy.optimize import brentq  # its import takes longer than a short analysis
+
     section, size_m = _Section(column, direction), column.outline.sizes_m[direction]
-    points: list[tuple[float, float, float]] = []
+    points: list[tuple[float, float, float, float]] = []
     for phi in np.geomspace(2e-5, 0.25, POINTS) / size_m:
-        centre = section.centre_strain(phi, axial_n)
-        moment_nm = section.resultants(centre, phi)[1]
-        points.append((phi, moment_nm, size_m / 2 + centre / phi))
-        if section.is_ultimate(centre, phi):
+        points.append(section.point(phi, axial_n))
+        if points[-1][3] >= 0.0:
+            ultimate = brentq(lambda phi: section.point(phi, axial_n)[3], points[-2][0], phi)
+            points[-1] = section.point(float(ultimate), axial_n)
             break
-    curvature, moment, neutral_depth_m = np.array(points).T
-    # tensile strain of the bar farthest from the neutral axis
-    tension = curvature * (section.highest_bar_m - (neutral_depth_m - size_m / 2))
-    first_yield = float(np.interp(section.yield_strain, tension, curvature))
+    curvature, moment, neutral_depth_m, _ = np.array(points).T
+    # of the bar farthest from the neutral axis, in compression under large axial forces
+    strain = curvature * (section.highest_bar_m + np.abs(neutral_depth_m - size_m / 2))
+    first_yield = float(np.interp(section.yield_strain, strain, curvature))
     first_moment = float(np.interp(first_yield, curvature, moment))
     stiffness = first_moment / first_yield
     whole_curve = np.concatenate(([0.0], curvature)), np.concatenate(([0.0], moment))
@@ -210,7 +221,7 @@ class _Section:
 
     def centre_strain(self, phi: float, axial_n: float) -> float:
         """Return a strain at the centre that balances the axial force (not unique if softening)."""
-        from scipy.optimize import brentq  # its import takes longer than a short analysis
+        from scipy.optimize import brentq
 
         half_strain = phi * self._half_m
         # from all strains below -0.02 (tension) to all strains above 0.002
@@ -220,11 +231,12 @@ class _Section:
         )
         return float(strain)
 
-    def is_ultimate(self, centre: float, phi: float) -> bool:
-        """Return whether the core or a bar has reached its ultimate strain."""
-        core_face = centre + phi * self._core_half_m
-        tension = phi * self.highest_bar_m - centre
-        return core_face >= self._core.ultimate_strain or tension >= self._steel.rupture_strain
+    def point(self, phi: float, axial_n: float) -> tuple[float, float, float, float]:
+        """Return curvature, moment, neutral axis depth, and strain beyond the ultimate one."""
+        centre = self.centre_strain(phi, axial_n)
+        core = centre + phi * self._core_half_m - self._core.ultimate_strain
+        bar = phi * self.highest_bar_m - centre - self._steel.rupture_strain
+        return phi, self.resultants(centre, phi)[1], self._half_m + centre / phi, max(core, bar)
 
     def _steel_stress_pa(self, strain: FloatArray) -> FloatArray:
         elastic = np.clip(strain, -self.yield_strain, self.yield_strain)
