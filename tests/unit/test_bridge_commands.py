@@ -483,8 +483,10 @@ def test_the_printed_answer_has_suspect_properties_and_the_units_asked_for(pair,
     """Two iterations are too few for most steps."""
     changes = ("max_iterations=2", "tolerance_j=1.0e-14", "reuse_tangent=false")
     options = [text for change in changes for text in ("--set", change)]
-    out = ("--out", tmp_path / "out", "--units", "us", "--no-figures")
+    out = ("--out", tmp_path / "out", "--units", "us", "--no-figures", "--duration-s", 1.5)
     printed = invoke("run", "--motion", *pair, *out, *options)
+    cut = "of the Arias intensity is after duration_s = 1.5 (unscaled peak until then"
+    assert cut in " ".join(printed.stderr.split())
     assert {"status", "suspect", "column_shear_dcr", "deck_disp_in"} <= set(printed.stdout.split())
     assert "osb1_cf_skew00_gap051_mu050" in printed.stdout
     assert f"written to {tmp_path}/out" in printed.stderr

@@ -371,6 +371,16 @@ def test_foreign_tables_can_name_the_runs_in_which_a_column_failed(tmp_path):
     assert fit.details["n_censored"] == 4
 
 
+def test_foreign_skews_in_radians_are_reported(tmp_path, caplog):
+    path, names = tmp_path / "runs.csv", {"motion_id": "m", IM: "sa", "skew_deg": "skew"}
+    table = pd.DataFrame({"m": ["a", "b"], "sa": [0.1, 0.2], "skew": [0.0, 0.52]})
+    table.to_csv(path, index=False)
+    read_foreign(path, names, factors={"skew_deg": 57.3})
+    assert not caplog.messages
+    read_foreign(path, names)
+    assert caplog.messages == ["runs.csv: skew_deg is in degrees: 0.52 rad would be 29.79"]
+
+
 def test_a_column_of_a_new_axis_is_an_axis_of_every_table(tmp_path):
     """Two variants of skew, two of a new axis; demands are a tenth smaller at its second value."""
     narrow = synthetic_demands(skews=(0, 30), gaps=(51,), frictions=(50,), motions=20)

@@ -33,6 +33,18 @@ from skewbridge.motions.synthesis import Scenario, synthesize
 from skewbridge.units import G_MPS2
 
 
+def test_a_cut_before_the_end_of_the_strong_shaking_is_reported():
+    """Constant acceleration: the Arias intensity grows linearly; the peak is in the tail."""
+    accel = np.ones(1001)
+    motion = _motion(accel_1_mps2=accel, accel_2_mps2=0.0 * accel)
+    assert "60% of the Arias intensity is after duration_s = 4 " in intensity.cut_warning(motion, 4)
+    assert not intensity.cut_warning(motion, 9.6)
+    assert not intensity.cut_warning(motion, None)
+    accel[990] = 1.1
+    late = motion.with_components(accel, 0.0 * accel)
+    assert "(unscaled peak until then 0.102 of 0.112 g)" in intensity.cut_warning(late, 9.7)
+
+
 def _motion(**changes: object) -> GroundMotion:
     first, second = np.array([1.0, 2.0]), np.array([-1.0, 3.0])
     fields = {"motion_id": "m", "dt_s": 0.01, "accel_1_mps2": first, "accel_2_mps2": second}

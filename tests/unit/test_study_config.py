@@ -282,6 +282,10 @@ def test_a_compared_gap_without_effect_is_named(written):
     found = list(useless_axes(parse_config({"grid": grid})))
     assert found == ["gap_mm of the grid has no effect on made: none of its joints uses it"]
     assert not list(useless_axes(parse_config({"grid": grid | {"gap_mm": [51]}})))
+    in_radians = {"bridge": ["osb1"], "skew_deg": [0, 0.26, -0.52]}
+    (text,) = useless_axes(parse_config({"grid": in_radians}))
+    assert text == "skew_deg is in degrees: 0.52 rad would be 29.79"
+    assert not list(useless_axes(parse_config({"grid": in_radians | {"skew_deg": [0, 1, 30]}})))
     bridges = methods_of(parse_config({"grid": grid})).parts["Bridges"]
     assert "40 mm gap at the left end, 40 mm gap at the right end" in bridges
     both, alone = "40 mm at the left end{0} and 40 mm at the right end{0}", {"bridge": [str(own)]}

@@ -204,6 +204,27 @@ def test_one_motion_at_all_supports_has_the_peaks_of_uniform_input(case, demands
     assert "residual drift at the last step" in apart.messages[0]
 
 
+def test_supports_keep_their_velocity_after_a_cut_and_short_records_end_with_zeros():
+    case, settings = variant(30), AnalysisSettings(duration_s=1.6, free_vibration_s=2.0)
+    motion = strong_motion(peak_g=0.1, duration_s=3.0)
+
+    def peaks(supports, settings, motion=motion):
+        excitation = Excitation(motion=motion, supports=supports)
+        return analyse(case, excitation, settings, OPTIONS).demands
+
+    same = dict.fromkeys(SUPPORTS, motion)
+    uniform, apart = peaks({}, settings), peaks(same, settings)
+    for name in ("column_drift_ratio", "deck_disp_m"):
+        assert apart[name] == pytest.approx(uniform[name], rel=0.02), name
+    short = motion.mapped(lambda accel: accel[:150])
+    padded = short.mapped(lambda accel: np.pad(accel, (0, 151)))
+    short_peaks, padded_peaks = (
+        peaks(same | {"bent 1": middle}, AnalysisSettings(), middle) for middle in (short, padded)
+    )
+    for name in ("column_drift_ratio", "deck_disp_m"):
+        assert short_peaks[name] == pytest.approx(padded_peaks[name], rel=0.02), name
+
+
 def test_supports_share_a_slow_motion_of_one_end_and_do_not_drift_apart():
     """At 0.4 Hz one end moves 0.2 mm along: all springs are elastic and inertia is small."""
     t_s = np.arange(0.0, 12.0, 0.01)

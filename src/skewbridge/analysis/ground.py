@@ -74,7 +74,8 @@ class GroundInput:
                 f"motion {motion.motion_id}: peak acceleration must be at most "
                 f"{MAX_SCALED_ACCEL_MPS2:g} m/s2, got {largest:g}: check its unit and factor"
             )
-        shaken_s = min(settings.duration_s or motion.duration_s, motion.duration_s)
+        longest_s = max(m.duration_s for m in (motion, *excitation.supports.values()))
+        shaken_s = min(settings.duration_s or longest_s, longest_s)
         self.dt_s, self.scale, self.shaken_s = motion.dt_s, excitation.scale, shaken_s
         self.accel_mps2 = accel[: ceil(shaken_s / motion.dt_s - 1e-9) + 1]
         self.steps = ceil((shaken_s + settings.free_vibration_s) / settings.dt_s - 1e-9)
@@ -172,17 +173,16 @@ class SupportInput:
         self._slope = tan(radians(model.variant.skew_deg))
         self._ground = ground
         step_s = ground.dt_s / _POINTS_PER_STEP
-        times = np.arange(0.0, ground.shaken_s + step_s / 2, step_s)
+        times = np.arange(0.0, ground.duration_s + step_s / 2, step_s)
         self._step_s = step_s
-        accel = {
-            name: np.column_stack(
-                [
-                    np.interp(times, np.arange(motion.npts) * motion.dt_s, ground.scale * values)
-                    for values in motion.components
-                ]
-            )
-            for name, motion in motions.items()
-        }
+        is_shaken = times[:, None] <= ground.shaken_s + step_s / 2  # then at constant velocity
+
+        def accel_mps2(motion: GroundMotion) -> Series:
+            record_s = np.arange(motion.npts) * motion.dt_s
+            along = [np.interp(times, record_s, values, right=0.0) for values in motion.components]
+            return ground.scale * np.column_stack(along) * is_shaken
+
+        accel = {name: accel_mps2(motion) for name, motion in motions.items()}
         self._disp = displacements_m(accel, step_s)
 
     def apply(self, model: BridgeModel) -> None:

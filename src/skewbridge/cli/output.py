@@ -21,7 +21,7 @@ from skewbridge.analysis.settings import AnalysisSettings, under_explicit_keys
 from skewbridge.errors import EXIT_BAD_INPUT, EXIT_FAILED, InputError, SolutionError
 from skewbridge.files.text import checked, parse_yaml, printable, read_yaml, shortened
 from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM, Units
-from skewbridge.variant.axes import AXES
+from skewbridge.variant.axes import AXES, radians_warning
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS, Variant
 
@@ -380,6 +380,8 @@ class VariantOptions:
         """The variant; raises `InputError` if a value is outside its limits."""
         from skewbridge.study.config import stated_values
 
+        if text := radians_warning([self.skew_deg]):
+            messages.print(f"warning: {text}", style="yellow")
         values = {axis.name: getattr(self, axis.name) for axis in AXES} | stated_values(self.bridge)
         return Variant.at(self.bridge, self.abutment.replace("-", "_"), values)
 

@@ -79,6 +79,7 @@ def run(
     from skewbridge.demands.validity import SUSPECT, reasons
     from skewbridge.files.digests import engine_digest, provenance
     from skewbridge.files.tables import figure_metadata, write_frame, write_table
+    from skewbridge.motions.intensity import cut_warning
     from skewbridge.study.batch import row_of_task
     from skewbridge.study.task import outcome_of, run_key
 
@@ -106,9 +107,11 @@ def run(
         for name, figure in run_figures(histories, title=title).items():
             for path in (out / f"{name}.png", out / f"{name}.svg"):
                 figure.savefig(path, dpi=150, metadata=figure_metadata(digests))
+    warnings = [*filter(None, [cut_warning(motion, task.settings.duration_s)])]
     notes = [*gap_notes(task.variant.bridge), *result.messages, f"written to {out}"]
     code = 0 if result.status in RAN else EXIT_FAILED
-    return Answer(demands, selected([demands], *_SHOWN)[0], units, notes, code)
+    shown = selected([demands], *_SHOWN)[0]
+    return Answer(demands, shown, units, notes, code, warnings=warnings)
 
 
 def _task(case: VariantOptions, loading: LoadingOptions) -> "Task":

@@ -1,6 +1,7 @@
 """Import and check demands tables; describe the columns of results/fragility (`columns.csv`)."""
 
 import csv
+import logging
 import re
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -24,8 +25,10 @@ from skewbridge.files.text import OPTIONS, shortened
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.statuses import OK, STATUSES
 from skewbridge.units import split_unit
-from skewbridge.variant.axes import AXES, OPTION_AXES, Axis, axes_of
+from skewbridge.variant.axes import AXES, OPTION_AXES, Axis, axes_of, radians_warning
 from skewbridge.variant.random_properties import CHOICE_PREFIX, DRAW_PREFIX
+
+logger = logging.getLogger(__name__)
 
 BRIDGE_COLUMNS: Final = ("bridge", "abutment")
 IDENTITY_COLUMNS: Final = ("variant", *BRIDGE_COLUMNS)
@@ -270,6 +273,8 @@ def read_foreign(
         if name in out:
             good, values = out[name].between(low, high).to_numpy(), out[name].to_numpy()
             require(good, columns.get(name, name), f"must be within {low:g}..{high:g}", values)
+    if "skew_deg" in out and (text := radians_warning(out["skew_deg"].tolist())):
+        logger.warning("%s: %s", path.name, text)
     if validity.BEYOND_MODEL in out:
         good = np.isin(validity.failure_kinds(out), ["", *validity.FAILURE_DEMANDS])
         words = " or ".join(validity.FAILURE_DEMANDS)

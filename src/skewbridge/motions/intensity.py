@@ -337,6 +337,23 @@ def strongest_part(motion: GroundMotion, shaking_s: float) -> GroundMotion:
     return replace(strongest, sha256=digest, messages=(*motion.messages, message))
 
 
+def cut_warning(motion: GroundMotion, duration_s: float | None) -> str:
+    """Return a warning if a motion cut to this length (s) loses strong shaking, or no text."""
+    if duration_s is None:
+        return ""
+    kept = slice(int(np.ceil(duration_s / motion.dt_s - 1e-9)) + 1)
+    arias, size_g = pair_arias_build_up(motion), np.hypot(*motion.components) / G_MPS2
+    peak_g, whole_peak_g = size_g[kept].max(), size_g.max()
+    # strong shaking ends at 95 % of the Arias intensity, as in the significant duration
+    if arias[kept][-1] >= 0.95 * arias[-1] and peak_g == whole_peak_g:
+        return ""
+    return (
+        f"motion {motion.motion_id}: {1.0 - arias[kept][-1] / arias[-1]:.0%} of the Arias "
+        f"intensity is after duration_s = {duration_s:g} (unscaled peak until then {peak_g:.3g} of "
+        f"{whole_peak_g:.3g} g), but the intensity measures are those of the whole motion"
+    )
+
+
 def cut_to_strongest(
     motion: GroundMotion, shaking_s: float, free_vibration_s: float
 ) -> GroundMotion:

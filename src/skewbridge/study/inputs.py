@@ -32,6 +32,7 @@ from skewbridge.motions.read import files_digest
 from skewbridge.motions.suite import content_digest, suite_sources
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, check_font
 from skewbridge.study.folder import StudyFolder
+from skewbridge.variant.axes import radians_warning
 from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.options import ModelOptions
 
@@ -77,7 +78,9 @@ def _check_options(bridge: str, config: StudyConfig) -> None:
 
 
 def useless_axes(config: StudyConfig) -> Iterator[str]:
-    """Yield a warning for each bridge on which a compared gap or friction does not act."""
+    """Yield warnings of compared gaps or friction without effect, and of skews in radians."""
+    if text := radians_warning(config.grid.skew_deg):
+        yield text
     for name, axis in product(config.grid.bridge, ("gap_mm", "friction")):
         bridge = load_structure(name)
         description = bridge.description
@@ -221,7 +224,7 @@ def prepare_motions(study: StudyConfig, workers: int = 1) -> None:
 
 def _write_motions(study: StudyConfig, medians_g: Sequence[float]) -> None:
     # Imported here: they load scipy.signal, and every job imports this module.
-    from skewbridge.motions.intensity import motion_measures
+    from skewbridge.motions.intensity import cut_warning, motion_measures
     from skewbridge.motions.suite import prepare_suites, read_suite, write_suite
 
     folder, motions = StudyFolder(Path(study.results)), study.motions
@@ -242,6 +245,9 @@ def _write_motions(study: StudyConfig, medians_g: Sequence[float]) -> None:
     logger.info("%d motions, %d rows, factors %.2f to %.2f", *counts, factors.min(), factors.max())
     write_suite(scaled, folder.suite)
     motion_by_id = {motion.motion.motion_id: motion.motion for motion in read_suite(folder.suite)}
+    for motion in motion_by_id.values():
+        if text := cut_warning(motion, study.analysis.duration_s):
+            logger.warning("%s", text)
     periods_s = {name: load_structure(name).t1_s for name in study.grid.bridge}
     intensities = [
         {"bridge": name, "motion_id": motion_id, **motion_measures(motion, t1_s)}

@@ -6,6 +6,7 @@ the grid names it.
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from math import degrees
 from typing import Any, Final
 
 from pydantic import TypeAdapter
@@ -125,6 +126,13 @@ def axis(name: str) -> Axis:
     if name not in _BY_NAME:
         raise InputError(f"axis must be one of {', '.join(_BY_NAME)}, got {name!r}")
     return _BY_NAME[name]
+
+
+def radians_warning(skews_deg: Iterable[float]) -> str:
+    """Return a warning if all skews but zero look like radians, or no text."""
+    if not 0.0 < (largest := max(map(abs, skews_deg), default=0.0)) < 1.6:
+        return ""
+    return f"skew_deg is in degrees: {largest:g} rad would be {degrees(largest):.4g}"
 
 
 def axes_of(columns: Iterable[str]) -> tuple[Axis, ...]:
