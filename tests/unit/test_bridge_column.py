@@ -24,6 +24,7 @@ from skewbridge.bridge.column import bent_capacities, shear_section
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import domain
 from skewbridge.bridge.section import hoop_strength_n, sdc_shear_strength, shear_strength
+from skewbridge.errors import InputError
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.units import MM
 from skewbridge.variant.options import ModelOptions, ShearModel
@@ -77,6 +78,8 @@ def test_a_heavily_loaded_column_yields_first_in_compression():
     curve = sections.section_response(column, axial_n)
     # equal areas of a softening curve; 1.51 with the first yield in tension
     assert curve.plastic_moment_nm < 1.05 * curve.moment_nm.max()
+    with pytest.raises(InputError, match="more than its section can: check the weights"):
+        sections.section_response(column, 2.0 * axial_n)
 
 
 AXIAL_N = 0.25 * 2000.0 * PSI_PA * np.pi * 1.676**2 / 4

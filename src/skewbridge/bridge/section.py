@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from skewbridge.bridge.catalogue.columns import ColumnData, FloatArray
-from skewbridge.units import GPA, KSI, MPA, PSI
+from skewbridge.errors import InputError
+from skewbridge.units import GPA, KN, KSI, MPA, PSI
 from skewbridge.variant.options import ShearModel
 
 STRIPS = 160  # across the section; half as many change moments by less than 0.1 %
@@ -226,10 +227,16 @@ class _Section:
         half_strain = phi * self._half_m
         # from all strains below -0.02 (tension) to all strains above 0.002
         limits = -half_strain - 0.02, 0.002 + half_strain
-        strain = brentq(
-            lambda centre: self.resultants(centre, phi)[0] - axial_n, *limits, xtol=STRAIN_TOLERANCE
-        )
-        return float(strain)
+
+        def excess_n(centre: float) -> float:
+            return self.resultants(centre, phi)[0] - axial_n
+
+        if excess_n(limits[1]) < 0.0:
+            raise InputError(
+                f"a column carries {axial_n / KN:.0f} kN, more than its section can: "
+                "check the weights and the column of the bridge file"
+            )
+        return float(brentq(excess_n, *limits, xtol=STRAIN_TOLERANCE))
 
     def point(self, phi: float, axial_n: float) -> tuple[float, float, float, float]:
         """Return curvature, moment, neutral axis depth, and strain beyond the ultimate one."""
