@@ -71,10 +71,7 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
     """Return paragraphs on models, motions, analyses and statistics, and the references in them.
 
     The configuration does not state site and purpose, so the author must add them. ``suite`` is the
-    table of the prepared motions.
-
-    Raises:
-        InputError: A bridge or the limit states of the study cannot be read.
+    table of the prepared motions. `InputError` if a bridge or the limit states cannot be read.
     """
     motions, drawn = config.motions, config.uncertainty.drawn
     alternatives = config.uncertainty.alternatives if config.uncertainty.enabled else {}
