@@ -187,7 +187,7 @@ def test_contact_checks_fail_with_a_fault_in_friction(monkeypatch):
     for fault, words in ((half, ("",)), (late, ("lag", "work"))):
         with monkeypatch.context() as patch:
             patch.setattr(*fault)
-            failed = blocks.verify_contact_gate().query("not `pass`")["quantity"]
+            failed = run_study("gate").table().query("not `pass`")["quantity"]
         assert any(word in quantity for quantity in failed for word in words)
 
 

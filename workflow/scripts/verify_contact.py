@@ -8,9 +8,9 @@ if __name__ == "__main__":
     with script_session(snakemake) as job:
         from skewbridge.files.digests import provenance
         from skewbridge.files.tables import write_frame
-        from skewbridge.verification.studies.blocks import verify_contact_gate
+        from skewbridge.verification.registry import run_study
 
-        checks = verify_contact_gate()
+        checks = run_study("gate").table()
         failed = checks[~checks["pass"]]
         if len(failed):
             logging.getLogger("skewbridge").error("checks of the contact law failed:\n%s", failed)

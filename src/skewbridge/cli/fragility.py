@@ -33,8 +33,6 @@ _DECISION_COLUMNS: Final = (
     *("hazus_m", "aashto_m", "sdc_m", "column_rate"),
 )
 
-#: Largest share of a rate that may be missing above the hazard curve without a note.
-
 
 @dataclass(frozen=True, kw_only=True)
 class FitCommand:

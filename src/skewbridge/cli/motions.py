@@ -5,15 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from skewbridge.cli import COMMANDS, new_group
-from skewbridge.cli.output import (
-    Answer,
-    Changes,
-    Out,
-    arg,
-    command,
-    keys_and_values,
-    opt,
-)
+from skewbridge.cli.output import Answer, Changes, Out, arg, command, keys_and_values, opt
 from skewbridge.errors import EXIT_BAD_INPUT, InputError
 from skewbridge.files.text import writable_file
 

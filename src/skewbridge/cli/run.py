@@ -212,9 +212,9 @@ def doctor() -> Answer:
     report: dict[str, Any] = {"python": platform.python_version()}
     report |= {name: version(name) for name in packages}
     try:
-        from skewbridge.verification.studies.blocks import verify_contact_gate
+        from skewbridge.verification.registry import run_study
 
-        checks = verify_contact_gate()
+        checks = run_study("gate").table()
         failed = [str(name) for name in checks.loc[~checks["pass"], "quantity"]]
         report["self_test"] = f"failed: {', '.join(failed)}" if failed else "passed"
     except ImportError as error:

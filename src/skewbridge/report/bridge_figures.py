@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from skewbridge.analysis.bridge_check import seat_demand_aashto_m, seat_demand_sdc_m
-from skewbridge.bridge.geometry import Member, ModelGeometry
+from skewbridge.bridge.geometry import ModelGeometry
 from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.section import MomentCurvature, ShearSection, shear_strength
 from skewbridge.errors import InputError
@@ -94,8 +94,10 @@ def _contacts(geometry: ModelGeometry) -> tuple[Floats, Floats]:
 
 def _draw_members(axes: Axes, geometry: ModelGeometry, plane: list[int]) -> None:
     """Draw line elements, zero-length springs and supports, projected on the plane of two axes."""
-    for group, members in _by_group(geometry).items():
-        ends = np.array([member.ends for member in members])
+    for group in COLOURS:
+        ends = np.array([member.ends for member in geometry.members if member.group == group])
+        if not ends.size:
+            continue
         is_line = (ends[:, 0] != ends[:, 1]).any(axis=1)
         width, zorder = 2.2 if group in ("deck", "columns") else 1.0, 1 if group == "links" else 2
         style: dict[str, Any] = {"color": COLOURS[group], "label": group}
@@ -109,11 +111,6 @@ def _draw_members(axes: Axes, geometry: ModelGeometry, plane: list[int]) -> None
     if geometry.fixed:
         ground = np.array(geometry.fixed)[:, plane].T
         axes.plot(*ground, "^", color="black", markersize=3, label="ground", zorder=0)
-
-
-def _by_group(geometry: ModelGeometry) -> dict[str, list[Member]]:
-    groups = {group: [m for m in geometry.members if m.group == group] for group in COLOURS}
-    return {group: members for group, members in groups.items() if members}
 
 
 def ladder_figure(curves: pd.DataFrame, *, title: str) -> Figure:

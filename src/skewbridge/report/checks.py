@@ -142,11 +142,7 @@ def write_checks(tables: StudyTables, output: Path) -> None:
 
 
 def require_passed(checks: Path) -> None:
-    """Raise an error if a check of the tables failed (``checks: strict`` of the configuration).
-
-    Raises:
-        SolutionError: A check in the file of `write_checks` failed.
-    """
+    """Raise `SolutionError` if a check in a file of `write_checks` failed (``checks: strict``)."""
     all_checks = json.loads(checks.read_text(encoding="utf-8"))["checks"]
     failed = [check["name"] for check in all_checks if not check["passed"]]
     if failed:

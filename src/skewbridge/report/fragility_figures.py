@@ -27,14 +27,6 @@ from skewbridge.fragility.union import curve_probability, union_curve
 from skewbridge.fragility.verdicts import OK, RATIOS
 from skewbridge.report import appearance
 from skewbridge.report.answer import short_names
-from skewbridge.report.appearance import (
-    STYLE,
-    VARIANT_COLOURS,
-    groups_of,
-    in_words,
-    plain_log_ticks,
-    shown_label,
-)
 from skewbridge.variant.axes import Axis, axes_of, axis
 
 #: Component name of the series system of all components of a bridge.
@@ -110,7 +102,7 @@ def pooled_curves(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     A failure mode of columns with the same curve as any failure has no row.
     """
     groups: list[pd.DataFrame] = []
-    for (bridge, abutment, component), group in groups_of(curves, STATE[:3]):
+    for (bridge, abutment, component), group in appearance.groups_of(curves, STATE[:3]):
         effects = medians[(medians["bridge"] == bridge) & (medians["abutment"] == abutment)]
         names = set(component + "/" + group["limit_state"])
         lead = lead_axis(effects, HEADLINE_STATES if component == WHOLE_BRIDGE else names, group)
@@ -181,9 +173,9 @@ def _system_ratios(systems: pd.DataFrame) -> pd.DataFrame:
 def state_text(row: Mapping[Any, Any]) -> str:
     """Return component and state of a row of curves with its capacity, unless the name has it."""
     component, state, demand = row["component"], row["limit_state"], row.get("demand", "")
-    words = f"{in_words(component)}, {in_words(state)}"
+    words = f"{appearance.in_words(component)}, {appearance.in_words(state)}"
     if component == COLUMN_FAILURE:
-        return in_words(component) if state == "any" else words
+        return appearance.in_words(component) if state == "any" else words
     if not demand or "dcr" in state:
         return words
     return f"{words} ({appearance.threshold_text(demand, row['threshold'])})"
@@ -205,7 +197,7 @@ def variants_text(row: Mapping[str, Any]) -> str:
     return text + " ‡" * (row["n_different"] > 0)
 
 
-@mpl.rc_context(STYLE)
+@mpl.rc_context(appearance.STYLE)
 def curves_figure(
     table: pd.DataFrame, curves: pd.DataFrame, demands: pd.DataFrame, columns: int = 3
 ) -> Figure:
@@ -214,7 +206,7 @@ def curves_figure(
     Ticks are the runs with a known outcome: at the top those that exceed the state, at the bottom
     those that do not. ``table`` is from `pooled_curves`, ``curves`` from `with_system`.
     """
-    groups = groups_of(table, STATE)
+    groups = appearance.groups_of(table, STATE)
     rows = -(-len(groups) // columns)
     columns = -(-len(groups) // rows)
     lines = 2 + table.groupby(list(STATE)).size().max()
@@ -294,7 +286,7 @@ def _outcomes(runs: pd.DataFrame, item: Mapping[Any, Any]) -> tuple[Any, Any]:
 MAX_VECTOR_RUNS: Final = 5000
 _NAME_ROOM: Final = 0.05  # height of the name of a state / height of a panel
 _FAR_BELOW: Final = 300.0  # demands below the mildest state / this are drawn at the bottom
-_COLOURS: Final = {"choice": VARIANT_COLOURS[0], "axis": VARIANT_COLOURS[1]}
+_COLOURS: Final = {"choice": appearance.VARIANT_COLOURS[0], "axis": appearance.VARIANT_COLOURS[1]}
 _KINDS: Final = {"choice": "choice of the modeller", "axis": "axis of the study"}
 LINEAR_PCT: Final = 5.0  # the scale is linear up to here, then logarithmic
 _TICKS_PCT: Final = (2, 5, 20, 100, 500)
@@ -313,7 +305,7 @@ def least_shown(demands: pd.DataFrame, curves: pd.DataFrame, demand: str) -> flo
     return lowest if (values >= lowest).any() else None
 
 
-@mpl.rc_context(STYLE)
+@mpl.rc_context(appearance.STYLE)
 def demand_clouds(
     demands: pd.DataFrame, curves: pd.DataFrame, effects: pd.DataFrame, demand: str
 ) -> Figure:
@@ -325,7 +317,7 @@ def demand_clouds(
     state. All rows are of one bridge with one abutment model.
     """
     demands = with_derived_columns(demands)
-    label, factor = shown_label(demand)
+    label, factor = appearance.shown_label(demand)
     fits = curves[(curves["demand"] == demand) & (curves["method"] == "cloud")]
     lowest = factor * (least_shown(demands, fits, demand) or 1.0)
     demands = demands.assign(**{demand: factor * demands[demand]})
@@ -336,7 +328,9 @@ def demand_clouds(
     figure = Figure(figsize=(6.4, 4.2), layout="constrained")
     axes = figure.subplots()
     is_large = len(demands) > MAX_VECTOR_RUNS
-    for (value, runs), color in zip(demands.groupby(lead.name), VARIANT_COLOURS, strict=False):
+    for (value, runs), color in zip(
+        demands.groupby(lead.name), appearance.VARIANT_COLOURS, strict=False
+    ):
         _cloud_points(axes, runs, im_column, demand, lowest, {"color": color, "ls": "",
                       "marker": "o", "rasterized": is_large})  # fmt: skip
         name = appearance.value_text(lead, float(str(value)))
@@ -350,10 +344,10 @@ def demand_clouds(
     for threshold in thresholds.values():
         axes.axhline(threshold, color="#555555", lw=0.8, ls=(0, (1, 2)), zorder=1)
     im, top = demands[im_column], max([demands[demand].max(), *thresholds.values()])
-    axes.set(xscale="log", yscale="log", xlabel=shown_label(im_column)[0], ylabel=label)
+    axes.set(xscale="log", yscale="log", xlabel=appearance.shown_label(im_column)[0], ylabel=label)
     axes.set(xlim=(im.min() / 1.15, im.max() * 1.15), ylim=(lowest / 1.8, 1.6 * top))
-    plain_log_ticks(axes.xaxis)
-    plain_log_ticks(axes.yaxis)
+    appearance.plain_log_ticks(axes.xaxis)
+    appearance.plain_log_ticks(axes.yaxis)
     name_lines(axes, f"{len(demands)} analyses, colours by {lead.label.lower()}:")
     low, high = np.log(axes.get_ylim())
     height = -np.inf
@@ -361,7 +355,7 @@ def demand_clouds(
         relative_height = (np.log(threshold) - low) / (high - low)
         if relative_height >= 0.0:  # keep the names apart
             height = max(relative_height, height + _NAME_ROOM)
-            axes.text(1.01, height, in_words(name), transform=axes.transAxes,
+            axes.text(1.01, height, appearance.in_words(name), transform=axes.transAxes,
                       fontsize=8, color="#333333", va="center")  # fmt: skip
     return figure
 
@@ -395,7 +389,7 @@ def _cloud_points(
 # --- effects and modelling choices
 
 
-@mpl.rc_context(STYLE)
+@mpl.rc_context(appearance.STYLE)
 def effects_by_intensity(intensities: pd.DataFrame, im_label: str) -> Figure:
     """Draw the effect of each axis on the headline demands, with its band, against intensity.
 
@@ -417,7 +411,7 @@ def effects_by_intensity(intensities: pd.DataFrame, im_label: str) -> Figure:
         top.set_title(changed.label, fontsize=9)
         bottom.set_xlabel(im_label)
     panels[0, 0].set_xscale("log")
-    plain_log_ticks(panels[0, 0].xaxis)
+    appearance.plain_log_ticks(panels[0, 0].xaxis)
     level = 100 * float(intensities["level"].iloc[0])
     title = f"Effect by intensity with {level:g} % band, same motions, all variants"
     figure.suptitle(title, x=0.01, ha="left", fontsize=10)
@@ -426,7 +420,7 @@ def effects_by_intensity(intensities: pd.DataFrame, im_label: str) -> Figure:
 
 def _intensity_panel(axes: Axes, rows: pd.DataFrame, changed: Axis) -> None:
     axes.axhline(1.0, color="#777777", linewidth=0.8)
-    colours = VARIANT_COLOURS
+    colours = appearance.VARIANT_COLOURS
     changes = appearance.groups_of(rows, ["from_value", "to_value"])
     for i, (values, effect) in enumerate(changes):
         line, colour = effect.sort_values("im"), colours[i % len(colours)]
@@ -468,7 +462,7 @@ def _ranked(choices: pd.DataFrame) -> dict[str, pd.DataFrame]:
     return {appearance.demand_name(demand): rows[rows["demand"] == demand] for demand in demands}
 
 
-@mpl.rc_context(STYLE)
+@mpl.rc_context(appearance.STYLE)
 def tornado(choices: pd.DataFrame) -> Figure:
     """Draw the changes of each headline demand by the choices and axes, sorted by size.
 

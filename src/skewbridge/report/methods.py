@@ -71,10 +71,7 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
     """Return paragraphs on models, motions, analyses and statistics, and the references in them.
 
     The configuration does not state site and purpose, so the author must add them. ``suite`` is the
-    table of the prepared motions.
-
-    Raises:
-        InputError: A bridge or the limit states of the study cannot be read.
+    table of the prepared motions. `InputError` if a bridge or the limit states cannot be read.
     """
     motions, drawn = config.motions, config.uncertainty.drawn
     alternatives = config.uncertainty.alternatives if config.uncertainty.enabled else {}
@@ -98,6 +95,7 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
             **template.globals,
             "numbers": _text,
             "percent": _percent,
+            "config": config,
             "bridges": bridges,
             "model": model,
             "shown_gap": partial(value_text, axis("gap_mm")),
@@ -105,7 +103,6 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
             "abutments": [ABUTMENTS[name] for name in config.grid.abutment],
             "axes": [f"{axis(name).title} {text}" for name, text in axes.items()],
             "variants": len(expand_grid(config.grid)),
-            "motions": motions,
             "within": [axis(name).title for name in getattr(motions.blocks, "within", ())],
             "count": count,
             "levels_g": levels_g,
@@ -122,10 +119,7 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
                 for name, values in alternatives.items()
             },
             "block_size": BLOCK,
-            "seed": config.uncertainty.seed,
-            "analysis": config.analysis,
             "integrator": _INTEGRATORS[str(config.analysis.integrator_command[0])],
-            "fits": config.fragility,
             "effect_confidence": EFFECT_CONFIDENCE,
             "im": plain_label(config.fragility.im),
             "changed": _changed_settings(config),

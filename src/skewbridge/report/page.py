@@ -87,15 +87,16 @@ def write_report(
     environment = appearance.templates(*helpers, *formatters, *effect_functions)
     unreached = curves[(curves["reach"].fillna("") != "") & (curves["method"] == "cloud")]
     pictures = pictures_of(read_captions(tables["captions"]), figures)
+    leading = {p["caption"].name: p for p in pictures if p["caption"].section == SECTIONS[0]}
     with appearance.shown_in(units):
         page = environment.get_template("report.html.j2").render(
             **_first_screen(frames, study.grid.bridge if study else ()),
             **(_study_parts(frames, tables, study) if study else {"methods": None}),
             **_effect_parts(frames),
-            leading={image["caption"].name: image for image in pictures if _is_leading(image)},
+            leading=leading,
             curve_groups=curve_rows(frames),
             published=published_rows(medians),
-            gallery=[image for image in pictures if not _is_leading(image)],
+            gallery=[picture for picture in pictures if picture not in leading.values()],
             explorer=explorer_of(frames),
             rates=answer.rates_on_page(frames),
             tables=frames,
@@ -368,11 +369,6 @@ def joint_rows(demands: pd.DataFrame, bridges: Sequence[Structure]) -> list[dict
 
 
 # --- curves
-
-
-def _is_leading(picture: Mapping[str, Any]) -> bool:
-    """Return whether a figure is one of the leading curves, outside the gallery."""
-    return picture["caption"].section == SECTIONS[0]
 
 
 def curve_rows(frames: Mapping[str, pd.DataFrame]) -> list[dict[str, Any]]:

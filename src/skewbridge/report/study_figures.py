@@ -255,11 +255,7 @@ def draw_study(
 
 
 def finished_figures(results: Path) -> list[StudyFigure]:
-    """Return caption and drawing function of each figure of a finished study.
-
-    Raises:
-        InputError: A table is missing.
-    """
+    """Return caption and drawing of each figure of a study; `InputError` if a table is missing."""
     folder = StudyFolder(results)
     paths = folder.report_inputs | {"choices": folder.modelling_choices}
     for path in (paths[name] for name in _TABLES):
@@ -274,8 +270,7 @@ def draw_figures(
 ) -> list[Path]:
     """Draw the named figures of a study as SVG and PNG; return the files.
 
-    Raises:
-        InputError: No figure matches a name (``*`` matches any text). No figure is drawn.
+    `InputError`, and no figure, if a name matches none (``*`` matches any text).
     """
     drawings = {caption.name: draw for caption, draw in figures}
     selected: dict[str, Drawing] = {}

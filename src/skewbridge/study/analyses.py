@@ -25,14 +25,7 @@ from skewbridge.motions.levels import MotionsConfig
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import read_suite
 from skewbridge.statuses import FAILED
-from skewbridge.study.batch import (
-    Workers,
-    at_factor,
-    row_of_task,
-    run_tasks,
-    search_capacity,
-    search_limits,
-)
+from skewbridge.study import batch
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import Row, open_journal, read_content
@@ -190,7 +183,7 @@ class StudySetup:
         loading = row["motion_id"], row["scale"], row["incidence_deg"]
         for task in self.tasks(Variant.of_row(row)):
             # the search of an IDA chooses its factors
-            trial = at_factor(task, row["scale"]) if self.ida else task
+            trial = batch.at_factor(task, row["scale"]) if self.ida else task
             motion = trial.motion
             if (motion.motion.motion_id, motion.scale, trial.incidence_deg) == loading:
                 return trial
@@ -199,7 +192,7 @@ class StudySetup:
     def _for_bridge(self, bridge: str, motion: SuiteMotion) -> SuiteMotion:
         measures, scale = self.measures[bridge, motion.motion.motion_id], motion.scale
         if self.ida:
-            low, high = search_limits(self.ida, replace(motion, scale=1.0, measures=measures))
+            low, high = batch.search_limits(self.ida, replace(motion, scale=1.0, measures=measures))
             scale = sqrt(low * high)
         return replace(motion, scale=scale, measures=scaled_measures(measures, scale))
 
@@ -300,20 +293,20 @@ def run_in_journal(
                 progress_logger.info("%s: %s", name, _progress(by_key, n_before, finished, began_s))
 
         try:
-            rows = run_tasks(
+            rows = batch.run_tasks(
                 by_key,
                 journal,
                 journal_rows,
-                workers=Workers(setup.workers, setup.study.batches.no_progress_s),
+                workers=batch.Workers(setup.workers, setup.study.batches.no_progress_s),
                 log_folder=folder.solver_logs / name,
                 on_finished=on_finished,
-                search=ida and partial(search_capacity, ida, journal_rows, searches_path),
+                search=ida and partial(batch.search_capacity, ida, journal_rows, searches_path),
             )
         finally:
             progress_logger.info("%s: %s", name, _progress(by_key, n_before, finished, began_s))
     # rows from journals and of equal tasks take the names and measures of their own task
     return [
-        row_of_task(row, at_factor(task, row["scale"]) if ida else task, row["run_key"])
+        batch.row_of_task(row, batch.at_factor(task, row["scale"]) if ida else task, row["run_key"])
         for task in tasks
         for row in rows[run_key(task)]
     ]

@@ -30,13 +30,8 @@ from skewbridge.errors import InputError
 from skewbridge.motions.intensity import scaled_measures
 from skewbridge.motions.levels import LEVEL_MEASURE, MotionsConfig, bracket_capacity
 from skewbridge.motions.record import SuiteMotion
+from skewbridge.study import processes
 from skewbridge.study.journal import JournalWriter, Row, open_journal
-from skewbridge.study.processes import (
-    PARENT_VARIABLE,
-    end_with_parent,
-    hush_exit_message,
-    stopped_workers_ended,
-)
 from skewbridge.study.task import Task, analyse_task, no_result, run_key
 from skewbridge.variant.random_properties import draw_columns
 
@@ -91,8 +86,8 @@ def _guarded(
     work: Work | None, log_folder: Path, no_progress_s: float, task: Task, key: str
 ) -> list[Row]:
     """Return the rows of a task; the worker that runs it ends with its parent or when it hangs."""
-    hush_exit_message()
-    end_with_parent()
+    processes.hush_exit_message()
+    processes.end_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
     signal.setitimer(signal.ITIMER_REAL, no_progress_s, no_progress_s)
     try:
@@ -209,7 +204,7 @@ def run_tasks(
             row = _NO_DEMANDS | no_result("crash", reason) | {"wall_s": math.nan, "cpu_s": math.nan}
             keep(key, [row_of_task(row, tasks[key], key)])
 
-    with stopped_workers_ended(workers.no_progress_s) as ended:
+    with processes.stopped_workers_ended(workers.no_progress_s) as ended:
         try:
             while pending := [key for key in tasks if key not in rows]:
                 try:
@@ -235,8 +230,8 @@ def in_workers(
     env = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
     executor = _executor(
         max_workers=min(count, len(tasks)),
-        env=env | {PARENT_VARIABLE: str(os.getpid())},
-        initializer=end_with_parent,
+        env=env | {processes.PARENT_VARIABLE: str(os.getpid())},
+        initializer=processes.end_with_parent,
     )
     keys = {executor.submit(work, task, key): key for key, task in tasks.items()}
     for future in as_completed(keys):

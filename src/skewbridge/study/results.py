@@ -148,11 +148,7 @@ def _limit_states(path: Path) -> States:
 
 
 def statistics_of(
-    demands: Path,
-    out: Path,
-    limit_states: Path,
-    im: str | None = None,
-    hazard: Path | None = None,
+    demands: Path, out: Path, limit_states: Path, im: str | None = None, hazard: Path | None = None
 ) -> dict[str, Any]:
     """Write demands and fragility/ of a study from a table of demands; return their summary.
 

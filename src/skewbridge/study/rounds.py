@@ -24,6 +24,7 @@ from skewbridge.demands.columns import demands_for
 from skewbridge.demands.validity import with_derived_columns
 from skewbridge.files.tables import read_frame, records_of
 from skewbridge.files.text import read_json, write_text
+from skewbridge.fragility import verdicts
 from skewbridge.fragility.demand_table import axis_names, prepared
 from skewbridge.fragility.effects import effect_tables, median_effects
 from skewbridge.fragility.limit_states import (
@@ -32,16 +33,6 @@ from skewbridge.fragility.limit_states import (
     with_column_failure,
 )
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE
-from skewbridge.fragility.verdicts import (
-    CELL,
-    DECIDED,
-    ROUND_COLUMNS,
-    at_looks,
-    kept,
-    levels_at,
-    motions_to_decide,
-    runs_per_motion,
-)
 from skewbridge.study.analyses import StudySetup, analyses_s
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.folder import StudyFolder
@@ -89,22 +80,22 @@ def targets(
         for axis in axes:
             pair_ends[axis] = pair_ends[axis].where(single["axis"] != axis, single[end])
         single = single.assign(**{f"{end}_variant": [names[key] for key in _keys(pair_ends, axes)]})
-    pairs = dict(iter(single.groupby(list(CELL))))
-    level_at_last = float(levels_at(np.array([float(looks[-1])]), looks, level)[0])
+    pairs = dict(iter(single.groupby(list(verdicts.CELL))))
+    level_at_last = float(verdicts.levels_at(np.array([float(looks[-1])]), looks, level)[0])
     needed: list[float] = []
     by_effect: list[dict[str, int]] = []
     for row in pooled.to_dict("records"):
-        cell = pairs[tuple(row[name] for name in CELL)]
+        cell = pairs[tuple(row[name] for name in verdicts.CELL)]
         pair_names = list(zip(cell["from_value_variant"], cell["to_value_variant"], strict=True))
         n_now = max(min(motions[a], motions[b]) for a, b in pair_names)
         # the share of motions without an exact pair stays the same
         motions_per_pair = n_now / max(row["dof"] + 1, 1.0)
         at_last_look = row | {"level": level_at_last}
-        n_all = motions_to_decide(at_last_look) * motions_per_pair
-        n_least = motions_to_decide(at_last_look, LEAST_CHANCE) * motions_per_pair
+        n_all = verdicts.motions_to_decide(at_last_look) * motions_per_pair
+        n_least = verdicts.motions_to_decide(at_last_look, LEAST_CHANCE) * motions_per_pair
         needed.append(float(np.ceil(n_all)))
         by_effect.append({})
-        if row["verdict"] in DECIDED or not n_least <= looks[-1]:
+        if row["verdict"] in verdicts.DECIDED or not n_least <= looks[-1]:
             continue
         n_all = min(n_all, looks[-1])
         scatter = cell["scatter"].fillna(0.0).to_numpy(dtype=np.float64)
@@ -216,7 +207,7 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
         ended = OUT_OF_TIME if after == motions else None
     else:
         after = next_motions(by_effect, motions, cost_s, design.looks, left_s)
-        decided = int(cells["verdict"].isin(DECIDED).sum())
+        decided = int(cells["verdict"].isin(verdicts.DECIDED).sum())
         if after == motions:
             ended = OUT_OF_TIME if cells["asked"].any() else OUT_OF_REACH
             ended = ended if decided < len(cells) else ALL_DECIDED
@@ -252,11 +243,13 @@ def _looked_at(
     on_demands = effect_tables(rows, demands_for("headline", rows.columns), settings).effects
     effects = pd.concat([on_demands, median_effects(rows, headline, settings)], ignore_index=True)
     history = pd.DataFrame([cell for plan in plans for cell in plan["cells"]])
-    effects = kept(at_looks(effects, looks, runs_per_motion(demands)), history)
+    effects = verdicts.kept(
+        verdicts.at_looks(effects, looks, verdicts.runs_per_motion(demands)), history
+    )
     columns = ["bridge", "abutment", *axis_names(rows)]
     variants = rows.drop_duplicates("variant").set_index("variant")[columns]
     cells, by_effect = targets(effects, motions, mean_s, variants, looks, EFFECT_CONFIDENCE)
-    return cells[[name for name in ROUND_COLUMNS if name in cells]], by_effect
+    return cells[[name for name in verdicts.ROUND_COLUMNS if name in cells]], by_effect
 
 
 def round_line(plan: Mapping[str, Any]) -> str:
