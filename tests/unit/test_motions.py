@@ -243,6 +243,8 @@ def _formats():
     cm_s2 = _with(RECORD_G * 98.0665, 3, -12.632701)
     text = _v2(cm_s2, "{:10.6f}", "at  .010 sec, in cm/sec2. (8f10.6)")
     yield "a.V2", text, {}, 0.01 * cm_s2, 6e-6, facts
+    line = "AT  .010 SEC.  (UNITS: M/SEC/SEC) (8F10.6)"
+    yield "a.V2", _v2(SI, "{:10.6f}", line), {}, SI, 6e-7, {"unit": "m/s2"}
     for name, text in (("a.V2", CSMIP), ("a.csv", CSV)):
         yield name, text, {"channel": 2}, -2.0 * SI, 6e-6, {}
     facts = {"format": "knet", "azimuth_deg": 0.0, "warnings": ()}
@@ -435,7 +437,11 @@ def test_vertical_orientation_codes_of_cosmos_are_no_component(read, azimuth):
 #: Headers of a column by its unit, with the unit in m/s2.
 ACCELERATION_HEADERS = {
     ("g", 9.80665): ["", "time,accel_g", "m_south,a_g", "# time acceleration"],
-    ("m/s2", 1.0): ["time_s;accel_mps2", "time_s,acc_m_s2"],
+    ("m/s2", 1.0): [
+        "time_s;accel_mps2", "time_s,acc_m_s2", "t (s),a_g (m/s2)", "t [s],üg [m/s²]", "t,a_g m/s2",
+        "t,acc_ms2", "t,a (metres per second squared)", "t,g\n(s),(m/sec2)", "t,a (meter/s^2)",
+    ],
+    ("%g", 0.0980665): ["t,acc (%g)"],
     ("mm/s2", 1e-3): ["time (s),a (mm/s2)"], ("mg", 9.80665e-3): ["time (s),a (mg)"],
     ("in/s2", 0.0254): ["time (s),a (in/s2)"], ("ft/s2", 0.3048): ["time (s),a (ft/sec2)"],
     ("cm/s2", 0.01): [

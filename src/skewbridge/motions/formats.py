@@ -22,7 +22,7 @@ from skewbridge.units import FOOT, G_MPS2, GAL, INCH, MM
 
 UNIT_FACTORS: Final = {
     "g": G_MPS2, "cm/s2": GAL, "m/s2": 1.0, "mm/s2": MM, "in/s2": INCH, "ft/s2": FOOT,
-    "mg": 1.0e-3 * G_MPS2,
+    "mg": 1.0e-3 * G_MPS2, "%g": 1.0e-2 * G_MPS2,
 }  # fmt: skip
 # ASSUME values without a unit are in g, as in nearly all public files; a message states it.
 DEFAULT_UNIT: Final = "g"
@@ -173,13 +173,15 @@ def _channel(stated: Stated, directions: Sequence[str], path: Path) -> int:
 
 _LENGTH: Final = "(?:[cm]?m|in|ft)"
 _USUAL_UNITS: Final = (
-    (r"sec(?:ond)?s?", "s"), (r"inch(?:es)?", "in"), (r"\*\*|[\^{}]", ""), (r"\s*/\s*s", "/s"),
-    ("/s/s", "/s2"), (rf"(?<![a-z])({_LENGTH})[ .*_]?s-2", r"\1/s2"),
-    (rf"(?<![a-z])({_LENGTH})(?:p|_per_|_)s_?(2?)(?![a-z0-9])", r"\1/s\2"),  # cmps2, cm_s_2
+    (r"sec(?:ond)?s?", "s"), (r"inch(?:es)?", "in"), (r"\*\*|[\^{}]", ""), (r"\s+per\s+", "/"),
+    (r"(?<![a-z])(?:(c)enti|(m)illi)?met(?:er|re)s?(?=\s*/)", r"\1\2m"), (r"\s+squared", "2"),
+    (r"\s*/\s*s", "/s"), ("/s/s", "/s2"), (rf"(?<![a-z])({_LENGTH})[ .*_]?s-2", r"\1/s2"),
+    # cmps2, cm_s_2, ms2
+    (rf"(?<![a-z])({_LENGTH})(?:(?:p|_per_|_)s_?(2?)|s(2))(?![a-z0-9])", r"\1/s\2\3"),
     (r"(?<![a-z])gals?(?![a-z])", "cm/s2"),
 )  # fmt: skip
-_STATED: Final = r"(?<![a-z0-9/.])(?<!\d )"  # not after a number, as in Vs30 = 760 m/s
-_ACCELERATION_UNIT = re.compile(rf"{_STATED}({_LENGTH}/s2|m?g)(?![a-z0-9/])")
+_STATED: Final = r"(?<![a-z0-9/.%])(?<!\d )"  # not after a number, as in Vs30 = 760 m/s
+_ACCELERATION_UNIT = re.compile(rf"{_STATED}({_LENGTH}/s2|[m%]?g)(?![a-z0-9/]|\s*=)")
 _VELOCITY_UNIT = re.compile(rf"{_STATED}(?:{_LENGTH}/s|kines?)(?![a-z0-9/])")
 _OTHER_QUANTITY = re.compile(
     rf"{_STATED}[cm]m(?![a-z0-9/])|[(\[]\s*{_LENGTH}\s*[)\]]|_{_LENGTH}(?![a-z0-9/_])"
@@ -208,8 +210,10 @@ def _unit_in(texts: Iterable[str], path: Path) -> str:
     is_acceleration = False
     for text in texts:
         plain = _usual_units(text)
-        if match := _ACCELERATION_UNIT.search(plain):
-            return match[1]
+        if units := [*_ACCELERATION_UNIT.finditer(plain)]:
+            # in a_g (m/s2), g is part of the symbol
+            in_brackets = [match for match in units if plain[: match.start()].endswith(("(", "["))]
+            return max((match[1] for match in in_brackets or units), key=len)
         word = _ACCELERATION_WORD.search(plain)
         wrong = _VELOCITY_UNIT.search(plain) or (word is None and _OTHER_QUANTITY.search(plain))
         if wrong and not is_acceleration:
@@ -430,7 +434,7 @@ def _read_csmip(lines: list[str], path: Path, stated: Stated) -> Trace:
         titles = (n for n in range(previous, row) if "CORRECTED ACCELEROGRAM" in lines[n].upper())
         header = _head(lines[next(titles, previous) : row], 25)
         direction = "".join(_CSMIP_CHANNEL.findall("\n".join(header))[:1])
-        unit = "cm/s2" if re.search("cm/sec", match["rest"], re.IGNORECASE) else ""
+        unit = _unit_in([match["rest"]], path)
         size_and_layout = int(match["npts"]), _fortran_float(match["dt"]), match["rest"]
         event, station = "".join(header[2:3]), "".join(header[6:7])
         blocks.append(_Block(row + 1, *size_and_layout, unit, event, station, direction))
