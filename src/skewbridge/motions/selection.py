@@ -321,8 +321,12 @@ def write_selections(selections: Sequence[pd.DataFrame], folder: Path) -> None:
     for number, selection in enumerate(selections, start=1):
         for pair in records_of(selection):
             name, entry = pair["motion"].motion_id, pair["entry"]
-            target_folder, paths = folder / "files" / name, [path for path, _ in entry.components]
-            files = [Path(shutil.copy(path, writable_folder(target_folder))) for path in paths]
+            # both components may have the same file name, in different folders
+            targets = [folder / "files" / name / str(n) for n, _ in enumerate(entry.components, 1)]
+            files = [
+                Path(shutil.copy(path, writable_folder(target)))
+                for target, (path, _) in zip(targets, entry.components, strict=True)
+            ]
             row = entry.model_dump(exclude={"components", "licence"})
             row |= index_row(pair["motion"], files, folder) | {"candidate": name}
             row |= {"scale": pair["scale"], "level_g": pair["level_g"]}
