@@ -29,6 +29,8 @@ SUFFIXES: Final = (
     ".at2", ".v2", ".v2a", ".v2c", ".asc", ".ew", ".ns", ".ud", ".ew1", ".ns1", ".ud1", ".ew2",
     ".ns2", ".ud2", ".knet", ".bbp", ".acc", ".g3", ".th", ".thf", ".dat", ".txt", ".csv",
 )  # fmt: skip
+# Other columns are notes, but these would change the values.
+_MISNAMED: Final = re.compile(r"(?i)(?<![a-z])(?:units?|dt|scale|factor|channel)(?![a-z])")
 _NUMBERS: Final = re.compile(rb"\s*[-+.\d][-+.,;\seEdD\d]*")
 NOT_MOTIONS: Final = frozenset({"index.csv", "manifest.csv", "expected.csv", "readme.txt"})
 
@@ -239,6 +241,10 @@ def read_index_table(index: Path) -> pd.DataFrame:
     missing = [name for name in _REQUIRED if name not in table.columns]
     if missing:
         raise file_fault(index, f" lacks the column(s) {', '.join(missing)}")
+    for name in map(str, table.columns):
+        if name not in INDEX_COLUMNS and _MISNAMED.search(name):
+            known = "channel_1, channel_2, dt_s, scale, unit"
+            raise file_fault(index, f" has the unknown column {name!r}: rename it ({known})")
     if not 1 <= len(table) <= MAX_MOTIONS:
         raise file_fault(index, f" lists {len(table)} motions; it must list 1 to {MAX_MOTIONS}")
     return table
