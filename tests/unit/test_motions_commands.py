@@ -13,6 +13,7 @@ import pytest
 from cli_json import answer, invoke
 from motions_files import at2_text, index_of, make_pairs, shaken_g
 from skewbridge.cli.motions import synthesize
+from skewbridge.errors import InputError
 from skewbridge.motions.intensity import SPECTRUM_PERIODS_S
 from skewbridge.motions.suite import prepare_suite
 from skewbridge.motions.synthesis import Scenario, bssa14
@@ -107,6 +108,16 @@ def test_check_warns_of_one_component_twice_and_names_vertical_ones(tmp_path):
     assert verdicts == {"q0_h1": "warn", "q0_h2": "warn", "q0-UP": "ok"}
     assert "Both components have the same values" in found["q0_h2"]["messages"][-1]
     assert found["q0-UP"]["messages"] == ["vertical component: a study does not use it"]
+
+
+@pytest.mark.parametrize("names", [("q_HNE.AT2", "q_HNZ.AT2"), ("q-T.AT2", "q-V.AT2")])
+def test_check_notes_that_a_study_does_not_pair_the_files_of_a_folder(tmp_path, names):
+    for name in names:
+        (tmp_path / name).write_text(at2_text(shaken_g(len(name))))
+    _, found, _ = _checked(tmp_path)
+    assert "no second component found" in found["files"][0]["messages"][-1]
+    with pytest.raises(InputError, match="instead of 2"):
+        prepare_suite(tmp_path, t1_s=0.7)
 
 
 @pytest.mark.parametrize(

@@ -130,7 +130,8 @@ def _check_files(
 
     If ``of_study``, the checks of unpaired files have a note that a study does not use them.
     """
-    paired = {"": tuple(sorted(paths))} if len(paths) == 2 else folder.pair_files(paths)[0]
+    is_pair = len(paths) == 2 and not of_study
+    paired = {"": tuple(sorted(paths))} if is_pair else folder.pair_files(paths)[0]
     pairs, last_h1 = list(paired.values()), None
     for path in paths:
         ending = read.split_name(path)[1]
@@ -188,7 +189,7 @@ def _check_motion(
     names = [path.name for path, _ in reversed(entry.components)]
     for text in motion.messages:
         if text.partition(": ")[2] not in messages:
-            doubtful = (read.DIFFERENT_RECORDS, read.ONE_RECORD)
+            doubtful = (read.DIFFERENT_RECORDS, read.ONE_RECORD, read.VERTICAL_NAME)
             verdict = verdict_if_doubtful if text.startswith(doubtful) else None
             checks = [
                 check.noted(f"with {other_name}: {text}", verdict)
