@@ -2,6 +2,7 @@
 
 import hashlib
 import math
+import re
 from itertools import product
 from pathlib import Path
 
@@ -309,6 +310,11 @@ REFUSED = [
         ("truncated", name, "\n".join(LINES[:125]), 1),
         ("uncorrected", name, "Un" + GEONET[0].lower() + GEONET[1:]))),
     ("first number is the count", "a.txt", "50\n" + rows_of(RECORD_G, 1, "{:.6e}")),
+    # a separator of thousands, and a step in the first line
+    ("line 4: the row must have 1 column,", "a.txt", "unit: gal\n1.0\n200.5\n-1,234.5\n3.0\n"),
+    ("line 2: the row must have 1 column,", "a.txt", "0.01\n" + FIVE),
+    *(("not an acceleration by its name", name, "\n".join(TIMED))
+      for name in ("vel_090.txt", "RSN1_000_DISP.csv", "a.displ.txt")),
 ]  # fmt: skip
 
 
@@ -326,6 +332,10 @@ DOUBTFUL = [
      0.01 * GAL),
     ("warnings", "truncated", "a.V2c", "\n".join(cosmos_text(GAL).split("\n")[:-40]), {},
      0.01 * GAL[:362]),
+    ("warnings", "2 values are -999", "a.csv", "t,a (gal)\n" + _times(_with(GAL, 20, -999, -999)),
+     {}, 0.01 * _with(GAL, 20, -999, -999)),
+    ("warnings", "gal and 50: truncated?", "a.NS",
+     _knet(COUNTS + round(1234 - COUNTS.mean())).replace("(s)  1", "(s)  3"), {}, SI - SI.mean()),
     # in the second component
     *(("warnings", "truncated", name, "\n".join(LINES[:150]), {"channel": 2}, -5e-4 * MM_S2[:150])
       for name in ("a.V2A", "a.txt")),
@@ -483,6 +493,12 @@ def test_columns_without_time_are_channels_and_never_one_series(read, columns, h
     cut = text.rstrip("\n").rpartition(separator)[0]
     words = f"(row must have {columns} columns|header states 400)"
     read.refuses(words, "b.txt", cut, dt_s=0.01, channel=1)
+
+
+def test_a_separator_at_the_end_of_each_line_leaves_the_names_of_columns(read):
+    rows = _table(np.column_stack([0.01 * np.arange(400), SMOOTH]), separator=",")
+    text = "time,NS (g),EW (g),UD (g),\n" + rows.replace("\n", ",\n")
+    assert [read("a.csv", text, channel=n).is_vertical for n in (1, 2, 3)] == [False, False, True]
 
 
 def test_only_even_times_are_a_time_column(read):
@@ -713,6 +729,29 @@ def test_components_differ_in_length_with_a_message_and_never_in_their_step(tmp_
     second.write_text(at2_text(shaken_g(0), 0.02))
     with pytest.raises(InputError, match=r"0\.01 s in q0_h1\.AT2 and 0\.02 s in q0_h2\.AT2"):
         read_motion(first, second)
+    (first := tmp_path / "a.txt").write_text(_times(RECORD_G))
+    (second := tmp_path / "b.txt").write_text(_times(RECORD_G).split("\n", 5)[5])
+    with pytest.raises(InputError, match=r"begin at 0 s in a\.txt and 0\.05 s in b\.txt: cut both"):
+        read_motion(first, second)
+
+
+@pytest.mark.parametrize(
+    ("names", "azimuths", "words"),
+    [
+        (("q_000.txt", "q_090.txt"), None, ""),
+        (("TCU052.txt", "TCU065.txt"), None, "different records?.*azimuths 52 and 65 are not"),
+        (("q_000.AT2", "q_090.AT2"), (0, 180), "different records?.*azimuths 0 and 180 are not"),
+        (("LCN260.AT2", "LCN345.AT2"), (260, 345), ""),
+        (("q_1.txt", "q_UP.txt"), None, r"vertical component\? By its name, q_UP\.txt is one"),
+    ],
+)
+def test_directions_in_headers_or_names_are_compared(read, names, azimuths, words):
+    values = shaken_g(1), shaken_g(2)
+    texts = map(_times, values)
+    texts = texts if azimuths is None else map(at2_text, values, (0.01, 0.01), azimuths)
+    found = check_paths([read.file(*each) for each in zip(names, texts, strict=True)])
+    assert {check.verdict for check in found} == {"warn" if words else "ok"}
+    assert all(re.search(words, " ".join(check.messages)) for check in found)
 
 
 def test_scaled_motions_reach_their_stripe_unless_their_factor_is_outside_the_limits(

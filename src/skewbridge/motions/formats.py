@@ -28,6 +28,7 @@ UNIT_FACTORS: Final = {
 DEFAULT_UNIT: Final = "g"
 HEADER_WIDTH: Final = 300  # characters searched per header line; no format has longer lines
 MAX_TOKEN: Final = 400  # longer than any line of any format; keeps the pattern below fast
+_MISSING: Final = (-999.0, -9999.0)
 MAX_MAGNITUDE: Final = 1.0e12  # counts of an instrument stay below 2^31
 MAX_HEADER_LINES: Final = 10  # before the numbers of a file without a known format
 DT_LIMITS_S: Final = (1.0e-4, 0.2)
@@ -85,6 +86,7 @@ class Trace:
     event: str = ""
     station: str = ""
     direction: str = ""  # of the component, as in the header: an azimuth, N-S, HNE, Up
+    start_s: float = math.nan  # first value of a time column
     warnings: tuple[str, ...] = ()  # doubts about the values; errors under strict checks
     notes: tuple[str, ...] = ()  # assumptions of the reader, such as the unit
 
@@ -125,6 +127,11 @@ def trace_of(lines: list[str], path: Path, stated: Stated) -> Trace:
     read = next(read for _, recognises, read in MOTION_FORMATS if recognises(lines, path))
     trace = read(lines, path, stated)
     dt_s, warnings = trace.dt_s, trace.warnings
+    if not (trace.unit or stated.unit) and _OTHER_NAME.search(path.name.lower()):
+        text = "not an acceleration by its name: if it is one, state its unit in index.csv"
+        raise fault_in(path, text)
+    if missing := int(np.isin(trace.accel_mps2, _MISSING).sum()):
+        warnings = (f"{missing} values are -999 or -9999: missing values?", *warnings)
     if stated.dt_s is not None:
         dt_s = stated.dt_s
         if abs(trace.dt_s / dt_s - 1.0) > 1.0e-6:
@@ -183,10 +190,11 @@ _USUAL_UNITS: Final = (
 _STATED: Final = r"(?<![a-z0-9/.%])(?<!\d )"  # not after a number, as in Vs30 = 760 m/s
 _ACCELERATION_UNIT = re.compile(rf"{_STATED}({_LENGTH}/s2|[m%]?g)(?![a-z0-9/]|\s*=)")
 _VELOCITY_UNIT = re.compile(rf"{_STATED}(?:{_LENGTH}/s|kines?)(?![a-z0-9/])")
+_OTHER_WORD: Final = r"(?<![a-z])(?:vel(?:oc\w*)?|disp(?:l\w*)?)(?![a-z])"
+_OTHER_NAME = re.compile(rf"{_OTHER_WORD}|\.[vd]t2$")
 _OTHER_QUANTITY = re.compile(
     rf"{_STATED}[cm]m(?![a-z0-9/])|[(\[]\s*{_LENGTH}\s*[)\]]|_{_LENGTH}(?![a-z0-9/_])"
-    rf"|^\W*{_LENGTH}\W*$|units?\W*(?:of\W+)?(?:m|ft)(?![a-z0-9/])"
-    r"|(?<![a-z])(?:vel(?:oc\w*)?|disp(?:l\w*)?)(?![a-z])"
+    rf"|^\W*{_LENGTH}\W*$|units?\W*(?:of\W+)?(?:m|ft)(?![a-z0-9/])|{_OTHER_WORD}"
 )
 _ACCELERATION_WORD = re.compile(r"(?<![a-z])acc(?:n|el[a-z]*)?(?![a-z])")
 _VERTICAL = re.compile(
@@ -590,8 +598,13 @@ def _read_knet(lines: list[str], path: Path, _stated: Stated) -> Trace:
     accel_gal = (counts - counts.mean()) * (range_gal / counts_per_range)
     match, peak_gal = re.match(FLOAT, entries.get("Max. Acc. (gal)", "")), np.abs(accel_gal).max()
     header_gal = _fortran_float(match[0]) if match else peak_gal
-    truncated = f"the peak is {peak_gal:.4g} gal, but {header_gal:.4g} in the header: truncated?"
-    is_truncated = abs(peak_gal - header_gal) > 0.01 * header_gal
+    duration_s = re.match(FLOAT, entries.get("Duration Time(s)", ""))
+    npts = round((_fortran_float(duration_s[0]) if duration_s else 0.0) * frequency_hz)
+    is_truncated = (
+        abs(peak_gal - header_gal) > 0.01 * header_gal or counts.size < npts - frequency_hz
+    )
+    states = f"the header states {header_gal:.4g} gal and {npts} values"
+    truncated = f"{states}, the file has {peak_gal:.4g} gal and {counts.size}: truncated?"
     direction = entries.get("Dir.", "")
     return Trace(
         path=path,
@@ -645,7 +658,7 @@ class _Table:
         """Return the header texts above a column (from 0), from the last header line upwards."""
         texts: list[str] = []
         for line in reversed(self.header):
-            line = re.sub(r"\s+([(\[])", r"\1", line.strip(" \t#%!\"'"))
+            line = re.sub(r"\s+([(\[])", r"\1", line.strip(" \t#%!\"'").rstrip(",; \t"))
             splits = (re.split(separator, line) for separator in _CELL_SEPARATORS)
             texts += next(([row[column]] for row in splits if len(row) == self.columns), [])
         return texts
@@ -699,15 +712,18 @@ def _read_numbers(lines: list[str], path: Path, stated: Stated) -> Trace:
     start = rows[0][0]
     values, warnings, shift = parse_numbers(lines[start - 1 :], path, start), (), 0
     has_time = _has_time(table)
-    if has_time or _are_channels(table, values, stated, path):
-        if values.size != count * len(rows):
-            bad_line = next((n for n, line in rows if _column_count(line) != count), rows[-1][0])
-            raise fault_in(path, f"the row must have {count} columns, as the first has", bad_line)
+    is_table = has_time or _are_channels(table, values, stated, path)
+    if npts is None and not is_table and values[0] in {values.size - 1, values.size - 2}:
+        raise fault_in(path, "the first number is the count of the others: remove it", start)
+    if (is_table or count == 1) and values.size != count * len(rows):
+        bad_line = next((n for n, line in rows if _column_count(line) != count), rows[-1][0])
+        raise fault_in(
+            path, f"the row must have {count} column{'s' * (count > 1)}, as the first has", bad_line
+        )
+    if is_table:
         series = values.reshape(-1, count)
     else:
         series = values[:npts, None] if npts and values.size - npts < count else values[:, None]
-    if npts is None and series.shape[1] == 1 and series[0, 0] in {len(series) - 1, len(series) - 2}:
-        raise fault_in(path, "the first number is the count of the others: remove it", start)
     if npts not in (None, len(series)):
         text = f"the header states {npts} values, but the file has {len(series)}"
         raise fault_in(path, f"{text}: correct the header")
@@ -730,6 +746,7 @@ def _read_numbers(lines: list[str], path: Path, stated: Stated) -> Trace:
         dt_s=dt_s,
         unit=_unit_in([*cells[channel], *reversed(table.header)], path),
         direction=directions[channel],
+        start_s=float(series[0, 0]) if has_time else math.nan,
         warnings=warnings,
     )
 
