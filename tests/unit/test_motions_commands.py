@@ -70,6 +70,15 @@ def test_check_writes_an_index_that_the_study_reads(tmp_path):
     suite = prepare_suite(bare, t1_s=0.7)
     assert suite["dt_s"][0] == 0.005
     assert np.abs(suite["accel_1_mps2"][0]).max() == pytest.approx(1.5)
+    # the unit of one file would be that of the other
+    for name in ("index.csv", "q_h1.acc"):
+        (bare / name).unlink()
+    (bare / "q_h1.AT2").write_text(at2_text(shaken_g(1), 0.005))
+    code, _, err = _run("check", bare, "--write", "--dt-s", 0.005, "--unit", "m/s2")
+    assert (code, "motion q: files in g and m/s2, but an index row has one unit" in err) == (
+        2,
+        True,
+    )
 
 
 @pytest.mark.parametrize("has_index", [False, True])

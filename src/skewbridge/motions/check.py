@@ -92,7 +92,13 @@ def write_folder_index(root: Path, stated: Stated | None = None) -> Path:
         files = [(path, replace(stated, **missing)) for path, stated in entry_before.components]
         entry = entry_before.model_copy(update={"sha256": "", "components": tuple(files)})
         row = folder.index_row(read_entry(entry), [path for path, _ in files], root)
-        units = {read.read_trace(*component).unit for component in files}
+        traces = [read.read_trace(*component) for component in files]
+        units = {trace.unit for trace in traces}
+        if len(units) > 1 and any("given unit" in note for t in traces for note in t.notes):
+            text = f"files in {' and '.join(sorted(units))}, but an index row has one unit"
+            raise InputError(
+                f"motion {entry.motion_id}: {text}: write it into the file without one"
+            )
         row |= {"unit": units.pop() if len(units) == 1 else "", "source": ""}
         old_cells = cells.get(entry.motion_id, {}).items()
         filled = {name: text for name, text in old_cells if text and name not in {"npts", "sha256"}}
