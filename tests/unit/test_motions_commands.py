@@ -61,6 +61,11 @@ def test_check_writes_an_index_that_the_study_reads(tmp_path):
     assert list(index["motion_id"]) == ["q0", "q1"]
     for name in ("motion_id", "sha256"):
         assert list(index[name]) == list(suite[name])
+    for number, file in enumerate((tmp_path / "q0_h1.AT2", tmp_path / "q0_h2.AT2"), 1):
+        file.rename(tmp_path / f"(50 %) #1's_h{number}.AT2")
+    (tmp_path / "index.csv").unlink()
+    assert _run("check", tmp_path, "--write")[0] == 0
+    assert prepare_suite(tmp_path, t1_s=0.7)["motion_id"][0] == "_(50 _) _1_s"
     # with the time step and unit that were given
     (bare := tmp_path / "bare").mkdir()
     for name in ("q_h1.acc", "q_h2.acc"):

@@ -108,7 +108,9 @@ def list_motions(folder: Path) -> list[IndexEntry]:
         raise InputError(f"{text}; list the pairs in an index.csv", files=names)
     if not pairs:
         raise file_fault(folder, " has no file of a motion in a known format")
-    return [motion_of_files(name, pair) for name, pair in pairs.items()]
+    # names that an index may have
+    names = [re.sub(r"[^\w .+(),&@-]|^(?=\W)", "_", name)[:100] for name in pairs]
+    return [motion_of_files(*motion) for motion in zip(names, pairs.values(), strict=True)]
 
 
 def motion_of_files(name: str, files: Iterable[Path], stated: Stated | None = None) -> IndexEntry:
