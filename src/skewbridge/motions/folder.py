@@ -16,7 +16,7 @@ from skewbridge.errors import InputError
 from skewbridge.files.tables import records_of
 from skewbridge.files.text import checked, file_fault, no_formula, read_csv, shortened, shown_path
 from skewbridge.motions import p695
-from skewbridge.motions.formats import MAX_HEADER_LINES, Stated, Trace
+from skewbridge.motions.formats import MAX_HEADER_LINES, Stated, Trace, Unit
 from skewbridge.motions.read import files_digest, is_vertical, read_trace, split_name
 from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion
 
@@ -58,7 +58,7 @@ class IndexEntry(BaseModel):
     station: str = ""
     azimuth_1_deg: _Cell = math.nan
     azimuth_2_deg: _Cell = math.nan
-    unit: str | None = None
+    unit: Unit | None = None
     dt_s: _Positive | None = None
     npts: str = ""
     #: Expected SHA-256 of the files; if it is empty, they are not checked.

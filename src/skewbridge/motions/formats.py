@@ -11,9 +11,10 @@ from dataclasses import dataclass, replace
 from decimal import Decimal
 from itertools import takewhile
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Annotated, Any, Final, NamedTuple
 
 import numpy as np
+from pydantic import AfterValidator
 
 from skewbridge.errors import InputError
 from skewbridge.files.text import writable_folder
@@ -42,6 +43,16 @@ _DECIMAL_COMMA = re.compile(r"[\d\s+-],\d")
 _SEPARATORS = str.maketrans(",;", "  ")
 
 
+def _known_unit(text: str) -> str:
+    if (unit := _usual_units(text.strip())) not in UNIT_FACTORS:
+        raise ValueError(f"must be one of {', '.join(UNIT_FACTORS)}")
+    return unit
+
+
+#: One of `UNIT_FACTORS`; other common spellings are converted.
+Unit = Annotated[str, AfterValidator(_known_unit)]
+
+
 class DtMissingError(InputError):
     """The file has no time step; the caller or the index must give it."""
 
@@ -51,7 +62,7 @@ class Stated:
     """Properties of a file stated by the caller or the index; dt_s and unit override the header."""
 
     dt_s: float | None = None
-    unit: str | None = None  # one of `UNIT_FACTORS`; other common spellings are converted
+    unit: str | None = None  # a `Unit`
     channel: int | None = None  # channel of a file with several channels, from 1
     dt_s_if_missing: float | None = None  # time step of a file that does not state one
     unit_if_missing: str | None = None
@@ -59,10 +70,10 @@ class Stated:
     def __post_init__(self) -> None:
         for name in ("unit", "unit_if_missing"):
             if (unit := getattr(self, name)) is not None:
-                unit = _usual_units(unit.strip())
-                if unit not in UNIT_FACTORS:
-                    raise InputError(f"unit must be one of {', '.join(UNIT_FACTORS)}, got {unit!r}")
-                object.__setattr__(self, name, unit)
+                try:
+                    object.__setattr__(self, name, _known_unit(unit))
+                except ValueError as error:
+                    raise InputError(f"unit {error}, got {unit!r}") from None
         for dt_s in (self.dt_s, self.dt_s_if_missing):
             if dt_s is not None and not 0.0 < dt_s < np.inf:
                 raise InputError(f"dt_s must be positive, got {dt_s}")
