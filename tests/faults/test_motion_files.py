@@ -153,13 +153,16 @@ def test_a_bad_index_is_refused_by_line_and_name(tmp_path, monkeypatch):
     refuse("line 3", "q1,", f"{'x' * 9000},")
     refuse("twice", "q1,", "q0,")
     refuse("column", "file_2", "fil_2")
+    for name in ("units", "dt", "scale_factor", "Scale", "channel1"):
+        index_of(folder, pairs, **{name: [1.0] * 2})
+        refuse(f"unknown column '{name}'.*scale, unit")
     refuse("is outside", "q1_h1.AT2", "link.AT2")
     # an absolute path would not serve where the folder is copied to
     monkeypatch.chdir(tmp_path)
     refuse(r"line 3.*is outside", "q1_h1", f"{folder}/q1_h1", Path(folder.name))
     for column, value in BAD_VALUES:
         index_of(folder, pairs, **{column: [value] * 2})
-        refuse(column)
+        refuse(rf"index\.csv, line 2: .*{column}")
     # the digest of a file that was changed, and a missing file
     index_of(folder, pairs, sha256=["0" * 64] * 2)
     refuse(r"q0_h1\.AT2.*sha256")

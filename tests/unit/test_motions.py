@@ -2,6 +2,7 @@
 
 import hashlib
 import math
+import re
 from itertools import product
 from pathlib import Path
 
@@ -255,6 +256,8 @@ def _formats():
     cm_s2 = _with(RECORD_G * 98.0665, 3, -12.632701)
     text = _v2(cm_s2, "{:10.6f}", "at  .010 sec, in cm/sec2. (8f10.6)")
     yield "a.V2", text, {}, 0.01 * cm_s2, 6e-6, facts
+    line = "AT  .010 SEC.  (UNITS: M/SEC/SEC) (8F10.6)"
+    yield "a.V2", _v2(SI, "{:10.6f}", line), {}, SI, 6e-7, {"unit": "m/s2"}
     for name, text in (("a.V2", CSMIP), ("a.csv", CSV)):
         yield name, text, {"channel": 2}, -2.0 * SI, 6e-6, {}
     facts = {"format": "knet", "azimuth_deg": 0.0, "warnings": ()}
@@ -319,6 +322,11 @@ REFUSED = [
         ("truncated", name, "\n".join(LINES[:125]), 1),
         ("uncorrected", name, "Un" + GEONET[0].lower() + GEONET[1:]))),
     ("first number is the count", "a.txt", "50\n" + rows_of(RECORD_G, 1, "{:.6e}")),
+    # a separator of thousands, and a step in the first line
+    ("line 4: the row must have 1 column,", "a.txt", "unit: gal\n1.0\n200.5\n-1,234.5\n3.0\n"),
+    ("line 2: the row must have 1 column,", "a.txt", "0.01\n" + FIVE),
+    *(("not an acceleration by its name", name, "\n".join(TIMED))
+      for name in ("vel_090.txt", "RSN1_000_DISP.csv", "a.displ.txt")),
 ]  # fmt: skip
 
 
@@ -336,6 +344,10 @@ DOUBTFUL = [
      0.01 * GAL),
     ("warnings", "truncated", "a.V2c", "\n".join(cosmos_text(GAL).split("\n")[:-40]), {},
      0.01 * GAL[:362]),
+    ("warnings", "2 values are -999", "a.csv", "t,a (gal)\n" + _times(_with(GAL, 20, -999, -999)),
+     {}, 0.01 * _with(GAL, 20, -999, -999)),
+    ("warnings", "gal and 50: truncated?", "a.NS",
+     _knet(COUNTS + round(1234 - COUNTS.mean())).replace("(s)  1", "(s)  3"), {}, SI - SI.mean()),
     # in the second component
     *(("warnings", "truncated", name, "\n".join(LINES[:150]), {"channel": 2}, -5e-4 * MM_S2[:150])
       for name in ("a.V2A", "a.txt")),
@@ -447,7 +459,11 @@ def test_vertical_orientation_codes_of_cosmos_are_no_component(read, azimuth):
 #: Headers of a column by its unit, with the unit in m/s2.
 ACCELERATION_HEADERS = {
     ("g", 9.80665): ["", "time,accel_g", "m_south,a_g", "# time acceleration"],
-    ("m/s2", 1.0): ["time_s;accel_mps2", "time_s,acc_m_s2"],
+    ("m/s2", 1.0): [
+        "time_s;accel_mps2", "time_s,acc_m_s2", "t (s),a_g (m/s2)", "t [s],üg [m/s²]", "t,a_g m/s2",
+        "t,acc_ms2", "t,a (metres per second squared)", "t,g\n(s),(m/sec2)", "t,a (meter/s^2)",
+    ],
+    ("%g", 0.0980665): ["t,acc (%g)"],
     ("mm/s2", 1e-3): ["time (s),a (mm/s2)"], ("mg", 9.80665e-3): ["time (s),a (mg)"],
     ("in/s2", 0.0254): ["time (s),a (in/s2)"], ("ft/s2", 0.3048): ["time (s),a (ft/sec2)"],
     ("cm/s2", 0.01): [
@@ -489,6 +505,12 @@ def test_columns_without_time_are_channels_and_never_one_series(read, columns, h
     cut = text.rstrip("\n").rpartition(separator)[0]
     words = f"(row must have {columns} columns|header states 400)"
     read.refuses(words, "b.txt", cut, dt_s=0.01, channel=1)
+
+
+def test_a_separator_at_the_end_of_each_line_leaves_the_names_of_columns(read):
+    rows = _table(np.column_stack([0.01 * np.arange(400), SMOOTH]), separator=",")
+    text = "time,NS (g),EW (g),UD (g),\n" + rows.replace("\n", ",\n")
+    assert [read("a.csv", text, channel=n).is_vertical for n in (1, 2, 3)] == [False, False, True]
 
 
 def test_only_even_times_are_a_time_column(read):
@@ -719,6 +741,29 @@ def test_components_differ_in_length_with_a_message_and_never_in_their_step(tmp_
     second.write_text(at2_text(shaken_g(0), 0.02))
     with pytest.raises(InputError, match=r"0\.01 s in q0_h1\.AT2 and 0\.02 s in q0_h2\.AT2"):
         read_motion(first, second)
+    (first := tmp_path / "a.txt").write_text(_times(RECORD_G))
+    (second := tmp_path / "b.txt").write_text(_times(RECORD_G).split("\n", 5)[5])
+    with pytest.raises(InputError, match=r"begin at 0 s in a\.txt and 0\.05 s in b\.txt: cut both"):
+        read_motion(first, second)
+
+
+@pytest.mark.parametrize(
+    ("names", "azimuths", "words"),
+    [
+        (("q_000.txt", "q_090.txt"), None, ""),
+        (("TCU052.txt", "TCU065.txt"), None, "different records?.*azimuths 52 and 65 are not"),
+        (("q_000.AT2", "q_090.AT2"), (0, 180), "different records?.*azimuths 0 and 180 are not"),
+        (("LCN260.AT2", "LCN345.AT2"), (260, 345), ""),
+        (("q_1.txt", "q_UP.txt"), None, r"vertical component\? By its name, q_UP\.txt is one"),
+    ],
+)
+def test_directions_in_headers_or_names_are_compared(read, names, azimuths, words):
+    values = shaken_g(1), shaken_g(2)
+    texts = map(_times, values)
+    texts = texts if azimuths is None else map(at2_text, values, (0.01, 0.01), azimuths)
+    found = check_paths([read.file(*each) for each in zip(names, texts, strict=True)])
+    assert {check.verdict for check in found} == {"warn" if words else "ok"}
+    assert all(re.search(words, " ".join(check.messages)) for check in found)
 
 
 def test_scaled_motions_reach_their_stripe_unless_their_factor_is_outside_the_limits(

@@ -13,6 +13,7 @@ import pytest
 from cli_json import answer, invoke
 from motions_files import at2_text, index_of, make_pairs, shaken_g
 from skewbridge.cli.motions import synthesize
+from skewbridge.errors import InputError
 from skewbridge.motions.intensity import SPECTRUM_PERIODS_S
 from skewbridge.motions.suite import prepare_suite
 from skewbridge.motions.synthesis import Scenario, bssa14
@@ -60,6 +61,11 @@ def test_check_writes_an_index_that_the_study_reads(tmp_path):
     assert list(index["motion_id"]) == ["q0", "q1"]
     for name in ("motion_id", "sha256"):
         assert list(index[name]) == list(suite[name])
+    for number, file in enumerate((tmp_path / "q0_h1.AT2", tmp_path / "q0_h2.AT2"), 1):
+        file.rename(tmp_path / f"(50 %) #1's_h{number}.AT2")
+    (tmp_path / "index.csv").unlink()
+    assert _run("check", tmp_path, "--write")[0] == 0
+    assert prepare_suite(tmp_path, t1_s=0.7)["motion_id"][0] == "_(50 _) _1_s"
     # with the time step and unit that were given
     (bare := tmp_path / "bare").mkdir()
     for name in ("q_h1.acc", "q_h2.acc"):
@@ -69,6 +75,15 @@ def test_check_writes_an_index_that_the_study_reads(tmp_path):
     suite = prepare_suite(bare, t1_s=0.7)
     assert suite["dt_s"][0] == 0.005
     assert np.abs(suite["accel_1_mps2"][0]).max() == pytest.approx(1.5)
+    # the unit of one file would be that of the other
+    for name in ("index.csv", "q_h1.acc"):
+        (bare / name).unlink()
+    (bare / "q_h1.AT2").write_text(at2_text(shaken_g(1), 0.005))
+    code, _, err = _run("check", bare, "--write", "--dt-s", 0.005, "--unit", "m/s2")
+    assert (code, "motion q: files in g and m/s2, but an index row has one unit" in err) == (
+        2,
+        True,
+    )
 
 
 @pytest.mark.parametrize("has_index", [False, True])
@@ -107,6 +122,16 @@ def test_check_warns_of_one_component_twice_and_names_vertical_ones(tmp_path):
     assert verdicts == {"q0_h1": "warn", "q0_h2": "warn", "q0-UP": "ok"}
     assert "Both components have the same values" in found["q0_h2"]["messages"][-1]
     assert found["q0-UP"]["messages"] == ["vertical component: a study does not use it"]
+
+
+@pytest.mark.parametrize("names", [("q_HNE.AT2", "q_HNZ.AT2"), ("q-T.AT2", "q-V.AT2")])
+def test_check_notes_that_a_study_does_not_pair_the_files_of_a_folder(tmp_path, names):
+    for name in names:
+        (tmp_path / name).write_text(at2_text(shaken_g(len(name))))
+    _, found, _ = _checked(tmp_path)
+    assert "no second component found" in found["files"][0]["messages"][-1]
+    with pytest.raises(InputError, match="instead of 2"):
+        prepare_suite(tmp_path, t1_s=0.7)
 
 
 @pytest.mark.parametrize(

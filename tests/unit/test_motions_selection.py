@@ -13,9 +13,10 @@ from cli_json import invoke, run
 from motions_files import index_of, make_pairs
 from skewbridge.errors import InputError
 from skewbridge.motions import selection
+from skewbridge.motions.folder import list_motions
 from skewbridge.motions.intensity import sa_avg_periods
 from skewbridge.motions.selection import BAND_POINTS, condition, read_target, select_pairs
-from skewbridge.motions.suite import prepare_suite
+from skewbridge.motions.suite import prepare_suite, read_entries
 from skewbridge.motions.synthesis import Scenario, baker_jayaram_correlation, bssa14
 from skewbridge.study import jobs
 from skewbridge.study.config import parse_config
@@ -230,6 +231,21 @@ def site(tmp_path):
 def _select(folder, count, name, *options):
     given = ("--target", folder / "a.yaml", "--from", folder / "mine", "--out", folder / name)
     return run("motions", "select", *given, "--count", count, *options)
+
+
+def test_components_of_one_file_name_are_both_copied(tmp_path):
+    for name, pair in zip("pq", make_pairs(tmp_path, 2), strict=True):
+        for folder, file in zip(("EW", "NS"), pair, strict=True):
+            (tmp_path / folder).mkdir(exist_ok=True)
+            file.rename(tmp_path / folder / f"{name}.AT2")
+    rows = "p,EW/p.AT2,NS/p.AT2\nq,EW/q.AT2,NS/q.AT2\n"
+    (tmp_path / "index.csv").write_text(f"motion_id,file_1,file_2\n{rows}")
+    candidates = selection.read_candidates([tmp_path], np.array([1.0]), 2)
+    pairs = candidates.assign(scale=1.0, level_g=1.0)
+    selection.write_selections([pairs], tmp_path / "out")
+    copied = read_entries(list_motions(tmp_path / "out"))
+    for motion, given in zip(copied, candidates["motion"], strict=True):
+        np.testing.assert_array_equal(motion.components, given.components)
 
 
 def test_selected_folder_is_read_with_its_factors(site, tmp_path):

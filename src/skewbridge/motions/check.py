@@ -92,7 +92,13 @@ def write_folder_index(root: Path, stated: Stated | None = None) -> Path:
         files = [(path, replace(stated, **missing)) for path, stated in entry_before.components]
         entry = entry_before.model_copy(update={"sha256": "", "components": tuple(files)})
         row = folder.index_row(read_entry(entry), [path for path, _ in files], root)
-        units = {read.read_trace(*component).unit for component in files}
+        traces = [read.read_trace(*component) for component in files]
+        units = {trace.unit for trace in traces}
+        if len(units) > 1 and any("given unit" in note for t in traces for note in t.notes):
+            text = f"files in {' and '.join(sorted(units))}, but an index row has one unit"
+            raise InputError(
+                f"motion {entry.motion_id}: {text}: write it into the file without one"
+            )
         row |= {"unit": units.pop() if len(units) == 1 else "", "source": ""}
         old_cells = cells.get(entry.motion_id, {}).items()
         filled = {name: text for name, text in old_cells if text and name not in {"npts", "sha256"}}
@@ -130,7 +136,8 @@ def _check_files(
 
     If ``of_study``, the checks of unpaired files have a note that a study does not use them.
     """
-    paired = {"": tuple(sorted(paths))} if len(paths) == 2 else folder.pair_files(paths)[0]
+    is_pair = len(paths) == 2 and not of_study
+    paired = {"": tuple(sorted(paths))} if is_pair else folder.pair_files(paths)[0]
     pairs, last_h1 = list(paired.values()), None
     for path in paths:
         ending = read.split_name(path)[1]
@@ -188,7 +195,7 @@ def _check_motion(
     names = [path.name for path, _ in reversed(entry.components)]
     for text in motion.messages:
         if text.partition(": ")[2] not in messages:
-            doubtful = (read.DIFFERENT_RECORDS, read.ONE_RECORD)
+            doubtful = (read.DIFFERENT_RECORDS, read.ONE_RECORD, read.VERTICAL_NAME)
             verdict = verdict_if_doubtful if text.startswith(doubtful) else None
             checks = [
                 check.noted(f"with {other_name}: {text}", verdict)

@@ -16,7 +16,7 @@ from skewbridge.errors import InputError
 from skewbridge.files.tables import records_of
 from skewbridge.files.text import checked, file_fault, no_formula, read_csv, shortened, shown_path
 from skewbridge.motions import p695
-from skewbridge.motions.formats import MAX_HEADER_LINES, Stated, Trace
+from skewbridge.motions.formats import MAX_HEADER_LINES, Stated, Trace, Unit
 from skewbridge.motions.read import files_digest, is_vertical, read_trace, split_name
 from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion
 
@@ -29,6 +29,8 @@ SUFFIXES: Final = (
     ".at2", ".v2", ".v2a", ".v2c", ".asc", ".ew", ".ns", ".ud", ".ew1", ".ns1", ".ud1", ".ew2",
     ".ns2", ".ud2", ".knet", ".bbp", ".acc", ".g3", ".th", ".thf", ".dat", ".txt", ".csv",
 )  # fmt: skip
+# Other columns are notes, but these would change the values.
+_MISNAMED: Final = re.compile(r"(?i)(?<![a-z])(?:units?|dt|scale|factor|channel)(?![a-z])")
 _NUMBERS: Final = re.compile(rb"\s*[-+.\d][-+.,;\seEdD\d]*")
 NOT_MOTIONS: Final = frozenset({"index.csv", "manifest.csv", "expected.csv", "readme.txt"})
 
@@ -56,7 +58,7 @@ class IndexEntry(BaseModel):
     station: str = ""
     azimuth_1_deg: _Cell = math.nan
     azimuth_2_deg: _Cell = math.nan
-    unit: str | None = None
+    unit: Unit | None = None
     dt_s: _Positive | None = None
     npts: str = ""
     #: Expected SHA-256 of the files; if it is empty, they are not checked.
@@ -106,7 +108,9 @@ def list_motions(folder: Path) -> list[IndexEntry]:
         raise InputError(f"{text}; list the pairs in an index.csv", files=names)
     if not pairs:
         raise file_fault(folder, " has no file of a motion in a known format")
-    return [motion_of_files(name, pair) for name, pair in pairs.items()]
+    # names that an index may have
+    names = [re.sub(r"[^\w .+(),&@-]|^(?=\W)", "_", name)[:100] for name in pairs]
+    return [motion_of_files(*motion) for motion in zip(names, pairs.values(), strict=True)]
 
 
 def motion_of_files(name: str, files: Iterable[Path], stated: Stated | None = None) -> IndexEntry:
@@ -239,6 +243,10 @@ def read_index_table(index: Path) -> pd.DataFrame:
     missing = [name for name in _REQUIRED if name not in table.columns]
     if missing:
         raise file_fault(index, f" lacks the column(s) {', '.join(missing)}")
+    for name in map(str, table.columns):
+        if name not in INDEX_COLUMNS and _MISNAMED.search(name):
+            known = "channel_1, channel_2, dt_s, scale, unit"
+            raise file_fault(index, f" has the unknown column {name!r}: rename it ({known})")
     if not 1 <= len(table) <= MAX_MOTIONS:
         raise file_fault(index, f" lists {len(table)} motions; it must list 1 to {MAX_MOTIONS}")
     return table

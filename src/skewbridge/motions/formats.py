@@ -11,9 +11,10 @@ from dataclasses import dataclass, replace
 from decimal import Decimal
 from itertools import takewhile
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Annotated, Any, Final, NamedTuple
 
 import numpy as np
+from pydantic import AfterValidator
 
 from skewbridge.errors import InputError
 from skewbridge.files.text import writable_folder
@@ -22,12 +23,13 @@ from skewbridge.units import FOOT, G_MPS2, GAL, INCH, MM
 
 UNIT_FACTORS: Final = {
     "g": G_MPS2, "cm/s2": GAL, "m/s2": 1.0, "mm/s2": MM, "in/s2": INCH, "ft/s2": FOOT,
-    "mg": 1.0e-3 * G_MPS2,
+    "mg": 1.0e-3 * G_MPS2, "%g": 1.0e-2 * G_MPS2,
 }  # fmt: skip
 # ASSUME values without a unit are in g, as in nearly all public files; a message states it.
 DEFAULT_UNIT: Final = "g"
 HEADER_WIDTH: Final = 300  # characters searched per header line; no format has longer lines
 MAX_TOKEN: Final = 400  # longer than any line of any format; keeps the pattern below fast
+_MISSING: Final = (-999.0, -9999.0)
 MAX_MAGNITUDE: Final = 1.0e12  # counts of an instrument stay below 2^31
 MAX_HEADER_LINES: Final = 10  # before the numbers of a file without a known format
 DT_LIMITS_S: Final = (1.0e-4, 0.2)
@@ -41,6 +43,16 @@ _DECIMAL_COMMA = re.compile(r"[\d\s+-],\d")
 _SEPARATORS = str.maketrans(",;", "  ")
 
 
+def _known_unit(text: str) -> str:
+    if (unit := _usual_units(text.strip())) not in UNIT_FACTORS:
+        raise ValueError(f"must be one of {', '.join(UNIT_FACTORS)}")
+    return unit
+
+
+#: One of `UNIT_FACTORS`; other common spellings are converted.
+Unit = Annotated[str, AfterValidator(_known_unit)]
+
+
 class DtMissingError(InputError):
     """The file has no time step; the caller or the index must give it."""
 
@@ -50,7 +62,7 @@ class Stated:
     """Properties of a file stated by the caller or the index; dt_s and unit override the header."""
 
     dt_s: float | None = None
-    unit: str | None = None  # one of `UNIT_FACTORS`; other common spellings are converted
+    unit: str | None = None  # a `Unit`
     channel: int | None = None  # channel of a file with several channels, from 1
     dt_s_if_missing: float | None = None  # time step of a file that does not state one
     unit_if_missing: str | None = None
@@ -58,10 +70,10 @@ class Stated:
     def __post_init__(self) -> None:
         for name in ("unit", "unit_if_missing"):
             if (unit := getattr(self, name)) is not None:
-                unit = _usual_units(unit.strip())
-                if unit not in UNIT_FACTORS:
-                    raise InputError(f"unit must be one of {', '.join(UNIT_FACTORS)}, got {unit!r}")
-                object.__setattr__(self, name, unit)
+                try:
+                    object.__setattr__(self, name, _known_unit(unit))
+                except ValueError as error:
+                    raise InputError(f"unit {error}, got {unit!r}") from None
         for dt_s in (self.dt_s, self.dt_s_if_missing):
             if dt_s is not None and not 0.0 < dt_s < np.inf:
                 raise InputError(f"dt_s must be positive, got {dt_s}")
@@ -85,6 +97,7 @@ class Trace:
     event: str = ""
     station: str = ""
     direction: str = ""  # of the component, as in the header: an azimuth, N-S, HNE, Up
+    start_s: float = math.nan  # first value of a time column
     warnings: tuple[str, ...] = ()  # doubts about the values; errors under strict checks
     notes: tuple[str, ...] = ()  # assumptions of the reader, such as the unit
 
@@ -125,6 +138,11 @@ def trace_of(lines: list[str], path: Path, stated: Stated) -> Trace:
     read = next(read for _, recognises, read in MOTION_FORMATS if recognises(lines, path))
     trace = read(lines, path, stated)
     dt_s, warnings = trace.dt_s, trace.warnings
+    if not (trace.unit or stated.unit) and _OTHER_NAME.search(path.name.lower()):
+        text = "not an acceleration by its name: if it is one, state its unit in index.csv"
+        raise fault_in(path, text)
+    if missing := int(np.isin(trace.accel_mps2, _MISSING).sum()):
+        warnings = (f"{missing} values are -999 or -9999: missing values?", *warnings)
     if stated.dt_s is not None:
         dt_s = stated.dt_s
         if abs(trace.dt_s / dt_s - 1.0) > 1.0e-6:
@@ -173,18 +191,21 @@ def _channel(stated: Stated, directions: Sequence[str], path: Path) -> int:
 
 _LENGTH: Final = "(?:[cm]?m|in|ft)"
 _USUAL_UNITS: Final = (
-    (r"sec(?:ond)?s?", "s"), (r"inch(?:es)?", "in"), (r"\*\*|[\^{}]", ""), (r"\s*/\s*s", "/s"),
-    ("/s/s", "/s2"), (rf"(?<![a-z])({_LENGTH})[ .*_]?s-2", r"\1/s2"),
-    (rf"(?<![a-z])({_LENGTH})(?:p|_per_|_)s_?(2?)(?![a-z0-9])", r"\1/s\2"),  # cmps2, cm_s_2
+    (r"sec(?:ond)?s?", "s"), (r"inch(?:es)?", "in"), (r"\*\*|[\^{}]", ""), (r"\s+per\s+", "/"),
+    (r"(?<![a-z])(?:(c)enti|(m)illi)?met(?:er|re)s?(?=\s*/)", r"\1\2m"), (r"\s+squared", "2"),
+    (r"\s*/\s*s", "/s"), ("/s/s", "/s2"), (rf"(?<![a-z])({_LENGTH})[ .*_]?s-2", r"\1/s2"),
+    # cmps2, cm_s_2, ms2
+    (rf"(?<![a-z])({_LENGTH})(?:(?:p|_per_|_)s_?(2?)|s(2))(?![a-z0-9])", r"\1/s\2\3"),
     (r"(?<![a-z])gals?(?![a-z])", "cm/s2"),
 )  # fmt: skip
-_STATED: Final = r"(?<![a-z0-9/.])(?<!\d )"  # not after a number, as in Vs30 = 760 m/s
-_ACCELERATION_UNIT = re.compile(rf"{_STATED}({_LENGTH}/s2|m?g)(?![a-z0-9/])")
+_STATED: Final = r"(?<![a-z0-9/.%])(?<!\d )"  # not after a number, as in Vs30 = 760 m/s
+_ACCELERATION_UNIT = re.compile(rf"{_STATED}({_LENGTH}/s2|[m%]?g)(?![a-z0-9/]|\s*=)")
 _VELOCITY_UNIT = re.compile(rf"{_STATED}(?:{_LENGTH}/s|kines?)(?![a-z0-9/])")
+_OTHER_WORD: Final = r"(?<![a-z])(?:vel(?:oc\w*)?|disp(?:l\w*)?)(?![a-z])"
+_OTHER_NAME = re.compile(rf"{_OTHER_WORD}|\.[vd]t2$")
 _OTHER_QUANTITY = re.compile(
     rf"{_STATED}[cm]m(?![a-z0-9/])|[(\[]\s*{_LENGTH}\s*[)\]]|_{_LENGTH}(?![a-z0-9/_])"
-    rf"|^\W*{_LENGTH}\W*$|units?\W*(?:of\W+)?(?:m|ft)(?![a-z0-9/])"
-    r"|(?<![a-z])(?:vel(?:oc\w*)?|disp(?:l\w*)?)(?![a-z])"
+    rf"|^\W*{_LENGTH}\W*$|units?\W*(?:of\W+)?(?:m|ft)(?![a-z0-9/])|{_OTHER_WORD}"
 )
 _ACCELERATION_WORD = re.compile(r"(?<![a-z])acc(?:n|el[a-z]*)?(?![a-z])")
 _VERTICAL = re.compile(
@@ -208,8 +229,10 @@ def _unit_in(texts: Iterable[str], path: Path) -> str:
     is_acceleration = False
     for text in texts:
         plain = _usual_units(text)
-        if match := _ACCELERATION_UNIT.search(plain):
-            return match[1]
+        if units := [*_ACCELERATION_UNIT.finditer(plain)]:
+            # in a_g (m/s2), g is part of the symbol
+            in_brackets = [match for match in units if plain[: match.start()].endswith(("(", "["))]
+            return max((match[1] for match in in_brackets or units), key=len)
         word = _ACCELERATION_WORD.search(plain)
         wrong = _VELOCITY_UNIT.search(plain) or (word is None and _OTHER_QUANTITY.search(plain))
         if wrong and not is_acceleration:
@@ -430,7 +453,7 @@ def _read_csmip(lines: list[str], path: Path, stated: Stated) -> Trace:
         titles = (n for n in range(previous, row) if "CORRECTED ACCELEROGRAM" in lines[n].upper())
         header = _head(lines[next(titles, previous) : row], 25)
         direction = "".join(_CSMIP_CHANNEL.findall("\n".join(header))[:1])
-        unit = "cm/s2" if re.search("cm/sec", match["rest"], re.IGNORECASE) else ""
+        unit = _unit_in([match["rest"]], path)
         size_and_layout = int(match["npts"]), _fortran_float(match["dt"]), match["rest"]
         event, station = "".join(header[2:3]), "".join(header[6:7])
         blocks.append(_Block(row + 1, *size_and_layout, unit, event, station, direction))
@@ -586,8 +609,13 @@ def _read_knet(lines: list[str], path: Path, _stated: Stated) -> Trace:
     accel_gal = (counts - counts.mean()) * (range_gal / counts_per_range)
     match, peak_gal = re.match(FLOAT, entries.get("Max. Acc. (gal)", "")), np.abs(accel_gal).max()
     header_gal = _fortran_float(match[0]) if match else peak_gal
-    truncated = f"the peak is {peak_gal:.4g} gal, but {header_gal:.4g} in the header: truncated?"
-    is_truncated = abs(peak_gal - header_gal) > 0.01 * header_gal
+    duration_s = re.match(FLOAT, entries.get("Duration Time(s)", ""))
+    npts = round((_fortran_float(duration_s[0]) if duration_s else 0.0) * frequency_hz)
+    is_truncated = (
+        abs(peak_gal - header_gal) > 0.01 * header_gal or counts.size < npts - frequency_hz
+    )
+    states = f"the header states {header_gal:.4g} gal and {npts} values"
+    truncated = f"{states}, the file has {peak_gal:.4g} gal and {counts.size}: truncated?"
     direction = entries.get("Dir.", "")
     return Trace(
         path=path,
@@ -641,7 +669,7 @@ class _Table:
         """Return the header texts above a column (from 0), from the last header line upwards."""
         texts: list[str] = []
         for line in reversed(self.header):
-            line = re.sub(r"\s+([(\[])", r"\1", line.strip(" \t#%!\"'"))
+            line = re.sub(r"\s+([(\[])", r"\1", line.strip(" \t#%!\"'").rstrip(",; \t"))
             splits = (re.split(separator, line) for separator in _CELL_SEPARATORS)
             texts += next(([row[column]] for row in splits if len(row) == self.columns), [])
         return texts
@@ -695,15 +723,18 @@ def _read_numbers(lines: list[str], path: Path, stated: Stated) -> Trace:
     start = rows[0][0]
     values, warnings, shift = parse_numbers(lines[start - 1 :], path, start), (), 0
     has_time = _has_time(table)
-    if has_time or _are_channels(table, values, stated, path):
-        if values.size != count * len(rows):
-            bad_line = next((n for n, line in rows if _column_count(line) != count), rows[-1][0])
-            raise fault_in(path, f"the row must have {count} columns, as the first has", bad_line)
+    is_table = has_time or _are_channels(table, values, stated, path)
+    if npts is None and not is_table and values[0] in {values.size - 1, values.size - 2}:
+        raise fault_in(path, "the first number is the count of the others: remove it", start)
+    if (is_table or count == 1) and values.size != count * len(rows):
+        bad_line = next((n for n, line in rows if _column_count(line) != count), rows[-1][0])
+        raise fault_in(
+            path, f"the row must have {count} column{'s' * (count > 1)}, as the first has", bad_line
+        )
+    if is_table:
         series = values.reshape(-1, count)
     else:
         series = values[:npts, None] if npts and values.size - npts < count else values[:, None]
-    if npts is None and series.shape[1] == 1 and series[0, 0] in {len(series) - 1, len(series) - 2}:
-        raise fault_in(path, "the first number is the count of the others: remove it", start)
     if npts not in (None, len(series)):
         text = f"the header states {npts} values, but the file has {len(series)}"
         raise fault_in(path, f"{text}: correct the header")
@@ -726,6 +757,7 @@ def _read_numbers(lines: list[str], path: Path, stated: Stated) -> Trace:
         dt_s=dt_s,
         unit=_unit_in([*cells[channel], *reversed(table.header)], path),
         direction=directions[channel],
+        start_s=float(series[0, 0]) if has_time else math.nan,
         warnings=warnings,
     )
 

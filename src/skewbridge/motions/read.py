@@ -1,6 +1,7 @@
 """Read motions from files of any supported format, check values, and join two components."""
 
 import hashlib
+import math
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -26,8 +27,9 @@ _SAY_UNIT: Final = "State it in index.csv (skewbridge motions check DIR --write 
 #: Starts of warnings about a pair.
 DIFFERENT_RECORDS: Final = "two different records?"
 ONE_RECORD: Final = "one component twice?"
+VERTICAL_NAME: Final = "vertical component?"
 _FOREIGN: Final = (
-    (b"PK\x03\x04", "a zip archive: unpack it first"),
+    (b"PK\x03\x04", "a zip archive or spreadsheet: unpack it, or save it as CSV"),
     (b"\x1f\x8b", "a gzip archive: unpack it first"),
     (b"%PDF", "a PDF"),
     (b"\xff\xfe", "UTF-16 text: save it as UTF-8"),
@@ -64,7 +66,7 @@ _ENDINGS: Final = (
 
 
 class PairError(InputError):
-    """The time steps of two components differ, so they can't belong to one motion."""
+    """The time steps or first times of two components differ."""
 
 
 class FalseClaimError(InputError):
@@ -172,8 +174,8 @@ def read_motion(
 def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
     """Return the motion of two components; zeros are added at the end of the shorter one.
 
-    Raises `PairError` for different time steps, `InputError` for a vertical component, and the
-    error of `refuse_false_waho`.
+    Raises `PairError` for different time steps or first times, `InputError` for a vertical
+    component, and the error of `refuse_false_waho`.
     """
     for trace in (first, second):
         if trace.is_vertical:
@@ -183,6 +185,12 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
         raise PairError(
             f"motion {motion_id}: dt is {first.dt_s} s in {first.path.name} "
             f"and {second.dt_s} s in {second.path.name}; the steps must be equal",
+            motion_id=motion_id,
+        )
+    if abs(first.start_s - second.start_s) > 0.5 * first.dt_s:
+        raise PairError(
+            f"motion {motion_id}: times begin at {first.start_s:g} s in {first.path.name} and "
+            f"{second.start_s:g} s in {second.path.name}: cut both to the same first time",
             motion_id=motion_id,
         )
     pair = (first, second)
@@ -198,6 +206,17 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
     # ASSUME components of one record have lengths within 20 % of each other
     if npts > 1.2 * min(sizes):
         messages.append(f"{DIFFERENT_RECORDS} Their lengths differ: {min(sizes)} and {npts} points")
+    azimuths = [trace.azimuth_deg for trace in pair]
+    endings = {split_name(trace.path)[1] for trace in pair}
+    if math.isnan(sum(azimuths)) and len(endings) == 2 and {*map(len, endings)} == {3}:
+        azimuths = [float(ending) for ending in sorted(endings)]  # of the file names: 090 and 360
+    # ASSUME components are within 10 degrees of a right angle (Lucerne 1992: 85 degrees)
+    if abs((azimuths[0] - azimuths[1]) % 180.0 - 90.0) > 10.0:
+        text = f"azimuths {azimuths[0]:g} and {azimuths[1]:g} are not at right angles"
+        is_copy = azimuths[0] == azimuths[1]  # perhaps of the header only
+        messages.append(text if is_copy else f"{DIFFERENT_RECORDS} Their {text}")
+    names = [trace.path.name for trace in pair if is_vertical(trace.path)]
+    messages += [f"{VERTICAL_NAME} By its name, {name} is one" for name in names]
     if np.array_equal(first.accel_mps2, second.accel_mps2):
         messages.append(f"{ONE_RECORD} Both components have the same values")
     # ASSUME both components start together; the shorter one was cut at its end

@@ -263,7 +263,7 @@ def select_pairs(
 ) -> tuple[pd.DataFrame, dict[str, Any]]:
     """Return the pairs selected for one level, with scale and scaled ln PSA, and a summary.
 
-    Raises `InputError` if too few pairs reach the level with factors of 1/4 to 4.
+    Raises `InputError` if too few pairs reach the level with factors of 0.25 to 4.
     """
     level_g, log_psa = target.causes["level_g"], np.stack(candidates["log_psa"].to_list())
     log_factors = np.log(level_g) - log_psa @ target.weights
@@ -271,8 +271,9 @@ def select_pairs(
     pool = candidates.assign(scale=np.exp(log_factors), level_g=level_g, log_psa=list(scaled))
     pool = pool[np.abs(log_factors) <= np.log(FACTOR_LIMITS[1])]
     if (available := pool["event"].value_counts().clip(upper=MOST_PER_EVENT).sum()) < count:
-        fault = f"only {available} pairs reach {level_g:.3g} g with factors of 1/4 to 4 and at most"
-        raise InputError(f"{fault} {MOST_PER_EVENT} per event: {count} are needed; add candidates")
+        fault = f"only {available} pairs reach {level_g:.3g} g with factors of 0.25 to 4"
+        limit = f"at most {MOST_PER_EVENT} per event"
+        raise InputError(f"{fault} and {limit}: {count} are needed; add candidates")
     sigma = target.sigma[:BAND_POINTS]
     error = np.stack(pool["log_psa"].to_list()) - np.log(target.median_g[:BAND_POINTS])
     event_and_kind = pool["event"].factorize()[0], pool["is_synthetic"].to_numpy()
@@ -321,8 +322,11 @@ def write_selections(selections: Sequence[pd.DataFrame], folder: Path) -> None:
     for number, selection in enumerate(selections, start=1):
         for pair in records_of(selection):
             name, entry = pair["motion"].motion_id, pair["entry"]
-            target_folder, paths = folder / "files" / name, [path for path, _ in entry.components]
-            files = [Path(shutil.copy(path, writable_folder(target_folder))) for path in paths]
+            # both components may have the same file name, in different folders
+            files = [
+                Path(shutil.copy(path, writable_folder(folder / "files" / name / str(n))))
+                for n, (path, _) in enumerate(entry.components, 1)
+            ]
             row = entry.model_dump(exclude={"components", "licence"})
             row |= index_row(pair["motion"], files, folder) | {"candidate": name}
             row |= {"scale": pair["scale"], "level_g": pair["level_g"]}
