@@ -242,8 +242,9 @@ def decide(
         skews = f"{failing.min():g} to {failing.max():g} deg"
         notes.append(f"column failure is above the target at every gap for skews of {skews}")
     if (demands := StudyFolder(folder_of(study)).demands).is_file():
-        model = tuple(rows[0][name] for name in ("bridge", "abutment"))
-        largest_m = read_frame(demands).groupby(["bridge", "abutment"])["unseating_m"].max()[model]
+        names = ["bridge", "abutment", "unseating_m"]
+        model = tuple(rows[0][name] for name in names[:2])
+        largest_m = read_frame(demands, names).groupby(names[:2])["unseating_m"].max()[model]
         if beyond := int((table["support_m"] > largest_m).sum()):
             limit = f"more unseating than in any run up to a column failure ({largest_m:.3g} m)"
             notes.append(f"model alone: {beyond} of {len(table)} lengths are for {limit}")
