@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Iterable, Mapping, Sequence, Sized
+from collections.abc import Iterable, Mapping, Sized
 from html import escape, unescape
 from itertools import chain
 from pathlib import Path
@@ -88,7 +88,7 @@ def texts_of(schema: pa.Schema) -> dict[str, str]:
     return {key: text for key, text in texts.items() if key not in {"pandas", "ARROW:schema"}}
 
 
-def read_table(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
+def read_table(path: Path, columns: list[str] | None = None) -> pa.Table:
     """Read ``columns`` (None: all) of a parquet table of this format version, or a foreign one.
 
     `InputError` if it is missing, not parquet, damaged (checksums), too large, or of another
@@ -119,7 +119,7 @@ def read_table(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
     return table
 
 
-def read_frame(path: Path, columns: Sequence[str] | None = None) -> pd.DataFrame:
+def read_frame(path: Path, columns: list[str] | None = None) -> pd.DataFrame:
     """Read a parquet table as a data frame; arguments and errors are those of `read_table`."""
     return frame_of(read_table(path, columns))
 

@@ -240,9 +240,9 @@ def _fit_outcomes(
     fit = fits.fit_stripes(x, ones, hits, settings=settings, n_records=count, interval=one_run_each)
     if fit.status != FITTED or one_run_each:
         return fit
-    fits_without = [
+    of_subsets = [
         fits.fit_stripes(x[rows], ones[rows], hits[rows], settings=settings, interval=False)
-        for rows in motion_weights(codes)[1:] > 0.0
+        for rows in motion_weights(codes) > 0.0
     ]
-    estimates = np.array([(np.log(reduced.theta), reduced.beta) for reduced in fits_without])
-    return fits.jackknifed(fit, estimates[:, 0], estimates[:, 1])
+    theta, beta = np.transpose([(of_subset.theta, of_subset.beta) for of_subset in of_subsets])
+    return fits.jackknifed(fit, np.log(theta), beta)
