@@ -504,7 +504,8 @@ def test_other_intensities_and_early_ends_of_paired_runs_are_reported(tmp_path: 
     first, second = write_study(tmp_path / "a", table), write_study(tmp_path / "b", other)
     assert compared(first, second)["counts"]["equal_pairs"] == len(table) - 1
     shown = invoke("compare", first, second, "--limit-states", STATES)
-    assert f"warning: {IM} of paired runs differs by up to 20%: same measure?" in shown.stderr
+    text = f"{IM} differs by up to 20% under one motion: same measure, and same scale?"
+    assert f"warning: {text}" in shown.stderr
     assert "n_bounds" in shown.stdout
 
 

@@ -355,6 +355,9 @@ def test_a_missing_demand_rejects_only_its_run_and_equal_motions_are_reported():
     twice = pd.concat([table, table.assign(motion_id=table["motion_id"] + "_b")])
     assert notes(twice)["equal_motions"] == 16
     assert notes(table).empty
+    # with effects on demands of runs that are not under the same shaking
+    scaled = table.assign(**{IM: table[IM].mask(table["skew_deg"] == 30, 1.5 * table[IM])})
+    assert notes(scaled)["percent"] == 1
     for value in (-0.1, np.inf):
         table.loc[5, "column_drift_ratio"] = value
         with pytest.raises(InputError, match="drift_ratio must be >= 0 and finite") as caught:

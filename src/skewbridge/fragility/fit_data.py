@@ -199,8 +199,10 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     motions = motion_codes(data) if has_motions else np.arange(im.size)
     notes = [] if has_motions else [_INDEPENDENT]
     notes += demand_table.unused_notes(unused)
+    if several := demand_table.varying_axes(data):
+        notes += [f"one curve for all values of {demand_table.names_of(several)}"]
     rows = pd.DataFrame({"im": im, "edp": demand, "motion": motions * has_motions})
-    if repeated := int(rows.duplicated().sum()):
+    if repeated := int(rows.dropna().duplicated().sum()):
         text = "intervals are too narrow if runs were entered twice"
         notes += [f"{repeated} runs repeat intensity and demand of another run: {text}"]
     if state.threshold <= demand_table.MAX_DRIFT:

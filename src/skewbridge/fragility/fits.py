@@ -28,6 +28,7 @@ FITTED: Final = "ok"
 NO_EXCEEDANCE: Final = "no_exceedance"
 ALL_EXCEED: Final = "all_exceed"
 SINGLE_LEVEL: Final = "single_level"
+ZERO_DISPERSION: Final = "zero_dispersion"
 COMPLETE_SEPARATION: Final = "complete_separation"
 QUASI_SEPARATION: Final = "quasi_separation"
 NON_INCREASING: Final = "non_increasing"
@@ -312,7 +313,7 @@ def fit_capacities(
     if known.size and np.ptp(known) == 0.0:
         # Equal capacities usually mean that the grid is too coarse: use brackets instead.
         if known.size == y.size:
-            return replace(blank, status="zero_dispersion", theta=float(np.exp(known[0])), beta=0.0)
+            return replace(blank, status=ZERO_DISPERSION, theta=float(np.exp(known[0])), beta=0.0)
         if np.all(y[is_censored] <= known[0]):
             return replace(blank, status="unbounded_likelihood")
     details: dict[str, Any] = {}
@@ -516,7 +517,7 @@ def _fit_least_squares(
     if line.b <= 0.0:
         return replace(blank, status=NON_INCREASING)
     if line.sigma <= 1e-12:
-        return replace(blank, status="zero_dispersion")
+        return replace(blank, status=ZERO_DISPERSION)
     a = line.b**2 - t**2 * line.sigma**2 / line.sxx
     if a <= 0.0:
         return replace(blank, status="slope_not_significant")

@@ -252,10 +252,6 @@ def compare_studies(
     equal = (top == bottom.to_numpy()) | (top.isna() & bottom.isna().to_numpy())
     equal["complete"] = pairs["complete_to"] == pairs["complete_from"]
     doubts = notes.loc[notes["kind"] == "percent", "message"].tolist()
-    shift = float(np.abs(np.log(pairs[f"{im}_to"] / pairs[f"{im}_from"])).max())
-    # ASSUME rounding changes the intensity of a motion by less than 1 %
-    if shift > 0.01:
-        doubts += [f"{im} of paired runs differs by up to {np.expm1(shift):.0%}: same measure?"]
     models = fit_models(runs, states, settings, further=[STUDY])
     curves = fit_study(runs, states, settings, models=models, jobs=cpu_count())
     shared: Any = {"curves": curves, "axes": [STUDY]}
