@@ -33,8 +33,6 @@ _DECISION_COLUMNS: Final = (
     *("hazus_m", "aashto_m", "sdc_m", "column_rate"),
 )
 
-#: Largest share of a rate that may be missing above the hazard curve without a note.
-
 
 @dataclass(frozen=True, kw_only=True)
 class FitCommand:
@@ -157,7 +155,7 @@ def predict(
     rows = predict_states(folder_of(study), values, bridge, abutment, at=at, hazard=hazard)
     names = ("component", "state", "theta", "ci_theta", "beta_total", "beta", "p", "loo_error")
     if hazard is not None:
-        names = (*names[:4], "annual_rate", "annual_rate_low", "annual_rate_high")
+        names = (*names[:4], "p", "annual_rate", "annual_rate_low", "annual_rate_high")
     statistics = selected(rows, *names)
     flags = ("extrapolated", "theta"), ("p_extrapolated", "p")
     for row, printed in zip(rows, statistics, strict=True):
