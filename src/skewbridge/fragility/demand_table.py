@@ -37,10 +37,7 @@ TEXT_COLUMNS: Final = tuple(column.name for column in COLUMNS if column.kind == 
 MAX_DRIFT: Final = 0.2
 #: Largest plausible value of a column with one of these endings in a completed run, and its unit.
 _LARGEST: Final = 10.0
-_NEEDED: Final = {
-    "_m": "metres are needed, not mm", "_g": "g is needed, not cm/s2",
-    "_mps": "m/s is needed, not cm/s",
-}  # fmt: skip
+_NEEDED: Final = {"_m": "metres are needed, not mm", "_g": "g is needed, not cm/s2"}
 #: Advice for a demand that is infinite because the run collapsed.
 WITHOUT_PEAK: Final = "give a collapsed run the status collapse"
 
@@ -205,7 +202,7 @@ def percent_notes(name: str, demands: Floats) -> list[str]:
     notes: list[str] = []
     needed = next((text for end, text in _NEEDED.items() if name.endswith(end)), "")
     needed = "a ratio is needed, not per cent" if is_drift else needed
-    # ASSUME no bridge completes a motion at a drift of 20 %, or at 10 m, 10 g or 10 m/s
+    # ASSUME no bridge completes a motion at a drift of 20 %, or at 10 m or 10 g
     if needed and largest > (MAX_DRIFT if is_drift else _LARGEST):
         notes += [f"{name} is up to {largest:.3g} in completed runs: {needed}"]
     if is_drift and (zeros := int(np.sum(demands == 0.0))):
