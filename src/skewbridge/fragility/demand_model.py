@@ -315,7 +315,8 @@ class StateCurve(NamedTuple):
     def ln_ratio(self, over: "StateCurve") -> Jackknifed:
         """Return ln of theta / theta of another curve of these models."""
         at = [(point, curve.ln_theta[0]) for curve in (self, over) for point, _ in curve.points]
-        slopes = [np.log(point.slope_at(ln_im)) for point, ln_im in at]
+        with np.errstate(invalid="ignore", divide="ignore"):  # without a block, it may not rise
+            slopes = [np.log(point.slope_at(ln_im)) for point, ln_im in at]
         # ASSUME the slope of two modes, or at two points, is their geometric mean
         ln_slope = np.mean(slopes or [np.zeros_like(self.ln_theta)], axis=0)
         return Jackknifed.of_ratio(self.ln_theta - over.ln_theta, ln_slope, self.priors)
