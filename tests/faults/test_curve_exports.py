@@ -3,6 +3,7 @@
 import json
 import re
 from itertools import product
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -230,6 +231,17 @@ def test_a_union_of_failure_modes_keeps_its_probabilities_in_every_format(export
                 assert other.get("format") == "continuous"
                 own = failures.query("variant == @name and limit_state == @mode and preferred")
                 assert np.all(read >= curve_probability(im, own.iloc[0].to_dict()) - 5e-5)
+
+
+def test_an_exported_csv_is_exported_again_as_its_curves(export, failures):
+    for curves in (with_hole(curves_of(PGA)), failures.assign(im=PGA)):
+        table, _ = export(curves, "csv", "table.csv")
+        for file_format in ("nrml", "pelicun", "latex", "csv"):
+            out, report = export(curves, file_format, "direct.csv")
+            direct = {path: Path(path).read_text() for path in report["files"]}
+            code, again = run("export", table, "--format", file_format, "--out", out)
+            assert (code, again) == (0, report)
+            assert {path: Path(path).read_text() for path in again["files"]} == direct
 
 
 def test_exports_flag_medians_outside_the_motions(export, failures):

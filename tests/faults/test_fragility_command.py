@@ -269,6 +269,11 @@ def test_unused_and_repeated_rows_of_a_table_of_runs_are_reported(fit):
     twice = fit(pd.concat([TABLE, TABLE]), "cloud", *RUNS, 0.01)
     (note,) = twice["notes"]
     assert note.startswith("12 runs repeat intensity and demand of another run: intervals are too")
+    # two variants under one motion, collapsed without a demand
+    several = pd.concat([TABLE.assign(skew_deg=skew, collapse=0) for skew in (0, 30)])
+    several[DRIFT] *= 1.0 + 0.01 * several["skew_deg"]
+    several.loc[several["motion_id"] == "m11", ["collapse", DRIFT]] = 1, np.nan
+    assert fit(several, "cloud", *RUNS, 0.01)["notes"] == ["one curve for all values of 'skew_deg'"]
     unhashable = TABLE.assign(more=[[1]] * 12).to_dict("list")
     assert fit(unhashable, "cloud", *RUNS, 0.01)["notes"] == ["columns that are not used: 'more'"]
 

@@ -452,6 +452,19 @@ def test_a_known_change_is_found_in_demands_and_medians(tmp_path: Path) -> None:
     assert states["column_drift/slight"]["ratio"] == pytest.approx(1.0)
 
 
+def test_medians_without_a_curve_in_both_studies_have_no_ratio(tmp_path: Path) -> None:
+    table = synthetic_demands(gaps=(51,), skews=(0,))
+    weak = table[IM] > table[IM].quantile(0.6)  # small peaks of runs that ended early
+    table.loc[weak, "deck_disp_m"] *= 0.3
+    table.loc[weak, ["status", "complete"]] = "timeout", False
+    other = table.assign(deck_disp_m=0.8 * table["deck_disp_m"])
+    found = compared(write_study(tmp_path / "a", table), write_study(tmp_path / "b", other))
+    states = {row["demand"]: row for row in found["medians_by_state"]}
+    row = states["deck_displacement/slight"]
+    assert (row["status"], row["ratio"]) == ("no_curve", None)
+    assert states["bearing/slight"]["ratio"] == pytest.approx(1.0)
+
+
 def test_only_common_runs_are_paired_and_the_rest_is_counted(tmp_path: Path) -> None:
     first = synthetic_demands(gaps=(51,), skews=(0, 30))
     second = synthetic_demands(gaps=(51,), skews=(30, 45))
@@ -491,7 +504,8 @@ def test_other_intensities_and_early_ends_of_paired_runs_are_reported(tmp_path: 
     first, second = write_study(tmp_path / "a", table), write_study(tmp_path / "b", other)
     assert compared(first, second)["counts"]["equal_pairs"] == len(table) - 1
     shown = invoke("compare", first, second, "--limit-states", STATES)
-    assert f"warning: {IM} of paired runs differs by up to 20%: same measure?" in shown.stderr
+    text = f"{IM} differs by up to 20% under one motion: same measure, and same scale?"
+    assert f"warning: {text}" in shown.stderr
     assert "n_bounds" in shown.stdout
 
 

@@ -1,6 +1,7 @@
 """Demand model of a bridge: known parameters, incomplete blocks, events, one value each."""
 
 from itertools import combinations, product
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -9,7 +10,7 @@ from median_coverage import CASES, covered
 from scipy import special
 
 from fragility_tables import IM, SETTINGS, ready, states_of, synthetic_demands
-from skewbridge.fragility.demand_model import fit_models
+from skewbridge.fragility.demand_model import StateCurve, fit_models
 from skewbridge.fragility.effects import effect_tables, median_effects
 from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.study_tables import fragility_tables
@@ -189,3 +190,14 @@ def test_a_simulated_study_of_known_effects_has_intervals(case):
     widths = [value for name, value in found.items() if name.endswith("width")]
     assert len(widths) == 4
     assert max(widths) < 0.12
+
+
+def test_a_demand_that_falls_without_some_motion_gives_no_numerical_warning():
+    point = SimpleNamespace(slope_at=lambda _: np.array([1.0, 0.9, -0.2, 1.2, 1.1]))
+    first, second = (
+        StateCurve(
+            np.array([c, 1.1 * c, np.nan, 0.9 * c, c]), *np.ones((2, 5)), points=((point, None),)
+        )
+        for c in (0.1, 0.3)
+    )
+    assert second.ln_ratio(first).estimate == pytest.approx(0.2)

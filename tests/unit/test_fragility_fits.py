@@ -267,7 +267,7 @@ def test_intervals_by_motion_are_those_of_the_jackknife_written_out():
     logs = np.log(table[[IM, DEMAND]].to_numpy())
     fitted = [np.polyfit(*logs[codes != motion].T, 1) for motion in range(12)]
     values = np.array([(np.log(0.15) - ln_a) / b for b, ln_a in fitted])
-    squares = np.square(values - values.mean())
+    squares = np.square(values - np.log(fit.theta))
     assert fit.ci_method == "jackknife"
     # degrees of freedom: M - 2, or less if few motions have most of the variance
     freedom = min(10.0, 3.0 * np.sum(squares) ** 2 / np.sum(squares**2))

@@ -157,6 +157,8 @@ def test_states_without_an_estimate_or_with_large_errors_have_a_status():
     assert found.loc[["moderate", "complete"], "status"].tolist() == ["ok", "no_exceedance"]
     assert np.isnan(found.loc["complete", "theta"])
     assert "non_increasing" in set(joint(table.assign(column_drift_ratio=3e-4 / drift))["status"])
+    exact = joint(table.assign(column_drift_ratio=0.03 * table[IM]))["status"]
+    assert "zero_dispersion" in set(exact)
     assert set(joint(table.assign(column_drift_ratio=1.0))["status"]) == {"all_exceed"}
     alone = synthetic_demands(skews=(0,), gaps=(51,), frictions=(50,))
     assert {"no_axis_varies", "no_exceedance"} >= set(joint(alone)["status"])
@@ -488,6 +490,7 @@ def test_all_columns_of_a_study_are_kept_and_drift_in_per_cent_is_reported(writt
     assert "column_drift_ratio is up to 5 in completed runs" in text
     assert percent_notes("unseating_m", np.array([0.0, 9.0])) == []
     assert "metres are needed" in percent_notes("unseating_m", np.array([38.0]))[0]
+    assert "g is needed, not cm/s2" in percent_notes(IM, np.array([9.0, 490.0]))[0]
     (text,) = percent_notes("column_drift_ratio", np.array([0.0, 0.01, 0.0]))
     assert "is 0 in 2 completed runs: give failed runs their status" in text
     assert "percent" in set(table_of(tmp_path, "input_notes")["kind"])

@@ -319,7 +319,8 @@ def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path):
         assert row["share_outside_low"] == pytest.approx(share)
     # a curve that ends at weak intensities gives no rate: its lack is reported or refused
     short = file("im,rate\n0.1,0.01\n0.2,0.005\n", "short.csv")
-    shown = invoke("predict", "--study", study, *at[:-1], short)
+    shown = invoke("predict", "--study", study, *at[:-1], short, "--at", 0.6)
+    assert "│ p  " in shown.stdout
     assert "lacks intensities above the hazard curve" in shown.stderr
     assert re.search(r"shares of a rate:.* 89%", shown.stderr)
     given_short = ("--axis", "friction=0.5", "--hazard", short, "--out", tmp_path / "none")

@@ -155,7 +155,7 @@ def predict(
     rows = predict_states(folder_of(study), values, bridge, abutment, at=at, hazard=hazard)
     names = ("component", "state", "theta", "ci_theta", "beta_total", "beta", "p", "loo_error")
     if hazard is not None:
-        names = (*names[:4], "annual_rate", "annual_rate_low", "annual_rate_high")
+        names = (*names[:4], "p", "annual_rate", "annual_rate_low", "annual_rate_high")
     statistics = selected(rows, *names)
     flags = ("extrapolated", "theta"), ("p_extrapolated", "p")
     for row, printed in zip(rows, statistics, strict=True):
@@ -240,8 +240,9 @@ def decide(
         skews = f"{failing.min():g} to {failing.max():g} deg"
         notes.append(f"column failure is above the target at every gap for skews of {skews}")
     if (demands := StudyFolder(folder_of(study)).demands).is_file():
-        model = tuple(rows[0][name] for name in ("bridge", "abutment"))
-        largest_m = read_frame(demands).groupby(["bridge", "abutment"])["unseating_m"].max()[model]
+        names = ["bridge", "abutment", "unseating_m"]
+        model = tuple(rows[0][name] for name in names[:2])
+        largest_m = read_frame(demands, names).groupby(names[:2])["unseating_m"].max()[model]
         if beyond := int((table["support_m"] > largest_m).sum()):
             limit = f"more unseating than in any run up to a column failure ({largest_m:.3g} m)"
             notes.append(f"model alone: {beyond} of {len(table)} lengths are for {limit}")

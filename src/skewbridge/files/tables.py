@@ -88,8 +88,8 @@ def texts_of(schema: pa.Schema) -> dict[str, str]:
     return {key: text for key, text in texts.items() if key not in {"pandas", "ARROW:schema"}}
 
 
-def read_table(path: Path) -> pa.Table:
-    """Read a parquet table of this format version, or one that another program wrote.
+def read_table(path: Path, columns: list[str] | None = None) -> pa.Table:
+    """Read ``columns`` (None: all) of a parquet table of this format version, or a foreign one.
 
     `InputError` if it is missing, not parquet, damaged (checksums), too large, or of another
     version.
@@ -100,7 +100,7 @@ def read_table(path: Path) -> pa.Table:
         cells = file.metadata.num_rows * file.metadata.num_columns
         if not 0 <= cells <= MAX_TABLE_CELLS:
             raise file_fault(path, f" has {cells} cells, but at most {MAX_TABLE_CELLS} are read")
-        table = file.read()
+        table = file.read(columns)
         table.validate(full=True)
     except InputError:
         raise
@@ -119,9 +119,9 @@ def read_table(path: Path) -> pa.Table:
     return table
 
 
-def read_frame(path: Path) -> pd.DataFrame:
-    """Read a parquet table as a data frame; raises the same errors as `read_table`."""
-    return frame_of(read_table(path))
+def read_frame(path: Path, columns: list[str] | None = None) -> pd.DataFrame:
+    """Read a parquet table as a data frame; arguments and errors are those of `read_table`."""
+    return frame_of(read_table(path, columns))
 
 
 def read_any(path: Path) -> pd.DataFrame:

@@ -312,20 +312,7 @@ def _cloud_curve(runs: _DemandRuns, state: LimitState) -> _Curve:
         none = np.full(runs.variant.replicates, nan)
         return _Curve(fit, none, none, none, bounds, {})
     fit = replace(fit, theta=motion_means.exp_end(curve.ln_theta[0]), beta=float(curve.beta[0]))
-    of_blocks = slice(1, curve.beta.size - curve.priors)
-    fit = fitting.jackknifed(fit, curve.ln_theta[of_blocks], curve.beta[of_blocks])
-    if fit.ci_method:  # with the errors from priors
-        logs = np.column_stack([curve.ln_theta, np.log(curve.beta)])
-        both = Jackknifed.of_replicates(logs, curve.priors)
-        ends, variance = np.array(both.interval(level)).T, both.covariance
-        fit = replace(
-            fit,
-            ci_theta=tuple(map(motion_means.exp_end, ends[0])),
-            ci_beta=tuple(map(motion_means.exp_end, ends[1])),
-            var_ln_theta=float(variance[0, 0]),
-            cov_ln_theta_beta=float(variance[0, 1]) * fit.beta,
-            var_beta=float(variance[1, 1]) * fit.beta**2,
-        )
+    fit = fitting.jackknifed(fit, curve.ln_theta, curve.beta, curve.priors)
     names = fitting.common_warnings(fit, runs.im, runs.motions)
     if np.isfinite(columns.get("knot", nan)):
         names.append("saturating" if columns["b_above"] < columns["b"] else "curved")
@@ -358,8 +345,7 @@ def _union_curve(
     (ln_theta, beta_total), (_, beta) = union.summary(), Union(medians, records, rho).summary()
     theta = motion_means.exp_end(ln_theta[0])
     fit = replace(direct.fit, theta=theta, beta=float(beta[0]), status=FITTED, method="union")
-    present = 1 + runs.present
-    fit = fitting.jackknifed(fit, ln_theta[present], beta[present])
+    fit = fitting.jackknifed(fit, ln_theta, beta)
     # ASSUME unknown outcomes change the median of the union as that of the direct fit
     scale = float(np.exp(ln_theta[0] - direct.ln_theta[0]))
     bounds = {name: (scale * median, b) for name, (median, b) in direct.bounds.items()}
@@ -437,7 +423,7 @@ def _common_slope(
     fits = fitting.fits_of_states(single, kernel, best, np.eye(size + 1)[:-1], size, drop)
     for j, fit in enumerate(fits):
         if in_full and not profile:
-            fits[j] = fit = fitting.jackknifed(fit, ln_theta[j, left_out], beta[left_out])
+            fits[j] = fit = fitting.jackknifed(fit, ln_theta[j], beta)
         fits[j] = fit.warned(*fitting.common_warnings(fit, runs.im, runs.motions))
     return _StateFits(fits, ln_theta, beta)
 

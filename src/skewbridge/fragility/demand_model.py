@@ -26,7 +26,13 @@ from scipy import special
 from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats, Index, Mask, Row
 from skewbridge.fragility import demand_table
-from skewbridge.fragility.fits import NO_EXCEEDANCE, NON_INCREASING, NOT_APPLICABLE, SINGLE_LEVEL
+from skewbridge.fragility.fits import (
+    NO_EXCEEDANCE,
+    NON_INCREASING,
+    NOT_APPLICABLE,
+    SINGLE_LEVEL,
+    ZERO_DISPERSION,
+)
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.mixed import MixedData, MixedFit, fit_mixed, predictive_loglik
 from skewbridge.fragility.motion_means import Jackknifed, jackknife_covariance
@@ -309,7 +315,8 @@ class StateCurve(NamedTuple):
     def ln_ratio(self, over: "StateCurve") -> Jackknifed:
         """Return ln of theta / theta of another curve of these models."""
         at = [(point, curve.ln_theta[0]) for curve in (self, over) for point, _ in curve.points]
-        slopes = [np.log(point.slope_at(ln_im)) for point, ln_im in at]
+        with np.errstate(invalid="ignore", divide="ignore"):  # without a block, it may not rise
+            slopes = [np.log(point.slope_at(ln_im)) for point, ln_im in at]
         # ASSUME the slope of two modes, or at two points, is their geometric mean
         ln_slope = np.mean(slopes or [np.zeros_like(self.ln_theta)], axis=0)
         return Jackknifed.of_ratio(self.ln_theta - over.ln_theta, ln_slope, self.priors)
@@ -440,6 +447,11 @@ def _fit_demand(item: tuple[_Setup, DemandOutcomes]) -> DemandFit | str:
     codes = np.unique(setup.shaking[is_used], return_index=True)[1]
     blocks = block[is_used][codes]
     present, group = np.unique(blocks, return_inverse=True)
+    lines, y = setup.design(centre, np.inf)[is_exact], np.log(outcomes.lower[is_exact])
+    lines = lines[:, : 3 + axes.drifts]  # without interactions, which have priors
+    # ASSUME ln demands that differ from parallel lines by less than 1e-9 have no scatter
+    if np.ptp(y - lines @ np.linalg.lstsq(lines, y, rcond=None)[0]) < 1e-9:
+        return ZERO_DISPERSION
     setup = replace(setup, precision=_precision(setup, outcomes, template, group))
     best: tuple[float, DemandModel, MixedFit, Floats] | None = None
     for grows in (False, True):

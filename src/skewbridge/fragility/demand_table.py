@@ -38,7 +38,9 @@ TEXT_COLUMNS: Final = tuple(column.name for column in COLUMNS if column.kind == 
 
 #: Largest plausible drift ratio of a completed run.
 MAX_DRIFT: Final = 0.2
-MAX_DISP_M: Final = 10.0
+#: Largest plausible value of a column with one of these endings in a completed run, and its unit.
+_LARGEST: Final = 10.0
+_NEEDED: Final = {"_m": "metres are needed, not mm", "_g": "g is needed, not cm/s2"}
 #: Advice for a demand that is infinite because the run collapsed.
 WITHOUT_PEAK: Final = "give a collapsed run the status collapse"
 
@@ -201,9 +203,10 @@ def percent_notes(name: str, demands: Floats) -> list[str]:
     is_drift = name.lower().endswith(("drift", "drift_ratio"))
     largest = float(np.max(demands[np.isfinite(demands)], initial=0.0))
     notes: list[str] = []
-    # ASSUME no bridge completes a motion at a drift of 20 % or a displacement of 10 m
-    if (is_drift and largest > MAX_DRIFT) or (name.endswith("_m") and largest > MAX_DISP_M):
-        needed = "a ratio is needed, not per cent" if is_drift else "metres are needed, not mm"
+    needed = next((text for end, text in _NEEDED.items() if name.endswith(end)), "")
+    needed = "a ratio is needed, not per cent" if is_drift else needed
+    # ASSUME no bridge completes a motion at a drift of 20 %, or at 10 m or 10 g
+    if needed and largest > (MAX_DRIFT if is_drift else _LARGEST):
         notes += [f"{name} is up to {largest:.3g} in completed runs: {needed}"]
     if is_drift and (zeros := int(np.sum(demands == 0.0))):
         notes += [f"{name} is 0 in {zeros} completed runs: give failed runs their status"]
@@ -354,9 +357,14 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
     table = table[has_im]
     notes += [*_missing_demands(table, checked), *_equal_motions(table, [settings.im, *checked])]
     complete = table[validity.is_complete(table)]
-    for name in checked:
+    for name in (*checked, settings.im):
         values = complete[name].to_numpy(dtype=np.float64)
         notes += [("percent", -1, name, text) for text in percent_notes(name, values)]
+    of_motions = table.groupby([*BRIDGE_COLUMNS, *LOADING_COLUMNS])[settings.im]
+    # ASSUME rounding changes the intensity of a motion by less than 1 %
+    if (shift := float((of_motions.max() / of_motions.min()).max()) - 1.0) > 0.01:
+        text = f"differs by up to {shift:.0%} under one motion: same measure, and same scale?"
+        notes += [("percent", -1, settings.im, f"{settings.im} {text}")]
     notes_table = pd.DataFrame(notes, columns=list(described("input_notes")))
     return Prepared(table.reset_index(drop=True), notes_table)
 
@@ -369,7 +377,7 @@ def _missing_demands(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[tu
         incomplete = runs[runs[name].isna() & (models[name].transform("count") > 0)]
         keys = zip(incomplete.index, incomplete["variant"], incomplete["motion_id"], strict=True)
         for row, variant, motion in keys:
-            text = f"{name} is missing for {variant} under {motion}"
+            text = f"{name} is missing for {variant} under {motion}: {WITHOUT_PEAK}"
             yield "missing_demand", int(row), name, text
 
 

@@ -41,8 +41,9 @@ _NEEDED: Final = (
 PARAMETERS: Final = (
     "component", "limit_state", "method", "im", "theta", "theta_low", "theta_high", "beta_total",
     "beta_total_low", "beta_total_high", "beta", "beta_low", "beta_high", "ci_method", "level",
-    "status", "warnings", "methods_ratio", "methods_differ", "n_exceed", "n_runs", "n_records",
-    "n_unknown", "extrapolated", *UNION_COLUMNS,
+    "status", "preferred", "warnings", "methods_ratio", "methods_differ", "n_exceed", "n_runs",
+    "n_records", "n_unknown", "extrapolated", "demand", "threshold", "capacity_dispersion",
+    "citation", *UNION_COLUMNS,
 )  # fmt: skip
 _NRML: Final = "http://openquake.org/xmlns/nrml/0.5"
 #: First letters of an intensity column: name and factor in OpenQuake, demand and unit in pelicun.

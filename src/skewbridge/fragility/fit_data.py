@@ -199,8 +199,10 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     motions = motion_codes(data) if has_motions else np.arange(im.size)
     notes = [] if has_motions else [_INDEPENDENT]
     notes += demand_table.unused_notes(unused)
+    if several := demand_table.varying_axes(data):
+        notes += [f"one curve for all values of {demand_table.names_of(several)}"]
     rows = pd.DataFrame({"im": im, "edp": demand, "motion": motions * has_motions})
-    if repeated := int(rows.duplicated().sum()):
+    if repeated := int(rows.dropna().duplicated().sum()):
         text = "intervals are too narrow if runs were entered twice"
         notes += [f"{repeated} runs repeat intensity and demand of another run: {text}"]
     if state.threshold <= demand_table.MAX_DRIFT:
@@ -240,9 +242,9 @@ def _fit_outcomes(
     fit = fits.fit_stripes(x, ones, hits, settings=settings, n_records=count, interval=one_run_each)
     if fit.status != FITTED or one_run_each:
         return fit
-    fits_without = [
+    of_subsets = [
         fits.fit_stripes(x[rows], ones[rows], hits[rows], settings=settings, interval=False)
-        for rows in motion_weights(codes)[1:] > 0.0
+        for rows in motion_weights(codes) > 0.0
     ]
-    estimates = np.array([(np.log(reduced.theta), reduced.beta) for reduced in fits_without])
-    return fits.jackknifed(fit, estimates[:, 0], estimates[:, 1])
+    theta, beta = np.transpose([(of_subset.theta, of_subset.beta) for of_subset in of_subsets])
+    return fits.jackknifed(fit, np.log(theta), beta)

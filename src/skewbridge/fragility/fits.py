@@ -28,6 +28,7 @@ FITTED: Final = "ok"
 NO_EXCEEDANCE: Final = "no_exceedance"
 ALL_EXCEED: Final = "all_exceed"
 SINGLE_LEVEL: Final = "single_level"
+ZERO_DISPERSION: Final = "zero_dispersion"
 COMPLETE_SEPARATION: Final = "complete_separation"
 QUASI_SEPARATION: Final = "quasi_separation"
 NON_INCREASING: Final = "non_increasing"
@@ -130,23 +131,24 @@ def fits_of_states(
     return fits
 
 
-def jackknifed(fit: FragilityFit, ln_theta: Floats, beta: Floats) -> FragilityFit:
-    """Return the fit with jackknife intervals and covariance from M fits, each without a motion.
+def jackknifed(fit: FragilityFit, ln_theta: Floats, beta: Floats, priors: int = 0) -> FragilityFit:
+    """Return the fit with jackknife intervals and covariance from R estimates.
 
-    It has no interval if there are too few motions.
+    They are those of `Jackknifed.of_replicates`: from all runs, without each block, and ``priors``.
+    There is no interval if too few blocks have an influence.
     """
-    is_valid = np.isfinite(ln_theta) & np.isfinite(beta) & (beta > 0.0)
-    if np.sum(is_valid) < motion_means.MIN_VALUES:
+    logs = np.column_stack([ln_theta, np.log(beta)])
+    both = motion_means.Jackknifed.of_replicates(logs, priors)
+    count, missing = np.sum(both.present), np.sum(~np.isfinite(logs).all(axis=1))
+    if count < motion_means.MIN_VALUES:
         without = fit.without_estimate(fit.status).warned("too_few_motions_for_an_interval")
         return replace(without, theta=fit.theta, beta=fit.beta, loglik=fit.loglik)
-    logs = np.column_stack([ln_theta[is_valid], np.log(beta[is_valid])])
-    covariance = motion_means.jackknife_covariance(logs)
-    of_theta, of_beta = motion_means.jackknife_factors(logs, fit.level, is_valid.size - 2)
-    warning_names = () if np.mean(is_valid) > 0.95 else ("jackknife_without_estimate",)
+    warning_names = ("jackknife_without_estimate",) if missing >= 0.05 * (count + missing) else ()
+    (of_theta, of_beta), covariance = np.array(both.interval(fit.level)).T, both.covariance
     return replace(
         fit.warned(*warning_names),
-        ci_theta=(fit.theta / of_theta, fit.theta * of_theta),
-        ci_beta=(fit.beta / of_beta, fit.beta * of_beta),
+        ci_theta=tuple(map(motion_means.exp_end, of_theta)),
+        ci_beta=tuple(map(motion_means.exp_end, of_beta)),
         ci_method="jackknife",
         var_ln_theta=float(covariance[0, 0]),
         cov_ln_theta_beta=float(covariance[0, 1]) * fit.beta,
@@ -311,7 +313,7 @@ def fit_capacities(
     if known.size and np.ptp(known) == 0.0:
         # Equal capacities usually mean that the grid is too coarse: use brackets instead.
         if known.size == y.size:
-            return replace(blank, status="zero_dispersion", theta=float(np.exp(known[0])), beta=0.0)
+            return replace(blank, status=ZERO_DISPERSION, theta=float(np.exp(known[0])), beta=0.0)
         if np.all(y[is_censored] <= known[0]):
             return replace(blank, status="unbounded_likelihood")
     details: dict[str, Any] = {}
@@ -443,7 +445,7 @@ def fit_cloud(
     details = {k: v for k, v in line._asdict().items() if k not in ("n", "mean_x", "sxx")}
     blank = replace(blank, details={name: v for name, v in details.items() if not np.isnan(v)})
     codes = np.arange(x.size) if motions is None else motions[informative]
-    left_out = motion_means.motion_weights(codes)[1:] > 0.0
+    subsets = motion_means.motion_weights(codes) > 0.0
     repeated = np.unique(codes).size < x.size
     if tobit is not None:
         capacity = ln_capacity, capacity_dispersion
@@ -453,11 +455,9 @@ def fit_cloud(
     if fit.status != FITTED:
         return fit
     if repeated:
-        a, b, s = np.transpose(
-            [cloud_line(*cloud[:, rows], tobit=is_censored) for rows in left_out]
-        )
+        a, b, s = np.transpose([cloud_line(*cloud[:, rows], tobit=is_censored) for rows in subsets])
         fit = jackknifed(fit, (ln_capacity - a) / b, np.hypot(s, capacity_dispersion) / b)
-    names = common_warnings(fit, np.exp(x), len(left_out)) + line.warnings
+    names = common_warnings(fit, np.exp(x), len(subsets) - 1) + line.warnings
     names += [] if np.any(y_low >= ln_capacity) else ["no_exceedance_observed"]
     return fit.warned(*names)
 
@@ -517,7 +517,7 @@ def _fit_least_squares(
     if line.b <= 0.0:
         return replace(blank, status=NON_INCREASING)
     if line.sigma <= 1e-12:
-        return replace(blank, status="zero_dispersion")
+        return replace(blank, status=ZERO_DISPERSION)
     a = line.b**2 - t**2 * line.sigma**2 / line.sxx
     if a <= 0.0:
         return replace(blank, status="slope_not_significant")

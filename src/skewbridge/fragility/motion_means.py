@@ -76,13 +76,6 @@ def jackknife_covariance(values: Floats) -> Floats:
     return deviation.T @ deviation * (len(values) - 1) / len(values)
 
 
-def jackknife_factors(logs: Floats, level: float, dof: int) -> list[float]:
-    """Return q ratios of upper end to estimate, given ln estimates without each motion, (M, q)."""
-    freedom = effective_dof(logs - np.mean(logs, axis=0), dof)
-    errors = np.sqrt(np.diag(jackknife_covariance(logs)))
-    return [exp_end(width) for width in special.stdtrit(freedom, 0.5 + 0.5 * level) * errors]
-
-
 def effective_number(influence: Floats) -> Floats:
     """Return how many motions of equal influence would give a variance of the same precision.
 

@@ -108,7 +108,7 @@ def fragility_tables(
         "system": system.drop(columns=["rate", "shares"], errors="ignore"),
         PAPER_TABLE: exports.paper_table(curves, medians, joint),
         "input_notes": checked.notes,
-        "shear_models": shear_model_curves(rows, settings, jobs=jobs),
+        "shear_models": shear_model_curves(rows, curves, settings, jobs=jobs),
         "alternatives": alternative_effects(rows),
         "suites": suite_table(rows, states, names, settings, (medians, effects), jobs=jobs),
     }
@@ -117,13 +117,16 @@ def fragility_tables(
     return tables
 
 
-def shear_model_curves(rows: pd.DataFrame, settings: FitSettings, jobs: int = 1) -> pd.DataFrame:
+def shear_model_curves(
+    rows: pd.DataFrame, curves: pd.DataFrame, settings: FitSettings, jobs: int = 1
+) -> pd.DataFrame:
     """Return the fragility curves of column shear failure, one limit state per shear model.
 
     ``rows`` is a checked demands table. The demand / capacity ratios are peaks over all steps, even
     after a column failure, so a failure in one shear model does not censor the others. A failure in
-    the fitted shear model itself does, as in the study: its ratio becomes a lower bound. Variants
-    in which no shear model predicts a failure are left out. Without ratios the table is empty.
+    the fitted shear model itself does: its ratio becomes a lower bound. The rows of the shear model
+    of the study are those of ``curves``. Variants in which no shear model predicts a failure are
+    left out. Without ratios the table is empty.
     """
     failure = with_column_failure([], validity.FAILURE_DEMANDS.values())[0]
     models = {name: demand for name, demand in SHEAR_MODEL_DEMANDS.items() if demand in rows}
@@ -131,16 +134,24 @@ def shear_model_curves(rows: pd.DataFrame, settings: FitSettings, jobs: int = 1)
     rows = rows[rows["variant"].isin(rows.loc[fails, "variant"])]
     if rows.empty:
         return pd.DataFrame(columns=list(demand_table.described("shear_models")))
+    ratio, complete = validity.FAILURE_DEMANDS["shear"], rows[validity.is_complete(rows)]
+    of_state = (curves["component"] == COLUMN_FAILURE) & (curves["demand"] == ratio)
+    of_study = curves[of_state & curves["variant"].isin(rows["variant"])]
     is_whole = validity.is_complete(rows) | validity.is_beyond_model(rows) & (rows["status"] == OK)
     rows = rows.assign(**{validity.COMPLETE: is_whole})
-    curves: list[pd.DataFrame] = []
+    fitted: list[pd.DataFrame] = []
     for name, demand in models.items():
+        is_equal = complete[demand] == complete[ratio]
+        if len(of_study) and len(is_equal) and is_equal.all():
+            names = {"component": "column_shear", "limit_state": name, "demand": demand}
+            fitted.append(of_study.assign(**names))
+            continue
         failed = rows[demand] > failure.threshold
         bounds = rows[demand].mask(failed, np.nextafter(failure.threshold, np.inf))
         runs = rows.assign(**{validity.BEYOND_MODEL: np.where(failed, "shear", ""), demand: bounds})
         state = replace(failure, component="column_shear", name=name, demand=demand)
-        curves.append(fit_study(runs, [state], settings, jobs=jobs))
-    groups = pd.concat(curves, ignore_index=True).groupby("variant", sort=False)
+        fitted.append(fit_study(runs, [state], settings, jobs=jobs))
+    groups = pd.concat(fitted, ignore_index=True).groupby("variant", sort=False)
     tables = [_of_one_method(group, rows[rows["variant"] == name]) for name, group in groups]
     return pd.concat(tables, ignore_index=True)
 

@@ -29,6 +29,7 @@ from skewbridge.files.tables import (
 )
 from skewbridge.files.text import writable_folder
 from skewbridge.fragility import demand_table
+from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.effects import (
     Pairs,
@@ -224,7 +225,9 @@ def compare_studies(
         path = study if study.is_file() else demands_file(study)
         table, *_ = _read_demands(path, read_any(path), im, states)
         table = with_derived_columns(table[~table["motion_id"].isin(renamed_files)])
-        tables.append(table.assign(**{STUDY: number}))
+        # other variants than those of the other study: both, or neither, may have a curve
+        names = f"{number} " + table["variant"].astype(str)
+        tables.append(table.assign(**{STUDY: number, "variant": names}))
     shared = set(tables[0].columns) & set(tables[1].columns)
     states = [s for s in with_column_failure(states, shared) if s.demand in shared]
     names = list(demands_for("effect", sorted(shared)))
@@ -245,16 +248,13 @@ def compare_studies(
     equal = (top == bottom.to_numpy()) | (top.isna() & bottom.isna().to_numpy())
     equal["complete"] = pairs["complete_to"] == pairs["complete_from"]
     doubts = notes.loc[notes["kind"] == "percent", "message"].tolist()
-    shift = float(np.abs(np.log(pairs[f"{im}_to"] / pairs[f"{im}_from"])).max())
-    # ASSUME rounding changes the intensity of a motion by less than 1 %
-    if shift > 0.01:
-        doubts += [f"{im} of paired runs differs by up to {np.expm1(shift):.0%}: same measure?"]
     models = fit_models(runs, states, settings, further=[STUDY])
-    shared: Any = {"models": models, "axes": [STUDY]}
-    rates = rate_effects(models, states, site, settings, axes=[STUDY]) if site else pd.DataFrame()
+    curves = fit_study(runs, states, settings, models=models, jobs=cpu_count())
+    shared: Any = {"curves": curves, "axes": [STUDY]}
+    rates = rate_effects(models, states, site, settings, **shared) if site else pd.DataFrame()
     return StudyComparison(
         demands=effect_table(demands, effects),
-        medians=median_effects(runs, states, settings, **shared),
+        medians=median_effects(runs, states, settings, models=models, **shared),
         rates=rates,
         counts={
             "pairs": len(pairs),
