@@ -2,7 +2,6 @@
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import partial
 from itertools import pairwise
 from math import cos, degrees, inf, radians, sin
 from typing import Any, Final
@@ -17,7 +16,15 @@ from skewbridge.analysis.modal import (
     standing_bridge,
 )
 from skewbridge.bridge.catalogue import read_bridge
-from skewbridge.bridge.catalogue.drawing import TABLES, Completed, Formula, Rule, value_at
+from skewbridge.bridge.catalogue.drawing import (
+    TABLES,
+    Completed,
+    Formula,
+    Rule,
+    placed,
+    places,
+    value_at,
+)
 from skewbridge.bridge.column import BentCapacity, bent_capacities
 from skewbridge.bridge.frame import Description
 from skewbridge.bridge.library import load_structure
@@ -140,27 +147,23 @@ def _unit_doubts(bridge: Description, standing: ModalResult) -> Iterator[str]:
 
 
 def _outside_ranges(read: Completed) -> Iterator[str]:
-    bridge = read.bridge
+    tree = {**read.bridge.model_dump(exclude={"sources"}), "bridge": read.bridge}
     for formula, row in _USUAL:
         limits = [limit for limit in row if not isinstance(limit, str)]
-        name, keys = formula.text, ""
-        if isinstance(row[-1], str):
-            name, keys = row[-1], f" ({', '.join(formula.needs)})"
-        values = {
-            float(value)
-            for number in range(len(bridge.bents) if "*" in formula.text else 1)
-            for value in np.ravel(formula.value(partial(_known, bridge, number)))
-            if value is not None
-        }
         ranges = list(zip(limits[::2], limits[1::2], strict=True))
-        for value in sorted(values):
-            if not any(low <= value <= high for low, high in ranges):
-                range_text = " or ".join(f"{low:g} to {high:g}" for low, high in ranges)
-                yield f"{name} = {value:.3g} is outside the usual {range_text}{keys}"
-
-
-def _known(bridge: Any, bent_index: int, key: str) -> Any:
-    return bridge if key == "bridge" else value_at(bridge, key.replace("*", f"{bent_index}"))
+        outside: dict[tuple[str, float], list[str]] = {}
+        for section, number in places(tree, formula.needs):
+            keys = [placed(key, section, number) for key in formula.needs]
+            known = {
+                need: value_at(tree, key) for need, key in zip(formula.needs, keys, strict=True)
+            }
+            for value in np.ravel(formula.value(known.get)):
+                if value is not None and not any(low <= value <= high for low, high in ranges):
+                    outside.setdefault((section, float(value)), keys)
+        for (_, value), keys in sorted(outside.items()):
+            range_text = " or ".join(f"{low:g} to {high:g}" for low, high in ranges)
+            text = f"= {value:.3g} is outside the usual {range_text}"
+            yield f"{row[-1]} {text} ({', '.join(keys)})" if limits != row else f"{keys[0]} {text}"
 
 
 def _factors(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[Any]:
