@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import pairwise
+from itertools import count, pairwise
 from math import cos, degrees, inf, radians, sin
 from typing import Any, Final
 
@@ -306,12 +306,14 @@ def sdc_rows(
     variant: Variant,
     run: Mapping[str, Any],
     bents: Iterable[Mapping[str, Any]],
+    drifts: Sequence[float],
     corners_m: Mapping[str, float],
     joints_m: Mapping[str, tuple[float, float]],
 ) -> list[dict[str, object]]:
     """Return the design checks of one analysis, its row of the demands table, one row per check.
 
-    All columns get the largest drift, up to the largest share of a capacity.
+    ``drifts`` are the largest drift ratio of each bent. They count up to the failure of a column:
+    to the largest drift and share of a capacity in the row.
     """
     bridge, support_m = load_structure(variant.bridge).description, float(run[SUPPORT])
     # the deck moves more than the columns if it turns, or slides on the pads of a joint
@@ -327,7 +329,9 @@ def sdc_rows(
     for bent in bents:
         name = _name(bent)
         hinge = f"{bent['hinge_length_m']:.3f} m by {bent['hinge_length_by']}"
-        disp_m = min(drift * bridge.bent_heights_m[bent["bent"] - 1], share * bent["capacity_m"])
+        number = bent["bent"] - 1
+        disp_m = min(drift, drifts[number]) * bridge.bent_heights_m[number]
+        disp_m = min(disp_m, share * bent["capacity_m"])
         compare(f"{name} displacement, hinge {hinge} (m)", disp_m, bent["capacity_m"])
         ratio = P_DELTA_LIMIT * disp_m / bent["disp_at_p_delta_limit_m"]
         compare(f"{name} P-Delta ratio", ratio, P_DELTA_LIMIT)
@@ -344,6 +348,15 @@ def sdc_rows(
         compare(f"{joint} seat, SDC (m)", demand_m, length_m)
         compare(f"{joint} seat, AASHTO 1.5 N (m)", aashto_m[joint], length_m)
     return rows
+
+
+def bent_drifts(variant: Variant, histories: Mapping[str, NDArray[np.float64]]) -> list[float]:
+    """Return the largest drift ratio of the columns of each bent."""
+    columns = count(1)
+    return [
+        max(float(np.max(histories[f"column_{next(columns)}_drift_ratio"])) for _ in range(number))
+        for number in load_structure(variant.bridge).description.bent_columns
+    ]
 
 
 def corner_moves_m(
