@@ -177,6 +177,7 @@ K50 = """abutment:
         ("foundation: {hoop_spacing_mm: 9}", "foundation.hoop_spacing_mm",
          "(did you mean column.hoop_spacing_mm?)"),
         (bents(clear_hight_m=5.0), "bents.0.clear_hight_m", "(did you mean bents.clear_height_m?)"),
+        ("skew_deg: -25", "skew_deg", "give it in the grid of the study"),
         (bents(columns=2), "bents.0", "column_spacing_m is missing or 0: 2 columns need it"),
         ('deck: {depth_m: {v: 1.8, source: "S-12"}}', "deck.depth_m.source", "has only v and src"),
     ],

@@ -18,6 +18,7 @@ from skewbridge.bridge.catalogue.data import AbutmentData, BridgeData, IntegralD
 from skewbridge.errors import InputError
 from skewbridge.files.text import checked, read_mapping, shortened
 from skewbridge.units import GPA, INCH, KN, MM, MPA, quantity
+from skewbridge.variant.axes import AXES
 
 TABLES: Final = read_mapping(Path(__file__).parents[1] / "rules.yaml")
 
@@ -380,6 +381,9 @@ def completed(tree: dict[str, Any], path: Path) -> Completed:
     `InputError` for a value that is invalid, or missing if no rule can give it.
     """
     where, derived = Path(path.name), dict[str, Rule]()
+    for name in {axis.name for axis in AXES}.intersection(tree):
+        text = "give it in the grid of the study, as an option, or under an end or joint"
+        raise InputError(f"{where}: {name}: {text}", file=path.name)
     drawn = _take_drawn(tree, path.name)
     for key, value, rule in values_by_rule(drawn, tree):
         if _is_of_bridge(key) and value_at(tree, key) is None:
