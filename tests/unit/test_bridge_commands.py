@@ -388,6 +388,11 @@ def test_a_narrow_seat_is_reported_with_its_clause_and_edition(written) -> None:
         f"the joint 1 seat of 0.6 m is narrower than 0.61 m by {sdc} 7.2.5.4 (hinges){edition}",
     ]  # fmt: skip
     assert all(text.endswith(edition) for text in narrow)
+    # as in `bridge sdc` of a run, a stated gap shortens the seat at rest
+    own = "extends: osb1\nsource: own\nabutment: {seat_width_m: 0.79, gap_mm: 50}\n"
+    found = answer("check", written(own))["findings"]
+    text = f"seat of 0.79 m less 0.05 m of its gap is narrower than 0.762 m by {sdc}"
+    assert sum(text in finding for finding in found) == 2
 
 
 @pytest.mark.parametrize(("at", "lost"), [("at: bent 1", 0.5), ("from_left_m: 40.0", 1.0)])

@@ -30,7 +30,7 @@ from skewbridge.bridge.frame import Description
 from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.section import sdc_shear_strength
 from skewbridge.bridge.structures import CatalogueBridge
-from skewbridge.units import FOOT, INCH, KN, MPA
+from skewbridge.units import FOOT, INCH, KN, MM, MPA
 from skewbridge.variant.variant import Variant
 
 #: Limit of axial force under dead load / expected strength of the gross section.
@@ -197,16 +197,28 @@ def _stale(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]
         yield f"{text}: {', '.join(stale)}"
 
 
+def _gap_shares(bridge: Description) -> dict[str, float]:
+    """Return the share of its gap by which the seat of each inner joint is shorter at rest."""
+    # on a cap, the middle of the gap is the end of both seats
+    return {
+        f"joint {number}": 0.5 if place.startswith("bent") else 1.0
+        for number, place in enumerate(bridge.joints_m, start=1)
+    }
+
+
 def _seat_findings(bridge: Description) -> Iterator[str]:
+    shares = _gap_shares(bridge)
     for end, seat_m in bridge.seats_m.items():
+        lost_m = shares.get(end, 1.0) * bridge.gaps_mm.get(end, 0.0) * MM
         sdc = ABUTMENT_CLAUSE, MINIMUM_SEAT_M
         if end not in bridge.end_kinds:
             sdc = HINGE_CLAUSE, MINIMUM_HINGE_M
         skew_rad = radians(bridge.skews_deg.get(end, 0.0))
         for clause, least_m in (sdc, (AASHTO_CLAUSE, seat_demand_aashto_m(bridge, skew_rad))):
-            if seat_m < least_m:
+            if seat_m - lost_m < least_m:
+                size = f"{seat_m:.3g} m" + (f" less {lost_m:.3g} m of its gap" if lost_m else "")
                 text = f"narrower than {least_m:.3g} m by {clause}; check the edition that applies"
-                yield f"the {end} seat of {seat_m:.3g} m is {text}"
+                yield f"the {end} seat of {size} is {text}"
 
 
 def capacity_rows(bents: Iterable[BentCapacity]) -> list[dict[str, Any]]:
@@ -380,10 +392,8 @@ def joint_moves_m(
     """Return the largest unseating and the support at rest (m) of each joint inside the bridge."""
     bridge = load_structure(variant.bridge).description
     moves: dict[str, tuple[float, float]] = {}
-    for number, place in enumerate(bridge.joints_m, start=1):
-        gap_m = float(histories[f"contact_joint_{number}_1_opening_m"][0])
-        # on a cap, the middle of the gap is the end of both seats
-        lost_m = gap_m / 2 if place.startswith("bent") else gap_m
+    for number, (joint, share) in enumerate(_gap_shares(bridge).items(), start=1):
+        lost_m = share * float(histories[f"contact_joint_{number}_1_opening_m"][0])
         unseating_m = max(0.0, float(np.max(histories[f"joint{number}_unseating_m"])))
-        moves[f"joint {number}"] = unseating_m, bridge.seats_m[f"joint {number}"] - lost_m
+        moves[joint] = unseating_m, bridge.seats_m[joint] - lost_m
     return moves
