@@ -349,11 +349,19 @@ def test_yield_displacements_ductilities_and_seats_agree_with_the_hand_values() 
 def test_the_table_names_what_fails_by_moves_normal_to_the_seats() -> None:
     bents = bridge_check.capacity_rows(bent_capacities(load_bridge("osb1")))
     moves_m = {"left acute": (0.2, 0.863), "right acute": (0.9, 0.863)}
-    rows = sdc_rows(VARIANT, {"column_drift_ratio": 0.30 / 5.64} | SUPPORT, bents, moves_m, {})
+    run = {"column_drift_ratio": 0.30 / 5.64} | SUPPORT
+    drifts = [1.0]
+    rows = sdc_rows(VARIANT, run, bents, drifts, moves_m, {})
     assert rows[0]["demand"] == pytest.approx(0.30)  # drift x clear height
     share = {"column_drift_ratio": 0.30 / 5.64, "drift_over_capacity": 0.5} | SUPPORT
-    row, *_ = sdc_rows(VARIANT, share, bents, moves_m, {})
+    row, *_ = sdc_rows(VARIANT, share, bents, drifts, moves_m, {})
     assert row["ratio"] == pytest.approx(0.5)  # no column has used more of its capacity
+    # a bent has the larger drift of its own columns
+    histories = {
+        f"column_{number}_drift_ratio": np.array([0.0, 0.01 * number]) for number in (1, 2)
+    }
+    row, *_ = sdc_rows(VARIANT, run, bents, bridge_check.bent_drifts(VARIANT, histories), {}, {})
+    assert row["demand"] == pytest.approx(0.02 * 5.64)
     failed = {row["check"] for row in rows if not row["ok"]}
     assert failed == {"bent 1 displacement, hinge 0.821 m by rule (m)", "right acute seat, SDC (m)"}
 
@@ -407,7 +415,7 @@ def test_the_seats_of_an_inner_joint_are_checked(tmp_path: Path, at: str, lost: 
     }
     moves_m = bridge_check.joint_moves_m(variant, histories)
     run = {"column_drift_ratio": 0.02, "support_length_m": float("nan")}
-    sdc, aashto = sdc_rows(variant, run, [], {}, moves_m)
+    sdc, aashto = sdc_rows(variant, run, [], [], {}, moves_m)
     assert (sdc["check"], aashto["check"]) == (
         "joint 1 seat, SDC (m)",
         "joint 1 seat, AASHTO 1.5 N (m)",

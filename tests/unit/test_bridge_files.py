@@ -177,6 +177,7 @@ K50 = """abutment:
         ("foundation: {hoop_spacing_mm: 9}", "foundation.hoop_spacing_mm",
          "(did you mean column.hoop_spacing_mm?)"),
         (bents(clear_hight_m=5.0), "bents.0.clear_hight_m", "(did you mean bents.clear_height_m?)"),
+        ("skew_deg: -25", "skew_deg", "give it in the grid of the study"),
         (bents(columns=2), "bents.0", "column_spacing_m is missing or 0: 2 columns need it"),
         ('deck: {depth_m: {v: 1.8, source: "S-12"}}', "deck.depth_m.source", "has only v and src"),
     ],
@@ -274,6 +275,7 @@ def test_a_quantity_is_converted_to_the_unit_of_its_key(text, unit, value) -> No
         ("deck.width_m", "47 furlongs", "known unit"),
         ("deck.width_m", {"v": "47 sqft", "src": "b: S-1"}, "known unit"),
         ("column.bar", "#12", "must be one of #3, #4"),
+        ("column.bar", 9, "#18 in quotes, or a size such as '16 mm', got 9"),
         ("column.hoop", "#8", "such as '#8 @ 5 in'"),
         ("deck.box.cells", 0, "from 1 to 20"),
         ("deck.box.cell", 4, "deck.box: unknown key"),
@@ -447,6 +449,26 @@ def test_a_drawing_replaces_inherited_numbers_and_stale_ones_are_named(written) 
 )  # fmt: skip
 def test_a_doubtful_number_is_named_with_its_usual_range(changes, words) -> None:
     assert words in "\n".join(doubts(changed("osb1", changes)))
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"abutments.right.seat_width_m": 762.0}, "abutments.right.seat_width_m = 762 is outside"),
+        ({"abutments.right.gap_mm": 0.038}, "abutments.right.gap_mm = 0.038 is outside the usual"),
+        ({"column.bar_area_mm2": 199.0, "column.bar_diameter_mm": 15.9},
+         "longitudinal reinforcement ratio of the columns = 0.00247"),
+    ],
+)  # fmt: skip
+def test_numbers_of_ends_that_differ_and_of_oblong_columns_are_doubted(
+    changes, words, written
+) -> None:
+    column = "{shape: oblong, width_m: 2.4384, depth_m: 1.524, cover_to_hoop_m: 0.05,"
+    column += ' bar_count: 40, bar: "#11", hoop: "#6 @ 4 in", concrete_strength_mpa: 27.6}'
+    ends = "{left: {type: integral}, right: {type: seat}}"
+    path = written(f"extends: osb1\nsource: 'd: x'\ncolumn: {column}\nabutments: {ends}\n")
+    assert "outside" not in "\n".join(doubts(read_bridge(path)))
+    assert words in "\n".join(doubts(changed(path, changes)))
 
 
 def changed(name, changes):

@@ -2,8 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import partial
-from itertools import pairwise, product
+from itertools import count, pairwise, product
 from math import degrees, inf, radians
 from typing import Any, Final
 
@@ -17,7 +16,15 @@ from skewbridge.analysis.modal import (
     standing_bridge,
 )
 from skewbridge.bridge.catalogue import read_bridge
-from skewbridge.bridge.catalogue.drawing import TABLES, Completed, Formula, Rule, value_at
+from skewbridge.bridge.catalogue.drawing import (
+    TABLES,
+    Completed,
+    Formula,
+    Rule,
+    placed,
+    places,
+    value_at,
+)
 from skewbridge.bridge.column import BentCapacity, bent_capacities
 from skewbridge.bridge.frame import Description
 from skewbridge.bridge.library import load_structure
@@ -142,27 +149,23 @@ def _unit_doubts(bridge: Description, standing: ModalResult) -> Iterator[str]:
 
 
 def _outside_ranges(read: Completed) -> Iterator[str]:
-    bridge = read.bridge
+    tree = {**read.bridge.model_dump(exclude={"sources"}), "bridge": read.bridge}
     for formula, row in _USUAL:
         limits = [limit for limit in row if not isinstance(limit, str)]
-        name, keys = formula.text, ""
-        if isinstance(row[-1], str):
-            name, keys = row[-1], f" ({', '.join(formula.needs)})"
-        values = {
-            float(value)
-            for number in range(len(bridge.bents) if "*" in formula.text else 1)
-            for value in np.ravel(formula.value(partial(_known, bridge, number)))
-            if value is not None
-        }
         ranges = list(zip(limits[::2], limits[1::2], strict=True))
-        for value in sorted(values):
-            if not any(low <= value <= high for low, high in ranges):
-                range_text = " or ".join(f"{low:g} to {high:g}" for low, high in ranges)
-                yield f"{name} = {value:.3g} is outside the usual {range_text}{keys}"
-
-
-def _known(bridge: Any, bent_index: int, key: str) -> Any:
-    return bridge if key == "bridge" else value_at(bridge, key.replace("*", f"{bent_index}"))
+        outside: dict[tuple[str, float], list[str]] = {}
+        for section, number in places(tree, formula.needs):
+            keys = [placed(key, section, number) for key in formula.needs]
+            known = {
+                need: value_at(tree, key) for need, key in zip(formula.needs, keys, strict=True)
+            }
+            for value in np.ravel(formula.value(known.get)):
+                if value is not None and not any(low <= value <= high for low, high in ranges):
+                    outside.setdefault((section, float(value)), keys)
+        for (_, value), keys in sorted(outside.items()):
+            range_text = " or ".join(f"{low:g} to {high:g}" for low, high in ranges)
+            text = f"= {value:.3g} is outside the usual {range_text}"
+            yield f"{row[-1]} {text} ({', '.join(keys)})" if limits != row else f"{keys[0]} {text}"
 
 
 def _factors(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[Any]:
@@ -316,12 +319,14 @@ def sdc_rows(
     variant: Variant,
     run: Mapping[str, Any],
     bents: Iterable[Mapping[str, Any]],
+    drifts: Sequence[float],
     corners_m: Mapping[str, tuple[float, float]],
     joints_m: Mapping[str, tuple[float, float]],
 ) -> list[dict[str, object]]:
     """Return the design checks of one analysis, its row of the demands table, one row per check.
 
-    All columns get the largest drift, up to the largest share of a capacity.
+    ``drifts`` are the largest drift ratio of each bent. They count up to the failure of a column:
+    to the largest drift and share of a capacity in the row.
     """
     bridge = load_structure(variant.bridge).description
     # the deck moves more than the columns if it turns, or slides on the pads of a joint
@@ -337,7 +342,9 @@ def sdc_rows(
     for bent in bents:
         name = _name(bent)
         hinge = f"{bent['hinge_length_m']:.3f} m by {bent['hinge_length_by']}"
-        disp_m = min(drift * bridge.bent_heights_m[bent["bent"] - 1], share * bent["capacity_m"])
+        number = bent["bent"] - 1
+        disp_m = min(drift, drifts[number]) * bridge.bent_heights_m[number]
+        disp_m = min(disp_m, share * bent["capacity_m"])
         compare(f"{name} displacement, hinge {hinge} (m)", disp_m, bent["capacity_m"])
         ratio = P_DELTA_LIMIT * disp_m / bent["disp_at_p_delta_limit_m"]
         compare(f"{name} P-Delta ratio", ratio, P_DELTA_LIMIT)
@@ -356,6 +363,15 @@ def sdc_rows(
         compare(f"{joint} seat, SDC (m)", demand_m, length_m)
         compare(f"{joint} seat, AASHTO 1.5 N (m)", aashto_m[joint], length_m)
     return rows
+
+
+def bent_drifts(variant: Variant, histories: Mapping[str, NDArray[np.float64]]) -> list[float]:
+    """Return the largest drift ratio of the columns of each bent."""
+    columns = count(1)
+    return [
+        max(float(np.max(histories[f"column_{next(columns)}_drift_ratio"])) for _ in range(number))
+        for number in load_structure(variant.bridge).description.bent_columns
+    ]
 
 
 def corner_moves_m(

@@ -311,7 +311,8 @@ def sdc(
             clause = f"{bridge_check.HINGE_CLAUSE}; check the edition that applies"
             least_in = bridge_check.MINIMUM_HINGE_M / INCH
             notes.append(f"least seat of inner joints: {least_in:.0f} in by {clause}")
-        rows = bridge_check.sdc_rows(variant, row, records_of(bents), corners_m, joints_m)
+        drifts = bridge_check.bent_drifts(variant, histories)
+        rows = bridge_check.sdc_rows(variant, row, records_of(bents), drifts, corners_m, joints_m)
     if out is not None:
         _write(rows, out, "sdc")
     answer = {"title": title, checked: rows}

@@ -4,7 +4,7 @@ A formula uses keys of the bridge file, intermediate results and the functions o
 """
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import suppress
 from importlib import import_module
 from itertools import product
@@ -14,10 +14,11 @@ from typing import Any, Final, NamedTuple, cast
 
 import numpy as np
 
-from skewbridge.bridge.catalogue.data import AbutmentData, BridgeData, IntegralData
+from skewbridge.bridge.catalogue.data import AbutmentData, BridgeData, IntegralData, JointData
 from skewbridge.errors import InputError
 from skewbridge.files.text import checked, read_mapping, shortened
 from skewbridge.units import GPA, INCH, KN, MM, MPA, quantity
+from skewbridge.variant.axes import AXES
 
 TABLES: Final = read_mapping(Path(__file__).parents[1] / "rules.yaml")
 
@@ -26,11 +27,13 @@ TABLES: Final = read_mapping(Path(__file__).parents[1] / "rules.yaml")
 
 def bar(text: str) -> tuple[float, ...]:
     """Return diameter (mm) and area (mm2) of a bar: ``#11`` or ``36 mm``."""
-    if text.startswith("#") and text.strip() not in TABLES["bars"]:
-        raise ValueError(f"must be one of {', '.join(TABLES['bars'])}, or a size such as '16 mm'")
     if sizes := TABLES["bars"].get(text.strip()):
         return tuple(sizes)
-    diameter_mm = quantity(text, "mm")
+    try:
+        diameter_mm = quantity(text, "mm")
+    except ValueError:
+        names = ", ".join(TABLES["bars"])
+        raise ValueError(f"must be one of {names} in quotes, or a size such as '16 mm'") from None
     return diameter_mm, pi / 4 * diameter_mm**2
 
 
@@ -154,6 +157,12 @@ def axial_ratios(bridge: BridgeData, *_: object) -> list[float]:
     return [column_axial_n(bridge, number) / strength for number, strength in enumerate(strengths)]
 
 
+def bar_ratios(bridge: BridgeData, *_: object) -> list[float]:
+    """Return the longitudinal reinforcement ratio of a column of each bent."""
+    columns = map(bridge.column_of, bridge.bents)
+    return [1e-6 * c.bar_count * c.bar_area_mm2 / c.outline.area_m2 for c in columns]
+
+
 def end_reaction_kn(bridge: BridgeData, *_: object) -> float:
     """Return the larger dead-load reaction of the deck at its seats, or without one at its ends."""
     from skewbridge.bridge.weights import deck_reactions_n
@@ -172,8 +181,8 @@ def period_s(bridge: BridgeData, which: Any) -> float:
 _FUNCTIONS: Final[dict[str, Any]] = {
     function.__name__: function
     for function in (
-        axial_ratios, bar, box_section, cracked_ratio, end_reaction_kn, girder, girder_section,
-        hoop, is_fixed, max, min, period_s, round, slab_section, sqrt, tallest,
+        axial_ratios, bar, bar_ratios, box_section, cracked_ratio, end_reaction_kn, girder,
+        girder_section, hoop, is_fixed, max, min, period_s, round, slab_section, sqrt, tallest,
     )
 } | {"pi": pi}  # fmt: skip
 
@@ -253,7 +262,7 @@ def value_at(tree: Any, key: str) -> Any:
 
 
 def _sections(tree: Any, key: str) -> list[str]:
-    """Return the sections to which a rule's key applies: ends of its type, for pads also joints.
+    """Return the sections to which a rule's key applies: ends of its type, and joints with it.
 
     The key starts with a type of end (``seat.pads``), or with ``abutment`` for all types with it.
     """
@@ -269,15 +278,26 @@ def _sections(tree: Any, key: str) -> list[str]:
         and end_type in _END_TYPES
         and field in _END_TYPES[end_type].model_fields
     ]
-    count = len(joints) if field == "pads" and isinstance(joints, list | tuple) else 0
-    return sections + [f"joints.{number}" for number in range(count)]
+    is_of_joint = field in JointData.model_fields and isinstance(joints, list | tuple)
+    return sections + [f"joints.{number}" for number in range(len(joints) if is_of_joint else 0)]
 
 
 def _is_of_end(key: str) -> bool:
     return key.partition(".")[0] in {"abutment", *_END_TYPES}
 
 
-def _placed(key: str, section: str, number: int = 0) -> str:
+def places(tree: Any, keys: Collection[str]) -> Iterator[tuple[str, int]]:
+    """Yield each section of an end or a joint and number of a bent that a formula's keys can have.
+
+    A formula without such keys has one section and one number, without effect.
+    """
+    of_ends, bents = [key for key in keys if _is_of_end(key)], value_at(tree, "bents")
+    bent_count = len(bents) if isinstance(bents, list | tuple) else 0
+    numbers = range(bent_count if any("*" in key for key in keys) else 1)
+    return product(_sections(tree, of_ends[0]) if of_ends else ["abutment"], numbers)
+
+
+def placed(key: str, section: str, number: int = 0) -> str:
     """Return a rule's key with its type of end replaced by a section, and ``*`` by a number."""
     key = re.sub(rf"^(abutment|{'|'.join(_END_TYPES)})\b", section, key)
     return key.replace("*", f"{number}")
@@ -285,7 +305,7 @@ def _placed(key: str, section: str, number: int = 0) -> str:
 
 def _keys(key: str, tree: Any) -> list[str]:
     """Return a rule's key in each section of a file to which it applies; other keys unchanged."""
-    return [_placed(key, section) for section in _sections(tree, key)] if _is_of_end(key) else [key]
+    return [placed(key, section) for section in _sections(tree, key)] if _is_of_end(key) else [key]
 
 
 def _put(tree: Any, key: str, value: Any) -> None:
@@ -319,14 +339,11 @@ def values_by_rule(given_numbers: Mapping[str, Any], tree: Any) -> Iterator[tupl
     ``given_numbers`` has the numbers of the drawing, and the whole ``bridge`` if it is complete.
     """
     results = dict(given_numbers)
-    bents = value_at(tree, "bents")
-    bent_numbers = range(len(bents) if isinstance(bents, list | tuple) else 0)
     for rule in RULES:
-        sections = _sections(tree, rule.key) if _is_of_end(rule.key) else ["abutment"]
-        for place in product(sections, bent_numbers if "*" in rule.key else (0,)):
-            key = _placed(rule.key, *place)
+        for place in places(tree, [rule.key]):
+            key = placed(rule.key, *place)
             value = rule.formula.value(
-                lambda need, place=place: _lookup(tree, results, _placed(need, *place))
+                lambda need, place=place: _lookup(tree, results, placed(need, *place))
             )
             if key not in results and value is not None:
                 results[key] = value
@@ -364,6 +381,9 @@ def completed(tree: dict[str, Any], path: Path) -> Completed:
     `InputError` for a value that is invalid, or missing if no rule can give it.
     """
     where, derived = Path(path.name), dict[str, Rule]()
+    for name in {axis.name for axis in AXES}.intersection(tree):
+        text = "give it in the grid of the study, as an option, or under an end or joint"
+        raise InputError(f"{where}: {name}: {text}", file=path.name)
     drawn = _take_drawn(tree, path.name)
     for key, value, rule in values_by_rule(drawn, tree):
         if _is_of_bridge(key) and value_at(tree, key) is None:
@@ -420,10 +440,10 @@ def overruled(tree: Mapping[str, Any]) -> set[str]:
     """Return inherited keys without effect: rules compute them from the drawing in the file."""
     keys_without_effect: set[str] = set()
     for seat in _sections(tree, "seat.pads") or ["abutment"]:
-        drawn = {_part(key) for key in DRAWN if value_at(tree, _placed(key, seat)) is not None}
+        drawn = {_part(key) for key in DRAWN if value_at(tree, placed(key, seat)) is not None}
         keys = {rule.key for rule in RULES if drawn.intersection(_parts(rule.key))}
         keys |= set[str]() if drawn.isdisjoint(_DECK_TYPES) else {*_DECK_TYPES}
-        keys_without_effect |= {_placed(key, seat) if "*" not in key else key for key in keys}
+        keys_without_effect |= {placed(key, seat) if "*" not in key else key for key in keys}
     return {key for key in keys_without_effect if value_at(tree, key) is None}
 
 
