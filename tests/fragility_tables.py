@@ -124,8 +124,7 @@ def synthetic_demands(
     im = np.exp(np.linspace(np.log(0.1), np.log(1.5), motions))
     residual = {name: rng.normal(size=motions) for name in DEMAND_MODELS}
     rows = []
-    runs = product(skews, gaps, frictions, range(motions), scales)
-    for skew, gap, friction, m, scale in runs:
+    for skew, gap, friction, m, scale in product(skews, gaps, frictions, range(motions), scales):
         variant = Variant(
             bridge=bridge, abutment=abutment, skew_deg=skew, gap_mm=gap, friction_pct=friction
         )

@@ -23,8 +23,7 @@ def at2_text(values_g: np.ndarray, dt_s: float = 0.01, azimuth: int = 90) -> str
 def shaken_g(seed: int, npts: int = 400) -> np.ndarray:
     """Return a short record in g that ends at rest."""
     rng = np.random.default_rng(seed)
-    velocity = np.cumsum(rng.standard_normal(npts)) * np.hanning(npts) ** 2
-    accel = np.diff(velocity, prepend=0.0)
+    accel = np.diff(np.cumsum(rng.standard_normal(npts)) * np.hanning(npts) ** 2, prepend=0.0)
     return 0.3 * accel / np.abs(accel).max()
 
 
@@ -46,8 +45,7 @@ def index_of(folder: Path, pairs: list[tuple[Path, Path]], **columns: list) -> P
         "file_1": [first.name for first, _ in pairs],
         "file_2": [second.name for _, second in pairs],
     }
-    table = pd.DataFrame(given | columns)
-    table.to_csv(folder / "index.csv", index=False)
+    pd.DataFrame(given | columns).to_csv(folder / "index.csv", index=False)
     return folder / "index.csv"
 
 

@@ -136,8 +136,7 @@ def test_navigation_stays_visible_and_every_entry_leads_to_its_section(opened, w
         link.evaluate("link => link.click()")
         page.wait_for_timeout(100)
         assert page.locator("nav").bounding_box()["y"] == pytest.approx(0, abs=1)
-        target = link.get_attribute("href")
-        assert page.locator(target).count() == 1
+        assert page.locator(link.get_attribute("href")).count() == 1
 
 
 def test_the_gallery_shows_one_figure_by_bridge_quantity_and_component(opened):
@@ -179,8 +178,7 @@ def fits_of(study, component, state, method="preferred", bridge="osb1_fixed"):
 
 
 def test_curves_and_bands_are_those_of_python(opened, study, csv_of):
-    page = opened(view="curves", model=MODEL, state="column_drift/moderate")
-    saved = csv_of(page)
+    saved = csv_of(opened(view="curves", model=MODEL, state="column_drift/moderate"))
     fits = fits_of(study, "column_drift", "moderate")
     assert set(saved["variant"]) == set(fits.index)
     for name, own in saved.groupby("variant"):

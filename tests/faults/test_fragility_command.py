@@ -140,8 +140,7 @@ def test_a_collapse_flag_in_a_cloud_and_demands_above_a_value_are_censored(fit):
     # a collapsed run exceeds: as if its demand were known to be above the threshold
     data |= {"edp": np.where(fall, np.maximum(edp, 0.03), edp).tolist(), "censored": flags}
     assert fit(data, "cloud")["theta"] == found["theta"]
-    words = f"would leave out {fall.sum()} censored demands"
-    fit(data, "cloud", "--model", "ols", refused=words)
+    fit(data, "cloud", "--model", "ols", refused=f"would leave out {fall.sum()} censored demands")
 
 
 def test_a_table_of_runs_obeys_status_and_unknown_outcomes_may_forbid_a_median(fit):
@@ -266,8 +265,7 @@ def test_a_flag_censors_the_demands_of_a_table_of_runs(fit, column, is_cut):
 def test_unused_and_repeated_rows_of_a_table_of_runs_are_reported(fit):
     failed = TABLE.assign(fell=1)
     assert fit(failed, "cloud", *RUNS, 0.01)["notes"] == ["columns that are not used: 'fell'"]
-    twice = fit(pd.concat([TABLE, TABLE]), "cloud", *RUNS, 0.01)
-    (note,) = twice["notes"]
+    (note,) = fit(pd.concat([TABLE, TABLE]), "cloud", *RUNS, 0.01)["notes"]
     assert note.startswith("12 runs repeat intensity and demand of another run: intervals are too")
     unhashable = TABLE.assign(more=[[1]] * 12).to_dict("list")
     assert fit(unhashable, "cloud", *RUNS, 0.01)["notes"] == ["columns that are not used: 'more'"]

@@ -158,8 +158,7 @@ def test_the_finest_step_of_the_settings_is_possible_and_every_recovery_step_div
     assert parts == sorted(parts)
     finest = AnalysisSettings(dt_s=0.02, contact_dt_s=0.02, event_dt_s=1e-5).event_halvings
     assert finest <= MAX_HALVINGS
-    loop = loop_of(halvings=lambda least: max(least, finest))
-    assert len(list(loop.committed(1))) == 2**finest
+    assert len(list(loop_of(halvings=lambda least: max(least, finest)).committed(1))) == 2**finest
     assert ops.getTime() == pytest.approx(DT_S)
 
 
@@ -468,8 +467,7 @@ def test_bad_factors_are_refused_and_histories_are_equally_spaced_to_the_end():
     assert result.duration_s == pytest.approx(2.5)
     assert result.time_reached_s == pytest.approx(2.5)
     assert result.effort.substeps > 10
-    spacing = np.diff(result.histories["t_s"])
-    assert spacing == pytest.approx(AnalysisSettings().dt_s, rel=1e-6)
+    assert np.diff(result.histories["t_s"]) == pytest.approx(AnalysisSettings().dt_s, rel=1e-6)
     openings = [name for name in result.histories if name.endswith("_opening_m")]
     assert min(result.histories[name].min() for name in openings) < 0.0
     quiet = result.histories["t_s"] > 2.01

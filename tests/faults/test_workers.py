@@ -117,8 +117,7 @@ def test_an_unfinished_search_resumes_from_its_journal(tmp_path):
         done, new = read_content([own, trials]).rows, []
         work = partial(searched, ida, done, trials)
         given = {"done": done, "on_finished": new.append, "still_s": 600.0}
-        rows = batch(tmp_path, work, 2, [first], **given)
-        return [row["run_key"] for row in rows], len(new)
+        return [row["run_key"] for row in batch(tmp_path, work, 2, [first], **given)], len(new)
 
     keys, ran = run()
     assert ran == len(keys) > 5

@@ -22,8 +22,7 @@ LEVELS = np.array([0.1, 0.2, 0.35, 0.5, 0.8, 1.2])
 @st.composite
 def stripes(draw):
     n = np.array(draw(st.lists(st.integers(1, 25), min_size=6, max_size=6)), dtype=float)
-    k = np.array([draw(st.integers(0, int(m))) for m in n], dtype=float)
-    return n, k
+    return n, np.array([draw(st.integers(0, int(m))) for m in n], dtype=float)
 
 
 def best_loglik(n, k, slopes, ln_theta):

@@ -196,8 +196,7 @@ def test_statistics_of_a_table_keep_its_options_but_one_that_does_not_act(
     tmp_path, monkeypatch
 ) -> None:
     runs = demands(24, noise=0.05).assign(choice_foundation=None)
-    number = runs["motion_id"].str[1:].astype(float)
-    runs["im_saavg_rotd50_g"] = np.exp(0.05 * number - 1.0)
+    runs["im_saavg_rotd50_g"] = np.exp(0.05 * runs["motion_id"].str[1:].astype(float) - 1.0)
     write_frame(runs, tmp_path / "demands.parquet", {})
     read: list[str] = []
     monkeypatch.setattr(tables, "read_frame", lambda p: read.append(p.name) or read_frame(p))

@@ -54,8 +54,7 @@ def imported_names(path: Path) -> set[str]:
 
 @pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(PACKAGE)))
 def test_a_module_imports_only_earlier_packages(path: Path) -> None:
-    package = path.relative_to(PACKAGE).parts[0]
-    allowed = set(ORDER[: ORDER.index(package) + 1])
+    allowed = set(ORDER[: ORDER.index(path.relative_to(PACKAGE).parts[0]) + 1])
     own = (name for name in imported_names(path) if name.startswith("skewbridge."))
     assert {name.split(".")[1] for name in own} <= allowed
 
@@ -67,8 +66,6 @@ def test_imports_form_no_cycle() -> None:
 
 
 # --- no source of a rule is missing
-
-
 #: Reads bridges, which are digested by their numbers, and writes to the log only.
 PERIODS_IN_LOG = "analysis/modal.py"
 #: Configuration, which is digested by its values, and scheduling, which changes no result.
@@ -126,8 +123,6 @@ def test_no_module_compares_with_the_name_of_an_abutment_model() -> None:
 
 
 # --- files for other tools, and functions that nothing uses
-
-
 def test_files_for_other_tools_name_the_workflow_versions_and_rules() -> None:
     settings = yaml.safe_load((ROOT / ".snakemake-workflow-catalog.yml").read_text())["usage"]
     assert set(settings) == {"mandatory-flags", "software-stack-deployment", "report"}
@@ -174,8 +169,6 @@ def test_every_function_is_reached() -> None:
 
 
 # --- what an edit reruns
-
-
 ANALYSES = "the analyses themselves"
 PARTS = {ANALYSES: ENGINE, **{rule: recipe.sources for rule, recipe in RECIPES.items()}}
 #: Rules that list or run analyses; all but the last look at the journals, which say what is new.
@@ -270,8 +263,6 @@ def test_bridges_are_digested_by_their_numbers_caches_not_at_all_and_parts_must_
 
 
 # --- workers and the command line load no package that they do not use
-
-
 #: Needed by the main process (tables, statistics, figures), by no worker and by no help text.
 HEAVY = ("pandas", "scipy", "pyarrow", "matplotlib", "seaborn", "jinja2", "snakemake")
 #: The help is text alone.
@@ -348,8 +339,7 @@ def test_the_summary_in_the_help_is_that_of_the_command(name: str) -> None:
     commands = command.commands.values() if isinstance(command, TyperGroup) else [command]
     for each in commands:
         example = (each.help or "").split("Example: skewbridge ")[1]
-        words = shlex.split(example)[2 if isinstance(command, TyperGroup) else 1 :]
-        each.make_context("", words)
+        each.make_context("", shlex.split(example)[2 if isinstance(command, TyperGroup) else 1 :])
     assert COMMANDS[name][1] in shown
 
 

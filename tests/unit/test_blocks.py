@@ -36,8 +36,7 @@ def bands(runs: np.ndarray, levels_g: np.ndarray = LEVELS_G) -> np.ndarray:
     """Return the number of runs of each cell by the rank of the level within its group."""
     counts = np.zeros((BLOCK, runs.shape[2]), dtype=int)
     for start in range(0, len(runs), BLOCK):
-        order = start + np.argsort(levels_g[start : start + BLOCK])
-        counts += runs[order].sum(axis=1)
+        counts += runs[start + np.argsort(levels_g[start : start + BLOCK])].sum(axis=1)
     return counts
 
 

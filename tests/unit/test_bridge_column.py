@@ -67,8 +67,7 @@ def test_moment_curvature_agrees_with_an_independent_fiber_analysis(
     assert stiffness / gross == pytest.approx(cracked, abs=0.01)
     # the idealised curve has the area of the curve
     ideal = curve.plastic_moment_nm * (curve.ultimate_curvature_per_m - knee / 2)
-    area = np.trapezoid(curve.moment_nm, curve.curvature_per_m)
-    assert ideal == pytest.approx(area, rel=1e-9)
+    assert ideal == pytest.approx(np.trapezoid(curve.moment_nm, curve.curvature_per_m), rel=1e-9)
 
 
 AXIAL_N = 0.25 * 2000.0 * PSI_PA * np.pi * 1.676**2 / 4
@@ -189,8 +188,6 @@ def test_default_shear_strength_is_the_mean_of_tests():
 
 
 # --- fibers of a section
-
-
 @pytest.mark.parametrize("bridge", bridge_names())
 @pytest.mark.parametrize("mesh", [(1, 3, 1), (4, 12, 1), (5, 20, 1), (12, 32, 3), (3, 200, 2)])
 def test_every_mesh_keeps_area_and_second_moment_of_the_section(monkeypatch, bridge, mesh):

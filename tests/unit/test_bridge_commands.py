@@ -86,8 +86,7 @@ def test_a_push_writes_its_curve(tmp_path: Path, command: str) -> None:
 
 def test_a_push_with_friction_passes_the_contact_with_the_wall(tmp_path: Path) -> None:
     options = ("--abutment", "contact-friction", "--skew-deg", 30, "--max-disp-m", 0.08)
-    result = invoke("bridge", "pushover", *options, "--out", tmp_path)
-    assert result.exit_code == 0
+    assert invoke("bridge", "pushover", *options, "--out", tmp_path).exit_code == 0
     curve = pd.read_parquet(tmp_path / "curve.parquet")
     assert curve["disp_m"].iloc[-1] == pytest.approx(0.08, rel=1e-5)
     # the wall resists after the contact
@@ -110,8 +109,7 @@ def test_models_and_columns_are_drawn_and_written(tmp_path) -> None:
 
 def test_the_whole_ladder_is_pushed_and_drawn(tmp_path: Path) -> None:
     found = answer("static", "--abutment", "all", "--max-disp-m", "0.08", "--out", str(tmp_path))
-    curves = pd.read_parquet(tmp_path / "curve.parquet")
-    assert curves["abutment"].nunique() == 5
+    assert pd.read_parquet(tmp_path / "curve.parquet")["abutment"].nunique() == 5
     peaks = {(row["abutment"], row["angle_deg"]): row["peak_kn"] for row in found["pushes"]}
     assert peaks["roller", 0.0] == 0.0
     assert peaks["contact", 0.0] == pytest.approx(peaks["spring", 0.0], rel=0.03)
@@ -216,16 +214,13 @@ def test_the_gap_of_the_file_of_a_bridge_is_the_one_that_is_printed(tmp_path: Pa
     ends = "{left: {type: seat, gap_mm: 40}, right: {type: seat}}"
     path = tmp_path / "one_end.yaml"
     path.write_text(f"{{extends: osb1, title: own gap, source: plan, abutments: {ends}}}")
-    wider = table.assign(gap_mm=51.0)
-    for of_study, more_m in ((table, 0.015), (wider, 0.0)):
+    for of_study, more_m in ((table, 0.015), (table.assign(gap_mm=51.0), 0.0)):
         (row,) = with_codes(Decision(of_study, 1e-3, {}, 0.95), str(path)).table.to_dict("records")
         assert row["gap_mm"] == of_study["gap_mm"].item()
         assert row["seat_m"] == pytest.approx(0.325 + more_m)
 
 
 # --- `bridge check` and the period in a file
-
-
 LONGER = 'extends: osb1\ntitle: longer\nspans_m: {v: [50.0, 50.0], src: "d: a test"}\n'
 
 
@@ -302,8 +297,6 @@ def test_heavy_columns_weak_hoops_and_faults_are_reported(tmp_path, written, tex
 
 
 # --- design checks against hand values of the project's reference page, sections 1 and 6
-
-
 VARIANT = variant()
 
 
@@ -423,8 +416,6 @@ def test_the_support_at_rest_is_the_seat_less_the_gap(abutment, gap_mm, support_
 
 
 # --- `run` and the analyses of a process
-
-
 @pytest.fixture
 def pair(tmp_path):
     motion = strong_motion(duration_s=3.0)

@@ -222,8 +222,6 @@ def test_the_schema_of_editors_knows_the_form_of_a_bridge() -> None:
 
 
 # --- drawings
-
-
 TEMPLATE = ROOT / "config/bridges/template.yaml"
 DRAWINGS = sorted((ROOT / "tests/data/drawings").glob("*.yaml"))
 
@@ -460,7 +458,6 @@ def changed(name, changes):
 
 
 # --- slips of units
-
 SLIPS = {
     "m": (3.2808, 39.37, 1000), "mm": (25.4, 1000), "m2": (10.764, 1e6), "m4": (115.86, 1e12),
     "mm2": (645.16, 1e6), "gpa": (6.895, 1000), "mpa": (6.895, 1000), "kn": (4.448, 1000),

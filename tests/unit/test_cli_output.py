@@ -53,8 +53,7 @@ def test_a_table_lists_values_noise_missing_ones_and_long_texts():
     assert shown.index("count") < shown.index("modes") < shown.index("mass_x")
     assert "e-32" not in shown
     assert "1e-09" in shown
-    alone = run(Answer({"work_kj": 1e5, "residual": 3e-13})).stdout
-    assert "3e-13" in alone
+    assert "3e-13" in run(Answer({"work_kj": 1e5, "residual": 3e-13})).stdout
     rows = [{"state": "slight", "theta": 0.5}, {"state": "complete", "theta": float("nan")}]
     shown = run(Answer({}, {"medians": rows}, missing="no run reached the state"))
     assert "nan" not in shown.stdout

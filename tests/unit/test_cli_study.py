@@ -148,8 +148,6 @@ def test_a_run_reports_the_progress_of_each_variant(tmp_path, monkeypatch, caplo
 
 
 # --- archive and methods
-
-
 SOURCE = "BSD-3-Clause; synthetic: model of Dabaghi and Der Kiureghian (2018)"
 
 
@@ -277,8 +275,6 @@ def test_methods_follow_the_choices_and_list_the_works_that_they_cite(section, c
 
 
 # --- jobs on a cluster: size, forecast, what a killed run left
-
-
 @pytest.fixture
 def programs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder of programs in place of Slurm's, the only ones that are found."""
@@ -411,8 +407,6 @@ def test_only_jobs_of_this_tree_are_cancelled(programs: Path, tmp_path: Path) ->
 
 
 # --- two studies compared run by run
-
-
 STATES = ROOT / "config/limit_states.yaml"
 
 

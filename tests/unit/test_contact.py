@@ -230,15 +230,12 @@ def test_two_sets_share_a_domain():
 
 
 # --- the documented script for models that know nothing of this package
-
-
 DOCS = Path(__file__).parents[2] / "docs"
 
 
 def test_the_script_runs_and_both_models_hit_and_slide(monkeypatch):
     monkeypatch.syspath_prepend(str(DOCS))
-    script = importlib.import_module("contact_in_your_model")
-    for ledger in script.main():
+    for ledger in importlib.import_module("contact_in_your_model").main():
         assert ledger.closures >= 1
         assert ledger.max_penetration_m > 0.0
         assert ledger.slip_work_j > 0.0
@@ -252,8 +249,6 @@ def test_the_script_runs_and_both_models_hit_and_slide(monkeypatch):
 
 
 # --- friction cone, return mapping and frames
-
-
 LAW = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
 
 
@@ -264,8 +259,7 @@ def test_stick_points_follow_slip_and_yields_stay_on_the_cone():
     stuck = advance_pair(LAW, (0.0, 0.0), (0.01, 0.02), -0.1)
     assert not stuck.is_slipping
     assert stuck.stick_m == (0.0, 0.0)
-    opened = advance_pair(LAW, (0.0, 0.0), (0.3, 0.4), 0.01)
-    assert opened == (0.0, (0.0, 0.0), (0.3, 0.4), False)
+    assert advance_pair(LAW, (0.0, 0.0), (0.3, 0.4), 0.01) == (0.0, (0.0, 0.0), (0.3, 0.4), False)
     first, second = yields_on_cone(-1000.0, 0.0, 4500.0)
     assert hypot(first, second) == pytest.approx(4500.0)
     assert first - 1000.0 == pytest.approx(second)
@@ -297,8 +291,6 @@ def test_frames_are_right_handed_with_horizontal_tangents_or_refused():
 
 
 # --- parameters of a live contact
-
-
 def with_contact(*arguments, **options):
     """Add a contact between the two nodes to a new set."""
     contacts = ContactSet(*arguments, **options)
@@ -349,8 +341,6 @@ def test_tags_of_the_user_are_left_alone_or_used():
 
 
 # --- functions of state and time that drive the parameters
-
-
 def pressed_mass(drive):
     """A mass on soft springs, 10 mm before a wall."""
     nodes_at_one_place(2, 2)
@@ -381,8 +371,7 @@ def test_stribeck_friction_falls_from_static_to_kinetic():
     options = {"static": 0.4, "kinetic": 0.3, "stribeck_speed_mps": 0.01}
     for speed_mps, friction in ((0.0, 0.4), (1.0, 0.3), (0.01, 0.3 + 0.1 * np.exp(-1.0))):
         assert drives.stribeck_friction(speed_mps, **options) == pytest.approx(friction)
-    viscous = drives.stribeck_friction(2.0, **options, viscous_s_per_m=0.05)
-    assert viscous == pytest.approx(0.4)
+    assert drives.stribeck_friction(2.0, **options, viscous_s_per_m=0.05) == pytest.approx(0.4)
 
 
 @pytest.mark.parametrize(
@@ -427,8 +416,6 @@ def test_a_drive_without_values_changes_nothing_and_a_step_in_parts_ends_at_its_
 
 
 # --- step sizes follow the state of the contacts
-
-
 SETTINGS = AnalysisSettings(dt_s=0.010, contact_dt_s=0.005, event_dt_s=0.0003125)
 OPEN_S, CONTACT_S, FINEST_S = 0.010, 0.005, 0.0003125
 MUCH, LITTLE, FAIR = 2 * SETTINGS.max_friction_error, 0.0, 0.5 * SETTINGS.max_friction_error

@@ -211,8 +211,7 @@ def test_forces_on_an_end_are_those_of_its_springs_and_contacts_and_of_their_fri
     trace.tangentials_n[1] = [[3e5, 4e5], [-3e5, 4e5]]
     trace.tangentials_n[2] = [[0.0, -5e5], [0.0, 0.0]]
     model = SimpleNamespace(abutments=(abutment(bearings=()),), weight_n=1e7)
-    found = peaks._force_demands(model, trace)
-    assert found["friction_force_kn"] == pytest.approx(800.0)
+    assert peaks._force_demands(model, trace)["friction_force_kn"] == pytest.approx(800.0)
     trace.springs[SPRING][1, 0] = -5.0e5
     trace.normals_n[2] = 1.0e5, 2.0e5
     handle = abutment(wall_units=(), wall_nodes=(), wall_springs=(WALL_SPRING,))
@@ -255,8 +254,6 @@ def test_a_corner_leaves_its_seat_after_the_seat_less_the_gap(monkeypatch, move_
 
 
 # --- binary records of an analysis: one row per committed step
-
-
 def record_an_oscillator(steps: int) -> tuple[Recorder, np.ndarray]:
     """Return the recorder of a driven oscillator, and its readings from Python, time first."""
     for tag in (1, 2):
@@ -306,8 +303,6 @@ def test_a_full_disk_stops_a_study_and_leaves_no_row(tmp_path) -> None:
 
 
 # --- demands table: schema, order, completeness of runs and columns that older tables lack
-
-
 VALUES = {"text": "x", "integer": 1, "number": 1.0, "boolean": True}
 ROW = {column.name: VALUES[column.kind] for column in COLUMNS} | {"status": "ok"}
 
@@ -348,8 +343,7 @@ def test_axes_and_completeness_keep_their_values_types_and_order() -> None:
             core | {"backwall_points": 9, "transverse_gap_mm": 25.4},
         )
     )
-    rows = [ROW | plain | {"complete": False}, ROW | fine]
-    table = to_table(rows, {}).to_pandas()
+    table = to_table([ROW | plain | {"complete": False}, ROW | fine], {}).to_pandas()
     expected = {"skew_deg": [22.5, 30.0], "gap_mm": [25.4, 51.0], "friction": [0.375, 0.5]}
     expected = pd.DataFrame(expected | {"complete": [True, False]})
     pd.testing.assert_frame_equal(table[[*expected]], expected)

@@ -66,8 +66,6 @@ def rows_of(ratios, errors, *, dof=15, margin=0.05, level=0.9, axis="friction", 
 
 
 # --- means and lines over motions
-
-
 def test_interval_of_a_ratio_is_that_of_student():
     values = np.array([0.10, 0.02, 0.07, 0.16, 0.05])
     row = friction_cell(pairs(values))
@@ -182,8 +180,7 @@ def test_regression_with_bounds_is_that_of_maximum_likelihood():
 
 def test_mean_with_a_bound_solves_the_equations_of_truncated_normals():
     exact, bound = np.array([0.2, 0.5, 0.9]), 0.7
-    sides = np.array([0, 0, 0, 1])
-    given = np.ones((4, 1)), np.append(exact, bound), sides, np.ones((1, 4))
+    given = np.ones((4, 1)), np.append(exact, bound), np.array([0, 0, 0, 1]), np.ones((1, 4))
     mean = bounded_regression(*given)[0, 0]
 
     def moments(scatter):
@@ -204,8 +201,6 @@ def test_mean_with_a_bound_solves_the_equations_of_truncated_normals():
 
 
 # --- verdicts
-
-
 @pytest.mark.parametrize(
     ("low", "high", "verdict"),
     [
@@ -308,8 +303,7 @@ def test_zeros_are_left_out_and_counted_and_ended_runs_are_bounds():
     table.loc[[0, 1], "status"] = ["timeout", "collapse"]
     table.loc[2, DEMAND] = 0.0
     row = friction_cell(table)
-    counts = ["n_motions", "n_bounds", "n_pairs", "n_discordant"]
-    assert row[counts].tolist() == [15, 2, 16, 1]
+    assert row[["n_motions", "n_bounds", "n_pairs", "n_discordant"]].tolist() == [15, 2, 16, 1]
     assert row["dof"] == pytest.approx(min(12.0, 3.0 * row["n_effective_motions"]))
     # the others agree within 5 %, which says nothing about the pair without a ratio
     assert 0.95 < row["ci_low"] < row["ci_high"] < 1.05
@@ -371,13 +365,10 @@ def test_runs_that_end_early_can_take_a_verdict_away(ended, demand):
 
 
 # --- effects by intensity
-
-
 def sloped(slope, motions=24, seed=6):
     """Return a study in which the effect of friction is 1.3 at 0.4 g, with a slope over ln im."""
     noise = 0.03 * np.random.default_rng(seed).normal(size=motions)
-    x = np.log(np.geomspace(0.1, 1.5, motions) / 0.4)
-    return pairs(np.log(1.3) + slope * x + noise)
+    return pairs(np.log(1.3) + slope * np.log(np.geomspace(0.1, 1.5, motions) / 0.4) + noise)
 
 
 def test_an_effect_that_depends_on_intensity_has_a_slope_and_a_line():
@@ -394,8 +385,7 @@ def test_an_effect_that_depends_on_intensity_has_a_slope_and_a_line():
     assert (lines["ci_low"] < truth).all() & (truth < lines["ci_high"]).all()
     reference = lines[lines["at_reference"]].iloc[0]
     assert (reference["im"], reference["clipped"], reference["verdict"]) == (0.4, False, "higher")
-    flat = friction(paired_effects(sloped(0.0), [DEMAND])).iloc[0]
-    assert flat["p_slope"] > 0.05
+    assert friction(paired_effects(sloped(0.0), [DEMAND])).iloc[0]["p_slope"] > 0.05
 
 
 def test_reference_intensity_outside_the_pairs_is_clipped_and_none_gives_no_slopes():
@@ -502,8 +492,6 @@ def test_a_strong_bridge_is_not_compared_with_the_survivors_of_a_weak_one():
 
 
 # --- repeated looks
-
-
 LOOKS = tuple(range(12, 65, 4))
 
 

@@ -148,8 +148,7 @@ def test_a_failure_mode_that_is_every_failure_has_no_second_curve(
     same = curves.query("component == 'column_drift' and limit_state == 'slight'")
     failures = pd.concat([same.assign(limit_state=state) for state in states])
     failures = failures.assign(component=component, components=component)
-    found = pooled_curves(failures, fragility["median_effects"])
-    assert set(found["limit_state"]) == drawn
+    assert set(pooled_curves(failures, fragility["median_effects"])["limit_state"]) == drawn
 
 
 def test_the_axis_of_a_system_and_of_a_study_without_effects():
@@ -194,8 +193,7 @@ def test_a_variant_without_a_curve_of_the_whole_bridge_is_counted():
     system = found["system"]
     is_lost = (system["limit_state"] == "slight") & (system["variant"] == system["variant"].iloc[0])
     system = system.assign(status=system["status"].mask(is_lost, "bounds_too_wide"))
-    curves = figures.with_system(found["curves"], system)
-    table = pooled_curves(curves, found["median_effects"])
+    table = pooled_curves(figures.with_system(found["curves"], system), found["median_effects"])
     rows = table.query("component == 'whole_bridge' and limit_state == 'slight'")
     assert sorted(rows["n_curves"]) == [1, 2]
     assert rows["n_variants"].tolist() == [2, 2]
@@ -257,8 +255,6 @@ def test_effects_by_intensity_are_lines_with_bands_and_a_reference(fragility):
 
 
 # --- figures of a study
-
-
 FOURTH = "transverse_gap_mm"
 
 
@@ -266,8 +262,7 @@ FOURTH = "transverse_gap_mm"
 def study(demands, fragility):
     wave = np.sin(np.arange(400) * 0.1)
     motion = GroundMotion(motion_id="m00", dt_s=0.01, accel_1_mps2=wave, accel_2_mps2=0.5 * wave)
-    suite = [SuiteMotion(motion=motion, scale=1.5, measures={})]
-    return tables_of(demands, fragility, suite)
+    return tables_of(demands, fragility, [SuiteMotion(motion=motion, scale=1.5, measures={})])
 
 
 def test_clouds_have_the_colours_of_the_largest_effect_and_its_size(study):
@@ -376,15 +371,12 @@ def test_files_do_not_depend_on_the_number_of_processes(study, tmp_path, monkeyp
 
 
 # --- files for a paper
-
-
 PT_PER_MM = 72 / 25.4
 
 
 def drawn():
     figure = Figure(figsize=(6.0, 3.0), layout="constrained")
-    axes = figure.subplots()
-    axes.set_xlabel("Intensity (g)", fontsize=9)
+    figure.subplots().set_xlabel("Intensity (g)", fontsize=9)
     return figure
 
 

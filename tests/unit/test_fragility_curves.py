@@ -50,8 +50,7 @@ NEW = "transverse_gap_mm"
 
 def row(curves, component, name, method="cloud"):
     """Return the one row of a state and method."""
-    same = "component == @component and limit_state == @name and method == @method"
-    found = curves.query(same)
+    found = curves.query("component == @component and limit_state == @name and method == @method")
     assert len(found) == 1
     return found.iloc[0]
 
@@ -70,8 +69,6 @@ def strongest(table, count):
 
 
 # --- rows and statuses
-
-
 def test_every_variant_state_and_method_has_one_row_in_any_order_of_the_runs():
     table = synthetic_demands(skews=(0, 30), gaps=(51,), frictions=(50,))
     curves = curves_of(table, STATES)
@@ -132,8 +129,7 @@ def test_methods_that_disagree_are_flagged_and_all_variants_have_one_method():
     other = table.assign(variant="other", skew_deg=30)
     other["column_drift_ratio"] = np.where(im * noise > 0.8, 0.012, 0.006)
     found = curves_of(pd.concat([table, other]), states_of("column_drift")[:1])
-    differ = found.groupby("variant")["methods_differ"].first()
-    assert differ["other"]
+    assert found.groupby("variant")["methods_differ"].first()["other"]
     assert found.query("variant == 'other' and method == 'exceedance'")["theta"].iloc[0] == (
         pytest.approx(0.8, rel=0.06)
     )
@@ -142,8 +138,6 @@ def test_methods_that_disagree_are_flagged_and_all_variants_have_one_method():
 
 
 # --- runs that ended early
-
-
 def test_the_loss_of_the_column_has_states_for_each_mode_and_for_any():
     table = synthetic_demands(**ONE, motions=40)
     table["drift_over_capacity"] = table["column_drift_ratio"] / 0.05
@@ -218,8 +212,7 @@ def test_covariances_have_the_errors_of_the_intervals():
     (models,), curves = fit_models(table, [slight], SETTINGS), curves_of(table, [slight])
     for values in models.variants.to_dict("records"):
         curve = models.curve(slight, values)
-        of_variant = curves[curves["variant"] == values["variant"]]
-        found = row(of_variant, slight.component, slight.name)
+        found = row(curves[curves["variant"] == values["variant"]], slight.component, slight.name)
         logs = np.column_stack([curve.ln_theta, np.log(curve.beta)])
         last = len(logs) - curve.priors
         assert (len(logs[1:last]), curve.priors > 0) == (8, True)
@@ -333,8 +326,6 @@ def test_systems_include_failed_runs():
 
 
 # --- input
-
-
 def test_a_missing_demand_rejects_only_its_run_and_equal_motions_are_reported():
     def notes(table):
         return prepared(table, ["column_drift_ratio"], SETTINGS).notes["kind"].value_counts()
@@ -394,12 +385,9 @@ def test_a_column_of_a_new_axis_is_an_axis_of_every_table(tmp_path):
 
 
 # --- descriptions and units
-
-
 def test_every_column_of_every_table_has_a_description_and_every_demand_its_unit(tmp_path):
     table = synthetic_demands(skews=(0, 30), gaps=(51,), frictions=(50,), motions=12)
-    tables = fragility_tables(table, STATES, SETTINGS)
-    for name, frame in tables.items():
+    for name, frame in fragility_tables(table, STATES, SETTINGS).items():
         path = tmp_path / f"{name}.parquet"
         write_described(frame, path, DESCRIPTIONS[name])
         for field in read_schema(path):
@@ -505,8 +493,6 @@ def test_a_study_without_ratios_or_failures_has_no_curves_of_shear_models():
 
 
 # --- limit states as data
-
-
 ENTRY = {
     "component": "deck", "demand": "deck_disp_m", "unit": "mm", "dispersion": 0.35,
     "citation": "somebody", "states": {"slight": 102.0},
@@ -597,5 +583,4 @@ def test_two_processes_give_the_table_of_one(fit, many_variants) -> None:
     rows = ready(many_variants, states)
     alone = fit(rows, states, SETTINGS, jobs=1)
     assert len(alone) > 3
-    two = fit(rows, states, SETTINGS, jobs=2)
-    pd.testing.assert_frame_equal(two, alone, check_exact=True)
+    pd.testing.assert_frame_equal(fit(rows, states, SETTINGS, jobs=2), alone, check_exact=True)

@@ -25,8 +25,6 @@ DEMAND = "deck_disp_m"
 
 
 # --- counts, capacities and brackets
-
-
 @pytest.mark.parametrize(
     ("k", "status"),
     [([0, 7, 20, 20], "quasi_separation"), ([0, 3, 12, 20], "ok"), ([0, 0, 1, 0], "ok")]
@@ -173,8 +171,6 @@ def test_limits_of_a_proportion_are_those_of_the_exact_binomial_test(k, n):
 
 
 # --- clouds
-
-
 def test_flat_falling_and_exact_clouds_are_refused():
     rng = np.random.default_rng(1)
     im = np.exp(rng.uniform(-2, 0, 12))
@@ -276,8 +272,6 @@ def test_intervals_by_motion_are_those_of_the_jackknife_written_out():
 
 
 # --- systems
-
-
 def systems(table, states=STATES):
     return system_curves(ready(table, states), states, SETTINGS).set_index("limit_state")
 

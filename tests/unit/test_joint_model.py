@@ -60,12 +60,10 @@ def test_medians_between_the_variants_follow_the_generator():
         skew, gap = t["skew_deg"] / 60.0, t["gap_mm"] / 50.8
         return 0.3 * skew**2 + 0.1 * gap + 0.4 * skew * t["friction"]
 
-    table = shifted(synthetic_demands(**GRID), effect)
-    row = row_of(table)
+    row = row_of(shifted(synthetic_demands(**GRID), effect))
     model = JointModel(row)
     point = {"skew_deg": 45.0, "gap_mm": 40.0, "friction": 0.3}
-    origin = {"skew_deg": 0.0, "gap_mm": 0.0, "friction": 0.0}
-    ratio, low, high = model.median(point, origin, 0.9)
+    ratio, low, high = model.median(point, {"skew_deg": 0.0, "gap_mm": 0.0, "friction": 0.0}, 0.9)
     assert ratio == pytest.approx(np.exp(-effect(point) / row["slope"]), rel=0.02)
     assert low < ratio < high
     terms = {"skew_deg=40", "skew_deg=60:friction=0.5", "skew_deg:friction", "gap_mm=25:ln_im"}
@@ -167,8 +165,6 @@ def test_states_without_an_estimate_or_with_large_errors_have_a_status():
 
 
 # --- statistics of any table, predictions and the table of a paper
-
-
 KEY_ENTRY = DRIFT_ENTRY | {
     "component": "shear_key", "demand": "shear_key_disp_m", "unit": "mm", "states": {"slight": 25.0}
 }  # fmt: skip
@@ -311,8 +307,7 @@ def test_predicted_failure_in_any_mode_is_the_union_of_the_modes(tmp_path):
         kept = [np.where(models.block == m, np.nan, fit.outcomes.lower) for fit in fits]
         both = zip(fits, kept, strict=True)
         left = [fit.treated(replace(fit.outcomes, lower=lower)) for fit, lower in both]
-        curve = state_curve(left, modes, models.axes.middle, rho[1 + m : 2 + m])
-        logs.append(curve.ln_theta[0])
+        logs.append(state_curve(left, modes, models.axes.middle, rho[1 + m : 2 + m]).ln_theta[0])
     squares = (logs - np.mean(logs)) ** 2
     t = stats.t.ppf(0.975, min(12.0, 3.0 * np.sum(squares) ** 2 / np.sum(squares**2)))
     reach = t * np.sqrt(13.0 * np.mean(squares))

@@ -273,8 +273,6 @@ def test_findings_and_tornado_list_choices_that_move_a_demand_more_than_friction
 
 
 # --- random properties
-
-
 ANY_DIRECTION = RandomProperty(distribution="uniform", low=0.0, high=360.0, source="test")
 ON = UncertaintyConfig(enabled=True, incidence_deg=ANY_DIRECTION)
 NAMES = list(ON.properties)
@@ -307,8 +305,7 @@ def test_draws_have_their_distribution(name: str) -> None:
     what = ON.drawn[name]
     assert what.low <= values.min()
     assert values.max() <= what.high
-    found = stats.kstest(values, np.vectorize(lambda value: expected(what, value)))
-    assert found.pvalue > 0.01
+    assert stats.kstest(values, np.vectorize(lambda value: expected(what, value))).pvalue > 0.01
     # draws that are off by a tenth of the range do not pass
     shifted = values + 0.1 * (what.high - what.low)
     assert stats.kstest(shifted, np.vectorize(lambda v: expected(what, v))).pvalue < 1e-6

@@ -152,8 +152,6 @@ def test_the_spectrum_intensity_of_a_blow_is_its_velocity_times_the_range_of_per
 
 
 # --- formats of files
-
-
 RECORD_G = shaken_g(1, 50)
 SI = RECORD_G * G_MPS2
 GAL = shaken_g(7, 400) * 980.665
@@ -591,8 +589,6 @@ def test_an_unknown_format_is_refused_with_the_list_of_formats(read):
 
 
 # --- suites of motions: files of a folder, factors, stripes, searches, cuts
-
-
 def test_parquet_preserves_the_suite_of_a_folder_bit_for_bit(tmp_path):
     (first, second), *_ = make_pairs(tmp_path, 2)
     suite = prepare_suite(tmp_path, t1_s=0.7)

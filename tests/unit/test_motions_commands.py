@@ -137,8 +137,7 @@ def test_unit_option_applies_only_to_files_without_a_unit(tmp_path):
     alone = {item["file"]: item["pga_g"] for item in found["files"] if item["pga_g"]}
     code, found, _ = _checked(tmp_path, "--write", "--unit", "cm/s2")
     assert code == 0
-    both = {item["file"]: item["pga_g"] for item in found["files"]}
-    assert alone.items() <= both.items()
+    assert alone.items() <= {item["file"]: item["pga_g"] for item in found["files"]}.items()
     assert list(pd.read_csv(tmp_path / "index.csv")["unit"]) == ["g", "cm/s2"]
 
 

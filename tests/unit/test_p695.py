@@ -102,8 +102,7 @@ def test_suites_list_the_pairs_of_their_files_in_turn(package) -> None:
     motions = parse_config({"motions": {"suites": ["p695_far", "p695_near"]}}).motions
     counts = [(source.name, source.count) for source in suite_sources(motions)]
     assert counts == [("p695_far", 2), ("p695_near", 2)]
-    suite = prepare_suites(motions, t1_s=0.7)
-    assert list(suite["npts"]) == [200, 200, 120, 100]
+    assert list(prepare_suites(motions, t1_s=0.7)["npts"]) == [200, 200, 120, 100]
     entry = list_motions(Path("p695"))[1]
     assert read_entry(entry).sha256 == p695.read_record("p695_near", 30).sha256
     with pytest.raises(InputError, match="no record 30"):

@@ -164,8 +164,7 @@ def test_runs_of_a_case_become_one_row_that_counts_those_that_agree():
     assert (found.scales, found.motions) == ((7, 5), (3, 2))
     assert (found.value, found.reference) == (0.9, 1.0)
     assert "5 of 7 scales, 2 of 3 other motions" in found.reason
-    few = statements.over_runs(runs("aaa----"))
-    assert "only 3 of 7 runs meet the premise" in few.reason
+    assert "only 3 of 7 runs meet the premise" in statements.over_runs(runs("aaa----")).reason
     study = Study("fig10")
     for scale in SCALES:
         run = Run(f"scale {scale:g}", scale)

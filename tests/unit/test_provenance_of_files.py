@@ -201,10 +201,8 @@ def test_a_table_is_current_until_its_rule_would_make_another(tmp_path, monkeypa
         return [code, answer["current"], answer["differences"]]
 
     assert current() == [0, True, []]
-    wider = "motions: {count: 3}\nfigures: {width_mm: 85}"
-    assert current(wider) == [0, True, ["config_digest"]]
-    edited = {"motions": "suite", "sources": "edited"}
-    assert current(made=edited) == [1, False, ["rule_digest"]]
+    assert current("motions: {count: 3}\nfigures: {width_mm: 85}") == [0, True, ["config_digest"]]
+    assert current(made={"motions": "suite", "sources": "edited"}) == [1, False, ["rule_digest"]]
     # a file of another configuration asks for it
     result = invoke("provenance", table)
     assert result.exit_code == 1
@@ -290,8 +288,6 @@ def test_a_key_of_the_configuration_changes_the_rules_that_use_it(tmp_path, text
 
 
 # --- frames of `skewbridge.load`
-
-
 def finished_study(folder: Path, config_of_fits: str) -> Path:
     unit = pa.field("column_shear_kn", pa.float64(), metadata={"unit": "kN"})
     table = pa.table([pa.array([1.0])], schema=pa.schema([unit]))

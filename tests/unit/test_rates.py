@@ -121,8 +121,7 @@ def test_hazard_sets_the_measure_of_the_curves_before_any_analysis(file):
     path = str(file("SA(1.0) (g),rate\n0.1,0.01\n0.2,0.001\n"))
     assert parse_config({"hazard": {"file": path}}).fragility.im == "im_sa_1p000_rotd50_g"
     plain = str(file("im,rate\n0.1,0.01\n0.2,0.001\n", "plain.csv"))
-    given = {"hazard": {"file": plain, "measure": "PGA"}}
-    assert parse_config(given).fragility.im == PGA
+    assert parse_config({"hazard": {"file": plain, "measure": "PGA"}}).fragility.im == PGA
     for measure, words in (("MMI", "hazard.measure must be"), ("SA(0.3)", "im_sa_0p300_rotd50_g")):
         with pytest.raises(InputError, match=words.replace("(", r"\(")):
             parse_config({"hazard": {"file": plain, "measure": measure}})
@@ -132,8 +131,7 @@ def rates_of(rows, states, hazard):
     models = fit_models(rows, states, SETTINGS)
     curves = fit_study(rows, states, SETTINGS, models=models)
     system = system_curves(rows, states, SETTINGS, models=models, hazard=hazard)
-    joint = joint_table(rows, states, SETTINGS, models=models)
-    table = rate_table(curves, joint, system, hazard)
+    table = rate_table(curves, joint_table(rows, states, SETTINGS, models=models), system, hazard)
     further = {"curves": curves, "system": system}
     return curves, table, rate_effects(models, states, hazard, SETTINGS, **further)
 

@@ -136,8 +136,6 @@ def test_a_failed_check_stops_the_study_only_when_asked(tmp_path: Path, caplog):
 
 
 # --- suspect rows: reasons, limits, counts
-
-
 HEALTHY = {
     "loosened_ratio": 0.0, "recovery_rung": 1, "energy_residual_ratio": -0.004,
     "contact_energy_ratio": 0.002, "cone_excess_wall_ratio": 0.009, "cone_excess_key_ratio": 0.002,

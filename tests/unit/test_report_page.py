@@ -116,8 +116,7 @@ def assert_effects(tables, frames):
 def assert_leading(tables, frames):
     curves = figures.with_system(frames["curves"], frames["system"])
     lines = iter(tables.get("Leading curves", [[]])[1:])
-    pooled = figures.pooled_curves(curves, frames["medians"])
-    for table in figures.main_curves(pooled).values():
+    for table in figures.main_curves(figures.pooled_curves(curves, frames["medians"])).values():
         for state, part in table.groupby(["bridge", "component", "limit_state"], sort=False):
             heading = next(lines)[0]
             assert heading.startswith(state[0])
@@ -146,8 +145,7 @@ def assert_published(tables, frames):
 
 
 def assert_system(tables, frames):
-    system = frames["system"].to_dict("records")
-    for cells, row in zip(tables["System"][1:], system, strict=True):
+    for cells, row in zip(tables["System"][1:], frames["system"].to_dict("records"), strict=True):
         assert row["bridge"] in cells[0]
         assert_printed(cells[1], [row[name] for name in AXES])
         assert_printed(cells[3], [row["n_exceed"], row["n_runs"]])
@@ -356,10 +354,9 @@ def test_sketch_and_words_have_the_geometry_of_the_bridge():
     assert np.mean(square, axis=1)[:, 0] == pytest.approx([0.0, 0.0])
     reach = np.abs(np.concatenate(drawn["walls"])[:, 0]).max()
     assert drawn["scale"] * reach <= drawn["width"] / 2
-    ends = {"left": "integral", "right": "roller"}
     other = replace(
         bridge,
-        end_kinds=ends,
+        end_kinds={"left": "integral", "right": "roller"},
         joints_m={"bent 1": 0.0},
         skews_deg={"left": 10.0},
         seats_m={"joint 1": 0.6},
@@ -689,8 +686,6 @@ def test_status_of_a_ratio_is_that_of_the_curves_without_an_estimate(statuses, e
 
 
 # --- headline of the README
-
-
 ROOT = Path(__file__).parents[2]
 LEADING = ("column_failure/any", "unseating/slight")
 

@@ -118,8 +118,7 @@ def test_plain_values_are_read_back_as_they_were() -> None:
     raw["model"] = {"column_fibers": [6, 12, 1], "keys": "monolithic"}
     raw["analysis"] = {"integrator": ["Newmark", 0.5, 0.25]}
     config = parse_config(raw)
-    plain = json.loads(json.dumps(config.model_dump(mode="json")))
-    assert parse_config(plain) == config
+    assert parse_config(json.loads(json.dumps(config.model_dump(mode="json")))) == config
     assert config.analysis.integrator_command == ("Newmark", 0.5, 0.25)
 
 
@@ -169,8 +168,6 @@ def test_limit_states_fit_their_schema_and_load(name: str) -> None:
 
 
 # --- variants and their names
-
-
 def with_decimals(low: int, high: int, decimals: int = 3) -> st.SearchStrategy[float]:
     """Whole numbers, and numbers with up to so many decimals, between two limits."""
     factor = 10**decimals
@@ -194,8 +191,7 @@ variants = st.builds(
 def test_variants_have_names_of_their_own_and_the_friction_given(one, other, friction) -> None:
     assert (one.slug == other.slug) == (one == other)
     assert re.fullmatch(r"[a-z0-9_-]+", one.slug)
-    row = {"bridge": one.bridge, "abutment": one.abutment, **one.values()}
-    assert Variant.of_row(row) == one
+    assert Variant.of_row({"bridge": one.bridge, "abutment": one.abutment, **one.values()}) == one
     values = {"skew_deg": 0, "gap_mm": 51, "friction": friction}
     assert Variant.at("osb1", "contact_friction", values).friction == friction
 
@@ -316,8 +312,6 @@ def test_variants_have_the_gap_that_their_bridge_states(written):
 
 
 # --- an abutment model is a row of traits and a builder
-
-
 @pytest.mark.parametrize("name", ABUTMENTS)
 def test_a_variant_keeps_the_axes_of_its_model_which_has_a_builder_and_a_code_of_its_own(name):
     assert BUILDERS.keys() == ABUTMENTS.keys()

@@ -126,8 +126,6 @@ def test_values_and_index_of_the_motions_in_use_change_the_digest_of_their_folde
 
 
 # --- jobs of a variant
-
-
 MODELS = ("cf_skew30_gap025_mu000", "cf_skew30_gap025_mu050", "ro_skew30_gap000_mu000")
 SLUGS = [f"osb1_{model}" for model in MODELS]
 
@@ -203,8 +201,7 @@ def test_the_joined_table_is_that_of_all_rows_at_once(tmp_path, ran, monkeypatch
 def test_every_journal_of_the_folder_counts(tmp_path: Path) -> None:
     """An analysis is finished, whichever job made it."""
     setup = setup_in(tmp_path)
-    tasks = setup.tasks(SLUGS[0])
-    for name, task in zip((SLUGS[0], "pilot", "sensitivity"), tasks, strict=True):
+    for name, task in zip((SLUGS[0], "pilot", "sensitivity"), setup.tasks(SLUGS[0]), strict=True):
         in_journal(setup.folder.journal(name), row_of(task))
     keys = {slug: [run_key(task) for task in setup.tasks(slug)] for slug in SLUGS[:2]}
     state = study_progress(keys, read_content(setup.folder.journals))
@@ -243,8 +240,6 @@ def test_values_on_axes_and_bridges_from_any_path_reach_the_analyses(written) ->
 
 
 # --- results of another version are reported and not used; files are written whole or not at all
-
-
 SLUG = SLUGS[1]
 
 
@@ -399,8 +394,6 @@ def test_rows_that_fail_in_different_cycles_are_not_compared() -> None:
 
 
 # --- rounds: selection, plan and demands
-
-
 LOOKS = DesignConfig().looks
 PLACES = pd.DataFrame(
     {"bridge": "b", "abutment": "a", "gap_mm": [25.0, 51.0] * 2, "friction": [0.0, 0.0, 0.5, 0.5]},
@@ -514,15 +507,12 @@ def test_cells_of_all_rounds_are_one_table_and_one_figure() -> None:
         plan(None, round=2, analyses_before=48, cells=[row | first]),
         plan("decided", analyses_before=64, cells=[row | first | {"verdict": "negligible"}]),
     ]
-    table = rounds_table(plans)
-    found = table[["round", "analyses", "verdict"]].to_numpy().tolist()
+    found = rounds_table(plans)[["round", "analyses", "verdict"]].to_numpy().tolist()
     assert found == [[1, 48, "undecided"], [2, 64, "negligible"]]
     assert rounds_table(plans[:1]).empty
 
 
 # --- searches of capacities
-
-
 IDA = MotionsConfig(level_range_g=(0.1, 2.0))  # of the column drift ratio, to 0.025
 AT_1_G = 0.4  # Sa_avg of the motion at factor 1
 CAPACITY_G = 0.77

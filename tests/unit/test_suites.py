@@ -50,8 +50,7 @@ def test_suites_of_a_configuration(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
     (default,) = suite_sources(motions_of())
     assert (default.name, default.folder, default.count) == ("near", Path("motions"), 32)
     shipped = suite_sources(motions_of(suites=["near", "far", "pulse"]))
-    counts = {each.name: each.count for each in shipped}
-    assert counts == {"near": 32, "far": 16, "pulse": 16}
+    assert {each.name: each.count for each in shipped} == {"near": 32, "far": 16, "pulse": 16}
     index_of(tmp_path, make_pairs(tmp_path, 2), scale=[1.0, 1.0])
     own = suite_sources(motions_of(suites=["near", str(tmp_path)]))
     assert [(each.name, each.count) for each in own] == [("near", 32), (tmp_path.name, 2)]
@@ -166,8 +165,6 @@ def test_the_first_screen_states_the_difference() -> None:
 
 
 # --- the shipped suite: what its generator makes, within its promises; more motions change nothing
-
-
 MOTIONS = ROOT / "motions"
 COUNT, STORED = 128, 40
 SOME = STORED + 8  # a block of those that are made, too
@@ -346,5 +343,4 @@ def test_check_generates_the_motion_and_preserves_its_index_row(folder: Path) ->
 def test_another_number_in_the_index_is_refused(folder, old, new, words) -> None:
     index = folder / "index.csv"
     index.write_text(index.read_text().replace(old, new))
-    found = answer("motions", "check", folder, code=2)
-    assert words in str(found)
+    assert words in str(answer("motions", "check", folder, code=2))

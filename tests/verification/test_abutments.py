@@ -141,8 +141,7 @@ GAP_MM, KEY_GAP_M = 25, 0.0064
 def test_gaps_are_open_by_their_width_under_dead_load(bridge, abutment, skew_deg):
     has_contacts = "contact" in abutment
     with domain():
-        case = variant(skew_deg, abutment, bridge, GAP_MM).normalised()
-        model = build(case, ModelOptions())
+        model = build(variant(skew_deg, abutment, bridge, GAP_MM).normalised(), ModelOptions())
         if model.contacts is not None:
             model.contacts.start_from_rest()
         for side in model.abutments:
@@ -359,8 +358,7 @@ def test_unloading_is_stiff_and_opens_a_gap_and_reloading_meets_the_curve(reache
     starts_m = reached_m - peak_n / STIFFNESS
     expected = np.maximum(peak_n - STIFFNESS * (reached_m - back), 0.0)
     np.testing.assert_allclose(unloaded, expected, atol=CLOSES_M * STIFFNESS)
-    beyond = np.abs(unloaded[back < starts_m - CLOSES_M])
-    assert beyond.max(initial=0.0) < 1e-5 * OSB1.ultimate_n
+    assert np.abs(unloaded[back < starts_m - CLOSES_M]).max(initial=0.0) < 1e-5 * OSB1.ultimate_n
     peak_n = float(OSB1.force_n(reached_m))
     reload = np.clip(STIFFNESS * (again - starts_m), 0.0, None)
     expected = np.where(again < reached_m, np.minimum(reload, peak_n), OSB1.force_n(again))

@@ -84,8 +84,7 @@ CARRYING = [*ALL[::3], variant(0, bridge="osb1_era1"), variant(0, bridge="osb1_f
 def test_every_variant_carries_its_weight_and_has_sane_modes(case):
     result = modal_properties(case)
     bridge = built_bridge(load_bridge(case.bridge), ModelOptions(), case.skew_deg)
-    weight_kn = weights.total_weight_n(bridge) / 1e3
-    assert result.weight_kn == pytest.approx(weight_kn, rel=1e-6)
+    assert result.weight_kn == pytest.approx(weights.total_weight_n(bridge) / 1e3, rel=1e-6)
     carried = sum(result.column_axial_kn) + sum(result.abutment_reaction_kn)
     assert carried == pytest.approx(result.weight_kn, rel=1e-6)
     assert all(force > 0.0 for force in (*result.column_axial_kn, *result.abutment_reaction_kn))
@@ -160,8 +159,7 @@ def test_without_friction_or_closures_there_is_no_effect_of_contact_friction():
 def test_a_motion_along_one_axis_shears_the_columns_along_this_axis(incidence_deg, along, across):
     motion = strong_motion(duration_s=3.0, peak_g=0.1)
     motion = motion.with_components(motion.accel_1_mps2, 0.0 * motion.accel_2_mps2)
-    case = variant(0, "roller")
-    demands = analysed(case, motion, incidence_deg=incidence_deg).whole_history
+    demands = analysed(variant(0, "roller"), motion, incidence_deg=incidence_deg).whole_history
     shear_kn = {axis: demands[f"column_shear_{axis}_kn"] for axis in "xy"}
     assert shear_kn[along] == pytest.approx(demands["column_shear_kn"], rel=0.02)
     # at rest the cap thrusts the columns of a bent apart
@@ -285,8 +283,7 @@ def test_only_massless_nodes_stand_for_springs_and_without_a_balance_there_is_no
 @pytest.mark.parametrize("bridge", ["osb1", "osb2s", "bridge_a"])
 def test_the_stiffness_of_spine_and_caps_gives_their_end_forces(bridge):
     with domain():
-        model = build(variant(bridge=bridge), ModelOptions())
-        for element in model.energy_elements["deck"]:
+        for element in build(variant(bridge=bridge), ModelOptions()).energy_elements["deck"]:
             ends = np.hstack([ops.nodeDisp(node) for node in ops.eleNodes(element)])
             force = np.array(ops.eleForce(element))
             limit = 1e-9 * np.abs(force).max()

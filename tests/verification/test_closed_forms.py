@@ -270,8 +270,7 @@ def test_a_particle_meets_the_tabulated_peaks_and_histories(restitution):
         return
     reference = reference_table("particle_history")
     found = np.interp(reference["t_s"], history.t_s, history.q @ rigid_bodies.NORMAL)
-    error = np.sqrt(np.mean((found - reference["un_m"].to_numpy()) ** 2))
-    assert error <= 0.01 * 0.0268
+    assert np.sqrt(np.mean((found - reference["un_m"].to_numpy()) ** 2)) <= 0.01 * 0.0268
     outside = np.flatnonzero(history.normals_n.sum(axis=1) > 0.0)[0]
     first_s = tabulated("fig4", "OpenSees", ["first contact (s)"])
     assert history.t_s[outside] == pytest.approx(*first_s, abs=1e-4)

@@ -107,8 +107,7 @@ def test_a_bent_loses_strength_soon_after_its_displacement_capacity(bridge):
     before = with_end.disp_m < capacity_m
     same = np.interp(with_end.disp_m[before], without.disp_m, without.force_n)
     np.testing.assert_allclose(with_end.force_n[before], same, rtol=1e-3)
-    later = np.interp(1.5 * capacity_m, with_end.disp_m, with_end.force_n)
-    assert later < 0.9 * with_end.peak_n
+    assert np.interp(1.5 * capacity_m, with_end.disp_m, with_end.force_n) < 0.9 * with_end.peak_n
     assert with_end.force_n[-1] < 0.6 * with_end.peak_n
     assert without.force_n[-1] > 0.99 * without.peak_n
 
@@ -292,8 +291,7 @@ def independent_curve(along: bool, curvatures: np.ndarray) -> tuple[np.ndarray, 
 @pytest.mark.parametrize("direction", [0, 1])
 def test_a_rectangle_agrees_with_an_independent_fiber_section(wall, direction) -> None:
     curve = sections.section_response(load_bridge(wall).column, AXIAL_N, direction)
-    shown = curve.curvature_per_m[20:-1:6]
-    moments, ultimate = independent_curve(direction == 1, shown)
+    moments, ultimate = independent_curve(direction == 1, curve.curvature_per_m[20:-1:6])
     np.testing.assert_allclose(curve.moment_nm[20:-1:6], moments, rtol=0.01)
     # the curve ends at the first of its points beyond the ultimate curvature
     assert curve.curvature_per_m[-2] < ultimate <= curve.curvature_per_m[-1]

@@ -117,8 +117,7 @@ def test_fits_reproduce_the_case(name):
             wanted = [wanted] * 3
         # the covariance of complete samples is zero, and the reference shows its rounding
         rounding = {"abs": 1e-9} if key.startswith("cov_") and "capacity" in given else {}
-        tolerance = TOLERANCES.get(key, 1e-6)
-        assert found[key] == pytest.approx(wanted, rel=tolerance, **rounding), key
+        assert found[key] == pytest.approx(wanted, rel=TOLERANCES.get(key, 1e-6), **rounding), key
 
 
 def test_independent_binomial_errors_of_the_same_records_are_too_small():
@@ -404,13 +403,11 @@ def test_medians_with_informative_collapses_are_nearly_unbiased_or_refused(corre
         hidden = x + scatter * (correlation * own + np.sqrt(1.0 - correlation**2) * other)
         collapsed = hidden > np.quantile(hidden, 0.7)
         share = np.where(collapsed, rng.uniform(0.5, 1.0, 64), 1.0)
-        demand = np.exp(ln_a + b * x + scatter * own) * share
-        table = runs_of(np.exp(x), {"unseating_m": demand})
+        table = runs_of(np.exp(x), {"unseating_m": np.exp(ln_a + b * x + scatter * own) * share})
         table["status"] = np.where(collapsed, "collapse", "ok")
         found.append(curves_of(table, states))
     curves = pd.concat(found)
-    truth = np.exp((np.log(curves["threshold"]) - ln_a) / b)
-    curves["error"] = np.log(curves["theta"] / truth)
+    curves["error"] = np.log(curves["theta"] / np.exp((np.log(curves["threshold"]) - ln_a) / b))
     usable = curves[(curves["status"] == "ok") & curves["preferred"]]
     for name in ("slight", "moderate"):
         errors = usable.loc[usable["limit_state"] == name, "error"]
@@ -557,8 +554,7 @@ def test_pooled_ratios_agree_with_paired_means_and_the_line_of_motion_means(
     The drift of the effect with intensity, which the closed form neglects, is below 0.03.
     """
     part = study.rows[study.rows["bridge"] == bridge]
-    whole = part.groupby("motion_id")["complete"].transform("all")
-    part = part[whole].reset_index(drop=True)
+    part = part[part.groupby("motion_id")["complete"].transform("all")].reset_index(drop=True)
     state = [state for state in study.states if state.key == key]
     ours = median_effects(part, state, SETTINGS).query("scope == 'pooled' and axis == @axis")
     ours = ours.sort_values("to_value").iloc[-1]

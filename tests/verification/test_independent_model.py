@@ -352,8 +352,7 @@ TOLERANCES = {"column_drift_ratio": 0.006, "unseating_m": 0.003}
 @pytest.mark.slow
 @pytest.mark.parametrize(("friction_pct", "skew_deg"), NATIVE_DT_S)
 def test_an_independent_model_with_native_contact_agrees(friction_pct, skew_deg):
-    places = {"skew_deg": skew_deg, "gap_mm": 25, "friction_pct": friction_pct}
-    case = variant(**places)
+    case = variant(**{"skew_deg": skew_deg, "gap_mm": 25, "friction_pct": friction_pct})
     motion = cut_to_strongest(strongest_motions(1, 0.8)[0], SECONDS, 0.0)
     expected = Independent(case, ModelOptions()).peaks(motion, NATIVE_DT_S[friction_pct, skew_deg])
     ops.wipe()

@@ -311,12 +311,9 @@ joints: [{{at: bent 1, seat_width_m: 0.6, pads: {{{PADS}}}}}]
 
 
 # --- response
-
-
 @pytest.mark.parametrize("abutment", ["contact", "spring"])
 def test_decks_meet_in_contacts_with_every_abutment_model(written, abutment):
-    case = variant(0, abutment, written(HINGED), 25)
-    result = analysed(case, strong_motion(duration_s=4.0))
+    result = analysed(variant(0, abutment, written(HINGED), 25), strong_motion(duration_s=4.0))
     assert result.status == "ok"
     assert result.demands["joint1_closures"] > 0
     assert abs(result.demands["energy_residual_ratio"]) < 2e-3
@@ -504,8 +501,7 @@ def test_one_end_integral_and_one_seat_unseats_at_the_seat_only(written):
         openings = [model.contacts.openings_m[unit] for unit in right.wall_units]
         assert openings == pytest.approx([0.040] * 3, abs=5e-5)
         for spring in left.wall_springs:
-            force = ops.basicForce(spring.element)[spring.component]
-            assert force == pytest.approx(0.0, abs=1.0)
+            assert ops.basicForce(spring.element)[spring.component] == pytest.approx(0.0, abs=1.0)
     result = analysed(case, strong_motion(duration_s=4.0))
     found, histories = result.whole_history, result.histories
     assert result.status == "ok"

@@ -155,8 +155,7 @@ def test_the_page_and_the_bridge_have_the_numbers_of_the_stored_tables():
         "2019-06-22": "that of 2015 has {:.2f}, {:.2f} and {:.2f} (",
     }
     for row in crossed[crossed["fitted_to"] != "both"].itertuples():
-        sentence = sentences[row.fitted_to].format(row.peak_ratio, row.correlation, row.error)
-        assert sentence in page
+        assert sentences[row.fitted_to].format(row.peak_ratio, row.correlation, row.error) in page
         assert abs(row.peak_ratio - 1.0) <= 0.031  # of the README
     bridge = load_bridge("painter")
     both = fits[fits["fitted_to"] == "both"].iloc[0]
@@ -170,8 +169,7 @@ def test_the_page_and_the_bridge_have_the_numbers_of_the_stored_tables():
         ]
     np.testing.assert_allclose(*np.transpose(pairs), rtol=0.05)
     fitted = [name for name, source in bridge.sources.items() if "fitted: 2015, 2019" in source]
-    single = [name for name in fitted if "one number with" not in bridge.sources[name]]
-    assert len(single) == 6
+    assert len([name for name in fitted if "one number with" not in bridge.sources[name]]) == 6
 
 
 # --- motions of single supports: equal ones are uniform input, others move the supports apart
@@ -265,5 +263,4 @@ def test_support_motions_of_a_file(tmp_path):
         with pytest.raises(InputError, match=message):
             read_support_motions(path)
     path.write_text("\n".join(lines[:4]))
-    found = answer("run", *options, code=2)
-    assert "for the supports left, bent 1, right" in found["message"]
+    assert "for the supports left, bent 1, right" in answer("run", *options, code=2)["message"]

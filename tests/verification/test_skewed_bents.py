@@ -94,8 +94,7 @@ def test_columns_of_a_skewed_bent_are_in_line_with_its_cap(spacing, across_m, al
     (longer,) = built_bridge(bridge, options, 60.0).bents
     assert longer.cap_weight_kn == pytest.approx(2 * bridge.bents[0].cap_weight_kn)
     added_kn = bridge.bents[0].cap_weight_kn + 2 * bridge.deck.diaphragm_weight_kn
-    weight_n = total_weight_n(bridge) + added_kn * 1e3
-    assert held_n == pytest.approx(weight_n, rel=1e-6)
+    assert held_n == pytest.approx(total_weight_n(bridge) + added_kn * 1e3, rel=1e-6)
 
 
 @pytest.mark.parametrize(

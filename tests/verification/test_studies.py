@@ -317,8 +317,7 @@ def test_abutment_alone_closes_and_slips():
         assert history.disp_m[:, 0].max() > 0.051
         assert sum(unit.closures for unit in history.ledger) > 2
         # Hysteresis: the pads act in the gap, and the backfill behind it as well.
-        pushed = history.disp_m[:, 0].argmax()
-        assert history.force_n[pushed, 0] > 1.0e6
+        assert history.force_n[history.disp_m[:, 0].argmax(), 0] > 1.0e6
     assert sum(unit.slip_work_j for unit in rough.ledger) > 1.0e3
     assert not smooth.friction_n.any()
     # The bound is a prediction to the end of the step: it is exceeded where the normal force turns.
