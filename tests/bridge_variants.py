@@ -32,7 +32,6 @@ def variant(
 def analysed(
     case, motion=None, options=None, *, scale=1.0, incidence_deg=0.0, log_path=None, **settings
 ):
-    """Analyse a variant under a motion, by default a strong one; return the result."""
     motion = motion or strong_motion()
     return analyse(
         case,
@@ -45,7 +44,6 @@ def analysed(
 
 
 def abutment_analysed(case, motion, settings=None, **options):
-    """Analyse an abutment of a variant alone under a motion; return its history."""
     settings = settings or AnalysisSettings()
     return abutment_history(case, Excitation(motion=motion), settings, ModelOptions(**options))
 

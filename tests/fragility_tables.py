@@ -8,27 +8,20 @@ import pandas as pd
 from scipy.special import stdtrit
 
 from skewbridge.demands.validity import BEYOND_MODEL, COLUMN_FAILURE_RATIO, FAILURE_DEMANDS
-from skewbridge.fragility.curves import fit_study
+from skewbridge.fragility import curves, effects, limit_states, verdicts
 from skewbridge.fragility.demand_table import prepared
-from skewbridge.fragility.effects import effect_tables
-from skewbridge.fragility.limit_states import (
-    limit_states_of,
-    load_limit_states,
-    with_column_failure,
-)
 from skewbridge.fragility.settings import FitSettings
-from skewbridge.fragility.verdicts import verdicts_of
 from skewbridge.variant.variant import ABUTMENTS, Variant
 
 IM = "im_saavg_rotd50_g"
-_ALL = load_limit_states(Path(__file__).parents[1] / "config" / "limit_states.yaml")
+_ALL = limit_states.load_limit_states(Path(__file__).parents[1] / "config" / "limit_states.yaml")
 STATES = [state for state in _ALL if state.component != "joint_unseating"]
 SETTINGS = FitSettings(im=IM)
 DRIFT_ENTRY = {
     "component": "column_drift", "demand": "column_drift_ratio", "unit": "percent",
     "dispersion": 0.35, "citation": "test", "states": {"slight": 1.0, "moderate": 2.5},
 }  # fmt: skip
-DRIFT = limit_states_of([DRIFT_ENTRY])
+DRIFT = limit_states.limit_states_of([DRIFT_ENTRY])
 # ln demand = ln a + b ln im + scatter of the motion + small scatter of the run
 DEMAND_MODELS = {
     "column_shear_kn": (np.log(2000.0), 0.25, 0.12),
@@ -48,18 +41,15 @@ DEMAND_MODELS = {
 
 
 def states_of(component):
-    """Return the states of the configuration of one component, mild to severe."""
     return [state for state in _ALL if state.component == component]
 
 
 def ready(table, states):
-    """Return the rows of a table that fits use."""
     return prepared(table, list(dict.fromkeys(state.demand for state in states)), SETTINGS).table
 
 
 def curves_of(table, states, settings=SETTINGS):
-    """Return the table of curves."""
-    return fit_study(ready(table, states), states, settings)
+    return curves.fit_study(ready(table, states), states, settings)
 
 
 def several_models(motions: int = 16) -> pd.DataFrame:
@@ -102,7 +92,7 @@ def two_mode_runs(seed: int, motions: int = 12) -> pd.DataFrame:
 
 
 #: States of the failure modes of a column and of their union.
-FAILURES = with_column_failure([], {*FAILURE_DEMANDS.values(), COLUMN_FAILURE_RATIO})
+FAILURES = limit_states.with_column_failure([], {*FAILURE_DEMANDS.values(), COLUMN_FAILURE_RATIO})
 
 
 def synthetic_demands(
@@ -145,9 +135,8 @@ def synthetic_demands(
 
 
 def verdict_of(ci_low: float, ci_high: float, margin: float = 0.05) -> str:
-    """Return the verdict of an interval of a ratio."""
     ends = np.array([[ci_low], [1.0 - margin], [1.0], [1.0 + margin], [ci_high]])
-    return str(verdicts_of(*ends, possible=np.ones(1, dtype=np.bool_))[0])
+    return str(verdicts.verdicts_of(*ends, possible=np.ones(1, dtype=np.bool_))[0])
 
 
 def friction_rows(scatter, motions=(12, 12), *, demand="deck_disp_m", ratio=1.0, level=0.90):
@@ -168,8 +157,7 @@ def friction_rows(scatter, motions=(12, 12), *, demand="deck_disp_m", ratio=1.0,
 
 
 def paired_effects(demands, columns=None, settings=SETTINGS, *, jobs=1) -> pd.DataFrame:
-    """Return the table of demand effects, without that of effects by intensity."""
-    return effect_tables(demands, columns, settings, jobs=jobs).effects
+    return effects.effect_tables(demands, columns, settings, jobs=jobs).effects
 
 
 def runs_of_one_variant(variant: str, bridge: str, skew_deg: int, im) -> pd.DataFrame:

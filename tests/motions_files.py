@@ -13,7 +13,6 @@ NPTS= {npts:6d}, DT= {dt:.4f} SEC
 
 
 def at2_text(values_g: np.ndarray, dt_s: float = 0.01, azimuth: int = 90) -> str:
-    """Return the text of a PEER file."""
     header = HEADER.format(npts=len(values_g), dt=dt_s, azimuth=azimuth)
     lines = (values_g[i : i + 5] for i in range(0, len(values_g), 5))
     rows = ["".join(f"{value:15.7E}" for value in line) for line in lines]
@@ -39,7 +38,6 @@ def make_pairs(folder: Path, count: int) -> list[tuple[Path, Path]]:
 
 
 def index_of(folder: Path, pairs: list[tuple[Path, Path]], **columns: list) -> Path:
-    """Write an index of some pairs with further columns."""
     given = {
         "motion_id": [first.stem.removesuffix("_h1") for first, _ in pairs],
         "file_1": [first.name for first, _ in pairs],
@@ -50,7 +48,6 @@ def index_of(folder: Path, pairs: list[tuple[Path, Path]], **columns: list) -> P
 
 
 def rows_of(values: np.ndarray, per_line: int, form: str) -> str:
-    """Return values as lines of a fixed format."""
     lines = (values[i : i + per_line] for i in range(0, len(values), per_line))
     return "\n".join("".join(map(form.format, line)) for line in lines)
 

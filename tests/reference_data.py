@@ -11,7 +11,6 @@ DATA = Path(__file__).parent / "data"
 
 @cache
 def reference_table(name):
-    """Return a table of `tests/data`."""
     return pd.read_csv(DATA / f"{name}.csv", comment="#")
 
 

@@ -169,7 +169,6 @@ MODEL = "osb1_fixed, contact-friction"
 
 
 def fits_of(study, component, state, method="preferred", bridge="osb1_fixed"):
-    """Return the estimates of a state by variant."""
     curves = study.curves
     keep = (curves["component"] == component) & (curves["limit_state"] == state)
     keep &= (curves["bridge"] == bridge) & (curves["status"] == FITTED)

@@ -32,7 +32,6 @@ LONG = "x" * 60
 
 @pytest.fixture(scope="module", name="curves")
 def _curves(tmp_path_factory):
-    """Curves of a few variants, some states without an estimate."""
     demands = synthetic_demands(skews=(0, 30), gaps=(51,))
     # a name with characters and of a length that not every program accepts
     demands["variant"] = demands["variant"].replace(

@@ -145,7 +145,6 @@ def test_markup_and_control_characters_are_text_and_no_cell_is_a_formula(capsys,
 
 
 def faults_of(tmp_path, states, raw):
-    """Return the message about a configuration with these limit states."""
     path = tmp_path / "states.yaml"
     path.write_text(yaml.safe_dump(states), encoding="utf-8")
     raw["fragility"] = {"limit_states": str(path)} | raw.get("fragility", {})

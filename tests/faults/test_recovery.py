@@ -95,7 +95,6 @@ def loop_of(integrator=NEWMARK, max_iterations=10, **replaced):
 
 @pytest.fixture
 def oscillator(monkeypatch):
-    """An elastic oscillator, ready for steps."""
     spring_and_mass(spring=("Elastic", 1, 100.0))
     prepare(monkeypatch)
 
@@ -211,7 +210,6 @@ class Failing:
         return self.last
 
     def check(self):
-        """Check that the last solution converged, by its result and by its own test."""
         assert self.last == 0
         assert 0.0 <= ops.testNorms()[ops.testIter() - 1] <= self.given[1]
         return True
@@ -249,7 +247,6 @@ def driven(monkeypatch, model, integrator, failing, parts=lambda _: 1):
 
 
 def plain(model, integrator, sizes):
-    """Make steps of given sizes without failures; return the values at the regular steps."""
     ops.wipe()
     node, values = model(), []
     prepare()
@@ -264,7 +261,6 @@ def plain(model, integrator, sizes):
 
 
 def error(found, exact):
-    """Largest difference over the largest value."""
     assert len(found) == len(exact) == STEPS
     return np.abs(np.subtract(found, exact)).max() / np.abs(exact).max()
 

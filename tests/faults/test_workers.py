@@ -54,7 +54,6 @@ def batch(folder, work, count=2, tasks=(), *, done=None, still_s=STILL_S, on_fin
 
 
 def ends(pid):
-    """Whether a process ends, waited for."""
     gone = (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD)
     return wait_for(lambda: not psutil.pid_exists(pid) or psutil.Process(pid).status() in gone, 30)
 

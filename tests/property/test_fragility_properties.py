@@ -26,7 +26,6 @@ def stripes(draw):
 
 
 def best_loglik(n, k, slopes, ln_theta):
-    """Return the largest log-likelihood over pairs of slope and median."""
     eta = slopes[:, None] * (np.log(LEVELS) - ln_theta[:, None])
     terms = np.where(k > 0, k * special.log_ndtr(eta), 0.0)
     terms += np.where(n - k > 0, (n - k) * special.log_ndtr(-eta), 0.0)

@@ -42,7 +42,6 @@ MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path.parent != PACKAG
 
 @cache
 def imported_names(path: Path) -> set[str]:
-    """Return the modules, and names of modules, that a file imports."""
     names: set[str] = set()
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.ImportFrom) and node.module:
@@ -217,7 +216,6 @@ EDITS: dict[str, tuple[set[str], set[str]]] = {
 
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A copy of the package."""
     folder = tmp_path_factory.mktemp("sources") / "skewbridge"
     shutil.copytree(PACKAGE, folder, ignore=shutil.ignore_patterns("__pycache__"))
     return folder

@@ -143,7 +143,6 @@ def test_default_shear_strength_decreases_with_displacement_ductility(axial_kn):
 
 
 def measured_column(row: pd.Series) -> ColumnData:
-    """Return a tested column with its measured strengths."""
     given = {
         "diameter_m": row.diameter_mm / 1e3, "cover_to_hoop_m": row.cover_mm / 1e3,
         "bar_count": int(row.bars), "bar_area_mm2": pi / 4 * row.bar_mm**2,

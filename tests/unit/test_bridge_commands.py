@@ -426,7 +426,6 @@ def pair(tmp_path):
 
 
 def run(pair, out, *options):
-    """Return the exit code and the answer of an analysis under a pair of components."""
     return cli_json.run("run", "--motion", *pair, "--out", out, *options)
 
 

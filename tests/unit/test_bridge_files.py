@@ -87,7 +87,6 @@ def test_a_user_adds_a_bridge_by_a_file_in_which_nothing_is_missing(written) -> 
 
 
 def bents(columns: int = 1, **keys: object) -> str:
-    """Return the text of a bent with further keys."""
     bent = {"columns": columns, "clear_height_m": 5.0, "cap_width_m": 2.0, "cap_depth_m": 1.8}
     return yaml.safe_dump({"bents": [bent | {"cap_weight_kn": 500} | keys]})
 
@@ -227,7 +226,6 @@ DRAWINGS = sorted((ROOT / "tests/data/drawings").glob("*.yaml"))
 
 
 def leaves(node: object, above: str = ""):
-    """Yield key and value of the numbers and texts of a tree."""
     if not isinstance(node, dict | list | tuple):
         yield above, node
         return
@@ -448,7 +446,6 @@ def test_a_doubtful_number_is_named_with_its_usual_range(changes, words) -> None
 
 
 def changed(name, changes):
-    """Return a bridge with other numbers, checked like a file."""
     read = read_bridge(name)
     tree = read.bridge.model_dump()
     for key, value in changes.items():
@@ -475,7 +472,6 @@ def slips_of(name: str) -> list[tuple[str, float]]:
 
 
 def is_caught(name: str, *slips: tuple[str, float]) -> bool:
-    """Return whether a bridge is refused or doubted with the name of one slipped number."""
     bridge = load_bridge(name)
 
     def slipped(value, factor):

@@ -13,7 +13,6 @@ from skewbridge.errors import InputError, SolutionError
 
 
 def run(answer, *arguments):
-    """Run a command that gives an answer, or raises an error."""
     app = new_group()
 
     @command(app)

@@ -27,15 +27,9 @@ from skewbridge.files.digests import provenance
 from skewbridge.files.tables import write_frame
 from skewbridge.files.text import merged, read_mapping
 from skewbridge.report.methods import REFERENCES, methods_of
-from skewbridge.study import analyses
-from skewbridge.study.analyses import StudySetup, forecast_s
+from skewbridge.study import analyses, inputs, jobs, journal, processes, progress
 from skewbridge.study.config import load_config, parse_config
 from skewbridge.study.folder import write_starter
-from skewbridge.study.inputs import prepare_motions
-from skewbridge.study.jobs import for_terminal
-from skewbridge.study.journal import read_content
-from skewbridge.study.processes import cancel_left_behind
-from skewbridge.study.progress import forecast_study
 from skewbridge.study.task import run_key
 from study_parts import in_journal, row_of, study_of, wave, without_workers
 
@@ -82,7 +76,7 @@ def test_failures_are_forgotten(tmp_path: Path) -> None:
     config = ("--study", str(tmp_path / "mine.yaml"))
     retried = answer("study", "retry", *config)
     assert retried["analyses"] == [{"variant": "v", "motion": "m", "status": "crash"}]
-    assert read_content([path]).counts["damaged"] == 0
+    assert journal.read_content([path]).counts["damaged"] == 0
     assert answer("study", "retry", *config)["forgotten"] == 0
     refused = answer("study", "retry", "--status", "ok", code=2)
     assert "--status must be one of failed, numerical_failure" in refused["message"]
@@ -112,8 +106,8 @@ def test_new_gap_repeats_no_finished_analysis(tmp_path: Path) -> None:
     config = tmp_path / "mine.yaml"
     config.write_text(f"results: {tmp_path}/results\n{grid}{PLAIN}")
     study, slug = load_config(config, base=BASE), "osb1_cf_skew00_gap025_mu050"
-    prepare_motions(study)
-    tasks = StudySetup.of(study).tasks(slug)
+    inputs.prepare_motions(study)
+    tasks = analyses.StudySetup.of(study).tasks(slug)
     keys = dict(zip(map(run_key, tasks), ("ok", "timeout"), strict=True))
     same = dict.fromkeys(COLUMN_NAMES) | {"variant": slug, "motion_id": "m"}
     same |= {"cpu_s": 2.0, "recovery_rung": 0, "collapse_criterion": "budget"}
@@ -139,7 +133,7 @@ def test_a_run_reports_the_progress_of_each_variant(tmp_path, monkeypatch, caplo
     with caplog.at_level(logging.INFO, logger="skewbridge"):
         analyses.run_in_journal(setup, "osb1_v", tasks)
         logging.getLogger("skewbridge.other").info("for the log file alone")
-    first, *_, last = (record.message for record in caplog.records if for_terminal(record))
+    first, *_, last = (record.message for record in caplog.records if jobs.for_terminal(record))
     text = "osb1_v: {} of 3 analyses done (1 in earlier runs), "
     assert first.startswith(text.format(2))
     assert "per minute" in first
@@ -153,7 +147,6 @@ SOURCE = "BSD-3-Clause; synthetic: model of Dabaghi and Der Kiureghian (2018)"
 
 @pytest.fixture(name="study")
 def _study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Write a folder with the configuration and the tables of a finished study."""
     write_starter(tmp_path)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "config/bridges/mine.yaml").write_text("extends: base\n")
@@ -322,7 +315,7 @@ FOUR = {"grid": {"bridge": ["osb1"], "skew_deg": [30]}, "motions": {"count": 4}}
 def test_the_processor_time_of_a_whole_study_is_forecast(tmp_path, raw, measured_s) -> None:
     """All rules of the workflow, within a factor of 1.5."""
     over = {"results": str(tmp_path), **raw}
-    found = forecast_study(parse_config(merged(read_mapping(BASE), over))).summary
+    found = progress.forecast_study(parse_config(merged(read_mapping(BASE), over))).summary
     assert measured_s / 1.5 < 3600 * found["core_hours"] < measured_s * 1.5
     assert 3600 * found["core_hours"] == pytest.approx(sum(found["cpu_s"].values()), abs=0.2)
 
@@ -338,12 +331,12 @@ def test_a_forecast_follows_lengths_contacts_steps_and_finished_analyses(tmp_pat
     base |= {"grid": {"bridge": ["osb1"], "skew_deg": [30], "gap_mm": [25]}}
 
     def forecast(**sections) -> dict[str, float]:
-        return forecast_study(parse_config(merged(base, sections))).summary["cpu_s"]
+        return progress.forecast_study(parse_config(merged(base, sections))).summary["cpu_s"]
 
     def cost_s(**sections) -> float:
         return forecast(**sections)["analyses"]
 
-    each_s = [forecast_s(s, "contact_friction", AnalysisSettings()) for s in (20.0, 60.0)]
+    each_s = [analyses.forecast_s(s, "contact_friction", AnalysisSettings()) for s in (20.0, 60.0)]
     assert cost_s() == pytest.approx(2 * sum(each_s), abs=0.1)
     assert cost_s(motions={"count": 1}) == pytest.approx(2 * each_s[0], abs=0.1)
     assert cost_s(analysis={"duration_s": 5.0}) == pytest.approx(2 * 2 * 5.0 * 0.1, abs=0.1)
@@ -353,9 +346,9 @@ def test_a_forecast_follows_lengths_contacts_steps_and_finished_analyses(tmp_pat
     # finished analyses that took three times as long: so does the rest
     before = forecast()
     config = parse_config(base)
-    prepare_motions(config)
+    inputs.prepare_motions(config)
     assert forecast() == before
-    setup = StudySetup.of(config)
+    setup = analyses.StudySetup.of(config)
     task = setup.tasks("osb1_cf_skew30_gap025_mu000")[1]
     done = row_of(task, cpu_s=3 * each_s[1]) | {"duration_s": 60.0}
     in_journal(setup.folder.journal("done"), done)
@@ -399,10 +392,10 @@ def test_only_jobs_of_this_tree_are_cancelled(programs: Path, tmp_path: Path) ->
     listed = "11 skewbridge-aa_1\\n12 skewbridge-bb_2\\n13 a job of mine\\n14 skewbridge-aa_3"
     program(programs, "squeue", f"printf '{listed}\\n'")
     program(programs, "scancel", f'echo "$@" >> {cancelled}')
-    cancel_left_behind("skewbridge-aa")
+    processes.cancel_left_behind("skewbridge-aa")
     assert cancelled.read_text() == "11 14\n"
     program(programs, "squeue", "true")  # none is left
-    cancel_left_behind("skewbridge-aa")
+    processes.cancel_left_behind("skewbridge-aa")
     assert cancelled.read_text() == "11 14\n"
 
 

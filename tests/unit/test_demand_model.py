@@ -26,7 +26,6 @@ def study(motions=24, **options):
 
 
 def numbers(table):
-    """Return the number of the motion of each run."""
     return table["motion_id"].str[1:].astype(int).to_numpy()
 
 
@@ -38,7 +37,6 @@ def in_two_cells(table):
 
 
 def effects_of(table, scope="pooled"):
-    """Return the effects on the median for slight drift, by axis and value."""
     found = median_effects(ready(table, DRIFT), DRIFT, SETTINGS)
     found = found[(found["scope"] == scope) & (found["demand"] == "column_drift/slight")]
     return found.set_index(["axis", "to_value"])

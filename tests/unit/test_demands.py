@@ -231,7 +231,6 @@ def test_forces_on_an_end_are_those_of_its_springs_and_contacts_and_of_their_fri
 
 
 def watched(monkeypatch, moved, **changes):
-    """Return the watch over a deck end whose nodes have moved along x."""
     frame, ends = SimpleNamespace(centre_node=CENTRE), (abutment(holders=(BASE,), **changes),)
     parts = {"columns": (), "abutments": ends, "seats": ends, "joints": (), "contacts": None}
     model = SimpleNamespace(weight_n=1e7, frame=frame, **parts)

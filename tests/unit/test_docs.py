@@ -57,7 +57,6 @@ def test_links_lead_to_a_file_and_a_heading(page: Path) -> None:
 
 
 def fenced(language: str) -> Iterator[tuple[str, str]]:
-    """Name of the page and text of each block in a language."""
     pattern = re.compile(rf"^( *)```{language}\n(.*?)^\1```", re.S | re.M)
     for page, name in zip(PAGES, NAMES, strict=True):
         for indent, text in pattern.findall(page.read_text()):
@@ -65,7 +64,6 @@ def fenced(language: str) -> Iterator[tuple[str, str]]:
 
 
 def command_lines() -> Iterator[str]:
-    """Return each line of a block that a shell reads."""
     for _, text in fenced("sh"):
         yield from filter(None, text.splitlines())
     for page in PAGES:
@@ -77,7 +75,6 @@ COMMANDS = sorted({line.split("   #")[0].split("  #")[0] for line in command_lin
 
 
 def starting(*words: str) -> list[str]:
-    """Return the commands of all pages that begin with one of the words."""
     return [line for line in COMMANDS if line.startswith(words)]
 
 

@@ -55,7 +55,6 @@ def pairs(ln_ratios, **options) -> pd.DataFrame:
 
 
 def rows_of(ratios, errors, *, dof=15, margin=0.05, level=0.9, axis="friction", demand="other"):
-    """Return rows of ratios with Student's intervals, for `judged`."""
     reach = stats.t.ppf(0.5 + level / 2, dof) * np.asarray(errors)
     names = ("difference", "difference_low", "difference_high", "difference_margin")
     same = {"bridge": "osb1", "abutment": "contact", "axis": axis, "demand": demand}

@@ -55,7 +55,6 @@ def fragility(demands):
 
 
 def lines_of(figure, *markers):
-    """Return all lines of a figure, or those with a marker."""
     lines = [line for axes in figure.axes for line in axes.lines]
     return [line for line in lines if not markers or line.get_marker() in markers]
 
@@ -65,7 +64,6 @@ def points_of(lines):
 
 
 def tables_of(demands, found, suite=()):
-    """Return the tables that figures show."""
     names = ("curves", "effects", "system", "intensity_effects")
     tables = {name: found[name] for name in names} | {"medians": found["median_effects"]}
     return files.FigureTables(demands=demands, suite=suite, **tables)
@@ -337,7 +335,6 @@ def test_figures_in_us_units_have_inches(study):
 
 
 def stored(folder, **tables):
-    """Write tables as parquet files and return their paths."""
     paths = {name: folder / f"{name}.parquet" for name in tables}
     for name, table in tables.items():
         paths[name].parent.mkdir(parents=True, exist_ok=True)
@@ -433,7 +430,6 @@ def written(study, tmp_path, monkeypatch):
 
 
 def plot(*arguments):
-    """Run `study plot` in the folder of the study."""
     return invoke("study", "plot", *arguments, "--study", "own.yaml")
 
 

@@ -49,7 +49,6 @@ NEW = "transverse_gap_mm"
 
 
 def row(curves, component, name, method="cloud"):
-    """Return the one row of a state and method."""
     found = curves.query("component == @component and limit_state == @name and method == @method")
     assert len(found) == 1
     return found.iloc[0]

@@ -184,7 +184,6 @@ def written(tmp_path_factory):
 
 
 def statistics(table, folder, of_states):
-    """Write a table and run the command on it; return exit code and answer."""
     table.to_csv(folder / "runs.csv", index=False)
     states = ("--limit-states", of_states / "states.yaml")
     return run("statistics", folder / "runs.csv", "--out", folder / "out", *states)
@@ -195,7 +194,6 @@ def predict(folder, *options):
 
 
 def table_of(folder, name):
-    """Return a table that the command wrote."""
     return pd.read_parquet(folder / "out" / "fragility" / f"{name}.parquet")
 
 

@@ -14,29 +14,25 @@ from scipy import special, stats
 
 from skewbridge.analysis.model_script import model_script
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.bridge.backfill import Passive
+from skewbridge.bridge import backfill, structures
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.section import core_concrete, steel_of
-from skewbridge.bridge.structures import built_bridge
 from skewbridge.demands.columns import DEMAND_COLUMNS, columns_with, demands_for
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import read_frame, write_frame
 from skewbridge.report.answer import properties_sentence
 from skewbridge.report.fragility_figures import choice_findings, tornado
 from skewbridge.report.methods import REFERENCES, methods_of
-from skewbridge.study import modelling_choices
+from skewbridge.study import jobs, modelling_choices
 from skewbridge.study.analyses import StudySetup, sampled
 from skewbridge.study.config import parse_config
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.jobs import Job, rule_digest
-from skewbridge.study.modelling_choices import CHOICES
 from skewbridge.study.task import Task, run_key
-from skewbridge.variant import random_properties
+from skewbridge.variant import random_properties, variant
 from skewbridge.variant.grid import GridConfig, expand_grid
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.random_properties import RandomProperty, UncertaintyConfig, with_draw
-from skewbridge.variant.variant import Variant
 from study_parts import row_of, study_of, wave, without_workers
 
 SLUG = "osb1_cf_skew30_gap025_mu050"
@@ -57,7 +53,6 @@ def task(tmp_path: Path) -> Task:
 
 
 def at(task: Task, **changes: object) -> Task:
-    """The same analysis of another variant."""
     return replace(task, variant=replace(task.variant, **changes).normalised())
 
 
@@ -241,9 +236,9 @@ def test_finished_analyses_are_not_run_again(tmp_path: Path, ran: list[Task]) ->
 def test_only_a_current_table_is_shown(tmp_path: Path) -> None:
     path, this = tmp_path / "table.parquet", {"sources": "a"}
     nothing = {"inputs": {}, "outputs": {}, "stamp": {}}
-    job = Job(study=parse_config({}), folder=StudyFolder(tmp_path), threads=1, **nothing)
+    job = jobs.Job(study=parse_config({}), folder=StudyFolder(tmp_path), threads=1, **nothing)
     assert job.current(path, this) is None
-    write_frame(pd.DataFrame({"x": [1]}), path, provenance(rule_digest=rule_digest(this)))
+    write_frame(pd.DataFrame({"x": [1]}), path, provenance(rule_digest=jobs.rule_digest(this)))
     assert job.current(path, this) == path
     assert job.current(path, {"sources": "b"}) is None
 
@@ -359,15 +354,15 @@ def test_every_variant_has_the_draw_of_the_motion(tmp_path) -> None:
 
 def test_without_draws_a_bridge_is_that_of_its_file(tmp_path) -> None:
     for name in ("osb1", "osb1_fixed", "bridge_a", "osb2s"):
-        assert built_bridge(load_bridge(name), ModelOptions()) == load_bridge(name)
-    passive = Passive(stiffness_n_per_m=3.0e7, ultimate_n=4.0e6, failure_ratio=0.7)
+        assert structures.built_bridge(load_bridge(name), ModelOptions()) == load_bridge(name)
+    passive = backfill.Passive(stiffness_n_per_m=3.0e7, ultimate_n=4.0e6, failure_ratio=0.7)
     assert passive.scaled(1.0, 1.0) == passive
     (task,) = study_of(tmp_path).tasks(SLUG)
     assert task.options == ModelOptions()
     assert task.incidence_deg == 0.0
     assert not random_properties.drawn_properties(row_of(task))
     # a modelling choice keeps the draw of the motion
-    choice = next(each for each in CHOICES if each.key == "pad_strength_factor")
+    choice = next(each for each in modelling_choices.CHOICES if each.key == "pad_strength_factor")
     (task,) = study_of(tmp_path, draws=ON.draws(["wave"])).tasks(SLUG)
     assert choice.configured_in(task) == 1.0
     changed = choice.set_in(task, 2.0).options.pad_strength_factor
@@ -381,7 +376,7 @@ def test_factors_act_on_the_model() -> None:
         gap_offset_mm=-5.0,
     )  # fmt: skip
     usual = load_bridge("osb1")
-    scaled = built_bridge(usual, options)
+    scaled = structures.built_bridge(usual, options)
     before, after = usual.column, scaled.column
     assert after.elastic_modulus_gpa == pytest.approx(1.1 * before.elastic_modulus_gpa)
     assert steel_of(after).yield_pa == pytest.approx(1.1 * steel_of(before).yield_pa)
@@ -391,7 +386,7 @@ def test_factors_act_on_the_model() -> None:
     weights_n = []
     for each in (ModelOptions(), options):
         with domain():
-            model = build(Variant.at("osb1", "contact_friction", AT), each)
+            model = build(variant.Variant.at("osb1", "contact_friction", AT), each)
             weights_n.append(model.weight_n)
             gaps_m = [side.gap_m for side in model.abutments]
     assert 0.9 < weights_n[1] / weights_n[0] < 0.92  # columns keep their weight

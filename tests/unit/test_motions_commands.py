@@ -27,7 +27,6 @@ def _run(*arguments: object) -> tuple[int, str, str]:
 
 
 def _checked(*arguments: object) -> tuple[int, dict, str]:
-    """Return exit code, answer and messages of a check."""
     code, out, err = _run("check", *arguments, "--json")
     return code, json.loads(out), err
 

@@ -31,8 +31,6 @@ TABLE = """im,rate,rate_p16,rate_p84
 
 @pytest.fixture(name="file")
 def _file(tmp_path):
-    """Return a function that writes a file and returns its path."""
-
     def write(text, name="hazard.csv"):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text)

@@ -691,7 +691,6 @@ LEADING = ("column_failure/any", "unseating/slight")
 
 
 def in_name(name):
-    """Return the numbers in a name."""
     return [float(number) for number in NUMBER.findall(name)]
 
 

@@ -37,7 +37,6 @@ GRIDS = {"config": 24, "smoke": 2, "real": 24, "full": 160, "stripes": 4, "ida":
 
 
 def drawn(name: str, distribution: str, low: float, high: float, **source: str) -> dict:
-    """Return a configuration with a random property."""
     what = {"distribution": distribution, "low": low, "high": high, **source}
     return {"uncertainty": {name: what}}
 

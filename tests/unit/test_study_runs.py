@@ -16,27 +16,23 @@ from reference_pages import ROOT
 from fragility_tables import friction_rows
 from motions_files import index_of, make_pairs
 from skewbridge.analysis.settings import NUMERICS, AnalysisSettings
-from skewbridge.bridge.catalogue import FOLDER
-from skewbridge.bridge.library import load_structure
+from skewbridge.bridge import catalogue, library
 from skewbridge.demands.tables import join_variants, to_table
 from skewbridge.demands.validity import SUSPECT, reasons
 from skewbridge.errors import InputError
-from skewbridge.files import tables
-from skewbridge.files.digests import provenance
+from skewbridge.files import digests, tables
 from skewbridge.files.text import merged, writable_folder, written_aside
-from skewbridge.fragility.effects import effect_table
-from skewbridge.fragility.verdicts import rounds_table
+from skewbridge.fragility import effects, verdicts
 from skewbridge.motions.intensity import IM_COLUMNS
 from skewbridge.motions.levels import LEVEL_MEASURE, MotionsConfig
 from skewbridge.motions.suite import content_digest, prepare_suite, read_suite, write_suite
-from skewbridge.study import analyses, batch, repeats, rounds
+from skewbridge.study import analyses, batch, progress, repeats, rounds
 from skewbridge.study import task as task_module
 from skewbridge.study.analyses import StudySetup, forecast_s, run_in_journal
 from skewbridge.study.batch import at_factor, row_of_task, search_capacity, search_limits
 from skewbridge.study.config import DesignConfig, SensitivityConfig, parse_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import open_journal, read_content
-from skewbridge.study.progress import forecast_study, other_work_s, study_progress
 from skewbridge.study.task import Task, no_result, run_key
 from skewbridge.variant.grid import GridConfig, expand_grid
 from skewbridge.variant.options import ModelOptions
@@ -77,7 +73,7 @@ def test_only_numbers_of_a_bridge_and_its_parent_change_its_digest(tmp_path: Pat
         (tmp_path / name).mkdir()
         for stem, content in {"mine": text, **others}.items():
             (tmp_path / name / f"{stem}.yaml").write_text(content)
-        return load_structure(str(tmp_path / name / "mine.yaml")).digest
+        return library.load_structure(str(tmp_path / name / "mine.yaml")).digest
 
     plain = "extends: osb1\nbase: {v: fixed, src: 'd: test'}\n"
     before = digest("as it is", plain)
@@ -85,7 +81,7 @@ def test_only_numbers_of_a_bridge_and_its_parent_change_its_digest(tmp_path: Pat
     assert digest("source", plain.replace("test", "another reason")) == before
     assert digest("title", f"{plain}title: Mine\n") == before
     assert digest("base", plain.replace("fixed", "pinned")) != before
-    parent = (FOLDER / "osb1.yaml").read_text()
+    parent = (catalogue.FOLDER / "osb1.yaml").read_text()
     one, other = (
         digest(period, "extends: parent\n", parent=parent.replace("0.7192", period, 1))
         for period in ("0.741", "0.742")
@@ -204,7 +200,7 @@ def test_every_journal_of_the_folder_counts(tmp_path: Path) -> None:
     for name, task in zip((SLUGS[0], "pilot", "sensitivity"), setup.tasks(SLUGS[0]), strict=True):
         in_journal(setup.folder.journal(name), row_of(task))
     keys = {slug: [run_key(task) for task in setup.tasks(slug)] for slug in SLUGS[:2]}
-    state = study_progress(keys, read_content(setup.folder.journals))
+    state = progress.study_progress(keys, read_content(setup.folder.journals))
     assert [state.summary[name] for name in ("analyses", "done", "left")] == [6, 3, 3]
 
 
@@ -212,7 +208,7 @@ def test_the_cost_of_a_study_of_searches_is_that_of_all_their_analyses(tmp_path,
     monkeypatch.chdir(ROOT)
     raw = {"results": str(tmp_path), "motions": {"level_range_g": [0.05, 5.0]}}
     one, ten = (
-        forecast_study(parse_config(merged(raw, {"motions": {"design": design}})))
+        progress.forecast_study(parse_config(merged(raw, {"motions": {"design": design}})))
         for design in ("scaled_cloud", "ida")
     )
     assert ten.summary["analyses"] == one.summary["analyses"]
@@ -245,7 +241,6 @@ SLUG = SLUGS[1]
 
 @pytest.fixture
 def setup(tmp_path: Path) -> StudySetup:
-    """A study of one motion."""
     return study_of(tmp_path / "results", wave("pulse"), sensitivity=SensitivityConfig(rows=1))
 
 
@@ -333,7 +328,7 @@ def test_a_table_of_another_version_or_of_none_is_refused_by_name(tmp_path, monk
     path, frame = tmp_path / "part.parquet", pd.DataFrame({"a": [1.0]})
     frame.to_parquet(path)  # of another program
     assert tables.read_frame(path).equals(frame)
-    tables.write_frame(frame, path, provenance())
+    tables.write_frame(frame, path, digests.provenance())
     assert tables.read_frame(path).equals(frame)
     table = pq.read_table(path)
     monkeypatch.setattr(tables, "TABLE_FORMAT", tables.TABLE_FORMAT + 1)
@@ -403,7 +398,7 @@ EVEN = dict.fromkeys(PLACES.index, 12)
 
 
 def asked(*parts: list[dict], cost: dict[str, float] | None = None) -> tuple:
-    table = effect_table(PLACES, [row for rows in parts for row in rows])
+    table = effects.effect_table(PLACES, [row for rows in parts for row in rows])
     return rounds.targets(table, EVEN, cost or dict.fromkeys(EVEN, 1.0), PLACES, LOOKS, 0.90)
 
 
@@ -452,7 +447,7 @@ def test_checks_fits_and_page_are_forecast_from_the_rate_of_the_analyses(tmp_pat
 
     def work_s(study, processors: float = 2.0, rate: float = 0.121) -> float:
         per_s = forecast_s(25.0, "contact_friction", AnalysisSettings()) / 25.0
-        return other_work_s(study, [25.0] * 32, rate / per_s, processors)
+        return progress.other_work_s(study, [25.0] * 32, rate / per_s, processors)
 
     assert work_s(study, rate=0.124) == pytest.approx(96.0 - 2 * 25.0 * 0.124, rel=0.03)
     tail_s, before_s = work_s(study), work_s(checked)
@@ -507,9 +502,9 @@ def test_cells_of_all_rounds_are_one_table_and_one_figure() -> None:
         plan(None, round=2, analyses_before=48, cells=[row | first]),
         plan("decided", analyses_before=64, cells=[row | first | {"verdict": "negligible"}]),
     ]
-    found = rounds_table(plans)[["round", "analyses", "verdict"]].to_numpy().tolist()
+    found = verdicts.rounds_table(plans)[["round", "analyses", "verdict"]].to_numpy().tolist()
     assert found == [[1, 48, "undecided"], [2, 64, "negligible"]]
-    assert rounds_table(plans[:1]).empty
+    assert verdicts.rounds_table(plans[:1]).empty
 
 
 # --- searches of capacities

@@ -14,12 +14,10 @@ from skewbridge.bridge.library import load_structure
 from skewbridge.errors import InputError
 from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.fragility.study_tables import ALL_SUITES, DEPENDS, NO_DIFFERENCE, fragility_tables
-from skewbridge.motions import synthesis
+from skewbridge.motions import formats, record, synthesis
 from skewbridge.motions.folder import list_motions
-from skewbridge.motions.formats import at2_text, write_at2
 from skewbridge.motions.levels import FACTOR_LIMITS, LEVEL_RANGE_G
 from skewbridge.motions.read import read_motion
-from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.suite import (
     content_digest,
     prepare_suite,
@@ -31,9 +29,7 @@ from skewbridge.motions.suite import (
 )
 from skewbridge.motions.synthesis import SUITES, made_motion, suite_motion
 from skewbridge.report.answer import answer_table, suites_summary
-from skewbridge.study.analyses import StudySetup
-from skewbridge.study.config import CONDITIONING_BRIDGE, parse_config
-from skewbridge.study.inputs import prepare_motions
+from skewbridge.study import analyses, config, inputs
 from skewbridge.study.task import run_key
 from skewbridge.units import G_MPS2
 from skewbridge.variant.grid import expand_grid
@@ -42,7 +38,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def motions_of(**given: object):
-    return parse_config({"motions": given}).motions
+    return config.parse_config({"motions": given}).motions
 
 
 def test_suites_of_a_configuration(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -169,7 +165,7 @@ MOTIONS = ROOT / "motions"
 COUNT, STORED = 128, 40
 SOME = STORED + 8  # a block of those that are made, too
 MADE = [entry for entry in list_motions(MOTIONS) if not entry.components]
-T1_S = load_structure(CONDITIONING_BRIDGE).t1_s
+T1_S = load_structure(config.CONDITIONING_BRIDGE).t1_s
 
 
 def components_of(suite: pd.DataFrame) -> list[pd.Series]:
@@ -190,7 +186,7 @@ def test_generating_again_gives_the_shipped_files():
         motion = suite_motion(number, "near")
         assert motion.motion_id == entry.motion_id
         for component, (path, _) in enumerate(entry.components, start=1):
-            made = at2_text(motion, component).splitlines()
+            made = formats.at2_text(motion, component).splitlines()
             kept = path.read_text().splitlines()
             assert made[:4] == kept[:4]
             values = [np.array(" ".join(lines[4:]).split(), float) for lines in (made, kept)]
@@ -234,7 +230,7 @@ def test_factors_stay_moderate_and_spread_the_levels(suite):
 
 def test_generated_motion_equals_its_files_and_has_the_digest_of_the_index(tmp_path):
     made = read_entry(MADE[0])
-    read = read_motion(*write_at2(made, tmp_path))
+    read = read_motion(*formats.write_at2(made, tmp_path))
     assert made.sha256 == read.sha256 == MADE[0].sha256
     assert (made.motion_id, made.dt_s) == (read.motion_id, read.dt_s)
     assert np.array(made.components).tobytes() == np.array(read.components).tobytes()
@@ -247,7 +243,7 @@ def test_generated_motion_does_not_depend_on_the_last_digits_of_the_processor(mo
     synthesize = synthesis.synthesize
     rng = np.random.default_rng(1)
 
-    def elsewhere(*arguments: object, **options: object) -> GroundMotion:
+    def elsewhere(*arguments: object, **options: object) -> record.GroundMotion:
         motion = synthesize(*arguments, **options)
         return motion.mapped(lambda accel: accel + rng.uniform(-1, 1, accel.size) * 1e-13 * G_MPS2)
 
@@ -293,9 +289,9 @@ def made(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 def keys_of(folder: Path, count: int, results: Path) -> list[list[str]]:
     """Run keys by variant, as the rules prepare, plan and know them."""
     grid, motions = {"bridge": ["osb1"], "skew_deg": [30]}, {"folder": str(folder), "count": count}
-    study = parse_config({"results": str(results), "grid": grid, "motions": motions})
-    prepare_motions(study)
-    setup = StudySetup.of(study)
+    study = config.parse_config({"results": str(results), "grid": grid, "motions": motions})
+    inputs.prepare_motions(study)
+    setup = analyses.StudySetup.of(study)
     return [
         [run_key(task) for task in setup.tasks(variant.slug)] for variant in expand_grid(study.grid)
     ]

@@ -15,18 +15,13 @@ import openseespy.opensees as ops
 import pytest
 
 from bridge_variants import analysed, seated_bridges, variant
-from skewbridge.analysis import transient
-from skewbridge.analysis.pushover import push_abutment
+from skewbridge.analysis import pushover, transient
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.bridge import springs
-from skewbridge.bridge.abutments import Joint
-from skewbridge.bridge.assembly import open_linear_pattern
+from skewbridge.bridge import abutments, assembly, handles, springs, weights
 from skewbridge.bridge.backfill import skew_reduction, wall_backfill
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.structures import built_bridge
-from skewbridge.bridge.weights import deck_reactions_n
 from skewbridge.motions.intensity import cut_to_strongest
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS
@@ -44,7 +39,7 @@ STIFFNESS = OSB1.stiffness_n_per_m
 def push(abutment, skew_deg=0, *, gap_mm=51, angle_deg=0.0, max_disp_m=0.15, steps=300, **options):
     given = {"angle_deg": angle_deg, "max_disp_m": max_disp_m, "steps": steps}
     case = variant(skew_deg, abutment, gap_mm=gap_mm)
-    curve = push_abutment(case, ModelOptions(**options), **given)
+    curve = pushover.push_abutment(case, ModelOptions(**options), **given)
     assert curve.is_complete
     return curve
 
@@ -240,7 +235,6 @@ def test_every_abutment_with_backfill_follows_the_skew_option(abutment, rule, ra
 
 
 def elastic_materials(case, monkeypatch, **options):
-    """Return the arguments of the elastic materials of OSB1."""
     create = Mock(wraps=ops.uniaxialMaterial)
     with domain(), monkeypatch.context() as patch:
         patch.setattr(ops, "uniaxialMaterial", create)
@@ -324,8 +318,7 @@ def spring_in_series(spring, driver, values, step, *test):
 
 
 def forces(closures_m, *, gap_m=0.0, passive=OSB1):
-    """Return the compressive force of the spring at successive closures, driven step by step."""
-    tags, out = TagAllocator(), []
+    tags, out = handles.TagAllocator(), []
     with domain():
         spring = springs.passive_material(passive, gap_m, tags)
         driver = springs.elastic_material(STIFF * passive.stiffness_n_per_m, tags)
@@ -367,7 +360,7 @@ def test_unloading_is_stiff_and_opens_a_gap_and_reloading_meets_the_curve(reache
 
 def test_a_massless_node_that_a_contact_pushes_is_solved_through_all_branches():
     with domain():
-        tags = TagAllocator()
+        tags = handles.TagAllocator()
         weak = springs.elastic_material(1e-4 * STIFFNESS, tags)
         contact = springs.gap_material(10 * STIFFNESS, 0.02, tags)
         spring = springs.passive_material(OSB1, 0.0, tags)
@@ -389,12 +382,12 @@ def test_a_key_that_breaks_has_given_its_strength_and_no_more(abutment):
 @pytest.mark.parametrize("option", ["backbone", "elastic"])
 def test_a_key_pushed_along_its_face_has_no_more_than_its_strength(option):
     """50 mm along the face: beyond the strength, 69 MN/m times 50 mm without a limit."""
-    tags, options = TagAllocator(), ModelOptions(key_along_face=option)
+    tags, options = handles.TagAllocator(), ModelOptions(key_along_face=option)
     context = SimpleNamespace(key=KEY, key_mass_kg=6.0e3, options=options, tags=tags)
     with domain():
         nodes = springs.grounded_node((0.0,) * 3, tags), springs.plane_node((0.0,) * 3, 0.0, tags)
-        Joint.key_spring(context, nodes, (0.0, 1.0))
-        open_linear_pattern(tags)
+        abutments.Joint.key_spring(context, nodes, (0.0, 1.0))
+        assembly.open_linear_pattern(tags)
         ops.load(nodes[1], 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         ops.integrator("DisplacementControl", nodes[1], 1, 0.001)
         ops.analysis("Static", "-noWarnings")
@@ -435,7 +428,7 @@ def test_no_pad_pulls_and_a_deck_that_lifts_opens_its_bearings(monkeypatch, brid
     options = ModelOptions(pads=pads, fiber_end="none")
     found = analysed(case, motion, options, duration_s=4.0).whole_history
     # a skewed bearing line holds the deck against torsion and carries more than a straight one
-    first, *_, last = deck_reactions_n(built_bridge(load_bridge(bridge), options, skew_deg))
+    first, *_, last = weights.deck_reactions_n(built_bridge(load_bridge(bridge), options, skew_deg))
     assert 0.95 < -sum(forces_n[0]) / (first + last) < 1.25
     assert np.max(forces_n) < 1.0e3
     assert abs(found["energy_residual_ratio"]) < 3.0e-3

@@ -248,7 +248,6 @@ def test_integrators_lose_energy_at_impact_as_without_opensees():
 
 # --- figures 4 to 6 of the paper: particle between two lines, skew deck
 def tabulated(study, start, names):
-    """References of quantities that begin alike."""
     return [float(TABULATED[study, f"{start}: {name}"]["reference"]) for name in names]
 
 

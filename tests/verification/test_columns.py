@@ -197,12 +197,10 @@ AXIAL_N = 6.0e6
 
 
 def sourced(values):
-    """Return the values of keys of a bridge file, each with a source."""
     return {name: {"v": value, "src": "d: a test"} for name, value in values.items()}
 
 
 def written(path, shape, **column) -> str:
-    """Write a bridge that extends osb1 and has such a column; return its path."""
     keys = {"extends": "osb1", "column": {"shape": shape} | sourced(column)}
     path.write_text(yaml.safe_dump(keys), encoding="utf-8")
     return str(path)

@@ -73,7 +73,6 @@ NOT_COMPARED = {
 
 
 def runs_of(im, columns, **further):
-    """Return a demands table of one variant."""
     given = {"variant": "v", "bridge": "b", "abutment": "a", "skew_deg": 0.0, "scale": 1.0}
     given |= {"incidence_deg": 0.0, "status": "ok", IM: im}
     ids = [f"m{number:03d}" for number in range(im.size)]
@@ -85,7 +84,6 @@ def ends(values):
 
 
 def fitted(given):
-    """Return the fit of capacities, brackets, a cloud or stripes."""
     if "right_censored" in given:
         return fit_capacities(given["capacity"], given["right_censored"])
     for low, high in (("im_no_exceed", "im_exceed"), ("bracket_lo", "bracket_hi")):

@@ -31,8 +31,6 @@ ALGORITHMS = ("Newton", "NewtonLineSearch")  # of steps that failed
 
 
 class Independent:
-    """The bridge in the open domain."""
-
     def __init__(self, variant, options):
         self.bridge = load_bridge(variant.bridge)
         self.o, self.mu = options, variant.friction
@@ -293,7 +291,6 @@ class Independent:
         raise AssertionError(f"failed at {ops.getTime()}")
 
     def peaks(self, motion, dt):
-        """Return the peaks of the response to a motion."""
         data = self.bridge.damping
         low, high = 2 * pi / data.long_period_s, 2 * pi / data.short_period_s
         a0, a1 = 2 * data.ratio * low * high / (low + high), 2 * data.ratio / (low + high)

@@ -15,16 +15,12 @@ import pytest
 
 from bridge_variants import analysed, static_steps, variant
 from skewbridge.analysis.modal import modal_properties
-from skewbridge.bridge import joints
-from skewbridge.bridge.assembly import open_linear_pattern
-from skewbridge.bridge.backfill import wall_backfill, wing_wall
+from skewbridge.bridge import assembly, backfill, handles, joints
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import JointData
 from skewbridge.bridge.catalogue.drawing import end_reaction_kn
 from skewbridge.bridge.column import bent_capacity
 from skewbridge.bridge.frame import Blueprint, End, InnerJoint
-from skewbridge.bridge.handles import TagAllocator
-from skewbridge.bridge.joints import KINDS, build_inner_joint, support_joint
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.plan import DeckEnd
 from skewbridge.bridge.structures import built_bridge, deck_ends
@@ -35,8 +31,7 @@ from skewbridge.bridge.weights import (
     mass_centre_m,
     total_weight_n,
 )
-from skewbridge.contact import ContactSet
-from skewbridge.contact.element import uniaxial
+from skewbridge.contact import ContactSet, element
 from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions
 from skewbridge.verification.references import live_model as live
@@ -116,7 +111,7 @@ def explicit(dt_s=1e-5):
 
 def test_two_decks_over_a_joint_agree_with_explicit_integration_of_two_bodies():
     with domain():
-        tags = TagAllocator()
+        tags = handles.TagAllocator()
         bodies = zip((-LEVERS_M[0], LEVERS_M[1]), MASSES_KG, INERTIAS, STIFFNESS, strict=True)
         nodes = []
         for x, mass, inertia, k in bodies:
@@ -125,7 +120,7 @@ def test_two_decks_over_a_joint_agree_with_explicit_integration_of_two_bodies():
                 ops.node(each, x, 0.0, 0.0)
                 ops.fix(each, *fixed)
             ops.mass(node, mass, mass, 0.0, 0.0, 0.0, inertia)
-            springs = [uniaxial(tags, "Elastic", stiffness) for stiffness in (k, k, 50 * k)]
+            springs = [element.uniaxial(tags, "Elastic", stiffness) for stiffness in (k, k, 50 * k)]
             given = ("-mat", *springs, "-dir", 1, 2, 6)
             ops.element("zeroLength", tags.element(), ground, node, *given)
             nodes.append(node)
@@ -139,7 +134,7 @@ def test_two_decks_over_a_joint_agree_with_explicit_integration_of_two_bodies():
         inner = InnerJoint(name="joint 1", ends=ends, data=data, **given)
         contacts, case = ContactSet(tags), variant(30, gap_mm=20, friction_pct=40)
         parts = Blueprint(variant=case, options=ModelOptions(), tags=tags, contacts=contacts)
-        handle = build_inner_joint(support_joint(inner, parts))
+        handle = joints.build_inner_joint(joints.support_joint(inner, parts))
         assert (handle.gap_m, len(handle.units)) == (GAP_M, 3)
         for node, speeds in zip(nodes, SPEEDS, strict=True):
             for dof, speed in zip((1, 2, 6), speeds, strict=True):
@@ -300,7 +295,7 @@ joints: [{{at: bent 1, seat_width_m: 0.6, pads: {{{PADS}}}}}]
             variant(0, "contact", name), ModelOptions(elastic_columns=True, foundation="fixed")
         )
         at_rest = np.array(ops.eleResponse(model.columns[0].element, "localForce"))
-        open_linear_pattern(model.tags)
+        assembly.open_linear_pattern(model.tags)
         for node in {deck.node for deck, _ in model.joints[0].pads}:  # below the yield of pads
             ops.load(node, 0.0, 50e3, 0.0, 0.0, 0.0, 0.0)
         static_steps(1, "UmfPack", 1e-9)
@@ -321,7 +316,7 @@ def test_decks_meet_in_contacts_with_every_abutment_model(written, abutment):
 
 def test_restrainers_pull_after_their_slack_up_to_their_strength(written, monkeypatch):
     made = []
-    keep = lambda *given: made.append(uniaxial(*given)) or made[-1]  # noqa: E731
+    keep = lambda *given: made.append(element.uniaxial(*given)) or made[-1]  # noqa: E731
     monkeypatch.setattr(joints, "uniaxial", keep)
     with domain():
         model = build(variant(0, bridge=written(FOUR_SPANS), gap_mm=25), ModelOptions())
@@ -386,17 +381,16 @@ WITH_DASHPOTS = MIXED.replace(
 
 
 def reactions_of(bridge, skew_deg, options, moved):
-    """Return the reactions (N, Nm) of the left end to displacements of its node."""
     with domain():
-        tags = TagAllocator()
+        tags = handles.TagAllocator()
         plan = deck_ends(bridge, skew_deg)[0]
         node, height_m = tags.node(), bridge.deck.centroid_above_soffit_m
         ops.node(node, *plan.middle_m, height_m)
         case = variant(skew_deg, bridge=bridge.name)
         blueprint = Blueprint(variant=case, options=options, tags=tags, contacts=None)
-        kind = KINDS[bridge.ends["left"].type]
+        kind = joints.KINDS[bridge.ends["left"].type]
         kind.build(kind.support(End(node=node, plan=plan, abutment=bridge.ends["left"]), blueprint))
-        open_linear_pattern(tags)
+        assembly.open_linear_pattern(tags)
         for dof, value in enumerate(moved, start=1):
             ops.sp(node, dof, value)
         static_steps(1, "FullGeneral", 1e-14)
@@ -413,8 +407,8 @@ def test_an_integral_end_has_the_stiffness_of_its_fill_wings_and_piles(written, 
     # the restoring spring of walls is not part of the formulas
     options = ModelOptions(wall_restoring_n_per_m=1.0)
     # secant at 20 um: the hyperbola has lost up to 0.4 % of its stiffness
-    fill = float(wall_backfill(data, "hyperbolic", radians(skew_deg)).force_n(2e-5)) / 2e-5
-    wing, count = wing_wall(data).stiffness_n_per_m * 50 / 51, data.piles.count
+    fill = float(backfill.wall_backfill(data, "hyperbolic", radians(skew_deg)).force_n(2e-5)) / 2e-5
+    wing, count = backfill.wing_wall(data).stiffness_n_per_m * 50 / 51, data.piles.count
     piles = count * data.piles.lateral_kn_per_m * 1e3
     assert (data.wall_width_m, data.wall_height_m, count) == (14.33, 1.829, 6)
     normal, tangent = np.array(plan.normal), np.array(plan.tangent)
@@ -450,7 +444,7 @@ def test_an_integral_end_has_the_stiffness_of_its_fill_wings_and_piles(written, 
 @pytest.mark.parametrize("text", [MIXED, WITH_DASHPOTS])
 def test_the_piles_yield_and_the_fill_is_limited_by_its_strength(written, text):
     bridge = load_bridge(written(text))
-    fill = wall_backfill(bridge.ends["left"], "hyperbolic", 0.0).ultimate_n
+    fill = backfill.wall_backfill(bridge.ends["left"], "hyperbolic", 0.0).ultimate_n
     pushed, pulled = (
         reactions_of(bridge, 0, ModelOptions(), (moved_m, 0.0, 0.0, 0.0, 0.0, 0.0))[0]
         for moved_m in (-0.5, 0.5)

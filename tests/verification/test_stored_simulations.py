@@ -14,13 +14,8 @@ from median_coverage import CASES
 from scipy import stats
 from sequential_verdicts import EFFECTS, LOOKS, verdicts_at_stopping
 
-from skewbridge.fragility.curves import fit_study
-from skewbridge.fragility.limit_states import load_limit_states
-from skewbridge.fragility.settings import DEFAULTS
-from skewbridge.study.analyses import StudySetup
-from skewbridge.study.batch import analysed_row
-from skewbridge.study.config import parse_config
-from skewbridge.study.inputs import prepare_motions
+from skewbridge.fragility import curves, limit_states, settings
+from skewbridge.study import analyses, batch, config, inputs
 from skewbridge.study.task import run_key
 from skewbridge.variant.random_properties import UncertaintyConfig
 
@@ -136,16 +131,16 @@ def drawn_rows(setup, seed, logs):
     ids = [motion.motion.motion_id for motion in setup.suite]
     drawn = replace(setup, draws=UncertaintyConfig(enabled=True, seed=seed).draws(ids))
     tasks = drawn.tasks(SLUG)
-    return pd.DataFrame([analysed_row(task, run_key(task), logs) for task in tasks])
+    return pd.DataFrame([batch.analysed_row(task, run_key(task), logs) for task in tasks])
 
 
 def curves_of(rows):
     states = [
         state
-        for state in load_limit_states(BENCHMARKS.parent / "config/limit_states.yaml")
+        for state in limit_states.load_limit_states(BENCHMARKS.parent / "config/limit_states.yaml")
         if state.component in STATES and state.demand in rows
     ]
-    table = fit_study(rows, states, DEFAULTS)
+    table = curves.fit_study(rows, states, settings.DEFAULTS)
     return table[table["method"] == "cloud"].set_index(["component", "limit_state"])
 
 
@@ -153,9 +148,9 @@ def curves_of(rows):
 def test_one_draw_per_motion_gives_medians_and_dispersion_of_200_draws(tmp_path):
     # 8 s of each motion: the comparison does not depend on the length
     motions = {"folder": str(BENCHMARKS.parent / "motions"), "count": COUNT, "shaking_s": 8.0}
-    study = parse_config({"results": str(tmp_path), "motions": motions})
-    prepare_motions(study)
-    setup = StudySetup.of(study)
+    study = config.parse_config({"results": str(tmp_path), "motions": motions})
+    inputs.prepare_motions(study)
+    setup = analyses.StudySetup.of(study)
     once = curves_of(drawn_rows(setup, 1, tmp_path))
     draws = [drawn_rows(setup, seed, tmp_path) for seed in range(2, 2 + DRAWS)]
     many = curves_of(pd.concat(draws, ignore_index=True))
