@@ -28,6 +28,7 @@ CUT_OFF = """() => [...document.querySelectorAll("body *")]
     .map((each) => each.outerHTML.slice(0, 120))"""
 OPEN_DETAILS = "document.querySelectorAll('details').forEach((each) => { each.open = true; })"
 A4_INSIDE_MARGINS_PX = round((210 - 2 * 14) / 25.4 * 96)
+SHOWN = "all => all.filter(each => each.checkVisibility()).map(each => each.id)"
 
 
 @pytest.mark.parametrize("view", VIEWS)
@@ -96,9 +97,6 @@ def test_the_keyboard_reaches_the_skip_link_and_the_controls_and_disabled_ones_s
     )
     assert silent == []
     assert page.is_enabled("#ex-skew_deg")
-
-
-SHOWN = "all => all.filter(each => each.checkVisibility()).map(each => each.id)"
 
 
 def shown_figures(page):

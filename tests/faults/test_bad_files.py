@@ -26,6 +26,11 @@ from skewbridge.motions.read import read_trace
 from skewbridge.study.config import parse_config
 from skewbridge.study.inputs import check_inputs
 
+STATE = {"component": "a", "demand": "column_drift_ratio", "unit": "percent", "dispersion": 0.3,
+         "citation": "x", "states": {"slight": 1.0}}  # fmt: skip
+DECK = mutated_files.DECK | {"period_theta_s": 0.31623, "gap_normal_m": 0.00269}
+PATH = [[0.0, 0.0, 0.0, -0.01], [0.1, 0.02, 0.01, -0.01], [0.2, 0.0, 0.02, 0.01]]
+
 
 @pytest.mark.parametrize(
     ("read", "content", "words"),
@@ -153,10 +158,6 @@ def faults_of(tmp_path, states, raw):
     return str(caught.value)
 
 
-STATE = {"component": "a", "demand": "column_drift_ratio", "unit": "percent", "dispersion": 0.3,
-         "citation": "x", "states": {"slight": 1.0}}  # fmt: skip
-
-
 def test_all_bad_inputs_of_a_study_are_reported_at_once_also_motions_that_cannot_be_read(tmp_path):
     """A wrong unit, a missing citation and dispersion, measures, bridges and folders."""
     uncited, certain = ({k: v for k, v in STATE.items() if k != left_out}
@@ -184,10 +185,6 @@ def test_all_bad_inputs_of_a_study_are_reported_at_once_also_motions_that_cannot
 
 
 # --- case files of `skewbridge contact` and `deck`, and the files that commands write
-DECK = mutated_files.DECK | {"period_theta_s": 0.31623, "gap_normal_m": 0.00269}
-PATH = [[0.0, 0.0, 0.0, -0.01], [0.1, 0.02, 0.01, -0.01], [0.2, 0.0, 0.02, 0.01]]
-
-
 def run_case(tmp_path, command, case, *, rows=PATH, code=0):
     """Write the files of a case and run its command, which ends with a code; return the answer."""
     columns = ["t_s", "ux_m", "uy_m", "uz_m"]

@@ -33,6 +33,8 @@ from small_study import wait_for
 from study_parts import task_of, wave
 
 STILL_S = 2.0
+DIED, STILL = "two worker processes died in this analysis", "no progress for 2 s"
+signals = partial(signalled, first=None)
 
 
 def task(number):
@@ -56,10 +58,6 @@ def batch(folder, work, count=2, tasks=(), *, done=None, still_s=STILL_S, on_fin
 def ends(pid):
     gone = (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD)
     return wait_for(lambda: not psutil.pid_exists(pid) or psutil.Process(pid).status() in gone, 30)
-
-
-DIED, STILL = "two worker processes died in this analysis", "no progress for 2 s"
-signals = partial(signalled, first=None)
 
 
 @pytest.mark.parametrize(

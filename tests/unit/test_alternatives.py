@@ -32,6 +32,7 @@ VALUES = {
 }
 ON = UncertaintyConfig(enabled=True, alternatives=VALUES)
 IDS = [f"m{number}" for number in range(32)]
+FRAMES, SPEEDS = {"key_frame": ["skewed", "deck_edge"]}, {"backfill_vs_mps": [50, 150]}
 
 
 def test_values_are_drawn_equally_often_and_change_no_property() -> None:
@@ -49,9 +50,6 @@ def test_values_are_drawn_equally_often_and_change_no_property() -> None:
     assert replace(ON, enabled=False).draws(IDS) == {}
     other = replace(ON, seed=2).draws(IDS)
     assert any(other[name]["key_frame"] != draws[name]["key_frame"] for name in IDS)
-
-
-FRAMES, SPEEDS = {"key_frame": ["skewed", "deck_edge"]}, {"backfill_vs_mps": [50, 150]}
 
 
 @pytest.mark.parametrize(

@@ -38,6 +38,9 @@ PATHS = {
     for path in PACKAGE.rglob("*.py")
 }
 MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path.parent != PACKAGE)
+KINDS = {"function", "class", "method", "property"}
+# Called by pydantic and by the command line, which find them by their decorators.
+REGISTERED = ["@model_validator", "@field_validator", "@*.callback", "@*.command", "@command"]
 
 
 @cache
@@ -138,11 +141,6 @@ def test_files_for_other_tools_name_the_workflow_versions_and_rules() -> None:
     on_request = {"verification", "modelling_choices"}
     in_rounds = {"plan_round", "analyse_round", "collect_rounds"}
     assert set(texts) == RECIPES.keys() - on_request - in_rounds
-
-
-KINDS = {"function", "class", "method", "property"}
-# Called by pydantic and by the command line, which find them by their decorators.
-REGISTERED = ["@model_validator", "@field_validator", "@*.callback", "@*.command", "@command"]
 
 
 def test_every_function_is_reached() -> None:

@@ -33,8 +33,7 @@ def run(answer, *arguments):
 )
 def test_a_failure_is_one_message_and_an_exit_code(error, status, code):
     plain = run(error)
-    assert plain.exit_code == code
-    assert plain.stderr.splitlines() == [f"{status}: {error}"]
+    assert (plain.exit_code, plain.stderr.splitlines()) == (code, [f"{status}: {error}"])
     answer = json.loads(run(error, "--json").stdout)
     assert answer == {"status": status, "message": str(error)} | getattr(error, "details", {})
 
@@ -94,8 +93,7 @@ def test_a_table_in_us_units_has_their_names_and_numbers_and_json_stays_in_si():
         "initial_stiffness_kip_per_in": 1.0, "length_ft": 100.0, "gap_in": 2.0,
         "deck_accel_in_per_s2": 100.0, "yield_curvature_per_in": 0.0254, "period_s": 0.7,
     }  # fmt: skip
-    assert in_units(row, "us") == pytest.approx(expected, rel=1e-6)
-    assert in_units(row, "si") == row
+    assert (in_units(row, "us"), in_units(row, "si")) == (pytest.approx(expected, rel=1e-6), row)
     ends = in_units({"ends_m": [0.0254, None], "status": "ok"}, "us")
     assert ends == {"ends_in": [pytest.approx(1.0), None], "status": "ok"}
     check = {"check": "left seat, SDC (m)", "demand": 0.254, "capacity": 0.508, "ratio": 0.5}

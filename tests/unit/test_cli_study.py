@@ -37,6 +37,8 @@ BASE = ROOT / "config/config.yaml"
 #: Two motions without the blocks, bands and orientations of the default study.
 PLAIN = "motions: {suites: [near], count: 2, incidence_deg: [0.0], blocks: null, bands: null}\n"
 COLUMN_NAMES = [column.name for column in COLUMNS]
+SOURCE = "BSD-3-Clause; synthetic: model of Dabaghi and Der Kiureghian (2018)"
+STATES = ROOT / "config/limit_states.yaml"
 
 
 @pytest.fixture(autouse=True)
@@ -142,9 +144,6 @@ def test_a_run_reports_the_progress_of_each_variant(tmp_path, monkeypatch, caplo
 
 
 # --- archive and methods
-SOURCE = "BSD-3-Clause; synthetic: model of Dabaghi and Der Kiureghian (2018)"
-
-
 @pytest.fixture(name="study")
 def _study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     write_starter(tmp_path)
@@ -400,9 +399,6 @@ def test_only_jobs_of_this_tree_are_cancelled(programs: Path, tmp_path: Path) ->
 
 
 # --- two studies compared run by run
-STATES = ROOT / "config/limit_states.yaml"
-
-
 def write_study(folder: Path, demands: pd.DataFrame, sha256: str = "a") -> str:
     """Write a study of these demands; all its motions have one digest."""
     (folder / "motions").mkdir(parents=True)
@@ -467,8 +463,7 @@ def test_a_study_equals_itself_but_for_motions_of_one_name_and_other_files(tmp_p
     suite.loc[suite["motion_id"] == "m03", "sha256"] = "another"
     write_frame(suite, tmp_path / "b/motions/suite.parquet", {})
     found = compared(first, second)
-    assert found["other_motions"] == ["m03"]
-    assert found["counts"]["motions"] == 15
+    assert (found["other_motions"], found["counts"]["motions"]) == (["m03"], 15)
 
 
 def test_other_intensities_and_early_ends_of_paired_runs_are_reported(tmp_path: Path) -> None:

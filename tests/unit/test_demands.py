@@ -246,8 +246,7 @@ def test_a_corner_leaves_its_seat_after_the_seat_less_the_gap(monkeypatch, move_
     assert watch.diverged() == watch.collapsed() == ""
     monkeypatch.setattr(transient.ops, "getTime", lambda: 1.1)
     moved[CORNER_1] -= move_m
-    assert watch.diverged() == ""
-    assert watch.collapsed() == expected
+    assert (watch.diverged(), watch.collapsed()) == ("", expected)
     with pytest.raises(InputError, match=r"gap_mm must be below the seat width of 900 mm, got 950"):
         watched(monkeypatch, {}, gap_m=0.95)
 
@@ -376,8 +375,7 @@ def test_only_a_finished_run_without_column_failure_is_complete() -> None:
     assert validity.failed_modes(foreign).tolist() == validity.failed_modes(RUNS).tolist() == kinds
     assert not validity.failed_modes(foreign[["status"]]).any()
     by_status = is_complete(foreign)
-    assert by_status.dtype == np.bool_
-    assert by_status.tolist() == [True] * 3 + [False] * 4
+    assert (by_status.dtype, by_status.tolist()) == (np.bool_, [True] * 3 + [False] * 4)
     for dtype in (object, float):  # as its table says
         given = pd.Series([0, 1, 1, 1, 1, 1, 1], dtype=dtype)
         assert not is_complete(RUNS.assign(complete=given)).any()

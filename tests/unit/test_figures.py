@@ -36,6 +36,8 @@ BEARING = {"component": "bearing", "demand": "bearing_disp_m", "unit": "m", "dis
 DRIFTS = DRIFT_ENTRY | {"states": {"slight": 1.0, "moderate": 2.5, "complete": 90.0}}
 STATES = limit_states_of([DRIFTS, BEARING])
 DRIFT = "column_drift_ratio"
+FOURTH = "transverse_gap_mm"
+PT_PER_MM = 72 / 25.4
 
 
 @pytest.fixture(scope="module")
@@ -253,9 +255,6 @@ def test_effects_by_intensity_are_lines_with_bands_and_a_reference(fragility):
 
 
 # --- figures of a study
-FOURTH = "transverse_gap_mm"
-
-
 @pytest.fixture(scope="module")
 def study(demands, fragility):
     wave = np.sin(np.arange(400) * 0.1)
@@ -368,9 +367,6 @@ def test_files_do_not_depend_on_the_number_of_processes(study, tmp_path, monkeyp
 
 
 # --- files for a paper
-PT_PER_MM = 72 / 25.4
-
-
 def drawn():
     figure = Figure(figsize=(6.0, 3.0), layout="constrained")
     figure.subplots().set_xlabel("Intensity (g)", fontsize=9)

@@ -322,10 +322,8 @@ def test_a_mean_over_pairs_of_systems_has_the_components_of_most_pairs():
              for one, other in names]  # fmt: skip
     assert averaged(pairs) == [True, False, False, False, True, False]
     # of as many pairs, those with more components
-    assert averaged(pairs[:4]) == [False, False, True, False]
-    assert averaged(pairs[3:4]) == [False]
-    assert difference(*pairs[3]) == "only v: b"
-    assert difference(*pairs[0]) == ""
+    assert (averaged(pairs[:4]), averaged(pairs[3:4])) == ([False, False, True, False], [False])
+    assert (difference(*pairs[3]), difference(*pairs[0])) == ("only v: b", "")
 
 
 def test_a_system_is_weaker_than_its_weakest_component_and_equals_a_single_one():

@@ -358,8 +358,7 @@ def test_without_draws_a_bridge_is_that_of_its_file(tmp_path) -> None:
     passive = backfill.Passive(stiffness_n_per_m=3.0e7, ultimate_n=4.0e6, failure_ratio=0.7)
     assert passive.scaled(1.0, 1.0) == passive
     (task,) = study_of(tmp_path).tasks(SLUG)
-    assert task.options == ModelOptions()
-    assert task.incidence_deg == 0.0
+    assert (task.options, task.incidence_deg) == (ModelOptions(), 0.0)
     assert not random_properties.drawn_properties(row_of(task))
     # a modelling choice keeps the draw of the motion
     choice = next(each for each in modelling_choices.CHOICES if each.key == "pad_strength_factor")

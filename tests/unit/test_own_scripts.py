@@ -27,6 +27,7 @@ from skewbridge.variant.variant import Variant
 
 ROOT = Path(__file__).parents[2]
 USUAL = {"skew_deg": 0.0, "gap_mm": 25.0, "friction": 0.5}
+SCRIPTS = [*sorted((ROOT / "docs").glob("bridges/*.py")), ROOT / "docs/own_bridge.py"]
 
 
 def osb1_as_script(path: Path, skew_deg: float) -> str:
@@ -327,9 +328,6 @@ def test_abutments_are_those_of_the_script_of_osb1_or_of_an_option(tmp_path):
     assert chosen.seat_width_m == other.abutment.seat_width_m
     scaled_m = other.abutment.wall_width_m * wider / other.deck.width_m
     assert chosen.wall_width_m == pytest.approx(scaled_m)
-
-
-SCRIPTS = [*sorted((ROOT / "docs").glob("bridges/*.py")), ROOT / "docs/own_bridge.py"]
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)

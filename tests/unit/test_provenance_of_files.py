@@ -32,6 +32,7 @@ ROOT = Path(__file__).parents[2]
 STAMP = {"rule": "fit_fragility", "title": 'a <script> & "quotes"', "rule_digest": "0" * 16}
 FRAME = pd.DataFrame({"theta": [0.5, 0.7]})
 RULE = "collect_demands"
+READ_ONLY = (errno.EROFS, "Read-only file system")
 
 
 @pytest.fixture(autouse=True)
@@ -128,8 +129,7 @@ def test_a_script_stamps_its_outputs_and_leaves_a_log_only_of_messages(tmp_path)
     table, log = tmp_path / "table.parquet", tmp_path / "rule.log"
     given = job(tmp_path, table, suspect="x")
     with script_session(given) as own:
-        assert own.outputs == {"table": table}
-        assert own.folder.root == tmp_path
+        assert (own.outputs, own.folder.root) == ({"table": table}, tmp_path)
         write_frame(FRAME, table, {})
     stamped = read_stamp(table)
     assert stamped["rule_digest"] == rule_digest(given.params.made_from)
@@ -141,9 +141,6 @@ def test_a_script_stamps_its_outputs_and_leaves_a_log_only_of_messages(tmp_path)
             if message:
                 logging.getLogger("skewbridge.fit").info(message)
         assert log.exists() == bool(message)
-
-
-READ_ONLY = (errno.EROFS, "Read-only file system")
 
 
 @pytest.mark.parametrize(

@@ -38,6 +38,13 @@ from skewbridge.variant.grid import GridConfig, expand_grid
 from skewbridge.variant.options import ModelOptions
 from study_parts import in_journal, row_of, study_of, task_of, wave, without_workers
 
+MODELS = ("cf_skew30_gap025_mu000", "cf_skew30_gap025_mu050", "ro_skew30_gap000_mu000")
+SLUGS = [f"osb1_{model}" for model in MODELS]
+SLUG = SLUGS[1]
+IDA = MotionsConfig(level_range_g=(0.1, 2.0))  # of the column drift ratio, to 0.025
+AT_1_G = 0.4  # Sa_avg of the motion at factor 1
+CAPACITY_G = 0.77
+
 
 def test_the_key_covers_the_values_of_a_motion_but_not_its_names_and_measures(tmp_path):
     motions = []
@@ -122,10 +129,6 @@ def test_values_and_index_of_the_motions_in_use_change_the_digest_of_their_folde
 
 
 # --- jobs of a variant
-MODELS = ("cf_skew30_gap025_mu000", "cf_skew30_gap025_mu050", "ro_skew30_gap000_mu000")
-SLUGS = [f"osb1_{model}" for model in MODELS]
-
-
 def setup_in(folder: Path, lengths_s: Sequence[float] = (1.0, 3.0, 2.0), **sections) -> StudySetup:
     waves = (wave(f"m{s:g}", duration_s=s, number=s) for s in lengths_s)
     grid = GridConfig(abutment=("contact_friction", "roller"))
@@ -236,9 +239,6 @@ def test_values_on_axes_and_bridges_from_any_path_reach_the_analyses(written) ->
 
 
 # --- results of another version are reported and not used; files are written whole or not at all
-SLUG = SLUGS[1]
-
-
 @pytest.fixture
 def setup(tmp_path: Path) -> StudySetup:
     return study_of(tmp_path / "results", wave("pulse"), sensitivity=SensitivityConfig(rows=1))
@@ -508,11 +508,6 @@ def test_cells_of_all_rounds_are_one_table_and_one_figure() -> None:
 
 
 # --- searches of capacities
-IDA = MotionsConfig(level_range_g=(0.1, 2.0))  # of the column drift ratio, to 0.025
-AT_1_G = 0.4  # Sa_avg of the motion at factor 1
-CAPACITY_G = 0.77
-
-
 def first_task(scale: float = 2.0) -> Task:
     measures = dict.fromkeys(IM_COLUMNS, 1.0) | {LEVEL_MEASURE: AT_1_G * scale}
     return task_of(replace(wave("m", scale=scale), measures=measures))

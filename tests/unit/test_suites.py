@@ -35,6 +35,9 @@ from skewbridge.units import G_MPS2
 from skewbridge.variant.grid import expand_grid
 
 ROOT = Path(__file__).parents[2]
+STATES = [state for state in states_of("unseating") if state.name == "slight"]
+KEYS = ["variant", "bridge", "abutment", "skew_deg", "gap_mm", "friction", "motion_id", "scale",
+        "incidence_deg", "status"]  # fmt: skip
 
 
 def motions_of(**given: object):
@@ -96,11 +99,6 @@ def demands(effects: dict[str, float], motions: int = 16) -> pd.DataFrame:
         levels = {"im_saavg_rotd50_g": np.tile(level_g, 2)}
         parts.append(table.assign(**levels, column_drift_ratio=drift, unseating_m=2.0 * drift))
     return pd.concat(parts, ignore_index=True)
-
-
-STATES = [state for state in states_of("unseating") if state.name == "slight"]
-KEYS = ["variant", "bridge", "abutment", "skew_deg", "gap_mm", "friction", "motion_id", "scale",
-        "incidence_deg", "status"]  # fmt: skip
 
 
 def test_a_difference_between_suites_is_found_with_its_interval() -> None:

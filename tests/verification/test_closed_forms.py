@@ -32,6 +32,7 @@ from skewbridge.verification.studies import blocks, rigid_bodies
 
 MASS_KG, KN = 1000.0, 1e7
 SLIP_M = 0.045
+IMPLEX = 1  # integration of the native element
 
 
 # Tolerances of the studies: 0.5 % for depths, slips and periods (elastic slip of the penalty, first
@@ -176,9 +177,6 @@ def test_b9_pushed_block_slides_by_the_excess_of_the_acceleration():
 
 
 # --- the contact checks before every study, other contact elements, and integrators at impact
-IMPLEX = 1  # integration of the native element
-
-
 def test_contact_checks_fail_with_a_fault_in_friction(monkeypatch):
     """That they pass without one is in `faults/test_bad_files.py`, as a command."""
     prepared, limit_n = ContactSet.__init__, contact_law.friction_limit_n

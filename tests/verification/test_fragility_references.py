@@ -70,6 +70,7 @@ NOT_COMPARED = {
     "pearson", "aic", "intercept_log10", "slope_log10", "n", "R2", "theta_midpoint_log",
     "naive_msa_theta", "naive_msa_beta", "naive_msa_se_ln_theta",
 }  # fmt: skip
+MOTIONS, VARIANTS = 14, 5
 
 
 def runs_of(im, columns, **further):
@@ -235,9 +236,6 @@ def test_quasi_random_systems_agree_with_scipy(size, rho):
 
 
 # --- mixed model with censored demands: the likelihood by brute force
-MOTIONS, VARIANTS = 14, 5
-
-
 def data(high, low=-np.inf, seed=3):
     """Return runs of a known model, censored above ``high`` and below ``low``.
 

@@ -37,6 +37,9 @@ Chan {recorder:2d}:  {direction}    (Sta Chn: {channel:2d})     Location: On Gro
 """
 GROUND = (1, 3, 15, 17, 18, 20)
 DECK = (4, 7, 9, 11)
+SUPPORTS = ("left", "bent 1", "right")
+OPTIONS = ModelOptions(rayleigh="stiffness")
+DEMANDS = ("column_drift_ratio", "column_shear_kn", "deck_disp_m", "deck_accel_mps2")
 
 
 def shaken_mps2(seed, duration_s=6.0):
@@ -173,11 +176,6 @@ def test_the_page_and_the_bridge_have_the_numbers_of_the_stored_tables():
 
 
 # --- motions of single supports: equal ones are uniform input, others move the supports apart
-SUPPORTS = ("left", "bent 1", "right")
-OPTIONS = ModelOptions(rayleigh="stiffness")
-DEMANDS = ("column_drift_ratio", "column_shear_kn", "deck_disp_m", "deck_accel_mps2")
-
-
 def analysed(case, motion, supports=None, options=OPTIONS):
     settings = AnalysisSettings(dt_s=0.005)
     excitation = Excitation(motion=motion, supports=supports or {})

@@ -20,6 +20,9 @@ from skewbridge.study.task import run_key
 from skewbridge.variant.random_properties import UncertaintyConfig
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
+SLUG = "osb1_cf_skew30_gap025_mu050"
+COUNT, DRAWS = 40, 5  # 200 draws
+STATES = ("column_drift", "column_curvature", "unseating", "bearing", "deck_displacement")
 
 
 def stored(name):
@@ -122,11 +125,6 @@ def test_intervals_of_annual_rates_and_of_effects_on_rates_cover(case):
 
 
 # --- one draw of the properties per motion gives the curves of many draws per motion
-SLUG = "osb1_cf_skew30_gap025_mu050"
-COUNT, DRAWS = 40, 5  # 200 draws
-STATES = ("column_drift", "column_curvature", "unseating", "bearing", "deck_displacement")
-
-
 def drawn_rows(setup, seed, logs):
     ids = [motion.motion.motion_id for motion in setup.suite]
     drawn = replace(setup, draws=UncertaintyConfig(enabled=True, seed=seed).draws(ids))
