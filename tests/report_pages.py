@@ -33,10 +33,8 @@ _MORE = {
 _CHECKS = {
     "passed": True,
     "checks": [{"name": "rows twice", "value": 0.0, "limit": 0.0, "passed": True, "rows": []}],
-    "suspect_rows": 0,
-    "suspect": [],
-    "rungs": [],
-}
+    "suspect_rows": 0, "suspect": [], "rungs": [],
+}  # fmt: skip
 _CAPTION = {
     "name": "one", "section": SECTIONS[0], "item": "drift", "title": "A curve",
     "text": "Of a test.", "finding": "It rises.",

@@ -61,14 +61,10 @@ def test_values_are_drawn_equally_often_and_change_no_property() -> None:
         ({"key_frame": ["skewed"]}, {}, "two or more values, all different"),
         ({"key_frame": ["skewed", "square"]}, {}, "must be 'skewed' or 'deck_edge', got 'square'"),
         ({"backfill_vs_mps": [150, -1]}, {}, "greater than or equal to 0, got -1"),
-        (
-            FRAMES,
-            {"analysis": {"scheme": "paper"}},
-            "key_frame has no effect if analysis.scheme",
-        ),
+        (FRAMES, {"analysis": {"scheme": "paper"}}, "key_frame has no effect if analysis.scheme"),
         (SPEEDS, {"grid": SPEEDS}, "remove backfill_vs_mps, an axis of the grid"),
     ],
-)
+)  # fmt: skip
 def test_bad_alternatives_are_refused(alternatives, sections, message: str) -> None:
     with pytest.raises(InputError, match=message):
         parse_config({"uncertainty": {"alternatives": alternatives}} | sections)

@@ -355,12 +355,9 @@ def test_a_forecast_follows_lengths_contacts_steps_and_finished_analyses(tmp_pat
 
 
 GRIDS = (
-    {"bridge": ["osb1"], "skew_deg": [30], "gap_mm": [25]},
-    {"bridge": ["osb1"], "skew_deg": [30]},
-    {"bridge": ["osb1"], "friction": [0.5]},
-    {"abutment": ["roller"], "skew_deg": [0, 60]},
-    {},
-)
+    {"bridge": ["osb1"], "skew_deg": [30], "gap_mm": [25]}, {"bridge": ["osb1"], "skew_deg": [30]},
+    {"bridge": ["osb1"], "friction": [0.5]}, {"abutment": ["roller"], "skew_deg": [0, 60]}, {},
+)  # fmt: skip
 SECTIONS = (
     {}, {"sensitivity": {"window_s": None}}, {"analysis": {"duration_s": 10.0}},
     {"accuracy": "reference"}, {"analysis": {"scheme": "paper"}},

@@ -488,15 +488,12 @@ SURE = {"claim": "undecided", "sure_to": 0.3, "sure_ratio": 0.7, "sure_low": 0.6
     [
         ({}, "g, +8.0 %, certain, extrapolated)", NOTE),
         ({"n_extrapolated": 3}, "%, certain, partly extrapolated)", f"some {NOTE}"),
-        (
-            LOST,
-            "from a model: 4 of 8 variants lack a curve",
-            "some variants have no curve, because",
-        ),
+        (LOST, "from a model: 4 of 8 variants lack a curve",
+         "some variants have no curve, because"),
         ({"n_extrapolated": 0}, "%, certain)", ""),
         (SURE, "certain up to 0.3: -30 % (-40 to -20 %)", NOTE),
     ],
-)
+)  # fmt: skip
 def test_headline_states_smaller_certain_ranges_and_medians_that_leave_the_data(
     changes, words, note
 ):

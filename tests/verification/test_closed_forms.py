@@ -43,12 +43,10 @@ IMPLEX = 1  # integration of the native element
 @pytest.mark.parametrize(
     ("name", "count", "disagreeing"),
     [
-        ("closed-forms", 16, set()),
-        ("fig1", 21, set()),
-        ("fig3", 36, {"elastic, extrapolated", "elastic, lagged"}),
-        ("bridges", 57, set()),
+        ("closed-forms", 16, set()), ("fig1", 21, set()),
+        ("fig3", 36, {"elastic, extrapolated", "elastic, lagged"}), ("bridges", 57, set()),
     ],
-)
+)  # fmt: skip
 def test_studies_of_closed_forms_exact_forces_and_hand_values_agree(name, count, disagreeing):
     study = run_study(name)
     assert len(study.comparisons) == count

@@ -26,13 +26,10 @@ from skewbridge.verification.studies.paper_runs import strongest_motions
 ROWS = Path(__file__).parents[1] / "data" / "rows_of_square_bents.csv"
 #: Options that restore the model of the stored rows.
 EARLIER = {
-    "bent_skew": "square",
-    "backfill_dashpot": "parallel",
-    "backfill_skew": "strength_and_stiffness",
-    "wall_restoring_n_per_m": 3.0e5,
-    "shear_model": "sdc_expected",
-    "foundation": "fixed",
-}
+    "bent_skew": "square", "backfill_dashpot": "parallel",
+    "backfill_skew": "strength_and_stiffness", "wall_restoring_n_per_m": 3.0e5,
+    "shear_model": "sdc_expected", "foundation": "fixed",
+}  # fmt: skip
 #: Steps that do not depend on contacts, because the policy of steps is not part of the model.
 CONSTANT = {"dt_s": 0.005, "contact_dt_s": None, "event_dt_s": None}
 

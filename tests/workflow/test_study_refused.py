@@ -85,13 +85,11 @@ def refused(answer, *words):
     ("override", "words"),
     [
         ("grdi: {gap_mm: [25]}", ["grdi: unknown key"]),
-        (
-            "{figures: {font: Nowhere Sans}, motions: {folder: nowhere}}",
-            ["figures.font must be sans-serif, serif", "motions folder nowhere does not exist"],
-        ),
+        ("{figures: {font: Nowhere Sans}, motions: {folder: nowhere}}",
+         ["figures.font must be sans-serif, serif", "motions folder nowhere does not exist"]),
         ("results: Snakefile", ["cannot write to the folder 'Snakefile'"]),
     ],
-)
+)  # fmt: skip
 def test_bad_configuration_stops_before_any_work(tree, override, words):
     refused(run(tree, "-n", over=override, check=False), *words)
 
