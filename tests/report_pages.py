@@ -61,17 +61,9 @@ def write_page(
         demands["beyond_model"] = ""
     found = fragility_tables(demands, limit_states_of(states), DEFAULTS)
     empty = pd.DataFrame({"demand": pd.Series(dtype=str)})
-    same = (
-        "curves",
-        "joint",
-        "system",
-        "effects",
-        "intensity_effects",
-        "needed_motions",
-        "alternatives",
-    )
     frames = {"demands": demands, "medians": found["median_effects"]}
-    frames |= {name: found[name] for name in (*same, "input_notes", "suites", "shear_models")}
+    names = "curves joint system effects intensity_effects needed_motions alternatives input_notes"
+    frames |= {name: found[name] for name in (*names.split(), "suites", "shear_models")}
     frames |= dict.fromkeys(("contact_checks", "sensitivity"), empty)
     frames["suite"] = pd.DataFrame({"source": [source] * 2})
     frames = edit(frames)

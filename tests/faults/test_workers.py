@@ -90,7 +90,6 @@ def test_progress_or_a_worker_killed_once_cost_nothing_and_an_absurd_motion_has_
 @pytest.mark.parametrize("code", [errno.EROFS, errno.EACCES, errno.ENOSPC, errno.ENOENT])
 def test_missing_semaphores_are_named_and_finished_rows_need_none(tmp_path, monkeypatch, code):
     (row,) = batch(tmp_path, None, 1, [task(1)])
-
     # what the library asks of the system for the locks of its queues
     refuse = Mock(side_effect=OSError(code, os.strerror(code)))
     monkeypatch.setattr("joblib.externals.loky.backend.synchronize._SemLock", refuse)

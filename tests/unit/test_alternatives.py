@@ -127,7 +127,6 @@ def test_effects_under_each_value_are_those_of_the_regression() -> None:
     assert skew["key_frame", "skewed"] == pytest.approx(0.88 / 1.06)
     assert skew.drop("key_frame").to_numpy() == pytest.approx(0.88)
     assert exact["effect"]["gap_mm"].to_numpy() == pytest.approx(exp(0.02))
-
     # ordinary least squares of the motions with sum-coded columns, and without each motion
     runs = demands(24, noise=0.05)
     found = alternative_effects(runs).set_index(["axis", "option", "value"]).loc["skew_deg"]

@@ -1,4 +1,4 @@
-"""Columns: moment-curvature and shear strength against hand values, and meshes of fibers.
+"""Columns: moment-curvature and shear strength against hand values.
 
 Figures from the project's reference page on bridge data, sections 5 and 6 (engineering rules
 evaluated by hand and an independent fiber analysis). The nominal yield of the hoops is 414 MPa.
@@ -10,22 +10,17 @@ from pathlib import Path
 from typing import get_args
 
 import numpy as np
-import openseespy.opensees as ops
 import pandas as pd
 import pytest
 
 from hand_made_column import SECTION
 from reference_data import reference_table
 from skewbridge.bridge import section as sections
-from skewbridge.bridge.bent import build_fiber_section
 from skewbridge.bridge.catalogue import bridge_names, load_bridge
 from skewbridge.bridge.catalogue.columns import ColumnData
 from skewbridge.bridge.column import bent_capacities, shear_section
-from skewbridge.bridge.handles import TagAllocator
-from skewbridge.bridge.model import domain
 from skewbridge.bridge.section import hoop_strength_n, sdc_shear_strength, shear_strength
 from skewbridge.fragility.limit_states import load_limit_states
-from skewbridge.units import MM
 from skewbridge.variant.options import ModelOptions, ShearModel
 
 PSI_PA = 6894.757293168
@@ -184,32 +179,3 @@ def test_default_shear_strength_is_the_mean_of_tests():
     assert dispersion == pytest.approx(scatter, abs=0.015)
     assert design.mean() == pytest.approx(1.40, abs=0.02)
     assert design.std(ddof=1) / design.mean() > scatter
-
-
-# --- fibers of a section
-@pytest.mark.parametrize("bridge", bridge_names())
-@pytest.mark.parametrize("mesh", [(1, 3, 1), (4, 12, 1), (5, 20, 1), (12, 32, 3), (3, 200, 2)])
-def test_every_mesh_keeps_area_and_second_moment_of_the_section(monkeypatch, bridge, mesh):
-    """Bars are lumped into no more fibers than wedges."""
-    column, fibers = load_bridge(bridge).column, []
-    monkeypatch.setattr(ops, "fiber", lambda *fiber: fibers.append(fiber))
-    with domain():
-        build_fiber_section(column, ModelOptions(column_fibers=mesh), TagAllocator())
-    *concrete, bars = [
-        np.array([(y, z, area) for y, z, area, tag in fibers if tag == material])
-        for material in dict.fromkeys(fiber[-1] for fiber in fibers)
-    ]
-    steel_m2 = column.bar_count * column.bar_area_mm2 * MM**2
-    core_m = column.core.corner_m
-    # the core twice: the part that ends and the part that is kept
-    core_m2, core_m4 = pi * core_m**2 / 4, pi * core_m**4 / 64
-    inertia_m4 = (core_m4, core_m4, column.outline.inertia_m4(0) - core_m4)
-    area_m2 = (core_m2, core_m2, column.outline.area_m2 - core_m2)
-    parts = (*zip(concrete, area_m2, inertia_m4, strict=True),)
-    steel_m4 = steel_m2 * (column.bar_line.corner_m / 2) ** 2 / 2
-    for part, total_m2, second_m4 in (*parts, (bars, steel_m2, steel_m4)):
-        y, z, area = part.T
-        assert area.sum() == pytest.approx(total_m2)
-        assert [area @ y**2, area @ z**2] == pytest.approx([second_m4] * 2)
-        assert [area @ y, area @ z, area @ (y * z)] == pytest.approx([0.0] * 3, abs=1e-12)
-    assert len(bars) == min(column.bar_count, mesh[1])

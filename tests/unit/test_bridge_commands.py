@@ -338,7 +338,6 @@ def test_the_table_names_what_fails_by_moves_normal_to_the_seats() -> None:
     assert row["ratio"] == pytest.approx(0.5)  # no column has used more of its capacity
     failed = {row["check"] for row in rows if not row["ok"]}
     assert failed == {"bent 1 displacement, hinge 0.821 m by rule (m)", "right acute seat, SDC (m)"}
-
     # corner moves count outward and normal to the seat only
     histories = corner_histories()
     histories["abutment_right_acute_x_m"][1] = -0.1

@@ -480,7 +480,6 @@ def test_a_plan_has_a_line_its_demands_and_motions_and_a_limit_of_time(tmp_path)
     assert rounds.tables_of_round(folder, path) == [folder.round_demands(3, "a")]
     setup = study_of(tmp_path, *(wave(f"m{number}") for number in range(1, 6)))
     assert [each.motion.motion_id for each in setup.of_motions(1, 3).suite] == ["m2", "m3"]
-
     # only a plan that time ended is made again with more
     assert rounds.limit_of_round(tmp_path / "none.json", 9.0) == 9.0
     for ended, hours, limit in (("hours", 3, 3), ("hours", 1, 2), ("most", 9, 2), (None, 9, 2)):

@@ -189,6 +189,7 @@ RECTANGLE = {
     "shape": "rectangular", "width_m": 2.4, "depth_m": 0.9, "bar_count": 44, "tie_legs": [4, 8],
 }  # fmt: skip
 OBLONG = {"shape": "oblong", "width_m": 2.4, "depth_m": 1.2, "bar_count": 44, "cross_ties": 2}
+MESHES = ((5, 20, 1), (12, 32, 3), (1, 3, 1), (4, 12, 1), (3, 200, 2))
 #: Bars of 35.8 mm (1006 mm2), ties of 15.9 mm (199 mm2) at 150 mm, cover 51 mm.
 TIES = {"hoop_area_mm2": 199.0, "hoop_diameter_mm": 15.9, "hoop_spacing_mm": 150.0}
 AXIAL_N = 6.0e6
@@ -323,9 +324,15 @@ def test_shear_and_drift_capacity_of_a_wall_depend_on_the_direction(wall) -> Non
     assert along.curve.plastic_moment_nm > 2 * normal.curve.plastic_moment_nm
 
 
-@pytest.mark.parametrize(("shape", "error"), [(RECTANGLE, 0.002), (OBLONG, 0.01)])
-@pytest.mark.parametrize("mesh", [(5, 20, 1), (12, 32, 3)])
+@pytest.mark.parametrize(
+    ("shape", "error", "mesh"),
+    [
+        *((*case, mesh) for case in ((RECTANGLE, 0.002), (OBLONG, 0.01)) for mesh in MESHES[:2]),
+        *(({"shape": "circular"}, 1e-6, mesh) for mesh in MESHES),
+    ],
+)
 def test_fibers_keep_areas_and_second_moments(tmp_path, monkeypatch, shape, error, mesh):
+    """Bars of a circle are lumped into no more fibers than wedges."""
     column = load_bridge(written(tmp_path / "own.yaml", **shape, **TIES)).column
     given: list[tuple] = []
     with domain(), monkeypatch.context() as patch:
@@ -336,14 +343,14 @@ def test_fibers_keep_areas_and_second_moments(tmp_path, monkeypatch, shape, erro
         for material in dict.fromkeys(fiber[3] for fiber in given)
     ]
     # second moments by integration of the shape
-    w, d = column.width_m, column.depth_m
+    w, d = (shape.get(f"{side}_m", 1.676) for side in ("width", "depth"))
     inset = 2 * 0.051 + 0.0159
 
     def moments(width, depth):
         """Return area and second moments along the width and normal to it."""
         z = (np.arange(200_000) + 0.5) / 200_000 * depth - depth / 2
-        is_oblong = column.shape == "oblong"
-        half = width / 2 - (depth / 2 - np.sqrt(depth**2 / 4 - z**2) if is_oblong else 0.0 * z)
+        is_round = column.shape != "rectangular"
+        half = width / 2 - (depth / 2 - np.sqrt(depth**2 / 4 - z**2) if is_round else 0.0 * z)
         step = depth / z.size
         return np.array([2 * half.sum(), 2 * (half**3).sum() / 3, 2 * (half * z**2).sum()]) * step
 
@@ -355,12 +362,16 @@ def test_fibers_keep_areas_and_second_moments(tmp_path, monkeypatch, shape, erro
         np.testing.assert_allclose(found, expected, rtol=error)
         assert [area @ y, area @ z, area @ (y * z)] == pytest.approx([0.0] * 3, abs=1e-12)
     *_, bars = parts
-    assert len(bars) == column.bar_count
+    is_circle = column.shape == "circular"
+    assert len(bars) == min(column.bar_count, mesh[1] if is_circle else 44)
     y, z, area = bars.T
+    if is_circle:
+        radius_m = column.bar_line.corner_m / 2
+        assert [area @ y**2, area @ z**2] == pytest.approx([area.sum() * radius_m**2 / 2] * 2)
     assert area.sum() == pytest.approx(44 * 1006e-6)
     assert [area @ y, area @ z, area @ (y * z)] == pytest.approx([0.0] * 3, abs=1e-9)
     gaps = np.sort([np.sort(np.hypot(y - a, z - b))[1:3].max() for a, b in zip(y, z, strict=True)])
-    assert gaps[-1] < 1.2 * column.bar_line.length_m / 44
+    assert gaps[-1] < 1.2 * column.bar_line.length_m / len(bars)
 
 
 @pytest.mark.parametrize("direction", [0, 1])
@@ -386,7 +397,6 @@ def test_a_wall_bends_about_the_axes_of_its_skewed_bent(wall, direction) -> None
 def test_a_bridge_of_a_pinned_column_and_a_fixed_wall_runs_and_mirrors(tmp_path) -> None:
     keys = {"columns": 1, "cap_width_m": 2.4, "cap_depth_m": 2.0, "cap_weight_kn": 1200}
     own = {"width_m": 4.0, "depth_m": 1.2, "tie_legs": [4, 12], "bar_count": 60}
-
     pinned, fixed = (sourced(keys | {"clear_height_m": height_m}) for height_m in (9.0, 7.0))
     fixed |= {"base": "fixed", "column": {"shape": "rectangular"} | sourced(own)}
     path = tmp_path / "mixed.yaml"

@@ -252,7 +252,6 @@ def test_support_motions_of_a_file(tmp_path):
     options = ("--support-motions", path, "--out", tmp_path / "out", "--no-figures")
     assert answer("run", *options)["status"] == "ok"
     answer("run", *options, "--motion", "a", "b", code=2)
-
     for changed, message in (
         (lines[1:], "left needs a record along x and one along y"),
         ([*lines, lines[0]], "left has two records along x"),
