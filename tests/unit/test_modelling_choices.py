@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from scipy import special, stats
+from scipy import special
 
 from skewbridge.analysis.model_script import model_script
 from skewbridge.analysis.settings import AnalysisSettings
@@ -294,21 +294,9 @@ def draws() -> dict[str, dict[str, float]]:
     return ON.draws(IDS)
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_draws_have_their_distribution(name: str) -> None:
-    values = np.array([draw[name] for draw in draws().values()])
-    what = ON.drawn[name]
-    assert what.low <= values.min()
-    assert values.max() <= what.high
-    assert stats.kstest(values, np.vectorize(lambda value: expected(what, value))).pvalue > 0.01
-    # draws that are off by a tenth of the range do not pass
-    shifted = values + 0.1 * (what.high - what.low)
-    assert stats.kstest(shifted, np.vectorize(lambda v: expected(what, v))).pvalue < 1e-6
-
-
-def test_each_block_is_a_latin_hypercube() -> None:
+def test_each_block_of_draws_is_a_latin_hypercube_of_the_distributions() -> None:
     rows = np.array([list(draw.values()) for draw in draws().values()])
-    for start in (0, random_properties.BLOCK):
+    for start in range(0, 160, random_properties.BLOCK):
         block = rows[start : start + random_properties.BLOCK]
         for name, column in zip(NAMES, block.T, strict=True):
             shares = [expected(ON.drawn[name], value) for value in column]
