@@ -183,20 +183,14 @@ def assert_shear_models(tables, frames):
             assert is_ok == (in_words(row["status"]) not in cell)
 
 
-CHECKS = {
-    **dict.fromkeys(TABLES, assert_effects),
-    "Leading curves": assert_leading,
-    "System": assert_system,
-    "Fragility of every variant": assert_paper,
-    SHEAR: assert_shear_models,
-}
-
-
 def assert_tables(page, frames):
     """Check every number in the tables of a page of one model against its own row."""
     tables = tables_of(page)
-    for check in dict.fromkeys(CHECKS.values()):
-        check(tables, frames)
+    assert_effects(tables, frames)
+    assert_leading(tables, frames)
+    assert_system(tables, frames)
+    assert_paper(tables, frames)
+    assert_shear_models(tables, frames)
 
 
 def assert_in(text, *words):
@@ -223,22 +217,6 @@ def test_bases_axes_counts_and_answers_are_those_of_the_study(render):
     assert tables_of(page)["The answer"][0][2] == "bearing, slight (100 mm)"
     head = answer_of(page)
     assert "<b>certain" in head or "certain</b>" in head
-
-
-def test_every_wrong_number_in_the_tables_of_the_page_is_found(render):
-    """A test of `assert_tables`, which the other tests use."""
-    page, frames = render(with_shear_models(synthetic_demands(skews=(0, 60), gaps=(25,))))
-    assert_tables(page, frames)
-    tables, numbers = tables_of(page), 0
-    for name, check in CHECKS.items():
-        for row in tables[name][1:]:
-            for place, cell in enumerate(row):
-                for wrong in wrong_numbers(cell):
-                    row[place], numbers = wrong, numbers + 1
-                    with pytest.raises((AssertionError, KeyError)):
-                        check(tables, frames)
-                row[place] = cell
-    assert numbers > 400
 
 
 def test_failures_tables_intensities_and_links_are_those_of_the_study(render):
@@ -565,7 +543,8 @@ def test_the_first_screen_counts_shear_failures_of_every_strength_model(render, 
     assert f"osb1 {text} and Priestley (of {len(demands)})." in screen
     at_least = ", at least" if status == "collapse" else ""
     assert f"Runs with a column at its shear strength, by model{at_least}: " in screen
-    assert "at its shear strength, by model" not in render(synthetic_demands())[0]
+    plain = synthetic_demands(skews=(0,), gaps=(25,), motions=4)
+    assert "at its shear strength, by model" not in render(plain)[0]
 
 
 def with_shear_models(demands):
