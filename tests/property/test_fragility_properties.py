@@ -73,9 +73,7 @@ def test_ends_of_the_intervals_have_the_drop_of_the_likelihood(data):
 
 @given(stripes(), st.floats(1e-3, 1e3), st.permutations(range(6)))
 @settings(max_examples=60)
-def test_theta_scales_with_the_unit_in_any_order_and_single_runs_equal_their_stripes(
-    data, factor, order
-):
+def test_theta_scales_in_any_order_and_single_runs_equal_their_stripes(data, factor, order):
     n, k = data
     fit, order = fit_stripes(LEVELS, n, k), np.array(order)
     other = fit_stripes(LEVELS[order] * factor, n[order], k[order])

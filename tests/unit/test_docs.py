@@ -136,9 +136,8 @@ def test_pairs_of_the_readme_are_runs_at_one_incidence(tmp_path: Path, monkeypat
     (text,) = (text for name, text in fenced("python") if name == "README.md")
     runs = synthetic_demands(skews=(0,), motions=6).assign(complete=True)
     (tmp_path / "results").mkdir()
-    runs.assign(incidence_deg=180.0 * runs["friction"]).to_parquet(
-        tmp_path / "results/demands.parquet"
-    )
+    turned = runs.assign(incidence_deg=180.0 * runs["friction"])
+    turned.to_parquet(tmp_path / "results/demands.parquet")
     monkeypatch.chdir(tmp_path)
     names: dict[str, pd.Series] = {}
     exec(text, names)

@@ -141,9 +141,7 @@ def test_every_panel_has_a_curve_and_no_texts_overlap(demands, fragility):
         ("whole_bridge", ["extensive", "complete"], {"extensive", "complete"}),
     ],
 )
-def test_a_failure_mode_that_is_every_failure_has_no_second_curve(
-    fragility, component, states, drawn
-):
+def test_a_mode_that_is_every_failure_has_no_second_curve(fragility, component, states, drawn):
     _, curves = drawn_component(fragility, "column_drift")
     same = curves.query("component == 'column_drift' and limit_state == 'slight'")
     failures = pd.concat([same.assign(limit_state=state) for state in states])
@@ -231,16 +229,12 @@ def test_cloud_marks_runs_that_ended_early_and_demands_of_zero(demands, fragilit
     assert figures.least_shown(demands.assign(**{DRIFT: 0.0}), tables[0], DRIFT) is None
 
 
-@pytest.mark.parametrize(("limit", "are_pixels"), [(1000, False), (20, True)])
-def test_marks_of_a_large_cloud_are_pixels_in_a_vector_file(
-    demands, fragility, monkeypatch, limit, are_pixels
-):
-    monkeypatch.setattr(figures, "MAX_VECTOR_RUNS", limit)
-    marks = lines_of(
-        demand_clouds(demands, fragility["curves"], fragility["effects"], DRIFT), *"ov"
-    )
-    assert points_of(marks) == len(demands)
-    assert {bool(line.get_rasterized()) for line in marks} == {are_pixels}
+def test_marks_of_a_large_cloud_are_pixels_in_a_vector_file(demands, fragility, monkeypatch):
+    for limit, are_pixels in ((1000, False), (20, True)):
+        monkeypatch.setattr(figures, "MAX_VECTOR_RUNS", limit)
+        cloud = demand_clouds(demands, fragility["curves"], fragility["effects"], DRIFT)
+        assert points_of(marks := lines_of(cloud, *"ov")) == len(demands)
+        assert {bool(line.get_rasterized()) for line in marks} == {are_pixels}
 
 
 def test_effects_by_intensity_are_lines_with_bands_and_a_reference(fragility):
@@ -290,16 +284,11 @@ def test_list_of_figures_follows_limit_states_and_leaves_out_empty_plots(study):
     curves = ["main_whole_bridge", "curves_column_drift", "curves_bearing"]
     clouds = ["cloud_column_drift_ratio", "cloud_bearing_disp_m"]
     assert names == [*curves, *clouds, "effects_by_intensity", "suite_spectra"]
-    nothing = replace(
-        study,
-        demands=study.demands.assign(bearing_disp_m=0.0),
-        curves=study.curves.assign(preferred=False),
-        **{
-            name: getattr(study, name).head(0)
-            for name in ("system", "effects", "intensity_effects")
-        },
-    )
-    names = [caption.name for caption, _ in files.study_figures(nothing)]
+    names = ("system", "effects", "intensity_effects")
+    nothing = {name: getattr(study, name).head(0) for name in names}
+    nothing |= {"demands": study.demands.assign(bearing_disp_m=0.0)}
+    nothing |= {"curves": study.curves.assign(preferred=False)}
+    names = [caption.name for caption, _ in files.study_figures(replace(study, **nothing))]
     assert names == ["osb1_cf_cloud_column_drift_ratio", "suite_spectra"]
 
 
@@ -309,10 +298,8 @@ def test_captions_and_findings_have_the_numbers_of_the_tables(study):
     assert all(caption.finding.endswith(".") for caption in captions.values())
     above = int((study.demands["bearing_disp_m"] > 0.1).sum())
     # runs that ended early could have exceeded the state later
-    finding = (
-        f"{above} of {len(study.demands)} analyses are known to exceed bearing, slight (100 mm)."
-    )
-    assert captions["osb1_cf_cloud_bearing_disp_m"].finding == finding
+    words = f"{above} of {len(study.demands)} analyses are known to exceed bearing, slight (100 mm)"
+    assert captions["osb1_cf_cloud_bearing_disp_m"].finding == f"{words}."
     curves = pooled_curves(study.curves, study.medians)
     mild = curves.query("component == 'column_drift' and limit_state == 'slight'")["theta"]
     finding = captions["osb1_cf_curves_column_drift"].finding

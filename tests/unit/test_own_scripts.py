@@ -84,9 +84,8 @@ def bridge(skew_deg):
 def motion(peak_mps2: float = 6.0) -> GroundMotion:
     time = np.arange(0.0, 3.0, 0.02)
     pulse = peak_mps2 * np.sin(2 * np.pi * time / 0.8) * np.exp(-((time - 1.2) ** 2))
-    return GroundMotion(
-        motion_id="pulse", dt_s=0.02, accel_1_mps2=pulse, accel_2_mps2=0.6 * np.roll(pulse, 9)
-    )
+    components = {"accel_1_mps2": pulse, "accel_2_mps2": 0.6 * np.roll(pulse, 9)}
+    return GroundMotion(motion_id="pulse", dt_s=0.02, **components)
 
 
 def run(bridge: str, abutment: str, skew_deg: float, gap_mm: float, peak=6.0, **options):
@@ -96,9 +95,7 @@ def run(bridge: str, abutment: str, skew_deg: float, gap_mm: float, peak=6.0, **
     return analyse(variant, excitation, settings.AnalysisSettings(), ModelOptions(**options))
 
 
-@pytest.mark.parametrize(
-    "case", [("contact_friction", 30.0, 25.0, 6.0), ("spring", -45.0, 51.0, 9.0)]
-)
+@pytest.mark.parametrize("case", [("contact_friction", 30, 25, 6.0), ("spring", -45, 51, 9.0)])
 def test_osb1_as_a_script_has_the_demands_of_the_catalogue(tmp_path, case):
     script = osb1_as_script(tmp_path / "mine.py", skew_deg=case[1])
     own, usual = (run(bridge, *case) for bridge in (script, "osb1"))

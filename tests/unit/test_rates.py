@@ -185,10 +185,8 @@ def test_states_without_an_estimate_have_bounds_and_effects_are_paired(file):
     rows["unseating_m"] *= np.exp(0.15 * rows["skew_deg"] / 30.0)
     curves, table, effects = rates_of(rows, states, hazard)
     none = table[table["status"] == "no_exceedance"]
-    assert len(none) > 0
-    assert none["annual_rate"].isna().all()
-    assert (none["annual_rate_low"] == 0.0).all()
-    assert none["annual_rate_high"].between(1e-7, 1e-2).all()
+    is_bound = none["annual_rate"].isna() & (none["annual_rate_low"] == 0.0)
+    assert (is_bound & none["annual_rate_high"].between(1e-7, 1e-2)).sum() == len(none) > 0
     pooled = effects[effects["scope"] == "pooled"].set_index(["component", "limit_state", "axis"])
     skew = pooled.loc[("unseating", "slight", "skew_deg")].set_index("to_value")
     fitted = table.query("component == 'unseating' and limit_state == 'slight'")
@@ -239,8 +237,7 @@ def test_ratios_of_systems_need_the_same_components(file):
         effects = rates_of(runs.assign(unseating_m=demand), states, hazard)[2]
         assert set(effects["n_motions"]) == {16}
         of_states = effects[effects["component"] != "system"]
-        assert (of_states["status"] == "ok").all()
-        assert of_states["ratio"].notna().all()
+        assert ((of_states["status"] == "ok") & of_states["ratio"].notna()).all()
         system = effects.query("component == 'system' and limit_state == 'slight'")
         is_ok = (system["status"] == "ok").to_numpy()
         assert set(system["status"][~is_ok]) <= {"different_components"}
@@ -251,14 +248,11 @@ def test_ratios_of_systems_need_the_same_components(file):
     same, one, both = results
     along_skew = [("skew_deg", "variant", gap, -1.0) for gap in (25.0, 51.0)]
     pooled = [(axis, "pooled", -1.0, -1.0) for axis in ("skew_deg", "gap_mm")]
-    assert (same["status"] == "ok").all()
-    assert (same["reason"] == "").all()
+    assert same[["status", "reason"]].eq(["ok", ""]).all(axis=None)
     assert same.loc[[pooled[0]], "n_cells"].item() == 2
     # the pair with equal components remains, and the pooled row has only this pair
     assert one["status"].loc[along_skew].tolist() == ["ok", "different_components"]
-    assert (
-        one["reason"].loc[[along_skew[1]]].item() == "only osb1_cf_skew45_gap051_mu050: unseating"
-    )
+    assert [*one["reason"].loc[along_skew[1:]]] == ["only osb1_cf_skew45_gap051_mu050: unseating"]
     assert one["reason"].loc[pooled].tolist() == ["1 of 2 pairs have different components"] * 2
     assert one["n_cells"].loc[pooled].tolist() == [1, 1]
     assert one["ratio"].loc[[pooled[0]]].item() == one["ratio"].loc[[along_skew[0]]].item()

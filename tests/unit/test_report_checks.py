@@ -105,9 +105,8 @@ def test_faults_of_fits_and_effects_are_named_whatever_the_order_of_rows():
     fitted = CURVES.assign(status="ok", theta=[0.5, 0.49])
     place = f"{SLUG}, column_drift, moderate, cloud"
     for table in (fitted, fitted[::-1]):
-        assert failed(demands(), table) == {
-            "medians below the median of a smaller capacity": [place]
-        }
+        words = "medians below the median of a smaller capacity"
+        assert failed(demands(), table) == {words: [place]}
     for good in ({"theta": [0.5, 0.5]}, {"method": ["cloud", "exceedance"]}):
         assert failed(demands(), fitted.assign(**good)) == {}
 

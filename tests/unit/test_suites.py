@@ -289,10 +289,8 @@ def keys_of(folder: Path, count: int, results: Path) -> list[list[str]]:
     grid, motions = {"bridge": ["osb1"], "skew_deg": [30]}, {"folder": str(folder), "count": count}
     study = config.parse_config({"results": str(results), "grid": grid, "motions": motions})
     inputs.prepare_motions(study)
-    setup = analyses.StudySetup.of(study)
-    return [
-        [run_key(task) for task in setup.tasks(variant.slug)] for variant in expand_grid(study.grid)
-    ]
+    tasks = analyses.StudySetup.of(study).tasks
+    return [[*map(run_key, tasks(variant.slug))] for variant in expand_grid(study.grid)]
 
 
 def test_more_motions_preserve_keys_and_generate_only_new_ones(folder, tmp_path, made):

@@ -70,10 +70,8 @@ def beside_pads_kn(curve, disp_m):
         ("hyperbolic", 0, [0.025, 0.05, 0.076], [3_872, 5_126, 5_306]),
     ],
 )  # fmt: skip
-def test_a_push_normal_to_the_wall_meets_the_backbone_behind_the_gap(
-    abutment, backfill, skew_deg, closures_m, forces_kn
-):
-    """Such a push never meets keys square to the wall: backfill and pads alone."""
+def test_a_push_meets_the_backbone(abutment, backfill, skew_deg, closures_m, forces_kn):
+    """Normal to the wall, behind the gap, without keys: backfill and pads alone."""
     options = {"backfill": backfill, "key_frame": "skewed"}
     curve = push(abutment, skew_deg, angle_deg=skew_deg, **options)
     penalty_kn_per_m = springs.NORMAL_OVER_NEIGHBOUR * STIFFNESS / 1e3
