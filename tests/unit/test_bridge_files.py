@@ -14,13 +14,7 @@ from reference_pages import ROOT
 
 from bridge_variants import variant
 from skewbridge.analysis.bridge_check import check_bridge, doubts
-from skewbridge.bridge.catalogue import (
-    FOLDER,
-    BridgeData,
-    bridge_names,
-    load_bridge,
-    read_bridge,
-)
+from skewbridge.bridge.catalogue import FOLDER, BridgeData, bridge_names, load_bridge, read_bridge
 from skewbridge.bridge.catalogue.drawing import box_section, girder, girder_section, value_at
 from skewbridge.bridge.model import build, domain
 from skewbridge.errors import InputError

@@ -13,18 +13,10 @@ import numpy as np
 import openseespy.opensees as ops
 import pytest
 
+from skewbridge import contact
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import LONGEST_S, LOOK_AHEAD, SWING_S, StepLoop
-from skewbridge.contact import (
-    ContactError,
-    ContactLaw,
-    ContactSet,
-    Drive,
-    TagSource,
-    UnitState,
-    drives,
-    make_step,
-)
+from skewbridge.contact import ContactError, ContactSet, Drive, drives, make_step
 from skewbridge.contact import element as contact_element
 from skewbridge.contact.element import contact_frame
 from skewbridge.contact.law import advance_pair, yields_by_direction, yields_on_cone
@@ -249,7 +241,7 @@ def test_the_script_runs_and_both_models_hit_and_slide(monkeypatch):
 
 
 # --- friction cone, return mapping and frames
-LAW = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
+LAW = contact.ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
 
 
 def test_stick_points_follow_slip_and_yields_stay_on_the_cone():
@@ -332,7 +324,7 @@ def test_tags_of_the_user_are_left_alone_or_used():
     ops.uniaxialMaterial("Elastic", 7, 1.0)
     ops.element("zeroLength", 40, 1, 2, "-mat", 7, "-dir", 1)
     ops.parameter(12, "element", 40, "material", 1, "E")
-    (unit,) = with_contact(TagSource()).units
+    (unit,) = with_contact(contact.TagSource()).units
     assert unit.element > 40
     assert min(unit.springs.bounds) > 12
     tag = partial(next, count(5001))
@@ -355,7 +347,7 @@ def pressed_mass(drive):
 
 
 def test_wear_lowers_the_friction_along_the_slip_path():
-    def worn(state: UnitState, time_s: float) -> dict[str, float]:
+    def worn(state: contact.UnitState, time_s: float) -> dict[str, float]:
         return {"friction": max(0.1, 0.3 - 0.5 * state.slip_path_m)}
 
     stiff = {"kn_n_per_m": 1e9, "kt_n_per_m": 1e9, "gap_m": 0.0, "friction": 0.3}

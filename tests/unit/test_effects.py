@@ -6,28 +6,13 @@ import pytest
 from scipy import optimize, special, stats
 from statsmodels.stats.multitest import multipletests
 
+import fragility_tables as made
 from cli_json import answer
-from fragility_tables import (
-    IM,
-    SETTINGS,
-    friction_rows,
-    paired_effects,
-    ready,
-    several_models,
-    states_of,
-    synthetic_demands,
-    verdict_of,
-)
+from fragility_tables import IM, friction_rows, paired_effects, synthetic_demands
 from skewbridge.errors import InputError
 from skewbridge.files.tables import write_frame
 from skewbridge.fragility import verdicts
-from skewbridge.fragility.effects import (
-    INTENSITY_COLUMNS,
-    effect_row,
-    effect_table,
-    effect_tables,
-    median_effects,
-)
+from skewbridge.fragility.effects import effect_row, effect_table, effect_tables, median_effects
 from skewbridge.fragility.motion_means import Jackknifed, average, bounded_regression, by_motion
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.study_tables import DESCRIPTIONS
@@ -215,7 +200,7 @@ def test_mean_with_a_bound_solves_the_equations_of_truncated_normals():
     ],
 )
 def test_an_interval_has_the_first_verdict_that_applies(low, high, verdict):
-    assert verdict_of(low, high) == verdict
+    assert made.verdict_of(low, high) == verdict
 
 
 @pytest.mark.parametrize(("apart", "verdict"), [(1, verdicts.NEGLIGIBLE), (2, verdicts.DETECTABLE)])
@@ -283,7 +268,7 @@ def test_effect_of_the_generator_is_found_and_pooled_rows_are_the_average_of_the
 
 
 def test_each_bridge_and_abutment_has_the_effects_it_has_alone():
-    table, demands = several_models(motions=8), [DEMAND, "unseating_m"]
+    table, demands = made.several_models(motions=8), [DEMAND, "unseating_m"]
     effects = paired_effects(table, demands)
     axes = effects.groupby(MODEL)["axis"].unique().map(set)
     assert len(axes) == 10
@@ -377,7 +362,7 @@ def test_an_effect_that_depends_on_intensity_has_a_slope_and_a_line():
     assert row["p_slope"] < 1e-6
     assert (row["im_low"], row["im_high"]) == pytest.approx((0.1, 1.5))
     lines = tables.intensities
-    assert list(lines.columns) == list(INTENSITY_COLUMNS)
+    assert list(lines.columns) == list(DESCRIPTIONS["intensity_effects"])
     assert len(lines) == 10
     assert lines["im"][:9].to_numpy() == pytest.approx(np.geomspace(0.1, 1.5, 9))
     truth = 1.3 * (lines["im"] / 0.4) ** -0.2
@@ -481,9 +466,11 @@ def test_a_strong_bridge_is_not_compared_with_the_survivors_of_a_weak_one():
     strong = weaker & (table["column_drift_ratio"] > 0.03)
     assert strong.sum() > 2
     table.loc[strong, ["status", "column_drift_ratio"]] = "collapse", 0.03
-    drift = states_of("column_drift")[:1]
+    drift = made.states_of("column_drift")[:1]
     effect = (
-        median_effects(ready(table, drift), drift, SETTINGS).query("axis == 'friction'").iloc[0]
+        median_effects(made.ready(table, drift), drift, made.SETTINGS)
+        .query("axis == 'friction'")
+        .iloc[0]
     )
     assert (effect["n_motions"], effect["ratio"]) == (32, pytest.approx(1 / 1.3, rel=0.04))
 

@@ -11,20 +11,11 @@ import pytest
 from pyarrow.parquet import read_schema
 from scipy import stats
 
-from fragility_tables import (
-    FAILURES,
-    IM,
-    SETTINGS,
-    STATES,
-    curves_of,
-    paired_effects,
-    ready,
-    states_of,
-    synthetic_demands,
-    two_mode_runs,
-)
+import fragility_tables as made
+from fragility_tables import FAILURES, IM, SETTINGS, STATES, curves_of, states_of, synthetic_demands
 from skewbridge.demands.columns import DEMAND_COLUMNS, demands_for
 from skewbridge.errors import InputError
+from skewbridge.fragility import study_tables
 from skewbridge.fragility.curves import CURVE_COLUMNS, fit_study
 from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.demand_table import prepared, read_foreign, spread
@@ -34,13 +25,7 @@ from skewbridge.fragility.fit_data import fit_file
 from skewbridge.fragility.joint import joint_table
 from skewbridge.fragility.limit_states import LimitState, demand_unit, limit_states_of
 from skewbridge.fragility.outcomes import demand_outcomes
-from skewbridge.fragility.study_tables import (
-    DESCRIPTIONS,
-    NOT_ORDERED,
-    fragility_tables,
-    shear_model_curves,
-    write_described,
-)
+from skewbridge.fragility.study_tables import DESCRIPTIONS, fragility_tables
 from skewbridge.fragility.system import system_curves
 from skewbridge.fragility.union import Union, curve_probability
 
@@ -199,7 +184,7 @@ def test_any_failure_is_the_union_of_both_modes_with_their_own_capacities():
     assert np.log(found["theta_high"] / found["theta"]) == pytest.approx(t * error, rel=0.02)
     # the system contains both modes
     states = [replace(state, degree="complete") for state in FAILURES[2:]]
-    system = system_curves(ready(table, FAILURES), states, SETTINGS).iloc[0]
+    system = system_curves(made.ready(table, FAILURES), states, SETTINGS).iloc[0]
     assert system["components"] == "column_failure (any)"
     assert system["theta"] == pytest.approx(found["theta"], rel=2e-3)
     assert system["beta"] == pytest.approx(found["beta_total"], rel=5e-3)
@@ -226,7 +211,7 @@ def test_covariances_have_the_errors_of_the_intervals():
 
 
 def test_one_method_is_preferred_for_both_modes():
-    curves = curves_of(pd.concat([two_mode_runs(seed, 24) for seed in range(30)]), FAILURES)
+    curves = curves_of(pd.concat([made.two_mode_runs(seed, 24) for seed in range(30)]), FAILURES)
     keys = ["variant", "limit_state"]
     both = curves[curves["status"] == "ok"].groupby(keys).filter(lambda rows: len(rows) > 1)
     preferred = both[both["preferred"]].groupby("variant")["method"].nunique()
@@ -321,7 +306,7 @@ def test_repeated_motions_have_the_intervals_of_motions():
 def test_systems_include_failed_runs():
     table = synthetic_demands(skews=(0, 30), gaps=(51,))
     cut = failed(table, table.index[table[IM] == table[IM].max()], factor=0.01)
-    assert (system_curves(ready(cut, STATES), STATES, SETTINGS)["n_runs"] == 16).all()
+    assert (system_curves(made.ready(cut, STATES), STATES, SETTINGS)["n_runs"] == 16).all()
 
 
 # --- input
@@ -370,11 +355,13 @@ def test_a_column_of_a_new_axis_is_an_axis_of_every_table(tmp_path):
     wide[demands] = wide[demands].mul(0.9 * noise, axis=0)
     table = pd.concat([narrow.assign(**{NEW: 6.0}), wide.assign(**{NEW: 25.0})], ignore_index=True)
     states = states_of("column_drift")
-    rows = ready(table, states[:2])
+    rows = made.ready(table, states[:2])
     assert joint_table(rows, states[:2], SETTINGS)["terms"].str.contains(NEW).all()
     assert set(median_effects(rows, states[:2], SETTINGS)["axis"]) == {"skew_deg", NEW}
     assert set(system_curves(rows, states, SETTINGS)[NEW]) == {6.0, 25.0}
-    found = paired_effects(table, settings=SETTINGS).query("axis == @NEW and scope == 'pooled'")
+    found = made.paired_effects(table, settings=SETTINGS).query(
+        "axis == @NEW and scope == 'pooled'"
+    )
     assert set(found["demand"]) == set(demands)
     assert found["ratio"].to_numpy() == pytest.approx(0.9, abs=0.02)
     source, out = tmp_path / "curves.parquet", tmp_path / "curves.csv"
@@ -388,7 +375,7 @@ def test_every_column_of_every_table_has_a_description_and_every_demand_its_unit
     table = synthetic_demands(skews=(0, 30), gaps=(51,), frictions=(50,), motions=12)
     for name, frame in fragility_tables(table, STATES, SETTINGS).items():
         path = tmp_path / f"{name}.parquet"
-        write_described(frame, path, DESCRIPTIONS[name])
+        study_tables.write_described(frame, path, DESCRIPTIONS[name])
         for field in read_schema(path):
             assert (field.metadata or {}).get(b"description"), f"{name}.{field.name}"
     names = {"-": "ratio", "m/s2": "mps2"}
@@ -404,7 +391,7 @@ DEFAULT_STUDY = Path(__file__).parents[1] / "data" / "default_study_demands.parq
 
 def shear_curves(table):
     """Return curves, and medians, statuses, methods by variant (row) and shear model (column)."""
-    curves = shear_model_curves(prepared(table, [], SETTINGS).table, SETTINGS)
+    curves = study_tables.shear_model_curves(prepared(table, [], SETTINGS).table, SETTINGS)
     names = ("theta", "status", "method")
     return curves, *(curves.pivot(index="variant", columns="limit_state", values=n) for n in names)
 
@@ -475,7 +462,11 @@ def test_medians_against_the_order_of_the_capacities_are_not_estimated():
     table[f"{SHEAR}sdc_nominal"] = weak.mask(is_last, 1.02)
     table[f"{SHEAR}{STRONGEST}"] = 0.1
     curves, _, status, _ = shear_curves(table)
-    expected = {STRONGEST: "no_exceedance", "sdc_expected": NOT_ORDERED, "sdc_nominal": NOT_ORDERED}
+    expected = {
+        STRONGEST: "no_exceedance",
+        "sdc_expected": study_tables.NOT_ORDERED,
+        "sdc_nominal": study_tables.NOT_ORDERED,
+    }
     assert status.iloc[0].to_dict() == expected
     gone = ["theta", "beta", "beta_total", "beta_low", "theta_low", "theta_high"]
     assert curves[[*gone, "var_ln_theta", "var_beta"]].isna().all(axis=None)
@@ -573,13 +564,13 @@ def many_variants() -> pd.DataFrame:
 
 
 def _effects(rows, _, own, jobs):
-    return paired_effects(rows, ["unseating_m", "deck_disp_m"], own, jobs=jobs)
+    return made.paired_effects(rows, ["unseating_m", "deck_disp_m"], own, jobs=jobs)
 
 
 @pytest.mark.parametrize("fit", [fit_study, system_curves, median_effects, joint_table, _effects])
 def test_two_processes_give_the_table_of_one(fit, many_variants) -> None:
     states = [*states_of("unseating"), *states_of("abutment_passive")]
-    rows = ready(many_variants, states)
+    rows = made.ready(many_variants, states)
     alone = fit(rows, states, SETTINGS, jobs=1)
     assert len(alone) > 3
     pd.testing.assert_frame_equal(fit(rows, states, SETTINGS, jobs=2), alone, check_exact=True)

@@ -9,13 +9,7 @@ from skewbridge.errors import InputError
 from skewbridge.fragility import fits, likelihood
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_model import fit_models
-from skewbridge.fragility.fits import (
-    cloud_line,
-    fit_brackets,
-    fit_capacities,
-    fit_cloud,
-    fit_stripes,
-)
+from skewbridge.fragility.fits import fit_cloud, fit_stripes
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.motion_means import motion_weights
 from skewbridge.fragility.system import averaged, difference, system_curves, system_members
@@ -145,7 +139,7 @@ def test_brackets_take_the_first_crossing_and_need_information():
     assert (list(lower), list(upper)) == ([0.2, 0.6, 0.0], [0.4, np.inf, 0.2])
     assert fit.details["n_non_monotone"] == 1
     for last, status in ((0.9, "unbounded_likelihood"), (1.4, "ok")):
-        assert fit_capacities([1.0, 1.0, last], [0, 0, 1]).status == status
+        assert fits.fit_capacities([1.0, 1.0, last], [0, 0, 1]).status == status
     for low, high, status in (
         ([0.4, 0.4], [0.7, 0.7], "complete_separation"),
         ([0.4, 0.7], [0.7, 1.0], "quasi_separation"),
@@ -153,7 +147,7 @@ def test_brackets_take_the_first_crossing_and_need_information():
         ([0.7, 1.0], [None, None], "all_censored"),
         ([0.0, 1.2], [0.7, None], "non_increasing"),
     ):
-        assert fit_brackets(low, high).status == status
+        assert fits.fit_brackets(low, high).status == status
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -246,14 +240,14 @@ def test_weights_leave_out_one_motion_or_group_at_a_time():
     fit = fit_cloud(im, edp, 0.01, motions=motions)
     x, y = np.log(im), np.log(edp)
     rest = [motions != motion for motion in range(400)]
-    without = [cloud_line(x[rows], y[rows], y[rows], tobit=False) for rows in rest]
+    without = [fits.cloud_line(x[rows], y[rows], y[rows], tobit=False) for rows in rest]
     without = np.array([(np.log(0.01) - ln_a) / b for ln_a, b, _ in without])
     error = np.sqrt(399 / 400 * np.sum((without - without.mean()) ** 2))
     assert fit.as_json()["se_ln_theta"] == pytest.approx(error, rel=0.15)
     assert fit_cloud(im, edp, 0.01, motions=np.arange(800)).ci_method == "fieller"
     # a replicate without a slope has no line
     flat = np.array([-1.0, 0.0, 2.0, 3.0]), np.zeros(4), np.zeros(4)
-    assert np.all(np.isnan([cloud_line(*flat, tobit=tobit) for tobit in (False, True)]))
+    assert np.all(np.isnan([fits.cloud_line(*flat, tobit=tobit) for tobit in (False, True)]))
 
 
 def test_intervals_by_motion_are_those_of_the_jackknife_written_out():

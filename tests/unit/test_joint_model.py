@@ -10,17 +10,10 @@ import pandas as pd
 import pytest
 from scipy import stats
 
+import fragility_tables as made
 import skewbridge
 from cli_json import answer, invoke, run
-from fragility_tables import (
-    DRIFT_ENTRY,
-    FAILURES,
-    IM,
-    SETTINGS,
-    ready,
-    states_of,
-    synthetic_demands,
-)
+from fragility_tables import DRIFT_ENTRY, FAILURES, IM, SETTINGS, synthetic_demands
 from skewbridge.demands.validity import FAILURE_DEMANDS
 from skewbridge.files.tables import write_frame
 from skewbridge.fragility.demand_model import fit_models, state_curve
@@ -33,7 +26,7 @@ from skewbridge.report.page import median_text
 from skewbridge.study.folder import StudyFolder
 
 ROOT = Path(__file__).parents[2]
-DRIFT = states_of("column_drift")
+DRIFT = made.states_of("column_drift")
 GRID = {"skews": (0, 20, 40, 60), "gaps": (0, 25, 51), "frictions": (0, 50), "motions": 24}
 SMALL = {"skews": (0, 30, 60), "gaps": (51,), "frictions": (0, 50), "motions": 16}
 
@@ -44,7 +37,7 @@ def shifted(table, effect):
 
 
 def joint(table, states=DRIFT):
-    return joint_table(ready(table, states), states, SETTINGS)
+    return joint_table(made.ready(table, states), states, SETTINGS)
 
 
 def row_of(table, name="moderate"):
@@ -282,7 +275,7 @@ def test_predicted_failure_in_any_mode_is_the_union_of_the_modes(tmp_path):
     ):
         table[name] = np.exp(b * (x - np.log(theta)) + sign * skew + own[motion])
     table["column_failure_ratio"] = table[[*FAILURE_DEMANDS.values()]].max(axis=1)
-    rows = joint_table(ready(table, FAILURES), FAILURES, SETTINGS)
+    rows = joint_table(made.ready(table, FAILURES), FAILURES, SETTINGS)
     assert (rows["status"] == "ok").all()
     write_tables({"joint": rows}, tmp_path / "fragility")
     for skew_deg, at in product((0, 45), np.geomspace(0.05, 3.0, 8)):
@@ -297,7 +290,7 @@ def test_predicted_failure_in_any_mode_is_the_union_of_the_modes(tmp_path):
     own = rows[rows["limit_state"] == "any"].iloc[0]
     assert own["loo_error"] < 0.05
     # the interval is from the jackknife over motions, paired between the modes
-    (models,) = fit_models(ready(table, FAILURES), FAILURES, SETTINGS)
+    (models,) = fit_models(made.ready(table, FAILURES), FAILURES, SETTINGS)
     fits, modes = [models.fit(mode) for mode in FAILURES[:2]], FAILURES[:2]
     logs, rho = [], models.correlation(*modes)
     for m in range(14):

@@ -10,16 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motions_files import (
-    at2_text,
-    cosmos_text,
-    esm_text,
-    geonet_text,
-    index_of,
-    make_pairs,
-    rows_of,
-    shaken_g,
-)
+import motions_files as made
+from motions_files import at2_text, cosmos_text, esm_text, make_pairs, rows_of, shaken_g
 from skewbridge.errors import InputError
 from skewbridge.motions import intensity, levels
 from skewbridge.motions.check import check_paths
@@ -202,7 +194,7 @@ def _knet(counts) -> str:
 
 COUNTS = np.round(RECORD_G * 980.665 * 8388608 / 2000).astype(int) + 1234
 MM_S2 = _with(shaken_g(7, 403) * 9806.65, 20, -12345.6, -13456.7)
-GEONET = geonet_text({"N28W": MM_S2, "S62W": -0.5 * MM_S2, "Up": 0.1 * MM_S2})
+GEONET = made.geonet_text({"N28W": MM_S2, "S62W": -0.5 * MM_S2, "Up": 0.1 * MM_S2})
 LINES = GEONET.split("\n")
 CSMIP = "\n".join(_v2(factor * RECORD_G * 980.665) for factor in (1, -2))
 CSV = "time_s,h1_g,h2_g\n" + "\n".join(
@@ -398,7 +390,7 @@ VERTICAL_FILES = {
     "a.csv": lambda up: f"time (s),{up} (g)\n" + _times(RECORD_G),
     "b.csv": lambda up: f"time,acc_{up}\n" + _times(RECORD_G),
     "a.acc": lambda up: f"{up}\n" + rows_of(RECORD_G, 1, "{:.6e}"),
-    "a.V2A": lambda up: geonet_text({up: 9806.65 * RECORD_G}),
+    "a.V2A": lambda up: made.geonet_text({up: 9806.65 * RECORD_G}),
     "a.ASC": lambda up: esm_text(GAL, 0.01, stream=up),
     "a.V2c": lambda up: cosmos_text(GAL, 0.01, azimuth=0, scnl=f"A.{up}.XX.--"),
 }
@@ -619,12 +611,12 @@ def test_a_suite_is_limited_to_a_count_that_changes_no_factor_and_cut(tmp_path):
 
 
 def test_index_gives_metadata_and_a_factor_that_overrides_the_computed_one(tmp_path):
-    index_of(tmp_path, make_pairs(tmp_path, 2), scale=[1.25, ""])
+    made.index_of(tmp_path, make_pairs(tmp_path, 2), scale=[1.25, ""])
     scales = prepare_suite(tmp_path, t1_s=0.7, bands_g=((0.3, 0.3001),))
     assert scales["scale"][0] == 1.25
     assert (scales["scale"] * scales["im_saavg_rotd50_g"])[1] == pytest.approx(0.3, rel=1e-3)
     pairs = make_pairs(tmp_path, 1)
-    index_of(
+    made.index_of(
         tmp_path, pairs, event=["Big One"], station=["Array #9"], magnitude=[7.1], vs30_mps=[400],
         azimuth_1_deg=[0], source=["a source"], licence=["a licence"],
     )  # fmt: skip
@@ -682,7 +674,7 @@ def test_pairs_are_found_in_sub_folders_among_other_files_and_ordered_by_the_ind
     (tmp_path / "q0_h1.VT2").write_text("velocity\n")
     (tmp_path / "q0_UP.AT2").write_text("vertical\n")
     assert [entry.motion_id for entry in list_motions(tmp_path)] == ["q0", "q1"]
-    index_of(tmp_path, pairs[::-1])
+    made.index_of(tmp_path, pairs[::-1])
     assert [entry.motion_id for entry in list_motions(tmp_path)] == ["q1", "q0"]
     for name in ("kobe", "chichi"):
         (tmp_path / "sub" / name).mkdir(parents=True)

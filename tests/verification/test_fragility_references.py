@@ -22,16 +22,10 @@ from statsmodels.stats.diagnostic import het_breuschpagan
 from fragility_tables import IM, SETTINGS, STATES, curves_of, ready, states_of
 from reference_data import fragility_case as case
 from skewbridge.errors import InputError
+from skewbridge.fragility import fits
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.effects import median_effects
-from skewbridge.fragility.fits import (
-    cloud_line,
-    fit_brackets,
-    fit_capacities,
-    fit_cloud,
-    fit_stripes,
-    lilliefors,
-)
+from skewbridge.fragility.fits import fit_cloud, fit_stripes
 from skewbridge.fragility.fits import tested_line as line_with_tests
 from skewbridge.fragility.hazard import HazardCurve
 from skewbridge.fragility.joint import joint_table
@@ -86,10 +80,10 @@ def ends(values):
 
 def fitted(given):
     if "right_censored" in given:
-        return fit_capacities(given["capacity"], given["right_censored"])
+        return fits.fit_capacities(given["capacity"], given["right_censored"])
     for low, high in (("im_no_exceed", "im_exceed"), ("bracket_lo", "bracket_hi")):
         if low in given:
-            return fit_brackets(given[low], ends(given[high]))
+            return fits.fit_brackets(given[low], ends(given[high]))
     if "ln_edp" in given:
         return fit_cloud(np.exp(given["ln_im"]), np.exp(given["ln_edp"]), given["threshold"])
     if "edp" in given:
@@ -142,7 +136,7 @@ def test_bad_data_are_refused_and_identical_capacities_have_no_interval():
     assert fitted(case("deg_ida_identical")[0]).ci_method == ""
     given, expected = case("gof_lilliefors_12")
     wanted = [expected[name] for name in ("D", "D_crit_05", "D_crit_10")]
-    assert lilliefors(np.log(given["capacity"])) == pytest.approx(wanted, rel=1e-9)
+    assert fits.lilliefors(np.log(given["capacity"])) == pytest.approx(wanted, rel=1e-9)
 
 
 # --- clouds, systems and regressions
@@ -367,7 +361,7 @@ def test_runs_ended_by_the_other_mode_hardly_bias_the_medians():
         for group in states_by_demand(states).values():
             outcomes = demand_outcomes(rows, group)
             low, high = np.log(outcomes.lower), np.log(outcomes.upper)
-            ln_a, b, _ = cloud_line(ln_im, low, high, tobit=bool(np.any(low < high)))
+            ln_a, b, _ = fits.cloud_line(ln_im, low, high, tobit=bool(np.any(low < high)))
             for state in group:
                 if state.demand in LINES and np.any(outcomes.exceed(state)):
                     intercept, slope, _ = LINES[state.demand]

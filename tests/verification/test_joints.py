@@ -15,7 +15,7 @@ import pytest
 
 from bridge_variants import analysed, static_steps, variant
 from skewbridge.analysis.modal import modal_properties
-from skewbridge.bridge import assembly, backfill, handles, joints
+from skewbridge.bridge import assembly, backfill, handles, joints, weights
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import JointData
 from skewbridge.bridge.catalogue.drawing import end_reaction_kn
@@ -24,13 +24,7 @@ from skewbridge.bridge.frame import Blueprint, End, InnerJoint
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.plan import DeckEnd
 from skewbridge.bridge.structures import built_bridge, deck_ends
-from skewbridge.bridge.weights import (
-    column_axial_n,
-    continuous_reactions_n,
-    deck_reactions_n,
-    mass_centre_m,
-    total_weight_n,
-)
+from skewbridge.bridge.weights import continuous_reactions_n
 from skewbridge.contact import ContactSet, element
 from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions
@@ -175,12 +169,12 @@ def test_reactions_weight_and_gaps_at_rest(written, text, skew_deg):
     name = written(text)
     bridge = built_bridge(load_bridge(name), ModelOptions(), skew_deg)  # with longer diaphragms
     modes = modal_properties(variant(skew_deg, bridge=name, gap_mm=25))
-    hand = deck_reactions_n(bridge)
+    hand = weights.deck_reactions_n(bridge)
     assert modes.abutment_reaction_kn == pytest.approx([hand[0] / 1e3, hand[-1] / 1e3], rel=0.03)
     held = sum(modes.abutment_reaction_kn) + sum(modes.column_axial_kn)
     assert held == pytest.approx(modes.weight_kn, rel=1e-6)
     if skew_deg == 0:
-        assert modes.weight_kn == pytest.approx(total_weight_n(bridge) / 1e3, rel=1e-6)
+        assert modes.weight_kn == pytest.approx(weights.total_weight_n(bridge) / 1e3, rel=1e-6)
     with domain():
         model = build(variant(skew_deg, bridge=name, gap_mm=25), ModelOptions())
         model.contacts.start_from_rest()
@@ -206,7 +200,7 @@ def test_both_end_diaphragms_of_a_joint_are_above_its_bent_and_move_the_mass_cen
     column = 23.56e3 * np.pi / 4 * 1.676**2 * 5.6
     # a simple span of 28 m and a beam of three spans (three-moment equation)
     beam = continuous_reactions_n((30.0, 30.0, 40.0), line)
-    assert deck_reactions_n(bridge) == pytest.approx(
+    assert weights.deck_reactions_n(bridge) == pytest.approx(
         [line * 14 + diaphragm, line * 14 + 2 * diaphragm + beam[0], *beam[1:3],
          beam[3] + diaphragm], rel=1e-9,
     )  # fmt: skip
@@ -214,7 +208,7 @@ def test_both_end_diaphragms_of_a_joint_are_above_its_bent_and_move_the_mass_cen
     bents_n, joint_n = cap + 1.5 * column, 2 * diaphragm
     moment = bents_n * (-36 - 6 + 24) + joint_n * -36
     total = line * 128 + 2 * diaphragm + 3 * bents_n + joint_n
-    assert mass_centre_m(bridge) == pytest.approx(moment / total, rel=1e-9)
+    assert weights.mass_centre_m(bridge) == pytest.approx(moment / total, rel=1e-9)
     with domain():
         masses = build(variant(0, bridge=name), ModelOptions()).frame.loads.masses_kg
         # Gregory's weights of the masses along a span are exact for linear functions
@@ -532,8 +526,8 @@ def test_hand_values_of_dead_load_include_the_restraint_of_an_end(written, left)
     bridge, modes = load_bridge(name), modal_properties(variant(0, bridge=name))
     # as on two simple supports, but for the stiffness of columns and pads
     columns_kn = np.mean(modes.column_axial_kn)
-    assert columns_kn == pytest.approx(column_axial_n(bridge, 0) / 1e3, rel=0.01)
-    first, _, last = deck_reactions_n(bridge)
+    assert columns_kn == pytest.approx(weights.column_axial_n(bridge, 0) / 1e3, rel=0.01)
+    first, _, last = weights.deck_reactions_n(bridge)
     assert modes.abutment_reaction_kn == pytest.approx((first / 1e3, last / 1e3), rel=0.03)
     # the keys of the seat are not designed for the reaction of the other end
     assert end_reaction_kn(bridge) == last / 1e3
