@@ -38,6 +38,8 @@ DEMAND_MODELS = {
     "backwall_force_kn": (np.log(4000.0), 0.5, 0.3),
     "shear_key_force_kn": (np.log(1500.0), 0.4, 0.3), "shear_key_disp_m": (np.log(0.05), 1.0, 0.5),
 }  # fmt: skip
+#: States of the failure modes of a column and of their union.
+FAILURES = limit_states.with_column_failure([], {*FAILURE_DEMANDS.values(), COLUMN_FAILURE_RATIO})
 
 
 def states_of(component):
@@ -89,10 +91,6 @@ def two_mode_runs(seed: int, motions: int = 12) -> pd.DataFrame:
     demands = dict(zip(FAILURE_DEMANDS.values(), ratio.T, strict=True))
     name = {"variant": f"v{seed:03d}", "bridge": f"b{seed:03d}", "status": "ok"}
     return pd.DataFrame(name | place | loading | demands | {BEYOND_MODEL: kinds})
-
-
-#: States of the failure modes of a column and of their union.
-FAILURES = limit_states.with_column_failure([], {*FAILURE_DEMANDS.values(), COLUMN_FAILURE_RATIO})
 
 
 def synthetic_demands(

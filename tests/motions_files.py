@@ -10,6 +10,8 @@ Quake, 1/17/1994, Station, {azimuth}
 ACCELERATION TIME SERIES IN UNITS OF G
 NPTS= {npts:6d}, DT= {dt:.4f} SEC
 """
+COSMOS_CODES = {"acceleration": (1, 4, "cm/sec2(04)"), "velocity": (2, 5, "cm/sec(05)"),
+                "displacement": (3, 6, "cm(06)")}  # fmt: skip
 
 
 def at2_text(values_g: np.ndarray, dt_s: float = 0.01, azimuth: int = 90) -> str:
@@ -65,10 +67,6 @@ def esm_text(values: np.ndarray, dt_s: float = 0.005, stream: str = "HNE", **cha
     lines = [f"{key}: {text}" for key, text in head.items()]
     lines += [f"USER{n}: " for n in range(1, 65 - len(lines))]
     return "\n".join(lines) + "\n" + rows_of(values, 1, "{:.6f}") + "\n"
-
-
-COSMOS_CODES = {"acceleration": (1, 4, "cm/sec2(04)"), "velocity": (2, 5, "cm/sec(05)"),
-                "displacement": (3, 6, "cm(06)")}  # fmt: skip
 
 
 def cosmos_text(

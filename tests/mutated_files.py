@@ -231,10 +231,8 @@ def of_bytes(content, chance):
 
 
 def of_structure(content, chance):
-    """Return a document with one to three of its values changed, dropped or doubled.
-
-    It is written as JSON, which is YAML as well.
-    """
+    """Return a document with one to three of its values changed, dropped or doubled. It is written
+    as JSON, which is YAML as well."""
     tree = yaml.safe_load(content)
     for number in range(chance.randint(1, 3)):
         holders = [node for node in nodes_of(tree) if node]

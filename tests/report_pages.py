@@ -39,6 +39,7 @@ _CAPTION = {
     "name": "one", "section": SECTIONS[0], "item": "drift", "title": "A curve",
     "text": "Of a test.", "finding": "It rises.",
 }  # fmt: skip
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]\d+)?")
 
 
 def write_page(
@@ -52,10 +53,8 @@ def write_page(
     config=None,
     edit=dict,
 ) -> tuple[Path, dict[str, pd.DataFrame]]:
-    """Make the tables of a study and its page in a folder; return the page and the tables.
-
-    The function ``edit`` may return other tables than those of the study.
-    """
+    """Make the tables of a study and its page in a folder; return the page and the tables. The
+    function ``edit`` may return other tables than those of the study."""
     demands = demands.assign(**_MORE)
     if "beyond_model" not in demands:
         demands["beyond_model"] = ""
@@ -83,9 +82,6 @@ def write_page(
     page = folder / "page.html"
     write_report(tables=paths, figures=folder, study=parse_config(given), output=page)
     return page, frames | {"paper": found["table"]}
-
-
-NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]\d+)?")
 
 
 def assert_printed(text, values):

@@ -91,12 +91,10 @@ def lose(cluster, node, job):
 
 @pytest.fixture(scope="module")
 def study(cluster, tree):
-    """The finished study, of which a job was cancelled and a node was lost for a time.
-
-    After the first analyses one of the two jobs of analyses is cancelled. On the node of the other
-    one Slurm is killed, and started again when the controller has missed it. Meanwhile the
-    processes of that job go on, and the controller puts the job into the queue again.
-    """
+    """The finished study, of which a job was cancelled and a node was lost for a time. After the
+    first analyses one of the two jobs of analyses is cancelled. On the node of the other one Slurm
+    is killed, and started again when the controller has missed it. Meanwhile the processes of that
+    job go on, and the controller puts the job into the queue again."""
     log = tree / "slurm.log"
     with log.open("w") as output:
         given = {"cwd": tree, "stdout": output, "stderr": output, "env": os.environ | SITE}

@@ -30,6 +30,11 @@ STATE = {"component": "a", "demand": "column_drift_ratio", "unit": "percent", "d
          "citation": "x", "states": {"slight": 1.0}}  # fmt: skip
 DECK = mutated_files.DECK | {"period_theta_s": 0.31623, "gap_normal_m": 0.00269}
 PATH = [[0.0, 0.0, 0.0, -0.01], [0.1, 0.02, 0.01, -0.01], [0.2, 0.0, 0.02, 0.01]]
+# for a file and 500 MB of memory more than the program itself
+NAMES = tuple(mutated_files.FAMILIES)
+RECORDS = NAMES[: NAMES.index("index")]
+GROUPS = [NAMES[start::3] for start in range(3)]
+SEED = 20261122
 
 
 @pytest.mark.parametrize(
@@ -272,13 +277,6 @@ def test_verify_writes_the_table_and_its_json(tmp_path):
 
 
 # --- mutated files of every kind; each group of readers runs in a child that may use 5 CPU-seconds
-# for a file and 500 MB of memory more than the program itself
-NAMES = tuple(mutated_files.FAMILIES)
-RECORDS = NAMES[: NAMES.index("index")]
-GROUPS = [NAMES[start::3] for start in range(3)]
-SEED = 20261122
-
-
 @pytest.mark.parametrize(
     ("count", "names"),
     [

@@ -19,6 +19,11 @@ from skewbridge.fragility.settings import FitSettings
 DRIFT = "column_drift_ratio"
 RUNS = ("--im", IM, "--edp", DRIFT, "--threshold")
 SAME_PLACE = {"skews": (0,), "gaps": (51,), "frictions": (50,)}
+STRIPES = {"im": [0.1, 0.2], "n": [20, 20], "k": [1, 2]}
+CLOUD = {"im": [0.1, 0.2], "edp": [1, 1], "threshold": 1}
+TABLE = synthetic_demands(**SAME_PLACE, motions=12)[["motion_id", "status", IM, DRIFT]]
+BOTH = STRIPES | CLOUD
+NAMED = ("--im", "im", "--edp", "edp", "--threshold", 2)
 
 
 @pytest.fixture
@@ -38,13 +43,6 @@ def fit(tmp_path):
         return found
 
     return call
-
-
-STRIPES = {"im": [0.1, 0.2], "n": [20, 20], "k": [1, 2]}
-CLOUD = {"im": [0.1, 0.2], "edp": [1, 1], "threshold": 1}
-TABLE = synthetic_demands(**SAME_PLACE, motions=12)[["motion_id", "status", IM, DRIFT]]
-BOTH = STRIPES | CLOUD
-NAMED = ("--im", "im", "--edp", "edp", "--threshold", 2)
 
 
 @pytest.mark.parametrize(

@@ -22,6 +22,14 @@ DT_S = 0.02
 RECORD_G = shaken_g(0, 400)
 GOOD = at2_text(RECORD_G, DT_S)
 HEAD, VALUES = "".join(GOOD.splitlines(keepends=True)[:4]), GOOD.split("SEC\n")[1]
+OUT_OF_THE_FOLDER = (
+    "../secret_h1.AT2", "sub/../../secret_h1.AT2", "C:/secret_h1.AT2", "..\\secret_h1.AT2",
+    "\\\\server\\share\\x.AT2", "~/x.AT2", "",
+)  # fmt: skip
+BAD_VALUES = [
+    ("scale", -1), ("scale", "x"), ("scale", "inf"), ("dt_s", 0), ("unit", "furlong"),
+    ("magnitude", "big"),
+]  # fmt: skip
 
 
 def columns(dt_s, decimals):
@@ -114,16 +122,6 @@ def test_a_single_large_value_and_a_time_step_in_ms_are_reported(tmp_path):
 
 
 # --- an index that came with someone's motions
-OUT_OF_THE_FOLDER = (
-    "../secret_h1.AT2", "sub/../../secret_h1.AT2", "C:/secret_h1.AT2", "..\\secret_h1.AT2",
-    "\\\\server\\share\\x.AT2", "~/x.AT2", "",
-)  # fmt: skip
-BAD_VALUES = [
-    ("scale", -1), ("scale", "x"), ("scale", "inf"), ("dt_s", 0), ("unit", "furlong"),
-    ("magnitude", "big"),
-]  # fmt: skip
-
-
 def test_a_bad_index_is_refused_by_line_and_name(tmp_path, monkeypatch):
     folder = tmp_path / "motions"
     folder.mkdir()

@@ -29,6 +29,11 @@ ENERGY = ("energy_residual_ratio", "numerical_dissipation_ratio", "contact_energ
 TOO_STRICT = {
     "duration_s": 0.2, "max_iterations": 2, "tolerance_j": 1e-16, "reuse_tangent": False
 }  # fmt: skip
+SETTINGS = {"duration_s": 3.0, "dt_s": 0.005, "tolerance_j": 1e-12, "reuse_tangent": False}
+# Looser tests of later recovery steps are a difference of their own.
+STRICT = tuple(replace(step, tolerance_j=0.0) for step in RECOVERY_STEPS)
+# Solutions while free, about to close and in contact; none of them is the second of a step.
+FAILING = {150, 310, 311, 430, 610}
 
 
 @pytest.fixture(autouse=True)
@@ -221,12 +226,8 @@ class Failing:
 
 
 def driven(monkeypatch, model, integrator, failing, parts=lambda _: 1):
-    """Make the steps; repeat one in which all recovery steps fail.
-
-    Returns:
-        Sizes of all converged (sub-)steps, values after each regular step, results of the regular
-        steps, and effort.
-    """
+    """Make the steps; repeat one in which all recovery steps fail. Returns the sizes of all
+    converged (sub-)steps, values after each regular step, results of the regular steps, and effort."""
     ops.wipe()
     node, sizes, values, ended = model(), [], [], []
     failures = Failing(monkeypatch, lambda n: n in failing.get(len(values), ()))
@@ -271,11 +272,9 @@ def error(found, exact):
 
 
 def assert_unchanged(values, model, integrator, sizes):
-    """Compare with the same steps without failures, within the tolerance of the test.
-
-    Houbolt loses its last two steps and restarts as the trapezoidal rule, at most seven times in
-    these histories: 2 %.
-    """
+    """Compare with the same steps without failures, within the tolerance of the test. Houbolt loses
+    its last two steps and restarts as the trapezoidal rule, at most seven times in these histories:
+    2 %."""
     tolerance = 0.02 if integrator == HOUBOLT else 1e-8
     assert error(values, plain(model, integrator, sizes)) <= tolerance
 
@@ -324,18 +323,9 @@ def test_houbolt_survives_a_change_of_the_step(model):
 
 
 # --- a whole bridge
-SETTINGS = {"duration_s": 3.0, "dt_s": 0.005, "tolerance_j": 1e-12, "reuse_tangent": False}
-# Looser tests of later recovery steps are a difference of their own.
-STRICT = tuple(replace(step, tolerance_j=0.0) for step in RECOVERY_STEPS)
-# Solutions while free, about to close and in contact; none of them is the second of a step.
-FAILING = {150, 310, 311, 430, 610}
-
-
 def response(monkeypatch, failing):
-    """Analyse OSB1 with some solutions made impossible: one iteration, no tolerance.
-
-    No state is read that has not met its own test.
-    """
+    """Analyse OSB1 with some solutions made impossible: one iteration, no tolerance. No state is
+    read that has not met its own test."""
     diverged = Watch.diverged
     failures = Failing(monkeypatch, lambda number: number + 1 in failing)
     monkeypatch.setattr(Watch, "diverged", lambda watch: failures.check() and diverged(watch))

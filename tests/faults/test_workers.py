@@ -35,6 +35,15 @@ from study_parts import task_of, wave
 STILL_S = 2.0
 DIED, STILL = "two worker processes died in this analysis", "no progress for 2 s"
 signals = partial(signalled, first=None)
+CHILD = (
+    "import os, time; from skewbridge.study.processes import end_with_parent;"
+    "end_with_parent(); print(os.getpid(), flush=True); time.sleep(60)"
+)
+PARENT = "import subprocess, sys; subprocess.run([sys.executable, '-c', sys.argv[1]])"
+ROWS = [
+    {"run_key": "a", "variant": "w", "status": "ok", "column_shear_kn": 1234.5, "cpu_s": math.nan},
+    {"run_key": "b", "variant": "v", "status": "crash", "column_shear_kn": 5.0, "cpu_s": 0.1},
+]
 
 
 def task(number):
@@ -123,13 +132,6 @@ def test_an_unfinished_search_resumes_from_its_journal(tmp_path):
     assert run() == (keys, 1)
 
 
-CHILD = (
-    "import os, time; from skewbridge.study.processes import end_with_parent;"
-    "end_with_parent(); print(os.getpid(), flush=True); time.sleep(60)"
-)
-PARENT = "import subprocess, sys; subprocess.run([sys.executable, '-c', sys.argv[1]])"
-
-
 def test_a_worker_ends_with_its_parent_even_when_stopped_and_at_once_without_one():
     for stopped in (False, True):
         parent = subprocess.Popen([sys.executable, "-c", PARENT, CHILD], stdout=subprocess.PIPE)
@@ -208,12 +210,6 @@ def test_a_successor_waits_for_its_predecessor_and_missing_locks_are_named(tmp_p
     message = r"cannot be locked \(No locks available\): .*NFSv4"
     with pytest.raises(InputError, match=message), open_journal(tmp_path / "v.jsonl", 60.0):
         pass
-
-
-ROWS = [
-    {"run_key": "a", "variant": "w", "status": "ok", "column_shear_kn": 1234.5, "cpu_s": math.nan},
-    {"run_key": "b", "variant": "v", "status": "crash", "column_shear_kn": 5.0, "cpu_s": 0.1},
-]
 
 
 def written(path, rows):

@@ -40,6 +40,18 @@ PATHS = {
 MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path.parent != PACKAGE)
 # Called by pydantic and by the command line, which find them by their decorators.
 REGISTERED = ["@model_validator", "@field_validator", "@*.callback", "@*.command", "@command"]
+#: Reads bridges, which are digested by their numbers, and writes to the log only.
+PERIODS_IN_LOG = "analysis/modal.py"
+#: Configuration, which is digested by its values, and scheduling, which changes no result.
+NOT_IN_RESULTS = {
+    "__init__.py", "fragility/settings.py", "analysis/settings.py",
+    "motions/levels.py", "study/config.py", "study/folder.py", "study/inputs.py",
+    "study/processes.py", "study/jobs.py",
+}  # fmt: skip
+#: Needed by the main process (tables, statistics, figures), by no worker and by no help text.
+HEAVY = ("pandas", "scipy", "pyarrow", "matplotlib", "seaborn", "jinja2", "snakemake")
+#: The help is text alone.
+NOT_FOR_HELP = (*HEAVY, "numpy", "openseespy", "joblib", "yaml", "rich.console")
 
 
 @cache
@@ -67,16 +79,6 @@ def test_imports_form_no_cycle() -> None:
 
 
 # --- no source of a rule is missing
-#: Reads bridges, which are digested by their numbers, and writes to the log only.
-PERIODS_IN_LOG = "analysis/modal.py"
-#: Configuration, which is digested by its values, and scheduling, which changes no result.
-NOT_IN_RESULTS = {
-    "__init__.py", "fragility/settings.py", "analysis/settings.py",
-    "motions/levels.py", "study/config.py", "study/folder.py", "study/inputs.py",
-    "study/processes.py", "study/jobs.py",
-}  # fmt: skip
-
-
 def closure(script: Path) -> set[str]:
     """Return all modules that a script imports directly or through others, also in functions."""
     boundaries = set(NOT_IN_RESULTS)
@@ -241,12 +243,6 @@ def test_bridges_are_digested_by_their_numbers_caches_not_at_all_and_parts_must_
 
 
 # --- workers and the command line load no package that they do not use
-#: Needed by the main process (tables, statistics, figures), by no worker and by no help text.
-HEAVY = ("pandas", "scipy", "pyarrow", "matplotlib", "seaborn", "jinja2", "snakemake")
-#: The help is text alone.
-NOT_FOR_HELP = (*HEAVY, "numpy", "openseespy", "joblib", "yaml", "rich.console")
-
-
 def loaded_by(code: str) -> set[str]:
     """Names of all modules that a fresh interpreter has loaded after running some code."""
     listed = [sys.executable, "-c", f"{code}\nimport sys\nprint('LOADED', *sys.modules)"]

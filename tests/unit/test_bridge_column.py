@@ -25,6 +25,7 @@ from skewbridge.variant.options import ModelOptions, ShearModel
 
 PSI_PA = 6894.757293168
 LIMIT_STATES = Path(__file__).parents[2] / "config" / "limit_states.yaml"
+AXIAL_N = 0.25 * 2000.0 * PSI_PA * np.pi * 1.676**2 / 4
 
 
 @pytest.mark.parametrize(
@@ -63,9 +64,6 @@ def test_moment_curvature_agrees_with_an_independent_fiber_analysis(
     # the idealised curve has the area of the curve
     ideal = curve.plastic_moment_nm * (curve.ultimate_curvature_per_m - knee / 2)
     assert ideal == pytest.approx(np.trapezoid(curve.moment_nm, curve.curvature_per_m), rel=1e-9)
-
-
-AXIAL_N = 0.25 * 2000.0 * PSI_PA * np.pi * 1.676**2 / 4
 
 
 @pytest.mark.parametrize(
@@ -152,11 +150,9 @@ def measured_column(row: pd.Series) -> ColumnData:
 
 
 def test_default_shear_strength_is_the_mean_of_tests():
-    """Measured over computed strength of 33 columns that failed in shear has a mean of 1.
-
-    The scatter is the dispersion of the limit states of column shear. The Caltrans strength of the
-    same columns is a lower bound: a design value.
-    """
+    """Measured over computed strength of 33 columns that failed in shear has a mean of 1. The
+    scatter is the dispersion of the limit states of column shear. The Caltrans strength of the same
+    columns is a lower bound: a design value."""
     ratios: dict[str, list[float]] = {"ucsd_tests": [], "sdc_expected": []}
     for _, row in reference_table("circular_shear_tests").iterrows():
         column, axial_n = measured_column(row), 1e3 * row.axial_kn

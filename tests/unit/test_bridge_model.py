@@ -29,6 +29,9 @@ from skewbridge.units import G_MPS2
 from skewbridge.variant.options import ModelOptions
 from skewbridge.verification.references.live_model import prepare_analysis
 
+PADS = load_bridge("osb1").abutment.pads
+YIELD_M = PADS.yield_force_kn / PADS.shear_stiffness_kn_per_m
+
 
 def assert_every_element_is_in_one_energy_group(model: BridgeModel) -> None:
     grouped = [tag for tags in model.energy_elements.values() for tag in tags]
@@ -303,15 +306,9 @@ def test_script_repeats_the_model_to_the_bit_and_recording_leaves_the_commands(t
 
 
 # --- pads: two elements represent all of them
-PADS = load_bridge("osb1").abutment.pads
-YIELD_M = PADS.yield_force_kn / PADS.shear_stiffness_kn_per_m
-
-
 def pad_reactions(options: ModelOptions, motion: dict[int, float], pads: PadData = PADS):
-    """Return forces and moments of the ground under the pads of a deck end that is moved.
-
-    Motion of the middle of the bearing line: displacement by degree of freedom, 1 to 6.
-    """
+    """Return forces and moments of the ground under the pads of a deck end that is moved. Motion of
+    the middle of the bearing line: displacement by degree of freedom, 1 to 6."""
     with domain():
         tags = TagAllocator()
         end = DeckEnd("right", (45.0, 0.0), (1.0, 0.0), 30.0, 14.0, 0.9)

@@ -39,6 +39,10 @@ PLAIN = "motions: {suites: [near], count: 2, incidence_deg: [0.0], blocks: null,
 COLUMN_NAMES = [column.name for column in COLUMNS]
 SOURCE = "BSD-3-Clause; synthetic: model of Dabaghi and Der Kiureghian (2018)"
 STATES = ROOT / "config/limit_states.yaml"
+# Studies whose processor time was measured from the start of Snakemake to the page, on two
+# processors at loads of 1 to 15.
+SMOKE = read_mapping(ROOT / "config/smoke.yaml")
+FOUR = {"grid": {"bridge": ["osb1"], "skew_deg": [30]}, "motions": {"count": 4}}
 
 
 @pytest.fixture(autouse=True)
@@ -302,12 +306,6 @@ def test_status_of_jobs_comes_from_the_accounting(programs, monkeypatch):
     program(programs, "sacct", "exit 0")
     assert profile()["slurm-status-command"] == "sacct"
     assert profile()["default-resources"]["slurm_account"] == "mine"
-
-
-# Studies whose processor time was measured from the start of Snakemake to the page, on two
-# processors at loads of 1 to 15.
-SMOKE = read_mapping(ROOT / "config/smoke.yaml")
-FOUR = {"grid": {"bridge": ["osb1"], "skew_deg": [30]}, "motions": {"count": 4}}
 
 
 @pytest.mark.parametrize(("raw", "measured_s"), [(SMOKE, 35.0), (FOUR, 73.0)])

@@ -26,6 +26,8 @@ from skewbridge.verification.studies.blocks import Block, run_block
 
 MASS_KG = 1000.0
 DT_S = 1e-3
+STIFF = {"kn": 1e6, "kt": 1e6}
+LAW = contact.ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
 
 
 @pytest.fixture(autouse=True)
@@ -187,9 +189,6 @@ def test_a_retried_step_continues_as_if_it_had_not_failed():
     assert [*history_m(fails=True)] == pytest.approx([*history_m(fails=False)], rel=1e-12)
 
 
-STIFF = {"kn": 1e6, "kt": 1e6}
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -241,9 +240,6 @@ def test_the_script_runs_and_both_models_hit_and_slide(monkeypatch):
 
 
 # --- friction cone, return mapping and frames
-LAW = contact.ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
-
-
 def test_stick_points_follow_slip_and_yields_stay_on_the_cone():
     slipped = advance_pair(LAW, (0.0, 0.0), (0.3, 0.4), -0.1)
     assert slipped.is_slipping

@@ -41,6 +41,15 @@ WALL_SPRING, KEY_SPRING = (
     SpringHandle(element=SPRING, component=number, direction=direction, nodes=(BASE, CENTRE))
     for number, direction in enumerate([(-1.0, 0.0), (0.0, 1.0)])
 )
+CAPACITY = handles.ColumnCapacity(
+    yield_curvature_per_m=0.0034, yield_drift_ratio=0.01, drift_capacity_ratio=0.04, shear=SECTION
+)
+COLUMN_HANDLE = handles.ColumnHandle(
+    element=COLUMN, base_node=BASE, top=Point(TOP), clear_height_m=5.0, hinge_sections=(6,),
+    capacities=(CAPACITY, CAPACITY),
+)  # fmt: skip
+VALUES = {"text": "x", "integer": 1, "number": 1.0, "boolean": True}
+ROW = {column.name: VALUES[column.kind] for column in COLUMNS} | {"status": "ok"}
 
 
 @pytest.fixture
@@ -53,15 +62,6 @@ def trace():
         springs={SPRING: np.zeros((STEPS, 2))},
         normals_n=np.zeros((STEPS, 2)), tangentials_n=np.zeros((STEPS, 2, 2)),
     )  # fmt: skip
-
-
-CAPACITY = handles.ColumnCapacity(
-    yield_curvature_per_m=0.0034, yield_drift_ratio=0.01, drift_capacity_ratio=0.04, shear=SECTION
-)
-COLUMN_HANDLE = handles.ColumnHandle(
-    element=COLUMN, base_node=BASE, top=Point(TOP), clear_height_m=5.0, hinge_sections=(6,),
-    capacities=(CAPACITY, CAPACITY),
-)  # fmt: skip
 
 
 def abutment(**changes):
@@ -301,10 +301,6 @@ def test_a_full_disk_stops_a_study_and_leaves_no_row(tmp_path) -> None:
 
 
 # --- demands table: schema, order, completeness of runs and columns that older tables lack
-VALUES = {"text": "x", "integer": 1, "number": 1.0, "boolean": True}
-ROW = {column.name: VALUES[column.kind] for column in COLUMNS} | {"status": "ok"}
-
-
 def test_a_table_has_units_and_descriptions_and_rows_sorted_by_their_key() -> None:
     for field in demands_schema():
         assert field.metadata[b"unit"]

@@ -19,6 +19,8 @@ from skewbridge.fragility.study_tables import DESCRIPTIONS
 
 DEMAND = "deck_disp_m"
 MODEL = ["bridge", "abutment"]
+POWER_ROW = {"judged_by": "ratio", "margin": 0.05, "level": 0.9}
+LOOKS = tuple(range(12, 65, 4))
 
 
 def friction(effects, demand=DEMAND, scope="variant"):
@@ -385,9 +387,6 @@ def test_reference_intensity_outside_the_pairs_is_clipped_and_none_gives_no_slop
     assert tables.intensities.empty
 
 
-POWER_ROW = {"judged_by": "ratio", "margin": 0.05, "level": 0.9}
-
-
 def motions_to_decide(**row):
     return verdicts.motions_to_decide(POWER_ROW | row)
 
@@ -476,9 +475,6 @@ def test_a_strong_bridge_is_not_compared_with_the_survivors_of_a_weak_one():
 
 
 # --- repeated looks
-LOOKS = tuple(range(12, 65, 4))
-
-
 def test_levels_of_looks_are_those_of_the_normal_distribution_and_of_the_earlier_look() -> None:
     assert verdicts.look_levels((1.0,), 0.90) == pytest.approx(
         (1.0 - verdicts.SPENT * 0.10,), abs=1e-9

@@ -31,6 +31,10 @@ from skewbridge.fragility.union import Union, curve_probability
 
 ONE = {"skews": (0,), "gaps": (51,), "frictions": (50,)}
 NEW = "transverse_gap_mm"
+ENTRY = {
+    "component": "deck", "demand": "deck_disp_m", "unit": "mm", "dispersion": 0.35,
+    "citation": "somebody", "states": {"slight": 102.0},
+}  # fmt: skip
 
 
 def row(curves, component, name, method="cloud"):
@@ -397,11 +401,9 @@ def shear_curves(table):
 
 
 def whole_motion_ratios(seed, plateau, scatter):
-    """Return the shear-critical bridge of the default study with ratios over the whole motion.
-
-    The stored demands end at the failure. After it, the shear is near a plateau: the columns have
-    yielded in flexure.
-    """
+    """Return the shear-critical bridge of the default study with ratios over the whole motion. The
+    stored demands end at the failure. After it, the shear is near a plateau: the columns have
+    yielded in flexure."""
     table = pd.read_parquet(DEFAULT_STUDY)
     table = table[table["bridge"] == "osb1_fixed_era1"].reset_index(drop=True)
     is_failed, motions = table["beyond_model"] == "shear", table["motion_id"].unique()
@@ -442,10 +444,8 @@ def test_a_run_that_stopped_early_bounds_the_ratios_of_all_shear_models():
 
 
 def test_medians_of_the_model_of_the_study_are_those_of_the_study():
-    """Peaks after the failure, when the shear no longer grows, do not move a median.
-
-    The bound of the study is not exactly 1: it is the peak of the step that failed, up to 1.19.
-    """
+    """Peaks after the failure, when the shear no longer grows, do not move a median. The bound of
+    the study is not exactly 1: it is the peak of the step that failed, up to 1.19."""
     study = fragility_tables(whole_motion_ratios(0, 1.3, 0.0), [], SETTINGS)["curves"]
     study = study.query("limit_state == 'shear' and preferred").set_index("variant")["theta"]
     for peaks in ((1.3, 0.0), (2.0, 0.3)):
@@ -483,12 +483,6 @@ def test_a_study_without_ratios_or_failures_has_no_curves_of_shear_models():
 
 
 # --- limit states as data
-ENTRY = {
-    "component": "deck", "demand": "deck_disp_m", "unit": "mm", "dispersion": 0.35,
-    "citation": "somebody", "states": {"slight": 102.0},
-}  # fmt: skip
-
-
 def test_shipped_limit_states_are_converted_to_the_unit_of_their_column():
     found = {state.key: state for state in STATES}
     values = {"unseating/slight": 0.038, "column_drift/moderate": 0.025, "column_shear/dcr_100": 1}

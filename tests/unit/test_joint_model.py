@@ -29,6 +29,13 @@ ROOT = Path(__file__).parents[2]
 DRIFT = made.states_of("column_drift")
 GRID = {"skews": (0, 20, 40, 60), "gaps": (0, 25, 51), "frictions": (0, 50), "motions": 24}
 SMALL = {"skews": (0, 30, 60), "gaps": (51,), "frictions": (0, 50), "motions": 16}
+KEY_ENTRY = DRIFT_ENTRY | {
+    "component": "shear_key", "demand": "shear_key_disp_m", "unit": "mm", "states": {"slight": 25.0}
+}  # fmt: skip
+#: What a table of demands needs; everything else may lack.
+NEEDED = ["skew_deg", "gap_mm", "friction", "motion_id", "status", IM, "column_drift_ratio"]
+DEMANDS = synthetic_demands(motions=14, skews=(0, 30, 60), gaps=(0, 51))
+PLACE = ("--skew-deg", "45", "--gap-mm", "40", "--friction", "0.3")
 
 
 def shifted(table, effect):
@@ -157,14 +164,6 @@ def test_states_without_an_estimate_or_with_large_errors_have_a_status():
 
 
 # --- statistics of any table, predictions and the table of a paper
-KEY_ENTRY = DRIFT_ENTRY | {
-    "component": "shear_key", "demand": "shear_key_disp_m", "unit": "mm", "states": {"slight": 25.0}
-}  # fmt: skip
-#: What a table of demands needs; everything else may lack.
-NEEDED = ["skew_deg", "gap_mm", "friction", "motion_id", "status", IM, "column_drift_ratio"]
-DEMANDS = synthetic_demands(motions=14, skews=(0, 30, 60), gaps=(0, 51))
-
-
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
     """A bare table of somebody else's runs, and what the command makes of it."""
@@ -187,9 +186,6 @@ def predict(folder, *options):
 
 def table_of(folder, name):
     return pd.read_parquet(folder / "out" / "fragility" / f"{name}.parquet")
-
-
-PLACE = ("--skew-deg", "45", "--gap-mm", "40", "--friction", "0.3")
 
 
 def test_every_table_is_written_and_missing_demands_are_listed(written):

@@ -44,6 +44,16 @@ from study_parts import row_of, study_of, wave, without_workers
 
 SLUG = "osb1_cf_skew30_gap025_mu050"
 AXES = {"skew_deg": (0.0, 30.0), "gap_mm": (25.0,), "friction": (0.0, 0.5)}
+MODELS = (
+    {}, {"skew_deg": 0}, {"bridge": "bridge_a"}, {"bridge": "osb1_fixed"},
+    {"abutment": "spring", "friction_pct": 0}, {"abutment": "roller"},
+)  # fmt: skip
+# source: PyPBEE, commit 8b35e30, examples/Bridge_A/osb_info_Bridge_A.py: fpc, fy, xi, w, Fult, K50
+VARIATIONS = {
+    "concrete_strength_factor": "0.16", "steel_strength_factor": "0.04", "damping_factor": "0.5",
+    "deck_mass_factor": "0.04", "backfill_strength_factor": "0.2",
+    "backfill_stiffness_factor": "0.2",
+}  # fmt: skip
 
 
 def setup_in(folder: Path, *, motions: int = 1) -> StudySetup:
@@ -91,12 +101,6 @@ def built(task: Task) -> tuple[str, ...]:
     settings, options = task.settings, task.settings.model_options(task.options)
     commands = re.sub(r"-0\.0\b", "0.0", model_script(task.variant, options))
     return commands, str(settings), options.shear_model
-
-
-MODELS = (
-    {}, {"skew_deg": 0}, {"bridge": "bridge_a"}, {"bridge": "osb1_fixed"},
-    {"abutment": "spring", "friction_pct": 0}, {"abutment": "roller"},
-)  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -384,14 +388,6 @@ def test_factors_act_on_the_model() -> None:
             gaps_m = [side.gap_m for side in model.abutments]
     assert 0.9 < weights_n[1] / weights_n[0] < 0.92  # columns keep their weight
     assert gaps_m == pytest.approx([0.020, 0.020])
-
-
-# source: PyPBEE, commit 8b35e30, examples/Bridge_A/osb_info_Bridge_A.py: fpc, fy, xi, w, Fult, K50
-VARIATIONS = {
-    "concrete_strength_factor": "0.16", "steel_strength_factor": "0.04", "damping_factor": "0.5",
-    "deck_mass_factor": "0.04", "backfill_strength_factor": "0.2",
-    "backfill_stiffness_factor": "0.2",
-}  # fmt: skip
 
 
 def test_methods_and_page_state_the_setting_and_every_distribution_with_its_source() -> None:

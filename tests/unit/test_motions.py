@@ -24,6 +24,15 @@ from skewbridge.motions.suite import prepare_suite, read_entry, read_suite, writ
 from skewbridge.motions.synthesis import Scenario, synthesize
 from skewbridge.units import G_MPS2
 
+RECORD_G = shaken_g(1, 50)
+SI = RECORD_G * G_MPS2
+GAL = shaken_g(7, 400) * 980.665
+IN_G = "ACCELERATION TIME SERIES IN UNITS OF G\n"
+HISTORY = "ACCELERATION TIME HISTORY IN UNITS OF G. FILTER POINTS: HP=0.2 Hz LP=15 Hz\n"
+PLAIN = f"{IN_G}NPTS= 50, DT= .01 SEC\n"
+FIVE = rows_of(RECORD_G, 5, "{:15.7E}")
+RATIOS, TOLERANCES = st.floats(1.001, 1e3) | st.just(100.0), st.floats(1e-4, 0.5) | st.just(0.01)
+
 
 def _motion(**changes: object) -> GroundMotion:
     first, second = np.array([1.0, 2.0]), np.array([-1.0, 3.0])
@@ -144,11 +153,6 @@ def test_the_spectrum_intensity_of_a_blow_is_its_velocity_times_the_range_of_per
 
 
 # --- formats of files
-RECORD_G = shaken_g(1, 50)
-SI = RECORD_G * G_MPS2
-GAL = shaken_g(7, 400) * 980.665
-
-
 def _with(values: np.ndarray, start: int, *numbers: float) -> np.ndarray:
     """Return values with some numbers that fill the columns of their format."""
     changed = values.copy()
@@ -162,12 +166,6 @@ def _times(values, separator=",", dt_s=0.01):
 
 def _at2(head: str, values: str) -> str:
     return "PEER STRONG MOTION DATABASE RECORD\nA, 1/1/2000, B, 90\n" + head + values + "\n"
-
-
-IN_G = "ACCELERATION TIME SERIES IN UNITS OF G\n"
-HISTORY = "ACCELERATION TIME HISTORY IN UNITS OF G. FILTER POINTS: HP=0.2 Hz LP=15 Hz\n"
-PLAIN = f"{IN_G}NPTS= 50, DT= .01 SEC\n"
-FIVE = rows_of(RECORD_G, 5, "{:15.7E}")
 
 
 def _peer(npts: int = 50, values: str = FIVE) -> str:
@@ -210,9 +208,7 @@ TIMED = _times(RECORD_G, " ").split("\n")
 
 def _formats():
     """Yield name, text and stated values of a file, then values, last digit, facts of the header.
-
-    Files of PEER, CSMIP, K-NET, ESM, COSMOS and GeoNet in all their layouts.
-    """
+    Files of PEER, CSMIP, K-NET, ESM, COSMOS and GeoNet in all their layouts."""
     facts = {"dt_s": 0.01, "event": "A", "station": "B", "azimuth_deg": 90.0}
     for head, values in (
         (f"{IN_G}NPTS=     50, DT=   .0100 SEC,\n", FIVE),
@@ -720,9 +716,6 @@ def test_scaled_motions_reach_their_stripe_unless_their_factor_is_outside_the_li
     assert rows == [["q0", 0.5], ["q1", 0.25], ["q1", 2.5]]
     with pytest.raises(InputError, match="no motion reaches"):
         levels.striped(three, [1e4])
-
-
-RATIOS, TOLERANCES = st.floats(1.001, 1e3) | st.just(100.0), st.floats(1e-4, 0.5) | st.just(0.01)
 
 
 @settings(max_examples=400)

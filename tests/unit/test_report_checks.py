@@ -32,6 +32,12 @@ EFFECTS = pd.DataFrame({
     "variant": SLUG, "axis": "friction", "demand": "deck_disp_m", "ratio": [1.0, 1.1],
     "ci_low": [0.9, None], "ci_high": [1.1, None],
 })  # fmt: skip
+HEALTHY = {
+    "loosened_ratio": 0.0, "recovery_rung": 1, "energy_residual_ratio": -0.004,
+    "contact_energy_ratio": 0.002, "cone_excess_wall_ratio": 0.009, "cone_excess_key_ratio": 0.002,
+    "contact_force_ratio": 0.1,
+}  # fmt: skip
+UNKNOWN = {"recovery_rung": 5, "energy_residual_ratio": float("nan")}
 
 
 def demands(**changed):
@@ -135,14 +141,6 @@ def test_a_failed_check_stops_the_study_only_when_asked(tmp_path: Path, caplog):
 
 
 # --- suspect rows: reasons, limits, counts
-HEALTHY = {
-    "loosened_ratio": 0.0, "recovery_rung": 1, "energy_residual_ratio": -0.004,
-    "contact_energy_ratio": 0.002, "cone_excess_wall_ratio": 0.009, "cone_excess_key_ratio": 0.002,
-    "contact_force_ratio": 0.1,
-}  # fmt: skip
-UNKNOWN = {"recovery_rung": 5, "energy_residual_ratio": float("nan")}
-
-
 @pytest.mark.parametrize(
     ("change", "text"),
     [

@@ -32,6 +32,17 @@ from skewbridge.study.config import parse_config
 from skewbridge.variant.options import ModelOptions
 
 BEYOND = [STATES[0] | {"states": {"complete": 900.0}}]
+SHEAR = "Shear capacity models"
+TABLES = ("The answer", "Effects, all variants", "Effects, other states and demands")
+AXES, ENDS = ("skew_deg", "gap_mm", "friction"), ("", "_low", "_high")
+SHOWN = {"column_drift": 100.0, "bearing": 1000.0, "column_failure": 1.0}  # in per cent and mm
+MEDIAN, TOTAL = ([f"{name}{end}" for end in ENDS] for name in ("theta", "beta_total"))
+COUNTS = ["n_exceed", "n_runs"]
+LIMITS = {"im_low": 1.7, "im_high": 2.1, "n_cells": 4, "n_without_curve": 0, "n_extrapolated": 8}
+NOTE = ("medians of 1.70 to 2.10 g are extrapolated, because fewer than three motions are that "
+        "strong.")  # fmt: skip
+LOST = {"n_extrapolated": 0, "n_without_curve": 4}
+SURE = {"claim": "undecided", "sure_to": 0.3, "sure_ratio": 0.7, "sure_low": 0.6, "sure_high": 0.8}
 
 
 @pytest.fixture
@@ -50,23 +61,13 @@ def answer_of(page):
     return page[page.index('<section id="answer">') : page.index('<section id="effects">')]
 
 
-SHEAR = "Shear capacity models"
-TABLES = ("The answer", "Effects, all variants", "Effects, other states and demands")
-AXES, ENDS = ("skew_deg", "gap_mm", "friction"), ("", "_low", "_high")
-SHOWN = {"column_drift": 100.0, "bearing": 1000.0, "column_failure": 1.0}  # in per cent and mm
-MEDIAN, TOTAL = ([f"{name}{end}" for end in ENDS] for name in ("theta", "beta_total"))
-COUNTS = ["n_exceed", "n_runs"]
-
-
 def finite(row, names):
     return [row[name] for name in names if np.isfinite(row[name])]
 
 
 def pooled_effects(frames):
-    """Yield label, heading, numbers and row of every pooled effect.
-
-    The only failure mode of columns has the numbers of any failure and no row of its own.
-    """
+    """Yield label, heading, numbers and row of every pooled effect. The only failure mode of
+    columns has the numbers of any failure and no row of its own."""
     rows = pd.concat([frames["medians"], frames["effects"]]).query("scope == 'pooled'")
     any_failure = set(rows.loc[rows["demand"] == "column_failure/any", "ratio"])
     for row in rows.to_dict("records"):
@@ -438,13 +439,6 @@ def test_effects_of_skew_are_compared_with_the_factor_of_hazus(render):
     assert published == [["30°", "0.93"], ["60°", "0.71"]]  # sqrt(sin(90° - skew))
     assert_published(tables, frames)
     assert "only the abstracts were compared" in page
-
-
-LIMITS = {"im_low": 1.7, "im_high": 2.1, "n_cells": 4, "n_without_curve": 0, "n_extrapolated": 8}
-NOTE = ("medians of 1.70 to 2.10 g are extrapolated, because fewer than three motions are that "
-        "strong.")  # fmt: skip
-LOST = {"n_extrapolated": 0, "n_without_curve": 4}
-SURE = {"claim": "undecided", "sure_to": 0.3, "sure_ratio": 0.7, "sure_low": 0.6, "sure_high": 0.8}
 
 
 @pytest.mark.parametrize(

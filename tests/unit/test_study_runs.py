@@ -44,6 +44,12 @@ SLUG = SLUGS[1]
 IDA = MotionsConfig(level_range_g=(0.1, 2.0))  # of the column drift ratio, to 0.025
 AT_1_G = 0.4  # Sa_avg of the motion at factor 1
 CAPACITY_G = 0.77
+LOOKS = DesignConfig().looks
+PLACES = pd.DataFrame(
+    {"bridge": "b", "abutment": "a", "gap_mm": [25.0, 51.0] * 2, "friction": [0.0, 0.0, 0.5, 0.5]},
+    index=["g25", "g51", "g25f", "g51f"],
+)
+EVEN = dict.fromkeys(PLACES.index, 12)
 
 
 def test_the_key_covers_the_values_of_a_motion_but_not_its_names_and_measures(tmp_path):
@@ -389,14 +395,6 @@ def test_rows_that_fail_in_different_cycles_are_not_compared() -> None:
 
 
 # --- rounds: selection, plan and demands
-LOOKS = DesignConfig().looks
-PLACES = pd.DataFrame(
-    {"bridge": "b", "abutment": "a", "gap_mm": [25.0, 51.0] * 2, "friction": [0.0, 0.0, 0.5, 0.5]},
-    index=["g25", "g51", "g25f", "g51f"],
-)
-EVEN = dict.fromkeys(PLACES.index, 12)
-
-
 def asked(*parts: list[dict], cost: dict[str, float] | None = None) -> tuple:
     table = effects.effect_table(PLACES, [row for rows in parts for row in rows])
     return rounds.targets(table, EVEN, cost or dict.fromkeys(EVEN, 1.0), PLACES, LOOKS, 0.90)

@@ -38,6 +38,11 @@ ROOT = Path(__file__).parents[2]
 STATES = [state for state in states_of("unseating") if state.name == "slight"]
 KEYS = ["variant", "bridge", "abutment", "skew_deg", "gap_mm", "friction", "motion_id", "scale",
         "incidence_deg", "status"]  # fmt: skip
+MOTIONS = ROOT / "motions"
+COUNT, STORED = 128, 40
+SOME = STORED + 8  # a block of those that are made, too
+MADE = [entry for entry in list_motions(MOTIONS) if not entry.components]
+T1_S = load_structure(config.CONDITIONING_BRIDGE).t1_s
 
 
 def motions_of(**given: object):
@@ -159,13 +164,6 @@ def test_the_first_screen_states_the_difference() -> None:
 
 
 # --- the shipped suite: what its generator makes, within its promises; more motions change nothing
-MOTIONS = ROOT / "motions"
-COUNT, STORED = 128, 40
-SOME = STORED + 8  # a block of those that are made, too
-MADE = [entry for entry in list_motions(MOTIONS) if not entry.components]
-T1_S = load_structure(config.CONDITIONING_BRIDGE).t1_s
-
-
 def components_of(suite: pd.DataFrame) -> list[pd.Series]:
     return [suite["accel_1_mps2"], suite["accel_2_mps2"]]
 
@@ -176,10 +174,8 @@ def suite() -> pd.DataFrame:
 
 
 def test_generating_again_gives_the_shipped_files():
-    """Same bytes on the processor the files were made on.
-
-    Elsewhere the last digits of exp and sin may differ: values agree to 1e-6 of the peak.
-    """
+    """Same bytes on the processor the files were made on. Elsewhere the last digits of exp and sin
+    may differ: values agree to 1e-6 of the peak."""
     for number, entry in enumerate(list_motions(MOTIONS)[:3], start=1):
         motion = suite_motion(number, "near")
         assert motion.motion_id == entry.motion_id

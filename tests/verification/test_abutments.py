@@ -36,6 +36,10 @@ OSB1 = wall_backfill(SEAT, "hyperbolic", 0.0)
 STIFFNESS = OSB1.stiffness_n_per_m
 TOLERANCE_M = 5e-5  # a thousandth of the larger gap: far below any effect under study
 GAP_MM, KEY_GAP_M = 25, 0.0064
+# Limits: 0.5 % of the force on first loading (the polygon misses 0.1 %), 2 micrometres where a gap
+# closes, and no force to speak of while a gap is open.
+CLOSES_M = 2.0e-6
+STIFF = 1.0e6  # of the driver over the spring: it gives way by a hundredth of a micrometre
 
 
 def push(abutment, skew_deg=0, *, gap_mm=51, angle_deg=0.0, max_disp_m=0.15, steps=300, **options):
@@ -286,12 +290,6 @@ def test_a_slow_push_meets_the_same_backbone_with_both_places_of_the_dashpot(bac
 
 
 # --- one backfill spring on paths: capped hyperbola, unloading, gap behind the wall, reloading
-# Limits: 0.5 % of the force on first loading (the polygon misses 0.1 %), 2 micrometres where a gap
-# closes, and no force to speak of while a gap is open.
-CLOSES_M = 2.0e-6
-STIFF = 1.0e6  # of the driver over the spring: it gives way by a hundredth of a micrometre
-
-
 def spring_in_series(spring, driver, values, step, *test):
     """Push two springs in a row along a path of prescribed closures, ready for static steps."""
     ops.model("basic", "-ndm", 1, "-ndf", 1)

@@ -32,6 +32,10 @@ NOT_COMPARED = ("energy_residual_ratio", "numerical_dissipation_ratio", "contact
 TRAPEZOIDAL = ("Newmark", 0.5, 0.25)
 #: Damps by gamma > 1/2, in proportion to the step.
 DAMPED = ("Newmark", 0.6, 0.3025)
+BRIDGES = ("osb1", "osb2s", "bridge_a", "bridge_b", "bridge_c")
+PLACES = product(BRIDGES, ABUTMENTS, (0, 20, 40, 60))
+ALL = [variant(skew_deg, abutment, bridge) for bridge, abutment, skew_deg in PLACES]
+CARRYING = [*ALL[::3], variant(0, bridge="osb1_era1"), variant(0, bridge="osb1_fixed")]
 
 
 @pytest.mark.parametrize("name", bridge_names())
@@ -80,12 +84,6 @@ def test_cap_load_changes_the_thrust_of_a_bent_at_rest_but_not_strength_and_base
 
 
 # --- every abutment model on every bridge and skew carries its weight and survives motions
-BRIDGES = ("osb1", "osb2s", "bridge_a", "bridge_b", "bridge_c")
-PLACES = product(BRIDGES, ABUTMENTS, (0, 20, 40, 60))
-ALL = [variant(skew_deg, abutment, bridge) for bridge, abutment, skew_deg in PLACES]
-CARRYING = [*ALL[::3], variant(0, bridge="osb1_era1"), variant(0, bridge="osb1_fixed")]
-
-
 @pytest.mark.parametrize("case", CARRYING, ids=lambda case: case.slug)
 def test_every_variant_carries_its_weight_and_has_sane_modes(case):
     result = modal_properties(case)

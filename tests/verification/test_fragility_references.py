@@ -65,6 +65,14 @@ NOT_COMPARED = {
     "naive_msa_theta", "naive_msa_beta", "naive_msa_se_ln_theta",
 }  # fmt: skip
 MOTIONS, VARIANTS = 14, 5
+#: ln a, slope and scatter of ln demand about ln im; the scatter of the demands is correlated.
+LINES = {
+    "column_shear_dcr": (np.log(0.80), 0.6, 0.25),
+    "drift_over_capacity": (np.log(0.62), 1.0, 0.40),
+    "unseating_m": (np.log(0.15), 1.0, 0.40),
+}
+CORRELATION = 0.5
+CAPACITY_DRIFT = 0.06
 
 
 def runs_of(im, columns, **further):
@@ -231,10 +239,8 @@ def test_quasi_random_systems_agree_with_scipy(size, rho):
 
 # --- mixed model with censored demands: the likelihood by brute force
 def data(high, low=-np.inf, seed=3):
-    """Return runs of a known model, censored above ``high`` and below ``low``.
-
-    The scatter grows with intensity; the last coefficient has a prior of 0.2.
-    """
+    """Return runs of a known model, censored above ``high`` and below ``low``. The scatter grows
+    with intensity; the last coefficient has a prior of 0.2."""
     rng = np.random.default_rng(seed)
     motion = np.repeat(np.arange(MOTIONS), VARIANTS)
     ln_im = np.linspace(-2.0, 0.5, MOTIONS)[motion]
@@ -313,22 +319,10 @@ def test_jackknife_is_close_to_independent_fits_without_each_motion(high, grows,
 
 
 # --- medians of synthetic studies with known truth, in which failures end runs early
-#: ln a, slope and scatter of ln demand about ln im; the scatter of the demands is correlated.
-LINES = {
-    "column_shear_dcr": (np.log(0.80), 0.6, 0.25),
-    "drift_over_capacity": (np.log(0.62), 1.0, 0.40),
-    "unseating_m": (np.log(0.15), 1.0, 0.40),
-}
-CORRELATION = 0.5
-CAPACITY_DRIFT = 0.06
-
-
 def with_two_failure_modes(rng, motions):
-    """Return runs that stop when shear or flexure fails first; 8 and 7 % of them do.
-
-    Each demand grows in proportion to time until a random share (0.3 to 1) of the motion has
-    passed, so that the other demands have reached only a part of their final peaks.
-    """
+    """Return runs that stop when shear or flexure fails first; 8 and 7 % of them do. Each demand
+    grows in proportion to time until a random share (0.3 to 1) of the motion has passed, so that
+    the other demands have reached only a part of their final peaks."""
     im = np.exp(rng.uniform(np.log(0.1), np.log(2.0), motions))
     common = rng.normal(size=motions)
     final, rise = {}, {}
@@ -536,9 +530,7 @@ def test_medians_and_their_ratios_state_the_runs_and_curves_behind_them(study):
 )
 def test_pooled_ratios_agree_with_paired_means(study, bridge, axis, key, column, threshold):
     """Motions that are complete in all variants: balanced data, for which both have closed forms.
-
-    The drift of the effect with intensity, which the closed form neglects, is below 0.03.
-    """
+    The drift of the effect with intensity, which the closed form neglects, is below 0.03."""
     part = study.rows[study.rows["bridge"] == bridge]
     part = part[part.groupby("motion_id")["complete"].transform("all")].reset_index(drop=True)
     state = [state for state in study.states if state.key == key]

@@ -20,6 +20,12 @@ from skewbridge.units import G_MPS2
 SMELT = Scenario(magnitude=6.5, distance_km=10.0, vs30_mps=760.0, rupture_to_site_km=26.0)
 FOUR_DIGITS = 6e-4  # half a unit of the fourth digit of the published values
 TEST_PERIODS_S = [0.1, 0.2, 0.5, 1.0, 2.0, 3.0]
+NO_PULSE = {"magnitude": 6.75, "distance_km": 20.0}
+PULSE = {"magnitude": 7.0, "distance_km": 5.0, "pulse": "all", "rupture_to_site_km": 25.0}
+MEDIANS_G = (
+    (NO_PULSE, [0.300, 0.478, 0.214, 0.107, 0.0589, 0.0434]),
+    (PULSE, [0.520, 0.858, 0.624, 0.360, 0.278, 0.181]),
+)
 
 
 def test_regression_transforms_and_modulation_reproduce_the_published_values():
@@ -117,20 +123,10 @@ def test_120_calibrated_motions_follow_the_ground_motion_model():
     assert abs(np.mean(correlations)) < 0.05
 
 
-NO_PULSE = {"magnitude": 6.75, "distance_km": 20.0}
-PULSE = {"magnitude": 7.0, "distance_km": 5.0, "pulse": "all", "rupture_to_site_km": 25.0}
-MEDIANS_G = (
-    (NO_PULSE, [0.300, 0.478, 0.214, 0.107, 0.0589, 0.0434]),
-    (PULSE, [0.520, 0.858, 0.624, 0.360, 0.278, 0.181]),
-)
-
-
 @pytest.mark.parametrize(("scenario", "published_g"), MEDIANS_G, ids=["no pulse", "pulse"])
 def test_uncalibrated_medians_are_those_of_another_implementation(scenario, published_g):
-    """Section 3.3 of the motions page, medians of 200 and 100 motions of a prototype.
-
-    Three standard errors of a median of 60 with a dispersion of 0.6: 23 %.
-    """
+    """Section 3.3 of the motions page, medians of 200 and 100 motions of a prototype. Three
+    standard errors of a median of 60 with a dispersion of 0.6: 23 %."""
     options = {"calibrate": "none", "orientation": "principal"}
     scenario = Scenario(**scenario, vs30_mps=400.0)
     motions = [synthesize(scenario, index=i, seed=1, **options) for i in range(60)]

@@ -26,10 +26,8 @@ def tree(tmp_path_factory):
 
 
 def test_rules_have_digests_of_their_inputs_docstring_and_resources_and_change_no_setting():
-    """What a rule reads of others is in its recipe, directly or through another one.
-
-    The gate is only an input to come first: where it alone has changed, journals have everything.
-    """
+    """What a rule reads of others is in its recipe, directly or through another one. The gate is
+    only an input to come first: where it alone has changed, journals have everything."""
     text = "".join(path.read_text() for path in sorted((ROOT / "workflow/rules").glob("*.smk")))
     found = re.split(r"^(?:rule|checkpoint) (\w+):", text, flags=re.MULTILINE)[1:]
     blocks = dict(zip(found[::2], found[1::2], strict=True))
