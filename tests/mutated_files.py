@@ -1,8 +1,7 @@
 """Mutated input files: made from good ones with a fixed seed, read in a child under limits.
 
 `read_mutants` counts accepted and refused mutants and lists every one that ended with anything but
-one message. A mutant that reaches a limit ends the process; its file is left in the folder.
-"""
+one message. A mutant that reaches a limit ends the process; its file is left in the folder."""
 
 import copy
 import json

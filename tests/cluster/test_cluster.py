@@ -1,7 +1,6 @@
 """The small study through a real Slurm of two nodes on this host, with jobs and nodes that fail.
 
-It needs root, the packages slurm-wlm and munge, and a host that belongs to no cluster.
-"""
+It needs root, the packages slurm-wlm and munge, and a host that belongs to no cluster."""
 
 import json
 import os

@@ -1,8 +1,7 @@
 """Validate an RO-Crate: ``files`` from standard input, the findings to standard output, as JSON.
 
 The context that the package rocrate carries is put into the cache of the validator, which would
-otherwise need a network.
-"""
+otherwise need a network."""
 
 import json
 import sys

@@ -1,7 +1,6 @@
 """Exported curves as read by pelicun and OpenQuake.
 
-Each has its own environment, which `make test-exports` installs.
-"""
+Each has its own environment, which `make test-exports` installs."""
 
 import json
 import os

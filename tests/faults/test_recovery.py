@@ -1,8 +1,7 @@
 """Recovery steps: order, cost, sub-steps, an unchanged response; statuses of analyses.
 
 Solutions fail after two iterations, so that their trial state is far from the committed one. The
-reference is the same sequence of (sub-)steps without failures.
-"""
+reference is the same sequence of (sub-)steps without failures."""
 
 import math
 from dataclasses import replace
@@ -226,8 +225,8 @@ class Failing:
 
 
 def driven(monkeypatch, model, integrator, failing, parts=lambda _: 1):
-    """Make the steps; repeat one in which all recovery steps fail. Returns the sizes of all
-    converged (sub-)steps, values after each regular step, results of the regular steps, and effort."""
+    """Make the steps; repeat one in which all recovery steps fail. Return the sizes of converged
+    (sub-)steps, values after and results of the regular steps, and effort."""
     ops.wipe()
     node, sizes, values, ended = model(), [], [], []
     failures = Failing(monkeypatch, lambda n: n in failing.get(len(values), ()))

@@ -1,8 +1,7 @@
 """Columns: moment-curvature and shear strength against hand values.
 
 Figures from the project's reference page on bridge data, sections 5 and 6 (engineering rules
-evaluated by hand and an independent fiber analysis). The nominal yield of the hoops is 414 MPa.
-"""
+evaluated by hand and an independent fiber analysis). The nominal yield of the hoops is 414 MPa."""
 
 from dataclasses import replace
 from math import pi

@@ -59,8 +59,7 @@ VARIATIONS = {
 def setup_in(folder: Path, *, motions: int = 1) -> StudySetup:
     """A study of weak waves that differ by their factor."""
     waves = (wave(f"wave{n}", number=n, scale=1.0 + n) for n in range(motions))
-    models = ("contact_friction", "roller")
-    grid = GridConfig(bridge=("osb1", "osb1_fixed"), abutment=models)
+    grid = GridConfig(bridge=("osb1", "osb1_fixed"), abutment=("contact_friction", "roller"))
     return study_of(folder, *waves, grid=grid)
 
 

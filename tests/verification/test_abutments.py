@@ -3,8 +3,7 @@
 Figures from the project's reference page on bridge data, sections 3 and 8: passive force by
 Caltrans SDC 2.0 with its skew reduction, the UCSD hyperbola up to its ultimate force (at 56 mm),
 pads alone until the gap closes. Hyperbola: K = 20.3 x 14.33 x 1.8288/1.68 MN/m, F = 326 x 14.33 x
-(1.8288/1.68)^1.5 kN. Tolerance 0.5 % (penalty in series and weak restoring spring included).
-"""
+(1.8288/1.68)^1.5 kN. Tolerance 0.5 % (penalty in series and weak restoring spring included)."""
 
 from itertools import product
 from types import SimpleNamespace

@@ -2,8 +2,7 @@
 
 The study `bridges` (run in `test_closed_forms`) has the weights, axial forces, periods and
 strengths with their sources and tolerances (1 % on weight and axial force, 5 % on periods and
-pushover strength). The deck load of the earlier models enters in the middle of the cap.
-"""
+pushover strength). The deck load of the earlier models enters in the middle of the cap."""
 
 import math
 from itertools import product

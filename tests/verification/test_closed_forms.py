@@ -7,8 +7,7 @@ B1, B2: Den Hartog (1956), Mechanical Vibrations, and (1931), Transactions ASME 
 Journal of Sound and Vibration 108. B3: Newmark (1965), Geotechnique 15. B4, B5: Schwager and
 Poeschel (2007), Granular Matter 9; Goldsmith (1960), Impact; Johnson (1985), Contact Mechanics.
 B6, B7: steady radial return. B8: Popp and Stelter (1990), Phil. Trans. A 332. B9: Housner (1963),
-BSSA 53.
-"""
+BSSA 53."""
 
 from math import asin, atan, degrees
 
@@ -163,12 +162,11 @@ def test_b9_quarter_period_is_the_fall_of_the_energy_equation(b, h):
 
 def test_b9_pushed_block_slides_by_the_excess_of_the_acceleration():
     rate, friction = 1.2, 0.2
-    half_m = 0.25, 1.0
 
     def push_mps2(t):
         return rate * np.maximum(0.0, t - 1.0)
 
-    history = blocks.run_upright(half_m, 1e-3, 4.0, friction=friction, base_mps2=push_mps2)
+    history = blocks.run_upright((0.25, 1.0), 1e-3, 4.0, friction=friction, base_mps2=push_mps2)
     # From friction x g on, the excess of the acceleration grows linearly.
     sliding_s = 3.0 - friction * blocks.TABLE_G_MPS2 / rate
     assert abs(history.q[-1, 3]) == pytest.approx(rate * sliding_s**3 / 6.0, rel=0.02)

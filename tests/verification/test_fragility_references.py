@@ -2,8 +2,7 @@
 
 Tolerances are those of the cases in `tests/data/fragility_cases.json`: 1e-6 on estimates (they
 were confirmed with 50 digits), 1e-4 on standard errors (some references differentiate numerically),
-1e-5 on interval ends.
-"""
+1e-5 on interval ends."""
 
 import re
 from dataclasses import replace

@@ -5,8 +5,7 @@ is other: a spine with element loads, rigid links, fibers by patches, HingeRadau
 element per pad, five wall points by Simpson's rule, and the contact element of OpenSees, which
 iterates friction within the step and counts displacements from its creation. The plastic part of
 the backfill is HyperbolicGapMaterial in series with a negative spring that cancels its elastic
-part, four fifths of the flexibility of the soil.
-"""
+part, four fifths of the flexibility of the soil."""
 
 from functools import partialmethod
 from itertools import pairwise, product

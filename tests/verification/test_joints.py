@@ -2,8 +2,7 @@
 
 Integral end: its stiffness is the sum of fill, wing walls and piles, by formulas written here.
 Decks that meet, simple spans on caps, hinges and restrainers: against explicit integration, statics
-and hand values.
-"""
+and hand values."""
 
 from math import cos, inf, isnan, radians, sin
 from pathlib import Path

@@ -2,8 +2,7 @@
 
 All numbers are those of its file. The beam is exact for the uniform deck (with its rotational
 inertia), on the spring of the bent and those of the pads. Left out are the twist of the deck ends
-and turns of the column tops: 0.1 % of the transverse period, 0.4 to 0.6 % of that in plan.
-"""
+and turns of the column tops: 0.1 % of the transverse period, 0.4 to 0.6 % of that in plan."""
 
 from math import cos, cosh, pi, radians, sin, sinh, sqrt
 

@@ -2,8 +2,7 @@
 
 The ramp is a response history: implicit dynamics with masses, damping and steps of 10 to 0.3 ms, in
 which friction is set from the predicted normal force. The pushover is static. Both agree to 0.2 %;
-inertia and damping at the slow ramp are about 0.1 %.
-"""
+inertia and damping at the slow ramp are about 0.1 %."""
 
 import numpy as np
 import openseespy.opensees as ops

@@ -3,8 +3,7 @@
 The stiffness of a bent is a tensor in plan: a bent turned by an angle has the turned tensor. It is
 exact up to rounding in the static analysis (1e-6). The stored rows were computed at commit
 a144bb78 with constant steps of 5 ms, before bents were skewed and the dashpot of a wall was in
-series with the plastic part of the backfill; the same equations give the same numbers (1e-9).
-"""
+series with the plastic part of the backfill; the same equations give the same numbers (1e-9)."""
 
 from math import cos, radians, sin
 from pathlib import Path
