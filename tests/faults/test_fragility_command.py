@@ -249,8 +249,9 @@ def test_infinite_demands_of_collapsed_runs_are_no_bounds_and_drift_in_per_cent_
 
 @pytest.mark.parametrize(
     ("column", "is_cut"),
-    [("censored", [1, 0]), ("complete", [False, True]), ("right_censored", [1, 0])],
-)
+    [("censored", [1, 0]), ("complete", [False, True]), ("right_censored", [1, 0]),
+     ("beyond_model", ["shear", ""])],
+)  # fmt: skip
 def test_a_flag_censors_the_demands_of_a_table_of_runs(fit, column, is_cut):
     demand = np.minimum(TABLE[DRIFT], 0.014)
     columns = {DRIFT: demand, column: np.where(demand == 0.014, *is_cut)}

@@ -91,16 +91,6 @@ def test_a_push_writes_its_curve(tmp_path: Path, command: str) -> None:
     assert found["initial_stiffness_kn_per_m"] == pytest.approx(first)
 
 
-def test_a_push_with_friction_passes_the_contact_with_the_wall(tmp_path: Path) -> None:
-    options = ("--abutment", "contact-friction", "--skew-deg", 30, "--max-disp-m", 0.08)
-    assert invoke("bridge", "pushover", *options, "--out", tmp_path).exit_code == 0
-    curve = pd.read_parquet(tmp_path / "curve.parquet")
-    assert curve["disp_m"].iloc[-1] == pytest.approx(0.08, rel=1e-5)
-    # the wall resists after the contact
-    before = np.interp(0.051 / cos(radians(30)), curve["disp_m"], curve["force_kn"])
-    assert 1.2 * before < curve["force_kn"].max() < 2e4
-
-
 def test_models_and_columns_are_drawn_and_written(tmp_path) -> None:
     found = answer("model", "--skew-deg", "-30", "--bridge", "osb2s", "--out", str(tmp_path))
     assert found["variant"] == "osb2s_cf_skewm30_gap051_mu050"

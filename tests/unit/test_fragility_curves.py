@@ -18,10 +18,9 @@ from skewbridge.errors import InputError
 from skewbridge.fragility import study_tables
 from skewbridge.fragility.curves import CURVE_COLUMNS, fit_study
 from skewbridge.fragility.demand_model import fit_models
-from skewbridge.fragility.demand_table import prepared, read_foreign, spread
+from skewbridge.fragility.demand_table import prepared, spread
 from skewbridge.fragility.effects import median_effects
 from skewbridge.fragility.exports import export_curves
-from skewbridge.fragility.fit_data import fit_file
 from skewbridge.fragility.joint import joint_table
 from skewbridge.fragility.limit_states import LimitState, demand_unit, limit_states_of
 from skewbridge.fragility.outcomes import demand_outcomes
@@ -334,20 +333,6 @@ def test_a_missing_demand_rejects_only_its_run_and_equal_motions_are_reported():
         with pytest.raises(InputError, match="drift_ratio must be >= 0 and finite") as caught:
             notes(table)
         assert caught.value.details["row"] == 5
-
-
-def test_foreign_tables_can_name_the_runs_in_which_a_column_failed(tmp_path):
-    path = tmp_path / "runs.csv"
-    table = synthetic_demands(**ONE, motions=40)
-    kinds = ["" if number else "shear" for number in range(len(table))]
-    names = {"motion_id": "record", IM: "sa", "column_drift_ratio": "drift", "beyond_model": "how"}
-    table.assign(beyond_model=kinds)[[*names]].rename(columns=names).to_csv(path, index=False)
-    read = read_foreign(path, names)
-    assert read["beyond_model"].tolist() == kinds
-    assert set(curves_of(read, states_of("column_drift")[:1])["n_beyond_model"]) == {1}
-    failed(table, strongest(table, 4), factor=0.9).to_csv(path, index=False)
-    fit = fit_file(path, method="cloud", im=IM, edp="column_drift_ratio", threshold=0.01)
-    assert fit.details["n_censored"] == 4
 
 
 def test_a_column_of_a_new_axis_is_an_axis_of_every_table(tmp_path):

@@ -171,19 +171,6 @@ def test_rates_agree_with_independent_quadrature(file):
         assert row["share_outside_low"] == pytest.approx(last / (expected + last), rel=1e-5)
 
 
-@pytest.mark.parametrize("beta", [0.02, 0.4, 3.0])
-def test_rate_of_a_power_law_has_its_closed_form(file, beta):
-    x, k, theta = np.geomspace(1e-2, 1e1, 8), 1.2, 0.5
-    lines = "\n".join(f"{each!r},{1e-4 * each**-k!r}" for each in x.tolist())
-    hazard = curve_of(file(f"im,rate\n{lines}\n"))
-    rate = hazard.rate(lambda ln_im: norm.cdf((ln_im - np.log(theta)) / beta), beta)
-    u, h = np.log(x[[0, -1]] / theta) / beta, 1e-4 * x[[0, -1]] ** -k
-    expected = -np.diff(norm.cdf(u) * h)[0]
-    scale = 1e-4 * theta**-k * np.exp(0.5 * (k * beta) ** 2)
-    expected += scale * np.diff(norm.cdf(u + k * beta))[0]
-    assert rate.value == pytest.approx(expected, rel=1e-9)
-
-
 def test_states_without_an_estimate_have_bounds_and_effects_are_paired(file):
     hazard = curve_of(file(TABLE))
     states = [state for state in STATES if state.component in ("unseating", "column_drift")]
