@@ -34,13 +34,9 @@ def analysed(
 ):
     motion = motion or strong_motion()
     return analyse(
-        case,
-        Excitation(motion=motion, scale=scale, incidence_deg=incidence_deg),
-        AnalysisSettings(**settings),
-        options or ModelOptions(),
-        histories=True,
-        log_path=log_path,
-    )
+        case, Excitation(motion=motion, scale=scale, incidence_deg=incidence_deg),
+        AnalysisSettings(**settings), options or ModelOptions(), histories=True, log_path=log_path,
+    )  # fmt: skip
 
 
 def abutment_analysed(case, motion, settings=None, **options):

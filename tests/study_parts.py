@@ -22,12 +22,9 @@ def wave(motion_id="wave", *, duration_s=1.0, number=1, scale=1.0, peak_mps2=1.0
     """Return a short weak motion; the second component grows with its number."""
     t_s = np.arange(0.0, duration_s, 0.01)
     motion = GroundMotion(
-        motion_id=motion_id,
-        dt_s=0.01,
-        accel_1_mps2=peak_mps2 * np.cos(12 * t_s),
-        accel_2_mps2=number * np.sin(15 * t_s),
-        sha256=motion_id,
-    )
+        motion_id=motion_id, dt_s=0.01, accel_1_mps2=peak_mps2 * np.cos(12 * t_s),
+        accel_2_mps2=number * np.sin(15 * t_s), sha256=motion_id,
+    )  # fmt: skip
     return SuiteMotion(motion=motion, scale=scale, measures=motion_measures(motion, 0.7))
 
 
@@ -45,12 +42,9 @@ def study_of(
 
 def task_of(motion: SuiteMotion | None = None, **changes) -> Task:
     task = Task(
-        variant=variant(),
-        motion=motion or wave(),
-        incidence_deg=0.0,
-        settings=AnalysisSettings(),
+        variant=variant(), motion=motion or wave(), incidence_deg=0.0, settings=AnalysisSettings(),
         options=ModelOptions(),
-    )
+    )  # fmt: skip
     return replace(task, **changes)
 
 

@@ -45,12 +45,9 @@ def test_opposite_skews_and_opposite_ends_mirror_each_other(skew_deg, width_m, t
 POSITIONS = st.floats(-1.0, 1.0)
 STIFFNESSES = st.floats(1e3, 1e9)
 LAWS = st.builds(
-    ContactLaw,
-    kn_n_per_m=STIFFNESSES,
-    kt_n_per_m=STIFFNESSES,
-    friction=st.floats(0.0, 1.5),
+    ContactLaw, kn_n_per_m=STIFFNESSES, kt_n_per_m=STIFFNESSES, friction=st.floats(0.0, 1.5),
     cohesion_n=st.floats(0.0, 1e4),
-)
+)  # fmt: skip
 OPENINGS = st.floats(-0.1, 0.1)
 
 

@@ -59,14 +59,10 @@ def test_filter_agrees_with_an_ode_solver():
 
 # --- synthetic motions
 SCENARIOS = st.builds(
-    Scenario,
-    magnitude=st.floats(6.5, 7.9),
-    distance_km=st.floats(1.0, 31.0),
-    vs30_mps=st.floats(150.0, 1500.0),
-    mechanism=st.sampled_from(["strike_slip", "reverse"]),
-    ztor_km=st.just(0.0),
-    pulse=st.sampled_from(["none", "all"]),
-)
+    Scenario, magnitude=st.floats(6.5, 7.9), distance_km=st.floats(1.0, 31.0),
+    vs30_mps=st.floats(150.0, 1500.0), mechanism=st.sampled_from(["strike_slip", "reverse"]),
+    ztor_km=st.just(0.0), pulse=st.sampled_from(["none", "all"]),
+)  # fmt: skip
 
 
 @settings(max_examples=8)

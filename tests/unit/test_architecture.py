@@ -185,19 +185,17 @@ EDITS: dict[str, tuple[set[str], set[str]]] = {
     "analysis/peaks.py": ({ANALYSES, *ANALYSING}, {"prepare_motions", "fit_fragility"}),
     "demands/columns.csv": ({"analyse", "collect_demands", *FITS, *PAGES}, {ANALYSES}),
     "fragility/effects.py": ({*FITS, *PAGES, "verification"}, {ANALYSES, "collect_demands"}),
-    "study/journal.py": (ANALYSING, {ANALYSES, "fit_fragility"}),
-    "study/jobs.py": (set(), ALL),
+    "study/journal.py": (ANALYSING, {ANALYSES, "fit_fragility"}), "study/jobs.py": (set(), ALL),
     "study/repeats.py": ({"sensitivity"}, ALL - {"sensitivity"}),
     "study/analyses.py": ({*ANALYSING, "verification"}, {ANALYSES}),
     "study/modelling_choices.py": ({"modelling_choices", *PAGES}, {"analyse"}),
     "report/checks.py": ({"fit_fragility", *PAGES}, {ANALYSES, *ANALYSING}),
     "report/run_figures.py": ({*PAGES, "verification"}, {ANALYSES, *ANALYSING, *FITS}),
-    "report/page.py": (PAGES, ALL - PAGES),
-    "report/templates/report.html.j2": (PAGES, ALL - PAGES),
+    "report/page.py": (PAGES, ALL - PAGES), "report/templates/report.html.j2": (PAGES, ALL - PAGES),
     "verification/registry.py": (VERIFYING, ALL - VERIFYING),
     "verification/studies/published.py": ({"verification"}, ALL - {"verification"}),
     "cli/output.py": (set(), ALL),
-}
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module")

@@ -106,11 +106,9 @@ def test_the_axial_force_adds_to_the_shear_of_a_leaning_column(trace):
 
 
 WEAK = replace(
-    CAPACITY,
-    yield_curvature_per_m=0.0017,
-    drift_capacity_ratio=0.02,
+    CAPACITY, yield_curvature_per_m=0.0017, drift_capacity_ratio=0.02,
     shear=replace(SECTION, hoop_area_m2=SECTION.hoop_area_m2 / 4),
-)
+)  # fmt: skip
 NORMAL = np.array([np.cos(np.radians(30)), np.sin(np.radians(30))])
 ALONG = np.array([-NORMAL[1], NORMAL[0]])
 TURNED = replace(COLUMN_HANDLE, capacities=(WEAK, CAPACITY), normal=tuple(NORMAL))

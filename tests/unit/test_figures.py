@@ -331,13 +331,10 @@ def stored(folder, **tables):
 def test_files_do_not_depend_on_the_number_of_processes(study, tmp_path, monkeypatch):
     none = {name: getattr(study, name).head(0) for name in ("effects", "medians", "system")}
     paths = stored(
-        tmp_path,
-        demands=study.demands.query("skew_deg == 0"),
+        tmp_path, demands=study.demands.query("skew_deg == 0"),
         curves=study.curves.query("component == 'bearing' and skew_deg == 0"),
-        intensity_effects=study.intensity_effects.head(0),
-        suite=pd.DataFrame(),
-        **none,
-    )
+        intensity_effects=study.intensity_effects.head(0), suite=pd.DataFrame(), **none,
+    )  # fmt: skip
     monkeypatch.setattr(files, "read_suite", lambda _: study.suite)
     monkeypatch.setattr(files, "FIGURES_OF_A_PROCESS", 1)
     texts = []

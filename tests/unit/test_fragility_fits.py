@@ -110,11 +110,9 @@ def test_ends_of_the_profile_of_a_state_are_those_of_a_direct_search():
     passed = np.digitize(latent, np.sort(latent)[[15, 25, 26]])
     eye = -np.eye(3)
     kernel = likelihood.NormalKernel(
-        eye[np.minimum(passed, 2)],
-        np.where(passed == 3, -np.inf, ln_im),
-        np.where(passed > 0, ln_im, np.inf),
-        upper_covariates=eye[np.maximum(passed - 1, 0)],
-    )
+        eye[np.minimum(passed, 2)], np.where(passed == 3, -np.inf, ln_im),
+        np.where(passed > 0, ln_im, np.inf), upper_covariates=eye[np.maximum(passed - 1, 0)],
+    )  # fmt: skip
     best = likelihood.maximise(kernel, np.array([[1.0, -0.5, -0.7, 1.0]]))
     drop, first = likelihood.drop_of(0.95), best.params[0]
     ends = likelihood.profile_ends(kernel, best, drop, np.eye(4)[:-1], slope=3)[:-1]

@@ -176,14 +176,11 @@ def with_decimals(low: int, high: int, decimals: int = 3) -> st.SearchStrategy[f
 
 OPTIONS = st.sampled_from(["transverse_gap_mm", "wall_dashpot_ratio", "cohesion_n"])
 variants = st.builds(
-    Variant,
-    bridge=st.sampled_from(["osb1", "osb1_fixed", "bridge_a"]),
-    abutment=st.sampled_from(sorted(ABUTMENTS)),
-    skew_deg=with_decimals(-66, 66),
-    gap_mm=with_decimals(0, 999),
-    friction_pct=with_decimals(0, 150),
+    Variant, bridge=st.sampled_from(["osb1", "osb1_fixed", "bridge_a"]),
+    abutment=st.sampled_from(sorted(ABUTMENTS)), skew_deg=with_decimals(-66, 66),
+    gap_mm=with_decimals(0, 999), friction_pct=with_decimals(0, 150),
     options=st.dictionaries(OPTIONS, st.floats(0.0, 1.0)).map(lambda x: tuple(sorted(x.items()))),
-)
+)  # fmt: skip
 
 
 @given(variants, variants, with_decimals(0, 1, decimals=5))
