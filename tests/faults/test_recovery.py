@@ -174,8 +174,7 @@ def test_the_finest_step_of_the_settings_is_possible_and_every_recovery_step_div
 # Solutions that fail, by step, counted in the step: 0 to 2 are the recovery steps without
 # sub-steps, from 3 on come the sub-steps of the finer ones.
 PATHS = {
-    "next recovery step": {40: {0}},
-    "last one without sub-steps": {40: {0, 1}},
+    "next recovery step": {40: {0}}, "last one without sub-steps": {40: {0, 1}},
     "all of its sub-steps": {40: {0, 1, 2}},
     "some sub-steps, the rest by the next": {40: {0, 1, 2, 4}},
     "some sub-steps, the rest finer": {40: {0, 1, 2, 4, 6}},
@@ -183,10 +182,9 @@ PATHS = {
     "again while one is kept": {40: {0}, 45: {0}, 50: {0, 1}},
     "finer while one is kept": {40: {0}, 45: {0, 1, 2}},
     "after one was kept": {40: {0}, 40 + HELD_STEPS + 3: {0, 1, 2, 3}},
-    "two steps one after the other": {40: {0, 1, 2}, 41: {0, 1, 2}},
-    "the first step": {0: {0}, 1: {0, 1, 2}},
+    "two steps in a row": {40: {0, 1, 2}, 41: {0, 1, 2}}, "the first step": {0: {0}, 1: {0, 1, 2}},
     "many": {number: {0, 1, 2} if number % 2 else {0} for number in range(10, 100, 15)},
-}
+}  # fmt: skip
 #: Solutions that fail in two steps that are made in four parts.
 IN_PARTS = ({0}, {0, 1, 2}, {2}, {1, 2, 3, 5}, {2, 3, 4, 6, 8})
 of_models = pytest.mark.parametrize("model", [spring_and_mass, mass_on_a_rigid_arm])

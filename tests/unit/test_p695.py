@@ -62,24 +62,14 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[int, list[n
             floats = ["EarthquakeMagnitude", "SiteDistanceClosestToPlane"]
             whole = ["RecordSequenceNumber", "EarthquakeYear", "SiteVs30"]
             named = ["EarthquakeName", "RecordingStationName"]
-            table(
-                file.create_group("records"),
-                {
-                    "values_block_0": (floats, [[6.5, 12.0]] * len(ids)),
-                    "values_block_1": (whole, [[number, 1990, 300] for number in ids]),
-                    "values_block_2": (named, np.array(texts, dtype="S20")),
-                },
-                index=range(1, len(ids) + 1),
-            )
-            table(
-                file.create_group("groundmotions"),
-                {
-                    "values_block_1": (["DT"], [[step] for step in steps]),
-                    "values_block_2": (["NumPoints"], [[size] for size in sizes]),
-                },
-                ComponentID=np.array(names, dtype="S1"),
-                RecordID=places,
-            )
+            blocks = {"values_block_0": (floats, [[6.5, 12.0]] * len(ids))}
+            blocks |= {"values_block_1": (whole, [[number, 1990, 300] for number in ids])}
+            blocks |= {"values_block_2": (named, np.array(texts, dtype="S20"))}
+            table(file.create_group("records"), blocks, index=range(1, len(ids) + 1))
+            blocks = {"values_block_1": (["DT"], [[step] for step in steps])}
+            blocks |= {"values_block_2": (["NumPoints"], [[size] for size in sizes])}
+            columns = {"ComponentID": np.array(names, dtype="S1"), "RecordID": places}
+            table(file.create_group("groundmotions"), blocks, **columns)
     monkeypatch.setattr(p695, "package_folder", lambda: tmp_path)
     return values
 

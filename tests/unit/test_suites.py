@@ -15,18 +15,11 @@ from skewbridge.errors import InputError
 from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.fragility.study_tables import ALL_SUITES, DEPENDS, NO_DIFFERENCE, fragility_tables
 from skewbridge.motions import formats, record, synthesis
+from skewbridge.motions import suite as motion_suite
 from skewbridge.motions.folder import list_motions
 from skewbridge.motions.levels import FACTOR_LIMITS, LEVEL_RANGE_G
 from skewbridge.motions.read import read_motion
-from skewbridge.motions.suite import (
-    content_digest,
-    prepare_suite,
-    prepare_suites,
-    read_entry,
-    read_suite,
-    suite_sources,
-    write_suite,
-)
+from skewbridge.motions.suite import content_digest, prepare_suite, read_entry, suite_sources
 from skewbridge.motions.synthesis import SUITES, made_motion, suite_motion
 from skewbridge.report.answer import answer_table, suites_summary
 from skewbridge.study import analyses, config, inputs
@@ -81,13 +74,13 @@ def test_motions_keep_their_suite_and_number(tmp_path: Path) -> None:
         index = index_of(folder, make_pairs(folder, 2), scale=[1.0, 1.0])
         index.write_text(index.read_text().replace("\nq", f"\n{letter}"))
     given = motions_of(suites=[str(tmp_path / "one"), str(tmp_path / "two")], count=None)
-    write_suite(prepare_suites(given, t1_s=0.7), tmp_path / "suite.parquet")
-    back = read_suite(tmp_path / "suite.parquet")
+    motion_suite.write_suite(motion_suite.prepare_suites(given, t1_s=0.7), tmp_path / "s.parquet")
+    back = motion_suite.read_suite(tmp_path / "s.parquet")
     found = [(each.suite, each.number, each.motion.motion_id[0]) for each in back]
     assert found == [("one", 0, "a"), ("one", 1, "a"), ("two", 0, "b"), ("two", 1, "b")]
     index.write_text(index.read_text().replace("\nb", "\na"))
     with pytest.raises(InputError, match="is in two suites"):
-        prepare_suites(given, t1_s=0.7)
+        motion_suite.prepare_suites(given, t1_s=0.7)
 
 
 def demands(effects: dict[str, float], motions: int = 16) -> pd.DataFrame:
