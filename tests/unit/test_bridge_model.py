@@ -172,10 +172,8 @@ def test_penalties_are_bounded_by_softening_and_by_the_step() -> None:
 
 
 def test_four_elements_per_span_give_the_periods_of_sixteen() -> None:
-    coarse, fine = (
-        modal.modal_properties(variant(30), ModelOptions(deck_elements_per_span=count))
-        for count in (4, 16)
-    )
+    coarse, fine = (modal.modal_properties(variant(30), ModelOptions(deck_elements_per_span=count))
+                    for count in (4, 16))  # fmt: skip
     periods_s = [[each.period_s(way) for way in ("x", "y", "rz", "z")] for each in (coarse, fine)]
     assert periods_s[0] == pytest.approx(periods_s[1], rel=0.002)
 

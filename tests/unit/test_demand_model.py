@@ -103,10 +103,8 @@ def test_motions_of_one_event_are_one_block():
     unnamed = skew_60(twice.assign(event=""))  # as in a table of synthetic motions
     names = ["ratio", "ci_low", "ci_high", "n_effective_motions", "largest_motion"]
     assert unnamed[names].tolist() == apart[names].tolist()
-    drift = [
-        effect_tables(rows, ["column_drift_ratio"], SETTINGS).effects.iloc[0]
-        for rows in (table, twice, event)
-    ]
+    drift = [effect_tables(rows, ["column_drift_ratio"], SETTINGS).effects.iloc[0]
+             for rows in (table, twice, event)]  # fmt: skip
     for rows, rel in ((drift, 1e-6), (found, 0.1)):
         one, two, block = (
             np.log(row["ci_high"] / row["ci_low"])

@@ -123,12 +123,9 @@ def test_every_panel_has_a_curve_and_no_texts_overlap(demands, fragility):
     figure.canvas.draw()
     names = [text.get_text() for axes in figure.axes for text in axes.get_legend().get_texts()]
     assert sum("(2/4 variants)" in name for name in names) == 2
-    boxes = [
-        each.get_window_extent().padded(-1.0)
-        for axes in figure.axes
-        for each in (axes.xaxis.label, axes.yaxis.label, axes.get_legend(), axes.patch)
-        if each.get_window_extent().width > 2
-    ]
+    boxes = [each.get_window_extent().padded(-1.0) for axes in figure.axes
+             for each in (axes.xaxis.label, axes.yaxis.label, axes.get_legend(), axes.patch)
+             if each.get_window_extent().width > 2]  # fmt: skip
     assert len(boxes) > 6
     assert not [(a, b) for a, b in combinations(boxes, 2) if a.overlaps(b)]
 

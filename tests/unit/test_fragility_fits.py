@@ -92,10 +92,8 @@ def test_medians_of_states_rise_where_the_fits_of_single_states_cross(seed):
     """Few runs exceed the severe states, which alone have very different slopes."""
     table = synthetic_demands(**ONE, motions=40, seed=seed, run_scatter=0.5)
     thresholds = np.sort(table[DEMAND])[[-20, -6, -3]] * 1.0001
-    states = [
-        LimitState(component="deck", name=f"s{j}", demand=DEMAND, threshold=c, dispersion=0.0)
-        for j, c in enumerate(thresholds)
-    ]
+    states = [LimitState(component="deck", name=f"s{j}", demand=DEMAND, threshold=c, dispersion=0.0)
+              for j, c in enumerate(thresholds)]  # fmt: skip
     found = fit_study(ready(table, states), states, SETTINGS).query("method == 'exceedance'")
     assert list(found["status"]) == ["ok"] * 3
     assert np.all(np.diff(found["theta"]) > 0.0)

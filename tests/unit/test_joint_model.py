@@ -337,10 +337,8 @@ def test_predictions_name_states_without_a_curve_in_some_variants_and_own_gaps(w
     StudyFolder(tmp_path).configuration.write_text(json.dumps(stored))
     folder = tmp_path / "fragility"
     folder.mkdir()
-    joint, curves = (
-        pd.read_parquet(written[0] / "out" / "fragility" / f"{name}.parquet")
-        for name in ("joint", "curves")
-    )
+    joint, curves = (pd.read_parquet(written[0] / "out" / "fragility" / f"{name}.parquet")
+                     for name in ("joint", "curves"))  # fmt: skip
     rows = curves.query("method == 'cloud' and limit_state == 'moderate'").index[:2]
     curves.loc[rows, "status"] = "bounds_too_wide"
     joint.to_parquet(folder / "joint.parquet")
@@ -511,10 +509,8 @@ def test_joint_rows_compare_the_ends_of_an_axis_at_the_middle_of_the_others(writ
     table = pd.read_csv(tmp_path / "out" / "fragility" / "table.csv")
     row = table.query("row == 'joint' and limit_state == 'slight'").iloc[0]
     middle = ("--skew-deg", "30", "--gap-mm", "25.5", "--friction")
-    medians = [
-        predict(tmp_path / "out", *middle, friction)[1]["rows"][0]["theta"]
-        for friction in ("0", "0.5")
-    ]
+    medians = [predict(tmp_path / "out", *middle, friction)[1]["rows"][0]["theta"]
+               for friction in ("0", "0.5")]  # fmt: skip
     assert row["friction_ratio"] == pytest.approx(medians[1] / medians[0], rel=1e-5)
     # the generator: demands grow by exp(0.02 x 30 x 0.5), medians fall as much
     assert row["friction_ratio"] == pytest.approx(np.exp(-0.3), rel=0.1)

@@ -138,10 +138,8 @@ def runs(outcomes: str, others: str = "") -> dict[Run, Verdict | None]:
     names = {"a": "agrees", "d": "disagrees", "u": "undecidable"}
     keys = [Run(f"scale {scale:g}", scale) for scale in SCALES[: len(outcomes)]]
     keys += [Run(f"syn{number:03d}") for number in range(len(others))]
-    return {
-        key: None if sign == "-" else Verdict(names[sign], "a number", 0.9, 1.0)
-        for key, sign in zip(keys, outcomes + others, strict=True)
-    }
+    return {key: None if sign == "-" else Verdict(names[sign], "a number", 0.9, 1.0)
+            for key, sign in zip(keys, outcomes + others, strict=True)}  # fmt: skip
 
 
 @pytest.mark.parametrize(

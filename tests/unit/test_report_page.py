@@ -86,10 +86,8 @@ def pooled_effects(frames):
 def assert_effects(tables, frames):
     answer, *maps = (tables.get(name, []) for name in TABLES)
     demands, changes, states = frames["demands"], {row[0]: row for row in answer[1:]}, answer[0]
-    names = {
-        f"{row['component']}/{row['limit_state']}": figures.state_text(row)
-        for row in frames["curves"].to_dict("records")
-    }
+    names = {f"{row['component']}/{row['limit_state']}": figures.state_text(row)
+             for row in frames["curves"].to_dict("records")}  # fmt: skip
     cells, margins = {}, {}
     for heads, label, *row in ((table[0], *row) for table in maps for row in table[1:]):
         name, _, margins[label.partition("±")[0].strip()] = label.partition("±")
@@ -294,10 +292,8 @@ def test_rate_factors_of_fewer_pairs_are_marked_and_come_last():
 
 
 def test_bridges_and_abutments_of_a_mixed_study_are_named(render):
-    pinned, fixed = (
-        synthetic_demands(bridge=name, skews=(0, 30), gaps=(25,), motions=8, seed=seed)
-        for seed, name in enumerate(("osb1", "osb1_fixed"))
-    )
+    pinned, fixed = (synthetic_demands(bridge=name, skews=(0, 30), gaps=(25,), motions=8, seed=seed)
+                     for seed, name in enumerate(("osb1", "osb1_fixed")))  # fmt: skip
     page, _ = render(pd.concat([pinned, fixed], ignore_index=True), bridges=("osb1", "osb1_fixed"))
     for name, base in (("osb1", "pinned"), ("osb1_fixed", "fixed")):
         words = f"<strong>{name}</strong>: two spans, 91.4 m long, {base} two-column bent"

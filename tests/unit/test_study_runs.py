@@ -95,10 +95,8 @@ def test_only_numbers_of_a_bridge_and_its_parent_change_its_digest(tmp_path: Pat
     assert digest("title", f"{plain}title: Mine\n") == before
     assert digest("base", plain.replace("fixed", "pinned")) != before
     parent = (catalogue.FOLDER / "osb1.yaml").read_text()
-    one, other = (
-        digest(period, "extends: parent\n", parent=parent.replace("0.7192", period, 1))
-        for period in ("0.741", "0.742")
-    )
+    one, other = (digest(period, "extends: parent\n", parent=parent.replace("0.7192", period, 1))
+                  for period in ("0.741", "0.742"))  # fmt: skip
     assert one != other
 
 
@@ -216,10 +214,8 @@ def test_every_journal_of_the_folder_counts(tmp_path: Path) -> None:
 def test_the_cost_of_a_study_of_searches_is_that_of_all_their_analyses(tmp_path, monkeypatch):
     monkeypatch.chdir(ROOT)
     raw = {"results": str(tmp_path), "motions": {"level_range_g": [0.05, 5.0]}}
-    one, ten = (
-        progress.forecast_study(parse_config(merged(raw, {"motions": {"design": design}})))
-        for design in ("scaled_cloud", "ida")
-    )
+    one, ten = (progress.forecast_study(parse_config(merged(raw, {"motions": {"design": design}})))
+                for design in ("scaled_cloud", "ida"))  # fmt: skip
     assert ten.summary["analyses"] == one.summary["analyses"]
     cost_s, ten_s = one.summary["cpu_s"], ten.summary["cpu_s"]
     assert ten_s["analyses"] == pytest.approx(10 * cost_s["analyses"], rel=1e-3)

@@ -225,10 +225,8 @@ def test_every_abutment_with_backfill_follows_the_skew_option(abutment, rule, ra
     """Initial stiffness at skew 60 over that at 0; pads add the same to both."""
     options = {"backfill_skew": rule, "gap_offset_mm": -51.0, "key_frame": "skewed"}
     pads = 0.0 if abutment == "simplified" else PADS_N_PER_M
-    curves = (
-        push(abutment, skew_deg, angle_deg=skew_deg, max_disp_m=1e-4, steps=2, **options)
-        for skew_deg in (0, 60)
-    )
+    curves = (push(abutment, skew_deg, angle_deg=skew_deg, max_disp_m=1e-4, steps=2, **options)
+              for skew_deg in (0, 60))  # fmt: skip
     straight, skewed = (curve.initial_stiffness_n_per_m - pads for curve in curves)
     assert skewed / straight == pytest.approx(ratio, abs=error)
 
@@ -250,10 +248,8 @@ def test_the_spring_body_has_one_stiffness_and_waves_that_leave_a_wall_damp_it(m
     assert len(found) == 1
     assert 0.1 < found.pop() < 0.5  # the share of the first wall point
     # two walls of 14.33 m x 1.8288 m, each with wing walls worth 0.2963 of it; keys the same
-    materials = (
-        elastic_materials(variant(60), monkeypatch, backfill_vs_mps=vs_mps)
-        for vs_mps in (100.0, 250.0, 0.0, None)
-    )
+    materials = (elastic_materials(variant(60), monkeypatch, backfill_vs_mps=vs_mps)
+                 for vs_mps in (100.0, 250.0, 0.0, None))  # fmt: skip
     slow, fast, keys, by_mass = (sum(row[3] for row in rows if len(row) > 3) for rows in materials)
     area_m2 = 2 * 14.33 * 1.8288 * (1.0 + 0.3333 * 1.3333 * 0.6667)
     assert fast - slow == pytest.approx(1760.0 * 150.0 * area_m2, rel=1e-9)
@@ -281,10 +277,8 @@ def test_a_wall_never_exceeds_the_strength_of_its_soil_and_never_pulls(skew_deg)
 @pytest.mark.parametrize("backfill", ["hyperbolic", "sdc"])
 def test_a_slow_push_meets_the_same_backbone_with_both_places_of_the_dashpot(backfill):
     given = {"angle_deg": 30.0, "max_disp_m": 0.12, "steps": 240, "key_frame": "skewed"}
-    parallel, series = (
-        push("contact", 30, **given, backfill=backfill, backfill_dashpot=kind)
-        for kind in ("parallel", "series")
-    )
+    parallel, series = (push("contact", 30, **given, backfill=backfill, backfill_dashpot=kind)
+                        for kind in ("parallel", "series"))  # fmt: skip
     np.testing.assert_allclose(series.force_n, parallel.force_n, rtol=0.005)
 
 

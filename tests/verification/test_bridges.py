@@ -40,10 +40,8 @@ CARRYING = [*ALL[::3], variant(0, bridge="osb1_era1"), variant(0, bridge="osb1_f
 @pytest.mark.parametrize("name", bridge_names())
 def test_dead_load_and_conditioning_period_of_every_bridge(name):
     bridge = load_bridge(name)
-    rigid, result = (
-        modal_properties(variant(0, bridge=name), ModelOptions(foundation=foundation))
-        for foundation in ("fixed", "springs")
-    )
+    rigid, result = (modal_properties(variant(0, bridge=name), ModelOptions(foundation=foundation))
+                     for foundation in ("fixed", "springs"))  # fmt: skip
     # the hand values are for supports that do not settle
     axial_kn = iter(rigid.column_axial_kn)
     for number, bent in enumerate(bridge.bents):
@@ -199,10 +197,8 @@ def test_half_a_turn_equals_reversing_the_motion_and_friction_couples_the_axes_w
 
 @pytest.mark.parametrize("skew_deg", [0, 30])
 def test_corotational_arrays_give_the_demands_of_rigid_links(skew_deg):
-    rigid, elements = (
-        analysed(variant(skew_deg), pulse_motion(), ModelOptions(arrays=arrays))
-        for arrays in ("rigid", "corotational")
-    )
+    rigid, elements = (analysed(variant(skew_deg), pulse_motion(), ModelOptions(arrays=arrays))
+                       for arrays in ("rigid", "corotational"))  # fmt: skip
     assert rigid.status == elements.status == "ok"
     for name in PEAKS:
         assert elements.demands[name] == pytest.approx(rigid.demands[name], rel=0.005), name

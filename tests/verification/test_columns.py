@@ -338,10 +338,8 @@ def test_fibers_keep_areas_and_second_moments(tmp_path, monkeypatch, shape, erro
     with domain(), monkeypatch.context() as patch:
         patch.setattr(ops, "fiber", lambda *fiber: given.append(fiber))
         bents.build_fiber_section(column, ModelOptions(column_fibers=mesh), TagAllocator())
-    parts = [
-        np.array([fiber[:3] for fiber in given if fiber[3] == material])
-        for material in dict.fromkeys(fiber[3] for fiber in given)
-    ]
+    parts = [np.array([fiber[:3] for fiber in given if fiber[3] == material])
+             for material in dict.fromkeys(fiber[3] for fiber in given)]  # fmt: skip
     # second moments by integration of the shape
     w, d = (shape.get(f"{side}_m", 1.676) for side in ("width", "depth"))
     inset = 2 * 0.051 + 0.0159
@@ -414,10 +412,8 @@ def test_a_bridge_of_a_pinned_column_and_a_fixed_wall_runs_and_mirrors(tmp_path)
     tight = {"tolerance_j": 1e-8, "reuse_tangent": False, "dt_s": 0.005, "contact_dt_s": 0.005}
     tight |= {"event_dt_s": None, "duration_s": 2.5}
     motion = strong_motion(duration_s=2.5)
-    one, other = (
-        analysed(variant(skew, bridge=str(path)), given, **tight)
-        for skew, given in ((30, motion), (-30, mirrored(motion)))
-    )
+    one, other = (analysed(variant(skew, bridge=str(path)), given, **tight)
+                  for skew, given in ((30, motion), (-30, mirrored(motion))))  # fmt: skip
     assert one.status == other.status == "ok"
     assert one.demands["contact_closures"] > 0
     assert one.demands["column_curvature_ductility"] > 1.0

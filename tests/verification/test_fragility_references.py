@@ -330,10 +330,8 @@ def with_two_failure_modes(rng, motions):
         residual += np.sqrt(1.0 - CORRELATION) * rng.normal(size=motions)
         final[name] = np.exp(ln_a + b * np.log(im) + scatter * residual)
         rise[name] = rng.uniform(0.3, 1.0, motions)
-    shear, flexure = (
-        np.where(final[name] > 1.0, rise[name] / final[name], np.inf)
-        for name in ("column_shear_dcr", "drift_over_capacity")
-    )
+    shear, flexure = (np.where(final[name] > 1.0, rise[name] / final[name], np.inf)
+                      for name in ("column_shear_dcr", "drift_over_capacity"))  # fmt: skip
     end = np.minimum(shear, flexure)
     kind = np.select([np.isinf(end), shear <= flexure], ["", "shear"], "flexure")
     peaks = {name: values * np.minimum(1.0, end / rise[name]) for name, values in final.items()}
@@ -375,10 +373,8 @@ def test_medians_with_informative_collapses_are_nearly_unbiased_or_refused(corre
     rng = np.random.default_rng(2)
     ln_a, b, scatter = LINES["unseating_m"]
     unseating = [state for state in STATES if state.component == "unseating"][:3]
-    states = [
-        replace(state, collapse="peak", threshold=threshold)
-        for state, threshold in zip(unseating, (0.05, 0.1, 0.2), strict=True)
-    ]
+    states = [replace(state, collapse="peak", threshold=threshold)
+              for state, threshold in zip(unseating, (0.05, 0.1, 0.2), strict=True)]  # fmt: skip
     found = []
     for _ in range(12):
         x = rng.uniform(np.log(0.1), np.log(2.0), 64)

@@ -34,10 +34,8 @@ CABLES = "{count: 8, stiffness_kn_per_m: 5000.0, yield_kn: 170.0, slack_mm: 20.0
 SIMPLE = Path(__file__).parents[2] / "docs" / "bridges" / "simple_spans.yaml"
 RESTRAINED = f"at: bent 2, gap_mm: 30.0, restrainers: {CABLES},"
 FOUR_SPANS = SIMPLE.read_text(encoding="utf-8").replace("at: bent 2,", RESTRAINED)
-BENT, PADS = (
-    ", ".join(FOUR_SPANS.split(anchor)[1].split("\n- ")[0].strip().splitlines())
-    for anchor in ("&bent", "&pads")
-)
+BENT, PADS = (", ".join(FOUR_SPANS.split(anchor)[1].split("\n- ")[0].strip().splitlines())
+              for anchor in ("&bent", "&pads"))  # fmt: skip
 HINGED = f"""extends: osb1
 title: a hinge in the second span
 source: "d: made for this test"
@@ -436,10 +434,8 @@ def test_an_integral_end_has_the_stiffness_of_its_fill_wings_and_piles(written, 
 def test_the_piles_yield_and_the_fill_is_limited_by_its_strength(written, text):
     bridge = load_bridge(written(text))
     fill = backfill.wall_backfill(bridge.ends["left"], "hyperbolic", 0.0).ultimate_n
-    pushed, pulled = (
-        reactions_of(bridge, 0, ModelOptions(), (moved_m, 0.0, 0.0, 0.0, 0.0, 0.0))[0]
-        for moved_m in (-0.5, 0.5)
-    )
+    pushed, pulled = (reactions_of(bridge, 0, ModelOptions(), (moved_m, 0.0, 0.0, 0.0, 0.0, 0.0))[0]
+                      for moved_m in (-0.5, 0.5))  # fmt: skip
     weak = 0.5 * ModelOptions().wall_restoring_n_per_m
     expected = (fill + 6 * 177.9e3 + weak, 6 * 177.9e3 + weak)
     assert (-pushed, pulled) == pytest.approx(expected, rel=2e-3)

@@ -238,11 +238,9 @@ def test_support_motions_of_a_file(tmp_path):
     motion = strong_motion(duration_s=3.0)
     for name, accel in zip("xy", motion.components, strict=True):
         (tmp_path / f"{name}.AT2").write_text(at2_text(accel / G_MPS2, motion.dt_s))
-    lines = [
-        f"- {{support: {support}, direction: {axis}, record: {axis}.AT2, factor: {factor}}}"
-        for support, factor in zip(SUPPORTS, (1, 1, -1), strict=True)
-        for axis in "xy"
-    ]
+    lines = [f"- {{support: {support}, direction: {axis}, record: {axis}.AT2, factor: {factor}}}"
+             for support, factor in zip(SUPPORTS, (1, 1, -1), strict=True)
+             for axis in "xy"]  # fmt: skip
     path = tmp_path / "supports.yaml"
     path.write_text("\n".join(lines))
     read = read_support_motions(path)
