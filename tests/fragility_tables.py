@@ -113,9 +113,8 @@ def synthetic_demands(
     residual = {name: rng.normal(size=motions) for name in DEMAND_MODELS}
     rows = []
     for skew, gap, friction, m, scale in product(skews, gaps, frictions, range(motions), scales):
-        variant = Variant(
-            bridge=bridge, abutment=abutment, skew_deg=skew, gap_mm=gap, friction_pct=friction
-        )
+        variant = Variant(bridge=bridge, abutment=abutment, skew_deg=skew, gap_mm=gap,
+                          friction_pct=friction)  # fmt: skip
         row = {
             "variant": variant.slug, "bridge": bridge, "abutment": abutment, "skew_deg": skew,
             "gap_mm": gap, "friction": friction / 100, "motion_id": f"m{m:02d}",

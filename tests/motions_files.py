@@ -40,11 +40,9 @@ def make_pairs(folder: Path, count: int) -> list[tuple[Path, Path]]:
 
 
 def index_of(folder: Path, pairs: list[tuple[Path, Path]], **columns: list) -> Path:
-    given = {
-        "motion_id": [first.stem.removesuffix("_h1") for first, _ in pairs],
-        "file_1": [first.name for first, _ in pairs],
-        "file_2": [second.name for _, second in pairs],
-    }
+    given = {"motion_id": [first.stem.removesuffix("_h1") for first, _ in pairs],
+             "file_1": [first.name for first, _ in pairs],
+             "file_2": [second.name for _, second in pairs]}  # fmt: skip
     pd.DataFrame(given | columns).to_csv(folder / "index.csv", index=False)
     return folder / "index.csv"
 

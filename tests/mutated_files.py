@@ -183,9 +183,8 @@ SNIPPETS = (
 def nested(first, form):
     """Return a document in which each value repeats the one before nine times."""
     pairs = zip("abcdefgh", "bcdefghi", strict=True)
-    return first + "".join(
-        f"{new}: &{new} {form.format(', '.join([f'*{old}'] * 9))}\n" for old, new in pairs
-    )
+    return first + "".join(f"{new}: &{new} {form.format(', '.join([f'*{old}'] * 9))}\n"
+                           for old, new in pairs)  # fmt: skip
 
 
 BOMB = nested("a: &a [x, x, x, x, x, x, x, x, x]\n", "[{}]")

@@ -64,9 +64,8 @@ def test_print_cuts_nothing_off_and_leaves_the_explorer_out(opened):
     assert max(heights) < 120  # no column so narrow that a row fills the page
     assert not page.is_visible("#explore")
     # printing loads the pictures that the screen has not reached; its emulation does not
-    page.eval_on_selector(
-        "#figure-f0 img", "img => { img.loading = 'eager'; return img.decode(); }"
-    )
+    page.eval_on_selector("#figure-f0 img",
+                          "img => { img.loading = 'eager'; return img.decode(); }")  # fmt: skip
     assert page.is_visible("#figure-f0 img")
     assert page.pdf(format="A4").startswith(b"%PDF")
 

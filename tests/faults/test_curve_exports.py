@@ -24,9 +24,8 @@ def curves_of(im="im_saavg_rotd50_g"):
     cases = product((0, 30), (0.0, 0.5), (0.01, 0.025), ("cloud", "exceedance"))
     table = pd.DataFrame(cases, columns=["skew_deg", "friction", "threshold", "method"])
     skew, friction = table["skew_deg"], table["friction"]
-    table["variant"] = [
-        f"osb1_cf_skew{s:02d}_gap051_mu{100 * f:03.0f}" for s, f in zip(skew, friction, strict=True)
-    ]
+    table["variant"] = [f"osb1_cf_skew{s:02d}_gap051_mu{100 * f:03.0f}"
+                        for s, f in zip(skew, friction, strict=True)]  # fmt: skip
     is_cloud = table["method"] == "cloud"
     theta = 30.0 * table["threshold"] * np.cos(np.radians(skew)) ** 0.5
     theta *= (1 + 0.1 * friction) * np.where(is_cloud, 1.0, 1.1)

@@ -228,9 +228,8 @@ def test_runs_without_motions_are_said_to_be_independent(fit, tmp_path):
 
 def test_infinite_demands_of_collapsed_runs_are_no_bounds_and_drift_in_per_cent_is_reported(fit):
     data = {"im": [0.1, 0.2, 0.3, 0.4], "threshold": 0.01, "collapse": [0, 0, 0, 1]}
-    collapsed, at_capacity = (
-        fit(data | {"edp": [0.005, 0.02, 0.012, last]}, "cloud") for last in (float("inf"), 0.01)
-    )
+    collapsed, at_capacity = (fit(data | {"edp": [0.005, 0.02, 0.012, last]}, "cloud")
+                              for last in (float("inf"), 0.01))  # fmt: skip
     assert collapsed == at_capacity
     fallen = TABLE.assign(status=["ok"] * 11 + ["collapse"])
     unknown, infinite = (

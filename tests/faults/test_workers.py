@@ -162,10 +162,8 @@ batch(Path(sys.argv[1]), partial(slow, seconds=300.0))
 def test_a_worker_ends_whose_parent_is_killed_during_its_start(tmp_path):
     """The parent is killed as soon as it has a worker, which has loaded nothing yet."""
     folders = os.pathsep.join([str(Path(__file__).parent), str(Path(__file__).parents[1])])
-    parent = psutil.Popen(
-        [sys.executable, "-c", PARENT_OF_A_POOL, str(tmp_path)],
-        env={**os.environ, "PYTHONPATH": folders},
-    )
+    parent = psutil.Popen([sys.executable, "-c", PARENT_OF_A_POOL, str(tmp_path)],
+                          env={**os.environ, "PYTHONPATH": folders})  # fmt: skip
     workers = []
     while not workers:
         assert parent.poll() is None

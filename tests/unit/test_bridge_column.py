@@ -156,10 +156,8 @@ def test_default_shear_strength_is_the_mean_of_tests():
     for _, row in reference_table("circular_shear_tests").iterrows():
         column, axial_n = measured_column(row), 1e3 * row.axial_kn
         curve = sections.section_response(column, axial_n)
-        section = replace(
-            shear_section(column, row.shear_span_mm / 1e3, curve),
-            expected_hoop_yield_pa=1e6 * row.hoop_yield_mpa,
-        )
+        section = replace(shear_section(column, row.shear_span_mm / 1e3, curve),
+                          expected_hoop_yield_pa=1e6 * row.hoop_yield_mpa)  # fmt: skip
         for model, found in ratios.items():
             strength_n = float(shear_strength(section, model, axial_n, 1.0, 1.0))
             found.append(1e3 * row.shear_kn / strength_n)

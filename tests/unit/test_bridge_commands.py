@@ -365,17 +365,13 @@ def test_the_seats_of_an_inner_joint_are_checked(tmp_path: Path, at: str, lost: 
     text += f"joints: [{joint}]}}"
     (tmp_path / "mine.yaml").write_text(text)
     variant = replace(VARIANT, bridge=str(tmp_path / "mine.yaml"))
-    histories = {
-        "joint1_unseating_m": np.array([0.0, 0.3, 0.1]),
-        "contact_joint_1_1_opening_m": np.array([0.04, 0.34, 0.0]),
-    }
+    histories = {"joint1_unseating_m": np.array([0.0, 0.3, 0.1]),
+                 "contact_joint_1_1_opening_m": np.array([0.04, 0.34, 0.0])}  # fmt: skip
     moves_m = bridge_check.joint_moves_m(variant, histories)
     run = {"column_drift_ratio": 0.02, "support_length_m": float("nan")}
     sdc, aashto = sdc_rows(variant, run, [], {}, moves_m)
-    assert (sdc["check"], aashto["check"]) == (
-        "joint 1 seat, SDC (m)",
-        "joint 1 seat, AASHTO 1.5 N (m)",
-    )
+    assert (sdc["check"], aashto["check"]) == ("joint 1 seat, SDC (m)",
+                                               "joint 1 seat, AASHTO 1.5 N (m)")  # fmt: skip
     assert sdc["capacity"] == aashto["capacity"] == pytest.approx(0.6 - lost * 0.04)
     deck_m = 45.72 if at.startswith("at") else 91.44
     # at least 24 in by SDC 7.2.5.4

@@ -41,9 +41,8 @@ WALL_SPRING, KEY_SPRING = (
     SpringHandle(element=SPRING, component=number, direction=direction, nodes=(BASE, CENTRE))
     for number, direction in enumerate([(-1.0, 0.0), (0.0, 1.0)])
 )
-CAPACITY = handles.ColumnCapacity(
-    yield_curvature_per_m=0.0034, yield_drift_ratio=0.01, drift_capacity_ratio=0.04, shear=SECTION
-)
+CAPACITY = handles.ColumnCapacity(yield_curvature_per_m=0.0034, yield_drift_ratio=0.01,
+                                  drift_capacity_ratio=0.04, shear=SECTION)  # fmt: skip
 COLUMN_HANDLE = handles.ColumnHandle(
     element=COLUMN, base_node=BASE, top=Point(TOP), clear_height_m=5.0, hinge_sections=(6,),
     capacities=(CAPACITY, CAPACITY),
@@ -126,9 +125,8 @@ def test_drift_and_curvature_over_capacity_follow_an_ellipse_in_the_axes_of_a_be
 
 
 def test_shear_over_capacity_follows_an_ellipse_in_the_axes_of_a_bent(trace):
-    weak_n, strong_n = (
-        shear_strength(each.shear, TURNED.shear_model, 0.0, 0.0, 0.0) for each in (WEAK, CAPACITY)
-    )
+    weak_n, strong_n = (shear_strength(each.shear, TURNED.shear_model, 0.0, 0.0, 0.0)
+                        for each in (WEAK, CAPACITY))  # fmt: skip
     assert weak_n < 0.5 * strong_n
     weak, strong = weak_n * NORMAL, strong_n * ALONG
     trace.columns[COLUMN][1:, :2] = 0.6 * weak, 0.3 * strong, 0.6 * weak + 0.8 * strong
@@ -220,9 +218,8 @@ def test_forces_on_an_end_are_those_of_its_springs_and_contacts_and_of_their_fri
     trace.springs[SPRING][:, 1] = 3.0e5, -2.0e5, 1.0e5, 0.0
     trace.normals_n[1] = 0.0, 5.0
     trace.normals_n[2] = 1.0, 0.0
-    end = abutment(
-        wall_units=(0,), wall_springs=(WALL_SPRING,), key_units=(1,), key_springs=(KEY_SPRING,)
-    )
+    end = abutment(wall_units=(0,), wall_springs=(WALL_SPRING,), key_units=(1,),
+                   key_springs=(KEY_SPRING,))  # fmt: skip
     assert peaks.backfill_force_n(end, trace).tolist() == [0.0, 0.0, 1.0e5, 0.0]
     (key_n,) = peaks.key_forces_n(end, trace)
     assert key_n.tolist() == [0.0, 2.0e5, 0.0, 0.0]

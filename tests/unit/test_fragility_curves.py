@@ -447,11 +447,8 @@ def test_medians_against_the_order_of_the_capacities_are_not_estimated():
     table[f"{SHEAR}sdc_nominal"] = weak.mask(is_last, 1.02)
     table[f"{SHEAR}{STRONGEST}"] = 0.1
     curves, _, status, _ = shear_curves(table)
-    expected = {
-        STRONGEST: "no_exceedance",
-        "sdc_expected": study_tables.NOT_ORDERED,
-        "sdc_nominal": study_tables.NOT_ORDERED,
-    }
+    expected = {STRONGEST: "no_exceedance", "sdc_expected": study_tables.NOT_ORDERED,
+                "sdc_nominal": study_tables.NOT_ORDERED}  # fmt: skip
     assert status.iloc[0].to_dict() == expected
     gone = ["theta", "beta", "beta_total", "beta_low", "theta_low", "theta_high"]
     assert curves[[*gone, "var_ln_theta", "var_beta"]].isna().all(axis=None)

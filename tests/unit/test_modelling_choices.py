@@ -143,10 +143,8 @@ def test_axes_go_from_end_to_end_and_one_value_is_none(tmp_path: Path) -> None:
     setup = setup_in(tmp_path)
     pairs = list(modelling_choices.axis_pairs(setup, SLUG, AXES, 1))
     ends = [(labels["name"], *(each.variant.slug for each in both)) for labels, *both in pairs]
-    assert ends == [
-        ("skew_deg", "osb1_cf_skew00_gap025_mu050", SLUG),
-        *[("friction", "osb1_cf_skew30_gap025_mu000", SLUG)] * 3,
-    ]
+    assert ends == [("skew_deg", "osb1_cf_skew00_gap025_mu050", SLUG),
+                    *[("friction", "osb1_cf_skew30_gap025_mu000", SLUG)] * 3]  # fmt: skip
     friction = [(labels["to_value"], after.options.friction_at) for labels, _, after in pairs[1:]]
     assert friction == [("0.5", "all"), ("0.5 at walls", "walls"), ("0.5 at keys", "keys")]
     labels = {"kind": "axis", "name": "skew_deg", "from_value": "0 deg", "to_value": "30 deg"}
@@ -415,11 +413,8 @@ def test_methods_and_page_state_the_setting_and_every_distribution_with_its_sour
 
 
 # --- alternative modelling options: one draw per motion, and the effects under each value
-VALUES = {
-    "key_frame": ("deck_edge", "skewed"),
-    "foundation": ("springs", "fixed"),
-    "backfill_vs_mps": (50.0, 150.0, 500.0),
-}
+VALUES = {"key_frame": ("deck_edge", "skewed"), "foundation": ("springs", "fixed"),
+          "backfill_vs_mps": (50.0, 150.0, 500.0)}  # fmt: skip
 ALTERNATING = UncertaintyConfig(enabled=True, alternatives=VALUES)
 MOTION_IDS = [f"m{number}" for number in range(32)]
 FRAMES, SPEEDS = {"key_frame": ["skewed", "deck_edge"]}, {"backfill_vs_mps": [50, 150]}

@@ -195,9 +195,8 @@ MM_S2 = _with(shaken_g(7, 403) * 9806.65, 20, -12345.6, -13456.7)
 GEONET = made.geonet_text({"N28W": MM_S2, "S62W": -0.5 * MM_S2, "Up": 0.1 * MM_S2})
 LINES = GEONET.split("\n")
 CSMIP = "\n".join(_v2(factor * RECORD_G * 980.665) for factor in (1, -2))
-CSV = "time_s,h1_g,h2_g\n" + "\n".join(
-    f"{i * 0.01:.2f},{v:.8e},{-2 * v:.8e}" for i, v in enumerate(RECORD_G)
-)
+CSV = "time_s,h1_g,h2_g\n" + "\n".join(f"{i * 0.01:.2f},{v:.8e},{-2 * v:.8e}"
+                                       for i, v in enumerate(RECORD_G))  # fmt: skip
 COSMOS = "".join(
     cosmos_text(factor * GAL, azimuth=azimuth, quantity=quantity)
     for factor, azimuth in ((1.0, 0), (-2.0, 270))  # 0 is unknown
@@ -367,9 +366,8 @@ def test_components_of_unrelated_names_are_paired_by_their_headers(read):
         read.file(f"ABC.1000hyfh.HN{letter}.--.acc.V2c", cosmos)
         text = esm_text(GAL, stream=f"HN{letter}")
         read.file(f"HI.ABC..HN{letter}.D.20190728.160908.C.ACC.ASC", text)
-    found = {
-        e.motion_id: [path.name for path, _ in e.components] for e in list_motions(read.folder)
-    }
+    found = {e.motion_id: [path.name for path, _ in e.components]
+             for e in list_motions(read.folder)}  # fmt: skip
     assert sorted(found.values()) == [
         ["ABC.1000hyfh.HNE.--.acc.V2c", "ABC.1000hyfh.HNN.--.acc.V2c"],
         ["CHAN15.V2", "CHAN24.V2"],

@@ -17,11 +17,9 @@ from skewbridge.study.config import parse_config
 ROOT = Path(__file__).parents[2]
 RNG = np.random.default_rng(1)
 # component values in g by record number; those of record 20 have unequal lengths
-RECORDS = {
-    "farfield": {10: (200, 200, "Kobe, Japan"), 20: (200, 150, "Delta-06")},
-    "nearfield_pulse": {30: (120, 120, "Delta")},
-    "nearfield_no_pulse": {40: (100, 100, "Gazli")},
-}
+RECORDS = {"farfield": {10: (200, 200, "Kobe, Japan"), 20: (200, 150, "Delta-06")},
+           "nearfield_pulse": {30: (120, 120, "Delta")},
+           "nearfield_no_pulse": {40: (100, 100, "Gazli")}}  # fmt: skip
 # source: FEMA P-695, table A-4C: largest PGA (g) and PGV (cm/s) of the components as recorded
 PUBLISHED = {
     953: (0.52, 63), 960: (0.48, 45), 1602: (0.82, 62), 1787: (0.34, 42), 169: (0.35, 33),

@@ -615,12 +615,9 @@ def test_status_of_a_ratio_is_that_of_the_curves_without_an_estimate(statuses, e
     tables = fragility_tables(synthetic_demands(skews=(0, 30), gaps=(25,)), [], FitSettings())
     curves = tables["curves"].query("limit_state == 'any'")
     found = np.where(curves["friction"] > 0.0, *statuses)
-    table = answers.answer_table(
-        medians=tables["median_effects"].head(0),
-        effects=tables["effects"],
-        intensities=tables["intensity_effects"],
-        curves=curves.assign(status=found, n_exceed=exceed),
-    )
+    table = answers.answer_table(medians=tables["median_effects"].head(0),
+                                 effects=tables["effects"], intensities=tables["intensity_effects"],
+                                 curves=curves.assign(status=found, n_exceed=exceed))  # fmt: skip
     found = table.loc[table["quantity"] == "median_capacity", ["status", "n_exceed"]]
     assert found.drop_duplicates().to_numpy().tolist() == [[status, 4 * exceed]]
 

@@ -65,11 +65,9 @@ NOT_COMPARED = {
 }  # fmt: skip
 MOTIONS, VARIANTS = 14, 5
 #: ln a, slope and scatter of ln demand about ln im; the scatter of the demands is correlated.
-LINES = {
-    "column_shear_dcr": (np.log(0.80), 0.6, 0.25),
-    "drift_over_capacity": (np.log(0.62), 1.0, 0.40),
-    "unseating_m": (np.log(0.15), 1.0, 0.40),
-}
+LINES = {"column_shear_dcr": (np.log(0.80), 0.6, 0.25),
+         "drift_over_capacity": (np.log(0.62), 1.0, 0.40),
+         "unseating_m": (np.log(0.15), 1.0, 0.40)}  # fmt: skip
 CORRELATION = 0.5
 CAPACITY_DRIFT = 0.06
 

@@ -116,10 +116,8 @@ def test_two_decks_over_a_joint_agree_with_explicit_integration_of_two_bodies():
             ops.element("zeroLength", tags.element(), ground, node, *given)
             nodes.append(node)
         back = 0.5 / cos(radians(SKEW_DEG))
-        ends = (
-            DeckEnd("left", (-back, 0.0), (1.0, 0.0), SKEW_DEG, 12.0, 1.0),
-            DeckEnd("right", (back, 0.0), (-1.0, 0.0), SKEW_DEG, 12.0, 1.0),
-        )
+        ends = (DeckEnd("left", (-back, 0.0), (1.0, 0.0), SKEW_DEG, 12.0, 1.0),
+                DeckEnd("right", (back, 0.0), (-1.0, 0.0), SKEW_DEG, 12.0, 1.0))  # fmt: skip
         data = JointData(at="bent 1", seat_width_m=0.6, pads=load_bridge("osb1").abutment.pads)
         given = {"nodes": tuple(nodes), "holders": (None, None), "axial_n_per_m": AXIAL_N_PER_M}
         inner = InnerJoint(name="joint 1", ends=ends, data=data, **given)

@@ -22,10 +22,8 @@ FOUR_DIGITS = 6e-4  # half a unit of the fourth digit of the published values
 TEST_PERIODS_S = [0.1, 0.2, 0.5, 1.0, 2.0, 3.0]
 NO_PULSE = {"magnitude": 6.75, "distance_km": 20.0}
 PULSE = {"magnitude": 7.0, "distance_km": 5.0, "pulse": "all", "rupture_to_site_km": 25.0}
-MEDIANS_G = (
-    (NO_PULSE, [0.300, 0.478, 0.214, 0.107, 0.0589, 0.0434]),
-    (PULSE, [0.520, 0.858, 0.624, 0.360, 0.278, 0.181]),
-)
+MEDIANS_G = ((NO_PULSE, [0.300, 0.478, 0.214, 0.107, 0.0589, 0.0434]),
+             (PULSE, [0.520, 0.858, 0.624, 0.360, 0.278, 0.181]))  # fmt: skip
 
 
 def test_regression_transforms_and_modulation_reproduce_the_published_values():
@@ -84,9 +82,8 @@ def test_ground_motion_model_agrees_with_pygmm_and_its_correlation_with_publishe
     # section 4.2 of the motions page: correlation with 1 s, Baker and Jayaram (2008)
     periods_s = [0.05, 0.1, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 5.0]
     published = [0.416, 0.279, 0.444, 0.573, 0.749, 0.895, 1.0, 0.852, 0.749, 0.609, 0.444]
-    np.testing.assert_allclose(
-        synthesis.baker_jayaram_correlation(periods_s)[6], published, atol=6e-4
-    )
+    np.testing.assert_allclose(synthesis.baker_jayaram_correlation(periods_s)[6], published,
+                               atol=6e-4)  # fmt: skip
     assert np.linalg.eigvalsh(synthesis.baker_jayaram_correlation(BSSA_PERIODS_S)).min() > 0.0
     pygmm = pytest.importorskip("pygmm")
     names = ("magnitude", "distance_km", "vs30_mps"), ("mag", "dist_jb", "v_s30")

@@ -153,10 +153,8 @@ def test_the_page_and_the_bridge_have_the_numbers_of_the_stored_tables():
     assert (drift["result"] == "miss") == (not 0.75 <= ratio <= 1.3 or correlation < 0.85)
     fits = pd.read_csv(ROOT / "docs/data/recorded_fit.csv")
     crossed = fits[(fits["quantity"] == "bent drift across") & (fits["fitted_to"] != fits["event"])]
-    sentences = {
-        "2015-01-28": "a ratio of {:.2f}, a correlation of {:.2f} and an error of {:.2f};",
-        "2019-06-22": "that of 2015 has {:.2f}, {:.2f} and {:.2f} (",
-    }
+    sentences = {"2015-01-28": "a ratio of {:.2f}, a correlation of {:.2f} and an error of {:.2f};",
+                 "2019-06-22": "that of 2015 has {:.2f}, {:.2f} and {:.2f} ("}  # fmt: skip
     for row in crossed[crossed["fitted_to"] != "both"].itertuples():
         assert sentences[row.fitted_to].format(row.peak_ratio, row.correlation, row.error) in page
         assert abs(row.peak_ratio - 1.0) <= 0.031  # of the README
@@ -165,11 +163,9 @@ def test_the_page_and_the_bridge_have_the_numbers_of_the_stored_tables():
     pairs = [(bridge.deck.elastic_modulus_gpa, both["deck_modulus_gpa"]),
              (bridge.foundation.krx_mnm_per_rad, both["rocking_mnm_per_rad"])]  # fmt: skip
     for side, end in (("west", bridge.ends["left"]), ("east", bridge.ends["right"])):
-        pairs += [
-            (end.piles.lateral_kn_per_m, both[f"piles_{side}_kn_per_m"]),
-            (end.piles.dashpot_s, both["piles_dashpot_s"]),
-            (end.backfill.stiffness_mn_per_m, both["fill_mn_per_m2"]),
-        ]
+        pairs += [(end.piles.lateral_kn_per_m, both[f"piles_{side}_kn_per_m"]),
+                  (end.piles.dashpot_s, both["piles_dashpot_s"]),
+                  (end.backfill.stiffness_mn_per_m, both["fill_mn_per_m2"])]  # fmt: skip
     np.testing.assert_allclose(*np.transpose(pairs), rtol=0.05)
     fitted = [name for name, source in bridge.sources.items() if "fitted: 2015, 2019" in source]
     assert len([name for name in fitted if "one number with" not in bridge.sources[name]]) == 6
