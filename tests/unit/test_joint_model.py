@@ -308,9 +308,7 @@ def test_leave_one_out_error_is_not_an_error_message(written, tmp_path):
     assert "loo_error: error of theta" in found.stderr
 
 
-def test_states_whose_curves_unknown_outcomes_withhold_have_no_prediction(
-    written, tmp_path, caplog
-):
+def test_states_whose_curves_are_withheld_have_no_prediction(written, tmp_path, caplog):
     """All strong runs stop early, below the larger drift: its median is a guess of the model."""
     strong = DEMANDS[IM] > 0.5
     ended = DEMANDS[NEEDED].assign(status=np.where(strong, "numerical_failure", "ok"))

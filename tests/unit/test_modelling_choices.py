@@ -570,9 +570,7 @@ def test_values_have_the_same_text_and_unit_in_all_places() -> None:
     assert "Backfill vs: 50 m/s, 150 m/s and 500 m/s, equally" in " ".join(methods.parts.values())
 
 
-def test_statistics_of_a_table_keep_its_options_but_one_that_does_not_act(
-    tmp_path, monkeypatch
-) -> None:
+def test_statistics_of_a_table_keep_its_options_that_act(tmp_path, monkeypatch):
     runs = demands(24, noise=0.05).assign(choice_foundation=None)
     runs["im_saavg_rotd50_g"] = np.exp(0.05 * runs["motion_id"].str[1:].astype(float) - 1.0)
     write_frame(runs, tmp_path / "demands.parquet", {})

@@ -691,9 +691,7 @@ def test_components_differ_in_length_with_a_message_and_never_in_their_step(tmp_
         read_motion(first, second)
 
 
-def test_scaled_motions_reach_their_stripe_unless_their_factor_is_outside_the_limits(
-    tmp_path, caplog
-):
+def test_scaled_motions_reach_their_stripe_unless_their_factor_is_outside_limits(tmp_path, caplog):
     make_pairs(tmp_path, 3)
     three = prepare_suite(tmp_path, t1_s=0.7)
     low_g, first_g = three[levels.LEVEL_MEASURE].median(), three[levels.LEVEL_MEASURE].iloc[0]

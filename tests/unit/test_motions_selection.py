@@ -246,9 +246,7 @@ def test_selected_folder_is_read_with_its_factors(site, tmp_path):
     assert (code, "from 2 to the 12 candidates, got 13" in found["message"]) == (2, True)
 
 
-def test_study_selects_as_the_command_does_and_again_only_after_a_change(
-    site, tmp_path, monkeypatch
-):
+def test_study_selects_as_the_command_does_and_again_after_a_change(site, tmp_path, monkeypatch):
     study, psa_g = site
     selected = tmp_path / "results/motions/selected"
     config = study(0.9, 1.2)

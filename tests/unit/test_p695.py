@@ -104,9 +104,7 @@ def test_suites_list_the_pairs_of_their_files_in_turn(package) -> None:
         p695.read_record("p695_far", 30)
 
 
-def test_the_digest_of_the_motions_follows_the_files_and_a_damaged_one_is_an_input_error(
-    package, tmp_path: Path
-) -> None:
+def test_the_digest_of_motions_follows_the_files_and_a_damaged_one_is_refused(package, tmp_path):
     before = content_digest(Path("p695_far"), None, None)
     with h5py.File(tmp_path / "farfield.hdf5", "a") as file:
         file["_timeseries/1/a/RecordedAcceleration"][0] = 0.123
