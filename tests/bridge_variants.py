@@ -13,7 +13,6 @@ from strong_motion import strong_motion
 
 
 def seated_bridges() -> list[str]:
-    """Return the names of the bridges of the catalogue with two equal seats."""
     return [name for name in bridge_names() if load_bridge(name).abutment is not None]
 
 
@@ -45,7 +44,6 @@ def abutment_analysed(case, motion, settings=None, **options):
 
 
 def static_steps(count, system, tolerance):
-    """Load the model in the open domain in equal steps."""
     ops.constraints("Transformation")
     ops.numberer("RCM")
     ops.system(system)

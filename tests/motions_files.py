@@ -29,7 +29,6 @@ def shaken_g(seed: int, npts: int = 400) -> np.ndarray:
 
 
 def make_pairs(folder: Path, count: int) -> list[tuple[Path, Path]]:
-    """Write some pairs `q0_h1.AT2`, `q0_h2.AT2`, ... and return their paths."""
     pairs = []
     for i in range(count):
         files = (folder / f"q{i}_h1.AT2", folder / f"q{i}_h2.AT2")

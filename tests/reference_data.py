@@ -20,6 +20,5 @@ def _fragility_cases():
 
 
 def fragility_case(name):
-    """Return the input and the expected values of a published or own case."""
     found = _fragility_cases()[name]
     return found["input"], found["expected"]

@@ -60,7 +60,6 @@ def cluster(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory):
-    """A copy of the sources with the configuration of the small study."""
     tree = copy_sources(tmp_path_factory.mktemp("cluster") / "tree")
     (tree / "study.yaml").write_text(STUDY)
     (tree / "local.yaml").write_text(f"{STUDY}results: local\n")
@@ -74,7 +73,6 @@ def through_slurm(*arguments):
 
 
 def jobs_of(rule):
-    """The nodes of the running jobs of a rule, by job."""
     listed = done(["squeue", "--noheader", "--states=running", "--format=%i %N %k"], HERE)
     words = [line.split(maxsplit=2) for line in listed.stdout.splitlines()]
     return {job: node for job, node, comment in words if comment.startswith(f"rule_{rule}")}

@@ -54,7 +54,6 @@ def held_and_loaded(node, ground, constraints, *load, spring=("Steel01", 1, 8.0,
 
 
 def spring_and_mass(**options):
-    """A mass on a spring; return the node to look at."""
     ops.model("basic", "-ndm", 1, "-ndf", 1)
     ops.node(1, 0.0)
     ops.node(2, 0.0)
@@ -92,7 +91,6 @@ def prepare(monkeypatch=None):
 
 
 def loop_of(integrator=NEWMARK, max_iterations=10, **replaced):
-    """Return a loop over the model in the domain, with some of its attributes replaced."""
     given = {"contact_dt_s": None, "event_dt_s": None, "max_iterations": max_iterations}
     settings = AnalysisSettings(dt_s=DT_S, integrator=integrator, mean_iterations=1e4, **given)
     loop = StepLoop(None, settings)

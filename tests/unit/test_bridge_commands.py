@@ -132,7 +132,6 @@ column: {shape: rectangular, width_m: 2.4, depth_m: 1.0, tie_legs: [4, 8]}
 
 
 def corner_histories() -> dict[str, np.ndarray]:
-    """Return histories of the corners, which do not move in two steps."""
     places = product(SIDES, CORNERS, "xy")
     return {f"abutment_{side}_{kind}_{axis}_m": np.zeros(2) for side, kind, axis in places}
 

@@ -280,7 +280,6 @@ def test_frames_are_right_handed_with_horizontal_tangents_or_refused():
 
 # --- parameters of a live contact
 def with_contact(*arguments, **options):
-    """Add a contact between the two nodes to a new set."""
     contacts = ContactSet(*arguments, **options)
     contacts.add(1, 2, (1.0, 0.0, 0.0), 0.05, 0.5, kn=2e9, kt=2e8)
     return contacts

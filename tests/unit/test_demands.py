@@ -53,7 +53,6 @@ ROW = {column.name: VALUES[column.kind] for column in COLUMNS} | {"status": "ok"
 
 @pytest.fixture
 def trace():
-    """A trace without any movement or force, which a test may change."""
     return ResponseTrace(
         time_s=np.arange(STEPS) * 0.1, centre_accel_mps2=np.zeros((STEPS, 2)), bearings={},
         nodes={tag: np.zeros((STEPS, 6)) for tag in (CENTRE, TOP, CORNER_1, CORNER_2, WALL)},
@@ -248,7 +247,6 @@ def test_a_corner_leaves_its_seat_after_the_seat_less_the_gap(monkeypatch, move_
 
 # --- binary records of an analysis: one row per committed step
 def record_an_oscillator(steps: int) -> tuple[Recorder, np.ndarray]:
-    """Return the recorder of a driven oscillator, and its readings from Python, time first."""
     for tag in (1, 2):
         ops.node(tag, 0.0, 0.0, 0.0)
         ops.fix(tag, int(tag == 1), 1, 1, 1, 1, 1)

@@ -113,7 +113,6 @@ def test_files_named_in_commands_exist(line: str) -> None:
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the results of the stored study, as the pages name them."""
     folder = tmp_path_factory.mktemp("finished")
     shutil.copytree(DEMO_STUDY, folder / "results")
     for name in ("smoke", "site"):

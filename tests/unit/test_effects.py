@@ -502,7 +502,6 @@ def test_normal_means_cross_their_ends_as_often_as_stated(level: float) -> None:
 
 
 def effects(motions: tuple[int, int], scatter: tuple[float, float]) -> pd.DataFrame:
-    """Return a pooled effect of -10 % and those of its two pairs of variants."""
     rows = friction_rows(scatter, motions, ratio=0.9)
     return effect_table(pd.DataFrame(columns=["gap_mm", "friction"]), rows)
 

@@ -49,7 +49,6 @@ def demands():
 
 @pytest.fixture(scope="module")
 def fragility(demands):
-    """Return all tables of the fits, and effects with those by intensity at 0.5 g."""
     effects = effect_tables(demands, reference_im={("osb1", "contact_friction"): 0.5})
     found = fragility_tables(demands, STATES, SETTINGS)
     found |= {"effects": effects.effects, "intensity_effects": effects.intensities}
@@ -72,7 +71,6 @@ def tables_of(demands, found, suite=()):
 
 
 def drawn_component(fragility, component):
-    """Return the pooled curves of a component, and the curves behind them."""
     curves = figures.with_system(fragility["curves"], fragility["system"])
     pooled = pooled_curves(curves, fragility["median_effects"])
     return pooled[pooled["component"] == component], curves
@@ -394,7 +392,6 @@ def test_texts_have_the_chosen_font_and_equal_figures_are_equal_files(tmp_path):
 
 @pytest.fixture
 def written(study, tmp_path, monkeypatch):
-    """Write the tables of a finished study with figures of 100 mm."""
     write_starter(tmp_path)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "own.yaml").write_text("results: own\nfigures: {width_mm: 100}\n")

@@ -532,7 +532,6 @@ def test_few_items_stay_in_one_process_and_many_do_not() -> None:
 
 @pytest.fixture(scope="module")
 def many_variants() -> pd.DataFrame:
-    """27 variants, one of them with collapses."""
     table = synthetic_demands(motions=10, gaps=(10, 25, 51), frictions=(0, 25, 50))
     first = table["variant"] == table["variant"].iloc[0]
     status = table["status"].mask(first & (table["unseating_m"] > 0.15), "collapse")

@@ -39,7 +39,6 @@ PLACE = ("--skew-deg", "45", "--gap-mm", "40", "--friction", "0.3")
 
 
 def shifted(table, effect):
-    """Multiply the drift of every run by the exponential of an effect of its axes."""
     return table.assign(column_drift_ratio=table["column_drift_ratio"] * np.exp(effect(table)))
 
 

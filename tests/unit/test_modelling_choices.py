@@ -57,7 +57,6 @@ VARIATIONS = {
 
 
 def setup_in(folder: Path, *, motions: int = 1) -> StudySetup:
-    """A study of weak waves that differ by their factor."""
     waves = (wave(f"wave{n}", number=n, scale=1.0 + n) for n in range(motions))
     grid = GridConfig(bridge=("osb1", "osb1_fixed"), abutment=("contact_friction", "roller"))
     return study_of(folder, *waves, grid=grid)
@@ -206,8 +205,6 @@ def test_ratios_are_paired_by_motion_with_the_interval_of_the_means_of_motions(t
 
 @pytest.fixture
 def ran(monkeypatch: pytest.MonkeyPatch) -> list[Task]:
-    """Analyses that workers were asked for; their demands depend on the variant."""
-
     def answer(task: Task) -> dict:
         value = 0.8 if task.options.key_frame == "deck_edge" else 1.0
         if task.variant.friction_pct:

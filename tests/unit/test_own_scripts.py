@@ -31,7 +31,6 @@ SCRIPTS = [*sorted((ROOT / "docs").glob("bridges/*.py")), ROOT / "docs/own_bridg
 
 
 def osb1_as_script(path: Path, skew_deg: float) -> str:
-    """Write the frame of osb1 as a plain script, recorded from its commands."""
     structure = structures.CatalogueBridge(catalogue.load_bridge("osb1"))
     with recording() as record, domain():
         frame = structure.build(skew_deg, ModelOptions(), handles.TagAllocator())
@@ -174,7 +173,6 @@ def test_the_units_of_a_script_do_not_change_its_demands(tmp_path, pads):
 
 
 def made(tmp_path: Path, text: str) -> str:
-    """Write a script whose function has these lines before its `Frame`."""
     path = tmp_path / "mine.py"
     path.write_text(text)
     return str(path)

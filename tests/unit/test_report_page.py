@@ -47,8 +47,6 @@ SURE = {"claim": "undecided", "sure_to": 0.3, "sure_ratio": 0.7, "sure_low": 0.6
 
 @pytest.fixture
 def render(tmp_path):
-    """Return a function that makes the tables of a study and its page, and gives page, tables."""
-
     def page_of(demands, **study):
         page, frames = write_page(tmp_path, demands, **study)
         text = re.sub(r"<style>.*?</style>", "", page.read_text("utf-8"), flags=re.S)
@@ -674,7 +672,6 @@ def headline_values(table, runs, motions):
 
 @pytest.fixture(scope="module")
 def repository(tmp_path_factory):
-    """Return the folder of a repository with the headline of a small study, and its tables."""
     root = tmp_path_factory.mktemp("repository")
     demands = synthetic_demands(skews=(0, 30), gaps=(51,), motions=12).assign(cpu_s=3.0)
     demands["beyond_model"] = np.where(demands["column_shear_dcr"] >= 0.6, "shear", "")

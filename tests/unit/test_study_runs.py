@@ -157,7 +157,6 @@ def test_the_analysis_of_a_row_is_found_also_in_a_search(tmp_path: Path) -> None
 
 @pytest.fixture
 def ran(monkeypatch: pytest.MonkeyPatch) -> list:
-    """Analyses that workers were asked for, in their order."""
     return without_workers(monkeypatch)
 
 

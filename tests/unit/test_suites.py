@@ -261,7 +261,6 @@ def folder(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def made(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """Numbers of the motions that were made."""
     numbers: list[int] = []
     make = synthesis.made_motion
 
@@ -291,9 +290,7 @@ def test_more_motions_preserve_keys_and_generate_only_new_ones(folder, tmp_path,
     assert all(len(set(keys)) == 3 for keys in many)
 
 
-def test_factors_of_full_blocks_and_the_digest_of_a_suite_need_no_generated_motion(
-    folder, tmp_path, made
-) -> None:
+def test_factors_of_full_blocks_and_the_digest_of_a_suite_make_no_motion(folder, tmp_path, made):
     """Whole blocks are measured, and no more: another number of motions changes no factor."""
     levels = {"t1_s": T1_S, "bands_g": ((0.2, 1.0),)}
     few, many = (prepare_suite(MOTIONS, count=count, **levels) for count in (1, 9))

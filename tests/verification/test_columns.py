@@ -39,7 +39,6 @@ NAME = "column_residual_drift_ratio"
 
 
 def stresses_pa(material, strains):
-    """Drive a material along a path of strains; return the stresses at its points."""
     ops.testUniaxialMaterial(material)
     found = []
     for start, end in pairwise((0.0, *strains)):

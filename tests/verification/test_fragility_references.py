@@ -406,7 +406,6 @@ NOT_REACHED = {
 
 @pytest.fixture(scope="module")
 def study():
-    """Demands, limit states, rows that fits use, curves, pooled medians and joint models."""
     raw = pd.read_parquet(ROOT / "tests" / "data" / "default_study_demands.parquet")
     columns = {*raw.columns, "column_failure_ratio"}
     states = with_column_failure(load_limit_states(ROOT / "config" / "limit_states.yaml"), columns)

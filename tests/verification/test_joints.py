@@ -253,9 +253,7 @@ def test_a_column_below_a_joint_is_a_cantilever_normal_to_its_bent(written):
 
 
 @pytest.mark.parametrize("torsion_m4", [0.05, 11.04])  # of girders and of the box of osb1
-def test_zero_moment_of_a_single_column_below_a_joint_is_where_the_model_has_it(
-    written, torsion_m4
-):
+def test_zero_moment_of_a_column_below_a_joint_is_where_the_model_has_it(written, torsion_m4):
     bent = BENT.replace("columns: 3, column_spacing_m: 4.5", "columns: 1")
     bent = bent.replace("cap_depth_m", "base: fixed, cap_depth_m")
     name = written(f"""extends: osb1

@@ -21,7 +21,6 @@ from small_study import ROOT, SNAKEMAKE, copy_sources, done, planned_jobs, run
 
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory):
-    """A copy of the sources in which nothing has run."""
     return copy_sources(tmp_path_factory.mktemp("refused") / "tree")
 
 
