@@ -56,18 +56,12 @@ def curves_of(table, states, settings=SETTINGS):
 
 def several_models(motions: int = 16) -> pd.DataFrame:
     """Return a study of two bridges with all five abutment models, each with the axes it has."""
-    parts = [
-        synthetic_demands(
-            motions=motions,
-            bridge=bridge,
-            abutment=name,
-            gaps=(0, 25, 51) if "gap_mm" in traits.axes else (0,),
-            frictions=(0, 50) if traits.has_friction else (0,),
-            seed=seed,
-        )
-        for seed, bridge in enumerate(("osb1", "osb2s"))
-        for name, traits in ABUTMENTS.items()
-    ]
+    parts = []
+    for (seed, bridge), (name, traits) in product(enumerate(("osb1", "osb2s")), ABUTMENTS.items()):
+        gaps = (0, 25, 51) if "gap_mm" in traits.axes else (0,)
+        given = {"gaps": gaps, "frictions": (0, 50) if traits.has_friction else (0,)}
+        given |= {"motions": motions, "bridge": bridge, "abutment": name, "seed": seed}
+        parts.append(synthetic_demands(**given))
     return pd.concat(parts, ignore_index=True)
 
 

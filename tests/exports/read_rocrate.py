@@ -27,14 +27,8 @@ raw = HTTPResponse(
 )  # fmt: skip
 answer = HTTPAdapter().build_response(requests.Request("GET", url).prepare(), raw)
 session.cache.save_response(CachedResponse.from_response(answer))
-result = services.validate(
-    {
-        "rocrate_uri": asked["files"][0],
-        "profile_identifier": "ro-crate-1.3",
-        "requirement_severity": "REQUIRED",
-        "cache_path": cache,
-        "offline": True,
-    }
-)
+given = {"rocrate_uri": asked["files"][0], "profile_identifier": "ro-crate-1.3"}
+given |= {"requirement_severity": "REQUIRED", "cache_path": cache, "offline": True}
+result = services.validate(given)
 issues = [f"{issue.check.name}: {issue.message}" for issue in result.get_issues()]
 sys.stdout.write("\n" + json.dumps({"issues": issues}))
