@@ -350,11 +350,8 @@ def test_a_foreign_table_is_fitted_by_its_file_of_columns(fit, tmp_path):
     table = synthetic_demands(**SAME_PLACE, motions=30)
     theirs = pd.DataFrame({"rec": table["motion_id"], "sa": table[IM], "pct": 100 * table[DRIFT]})
     columns = tmp_path / "columns.yaml"
-    columns.write_text(
-        f"columns: {{motion_id: rec, {IM}: sa, column_drift_ratio: pct}}\n"
-        "factors: {column_drift_ratio: 0.01}\n",
-        encoding="utf-8",
-    )
+    text = f"columns: {{motion_id: rec, {IM}: sa, column_drift_ratio: pct}}\n"
+    columns.write_text(text + "factors: {column_drift_ratio: 0.01}\n", encoding="utf-8")
     ours = fit(table, "cloud", *RUNS, 0.02)
     found = fit(theirs.to_csv(), "cloud", *RUNS, 0.02, "--columns", columns)
     assert found["theta"] == pytest.approx(ours["theta"])

@@ -22,9 +22,8 @@ from skewbridge.files.text import checked, read_mapping
 from skewbridge.units import KIP, MN, quantity, unit_in_name
 from skewbridge.variant.options import ModelOptions
 
-BRIDGE_SCHEMA = jsonschema.Draft202012Validator(
-    json.loads((ROOT / "config/bridge.schema.json").read_text())
-)
+SCHEMA = json.loads((ROOT / "config/bridge.schema.json").read_text())
+BRIDGE_SCHEMA = jsonschema.Draft202012Validator(SCHEMA)
 # a bridge like osb1 with numbers of one source
 OWN = "extends: osb1\nsource: 'd: x'\n"
 WALL = "column: {shape: rectangular, width_m: 5.0, depth_m: 1.0, bar_count: 44, tie_legs: [4, 8]}\n"

@@ -287,10 +287,8 @@ def test_script_repeats_the_model_to_the_bit_and_recording_leaves_the_commands(t
         expected.append(ops.getEleTags())
     state, squares = map(json.loads, answer.stdout.strip().split("\n")[-2:])
     assert state == expected
-    modes = modal.modal_properties(VARIANT).modes
-    assert [2 * pi / sqrt(square) for square in squares] == pytest.approx(
-        [mode.period_s for mode in modes[:6]], rel=1e-6
-    )
+    periods_s = [mode.period_s for mode in modal.modal_properties(VARIANT).modes[:6]]
+    assert [2 * pi / sqrt(square) for square in squares] == pytest.approx(periods_s, rel=1e-6)
     assert text.count("dict(name=") == 2 * (3 + 2)  # wall points and keys
     before = ops.node
     with recording():

@@ -322,13 +322,11 @@ def test_a_row_that_breaks_the_contract_is_named() -> None:
 
 def test_axes_and_completeness_keep_their_values_types_and_order() -> None:
     core = {"skew_deg": 30, "gap_mm": 51, "friction": 0.5}
+    odd = {"skew_deg": 22.5, "gap_mm": 25.4, "friction": 0.375}
+    more = core | {"backwall_points": 9, "transverse_gap_mm": 25.4}
     fine, plain, other = (
         key_values(Variant.at("osb1", "contact_friction", values), "syn001", 1.0, 0.0)
-        for values in (
-            {"skew_deg": 22.5, "gap_mm": 25.4, "friction": 0.375},
-            core,
-            core | {"backwall_points": 9, "transverse_gap_mm": 25.4},
-        )
+        for values in (odd, core, more)
     )
     table = to_table([ROW | plain | {"complete": False}, ROW | fine], {}).to_pandas()
     expected = {"skew_deg": [22.5, 30.0], "gap_mm": [25.4, 51.0], "friction": [0.375, 0.5]}

@@ -56,10 +56,8 @@ def write_event(folder, channels=(*GROUND, *DECK), station=89324):
     for channel in channels:
         values = 100.0 * shaken_mps2(channel)
         recorder = channel - 3 if channel > 14 else channel
-        text = HEADER.format(
-            station=station, recorder=recorder, channel=channel, direction="Tran",
-            count=len(values), dt=DT_S,
-        )  # fmt: skip
+        facts = {"station": station, "recorder": recorder, "channel": channel, "dt": DT_S}
+        text = HEADER.format(**facts, direction="Tran", count=len(values))
         (folder / f"CHAN{recorder:03d}.V2").write_text(text + rows_of(values, 8, "{:10.3f}") + "\n")
     return folder
 

@@ -133,11 +133,8 @@ def drawn_rows(setup, seed, logs):
 
 
 def curves_of(rows):
-    states = [
-        state
-        for state in limit_states.load_limit_states(BENCHMARKS.parent / "config/limit_states.yaml")
-        if state.component in STATES and state.demand in rows
-    ]
+    known = limit_states.load_limit_states(BENCHMARKS.parent / "config/limit_states.yaml")
+    states = [each for each in known if each.component in STATES and each.demand in rows]
     table = curves.fit_study(rows, states, settings.DEFAULTS)
     return table[table["method"] == "cloud"].set_index(["component", "limit_state"])
 

@@ -141,10 +141,8 @@ def test_folder_configuration_and_motions_may_have_names_that_a_shell_would_spli
     for path in (ROOT / "motions/synthetic").glob("syn001_*"):
         shutil.copy(path, motions)
     variables = (f"CONFIG={config.name}", f"MOTIONS={motions}", "CORES=1")
-    listed = done(
-        ["make", "--no-print-directory", "-n", "-o", ".venv/.installed", "choices", *variables],
-        folder,
-    ).stdout
+    asked = ["make", "--no-print-directory", "-n", "-o", ".venv/.installed", "choices", *variables]
+    listed = done(asked, folder).stdout
     command = shlex.split(listed.splitlines()[-1].removeprefix("@"))
     assert command[2:] == [".venv/bin", "1", config.name, str(motions), "choices", "", ""]
     # as installed there: Python with a path that has the name of the folder
@@ -157,9 +155,7 @@ def test_folder_configuration_and_motions_may_have_names_that_a_shell_would_spli
     (programs / "snakemake").chmod(0o755)
     script = folder / "workflow/scripts/prepare_motions.py"
     with script.open("a") as text:
-        text.write(
-            "    import skewbridge\n    print(skewbridge.__file__, __import__('sys').prefix)\n"
-        )
+        text.write("    import skewbridge as s\n    print(s.__file__, __import__('sys').prefix)\n")
     suite = "R&D's (1) results/motions/suite.parquet"
     answer = done([*command[:-3], suite], folder)
     assert (folder / suite).is_file()
