@@ -13,7 +13,6 @@ from strong_motion import strong_motion
 
 
 def seated_bridges() -> list[str]:
-    """Return the names of the bridges of the catalogue with two equal seats."""
     return [name for name in bridge_names() if load_bridge(name).abutment is not None]
 
 
@@ -32,26 +31,19 @@ def variant(
 def analysed(
     case, motion=None, options=None, *, scale=1.0, incidence_deg=0.0, log_path=None, **settings
 ):
-    """Analyse a variant under a motion, by default a strong one; return the result."""
     motion = motion or strong_motion()
     return analyse(
-        case,
-        Excitation(motion=motion, scale=scale, incidence_deg=incidence_deg),
-        AnalysisSettings(**settings),
-        options or ModelOptions(),
-        histories=True,
-        log_path=log_path,
-    )
+        case, Excitation(motion=motion, scale=scale, incidence_deg=incidence_deg),
+        AnalysisSettings(**settings), options or ModelOptions(), histories=True, log_path=log_path,
+    )  # fmt: skip
 
 
 def abutment_analysed(case, motion, settings=None, **options):
-    """Analyse an abutment of a variant alone under a motion; return its history."""
     settings = settings or AnalysisSettings()
     return abutment_history(case, Excitation(motion=motion), settings, ModelOptions(**options))
 
 
 def static_steps(count, system, tolerance):
-    """Load the model in the open domain in equal steps."""
     ops.constraints("Transformation")
     ops.numberer("RCM")
     ops.system(system)

@@ -1,8 +1,7 @@
 """The process of the tests ends without OpenSees' message; hypothesis draws the same examples.
 
 A change is not refused for an example that it did not bring. New examples are drawn by
-`pytest --hypothesis-profile random tests/property`.
-"""
+`pytest --hypothesis-profile random tests/property`."""
 
 import pytest
 from hypothesis import settings

@@ -11,7 +11,6 @@ from skewbridge.study.task import no_result
 
 
 def done_at_once(task, key, _log_folder):
-    """Return a row without an analysis."""
     return [row_of_task({**no_result("ok", ""), "cpu_s": 0.0}, task, key)]
 
 
@@ -44,7 +43,6 @@ def hanging(task, key, log_folder, *, motion_id):
 
 
 def slow(task, key, log_folder, *, seconds):
-    """Take steps for some time."""
     ends_s = time.monotonic() + seconds
     while time.monotonic() < ends_s:
         time.sleep(0.1)

@@ -8,27 +8,20 @@ import pandas as pd
 from scipy.special import stdtrit
 
 from skewbridge.demands.validity import BEYOND_MODEL, COLUMN_FAILURE_RATIO, FAILURE_DEMANDS
-from skewbridge.fragility.curves import fit_study
+from skewbridge.fragility import curves, effects, limit_states, verdicts
 from skewbridge.fragility.demand_table import prepared
-from skewbridge.fragility.effects import effect_tables
-from skewbridge.fragility.limit_states import (
-    limit_states_of,
-    load_limit_states,
-    with_column_failure,
-)
 from skewbridge.fragility.settings import FitSettings
-from skewbridge.fragility.verdicts import verdicts_of
 from skewbridge.variant.variant import ABUTMENTS, Variant
 
 IM = "im_saavg_rotd50_g"
-_ALL = load_limit_states(Path(__file__).parents[1] / "config" / "limit_states.yaml")
+_ALL = limit_states.load_limit_states(Path(__file__).parents[1] / "config" / "limit_states.yaml")
 STATES = [state for state in _ALL if state.component != "joint_unseating"]
 SETTINGS = FitSettings(im=IM)
 DRIFT_ENTRY = {
     "component": "column_drift", "demand": "column_drift_ratio", "unit": "percent",
     "dispersion": 0.35, "citation": "test", "states": {"slight": 1.0, "moderate": 2.5},
 }  # fmt: skip
-DRIFT = limit_states_of([DRIFT_ENTRY])
+DRIFT = limit_states.limit_states_of([DRIFT_ENTRY])
 # ln demand = ln a + b ln im + scatter of the motion + small scatter of the run
 DEMAND_MODELS = {
     "column_shear_kn": (np.log(2000.0), 0.25, 0.12),
@@ -45,37 +38,30 @@ DEMAND_MODELS = {
     "backwall_force_kn": (np.log(4000.0), 0.5, 0.3),
     "shear_key_force_kn": (np.log(1500.0), 0.4, 0.3), "shear_key_disp_m": (np.log(0.05), 1.0, 0.5),
 }  # fmt: skip
+#: States of the failure modes of a column and of their union.
+FAILURES = limit_states.with_column_failure([], {*FAILURE_DEMANDS.values(), COLUMN_FAILURE_RATIO})
 
 
 def states_of(component):
-    """Return the states of the configuration of one component, mild to severe."""
     return [state for state in _ALL if state.component == component]
 
 
 def ready(table, states):
-    """Return the rows of a table that fits use."""
     return prepared(table, list(dict.fromkeys(state.demand for state in states)), SETTINGS).table
 
 
 def curves_of(table, states, settings=SETTINGS):
-    """Return the table of curves."""
-    return fit_study(ready(table, states), states, settings)
+    return curves.fit_study(ready(table, states), states, settings)
 
 
 def several_models(motions: int = 16) -> pd.DataFrame:
     """Return a study of two bridges with all five abutment models, each with the axes it has."""
-    parts = [
-        synthetic_demands(
-            motions=motions,
-            bridge=bridge,
-            abutment=name,
-            gaps=(0, 25, 51) if "gap_mm" in traits.axes else (0,),
-            frictions=(0, 50) if traits.has_friction else (0,),
-            seed=seed,
-        )
-        for seed, bridge in enumerate(("osb1", "osb2s"))
-        for name, traits in ABUTMENTS.items()
-    ]
+    parts = []
+    for (seed, bridge), (name, traits) in product(enumerate(("osb1", "osb2s")), ABUTMENTS.items()):
+        gaps = (0, 25, 51) if "gap_mm" in traits.axes else (0,)
+        given = {"gaps": gaps, "frictions": (0, 50) if traits.has_friction else (0,)}
+        given |= {"motions": motions, "bridge": bridge, "abutment": name, "seed": seed}
+        parts.append(synthetic_demands(**given))
     return pd.concat(parts, ignore_index=True)
 
 
@@ -101,10 +87,6 @@ def two_mode_runs(seed: int, motions: int = 12) -> pd.DataFrame:
     return pd.DataFrame(name | place | loading | demands | {BEYOND_MODEL: kinds})
 
 
-#: States of the failure modes of a column and of their union.
-FAILURES = with_column_failure([], {*FAILURE_DEMANDS.values(), COLUMN_FAILURE_RATIO})
-
-
 def synthetic_demands(
     *,
     bridge: str = "osb1",
@@ -124,11 +106,9 @@ def synthetic_demands(
     im = np.exp(np.linspace(np.log(0.1), np.log(1.5), motions))
     residual = {name: rng.normal(size=motions) for name in DEMAND_MODELS}
     rows = []
-    runs = product(skews, gaps, frictions, range(motions), scales)
-    for skew, gap, friction, m, scale in runs:
-        variant = Variant(
-            bridge=bridge, abutment=abutment, skew_deg=skew, gap_mm=gap, friction_pct=friction
-        )
+    for skew, gap, friction, m, scale in product(skews, gaps, frictions, range(motions), scales):
+        variant = Variant(bridge=bridge, abutment=abutment, skew_deg=skew, gap_mm=gap,
+                          friction_pct=friction)  # fmt: skip
         row = {
             "variant": variant.slug, "bridge": bridge, "abutment": abutment, "skew_deg": skew,
             "gap_mm": gap, "friction": friction / 100, "motion_id": f"m{m:02d}",
@@ -146,9 +126,8 @@ def synthetic_demands(
 
 
 def verdict_of(ci_low: float, ci_high: float, margin: float = 0.05) -> str:
-    """Return the verdict of an interval of a ratio."""
     ends = np.array([[ci_low], [1.0 - margin], [1.0], [1.0 + margin], [ci_high]])
-    return str(verdicts_of(*ends, possible=np.ones(1, dtype=np.bool_))[0])
+    return str(verdicts.verdicts_of(*ends, possible=np.ones(1, dtype=np.bool_))[0])
 
 
 def friction_rows(scatter, motions=(12, 12), *, demand="deck_disp_m", ratio=1.0, level=0.90):
@@ -169,8 +148,7 @@ def friction_rows(scatter, motions=(12, 12), *, demand="deck_disp_m", ratio=1.0,
 
 
 def paired_effects(demands, columns=None, settings=SETTINGS, *, jobs=1) -> pd.DataFrame:
-    """Return the table of demand effects, without that of effects by intensity."""
-    return effect_tables(demands, columns, settings, jobs=jobs).effects
+    return effects.effect_tables(demands, columns, settings, jobs=jobs).effects
 
 
 def runs_of_one_variant(variant: str, bridge: str, skew_deg: int, im) -> pd.DataFrame:

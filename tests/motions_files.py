@@ -10,10 +10,11 @@ Quake, 1/17/1994, Station, {azimuth}
 ACCELERATION TIME SERIES IN UNITS OF G
 NPTS= {npts:6d}, DT= {dt:.4f} SEC
 """
+COSMOS_CODES = {"acceleration": (1, 4, "cm/sec2(04)"), "velocity": (2, 5, "cm/sec(05)"),
+                "displacement": (3, 6, "cm(06)")}  # fmt: skip
 
 
 def at2_text(values_g: np.ndarray, dt_s: float = 0.01, azimuth: int = 90) -> str:
-    """Return the text of a PEER file."""
     header = HEADER.format(npts=len(values_g), dt=dt_s, azimuth=azimuth)
     lines = (values_g[i : i + 5] for i in range(0, len(values_g), 5))
     rows = ["".join(f"{value:15.7E}" for value in line) for line in lines]
@@ -23,13 +24,11 @@ def at2_text(values_g: np.ndarray, dt_s: float = 0.01, azimuth: int = 90) -> str
 def shaken_g(seed: int, npts: int = 400) -> np.ndarray:
     """Return a short record in g that ends at rest."""
     rng = np.random.default_rng(seed)
-    velocity = np.cumsum(rng.standard_normal(npts)) * np.hanning(npts) ** 2
-    accel = np.diff(velocity, prepend=0.0)
+    accel = np.diff(np.cumsum(rng.standard_normal(npts)) * np.hanning(npts) ** 2, prepend=0.0)
     return 0.3 * accel / np.abs(accel).max()
 
 
 def make_pairs(folder: Path, count: int) -> list[tuple[Path, Path]]:
-    """Write some pairs `q0_h1.AT2`, `q0_h2.AT2`, ... and return their paths."""
     pairs = []
     for i in range(count):
         files = (folder / f"q{i}_h1.AT2", folder / f"q{i}_h2.AT2")
@@ -40,19 +39,14 @@ def make_pairs(folder: Path, count: int) -> list[tuple[Path, Path]]:
 
 
 def index_of(folder: Path, pairs: list[tuple[Path, Path]], **columns: list) -> Path:
-    """Write an index of some pairs with further columns."""
-    given = {
-        "motion_id": [first.stem.removesuffix("_h1") for first, _ in pairs],
-        "file_1": [first.name for first, _ in pairs],
-        "file_2": [second.name for _, second in pairs],
-    }
-    table = pd.DataFrame(given | columns)
-    table.to_csv(folder / "index.csv", index=False)
+    given = {"motion_id": [first.stem.removesuffix("_h1") for first, _ in pairs],
+             "file_1": [first.name for first, _ in pairs],
+             "file_2": [second.name for _, second in pairs]}  # fmt: skip
+    pd.DataFrame(given | columns).to_csv(folder / "index.csv", index=False)
     return folder / "index.csv"
 
 
 def rows_of(values: np.ndarray, per_line: int, form: str) -> str:
-    """Return values as lines of a fixed format."""
     lines = (values[i : i + per_line] for i in range(0, len(values), per_line))
     return "\n".join("".join(map(form.format, line)) for line in lines)
 
@@ -70,10 +64,6 @@ def esm_text(values: np.ndarray, dt_s: float = 0.005, stream: str = "HNE", **cha
     lines = [f"{key}: {text}" for key, text in head.items()]
     lines += [f"USER{n}: " for n in range(1, 65 - len(lines))]
     return "\n".join(lines) + "\n" + rows_of(values, 1, "{:.6f}") + "\n"
-
-
-COSMOS_CODES = {"acceleration": (1, 4, "cm/sec2(04)"), "velocity": (2, 5, "cm/sec(05)"),
-                "displacement": (3, 6, "cm(06)")}  # fmt: skip
 
 
 def cosmos_text(

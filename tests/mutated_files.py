@@ -1,8 +1,7 @@
 """Mutated input files: made from good ones with a fixed seed, read in a child under limits.
 
 `read_mutants` counts accepted and refused mutants and lists every one that ended with anything but
-one message. A mutant that reaches a limit ends the process; its file is left in the folder.
-"""
+one message. A mutant that reaches a limit ends the process; its file is left in the folder."""
 
 import copy
 import json
@@ -184,9 +183,8 @@ SNIPPETS = (
 def nested(first, form):
     """Return a document in which each value repeats the one before nine times."""
     pairs = zip("abcdefgh", "bcdefghi", strict=True)
-    return first + "".join(
-        f"{new}: &{new} {form.format(', '.join([f'*{old}'] * 9))}\n" for old, new in pairs
-    )
+    return first + "".join(f"{new}: &{new} {form.format(', '.join([f'*{old}'] * 9))}\n"
+                           for old, new in pairs)  # fmt: skip
 
 
 BOMB = nested("a: &a [x, x, x, x, x, x, x, x, x]\n", "[{}]")
@@ -231,10 +229,8 @@ def of_bytes(content, chance):
 
 
 def of_structure(content, chance):
-    """Return a document with one to three of its values changed, dropped or doubled.
-
-    It is written as JSON, which is YAML as well.
-    """
+    """Return a document with one to three of its values changed, dropped or doubled. It is written
+    as JSON, which is YAML as well."""
     tree = yaml.safe_load(content)
     for number in range(chance.randint(1, 3)):
         holders = [node for node in nodes_of(tree) if node]

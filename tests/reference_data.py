@@ -11,7 +11,6 @@ DATA = Path(__file__).parent / "data"
 
 @cache
 def reference_table(name):
-    """Return a table of `tests/data`."""
     return pd.read_csv(DATA / f"{name}.csv", comment="#")
 
 
@@ -21,6 +20,5 @@ def _fragility_cases():
 
 
 def fragility_case(name):
-    """Return the input and the expected values of a published or own case."""
     found = _fragility_cases()[name]
     return found["input"], found["expected"]

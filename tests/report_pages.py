@@ -33,14 +33,13 @@ _MORE = {
 _CHECKS = {
     "passed": True,
     "checks": [{"name": "rows twice", "value": 0.0, "limit": 0.0, "passed": True, "rows": []}],
-    "suspect_rows": 0,
-    "suspect": [],
-    "rungs": [],
-}
+    "suspect_rows": 0, "suspect": [], "rungs": [],
+}  # fmt: skip
 _CAPTION = {
     "name": "one", "section": SECTIONS[0], "item": "drift", "title": "A curve",
     "text": "Of a test.", "finding": "It rises.",
 }  # fmt: skip
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]\d+)?")
 
 
 def write_page(
@@ -54,26 +53,16 @@ def write_page(
     config=None,
     edit=dict,
 ) -> tuple[Path, dict[str, pd.DataFrame]]:
-    """Make the tables of a study and its page in a folder; return the page and the tables.
-
-    The function ``edit`` may return other tables than those of the study.
-    """
+    """Make the tables of a study and its page in a folder; return the page and the tables. The
+    function ``edit`` may return other tables than those of the study."""
     demands = demands.assign(**_MORE)
     if "beyond_model" not in demands:
         demands["beyond_model"] = ""
     found = fragility_tables(demands, limit_states_of(states), DEFAULTS)
     empty = pd.DataFrame({"demand": pd.Series(dtype=str)})
-    same = (
-        "curves",
-        "joint",
-        "system",
-        "effects",
-        "intensity_effects",
-        "needed_motions",
-        "alternatives",
-    )
     frames = {"demands": demands, "medians": found["median_effects"]}
-    frames |= {name: found[name] for name in (*same, "input_notes", "suites", "shear_models")}
+    names = "curves joint system effects intensity_effects needed_motions alternatives input_notes"
+    frames |= {name: found[name] for name in (*names.split(), "suites", "shear_models")}
     frames |= dict.fromkeys(("contact_checks", "sensitivity"), empty)
     frames["suite"] = pd.DataFrame({"source": [source] * 2})
     frames = edit(frames)
@@ -93,9 +82,6 @@ def write_page(
     page = folder / "page.html"
     write_report(tables=paths, figures=folder, study=parse_config(given), output=page)
     return page, frames | {"paper": found["table"]}
-
-
-NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]\d+)?")
 
 
 def assert_printed(text, values):

@@ -56,9 +56,8 @@ def killed_after_one_analysis(tree, *arguments):
     family = psutil.Process(process.pid).children(recursive=True)
     process.send_signal(signal.SIGKILL)
     process.wait()
-    assert wait_for(
-        lambda: not any(p.is_running() and p.status() != "zombie" for p in family), 60
-    ), "children of a killed study go on"
+    assert wait_for(lambda: not any(p.is_running() and p.status() != "zombie" for p in family),
+                    60), "children of a killed study go on"  # fmt: skip
 
 
 def planned_jobs(tree: Path, over: str = "", *targets: str) -> set[str]:

@@ -11,10 +11,7 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.demands.columns import DEMAND_COLUMNS
 from skewbridge.motions.intensity import motion_measures
 from skewbridge.motions.record import GroundMotion, SuiteMotion
-from skewbridge.study import batch
-from skewbridge.study.analyses import StudySetup
-from skewbridge.study.batch import row_of_task
-from skewbridge.study.config import StudyConfig
+from skewbridge.study import analyses, batch, config
 from skewbridge.study.journal import open_journal
 from skewbridge.study.task import Task, no_result, run_key
 from skewbridge.variant.grid import GridConfig
@@ -25,36 +22,29 @@ def wave(motion_id="wave", *, duration_s=1.0, number=1, scale=1.0, peak_mps2=1.0
     """Return a short weak motion; the second component grows with its number."""
     t_s = np.arange(0.0, duration_s, 0.01)
     motion = GroundMotion(
-        motion_id=motion_id,
-        dt_s=0.01,
-        accel_1_mps2=peak_mps2 * np.cos(12 * t_s),
-        accel_2_mps2=number * np.sin(15 * t_s),
-        sha256=motion_id,
-    )
+        motion_id=motion_id, dt_s=0.01, accel_1_mps2=peak_mps2 * np.cos(12 * t_s),
+        accel_2_mps2=number * np.sin(15 * t_s), sha256=motion_id,
+    )  # fmt: skip
     return SuiteMotion(motion=motion, scale=scale, measures=motion_measures(motion, 0.7))
 
 
 def study_of(
     folder: Path | str, *motions: SuiteMotion, bridges=("osb1",), draws=None, **sections
-) -> StudySetup:
+) -> analyses.StudySetup:
     """Return the set-up of a study of the bridges with the motions, or with one wave."""
     suite = motions or (wave(),)
     runs = product(bridges, suite)
     measures = {(name, each.motion.motion_id): dict(each.measures) for name, each in runs}
     grid = sections.pop("grid", GridConfig(bridge=bridges))
-    study = StudyConfig(results=str(folder), grid=grid, **sections)
-    return StudySetup(study=study, suite=suite, measures=measures, draws=draws or {})
+    study = config.StudyConfig(results=str(folder), grid=grid, **sections)
+    return analyses.StudySetup(study=study, suite=suite, measures=measures, draws=draws or {})
 
 
 def task_of(motion: SuiteMotion | None = None, **changes) -> Task:
-    """Return an analysis of `bridge_variants.variant()`."""
     task = Task(
-        variant=variant(),
-        motion=motion or wave(),
-        incidence_deg=0.0,
-        settings=AnalysisSettings(),
+        variant=variant(), motion=motion or wave(), incidence_deg=0.0, settings=AnalysisSettings(),
         options=ModelOptions(),
-    )
+    )  # fmt: skip
     return replace(task, **changes)
 
 
@@ -62,11 +52,10 @@ def row_of(task: Task, value: float = 1.0, cpu_s: float = 1.0) -> dict[str, obje
     """Return the row of a finished analysis in which every demand has the same value."""
     demands = {column.name: value for column in DEMAND_COLUMNS}
     run = {**no_result("ok", ""), "duration_s": 1.0, "wall_s": cpu_s, "cpu_s": cpu_s}
-    return row_of_task({**demands, **run}, task, run_key(task))
+    return batch.row_of_task({**demands, **run}, task, run_key(task))
 
 
 def in_journal(path: Path, *rows: dict[str, object]) -> None:
-    """Write rows into a journal."""
     with open_journal(path) as journal:
         for row in rows:
             journal.append(row)

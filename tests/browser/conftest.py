@@ -52,10 +52,8 @@ CAPTIONS = [
 @pytest.fixture(scope="session")
 def study(tmp_path_factory):
     """Page and tables of two bridges; in some runs a column failed beyond the model."""
-    runs = (
-        synthetic_demands(bridge=name, skews=(0, 30, 60), seed=seed, run_scatter=0.05)
-        for seed, name in enumerate(("osb1", "osb1_fixed"))
-    )
+    runs = (synthetic_demands(bridge=name, skews=(0, 30, 60), seed=seed, run_scatter=0.05)
+            for seed, name in enumerate(("osb1", "osb1_fixed")))  # fmt: skip
     demands = pd.concat(runs, ignore_index=True)
     beyond = (demands["motion_id"] == "m15") & (demands["skew_deg"] == 60)
     demands["beyond_model"] = beyond.map({True: "shear", False: ""})

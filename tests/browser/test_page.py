@@ -28,6 +28,7 @@ CUT_OFF = """() => [...document.querySelectorAll("body *")]
     .map((each) => each.outerHTML.slice(0, 120))"""
 OPEN_DETAILS = "document.querySelectorAll('details').forEach((each) => { each.open = true; })"
 A4_INSIDE_MARGINS_PX = round((210 - 2 * 14) / 25.4 * 96)
+SHOWN = "all => all.filter(each => each.checkVisibility()).map(each => each.id)"
 
 
 @pytest.mark.parametrize("view", VIEWS)
@@ -63,9 +64,8 @@ def test_print_cuts_nothing_off_and_leaves_the_explorer_out(opened):
     assert max(heights) < 120  # no column so narrow that a row fills the page
     assert not page.is_visible("#explore")
     # printing loads the pictures that the screen has not reached; its emulation does not
-    page.eval_on_selector(
-        "#figure-f0 img", "img => { img.loading = 'eager'; return img.decode(); }"
-    )
+    page.eval_on_selector("#figure-f0 img",
+                          "img => { img.loading = 'eager'; return img.decode(); }")  # fmt: skip
     assert page.is_visible("#figure-f0 img")
     assert page.pdf(format="A4").startswith(b"%PDF")
 
@@ -96,9 +96,6 @@ def test_the_keyboard_reaches_the_skip_link_and_the_controls_and_disabled_ones_s
     )
     assert silent == []
     assert page.is_enabled("#ex-skew_deg")
-
-
-SHOWN = "all => all.filter(each => each.checkVisibility()).map(each => each.id)"
 
 
 def shown_figures(page):
@@ -136,8 +133,7 @@ def test_navigation_stays_visible_and_every_entry_leads_to_its_section(opened, w
         link.evaluate("link => link.click()")
         page.wait_for_timeout(100)
         assert page.locator("nav").bounding_box()["y"] == pytest.approx(0, abs=1)
-        target = link.get_attribute("href")
-        assert page.locator(target).count() == 1
+        assert page.locator(link.get_attribute("href")).count() == 1
 
 
 def test_the_gallery_shows_one_figure_by_bridge_quantity_and_component(opened):
@@ -170,7 +166,6 @@ MODEL = "osb1_fixed, contact-friction"
 
 
 def fits_of(study, component, state, method="preferred", bridge="osb1_fixed"):
-    """Return the estimates of a state by variant."""
     curves = study.curves
     keep = (curves["component"] == component) & (curves["limit_state"] == state)
     keep &= (curves["bridge"] == bridge) & (curves["status"] == FITTED)
@@ -179,8 +174,7 @@ def fits_of(study, component, state, method="preferred", bridge="osb1_fixed"):
 
 
 def test_curves_and_bands_are_those_of_python(opened, study, csv_of):
-    page = opened(view="curves", model=MODEL, state="column_drift/moderate")
-    saved = csv_of(page)
+    saved = csv_of(opened(view="curves", model=MODEL, state="column_drift/moderate"))
     fits = fits_of(study, "column_drift", "moderate")
     assert set(saved["variant"]) == set(fits.index)
     for name, own in saved.groupby("variant"):

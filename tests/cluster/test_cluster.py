@@ -1,7 +1,6 @@
 """The small study through a real Slurm of two nodes on this host, with jobs and nodes that fail.
 
-It needs root, the packages slurm-wlm and munge, and a host that belongs to no cluster.
-"""
+It needs root, the packages slurm-wlm and munge, and a host that belongs to no cluster."""
 
 import json
 import os
@@ -61,7 +60,6 @@ def cluster(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory):
-    """A copy of the sources with the configuration of the small study."""
     tree = copy_sources(tmp_path_factory.mktemp("cluster") / "tree")
     (tree / "study.yaml").write_text(STUDY)
     (tree / "local.yaml").write_text(f"{STUDY}results: local\n")
@@ -75,7 +73,6 @@ def through_slurm(*arguments):
 
 
 def jobs_of(rule):
-    """The nodes of the running jobs of a rule, by job."""
     listed = done(["squeue", "--noheader", "--states=running", "--format=%i %N %k"], HERE)
     words = [line.split(maxsplit=2) for line in listed.stdout.splitlines()]
     return {job: node for job, node, comment in words if comment.startswith(f"rule_{rule}")}
@@ -91,12 +88,10 @@ def lose(cluster, node, job):
 
 @pytest.fixture(scope="module")
 def study(cluster, tree):
-    """The finished study, of which a job was cancelled and a node was lost for a time.
-
-    After the first analyses one of the two jobs of analyses is cancelled. On the node of the other
-    one Slurm is killed, and started again when the controller has missed it. Meanwhile the
-    processes of that job go on, and the controller puts the job into the queue again.
-    """
+    """The finished study, of which a job was cancelled and a node was lost for a time. After the
+    first analyses one of the two jobs of analyses is cancelled. On the node of the other one Slurm
+    is killed, and started again when the controller has missed it. Meanwhile the processes of that
+    job go on, and the controller puts the job into the queue again."""
     log = tree / "slurm.log"
     with log.open("w") as output:
         given = {"cwd": tree, "stdout": output, "stderr": output, "env": os.environ | SITE}

@@ -17,21 +17,13 @@ def annual_rate(curve, hazard):
 
 def functions(path, levels, hazard):
     """Limit states, and by function its intensity measure, probabilities and annual rates."""
-    model = nrml.to_python(path)
-    return {
-        "limit_states": model.limitStates,
-        "functions": {
-            name: {
-                "imt": imt,
-                "range": [each.minIML, each.maxIML],
-                "probabilities": [
-                    curve(np.array(levels)).tolist() for curve in each.build(model.limitStates)
-                ],
-                "rates": [annual_rate(curve, hazard) for curve in each.build(model.limitStates)],
-            }
-            for (imt, name), each in model.items()
-        },
-    }
+    model, made = nrml.to_python(path), {}
+    for (imt, name), each in model.items():
+        curves = list(each.build(model.limitStates))
+        made[name] = {"imt": imt, "range": [each.minIML, each.maxIML]}
+        made[name]["probabilities"] = [curve(np.array(levels)).tolist() for curve in curves]
+        made[name]["rates"] = [annual_rate(curve, hazard) for curve in curves]
+    return {"limit_states": model.limitStates, "functions": made}
 
 
 if __name__ == "__main__":

@@ -25,14 +25,10 @@ def functions(path, levels):
             if row[state, "Family"] == "lognormal"
         }
         scale = assessment.calc_unit_scale_factor(table.loc[name, "Demand-Unit"])  # to its own
-        found[name] = {
-            "demand": row["Demand", "Type"],
-            "directional": int(row["Demand", "Directional"]),
-            "probabilities": {
-                state: capacity.cdf(scale * np.array(levels)).tolist()
-                for state, capacity in capacities.items()
-            },
-        }
+        points = scale * np.array(levels)
+        values = {state: capacity.cdf(points).tolist() for state, capacity in capacities.items()}
+        found[name] = {"demand": row["Demand", "Type"], "probabilities": values}
+        found[name]["directional"] = int(row["Demand", "Directional"])
     return found
 
 

@@ -1,8 +1,7 @@
 """Validate an RO-Crate: ``files`` from standard input, the findings to standard output, as JSON.
 
 The context that the package rocrate carries is put into the cache of the validator, which would
-otherwise need a network.
-"""
+otherwise need a network."""
 
 import json
 import sys
@@ -28,14 +27,8 @@ raw = HTTPResponse(
 )  # fmt: skip
 answer = HTTPAdapter().build_response(requests.Request("GET", url).prepare(), raw)
 session.cache.save_response(CachedResponse.from_response(answer))
-result = services.validate(
-    {
-        "rocrate_uri": asked["files"][0],
-        "profile_identifier": "ro-crate-1.3",
-        "requirement_severity": "REQUIRED",
-        "cache_path": cache,
-        "offline": True,
-    }
-)
+given = {"rocrate_uri": asked["files"][0], "profile_identifier": "ro-crate-1.3"}
+given |= {"requirement_severity": "REQUIRED", "cache_path": cache, "offline": True}
+result = services.validate(given)
 issues = [f"{issue.check.name}: {issue.message}" for issue in result.get_issues()]
 sys.stdout.write("\n" + json.dumps({"issues": issues}))

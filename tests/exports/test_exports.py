@@ -1,7 +1,6 @@
 """Exported curves as read by pelicun and OpenQuake.
 
-Each has its own environment, which `make test-exports` installs.
-"""
+Each has its own environment, which `make test-exports` installs."""
 
 import json
 import os
@@ -32,7 +31,6 @@ LONG = "x" * 60
 
 @pytest.fixture(scope="module", name="curves")
 def _curves(tmp_path_factory):
-    """Curves of a few variants, some states without an estimate."""
     demands = synthetic_demands(skews=(0, 30), gaps=(51,))
     # a name with characters and of a length that not every program accepts
     demands["variant"] = demands["variant"].replace(
@@ -49,18 +47,13 @@ def read_by(program, files):
     python = ENVIRONMENTS / program / "bin" / "python"
     if not (ENVIRONMENTS / program / ".installed").is_file():
         pytest.skip(f"{program} is not installed in {ENVIRONMENTS}: make test-exports")
-    done = subprocess.run(
-        [python, HERE / f"read_{program}.py"],
-        input=json.dumps(
-            {"files": files, "levels": LEVELS}
-            | {"hazard": {"imls": IMLS.tolist(), "rates": RATES.tolist()}}
-        ),
-        capture_output=True,
-        text=True,
-        check=False,
-        # without it OpenQuake compiles for a minute what is not used here
-        env=os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": ""},
-    )
+    asked = {"files": files, "levels": LEVELS}
+    asked |= {"hazard": {"imls": IMLS.tolist(), "rates": RATES.tolist()}}
+    # without it OpenQuake compiles for a minute what is not used here
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": ""}
+    how = {"capture_output": True, "text": True, "check": False, "env": environment}
+    command = [python, HERE / f"read_{program}.py"]
+    done = subprocess.run(command, input=json.dumps(asked), **how)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout.splitlines()[-1])
 
@@ -98,14 +91,10 @@ def test_pelicun_gets_our_probabilities(curves, tmp_path):
 def test_openquake_reads_every_file_and_gets_our_probabilities(curves, tmp_path):
     report = export_curves(curves, "nrml", tmp_path / "curves.xml")
     found = read_by("openquake", report["files"])
-    functions = {
-        (name, state): (function, *values)
-        for content in found.values()
-        for name, function in content["functions"].items()
-        for state, *values in zip(
-            content["limit_states"], function["probabilities"], function["rates"], strict=True
-        )
-    }
+    functions = {(name, state): (function, *values) for content in found.values()
+                 for name, function in content["functions"].items()
+                 for state, *values in zip(content["limit_states"], function["probabilities"],
+                                           function["rates"], strict=True)}  # fmt: skip
     for model in report["models"]:
         assert found[model["file"]]["limit_states"] == model["limit_states"]
         assert len(found[model["file"]]["functions"]) == model["functions"]

@@ -26,6 +26,16 @@ from skewbridge.motions.read import read_trace
 from skewbridge.study.config import parse_config
 from skewbridge.study.inputs import check_inputs
 
+STATE = {"component": "a", "demand": "column_drift_ratio", "unit": "percent", "dispersion": 0.3,
+         "citation": "x", "states": {"slight": 1.0}}  # fmt: skip
+DECK = mutated_files.DECK | {"period_theta_s": 0.31623, "gap_normal_m": 0.00269}
+PATH = [[0.0, 0.0, 0.0, -0.01], [0.1, 0.02, 0.01, -0.01], [0.2, 0.0, 0.02, 0.01]]
+# for a file and 500 MB of memory more than the program itself
+NAMES = tuple(mutated_files.FAMILIES)
+RECORDS = NAMES[: NAMES.index("index")]
+GROUPS = [NAMES[start::3] for start in range(3)]
+SEED = 20261122
+
 
 @pytest.mark.parametrize(
     ("read", "content", "words"),
@@ -145,17 +155,12 @@ def test_markup_and_control_characters_are_text_and_no_cell_is_a_formula(capsys,
 
 
 def faults_of(tmp_path, states, raw):
-    """Return the message about a configuration with these limit states."""
     path = tmp_path / "states.yaml"
     path.write_text(yaml.safe_dump(states), encoding="utf-8")
     raw["fragility"] = {"limit_states": str(path)} | raw.get("fragility", {})
     with pytest.raises(InputError) as caught:
         check_inputs(parse_config(raw))
     return str(caught.value)
-
-
-STATE = {"component": "a", "demand": "column_drift_ratio", "unit": "percent", "dispersion": 0.3,
-         "citation": "x", "states": {"slight": 1.0}}  # fmt: skip
 
 
 def test_all_bad_inputs_of_a_study_are_reported_at_once_also_motions_that_cannot_be_read(tmp_path):
@@ -185,10 +190,6 @@ def test_all_bad_inputs_of_a_study_are_reported_at_once_also_motions_that_cannot
 
 
 # --- case files of `skewbridge contact` and `deck`, and the files that commands write
-DECK = mutated_files.DECK | {"period_theta_s": 0.31623, "gap_normal_m": 0.00269}
-PATH = [[0.0, 0.0, 0.0, -0.01], [0.1, 0.02, 0.01, -0.01], [0.2, 0.0, 0.02, 0.01]]
-
-
 def run_case(tmp_path, command, case, *, rows=PATH, code=0):
     """Write the files of a case and run its command, which ends with a code; return the answer."""
     columns = ["t_s", "ux_m", "uy_m", "uz_m"]
@@ -247,9 +248,8 @@ WRONG_ROWS = [
     ([[0.0, 0, 0, 0], [0.1, float("nan"), 0, 0]], "line 3"),
     ([[0.0, 0, 0, 0], [0.1, 0, 0, 0], [0.1, 0, 0, 0]], "line 4"),
     ([[0.0, 0, 0, 0], [0.2, 0, 0, 0], [0.1, 0, 0, 0]], "must increase"),
-    ([[0.0, 0, 0, 0], [0.1, "x", 0, 0]], "ux_m"),
-    ([[0.0, 0, 0, 0]], "two rows"),
-]
+    ([[0.0, 0, 0, 0], [0.1, "x", 0, 0]], "ux_m"), ([[0.0, 0, 0, 0]], "two rows"),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -276,13 +276,6 @@ def test_verify_writes_the_table_and_its_json(tmp_path):
 
 
 # --- mutated files of every kind; each group of readers runs in a child that may use 5 CPU-seconds
-# for a file and 500 MB of memory more than the program itself
-NAMES = tuple(mutated_files.FAMILIES)
-RECORDS = NAMES[: NAMES.index("index")]
-GROUPS = [NAMES[start::3] for start in range(3)]
-SEED = 20261122
-
-
 @pytest.mark.parametrize(
     ("count", "names"),
     [

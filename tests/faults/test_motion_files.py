@@ -9,18 +9,11 @@ import pytest
 
 from motions_files import at2_text, index_of, make_pairs, shaken_g
 from skewbridge.errors import InputError
-from skewbridge.motions import suite
-from skewbridge.motions.check import check_paths
-from skewbridge.motions.formats import Stated
-from skewbridge.motions.intensity import orbit_rotd50
-from skewbridge.motions.levels import MotionsConfig
+from skewbridge.motions import check, formats, intensity, levels, suite
 from skewbridge.motions.read import SURROGATE_FACTOR, SURROGATE_FILES, read_motion, read_trace
-from skewbridge.motions.suite import prepare_suite
-from skewbridge.study.analyses import StudySetup
+from skewbridge.study import analyses, inputs, task
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.inputs import motions_digest, prepare_motions
-from skewbridge.study.task import run_key
 from skewbridge.units import G_MPS2
 from skewbridge.verification.studies.paper_runs import waho
 
@@ -29,10 +22,17 @@ DT_S = 0.02
 RECORD_G = shaken_g(0, 400)
 GOOD = at2_text(RECORD_G, DT_S)
 HEAD, VALUES = "".join(GOOD.splitlines(keepends=True)[:4]), GOOD.split("SEC\n")[1]
+OUT_OF_THE_FOLDER = (
+    "../secret_h1.AT2", "sub/../../secret_h1.AT2", "C:/secret_h1.AT2", "..\\secret_h1.AT2",
+    "\\\\server\\share\\x.AT2", "~/x.AT2", "",
+)  # fmt: skip
+BAD_VALUES = [
+    ("scale", -1), ("scale", "x"), ("scale", "inf"), ("dt_s", 0), ("unit", "furlong"),
+    ("magnitude", "big"),
+]  # fmt: skip
 
 
 def columns(dt_s, decimals):
-    """Return time and acceleration in two columns."""
     rows = enumerate(RECORD_G)
     return "".join(f"{i * dt_s + 1e-9:.{decimals}f} {value:.6e}\n" for i, value in rows)
 
@@ -51,29 +51,23 @@ def replaced_value(token):
 FILES = {
     "00_good.AT2": (GOOD, "ok"),
     "01_crlf.AT2": (GOOD.replace("\n", "\r\n"), "ok"),
-    "02_blank_tail.AT2": (GOOD + "\n  \n\n", "ok"),
-    "03_no_final_newline.AT2": (GOOD.rstrip("\n"), "ok"),
+    "02_blank_tail.AT2": (GOOD + "\n  \n\n", "ok"), "03_no_end.AT2": (GOOD.rstrip("\n"), "ok"),
     # A download that broke off between two lines.
     "20_npts_too_big.AT2": (changed("NPTS=    400", "NPTS=    500"), "warn"),
     # One that broke off within a number.
-    "22_truncated_token.AT2": (GOOD[:-33], "error"),
-    "23_nan.AT2": (replaced_value("NaN"), "error"),
+    "22_truncated_token.AT2": (GOOD[:-33], "error"), "23_nan.AT2": (replaced_value("NaN"), "error"),
     # Fortran writes stars where a number does not fit its columns.
     "24_stars.AT2": (replaced_value("*" * 14), "error"),
-    "26_empty.AT2": ("", "error"),
-    "27_header_only.AT2": (HEAD, "error"),
+    "26_empty.AT2": ("", "error"), "27_header_only.AT2": (HEAD, "error"),
     "29_dt_zero.AT2": (changed("DT= 0.0200", "DT= 0.0000"), "error"),
     "30_cms2_said_g.AT2": (at2_text(980.665 * RECORD_G, DT_S), "error"),
     # Values cannot show that m/s2 was labelled g: 1.5 g is a strong record.
     "32_ms2_said_g_small.AT2": (at2_text(5.0 * RECORD_G, DT_S), "ok"),
-    "33_vt2.VT2": (
-        changed("ACCELERATION TIME SERIES IN UNITS OF G", "VELOCITY TIME SERIES IN UNITS OF CM/S"),
-        "error",
-    ),
+    "33_vt2.VT2": (changed("ACCELERATION TIME SERIES IN UNITS OF G",
+                           "VELOCITY TIME SERIES IN UNITS OF CM/S"), "error"),
     "34_offset.AT2": (at2_text(RECORD_G + 0.05, DT_S), "warn"),
     "35_html.AT2": ("<!DOCTYPE html><html><body>Please sign in</body></html>\n", "error"),
-    "37_zip.AT2": ("PK\x03\x04\x14\x00\x00\x00", "error"),
-    "38_bom_utf8.AT2": ("\ufeff" + GOOD, "ok"),
+    "37_zip.AT2": ("PK\x03\x04\x14\x00\x00\x00", "error"), "38_bom.AT2": ("\ufeff" + GOOD, "ok"),
     "39_all_zero.AT2": (at2_text(np.zeros(400), DT_S), "error"),
     # Components of different length are a pair, of different time step they are none.
     "50_pair_len_h1.AT2": (GOOD, "ok"),
@@ -84,14 +78,14 @@ FILES = {
     "61_two_col_rounded_time.txt": (columns(0.0025, 3), "warn"),
     "63_one_col.txt": ("".join(f"{value:.6e}\n" for value in RECORD_G), "needs_dt"),
     "64_opensees.acc": (" ".join(f"{value:.6e}" for value in RECORD_G), "needs_dt"),
-}
+}  # fmt: skip
 
 
 def test_each_file_gets_its_expected_verdict(tmp_path):
     for name, (text, _) in FILES.items():
         (tmp_path / name).write_bytes(text.encode())
     for paths in ([tmp_path], [tmp_path / name for name in FILES]):
-        found = {Path(item.file).name: item.verdict for item in check_paths(paths)}
+        found = {Path(item.file).name: item.verdict for item in check.check_paths(paths)}
         assert found == {name: verdict for name, (_, verdict) in FILES.items()}
 
 
@@ -101,7 +95,7 @@ def test_very_long_lines_are_refused_quickly_and_unreadable_paths_are_input_erro
     for name, text in product(("long.AT2", "long.txt", "long.V2"), texts):
         (tmp_path / name).write_text(text)
         with pytest.raises(InputError):
-            read_trace(tmp_path / name, Stated(dt_s=0.01))
+            read_trace(tmp_path / name, formats.Stated(dt_s=0.01))
     (tmp_path / "nan.AT2").write_text(FILES["23_nan.AT2"][0])
     for name, message in (("no_such.AT2", "no_such"), (".", "."), ("nan.AT2", "line 6: 'NaN'")):
         with pytest.raises(InputError, match=message):
@@ -122,16 +116,6 @@ def test_a_single_large_value_and_a_time_step_in_ms_are_reported(tmp_path):
 
 
 # --- an index that came with someone's motions
-OUT_OF_THE_FOLDER = (
-    "../secret_h1.AT2", "sub/../../secret_h1.AT2", "C:/secret_h1.AT2", "..\\secret_h1.AT2",
-    "\\\\server\\share\\x.AT2", "~/x.AT2", "",
-)  # fmt: skip
-BAD_VALUES = [
-    ("scale", -1), ("scale", "x"), ("scale", "inf"), ("dt_s", 0), ("unit", "furlong"),
-    ("magnitude", "big"),
-]  # fmt: skip
-
-
 def test_a_bad_index_is_refused_by_line_and_name(tmp_path, monkeypatch):
     folder = tmp_path / "motions"
     folder.mkdir()
@@ -145,7 +129,7 @@ def test_a_bad_index_is_refused_by_line_and_name(tmp_path, monkeypatch):
         if old:
             index.write_text(good.replace(old, new))
         with pytest.raises(InputError, match=message):
-            prepare_suite(folder, t1_s=0.7)
+            suite.prepare_suite(folder, t1_s=0.7)
 
     for name in (*OUT_OF_THE_FOLDER, str(secret)):
         refuse("line 3", "q1_h1.AT2", name)
@@ -176,7 +160,7 @@ def test_waho_of_the_published_peak_is_accepted_and_a_false_one_replaced(tmp_pat
     values *= 0.5373 * np.sqrt(2.0) / np.abs(values).max()
     (tmp_path / "RSN811_LOMAP_WAH000.AT2").write_text(at2_text(values))
     (tmp_path / "RSN811_LOMAP_WAH090.AT2").write_text(at2_text(1e-6 * values))
-    assert prepare_suite(tmp_path, t1_s=0.7)["motion_id"][0] == "RSN811_LOMAP_WAH"
+    assert suite.prepare_suite(tmp_path, t1_s=0.7)["motion_id"][0] == "RSN811_LOMAP_WAH"
     folder, false = tmp_path / "surrogate", tmp_path / "false"
     folder.mkdir()
     false.mkdir()
@@ -189,14 +173,14 @@ def test_waho_of_the_published_peak_is_accepted_and_a_false_one_replaced(tmp_pat
         (false / f"RSN811_LOMAP_WAH{azimuth:03d}.AT2").write_text(text)
     with pytest.raises(InputError, match="claims to be the WAHO"):
         read_motion(*sorted(false.glob("*.AT2")))
-    assert {item.verdict for item in check_paths([false])} == {"error"}
+    assert {item.verdict for item in check.check_paths([false])} == {"error"}
     monkeypatch.setenv("SKEWBRIDGE_RECORDS", f"{false}{os.pathsep}{folder}")
     used = waho()
     assert not used.is_paper_record
     assert "surrogate" in used.label
     assert "surrogate" in used.motion.motion_id
-    pga_g = orbit_rotd50(used.motion.accel_1_mps2, used.motion.accel_2_mps2) / G_MPS2
-    assert pga_g == pytest.approx(SURROGATE_FACTOR * orbit_rotd50(*stand_in_g), rel=1e-3)
+    pga_g = intensity.orbit_rotd50(used.motion.accel_1_mps2, used.motion.accel_2_mps2) / G_MPS2
+    assert pga_g == pytest.approx(SURROGATE_FACTOR * intensity.orbit_rotd50(*stand_in_g), rel=1e-3)
 
 
 # --- a file removed while a study runs: one message, no partial or lost results
@@ -205,17 +189,17 @@ def test_a_motion_removed_while_it_is_listed_or_later_is_named(tmp_path, monkeyp
     motions, folder = tmp_path / "motions", StudyFolder(tmp_path / "results")
     motions.mkdir()
     make_pairs(motions, 3)
-    given = MotionsConfig(folder=str(motions), count=None)
+    given = levels.MotionsConfig(folder=str(motions), count=None)
     config = StudyConfig(results=str(folder.root), motions=given)
     component, listed = motions / "q1_h2.AT2", suite.files_below
     text = component.read_text()
 
     def keys():
-        tasks = StudySetup.of(config).tasks("osb1_cf_skew30_gap051_mu050")
-        return [run_key(each) for each in tasks]
+        tasks = analyses.StudySetup.of(config).tasks("osb1_cf_skew30_gap051_mu050")
+        return [task.run_key(each) for each in tasks]
 
     def digest(_config):
-        return motions_digest(config, folder.motions_digest)
+        return inputs.motions_digest(config, folder.motions_digest)
 
     def and_removed(where):
         found = listed(where)
@@ -228,12 +212,12 @@ def test_a_motion_removed_while_it_is_listed_or_later_is_named(tmp_path, monkeyp
             digest(config)
     assert not folder.motions_digest.exists()
     component.write_text(text)
-    prepare_motions(config)
+    inputs.prepare_motions(config)
     digest(config)
     before, keys_before = folder.suite.read_bytes(), keys()
     component.unlink()
     message = r"^motion q1 has 1 component file\(s\) \(q1_h1.AT2\) instead of 2[^\n]*$"
-    for step in (prepare_motions, digest):
+    for step in (inputs.prepare_motions, digest):
         with pytest.raises(InputError, match=message):
             step(config)
     assert keys() == keys_before

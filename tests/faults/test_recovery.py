@@ -1,8 +1,7 @@
 """Recovery steps: order, cost, sub-steps, an unchanged response; statuses of analyses.
 
 Solutions fail after two iterations, so that their trial state is far from the committed one. The
-reference is the same sequence of (sub-)steps without failures.
-"""
+reference is the same sequence of (sub-)steps without failures."""
 
 import math
 from dataclasses import replace
@@ -24,6 +23,16 @@ DT_S = 0.01
 STEPS = 120
 TIGHT, ITERATIONS = 1e-11, 30
 NEWMARK, HHT, HOUBOLT = ("Newmark", 0.5, 0.25), ("HHT", 0.9), ("Houbolt",)
+VARIANT = variant()
+ENERGY = ("energy_residual_ratio", "numerical_dissipation_ratio", "contact_energy_ratio")
+TOO_STRICT = {
+    "duration_s": 0.2, "max_iterations": 2, "tolerance_j": 1e-16, "reuse_tangent": False
+}  # fmt: skip
+SETTINGS = {"duration_s": 3.0, "dt_s": 0.005, "tolerance_j": 1e-12, "reuse_tangent": False}
+# Looser tests of later recovery steps are a difference of their own.
+STRICT = tuple(replace(step, tolerance_j=0.0) for step in RECOVERY_STEPS)
+# Solutions while free, about to close and in contact; none of them is the second of a step.
+FAILING = {150, 310, 311, 430, 610}
 
 
 @pytest.fixture(autouse=True)
@@ -45,7 +54,6 @@ def held_and_loaded(node, ground, constraints, *load, spring=("Steel01", 1, 8.0,
 
 
 def spring_and_mass(**options):
-    """A mass on a spring; return the node to look at."""
     ops.model("basic", "-ndm", 1, "-ndf", 1)
     ops.node(1, 0.0)
     ops.node(2, 0.0)
@@ -83,7 +91,6 @@ def prepare(monkeypatch=None):
 
 
 def loop_of(integrator=NEWMARK, max_iterations=10, **replaced):
-    """Return a loop over the model in the domain, with some of its attributes replaced."""
     given = {"contact_dt_s": None, "event_dt_s": None, "max_iterations": max_iterations}
     settings = AnalysisSettings(dt_s=DT_S, integrator=integrator, mean_iterations=1e4, **given)
     loop = StepLoop(None, settings)
@@ -95,7 +102,6 @@ def loop_of(integrator=NEWMARK, max_iterations=10, **replaced):
 
 @pytest.fixture
 def oscillator(monkeypatch):
-    """An elastic oscillator, ready for steps."""
     spring_and_mass(spring=("Elastic", 1, 100.0))
     prepare(monkeypatch)
 
@@ -158,8 +164,7 @@ def test_the_finest_step_of_the_settings_is_possible_and_every_recovery_step_div
     assert parts == sorted(parts)
     finest = AnalysisSettings(dt_s=0.02, contact_dt_s=0.02, event_dt_s=1e-5).event_halvings
     assert finest <= MAX_HALVINGS
-    loop = loop_of(halvings=lambda least: max(least, finest))
-    assert len(list(loop.committed(1))) == 2**finest
+    assert len(list(loop_of(halvings=lambda least: max(least, finest)).committed(1))) == 2**finest
     assert ops.getTime() == pytest.approx(DT_S)
 
 
@@ -167,8 +172,7 @@ def test_the_finest_step_of_the_settings_is_possible_and_every_recovery_step_div
 # Solutions that fail, by step, counted in the step: 0 to 2 are the recovery steps without
 # sub-steps, from 3 on come the sub-steps of the finer ones.
 PATHS = {
-    "next recovery step": {40: {0}},
-    "last one without sub-steps": {40: {0, 1}},
+    "next recovery step": {40: {0}}, "last one without sub-steps": {40: {0, 1}},
     "all of its sub-steps": {40: {0, 1, 2}},
     "some sub-steps, the rest by the next": {40: {0, 1, 2, 4}},
     "some sub-steps, the rest finer": {40: {0, 1, 2, 4, 6}},
@@ -176,10 +180,9 @@ PATHS = {
     "again while one is kept": {40: {0}, 45: {0}, 50: {0, 1}},
     "finer while one is kept": {40: {0}, 45: {0, 1, 2}},
     "after one was kept": {40: {0}, 40 + HELD_STEPS + 3: {0, 1, 2, 3}},
-    "two steps one after the other": {40: {0, 1, 2}, 41: {0, 1, 2}},
-    "the first step": {0: {0}, 1: {0, 1, 2}},
+    "two steps in a row": {40: {0, 1, 2}, 41: {0, 1, 2}}, "the first step": {0: {0}, 1: {0, 1, 2}},
     "many": {number: {0, 1, 2} if number % 2 else {0} for number in range(10, 100, 15)},
-}
+}  # fmt: skip
 #: Solutions that fail in two steps that are made in four parts.
 IN_PARTS = ({0}, {0, 1, 2}, {2}, {1, 2, 3, 5}, {2, 3, 4, 6, 8})
 of_models = pytest.mark.parametrize("model", [spring_and_mass, mass_on_a_rigid_arm])
@@ -212,19 +215,14 @@ class Failing:
         return self.last
 
     def check(self):
-        """Check that the last solution converged, by its result and by its own test."""
         assert self.last == 0
         assert 0.0 <= ops.testNorms()[ops.testIter() - 1] <= self.given[1]
         return True
 
 
 def driven(monkeypatch, model, integrator, failing, parts=lambda _: 1):
-    """Make the steps; repeat one in which all recovery steps fail.
-
-    Returns:
-        Sizes of all converged (sub-)steps, values after each regular step, results of the regular
-        steps, and effort.
-    """
+    """Make the steps; repeat one in which all recovery steps fail. Return the sizes of converged
+    (sub-)steps, values after and results of the regular steps, and effort."""
     ops.wipe()
     node, sizes, values, ended = model(), [], [], []
     failures = Failing(monkeypatch, lambda n: n in failing.get(len(values), ()))
@@ -250,7 +248,6 @@ def driven(monkeypatch, model, integrator, failing, parts=lambda _: 1):
 
 
 def plain(model, integrator, sizes):
-    """Make steps of given sizes without failures; return the values at the regular steps."""
     ops.wipe()
     node, values = model(), []
     prepare()
@@ -265,17 +262,14 @@ def plain(model, integrator, sizes):
 
 
 def error(found, exact):
-    """Largest difference over the largest value."""
     assert len(found) == len(exact) == STEPS
     return np.abs(np.subtract(found, exact)).max() / np.abs(exact).max()
 
 
 def assert_unchanged(values, model, integrator, sizes):
-    """Compare with the same steps without failures, within the tolerance of the test.
-
-    Houbolt loses its last two steps and restarts as the trapezoidal rule, at most seven times in
-    these histories: 2 %.
-    """
+    """Compare with the same steps without failures, within the tolerance of the test. Houbolt loses
+    its last two steps and restarts as the trapezoidal rule, at most seven times in these histories:
+    2 %."""
     tolerance = 0.02 if integrator == HOUBOLT else 1e-8
     assert error(values, plain(model, integrator, sizes)) <= tolerance
 
@@ -324,18 +318,9 @@ def test_houbolt_survives_a_change_of_the_step(model):
 
 
 # --- a whole bridge
-SETTINGS = {"duration_s": 3.0, "dt_s": 0.005, "tolerance_j": 1e-12, "reuse_tangent": False}
-# Looser tests of later recovery steps are a difference of their own.
-STRICT = tuple(replace(step, tolerance_j=0.0) for step in RECOVERY_STEPS)
-# Solutions while free, about to close and in contact; none of them is the second of a step.
-FAILING = {150, 310, 311, 430, 610}
-
-
 def response(monkeypatch, failing):
-    """Analyse OSB1 with some solutions made impossible: one iteration, no tolerance.
-
-    No state is read that has not met its own test.
-    """
+    """Analyse OSB1 with some solutions made impossible: one iteration, no tolerance. No state is
+    read that has not met its own test."""
     diverged = Watch.diverged
     failures = Failing(monkeypatch, lambda number: number + 1 in failing)
     monkeypatch.setattr(Watch, "diverged", lambda watch: failures.check() and diverged(watch))
@@ -356,14 +341,8 @@ def test_a_retry_does_not_change_the_response(monkeypatch):
 
 
 # --- every analysis returns a status and the peaks up to its end
-VARIANT = variant()
-
-
 def run(**settings):
     return analysed(VARIANT, **settings)
-
-
-ENERGY = ("energy_residual_ratio", "numerical_dissipation_ratio", "contact_energy_ratio")
 
 
 def assert_has_peaks(result):
@@ -432,17 +411,11 @@ def test_failed_steps_are_recovered_and_logged_and_divergence_is_a_failure(tmp_p
     assert max(result.histories[name].max() for name in names) < 0.01 * 19_500.0
 
 
-TOO_STRICT = {
-    "duration_s": 0.2, "max_iterations": 2, "tolerance_j": 1e-16, "reuse_tangent": False
-}  # fmt: skip
-
-
 def test_a_too_strict_tolerance_is_loosened_and_changes_no_later_analysis(capfd, monkeypatch):
     clean = run(duration_s=1.0)
     result = run(**TOO_STRICT)
     assert capfd.readouterr() == ("", ""), "OpenSees prints nothing"
-    assert result.status == "ok"
-    assert result.effort.highest_rung == 2
+    assert (result.status, result.effort.highest_rung) == ("ok", 2)
     assert result.effort.failures > 1
     assert result.loosened_ratio > 0.0
     assert run(duration_s=1.0).demands == clean.demands
@@ -450,8 +423,7 @@ def test_a_too_strict_tolerance_is_loosened_and_changes_no_later_analysis(capfd,
     monkeypatch.setattr(StepLoop, "recovery_steps", RECOVERY_STEPS[:1])
     result = run(**TOO_STRICT)
     assert result.status == "numerical_failure"
-    assert result.messages[0] == "no recovery step converged"
-    assert result.effort.failures == 1
+    assert (result.messages[0], result.effort.failures) == ("no recovery step converged", 1)
 
 
 def test_bad_factors_are_refused_and_histories_are_equally_spaced_to_the_end():
@@ -465,11 +437,9 @@ def test_bad_factors_are_refused_and_histories_are_equally_spaced_to_the_end():
         with pytest.raises(InputError, match=words):
             run(**factors)
     result = run(duration_s=2.0, free_vibration_s=0.5)
-    assert result.duration_s == pytest.approx(2.5)
-    assert result.time_reached_s == pytest.approx(2.5)
+    assert (result.duration_s, result.time_reached_s) == (pytest.approx(2.5), pytest.approx(2.5))
     assert result.effort.substeps > 10
-    spacing = np.diff(result.histories["t_s"])
-    assert spacing == pytest.approx(AnalysisSettings().dt_s, rel=1e-6)
+    assert np.diff(result.histories["t_s"]) == pytest.approx(AnalysisSettings().dt_s, rel=1e-6)
     openings = [name for name in result.histories if name.endswith("_opening_m")]
     assert min(result.histories[name].min() for name in openings) < 0.0
     quiet = result.histories["t_s"] > 2.01

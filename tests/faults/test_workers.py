@@ -33,6 +33,17 @@ from small_study import wait_for
 from study_parts import task_of, wave
 
 STILL_S = 2.0
+DIED, STILL = "two worker processes died in this analysis", "no progress for 2 s"
+signals = partial(signalled, first=None)
+CHILD = (
+    "import os, time; from skewbridge.study.processes import end_with_parent;"
+    "end_with_parent(); print(os.getpid(), flush=True); time.sleep(60)"
+)
+PARENT = "import subprocess, sys; subprocess.run([sys.executable, '-c', sys.argv[1]])"
+ROWS = [
+    {"run_key": "a", "variant": "w", "status": "ok", "column_shear_kn": 1234.5, "cpu_s": math.nan},
+    {"run_key": "b", "variant": "v", "status": "crash", "column_shear_kn": 5.0, "cpu_s": 0.1},
+]
 
 
 def task(number):
@@ -54,13 +65,8 @@ def batch(folder, work, count=2, tasks=(), *, done=None, still_s=STILL_S, on_fin
 
 
 def ends(pid):
-    """Whether a process ends, waited for."""
     gone = (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD)
     return wait_for(lambda: not psutil.pid_exists(pid) or psutil.Process(pid).status() in gone, 30)
-
-
-DIED, STILL = "two worker processes died in this analysis", "no progress for 2 s"
-signals = partial(signalled, first=None)
 
 
 @pytest.mark.parametrize(
@@ -93,7 +99,6 @@ def test_progress_or_a_worker_killed_once_cost_nothing_and_an_absurd_motion_has_
 @pytest.mark.parametrize("code", [errno.EROFS, errno.EACCES, errno.ENOSPC, errno.ENOENT])
 def test_missing_semaphores_are_named_and_finished_rows_need_none(tmp_path, monkeypatch, code):
     (row,) = batch(tmp_path, None, 1, [task(1)])
-
     # what the library asks of the system for the locks of its queues
     refuse = Mock(side_effect=OSError(code, os.strerror(code)))
     monkeypatch.setattr("joblib.externals.loky.backend.synchronize._SemLock", refuse)
@@ -117,8 +122,7 @@ def test_an_unfinished_search_resumes_from_its_journal(tmp_path):
         done, new = read_content([own, trials]).rows, []
         work = partial(searched, ida, done, trials)
         given = {"done": done, "on_finished": new.append, "still_s": 600.0}
-        rows = batch(tmp_path, work, 2, [first], **given)
-        return [row["run_key"] for row in rows], len(new)
+        return [row["run_key"] for row in batch(tmp_path, work, 2, [first], **given)], len(new)
 
     keys, ran = run()
     assert ran == len(keys) > 5
@@ -126,13 +130,6 @@ def test_an_unfinished_search_resumes_from_its_journal(tmp_path):
     assert list(read_content([trials]).rows) == keys[1:]
     own.unlink()  # as after a kill in the midst of it
     assert run() == (keys, 1)
-
-
-CHILD = (
-    "import os, time; from skewbridge.study.processes import end_with_parent;"
-    "end_with_parent(); print(os.getpid(), flush=True); time.sleep(60)"
-)
-PARENT = "import subprocess, sys; subprocess.run([sys.executable, '-c', sys.argv[1]])"
 
 
 def test_a_worker_ends_with_its_parent_even_when_stopped_and_at_once_without_one():
@@ -165,10 +162,8 @@ batch(Path(sys.argv[1]), partial(slow, seconds=300.0))
 def test_a_worker_ends_whose_parent_is_killed_during_its_start(tmp_path):
     """The parent is killed as soon as it has a worker, which has loaded nothing yet."""
     folders = os.pathsep.join([str(Path(__file__).parent), str(Path(__file__).parents[1])])
-    parent = psutil.Popen(
-        [sys.executable, "-c", PARENT_OF_A_POOL, str(tmp_path)],
-        env={**os.environ, "PYTHONPATH": folders},
-    )
+    parent = psutil.Popen([sys.executable, "-c", PARENT_OF_A_POOL, str(tmp_path)],
+                          env={**os.environ, "PYTHONPATH": folders})  # fmt: skip
     workers = []
     while not workers:
         assert parent.poll() is None
@@ -213,12 +208,6 @@ def test_a_successor_waits_for_its_predecessor_and_missing_locks_are_named(tmp_p
     message = r"cannot be locked \(No locks available\): .*NFSv4"
     with pytest.raises(InputError, match=message), open_journal(tmp_path / "v.jsonl", 60.0):
         pass
-
-
-ROWS = [
-    {"run_key": "a", "variant": "w", "status": "ok", "column_shear_kn": 1234.5, "cpu_s": math.nan},
-    {"run_key": "b", "variant": "v", "status": "crash", "column_shear_kn": 5.0, "cpu_s": 0.1},
-]
 
 
 def written(path, rows):

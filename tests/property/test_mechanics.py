@@ -37,8 +37,7 @@ def test_opposite_skews_and_opposite_ends_mirror_each_other(skew_deg, width_m, t
         assert left.point("outer", along) == pytest.approx((-x, -y, z), abs=1e-9)
         assert mirrored.point("outer", -along) == pytest.approx((x, -y, z), abs=1e-9)
     edges = [right.point("outer", along)[1] for along in right.wall_stations(count)]
-    assert edges[0] == pytest.approx(-width_m / 2)
-    assert edges[-1] == pytest.approx(width_m / 2)
+    assert (edges[0], edges[-1]) == (pytest.approx(-width_m / 2), pytest.approx(width_m / 2))
     assert sum(tributary_shares(count)) == pytest.approx(1.0)
 
 
@@ -46,12 +45,9 @@ def test_opposite_skews_and_opposite_ends_mirror_each_other(skew_deg, width_m, t
 POSITIONS = st.floats(-1.0, 1.0)
 STIFFNESSES = st.floats(1e3, 1e9)
 LAWS = st.builds(
-    ContactLaw,
-    kn_n_per_m=STIFFNESSES,
-    kt_n_per_m=STIFFNESSES,
-    friction=st.floats(0.0, 1.5),
+    ContactLaw, kn_n_per_m=STIFFNESSES, kt_n_per_m=STIFFNESSES, friction=st.floats(0.0, 1.5),
     cohesion_n=st.floats(0.0, 1e4),
-)
+)  # fmt: skip
 OPENINGS = st.floats(-0.1, 0.1)
 
 

@@ -44,8 +44,7 @@ def test_reduced_orbit_gives_the_median_of_the_full_orbit(seed, period_s, ratio)
 
 def test_filter_agrees_with_an_ode_solver():
     """The recursion is exact for piecewise linear input; the solver is held to 1e-9."""
-    motion = _motion(7, npts=60)
-    accel, dt_s, omega, xi = motion.accel_1_mps2, 0.01, 2 * np.pi / 0.6, 0.05
+    accel, dt_s, omega, xi = _motion(7, npts=60).accel_1_mps2, 0.01, 2 * np.pi / 0.6, 0.05
     peak_m, state = 0.0, np.zeros(2)
     for i in range(accel.size - 1):
 
@@ -60,14 +59,10 @@ def test_filter_agrees_with_an_ode_solver():
 
 # --- synthetic motions
 SCENARIOS = st.builds(
-    Scenario,
-    magnitude=st.floats(6.5, 7.9),
-    distance_km=st.floats(1.0, 31.0),
-    vs30_mps=st.floats(150.0, 1500.0),
-    mechanism=st.sampled_from(["strike_slip", "reverse"]),
-    ztor_km=st.just(0.0),
-    pulse=st.sampled_from(["none", "all"]),
-)
+    Scenario, magnitude=st.floats(6.5, 7.9), distance_km=st.floats(1.0, 31.0),
+    vs30_mps=st.floats(150.0, 1500.0), mechanism=st.sampled_from(["strike_slip", "reverse"]),
+    ztor_km=st.just(0.0), pulse=st.sampled_from(["none", "all"]),
+)  # fmt: skip
 
 
 @settings(max_examples=8)

@@ -35,11 +35,9 @@ def test_rotd50_spectra_are_those_of_the_published_flatfile():
         motion, published = read_motion(*files), flatfile.loc[number]
         psa = pair_psa(motion.accel_1_mps2, motion.accel_2_mps2, motion.dt_s, periods_s)
         np.testing.assert_allclose(
-            psa.rotd50_mps2 / G_MPS2,
-            published[columns].to_numpy(float),
-            rtol=FLATFILE_TOLERANCE,
+            psa.rotd50_mps2 / G_MPS2, published[columns].to_numpy(float), rtol=FLATFILE_TOLERANCE,
             err_msg=name,
-        )
+        )  # fmt: skip
         measures = motion_measures(motion, None)
         assert measures["im_pga_rotd50_g"] == pytest.approx(published["pga_g"], rel=1e-4)
         assert measures["im_pgv_rotd50_mps"] == pytest.approx(

@@ -18,8 +18,7 @@ def test_motions_of_benchmarks_have_the_factors_of_a_study():
 
 def test_recorded_commands_solve_the_equations_of_the_analysis():
     task, *_ = overhead.tasks_of_study(1)
-    short = replace(task, settings=replace(task.settings, duration_s=1.0))
-    found = overhead.measure(short, 1)
+    found = overhead.measure(replace(task, settings=replace(task.settings, duration_s=1.0)), 1)
     assert found["largest_difference_of_last_disp_m"] < 1e-12  # rounding of displacements in mm
     assert found["overhead"]["count"] == 1
 

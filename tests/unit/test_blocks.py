@@ -25,6 +25,8 @@ from study_parts import row_of, study_of, wave, without_workers
 
 LEVELS_G = np.random.default_rng(3).lognormal(size=48)
 SIX_PAIRS = list(combinations(range(4), 2))
+GRID = {"bridge": ["osb1"], "skew_deg": [0, 60], "gap_mm": [25, 51], "friction": [0.0, 0.5]}
+MOTIONS = {"blocks": {}, "incidence_deg": [0.0, 90.0]}
 
 
 def runs_of(share: float, *, incidences: int = 2, per_motion: int = 1, levels_g=LEVELS_G):
@@ -36,8 +38,7 @@ def bands(runs: np.ndarray, levels_g: np.ndarray = LEVELS_G) -> np.ndarray:
     """Return the number of runs of each cell by the rank of the level within its group."""
     counts = np.zeros((BLOCK, runs.shape[2]), dtype=int)
     for start in range(0, len(runs), BLOCK):
-        order = start + np.argsort(levels_g[start : start + BLOCK])
-        counts += runs[order].sum(axis=1)
+        counts += runs[start + np.argsort(levels_g[start : start + BLOCK])].sum(axis=1)
     return counts
 
 
@@ -94,9 +95,6 @@ def test_any_number_of_cells_is_balanced(cells: int) -> None:
 
 
 # ---- Analyses of a study
-
-GRID = {"bridge": ["osb1"], "skew_deg": [0, 60], "gap_mm": [25, 51], "friction": [0.0, 0.5]}
-MOTIONS = {"blocks": {}, "incidence_deg": [0.0, 90.0]}
 
 
 def test_motions_run_every_skew_of_their_cells_and_all_cells_of_an_absent_axis() -> None:

@@ -1,8 +1,7 @@
-"""Columns: moment-curvature and shear strength against hand values, and meshes of fibers.
+"""Columns: moment-curvature and shear strength against hand values.
 
 Figures from the project's reference page on bridge data, sections 5 and 6 (engineering rules
-evaluated by hand and an independent fiber analysis). The nominal yield of the hoops is 414 MPa.
-"""
+evaluated by hand and an independent fiber analysis). The nominal yield of the hoops is 414 MPa."""
 
 from dataclasses import replace
 from math import pi
@@ -10,27 +9,23 @@ from pathlib import Path
 from typing import get_args
 
 import numpy as np
-import openseespy.opensees as ops
 import pandas as pd
 import pytest
 
 from hand_made_column import SECTION
 from reference_data import reference_table
 from skewbridge.bridge import section as sections
-from skewbridge.bridge.bent import build_fiber_section
 from skewbridge.bridge.catalogue import bridge_names, load_bridge
 from skewbridge.bridge.catalogue.columns import ColumnData
 from skewbridge.bridge.column import bent_capacities, shear_section
-from skewbridge.bridge.handles import TagAllocator
-from skewbridge.bridge.model import domain
 from skewbridge.bridge.section import hoop_strength_n, sdc_shear_strength, shear_strength
 from skewbridge.errors import InputError
 from skewbridge.fragility.limit_states import load_limit_states
-from skewbridge.units import MM
 from skewbridge.variant.options import ModelOptions, ShearModel
 
 PSI_PA = 6894.757293168
 LIMIT_STATES = Path(__file__).parents[2] / "config" / "limit_states.yaml"
+AXIAL_N = 0.25 * 2000.0 * PSI_PA * np.pi * 1.676**2 / 4
 
 
 @pytest.mark.parametrize(
@@ -68,8 +63,7 @@ def test_moment_curvature_agrees_with_an_independent_fiber_analysis(
     assert stiffness / gross == pytest.approx(cracked, abs=0.01)
     # the idealised curve has the area of the curve
     ideal = curve.plastic_moment_nm * (curve.ultimate_curvature_per_m - knee / 2)
-    area = np.trapezoid(curve.moment_nm, curve.curvature_per_m)
-    assert ideal == pytest.approx(area, rel=1e-9)
+    assert ideal == pytest.approx(np.trapezoid(curve.moment_nm, curve.curvature_per_m), rel=1e-9)
 
 
 def test_a_heavily_loaded_column_yields_first_in_compression():
@@ -80,9 +74,6 @@ def test_a_heavily_loaded_column_yields_first_in_compression():
     assert curve.plastic_moment_nm < 1.05 * curve.moment_nm.max()
     with pytest.raises(InputError, match="more than its section can: check the weights"):
         sections.section_response(column, 2.0 * axial_n)
-
-
-AXIAL_N = 0.25 * 2000.0 * PSI_PA * np.pi * 1.676**2 / 4
 
 
 @pytest.mark.parametrize(
@@ -155,7 +146,6 @@ def test_default_shear_strength_decreases_with_displacement_ductility(axial_kn):
 
 
 def measured_column(row: pd.Series) -> ColumnData:
-    """Return a tested column with its measured strengths."""
     given = {
         "diameter_m": row.diameter_mm / 1e3, "cover_to_hoop_m": row.cover_mm / 1e3,
         "bar_count": int(row.bars), "bar_area_mm2": pi / 4 * row.bar_mm**2,
@@ -170,19 +160,15 @@ def measured_column(row: pd.Series) -> ColumnData:
 
 
 def test_default_shear_strength_is_the_mean_of_tests():
-    """Measured over computed strength of 33 columns that failed in shear has a mean of 1.
-
-    The scatter is the dispersion of the limit states of column shear. The Caltrans strength of the
-    same columns is a lower bound: a design value.
-    """
+    """Measured over computed strength of 33 columns that failed in shear has a mean of 1. The
+    scatter is the dispersion of the limit states of column shear. The Caltrans strength of the same
+    columns is a lower bound: a design value."""
     ratios: dict[str, list[float]] = {"ucsd_tests": [], "sdc_expected": []}
     for _, row in reference_table("circular_shear_tests").iterrows():
         column, axial_n = measured_column(row), 1e3 * row.axial_kn
         curve = sections.section_response(column, axial_n)
-        section = replace(
-            shear_section(column, row.shear_span_mm / 1e3, curve),
-            expected_hoop_yield_pa=1e6 * row.hoop_yield_mpa,
-        )
+        section = replace(shear_section(column, row.shear_span_mm / 1e3, curve),
+                          expected_hoop_yield_pa=1e6 * row.hoop_yield_mpa)  # fmt: skip
         for model, found in ratios.items():
             strength_n = float(shear_strength(section, model, axial_n, 1.0, 1.0))
             found.append(1e3 * row.shear_kn / strength_n)
@@ -197,34 +183,3 @@ def test_default_shear_strength_is_the_mean_of_tests():
     assert dispersion == pytest.approx(scatter, abs=0.015)
     assert design.mean() == pytest.approx(1.40, abs=0.02)
     assert design.std(ddof=1) / design.mean() > scatter
-
-
-# --- fibers of a section
-
-
-@pytest.mark.parametrize("bridge", bridge_names())
-@pytest.mark.parametrize("mesh", [(1, 3, 1), (4, 12, 1), (5, 20, 1), (12, 32, 3), (3, 200, 2)])
-def test_every_mesh_keeps_area_and_second_moment_of_the_section(monkeypatch, bridge, mesh):
-    """Bars are lumped into no more fibers than wedges."""
-    column, fibers = load_bridge(bridge).column, []
-    monkeypatch.setattr(ops, "fiber", lambda *fiber: fibers.append(fiber))
-    with domain():
-        build_fiber_section(column, ModelOptions(column_fibers=mesh), TagAllocator())
-    *concrete, bars = [
-        np.array([(y, z, area) for y, z, area, tag in fibers if tag == material])
-        for material in dict.fromkeys(fiber[-1] for fiber in fibers)
-    ]
-    steel_m2 = column.bar_count * column.bar_area_mm2 * MM**2
-    core_m = column.core.corner_m
-    # the core twice: the part that ends and the part that is kept
-    core_m2, core_m4 = pi * core_m**2 / 4, pi * core_m**4 / 64
-    inertia_m4 = (core_m4, core_m4, column.outline.inertia_m4(0) - core_m4)
-    area_m2 = (core_m2, core_m2, column.outline.area_m2 - core_m2)
-    parts = (*zip(concrete, area_m2, inertia_m4, strict=True),)
-    steel_m4 = steel_m2 * (column.bar_line.corner_m / 2) ** 2 / 2
-    for part, total_m2, second_m4 in (*parts, (bars, steel_m2, steel_m4)):
-        y, z, area = part.T
-        assert area.sum() == pytest.approx(total_m2)
-        assert [area @ y**2, area @ z**2] == pytest.approx([second_m4] * 2)
-        assert [area @ y, area @ z, area @ (y * z)] == pytest.approx([0.0] * 3, abs=1e-12)
-    assert len(bars) == min(column.bar_count, mesh[1])

@@ -14,13 +14,7 @@ from reference_pages import ROOT
 
 from bridge_variants import variant
 from skewbridge.analysis.bridge_check import check_bridge, doubts
-from skewbridge.bridge.catalogue import (
-    FOLDER,
-    BridgeData,
-    bridge_names,
-    load_bridge,
-    read_bridge,
-)
+from skewbridge.bridge.catalogue import FOLDER, BridgeData, bridge_names, load_bridge, read_bridge
 from skewbridge.bridge.catalogue.drawing import box_section, girder, girder_section, value_at
 from skewbridge.bridge.model import build, domain
 from skewbridge.errors import InputError
@@ -28,11 +22,28 @@ from skewbridge.files.text import checked, read_mapping
 from skewbridge.units import KIP, MN, quantity, unit_in_name
 from skewbridge.variant.options import ModelOptions
 
-BRIDGE_SCHEMA = jsonschema.Draft202012Validator(
-    json.loads((ROOT / "config/bridge.schema.json").read_text())
-)
+SCHEMA = json.loads((ROOT / "config/bridge.schema.json").read_text())
+BRIDGE_SCHEMA = jsonschema.Draft202012Validator(SCHEMA)
 # a bridge like osb1 with numbers of one source
 OWN = "extends: osb1\nsource: 'd: x'\n"
+WALL = "column: {shape: rectangular, width_m: 5.0, depth_m: 1.0, bar_count: 44, tie_legs: [4, 8]}\n"
+PLAIN = ("drawing S-12", "Drawing S-12: section B", "p. 14", "as-built, 1998", "design code")
+MISTAKES = ("e: drawing", "B: drawing", "b:drawing", "b: ", "b", "calc", "calc:3", "", "  ")
+INTEGRAL = "abutments: {{left: {{type: {}}}, right: {{type: roller}}}}"
+K50 = """abutment:
+  wall_height_m: 1.4
+  backfill: {rule: k50, stiffness_mn_per_m: 28.0, ultimate_kn: 2000, ultimate_closure_ratio: 0.05}
+"""
+TEMPLATE = ROOT / "config/bridges/template.yaml"
+DRAWINGS = sorted((ROOT / "tests/data/drawings").glob("*.yaml"))
+PADS = {"plan_mm": 400, "rubber_mm": 50}
+GIRDERS = {"type": "BT-63", "count": 5, "spacing_m": 2.9, "slab_mm": 215}
+SLIPS = {
+    "m": (3.2808, 39.37, 1000), "mm": (25.4, 1000), "m2": (10.764, 1e6), "m4": (115.86, 1e12),
+    "mm2": (645.16, 1e6), "gpa": (6.895, 1000), "mpa": (6.895, 1000), "kn": (4.448, 1000),
+    "kn/m": (4.448, 14.594, 1000), "mn/m": (5.71, 68.5, 1000), "mnm/rad": (737.6, 1000),
+    "kn/m3": (6.366, 1000), "t": (2.2046, 1000), "s": (1000,),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", bridge_names())
@@ -87,12 +98,8 @@ def test_a_user_adds_a_bridge_by_a_file_in_which_nothing_is_missing(written) -> 
 
 
 def bents(columns: int = 1, **keys: object) -> str:
-    """Return the text of a bent with further keys."""
     bent = {"columns": columns, "clear_height_m": 5.0, "cap_width_m": 2.0, "cap_depth_m": 1.8}
     return yaml.safe_dump({"bents": [bent | {"cap_weight_kn": 500} | keys]})
-
-
-WALL = "column: {shape: rectangular, width_m: 5.0, depth_m: 1.0, bar_count: 44, tie_legs: [4, 8]}\n"
 
 
 def test_a_bent_replaces_single_keys_of_the_column_and_the_base(written) -> None:
@@ -116,10 +123,6 @@ def test_a_bent_replaces_single_keys_of_the_column_and_the_base(written) -> None
     assert wall.column.bar_area_mm2 == load_bridge("osb1").column.bar_area_mm2
 
 
-PLAIN = ("drawing S-12", "Drawing S-12: section B", "p. 14", "as-built, 1998", "design code")
-MISTAKES = ("e: drawing", "B: drawing", "b:drawing", "b: ", "b", "calc", "calc:3", "", "  ")
-
-
 def test_a_source_without_a_letter_is_a_document_at_hand(written) -> None:
     for text in PLAIN:
         path = written(f'extends: osb1\nt1_s: {{v: 0.7, src: "{text}"}}\n')
@@ -130,13 +133,6 @@ def test_a_source_without_a_letter_is_a_document_at_hand(written) -> None:
         assert not BRIDGE_SCHEMA.is_valid(read_mapping(Path(path)))
         with pytest.raises(InputError, match=r"t1_s: src must be"):
             load_bridge(path)
-
-
-INTEGRAL = "abutments: {{left: {{type: {}}}, right: {{type: roller}}}}"
-K50 = """abutment:
-  wall_height_m: 1.4
-  backfill: {rule: k50, stiffness_mn_per_m: 28.0, ultimate_kn: 2000, ultimate_closure_ratio: 0.05}
-"""
 
 
 @pytest.mark.parametrize(
@@ -223,14 +219,7 @@ def test_the_schema_of_editors_knows_the_form_of_a_bridge() -> None:
 
 
 # --- drawings
-
-
-TEMPLATE = ROOT / "config/bridges/template.yaml"
-DRAWINGS = sorted((ROOT / "tests/data/drawings").glob("*.yaml"))
-
-
 def leaves(node: object, above: str = ""):
-    """Yield key and value of the numbers and texts of a tree."""
     if not isinstance(node, dict | list | tuple):
         yield above, node
         return
@@ -294,10 +283,6 @@ def test_a_bad_drawing_names_key_value_and_need(written, key, value, words) -> N
     assert words in message
     assert key.partition(".")[0] in message or key == "source"
     assert "abutment.wall_height_m" not in message  # missing only because the depth is
-
-
-PADS = {"plan_mm": 400, "rubber_mm": 50}
-GIRDERS = {"type": "BT-63", "count": 5, "spacing_m": 2.9, "slab_mm": 215}
 
 
 def test_an_integral_end_is_completed_from_a_deck_in_text(written) -> None:
@@ -472,7 +457,6 @@ def test_numbers_of_ends_that_differ_and_of_oblong_columns_are_doubted(
 
 
 def changed(name, changes):
-    """Return a bridge with other numbers, checked like a file."""
     read = read_bridge(name)
     tree = read.bridge.model_dump()
     for key, value in changes.items():
@@ -482,15 +466,6 @@ def changed(name, changes):
 
 
 # --- slips of units
-
-SLIPS = {
-    "m": (3.2808, 39.37, 1000), "mm": (25.4, 1000), "m2": (10.764, 1e6), "m4": (115.86, 1e12),
-    "mm2": (645.16, 1e6), "gpa": (6.895, 1000), "mpa": (6.895, 1000), "kn": (4.448, 1000),
-    "kn/m": (4.448, 14.594, 1000), "mn/m": (5.71, 68.5, 1000), "mnm/rad": (737.6, 1000),
-    "kn/m3": (6.366, 1000), "t": (2.2046, 1000), "s": (1000,),
-}  # fmt: skip
-
-
 def slips_of(name: str) -> list[tuple[str, float]]:
     """Return key and factor of the slips of every number with a unit that is not zero."""
     bridge = load_bridge(name)
@@ -500,7 +475,6 @@ def slips_of(name: str) -> list[tuple[str, float]]:
 
 
 def is_caught(name: str, *slips: tuple[str, float]) -> bool:
-    """Return whether a bridge is refused or doubted with the name of one slipped number."""
     bridge = load_bridge(name)
 
     def slipped(value, factor):

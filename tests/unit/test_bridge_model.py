@@ -29,6 +29,9 @@ from skewbridge.units import G_MPS2
 from skewbridge.variant.options import ModelOptions
 from skewbridge.verification.references.live_model import prepare_analysis
 
+PADS = load_bridge("osb1").abutment.pads
+YIELD_M = PADS.yield_force_kn / PADS.shear_stiffness_kn_per_m
+
 
 def assert_every_element_is_in_one_energy_group(model: BridgeModel) -> None:
     grouped = [tag for tags in model.energy_elements.values() for tag in tags]
@@ -149,8 +152,7 @@ def test_shares_of_wall_and_deck_keep_their_moments_of_inertia(count: int) -> No
 def test_non_uniform_backfill_is_largest_at_the_acute_corner_of_either_sign() -> None:
     for skew_deg in (60, -60):
         end = DeckEnd("left", (-45.0, 0.0), (-1.0, 0.0), skew_deg, 14.0, 0.9)
-        stations = end.wall_stations(5)
-        factors = variation_factors(end, stations, 0.3)
+        factors = variation_factors(end, end.wall_stations(5), 0.3)
         assert max(factors) == pytest.approx(1.3)
         assert sum(factors) == pytest.approx(5.0)
         acute_first = end.acute_sign < 0
@@ -170,10 +172,8 @@ def test_penalties_are_bounded_by_softening_and_by_the_step() -> None:
 
 
 def test_four_elements_per_span_give_the_periods_of_sixteen() -> None:
-    coarse, fine = (
-        modal.modal_properties(variant(30), ModelOptions(deck_elements_per_span=count))
-        for count in (4, 16)
-    )
+    coarse, fine = (modal.modal_properties(variant(30), ModelOptions(deck_elements_per_span=count))
+                    for count in (4, 16))  # fmt: skip
     periods_s = [[each.period_s(way) for way in ("x", "y", "rz", "z")] for each in (coarse, fine)]
     assert periods_s[0] == pytest.approx(periods_s[1], rel=0.002)
 
@@ -195,13 +195,10 @@ def test_a_spine_node_is_within_5_cm_of_the_mass_centre(shift_m: float) -> None:
     first, *others, last = bridge.spans_m
     moved = bridge.model_copy(update={"spans_m": (first + shift_m, *others, last - shift_m)})
     (points,) = spine_points_m(moved, 8)
-    away = min(abs(x - mass_centre_m(moved)) for x in points)
-    assert away <= 0.05
+    assert min(abs(x - mass_centre_m(moved)) for x in points) <= 0.05
 
 
 # --- masses, damping and energy groups
-
-
 def test_masses_and_loads_add_up() -> None:
     with domain():
         model = build(variant(30), ModelOptions())
@@ -254,8 +251,7 @@ def test_abutments_have_mass_only_on_request(abutment: str, option: str, least_k
 @pytest.mark.parametrize("bridge", ["osb2s", "bridge_b"])
 def test_the_mass_centre_is_that_of_the_masses(bridge: str) -> None:
     with domain():
-        model = build(variant(0, "roller", bridge), ModelOptions())
-        masses = model.frame.loads.masses_kg
+        masses = build(variant(0, "roller", bridge), ModelOptions()).frame.loads.masses_kg
         moment = sum(mass * ops.nodeCoord(node)[0] for node, mass in masses.items())
         found = mass_centre_m(load_bridge(bridge))
         assert found == pytest.approx(moment / sum(masses.values()), abs=1e-4)
@@ -263,8 +259,6 @@ def test_the_mass_centre_is_that_of_the_masses(bridge: str) -> None:
 
 
 # --- the recorded script
-
-
 VARIANT = variant()
 
 ASK = """
@@ -294,10 +288,8 @@ def test_script_repeats_the_model_to_the_bit_and_recording_leaves_the_commands(t
         expected.append(ops.getEleTags())
     state, squares = map(json.loads, answer.stdout.strip().split("\n")[-2:])
     assert state == expected
-    modes = modal.modal_properties(VARIANT).modes
-    assert [2 * pi / sqrt(square) for square in squares] == pytest.approx(
-        [mode.period_s for mode in modes[:6]], rel=1e-6
-    )
+    periods_s = [mode.period_s for mode in modal.modal_properties(VARIANT).modes[:6]]
+    assert [2 * pi / sqrt(square) for square in squares] == pytest.approx(periods_s, rel=1e-6)
     assert text.count("dict(name=") == 2 * (3 + 2)  # wall points and keys
     before = ops.node
     with recording():
@@ -311,17 +303,9 @@ def test_script_repeats_the_model_to_the_bit_and_recording_leaves_the_commands(t
 
 
 # --- pads: two elements represent all of them
-
-
-PADS = load_bridge("osb1").abutment.pads
-YIELD_M = PADS.yield_force_kn / PADS.shear_stiffness_kn_per_m
-
-
 def pad_reactions(options: ModelOptions, motion: dict[int, float], pads: PadData = PADS):
-    """Return forces and moments of the ground under the pads of a deck end that is moved.
-
-    Motion of the middle of the bearing line: displacement by degree of freedom, 1 to 6.
-    """
+    """Return forces and moments of the ground under the pads of a deck end that is moved. Motion of
+    the middle of the bearing line: displacement by degree of freedom, 1 to 6."""
     with domain():
         tags = TagAllocator()
         end = DeckEnd("right", (45.0, 0.0), (1.0, 0.0), 30.0, 14.0, 0.9)
@@ -370,8 +354,7 @@ def test_two_pads_are_as_stiff_as_all_of_them(motion: dict[int, float]) -> None:
 def test_pads_yield_together_at_their_strength_in_every_direction(pads, factor: float) -> None:
     scaled = PADS.model_copy(update={"yield_force_kn": factor * PADS.yield_force_kn})
     ux, uy = 3 * YIELD_M, -4 * YIELD_M
-    forces_n = pad_reactions(ModelOptions(pads=pads), {1: ux, 2: uy}, scaled)
-    fx, fy = forces_n[:2] / PADS.count / 1e3
+    fx, fy = pad_reactions(ModelOptions(pads=pads), {1: ux, 2: uy}, scaled)[:2] / PADS.count / 1e3
     # the arms above the pads bend by a ten-millionth of the displacement
     hardening_kn = PADS.hardening_ratio * PADS.shear_stiffness_kn_per_m * hypot(ux, uy)
     assert hypot(fx, fy) - hardening_kn == pytest.approx(factor * PADS.yield_force_kn, rel=1e-7)

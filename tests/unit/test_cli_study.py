@@ -27,15 +27,9 @@ from skewbridge.files.digests import provenance
 from skewbridge.files.tables import write_frame
 from skewbridge.files.text import merged, read_mapping
 from skewbridge.report.methods import REFERENCES, methods_of
-from skewbridge.study import analyses
-from skewbridge.study.analyses import StudySetup, forecast_s
+from skewbridge.study import analyses, inputs, jobs, journal, processes, progress
 from skewbridge.study.config import load_config, parse_config
 from skewbridge.study.folder import write_starter
-from skewbridge.study.inputs import prepare_motions
-from skewbridge.study.jobs import for_terminal
-from skewbridge.study.journal import read_content
-from skewbridge.study.processes import cancel_left_behind
-from skewbridge.study.progress import forecast_study
 from skewbridge.study.task import run_key
 from study_parts import in_journal, row_of, study_of, wave, without_workers
 
@@ -43,6 +37,12 @@ BASE = ROOT / "config/config.yaml"
 #: Two motions without the blocks, bands and orientations of the default study.
 PLAIN = "motions: {suites: [near], count: 2, incidence_deg: [0.0], blocks: null, bands: null}\n"
 COLUMN_NAMES = [column.name for column in COLUMNS]
+SOURCE = "BSD-3-Clause; synthetic: model of Dabaghi and Der Kiureghian (2018)"
+STATES = ROOT / "config/limit_states.yaml"
+# Studies whose processor time was measured from the start of Snakemake to the page, on two
+# processors at loads of 1 to 15.
+SMOKE = read_mapping(ROOT / "config/smoke.yaml")
+FOUR = {"grid": {"bridge": ["osb1"], "skew_deg": [30]}, "motions": {"count": 4}}
 
 
 @pytest.fixture(autouse=True)
@@ -82,7 +82,7 @@ def test_failures_are_forgotten(tmp_path: Path) -> None:
     config = ("--study", str(tmp_path / "mine.yaml"))
     retried = answer("study", "retry", *config)
     assert retried["analyses"] == [{"variant": "v", "motion": "m", "status": "crash"}]
-    assert read_content([path]).counts["damaged"] == 0
+    assert journal.read_content([path]).counts["damaged"] == 0
     assert answer("study", "retry", *config)["forgotten"] == 0
     refused = answer("study", "retry", "--status", "ok", code=2)
     assert "--status must be one of failed, numerical_failure" in refused["message"]
@@ -112,8 +112,8 @@ def test_new_gap_repeats_no_finished_analysis(tmp_path: Path) -> None:
     config = tmp_path / "mine.yaml"
     config.write_text(f"results: {tmp_path}/results\n{grid}{PLAIN}")
     study, slug = load_config(config, base=BASE), "osb1_cf_skew00_gap025_mu050"
-    prepare_motions(study)
-    tasks = StudySetup.of(study).tasks(slug)
+    inputs.prepare_motions(study)
+    tasks = analyses.StudySetup.of(study).tasks(slug)
     keys = dict(zip(map(run_key, tasks), ("ok", "timeout"), strict=True))
     same = dict.fromkeys(COLUMN_NAMES) | {"variant": slug, "motion_id": "m"}
     same |= {"cpu_s": 2.0, "recovery_rung": 0, "collapse_criterion": "budget"}
@@ -139,7 +139,7 @@ def test_a_run_reports_the_progress_of_each_variant(tmp_path, monkeypatch, caplo
     with caplog.at_level(logging.INFO, logger="skewbridge"):
         analyses.run_in_journal(setup, "osb1_v", tasks)
         logging.getLogger("skewbridge.other").info("for the log file alone")
-    first, *_, last = (record.message for record in caplog.records if for_terminal(record))
+    first, *_, last = (record.message for record in caplog.records if jobs.for_terminal(record))
     text = "osb1_v: {} of 3 analyses done (1 in earlier runs), "
     assert first.startswith(text.format(2))
     assert "per minute" in first
@@ -148,14 +148,8 @@ def test_a_run_reports_the_progress_of_each_variant(tmp_path, monkeypatch, caplo
 
 
 # --- archive and methods
-
-
-SOURCE = "BSD-3-Clause; synthetic: model of Dabaghi and Der Kiureghian (2018)"
-
-
 @pytest.fixture(name="study")
 def _study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Write a folder with the configuration and the tables of a finished study."""
     write_starter(tmp_path)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "config/bridges/mine.yaml").write_text("extends: base\n")
@@ -277,8 +271,6 @@ def test_methods_follow_the_choices_and_list_the_works_that_they_cite(section, c
 
 
 # --- jobs on a cluster: size, forecast, what a killed run left
-
-
 @pytest.fixture
 def programs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder of programs in place of Slurm's, the only ones that are found."""
@@ -316,17 +308,11 @@ def test_status_of_jobs_comes_from_the_accounting(programs, monkeypatch):
     assert profile()["default-resources"]["slurm_account"] == "mine"
 
 
-# Studies whose processor time was measured from the start of Snakemake to the page, on two
-# processors at loads of 1 to 15.
-SMOKE = read_mapping(ROOT / "config/smoke.yaml")
-FOUR = {"grid": {"bridge": ["osb1"], "skew_deg": [30]}, "motions": {"count": 4}}
-
-
 @pytest.mark.parametrize(("raw", "measured_s"), [(SMOKE, 35.0), (FOUR, 73.0)])
 def test_the_processor_time_of_a_whole_study_is_forecast(tmp_path, raw, measured_s) -> None:
     """All rules of the workflow, within a factor of 1.5."""
     over = {"results": str(tmp_path), **raw}
-    found = forecast_study(parse_config(merged(read_mapping(BASE), over))).summary
+    found = progress.forecast_study(parse_config(merged(read_mapping(BASE), over))).summary
     assert measured_s / 1.5 < 3600 * found["core_hours"] < measured_s * 1.5
     assert 3600 * found["core_hours"] == pytest.approx(sum(found["cpu_s"].values()), abs=0.2)
 
@@ -342,12 +328,12 @@ def test_a_forecast_follows_lengths_contacts_steps_and_finished_analyses(tmp_pat
     base |= {"grid": {"bridge": ["osb1"], "skew_deg": [30], "gap_mm": [25]}}
 
     def forecast(**sections) -> dict[str, float]:
-        return forecast_study(parse_config(merged(base, sections))).summary["cpu_s"]
+        return progress.forecast_study(parse_config(merged(base, sections))).summary["cpu_s"]
 
     def cost_s(**sections) -> float:
         return forecast(**sections)["analyses"]
 
-    each_s = [forecast_s(s, "contact_friction", AnalysisSettings()) for s in (20.0, 60.0)]
+    each_s = [analyses.forecast_s(s, "contact_friction", AnalysisSettings()) for s in (20.0, 60.0)]
     assert cost_s() == pytest.approx(2 * sum(each_s), abs=0.1)
     assert cost_s(motions={"count": 1}) == pytest.approx(2 * each_s[0], abs=0.1)
     assert cost_s(analysis={"duration_s": 5.0}) == pytest.approx(2 * 2 * 5.0 * 0.1, abs=0.1)
@@ -357,9 +343,9 @@ def test_a_forecast_follows_lengths_contacts_steps_and_finished_analyses(tmp_pat
     # finished analyses that took three times as long: so does the rest
     before = forecast()
     config = parse_config(base)
-    prepare_motions(config)
+    inputs.prepare_motions(config)
     assert forecast() == before
-    setup = StudySetup.of(config)
+    setup = analyses.StudySetup.of(config)
     task = setup.tasks("osb1_cf_skew30_gap025_mu000")[1]
     done = row_of(task, cpu_s=3 * each_s[1]) | {"duration_s": 60.0}
     in_journal(setup.folder.journal("done"), done)
@@ -367,12 +353,9 @@ def test_a_forecast_follows_lengths_contacts_steps_and_finished_analyses(tmp_pat
 
 
 GRIDS = (
-    {"bridge": ["osb1"], "skew_deg": [30], "gap_mm": [25]},
-    {"bridge": ["osb1"], "skew_deg": [30]},
-    {"bridge": ["osb1"], "friction": [0.5]},
-    {"abutment": ["roller"], "skew_deg": [0, 60]},
-    {},
-)
+    {"bridge": ["osb1"], "skew_deg": [30], "gap_mm": [25]}, {"bridge": ["osb1"], "skew_deg": [30]},
+    {"bridge": ["osb1"], "friction": [0.5]}, {"abutment": ["roller"], "skew_deg": [0, 60]}, {},
+)  # fmt: skip
 SECTIONS = (
     {}, {"sensitivity": {"window_s": None}}, {"analysis": {"duration_s": 10.0}},
     {"accuracy": "reference"}, {"analysis": {"scheme": "paper"}},
@@ -403,19 +386,14 @@ def test_only_jobs_of_this_tree_are_cancelled(programs: Path, tmp_path: Path) ->
     listed = "11 skewbridge-aa_1\\n12 skewbridge-bb_2\\n13 a job of mine\\n14 skewbridge-aa_3"
     program(programs, "squeue", f"printf '{listed}\\n'")
     program(programs, "scancel", f'echo "$@" >> {cancelled}')
-    cancel_left_behind("skewbridge-aa")
+    processes.cancel_left_behind("skewbridge-aa")
     assert cancelled.read_text() == "11 14\n"
     program(programs, "squeue", "true")  # none is left
-    cancel_left_behind("skewbridge-aa")
+    processes.cancel_left_behind("skewbridge-aa")
     assert cancelled.read_text() == "11 14\n"
 
 
 # --- two studies compared run by run
-
-
-STATES = ROOT / "config/limit_states.yaml"
-
-
 def write_study(folder: Path, demands: pd.DataFrame, sha256: str = "a") -> str:
     """Write a study of these demands; all its motions have one digest."""
     (folder / "motions").mkdir(parents=True)
@@ -493,8 +471,7 @@ def test_a_study_equals_itself_but_for_motions_of_one_name_and_other_files(tmp_p
     suite.loc[suite["motion_id"] == "m03", "sha256"] = "another"
     write_frame(suite, tmp_path / "b/motions/suite.parquet", {})
     found = compared(first, second)
-    assert found["other_motions"] == ["m03"]
-    assert found["counts"]["motions"] == 15
+    assert (found["other_motions"], found["counts"]["motions"]) == (["m03"], 15)
 
 
 def test_other_intensities_and_early_ends_of_paired_runs_are_reported(tmp_path: Path) -> None:

@@ -13,18 +13,10 @@ import numpy as np
 import openseespy.opensees as ops
 import pytest
 
+from skewbridge import contact
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import LONGEST_S, LOOK_AHEAD, SWING_S, StepLoop
-from skewbridge.contact import (
-    ContactError,
-    ContactLaw,
-    ContactSet,
-    Drive,
-    TagSource,
-    UnitState,
-    drives,
-    make_step,
-)
+from skewbridge.contact import ContactError, ContactSet, Drive, drives, make_step
 from skewbridge.contact import element as contact_element
 from skewbridge.contact.element import contact_frame
 from skewbridge.contact.law import advance_pair, yields_by_direction, yields_on_cone
@@ -34,6 +26,8 @@ from skewbridge.verification.studies.blocks import Block, run_block
 
 MASS_KG = 1000.0
 DT_S = 1e-3
+STIFF = {"kn": 1e6, "kt": 1e6}
+LAW = contact.ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
 
 
 @pytest.fixture(autouse=True)
@@ -195,9 +189,6 @@ def test_a_retried_step_continues_as_if_it_had_not_failed():
     assert [*history_m(fails=True)] == pytest.approx([*history_m(fails=False)], rel=1e-12)
 
 
-STIFF = {"kn": 1e6, "kt": 1e6}
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -230,15 +221,12 @@ def test_two_sets_share_a_domain():
 
 
 # --- the documented script for models that know nothing of this package
-
-
 DOCS = Path(__file__).parents[2] / "docs"
 
 
 def test_the_script_runs_and_both_models_hit_and_slide(monkeypatch):
     monkeypatch.syspath_prepend(str(DOCS))
-    script = importlib.import_module("contact_in_your_model")
-    for ledger in script.main():
+    for ledger in importlib.import_module("contact_in_your_model").main():
         assert ledger.closures >= 1
         assert ledger.max_penetration_m > 0.0
         assert ledger.slip_work_j > 0.0
@@ -252,11 +240,6 @@ def test_the_script_runs_and_both_models_hit_and_slide(monkeypatch):
 
 
 # --- friction cone, return mapping and frames
-
-
-LAW = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
-
-
 def test_stick_points_follow_slip_and_yields_stay_on_the_cone():
     slipped = advance_pair(LAW, (0.0, 0.0), (0.3, 0.4), -0.1)
     assert slipped.is_slipping
@@ -264,8 +247,7 @@ def test_stick_points_follow_slip_and_yields_stay_on_the_cone():
     stuck = advance_pair(LAW, (0.0, 0.0), (0.01, 0.02), -0.1)
     assert not stuck.is_slipping
     assert stuck.stick_m == (0.0, 0.0)
-    opened = advance_pair(LAW, (0.0, 0.0), (0.3, 0.4), 0.01)
-    assert opened == (0.0, (0.0, 0.0), (0.3, 0.4), False)
+    assert advance_pair(LAW, (0.0, 0.0), (0.3, 0.4), 0.01) == (0.0, (0.0, 0.0), (0.3, 0.4), False)
     first, second = yields_on_cone(-1000.0, 0.0, 4500.0)
     assert hypot(first, second) == pytest.approx(4500.0)
     assert first - 1000.0 == pytest.approx(second)
@@ -297,10 +279,7 @@ def test_frames_are_right_handed_with_horizontal_tangents_or_refused():
 
 
 # --- parameters of a live contact
-
-
 def with_contact(*arguments, **options):
-    """Add a contact between the two nodes to a new set."""
     contacts = ContactSet(*arguments, **options)
     contacts.add(1, 2, (1.0, 0.0, 0.0), 0.05, 0.5, kn=2e9, kt=2e8)
     return contacts
@@ -340,7 +319,7 @@ def test_tags_of_the_user_are_left_alone_or_used():
     ops.uniaxialMaterial("Elastic", 7, 1.0)
     ops.element("zeroLength", 40, 1, 2, "-mat", 7, "-dir", 1)
     ops.parameter(12, "element", 40, "material", 1, "E")
-    (unit,) = with_contact(TagSource()).units
+    (unit,) = with_contact(contact.TagSource()).units
     assert unit.element > 40
     assert min(unit.springs.bounds) > 12
     tag = partial(next, count(5001))
@@ -349,8 +328,6 @@ def test_tags_of_the_user_are_left_alone_or_used():
 
 
 # --- functions of state and time that drive the parameters
-
-
 def pressed_mass(drive):
     """A mass on soft springs, 10 mm before a wall."""
     nodes_at_one_place(2, 2)
@@ -365,7 +342,7 @@ def pressed_mass(drive):
 
 
 def test_wear_lowers_the_friction_along_the_slip_path():
-    def worn(state: UnitState, time_s: float) -> dict[str, float]:
+    def worn(state: contact.UnitState, time_s: float) -> dict[str, float]:
         return {"friction": max(0.1, 0.3 - 0.5 * state.slip_path_m)}
 
     stiff = {"kn_n_per_m": 1e9, "kt_n_per_m": 1e9, "gap_m": 0.0, "friction": 0.3}
@@ -381,8 +358,7 @@ def test_stribeck_friction_falls_from_static_to_kinetic():
     options = {"static": 0.4, "kinetic": 0.3, "stribeck_speed_mps": 0.01}
     for speed_mps, friction in ((0.0, 0.4), (1.0, 0.3), (0.01, 0.3 + 0.1 * np.exp(-1.0))):
         assert drives.stribeck_friction(speed_mps, **options) == pytest.approx(friction)
-    viscous = drives.stribeck_friction(2.0, **options, viscous_s_per_m=0.05)
-    assert viscous == pytest.approx(0.4)
+    assert drives.stribeck_friction(2.0, **options, viscous_s_per_m=0.05) == pytest.approx(0.4)
 
 
 @pytest.mark.parametrize(
@@ -427,8 +403,6 @@ def test_a_drive_without_values_changes_nothing_and_a_step_in_parts_ends_at_its_
 
 
 # --- step sizes follow the state of the contacts
-
-
 SETTINGS = AnalysisSettings(dt_s=0.010, contact_dt_s=0.005, event_dt_s=0.0003125)
 OPEN_S, CONTACT_S, FINEST_S = 0.010, 0.005, 0.0003125
 MUCH, LITTLE, FAIR = 2 * SETTINGS.max_friction_error, 0.0, 0.5 * SETTINGS.max_friction_error

@@ -27,7 +27,6 @@ def study(motions=24, **options):
 
 
 def numbers(table):
-    """Return the number of the motion of each run."""
     return table["motion_id"].str[1:].astype(int).to_numpy()
 
 
@@ -39,7 +38,6 @@ def in_two_cells(table):
 
 
 def effects_of(table, scope="pooled"):
-    """Return the effects on the median for slight drift, by axis and value."""
     found = median_effects(ready(table, DRIFT), DRIFT, SETTINGS)
     found = found[(found["scope"] == scope) & (found["demand"] == "column_drift/slight")]
     return found.set_index(["axis", "to_value"])
@@ -106,10 +104,8 @@ def test_motions_of_one_event_are_one_block():
     unnamed = skew_60(twice.assign(event=""))  # as in a table of synthetic motions
     names = ["ratio", "ci_low", "ci_high", "n_effective_motions", "largest_motion"]
     assert unnamed[names].tolist() == apart[names].tolist()
-    drift = [
-        effect_tables(rows, ["column_drift_ratio"], SETTINGS).effects.iloc[0]
-        for rows in (table, twice, event)
-    ]
+    drift = [effect_tables(rows, ["column_drift_ratio"], SETTINGS).effects.iloc[0]
+             for rows in (table, twice, event)]  # fmt: skip
     for rows, rel in ((drift, 1e-6), (found, 0.1)):
         one, two, block = (
             np.log(row["ci_high"] / row["ci_low"])

@@ -41,11 +41,18 @@ WALL_SPRING, KEY_SPRING = (
     SpringHandle(element=SPRING, component=number, direction=direction, nodes=(BASE, CENTRE))
     for number, direction in enumerate([(-1.0, 0.0), (0.0, 1.0)])
 )
+CAPACITY = handles.ColumnCapacity(yield_curvature_per_m=0.0034, yield_drift_ratio=0.01,
+                                  drift_capacity_ratio=0.04, shear=SECTION)  # fmt: skip
+COLUMN_HANDLE = handles.ColumnHandle(
+    element=COLUMN, base_node=BASE, top=Point(TOP), clear_height_m=5.0, hinge_sections=(6,),
+    capacities=(CAPACITY, CAPACITY),
+)  # fmt: skip
+VALUES = {"text": "x", "integer": 1, "number": 1.0, "boolean": True}
+ROW = {column.name: VALUES[column.kind] for column in COLUMNS} | {"status": "ok"}
 
 
 @pytest.fixture
 def trace():
-    """A trace without any movement or force, which a test may change."""
     return ResponseTrace(
         time_s=np.arange(STEPS) * 0.1, centre_accel_mps2=np.zeros((STEPS, 2)), bearings={},
         nodes={tag: np.zeros((STEPS, 6)) for tag in (CENTRE, TOP, CORNER_1, CORNER_2, WALL)},
@@ -53,15 +60,6 @@ def trace():
         springs={SPRING: np.zeros((STEPS, 2))},
         normals_n=np.zeros((STEPS, 2)), tangentials_n=np.zeros((STEPS, 2, 2)),
     )  # fmt: skip
-
-
-CAPACITY = handles.ColumnCapacity(
-    yield_curvature_per_m=0.0034, yield_drift_ratio=0.01, drift_capacity_ratio=0.04, shear=SECTION
-)
-COLUMN_HANDLE = handles.ColumnHandle(
-    element=COLUMN, base_node=BASE, top=Point(TOP), clear_height_m=5.0, hinge_sections=(6,),
-    capacities=(CAPACITY, CAPACITY),
-)  # fmt: skip
 
 
 def abutment(**changes):
@@ -106,11 +104,9 @@ def test_the_axial_force_adds_to_the_shear_of_a_leaning_column(trace):
 
 
 WEAK = replace(
-    CAPACITY,
-    yield_curvature_per_m=0.0017,
-    drift_capacity_ratio=0.02,
+    CAPACITY, yield_curvature_per_m=0.0017, drift_capacity_ratio=0.02,
     shear=replace(SECTION, hoop_area_m2=SECTION.hoop_area_m2 / 4),
-)
+)  # fmt: skip
 NORMAL = np.array([np.cos(np.radians(30)), np.sin(np.radians(30))])
 ALONG = np.array([-NORMAL[1], NORMAL[0]])
 TURNED = replace(COLUMN_HANDLE, capacities=(WEAK, CAPACITY), normal=tuple(NORMAL))
@@ -128,9 +124,8 @@ def test_drift_and_curvature_over_capacity_follow_an_ellipse_in_the_axes_of_a_be
 
 
 def test_shear_over_capacity_follows_an_ellipse_in_the_axes_of_a_bent(trace):
-    weak_n, strong_n = (
-        shear_strength(each.shear, TURNED.shear_model, 0.0, 0.0, 0.0) for each in (WEAK, CAPACITY)
-    )
+    weak_n, strong_n = (shear_strength(each.shear, TURNED.shear_model, 0.0, 0.0, 0.0)
+                        for each in (WEAK, CAPACITY))  # fmt: skip
     assert weak_n < 0.5 * strong_n
     weak, strong = weak_n * NORMAL, strong_n * ALONG
     trace.columns[COLUMN][1:, :2] = 0.6 * weak, 0.3 * strong, 0.6 * weak + 0.8 * strong
@@ -216,8 +211,7 @@ def test_forces_on_an_end_are_those_of_its_springs_and_contacts_and_of_their_fri
     trace.tangentials_n[1] = [[3e5, 4e5], [-3e5, 4e5]]
     trace.tangentials_n[2] = [[0.0, -5e5], [0.0, 0.0]]
     model = SimpleNamespace(abutments=(abutment(bearings=()),), weight_n=1e7)
-    found = peaks._force_demands(model, trace)
-    assert found["friction_force_kn"] == pytest.approx(800.0)
+    assert peaks._force_demands(model, trace)["friction_force_kn"] == pytest.approx(800.0)
     trace.springs[SPRING][1, 0] = -5.0e5
     trace.normals_n[2] = 1.0e5, 2.0e5
     handle = abutment(wall_units=(), wall_nodes=(), wall_springs=(WALL_SPRING,))
@@ -233,16 +227,14 @@ def test_forces_on_an_end_are_those_of_its_springs_and_contacts_and_of_their_fri
     trace.springs[SPRING][:, 1] = 3.0e5, -2.0e5, 1.0e5, 0.0
     trace.normals_n[1] = 0.0, 5.0
     trace.normals_n[2] = 1.0, 0.0
-    end = abutment(
-        wall_units=(0,), wall_springs=(WALL_SPRING,), key_units=(1,), key_springs=(KEY_SPRING,)
-    )
+    end = abutment(wall_units=(0,), wall_springs=(WALL_SPRING,), key_units=(1,),
+                   key_springs=(KEY_SPRING,))  # fmt: skip
     assert peaks.backfill_force_n(end, trace).tolist() == [0.0, 0.0, 1.0e5, 0.0]
     (key_n,) = peaks.key_forces_n(end, trace)
     assert key_n.tolist() == [0.0, 2.0e5, 0.0, 0.0]
 
 
 def watched(monkeypatch, moved, **changes):
-    """Return the watch over a deck end whose nodes have moved along x."""
     frame, ends = SimpleNamespace(centre_node=CENTRE), (abutment(holders=(BASE,), **changes),)
     parts = {"columns": (), "abutments": ends, "seats": ends, "joints": (), "contacts": None}
     model = SimpleNamespace(weight_n=1e7, frame=frame, **parts)
@@ -258,17 +250,13 @@ def test_a_corner_leaves_its_seat_after_the_seat_less_the_gap(monkeypatch, move_
     assert watch.diverged() == watch.collapsed() == ""
     monkeypatch.setattr(transient.ops, "getTime", lambda: 1.1)
     moved[CORNER_1] -= move_m
-    assert watch.diverged() == ""
-    assert watch.collapsed() == expected
+    assert (watch.diverged(), watch.collapsed()) == ("", expected)
     with pytest.raises(InputError, match=r"gap_mm must be below the seat width of 900 mm, got 950"):
         watched(monkeypatch, {}, gap_m=0.95)
 
 
 # --- binary records of an analysis: one row per committed step
-
-
 def record_an_oscillator(steps: int) -> tuple[Recorder, np.ndarray]:
-    """Return the recorder of a driven oscillator, and its readings from Python, time first."""
     for tag in (1, 2):
         ops.node(tag, 0.0, 0.0, 0.0)
         ops.fix(tag, int(tag == 1), 1, 1, 1, 1, 1)
@@ -316,12 +304,6 @@ def test_a_full_disk_stops_a_study_and_leaves_no_row(tmp_path) -> None:
 
 
 # --- demands table: schema, order, completeness of runs and columns that older tables lack
-
-
-VALUES = {"text": "x", "integer": 1, "number": 1.0, "boolean": True}
-ROW = {column.name: VALUES[column.kind] for column in COLUMNS} | {"status": "ok"}
-
-
 def test_a_table_has_units_and_descriptions_and_rows_sorted_by_their_key() -> None:
     for field in demands_schema():
         assert field.metadata[b"unit"]
@@ -350,16 +332,13 @@ def test_a_row_that_breaks_the_contract_is_named() -> None:
 
 def test_axes_and_completeness_keep_their_values_types_and_order() -> None:
     core = {"skew_deg": 30, "gap_mm": 51, "friction": 0.5}
+    odd = {"skew_deg": 22.5, "gap_mm": 25.4, "friction": 0.375}
+    more = core | {"backwall_points": 9, "transverse_gap_mm": 25.4}
     fine, plain, other = (
         key_values(Variant.at("osb1", "contact_friction", values), "syn001", 1.0, 0.0)
-        for values in (
-            {"skew_deg": 22.5, "gap_mm": 25.4, "friction": 0.375},
-            core,
-            core | {"backwall_points": 9, "transverse_gap_mm": 25.4},
-        )
+        for values in (odd, core, more)
     )
-    rows = [ROW | plain | {"complete": False}, ROW | fine]
-    table = to_table(rows, {}).to_pandas()
+    table = to_table([ROW | plain | {"complete": False}, ROW | fine], {}).to_pandas()
     expected = {"skew_deg": [22.5, 30.0], "gap_mm": [25.4, 51.0], "friction": [0.375, 0.5]}
     expected = pd.DataFrame(expected | {"complete": [True, False]})
     pd.testing.assert_frame_equal(table[[*expected]], expected)
@@ -393,8 +372,7 @@ def test_only_a_finished_run_without_column_failure_is_complete() -> None:
     assert validity.failed_modes(foreign).tolist() == validity.failed_modes(RUNS).tolist() == kinds
     assert not validity.failed_modes(foreign[["status"]]).any()
     by_status = is_complete(foreign)
-    assert by_status.dtype == np.bool_
-    assert by_status.tolist() == [True] * 3 + [False] * 4
+    assert (by_status.dtype, by_status.tolist()) == (np.bool_, [True] * 3 + [False] * 4)
     for dtype in (object, float):  # as its table says
         given = pd.Series([0, 1, 1, 1, 1, 1, 1], dtype=dtype)
         assert not is_complete(RUNS.assign(complete=given)).any()

@@ -57,7 +57,6 @@ def test_links_lead_to_a_file_and_a_heading(page: Path) -> None:
 
 
 def fenced(language: str) -> Iterator[tuple[str, str]]:
-    """Name of the page and text of each block in a language."""
     pattern = re.compile(rf"^( *)```{language}\n(.*?)^\1```", re.S | re.M)
     for page, name in zip(PAGES, NAMES, strict=True):
         for indent, text in pattern.findall(page.read_text()):
@@ -65,7 +64,6 @@ def fenced(language: str) -> Iterator[tuple[str, str]]:
 
 
 def command_lines() -> Iterator[str]:
-    """Return each line of a block that a shell reads."""
     for _, text in fenced("sh"):
         yield from filter(None, text.splitlines())
     for page in PAGES:
@@ -77,7 +75,6 @@ COMMANDS = sorted({line.split("   #")[0].split("  #")[0] for line in command_lin
 
 
 def starting(*words: str) -> list[str]:
-    """Return the commands of all pages that begin with one of the words."""
     return [line for line in COMMANDS if line.startswith(words)]
 
 
@@ -116,7 +113,6 @@ def test_files_named_in_commands_exist(line: str) -> None:
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the results of the stored study, as the pages name them."""
     folder = tmp_path_factory.mktemp("finished")
     shutil.copytree(DEMO_STUDY, folder / "results")
     for name in ("smoke", "site"):
@@ -139,9 +135,8 @@ def test_pairs_of_the_readme_are_runs_at_one_incidence(tmp_path: Path, monkeypat
     (text,) = (text for name, text in fenced("python") if name == "README.md")
     runs = synthetic_demands(skews=(0,), motions=6).assign(complete=True)
     (tmp_path / "results").mkdir()
-    runs.assign(incidence_deg=180.0 * runs["friction"]).to_parquet(
-        tmp_path / "results/demands.parquet"
-    )
+    turned = runs.assign(incidence_deg=180.0 * runs["friction"])
+    turned.to_parquet(tmp_path / "results/demands.parquet")
     monkeypatch.chdir(tmp_path)
     names: dict[str, pd.Series] = {}
     exec(text, names)

@@ -6,34 +6,21 @@ import pytest
 from scipy import optimize, special, stats
 from statsmodels.stats.multitest import multipletests
 
+import fragility_tables as made
 from cli_json import answer
-from fragility_tables import (
-    IM,
-    SETTINGS,
-    friction_rows,
-    paired_effects,
-    ready,
-    several_models,
-    states_of,
-    synthetic_demands,
-    verdict_of,
-)
+from fragility_tables import IM, friction_rows, paired_effects, synthetic_demands
 from skewbridge.errors import InputError
 from skewbridge.files.tables import write_frame
 from skewbridge.fragility import verdicts
-from skewbridge.fragility.effects import (
-    INTENSITY_COLUMNS,
-    effect_row,
-    effect_table,
-    effect_tables,
-    median_effects,
-)
+from skewbridge.fragility.effects import effect_row, effect_table, effect_tables, median_effects
 from skewbridge.fragility.motion_means import Jackknifed, average, bounded_regression, by_motion
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.study_tables import DESCRIPTIONS
 
 DEMAND = "deck_disp_m"
 MODEL = ["bridge", "abutment"]
+POWER_ROW = {"judged_by": "ratio", "margin": 0.05, "level": 0.9}
+LOOKS = tuple(range(12, 65, 4))
 
 
 def friction(effects, demand=DEMAND, scope="variant"):
@@ -55,7 +42,6 @@ def pairs(ln_ratios, **options) -> pd.DataFrame:
 
 
 def rows_of(ratios, errors, *, dof=15, margin=0.05, level=0.9, axis="friction", demand="other"):
-    """Return rows of ratios with Student's intervals, for `judged`."""
     reach = stats.t.ppf(0.5 + level / 2, dof) * np.asarray(errors)
     names = ("difference", "difference_low", "difference_high", "difference_margin")
     same = {"bridge": "osb1", "abutment": "contact", "axis": axis, "demand": demand}
@@ -66,8 +52,6 @@ def rows_of(ratios, errors, *, dof=15, margin=0.05, level=0.9, axis="friction", 
 
 
 # --- means and lines over motions
-
-
 def test_interval_of_a_ratio_is_that_of_student():
     values = np.array([0.10, 0.02, 0.07, 0.16, 0.05])
     row = friction_cell(pairs(values))
@@ -182,8 +166,7 @@ def test_regression_with_bounds_is_that_of_maximum_likelihood():
 
 def test_mean_with_a_bound_solves_the_equations_of_truncated_normals():
     exact, bound = np.array([0.2, 0.5, 0.9]), 0.7
-    sides = np.array([0, 0, 0, 1])
-    given = np.ones((4, 1)), np.append(exact, bound), sides, np.ones((1, 4))
+    given = np.ones((4, 1)), np.append(exact, bound), np.array([0, 0, 0, 1]), np.ones((1, 4))
     mean = bounded_regression(*given)[0, 0]
 
     def moments(scatter):
@@ -204,8 +187,6 @@ def test_mean_with_a_bound_solves_the_equations_of_truncated_normals():
 
 
 # --- verdicts
-
-
 @pytest.mark.parametrize(
     ("low", "high", "verdict"),
     [
@@ -221,7 +202,7 @@ def test_mean_with_a_bound_solves_the_equations_of_truncated_normals():
     ],
 )
 def test_an_interval_has_the_first_verdict_that_applies(low, high, verdict):
-    assert verdict_of(low, high) == verdict
+    assert made.verdict_of(low, high) == verdict
 
 
 @pytest.mark.parametrize(("apart", "verdict"), [(1, verdicts.NEGLIGIBLE), (2, verdicts.DETECTABLE)])
@@ -289,7 +270,7 @@ def test_effect_of_the_generator_is_found_and_pooled_rows_are_the_average_of_the
 
 
 def test_each_bridge_and_abutment_has_the_effects_it_has_alone():
-    table, demands = several_models(motions=8), [DEMAND, "unseating_m"]
+    table, demands = made.several_models(motions=8), [DEMAND, "unseating_m"]
     effects = paired_effects(table, demands)
     axes = effects.groupby(MODEL)["axis"].unique().map(set)
     assert len(axes) == 10
@@ -308,8 +289,7 @@ def test_zeros_are_left_out_and_counted_and_ended_runs_are_bounds():
     table.loc[[0, 1], "status"] = ["timeout", "collapse"]
     table.loc[2, DEMAND] = 0.0
     row = friction_cell(table)
-    counts = ["n_motions", "n_bounds", "n_pairs", "n_discordant"]
-    assert row[counts].tolist() == [15, 2, 16, 1]
+    assert row[["n_motions", "n_bounds", "n_pairs", "n_discordant"]].tolist() == [15, 2, 16, 1]
     assert row["dof"] == pytest.approx(min(12.0, 3.0 * row["n_effective_motions"]))
     # the others agree within 5 %, which says nothing about the pair without a ratio
     assert 0.95 < row["ci_low"] < row["ci_high"] < 1.05
@@ -371,13 +351,10 @@ def test_runs_that_end_early_can_take_a_verdict_away(ended, demand):
 
 
 # --- effects by intensity
-
-
 def sloped(slope, motions=24, seed=6):
     """Return a study in which the effect of friction is 1.3 at 0.4 g, with a slope over ln im."""
     noise = 0.03 * np.random.default_rng(seed).normal(size=motions)
-    x = np.log(np.geomspace(0.1, 1.5, motions) / 0.4)
-    return pairs(np.log(1.3) + slope * x + noise)
+    return pairs(np.log(1.3) + slope * np.log(np.geomspace(0.1, 1.5, motions) / 0.4) + noise)
 
 
 def test_an_effect_that_depends_on_intensity_has_a_slope_and_a_line():
@@ -387,15 +364,14 @@ def test_an_effect_that_depends_on_intensity_has_a_slope_and_a_line():
     assert row["p_slope"] < 1e-6
     assert (row["im_low"], row["im_high"]) == pytest.approx((0.1, 1.5))
     lines = tables.intensities
-    assert list(lines.columns) == list(INTENSITY_COLUMNS)
+    assert list(lines.columns) == list(DESCRIPTIONS["intensity_effects"])
     assert len(lines) == 10
     assert lines["im"][:9].to_numpy() == pytest.approx(np.geomspace(0.1, 1.5, 9))
     truth = 1.3 * (lines["im"] / 0.4) ** -0.2
     assert (lines["ci_low"] < truth).all() & (truth < lines["ci_high"]).all()
     reference = lines[lines["at_reference"]].iloc[0]
     assert (reference["im"], reference["clipped"], reference["verdict"]) == (0.4, False, "higher")
-    flat = friction(paired_effects(sloped(0.0), [DEMAND])).iloc[0]
-    assert flat["p_slope"] > 0.05
+    assert friction(paired_effects(sloped(0.0), [DEMAND])).iloc[0]["p_slope"] > 0.05
 
 
 def test_reference_intensity_outside_the_pairs_is_clipped_and_none_gives_no_slopes():
@@ -409,9 +385,6 @@ def test_reference_intensity_outside_the_pairs_is_clipped_and_none_gives_no_slop
     tables = effect_tables(sloped(-0.2).drop(columns=IM), [DEMAND])
     assert (tables.effects["ratio"].notna() & tables.effects["slope"].isna()).all()
     assert tables.intensities.empty
-
-
-POWER_ROW = {"judged_by": "ratio", "margin": 0.05, "level": 0.9}
 
 
 def motions_to_decide(**row):
@@ -463,8 +436,7 @@ def test_needed_motions_are_motions_of_the_suite_and_cost_their_analyses():
     assert (row["forecast"], row["n_motions"]) == ("more motions", 16)
     exact = verdicts.motions_to_decide(friction(effects, "unseating_m", "pooled").iloc[0].to_dict())
     more = np.ceil(exact * 16 / 12) - 16
-    assert row["needed_motions"] == 16 + more
-    assert row["more_analyses"] == more * 12
+    assert (row["needed_motions"], row["more_analyses"]) == (16 + more, more * 12)
     assert row["more_core_hours"] == pytest.approx(more * 12 / 100)
 
 
@@ -493,20 +465,13 @@ def test_a_strong_bridge_is_not_compared_with_the_survivors_of_a_weak_one():
     strong = weaker & (table["column_drift_ratio"] > 0.03)
     assert strong.sum() > 2
     table.loc[strong, ["status", "column_drift_ratio"]] = "collapse", 0.03
-    drift = states_of("column_drift")[:1]
-    effect = (
-        median_effects(ready(table, drift), drift, SETTINGS).query("axis == 'friction'").iloc[0]
-    )
-    assert effect["n_motions"] == 32
-    assert effect["ratio"] == pytest.approx(1 / 1.3, rel=0.04)
+    drift = made.states_of("column_drift")[:1]
+    found = median_effects(made.ready(table, drift), drift, made.SETTINGS)
+    effect = found.query("axis == 'friction'").iloc[0]
+    assert (effect["n_motions"], effect["ratio"]) == (32, pytest.approx(1 / 1.3, rel=0.04))
 
 
 # --- repeated looks
-
-
-LOOKS = tuple(range(12, 65, 4))
-
-
 def test_levels_of_looks_are_those_of_the_normal_distribution_and_of_the_earlier_look() -> None:
     assert verdicts.look_levels((1.0,), 0.90) == pytest.approx(
         (1.0 - verdicts.SPENT * 0.10,), abs=1e-9
@@ -534,7 +499,6 @@ def test_normal_means_cross_their_ends_as_often_as_stated(level: float) -> None:
 
 
 def effects(motions: tuple[int, int], scatter: tuple[float, float]) -> pd.DataFrame:
-    """Return a pooled effect of -10 % and those of its two pairs of variants."""
     rows = friction_rows(scatter, motions, ratio=0.9)
     return effect_table(pd.DataFrame(columns=["gap_mm", "friction"]), rows)
 

@@ -36,6 +36,8 @@ BEARING = {"component": "bearing", "demand": "bearing_disp_m", "unit": "m", "dis
 DRIFTS = DRIFT_ENTRY | {"states": {"slight": 1.0, "moderate": 2.5, "complete": 90.0}}
 STATES = limit_states_of([DRIFTS, BEARING])
 DRIFT = "column_drift_ratio"
+FOURTH = "transverse_gap_mm"
+PT_PER_MM = 72 / 25.4
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +49,6 @@ def demands():
 
 @pytest.fixture(scope="module")
 def fragility(demands):
-    """Return all tables of the fits, and effects with those by intensity at 0.5 g."""
     effects = effect_tables(demands, reference_im={("osb1", "contact_friction"): 0.5})
     found = fragility_tables(demands, STATES, SETTINGS)
     found |= {"effects": effects.effects, "intensity_effects": effects.intensities}
@@ -55,7 +56,6 @@ def fragility(demands):
 
 
 def lines_of(figure, *markers):
-    """Return all lines of a figure, or those with a marker."""
     lines = [line for axes in figure.axes for line in axes.lines]
     return [line for line in lines if not markers or line.get_marker() in markers]
 
@@ -65,14 +65,12 @@ def points_of(lines):
 
 
 def tables_of(demands, found, suite=()):
-    """Return the tables that figures show."""
     names = ("curves", "effects", "system", "intensity_effects")
     tables = {name: found[name] for name in names} | {"medians": found["median_effects"]}
     return files.FigureTables(demands=demands, suite=suite, **tables)
 
 
 def drawn_component(fragility, component):
-    """Return the pooled curves of a component, and the curves behind them."""
     curves = figures.with_system(fragility["curves"], fragility["system"])
     pooled = pooled_curves(curves, fragility["median_effects"])
     return pooled[pooled["component"] == component], curves
@@ -123,12 +121,9 @@ def test_every_panel_has_a_curve_and_no_texts_overlap(demands, fragility):
     figure.canvas.draw()
     names = [text.get_text() for axes in figure.axes for text in axes.get_legend().get_texts()]
     assert sum("(2/4 variants)" in name for name in names) == 2
-    boxes = [
-        each.get_window_extent().padded(-1.0)
-        for axes in figure.axes
-        for each in (axes.xaxis.label, axes.yaxis.label, axes.get_legend(), axes.patch)
-        if each.get_window_extent().width > 2
-    ]
+    boxes = [each.get_window_extent().padded(-1.0) for axes in figure.axes
+             for each in (axes.xaxis.label, axes.yaxis.label, axes.get_legend(), axes.patch)
+             if each.get_window_extent().width > 2]  # fmt: skip
     assert len(boxes) > 6
     assert not [(a, b) for a, b in combinations(boxes, 2) if a.overlaps(b)]
 
@@ -141,15 +136,12 @@ def test_every_panel_has_a_curve_and_no_texts_overlap(demands, fragility):
         ("whole_bridge", ["extensive", "complete"], {"extensive", "complete"}),
     ],
 )
-def test_a_failure_mode_that_is_every_failure_has_no_second_curve(
-    fragility, component, states, drawn
-):
+def test_a_mode_that_is_every_failure_has_no_second_curve(fragility, component, states, drawn):
     _, curves = drawn_component(fragility, "column_drift")
     same = curves.query("component == 'column_drift' and limit_state == 'slight'")
     failures = pd.concat([same.assign(limit_state=state) for state in states])
     failures = failures.assign(component=component, components=component)
-    found = pooled_curves(failures, fragility["median_effects"])
-    assert set(found["limit_state"]) == drawn
+    assert set(pooled_curves(failures, fragility["median_effects"])["limit_state"]) == drawn
 
 
 def test_the_axis_of_a_system_and_of_a_study_without_effects():
@@ -194,8 +186,7 @@ def test_a_variant_without_a_curve_of_the_whole_bridge_is_counted():
     system = found["system"]
     is_lost = (system["limit_state"] == "slight") & (system["variant"] == system["variant"].iloc[0])
     system = system.assign(status=system["status"].mask(is_lost, "bounds_too_wide"))
-    curves = figures.with_system(found["curves"], system)
-    table = pooled_curves(curves, found["median_effects"])
+    table = pooled_curves(figures.with_system(found["curves"], system), found["median_effects"])
     rows = table.query("component == 'whole_bridge' and limit_state == 'slight'")
     assert sorted(rows["n_curves"]) == [1, 2]
     assert rows["n_variants"].tolist() == [2, 2]
@@ -233,16 +224,12 @@ def test_cloud_marks_runs_that_ended_early_and_demands_of_zero(demands, fragilit
     assert figures.least_shown(demands.assign(**{DRIFT: 0.0}), tables[0], DRIFT) is None
 
 
-@pytest.mark.parametrize(("limit", "are_pixels"), [(1000, False), (20, True)])
-def test_marks_of_a_large_cloud_are_pixels_in_a_vector_file(
-    demands, fragility, monkeypatch, limit, are_pixels
-):
-    monkeypatch.setattr(figures, "MAX_VECTOR_RUNS", limit)
-    marks = lines_of(
-        demand_clouds(demands, fragility["curves"], fragility["effects"], DRIFT), *"ov"
-    )
-    assert points_of(marks) == len(demands)
-    assert {bool(line.get_rasterized()) for line in marks} == {are_pixels}
+def test_marks_of_a_large_cloud_are_pixels_in_a_vector_file(demands, fragility, monkeypatch):
+    for limit, are_pixels in ((1000, False), (20, True)):
+        monkeypatch.setattr(figures, "MAX_VECTOR_RUNS", limit)
+        cloud = demand_clouds(demands, fragility["curves"], fragility["effects"], DRIFT)
+        assert points_of(marks := lines_of(cloud, *"ov")) == len(demands)
+        assert {bool(line.get_rasterized()) for line in marks} == {are_pixels}
 
 
 def test_effects_by_intensity_are_lines_with_bands_and_a_reference(fragility):
@@ -257,17 +244,11 @@ def test_effects_by_intensity_are_lines_with_bands_and_a_reference(fragility):
 
 
 # --- figures of a study
-
-
-FOURTH = "transverse_gap_mm"
-
-
 @pytest.fixture(scope="module")
 def study(demands, fragility):
     wave = np.sin(np.arange(400) * 0.1)
     motion = GroundMotion(motion_id="m00", dt_s=0.01, accel_1_mps2=wave, accel_2_mps2=0.5 * wave)
-    suite = [SuiteMotion(motion=motion, scale=1.5, measures={})]
-    return tables_of(demands, fragility, suite)
+    return tables_of(demands, fragility, [SuiteMotion(motion=motion, scale=1.5, measures={})])
 
 
 def test_clouds_have_the_colours_of_the_largest_effect_and_its_size(study):
@@ -298,16 +279,11 @@ def test_list_of_figures_follows_limit_states_and_leaves_out_empty_plots(study):
     curves = ["main_whole_bridge", "curves_column_drift", "curves_bearing"]
     clouds = ["cloud_column_drift_ratio", "cloud_bearing_disp_m"]
     assert names == [*curves, *clouds, "effects_by_intensity", "suite_spectra"]
-    nothing = replace(
-        study,
-        demands=study.demands.assign(bearing_disp_m=0.0),
-        curves=study.curves.assign(preferred=False),
-        **{
-            name: getattr(study, name).head(0)
-            for name in ("system", "effects", "intensity_effects")
-        },
-    )
-    names = [caption.name for caption, _ in files.study_figures(nothing)]
+    names = ("system", "effects", "intensity_effects")
+    nothing = {name: getattr(study, name).head(0) for name in names}
+    nothing |= {"demands": study.demands.assign(bearing_disp_m=0.0)}
+    nothing |= {"curves": study.curves.assign(preferred=False)}
+    names = [caption.name for caption, _ in files.study_figures(replace(study, **nothing))]
     assert names == ["osb1_cf_cloud_column_drift_ratio", "suite_spectra"]
 
 
@@ -317,10 +293,8 @@ def test_captions_and_findings_have_the_numbers_of_the_tables(study):
     assert all(caption.finding.endswith(".") for caption in captions.values())
     above = int((study.demands["bearing_disp_m"] > 0.1).sum())
     # runs that ended early could have exceeded the state later
-    finding = (
-        f"{above} of {len(study.demands)} analyses are known to exceed bearing, slight (100 mm)."
-    )
-    assert captions["osb1_cf_cloud_bearing_disp_m"].finding == finding
+    words = f"{above} of {len(study.demands)} analyses are known to exceed bearing, slight (100 mm)"
+    assert captions["osb1_cf_cloud_bearing_disp_m"].finding == f"{words}."
     curves = pooled_curves(study.curves, study.medians)
     mild = curves.query("component == 'column_drift' and limit_state == 'slight'")["theta"]
     finding = captions["osb1_cf_curves_column_drift"].finding
@@ -342,7 +316,6 @@ def test_figures_in_us_units_have_inches(study):
 
 
 def stored(folder, **tables):
-    """Write tables as parquet files and return their paths."""
     paths = {name: folder / f"{name}.parquet" for name in tables}
     for name, table in tables.items():
         paths[name].parent.mkdir(parents=True, exist_ok=True)
@@ -353,13 +326,10 @@ def stored(folder, **tables):
 def test_files_do_not_depend_on_the_number_of_processes(study, tmp_path, monkeypatch):
     none = {name: getattr(study, name).head(0) for name in ("effects", "medians", "system")}
     paths = stored(
-        tmp_path,
-        demands=study.demands.query("skew_deg == 0"),
+        tmp_path, demands=study.demands.query("skew_deg == 0"),
         curves=study.curves.query("component == 'bearing' and skew_deg == 0"),
-        intensity_effects=study.intensity_effects.head(0),
-        suite=pd.DataFrame(),
-        **none,
-    )
+        intensity_effects=study.intensity_effects.head(0), suite=pd.DataFrame(), **none,
+    )  # fmt: skip
     monkeypatch.setattr(files, "read_suite", lambda _: study.suite)
     monkeypatch.setattr(files, "FIGURES_OF_A_PROCESS", 1)
     texts = []
@@ -376,15 +346,9 @@ def test_files_do_not_depend_on_the_number_of_processes(study, tmp_path, monkeyp
 
 
 # --- files for a paper
-
-
-PT_PER_MM = 72 / 25.4
-
-
 def drawn():
     figure = Figure(figsize=(6.0, 3.0), layout="constrained")
-    axes = figure.subplots()
-    axes.set_xlabel("Intensity (g)", fontsize=9)
+    figure.subplots().set_xlabel("Intensity (g)", fontsize=9)
     return figure
 
 
@@ -428,7 +392,6 @@ def test_texts_have_the_chosen_font_and_equal_figures_are_equal_files(tmp_path):
 
 @pytest.fixture
 def written(study, tmp_path, monkeypatch):
-    """Write the tables of a finished study with figures of 100 mm."""
     write_starter(tmp_path)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "own.yaml").write_text("results: own\nfigures: {width_mm: 100}\n")
@@ -441,7 +404,6 @@ def written(study, tmp_path, monkeypatch):
 
 
 def plot(*arguments):
-    """Run `study plot` in the folder of the study."""
     return invoke("study", "plot", *arguments, "--study", "own.yaml")
 
 

@@ -11,26 +11,16 @@ import pytest
 from pyarrow.parquet import read_schema
 from scipy import stats
 
-from fragility_tables import (
-    FAILURES,
-    IM,
-    SETTINGS,
-    STATES,
-    curves_of,
-    paired_effects,
-    ready,
-    states_of,
-    synthetic_demands,
-    two_mode_runs,
-)
+import fragility_tables as made
+from fragility_tables import FAILURES, IM, SETTINGS, STATES, curves_of, states_of, synthetic_demands
 from skewbridge.demands.columns import DEMAND_COLUMNS, demands_for
 from skewbridge.errors import InputError
+from skewbridge.fragility import study_tables
 from skewbridge.fragility.curves import CURVE_COLUMNS, fit_study
 from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.demand_table import prepared, read_foreign, spread
 from skewbridge.fragility.effects import median_effects
 from skewbridge.fragility.exports import export_curves
-from skewbridge.fragility.fit_data import fit_file
 from skewbridge.fragility.joint import joint_table
 from skewbridge.fragility.limit_states import (
     LimitState,
@@ -39,24 +29,20 @@ from skewbridge.fragility.limit_states import (
     with_column_failure,
 )
 from skewbridge.fragility.outcomes import demand_outcomes
-from skewbridge.fragility.study_tables import (
-    DESCRIPTIONS,
-    NOT_ORDERED,
-    fragility_tables,
-    shear_model_curves,
-    write_described,
-)
+from skewbridge.fragility.study_tables import DESCRIPTIONS, fragility_tables
 from skewbridge.fragility.system import system_curves
 from skewbridge.fragility.union import Union, curve_probability
 
 ONE = {"skews": (0,), "gaps": (51,), "frictions": (50,)}
 NEW = "transverse_gap_mm"
+ENTRY = {
+    "component": "deck", "demand": "deck_disp_m", "unit": "mm", "dispersion": 0.35,
+    "citation": "somebody", "states": {"slight": 102.0},
+}  # fmt: skip
 
 
 def row(curves, component, name, method="cloud"):
-    """Return the one row of a state and method."""
-    same = "component == @component and limit_state == @name and method == @method"
-    found = curves.query(same)
+    found = curves.query("component == @component and limit_state == @name and method == @method")
     assert len(found) == 1
     return found.iloc[0]
 
@@ -75,8 +61,6 @@ def strongest(table, count):
 
 
 # --- rows and statuses
-
-
 def test_every_variant_state_and_method_has_one_row_in_any_order_of_the_runs():
     table = synthetic_demands(skews=(0, 30), gaps=(51,), frictions=(50,))
     curves = curves_of(table, STATES)
@@ -137,18 +121,14 @@ def test_methods_that_disagree_are_flagged_and_all_variants_have_one_method():
     other = table.assign(variant="other", skew_deg=30)
     other["column_drift_ratio"] = np.where(im * noise > 0.8, 0.012, 0.006)
     found = curves_of(pd.concat([table, other]), states_of("column_drift")[:1])
-    differ = found.groupby("variant")["methods_differ"].first()
-    assert differ["other"]
-    assert found.query("variant == 'other' and method == 'exceedance'")["theta"].iloc[0] == (
-        pytest.approx(0.8, rel=0.06)
-    )
+    assert found.groupby("variant")["methods_differ"].first()["other"]
+    other = found.query("variant == 'other' and method == 'exceedance'").iloc[0]
+    assert other["theta"] == pytest.approx(0.8, rel=0.06)
     assert set(found.loc[found["preferred"], "method"]) == {"cloud"}
     assert found["preferred"].sum() == 2
 
 
 # --- runs that ended early
-
-
 def test_the_loss_of_the_column_has_states_for_each_mode_and_for_any():
     table = synthetic_demands(**ONE, motions=40)
     table["drift_over_capacity"] = table["column_drift_ratio"] / 0.05
@@ -211,7 +191,7 @@ def test_any_failure_is_the_union_of_both_modes_with_their_own_capacities():
     assert np.log(found["theta_high"] / found["theta"]) == pytest.approx(t * error, rel=0.02)
     # the system contains both modes
     states = [replace(state, degree="complete") for state in FAILURES[2:]]
-    system = system_curves(ready(table, FAILURES), states, SETTINGS).iloc[0]
+    system = system_curves(made.ready(table, FAILURES), states, SETTINGS).iloc[0]
     assert system["components"] == "column_failure (any)"
     assert system["theta"] == pytest.approx(found["theta"], rel=2e-3)
     assert system["beta"] == pytest.approx(found["beta_total"], rel=5e-3)
@@ -223,8 +203,7 @@ def test_covariances_have_the_errors_of_the_intervals():
     (models,), curves = fit_models(table, [slight], SETTINGS), curves_of(table, [slight])
     for values in models.variants.to_dict("records"):
         curve = models.curve(slight, values)
-        of_variant = curves[curves["variant"] == values["variant"]]
-        found = row(of_variant, slight.component, slight.name)
+        found = row(curves[curves["variant"] == values["variant"]], slight.component, slight.name)
         logs = np.column_stack([curve.ln_theta, np.log(curve.beta)])
         last = len(logs) - curve.priors
         assert (len(logs[1:last]), curve.priors > 0) == (8, True)
@@ -239,7 +218,7 @@ def test_covariances_have_the_errors_of_the_intervals():
 
 
 def test_one_method_is_preferred_for_both_modes():
-    curves = curves_of(pd.concat([two_mode_runs(seed, 24) for seed in range(30)]), FAILURES)
+    curves = curves_of(pd.concat([made.two_mode_runs(seed, 24) for seed in range(30)]), FAILURES)
     keys = ["variant", "limit_state"]
     both = curves[curves["status"] == "ok"].groupby(keys).filter(lambda rows: len(rows) > 1)
     preferred = both[both["preferred"]].groupby("variant")["method"].nunique()
@@ -334,12 +313,10 @@ def test_repeated_motions_have_the_intervals_of_motions():
 def test_systems_include_failed_runs():
     table = synthetic_demands(skews=(0, 30), gaps=(51,))
     cut = failed(table, table.index[table[IM] == table[IM].max()], factor=0.01)
-    assert (system_curves(ready(cut, STATES), STATES, SETTINGS)["n_runs"] == 16).all()
+    assert (system_curves(made.ready(cut, STATES), STATES, SETTINGS)["n_runs"] == 16).all()
 
 
 # --- input
-
-
 def test_a_missing_demand_rejects_only_its_run_and_equal_motions_are_reported():
     def notes(table):
         return prepared(table, ["column_drift_ratio"], SETTINGS).notes["kind"].value_counts()
@@ -365,20 +342,6 @@ def test_a_missing_demand_rejects_only_its_run_and_equal_motions_are_reported():
         assert caught.value.details["row"] == 5
 
 
-def test_foreign_tables_can_name_the_runs_in_which_a_column_failed(tmp_path):
-    path = tmp_path / "runs.csv"
-    table = synthetic_demands(**ONE, motions=40)
-    kinds = ["" if number else "shear" for number in range(len(table))]
-    names = {"motion_id": "record", IM: "sa", "column_drift_ratio": "drift", "beyond_model": "how"}
-    table.assign(beyond_model=kinds)[[*names]].rename(columns=names).to_csv(path, index=False)
-    read = read_foreign(path, names)
-    assert read["beyond_model"].tolist() == kinds
-    assert set(curves_of(read, states_of("column_drift")[:1])["n_beyond_model"]) == {1}
-    failed(table, strongest(table, 4), factor=0.9).to_csv(path, index=False)
-    fit = fit_file(path, method="cloud", im=IM, edp="column_drift_ratio", threshold=0.01)
-    assert fit.details["n_censored"] == 4
-
-
 def test_foreign_skews_in_radians_are_reported(tmp_path, caplog):
     path, names = tmp_path / "runs.csv", {"motion_id": "m", IM: "sa", "skew_deg": "skew"}
     table = pd.DataFrame({"m": ["a", "b"], "sa": [0.1, 0.2], "skew": [0.0, 0.52]})
@@ -398,11 +361,13 @@ def test_a_column_of_a_new_axis_is_an_axis_of_every_table(tmp_path):
     wide[demands] = wide[demands].mul(0.9 * noise, axis=0)
     table = pd.concat([narrow.assign(**{NEW: 6.0}), wide.assign(**{NEW: 25.0})], ignore_index=True)
     states = states_of("column_drift")
-    rows = ready(table, states[:2])
+    rows = made.ready(table, states[:2])
     assert joint_table(rows, states[:2], SETTINGS)["terms"].str.contains(NEW).all()
     assert set(median_effects(rows, states[:2], SETTINGS)["axis"]) == {"skew_deg", NEW}
     assert set(system_curves(rows, states, SETTINGS)[NEW]) == {6.0, 25.0}
-    found = paired_effects(table, settings=SETTINGS).query("axis == @NEW and scope == 'pooled'")
+    found = made.paired_effects(table, settings=SETTINGS).query(
+        "axis == @NEW and scope == 'pooled'"
+    )
     assert set(found["demand"]) == set(demands)
     assert found["ratio"].to_numpy() == pytest.approx(0.9, abs=0.02)
     source, out = tmp_path / "curves.parquet", tmp_path / "curves.csv"
@@ -412,14 +377,11 @@ def test_a_column_of_a_new_axis_is_an_axis_of_every_table(tmp_path):
 
 
 # --- descriptions and units
-
-
 def test_every_column_of_every_table_has_a_description_and_every_demand_its_unit(tmp_path):
     table = synthetic_demands(skews=(0, 30), gaps=(51,), frictions=(50,), motions=12)
-    tables = fragility_tables(table, STATES, SETTINGS)
-    for name, frame in tables.items():
+    for name, frame in fragility_tables(table, STATES, SETTINGS).items():
         path = tmp_path / f"{name}.parquet"
-        write_described(frame, path, DESCRIPTIONS[name])
+        study_tables.write_described(frame, path, DESCRIPTIONS[name])
         for field in read_schema(path):
             assert (field.metadata or {}).get(b"description"), f"{name}.{field.name}"
     names = {"-": "ratio", "m/s2": "mps2"}
@@ -437,17 +399,15 @@ def shear_curves(table):
     """Return curves, and medians, statuses, methods by variant (row) and shear model (column)."""
     rows = prepared(table, [], SETTINGS).table
     states = with_column_failure([], rows.columns)
-    curves = shear_model_curves(rows, fit_study(rows, states, SETTINGS), SETTINGS)
+    curves = study_tables.shear_model_curves(rows, fit_study(rows, states, SETTINGS), SETTINGS)
     names = ("theta", "status", "method")
     return curves, *(curves.pivot(index="variant", columns="limit_state", values=n) for n in names)
 
 
 def whole_motion_ratios(seed, plateau, scatter):
-    """Return the shear-critical bridge of the default study with ratios over the whole motion.
-
-    The stored demands end at the failure. After it, the shear is near a plateau: the columns have
-    yielded in flexure.
-    """
+    """Return the shear-critical bridge of the default study with ratios over the whole motion. The
+    stored demands end at the failure. After it, the shear is near a plateau: the columns have
+    yielded in flexure."""
     table = pd.read_parquet(DEFAULT_STUDY)
     table = table[table["bridge"] == "osb1_fixed_era1"].reset_index(drop=True)
     is_failed, motions = table["beyond_model"] == "shear", table["motion_id"].unique()
@@ -505,7 +465,8 @@ def test_medians_against_the_order_of_the_capacities_are_not_estimated():
     table[f"{SHEAR}sdc_nominal"] = weak.mask(is_last, 1.02)
     table[f"{SHEAR}{STRONGEST}"] = 0.1
     curves, _, status, _ = shear_curves(table)
-    expected = {STRONGEST: "no_exceedance", "sdc_expected": NOT_ORDERED, "sdc_nominal": NOT_ORDERED}
+    expected = {STRONGEST: "no_exceedance", "sdc_expected": study_tables.NOT_ORDERED,
+                "sdc_nominal": study_tables.NOT_ORDERED}  # fmt: skip
     assert status.iloc[0].to_dict() == expected
     gone = ["theta", "beta", "beta_total", "beta_low", "theta_low", "theta_high"]
     assert curves[[*gone, "var_ln_theta", "var_beta"]].isna().all(axis=None)
@@ -522,14 +483,6 @@ def test_a_study_without_ratios_or_failures_has_no_curves_of_shear_models():
 
 
 # --- limit states as data
-
-
-ENTRY = {
-    "component": "deck", "demand": "deck_disp_m", "unit": "mm", "dispersion": 0.35,
-    "citation": "somebody", "states": {"slight": 102.0},
-}  # fmt: skip
-
-
 def test_shipped_limit_states_are_converted_to_the_unit_of_their_column():
     found = {state.key: state for state in STATES}
     values = {"unseating/slight": 0.038, "column_drift/moderate": 0.025, "column_shear/dcr_100": 1}
@@ -597,7 +550,6 @@ def test_few_items_stay_in_one_process_and_many_do_not() -> None:
 
 @pytest.fixture(scope="module")
 def many_variants() -> pd.DataFrame:
-    """27 variants, one of them with collapses."""
     table = synthetic_demands(motions=10, gaps=(10, 25, 51), frictions=(0, 25, 50))
     first = table["variant"] == table["variant"].iloc[0]
     status = table["status"].mask(first & (table["unseating_m"] > 0.15), "collapse")
@@ -605,14 +557,13 @@ def many_variants() -> pd.DataFrame:
 
 
 def _effects(rows, _, own, jobs):
-    return paired_effects(rows, ["unseating_m", "deck_disp_m"], own, jobs=jobs)
+    return made.paired_effects(rows, ["unseating_m", "deck_disp_m"], own, jobs=jobs)
 
 
 @pytest.mark.parametrize("fit", [fit_study, system_curves, median_effects, joint_table, _effects])
 def test_two_processes_give_the_table_of_one(fit, many_variants) -> None:
     states = [*states_of("unseating"), *states_of("abutment_passive")]
-    rows = ready(many_variants, states)
+    rows = made.ready(many_variants, states)
     alone = fit(rows, states, SETTINGS, jobs=1)
     assert len(alone) > 3
-    two = fit(rows, states, SETTINGS, jobs=2)
-    pd.testing.assert_frame_equal(two, alone, check_exact=True)
+    pd.testing.assert_frame_equal(fit(rows, states, SETTINGS, jobs=2), alone, check_exact=True)

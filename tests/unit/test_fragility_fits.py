@@ -9,13 +9,7 @@ from skewbridge.errors import InputError
 from skewbridge.fragility import fits, likelihood
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_model import fit_models
-from skewbridge.fragility.fits import (
-    cloud_line,
-    fit_brackets,
-    fit_capacities,
-    fit_cloud,
-    fit_stripes,
-)
+from skewbridge.fragility.fits import fit_cloud, fit_stripes
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.motion_means import motion_weights
 from skewbridge.fragility.system import averaged, difference, system_curves, system_members
@@ -25,8 +19,6 @@ DEMAND = "deck_disp_m"
 
 
 # --- counts, capacities and brackets
-
-
 @pytest.mark.parametrize(
     ("k", "status"),
     [([0, 7, 20, 20], "quasi_separation"), ([0, 3, 12, 20], "ok"), ([0, 0, 1, 0], "ok")]
@@ -100,10 +92,8 @@ def test_medians_of_states_rise_where_the_fits_of_single_states_cross(seed):
     """Few runs exceed the severe states, which alone have very different slopes."""
     table = synthetic_demands(**ONE, motions=40, seed=seed, run_scatter=0.5)
     thresholds = np.sort(table[DEMAND])[[-20, -6, -3]] * 1.0001
-    states = [
-        LimitState(component="deck", name=f"s{j}", demand=DEMAND, threshold=c, dispersion=0.0)
-        for j, c in enumerate(thresholds)
-    ]
+    states = [LimitState(component="deck", name=f"s{j}", demand=DEMAND, threshold=c, dispersion=0.0)
+              for j, c in enumerate(thresholds)]  # fmt: skip
     found = fit_study(ready(table, states), states, SETTINGS).query("method == 'exceedance'")
     assert list(found["status"]) == ["ok"] * 3
     assert np.all(np.diff(found["theta"]) > 0.0)
@@ -118,11 +108,9 @@ def test_ends_of_the_profile_of_a_state_are_those_of_a_direct_search():
     passed = np.digitize(latent, np.sort(latent)[[15, 25, 26]])
     eye = -np.eye(3)
     kernel = likelihood.NormalKernel(
-        eye[np.minimum(passed, 2)],
-        np.where(passed == 3, -np.inf, ln_im),
-        np.where(passed > 0, ln_im, np.inf),
-        upper_covariates=eye[np.maximum(passed - 1, 0)],
-    )
+        eye[np.minimum(passed, 2)], np.where(passed == 3, -np.inf, ln_im),
+        np.where(passed > 0, ln_im, np.inf), upper_covariates=eye[np.maximum(passed - 1, 0)],
+    )  # fmt: skip
     best = likelihood.maximise(kernel, np.array([[1.0, -0.5, -0.7, 1.0]]))
     drop, first = likelihood.drop_of(0.95), best.params[0]
     ends = likelihood.profile_ends(kernel, best, drop, np.eye(4)[:-1], slope=3)[:-1]
@@ -147,7 +135,7 @@ def test_brackets_take_the_first_crossing_and_need_information():
     assert (list(lower), list(upper)) == ([0.2, 0.6, 0.0], [0.4, np.inf, 0.2])
     assert fit.details["n_non_monotone"] == 1
     for last, status in ((0.9, "unbounded_likelihood"), (1.4, "ok")):
-        assert fit_capacities([1.0, 1.0, last], [0, 0, 1]).status == status
+        assert fits.fit_capacities([1.0, 1.0, last], [0, 0, 1]).status == status
     for low, high, status in (
         ([0.4, 0.4], [0.7, 0.7], "complete_separation"),
         ([0.4, 0.7], [0.7, 1.0], "quasi_separation"),
@@ -155,7 +143,7 @@ def test_brackets_take_the_first_crossing_and_need_information():
         ([0.7, 1.0], [None, None], "all_censored"),
         ([0.0, 1.2], [0.7, None], "non_increasing"),
     ):
-        assert fit_brackets(low, high).status == status
+        assert fits.fit_brackets(low, high).status == status
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -173,8 +161,6 @@ def test_limits_of_a_proportion_are_those_of_the_exact_binomial_test(k, n):
 
 
 # --- clouds
-
-
 def test_flat_falling_and_exact_clouds_are_refused():
     rng = np.random.default_rng(1)
     im = np.exp(rng.uniform(-2, 0, 12))
@@ -250,14 +236,14 @@ def test_weights_leave_out_one_motion_or_group_at_a_time():
     fit = fit_cloud(im, edp, 0.01, motions=motions)
     x, y = np.log(im), np.log(edp)
     rest = [motions != motion for motion in range(400)]
-    without = [cloud_line(x[rows], y[rows], y[rows], tobit=False) for rows in rest]
+    without = [fits.cloud_line(x[rows], y[rows], y[rows], tobit=False) for rows in rest]
     without = np.array([(np.log(0.01) - ln_a) / b for ln_a, b, _ in without])
     error = np.sqrt(399 / 400 * np.sum((without - without.mean()) ** 2))
     assert fit.as_json()["se_ln_theta"] == pytest.approx(error, rel=0.15)
     assert fit_cloud(im, edp, 0.01, motions=np.arange(800)).ci_method == "fieller"
     # a replicate without a slope has no line
     flat = np.array([-1.0, 0.0, 2.0, 3.0]), np.zeros(4), np.zeros(4)
-    assert np.all(np.isnan([cloud_line(*flat, tobit=tobit) for tobit in (False, True)]))
+    assert np.all(np.isnan([fits.cloud_line(*flat, tobit=tobit) for tobit in (False, True)]))
 
 
 def test_intervals_by_motion_are_those_of_the_jackknife_written_out():
@@ -276,8 +262,6 @@ def test_intervals_by_motion_are_those_of_the_jackknife_written_out():
 
 
 # --- systems
-
-
 def systems(table, states=STATES):
     return system_curves(ready(table, states), states, SETTINGS).set_index("limit_state")
 
@@ -328,10 +312,8 @@ def test_a_mean_over_pairs_of_systems_has_the_components_of_most_pairs():
              for one, other in names]  # fmt: skip
     assert averaged(pairs) == [True, False, False, False, True, False]
     # of as many pairs, those with more components
-    assert averaged(pairs[:4]) == [False, False, True, False]
-    assert averaged(pairs[3:4]) == [False]
-    assert difference(*pairs[3]) == "only v: b"
-    assert difference(*pairs[0]) == ""
+    assert (averaged(pairs[:4]), averaged(pairs[3:4])) == ([False, False, True, False], [False])
+    assert (difference(*pairs[3]), difference(*pairs[0])) == ("only v: b", "")
 
 
 def test_a_system_is_weaker_than_its_weakest_component_and_equals_a_single_one():

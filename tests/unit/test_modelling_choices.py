@@ -1,53 +1,64 @@
-"""Modelling choices and random properties: pairs, ratios, findings; distributions and draws."""
+"""Modelling choices, random properties, alternatives: pairs, ratios, findings, draws, effects."""
 
 import re
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
-from math import log
+from itertools import product
+from math import exp, log
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-from scipy import special, stats
+from reference_pages import ROOT
+from scipy import special
 
 from skewbridge.analysis.model_script import model_script
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.bridge.backfill import Passive
+from skewbridge.bridge import backfill, structures
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.section import core_concrete, steel_of
-from skewbridge.bridge.structures import built_bridge
-from skewbridge.demands.columns import DEMAND_COLUMNS, columns_with, demands_for
+from skewbridge.demands.columns import DEMAND_COLUMNS, choice_text, columns_with, demands_for
+from skewbridge.demands.tables import join_variants, write_variant
+from skewbridge.errors import InputError
+from skewbridge.files import tables
 from skewbridge.files.digests import provenance
 from skewbridge.files.tables import read_frame, write_frame
-from skewbridge.report.answer import properties_sentence
+from skewbridge.fragility.alternatives import alternative_effects
+from skewbridge.report.answer import alternative_rows, properties_sentence
 from skewbridge.report.fragility_figures import choice_findings, tornado
 from skewbridge.report.methods import REFERENCES, methods_of
-from skewbridge.study import modelling_choices
+from skewbridge.study import jobs, modelling_choices
 from skewbridge.study.analyses import StudySetup, sampled
 from skewbridge.study.config import parse_config
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.jobs import Job, rule_digest
-from skewbridge.study.modelling_choices import CHOICES
+from skewbridge.study.results import statistics_of
 from skewbridge.study.task import Task, run_key
-from skewbridge.variant import random_properties
+from skewbridge.variant import random_properties, variant
 from skewbridge.variant.grid import GridConfig, expand_grid
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.random_properties import RandomProperty, UncertaintyConfig, with_draw
-from skewbridge.variant.variant import Variant
 from study_parts import row_of, study_of, wave, without_workers
 
 SLUG = "osb1_cf_skew30_gap025_mu050"
 AXES = {"skew_deg": (0.0, 30.0), "gap_mm": (25.0,), "friction": (0.0, 0.5)}
+MODELS = (
+    {}, {"skew_deg": 0}, {"bridge": "bridge_a"}, {"bridge": "osb1_fixed"},
+    {"abutment": "spring", "friction_pct": 0}, {"abutment": "roller"},
+)  # fmt: skip
+# source: PyPBEE, commit 8b35e30, examples/Bridge_A/osb_info_Bridge_A.py: fpc, fy, xi, w, Fult, K50
+VARIATIONS = {
+    "concrete_strength_factor": "0.16", "steel_strength_factor": "0.04", "damping_factor": "0.5",
+    "deck_mass_factor": "0.04", "backfill_strength_factor": "0.2",
+    "backfill_stiffness_factor": "0.2",
+}  # fmt: skip
 
 
 def setup_in(folder: Path, *, motions: int = 1) -> StudySetup:
-    """A study of weak waves that differ by their factor."""
     waves = (wave(f"wave{n}", number=n, scale=1.0 + n) for n in range(motions))
-    models = ("contact_friction", "roller")
-    grid = GridConfig(bridge=("osb1", "osb1_fixed"), abutment=models)
+    grid = GridConfig(bridge=("osb1", "osb1_fixed"), abutment=("contact_friction", "roller"))
     return study_of(folder, *waves, grid=grid)
 
 
@@ -57,7 +68,6 @@ def task(tmp_path: Path) -> Task:
 
 
 def at(task: Task, **changes: object) -> Task:
-    """The same analysis of another variant."""
     return replace(task, variant=replace(task.variant, **changes).normalised())
 
 
@@ -89,12 +99,6 @@ def built(task: Task) -> tuple[str, ...]:
     settings, options = task.settings, task.settings.model_options(task.options)
     commands = re.sub(r"-0\.0\b", "0.0", model_script(task.variant, options))
     return commands, str(settings), options.shear_model
-
-
-MODELS = (
-    {}, {"skew_deg": 0}, {"bridge": "bridge_a"}, {"bridge": "osb1_fixed"},
-    {"abutment": "spring", "friction_pct": 0}, {"abutment": "roller"},
-)  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -138,10 +142,8 @@ def test_axes_go_from_end_to_end_and_one_value_is_none(tmp_path: Path) -> None:
     setup = setup_in(tmp_path)
     pairs = list(modelling_choices.axis_pairs(setup, SLUG, AXES, 1))
     ends = [(labels["name"], *(each.variant.slug for each in both)) for labels, *both in pairs]
-    assert ends == [
-        ("skew_deg", "osb1_cf_skew00_gap025_mu050", SLUG),
-        *[("friction", "osb1_cf_skew30_gap025_mu000", SLUG)] * 3,
-    ]
+    assert ends == [("skew_deg", "osb1_cf_skew00_gap025_mu050", SLUG),
+                    *[("friction", "osb1_cf_skew30_gap025_mu000", SLUG)] * 3]  # fmt: skip
     friction = [(labels["to_value"], after.options.friction_at) for labels, _, after in pairs[1:]]
     assert friction == [("0.5", "all"), ("0.5 at walls", "walls"), ("0.5 at keys", "keys")]
     labels = {"kind": "axis", "name": "skew_deg", "from_value": "0 deg", "to_value": "30 deg"}
@@ -203,8 +205,6 @@ def test_ratios_are_paired_by_motion_with_the_interval_of_the_means_of_motions(t
 
 @pytest.fixture
 def ran(monkeypatch: pytest.MonkeyPatch) -> list[Task]:
-    """Analyses that workers were asked for; their demands depend on the variant."""
-
     def answer(task: Task) -> dict:
         value = 0.8 if task.options.key_frame == "deck_edge" else 1.0
         if task.variant.friction_pct:
@@ -241,9 +241,9 @@ def test_finished_analyses_are_not_run_again(tmp_path: Path, ran: list[Task]) ->
 def test_only_a_current_table_is_shown(tmp_path: Path) -> None:
     path, this = tmp_path / "table.parquet", {"sources": "a"}
     nothing = {"inputs": {}, "outputs": {}, "stamp": {}}
-    job = Job(study=parse_config({}), folder=StudyFolder(tmp_path), threads=1, **nothing)
+    job = jobs.Job(study=parse_config({}), folder=StudyFolder(tmp_path), threads=1, **nothing)
     assert job.current(path, this) is None
-    write_frame(pd.DataFrame({"x": [1]}), path, provenance(rule_digest=rule_digest(this)))
+    write_frame(pd.DataFrame({"x": [1]}), path, provenance(rule_digest=jobs.rule_digest(this)))
     assert job.current(path, this) == path
     assert job.current(path, {"sources": "b"}) is None
 
@@ -273,13 +273,10 @@ def test_findings_and_tornado_list_choices_that_move_a_demand_more_than_friction
 
 
 # --- random properties
-
-
 ANY_DIRECTION = RandomProperty(distribution="uniform", low=0.0, high=360.0, source="test")
 ON = UncertaintyConfig(enabled=True, incidence_deg=ANY_DIRECTION)
 NAMES = list(ON.properties)
 IDS = [f"m{number:04d}" for number in range(2000)]
-SLUG = "osb1_cf_skew30_gap025_mu050"
 AT = {"skew_deg": 30, "gap_mm": 25, "friction": 0.5}
 
 
@@ -301,22 +298,9 @@ def draws() -> dict[str, dict[str, float]]:
     return ON.draws(IDS)
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_draws_have_their_distribution(name: str) -> None:
-    values = np.array([draw[name] for draw in draws().values()])
-    what = ON.drawn[name]
-    assert what.low <= values.min()
-    assert values.max() <= what.high
-    found = stats.kstest(values, np.vectorize(lambda value: expected(what, value)))
-    assert found.pvalue > 0.01
-    # draws that are off by a tenth of the range do not pass
-    shifted = values + 0.1 * (what.high - what.low)
-    assert stats.kstest(shifted, np.vectorize(lambda v: expected(what, v))).pvalue < 1e-6
-
-
-def test_each_block_is_a_latin_hypercube() -> None:
+def test_each_block_of_draws_is_a_latin_hypercube_of_the_distributions() -> None:
     rows = np.array([list(draw.values()) for draw in draws().values()])
-    for start in (0, random_properties.BLOCK):
+    for start in range(0, 160, random_properties.BLOCK):
         block = rows[start : start + random_properties.BLOCK]
         for name, column in zip(NAMES, block.T, strict=True):
             shares = [expected(ON.drawn[name], value) for value in column]
@@ -362,15 +346,14 @@ def test_every_variant_has_the_draw_of_the_motion(tmp_path) -> None:
 
 def test_without_draws_a_bridge_is_that_of_its_file(tmp_path) -> None:
     for name in ("osb1", "osb1_fixed", "bridge_a", "osb2s"):
-        assert built_bridge(load_bridge(name), ModelOptions()) == load_bridge(name)
-    passive = Passive(stiffness_n_per_m=3.0e7, ultimate_n=4.0e6, failure_ratio=0.7)
+        assert structures.built_bridge(load_bridge(name), ModelOptions()) == load_bridge(name)
+    passive = backfill.Passive(stiffness_n_per_m=3.0e7, ultimate_n=4.0e6, failure_ratio=0.7)
     assert passive.scaled(1.0, 1.0) == passive
     (task,) = study_of(tmp_path).tasks(SLUG)
-    assert task.options == ModelOptions()
-    assert task.incidence_deg == 0.0
+    assert (task.options, task.incidence_deg) == (ModelOptions(), 0.0)
     assert not random_properties.drawn_properties(row_of(task))
     # a modelling choice keeps the draw of the motion
-    choice = next(each for each in CHOICES if each.key == "pad_strength_factor")
+    choice = next(each for each in modelling_choices.CHOICES if each.key == "pad_strength_factor")
     (task,) = study_of(tmp_path, draws=ON.draws(["wave"])).tasks(SLUG)
     assert choice.configured_in(task) == 1.0
     changed = choice.set_in(task, 2.0).options.pad_strength_factor
@@ -384,7 +367,7 @@ def test_factors_act_on_the_model() -> None:
         gap_offset_mm=-5.0,
     )  # fmt: skip
     usual = load_bridge("osb1")
-    scaled = built_bridge(usual, options)
+    scaled = structures.built_bridge(usual, options)
     before, after = usual.column, scaled.column
     assert after.elastic_modulus_gpa == pytest.approx(1.1 * before.elastic_modulus_gpa)
     assert steel_of(after).yield_pa == pytest.approx(1.1 * steel_of(before).yield_pa)
@@ -394,19 +377,11 @@ def test_factors_act_on_the_model() -> None:
     weights_n = []
     for each in (ModelOptions(), options):
         with domain():
-            model = build(Variant.at("osb1", "contact_friction", AT), each)
+            model = build(variant.Variant.at("osb1", "contact_friction", AT), each)
             weights_n.append(model.weight_n)
             gaps_m = [side.gap_m for side in model.abutments]
     assert 0.9 < weights_n[1] / weights_n[0] < 0.92  # columns keep their weight
     assert gaps_m == pytest.approx([0.020, 0.020])
-
-
-# source: PyPBEE, commit 8b35e30, examples/Bridge_A/osb_info_Bridge_A.py: fpc, fy, xi, w, Fult, K50
-VARIATIONS = {
-    "concrete_strength_factor": "0.16", "steel_strength_factor": "0.04", "damping_factor": "0.5",
-    "deck_mass_factor": "0.04", "backfill_strength_factor": "0.2",
-    "backfill_stiffness_factor": "0.2",
-}  # fmt: skip
 
 
 def test_methods_and_page_state_the_setting_and_every_distribution_with_its_source() -> None:
@@ -432,3 +407,175 @@ def test_methods_and_page_state_the_setting_and_every_distribution_with_its_sour
             assert not any(key in what.source for key in REFERENCES)
     assert "values of the bridge files" in properties_sentence(pd.DataFrame(columns=["variant"]))
     assert "(deck mass)" in properties_sentence(pd.DataFrame(columns=["draw_deck_mass_factor"]))
+
+
+# --- alternative modelling options: one draw per motion, and the effects under each value
+VALUES = {"key_frame": ("deck_edge", "skewed"), "foundation": ("springs", "fixed"),
+          "backfill_vs_mps": (50.0, 150.0, 500.0)}  # fmt: skip
+ALTERNATING = UncertaintyConfig(enabled=True, alternatives=VALUES)
+MOTION_IDS = [f"m{number}" for number in range(32)]
+FRAMES, SPEEDS = {"key_frame": ["skewed", "deck_edge"]}, {"backfill_vs_mps": [50, 150]}
+
+
+def test_values_are_drawn_equally_often_and_change_no_property() -> None:
+    draws = ALTERNATING.draws(MOTION_IDS)
+    for name, values in VALUES.items():
+        drawn = [draw[name] for draw in draws.values()]
+        counts = np.array([[block.count(v) for v in values] for block in (drawn[:16], drawn[16:])])
+        assert (counts.sum(axis=1) == 16).all()
+        assert (np.ptp(counts, axis=1) <= 1).all(), name
+    plain = replace(ALTERNATING, alternatives={}).draws(MOTION_IDS)
+    for motion, draw in draws.items():
+        assert {name: draw[name] for name in draw if name not in VALUES} == plain[motion]
+    assert [*draws["m0"]][-3:] == [*VALUES]
+    assert ALTERNATING.draws(MOTION_IDS[:3]) == {name: draws[name] for name in MOTION_IDS[:3]}
+    assert replace(ALTERNATING, enabled=False).draws(MOTION_IDS) == {}
+    other = replace(ALTERNATING, seed=2).draws(MOTION_IDS)
+    assert any(other[name]["key_frame"] != draws[name]["key_frame"] for name in MOTION_IDS)
+
+
+@pytest.mark.parametrize(
+    ("alternatives", "sections", "message"),
+    [
+        ({"key_fram": ["a", "b"]}, {}, "mean key_frame"),
+        ({"seed": [1, 2]}, {}, "seed is not a key of model"),
+        ({"pad_strength_factor": [1, 2]}, {}, "pad_strength_factor is not"),
+        ({"key_frame": ["skewed"]}, {}, "two or more values, all different"),
+        ({"key_frame": ["skewed", "square"]}, {}, "must be 'skewed' or 'deck_edge', got 'square'"),
+        ({"backfill_vs_mps": [150, -1]}, {}, "greater than or equal to 0, got -1"),
+        (FRAMES, {"analysis": {"scheme": "paper"}}, "key_frame has no effect if analysis.scheme"),
+        (SPEEDS, {"grid": SPEEDS}, "remove backfill_vs_mps, an axis of the grid"),
+    ],
+)  # fmt: skip
+def test_bad_alternatives_are_refused(alternatives, sections, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        parse_config({"uncertainty": {"alternatives": alternatives}} | sections)
+
+
+def test_all_variants_of_a_bridge_have_the_drawn_model(tmp_path) -> None:
+    motions = [wave(f"w{number}", number=number) for number in (1, 2, 3, 4)]
+    draws = ALTERNATING.draws([each.motion.motion_id for each in motions])
+    setup = study_of(tmp_path, *motions, bridges=("bridge_a", "osb1"), draws=draws)
+    slugs = ("bridge_a_cf_skew60_gap051_mu050", "osb1_cf_skew00_gap025_mu000")
+    springs, fixed = map(setup.tasks, slugs)
+    for one, other, draw in zip(springs, fixed, draws.values(), strict=True):
+        assert [getattr(one.options, name) for name in VALUES] == [draw[name] for name in VALUES]
+        # the columns of osb1 have no foundation springs
+        assert "foundation" not in other.draw
+        expected = ("springs", draw["key_frame"])
+        assert (other.options.foundation, other.options.key_frame) == expected
+        factor = draw["pad_strength_factor"]
+        assert one.options.pad_strength_factor == other.options.pad_strength_factor == factor
+    found = setup.task_of(row_of(springs[0]))
+    assert found is not None
+    assert run_key(found) == run_key(springs[0])
+    paths = [tmp_path / f"{slug}.parquet" for slug in slugs]
+    for path, tasks in zip(paths, (springs, fixed), strict=True):
+        write_variant([row_of(task) for task in tasks], path)
+    join_variants(paths, tmp_path / "demands.parquet")
+    table = read_frame(tmp_path / "demands.parquet").set_index("motion_id")
+    of_springs = table[table["bridge"] == "bridge_a"]["choice_foundation"]
+    assert of_springs.to_dict() == {name: draw["foundation"] for name, draw in draws.items()}
+    assert table[table["bridge"] == "osb1"]["choice_foundation"].isna().all()
+    assert set(table["choice_backfill_vs_mps"]) <= {"50", "150", "500"}
+    # modelling choices are compared with the configured model
+    (usual, *_) = setup.without_alternatives.tasks(slugs[0])
+    frame = next(each for each in modelling_choices.CHOICES if each.key == "key_frame")
+    assert frame.configured_in(usual) == "deck_edge"
+    assert usual.options.pad_strength_factor == draws["w1"]["pad_strength_factor"]
+
+
+def demands(motions: int, noise: float = 0.0) -> pd.DataFrame:
+    """Demands whose effect of skew is -12 %, and 6 % less or more by the key frame."""
+    rng, rows = np.random.default_rng(48), []
+    draws = ALTERNATING.draws([f"m{number}" for number in range(motions)])
+    scatter = noise * rng.normal(size=motions)
+    for number, (motion, draw) in enumerate(draws.items()):
+        for skew, gap in product((0, 60), (25, 51)):
+            effect = log(0.88) + scatter[number]
+            effect += log(1.06) * {"deck_edge": 1.0, "skewed": -1.0}[draw["key_frame"]]
+            drift = exp(0.3 * number + 0.02 * (gap == 51) + (effect if skew else 0.0))
+            columns = {f"choice_{name}": str(draw[name]) for name in VALUES}
+            columns |= {"skew_deg": skew, "gap_mm": gap, "variant": f"{skew}{gap}"}
+            rows.append(columns | {"motion_id": motion, "column_drift_ratio": drift})
+    place = {"bridge": "b", "abutment": "contact_friction", "friction": 0.0, "scale": 1.0}
+    return pd.DataFrame(rows).assign(**place, incidence_deg=0.0, status="ok", complete=True)
+
+
+def test_effects_under_each_value_are_those_of_the_regression() -> None:
+    exact = alternative_effects(demands(24)).set_index(["axis", "option", "value"]).sort_index()
+    skew = exact["effect"]["skew_deg"]
+    assert skew["key_frame", "deck_edge"] == pytest.approx(0.88 * 1.06)
+    assert skew["key_frame", "skewed"] == pytest.approx(0.88 / 1.06)
+    assert skew.drop("key_frame").to_numpy() == pytest.approx(0.88)
+    assert exact["effect"]["gap_mm"].to_numpy() == pytest.approx(exp(0.02))
+    # ordinary least squares of the motions with sum-coded columns, and without each motion
+    runs = demands(24, noise=0.05)
+    found = alternative_effects(runs).set_index(["axis", "option", "value"]).loc["skew_deg"]
+    assert found["demand"].unique().tolist() == ["column_drift_ratio"]
+    logs = runs.assign(y=np.log(runs["column_drift_ratio"]))
+    change = logs.pivot_table(index="motion_id", columns="skew_deg", values="y").diff(axis=1)[60]
+    of_motion = runs.drop_duplicates("motion_id").set_index("motion_id").loc[change.index]
+    coded = [np.ones(24)]
+    for option, levels in VALUES.items():
+        names = sorted(map(str, levels))
+        drawn = of_motion[f"choice_{option}"]
+        coded += [1.0 * (drawn == each) - (drawn == names[-1]) for each in names[:-1]]
+    design = np.column_stack(coded)
+    rows = [np.arange(24), *(np.delete(np.arange(24), out) for out in range(24))]
+    fits = [np.linalg.lstsq(design[own], change.to_numpy()[own])[0] for own in rows]
+    first = np.array(fits)[:, 1]
+    error = np.sqrt(np.sum((first[1:] - first[0]) ** 2) * 23 / 24)
+    row = found.loc[("key_frame", "deck_edge")]
+    assert log(row["ratio"]) == pytest.approx(first[0], abs=1e-9)
+    half = log(row["ci_high"] / row["ci_low"]) / 2.0
+    assert half == pytest.approx(1.734 * error, rel=0.01)  # t(0.95) of 24 - 5 to 24 - 7 dof
+    residual = change.to_numpy() - design @ fits[0]
+    share = 1.0 - (residual @ residual / (24 - 5)) / np.var(change.to_numpy(), ddof=1)
+    assert found["share"].to_numpy() == pytest.approx(share, abs=1e-9)
+    assert share > 0.4
+    assert row["n_motions"] == (of_motion["choice_key_frame"] == "deck_edge").sum()
+
+
+def test_the_page_names_the_options_that_move_an_effect() -> None:
+    sentences, rows = alternative_rows(alternative_effects(demands(32, noise=0.05)))
+    certain, sizes = sentences
+    assert certain.endswith("These certainly move an effect:")
+    assert "key frame, foundation and backfill vs" in certain
+    assert sizes.startswith("Skew 0° to 60° on column drift ratio, b: ")
+    skew = next(row for row in rows if row["effect"].startswith("Skew"))
+    for value in ("deck edge", "skewed"):
+        assert f"{skew[f'key frame {value}']} with key frame {value}" in sizes
+    assert re.search(r"would be (\d+) to (\d+) % narrower", certain)
+    (none,), _ = alternative_rows(alternative_effects(demands(32, noise=0.5)))
+    assert none.endswith("None certainly moves an effect.")
+    # too few motions for seven coefficients, or no drawn options: no rows and no sentence
+    for runs in (demands(8), demands(32).filter(regex="^(?!choice)")):
+        assert alternative_effects(runs).empty
+        assert alternative_rows(alternative_effects(runs)) == ([], [])
+
+
+def test_values_have_the_same_text_and_unit_in_all_places() -> None:
+    texts = {("backfill_vs_mps", 50.0): "50 m/s", ("wall_mass", True): "yes",
+             ("wall_restoring_n_per_m", 3.0e4): "0.03 MN/m",
+             ("key_frame", "deck_edge"): "deck edge"}  # fmt: skip
+    for (option, value), text in texts.items():
+        # a table has texts of values
+        assert choice_text(option, value) == choice_text(option, f"{value}") == text
+    assert choice_text("integrator", ("HHT", 0.7)) == "HHT 0.7"
+    methods = methods_of(parse_config({"uncertainty": {"enabled": True, "alternatives": VALUES}}))
+    assert "Backfill vs: 50 m/s, 150 m/s and 500 m/s, equally" in " ".join(methods.parts.values())
+
+
+def test_statistics_of_a_table_keep_its_options_that_act(tmp_path, monkeypatch):
+    runs = demands(24, noise=0.05).assign(choice_foundation=None)
+    runs["im_saavg_rotd50_g"] = np.exp(0.05 * runs["motion_id"].str[1:].astype(float) - 1.0)
+    write_frame(runs, tmp_path / "demands.parquet", {})
+    read: list[str] = []
+    monkeypatch.setattr(tables, "read_frame", lambda p: read.append(p.name) or read_frame(p))
+    statistics_of(tmp_path / "demands.parquet", tmp_path / "out", ROOT / "config/limit_states.yaml")
+    assert read == ["demands.parquet"]  # once
+    table = read_frame(tmp_path / "out/fragility/alternatives.parquet")
+    assert table["option"].unique().tolist() == ["key_frame", "backfill_vs_mps"]
+    assert "its own modelling options (key frame, " in properties_sentence(runs)
+    assert table["effect"].to_numpy() == pytest.approx(alternative_effects(runs)["effect"])

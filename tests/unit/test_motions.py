@@ -11,16 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motions_files import (
-    at2_text,
-    cosmos_text,
-    esm_text,
-    geonet_text,
-    index_of,
-    make_pairs,
-    rows_of,
-    shaken_g,
-)
+import motions_files as made
+from motions_files import at2_text, cosmos_text, esm_text, make_pairs, rows_of, shaken_g
 from skewbridge.errors import InputError
 from skewbridge.motions import intensity, levels
 from skewbridge.motions.check import check_paths
@@ -32,6 +24,15 @@ from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.suite import prepare_suite, read_entry, read_suite, write_suite
 from skewbridge.motions.synthesis import Scenario, synthesize
 from skewbridge.units import G_MPS2
+
+RECORD_G = shaken_g(1, 50)
+SI = RECORD_G * G_MPS2
+GAL = shaken_g(7, 400) * 980.665
+IN_G = "ACCELERATION TIME SERIES IN UNITS OF G\n"
+HISTORY = "ACCELERATION TIME HISTORY IN UNITS OF G. FILTER POINTS: HP=0.2 Hz LP=15 Hz\n"
+PLAIN = f"{IN_G}NPTS= 50, DT= .01 SEC\n"
+FIVE = rows_of(RECORD_G, 5, "{:15.7E}")
+RATIOS, TOLERANCES = st.floats(1.001, 1e3) | st.just(100.0), st.floats(1e-4, 0.5) | st.just(0.01)
 
 
 def test_a_cut_before_the_end_of_the_strong_shaking_is_reported():
@@ -165,13 +166,6 @@ def test_the_spectrum_intensity_of_a_blow_is_its_velocity_times_the_range_of_per
 
 
 # --- formats of files
-
-
-RECORD_G = shaken_g(1, 50)
-SI = RECORD_G * G_MPS2
-GAL = shaken_g(7, 400) * 980.665
-
-
 def _with(values: np.ndarray, start: int, *numbers: float) -> np.ndarray:
     """Return values with some numbers that fill the columns of their format."""
     changed = values.copy()
@@ -185,12 +179,6 @@ def _times(values, separator=",", dt_s=0.01):
 
 def _at2(head: str, values: str) -> str:
     return "PEER STRONG MOTION DATABASE RECORD\nA, 1/1/2000, B, 90\n" + head + values + "\n"
-
-
-IN_G = "ACCELERATION TIME SERIES IN UNITS OF G\n"
-HISTORY = "ACCELERATION TIME HISTORY IN UNITS OF G. FILTER POINTS: HP=0.2 Hz LP=15 Hz\n"
-PLAIN = f"{IN_G}NPTS= 50, DT= .01 SEC\n"
-FIVE = rows_of(RECORD_G, 5, "{:15.7E}")
 
 
 def _peer(npts: int = 50, values: str = FIVE) -> str:
@@ -217,12 +205,11 @@ def _knet(counts) -> str:
 
 COUNTS = np.round(RECORD_G * 980.665 * 8388608 / 2000).astype(int) + 1234
 MM_S2 = _with(shaken_g(7, 403) * 9806.65, 20, -12345.6, -13456.7)
-GEONET = geonet_text({"N28W": MM_S2, "S62W": -0.5 * MM_S2, "Up": 0.1 * MM_S2})
+GEONET = made.geonet_text({"N28W": MM_S2, "S62W": -0.5 * MM_S2, "Up": 0.1 * MM_S2})
 LINES = GEONET.split("\n")
 CSMIP = "\n".join(_v2(factor * RECORD_G * 980.665) for factor in (1, -2))
-CSV = "time_s,h1_g,h2_g\n" + "\n".join(
-    f"{i * 0.01:.2f},{v:.8e},{-2 * v:.8e}" for i, v in enumerate(RECORD_G)
-)
+CSV = "time_s,h1_g,h2_g\n" + "\n".join(f"{i * 0.01:.2f},{v:.8e},{-2 * v:.8e}"
+                                       for i, v in enumerate(RECORD_G))  # fmt: skip
 COSMOS = "".join(
     cosmos_text(factor * GAL, azimuth=azimuth, quantity=quantity)
     for factor, azimuth in ((1.0, 0), (-2.0, 270))  # 0 is unknown
@@ -233,9 +220,7 @@ TIMED = _times(RECORD_G, " ").split("\n")
 
 def _formats():
     """Yield name, text and stated values of a file, then values, last digit, facts of the header.
-
-    Files of PEER, CSMIP, K-NET, ESM, COSMOS and GeoNet in all their layouts.
-    """
+    Files of PEER, CSMIP, K-NET, ESM, COSMOS and GeoNet in all their layouts."""
     facts = {"dt_s": 0.01, "event": "A", "station": "B", "azimuth_deg": 90.0}
     for head, values in (
         (f"{IN_G}NPTS=     50, DT=   .0100 SEC,\n", FIVE),
@@ -405,9 +390,8 @@ def test_components_of_unrelated_names_are_paired_by_their_headers(read):
         read.file(f"ABC.1000hyfh.HN{letter}.--.acc.V2c", cosmos)
         text = esm_text(GAL, stream=f"HN{letter}")
         read.file(f"HI.ABC..HN{letter}.D.20190728.160908.C.ACC.ASC", text)
-    found = {
-        e.motion_id: [path.name for path, _ in e.components] for e in list_motions(read.folder)
-    }
+    found = {e.motion_id: [path.name for path, _ in e.components]
+             for e in list_motions(read.folder)}  # fmt: skip
     assert sorted(found.values()) == [
         ["ABC.1000hyfh.HNE.--.acc.V2c", "ABC.1000hyfh.HNN.--.acc.V2c"],
         ["CHAN15.V2", "CHAN24.V2"],
@@ -424,7 +408,7 @@ VERTICAL_FILES = {
     "a.csv": lambda up: f"time (s),{up} (g)\n" + _times(RECORD_G),
     "b.csv": lambda up: f"time,acc_{up}\n" + _times(RECORD_G),
     "a.acc": lambda up: f"{up}\n" + rows_of(RECORD_G, 1, "{:.6e}"),
-    "a.V2A": lambda up: geonet_text({up: 9806.65 * RECORD_G}),
+    "a.V2A": lambda up: made.geonet_text({up: 9806.65 * RECORD_G}),
     "a.ASC": lambda up: esm_text(GAL, 0.01, stream=up),
     "a.V2c": lambda up: cosmos_text(GAL, 0.01, azimuth=0, scnl=f"A.{up}.XX.--"),
 }
@@ -625,8 +609,6 @@ def test_an_unknown_format_is_refused_with_the_list_of_formats(read):
 
 
 # --- suites of motions: files of a folder, factors, stripes, searches, cuts
-
-
 def test_parquet_preserves_the_suite_of_a_folder_bit_for_bit(tmp_path):
     (first, second), *_ = make_pairs(tmp_path, 2)
     suite = prepare_suite(tmp_path, t1_s=0.7)
@@ -657,12 +639,12 @@ def test_a_suite_is_limited_to_a_count_that_changes_no_factor_and_cut(tmp_path):
 
 
 def test_index_gives_metadata_and_a_factor_that_overrides_the_computed_one(tmp_path):
-    index_of(tmp_path, make_pairs(tmp_path, 2), scale=[1.25, ""])
+    made.index_of(tmp_path, make_pairs(tmp_path, 2), scale=[1.25, ""])
     scales = prepare_suite(tmp_path, t1_s=0.7, bands_g=((0.3, 0.3001),))
     assert scales["scale"][0] == 1.25
     assert (scales["scale"] * scales["im_saavg_rotd50_g"])[1] == pytest.approx(0.3, rel=1e-3)
     pairs = make_pairs(tmp_path, 1)
-    index_of(
+    made.index_of(
         tmp_path, pairs, event=["Big One"], station=["Array #9"], magnitude=[7.1], vs30_mps=[400],
         azimuth_1_deg=[0], source=["a source"], licence=["a licence"],
     )  # fmt: skip
@@ -720,7 +702,7 @@ def test_pairs_are_found_in_sub_folders_among_other_files_and_ordered_by_the_ind
     (tmp_path / "q0_h1.VT2").write_text("velocity\n")
     (tmp_path / "q0_UP.AT2").write_text("vertical\n")
     assert [entry.motion_id for entry in list_motions(tmp_path)] == ["q0", "q1"]
-    index_of(tmp_path, pairs[::-1])
+    made.index_of(tmp_path, pairs[::-1])
     assert [entry.motion_id for entry in list_motions(tmp_path)] == ["q1", "q0"]
     for name in ("kobe", "chichi"):
         (tmp_path / "sub" / name).mkdir(parents=True)
@@ -766,9 +748,7 @@ def test_directions_in_headers_or_names_are_compared(read, names, azimuths, word
     assert all(re.search(words, " ".join(check.messages)) for check in found)
 
 
-def test_scaled_motions_reach_their_stripe_unless_their_factor_is_outside_the_limits(
-    tmp_path, caplog
-):
+def test_scaled_motions_reach_their_stripe_unless_their_factor_is_outside_limits(tmp_path, caplog):
     make_pairs(tmp_path, 3)
     three = prepare_suite(tmp_path, t1_s=0.7)
     low_g, first_g = three[levels.LEVEL_MEASURE].median(), three[levels.LEVEL_MEASURE].iloc[0]
@@ -789,9 +769,6 @@ def test_scaled_motions_reach_their_stripe_unless_their_factor_is_outside_the_li
     assert rows == [["q0", 0.5], ["q1", 0.25], ["q1", 2.5]]
     with pytest.raises(InputError, match="no motion reaches"):
         levels.striped(three, [1e4])
-
-
-RATIOS, TOLERANCES = st.floats(1.001, 1e3) | st.just(100.0), st.floats(1e-4, 0.5) | st.just(0.01)
 
 
 @settings(max_examples=400)

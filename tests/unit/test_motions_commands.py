@@ -20,6 +20,7 @@ from skewbridge.motions.synthesis import Scenario, bssa14
 from skewbridge.report.run_figures import record_page, suite_spectra
 
 SCENARIO = Scenario(magnitude=7.0, distance_km=10.0, vs30_mps=400.0)
+SCENARIO_OPTIONS = ["--magnitude", 6.5, "--distance-km", 10, "--vs30-mps", 400]
 
 
 def _run(*arguments: object) -> tuple[int, str, str]:
@@ -28,7 +29,6 @@ def _run(*arguments: object) -> tuple[int, str, str]:
 
 
 def _checked(*arguments: object) -> tuple[int, dict, str]:
-    """Return exit code, answer and messages of a check."""
     code, out, err = _run("check", *arguments, "--json")
     return code, json.loads(out), err
 
@@ -162,12 +162,8 @@ def test_unit_option_applies_only_to_files_without_a_unit(tmp_path):
     alone = {item["file"]: item["pga_g"] for item in found["files"] if item["pga_g"]}
     code, found, _ = _checked(tmp_path, "--write", "--unit", "cm/s2")
     assert code == 0
-    both = {item["file"]: item["pga_g"] for item in found["files"]}
-    assert alone.items() <= both.items()
+    assert alone.items() <= {item["file"]: item["pga_g"] for item in found["files"]}.items()
     assert list(pd.read_csv(tmp_path / "index.csv")["unit"]) == ["g", "cm/s2"]
-
-
-SCENARIO_OPTIONS = ["--magnitude", 6.5, "--distance-km", 10, "--vs30-mps", 400]
 
 
 @pytest.mark.parametrize("command", ["plot", "synthesize"])

@@ -25,6 +25,11 @@ from skewbridge.study.inputs import check_inputs
 NEAR = {"magnitude": 6.5, "distance_km": 10.0, "epsilon": 1.0}
 SCENARIO = Scenario(magnitude=6.5, distance_km=10.0, vs30_mps=400.0)
 SITE = {"vs30_mps": 400.0}
+USGS = """{"status": "success", "response": [{"metadata": {"imt": {"value": "SA0P75"},
+"εbins": [{"id": 1, "min": 1, "max": 1.5}, {"id": 2, "min": 1.5}]}, "data": [{"component": "Total",
+"data": [{"r": 12, "m": 6.9, "εdata": [{"εbin": 1, "value": 30}, {"εbin": 2, "value": 10}]}],
+"summary": [{"data": [{"value": 975, "units": "yrs"}, {"value": 0.8, "units": "g"}]}]}]}]}"""
+HAND = "measure: SA(0.75)\nvs30_mps: 400\nlevels: [{magnitude: 6.5, distance_km: 10, epsilon: 1}]"
 
 
 def _spectra(*levels, measure="SA(0.75)", **more):
@@ -115,12 +120,6 @@ def test_openquake_export_gives_the_epsilon_of_the_level(tmp_path, star):
     assert found[:, :2].tolist() == [[6.5, 0.5], [7.5, 0.5]]
 
 
-USGS = """{"status": "success", "response": [{"metadata": {"imt": {"value": "SA0P75"},
-"εbins": [{"id": 1, "min": 1, "max": 1.5}, {"id": 2, "min": 1.5}]}, "data": [{"component": "Total",
-"data": [{"r": 12, "m": 6.9, "εdata": [{"εbin": 1, "value": 30}, {"εbin": 2, "value": 10}]}],
-"summary": [{"data": [{"value": 975, "units": "yrs"}, {"value": 0.8, "units": "g"}]}]}]}]}"""
-
-
 @pytest.mark.parametrize("is_new", [False, True])
 def test_usgs_response_gives_epsilon_and_level(tmp_path, is_new):
     content = json.loads(USGS)
@@ -133,9 +132,6 @@ def test_usgs_response_gives_epsilon_and_level(tmp_path, is_new):
     assert target.measure == "SA(0.75)"
     found = [(c.magnitude, c.distance_km, c.epsilon, c.weight, c.level_g) for c in target.levels]
     assert found == [(6.9, 12.0, 1.25, 30.0, 0.8), (6.9, 12.0, 1.5, 10.0, 0.8)]
-
-
-HAND = "measure: SA(0.75)\nvs30_mps: 400\nlevels: [{magnitude: 6.5, distance_km: 10, epsilon: 1}]"
 
 
 @pytest.mark.parametrize(
@@ -266,9 +262,7 @@ def test_selected_folder_is_read_with_its_factors(site, tmp_path):
     assert (code, "from 2 to the 12 candidates, got 13" in found["message"]) == (2, True)
 
 
-def test_study_selects_as_the_command_does_and_again_only_after_a_change(
-    site, tmp_path, monkeypatch
-):
+def test_study_selects_as_the_command_does_and_again_after_a_change(site, tmp_path, monkeypatch):
     study, psa_g = site
     selected = tmp_path / "results/motions/selected"
     config = study(0.9, 1.2)

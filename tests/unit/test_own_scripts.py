@@ -7,17 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from skewbridge.analysis.bridge_check import check_bridge
-from skewbridge.analysis.ground import Excitation
+from skewbridge.analysis import bridge_check, ground, settings
 from skewbridge.analysis.model_script import model_script, recording
-from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
+from skewbridge.bridge import catalogue, handles, structures
 from skewbridge.bridge.backfill import wing_wall
-from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.model import build, domain
-from skewbridge.bridge.structures import CatalogueBridge
 from skewbridge.cli.output import VariantOptions
 from skewbridge.demands.columns import demands_for
 from skewbridge.errors import InputError
@@ -31,13 +27,13 @@ from skewbridge.variant.variant import Variant
 
 ROOT = Path(__file__).parents[2]
 USUAL = {"skew_deg": 0.0, "gap_mm": 25.0, "friction": 0.5}
+SCRIPTS = [*sorted((ROOT / "docs").glob("bridges/*.py")), ROOT / "docs/own_bridge.py"]
 
 
 def osb1_as_script(path: Path, skew_deg: float) -> str:
-    """Write the frame of osb1 as a plain script, recorded from its commands."""
-    structure = CatalogueBridge(load_bridge("osb1"))
+    structure = structures.CatalogueBridge(catalogue.load_bridge("osb1"))
     with recording() as record, domain():
-        frame = structure.build(skew_deg, ModelOptions(), TagAllocator())
+        frame = structure.build(skew_deg, ModelOptions(), handles.TagAllocator())
         lines = [line for line in record if not re.match(r"ops\.(wipe|model)\(", line)]
         loads, moments = frame.loads.forces_n, frame.loads.moments_nm
     column = frame.columns[0]
@@ -87,21 +83,18 @@ def bridge(skew_deg):
 def motion(peak_mps2: float = 6.0) -> GroundMotion:
     time = np.arange(0.0, 3.0, 0.02)
     pulse = peak_mps2 * np.sin(2 * np.pi * time / 0.8) * np.exp(-((time - 1.2) ** 2))
-    return GroundMotion(
-        motion_id="pulse", dt_s=0.02, accel_1_mps2=pulse, accel_2_mps2=0.6 * np.roll(pulse, 9)
-    )
+    components = {"accel_1_mps2": pulse, "accel_2_mps2": 0.6 * np.roll(pulse, 9)}
+    return GroundMotion(motion_id="pulse", dt_s=0.02, **components)
 
 
 def run(bridge: str, abutment: str, skew_deg: float, gap_mm: float, peak=6.0, **options):
     values = {"skew_deg": skew_deg, "gap_mm": gap_mm, "friction": 0.5}
     variant = Variant.at(bridge, abutment, values).normalised()
-    excitation = Excitation(motion=motion(peak))
-    return analyse(variant, excitation, AnalysisSettings(), ModelOptions(**options))
+    excitation = ground.Excitation(motion=motion(peak))
+    return analyse(variant, excitation, settings.AnalysisSettings(), ModelOptions(**options))
 
 
-@pytest.mark.parametrize(
-    "case", [("contact_friction", 30.0, 25.0, 6.0), ("spring", -45.0, 51.0, 9.0)]
-)
+@pytest.mark.parametrize("case", [("contact_friction", 30, 25, 6.0), ("spring", -45, 51, 9.0)])
 def test_osb1_as_a_script_has_the_demands_of_the_catalogue(tmp_path, case):
     script = osb1_as_script(tmp_path / "mine.py", skew_deg=case[1])
     own, usual = (run(bridge, *case) for bridge in (script, "osb1"))
@@ -114,7 +107,6 @@ def test_osb1_as_a_script_has_the_demands_of_the_catalogue(tmp_path, case):
 
 
 def two_spans(length: float, force: float, units: str, more: str = "") -> str:
-    """Return a script of a two-span frame in units of length and force (SI)."""
     return f"""
 import openseespy.opensees as ops
 import skewbridge as sb
@@ -181,7 +173,6 @@ def test_the_units_of_a_script_do_not_change_its_demands(tmp_path, pads):
 
 
 def made(tmp_path: Path, text: str) -> str:
-    """Write a script whose function has these lines before its `Frame`."""
     path = tmp_path / "mine.py"
     path.write_text(text)
     return str(path)
@@ -195,7 +186,7 @@ IN_PLANE = """
 
 
 def frame_of(tmp_path: Path, text: str = GOOD):
-    return load_structure(made(tmp_path, text)).build(0.0, ModelOptions(), TagAllocator())
+    return load_structure(made(tmp_path, text)).build(0.0, ModelOptions(), handles.TagAllocator())
 
 
 @pytest.mark.parametrize(
@@ -268,7 +259,7 @@ def test_a_deck_node_without_mass_keeps_the_energy_balance(tmp_path):
 
 def test_a_check_of_a_script_doubts_wrong_units(tmp_path):
     def doubts(text):
-        found = check_bridge(made(tmp_path, text))["findings"]
+        found = bridge_check.check_bridge(made(tmp_path, text))["findings"]
         return [finding.partition(" = ")[0] for finding in found if "check units" in finding]
 
     assert doubts(GOOD) == []
@@ -312,7 +303,7 @@ def test_the_digest_covers_local_modules_and_data(tmp_path):
 
 
 def test_abutments_are_those_of_the_script_of_osb1_or_of_an_option(tmp_path):
-    osb1, other = load_bridge("osb1"), load_bridge("bridge_a")
+    osb1, other = catalogue.load_bridge("osb1"), catalogue.load_bridge("bridge_a")
     wider = 2 * osb1.deck.width_m
 
     def ends(own: str = ""):
@@ -332,9 +323,6 @@ def test_abutments_are_those_of_the_script_of_osb1_or_of_an_option(tmp_path):
     assert chosen.seat_width_m == other.abutment.seat_width_m
     scaled_m = other.abutment.wall_width_m * wider / other.deck.width_m
     assert chosen.wall_width_m == pytest.approx(scaled_m)
-
-
-SCRIPTS = [*sorted((ROOT / "docs").glob("bridges/*.py")), ROOT / "docs/own_bridge.py"]
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)

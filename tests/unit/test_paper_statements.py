@@ -138,10 +138,8 @@ def runs(outcomes: str, others: str = "") -> dict[Run, Verdict | None]:
     names = {"a": "agrees", "d": "disagrees", "u": "undecidable"}
     keys = [Run(f"scale {scale:g}", scale) for scale in SCALES[: len(outcomes)]]
     keys += [Run(f"syn{number:03d}") for number in range(len(others))]
-    return {
-        key: None if sign == "-" else Verdict(names[sign], "a number", 0.9, 1.0)
-        for key, sign in zip(keys, outcomes + others, strict=True)
-    }
+    return {key: None if sign == "-" else Verdict(names[sign], "a number", 0.9, 1.0)
+            for key, sign in zip(keys, outcomes + others, strict=True)}  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -164,8 +162,7 @@ def test_runs_of_a_case_become_one_row_that_counts_those_that_agree():
     assert (found.scales, found.motions) == ((7, 5), (3, 2))
     assert (found.value, found.reference) == (0.9, 1.0)
     assert "5 of 7 scales, 2 of 3 other motions" in found.reason
-    few = statements.over_runs(runs("aaa----"))
-    assert "only 3 of 7 runs meet the premise" in few.reason
+    assert "only 3 of 7 runs meet the premise" in statements.over_runs(runs("aaa----")).reason
     study = Study("fig10")
     for scale in SCALES:
         run = Run(f"scale {scale:g}", scale)

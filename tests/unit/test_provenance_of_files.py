@@ -32,6 +32,11 @@ ROOT = Path(__file__).parents[2]
 STAMP = {"rule": "fit_fragility", "title": 'a <script> & "quotes"', "rule_digest": "0" * 16}
 FRAME = pd.DataFrame({"theta": [0.5, 0.7]})
 RULE = "collect_demands"
+READ_ONLY = (errno.EROFS, "Read-only file system")
+ROUNDS = {"plan_round", "collect_rounds"}  # their plans read the new demands
+FITS = {"fit_fragility", "figures", "report"} | ROUNDS
+NOT_OF_MOTIONS = {"verify_contact", "verification"}
+NOT_OF_MODEL = {"prepare_motions"} | NOT_OF_MOTIONS | ROUNDS
 
 
 @pytest.fixture(autouse=True)
@@ -128,8 +133,7 @@ def test_a_script_stamps_its_outputs_and_leaves_a_log_only_of_messages(tmp_path)
     table, log = tmp_path / "table.parquet", tmp_path / "rule.log"
     given = job(tmp_path, table, suspect="x")
     with script_session(given) as own:
-        assert own.outputs == {"table": table}
-        assert own.folder.root == tmp_path
+        assert (own.outputs, own.folder.root) == ({"table": table}, tmp_path)
         write_frame(FRAME, table, {})
     stamped = read_stamp(table)
     assert stamped["rule_digest"] == rule_digest(given.params.made_from)
@@ -141,9 +145,6 @@ def test_a_script_stamps_its_outputs_and_leaves_a_log_only_of_messages(tmp_path)
             if message:
                 logging.getLogger("skewbridge.fit").info(message)
         assert log.exists() == bool(message)
-
-
-READ_ONLY = (errno.EROFS, "Read-only file system")
 
 
 @pytest.mark.parametrize(
@@ -201,10 +202,8 @@ def test_a_table_is_current_until_its_rule_would_make_another(tmp_path, monkeypa
         return [code, answer["current"], answer["differences"]]
 
     assert current() == [0, True, []]
-    wider = "motions: {count: 3}\nfigures: {width_mm: 85}"
-    assert current(wider) == [0, True, ["config_digest"]]
-    edited = {"motions": "suite", "sources": "edited"}
-    assert current(made=edited) == [1, False, ["rule_digest"]]
+    assert current("motions: {count: 3}\nfigures: {width_mm: 85}") == [0, True, ["config_digest"]]
+    assert current(made={"motions": "suite", "sources": "edited"}) == [1, False, ["rule_digest"]]
     # a file of another configuration asks for it
     result = invoke("provenance", table)
     assert result.exit_code == 1
@@ -259,12 +258,6 @@ def test_a_result_of_one_run_is_current_while_the_engine_is(tmp_path):
     assert answered(tmp_path / "none.png")[0] == 2
 
 
-ROUNDS = {"plan_round", "collect_rounds"}  # their plans read the new demands
-FITS = {"fit_fragility", "figures", "report"} | ROUNDS
-NOT_OF_MOTIONS = {"verify_contact", "verification"}
-NOT_OF_MODEL = {"prepare_motions"} | NOT_OF_MOTIONS | ROUNDS
-
-
 @pytest.mark.parametrize(
     ("text", "changed"),
     [
@@ -290,8 +283,6 @@ def test_a_key_of_the_configuration_changes_the_rules_that_use_it(tmp_path, text
 
 
 # --- frames of `skewbridge.load`
-
-
 def finished_study(folder: Path, config_of_fits: str) -> Path:
     unit = pa.field("column_shear_kn", pa.float64(), metadata={"unit": "kN"})
     table = pa.table([pa.array([1.0])], schema=pa.schema([unit]))

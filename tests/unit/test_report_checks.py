@@ -32,6 +32,12 @@ EFFECTS = pd.DataFrame({
     "variant": SLUG, "axis": "friction", "demand": "deck_disp_m", "ratio": [1.0, 1.1],
     "ci_low": [0.9, None], "ci_high": [1.1, None],
 })  # fmt: skip
+HEALTHY = {
+    "loosened_ratio": 0.0, "recovery_rung": 1, "energy_residual_ratio": -0.004,
+    "contact_energy_ratio": 0.002, "cone_excess_wall_ratio": 0.009, "cone_excess_key_ratio": 0.002,
+    "contact_force_ratio": 0.1,
+}  # fmt: skip
+UNKNOWN = {"recovery_rung": 5, "energy_residual_ratio": float("nan")}
 
 
 def demands(**changed):
@@ -105,9 +111,8 @@ def test_faults_of_fits_and_effects_are_named_whatever_the_order_of_rows():
     fitted = CURVES.assign(status="ok", theta=[0.5, 0.49])
     place = f"{SLUG}, column_drift, moderate, cloud"
     for table in (fitted, fitted[::-1]):
-        assert failed(demands(), table) == {
-            "medians below the median of a smaller capacity": [place]
-        }
+        words = "medians below the median of a smaller capacity"
+        assert failed(demands(), table) == {words: [place]}
     for good in ({"theta": [0.5, 0.5]}, {"method": ["cloud", "exceedance"]}):
         assert failed(demands(), fitted.assign(**good)) == {}
 
@@ -136,16 +141,6 @@ def test_a_failed_check_stops_the_study_only_when_asked(tmp_path: Path, caplog):
 
 
 # --- suspect rows: reasons, limits, counts
-
-
-HEALTHY = {
-    "loosened_ratio": 0.0, "recovery_rung": 1, "energy_residual_ratio": -0.004,
-    "contact_energy_ratio": 0.002, "cone_excess_wall_ratio": 0.009, "cone_excess_key_ratio": 0.002,
-    "contact_force_ratio": 0.1,
-}  # fmt: skip
-UNKNOWN = {"recovery_rung": 5, "energy_residual_ratio": float("nan")}
-
-
 @pytest.mark.parametrize(
     ("change", "text"),
     [

@@ -32,12 +32,21 @@ from skewbridge.study.config import parse_config
 from skewbridge.variant.options import ModelOptions
 
 BEYOND = [STATES[0] | {"states": {"complete": 900.0}}]
+SHEAR = "Shear capacity models"
+TABLES = ("The answer", "Effects, all variants", "Effects, other states and demands")
+AXES, ENDS = ("skew_deg", "gap_mm", "friction"), ("", "_low", "_high")
+SHOWN = {"column_drift": 100.0, "bearing": 1000.0, "column_failure": 1.0}  # in per cent and mm
+MEDIAN, TOTAL = ([f"{name}{end}" for end in ENDS] for name in ("theta", "beta_total"))
+COUNTS = ["n_exceed", "n_runs"]
+LIMITS = {"im_low": 1.7, "im_high": 2.1, "n_cells": 4, "n_without_curve": 0, "n_extrapolated": 8}
+NOTE = ("medians of 1.70 to 2.10 g are extrapolated, because fewer than three motions are that "
+        "strong.")  # fmt: skip
+LOST = {"n_extrapolated": 0, "n_without_curve": 4}
+SURE = {"claim": "undecided", "sure_to": 0.3, "sure_ratio": 0.7, "sure_low": 0.6, "sure_high": 0.8}
 
 
 @pytest.fixture
 def render(tmp_path):
-    """Return a function that makes the tables of a study and its page, and gives page, tables."""
-
     def page_of(demands, **study):
         page, frames = write_page(tmp_path, demands, **study)
         text = re.sub(r"<style>.*?</style>", "", page.read_text("utf-8"), flags=re.S)
@@ -50,23 +59,13 @@ def answer_of(page):
     return page[page.index('<section id="answer">') : page.index('<section id="effects">')]
 
 
-SHEAR = "Shear capacity models"
-TABLES = ("The answer", "Effects, all variants", "Effects, other states and demands")
-AXES, ENDS = ("skew_deg", "gap_mm", "friction"), ("", "_low", "_high")
-SHOWN = {"column_drift": 100.0, "bearing": 1000.0, "column_failure": 1.0}  # in per cent and mm
-MEDIAN, TOTAL = ([f"{name}{end}" for end in ENDS] for name in ("theta", "beta_total"))
-COUNTS = ["n_exceed", "n_runs"]
-
-
 def finite(row, names):
     return [row[name] for name in names if np.isfinite(row[name])]
 
 
 def pooled_effects(frames):
-    """Yield label, heading, numbers and row of every pooled effect.
-
-    The only failure mode of columns has the numbers of any failure and no row of its own.
-    """
+    """Yield label, heading, numbers and row of every pooled effect. The only failure mode of
+    columns has the numbers of any failure and no row of its own."""
     rows = pd.concat([frames["medians"], frames["effects"]]).query("scope == 'pooled'")
     any_failure = set(rows.loc[rows["demand"] == "column_failure/any", "ratio"])
     for row in rows.to_dict("records"):
@@ -85,10 +84,8 @@ def pooled_effects(frames):
 def assert_effects(tables, frames):
     answer, *maps = (tables.get(name, []) for name in TABLES)
     demands, changes, states = frames["demands"], {row[0]: row for row in answer[1:]}, answer[0]
-    names = {
-        f"{row['component']}/{row['limit_state']}": figures.state_text(row)
-        for row in frames["curves"].to_dict("records")
-    }
+    names = {f"{row['component']}/{row['limit_state']}": figures.state_text(row)
+             for row in frames["curves"].to_dict("records")}  # fmt: skip
     cells, margins = {}, {}
     for heads, label, *row in ((table[0], *row) for table in maps for row in table[1:]):
         name, _, margins[label.partition("±")[0].strip()] = label.partition("±")
@@ -116,8 +113,7 @@ def assert_effects(tables, frames):
 def assert_leading(tables, frames):
     curves = figures.with_system(frames["curves"], frames["system"])
     lines = iter(tables.get("Leading curves", [[]])[1:])
-    pooled = figures.pooled_curves(curves, frames["medians"])
-    for table in figures.main_curves(pooled).values():
+    for table in figures.main_curves(figures.pooled_curves(curves, frames["medians"])).values():
         for state, part in table.groupby(["bridge", "component", "limit_state"], sort=False):
             heading = next(lines)[0]
             assert heading.startswith(state[0])
@@ -146,8 +142,7 @@ def assert_published(tables, frames):
 
 
 def assert_system(tables, frames):
-    system = frames["system"].to_dict("records")
-    for cells, row in zip(tables["System"][1:], system, strict=True):
+    for cells, row in zip(tables["System"][1:], frames["system"].to_dict("records"), strict=True):
         assert row["bridge"] in cells[0]
         assert_printed(cells[1], [row[name] for name in AXES])
         assert_printed(cells[3], [row["n_exceed"], row["n_runs"]])
@@ -185,20 +180,14 @@ def assert_shear_models(tables, frames):
             assert is_ok == (in_words(row["status"]) not in cell)
 
 
-CHECKS = {
-    **dict.fromkeys(TABLES, assert_effects),
-    "Leading curves": assert_leading,
-    "System": assert_system,
-    "Fragility of every variant": assert_paper,
-    SHEAR: assert_shear_models,
-}
-
-
 def assert_tables(page, frames):
     """Check every number in the tables of a page of one model against its own row."""
     tables = tables_of(page)
-    for check in dict.fromkeys(CHECKS.values()):
-        check(tables, frames)
+    assert_effects(tables, frames)
+    assert_leading(tables, frames)
+    assert_system(tables, frames)
+    assert_paper(tables, frames)
+    assert_shear_models(tables, frames)
 
 
 def assert_in(text, *words):
@@ -218,31 +207,13 @@ def test_bases_axes_counts_and_answers_are_those_of_the_study(render):
     assert "fixed column bases" not in page
     assert "three capacity models" not in page
     assert_tables(page, frames)
-    pairs = (
-        frames["effects"].query("scope == 'pooled' and status == 'ok'").groupby("axis")["n_motions"]
-    )
+    pooled = frames["effects"].query("scope == 'pooled' and status == 'ok'").groupby("axis")
+    ends = pooled["n_motions"].agg(["min", "max"]).loc[["skew_deg", "friction"]]
     text = re.search("pair of runs, for demands: ([^.]*)[.]", page)[1]
-    ends = [sorted(set(pairs.agg(["min", "max"]).loc[name])) for name in ("skew_deg", "friction")]
-    assert_printed(text, [*ends[0], *ends[1]])
+    assert_printed(text, [number for pair in ends.to_numpy() for number in sorted(set(pair))])
     assert tables_of(page)["The answer"][0][2] == "bearing, slight (100 mm)"
     head = answer_of(page)
     assert "<b>certain" in head or "certain</b>" in head
-
-
-def test_every_wrong_number_in_the_tables_of_the_page_is_found(render):
-    """A test of `assert_tables`, which the other tests use."""
-    page, frames = render(with_shear_models(synthetic_demands(skews=(0, 60), gaps=(25,))))
-    assert_tables(page, frames)
-    tables, numbers = tables_of(page), 0
-    for name, check in CHECKS.items():
-        for row in tables[name][1:]:
-            for place, cell in enumerate(row):
-                for wrong in wrong_numbers(cell):
-                    row[place], numbers = wrong, numbers + 1
-                    with pytest.raises((AssertionError, KeyError)):
-                        check(tables, frames)
-                row[place] = cell
-    assert numbers > 400
 
 
 def test_failures_tables_intensities_and_links_are_those_of_the_study(render):
@@ -252,9 +223,7 @@ def test_failures_tables_intensities_and_links_are_those_of_the_study(render):
     page, frames = render(demands)
     head = answer_of(page)
     failed = f"Columns failed in 7 of {len(demands)} runs: 5 in shear, 2 in flexure"
-    assert_in(
-        head, failed, "None of them collapsed; the demands of all are peaks up to the failure"
-    )
+    assert_in(head, failed, "None of them collapsed; the demands of all are peaks up to the fail")
     assert ">4 to 3 of 32</td>" in head or ">7 to 0 of 32</td>" in head
     assert set(frames["curves"]["im"]) == {IM}
     words = ("weakest component", "components independent", "Median θ of Sa,avg RotD50 (g)")
@@ -268,7 +237,7 @@ def test_failures_tables_intensities_and_links_are_those_of_the_study(render):
     assert "http" not in own
 
 
-def test_accuracy_suspect_rows_and_needed_motions_state_what_they_refer_to(render):
+def test_accuracy_suspect_rows_needed_motions_and_the_factor_of_hazus_are_stated(render):
     demands = synthetic_demands(skews=(0, 30, 60), gaps=(25,)).assign(beyond_model="")
     demands["beyond_model"] = np.where(demands["column_shear_dcr"] >= 0.6, "shear", "")
 
@@ -288,14 +257,19 @@ def test_accuracy_suspect_rows_and_needed_motions_state_what_they_refer_to(rende
         f"0 suspect rows, {failed} by the energy after a column failure",
         "by its own interval whether an effect exceeds the margin",
     )
+    tables = tables_of(page)
+    published = [row[:2] for row in tables["Published effects of skew"][1:]]
+    assert published == [["30°", "0.93"], ["60°", "0.71"]]  # sqrt(sin(90° - skew))
+    assert_published(tables, frames)
+    assert "only the abstracts were compared" in page
     needed = frames["needed_motions"].query("forecast == 'more motions'").to_dict("records")
-    cells = tables_of(page)["Motions needed"][1:]
+    cells = tables["Motions needed"][1:]
     assert len(cells) == len(needed) > 0
     for (_, change, demand, *counts), row in zip(cells, needed, strict=True):
         assert (change, demand) == (answers.change_of(row), effect_name(row["demand"]))
         assert_printed(" ".join(counts), [row["n_motions"], row["needed_motions"]])
     # the row of any failure is also that of the only mode
-    effects = dict.fromkeys(row[0] for row in tables_of(page)["Effects, all variants"][1:])
+    effects = dict.fromkeys(row[0] for row in tables["Effects, all variants"][1:])
     assert "Median, column failure" in effects
     assert "column failure (shear)" not in page[page.index('id="effects"') :].split("<section")[0]
 
@@ -316,10 +290,8 @@ def test_rate_factors_of_fewer_pairs_are_marked_and_come_last():
 
 
 def test_bridges_and_abutments_of_a_mixed_study_are_named(render):
-    pinned, fixed = (
-        synthetic_demands(bridge=name, skews=(0, 30), gaps=(25,), motions=8, seed=seed)
-        for seed, name in enumerate(("osb1", "osb1_fixed"))
-    )
+    pinned, fixed = (synthetic_demands(bridge=name, skews=(0, 30), gaps=(25,), motions=8, seed=seed)
+                     for seed, name in enumerate(("osb1", "osb1_fixed")))  # fmt: skip
     page, _ = render(pd.concat([pinned, fixed], ignore_index=True), bridges=("osb1", "osb1_fixed"))
     for name, base in (("osb1", "pinned"), ("osb1_fixed", "fixed")):
         words = f"<strong>{name}</strong>: two spans, 91.4 m long, {base} two-column bent"
@@ -356,16 +328,9 @@ def test_sketch_and_words_have_the_geometry_of_the_bridge():
     assert np.mean(square, axis=1)[:, 0] == pytest.approx([0.0, 0.0])
     reach = np.abs(np.concatenate(drawn["walls"])[:, 0]).max()
     assert drawn["scale"] * reach <= drawn["width"] / 2
-    ends = {"left": "integral", "right": "roller"}
-    other = replace(
-        bridge,
-        end_kinds=ends,
-        joints_m={"bent 1": 0.0},
-        skews_deg={"left": 10.0},
-        seats_m={"joint 1": 0.6},
-        gaps_mm={"joint 1": 60.0},
-    )
-    drawn = sketch(other, [30], [25], ModelOptions())
+    joint = {"joints_m": {"bent 1": 0.0}, "seats_m": {"joint 1": 0.6}, "gaps_mm": {"joint 1": 60.0}}
+    ends = {"end_kinds": {"left": "integral", "right": "roller"}, "skews_deg": {"left": 10.0}}
+    drawn = sketch(other := replace(bridge, **joint, **ends), [30], [25], ModelOptions())
     # one wall that touches the deck at its own skew, and a gap between the decks
     first, second, wall = map(np.array, (*drawn["decks"], *drawn["walls"]))
     assert wall[[0, 3]] == pytest.approx(first[[0, 3]])
@@ -391,13 +356,9 @@ def test_joints_of_a_bridge_are_named_with_their_demands():
 
 def test_methods_settings_and_units_of_the_page_are_those_of_the_study(render):
     demands = synthetic_demands(motions=3, skews=(0, 60), gaps=(25, 51), frictions=(50,))
-    config = {
-        "grid": {"skew_deg": [0, 60], "gap_mm": [25, 51], "friction": [0.5]},
-        "analysis": {"duration_s": 10.0},
-        "motions": {"count": 3, "level_range_g": [0.1, 1.0]},
-        "sensitivity": {"rows": 0},
-        "figures": {"units": "us"},
-    }
+    config = {"grid": {"skew_deg": [0, 60], "gap_mm": [25, 51], "friction": [0.5]}}
+    config |= {"analysis": {"duration_s": 10.0}, "sensitivity": {"rows": 0}}
+    config |= {"motions": {"count": 3, "level_range_g": [0.1, 1.0]}, "figures": {"units": "us"}}
     source = "BSD-3-Clause; synthetic: model of Dabaghi and Der Kiureghian (2018)"
     page, _ = render(demands, source=source, config=config)
     paragraphs = dict(re.findall(r"<p><strong>([^<]+)\.</strong> (.*?)</p>", page))
@@ -468,41 +429,18 @@ def test_headline_names_other_bridges_with_the_same_certainty():
     assert "as in" not in headline_of(row, other | {"claim": "undecided"})[0]
 
 
-def test_effects_of_skew_are_compared_with_the_factor_of_hazus(render):
-    demands = synthetic_demands(skews=(0, 30, 60), gaps=(25,))
-    demands["beyond_model"] = np.where(demands["column_shear_dcr"] > 0.62, "shear", "")
-    page, frames = render(demands)
-    tables = tables_of(page)
-    published = [row[:2] for row in tables["Published effects of skew"][1:]]
-    assert published == [["30°", "0.93"], ["60°", "0.71"]]  # sqrt(sin(90° - skew))
-    assert_published(tables, frames)
-    assert "only the abstracts were compared" in page
-
-
-LIMITS = {"im_low": 1.7, "im_high": 2.1, "n_cells": 4, "n_without_curve": 0, "n_extrapolated": 8}
-NOTE = ("medians of 1.70 to 2.10 g are extrapolated, because fewer than three motions are that "
-        "strong.")  # fmt: skip
-LOST = {"n_extrapolated": 0, "n_without_curve": 4}
-SURE = {"claim": "undecided", "sure_to": 0.3, "sure_ratio": 0.7, "sure_low": 0.6, "sure_high": 0.8}
-
-
 @pytest.mark.parametrize(
     ("changes", "words", "note"),
     [
         ({}, "g, +8.0 %, certain, extrapolated)", NOTE),
         ({"n_extrapolated": 3}, "%, certain, partly extrapolated)", f"some {NOTE}"),
-        (
-            LOST,
-            "from a model: 4 of 8 variants lack a curve",
-            "some variants have no curve, because",
-        ),
+        (LOST, "from a model: 4 of 8 variants lack a curve",
+         "some variants have no curve, because"),
         ({"n_extrapolated": 0}, "%, certain)", ""),
         (SURE, "certain up to 0.3: -30 % (-40 to -20 %)", NOTE),
     ],
-)
-def test_headline_states_smaller_certain_ranges_and_medians_that_leave_the_data(
-    changes, words, note
-):
+)  # fmt: skip
+def test_headline_states_smaller_certain_ranges_and_extrapolated_medians(changes, words, note):
     row = answer_row("friction", "column_failure/any", 1.08, "higher") | LIMITS | changes
     assert words in headline_of(row)[0]
     (found,) = answers.limit_notes(pd.DataFrame([row])).values() or ("",)
@@ -587,7 +525,8 @@ def test_the_first_screen_counts_shear_failures_of_every_strength_model(render, 
     assert f"osb1 {text} and Priestley (of {len(demands)})." in screen
     at_least = ", at least" if status == "collapse" else ""
     assert f"Runs with a column at its shear strength, by model{at_least}: " in screen
-    assert "at its shear strength, by model" not in render(synthetic_demands())[0]
+    plain = synthetic_demands(skews=(0,), gaps=(25,), motions=4)
+    assert "at its shear strength, by model" not in render(plain)[0]
 
 
 def with_shear_models(demands):
@@ -648,10 +587,8 @@ def test_title_and_cells_state_why_there_is_no_ratio_and_how_many_runs_exceed_th
 )
 def test_every_text_on_a_missing_ratio_has_its_status(status, exceed, text):
     counts = {"status": status, "n_exceed": exceed, "n_runs": 16}
-    missing = [
-        answer_row(axis, "column_failure/any", np.nan, "", **counts)
-        for axis in ("skew_deg", "gap_mm")
-    ]
+    state, axes = "column_failure/any", ("skew_deg", "gap_mm")
+    missing = [answer_row(axis, state, np.nan, "", **counts) for axis in axes]
     title = "No median capacities can be compared; osb1, column failure: "
     assert headline_of(*missing) == [f"{title}{text}."]
     known = answer_row("friction", "unseating/slight", 1.02, "undecided")
@@ -676,27 +613,19 @@ def test_status_of_a_ratio_is_that_of_the_curves_without_an_estimate(statuses, e
     tables = fragility_tables(synthetic_demands(skews=(0, 30), gaps=(25,)), [], FitSettings())
     curves = tables["curves"].query("limit_state == 'any'")
     found = np.where(curves["friction"] > 0.0, *statuses)
-    table = answers.answer_table(
-        medians=tables["median_effects"].head(0),
-        effects=tables["effects"],
-        intensities=tables["intensity_effects"],
-        curves=curves.assign(status=found, n_exceed=exceed),
-    )
-    capacities = table[table["quantity"] == "median_capacity"]
-    assert {*zip(capacities["status"], capacities["n_exceed"], strict=True)} == {
-        (status, 4 * exceed)
-    }
+    table = answers.answer_table(medians=tables["median_effects"].head(0),
+                                 effects=tables["effects"], intensities=tables["intensity_effects"],
+                                 curves=curves.assign(status=found, n_exceed=exceed))  # fmt: skip
+    found = table.loc[table["quantity"] == "median_capacity", ["status", "n_exceed"]]
+    assert found.drop_duplicates().to_numpy().tolist() == [[status, 4 * exceed]]
 
 
 # --- headline of the README
-
-
 ROOT = Path(__file__).parents[2]
 LEADING = ("column_failure/any", "unseating/slight")
 
 
 def in_name(name):
-    """Return the numbers in a name."""
     return [float(number) for number in NUMBER.findall(name)]
 
 
@@ -743,7 +672,6 @@ def headline_values(table, runs, motions):
 
 @pytest.fixture(scope="module")
 def repository(tmp_path_factory):
-    """Return the folder of a repository with the headline of a small study, and its tables."""
     root = tmp_path_factory.mktemp("repository")
     demands = synthetic_demands(skews=(0, 30), gaps=(51,), motions=12).assign(cpu_s=3.0)
     demands["beyond_model"] = np.where(demands["column_shear_dcr"] >= 0.6, "shear", "")

@@ -37,7 +37,6 @@ GRIDS = {"config": 24, "smoke": 2, "real": 24, "full": 160, "stripes": 4, "ida":
 
 
 def drawn(name: str, distribution: str, low: float, high: float, **source: str) -> dict:
-    """Return a configuration with a random property."""
     what = {"distribution": distribution, "low": low, "high": high, **source}
     return {"uncertainty": {name: what}}
 
@@ -118,8 +117,7 @@ def test_plain_values_are_read_back_as_they_were() -> None:
     raw["model"] = {"column_fibers": [6, 12, 1], "keys": "monolithic"}
     raw["analysis"] = {"integrator": ["Newmark", 0.5, 0.25]}
     config = parse_config(raw)
-    plain = json.loads(json.dumps(config.model_dump(mode="json")))
-    assert parse_config(plain) == config
+    assert parse_config(json.loads(json.dumps(config.model_dump(mode="json")))) == config
     assert config.analysis.integrator_command == ("Newmark", 0.5, 0.25)
 
 
@@ -169,8 +167,6 @@ def test_limit_states_fit_their_schema_and_load(name: str) -> None:
 
 
 # --- variants and their names
-
-
 def with_decimals(low: int, high: int, decimals: int = 3) -> st.SearchStrategy[float]:
     """Whole numbers, and numbers with up to so many decimals, between two limits."""
     factor = 10**decimals
@@ -180,22 +176,18 @@ def with_decimals(low: int, high: int, decimals: int = 3) -> st.SearchStrategy[f
 
 OPTIONS = st.sampled_from(["transverse_gap_mm", "wall_dashpot_ratio", "cohesion_n"])
 variants = st.builds(
-    Variant,
-    bridge=st.sampled_from(["osb1", "osb1_fixed", "bridge_a"]),
-    abutment=st.sampled_from(sorted(ABUTMENTS)),
-    skew_deg=with_decimals(-66, 66),
-    gap_mm=with_decimals(0, 999),
-    friction_pct=with_decimals(0, 150),
+    Variant, bridge=st.sampled_from(["osb1", "osb1_fixed", "bridge_a"]),
+    abutment=st.sampled_from(sorted(ABUTMENTS)), skew_deg=with_decimals(-66, 66),
+    gap_mm=with_decimals(0, 999), friction_pct=with_decimals(0, 150),
     options=st.dictionaries(OPTIONS, st.floats(0.0, 1.0)).map(lambda x: tuple(sorted(x.items()))),
-)
+)  # fmt: skip
 
 
 @given(variants, variants, with_decimals(0, 1, decimals=5))
 def test_variants_have_names_of_their_own_and_the_friction_given(one, other, friction) -> None:
     assert (one.slug == other.slug) == (one == other)
     assert re.fullmatch(r"[a-z0-9_-]+", one.slug)
-    row = {"bridge": one.bridge, "abutment": one.abutment, **one.values()}
-    assert Variant.of_row(row) == one
+    assert Variant.of_row({"bridge": one.bridge, "abutment": one.abutment, **one.values()}) == one
     values = {"skew_deg": 0, "gap_mm": 51, "friction": friction}
     assert Variant.at("osb1", "contact_friction", values).friction == friction
 
@@ -226,8 +218,7 @@ def test_whole_values_are_integers_whatever_their_type(kind: Any) -> None:
     model = {"bridge": "osb1", "abutment": "contact_friction"}
     variant = Variant(**model, **values)
     whole = {"skew_deg": 30, "gap_mm": 51, "friction_pct": 29, "options": ()}
-    assert repr(asdict(variant)) == repr(model | whole)
-    assert repr(variant.friction) == "0.29"
+    assert (repr(asdict(variant)), repr(variant.friction)) == (repr(model | whole), "0.29")
 
 
 def test_any_numeric_modelling_option_may_be_an_axis() -> None:
@@ -320,8 +311,6 @@ def test_variants_have_the_gap_that_their_bridge_states(written):
 
 
 # --- an abutment model is a row of traits and a builder
-
-
 @pytest.mark.parametrize("name", ABUTMENTS)
 def test_a_variant_keeps_the_axes_of_its_model_which_has_a_builder_and_a_code_of_its_own(name):
     assert BUILDERS.keys() == ABUTMENTS.keys()

@@ -14,35 +14,32 @@ from skewbridge.bridge.library import load_structure
 from skewbridge.errors import InputError
 from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.fragility.study_tables import ALL_SUITES, DEPENDS, NO_DIFFERENCE, fragility_tables
-from skewbridge.motions import synthesis
+from skewbridge.motions import formats, record, synthesis
+from skewbridge.motions import suite as motion_suite
 from skewbridge.motions.folder import list_motions
-from skewbridge.motions.formats import at2_text, write_at2
 from skewbridge.motions.levels import FACTOR_LIMITS, LEVEL_RANGE_G
 from skewbridge.motions.read import read_motion
-from skewbridge.motions.record import GroundMotion
-from skewbridge.motions.suite import (
-    content_digest,
-    prepare_suite,
-    prepare_suites,
-    read_entry,
-    read_suite,
-    suite_sources,
-    write_suite,
-)
+from skewbridge.motions.suite import content_digest, prepare_suite, read_entry, suite_sources
 from skewbridge.motions.synthesis import SUITES, made_motion, suite_motion
 from skewbridge.report.answer import answer_table, suites_summary
-from skewbridge.study.analyses import StudySetup
-from skewbridge.study.config import CONDITIONING_BRIDGE, parse_config
-from skewbridge.study.inputs import prepare_motions
+from skewbridge.study import analyses, config, inputs
 from skewbridge.study.task import run_key
 from skewbridge.units import G_MPS2
 from skewbridge.variant.grid import expand_grid
 
 ROOT = Path(__file__).parents[2]
+STATES = [state for state in states_of("unseating") if state.name == "slight"]
+KEYS = ["variant", "bridge", "abutment", "skew_deg", "gap_mm", "friction", "motion_id", "scale",
+        "incidence_deg", "status"]  # fmt: skip
+MOTIONS = ROOT / "motions"
+COUNT, STORED = 128, 40
+SOME = STORED + 8  # a block of those that are made, too
+MADE = [entry for entry in list_motions(MOTIONS) if not entry.components]
+T1_S = load_structure(config.CONDITIONING_BRIDGE).t1_s
 
 
 def motions_of(**given: object):
-    return parse_config({"motions": given}).motions
+    return config.parse_config({"motions": given}).motions
 
 
 def test_suites_of_a_configuration(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -50,8 +47,7 @@ def test_suites_of_a_configuration(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
     (default,) = suite_sources(motions_of())
     assert (default.name, default.folder, default.count) == ("near", Path("motions"), 32)
     shipped = suite_sources(motions_of(suites=["near", "far", "pulse"]))
-    counts = {each.name: each.count for each in shipped}
-    assert counts == {"near": 32, "far": 16, "pulse": 16}
+    assert {each.name: each.count for each in shipped} == {"near": 32, "far": 16, "pulse": 16}
     index_of(tmp_path, make_pairs(tmp_path, 2), scale=[1.0, 1.0])
     own = suite_sources(motions_of(suites=["near", str(tmp_path)]))
     assert [(each.name, each.count) for each in own] == [("near", 32), (tmp_path.name, 2)]
@@ -78,13 +74,13 @@ def test_motions_keep_their_suite_and_number(tmp_path: Path) -> None:
         index = index_of(folder, make_pairs(folder, 2), scale=[1.0, 1.0])
         index.write_text(index.read_text().replace("\nq", f"\n{letter}"))
     given = motions_of(suites=[str(tmp_path / "one"), str(tmp_path / "two")], count=None)
-    write_suite(prepare_suites(given, t1_s=0.7), tmp_path / "suite.parquet")
-    back = read_suite(tmp_path / "suite.parquet")
+    motion_suite.write_suite(motion_suite.prepare_suites(given, t1_s=0.7), tmp_path / "s.parquet")
+    back = motion_suite.read_suite(tmp_path / "s.parquet")
     found = [(each.suite, each.number, each.motion.motion_id[0]) for each in back]
     assert found == [("one", 0, "a"), ("one", 1, "a"), ("two", 0, "b"), ("two", 1, "b")]
     index.write_text(index.read_text().replace("\nb", "\na"))
     with pytest.raises(InputError, match="is in two suites"):
-        prepare_suites(given, t1_s=0.7)
+        motion_suite.prepare_suites(given, t1_s=0.7)
 
 
 def demands(effects: dict[str, float], motions: int = 16) -> pd.DataFrame:
@@ -101,11 +97,6 @@ def demands(effects: dict[str, float], motions: int = 16) -> pd.DataFrame:
         levels = {"im_saavg_rotd50_g": np.tile(level_g, 2)}
         parts.append(table.assign(**levels, column_drift_ratio=drift, unseating_m=2.0 * drift))
     return pd.concat(parts, ignore_index=True)
-
-
-STATES = [state for state in states_of("unseating") if state.name == "slight"]
-KEYS = ["variant", "bridge", "abutment", "skew_deg", "gap_mm", "friction", "motion_id", "scale",
-        "incidence_deg", "status"]  # fmt: skip
 
 
 def test_a_difference_between_suites_is_found_with_its_interval() -> None:
@@ -166,15 +157,6 @@ def test_the_first_screen_states_the_difference() -> None:
 
 
 # --- the shipped suite: what its generator makes, within its promises; more motions change nothing
-
-
-MOTIONS = ROOT / "motions"
-COUNT, STORED = 128, 40
-SOME = STORED + 8  # a block of those that are made, too
-MADE = [entry for entry in list_motions(MOTIONS) if not entry.components]
-T1_S = load_structure(CONDITIONING_BRIDGE).t1_s
-
-
 def components_of(suite: pd.DataFrame) -> list[pd.Series]:
     return [suite["accel_1_mps2"], suite["accel_2_mps2"]]
 
@@ -185,15 +167,13 @@ def suite() -> pd.DataFrame:
 
 
 def test_generating_again_gives_the_shipped_files():
-    """Same bytes on the processor the files were made on.
-
-    Elsewhere the last digits of exp and sin may differ: values agree to 1e-6 of the peak.
-    """
+    """Same bytes on the processor the files were made on. Elsewhere the last digits of exp and sin
+    may differ: values agree to 1e-6 of the peak."""
     for number, entry in enumerate(list_motions(MOTIONS)[:3], start=1):
         motion = suite_motion(number, "near")
         assert motion.motion_id == entry.motion_id
         for component, (path, _) in enumerate(entry.components, start=1):
-            made = at2_text(motion, component).splitlines()
+            made = formats.at2_text(motion, component).splitlines()
             kept = path.read_text().splitlines()
             assert made[:4] == kept[:4]
             values = [np.array(" ".join(lines[4:]).split(), float) for lines in (made, kept)]
@@ -237,7 +217,7 @@ def test_factors_stay_moderate_and_spread_the_levels(suite):
 
 def test_generated_motion_equals_its_files_and_has_the_digest_of_the_index(tmp_path):
     made = read_entry(MADE[0])
-    read = read_motion(*write_at2(made, tmp_path))
+    read = read_motion(*formats.write_at2(made, tmp_path))
     assert made.sha256 == read.sha256 == MADE[0].sha256
     assert (made.motion_id, made.dt_s) == (read.motion_id, read.dt_s)
     assert np.array(made.components).tobytes() == np.array(read.components).tobytes()
@@ -250,7 +230,7 @@ def test_generated_motion_does_not_depend_on_the_last_digits_of_the_processor(mo
     synthesize = synthesis.synthesize
     rng = np.random.default_rng(1)
 
-    def elsewhere(*arguments: object, **options: object) -> GroundMotion:
+    def elsewhere(*arguments: object, **options: object) -> record.GroundMotion:
         motion = synthesize(*arguments, **options)
         return motion.mapped(lambda accel: accel + rng.uniform(-1, 1, accel.size) * 1e-13 * G_MPS2)
 
@@ -281,7 +261,6 @@ def folder(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def made(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """Numbers of the motions that were made."""
     numbers: list[int] = []
     make = synthesis.made_motion
 
@@ -296,12 +275,10 @@ def made(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 def keys_of(folder: Path, count: int, results: Path) -> list[list[str]]:
     """Run keys by variant, as the rules prepare, plan and know them."""
     grid, motions = {"bridge": ["osb1"], "skew_deg": [30]}, {"folder": str(folder), "count": count}
-    study = parse_config({"results": str(results), "grid": grid, "motions": motions})
-    prepare_motions(study)
-    setup = StudySetup.of(study)
-    return [
-        [run_key(task) for task in setup.tasks(variant.slug)] for variant in expand_grid(study.grid)
-    ]
+    study = config.parse_config({"results": str(results), "grid": grid, "motions": motions})
+    inputs.prepare_motions(study)
+    tasks = analyses.StudySetup.of(study).tasks
+    return [[*map(run_key, tasks(variant.slug))] for variant in expand_grid(study.grid)]
 
 
 def test_more_motions_preserve_keys_and_generate_only_new_ones(folder, tmp_path, made):
@@ -313,9 +290,7 @@ def test_more_motions_preserve_keys_and_generate_only_new_ones(folder, tmp_path,
     assert all(len(set(keys)) == 3 for keys in many)
 
 
-def test_factors_of_full_blocks_and_the_digest_of_a_suite_need_no_generated_motion(
-    folder, tmp_path, made
-) -> None:
+def test_factors_of_full_blocks_and_the_digest_of_a_suite_make_no_motion(folder, tmp_path, made):
     """Whole blocks are measured, and no more: another number of motions changes no factor."""
     levels = {"t1_s": T1_S, "bands_g": ((0.2, 1.0),)}
     few, many = (prepare_suite(MOTIONS, count=count, **levels) for count in (1, 9))
@@ -346,5 +321,4 @@ def test_check_generates_the_motion_and_preserves_its_index_row(folder: Path) ->
 def test_another_number_in_the_index_is_refused(folder, old, new, words) -> None:
     index = folder / "index.csv"
     index.write_text(index.read_text().replace(old, new))
-    found = answer("motions", "check", folder, code=2)
-    assert words in str(found)
+    assert words in str(answer("motions", "check", folder, code=2))

@@ -3,8 +3,7 @@
 Figures from the project's reference page on bridge data, sections 3 and 8: passive force by
 Caltrans SDC 2.0 with its skew reduction, the UCSD hyperbola up to its ultimate force (at 56 mm),
 pads alone until the gap closes. Hyperbola: K = 20.3 x 14.33 x 1.8288/1.68 MN/m, F = 326 x 14.33 x
-(1.8288/1.68)^1.5 kN. Tolerance 0.5 % (penalty in series and weak restoring spring included).
-"""
+(1.8288/1.68)^1.5 kN. Tolerance 0.5 % (penalty in series and weak restoring spring included)."""
 
 from itertools import product
 from types import SimpleNamespace
@@ -15,18 +14,13 @@ import openseespy.opensees as ops
 import pytest
 
 from bridge_variants import analysed, seated_bridges, variant
-from skewbridge.analysis import transient
-from skewbridge.analysis.pushover import push_abutment
+from skewbridge.analysis import pushover, transient
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.bridge import springs
-from skewbridge.bridge.abutments import Joint
-from skewbridge.bridge.assembly import open_linear_pattern
+from skewbridge.bridge import abutments, assembly, handles, springs, weights
 from skewbridge.bridge.backfill import skew_reduction, wall_backfill
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.structures import built_bridge
-from skewbridge.bridge.weights import deck_reactions_n
 from skewbridge.motions.intensity import cut_to_strongest
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS
@@ -39,12 +33,18 @@ SEAT = load_bridge("osb1").abutment
 KEY = SEAT.sacrificial_key
 OSB1 = wall_backfill(SEAT, "hyperbolic", 0.0)
 STIFFNESS = OSB1.stiffness_n_per_m
+TOLERANCE_M = 5e-5  # a thousandth of the larger gap: far below any effect under study
+GAP_MM, KEY_GAP_M = 25, 0.0064
+# Limits: 0.5 % of the force on first loading (the polygon misses 0.1 %), 2 micrometres where a gap
+# closes, and no force to speak of while a gap is open.
+CLOSES_M = 2.0e-6
+STIFF = 1.0e6  # of the driver over the spring: it gives way by a hundredth of a micrometre
 
 
 def push(abutment, skew_deg=0, *, gap_mm=51, angle_deg=0.0, max_disp_m=0.15, steps=300, **options):
     given = {"angle_deg": angle_deg, "max_disp_m": max_disp_m, "steps": steps}
     case = variant(skew_deg, abutment, gap_mm=gap_mm)
-    curve = push_abutment(case, ModelOptions(**options), **given)
+    curve = pushover.push_abutment(case, ModelOptions(**options), **given)
     assert curve.is_complete
     return curve
 
@@ -73,10 +73,8 @@ def beside_pads_kn(curve, disp_m):
         ("hyperbolic", 0, [0.025, 0.05, 0.076], [3_872, 5_126, 5_306]),
     ],
 )  # fmt: skip
-def test_a_push_normal_to_the_wall_meets_the_backbone_behind_the_gap(
-    abutment, backfill, skew_deg, closures_m, forces_kn
-):
-    """Such a push never meets keys square to the wall: backfill and pads alone."""
+def test_a_push_meets_the_backbone(abutment, backfill, skew_deg, closures_m, forces_kn):
+    """Normal to the wall, behind the gap, without keys: backfill and pads alone."""
     options = {"backfill": backfill, "key_frame": "skewed"}
     curve = push(abutment, skew_deg, angle_deg=skew_deg, **options)
     penalty_kn_per_m = springs.NORMAL_OVER_NEIGHBOUR * STIFFNESS / 1e3
@@ -131,18 +129,13 @@ def test_the_hyperbola_of_kavianis_bridges_passes_its_two_points(bridge, k50_mn_
 
 
 # --- the gap of a variant is the opening at rest, after dead load, normal to the backwall
-TOLERANCE_M = 5e-5  # a thousandth of the larger gap: far below any effect under study
-GAP_MM, KEY_GAP_M = 25, 0.0064
-
-
 @pytest.mark.parametrize("bridge", seated_bridges())
 @pytest.mark.parametrize("abutment", ["contact", "contact_friction", "spring", "simplified"])
 @pytest.mark.parametrize("skew_deg", [0, 60, -30])
 def test_gaps_are_open_by_their_width_under_dead_load(bridge, abutment, skew_deg):
     has_contacts = "contact" in abutment
     with domain():
-        case = variant(skew_deg, abutment, bridge, GAP_MM).normalised()
-        model = build(case, ModelOptions())
+        model = build(variant(skew_deg, abutment, bridge, GAP_MM).normalised(), ModelOptions())
         if model.contacts is not None:
             model.contacts.start_from_rest()
         for side in model.abutments:
@@ -232,16 +225,13 @@ def test_every_abutment_with_backfill_follows_the_skew_option(abutment, rule, ra
     """Initial stiffness at skew 60 over that at 0; pads add the same to both."""
     options = {"backfill_skew": rule, "gap_offset_mm": -51.0, "key_frame": "skewed"}
     pads = 0.0 if abutment == "simplified" else PADS_N_PER_M
-    curves = (
-        push(abutment, skew_deg, angle_deg=skew_deg, max_disp_m=1e-4, steps=2, **options)
-        for skew_deg in (0, 60)
-    )
+    curves = (push(abutment, skew_deg, angle_deg=skew_deg, max_disp_m=1e-4, steps=2, **options)
+              for skew_deg in (0, 60))  # fmt: skip
     straight, skewed = (curve.initial_stiffness_n_per_m - pads for curve in curves)
     assert skewed / straight == pytest.approx(ratio, abs=error)
 
 
 def elastic_materials(case, monkeypatch, **options):
-    """Return the arguments of the elastic materials of OSB1."""
     create = Mock(wraps=ops.uniaxialMaterial)
     with domain(), monkeypatch.context() as patch:
         patch.setattr(ops, "uniaxialMaterial", create)
@@ -257,10 +247,8 @@ def test_the_spring_body_has_one_stiffness_and_waves_that_leave_a_wall_damp_it(m
         given = elastic_materials(variant(skew_deg, "spring"), monkeypatch, **options)
         assert sum(args[2] == pytest.approx(STIFFNESS) for args in given) == 2
     # two walls of 14.33 m x 1.8288 m, each with wing walls worth 0.2963 of it; keys the same
-    materials = (
-        elastic_materials(variant(60), monkeypatch, backfill_vs_mps=vs_mps)
-        for vs_mps in (100.0, 250.0, 0.0, None)
-    )
+    materials = (elastic_materials(variant(60), monkeypatch, backfill_vs_mps=vs_mps)
+                 for vs_mps in (100.0, 250.0, 0.0, None))  # fmt: skip
     slow, fast, keys, by_mass = (sum(row[3] for row in rows if len(row) > 3) for rows in materials)
     area_m2 = 2 * 14.33 * 1.8288 * (1.0 + 0.3333 * 1.3333 * 0.6667)
     assert fast - slow == pytest.approx(1760.0 * 150.0 * area_m2, rel=1e-9)
@@ -288,20 +276,12 @@ def test_a_wall_never_exceeds_the_strength_of_its_soil_and_never_pulls(skew_deg)
 @pytest.mark.parametrize("backfill", ["hyperbolic", "sdc"])
 def test_a_slow_push_meets_the_same_backbone_with_both_places_of_the_dashpot(backfill):
     given = {"angle_deg": 30.0, "max_disp_m": 0.12, "steps": 240, "key_frame": "skewed"}
-    parallel, series = (
-        push("contact", 30, **given, backfill=backfill, backfill_dashpot=kind)
-        for kind in ("parallel", "series")
-    )
+    parallel, series = (push("contact", 30, **given, backfill=backfill, backfill_dashpot=kind)
+                        for kind in ("parallel", "series"))  # fmt: skip
     np.testing.assert_allclose(series.force_n, parallel.force_n, rtol=0.005)
 
 
 # --- one backfill spring on paths: capped hyperbola, unloading, gap behind the wall, reloading
-# Limits: 0.5 % of the force on first loading (the polygon misses 0.1 %), 2 micrometres where a gap
-# closes, and no force to speak of while a gap is open.
-CLOSES_M = 2.0e-6
-STIFF = 1.0e6  # of the driver over the spring: it gives way by a hundredth of a micrometre
-
-
 def spring_in_series(spring, driver, values, step, *test):
     """Push two springs in a row along a path of prescribed closures, ready for static steps."""
     ops.model("basic", "-ndm", 1, "-ndf", 1)
@@ -324,8 +304,7 @@ def spring_in_series(spring, driver, values, step, *test):
 
 
 def forces(closures_m, *, gap_m=0.0, passive=OSB1):
-    """Return the compressive force of the spring at successive closures, driven step by step."""
-    tags, out = TagAllocator(), []
+    tags, out = handles.TagAllocator(), []
     with domain():
         spring = springs.passive_material(passive, gap_m, tags)
         driver = springs.elastic_material(STIFF * passive.stiffness_n_per_m, tags)
@@ -358,8 +337,7 @@ def test_unloading_is_stiff_and_opens_a_gap_and_reloading_meets_the_curve(reache
     starts_m = reached_m - peak_n / STIFFNESS
     expected = np.maximum(peak_n - STIFFNESS * (reached_m - back), 0.0)
     np.testing.assert_allclose(unloaded, expected, atol=CLOSES_M * STIFFNESS)
-    beyond = np.abs(unloaded[back < starts_m - CLOSES_M])
-    assert beyond.max(initial=0.0) < 1e-5 * OSB1.ultimate_n
+    assert np.abs(unloaded[back < starts_m - CLOSES_M]).max(initial=0.0) < 1e-5 * OSB1.ultimate_n
     peak_n = float(OSB1.force_n(reached_m))
     reload = np.clip(STIFFNESS * (again - starts_m), 0.0, None)
     expected = np.where(again < reached_m, np.minimum(reload, peak_n), OSB1.force_n(again))
@@ -368,14 +346,13 @@ def test_unloading_is_stiff_and_opens_a_gap_and_reloading_meets_the_curve(reache
 
 def test_a_massless_node_that_a_contact_pushes_is_solved_through_all_branches():
     with domain():
-        tags = TagAllocator()
+        tags = handles.TagAllocator()
         weak = springs.elastic_material(1e-4 * STIFFNESS, tags)
         contact = springs.gap_material(10 * STIFFNESS, 0.02, tags)
         spring = springs.passive_material(OSB1, 0.0, tags)
         turns_m = 0.15 * np.array([0, 1, 0, -0.2, 1.2, 0, 0.9, 0])
         spring_in_series([spring, weak], contact, turns_m, 0.01, "EnergyIncr", 1e-8, 10)
-        assert ops.analyze(700) == 0
-        assert ops.nodeDisp(2, 1) == pytest.approx(0.0, abs=1e-3)
+        assert (ops.analyze(700), ops.nodeDisp(2, 1)) == (0, pytest.approx(0.0, abs=1e-3))
 
 
 # --- the force of a shear key is that of its backbone, never that of the penalty before it
@@ -390,12 +367,12 @@ def test_a_key_that_breaks_has_given_its_strength_and_no_more(abutment):
 @pytest.mark.parametrize("option", ["backbone", "elastic"])
 def test_a_key_pushed_along_its_face_has_no_more_than_its_strength(option):
     """50 mm along the face: beyond the strength, 69 MN/m times 50 mm without a limit."""
-    tags, options = TagAllocator(), ModelOptions(key_along_face=option)
+    tags, options = handles.TagAllocator(), ModelOptions(key_along_face=option)
     context = SimpleNamespace(key=KEY, key_mass_kg=6.0e3, options=options, tags=tags)
     with domain():
         nodes = springs.grounded_node((0.0,) * 3, tags), springs.plane_node((0.0,) * 3, 0.0, tags)
-        Joint.key_spring(context, nodes, (0.0, 1.0))
-        open_linear_pattern(tags)
+        abutments.Joint.key_spring(context, nodes, (0.0, 1.0))
+        assembly.open_linear_pattern(tags)
         ops.load(nodes[1], 1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         ops.integrator("DisplacementControl", nodes[1], 1, 0.001)
         ops.analysis("Static", "-noWarnings")
@@ -436,7 +413,7 @@ def test_no_pad_pulls_and_a_deck_that_lifts_opens_its_bearings(monkeypatch, brid
     options = ModelOptions(pads=pads, fiber_end="none")
     found = analysed(case, motion, options, duration_s=4.0).whole_history
     # a skewed bearing line holds the deck against torsion and carries more than a straight one
-    first, *_, last = deck_reactions_n(built_bridge(load_bridge(bridge), options, skew_deg))
+    first, *_, last = weights.deck_reactions_n(built_bridge(load_bridge(bridge), options, skew_deg))
     assert 0.95 < -sum(forces_n[0]) / (first + last) < 1.25
     assert np.max(forces_n) < 1.0e3
     assert abs(found["energy_residual_ratio"]) < 3.0e-3

@@ -2,8 +2,7 @@
 
 The study `bridges` (run in `test_closed_forms`) has the weights, axial forces, periods and
 strengths with their sources and tolerances (1 % on weight and axial force, 5 % on periods and
-pushover strength). The deck load of the earlier models enters in the middle of the cap.
-"""
+pushover strength). The deck load of the earlier models enters in the middle of the cap."""
 
 import math
 from itertools import product
@@ -26,15 +25,23 @@ from skewbridge.variant.variant import ABUTMENTS
 from strong_motion import mirrored, pulse_motion, strong_motion
 
 ROLLER = variant(0, "roller")
+PEAKS = ("column_shear_kn", "column_drift_ratio", "deck_disp_m", "unseating_m")
+MIRRORED = mirrored(strong_motion())
+NOT_COMPARED = ("energy_residual_ratio", "numerical_dissipation_ratio", "contact_closures")
+TRAPEZOIDAL = ("Newmark", 0.5, 0.25)
+#: Damps by gamma > 1/2, in proportion to the step.
+DAMPED = ("Newmark", 0.6, 0.3025)
+BRIDGES = ("osb1", "osb2s", "bridge_a", "bridge_b", "bridge_c")
+PLACES = product(BRIDGES, ABUTMENTS, (0, 20, 40, 60))
+ALL = [variant(skew_deg, abutment, bridge) for bridge, abutment, skew_deg in PLACES]
+CARRYING = [*ALL[::3], variant(0, bridge="osb1_era1"), variant(0, bridge="osb1_fixed")]
 
 
 @pytest.mark.parametrize("name", bridge_names())
 def test_dead_load_and_conditioning_period_of_every_bridge(name):
     bridge = load_bridge(name)
-    rigid, result = (
-        modal_properties(variant(0, bridge=name), ModelOptions(foundation=foundation))
-        for foundation in ("fixed", "springs")
-    )
+    rigid, result = (modal_properties(variant(0, bridge=name), ModelOptions(foundation=foundation))
+                     for foundation in ("fixed", "springs"))  # fmt: skip
     # the hand values are for supports that do not settle
     axial_kn = iter(rigid.column_axial_kn)
     for number, bent in enumerate(bridge.bents):
@@ -74,18 +81,11 @@ def test_cap_load_changes_the_thrust_of_a_bent_at_rest_but_not_strength_and_base
 
 
 # --- every abutment model on every bridge and skew carries its weight and survives motions
-BRIDGES = ("osb1", "osb2s", "bridge_a", "bridge_b", "bridge_c")
-PLACES = product(BRIDGES, ABUTMENTS, (0, 20, 40, 60))
-ALL = [variant(skew_deg, abutment, bridge) for bridge, abutment, skew_deg in PLACES]
-CARRYING = [*ALL[::3], variant(0, bridge="osb1_era1"), variant(0, bridge="osb1_fixed")]
-
-
 @pytest.mark.parametrize("case", CARRYING, ids=lambda case: case.slug)
 def test_every_variant_carries_its_weight_and_has_sane_modes(case):
     result = modal_properties(case)
     bridge = built_bridge(load_bridge(case.bridge), ModelOptions(), case.skew_deg)
-    weight_kn = weights.total_weight_n(bridge) / 1e3
-    assert result.weight_kn == pytest.approx(weight_kn, rel=1e-6)
+    assert result.weight_kn == pytest.approx(weights.total_weight_n(bridge) / 1e3, rel=1e-6)
     carried = sum(result.column_axial_kn) + sum(result.abutment_reaction_kn)
     assert carried == pytest.approx(result.weight_kn, rel=1e-6)
     assert all(force > 0.0 for force in (*result.column_axial_kn, *result.abutment_reaction_kn))
@@ -124,16 +124,10 @@ def test_every_shear_model_has_its_column_and_none_changes_the_analysis():
         # over the whole history, also after a failure
         assert result.demands[own] == result.whole_history[own] > 0.0
         ratios.append([result.whole_history[name] for name in names])
-    assert ratios[0] == sorted(set(ratios[0]))
-    assert ratios == [ratios[0]] * 4
+    assert (ratios[0], ratios) == (sorted(set(ratios[0])), [ratios[0]] * 4)
 
 
 # --- invariances of the response: repetition, mirror images, vanishing friction, open gaps, arrays
-PEAKS = ("column_shear_kn", "column_drift_ratio", "deck_disp_m", "unseating_m")
-MIRRORED = mirrored(strong_motion())
-NOT_COMPARED = ("energy_residual_ratio", "numerical_dissipation_ratio", "contact_closures")
-
-
 def test_without_friction_or_closures_there_is_no_effect_of_contact_friction():
     frictionless = analysed(variant(friction_pct=0))
     plain = analysed(variant(abutment="contact", friction_pct=0))
@@ -160,8 +154,7 @@ def test_without_friction_or_closures_there_is_no_effect_of_contact_friction():
 def test_a_motion_along_one_axis_shears_the_columns_along_this_axis(incidence_deg, along, across):
     motion = strong_motion(duration_s=3.0, peak_g=0.1)
     motion = motion.with_components(motion.accel_1_mps2, 0.0 * motion.accel_2_mps2)
-    case = variant(0, "roller")
-    demands = analysed(case, motion, incidence_deg=incidence_deg).whole_history
+    demands = analysed(variant(0, "roller"), motion, incidence_deg=incidence_deg).whole_history
     shear_kn = {axis: demands[f"column_shear_{axis}_kn"] for axis in "xy"}
     assert shear_kn[along] == pytest.approx(demands["column_shear_kn"], rel=0.02)
     # at rest the cap thrusts the columns of a bent apart
@@ -204,21 +197,14 @@ def test_half_a_turn_equals_reversing_the_motion_and_friction_couples_the_axes_w
 
 @pytest.mark.parametrize("skew_deg", [0, 30])
 def test_corotational_arrays_give_the_demands_of_rigid_links(skew_deg):
-    rigid, elements = (
-        analysed(variant(skew_deg), pulse_motion(), ModelOptions(arrays=arrays))
-        for arrays in ("rigid", "corotational")
-    )
+    rigid, elements = (analysed(variant(skew_deg), pulse_motion(), ModelOptions(arrays=arrays))
+                       for arrays in ("rigid", "corotational"))  # fmt: skip
     assert rigid.status == elements.status == "ok"
     for name in PEAKS:
         assert elements.demands[name] == pytest.approx(rigid.demands[name], rel=0.005), name
 
 
 # --- the energy balance closes and separates the dissipation of model and integrator
-TRAPEZOIDAL = ("Newmark", 0.5, 0.25)
-#: Damps by gamma > 1/2, in proportion to the step.
-DAMPED = ("Newmark", 0.6, 0.3025)
-
-
 def run(abutment="contact_friction", options=None, **settings):
     """Two contacts of each corner and a yielding column within 3 s."""
     case = variant(abutment=abutment, gap_mm=25).normalised()
@@ -285,8 +271,7 @@ def test_only_massless_nodes_stand_for_springs_and_without_a_balance_there_is_no
 @pytest.mark.parametrize("bridge", ["osb1", "osb2s", "bridge_a"])
 def test_the_stiffness_of_spine_and_caps_gives_their_end_forces(bridge):
     with domain():
-        model = build(variant(bridge=bridge), ModelOptions())
-        for element in model.energy_elements["deck"]:
+        for element in build(variant(bridge=bridge), ModelOptions()).energy_elements["deck"]:
             ends = np.hstack([ops.nodeDisp(node) for node in ops.eleNodes(element)])
             force = np.array(ops.eleForce(element))
             limit = 1e-9 * np.abs(force).max()

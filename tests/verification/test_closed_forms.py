@@ -7,8 +7,7 @@ B1, B2: Den Hartog (1956), Mechanical Vibrations, and (1931), Transactions ASME 
 Journal of Sound and Vibration 108. B3: Newmark (1965), Geotechnique 15. B4, B5: Schwager and
 Poeschel (2007), Granular Matter 9; Goldsmith (1960), Impact; Johnson (1985), Contact Mechanics.
 B6, B7: steady radial return. B8: Popp and Stelter (1990), Phil. Trans. A 332. B9: Housner (1963),
-BSSA 53.
-"""
+BSSA 53."""
 
 from math import asin, atan, degrees
 
@@ -32,6 +31,7 @@ from skewbridge.verification.studies import blocks, rigid_bodies
 
 MASS_KG, KN = 1000.0, 1e7
 SLIP_M = 0.045
+IMPLEX = 1  # integration of the native element
 
 
 # Tolerances of the studies: 0.5 % for depths, slips and periods (elastic slip of the penalty, first
@@ -42,12 +42,10 @@ SLIP_M = 0.045
 @pytest.mark.parametrize(
     ("name", "count", "disagreeing"),
     [
-        ("closed-forms", 16, set()),
-        ("fig1", 21, set()),
-        ("fig3", 36, {"elastic, extrapolated", "elastic, lagged"}),
-        ("bridges", 57, set()),
+        ("closed-forms", 16, set()), ("fig1", 21, set()),
+        ("fig3", 36, {"elastic, extrapolated", "elastic, lagged"}), ("bridges", 57, set()),
     ],
-)
+)  # fmt: skip
 def test_studies_of_closed_forms_exact_forces_and_hand_values_agree(name, count, disagreeing):
     study = run_study(name)
     assert len(study.comparisons) == count
@@ -164,21 +162,17 @@ def test_b9_quarter_period_is_the_fall_of_the_energy_equation(b, h):
 
 def test_b9_pushed_block_slides_by_the_excess_of_the_acceleration():
     rate, friction = 1.2, 0.2
-    half_m = 0.25, 1.0
 
     def push_mps2(t):
         return rate * np.maximum(0.0, t - 1.0)
 
-    history = blocks.run_upright(half_m, 1e-3, 4.0, friction=friction, base_mps2=push_mps2)
+    history = blocks.run_upright((0.25, 1.0), 1e-3, 4.0, friction=friction, base_mps2=push_mps2)
     # From friction x g on, the excess of the acceleration grows linearly.
     sliding_s = 3.0 - friction * blocks.TABLE_G_MPS2 / rate
     assert abs(history.q[-1, 3]) == pytest.approx(rate * sliding_s**3 / 6.0, rel=0.02)
 
 
 # --- the contact checks before every study, other contact elements, and integrators at impact
-IMPLEX = 1  # integration of the native element
-
-
 def test_contact_checks_fail_with_a_fault_in_friction(monkeypatch):
     """That they pass without one is in `faults/test_bad_files.py`, as a command."""
     prepared, limit_n = ContactSet.__init__, contact_law.friction_limit_n
@@ -248,7 +242,6 @@ def test_integrators_lose_energy_at_impact_as_without_opensees():
 
 # --- figures 4 to 6 of the paper: particle between two lines, skew deck
 def tabulated(study, start, names):
-    """References of quantities that begin alike."""
     return [float(TABULATED[study, f"{start}: {name}"]["reference"]) for name in names]
 
 
@@ -270,8 +263,7 @@ def test_a_particle_meets_the_tabulated_peaks_and_histories(restitution):
         return
     reference = reference_table("particle_history")
     found = np.interp(reference["t_s"], history.t_s, history.q @ rigid_bodies.NORMAL)
-    error = np.sqrt(np.mean((found - reference["un_m"].to_numpy()) ** 2))
-    assert error <= 0.01 * 0.0268
+    assert np.sqrt(np.mean((found - reference["un_m"].to_numpy()) ** 2)) <= 0.01 * 0.0268
     outside = np.flatnonzero(history.normals_n.sum(axis=1) > 0.0)[0]
     first_s = tabulated("fig4", "OpenSees", ["first contact (s)"])
     assert history.t_s[outside] == pytest.approx(*first_s, abs=1e-4)

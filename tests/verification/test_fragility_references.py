@@ -2,8 +2,7 @@
 
 Tolerances are those of the cases in `tests/data/fragility_cases.json`: 1e-6 on estimates (they
 were confirmed with 50 digits), 1e-4 on standard errors (some references differentiate numerically),
-1e-5 on interval ends.
-"""
+1e-5 on interval ends."""
 
 import re
 from dataclasses import replace
@@ -22,16 +21,10 @@ from statsmodels.stats.diagnostic import het_breuschpagan
 from fragility_tables import IM, SETTINGS, STATES, curves_of, ready, states_of
 from reference_data import fragility_case as case
 from skewbridge.errors import InputError
+from skewbridge.fragility import fits
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.effects import median_effects
-from skewbridge.fragility.fits import (
-    cloud_line,
-    fit_brackets,
-    fit_capacities,
-    fit_cloud,
-    fit_stripes,
-    lilliefors,
-)
+from skewbridge.fragility.fits import fit_cloud, fit_stripes
 from skewbridge.fragility.fits import tested_line as line_with_tests
 from skewbridge.fragility.hazard import HazardCurve
 from skewbridge.fragility.joint import joint_table
@@ -70,10 +63,16 @@ NOT_COMPARED = {
     "pearson", "aic", "intercept_log10", "slope_log10", "n", "R2", "theta_midpoint_log",
     "naive_msa_theta", "naive_msa_beta", "naive_msa_se_ln_theta",
 }  # fmt: skip
+MOTIONS, VARIANTS = 14, 5
+#: ln a, slope and scatter of ln demand about ln im; the scatter of the demands is correlated.
+LINES = {"column_shear_dcr": (np.log(0.80), 0.6, 0.25),
+         "drift_over_capacity": (np.log(0.62), 1.0, 0.40),
+         "unseating_m": (np.log(0.15), 1.0, 0.40)}  # fmt: skip
+CORRELATION = 0.5
+CAPACITY_DRIFT = 0.06
 
 
 def runs_of(im, columns, **further):
-    """Return a demands table of one variant."""
     given = {"variant": "v", "bridge": "b", "abutment": "a", "skew_deg": 0.0, "scale": 1.0}
     given |= {"incidence_deg": 0.0, "status": "ok", IM: im}
     ids = [f"m{number:03d}" for number in range(im.size)]
@@ -85,12 +84,11 @@ def ends(values):
 
 
 def fitted(given):
-    """Return the fit of capacities, brackets, a cloud or stripes."""
     if "right_censored" in given:
-        return fit_capacities(given["capacity"], given["right_censored"])
+        return fits.fit_capacities(given["capacity"], given["right_censored"])
     for low, high in (("im_no_exceed", "im_exceed"), ("bracket_lo", "bracket_hi")):
         if low in given:
-            return fit_brackets(given[low], ends(given[high]))
+            return fits.fit_brackets(given[low], ends(given[high]))
     if "ln_edp" in given:
         return fit_cloud(np.exp(given["ln_im"]), np.exp(given["ln_edp"]), given["threshold"])
     if "edp" in given:
@@ -117,8 +115,7 @@ def test_fits_reproduce_the_case(name):
             wanted = [wanted] * 3
         # the covariance of complete samples is zero, and the reference shows its rounding
         rounding = {"abs": 1e-9} if key.startswith("cov_") and "capacity" in given else {}
-        tolerance = TOLERANCES.get(key, 1e-6)
-        assert found[key] == pytest.approx(wanted, rel=tolerance, **rounding), key
+        assert found[key] == pytest.approx(wanted, rel=TOLERANCES.get(key, 1e-6), **rounding), key
 
 
 def test_independent_binomial_errors_of_the_same_records_are_too_small():
@@ -144,7 +141,7 @@ def test_bad_data_are_refused_and_identical_capacities_have_no_interval():
     assert fitted(case("deg_ida_identical")[0]).ci_method == ""
     given, expected = case("gof_lilliefors_12")
     wanted = [expected[name] for name in ("D", "D_crit_05", "D_crit_10")]
-    assert lilliefors(np.log(given["capacity"])) == pytest.approx(wanted, rel=1e-9)
+    assert fits.lilliefors(np.log(given["capacity"])) == pytest.approx(wanted, rel=1e-9)
 
 
 # --- clouds, systems and regressions
@@ -238,14 +235,9 @@ def test_quasi_random_systems_agree_with_scipy(size, rho):
 
 
 # --- mixed model with censored demands: the likelihood by brute force
-MOTIONS, VARIANTS = 14, 5
-
-
 def data(high, low=-np.inf, seed=3):
-    """Return runs of a known model, censored above ``high`` and below ``low``.
-
-    The scatter grows with intensity; the last coefficient has a prior of 0.2.
-    """
+    """Return runs of a known model, censored above ``high`` and below ``low``. The scatter grows
+    with intensity; the last coefficient has a prior of 0.2."""
     rng = np.random.default_rng(seed)
     motion = np.repeat(np.arange(MOTIONS), VARIANTS)
     ln_im = np.linspace(-2.0, 0.5, MOTIONS)[motion]
@@ -324,22 +316,10 @@ def test_jackknife_is_close_to_independent_fits_without_each_motion(high, grows,
 
 
 # --- medians of synthetic studies with known truth, in which failures end runs early
-#: ln a, slope and scatter of ln demand about ln im; the scatter of the demands is correlated.
-LINES = {
-    "column_shear_dcr": (np.log(0.80), 0.6, 0.25),
-    "drift_over_capacity": (np.log(0.62), 1.0, 0.40),
-    "unseating_m": (np.log(0.15), 1.0, 0.40),
-}
-CORRELATION = 0.5
-CAPACITY_DRIFT = 0.06
-
-
 def with_two_failure_modes(rng, motions):
-    """Return runs that stop when shear or flexure fails first; 8 and 7 % of them do.
-
-    Each demand grows in proportion to time until a random share (0.3 to 1) of the motion has
-    passed, so that the other demands have reached only a part of their final peaks.
-    """
+    """Return runs that stop when shear or flexure fails first; 8 and 7 % of them do. Each demand
+    grows in proportion to time until a random share (0.3 to 1) of the motion has passed, so that
+    the other demands have reached only a part of their final peaks."""
     im = np.exp(rng.uniform(np.log(0.1), np.log(2.0), motions))
     common = rng.normal(size=motions)
     final, rise = {}, {}
@@ -348,10 +328,8 @@ def with_two_failure_modes(rng, motions):
         residual += np.sqrt(1.0 - CORRELATION) * rng.normal(size=motions)
         final[name] = np.exp(ln_a + b * np.log(im) + scatter * residual)
         rise[name] = rng.uniform(0.3, 1.0, motions)
-    shear, flexure = (
-        np.where(final[name] > 1.0, rise[name] / final[name], np.inf)
-        for name in ("column_shear_dcr", "drift_over_capacity")
-    )
+    shear, flexure = (np.where(final[name] > 1.0, rise[name] / final[name], np.inf)
+                      for name in ("column_shear_dcr", "drift_over_capacity"))  # fmt: skip
     end = np.minimum(shear, flexure)
     kind = np.select([np.isinf(end), shear <= flexure], ["", "shear"], "flexure")
     peaks = {name: values * np.minimum(1.0, end / rise[name]) for name, values in final.items()}
@@ -372,7 +350,7 @@ def test_runs_ended_by_the_other_mode_hardly_bias_the_medians():
         for group in states_by_demand(states).values():
             outcomes = demand_outcomes(rows, group)
             low, high = np.log(outcomes.lower), np.log(outcomes.upper)
-            ln_a, b, _ = cloud_line(ln_im, low, high, tobit=bool(np.any(low < high)))
+            ln_a, b, _ = fits.cloud_line(ln_im, low, high, tobit=bool(np.any(low < high)))
             for state in group:
                 if state.demand in LINES and np.any(outcomes.exceed(state)):
                     intercept, slope, _ = LINES[state.demand]
@@ -393,10 +371,8 @@ def test_medians_with_informative_collapses_are_nearly_unbiased_or_refused(corre
     rng = np.random.default_rng(2)
     ln_a, b, scatter = LINES["unseating_m"]
     unseating = [state for state in STATES if state.component == "unseating"][:3]
-    states = [
-        replace(state, collapse="peak", threshold=threshold)
-        for state, threshold in zip(unseating, (0.05, 0.1, 0.2), strict=True)
-    ]
+    states = [replace(state, collapse="peak", threshold=threshold)
+              for state, threshold in zip(unseating, (0.05, 0.1, 0.2), strict=True)]  # fmt: skip
     found = []
     for _ in range(12):
         x = rng.uniform(np.log(0.1), np.log(2.0), 64)
@@ -404,13 +380,11 @@ def test_medians_with_informative_collapses_are_nearly_unbiased_or_refused(corre
         hidden = x + scatter * (correlation * own + np.sqrt(1.0 - correlation**2) * other)
         collapsed = hidden > np.quantile(hidden, 0.7)
         share = np.where(collapsed, rng.uniform(0.5, 1.0, 64), 1.0)
-        demand = np.exp(ln_a + b * x + scatter * own) * share
-        table = runs_of(np.exp(x), {"unseating_m": demand})
+        table = runs_of(np.exp(x), {"unseating_m": np.exp(ln_a + b * x + scatter * own) * share})
         table["status"] = np.where(collapsed, "collapse", "ok")
         found.append(curves_of(table, states))
     curves = pd.concat(found)
-    truth = np.exp((np.log(curves["threshold"]) - ln_a) / b)
-    curves["error"] = np.log(curves["theta"] / truth)
+    curves["error"] = np.log(curves["theta"] / np.exp((np.log(curves["threshold"]) - ln_a) / b))
     usable = curves[(curves["status"] == "ok") & curves["preferred"]]
     for name in ("slight", "moderate"):
         errors = usable.loc[usable["limit_state"] == name, "error"]
@@ -432,7 +406,6 @@ NOT_REACHED = {
 
 @pytest.fixture(scope="module")
 def study():
-    """Demands, limit states, rows that fits use, curves, pooled medians and joint models."""
     raw = pd.read_parquet(ROOT / "tests" / "data" / "default_study_demands.parquet")
     columns = {*raw.columns, "column_failure_ratio"}
     states = with_column_failure(load_limit_states(ROOT / "config" / "limit_states.yaml"), columns)
@@ -499,9 +472,7 @@ def test_a_column_is_as_strong_in_any_mode_as_in_the_only_one_reached(study):
         for name in ("theta", "beta_total"):
             wide = fitted.pivot(index=index, columns="limit_state", values=name)
             assert wide.count().min() > 0
-            pd.testing.assert_series_equal(
-                wide["any"], wide["shear"].fillna(wide["flexure"]), check_names=False, rtol=1e-12
-            )
+            np.testing.assert_allclose(wide["any"], wide["shear"].fillna(wide["flexure"]), 1e-12)
     pooled = study.medians.query("scope == 'pooled' and status == 'ok'")
     means = pooled.pivot(index=["bridge", "axis", "to_value"], columns="demand", values="from_mean")
     for mode in ("shear", "flexure"):
@@ -549,16 +520,11 @@ def test_medians_and_their_ratios_state_the_runs_and_curves_behind_them(study):
         ("osb1_fixed_era1", "friction", "bearing/slight", "bearing_disp_m", 0.05),
     ],
 )
-def test_pooled_ratios_agree_with_paired_means_and_the_line_of_motion_means(
-    study, bridge, axis, key, column, threshold
-):
+def test_pooled_ratios_agree_with_paired_means(study, bridge, axis, key, column, threshold):
     """Motions that are complete in all variants: balanced data, for which both have closed forms.
-
-    The drift of the effect with intensity, which the closed form neglects, is below 0.03.
-    """
+    The drift of the effect with intensity, which the closed form neglects, is below 0.03."""
     part = study.rows[study.rows["bridge"] == bridge]
-    whole = part.groupby("motion_id")["complete"].transform("all")
-    part = part[whole].reset_index(drop=True)
+    part = part[part.groupby("motion_id")["complete"].transform("all")].reset_index(drop=True)
     state = [state for state in study.states if state.key == key]
     ours = median_effects(part, state, SETTINGS).query("scope == 'pooled' and axis == @axis")
     ours = ours.sort_values("to_value").iloc[-1]

@@ -5,8 +5,7 @@ is other: a spine with element loads, rigid links, fibers by patches, HingeRadau
 element per pad, five wall points by Simpson's rule, and the contact element of OpenSees, which
 iterates friction within the step and counts displacements from its creation. The plastic part of
 the backfill is HyperbolicGapMaterial in series with a negative spring that cancels its elastic
-part, four fifths of the flexibility of the soil.
-"""
+part, four fifths of the flexibility of the soil."""
 
 from functools import partialmethod
 from itertools import pairwise, product
@@ -31,8 +30,6 @@ ALGORITHMS = ("Newton", "NewtonLineSearch")  # of steps that failed
 
 
 class Independent:
-    """The bridge in the open domain."""
-
     def __init__(self, variant, options):
         self.bridge = load_bridge(variant.bridge)
         self.o, self.mu = options, variant.friction
@@ -293,7 +290,6 @@ class Independent:
         raise AssertionError(f"failed at {ops.getTime()}")
 
     def peaks(self, motion, dt):
-        """Return the peaks of the response to a motion."""
         data = self.bridge.damping
         low, high = 2 * pi / data.long_period_s, 2 * pi / data.short_period_s
         a0, a1 = 2 * data.ratio * low * high / (low + high), 2 * data.ratio / (low + high)
@@ -352,8 +348,7 @@ TOLERANCES = {"column_drift_ratio": 0.006, "unseating_m": 0.003}
 @pytest.mark.slow
 @pytest.mark.parametrize(("friction_pct", "skew_deg"), NATIVE_DT_S)
 def test_an_independent_model_with_native_contact_agrees(friction_pct, skew_deg):
-    places = {"skew_deg": skew_deg, "gap_mm": 25, "friction_pct": friction_pct}
-    case = variant(**places)
+    case = variant(**{"skew_deg": skew_deg, "gap_mm": 25, "friction_pct": friction_pct})
     motion = cut_to_strongest(strongest_motions(1, 0.8)[0], SECONDS, 0.0)
     expected = Independent(case, ModelOptions()).peaks(motion, NATIVE_DT_S[friction_pct, skew_deg])
     ops.wipe()

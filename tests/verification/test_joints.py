@@ -2,8 +2,7 @@
 
 Integral end: its stiffness is the sum of fill, wing walls and piles, by formulas written here.
 Decks that meet, simple spans on caps, hinges and restrainers: against explicit integration, statics
-and hand values.
-"""
+and hand values."""
 
 from math import cos, inf, isnan, radians, sin
 from pathlib import Path
@@ -15,28 +14,17 @@ import pytest
 
 from bridge_variants import analysed, static_steps, variant
 from skewbridge.analysis.modal import modal_properties
-from skewbridge.bridge import joints
-from skewbridge.bridge.assembly import open_linear_pattern
-from skewbridge.bridge.backfill import wall_backfill, wing_wall
+from skewbridge.bridge import assembly, backfill, handles, joints, weights
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import JointData
 from skewbridge.bridge.catalogue.drawing import end_reaction_kn
 from skewbridge.bridge.column import bent_capacity
 from skewbridge.bridge.frame import Blueprint, End, InnerJoint
-from skewbridge.bridge.handles import TagAllocator
-from skewbridge.bridge.joints import KINDS, build_inner_joint, support_joint
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.plan import DeckEnd
 from skewbridge.bridge.structures import built_bridge, deck_ends
-from skewbridge.bridge.weights import (
-    column_axial_n,
-    continuous_reactions_n,
-    deck_reactions_n,
-    mass_centre_m,
-    total_weight_n,
-)
-from skewbridge.contact import ContactSet
-from skewbridge.contact.element import uniaxial
+from skewbridge.bridge.weights import continuous_reactions_n
+from skewbridge.contact import ContactSet, element
 from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions
 from skewbridge.verification.references import live_model as live
@@ -46,10 +34,8 @@ CABLES = "{count: 8, stiffness_kn_per_m: 5000.0, yield_kn: 170.0, slack_mm: 20.0
 SIMPLE = Path(__file__).parents[2] / "docs" / "bridges" / "simple_spans.yaml"
 RESTRAINED = f"at: bent 2, gap_mm: 30.0, restrainers: {CABLES},"
 FOUR_SPANS = SIMPLE.read_text(encoding="utf-8").replace("at: bent 2,", RESTRAINED)
-BENT, PADS = (
-    ", ".join(FOUR_SPANS.split(anchor)[1].split("\n- ")[0].strip().splitlines())
-    for anchor in ("&bent", "&pads")
-)
+BENT, PADS = (", ".join(FOUR_SPANS.split(anchor)[1].split("\n- ")[0].strip().splitlines())
+              for anchor in ("&bent", "&pads"))  # fmt: skip
 HINGED = f"""extends: osb1
 title: a hinge in the second span
 source: "d: made for this test"
@@ -116,7 +102,7 @@ def explicit(dt_s=1e-5):
 
 def test_two_decks_over_a_joint_agree_with_explicit_integration_of_two_bodies():
     with domain():
-        tags = TagAllocator()
+        tags = handles.TagAllocator()
         bodies = zip((-LEVERS_M[0], LEVERS_M[1]), MASSES_KG, INERTIAS, STIFFNESS, strict=True)
         nodes = []
         for x, mass, inertia, k in bodies:
@@ -125,21 +111,19 @@ def test_two_decks_over_a_joint_agree_with_explicit_integration_of_two_bodies():
                 ops.node(each, x, 0.0, 0.0)
                 ops.fix(each, *fixed)
             ops.mass(node, mass, mass, 0.0, 0.0, 0.0, inertia)
-            springs = [uniaxial(tags, "Elastic", stiffness) for stiffness in (k, k, 50 * k)]
+            springs = [element.uniaxial(tags, "Elastic", stiffness) for stiffness in (k, k, 50 * k)]
             given = ("-mat", *springs, "-dir", 1, 2, 6)
             ops.element("zeroLength", tags.element(), ground, node, *given)
             nodes.append(node)
         back = 0.5 / cos(radians(SKEW_DEG))
-        ends = (
-            DeckEnd("left", (-back, 0.0), (1.0, 0.0), SKEW_DEG, 12.0, 1.0),
-            DeckEnd("right", (back, 0.0), (-1.0, 0.0), SKEW_DEG, 12.0, 1.0),
-        )
+        ends = (DeckEnd("left", (-back, 0.0), (1.0, 0.0), SKEW_DEG, 12.0, 1.0),
+                DeckEnd("right", (back, 0.0), (-1.0, 0.0), SKEW_DEG, 12.0, 1.0))  # fmt: skip
         data = JointData(at="bent 1", seat_width_m=0.6, pads=load_bridge("osb1").abutment.pads)
         given = {"nodes": tuple(nodes), "holders": (None, None), "axial_n_per_m": AXIAL_N_PER_M}
         inner = InnerJoint(name="joint 1", ends=ends, data=data, **given)
         contacts, case = ContactSet(tags), variant(30, gap_mm=20, friction_pct=40)
         parts = Blueprint(variant=case, options=ModelOptions(), tags=tags, contacts=contacts)
-        handle = build_inner_joint(support_joint(inner, parts))
+        handle = joints.build_inner_joint(joints.support_joint(inner, parts))
         assert (handle.gap_m, len(handle.units)) == (GAP_M, 3)
         for node, speeds in zip(nodes, SPEEDS, strict=True):
             for dof, speed in zip((1, 2, 6), speeds, strict=True):
@@ -180,12 +164,12 @@ def test_reactions_weight_and_gaps_at_rest(written, text, skew_deg):
     name = written(text)
     bridge = built_bridge(load_bridge(name), ModelOptions(), skew_deg)  # with longer diaphragms
     modes = modal_properties(variant(skew_deg, bridge=name, gap_mm=25))
-    hand = deck_reactions_n(bridge)
+    hand = weights.deck_reactions_n(bridge)
     assert modes.abutment_reaction_kn == pytest.approx([hand[0] / 1e3, hand[-1] / 1e3], rel=0.03)
     held = sum(modes.abutment_reaction_kn) + sum(modes.column_axial_kn)
     assert held == pytest.approx(modes.weight_kn, rel=1e-6)
     if skew_deg == 0:
-        assert modes.weight_kn == pytest.approx(total_weight_n(bridge) / 1e3, rel=1e-6)
+        assert modes.weight_kn == pytest.approx(weights.total_weight_n(bridge) / 1e3, rel=1e-6)
     with domain():
         model = build(variant(skew_deg, bridge=name, gap_mm=25), ModelOptions())
         model.contacts.start_from_rest()
@@ -211,7 +195,7 @@ def test_both_end_diaphragms_of_a_joint_are_above_its_bent_and_move_the_mass_cen
     column = 23.56e3 * np.pi / 4 * 1.676**2 * 5.6
     # a simple span of 28 m and a beam of three spans (three-moment equation)
     beam = continuous_reactions_n((30.0, 30.0, 40.0), line)
-    assert deck_reactions_n(bridge) == pytest.approx(
+    assert weights.deck_reactions_n(bridge) == pytest.approx(
         [line * 14 + diaphragm, line * 14 + 2 * diaphragm + beam[0], *beam[1:3],
          beam[3] + diaphragm], rel=1e-9,
     )  # fmt: skip
@@ -219,7 +203,7 @@ def test_both_end_diaphragms_of_a_joint_are_above_its_bent_and_move_the_mass_cen
     bents_n, joint_n = cap + 1.5 * column, 2 * diaphragm
     moment = bents_n * (-36 - 6 + 24) + joint_n * -36
     total = line * 128 + 2 * diaphragm + 3 * bents_n + joint_n
-    assert mass_centre_m(bridge) == pytest.approx(moment / total, rel=1e-9)
+    assert weights.mass_centre_m(bridge) == pytest.approx(moment / total, rel=1e-9)
     with domain():
         masses = build(variant(0, bridge=name), ModelOptions()).frame.loads.masses_kg
         # Gregory's weights of the masses along a span are exact for linear functions
@@ -269,9 +253,7 @@ def test_a_column_below_a_joint_is_a_cantilever_normal_to_its_bent(written):
 
 
 @pytest.mark.parametrize("torsion_m4", [0.05, 11.04])  # of girders and of the box of osb1
-def test_zero_moment_along_a_single_column_below_a_joint_is_where_the_model_has_it(
-    written, torsion_m4
-):
+def test_zero_moment_of_a_column_below_a_joint_is_where_the_model_has_it(written, torsion_m4):
     bent = BENT.replace("columns: 3, column_spacing_m: 4.5", "columns: 1")
     bent = bent.replace("cap_depth_m", "base: fixed, cap_depth_m")
     name = written(f"""extends: osb1
@@ -292,15 +274,13 @@ joints: [{{at: bent 1, seat_width_m: 0.6, pads: {{{PADS}}}}}]
     hinges = 1 if torsion_m4 == 0.05 else 2  # a cantilever, and double curvature
     plastic = column.curve.ultimate_curvature_per_m - column.curve.yield_curvature_per_m
     rotation = column.hinge_length_m * plastic
-    assert column.capacity_m - column.yield_disp_m == pytest.approx(
-        rotation * (5.6 - hinges * column.hinge_length_m / 2)
-    )
+    moved_m = rotation * (5.6 - hinges * column.hinge_length_m / 2)
+    assert column.capacity_m - column.yield_disp_m == pytest.approx(moved_m)
+    options = ModelOptions(elastic_columns=True, foundation="fixed")
     with domain():
-        model = build(
-            variant(0, "contact", name), ModelOptions(elastic_columns=True, foundation="fixed")
-        )
+        model = build(variant(0, "contact", name), options)
         at_rest = np.array(ops.eleResponse(model.columns[0].element, "localForce"))
-        open_linear_pattern(model.tags)
+        assembly.open_linear_pattern(model.tags)
         for node in {deck.node for deck, _ in model.joints[0].pads}:  # below the yield of pads
             ops.load(node, 0.0, 50e3, 0.0, 0.0, 0.0, 0.0)
         static_steps(1, "UmfPack", 1e-9)
@@ -311,12 +291,9 @@ joints: [{{at: bent 1, seat_width_m: 0.6, pads: {{{PADS}}}}}]
 
 
 # --- response
-
-
 @pytest.mark.parametrize("abutment", ["contact", "spring"])
 def test_decks_meet_in_contacts_with_every_abutment_model(written, abutment):
-    case = variant(0, abutment, written(HINGED), 25)
-    result = analysed(case, strong_motion(duration_s=4.0))
+    result = analysed(variant(0, abutment, written(HINGED), 25), strong_motion(duration_s=4.0))
     assert result.status == "ok"
     assert result.demands["joint1_closures"] > 0
     assert abs(result.demands["energy_residual_ratio"]) < 2e-3
@@ -324,7 +301,7 @@ def test_decks_meet_in_contacts_with_every_abutment_model(written, abutment):
 
 def test_restrainers_pull_after_their_slack_up_to_their_strength(written, monkeypatch):
     made = []
-    keep = lambda *given: made.append(uniaxial(*given)) or made[-1]  # noqa: E731
+    keep = lambda *given: made.append(element.uniaxial(*given)) or made[-1]  # noqa: E731
     monkeypatch.setattr(joints, "uniaxial", keep)
     with domain():
         model = build(variant(0, bridge=written(FOUR_SPANS), gap_mm=25), ModelOptions())
@@ -389,17 +366,16 @@ WITH_DASHPOTS = MIXED.replace(
 
 
 def reactions_of(bridge, skew_deg, options, moved):
-    """Return the reactions (N, Nm) of the left end to displacements of its node."""
     with domain():
-        tags = TagAllocator()
+        tags = handles.TagAllocator()
         plan = deck_ends(bridge, skew_deg)[0]
         node, height_m = tags.node(), bridge.deck.centroid_above_soffit_m
         ops.node(node, *plan.middle_m, height_m)
         case = variant(skew_deg, bridge=bridge.name)
         blueprint = Blueprint(variant=case, options=options, tags=tags, contacts=None)
-        kind = KINDS[bridge.ends["left"].type]
+        kind = joints.KINDS[bridge.ends["left"].type]
         kind.build(kind.support(End(node=node, plan=plan, abutment=bridge.ends["left"]), blueprint))
-        open_linear_pattern(tags)
+        assembly.open_linear_pattern(tags)
         for dof, value in enumerate(moved, start=1):
             ops.sp(node, dof, value)
         static_steps(1, "FullGeneral", 1e-14)
@@ -416,8 +392,8 @@ def test_an_integral_end_has_the_stiffness_of_its_fill_wings_and_piles(written, 
     # the restoring spring of walls is not part of the formulas
     options = ModelOptions(wall_restoring_n_per_m=1.0)
     # secant at 20 um: the hyperbola has lost up to 0.4 % of its stiffness
-    fill = float(wall_backfill(data, "hyperbolic", radians(skew_deg)).force_n(2e-5)) / 2e-5
-    wing, count = wing_wall(data).stiffness_n_per_m * 50 / 51, data.piles.count
+    fill = float(backfill.wall_backfill(data, "hyperbolic", radians(skew_deg)).force_n(2e-5)) / 2e-5
+    wing, count = backfill.wing_wall(data).stiffness_n_per_m * 50 / 51, data.piles.count
     piles = count * data.piles.lateral_kn_per_m * 1e3
     assert (data.wall_width_m, data.wall_height_m, count) == (14.33, 1.829, 6)
     normal, tangent = np.array(plan.normal), np.array(plan.tangent)
@@ -453,11 +429,9 @@ def test_an_integral_end_has_the_stiffness_of_its_fill_wings_and_piles(written, 
 @pytest.mark.parametrize("text", [MIXED, WITH_DASHPOTS])
 def test_the_piles_yield_and_the_fill_is_limited_by_its_strength(written, text):
     bridge = load_bridge(written(text))
-    fill = wall_backfill(bridge.ends["left"], "hyperbolic", 0.0).ultimate_n
-    pushed, pulled = (
-        reactions_of(bridge, 0, ModelOptions(), (moved_m, 0.0, 0.0, 0.0, 0.0, 0.0))[0]
-        for moved_m in (-0.5, 0.5)
-    )
+    fill = backfill.wall_backfill(bridge.ends["left"], "hyperbolic", 0.0).ultimate_n
+    pushed, pulled = (reactions_of(bridge, 0, ModelOptions(), (moved_m, 0.0, 0.0, 0.0, 0.0, 0.0))[0]
+                      for moved_m in (-0.5, 0.5))  # fmt: skip
     weak = 0.5 * ModelOptions().wall_restoring_n_per_m
     expected = (fill + 6 * 177.9e3 + weak, 6 * 177.9e3 + weak)
     assert (-pushed, pulled) == pytest.approx(expected, rel=2e-3)
@@ -504,8 +478,7 @@ def test_one_end_integral_and_one_seat_unseats_at_the_seat_only(written):
         openings = [model.contacts.openings_m[unit] for unit in right.wall_units]
         assert openings == pytest.approx([0.040] * 3, abs=5e-5)
         for spring in left.wall_springs:
-            force = ops.basicForce(spring.element)[spring.component]
-            assert force == pytest.approx(0.0, abs=1.0)
+            assert ops.basicForce(spring.element)[spring.component] == pytest.approx(0.0, abs=1.0)
     result = analysed(case, strong_motion(duration_s=4.0))
     found, histories = result.whole_history, result.histories
     assert result.status == "ok"
@@ -543,10 +516,9 @@ def test_hand_values_of_dead_load_include_the_restraint_of_an_end(written, left)
     name = written(f"{{extends: osb1, source: own, title: stiff end, abutments: {ends}}}")
     bridge, modes = load_bridge(name), modal_properties(variant(0, bridge=name))
     # as on two simple supports, but for the stiffness of columns and pads
-    assert np.mean(modes.column_axial_kn) == pytest.approx(
-        column_axial_n(bridge, 0) / 1e3, rel=0.01
-    )
-    first, _, last = deck_reactions_n(bridge)
+    columns_kn = np.mean(modes.column_axial_kn)
+    assert columns_kn == pytest.approx(weights.column_axial_n(bridge, 0) / 1e3, rel=0.01)
+    first, _, last = weights.deck_reactions_n(bridge)
     assert modes.abutment_reaction_kn == pytest.approx((first / 1e3, last / 1e3), rel=0.03)
     # the keys of the seat are not designed for the reaction of the other end
     assert end_reaction_kn(bridge) == last / 1e3

@@ -14,23 +14,20 @@ from scipy.integrate import cumulative_trapezoid
 
 from skewbridge.motions import synthesis
 from skewbridge.motions.intensity import pair_psa
-from skewbridge.motions.synthesis import (
-    BSSA_PERIODS_S,
-    Scenario,
-    baker_jayaram_correlation,
-    bssa14,
-    mean_normals,
-    synthesize,
-)
+from skewbridge.motions.synthesis import BSSA_PERIODS_S, Scenario, synthesize
 from skewbridge.units import G_MPS2
 
 SMELT = Scenario(magnitude=6.5, distance_km=10.0, vs30_mps=760.0, rupture_to_site_km=26.0)
 FOUR_DIGITS = 6e-4  # half a unit of the fourth digit of the published values
 TEST_PERIODS_S = [0.1, 0.2, 0.5, 1.0, 2.0, 3.0]
+NO_PULSE = {"magnitude": 6.75, "distance_km": 20.0}
+PULSE = {"magnitude": 7.0, "distance_km": 5.0, "pulse": "all", "rupture_to_site_km": 25.0}
+MEDIANS_G = ((NO_PULSE, [0.300, 0.478, 0.214, 0.107, 0.0589, 0.0434]),
+             (PULSE, [0.520, 0.858, 0.624, 0.360, 0.278, 0.181]))  # fmt: skip
 
 
 def test_regression_transforms_and_modulation_reproduce_the_published_values():
-    normals = mean_normals(SMELT)
+    normals = synthesis.mean_normals(SMELT)
     published = [4.5267, 2.1629, 1.0427, 1.5920, 1.7794, 0.0068, -0.0772,
                  3.9270, 2.3581, 0.9721, 1.5534, 1.9106, -0.2490, -0.0181]  # fmt: skip
     np.testing.assert_allclose(normals, published, atol=6e-5)
@@ -38,7 +35,7 @@ def test_regression_transforms_and_modulation_reproduce_the_published_values():
     assert parameters.pulse is None
     _check(parameters.components[0], [92.45, 8.696, 2.837, 4.914, 5.926, -0.0496, 0.136])
     _check(parameters.components[1], [50.76, 10.571, 2.6435, 4.728, 6.757, -0.0847, 0.1424])
-    parameters = synthesis.transform(mean_normals(replace(SMELT, pulse="all")))
+    parameters = synthesis.transform(synthesis.mean_normals(replace(SMELT, pulse="all")))
     pulse = parameters.pulse._asdict()
     published = {"peak_cm_s": 44.00, "period_s": 1.7189, "oscillations": 2.2567,
                  "phase_rad": np.pi, "peak_time_s": 5.2785}  # fmt: skip
@@ -85,9 +82,9 @@ def test_ground_motion_model_agrees_with_pygmm_and_its_correlation_with_publishe
     # section 4.2 of the motions page: correlation with 1 s, Baker and Jayaram (2008)
     periods_s = [0.05, 0.1, 0.2, 0.3, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 5.0]
     published = [0.416, 0.279, 0.444, 0.573, 0.749, 0.895, 1.0, 0.852, 0.749, 0.609, 0.444]
-    rho = baker_jayaram_correlation(periods_s)
-    np.testing.assert_allclose(rho[6], published, atol=6e-4)
-    assert np.linalg.eigvalsh(baker_jayaram_correlation(BSSA_PERIODS_S)).min() > 0.0
+    np.testing.assert_allclose(synthesis.baker_jayaram_correlation(periods_s)[6], published,
+                               atol=6e-4)  # fmt: skip
+    assert np.linalg.eigvalsh(synthesis.baker_jayaram_correlation(BSSA_PERIODS_S)).min() > 0.0
     pygmm = pytest.importorskip("pygmm")
     names = ("magnitude", "distance_km", "vs30_mps"), ("mag", "dist_jb", "v_s30")
     places = ((7.0, 10.0, 400.0), (6.5, 30.0, 250.0))
@@ -97,7 +94,7 @@ def test_ground_motion_model_agrees_with_pygmm_and_its_correlation_with_publishe
         scenario = pygmm.Scenario(**theirs, mechanism=code, region="global")
         theirs = pygmm.BooreStewartSeyhanAtkinson2014(scenario)
         expected = theirs.interp_spec_accels(BSSA_PERIODS_S), theirs.interp_ln_stds(BSSA_PERIODS_S)
-        np.testing.assert_allclose(bssa14(ours, BSSA_PERIODS_S), expected, rtol=1e-9)
+        np.testing.assert_allclose(synthesis.bssa14(ours, BSSA_PERIODS_S), expected, rtol=1e-9)
 
 
 def _spectra(motions):
@@ -112,7 +109,7 @@ def test_120_calibrated_motions_follow_the_ground_motion_model():
     scenario = Scenario(**NO_PULSE, vs30_mps=400.0)
     motions = [synthesize(scenario, index=i, seed=1) for i in range(120)]
     log_50, log_100 = _spectra(motions)
-    median_g, sigma = bssa14(scenario, TEST_PERIODS_S)
+    median_g, sigma = synthesis.bssa14(scenario, TEST_PERIODS_S)
     for ratio, low, high in (
         (np.exp(log_50.mean(axis=0)) / median_g, 0.90, 1.10),
         (log_50.std(axis=0, ddof=1) / sigma, 0.80, 1.15),
@@ -123,22 +120,11 @@ def test_120_calibrated_motions_follow_the_ground_motion_model():
     assert abs(np.mean(correlations)) < 0.05
 
 
-NO_PULSE = {"magnitude": 6.75, "distance_km": 20.0}
-PULSE = {"magnitude": 7.0, "distance_km": 5.0, "pulse": "all", "rupture_to_site_km": 25.0}
-MEDIANS_G = (
-    (NO_PULSE, [0.300, 0.478, 0.214, 0.107, 0.0589, 0.0434]),
-    (PULSE, [0.520, 0.858, 0.624, 0.360, 0.278, 0.181]),
-)
-
-
 @pytest.mark.parametrize(("scenario", "published_g"), MEDIANS_G, ids=["no pulse", "pulse"])
 def test_uncalibrated_medians_are_those_of_another_implementation(scenario, published_g):
-    """Section 3.3 of the motions page, medians of 200 and 100 motions of a prototype.
-
-    Three standard errors of a median of 60 with a dispersion of 0.6: 23 %.
-    """
+    """Section 3.3 of the motions page, medians of 200 and 100 motions of a prototype. Three
+    standard errors of a median of 60 with a dispersion of 0.6: 23 %."""
     options = {"calibrate": "none", "orientation": "principal"}
     scenario = Scenario(**scenario, vs30_mps=400.0)
     motions = [synthesize(scenario, index=i, seed=1, **options) for i in range(60)]
-    medians_g = np.exp(_spectra(motions)[0].mean(axis=0))
-    np.testing.assert_allclose(medians_g, published_g, rtol=0.23)
+    np.testing.assert_allclose(np.exp(_spectra(motions)[0].mean(axis=0)), published_g, rtol=0.23)

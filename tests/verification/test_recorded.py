@@ -37,6 +37,9 @@ Chan {recorder:2d}:  {direction}    (Sta Chn: {channel:2d})     Location: On Gro
 """
 GROUND = (1, 3, 15, 17, 18, 20)
 DECK = (4, 7, 9, 11)
+SUPPORTS = ("left", "bent 1", "right")
+OPTIONS = ModelOptions(rayleigh="stiffness")
+DEMANDS = ("column_drift_ratio", "column_shear_kn", "deck_disp_m", "deck_accel_mps2")
 
 
 def shaken_mps2(seed, duration_s=6.0):
@@ -53,10 +56,8 @@ def write_event(folder, channels=(*GROUND, *DECK), station=89324):
     for channel in channels:
         values = 100.0 * shaken_mps2(channel)
         recorder = channel - 3 if channel > 14 else channel
-        text = HEADER.format(
-            station=station, recorder=recorder, channel=channel, direction="Tran",
-            count=len(values), dt=DT_S,
-        )  # fmt: skip
+        facts = {"station": station, "recorder": recorder, "channel": channel, "dt": DT_S}
+        text = HEADER.format(**facts, direction="Tran", count=len(values))
         (folder / f"CHAN{recorder:03d}.V2").write_text(text + rows_of(values, 8, "{:10.3f}") + "\n")
     return folder
 
@@ -150,36 +151,25 @@ def test_the_page_and_the_bridge_have_the_numbers_of_the_stored_tables():
     assert (drift["result"] == "miss") == (not 0.75 <= ratio <= 1.3 or correlation < 0.85)
     fits = pd.read_csv(ROOT / "docs/data/recorded_fit.csv")
     crossed = fits[(fits["quantity"] == "bent drift across") & (fits["fitted_to"] != fits["event"])]
-    sentences = {
-        "2015-01-28": "a ratio of {:.2f}, a correlation of {:.2f} and an error of {:.2f};",
-        "2019-06-22": "that of 2015 has {:.2f}, {:.2f} and {:.2f} (",
-    }
+    sentences = {"2015-01-28": "a ratio of {:.2f}, a correlation of {:.2f} and an error of {:.2f};",
+                 "2019-06-22": "that of 2015 has {:.2f}, {:.2f} and {:.2f} ("}  # fmt: skip
     for row in crossed[crossed["fitted_to"] != "both"].itertuples():
-        sentence = sentences[row.fitted_to].format(row.peak_ratio, row.correlation, row.error)
-        assert sentence in page
+        assert sentences[row.fitted_to].format(row.peak_ratio, row.correlation, row.error) in page
         assert abs(row.peak_ratio - 1.0) <= 0.031  # of the README
     bridge = load_bridge("painter")
     both = fits[fits["fitted_to"] == "both"].iloc[0]
     pairs = [(bridge.deck.elastic_modulus_gpa, both["deck_modulus_gpa"]),
              (bridge.foundation.krx_mnm_per_rad, both["rocking_mnm_per_rad"])]  # fmt: skip
     for side, end in (("west", bridge.ends["left"]), ("east", bridge.ends["right"])):
-        pairs += [
-            (end.piles.lateral_kn_per_m, both[f"piles_{side}_kn_per_m"]),
-            (end.piles.dashpot_s, both["piles_dashpot_s"]),
-            (end.backfill.stiffness_mn_per_m, both["fill_mn_per_m2"]),
-        ]
+        pairs += [(end.piles.lateral_kn_per_m, both[f"piles_{side}_kn_per_m"]),
+                  (end.piles.dashpot_s, both["piles_dashpot_s"]),
+                  (end.backfill.stiffness_mn_per_m, both["fill_mn_per_m2"])]  # fmt: skip
     np.testing.assert_allclose(*np.transpose(pairs), rtol=0.05)
     fitted = [name for name, source in bridge.sources.items() if "fitted: 2015, 2019" in source]
-    single = [name for name in fitted if "one number with" not in bridge.sources[name]]
-    assert len(single) == 6
+    assert len([name for name in fitted if "one number with" not in bridge.sources[name]]) == 6
 
 
 # --- motions of single supports: equal ones are uniform input, others move the supports apart
-SUPPORTS = ("left", "bent 1", "right")
-OPTIONS = ModelOptions(rayleigh="stiffness")
-DEMANDS = ("column_drift_ratio", "column_shear_kn", "deck_disp_m", "deck_accel_mps2")
-
-
 def analysed(case, motion, supports=None, options=OPTIONS):
     settings = AnalysisSettings(dt_s=0.005)
     excitation = Excitation(motion=motion, supports=supports or {})
@@ -263,11 +253,9 @@ def test_support_motions_of_a_file(tmp_path):
     motion = strong_motion(duration_s=3.0)
     for name, accel in zip("xy", motion.components, strict=True):
         (tmp_path / f"{name}.AT2").write_text(at2_text(accel / G_MPS2, motion.dt_s))
-    lines = [
-        f"- {{support: {support}, direction: {axis}, record: {axis}.AT2, factor: {factor}}}"
-        for support, factor in zip(SUPPORTS, (1, 1, -1), strict=True)
-        for axis in "xy"
-    ]
+    lines = [f"- {{support: {support}, direction: {axis}, record: {axis}.AT2, factor: {factor}}}"
+             for support, factor in zip(SUPPORTS, (1, 1, -1), strict=True)
+             for axis in "xy"]  # fmt: skip
     path = tmp_path / "supports.yaml"
     path.write_text("\n".join(lines))
     read = read_support_motions(path)
@@ -277,7 +265,6 @@ def test_support_motions_of_a_file(tmp_path):
     options = ("--support-motions", path, "--out", tmp_path / "out", "--no-figures")
     assert answer("run", *options)["status"] == "ok"
     answer("run", *options, "--motion", "a", "b", code=2)
-
     for changed, message in (
         (lines[1:], "left needs a record along x and one along y"),
         ([*lines, lines[0]], "left has two records along x"),
@@ -286,5 +273,4 @@ def test_support_motions_of_a_file(tmp_path):
         with pytest.raises(InputError, match=message):
             read_support_motions(path)
     path.write_text("\n".join(lines[:4]))
-    found = answer("run", *options, code=2)
-    assert "for the supports left, bent 1, right" in found["message"]
+    assert "for the supports left, bent 1, right" in answer("run", *options, code=2)["message"]

@@ -3,8 +3,7 @@
 The stiffness of a bent is a tensor in plan: a bent turned by an angle has the turned tensor. It is
 exact up to rounding in the static analysis (1e-6). The stored rows were computed at commit
 a144bb78 with constant steps of 5 ms, before bents were skewed and the dashpot of a wall was in
-series with the plastic part of the backfill; the same equations give the same numbers (1e-9).
-"""
+series with the plastic part of the backfill; the same equations give the same numbers (1e-9)."""
 
 from math import cos, radians, sin
 from pathlib import Path
@@ -15,15 +14,10 @@ import pandas as pd
 import pytest
 
 from bridge_variants import analysed, static_steps, variant
+from skewbridge.bridge import assembly, bent, catalogue, handles, structures, weights
 from skewbridge.bridge import spine as spines
-from skewbridge.bridge.assembly import open_linear_pattern
-from skewbridge.bridge.bent import build_bents
-from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import build, column_axial_forces_n, domain, support_reactions_n
 from skewbridge.bridge.spine import Spine, build_spine
-from skewbridge.bridge.structures import built_bridge
-from skewbridge.bridge.weights import total_weight_n
 from skewbridge.motions.intensity import cut_to_strongest
 from skewbridge.variant.options import ModelOptions
 from skewbridge.verification.studies.paper_runs import strongest_motions
@@ -31,13 +25,10 @@ from skewbridge.verification.studies.paper_runs import strongest_motions
 ROWS = Path(__file__).parents[1] / "data" / "rows_of_square_bents.csv"
 #: Options that restore the model of the stored rows.
 EARLIER = {
-    "bent_skew": "square",
-    "backfill_dashpot": "parallel",
-    "backfill_skew": "strength_and_stiffness",
-    "wall_restoring_n_per_m": 3.0e5,
-    "shear_model": "sdc_expected",
-    "foundation": "fixed",
-}
+    "bent_skew": "square", "backfill_dashpot": "parallel",
+    "backfill_skew": "strength_and_stiffness", "wall_restoring_n_per_m": 3.0e5,
+    "shear_model": "sdc_expected", "foundation": "fixed",
+}  # fmt: skip
 #: Steps that do not depend on contacts, because the policy of steps is not part of the model.
 CONSTANT = {"dt_s": 0.005, "contact_dt_s": None, "event_dt_s": None}
 
@@ -46,19 +37,19 @@ def plan_stiffness(name, skew_deg, **given):
     """Return the stiffness (N/m) in plan of the only bent of a bridge, its cap held upright."""
     given |= {"bent_skew_deg": skew_deg, "column_spacing": "along_bent", "elastic_columns": True}
     options = ModelOptions(**given)
-    bridge = built_bridge(load_bridge(name), options)
+    bridge = structures.built_bridge(catalogue.load_bridge(name), options)
     flexibility = []
     for dof in (1, 2):
         with domain():
-            tags = TagAllocator()
+            tags = handles.TagAllocator()
             centre = tags.node()
             ops.node(centre, bridge.bent_positions_m[0], 0.0, bridge.deck.centroid_above_soffit_m)
             ops.fix(centre, 0, 0, 0, 1, 1, 1)
             one = [centre]
             one = {"nodes": [centre], "decks": [[centre]], "bent_nodes": [centre]}
             spine = Spine(**one, heavy=[], centre_node=centre, elements=[])
-            build_bents(bridge, spine, skew_deg, options, tags)
-            open_linear_pattern(tags)
+            bent.build_bents(bridge, spine, skew_deg, options, tags)
+            assembly.open_linear_pattern(tags)
             ops.load(centre, *(1.0e3 * (i == dof) for i in range(1, 7)))
             static_steps(1, "UmfPack", 1e-14)
             flexibility.append(np.array(ops.nodeDisp(centre)[:2]) / 1.0e3)
@@ -90,12 +81,11 @@ def test_columns_of_a_skewed_bent_are_in_line_with_its_cap(spacing, across_m, al
     assert np.hypot(x2 - x1, y2 - y1) == pytest.approx(along_m)
     assert (x2 - x1) / (y2 - y1) == pytest.approx(-np.tan(np.pi / 3))  # counter-clockwise
     # cap and diaphragms end at the edges of the deck: twice as long and heavy at 60 degrees
-    bridge = load_bridge("osb1")
-    (longer,) = built_bridge(bridge, options, 60.0).bents
+    bridge = catalogue.load_bridge("osb1")
+    (longer,) = structures.built_bridge(bridge, options, 60.0).bents
     assert longer.cap_weight_kn == pytest.approx(2 * bridge.bents[0].cap_weight_kn)
     added_kn = bridge.bents[0].cap_weight_kn + 2 * bridge.deck.diaphragm_weight_kn
-    weight_n = total_weight_n(bridge) + added_kn * 1e3
-    assert held_n == pytest.approx(weight_n, rel=1e-6)
+    assert held_n == pytest.approx(weights.total_weight_n(bridge) + added_kn * 1e3, rel=1e-6)
 
 
 @pytest.mark.parametrize(

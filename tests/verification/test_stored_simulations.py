@@ -14,17 +14,15 @@ from median_coverage import CASES
 from scipy import stats
 from sequential_verdicts import EFFECTS, LOOKS, verdicts_at_stopping
 
-from skewbridge.fragility.curves import fit_study
-from skewbridge.fragility.limit_states import load_limit_states
-from skewbridge.fragility.settings import DEFAULTS
-from skewbridge.study.analyses import StudySetup
-from skewbridge.study.batch import analysed_row
-from skewbridge.study.config import parse_config
-from skewbridge.study.inputs import prepare_motions
+from skewbridge.fragility import curves, limit_states, settings
+from skewbridge.study import analyses, batch, config, inputs
 from skewbridge.study.task import run_key
 from skewbridge.variant.random_properties import UncertaintyConfig
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
+SLUG = "osb1_cf_skew30_gap025_mu050"
+COUNT, DRAWS = 40, 5  # 200 draws
+STATES = ("column_drift", "column_curvature", "unseating", "bearing", "deck_displacement")
 
 
 def stored(name):
@@ -127,25 +125,17 @@ def test_intervals_of_annual_rates_and_of_effects_on_rates_cover(case):
 
 
 # --- one draw of the properties per motion gives the curves of many draws per motion
-SLUG = "osb1_cf_skew30_gap025_mu050"
-COUNT, DRAWS = 40, 5  # 200 draws
-STATES = ("column_drift", "column_curvature", "unseating", "bearing", "deck_displacement")
-
-
 def drawn_rows(setup, seed, logs):
     ids = [motion.motion.motion_id for motion in setup.suite]
     drawn = replace(setup, draws=UncertaintyConfig(enabled=True, seed=seed).draws(ids))
     tasks = drawn.tasks(SLUG)
-    return pd.DataFrame([analysed_row(task, run_key(task), logs) for task in tasks])
+    return pd.DataFrame([batch.analysed_row(task, run_key(task), logs) for task in tasks])
 
 
 def curves_of(rows):
-    states = [
-        state
-        for state in load_limit_states(BENCHMARKS.parent / "config/limit_states.yaml")
-        if state.component in STATES and state.demand in rows
-    ]
-    table = fit_study(rows, states, DEFAULTS)
+    known = limit_states.load_limit_states(BENCHMARKS.parent / "config/limit_states.yaml")
+    states = [each for each in known if each.component in STATES and each.demand in rows]
+    table = curves.fit_study(rows, states, settings.DEFAULTS)
     return table[table["method"] == "cloud"].set_index(["component", "limit_state"])
 
 
@@ -153,9 +143,9 @@ def curves_of(rows):
 def test_one_draw_per_motion_gives_medians_and_dispersion_of_200_draws(tmp_path):
     # 8 s of each motion: the comparison does not depend on the length
     motions = {"folder": str(BENCHMARKS.parent / "motions"), "count": COUNT, "shaking_s": 8.0}
-    study = parse_config({"results": str(tmp_path), "motions": motions})
-    prepare_motions(study)
-    setup = StudySetup.of(study)
+    study = config.parse_config({"results": str(tmp_path), "motions": motions})
+    inputs.prepare_motions(study)
+    setup = analyses.StudySetup.of(study)
     once = curves_of(drawn_rows(setup, 1, tmp_path))
     draws = [drawn_rows(setup, seed, tmp_path) for seed in range(2, 2 + DRAWS)]
     many = curves_of(pd.concat(draws, ignore_index=True))

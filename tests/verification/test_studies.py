@@ -30,6 +30,10 @@ ONE = replace(strong_motions.HARD_SET, grid=ROLLER, motion_count=1, processes=1)
 SHORT = {"window_s": 2.1, "processes": 1}
 PLACE = GridConfig(bridge=("osb1",), skew_deg=(0,), gap_mm=(25,))
 TINY = replace(strong_motions.ACCURACY, grid=PLACE, motion_count=2, **SHORT)
+BOTH = ("default", "reference")
+PUBLISHED = published.published_curves()
+T_S = np.linspace(0.0, 4.0, 401)
+STRONG = strong_motion(duration_s=4.0)
 
 
 def test_the_hard_set_is_whole_and_reaches_its_peak_and_analyses_count_if_they_end_well(tmp_path):
@@ -47,8 +51,7 @@ def test_the_hard_set_is_whole_and_reaches_its_peak_and_analyses_count_if_they_e
         (row,) = study.comparisons
         assert (row["value"], row["reference"], row["pass"]) == (sound, 1.0, bool(sound))
         rungs = study.tables["rungs"].set_index("rung")
-        assert rungs["analyses"].sum() == 1
-        assert rungs["steps_share"].sum() == pytest.approx(1.0)
+        assert (rungs["analyses"].sum(), rungs["steps_share"].sum()) == (1, pytest.approx(1.0))
         motion_id = study.tables["rows"]["motion_id"].iloc[0]
         assert sound or all(word in row["quantity"] for word in (motion_id, "timeout"))
 
@@ -124,9 +127,6 @@ def test_each_case_is_compared_with_finer_meshes(tmp_path):
     assert (changes["column_shear_kn"].abs() < 0.01).all()
 
 
-BOTH = ("default", "reference")
-
-
 def made_up(ratios, **values):
     """Peaks that grow by a ratio per accuracy and motion wherever there is friction."""
     grid = GridConfig(bridge=("osb1",), **values)
@@ -166,9 +166,6 @@ def test_ratios_are_geometric_means_over_motions_and_over_places():
 
 
 # --- published curves and effects of skew: the stored table, our medians, ratios and reasons
-PUBLISHED = published.published_curves()
-
-
 def test_medians_of_a_component_lie_on_a_line_of_its_capacities():
     """The source fits ln demand by a line; medians are printed with two or three digits."""
 
@@ -273,9 +270,6 @@ def test_effects_of_skew_are_those_of_demands_that_grow_by_a_fifth():
 
 
 # --- the paper's dynamic studies (figures 10 to 12, abutment models), and how they compare runs
-T_S = np.linspace(0.0, 4.0, 401)
-
-
 def test_half_cycles_lie_between_zero_crossings_and_notice_contact():
     plain, no_contact = np.sin(2 * np.pi * T_S), np.zeros(T_S.size, dtype=bool)
     both = np.column_stack([plain, plain])
@@ -306,9 +300,6 @@ def test_missing_record_is_replaced_and_named(tmp_path, monkeypatch):
         paper_runs.waho()
 
 
-STRONG = strong_motion(duration_s=4.0)
-
-
 def test_abutment_alone_closes_and_slips():
     rough, smooth = (abutment_analysed(paper_variant(friction_pct=mu), STRONG) for mu in (50, 0))
     for history in (rough, smooth):
@@ -317,8 +308,7 @@ def test_abutment_alone_closes_and_slips():
         assert history.disp_m[:, 0].max() > 0.051
         assert sum(unit.closures for unit in history.ledger) > 2
         # Hysteresis: the pads act in the gap, and the backfill behind it as well.
-        pushed = history.disp_m[:, 0].argmax()
-        assert history.force_n[pushed, 0] > 1.0e6
+        assert history.force_n[history.disp_m[:, 0].argmax(), 0] > 1.0e6
     assert sum(unit.slip_work_j for unit in rough.ledger) > 1.0e3
     assert not smooth.friction_n.any()
     # The bound is a prediction to the end of the step: it is exceeded where the normal force turns.

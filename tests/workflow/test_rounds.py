@@ -62,8 +62,7 @@ def test_rounds_have_plans_demands_and_the_verdicts_of_the_tables_and_repeat_no_
 def test_more_time_resumes_a_study(study):
     """The last plan is replaced by one that ended for lack of time; a dry run deletes nothing."""
     last = study / f"results/rounds/round{len(plans(study))}.json"
-    plan = json.loads(last.read_text()) | {"ended": "hours"}
-    last.write_text(json.dumps(plan))
+    last.write_text(json.dumps(json.loads(last.read_text()) | {"ended": "hours"}))
     more = OVER.replace("hours: 2", "hours: 3")
     before = {path: path.read_bytes() for path in (study / "results").rglob("*.*")}
     dry = run(study, "-n", "--", *TARGETS, over=more)

@@ -21,15 +21,12 @@ from small_study import ROOT, SNAKEMAKE, copy_sources, done, planned_jobs, run
 
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory):
-    """A copy of the sources in which nothing has run."""
     return copy_sources(tmp_path_factory.mktemp("refused") / "tree")
 
 
 def test_rules_have_digests_of_their_inputs_docstring_and_resources_and_change_no_setting():
-    """What a rule reads of others is in its recipe, directly or through another one.
-
-    The gate is only an input to come first: where it alone has changed, journals have everything.
-    """
+    """What a rule reads of others is in its recipe, directly or through another one. The gate is
+    only an input to come first: where it alone has changed, journals have everything."""
     text = "".join(path.read_text() for path in sorted((ROOT / "workflow/rules").glob("*.smk")))
     found = re.split(r"^(?:rule|checkpoint) (\w+):", text, flags=re.MULTILINE)[1:]
     blocks = dict(zip(found[::2], found[1::2], strict=True))
@@ -85,13 +82,11 @@ def refused(answer, *words):
     ("override", "words"),
     [
         ("grdi: {gap_mm: [25]}", ["grdi: unknown key"]),
-        (
-            "{figures: {font: Nowhere Sans}, motions: {folder: nowhere}}",
-            ["figures.font must be sans-serif, serif", "motions folder nowhere does not exist"],
-        ),
+        ("{figures: {font: Nowhere Sans}, motions: {folder: nowhere}}",
+         ["figures.font must be sans-serif, serif", "motions folder nowhere does not exist"]),
         ("results: Snakefile", ["cannot write to the folder 'Snakefile'"]),
     ],
-)
+)  # fmt: skip
 def test_bad_configuration_stops_before_any_work(tree, override, words):
     refused(run(tree, "-n", over=override, check=False), *words)
 
@@ -146,10 +141,8 @@ def test_folder_configuration_and_motions_may_have_names_that_a_shell_would_spli
     for path in (ROOT / "motions/synthetic").glob("syn001_*"):
         shutil.copy(path, motions)
     variables = (f"CONFIG={config.name}", f"MOTIONS={motions}", "CORES=1")
-    listed = done(
-        ["make", "--no-print-directory", "-n", "-o", ".venv/.installed", "choices", *variables],
-        folder,
-    ).stdout
+    asked = ["make", "--no-print-directory", "-n", "-o", ".venv/.installed", "choices", *variables]
+    listed = done(asked, folder).stdout
     command = shlex.split(listed.splitlines()[-1].removeprefix("@"))
     assert command[2:] == [".venv/bin", "1", config.name, str(motions), "choices", "", ""]
     # as installed there: Python with a path that has the name of the folder
@@ -162,9 +155,7 @@ def test_folder_configuration_and_motions_may_have_names_that_a_shell_would_spli
     (programs / "snakemake").chmod(0o755)
     script = folder / "workflow/scripts/prepare_motions.py"
     with script.open("a") as text:
-        text.write(
-            "    import skewbridge\n    print(skewbridge.__file__, __import__('sys').prefix)\n"
-        )
+        text.write("    import skewbridge as s\n    print(s.__file__, __import__('sys').prefix)\n")
     suite = "R&D's (1) results/motions/suite.parquet"
     answer = done([*command[:-3], suite], folder)
     assert (folder / suite).is_file()
