@@ -459,6 +459,7 @@ def test_medians_of_the_model_of_the_study_are_those_of_the_study():
 def test_medians_against_the_order_of_the_capacities_are_not_estimated():
     table = synthetic_demands(skews=(0,), gaps=(25,), frictions=(50,), motions=9)
     strong, is_last = 0.6 * table[IM], table[IM] == table[IM].max()
+    strong *= np.where(np.arange(len(table)) % 2, 1.02, 0.98)  # the fit needs some scatter
     # much weaker for small motions only: its line is flatter and crosses 1 at a larger intensity
     weak = strong * np.maximum(1.001, (0.35 / table[IM]) ** 0.8)
     table[f"{SHEAR}sdc_expected"] = strong.mask(is_last, 1.01)
