@@ -40,7 +40,7 @@ __all__ = [
     "read_bridge",
 ]  # fmt: skip
 
-FOLDER: Final = Path(__file__).parent
+FOLDER: Final = Path(__file__).resolve().parent
 #: Bridges of the user, next to the configuration.
 OWN_FOLDER: Final = Path("config/bridges")
 #: Pattern of the name of a bridge; its file in these folders has the same name.
@@ -61,7 +61,10 @@ def bridge_names() -> tuple[str, ...]:
 
 
 def load_bridge(name: str | Path) -> BridgeData:
-    """Return a bridge from its name or file (cached); an `InputError` names file, key and limit."""
+    """Return a bridge from its name or file, cached until an edit.
+
+    An `InputError` names file, key and limit.
+    """
     return read_bridge(name).bridge
 
 
@@ -87,11 +90,20 @@ def _file(name: str | Path) -> Path:
 
 def read_bridge(name: str | Path) -> Completed:
     """Return a bridge with the origin of its numbers (drawing, rule, parent); see `load_bridge`."""
-    return _loaded(_file(name))
+    path = _file(name)
+    return _loaded(path, _last_change_ns(path))
+
+
+def _last_change_ns(path: Path) -> int:
+    """Return the last change of files near a bridge of the user: an edit counts in a session."""
+    if path.parent == FOLDER:
+        return 0
+    files = [file for folder in (path.parent, OWN_FOLDER) for file in folder.glob("*.y*ml")]
+    return max((file.stat().st_mtime_ns for file in files), default=0)
 
 
 @cache
-def _loaded(path: Path) -> Completed:
+def _loaded(path: Path, _change_ns: int) -> Completed:
     sources: dict[str, str] = {}
     files = _with_parents(path)
     bridge_tree, *_ = trees = _by_end(files)
@@ -125,7 +137,7 @@ def _by_end(layers: list[tuple[Path, dict[str, Any]]]) -> list[dict[str, Any]]:
 def own_bridge_files(name: str) -> list[Path]:
     """Return the files of a bridge and its parents that are outside the package."""
     files = (path for path, _ in _with_parents(_file(name)))
-    return [path for path in files if path.parent != FOLDER.resolve()]
+    return [path for path in files if path.parent != FOLDER]
 
 
 def _with_parents(path: Path) -> list[tuple[Path, dict[str, Any]]]:
