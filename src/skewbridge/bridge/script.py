@@ -366,7 +366,8 @@ class _Reader:
         for node, (x, y, vertical, about_x, about_y, about_z) in zip(
             _listed(ops.getNodeLoadTags()), values.tolist(), strict=True
         ):
-            _need(not (x or y or about_z), f"the dead load of node {node} must be vertical")
+            is_vertical = not (x or y or about_z)
+            _need(is_vertical, f"the dead load of node {node} must be along z (x along, z up)")
             forces[node] = forces.get(node, 0.0) - vertical
             moment = moments.get(node, (0.0, 0.0))
             moments[node] = moment[0] + about_x, moment[1] + about_y
