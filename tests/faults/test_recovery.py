@@ -325,7 +325,9 @@ def response(monkeypatch, failing):
     failures = Failing(monkeypatch, lambda number: number + 1 in failing)
     monkeypatch.setattr(Watch, "diverged", lambda watch: failures.check() and diverged(watch))
     monkeypatch.setattr(StepLoop, "recovery_steps", STRICT)
-    result = analysed(variant(gap_mm=25), **SETTINGS, energy=False)
+    # at this scale few solutions fail by themselves: retries in parts, which rounding decides,
+    # change the slip work by 2e-6
+    result = analysed(variant(gap_mm=25), **SETTINGS, energy=False, scale=0.8)
     monkeypatch.undo()
     return result
 
@@ -336,10 +338,8 @@ def test_a_retry_does_not_change_the_response(monkeypatch):
     rough = response(monkeypatch, FAILING)
     assert rough.effort.failures - smooth.effort.failures == len(FAILING)
     assert smooth.demands["contact_closures"] > 10
-    for name in ("column_drift_ratio", "deck_rotation_rad", "unseating_m"):
+    for name in ("column_drift_ratio", "deck_rotation_rad", "unseating_m", "slip_work_kj"):
         assert rough.demands[name] == pytest.approx(smooth.demands[name], rel=1e-8)
-    # its sum over the steps: a step of which a retry is in parts changes it by 2e-6
-    assert rough.demands["slip_work_kj"] == pytest.approx(smooth.demands["slip_work_kj"], rel=1e-5)
 
 
 # --- every analysis returns a status and the peaks up to its end
