@@ -77,7 +77,7 @@ class GroundInput:
         longest_s = max(m.duration_s for m in (motion, *excitation.supports.values()))
         shaken_s = min(settings.duration_s or longest_s, longest_s)
         self.dt_s, self.scale, self.shaken_s = motion.dt_s, excitation.scale, shaken_s
-        self.accel_mps2 = accel[: ceil(shaken_s / motion.dt_s - 1e-9) + 1]
+        self.accel_mps2 = accel[: motion.npts_until(shaken_s)]
         self.steps = ceil((shaken_s + settings.free_vibration_s) / settings.dt_s - 1e-9)
         self.duration_s = self.steps * settings.dt_s
         self._times_s = np.arange(len(self.accel_mps2)) * motion.dt_s

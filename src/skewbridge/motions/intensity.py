@@ -341,7 +341,7 @@ def cut_warning(motion: GroundMotion, duration_s: float | None) -> str:
     """Return a warning if a motion cut to this length (s) loses strong shaking, or no text."""
     if duration_s is None:
         return ""
-    kept = slice(int(np.ceil(duration_s / motion.dt_s - 1e-9)) + 1)
+    kept = slice(motion.npts_until(duration_s))
     arias, size_g = pair_arias_build_up(motion), np.hypot(*motion.components) / G_MPS2
     peak_g, whole_peak_g = size_g[kept].max(), size_g.max()
     # strong shaking ends at 95 % of the Arias intensity, as in the significant duration

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import nan
+from math import ceil, nan
 from typing import Final
 
 import numpy as np
@@ -76,6 +76,10 @@ class GroundMotion:
     def duration_s(self) -> float:
         """Time of the last value in s; the first value is at 0."""
         return (self.npts - 1) * self.dt_s
+
+    def npts_until(self, time_s: float) -> int:
+        """Return how many values a motion keeps that is cut at a time: up to the next value."""
+        return ceil(time_s / self.dt_s - 1e-9) + 1
 
     def scaled(self, factor: float) -> "GroundMotion":
         """Return the motion multiplied by a factor, which must be positive and finite."""

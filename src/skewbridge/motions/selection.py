@@ -271,7 +271,8 @@ def select_pairs(
     pool = candidates.assign(scale=np.exp(log_factors), level_g=level_g, log_psa=list(scaled))
     pool = pool[np.abs(log_factors) <= np.log(FACTOR_LIMITS[1])]
     if (available := pool["event"].value_counts().clip(upper=MOST_PER_EVENT).sum()) < count:
-        fault = f"only {available} pairs reach {level_g:.3g} g with factors of 0.25 to 4"
+        low, high = FACTOR_LIMITS
+        fault = f"only {available} pairs reach {level_g:.3g} g with factors of {low:g} to {high:g}"
         limit = f"at most {MOST_PER_EVENT} per event"
         raise InputError(f"{fault} and {limit}: {count} are needed; add candidates")
     sigma = target.sigma[:BAND_POINTS]
