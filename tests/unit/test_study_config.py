@@ -23,7 +23,7 @@ from skewbridge.motions.folder import list_motions
 from skewbridge.report.methods import methods_of
 from skewbridge.study.config import load_config, parse_config
 from skewbridge.study.folder import DEFAULT_ROOT
-from skewbridge.study.inputs import useless_axes
+from skewbridge.study.inputs import axis_warnings
 from skewbridge.variant.axes import axes_of, axis
 from skewbridge.variant.grid import GridConfig, cells_of, expand_grid
 from skewbridge.variant.options import ModelOptions
@@ -270,13 +270,13 @@ def test_normalised_bridges_are_analysed_once_and_keep_options_and_file_names() 
 def test_a_compared_gap_without_effect_is_named(written):
     own = written("extends: osb1\nsource: plan\nabutment: {gap_mm: 40}\n")
     grid = {"bridge": [own, "osb1"], "gap_mm": [25, 51]}
-    found = list(useless_axes(parse_config({"grid": grid})))
+    found = list(axis_warnings(parse_config({"grid": grid})))
     assert found == ["gap_mm of the grid has no effect on made: none of its joints uses it"]
-    assert not list(useless_axes(parse_config({"grid": grid | {"gap_mm": [51]}})))
+    assert not list(axis_warnings(parse_config({"grid": grid | {"gap_mm": [51]}})))
     in_radians = {"bridge": ["osb1"], "skew_deg": [0, 0.26, -0.52]}
-    (text,) = useless_axes(parse_config({"grid": in_radians}))
+    (text,) = axis_warnings(parse_config({"grid": in_radians}))
     assert text == "skew_deg is in degrees: 0.52 rad would be 29.79"
-    assert not list(useless_axes(parse_config({"grid": in_radians | {"skew_deg": [0, 1, 30]}})))
+    assert not list(axis_warnings(parse_config({"grid": in_radians | {"skew_deg": [0, 1, 30]}})))
     bridges = methods_of(parse_config({"grid": grid})).parts["Bridges"]
     assert "40 mm gap at the left end, 40 mm gap at the right end" in bridges
     both, alone = "40 mm at the left end{0} and 40 mm at the right end{0}", {"bridge": [str(own)]}

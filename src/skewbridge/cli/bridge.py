@@ -180,11 +180,12 @@ def _pushed(pushing: "Callable[..., PushCurve]", case: VariantOptions, push: Pus
     angle_deg = {"x": 0.0, "y": 90.0}[push.direction] if push.angle_deg is None else push.angle_deg
     is_ladder = case.abutment == "all"
     one_push = [(case.abutment, angle_deg)]
+    first = (replace(case, abutment=next(iter(ABUTMENTS))) if is_ladder else case).variant
     tables: list[pd.DataFrame] = []
     pushes: list[dict[str, Any]] = []
     for model, toward_deg in product(ABUTMENTS, LADDER_ANGLES_DEG) if is_ladder else one_push:
         case_columns = {"abutment": model, "angle_deg": toward_deg}
-        variant = replace(case, abutment=model).variant
+        variant = replace(first, abutment=model) if is_ladder else first
         curve = pushing(variant, case.model, angle_deg=toward_deg)
         columns = {"disp_m": curve.disp_m, "force_kn": curve.force_n / KN}
         tables.append(pd.DataFrame(case_columns | columns if is_ladder else columns))

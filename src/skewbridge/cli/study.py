@@ -91,12 +91,12 @@ def plan(study: PlannedStudy = None) -> Answer:
     """
     from skewbridge.analysis.modal import periods_of_file, standing_bridge
     from skewbridge.files.tables import read_frame, records_of
-    from skewbridge.study.inputs import check_inputs, useless_axes
+    from skewbridge.study.inputs import axis_warnings, check_inputs
     from skewbridge.study.progress import forecast_study
 
     config, folder = study_of(study)
     check_inputs(config)
-    warnings = list(useless_axes(config))
+    warnings = list(axis_warnings(config))
     for name in config.bridges_with_periods():
         warnings += periods_of_file(name, standing_bridge(name))
     forecast = forecast_study(config)

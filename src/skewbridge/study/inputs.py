@@ -77,7 +77,7 @@ def _check_options(bridge: str, config: StudyConfig) -> None:
     require_options(structure, (*config.grid.values(), *changed))
 
 
-def useless_axes(config: StudyConfig) -> Iterator[str]:
+def axis_warnings(config: StudyConfig) -> Iterator[str]:
     """Yield warnings of compared gaps or friction without effect, and of skews in radians."""
     if text := radians_warning(config.grid.skew_deg):
         yield text
@@ -228,7 +228,7 @@ def _write_motions(study: StudyConfig, medians_g: Sequence[float]) -> None:
     from skewbridge.motions.suite import prepare_suites, read_suite, write_suite
 
     folder, motions = StudyFolder(Path(study.results)), study.motions
-    for text in useless_axes(study):
+    for text in axis_warnings(study):
         logger.warning("%s", text)
     for name in study.grid.bridge:
         if useless := load_structure(name).ignored.intersection(study.uncertainty.drawn):
