@@ -98,8 +98,12 @@ def _last_change_ns(path: Path) -> int:
     """Return the last change of files near a bridge of the user: an edit counts in a session."""
     if path.parent == FOLDER:
         return 0
-    files = [file for folder in (path.parent, OWN_FOLDER) for file in folder.glob("*.y*ml")]
-    return max((file.stat().st_mtime_ns for file in files), default=0)
+    # parents are near it, too; reading them each time would cost more than the bridge
+    files = (file for folder in (path.parent, OWN_FOLDER) for file in folder.glob("*.y*ml"))
+    try:
+        return max((file.stat().st_mtime_ns for file in files), default=0)
+    except OSError:  # the reader of the file has the message
+        return 0
 
 
 @cache
