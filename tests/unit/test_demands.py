@@ -30,6 +30,7 @@ from skewbridge.study import task
 from skewbridge.study.batch import row_of_task
 from skewbridge.study.task import no_result, outcome_of
 from skewbridge.variant.axes import OPTION_AXES
+from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 from skewbridge.verification.references.live_model import prepare_analysis
 from study_parts import task_of
@@ -237,7 +238,7 @@ def test_forces_on_an_end_are_those_of_its_springs_and_contacts_and_of_their_fri
 def watched(monkeypatch, moved, **changes):
     frame, ends = SimpleNamespace(centre_node=CENTRE), (abutment(holders=(BASE,), **changes),)
     parts = {"columns": (), "abutments": ends, "seats": ends, "joints": (), "contacts": None}
-    model = SimpleNamespace(weight_n=1e7, frame=frame, **parts)
+    model = SimpleNamespace(weight_n=1e7, frame=frame, options=ModelOptions(), **parts)
     monkeypatch.setattr(transient.ops, "nodeDisp", lambda n: [moved.get(n, 0.0), *[0.0] * 5])
     return Watch(model, AnalysisSettings())
 

@@ -2,8 +2,9 @@
 
 The stiffness of a bent is a tensor in plan: a bent turned by an angle has the turned tensor. It is
 exact up to rounding in the static analysis (1e-6). The stored rows were computed at commit
-a144bb78 with constant steps of 5 ms, before bents were skewed and the dashpot of a wall was in
-series with the plastic part of the backfill; the same equations give the same numbers (1e-9)."""
+a144bb78 with constant steps of 5 ms, before bents were skewed, the dashpot of a wall was in
+series with the plastic part of the backfill and softening columns lost their stiffness damping; the
+same equations give the same numbers (1e-9)."""
 
 from math import cos, radians, sin
 from pathlib import Path
@@ -14,6 +15,7 @@ import pandas as pd
 import pytest
 
 from bridge_variants import analysed, static_steps, variant
+from skewbridge.analysis import transient
 from skewbridge.bridge import assembly, bent, catalogue, handles, structures, weights
 from skewbridge.bridge import spine as spines
 from skewbridge.bridge.model import build, column_axial_forces_n, domain, support_reactions_n
@@ -104,6 +106,8 @@ def test_rows_of_the_earlier_model_are_reproduced_by_its_options(monkeypatch, ro
         deck = bridge.deck.model_copy(update={"diaphragm_weight_kn": weight_kn})
         return build_spine(bridge.model_copy(update={"deck": deck}), elements, 0.0, tags)
 
+    # the stored peaks exceed the displacement capacity, where columns now lose their damping
+    monkeypatch.setattr(transient.Watch, "softened", lambda _: [])
     monkeypatch.setattr(spines, "build_spine", squared)
     motion = cut_to_strongest(strongest_motions(4, 1.2)[3], 5.0, 0.0)
     names = ("bridge", "skew_deg", "gap_mm", "friction_pct", "abutment")

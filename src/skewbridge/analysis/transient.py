@@ -2,8 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
-from math import dist, hypot, inf, nan, pi
+from math import dist, hypot, inf, isqrt, nan, pi
 from pathlib import Path
 from typing import Any, Final
 
@@ -124,12 +123,12 @@ class _History:
         self._model, self._ground, self._settings = model, ground, settings
         self._supports = supports
         self._histories = histories
-        damp = partial(damp_columns, model.columns, rayleigh[1])
-        # a model without contacts is far from contact in the whole history
-        damp(by_tangent=settings.reuse_tangent and model.contacts is None)
-        self._loop = StepLoop(model.contacts, settings, lambda is_far: damp(by_tangent=is_far))
-        self._monitor = Monitor(model, bearings=histories)
         self._watch = Watch(model, settings, ground_moves=supports is not None)
+        self._stiffness_factor_s = rayleigh[1]
+        # a model without contacts is far from contact in the whole history
+        self._damp(by_tangent=settings.reuse_tangent and model.contacts is None)
+        self._loop = StepLoop(model.contacts, settings, lambda far: self._damp(by_tangent=far))
+        self._monitor = Monitor(model, bearings=histories)
         self._energy = None
         if settings.energy:
             self._energy = EnergyBalance(
@@ -184,8 +183,15 @@ class _History:
             messages=tuple(messages),
         )
 
+    def _damp(self, *, by_tangent: bool) -> None:
+        # ASSUME softening columns have no stiffness damping: it could exceed their strength
+        softening = self._watch.softening
+        firm = [column for column in self._model.columns if column.element not in softening]
+        damp_columns(firm, self._stiffness_factor_s, by_tangent=by_tangent)
+
     def _read(self) -> Ending | None:
         """Return an ending if the state after a step exceeds a limit, else None."""
+        damp_columns(self._watch.softened(), 0.0, by_tangent=False)
         reason = self._watch.diverged()
         if reason:
             self._monitor.drop_last()
@@ -199,7 +205,8 @@ class _History:
 class Watch:
     """Compares each step with the limits; create it in the state under gravity.
 
-    ``columns`` give drifts since that state; ``ground_moves`` is true under support motions.
+    ``columns`` give drifts since that state; ``softening`` has the elements of columns that have
+    lost strength; ``ground_moves`` is true under support motions.
     `InputError` if a joint gap is at least as wide as its seat.
     """
 
@@ -212,6 +219,8 @@ class Watch:
         self._deck = _Moved(model.frame.centre_node)
         self._ground = _ground_near(model) if ground_moves else None
         self.columns = tuple(Lean(column) for column in model.columns)
+        self.softening: set[int] = set()
+        self._loses_fibers = model.options.fiber_end == "loss"
         seats: list[tuple[str, int, int | Point, AbutmentHandle | SeatHandle]] = [
             ("unseating_m", corner.node, end.holders[0], end)
             for end in model.seats
@@ -265,6 +274,20 @@ class Watch:
             return f"a contact carries {largest:.3g} N"
         return ""
 
+    def softened(self) -> list[ColumnHandle]:
+        """Return the columns that began to soften since the last call."""
+        columns = [
+            lean.column
+            for lean in self.columns
+            if not (lean.column.is_elastic or lean.column.element in self.softening)
+            and (
+                (self._loses_fibers and lean.over_capacity())
+                or (lean.column.loses_shear_strength and lean.loses_shear_strength())
+            )
+        ]
+        self.softening.update(column.element for column in columns)
+        return columns
+
     def collapsed(self) -> str:
         """Return the name of the demand whose limit is exceeded, or an empty text."""
         if self._drift_ratio >= self._settings.collapse_drift_ratio:
@@ -314,16 +337,33 @@ def _ground_near(model: BridgeModel) -> _Moved:
 class Lean:
     """Drift of a column in the open domain since this object was created."""
 
-    __slots__ = ("_base", "_height_m", "_top")
+    __slots__ = ("_base", "_top", "column")
 
     def __init__(self, column: ColumnHandle) -> None:
+        self.column = column
         self._top, self._base = _Moved(column.top), _Moved(column.foot)
-        self._height_m = column.clear_height_m
 
     def drift_ratio(self) -> float:
         """Return the displacement of the top relative to the base, divided by the clear height."""
+        return hypot(*self._drift_m()) / self.column.clear_height_m
+
+    def over_capacity(self) -> bool:
+        """Return whether the drift has reached the displacement capacity, as in `model_end`."""
+        (x, y), (normal_x, normal_y) = self._drift_m(), self.column.normal
+        across, along = (capacity.drift_capacity_ratio for capacity in self.column.capacities)
+        ratios = (x * normal_x + y * normal_y) / across, (y * normal_x - x * normal_y) / along
+        return hypot(*ratios) >= self.column.clear_height_m
+
+    def loses_shear_strength(self) -> bool:
+        """Return whether a shear spring of the top hinge (its last two terms) softens."""
+        top = str(self.column.hinge_sections[-1])
+        stiffness = ops.eleResponse(self.column.element, "section", top, "stiffness")
+        size = isqrt(len(stiffness))
+        return bool(np.reshape(stiffness, (size, size)).diagonal()[-2:].min() <= 0.0)
+
+    def _drift_m(self) -> PlanVector:
         (top_x, top_y), (base_x, base_y) = self._top.disp_m(), self._base.disp_m()
-        return hypot(top_x - base_x, top_y - base_y) / self._height_m
+        return top_x - base_x, top_y - base_y
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
