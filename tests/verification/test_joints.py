@@ -233,7 +233,8 @@ def test_simple_spans_have_open_joints_and_their_analysis_reports_each(written):
 
 
 def test_a_column_below_a_joint_is_a_cantilever_normal_to_its_bent(written):
-    bridge = load_bridge(written(FOUR_SPANS))
+    bridge_file = written(FOUR_SPANS)
+    bridge = load_bridge(bridge_file)
     normal, along = (bent_capacity(bridge, 1, direction=side) for side in (0, 1))
     assert (normal.direction, along.direction) == ("normal", "along")
     # 5.6 m of column below a cap of 1.5 m, or two cantilevers of half the column
@@ -250,6 +251,11 @@ def test_a_column_below_a_joint_is_a_cantilever_normal_to_its_bent(written):
     assert normal.hinge_length_m == pytest.approx(hinge, rel=1e-6)
     assert normal.capacity_m - bent_m == pytest.approx(plastic * hinge * (5.6 - hinge / 2))
     assert along.yield_disp_m == pytest.approx(2 * curve.yield_curvature_per_m * 2.8**2 / 3)
+    with domain():
+        column = build(variant(0, bridge=bridge_file), ModelOptions()).columns[0]
+    # along the bent, the lower limit of the rule governs: 0.739 m
+    ratios = [capacity.hinge_ratio for capacity in column.capacities]
+    assert ratios == pytest.approx([1.0, hinge / (2 * 0.022 * 469.0 * 0.0358)])
 
 
 @pytest.mark.parametrize("torsion_m4", [0.05, 11.04])  # of girders and of the box of osb1
