@@ -191,6 +191,11 @@ def test_both_end_diaphragms_of_a_joint_are_above_its_bent_and_move_the_mass_cen
     name = written(text.replace("- {at: bent 2", "#").replace("- {at: bent 3", "#"))
     bridge = load_bridge(name)
     assert len(bridge.joints) == 1
+    # without a weight in the file, a cap below bearings is a beam as long as the deck is wide
+    text = Path(name).read_text(encoding="utf-8").replace(", cap_weight_kn: 950.0", "")
+    below, *integral = (bent.cap_weight_kn for bent in load_bridge(written(text)).bents)
+    assert below == pytest.approx(14.33 * 1.5 * 2.0 * 23.56)
+    assert integral == pytest.approx([886.6] * 2, rel=1e-4)  # between the plates of the box
     line, diaphragm, cap = 140e3, 321e3, 950e3
     column = 23.56e3 * np.pi / 4 * 1.676**2 * 5.6
     # a simple span of 28 m and a beam of three spans (three-moment equation)
