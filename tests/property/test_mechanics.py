@@ -25,7 +25,7 @@ def test_passive_force_grows_below_its_initial_stiffness(stiffness, ultimate, ra
     assert passive.force_n(-closure_m) == 0.0
 
 
-@given(SKEWS, st.floats(5.0, 30.0), st.floats(0.2, 2.0), st.integers(2, 12))
+@given(SKEWS, st.floats(5.0, 30.0), st.floats(0.2, 2.0), st.integers(3, 12))
 def test_opposite_skews_and_opposite_ends_mirror_each_other(skew_deg, width_m, thickness_m, count):
     right, left, mirrored = (
         DeckEnd("end", (40.0 * x, 0.0), (x, 0.0), sign * skew_deg, width_m, thickness_m)

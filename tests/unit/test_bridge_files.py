@@ -176,6 +176,8 @@ def test_a_source_without_a_letter_is_a_document_at_hand(written) -> None:
         ("skew_deg: -25", "skew_deg", "give it in the grid of the study"),
         (bents(columns=2), "bents.0", "column_spacing_m is missing or 0: 2 columns need it"),
         ('deck: {depth_m: {v: 1.8, source: "S-12"}}', "deck.depth_m.source", "has only v and src"),
+        (bents(clear_height_m=240.0) + "deck: {soffit_height_m: 240.0}",  # inches
+         "bents.0.clear_height_m", "must be at most 40 x the column width = 67.04, got 240"),
     ],
 )  # fmt: skip
 def test_a_bad_value_names_file_key_and_limit(written, text, key, limit):
@@ -315,6 +317,7 @@ def test_more_pads_than_the_rule_has_are_spread_over_a_solid_slab(written) -> No
 def test_girders_on_joints_are_completed_and_vibrate_as_simple_spans(written) -> None:
     simple = {"base": "fixed", "deck.box": None, "deck.depth_m": None, "deck.girders": GIRDERS}
     simple |= {"spans_m": [32, 26], "bents.0.cap_depth_m": 1.4}
+    simple["bents.0.clear_height_m"] = 5.63881234543  # the height of the soffit has ten digits
     simple["joints"] = [{"at": "bent 1", "seat_width_m": 0.6, "pads": PADS}]
     own = load_bridge(drawn(written, simple))
     pads, deck = own.joints[0].pads, own.deck

@@ -135,12 +135,23 @@ def test_the_modes_leave_the_model_as_it_was(abutment, monkeypatch: pytest.Monke
     assert after_modes.demands == usual.demands
 
 
-@pytest.mark.parametrize("count", [2, 3, 4, 5, 9, 41])
+@pytest.mark.parametrize("abutment", ["spring", "contact_friction"])
+def test_an_abutment_with_one_key_has_it_at_its_side_of_the_bridge(written, abutment):
+    ends = "{left: {type: seat, keys_at: +y}, right: {type: seat, keys_at: -y}}"
+    name = written(f"extends: osb1\ntitle: one key\nsource: 'd: test'\nabutments: {ends}\n")
+    with domain():
+        model = build(variant(30, abutment, name), ModelOptions())
+        for end, y_m in zip(model.abutments, (7.165, -7.165), strict=True):
+            assert [ops.nodeCoord(key, 2) for key in end.key_nodes] == [pytest.approx(y_m)]
+            assert len(end.key_springs) == 1
+            assert len(end.key_units) == (abutment != "spring")
+
+
+@pytest.mark.parametrize("count", [3, 4, 5, 9, 41])
 def test_shares_of_wall_and_deck_keep_their_moments_of_inertia(count: int) -> None:
     shares, stations = np.array(tributary_shares(count)), np.linspace(-0.5, 0.5, count)
     assert shares.sum() == pytest.approx(1.0)
-    # two points are farther apart than a uniform wall
-    assert shares @ stations**2 == pytest.approx(1 / 4 if count == 2 else 1 / 12)
+    assert shares @ stations**2 == pytest.approx(1 / 12)
     masses, places = np.array(lumping_shares(count)), np.arange(count + 1) - count / 2
     assert masses.sum() == pytest.approx(count)
     assert masses @ places**2 == pytest.approx(count**3 / 12)

@@ -122,6 +122,10 @@ def test_drift_and_curvature_over_capacity_follow_an_ellipse_in_the_axes_of_a_be
     trace.sections[COLUMN, 6][1, 1:3] = 0.0034 * 3.0, 0.0
     trace.sections[COLUMN, 6][2, 1:3] = 0.0034 * 3.0, 0.0017 * 4.0
     assert peaks.curvature_ductility(TURNED, trace).tolist() == pytest.approx([0.0, 3.0, 5.0, 0.0])
+    # along the bent the hinge is 0.8 as long as in the model: 2 of 3, and 4 of 5 parts are plastic
+    shorter = replace(TURNED, capacities=(WEAK, replace(CAPACITY, hinge_ratio=1.25)))
+    expected = [0.0, 1.0 + 1.25 * 2.0, np.hypot(3.0 * (0.2 + 1.25 * 0.8), 4.0), 0.0]
+    assert peaks.curvature_ductility(shorter, trace).tolist() == pytest.approx(expected)
 
 
 def test_shear_over_capacity_follows_an_ellipse_in_the_axes_of_a_bent(trace):

@@ -78,7 +78,7 @@ def test_shipped_configurations_have_their_variants_defaults_and_results_of_thei
         ({"analysis": {"scheme": "best"}}, r"analysis\.scheme: .*'default' or 'paper'"),
         ({"motions": {"level_range_g": [1.0, 0.1]}}, "level_range_g must be in increasing order"),
         ({"model": {"backfill": "clay"}}, r"model\.backfill: must be .* or 'sdc', got 'clay'"),
-        ({"model": {"backwall_points": 1}}, r"model\.backwall_points: "),
+        ({"model": {"backwall_points": 2}}, r"backwall_points: .*equal to 3, got 2"),
         ({"model": {"normal_stiffness_factor": 0.0}}, r"model\.normal_stiffness_factor: "),
         ({"model": {"normal_stiffness_factor": NAN}}, r"model\.normal_stiffness_factor: "),
         ({"model": {"column_fibers": [8, 0, 2]}}, r"column_fibers\.1: .*to 3, got 0$"),

@@ -191,6 +191,11 @@ def test_both_end_diaphragms_of_a_joint_are_above_its_bent_and_move_the_mass_cen
     name = written(text.replace("- {at: bent 2", "#").replace("- {at: bent 3", "#"))
     bridge = load_bridge(name)
     assert len(bridge.joints) == 1
+    # without a weight in the file, a cap below bearings is a beam as long as the deck is wide
+    text = Path(name).read_text(encoding="utf-8").replace(", cap_weight_kn: 950.0", "")
+    below, *integral = (bent.cap_weight_kn for bent in load_bridge(written(text)).bents)
+    assert below == pytest.approx(14.33 * 1.5 * 2.0 * 23.56)
+    assert integral == pytest.approx([886.6] * 2, rel=1e-4)  # between the plates of the box
     line, diaphragm, cap = 140e3, 321e3, 950e3
     column = 23.56e3 * np.pi / 4 * 1.676**2 * 5.6
     # a simple span of 28 m and a beam of three spans (three-moment equation)
@@ -233,7 +238,8 @@ def test_simple_spans_have_open_joints_and_their_analysis_reports_each(written):
 
 
 def test_a_column_below_a_joint_is_a_cantilever_normal_to_its_bent(written):
-    bridge = load_bridge(written(FOUR_SPANS))
+    bridge_file = written(FOUR_SPANS)
+    bridge = load_bridge(bridge_file)
     normal, along = (bent_capacity(bridge, 1, direction=side) for side in (0, 1))
     assert (normal.direction, along.direction) == ("normal", "along")
     # 5.6 m of column below a cap of 1.5 m, or two cantilevers of half the column
@@ -250,6 +256,11 @@ def test_a_column_below_a_joint_is_a_cantilever_normal_to_its_bent(written):
     assert normal.hinge_length_m == pytest.approx(hinge, rel=1e-6)
     assert normal.capacity_m - bent_m == pytest.approx(plastic * hinge * (5.6 - hinge / 2))
     assert along.yield_disp_m == pytest.approx(2 * curve.yield_curvature_per_m * 2.8**2 / 3)
+    with domain():
+        column = build(variant(0, bridge=bridge_file), ModelOptions()).columns[0]
+    # along the bent, the lower limit of the rule governs: 0.739 m
+    ratios = [capacity.hinge_ratio for capacity in column.capacities]
+    assert ratios == pytest.approx([1.0, hinge / (2 * 0.022 * 469.0 * 0.0358)])
 
 
 @pytest.mark.parametrize("torsion_m4", [0.05, 11.04])  # of girders and of the box of osb1

@@ -10,10 +10,11 @@ from scipy import signal
 from bridge_variants import variant
 from cli_json import answer, invoke
 from motions_files import at2_text, rows_of
-from skewbridge.analysis.ground import Excitation, displacements_m
+from skewbridge.analysis.ground import Excitation, displacements_m, support_lines, support_of
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.model import build, domain
 from skewbridge.errors import InputError
 from skewbridge.motions.read import read_support_motions
 from skewbridge.motions.record import GroundMotion
@@ -247,6 +248,20 @@ def test_supports_share_a_slow_motion_of_one_end_and_do_not_drift_apart():
     same = displacements_m({"left": accel, "right": accel}, 0.005)["left"][:, 0]
     drifting = wave_m - wave_m[0] - 0.05 * speed * np.cos(0.7) * t_s
     assert same == pytest.approx(drifting, rel=1e-3, abs=2e-3)
+
+
+def test_a_node_belongs_to_the_support_whose_own_skewed_line_is_nearest(written):
+    ends = "abutments: {left: {skew_deg: 60.0}}\nspans_m: [20.0, 50.0]\n"
+    name = written(f"extends: painter\ntitle: own skew\nsource: 'd: test'\n{ends}")
+    with domain():
+        model = build(variant(-39, bridge=name), OPTIONS)
+        lines = support_lines(model)
+        assert tuple(lines) == SUPPORTS
+        for end in model.abutments:
+            nodes = {*end.holders, *(spring.nodes[0] for spring in end.wall_springs)}
+            # the wall of the left end reaches to x = -22.5, closer to the bent than to its middle
+            assert {support_of(node, lines) for node in nodes} == {end.side}
+        assert {support_of(column.base_node, lines) for column in model.columns} == {"bent 1"}
 
 
 def test_support_motions_of_a_file(tmp_path):

@@ -187,12 +187,19 @@ def shear_ratios(
 
 
 def curvature_ductility(column: ColumnHandle, trace: ResponseTrace) -> Series:
-    """Return the largest resultant hinge curvature over yield curvature, shape (n,)."""
-    normal_to_bent, along_bent = (capacity.yield_curvature_per_m for capacity in column.capacities)
-    largest = np.full(len(trace.time_s), 0.0 * normal_to_bent)  # nan if it is not stated
+    """Return the largest resultant hinge curvature over yield curvature, shape (n,).
+
+    The plastic part along the bent is that of a hinge of its own length with the same rotation.
+    """
+    normal, along = column.capacities
+    largest = np.full(len(trace.time_s), 0.0 * normal.yield_curvature_per_m)  # nan if not stated
     for point in column.hinge_sections:
         _, about_z, about_y, *_ = trace.sections[column.element, point].T
-        largest = np.maximum(largest, np.hypot(about_z / along_bent, about_y / normal_to_bent))
+        ratio_y = about_y / normal.yield_curvature_per_m
+        ratio_z = about_z / along.yield_curvature_per_m
+        plastic_share = 1.0 - 1.0 / np.maximum(np.hypot(ratio_z, ratio_y), 1.0)
+        ratio_z *= 1.0 + (along.hinge_ratio - 1.0) * plastic_share
+        largest = np.maximum(largest, np.hypot(ratio_z, ratio_y))
     return largest
 
 

@@ -292,6 +292,12 @@ class Joint(Wall):
         is_monolithic = self.options.keys == "monolithic"
         return self.data.monolithic_key if is_monolithic else self.data.sacrificial_key
 
+    @property
+    def key_signs(self) -> list[float]:
+        """Ends of the tangent with a key: 1.0 and -1.0, or the one at the side ``keys_at``."""
+        side = {"both": 0.0, "+y": 1.0, "-y": -1.0}[self.data.keys_at]
+        return [sign for sign in (-1.0, 1.0) if sign * side * self.end.outward[0] >= 0.0]
+
     def key_inward_normal(self, sign: float) -> PlanVector:
         """Return the inward normal of the key at the tangent's end (``sign`` 1) or start (-1)."""
         # ASSUME the face of a key is parallel to the edge of the deck
@@ -552,7 +558,7 @@ def hold_wall_point(
 
 
 def _build_keys(joint: Joint, handle: AbutmentHandle, body: int | None) -> AbutmentHandle:
-    """Create both exterior keys: on the ground with contacts, or on a body with gap springs."""
+    """Create the exterior keys: on the ground with contacts, or on a body with gap springs."""
     end, options, tags = joint.end, joint.options, joint.tags
     friction = joint.friction * (options.friction_at != "walls")
     mass_kg = joint.moving_mass_kg(joint.key_mass_kg)
@@ -561,7 +567,7 @@ def _build_keys(joint: Joint, handle: AbutmentHandle, body: int | None) -> Abutm
     key_nodes: list[int] = []
     units: list[int] = []
     gap_elements: list[int] = []
-    for sign in (-1.0, 1.0):
+    for sign in joint.key_signs:
         along_m, inward = sign * end.wall_length_m / 2, joint.key_inward_normal(sign)
         node = plane_node(end.point("outer", along_m), mass_kg, tags)
         # the body does not rotate: its middle moves like its part at the key

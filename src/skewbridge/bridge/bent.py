@@ -68,6 +68,8 @@ def build_bents(
             inertia *= bent.cap_width_m**2 / 12 + bent.cap_depth_m**2 / 3
             ops.mass(cap, 0.0, 0.0, 0.0, inertia, inertia, inertia)
         integration, hinges = build_integration(capacities, options, tags)
+        has_hinges = options.column_integration == "hinge_radau"
+        model_hinge_m = capacities[0].hinge_length_m if has_hinges else None
         joints = _build_cap(bridge, number, spine, (x, normal), level, tags)
         if options.cap_load == "spread" and len(joints) > 1:
             _spread_deck_load(bridge, number, spine, joints, normal)
@@ -85,7 +87,10 @@ def build_bents(
                     top=Point(joint, below),
                     clear_height_m=bent.clear_height_m,
                     hinge_sections=hinges,
-                    capacities=(_handle_of(capacities[0]), _handle_of(capacities[1])),
+                    capacities=(
+                        _handle_of(capacities[0], model_hinge_m),
+                        _handle_of(capacities[1], model_hinge_m),
+                    ),
                     normal=normal,
                     shear_model=options.shear_model,
                     is_pinned=is_pinned,
@@ -100,8 +105,9 @@ def build_bents(
     return tuple(columns), tuple(foundations)
 
 
-def _handle_of(bent: BentCapacity) -> ColumnCapacity:
+def _handle_of(bent: BentCapacity, model_hinge_m: float | None) -> ColumnCapacity:
     return ColumnCapacity(
+        hinge_ratio=(model_hinge_m or bent.hinge_length_m) / bent.hinge_length_m,
         yield_curvature_per_m=bent.curve.yield_curvature_per_m,
         yield_drift_ratio=bent.yield_disp_m / bent.clear_height_m,
         drift_capacity_ratio=bent.capacity_m / bent.clear_height_m,

@@ -81,17 +81,16 @@ class DeckEnd:
 
 
 def tributary_shares(count: int) -> list[float]:
-    """Return the share of the wall for each of equally spaced points, including the corners.
+    """Return the share of the wall for each of three or more equally spaced points with corners.
 
-    Three or more springs have the rotational stiffness of a continuous wall; with shares of half a
-    spacing at the corners, five springs would be 12 % too stiff.
+    The springs have the rotational stiffness of a continuous wall; with shares of half a spacing at
+    the corners, five springs would be 12 % too stiff.
     """
     interior = 1.0 / (count - 1)
     shares = [interior / 2 if i in (0, count - 1) else interior for i in range(count)]
-    if count > 2:
-        # moved inwards from each corner so that the sum of share x position^2 is 1 / 12
-        shift = interior / (12 * (1 - interior))
-        for corner, neighbour in ((0, 1), (-1, -2)):
-            shares[corner] -= shift
-            shares[neighbour] += shift
+    # moved inwards from each corner so that the sum of share x position^2 is 1 / 12
+    shift = interior / (12 * (1 - interior))
+    for corner, neighbour in ((0, 1), (-1, -2)):
+        shares[corner] -= shift
+        shares[neighbour] += shift
     return shares

@@ -49,7 +49,8 @@ class ModelOptions:
     """gap_mm normal to the backwall, or along the bridge"""
     cohesion_n: Number = Field(default=0.0, ge=0.0, le=1.0e9)
     """cohesion of a backwall"""
-    backwall_points: Whole = Field(default=3, ge=2, le=41)
+    # two points at the corners have three times the rotational stiffness of the wall
+    backwall_points: Whole = Field(default=3, ge=3, le=41)
     """contact points of a backwall, corners included"""
     normal_stiffness_factor: _Factor = Field(default=1.0)
     """factor on the normal penalty"""

@@ -6,7 +6,7 @@ when it builds the model.
 
 import math
 from itertools import accumulate, pairwise
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -37,6 +37,9 @@ from skewbridge.variant.options import LARGEST_SKEW_DEG
 type Skew = Annotated[float, Field(ge=-LARGEST_SKEW_DEG, le=LARGEST_SKEW_DEG)]
 type Gap = Annotated[float, Field(ge=0.0, le=1.0e3)]
 type Base = Literal["pinned", "fixed"]
+#: ASSUME a taller column, in widths, has a wrong unit: AASHTO LRFD 5.6.4.3 ends at about 25
+_LARGEST_SLENDERNESS: Final = 40.0
+_ROUNDING: Final = 1.0 + 1.0e-9  # numbers by rule have ten digits
 
 
 class DeckData(Part, frozen=True):
@@ -172,10 +175,12 @@ class WallData(Part, frozen=True):
 class AbutmentData(WallData, frozen=True):
     """Seat abutment: pads, a gap to the backwall, and exterior shear keys.
 
-    ``gap_mm`` replaces the gap of the variant at this end, unless it is None.
+    ``gap_mm`` replaces the gap of the variant at this end, unless it is None. ``keys_at`` is the
+    side of the bridge with a shear key.
     """
 
     type: Literal["seat"] = "seat"
+    keys_at: Literal["both", "+y", "-y"] = "both"
     gap_mm: Gap | None = None
     seat_width_m: Metres
     key_mass_t: Tonnes
@@ -381,7 +386,7 @@ class BridgeData(Part, frozen=True):
         for number in self.jointed_bents:
             bent = self.bents[number]
             height_m, soffit_m = bent.clear_height_m + bent.cap_depth_m, self.deck.soffit_height_m
-            if height_m > soffit_m:
+            if height_m > soffit_m * _ROUNDING:
                 raise ValueError(
                     f"bents.{number}: clear_height_m + cap_depth_m = {height_m:.4g} below a joint "
                     f"must be at most deck.soffit_height_m = {soffit_m:g}"
@@ -401,12 +406,18 @@ class BridgeData(Part, frozen=True):
         if len(self.bents) != len(self.spans_m) - 1:
             raise ValueError(f"bents: {len(self.spans_m)} spans need {len(self.spans_m) - 1} bents")
         for number, bent in enumerate(self.bents):
-            if bent.clear_height_m > self.deck.soffit_height_m:
+            if bent.clear_height_m > self.deck.soffit_height_m * _ROUNDING:
                 raise ValueError(
                     f"bents.{number}.clear_height_m {bent.clear_height_m:g} is taller than the "
                     f"deck: soffit_height_m is {self.deck.soffit_height_m:g}"
                 )
             column = self.column_of(bent)
+            largest_m = _LARGEST_SLENDERNESS * min(column.outline.sizes_m)
+            if bent.clear_height_m > largest_m:
+                raise ValueError(
+                    f"bents.{number}.clear_height_m must be at most {_LARGEST_SLENDERNESS:g} x the "
+                    f"column width = {largest_m:.4g}, got {bent.clear_height_m:g}"
+                )
             width_m = column.outline.sizes_m[1]
             row_width_m = (bent.columns - 1) * bent.column_spacing_m + width_m
             if row_width_m > self.deck.width_m:

@@ -123,12 +123,21 @@ def _composed(parts: list[tuple[float, float, float]]) -> tuple[float, float, fl
 
 def tallest(bents: list[dict[str, float]], joints: Iterable[dict[str, Any]] = ()) -> float:
     """Return the largest height of bents up to the soffit (m), with caps below joints, or 6."""
+    caps_m = cap_areas(bents, 0.0, 1.0, joints)
+    heights_m = [bent["clear_height_m"] + cap for bent, cap in zip(bents, caps_m, strict=True)]
+    return max(heights_m, default=6.0)
+
+
+def cap_areas(
+    bents: list[dict[str, float]], void: float, width: float = 0.0,
+    joints: Iterable[dict[str, Any]] = (),
+) -> list[float]:  # fmt: skip
+    """Return the area (m2) of each cap outside the deck: the void, or all of it below a joint."""
     jointed = {joint.get("at") for joint in joints}
-    heights_m = [
-        bent["clear_height_m"] + (bent["cap_depth_m"] if f"bent {number}" in jointed else 0.0)
+    return [
+        width * bent["cap_depth_m"] if f"bent {number}" in jointed else void
         for number, bent in enumerate(bents, start=1)
     ]
-    return max(heights_m, default=6.0)
 
 
 def is_fixed(base: str, bents: list[dict[str, Any]]) -> bool:
@@ -181,8 +190,9 @@ def period_s(bridge: BridgeData, which: Any) -> float:
 _FUNCTIONS: Final[dict[str, Any]] = {
     function.__name__: function
     for function in (
-        axial_ratios, bar, bar_ratios, box_section, cracked_ratio, end_reaction_kn, girder,
-        girder_section, hoop, is_fixed, max, min, period_s, round, slab_section, sqrt, tallest,
+        axial_ratios, bar, bar_ratios, box_section, cap_areas, cracked_ratio, end_reaction_kn,
+        girder, girder_section, hoop, is_fixed, max, min, period_s, round, slab_section, sqrt,
+        tallest,
     )
 } | {"pi": pi}  # fmt: skip
 
