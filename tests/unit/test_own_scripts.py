@@ -180,6 +180,13 @@ def made(tmp_path: Path, text: str) -> str:
 
 GOOD = two_spans(1.0, 1.0, "N-m")
 HEAD, FIX = "def bridge():", "ops.fix(11, 1, 1, 1, 1, 1, 1)"
+#: A column on foundation springs that the frame does not have.
+SECOND = """
+    ops.node(12, 20.0, 0.0, 0.0); ops.node(13, 20.0, 0.0, 0.0); ops.fix(13, *[1] * 6)
+    ops.uniaxialMaterial("Elastic", 9, 1e9)
+    ops.element("zeroLength", 30, 13, 12, "-mat", *[9] * 6, "-dir", 1, 2, 3, 4, 5, 6)
+    ops.geomTransf("PDelta", 9, 1.0, 0.0, 0.0)
+    ops.element("elasticBeamColumn", 21, 12, 4, 2.5, 28e9, 12e9, 0.2, 0.2, 0.2, 9)"""
 IN_PLANE = """
     ops.wipe(); ops.model("basic", "-ndm", 2, "-ndf", 3)
     return sb.Frame(ends=(1, 5), width=1.0, soffit=1.0)"""
@@ -224,6 +231,7 @@ def frame_of(tmp_path: Path, text: str = GOOD):
         ("drift_capacity=(0.05,", "drift_capacity=(4.5,", "at most 1, got 4.5"),
         ("shear_strength=5.0e6 * N", "shear_strength=-1.0", "must be positive, got -1"),
         (HEAD, "def bridge()", r"mine\.py:\d+: expected ':'"),
+        (FIX, FIX + SECOND, "columns: element 21 stands on a support below the deck"),
         (HEAD, HEAD + IN_PLANE, "3 dimensions and 6 degrees of freedom, got 2 and 3"),
     ],
 )

@@ -535,6 +535,7 @@ def hold_wall_point(
     dashpot = joint.dashpot_n_s_per_m(stiffness, mass_kg, share)
     wing_ratio = share * wing_share(joint.data)
     wing_dashpot = joint.dashpot_n_s_per_m(wing.stiffness_n_per_m, mass_kg, wing_ratio)
+    # ASSUME waves of the wing walls leave parallel to their plastic springs
     along = [plastic_material(wing, tags), elastic_material(restoring, tags, wing_dashpot)]
     is_parallel = joint.options.backfill_dashpot == "parallel"
     parallel = dashpot if is_parallel else 0.0

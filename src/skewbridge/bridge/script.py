@@ -301,6 +301,7 @@ class _Reader:
         bases = dict.fromkeys(column.element for column in columns)
         two_node = [e for e in self._elements if len(_listed(ops.eleResponse(e, "force"))) == _BEAM]
         beams = [e for e in two_node if len(set(map(self._place, ops.eleNodes(e)))) > 1]
+        self._check_columns(beams, bases)
         damped = tuple(_soft(beams) if script.damped is None else script.damped)
         self._must_have("damped", damped, self._elements, "element")
         elastic = [e for e in damped if ops.eleType(e) == "ElasticBeam3d" and e not in bases]
@@ -495,6 +496,24 @@ class _Reader:
             capacities=(capacity(drifts[0]), capacity(drifts[1])),
             is_pinned=is_pinned,
         )
+
+    def _check_columns(self, beams: Iterable[int], columns: Iterable[int]) -> None:
+        """Refuse an upright beam that stands on the ground below the deck and is no column."""
+        parts = [_listed(ops.eleNodes(e)) for e in self._elements if e not in columns]
+        constrained = _listed(ops.getConstrainedNodes())
+        parts += [[node, *_listed(ops.getRetainedNodes(node))] for node in constrained]
+        reached = {self._node(end) for end in self._stated.ends}
+        while more := [p for p in parts if 0 < len(reached.intersection(p)) < len({*p})]:
+            reached.update(*more)
+        fixed = (node for node in reached if {1, 2, 3} <= {*_listed(ops.getFixedDOFs(node))})
+        supports = {self._place(node) for node in fixed}
+        for element in (e for e in beams if e not in columns):
+            low, high = sorted(map(self._place, ops.eleNodes(element)), key=lambda place: place[2])
+            is_upright = high[2] - low[2] > hypot(high[0] - low[0], high[1] - low[1])
+            _need(
+                not (is_upright and low in supports),
+                f"columns: element {element} stands on a support below the deck: add its column",
+            )
 
     def _strength(self, strength: float | Callable[..., Any] | None) -> Any:
         unit_n = self._units.si(FORCE)
