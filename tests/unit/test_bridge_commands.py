@@ -179,7 +179,11 @@ def test_a_bridge_gets_the_capacities_of_its_bents(written) -> None:
     assert bent["p_delta_ratio"] < 0.2
     assert bent["plastic_shear_kn"] > bent["shear_strength_kn"]
     assert not bent["ok"]
-    assert "warning: bent 1: the plastic shear" in one_line(bridge("sdc", "osb1_fixed_era1"))
+    shown = one_line(bridge("sdc", "osb1_fixed_era1"))
+    assert "warning: bent 1: forecast: the plastic shear" in shown
+    # design by SDC 1.7 3.6.1 and 4.3.1: 1.2 Mp / L against 0.9 Vn
+    design = f"1.2 Mp/L = {1.2 * bent['plastic_shear_kn']:.0f} kN"
+    assert f"{design}, is above 0.9 Vn = {0.9 * bent['shear_strength_kn']:.0f} kN" in shown
 
 
 def test_the_gap_of_the_file_of_a_bridge_is_the_one_that_is_printed(tmp_path: Path) -> None:
@@ -308,16 +312,22 @@ def test_yield_displacements_ductilities_and_seats_agree_with_the_hand_values() 
         assert bent.capacity_m / bent.yield_disp_m == pytest.approx(ductility, rel=0.05)
     osb1 = load_structure("osb1").description
     for sign in (1.0, -1.0):
-        skews = sign * np.radians([0, 30, 45, 60])
-        found_m = [bridge_check.seat_demand_aashto_m(osb1, skew) for skew in skews]
+        skews = sign * np.array([0, 30, 45, 60])
+        found_m = [bridge_check.seat_demand_aashto_m(osb1, "left", skew) for skew in skews]
         assert found_m == pytest.approx([0.59, 0.66, 0.74, 0.86], abs=0.006)
     demands_m = [bridge_check.seat_demand_sdc_m(osb1, moved_m) for moved_m in (0.0, 1.0)]
     assert demands_m == pytest.approx([0.762, 1.0 + 0.1016 + 0.04572])  # the minimum first
-    # the seat of a simple span follows from its own length, not from the 116 m of the bridge
+    # each seat has the length and the columns of its own deck; a hinge those of both sides
     spans = load_structure(ROOT / "docs/bridges/simple_spans.yaml").description
-    length_ft, height_ft = 30.0 / 0.3048, 5.6 / 0.3048
-    least_m = 1.5 * (8 + 0.02 * length_ft + 0.08 * height_ft) * 0.0254
-    assert bridge_check.seat_demand_aashto_m(spans, 0.0) == pytest.approx(least_m)
+    spans = replace(spans, bent_heights_m=(4.0, 6.0, 9.0))
+    hinge = replace(spans, joints_m={"40 m from the left": -18.0})
+    cases = {"left": (28, 4), "joint 1": (30, 4), "joint 3": (30, 9), "right": (28, 9)}
+    hinge_cases = {"left": (40, 4), "joint 1": (116, 5), "right": (76, 7.5)}
+    for bridge_of, seats in ((spans, cases), (hinge, hinge_cases)):
+        for seat, (length_m, height_m) in seats.items():
+            least_m = 1.5 * (8 + (0.02 * length_m + 0.08 * height_m) / 0.3048) * 0.0254
+            found = bridge_check.seat_demand_aashto_m(bridge_of, seat, 0.0)
+            assert found == pytest.approx(least_m), seat
 
 
 def test_the_table_names_what_fails_by_moves_normal_to_the_seats() -> None:
@@ -395,7 +405,7 @@ def test_the_seats_of_an_inner_joint_are_checked(tmp_path: Path, at: str, lost: 
     # at least 24 in by SDC 7.2.5.4
     assert sdc["demand"] == pytest.approx(max(0.3 + 0.1016 + deck_m / 2000, 0.6096))
     bridge = load_structure(variant.bridge).description
-    assert aashto["demand"] == bridge_check.seat_demand_aashto_m(bridge, radians(15))
+    assert aashto["demand"] == bridge_check.seat_demand_aashto_m(bridge, "joint 1", 0)
     assert bridge_check.corner_moves_m(variant, histories, nan) == {}
 
 

@@ -104,6 +104,8 @@ def test_impossible_motion_is_refused(changes):
         ("RSN1231_CHY080-E.AT2", "RSN1231_CHY080-N.AT2", "RSN1231_CHY080"),
         ("120111.txt", "120112.txt", "12011"),
         ("syn_h1.AT2", "syn_h2.AT2", "syn"),
+        ("X_L.AT2", "X_T.AT2", "X"),
+        ("TAFT-N55W.txt", "TAFT-S35W.txt", "TAFT"),
         ("AKT0139608110312.EW", "AKT0139608110312.NS", "AKT0139608110312"),
         ("AKTH019608110312.EW2", "AKTH019608110312.NS2", "AKTH019608110312_surface"),
     ],

@@ -2,8 +2,8 @@
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import count, pairwise, product
-from math import degrees, inf, radians
+from itertools import accumulate, count, pairwise, product
+from math import inf
 from typing import Any, Final
 
 import numpy as np
@@ -39,6 +39,8 @@ from skewbridge.variant.variant import Variant
 #: source: AASHTO Guide Specifications for LRFD Seismic Bridge Design, 8.7.2, ductile columns
 AXIAL_LOAD_LIMIT: Final = 0.2
 P_DELTA_LIMIT: Final = 0.20  # source: Caltrans SDC 1.7 section 4.2
+OVERSTRENGTH: Final = 1.2  # source: Caltrans SDC 1.7 section 4.3.1, of the plastic moment
+SHEAR_RESISTANCE: Final = 0.9  # source: Caltrans SDC 1.7 section 3.6.1
 ABUTMENT_CLAUSE: Final = "Caltrans SDC 1.7 section 7.8.3 (abutments)"
 HINGE_CLAUSE: Final = "Caltrans SDC 1.7 section 7.2.5.4 (hinges)"
 AASHTO_CLAUSE: Final = "AASHTO LRFD 4.7.4.4 (1.5 N)"
@@ -214,8 +216,7 @@ def _seat_findings(bridge: Description) -> Iterator[str]:
         sdc = ABUTMENT_CLAUSE, MINIMUM_SEAT_M
         if end not in bridge.end_kinds:
             sdc = HINGE_CLAUSE, MINIMUM_HINGE_M
-        skew_rad = radians(bridge.skews_deg.get(end, 0.0))
-        for clause, least_m in (sdc, (AASHTO_CLAUSE, seat_demand_aashto_m(bridge, skew_rad))):
+        for clause, least_m in (sdc, (AASHTO_CLAUSE, seat_demand_aashto_m(bridge, end, 0.0))):
             if length_m < least_m:
                 text = f"below {least_m:.3g} m by {clause}; check the edition that applies"
                 seat = f"the {end} seat of {bridge.seats_m[end]:.3g} m"
@@ -225,15 +226,18 @@ def _seat_findings(bridge: Description) -> Iterator[str]:
 def capacity_rows(bents: Iterable[BentCapacity]) -> list[dict[str, Any]]:
     """Return dead loads and capacities of bents by the Caltrans SDC, one row per bent.
 
-    Shear strength and ``p_delta_ratio`` are at the displacement capacity.
+    Shear strengths and ``p_delta_ratio`` are at the displacement capacity: ``shear_strength_kn``
+    is nominal and forecasts failure, ``design_strength_kn`` and 1.2 Mp / L are for design.
     """
     return [_bent_row(bent) for bent in bents]
 
 
 def _bent_row(bent: BentCapacity) -> dict[str, Any]:
     column, plastic_moment_knm = bent.column, bent.curve.plastic_moment_nm / KN
+    plastic_kn = plastic_moment_knm / bent.shear_span_m
     strength_kn = column.expected_concrete_strength_mpa * MPA * column.outline.area_m2 / KN
     ductility, ratio = bent.capacity_m / bent.yield_disp_m, bent.p_delta_ratio(bent.capacity_m)
+    nominal_kn = float(sdc_shear_strength(bent.shear, bent.axial_n, ductility)) / KN
     row: dict[str, Any] = {
         "bent": bent.bent,
         "direction": bent.direction,
@@ -243,8 +247,10 @@ def _bent_row(bent: BentCapacity) -> dict[str, Any]:
         "axial_load_ratio": bent.axial_n / KN / strength_kn,
         "axial_load_limit": AXIAL_LOAD_LIMIT,
         "plastic_moment_knm": plastic_moment_knm,
-        "plastic_shear_kn": plastic_moment_knm / bent.shear_span_m,
-        "shear_strength_kn": float(sdc_shear_strength(bent.shear, bent.axial_n, ductility)) / KN,
+        "plastic_shear_kn": plastic_kn,
+        "shear_strength_kn": nominal_kn,
+        "overstrength_shear_kn": OVERSTRENGTH * plastic_kn,
+        "design_strength_kn": SHEAR_RESISTANCE * nominal_kn,
         "yield_disp_m": bent.yield_disp_m,
         "capacity_m": bent.capacity_m,
         "p_delta_ratio": ratio,
@@ -262,11 +268,17 @@ def bent_findings(row: Mapping[str, Any]) -> Iterator[str]:
             f"{bent}: axial load ratio {row['axial_load_ratio']:.3f} is above "
             f"{AXIAL_LOAD_LIMIT:g} (AASHTO Guide Specifications 8.7.2)"
         )
+    if row["overstrength_shear_kn"] > row["design_strength_kn"]:
+        yield (
+            f"{bent}: design: the shear of a column with overstrength, {OVERSTRENGTH:g} Mp/L = "
+            f"{row['overstrength_shear_kn']:.0f} kN, is above {SHEAR_RESISTANCE:g} Vn = "
+            f"{row['design_strength_kn']:.0f} kN (SDC 1.7 section 3.6.1)"
+        )
     if row["plastic_shear_kn"] > row["shear_strength_kn"]:
         yield (
-            f"{bent}: the plastic shear of a column, {row['plastic_shear_kn']:.0f} kN, is above "
-            f"its design strength at the displacement capacity, {row['shear_strength_kn']:.0f} kN "
-            "(SDC 3.6): it may fail in shear before that displacement"
+            f"{bent}: forecast: the plastic shear of a column, {row['plastic_shear_kn']:.0f} kN, "
+            f"is above its nominal strength, {row['shear_strength_kn']:.0f} kN (SDC 1.7 sections "
+            "3.6.2, 3.6.3): it may fail in shear before its displacement capacity"
         )
     if row["p_delta_ratio"] > P_DELTA_LIMIT:
         yield (
@@ -299,20 +311,40 @@ def seat_demand_sdc_m(
     return max(movement + unseating_m + SEAT_ALLOWANCE_M, minimum_m)
 
 
-def seat_demand_aashto_m(bridge: Description, skew_rad: float) -> float:
-    """Return the required support length 1.5 N in m.
+def seat_demand_aashto_m(bridge: Description, seat: str, skew_deg: float) -> float:
+    """Return the support length 1.5 N in m that an end or inner joint requires.
 
-    N = (8 + 0.02 L + 0.08 H)(1 + 0.000125 S^2) inches: deck length L up to the next joint and
-    column height H in ft, skew S in degrees.
+    N = (8 + 0.02 L + 0.08 H)(1 + 0.000125 S^2) inches: length L of the deck to the next joint (of
+    both decks at a hinge) and mean height H of its columns (at a joint: of its bent, or of the
+    bents next to a hinge) in ft; skew S in degrees, that of the variant unless the file has one.
 
     References:
         AASHTO LRFD Bridge Design Specifications 4.7.4.4.
     """
-    heights = bridge.bent_heights_m
-    height_ft = sum(heights) / len(heights) / FOOT if heights else 0.0
-    length_ft = _deck_length_m(bridge) / FOOT
-    skew_factor = 1.0 + 0.000125 * degrees(skew_rad) ** 2
-    return SEISMIC_SEAT_FACTOR * (8.0 + 0.02 * length_ft + 0.08 * height_ft) * skew_factor * INCH
+    half_m = bridge.length_m / 2
+    heights_m = dict(zip(accumulate(bridge.spans_m[:-1]), bridge.bent_heights_m, strict=True))
+    heights_m = {round(x - half_m, 6): height_m for x, height_m in heights_m.items()}
+    joints_m = {f"joint {n}": round(x, 6) for n, x in enumerate(bridge.joints_m.values(), start=1)}
+    places_m = {"left": -half_m, **joints_m, "right": half_m}
+    at_m = places_m[seat]
+    left_m, right_m = _neighbours(places_m.values(), at_m)
+    length_m = right_m - left_m
+    if at_m in heights_m:
+        length_m = max(at_m - left_m, right_m - at_m)
+        left_m = right_m = at_m
+    elif seat in joints_m:
+        left_m, right_m = _neighbours(heights_m, at_m)
+    nearby_m = [height_m for x, height_m in heights_m.items() if left_m <= x <= right_m]
+    height_ft = sum(nearby_m) / max(len(nearby_m), 1) / FOOT
+    skew_factor = 1.0 + 0.000125 * bridge.skews_deg.get(seat, skew_deg) ** 2
+    length_in = 8.0 + 0.02 * length_m / FOOT + 0.08 * height_ft
+    return SEISMIC_SEAT_FACTOR * length_in * skew_factor * INCH
+
+
+def _neighbours(places_m: Iterable[float], at_m: float) -> tuple[float, float]:
+    """Return the next place (m) on the left and on the right, or the place itself."""
+    left = max((x for x in places_m if x < at_m), default=at_m)
+    return left, min((x for x in places_m if x > at_m), default=at_m)
 
 
 def sdc_rows(
@@ -351,8 +383,7 @@ def sdc_rows(
     for corner, (unseating_m, length_m) in corners_m.items():
         compare(f"{corner} seat, SDC (m)", seat_demand_sdc_m(bridge, unseating_m), length_m)
     aashto_m = {
-        seat: seat_demand_aashto_m(bridge, radians(bridge.skews_deg.get(seat, variant.skew_deg)))
-        for seat in bridge.seats_m
+        seat: seat_demand_aashto_m(bridge, seat, variant.skew_deg) for seat in bridge.seats_m
     }
     ends = [(aashto_m[corner.split()[0]], length_m) for corner, (_, length_m) in corners_m.items()]
     if ends:

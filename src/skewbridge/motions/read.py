@@ -60,7 +60,8 @@ _ENDINGS: Final = (
         r"(?:(?<=[A-Za-z_.\-])|(?<=[A-Za-z]\d)|(?<=[A-Za-z]\d{2})|(?<=[A-Za-z]\d{3}))"
         r"(?P<end>[0-3]\d{2})$"
     ),
-    re.compile(r"[-_.](?P<end>H?[12NEXY]|EW|NS|FN|FP)$", re.IGNORECASE),
+    re.compile(r"(?<=.)(?P<end>[NS]\d{2}[EW])$", re.IGNORECASE),  # bearing: TAFT_N21E, TAFT_S69E
+    re.compile(r"[-_.](?P<end>H?[12NEXY]|EW|NS|FN|FP|L|T|LONG|TRAN)$", re.IGNORECASE),
     re.compile(r"(?<=\d)(?P<end>[12])$"),  # FEMA P-695: 120111, 120112
 )
 
@@ -208,8 +209,9 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
         messages.append(f"{DIFFERENT_RECORDS} Their lengths differ: {min(sizes)} and {npts} points")
     azimuths = [trace.azimuth_deg for trace in pair]
     endings = {split_name(trace.path)[1] for trace in pair}
-    if math.isnan(sum(azimuths)) and len(endings) == 2 and {*map(len, endings)} == {3}:
-        azimuths = [float(ending) for ending in sorted(endings)]  # of the file names: 090 and 360
+    if math.isnan(sum(azimuths)) and len(endings) == 2 and min(map(len, endings)) >= 3:
+        # of the file names: 090 and 360, n21e and s69e
+        azimuths = [replace(first, direction=ending).azimuth_deg for ending in sorted(endings)]
     # ASSUME components are within 10 degrees of a right angle (Lucerne 1992: 85 degrees)
     if abs((azimuths[0] - azimuths[1]) % 180.0 - 90.0) > 10.0:
         text = f"azimuths {azimuths[0]:g} and {azimuths[1]:g} are not at right angles"

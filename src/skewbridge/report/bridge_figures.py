@@ -1,7 +1,6 @@
 """Figures of one bridge: its model, static pushes, column sections, and required seat lengths."""
 
 from contextlib import suppress
-from math import radians
 from typing import Any, Final
 
 import matplotlib as mpl
@@ -185,11 +184,10 @@ def with_codes(found: Decision, bridge: str) -> Decision:
         table = table.assign(**{name: table[name] + more_m for name in lengths})
         table[GAP] = table[GAP] if takes_gap else gap_mm
         gap_m = gap_mm / 1000.0
-        steepest = [
-            max(abs(about.skews_deg.get(end, skew)) for end in seats or [""])
+        aashto = [
+            max((seat_demand_aashto_m(about, end, skew) for end in seats), default=np.nan)
             for skew in table["skew_deg"]
         ]
-        aashto = [seat_demand_aashto_m(about, radians(skew)) for skew in steepest]
         sdc = [seat_demand_sdc_m(about, demand_m) for demand_m in table["sdc_demand_m"]]
         present = min(about.end_seats_m.values(), default=np.nan)
         table = table.assign(aashto_m=aashto + gap_m, sdc_m=sdc + gap_m, present_m=present)
