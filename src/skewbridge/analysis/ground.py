@@ -3,8 +3,7 @@
 Supports are `left`, `right` and `bent 1` and so on, from left to right. Their displacements are
 imposed on the fixed nodes of the model, so the model moves in fixed axes. `SupportInput.relative`
 subtracts from every node the ground of its own support: demands and histories then mean the same
-as under uniform input. The support of a node is the nearest one, measured parallel to the skewed
-lines of the supports.
+as under uniform input. The support of a node is the one whose skewed line is nearest.
 
 Under support motions damping is proportional to stiffness only: a part that is proportional to mass
 would damp the motion of the ground itself.
@@ -12,7 +11,8 @@ would damp the motion of the ground itself.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from math import ceil, isfinite, radians, tan
+from math import ceil, isfinite
+from statistics import fmean
 from typing import Final
 
 import numpy as np
@@ -22,6 +22,7 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.trace import ResponseTrace, Series
 from skewbridge.bridge.frame import BridgeModel
 from skewbridge.bridge.handles import TagAllocator
+from skewbridge.bridge.plan import PlanVector
 from skewbridge.bridge.script_units import view_constraints
 from skewbridge.errors import InputError
 from skewbridge.motions.record import GroundMotion
@@ -136,22 +137,23 @@ def _integrated(accel: Series, dt_s: float) -> Series:
     return disp
 
 
-def support_places_m(model: BridgeModel) -> dict[str, float]:
-    """Return the position (m) of each support along the bridge, by name, from left to right."""
-    slope = tan(radians(model.variant.skew_deg))
+#: Normal of the line of a support in plan, and distance (m) of the line from the origin along it.
+type SupportLine = tuple[PlanVector, float]
 
-    def place(x_m: float, y_m: float) -> float:
-        return x_m + slope * y_m
 
-    bents: dict[float, list[float]] = {}
+def support_lines(model: BridgeModel) -> dict[str, SupportLine]:
+    """Return the line of each support, by name, from left to right."""
+    bents: dict[SupportLine, list[float]] = {}
     for column in model.columns:
-        x, y = (float(value) for value in ops.nodeCoord(column.base_node)[:2])
-        across = round(x * column.normal[0] + y * column.normal[1], 3)  # the same in a bent
-        bents.setdefault(across, []).append(place(x, y))
-    positions_m = {end.plan.name: place(*end.plan.middle_m) for end in model.frame.ends}
-    middles = sorted(float(np.mean(positions)) for positions in bents.values())
-    positions_m |= {f"bent {number}": middle for number, middle in enumerate(middles, start=1)}
-    return dict(sorted(positions_m.items(), key=lambda item: item[1]))
+        (x, y), (normal_x, normal_y) = ops.nodeCoord(column.base_node)[:2], column.normal
+        line = column.normal, round(float(x * normal_x + y * normal_y), 3)  # the same in a bent
+        bents.setdefault(line, []).append(float(x))
+    middles = sorted((fmean(xs), line) for line, xs in bents.items())
+    supports = [(x, f"bent {number}", line) for number, (x, line) in enumerate(middles, start=1)]
+    for plan in (end.plan for end in model.frame.ends):
+        distance_m = float(np.dot(plan.middle_m, plan.normal))
+        supports.append((plan.middle_m[0], plan.name, (plan.normal, distance_m)))
+    return {name: line for _, name, line in sorted(supports)}
 
 
 class SupportInput:
@@ -164,13 +166,12 @@ class SupportInput:
     def __init__(
         self, motions: Mapping[str, GroundMotion], ground: GroundInput, model: BridgeModel
     ) -> None:
-        self._places = support_places_m(model)
-        if motions.keys() != self._places.keys():
+        self._lines = support_lines(model)
+        if motions.keys() != self._lines.keys():
             raise InputError(
-                f"support motions must be given for the supports {', '.join(self._places)}, "
+                f"support motions must be given for the supports {', '.join(self._lines)}, "
                 f"got {', '.join(motions)}"
             )
-        self._slope = tan(radians(model.variant.skew_deg))
         self._ground = ground
         step_s = ground.dt_s / _POINTS_PER_STEP
         times = np.arange(0.0, ground.duration_s + step_s / 2, step_s)
@@ -208,9 +209,14 @@ class SupportInput:
                     ops.imposedMotion(node, dof, motion_tags[self._support_of(node), dof])
 
     def _support_of(self, node: int) -> str:
-        """Return the name of the support that is nearest to a node."""
+        """Return the name of the support whose line is nearest to a node."""
         x, y = ops.nodeCoord(node)[:2]
-        return min(self._places, key=lambda name: abs(self._places[name] - x - self._slope * y))
+
+        def distance_m(name: str) -> float:
+            (normal_x, normal_y), line_m = self._lines[name]
+            return abs(x * normal_x + y * normal_y - line_m)
+
+        return min(self._lines, key=distance_m)
 
     def relative(self, trace: ResponseTrace) -> ResponseTrace:
         """Return a trace with displacements relative to the ground of the support of each node."""
