@@ -134,14 +134,16 @@ def _read_demands(
     path: Path, source: pd.DataFrame, im: str | None, states: States
 ) -> tuple[pd.DataFrame, str, list[str]]:
     """Return the table read by `read_foreign`, its intensity measure, a note on other columns."""
-    demand_table.need_columns(source, ["status"], path.name)
+    source = source.rename(columns={"right_censored": "censored"})
+    if "collapse" not in source:
+        demand_table.need_columns(source, ["status"], path.name)
     measures = list(map(str, source.filter(regex="^im_")))
     im_column = im or (DEFAULTS.im if len(measures) != 1 else measures[0])
     if measures and im_column not in source:
         problem = f"{path.name} has no column {im!r}:" if im else "several intensities:"
         raise InputError(f"{problem} choose --im from {', '.join(measures)}", column=im or "im")
     wanted = {column.name for column in COLUMNS} | {*demand_table.axis_names(source), im_column}
-    wanted |= {state.demand for state in states}
+    wanted |= {*demand_table.FLAGS, *(state.demand for state in states)}
     prefixes = ("im_", CHOICE_PREFIX, DRAW_PREFIX)
     names = {n: n for n in map(str, source) if n in wanted or n.startswith(prefixes)}
     unused = demand_table.unused_notes(set(map(str, source)) - names.keys())
