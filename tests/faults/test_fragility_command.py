@@ -161,6 +161,25 @@ def test_a_table_of_runs_obeys_status_and_unknown_outcomes_may_forbid_a_median(f
     assert "unknown_outcomes" in found["warnings"]
 
 
+def test_flags_of_other_programs_mean_the_same_in_all_commands(fit, tmp_path):
+    table = synthetic_demands(**SAME_PLACE, motions=40)
+    fall, cut = table[IM].gt(0.6), table[IM].between(0.4, 0.5)
+    table.loc[fall | cut, DRIFT] *= 0.5
+    stated = table.assign(status=np.where(fall, "collapse", "ok"), complete=~(fall | cut))
+    flagged = table.drop(columns="status").assign(collapse=1 * fall, right_censored=1 * cut)
+    found = [fit(runs, "cloud", *RUNS, 0.015) for runs in (stated, flagged)]
+    assert found[0] == found[1]
+    assert found[0]["n_censored"] == fall.sum() + cut.sum() > cut.sum() > 2
+    for name, runs in (("stated", stated), ("flagged", flagged)):
+        runs.to_csv(tmp_path / f"{name}.csv", index=False)
+        answer("statistics", tmp_path / f"{name}.csv", "--out", tmp_path / name)
+    curves = [
+        pd.read_parquet(tmp_path / name / "fragility/curves.parquet")
+        for name in ("stated", "flagged")
+    ]
+    pd.testing.assert_frame_equal(*curves)
+
+
 def test_intervals_are_by_motion_where_motions_repeat(fit):
     table = synthetic_demands(**SAME_PLACE, motions=24, scales=(0.6, 1.0, 1.6))
     plain = fit(table, "cloud", *RUNS, 0.015)

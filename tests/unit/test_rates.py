@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -169,6 +170,14 @@ def test_rates_agree_with_independent_quadrature(file):
         assert row["probability_50y"] == pytest.approx(-np.expm1(-50.0 * expected))
         last = curve_probability(4.0, row) * 9e-6
         assert row["share_outside_low"] == pytest.approx(last / (expected + last), rel=1e-5)
+    # a curve that starts at 0.2 g lacks at most the stated share
+    x = np.array([0.2, *hazard.levels[2:]])
+    logs = [np.interp(np.log(x), np.log(hazard.levels), row) for row in np.log(hazard.rates)]
+    cut = rates_of(rows, FAILURES, replace(hazard, levels=x, rates=np.exp(logs)))[1]
+    lost, said = 1.0 - cut["annual_rate"] / table["annual_rate"], cut["share_below"]
+    assert 0.1 < lost.max() < said.max() < 0.6
+    assert (lost.dropna() <= said[lost.notna()] + 1e-3).all()
+    assert table["share_below"].max() < 0.1 * said.max()
 
 
 def test_states_without_an_estimate_have_bounds_and_effects_are_paired(file):
@@ -301,6 +310,10 @@ def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path):
     given_short = ("--axis", "friction=0.5", "--hazard", short, "--out", tmp_path / "none")
     message = answer("decide", "--study", study, *given_short, code=2)["message"]
     assert "hazard curve ends at 0.005 per year, above the target" in message
+    late = ("--hazard", file("im,rate\n0.5,0.01\n4,1e-5\n", "late.csv"), *given[2:])
+    for command in (("statistics", *tables[:1], "--out", tmp_path / "late"), ("compare", *tables)):
+        warned = invoke(*command, *late).stderr
+        assert re.search(r"intensities below the hazard.*drift moderate [5-9]\d%", warned)
     compared = answer("compare", *tables, *given)["rates"]
     pooled = {row["component"]: row for row in compared if row["scope"] == "pooled"}
     assert pooled["unseating"]["ci_low"] > 1.1

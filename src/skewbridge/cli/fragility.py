@@ -144,6 +144,7 @@ def predict(
 
     Example: skewbridge predict --bridge osb1 --skew-deg 45 --gap-mm 51 --friction 0.5 --at 0.6
     """
+    from skewbridge.fragility.rates import lacking_notes
     from skewbridge.report.answer import untested_skew_sentence
     from skewbridge.study.results import predict_states
 
@@ -165,14 +166,7 @@ def predict(
     notes = ["loo_error: error of theta when a variant is left out of the model"]
     if any(row[flag] for row in rows for flag, _ in flags):
         notes.append("extrapolated: fewer than three motions are as strong, or weak, as this value")
-    lacking = {
-        f"{row['component']} {row['state']}": row.get("share_outside_low", 0.0) for row in rows
-    }
-    if cut := [f"{name} {share:.0%}" for name, share in lacking.items() if share > 0.05]:
-        text = (
-            "annual_rate lacks intensities above the hazard curve, at least these shares of a rate:"
-        )
-        notes.append(f"{text} {', '.join(cut)}")
+    notes += lacking_notes(rows)
     if lost := [f"{r['component']} {r['state']}" for r in rows if r["n_withheld"]]:
         notes.append(f"no curve in some variants (bounds_too_wide): {', '.join(lost)}")
     if (drawn := rows[0]["random_properties"]) != "none":
@@ -235,6 +229,7 @@ def decide(
     notes += gap_notes(file)
     if (last := site.rates[0, -1]) > 0.1 * target:
         notes.append(f"the hazard curve ends at {last:.3g} per year: lengths may be too short")
+    notes += needs.notes
     failing = table.loc[table.filter(["gap_from_mm"]).isna().any(axis=1), "skew_deg"]
     if len(failing):
         skews = f"{failing.min():g} to {failing.max():g} deg"

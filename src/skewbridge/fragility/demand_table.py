@@ -23,7 +23,7 @@ from skewbridge.errors import InputError, did_you_mean
 from skewbridge.files.tables import Floats, Index, Mask, as_column, read_any, require
 from skewbridge.files.text import OPTIONS, shortened
 from skewbridge.fragility.settings import FitSettings
-from skewbridge.statuses import OK, STATUSES
+from skewbridge.statuses import COLLAPSE, OK, STATUSES
 from skewbridge.units import split_unit
 from skewbridge.variant.axes import AXES, OPTION_AXES, Axis, axes_of, radians_warning
 from skewbridge.variant.random_properties import CHOICE_PREFIX, DRAW_PREFIX
@@ -41,6 +41,8 @@ MAX_DRIFT: Final = 0.2
 #: Largest plausible value of a column with one of these endings in a completed run, and its unit.
 _LARGEST: Final = 10.0
 _NEEDED: Final = {"_m": "metres are needed, not mm", "_g": "g is needed, not cm/s2"}
+#: Columns of 0 and 1 of other programs, see `with_flags`.
+FLAGS: Final = ("collapse", "censored")
 #: Advice for a demand that is infinite because the run collapsed.
 WITHOUT_PEAK: Final = "give a collapsed run the status collapse"
 
@@ -248,9 +250,9 @@ def read_foreign(
 ) -> pd.DataFrame:
     """Read the runs of another program as a demands table.
 
-    A missing column ``variant`` is composed of bridge, abutment and axis values. A missing column
-    ``complete`` is derived from status and ``beyond_model``. Missing intensities and demands stay
-    NaN; `prepared` handles them. An `InputError` names row and column of an unusable value.
+    A missing column ``variant`` is composed of bridge, abutment and axis values; `with_flags` gives
+    the column ``complete``. Missing intensities and demands stay NaN; `prepared` handles them. An
+    `InputError` names row and column of an unusable value.
     """
     source, factors = read_any(path) if source is None else source, factors or {}
     unused = [str(name) for name in source if name not in columns.values()]
@@ -268,8 +270,7 @@ def read_foreign(
     options = [name for name in map(str, out) if name.startswith(CHOICE_PREFIX)]
     for name in out.columns.difference([*TEXT_COLUMNS, *options]):
         numbers = as_column(out[name].to_numpy(), columns.get(name, name))
-        is_flag = name == validity.COMPLETE  # not known: as the status says
-        out[name] = ~(numbers <= 0.0) if is_flag else numbers * factors.get(name, 1.0)
+        out[name] = numbers * factors.get(name, 1.0)
     for name in (*LOADING_COLUMNS, *axis_names(out), "status"):
         require(out[name].notna().to_numpy(), columns.get(name, name), "is missing")
     for name, (low, high) in _LIMITS.items():
@@ -287,7 +288,7 @@ def read_foreign(
         out["variant"] = ["_".join(values) for values in zip(*parts, strict=True)]
     texts = [*(name for name in TEXT_COLUMNS if name in out), *options]
     out[texts] = out[texts].astype(object).fillna("").astype(str)
-    require_statuses(out["status"])
+    out = with_flags(out)
     for name in map(str, out.filter(regex="^im_")):
         require((out[name].isna() | (out[name] > 0.0)).to_numpy(), name, "must be > 0 and finite")
     if (doubled := out.duplicated(["variant", *LOADING_COLUMNS])).any():
@@ -301,10 +302,29 @@ def read_foreign(
             f"{names}: give them other bridge names or the axis in which they differ",
             column="variant",
         )
-    if validity.COMPLETE not in out:
-        out[validity.COMPLETE] = validity.is_complete(out)
     first = [*variant_columns(out), *LOADING_COLUMNS, "status"]
     return out[[*first, *(name for name in out if name not in first)]].reset_index(drop=True)
+
+
+def with_flags(runs: pd.DataFrame) -> pd.DataFrame:
+    """Return runs with the columns `FLAGS`, if any, expressed by ``status`` and `COMPLETE`.
+
+    A missing status is ok, a missing flag is 0. A failed run with a collapse keeps its status.
+    """
+
+    def is_set(name: str, default: float = 0.0) -> Mask:
+        values = as_column(runs.get(name, pd.Series(default, runs.index)).to_numpy(), name)
+        values = np.nan_to_num(values, nan=default)
+        require(np.isin(values, (0.0, 1.0)) | (name not in FLAGS), name, "must be 0 or 1", values)
+        return values > 0.0
+
+    status = runs.get("status", pd.Series(OK, runs.index))
+    require_statuses(status)
+    status = status.mask(is_set("collapse") & (status == OK), COLLAPSE)
+    out = runs.drop(columns=[*FLAGS], errors="ignore").assign(status=status.astype(object))
+    stated = validity.COMPLETE in out
+    complete = is_set(validity.COMPLETE, 1.0) if stated else validity.is_complete(out)
+    return out.assign(**{validity.COMPLETE: complete & ~is_set("censored")})
 
 
 def require_statuses(status: pd.Series) -> None:

@@ -11,9 +11,9 @@ from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from skewbridge.demands.columns import EVENT
-from skewbridge.demands.validity import BEYOND_MODEL, COMPLETE, failure_kinds, is_complete
+from skewbridge.demands.validity import BEYOND_MODEL, COMPLETE, is_complete
 from skewbridge.errors import InputError
-from skewbridge.files.tables import Mask, as_column, positive, read_any, require, same_length
+from skewbridge.files.tables import as_column, positive, read_any, require, same_length
 from skewbridge.files.text import checked, file_fault, read_json, read_yaml, shortened, shown_path
 from skewbridge.fragility import demand_table, fits
 from skewbridge.fragility.demand_table import (
@@ -28,7 +28,6 @@ from skewbridge.fragility.limit_states import MAX_DISPERSION, LimitState
 from skewbridge.fragility.motion_means import motion_weights
 from skewbridge.fragility.outcomes import TREATMENTS, DemandOutcomes, demand_outcomes
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
-from skewbridge.statuses import COLLAPSE, OK
 
 #: Note on a table without motions.
 _INDEPENDENT: Final = "there is no column motion_id: the runs are taken as independent"
@@ -168,23 +167,11 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     same_length(**by_run)
     data = pd.DataFrame(by_run)
     need_columns(data, (options.im, options.edp), "the table")
-    unused = set(map(str, data)) - {options.im, options.edp, "collapse", "censored"}
+    unused = set(map(str, data)) - {options.im, options.edp, *demand_table.FLAGS}
     demand_table.refuse_misspelt(unused)
     im = positive(data[options.im].to_numpy(), options.im)
     demand = as_column(data[options.edp].to_numpy(), options.edp)
-    status = np.full(im.size, OK)
-    if "status" in data:
-        demand_table.require_statuses(data["status"])
-        status = data["status"].to_numpy(str)
-
-    def is_set(name: str, default: float = 0.0) -> Mask:
-        """Return whether a column is above 0; a missing value is the default."""
-        values = data.get(name, pd.Series(default, data.index)).to_numpy()
-        return np.nan_to_num(as_column(values, name), nan=default) > 0.0
-
-    status = np.where(is_set("collapse") & (status == OK), COLLAPSE, status)
-    runs = pd.DataFrame({options.edp: demand, "status": status, BEYOND_MODEL: failure_kinds(data)})
-    runs[COMPLETE] = is_set(COMPLETE, 1.0) & ~is_set("censored")
+    runs = demand_table.with_flags(data).assign(**{options.edp: demand})
     is_valid = (np.isfinite(demand) & (demand >= 0.0)) | ~is_complete(runs)
     rule = f"must be >= 0 and finite in runs that completed ({demand_table.WITHOUT_PEAK})"
     require(is_valid, options.edp, rule, demand)

@@ -45,6 +45,8 @@ _FACTORS: Final = {"g": 1.0, "m/s": 1.0, "cm/s": 0.01}  # to the unit of the col
 _UNIT: Final = re.compile(r"(.*?)\s*[(\[](g|m/s|cm/s)[)\]]$")
 _FRACTILE: Final = re.compile(r"rate_p(\d+(?:\.\d+)?)$")
 _LEAST_RATE: Final = 1e-15  # 1/year; replaces zero rates of fractile curves
+#: Range of ln im below the first intensity in which a rate may lack a part.
+BELOW: Final = float(np.log(10.0))
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
 
 
@@ -131,11 +133,19 @@ class HazardCurve:
     def shares(
         self, rate: Callable[["HazardCurve"], LogRate], p_last: float, low: float, high: float
     ) -> Row:
-        """Return columns: shares of a rate beyond the last intensity (bounds), share extrapolated.
+        """Return columns: shares of a rate outside the curve (bounds), share extrapolated.
 
         ``rate`` returns the ln rate of a state for a hazard curve; ``p_last`` is P(exceeds) at
         the last intensity. Intensities outside ``low`` to ``high`` count as extrapolated.
         """
+        # ASSUME hazard curves flatten towards weak intensities: the first slope gives a bound
+        slope = np.diff(np.log(self.rates[:, :2]))[:, 0] / np.diff(np.log(self.levels[:2]))
+        first_rates = self.rates[:, 0] * np.exp(-BELOW * slope)
+        longer = replace(
+            self,
+            levels=np.append(np.exp(-BELOW) * self.levels[0], self.levels),
+            rates=np.column_stack([first_rates, self.rates]),
+        )
         all_rate, largest_rate = rate(self).value, float(self.rates[0, -1])
         covered = self._between(low, high)
         covered_rate = covered and rate(covered).value
@@ -143,6 +153,7 @@ class HazardCurve:
             f"share_outside_{end}": extra / (all_rate + extra)
             for end, extra in (("low", p_last * largest_rate), ("high", largest_rate))
         }
+        row["share_below"] = max(0.0, 1.0 - all_rate / rate(longer).value)
         return row | {"share_extrapolated": max(0.0, 1.0 - (covered_rate or 0.0) / all_rate)}
 
     def _between(self, low: float, high: float) -> "HazardCurve | None":

@@ -43,6 +43,13 @@ SYSTEM: Final = "system"
 DIFFERENT_COMPONENTS: Final = "different_components"
 YEARS: Final = 50.0
 _ENDS: Final = ("", "_low", "_high")
+#: Columns of `HazardCurve.shares` with missing shares of a rate, and their meaning.
+_LACKING: Final = {
+    "share_below": "below the hazard curve, up to",
+    "share_outside_low": "above the hazard curve, at least",
+}
+# ASSUME a rate that lacks less than 5 % needs no note
+_WORTH_A_NOTE: Final = 0.05
 _STATE: Final = ["variant", "component", "limit_state"]
 
 
@@ -78,6 +85,20 @@ def rate_shares(curve: StateCurve, hazard: HazardCurve, low: float, high: float)
     """Return the shares of the rate of a curve, with the range of the motions; see `shares`."""
     p_last = float(exceedance(curve, np.log(hazard.levels[-1:])[:, None])[0, 0])
     return hazard.shares(partial(curve_rate, curve), p_last, low, high)
+
+
+def lacking_notes(rows: Sequence[Row]) -> list[str]:
+    """Return notes on states whose rates lack intensities outside the hazard curve."""
+    notes: list[str] = []
+    for column, words in _LACKING.items():
+        shares: dict[str, float] = {}
+        for row in rows:
+            name = f"{row['component']} {row.get('limit_state', row.get('state'))}"
+            shares[name] = max(shares.get(name, 0.0), row.get(column, 0.0))
+        if cut := [f"{name} {s:.0%}" for name, s in shares.items() if s > _WORTH_A_NOTE]:
+            text = f"annual_rate lacks intensities {words} these shares of a rate"
+            notes.append(f"{text}: {', '.join(cut)}")
+    return notes
 
 
 def _lognormal(theta: float, beta: float) -> StateCurve:
@@ -299,6 +320,7 @@ class Decision(NamedTuple):
     target: float  # annual rate
     values: Mapping[str, float]  # values of the other axes
     level: float
+    notes: list[str]  # of `lacking_notes`, on unseating at the needed lengths and column failure
 
 
 def target_rate(probability_50y: float) -> float:
@@ -347,6 +369,7 @@ def decision(
     skews = np.linspace(*limits[SKEW], _SKEWS)
     axes.check({SKEW: skews[0], GAP: gaps[0], **values})
     rows_out: list[Row] = []
+    shares: list[Row] = []
     for gap_mm in map(float, gaps):
         # the factor of Hazus is on skew 0: without it in the study, there is no such length
         has_straight = limits[SKEW][0] <= 0.0
@@ -363,7 +386,12 @@ def decision(
             # the median at which the needed length is exceeded
             medians = np.exp([curve.ln_theta[0] for curve in curves])
             median = float(np.interp(interval[0], _LENGTHS_M, medians))
-            row["extrapolated"] = not unseating["im_low"] <= median <= unseating["im_high"]
+            covered = unseating["im_low"], unseating["im_high"]
+            row["extrapolated"] = not covered[0] <= median <= covered[1]
+            if np.isfinite(interval[0]):
+                needed = curves[int(np.searchsorted(_LENGTHS_M, interval[0]))]
+                state = {"component": "unseating", "limit_state": "at the length"}
+                shares.append(state | rate_shares(needed, hazard, *covered))
             row["hazus_m"] = np.nan
             if unskewed:
                 ln_factor = float(np.log(hazus_factor(skew_deg)))
@@ -375,14 +403,17 @@ def decision(
             )
             row["sdc_demand_m"] = float(np.exp(ln_length_at_sdc))
             if column is not None:
-                rate = curve_rate(column.curve(position | values), hazard).interval(column.level)
+                curve = column.curve(position | values)
+                rate = curve_rate(curve, hazard).interval(column.level)
                 row |= dict(zip(_COLUMN, rate, strict=True))
+                state = {"component": COLUMN_FAILURE, "limit_state": "any"}
+                shares.append(state | rate_shares(curve, hazard, *covered))
             rows_out.append(position | row)
     table = pd.DataFrame(rows_out)
     if column is not None:
         allowed = table.groupby(SKEW)[[GAP, *_COLUMN]].apply(_allowed_gaps, target)
         table = table.join(allowed, on=SKEW)
-    return Decision(table, target, values, float(unseating["level"]))
+    return Decision(table, target, values, float(unseating["level"]), lacking_notes(shares))
 
 
 def _allowed_gaps(of_skew: pd.DataFrame, target: float) -> pd.Series:

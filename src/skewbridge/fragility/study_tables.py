@@ -29,7 +29,7 @@ from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.hazard import HazardCurve
 from skewbridge.fragility.joint import joint_table
 from skewbridge.fragility.limit_states import COLUMN_FAILURE, States, with_column_failure
-from skewbridge.fragility.rates import rate_effects, rate_table
+from skewbridge.fragility.rates import lacking_notes, rate_effects, rate_table
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE, FitSettings
 from skewbridge.fragility.system import system_curves
 from skewbridge.statuses import OK
@@ -90,9 +90,13 @@ def fragility_tables(
     system = system_curves(
         rows, states, settings, models=models, curves=curves, hazard=hazard, jobs=jobs
     )
+    notes = checked.notes
     tables = {name: pd.DataFrame(columns=list(DESCRIPTIONS[name])) for name in RATES}
     if hazard is not None:
         tables["rates"] = rate_table(curves, joint, system, hazard)
+        texts = lacking_notes(records_of(tables["rates"]))
+        lacking = pd.DataFrame({"message": texts, "column": "annual_rate", "kind": "hazard"})
+        notes = pd.concat([notes, lacking.assign(row=-1)], ignore_index=True)
         tables["rate_effects"] = rate_effects(
             models, states, hazard, settings, curves=curves, system=system
         )
@@ -107,7 +111,7 @@ def fragility_tables(
         "joint": joint,
         "system": system.drop(columns=["rate", "shares"], errors="ignore"),
         PAPER_TABLE: exports.paper_table(curves, medians, joint),
-        "input_notes": checked.notes,
+        "input_notes": notes,
         "shear_models": shear_model_curves(rows, curves, settings, jobs=jobs),
         "alternatives": alternative_effects(rows),
         "suites": suite_table(rows, states, names, settings, (medians, effects), jobs=jobs),

@@ -30,7 +30,7 @@ from skewbridge.fragility.fits import (
     NO_EXCEEDANCE,
     median_bound,
 )
-from skewbridge.fragility.hazard import HazardCurve
+from skewbridge.fragility.hazard import BELOW, HazardCurve
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.motion_means import Jackknifed, covered_range, exp_end
 from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes
@@ -292,7 +292,7 @@ def _by_models(
     the intensity of equal probability; ``rows`` (R,) are the numbers of the replicates.
     """
     low, high = np.log(hazard.levels[[0, -1]])
-    grid = np.linspace(low - 0.1, high + 0.1, 400)
+    grid = np.linspace(low - BELOW, high + 0.1, 600)
     first = np.full(failures.shape[1:], np.inf)
     for member, ln_im in zip(members, failures, strict=True):
         curve, ((point, state),) = member.curve, member.curve.points

@@ -43,7 +43,14 @@ from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED
 from skewbridge.fragility.hazard import HazardConfig, hazard_curve, site_hazard
 from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.limit_states import States, load_limit_states, with_column_failure
-from skewbridge.fragility.rates import curve_rate, rate_columns, rate_effects, rate_shares
+from skewbridge.fragility.rates import (
+    curve_rate,
+    lacking_notes,
+    rate_columns,
+    rate_effects,
+    rate_shares,
+    rates_of_curves,
+)
 from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.fragility.study_tables import fragility_tables, write_tables
 from skewbridge.study.folder import StudyFolder, starter_files
@@ -127,14 +134,16 @@ def _read_demands(
     path: Path, source: pd.DataFrame, im: str | None, states: States
 ) -> tuple[pd.DataFrame, str, list[str]]:
     """Return the table read by `read_foreign`, its intensity measure, a note on other columns."""
-    demand_table.need_columns(source, ["status"], path.name)
+    source = source.rename(columns={"right_censored": "censored"})
+    if "collapse" not in source:
+        demand_table.need_columns(source, ["status"], path.name)
     measures = list(map(str, source.filter(regex="^im_")))
     im_column = im or (DEFAULTS.im if len(measures) != 1 else measures[0])
     if measures and im_column not in source:
         problem = f"{path.name} has no column {im!r}:" if im else "several intensities:"
         raise InputError(f"{problem} choose --im from {', '.join(measures)}", column=im or "im")
     wanted = {column.name for column in COLUMNS} | {*demand_table.axis_names(source), im_column}
-    wanted |= {state.demand for state in states}
+    wanted |= {*demand_table.FLAGS, *(state.demand for state in states)}
     prefixes = ("im_", CHOICE_PREFIX, DRAW_PREFIX)
     names = {n: n for n in map(str, source) if n in wanted or n.startswith(prefixes)}
     unused = demand_table.unused_notes(set(map(str, source)) - names.keys())
@@ -180,7 +189,7 @@ def statistics_of(
         "left_out": [f"{state.key} ({state.demand})" for state in states if state not in available],
         "rejected_rows": int((notes["kind"] == "rejected_row").sum()),
         "notes": unused + notes["message"].tolist(),
-        "warnings": notes.loc[notes["kind"] == "percent", "message"].tolist(),
+        "warnings": notes.loc[notes["kind"].isin(["percent", "hazard"]), "message"].tolist(),
         **{"im": measure, "out": str(out)},
     }
 
@@ -205,7 +214,7 @@ class StudyComparison(NamedTuple):
     rates: pd.DataFrame  # empty without a hazard curve
     counts: dict[str, int]  # pairs, runs in one only, shared variants and motions, equal pairs
     other_motions: tuple[str, ...]  # left out: same name in both studies, different files
-    warnings: tuple[str, ...]  # on units of demands, and on intensities that differ
+    warnings: tuple[str, ...]  # on units of demands, intensities that differ, and hazard
 
 
 def compare_studies(
@@ -251,7 +260,12 @@ def compare_studies(
     models = fit_models(runs, states, settings, further=[STUDY])
     curves = fit_study(runs, states, settings, models=models, jobs=cpu_count())
     shared: Any = {"curves": curves, "axes": [STUDY]}
-    rates = rate_effects(models, states, site, settings, **shared) if site else pd.DataFrame()
+    rates = pd.DataFrame()
+    if site is not None:
+        rates = rate_effects(models, states, site, settings, **shared)
+        own = curves.loc[curves["preferred"], ["component", "limit_state"]]
+        rated = rates_of_curves(curves.loc[own.index], pd.DataFrame({"modes": []}), site)
+        doubts += lacking_notes(records_of(own.join(rated)))
     return StudyComparison(
         demands=effect_table(demands, effects),
         medians=median_effects(runs, states, settings, models=models, **shared),
