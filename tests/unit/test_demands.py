@@ -254,32 +254,28 @@ def test_a_corner_leaves_its_seat_after_the_seat_less_the_gap(monkeypatch, move_
 
 
 # --- binary records of an analysis: one row per committed step
-def record_an_oscillator(steps: int) -> tuple[Recorder, np.ndarray]:
-    for tag in (1, 2):
-        ops.node(tag, 0.0, 0.0, 0.0)
-        ops.fix(tag, int(tag == 1), 1, 1, 1, 1, 1)
-    ops.mass(2, *[1.0] * 6)
-    ops.uniaxialMaterial("Elastic", 1, 40.0)
-    ops.element("zeroLength", 1, 1, 2, "-mat", 1, "-dir", 1)
-    ops.timeSeries("Trig", 1, 0.0, 10.0, 0.5)
-    ops.pattern("Plain", 1, 1)
-    ops.load(2, 10.0, *[0.0] * 5)
-    prepare_analysis(constraints="Plain", algorithm="Newton")
-    recorder = Recorder()
-    recorder.nodes((2,), "disp")
-    recorder.elements((1,), "basicForce")
-    recorder.elements((), "force")
-    recorder.start()
-    rows = [[0.0] * 8]
-    for size_s in np.resize([0.01, 0.0025], steps).tolist():
-        assert ops.analyze(1, size_s) == 0
-        rows.append([ops.getTime(), *ops.nodeDisp(2), *ops.basicForce(1)])
-    return recorder, np.array(rows)
-
-
 def test_records_have_the_values_of_every_step_to_the_bit_and_name_the_disk_if_incomplete() -> None:
     with domain():
-        recorder, rows = record_an_oscillator(20)
+        for tag in (1, 2):
+            ops.node(tag, 0.0, 0.0, 0.0)
+            ops.fix(tag, int(tag == 1), 1, 1, 1, 1, 1)
+        ops.mass(2, *[1.0] * 6)
+        ops.uniaxialMaterial("Elastic", 1, 40.0)
+        ops.element("zeroLength", 1, 1, 2, "-mat", 1, "-dir", 1)
+        ops.timeSeries("Trig", 1, 0.0, 10.0, 0.5)
+        ops.pattern("Plain", 1, 1)
+        ops.load(2, 10.0, *[0.0] * 5)
+        prepare_analysis(constraints="Plain", algorithm="Newton")
+        recorder = Recorder()
+        recorder.nodes((2,), "disp")
+        recorder.elements((1,), "basicForce")
+        recorder.elements((), "force")
+        recorder.start()
+        rows = [[0.0] * 8]
+        for size_s in [0.01, 0.0025] * 10:
+            assert ops.analyze(1, size_s) == 0
+            rows.append([ops.getTime(), *ops.nodeDisp(2), *ops.basicForce(1)])
+        rows = np.array(rows)
         with pytest.raises(ValueError, match=r"element 1 has no response \('rayleighForce',\)"):
             recorder.elements((1,), "rayleighForce")
         time_s, moves = recorder.read("Node", "disp")

@@ -85,6 +85,17 @@ def test_ends_of_the_profile_have_its_drop_also_where_theta_is_far_away():
     assert far >= 3
 
 
+def test_medians_of_states_rise_where_the_fits_of_single_states_cross():
+    """Few runs exceed the severe states, which alone have very different slopes."""
+    table = synthetic_demands(**ONE, motions=40, seed=5, run_scatter=0.5)
+    thresholds = np.sort(table[DEMAND])[[-20, -6, -3]] * 1.0001
+    states = [LimitState(component="deck", name=f"s{j}", demand=DEMAND, threshold=c, dispersion=0.0)
+              for j, c in enumerate(thresholds)]  # fmt: skip
+    found = fit_study(ready(table, states), states, SETTINGS).query("method == 'exceedance'")
+    assert list(found["status"]) == ["ok"] * 3
+    assert np.all(np.diff(found["theta"]) > 0.0)
+
+
 def test_ends_of_the_profile_of_a_state_are_those_of_a_direct_search():
     """States whose intercepts nearly coincide: one run lies between them."""
     rng = np.random.default_rng(3)

@@ -265,14 +265,6 @@ def test_predicted_failure_in_any_mode_is_the_union_of_the_modes(tmp_path):
     assert own["loo_error"] < 0.05
 
 
-def test_leave_one_out_error_is_not_an_error_message(written, tmp_path):
-    write_tables({"joint": table_of(written[0], "joint").assign(loo_error=np.nan)},
-                 tmp_path / "fragility")  # fmt: skip
-    found = invoke("predict", "--study", tmp_path, *PLACE)
-    assert (found.exit_code, "nan" in found.stdout) == (0, False)
-    assert "loo_error: error of theta" in found.stderr
-
-
 def test_states_whose_curves_are_withheld_have_no_prediction(written, tmp_path, caplog):
     """All strong runs stop early, below the larger drift: its median is a guess of the model."""
     strong = DEMANDS[IM] > 0.5
