@@ -1,7 +1,5 @@
-"""Columns: moment-curvature and shear strength against hand values.
-
-Figures from the project's reference page on bridge data, sections 5 and 6 (engineering rules
-evaluated by hand and an independent fiber analysis). The nominal yield of the hoops is 414 MPa."""
+"""Columns: moment-curvature and shear strength against rules evaluated by hand and an independent
+fiber analysis. The nominal yield of the hoops is 414 MPa."""
 
 from dataclasses import replace
 from math import pi
@@ -157,9 +155,8 @@ def measured_column(row: pd.Series) -> ColumnData:
 
 
 def test_default_shear_strength_is_the_mean_of_tests():
-    """Measured over computed strength of 33 columns that failed in shear has a mean of 1. The
-    scatter is the dispersion of the limit states of column shear. The Caltrans strength of the same
-    columns is a lower bound: a design value."""
+    """Measured over computed strength of 33 columns that failed in shear: the scatter is the
+    dispersion of the limit states of column shear; the Caltrans strength is a lower bound."""
     ratios: dict[str, list[float]] = {"ucsd_tests": [], "sdc_expected": []}
     for _, row in reference_table("circular_shear_tests").iterrows():
         column, axial_n = measured_column(row), 1e3 * row.axial_kn
@@ -170,8 +167,7 @@ def test_default_shear_strength_is_the_mean_of_tests():
             strength_n = float(shear_strength(section, model, axial_n, 1.0, 1.0))
             found.append(1e3 * row.shear_kn / strength_n)
     tests, design = (np.array(found) for found in ratios.values())
-    assert len(tests) == 33
-    assert tests.mean() == pytest.approx(1.0, abs=0.01)
+    assert (len(tests), tests.mean()) == (33, pytest.approx(1.0, abs=0.01))
     assert np.median(tests) == pytest.approx(1.0, abs=0.02)
     scatter = tests.std(ddof=1) / tests.mean()
     assert scatter == pytest.approx(0.14, abs=0.005)

@@ -155,8 +155,7 @@ def _study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         write_frame(synthetic_demands(skews=(0,), gaps=(51,)), folder / f"{name}.parquet", origin)
     (folder / "motions").mkdir()
     suite = pd.DataFrame({"motion_id": ["m00", "m01"], "sha256": ["a", "b"], "source": SOURCE})
-    for name in ("accel_1_mps2", "accel_2_mps2"):
-        suite[name] = [np.zeros(3)] * 2
+    suite["accel_1_mps2"] = suite["accel_2_mps2"] = [np.zeros(3)] * 2
     write_frame(suite, folder / "motions/suite.parquet", origin)
     return tmp_path
 
@@ -253,18 +252,17 @@ def test_methods_follow_the_choices_and_list_the_works_that_they_cite(section, c
 
 # --- jobs on a cluster: size, forecast, what a killed run left
 @pytest.fixture
-def programs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder of programs in place of Slurm's, the only ones that are found."""
+def program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Return a function that writes a program in place of Slurm's, the only ones that are found."""
     folder = tmp_path / "bin"
     folder.mkdir()
     monkeypatch.setenv("PATH", f"{folder}:/bin:/usr/bin")
-    return folder
 
+    def write(name: str, text: str) -> None:
+        (folder / name).write_text(f"#!/bin/sh\n{text}\n")
+        (folder / name).chmod(0o755)
 
-def program(folder: Path, name: str, text: str) -> None:
-    path = folder / name
-    path.write_text(f"#!/bin/sh\n{text}\n")
-    path.chmod(0o755)
+    return write
 
 
 def profile() -> dict[str, Any]:
@@ -278,13 +276,13 @@ def profile() -> dict[str, Any]:
     return found
 
 
-def test_status_of_jobs_comes_from_the_accounting(programs, monkeypatch):
+def test_status_of_jobs_comes_from_the_accounting(program, monkeypatch):
     # An account is named only where there is accounting, or the executor would look it up.
     monkeypatch.setenv("SBATCH_ACCOUNT", "mine")
-    program(programs, "sacct", "echo 'Slurm accounting storage is disabled' >&2; exit 1")
+    program("sacct", "echo 'Slurm accounting storage is disabled' >&2; exit 1")
     assert profile()["slurm-status-command"] == "squeue"
     assert "slurm_account" not in profile()["default-resources"]
-    program(programs, "sacct", "exit 0")
+    program("sacct", "exit 0")
     assert profile()["slurm-status-command"] == "sacct"
     assert profile()["default-resources"]["slurm_account"] == "mine"
 
@@ -362,25 +360,24 @@ def test_numerical_checks_cost_less_than_a_quarter_of_the_analyses(grid, section
         assert numbers[-1] == (0 if study.analysis.scheme == "paper" else 4)
 
 
-def test_only_jobs_of_this_tree_are_cancelled(programs: Path, tmp_path: Path) -> None:
+def test_only_jobs_of_this_tree_are_cancelled(program, tmp_path: Path) -> None:
     cancelled = tmp_path / "cancelled"
     listed = "11 skewbridge-aa_1\\n12 skewbridge-bb_2\\n13 a job of mine\\n14 skewbridge-aa_3"
-    program(programs, "squeue", f"printf '{listed}\\n'")
-    program(programs, "scancel", f'echo "$@" >> {cancelled}')
+    program("squeue", f"printf '{listed}\\n'")
+    program("scancel", f'echo "$@" >> {cancelled}')
     processes.cancel_left_behind("skewbridge-aa")
     assert cancelled.read_text() == "11 14\n"
-    program(programs, "squeue", "true")  # none is left
+    program("squeue", "true")  # none is left
     processes.cancel_left_behind("skewbridge-aa")
     assert cancelled.read_text() == "11 14\n"
 
 
 # --- two studies compared run by run
-def write_study(folder: Path, demands: pd.DataFrame, sha256: str = "a") -> str:
-    """Write a study of these demands; all its motions have one digest."""
+def write_study(folder: Path, demands: pd.DataFrame) -> str:
     (folder / "motions").mkdir(parents=True)
     write_frame(demands, folder / "demands.parquet", {})
     names = sorted(demands["motion_id"].unique())
-    suite = pd.DataFrame({"motion_id": names, "sha256": [f"{sha256}{name}" for name in names]})
+    suite = pd.DataFrame({"motion_id": names, "sha256": names})
     write_frame(suite, folder / "motions" / "suite.parquet", {})
     return str(folder)
 
