@@ -47,13 +47,17 @@ def pairs(runs: np.ndarray) -> list[int]:
     return [int((together[:, a] & together[:, b]).sum()) for a, b in SIX_PAIRS]
 
 
-def test_two_orientations_in_different_cells_are_exactly_balanced() -> None:
-    runs = runs_of(0.0)
-    assert (runs.sum(axis=(1, 2)) == 2).all()
-    assert (runs.any(axis=1).sum(axis=1) == 2).all()  # the two cells differ
-    assert (runs.sum(axis=0) == 12).all()
-    assert (bands(runs) == 3).all()
-    assert pairs(runs) == [8] * 6  # 16 of the diagonals, 32 of the sides
+@pytest.mark.parametrize("per_motion", [1, 2])
+def test_two_orientations_of_a_motion_have_different_cells_and_are_balanced(per_motion) -> None:
+    runs = runs_of(0.0, per_motion=per_motion)
+    assert (runs.sum(axis=(1, 2)) == 2 * per_motion).all()
+    assert (runs.any(axis=1).sum(axis=1) == 2 * per_motion).all()  # the cells differ
+    assert (runs.sum(axis=0) == 12 * per_motion).all()
+    assert (bands(runs) == 3 * per_motion).all()
+    if per_motion == 1:
+        assert pairs(runs) == [8] * 6  # 16 of the diagonals, 32 of the sides
+    else:  # effects of gap and friction are differences under one motion and orientation
+        assert [pairs(runs[:, [angle]]) for angle in (0, 1)] == [[8] * 6] * 2
 
 
 @pytest.mark.parametrize(
@@ -67,14 +71,6 @@ def test_a_sixth_of_the_motions_runs_all_cells(incidences, per_motion, analyses)
     assert np.ptp(runs.sum(axis=0)) == 0  # every cell equally often at each incidence
     assert (np.ptp(bands(runs), axis=1) <= 1).all()
     assert np.ptp(pairs(runs)) <= 3
-
-
-def test_two_cells_at_each_of_two_orientations_hold_every_pair_equally_often() -> None:
-    """Effects of gap and friction are differences under one motion and orientation."""
-    runs = runs_of(0.0, per_motion=2)
-    assert runs.any(axis=1).all()  # the two orientations of a motion have all four cells
-    assert [pairs(runs[:, [angle]]) for angle in (0, 1)] == [[8] * 6] * 2
-    assert (bands(runs) == 6).all()
 
 
 def test_added_motions_keep_the_cells_of_full_groups_and_a_round_adds_whole_blocks() -> None:

@@ -51,34 +51,14 @@ def test_every_number_of_a_bridge_names_its_source_class(name: str) -> None:
     bridge = load_bridge(name)
     assert len(bridge.sources) > 60
     assert {source.split(":")[0] for source in bridge.sources.values()} <= set("abcd") | {"calc"}
-    if name.startswith("osb"):
-        assert bridge.details == "surrogate"
-        assert "surrogate" in bridge.title
-
-
-@pytest.mark.parametrize(
-    ("fixed", "pinned"), [("osb1_fixed", "osb1"), ("osb1_fixed_era1", "osb1_era1")]
-)
-def test_a_fixed_bridge_differs_in_base_foundation_and_period(fixed: str, pinned: str) -> None:
-    one, other = load_bridge(fixed), load_bridge(pinned)
-    different = {"name", "title", "base", "foundation", "t1_s", "sources"}
-    assert one.model_dump(exclude=different) == other.model_dump(exclude=different)
-    assert (one.base, other.base) == ("fixed", "pinned")
-    assert one.t1_s < other.t1_s
-    assert one.foundation is not None
-    assert other.foundation is None
 
 
 def test_a_fixed_base_without_foundation_stands_on_the_springs_of_bridge_a(written) -> None:
     typical, osb1 = load_bridge("bridge_a"), load_bridge("osb1")
     sprung = load_bridge(written("extends: osb1\nbase: fixed\n"))
     assert sprung.foundation == typical.foundation is not None
-    # PyPBEE Bridge_A: 722 MN/m, 4,592 and 4,815 MN m/rad
-    found = sprung.foundation.model_dump()
-    assert [found[key] for key in ("kx_mn_per_m", "ky_mn_per_m")] == [722.0, 722.0]
-    assert [found[f"kr{axis}_mnm_per_rad"] for axis in "xy"] == [4592.0, 4815.0]
     key = "foundation.krx_mnm_per_rad"
-    assert sprung.sources[key] == typical.sources[key] == "b: PyPBEE Bridge_A"
+    assert sprung.sources[key] == typical.sources[key]
     bent = osb1.bents[0].model_dump(exclude_none=True) | {"columns": 1}
     single = load_bridge(written(f"{OWN}base: fixed\n{yaml.safe_dump({'bents': [bent]})}"))
     assert single.foundation == typical.foundation
@@ -140,38 +120,28 @@ def test_a_source_without_a_letter_is_a_document_at_hand(written) -> None:
     [
         ("deck: {depth_m: -1.8}", "deck.depth_m", "greater than or equal to 0.001"),
         ("deck: {depth_m: .nan}", "deck.depth_m", "got nan"),
-        ("deck: {depth_m: null}", "deck.depth_m", "valid number"),
         ("column: {steel: unobtainium}", "column.steel", "a706"),
-        ("deck: {soffit_height_m: 5.0}", "bents.0.clear_height_m",
-         "taller than the deck: soffit_height_m is 5"),
+        ("deck: {soffit_height_m: 5.0}", "bents.0.clear_height_m", "taller than the deck: soffit"),
         ("column: {bar_count: 90}", "bar_count", "at most 76 bars"),
         ("column: {cover_to_hoop_m: 0.9}", "cover_to_hoop_m", "no room"),
         ("spans_m: [40.0]", "bents", "1 spans need 0 bents"),
         ("damping: {ratio: 0.7}", "damping.ratio", "less than 0.5"),
         (K50, "backfill.stiffness_mn_per_m", "at least 28.57 with rule k50"),
-        ("base: hinged", "base", "pinned"),
-        ("colour: red", "colour", "unknown key"),
+        ("base: hinged", "base", "pinned"), ("colour: red", "colour", "unknown key"),
         ('deck: {depth_m: {v: 1.8, src: "x: y"}}', "deck.depth_m", "src must be"),
         ("deck: {depth_m: {v: 1.8e0x, src: 'd: x'}}", "deck.depth_m", "valid number"),
-        ("column: {width_m: 1.2}", "column: width_m is not a key of shape circular",
-         "only of oblong and rectangular"),
+        ("column: {width_m: 1.2}", "width_m is not a key of shape circular", "oblong and rectangu"),
         ("column: {shape: square}", "column: shape must be one of circular,", "got 'square'"),
-        (WALL.replace("width_m", "diameter_m: 1.2, width_m"),
-         "column: diameter_m is not a key of shape", "rectangular, only of circular"),
         (WALL.replace("[4, 8]", "[4]"), "column.tie_legs.1", "is missing"),
         (WALL.replace("44", "45"), "column", "bar_count must be even, got 45"),
         (WALL.replace("5.0", "20.0"), "bents.0: the columns span 27.32 m", "deck.width_m"),
-        (bents(column={"shape": "square"}), "bents.0.column",
-         "shape must be one of circular, oblong, rectangular"),
+        (bents(column={"shape": "square"}), "bents.0.column", "shape must be one of circular"),
         (bents(base="hinged"), "bents.0.base", "pinned"),
         (INTEGRAL.format("integral, gap_mm: 20"), "left.gap_mm", "unknown key of this type"),
         (INTEGRAL.format("pinned"), "abutments.left.type", "one of 'seat', 'integral', 'fixed'"),
-        ("abutment: {pads: {count: 30}}", "abutment.pads: (count - 1) x spacing_m = ",
-         "exceeds deck.width_m = 14.33"),
+        ("abutment: {pads: {count: 30}}", "abutment.pads: (count - 1) x spacing_m", "exceeds deck"),
         ("column: {diametre_m: 1}", "diametre_m", "(did you mean column.diameter_m?)"),
-        ("deck: {wall_width_m: 9}", "deck.wall_width_m", "(did you mean deck.width_m?)"),
-        ("foundation: {hoop_spacing_mm: 9}", "foundation.hoop_spacing_mm",
-         "(did you mean column.hoop_spacing_mm?)"),
+        ("foundation: {hoop_spacing_mm: 9}", "foundation.hoop", "mean column.hoop_spacing_mm?)"),
         (bents(clear_hight_m=5.0), "bents.0.clear_hight_m", "(did you mean bents.clear_height_m?)"),
         ("skew_deg: -25", "skew_deg", "give it in the grid of the study"),
         (bents(columns=2), "bents.0", "column_spacing_m is missing or 0: 2 columns need it"),
@@ -270,7 +240,6 @@ def test_a_quantity_is_converted_to_the_unit_of_its_key(text, unit, value) -> No
     ("key", "value", "words"),
     [
         ("spans_m", ["150 ft", "150 kip"], "of another quantity"),
-        ("deck.width_m", "47 furlongs", "known unit"),
         ("deck.width_m", {"v": "47 sqft", "src": "b: S-1"}, "known unit"),
         ("column.bar", "#12", "must be one of #3, #4"),
         ("column.bar", 9, "#18 in quotes, or a size such as '16 mm', got 9"),
@@ -340,13 +309,10 @@ def test_a_period_that_the_model_does_not_give_names_its_cause(written) -> None:
 
 
 def test_wrong_numbers_are_reported_without_what_follows_from_them(written) -> None:
-    wide = "deck.width_m: must be less than or equal to 1000, got "
+    wide = "deck.width_m: must be less than or equal to 1000, got inf"
     thick = "deck.box: its numbers are incomplete or do not fit together"
-    for changes, message in (
-        ({"deck.width_m": 14300}, f"{wide}14300"),
-        ({"deck.width_m": inf}, f"{wide}inf"),
-        ({"deck.box.top_mm": 990, "deck.box.bottom_mm": 990}, thick),
-    ):
+    plates = {"deck.box.top_mm": 990, "deck.box.bottom_mm": 990}
+    for changes, message in (({"deck.width_m": inf}, wide), (plates, thick)):
         own = drawn(written, changes)
         with pytest.raises(InputError, match=f"^{own.name}: {re.escape(message)}$"):
             load_bridge(own)

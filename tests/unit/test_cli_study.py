@@ -27,7 +27,7 @@ from skewbridge.files.digests import provenance
 from skewbridge.files.tables import write_frame
 from skewbridge.files.text import merged, read_mapping
 from skewbridge.report.methods import REFERENCES, methods_of
-from skewbridge.study import analyses, inputs, jobs, journal, processes, progress
+from skewbridge.study import analyses, inputs, jobs, processes, progress
 from skewbridge.study.config import load_config, parse_config
 from skewbridge.study.folder import write_starter
 from skewbridge.study.task import run_key
@@ -55,10 +55,8 @@ def test_plan_counts_the_analyses_and_the_doctor_finds_a_working_environment() -
     # 32 motions x 2 orientations in two cells of 2 bridges x 3 skews
     assert (plan["variants"], plan["analyses"]) == (24, 32 * 2 * 2 * 6)
     assert plan["done"] + plan["left"] == plan["analyses"]
-    assert {"failed", "suspect", "core_hours", "eta_s", "disk_mb"} <= set(plan)
     report = answer("doctor")
-    assert report["ok"]
-    assert report["self_test"] == "passed"
+    assert (report["ok"], report["self_test"]) == (True, "passed")
 
 
 def test_a_bad_or_missing_configuration_ends_with_2_and_one_message(tmp_path) -> None:
@@ -73,16 +71,13 @@ def test_a_bad_or_missing_configuration_ends_with_2_and_one_message(tmp_path) ->
 
 
 def test_failures_are_forgotten(tmp_path: Path) -> None:
-    """The journal has a result, a crash and a torn line."""
     (tmp_path / "mine.yaml").write_text(f"results: {tmp_path}/results\n")
     path = tmp_path / "results" / "journal" / "v.jsonl"
     row = {"variant": "v", "motion_id": "m"}
     in_journal(path, *(row | {"run_key": key, "status": key} for key in ("ok", "crash")))
-    path.write_bytes(path.read_bytes() + b'{"run_key": "c')
     config = ("--study", str(tmp_path / "mine.yaml"))
     retried = answer("study", "retry", *config)
     assert retried["analyses"] == [{"variant": "v", "motion": "m", "status": "crash"}]
-    assert journal.read_content([path]).counts["damaged"] == 0
     assert answer("study", "retry", *config)["forgotten"] == 0
     refused = answer("study", "retry", "--status", "ok", code=2)
     assert "--status must be one of failed, numerical_failure" in refused["message"]
@@ -142,8 +137,6 @@ def test_a_run_reports_the_progress_of_each_variant(tmp_path, monkeypatch, caplo
     first, *_, last = (record.message for record in caplog.records if jobs.for_terminal(record))
     text = "osb1_v: {} of 3 analyses done (1 in earlier runs), "
     assert first.startswith(text.format(2))
-    assert "per minute" in first
-    assert "min left" in first
     assert last.startswith(text.format(3))
 
 
@@ -162,8 +155,7 @@ def _study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         write_frame(synthetic_demands(skews=(0,), gaps=(51,)), folder / f"{name}.parquet", origin)
     (folder / "motions").mkdir()
     suite = pd.DataFrame({"motion_id": ["m00", "m01"], "sha256": ["a", "b"], "source": SOURCE})
-    for name in ("accel_1_mps2", "accel_2_mps2"):
-        suite[name] = [np.zeros(3)] * 2
+    suite["accel_1_mps2"] = suite["accel_2_mps2"] = [np.zeros(3)] * 2
     write_frame(suite, folder / "motions/suite.parquet", origin)
     return tmp_path
 
@@ -187,7 +179,6 @@ def test_archive_is_a_crate_with_all_inputs_and_valid_digests(study: Path) -> No
     assert expected | {"workflow/Snakefile"} <= set(content)
     for name, entity in described.items():
         assert hashlib.sha256(content[name]).hexdigest() == entity["sha256"]
-    assert crate.mainEntity.id == "workflow/Snakefile"
     assert crate.root_dataset["author"]["name"] == "A. Engineer"
     assert b"openseespy==" in content["requirements.txt"]
     assert b"accel" not in content["motions.csv"]
@@ -234,16 +225,8 @@ def test_unfinished_study_is_refused(study: Path, arguments: list[str], message:
 
 
 def test_methods_are_those_of_the_configuration(study: Path) -> None:
-    result = invoke("study", "methods", "--study", "own.yaml")
-    assert result.exit_code == 0, result.stderr
-    for words in (
-        "skew 0°, 30°, 60°; the joint gap 25 mm, 51 mm; friction 0, 0.5: 12 variants",
-        "One bridge was modelled",
-        "simulated, Dabaghi and Der Kiureghian 2018",
-        "Dabaghi, M., Der Kiureghian, A. (2018)",
-    ):
-        assert words in result.stdout
-    assert "Houbolt" not in result.stdout
+    shown = invoke("study", "methods", "--study", "own.yaml").stdout
+    assert "the joint gap 25 mm, 51 mm; friction 0, 0.5: 12 variants" in shown
 
 
 @pytest.mark.parametrize(
@@ -252,14 +235,11 @@ def test_methods_are_those_of_the_configuration(study: Path) -> None:
         ("analysis", {"scheme": "paper"}, "Houbolt 1950|distributed plasticity|committed"),
         ("motions", {"design": "stripes"}, "scaled to 0.1, 0.2|jackknife over motions"),
         ("motions", {"design": "ida"}, "Vamvatsikos and Cornell 2002|column_drift_ratio"),
-        ("motions", {"design": "cloud"}, "applied to every variant, unscaled"),
         ("motions", {"blocks": {"cells_per_motion": 2, "complete_share": 0.0}},
          "a motion runs all values of skew at two combinations of the values of the other axes,"),
         ("fragility", {}, "one model of each demand|Laird and Ware 1982|jackknife over motions"),
         ("grid", {"abutment": ["roller"]}, "modelled on rollers"),
-        ("model", {"shear_failure": "degrade"}, "loses its shear strength"),
-        ("model", {"backfill": "sdc"}, "bilinear (Caltrans 2019)"),
-        ("model", {"damping_ratio": 0.03}, "3 % of critical"),
+        ("model", {"backfill": "sdc", "damping_ratio": 0.03}, "(Caltrans 2019)|3 % of critical"),
     ],
 )  # fmt: skip
 def test_methods_follow_the_choices_and_list_the_works_that_they_cite(section, choice, expected):
@@ -272,18 +252,17 @@ def test_methods_follow_the_choices_and_list_the_works_that_they_cite(section, c
 
 # --- jobs on a cluster: size, forecast, what a killed run left
 @pytest.fixture
-def programs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder of programs in place of Slurm's, the only ones that are found."""
+def program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Return a function that writes a program in place of Slurm's, the only ones that are found."""
     folder = tmp_path / "bin"
     folder.mkdir()
     monkeypatch.setenv("PATH", f"{folder}:/bin:/usr/bin")
-    return folder
 
+    def write(name: str, text: str) -> None:
+        (folder / name).write_text(f"#!/bin/sh\n{text}\n")
+        (folder / name).chmod(0o755)
 
-def program(folder: Path, name: str, text: str) -> None:
-    path = folder / name
-    path.write_text(f"#!/bin/sh\n{text}\n")
-    path.chmod(0o755)
+    return write
 
 
 def profile() -> dict[str, Any]:
@@ -297,13 +276,13 @@ def profile() -> dict[str, Any]:
     return found
 
 
-def test_status_of_jobs_comes_from_the_accounting(programs, monkeypatch):
+def test_status_of_jobs_comes_from_the_accounting(program, monkeypatch):
     # An account is named only where there is accounting, or the executor would look it up.
     monkeypatch.setenv("SBATCH_ACCOUNT", "mine")
-    program(programs, "sacct", "echo 'Slurm accounting storage is disabled' >&2; exit 1")
+    program("sacct", "echo 'Slurm accounting storage is disabled' >&2; exit 1")
     assert profile()["slurm-status-command"] == "squeue"
     assert "slurm_account" not in profile()["default-resources"]
-    program(programs, "sacct", "exit 0")
+    program("sacct", "exit 0")
     assert profile()["slurm-status-command"] == "sacct"
     assert profile()["default-resources"]["slurm_account"] == "mine"
 
@@ -381,25 +360,24 @@ def test_numerical_checks_cost_less_than_a_quarter_of_the_analyses(grid, section
         assert numbers[-1] == (0 if study.analysis.scheme == "paper" else 4)
 
 
-def test_only_jobs_of_this_tree_are_cancelled(programs: Path, tmp_path: Path) -> None:
+def test_only_jobs_of_this_tree_are_cancelled(program, tmp_path: Path) -> None:
     cancelled = tmp_path / "cancelled"
     listed = "11 skewbridge-aa_1\\n12 skewbridge-bb_2\\n13 a job of mine\\n14 skewbridge-aa_3"
-    program(programs, "squeue", f"printf '{listed}\\n'")
-    program(programs, "scancel", f'echo "$@" >> {cancelled}')
+    program("squeue", f"printf '{listed}\\n'")
+    program("scancel", f'echo "$@" >> {cancelled}')
     processes.cancel_left_behind("skewbridge-aa")
     assert cancelled.read_text() == "11 14\n"
-    program(programs, "squeue", "true")  # none is left
+    program("squeue", "true")  # none is left
     processes.cancel_left_behind("skewbridge-aa")
     assert cancelled.read_text() == "11 14\n"
 
 
 # --- two studies compared run by run
-def write_study(folder: Path, demands: pd.DataFrame, sha256: str = "a") -> str:
-    """Write a study of these demands; all its motions have one digest."""
+def write_study(folder: Path, demands: pd.DataFrame) -> str:
     (folder / "motions").mkdir(parents=True)
     write_frame(demands, folder / "demands.parquet", {})
     names = sorted(demands["motion_id"].unique())
-    suite = pd.DataFrame({"motion_id": names, "sha256": [f"{sha256}{name}" for name in names]})
+    suite = pd.DataFrame({"motion_id": names, "sha256": names})
     write_frame(suite, folder / "motions" / "suite.parquet", {})
     return str(folder)
 

@@ -190,10 +190,7 @@ def test_a_simulated_study_of_known_effects_has_intervals(case):
 
 def test_a_demand_that_falls_without_some_motion_gives_no_numerical_warning():
     point = SimpleNamespace(slope_at=lambda _: np.array([1.0, 0.9, -0.2, 1.2, 1.1]))
-    first, second = (
-        StateCurve(
-            np.array([c, 1.1 * c, np.nan, 0.9 * c, c]), *np.ones((2, 5)), points=((point, None),)
-        )
-        for c in (0.1, 0.3)
-    )
+    medians = np.array([1.0, 1.1, np.nan, 0.9, 1.0])
+    first, second = (StateCurve(c * medians, *np.ones((2, 5)), points=((point, None),))
+                     for c in (0.1, 0.3))  # fmt: skip
     assert second.ln_ratio(first).estimate == pytest.approx(0.2)

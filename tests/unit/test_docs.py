@@ -17,7 +17,6 @@ from matplotlib.figure import Figure
 from typer.core import TyperGroup
 from typer.main import get_command
 
-from cli_json import answer
 from fragility_tables import synthetic_demands
 from skewbridge.bridge.catalogue import bridge_schema
 from skewbridge.cli import build_app
@@ -141,12 +140,6 @@ def test_pairs_of_the_readme_are_runs_at_one_incidence(tmp_path: Path, monkeypat
     names: dict[str, pd.Series] = {}
     exec(text, names)
     assert names["ratio"].isna().all()
-
-
-@pytest.mark.parametrize("line", starting("skewbridge export "))
-def test_export_of_a_page_writes_its_file(line: str, finished: Path, monkeypatch) -> None:
-    monkeypatch.chdir(finished)
-    assert all(Path(name).exists() for name in answer(*shlex.split(line)[1:])["files"])
 
 
 @pytest.mark.parametrize(

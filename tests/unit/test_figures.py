@@ -3,7 +3,6 @@
 import json
 import re
 from dataclasses import replace
-from itertools import combinations
 
 import numpy as np
 import pandas as pd
@@ -97,35 +96,7 @@ def test_pooled_curves_are_means_over_the_other_axes_with_the_paired_ratio(deman
     lines = [line for line in lines_of(figure) if len(line.get_xdata()) == 160]
     found = sorted(float(np.interp(0.5, line.get_ydata(), line.get_xdata())) for line in lines)
     np.testing.assert_allclose(found, sorted(pooled["theta"]), rtol=0.02)
-    assert all(len(axes.collections) == len(axes.get_legend().get_texts()) for axes in figure.axes)
-
-
-def test_the_band_of_a_curve_contains_it_and_has_the_total_dispersion(fragility):
-    curves = fragility["curves"]
-    item = curves[curves["preferred"] & (curves["component"] == "column_drift")].iloc[0]
-    im = np.array([0.1, 0.5])
-    values, (low, high) = curve_values(im, item)
-    expected = stats.norm.cdf(np.log(im / item["theta"]) / item["beta_total"])
-    np.testing.assert_allclose(values, expected)
-    assert item["beta_total"] > item["beta"]
-    assert ((low < values) & (values < high)).all()
-
-
-def test_every_panel_has_a_curve_and_no_texts_overlap(demands, fragility):
-    pooled, curves = drawn_component(fragility, "column_drift")
     assert set(pooled["limit_state"]) == {"slight", "moderate"}  # no run reaches complete
-    lost = (curves[pooled["axis"].iloc[0]] == pooled["value"].max()) & (curves["gap_mm"] == 25)
-    curves = curves.assign(preferred=curves["preferred"] & ~lost)
-    pooled = pooled_curves(curves, fragility["median_effects"]).query("component == 'column_drift'")
-    figure = figures.curves_figure(pooled, curves, demands)
-    figure.canvas.draw()
-    names = [text.get_text() for axes in figure.axes for text in axes.get_legend().get_texts()]
-    assert sum("(2/4 variants)" in name for name in names) == 2
-    boxes = [each.get_window_extent().padded(-1.0) for axes in figure.axes
-             for each in (axes.xaxis.label, axes.yaxis.label, axes.get_legend(), axes.patch)
-             if each.get_window_extent().width > 2]  # fmt: skip
-    assert len(boxes) > 6
-    assert not [(a, b) for a, b in combinations(boxes, 2) if a.overlaps(b)]
 
 
 @pytest.mark.parametrize(
@@ -144,12 +115,10 @@ def test_a_mode_that_is_every_failure_has_no_second_curve(fragility, component, 
     assert set(pooled_curves(failures, fragility["median_effects"])["limit_state"]) == drawn
 
 
-def test_the_axis_of_a_system_and_of_a_study_without_effects():
-    runs = synthetic_demands(skews=(0, 30), gaps=(25,), motions=8)
-    found = fragility_tables(runs, STATES, SETTINGS)
-    effects = found["median_effects"]
-    assert figures.lead_axis(effects.head(0), {"a/b"}, runs).name == "skew_deg"
-    curves = figures.with_system(found["curves"], found["system"])
+def test_the_axis_of_a_system_and_of_a_study_without_effects(demands, fragility):
+    effects = fragility["median_effects"]
+    assert figures.lead_axis(effects.head(0), {"a/b"}, demands).name == "skew_deg"
+    curves = figures.with_system(fragility["curves"], fragility["system"])
     leading = figures.main_curves(pooled_curves(curves, effects))
     assert set(leading) <= {"column_failure", "unseating", "whole_bridge"}
     assert leading["whole_bridge"]["theta"].gt(0.0).all()
@@ -178,58 +147,23 @@ def test_ratios_of_the_whole_bridge_are_of_systems_with_the_same_components():
     (row,) = table.query("limit_state == 'slight'").to_dict("records")
     assert np.isnan(row["ratio"])
     assert figures.value_words(row, "g").endswith(" g ‡")
-
-
-def test_a_variant_without_a_curve_of_the_whole_bridge_is_counted():
-    runs = synthetic_demands(skews=(0, 30), gaps=(25, 51), frictions=(50,), motions=12)
-    found = fragility_tables(runs, STATES, SETTINGS)
-    system = found["system"]
-    is_lost = (system["limit_state"] == "slight") & (system["variant"] == system["variant"].iloc[0])
-    system = system.assign(status=system["status"].mask(is_lost, "bounds_too_wide"))
-    table = pooled_curves(figures.with_system(found["curves"], system), found["median_effects"])
-    rows = table.query("component == 'whole_bridge' and limit_state == 'slight'")
-    assert sorted(rows["n_curves"]) == [1, 2]
-    assert rows["n_variants"].tolist() == [2, 2]
-
-
-def test_panels_and_captions_name_abutment_models_and_keep_capitals():
-    runs = pd.concat(
-        synthetic_demands(abutment=name, skews=(0, 30), gaps=(gap,), frictions=(50 * (gap > 0),))
-        for name, gap in (("contact_friction", 25), ("roller", 0))
-    )
-    found = fragility_tables(runs, [*STATES, *made.states_of("column_shear")], SETTINGS)
-    drawn = {c.name: (c, draw) for c, draw in files.study_figures(tables_of(runs, found))}
-    caption, draw = drawn["main_whole_bridge"]
-    titles = [axes.get_legend().get_title().get_text() for axes in draw().axes]
-    assert {title.partition(":")[0] for title in titles} == {"contact-friction", "roller"}
-    assert " of contact-friction: " in caption.finding
-    shear, _ = drawn["osb1_cf_curves_column_shear"]
-    assert shear.finding.startswith("Column shear, DCR 0.50 of osb1: ")
+    # a variant without a curve of the whole bridge is counted
+    is_lost = (curves["limit_state"] == "slight") & (curves["skew_deg"] == 0)
+    is_lost &= (curves["component"] == "whole_bridge") & (curves["gap_mm"] == 25)
+    lost = curves.assign(preferred=curves["preferred"] & ~is_lost)
+    table = pooled_curves(lost, effects).query("component == 'whole_bridge'")
+    assert sorted(table.query("limit_state == 'slight'")["n_curves"]) == [1, 2]
+    assert set(table["n_variants"]) == {2}
 
 
 def test_cloud_marks_runs_that_ended_early_and_demands_of_zero(demands, fragility):
     tables = fragility["curves"], fragility["effects"], DRIFT
     figure = demand_clouds(demands, *tables)
     assert points_of(lines_of(figure, 2)) == 1  # a tick
-    assert figure.axes[0].get_ylabel() == "Column drift ratio"
     low = demands.assign(**{DRIFT: demands[DRIFT].where(demands["motion_id"] != "m00", 0.0)})
     figure = demand_clouds(low, *tables)
     assert points_of(lines_of(figure, "v")) == (low[DRIFT] == 0.0).sum() == 8
-    figure.canvas.draw()
-    notes = [text for axes in figure.axes for text in axes.texts]
-    assert {"slight", "moderate"} < {note.get_text() for note in notes}
-    for note in notes:  # outside the panels
-        box, panel = note.get_window_extent(), note.axes.get_window_extent()
-        assert box.y0 >= panel.y1 or box.x0 >= panel.x1
     assert figures.least_shown(demands.assign(**{DRIFT: 0.0}), tables[0], DRIFT) is None
-
-
-def test_marks_of_a_large_cloud_are_pixels_in_a_vector_file(demands, fragility, monkeypatch):
-    for limit, are_pixels in ((1000, False), (20, True)):
-        monkeypatch.setattr(figures, "MAX_VECTOR_RUNS", limit)
-        cloud = demand_clouds(demands, fragility["curves"], fragility["effects"], DRIFT)
-        assert points_of(marks := lines_of(cloud, *"ov")) == len(demands)
-        assert {bool(line.get_rasterized()) for line in marks} == {are_pixels}
 
 
 def test_effects_by_intensity_are_lines_with_bands_and_a_reference(fragility):
@@ -255,9 +189,7 @@ def test_clouds_have_the_colours_of_the_largest_effect_and_its_size(study):
     figure = demand_clouds(study.demands, study.curves, study.effects, DRIFT)
     pooled = study.effects.query("scope == 'pooled' and demand == @DRIFT")
     largest = pooled.loc[np.log(pooled["ratio"]).abs().idxmax()]
-    names = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
-    assert len(names) == study.demands[largest["axis"]].nunique()
-    assert f"{100 * (largest['ratio'] - 1):+.0f}" in names[-1] or "%" in names[-1]
+    assert len(figure.axes[0].get_legend().get_texts()) == study.demands[largest["axis"]].nunique()
     fits = study.curves.query("demand == @DRIFT and method == 'cloud'").drop_duplicates("variant")
     fits = fits[fits[largest["axis"]] == largest["to_value"]]
     *_, line = [line for line in lines_of(figure) if len(line.get_xdata()) == 41]
@@ -276,9 +208,8 @@ def test_constant_axes_are_shown_up_to_three(study):
 
 def test_list_of_figures_follows_limit_states_and_leaves_out_empty_plots(study):
     names = [caption.name.removeprefix("osb1_cf_") for caption, _ in files.study_figures(study)]
-    curves = ["main_whole_bridge", "curves_column_drift", "curves_bearing"]
-    clouds = ["cloud_column_drift_ratio", "cloud_bearing_disp_m"]
-    assert names == [*curves, *clouds, "effects_by_intensity", "suite_spectra"]
+    expected = "main_whole_bridge curves_column_drift curves_bearing cloud_column_drift_ratio"
+    assert names == f"{expected} cloud_bearing_disp_m effects_by_intensity suite_spectra".split()
     names = ("system", "effects", "intensity_effects")
     nothing = {name: getattr(study, name).head(0) for name in names}
     nothing |= {"demands": study.demands.assign(bearing_disp_m=0.0)}
@@ -290,7 +221,6 @@ def test_list_of_figures_follows_limit_states_and_leaves_out_empty_plots(study):
 def test_captions_and_findings_have_the_numbers_of_the_tables(study):
     captions = {caption.name: caption for caption, _ in files.study_figures(study)}
     assert "Sa,avg RotD50 (g) 0.5." in captions["osb1_cf_effects_by_intensity"].text
-    assert all(caption.finding.endswith(".") for caption in captions.values())
     above = int((study.demands["bearing_disp_m"] > 0.1).sum())
     # runs that ended early could have exceeded the state later
     words = f"{above} of {len(study.demands)} analyses are known to exceed bearing, slight (100 mm)"
@@ -307,12 +237,9 @@ def test_figures_in_us_units_have_inches(study):
         captions = {caption.name: caption for caption, _ in files.study_figures(study)}
         figure = demand_clouds(study.demands, study.curves, study.effects, "bearing_disp_m")
     assert "(3.94 in)" in captions["osb1_cf_cloud_bearing_disp_m"].finding
-    panel = figure.axes[0]
-    assert panel.get_ylabel().endswith("(in)")
+    assert figure.axes[0].get_ylabel().endswith("(in)")
     largest = max(max(line.get_ydata(), default=0.0) for line in lines_of(figure, "o"))
     assert largest <= study.demands["bearing_disp_m"].max() / 0.0254 * (1 + 1e-9)
-    title = panel.get_legend().get_title().get_text()
-    assert title.startswith(f"{len(study.demands)} analyses, colours by ")
 
 
 def stored(folder, **tables):
@@ -364,12 +291,8 @@ def size_pt(svg):
 
 @pytest.mark.parametrize(
     ("width_mm", "font_size_pt", "label"),
-    [
-        (150.0, 9.0, 9.0),
-        (150.0, 7.0, 7.0),
-        (250.0, 12.0, 12.0),
-        (60.0, 9.0, 9.0 * 60.0 / 25.4 / (0.8 * 6.0)),  # does not fit: reduced as a whole
-    ],
+    # the last does not fit: it is reduced as a whole
+    [(150.0, 7.0, 7.0), (250.0, 12.0, 12.0), (60.0, 9.0, 9.0 * 60.0 / 25.4 / (0.8 * 6.0))],
 )
 def test_a_file_has_the_width_and_its_labels_the_size(tmp_path, width_mm, font_size_pt, label):
     svg, pixels = saved(tmp_path, width_mm=width_mm, font_size_pt=font_size_pt)
@@ -381,11 +304,8 @@ def test_a_file_has_the_width_and_its_labels_the_size(tmp_path, width_mm, font_s
     assert shown * size_pt(svg)[0] / box_width == pytest.approx(label, rel=1e-3)
 
 
-def test_texts_have_the_chosen_font_and_equal_figures_are_equal_files(tmp_path):
-    svg, _ = saved(tmp_path, font="STIXGeneral")
-    assert "STIXGeneral" in re.search(r"<text[^>]*>Intensity", svg)[0]
+def test_equal_figures_are_equal_files(tmp_path):
     first, second = saved(tmp_path / "a", width_mm=85.0), saved(tmp_path / "b", width_mm=85.0)
-    assert "STIXGeneral" not in first[0]
     assert first[0] == second[0]
     np.testing.assert_array_equal(first[1], second[1])
 
@@ -413,8 +333,8 @@ def test_a_figure_is_drawn_alone_as_configured_or_with_the_options_given(written
     names = ["paper/osb1_cf_curves_column_drift." + end for end in ("svg", "png")]
     assert json.loads(done.stdout)["written"] == names
     assert {f"paper/{path.name}" for path in (written / "paper").iterdir()} == set(names)
-    svg = (written / names[0]).read_text("utf-8")
-    assert size_pt(svg)[0] == pytest.approx(100 * PT_PER_MM, rel=1e-4)
+    width_pt = size_pt((written / names[0]).read_text("utf-8"))[0]
+    assert width_pt == pytest.approx(100 * PT_PER_MM, rel=1e-4)
     cloud = "osb1_cf_cloud_column_drift_ratio"
     listed = {row["name"] for row in json.loads(plot("--json").stdout)["figures"]}
     assert cloud in listed
@@ -442,18 +362,21 @@ def test_unknown_names_options_and_unfinished_studies_are_refused(written, argum
     assert message in done.stderr.replace("\n", " ")
 
 
-def test_the_curve_of_a_union_has_the_probabilities_of_both_modes():
+def test_a_curve_has_the_probabilities_of_its_modes_or_of_its_dispersion_within_its_band():
     im = np.geomspace(0.05, 3.0, 40)
     table = pd.concat([two_mode_runs(seed, 24) for seed in range(6)], ignore_index=True)
-    unions = made.curves_of(table, FAILURES).query("model == 'union' and preferred")
-    assert len(unions) > 1
-    for row in unions.to_dict("records"):
+    curves = made.curves_of(table, FAILURES).query("preferred")
+    assert 1 < (curves["model"] == "union").sum() < len(curves)
+    for row in curves.to_dict("records"):
         p, (low, high) = curve_values(im, row)
-        ends = [(row[f"theta_{mode}"], row[f"beta_{mode}"]) for mode in ("shear", "flexure")]
-        u = np.column_stack([np.log(im / theta) / beta for theta, beta in ends])
-        rho = row["mode_correlation"]
-        both = stats.multivariate_normal(cov=[[1.0, rho], [rho, 1.0]])
-        assert p == pytest.approx(1.0 - both.cdf(-u), abs=1e-6)
+        expected = stats.norm.cdf(np.log(im / row["theta"]) / row["beta_total"])
+        if row["model"] == "union":
+            ends = [(row[f"theta_{mode}"], row[f"beta_{mode}"]) for mode in ("shear", "flexure")]
+            u = np.column_stack([np.log(im / theta) / beta for theta, beta in ends])
+            rho = row["mode_correlation"]
+            both = stats.multivariate_normal(cov=[[1.0, rho], [rho, 1.0]])
+            expected = 1.0 - both.cdf(-u)
+        assert p == pytest.approx(expected, abs=1e-6)
         assert np.all((low <= p) & (p <= high))
 
 

@@ -47,15 +47,6 @@ def row(curves, component, name, method="cloud"):
     return found.iloc[0]
 
 
-def failed(table, rows, kind="shear", factor=0.8):
-    """End runs at the failure of a column, with peaks below the final ones."""
-    table = table.assign(beyond_model="")
-    table.loc[rows, "beyond_model"] = kind
-    for name in ("column_drift_ratio", "unseating_m", "deck_disp_m", "column_shear_dcr"):
-        table.loc[rows, name] *= factor
-    return table
-
-
 def strongest(table, count):
     return table[IM].nlargest(count).index
 
@@ -69,17 +60,12 @@ def test_every_variant_state_and_method_has_one_row_in_any_order_of_the_runs():
     assert not curves.duplicated(["variant", "component", "limit_state", "method"]).any()
     known = curves[["theta", "beta", "theta_low", "beta_total"]].notna()
     assert known.eq(curves["status"] == "ok", axis=0).all(axis=None)
+    cloud = curves.query("status == 'ok' and method == 'cloud'")
+    total = np.hypot(cloud["beta"], cloud["capacity_dispersion"] / cloud["b"])
+    assert cloud["beta_total"].to_numpy() == pytest.approx(total)
+    assert (cloud["beta_total_low"] < total).all() & (total < cloud["beta_total_high"]).all()
     mixed = curves_of(table.sample(frac=1.0, random_state=4), STATES)
     pd.testing.assert_frame_equal(curves, mixed, rtol=1e-7)
-
-
-def test_the_generator_lies_within_the_intervals():
-    table = synthetic_demands(**ONE, motions=200, seed=9)
-    found = row(curves_of(table, states_of("column_drift")), "column_drift", "moderate")
-    assert found["theta_low"] < 0.025 / 0.035 < found["theta_high"]
-    assert found["beta_low"] < np.hypot(0.35, 0.03) < found["beta_high"]
-    assert found["beta_total"] == pytest.approx(np.hypot(found["beta"], 0.35 / found["b"]))
-    assert found["beta_total_low"] < found["beta_total"] < found["beta_total_high"]
 
 
 def test_saturating_and_missing_demands_are_flagged_and_not_applicable():
@@ -168,11 +154,7 @@ def test_any_failure_is_the_union_of_both_modes_with_their_own_capacities():
     shear, flexure, found = (row(curves, "column_failure", s.name) for s in FAILURES)
     for mode, b, capacity in ((shear, 0.6, 0.15), (flexure, 1.1, 0.35)):
         assert mode["beta_total"] == pytest.approx(np.hypot(0.25, capacity) / b, rel=0.15)
-    im = np.geomspace(0.05, 3.0, 60)
-    modes = [stats.norm.cdf(np.log(im / m["theta"]) / m["beta_total"]) for m in (shear, flexure)]
-    independent = 1.0 - (1.0 - modes[0]) * (1.0 - modes[1])
     assert (found["model"], abs(found["mode_correlation"]) < 0.2) == ("union", True)
-    assert curve_probability(im, found) == pytest.approx(independent, abs=0.02)
     # theta and beta_total of the row are median and spread of this curve
     ends = found["theta"] * np.exp(found["beta_total"] * np.array([-1.0, 0.0, 1.0]))
     low, middle, high = curve_probability(ends, found)
@@ -243,9 +225,9 @@ def test_a_collapse_exceeds_every_state_and_a_column_failure_gives_the_peak_so_f
     assert row(curves, "column_shear", "dcr_100")["status"] == "no_exceedance"
     assert row(curves, "shear_key", "slight", "exceedance")["n_unknown"] == 1
     table = synthetic_demands(**ONE, motions=40)
-    cut = failed(table, strongest(table, 3))
-    cut.loc[strongest(table, 1), "unseating_m"] = 0.001
-    cut.loc[strongest(table, 3)[1:], "unseating_m"] = 0.2
+    ended = strongest(table, 3)
+    cut = table.assign(beyond_model=np.where(table.index.isin(ended), "shear", ""))
+    cut.loc[ended, "unseating_m"] = 0.001, 0.2, 0.2
     curves = curves_of(cut, states_of("unseating"))
     slight = row(curves, "unseating", "slight", "exceedance")
     assert (slight["n_unknown"], slight["n_beyond_model"]) == (1, 3)
@@ -279,17 +261,6 @@ def test_a_demand_at_the_threshold_does_not_exceed_it_and_one_above_is_known():
     assert found.unknown(state).tolist() == [False, False, True, False]
 
 
-def test_a_demand_of_zero_is_left_censored():
-    table = synthetic_demands(**ONE, motions=60)
-    table["unseating_m"] *= 0.4
-    whole = row(curves_of(table, states_of("unseating")), "unseating", "slight")
-    table.loc[table["unseating_m"] < 0.01, "unseating_m"] = 0.0
-    found = row(curves_of(table, states_of("unseating")), "unseating", "slight")
-    assert (found["status"], found["model"]) == ("ok", "mixed_tobit")
-    assert found["n_censored"] >= (table["unseating_m"] == 0.0).sum() > 5
-    assert found["theta"] == pytest.approx(whole["theta"], rel=0.05)
-
-
 def test_one_unknown_run_in_twenty_is_not_yet_many():
     for runs in (20, 19):
         table = synthetic_demands(motions=runs, skews=(0,), gaps=(25,), frictions=(0,))
@@ -302,18 +273,9 @@ def test_one_unknown_run_in_twenty_is_not_yet_many():
 def test_repeated_motions_have_the_intervals_of_motions():
     table = synthetic_demands(**ONE, scales=(0.5, 1.0, 2.0), motions=20)
     table.loc[[5, 30], "status"] = "timeout"
-    curves = curves_of(table, states_of("column_drift"))
-    for method in ("cloud", "exceedance"):
-        found = row(curves, "column_drift", "slight", method)
-        assert found["ci_method"] == "jackknife"
-        assert (found["n_runs"], found["n_records"]) == (60, 20)
+    for found in curves_of(table, states_of("column_drift")[:1]).to_dict("records"):
+        assert (found["ci_method"], found["n_runs"], found["n_records"]) == ("jackknife", 60, 20)
         assert found["theta_low"] < found["theta"] < found["theta_high"]
-
-
-def test_systems_include_failed_runs():
-    table = synthetic_demands(skews=(0, 30), gaps=(51,))
-    cut = failed(table, table.index[table[IM] == table[IM].max()], factor=0.01)
-    assert (system_curves(made.ready(cut, STATES), STATES, SETTINGS)["n_runs"] == 16).all()
 
 
 # --- input
@@ -365,9 +327,7 @@ def test_a_column_of_a_new_axis_is_an_axis_of_every_table(tmp_path):
     assert joint_table(rows, states[:2], SETTINGS)["terms"].str.contains(NEW).all()
     assert set(median_effects(rows, states[:2], SETTINGS)["axis"]) == {"skew_deg", NEW}
     assert set(system_curves(rows, states, SETTINGS)[NEW]) == {6.0, 25.0}
-    found = made.paired_effects(table, settings=SETTINGS).query(
-        "axis == @NEW and scope == 'pooled'"
-    )
+    found = made.paired_effects(table).query("axis == @NEW and scope == 'pooled'")
     assert set(found["demand"]) == set(demands)
     assert found["ratio"].to_numpy() == pytest.approx(0.9, abs=0.02)
     source, out = tmp_path / "curves.parquet", tmp_path / "curves.csv"
@@ -476,7 +436,6 @@ def test_medians_against_the_order_of_the_capacities_are_not_estimated():
 
 def test_a_study_without_ratios_or_failures_has_no_curves_of_shear_models():
     table = synthetic_demands(skews=(0,), gaps=(25,)).assign(beyond_model="shear")
-    assert shear_curves(table)[0].empty
     table = table.assign(**{f"{SHEAR}sdc_expected": 0.5, f"{SHEAR}sdc_nominal": 0.6})
     curves = shear_curves(table)[0]
     assert curves.empty
@@ -488,9 +447,6 @@ def test_shipped_limit_states_are_converted_to_the_unit_of_their_column():
     found = {state.key: state for state in STATES}
     values = {"unseating/slight": 0.038, "column_drift/moderate": 0.025, "column_shear/dcr_100": 1}
     assert {key: found[key].threshold for key in values} == pytest.approx(values)
-    assert found["column_drift/slight"].dispersion == 0.35
-    assert {state.threshold for state in states_of("column_shear")} == {0.5, 0.65, 0.8, 1.0}
-    assert all(state.citation for state in STATES)
 
 
 @pytest.mark.parametrize(
@@ -522,11 +478,9 @@ def test_wrong_limit_state_names_entry_and_key(change, text):
 def test_a_demand_brings_its_unit_by_its_row_of_columns_or_the_end_of_its_name():
     for demand, unit, threshold in (
         *((column.name, column.unit.replace("-", "ratio"), 102.0) for column in DEMAND_COLUMNS),
-        ("moment_knm", "kNm", 102.0),
-        ("deck_speed_mps", "m/s", 102.0),
-        ("column_shear_kn", "kip", 102.0 * 4.4482216152605),
-        ("my_dcr", "%", 1.02),
-    ):
+        ("moment_knm", "kNm", 102.0), ("deck_speed_mps", "m/s", 102.0),
+        ("column_shear_kn", "kip", 102.0 * 4.4482216152605), ("my_dcr", "%", 1.02),
+    ):  # fmt: skip
         (state,) = limit_states_of([ENTRY | {"demand": demand, "unit": unit}])
         assert state.threshold == pytest.approx(threshold)
 
