@@ -19,8 +19,9 @@ from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.report.checks import StudyTables, check_tables, require_passed, write_checks
 from skewbridge.study.folder import StudyFolder
-from skewbridge.study.journal import open_journal, read_content
+from skewbridge.study.journal import read_content
 from skewbridge.study.progress import study_progress
+from study_parts import in_journal
 
 SLUG = "osb1_cf_skew00_gap025_mu000"
 CURVES = pd.DataFrame({
@@ -184,28 +185,21 @@ def test_reasons_and_recovery_steps_are_counted_with_their_worst_row() -> None:
     assert steps_from_text("") == []
 
 
-def row(**changed: object) -> dict[str, object]:
-    """Return a row of an analysis: every column but the one that is decided later."""
-    empty = {"text": "x", "integer": 0, "number": 0.0, "boolean": True}
-    plain = {column.name: empty[column.kind] for column in COLUMNS}
-    del plain["suspect"]
-    return plain | {"status": "ok", "steps_by_rung": "10 0 1"} | changed
-
-
 def test_checks_and_state_of_a_study_count_suspect_rows_and_recovery_steps(tmp_path: Path) -> None:
-    rows = [row(motion_id=key, run_key=key, recovery_rung=n) for key, n in (("a", 4), ("b", 5))]
+    empty = {"text": "x", "integer": 0, "number": 0.0, "boolean": True}
+    row = {column.name: empty[column.kind] for column in COLUMNS if column.name != "suspect"}
+    row |= {"status": "ok", "steps_by_rung": "10 0 1"}
+    rows = [row | {"motion_id": key, "run_key": key, "recovery_rung": rung}
+            for key, rung in (("a", 4), ("b", 5))]  # fmt: skip
     write_variant(rows, tmp_path / "demands.parquet")
     write_checks(tables(read_frame(tmp_path / "demands.parquet")), tmp_path / "checks.json")
     checks = json.loads((tmp_path / "checks.json").read_text())
-    assert checks["suspect_rows"] == 1
     (worst,) = checks["suspect"]
     found = [worst[name] for name in ("reason", "rows", "worst", "motion_id")]
-    assert found == ["recovery step", 1, "5", "b"]
+    assert (checks["suspect_rows"], found) == (1, ["recovery step", 1, "5", "b"])
     assert [step["steps"] for step in checks["rungs"][:3]] == [20, 0, 2]
     folder = StudyFolder(tmp_path)
-    with open_journal(folder.journal("v")) as journal:
-        for each in rows:
-            journal.append(each)
+    in_journal(folder.journal("v"), *rows)
     content = read_content(folder.journals)
     progress = study_progress({"v": ["a", "b"]}, content)
     assert (progress.summary["suspect"], progress.notes) == (1, ())

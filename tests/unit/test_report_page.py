@@ -204,16 +204,14 @@ def test_bases_axes_counts_and_answers_are_those_of_the_study(render):
         f"Columns failed in 0 of {len(demands)} runs.",
         "a median of 3 %",  # friction above its limit, of the analyses that rub
     )
-    assert "fixed column bases" not in page
-    assert "three capacity models" not in page
+    for absent in ("fixed column bases", "capacity models", "at its shear strength, by model"):
+        assert absent not in page
     assert_tables(page, frames)
     pooled = frames["effects"].query("scope == 'pooled' and status == 'ok'").groupby("axis")
     ends = pooled["n_motions"].agg(["min", "max"]).loc[["skew_deg", "friction"]]
     text = re.search("pair of runs, for demands: ([^.]*)[.]", page)[1]
     assert_printed(text, [number for pair in ends.to_numpy() for number in sorted(set(pair))])
     assert tables_of(page)["The answer"][0][2] == "bearing, slight (100 mm)"
-    head = answer_of(page)
-    assert "<b>certain" in head or "certain</b>" in head
 
 
 def test_failures_tables_intensities_and_links_are_those_of_the_study(render):
@@ -301,6 +299,8 @@ def test_bridges_and_abutments_of_a_mixed_study_are_named(render):
     page, _ = render(mixed, bridges=("osb1_fixed",))
     head = '<th scope="colgroup" colspan="{}">osb1, {}</th>'
     assert_in(page, head.format(1, "roller"), head.format(2, "contact-friction"))
+    # the gap varies between the models only
+    assert_in(page, "<h1>Fragility of osb1: effect of skew and friction</h1>")
     assert "pinned column bases" not in page
 
 
@@ -466,27 +466,13 @@ def test_failures_are_counted_only_with_capacities_of_columns():
     assert (foreign["n_failed"] == foreign["n_runs"]).all()
 
 
-def test_the_title_names_axes_that_vary_for_one_abutment_model(render):
-    demands = pd.concat(
-        synthetic_demands(abutment=name, skews=(0, 30), gaps=(gap,), frictions=(mu,), motions=4)
-        for name, gap, mu in (("contact_friction", 25, 50), ("roller", 0, 0))
-    )
-    page, _ = render(demands)
-    assert re.findall("<h1>(.*?)</h1>", page) == ["Fragility of osb1: effect of skew"]
-
-
-@pytest.mark.parametrize(
-    ("skews", "abutment", "largest"),
-    [((0, 60), "contact_friction", 60), ((-55, 0), "spring", 55),
-     ((0, 45), "spring", None), ((0, 60), "roller", None)],
-)  # fmt: skip
-def test_page_states_that_no_test_has_a_skew_above_45_degrees(render, skews, abutment, largest):
-    demands = synthetic_demands(skews=skews, gaps=(25,), frictions=(0,))
-    page, _ = render(demands.assign(abutment=abutment))
+def test_page_states_the_largest_skew_of_a_backfill_above_the_45_degrees_of_tests(render):
+    parts = [synthetic_demands(skews=(0, skew), gaps=(25,), frictions=(0,)).assign(abutment=name)
+             for skew, name in ((60, "roller"), (-55, "spring"), (45, "spring"))]  # fmt: skip
     sentence = "No test of backfill has a skew above 45°: the passive strength at"
-    found = re.findall(rf"{sentence} (\d+)° is extrapolated\.", page)
-    assert set(found) == ({str(largest)} if largest else set())
-    assert (sentence in page) == bool(largest)
+    page, _ = render(pd.concat(parts[:2], ignore_index=True))
+    assert set(re.findall(rf"{sentence} (\d+)° is extrapolated\.", page)) == {"55"}
+    assert sentence not in render(parts[2])[0]
 
 
 def test_texts_of_a_user_are_shown_and_never_run(render, tmp_path, monkeypatch):
@@ -525,8 +511,6 @@ def test_the_first_screen_counts_shear_failures_of_every_strength_model(render, 
     assert f"osb1 {text} and Priestley (of {len(demands)})." in screen
     at_least = ", at least" if status == "collapse" else ""
     assert f"Runs with a column at its shear strength, by model{at_least}: " in screen
-    plain = synthetic_demands(skews=(0,), gaps=(25,), motions=4)
-    assert "at its shear strength, by model" not in render(plain)[0]
 
 
 def with_shear_models(demands):
@@ -567,19 +551,15 @@ def test_title_and_cells_state_why_there_is_no_ratio_and_how_many_runs_exceed_th
     assert 0 < failed < runs == len(demands)
     assert f"Columns failed in {failed} of {runs} runs" in page
     title = re.search(r'<ul class="headline"><li>(.*?)</li>', page)[1].replace("\u00a0", " ")
-    assert title.startswith("No median capacities can be compared; osb1, column failure: ")
-    for text, number in ((title, failed), *(
-        (row[1 + place], number)
-        for row in tables_of(page)["The answer"][1:]
-        for place, number in enumerate((failed, bearing))
-    )):  # fmt: skip
-        assert f", {number} of {runs} runs exceed it" in text
+    assert f", {failed} of {runs} runs exceed it" in title
+    for row in tables_of(page)["The answer"][1:]:
+        for number, text in zip((failed, bearing), row[1:], strict=False):
+            assert f", {number} of {runs} runs exceed it" in text
 
 
 @pytest.mark.parametrize(
     ("status", "exceed", "text"),
     [
-        ("too_few_runs", 6, "too few runs, 6 of 16 runs exceed it"),
         ("bounds_too_wide", 6, "bounds too wide, 6 of 16 runs exceed it"),
         ("no_exceedance", 3, "no exceedance in some variants, 3 of 16 runs exceed it"),
         ("not_reached", 0, "no run reaches it"),

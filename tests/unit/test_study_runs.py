@@ -147,7 +147,6 @@ def test_the_analysis_of_a_row_is_found_also_in_a_search(tmp_path: Path) -> None
     pairs = (plain, plain.tasks(SLUGS[1])[2]), (searching, first)
     for setup, task in (*pairs, (searching, at_factor(first, 1.37))):
         found = setup.task_of(row_of(task))
-        assert found is not None
         assert run_key(found) == run_key(task)
         assert found.motion.measures == task.motion.measures
     assert plain.task_of(row_of(at_factor(first, 1.37))) is None
@@ -288,7 +287,6 @@ def test_sensitivity_rows_differ_and_both_sides_are_analysed_for_the_window(setu
     assert len(rows) == 3
     reference = repeats.REPEATS["reference"](rows[0])
     assert reference.settings.dt_s == NUMERICS["reference"]["analysis"]["dt_s"]
-    assert reference.settings.event_halvings == 0
     assert reference.options.backwall_points > rows[0].options.backwall_points
     # an analysis that is shorter than the window keeps the key that it has in the study
     for window_s, duration_s in ((None, None), (30.0, None), (6.0, 0.5)):
@@ -400,8 +398,7 @@ def test_only_open_cells_within_reach_ask_for_motions() -> None:
     cells = [friction_rows((sd, sd), demand=name, level=0.98) for name, sd in scatters.items()]
     table, (decided, within, beyond) = asked(*cells)
     assert table["asked"].tolist() == [False, True, False]
-    assert not decided
-    assert not beyond
+    assert decided == beyond == {}
     assert 12 < min(within.values()) <= max(within.values()) <= 64
     assert table["needed"].iloc[2] > 64
 
@@ -430,9 +427,8 @@ def test_a_round_has_the_cheapest_decisions_that_fit_into_the_time() -> None:
 
 
 def test_checks_fits_and_page_are_forecast_from_the_rate_of_the_analyses(tmp_path) -> None:
-    # measured with two processors at 0.124 s per second of motions of 25 s: variants of the default
-    # study under 12 motions 95 s, under 32 about 97 s (112 s less 15 s of fits that became faster),
-    # including two analyses of 25 s that no rule repeats any more; checks 161 s at 0.121
+    # measured with two processors at 0.121 s per second of motions of 25 s: checks 161 s; at 0.124
+    # fits and page of the default study under 32 motions 96 s, with two analyses no longer repeated
     default = {"bridge": ["osb1", "osb1_fixed_era1"], "skew_deg": [0, 30, 60]}
     default |= {"gap_mm": [25, 51], "friction": [0.0, 0.5]}
     raw, folder = {"results": str(tmp_path), "grid": default}, StudyFolder(tmp_path)
@@ -461,12 +457,10 @@ def plan(ended: str | None, **changes: object) -> dict[str, object]:
 
 
 def test_a_plan_has_a_line_its_demands_and_motions_and_a_limit_of_time(tmp_path) -> None:
-    start = "round 3: 19 of 24 decided; "
-    assert rounds.round_line(plan(None)) == f"{start}next 48 analyses, about 3 min"
-    assert rounds.round_line(plan("decided")) == f"{start}all headline effects are decided"
+    next_round = "round 3: 19 of 24 decided; next 48 analyses, about 3 min"
+    assert rounds.round_line(plan(None)) == next_round
+    assert rounds.round_line(plan(None, cells=[])) == next_round.replace(" 19 of 24 decided;", "")
     assert "5 effects cannot be decided" in rounds.round_line(plan("most"))
-    assert "set a larger value to resume" in rounds.round_line(plan("hours"))
-    assert rounds.round_line(plan(None, cells=[])) == "round 3: next 48 analyses, about 3 min"
     folder = StudyFolder(tmp_path)
     path = tmp_path / "plan.json"
     path.write_text(json.dumps(plan(None)))
@@ -543,7 +537,6 @@ def test_the_capacity_is_bracketed_within_a_percent_whatever_factor_it_starts_fr
     low_g, high_g = IDA.level_range_g
     assert low_g <= levels_g.min() <= levels_g.max() <= high_g
     assert levels_g[0] == pytest.approx(np.sqrt(low_g * high_g))
-    assert first_factor(first_task(scale)) == pytest.approx(engine.factors[0])
     assert len(rows) <= 11
 
 
@@ -551,7 +544,6 @@ def test_rows_are_those_of_analyses_at_their_own_factor_and_none_is_repeated(eng
     rows = searched()
     tried = len(engine.factors)
     assert [row["scale"] for row in rows] == engine.factors
-    assert {row["motion_id"] for row in rows} == {"m"}
     assert [row["run_key"] for row in rows] == [run_key(first_task(row["scale"])) for row in rows]
     known = {row["run_key"]: row for row in rows}
     assert len(known) == tried

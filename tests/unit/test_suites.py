@@ -32,7 +32,7 @@ STATES = [state for state in states_of("unseating") if state.name == "slight"]
 KEYS = ["variant", "bridge", "abutment", "skew_deg", "gap_mm", "friction", "motion_id", "scale",
         "incidence_deg", "status"]  # fmt: skip
 MOTIONS = ROOT / "motions"
-COUNT, STORED = 128, 40
+STORED = 40
 SOME = STORED + 8  # a block of those that are made, too
 MADE = [entry for entry in list_motions(MOTIONS) if not entry.components]
 T1_S = load_structure(config.CONDITIONING_BRIDGE).t1_s
@@ -148,7 +148,6 @@ def test_the_first_screen_states_the_difference() -> None:
 
     title, text = summary({"near": 0.95, "far": 0.80})
     assert title == "The effect of friction depends on the motions."
-    assert "under near" in text
     assert "expected by chance: 0" in text
     title, text = summary({"near": 0.95, "far": 0.95})
     assert title == ""
@@ -180,10 +179,10 @@ def test_generating_again_gives_the_shipped_files():
             assert np.abs(values[0] - values[1]).max() <= 1e-6 * np.abs(values[1]).max()
 
 
-def test_suite_has_40_stored_and_88_generated_motions():
+def test_motions_of_the_index_are_stored_or_generated_and_all_different():
     entries = list_motions(MOTIONS)
-    assert [bool(entry.components) for entry in entries] == [True] * STORED + [False] * 88
-    assert len({entry.sha256 for entry in entries}) == COUNT
+    assert [bool(entry.components) for entry in entries].index(False) == STORED
+    assert len({entry.sha256 for entry in entries}) == len(entries)
     numbers = [entry.made_from_number for entry in MADE]
     assert numbers == sorted(set(numbers))
 
