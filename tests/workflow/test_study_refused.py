@@ -11,12 +11,10 @@ from pathlib import Path
 import pytest
 from hatchling.builders.wheel import WheelBuilder
 
-from motions_files import index_of, make_pairs
-from skewbridge.cli.study import DEMO_STUDY
 from skewbridge.errors import InputError
 from skewbridge.study.folder import STARTER_PARTS, write_starter
 from skewbridge.study.jobs import RECIPES
-from small_study import ROOT, SNAKEMAKE, copy_sources, done, planned_jobs, run
+from small_study import ROOT, SNAKEMAKE, copy_sources, done, run
 
 
 @pytest.fixture(scope="module")
@@ -89,29 +87,6 @@ def test_bad_configurations_and_motions_stop_before_any_analysis(tree, tmp_path)
         (f"motions: {{folder: {tmp_path}, count: 1}}", "prepare_motions", second.name),
     ):  # fmt: skip
         refused(run(tree, "--until", step, over=over, check=False), *words)
-
-
-def test_an_edited_target_selects_and_prepares_other_motions(tree, tmp_path):
-    index_of(tmp_path, make_pairs(tmp_path, 6), event=list("abcdef"))
-    target, earthquake = tmp_path / "target.yaml", {"magnitude": 7, "distance_km": 10, "epsilon": 0}
-    selected = tree / "results/smoke/motions/selected/index.csv"
-    chosen = {"target": str(target), "candidates": [str(tmp_path)], "count": 3}
-    over = json.dumps({"motions": {"selection": chosen, "shaking_s": 3.0}})
-
-    def prepared_at(level_g):
-        """Return the jobs planned for a level, after which its motions are prepared."""
-        levels = [earthquake | {"level_g": level_g}]
-        target.write_text(json.dumps({"measure": "SA(0.7)", "vs30_mps": 400, "levels": levels}))
-        jobs = planned_jobs(tree, over, "prepare_motions")
-        run(tree, "--", "prepare_motions", over=over)
-        return jobs, selected.read_text()
-
-    (first, one), (again, two) = prepared_at(0.1), prepared_at(0.1)
-    assert (first, again, one == two) == ({"prepare_motions"}, set(), True)
-    edited, three = prepared_at(0.11)
-    assert (edited, one == three) == ({"prepare_motions"}, False)
-    over = over.replace('"count": 3', '"count": 7')
-    refused(run(tree, "-n", over=over, check=False), "6 candidates")
 
 
 def test_every_variable_of_make_study_is_understood(tree, tmp_path):
@@ -195,7 +170,6 @@ def test_an_installed_package_starts_a_study_and_shows_the_stored_one(tmp_path):
     page = Path(json.loads(shown.stdout)["report"])
     assert page == tmp_path / "shown/report.html"
     assert "friction" in page.read_text(encoding="utf-8")
-    assert sum(path.stat().st_size for path in DEMO_STUDY.rglob("*.parquet")) < 3_000_000
 
 
 def test_existing_files_are_not_overwritten(tmp_path):
