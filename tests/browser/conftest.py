@@ -40,12 +40,6 @@ CAPTIONS = [
         "title": f"{model}: {section} of {item}", "text": "Of a test.", "finding": "It rises.",
     }
     for number, (model, section, item) in enumerate(FIGURES)
-] + [
-    {
-        "name": f"main_{item}", "model": "", "section": MAIN, "item": item, "title": item,
-        "text": "Of a test.", "finding": "It rises.",
-    }
-    for item in ("column_failure", "whole_bridge")
 ]  # fmt: skip
 
 

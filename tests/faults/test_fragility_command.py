@@ -52,7 +52,6 @@ def fit(tmp_path):
             (STRIPES | {"k": [1, 21]}, "stripes", 1, "0<=k<=n (row 1)"),
             (STRIPES | {"im": [0.0, 0.5]}, "stripes", 0, "im must be > 0"),
             (STRIPES | {"im": [0.1, None]}, "stripes", 1, "im must be > 0"),
-            (STRIPES | {"im": [0.1, "x"]}, "stripes", 1, "must be a number"),
             ("im,n,k\n0.2,20,1\n0.4,,9\n0.8,20,17\n", "stripes", 1, ""),
             (STRIPES | {"n": [20]}, "stripes", 1, "differ in length"),
             (CLOUD | {"edp": [1]}, "cloud", 1, "length: im has 2, edp has 1"),
@@ -62,18 +61,15 @@ def fit(tmp_path):
             (CLOUD | {"edp": [1, 0]}, "cloud", 1, "edp must be > 0"),
             (CLOUD | {"threshold": -1}, "cloud", 0, "threshold must"),
             (CLOUD | {"im": [1, [2]]}, "cloud", 1, "must be a number"),
-            (CLOUD | {"threshold": []}, "cloud", None, "threshold must be one number, got []"),
             (CLOUD | {"threshold": [1, 2]}, "cloud", None, "must be one number, got [1.0, 2.0]"),
             (CLOUD | {"status": ["ok", "collapse"]}, "cloud", None, "needs --im, --edp and --thr"),
             (CLOUD | {"im": 5}, "cloud", None, "im must be a list"),
-            (CLOUD | {"edp": {"a": 1}}, "cloud", None, "edp must be a list"),
             (CLOUD | {"edp": [1, float("inf")]}, "cloud", 1, "finite unless collapse is 1 (row 1)"),
             ({"capacity": [1, float("nan")]}, "ida", 1, "capacity must be > 0"),
             ({"capacity": [1, 2], "censored": [0, 2]}, "ida", 1, "censored must be 0 or 1"),
             ({"lower": [0.5, 0.7], "upper": [0.6, 0.7]}, "ida", 1, "upper must be above lower"),
             ({"lower": [0.5, -0.1], "upper": [0.6, 0.7]}, "ida", 1, "lower must be >= 0"),
             ("im;n;k\n0.2;20;1\n0,4;20;9\n", "stripes", None, "separated by semicolons: write com"),
-            ("im\tn\tk\n0.2\t20\t1\n", "stripes", None, "separated by tabs: write commas"),
         )),
         # a bad cell in a table of runs
         ("im,edp\n0.1,1\n0.2,2\n0.3,\n0.4,4\n", "cloud", NAMED, {"row": 2, "column": "edp"}, ""),
@@ -113,13 +109,17 @@ def test_bad_data_and_options_exit_two_with_the_reason(fit, data, method, option
     assert found.get("row") is None or re.search(r"/data\.(json|csv|parquet): ", found["message"])
 
 
-def test_spellings_of_published_data_sets_are_understood(fit):
+def test_spellings_of_published_data_sets_are_understood(fit, tmp_path):
     names = ("right_censored", "censored")
     first, second = (fit({"capacity": [1, 2, 3, 3], name: [0, 0, 0, 1]}, "ida") for name in names)
     assert first == second
     data = {"bracket_lo": [0.4, 0.8, 0.6], "bracket_hi": [0.7, 1.0, "inf"]}
     assert fit(data, "ida")["status"] == "ok"
     assert fit("lower, upper\n0.2, 0.4\n0.5, 0.8\n0.6,\n", "ida")["status"] == "ok"
+    counts = pd.DataFrame({"im": [0.2, 0.4, 0.8], "n": [20] * 3, "k": [1, 9, 17]})
+    for name, text in (("a.Csv", counts.to_csv()), ("a.JSON", counts.to_json(orient="records"))):
+        (tmp_path / name).write_text(text)
+        assert answer("fit", tmp_path / name, "--method", "stripes")["status"] == "ok"
     x, y = np.array([0.1, 0.2, 0.5, 0.9]), np.array([0.01, 0.03, 0.05, 0.1])
     logs = {"ln_im": list(np.log(x)), "ln_edp": list(np.log(y)), "threshold": 0.04}
     plain = {"im": list(x), "edp": list(y), "threshold": 0.04}
@@ -196,9 +196,8 @@ def test_intervals_are_by_motion_where_motions_repeat(fit):
 
 
 def test_unreadable_files_are_refused(tmp_path):
-    for name in ("broken.json", "data.txt", "missing.json"):
-        if name != "missing.json":
-            (tmp_path / name).write_text("{not json", encoding="utf-8")
+    (tmp_path / "broken.json").write_text("{not json", encoding="utf-8")
+    for name in ("broken.json", "missing.json"):
         assert name in answer("fit", tmp_path / name, "--method", "stripes", code=2)["message"]
 
 
@@ -291,18 +290,15 @@ def test_unused_and_repeated_rows_of_a_table_of_runs_are_reported(fit):
     assert fit(unhashable, "cloud", *RUNS, 0.01)["notes"] == ["columns that are not used: 'more'"]
 
 
-def test_runs_of_one_event_are_left_out_together(fit):
+def test_runs_of_one_event_are_left_out_together_and_of_one_motion_have_no_interval(fit):
     found = fit(TABLE.assign(event=[*"aabbccddee", "", ""]), "cloud", *RUNS, 0.01)
     assert (found["ci_method"], found["n_records"]) == ("jackknife", 12)
     joined = TABLE.assign(motion_id=[*"aabbccddeefg"])
     assert found["ci_theta"] == fit(joined, "cloud", *RUNS, 0.01)["ci_theta"]
-
-
-def test_runs_of_one_motion_have_no_interval(fit):
-    found = fit(TABLE.assign(motion_id="a"), "cloud", *RUNS, 0.01)
-    assert found["theta"] == pytest.approx(fit(TABLE, "cloud", *RUNS, 0.01)["theta"])
-    assert (found["ci_theta"], found["ci_method"]) == ([None, None], "")
-    assert "too_few_motions_for_an_interval" in found["warnings"]
+    one = fit(TABLE.assign(motion_id="a"), "cloud", *RUNS, 0.01)
+    assert one["theta"] == pytest.approx(found["theta"])
+    assert (one["ci_theta"], one["ci_method"]) == ([None, None], "")
+    assert "too_few_motions_for_an_interval" in one["warnings"]
 
 
 def test_censored_high_demands_of_a_straight_cloud_do_not_look_saturating():
@@ -317,15 +313,6 @@ def test_censored_high_demands_of_a_straight_cloud_do_not_look_saturating():
     bent = 0.02 * np.exp(1.1 * np.log(im) - 0.5 * np.log(im) ** 2 + 0.1 * rng.normal(size=80))
     upper = np.where(bent > 0.015, np.inf, bent)
     assert "saturating" in fit_cloud(im, np.minimum(bent, 0.015), 0.012, upper).warnings
-
-
-@pytest.mark.parametrize("ending", ["CSV", "Csv", "JSON"])
-def test_capitals_in_the_ending_of_a_file_are_accepted(tmp_path, ending):
-    counts = pd.DataFrame({"im": [0.2, 0.4, 0.8], "n": [20] * 3, "k": [1, 9, 17]})
-    path = tmp_path / f"counts.{ending}"
-    is_csv = ending.lower() == "csv"
-    path.write_text(counts.to_csv() if is_csv else counts.to_json(orient="records"))
-    assert answer("fit", path, "--method", "stripes")["status"] == "ok"
 
 
 # --- tables of runs of other programs
@@ -360,10 +347,8 @@ def test_foreign_tables_lose_single_bad_rows_or_are_refused_with_row_and_column(
         ({"record": ["a", "a"], "angle": [0, 9]}, "use a column as axis: 'angle'"),
         ({"Skew_deg": [0, 60]}, "column 'Skew_deg' is not known: did you mean skew_deg?"),
         ({"Skew (deg)": [0, 60]}, "column 'Skew (deg)' is not known: did you mean skew_deg?"),
-        ({"gap mm": [0, 60]}, "column 'gap mm' is not known: did you mean gap_mm?"),
         ({"gap_m": [0, 1]}, "did you mean gap_mm? Convert to mm, rename the column"),
         ({"variant": ["A", "B"]}, "variants 'A', 'B' have the same bridge, abutment and axes"),
-        ({"Scale": [1, 2]}, "column 'Scale' is not known: did you mean scale?"),
         ({"record": ["a", None]}, "record is missing (row 1)"),
     ):
         with pytest.raises(InputError, match=re.escape(text)):

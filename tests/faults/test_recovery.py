@@ -307,16 +307,6 @@ def test_a_failed_recovery_leaves_the_last_converged_state(monkeypatch, taken, i
     assert_unchanged(values, model, integrator, sizes)
 
 
-@of_models
-def test_houbolt_survives_a_change_of_the_step(model):
-    """It restarts as the trapezoidal rule, which is the more accurate of the two."""
-    exact = plain(model, NEWMARK, [DT_S / 20] * 20 * STEPS)
-    even = plain(model, HOUBOLT, [DT_S] * STEPS)
-    parts = [DT_S / 4] * 4
-    uneven = plain(model, HOUBOLT, [*[DT_S] * 5, *parts, DT_S, *parts] * (STEPS // 8))
-    assert error(uneven, exact) <= error(even, exact)
-
-
 # --- a whole bridge
 def response(monkeypatch, failing):
     """Analyse OSB1 with some solutions made impossible: one iteration, no tolerance. No state is

@@ -67,7 +67,6 @@ def test_a_second_run_stops_and_a_killed_study_repeats_nothing_and_is_complete(s
     skewbridge = [str(small.SNAKEMAKE.parent / "skewbridge"), "provenance", "results/report.html"]
     assert json.loads(small.done([*skewbridge, "--json"], study).stdout)["current"]
     page = (study / "results/report.html").read_text()
-    assert page.count("data:image/webp;base64,") >= 4
     assert 'src="http' not in page
     # addresses inside the vendored library are texts of its messages
     assert 'href="http' not in re.sub(r"<script.*?</script>", "", page, flags=re.DOTALL)
