@@ -69,7 +69,7 @@ _UNITS: Final = {
 _NUMBER: Final = re.compile(r"(\d{1,15}(?:\.\d{0,15})?(?:e[-+]?\d{1,3})?)\s*(\S.{0,30})", re.I)
 _FEET_AND_INCHES: Final = re.compile(
     r"(?:(\d{1,6}(?:\.\d{1,9})?)(?:'| ?ft)[ -]*)?"
-    r"(?:(\d{1,6}(?:\.\d{1,9})?)?(?:(?:(?<=\d)[ -]|(?<!\d))(\d{1,3})/(\d{1,3}))?(?:\"| ?in))?"
+    r"(?:(\d{1,6}(?:\.\d{1,9})?)?(?:(?:(?<=\d)[ -]|(?<!\d))(\d{1,3})/([1-9]\d{0,2}))?(?:\"| ?in))?"
 )
 _NAME_UNIT: Final = re.compile(r"_((?:mnm|[mk]?n|mm|m|[mgk]?pa|t|s)\d?(?:_per_(?:m|rad)\d?)?)$")
 
@@ -89,7 +89,7 @@ def quantity(text: str, unit: str) -> float:
     match = _FEET_AND_INCHES.fullmatch(text.strip())
     if match and any(match.groups()):
         feet, inches, numerator, denominator = (float(number or 0.0) for number in match.groups())
-        value_si, dimension = feet * FOOT + (inches + numerator / max(denominator, 1.0)) * INCH, _M
+        value_si, dimension = feet * FOOT + (inches + numerator / (denominator or 1.0)) * INCH, _M
     elif number_match := _NUMBER.fullmatch(text.strip()):
         factor, dimension = _factor(number_match[2])
         value_si = float(number_match[1]) * factor

@@ -241,6 +241,7 @@ def test_a_quantity_is_converted_to_the_unit_of_its_key(text, unit, value) -> No
     [
         ("spans_m", ["150 ft", "150 kip"], "of another quantity"),
         ("deck.width_m", {"v": "47 sqft", "src": "b: S-1"}, "known unit"),
+        ("deck.width_m", {"v": "40 ft 1/0 in", "src": "b: S-1"}, "known unit"),
         ("column.bar", "#12", "must be one of #3, #4"),
         ("column.bar", 9, "#18 in quotes, or a size such as '16 mm', got 9"),
         ("column.hoop", "#8", "such as '#8 @ 5 in'"),
