@@ -7,6 +7,7 @@ inertia and damping at the slow ramp are about 0.1 %."""
 import numpy as np
 import openseespy.opensees as ops
 import pytest
+from reference_pages import ROOT
 
 from skewbridge.analysis.modal import apply_rayleigh
 from skewbridge.analysis.pushover import push_bridge
@@ -64,3 +65,19 @@ def test_a_push_with_friction_agrees_with_a_slow_ramp(skew_deg, dof) -> None:
         smooth = Variant.at("osb1", "contact_friction", values | {"friction": 0.0})
         without = push_bridge(smooth, OPTIONS, **push)
         assert np.interp(compared_m[-1], without.disp_m, without.force_n) < 0.92 * expected_n[-1]
+
+
+@pytest.mark.parametrize("bridge", ["osb2s", str(ROOT / "docs/own_bridge.py")])
+def test_lever_and_displacement_control_agree_before_contact(bridge) -> None:
+    """Osb2s has no mass at its centre; the script has rigid links. Little friction: no effect."""
+    curves = [
+        push_bridge(
+            Variant.at(bridge, "contact_friction", {"skew_deg": 30, "gap_mm": 51, "friction": mu}),
+            OPTIONS, angle_deg=40.0, max_disp_m=0.03, steps=30,
+        )
+        for mu in (0.0, 1.0e-3)
+    ]  # fmt: skip
+    # along the push, although the deck also moves across it
+    assert [curve.disp_m[-1] for curve in curves] == pytest.approx([0.03] * 2, rel=3e-4)
+    control, lever = (np.interp([0.01, 0.03], c.disp_m, c.force_n) for c in curves)
+    assert lever == pytest.approx(control, rel=5e-4)
