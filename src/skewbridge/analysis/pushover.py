@@ -433,6 +433,9 @@ def _march(
                 break
         halvings = max(halvings - 1, 0)
         rows.append(read())
+        if integrator[0] == "LoadControl":  # the driver moves along the push
+            remaining -= step_share
+            continue
         remaining = 1.0 - rows[-1][0] / target_m
         if (advance := (rows[-1][0] - rows[-2][0]) / target_m) > 0.0:
             rate *= step_share / advance
