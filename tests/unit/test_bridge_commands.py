@@ -88,11 +88,11 @@ def test_a_push_writes_its_curve(tmp_path: Path, command: str) -> None:
 
 
 def test_models_and_columns_are_drawn_and_written(tmp_path) -> None:
-    found = answer("model", "--skew-deg", "-30", "--bridge", "osb2s", "--out", str(tmp_path))
+    found = answer("model", "osb2s", "--skew-deg", "-30", "--out", str(tmp_path))
     assert found["variant"] == "osb2s_cf_skewm30_gap051_mu050"
     assert (tmp_path / "model.png").stat().st_size > 10_000
     assert "ops.element" in (tmp_path / "model.py").read_text(encoding="utf-8")
-    found = answer("column", "--bridge", "osb2s", "--bent", "2", "--out", tmp_path)
+    found = answer("column", "osb2s", "--bent", "2", "--out", tmp_path)
     assert found["axial_kn"] == pytest.approx(7_412, rel=0.01)
     assert found["shear_strength_kn"] == answer("sdc", "osb2s")["bents"][1]["shear_strength_kn"]
     curve = pd.read_parquet(tmp_path / "moment_curvature.parquet")
@@ -418,12 +418,13 @@ def test_the_printed_answer_has_suspect_properties_and_the_units_asked_for(pair,
     """Two iterations are too few for most steps."""
     changes = ("max_iterations=2", "tolerance_j=1.0e-14", "reuse_tangent=false")
     options = [text for change in changes for text in ("--set", change)]
-    out = ("--out", tmp_path / "out", "--units", "us", "--no-figures", "--duration-s", 1.5)
+    out = ("--out", tmp_path / "out", "--units", "us", "--duration-s", 1.5)
     printed = invoke("run", "--motion", *pair, *out, *options)
     cut = "of the Arias intensity is after duration_s = 1.5 (unscaled peak until then"
     assert cut in " ".join(printed.stderr.split())
     assert {"status", "suspect", "column_shear_dcr", "deck_disp_in"} <= set(printed.stdout.split())
     assert "osb1_cf_skew00_gap051_mu050" in printed.stdout
+    assert "(in)" in (tmp_path / "out/displacements.svg").read_text(encoding="utf-8")
     assert f"written to {tmp_path}/out" in printed.stderr
     (row,) = pq.read_table(tmp_path / "out/demands.parquet").to_pylist()
     assert row["loosened_ratio"] > 0.5

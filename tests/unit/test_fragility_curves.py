@@ -470,7 +470,7 @@ def test_shipped_limit_states_are_converted_to_the_unit_of_their_column():
     ],
 )
 def test_wrong_limit_state_names_entry_and_key(change, text):
-    with pytest.raises(InputError, match=r"^limit state entry 0") as caught:
+    with pytest.raises(InputError, match=r"^limit state entry 1") as caught:
         limit_states_of([ENTRY | change])
     assert text in str(caught.value)
 

@@ -35,7 +35,6 @@ _ALGORITHMS = (("KrylovNewton",), ("NewtonLineSearch",), ("Newton", "-initial"))
 _MAX_HALVINGS = 10
 _MAX_ITERATIONS = 50
 _TOLERANCE_M = 1.0e-9
-_LAST_PART = 1.0e-12
 _MAX_DISP_M = 5.0
 _MAX_STEPS = 100_000
 # Displacements are read on the pushed side of this spring, so it does not soften the curve.
@@ -45,9 +44,9 @@ _GUIDE_N_PER_M = 1.0e12
 _LEVER_ALGORITHMS: Final = (("KrylovNewton",), ("NewtonLineSearch",), ("Newton",))
 #: Largest unbalanced force or moment of a step (N, N m).
 _UNBALANCED: Final = 1.0
-# Penalties (N/m) of supports and lever: at 10 MN, a support yields by 0.01 um. The lever yields by
-# 10 um, which does not matter, because displacements are read at the mass centre.
-_PENALTIES: Final = (1.0e15, 1.0e12)
+# Penalties (N/m) of supports, and of the lever and rigid links of scripts: at 10 MN, they yield by
+# 0.01 and 0.1 um.
+_PENALTIES: Final = (1.0e15, 1.0e14)
 #: Largest |applied force - reactions| / force, and steps without displacement to reach it.
 _IMBALANCE: Final = 5.0e-7
 _CORRECTIONS: Final = 4
@@ -148,7 +147,8 @@ def _push_mass_centre(push: _Push) -> PushCurve:
 
         control = int(abs(direction[0]) < abs(direction[1]))  # the larger component
         integrator = ("DisplacementControl", model.frame.centre_node, control + 1)
-        return _march(model.contacts, max_disp_m * direction[control], steps, read, integrator)
+        push_m = max_disp_m, max_disp_m * direction[control]
+        return _march(model.contacts, push_m, steps, read, integrator)
 
 
 class _Lever:
@@ -160,10 +160,10 @@ class _Lever:
         self._supports = [node for node in ops.getNodeTags() if ops.getFixedDOFs(node)]
         driver, total = grounded_node(ops.nodeCoord(self._centre), model.tags), sum(masses.values())
         terms = [
-            (node, dof, mass / total * component)
+            (node, dof, share)
             for node, mass in masses.items()
             for dof, component in enumerate(direction, start=1)
-            if abs(component) > _ROUNDING  # OpenSees refuses zero
+            if abs(share := mass / total * component) > _ROUNDING  # OpenSees refuses zero
         ]
         # the driver moves by the mean, so the force on each mass is in proportion to it
         ops.equationConstraint(driver, 1, -1.0, *(value for term in terms for value in term))
@@ -299,7 +299,7 @@ def _push_by_lever(push: _Push) -> PushCurve:
         test = "NormUnbalance", _UNBALANCED, _MAX_ITERATIONS // 2
         _start_analysis(("Penalty", *_PENALTIES), "UmfPack", test, ("LoadControl", 0.0))
         sizes, rows = _LeverSteps(max_disp_m / steps, contacts), [(0.0, 0.0, 0.0)]
-        remaining_m = max_disp_m
+        remaining_m, driven_m = max_disp_m, 0.0
         for _ in range(_MOST_PARTS * steps):
             if remaining_m <= _REACHED * max_disp_m:
                 break
@@ -317,9 +317,13 @@ def _push_by_lever(push: _Push) -> PushCurve:
                 row = _balanced(lever)
             else:
                 break
+            driven_m += part_m
             if _is_balanced(row):  # otherwise the next step starts from here, without a row
                 rows.append(row)
-                remaining_m = max_disp_m - row[0]
+                remaining_m, advance_m = max_disp_m - row[0], row[0] - rows[-2][0]
+                # the mass centre moves less or more than the mean, which the lever drives
+                remaining_m *= driven_m / advance_m if advance_m > 0.0 else 1.0
+                driven_m = 0.0
             sizes.adapt(part_m, changed)
     disp_m, base_n, applied_n = np.array(rows).T
     return PushCurve(
@@ -381,7 +385,8 @@ def push_abutment(
             disp_m = _along(abutment.connector, direction) - start_m
             return disp_m, float(ops.basicForce(tie)[0])
 
-        return _march(abutment.blueprint.contacts, max_disp_m, steps, read, ("LoadControl",))
+        push_m = max_disp_m, max_disp_m
+        return _march(abutment.blueprint.contacts, push_m, steps, read, ("LoadControl",))
 
 
 def _tie(connector: int, direction: PlanVector, tags: TagAllocator) -> tuple[int, int]:
@@ -396,22 +401,29 @@ def _tie(connector: int, direction: PlanVector, tags: TagAllocator) -> tuple[int
 
 def _march(
     contacts: ContactSet | None,
-    target: float,
+    push_m: tuple[float, float],
     steps: int,
     read: Callable[[], tuple[float, float]],
     integrator: tuple[str | int, ...],
 ) -> PushCurve:
-    """Push `integrator` to ``target``, halving failed steps; return what `read` gives."""
+    """Push along a direction, halving failed steps; return what `read` gives.
+
+    ``push_m``: final displacement along the push, and its component that `integrator` controls.
+    The control moves as much as the last step needed, because a deck also moves across the push.
+    """
     ops.logFile(devnull, "-noEcho")  # failed steps are repeated: their messages would mislead
     test = "NormDispIncr", _TOLERANCE_M, _MAX_ITERATIONS
-    _start_analysis(("Transformation",), "BandGeneral", test, (*integrator, target / steps))
+    target_m, control_m = push_m
+    _start_analysis(("Transformation",), "BandGeneral", test, (*integrator, control_m / steps))
     rows = [(0.0, 0.0)]
-    remaining, halvings = 1.0, 0
-    while remaining > _LAST_PART and halvings <= _MAX_HALVINGS:
+    remaining, halvings, rate = 1.0, 0, 1.0
+    for _ in range(_MOST_PARTS * steps):
+        if remaining <= _REACHED or halvings > _MAX_HALVINGS:
+            break
         step_share = min(0.5**halvings / steps, remaining)
         if contacts is not None:
             contacts.prepare(step_share)
-        if not _converges(_ALGORITHMS, integrator, target * step_share):
+        if not _converges(_ALGORITHMS, integrator, control_m * step_share * rate):
             halvings += 1
             continue
         if contacts is not None:
@@ -419,11 +431,16 @@ def _march(
                 contacts.after_step(step_share)
             except ContactError:  # a mechanism: displacements are too large for double precision
                 break
-        remaining -= step_share
         halvings = max(halvings - 1, 0)
         rows.append(read())
+        if integrator[0] == "LoadControl":  # the driver moves along the push
+            remaining -= step_share
+            continue
+        remaining = 1.0 - rows[-1][0] / target_m
+        if (advance := (rows[-1][0] - rows[-2][0]) / target_m) > 0.0:
+            rate *= step_share / advance
     disp_m, force_n = np.array(rows).T
-    return PushCurve(disp_m=disp_m, force_n=force_n, is_complete=remaining <= _LAST_PART)
+    return PushCurve(disp_m=disp_m, force_n=force_n, is_complete=remaining <= _REACHED)
 
 
 def _start_analysis(

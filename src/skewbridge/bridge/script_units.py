@@ -92,6 +92,7 @@ _ARGUMENTS: Final[Mapping[str, tuple[int, Sequence[Dimension]]]] = {
     "node": (1, _PLACE),
     "mass": (1, (*(STIFFNESS,) * 3, *(MOMENT,) * 3)),
     "load": (1, _FORCES),
+    "constraints": (1, (STIFFNESS, STIFFNESS)),
 }
 _ANSWERS: Final[Mapping[str, Sequence[Dimension]]] = {
     "nodeCoord": _PLACE,
@@ -120,12 +121,12 @@ def _replace(name: str, command: Callable[..., Any]) -> None:
 
 
 def view_constraints() -> None:
-    """Make `ops.constraints` use the transformation method, which can handle rigid links."""
+    """Make `ops.constraints` handle rigid links: by transformation, unless by penalties."""
     _replace("constraints", partial(_transformed, ops.constraints))
 
 
-def _transformed(command: Callable[..., Any], _: str) -> None:
-    command("Transformation")
+def _transformed(command: Callable[..., Any], handler: str, *penalties: float) -> None:
+    command(*(handler, *penalties) if handler == "Penalty" else ("Transformation",))
 
 
 class SiView:

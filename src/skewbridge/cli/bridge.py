@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
 LADDER_ANGLES_DEG: Final = (0.0, 30.0, 60.0, 90.0, 150.0, 180.0)
 _OF_RUN: Final = ("demands", "capacities", "histories")  # tables of `run` that `sdc` reads
+Name = Annotated[str | None, arg("Bridge, instead of --bridge.", "[NAME|FILE]")]
 OptionalOut = Annotated[Path | None, opt("Folder for the table.")]
 MaxDisp = Annotated[float, opt("Final displacement of the push, in m.")]
 
@@ -72,6 +73,17 @@ def _known_bridges() -> list[str]:
     return [*bridge_names(), *(path.stem for path in sorted(OWN_FOLDER.glob("*.yaml")))]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NamedVariantOptions(VariantOptions):
+    """Options of a variant of a bridge that may be a positional argument."""
+
+    name: Name = None
+
+    def __post_init__(self) -> None:
+        """Take the positional argument as the bridge."""
+        object.__setattr__(self, "bridge", self.name or self.bridge)
+
+
 @command(bridge, "list")
 def list_bridges() -> Answer:
     """List the bridges of the catalogue and those in config/bridges.
@@ -90,7 +102,7 @@ def list_bridges() -> Answer:
 
 @command(bridge)
 def check(
-    name: Annotated[str | None, arg("Bridge to check, instead of --bridge.", "[NAME|FILE]")] = None,
+    name: Name = None,
     bridge: Bridge = "osb1",
     out: Annotated[Path | None, opt("Folder of the drawing; default results/bridges/NAME.")] = None,
     units: UnitsOpt = "si",
@@ -119,7 +131,7 @@ def check(
 
 
 @command(bridge)
-def modal(case: VariantOptions, out: OptionalOut = None, units: UnitsOpt = "si") -> Answer:
+def modal(case: NamedVariantOptions, out: OptionalOut = None, units: UnitsOpt = "si") -> Answer:
     """Compute weight, dead-load forces, periods and participating masses with open gaps.
 
     T1 is the conditioning period of the bridge: the period of its model with pads at zero skew.
@@ -140,7 +152,7 @@ def modal(case: VariantOptions, out: OptionalOut = None, units: UnitsOpt = "si")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FreeVariantOptions(VariantOptions):
+class FreeVariantOptions(NamedVariantOptions):
     """Options of a variant that by default has no abutments."""
 
     abutment: Abutment = "roller"
@@ -158,7 +170,7 @@ def pushover(case: FreeVariantOptions, push: PushOptions, max_disp_m: MaxDisp = 
 
 
 @command(bridge)
-def static(case: VariantOptions, push: PushOptions, max_disp_m: MaxDisp = 0.20) -> Answer:
+def static(case: NamedVariantOptions, push: PushOptions, max_disp_m: MaxDisp = 0.20) -> Answer:
     """Push the deck end against one abutment.
 
     Direction x pushes into the backfill; an angle of 180 degrees pulls away from it.
@@ -211,7 +223,7 @@ def _pushed(pushing: "Callable[..., PushCurve]", case: VariantOptions, push: Pus
 
 
 @command(bridge)
-def model(case: VariantOptions, out: Out) -> Answer:
+def model(case: NamedVariantOptions, out: Out) -> Answer:
     """Draw a model (model.png) and write it as an OpenSeesPy script (model.py).
 
     Example: skewbridge bridge model --skew-deg 45 --out model45
@@ -232,6 +244,7 @@ def model(case: VariantOptions, out: Out) -> Answer:
 @command(bridge)
 def column(
     out: Out,
+    name: Name = None,
     bridge: Bridge = "osb1",
     bent: Annotated[int, opt("Number of the bent, 1 at the left.")] = 1,
     units: UnitsOpt = "si",
@@ -245,19 +258,19 @@ def column(
     from skewbridge.bridge.column import bent_capacities
     from skewbridge.report.bridge_figures import column_figure
 
-    data = load_bridge(bridge)
+    data = load_bridge(name or bridge)
     if not 1 <= bent <= len(data.bents):
         raise InputError(f"bent must be between 1 and {len(data.bents)}, got {bent}")
     rows: list[dict[str, Any]] = []
     for column in (column for column in bent_capacities(data) if column.bent == bent):
         curve, axial_n = column.curve, column.axial_n
         direction = {} if column.direction == "all" else {"direction": column.direction}
-        name = "".join(f"_{text}" for text in direction.values())
+        suffix = "".join(f"_{text}" for text in direction.values())
         table = {"curvature_per_m": curve.curvature_per_m, "moment_knm": curve.moment_nm / KN}
-        _write(table, out, f"moment_curvature{name}")
-        title = f"{data.title}, bent {bent}{name.replace('_', ' ')}, {axial_n / KN:.0f} kN"
+        _write(table, out, f"moment_curvature{suffix}")
+        title = f"{data.title}, bent {bent}{suffix.replace('_', ' ')}, {axial_n / KN:.0f} kN"
         figure = column_figure(curve, column.shear, axial_n, title=title)
-        figure.savefig(out / f"column{name}.png", dpi=150)
+        figure.savefig(out / f"column{suffix}.png", dpi=150)
         (row,) = capacity_rows([column])
         forces = "axial_kn", "plastic_moment_knm", "plastic_shear_kn", "shear_strength_kn"
         values = {

@@ -84,7 +84,9 @@ def arg(text: str, metavar: str | None = None) -> Any:
     return typer.Argument(help=text, metavar=metavar)
 
 
-UnitsOpt = Annotated[Units, opt("Units of printed tables: si, or us (kip, in, ft); files: SI.")]
+UnitsOpt = Annotated[
+    Units, opt("Units of printed tables, and of figures of run: si, or us (kip, in, ft).")
+]
 
 
 def command(

@@ -101,10 +101,13 @@ def run(
     write_frame(histories, out / "histories.parquet", digests)
     write_frame(pd.DataFrame(result.bents), out / "capacities.parquet", digests)
     if figures:
+        from skewbridge.report.appearance import shown_in
         from skewbridge.report.run_figures import run_figures
 
         title = f"{task.variant.slug}, {motion.motion_id} x {task.motion.scale:g}"
-        for name, figure in run_figures(histories, title=title).items():
+        with shown_in(units):
+            drawn = run_figures(histories, title=title)
+        for name, figure in drawn.items():
             for path in (out / f"{name}.png", out / f"{name}.svg"):
                 figure.savefig(path, dpi=150, metadata=figure_metadata(digests))
     warnings = [*filter(None, [cut_warning(motion, task.settings.duration_s)])]

@@ -234,7 +234,7 @@ def limit_states_of(data: object, prefix: str = "") -> list[LimitState]:
         raise InputError(f"{prefix}limit states must be a list with at least one entry")
     states: list[LimitState] = []
     faults: list[InputError] = []
-    for row, entry in enumerate(data):
+    for row, entry in enumerate(data, start=1):
         where = f"{prefix}limit state entry {row}"
         try:
             states += checked(LimitStateEntry, entry, where).limit_states(where)
