@@ -13,8 +13,10 @@ from skewbridge.errors import InputError
 from skewbridge.files.tables import read_any
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared, read_foreign
+from skewbridge.fragility.effects import median_effects
 from skewbridge.fragility.fits import fit_cloud
 from skewbridge.fragility.settings import FitSettings
+from skewbridge.fragility.study_tables import fragility_tables
 
 DRIFT = "column_drift_ratio"
 RUNS = ("--im", IM, "--edp", DRIFT, "--threshold")
@@ -159,6 +161,43 @@ def test_a_table_of_runs_obeys_status_and_unknown_outcomes_may_forbid_a_median(f
     assert found["n_unknown"] > 2
     assert found["theta_all_exceed"] < found["theta_none_exceed"]
     assert "unknown_outcomes" in found["warnings"]
+
+
+def test_medians_that_rest_on_the_definition_of_collapse_are_withheld(fit):
+    runs = synthetic_demands(
+        skews=(0, 30), gaps=(25,), frictions=(50,), motions=40, skew_effect=0.0
+    )
+    runs["unseating_m"] *= np.where(runs["skew_deg"] == 30, np.exp(0.24), 1.0)
+    states, found = states_of("unseating")[1:2], {}
+    for level in (0.3, 1.2):  # every stronger run collapses
+        fall = runs[IM] > level
+        cut = runs.assign(
+            status=np.where(fall, "collapse", "ok"), unseating_m=runs["unseating_m"].mask(fall)
+        )
+        effects = median_effects(
+            cut, states, FitSettings(im=IM), curves=fit_study(cut, states, FitSettings(im=IM))
+        )
+        found[level] = effects.query("scope == 'pooled'").iloc[0][["status", "ratio"]].tolist()
+        straight = cut[cut["skew_deg"] == 0]
+        one = fit(straight, "cloud", "--im", IM, "--edp", "unseating_m", "--threshold", 0.114)
+        assert one["status"] == ("ok" if level > 1.0 else "bounds_too_wide")
+    assert found[0.3][0] == "no_curve"
+    assert found[1.2] == ["ok", pytest.approx(np.exp(-0.24), rel=0.05)]
+
+
+def test_axes_that_never_change_alone_and_intensities_in_cm_s2_are_noted(fit):
+    runs = synthetic_demands(skews=(0, 30), gaps=(25, 51), frictions=(50,))
+    states, settings = states_of("unseating")[:1], FitSettings(im=IM)
+    together = runs[(runs["skew_deg"] == 30) == (runs["gap_mm"] == 51)]
+    for table, names in ((runs, []), (together, ["skew_deg", "gap_mm"])):
+        notes = fragility_tables(table, states, settings)["input_notes"]
+        assert notes["message"].tolist() == [
+            f"{name} never changes alone: its effect cannot be separated" for name in names
+        ]
+    given = ("--im", "pga", "--edp", DRIFT, "--threshold", 0.015)
+    for factor in (1.0, 981.0):
+        notes = fit(TABLE.assign(pga=factor * TABLE[IM]), "cloud", *given)["notes"]
+        assert any(note.endswith("g is needed, not cm/s2") for note in notes) == (factor > 1.0)
 
 
 def test_flags_of_other_programs_mean_the_same_in_all_commands(fit, tmp_path):

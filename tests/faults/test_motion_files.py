@@ -72,6 +72,8 @@ FILES = {
     "51_pair_len_h2.AT2": (at2_text(RECORD_G[:398], DT_S), "ok"),
     "52_pair_dt_h2.AT2": (at2_text(RECORD_G, 0.01), "pair_error"),
     "60_two_col.txt": (columns(0.02, 4), "ok"),
+    "59_spectrum.csv": ("Period,PSA\n" + columns(0.02, 4), "error"),
+    "58_blank.ASC": ("\ufeff \n", "error"),
     # A time column with three decimals cannot show a step of 0.0025 s.
     "61_two_col_rounded_time.txt": (columns(0.0025, 3), "warn"),
     "63_one_col.txt": ("".join(f"{value:.6e}\n" for value in RECORD_G), "needs_dt"),

@@ -627,6 +627,18 @@ def test_a_suite_is_limited_to_a_count_that_changes_no_factor_and_cut(tmp_path):
     assert cut["sha256"][0] != three["sha256"][0]
 
 
+def test_a_record_under_two_names_is_reported_but_not_of_other_levels(tmp_path, caplog):
+    pairs = make_pairs(tmp_path, 2)
+    for copied, original in zip(pairs[1], pairs[0], strict=True):
+        copied.write_bytes(original.read_bytes())
+    for scale, count in (([1.25, 2.5], 0), ([1.25, 1.25], 1), (["", ""], 2)):
+        made.index_of(tmp_path, pairs, scale=scale)
+        assert len(prepare_suite(tmp_path, t1_s=0.7)) == 2
+        assert caplog.text.count("motions q0 and q1 have the same samples") == count
+    notes = [text for check in check_paths([tmp_path]) for text in check.messages]
+    assert sum(text.startswith("same content as") for text in notes) == 2
+
+
 def test_index_gives_metadata_and_a_factor_that_overrides_the_computed_one(tmp_path):
     made.index_of(tmp_path, make_pairs(tmp_path, 2), scale=[1.25, ""])
     scales = prepare_suite(tmp_path, t1_s=0.7, bands_g=((0.3, 0.3001),))

@@ -37,7 +37,7 @@ from skewbridge.fragility.fits import (
     FragilityFit,
 )
 from skewbridge.fragility.likelihood import NormalKernel, drop_of, maximise
-from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState, States
+from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, COLLAPSE_PEAK, LimitState, States
 from skewbridge.fragility.motion_means import Jackknifed
 from skewbridge.fragility.outcomes import (
     TREATMENTS,
@@ -99,7 +99,8 @@ def _with_preferred(table: pd.DataFrame) -> pd.DataFrame:
 #: Median and dispersion for each treatment of unknown outcomes, and `_PEAKS` if a run collapsed.
 type _Bounds = dict[str, tuple[float, float]]
 _SURE: Final = 0.95
-_PEAKS: Final = "peaks"  # peaks of collapsed runs count as exact
+#: Peaks of collapsed runs count as exact; with `COLLAPSE_EXCEEDS`, only as lower bounds.
+_PEAKS: Final = "peaks"
 _CLOUD, _EXCEEDANCE = METHODS
 
 
@@ -183,11 +184,14 @@ class _BridgeState:
         by_definition = any(mode.collapse == COLLAPSE_EXCEEDS for mode in self._modes)
         outcomes = [fit.outcomes for fit in fits]
         bounds = [collapsed & np.isposinf(known.upper) for known in outcomes]
-        if np.any(bounds) and not by_definition:
-            treated[_PEAKS] = [
-                fit.treated(replace(known, upper=np.where(rows, known.lower, known.upper)))
-                for fit, known, rows in zip(fits, outcomes, bounds, strict=True)
-            ]
+        if np.any(bounds):
+            peaks: list[DemandOutcomes] = []
+            for known, mode, rows in zip(outcomes, self._modes, bounds, strict=True):
+                lower = demand_outcomes(runs, [replace(mode, collapse=COLLAPSE_PEAK)]).lower
+                exact = np.where(rows, known.lower, known.upper)
+                bound = replace(known, lower=np.where(rows, lower, known.lower))
+                peaks.append(bound if by_definition else replace(known, upper=exact))
+            treated[_PEAKS] = [fit.treated(of) for fit, of in zip(fits, peaks, strict=True)]
         return treated
 
     def cloud(self, values: Row, rows: Mask) -> _Cloud:

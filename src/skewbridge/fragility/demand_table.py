@@ -205,7 +205,8 @@ def percent_notes(name: str, demands: Floats) -> list[str]:
     is_drift = name.lower().endswith(("drift", "drift_ratio"))
     largest = float(np.max(demands[np.isfinite(demands)], initial=0.0))
     notes: list[str] = []
-    needed = next((text for end, text in _NEEDED.items() if name.endswith(end)), "")
+    unit_name = f"{name}_g" if re.fullmatch(r"(?i)(im_)?(pga|p?sa)", name) else name
+    needed = next((text for end, text in _NEEDED.items() if unit_name.endswith(end)), "")
     needed = "a ratio is needed, not per cent" if is_drift else needed
     # ASSUME no bridge completes a motion at a drift of 20 %, or at 10 m or 10 g
     if needed and largest > (MAX_DRIFT if is_drift else _LARGEST):

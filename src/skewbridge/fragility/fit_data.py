@@ -23,8 +23,13 @@ from skewbridge.fragility.demand_table import (
     need_columns,
     read_foreign,
 )
-from skewbridge.fragility.fits import FITTED, NO_EXCEEDANCE
-from skewbridge.fragility.limit_states import MAX_DISPERSION, LimitState
+from skewbridge.fragility.fits import (
+    BOUNDS_TOO_WIDE,
+    FITTED,
+    MAX_BOUNDS_RATIO,
+    NO_EXCEEDANCE,
+)
+from skewbridge.fragility.limit_states import COLLAPSE_PEAK, MAX_DISPERSION, LimitState
 from skewbridge.fragility.motion_means import motion_weights
 from skewbridge.fragility.outcomes import TREATMENTS, DemandOutcomes, demand_outcomes
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
@@ -192,6 +197,7 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     if repeated := int(rows.dropna().duplicated().sum()):
         text = "intervals are too narrow if runs were entered twice"
         notes += [f"{repeated} runs repeat intensity and demand of another run: {text}"]
+    notes += demand_table.percent_notes(options.im, im)
     if state.threshold <= demand_table.MAX_DRIFT:
         notes += demand_table.percent_notes(options.edp, demand[is_complete(runs)])
     outcomes = demand_outcomes(runs, [state])
@@ -208,6 +214,12 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
             bounds[name] = bound.theta, bound.beta
             details |= {f"theta_{name}": bound.theta, f"beta_{name}": bound.beta}
         fit = fit.limited(bounds)
+    if options.method == "cloud" and fit.status == FITTED:
+        # the median may rest on the definition that a collapse exceeds
+        peaks = demand_outcomes(runs, [replace(state, collapse=COLLAPSE_PEAK)])
+        of_peaks = _fit_outcomes(im, codes, peaks, state, options)
+        if not 1.0 / MAX_BOUNDS_RATIO <= of_peaks.theta / fit.theta <= MAX_BOUNDS_RATIO:
+            fit = fit.without_estimate(BOUNDS_TOO_WIDE)
     return replace(fit, details={**fit.details, **details})
 
 

@@ -21,6 +21,7 @@ from skewbridge.files.text import checked, read_yaml, shortened, shown_path
 from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM
 
 COLLAPSE_EXCEEDS: Final = "exceeds"
+COLLAPSE_PEAK: Final = "peak"
 MAX_DISPERSION: Final = 2.0
 _STRICT: Final = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 

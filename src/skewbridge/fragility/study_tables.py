@@ -24,7 +24,7 @@ from skewbridge.fragility import demand_table, exports, verdicts
 from skewbridge.fragility.alternatives import alternative_effects
 from skewbridge.fragility.curves import METHODS, fit_study
 from skewbridge.fragility.demand_model import fit_models
-from skewbridge.fragility.effects import effect_tables, median_effects
+from skewbridge.fragility.effects import effect_tables, median_effects, variant_pairs
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.hazard import HazardCurve
 from skewbridge.fragility.joint import joint_table
@@ -90,16 +90,24 @@ def fragility_tables(
     system = system_curves(
         rows, states, settings, models=models, curves=curves, hazard=hazard, jobs=jobs
     )
-    notes = checked.notes
+    notes: list[tuple[object, ...]] = [
+        ("together", -1, axis, f"{axis} never changes alone: its effect cannot be separated")
+        for axis in dict.fromkeys(
+            axis
+            for model in models
+            for axis in demand_table.varying_axes(model.variants)
+            if variant_pairs(model.variants, axis)[1].empty
+        )
+    ]
     tables = {name: pd.DataFrame(columns=list(DESCRIPTIONS[name])) for name in RATES}
     if hazard is not None:
         tables["rates"] = rate_table(curves, joint, system, hazard)
         texts = lacking_notes(records_of(tables["rates"]))
-        lacking = pd.DataFrame({"message": texts, "column": "annual_rate", "kind": "hazard"})
-        notes = pd.concat([notes, lacking.assign(row=-1)], ignore_index=True)
+        notes += [("hazard", -1, "annual_rate", text) for text in texts]
         tables["rate_effects"] = rate_effects(
             models, states, hazard, settings, curves=curves, system=system
         )
+    further = pd.DataFrame(notes, columns=list(checked.notes))
     tables |= {
         "curves": curves,
         "median_effects": medians,
@@ -111,7 +119,7 @@ def fragility_tables(
         "joint": joint,
         "system": system.drop(columns=["rate", "shares"], errors="ignore"),
         PAPER_TABLE: exports.paper_table(curves, medians, joint),
-        "input_notes": notes,
+        "input_notes": pd.concat([checked.notes, further], ignore_index=True),
         "shear_models": shear_model_curves(rows, curves, settings, jobs=jobs),
         "alternatives": alternative_effects(rows),
         "suites": suite_table(rows, states, names, settings, (medians, effects), jobs=jobs),

@@ -73,7 +73,19 @@ def check_paths(
             checks += _unread(path, files, "no reader recognises its suffix or its text")
         else:
             raise file_fault(path, " has no file of a motion in a known format")
-    return checks + _check_files(single_files, stated, verdict_if_doubtful)
+    return _with_equals(checks + _check_files(single_files, stated, verdict_if_doubtful))
+
+
+def _with_equals(checks: list[FileCheck]) -> list[FileCheck]:
+    """Return the checks with a message on each record that is also in an earlier file."""
+    earlier: dict[str, str] = {}
+    noted: list[FileCheck] = []
+    for check in checks:
+        if check.npts and Path(check.file).is_file():
+            first = earlier.setdefault(read.files_digest(Path(check.file)), check.file)
+            check = check if first == check.file else check.noted(f"same content as {first}")
+        noted.append(check)
+    return noted
 
 
 def write_folder_index(root: Path, stated: Stated | None = None) -> Path:

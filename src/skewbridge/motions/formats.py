@@ -719,6 +719,8 @@ def _read_numbers(lines: list[str], path: Path, stated: Stated) -> Trace:
         formats = ", ".join(name for name, _, _ in MOTION_FORMATS)
         text = f"unknown format: no numbers after at most {MAX_HEADER_LINES} header lines"
         raise fault_in(path, f"{text}. Formats that are read: {formats}")
+    if any(re.match(r"(?i)(period|freq)", cell) for cell in table.cells(0)):
+        raise fault_in(path, "looks like a spectrum: a record of accelerations is needed")
     rows, count, dt_s, npts = table.rows, table.columns, table.dt_s, table.npts
     start = rows[0][0]
     values, warnings, shift = parse_numbers(lines[start - 1 :], path, start), (), 0

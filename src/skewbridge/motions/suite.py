@@ -92,12 +92,18 @@ def prepare_suite(
     computed = levels.block_factors(level_g, bands_g, first_g)
     low, high = levels.FACTOR_LIMITS
     rows: list[dict[str, Any]] = []
+    first_names: dict[tuple[object, ...], str] = {}
     for motion, listed, factor, measured in zip(motions, stored, computed, measures, strict=False):
         # six digits, which do not depend on the processor
         scale = float(f"{factor:.6g}") if math.isnan(listed) else listed
         note = f"scale factor {scale:.3g} is outside {low:g} to {high:g}"
         for message in (*motion.messages, *([] if low <= scale <= high else [note])):
             logger.warning("motion %s: %s", motion.motion_id, message)
+        # one record may serve several levels of a selection, with other factors in the index
+        samples = (*(hash(values.tobytes()) for values in motion.components), str(listed))
+        if (earlier := first_names.setdefault(samples, motion.motion_id)) != motion.motion_id:
+            text = "have the same samples: one record would count twice; remove one"
+            logger.warning("motions %s and %s %s", earlier, motion.motion_id, text)
         row: dict[str, Any] = {"scale": scale, "npts": motion.npts}
         row |= {name: getattr(motion, name) for name in (*TEXT_FIELDS, *NUMBER_FIELDS)}
         row |= measured | {name: getattr(motion, name) for name in ("accel_1_mps2", "accel_2_mps2")}
