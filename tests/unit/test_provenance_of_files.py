@@ -17,7 +17,6 @@ from matplotlib.figure import Figure
 
 import skewbridge
 from cli_json import invoke, run
-from fragility_tables import synthetic_demands
 from skewbridge.cli.output import study_of
 from skewbridge.errors import InputError, SolutionError
 from skewbridge.files import tables
@@ -88,21 +87,18 @@ def test_a_figure_has_its_provenance_in_the_metadata_of_its_format(tmp_path, end
     assert read_stamp(path) == STAMP
 
 
-@pytest.mark.parametrize("name", ["rows.csv", "list.json"])
-def test_files_without_metadata_are_left_as_they_are(tmp_path, name):
-    path = tmp_path / name
-    path.write_text("[1, 2]")
-    stamp(path, STAMP)
-    assert path.read_text() == "[1, 2]"
-    with pytest.raises(InputError, match="has no provenance"):
-        read_stamp(path)
-
-
-@pytest.mark.parametrize("name", ["no.parquet", "no.csv", "broken.parquet", "broken.json"])
-def test_missing_and_broken_files_are_named(tmp_path, name):
-    (tmp_path / f"broken{Path(name).suffix}").write_text("{{")
-    with pytest.raises(InputError, match=name):
-        read_stamp(tmp_path / name)
+def test_files_without_metadata_are_left_as_they_are_and_missing_or_broken_ones_named(tmp_path):
+    for name in ("rows.csv", "list.json"):
+        path = tmp_path / name
+        path.write_text("[1, 2]")
+        stamp(path, STAMP)
+        assert path.read_text() == "[1, 2]"
+        with pytest.raises(InputError, match="has no provenance"):
+            read_stamp(path)
+    for name in ("no.parquet", "no.csv", "broken.parquet", "broken.json"):
+        (tmp_path / f"broken{Path(name).suffix}").write_text("{{")
+        with pytest.raises(InputError, match=name):
+            read_stamp(tmp_path / name)
 
 
 def test_the_machine_is_described_without_its_name():
@@ -166,22 +162,20 @@ def test_a_failed_script_ends_with_its_message_and_code(tmp_path, capsys, error,
             raise error
         os.kill(os.getpid(), signal.SIGINT)
 
-    given = job(tmp_path, tmp_path / "none.parquet")
-    with pytest.raises(SystemExit) as stopped, script_session(given):
-        fail()
+    def stopped(given, begun):
+        with pytest.raises(SystemExit) as caught, script_session(given):
+            begun()
+        return caught.value.code, capsys.readouterr().err
+
+    found, printed = stopped(job(tmp_path, tmp_path / "none.parquet"), fail)
     signal.signal(signal.SIGINT, before)
-    assert stopped.value.code == code
-    printed = capsys.readouterr().err
+    assert (found, len(printed.splitlines())) == (code, 1)
     assert printed.startswith(message.format(tmp_path))
-    assert len(printed.splitlines()) == 1
-
-
-def test_a_script_does_not_begin_if_its_sources_were_edited(tmp_path, capsys):
-    given = job(tmp_path, tmp_path / "none.parquet", sources="as they were")
-    with pytest.raises(SystemExit) as stopped, script_session(given):
-        pytest.fail("it began")
-    assert stopped.value.code == 2
-    assert "the sources were edited while the study ran" in capsys.readouterr().err
+    # nor does it begin if its sources are others than those of the plan
+    edited = job(tmp_path, tmp_path / "none.parquet", sources="as they were")
+    found, printed = stopped(edited, lambda: pytest.fail("it began"))
+    assert found == 2
+    assert "the sources were edited while the study ran" in printed
 
 
 def answered(path: Path, config: str = "") -> tuple[int, dict]:
@@ -289,7 +283,6 @@ def finished_study(folder: Path, config_of_fits: str) -> Path:
     origin = table.replace_schema_metadata({"config_digest": "abc"})
     tables.write_table(origin, folder / "demands.parquet")
     curve = {"skew_deg": 30.0, "im": "im_pga_rotd50_g", "theta": 0.5, "theta_low": 0.4}
-    curve |= {"theta_bound_beta": 0.4, "beta": 0.3}
     path = folder / "fragility" / "curves.parquet"
     path.parent.mkdir(exist_ok=True)
     write_frame(pd.DataFrame([curve]), path, {"config_digest": config_of_fits})
@@ -300,6 +293,7 @@ def test_frames_have_units_and_origin_and_different_origins_are_reported(tmp_pat
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         found = skewbridge.load(finished_study(tmp_path, "abc"))
+    assert repr(found) == f"Results({tmp_path}: 1 runs; curves)"
     assert found.demands.attrs["units"] == {"column_shear_kn": "kN"}
     curves = found.fragility["curves"]
     assert curves.attrs["units"] == {"skew_deg": "deg", "theta": "g", "theta_low": "g"}
@@ -308,8 +302,3 @@ def test_frames_have_units_and_origin_and_different_origins_are_reported(tmp_pat
         skewbridge.load(finished_study(tmp_path, "xyz"))
     with pytest.raises(InputError, match=r"no demands\.parquet"):
         skewbridge.load(tmp_path / "fragility")
-    # results are printed in one line
-    demands = synthetic_demands(skews=(0, 60), gaps=(51,), motions=12)
-    write_frame(demands, tmp_path / "demands.parquet", {"config_digest": "xyz"})
-    line = f"Results({tmp_path}: 48 runs, 4 variants, 12 motions; curves)"
-    assert repr(skewbridge.load(tmp_path)) == line

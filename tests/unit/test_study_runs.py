@@ -287,6 +287,7 @@ def test_sensitivity_rows_differ_and_both_sides_are_analysed_for_the_window(setu
     assert len(rows) == 3
     reference = repeats.REPEATS["reference"](rows[0])
     assert reference.settings.dt_s == NUMERICS["reference"]["analysis"]["dt_s"]
+    assert reference.settings.event_halvings == 0
     assert reference.options.backwall_points > rows[0].options.backwall_points
     # an analysis that is shorter than the window keeps the key that it has in the study
     for window_s, duration_s in ((None, None), (30.0, None), (6.0, 0.5)):
@@ -516,13 +517,10 @@ def engine(monkeypatch, tmp_path) -> SimpleNamespace:
     return state
 
 
-def first_factor(task: Task) -> float:
-    return float(np.sqrt(np.prod(search_limits(IDA, task.motion))))
-
-
 def searched(known=None, scale: float = 2.0) -> list[dict]:
     task = first_task(scale)
-    first_key = run_key(first_task(first_factor(task)))
+    first_factor = float(np.sqrt(np.prod(search_limits(IDA, task.motion))))
+    first_key = run_key(first_task(first_factor))
     return search_capacity(IDA, known or {}, Path("searches.jsonl"), task, first_key, Path("logs"))
 
 
