@@ -29,12 +29,13 @@ def variant(
 
 
 def analysed(
-    case, motion=None, options=None, *, scale=1.0, incidence_deg=0.0, log_path=None, **settings
-):
-    motion = motion or strong_motion()
+    case, motion=None, options=None, *, scale=1.0, incidence_deg=0.0, supports=None, log_path=None,
+    **settings,
+):  # fmt: skip
+    given = {"scale": scale, "incidence_deg": incidence_deg, "supports": supports or {}}
     return analyse(
-        case, Excitation(motion=motion, scale=scale, incidence_deg=incidence_deg),
-        AnalysisSettings(**settings), options or ModelOptions(), histories=True, log_path=log_path,
+        case, Excitation(motion=motion or strong_motion(), **given), AnalysisSettings(**settings),
+        options or ModelOptions(), histories=True, log_path=log_path,
     )  # fmt: skip
 
 

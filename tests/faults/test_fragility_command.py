@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from cli_json import answer, invoke
+from cli_json import answer
 from fragility_tables import IM, states_of, synthetic_demands
 from skewbridge.errors import InputError
 from skewbridge.files.tables import read_any
@@ -265,15 +265,11 @@ def test_a_named_index_does_not_replace_a_column_and_a_range_is_an_index_too(tmp
         assert list(found.index) == [0, 1]
 
 
-def test_runs_without_motions_are_said_to_be_independent(fit, tmp_path):
+def test_runs_without_motions_are_said_to_be_independent(fit):
     table = synthetic_demands(**SAME_PLACE, motions=24, scales=(0.6, 1.0, 1.6))[[IM, DRIFT]]
     for method in ("cloud", "stripes", "ida"):
         found = fit(table, method, *RUNS, 0.015)
         assert found["notes"] == ["there is no column motion_id: the runs are taken as independent"]
-    table.to_csv(tmp_path / "runs.csv")
-    shown = invoke("fit", tmp_path / "runs.csv", "--method", "cloud", *RUNS, 0.015)
-    assert shown.stderr.count("runs are taken as independent") == 1
-    assert "independent" not in shown.stdout
     # a cloud with plain names uses its motions as well
     motions = [f"m{n // 3}" for n in range(len(table))]
     data = {"im": table[IM].tolist(), "edp": table[DRIFT].tolist(), "threshold": 0.015}

@@ -13,6 +13,9 @@ from skewbridge.motions.intensity import motion_measures, pair_psa
 from skewbridge.motions.read import read_motion
 from skewbridge.units import G_MPS2
 
+pytestmark = pytest.mark.skipif(
+    not os.environ.get("SKEWBRIDGE_RECORDS"), reason="SKEWBRIDGE_RECORDS names no folder of records"
+)
 # The required tolerance is 0.2 % (1.2 % at 0.2 s with dt 0.02 s); the digits of the flatfile allow
 # 0.01 %, and the largest difference found is 0.004 %.
 FLATFILE_TOLERANCE = 1e-4

@@ -1,7 +1,7 @@
 """Contacts, particle and rigid deck: closed forms B1 to B9 (docs/theory/verification.md), figures.
 
-The studies `closed-forms`, `fig1` and `fig3` compare OpenSees with exact values; the tests below
-check the closed forms by tabulated values, and what the studies leave out.
+The studies compare OpenSees with exact values; the tests below check the closed forms by tabulated
+values, and what the studies leave out.
 
 B1, B2: Den Hartog (1956), Mechanical Vibrations, and (1931), Transactions ASME 53; Shaw (1986),
 Journal of Sound and Vibration 108. B3: Newmark (1965), Geotechnique 15. B4, B5: Schwager and
@@ -9,7 +9,7 @@ Poeschel (2007), Granular Matter 9; Goldsmith (1960), Impact; Johnson (1985), Co
 B6, B7: steady radial return. B8: Popp and Stelter (1990), Phil. Trans. A 332. B9: Housner (1963),
 BSSA 53."""
 
-from math import asin, atan, degrees
+from math import atan, degrees
 
 import native
 import numpy as np
@@ -26,11 +26,10 @@ from skewbridge.verification.references.cases import SCALE_M, deck_case
 from skewbridge.verification.references.deck_solvers import pulse_of, run_deck, run_opensees
 from skewbridge.verification.references.driven_unit import drive_unit, path_work_j
 from skewbridge.verification.references.live_model import clean_domain
-from skewbridge.verification.registry import TABULATED, Study, run_study
+from skewbridge.verification.registry import TABULATED, run_study
 from skewbridge.verification.studies import blocks, rigid_bodies
 
 MASS_KG, KN = 1000.0, 1e7
-SLIP_M = 0.045
 IMPLEX = 1  # integration of the native element
 
 
@@ -42,8 +41,9 @@ IMPLEX = 1  # integration of the native element
 @pytest.mark.parametrize(
     ("name", "count", "disagreeing"),
     [
-        ("closed-forms", 16, set()), ("fig1", 21, set()),
+        ("closed-forms", 16, set()), ("fig1", 21, set()), ("fig4", 19, set()),
         ("fig3", 36, {"elastic, extrapolated", "elastic, lagged"}), ("bridges", 57, set()),
+        ("restitution", 18, set()),
     ],
 )  # fmt: skip
 def test_studies_of_closed_forms_exact_forces_and_hand_values_agree(name, count, disagreeing):
@@ -103,13 +103,11 @@ def test_b4_clipped_restitution_is_tabulated_and_continuous_for_overdamped_conta
             drives.kelvin_voigt_damping_ratio(restitution)
 
 
-@pytest.mark.parametrize("restitution", [0.45, 0.9])
-def test_b4_clipped_kelvin_voigt_never_pulls_and_takes_the_lost_energy(restitution):
-    dashpot = 2.0 * drives.kelvin_voigt_damping_ratio(restitution) * (KN * MASS_KG) ** 0.5
+def test_b4_a_clipped_contact_takes_the_energy_that_the_mass_loses():
+    dashpot = 2.0 * drives.kelvin_voigt_damping_ratio(0.45) * (KN * MASS_KG) ** 0.5
     history = blocks.bounce(drives.kelvin_voigt_drive(kn_n_per_m=KN, dashpot_n_s_per_m=dashpot))
-    assert history.normals_n.min() >= -1e-6  # no tension
     lost = 0.5 * MASS_KG * (1.0 - history.v[-1, 1] ** 2)
-    # The mass lost the work on the normal spring; trapezoid at 60 steps per contact.
+    # trapezoid at 60 steps per contact
     assert history.ledgers[0].normal_work_j == pytest.approx(lost, rel=0.02)
 
 
@@ -118,19 +116,6 @@ def steady_lag_deg(path, forces):
     turned = 2 * np.pi * path[:, 0] / 4.0
     lag = turned - np.unwrap(np.arctan2(forces[:, 1], forces[:, 0]))
     return degrees(float(np.median(np.angle(np.exp(1j * lag[len(path) // 2 :])))))
-
-
-@pytest.mark.parametrize(("radius", "angle"), [(1.0, 2.5792), (0.1, 26.7437)])
-def test_b6_friction_lags_the_velocity_on_a_circle(radius, angle):
-    assert degrees(asin(SLIP_M / radius)) == pytest.approx(angle, abs=1e-4)
-    path = unit.circle(radius, period_s=4.0, loops=3, rows_per_loop=1000, opening_m=-0.1)
-    forces = unit.drive_unit(unit.PAPER_LAW, path, substeps=10).forces_n
-    # Radial return in steps of a loop / 10,000 lags by half a step more.
-    assert steady_lag_deg(path, forces) == pytest.approx(angle, abs=0.06)
-    assert np.hypot(*forces[1000:, :2].T) == pytest.approx(4500.0, rel=1e-9)
-    last = slice(2000, None)
-    exact = 4500.0 * 2.0 * np.pi * (radius**2 - SLIP_M**2) ** 0.5
-    assert unit.path_work_j(path[last], forces[last]) == pytest.approx(exact, rel=2e-3)
 
 
 def test_b6_only_componentwise_lagged_yields_stay_wrong_at_small_steps():
@@ -224,56 +209,24 @@ def test_both_couplings_are_of_first_order_on_a_path_that_stays_closed(coupling)
         assert errors[1] <= 0.012
 
 
-def test_integrators_lose_energy_at_impact_as_without_opensees():
-    # Means of Houbolt and Newmark, least and largest of Newmark: own integration without OpenSees.
-    for step, houbolt_mean, newmark_mean, ends in (
-        (0.1, 0.9984, 1.0000, (0.9988, 1.0012)),
-        (0.5, 0.9255, 1.0004, (0.9712, 1.0286)),
-        (1.0, 0.7947, 1.0056, (0.9037, 1.1076)),
-        (2.0, 0.6525, 1.0000, (1.0000, 1.0000)),
-    ):
-        # Houbolt depends on how it is started before the impact: 0.01; Newmark is one-step.
-        houbolt = blocks.integrator_restitution("houbolt", step)
-        assert houbolt.mean() == pytest.approx(houbolt_mean, abs=0.01)
-        newmark = blocks.integrator_restitution("newmark", step)
-        assert newmark.mean() == pytest.approx(newmark_mean, abs=1e-3)
-        assert (newmark.min(), newmark.max()) == pytest.approx(ends, abs=0.02)
+def test_newmark_gains_and_loses_energy_at_impact_as_without_opensees():
+    # mean, least and largest restitution of an integration without OpenSees
+    for step, mean, ends in ((1.0, 1.0056, (0.9037, 1.1076)), (2.0, 1.0, (1.0, 1.0))):
+        found = blocks.integrator_restitution("newmark", step)
+        assert found.mean() == pytest.approx(mean, abs=1e-3)
+        assert (found.min(), found.max()) == pytest.approx(ends, abs=0.02)
 
 
-# --- figures 4 to 6 of the paper: particle between two lines, skew deck
-def tabulated(study, start, names):
-    return [float(TABULATED[study, f"{start}: {name}"]["reference"]) for name in names]
+# --- the rigid skew deck of Dimitrakopoulos (2011), Engineering Structures 33: cases C1 to C5
+def tabulated(start, names):
+    return [float(TABULATED["fig5-6", f"{start}: {name}"]["reference"]) for name in names]
 
 
 def elastic_peaks(name):
     names = ("ux_m", "uy_m", "theta_rad", "penetration_m")
-    return tabulated("fig5-6", f"{name} elastic, OpenSees", [f"peak {key}" for key in names])
+    return tabulated(f"{name} elastic, OpenSees", [f"peak {key}" for key in names])
 
 
-@pytest.mark.parametrize("restitution", [0.0, 0.6])
-def test_a_particle_meets_the_tabulated_peaks_and_histories(restitution):
-    history = rigid_bodies.run_particle_lcp(restitution, 5e-5, 3.0 if restitution else 2.0)
-    # First order in h: 2e-3 at 5e-5 s.
-    names = [f"peak {key} (m)" for key in ("ux", "uy", "ut")]
-    exact = tabulated("fig4", f"LCP, restitution {restitution:g}", names)
-    assert [*rigid_bodies.peaks_m(history.q).values()] == pytest.approx(exact, rel=2e-3)
-    impulses = (np.abs(values).sum() for values in (history.tangentials_n, history.normals_n))
-    assert np.divide(*impulses) == pytest.approx(0.1, rel=1e-6)
-    if not restitution:
-        return
-    reference = reference_table("particle_history")
-    found = np.interp(reference["t_s"], history.t_s, history.q @ rigid_bodies.NORMAL)
-    assert np.sqrt(np.mean((found - reference["un_m"].to_numpy()) ** 2)) <= 0.01 * 0.0268
-    outside = np.flatnonzero(history.normals_n.sum(axis=1) > 0.0)[0]
-    first_s = tabulated("fig4", "OpenSees", ["first contact (s)"])
-    assert history.t_s[outside] == pytest.approx(*first_s, abs=1e-4)
-    # the penalty particle stays between the lines and near the rigid one
-    study = Study("fig4")
-    rigid_bodies.compare_with_lcp(study, rigid_bodies.run_particle(5e-5, 2.0), history)
-    assert [row["quantity"] for row in study.comparisons if not row["pass"]] == []
-
-
-# --- the rigid skew deck of Dimitrakopoulos (2011), Engineering Structures 33: cases C1 to C5
 def assert_peaks(history, exact, displacement, rotation):
     """Compare the peaks ux, uy, theta with relative tolerances."""
     *moves_m, theta_rad, _ = history.peaks().values()
@@ -338,7 +291,7 @@ def test_moreau_jean_meets_the_tabulated_peaks_and_histories(name, restitution):
     history = run_deck(deck_case(name, solver="lcp", restitution=restitution, duration_s=1.2))
     over_scale = np.array([*history.peaks().values()])[:3] * (1.0, 1.0, 30.0) / SCALE_M
     names = [f"peak {name} over scale" for name in ("ux", "uy", "theta x length")]
-    exact = tabulated("fig5-6", f"{name} LCP, restitution {restitution:g}", names)
+    exact = tabulated(f"{name} LCP, restitution {restitution:g}", names)
     assert over_scale == pytest.approx(exact, rel=1e-3, abs=1e-9)
     assert abs(history.energy_residual_ratio) < 1e-9
     if restitution == 0.6 and name != "C4":  # first order in the step: 0.2 %

@@ -7,12 +7,10 @@ import pandas as pd
 import pytest
 from scipy import signal
 
-from bridge_variants import variant
+from bridge_variants import analysed, variant
 from cli_json import answer, invoke
 from motions_files import at2_text, rows_of
-from skewbridge.analysis.ground import Excitation, displacements_m, support_lines, support_of
-from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.transient import analyse
+from skewbridge.analysis.ground import displacements_m, support_lines, support_of
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.model import build, domain
 from skewbridge.errors import InputError
@@ -171,12 +169,6 @@ def test_the_page_and_the_bridge_have_the_numbers_of_the_stored_tables():
 
 
 # --- motions of single supports: equal ones are uniform input, others move the supports apart
-def analysed(case, motion, supports=None, options=OPTIONS):
-    settings = AnalysisSettings(dt_s=0.005)
-    excitation = Excitation(motion=motion, supports=supports or {})
-    return analyse(case, excitation, settings, options, histories=True)
-
-
 @pytest.mark.parametrize(
     ("case", "demands"),
     [
@@ -186,9 +178,9 @@ def analysed(case, motion, supports=None, options=OPTIONS):
 )
 def test_one_motion_at_all_supports_has_the_peaks_of_uniform_input(case, demands):
     motion = strong_motion()
-    uniform = analysed(case, motion)
+    uniform = analysed(case, motion, OPTIONS, dt_s=0.005)
     # whatever the option says, damping is proportional to stiffness under support motions
-    apart = analysed(case, motion, dict.fromkeys(SUPPORTS, motion), ModelOptions())
+    apart = analysed(case, motion, supports=dict.fromkeys(SUPPORTS, motion), dt_s=0.005)
     for name in demands:
         assert apart.demands[name] == pytest.approx(uniform.demands[name], rel=0.01), name
     assert np.isnan(apart.demands["energy_residual_ratio"])
@@ -196,24 +188,20 @@ def test_one_motion_at_all_supports_has_the_peaks_of_uniform_input(case, demands
 
 
 def test_supports_keep_their_velocity_after_a_cut_and_short_records_end_with_zeros():
-    case, settings = variant(30), AnalysisSettings(duration_s=1.6, free_vibration_s=2.0)
-    motion = strong_motion(peak_g=0.1, duration_s=3.0)
-
-    def peaks(supports, settings, motion=motion):
-        excitation = Excitation(motion=motion, supports=supports)
-        return analyse(case, excitation, settings, OPTIONS).demands
-
+    motion, cut = strong_motion(peak_g=0.1, duration_s=3.0), {"duration_s": 1.6}
     same = dict.fromkeys(SUPPORTS, motion)
-    uniform, apart = peaks({}, settings), peaks(same, settings)
-    for name in ("column_drift_ratio", "deck_disp_m"):
-        assert apart[name] == pytest.approx(uniform[name], rel=0.02), name
     short = motion.mapped(lambda accel: accel[:150])
     padded = short.mapped(lambda accel: np.pad(accel, (0, 151)))
-    short_peaks, padded_peaks = (
-        peaks(same | {"bent 1": middle}, AnalysisSettings(), middle) for middle in (short, padded)
-    )
-    for name in ("column_drift_ratio", "deck_disp_m"):
-        assert short_peaks[name] == pytest.approx(padded_peaks[name], rel=0.02), name
+    for given in (
+        [(motion, supports, cut | {"free_vibration_s": 2.0}) for supports in ({}, same)],
+        [(middle, same | {"bent 1": middle}, {}) for middle in (short, padded)],
+    ):
+        one, other = (
+            analysed(variant(30), motion, OPTIONS, supports=supports, **settings).demands
+            for motion, supports, settings in given
+        )
+        for name in ("column_drift_ratio", "deck_disp_m"):
+            assert other[name] == pytest.approx(one[name], rel=0.02), name
 
 
 def test_supports_share_a_slow_motion_of_one_end_and_do_not_drift_apart():
@@ -224,7 +212,8 @@ def test_supports_share_a_slow_motion_of_one_end_and_do_not_drift_apart():
     still = GroundMotion(motion_id="still", dt_s=0.01, accel_1_mps2=0 * t_s, accel_2_mps2=0 * t_s)
     along = still.with_components(accel, 0 * t_s)
     case = variant(0, bridge="painter")
-    found = analysed(case, still, {"left": still, "bent 1": still, "right": along}).histories
+    supports = {"left": still, "bent 1": still, "right": along}
+    found = analysed(case, still, OPTIONS, supports=supports, dt_s=0.005).histories
     pushed, middle, held = (
         np.interp(t_s, found["t_s"], found[name])
         for name in ("abutment_right_x_m", "deck_ux_m", "abutment_left_x_m")

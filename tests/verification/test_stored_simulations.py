@@ -59,10 +59,6 @@ def test_every_case_is_simulated_and_at_stopping_verdicts_are_rarely_wrong():
             assert row["mean_motions"] < 20
 
 
-# --- verdicts and intervals at stopping
-
-
-# --- pooled effects, effects at an intensity and verdicts
 def test_intervals_of_effects_cover_and_few_rows_of_a_family_are_called_changed_at_the_margin():
     for level, low, high in (("95%", 0.92, 0.98), ("90%", 0.87, 0.93)):
         for row in rows_of(f"coverage {level}"):
@@ -93,16 +89,11 @@ def test_intervals_of_medians_and_of_fits_cover():
 
 # --- simulations run again
 @pytest.mark.parametrize("study", STUDIES)
-def test_simulations_of_effects_run_again(study):
-    rows = study(16, 0.05, 12, 1)
-    assert {row["what"] for row in rows} <= {row["what"] for row in OF_EFFECTS}
-    assert {row["simulations"] for row in rows} == {12}
-
-
-def test_simulations_of_verdicts_run_again():
-    rows = verdicts_at_stopping("demand", 0.0, 0.0, 10, 1)
-    names = {"wrong: lower", "wrong: higher", "interval covers", "decided"}
-    assert {(row["what"], row["simulations"]) for row in rows} == {(name, 10) for name in names}
+def test_simulations_run_again(study):
+    rows, verdicts = study(16, 0.05, 12, 1), verdicts_at_stopping("demand", 0.0, 0.0, 10, 1)
+    for found, stored_rows, count in ((rows, OF_EFFECTS, 12), (verdicts, STOPPING, 10)):
+        assert {row["what"] for row in found} <= {row["what"] for row in stored_rows}
+        assert {row["simulations"] for row in found} == {count}
 
 
 @pytest.mark.parametrize("plan", ["same records 8 x 20, brackets", "cloud 60, 20 % right-censored"])

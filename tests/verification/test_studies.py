@@ -166,27 +166,6 @@ def test_ratios_are_geometric_means_over_motions_and_over_places():
 
 
 # --- published curves and effects of skew: the stored table, our medians, ratios and reasons
-def test_medians_of_a_component_lie_on_a_line_of_its_capacities():
-    """The source fits ln demand by a line; medians are printed with two or three digits."""
-
-    def line_error(part, capacity):
-        """Largest distance of ln capacity from a line of ln median."""
-        x, y = np.log(part["median_g"]), np.log(part[capacity].astype(float))
-        return np.abs(y - np.polyval(np.polyfit(x, y, 1), x)).max()
-
-    parts = PUBLISHED[PUBLISHED["component"] != published.SYSTEM].groupby(["era", "component"])
-    four = {key: part for key, part in parts if len(part) == 4}
-    assert len(four) == 4
-    for part in four.values():
-        assert line_error(part, "capacity_of_curve") < 0.05
-    # the doubt about joint opening of era 3: its own capacities do not make its curve
-    assert line_error(four[3, "unseating"], "capacity") > 0.1
-    keys = set(zip(PUBLISHED["era"], PUBLISHED["component"], strict=True))
-    assert keys >= set(product((1, 3), (*published.DEMANDS, published.SYSTEM)))
-    assert not PUBLISHED.duplicated(["era", "component", "state"]).any()
-    assert (PUBLISHED["row"].str.extract(r"CRCB\.E(\d)")[0].astype(int) == PUBLISHED["era"]).all()
-
-
 def test_medians_of_demands_that_follow_the_published_line_are_the_published_ones():
     """40 runs whose demands are the capacities of era 3 at the published medians, with scatter."""
     random = np.random.default_rng(5)
@@ -313,15 +292,6 @@ def test_abutment_alone_closes_and_slips():
     assert not smooth.friction_n.any()
     # The bound is a prediction to the end of the step: it is exceeded where the normal force turns.
     assert rough.friction_n.max() <= 0.5 * rough.normals_n.max() * 1.01
-
-
-@pytest.mark.parametrize(("place", "free"), [("walls", "key"), ("keys", "backwall")])
-def test_contacts_without_friction_carry_none_while_the_others_slip(place, free):
-    history = abutment_analysed(paper_variant(skew_deg=25), STRONG, friction_at=place)
-    is_free = np.array([free in name for name in history.unit_names])
-    peaks = history.friction_n.max(axis=0)
-    assert peaks[is_free].max() == 0.0
-    assert peaks[~is_free].max() > 1.0e4
 
 
 @pytest.mark.slow
