@@ -65,12 +65,12 @@ def at(task: Task, **changes: object) -> Task:
     return replace(task, variant=replace(task.variant, **changes).normalised())
 
 
-def tried(task: Task) -> set[str]:
-    return {labels["name"] for labels, *_ in modelling_choices.choice_pairs([task])}
-
-
 def test_choices_that_do_not_act_on_a_variant_are_left_out(task: Task) -> None:
     """In addition to those of the models below, which are compared with their commands."""
+
+    def tried(task: Task) -> set[str]:
+        return {labels["name"] for labels, *_ in modelling_choices.choice_pairs([task])}
+
     everywhere = {"column_integration", "damping_ratio", "integrator", "cap_load", "fiber_end"}
     everywhere |= {"shear_model", "shear_failure"}
     assert tried(at(task, abutment="roller", skew_deg=0)) == everywhere
@@ -139,8 +139,7 @@ def test_axes_go_from_end_to_end_and_one_value_is_none(tmp_path: Path) -> None:
                     *[("friction", "osb1_cf_skew30_gap025_mu000", SLUG)] * 3]  # fmt: skip
     friction = [(labels["to_value"], after.options.friction_at) for labels, _, after in pairs[1:]]
     assert friction == [("0.5", "all"), ("0.5 at walls", "walls"), ("0.5 at keys", "keys")]
-    labels = {"kind": "axis", "name": "skew_deg", "from_value": "0 deg", "to_value": "30 deg"}
-    assert pairs[0][0] == labels
+    assert [*pairs[0][0].values()] == ["axis", "skew_deg", "0 deg", "30 deg"]
     one_skew = AXES | {"skew_deg": (0.0,)}
     assert not list(modelling_choices.axis_pairs(setup, "osb1_ro_skew00_gap000_mu000", one_skew, 1))
     assert len(list(modelling_choices.axis_pairs(setup, SLUG, {"friction": (0.2, 0.5)}, 1))) == 1
@@ -185,8 +184,7 @@ def test_ratios_are_paired_by_motion_with_the_interval_of_the_means_of_motions(t
     bounded = modelling_choices.choices_table(pairs, rows).set_index("demand")
     assert bounded.loc["column_drift_ratio", ["n", "n_failed"]].tolist() == [2, 2]
     unseating = by_demand.loc["unseating_m"]
-    assert unseating["ratio"] == pytest.approx((2.0 * 0.5) ** (1 / 2))
-    assert (unseating["n"], unseating["n_failed"]) == (2, 1)
+    assert unseating[["ratio", "n", "n_failed"]].tolist() == pytest.approx([1.0, 2, 1])  # 2 x 0.5
     assert (drift["from_value"], drift["to_value"]) == ("deck edge", "skewed")
     # ln 2, ln 3 and ln 6 of three motions: t(0.95, 2) = 2.919986.
     three = frame_pairs(tmp_path, ((1.0, 2.0), (1.0, 3.0), (1.0, 6.0)))
@@ -250,11 +248,8 @@ def test_findings_and_tornado_list_choices_that_move_a_demand_more_than_friction
     without = table[table["name"] != "key_frame"]
     assert choice_findings(without)[1].endswith("no choice changes it more.")
     assert not choice_findings(table[table["name"] != "friction"])
-    panels = [panel for panel in tornado(table).axes if panel.patches]
-    assert len(panels) == len(demands_for("headline"))
-    for panel in panels:  # the largest on top
+    for panel in tornado(table).axes[: len(demands_for("headline"))]:  # the largest on top
         labels = [label.get_text() for label in panel.get_yticklabels()]
-        assert len(labels) == len(table[["name", "to_value"]].drop_duplicates())
         assert labels[-2:] == ["Friction 0 → 0.5", "Key frame deck edge → skewed"]
     # the effect of friction is divided between walls and keys
     rows = table[(table["name"] == "friction") & (table["demand"] == "unseating_m")]
@@ -375,17 +370,12 @@ def test_factors_act_on_the_model() -> None:
 
 def test_methods_and_page_state_the_setting_and_every_distribution_with_its_source() -> None:
     direction = {"distribution": "uniform", "low": 0.0, "high": 360.0, "source": "assumed"}
-    off, on = (
-        methods_of(parse_config({"uncertainty": {"enabled": enabled, "incidence_deg": direction}}))
-        for enabled in (False, True)
-    )
+    drawn = {"uncertainty": {"enabled": True, "incidence_deg": direction}}
+    off, on = (methods_of(parse_config(raw)) for raw in ({}, drawn))
     assert "No property of a bridge is random" in off.parts["Random properties"]
-    text = on.parts["Random properties"]
     assert "each from a random direction" in on.parts["Ground motions"]
-    for key in ("Pan, Y.", "PyPBEE"):
-        assert any(key in work for work in on.references)
     for what in UncertaintyConfig(enabled=True).drawn.values():
-        assert f"{what.as_text} ({what.source})" in text
+        assert f"{what.as_text} ({what.source})" in on.parts["Random properties"]
         assert what.source.startswith("assumed")
     assert "values of the bridge files" in properties_sentence(pd.DataFrame(columns=["variant"]))
     assert "(deck mass)" in properties_sentence(pd.DataFrame(columns=["draw_deck_mass_factor"]))

@@ -185,10 +185,6 @@ def test_plot_draws_a_motion_or_the_spectra_of_a_folder(tmp_path):
     for name in ("syn001_h1.AT2", "syn001_h2.AT2"):
         shutil.copy(generated / name, tmp_path / "figures")
     assert _run("plot", tmp_path / "figures", "--out", tmp_path / "suite.svg")[0] == 0
-    values = tmp_path / "values.txt"
-    values.write_text("\n".join(map(str, shaken_g(1))))
-    shown = _run("plot", values, "--dt-s", 0.01, "--out", tmp_path / "figures")
-    assert "the file states no unit: g is assumed" in shown[2]
 
 
 def test_synthesized_suite_passes_the_check_and_keeps_earlier_motions(tmp_path):

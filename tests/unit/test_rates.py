@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from scipy import integrate
+from scipy.stats import norm
 
 from cli_json import answer, invoke
 from fragility_tables import FAILURES, IM, SETTINGS, STATES, ready, synthetic_demands, two_mode_runs
@@ -195,6 +196,16 @@ def test_states_without_an_estimate_have_bounds_and_effects_are_paired(file):
     expected = np.exp(np.log(at[45] / at[0]).mean())
     assert skew.loc[45.0, "ratio"] == pytest.approx(expected, rel=1e-9)
     assert skew.loc[45.0, "direction"] == 1
+    (models,), state = fit_models(rows, states, SETTINGS), states[-4]
+    values = models.variants.iloc[0].to_dict()
+    point = models.fit(state).model.at(values)
+
+    def probability(im):
+        return norm.cdf(point.score(state.threshold, state.dispersion, np.array(np.log(im)))[0])
+
+    keys = ["variant", "component", "limit_state"]
+    rate = table.set_index(keys).loc[(values["variant"], state.component, state.name)]
+    assert rate["annual_rate"] == pytest.approx(quadrature(probability, hazard), rel=1e-6)
     # the scatter of motions cancels: the ratio is far more certain than a rate
     width = np.log(fitted["annual_rate_high"] / fitted["annual_rate_low"]).min()
     assert np.log(skew["ci_high"] / skew["ci_low"]).max() < 0.4 * width
