@@ -184,22 +184,6 @@ def answered(path: Path, config: str = "") -> tuple[int, dict]:
     return run("provenance", path, "--study", named)
 
 
-def test_a_table_is_current_until_its_rule_would_make_another(tmp_path, monkeypatch):
-    table = tmp_path / "table.parquet"
-    given = job(tmp_path, table)
-    with script_session(given):
-        write_frame(FRAME, table, {})
-
-    def current(config="", made=given.params.made_from) -> list:
-        monkeypatch.setattr(jobs, "made_from", lambda _: {RULE: made})
-        code, answer = answered(table, config)
-        return [code, answer["current"], answer["differences"]]
-
-    assert current() == [0, True, []]
-    assert current("motions: {count: 3}\nfigures: {width_mm: 85}") == [0, True, ["config_digest"]]
-    assert current(made={"motions": "suite", "sources": "edited"}) == [1, False, ["rule_digest"]]
-
-
 def test_a_file_is_compared_with_the_configuration_of_its_own_study(tmp_path, monkeypatch):
     """That which the workflow stored, its files as they are now; else one in config/."""
     monkeypatch.setattr(
