@@ -41,6 +41,7 @@ def test_check_has_the_documented_keys_and_exit_codes(tmp_path, content, verdict
     (found,) = checked["files"]
     assert set(found) == {"file", "verdict", "format", "dt_s", "npts", "pga_g", "messages"}
     assert (found["verdict"], code, _run("check", path, "--strict")[0]) == (verdict, *codes)
+    assert ("the mean is 1" in str(found["messages"])) == (verdict == "warn")
     if verdict == "ok":
         assert (found["dt_s"], found["npts"]) == (0.01, 400)
         assert found["pga_g"] == pytest.approx(0.3, rel=1e-6)
