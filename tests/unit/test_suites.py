@@ -108,6 +108,8 @@ def test_a_difference_between_suites_is_found_with_its_interval() -> None:
     answers = answer_table(**{name: tables[key] for name, key in given.items()})
     title, _ = suites_summary(suites, answers)
     assert title == "The effect of friction depends on the motions."
+    assert suites_summary(suites[suites["verdict"] != DEPENDS], answers)[0] == ""
+    assert suites_summary(suites[suites["against"] == ""], answers) == ("", "")
     drift = suites[suites["demand"] == "column_drift_ratio"]
     effects = drift[drift["against"] == ""].set_index("suite")
     assert list(effects.index) == ["near", "far", "pulse", ALL_SUITES]
