@@ -10,7 +10,6 @@ import pytest
 
 from cli_json import answer, invoke
 from motions_files import at2_text, index_of, make_pairs, shaken_g
-from skewbridge.errors import InputError
 from skewbridge.motions.intensity import IM_COLUMNS
 from skewbridge.motions.suite import prepare_suite
 
@@ -30,7 +29,7 @@ def _checked(*arguments: object) -> tuple[int, dict, str]:
 @pytest.mark.parametrize(
     ("content", "verdict", "codes"),
     [
-        (at2_text(shaken_g(1)), "ok", (0, 0)), (at2_text(shaken_g(1) + 0.05), "warn", (0, 2)),
+        (at2_text(shaken_g(1)), "ok", (0, 0)), (at2_text(shaken_g(1) - 0.05), "warn", (0, 2)),
         (at2_text(1e4 * shaken_g(1)), "error", (2, 2)),
         ("\n".join(map(str, shaken_g(1))), "needs_dt", (2, 2)),
     ],
@@ -42,6 +41,7 @@ def test_check_has_the_documented_keys_and_exit_codes(tmp_path, content, verdict
     (found,) = checked["files"]
     assert set(found) == {"file", "verdict", "format", "dt_s", "npts", "pga_g", "messages"}
     assert (found["verdict"], code, _run("check", path, "--strict")[0]) == (verdict, *codes)
+    assert ("the mean is 1" in str(found["messages"])) == (verdict == "warn")
     if verdict == "ok":
         assert (found["dt_s"], found["npts"]) == (0.01, 400)
         assert found["pga_g"] == pytest.approx(0.3, rel=1e-6)
@@ -76,11 +76,8 @@ def test_check_writes_an_index_that_the_study_reads(tmp_path):
     assert "motion q: files in g and m/s2, but an index row has one unit" in err
 
 
-@pytest.mark.parametrize("has_index", [False, True])
-def test_check_names_and_counts_the_files_that_were_not_read(tmp_path, has_index):
-    pairs = make_pairs(tmp_path, 1)
-    if has_index:
-        index_of(tmp_path, pairs)
+def test_check_names_and_counts_the_files_that_were_not_read(tmp_path):
+    index_of(tmp_path, make_pairs(tmp_path, 1))
     others = ["a.mseed", "b.sac", "c.xlsx", "deep/d.rec", "e.zip", "f.txt"]
     (tmp_path / "deep").mkdir()
     for name in others:
@@ -110,18 +107,8 @@ def test_check_warns_of_one_component_twice_and_names_vertical_ones(tmp_path):
     assert (code, _run("check", tmp_path, "--strict")[0]) == (0, 2)
     verdicts = {name: item["verdict"] for name, item in found.items()}
     assert verdicts == {"q0_h1": "warn", "q0_h2": "warn", "q0-UP": "ok"}
-    assert any("Both components have the same values" in m for m in found["q0_h2"]["messages"])
+    assert "Both components have the same values" in " ".join(found["q0_h2"]["messages"])
     assert found["q0-UP"]["messages"] == ["vertical component: a study does not use it"]
-
-
-@pytest.mark.parametrize("names", [("q_HNE.AT2", "q_HNZ.AT2"), ("q-T.AT2", "q-V.AT2")])
-def test_check_notes_that_a_study_does_not_pair_the_files_of_a_folder(tmp_path, names):
-    for name in names:
-        (tmp_path / name).write_text(at2_text(shaken_g(len(name))))
-    _, found, _ = _checked(tmp_path)
-    assert "no second component found" in found["files"][0]["messages"][-1]
-    with pytest.raises(InputError, match="instead of 2"):
-        prepare_suite(tmp_path, t1_s=0.7)
 
 
 def test_unit_option_applies_only_to_files_without_a_unit(tmp_path):
@@ -137,15 +124,6 @@ def test_unit_option_applies_only_to_files_without_a_unit(tmp_path):
     assert code == 0
     assert alone.items() <= {item["file"]: item["pga_g"] for item in found["files"]}.items()
     assert list(pd.read_csv(tmp_path / "index.csv")["unit"]) == ["g", "cm/s2"]
-
-
-def test_unwritable_folder_exits_with_2(tmp_path):
-    (tmp_path / "file").write_text("")
-    synthesize = ("synthesize", *SCENARIO_OPTIONS, "--count", 1)
-    for command in (("plot", *make_pairs(tmp_path, 1)[0]), synthesize):
-        code, _, err = _run(*command, "--out", tmp_path / "file" / "below")
-        assert code == 2
-        assert "cannot write to the folder" in err
 
 
 def test_check_compares_files_with_their_index(tmp_path):
@@ -180,11 +158,6 @@ def test_plot_draws_a_motion_or_the_spectra_of_a_folder(tmp_path):
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert _run("plot", tmp_path, "--out", tmp_path / "suite.svg")[0] == 0
     assert (tmp_path / "suite.svg").read_text().count("<path") > 10
-    # generated motions without the index that states their magnitude
-    generated = Path(__file__).parents[2] / "motions" / "synthetic"
-    for name in ("syn001_h1.AT2", "syn001_h2.AT2"):
-        shutil.copy(generated / name, tmp_path / "figures")
-    assert _run("plot", tmp_path / "figures", "--out", tmp_path / "suite.svg")[0] == 0
 
 
 def test_synthesized_suite_passes_the_check_and_keeps_earlier_motions(tmp_path):
@@ -194,11 +167,3 @@ def test_synthesized_suite_passes_the_check_and_keeps_earlier_motions(tmp_path):
     assert _run("check", tmp_path / "two", "--strict")[0] == 0
     for name in ("syn001_h1.AT2", "syn001_h2.AT2"):
         assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
-
-
-def test_synthesize_names_the_wrong_option(tmp_path):
-    wrong = {"--magnitude": 5.0, "--count": 0, "--pulse": "maybe", "--seed": -1}
-    for option in wrong.items():
-        code, _, err = _run("synthesize", *SCENARIO_OPTIONS, "--out", tmp_path, *option)
-        assert code == 2
-        assert option[0].strip("-") in err

@@ -35,15 +35,13 @@ def osb1_as_script(path: Path, skew_deg: float) -> str:
     with recording() as record, domain():
         frame = structure.build(skew_deg, ModelOptions(), handles.TagAllocator())
         lines = [line for line in record if not re.match(r"ops\.(wipe|model)\(", line)]
-        loads, moments = frame.loads.forces_n, frame.loads.moments_nm
-    column = frame.columns[0]
+        lines += ["ops.timeSeries('Linear', 1)", "ops.pattern('Plain', 1, 1)"]
+        for node, load in frame.loads.forces_n.items():
+            moments = frame.loads.moments_nm.get(node, (0.0, 0.0))
+            lines.append(f"ops.load({node}, 0.0, 0.0, {-load!r}, *{moments!r}, 0.0)")
+    column, model = frame.columns[0], "\n    ".join(lines)
     capacity = column.capacities[0]
     columns = [(each.element, each.base_node, each.top.node) for each in frame.columns]
-    model = "\n    ".join(lines)
-    dead = "\n    ".join(
-        f"ops.load({node}, 0.0, 0.0, {-load!r}, *{moments.get(node, (0.0, 0.0))!r}, 0.0)"
-        for node, load in loads.items()
-    )
     path.write_text(
         f"""import openseespy.opensees as ops
 import skewbridge as sb
@@ -60,9 +58,6 @@ def bridge(skew_deg):
     ops.wipe()
     ops.model("basic", "-ndm", 3, "-ndf", 6)
     {model}
-    ops.timeSeries("Linear", 1)
-    ops.pattern("Plain", 1, 1)
-    {dead}
     return sb.Frame(
         ends=(1, 9), width=14.33, soffit=1.010, centre=5, damping_periods=(0.94, 0.35), t1=0.7192,
         damped={list(frame.damping.elements)},
@@ -204,9 +199,7 @@ def frame_of(tmp_path: Path, text: str = GOOD):
         ("return sb.Frame(", "dict(", r"bridge\(\) must return a skewbridge.Frame, got None"),
         ("ends=(1, 5)", "ends=(1, 6)", "ends: the model has no node 6"),
         ("ends=(1, 5)", "ends=(1, 11)", r"ends: node 11 must not be fixed"),
-        ("Column(20, 11", "Column(21, 11", r"columns.0.element: the model has no element 21"),
         ("Column(20, 11, 10", "Column(20, 10, 11", r"element 20 must start at the base, node 10"),
-        ("width=13.0 * M", "width=-1.0", "width must be positive, got -1"),
         # OpenSees ends the process for a vector along the element, also of an inclined one
         (PDELTA, '"PDelta", 2, 0.0, 0.0, 1.0',
          r"mine\.py:\d+: geomTransf 2: its vector .* 0.1 degrees off .* element 20, got 0"),
@@ -223,7 +216,6 @@ def frame_of(tmp_path: Path, text: str = GOOD):
         (FIX, "exit(3)", r"mine\.py:\d+: SystemExit: 3"),
         ("hinges=(1, 5)", "hinges=(1, 9)", "has no integration point 9"),
         ("drift_capacity=(0.05,", "drift_capacity=(4.5,", "at most 1, got 4.5"),
-        ("shear_strength=5.0e6 * N", "shear_strength=-1.0", "must be positive, got -1"),
         (HEAD, "def bridge()", r"mine\.py:\d+: expected ':'"),
         (FIX, FIX + SECOND, "columns: element 21 stands on a support below the deck"),
         (HEAD, HEAD + IN_PLANE, "3 dimensions and 6 degrees of freedom, got 2 and 3"),

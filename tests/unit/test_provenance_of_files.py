@@ -16,7 +16,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import skewbridge
-from cli_json import invoke, run
+from cli_json import run
 from skewbridge.cli.output import study_of
 from skewbridge.errors import InputError, SolutionError
 from skewbridge.files import tables
@@ -184,27 +184,6 @@ def answered(path: Path, config: str = "") -> tuple[int, dict]:
     return run("provenance", path, "--study", named)
 
 
-def test_a_table_is_current_until_its_rule_would_make_another(tmp_path, monkeypatch):
-    table = tmp_path / "table.parquet"
-    given = job(tmp_path, table)
-    with script_session(given):
-        write_frame(FRAME, table, {})
-
-    def current(config="", made=given.params.made_from) -> list:
-        monkeypatch.setattr(jobs, "made_from", lambda _: {RULE: made})
-        code, answer = answered(table, config)
-        return [code, answer["current"], answer["differences"]]
-
-    assert current() == [0, True, []]
-    assert current("motions: {count: 3}\nfigures: {width_mm: 85}") == [0, True, ["config_digest"]]
-    assert current(made={"motions": "suite", "sources": "edited"}) == [1, False, ["rule_digest"]]
-    # a file of another configuration asks for it
-    result = invoke("provenance", table)
-    assert result.exit_code == 1
-    assert "compared with config/config.yaml" in result.stderr
-    assert "--study" in result.stderr
-
-
 def test_a_file_is_compared_with_the_configuration_of_its_own_study(tmp_path, monkeypatch):
     """That which the workflow stored, its files as they are now; else one in config/."""
     monkeypatch.setattr(
@@ -277,28 +256,26 @@ def test_a_key_of_the_configuration_changes_the_rules_that_use_it(tmp_path, text
 
 
 # --- frames of `skewbridge.load`
-def finished_study(folder: Path, config_of_fits: str) -> Path:
-    unit = pa.field("column_shear_kn", pa.float64(), metadata={"unit": "kN"})
-    table = pa.table([pa.array([1.0])], schema=pa.schema([unit]))
-    origin = table.replace_schema_metadata({"config_digest": "abc"})
-    tables.write_table(origin, folder / "demands.parquet")
-    curve = {"skew_deg": 30.0, "im": "im_pga_rotd50_g", "theta": 0.5, "theta_low": 0.4}
-    path = folder / "fragility" / "curves.parquet"
-    path.parent.mkdir(exist_ok=True)
-    write_frame(pd.DataFrame([curve]), path, {"config_digest": config_of_fits})
-    return folder
 
 
 def test_frames_have_units_and_origin_and_different_origins_are_reported(tmp_path):
+    unit = pa.field("column_shear_kn", pa.float64(), metadata={"unit": "kN"})
+    schema = pa.schema([unit], metadata={"config_digest": "abc"})
+    tables.write_table(pa.table([[1.0]], schema=schema), tmp_path / "demands.parquet")
+    curve = {"skew_deg": 30.0, "im": "im_pga_rotd50_g", "theta": 0.5, "theta_low": 0.4}
+    path = tmp_path / "fragility/curves.parquet"
+    path.parent.mkdir()
+    write_frame(pd.DataFrame([curve]), path, {"config_digest": "abc"})
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        found = skewbridge.load(finished_study(tmp_path, "abc"))
+        found = skewbridge.load(tmp_path)
     assert repr(found) == f"Results({tmp_path}: 1 runs; curves)"
     assert found.demands.attrs["units"] == {"column_shear_kn": "kN"}
     curves = found.fragility["curves"]
     assert curves.attrs["units"] == {"skew_deg": "deg", "theta": "g", "theta_low": "g"}
     assert curves.attrs["provenance"]["config_digest"] == "abc"
+    write_frame(pd.DataFrame([curve]), path, {"config_digest": "xyz"})
     with pytest.warns(UserWarning, match=r"config_digest abc \(demands\), xyz \(curves\)"):
-        skewbridge.load(finished_study(tmp_path, "xyz"))
+        skewbridge.load(tmp_path)
     with pytest.raises(InputError, match=r"no demands\.parquet"):
         skewbridge.load(tmp_path / "fragility")

@@ -14,11 +14,12 @@ import pandas as pd
 import pytest
 import yaml
 
-from fragility_tables import IM, states_of, synthetic_demands
+from fragility_tables import IM, synthetic_demands
 from report_pages import NUMBER, STATES, assert_printed, tables_of, write_page, wrong_numbers
 from skewbridge.bridge.backfill import LARGEST_TESTED_SKEW_DEG
 from skewbridge.bridge.library import load_structure
 from skewbridge.errors import InputError
+from skewbridge.files.tables import read_frame
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.study_tables import fragility_tables
 from skewbridge.report import answer as answers
@@ -129,18 +130,6 @@ def assert_leading(tables, frames):
     assert next(lines, None) is None
 
 
-def assert_published(tables, frames):
-    medians = frames["medians"]
-    pooled = medians[(medians["scope"] == "pooled") & (medians["axis"] == "skew_deg")]
-    for cells in tables.get("Published effects of skew", [[]])[1:]:
-        skew = float(cells[0].rstrip("°"))
-        assert_printed(cells[1], [np.sqrt(np.sin(np.radians(90.0 - skew)))])
-        for head, cell in zip(tables["Published effects of skew"][0][2:], cells[2:], strict=True):
-            demand = pooled["demand"].map(effect_name) == head.partition(", ")[2]
-            (row,) = pooled[demand & (pooled["to_value"] == skew)].to_dict("records")
-            assert_printed(cell, [row[name] for name in ("ratio", "ci_low", "ci_high")])
-
-
 def assert_system(tables, frames):
     for cells, row in zip(tables["System"][1:], frames["system"].to_dict("records"), strict=True):
         assert row["bridge"] in cells[0]
@@ -194,18 +183,12 @@ def assert_in(text, *words):
     assert [each for each in words if each not in text] == []
 
 
-def test_bases_axes_counts_and_answers_are_those_of_the_study(render):
+def test_counts_and_answers_are_those_of_the_study(render):
     demands = synthetic_demands(skews=(0, 60), gaps=(25,))
     page, frames = render(demands)
-    assert_in(
-        page,
-        "pinned column bases",
-        "skew 0°, 60° × gap 25 mm × friction 0, 0.5",
-        f"Columns failed in 0 of {len(demands)} runs.",
-        "a median of 3 %",  # friction above its limit, of the analyses that rub
-    )
-    for absent in ("fixed column bases", "capacity models", "at its shear strength, by model"):
-        assert absent not in page
+    # friction above its limit, of the analyses that rub
+    assert_in(page, f"Columns failed in 0 of {len(demands)} runs.", "a median of 3 %")
+    assert "capacity models" not in page
     assert_tables(page, frames)
     pooled = frames["effects"].query("scope == 'pooled' and status == 'ok'").groupby("axis")
     ends = pooled["n_motions"].agg(["min", "max"]).loc[["skew_deg", "friction"]]
@@ -224,15 +207,10 @@ def test_failures_tables_intensities_and_links_are_those_of_the_study(render):
     assert_in(head, failed, "None of them collapsed; the demands of all are peaks up to the fail")
     assert ">4 to 3 of 32</td>" in head or ">7 to 0 of 32</td>" in head
     assert set(frames["curves"]["im"]) == {IM}
-    words = ("weakest component", "components independent", "Median θ of Sa,avg RotD50 (g)")
-    assert_in(page, *words, "motions scaled by 0.25 to 1.5,")
-    assert "theta correlated" not in page
+    assert_in(page, "Median θ of Sa,avg RotD50 (g)", "motions scaled by 0.25 to 1.5,")
     assert_tables(page, frames)
     wanted = set(re.findall(r'href="#([^"]+)"', page))
     assert wanted <= set(re.findall(r'id="([^"]+)"', page))
-    # addresses inside the vendored library are texts of its messages
-    own = re.sub(r"<script.*?</script>", "", re.sub(r"data:image[^\"]+", "", page), flags=re.DOTALL)
-    assert "http" not in own
 
 
 def test_accuracy_suspect_rows_needed_motions_and_the_factor_of_hazus_are_stated(render):
@@ -248,18 +226,19 @@ def test_accuracy_suspect_rows_needed_motions_and_the_factor_of_hazus_are_stated
 
     page, frames = render(demands, edit=edit)
     failed = int((demands["beyond_model"] != "").sum())
-    assert_in(
-        page,
-        "Demands of 4 runs differ from the reference accuracy by 8 % (median demand), 15 % at "
-        "worst (slip work)",
-        f"0 suspect rows, {failed} by the energy after a column failure",
-        "by its own interval whether an effect exceeds the margin",
-    )
+    words = "from the reference accuracy by 8 % (median demand), 15 % at worst (slip work)"
+    suspect = f"0 suspect rows, {failed} by the energy after a column failure"
+    assert_in(page, f"Demands of 4 runs differ {words}", suspect)
     tables = tables_of(page)
-    published = [row[:2] for row in tables["Published effects of skew"][1:]]
-    assert published == [["30°", "0.93"], ["60°", "0.71"]]  # sqrt(sin(90° - skew))
-    assert_published(tables, frames)
-    assert "only the abstracts were compared" in page
+    heads, *published = tables["Published effects of skew"]
+    # sqrt(sin(90° - skew))
+    assert [row[:2] for row in published] == [["30°", "0.93"], ["60°", "0.71"]]
+    skews = frames["medians"].query("scope == 'pooled' and axis == 'skew_deg'")
+    for skew, _, *cells in published:
+        for head, cell in zip(heads[2:], cells, strict=True):
+            demand = skews["demand"].map(effect_name) == head.partition(", ")[2]
+            (row,) = skews[demand & (skews["to_value"] == float(skew[:-1]))].to_dict("records")
+            assert_printed(cell, [row[name] for name in ("ratio", "ci_low", "ci_high")])
     needed = frames["needed_motions"].query("forecast == 'more motions'").to_dict("records")
     cells = tables["Motions needed"][1:]
     assert len(cells) == len(needed) > 0
@@ -285,23 +264,6 @@ def test_rate_factors_of_fewer_pairs_are_marked_and_come_last():
     rates = answers.rates_on_page({"rate_effects": table})
     assert "of column failure by 1.5" in rates["sentence"]
     assert [row["pairs"] for row in rates["rows"]] == [" (1 of 4 pairs)", ""]
-
-
-def test_bridges_and_abutments_of_a_mixed_study_are_named(render):
-    pinned, fixed = (synthetic_demands(bridge=name, skews=(0, 30), gaps=(25,), motions=8, seed=seed)
-                     for seed, name in enumerate(("osb1", "osb1_fixed")))  # fmt: skip
-    page, _ = render(pd.concat([pinned, fixed], ignore_index=True), bridges=("osb1", "osb1_fixed"))
-    for name, base in (("osb1", "pinned"), ("osb1_fixed", "fixed")):
-        words = f"<strong>{name}</strong>: two spans, 91.4 m long, {base} two-column bent"
-        assert_in(page, words, "<small>osb1_fixed</small>")
-    roller = {"abutment": "roller", "gaps": (0,), "frictions": (0,), "skews": (0, 30)}
-    mixed = pd.concat([synthetic_demands(**roller, motions=8), pinned], ignore_index=True)
-    page, _ = render(mixed, bridges=("osb1_fixed",))
-    head = '<th scope="colgroup" colspan="{}">osb1, {}</th>'
-    assert_in(page, head.format(1, "roller"), head.format(2, "contact-friction"))
-    # the gap varies between the models only
-    assert_in(page, "<h1>Fragility of osb1: effect of skew and friction</h1>")
-    assert "pinned column bases" not in page
 
 
 def test_a_missing_exceedance_or_comparison_is_stated(render):
@@ -336,7 +298,9 @@ def test_sketch_and_words_have_the_geometry_of_the_bridge():
     # its own, not that of the study
     assert gap_m * np.cos(np.pi / 6) == pytest.approx(drawn["factor"] * 0.060)
     assert bridge_words(other).endswith("; integral left end and roller right end; joint at bent 1")
-    assert bridge_words(load_structure("bridge_a").description).endswith("single-column bent")
+    for name, words in (("bridge_a", "single-column"), ("osb1", "pinned two-column"),
+                        ("osb1_fixed", "91.4 m long, fixed two-column")):  # fmt: skip
+        assert bridge_words(load_structure(name).description).endswith(f"{words} bent")
 
 
 def test_joints_of_a_bridge_are_named_with_their_demands():
@@ -353,16 +317,11 @@ def test_joints_of_a_bridge_are_named_with_their_demands():
 def test_methods_settings_and_units_of_the_page_are_those_of_the_study(render):
     demands = synthetic_demands(motions=3, skews=(0, 60), gaps=(25, 51), frictions=(50,))
     config = {"grid": {"skew_deg": [0, 60], "gap_mm": [25, 51], "friction": [0.5]}}
-    config |= {"analysis": {"duration_s": 10.0}, "sensitivity": {"rows": 0}}
-    config |= {"motions": {"count": 3, "level_range_g": [0.1, 1.0]}, "figures": {"units": "us"}}
-    page, _ = render(demands, source="BSD-3-Clause; synthetic: a model", config=config)
-    paragraphs = dict(re.findall(r"<p><strong>([^<]+)\.</strong> (.*?)</p>", page))
+    config |= {"motions": {"count": 3}, "figures": {"units": "us"}}
+    page, _ = render(demands, config=config)
     abutments = "skew 0°, 60°; the joint gap 0.984 in, 2.01 in; friction 0.5: four variants"
-    assert abutments in paragraphs["Abutments"]
-    keys = ("duration_s</code> 10 (default none)", "motions.count<", "motions.level_range_g<")
-    assert_in(paragraphs["Settings"], *keys, "<code>sensitivity.rows</code>")
-    assert "<code>analysis.dt_s</code>" not in paragraphs["Settings"]
-    assert_in(page, "slight 1 %, moderate 2.5 %", "gap 0.984 in, 2.01 in", "300.0 ft long")
+    assert_in(page, abutments, "motions.count</code> 3 (default ", "300.0 ft long")
+    assert "<code>analysis.dt_s</code>" not in page
     assert " mm" not in re.sub(r"<details><summary>(Methods|Provenance).*?</details>", "", page)
     # the range of intensities is that of the motions
     given = {"source": ["a"] * 2, "scale": [1.0, 2.0], "im_saavg_rotd50_g": [0.11, 0.4]}
@@ -403,9 +362,7 @@ def test_headline_has_one_sentence_per_axis_certain_and_large_effects_first():
         "Gap 0 mm to 0.5 mm changes no median capacity by more than 5 % (most: 0.06 g).",
         "Not decided with these motions: friction on unseating (slight) (+2.0 %, -3.1 to +7.1 %).",
     ]
-
-
-def test_headline_names_other_bridges_with_the_same_certainty():
+    # other bridges with the same certainty are named
     row = answer_row("skew_deg", "column_failure/any", 0.8, "lower")
     other = answer_row("skew_deg", "column_failure/any", 0.88, "lower", bridge="osb2s")
     assert headline_of(row, other) == [
@@ -490,22 +447,18 @@ def test_shear_failures_are_counted_for_every_strength_model():
         demands[f"column_shear_dcr_{name}"] = np.where(np.arange(len(demands)) < count, 1.0, 0.99)
     for status, at_least in (("ok", "by model: osb1"), ("collapse", "by model, at least: osb1")):
         text = answers.shear_model_sentence(demands.assign(status=status))
-        assert_in(
-            text, at_least, "2 UCSD, mean of tests; 7 SDC, expected materials; 9 SDC, nominal"
-        )
-        assert text.endswith(f"; 0 Kowalsky and Priestley (of {len(demands)}).")
-
-
-def with_shear_models(demands):
-    """Return demands with the ratios of three shear capacity models, one never above 1."""
-    ratio = demands["column_shear_dcr"] / demands["column_shear_dcr"].median()
-    factors = {"sdc_expected": 0.95, "sdc_nominal": 1.1, "kowalsky_priestley": 0.02}
-    return demands.assign(**{f"column_shear_dcr_{name}": f * ratio for name, f in factors.items()})
+        words = "2 UCSD, mean of tests; 7 SDC, expected materials; 9 SDC, nominal"
+        assert_in(text, at_least, words, f"; 0 Kowalsky and Priestley (of {len(demands)}).")
 
 
 def test_the_page_prints_the_stored_medians_under_three_shear_models(render):
     """The page does not fit: other values in the stored table are printed as they are."""
-    demands = with_shear_models(synthetic_demands(skews=(0, 60), gaps=(25,)))
+    demands = synthetic_demands(skews=(0, 60), gaps=(25,))
+    ratio = demands["column_shear_dcr"] / demands["column_shear_dcr"].median()
+    # one is never above 1
+    for name, factor in (("expected", 0.95), ("nominal", 1.1), ("kowalsky_priestley", 0.02)):
+        model = name if "_" in name else f"sdc_{name}"
+        demands[f"column_shear_dcr_{model}"] = factor * ratio
 
     def edit(frames):
         models = frames["shear_models"]
@@ -514,31 +467,11 @@ def test_the_page_prints_the_stored_medians_under_three_shear_models(render):
         return frames
 
     page, frames = render(demands, edit=edit)
-    words = "Median capacity for shear failure of a column under 3 capacity models (4)"
-    assert_in(page, words, "Runs with a column at its shear strength, by model: ")
     assert_tables(page, frames)
-    heads, first, second, *_ = tables_of(page)[SHEAR]
-    assert heads[4] == "SDC, nominal materials, θ [interval]"
+    _, first, second, *_ = tables_of(page)[SHEAR]
     assert first[3] == "0.753 [0.642, 0.864]"
     assert re.fullmatch(r"\d+ of 16 runs fail: not ordered", second[3])
     assert first[5] == "0 of 16 runs fail: no exceedance"
-
-
-def test_title_and_cells_state_why_there_is_no_ratio_and_how_many_runs_exceed_the_state(render):
-    demands = synthetic_demands(skews=(0, 30), gaps=(25,), motions=4)
-    demands["beyond_model"] = np.where(demands["column_shear_dcr"] > 0.62, "shear", "")
-    page, frames = render(demands)
-    curves = frames["curves"].drop_duplicates(["variant", "component", "limit_state"])
-    counts = curves.groupby(["component", "limit_state"])[COUNTS].sum()
-    failed, runs = counts.loc["column_failure", "any"]
-    bearing, _ = counts.loc["bearing", "slight"]
-    assert 0 < failed < runs == len(demands)
-    assert f"Columns failed in {failed} of {runs} runs" in page
-    title = re.search(r'<ul class="headline"><li>(.*?)</li>', page)[1].replace("\u00a0", " ")
-    assert f", {failed} of {runs} runs exceed it" in title
-    for row in tables_of(page)["The answer"][1:]:
-        for number, text in zip((failed, bearing), row[1:], strict=False):
-            assert f", {number} of {runs} runs exceed it" in text
 
 
 def test_texts_on_a_missing_ratio_have_its_status_and_the_runs_that_exceed_the_state():
@@ -583,6 +516,7 @@ def test_status_of_a_ratio_is_that_of_the_curves_without_an_estimate(statuses, e
 
 # --- headline of the README
 ROOT = Path(__file__).parents[2]
+DEMO = ROOT / "src/skewbridge/cli/demo_study"
 LEADING = ("column_failure/any", "unseating/slight")
 
 
@@ -631,28 +565,6 @@ def headline_values(table, runs, motions):
         yield from (LARGEST_TESTED_SKEW_DEG, largest_skew)
 
 
-@pytest.fixture(scope="module")
-def repository(tmp_path_factory):
-    root = tmp_path_factory.mktemp("repository")
-    demands = synthetic_demands(skews=(0, 30), gaps=(51,), motions=12).assign(cpu_s=3.0)
-    demands["beyond_model"] = np.where(demands["column_shear_dcr"] >= 0.6, "shear", "")
-    wanted = ("column_curvature", "unseating", "bearing")
-    states = [state for component in wanted for state in states_of(component)]
-    tables = fragility_tables(demands, states, FitSettings())
-    for name in ("results/fragility", "results/motions", "docs/images"):
-        (root / name).mkdir(parents=True)
-    for name in ("median_effects", "effects", "intensity_effects", "curves", "joint"):
-        tables[name].to_parquet(root / f"results/fragility/{name}.parquet")
-    demands.to_parquet(root / "results/demands.parquet")
-    motions = pd.DataFrame({"motion_id": sorted(demands["motion_id"].unique())})
-    motions = motions.assign(source="synthetic: a test", magnitude=6.5, distance_km=8.0)
-    motions.to_parquet(root / "results/motions/suite.parquet")
-    text = f"before\n{headline.BEGIN}\nprevious text\n{headline.END}\nafter\n"
-    (root / "README.md").write_text(text, encoding="utf-8")
-    headline.write_headline(root / "results", root)
-    return root, tables
-
-
 def test_the_readme_agrees_with_its_stored_tables():
     """If not: `make headline` on a finished study writes both."""
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -664,27 +576,24 @@ def test_the_readme_agrees_with_its_stored_tables():
         headline.with_headline("nothing", "text")
 
 
-def test_headline_of_a_study_prints_numbers_of_its_tables(repository):
-    root, _ = repository
-    stored = headline.stored_tables(root)
+def test_headline_of_a_study_prints_numbers_of_its_tables(tmp_path):
+    (tmp_path / "docs/images").mkdir(parents=True)
+    readme = tmp_path / "README.md"
+    readme.write_text(f"before\n{headline.BEGIN}\nprevious text\n{headline.END}\nafter\n")
+    headline.write_headline(DEMO, tmp_path)
+    stored = headline.stored_tables(tmp_path)
     text = headline.headline_text(*stored)
+    assert readme.read_text() == f"before\n{headline.BEGIN}\n{text}\n{headline.END}\nafter\n"
     assert_printed(text, list(headline_values(*stored)))
     for wrong in wrong_numbers(text):
         with pytest.raises(AssertionError):
             assert_printed(wrong, list(headline_values(*stored)))
-    readme = (root / "README.md").read_text(encoding="utf-8")
-    assert (readme[:7], readme[-7:], "previous text" in readme) == ("before\n", "\nafter\n", False)
-    assert "of one scenario, magnitude 6.5 at 8 km" in readme
-    assert (root / headline.PICTURE).stat().st_size > 10_000
-
-
-def test_claim_on_a_headline_demand_is_the_verdict_at_its_intensity(repository):
-    root, tables = repository
-    stored = headline.stored_tables(root)[0]
-    demands = stored[(stored["quantity"] == "demand") & stored["im"].notna()]
+    assert (tmp_path / headline.PICTURE).stat().st_size > 10_000
+    # the claim on a demand is the verdict at its intensity
+    demands = stored[0].query("quantity == 'demand' and im.notna()")
     assert len(demands)
     names = ["bridge", "abutment", "demand", "axis", "from_value", "to_value"]
-    lines = tables["intensity_effects"].set_index(names).sort_index()
+    lines = read_frame(DEMO / "fragility/intensity_effects.parquet").set_index(names).sort_index()
     for row in demands.to_dict("records"):
         there = lines.loc[tuple(row[name] for name in names)]
         there = there[np.isclose(there["im"], row["im"], rtol=1e-4)]
