@@ -168,26 +168,18 @@ ALL = {ANALYSES, *RECIPES}
 #: rules that follow in the workflow run again too; here it is the digest of each alone.
 EDITS: dict[str, tuple[set[str], set[str]]] = {
     "files/tables.py": ({*ANALYSING, *FITS, *PAGES}, {ANALYSES}),
-    "variant/options.py": ({ANALYSES, *ANALYSING, *FITS}, set()),
     "fragility/settings.py": ({*FITS, *PAGES}, {ANALYSES, "analyse", "prepare_motions"}),
     "study/config.py": ({"report"}, ALL - PAGES),
     "motions/record.py": ({ANALYSES, *ANALYSING, "prepare_motions"}, {"fit_fragility"}),
-    "motions/formats.py": ({"prepare_motions"}, {ANALYSES, "analyse", *FITS}),
     "motions/synthesis.py": ({"prepare_motions", "verification"}, {ANALYSES, *FITS}),
     "contact/law.py": ({ANALYSES, *ANALYSING, *VERIFYING}, {"prepare_motions", "fit_fragility"}),
-    "bridge/weights.py": ({ANALYSES, *ANALYSING}, {"prepare_motions", "fit_fragility"}),
-    "analysis/peaks.py": ({ANALYSES, *ANALYSING}, {"prepare_motions", "fit_fragility"}),
     "demands/columns.csv": ({"analyse", "collect_demands", *FITS, *PAGES}, {ANALYSES}),
     "fragility/effects.py": ({*FITS, *PAGES, "verification"}, {ANALYSES, "collect_demands"}),
     "study/journal.py": (ANALYSING, {ANALYSES, "fit_fragility"}), "study/jobs.py": (set(), ALL),
     "study/repeats.py": ({"sensitivity"}, ALL - {"sensitivity"}),
-    "study/analyses.py": ({*ANALYSING, "verification"}, {ANALYSES}),
     "study/modelling_choices.py": ({"modelling_choices", *PAGES}, {"analyse"}),
-    "report/checks.py": ({"fit_fragility", *PAGES}, {ANALYSES, *ANALYSING}),
-    "report/run_figures.py": ({*PAGES, "verification"}, {ANALYSES, *ANALYSING, *FITS}),
     "report/page.py": (PAGES, ALL - PAGES), "report/templates/report.html.j2": (PAGES, ALL - PAGES),
     "verification/registry.py": (VERIFYING, ALL - VERIFYING),
-    "verification/studies/published.py": ({"verification"}, ALL - {"verification"}),
     "cli/output.py": (set(), ALL),
 }  # fmt: skip
 

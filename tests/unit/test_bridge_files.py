@@ -413,26 +413,6 @@ def test_a_doubtful_number_is_named_with_its_usual_range(changes, words) -> None
     assert words in "\n".join(doubts(changed("osb1", changes)))
 
 
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"abutments.right.seat_width_m": 762.0}, "abutments.right.seat_width_m = 762 is outside"),
-        ({"abutments.right.gap_mm": 0.038}, "abutments.right.gap_mm = 0.038 is outside the usual"),
-        ({"column.bar_area_mm2": 199.0, "column.bar_diameter_mm": 15.9},
-         "longitudinal reinforcement ratio of the columns = 0.00247"),
-    ],
-)  # fmt: skip
-def test_numbers_of_ends_that_differ_and_of_oblong_columns_are_doubted(
-    changes, words, written
-) -> None:
-    column = "{shape: oblong, width_m: 2.4384, depth_m: 1.524, cover_to_hoop_m: 0.05,"
-    column += ' bar_count: 40, bar: "#11", hoop: "#6 @ 4 in", concrete_strength_mpa: 27.6}'
-    ends = "{left: {type: integral}, right: {type: seat}}"
-    path = written(f"extends: osb1\nsource: 'd: x'\ncolumn: {column}\nabutments: {ends}\n")
-    assert "outside" not in "\n".join(doubts(read_bridge(path)))
-    assert words in "\n".join(doubts(changed(path, changes)))
-
-
 def changed(name, changes):
     read = read_bridge(name)
     tree = read.bridge.model_dump()

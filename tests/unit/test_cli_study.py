@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import logging
 import subprocess
 import zipfile
 from importlib.resources import files
@@ -27,11 +26,11 @@ from skewbridge.files.digests import provenance
 from skewbridge.files.tables import write_frame
 from skewbridge.files.text import merged, read_mapping
 from skewbridge.report.methods import REFERENCES, methods_of
-from skewbridge.study import analyses, inputs, jobs, processes, progress
+from skewbridge.study import analyses, inputs, processes, progress
 from skewbridge.study.config import load_config, parse_config
 from skewbridge.study.folder import write_starter
 from skewbridge.study.task import run_key
-from study_parts import in_journal, row_of, study_of, wave, without_workers
+from study_parts import in_journal, row_of
 
 BASE = ROOT / "config/config.yaml"
 #: Two motions without the blocks, bands and orientations of the default study.
@@ -123,21 +122,6 @@ def test_new_gap_repeats_no_finished_analysis(tmp_path: Path) -> None:
     (failed,) = answer("status", "--failed", "--config", str(config))["analyses"]
     key = list(keys)[1]
     assert failed["command"] == f"skewbridge run --row {key} --out row_{key}"
-
-
-def test_a_run_reports_the_progress_of_each_variant(tmp_path, monkeypatch, caplog) -> None:
-    setup = study_of(tmp_path, *(wave(f"m{n}", number=n) for n in (1, 2, 3)))
-    tasks = setup.tasks("osb1_cf_skew30_gap025_mu050")
-    in_journal(setup.folder.journal("osb1_v"), row_of(tasks[0]))
-    without_workers(monkeypatch)
-    monkeypatch.setattr("skewbridge.study.analyses.LOG_INTERVAL_S", 0.0)
-    with caplog.at_level(logging.INFO, logger="skewbridge"):
-        analyses.run_in_journal(setup, "osb1_v", tasks)
-        logging.getLogger("skewbridge.other").info("for the log file alone")
-    first, *_, last = (record.message for record in caplog.records if jobs.for_terminal(record))
-    text = "osb1_v: {} of 3 analyses done (1 in earlier runs), "
-    assert first.startswith(text.format(2))
-    assert last.startswith(text.format(3))
 
 
 # --- archive and methods
@@ -450,18 +434,6 @@ def test_a_study_equals_itself_but_for_motions_of_one_name_and_other_files(tmp_p
     write_frame(suite, tmp_path / "b/motions/suite.parquet", {})
     found = compared(first, second)
     assert (found["other_motions"], found["counts"]["motions"]) == (["m03"], 15)
-
-
-def test_other_intensities_and_early_ends_of_paired_runs_are_reported(tmp_path: Path) -> None:
-    table = synthetic_demands(gaps=(51,), skews=(0,))
-    other = table.assign(**{IM: 1.2 * table[IM]})
-    other.loc[other.index[3], ["status", "complete"]] = "timeout", False
-    first, second = write_study(tmp_path / "a", table), write_study(tmp_path / "b", other)
-    assert compared(first, second)["counts"]["equal_pairs"] == len(table) - 1
-    shown = invoke("compare", first, second, "--limit-states", STATES)
-    text = f"{IM} differs by up to 20% under one motion: same measure, and same scale?"
-    assert f"warning: {text}" in shown.stderr
-    assert "n_bounds" in shown.stdout
 
 
 @pytest.mark.parametrize(

@@ -136,15 +136,6 @@ def test_the_opening_ratio_is_that_of_a_fall_and_zero_without_a_gap():
     assert thrown.least_opening_ratio == 0.0
 
 
-def test_preparing_another_step_length_changes_the_predicted_bound():
-    contacts = sliding_mass(2, 2, (0.0, 1.0), (1.0, -0.2))
-    advance(contacts, 3)
-    parameter = contacts.units[0].springs.bounds[0]
-    full = ops.getParamValue(parameter)
-    contacts.prepare(DT_S / 4)
-    assert 0.0 < ops.getParamValue(parameter) < full
-
-
 def test_soft_tangents_free_the_mode_along_the_surface():
     contacts = sliding_mass(2, 2, (0.0, 1.0), (0.0, 0.0))
     stiff = min(ops.eigen("-fullGenLapack", 2))
@@ -208,16 +199,6 @@ def test_bad_input_names_the_field(change, message):
         ContactSet(**options).add(**(good | STIFF | change))
 
 
-def test_two_sets_share_a_domain():
-    nodes_at_one_place(2, 2, count=3)
-    first, second = ContactSet(), ContactSet(scheme="elastic")
-    first.add(1, 2, (cos(radians(30)), sin(radians(30))), 0.1, 0.3, **STIFF)
-    second.add(1, 3, (1.0, 0.0), 0.05, 0.3, **STIFF)
-    first.add(2, 3, (1.0, 0.0), 0.1, 0.3, **STIFF)
-    assert len({unit.element for unit in (*first.units, *second.units)}) == 3
-    assert second.openings_m == pytest.approx([0.05])
-
-
 # --- the documented script for models that know nothing of this package
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -276,15 +257,6 @@ def with_contact(*arguments, **options):
     contacts = ContactSet(*arguments, **options)
     contacts.add(1, 2, (1.0, 0.0, 0.0), 0.05, 0.5, kn=2e9, kt=2e8)
     return contacts
-
-
-@pytest.mark.parametrize("scheme", ["vector", "componentwise", "elastic"])
-def test_a_unit_is_proved_and_leaves_nothing_behind(scheme):
-    nodes_at_one_place(3, 6)
-    contacts = with_contact(scheme=scheme)
-    assert ops.getEleTags() == [1] or ops.getEleTags() == 1
-    assert len(ops.getParamTags()) == 5
-    assert all(ops.getParamValue(bound) == 0.0 for bound in contacts.units[0].springs.bounds)
 
 
 @pytest.mark.parametrize("wrong", ["name", "position", "no position"])

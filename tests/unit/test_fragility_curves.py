@@ -1,6 +1,5 @@
 """Curves of a study: limit states, outcomes of runs, statuses, unknown outcomes and axes."""
 
-import os
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -18,7 +17,7 @@ from skewbridge.errors import InputError
 from skewbridge.fragility import study_tables
 from skewbridge.fragility.curves import CURVE_COLUMNS, fit_study
 from skewbridge.fragility.demand_model import fit_models
-from skewbridge.fragility.demand_table import prepared, read_foreign, spread
+from skewbridge.fragility.demand_table import prepared, read_foreign
 from skewbridge.fragility.effects import median_effects
 from skewbridge.fragility.exports import export_curves
 from skewbridge.fragility.joint import joint_table
@@ -272,14 +271,6 @@ def test_one_unknown_run_in_twenty_is_not_yet_many():
             assert ("unknown_above_5_percent" in warnings) is (runs == 19)
 
 
-def test_repeated_motions_have_the_intervals_of_motions():
-    table = synthetic_demands(**ONE, scales=(0.5, 1.0, 2.0), motions=20)
-    table.loc[[5, 30], "status"] = "timeout"
-    for found in curves_of(table, states_of("column_drift")[:1]).to_dict("records"):
-        assert (found["ci_method"], found["n_runs"], found["n_records"]) == ("jackknife", 60, 20)
-        assert found["theta_low"] < found["theta"] < found["theta_high"]
-
-
 # --- input
 def test_a_missing_demand_rejects_only_its_run_and_equal_motions_are_reported():
     def notes(table):
@@ -494,15 +485,6 @@ def test_doubled_or_no_states_are_refused_and_tiny_dispersions_flagged_as_likely
         curves_of(synthetic_demands(**ONE), [])
     (state,) = limit_states_of([ENTRY | {"dispersion": 0.0025}])
     assert state.warnings == ("small_capacity_dispersion",)
-
-
-def test_few_items_stay_in_one_process_and_many_do_not() -> None:
-    def process_of(_: int) -> int:  # in here: workers need not find this module
-        return os.getpid()
-
-    assert set(spread(process_of, range(10), 2)) == {os.getpid()}
-    assert os.getpid() not in spread(process_of, range(50), 2)
-    assert spread(str, range(50), 2) == [str(n) for n in range(50)]
 
 
 @pytest.fixture(scope="module")

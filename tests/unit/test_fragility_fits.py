@@ -65,26 +65,6 @@ def test_stripes_without_runs_and_medians_beyond_them_have_warnings():
         fit_stripes([0.2, 0.4], [20, 20], [0.4, 4.0])
 
 
-def test_ends_of_the_profile_have_its_drop_also_where_theta_is_far_away():
-    """With few exceedances theta can be a thousand times larger."""
-    ln_im, drop = np.log(np.geomspace(0.1, 1.5, 30)), likelihood.drop_of(0.95)
-    slopes, never, far = np.geomspace(1e-3, 60.0, 4000)[:, None], np.full(30, np.inf), 0
-    for seed in range(20):
-        hit = ln_im + 0.6 * np.random.default_rng(seed).normal(size=30) > 0.1
-        ends = np.where(hit, [-never, ln_im], [ln_im, never])
-        kernel = likelihood.NormalKernel(-np.ones((30, 1)), *ends)
-        best = likelihood.maximise(kernel, np.array([[0.0, 1.0]]))
-        if not best.converged[0] or best.params[0, 1] < 0.05:
-            continue
-        ends = likelihood.profile_ends(kernel, best, drop, np.array([[1.0, 0.0]]))[0]
-        far += 5.0 < ends[1] < np.inf
-        for end in ends[np.isfinite(ends)]:
-            eta = slopes * (ln_im - end)
-            values = stats.norm.logcdf(np.where(hit, eta, -eta)).sum(axis=1)
-            assert 2 * (best.loglik[0] - values.max()) == pytest.approx(drop, abs=1e-3)
-    assert far >= 3
-
-
 def test_medians_of_states_rise_where_the_fits_of_single_states_cross():
     """Few runs exceed the severe states, which alone have very different slopes."""
     table = synthetic_demands(**ONE, motions=40, seed=5, run_scatter=0.5)
@@ -147,13 +127,6 @@ def test_distance_from_a_normal_sample_is_that_of_either_side(sign):
     values = sign * np.random.default_rng(2).exponential(size=25)
     scaled = (values - values.mean()) / values.std(ddof=1)
     assert fits.lilliefors(values)[0] == pytest.approx(stats.kstest(scaled, "norm").statistic)
-
-
-@pytest.mark.parametrize(("k", "n"), [(1, 20), (7, 20), (19, 20), (2, 3)])
-def test_limits_of_a_proportion_are_those_of_the_exact_binomial_test(k, n):
-    low, high = fits.clopper_pearson(np.array([float(k)]), np.array([float(n)]), 0.9)
-    expected = stats.binomtest(k, n).proportion_ci(0.9, method="exact")
-    assert (low[0], high[0]) == pytest.approx((expected.low, expected.high))
 
 
 # --- clouds

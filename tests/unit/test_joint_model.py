@@ -20,7 +20,6 @@ from skewbridge.fragility.exports import PAPER_COLUMNS, paper_table, with_interv
 from skewbridge.fragility.joint import JOINT_COLUMNS, JointModel, joint_table
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.study_tables import write_tables
-from skewbridge.study.folder import StudyFolder
 
 ROOT = Path(__file__).parents[2]
 DRIFT = made.states_of("column_drift")
@@ -68,19 +67,6 @@ def test_medians_between_the_variants_follow_the_generator():
     assert row["loo_error"] < 0.03
 
 
-def test_states_of_a_component_share_dispersion_and_slope():
-    rows = joint(synthetic_demands(**SMALL)).query("status == 'ok'")
-    assert len(rows) >= 2
-    assert rows[["beta", "beta_total", "slope"]].nunique().tolist() == [1, 1, 1]
-    assert rows["theta"].is_monotonic_increasing
-    first = rows.iloc[0]
-    # the slope is that of the first variant, which differs from that of the middle by the drift
-    total = np.hypot(first["beta"], first["capacity_dispersion"] / first["slope"])
-    assert first["beta_total"] == pytest.approx(total, rel=0.02)
-    assert first["beta_total_low"] < first["beta_total"] < first["beta_total_high"]
-    assert first["beta_low"] * first["beta_high"] == pytest.approx(first["beta"] ** 2)
-
-
 def test_negative_skews_count_by_size_unless_the_study_has_both_signs():
     model = JointModel(row_of(synthetic_demands(**SMALL | {"skews": (0, -30, -60)})))
     assert model.axis_range.limits["skew_deg"] == (0.0, 60.0)
@@ -92,37 +78,6 @@ def test_negative_skews_count_by_size_unless_the_study_has_both_signs():
     assert model.axis_range.limits["skew_deg"] == (-45.0, 45.0)
     apart = model.median(plus, minus, 0.95)
     assert apart[0] == pytest.approx(np.exp(-0.45 / row["slope"]), rel=0.03)
-
-
-def test_collapsed_runs_are_right_censored():
-    """Without the collapsed runs, which are the strongest, the median would be too large."""
-    whole = synthetic_demands(**SMALL | {"motions": 60, "skews": (0, 30)})
-    fallen = whole["column_drift_ratio"] > 0.03
-    assert 0.1 < fallen.mean() < 0.3
-    cut = whole.assign(
-        status=np.where(fallen, "collapse", "ok"),
-        column_drift_ratio=np.minimum(whole["column_drift_ratio"], 0.03),
-    )
-    peak = [state for state in DRIFT if state.name == "moderate"]
-    full, censored, dropped = (joint(table, peak).iloc[0] for table in (whole, cut, whole[~fallen]))
-    assert censored["theta"] == pytest.approx(full["theta"], rel=0.05)
-    assert censored["beta"] == pytest.approx(full["beta"], rel=0.1)
-    assert dropped["theta"] > 1.1 * full["theta"]
-
-
-def test_demands_of_zero_are_left_censored_and_runs_without_a_demand_ignored():
-    table = synthetic_demands(**SMALL)
-    weak = table["column_drift_ratio"] < 0.006
-    assert weak.any()
-    zero = table.assign(column_drift_ratio=table["column_drift_ratio"].mask(weak, 0.0))
-    full, censored = row_of(table), row_of(zero)
-    assert (censored["status"], censored["theta"]) == ("ok", pytest.approx(full["theta"], rel=0.05))
-    lost = table.index[[3, 40]]
-    crashed = table.copy()
-    crashed.loc[lost, ["status", "column_drift_ratio"]] = ["crash", np.nan]
-    rows, names = (row_of(crashed), row_of(table.drop(lost))), ("theta", "beta", "n_runs")
-    found, without = ([row[name] for name in names] for row in rows)
-    assert found == pytest.approx(without, rel=1e-9)
 
 
 def test_models_are_per_bridge_and_abutment_with_the_axes_they_have():
@@ -284,30 +239,6 @@ def test_states_whose_curves_are_withheld_have_no_prediction(written, tmp_path, 
     assert set(paper["limit_state"]) == {"slight"}
 
 
-def test_predictions_name_states_without_a_curve_in_some_variants_and_own_gaps(written, tmp_path):
-    own = tmp_path / "foreign.yaml"
-    own.write_text("{extends: osb1, title: own gap, source: plan, abutment: {gap_mm: 40}}")
-    stored = {"files": [], "configuration": {"results": str(tmp_path)}}
-    stored["given"] = {"grid": {"bridge": [str(own)]}}
-    StudyFolder(tmp_path).configuration.write_text(json.dumps(stored))
-    joint, curves = (table_of(written[0], name) for name in ("joint", "curves"))
-    rows = curves.query("method == 'cloud' and limit_state == 'moderate'").index[:2]
-    curves.loc[rows, "status"] = "bounds_too_wide"
-    write_tables({"joint": joint, "curves": curves}, tmp_path / "fragility")
-    found = predict(tmp_path, *PLACE)[1]["rows"]
-    assert {row["state"]: row["n_withheld"] for row in found} == {"slight": 0, "moderate": 2}
-    shown = invoke("predict", "--study", tmp_path, *PLACE)
-    assert "some variants (bounds_too_wide): column_drift moderate" in shown.stderr
-    assert "40 mm at the right end; gap_mm has no effect" in shown.stderr
-
-
-def test_prediction_above_45_degrees_notes_the_extrapolated_backfill(written):
-    for skew_deg, is_noted in (("45", False), ("50", True)):
-        given = ("--study", written[0] / "out", *PLACE[2:], "--skew-deg", skew_deg)
-        words = "the passive strength at 50° is extrapolated"
-        assert (words in invoke("predict", *given).stderr) is is_noted
-
-
 @pytest.mark.parametrize(
     ("options", "words"),
     [
@@ -349,15 +280,6 @@ def test_a_table_that_cannot_be_used_is_refused(written, tmp_path, change, words
     code, found = statistics(change(DEMANDS[NEEDED]), tmp_path, written[0])
     assert code == 2
     assert words in found["message"]
-
-
-def test_rows_without_an_intensity_and_unused_columns_are_reported(written, tmp_path):
-    table = DEMANDS[NEEDED].assign(**{IM: DEMANDS[IM].mask(DEMANDS.index == 5), "collapsed": 0})
-    code, report = statistics(table, tmp_path, written[0])
-    assert (code, report["rejected_rows"]) == (0, 1)
-    assert report["notes"][0] == "columns that are not used: 'collapsed'"
-    assert "row 5" in report["notes"][1]
-    assert report["tables"]["curves"] == written[1]["tables"]["curves"]
 
 
 def test_statistics_outside_a_study_folder_are_a_study_with_report(tmp_path, monkeypatch):
