@@ -57,7 +57,6 @@ def test_filter_agrees_with_an_ode_solver():
     assert component_psa(accel, dt_s, 0.6)[0] == pytest.approx(omega**2 * peak_m, rel=1e-8)
 
 
-# --- synthetic motions
 SCENARIOS = st.builds(
     Scenario, magnitude=st.floats(6.5, 7.9), distance_km=st.floats(1.0, 31.0),
     vs30_mps=st.floats(150.0, 1500.0), mechanism=st.sampled_from(["strike_slip", "reverse"]),

@@ -62,8 +62,7 @@ def test_a_fixed_base_without_foundation_stands_on_the_springs_of_bridge_a(writt
     bent = osb1.bents[0].model_dump(exclude_none=True) | {"columns": 1}
     single = load_bridge(written(f"{OWN}base: fixed\n{yaml.safe_dump({'bents': [bent]})}"))
     assert single.foundation == typical.foundation
-    rigid = load_bridge(written("extends: osb1\nbase: fixed\nfoundation: null\n"))
-    assert rigid.foundation is None
+    assert load_bridge(written("extends: osb1\nbase: fixed\nfoundation: null\n")).foundation is None
 
 
 def test_a_user_adds_a_bridge_by_a_file_in_which_nothing_is_missing(written) -> None:
@@ -197,7 +196,6 @@ def test_the_schema_of_editors_knows_the_form_of_a_bridge() -> None:
         assert not BRIDGE_SCHEMA.is_valid(bad)
 
 
-# --- drawings
 def leaves(node: object, above: str = ""):
     if not isinstance(node, dict | list | tuple):
         yield above, node
@@ -422,7 +420,6 @@ def changed(name, changes):
     return read._replace(bridge=checked(BridgeData, tree, name))
 
 
-# --- slips of units
 def slips_of(name: str) -> list[tuple[str, float]]:
     """Return key and factor of the slips of every number with a unit that is not zero."""
     bridge = load_bridge(name)
@@ -443,8 +440,7 @@ def is_caught(name: str, *slips: tuple[str, float]) -> bool:
         text = "\n".join(doubts(changed(name, values)))
     except InputError as error:
         text = str(error)
-    places = (re.sub(r"\.\d+\.", ".*.", part) for part in (text, *values))
-    said, *keys = places
+    said, *keys = (re.sub(r"\.\d+\.", ".*.", part) for part in (text, *values))
     return any(key in said or key.rpartition(".")[2] in said for key in keys)
 
 

@@ -42,8 +42,7 @@ def assert_every_element_is_in_one_energy_group(model: BridgeModel) -> None:
 def test_the_points_of_a_joint_move_rigidly_with_the_deck_end(arrays: str) -> None:
     with domain():
         # no key closes: plain Newton does not always follow one that the deck pushes and rubs
-        options = ModelOptions(arrays=arrays, transverse_gap_mm=1000.0)
-        model = build(variant(30), options)
+        model = build(variant(30), ModelOptions(arrays=arrays, transverse_gap_mm=1000.0))
         open_linear_pattern(model.tags)
         ops.load(model.frame.ends[-1].node, 1.0e5, 1.0e6, 0.0, 0.0, 0.0, 1.0e7)
         configure_solver(AnalysisSettings())
@@ -140,8 +139,7 @@ def test_non_uniform_backfill_is_largest_at_the_acute_corner_of_either_sign() ->
         factors = variation_factors(end, end.wall_stations(5), 0.3)
         assert max(factors) == pytest.approx(1.3)
         assert sum(factors) == pytest.approx(5.0)
-        acute_first = end.acute_sign < 0
-        assert (factors[0] > factors[-1]) == acute_first
+        assert (factors[0] > factors[-1]) == (end.acute_sign < 0)
     straight = DeckEnd("left", (-45.0, 0.0), (-1.0, 0.0), 0.0, 14.0, 0.9)
     assert variation_factors(straight, [-1.0, 1.0], 0.3) == [1.0, 1.0]
 
@@ -183,7 +181,6 @@ def test_a_spine_node_is_within_5_cm_of_the_mass_centre(shift_m: float) -> None:
     assert min(abs(x - mass_centre_m(moved)) for x in points) <= 0.05
 
 
-# --- masses, damping and energy groups
 def test_masses_and_loads_add_up() -> None:
     with domain():
         model = build(variant(30), ModelOptions())
@@ -233,7 +230,6 @@ def test_abutments_have_mass_only_on_request(abutment: str, option: str, least_k
         assert largest_kg > least_kg if getattr(options, option) else largest_kg == 0.0
 
 
-# --- the recorded script
 VARIANT = variant()
 # periods as the script advises: without friction springs
 ASK = """
@@ -250,8 +246,7 @@ def test_script_repeats_the_model_to_the_bit_and_recording_leaves_the_commands(t
     text = model_script(VARIANT, ModelOptions())
     script.write_text(text + ASK, encoding="utf-8")
     assert "skewbridge." not in text.replace("skewbridge.contact.", "")  # named in the docstring
-    command = [sys.executable, "-I", str(script)]
-    answer = subprocess.check_output(command, text=True)
+    answer = subprocess.check_output([sys.executable, "-I", str(script)], text=True)
     with domain():
         build(VARIANT, ModelOptions())
         expected = [[n, *ops.nodeDisp(n)] for n in ops.getNodeTags()]
@@ -271,7 +266,6 @@ def test_script_repeats_the_model_to_the_bit_and_recording_leaves_the_commands(t
     assert not ops.getNodeTags()
 
 
-# --- pads: two elements represent all of them
 def pad_reactions(options: ModelOptions, motion: dict[int, float], pads: PadData = PADS):
     """Return forces and moments of the ground under the pads of a deck end that is moved. Motion of
     the middle of the bearing line: displacement by degree of freedom, 1 to 6."""

@@ -124,7 +124,6 @@ def test_new_gap_repeats_no_finished_analysis(tmp_path: Path) -> None:
     assert failed["command"] == f"skewbridge run --row {key} --out row_{key}"
 
 
-# --- archive and methods
 @pytest.fixture(name="study")
 def _study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     write_starter(tmp_path)
@@ -234,7 +233,6 @@ def test_methods_follow_the_choices_and_list_the_works_that_they_cite(section, c
         assert (work in listed) == (key in own), key
 
 
-# --- jobs on a cluster: size, forecast, what a killed run left
 @pytest.fixture
 def program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Return a function that writes a program in place of Slurm's, the only ones that are found."""
@@ -356,7 +354,6 @@ def test_only_jobs_of_this_tree_are_cancelled(program, tmp_path: Path) -> None:
     assert cancelled.read_text() == "11 14\n"
 
 
-# --- two studies compared run by run
 def write_study(folder: Path, demands: pd.DataFrame) -> str:
     (folder / "motions").mkdir(parents=True)
     write_frame(demands, folder / "demands.parquet", {})

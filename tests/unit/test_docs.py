@@ -102,13 +102,6 @@ def test_a_target_of_a_page_is_in_the_makefile(line: str) -> None:
             assert re.search(rf"^{word}:", rules, re.M), word
 
 
-@pytest.mark.parametrize("line", starting("snakemake", "cp "))
-def test_files_named_in_commands_exist(line: str) -> None:
-    words = shlex.split(line)
-    read = words[1:2] if words[0] == "cp" else [w for w in words if w.startswith("config/")]
-    assert all((ROOT / word).is_file() for word in read), line
-
-
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("finished")

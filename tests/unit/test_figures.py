@@ -133,7 +133,6 @@ def test_cloud_marks_runs_that_ended_early_and_demands_of_zero(demands, fragilit
     assert figures.least_shown(demands.assign(**{DRIFT: 0.0}), tables[0], DRIFT) is None
 
 
-# --- figures of a study
 @pytest.fixture(scope="module")
 def study(demands, fragility):
     wave = np.sin(np.arange(400) * 0.1)
@@ -197,7 +196,6 @@ def stored(folder, **tables):
     return paths
 
 
-# --- files for a paper
 def drawn():
     figure = Figure(figsize=(6.0, 3.0), layout="constrained")
     figure.subplots().set_xlabel("Intensity (g)", fontsize=9)

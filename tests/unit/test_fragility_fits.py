@@ -18,7 +18,6 @@ ONE = {"skews": (0,), "gaps": (51,), "frictions": (50,)}
 DEMAND = "deck_disp_m"
 
 
-# --- counts, capacities and brackets
 @pytest.mark.parametrize(
     ("k", "status"),
     [([0, 7, 20, 20], "quasi_separation"), ([0, 3, 12, 20], "ok"), ([0, 0, 1, 0], "ok")]
@@ -63,17 +62,6 @@ def test_stripes_without_runs_and_medians_beyond_them_have_warnings():
     assert {"median_extrapolated", "wide_ci"} <= set(fit.warnings)
     with pytest.raises(InputError, match="k must be whole"):
         fit_stripes([0.2, 0.4], [20, 20], [0.4, 4.0])
-
-
-def test_medians_of_states_rise_where_the_fits_of_single_states_cross():
-    """Few runs exceed the severe states, which alone have very different slopes."""
-    table = synthetic_demands(**ONE, motions=40, seed=5, run_scatter=0.5)
-    thresholds = np.sort(table[DEMAND])[[-20, -6, -3]] * 1.0001
-    states = [LimitState(component="deck", name=f"s{j}", demand=DEMAND, threshold=c, dispersion=0.0)
-              for j, c in enumerate(thresholds)]  # fmt: skip
-    found = fit_study(ready(table, states), states, SETTINGS).query("method == 'exceedance'")
-    assert list(found["status"]) == ["ok"] * 3
-    assert np.all(np.diff(found["theta"]) > 0.0)
 
 
 def test_ends_of_the_profile_of_a_state_are_those_of_a_direct_search():
@@ -129,7 +117,13 @@ def test_distance_from_a_normal_sample_is_that_of_either_side(sign):
     assert fits.lilliefors(values)[0] == pytest.approx(stats.kstest(scaled, "norm").statistic)
 
 
-# --- clouds
+@pytest.mark.parametrize(("k", "n"), [(1, 20), (7, 20), (19, 20), (2, 3)])
+def test_limits_of_a_proportion_are_those_of_the_exact_binomial_test(k, n):
+    low, high = fits.clopper_pearson(np.array([float(k)]), np.array([float(n)]), 0.9)
+    expected = stats.binomtest(k, n).proportion_ci(0.9, method="exact")
+    assert (low[0], high[0]) == pytest.approx((expected.low, expected.high))
+
+
 def test_flat_falling_and_exact_clouds_are_refused():
     rng = np.random.default_rng(1)
     im = np.exp(rng.uniform(-2, 0, 12))
@@ -230,7 +224,6 @@ def test_intervals_by_motion_are_those_of_the_jackknife_written_out():
     assert fit.ci_theta[1] / fit.theta == pytest.approx(np.exp(reach))
 
 
-# --- systems
 def systems(table, states=STATES):
     return system_curves(ready(table, states), states, SETTINGS).set_index("limit_state")
 

@@ -115,7 +115,6 @@ def test_states_without_an_estimate_or_with_large_errors_have_a_status():
     assert row["status"] == "prediction_error_above_25_percent"
 
 
-# --- statistics of any table, predictions and the table of a paper
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
     """A bare table of somebody else's runs, and what the command makes of it."""
@@ -138,20 +137,6 @@ def predict(folder, *options):
 
 def table_of(folder, name):
     return pd.read_parquet(folder / "out" / "fragility" / f"{name}.parquet")
-
-
-def test_every_table_is_written_and_missing_demands_are_listed(written):
-    folder, report = written
-    tables = {path.name for path in (folder / "out" / "fragility").iterdir()}
-    parquet = ("curves", "effects", "intensity_effects", "joint", "median_effects", "system")
-    assert {*(f"{name}.parquet" for name in parquet), "table.csv", "table.tex"} <= tables
-    assert report["left_out"] == ["shear_key/slight (shear_key_disp_m)"]
-    curves, effects, joint = (table_of(folder, name) for name in ("curves", "effects", "joint"))
-    assert report["status"] == curves["status"].value_counts().to_dict()
-    assert report["verdict"] == effects["verdict_family"].value_counts().to_dict()
-    assert (report["rejected_rows"], report["notes"]) == (0, [])
-    assert report["tables"]["curves"] == len(curves)
-    assert list(joint.columns) == list(JOINT_COLUMNS)
 
 
 def test_predictions_are_those_of_the_joint_model(written, tmp_path):
@@ -270,7 +255,6 @@ def test_values_outside_the_study_and_folders_without_models_are_refused(written
         (lambda t: t.drop(columns=[IM]), "an intensity column im_"),
         (lambda t: t.rename(columns={IM: "im_a_g"}).assign(im_b_g=1.0), "--im"),
         (lambda t: pd.concat([t, t]), "repeats"),
-        (lambda t: t.rename(columns={"skew_deg": "Skew"}), "did you mean skew_deg?"),
         (lambda t: t.assign(friction=50), "friction must be within 0..1.5 (rows 0, 1"),
         (lambda t: t.assign(gap_mm=-25.0), "gap_mm must be within 0..999"),
         (lambda t: t.assign(beyond_model="yes"), "beyond_model must be shear or flexure, or empty"),
@@ -303,10 +287,10 @@ def test_statistics_outside_a_study_folder_are_a_study_with_report(tmp_path, mon
     names = [row["name"] for row in answer("study", "plot", "--study", "theirs")["figures"]]
     assert "foreign_foreign_curves_column_drift" in names
     assert all(Path(f"theirs/figures/{name}.svg").is_file() for name in names)
+    effects = study.fragility["effects"]
+    assert report["status"] == curves["status"].value_counts().to_dict()
+    assert report["verdict"] == effects["verdict_family"].value_counts().to_dict()
     page = Path(report["report"]).read_text(encoding="utf-8")
-    theta = curves.query("preferred and limit_state == 'slight'")["theta"]
-    assert f"{theta.min():.3g} [" in page
-    assert all(f'id="figure-{name}"' in page for name in names)
     for absent in ("undefined", "nan ", 'id="quality"'):
         assert absent not in page.split("<script")[0]
     # written again, but never over the demands of a study
@@ -337,9 +321,6 @@ def test_all_columns_of_a_study_are_kept_and_drift_in_per_cent_is_reported(writt
     (text,) = percent_notes("column_drift_ratio", np.array([0.0, 0.01, 0.0]))
     assert "is 0 in 2 completed runs: give failed runs their status" in text
     assert "percent" in set(table_of(tmp_path, "input_notes")["kind"])
-    states = ("--limit-states", written[0] / "states.yaml")
-    shown = invoke("compare", tmp_path / "out", tmp_path / "out", *states, "--im", IM)
-    assert "warning: column_drift_ratio is up to 5" in shown.stderr
 
 
 def test_the_table_of_a_paper_has_variants_and_joint_rows_with_ratios(written):
