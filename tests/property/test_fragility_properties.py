@@ -91,7 +91,6 @@ def test_theta_scales_in_any_order_and_single_runs_equal_their_stripes(data, fac
 
 
 def test_failure_in_any_mode_is_at_least_as_probable_as_in_each_mode(monkeypatch):
-    """At every intensity, in 200 tables, against the printed curves of the modes."""
     table = pd.concat([two_mode_runs(seed) for seed in range(200)], ignore_index=True)
     curves = curves_of(table, FAILURES)
     # a failure in one mode ends the run, so the median of the other mode often depends on the

@@ -208,7 +208,6 @@ def test_bridges_are_digested_by_their_numbers_caches_not_at_all_and_parts_must_
 
 
 def loaded_by(code: str) -> set[str]:
-    """Names of all modules that a fresh interpreter has loaded after running some code."""
     listed = [sys.executable, "-c", f"{code}\nimport sys\nprint('LOADED', *sys.modules)"]
     return set(subprocess.check_output(listed, text=True).split("LOADED", 1)[1].split())
 
@@ -253,7 +252,6 @@ def test_an_analysis_loads_only_modules_that_are_in_its_key() -> None:
 
 
 def test_help_loads_no_numbers() -> None:
-    """The list of commands is shown without loading any of them."""
     of_group = (*HEAVY, "numpy", "openseespy", "joblib")
     cases = {"'--help'": (*NOT_FOR_HELP, "pydantic"), "'motions', '--help'": of_group}
     for arguments, forbidden in cases.items():

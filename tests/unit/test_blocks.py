@@ -113,8 +113,7 @@ def test_a_study_runs_and_expects_the_analyses_of_its_blocks(tmp_path, monkeypat
     given = parse_config({"grid": GRID, "motions": MOTIONS})
     setup = study_of(tmp_path, *waves, grid=given.grid, motions=given.motions)
     planned = planned_runs(given.grid, given.motions, placed(waves))
-    setup = replace(setup, planned=planned)
-    asked = without_workers(monkeypatch)
+    setup, asked = replace(setup, planned=planned), without_workers(monkeypatch)
     slug = "osb1_cf_skew60_gap025_mu050"
     analyse_variant(setup, slug, tmp_path / "v.parquet")
     done = {(t.motion.motion.motion_id, t.motion.scale, t.incidence_deg) for t in asked}

@@ -149,8 +149,7 @@ def archived(out: str) -> dict:
 
 
 def test_archive_is_a_crate_with_all_inputs_and_valid_digests(study: Path) -> None:
-    found = archived("a.zip")
-    crate = ROCrate(study / "a.zip")
+    found, crate = archived("a.zip"), ROCrate(study / "a.zip")
     with zipfile.ZipFile(study / "a.zip") as packed:
         content = {name: packed.read(name) for name in packed.namelist()}
     described = {entity.id: entity for entity in crate.data_entities if entity.type != "Dataset"}
@@ -248,7 +247,6 @@ def program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
 
 
 def profile() -> dict[str, Any]:
-    """Return the profile of a cluster, whose rules all exist."""
     with (ROOT / "workflow/profiles/slurm/config.yaml").open() as text:
         found = yte.process_yaml(text, require_use_yte=True)
     # a misspelt rule would be passed over, and its job would ask for the default
@@ -271,7 +269,6 @@ def test_status_of_jobs_comes_from_the_accounting(program, monkeypatch):
 
 @pytest.mark.parametrize(("raw", "measured_s"), [(SMOKE, 35.0), (FOUR, 73.0)])
 def test_the_processor_time_of_a_whole_study_is_forecast(tmp_path, raw, measured_s) -> None:
-    """All rules of the workflow, within a factor of 1.5."""
     over = {"results": str(tmp_path), **raw}
     found = progress.forecast_study(parse_config(merged(read_mapping(BASE), over))).summary
     assert measured_s / 1.5 < 3600 * found["core_hours"] < measured_s * 1.5
@@ -302,8 +299,7 @@ def test_a_forecast_follows_lengths_contacts_steps_and_finished_analyses(tmp_pat
     assert cost_s(grid={"abutment": ["roller"]}) < 0.7 * cost_s() / 2
     assert cost_s(accuracy="reference") > 20 * cost_s()
     # finished analyses that took three times as long: so does the rest
-    before = forecast()
-    config = parse_config(base)
+    before, config = forecast(), parse_config(base)
     inputs.prepare_motions(config)
     assert forecast() == before
     setup = analyses.StudySetup.of(config)

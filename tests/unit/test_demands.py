@@ -193,8 +193,7 @@ def test_passive_is_into_the_fill_and_active_is_out_of_it(trace):
 
     trace.nodes[WALL][:, 0] = [0.0, 0.03, -0.01, 0.0]
     trace.nodes[CORNER_2][:, 0] = [0.0, 0.01, -0.02, 0.0]
-    both = {"wall_nodes": (WALL, CORNER_2)}
-    left = {"side": "left", "normal": (-1.0, 0.0)}
+    both, left = {"wall_nodes": (WALL, CORNER_2)}, {"side": "left", "normal": (-1.0, 0.0)}
     assert movements_m(abutment(**both)) == pytest.approx([0.03, 0.02])
     assert movements_m(abutment(**both, **left)) == pytest.approx([0.02, 0.03])
     # without wall nodes the fill is pushed beyond the gap and never pulled

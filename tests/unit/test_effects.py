@@ -58,8 +58,7 @@ def test_interval_of_a_ratio_is_that_of_student():
 
 
 def test_means_count_a_motion_once_and_cells_with_the_error_of_the_averaged_motions():
-    values = np.array([0.1, 0.3, 0.2, 0.6, 0.5, 0.7])
-    motions = np.array([0, 0, 1, 2, 2, 4])
+    values, motions = np.array([0.1, 0.3, 0.2, 0.6, 0.5, 0.7]), np.array([0, 0, 1, 2, 2, 4])
     mean = by_motion(values, np.zeros(6, dtype=int), motions, 5)
     own = np.array([0.2, 0.2, 0.55, 0.7])
     assert (mean.estimate, mean.error) == pytest.approx((own.mean(), stats.sem(own)))
@@ -138,8 +137,7 @@ def test_regression_with_bounds_is_that_of_maximum_likelihood():
     x = rng.normal(size=400)
     values = rng.normal(0.3, 1.0, 400) + 0.7 * x
     bound = np.select([values > 1.0, values < -1.0], [1, -1], default=0)
-    values = np.clip(values, -1.0, 1.0)
-    design = np.column_stack([np.ones(400), x])
+    values, design = np.clip(values, -1.0, 1.0), np.column_stack([np.ones(400), x])
 
     def minus(parameters):
         z = (values - design @ parameters[:-1]) / np.exp(parameters[-1])

@@ -83,8 +83,7 @@ def test_saturating_and_missing_demands_are_flagged_and_not_applicable():
 
 
 def test_states_of_one_demand_never_cross_though_their_scatter_differs():
-    table = synthetic_demands(**ONE, motions=200, seed=3)
-    rng = np.random.default_rng(0)
+    table, rng = synthetic_demands(**ONE, motions=200, seed=3), np.random.default_rng(0)
     im = table[IM].to_numpy()
     # 'moderate' is reached with a wide scatter about 0.45 g, 'slight' with a small one about 0.4 g
     slight = im * np.exp(0.2 * rng.normal(size=200)) > 0.4
@@ -143,8 +142,7 @@ def test_the_union_of_two_modes_is_their_bivariate_normal_distribution(rho):
 
 def test_any_failure_is_the_union_of_both_modes_with_their_own_capacities():
     """Uncorrelated modes with known lines and capacity dispersions 0.15 and 0.35."""
-    rng = np.random.default_rng(4)
-    table = synthetic_demands(**ONE, motions=60)
+    rng, table = np.random.default_rng(4), synthetic_demands(**ONE, motions=60)
     x, scatter = np.log(table[IM].to_numpy()), 0.25 * rng.normal(size=(2, 60))
     table["column_shear_dcr"] = np.exp(0.6 * (x - np.log(0.9)) + scatter[0])
     table["drift_over_capacity"] = np.exp(1.1 * (x - np.log(1.1)) + scatter[1])
@@ -432,7 +430,6 @@ def test_shipped_limit_states_are_converted_to_the_unit_of_their_column():
         ({"unit": "furlong"}, "unit: must be one of m, mm, in, ft, kn"),
         ({"states": {"slight": -1.0}}, "states.slight.median: must be greater than 0, got -1"),
         ({"states": {"slight": "2e7"}}, "Write a number with an exponent like 2.0e+7"),
-        ({"states": {"slight": {"median": 1.0, "sd": 0.2}}}, "states.slight.sd: unknown key"),
         ({"states": {}}, "states: Dictionary should have at least 1 item"),
         ({"dispersion": 3.0}, "dispersion: must be less than or equal to 2, got 3"),
         ({"dispersion": None}, "states.slight.dispersion: is missing"),
@@ -440,8 +437,6 @@ def test_shipped_limit_states_are_converted_to_the_unit_of_their_column():
         ({"collapse": "maybe"}, "collapse: must be 'exceeds' or 'peak', got 'maybe'"),
         ({"citation": ""}, "citation: must have at least 1 character, got ''"),
         ({"demand": "deck"}, "does not end with a unit; known units: m, mm, in, ft, kn, kip"),
-        ({"demand": "friction_impulse_kns", "unit": "s"}, "is a time, but friction_impulse_kns is"),
-        ({"demand": "moment_knm", "unit": "knmm"}, "known units: m, mm"),
         ({"demand": f"{'d' * 99}_m"}, "demand: must have at most 100 characters"),
     ],
 )

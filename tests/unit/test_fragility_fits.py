@@ -66,8 +66,7 @@ def test_stripes_without_runs_and_medians_beyond_them_have_warnings():
 
 def test_ends_of_the_profile_of_a_state_are_those_of_a_direct_search():
     """States whose intercepts nearly coincide: one run lies between them."""
-    rng = np.random.default_rng(3)
-    ln_im = np.linspace(-2.0, 0.5, 30)
+    rng, ln_im = np.random.default_rng(3), np.linspace(-2.0, 0.5, 30)
     latent = ln_im + 0.7 * rng.normal(size=30)
     passed = np.digitize(latent, np.sort(latent)[[15, 25, 26]])
     eye = -np.eye(3)
@@ -126,15 +125,13 @@ def test_limits_of_a_proportion_are_those_of_the_exact_binomial_test(k, n):
 
 def test_flat_falling_and_exact_clouds_are_refused():
     rng = np.random.default_rng(1)
-    im = np.exp(rng.uniform(-2, 0, 12))
-    noise = np.exp(rng.normal(size=12))
+    im, noise = np.exp(rng.uniform(-2, 0, 12)), np.exp(rng.normal(size=12))
     assert fit_cloud(im, 0.02 * noise, 0.03).status in {"slope_not_significant", "non_increasing"}
     assert fit_cloud([0.3, 0.3, 0.3], [0.01, 0.02, 0.03], 0.02).status == "single_level"
     assert fit_cloud([0.3, 0.4], [0.01, 0.02], 0.02).status == "too_few_runs"
     assert fit_cloud(im, 0.02 * im, 0.01).status == "zero_dispersion"
     edp = [0.01, 0.02, 0.03, 0.02, 0.05, 0.05]
-    upper = [*edp[:4], np.inf, np.inf]
-    alone = [0.3, 0.3, 0.3, 0.3, 0.6, 0.9]
+    upper, alone = [*edp[:4], np.inf, np.inf], [0.3, 0.3, 0.3, 0.3, 0.6, 0.9]
     assert fit_cloud(alone, edp, 0.03, upper).status in {"too_few_runs", "single_level"}
     assert fit_cloud(np.exp([0.0, 0.5, 1.0]), [0.01, 0.0171, 0.03], 0.03).status == "ok"
 
@@ -157,8 +154,7 @@ def test_censoring_removes_the_bias_of_clipped_demands(side):
 
 def test_variance_of_beta_is_that_of_slope_and_scatter():
     """beta = s/b of independent s and b: var beta / beta^2 = 1/[2(n - 2)] + var b / b^2."""
-    rng = np.random.default_rng(3)
-    im = np.exp(np.linspace(-4.0, 0.5, 60))
+    rng, im = np.random.default_rng(3), np.exp(np.linspace(-4.0, 0.5, 60))
     edp = 0.03 * im**1.5 * np.exp(0.3 * rng.normal(size=60))
     line = stats.linregress(np.log(im), np.log(edp))
     relative = 1.0 / (2.0 * (60 - 2)) + (line.stderr / line.slope) ** 2

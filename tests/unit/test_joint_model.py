@@ -80,6 +80,15 @@ def test_negative_skews_count_by_size_unless_the_study_has_both_signs():
     assert apart[0] == pytest.approx(np.exp(-0.45 / row["slope"]), rel=0.03)
 
 
+def test_demands_of_zero_are_left_censored():
+    table = synthetic_demands(**SMALL)
+    drift = table["column_drift_ratio"]
+    assert (drift < 0.006).any()
+    full = row_of(table)
+    censored = row_of(table.assign(column_drift_ratio=drift.mask(drift < 0.006, 0.0)))
+    assert (censored["status"], censored["theta"]) == ("ok", pytest.approx(full["theta"], rel=0.05))
+
+
 def test_models_are_per_bridge_and_abutment_with_the_axes_they_have():
     friction = synthetic_demands(**SMALL)
     roller = friction[friction["friction"] == 0.0].assign(abutment="roller", gap_mm=0)
@@ -99,8 +108,7 @@ def test_models_are_per_bridge_and_abutment_with_the_axes_they_have():
 
 def test_states_without_an_estimate_or_with_large_errors_have_a_status():
     table = synthetic_demands(**SMALL)
-    drift = table["column_drift_ratio"]
-    found = joint(table).set_index("limit_state")
+    drift, found = table["column_drift_ratio"], joint(table).set_index("limit_state")
     assert found.loc[["moderate", "complete"], "status"].tolist() == ["ok", "no_exceedance"]
     assert np.isnan(found.loc["complete", "theta"])
     assert "non_increasing" in set(joint(table.assign(column_drift_ratio=3e-4 / drift))["status"])
@@ -117,7 +125,6 @@ def test_states_without_an_estimate_or_with_large_errors_have_a_status():
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
-    """A bare table of somebody else's runs, and what the command makes of it."""
     folder = tmp_path_factory.mktemp("statistics")
     (folder / "states.yaml").write_text(json.dumps([DRIFT_ENTRY, KEY_ENTRY]))
     code, report = statistics(DEMANDS[NEEDED], folder, folder)
@@ -178,8 +185,7 @@ def test_values_outside_the_motions_are_flagged(written):
 
 
 def test_predicted_failure_in_any_mode_is_the_union_of_the_modes(tmp_path):
-    rng = np.random.default_rng(8)
-    table = synthetic_demands(**SMALL | {"motions": 14})
+    rng, table = np.random.default_rng(8), synthetic_demands(**SMALL | {"motions": 14})
     x, scatter = np.log(table[IM]), 0.25 * rng.normal(size=(2, 14))
     motion, skew = table["motion_id"].str[1:].astype(int), table["skew_deg"] / 60.0
     # skew weakens one mode and strengthens the other
