@@ -28,9 +28,7 @@ def test_measures_scale_with_the_motion(seed, scale):
 
 @settings(max_examples=60)
 @given(
-    seed=st.integers(0, 10**6),
-    period_s=st.sampled_from([0.05, 0.4, 2.0, 7.5]),
-    ratio=st.sampled_from([1.0, 0.3, 0.01]),
+    st.integers(0, 10**6), st.sampled_from([0.05, 0.4, 2.0, 7.5]), st.sampled_from([1.0, 0.3, 0.01])
 )
 def test_reduced_orbit_gives_the_median_of_the_full_orbit(seed, period_s, ratio):
     motion = _motion(seed)

@@ -251,7 +251,8 @@ def test_an_analysis_loads_only_modules_that_are_in_its_key() -> None:
     assert outside == [PACKAGE / "files/digests.py"]
 
 
-def test_help_loads_no_numbers() -> None:
+def test_help_loads_no_numbers_and_the_version_is_shown() -> None:
+    assert invoke("--version").stdout.startswith("skewbridge 0.")
     of_group = (*HEAVY, "numpy", "openseespy", "joblib")
     cases = {"'--help'": (*NOT_FOR_HELP, "pydantic"), "'motions', '--help'": of_group}
     for arguments, forbidden in cases.items():
@@ -274,7 +275,3 @@ def test_the_summary_in_the_help_is_that_of_the_command(name: str) -> None:
         example = (each.help or "").split("Example: skewbridge ")[1]
         each.make_context("", shlex.split(example)[2 if isinstance(command, TyperGroup) else 1 :])
     assert COMMANDS[name][1] in shown
-
-
-def test_the_version_is_shown() -> None:
-    assert invoke("--version").stdout.startswith("skewbridge 0.")

@@ -61,12 +61,9 @@ def test_plan_counts_the_analyses_and_the_doctor_finds_a_working_environment() -
 def test_a_bad_or_missing_configuration_ends_with_2_and_one_message(tmp_path) -> None:
     path = tmp_path / "bad.yaml"
     assert "bad.yaml" in answer("plan", "--config", path, code=2)["message"]
-    for text, words in (
-        ("model: {bakfill: sdc}", "model.bakfill: unknown key (did you mean model.backfill?)"),
-        ("gird: {}", "gird: unknown key (did you mean grid?)"),
-    ):
-        path.write_text(text)
-        assert words in answer("plan", "--config", path, code=2)["message"]
+    path.write_text("model: {bakfill: sdc}")
+    words = "model.bakfill: unknown key (did you mean model.backfill?)"
+    assert words in answer("plan", "--config", path, code=2)["message"]
 
 
 def test_failures_are_forgotten(tmp_path: Path) -> None:
