@@ -167,7 +167,7 @@ def test_all_bad_inputs_of_a_study_are_reported_at_once_also_motions_that_cannot
     message = faults_of(tmp_path, states, raw)
     for words in (
         "'osb9'", "nowhere does not exist", "fragility.im must be one of", "motions.ida_demand",
-        "entry 0: unit", "entry 1: citation: is missing", "entry 2: states.slight.dispersion",
+        "entry 1: unit", "entry 2: citation: is missing", "entry 3: states.slight.dispersion",
     ):  # fmt: skip
         assert words in message
     assert message.startswith("7 faults:")

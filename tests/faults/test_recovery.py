@@ -315,9 +315,8 @@ def response(monkeypatch, failing):
     failures = Failing(monkeypatch, lambda number: number + 1 in failing)
     monkeypatch.setattr(Watch, "diverged", lambda watch: failures.check() and diverged(watch))
     monkeypatch.setattr(StepLoop, "recovery_steps", STRICT)
-    # at this scale few solutions fail by themselves: retries in parts, which rounding decides,
-    # change the slip work by 2e-6
-    result = analysed(variant(gap_mm=25), **SETTINGS, energy=False, scale=0.8)
+    # at this scale no column softens; after that, retries change the slip work by up to 4e-5
+    result = analysed(variant(gap_mm=25), **SETTINGS, energy=False, scale=0.75)
     monkeypatch.undo()
     return result
 
@@ -328,6 +327,7 @@ def test_a_retry_does_not_change_the_response(monkeypatch):
     rough = response(monkeypatch, FAILING)
     assert rough.effort.failures - smooth.effort.failures == len(FAILING)
     assert smooth.demands["contact_closures"] > 10
+    assert not smooth.model_end.mode
     for name in ("column_drift_ratio", "deck_rotation_rad", "unseating_m", "slip_work_kj"):
         assert rough.demands[name] == pytest.approx(smooth.demands[name], rel=1e-8)
 

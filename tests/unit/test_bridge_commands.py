@@ -183,7 +183,7 @@ def test_the_gap_of_the_file_of_a_bridge_is_the_one_that_is_printed(tmp_path: Pa
     assert "own_cf_skew00_gap040_mu050" in shown.stdout
     lengths = {"seat_m": [0.325], "seat_m_low": [0.225], "hazus_m": [0.425]}
     table = pd.DataFrame({"skew_deg": [30.0], "gap_mm": [25.0], "sdc_demand_m": [0.9]} | lengths)
-    (row,) = with_codes(Decision(table, 1e-3, {}, 0.95), str(path)).table.to_dict("records")
+    (row,) = with_codes(Decision(table, 1e-3, {}, 0.95, []), str(path)).table.to_dict("records")
     assert row["gap_mm"] == pytest.approx(40.0)  # 15 mm more than that of the study
     found = [row[name] for name in (*lengths, "sdc_m")]
     assert found == pytest.approx([0.34, 0.24, 0.44, 0.9 + 0.1016 + 0.04572 + 0.04])
@@ -192,7 +192,8 @@ def test_the_gap_of_the_file_of_a_bridge_is_the_one_that_is_printed(tmp_path: Pa
     path = tmp_path / "one_end.yaml"
     path.write_text(f"{{extends: osb1, title: own gap, source: plan, abutments: {ends}}}")
     for of_study, more_m in ((table, 0.015), (table.assign(gap_mm=51.0), 0.0)):
-        (row,) = with_codes(Decision(of_study, 1e-3, {}, 0.95), str(path)).table.to_dict("records")
+        result = with_codes(Decision(of_study, 1e-3, {}, 0.95, []), str(path))
+        (row,) = result.table.to_dict("records")
         assert row["gap_mm"] == of_study["gap_mm"].item()
         assert row["seat_m"] == pytest.approx(0.325 + more_m)
         gap_m = row["gap_mm"] / 1000.0 + more_m

@@ -191,13 +191,13 @@ class _History:
 
     def _read(self) -> Ending | None:
         """Return an ending if the state after a step exceeds a limit, else None."""
-        damp_columns(self._watch.softened(), 0.0, by_tangent=False)
         reason = self._watch.diverged()
         if reason:
             self._monitor.drop_last()
             self._energy = None  # the model is no longer in the state of the last row
             message = f"the solution diverged: {reason}"
             return Ending(status="numerical_failure", message=message)
+        damp_columns(self._watch.softened(), 0.0, by_tangent=False)
         criterion = self._watch.collapsed()
         return Ending(status="collapse", collapse_criterion=criterion) if criterion else None
 
@@ -221,6 +221,14 @@ class Watch:
         self.columns = tuple(Lean(column) for column in model.columns)
         self.softening: set[int] = set()
         self._loses_fibers = model.options.fiber_end == "loss"
+        self._least_softening_ratio = min(
+            (
+                0.0 if column.loses_shear_strength else capacity.drift_capacity_ratio
+                for column in model.columns
+                for capacity in column.capacities
+            ),
+            default=inf,
+        )
         seats: list[tuple[str, int, int | Point, AbutmentHandle | SeatHandle]] = [
             ("unseating_m", corner.node, end.holders[0], end)
             for end in model.seats
@@ -275,7 +283,9 @@ class Watch:
         return ""
 
     def softened(self) -> list[ColumnHandle]:
-        """Return the columns that began to soften since the last call."""
+        """Return the columns that began to soften since the last call; call `diverged` before."""
+        if self._drift_ratio < self._least_softening_ratio:
+            return []
         columns = [
             lean.column
             for lean in self.columns

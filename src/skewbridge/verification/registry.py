@@ -253,7 +253,7 @@ def run_studies(
             study, stopped = Study(name), f"the study stopped: {error}"
             study.holds(f"the study finishes ({error})", truth=False, source="")
         table = study.table()
-        table.to_json(out / f"{name}.json", orient="records", indent=1)
+        table.to_json(out / f"{name}.json", orient="records", indent=1, double_precision=15)
         for label, figure in study.figures.items():
             figure.savefig(out / f"{name}_{label}.svg", metadata={"Date": None})
         for label, extra in {"": table, **{f"_{k}": t for k, t in study.tables.items()}}.items():
