@@ -16,7 +16,7 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import configure_solver
 from skewbridge.bridge.abutments import bearing_stations, build_arms, build_bearings
 from skewbridge.bridge.assembly import open_linear_pattern
-from skewbridge.bridge.backfill import variation_factors
+from skewbridge.bridge.backfill import Passive, variation_factors
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import PadData
 from skewbridge.bridge.column import bent_capacities
@@ -133,7 +133,7 @@ def test_shares_of_wall_and_deck_keep_their_moments_of_inertia(count: int) -> No
     assert lumping_shares(1) == pytest.approx([0.5, 0.5])
 
 
-def test_non_uniform_backfill_is_largest_at_the_acute_corner_of_either_sign() -> None:
+def test_backfill_never_pulls_and_is_largest_at_the_acute_corner_of_either_sign() -> None:
     for skew_deg in (60, -60):
         end = DeckEnd("left", (-45.0, 0.0), (-1.0, 0.0), skew_deg, 14.0, 0.9)
         factors = variation_factors(end, end.wall_stations(5), 0.3)
@@ -142,6 +142,8 @@ def test_non_uniform_backfill_is_largest_at_the_acute_corner_of_either_sign() ->
         assert (factors[0] > factors[-1]) == (end.acute_sign < 0)
     straight = DeckEnd("left", (-45.0, 0.0), (-1.0, 0.0), 0.0, 14.0, 0.9)
     assert variation_factors(straight, [-1.0, 1.0], 0.3) == [1.0, 1.0]
+    soil = Passive(stiffness_n_per_m=1e8, ultimate_n=1e6, failure_ratio=0.7)
+    assert soil.force_n([-0.01, 0.0]).tolist() == [0.0, 0.0]
 
 
 def test_penalties_are_bounded_by_softening_and_by_the_step() -> None:

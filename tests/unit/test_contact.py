@@ -412,8 +412,6 @@ def sizes_s(contacts: Contacts, steps: int, settings: AnalysisSettings = SETTING
 
 
 class Swinging(Contacts):
-    """Contacts that are near closing after the second step only."""
-
     least_opening_ratio = property(lambda self: 0.7 if len(self.sizes_s) == 2 else 0.8)
 
     def time_to_closing_s(self, accel_mps2: float) -> float:
