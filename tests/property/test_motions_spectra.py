@@ -28,9 +28,7 @@ def test_measures_scale_with_the_motion(seed, scale):
 
 @settings(max_examples=60)
 @given(
-    seed=st.integers(0, 10**6),
-    period_s=st.sampled_from([0.05, 0.4, 2.0, 7.5]),
-    ratio=st.sampled_from([1.0, 0.3, 0.01]),
+    st.integers(0, 10**6), st.sampled_from([0.05, 0.4, 2.0, 7.5]), st.sampled_from([1.0, 0.3, 0.01])
 )
 def test_reduced_orbit_gives_the_median_of_the_full_orbit(seed, period_s, ratio):
     motion = _motion(seed)
@@ -57,7 +55,6 @@ def test_filter_agrees_with_an_ode_solver():
     assert component_psa(accel, dt_s, 0.6)[0] == pytest.approx(omega**2 * peak_m, rel=1e-8)
 
 
-# --- synthetic motions
 SCENARIOS = st.builds(
     Scenario, magnitude=st.floats(6.5, 7.9), distance_km=st.floats(1.0, 31.0),
     vs30_mps=st.floats(150.0, 1500.0), mechanism=st.sampled_from(["strike_slip", "reverse"]),

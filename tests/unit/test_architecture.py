@@ -24,7 +24,6 @@ from cli_json import invoke
 from skewbridge.cli import COMMANDS, build_app
 from skewbridge.files.digests import ENGINE, digest_of, layer_digest
 from skewbridge.study.jobs import RECIPES
-from skewbridge.variant.variant import ABUTMENTS
 
 PACKAGE = Path(skewbridge.__file__).parent
 ORDER = (
@@ -78,7 +77,6 @@ def test_imports_form_no_cycle() -> None:
     assert len(tuple(TopologicalSorter(graph).static_order())) == len(PATHS)
 
 
-# --- no source of a rule is missing
 def closure(script: Path) -> set[str]:
     """Return all modules that a script imports directly or through others, also in functions."""
     boundaries = set(NOT_IN_RESULTS)
@@ -113,19 +111,6 @@ def test_no_source_of_a_rule_is_missing(rule: str) -> None:
     assert not missing
 
 
-def test_no_module_compares_with_the_name_of_an_abutment_model() -> None:
-    """The paper's studies may name the paper's models; drawings name groups of elements."""
-    may_name = ("verification/", "report/bridge_figures.py")
-    for path in PATHS.values():
-        for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.Compare):
-                texts = {part.value for part in ast.walk(node) if isinstance(part, ast.Constant)}
-                is_named = texts & set(ABUTMENTS)
-                place = path.relative_to(PACKAGE).as_posix()
-                assert not is_named or place.startswith(may_name), ast.unparse(node)
-
-
-# --- files for other tools, and functions that nothing uses
 def test_hooks_have_the_locked_versions_and_the_drawn_workflow_its_rules() -> None:
     locked = dict(re.findall(r"^([\w.-]+)==(\S+)", (ROOT / "requirements.lock").read_text(), re.M))
     hooks = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text())["repos"]
@@ -154,7 +139,6 @@ def test_every_function_is_reached() -> None:
     assert not unused
 
 
-# --- what an edit reruns
 ANALYSES = "the analyses themselves"
 PARTS = {ANALYSES: ENGINE, **{rule: recipe.sources for rule, recipe in RECIPES.items()}}
 #: Rules that list or run analyses; all but the last look at the journals, which say what is new.
@@ -168,26 +152,18 @@ ALL = {ANALYSES, *RECIPES}
 #: rules that follow in the workflow run again too; here it is the digest of each alone.
 EDITS: dict[str, tuple[set[str], set[str]]] = {
     "files/tables.py": ({*ANALYSING, *FITS, *PAGES}, {ANALYSES}),
-    "variant/options.py": ({ANALYSES, *ANALYSING, *FITS}, set()),
     "fragility/settings.py": ({*FITS, *PAGES}, {ANALYSES, "analyse", "prepare_motions"}),
     "study/config.py": ({"report"}, ALL - PAGES),
     "motions/record.py": ({ANALYSES, *ANALYSING, "prepare_motions"}, {"fit_fragility"}),
-    "motions/formats.py": ({"prepare_motions"}, {ANALYSES, "analyse", *FITS}),
     "motions/synthesis.py": ({"prepare_motions", "verification"}, {ANALYSES, *FITS}),
     "contact/law.py": ({ANALYSES, *ANALYSING, *VERIFYING}, {"prepare_motions", "fit_fragility"}),
-    "bridge/weights.py": ({ANALYSES, *ANALYSING}, {"prepare_motions", "fit_fragility"}),
-    "analysis/peaks.py": ({ANALYSES, *ANALYSING}, {"prepare_motions", "fit_fragility"}),
     "demands/columns.csv": ({"analyse", "collect_demands", *FITS, *PAGES}, {ANALYSES}),
     "fragility/effects.py": ({*FITS, *PAGES, "verification"}, {ANALYSES, "collect_demands"}),
     "study/journal.py": (ANALYSING, {ANALYSES, "fit_fragility"}), "study/jobs.py": (set(), ALL),
     "study/repeats.py": ({"sensitivity"}, ALL - {"sensitivity"}),
-    "study/analyses.py": ({*ANALYSING, "verification"}, {ANALYSES}),
     "study/modelling_choices.py": ({"modelling_choices", *PAGES}, {"analyse"}),
-    "report/checks.py": ({"fit_fragility", *PAGES}, {ANALYSES, *ANALYSING}),
-    "report/run_figures.py": ({*PAGES, "verification"}, {ANALYSES, *ANALYSING, *FITS}),
     "report/page.py": (PAGES, ALL - PAGES), "report/templates/report.html.j2": (PAGES, ALL - PAGES),
     "verification/registry.py": (VERIFYING, ALL - VERIFYING),
-    "verification/studies/published.py": ({"verification"}, ALL - {"verification"}),
     "cli/output.py": (set(), ALL),
 }  # fmt: skip
 
@@ -231,9 +207,7 @@ def test_bridges_are_digested_by_their_numbers_caches_not_at_all_and_parts_must_
     assert digest_of(0.1 + 0.2) != digest_of(0.3)  # numbers that differ in the last bit
 
 
-# --- workers and the command line load no package that they do not use
 def loaded_by(code: str) -> set[str]:
-    """Names of all modules that a fresh interpreter has loaded after running some code."""
     listed = [sys.executable, "-c", f"{code}\nimport sys\nprint('LOADED', *sys.modules)"]
     return set(subprocess.check_output(listed, text=True).split("LOADED", 1)[1].split())
 
@@ -277,8 +251,8 @@ def test_an_analysis_loads_only_modules_that_are_in_its_key() -> None:
     assert outside == [PACKAGE / "files/digests.py"]
 
 
-def test_help_loads_no_numbers() -> None:
-    """The list of commands is shown without loading any of them."""
+def test_help_loads_no_numbers_and_the_version_is_shown() -> None:
+    assert invoke("--version").stdout.startswith("skewbridge 0.")
     of_group = (*HEAVY, "numpy", "openseespy", "joblib")
     cases = {"'--help'": (*NOT_FOR_HELP, "pydantic"), "'motions', '--help'": of_group}
     for arguments, forbidden in cases.items():
@@ -297,12 +271,7 @@ def test_the_summary_in_the_help_is_that_of_the_command(name: str) -> None:
     _, command, _ = app.resolve_command(typer.Context(app), [name])
     assert (command.help or "").splitlines()[0] == COMMANDS[name][1]
     shown = CliRunner().invoke(build_app(), [name, "--help"], terminal_width=300).stdout
-    commands = command.commands.values() if isinstance(command, TyperGroup) else [command]
-    for each in commands:
+    for each in command.commands.values() if isinstance(command, TyperGroup) else [command]:
         example = (each.help or "").split("Example: skewbridge ")[1]
         each.make_context("", shlex.split(example)[2 if isinstance(command, TyperGroup) else 1 :])
     assert COMMANDS[name][1] in shown
-
-
-def test_the_version_is_shown() -> None:
-    assert invoke("--version").stdout.startswith("skewbridge 0.")

@@ -42,11 +42,9 @@ def test_confined_concrete_agrees_with_mander_by_hand(bridge, strength_mpa, stra
 
 @pytest.mark.parametrize(
     ("bridge", "axial_n", "plastic_mnm", "yield_per_m", "ultimate_per_m", "cracked"),
-    [
-        ("osb1", 5.997e6, 17.01, 0.00342, 0.0443, 0.45),
-        ("osb2s", 7.513e6, 17.82, 0.00299, 0.0411, 0.39),
-    ],
-)
+    [("osb1", 5.997e6, 17.01, 0.00342, 0.0443, 0.45),
+     ("osb2s", 7.513e6, 17.82, 0.00299, 0.0411, 0.39)],
+)  # fmt: skip
 def test_moment_curvature_agrees_with_an_independent_fiber_analysis(
     bridge, axial_n, plastic_mnm, yield_per_m, ultimate_per_m, cracked
 ) -> None:

@@ -133,22 +133,15 @@ def corner_histories() -> dict[str, np.ndarray]:
     return unseating_m | {f"column_{n}_drift_ratio": np.array([0.0, 0.02]) for n in (1, 2)}
 
 
-def test_checks_of_a_run_name_every_corner(tmp_path: Path, written) -> None:
-    def checks(name: str, file: str, *options: object) -> list[dict]:
-        row = {"variant": f"{name}_cf_skew30_gap051_mu050", "column_drift_ratio": 0.02}
-        row |= {"bridge": name, "abutment": "contact_friction"}
-        row |= {"skew_deg": 30, "gap_mm": 51, "friction": 0.5}
-        pd.DataFrame([row | SUPPORT]).to_parquet(tmp_path / "demands.parquet")
-        bents = bridge_check.capacity_rows(bent_capacities(load_bridge(file)))
-        pd.DataFrame(bents).to_parquet(tmp_path / "capacities.parquet")
-        return answer("sdc", tmp_path, *options)["checks"]
-
-    pd.DataFrame(corner_histories()).to_parquet(tmp_path / "histories.parquet")
-    found = checks("osb1", "osb1")
-    assert sum("seat, SDC" in check["check"] for check in found) == 4
-    assert all(check["ok"] for check in found)
+def test_checks_of_a_run_need_the_file_of_an_own_bridge(tmp_path: Path, written) -> None:
     own = written("extends: osb1\nbase: fixed\n")
-    first = checks("made", own, "--bridge", own)[0]
+    row = {"variant": "made_cf_skew30_gap051_mu050", "bridge": "made", "column_drift_ratio": 0.02}
+    row |= {"abutment": "contact_friction", "skew_deg": 30, "gap_mm": 51, "friction": 0.5} | SUPPORT
+    bents = bridge_check.capacity_rows(bent_capacities(load_bridge(own)))
+    tables = {"demands": [row], "capacities": bents, "histories": corner_histories()}
+    for name, table in tables.items():
+        pd.DataFrame(table).to_parquet(tmp_path / f"{name}.parquet")
+    first = answer("sdc", tmp_path, "--bridge", own)["checks"][0]
     assert first["check"] == "bent 1 displacement, hinge 0.739 m by rule (m)"
     assert "bridge made is unknown: give its file" in one_line(bridge("sdc", tmp_path))
     assert "is a script: a bridge file" in one_line(bridge("sdc", ROOT / "docs/own_bridge.py"))
@@ -186,20 +179,14 @@ def test_the_gap_of_the_file_of_a_bridge_is_the_one_that_is_printed(tmp_path: Pa
     path = tmp_path / "own.yaml"
     path.write_text("{extends: osb1, title: own gap, source: plan, abutment: {gap_mm: 40}}")
     shown = bridge("model", "--bridge", path, "--gap-mm", 25, "--out", tmp_path)
-    note = "40 mm at the left end, 40 mm at the right end; gap_mm has no effect"
-    assert note in one_line(shown)
+    assert "40 mm at the left end, 40 mm at the right end; gap_mm has no effect" in one_line(shown)
     assert "own_cf_skew00_gap040_mu050" in shown.stdout
-    ends = "abutments: {left: {type: integral}, right: {type: fixed}}"
-    (tmp_path / "stiff.yaml").write_text(f"{{extends: osb1, title: stiff, {ends}}}")
-    shown = bridge("model", "--bridge", tmp_path / "stiff.yaml", "--out", tmp_path)
-    assert "gap_mm and friction have no effect" in one_line(shown)
     lengths = {"seat_m": [0.325], "seat_m_low": [0.225], "hazus_m": [0.425]}
     table = pd.DataFrame({"skew_deg": [30.0], "gap_mm": [25.0], "sdc_demand_m": [0.9]} | lengths)
     (row,) = with_codes(Decision(table, 1e-3, {}, 0.95, []), str(path)).table.to_dict("records")
     assert row["gap_mm"] == pytest.approx(40.0)  # 15 mm more than that of the study
     found = [row[name] for name in (*lengths, "sdc_m")]
-    sdc_m = 0.9 + 0.1016 + 0.04572
-    assert found == pytest.approx([0.34, 0.24, 0.44, sdc_m + 0.04])
+    assert found == pytest.approx([0.34, 0.24, 0.44, 0.9 + 0.1016 + 0.04572 + 0.04])
     # the seat with the larger gap needs the longer length, whether or not the file states it
     ends = "{left: {type: seat, gap_mm: 40}, right: {type: seat, skew_deg: 60}}"
     path = tmp_path / "one_end.yaml"
@@ -213,7 +200,6 @@ def test_the_gap_of_the_file_of_a_bridge_is_the_one_that_is_printed(tmp_path: Pa
         assert row["aashto_m"] == pytest.approx(0.85521 + gap_m)  # at skew 60
 
 
-# --- `bridge check` and the period in a file
 def test_a_listed_bridge_raises_no_doubts(tmp_path: Path) -> None:
     assert "osb1" in [row["bridge"] for row in answer("list")["bridges"]]
     found = answer("check", "osb1", "--out", tmp_path)
@@ -231,12 +217,6 @@ def test_changed_spans_are_reported_with_the_model_period(tmp_path, caplog, writ
     assert model_s > 1.06 * load_bridge(longer).t1_s
     assert f"T1 of its model, {model_s:.4g} s" in result.stderr
     assert "t1_s = 0.7192 s differs" in bridge("modal", "--bridge", longer).stderr
-    config = tmp_path / "own.yaml"
-    config.write_text(f"results: {tmp_path}/results\ngrid:\n  bridge: [{longer}]\n")
-    result = invoke("plan", "--config", config)
-    assert result.exit_code == 0, result.stderr
-    assert "warning: made: t1_s = 0.7192 s" in result.stderr
-    caplog.clear()
     with caplog.at_level(logging.WARNING):  # once per bridge
         modal.warn_of_periods(["osb1", longer, longer])
     assert [record.message.split(":")[0] for record in caplog.records] == ["made"]
@@ -275,7 +255,6 @@ def test_faults_of_columns_hoops_and_seats_are_reported(tmp_path, written, text,
     assert all(each in one_line(result) for each in words)
 
 
-# --- design checks against hand values of the project's reference page, sections 1 and 6
 @pytest.mark.parametrize(
     ("name", "bent", "rule", "length_m"),
     [
@@ -319,23 +298,6 @@ def test_yield_displacements_ductilities_and_seats_agree_with_the_hand_values() 
             assert found == pytest.approx(least_m), seat
 
 
-def test_the_table_names_what_fails_by_moves_normal_to_the_seats() -> None:
-    bents = bridge_check.capacity_rows(bent_capacities(load_bridge("osb1")))
-    moves_m = {"left acute": (0.2, 0.863), "right acute": (0.9, 0.863)}
-    run = {"column_drift_ratio": 0.30 / 5.64} | SUPPORT
-    rows = sdc_rows(VARIANT, run, bents, [1.0], moves_m, {})
-    assert rows[0]["demand"] == pytest.approx(0.30)  # drift x clear height
-    share = {"column_drift_ratio": 0.30 / 5.64, "drift_over_capacity": 0.5} | SUPPORT
-    row, *_ = sdc_rows(VARIANT, share, bents, [1.0], moves_m, {})
-    assert row["ratio"] == pytest.approx(0.5)  # no column has used more of its capacity
-    # a bent has the larger drift of its own columns
-    histories = {f"column_{n}_drift_ratio": np.array([0.0, 0.01 * n]) for n in (1, 2)}
-    row, *_ = sdc_rows(VARIANT, run, bents, bridge_check.bent_drifts(VARIANT, histories), {}, {})
-    assert row["demand"] == pytest.approx(0.02 * 5.64)
-    failed = {row["check"] for row in rows if not row["ok"]}
-    assert failed == {"bent 1 displacement, hinge 0.821 m by rule (m)", "right acute seat, SDC (m)"}
-
-
 def test_each_corner_is_compared_with_its_own_seat(written) -> None:
     left, right = "{seat_width_m: 0.65, gap_mm: 20}", "{seat_width_m: 0.9, skew_deg: 60}"
     own = written(f"extends: osb1\nsource: own\nabutments: {{left: {left}, right: {right}}}\n")
@@ -358,8 +320,7 @@ def test_the_seats_of_an_inner_joint_are_checked(written, at: str, lost: float) 
     joint = f"{{{at}, skew_deg: 15, seat_width_m: 0.6, pads: {pads}}}"
     ends = "abutments: {left: {type: integral}, right: {type: roller}}"
     deck = f"base: fixed\ndeck: {{soffit_height_m: 8.0}}\n{ends}\njoints: [{joint}]\n"
-    own = written(f"extends: osb1\nsource: own\n{deck}")
-    variant = replace(VARIANT, bridge=own)
+    variant = replace(VARIANT, bridge=written(f"extends: osb1\nsource: own\n{deck}"))
     histories = {"joint1_unseating_m": np.array([0.0, 0.3, 0.1]),
                  "contact_joint_1_1_opening_m": np.array([0.04, 0.34, 0.0])}  # fmt: skip
     moves_m = bridge_check.joint_moves_m(variant, histories)
@@ -375,7 +336,6 @@ def test_the_seats_of_an_inner_joint_are_checked(written, at: str, lost: float) 
     assert bridge_check.corner_moves_m(variant, histories, nan) == {}
 
 
-# --- `run` and the analyses of a process
 @pytest.fixture
 def pair(tmp_path):
     motion = strong_motion(duration_s=3.0)
@@ -413,23 +373,6 @@ def test_a_run_leaves_its_row_histories_and_figures(pair, tmp_path):
     assert histories["t_s"].iloc[-1] == pytest.approx(row["time_reached_s"])
     for name in ("displacements", "hysteresis", "columns", "contacts"):
         assert (out / f"{name}.png").stat().st_size > 10_000
-
-
-def test_the_printed_answer_has_suspect_properties_and_the_units_asked_for(pair, tmp_path):
-    """Two iterations are too few for most steps."""
-    changes = ("max_iterations=2", "tolerance_j=1.0e-14", "reuse_tangent=false")
-    options = [text for change in changes for text in ("--set", change)]
-    out = ("--out", tmp_path / "out", "--units", "us", "--duration-s", 1.5)
-    printed = invoke("run", "--motion", *pair, *out, *options)
-    cut = "of the Arias intensity is after duration_s = 1.5 (unscaled peak until then"
-    assert cut in " ".join(printed.stderr.split())
-    assert {"status", "suspect", "column_shear_dcr", "deck_disp_in"} <= set(printed.stdout.split())
-    assert "osb1_cf_skew00_gap051_mu050" in printed.stdout
-    assert "(in)" in (tmp_path / "out/displacements.svg").read_text(encoding="utf-8")
-    assert f"written to {tmp_path}/out" in printed.stderr
-    (row,) = pq.read_table(tmp_path / "out/demands.parquet").to_pylist()
-    assert row["loosened_ratio"] > 0.5
-    assert "share of steps with looser test" in row["suspect"]
 
 
 def test_a_roller_has_no_contacts_to_draw_and_a_collapse_is_a_result(pair, tmp_path):
@@ -475,23 +418,17 @@ def test_the_design_criteria_have_the_capacities_of_the_model(pair, tmp_path, br
         height_m = load_structure(bridge).description.bent_heights_m[number - 1]
         share_m = row["drift_over_capacity"] * bent.capacity_m
         drift = min(row["column_drift_ratio"], drifts[2 * number - 2 : 2 * number].max())
-        disp_m = min(drift * height_m, share_m)
-        assert ratio == pytest.approx(bent.p_delta_ratio(disp_m))
+        assert ratio == pytest.approx(bent.p_delta_ratio(min(drift * height_m, share_m)))
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ("bridge modal --bridge osb9", "bridge must be one of"),
         ("bridge modal --bridge osb1_fixd", "did you mean osb1_fixed?"),
-        ("bridge modal --set column_integration=simpson", "column_integration: must be 'hinge"),
-        ("bridge pushover --direction z --out .", "'z' is not one of 'x', 'y'"),
         ("bridge static --max-disp-m -1 --out .", "max_disp_m must be within"),
-        ("bridge static --set backfill=clay --out .", "backfill: must be 'hyperbolic'"),
         ("bridge column --bent 2 --out .", "bent must be between 1 and 1"),
         ("bridge sdc nowhere", "nowhere"),
         ("run {} --skew-deg 75", "skew_deg must be within -66..66, got 75"),
-        ("run {} --bridge nowhere", "nowhere"),
         ("run {} --scheme best", "'best' is not one of 'default', 'paper'"),
         ("run {} --dt-s 0.5", "dt_s: must be less than or equal to 0.02, got 0.5"),
         ("run {} --scale 0", "scale must be a positive number"),
@@ -526,11 +463,9 @@ def test_a_row_of_a_study_is_repeated_by_its_key(pair, tmp_path, monkeypatch):
     again = cli_json.answer("run", "--row", row["run_key"], *options)
     names = ["run_key", *(column.name for column in DEMAND_COLUMNS)]
     assert {name: again[name] for name in names} == {name: row[name] for name in names}
-    unknown = cli_json.answer("run", "--row", "f00", *options, code=2)
-    assert "no such run_key" in unknown["message"]
+    assert "no such run_key" in cli_json.answer("run", "--row", "f00", *options, code=2)["message"]
 
 
-MAX_MB = 400.0
 MAX_GROWTH_MB = 4.0  # a thread's arena that the allocator takes late; a leak would be far more
 
 SCRIPT = """
@@ -545,8 +480,6 @@ for number in range(100):
 
 
 def test_a_hundred_analyses_in_one_process_keep_its_memory_flat():
-    command = [sys.executable, "-c", SCRIPT]
-    shown = subprocess.check_output(command, cwd=ROOT / "tests", text=True)
+    shown = subprocess.check_output([sys.executable, "-c", SCRIPT], cwd=ROOT / "tests", text=True)
     early_mb, late_mb = map(float, shown.split())
-    assert late_mb < MAX_MB
     assert late_mb - early_mb < MAX_GROWTH_MB

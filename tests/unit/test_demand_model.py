@@ -48,8 +48,7 @@ def skew_60(table):
 
 
 def test_a_bend_and_growing_scatter_are_found_with_their_parameters():
-    rng = np.random.default_rng(3)
-    table = study(160)
+    rng, table = np.random.default_rng(3), study(160)
     x = np.log(table[IM]) - np.log(table[IM]).mean()
     own, run = 0.25 * rng.normal(size=160), 0.05 * rng.normal(size=len(x))
     scatter = np.exp(0.4 * x) * (own[numbers(table)] + run)
@@ -69,7 +68,6 @@ def test_a_bend_and_growing_scatter_are_found_with_their_parameters():
 
 
 def test_incomplete_blocks_give_the_effects_of_the_complete_study():
-    """Each motion runs all skews in two of the four cells of gap and friction."""
     table = study(24)
     part = table[in_two_cells(table)]
     assert len(part) == len(table) / 2

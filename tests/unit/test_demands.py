@@ -164,8 +164,7 @@ def test_the_first_column_failure_ends_the_model(trace, drift, shear_n, changes,
     trace.columns[COLUMN][:, 0] = shear_n
     end = peaks.model_end([replace(COLUMN_HANDLE, **changes)], trace)
     assert (end.mode, end.rows) == (mode, STEPS if row is None else row + 1)
-    time_s = np.nan if row is None else 0.1 * row
-    assert end.time_s == pytest.approx(time_s, nan_ok=True)
+    assert end.time_s == pytest.approx(np.nan if row is None else 0.1 * row, nan_ok=True)
     peaks_so_far = peaks.column_demands([COLUMN_HANDLE], trace.at(slice(end.rows)))
     assert peaks_so_far["column_residual_drift_ratio"] == pytest.approx(drift[end.rows - 1])
 
@@ -194,8 +193,7 @@ def test_passive_is_into_the_fill_and_active_is_out_of_it(trace):
 
     trace.nodes[WALL][:, 0] = [0.0, 0.03, -0.01, 0.0]
     trace.nodes[CORNER_2][:, 0] = [0.0, 0.01, -0.02, 0.0]
-    both = {"wall_nodes": (WALL, CORNER_2)}
-    left = {"side": "left", "normal": (-1.0, 0.0)}
+    both, left = {"wall_nodes": (WALL, CORNER_2)}, {"side": "left", "normal": (-1.0, 0.0)}
     assert movements_m(abutment(**both)) == pytest.approx([0.03, 0.02])
     assert movements_m(abutment(**both, **left)) == pytest.approx([0.02, 0.03])
     # without wall nodes the fill is pushed beyond the gap and never pulled
@@ -258,7 +256,6 @@ def test_a_corner_leaves_its_seat_after_the_seat_less_the_gap(monkeypatch, move_
         watched(monkeypatch, {}, gap_m=0.95)
 
 
-# --- binary records of an analysis: one row per committed step
 def test_records_have_the_values_of_every_step_to_the_bit_and_name_the_disk_if_incomplete() -> None:
     with domain():
         for tag in (1, 2):
@@ -302,7 +299,6 @@ def test_a_full_disk_stops_a_study_and_leaves_no_row(tmp_path) -> None:
         task.analyse_task(full, tmp_path / "log", lambda _time_s, _duration_s: None)
 
 
-# --- demands table: schema, order, completeness of runs and columns that older tables lack
 def test_a_table_has_units_and_descriptions_and_rows_sorted_by_their_key() -> None:
     assert all(f.metadata[b"unit"] and f.metadata[b"description"] for f in demands_schema())
     suffixes = {"_kn": "kN", "_m": "m", "_s": "s", "_g": "g", "_rad": "rad", "_mps2": "m/s2"}

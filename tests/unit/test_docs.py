@@ -17,7 +17,6 @@ from matplotlib.figure import Figure
 from typer.core import TyperGroup
 from typer.main import get_command
 
-from fragility_tables import synthetic_demands
 from skewbridge.bridge.catalogue import bridge_schema
 from skewbridge.cli import build_app
 from skewbridge.cli.study import DEMO_STUDY
@@ -103,13 +102,6 @@ def test_a_target_of_a_page_is_in_the_makefile(line: str) -> None:
             assert re.search(rf"^{word}:", rules, re.M), word
 
 
-@pytest.mark.parametrize("line", starting("snakemake", "cp "))
-def test_files_named_in_commands_exist(line: str) -> None:
-    words = shlex.split(line)
-    read = words[1:2] if words[0] == "cp" else [w for w in words if w.startswith("config/")]
-    assert all((ROOT / word).is_file() for word in read), line
-
-
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("finished")
@@ -127,19 +119,6 @@ def test_python_of_a_page_runs(name: str, text: str, finished: Path, monkeypatch
     if "import" in text:
         exec(code, {})
     plt.close("all")
-
-
-def test_pairs_of_the_readme_are_runs_at_one_incidence(tmp_path: Path, monkeypatch) -> None:
-    """In blocks, a motion can run without friction at one incidence and with it at another."""
-    (text,) = (text for name, text in fenced("python") if name == "README.md")
-    runs = synthetic_demands(skews=(0,), motions=6).assign(complete=True)
-    (tmp_path / "results").mkdir()
-    turned = runs.assign(incidence_deg=180.0 * runs["friction"])
-    turned.to_parquet(tmp_path / "results/demands.parquet")
-    monkeypatch.chdir(tmp_path)
-    names: dict[str, pd.Series] = {}
-    exec(text, names)
-    assert names["ratio"].isna().all()
 
 
 @pytest.mark.parametrize(

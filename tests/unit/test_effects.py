@@ -7,10 +7,8 @@ from scipy import optimize, special, stats
 from statsmodels.stats.multitest import multipletests
 
 import fragility_tables as made
-from cli_json import answer
 from fragility_tables import IM, friction_rows, paired_effects, synthetic_demands
 from skewbridge.errors import InputError
-from skewbridge.files.tables import write_frame
 from skewbridge.fragility import verdicts
 from skewbridge.fragility.effects import effect_row, effect_table, effect_tables
 from skewbridge.fragility.motion_means import Jackknifed, average, bounded_regression, by_motion
@@ -50,7 +48,6 @@ def rows_of(ratios, errors, *, dof=15, margin=0.05, level=0.9, axis="friction", 
     return pd.DataFrame({"ratio": ratios} | ends).assign(**same, **dict.fromkeys(names, np.nan))
 
 
-# --- means and lines over motions
 def test_interval_of_a_ratio_is_that_of_student():
     values = np.array([0.10, 0.02, 0.07, 0.16, 0.05])
     row = friction_cell(pairs(values))
@@ -61,8 +58,7 @@ def test_interval_of_a_ratio_is_that_of_student():
 
 
 def test_means_count_a_motion_once_and_cells_with_the_error_of_the_averaged_motions():
-    values = np.array([0.1, 0.3, 0.2, 0.6, 0.5, 0.7])
-    motions = np.array([0, 0, 1, 2, 2, 4])
+    values, motions = np.array([0.1, 0.3, 0.2, 0.6, 0.5, 0.7]), np.array([0, 0, 1, 2, 2, 4])
     mean = by_motion(values, np.zeros(6, dtype=int), motions, 5)
     own = np.array([0.2, 0.2, 0.55, 0.7])
     assert (mean.estimate, mean.error) == pytest.approx((own.mean(), stats.sem(own)))
@@ -141,8 +137,7 @@ def test_regression_with_bounds_is_that_of_maximum_likelihood():
     x = rng.normal(size=400)
     values = rng.normal(0.3, 1.0, 400) + 0.7 * x
     bound = np.select([values > 1.0, values < -1.0], [1, -1], default=0)
-    values = np.clip(values, -1.0, 1.0)
-    design = np.column_stack([np.ones(400), x])
+    values, design = np.clip(values, -1.0, 1.0), np.column_stack([np.ones(400), x])
 
     def minus(parameters):
         z = (values - design @ parameters[:-1]) / np.exp(parameters[-1])
@@ -178,7 +173,6 @@ def test_mean_with_a_bound_solves_the_equations_of_truncated_normals():
     assert mean.estimate - mean.influence[3] * 5 / 4 == pytest.approx(0.1, abs=1e-6)
 
 
-# --- verdicts
 @pytest.mark.parametrize(
     ("low", "high", "verdict"),
     [
@@ -338,7 +332,6 @@ def test_runs_that_end_early_can_take_a_verdict_away(ended, demand):
     assert row["verdict"] != "negligible"
 
 
-# --- effects by intensity
 def sloped(slope, motions=24, seed=6):
     """Return a study in which the effect of friction is 1.3 at 0.4 g, with a slope over ln im."""
     noise = 0.03 * np.random.default_rng(seed).normal(size=motions)
@@ -428,7 +421,7 @@ def test_needed_motions_are_motions_of_the_suite_and_cost_their_analyses():
     assert row["more_core_hours"] == pytest.approx(more * 12 / 100)
 
 
-def test_needed_motions_cover_headline_demands_and_medians_and_are_in_the_plan(tmp_path):
+def test_needed_motions_cover_headline_demands_and_medians():
     table = synthetic_demands(motions=12, run_scatter=0.1).assign(cpu_s=4.0)
     effects = paired_effects(table)
     slight = {"quantity": "median_capacity", "demand": "unseating/slight"}
@@ -437,15 +430,8 @@ def test_needed_motions_cover_headline_demands_and_medians_and_are_in_the_plan(t
     assert "column_shear_dcr" in set(needed["demand"])
     medians = needed[needed["quantity"] == "median_capacity"]
     assert medians["demand"].tolist() == ["unseating/slight"]
-    write_frame(needed, tmp_path / "results/fragility/needed_motions.parquet", {})
-    config = tmp_path / "config.yaml"
-    config.write_text(f"results: {tmp_path / 'results'}\n")
-    plan = answer("plan", "--config", config)
-    assert len(plan["needed_motions"]) == len(needed) > 0
-    assert set(plan["needed_motions"][0]) == set(needed.columns)
 
 
-# --- repeated looks
 def test_levels_of_looks_are_those_of_the_normal_distribution_and_of_the_earlier_look() -> None:
     (level,) = verdicts.look_levels((1.0,), 0.90)
     assert level == pytest.approx(1.0 - verdicts.SPENT * 0.10, abs=1e-9)

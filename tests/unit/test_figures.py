@@ -9,11 +9,9 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 from matplotlib.image import imread
-from scipy import stats
 
-import fragility_tables as made
 from cli_json import invoke
-from fragility_tables import DRIFT_ENTRY, FAILURES, synthetic_demands, two_mode_runs
+from fragility_tables import DRIFT_ENTRY, synthetic_demands
 from skewbridge.files.tables import write_frame
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.effects import effect_tables
@@ -23,9 +21,9 @@ from skewbridge.fragility.study_tables import fragility_tables
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.report import fragility_figures as figures
 from skewbridge.report import study_figures as files
-from skewbridge.report.appearance import shown_axes, shown_in
-from skewbridge.report.fragility_figures import curve_values, demand_clouds, pooled_curves
-from skewbridge.report.run_figures import contact_figure, hysteresis_figure
+from skewbridge.report.appearance import shown_in
+from skewbridge.report.fragility_figures import demand_clouds, pooled_curves
+from skewbridge.report.run_figures import hysteresis_figure
 from skewbridge.study.config import FigureSettings
 from skewbridge.study.folder import write_starter
 
@@ -35,7 +33,6 @@ BEARING = {"component": "bearing", "demand": "bearing_disp_m", "unit": "m", "dis
 DRIFTS = DRIFT_ENTRY | {"states": {"slight": 1.0, "moderate": 2.5, "complete": 90.0}}
 STATES = limit_states_of([DRIFTS, BEARING])
 DRIFT = "column_drift_ratio"
-FOURTH = "transverse_gap_mm"
 PT_PER_MM = 72 / 25.4
 
 
@@ -99,31 +96,6 @@ def test_pooled_curves_are_means_over_the_other_axes_with_the_paired_ratio(deman
     assert set(pooled["limit_state"]) == {"slight", "moderate"}  # no run reaches complete
 
 
-@pytest.mark.parametrize(
-    ("component", "states", "drawn"),
-    [
-        ("column_failure", ["any", "flexure"], {"any"}),
-        # columns alone decide these degrees of damage of the bridge
-        ("whole_bridge", ["extensive", "complete"], {"extensive", "complete"}),
-    ],
-)
-def test_a_mode_that_is_every_failure_has_no_second_curve(fragility, component, states, drawn):
-    _, curves = drawn_component(fragility, "column_drift")
-    same = curves.query("component == 'column_drift' and limit_state == 'slight'")
-    failures = pd.concat([same.assign(limit_state=state) for state in states])
-    failures = failures.assign(component=component, components=component)
-    assert set(pooled_curves(failures, fragility["median_effects"])["limit_state"]) == drawn
-
-
-def test_the_axis_of_a_system_and_of_a_study_without_effects(demands, fragility):
-    effects = fragility["median_effects"]
-    assert figures.lead_axis(effects.head(0), {"a/b"}, demands).name == "skew_deg"
-    curves = figures.with_system(fragility["curves"], fragility["system"])
-    leading = figures.main_curves(pooled_curves(curves, effects))
-    assert set(leading) <= {"column_failure", "unseating", "whole_bridge"}
-    assert leading["whole_bridge"]["theta"].gt(0.0).all()
-
-
 def test_ratios_of_the_whole_bridge_are_of_systems_with_the_same_components():
     runs = synthetic_demands(skews=(0, 30), gaps=(25, 51), frictions=(50,), motions=12)
     lacks = (runs["skew_deg"] == 0) & (runs["gap_mm"] == 51)
@@ -142,11 +114,6 @@ def test_ratios_of_the_whole_bridge_are_of_systems_with_the_same_components():
     both = table.query("component == 'whole_bridge' and limit_state == 'slight'")
     assert both["ratio"].tolist() == pytest.approx([np.nan, row["ratio"]], nan_ok=True)
     assert both["n_different"].tolist() == [1, 1]
-    alone = curves[(curves["component"] != "whole_bridge") | (curves["gap_mm"] == 51)]
-    table = pooled_curves(alone, effects).query("component == 'whole_bridge' and value == 30")
-    (row,) = table.query("limit_state == 'slight'").to_dict("records")
-    assert np.isnan(row["ratio"])
-    assert figures.value_words(row, "g").endswith(" g ‡")
     # a variant without a curve of the whole bridge is counted
     is_lost = (curves["limit_state"] == "slight") & (curves["skew_deg"] == 0)
     is_lost &= (curves["component"] == "whole_bridge") & (curves["gap_mm"] == 25)
@@ -166,18 +133,6 @@ def test_cloud_marks_runs_that_ended_early_and_demands_of_zero(demands, fragilit
     assert figures.least_shown(demands.assign(**{DRIFT: 0.0}), tables[0], DRIFT) is None
 
 
-def test_effects_by_intensity_are_lines_with_bands_and_a_reference(fragility):
-    table = fragility["intensity_effects"]
-    panel = figures.effects_by_intensity(table, "Sa (g)").axes[0]
-    own = table.query("demand == 'column_shear_dcr' and axis == 'skew_deg'").sort_values("im")
-    line = next(line for line in panel.lines if len(line.get_xdata()) == len(own))
-    np.testing.assert_allclose(line.get_xydata(), own[["im", "ratio"]])
-    dot = next(line for line in panel.lines if line.get_marker() == "o")
-    assert dot.get_xdata()[0] == pytest.approx(0.5)
-    assert len(panel.collections) == 1
-
-
-# --- figures of a study
 @pytest.fixture(scope="module")
 def study(demands, fragility):
     wave = np.sin(np.arange(400) * 0.1)
@@ -195,15 +150,6 @@ def test_clouds_have_the_colours_of_the_largest_effect_and_its_size(study):
     *_, line = [line for line in lines_of(figure) if len(line.get_xdata()) == 41]
     x, y = np.log(line.get_xydata()[0])
     assert y == pytest.approx((fits["ln_a"] + fits["b"] * x).mean())
-
-
-def test_constant_axes_are_shown_up_to_three(study):
-    demands = study.demands.assign(**{FOURTH: np.where(study.demands.index % 2, 25, 50)})
-    tables = (demands, demands[demands["gap_mm"] == 25], demands[demands[FOURTH] == 25])
-    every, three, varying = ([axis.name for axis in shown_axes(table)] for table in tables)
-    assert every == ["skew_deg", "gap_mm", "friction", FOURTH]
-    assert three == ["skew_deg", "friction", FOURTH]
-    assert len(varying) == 3
 
 
 def test_list_of_figures_follows_limit_states_and_leaves_out_empty_plots(study):
@@ -250,29 +196,6 @@ def stored(folder, **tables):
     return paths
 
 
-def test_files_do_not_depend_on_the_number_of_processes(study, tmp_path, monkeypatch):
-    none = {name: getattr(study, name).head(0) for name in ("effects", "medians", "system")}
-    paths = stored(
-        tmp_path, demands=study.demands.query("skew_deg == 0"),
-        curves=study.curves.query("component == 'bearing' and skew_deg == 0"),
-        intensity_effects=study.intensity_effects.head(0), suite=pd.DataFrame(), **none,
-    )  # fmt: skip
-    monkeypatch.setattr(files, "read_suite", lambda _: study.suite)
-    monkeypatch.setattr(files, "FIGURES_OF_A_PROCESS", 1)
-    texts = []
-    for n_jobs in (1, 2):
-        folder, captions = tmp_path / str(n_jobs), tmp_path / f"{n_jobs}.json"
-        how = {"captions": captions, "settings": FigureSettings(), "n_jobs": n_jobs}
-        files.draw_study(paths, folder=folder, **how)
-        texts.append(captions.read_text())
-        drawn = {caption.name for caption in files.read_captions(captions)}
-        expected = {f"{name}.{ending}" for name in drawn for ending in ("svg", "png")}
-        assert {path.name for path in folder.iterdir()} == expected
-        assert (len(drawn), "suite_spectra" in drawn) == (3, True)
-    assert texts[0] == texts[1]
-
-
-# --- files for a paper
 def drawn():
     figure = Figure(figsize=(6.0, 3.0), layout="constrained")
     figure.subplots().set_xlabel("Intensity (g)", fontsize=9)
@@ -362,24 +285,6 @@ def test_unknown_names_options_and_unfinished_studies_are_refused(written, argum
     assert message in done.stderr.replace("\n", " ")
 
 
-def test_a_curve_has_the_probabilities_of_its_modes_or_of_its_dispersion_within_its_band():
-    im = np.geomspace(0.05, 3.0, 40)
-    table = pd.concat([two_mode_runs(seed, 24) for seed in range(6)], ignore_index=True)
-    curves = made.curves_of(table, FAILURES).query("preferred")
-    assert 1 < (curves["model"] == "union").sum() < len(curves)
-    for row in curves.to_dict("records"):
-        p, (low, high) = curve_values(im, row)
-        expected = stats.norm.cdf(np.log(im / row["theta"]) / row["beta_total"])
-        if row["model"] == "union":
-            ends = [(row[f"theta_{mode}"], row[f"beta_{mode}"]) for mode in ("shear", "flexure")]
-            u = np.column_stack([np.log(im / theta) / beta for theta, beta in ends])
-            rho = row["mode_correlation"]
-            both = stats.multivariate_normal(cov=[[1.0, rho], [rho, 1.0]])
-            expected = 1.0 - both.cdf(-u)
-        assert p == pytest.approx(expected, abs=1e-6)
-        assert np.all((low <= p) & (p <= high))
-
-
 def test_forces_are_those_of_the_seat_if_the_left_end_has_none():
     ways = ("x_m", "x_kn", "y_m", "y_kn", "pads_x_kn", "pads_y_kn")
     names = [f"abutment_{side}_{way}" for side in ("left", "right") for way in ways]
@@ -388,12 +293,3 @@ def test_forces_are_those_of_the_seat_if_the_left_end_has_none():
     panels = hysteresis_figure({"run": histories}).axes
     assert panels[0].get_title("left") == "Whole right abutment, longitudinal"
     assert panels[2].lines[0].get_ydata() == pytest.approx([0.0, 1.0, 2.0])  # MN
-
-
-def test_friction_of_inner_joints_is_drawn():
-    pytest.importorskip("seaborn")  # registers the colour map
-    kinds, units = ("normal_kn", "friction_1_kn", "friction_2_kn"), ("joint_1_1", "left_backwall_1")
-    names = [f"contact_{unit}_{kind}" for unit in units for kind in kinds]
-    histories = pd.DataFrame(2.0e3, index=range(3), columns=names).assign(t_s=[0.0, 0.1, 0.2])
-    legend = contact_figure(histories, title="run").axes[1].get_legend()
-    assert [text.get_text() for text in legend.get_texts()] == ["backwalls", "joints"]

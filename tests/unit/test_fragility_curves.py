@@ -1,6 +1,5 @@
 """Curves of a study: limit states, outcomes of runs, statuses, unknown outcomes and axes."""
 
-import os
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -18,7 +17,7 @@ from skewbridge.errors import InputError
 from skewbridge.fragility import study_tables
 from skewbridge.fragility.curves import CURVE_COLUMNS, fit_study
 from skewbridge.fragility.demand_model import fit_models
-from skewbridge.fragility.demand_table import prepared, read_foreign, spread
+from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.effects import median_effects
 from skewbridge.fragility.exports import export_curves
 from skewbridge.fragility.joint import joint_table
@@ -51,7 +50,6 @@ def strongest(table, count):
     return table[IM].nlargest(count).index
 
 
-# --- rows and statuses
 def test_every_variant_state_and_method_has_one_row_in_any_order_of_the_runs():
     table = synthetic_demands(skews=(0, 30), gaps=(51,), frictions=(50,))
     curves = curves_of(table, STATES)
@@ -85,8 +83,7 @@ def test_saturating_and_missing_demands_are_flagged_and_not_applicable():
 
 
 def test_states_of_one_demand_never_cross_though_their_scatter_differs():
-    table = synthetic_demands(**ONE, motions=200, seed=3)
-    rng = np.random.default_rng(0)
+    table, rng = synthetic_demands(**ONE, motions=200, seed=3), np.random.default_rng(0)
     im = table[IM].to_numpy()
     # 'moderate' is reached with a wide scatter about 0.45 g, 'slight' with a small one about 0.4 g
     slight = im * np.exp(0.2 * rng.normal(size=200)) > 0.4
@@ -116,7 +113,6 @@ def test_methods_that_disagree_are_flagged_and_all_variants_have_one_method():
     assert found["preferred"].sum() == 2
 
 
-# --- runs that ended early
 def test_the_loss_of_the_column_has_states_for_each_mode_and_for_any():
     table = synthetic_demands(**ONE, motions=40)
     table["drift_over_capacity"] = table["column_drift_ratio"] / 0.05
@@ -146,8 +142,7 @@ def test_the_union_of_two_modes_is_their_bivariate_normal_distribution(rho):
 
 def test_any_failure_is_the_union_of_both_modes_with_their_own_capacities():
     """Uncorrelated modes with known lines and capacity dispersions 0.15 and 0.35."""
-    rng = np.random.default_rng(4)
-    table = synthetic_demands(**ONE, motions=60)
+    rng, table = np.random.default_rng(4), synthetic_demands(**ONE, motions=60)
     x, scatter = np.log(table[IM].to_numpy()), 0.25 * rng.normal(size=(2, 60))
     table["column_shear_dcr"] = np.exp(0.6 * (x - np.log(0.9)) + scatter[0])
     table["drift_over_capacity"] = np.exp(1.1 * (x - np.log(1.1)) + scatter[1])
@@ -244,10 +239,8 @@ def test_only_bridges_with_inner_joints_have_curves_of_their_unseating():
     tables = fragility_tables(both.reset_index(drop=True), states, SETTINGS)
     curves = tables["curves"].set_index(["bridge", "component"]).sort_index()
     assert set(curves.loc[("osb1", "joint_unseating"), "status"]) == {"not_applicable"}
-    keys = ["limit_state", "method", "theta"]
-    own, fitted = (curves.loc[("bridge_a", s[0].component), keys] for s in (states, states[-1:]))
-    fitted, own = (part.reset_index(drop=True) for part in (fitted, own))
-    pd.testing.assert_frame_equal(fitted, own, rtol=1e-6)
+    own, fitted = (curves.loc[("bridge_a", s.component), "theta"] for s in (states[0], states[-1]))
+    assert fitted.tolist() == pytest.approx(own.tolist(), rel=1e-6, nan_ok=True)
     without = fragility_tables(plain, states, SETTINGS)
     assert set(without["curves"]["component"]) == {"unseating", "column_failure"}
     assert tables["input_notes"].empty
@@ -272,15 +265,6 @@ def test_one_unknown_run_in_twenty_is_not_yet_many():
             assert ("unknown_above_5_percent" in warnings) is (runs == 19)
 
 
-def test_repeated_motions_have_the_intervals_of_motions():
-    table = synthetic_demands(**ONE, scales=(0.5, 1.0, 2.0), motions=20)
-    table.loc[[5, 30], "status"] = "timeout"
-    for found in curves_of(table, states_of("column_drift")[:1]).to_dict("records"):
-        assert (found["ci_method"], found["n_runs"], found["n_records"]) == ("jackknife", 60, 20)
-        assert found["theta_low"] < found["theta"] < found["theta_high"]
-
-
-# --- input
 def test_a_missing_demand_rejects_only_its_run_and_equal_motions_are_reported():
     def notes(table):
         return prepared(table, ["column_drift_ratio"], SETTINGS).notes["kind"].value_counts()
@@ -306,16 +290,6 @@ def test_a_missing_demand_rejects_only_its_run_and_equal_motions_are_reported():
         assert caught.value.details["row"] == 5
 
 
-def test_foreign_skews_in_radians_are_reported(tmp_path, caplog):
-    path, names = tmp_path / "runs.csv", {"motion_id": "m", IM: "sa", "skew_deg": "skew"}
-    table = pd.DataFrame({"m": ["a", "b"], "sa": [0.1, 0.2], "skew": [0.0, 0.52]})
-    table.to_csv(path, index=False)
-    read_foreign(path, names, factors={"skew_deg": 57.3})
-    assert not caplog.messages
-    read_foreign(path, names)
-    assert caplog.messages == ["runs.csv: skew_deg is in degrees: 0.52 rad would be 29.79"]
-
-
 def test_a_column_of_a_new_axis_is_an_axis_of_every_table(tmp_path):
     """Two variants of skew, two of a new axis; demands are a tenth smaller at its second value."""
     narrow = synthetic_demands(skews=(0, 30), gaps=(51,), frictions=(50,), motions=20)
@@ -338,7 +312,6 @@ def test_a_column_of_a_new_axis_is_an_axis_of_every_table(tmp_path):
     assert set(pd.read_csv(out)[NEW]) == {6.0, 25.0}
 
 
-# --- descriptions and units
 def test_every_column_of_every_table_has_a_description_and_every_demand_its_unit(tmp_path):
     table = synthetic_demands(skews=(0, 30), gaps=(51,), frictions=(50,), motions=12)
     for name, frame in fragility_tables(table, STATES, SETTINGS).items():
@@ -444,7 +417,6 @@ def test_a_study_without_ratios_or_failures_has_no_curves_of_shear_models():
     assert list(curves) == list(DESCRIPTIONS["shear_models"])
 
 
-# --- limit states as data
 def test_shipped_limit_states_are_converted_to_the_unit_of_their_column():
     found = {state.key: state for state in STATES}
     values = {"unseating/slight": 0.038, "column_drift/moderate": 0.025, "column_shear/dcr_100": 1}
@@ -458,7 +430,6 @@ def test_shipped_limit_states_are_converted_to_the_unit_of_their_column():
         ({"unit": "furlong"}, "unit: must be one of m, mm, in, ft, kn"),
         ({"states": {"slight": -1.0}}, "states.slight.median: must be greater than 0, got -1"),
         ({"states": {"slight": "2e7"}}, "Write a number with an exponent like 2.0e+7"),
-        ({"states": {"slight": {"median": 1.0, "sd": 0.2}}}, "states.slight.sd: unknown key"),
         ({"states": {}}, "states: Dictionary should have at least 1 item"),
         ({"dispersion": 3.0}, "dispersion: must be less than or equal to 2, got 3"),
         ({"dispersion": None}, "states.slight.dispersion: is missing"),
@@ -466,8 +437,6 @@ def test_shipped_limit_states_are_converted_to_the_unit_of_their_column():
         ({"collapse": "maybe"}, "collapse: must be 'exceeds' or 'peak', got 'maybe'"),
         ({"citation": ""}, "citation: must have at least 1 character, got ''"),
         ({"demand": "deck"}, "does not end with a unit; known units: m, mm, in, ft, kn, kip"),
-        ({"demand": "friction_impulse_kns", "unit": "s"}, "is a time, but friction_impulse_kns is"),
-        ({"demand": "moment_knm", "unit": "knmm"}, "known units: m, mm"),
         ({"demand": f"{'d' * 99}_m"}, "demand: must have at most 100 characters"),
     ],
 )
@@ -494,15 +463,6 @@ def test_doubled_or_no_states_are_refused_and_tiny_dispersions_flagged_as_likely
         curves_of(synthetic_demands(**ONE), [])
     (state,) = limit_states_of([ENTRY | {"dispersion": 0.0025}])
     assert state.warnings == ("small_capacity_dispersion",)
-
-
-def test_few_items_stay_in_one_process_and_many_do_not() -> None:
-    def process_of(_: int) -> int:  # in here: workers need not find this module
-        return os.getpid()
-
-    assert set(spread(process_of, range(10), 2)) == {os.getpid()}
-    assert os.getpid() not in spread(process_of, range(50), 2)
-    assert spread(str, range(50), 2) == [str(n) for n in range(50)]
 
 
 @pytest.fixture(scope="module")

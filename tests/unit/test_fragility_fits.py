@@ -18,7 +18,6 @@ ONE = {"skews": (0,), "gaps": (51,), "frictions": (50,)}
 DEMAND = "deck_disp_m"
 
 
-# --- counts, capacities and brackets
 @pytest.mark.parametrize(
     ("k", "status"),
     [([0, 7, 20, 20], "quasi_separation"), ([0, 3, 12, 20], "ok"), ([0, 0, 1, 0], "ok")]
@@ -65,41 +64,9 @@ def test_stripes_without_runs_and_medians_beyond_them_have_warnings():
         fit_stripes([0.2, 0.4], [20, 20], [0.4, 4.0])
 
 
-def test_ends_of_the_profile_have_its_drop_also_where_theta_is_far_away():
-    """With few exceedances theta can be a thousand times larger."""
-    ln_im, drop = np.log(np.geomspace(0.1, 1.5, 30)), likelihood.drop_of(0.95)
-    slopes, never, far = np.geomspace(1e-3, 60.0, 4000)[:, None], np.full(30, np.inf), 0
-    for seed in range(20):
-        hit = ln_im + 0.6 * np.random.default_rng(seed).normal(size=30) > 0.1
-        ends = np.where(hit, [-never, ln_im], [ln_im, never])
-        kernel = likelihood.NormalKernel(-np.ones((30, 1)), *ends)
-        best = likelihood.maximise(kernel, np.array([[0.0, 1.0]]))
-        if not best.converged[0] or best.params[0, 1] < 0.05:
-            continue
-        ends = likelihood.profile_ends(kernel, best, drop, np.array([[1.0, 0.0]]))[0]
-        far += 5.0 < ends[1] < np.inf
-        for end in ends[np.isfinite(ends)]:
-            eta = slopes * (ln_im - end)
-            values = stats.norm.logcdf(np.where(hit, eta, -eta)).sum(axis=1)
-            assert 2 * (best.loglik[0] - values.max()) == pytest.approx(drop, abs=1e-3)
-    assert far >= 3
-
-
-def test_medians_of_states_rise_where_the_fits_of_single_states_cross():
-    """Few runs exceed the severe states, which alone have very different slopes."""
-    table = synthetic_demands(**ONE, motions=40, seed=5, run_scatter=0.5)
-    thresholds = np.sort(table[DEMAND])[[-20, -6, -3]] * 1.0001
-    states = [LimitState(component="deck", name=f"s{j}", demand=DEMAND, threshold=c, dispersion=0.0)
-              for j, c in enumerate(thresholds)]  # fmt: skip
-    found = fit_study(ready(table, states), states, SETTINGS).query("method == 'exceedance'")
-    assert list(found["status"]) == ["ok"] * 3
-    assert np.all(np.diff(found["theta"]) > 0.0)
-
-
 def test_ends_of_the_profile_of_a_state_are_those_of_a_direct_search():
     """States whose intercepts nearly coincide: one run lies between them."""
-    rng = np.random.default_rng(3)
-    ln_im = np.linspace(-2.0, 0.5, 30)
+    rng, ln_im = np.random.default_rng(3), np.linspace(-2.0, 0.5, 30)
     latent = ln_im + 0.7 * rng.normal(size=30)
     passed = np.digitize(latent, np.sort(latent)[[15, 25, 26]])
     eye = -np.eye(3)
@@ -156,18 +123,15 @@ def test_limits_of_a_proportion_are_those_of_the_exact_binomial_test(k, n):
     assert (low[0], high[0]) == pytest.approx((expected.low, expected.high))
 
 
-# --- clouds
 def test_flat_falling_and_exact_clouds_are_refused():
     rng = np.random.default_rng(1)
-    im = np.exp(rng.uniform(-2, 0, 12))
-    noise = np.exp(rng.normal(size=12))
+    im, noise = np.exp(rng.uniform(-2, 0, 12)), np.exp(rng.normal(size=12))
     assert fit_cloud(im, 0.02 * noise, 0.03).status in {"slope_not_significant", "non_increasing"}
     assert fit_cloud([0.3, 0.3, 0.3], [0.01, 0.02, 0.03], 0.02).status == "single_level"
     assert fit_cloud([0.3, 0.4], [0.01, 0.02], 0.02).status == "too_few_runs"
     assert fit_cloud(im, 0.02 * im, 0.01).status == "zero_dispersion"
     edp = [0.01, 0.02, 0.03, 0.02, 0.05, 0.05]
-    upper = [*edp[:4], np.inf, np.inf]
-    alone = [0.3, 0.3, 0.3, 0.3, 0.6, 0.9]
+    upper, alone = [*edp[:4], np.inf, np.inf], [0.3, 0.3, 0.3, 0.3, 0.6, 0.9]
     assert fit_cloud(alone, edp, 0.03, upper).status in {"too_few_runs", "single_level"}
     assert fit_cloud(np.exp([0.0, 0.5, 1.0]), [0.01, 0.0171, 0.03], 0.03).status == "ok"
 
@@ -190,8 +154,7 @@ def test_censoring_removes_the_bias_of_clipped_demands(side):
 
 def test_variance_of_beta_is_that_of_slope_and_scatter():
     """beta = s/b of independent s and b: var beta / beta^2 = 1/[2(n - 2)] + var b / b^2."""
-    rng = np.random.default_rng(3)
-    im = np.exp(np.linspace(-4.0, 0.5, 60))
+    rng, im = np.random.default_rng(3), np.exp(np.linspace(-4.0, 0.5, 60))
     edp = 0.03 * im**1.5 * np.exp(0.3 * rng.normal(size=60))
     line = stats.linregress(np.log(im), np.log(edp))
     relative = 1.0 / (2.0 * (60 - 2)) + (line.stderr / line.slope) ** 2
@@ -257,7 +220,6 @@ def test_intervals_by_motion_are_those_of_the_jackknife_written_out():
     assert fit.ci_theta[1] / fit.theta == pytest.approx(np.exp(reach))
 
 
-# --- systems
 def systems(table, states=STATES):
     return system_curves(ready(table, states), states, SETTINGS).set_index("limit_state")
 
