@@ -148,31 +148,6 @@ def test_a_worker_ends_with_its_parent_even_when_stopped_and_at_once_without_one
         assert done.returncode == code
 
 
-PARENT_OF_A_POOL = """
-import sys
-from functools import partial
-from importlib import import_module
-from pathlib import Path
-from fake_work import slow
-from test_workers import batch
-batch(Path(sys.argv[1]), partial(slow, seconds=300.0))
-"""
-
-
-def test_a_worker_ends_whose_parent_is_killed_during_its_start(tmp_path):
-    """The parent is killed as soon as it has a worker, which has loaded nothing yet."""
-    folders = os.pathsep.join([str(Path(__file__).parent), str(Path(__file__).parents[1])])
-    parent = psutil.Popen([sys.executable, "-c", PARENT_OF_A_POOL, str(tmp_path)],
-                          env={**os.environ, "PYTHONPATH": folders})  # fmt: skip
-    workers = []
-    while not workers:
-        assert parent.poll() is None
-        workers = [child for child in parent.children() if "popen_loky" in "".join(child.cmdline())]
-    parent.kill()
-    parent.wait()
-    assert all(ends(worker.pid) for worker in workers)
-
-
 def test_only_workers_count_as_such_where_none_of_them_begins():
     """Those that were stopped before they began have no sign of life; other children are let be."""
     reader = [sys.executable, "-c", "import sys; sys.stdin.read()"]

@@ -23,7 +23,6 @@ from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.structures import built_bridge
 from skewbridge.motions.intensity import cut_to_strongest
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import ABUTMENTS
 from skewbridge.verification.registry import run_study
 from skewbridge.verification.studies.paper_runs import strongest_motions
 from strong_motion import strong_motion
@@ -162,22 +161,6 @@ def test_a_push_of_the_deck_end_meets_the_backfill_after_the_gap(abutment, skew_
     assert near.disp_m[felt][0] == pytest.approx(GAP_MM / 1000, abs=2 * 0.03 / 300)
 
 
-@pytest.mark.parametrize("skew_deg", [30, 60])
-@pytest.mark.parametrize("abutment", [name for name in ABUTMENTS if ABUTMENTS[name].has_pads])
-def test_analyses_with_keys_without_a_gap_finish(abutment, skew_deg):
-    case = variant(skew_deg, abutment, gap_mm=GAP_MM).normalised()
-    result = analysed(case, options=ModelOptions(transverse_gap_mm=0.0), duration_s=1.5)
-    assert result.status == "ok"
-    assert result.demands["shear_key_force_kn"] > 0.0
-
-
-def test_a_gap_measured_along_the_bridge_is_narrower_normal_to_a_skew_wall():
-    with domain():
-        model = build(variant(60, gap_mm=GAP_MM), ModelOptions(gap_measured="longitudinal"))
-        found_m = model.abutments[0].gap_m, model.contacts.openings_m[0]
-    assert found_m == pytest.approx((GAP_MM / 2000, GAP_MM / 2000))
-
-
 # --- skew: strength by the rule of SDC, stiffness and closure at full strength as in tests
 def test_pushed_walls_agree_with_the_tests_of_skewed_walls():
     study = run_study("skew-passive")
@@ -271,14 +254,6 @@ def test_a_wall_never_exceeds_the_strength_of_its_soil_and_never_pulls(skew_deg)
     assert parallel.max() > 1.1 * strength_kn
     assert 0.98 * strength_kn < series.max() < 1.02 * strength_kn
     assert series.min() >= 0.0
-
-
-@pytest.mark.parametrize("backfill", ["hyperbolic", "sdc"])
-def test_a_slow_push_meets_the_same_backbone_with_both_places_of_the_dashpot(backfill):
-    given = {"angle_deg": 30.0, "max_disp_m": 0.12, "steps": 240, "key_frame": "skewed"}
-    parallel, series = (push("contact", 30, **given, backfill=backfill, backfill_dashpot=kind)
-                        for kind in ("parallel", "series"))  # fmt: skip
-    np.testing.assert_allclose(series.force_n, parallel.force_n, rtol=0.005)
 
 
 # --- one backfill spring on paths: capped hyperbola, unloading, gap behind the wall, reloading

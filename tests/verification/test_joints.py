@@ -438,33 +438,6 @@ def test_the_piles_yield_and_the_fill_is_limited_by_its_strength(written, text):
     assert (-pushed, pulled) == pytest.approx(expected, rel=2e-3)
 
 
-def test_dashpots_of_piles_damp_a_small_motion(written):
-    without, with_dashpots = (
-        analysed(variant(0, bridge=written(text)), strong_motion(peak_g=0.1)).demands
-        for text in (MIXED, WITH_DASHPOTS)
-    )
-    assert with_dashpots["deck_disp_y_m"] < 0.97 * without["deck_disp_y_m"]
-    assert abs(with_dashpots["energy_residual_ratio"]) < 0.01
-
-
-def test_the_force_of_an_integral_end_includes_its_piles(written):
-    bridge = written(MIXED)
-    result = analysed(variant(30, bridge=bridge), strong_motion(duration_s=4.0, peak_g=0.1))
-    table, piles = result.histories, load_bridge(bridge).ends["left"].piles
-    force_kn, disp_m = (
-        -(cos(radians(30)) * table[f"{end}_x_{unit}"] + sin(radians(30)) * table[f"{end}_y_{unit}"])
-        for end, unit in (("abutment_left", "kn"), ("abutment_left", "m"))
-    )
-    yield_m = piles.lateral_strength_kn / piles.lateral_kn_per_m
-    apart = (disp_m < -0.1 * yield_m) & (table["abutment_left_backfill_kn"] < 1e-3)
-    assert apart.sum() > 20
-    assert np.abs(disp_m).max() < yield_m
-    # away from the fill only the elastic piles act; dashpots of walls add 5 % out of phase
-    work = (force_kn - force_kn[0])[apart] @ disp_m[apart]
-    stiffness_kn_per_m = work / (disp_m[apart] @ disp_m[apart])
-    assert stiffness_kn_per_m == pytest.approx(piles.count * piles.lateral_kn_per_m, rel=0.01)
-
-
 def test_one_end_integral_and_one_seat_unseats_at_the_seat_only(written):
     case = variant(30, bridge=written(MIXED), gap_mm=25)
     with domain():
