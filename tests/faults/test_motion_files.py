@@ -21,7 +21,7 @@ from skewbridge.verification.studies.paper_runs import waho
 DT_S = 0.02
 RECORD_G = shaken_g(0, 400)
 GOOD = at2_text(RECORD_G, DT_S)
-HEAD, VALUES = "".join(GOOD.splitlines(keepends=True)[:4]), GOOD.split("SEC\n")[1]
+HEAD = "".join(GOOD.splitlines(keepends=True)[:4])
 OUT_OF_THE_FOLDER = (
     "../secret_h1.AT2", "sub/../../secret_h1.AT2", "C:/secret_h1.AT2", "..\\secret_h1.AT2",
     "\\\\server\\share\\x.AT2", "~/x.AT2", "",

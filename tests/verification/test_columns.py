@@ -13,10 +13,8 @@ from scipy.optimize import brentq
 
 from bridge_variants import analysed, static_steps, variant
 from skewbridge.analysis import transient
-from skewbridge.analysis.modal import apply_rayleigh
 from skewbridge.analysis.peaks import column_shear_n
 from skewbridge.analysis.pushover import push_bridge
-from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.trace import Monitor
 from skewbridge.bridge import bent as bents
 from skewbridge.bridge import section as sections
@@ -475,25 +473,6 @@ def test_the_residual_drift_is_that_after_a_release_whose_failure_is_reported(mo
     result = run(collapse_drift_ratio=0.01)
     assert (result.status, result.demands[NAME]) == ("collapse", pytest.approx(last_drift(result)))
     assert not ops.getNodeTags()
-
-
-def test_drifts_are_those_of_the_top_against_the_base():
-    """A model at rest under gravity, whose bases stood elsewhere when the drifts began."""
-    with domain():
-        model = build(replace(CASE, abutment="roller"), ModelOptions())
-        apply_rayleigh(model)
-        leans = []
-        for i, column in enumerate(model.columns):
-            stood = ops.nodeDisp(column.base_node)[:2]
-            for dof, move_m in enumerate((0.04, 0.03 + 0.01 * i), start=1):
-                ops.setNodeDisp(column.base_node, dof, stood[dof - 1] + move_m, "-commit")
-            leans.append(transient.Lean(column))
-            for dof in (1, 2):
-                ops.setNodeDisp(column.base_node, dof, stood[dof - 1], "-commit")
-        found = transient.drifts_at_rest(model, AnalysisSettings(), leans)
-    moves_m = [np.hypot(0.04, 0.03 + 0.01 * i) for i in range(len(leans))]
-    heights_m = [column.clear_height_m for column in model.columns]
-    assert found.drifts == pytest.approx(np.divide(moves_m, heights_m), rel=1e-6)
 
 
 # --- what a column keeps of its peak without shaking

@@ -443,15 +443,6 @@ def test_a_column_failure_of_one_mode_decides_no_state_of_the_other(study):
         assert found["reach"].str.contains("largest").all()
 
 
-def test_a_column_is_as_strong_in_any_mode_as_in_the_only_one_reached(study):
-    for table, index in ((study.curves, ["variant", "method"]), (study.joint, ["bridge"])):
-        fitted = table.query("component == 'column_failure' and status == 'ok'")
-        for name in ("theta", "beta_total"):
-            wide = fitted.pivot(index=index, columns="limit_state", values=name)
-            assert wide.count().min() > 0
-            np.testing.assert_allclose(wide["any"], wide["shear"].fillna(wide["flexure"]), 1e-12)
-
-
 def test_medians_and_their_ratios_state_the_runs_and_curves_behind_them(study):
     raw, medians = study.raw, study.medians
     curves = study.curves.assign(demand=keys(study.curves))

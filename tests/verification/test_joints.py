@@ -302,12 +302,6 @@ joints: [{{at: bent 1, seat_width_m: 0.6, pads: {{{PADS}}}}}]
 
 
 # --- response
-@pytest.mark.parametrize("abutment", ["contact", "spring"])
-def test_decks_meet_in_contacts_with_every_abutment_model(written, abutment):
-    result = analysed(variant(0, abutment, written(HINGED), 25), strong_motion(duration_s=4.0))
-    assert result.status == "ok"
-    assert result.demands["joint1_closures"] > 0
-    assert abs(result.demands["energy_residual_ratio"]) < 2e-3
 
 
 def test_restrainers_pull_after_their_slack_up_to_their_strength(written, monkeypatch):
@@ -495,10 +489,3 @@ def test_hand_values_of_dead_load_include_the_restraint_of_an_end(written, left)
     assert modes.abutment_reaction_kn == pytest.approx((first / 1e3, last / 1e3), rel=0.03)
     # the keys of the seat are not designed for the reaction of the other end
     assert end_reaction_kn(bridge) == last / 1e3
-
-
-def test_an_end_of_another_type_starts_anew_and_the_other_end_is_inherited(written):
-    bridge = load_bridge(written("extends: osb1\ntitle: x\nabutments: {left: {type: integral}}\n"))
-    left, seat = bridge.ends["left"], load_bridge("osb1").abutment
-    assert (left.type, bridge.ends["right"], bridge.seats) == ("integral", seat, {"right": seat})
-    assert bridge.sources["abutments.left.wall_width_m"] == "d: deck width"
