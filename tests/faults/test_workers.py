@@ -10,7 +10,6 @@ import subprocess
 import sys
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -27,7 +26,7 @@ from skewbridge.motions.levels import LEVEL_MEASURE, MotionsConfig
 from skewbridge.study.batch import Workers, run_tasks, search_limits
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import forget, open_journal, read_content
-from skewbridge.study.processes import PARENT_VARIABLE, worker_processes
+from skewbridge.study.processes import PARENT_VARIABLE
 from skewbridge.study.task import run_key
 from small_study import wait_for
 from study_parts import task_of, wave
@@ -146,17 +145,6 @@ def test_a_worker_ends_with_its_parent_even_when_stopped_and_at_once_without_one
         environment = {**os.environ, PARENT_VARIABLE: str(parent)}
         done = subprocess.run([sys.executable, "-c", late], env=environment, check=False)
         assert done.returncode == code
-
-
-def test_only_workers_count_as_such_where_none_of_them_begins():
-    """Those that were stopped before they began have no sign of life; other children are let be."""
-    reader = [sys.executable, "-c", "import sys; sys.stdin.read()"]
-    with ExitStack() as children:
-        worker, other = (
-            children.enter_context(subprocess.Popen([*reader, name], stdin=subprocess.PIPE)).pid
-            for name in ("popen_loky_posix", "something_else")
-        )
-        assert {each.pid for each in worker_processes()} & {worker, other} == {worker}
 
 
 # --- a journal survives kills, two writers and damage on the disk: no altered row is used
