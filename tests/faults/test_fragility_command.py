@@ -10,6 +10,7 @@ import pytest
 from cli_json import answer
 from fragility_tables import IM, states_of, synthetic_demands
 from skewbridge.errors import InputError
+from skewbridge.files.tables import read_any
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared, read_foreign
 from skewbridge.fragility.fits import fit_cloud
@@ -182,6 +183,10 @@ def test_intervals_are_by_motion_where_motions_repeat(fit):
     wide = fit(table, "cloud", *RUNS, 0.015, "--capacity-dispersion", 0.5)
     assert wide["beta"] == pytest.approx(np.hypot(plain["beta"], 0.5 / plain["b"]))
     assert wide["ci_beta"][0] > plain["ci_beta"][1]
+    data = {"im": table[IM].tolist(), "edp": table[DRIFT].tolist(), "threshold": 0.015}
+    assert "independent" in fit(data, "cloud")["notes"][0]
+    named = fit(data | {"motion_id": table["motion_id"].tolist()}, "cloud")
+    assert (named["ci_theta"], "notes" in named) == (plain["ci_theta"], False)
     stripes = fit(table, "stripes", *RUNS, 0.015)
     assert wide["ci_method"] == plain["ci_method"] == stripes["ci_method"] == "jackknife"
     assert stripes["n_records"] == 24
@@ -213,6 +218,12 @@ def test_infinite_demands_of_collapsed_runs_are_no_bounds(fit):
         for value in (np.nan, np.inf)
     )
     assert (infinite, infinite["status"]) == (unknown, "ok")
+
+
+def test_a_named_index_does_not_replace_a_column(tmp_path):
+    index = pd.Index(["x", "y"], name="motion_id")
+    pd.DataFrame({"motion_id": ["b", "a"]}, index).to_parquet(tmp_path / "t.PARQUET")
+    assert read_any(tmp_path / "t.PARQUET").to_dict("list") == {"motion_id": ["b", "a"]}
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from unittest.mock import Mock
 import psutil
 import pytest
 
-from fake_work import hanging, searched, signalled, slow
+from fake_work import searched, signalled, slow
 from skewbridge.errors import InputError
 from skewbridge.files.text import writable_folder
 from skewbridge.motions.intensity import scaled_measures
@@ -75,8 +75,6 @@ def ends(pid):
         (partial(signals, sent=signal.SIGKILL), 1, DIED),
         (partial(signals, sent=signal.SIGSEGV), 2, DIED),
         (partial(signals, sent=signal.SIGSTOP), 2, STILL),
-        # a loop of compiled code that runs no Python and takes no step
-        (hanging, 2, STILL),
     ],
 )
 def test_an_analysis_that_ends_two_workers_or_stops_one_is_a_crash(work, count, reason, tmp_path):

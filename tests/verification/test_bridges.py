@@ -27,7 +27,7 @@ from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.structures import built_bridge
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS
-from strong_motion import mirrored, pulse_motion, strong_motion
+from strong_motion import mirrored, strong_motion
 
 ROLLER = variant(0, "roller")
 RAMP_S = 20.0
@@ -105,13 +105,13 @@ def test_every_variant_carries_its_weight_and_has_sane_modes(case):
 @pytest.mark.parametrize(
     ("case", "motion", "duration_s"),
     [
-        *((case, pulse_motion(duration_s=3.0), None) for case in ALL[::7]),
+        *((case, strong_motion(duration_s=3.0), None) for case in ALL[::7]),
         *(pytest.param(case, strong_motion(duration_s=10.0), 10.0, marks=pytest.mark.slow)
           for case in ALL),
     ],
     ids=lambda given: getattr(given, "slug", ""),
 )  # fmt: skip
-def test_variants_survive_strong_pulses_and_a_strong_motion(case, motion, duration_s):
+def test_variants_survive_strong_motions(case, motion, duration_s):
     result = analysed(case, motion, duration_s=duration_s)
     assert result.status in ("ok", "collapse"), result.messages
     assert (result.status == "collapse") == bool(result.collapse_criterion)
@@ -125,7 +125,7 @@ def test_every_shear_model_has_its_column_and_none_changes_the_analysis():
     names = [f"column_shear_dcr_{model}" for model in models]
     ratios = []
     for model, own in zip(models, names, strict=True):
-        result = analysed(case, pulse_motion(duration_s=3.0), ModelOptions(shear_model=model))
+        result = analysed(case, strong_motion(duration_s=3.0), ModelOptions(shear_model=model))
         assert result.whole_history["column_shear_dcr"] == result.whole_history[own]
         # over the whole history, also after a failure
         assert result.demands[own] == result.whole_history[own] > 0.0
@@ -196,7 +196,7 @@ def test_half_a_turn_equals_reversing_the_motion():
 
 @pytest.mark.parametrize("skew_deg", [0, 30])
 def test_corotational_arrays_give_the_demands_of_rigid_links(skew_deg):
-    rigid, elements = (analysed(variant(skew_deg), pulse_motion(), ModelOptions(arrays=arrays))
+    rigid, elements = (analysed(variant(skew_deg), strong_motion(), ModelOptions(arrays=arrays))
                        for arrays in ("rigid", "corotational"))  # fmt: skip
     assert rigid.status == elements.status == "ok"
     for name in PEAKS:
