@@ -41,11 +41,9 @@ def test_what_a_rule_reads_of_others_is_in_its_recipe():
 
 def test_a_copied_configuration_has_results_of_its_own_and_a_cluster_a_job_for_each_variant(tree):
     shutil.copy(tree / "config/smoke.yaml", tree / "config/mine.yaml")
-    for asked in ("-n", "--dag", "--summary"):
-        plan = done([SNAKEMAKE, asked, "--configfile", "config/mine.yaml"], tree)
-        assert "results/smoke" not in plan.stdout + plan.stderr
-        assert "analyse" in plan.stdout + plan.stderr
-        assert asked != "-n" or "output: results/mine/report.html" in plan.stdout + plan.stderr
+    plan = done([SNAKEMAKE, "-n", "--configfile", "config/mine.yaml"], tree)
+    assert "results/smoke" not in plan.stdout + plan.stderr
+    assert "output: results/mine/report.html" in plan.stdout + plan.stderr
     # with the processors, time and partition that the environment names
     site = {"SKEWBRIDGE_JOB_CORES": "2", "SKEWBRIDGE_JOB_MINUTES": "17", "SBATCH_PARTITION": "long"}
     profile = ("--workflow-profile", "workflow/profiles/slurm")
