@@ -1,8 +1,6 @@
 """Replacements of an analysis in a worker: end or stop its process, or do nothing."""
 
-import ctypes
 import os
-import signal
 import time
 
 from skewbridge.study import batch
@@ -32,14 +30,6 @@ def searched(ida, done, journal, task, key, log_folder):
 
     batch.analysed_row = row_of  # of this worker, which ends with the batch
     return batch.search_capacity(ida, done, journal, task, key, log_folder)
-
-
-def hanging(task, key, log_folder, *, motion_id):
-    """Block every signal that Python could handle and wait for ever in one of the analyses."""
-    if task.motion.motion.motion_id == motion_id:
-        signal.signal(signal.SIGTERM, signal.SIG_IGN)
-        ctypes.CDLL(None).sleep(600)
-    return done_at_once(task, key, log_folder)
 
 
 def slow(task, key, log_folder, *, seconds):

@@ -29,13 +29,3 @@ def strong_motion(duration_s=6.0, peak_g=0.8, seed=7):
 
 def mirrored(motion):
     return motion.with_components(motion.accel_1_mps2, -motion.accel_2_mps2)
-
-
-def pulse_motion(duration_s=5.0, peak_mps2=7.0):
-    dt_s = 0.005
-    t_s = np.arange(0.0, duration_s + dt_s / 2, dt_s)
-    pulse = peak_mps2 * np.sin(np.pi * np.clip(t_s / duration_s, 0.0, 1.0)) ** 2
-    return GroundMotion(
-        motion_id="pulses", dt_s=dt_s, accel_1_mps2=pulse * np.sin(2 * np.pi * t_s / 0.9),
-        accel_2_mps2=0.8 * pulse * np.sin(2 * np.pi * t_s / 0.61 + 0.7), sha256="",
-    )  # fmt: skip

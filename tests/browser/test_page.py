@@ -174,18 +174,6 @@ def test_axes_model_state_and_method_choose_the_curves(opened, study, csv_of):
     assert saved["theta"].to_dict() == fits["theta"].to_dict()
 
 
-def test_legend_hides_a_curve_also_after_a_reload(opened):
-    page = opened(view="curves", skew_deg=0, gap_mm=25)
-    names = "document.getElementById('ex-plot').data.map(trace => trace.name).filter(Boolean)"
-    assert page.evaluate(names) == ["skew 0°, gap 25 mm, μ 0", "skew 0°, gap 25 mm, μ 0.5"]
-    page.click("#ex-legend button >> nth=0")
-    assert page.evaluate(names) == ["skew 0°, gap 25 mm, μ 0.5"]
-    assert "off=" in page.url
-    page.reload()
-    page.wait_for_selector("#ex-legend button")
-    assert page.get_attribute("#ex-legend button >> nth=0", "aria-pressed") == "false"
-
-
 def test_the_address_keeps_what_was_chosen_and_shows_the_first_for_unknown_choices(opened):
     page = opened()
     for name, value in {"view": "cloud", "model": MODEL, "friction": "0"}.items():

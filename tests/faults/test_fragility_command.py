@@ -13,7 +13,6 @@ from skewbridge.errors import InputError
 from skewbridge.files.tables import read_any
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared, read_foreign
-from skewbridge.fragility.effects import median_effects
 from skewbridge.fragility.fits import fit_cloud
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.study_tables import fragility_tables
@@ -163,28 +162,6 @@ def test_a_table_of_runs_obeys_status_and_unknown_outcomes_may_forbid_a_median(f
     assert "unknown_outcomes" in found["warnings"]
 
 
-def test_medians_that_rest_on_the_definition_of_collapse_are_withheld(fit):
-    runs = synthetic_demands(
-        skews=(0, 30), gaps=(25,), frictions=(50,), motions=40, skew_effect=0.0
-    )
-    runs["unseating_m"] *= np.where(runs["skew_deg"] == 30, np.exp(0.24), 1.0)
-    states, found = states_of("unseating")[1:2], {}
-    for level in (0.3, 1.2):  # every stronger run collapses
-        fall = runs[IM] > level
-        cut = runs.assign(
-            status=np.where(fall, "collapse", "ok"), unseating_m=runs["unseating_m"].mask(fall)
-        )
-        effects = median_effects(
-            cut, states, FitSettings(im=IM), curves=fit_study(cut, states, FitSettings(im=IM))
-        )
-        found[level] = effects.query("scope == 'pooled'").iloc[0][["status", "ratio"]].tolist()
-        straight = cut[cut["skew_deg"] == 0]
-        one = fit(straight, "cloud", "--im", IM, "--edp", "unseating_m", "--threshold", 0.114)
-        assert one["status"] == ("ok" if level > 1.0 else "bounds_too_wide")
-    assert found[0.3][0] == "no_curve"
-    assert found[1.2] == ["ok", pytest.approx(np.exp(-0.24), rel=0.05)]
-
-
 def test_axes_that_never_change_alone_and_intensities_in_cm_s2_are_noted(fit):
     runs = synthetic_demands(skews=(0, 30), gaps=(25, 51), frictions=(50,))
     states, settings = states_of("unseating")[:1], FitSettings(im=IM)
@@ -200,31 +177,16 @@ def test_axes_that_never_change_alone_and_intensities_in_cm_s2_are_noted(fit):
         assert any(note.endswith("g is needed, not cm/s2") for note in notes) == (factor > 1.0)
 
 
-def test_flags_of_other_programs_mean_the_same_in_all_commands(fit, tmp_path):
-    table = synthetic_demands(**SAME_PLACE, motions=40)
-    fall, cut = table[IM].gt(0.6), table[IM].between(0.4, 0.5)
-    table.loc[fall | cut, DRIFT] *= 0.5
-    stated = table.assign(status=np.where(fall, "collapse", "ok"), complete=~(fall | cut))
-    flagged = table.drop(columns="status").assign(collapse=1 * fall, right_censored=1 * cut)
-    found = [fit(runs, "cloud", *RUNS, 0.015) for runs in (stated, flagged)]
-    assert found[0] == found[1]
-    assert found[0]["n_censored"] == fall.sum() + cut.sum() > cut.sum() > 2
-    for name, runs in (("stated", stated), ("flagged", flagged)):
-        runs.to_csv(tmp_path / f"{name}.csv", index=False)
-        answer("statistics", tmp_path / f"{name}.csv", "--out", tmp_path / name)
-    curves = [
-        pd.read_parquet(tmp_path / name / "fragility/curves.parquet")
-        for name in ("stated", "flagged")
-    ]
-    pd.testing.assert_frame_equal(*curves)
-
-
 def test_intervals_are_by_motion_where_motions_repeat(fit):
     table = synthetic_demands(**SAME_PLACE, motions=24, scales=(0.6, 1.0, 1.6))
     plain = fit(table, "cloud", *RUNS, 0.015)
     wide = fit(table, "cloud", *RUNS, 0.015, "--capacity-dispersion", 0.5)
     assert wide["beta"] == pytest.approx(np.hypot(plain["beta"], 0.5 / plain["b"]))
     assert wide["ci_beta"][0] > plain["ci_beta"][1]
+    data = {"im": table[IM].tolist(), "edp": table[DRIFT].tolist(), "threshold": 0.015}
+    assert "independent" in fit(data, "cloud")["notes"][0]
+    named = fit(data | {"motion_id": table["motion_id"].tolist()}, "cloud")
+    assert (named["ci_theta"], "notes" in named) == (plain["ci_theta"], False)
     stripes = fit(table, "stripes", *RUNS, 0.015)
     assert wide["ci_method"] == plain["ci_method"] == stripes["ci_method"] == "jackknife"
     assert stripes["n_records"] == 24
@@ -232,12 +194,6 @@ def test_intervals_are_by_motion_where_motions_repeat(fit):
     ida = fit(table, "ida", *RUNS, 0.015)
     assert (ida["method"], ida["n_runs"]) == ("ida_interval", 24)
     assert ida["theta"] == pytest.approx(stripes["theta"], rel=0.1)
-
-
-def test_unreadable_files_are_refused(tmp_path):
-    (tmp_path / "broken.json").write_text("{not json", encoding="utf-8")
-    for name in ("broken.json", "missing.json"):
-        assert name in answer("fit", tmp_path / name, "--method", "stripes", code=2)["message"]
 
 
 # --- indices, motions, separators and names of tables
@@ -251,35 +207,7 @@ def test_a_named_index_is_read_as_columns(fit, method, levels):
     assert (found, found["n_records"], found["notes"]) == (expected, 24, [])
 
 
-def test_a_named_index_does_not_replace_a_column_and_a_range_is_an_index_too(tmp_path):
-    table = pd.DataFrame({"motion_id": ["b", "a"], "im": [1.0, 2.0]})
-    for index, columns in (
-        (pd.RangeIndex(2, name="run"), ["run", "motion_id", "im"]),
-        (pd.Index(["x", "y"], name="motion_id"), ["motion_id", "im"]),
-        (pd.Index([7, 9]), ["motion_id", "im"]),
-    ):
-        table.set_axis(index).to_parquet(tmp_path / "t.PARQUET")
-        found = read_any(tmp_path / "t.PARQUET")
-        assert list(found.columns) == columns
-        assert found["motion_id"].tolist() == ["b", "a"]
-        assert list(found.index) == [0, 1]
-
-
-def test_runs_without_motions_are_said_to_be_independent(fit):
-    table = synthetic_demands(**SAME_PLACE, motions=24, scales=(0.6, 1.0, 1.6))[[IM, DRIFT]]
-    for method in ("cloud", "stripes", "ida"):
-        found = fit(table, method, *RUNS, 0.015)
-        assert found["notes"] == ["there is no column motion_id: the runs are taken as independent"]
-    # a cloud with plain names uses its motions as well
-    motions = [f"m{n // 3}" for n in range(len(table))]
-    data = {"im": table[IM].tolist(), "edp": table[DRIFT].tolist(), "threshold": 0.015}
-    assert "independent" in fit(data, "cloud")["notes"][0]
-    found = fit(data | {"motion_id": motions}, "cloud")
-    assert found["ci_method"] == "jackknife"
-    assert "notes" not in found
-
-
-def test_infinite_demands_of_collapsed_runs_are_no_bounds_and_drift_in_per_cent_is_reported(fit):
+def test_infinite_demands_of_collapsed_runs_are_no_bounds(fit):
     data = {"im": [0.1, 0.2, 0.3, 0.4], "threshold": 0.01, "collapse": [0, 0, 0, 1]}
     collapsed, at_capacity = (fit(data | {"edp": [0.005, 0.02, 0.012, last]}, "cloud")
                               for last in (float("inf"), 0.01))  # fmt: skip
@@ -290,13 +218,12 @@ def test_infinite_demands_of_collapsed_runs_are_no_bounds_and_drift_in_per_cent_
         for value in (np.nan, np.inf)
     )
     assert (infinite, infinite["status"]) == (unknown, "ok")
-    table = synthetic_demands(**SAME_PLACE, motions=24)[["motion_id", IM, DRIFT]]
-    percent = table.assign(**{DRIFT: 100.0 * table[DRIFT]})
-    text = f"{DRIFT} is up to {percent[DRIFT].max():.3g} in completed runs"
-    for data, threshold, notes in ((table, 0.015, 0), (percent, 0.015, 1), (percent, 1.5, 0)):
-        found = fit(data, "cloud", *RUNS, threshold)["notes"]
-        assert len(found) == notes
-        assert all(text in note for note in found)
+
+
+def test_a_named_index_does_not_replace_a_column(tmp_path):
+    index = pd.Index(["x", "y"], name="motion_id")
+    pd.DataFrame({"motion_id": ["b", "a"]}, index).to_parquet(tmp_path / "t.PARQUET")
+    assert read_any(tmp_path / "t.PARQUET").to_dict("list") == {"motion_id": ["b", "a"]}
 
 
 @pytest.mark.parametrize(
@@ -312,8 +239,6 @@ def test_a_flag_censors_the_demands_of_a_table_of_runs(fit, column, is_cut):
 
 
 def test_unused_and_repeated_rows_of_a_table_of_runs_are_reported(fit):
-    failed = TABLE.assign(fell=1)
-    assert fit(failed, "cloud", *RUNS, 0.01)["notes"] == ["columns that are not used: 'fell'"]
     (note,) = fit(pd.concat([TABLE, TABLE]), "cloud", *RUNS, 0.01)["notes"]
     assert note.startswith("12 runs repeat intensity and demand of another run: intervals are too")
     # two variants under one motion, collapsed without a demand

@@ -144,20 +144,6 @@ def test_parts_of_several_lengths_fill_the_regular_step():
 
 
 @pytest.mark.usefixtures("oscillator")
-def test_a_change_of_the_step_size_is_announced_and_no_step_follows_the_end():
-    announced = []
-    loop = loop_of(HHT, prepare=announced.append)
-    assert list(loop.committed(2)) == [DT_S] * 2
-    loop.halvings = lambda least: max(least, 1)
-    for number, size_s in enumerate(loop.committed(9)):
-        assert size_s == DT_S / 2
-        if number == 1:
-            break
-    assert announced == [DT_S, DT_S / 2]
-    assert ops.getTime() == pytest.approx(3 * DT_S)
-
-
-@pytest.mark.usefixtures("oscillator")
 def test_the_finest_step_of_the_settings_is_possible_and_every_recovery_step_divides_the_finest():
     parts = [step.substeps for step in RECOVERY_STEPS]
     assert not any(parts[-1] % each for each in parts)

@@ -10,7 +10,6 @@ import subprocess
 import sys
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -19,7 +18,7 @@ from unittest.mock import Mock
 import psutil
 import pytest
 
-from fake_work import hanging, searched, signalled, slow
+from fake_work import searched, signalled, slow
 from skewbridge.errors import InputError
 from skewbridge.files.text import writable_folder
 from skewbridge.motions.intensity import scaled_measures
@@ -27,7 +26,7 @@ from skewbridge.motions.levels import LEVEL_MEASURE, MotionsConfig
 from skewbridge.study.batch import Workers, run_tasks, search_limits
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import forget, open_journal, read_content
-from skewbridge.study.processes import PARENT_VARIABLE, worker_processes
+from skewbridge.study.processes import PARENT_VARIABLE
 from skewbridge.study.task import run_key
 from small_study import wait_for
 from study_parts import task_of, wave
@@ -76,8 +75,6 @@ def ends(pid):
         (partial(signals, sent=signal.SIGKILL), 1, DIED),
         (partial(signals, sent=signal.SIGSEGV), 2, DIED),
         (partial(signals, sent=signal.SIGSTOP), 2, STILL),
-        # a loop of compiled code that runs no Python and takes no step
-        (hanging, 2, STILL),
     ],
 )
 def test_an_analysis_that_ends_two_workers_or_stops_one_is_a_crash(work, count, reason, tmp_path):
@@ -146,42 +143,6 @@ def test_a_worker_ends_with_its_parent_even_when_stopped_and_at_once_without_one
         environment = {**os.environ, PARENT_VARIABLE: str(parent)}
         done = subprocess.run([sys.executable, "-c", late], env=environment, check=False)
         assert done.returncode == code
-
-
-PARENT_OF_A_POOL = """
-import sys
-from functools import partial
-from importlib import import_module
-from pathlib import Path
-from fake_work import slow
-from test_workers import batch
-batch(Path(sys.argv[1]), partial(slow, seconds=300.0))
-"""
-
-
-def test_a_worker_ends_whose_parent_is_killed_during_its_start(tmp_path):
-    """The parent is killed as soon as it has a worker, which has loaded nothing yet."""
-    folders = os.pathsep.join([str(Path(__file__).parent), str(Path(__file__).parents[1])])
-    parent = psutil.Popen([sys.executable, "-c", PARENT_OF_A_POOL, str(tmp_path)],
-                          env={**os.environ, "PYTHONPATH": folders})  # fmt: skip
-    workers = []
-    while not workers:
-        assert parent.poll() is None
-        workers = [child for child in parent.children() if "popen_loky" in "".join(child.cmdline())]
-    parent.kill()
-    parent.wait()
-    assert all(ends(worker.pid) for worker in workers)
-
-
-def test_only_workers_count_as_such_where_none_of_them_begins():
-    """Those that were stopped before they began have no sign of life; other children are let be."""
-    reader = [sys.executable, "-c", "import sys; sys.stdin.read()"]
-    with ExitStack() as children:
-        worker, other = (
-            children.enter_context(subprocess.Popen([*reader, name], stdin=subprocess.PIPE)).pid
-            for name in ("popen_loky_posix", "something_else")
-        )
-        assert {each.pid for each in worker_processes()} & {worker, other} == {worker}
 
 
 # --- a journal survives kills, two writers and damage on the disk: no altered row is used

@@ -13,7 +13,6 @@ from math import atan, degrees
 
 import native
 import numpy as np
-import openseespy.opensees as ops
 import pytest
 from scipy.integrate import quad
 
@@ -24,13 +23,10 @@ from skewbridge.errors import InputError
 from skewbridge.verification.references import driven_unit as unit
 from skewbridge.verification.references.cases import SCALE_M, deck_case
 from skewbridge.verification.references.deck_solvers import pulse_of, run_deck, run_opensees
-from skewbridge.verification.references.driven_unit import drive_unit, path_work_j
-from skewbridge.verification.references.live_model import clean_domain
 from skewbridge.verification.registry import TABULATED, run_study
 from skewbridge.verification.studies import blocks, rigid_bodies
 
 MASS_KG, KN = 1000.0, 1e7
-IMPLEX = 1  # integration of the native element
 
 
 # Tolerances of the studies: 0.5 % for depths, slips and periods (elastic slip of the penalty, first
@@ -170,26 +166,6 @@ def test_contact_checks_fail_with_a_fault_in_friction(monkeypatch):
         assert any(word in quantity for quantity in failed for word in words)
 
 
-@pytest.mark.parametrize("integration", [native.IMPLICIT, IMPLEX])
-def test_native_element_gives_the_same_forces_on_a_path(integration):
-    path = blocks.smooth_path(400, "opening and closing")
-    law = contact_law.ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3)
-    ours = drive_unit(law, path, substeps=10).forces_n
-    theirs = np.zeros((len(path), 3))
-    with clean_domain(3, 3):
-        unit.support_nodes(law.gap_m)
-        native.native_contact(2, (unit.SURFACE, unit.BODY), law, (0.0, 0.0, 1.0), integration)
-        unit.drive_body(path, system="FullGeneral")
-        ops.analyze(1)
-        ops.integrator("LoadControl", 1.0 / 10)
-        for row in range(1, len(path)):
-            ops.analyze(10)
-            theirs[row] = np.multiply(ops.eleForce(2)[3:6], (1.0, 1.0, -1.0))
-    limit = 0.3 * ours[:, 2].max()
-    assert unit.rms_n(ours - theirs) <= 0.01 * limit
-    assert path_work_j(path, ours) == pytest.approx(path_work_j(path, theirs), rel=2e-3)
-
-
 def test_native_element_converges_to_our_frictional_deck():
     """Its friction is of first order in the step: the difference halves with it."""
     ours = run_deck(deck_case("C5", duration_s=0.5))
@@ -199,14 +175,6 @@ def test_native_element_converges_to_our_frictional_deck():
         errors.append(np.abs(np.interp(ours.t_s, t_s, q[:, 1]) - ours.q[:, 1]).max())
     assert errors[1] < 0.45 * errors[0]
     assert errors[1] < 0.05 * np.abs(ours.q[:, 1]).max()
-
-
-@pytest.mark.parametrize("coupling", ["extrapolated", "lagged"])
-def test_both_couplings_are_of_first_order_on_a_path_that_stays_closed(coupling):
-    errors = [blocks.path_error(rows, coupling, "closed") for rows in (250, 1000)]
-    assert np.log(errors[0] / errors[1]) / np.log(4.0) >= 0.9
-    if coupling == "extrapolated":
-        assert errors[1] <= 0.012
 
 
 def test_newmark_gains_and_loses_energy_at_impact_as_without_opensees():

@@ -3,7 +3,6 @@
 from dataclasses import replace
 from itertools import pairwise
 from math import pi, tan
-from pathlib import Path
 
 import numpy as np
 import openseespy.opensees as ops
@@ -13,10 +12,8 @@ from scipy.optimize import brentq
 
 from bridge_variants import analysed, static_steps, variant
 from skewbridge.analysis import transient
-from skewbridge.analysis.modal import apply_rayleigh
 from skewbridge.analysis.peaks import column_shear_n
 from skewbridge.analysis.pushover import push_bridge
-from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.trace import Monitor
 from skewbridge.bridge import bent as bents
 from skewbridge.bridge import section as sections
@@ -25,7 +22,6 @@ from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import axial_failure_drift, bent_capacity, bent_directions, shear_loss
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.model import build, domain
-from skewbridge.bridge.weights import column_axial_n
 from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions
 from strong_motion import mirrored, strong_motion
@@ -138,17 +134,6 @@ def test_a_push_loses_its_shear_strength_where_capacity_meets_demand(bridge, mod
     else:
         drift_m = loss.failure_drift_ratio * bent.clear_height_m
         assert degraded.disp_at_peak_m == pytest.approx(drift_m, rel=0.25)
-
-
-def test_shear_springs_of_both_directions_deform_over_the_length_of_the_hinge(monkeypatch):
-    made, uniaxial = [], bents.uniaxial
-    monkeypatch.setattr(bents, "uniaxial", lambda *args: made.append(args) or uniaxial(*args))
-    simple = Path(__file__).parents[2] / "docs" / "bridges" / "simple_spans.yaml"
-    bent = bent_directions(load_bridge(simple), 0)
-    with domain():
-        bents.build_integration(bent, ModelOptions(shear_failure="degrade"), TagAllocator())
-    elastic_m = [bent[0].hinge_length_m * args[3] for args in made if args[1] == "Hysteretic"]
-    assert elastic_m == pytest.approx([shear_loss(capacity).elastic_m for capacity in bent])
 
 
 @pytest.mark.parametrize(("bridge", "model"), SHEAR_CRITICAL)
@@ -475,59 +460,3 @@ def test_the_residual_drift_is_that_after_a_release_whose_failure_is_reported(mo
     result = run(collapse_drift_ratio=0.01)
     assert (result.status, result.demands[NAME]) == ("collapse", pytest.approx(last_drift(result)))
     assert not ops.getNodeTags()
-
-
-def test_drifts_are_those_of_the_top_against_the_base():
-    """A model at rest under gravity, whose bases stood elsewhere when the drifts began."""
-    with domain():
-        model = build(replace(CASE, abutment="roller"), ModelOptions())
-        apply_rayleigh(model)
-        leans = []
-        for i, column in enumerate(model.columns):
-            stood = ops.nodeDisp(column.base_node)[:2]
-            for dof, move_m in enumerate((0.04, 0.03 + 0.01 * i), start=1):
-                ops.setNodeDisp(column.base_node, dof, stood[dof - 1] + move_m, "-commit")
-            leans.append(transient.Lean(column))
-            for dof in (1, 2):
-                ops.setNodeDisp(column.base_node, dof, stood[dof - 1], "-commit")
-        found = transient.drifts_at_rest(model, AnalysisSettings(), leans)
-    moves_m = [np.hypot(0.04, 0.03 + 0.01 * i) for i in range(len(leans))]
-    heights_m = [column.clear_height_m for column in model.columns]
-    assert found.drifts == pytest.approx(np.divide(moves_m, heights_m), rel=1e-6)
-
-
-# --- what a column keeps of its peak without shaking
-@pytest.mark.parametrize("ductility", [2.0, 4.0, 6.0])
-def test_a_column_keeps_as_much_of_its_peak_as_by_takedas_rule(ductility):
-    """1 - ductility^(alpha - 1): the unloading exponent alpha is 0.3 (wide loops) to 0.5. A fixed
-    column after slow cycles, without P-Delta: its loops do not cause the small residual drift of
-    shaken bridges (docs/theory/bridge.md)."""
-    bridge, tags, steps = load_bridge("osb1_fixed"), TagAllocator(), 200
-    capacity = bent_capacity(bridge, 0)
-    peak_m = ductility * capacity.yield_disp_m
-    with domain():
-        integration, _ = bents.build_integration((capacity, capacity), ModelOptions(), tags)
-        ops.geomTransf("Linear", 1, 1.0, 0.0, 0.0)
-        for node, height_m in ((1, 0.0), (2, capacity.clear_height_m)):
-            ops.node(node, 0.0, 0.0, height_m)
-        ops.fix(1, 1, 1, 1, 1, 1, 1)
-        ops.fix(2, 0, 1, 0, 1, 1, 1)
-        ops.element("forceBeamColumn", 1, 1, 2, 1, integration, "-iter", 10, 1e-2)
-        for pattern, force_n in ((1, (0.0, -column_axial_n(bridge, 0))), (2, (1.0, 0.0))):
-            ops.timeSeries("Linear", pattern)
-            ops.pattern("Plain", pattern, pattern)
-            ops.load(2, force_n[0], 0.0, force_n[1], 0.0, 0.0, 0.0)
-            if pattern == 1:
-                static_steps(1, "BandGeneral", 1e-9)
-                ops.loadConst("-time", 0.0)
-        for part_m in (peak_m, -2 * peak_m, 2 * peak_m, -peak_m):
-            ops.integrator("DisplacementControl", 2, 1, part_m / steps)
-            back = []  # displacement and force on the last way back
-            for _ in range(steps):
-                assert ops.analyze(1) == 0
-                back.append((ops.getTime(), ops.nodeDisp(2, 1)))
-    forces, moved = np.array(back[::-1]).T
-    assert forces[0] < 0.0 < forces[-1]
-    kept = float(np.interp(0.0, forces, moved)) / peak_m
-    narrow, wide = (1.0 - ductility ** (alpha - 1.0) for alpha in (0.5, 0.3))
-    assert narrow < kept < wide + 0.04

@@ -428,56 +428,6 @@ def test_components_have_states_that_runs_reach_and_no_estimates_of_others(study
                 assert f"{component}/{state or system['limit_state']}" not in beyond
 
 
-def test_a_column_failure_of_one_mode_decides_no_state_of_the_other(study):
-    raw, curves = study.raw, study.curves
-    for bridge, kind, column, state in (
-        ("osb1", "flexure", "column_shear_dcr", "dcr_100"),
-        ("osb1_fixed_era1", "shear", "column_drift_ratio", "complete"),
-    ):
-        assert len(raw[(raw["bridge"] == bridge) & (raw["beyond_model"] == kind)]) > 30
-        found = curves[(curves["bridge"] == bridge) & (curves["demand"] == column)]
-        found = found[found["limit_state"] == state]
-        assert (found["n_exceed"] == 0).all()
-        assert (found["n_beyond_model"] > 0).any()
-        assert (found["status"] == "no_exceedance").all()
-        assert found["reach"].str.contains("largest").all()
-
-
-def test_a_column_is_as_strong_in_any_mode_as_in_the_only_one_reached(study):
-    for table, index in ((study.curves, ["variant", "method"]), (study.joint, ["bridge"])):
-        fitted = table.query("component == 'column_failure' and status == 'ok'")
-        for name in ("theta", "beta_total"):
-            wide = fitted.pivot(index=index, columns="limit_state", values=name)
-            assert wide.count().min() > 0
-            np.testing.assert_allclose(wide["any"], wide["shear"].fillna(wide["flexure"]), 1e-12)
-
-
-def test_medians_and_their_ratios_state_the_runs_and_curves_behind_them(study):
-    raw, medians = study.raw, study.medians
-    curves = study.curves.assign(demand=keys(study.curves))
-    estimated = curves[curves["preferred"].astype(bool)].set_index(["variant", "demand"]).index
-    axes = ["skew_deg", "gap_mm", "friction"]
-    variants = raw.drop_duplicates("variant").set_index(["bridge", *axes])["variant"]
-    for row in medians[medians["scope"] == "variant"].to_dict("records"):
-        missing = 0
-        for value in (row["from_value"], row["to_value"]):
-            place = [value if name == row["axis"] else row[name] for name in axes]
-            key = variants[(row["bridge"], *place)], row["demand"]
-            missing += key not in estimated
-        assert row["n_without_curve"] == missing
-        assert (row["status"] == "no_curve") == (missing == 2) == np.isnan(row["ratio"])
-    pooled = medians[medians["scope"] == "pooled"]
-    none = pooled["n_without_curve"] == 2 * pooled["n_cells"]
-    assert ((pooled["status"] == "no_curve") == none).all()
-    cloud = curves[(curves["method"] == "cloud") & (curves["status"] == "ok")]
-    assert (0.99 * cloud["theta_all_exceed"] <= cloud["theta"]).all()
-    assert (cloud["theta"] <= 1.01 * cloud["theta_none_exceed"]).all()
-    found = curves[curves["status"] == "ok"]
-    states = keys(found[found["extrapolated"].astype(bool)])
-    assert "column_failure/any" in set(states[found["bridge"] == "osb1"])
-    assert not set(states) & {"unseating/slight", "column_curvature/moderate"}
-
-
 # --- medians against code written here
 @pytest.mark.parametrize(
     ("bridge", "axis", "key", "column", "threshold"),

@@ -302,12 +302,6 @@ joints: [{{at: bent 1, seat_width_m: 0.6, pads: {{{PADS}}}}}]
 
 
 # --- response
-@pytest.mark.parametrize("abutment", ["contact", "spring"])
-def test_decks_meet_in_contacts_with_every_abutment_model(written, abutment):
-    result = analysed(variant(0, abutment, written(HINGED), 25), strong_motion(duration_s=4.0))
-    assert result.status == "ok"
-    assert result.demands["joint1_closures"] > 0
-    assert abs(result.demands["energy_residual_ratio"]) < 2e-3
 
 
 def test_restrainers_pull_after_their_slack_up_to_their_strength(written, monkeypatch):
@@ -438,31 +432,23 @@ def test_the_piles_yield_and_the_fill_is_limited_by_its_strength(written, text):
     assert (-pushed, pulled) == pytest.approx(expected, rel=2e-3)
 
 
-def test_dashpots_of_piles_damp_a_small_motion(written):
-    without, with_dashpots = (
-        analysed(variant(0, bridge=written(text)), strong_motion(peak_g=0.1)).demands
-        for text in (MIXED, WITH_DASHPOTS)
-    )
-    assert with_dashpots["deck_disp_y_m"] < 0.97 * without["deck_disp_y_m"]
-    assert abs(with_dashpots["energy_residual_ratio"]) < 0.01
-
-
-def test_the_force_of_an_integral_end_includes_its_piles(written):
-    bridge = written(MIXED)
-    result = analysed(variant(30, bridge=bridge), strong_motion(duration_s=4.0, peak_g=0.1))
-    table, piles = result.histories, load_bridge(bridge).ends["left"].piles
-    force_kn, disp_m = (
-        -(cos(radians(30)) * table[f"{end}_x_{unit}"] + sin(radians(30)) * table[f"{end}_y_{unit}"])
-        for end, unit in (("abutment_left", "kn"), ("abutment_left", "m"))
-    )
+def test_piles_are_in_the_force_of_an_integral_end_and_their_dashpots_damp(written):
+    motion, texts = strong_motion(duration_s=4.0, peak_g=0.1), (MIXED, WITH_DASHPOTS)
+    result, damped = (analysed(variant(30, bridge=written(text)), motion) for text in texts)
+    assert damped.demands["deck_disp_y_m"] < 0.97 * result.demands["deck_disp_y_m"]
+    assert abs(damped.demands["energy_residual_ratio"]) < 0.01
+    table, piles = result.histories, load_bridge(written(MIXED)).ends["left"].piles
+    x, y = cos(radians(30)), sin(radians(30))
+    force_kn, disp_m = (-x * table[f"abutment_left_x_{unit}"] - y * table[f"abutment_left_y_{unit}"]
+                        for unit in ("kn", "m"))  # fmt: skip
     yield_m = piles.lateral_strength_kn / piles.lateral_kn_per_m
     apart = (disp_m < -0.1 * yield_m) & (table["abutment_left_backfill_kn"] < 1e-3)
     assert apart.sum() > 20
     assert np.abs(disp_m).max() < yield_m
     # away from the fill only the elastic piles act; dashpots of walls add 5 % out of phase
     work = (force_kn - force_kn[0])[apart] @ disp_m[apart]
-    stiffness_kn_per_m = work / (disp_m[apart] @ disp_m[apart])
-    assert stiffness_kn_per_m == pytest.approx(piles.count * piles.lateral_kn_per_m, rel=0.01)
+    found_kn_per_m = work / (disp_m[apart] @ disp_m[apart])
+    assert found_kn_per_m == pytest.approx(piles.count * piles.lateral_kn_per_m, rel=0.01)
 
 
 def test_one_end_integral_and_one_seat_unseats_at_the_seat_only(written):
@@ -503,11 +489,8 @@ def test_a_bridge_without_seats_has_no_unseating(written, kinds):
     assert isnan(result.support_length_m)
     assert (result.demands["abutment_passive_m"] > 0.0) == (left == "integral")
     assert abs(result.demands["energy_residual_ratio"]) < 1e-3
-    modes = modal_properties(case)
-    reactions = sum(modes.abutment_reaction_kn) + sum(modes.column_axial_kn)
-    assert reactions == pytest.approx(modes.weight_kn, rel=1e-6)
     # both are stiffer than pads
-    assert modes.period_s("x") < 0.8 * modal_properties(variant(30)).period_s("x")
+    assert modal_properties(case).period_s("x") < 0.8 * modal_properties(variant(30)).period_s("x")
 
 
 @pytest.mark.parametrize("left", ["fixed", "integral, piles: {rotational_mnm_per_rad: 3000.0}"])
@@ -522,10 +505,3 @@ def test_hand_values_of_dead_load_include_the_restraint_of_an_end(written, left)
     assert modes.abutment_reaction_kn == pytest.approx((first / 1e3, last / 1e3), rel=0.03)
     # the keys of the seat are not designed for the reaction of the other end
     assert end_reaction_kn(bridge) == last / 1e3
-
-
-def test_an_end_of_another_type_starts_anew_and_the_other_end_is_inherited(written):
-    bridge = load_bridge(written("extends: osb1\ntitle: x\nabutments: {left: {type: integral}}\n"))
-    left, seat = bridge.ends["left"], load_bridge("osb1").abutment
-    assert (left.type, bridge.ends["right"], bridge.seats) == ("integral", seat, {"right": seat})
-    assert bridge.sources["abutments.left.wall_width_m"] == "d: deck width"

@@ -138,23 +138,17 @@ def test_an_event_has_rows_with_null_uniform_correlation_and_error(tmp_path):
     assert set(study.figures) == {"2015-01-28", "changes"}
 
 
-def test_the_page_and_the_bridge_have_the_numbers_of_the_stored_tables():
-    page = " ".join((ROOT / "docs/theory/recorded.md").read_text().split())
-    readme = " ".join((ROOT / "README.md").read_text().split())
+def test_the_readme_and_the_bridge_have_the_numbers_of_the_stored_tables():
     rows = pd.read_csv(ROOT / "docs/data/recorded.csv").set_index(["event", "quantity"])
     drift = rows.loc["1992 predicted", "bent drift across (cm)"]
     ratio, correlation = drift["predicted / recorded"], drift["correlation"]
-    assert f"is {ratio} times the recorded one with a correlation of {correlation}:" in page
-    assert f"The null has {drift['null']} and {drift['its correlation']}:" in page
-    assert f"it gives {ratio} times the recorded peak" in readme
+    readme = (ROOT / "README.md").read_text()
+    assert f"it gives {ratio} times the recorded peak" in " ".join(readme.split())
     assert (drift["result"] == "miss") == (not 0.75 <= ratio <= 1.3 or correlation < 0.85)
     fits = pd.read_csv(ROOT / "docs/data/recorded_fit.csv")
     crossed = fits[(fits["quantity"] == "bent drift across") & (fits["fitted_to"] != fits["event"])]
-    sentences = {"2015-01-28": "a ratio of {:.2f}, a correlation of {:.2f} and an error of {:.2f};",
-                 "2019-06-22": "that of 2015 has {:.2f}, {:.2f} and {:.2f} ("}  # fmt: skip
-    for row in crossed[crossed["fitted_to"] != "both"].itertuples():
-        assert sentences[row.fitted_to].format(row.peak_ratio, row.correlation, row.error) in page
-        assert abs(row.peak_ratio - 1.0) <= 0.031  # of the README
+    single = crossed.query("fitted_to != 'both'")
+    assert (single["peak_ratio"] - 1.0).abs().max() <= 0.031  # of the README
     bridge = load_bridge("painter")
     both = fits[fits["fitted_to"] == "both"].iloc[0]
     pairs = [(bridge.deck.elastic_modulus_gpa, both["deck_modulus_gpa"]),

@@ -1,12 +1,9 @@
-"""Stored simulations of intervals and verdicts, a few of them run again; draws of properties."""
+"""Stored simulations of intervals and verdicts, a few of them run again."""
 
 import json
-from dataclasses import replace
 from itertools import product
 from pathlib import Path
 
-import numpy as np
-import pandas as pd
 import pytest
 from effect_simulations import BOUNDS, MOTIONS, STUDIES
 from fragility_coverage import SAMPLING_PLANS, measure_coverage
@@ -14,15 +11,7 @@ from median_coverage import CASES
 from scipy import stats
 from sequential_verdicts import EFFECTS, LOOKS, verdicts_at_stopping
 
-from skewbridge.fragility import curves, limit_states, settings
-from skewbridge.study import analyses, batch, config, inputs
-from skewbridge.study.task import run_key
-from skewbridge.variant.random_properties import UncertaintyConfig
-
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
-SLUG = "osb1_cf_skew30_gap025_mu050"
-COUNT, DRAWS = 40, 5  # 200 draws
-STATES = ("column_drift", "column_curvature", "unseating", "bearing", "deck_displacement")
 
 
 def stored(name):
@@ -113,36 +102,3 @@ def test_intervals_of_annual_rates_and_of_effects_on_rates_cover(case):
     assert all(0.86 <= row[name] <= 0.95 for name in effects)
     assert 0.91 <= row["rates"] <= 0.98
     assert max(abs(row[f"{name}_bias"]) for name in effects) < 0.015
-
-
-# --- one draw of the properties per motion gives the curves of many draws per motion
-def drawn_rows(setup, seed, logs):
-    ids = [motion.motion.motion_id for motion in setup.suite]
-    drawn = replace(setup, draws=UncertaintyConfig(enabled=True, seed=seed).draws(ids))
-    tasks = drawn.tasks(SLUG)
-    return pd.DataFrame([batch.analysed_row(task, run_key(task), logs) for task in tasks])
-
-
-def curves_of(rows):
-    known = limit_states.load_limit_states(BENCHMARKS.parent / "config/limit_states.yaml")
-    states = [each for each in known if each.component in STATES and each.demand in rows]
-    table = curves.fit_study(rows, states, settings.DEFAULTS)
-    return table[table["method"] == "cloud"].set_index(["component", "limit_state"])
-
-
-@pytest.mark.slow
-def test_one_draw_per_motion_gives_medians_and_dispersion_of_200_draws(tmp_path):
-    # 8 s of each motion: the comparison does not depend on the length
-    motions = {"folder": str(BENCHMARKS.parent / "motions"), "count": COUNT, "shaking_s": 8.0}
-    study = config.parse_config({"results": str(tmp_path), "motions": motions})
-    inputs.prepare_motions(study)
-    setup = analyses.StudySetup.of(study)
-    once = curves_of(drawn_rows(setup, 1, tmp_path))
-    draws = [drawn_rows(setup, seed, tmp_path) for seed in range(2, 2 + DRAWS)]
-    many = curves_of(pd.concat(draws, ignore_index=True))
-    reached = (once["status"] == "ok") & (once["n_exceed"].between(8, COUNT - 8))
-    assert reached.sum() >= 4
-    theta = (once["theta"] / many["theta"])[reached]
-    beta = (once["beta"] / many["beta"])[reached]
-    assert np.abs(theta - 1.0).max() < 0.05, theta
-    assert np.abs(beta - 1.0).max() < 0.10, beta

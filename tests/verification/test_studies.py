@@ -9,10 +9,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bridge_variants import abutment_analysed
 from fragility_tables import runs_of_one_variant
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.errors import InputError
 from skewbridge.fragility.limit_states import hazus_factor
 from skewbridge.motions.intensity import orbit_rotd50
 from skewbridge.study import task
@@ -20,9 +18,8 @@ from skewbridge.units import G_MPS2
 from skewbridge.variant.grid import GridConfig, expand_grid
 from skewbridge.verification.registry import Study, run_study
 from skewbridge.verification.statements import STATEMENTS
-from skewbridge.verification.studies import bridge_friction, paper_runs, published, strong_motions
-from skewbridge.verification.studies.paper_runs import paper_variant, strongest_motions
-from strong_motion import strong_motion
+from skewbridge.verification.studies import bridge_friction, published, strong_motions
+from skewbridge.verification.studies.paper_runs import strongest_motions
 
 ROLLER = GridConfig(bridge=("osb1",), abutment=("roller",), skew_deg=(0,), friction=(0.0,))
 ONE = replace(strong_motions.HARD_SET, grid=ROLLER, motion_count=1, processes=1)
@@ -33,7 +30,6 @@ TINY = replace(strong_motions.ACCURACY, grid=PLACE, motion_count=2, **SHORT)
 BOTH = ("default", "reference")
 PUBLISHED = published.published_curves()
 T_S = np.linspace(0.0, 4.0, 401)
-STRONG = strong_motion(duration_s=4.0)
 
 
 def test_the_hard_set_is_whole_and_reaches_its_peak_and_analyses_count_if_they_end_well(tmp_path):
@@ -112,19 +108,6 @@ def test_changes_are_judged_by_their_size_and_their_share():
     assert found.tolist() == pytest.approx([0.0, 0.2, 0.0, 0.0, inf])
     found = strong_motions.relative_changes("unseating_m", values, exact)
     assert found.iloc[0] == pytest.approx(0.09)
-
-
-def test_each_case_is_compared_with_finer_meshes(tmp_path):
-    grid = GridConfig(bridge=("osb1",), skew_deg=(30,), gap_mm=(25,), friction=(0.5,))
-    one = replace(strong_motions.CONVERGENCE, grid=grid, motion_count=1, **SHORT)
-    study = Study("convergence-mesh", tmp_path)
-    strong_motions.run_convergence(study, one)
-    changes = study.tables["changes"].set_index("against")
-    assert list(changes.index) == ["9 wall points", "17 wall points", "fine fibers"]
-    assert (changes["numerics"] == "default").all()
-    # every mesh changes the forces a little
-    assert (changes["column_shear_kn"].abs() > 0.0).all()
-    assert (changes["column_shear_kn"].abs() < 0.01).all()
 
 
 def made_up(ratios, **values):
@@ -265,33 +248,6 @@ def test_half_cycles_lie_between_zero_crossings_and_notice_contact():
     normal = np.array([[0.0], [10.0], [10.0], [10.0], [10.0], [0.0], [10.0]])
     friction = np.array([[0.0], [5.0], [2.0], [5.0], [5.0], [0.0], [1.0]])
     assert bridge_friction.stick_slip_changes(normal, friction, 0.5) == 2
-
-
-def test_missing_record_is_replaced_and_named(tmp_path, monkeypatch):
-    monkeypatch.setenv("SKEWBRIDGE_RECORDS", str(tmp_path))
-    monkeypatch.chdir(tmp_path)
-    for found in (paper_runs.waho(), paper_runs.tarzana()):
-        assert not found.is_paper_record
-        assert found.label.startswith("synthetic")
-    # without any motion the message states where to put one
-    monkeypatch.setattr(paper_runs, "PACKAGE", tmp_path / "src" / "skewbridge")
-    with pytest.raises(InputError, match="SKEWBRIDGE_RECORDS"):
-        paper_runs.waho()
-
-
-def test_abutment_alone_closes_and_slips():
-    rough, smooth = (abutment_analysed(paper_variant(friction_pct=mu), STRONG) for mu in (50, 0))
-    for history in (rough, smooth):
-        assert history.is_complete
-        assert history.disp_m[0].tolist() == [0.0, 0.0]
-        assert history.disp_m[:, 0].max() > 0.051
-        assert sum(unit.closures for unit in history.ledger) > 2
-        # Hysteresis: the pads act in the gap, and the backfill behind it as well.
-        assert history.force_n[history.disp_m[:, 0].argmax(), 0] > 1.0e6
-    assert sum(unit.slip_work_j for unit in rough.ledger) > 1.0e3
-    assert not smooth.friction_n.any()
-    # The bound is a prediction to the end of the step: it is exceeded where the normal force turns.
-    assert rough.friction_n.max() <= 0.5 * rough.normals_n.max() * 1.01
 
 
 @pytest.mark.slow

@@ -22,9 +22,8 @@ def tree(tmp_path_factory):
     return copy_sources(tmp_path_factory.mktemp("refused") / "tree")
 
 
-def test_rules_have_digests_of_their_inputs_and_resources_and_change_no_setting():
-    """What a rule reads of others is in its recipe, directly or through another one. The gate is
-    only an input to come first: where it alone has changed, journals have everything."""
+def test_what_a_rule_reads_of_others_is_in_its_recipe():
+    """The gate is only an input to come first: where it alone has changed, journals are whole."""
     text = "".join(path.read_text() for path in sorted((ROOT / "workflow/rules").glob("*.smk")))
     found = re.split(r"^(?:rule|checkpoint) (\w+):", text, flags=re.MULTILINE)[1:]
     blocks = dict(zip(found[::2], found[1::2], strict=True))
@@ -37,24 +36,14 @@ def test_rules_have_digests_of_their_inputs_and_resources_and_change_no_setting(
     for name, block in blocks.items():
         inputs = set(re.findall(r"rules\.(\w+)\.output", block))
         assert inputs - {"verify_contact"} <= behind(name), name
-        for text in (f'made_from=MADE_FROM["{name}"]', "mem_mb=", "runtime="):
-            assert text in block, (name, text)
-    assert "rules.verify_contact" in blocks["analyse"]
-    # Snakemake forgets a job behind one that runs if all that it reads of that one is ancient
-    assert "ancient(rules." not in "".join(blocks.values())
-    paths = [ROOT / "Snakefile", ROOT / "workflow/Snakefile", *(ROOT / "workflow").rglob("*.smk")]
-    text = "".join(path.read_text() for path in paths)
-    assert not re.search(r"workflow\.\w+_settings(\.\w+)* *[-|]?=", text)
-    assert not re.search(r"config\[.*\] *=|signal\.", text)
+        assert f'made_from=MADE_FROM["{name}"]' in block, name
 
 
 def test_a_copied_configuration_has_results_of_its_own_and_a_cluster_a_job_for_each_variant(tree):
     shutil.copy(tree / "config/smoke.yaml", tree / "config/mine.yaml")
-    for asked in ("-n", "--dag", "--summary"):
-        plan = done([SNAKEMAKE, asked, "--configfile", "config/mine.yaml"], tree)
-        assert "results/smoke" not in plan.stdout + plan.stderr
-        assert "analyse" in plan.stdout + plan.stderr
-        assert asked != "-n" or "output: results/mine/report.html" in plan.stdout + plan.stderr
+    plan = done([SNAKEMAKE, "-n", "--configfile", "config/mine.yaml"], tree)
+    assert "results/smoke" not in plan.stdout + plan.stderr
+    assert "output: results/mine/report.html" in plan.stdout + plan.stderr
     # with the processors, time and partition that the environment names
     site = {"SKEWBRIDGE_JOB_CORES": "2", "SKEWBRIDGE_JOB_MINUTES": "17", "SBATCH_PARTITION": "long"}
     profile = ("--workflow-profile", "workflow/profiles/slurm")
@@ -174,8 +163,6 @@ def test_an_installed_package_starts_a_study_and_shows_the_stored_one(tmp_path):
 
 def test_existing_files_are_not_overwritten(tmp_path):
     (tmp_path / "config").mkdir()
-    (tmp_path / "config/config.yaml").write_text("mine")
     with pytest.raises(InputError, match="already has config"):
         write_starter(tmp_path)
-    assert [path.name for path in tmp_path.iterdir()] == ["config"]
-    assert (tmp_path / "config/config.yaml").read_text() == "mine"
+    assert [*tmp_path.rglob("*")] == [tmp_path / "config"]
