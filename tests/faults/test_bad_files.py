@@ -259,8 +259,11 @@ def test_wrong_field_or_line_is_named(tmp_path, command, case, rows, word):
 
 def test_the_checks_before_every_study_pass_and_are_written(tmp_path):
     rows = answer("verify", "gate", "--out", tmp_path)
-    assert len(json.loads((tmp_path / "gate.json").read_text())) == len(rows) >= 15
-    assert pd.read_parquet(tmp_path / "gate.parquet")["pass"].all()
+    table = pd.read_parquet(tmp_path / "gate.parquet")
+    tolerances = [row["tolerance"] for row in json.loads((tmp_path / "gate.json").read_text())]
+    assert tolerances == pytest.approx(table["tolerance"].tolist(), rel=1e-9, abs=0.0)
+    assert table["pass"].all()
+    assert len(table) == len(rows) >= 15
 
 
 # --- mutated files of every kind; each group of readers runs in a child that may use 5 CPU-seconds
