@@ -129,15 +129,16 @@ def test_a_successful_recovery_step_is_kept_for_some_steps(monkeypatch):
 
 @pytest.mark.usefixtures("oscillator")
 def test_parts_of_several_lengths_fill_the_regular_step():
-    least_given, wanted = [], iter((2, 0, 3, 1, 0))
+    announced, least_given, wanted = [], [], iter((2, 0, 3, 1, 0))
 
     def halvings(least):
         least_given.append(least)
         return max(least, next(wanted))
 
-    loop = loop_of(HHT, halvings=halvings)
+    loop = loop_of(HHT, halvings=halvings, prepare=announced.append)
     # a quarter, then the next quarter although more was allowed, an eighth, its like, a quarter
     assert list(loop.committed(1)) == [DT_S / 4, DT_S / 4, DT_S / 8, DT_S / 8, DT_S / 4]
+    assert announced == [DT_S / 4, DT_S / 8, DT_S / 4]
     assert least_given == [0, 2, 1, 3, 2]
     assert ops.getTime() == pytest.approx(DT_S, rel=1e-12)
     assert (loop.effort.substeps, loop.effort.highest_rung) == (5, 0)
