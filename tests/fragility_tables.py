@@ -8,7 +8,7 @@ import pandas as pd
 from scipy.special import stdtrit
 
 from skewbridge.demands.validity import BEYOND_MODEL, COLUMN_FAILURE_RATIO, FAILURE_DEMANDS
-from skewbridge.fragility import curves, effects, limit_states, verdicts
+from skewbridge.fragility import curves, effects, limit_states
 from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.variant.variant import ABUTMENTS, Variant
@@ -123,11 +123,6 @@ def synthetic_demands(
             row[name] = np.exp(ln_d)
         rows.append(row)
     return pd.DataFrame(rows)
-
-
-def verdict_of(ci_low: float, ci_high: float, margin: float = 0.05) -> str:
-    ends = np.array([[ci_low], [1.0 - margin], [1.0], [1.0 + margin], [ci_high]])
-    return str(verdicts.verdicts_of(*ends, possible=np.ones(1, dtype=np.bool_))[0])
 
 
 def friction_rows(scatter, motions=(12, 12), *, demand="deck_disp_m", ratio=1.0, level=0.90):

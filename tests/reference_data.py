@@ -14,11 +14,6 @@ def reference_table(name):
     return pd.read_csv(DATA / f"{name}.csv", comment="#")
 
 
-@cache
-def _fragility_cases():
-    return json.loads((DATA / "fragility_cases.json").read_text(encoding="utf-8"))
-
-
 def fragility_case(name):
-    found = _fragility_cases()[name]
+    found = json.loads((DATA / "fragility_cases.json").read_text(encoding="utf-8"))[name]
     return found["input"], found["expected"]

@@ -108,7 +108,6 @@ def test_the_gallery_shows_one_figure_by_bridge_quantity_and_component(opened):
     assert shown_figures(page) == ["figure-f1"]
 
 
-# --- the explorer of the page: numbers of the tables, and the effect of every control
 MODEL = "osb1_fixed, contact-friction"
 
 

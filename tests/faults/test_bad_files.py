@@ -183,7 +183,6 @@ def test_all_bad_inputs_of_a_study_are_reported_at_once_also_motions_that_cannot
         assert words in message
 
 
-# --- case files of `skewbridge contact` and `deck`, and the files that commands write
 def run_case(tmp_path, command, case, *, rows=PATH, code=0):
     """Write the files of a case and run its command, which ends with a code; return the answer."""
     columns = ["t_s", "ux_m", "uy_m", "uz_m"]
@@ -266,7 +265,6 @@ def test_the_checks_before_every_study_pass_and_are_written(tmp_path):
     assert len(table) == len(rows) >= 15
 
 
-# --- mutated files of every kind; each group of readers runs in a child that may use 5 CPU-seconds
 @pytest.mark.parametrize(
     ("count", "names"),
     [

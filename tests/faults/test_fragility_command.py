@@ -196,7 +196,6 @@ def test_intervals_are_by_motion_where_motions_repeat(fit):
     assert ida["theta"] == pytest.approx(stripes["theta"], rel=0.1)
 
 
-# --- indices, motions, separators and names of tables
 @pytest.mark.parametrize("method", ["cloud", "stripes", "ida"])
 @pytest.mark.parametrize("levels", [["motion_id"], ["motion_id", "scale"], [DRIFT, IM], [IM]])
 def test_a_named_index_is_read_as_columns(fit, method, levels):
@@ -275,7 +274,6 @@ def test_censored_high_demands_of_a_straight_cloud_do_not_look_saturating():
     assert "saturating" in fit_cloud(im, np.minimum(bent, 0.015), 0.012, upper).warnings
 
 
-# --- tables of runs of other programs
 def test_foreign_tables_lose_single_bad_rows_or_are_refused_with_row_and_column(tmp_path):
     def foreign(data, names):
         pd.DataFrame(data).to_csv(tmp_path / "theirs.csv", index=False)

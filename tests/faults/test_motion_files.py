@@ -17,7 +17,6 @@ from skewbridge.study.folder import StudyFolder
 from skewbridge.units import G_MPS2
 from skewbridge.verification.studies.paper_runs import waho
 
-# --- one file with one quirk, and its verdict
 DT_S = 0.02
 RECORD_G = shaken_g(0, 400)
 GOOD = at2_text(RECORD_G, DT_S)
@@ -110,7 +109,6 @@ def test_a_time_step_in_ms_is_reported(tmp_path):
         read_trace(tmp_path / "ms.csv")
 
 
-# --- an index that came with someone's motions
 def test_a_bad_index_is_refused_by_line_and_name(tmp_path, monkeypatch):
     folder = tmp_path / "motions"
     folder.mkdir()
@@ -178,7 +176,6 @@ def test_waho_of_the_published_peak_is_accepted_and_a_false_one_replaced(tmp_pat
     assert pga_g == pytest.approx(SURROGATE_FACTOR * intensity.orbit_rotd50(*stand_in_g), rel=1e-3)
 
 
-# --- a file removed while a study runs: one message, no partial or lost results
 def test_a_motion_removed_while_it_is_listed_or_later_is_named(tmp_path, monkeypatch):
     """Analyses read the prepared motions; the next start of the study names the missing file."""
     motions, folder = tmp_path / "motions", StudyFolder(tmp_path / "results")

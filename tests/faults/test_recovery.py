@@ -294,7 +294,6 @@ def test_a_failed_recovery_leaves_the_last_converged_state(monkeypatch, taken, i
     assert_unchanged(values, model, integrator, sizes)
 
 
-# --- a whole bridge
 def response(monkeypatch, failing):
     """Analyse OSB1 with some solutions made impossible: one iteration, no tolerance. No state is
     read that has not met its own test."""
@@ -319,7 +318,6 @@ def test_a_retry_does_not_change_the_response(monkeypatch):
         assert rough.demands[name] == pytest.approx(smooth.demands[name], rel=1e-8)
 
 
-# --- every analysis returns a status and the peaks up to its end
 def run(**settings):
     return analysed(VARIANT, **settings)
 

@@ -145,7 +145,6 @@ def test_a_worker_ends_with_its_parent_even_when_stopped_and_at_once_without_one
         assert done.returncode == code
 
 
-# --- a journal survives kills, two writers and damage on the disk: no altered row is used
 def test_a_successor_waits_for_its_predecessor_and_missing_locks_are_named(tmp_path, monkeypatch):
     """As on a cluster, where a job comes back while another node still runs it."""
     path = tmp_path / "v.jsonl"

@@ -173,18 +173,17 @@ def test_mean_with_a_bound_solves_the_equations_of_truncated_normals():
     assert mean.estimate - mean.influence[3] * 5 / 4 == pytest.approx(0.1, abs=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("low", "high", "verdict"),
-    [
+def test_an_interval_has_the_first_verdict_that_applies():
+    intervals = [
         (1.06, 1.2, "higher"), (0.8, 0.94, "lower"), (0.96, 1.04, "negligible"),
         (1.01, 1.04, "negligible"),  # the direction is clear, the size is negligible
         (1.01, 1.2, "detectable"), (0.9, 0.99, "detectable"), (0.96, 1.06, "undecided"),
         (0.9, 1.0, "undecided"),  # an interval that ends at no change does not exclude it
         (np.nan, np.nan, "undecided"),
-    ],
-)  # fmt: skip
-def test_an_interval_has_the_first_verdict_that_applies(low, high, verdict):
-    assert made.verdict_of(low, high) == verdict
+    ]  # fmt: skip
+    low, high, expected = map(np.array, zip(*intervals, strict=True))
+    limits, possible = np.full((low.size, 3), [0.95, 1.0, 1.05]).T, np.full(low.size, True)
+    assert (verdicts.verdicts_of(low, *limits, high, possible=possible) == expected).all()
 
 
 @pytest.mark.parametrize(("apart", "verdict"), [(1, verdicts.NEGLIGIBLE), (2, verdicts.DETECTABLE)])

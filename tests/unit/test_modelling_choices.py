@@ -234,7 +234,6 @@ def test_findings_and_tornado_list_choices_that_move_a_demand_more_than_friction
         assert labels[-2:] == ["Friction 0 → 0.5", "Key frame deck edge → skewed"]
 
 
-# --- random properties
 ANY_DIRECTION = RandomProperty(distribution="uniform", low=0.0, high=360.0, source="test")
 ON = UncertaintyConfig(enabled=True, incidence_deg=ANY_DIRECTION)
 NAMES = list(ON.properties)
@@ -324,7 +323,6 @@ def test_factors_act_on_the_model() -> None:
     assert gaps_m == pytest.approx([0.020, 0.020])
 
 
-# --- alternative modelling options: one draw per motion, and the effects under each value
 VALUES = {"key_frame": ("deck_edge", "skewed"), "foundation": ("springs", "fixed"),
           "backfill_vs_mps": (50.0, 150.0, 500.0)}  # fmt: skip
 ALTERNATING = UncertaintyConfig(enabled=True, alternatives=VALUES)

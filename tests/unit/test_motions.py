@@ -146,7 +146,6 @@ def test_the_spectrum_intensity_of_a_blow_is_its_velocity_times_the_range_of_per
     assert found == pytest.approx(swing * (2.5 - 0.1), rel=1e-3)
 
 
-# --- formats of files
 def _with(values: np.ndarray, start: int, *numbers: float) -> np.ndarray:
     """Return values with some numbers that fill the columns of their format."""
     changed = values.copy()
@@ -561,7 +560,6 @@ def test_an_unknown_format_is_refused_with_the_list_of_formats(read):
     np.testing.assert_allclose(trace.accel_mps2, SI, rtol=1e-6)
 
 
-# --- suites of motions: files of a folder, factors, stripes, searches, cuts
 def test_parquet_preserves_the_suite_of_a_folder_bit_for_bit(tmp_path):
     (first, second), *_ = make_pairs(tmp_path, 2)
     suite = prepare_suite(tmp_path, t1_s=0.7)

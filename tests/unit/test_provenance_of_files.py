@@ -255,9 +255,6 @@ def test_a_key_of_the_configuration_changes_the_rules_that_use_it(tmp_path, text
     assert {rule for rule in before if before[rule] != after[rule]} == changed
 
 
-# --- frames of `skewbridge.load`
-
-
 def test_frames_have_units_and_origin_and_different_origins_are_reported(tmp_path):
     unit = pa.field("column_shear_kn", pa.float64(), metadata={"unit": "kN"})
     schema = pa.schema([unit], metadata={"config_digest": "abc"})

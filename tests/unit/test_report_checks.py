@@ -145,7 +145,6 @@ def test_a_failed_check_stops_the_study_only_when_asked(tmp_path: Path, caplog):
     assert json.loads(output.read_text())["passed"]
 
 
-# --- suspect rows: reasons, limits, counts
 @pytest.mark.parametrize(
     ("change", "text"),
     [

@@ -514,7 +514,6 @@ def test_status_of_a_ratio_is_that_of_the_curves_without_an_estimate(statuses, e
     assert found.drop_duplicates().to_numpy().tolist() == [[status, 4 * exceed]]
 
 
-# --- headline of the README
 ROOT = Path(__file__).parents[2]
 DEMO = ROOT / "src/skewbridge/cli/demo_study"
 LEADING = ("column_failure/any", "unseating/slight")

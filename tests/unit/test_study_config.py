@@ -142,7 +142,6 @@ def test_limit_states_fit_their_schema_and_load(name: str) -> None:
         limit_states_of([entries[0] | {"unit": "furlong"}])
 
 
-# --- variants and their names
 def with_decimals(low: int, high: int, decimals: int = 3) -> st.SearchStrategy[float]:
     """Whole numbers, and numbers with up to so many decimals, between two limits."""
     factor = 10**decimals
@@ -268,7 +267,6 @@ def test_variants_have_the_gap_that_their_bridge_states(written):
     assert VariantOptions(bridge=own, gap_mm=51.0).variant.gap_mm == 38.1
 
 
-# --- an abutment model is a row of traits and a builder
 @pytest.mark.parametrize("name", ABUTMENTS)
 def test_a_variant_keeps_the_axes_of_its_model_which_has_a_builder_and_a_code_of_its_own(name):
     assert BUILDERS.keys() == ABUTMENTS.keys()

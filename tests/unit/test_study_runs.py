@@ -119,7 +119,6 @@ def test_values_and_index_of_the_motions_in_use_change_the_digest_of_their_folde
     assert digests(folder.rename(tmp_path / "elsewhere"), "other.json") == before
 
 
-# --- jobs of a variant
 def setup_in(folder: Path, lengths_s: Sequence[float] = (1.0, 3.0, 2.0), **sections) -> StudySetup:
     waves = (wave(f"m{s:g}", duration_s=s, number=s) for s in lengths_s)
     grid = GridConfig(abutment=("contact_friction", "roller"))
@@ -216,7 +215,6 @@ def test_values_on_axes_and_bridges_from_any_path_reach_the_analyses(written) ->
     assert found == {("monolithic", 7)}
 
 
-# --- results of another version are reported and not used; files are written whole or not at all
 @pytest.fixture
 def setup(tmp_path: Path) -> StudySetup:
     return study_of(tmp_path / "results", wave("pulse"), sensitivity=SensitivityConfig(rows=1))
@@ -348,7 +346,6 @@ def test_rows_that_fail_in_different_cycles_are_not_compared() -> None:
     assert table["kn_half_largest_change"] == 1.0
 
 
-# --- rounds: selection, plan and demands
 def asked(*parts: list[dict], cost: dict[str, float] | None = None) -> tuple:
     table = effects.effect_table(PLACES, [row for rows in parts for row in rows])
     return rounds.targets(table, EVEN, cost or dict.fromkeys(EVEN, 1.0), PLACES, LOOKS, 0.90)
@@ -434,7 +431,6 @@ def test_a_plan_has_a_line_its_demands_and_motions_and_a_limit_of_time(tmp_path)
     assert parse_config({"design": {"most": 40}}).motions.count == 32
 
 
-# --- searches of capacities
 def first_task(scale: float = 2.0) -> Task:
     measures = dict.fromkeys(IM_COLUMNS, 1.0) | {LEVEL_MEASURE: AT_1_G * scale}
     return task_of(replace(wave("m", scale=scale), measures=measures))

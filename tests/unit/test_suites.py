@@ -145,7 +145,6 @@ def test_effects_without_a_ratio_are_not_compared() -> None:
     assert np.isfinite(suites.loc[suites["against"] != "", "standard_errors"].astype(float)).all()
 
 
-# --- the shipped suite: what its generator makes, within its promises; more motions change nothing
 def components_of(suite: pd.DataFrame) -> list[pd.Series]:
     return [suite["accel_1_mps2"], suite["accel_2_mps2"]]
 

@@ -127,7 +127,6 @@ def test_the_hyperbola_of_kavianis_bridges_passes_its_two_points(bridge, k50_mn_
     assert found_kn == pytest.approx([ultimate_kn / 2, ultimate_kn], rel=1e-6)
 
 
-# --- the gap of a variant is the opening at rest, after dead load, normal to the backwall
 @pytest.mark.parametrize("bridge", seated_bridges())
 @pytest.mark.parametrize("abutment", ["contact", "contact_friction", "spring", "simplified"])
 @pytest.mark.parametrize("skew_deg", [0, 60, -30])
@@ -151,7 +150,6 @@ def test_gaps_are_open_by_their_width_under_dead_load(bridge, abutment, skew_deg
         assert not has_contacts or abs(ops.nodeDisp(end, 1)) > 2 * TOLERANCE_M
 
 
-# --- skew: strength by the rule of SDC, stiffness and closure at full strength as in tests
 def test_pushed_walls_agree_with_the_tests_of_skewed_walls():
     study = run_study("skew-passive")
     assert [row["quantity"] for row in study.comparisons if not row["pass"]] == []
@@ -244,7 +242,6 @@ def test_a_wall_never_exceeds_the_strength_of_its_soil_and_never_pulls(skew_deg)
     assert series.min() >= 0.0
 
 
-# --- one backfill spring on paths: capped hyperbola, unloading, gap behind the wall, reloading
 def spring_in_series(spring, driver, values, step, *test):
     """Push two springs in a row along a path of prescribed closures, ready for static steps."""
     ops.model("basic", "-ndm", 1, "-ndf", 1)
@@ -307,7 +304,6 @@ def test_unloading_is_stiff_and_opens_a_gap_and_reloading_meets_the_curve(reache
     np.testing.assert_allclose(reloaded, expected, rtol=0.005, atol=0.002 * peak_n)
 
 
-# --- the force of a shear key is that of its backbone, never that of the penalty before it
 @pytest.mark.parametrize("abutment", ["spring", "contact"])
 def test_a_key_that_breaks_has_given_its_strength_and_no_more(abutment):
     case = variant(abutment=abutment, gap_mm=25, friction_pct=0)
@@ -337,7 +333,6 @@ def test_a_key_pushed_along_its_face_has_no_more_than_its_strength(option):
     assert force_kn == pytest.approx(expected, rel=1e-6)
 
 
-# --- pads and supports lift: no tension in any bridge, and the opening is a demand
 @pytest.mark.parametrize(
     ("bridge", "skew_deg", "pads"),
     [*product(seated_bridges(), [0, 60], ["two"]), ("osb1", 60, "each"), ("bridge_a", 60, "each")],

@@ -86,7 +86,6 @@ def test_cap_load_changes_the_thrust_of_a_bent_at_rest_but_not_strength_and_base
     assert [result.period_s(axis) for axis in "xy"] == pytest.approx([1.04, 1.04], rel=0.05)
 
 
-# --- every abutment model on every bridge and skew carries its weight and survives motions
 @pytest.mark.parametrize("case", CARRYING, ids=lambda case: case.slug)
 def test_every_variant_carries_its_weight_and_has_sane_modes(case):
     result = modal_properties(case)
@@ -133,7 +132,6 @@ def test_every_shear_model_has_its_column_and_none_changes_the_analysis():
     assert (ratios[0], ratios) == (sorted(set(ratios[0])), [ratios[0]] * 4)
 
 
-# --- invariances of the response: repetition, mirror images, vanishing friction, open gaps, arrays
 def test_without_friction_or_closures_there_is_no_effect_of_contact_friction():
     frictionless = analysed(variant(friction_pct=0))
     plain = analysed(variant(abutment="contact", friction_pct=0))
@@ -203,7 +201,6 @@ def test_corotational_arrays_give_the_demands_of_rigid_links(skew_deg):
         assert elements.demands[name] == pytest.approx(rigid.demands[name], rel=0.005), name
 
 
-# --- the energy balance closes and separates the dissipation of model and integrator
 def run(abutment="contact_friction", options=None, **settings):
     """Two contacts of each corner and a yielding column within 3 s."""
     case = variant(abutment=abutment, gap_mm=25).normalised()
@@ -277,7 +274,6 @@ def test_the_stiffness_of_spine_and_caps_gives_their_end_forces(bridge):
             assert elastic_stiffness(element) @ ends == pytest.approx(force, rel=1e-9, abs=limit)
 
 
-# --- a push and a ramp of the forces in time
 def slow_ramp(case, dof, force_n):
     """Return displacements of the mass centre and forces, which grow linearly in `RAMP_S`."""
     settings, rows = AnalysisSettings(energy=False), []

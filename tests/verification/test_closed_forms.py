@@ -153,7 +153,6 @@ def test_b9_pushed_block_slides_by_the_excess_of_the_acceleration():
     assert abs(history.q[-1, 3]) == pytest.approx(rate * sliding_s**3 / 6.0, rel=0.02)
 
 
-# --- the contact checks before every study, other contact elements, and integrators at impact
 def test_contact_checks_fail_with_a_fault_in_friction(monkeypatch):
     """That they pass without one is in `faults/test_bad_files.py`, as a command."""
     prepared, limit_n = ContactSet.__init__, contact_law.friction_limit_n
@@ -185,7 +184,7 @@ def test_newmark_gains_and_loses_energy_at_impact_as_without_opensees():
         assert (found.min(), found.max()) == pytest.approx(ends, abs=0.02)
 
 
-# --- the rigid skew deck of Dimitrakopoulos (2011), Engineering Structures 33: cases C1 to C5
+# the rigid skew deck of Dimitrakopoulos (2011), Engineering Structures 33: cases C1 to C5
 def tabulated(start, names):
     return [float(TABULATED["fig5-6", f"{start}: {name}"]["reference"]) for name in names]
 

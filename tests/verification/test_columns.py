@@ -164,7 +164,6 @@ def test_a_strong_motion_cannot_exceed_the_shear_strength(monkeypatch, bridge, m
     assert shears_kn["degrade"] <= 1.001 * loss.strength_n / 1e3 < shears_kn["flag"]
 
 
-# --- the shear of a leaning column's sections: base force, P-Delta and end moments by statics
 @pytest.mark.parametrize(
     ("bridge", "is_elastic"),
     [("osb1", False), ("osb1_fixed", False), ("osb1", True), ("osb2s", True)],
@@ -421,7 +420,6 @@ def test_a_bridge_of_a_pinned_column_and_a_fixed_wall_runs_and_mirrors(tmp_path)
         assert other.demands[name] == pytest.approx(one.demands[name], rel=1e-6), name
 
 
-# --- the residual drift is taken at rest, however long the quiet end of the motion is
 def run(case=CASE, **settings):
     return analysed(case, strong_motion(peak_g=1.2), **settings)
 

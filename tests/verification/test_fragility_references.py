@@ -123,7 +123,6 @@ def test_identical_capacities_have_no_interval_and_the_distance_of_lilliefors_is
     assert fits.lilliefors(np.log(given["capacity"])) == pytest.approx(wanted, rel=1e-9)
 
 
-# --- clouds, systems and regressions
 def test_probit_of_several_covariates_reproduces_greene_and_annual_rates_their_formula():
     given, expected = case("glm_spector_probit_logit")
     x, exceed = np.array(given["X"]), np.array(given["y"], dtype=float) > 0.0
@@ -213,7 +212,6 @@ def test_quasi_random_systems_agree_with_scipy(size, rho):
         assert np.mean(first <= np.log(im)) == pytest.approx(expected, abs=1e-3)
 
 
-# --- mixed model with censored demands: the likelihood by brute force
 def data(high, low=-np.inf, seed=3):
     """Return runs of a known model, censored above ``high`` and below ``low``. The scatter grows
     with intensity; the last coefficient has a prior of 0.2."""
@@ -294,7 +292,6 @@ def test_jackknife_is_close_to_independent_fits_without_each_motion(high, grows,
     assert predictive_loglik(runs, each, np.stack(exact)) == pytest.approx(left_out, abs=1e-6)
 
 
-# --- medians of synthetic studies with known truth, in which failures end runs early
 def with_two_failure_modes(rng, motions):
     """Return runs that stop when shear or flexure fails first; 8 and 7 % of them do. Each demand
     grows in proportion to time until a random share (0.3 to 1) of the motion has passed, so that
@@ -374,7 +371,6 @@ def test_medians_with_informative_collapses_are_nearly_unbiased_or_refused(corre
     assert set(curves.loc[curves["limit_state"] == "moderate", "status"]) & {"bounds_too_wide"}
 
 
-# --- fragility of the stored demands of the default study: reached states, and pooled medians
 ROOT = Path(__file__).parents[2]
 #: States that some run of one bridge reached and no run of the other.
 NOT_REACHED = {
@@ -428,7 +424,6 @@ def test_components_have_states_that_runs_reach_and_no_estimates_of_others(study
                 assert f"{component}/{state or system['limit_state']}" not in beyond
 
 
-# --- medians against code written here
 @pytest.mark.parametrize(
     ("bridge", "axis", "key", "column", "threshold"),
     [

@@ -48,7 +48,6 @@ joints: [{{from_left_m: 50.0, ledge: left, seat_width_m: 0.6, pads: {{{PADS}}}}}
 MIRRORED = HINGED.replace("50.0, ledge: left", "80.0, ledge: right")
 
 
-# --- two bodies over a joint, against explicit integration of the same two bodies
 MASSES_KG, LEVERS_M, SKEW_DEG = (4.0e5, 3.0e5), (10.0, 8.0), 30.0
 INERTIAS = tuple(m * (4 * x**2 + 12.0**2) / 12 for m, x in zip(MASSES_KG, LEVERS_M, strict=True))
 GAP_M, AXIAL_N_PER_M, FRICTION = 0.02, 1.2e7, 0.4
@@ -139,7 +138,6 @@ def test_two_decks_over_a_joint_agree_with_explicit_integration_of_two_bodies():
     assert max(errors) < 0.02, errors
 
 
-# --- dead load
 def test_hand_reactions_without_and_with_hinges():
     assert continuous_reactions_n((8.0, 8.0), 1.0) == pytest.approx([3.0, 10.0, 3.0])
     assert continuous_reactions_n((5.0,), 2.0) == pytest.approx([5.0, 5.0])
@@ -301,9 +299,6 @@ joints: [{{at: bent 1, seat_width_m: 0.6, pads: {{{PADS}}}}}]
     assert moment_nm / shear_n == pytest.approx(span_m, rel=0.015)
 
 
-# --- response
-
-
 def test_restrainers_pull_after_their_slack_up_to_their_strength(written, monkeypatch):
     made = []
     keep = lambda *given: made.append(element.uniaxial(*given)) or made[-1]  # noqa: E731
@@ -347,7 +342,6 @@ def test_bad_joints_and_ends_are_refused_with_their_key(written, text, abutment,
         build(variant(0, abutment, written(text)), ModelOptions())
 
 
-# --- ends
 MIXED = """extends: osb1
 title: one integral end
 abutments:

@@ -162,7 +162,6 @@ def test_the_readme_and_the_bridge_have_the_numbers_of_the_stored_tables():
     assert len([name for name in fitted if "one number with" not in bridge.sources[name]]) == 6
 
 
-# --- motions of single supports: equal ones are uniform input, others move the supports apart
 @pytest.mark.parametrize(
     ("case", "demands"),
     [

@@ -11,11 +11,10 @@ from median_coverage import CASES
 from scipy import stats
 from sequential_verdicts import EFFECTS, LOOKS, verdicts_at_stopping
 
-BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
-
 
 def stored(name):
-    return json.loads((BENCHMARKS / f"{name}.json").read_text(encoding="utf-8"))
+    path = Path(__file__).parents[2] / "benchmarks" / f"{name}.json"
+    return json.loads(path.read_text(encoding="utf-8"))
 
 
 STOPPING, OF_EFFECTS = stored("sequential_verdicts")["rows"], stored("effect_simulations")["rows"]
@@ -59,7 +58,6 @@ def test_intervals_of_effects_cover_and_few_rows_of_a_family_are_called_changed_
     assert min(row["share"] for row in alone if row["what"].endswith("verdict")) > 0.2
 
 
-# --- the joint model and single fits
 def test_intervals_of_medians_and_of_fits_cover():
     """The binomial 95 % bounds of the coverage meet 92 to 98 %, those of 90 % 87 to 93 %."""
     for case, row in MEDIANS.items():
@@ -76,7 +74,6 @@ def test_intervals_of_medians_and_of_fits_cover():
             assert share.high >= low, (row["plan"], parameter)
 
 
-# --- simulations run again
 @pytest.mark.parametrize("study", STUDIES)
 def test_simulations_run_again(study):
     rows, verdicts = study(16, 0.05, 12, 1), verdicts_at_stopping("demand", 0.0, 0.0, 10, 1)

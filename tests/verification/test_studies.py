@@ -148,7 +148,6 @@ def test_ratios_are_geometric_means_over_motions_and_over_places():
     assert counts.to_dict() == dict.fromkeys(strong_motions.DEMANDS, 2) | {"unseating_m": 1}
 
 
-# --- published curves and effects of skew: the stored table, our medians, ratios and reasons
 def test_medians_of_demands_that_follow_the_published_line_are_the_published_ones():
     """40 runs whose demands are the capacities of era 3 at the published medians, with scatter."""
     random = np.random.default_rng(5)
@@ -200,7 +199,6 @@ def test_a_change_explains_a_ratio_if_it_closes_half_of_its_distance_from_the_ra
     assert found[["change", "is_explained"]].T.to_dict("list") == reasons
 
 
-# --- effects of skew: paired ratios of demands and factors on medians
 def test_effects_of_skew_are_those_of_demands_that_grow_by_a_fifth():
     """24 motions, of which one has not the demand of one column."""
     random = np.random.default_rng(3)
@@ -231,7 +229,6 @@ def test_effects_of_skew_are_those_of_demands_that_grow_by_a_fifth():
     assert factors == pytest.approx([1.0, 0.983, 0.931, 0.841, 0.707], abs=5e-4)
 
 
-# --- the paper's dynamic studies (figures 10 to 12, abutment models), and how they compare runs
 def test_half_cycles_lie_between_zero_crossings_and_notice_contact():
     plain, no_contact = np.sin(2 * np.pi * T_S), np.zeros(T_S.size, dtype=bool)
     both = np.column_stack([plain, plain])

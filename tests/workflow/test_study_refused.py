@@ -136,7 +136,6 @@ def test_the_site_is_built_without_a_warning(tmp_path):
     assert "https://" not in "".join(loaded)
 
 
-# --- a study outside a clone: the package as it is installed from a wheel, and `skewbridge init`
 def test_an_installed_package_starts_a_study_and_shows_the_stored_one(tmp_path):
     """The files of a wheel, as an installer unpacks them, outside a clone."""
     (wheel,) = WheelBuilder(str(ROOT)).build(directory=str(tmp_path), versions=["standard"])
