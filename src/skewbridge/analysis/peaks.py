@@ -146,8 +146,13 @@ def _ratio(column: ColumnHandle, vectors: Series, limits: Sequence[float | Serie
 
 def drift_over_capacity(column: ColumnHandle, trace: ResponseTrace) -> Series:
     """Return the ratio of column drift to the drift capacity of its bent, shape (n,)."""
+    return over_capacity(column, _drifts(column, trace))
+
+
+def over_capacity(column: ColumnHandle, drifts: Series) -> Series:
+    """Return the ratio of drifts along x and y, (n, 2), to the drift capacity, shape (n,)."""
     limits = [capacity.drift_capacity_ratio for capacity in column.capacities]
-    return _ratio(column, _drifts(column, trace), limits)
+    return _ratio(column, drifts, limits)
 
 
 def column_shear_dcr(column: ColumnHandle, trace: ResponseTrace) -> Series:
@@ -189,7 +194,7 @@ def shear_ratios(
 def curvature_ductility(column: ColumnHandle, trace: ResponseTrace) -> Series:
     """Return the largest resultant hinge curvature over yield curvature, shape (n,).
 
-    The plastic part along the bent is that of a hinge of its own length with the same rotation.
+    The model has one hinge length, that normal to the bent.
     """
     normal, along = column.capacities
     largest = np.full(len(trace.time_s), 0.0 * normal.yield_curvature_per_m)  # nan if not stated
@@ -197,6 +202,7 @@ def curvature_ductility(column: ColumnHandle, trace: ResponseTrace) -> Series:
         _, about_z, about_y, *_ = trace.sections[column.element, point].T
         ratio_y = about_y / normal.yield_curvature_per_m
         ratio_z = about_z / along.yield_curvature_per_m
+        # ASSUME a hinge of the length along the bent rotates as the hinge of the model
         plastic_share = 1.0 - 1.0 / np.maximum(np.hypot(ratio_z, ratio_y), 1.0)
         ratio_z *= 1.0 + (along.hinge_ratio - 1.0) * plastic_share
         largest = np.maximum(largest, np.hypot(ratio_z, ratio_y))

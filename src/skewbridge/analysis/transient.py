@@ -14,7 +14,13 @@ from skewbridge.analysis.bridge_check import capacity_rows
 from skewbridge.analysis.energy import EnergyBalance, energy_ratios
 from skewbridge.analysis.ground import Excitation, GroundInput, SupportInput
 from skewbridge.analysis.modal import apply_rayleigh, damp_columns
-from skewbridge.analysis.peaks import ModelEnd, demands, histories_of, model_end
+from skewbridge.analysis.peaks import (
+    ModelEnd,
+    demands,
+    histories_of,
+    model_end,
+    over_capacity,
+)
 from skewbridge.analysis.recovery import Effort
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Ending, Progress, StepLoop, configure_solver, solver_log
@@ -355,14 +361,12 @@ class Lean:
 
     def drift_ratio(self) -> float:
         """Return the displacement of the top relative to the base, divided by the clear height."""
-        return hypot(*self._drift_m()) / self.column.clear_height_m
+        return hypot(*self._disp_m()) / self.column.clear_height_m
 
     def over_capacity(self) -> bool:
         """Return whether the drift has reached the displacement capacity, as in `model_end`."""
-        (x, y), (normal_x, normal_y) = self._drift_m(), self.column.normal
-        across, along = (capacity.drift_capacity_ratio for capacity in self.column.capacities)
-        ratios = (x * normal_x + y * normal_y) / across, (y * normal_x - x * normal_y) / along
-        return hypot(*ratios) >= self.column.clear_height_m
+        drifts = np.array([self._disp_m()]) / self.column.clear_height_m
+        return bool(over_capacity(self.column, drifts)[0] >= 1.0)
 
     def loses_shear_strength(self) -> bool:
         """Return whether a shear spring of the top hinge (its last two terms) softens."""
@@ -371,7 +375,7 @@ class Lean:
         size = isqrt(len(stiffness))
         return bool(np.reshape(stiffness, (size, size)).diagonal()[-2:].min() <= 0.0)
 
-    def _drift_m(self) -> PlanVector:
+    def _disp_m(self) -> PlanVector:
         (top_x, top_y), (base_x, base_y) = self._top.disp_m(), self._base.disp_m()
         return top_x - base_x, top_y - base_y
 

@@ -63,8 +63,8 @@ class ColumnCapacity:
     yield_drift_ratio: float
     drift_capacity_ratio: float  # displacement capacity over clear height (Caltrans criteria)
     shear: ShearSection | Strength | None
-    #: length of the hinges of the model, which is that normal to the bent, over that of the
-    #: direction: the plastic rotation of a shorter hinge needs more curvature
+    #: hinge length of the model (normal to the bent) / hinge length of this direction; the same
+    #: rotation of a shorter hinge needs more curvature
     hinge_ratio: float = 1.0
 
     def shear_strength_n(

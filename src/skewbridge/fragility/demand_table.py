@@ -43,6 +43,8 @@ _LARGEST: Final = 10.0
 _NEEDED: Final = {"_m": "metres are needed, not mm", "_g": "g is needed, not cm/s2"}
 #: Columns of 0 and 1 of other programs, see `with_flags`.
 FLAGS: Final = ("collapse", "censored")
+#: Other names of `FLAGS` in published data sets.
+FLAG_ALIASES: Final = {"right_censored": "censored"}
 #: Advice for a demand that is infinite because the run collapsed.
 WITHOUT_PEAK: Final = "give a collapsed run the status collapse"
 

@@ -37,8 +37,8 @@ from skewbridge.fragility.settings import DEFAULTS, FitSettings
 #: Note on a table without motions.
 _INDEPENDENT: Final = "there is no column motion_id: the runs are taken as independent"
 #: Other names of our columns in published data sets.
-_ALIASES: Final = {
-    "right_censored": "censored", "bracket_lo": "lower", "bracket_hi": "upper",
+_ALIASES: Final = demand_table.FLAG_ALIASES | {
+    "bracket_lo": "lower", "bracket_hi": "upper",
     "im_no_exceed": "lower", "im_exceed": "upper",
 }  # fmt: skip
 #: Columns that only the fit to a table of runs takes into account.
