@@ -435,10 +435,10 @@ def histories_of(
     disp = trace.disp(model.frame.centre_node)
 
     def largest(history_of: Callable[[ColumnHandle, ResponseTrace], Series]) -> Series:
-        """Return the largest value of all columns in each row; 0 for a bridge without columns."""
+        """Return the largest known value of all columns in each row; 0 without columns."""
         series = [history_of(column, trace) for column in model.columns]
         magnitudes = [np.hypot(*history.T) if history.ndim == 2 else history for history in series]
-        return np.maximum.reduce([np.zeros(len(trace.time_s)), *magnitudes])
+        return np.fmax.reduce(magnitudes or [np.zeros(len(trace.time_s))])
 
     table: dict[str, Series] = {
         "t_s": trace.time_s,
