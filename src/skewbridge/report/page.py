@@ -37,7 +37,7 @@ from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.limit_states import COLUMN_FAILURE, HEADLINE_STATES, hazus_factor
 from skewbridge.fragility.verdicts import MEDIAN_CAPACITY, OK
-from skewbridge.report import answer, appearance
+from skewbridge.report import answer, appearance, fragility_figures
 from skewbridge.report.answer import change_name, effect_name, model_name
 from skewbridge.report.appearance import groups_of, in_words, plain_label, shown_axes, variant_text
 from skewbridge.report.fragility_figures import (
@@ -46,7 +46,6 @@ from skewbridge.report.fragility_figures import (
     main_curves,
     pooled_curves,
     state_text,
-    variants_text,
     with_system,
 )
 from skewbridge.report.methods import STATE_HEADS, methods_of
@@ -56,7 +55,6 @@ from skewbridge.study.config import CONDITIONING_BRIDGE, FigureSettings, StudyCo
 from skewbridge.study.folder import StudyFolder
 from skewbridge.units import split_unit
 from skewbridge.variant.axes import axes_of
-from skewbridge.variant.axes import axis as axis_of
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS
 
@@ -77,14 +75,10 @@ def write_report(
         if path.suffix == ".parquet" and path.is_file()
     }
     curves, medians = frames["curves"], frames["medians"]
-    helpers = (axes_of, axis_of, groups_of, records_of, shown_axes, shown_rows)
-    formatters = (appearance.named_value, effect_name, in_words, model_name, plain_label, unbroken)
-    formatters += (number_text, median_text, variant_text, variants_text, with_ends)
-    effect_functions = (answer.change_of, answer.extent_of_data, answer.no_ratio_text)
-    effect_functions += (appearance.change_text, appearance.interval_text, appearance.verdict_style)
     config = study.model_dump(mode="json", exclude={"batches"}) if study else {}
     units = study.figures.units if study else FigureSettings().units
-    environment = appearance.templates(*helpers, *formatters, *effect_functions)
+    modules = map(vars, (appearance, answer, fragility_figures))
+    environment = appearance.templates(*modules, globals())
     unreached = curves[(curves["reach"].fillna("") != "") & (curves["method"] == "cloud")]
     pictures = pictures_of(read_captions(tables["captions"]), figures)
     leading = {p["caption"].name: p for p in pictures if p["caption"].section == SECTIONS[0]}
