@@ -33,6 +33,7 @@ from skewbridge.fragility.verdicts import (
     UNDECIDED,
 )
 from skewbridge.motions.p695 import REPLACED
+from skewbridge.report import appearance
 from skewbridge.report.appearance import (
     TEXTS,
     change_text,
@@ -44,10 +45,7 @@ from skewbridge.report.appearance import (
     number,
     one_line,
     shear_model_name,
-    shown_length,
-    shown_value,
     templates,
-    threshold_text,
     value_text,
 )
 from skewbridge.statuses import COLLAPSE, FAILED
@@ -298,10 +296,7 @@ def _demand_row(effect: dict[str, Any], rows: pd.DataFrame | None) -> dict[str, 
 # --- sentences
 
 
-_TEMPLATES: Final = templates(
-    *(axis, change_of, change_text, counted, effect_name, interval_text, listed, model_name),
-    *(number, number_word, shown_length, shown_value, threshold_text, value_text),
-)
+_TEMPLATES: Final = templates(vars(appearance), globals())
 
 
 def sentence(name: str, **values: Any) -> str:

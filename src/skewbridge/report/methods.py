@@ -3,7 +3,6 @@
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from importlib.metadata import version
 from importlib.resources import files
 from itertools import chain
@@ -18,15 +17,9 @@ from skewbridge.demands.columns import choice_text, joint_columns
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE
 from skewbridge.motions.levels import LEVEL_MEASURE
-from skewbridge.report.answer import counted, gap_text, listed, option_text
-from skewbridge.report.appearance import (
-    in_words,
-    plain_label,
-    shown_length,
-    templates,
-    threshold_text,
-    value_text,
-)
+from skewbridge.report import answer, appearance
+from skewbridge.report.answer import gap_text, listed, option_text
+from skewbridge.report.appearance import in_words, plain_label, threshold_text, value_text
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, parse_config
 from skewbridge.units import split_unit
 from skewbridge.variant.axes import axis
@@ -89,17 +82,16 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
         for name, values in config.grid.values().items()
     }
     axes["gap_mm"] = gap_text(axes["gap_mm"], bridges)
-    template = templates(counted, shown_length, version).get_template("methods.j2")
+    environment = appearance.templates(vars(appearance), vars(answer), globals())
+    template = environment.get_template("methods.j2")
     context = template.new_context(
         {
             **template.globals,
-            "numbers": _text,
-            "percent": _percent,
+            "version": version,
             "config": config,
             "bridges": bridges,
             "model": model,
-            "shown_gap": partial(value_text, axis("gap_mm")),
-            "dampings": [_percent(ratio) for ratio in sorted(dampings)],
+            "dampings": [percent(ratio) for ratio in sorted(dampings)],
             "abutments": [ABUTMENTS[name] for name in config.grid.abutment],
             "axes": [f"{axis(name).title} {text}" for name, text in axes.items()],
             "variants": len(expand_grid(config.grid)),
@@ -141,7 +133,7 @@ def _changed_settings(config: StudyConfig) -> list[str]:
     defaults = parse_config({"accuracy": config.accuracy}).model_dump(mode="json")
     accuracy = [f"`accuracy` {config.accuracy}"] if config.accuracy != "default" else []
     return accuracy + [
-        f"`{section}.{key}` {_text(value)} (default {_text(defaults[section][key])})"
+        f"`{section}.{key}` {numbers(value)} (default {numbers(defaults[section][key])})"
         for section, values in configured.items()
         for key, value in values.items()
         if value != defaults[section][key]
@@ -155,21 +147,22 @@ def _limit_states(config: StudyConfig, has_joints: bool) -> list[list[str]]:
     for component in dict.fromkeys(state.component for state in states):
         group = [state for state in states if state.component == component]
         medians = (f"{item.name} {threshold_text(item.demand, item.threshold)}" for item in group)
-        dispersion = _text(sorted({item.dispersion for item in group}))
+        dispersion = numbers(sorted({item.dispersion for item in group}))
         citation = " ".join(group[0].citation.split())
         demand, median = f"`{group[0].demand}`", ", ".join(medians)
         rows.append([in_words(component), demand, median, dispersion, citation])
     return rows
 
 
-def _text(value: object) -> str:
+def numbers(value: object) -> str:
     """Return a value of the configuration, or a list of them, as text."""
     if isinstance(value, list | tuple):
-        return ", ".join(map(_text, value))
+        return ", ".join(map(numbers, value))
     if isinstance(value, float):
         return f"{value:g}"
     return "none" if value is None else str(value)
 
 
-def _percent(share: float) -> str:
+def percent(share: float) -> str:
+    """Return a share in per cent as text."""
     return f"{100 * share:g} %"

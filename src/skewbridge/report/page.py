@@ -4,6 +4,7 @@ import base64
 import gzip
 import json
 import re
+from cmath import rect
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from importlib.resources import files
@@ -18,6 +19,7 @@ import pandas as pd
 import yaml
 from joblib import Parallel, cpu_count, delayed
 from PIL import Image
+from pydantic_core import to_json
 
 from skewbridge.bridge.frame import Description, Structure
 from skewbridge.bridge.library import load_structure
@@ -37,7 +39,7 @@ from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.limit_states import COLUMN_FAILURE, HEADLINE_STATES, hazus_factor
 from skewbridge.fragility.verdicts import MEDIAN_CAPACITY, OK
-from skewbridge.report import answer, appearance
+from skewbridge.report import answer, appearance, fragility_figures
 from skewbridge.report.answer import change_name, effect_name, model_name
 from skewbridge.report.appearance import groups_of, in_words, plain_label, shown_axes, variant_text
 from skewbridge.report.fragility_figures import (
@@ -46,7 +48,6 @@ from skewbridge.report.fragility_figures import (
     main_curves,
     pooled_curves,
     state_text,
-    variants_text,
     with_system,
 )
 from skewbridge.report.methods import STATE_HEADS, methods_of
@@ -56,7 +57,6 @@ from skewbridge.study.config import CONDITIONING_BRIDGE, FigureSettings, StudyCo
 from skewbridge.study.folder import StudyFolder
 from skewbridge.units import split_unit
 from skewbridge.variant.axes import axes_of
-from skewbridge.variant.axes import axis as axis_of
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS
 
@@ -77,14 +77,10 @@ def write_report(
         if path.suffix == ".parquet" and path.is_file()
     }
     curves, medians = frames["curves"], frames["medians"]
-    helpers = (axes_of, axis_of, groups_of, records_of, shown_axes, shown_rows)
-    formatters = (appearance.named_value, effect_name, in_words, model_name, plain_label, unbroken)
-    formatters += (number_text, median_text, variant_text, variants_text, with_ends)
-    effect_functions = (answer.change_of, answer.extent_of_data, answer.no_ratio_text)
-    effect_functions += (appearance.change_text, appearance.interval_text, appearance.verdict_style)
     config = study.model_dump(mode="json", exclude={"batches"}) if study else {}
     units = study.figures.units if study else FigureSettings().units
-    environment = appearance.templates(*helpers, *formatters, *effect_functions)
+    modules = map(vars, (appearance, answer, fragility_figures))
+    environment = appearance.templates(*modules, globals())
     unreached = curves[(curves["reach"].fillna("") != "") & (curves["method"] == "cloud")]
     pictures = pictures_of(read_captions(tables["captions"]), figures)
     leading = {p["caption"].name: p for p in pictures if p["caption"].section == SECTIONS[0]}
@@ -249,13 +245,7 @@ def bridge_words(bridge: Description) -> str:
 _WIDTH, _HEIGHT, _SIDE, _TOP = 520.0, 190.0, 8.0, 52.0
 _GAP_SHARE: Final = 0.035  # largest width of a drawn gap / length of the bridge
 _FACTORS: Final = (200, 100, 50, 20, 10, 5, 2, 1)
-#: Ends of the lines across a gap and along its far face: number of the face, share of the width.
-_MARKS: Final = {"gap": ((0, -0.5), (1, -0.5)), "friction": ((1, 0.2), (1, 0.8))}
 _JOINT_DEMANDS: Final = (("unseating_m", "unseating (mm)", 1000.0), ("closures", "closures", 1.0))
-
-
-#: Kinds of ends with a wall.
-_WITH_WALL: Final = ("seat", "integral", "fixed")
 
 
 def sketch(
@@ -294,17 +284,26 @@ def sketch(
     faces = cuts(skew)
     walls: list[list[PlanVector]] = []
     gaps = list(zip(faces[1:-1:2], faces[2:-1:2], strict=True))
-    ends = zip(bridge.end_kinds.items(), faces[:: len(faces) - 1], strict=True)
-    for (name, kind), (x, rad) in ends:
-        outward = copysign(1.0 / cos(rad), x)
+    for name, (x, rad) in zip(bridge.end_kinds, (faces[0], faces[-1]), strict=True):
+        kind, outward = bridge.end_kinds[name], copysign(1.0 / cos(rad), x)
         wall = x + outward * factor * (gaps_m[name] if kind == "seat" else 0.0)
-        if kind in _WITH_WALL:
+        if kind != "roller":
             walls.append(_corners((wall, rad), (wall + outward * wall_m, rad), (-half_m, half_m)))
         if kind == "seat":
             key_y, inner_x = half_m + factor * model.transverse_gap_m, x - 2.2 * outward * wall_m
-            key_ranges = ((key_y, key_y + wall_m), (-key_y, -key_y - wall_m))
-            walls += [_corners((inner_x, rad), (x, rad), key_range) for key_range in key_ranges]
+            for low, high in ((key_y, key_y + wall_m), (-key_y, -key_y - wall_m)):
+                walls.append(_corners((inner_x, rad), (x, rad), (low, high)))
             gaps.insert(0, ((x, rad), (wall, rad)))
+    marks = {  # lines across a gap and along its far face
+        "gap": [_skewed(face, -0.5 * half_m) for pair in gaps[:1] for face in pair],
+        "friction": [_skewed(far, y * half_m) for _, far in gaps[:1] for y in (0.2, 0.8)],
+    }
+    columns: list[list[PlanVector]] = []
+    for (x_m, along_m), outline in zip(bridge.columns_m, bridge.outlines_m, strict=True):
+        corners = [
+            x_m + (z + 1j * (along_m * stretch + y)) * rect(1, bent_skew) for y, z in outline
+        ]
+        columns.append([(corner.real, corner.imag) for corner in corners])
     deck_corners, tilt = decks(faces), faces[0][1]
     half_length = max(abs(x) for polygon in (*deck_corners, *walls) for x, _ in polygon)
     return {
@@ -315,25 +314,12 @@ def sketch(
         "others": [deck for deg in sorted({*skews_deg} - {skew}) for deck in decks(cuts(deg))],
         "decks": deck_corners,
         "walls": walls,
-        "marks": {
-            name: [_skewed(gaps[0][face], y_share * half_m) for face, y_share in line]
-            for name, line in _MARKS.items()
-            if gaps
-        },
+        "marks": marks if gaps else {},
         "end": end_m,
-        "columns": [
-            [
-                (
-                    x_m + z_m * cos(bent_skew) - (along_m * stretch + y_m) * sin(bent_skew),
-                    z_m * sin(bent_skew) + (along_m * stretch + y_m) * cos(bent_skew),
-                )
-                for y_m, z_m in outline
-            ]
-            for (x_m, along_m), outline in zip(bridge.columns_m, bridge.outlines_m, strict=True)
-        ],
+        "columns": columns,
         # a line is an area of two corners
         "bents": [
-            [_skewed((x, bent_skew), -half_m), _skewed((x, bent_skew), half_m)]
+            [_skewed((x, bent_skew), y) for y in (-half_m, half_m)]
             for x in sorted({x for x, _ in bridge.columns_m})
         ],
         "ends": list(bridge.end_kinds.values()),
@@ -526,7 +512,7 @@ def explorer_data(frames: Mapping[str, pd.DataFrame]) -> str:
     payload: dict[str, Any] = {
         "im": plain_label(im),
         "im_name": im,
-        "im_values": grid.tolist(),
+        "im_values": grid,
         "colours": appearance.VARIANT_COLOURS,
         "models": [model_name(*model) for model, _ in models],
         "axes": [
@@ -551,38 +537,27 @@ def explorer_data(frames: Mapping[str, pd.DataFrame]) -> str:
             name: dict(zip(("label", "factor"), appearance.shown_label(name), strict=True))
             for name in columns
         },
-        "fits": {
-            "columns": _FIT_COLUMNS,
-            "rows": _finite(fits[list(_FIT_COLUMNS)]).to_numpy().tolist(),
-        },
+        "fits": records_of(fits[list(_FIT_COLUMNS)]),
         "motions": motions,
         "statuses": STATUSES,
         "runs": {
-            "variant": pd.Categorical(demands["variant"], names).codes.tolist(),
-            "motion": pd.Categorical(demands["motion_id"], motions).codes.tolist(),
-            "scale": demands["scale"].tolist(),
-            "status": pd.Categorical(demands["status"], STATUSES).codes.tolist(),
-            "complete": is_complete(demands).astype(int).tolist(),
-            "key": demands.get("run_key", pd.Series("", demands.index)).tolist(),
-            "im": _finite(demands[[im]])[im].tolist(),
-            "demands": _finite(demands[columns]).to_dict("list"),
+            "variant": pd.Categorical(demands["variant"], names).codes,
+            "motion": pd.Categorical(demands["motion_id"], motions).codes,
+            "scale": demands["scale"],
+            "status": pd.Categorical(demands["status"], STATUSES).codes,
+            "complete": is_complete(demands).astype(int),
+            "key": demands.get("run_key", pd.Series("", demands.index)),
+            "im": demands[im],
+            "demands": dict(demands[columns].items()),
         },
     }
-    text = json.dumps(
-        payload, separators=(",", ":"), default=lambda value: value.item(), ensure_ascii=False
-    )
-    return _compressed(text.encode("utf-8"))
+    # NaN and infinities become null
+    return _compressed(to_json(payload, inf_nan_mode="null", fallback=lambda array: array.tolist()))
 
 
 def _compressed(content: bytes) -> str:
     """Return content as gzip in base64, which is a third as long as the text."""
     return base64.b64encode(gzip.compress(content, mtime=0)).decode("ascii")
-
-
-def _finite(table: pd.DataFrame) -> pd.DataFrame:
-    """Return a table of objects, with None for NaN and infinities."""
-    numbers = table.replace([np.inf, -np.inf], np.nan)
-    return numbers.astype(object).where(numbers.notna(), None)
 
 
 # --- tables and quality

@@ -23,12 +23,11 @@ from skewbridge.errors import InputError
 from skewbridge.files.tables import figure_metadata, read_frame
 from skewbridge.files.text import shortened, write_text
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
-from skewbridge.fragility.exports import three_digits
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import read_suite
-from skewbridge.report import appearance, fragility_figures
-from skewbridge.report.answer import listed, model_name, short_names
+from skewbridge.report import answer, appearance, fragility_figures
+from skewbridge.report.answer import model_name, short_names
 from skewbridge.report.run_figures import applied_spectra
 from skewbridge.study.config import DESIGN_FONT_PT, GENERIC_FONTS, FigureSettings
 from skewbridge.study.folder import StudyFolder
@@ -41,11 +40,7 @@ CAPTIONS: Final = {kind: texts for kind, texts in appearance.TEXTS.items() if "s
 #: Sections of the figures: the leading curves, then the gallery of the page in its order.
 SECTIONS: Final = tuple(dict.fromkeys(caption["section"] for caption in CAPTIONS.values()))
 _TABLES: Final = ("demands", "curves", "effects", "medians", "system", "intensity_effects")
-_TEXTS: Final = appearance.templates(
-    *(appearance.demand_name, appearance.in_words, appearance.plain_label, listed),
-    *(fragility_figures.state_text, three_digits),
-    *(appearance.threshold_text, appearance.value_text),
-)
+_TEXTS: Final = appearance.templates(*map(vars, (appearance, answer, fragility_figures)))
 PNG_DPI: Final = 300
 #: Least number of figures per process: a start takes as long as drawing five figures.
 FIGURES_OF_A_PROCESS: Final = 12
