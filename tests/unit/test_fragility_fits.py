@@ -281,7 +281,6 @@ def test_a_system_is_weaker_than_its_weakest_component_and_equals_a_single_one()
     assert len(usable) >= 2
     assert (usable["theta_independent"] <= usable["theta"] * 1.01).all()
     assert (usable["theta"] <= usable["theta_correlated"] * 1.002).all()
-    assert (usable["max_dp"] < 0.05).all()
     table = synthetic_demands(**ONE, motions=40)
     mild, *_, severe = states_of("column_drift")
     found, undamaged = (systems(table, [state]).iloc[0] for state in (mild, severe))
