@@ -5,12 +5,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
+import typer
+
 from skewbridge.cli import new_group
 from skewbridge.cli.output import (
     Answer,
     Out,
     Study,
-    UnitsOpt,
     VariantOptions,
     arg,
     command,
@@ -57,13 +58,13 @@ class LoadingOptions:
 
 @command(commands)
 def run(
+    context: typer.Context,
     case: VariantOptions,
     loading: LoadingOptions,
     out: Out,
     figures: Annotated[bool, opt("Draw the figures.")] = True,
     row: Annotated[str | None, opt("Repeat the row of a study with this key.", "RUN_KEY")] = None,
     study: Study = None,
-    units: UnitsOpt = "si",
 ) -> Answer:
     """Analyse one variant under one motion and draw its histories.
 
@@ -105,7 +106,7 @@ def run(
         from skewbridge.report.run_figures import run_figures
 
         title = f"{task.variant.slug}, {motion.motion_id} x {task.motion.scale:g}"
-        with shown_in(units):
+        with shown_in(context.params["units"]):
             drawn = run_figures(histories, title=title)
         for name, figure in drawn.items():
             for path in (out / f"{name}.png", out / f"{name}.svg"):
@@ -114,7 +115,7 @@ def run(
     notes = [*gap_notes(task.variant.bridge), *result.messages, f"written to {out}"]
     code = 0 if result.status in RAN else EXIT_FAILED
     shown = selected([demands], *_SHOWN)[0]
-    return Answer(demands, shown, units, notes, code, warnings=warnings)
+    return Answer(demands, shown, notes, code, warnings=warnings)
 
 
 def _task(case: VariantOptions, loading: LoadingOptions) -> "Task":
