@@ -136,8 +136,7 @@ def test_cloud_marks_runs_that_ended_early_and_demands_of_zero(demands, fragilit
     assert points_of(lines_of(demand_clouds(many, *tables), "o")) == len(many)
     assert points_of(lines_of(demand_clouds(demands, *tables), 2)) == 1  # a tick
     low = demands.assign(**{DRIFT: demands[DRIFT].where(demands["motion_id"] != "m00", 0.0)})
-    figure = demand_clouds(low, *tables)
-    assert points_of(lines_of(figure, "v")) == (low[DRIFT] == 0.0).sum() == 8
+    assert points_of(lines_of(demand_clouds(low, *tables), "v")) == (low[DRIFT] == 0.0).sum() == 8
     assert figures.least_shown(demands.assign(**{DRIFT: 0.0}), tables[0], DRIFT) is None
 
 
