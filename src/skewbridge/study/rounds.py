@@ -181,7 +181,8 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
     analysis_s = dict.fromkeys(slugs, analyses_s(study, setup.durations_s) / analyses)
     if earlier:
         demands = pd.concat(map(read_frame, earlier), ignore_index=True)
-        mean_s = demands.groupby("variant")["wall_s"].mean()
+        # NaN, left out: all workers of a variant died
+        mean_s = demands.groupby("variant")["wall_s"].mean().dropna()
         analysis_s = {slug: float(mean_s.get(slug, mean_s.mean())) for slug in slugs}
         speed = measured_speed(records_of(demands), study.analysis, "wall_s")
     began_s, cores = map(float, os.environ.get(CLOCK, f"{time.time()} 1").split())
