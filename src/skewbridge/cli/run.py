@@ -1,7 +1,7 @@
 """Commands that analyse or check one case: run, contact, deck, doctor, verify."""
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
@@ -72,7 +72,7 @@ def run(
 
     Example: skewbridge run --skew-deg 30 --motion A.AT2 B.AT2 --out run30
     """
-    task = _task(case, loading) if row is None else _task_of_row(row, study)
+    task = _task(case, loading) if row is None else _task_of_row(row, study, case, loading)
     import pandas as pd
     from rich.progress import Progress
 
@@ -150,13 +150,24 @@ def _task(case: VariantOptions, loading: LoadingOptions) -> "Task":
     )
 
 
-def _task_of_row(key: str, study: Path | None) -> "Task":
-    """Return the analysis of a study with this run key; raise `InputError` if there is none."""
+def _task_of_row(key: str, study: Path | None, *options: Any) -> "Task":
+    """Return the analysis of a study with this run key; raise `InputError` if there is none.
+
+    No field of ``options`` may differ from its default.
+    """
     from skewbridge.files.tables import read_table
     from skewbridge.study.analyses import StudySetup
     from skewbridge.study.journal import read_content
     from skewbridge.study.task import run_key
 
+    changed = [
+        "--set" if field.name == "changes" else f"--{field.name.replace('_', '-')}"
+        for group in options
+        for field in fields(group)
+        if getattr(group, field.name) != field.default
+    ]
+    if changed:
+        raise InputError(f"--row repeats an analysis without changes: omit {', '.join(changed)}")
     config, folder = study_of(study)
     row = read_content(folder.journals).rows.get(key)
     if row is None and folder.demands.is_file():
