@@ -108,7 +108,8 @@ def assert_effects(tables, frames):
     for label, row in changes.items():
         name = label.split()[0].lower().replace("skew", "skew_deg").replace("gap", "gap_mm")
         failed = demands.assign(failed=demands["beyond_model"] != "").groupby(name)["failed"]
-        assert_printed(row[-1], [*failed.sum().iloc[[0, -1]], failed.size().iloc[0]])
+        (first, *_, last), (runs, *_, runs_of_last) = failed.sum(), failed.size()
+        assert_printed(row[-1], [first, *{runs} - {runs_of_last}, last, runs_of_last])
 
 
 def assert_leading(tables, frames):
@@ -184,7 +185,7 @@ def assert_in(text, *words):
 
 
 def test_counts_and_answers_are_those_of_the_study(render):
-    demands = synthetic_demands(skews=(0, 60), gaps=(25,))
+    demands = synthetic_demands(skews=(0, 60), gaps=(25,))[:-1]  # a value has one run less
     page, frames = render(demands)
     # friction above its limit, of the analyses that rub
     assert_in(page, f"Columns failed in 0 of {len(demands)} runs.", "a median of 3 %")
@@ -209,8 +210,7 @@ def test_failures_tables_intensities_and_links_are_those_of_the_study(render):
     assert set(frames["curves"]["im"]) == {IM}
     assert_in(page, "Median θ of Sa,avg RotD50 (g)", "motions scaled by 0.25 to 1.5,")
     assert_tables(page, frames)
-    wanted = set(re.findall(r'href="#([^"]+)"', page))
-    assert wanted <= set(re.findall(r'id="([^"]+)"', page))
+    assert {*re.findall(r'href="#([^"]+)"', page)} <= {*re.findall(r'id="([^"]+)"', page)}
 
 
 def test_accuracy_suspect_rows_needed_motions_and_the_factor_of_hazus_are_stated(render):

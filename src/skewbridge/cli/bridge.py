@@ -16,7 +16,6 @@ from skewbridge.cli.output import (
     Answer,
     Bridge,
     Out,
-    UnitsOpt,
     VariantOptions,
     arg,
     command,
@@ -41,12 +40,11 @@ MaxDisp = Annotated[float, opt("Final displacement of the push, in m.")]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PushOptions:
-    """Direction, output folder and units of a push."""
+    """Direction and output folder of a push."""
 
     out: Out
     direction: Annotated[Literal["x", "y"], opt("Direction: x longitudinal, y transverse.")] = "x"
     angle_deg: Annotated[float | None, opt("Angle from x in degrees, counter-clockwise.")] = None
-    units: UnitsOpt = "si"
 
 
 commands = new_group()
@@ -105,7 +103,6 @@ def check(
     name: Name = None,
     bridge: Bridge = "osb1",
     out: Annotated[Path | None, opt("Folder of the drawing; default results/bridges/NAME.")] = None,
-    units: UnitsOpt = "si",
 ) -> Answer:
     """Check a bridge: keys, weight, axial loads, periods and capacities; draw its model.
 
@@ -127,11 +124,11 @@ def check(
     sections = Counter(key.partition(".")[0] for key in answer["inherited"])
     printed["inherited"] = ", ".join(f"{count} of {name}" for name, count in sections.items())
     notes = [*gap_notes(name or bridge), *([] if answer["findings"] else ["no findings"])]
-    return Answer(answer, printed, units, notes, warnings=answer["findings"])
+    return Answer(answer, printed, notes, warnings=answer["findings"])
 
 
 @command(bridge)
-def modal(case: NamedVariantOptions, out: OptionalOut = None, units: UnitsOpt = "si") -> Answer:
+def modal(case: NamedVariantOptions, out: OptionalOut = None) -> Answer:
     """Compute weight, dead-load forces, periods and participating masses with open gaps.
 
     T1 is the conditioning period of the bridge: the period of its model with pads at zero skew.
@@ -148,7 +145,7 @@ def modal(case: NamedVariantOptions, out: OptionalOut = None, units: UnitsOpt = 
     warnings = modes.periods_of_file(variant.bridge, with_pads)
     slug, t1_s = variant.normalised().slug, modes.conditioning_period_s(with_pads)
     answer = {"variant": slug, "t1_s": t1_s, **result}
-    return Answer(answer, units=units, notes=gap_notes(case.bridge), warnings=warnings)
+    return Answer(answer, notes=gap_notes(case.bridge), warnings=warnings)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -219,7 +216,7 @@ def _pushed(pushing: "Callable[..., PushCurve]", case: VariantOptions, push: Pus
     if not all_complete:
         notes.append("a push stopped at last_disp_m: no equilibrium at larger displacements")
     exit_code = 0 if all_complete else EXIT_FAILED
-    return Answer(answer, units=push.units, notes=notes, exit_code=exit_code)
+    return Answer(answer, notes=notes, exit_code=exit_code)
 
 
 @command(bridge)
@@ -247,7 +244,6 @@ def column(
     name: Name = None,
     bridge: Bridge = "osb1",
     bent: Annotated[int, opt("Number of the bent, 1 at the left.")] = 1,
-    units: UnitsOpt = "si",
 ) -> Answer:
     """Compute moment-curvature and shear strength of a column under dead load.
 
@@ -279,7 +275,7 @@ def column(
             "curvature_ductility": curve.ultimate_curvature_per_m / curve.yield_curvature_per_m,
         }
         rows.append(direction | {force: row[force] for force in forces} | values)
-    return Answer(rows[0] if len(rows) == 1 else {"directions": rows}, units=units)
+    return Answer(rows[0] if len(rows) == 1 else {"directions": rows})
 
 
 @command(bridge)
@@ -287,7 +283,6 @@ def sdc(
     source: Annotated[Path | None, arg("Output folder of run, or bridge.", "[RUN|BRIDGE]")] = None,
     bridge: Annotated[str | None, opt("Bridge, or bridge file of the run.", "NAME|FILE")] = None,
     out: OptionalOut = None,
-    units: UnitsOpt = "si",
 ) -> Answer:
     """Check displacements, P-Delta ratio and seat width against the Caltrans criteria.
 
@@ -330,4 +325,4 @@ def sdc(
     if out is not None:
         _write(rows, out, "sdc")
     answer = {"title": title, checked: rows}
-    return Answer(answer, units=units, notes=notes, warnings=warnings)
+    return Answer(answer, notes=notes, warnings=warnings)

@@ -226,7 +226,6 @@ class VerdictStyle(NamedTuple):
     sign: str
     fill: str  # background colour
     ink: str  # text colour
-    verdict: str
     text: str  # text of the legend
 
 
@@ -235,16 +234,15 @@ _OPEN_TEXT: Final = "may or may not exceed the margin"
 STYLES: Final = {
     style.name: style
     for style in (
-        VerdictStyle(LOWER, "▼", "#0072b2", _LIGHT, LOWER, "lower by more than the margin"),
-        VerdictStyle("down", "▽", "#cfe5f3", _DARK, DETECTABLE, f"lower, {_OPEN_TEXT}"),
-        VerdictStyle("within", "=", "#e3e7ea", _DARK, NEGLIGIBLE, "within the margin"),
-        VerdictStyle("up", "△", "#fbdcc5", _DARK, DETECTABLE, f"higher, {_OPEN_TEXT}"),
-        VerdictStyle(HIGHER, "▲", "#b84f00", _LIGHT, HIGHER, "higher by more than the margin"),
-        VerdictStyle(UNDECIDED, "?", "#ffffff", "#4a545c", UNDECIDED,
-                     "inconclusive with these motions"),
-        VerdictStyle(NOT_ESTIMABLE, "–", "#f4f4f4", "#596168", UNDECIDED, "not estimable"),
+        VerdictStyle(LOWER, "▼", "#0072b2", _LIGHT, "lower by more than the margin"),
+        VerdictStyle("down", "▽", "#cfe5f3", _DARK, f"lower, {_OPEN_TEXT}"),
+        VerdictStyle("within", "=", "#e3e7ea", _DARK, "within the margin"),
+        VerdictStyle("up", "△", "#fbdcc5", _DARK, f"higher, {_OPEN_TEXT}"),
+        VerdictStyle(HIGHER, "▲", "#b84f00", _LIGHT, "higher by more than the margin"),
+        VerdictStyle(UNDECIDED, "?", "#ffffff", "#4a545c", "inconclusive with these motions"),
+        VerdictStyle(NOT_ESTIMABLE, "–", "#f4f4f4", "#596168", "not estimable"),
     )
-}  # fmt: skip
+}
 
 
 def verdict_style(item: Row) -> VerdictStyle:

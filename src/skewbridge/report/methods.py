@@ -155,7 +155,9 @@ def _limit_states(config: StudyConfig, has_joints: bool) -> list[list[str]]:
 
 
 def numbers(value: object) -> str:
-    """Return a value of the configuration, or a list of them, as text."""
+    """Return a value of the configuration, or a list or dictionary of them, as text."""
+    if isinstance(value, Mapping):
+        return f"({'; '.join(f'{key} {numbers(item)}' for key, item in value.items())})"
     if isinstance(value, list | tuple):
         return ", ".join(map(numbers, value))
     if isinstance(value, float):

@@ -209,12 +209,14 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame, curves: pd.DataFrame)
         for model, model_rows in groups_of(change_rows, BRIDGE_COLUMNS):
             with_verdicts = model_rows.assign(verdict_family=model_rows["claim"])
             effects = {row["demand"]: row for row in records_of(with_verdicts)}
-            failed, runs = (by_value[*model, change[0]][name] for name in ("n_failed", "n_runs"))
+            counts_of = by_value[*model, change[0]].iloc[[0, -1]]
+            (first, runs), (last, of_last) = counts_of[["n_failed", "n_runs"]].to_numpy()
+            of_first = f" of {runs}" if runs != of_last else ""
             cells = [(effects.get(state), signs.get((*model, state), "")) for state in states]
             row = {
                 "change": change_name(*change),
                 "model": names[model] if len(names) > 1 else "",
-                "failed": f"{failed.iloc[0]} to {failed.iloc[-1]} of {runs.iloc[0]}",
+                "failed": f"{first}{of_first} to {last} of {of_last}",
             }
             rows.append({**row, "cells": cells})
     return {
@@ -407,14 +409,13 @@ def published_rows(medians: pd.DataFrame) -> list[dict[str, str]]:
     pooled = pooled[pooled["demand"].isin(answer.LEADING_STATES) & (pooled["from_value"] == 0.0)]
     order = pooled["demand"].map(answer.LEADING_STATES.index)
     pooled = pooled[pooled["status"] == OK].assign(order=order)
-    names, rows = answer.short_names(pooled), list[dict[str, str]]()
-    for (skew,), effects in groups_of(pooled.sort_values(["to_value", "order"]), ["to_value"]):
-        row = {"skew": f"{skew:g}°", "Hazus": f"{hazus_factor(skew):.2f}"}
-        for effect in records_of(effects):
-            name = f"{names[effect['bridge'], effect['abutment']]}, {effect_name(effect['demand'])}"
-            row[name] = with_ends(effect, verdicts.RATIOS)
-        rows.append(row)
-    return records_of(pd.DataFrame(rows).fillna("–"))
+    names, rows = answer.short_names(pooled), dict[str, dict[str, str]]()
+    for effect in records_of(pooled.sort_values(["to_value", "order"])):
+        skew, state = effect["to_value"], effect_name(effect["demand"])
+        first = {"skew": f"{skew:g}°", "Hazus": f"{hazus_factor(skew):.2f}"}
+        name = f"{names[effect['bridge'], effect['abutment']]}, {state}"
+        rows.setdefault(skew, first)[name] = with_ends(effect, verdicts.RATIOS)
+    return records_of(pd.DataFrame(rows.values()).fillna("–"))
 
 
 def verdict_table(effects: pd.DataFrame, compared: pd.DataFrame) -> dict[str, Any]:
