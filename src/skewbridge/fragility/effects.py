@@ -54,7 +54,9 @@ class Pairs:
     def __init__(self, place: Mapping[str, Any], table: pd.DataFrame) -> None:
         self.place, self.table = place, table
         names = [name for name in demand_table.axis_names(table) if name != place["axis"]]
-        cells = table.groupby([*demand_table.BRIDGE_COLUMNS, *names], dropna=False).indices
+        cells: dict[Any, Any] = table.groupby(
+            [*demand_table.BRIDGE_COLUMNS, *names], dropna=False
+        ).indices
         #: For each pair of variants (cell): values of the other axes, and numbers of its rows.
         self.cells = [
             (dict(zip(names, key[2:], strict=True)), np.asarray(rows, dtype=np.intp))

@@ -230,7 +230,8 @@ def _write_model(path: Path, functions: list[pd.DataFrame]) -> dict[str, Any]:
             deviation = mean * np.sqrt(np.expm1(beta**2))
             for state, m, s in zip(curves_of["limit_state"], mean, deviation, strict=True):
                 add(function, "params", ls=str(state), mean=f"{m:.15g}", stddev=f"{s:.15g}")
-        grid = np.exp(np.linspace(*(ln_ends + 2.0 * width), 400))
+        start, stop = ln_ends + 2.0 * width
+        grid = np.exp(np.linspace(start, stop, 400))
         curves = np.array([curve_probability(grid, row) for row in rows])
         if (np.diff(curves, axis=0) > 1e-3).any():
             crossing.append(name)
