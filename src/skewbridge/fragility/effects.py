@@ -54,13 +54,14 @@ class Pairs:
     def __init__(self, place: Mapping[str, Any], table: pd.DataFrame) -> None:
         self.place, self.table = place, table
         names = [name for name in demand_table.axis_names(table) if name != place["axis"]]
-        one_group = {(): np.arange(len(table))}
-        groups = table.groupby(names, sort=True, dropna=False).indices if names else one_group
-        keys = (key if isinstance(key, tuple) else (key,) for key in groups)
-        keys_of_cells = (dict(zip(names, key, strict=True)) for key in keys)
-        rows = (np.asarray(row_numbers, dtype=np.intp) for row_numbers in groups.values())
+        cells: dict[Any, Any] = table.groupby(
+            [*demand_table.BRIDGE_COLUMNS, *names], dropna=False
+        ).indices
         #: For each pair of variants (cell): values of the other axes, and numbers of its rows.
-        self.cells = list(zip(keys_of_cells, rows, strict=True))
+        self.cells = [
+            (dict(zip(names, key[2:], strict=True)), np.asarray(rows, dtype=np.intp))
+            for key, rows in cells.items()
+        ]
         self.motions = demand_table.motion_codes(table)
         #: Number of the block (event or motion) of each row, shape (n,), and names of the blocks.
         self.block = demand_table.block_codes(table)
@@ -263,13 +264,12 @@ def demand_effects(
             shared |= {"judged_by": verdicts.DIFFERENCE, "unit": difference.unit}
             shared["difference_margin"] = settings.margins.get(name, difference.margin)
         is_exact = is_used & (pairs.side == EXACT)
-        for cell, (place, cell_rows) in enumerate(scopes):
+        estimates = zip(means, lines, differences or [None] * len(means), strict=True)
+        for (place, cell_rows), (mean, line, change) in zip(scopes, estimates, strict=True):
             exact = cell_rows[is_exact[cell_rows]]
             positive = reference[exact][reference[exact] > 0.0]
             row = {**shared, **place, **pairs.counts(cell_rows, is_used, discordant)}
-            judged = None if differences is None else differences[cell]
-            arguments: Any = {"line": lines[cell], "difference": judged, "blocks": pairs.names}
-            row |= effect_row(means[cell], **arguments)
+            row |= effect_row(mean, blocks=pairs.names, line=line, difference=change)
             row["from_mean"] = float(np.exp(np.log(positive).mean())) if positive.size else nan
             if exact.size:
                 row |= {"im_low": float(im[exact].min()), "im_high": float(im[exact].max())}
