@@ -64,7 +64,7 @@ def test_shipped_configurations_have_variants_defaults_and_results_of_their_own(
         ({"motions": {"level_range_g": [1.0, 0.1]}}, "level_range_g must be in increasing order"),
         (
             {"motions": {"incidence_deg": [0, 90, 0]}},
-            r"incidence_deg must differ, got \[0.0, 90.0,",
+            r"incidence_deg must differ, got \[0.0, 90",
         ),
         ({"model": {"column_fibers": [8, 0, 2]}}, r"column_fibers\.1: .*to 3, got 0$"),
         ({"model": 3}, "model: must contain keys and values, got 3$"),
