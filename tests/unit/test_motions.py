@@ -333,8 +333,10 @@ def test_a_doubtful_file_is_read_with_a_message(read, case):
 
 
 def test_index_names_the_channels_of_one_file(read):
-    read.file("all.V2", "\n".join(_v2(RECORD_G * f) for f in (980.665, 200.0, -500.0)))
-    index = "motion_id,file_1,file_2,channel_1,channel_2\nbridge,all.V2,all.V2,1,3\n"
+    name = f"{'a' * 200}/{'b' * 99}/all.V2"  # a path may be longer than each of its names
+    (read.folder / name).parent.mkdir(parents=True)
+    read.file(name, "\n".join(_v2(RECORD_G * f) for f in (980.665, 200.0, -500.0)))
+    index = f"motion_id,file_1,file_2,channel_1,channel_2\nbridge,{name},{name},1,3\n"
     read.file("index.csv", index)
     motion = read_entry(list_motions(read.folder)[0])
     np.testing.assert_allclose(motion.components, [SI, -5.0 * RECORD_G], atol=6e-6)

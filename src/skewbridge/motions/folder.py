@@ -274,9 +274,10 @@ def _entry(cells: dict[str, str], index: Path, line: int) -> IndexEntry:
 def inside_folder(folder: Path, name: str, where: str) -> Path:
     """Return the path of a file in an index; `InputError` unless it exists inside the folder."""
     name_text = f"{where}: {shortened(name)}"
-    if not name or not name.isprintable() or len(name.encode()) > 255:
-        raise InputError(f"{name_text} is not a file name")
     relative = Path(name.replace("\\", "/"))
+    longest = max((len(part.encode()) for part in relative.parts), default=0)
+    if not name or not name.isprintable() or longest > 255 or len(name.encode()) > 4000:
+        raise InputError(f"{name_text} is not a file name")
     path = folder / relative
     if relative.is_absolute() or not path.resolve().is_relative_to(folder.resolve()):
         raise InputError(f"{name_text} is outside the folder of the index")
