@@ -23,7 +23,7 @@ from skewbridge.cli.output import config_of, folder_of
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.errors import InputError
 from skewbridge.files.digests import provenance
-from skewbridge.files.tables import write_frame
+from skewbridge.files.tables import stamp, write_frame
 from skewbridge.files.text import merged, read_mapping
 from skewbridge.report.methods import REFERENCES, methods_of
 from skewbridge.study import analyses, inputs, processes, progress
@@ -301,9 +301,12 @@ def test_a_forecast_follows_lengths_contacts_steps_and_finished_analyses(tmp_pat
     assert forecast() == before
     setup = analyses.StudySetup.of(config)
     task = setup.tasks("osb1_cf_skew30_gap025_mu000")[1]
-    done = row_of(task, cpu_s=3 * each_s[1]) | {"duration_s": 60.0}
-    in_journal(setup.folder.journal("done"), done)
+    row = row_of(task, cpu_s=3 * each_s[1]) | {"duration_s": 60.0}
+    in_journal(setup.folder.journal("done"), row)
     assert forecast() == {name: pytest.approx(3 * s, abs=0.2) for name, s in before.items()}
+    stamp(setup.folder.suite, {"rule_digest": "of other motions"})
+    found = progress.forecast_study(config)
+    assert (found.summary["done"], "motions are new or changed" in found.notes[0]) == (0, True)
 
 
 GRIDS = (

@@ -596,7 +596,7 @@ def test_a_record_under_two_names_is_reported_but_not_of_other_levels(tmp_path, 
         assert len(prepare_suite(tmp_path, t1_s=0.7)) == 2
         assert caplog.text.count("motions q0 and q1 have the same samples") == count
     notes = [text for check in check_paths([tmp_path]) for text in check.messages]
-    assert sum(text.startswith("same content as") for text in notes) == 2
+    assert sum(text.startswith("same samples as") for text in notes) == 2
 
 
 def test_index_gives_metadata_and_a_factor_that_overrides_the_computed_one(tmp_path):

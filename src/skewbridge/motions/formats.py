@@ -84,7 +84,6 @@ class Trace:
     dt_s: float = math.nan
     unit: str = ""  # unit of the values in the file
     is_calibrated: bool = False  # the format defines the unit; a given unit is ignored
-    sha256: str = ""  # SHA-256 of the bytes of the file
     event: str = ""
     station: str = ""
     direction: str = ""  # of the component, as in the header: an azimuth, N-S, HNE, Up

@@ -18,7 +18,13 @@ from skewbridge.files.tables import read_frame, write_frame
 from skewbridge.files.text import file_fault, read_json, write_text
 from skewbridge.motions import intensity, levels, p695
 from skewbridge.motions.folder import IndexEntry, files_below, list_motions
-from skewbridge.motions.read import files_digest, join_traces, read_trace, refuse_false_waho
+from skewbridge.motions.read import (
+    earlier_record,
+    files_digest,
+    join_traces,
+    read_trace,
+    refuse_false_waho,
+)
 from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion, SuiteMotion
 from skewbridge.units import G_MPS2
 
@@ -92,7 +98,7 @@ def prepare_suite(
     computed = levels.block_factors(level_g, bands_g, first_g)
     low, high = levels.FACTOR_LIMITS
     rows: list[dict[str, Any]] = []
-    first_names: dict[tuple[object, ...], str] = {}
+    names: dict[tuple[object, ...], str] = {}
     for motion, listed, factor, measured in zip(motions, stored, computed, measures, strict=False):
         # six digits, which do not depend on the processor
         scale = float(f"{factor:.6g}") if math.isnan(listed) else listed
@@ -100,8 +106,7 @@ def prepare_suite(
         for message in (*motion.messages, *([] if low <= scale <= high else [note])):
             logger.warning("motion %s: %s", motion.motion_id, message)
         # one record may serve several levels of a selection, with other factors in the index
-        samples = (*(hash(values.tobytes()) for values in motion.components), str(listed))
-        if (earlier := first_names.setdefault(samples, motion.motion_id)) != motion.motion_id:
+        if earlier := earlier_record(names, motion.motion_id, motion.components, str(listed)):
             text = "have the same samples: one record would count twice; remove one"
             logger.warning("motions %s and %s %s", earlier, motion.motion_id, text)
         row: dict[str, Any] = {"scale": scale, "npts": motion.npts}

@@ -483,9 +483,9 @@ def synthesize(
     rng.uniform()  # unused, but without this draw all motions would change
     parameters = draw_parameters(scenario, rng)
     pulse = parameters.pulse
-    *pair_g, start_s = simulate_background(parameters, scenario, rng, DT_S)
+    a_1_g, a_2_g, start_s = simulate_background(parameters, scenario, rng, DT_S)
     target_g = target_spectrum(scenario, seed, index)
-    a_1_g, a_2_g = calibrate_pair(*pair_g, DT_S, target_g, scenario.corner_hz)
+    a_1_g, a_2_g = calibrate_pair(a_1_g, a_2_g, DT_S, target_g, scenario.corner_hz)
     if pulse is not None:
         time_s = np.arange(a_1_g.size, dtype=np.float64) * DT_S - start_s
         a_1_g = a_1_g + pulse_acceleration(pulse, time_s)

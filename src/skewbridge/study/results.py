@@ -244,7 +244,7 @@ def compare_studies(
     equal = (top == bottom.to_numpy()) | (top.isna() & bottom.isna().to_numpy())
     equal["complete"] = pairs["complete_to"] == pairs["complete_from"]
     doubts = notes.loc[notes["kind"] == "percent", "message"].tolist()
-    models = fit_models(runs, states, settings, further=[STUDY])
+    models = fit_models(runs, states, settings, further=[STUDY], jobs=cpu_count())
     curves = fit_study(runs, states, settings, models=models, jobs=cpu_count())
     shared: Any = {"curves": curves, "axes": [STUDY]}
     site_rates = pd.DataFrame()
