@@ -435,12 +435,13 @@ def _axis_sentence(
     clauses = [f"{verb} {' and '.join(texts)}" for verb, texts in by_verb.items()]
     if clause := displacement_clause(demands, names):
         clauses.append(clause)
-    if not sizes and set(table["claim"]) == {NEGLIGIBLE}:
-        most_g = (table["to_demand"] - table["from_demand"]).abs().max()
-        margin = margin_text(table.iloc[0])
-        clauses.insert(
-            0, f"changes no median capacity by more than {margin} (most: {most_g:.2g} g)"
-        )
+    leading = table[table["demand"].isin(LEADING_STATES)]
+    small = leading if len(leading) else table
+    if not sizes and set(small["claim"]) == {NEGLIGIBLE}:
+        states = listed(map(effect_name, small["demand"].unique()))
+        most_g = (small["to_demand"] - small["from_demand"]).abs().max()
+        most = f"{margin_text(table.iloc[0])} (most: {most_g:.2g} g)"
+        clauses.insert(0, f"changes no median capacity for {states} by more than {most}")
     if not clauses:
         return []
     return [((min(ranks, default=2), -max(sizes, default=0.0)), f"{change} {listed(clauses)}.")]

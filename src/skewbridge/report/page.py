@@ -407,8 +407,8 @@ def published_rows(medians: pd.DataFrame) -> list[dict[str, str]]:
     """Return ratios of medians to skew 0 and the Hazus factor, one row per skew."""
     pooled = medians[(medians["scope"] == "pooled") & (medians["axis"] == "skew_deg")]
     pooled = pooled[pooled["demand"].isin(answer.LEADING_STATES) & (pooled["from_value"] == 0.0)]
-    order = pooled["demand"].map(answer.LEADING_STATES.index)
-    pooled = pooled[pooled["status"] == OK].assign(order=order)
+    pooled = pooled[pooled["status"] == OK]
+    pooled = pooled.assign(order=pooled["demand"].map(answer.LEADING_STATES.index))
     names, rows = answer.short_names(pooled), dict[str, dict[str, str]]()
     for effect in records_of(pooled.sort_values(["to_value", "order"])):
         skew, state = effect["to_value"], effect_name(effect["demand"])
