@@ -54,10 +54,9 @@ def study_progress(run_keys: Mapping[str, Sequence[str]], content: JournalConten
     """Return the progress of a study, given the `run_keys` of each variant and the journals."""
     done, analyses = content.rows, sum(map(len, run_keys.values()))
     rows = [done[key] for keys in run_keys.values() for key in keys if key in done]
-    columns = {"variant": "variant", "motion": "motion_id", "status": "status"}
-    columns["reason"] = "collapse_criterion"
     failures = [
-        {name: row[column] for name, column in columns.items()} | {"command": run_command(row)}
+        {"variant": row["variant"], "motion": row["motion_id"], "status": row["status"]}
+        | {"reason": row["collapse_criterion"], "command": run_command(row)}
         for row in rows
         if row["status"] in FAILED
     ]
@@ -66,10 +65,8 @@ def study_progress(run_keys: Mapping[str, Sequence[str]], content: JournalConten
         text = f"{crashes} analyses ended their workers (status {CRASH}); `skewbridge status "
         notes += (f"{text}--failed` lists them and `skewbridge study retry` repeats them.",)
     if done and not rows:
-        text = (
-            f"None of the {len(done)} stored analyses has the present sources, settings and motions"
-        )
-        notes += (f"{text}: the study will repeat its analyses.",)
+        text = "stored analyses has the present sources, settings and motions: the study will"
+        notes += (f"None of the {len(done)} {text} repeat its analyses.",)
     ledger = {
         name: dict(sorted(Counter(row[column] for row in rows).items()))
         for name, column in (("status", "status"), ("recovery_step", "recovery_rung"))
