@@ -209,8 +209,7 @@ def test_failures_tables_intensities_and_links_are_those_of_the_study(render):
     assert set(frames["curves"]["im"]) == {IM}
     assert_in(page, "Median θ of Sa,avg RotD50 (g)", "motions scaled by 0.25 to 1.5,")
     assert_tables(page, frames)
-    wanted = set(re.findall(r'href="#([^"]+)"', page))
-    assert wanted <= set(re.findall(r'id="([^"]+)"', page))
+    assert set(re.findall(r'href="#([^"]+)"', page)) <= set(re.findall(r'id="([^"]+)"', page))
 
 
 def test_accuracy_suspect_rows_needed_motions_and_the_factor_of_hazus_are_stated(render):

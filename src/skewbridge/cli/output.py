@@ -85,7 +85,7 @@ def arg(text: str, metavar: str | None = None) -> Any:
 
 
 UnitsOpt = Annotated[
-    Units, opt("Units of printed tables, and of figures of run: si, or us (kip, in, ft).")
+    Units, opt("Units of printed tables and of their figures: si, or us (kip, in, ft).")
 ]
 
 
@@ -247,6 +247,7 @@ _US_UNITS: Final = {
     "_mm": ("_in", MM / INCH),
     "_m": ("_in", 1.0 / INCH),
     " (m)": (" (in)", 1.0 / INCH),
+    " (kN)": (" (kip)", KN / KIP),
 }
 
 
@@ -356,7 +357,6 @@ def folder_of(study: Path | None) -> Path:
     return study_of(study)[1].root
 
 
-Bridge = Annotated[str, opt("Name (skewbridge bridge list) or file of a bridge.", "NAME|FILE")]
 _MODELS: Final = f"[{'|'.join(ABUTMENTS).replace('_', '-')}]"
 Abutment = Annotated[str, opt("Abutment model, from simple to contact with friction.", _MODELS)]
 Changes = Annotated[list[str] | None, opt("Set an input key; repeatable.", "KEY=VALUE", "--set")]
@@ -366,11 +366,19 @@ _AXIS: Final = {
 _USUAL: Final = {axis.name: axis.usual for axis in AXES}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class VariantOptions:
+@dataclass(frozen=True, kw_only=True)
+class BridgeOption:
+    """Option of a command about one bridge."""
+
+    bridge: Annotated[
+        str, opt("Name (skewbridge bridge list) or file of a bridge.", "NAME|FILE")
+    ] = "osb1"
+
+
+@dataclass(frozen=True, kw_only=True)
+class VariantOptions(BridgeOption):
     """Options of a command about one variant."""
 
-    bridge: Bridge = "osb1"
     abutment: Abutment = "contact-friction"
     skew_deg: Annotated[float, _AXIS["skew_deg"]] = _USUAL["skew_deg"]
     gap_mm: Annotated[float, _AXIS["gap_mm"]] = _USUAL["gap_mm"]
