@@ -374,8 +374,7 @@ def test_all_variants_of_a_bridge_have_the_drawn_model(tmp_path) -> None:
         assert [getattr(one.options, name) for name in VALUES] == [draw[name] for name in VALUES]
         # the columns of osb1 have no foundation springs
         assert "foundation" not in other.draw
-        expected = ("springs", draw["key_frame"])
-        assert (other.options.foundation, other.options.key_frame) == expected
+        assert (other.options.foundation, other.options.key_frame) == ("springs", draw["key_frame"])
         assert one.options == with_draw(ModelOptions(), draw)
         assert other.options.pad_strength_factor == draw["pad_strength_factor"]
         assert one.incidence_deg == other.incidence_deg == draw[random_properties.DIRECTION]

@@ -530,8 +530,7 @@ def test_two_columns_take_their_unit_from_the_header(read, header, unit, in_si):
 def test_velocities_and_displacements_are_refused_by_their_header(read, header, suffix):
     body = rows_of(RECORD_G, 1, "{:.6e}") if suffix == ".acc" else _times(RECORD_G)
     for unit in (None, "cm/s2"):
-        text = f"{header}\n{body}"
-        read.refuses("not an acceleration", f"a{suffix}", text, dt_s=0.01, unit=unit)
+        read.refuses("not an acceleration", f"a{suffix}", f"{header}\n{body}", dt_s=0.01, unit=unit)
 
 
 def test_each_column_has_its_own_quantity_and_direction(read):

@@ -372,7 +372,7 @@ class Medians:
             self._has_curve = curves.groupby(keys)["preferred"].any().to_dict()
             by_model = curves[curves["method"] == "cloud"].set_index(keys)
             change = by_model["theta_none_exceed"] / by_model["theta_all_exceed"]
-            self._change = np.log(change.astype(np.float64)).to_dict()
+            self._change = change.astype(np.float64).map(np.log).to_dict()
 
     def rows(self, axis: str, states: States) -> list[Row]:
         """Return the rows of `median_effects` for the effects of an axis on medians of states."""
