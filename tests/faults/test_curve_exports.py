@@ -125,7 +125,9 @@ def test_pelicun_keeps_the_number_of_a_state_where_a_milder_one_has_no_estimate(
 
 
 def test_latex_names_variants_in_words_and_marks_differing_methods(export):
-    text = export(curves_of(), "latex", "curves.tex")[0].read_text()
+    out, report = export(curves_of(), "latex", "curves.tex")
+    assert "lacks what comes from median_effects.parquet, joint.parquet" in report["notes"][-1]
+    text = out.read_text()
     assert "& skew 30 deg, gap 51 mm, friction 0.5 & column drift, slight &" in text
     lines = [line for line in text.splitlines() if line.startswith("osb1")]
     assert all((" * &" in line) == ("skew 30" in line) for line in lines)

@@ -104,12 +104,15 @@ def export_curves(source: Path, form: str, out: Path) -> dict[str, Any]:
 
 
 def _write_latex(curves: pd.DataFrame, out: Path, folder: Path) -> dict[str, Any]:
+    paths = folder / "median_effects.parquet", folder / "joint.parquet"
     medians, joint = (
         read_any(path) if path.is_file() else pd.DataFrame(columns=list(described(path.stem)))
-        for path in (folder / "median_effects.parquet", folder / "joint.parquet")
+        for path in paths
     )
     write_text(out, latex_table(paper_table(curves, medians, joint)))
-    return {}
+    missing = ", ".join(path.name for path in paths if not path.is_file())
+    text = f"the table lacks what comes from {missing}, which must be next to the curves"
+    return {"notes": [text] if missing else []}
 
 
 def _write_csv(curves: pd.DataFrame, out: Path, _folder: Path) -> dict[str, Any]:
