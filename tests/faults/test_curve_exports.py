@@ -177,6 +177,8 @@ def test_formats_and_options_that_do_not_fit_are_refused(export):
         (PGA, "xlsx", "format must be one of nrml, pelicun, csv, latex"),
     ):
         export(curves_of(im), file_format, "out", refused=words)
+    bad = curves_of(PGA).astype({"beta": object}).replace({"beta": {0.35: "x"}})
+    export(bad, "nrml", "out", refused="beta")
     published = curves_of(PGA).rename(columns={"variant": "row"})  # as in table.csv
     export(published, "csv", "out", refused="the table of curves has no column 'variant'")
     assert measure_names("im_pgv_rotd50_mps")[:2] == ("PGV", 100.0)

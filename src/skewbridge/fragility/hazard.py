@@ -299,6 +299,8 @@ def _parts(path: Path) -> Iterator[_Part]:
             raise InputError(f"a fractile must be above 0 and below 1, got {curve.quantile:g}")
         levels = positive(curve.levels, "im")
         rates = as_column(curve.rates, "rate")
+        if levels.size != rates.size:
+            raise InputError(f"there are {levels.size} intensities and {rates.size} rates")
         require(~(rates < 0.0) & ~np.isnan(rates), "rate", "must not be negative", rates)
         require(np.append(True, np.diff(levels) > 0.0), "im", "must increase", levels)
         with np.errstate(invalid="ignore"):  # inf - inf
