@@ -109,6 +109,7 @@ BAD = {
     openquake("quantile-0.15", "PGA", "0.5,0.1,0.01"): "has fractiles only",
     usgs(xlabel="Ground Motion"): "the unit of SA1P0 is missing",
     usgs(component="Fault"): "SA1P0 must have one curve of the component Total, got 0",
+    usgs().replace("[0.1, 0.5, 1.5]", "[0.1, 0.5]"): "there are 2 intensities and 3 rates",
     "{}": "has no hazard curve",
 }  # fmt: skip
 

@@ -146,12 +146,12 @@ class HazardCurve:
             levels=np.append(np.exp(-BELOW) * self.levels[0], self.levels),
             rates=np.column_stack([first_rates, self.rates]),
         )
-        all_rate, largest_rate = rate(self).value, float(self.rates[0, -1])
+        all_rate, last_rate = rate(self).value, float(self.rates[0, -1])
         covered = self._between(low, high)
         covered_rate = covered and rate(covered).value
         row: Row = {
             f"share_outside_{end}": extra / (all_rate + extra)
-            for end, extra in (("low", p_last * largest_rate), ("high", largest_rate))
+            for end, extra in (("low", p_last * last_rate), ("high", last_rate))
         }
         row["share_below"] = max(0.0, 1.0 - all_rate / rate(longer).value)
         return row | {"share_extrapolated": max(0.0, 1.0 - (covered_rate or 0.0) / all_rate)}
@@ -299,6 +299,8 @@ def _parts(path: Path) -> Iterator[_Part]:
             raise InputError(f"a fractile must be above 0 and below 1, got {curve.quantile:g}")
         levels = positive(curve.levels, "im")
         rates = as_column(curve.rates, "rate")
+        if levels.size != rates.size:
+            raise InputError(f"there are {levels.size} intensities and {rates.size} rates")
         require(~(rates < 0.0) & ~np.isnan(rates), "rate", "must not be negative", rates)
         require(np.append(True, np.diff(levels) > 0.0), "im", "must increase", levels)
         with np.errstate(invalid="ignore"):  # inf - inf
