@@ -88,6 +88,8 @@ def assert_effects(tables, frames):
     demands, changes, states = frames["demands"], {row[0]: row for row in answer[1:]}, answer[0]
     names = {f"{row['component']}/{row['limit_state']}": figures.state_text(row)
              for row in frames["curves"].to_dict("records")}  # fmt: skip
+    curves = frames["curves"].drop_duplicates(["variant", "component", "limit_state"])
+    counts = curves.groupby(curves["component"] + "/" + curves["limit_state"])[COUNTS].sum()
     cells, margins = {}, {}
     for heads, label, *row in ((table[0], *row) for table in maps for row in table[1:]):
         name, _, margins[label.partition("±")[0].strip()] = label.partition("±")
@@ -101,9 +103,9 @@ def assert_effects(tables, frames):
         assert_printed(margins[label], [margin] if margins[label] else [])
         state = names.get(row["demand"])
         if change in changes and state in states:
-            ends = [row["from_mean"], row["from_mean"] * row["ratio"]] if values else []
-            cell = changes[change][states.index(state)]
-            assert_printed(cell, [*values[:1], *ends, *values[1:]])
+            ends = [row["from_mean"], row["from_mean"] * row["ratio"]]
+            numbers = [values[0], *ends, *values[1:]] if values else counts.loc[row["demand"]]
+            assert_printed(changes[change][states.index(state)], numbers)
     assert {*cells.values()} <= {"–"}
     assert set(changes) == {change for _, change, *_ in effects}
     for label, row in changes.items():

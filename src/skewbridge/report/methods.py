@@ -7,7 +7,7 @@ from importlib.metadata import version
 from importlib.resources import files
 from itertools import chain
 from pathlib import Path
-from typing import Final
+from typing import ClassVar, Final
 
 import pandas as pd
 import yaml
@@ -33,8 +33,6 @@ REFERENCES: Final[Mapping[str, str]] = yaml.safe_load(
 )
 #: Sections that do not change the results, or that the paragraphs describe in full.
 _NO_METHOD: Final = {"results", "accuracy", "grid", "figures", "batches", "checks", "uncertainty"}
-#: Column headings of the table of limit states.
-STATE_HEADS: Final = ("component", "demand", "median", "dispersion", "source")
 _INTEGRATORS: Final = {
     "Newmark": "Newmark's method (Newmark 1959)",
     "Houbolt": "Houbolt's method (Houbolt 1950)",
@@ -47,14 +45,15 @@ class Methods:
     """Text, limit states and references of the methods section of a study."""
 
     parts: Mapping[str, str]  # paragraphs by subject
-    states: Sequence[Sequence[str]]  # limit states: cells under `STATE_HEADS`
+    states: Sequence[Sequence[str]]  # limit states: cells under `heads`
     references: Sequence[str]  # cited works in full, sorted
+    heads: ClassVar = ("component", "demand", "median", "dispersion", "source")
 
     def markdown(self) -> str:
         """Return the methods as a page of Markdown."""
         text = "\n".join(f"**{name}.** {text}\n" for name, text in self.parts.items())
         rows = [[cell.replace("|", "/") for cell in row] for row in self.states]
-        table = [STATE_HEADS, ["---"] * len(STATE_HEADS), *rows]
+        table = [self.heads, ["---"] * len(self.heads), *rows]
         states = "\n".join(f"| {' | '.join(row)} |" for row in table)
         works = "\n".join(f"- {work}" for work in self.references)
         return f"# Methods\n\n{text}\n## Limit states\n\n{states}\n\n## References\n\n{works}\n"

@@ -50,7 +50,7 @@ from skewbridge.report.fragility_figures import (
     state_text,
     with_system,
 )
-from skewbridge.report.methods import STATE_HEADS, methods_of
+from skewbridge.report.methods import methods_of
 from skewbridge.report.study_figures import SECTIONS, Caption, draw_study, read_captions
 from skewbridge.statuses import STATUSES
 from skewbridge.study.config import CONDITIONING_BRIDGE, FigureSettings, StudyConfig
@@ -76,9 +76,10 @@ def write_report(
         for name, path in tables.items()
         if path.suffix == ".parquet" and path.is_file()
     }
-    curves, medians = frames["curves"], frames["medians"]
+    curves = frames["curves"]
     config = study.model_dump(mode="json", exclude={"batches"}) if study else {}
     units = study.figures.units if study else FigureSettings().units
+    bridges = tuple(dict.fromkeys(study.grid.bridge)) if study else ()
     modules = map(vars, (appearance, answer, fragility_figures))
     environment = appearance.templates(*modules, globals())
     unreached = curves[(curves["reach"].fillna("") != "") & (curves["method"] == "cloud")]
@@ -86,25 +87,20 @@ def write_report(
     leading = {p["caption"].name: p for p in pictures if p["caption"].section == SECTIONS[0]}
     with appearance.shown_in(units):
         page = environment.get_template("report.html.j2").render(
-            **_first_screen(frames, study.grid.bridge if study else ()),
-            **(_study_parts(frames, tables, study) if study else {"methods": None}),
+            **_first_screen(frames, bridges),
             **_effect_parts(frames),
+            study=study,
+            methods=methods_of(study, frames["suite"]) if study else None,
+            checks=json.loads(tables["checks"].read_text("utf-8")) if study else None,
+            bridges=[load_structure(name) for name in bridges],
             leading=leading,
-            curve_groups=curve_rows(frames),
-            published=published_rows(medians),
             gallery=[picture for picture in pictures if picture not in leading.values()],
-            explorer=explorer_of(frames),
-            rates=answer.rates_on_page(frames),
             tables=frames,
-            paper=paper_rows(curves, medians, frames["joint"]),
-            compared=methods_compared(curves),
             unreached=groups_of(unreached, (*BRIDGE_COLUMNS, "component", "limit_state")),
-            n_variants=curves.groupby(list(BRIDGE_COLUMNS))["variant"].nunique(),
             shear_heads=[
                 f"{appearance.shear_model_name(demand)}, θ [interval]"
                 for demand in frames["shear_models"]["demand"].unique()
             ],
-            choices=groups_of(frames["choices"], BRIDGE_COLUMNS) if "choices" in frames else [],
             provenance=dict(sorted(read_stamp(tables["demands"]).items())),
             config=yaml.safe_dump(config, sort_keys=False),
         )
@@ -121,25 +117,6 @@ def write_statistics_report(results: Path) -> Path:
     write_report(tables=paths, figures=folder.figures, study=None, output=folder.report)
     stamp(folder.report, origin)
     return folder.report
-
-
-def _study_parts(
-    frames: Mapping[str, pd.DataFrame], tables: Mapping[str, Path], study: StudyConfig
-) -> dict[str, Any]:
-    """Return the parts of the page that need configuration, motions and bridges of a study."""
-    demands = frames["demands"]
-    bridges = [load_structure(name) for name in dict.fromkeys(study.grid.bridge)]
-    skews, gaps = (sorted(demands[name].unique()) for name in ("skew_deg", "gap_mm"))
-    return {
-        "sketch": sketch(bridges[0].description, skews, gaps, study.model),
-        "bridges": [(bridge, bridge_words(bridge.description)) for bridge in bridges],
-        "joints": joint_rows(demands, bridges),
-        "checks": json.loads(tables["checks"].read_text("utf-8")),
-        "quality": quality(demands, frames["sensitivity"]),
-        "exclude_suspect": study.fragility.exclude_suspect,
-        "methods": methods_of(study, frames["suite"]),
-        "state_heads": STATE_HEADS,
-    }
 
 
 # --- the first screen
@@ -388,7 +365,7 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
     is_any = pooled["demand"] == f"{COLUMN_FAILURE}/any"
     repeated = pooled.duplicated([*BRIDGE_COLUMNS, *_CHANGE, *verdicts.RATIOS], keep=False)
     pooled = pooled[~(failures & ~is_any & repeated)]
-    ratios, needed = pooled[pooled["judged_by"] == verdicts.RATIO], frames["needed_motions"]
+    ratios = pooled[pooled["judged_by"] == verdicts.RATIO]
     medians = pooled[pooled["quantity"] == MEDIAN_CAPACITY]
     main = pooled["demand"].isin({*HEADLINE_STATES, *demands_for("headline")})
     effects, others = (pooled[main], pooled[~main]) if main.any() else (pooled, pooled.head(0))
@@ -397,8 +374,6 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
         "other_effects": verdict_table(others, pooled),
         "any_marked": any(map(answer.extent_of_data, records_of(medians))),
         "margin": appearance.margin_text(ratios.iloc[0]) if len(ratios) else "",
-        "alternatives": answer.alternative_rows(frames["alternatives"]),
-        "needed": records_of(needed[needed["forecast"] == verdicts.MORE]),
         "styles": appearance.STYLES.values(),
     }
 
@@ -627,13 +602,6 @@ def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame)
     }
 
 
-def methods_compared(curves: pd.DataFrame) -> dict[str, int]:
-    """Count the medians estimated by cloud and by exceedance, and those where these differ."""
-    models = curves[curves["method"] == "cloud"]
-    has_both, differ = models["methods_ratio"].notna(), models["methods_differ"].eq(other=True)
-    return {"both": int(has_both.sum()), "differ": int(differ.sum())}
-
-
 def median_text(row: Mapping[str, Any], otherwise: str = "") -> str:
     """Return a median with its interval; without a fit, ``otherwise`` or the status in words.
 
@@ -645,7 +613,7 @@ def median_text(row: Mapping[str, Any], otherwise: str = "") -> str:
     return f"{text} {exports.DAGGER}" if row.get(exports.EXTRAPOLATED) is True else text
 
 
-def quality(demands: pd.DataFrame, sensitivity: pd.DataFrame) -> dict[str, Any]:
+def quality_of(demands: pd.DataFrame, sensitivity: pd.DataFrame) -> dict[str, Any]:
     """Return the numbers in the quality section of the page; shares are in per cent."""
     column, sliding = "cone_work_over_10pct_ratio", demands[demands["slip_work_kj"] > 0.0]
     # after the failure of a column its fibers lose their force in jumps, which the work of end
