@@ -357,8 +357,7 @@ def run(pair, out, *options):
 def test_a_run_leaves_its_row_histories_and_figures(pair, tmp_path):
     out = tmp_path / "out"
     code, row = run(pair, out, "--skew-deg", "30", "--abutment", "contact-friction")
-    assert code == 0, row
-    assert (row["status"], row["variant"]) == ("ok", "osb1_cf_skew30_gap051_mu050")
+    assert (code, row["status"], row["variant"]) == (0, "ok", "osb1_cf_skew30_gap051_mu050")
     assert row["deck_disp_m"] > 0.1
     assert row["loosened_ratio"] < 0.01  # the limit of a suspect row
     assert int(row["steps_by_rung"].split()[0]) >= 3.0 / AnalysisSettings().dt_s
@@ -385,9 +384,10 @@ def test_a_roller_has_no_contacts_to_draw_and_a_collapse_is_a_result(pair, tmp_p
     assert (code, row["variant"]) == (0, "osb1_ro_skew00_gap000_mu000")
     assert row["support_length_m"] == pytest.approx(0.914)  # no gap
     assert not (tmp_path / "out" / "contacts.png").exists()
-    code, row = run(pair, tmp_path / "out", "--scale", "4", "--no-figures")
-    assert code == 0
-    assert (row["status"], row["collapse_criterion"]) == ("collapse", "column_drift_ratio")
+    given = ("--motion", *pair, "--out", tmp_path, "--scale", "4", "--no-figures", "--json")
+    result = cli_json.invoke("run", *given)
+    assert (result.exit_code, "not at right angles" in result.stderr) == (0, True)
+    assert json.loads(result.stdout)["collapse_criterion"] == "column_drift_ratio"
 
 
 @pytest.mark.parametrize(
@@ -444,12 +444,13 @@ def test_the_design_criteria_have_the_capacities_of_the_model(pair, tmp_path, br
         ("run {} --set array=rigid", "array: unknown key"),
         ("run {} --set rigid", "--set takes KEY=VALUE, got 'rigid'"),
         ("run {} --out strong090.AT2", "strong090.AT2"),  # a file in place of the folder
+        ("run --out out --row f00 --dt-s 0.001 --set a=b", "omit --set, --dt-s"),
     ],
 )
 def test_bad_input_is_named_and_exits_with_2(pair, tmp_path, monkeypatch, arguments, message):
     monkeypatch.chdir(tmp_path)
-    given = arguments.format(f"--motion {' '.join(pair)} --out out").split()
-    found = cli_json.answer(*given, code=2)
+    motion = f"--motion {' '.join(pair)} --out out"
+    found = cli_json.answer(*arguments.format(motion).split(), code=2)
     assert found["status"] == "error"
     assert message in found["message"]
 
@@ -466,11 +467,11 @@ def test_a_row_of_a_study_is_repeated_by_its_key(pair, tmp_path, monkeypatch):
     result = outcome_of(task.analyse()) | {"wall_s": 0.0, "cpu_s": 0.0, "suspect": ""}
     row = row_of_task(result, task, run_key(task))
     write_table(to_table([row], {}), folder.demands)
-    options = ("--out", tmp_path / "out", "--no-figures")
-    again = cli_json.answer("run", "--row", row["run_key"], *options)
+    options = ("--no-figures", "--out", tmp_path / "out", "--row")
+    again = cli_json.answer("run", *options, row["run_key"])
     names = ["run_key", *(column.name for column in DEMAND_COLUMNS)]
     assert {name: again[name] for name in names} == {name: row[name] for name in names}
-    assert "no such run_key" in cli_json.answer("run", "--row", "f00", *options, code=2)["message"]
+    assert "no such run_key" in cli_json.answer("run", *options, "f00", code=2)["message"]
 
 
 MAX_GROWTH_MB = 4.0  # a thread's arena that the allocator takes late; a leak would be far more

@@ -23,7 +23,7 @@ from skewbridge.cli.output import config_of, folder_of
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.errors import InputError
 from skewbridge.files.digests import provenance
-from skewbridge.files.tables import write_frame
+from skewbridge.files.tables import stamp, write_frame
 from skewbridge.files.text import merged, read_mapping
 from skewbridge.report.methods import REFERENCES, methods_of
 from skewbridge.study import analyses, inputs, processes, progress
@@ -215,7 +215,7 @@ def test_methods_are_those_of_the_configuration(study: Path) -> None:
         ("motions", {"design": "stripes"}, "scaled to 0.1, 0.2|jackknife over motions"),
         ("motions", {"design": "ida"}, "Vamvatsikos and Cornell 2002|column_drift_ratio"),
         ("motions", {"blocks": {"cells_per_motion": 2, "complete_share": 0.0}},
-         "a motion runs all values of skew at two combinations of the values of the other axes,"),
+         "values of skew at two combinations of the values of|within skew_deg; cells_per_motion"),
         ("fragility", {}, "one model of each demand|Laird and Ware 1982|jackknife over motions"),
         ("grid", {"abutment": ["roller"]}, "modelled on rollers"),
         ("model", {"backfill": "sdc", "damping_ratio": 0.03}, "(Caltrans 2019)|3 % of critical"),
@@ -301,9 +301,12 @@ def test_a_forecast_follows_lengths_contacts_steps_and_finished_analyses(tmp_pat
     assert forecast() == before
     setup = analyses.StudySetup.of(config)
     task = setup.tasks("osb1_cf_skew30_gap025_mu000")[1]
-    done = row_of(task, cpu_s=3 * each_s[1]) | {"duration_s": 60.0}
-    in_journal(setup.folder.journal("done"), done)
+    row = row_of(task, cpu_s=3 * each_s[1]) | {"duration_s": 60.0}
+    in_journal(setup.folder.journal("done"), row)
     assert forecast() == {name: pytest.approx(3 * s, abs=0.2) for name, s in before.items()}
+    stamp(setup.folder.suite, {"rule_digest": "of other motions"})
+    found = progress.forecast_study(config)
+    assert (found.summary["done"], "motions are new or changed" in found.notes[0]) == (0, True)
 
 
 GRIDS = (

@@ -10,6 +10,7 @@ from median_coverage import CASES, covered
 from scipy import special
 
 from fragility_tables import IM, SETTINGS, ready, states_of, synthetic_demands
+from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_model import StateCurve, fit_models
 from skewbridge.fragility.effects import effect_tables, median_effects
 from skewbridge.fragility.joint import JointModel
@@ -65,6 +66,25 @@ def test_a_bend_and_growing_scatter_are_found_with_their_parameters():
     ln_theta = models.curve(DRIFT[0], variant).ln_theta[:1, None]
     z = model.at(variant).score(DRIFT[0].threshold, DRIFT[0].dispersion, ln_theta)[0, 0]
     assert z == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("change", "other_change", "statuses"),
+    [(1.2, 1.0, ["ok", "no_curve"]), (1.4, 1.0, ["no_curve"] * 2), (1.2, 1.1, ["ok"] * 2)],
+)
+def test_unknown_outcomes_may_change_a_ratio_with_one_median_by_15_percent(
+    change, other_change, statuses
+):
+    rows = ready(synthetic_demands(skews=(0, 30), gaps=(25, 51), frictions=(50,)), DRIFT)
+    curves = fit_study(rows, DRIFT, SETTINGS)
+    at = (curves["gap_mm"] == 51) & (curves["limit_state"] == "slight")
+    ends = curves["skew_deg"].map({0: other_change, 30: change}).where(at, 1.0)
+    lost = at & (curves["skew_deg"] == 30)
+    curves = curves.assign(theta_none_exceed=ends, theta_all_exceed=1.0)
+    curves["preferred"] &= ~lost
+    found = median_effects(rows, DRIFT[:1], SETTINGS, curves=curves)
+    found = found[found["axis"] == "skew_deg"].set_index("scope")["status"]
+    assert [found["pooled"], found["variant"].iloc[1]] == statuses
 
 
 def test_incomplete_blocks_give_the_effects_of_the_complete_study():

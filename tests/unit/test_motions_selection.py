@@ -155,6 +155,9 @@ def test_disaggregation_without_epsilon_or_measure_is_an_error(tmp_path):
     path.write_text(USGS.replace("εbins", "bins"))
     with pytest.raises(InputError, match=r"by magnitude, distance and epsilon: 'εbins'"):
         read_target(path, SITE)
+    path.write_text(USGS.replace('"data": [{"r"', '"data": 1, "x": [{"r"'))
+    with pytest.raises(InputError, match="is not a disaggregation of the USGS"):
+        read_target(path, SITE)
     path = _openquake(tmp_path / "a.csv", [(6.5, 10, 1, 1e-3)])
     with pytest.raises(InputError, match=r"has SA\(0.75\): select with --set measure=NAME"):
         read_target(path, SITE | {"measure": "SA(1.0)"})

@@ -193,9 +193,8 @@ def test_checks_and_state_of_a_study_count_suspect_rows_and_recovery_steps(tmp_p
     write_variant(rows, tmp_path / "demands.parquet")
     write_checks(tables(read_frame(tmp_path / "demands.parquet")), tmp_path / "checks.json")
     checks = json.loads((tmp_path / "checks.json").read_text())
-    (worst,) = checks["suspect"]
-    found = [worst[name] for name in ("reason", "rows", "worst", "motion_id")]
-    assert (checks["suspect_rows"], found) == (1, ["recovery step", 1, "5", "b"])
+    found = [[r[n] for n in ("reason", "rows", "worst", "motion_id")] for r in checks["suspect"]]
+    assert (checks["suspect_rows"], found) == (1, [["recovery step", 1, "5", "b"]])
     assert [step["steps"] for step in checks["rungs"][:3]] == [20, 0, 2]
     folder = StudyFolder(tmp_path)
     in_journal(folder.journal("v"), *rows)

@@ -16,7 +16,6 @@ from skewbridge.cli.output import (
     Answer,
     BridgeOption,
     Out,
-    UnitsOpt,
     VariantOptions,
     arg,
     command,
@@ -25,7 +24,7 @@ from skewbridge.cli.output import (
 )
 from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_folder, write_text
-from skewbridge.units import INCH, KN
+from skewbridge.units import INCH, KN, Units
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS, Variant
 
@@ -41,12 +40,11 @@ MaxDisp = Annotated[float, opt("Final displacement of the push, in m.")]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PushOptions:
-    """Direction, output folder and units of a push."""
+    """Direction and output folder of a push."""
 
     out: Out
     direction: Annotated[Literal["x", "y"], opt("Direction: x longitudinal, y transverse.")] = "x"
     angle_deg: Annotated[float | None, opt("Angle from x in degrees, counter-clockwise.")] = None
-    units: UnitsOpt = "si"
 
 
 commands = new_group()
@@ -109,7 +107,6 @@ def list_bridges() -> Answer:
 def check(
     case: NamedBridge,
     out: Annotated[Path | None, opt("Folder of the drawing; default results/bridges/NAME.")] = None,
-    units: UnitsOpt = "si",
 ) -> Answer:
     """Check a bridge: keys, weight, axial loads, periods and capacities; draw its model.
 
@@ -131,11 +128,11 @@ def check(
     sections = Counter(key.partition(".")[0] for key in answer["inherited"])
     printed["inherited"] = ", ".join(f"{count} of {name}" for name, count in sections.items())
     notes = [*gap_notes(case.bridge), *([] if answer["findings"] else ["no findings"])]
-    return Answer(answer, printed, units, notes, warnings=answer["findings"])
+    return Answer(answer, printed, notes, warnings=answer["findings"])
 
 
 @command(bridge)
-def modal(case: NamedVariantOptions, out: OptionalOut = None, units: UnitsOpt = "si") -> Answer:
+def modal(case: NamedVariantOptions, out: OptionalOut = None) -> Answer:
     """Compute weight, dead-load forces, periods and participating masses with open gaps.
 
     T1 is the conditioning period of the bridge: the period of its model with pads at zero skew.
@@ -152,7 +149,7 @@ def modal(case: NamedVariantOptions, out: OptionalOut = None, units: UnitsOpt = 
     warnings = modes.periods_of_file(variant.bridge, with_pads)
     slug, t1_s = variant.normalised().slug, modes.conditioning_period_s(with_pads)
     answer = {"variant": slug, "t1_s": t1_s, **result}
-    return Answer(answer, units=units, notes=gap_notes(case.bridge), warnings=warnings)
+    return Answer(answer, notes=gap_notes(case.bridge), warnings=warnings)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -163,18 +160,22 @@ class FreeVariantOptions(NamedVariantOptions):
 
 
 @command(bridge)
-def pushover(case: FreeVariantOptions, push: PushOptions, max_disp_m: MaxDisp = 0.30) -> Answer:
+def pushover(
+    case: FreeVariantOptions, push: PushOptions, units: Units, max_disp_m: MaxDisp = 0.30
+) -> Answer:
     """Push a bridge with forces proportional to mass; write base shear against displacement.
 
     Example: skewbridge bridge pushover --bridge osb1 --direction y --out push
     """
     from skewbridge.analysis.pushover import push_bridge
 
-    return _pushed(partial(push_bridge, max_disp_m=max_disp_m), case, push)
+    return _pushed(partial(push_bridge, max_disp_m=max_disp_m), case, push, units)
 
 
 @command(bridge)
-def static(case: NamedVariantOptions, push: PushOptions, max_disp_m: MaxDisp = 0.20) -> Answer:
+def static(
+    case: NamedVariantOptions, push: PushOptions, units: Units, max_disp_m: MaxDisp = 0.20
+) -> Answer:
     """Push the deck end against one abutment.
 
     Direction x pushes into the backfill; an angle of 180 degrees pulls away from it.
@@ -184,10 +185,12 @@ def static(case: NamedVariantOptions, push: PushOptions, max_disp_m: MaxDisp = 0
     """
     from skewbridge.analysis.pushover import push_abutment
 
-    return _pushed(partial(push_abutment, max_disp_m=max_disp_m, steps=400), case, push)
+    return _pushed(partial(push_abutment, max_disp_m=max_disp_m, steps=400), case, push, units)
 
 
-def _pushed(pushing: "Callable[..., PushCurve]", case: VariantOptions, push: PushOptions) -> Answer:
+def _pushed(
+    pushing: "Callable[..., PushCurve]", case: VariantOptions, push: PushOptions, units: Units
+) -> Answer:
     """Push one model, or each model in each direction; exit code 1 if a push stopped early."""
     import pandas as pd
 
@@ -218,14 +221,14 @@ def _pushed(pushing: "Callable[..., PushCurve]", case: VariantOptions, push: Pus
     _write(curves, push.out, "curve")
     if is_ladder:
         title = f"{case.bridge}, skew {case.skew_deg:g} degrees"
-        with shown_in(push.units):
+        with shown_in(units):
             ladder_figure(curves, title=title).savefig(push.out / "ladder.png", dpi=150)
     answer = {"pushes": pushes} if is_ladder else pushes[0]
     all_complete, notes = all(row["is_complete"] for row in pushes), gap_notes(case.bridge)
     if not all_complete:
         notes.append("a push stopped at last_disp_m: no equilibrium at larger displacements")
     exit_code = 0 if all_complete else EXIT_FAILED
-    return Answer(answer, units=push.units, notes=notes, exit_code=exit_code)
+    return Answer(answer, notes=notes, exit_code=exit_code)
 
 
 @command(bridge)
@@ -251,8 +254,8 @@ def model(case: NamedVariantOptions, out: Out) -> Answer:
 def column(
     out: Out,
     case: NamedBridge,
+    units: Units,
     bent: Annotated[int, opt("Number of the bent, 1 at the left.")] = 1,
-    units: UnitsOpt = "si",
 ) -> Answer:
     """Compute moment-curvature and shear strength of a column under dead load.
 
@@ -286,7 +289,7 @@ def column(
             "curvature_ductility": curve.ultimate_curvature_per_m / curve.yield_curvature_per_m,
         }
         rows.append(direction | {force: row[force] for force in forces} | values)
-    return Answer(rows[0] if len(rows) == 1 else {"directions": rows}, units=units)
+    return Answer(rows[0] if len(rows) == 1 else {"directions": rows})
 
 
 @command(bridge)
@@ -294,7 +297,6 @@ def sdc(
     source: Annotated[Path | None, arg("Output folder of run, or bridge.", "[RUN|BRIDGE]")] = None,
     bridge: Annotated[str | None, opt("Bridge, or bridge file of the run.", "NAME|FILE")] = None,
     out: OptionalOut = None,
-    units: UnitsOpt = "si",
 ) -> Answer:
     """Check displacements, P-Delta ratio and seat width against the Caltrans criteria.
 
@@ -333,4 +335,4 @@ def sdc(
     if out is not None:
         _write(rows, out, "sdc")
     answer = {"title": title, checked: rows}
-    return Answer(answer, units=units, notes=notes, warnings=warnings)
+    return Answer(answer, notes=notes, warnings=warnings)

@@ -9,7 +9,7 @@ element and its effect on a force is checked before use.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot, isfinite, sqrt
-from typing import Final, Protocol
+from typing import ClassVar, Final, Protocol
 
 import numpy as np
 import openseespy.opensees as ops
@@ -74,8 +74,6 @@ def contact_frame(
 
 # ASSUME material tags of the user are below this one: OpenSees cannot list them.
 FIRST_FREE_MATERIAL: Final = 900_000
-# Tags reserved for the materials of one element, so that two sources in one domain never collide.
-_MATERIALS_PER_ELEMENT: Final = 8
 
 
 class Tags(Protocol):
@@ -95,10 +93,15 @@ class Tags(Protocol):
 
 
 class TagSource:
-    """Source of tags above all tags in the domain; material tags start from a given number."""
+    """Source of tags above all tags in the domain; material tags start from a given number.
+
+    No source repeats a material tag of another: materials outlive the elements that used them.
+    """
+
+    _next_material: ClassVar[int] = 0  # of the process, like the domain
 
     def __init__(self, first_material: int = FIRST_FREE_MATERIAL) -> None:
-        self._first = self._next_material = first_material
+        self._first = first_material
 
     def element(self) -> int:
         """Return an unused element tag."""
@@ -106,8 +109,8 @@ class TagSource:
 
     def material(self) -> int:
         """Return an unused uniaxial material tag."""
-        tag = max(self._next_material, self._first + _MATERIALS_PER_ELEMENT * self.element())
-        self._next_material = tag + 1
+        tag = max(self._first, TagSource._next_material)
+        TagSource._next_material = tag + 1
         return tag
 
     def parameter(self) -> int:

@@ -37,7 +37,7 @@ from skewbridge.fragility.fits import (
     FragilityFit,
 )
 from skewbridge.fragility.likelihood import NormalKernel, drop_of, maximise
-from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, COLLAPSE_PEAK, LimitState, States
+from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState, States
 from skewbridge.fragility.motion_means import Jackknifed
 from skewbridge.fragility.outcomes import (
     TREATMENTS,
@@ -168,13 +168,13 @@ class _BridgeState:
         return unknown & ~np.logical_or.reduce([np.zeros_like(unknown), *certain])
 
     @cached_property
-    def _treated(self) -> dict[str, list[DemandModel]]:
+    def _treated(self) -> dict[str, list[DemandModel | str]]:
         """Demand models of the failure modes, refitted with each treatment of unknown outcomes."""
         fits = [fit for fit in self._fits if not isinstance(fit, str)]
         if len(fits) < len(self._fits) or not np.any(fits[0].outcomes.exceed(self._modes[0])):
             return {}
         by_mode, unknown = list(zip(fits, self._modes, strict=True)), self.doubtful
-        treated = {
+        treated: dict[str, list[DemandModel | str]] = {
             name: [fit.treated(fit.outcomes.treated(mode, name, unknown)) for fit, mode in by_mode]
             for name in (TREATMENTS if np.any(unknown) else ())
         }
@@ -182,16 +182,16 @@ class _BridgeState:
         runs = self._models.runs
         collapsed = (runs["status"] == COLLAPSE).to_numpy() & ~is_beyond_model(runs)
         by_definition = any(mode.collapse == COLLAPSE_EXCEEDS for mode in self._modes)
-        outcomes = [fit.outcomes for fit in fits]
-        bounds = [collapsed & np.isposinf(known.upper) for known in outcomes]
+        bounds = [collapsed & np.isposinf(fit.outcomes.upper) for fit in fits]
         if np.any(bounds):
-            peaks: list[DemandOutcomes] = []
-            for known, mode, rows in zip(outcomes, self._modes, bounds, strict=True):
-                lower = demand_outcomes(runs, [replace(mode, collapse=COLLAPSE_PEAK)]).lower
-                exact = np.where(rows, known.lower, known.upper)
-                bound = replace(known, lower=np.where(rows, lower, known.lower))
-                peaks.append(bound if by_definition else replace(known, upper=exact))
-            treated[_PEAKS] = [fit.treated(of) for fit, of in zip(fits, peaks, strict=True)]
+            treated[_PEAKS] = [
+                fit.refitted(
+                    fit.outcomes.of_peaks(
+                        runs[mode.demand].to_numpy(dtype=np.float64), rows, exact=not by_definition
+                    )
+                )
+                for (fit, mode), rows in zip(by_mode, bounds, strict=True)
+            ]
         return treated
 
     def cloud(self, values: Row, rows: Mask) -> _Cloud:

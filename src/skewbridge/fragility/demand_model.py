@@ -345,6 +345,13 @@ class DemandFit:
         motions = self.setup.used_motions(outcomes)
         return replace(self.model, parameters=fit.parameters[None], motions=motions)
 
+    def refitted(self, outcomes: DemandOutcomes) -> DemandModel | str:
+        """Return the model (R = 1) of other outcomes with its own knot, or why there is none."""
+        fit = _fit_demand((self.setup, outcomes))
+        if isinstance(fit, str):
+            return fit
+        return replace(fit.model, parameters=fit.model.parameters[:1])
+
     def exceeds(self, state: LimitState) -> Floats:
         """Return P(a run exceeds a state | lower bound of its demand) for each run, shape (n,)."""
         model, setup = self.model, self.setup
@@ -490,7 +497,8 @@ def _precision(setup: _Setup, outcomes: DemandOutcomes, model: DemandModel, grou
     multiplied by jackknife variance / likelihood variance of its coefficient if this is above 1.
     Both variances are from a fit with wide priors.
     """
-    fit = fit_mixed(setup.data(outcomes, model, growth=False))
+    wide = replace(setup, precision=(_LOOSE * setup.axes.deviations) ** -2.0)
+    fit = fit_mixed(wide.data(outcomes, model, growth=False))
     has_prior = ~np.isfinite(fit.precision)
     information = np.sum(fit.information, axis=0) + np.diag(np.where(has_prior, 1.0, fit.precision))
     by_likelihood = np.diag(np.linalg.inv(information))[3:-3]
@@ -657,7 +665,7 @@ def _without_fits(
         motion=demand_table.motion_codes(runs),
         shaking=demand_table.shaking_codes(runs),
         matrix=np.broadcast_to(terms, (len(variants), len(axes.terms))),
-        precision=(_LOOSE * axes.deviations) ** -2.0,
+        precision=axes.deviations**-2.0,
         **shared,
     )
     return BridgeModels(place=place, im=im, runs=runs, variants=variants, fits={}, **shared), setup

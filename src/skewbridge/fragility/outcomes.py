@@ -87,6 +87,13 @@ class DemandOutcomes:
         pair = np.where(unknown, lower, self.lower), np.where(unknown, upper, self.upper)
         return replace(self, lower=pair[0], upper=pair[1])
 
+    def of_peaks(self, peaks: Floats, rows: Mask, *, exact: bool) -> "DemandOutcomes":
+        """Return the outcomes if the peaks of ``rows`` are exact, or lower bounds and no more."""
+        if exact:
+            return replace(self, upper=np.where(rows & (self.lower > 0.0), self.lower, self.upper))
+        known = np.nan_to_num(peaks, posinf=0.0)
+        return replace(self, lower=np.where(rows, known, self.lower))
+
 
 def demand_outcomes(table: pd.DataFrame, states: States) -> DemandOutcomes:
     """Return the outcomes of all runs of a table for the demand that ``states`` share."""

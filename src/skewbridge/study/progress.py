@@ -11,6 +11,7 @@ from typing import Any, Final
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.demands.validity import reasons
 from skewbridge.errors import InputError
+from skewbridge.files.tables import read_stamp
 from skewbridge.motions.blocks import Placed, planned_runs, unread
 from skewbridge.motions.folder import IndexEntry, list_motions
 from skewbridge.motions.levels import most_trials
@@ -19,6 +20,7 @@ from skewbridge.statuses import FAILED
 from skewbridge.study.analyses import StudySetup, analyses_s, check_plan, forecast_s, run_command
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.folder import StudyFolder
+from skewbridge.study.jobs import made_from, rule_digest
 from skewbridge.study.journal import JournalContent, Row, read_content
 from skewbridge.study.task import run_key
 from skewbridge.variant.grid import expand_grid
@@ -54,10 +56,9 @@ def study_progress(run_keys: Mapping[str, Sequence[str]], content: JournalConten
     """Return the progress of a study, given the `run_keys` of each variant and the journals."""
     done, analyses = content.rows, sum(map(len, run_keys.values()))
     rows = [done[key] for keys in run_keys.values() for key in keys if key in done]
-    columns = {"variant": "variant", "motion": "motion_id", "status": "status"}
-    columns["reason"] = "collapse_criterion"
     failures = [
-        {name: row[column] for name, column in columns.items()} | {"command": run_command(row)}
+        {"variant": row["variant"], "motion": row["motion_id"], "status": row["status"]}
+        | {"reason": row["collapse_criterion"], "command": run_command(row)}
         for row in rows
         if row["status"] in FAILED
     ]
@@ -68,8 +69,12 @@ def study_progress(run_keys: Mapping[str, Sequence[str]], content: JournalConten
     if done and not rows:
         text = (
             f"None of the {len(done)} stored analyses has the present sources, settings and motions"
+            ": the study will repeat its analyses."
+            if any(map(any, run_keys.values()))
+            else "The motions are new or changed: the study prepares them first, and then repeats "
+            f"only those of the {len(done)} stored analyses that the change affects."
         )
-        notes += (f"{text}: the study will repeat its analyses.",)
+        notes += (text,)
     ledger = {
         name: dict(sorted(Counter(row[column] for row in rows).items()))
         for name, column in (("status", "status"), ("recovery_step", "recovery_rung"))
@@ -142,12 +147,12 @@ def other_work_s(
 def analysis_keys(config: StudyConfig) -> tuple[Mapping[str, Sequence[str]], Sequence[float]]:
     """Return the run keys of each variant and the lengths (s) of the motions.
 
-    Before the motions are prepared, the keys are empty texts.
+    Before the motions are prepared from the present files and configuration, the keys are empty.
     """
     folder = StudyFolder(Path(config.results))
     slugs = [variant.slug for variant in expand_grid(config.grid)]
     with suppress(InputError, KeyError):  # prepared by another version, or for other bridges
-        if folder.suite.is_file() and folder.intensities.is_file():
+        if _is_prepared(config, folder):
             setup = StudySetup.of(config)
             keys = {slug: [run_key(task) for task in setup.planned_tasks(slug)] for slug in slugs}
             return keys, setup.durations_s
@@ -159,6 +164,14 @@ def analysis_keys(config: StudyConfig) -> tuple[Mapping[str, Sequence[str]], Seq
         rows += unread(len(entries), source.name)
     runs = planned_runs(config.grid, config.motions, rows)
     return {slug: ("",) * len(runs[slug]) for slug in slugs}, durations_s
+
+
+def _is_prepared(config: StudyConfig, folder: StudyFolder) -> bool:
+    """Return whether the workflow would leave the tables of the motions as they are."""
+    if not (folder.suite.is_file() and folder.intensities.is_file()):
+        return False
+    made_by = read_stamp(folder.suite).get("rule_digest")
+    return made_by in (None, rule_digest(made_from(config)["prepare_motions"]))
 
 
 def _length_s(entry: IndexEntry) -> float:

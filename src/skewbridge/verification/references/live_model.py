@@ -94,11 +94,12 @@ class History(NamedTuple):
     def first_contact_s(self) -> float | None:
         """Return the interpolated time (s) when the first gap closes; None if all stay open.
 
-        Rigid contact (LCP) has no penetration: its first step with a force is returned.
+        Rigid contact (LCP) has no penetration: its first step with a force is returned. A gap that
+        closes by rounding after this step does not count.
         """
-        closed = self.t_s[self.normals_n.max(axis=1) > 0.0]
-        rigid_s = float(closed[0]) if closed.size else None
-        return first_crossing_s(self.t_s, self.openings_m.min(axis=1)) or rigid_s
+        crossing_s = first_crossing_s(self.t_s, self.openings_m.min(axis=1))
+        times_s = crossing_s, *self.t_s[self.normals_n.max(axis=1) > 0.0][:1].tolist()
+        return min((time_s for time_s in times_s if time_s is not None), default=None)
 
 
 def first_crossing_s(t_s: Floats, values: Floats) -> float | None:
