@@ -356,7 +356,7 @@ class Medians:
         runs, self._variants = models.runs, records_of(models.variants)
         self._blocks = demand_table.block_names(runs)
         self._motion = demand_table.motion_codes(runs)
-        self._ln_im = np.log(runs[settings.im].to_numpy(dtype=np.float64))
+        self._im = runs[settings.im].to_numpy(dtype=np.float64)
         self._rows = [np.flatnonzero(models.variant == v) for v in range(len(models.variants))]
         self._outcomes = {
             state: demand_outcomes(runs, group)
@@ -484,5 +484,5 @@ class Medians:
         counts = {"n_bounds": bounds, "n_pairs": rows.size, "n_motions": np.unique(motions).size}
         curve = self.curve(state, number)
         assert curve is not None
-        n_beyond = motion_means.motions_beyond(curve.ln_theta[0], self._ln_im[rows], motions)
-        return counts | {"is_extrapolated": n_beyond < motion_means.MIN_BEYOND}
+        low, high = motion_means.covered_range(self._im[rows], motions)
+        return counts | {"is_extrapolated": not low <= np.exp(curve.ln_theta[0]) <= high}
