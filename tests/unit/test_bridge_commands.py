@@ -22,7 +22,6 @@ from bridge_variants import variant
 from cli_json import invoke
 from motions_files import at2_text
 from skewbridge.analysis import bridge_check, modal
-from skewbridge.analysis.bridge_check import sdc_rows
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import bent_capacities, bent_capacity
@@ -32,7 +31,8 @@ from skewbridge.demands.columns import COLUMNS, DEMAND_COLUMNS
 from skewbridge.demands.tables import to_table
 from skewbridge.files.tables import write_table
 from skewbridge.fragility.rates import Decision
-from skewbridge.report.bridge_figures import with_codes
+from skewbridge.report.appearance import shown_in
+from skewbridge.report.bridge_figures import column_figure, with_codes
 from skewbridge.study.analyses import StudySetup
 from skewbridge.study.batch import row_of_task
 from skewbridge.study.config import load_config
@@ -83,8 +83,8 @@ def test_a_push_writes_its_curve(tmp_path: Path, command: str) -> None:
     assert curve["disp_m"].iloc[-1] == pytest.approx(0.1, rel=0.01)
     assert found["peak_kn"] == curve["force_kn"].max()
     assert found["disp_at_peak_m"] == curve["disp_m"][curve["force_kn"].idxmax()]
-    first = curve["force_kn"][1] / curve["disp_m"][1]
-    assert found["initial_stiffness_kn_per_m"] == pytest.approx(first)
+    first_kn, first_m = curve["force_kn"][1], curve["disp_m"][1]
+    assert found["initial_stiffness_kn_per_m"] == pytest.approx(first_kn / first_m)
 
 
 def test_models_and_columns_are_drawn_and_written(tmp_path) -> None:
@@ -100,6 +100,16 @@ def test_models_and_columns_are_drawn_and_written(tmp_path) -> None:
     assert (tmp_path / "column.png").stat().st_size > 10_000
 
 
+def test_figures_are_drawn_in_us_units() -> None:
+    bent = bent_capacities(load_bridge("osb1"))[0]
+    with shown_in("us"):
+        bending, _ = column_figure(bent.curve, bent.shear, bent.axial_n, title="").axes
+    assert (bending.get_xlabel(), bending.get_ylabel()) == ("curvature (1/in)", "moment (kip ft)")
+    assert bending.lines[1].get_ydata()[-1] == pytest.approx(
+        bent.curve.plastic_moment_nm / 1355.818
+    )
+
+
 def test_the_whole_ladder_is_pushed_and_drawn(tmp_path: Path) -> None:
     found = answer("static", "--abutment", "all", "--max-disp-m", "0.08", "--out", str(tmp_path))
     assert pd.read_parquet(tmp_path / "curve.parquet")["abutment"].nunique() == 5
@@ -110,15 +120,12 @@ def test_the_whole_ladder_is_pushed_and_drawn(tmp_path: Path) -> None:
 
 
 def test_a_wall_has_a_curve_and_a_row_of_capacities_in_each_direction(tmp_path, written) -> None:
-    path = written("""extends: osb1
-source: "d: a test"
-column: {shape: rectangular, width_m: 2.4, depth_m: 1.0, tie_legs: [4, 8]}
-""")
+    wall = "column: {shape: rectangular, width_m: 2.4, depth_m: 1.0, tie_legs: [4, 8]}"
+    path = written(f"extends: osb1\nsource: 'd: a test'\n{wall}\n")
     normal, along = answer("column", "--bridge", path, "--out", tmp_path)["directions"]
     assert (normal["direction"], along["direction"]) == ("normal", "along")
     assert along["plastic_moment_knm"] > 2 * normal["plastic_moment_knm"]
-    for row in (normal, along):
-        end = f"_{row['direction']}"
+    for end, row in (("_normal", normal), ("_along", along)):
         curve = pd.read_parquet(tmp_path / f"moment_curvature{end}.parquet")
         assert curve["curvature_per_m"].max() == pytest.approx(row["ultimate_curvature_per_m"])
         assert (tmp_path / f"column{end}.png").stat().st_size > 10_000
@@ -308,7 +315,7 @@ def test_each_corner_is_compared_with_its_own_seat(written) -> None:
     for end, gap_m in (("left", 0.02), ("right", 0.05)):
         histories[f"contact_{end}_backwall_1_opening_m"] = np.array([gap_m, 0.0])
     moves_m = bridge_check.corner_moves_m(case, histories, 0.63)
-    rows = sdc_rows(case, {"column_drift_ratio": 0.0}, [], [], moves_m, {})
+    rows = bridge_check.sdc_rows(case, {"column_drift_ratio": 0.0}, [], [], moves_m, {})
     assert [row["capacity"] for row in rows] == pytest.approx([0.63, 0.63, 0.85, 0.85, 0.85])
     assert rows[-1]["demand"] == pytest.approx(0.86, abs=0.006)  # at skew 60
     assert [row["ok"] for row in rows] == [False, False, True, True, False]
@@ -325,7 +332,7 @@ def test_the_seats_of_an_inner_joint_are_checked(written, at: str, lost: float) 
                  "contact_joint_1_1_opening_m": np.array([0.04, 0.34, 0.0])}  # fmt: skip
     moves_m = bridge_check.joint_moves_m(variant, histories)
     run = {"column_drift_ratio": 0.02, "support_length_m": float("nan")}
-    sdc, aashto = sdc_rows(variant, run, [], [], {}, moves_m)
+    sdc, aashto = bridge_check.sdc_rows(variant, run, [], [], {}, moves_m)
     assert [row["check"][:15] for row in (sdc, aashto)] == ["joint 1 seat, S", "joint 1 seat, A"]
     assert sdc["capacity"] == aashto["capacity"] == pytest.approx(0.6 - lost * 0.04)
     deck_m = 45.72 if at.startswith("at") else 91.44
@@ -415,6 +422,8 @@ def test_the_design_criteria_have_the_capacities_of_the_model(pair, tmp_path, br
         name = f"bent {number} displacement, hinge {bent.hinge_length_m:.3f} m by rule (m)"
         assert found[name]["capacity"] == pytest.approx(bent.capacity_m)
         ratio = found[f"bent {number} P-Delta ratio"]["demand"]
+        shear_kn = found[f"bent {number} column shear, 1.2 Mp/L, 0.9 Vn (kN)"]["demand"]
+        assert shear_kn == pytest.approx(1.2e-3 * bent.curve.plastic_moment_nm / bent.shear_span_m)
         height_m = load_structure(bridge).description.bent_heights_m[number - 1]
         share_m = row["drift_over_capacity"] * bent.capacity_m
         drift = min(row["column_drift_ratio"], drifts[2 * number - 2 : 2 * number].max())

@@ -229,8 +229,7 @@ def test_errors_of_a_script_name_file_and_line_or_field(tmp_path, old, new, word
 
 def test_prints_and_folders_of_a_script_do_not_disturb_a_command(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    disturbed = f"{HEAD}\n    import os; os.chdir('/'); print('hello')"
-    frame_of(tmp_path, GOOD.replace(HEAD, disturbed))
+    frame_of(tmp_path, GOOD.replace(HEAD, f"{HEAD}\n    import os; os.chdir('/'); print('hello')"))
     assert Path.cwd() == tmp_path
     printed = capsys.readouterr()
     assert ("hello" in printed.out, "hello" in printed.err) == (False, True)

@@ -248,8 +248,7 @@ def test_sensitivity_rows_differ_and_both_sides_are_analysed_for_the_window(setu
     assert reference.options.backwall_points > rows[0].options.backwall_points
     # an analysis that is shorter than the window keeps the key that it has in the study
     for window_s, duration_s in ((None, None), (30.0, None), (6.0, 0.5)):
-        settings = AnalysisSettings(duration_s=duration_s)
-        short = study_of("results", wave("pulse"), analysis=settings)
+        short = study_of("results", wave("pulse"), analysis=AnalysisSettings(duration_s=duration_s))
         row = repeats.sampled_rows(short, [SLUG], 1, window_s)[0]
         assert run_key(row) == run_key(short.tasks(SLUG)[0])
     task = setup.tasks(SLUG)[0]
@@ -411,8 +410,7 @@ PLAN = {"round": 3, "ended": None, "hours": 2.0, "analyses": 48, "forecast_s": 1
 
 
 def test_a_plan_has_a_line_its_demands_and_motions_and_a_limit_of_time(tmp_path) -> None:
-    line = "round 3: 19 of 24 decided; next 48 analyses, about 3 min"
-    assert rounds.round_line(PLAN) == line
+    assert rounds.round_line(PLAN) == "round 3: 19 of 24 decided; next 48 analyses, about 3 min"
     folder = StudyFolder(tmp_path)
     path = tmp_path / "plan.json"
     path.write_text(json.dumps(PLAN))

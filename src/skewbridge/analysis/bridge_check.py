@@ -380,6 +380,9 @@ def sdc_rows(
         compare(f"{name} displacement, hinge {hinge} (m)", disp_m, bent["capacity_m"])
         ratio = P_DELTA_LIMIT * disp_m / bent["disp_at_p_delta_limit_m"]
         compare(f"{name} P-Delta ratio", ratio, P_DELTA_LIMIT)
+        shears_kn = bent["overstrength_shear_kn"], bent["design_strength_kn"]
+        factors = f"{OVERSTRENGTH:g} Mp/L, {SHEAR_RESISTANCE:g} Vn"
+        compare(f"{name} column shear, {factors} (kN)", *shears_kn)
     for corner, (unseating_m, length_m) in corners_m.items():
         compare(f"{corner} seat, SDC (m)", seat_demand_sdc_m(bridge, unseating_m), length_m)
     aashto_m = {

@@ -92,6 +92,7 @@ def build_bents(
                         _handle_of(capacities[1], model_hinge_m),
                     ),
                     normal=normal,
+                    bent=number,
                     shear_model=options.shear_model,
                     is_pinned=is_pinned,
                     is_elastic=options.elastic_columns,

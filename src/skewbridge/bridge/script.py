@@ -1,5 +1,6 @@
 """A user's own OpenSeesPy script as a bridge: its frame, checked and completed from the domain."""
 
+from bisect import bisect
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -55,7 +56,7 @@ DEFAULT_ABUTMENT: Final = "osb1"
 _MODES: Final = 14
 #: ASSUME an elastic beam this many times stiffer than the median, also in bending, is a link.
 _STIFF: Final = 20.0
-#: Columns closer along the bridge than this share of its length belong to one bent, for texts.
+#: Columns closer along the bridge than this share of its length, at zero skew, are one bent.
 _BENT_SHARE: Final = 0.05
 _DRAWN_M: Final = ((0.7, 0.7), (-0.7, 0.7), (-0.7, -0.7), (0.7, -0.7))  # columns of the sketch
 _BEAM: Final = 12  # components of the forces of an element with two nodes
@@ -103,8 +104,14 @@ class ScriptBridge:
         ops.model("basic", "-ndm", 3, "-ndf", 6)
         frame, _ = self.frame(skew_deg, options, tags)
         periods = damping.long_period_s, damping.short_period_s
+        bents, at = _common_properties(self).bents, f"at skew {skew_deg:g}"
+        if len(frame.columns) != len(bents):
+            text = f"columns: {len(frame.columns)} {at}, {len(bents)} at skew 0: give the same ones"
+            raise InputError(f"{self.path}: {text}")
+        columns = [replace(c, bent=bent) for c, bent in zip(frame.columns, bents, strict=True)]
         return replace(
             frame,
+            columns=tuple(columns),
             damping=replace(frame.damping, long_period_s=periods[0], short_period_s=periods[1]),
         )
 
@@ -138,6 +145,7 @@ class _CommonProperties:
     t1_s: float
     damping: Damping
     description: Description
+    bents: tuple[int, ...]  # number of the bent of each column, from the left
 
 
 @cache
@@ -159,27 +167,37 @@ def _common_properties(bridge: ScriptBridge) -> _CommonProperties:
             raise InputError(f"{error}, with the deck ends on pads") from error
         modes = modes_of(model, _MODES)
         (frame, stated), periods = frames[0], {d: period_s(modes, d) for d in "xyz"}
-        description = _description(bridge.name, frame, stated)
+        bents = _bents(frame)
+        description = _description(bridge.name, frame, stated, bents)
     long_s, short_s = stated.damping_periods or (max(periods.values()), min(periods.values()))
     damping = replace(frame.damping, long_period_s=long_s, short_period_s=short_s)
     t1_s = stated.t1 or sqrt(periods["x"] * periods["y"])
-    return _CommonProperties(t1_s=t1_s, damping=damping, description=description)
+    return _CommonProperties(t1_s=t1_s, damping=damping, description=description, bents=bents)
 
 
-def _description(name: str, frame: Frame, script_frame: ScriptFrame) -> Description:
+def _bents(frame: Frame) -> tuple[int, ...]:
+    """Return the number (0, 1, ...) of the bent of each column, from left to right."""
+    left, right = (end.plan.middle_m[0] for end in frame.ends)
+    xs = [float(ops.nodeCoord(column.top.node, 1)) for column in frame.columns]
+    starts: list[float] = []
+    for x in sorted(xs):
+        if not starts or x - starts[-1] >= _BENT_SHARE * (right - left):
+            starts.append(x)
+    return tuple(bisect(starts, x) - 1 for x in xs)
+
+
+def _description(
+    name: str, frame: Frame, script_frame: ScriptFrame, numbers: Sequence[int]
+) -> Description:
     left, right = (end.plan.middle_m[0] for end in frame.ends)
     middle_m = (left + right) / 2
     seats = [(end, end.abutment) for end in frame.ends if isinstance(end.abutment, AbutmentData)]
-    bents: list[list[tuple[float, float]]] = []
+    bents: list[list[tuple[float, float]]] = [[] for _ in {*numbers}]
     columns_m: list[tuple[float, float]] = []
-    for column in frame.columns:
+    for column, number in zip(frame.columns, numbers, strict=True):
         x, y, _ = ops.nodeCoord(column.top.node)
         columns_m.append((x - middle_m, y))
-        at_same_x = (bent for bent in bents if abs(bent[0][0] - x) < _BENT_SHARE * (right - left))
-        if (bent := next(at_same_x, None)) is None:
-            bents.append(bent := [])
-        bent.append((x, column.clear_height_m))
-    bents.sort()
+        bents[number].append((x, column.clear_height_m))
     supports_x = [left, *(fmean(x for x, _ in bent) for bent in bents), right]
     return Description(
         title=script_frame.title or name,

@@ -94,14 +94,17 @@ _EPILOG: Final = "--json prints one JSON object on stdout; --units us shows kip,
 def command(group: typer.Typer, name: str | None = None) -> Callable[..., Callable[..., None]]:
     """Return a decorator that adds a function to a group as a command, which prints its `Answer`.
 
-    A parameter whose type is a dataclass stands for one option per field. An error is printed as
-    one message; the exit code is 2 for bad input and unreadable files, 1 for a failed solution.
+    A parameter whose type is a dataclass stands for one option per field, and ``units`` for those
+    of figures. An error is printed as one message; the exit code is 2 for bad input and unreadable
+    files, 1 for a failed solution.
     """
 
     def decorate(function: Callable[..., Answer]) -> Callable[..., None]:
         grouped: dict[str, Any] = {}
         options: list[Parameter] = []
-        for option in signature(function).parameters.values():
+        parameters = dict(signature(function).parameters)
+        draws = parameters.pop("units", None) is not None
+        for option in parameters.values():
             kind, members = option.annotation, [option]
             if isinstance(kind, type) and is_dataclass(kind):
                 grouped[option.name] = kind
@@ -119,6 +122,8 @@ def command(group: typer.Typer, name: str | None = None) -> Callable[..., Callab
                 for option, kind in grouped.items():
                     members = {field.name: values.pop(field.name) for field in fields(kind)}
                     values[option] = kind(**members)
+                if draws:
+                    values["units"] = units
                 return function(**values).emit(as_json=as_json, units=units)
             except InputError as error:
                 message, details = str(error), error.details
@@ -243,6 +248,7 @@ _US_UNITS: Final = {
     "_mm": ("_in", MM / INCH),
     "_m": ("_in", 1.0 / INCH),
     " (m)": (" (in)", 1.0 / INCH),
+    " (kN)": (" (kip)", KN / KIP),
 }
 
 
@@ -352,7 +358,6 @@ def folder_of(study: Path | None) -> Path:
     return study_of(study)[1].root
 
 
-Bridge = Annotated[str, opt("Name (skewbridge bridge list) or file of a bridge.", "NAME|FILE")]
 _MODELS: Final = f"[{'|'.join(ABUTMENTS).replace('_', '-')}]"
 Abutment = Annotated[str, opt("Abutment model, from simple to contact with friction.", _MODELS)]
 Changes = Annotated[list[str] | None, opt("Set an input key; repeatable.", "KEY=VALUE", "--set")]
@@ -362,11 +367,19 @@ _AXIS: Final = {
 _USUAL: Final = {axis.name: axis.usual for axis in AXES}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class VariantOptions:
+@dataclass(frozen=True, kw_only=True)
+class BridgeOption:
+    """Option of a command about one bridge."""
+
+    bridge: Annotated[
+        str, opt("Name (skewbridge bridge list) or file of a bridge.", "NAME|FILE")
+    ] = "osb1"
+
+
+@dataclass(frozen=True, kw_only=True)
+class VariantOptions(BridgeOption):
     """Options of a command about one variant."""
 
-    bridge: Bridge = "osb1"
     abutment: Abutment = "contact-friction"
     skew_deg: Annotated[float, _AXIS["skew_deg"]] = _USUAL["skew_deg"]
     gap_mm: Annotated[float, _AXIS["gap_mm"]] = _USUAL["gap_mm"]

@@ -5,8 +5,6 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
-import typer
-
 from skewbridge.cli import new_group
 from skewbridge.cli.output import (
     Answer,
@@ -25,6 +23,7 @@ from skewbridge.cli.output import (
 from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_folder
 from skewbridge.statuses import RAN
+from skewbridge.units import Units
 
 if TYPE_CHECKING:
     from skewbridge.study.task import Task
@@ -58,10 +57,10 @@ class LoadingOptions:
 
 @command(commands)
 def run(
-    context: typer.Context,
     case: VariantOptions,
     loading: LoadingOptions,
     out: Out,
+    units: Units,
     figures: Annotated[bool, opt("Draw the figures.")] = True,
     row: Annotated[str | None, opt("Repeat the row of a study with this key.", "RUN_KEY")] = None,
     study: Study = None,
@@ -106,7 +105,7 @@ def run(
         from skewbridge.report.run_figures import run_figures
 
         title = f"{task.variant.slug}, {motion.motion_id} x {task.motion.scale:g}"
-        with shown_in(context.params["units"]):
+        with shown_in(units):
             drawn = run_figures(histories, title=title)
         for name, figure in drawn.items():
             for path in (out / f"{name}.png", out / f"{name}.svg"):

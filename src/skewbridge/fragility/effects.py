@@ -321,7 +321,6 @@ def median_effects(
     models: Sequence[BridgeModels] | None = None,
     curves: pd.DataFrame | None = None,
     axes: Sequence[str] = (),
-    jobs: int = 1,
 ) -> pd.DataFrame:
     """Return the ratios of median capacities along every axis, with pooled ratios first.
 
@@ -334,12 +333,11 @@ def median_effects(
     further columns whose values distinguish variants; only their effects are then returned.
     """
     if models is None:
-        models = fit_models(demands, limit_states, settings, further=axes, jobs=jobs)
+        models = fit_models(demands, limit_states, settings, further=axes)
     rows: list[Row] = []
     for bridge in models:
         medians = Medians(bridge, limit_states, settings, curves)
-        along = axes or demand_table.varying_axes(bridge.variants)
-        for axis in along:
+        for axis in axes or demand_table.varying_axes(bridge.variants):
             rows += medians.rows(axis, limit_states)
     return effect_table(demands, rows)
 
@@ -374,7 +372,7 @@ class Medians:
             self._has_curve = curves.groupby(keys)["preferred"].any().to_dict()
             by_model = curves[curves["method"] == "cloud"].set_index(keys)
             change = by_model["theta_none_exceed"] / by_model["theta_all_exceed"]
-            self._change = np.log(change.astype(np.float64)).to_dict()
+            self._change = change.astype(np.float64).map(np.log).to_dict()
 
     def rows(self, axis: str, states: States) -> list[Row]:
         """Return the rows of `median_effects` for the effects of an axis on medians of states."""

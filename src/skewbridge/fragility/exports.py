@@ -21,7 +21,7 @@ import pandas as pd
 
 from skewbridge.errors import InputError
 from skewbridge.files.digests import digest_of
-from skewbridge.files.tables import read_any, records_of, write_csv
+from skewbridge.files.tables import as_column, read_any, records_of, require, write_csv
 from skewbridge.files.text import write_text
 from skewbridge.fragility.demand_table import axis_names, described, need_columns, variant_columns
 from skewbridge.fragility.fits import FITTED
@@ -74,6 +74,9 @@ def export_curves(source: Path, form: str, out: Path) -> dict[str, Any]:
         raise InputError(f"format must be one of {', '.join(WRITERS)}, got {form!r}")
     table = read_any(source)
     need_columns(table, _NEEDED, "the table of curves")
+    for name in ("threshold", "theta", "beta", "beta_total"):
+        values = as_column(table[name], name)
+        require(~(values <= 0.0), name, "must be above zero", values)
     curves = chosen_curves(table).reset_index(drop=True)
     has_estimate = curves["status"] == FITTED
     if not has_estimate.any() and form != "csv":
@@ -104,12 +107,15 @@ def export_curves(source: Path, form: str, out: Path) -> dict[str, Any]:
 
 
 def _write_latex(curves: pd.DataFrame, out: Path, folder: Path) -> dict[str, Any]:
+    paths = folder / "median_effects.parquet", folder / "joint.parquet"
     medians, joint = (
         read_any(path) if path.is_file() else pd.DataFrame(columns=list(described(path.stem)))
-        for path in (folder / "median_effects.parquet", folder / "joint.parquet")
+        for path in paths
     )
     write_text(out, latex_table(paper_table(curves, medians, joint)))
-    return {}
+    missing = ", ".join(path.name for path in paths if not path.is_file())
+    text = f"the table lacks what comes from {missing}, which must be next to the curves"
+    return {"notes": [text] if missing else []}
 
 
 def _write_csv(curves: pd.DataFrame, out: Path, _folder: Path) -> dict[str, Any]:

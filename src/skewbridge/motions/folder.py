@@ -3,7 +3,7 @@
 import math
 import re
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from itertools import islice
 from pathlib import Path
@@ -174,7 +174,7 @@ def _starts_with_numbers(path: Path) -> bool:
 
 
 def pair_files(
-    paths: Iterable[Path], read: Callable[[Path], Trace] = read_trace
+    paths: Iterable[Path],
 ) -> tuple[dict[str, tuple[Path, Path]], dict[str, list[Path]]]:
     """Return the pairs of component files and the unpaired files, both keyed by motion name.
 
@@ -188,7 +188,7 @@ def pair_files(
     records: defaultdict[tuple[str, str], list[Trace]] = defaultdict(list)
     for files in unpaired.values():
         with suppress(InputError):
-            for trace in [read(path) for path in files]:
+            for trace in [read_trace(path) for path in files]:
                 records[trace.event, trace.station].append(trace)
     used_files: set[Path] = set()
     for (event, station), record in records.items():
@@ -274,9 +274,10 @@ def _entry(cells: dict[str, str], index: Path, line: int) -> IndexEntry:
 def inside_folder(folder: Path, name: str, where: str) -> Path:
     """Return the path of a file in an index; `InputError` unless it exists inside the folder."""
     name_text = f"{where}: {shortened(name)}"
-    if not name or not name.isprintable() or len(name.encode()) > 255:
-        raise InputError(f"{name_text} is not a file name")
     relative = Path(name.replace("\\", "/"))
+    longest = max((len(part.encode()) for part in relative.parts), default=0)
+    if not name or not name.isprintable() or longest > 255 or len(name.encode()) > 4000:
+        raise InputError(f"{name_text} is not a file name")
     path = folder / relative
     if relative.is_absolute() or not path.resolve().is_relative_to(folder.resolve()):
         raise InputError(f"{name_text} is outside the folder of the index")

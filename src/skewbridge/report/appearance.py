@@ -67,6 +67,8 @@ US_UNITS: Final = {
     "mm": ("in", MM / INCH),
     "kN": ("kip", KN / KIP),
     "MN": ("kip", MN / KIP),
+    "MNm": ("kip ft", MN / (KIP * FOOT)),
+    "1/m": ("1/in", INCH),
 }
 _UNITS: ContextVar[str] = ContextVar("units", default="si")
 
