@@ -39,7 +39,6 @@ help:
 	@echo "make demo-data    run config/demo.yaml and store it for skewbridge demo"
 	@echo "make verify       compare the paper's studies with references, run the stress cases and slow tests"
 	@echo "make verify-accuracy  effects at the default against the reference accuracy: 1 to 2 hours, can be resumed"
-	@echo "                  (WHOLE=1 for whole motions: 4 to 6 hours)"
 	@echo "make bench        measure costs as ratios: about 20 minutes   (FULL=1 for the full sets: hours)"
 	@echo "make audit        check locked packages for known vulnerabilities   (skipped without PyPI)"
 	@echo "make mutants      test the tests with 200 small changes of the sources: hours, can be resumed"
@@ -115,7 +114,7 @@ verify: setup
 
 # Finished analyses are in a journal and are not repeated.
 verify-accuracy: setup
-	$(BIN)/skewbridge verify accuracy$(if $(WHOLE),-whole)
+	$(BIN)/skewbridge verify accuracy
 
 bench: setup
 	FULL=$(FULL) bash benchmarks/run.sh

@@ -99,6 +99,7 @@ def simulate(
     place = 1 + list(GRID).index(AXIS)
     table = pd.DataFrame(
         {"motion_id": np.repeat([f"m{k:03d}" for k in range(motions)], len(cells) // motions)}
+        | {"bridge": bridge, "abutment": "contact_friction"}
         | {name: cells[:, k] for k, name in enumerate(others)}
         | {
             f"{name}_{end}": np.take(values, value, place).ravel()

@@ -103,8 +103,8 @@ html_math_renderer = "mathml"
 COMMANDS_HEAD = """\
 # Commands
 
-Results go to stdout (with `--json` as one JSON object), messages to stderr. Exit codes: 0 success,
-1 failed analysis or check, 2 bad input.
+Results go to stdout (with `--json` as one JSON object; `--units us` shows tables in kip, in and
+ft), messages to stderr. Exit codes: 0 success, 1 failed analysis or check, 2 bad input.
 """
 
 

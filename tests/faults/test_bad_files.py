@@ -228,7 +228,7 @@ WRONG_CONTACT = [
 ]  # fmt: skip
 WRONG_DECK = [
     ({"skew_deg": 85.0}, "skew_deg"), ({"mass_kg": 0.0}, "mass_kg"),
-    ({"restitution": 1.2}, "restitution"), ({"solver": "magic"}, "solver"),
+    ({"restitution": 1e-4}, "restitution"), ({"solver": "magic"}, "solver"),
     ({"integrator": "euler"}, "integrator"), ({"dt_s": 1.0}, "dt_s"),
     ({"pulse": None}, "pulse or motion"), ({"motion": ["a.AT2", "b.AT2"]}, "pulse or motion"),
     ({"pulse": None, "motion": ["a.AT2", "b.AT2"]}, "a.AT2"),

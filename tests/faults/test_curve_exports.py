@@ -125,7 +125,9 @@ def test_pelicun_keeps_the_number_of_a_state_where_a_milder_one_has_no_estimate(
 
 
 def test_latex_names_variants_in_words_and_marks_differing_methods(export):
-    text = export(curves_of(), "latex", "curves.tex")[0].read_text()
+    out, report = export(curves_of(), "latex", "curves.tex")
+    assert "lacks what comes from median_effects.parquet, joint.parquet" in report["notes"][-1]
+    text = out.read_text()
     assert "& skew 30 deg, gap 51 mm, friction 0.5 & column drift, slight &" in text
     lines = [line for line in text.splitlines() if line.startswith("osb1")]
     assert all((" * &" in line) == ("skew 30" in line) for line in lines)
@@ -175,6 +177,8 @@ def test_formats_and_options_that_do_not_fit_are_refused(export):
         (PGA, "xlsx", "format must be one of nrml, pelicun, csv, latex"),
     ):
         export(curves_of(im), file_format, "out", refused=words)
+    bad = curves_of(PGA).astype({"beta": object}).replace({"beta": {0.35: "x"}})
+    export(bad, "nrml", "out", refused="beta")
     published = curves_of(PGA).rename(columns={"variant": "row"})  # as in table.csv
     export(published, "csv", "out", refused="the table of curves has no column 'variant'")
     assert measure_names("im_pgv_rotd50_mps")[:2] == ("PGV", 100.0)

@@ -7,7 +7,7 @@ import sys
 from dataclasses import replace
 from functools import partial
 from itertools import product
-from math import cos, nan, radians
+from math import cos, radians
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +22,6 @@ from bridge_variants import variant
 from cli_json import invoke
 from motions_files import at2_text
 from skewbridge.analysis import bridge_check, modal
-from skewbridge.analysis.bridge_check import sdc_rows
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import bent_capacities, bent_capacity
@@ -32,7 +31,8 @@ from skewbridge.demands.columns import COLUMNS, DEMAND_COLUMNS
 from skewbridge.demands.tables import to_table
 from skewbridge.files.tables import write_table
 from skewbridge.fragility.rates import Decision
-from skewbridge.report.bridge_figures import with_codes
+from skewbridge.report.appearance import shown_in
+from skewbridge.report.bridge_figures import column_figure, with_codes
 from skewbridge.study.analyses import StudySetup
 from skewbridge.study.batch import row_of_task
 from skewbridge.study.config import load_config
@@ -83,8 +83,8 @@ def test_a_push_writes_its_curve(tmp_path: Path, command: str) -> None:
     assert curve["disp_m"].iloc[-1] == pytest.approx(0.1, rel=0.01)
     assert found["peak_kn"] == curve["force_kn"].max()
     assert found["disp_at_peak_m"] == curve["disp_m"][curve["force_kn"].idxmax()]
-    first = curve["force_kn"][1] / curve["disp_m"][1]
-    assert found["initial_stiffness_kn_per_m"] == pytest.approx(first)
+    first_kn, first_m = curve["force_kn"][1], curve["disp_m"][1]
+    assert found["initial_stiffness_kn_per_m"] == pytest.approx(first_kn / first_m)
 
 
 def test_models_and_columns_are_drawn_and_written(tmp_path) -> None:
@@ -100,6 +100,16 @@ def test_models_and_columns_are_drawn_and_written(tmp_path) -> None:
     assert (tmp_path / "column.png").stat().st_size > 10_000
 
 
+def test_figures_are_drawn_in_us_units() -> None:
+    bent = bent_capacities(load_bridge("osb1"))[0]
+    with shown_in("us"):
+        bending, _ = column_figure(bent.curve, bent.shear, bent.axial_n, title="").axes
+    assert (bending.get_xlabel(), bending.get_ylabel()) == ("curvature (1/in)", "moment (kip ft)")
+    assert bending.lines[1].get_ydata()[-1] == pytest.approx(
+        bent.curve.plastic_moment_nm / 1355.818
+    )
+
+
 def test_the_whole_ladder_is_pushed_and_drawn(tmp_path: Path) -> None:
     found = answer("static", "--abutment", "all", "--max-disp-m", "0.08", "--out", str(tmp_path))
     assert pd.read_parquet(tmp_path / "curve.parquet")["abutment"].nunique() == 5
@@ -110,15 +120,12 @@ def test_the_whole_ladder_is_pushed_and_drawn(tmp_path: Path) -> None:
 
 
 def test_a_wall_has_a_curve_and_a_row_of_capacities_in_each_direction(tmp_path, written) -> None:
-    path = written("""extends: osb1
-source: "d: a test"
-column: {shape: rectangular, width_m: 2.4, depth_m: 1.0, tie_legs: [4, 8]}
-""")
+    wall = "column: {shape: rectangular, width_m: 2.4, depth_m: 1.0, tie_legs: [4, 8]}"
+    path = written(f"extends: osb1\nsource: 'd: a test'\n{wall}\n")
     normal, along = answer("column", "--bridge", path, "--out", tmp_path)["directions"]
     assert (normal["direction"], along["direction"]) == ("normal", "along")
     assert along["plastic_moment_knm"] > 2 * normal["plastic_moment_knm"]
-    for row in (normal, along):
-        end = f"_{row['direction']}"
+    for end, row in (("_normal", normal), ("_along", along)):
         curve = pd.read_parquet(tmp_path / f"moment_curvature{end}.parquet")
         assert curve["curvature_per_m"].max() == pytest.approx(row["ultimate_curvature_per_m"])
         assert (tmp_path / f"column{end}.png").stat().st_size > 10_000
@@ -304,11 +311,11 @@ def test_each_corner_is_compared_with_its_own_seat(written) -> None:
     histories = corner_histories()
     histories["abutment_right_acute_unseating_m"][1] = 0.3
     case = replace(VARIANT, bridge=str(own), skew_deg=0)
-    assert bridge_check.corner_moves_m(case, histories, 0.63)["right acute"] == (0.3, 0.63)
+    about, run = load_structure(own).description, {"column_drift_ratio": 0.0} | SUPPORT
+    assert bridge_check.corner_moves_m(about, histories, 0.63)["right acute"] == (0.3, 0.63)
     for end, gap_m in (("left", 0.02), ("right", 0.05)):
         histories[f"contact_{end}_backwall_1_opening_m"] = np.array([gap_m, 0.0])
-    moves_m = bridge_check.corner_moves_m(case, histories, 0.63)
-    rows = sdc_rows(case, {"column_drift_ratio": 0.0}, [], [], moves_m, {})
+    rows = bridge_check.sdc_rows(case, run, [], histories)
     assert [row["capacity"] for row in rows] == pytest.approx([0.63, 0.63, 0.85, 0.85, 0.85])
     assert rows[-1]["demand"] == pytest.approx(0.86, abs=0.006)  # at skew 60
     assert [row["ok"] for row in rows] == [False, False, True, True, False]
@@ -323,9 +330,8 @@ def test_the_seats_of_an_inner_joint_are_checked(written, at: str, lost: float) 
     variant = replace(VARIANT, bridge=written(f"extends: osb1\nsource: own\n{deck}"))
     histories = {"joint1_unseating_m": np.array([0.0, 0.3, 0.1]),
                  "contact_joint_1_1_opening_m": np.array([0.04, 0.34, 0.0])}  # fmt: skip
-    moves_m = bridge_check.joint_moves_m(variant, histories)
     run = {"column_drift_ratio": 0.02, "support_length_m": float("nan")}
-    sdc, aashto = sdc_rows(variant, run, [], [], {}, moves_m)
+    sdc, aashto = bridge_check.sdc_rows(variant, run, [], histories)
     assert [row["check"][:15] for row in (sdc, aashto)] == ["joint 1 seat, S", "joint 1 seat, A"]
     assert sdc["capacity"] == aashto["capacity"] == pytest.approx(0.6 - lost * 0.04)
     deck_m = 45.72 if at.startswith("at") else 91.44
@@ -333,7 +339,6 @@ def test_the_seats_of_an_inner_joint_are_checked(written, at: str, lost: float) 
     assert sdc["demand"] == pytest.approx(max(0.3 + 0.1016 + deck_m / 2000, 0.6096))
     bridge = load_structure(variant.bridge).description
     assert aashto["demand"] == bridge_check.seat_demand_aashto_m(bridge, "joint 1", 0)
-    assert bridge_check.corner_moves_m(variant, histories, nan) == {}
 
 
 @pytest.fixture
@@ -415,6 +420,8 @@ def test_the_design_criteria_have_the_capacities_of_the_model(pair, tmp_path, br
         name = f"bent {number} displacement, hinge {bent.hinge_length_m:.3f} m by rule (m)"
         assert found[name]["capacity"] == pytest.approx(bent.capacity_m)
         ratio = found[f"bent {number} P-Delta ratio"]["demand"]
+        shear_kn = found[f"bent {number} column shear, 1.2 Mp/L, 0.9 Vn (kN)"]["demand"]
+        assert shear_kn == pytest.approx(1.2e-3 * bent.curve.plastic_moment_nm / bent.shear_span_m)
         height_m = load_structure(bridge).description.bent_heights_m[number - 1]
         share_m = row["drift_over_capacity"] * bent.capacity_m
         drift = min(row["column_drift_ratio"], drifts[2 * number - 2 : 2 * number].max())
@@ -437,12 +444,13 @@ def test_the_design_criteria_have_the_capacities_of_the_model(pair, tmp_path, br
         ("run {} --set array=rigid", "array: unknown key"),
         ("run {} --set rigid", "--set takes KEY=VALUE, got 'rigid'"),
         ("run {} --out strong090.AT2", "strong090.AT2"),  # a file in place of the folder
+        ("run --out out --row f00 --dt-s 0.001 --set a=b", "omit --set, --dt-s"),
     ],
 )
 def test_bad_input_is_named_and_exits_with_2(pair, tmp_path, monkeypatch, arguments, message):
     monkeypatch.chdir(tmp_path)
-    given = arguments.format(f"--motion {' '.join(pair)} --out out").split()
-    found = cli_json.answer(*given, code=2)
+    motion = f"--motion {' '.join(pair)} --out out"
+    found = cli_json.answer(*arguments.format(motion).split(), code=2)
     assert found["status"] == "error"
     assert message in found["message"]
 
@@ -459,11 +467,11 @@ def test_a_row_of_a_study_is_repeated_by_its_key(pair, tmp_path, monkeypatch):
     result = outcome_of(task.analyse()) | {"wall_s": 0.0, "cpu_s": 0.0, "suspect": ""}
     row = row_of_task(result, task, run_key(task))
     write_table(to_table([row], {}), folder.demands)
-    options = ("--out", tmp_path / "out", "--no-figures")
-    again = cli_json.answer("run", "--row", row["run_key"], *options)
+    options = ("--no-figures", "--out", tmp_path / "out", "--row")
+    again = cli_json.answer("run", *options, row["run_key"])
     names = ["run_key", *(column.name for column in DEMAND_COLUMNS)]
     assert {name: again[name] for name in names} == {name: row[name] for name in names}
-    assert "no such run_key" in cli_json.answer("run", "--row", "f00", *options, code=2)["message"]
+    assert "no such run_key" in cli_json.answer("run", *options, "f00", code=2)["message"]
 
 
 MAX_GROWTH_MB = 4.0  # a thread's arena that the allocator takes late; a leak would be far more

@@ -92,6 +92,11 @@ def test_a_bent_replaces_single_keys_of_the_column_and_the_base(written) -> None
     assert inherited == bridge.column.model_dump(exclude={"shape", "diameter_m"})
     assert (column.shape, column.width_m, bridge.column.shape) == ("oblong", 3.0, "circular")
     assert bridge.sources["bents.0.column.width_m"] == "d: x"
+    # without cross ties, two legs resist the pressure on the width, as on the depth
+    (depth, width), hoops = column.core.sizes_m, column.hoops
+    assert hoops.confining[0] / hoops.confining[1] == pytest.approx(depth / width)
+    ring_m2 = column.core.length_m * 510e-6 / 0.127
+    assert hoops.volume_ratio == pytest.approx(ring_m2 / column.core.area_m2)
     # a single column needs no spacing
     assert (bent.columns, bent.column_spacing_m) == (1, 0.0)
     with domain():

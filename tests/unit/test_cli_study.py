@@ -215,7 +215,7 @@ def test_methods_are_those_of_the_configuration(study: Path) -> None:
         ("motions", {"design": "stripes"}, "scaled to 0.1, 0.2|jackknife over motions"),
         ("motions", {"design": "ida"}, "Vamvatsikos and Cornell 2002|column_drift_ratio"),
         ("motions", {"blocks": {"cells_per_motion": 2, "complete_share": 0.0}},
-         "a motion runs all values of skew at two combinations of the values of the other axes,"),
+         "values of skew at two combinations of the values of|within skew_deg; cells_per_motion"),
         ("fragility", {}, "one model of each demand|Laird and Ware 1982|jackknife over motions"),
         ("grid", {"abutment": ["roller"]}, "modelled on rollers"),
         ("model", {"backfill": "sdc", "damping_ratio": 0.03}, "(Caltrans 2019)|3 % of critical"),

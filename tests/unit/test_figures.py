@@ -2,7 +2,7 @@
 
 import json
 import re
-from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -63,7 +63,13 @@ def points_of(lines):
 def tables_of(demands, found, suite=()):
     names = ("curves", "effects", "system", "intensity_effects")
     tables = {name: found[name] for name in names} | {"medians": found["median_effects"]}
-    return files.FigureTables(demands=demands, suite=suite, **tables)
+    return SimpleNamespace(demands=demands, suite=suite, **tables)
+
+
+def captions_of(study, **changes):
+    tables = vars(study) | changes
+    drawn = files.study_figures(tables, tables.pop("suite"))
+    return {caption.name: caption for caption, _ in drawn}
 
 
 def drawn_component(fragility, component):
@@ -125,11 +131,12 @@ def test_ratios_of_the_whole_bridge_are_of_systems_with_the_same_components():
 
 def test_cloud_marks_runs_that_ended_early_and_demands_of_zero(demands, fragility):
     tables = fragility["curves"], fragility["effects"], DRIFT
-    figure = demand_clouds(demands, *tables)
-    assert points_of(lines_of(figure, 2)) == 1  # a tick
+    lead = figures.lead_axis(tables[1], {DRIFT}, demands).name
+    many = demands.assign(**{lead: np.arange(len(demands)) % 12.0})  # more values than colours
+    assert points_of(lines_of(demand_clouds(many, *tables), "o")) == len(many)
+    assert points_of(lines_of(demand_clouds(demands, *tables), 2)) == 1  # a tick
     low = demands.assign(**{DRIFT: demands[DRIFT].where(demands["motion_id"] != "m00", 0.0)})
-    figure = demand_clouds(low, *tables)
-    assert points_of(lines_of(figure, "v")) == (low[DRIFT] == 0.0).sum() == 8
+    assert points_of(lines_of(demand_clouds(low, *tables), "v")) == (low[DRIFT] == 0.0).sum() == 8
     assert figures.least_shown(demands.assign(**{DRIFT: 0.0}), tables[0], DRIFT) is None
 
 
@@ -153,19 +160,18 @@ def test_clouds_have_the_colours_of_the_largest_effect_and_its_size(study):
 
 
 def test_list_of_figures_follows_limit_states_and_leaves_out_empty_plots(study):
-    names = [caption.name.removeprefix("osb1_cf_") for caption, _ in files.study_figures(study)]
+    names = [name.removeprefix("osb1_cf_") for name in captions_of(study)]
     expected = "main_whole_bridge curves_column_drift curves_bearing cloud_column_drift_ratio"
     assert names == f"{expected} cloud_bearing_disp_m effects_by_intensity suite_spectra".split()
     names = ("system", "effects", "intensity_effects")
     nothing = {name: getattr(study, name).head(0) for name in names}
     nothing |= {"demands": study.demands.assign(bearing_disp_m=0.0)}
-    nothing |= {"curves": study.curves.assign(preferred=False)}
-    names = [caption.name for caption, _ in files.study_figures(replace(study, **nothing))]
-    assert names == ["osb1_cf_cloud_column_drift_ratio", "suite_spectra"]
+    names = captions_of(study, **nothing, curves=study.curves.assign(preferred=False))
+    assert list(names) == ["osb1_cf_cloud_column_drift_ratio", "suite_spectra"]
 
 
 def test_captions_and_findings_have_the_numbers_of_the_tables(study):
-    captions = {caption.name: caption for caption, _ in files.study_figures(study)}
+    captions = captions_of(study)
     assert "Sa,avg RotD50 (g) 0.5." in captions["osb1_cf_effects_by_intensity"].text
     above = int((study.demands["bearing_disp_m"] > 0.1).sum())
     # runs that ended early could have exceeded the state later
@@ -180,20 +186,12 @@ def test_captions_and_findings_have_the_numbers_of_the_tables(study):
 
 def test_figures_in_us_units_have_inches(study):
     with shown_in("us"):
-        captions = {caption.name: caption for caption, _ in files.study_figures(study)}
+        captions = captions_of(study)
         figure = demand_clouds(study.demands, study.curves, study.effects, "bearing_disp_m")
     assert "(3.94 in)" in captions["osb1_cf_cloud_bearing_disp_m"].finding
     assert figure.axes[0].get_ylabel().endswith("(in)")
     largest = max(max(line.get_ydata(), default=0.0) for line in lines_of(figure, "o"))
     assert largest <= study.demands["bearing_disp_m"].max() / 0.0254 * (1 + 1e-9)
-
-
-def stored(folder, **tables):
-    paths = {name: folder / f"{name}.parquet" for name in tables}
-    for name, table in tables.items():
-        paths[name].parent.mkdir(parents=True, exist_ok=True)
-        write_frame(table, paths[name], {})
-    return paths
 
 
 def drawn():
@@ -241,7 +239,9 @@ def written(study, tmp_path, monkeypatch):
     names = ("curves", "effects", "system", "intensity_effects")
     tables = {f"fragility/{name}": getattr(study, name) for name in names}
     tables |= {"fragility/median_effects": study.medians, "demands": study.demands}
-    stored(tmp_path / "own", **tables, **{"motions/suite": pd.DataFrame()})
+    for name, table in {**tables, "motions/suite": pd.DataFrame()}.items():
+        (path := tmp_path / "own" / f"{name}.parquet").parent.mkdir(parents=True, exist_ok=True)
+        write_frame(table, path, {})
     monkeypatch.setattr(files, "read_suite", lambda _: ())
     return tmp_path
 

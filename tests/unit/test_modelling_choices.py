@@ -140,15 +140,15 @@ def test_axes_go_from_end_to_end_and_one_value_is_none(tmp_path: Path) -> None:
     assert [*pairs[0][0].values()] == ["axis", "skew_deg", "0 deg", "30 deg"]
     one_skew = AXES | {"skew_deg": (0.0,)}
     assert not list(modelling_choices.axis_pairs(setup, "osb1_ro_skew00_gap000_mu000", one_skew, 1))
-    assert len(list(modelling_choices.axis_pairs(setup, SLUG, {"friction": (0.2, 0.5)}, 1))) == 1
+    axes = {"friction": (0.2, 0.5), "skew_deg": (-30.0, 30.0)}  # also values of equal size
+    assert len(list(modelling_choices.axis_pairs(setup, SLUG, axes, 1))) == 2
 
 
 def frame_pairs(folder: Path, outcomes: Sequence[tuple]) -> tuple[list, dict[str, dict]]:
     """Pairs of the frame of the keys, a motion each, and their rows: before, after, status."""
 
     def outcome(value: float, status: str = "ok") -> dict[str, object]:
-        demands = {column.name: value for column in DEMAND_COLUMNS}
-        return demands | {"status": status, "beyond_model": ""}
+        return {c.name: value for c in DEMAND_COLUMNS} | {"status": status, "beyond_model": ""}
 
     frame = next(choice for choice in modelling_choices.CHOICES if choice.key == "key_frame")
     tasks = setup_in(folder, motions=len(outcomes)).tasks(SLUG)
@@ -374,8 +374,7 @@ def test_all_variants_of_a_bridge_have_the_drawn_model(tmp_path) -> None:
         assert [getattr(one.options, name) for name in VALUES] == [draw[name] for name in VALUES]
         # the columns of osb1 have no foundation springs
         assert "foundation" not in other.draw
-        expected = ("springs", draw["key_frame"])
-        assert (other.options.foundation, other.options.key_frame) == expected
+        assert (other.options.foundation, other.options.key_frame) == ("springs", draw["key_frame"])
         assert one.options == with_draw(ModelOptions(), draw)
         assert other.options.pad_strength_factor == draw["pad_strength_factor"]
         assert one.incidence_deg == other.incidence_deg == draw[random_properties.DIRECTION]

@@ -108,7 +108,7 @@ def test_check_warns_of_one_component_twice_and_names_vertical_ones(tmp_path):
     verdicts = {name: item["verdict"] for name, item in found.items()}
     assert verdicts == {"q0_h1": "warn", "q0_h2": "warn", "q0-UP": "ok"}
     assert "Both components have the same values" in " ".join(found["q0_h2"]["messages"])
-    assert found["q0-UP"]["messages"] == ["vertical component: a study does not use it"]
+    assert found["q0-UP"]["messages"][-1] == "vertical component: a study does not use it"
 
 
 def test_unit_option_applies_only_to_files_without_a_unit(tmp_path):
@@ -153,8 +153,7 @@ def test_im_json_has_the_documented_measures_of_a_pair_or_a_file(tmp_path):
 
 def test_plot_draws_a_motion_or_the_spectra_of_a_folder(tmp_path):
     files, picture = make_pairs(tmp_path, 3)[0], tmp_path / "figures" / "q0.png"
-    drawn = answer("motions", "plot", *files, "--out", tmp_path / "figures")
-    assert drawn["file"] == str(picture)
+    assert answer("motions", "plot", *files, "--out", tmp_path / "figures")["file"] == str(picture)
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert _run("plot", tmp_path, "--out", tmp_path / "suite.svg")[0] == 0
     assert (tmp_path / "suite.svg").read_text().count("<path") > 10

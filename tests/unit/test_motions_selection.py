@@ -66,8 +66,7 @@ def test_spectrum_of_one_period_agrees_with_pygmm():
 
 def test_spectrum_of_sa_avg_has_the_published_correlation():
     """Kohrangi et al. (2017): sums over 20 periods give the deviation of ln Sa_avg and rho."""
-    levels = [NEAR, NEAR | {"epsilon": 0.0}]
-    found, middle = _spectra(*levels, measure="Sa_avg(1.0)", t1_s=2.5)
+    found, middle = _spectra(*[NEAR, NEAR | {"epsilon": 0.0}], measure="Sa_avg(1.0)", t1_s=2.5)
     periods = np.append(0.5, sa_avg_periods(1.0))
     tabulated = [0.2, 0.25, 0.3, 0.4, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0]
     sigma = np.interp(np.log(periods), np.log(tabulated), bssa14(SCENARIO, tabulated)[1])
@@ -156,6 +155,9 @@ def test_disaggregation_without_epsilon_or_measure_is_an_error(tmp_path):
     path.write_text(USGS.replace("εbins", "bins"))
     with pytest.raises(InputError, match=r"by magnitude, distance and epsilon: 'εbins'"):
         read_target(path, SITE)
+    path.write_text(USGS.replace('"data": [{"r"', '"data": 1, "x": [{"r"'))
+    with pytest.raises(InputError, match="is not a disaggregation of the USGS"):
+        read_target(path, SITE)
     path = _openquake(tmp_path / "a.csv", [(6.5, 10, 1, 1e-3)])
     with pytest.raises(InputError, match=r"has SA\(0.75\): select with --set measure=NAME"):
         read_target(path, SITE | {"measure": "SA(1.0)"})
@@ -230,8 +232,7 @@ def test_components_of_one_file_name_are_both_copied(tmp_path):
     rows = "p,EW/p.AT2,NS/p.AT2\nq,EW/q.AT2,NS/q.AT2\n"
     (tmp_path / "index.csv").write_text(f"motion_id,file_1,file_2\n{rows}")
     candidates = selection.read_candidates([tmp_path], np.array([1.0]), 2)
-    pairs = candidates.assign(scale=1.0, level_g=1.0)
-    selection.write_selections([pairs], tmp_path / "out")
+    selection.write_selections([candidates.assign(scale=1.0, level_g=1.0)], tmp_path / "out")
     copied = read_entries(list_motions(tmp_path / "out"))
     for motion, given in zip(copied, candidates["motion"], strict=True):
         np.testing.assert_array_equal(motion.components, given.components)
@@ -248,8 +249,7 @@ def test_selected_folder_is_read_with_its_factors(site, tmp_path):
     np.testing.assert_allclose(reached_g, psa_g * np.repeat([0.9, 1.2], 4), rtol=1e-6)
     assert index["motion_id"].tolist() == (index["candidate"] + np.repeat(["_1", "_2"], 4)).tolist()
     assert _select(tmp_path, 4, "two", "--without", tmp_path / "one")[0] == 0
-    other = pd.read_csv(tmp_path / "two/index.csv")
-    assert set(index["candidate"]).isdisjoint(other["candidate"])
+    assert set(index["candidate"]).isdisjoint(pd.read_csv(tmp_path / "two/index.csv")["candidate"])
 
 
 def test_study_selects_as_the_command_does_and_again_after_a_change(site, tmp_path, monkeypatch):

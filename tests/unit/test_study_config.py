@@ -62,6 +62,7 @@ def test_shipped_configurations_have_variants_defaults_and_results_of_their_own(
         ({"analysis": {"dt_s": 0.1}}, r"analysis\.dt_s: .*less than or equal to 0\.02, got 0\.1$"),
         ({"analysis": {"scheme": "best"}}, r"analysis\.scheme: .*'default' or 'paper'"),
         ({"motions": {"level_range_g": [1.0, 0.1]}}, "level_range_g must be in increasing order"),
+        ({"motions": {"incidence_deg": [5, 5]}}, r"incidence_deg must differ, got \[5\.0, 5"),
         ({"model": {"column_fibers": [8, 0, 2]}}, r"column_fibers\.1: .*to 3, got 0$"),
         ({"model": 3}, "model: must contain keys and values, got 3$"),
         ({"analysis": {"integrator": ["Euler"]}}, "integrator must be Houbolt, Newmark or HHT"),

@@ -210,8 +210,7 @@ def elastic_materials(case, monkeypatch, **options):
 
 def test_the_spring_body_has_one_stiffness_and_waves_that_leave_a_wall_damp_it(monkeypatch):
     """Its spring across the wall is the soil of the wall at zero skew for any number of points."""
-    rules = ["strength", "strength_and_stiffness"]
-    for rule, skew_deg, points in product(rules, [0, 60], [3, 9]):
+    for rule, skew_deg, points in product(["strength", "strength_and_stiffness"], [0, 60], [3, 9]):
         options = {"backfill_skew": rule, "backwall_points": points}
         given = elastic_materials(variant(skew_deg, "spring"), monkeypatch, **options)
         assert sum(args[2] == pytest.approx(STIFFNESS) for args in given) == 2

@@ -226,8 +226,7 @@ class Independent:
         for share, deck in zip(SIMPSON, end["walls"], strict=True):
             s = share / sum(SIMPSON)
             k, c = s * stiff, s * radiation
-            hyperbola = (ratio, -s * strength, -1e-9)
-            soil = self.material("HyperbolicGapMaterial", k, k, *hyperbola)
+            soil = self.material("HyperbolicGapMaterial", k, k, *(ratio, -s * strength, -1e-9))
             side = self.material("ElasticPP", s * wing_k, wing_f / wing_k)
             back = self.material("Elastic", s * weak, wing * c)
             stem = self.material("Elastic", k, 0.0, 0.0)

@@ -132,8 +132,7 @@ def test_two_decks_over_a_joint_agree_with_explicit_integration_of_two_bodies():
         moved = live.record(contacts, times, 1e-3, nodes, signs, parts_on_change=4).q
         found = moved[:, [0, 1, 5, 6, 7, 11]]
         closures = sum(unit.closures for unit in contacts.ledger())
-    expected = explicit()
-    errors = [live.rms(a - b) / live.rms(b) for a, b in zip(found.T, expected.T, strict=True)]
+    errors = [live.rms(a - b) / live.rms(b) for a, b in zip(found.T, explicit().T, strict=True)]
     assert closures >= 5
     assert max(errors) < 0.02, errors
 
@@ -282,8 +281,7 @@ joints: [{{at: bent 1, seat_width_m: 0.6, pads: {{{PADS}}}}}]
     assert column.shear_span_m == pytest.approx(span_m, rel=1e-6)
     hinges = 1 if torsion_m4 == 0.05 else 2  # a cantilever, and double curvature
     plastic = column.curve.ultimate_curvature_per_m - column.curve.yield_curvature_per_m
-    rotation = column.hinge_length_m * plastic
-    moved_m = rotation * (5.6 - hinges * column.hinge_length_m / 2)
+    moved_m = column.hinge_length_m * plastic * (5.6 - hinges * column.hinge_length_m / 2)
     assert column.capacity_m - column.yield_disp_m == pytest.approx(moved_m)
     options = ModelOptions(elastic_columns=True, foundation="fixed")
     with domain():
@@ -363,7 +361,7 @@ def reactions_of(bridge, skew_deg, options, moved):
         case = variant(skew_deg, bridge=bridge.name)
         blueprint = Blueprint(variant=case, options=options, tags=tags, contacts=None)
         kind = joints.KINDS[bridge.ends["left"].type]
-        kind.build(kind.support(End(node=node, plan=plan, abutment=bridge.ends["left"]), blueprint))
+        kind(End(node=node, plan=plan, abutment=bridge.ends["left"]), blueprint)()
         assembly.open_linear_pattern(tags)
         for dof, value in enumerate(moved, start=1):
             ops.sp(node, dof, value)
@@ -401,8 +399,7 @@ def test_an_integral_end_has_the_stiffness_of_its_fill_wings_and_piles(written, 
         assert stiffness(*moved)[:2] == pytest.approx(expected, rel=error, abs=1e4)
     # in plan: of three points with 1/6, 2/3 and 1/6 of the wall, those that move into the fill
     half = 14.33 / cos(radians(skew_deg)) / 2
-    out = 0.915 / 2 / cos(radians(skew_deg))
-    face = out * np.array(plan.outward)
+    face = 0.915 / 2 / cos(radians(skew_deg)) * np.array(plan.outward)
     turn = wing * (face @ normal) ** 2
     for share, along in ((1 / 6, -half), (2 / 3, 0.0), (1 / 6, half)):
         lever = face @ tangent + along
@@ -411,8 +408,7 @@ def test_an_integral_end_has_the_stiffness_of_its_fill_wings_and_piles(written, 
     turn += piles / count * (spread @ spread)
     assert stiffness(0.0, 0.0, 0.0, 0.0, 0.0, 5e-6)[5] == pytest.approx(turn, rel=5e-3)
     # vertical, and about the face: the heads of the piles and their vertical springs
-    up = stiffness(0.0, 0.0, 1e-4)[2]
-    assert up == pytest.approx(count * 167e6, rel=2e-4)  # arms in series
+    assert stiffness(0.0, 0.0, 1e-4)[2] == pytest.approx(count * 167e6, rel=2e-4)  # arms in series
 
 
 @pytest.mark.parametrize("text", [MIXED, WITH_DASHPOTS])

@@ -244,6 +244,9 @@ def test_a_node_belongs_to_the_support_whose_own_skewed_line_is_nearest(written)
             # the wall of the left end reaches to x = -22.5, closer to the bent than to its middle
             assert {support_of(node, lines) for node in nodes} == {end.side}
         assert {support_of(column.base_node, lines) for column in model.columns} == {"bent 1"}
+    with domain():
+        lines = support_lines(build(variant(30, bridge=str(ROOT / "docs/own_bridge.py")), OPTIONS))
+    assert (tuple(lines), lines["bent 1"][1]) == (SUPPORTS, pytest.approx(0.0))
 
 
 def test_support_motions_of_a_file(tmp_path):

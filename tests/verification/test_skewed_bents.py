@@ -92,8 +92,7 @@ def test_columns_of_a_skewed_bent_are_in_line_with_its_cap(spacing, across_m, al
 
 def test_the_skew_of_bents_is_the_abutments_unless_an_option_says_otherwise():
     options = [{"bent_skew": "square"}, {}, {"bent_skew_deg": 12.0}]
-    found = [ModelOptions(**given).skew_of_bents_deg(30.0) for given in options]
-    assert found == [0.0, 30.0, 12.0]
+    assert [ModelOptions(**given).skew_of_bents_deg(30.0) for given in options] == [0.0, 30.0, 12.0]
 
 
 @pytest.mark.parametrize("row", pd.read_csv(ROWS).to_dict("records"), ids=lambda row: row["bridge"])

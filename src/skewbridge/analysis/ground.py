@@ -11,8 +11,7 @@ would damp the motion of the ground itself.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from math import ceil, isfinite
-from statistics import fmean
+from math import ceil, hypot, isfinite
 from typing import Final
 
 import numpy as np
@@ -143,17 +142,17 @@ type SupportLine = tuple[PlanVector, float]
 
 def support_lines(model: BridgeModel) -> dict[str, SupportLine]:
     """Return the line of each support, by name, from left to right."""
-    bents: dict[SupportLine, list[float]] = {}
-    for column in model.columns:
-        (x, y), (normal_x, normal_y) = ops.nodeCoord(column.base_node)[:2], column.normal
-        line = column.normal, round(float(x * normal_x + y * normal_y), 3)  # the same in a bent
-        bents.setdefault(line, []).append(float(x))
-    middles = sorted((fmean(xs), line) for line, xs in bents.items())
-    supports = [(x, f"bent {number}", line) for number, (x, line) in enumerate(middles, start=1)]
-    for plan in (end.plan for end in model.frame.ends):
-        distance_m = float(np.dot(plan.middle_m, plan.normal))
-        supports.append((plan.middle_m[0], plan.name, (plan.normal, distance_m)))
-    return {name: line for _, name, line in sorted(supports)}
+    supports = [(end.plan.name, end.plan.middle_m, end.plan.normal) for end in model.frame.ends]
+    for number in {column.bent for column in model.columns}:
+        columns = [column for column in model.columns if column.bent == number]
+        places_m = np.array([ops.nodeCoord(column.base_node)[:2] for column in columns])
+        (x, y), normal = places_m.T, columns[0].normal
+        if np.ptp(y) > 0.0:  # the columns of a script do not state the skew of their bent
+            slope = float(np.polyfit(y, x, 1)[0])
+            normal = 1.0 / hypot(1.0, slope), -slope / hypot(1.0, slope)
+        supports.append((f"bent {number + 1}", (float(x.mean()), float(y.mean())), normal))
+    supports.sort(key=lambda support: support[1])
+    return {name: (normal, float(np.dot(middle, normal))) for name, middle, normal in supports}
 
 
 def support_of(node: int, lines: Mapping[str, SupportLine]) -> str:

@@ -4,13 +4,11 @@ OpenSees recorders write binary files during the analysis. Demands are computed 
 afterwards, one quantity at a time.
 """
 
+import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
-from errno import ENOSPC
 from itertools import accumulate, pairwise
-from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import Any, Final, cast
+from typing import Any, BinaryIO, Final, cast
 
 import numpy as np
 import openseespy.opensees as ops
@@ -62,7 +60,11 @@ class ResponseTrace:
         """Return displacements and rotations of a node or point from the unloaded state, (n, 6)."""
         if isinstance(node_or_point, Point):
             disp = self.position(node_or_point.node).copy()
-            disp[:, :3] += np.cross(disp[:, 3:], node_or_point.arm_m)
+            *_, turn_x, turn_y, turn_z = disp.T
+            x, y, z = node_or_point.arm_m
+            disp[:, 0] += turn_y * z - turn_z * y
+            disp[:, 1] += turn_z * x - turn_x * z
+            disp[:, 2] += turn_x * y - turn_y * x
             return disp
         recorded = self.nodes.get(node_or_point)
         return np.zeros((len(self.time_s), DISP)) if recorded is None else recorded
@@ -93,15 +95,16 @@ def at_regular_steps(time_s: Series, dt_s: float) -> NDArray[np.bool_]:
 class Recorder:
     """Records the domain in binary files, one row per committed step and one file per response.
 
-    The files are in a temporary folder; reading from Python would cost four times as much.
+    The files are in memory: cheaper than files on disk, and a process that is killed leaves none.
+    Reading the domain from Python would cost four times as much.
     """
 
     def __init__(self, units: UnitSystem | None = None) -> None:
         self._units = units
-        self._folder = TemporaryDirectory(prefix="skewbridge-", ignore_cleanup_errors=True)
         # number of components by tag, for each response (a tuple that starts with Node or Element)
         self._widths: dict[tuple[str, ...], dict[int, int]] = {}
-        self._is_open, self._rows = True, 0
+        self._files: dict[tuple[str, ...], BinaryIO] = {}
+        self._records: dict[tuple[str, ...], tuple[Series, dict[int, Series]]] = {}
 
     def nodes(self, nodes: Iterable[int], response: str) -> None:
         """Record a response of nodes, 6 components each."""
@@ -118,49 +121,43 @@ class Recorder:
     def start(self) -> None:
         """Start recording; the first row is the committed state."""
         dofs = ("-dof", *range(1, DISP + 1))
-        for (kind, *response), widths in self._widths.items():
+        for key, widths in self._widths.items():
+            if not widths:
+                self._records[key] = np.zeros(0), {}
+                continue
+            kind, *response = key
+            self._files[key] = file = os.fdopen(os.memfd_create(" ".join(key)), "rb")
             tags = ("-node", *widths, *dofs) if kind == "Node" else ("-ele", *widths)
-            file = ("-binary", str(self.path(kind, *response)), "-time")
-            if widths:
-                ops.recorder(kind, *file, *tags, *response)
+            path = f"/proc/self/fd/{file.fileno()}"
+            ops.recorder(kind, "-binary", path, "-time", *tags, *response)
         ops.record()
-
-    def close(self) -> None:
-        """Stop recording."""
-        if self._is_open:
-            ops.remove("recorders")
-            self._is_open = False
 
     def read(self, kind: str, *response: str) -> tuple[Series, dict[int, Series]]:
         """Stop recording; return times, shape (n,), and values of each tag, (n, components).
 
-        Both are empty for a response (``Node`` or ``Element``) without tags. `OSError` if the file
-        is incomplete.
+        Both are empty for a response (``Node`` or ``Element``) without tags.
         """
-        self.close()
-        widths = self._widths[kind, *response]
-        if not widths:
-            return np.zeros(0), {}
+        if self._files:
+            ops.remove("recorders")
+            self._records |= {key: self._record(key, file) for key, file in self._files.items()}
+            self._files.clear()
+        return self._records[kind, *response]
+
+    def _record(self, key: tuple[str, ...], file: BinaryIO) -> tuple[Series, dict[int, Series]]:
+        widths = self._widths[key]
         # a row is the time, the values and a line feed
         layout = np.dtype([("values", np.float64, (sum(widths.values()) + 1,)), ("end", np.uint8)])
-        path = self.path(kind, *response)
-        rows = path.stat().st_size // layout.itemsize
-        self._rows = self._rows or rows
-        if rows != self._rows or rows * layout.itemsize != path.stat().st_size:
-            raise OSError(ENOSPC, f"the record {path.name} is incomplete, disk full?", str(path))
-        table = np.ascontiguousarray(np.fromfile(path, dtype=layout)["values"])
+        with file:
+            rows = np.memmap(file, layout, "r")["values"]
         offsets = list(accumulate(widths.values(), initial=1))
-        if self._units is not None:
-            for start, end in pairwise(offsets):
-                table[:, start:end] *= self._units.record_factors(response, end - start)
-        return table[:, 0], {
-            tag: table[:, start:end]
+        records = {
+            tag: np.ascontiguousarray(rows[:, start:end])
             for tag, (start, end) in zip(widths, pairwise(offsets), strict=True)
         }
-
-    def path(self, *response: str) -> Path:
-        """Return the file of a response."""
-        return Path(self._folder.name) / " ".join(response)
+        if self._units is not None:
+            for record in records.values():
+                record *= self._units.record_factors(key, record.shape[1])
+        return np.array(rows[:, 0]), records
 
 
 class Monitor:

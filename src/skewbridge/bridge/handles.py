@@ -96,6 +96,7 @@ class ColumnHandle:
     #: ``normal``.
     capacities: tuple[ColumnCapacity, ColumnCapacity]
     normal: PlanVector = (1.0, 0.0)
+    bent: int = 0  # number of its bent, from the left
     shear_model: ShearModel = DEFAULT_SHEAR_MODEL
     is_pinned: bool = False  # whether the column turns freely about its base
     is_elastic: bool = False  # whether the column is elastic, so that it never fails

@@ -14,9 +14,8 @@ from skewbridge.cli import COMMANDS, new_group
 from skewbridge.cli.output import (
     Abutment,
     Answer,
-    Bridge,
+    BridgeOption,
     Out,
-    UnitsOpt,
     VariantOptions,
     arg,
     command,
@@ -25,7 +24,7 @@ from skewbridge.cli.output import (
 )
 from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_folder, write_text
-from skewbridge.units import INCH, KN
+from skewbridge.units import INCH, KN, Units
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS, Variant
 
@@ -41,12 +40,11 @@ MaxDisp = Annotated[float, opt("Final displacement of the push, in m.")]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PushOptions:
-    """Direction, output folder and units of a push."""
+    """Direction and output folder of a push."""
 
     out: Out
     direction: Annotated[Literal["x", "y"], opt("Direction: x longitudinal, y transverse.")] = "x"
     angle_deg: Annotated[float | None, opt("Angle from x in degrees, counter-clockwise.")] = None
-    units: UnitsOpt = "si"
 
 
 commands = new_group()
@@ -73,15 +71,20 @@ def _known_bridges() -> list[str]:
     return [*bridge_names(), *(path.stem for path in sorted(OWN_FOLDER.glob("*.yaml")))]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class NamedVariantOptions(VariantOptions):
-    """Options of a variant of a bridge that may be a positional argument."""
+@dataclass(frozen=True, kw_only=True)
+class NamedBridge(BridgeOption):
+    """A bridge that may be a positional argument."""
 
     name: Name = None
 
     def __post_init__(self) -> None:
         """Take the positional argument as the bridge."""
         object.__setattr__(self, "bridge", self.name or self.bridge)
+
+
+@dataclass(frozen=True, kw_only=True)
+class NamedVariantOptions(VariantOptions, NamedBridge):
+    """Options of a variant of a bridge that may be a positional argument."""
 
 
 @command(bridge, "list")
@@ -102,10 +105,8 @@ def list_bridges() -> Answer:
 
 @command(bridge)
 def check(
-    name: Name = None,
-    bridge: Bridge = "osb1",
+    case: NamedBridge,
     out: Annotated[Path | None, opt("Folder of the drawing; default results/bridges/NAME.")] = None,
-    units: UnitsOpt = "si",
 ) -> Answer:
     """Check a bridge: keys, weight, axial loads, periods and capacities; draw its model.
 
@@ -117,21 +118,21 @@ def check(
     from skewbridge.bridge.geometry import model_geometry
     from skewbridge.report.bridge_figures import model_figure
 
-    answer = check_bridge(name or bridge)
+    answer = check_bridge(case.bridge)
     picture = writable_folder(out or Path("results/bridges") / answer["bridge"]) / "model.png"
     values = {"skew_deg": 30.0, "gap_mm": 51.0, "friction": 0.5}
-    skewed = Variant.at(name or bridge, "contact_friction", values)
+    skewed = Variant.at(case.bridge, "contact_friction", values)
     model_figure(model_geometry(skewed, ModelOptions())).savefig(picture, dpi=150)
     answer |= {"picture": str(picture), "modes": [asdict(mode) for mode in answer["modes"]]}
     printed = {name: value for name, value in answer.items() if name not in ("findings", "modes")}
     sections = Counter(key.partition(".")[0] for key in answer["inherited"])
     printed["inherited"] = ", ".join(f"{count} of {name}" for name, count in sections.items())
-    notes = [*gap_notes(name or bridge), *([] if answer["findings"] else ["no findings"])]
-    return Answer(answer, printed, units, notes, warnings=answer["findings"])
+    notes = [*gap_notes(case.bridge), *([] if answer["findings"] else ["no findings"])]
+    return Answer(answer, printed, notes, warnings=answer["findings"])
 
 
 @command(bridge)
-def modal(case: NamedVariantOptions, out: OptionalOut = None, units: UnitsOpt = "si") -> Answer:
+def modal(case: NamedVariantOptions, out: OptionalOut = None) -> Answer:
     """Compute weight, dead-load forces, periods and participating masses with open gaps.
 
     T1 is the conditioning period of the bridge: the period of its model with pads at zero skew.
@@ -148,7 +149,7 @@ def modal(case: NamedVariantOptions, out: OptionalOut = None, units: UnitsOpt = 
     warnings = modes.periods_of_file(variant.bridge, with_pads)
     slug, t1_s = variant.normalised().slug, modes.conditioning_period_s(with_pads)
     answer = {"variant": slug, "t1_s": t1_s, **result}
-    return Answer(answer, units=units, notes=gap_notes(case.bridge), warnings=warnings)
+    return Answer(answer, notes=gap_notes(case.bridge), warnings=warnings)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -159,18 +160,22 @@ class FreeVariantOptions(NamedVariantOptions):
 
 
 @command(bridge)
-def pushover(case: FreeVariantOptions, push: PushOptions, max_disp_m: MaxDisp = 0.30) -> Answer:
+def pushover(
+    case: FreeVariantOptions, push: PushOptions, units: Units, max_disp_m: MaxDisp = 0.30
+) -> Answer:
     """Push a bridge with forces proportional to mass; write base shear against displacement.
 
     Example: skewbridge bridge pushover --bridge osb1 --direction y --out push
     """
     from skewbridge.analysis.pushover import push_bridge
 
-    return _pushed(partial(push_bridge, max_disp_m=max_disp_m), case, push)
+    return _pushed(partial(push_bridge, max_disp_m=max_disp_m), case, push, units)
 
 
 @command(bridge)
-def static(case: NamedVariantOptions, push: PushOptions, max_disp_m: MaxDisp = 0.20) -> Answer:
+def static(
+    case: NamedVariantOptions, push: PushOptions, units: Units, max_disp_m: MaxDisp = 0.20
+) -> Answer:
     """Push the deck end against one abutment.
 
     Direction x pushes into the backfill; an angle of 180 degrees pulls away from it.
@@ -180,13 +185,16 @@ def static(case: NamedVariantOptions, push: PushOptions, max_disp_m: MaxDisp = 0
     """
     from skewbridge.analysis.pushover import push_abutment
 
-    return _pushed(partial(push_abutment, max_disp_m=max_disp_m, steps=400), case, push)
+    return _pushed(partial(push_abutment, max_disp_m=max_disp_m, steps=400), case, push, units)
 
 
-def _pushed(pushing: "Callable[..., PushCurve]", case: VariantOptions, push: PushOptions) -> Answer:
+def _pushed(
+    pushing: "Callable[..., PushCurve]", case: VariantOptions, push: PushOptions, units: Units
+) -> Answer:
     """Push one model, or each model in each direction; exit code 1 if a push stopped early."""
     import pandas as pd
 
+    from skewbridge.report.appearance import shown_in
     from skewbridge.report.bridge_figures import ladder_figure
 
     angle_deg = {"x": 0.0, "y": 90.0}[push.direction] if push.angle_deg is None else push.angle_deg
@@ -213,13 +221,14 @@ def _pushed(pushing: "Callable[..., PushCurve]", case: VariantOptions, push: Pus
     _write(curves, push.out, "curve")
     if is_ladder:
         title = f"{case.bridge}, skew {case.skew_deg:g} degrees"
-        ladder_figure(curves, title=title).savefig(push.out / "ladder.png", dpi=150)
+        with shown_in(units):
+            ladder_figure(curves, title=title).savefig(push.out / "ladder.png", dpi=150)
     answer = {"pushes": pushes} if is_ladder else pushes[0]
     all_complete, notes = all(row["is_complete"] for row in pushes), gap_notes(case.bridge)
     if not all_complete:
         notes.append("a push stopped at last_disp_m: no equilibrium at larger displacements")
     exit_code = 0 if all_complete else EXIT_FAILED
-    return Answer(answer, units=push.units, notes=notes, exit_code=exit_code)
+    return Answer(answer, notes=notes, exit_code=exit_code)
 
 
 @command(bridge)
@@ -244,10 +253,9 @@ def model(case: NamedVariantOptions, out: Out) -> Answer:
 @command(bridge)
 def column(
     out: Out,
-    name: Name = None,
-    bridge: Bridge = "osb1",
+    case: NamedBridge,
+    units: Units,
     bent: Annotated[int, opt("Number of the bent, 1 at the left.")] = 1,
-    units: UnitsOpt = "si",
 ) -> Answer:
     """Compute moment-curvature and shear strength of a column under dead load.
 
@@ -256,9 +264,10 @@ def column(
     from skewbridge.analysis.bridge_check import capacity_rows
     from skewbridge.bridge.catalogue import load_bridge
     from skewbridge.bridge.column import bent_capacities
+    from skewbridge.report.appearance import shown_in
     from skewbridge.report.bridge_figures import column_figure
 
-    data = load_bridge(name or bridge)
+    data = load_bridge(case.bridge)
     if not 1 <= bent <= len(data.bents):
         raise InputError(f"bent must be between 1 and {len(data.bents)}, got {bent}")
     rows: list[dict[str, Any]] = []
@@ -268,8 +277,9 @@ def column(
         suffix = "".join(f"_{text}" for text in direction.values())
         table = {"curvature_per_m": curve.curvature_per_m, "moment_knm": curve.moment_nm / KN}
         _write(table, out, f"moment_curvature{suffix}")
-        title = f"{data.title}, bent {bent}{suffix.replace('_', ' ')}, {axial_n / KN:.0f} kN"
-        figure = column_figure(curve, column.shear, axial_n, title=title)
+        title = f"{data.title}, bent {bent}{suffix.replace('_', ' ')}"
+        with shown_in(units):
+            figure = column_figure(curve, column.shear, axial_n, title=title)
         figure.savefig(out / f"column{suffix}.png", dpi=150)
         (row,) = capacity_rows([column])
         forces = "axial_kn", "plastic_moment_knm", "plastic_shear_kn", "shear_strength_kn"
@@ -279,7 +289,7 @@ def column(
             "curvature_ductility": curve.ultimate_curvature_per_m / curve.yield_curvature_per_m,
         }
         rows.append(direction | {force: row[force] for force in forces} | values)
-    return Answer(rows[0] if len(rows) == 1 else {"directions": rows}, units=units)
+    return Answer(rows[0] if len(rows) == 1 else {"directions": rows})
 
 
 @command(bridge)
@@ -287,7 +297,6 @@ def sdc(
     source: Annotated[Path | None, arg("Output folder of run, or bridge.", "[RUN|BRIDGE]")] = None,
     bridge: Annotated[str | None, opt("Bridge, or bridge file of the run.", "NAME|FILE")] = None,
     out: OptionalOut = None,
-    units: UnitsOpt = "si",
 ) -> Answer:
     """Check displacements, P-Delta ratio and seat width against the Caltrans criteria.
 
@@ -318,16 +327,12 @@ def sdc(
             raise InputError(f"{source}: {needed}")
         histories = {str(name): table[name].to_numpy() for name in table}
         title, notes = variant.slug, gap_notes(variant.bridge)
-        shortest_m = row[bridge_check.SUPPORT]
-        corners_m = bridge_check.corner_moves_m(variant, histories, shortest_m)
-        joints_m = bridge_check.joint_moves_m(variant, histories)
-        if joints_m:
+        rows = bridge_check.sdc_rows(variant, row, records_of(bents), histories)
+        if any(f"{row['check']}".startswith("joint") for row in rows):
             clause = f"{bridge_check.HINGE_CLAUSE}; check the edition that applies"
             least_in = bridge_check.MINIMUM_HINGE_M / INCH
             notes.append(f"least seat of inner joints: {least_in:.0f} in by {clause}")
-        drifts = bridge_check.bent_drifts(variant, histories)
-        rows = bridge_check.sdc_rows(variant, row, records_of(bents), drifts, corners_m, joints_m)
     if out is not None:
         _write(rows, out, "sdc")
     answer = {"title": title, checked: rows}
-    return Answer(answer, units=units, notes=notes, warnings=warnings)
+    return Answer(answer, notes=notes, warnings=warnings)

@@ -211,16 +211,14 @@ def decide(
     assert site is not None
     file = _bridge_file(folder_of(study), rows[0]["bridge"])
     needs = with_codes(decision(rows, site, target, values), file)
+    table = needs.table
     labels = [rows[0]["bridge"], *(f"{name} {value:g}" for name, value in needs.values.items())]
     title = f"{', '.join(labels)}: rate below {target:.3g} per year"
-    extrapolated = needs.table["extrapolated"]
-    if extrapolated.any():
-        title += f" ({extrapolated.sum()} of {extrapolated.size} seats extrapolated)"
-    folder = writable_folder(out)
-    write_csv(needs.table, folder / "decision.csv")
+    if extrapolated := table["extrapolated"].sum():
+        title += f" ({extrapolated} of {len(table)} seats extrapolated)"
+    write_csv(table, writable_folder(out) / "decision.csv")
     draw = partial(decision_figure, needs, title)
-    files = save_figure(draw, FigureSettings(), folder, "decision")
-    table = needs.table
+    files = save_figure(draw, FigureSettings(), out, "decision")
     is_end_gap = table["gap_mm"].isin([table["gap_mm"].min(), table["gap_mm"].max()])
     is_third_skew = table["skew_deg"].isin(table["skew_deg"].unique()[::3])
     columns = [name for name in _DECISION_COLUMNS if name in table]

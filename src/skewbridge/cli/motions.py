@@ -27,9 +27,11 @@ class MissingOptions:
     @property
     def given(self) -> "Stated":
         """Time step and unit for files that state none."""
+        from skewbridge.files.text import checked
         from skewbridge.motions.formats import Stated
 
-        return Stated(dt_s_if_missing=self.dt_s, unit_if_missing=self.unit)
+        stated = {"dt_s_if_missing": self.dt_s, "unit_if_missing": self.unit}
+        return checked(Stated, stated, "--dt-s, --unit")
 
 
 @command(motions)

@@ -47,15 +47,14 @@ class Answer:
 
     payload: Any  # JSON value, numbers in SI
     shown: Row | str | None = None  # printed instead of the payload; keys of lists are table titles
-    units: Units = "si"  # of the tables
     notes: Sequence[str] = ()  # messages after the answer
     exit_code: int = 0
     missing: str = "not defined for these data"  # reason for missing values, printed below tables
     warnings: Sequence[str] = ()  # messages before the answer
     digits: int = 5  # significant digits of printed numbers
 
-    def emit(self, *, as_json: bool) -> None:
-        """Print the answer and its messages; exit with its code unless that is 0."""
+    def emit(self, *, as_json: bool, units: Units) -> None:
+        """Print the answer, tables in ``units``, and its messages; exit with its code unless 0."""
         for text in self.warnings:
             messages.print(f"warning: {text}", style="yellow")
         shown = self.payload if self.shown is None else self.shown
@@ -64,7 +63,7 @@ class Answer:
         elif isinstance(shown, str):
             typer.echo(shown)
         else:
-            tables = _tables(shown, self.units).items()
+            tables = _tables(shown, units).items()
             has_gaps = [emit_table(rows, title, self.digits) for title, rows in tables]
             if any(has_gaps):
                 messages.print(f"{NO_VALUE}: {self.missing}")
@@ -84,83 +83,85 @@ def arg(text: str, metavar: str | None = None) -> Any:
     return typer.Argument(help=text, metavar=metavar)
 
 
-UnitsOpt = Annotated[
-    Units, opt("Units of printed tables, and of figures of run: si, or us (kip, in, ft).")
-]
+#: Options of every command; the help names them below the options of the command.
+_PRINTING: Final = {
+    "as_json": Annotated[bool, typer.Option("--json", hidden=True)],
+    "units": Annotated[Units, typer.Option("--units", hidden=True)],
+}
+_EPILOG: Final = "--json prints one JSON object on stdout; --units us shows kip, in and ft."
 
 
-def command(
-    group: typer.Typer, name: str | None = None
-) -> Callable[[Callable[..., Answer]], Callable[..., Answer]]:
-    """Return a decorator that adds a function to a group as a command.
+def command(group: typer.Typer, name: str | None = None) -> Callable[..., Callable[..., None]]:
+    """Return a decorator that adds a function to a group as a command, which prints its `Answer`.
 
-    A parameter whose type is a dataclass stands for one option per field.
+    A parameter whose type is a dataclass stands for one option per field, and ``units`` for those
+    of figures. An error is printed as one message; the exit code is 2 for bad input and unreadable
+    files, 1 for a failed solution.
     """
 
-    def decorate(function: Callable[..., Answer]) -> Callable[..., Answer]:
+    def decorate(function: Callable[..., Answer]) -> Callable[..., None]:
         grouped: dict[str, Any] = {}
         options: list[Parameter] = []
-        for option in signature(function).parameters.values():
+        parameters = dict(signature(function).parameters)
+        draws = parameters.pop("units", None) is not None
+        for option in parameters.values():
             kind, members = option.annotation, [option]
             if isinstance(kind, type) and is_dataclass(kind):
                 grouped[option.name] = kind
                 members = list(signature(kind).parameters.values())
             options += [member.replace(kind=Parameter.KEYWORD_ONLY) for member in members]
+        for (option, kind), default in zip(_PRINTING.items(), (False, "si"), strict=True):
+            options.append(
+                Parameter(option, Parameter.KEYWORD_ONLY, default=default, annotation=kind)
+            )
 
         @wraps(function)
-        def called(**values: Any) -> Answer:
-            for option, kind in grouped.items():
-                options_of_group = {field.name: values.pop(field.name) for field in fields(kind)}
-                values[option] = kind(**options_of_group)
-            return function(**values)
+        def called(*, as_json: bool, units: Units, **values: Any) -> None:
+            status, code, details = "error", EXIT_BAD_INPUT, {}
+            try:
+                for option, kind in grouped.items():
+                    members = {field.name: values.pop(field.name) for field in fields(kind)}
+                    values[option] = kind(**members)
+                if draws:
+                    values["units"] = units
+                return function(**values).emit(as_json=as_json, units=units)
+            except InputError as error:
+                message, details = str(error), error.details
+            except OSError as error:
+                message = f"{shortened(str(error.filename or ''))}: {error.strerror or error}"
+            except SolutionError as error:
+                status, code, message = "failed", EXIT_FAILED, str(error)
+            if as_json:
+                emit_json({"status": status, "message": message, **details})
+            lines = map(printable, f"{status}: {message}".split("\n"))
+            messages.print("\n".join(lines), style="red")
+            raise typer.Exit(code)
 
         vars(called)["__signature__"] = Signature(options)
-        epilog = "--json prints one JSON object on stdout."
-        return group.command(name, cls=Command, epilog=epilog)(called)
+        return group.command(name, cls=_Command, epilog=_EPILOG)(called)
 
     return decorate
 
 
-class Command(TyperCommand):
-    """Command that prints its answer, or its error in one message; ``--json`` prints both as JSON.
-
-    The exit code is 2 for bad input and unreadable files, 1 for a failed solution.
-    """
+class _Command(TyperCommand):
+    """Command that reports invalid arguments in JSON too."""
 
     def make_context(self, info_name: Any, args: list[str], *extra: Any, **options: Any) -> Any:
-        """Return the context of the arguments; report invalid arguments."""
+        """Return the context of the arguments."""
         as_json = "--json" in args
-        words = [word for word in args if word != "--json"]
         pairs = {name for option in self.params if option.nargs == 2 for name in option.opts}
         try:
-            for i, option in enumerate(words):  # its two values must precede the next option
-                for count, value in enumerate(words[i + 1 : i + 3] if option in pairs else ()):
+            for i, option in enumerate(args):  # its two values must precede the next option
+                for count, value in enumerate(args[i + 1 : i + 3] if option in pairs else ()):
                     if value.startswith("--"):
                         message = f"{option} takes two values, got {count} before {value}"
                         raise typer.BadParameter(message)
-            return super().make_context(info_name, words, *extra, obj=as_json, **options)
+            return super().make_context(info_name, args, *extra, **options)
         except typer.TyperException as error:
             error.message = error.message.replace("Value error, ", "")
             if as_json:
                 emit_json({"status": "error", "message": error.format_message()})
             raise
-
-    def invoke(self, ctx: Any) -> Any:
-        """Run the command and print its answer, or report its error and exit with a code."""
-        status, code, details = "error", EXIT_BAD_INPUT, {}
-        try:
-            answer: Answer = super().invoke(ctx)
-            return answer.emit(as_json=ctx.obj)
-        except InputError as error:
-            message, details = str(error), error.details
-        except OSError as error:
-            message = f"{shortened(str(error.filename or ''))}: {error.strerror or error}"
-        except SolutionError as error:
-            status, code, message = "failed", EXIT_FAILED, str(error)
-        if ctx.obj:
-            emit_json({"status": status, "message": message, **details})
-        messages.print("\n".join(map(printable, f"{status}: {message}".split("\n"))), style="red")
-        raise typer.Exit(code)
 
 
 def emit_json(payload: object) -> None:
@@ -247,6 +248,7 @@ _US_UNITS: Final = {
     "_mm": ("_in", MM / INCH),
     "_m": ("_in", 1.0 / INCH),
     " (m)": (" (in)", 1.0 / INCH),
+    " (kN)": (" (kip)", KN / KIP),
 }
 
 
@@ -365,7 +367,6 @@ def folder_of(study: Path | None) -> Path:
     return study_of(study)[1].root
 
 
-Bridge = Annotated[str, opt("Name (skewbridge bridge list) or file of a bridge.", "NAME|FILE")]
 _MODELS: Final = f"[{'|'.join(ABUTMENTS).replace('_', '-')}]"
 Abutment = Annotated[str, opt("Abutment model, from simple to contact with friction.", _MODELS)]
 Changes = Annotated[list[str] | None, opt("Set an input key; repeatable.", "KEY=VALUE", "--set")]
@@ -375,11 +376,19 @@ _AXIS: Final = {
 _USUAL: Final = {axis.name: axis.usual for axis in AXES}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class VariantOptions:
+@dataclass(frozen=True, kw_only=True)
+class BridgeOption:
+    """Option of a command about one bridge."""
+
+    bridge: Annotated[
+        str, opt("Name (skewbridge bridge list) or file of a bridge.", "NAME|FILE")
+    ] = "osb1"
+
+
+@dataclass(frozen=True, kw_only=True)
+class VariantOptions(BridgeOption):
     """Options of a command about one variant."""
 
-    bridge: Bridge = "osb1"
     abutment: Abutment = "contact-friction"
     skew_deg: Annotated[float, _AXIS["skew_deg"]] = _USUAL["skew_deg"]
     gap_mm: Annotated[float, _AXIS["gap_mm"]] = _USUAL["gap_mm"]

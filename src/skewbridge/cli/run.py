@@ -1,7 +1,7 @@
 """Commands that analyse or check one case: run, contact, deck, doctor, verify."""
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
@@ -10,7 +10,6 @@ from skewbridge.cli.output import (
     Answer,
     Out,
     Study,
-    UnitsOpt,
     VariantOptions,
     arg,
     command,
@@ -24,6 +23,7 @@ from skewbridge.cli.output import (
 from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_folder
 from skewbridge.statuses import RAN
+from skewbridge.units import Units
 
 if TYPE_CHECKING:
     from skewbridge.study.task import Task
@@ -60,10 +60,10 @@ def run(
     case: VariantOptions,
     loading: LoadingOptions,
     out: Out,
+    units: Units,
     figures: Annotated[bool, opt("Draw the figures.")] = True,
     row: Annotated[str | None, opt("Repeat the row of a study with this key.", "RUN_KEY")] = None,
     study: Study = None,
-    units: UnitsOpt = "si",
 ) -> Answer:
     """Analyse one variant under one motion and draw its histories.
 
@@ -71,7 +71,7 @@ def run(
 
     Example: skewbridge run --skew-deg 30 --motion A.AT2 B.AT2 --out run30
     """
-    task = _task(case, loading) if row is None else _task_of_row(row, study)
+    task = _task(case, loading) if row is None else _task_of_row(row, study, case, loading)
     import pandas as pd
     from rich.progress import Progress
 
@@ -115,7 +115,7 @@ def run(
     notes = [*gap_notes(task.variant.bridge), *read, *result.messages, f"written to {out}"]
     code = 0 if result.status in RAN else EXIT_FAILED
     shown = selected([demands], *_SHOWN)[0]
-    return Answer(demands, shown, units, notes, code, warnings=warnings)
+    return Answer(demands, shown, notes, code, warnings=warnings)
 
 
 def _task(case: VariantOptions, loading: LoadingOptions) -> "Task":
@@ -149,13 +149,24 @@ def _task(case: VariantOptions, loading: LoadingOptions) -> "Task":
     )
 
 
-def _task_of_row(key: str, study: Path | None) -> "Task":
-    """Return the analysis of a study with this run key; raise `InputError` if there is none."""
+def _task_of_row(key: str, study: Path | None, *options: Any) -> "Task":
+    """Return the analysis of a study with this run key; raise `InputError` if there is none.
+
+    No field of ``options`` may differ from its default.
+    """
     from skewbridge.files.tables import read_table
     from skewbridge.study.analyses import StudySetup
     from skewbridge.study.journal import read_content
     from skewbridge.study.task import run_key
 
+    changed = [
+        "--set" if field.name == "changes" else f"--{field.name.replace('_', '-')}"
+        for group in options
+        for field in fields(group)
+        if getattr(group, field.name) != field.default
+    ]
+    if changed:
+        raise InputError(f"--row repeats an analysis without changes: omit {', '.join(changed)}")
     config, folder = study_of(study)
     row = read_content(folder.journals).rows.get(key)
     if row is None and folder.demands.is_file():

@@ -106,10 +106,12 @@ def provenance(**digests: str) -> dict[str, str]:
 
 @cache
 def _git(*arguments: str) -> str | None:
-    """Return the output of a git command run in the package folder, or None if git fails."""
+    """Return the output of a git command in the clone of the package, None without a clone."""
     command = ["git", "-C", str(PACKAGE), *arguments]
+    # no repository above the root of a clone, such as one in which the package is installed
+    env = os.environ | {"GIT_CEILING_DIRECTORIES": str(PACKAGE.parents[2])}
     try:
-        result = subprocess.run(command, capture_output=True, text=True, check=False)
+        result = subprocess.run(command, capture_output=True, text=True, check=False, env=env)
     except OSError:
         return None
     return result.stdout.strip() if result.returncode == 0 else None

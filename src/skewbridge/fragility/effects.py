@@ -10,7 +10,7 @@ motions of an event, out of all variants (Bell and McCaffrey 2002, see `fits`).
 from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import product
-from math import nan
+from math import isfinite, nan
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -22,7 +22,7 @@ from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats, Index, Mask, Row, records_of
 from skewbridge.fragility import demand_table, motion_means, verdicts
 from skewbridge.fragility.demand_model import BridgeModels, StateCurve, fit_models
-from skewbridge.fragility.fits import FITTED
+from skewbridge.fragility.fits import FITTED, MAX_BOUNDS_RATIO
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.motion_means import Jackknifed, average, by_motion
 from skewbridge.fragility.outcomes import demand_outcomes, states_by_demand
@@ -39,6 +39,8 @@ _INTENSITIES: Final = 9
 #: Smallest number of motions common to both variants for a ratio of medians.
 MIN_MOTIONS: Final = 5
 STEP: Final = ("from_value", "to_value")
+#: Scopes of rows in the order of the tables of effects.
+_SCOPES: Final = ("pooled", "by_value", "variant")
 
 INTENSITY_COLUMNS: Final = demand_table.described("intensity_effects")
 
@@ -54,13 +56,14 @@ class Pairs:
     def __init__(self, place: Mapping[str, Any], table: pd.DataFrame) -> None:
         self.place, self.table = place, table
         names = [name for name in demand_table.axis_names(table) if name != place["axis"]]
-        one_group = {(): np.arange(len(table))}
-        groups = table.groupby(names, sort=True, dropna=False).indices if names else one_group
-        keys = (key if isinstance(key, tuple) else (key,) for key in groups)
-        keys_of_cells = (dict(zip(names, key, strict=True)) for key in keys)
-        rows = (np.asarray(row_numbers, dtype=np.intp) for row_numbers in groups.values())
+        cells: dict[Any, Any] = table.groupby(
+            [*demand_table.BRIDGE_COLUMNS, *names], dropna=False
+        ).indices
         #: For each pair of variants (cell): values of the other axes, and numbers of its rows.
-        self.cells = list(zip(keys_of_cells, rows, strict=True))
+        self.cells = [
+            (dict(zip(names, key[2:], strict=True)), np.asarray(rows, dtype=np.intp))
+            for key, rows in cells.items()
+        ]
         self.motions = demand_table.motion_codes(table)
         #: Number of the block (event or motion) of each row, shape (n,), and names of the blocks.
         self.block = demand_table.block_codes(table)
@@ -200,9 +203,8 @@ def effect_table(demands: pd.DataFrame, rows: Sequence[Mapping[str, Any]]) -> pd
     for name in ("interaction", "largest_motion"):
         table[name] = table[name].astype(object).fillna("").astype(str)
     table["p_interaction"] = verdicts.adjusted(table, table["p_interaction"])
-    return verdicts.with_verdicts(table)[columns].sort_values(
-        "scope", kind="stable", ignore_index=True
-    )
+    place = table["scope"].map(_SCOPES.index).astype(np.int64).sort_values(kind="stable").index
+    return verdicts.with_verdicts(table).loc[place, columns].reset_index(drop=True)
 
 
 def effect_row(
@@ -263,13 +265,12 @@ def demand_effects(
             shared |= {"judged_by": verdicts.DIFFERENCE, "unit": difference.unit}
             shared["difference_margin"] = settings.margins.get(name, difference.margin)
         is_exact = is_used & (pairs.side == EXACT)
-        for cell, (place, cell_rows) in enumerate(scopes):
+        estimates = zip(means, lines, differences or [None] * len(means), strict=True)
+        for (place, cell_rows), (mean, line, change) in zip(scopes, estimates, strict=True):
             exact = cell_rows[is_exact[cell_rows]]
             positive = reference[exact][reference[exact] > 0.0]
             row = {**shared, **place, **pairs.counts(cell_rows, is_used, discordant)}
-            judged = None if differences is None else differences[cell]
-            arguments: Any = {"line": lines[cell], "difference": judged, "blocks": pairs.names}
-            row |= effect_row(means[cell], **arguments)
+            row |= effect_row(mean, blocks=pairs.names, line=line, difference=change)
             row["from_mean"] = float(np.exp(np.log(positive).mean())) if positive.size else nan
             if exact.size:
                 row |= {"im_low": float(im[exact].min()), "im_high": float(im[exact].max())}
@@ -321,7 +322,6 @@ def median_effects(
     models: Sequence[BridgeModels] | None = None,
     curves: pd.DataFrame | None = None,
     axes: Sequence[str] = (),
-    jobs: int = 1,
 ) -> pd.DataFrame:
     """Return the ratios of median capacities along every axis, with pooled ratios first.
 
@@ -330,16 +330,15 @@ def median_effects(
     all, must exceed the state. A pooled row is the average of ln ratio over the pairs; rows with
     the scope ``by_value`` are averages at one value of another axis. ``im_low`` and ``im_high`` are
     the smallest and largest median of the pairs. If ``curves`` are given, a ratio needs at least
-    one variant that has a curve. ``axes`` are further columns whose values distinguish variants;
-    only their effects are then returned.
+    one variant that has a curve, and unknown outcomes may change it by 15 % at most. ``axes`` are
+    further columns whose values distinguish variants; only their effects are then returned.
     """
     if models is None:
-        models = fit_models(demands, limit_states, settings, further=axes, jobs=jobs)
+        models = fit_models(demands, limit_states, settings, further=axes)
     rows: list[Row] = []
     for bridge in models:
         medians = Medians(bridge, limit_states, settings, curves)
-        along = axes or demand_table.varying_axes(bridge.variants)
-        for axis in along:
+        for axis in axes or demand_table.varying_axes(bridge.variants):
             rows += medians.rows(axis, limit_states)
     return effect_table(demands, rows)
 
@@ -358,17 +357,23 @@ class Medians:
         runs, self._variants = models.runs, records_of(models.variants)
         self._blocks = demand_table.block_names(runs)
         self._motion = demand_table.motion_codes(runs)
-        self._ln_im = np.log(runs[settings.im].to_numpy(dtype=np.float64))
+        self._im = runs[settings.im].to_numpy(dtype=np.float64)
         self._rows = [np.flatnonzero(models.variant == v) for v in range(len(models.variants))]
         self._outcomes = {
             state: demand_outcomes(runs, group)
             for group in states_by_demand(states).values()
             for state in group
         }
-        #: Whether a state of a variant has a curve; empty if curves are not given.
-        keys = ["variant", "component", "limit_state"]
-        has_curve = {} if curves is None else curves.groupby(keys)["preferred"].any().to_dict()
-        self._has_curve: dict[Any, bool] = has_curve
+        #: For each state of a variant: whether it has a curve, and the change of its ln median if
+        #: unknown outcomes do not exceed instead of exceed; empty if curves are not given.
+        self._has_curve: dict[Any, bool] = {}
+        self._change: dict[Any, float] = {}
+        if curves is not None:
+            keys = ["variant", "component", "limit_state"]
+            self._has_curve = curves.groupby(keys)["preferred"].any().to_dict()
+            by_model = curves[curves["method"] == "cloud"].set_index(keys)
+            change = by_model["theta_none_exceed"] / by_model["theta_all_exceed"]
+            self._change = change.astype(np.float64).map(np.log).to_dict()
 
     def rows(self, axis: str, states: States) -> list[Row]:
         """Return the rows of `median_effects` for the effects of an axis on medians of states."""
@@ -395,20 +400,21 @@ class Medians:
         """Return the pooled row, rows by value of another axis, and a row per pair of variants."""
         pooled = self._average("pooled", keys, ratios)
         by_value: list[Row] = []
-        interaction = (1.0, "")
+        tests: list[tuple[float, str]] = []
         for name in other_axes:
             values = sorted({row[name] for _, row in ratios})
             if len(values) < 2:
                 continue
             groups = [[pair for pair in ratios if pair[1][name] == value] for value in values]
             means = [average([ratio for ratio, _ in group]) for group in groups]
-            p_values = [float(mean.minus(means[0]).p_value()) for mean in means[1:]]
-            # several values are tested against the first: Bonferroni
-            interaction = min(interaction, (len(p_values) * min(p_values), name))
+            tests += [(float(mean.minus(means[0]).p_value()), name) for mean in means[1:]]
             for value, group in zip(values, groups, strict=True):
                 by_value.append(self._average("by_value", keys | {name: value}, group))
+        # each value of each other axis is tested against the first value: Bonferroni
+        tests = [test for test in tests if isfinite(test[0])]
+        p_value, name = min(tests, default=(nan, ""))
         return [
-            pooled | {"p_interaction": min(interaction[0], 1.0), "interaction": interaction[1]},
+            pooled | {"p_interaction": len(tests) * p_value, "interaction": name},
             *by_value,
             *(self._row("variant", pair, row, 2) for pair, row in ratios),
         ]
@@ -422,11 +428,14 @@ class Medians:
         row["from_mean"] = float(np.exp(np.log(columns["from_mean"]).mean()))
         mean = average([ratio for ratio, _ in ratios])
         row["n_motions"] = int(np.max(self._motion)) + 1
+        row["change"] = float(np.mean(columns["change"].to_numpy()))
         return self._row(scope, mean, row, 2 * len(ratios))
 
     def _row(self, scope: str, ratio: Jackknifed, row: Row, medians: int) -> Row:
-        # ASSUME a ratio of medians is worth reporting if at least one of them has a curve
-        if row["n_without_curve"] == medians:
+        # ASSUME a ratio of medians is worth reporting if at least one of them has a curve and
+        # unknown outcomes, treated equally in all variants, change it by no more than 15 %
+        is_wide = row["n_without_curve"] > 0 and not abs(row["change"]) <= np.log(MAX_BOUNDS_RATIO)
+        if is_wide or row["n_without_curve"] == medians:
             level = EFFECT_CONFIDENCE
             return row | {"scope": scope, "status": verdicts.NO_CURVE, "level": level}
         return row | {"scope": scope} | effect_row(ratio, blocks=self._blocks)
@@ -443,6 +452,7 @@ class Medians:
         columns |= {name: min(counts[name] for counts in runs) for name in ("n_motions", "n_pairs")}
         columns["n_extrapolated"] = sum(counts["is_extrapolated"] for counts in runs)
         columns["n_without_curve"] = self.without_curve(cell, state)
+        columns["change"] = self._changed(cell, "to", state) - self._changed(cell, "from", state)
         return end.ln_ratio(start), columns
 
     def without_curve(self, cell: Mapping[Any, Any], state: LimitState) -> float:
@@ -451,6 +461,13 @@ class Medians:
             return nan
         names = (str(cell[f"variant_{suffix}"]) for suffix in ("from", "to"))
         return sum(not self._has_curve[name, state.component, state.name] for name in names)
+
+    def _changed(self, cell: Mapping[Any, Any], side: str, state: LimitState) -> float:
+        """Return the change of ln theta by unknown outcomes; infinite for other doubts."""
+        key = str(cell[f"variant_{side}"]), state.component, state.name
+        change = self._change.get(key, 0.0)
+        in_doubt = not self._has_curve.get(key, True) and abs(change) <= np.log(MAX_BOUNDS_RATIO)
+        return np.inf if in_doubt else change
 
     def curve(self, state: LimitState, number: int) -> StateCurve | None:
         """Return the curve of a state in a variant; None if it is not used in ratios."""
@@ -469,5 +486,5 @@ class Medians:
         counts = {"n_bounds": bounds, "n_pairs": rows.size, "n_motions": np.unique(motions).size}
         curve = self.curve(state, number)
         assert curve is not None
-        n_beyond = motion_means.motions_beyond(curve.ln_theta[0], self._ln_im[rows], motions)
-        return counts | {"is_extrapolated": n_beyond < motion_means.MIN_BEYOND}
+        low, high = motion_means.covered_range(self._im[rows], motions)
+        return counts | {"is_extrapolated": not low <= np.exp(curve.ln_theta[0]) <= high}

@@ -21,7 +21,7 @@ import pandas as pd
 
 from skewbridge.errors import InputError
 from skewbridge.files.digests import digest_of
-from skewbridge.files.tables import read_any, records_of, write_csv
+from skewbridge.files.tables import as_column, read_any, records_of, require, write_csv
 from skewbridge.files.text import write_text
 from skewbridge.fragility.demand_table import axis_names, described, need_columns, variant_columns
 from skewbridge.fragility.fits import FITTED
@@ -56,6 +56,8 @@ _MEASURES: Final = {
 #: Accepted characters and length of names; pelicun splits names at ``-`` and then finds no row.
 _PELICUN_ID: Final = ("A-Za-z0-9_.", 200)
 _PELICUN_PARAMETERS: Final = ("Family", "Theta_0", "Theta_1", "DamageStateWeights")
+#: Column that is true if a median is outside the range of the motions.
+EXTRAPOLATED: Final = "extrapolated"
 _OTHER_MEASURE: Final = "fit with im_sa_1p000_rotd50_g or another Sa(T)"
 _ABSENT: Final = pd.Series(dtype=np.bool_)  # replaces a missing column
 _LEVELS: Final = 800  # of a curve that is a union; linear interpolation errs by less than 5e-5
@@ -72,38 +74,48 @@ def export_curves(source: Path, form: str, out: Path) -> dict[str, Any]:
         raise InputError(f"format must be one of {', '.join(WRITERS)}, got {form!r}")
     table = read_any(source)
     need_columns(table, _NEEDED, "the table of curves")
+    for name in ("threshold", "theta", "beta", "beta_total"):
+        values = as_column(table[name], name)
+        require(~(values <= 0.0), name, "must be above zero", values)
     curves = chosen_curves(table).reset_index(drop=True)
     has_estimate = curves["status"] == FITTED
     if not has_estimate.any() and form != "csv":
         raise InputError(f"{source.name}: nothing to write, because no curve has an estimate")
     unfitted = curves.loc[~has_estimate, ["variant", "component", "limit_state", "status"]]
-    notes = ["beta_total is exported: record-to-record and capacity dispersion"]
-    if n_partial := int(curves.loc[has_estimate, "beta_total"].isna().sum()):
-        text = "no slope of the demand to convert the capacity dispersion"
-        notes.append(f"{n_partial} curves have no beta_total ({text}): beta is exported instead")
-    if len(unfitted):
-        notes.append(f"{len(unfitted)} limit states have no estimate (listed by --json)")
-    if n_extrapolated := int(curves.get("extrapolated", _ABSENT).eq(other=True).sum()):
-        text = "fewer than three motions are as strong, or as weak, as the median"
-        notes.append(f"{n_extrapolated} medians are extrapolated: {text}")
-    report = {"format": form, "files": [str(out)], "left_out": len(unfitted)}
-    report |= {"curves": int(has_estimate.sum())}
+    counted = {
+        "curves have no beta_total (no slope of the demand to convert the capacity dispersion): "
+        "beta is exported instead": int(curves.loc[has_estimate, "beta_total"].isna().sum()),
+        "limit states have no estimate (listed by --json)": len(unfitted),
+        "medians are extrapolated: fewer than three motions are as strong, or as weak, as the "
+        "median": int(curves.get(EXTRAPOLATED, _ABSENT).eq(other=True).sum()),
+    }
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         written = WRITERS[form](curves, out, source.parent)
     except OSError as error:
         raise InputError(f"cannot write {out}: {error}") from error
-    notes += written.pop("notes", [])
-    return report | written | {"notes": notes, "unfitted": unfitted.astype(str).to_dict("records")}
+    return {
+        **{"format": form, "files": [str(out)], "left_out": len(unfitted)},
+        **{"curves": int(has_estimate.sum()), **written},
+        "notes": [
+            "beta_total is exported: record-to-record and capacity dispersion",
+            *(f"{count} {text}" for text, count in counted.items() if count),
+            *written.get("notes", []),
+        ],
+        "unfitted": unfitted.astype(str).to_dict("records"),
+    }
 
 
 def _write_latex(curves: pd.DataFrame, out: Path, folder: Path) -> dict[str, Any]:
+    paths = folder / "median_effects.parquet", folder / "joint.parquet"
     medians, joint = (
         read_any(path) if path.is_file() else pd.DataFrame(columns=list(described(path.stem)))
-        for path in (folder / "median_effects.parquet", folder / "joint.parquet")
+        for path in paths
     )
     write_text(out, latex_table(paper_table(curves, medians, joint)))
-    return {}
+    missing = ", ".join(path.name for path in paths if not path.is_file())
+    text = f"the table lacks what comes from {missing}, which must be next to the curves"
+    return {"notes": [text] if missing else []}
 
 
 def _write_csv(curves: pd.DataFrame, out: Path, _folder: Path) -> dict[str, Any]:
@@ -156,31 +168,26 @@ def _write_nrml(curves: pd.DataFrame, out: Path, _folder: Path) -> dict[str, Any
     """
     groups: dict[tuple[str, tuple[str, ...]], list[pd.DataFrame]] = defaultdict(list)
     for _, scale, all_states, rows in _functions(curves):
-        states = tuple(name for name in all_states if rows["status"].get(name) == FITTED)
-        if states:
+        if states := tuple(name for name in all_states if rows["status"].get(name) == FITTED):
             name = scale if len(states) == len(all_states) else "_".join((scale, *states))
             name = re.sub(r"[^A-Za-z0-9_-]+", "_", name)
             groups[name, states].append(rows.loc[list(states)])
     notes = list[str]()
+    files = {out.with_name(f"{out.stem}_{n}{out.suffix}"): f for (n, _), f in groups.items()}
     if len({states for _, states in groups}) == 1:
-        ((_, states), *_), functions = groups, chain.from_iterable(groups.values())
-        models = [_write_model(out, states, list(functions))]
+        files = {out: list(chain.from_iterable(groups.values()))}
     else:
-        models = [
-            _write_model(out.with_name(f"{out.stem}_{name}{out.suffix}"), states, functions)
-            for (name, states), functions in groups.items()
-        ]
-        text = f"{len(models)} files, split by limit states, were written instead"
+        text = f"{len(files)} files, split by limit states, were written instead"
         notes.append(f"{out.name} was not written: {text}")
+    models = [_write_model(path, functions) for path, functions in files.items()]
     if crossing := sum(len(model["crossing"]) for model in models):
         text = "OpenQuake computes negative damage fractions there"
         notes.append(f"curves cross in {crossing} functions: {text}")
     return {"models": models, "files": [model["file"] for model in models], "notes": notes}
 
 
-def _write_model(
-    path: Path, states: tuple[str, ...], functions: list[pd.DataFrame]
-) -> dict[str, Any]:
+def _write_model(path: Path, functions: list[pd.DataFrame]) -> dict[str, Any]:
+    states = list(map(str, functions[0]["limit_state"]))
     ElementTree.register_namespace("", _NRML)
 
     def add(parent: Element, tag: str, text: str | None = None, **values: str) -> Element:
@@ -192,12 +199,8 @@ def _write_model(
     kind = {"assetCategory": "bridges", "lossCategory": "structural"}
     model = add(root, "fragilityModel", id="skewbridge", **kind)
     text = "skewbridge, lognormal fits and unions; dispersion includes capacity dispersion"
-    extrapolated = [
-        curves_of["variant"].iloc[0]
-        for curves_of in functions
-        if curves_of.get("extrapolated", _ABSENT).any()
-    ]
-    if extrapolated := dict.fromkeys(map(str, extrapolated)):
+    marked = (f["variant"].iloc[0] for f in functions if f.get(EXTRAPOLATED, _ABSENT).any())
+    if extrapolated := dict.fromkeys(map(str, marked)):
         text += f"; medians extrapolated beyond the motions in: {', '.join(extrapolated)}"
     add(model, "description", text)
     add(model, "limitStates", " ".join(states))
@@ -215,11 +218,9 @@ def _write_model(
         ln_ends, width = np.log([theta.min(), theta.max()]), np.array([-1.0, 1.0]) * beta.max()
         low, high = factor * np.exp(ln_ends + 4.0 * width)
         if unions := [union for row in rows if (union := union_curve(row)) is not None]:
-            ln_range = [
-                union.ln_theta + 4.0 * sign * union.beta for union in unions for sign in (-1, 1)
-            ]
-            ln_range = factor * np.exp([np.min(ln_range), np.max(ln_range)])
-            levels = np.geomspace(min(low, ln_range[0]), max(high, ln_range[1]), _LEVELS)
+            reach = [union.ln_theta + z * union.beta for union in unions for z in (-4.0, 4.0)]
+            first, last = factor * np.exp([np.min(reach), np.max(reach)])
+            levels = np.geomspace(min(low, first), max(high, last), _LEVELS)
             function = add(model, "fragilityFunction", id=name, format="discrete")
             text = " ".join(f"{level:.6g}" for level in levels)
             add(function, "imls", text, imt=measure, noDamageLimit=text.partition(" ")[0])
@@ -227,9 +228,8 @@ def _write_model(
                 p = curve_probability(levels / factor, row)
                 add(function, "poes", " ".join(f"{value:.8g}" for value in p), ls=str(state))
         else:
-            function = add(
-                model, "fragilityFunction", id=name, format="continuous", shape="logncdf"
-            )
+            form = {"format": "continuous", "shape": "logncdf"}
+            function = add(model, "fragilityFunction", id=name, **form)
             limits = dict.fromkeys(("noDamageLimit", "minIML"), f"{low:.6g}")
             add(function, "imls", imt=measure, **limits, maxIML=f"{high:.6g}")
             mean = factor * theta * np.exp(0.5 * beta**2)
@@ -238,13 +238,13 @@ def _write_model(
                 add(function, "params", ls=str(state), mean=f"{m:.15g}", stddev=f"{s:.15g}")
         start, stop = ln_ends + 2.0 * width
         grid = np.exp(np.linspace(start, stop, 400))
-        curves = np.column_stack([curve_probability(grid, row) for row in rows])
-        if (np.diff(curves, axis=1) > 1e-3).any():
+        curves = np.array([curve_probability(grid, row) for row in rows])
+        if (np.diff(curves, axis=0) > 1e-3).any():
             crossing.append(name)
     tree = ElementTree.ElementTree(root)
     ElementTree.indent(tree)
     tree.write(path, encoding="utf-8", xml_declaration=True)
-    written = {"file": str(path), "limit_states": list(states), "functions": len(functions)}
+    written = {"file": str(path), "limit_states": states, "functions": len(functions)}
     return written | {"crossing": crossing}
 
 
@@ -276,25 +276,24 @@ def _write_pelicun(curves: pd.DataFrame, out: Path, _folder: Path) -> dict[str, 
         described: dict[str, Any] = {}
         missing: dict[str, str] = {}
         for rank, state in enumerate(states, start=1):
-            values: tuple[Any, ...] = ("", "", "", "")
-            if curve := fitted.get(state):
-                values = ("lognormal", curve["theta"], curve["curve_beta"], "")
-                if union := union_curve(curve):
-                    values = ("multilinear_CDF", _multilinear(union), "", "")
-                dispersion = curve.get("capacity_dispersion", 0.0)
-                capacity = f"median {curve['threshold']:g}"
-                if not pd.isna(dispersion):  # the modes of a union have their own
-                    capacity += f", dispersion {dispersion:g}"
-                text = f"{state}: {curve['demand']} above {capacity}"
-                if curve.get("extrapolated", False):
-                    text += "; median extrapolated beyond the motions"
-                source = {"Description": text, "Reference": str(curve.get("citation", ""))}
-                # pelicun numbers damage states by the limit states that have parameters
-                described[f"LS{rank}"] = {f"DS{len(described) + 1}": source}
-            else:
+            row |= dict.fromkeys((f"LS{rank}-{name}" for name in _PELICUN_PARAMETERS), "")
+            if (curve := fitted.get(state)) is None:
                 status = curve_of[state]["status"] if state in curve_of else "no row"
                 missing[state] = f"LS{rank} {state} ({status})"
-            row |= {f"LS{rank}-{k}": v for k, v in zip(_PELICUN_PARAMETERS, values, strict=True)}
+                continue
+            values = ("lognormal", curve["theta"], curve["curve_beta"])
+            if union := union_curve(curve):
+                values = ("multilinear_CDF", _multilinear(union), "")
+            row |= zip((f"LS{rank}-{name}" for name in _PELICUN_PARAMETERS), values, strict=False)
+            text = f"{state}: {curve['demand']} above median {curve['threshold']:g}"
+            dispersion = curve.get("capacity_dispersion", 0.0)
+            if not pd.isna(dispersion):  # the modes of a union have their own
+                text += f", dispersion {dispersion:g}"
+            if curve.get(EXTRAPOLATED, False):
+                text += "; median extrapolated beyond the motions"
+            source = {"Description": text, "Reference": str(curve.get("citation", ""))}
+            # pelicun numbers damage states by the limit states that have parameters
+            described[f"LS{rank}"] = {f"DS{len(described) + 1}": source}
         comments = "dispersion includes capacity dispersion if a slope converts it"
         if missing:
             comments += f"; without an estimate: {', '.join(missing.values())}"
@@ -349,8 +348,7 @@ JOINT: Final = "joint"
 _ENDS: Final = ("", "_low", "_high")
 _STATE: Final = ("bridge", "abutment", "component", "limit_state")
 _NONE: Final = "--"
-#: Column that is true, and mark of a printed median, if it is outside the range of the motions.
-EXTRAPOLATED: Final = "extrapolated"
+#: Mark of a printed median that is outside the range of the motions.
 DAGGER: Final = "†"
 
 
@@ -383,14 +381,13 @@ def with_ratios(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     """
     axes = axis_names(curves)
     state = curves["component"].astype(str) + "/" + curves["limit_state"].astype(str)
-    keys = curves[["bridge", "abutment", *axes]].assign(demand=state)
-    keys = keys.astype(dict.fromkeys(axes, np.float64))
+    numbers = dict.fromkeys(axes, np.float64)
+    keys = curves[["bridge", "abutment", *axes]].assign(demand=state).astype(numbers)
     ratios: dict[str, Any] = {}
     for axis in axes:
         pairs = medians[(medians["scope"] == "variant") & (medians["axis"] == axis)]
         pairs = pairs.assign(**{axis: pairs["to_value"]}).reindex(columns=[*keys, *RATIOS])
-        pairs = pairs.astype(dict.fromkeys(axes, np.float64))
-        with_pairs = keys.merge(pairs, on=list(keys), how="left", validate="many_to_one")
+        with_pairs = keys.merge(pairs.astype(numbers), how="left", validate="many_to_one")
         ratios |= _ratio(axis, [with_pairs[name].to_numpy() for name in RATIOS])
     return curves.assign(**ratios)
 
@@ -413,9 +410,9 @@ def paper_table(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame
         rows.append(out | {"row": JOINT, "method": JOINT})
     table = pd.DataFrame(rows, columns=list(paper_columns(_axes(curves))))
     table = table[table.groupby(list(_STATE))["theta"].transform("count") > 0]
-    order = {key: position for position, key in enumerate(map(tuple, curves[[*_STATE]].to_numpy()))}
-    positions = [order.get(key, len(order)) for key in map(tuple, table[[*_STATE]].to_numpy())]
-    return table.iloc[np.argsort(positions, kind="stable")].reset_index(drop=True)
+    # in the order of the last row of each state
+    order = curves.drop_duplicates(list(_STATE), keep="last")[list(_STATE)]
+    return order.merge(table)[list(table)]
 
 
 def _axes(table: pd.DataFrame) -> tuple[Axis, ...]:
@@ -445,13 +442,14 @@ def variant_in_words(row: Mapping[str, Any]) -> str:
 
 def printed_rows(table: pd.DataFrame) -> list[dict[str, str]]:
     """Return the publication table as texts; *: medians of methods differ, †: extrapolated."""
-    ratios = ratio_names(table)
+    ratios, marks = ratio_names(table), {"methods_differ": " *", EXTRAPOLATED: f" {DAGGER}"}
     return [
         {
             "model": f"{row['bridge']} {row['abutment']}".replace("_", " "),
             "variant": "joint model" if row["row"] == JOINT else variant_in_words(row),
             "state": f"{row['component']}, {row['limit_state']}".replace("_", " "),
-            "theta": _interval(row, "theta") + _marks(row),
+            "theta": _interval(row, "theta")
+            + "".join(mark for name, mark in marks.items() if row.get(name) is True),
             "total": _interval(row, "beta_total"),
             "beta": _number(row["beta"]),
             "exceed": f"{row['n_exceed']:.0f} of {row['n_runs']:.0f}",
@@ -504,11 +502,6 @@ def with_interval(values: Sequence[float]) -> str:
 
 def _interval(row: Mapping[str, Any], name: str) -> str:
     return with_interval([row[f"{name}{ending}"] for ending in _ENDS])
-
-
-def _marks(row: Mapping[str, Any]) -> str:
-    names = {"methods_differ": " *", EXTRAPOLATED: f" {DAGGER}"}
-    return "".join(mark for name, mark in names.items() if row.get(name) is True)
 
 
 def _number(value: float) -> str:

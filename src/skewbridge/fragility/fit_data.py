@@ -142,16 +142,32 @@ def _fit_columns(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragil
     censored, collapse = (as_column(columns.get(n, none), n) for n in ("censored", "collapse"))
     flags = {name: columns[name] for name in ("censored", "collapse") if name in columns}
     same_length(im=im, edp=edp, **flags)
-    require(~np.isinf(edp) | (collapse > 0.0), "edp", "must be finite unless collapse is 1", edp)
-    finite = np.nan_to_num(edp, posinf=0.0)  # collapse counts as exceedance
-    edp = np.where(collapse > 0.0, np.maximum(finite, threshold), edp)
-    upper = np.where((censored > 0.0) | (collapse > 0.0), np.inf, edp)
-    if "motion_id" not in columns:
-        fit = _fit_cloud(im, edp, upper, threshold, options)
-        return replace(fit, details={**fit.details, "notes": [_INDEPENDENT]})
-    motions = pd.DataFrame({"motion_id": columns["motion_id"]})
-    same_length(im=im, motion_id=motions)
-    return _fit_cloud(im, edp, upper, threshold, options, motion_codes(motions))
+    fell = collapse > 0.0
+    require(~np.isinf(edp) | fell, "edp", "must be finite unless collapse is 1", edp)
+    peaks = np.where(fell, np.nan_to_num(edp, posinf=0.0), edp)
+    upper = np.where((censored > 0.0) | fell, np.inf, edp)
+    motions = None
+    if "motion_id" in columns:
+        table = pd.DataFrame({"motion_id": columns["motion_id"]})
+        same_length(im=im, motion_id=table)
+        motions = motion_codes(table)
+    # a collapse counts as exceedance
+    exceeding = np.where(fell, np.maximum(peaks, threshold), peaks)
+    fit = _fit_cloud(im, exceeding, upper, threshold, options, motions)
+    if fit.status == FITTED and np.any(fell):
+        of_peaks = _fit_cloud(im, peaks, upper, threshold, options, motions)
+        fit = _not_by_definition(fit, of_peaks)
+    notes = {} if "motion_id" in columns else {"notes": [_INDEPENDENT]}
+    return replace(fit, details={**fit.details, **notes})
+
+
+def _not_by_definition(fit: fits.FragilityFit, of_peaks: fits.FragilityFit) -> fits.FragilityFit:
+    """Return a fit, without estimate if it rests on the definition that a collapse exceeds.
+
+    ``of_peaks`` is the fit with the peaks of collapsed runs as lower bounds and no more.
+    """
+    is_near = 1.0 / MAX_BOUNDS_RATIO <= of_peaks.theta / fit.theta <= MAX_BOUNDS_RATIO
+    return fit if is_near else fit.without_estimate(BOUNDS_TOO_WIDE)
 
 
 def _fit_cloud(
@@ -215,11 +231,8 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
             details |= {f"theta_{name}": bound.theta, f"beta_{name}": bound.beta}
         fit = fit.limited(bounds)
     if options.method == "cloud" and fit.status == FITTED:
-        # the median may rest on the definition that a collapse exceeds
         peaks = demand_outcomes(runs, [replace(state, collapse=COLLAPSE_PEAK)])
-        of_peaks = _fit_outcomes(im, codes, peaks, state, options)
-        if not 1.0 / MAX_BOUNDS_RATIO <= of_peaks.theta / fit.theta <= MAX_BOUNDS_RATIO:
-            fit = fit.without_estimate(BOUNDS_TOO_WIDE)
+        fit = _not_by_definition(fit, _fit_outcomes(im, codes, peaks, state, options))
     return replace(fit, details={**fit.details, **details})
 
 
@@ -235,7 +248,7 @@ def _fit_outcomes(
         return fit if np.any(exceed) else fit.without_estimate(NO_EXCEEDANCE)
     x, hits, codes = im[is_known], exceed[is_known].astype(np.float64), motions[is_known]
     if options.method == "ida":
-        return fits.fit_first_exceedances(x, hits, codes, settings)[0]
+        return fits.fit_first_exceedances(x, hits, codes, settings)
     count, ones = int(np.unique(codes).size), np.ones(x.size)
     one_run_each = count == codes.size
     fit = fits.fit_stripes(x, ones, hits, settings=settings, n_records=count, interval=one_run_each)

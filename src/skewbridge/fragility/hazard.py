@@ -146,12 +146,12 @@ class HazardCurve:
             levels=np.append(np.exp(-BELOW) * self.levels[0], self.levels),
             rates=np.column_stack([first_rates, self.rates]),
         )
-        all_rate, largest_rate = rate(self).value, float(self.rates[0, -1])
+        all_rate, last_rate = rate(self).value, float(self.rates[0, -1])
         covered = self._between(low, high)
         covered_rate = covered and rate(covered).value
         row: Row = {
             f"share_outside_{end}": extra / (all_rate + extra)
-            for end, extra in (("low", p_last * largest_rate), ("high", largest_rate))
+            for end, extra in (("low", p_last * last_rate), ("high", last_rate))
         }
         row["share_below"] = max(0.0, 1.0 - all_rate / rate(longer).value)
         return row | {"share_extrapolated": max(0.0, 1.0 - (covered_rate or 0.0) / all_rate)}
@@ -198,6 +198,11 @@ def measure_column(name: str) -> str:
     return _NAMES.get(text.upper(), "")
 
 
+def _usual_factor(column: str) -> float:
+    """Return the factor to the unit of a column from that of OpenQuake and nshmp-haz."""
+    return _FACTORS["cm/s" if column == _NAMES["PGV"] else "g"]
+
+
 class _Part(NamedTuple):
     """Mean or fractile curve in a file: annual rates at levels of the measure ``im``."""
 
@@ -240,7 +245,9 @@ def site_hazard(file: Path | None, im: str) -> HazardCurve | None:
 
 def read_hazard(path: Path) -> list[HazardCurve]:
     """Return the hazard curves of a file, or of all files in a folder, one per measure."""
-    files = sorted(path.glob("*.[cj]s*")) if path.is_dir() else [path]
+    files = [path]
+    if path.is_dir():
+        files = sorted(f for f in path.iterdir() if f.suffix.lower() in (".csv", ".json"))
     if not files:
         raise file_fault(path, " has no hazard curve (.csv or .json file)")
     groups: dict[str, dict[float | None, _Part]] = defaultdict(dict)
@@ -288,8 +295,12 @@ def _parts(path: Path) -> Iterator[_Part]:
         first_line = read_text(path, MAX_CSV_BYTES).lstrip().partition("\n")[0]
         curves = _openquake(path, first_line) if first_line.startswith("#") else _table(path)
     for curve in curves:
+        if not 0.0 < (0.5 if curve.quantile is None else curve.quantile) < 1.0:
+            raise InputError(f"a fractile must be above 0 and below 1, got {curve.quantile:g}")
         levels = positive(curve.levels, "im")
         rates = as_column(curve.rates, "rate")
+        if levels.size != rates.size:
+            raise InputError(f"there are {levels.size} intensities and {rates.size} rates")
         require(~(rates < 0.0) & ~np.isnan(rates), "rate", "must not be negative", rates)
         require(np.append(True, np.diff(levels) > 0.0), "im", "must increase", levels)
         with np.errstate(invalid="ignore"):  # inf - inf
@@ -312,11 +323,10 @@ def _openquake(path: Path, first_line: str) -> Iterator[_Part]:
     poe = as_column(list(values.values()), "poe")
     require((poe >= 0.0) & (poe <= 1.0), "poe", "must be within 0..1", poe)
     column, kind = measure_column(entries["imt"]), entries["kind"]
-    factor = _FACTORS["cm/s"] if column == _NAMES["PGV"] else 1.0
     with np.errstate(divide="ignore"):
         rates = -np.log1p(-poe) / float(entries["investigation_time"])
     quantile = None if kind == "mean" else float(kind.removeprefix("quantile-"))
-    yield _Part(column or entries["imt"], quantile, factor * levels, rates)
+    yield _Part(column or entries["imt"], quantile, _usual_factor(column) * levels, rates)
 
 
 def _table(path: Path) -> Iterator[_Part]:
@@ -330,9 +340,9 @@ def _table(path: Path) -> Iterator[_Part]:
         name = next(filter(None, map(measure_column, (path.stem, path.parent.name))), "")
         if not name:
             raise InputError("name the file or its folder after the measure, such as SA1P0.csv")
-        # source: nshmp-haz writes accelerations in g
-        rates = table.loc[0, columns].to_numpy(dtype=np.float64)
-        yield _Part(name, None, as_column(columns, "im"), rates)
+        # source: nshmp-haz writes accelerations in g and velocities in cm/s
+        levels = _usual_factor(name) * as_column(columns, "im")
+        yield _Part(name, None, levels, table.loc[0, columns].to_numpy(dtype=np.float64))
         return
     if len(names) < 2 or names[1] != "rate":
         text = "the columns must be an intensity (im, or a measure with its unit), rate"

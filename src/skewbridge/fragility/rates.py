@@ -10,9 +10,9 @@ rate; the seat is longer by the gap. Code rules are in `bridge_check`, Hazus in 
 """
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache, partial
-from itertools import compress
+from itertools import compress, product
 from math import nan
 from typing import Final, NamedTuple
 
@@ -36,7 +36,7 @@ from skewbridge.fragility.outcomes import TREATMENTS
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE, FitSettings
 from skewbridge.fragility.system import averaged, difference
 from skewbridge.fragility.union import any_of, union_curve
-from skewbridge.fragility.verdicts import OK
+from skewbridge.fragility.verdicts import OK, RATIOS
 
 SYSTEM: Final = "system"
 #: Status of the ratio of two systems that do not have the same components.
@@ -211,15 +211,16 @@ def rate_effects(
         blocks = demand_table.block_names(of_bridge.runs)
         motions = of_bridge.runs["motion_id"].nunique()
         medians = Medians(of_bridge, states, settings, curves)
+        rate_of = cache(partial(_rate_of_variant, medians, hazard))
         for axis in axes or demand_table.varying_axes(of_bridge.variants):
-            for keys, rates in _changes(medians, axis, all_states, hazard, systems):
+            for keys, rates in _changes(medians, axis, all_states, rate_of, systems):
                 row: Row = {"level": EFFECT_CONFIDENCE, "direction": 0, "n_motions": motions}
                 if rates is not None:
                     start, end = rates
                     change = end.minus(start)
                     row |= effect_row(change.jackknifed, blocks=blocks)
                     ends = change.interval(EFFECT_CONFIDENCE)
-                    row |= dict(zip(("ratio", "ci_low", "ci_high"), ends, strict=True))
+                    row |= dict(zip(RATIOS, ends, strict=True))
                     row["direction"] = int(ends[1] > 1.0) - int(ends[2] < 1.0)
                     row |= {"from_rate": start.value, "to_rate": end.value}
                 rows.append(keys | row)
@@ -227,74 +228,68 @@ def rate_effects(
     return table.sort_values("scope", kind="stable", ignore_index=True)
 
 
+def _rate_of_variant(
+    medians: Medians, hazard: HazardCurve, state: LimitState, variant_number: int
+) -> LogRate | None:
+    curve = medians.curve(state, variant_number)
+    return None if curve is None else curve_rate(curve, hazard)
+
+
 def _changes(
     medians: Medians,
     axis: str,
     states: Sequence[LimitState | str],
-    hazard: HazardCurve,
+    rate_of: Callable[[LimitState, int], LogRate | None],  # of a variant, by its number
     systems: Mapping[tuple[str, str], Row],  # keys: variant, degree
 ) -> list[tuple[Row, tuple[LogRate, LogRate] | None]]:
     """Return table columns and both ln rates of pairs of variants that differ in ``axis``.
 
     The mean over the pairs comes first. Pairs of systems with different components have no rates.
     """
-    variants = medians.models.variants
-
-    @cache
-    def rate_of(state: LimitState | str, variant_number: int) -> LogRate | None:
-        if isinstance(state, str):
-            rate = systems.get((variants["variant"].iloc[variant_number], state), {}).get("rate")
-            return rate if isinstance(rate, LogRate) else None
-        curve = medians.curve(state, variant_number)
-        return None if curve is None else curve_rate(curve, hazard)
-
-    def is_usable(state: LimitState | str, cell: Row) -> bool:
-        # ASSUME a ratio is worth reporting if at least one of both variants has a curve
-        return isinstance(state, str) or medians.without_curve(cell, state) != 2
-
-    def systems_of(cell: Row, degree: str) -> tuple[Row, Row]:
-        return systems[cell["variant_from"], degree], systems[cell["variant_to"], degree]
-
-    other_axes, pairs = variant_pairs(variants, axis)
+    other_axes, pairs = variant_pairs(medians.models.variants, axis)
     changes: list[tuple[Row, tuple[LogRate, LogRate] | None]] = []
-    for step, cells in pairs.groupby(list(STEP)):
-        for state in states:
-            key = (SYSTEM, state) if isinstance(state, str) else (state.component, state.name)
-            keys = medians.models.place | {"axis": axis, "status": OK, "reason": ""}
-            keys |= dict(zip([*STEP, *_STATE[1:]], (*step, *key), strict=True))
-            rated: list[tuple[Row, tuple[LogRate, LogRate]]] = []
-            withheld: list[tuple[Row, None]] = []
-            rated_cells: list[Row] = []
-            for cell in records_of(cells):
-                row = keys | {"scope": "variant"} | {name: cell[name] for name in other_axes}
-                if isinstance(state, str) and (reason := difference(*systems_of(cell, state))):
-                    withheld.append((row | _withheld(reason), None))
-                    continue
-                start, end = rate_of(state, cell["number_from"]), rate_of(state, cell["number_to"])
-                if start and end and is_usable(state, cell):
-                    rated.append((row, (start, end)))
-                    rated_cells.append(cell)
-            used = [rates for _, rates in rated]
+    for (step, cells), state in product(pairs.groupby(list(STEP)), states):
+        key = (SYSTEM, state) if isinstance(state, str) else (state.component, state.name)
+        keys = medians.models.place | {"axis": axis, "status": OK, "reason": ""}
+        keys |= dict(zip([*STEP, *_STATE[1:]], (*step, *key), strict=True))
+        rated: list[tuple[Row, tuple[LogRate, LogRate]]] = []
+        withheld: list[tuple[Row, None]] = []
+        rated_systems: list[tuple[Row, Row]] = []
+        for cell in records_of(cells):
+            row, both = (
+                keys | {"scope": "variant"} | {name: cell[name] for name in other_axes},
+                None,
+            )
             if isinstance(state, str):
-                pairs_of_systems = [systems_of(cell, state) for cell in rated_cells]
-                used = list(compress(used, averaged(pairs_of_systems)))
-            pooled = keys | {"scope": "pooled", "n_cells": len(used)}
-            left_out = {"different": len(withheld), "other": len(rated) - len(used)}
-            texts = [f"{n} of {len(cells)} pairs have {word}" for word, n in left_out.items() if n]
-            if texts:
-                reason = f"{', '.join(texts)} components"
-                pooled |= {"reason": reason} if used else _withheld(reason)
-            if used:
-                starts, ends = zip(*used, strict=True)
-                changes.append((pooled, (_mean(starts), _mean(ends))))
-            elif withheld:
-                changes.append((pooled, None))
-            changes += [*rated, *withheld]
+                both = systems[cell["variant_from"], state], systems[cell["variant_to"], state]
+                if reason := difference(*both):
+                    different = {"status": DIFFERENT_COMPONENTS, "reason": reason}
+                    withheld.append((row | different, None))
+                    continue
+                start, end = (system.get("rate") for system in both)
+            # ASSUME a ratio is worth reporting if at least one of both variants has a curve
+            elif medians.without_curve(cell, state) == 2:
+                continue
+            else:
+                start, end = (rate_of(state, cell[f"number_{name}"]) for name in ("from", "to"))
+            if isinstance(start, LogRate) and isinstance(end, LogRate):
+                rated.append((row, (start, end)))
+                rated_systems += [both] if both else []
+        used = [rates for _, rates in rated]
+        if isinstance(state, str):
+            used = list(compress(used, averaged(rated_systems)))
+        pooled = keys | {"scope": "pooled", "n_cells": len(used)}
+        left_out = {"different": len(withheld), "other": len(rated) - len(used)}
+        texts = [f"{n} of {len(cells)} pairs have {word}" for word, n in left_out.items() if n]
+        if texts:
+            pooled["reason"] = f"{', '.join(texts)} components"
+        if used:
+            starts, ends = zip(*used, strict=True)
+            changes.append((pooled, (_mean(starts), _mean(ends))))
+        elif withheld:
+            changes.append((pooled | {"status": DIFFERENT_COMPONENTS}, None))
+        changes += [*rated, *withheld]
     return changes
-
-
-def _withheld(reason: str) -> Row:
-    return {"status": DIFFERENT_COMPONENTS, "reason": reason}
 
 
 def _mean(rates: Sequence[LogRate]) -> LogRate:
@@ -351,13 +346,9 @@ def decision(
     if unseating is None:
         raise InputError("no limit state of unseating has a joint model (see joint.parquet)")
     (mode,) = json.loads(unseating["modes"])
-    seats = [
-        # ASSUME the length of the seat is known: no dispersion of the capacity
-        JointModel(
-            {**unseating, "modes": json.dumps([{**mode, "threshold": length, "dispersion": 0.0}])}
-        )
-        for length in _LENGTHS_M
-    ]
+    # ASSUME the length of the seat is known: no dispersion of the capacity
+    modes = ([{**mode, "threshold": length, "dispersion": 0.0}] for length in _LENGTHS_M)
+    seats = [JointModel({**unseating, "modes": json.dumps(of_seat)}) for of_seat in modes]
     axes, failure = seats[0].axis_range, row_of.get(f"{COLUMN_FAILURE}/any")
     column = None if failure is None else JointModel(failure)
     if SKEW not in axes.varying:
@@ -377,11 +368,8 @@ def decision(
         for skew_deg in map(float, skews):
             position = {SKEW: skew_deg, GAP: gap_mm}
             curves = [seat.curve(position | values) for seat in seats]
-            length = _length(curves, hazard, target)
-            interval = length.interval(unseating["level"])
-            row: Row = dict(
-                zip(("support_m", "support_m_low", "support_m_high"), interval, strict=True)
-            )
+            interval = _length(curves, hazard, target).interval(unseating["level"])
+            row: Row = {f"support_m{end}": v for end, v in zip(_ENDS, interval, strict=True)}
             row |= {name.replace("support", "seat"): v + gap_mm / 1000.0 for name, v in row.items()}
             # the median at which the needed length is exceeded
             medians = np.exp([curve.ln_theta[0] for curve in curves])
@@ -398,10 +386,8 @@ def decision(
                 hazus = _length(unskewed, hazard, target, ln_factor).value
                 row["hazus_m"] = hazus + gap_mm / 1000.0
             # SDC: displacement demand at 5 % in 50 years
-            ln_length_at_sdc = np.interp(
-                hazard.level_of(SDC_RATE), np.log(medians), np.log(_LENGTHS_M)
-            )
-            row["sdc_demand_m"] = float(np.exp(ln_length_at_sdc))
+            ln_length = np.interp(hazard.level_of(SDC_RATE), np.log(medians), np.log(_LENGTHS_M))
+            row["sdc_demand_m"] = float(np.exp(ln_length))
             if column is not None:
                 curve = column.curve(position | values)
                 rate = curve_rate(curve, hazard).interval(column.level)
@@ -438,13 +424,9 @@ def _length(
 
     ``curves`` give the probability to exceed each of `_LENGTHS_M`; NaN outside these lengths.
     """
-    rates = [curve_rate(curve, hazard, ln_factor) for curve in curves]
+    rates, ln_lengths = [curve_rate(c, hazard, ln_factor) for c in curves], np.log(_LENGTHS_M)
     logs, fractiles = (
-        np.array([_crossing(column, np.log(target)) for column in np.transpose(replicates)])
-        for replicates in ([rate.logs for rate in rates], [rate.fractiles for rate in rates])
+        np.array([np.interp(-np.log(target), -r, ln_lengths, nan, nan) for r in np.transpose(logs)])
+        for logs in ([rate.logs for rate in rates], [rate.fractiles for rate in rates])
     )
     return rates[0]._replace(logs=logs, fractiles=fractiles)
-
-
-def _crossing(ln_rates: Floats, ln_target: float) -> float:
-    return float(np.interp(-ln_target, -ln_rates, np.log(_LENGTHS_M), np.nan, np.nan))

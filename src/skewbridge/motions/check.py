@@ -50,7 +50,7 @@ def check_paths(
     read. If `strict` is true, warnings are errors.
     Raises `InputError` for a missing path, an unreadable index or a folder without motions.
     """
-    verdict_if_doubtful: FileVerdict = "error" if strict else "warn"
+    checker = _Checker("error" if strict else "warn")
     checks: list[FileCheck] = []
     single_files: list[Path] = []
     for path in paths:
@@ -61,7 +61,7 @@ def check_paths(
         elif (path / folder.INDEX_NAME).is_file():
             entries = folder.list_motions(path)
             for entry in entries:
-                checks += _check_motion(entry, path, verdict_if_doubtful)
+                checks += checker.of_motion(entry, path)
             listed_files = [file for entry in entries for file, _ in entry.components]
             checks += _unread(path, listed_files, f"not listed in {folder.INDEX_NAME}")
         elif files := folder.motion_files(path):
@@ -69,23 +69,11 @@ def check_paths(
             stems, all_files = {file.stem.lower() for file in files}, folder.files_below(path)
             integrals = (file for file in all_files if file.suffix.lower() in {".vt2", ".dt2"})
             files += [file for file in integrals if file.stem.lower() not in stems]
-            checks += _check_files(sorted(files), stated, verdict_if_doubtful, of_study=True)
+            checks += checker.of_files(sorted(files), stated, of_study=True)
             checks += _unread(path, files, "no reader recognises its suffix or its text")
         else:
             raise file_fault(path, " has no file of a motion in a known format")
-    return _with_equals(checks + _check_files(single_files, stated, verdict_if_doubtful))
-
-
-def _with_equals(checks: list[FileCheck]) -> list[FileCheck]:
-    """Return the checks with a message on each record that is also in an earlier file."""
-    earlier: dict[str, str] = {}
-    noted: list[FileCheck] = []
-    for check in checks:
-        if check.npts and Path(check.file).is_file():
-            first = earlier.setdefault(read.files_digest(Path(check.file)), check.file)
-            check = check if first == check.file else check.noted(f"same content as {first}")
-        noted.append(check)
-    return noted
+    return checks + checker.of_files(single_files, stated)
 
 
 def write_folder_index(root: Path, stated: Stated | None = None) -> Path:
@@ -119,56 +107,89 @@ def write_folder_index(root: Path, stated: Stated | None = None) -> Path:
     return index
 
 
-def _check_file(path: Path, stated: Stated | None, verdict_if_doubtful: FileVerdict) -> FileCheck:
-    """Return the check of one file without the second component of its motion."""
-    try:
-        trace = read.read_trace(path, stated)
-    except InputError as error:
-        verdict = "needs_dt" if isinstance(error, DtMissingError) else "error"
-        return FileCheck(file=str(path), verdict=verdict, messages=(str(error),))
-    return FileCheck(
-        file=str(path),
-        verdict=verdict_if_doubtful if trace.warnings else "ok",
-        format=trace.format,
-        dt_s=trace.dt_s,
-        npts=int(trace.accel_mps2.size),
-        pga_g=peak_g(trace.accel_mps2),
-        messages=trace.messages,
-    )
+class _Checker:
+    """Checks of files and pairs, which know the records checked before."""
 
+    def __init__(self, if_doubtful: FileVerdict) -> None:
+        self._if_doubtful: FileVerdict = if_doubtful
+        self._names: dict[tuple[object, ...], str] = {}
 
-def _check_files(
-    paths: list[Path],
-    stated: Stated | None,
-    verdict_if_doubtful: FileVerdict,
-    *,
-    of_study: bool = False,
-) -> list[FileCheck]:
-    """Return the checks of ``paths``, which have no index, in this order; two paths are a pair.
+    def of_file(self, path: Path, stated: Stated | None) -> FileCheck:
+        """Return the check of one file without the second component of its motion."""
+        try:
+            trace = read.read_trace(path, stated)
+        except InputError as error:
+            verdict = "needs_dt" if isinstance(error, DtMissingError) else "error"
+            return FileCheck(file=str(path), verdict=verdict, messages=(str(error),))
+        check = FileCheck(
+            file=str(path),
+            verdict=self._if_doubtful if trace.warnings else "ok",
+            format=trace.format,
+            dt_s=trace.dt_s,
+            npts=int(trace.accel_mps2.size),
+            pga_g=peak_g(trace.accel_mps2),
+            messages=trace.messages,
+        )
+        earlier = read.earlier_record(self._names, str(path), [trace.accel_mps2], trace.dt_s)
+        return check.noted(f"same samples as {earlier}") if earlier else check
 
-    If ``of_study``, the checks of unpaired files have a note that a study does not use them.
-    """
-    is_pair = len(paths) == 2 and not of_study
-    paired = {"": tuple(sorted(paths))} if is_pair else folder.pair_files(paths)[0]
-    pairs, last_h1 = list(paired.values()), None
-    for path in paths:
-        ending = read.split_name(path)[1]
-        last_h1 = path if ending == "h1" else last_h1
-        # an h2 file without a partner belongs to the last h1 file before it
-        if ending == "h2" and last_h1 and not any(path in pair for pair in paired.values()):
-            pairs.append((last_h1, path))
-    checks: dict[Path, FileCheck] = {}
-    for pair in pairs:
-        motion = folder.motion_of_files(read.motion_name(*pair), pair, stated)
-        checks |= dict(zip(pair, _check_motion(motion, Path(), verdict_if_doubtful), strict=True))
-    for path in (path for path in paths if path not in checks):
-        checks[path] = _check_file(path, stated, verdict_if_doubtful)
-        if of_study and checks[path].passes:
-            is_vertical = read.is_vertical(path) or read.read_trace(path, stated).is_vertical
-            unused = "vertical component: a study does not use it"
-            unpaired = "no second component found: a study needs pairs"
-            checks[path] = checks[path].noted(unused if is_vertical else unpaired)
-    return [checks[path] for path in paths]
+    def of_files(
+        self, paths: list[Path], stated: Stated | None, *, of_study: bool = False
+    ) -> list[FileCheck]:
+        """Return the checks of ``paths``, which have no index, in this order; two paths are a pair.
+
+        If ``of_study``, the checks of unpaired files have a note that a study does not use them.
+        """
+        is_pair = len(paths) == 2 and not of_study
+        paired = {"": tuple(sorted(paths))} if is_pair else folder.pair_files(paths)[0]
+        pairs, last_h1 = list(paired.values()), None
+        for path in paths:
+            ending = read.split_name(path)[1]
+            last_h1 = path if ending == "h1" else last_h1
+            # an h2 file without a partner belongs to the last h1 file before it
+            if ending == "h2" and last_h1 and not any(path in pair for pair in paired.values()):
+                pairs.append((last_h1, path))
+        checks: dict[Path, FileCheck] = {}
+        for pair in pairs:
+            motion = folder.motion_of_files(read.motion_name(*pair), pair, stated)
+            checks |= dict(zip(pair, self.of_motion(motion, Path()), strict=True))
+        for path in (path for path in paths if path not in checks):
+            checks[path] = self.of_file(path, stated)
+            if of_study and checks[path].passes:
+                is_vertical = read.is_vertical(path) or read.read_trace(path, stated).is_vertical
+                unused = "vertical component: a study does not use it"
+                unpaired = "no second component found: a study needs pairs"
+                checks[path] = checks[path].noted(unused if is_vertical else unpaired)
+        return [checks[path] for path in paths]
+
+    def of_motion(self, entry: folder.IndexEntry, root: Path) -> list[FileCheck]:
+        """Return checks of both files of a motion, also as a pair, or one of a generated motion."""
+        checks = [self.of_file(*component) for component in entry.components]
+        if not all(check.passes for check in checks):
+            return checks
+        generated = FileCheck(file=str(root / entry.motion_id), verdict="ok")
+        checks = checks or [generated]
+        try:
+            motion = read_entry(entry)
+        except read.PairError as error:
+            return [*checks[:-1], checks[-1].noted(str(error), "pair_error")]
+        except InputError as error:
+            return [check.noted(str(error), "error") for check in checks]
+        if not entry.components:
+            fields = {"dt_s": motion.dt_s, "npts": motion.npts}
+            pga_g = max(map(peak_g, motion.components))
+            return [replace(generated, format="made", pga_g=pga_g, **fields)]
+        messages = {text for check in checks for text in check.messages}
+        names = [path.name for path, _ in reversed(entry.components)]
+        for text in motion.messages:
+            if text.partition(": ")[2] not in messages:
+                doubtful = (read.DIFFERENT_RECORDS, read.ONE_RECORD, read.VERTICAL_NAME)
+                verdict = self._if_doubtful if text.startswith(doubtful) else None
+                checks = [
+                    check.noted(f"with {other_name}: {text}", verdict)
+                    for check, other_name in zip(checks, names, strict=True)
+                ]
+        return checks
 
 
 def _unread(root: Path, used_files: list[Path], reason: str) -> list[FileCheck]:
@@ -182,35 +203,4 @@ def _unread(root: Path, used_files: list[Path], reason: str) -> list[FileCheck]:
         is_note = name in folder.NOT_MOTIONS or name.endswith(".md") or "_" in initials
         verdict = "left_out" if is_integral or is_note else "not_read"
         checks.append(FileCheck(file=str(path), verdict=verdict, messages=(f"not read: {reason}",)))
-    return checks
-
-
-def _check_motion(
-    entry: folder.IndexEntry, root: Path, verdict_if_doubtful: FileVerdict
-) -> list[FileCheck]:
-    """Return checks of both files of a motion, alone and as pair, or one of a generated motion."""
-    checks = [_check_file(*component, verdict_if_doubtful) for component in entry.components]
-    if not all(check.passes for check in checks):
-        return checks
-    generated = FileCheck(file=str(root / entry.motion_id), verdict="ok")
-    checks = checks or [generated]
-    try:
-        motion = read_entry(entry)
-    except read.PairError as error:
-        return [*checks[:-1], checks[-1].noted(str(error), "pair_error")]
-    except InputError as error:
-        return [check.noted(str(error), "error") for check in checks]
-    if not entry.components:
-        pga_g = max(map(peak_g, motion.components))
-        return [replace(generated, format="made", dt_s=motion.dt_s, npts=motion.npts, pga_g=pga_g)]
-    messages = {text for check in checks for text in check.messages}
-    names = [path.name for path, _ in reversed(entry.components)]
-    for text in motion.messages:
-        if text.partition(": ")[2] not in messages:
-            doubtful = (read.DIFFERENT_RECORDS, read.ONE_RECORD, read.VERTICAL_NAME)
-            verdict = verdict_if_doubtful if text.startswith(doubtful) else None
-            checks = [
-                check.noted(f"with {other_name}: {text}", verdict)
-                for check, other_name in zip(checks, names, strict=True)
-            ]
     return checks

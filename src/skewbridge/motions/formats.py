@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import Annotated, Any, Final, NamedTuple
 
 import numpy as np
-from pydantic import AfterValidator
+from pydantic import AfterValidator, Field
+from pydantic.dataclasses import dataclass as checked_dataclass
 
 from skewbridge.errors import InputError
 from skewbridge.files.text import writable_folder
@@ -51,32 +52,22 @@ def _known_unit(text: str) -> str:
 
 #: One of `UNIT_FACTORS`; other common spellings are converted.
 Unit = Annotated[str, AfterValidator(_known_unit)]
+Positive = Annotated[float, Field(allow_inf_nan=False, gt=0.0)]
 
 
 class DtMissingError(InputError):
     """The file has no time step; the caller or the index must give it."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@checked_dataclass(frozen=True, slots=True, kw_only=True)
 class Stated:
     """Properties of a file stated by the caller or the index; dt_s and unit override the header."""
 
-    dt_s: float | None = None
-    unit: str | None = None  # a `Unit`
+    dt_s: Positive | None = None
+    unit: Unit | None = None
     channel: int | None = None  # channel of a file with several channels, from 1
-    dt_s_if_missing: float | None = None  # time step of a file that does not state one
-    unit_if_missing: str | None = None
-
-    def __post_init__(self) -> None:
-        for name in ("unit", "unit_if_missing"):
-            if (unit := getattr(self, name)) is not None:
-                try:
-                    object.__setattr__(self, name, _known_unit(unit))
-                except ValueError as error:
-                    raise InputError(f"unit {error}, got {unit!r}") from None
-        for dt_s in (self.dt_s, self.dt_s_if_missing):
-            if dt_s is not None and not 0.0 < dt_s < np.inf:
-                raise InputError(f"dt_s must be positive, got {dt_s}")
+    dt_s_if_missing: Positive | None = None  # time step of a file that does not state one
+    unit_if_missing: Unit | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -93,7 +84,6 @@ class Trace:
     dt_s: float = math.nan
     unit: str = ""  # unit of the values in the file
     is_calibrated: bool = False  # the format defines the unit; a given unit is ignored
-    sha256: str = ""  # SHA-256 of the bytes of the file
     event: str = ""
     station: str = ""
     direction: str = ""  # of the component, as in the header: an azimuth, N-S, HNE, Up
@@ -246,6 +236,26 @@ def _fortran_float(text: str) -> float:
     return float(text.upper().replace("D", "E"))
 
 
+def _first_number(text: str | None) -> float:
+    """Return the number at the start of a text; nan without one."""
+    match = _NUMBER.match(text or "")
+    return _fortran_float(match[0]) if match else math.nan
+
+
+def _counted(
+    values: Vector, name: str, count: int, path: Path, per_line: int = 1
+) -> tuple[Vector, tuple[str, ...]]:
+    """Return at most ``count`` values, which a header states, and a warning if it is wrong.
+
+    A surplus of a whole line is an `InputError`.
+    """
+    text = f"{name} = {count}, but the file has {values.size} values"
+    if values.size - count >= per_line:
+        raise fault_in(path, f"{text}: correct {name}")
+    doubt = f"cut to {name}" if values.size > count else "truncated file?"
+    return values[:count], (f"{text}: {doubt}",) if values.size != count else ()
+
+
 def _head(lines: list[str], count: int) -> list[str]:
     return [line[:HEADER_WIDTH] for line in lines[:count]]
 
@@ -318,26 +328,20 @@ def _read_peer(lines: list[str], path: Path, _stated: Stated) -> Trace:
     unit = _unit_in(reversed(header[1:]), path)
     rows = takewhile(lambda line: not _PEER_FOOTER.match(line[:HEADER_WIDTH]), lines[row + 1 :])
     data = list(rows)
-    values = parse_numbers(data, path, first_line=row + 2)
-    warnings: tuple[str, ...] = ()
-    if values.size > npts:
-        if values.size - npts >= len(data[0].split()):
-            text = f"NPTS = {npts}, but the file has {values.size} values"
-            raise fault_in(path, f"{text}: correct NPTS")
-        warnings = (f"NPTS = {npts}, but there are {values.size} values: cut to NPTS",)
-    elif values.size < npts:
-        # If only the last value lacks an exponent, it is truncated: `-.31` of `-.3141593E-02`.
-        tokens = " ".join(data[-3:]).upper().split()
-        if len(tokens) > 1 and "E" in tokens[0] and "E" not in tokens[-1]:
-            raise fault_in(path, "the file ends inside a number: get the whole file")
-        warnings = (f"NPTS = {npts}, but there are {values.size} values: truncated file?",)
+    all_values = parse_numbers(data, path, first_line=row + 2)
+    per_line = len("".join(data[:1]).split())
+    values, warnings = _counted(all_values, "NPTS", npts, path, per_line)
+    # If only the last value lacks an exponent, it is truncated: `-.31` of `-.3141593E-02`.
+    tokens = " ".join(data[-3:]).upper().split() if values.size < npts else []
+    if len(tokens) > 1 and "E" in tokens[0] and "E" not in tokens[-1]:
+        raise fault_in(path, "the file ends inside a number: get the whole file")
     titles = (pattern.fullmatch(line.strip()) for line in header[:3] for pattern in _PEER_TITLES)
     title = next(filter(None, titles), None)
     event, station, azimuth = title.group("event", "station", "azimuth") if title else ("",) * 3
     return Trace(
         path=path,
         format="peer_at2",
-        accel_mps2=values[:npts],
+        accel_mps2=values,
         dt_s=dt_s,
         unit=unit,
         warnings=warnings,
@@ -377,11 +381,11 @@ def at2_text(motion: GroundMotion, component: int) -> str:
 
 def write_at2(motion: GroundMotion, folder: Path) -> tuple[Path, Path]:
     """Write both components as `<motion_id>_h1.AT2` and `_h2.AT2`; return their paths."""
-    writable_folder(folder)
-    path_1, path_2 = (folder / f"{motion.motion_id}_h{component}.AT2" for component in (1, 2))
-    for component, path in enumerate((path_1, path_2), start=1):
+    start = writable_folder(folder) / f"{motion.motion_id}_h"
+    paths = Path(f"{start}1.AT2"), Path(f"{start}2.AT2")
+    for component, path in enumerate(paths, start=1):
         path.write_text(at2_text(motion, component), encoding="ascii", newline="\n")
-    return path_1, path_2
+    return paths
 
 
 # ---- Blocks of fixed-width numbers, which may touch: CSMIP, COSMOS and GeoNet. A file may have
@@ -393,8 +397,8 @@ class _Block(NamedTuple):
 
     row: int  # line of the first values, from 0
     npts: int
-    dt_s: float
     layout: str  # Fortran format of the values
+    dt_s: float
     unit: str
     event: str
     station: str
@@ -405,15 +409,11 @@ def _trace_of_block(
     blocks: list[_Block], lines: list[str], path: Path, stated: Stated, **fields: Any
 ) -> Trace:
     """Return the component of the stated channel; ``fields`` are further fields of `Trace`."""
-    row, npts, dt_s, layout, *texts = blocks[_channel(stated, [b.direction for b in blocks], path)]
-    values = _fixed_width(lines, row, npts, layout, path)
-    missing = f"the header states {npts} points, the file has {values.size}: truncated?"
-    warnings = (missing,) if values.size < npts else ()
-    keys = ("unit", "event", "station", "direction")
-    header_fields = dict(zip(keys, map(str.strip, texts), strict=True))
-    return Trace(
-        path=path, accel_mps2=values, dt_s=dt_s, warnings=warnings, **header_fields, **fields
-    )
+    block = blocks[_channel(stated, [b.direction for b in blocks], path)]
+    row, npts, layout, dt_s, *_ = block
+    values, warnings = _counted(_fixed_width(lines, row, npts, layout, path), "NPTS", npts, path)
+    fields |= {name: getattr(block, name).strip() for name in block._fields[4:]}
+    return Trace(path=path, accel_mps2=values, dt_s=dt_s, warnings=warnings, **fields)
 
 
 def _fixed_width(lines: list[str], row: int, count: int, layout: str, path: Path) -> Vector:
@@ -454,9 +454,9 @@ def _read_csmip(lines: list[str], path: Path, stated: Stated) -> Trace:
         header = _head(lines[next(titles, previous) : row], 25)
         direction = "".join(_CSMIP_CHANNEL.findall("\n".join(header))[:1])
         unit = _unit_in([match["rest"]], path)
-        size_and_layout = int(match["npts"]), _fortran_float(match["dt"]), match["rest"]
+        size_and_step = int(match["npts"]), match["rest"], _fortran_float(match["dt"])
         event, station = "".join(header[2:3]), "".join(header[6:7])
-        blocks.append(_Block(row + 1, *size_and_layout, unit, event, station, direction))
+        blocks.append(_Block(row + 1, *size_and_step, unit, event, station, direction))
         previous = row
     if not blocks:
         raise fault_in(path, "the file has no block of accelerations: truncated?")
@@ -507,7 +507,7 @@ def _read_cosmos(lines: list[str], path: Path, stated: Stated) -> Trace:
             directions = [compass, *(text for pair in names for text in pair if text)]
             direction = next(filter(_VERTICAL.search, directions), compass or directions[-1])
             event, station = lines[title + 1], lines[title + 4]
-            fields = (npts, dt_s, match["layout"], unit, event, station, direction)
+            fields = (npts, match["layout"], dt_s, unit, event, station, direction)
             blocks.append(_Block(row + 1, *fields))
     if not blocks:
         raise fault_in(path, problem)
@@ -537,7 +537,7 @@ def _read_geonet(lines: list[str], path: Path, stated: Stated) -> Trace:
         if not (is_valid and sizes.max() < 1.0e9 and _is_geonet(lines[start:], path)):
             raise fault_in(path, "no valid header of a component: truncated?", start + 1)
         station, direction = ("".join(lines[start + n].split()[1:2]) for n in (1, 12))
-        fields = (int(sizes[0]), float(reals[25]), "(10F8.1)", "mm/s2", lines[start + 7])
+        fields = (int(sizes[0]), "(10F8.1)", float(reals[25]), "mm/s2", lines[start + 7])
         blocks.append(_Block(start + 26, *fields, station, direction))
         start += 26 + sum(-(-int(size) // 10) for size in sizes)
     return _trace_of_block(blocks, lines, path, stated, format="geonet_v2a", is_calibrated=True)
@@ -555,24 +555,21 @@ def _read_esm(lines: list[str], path: Path, _stated: Stated) -> Trace:
     texts = {key: text.strip() for key, _, text in (line.partition(":") for line in header)}
     if (quantity := texts.get("DATA_TYPE", "")) != "ACCELERATION":
         raise fault_in(path, f"DATA_TYPE must be ACCELERATION, got {quantity!r}")
-    step, count = (re.match(FLOAT, texts.get(key, "")) for key in ("SAMPLING_INTERVAL_S", "NDATA"))
-    if step is None or count is None:
+    dt_s, npts = (_first_number(texts.get(key)) for key in ("SAMPLING_INTERVAL_S", "NDATA"))
+    if math.isnan(dt_s + npts):
         raise fault_in(path, "the header needs SAMPLING_INTERVAL_S and NDATA")
-    values = parse_numbers(lines[len(header) :], path, first_line=len(header) + 1)
-    npts = round(_fortran_float(count[0]))
-    mismatch = f"NDATA = {npts}, but the file has {values.size} values"
-    if values.size > npts:
-        raise fault_in(path, f"{mismatch}: correct NDATA")
+    all_values = parse_numbers(lines[len(header) :], path, first_line=len(header) + 1)
+    values, warnings = _counted(all_values, "NDATA", round(npts), path)
     return Trace(
         path=path,
         format="esm",
         accel_mps2=values,
-        dt_s=_fortran_float(step[0]),
+        dt_s=dt_s,
         unit=_unit_in([texts.get("UNITS", "")], path),
         event=texts.get("EVENT_ID") or f"{texts['EVENT_NAME']} {texts.get('EVENT_DATE_YYYYMMDD')}",
         station=f"{texts.get('NETWORK', '')}.{texts.get('STATION_CODE', '')}",
         direction=texts.get("STREAM", ""),
-        warnings=(f"{mismatch}: truncated?",) if values.size < npts else (),
+        warnings=warnings,
     )
 
 
@@ -592,29 +589,25 @@ def _is_knet(lines: list[str], _path: Path) -> bool:
 
 def _read_knet(lines: list[str], path: Path, _stated: Stated) -> Trace:
     entries = {line[:18].strip(): line[18:].strip() for line in _head(lines, _KNET_HEADER_LINES)}
+    names = ("Sampling Freq(Hz)", "Duration Time(s)", "Max. Acc. (gal)")
+    frequency_hz, duration_s, header_gal = (_first_number(entries.get(name)) for name in names)
     scale = _KNET_SCALE.match(entries.get("Scale Factor", ""))
-    frequency = re.match(rf"({FLOAT})\s*Hz", entries.get("Sampling Freq(Hz)", ""))
-    if scale is None or frequency is None:
-        missing = "Scale Factor" if scale is None else "Sampling Freq"
-        raise fault_in(path, f"the header has no {missing}")
-    header_values = [_fortran_float(text) for text in (frequency[1], *scale.groups())]
-    if not all(0.0 < number <= MAX_MAGNITUDE for number in header_values) or header_values[2] < 1.0:
-        raise fault_in(path, "the sampling frequency and the scale factor must be positive")
-    frequency_hz, range_gal, counts_per_range = header_values
+    range_gal, counts_per_range = map(_fortran_float, scale.groups()) if scale else (0.0, 0.0)
+    header_values = (frequency_hz, range_gal, counts_per_range)
+    if not all(0.0 < n <= MAX_MAGNITUDE for n in header_values) or counts_per_range < 1.0:
+        text = "the header needs a Sampling Freq(Hz) and a Scale Factor (gal / counts) above zero"
+        raise fault_in(path, text)
     memo_rows = (n + 1 for n, line in enumerate(lines[:_KNET_HEADER_LINES]) if line[:5] == "Memo.")
     start = next(memo_rows, _KNET_HEADER_LINES)
     counts = parse_numbers(lines[start:], path, first_line=start + 1)
     if counts.size == 0:
         raise fault_in(path, "the file has no values after its header")
     accel_gal = (counts - counts.mean()) * (range_gal / counts_per_range)
-    match, peak_gal = re.match(FLOAT, entries.get("Max. Acc. (gal)", "")), np.abs(accel_gal).max()
-    header_gal = _fortran_float(match[0]) if match else peak_gal
-    duration_s = re.match(FLOAT, entries.get("Duration Time(s)", ""))
-    npts = round((_fortran_float(duration_s[0]) if duration_s else 0.0) * frequency_hz)
+    peak_gal, npts = np.abs(accel_gal).max(), duration_s * frequency_hz
     is_truncated = (
         abs(peak_gal - header_gal) > 0.01 * header_gal or counts.size < npts - frequency_hz
     )
-    states = f"the header states {header_gal:.4g} gal and {npts} values"
+    states = f"the header states {header_gal:.4g} gal and {npts:.0f} values"
     truncated = f"{states}, the file has {peak_gal:.4g} gal and {counts.size}: truncated?"
     direction = entries.get("Dir.", "")
     return Trace(

@@ -329,7 +329,12 @@ def housner_intensity(accel_mps2: Vector, dt_s: float) -> float:
 
 
 def strongest_part(motion: GroundMotion, shaking_s: float) -> GroundMotion:
-    """Return the strongest part of a motion, with a new digest and a message about the cut."""
+    """Return the strongest part of a motion, with a new digest and a message about the cut.
+
+    A motion that is not longer than ``shaking_s`` does not change.
+    """
+    if motion.npts <= round(shaking_s / motion.dt_s):
+        return motion
     strongest = cut_to_strongest(motion, shaking_s, free_vibration_s=0.0)
     share = pair_arias_build_up(strongest)[-1] / pair_arias_build_up(motion)[-1]
     digest = hashlib.sha256(f"{motion.sha256} strongest {shaking_s} s".encode()).hexdigest()
@@ -359,9 +364,9 @@ def cut_to_strongest(
 ) -> GroundMotion:
     """Return the strongest part of a motion, which ends at rest, followed by zeros.
 
-    The window of `shaking_s` with the largest Arias intensity (of both components) is kept; shorter
-    motions are not cut. The ends are tapered by half a cosine. A symmetric and an antisymmetric
-    smooth acceleration over the window remove the velocity and displacement at its end. Raises
+    The window of `shaking_s` with the largest Arias intensity (of both components) is kept, or a
+    shorter motion as a whole. The ends are tapered by half a cosine. A symmetric and an
+    antisymmetric smooth acceleration remove the velocity and displacement at the end. Raises
     `InputError` for a window of 2 s or less, or zeros of more than 600 s.
     """
     if not shaking_s > 4.0 * TAPER_S:

@@ -30,7 +30,7 @@ LEVEL_RANGE_G: Final = (0.07, 2.25)
 BLOCK: Final = 8
 # ASSUME motions scaled by 0.25 to 4 stay realistic; larger factors distort the spectral shape
 FACTOR_LIMITS: Final = (0.25, 4.0)
-IDA_TOLERANCE: Final = 0.01
+IDA_TOLERANCE: Final = 0.01  # width of the bracket relative to its lower end
 
 #: Shipped suites in `SHIPPED_FOLDER`; the first one is the folder itself.
 SHIPPED_SUITES: Final = ("near", "far", "pulse")
@@ -124,6 +124,8 @@ class MotionsConfig:
             values = getattr(self, name)
             if list(values) != sorted(set(values)):
                 raise ValueError(f"{name} must be in increasing order, got {list(values)}")
+        if len(set(self.incidence_deg)) < len(self.incidence_deg):
+            raise ValueError(f"incidence_deg must differ, got {list(self.incidence_deg)}")
         if self.selection and (self.bands or self.design != "scaled_cloud"):
             raise ValueError("selection sets the levels: set bands: null, design: scaled_cloud")
         if self.bands and self.design != "scaled_cloud":
@@ -188,12 +190,7 @@ def block_factors(
     return factors / levels
 
 
-def striped(
-    suite: "pd.DataFrame",
-    stripes_g: Sequence[float],
-    *,
-    factor_limits: tuple[float, float] = FACTOR_LIMITS,
-) -> "pd.DataFrame":
+def striped(suite: "pd.DataFrame", stripes_g: Sequence[float]) -> "pd.DataFrame":
     """Return one row per stripe and motion whose scale factor is within the limits.
 
     Rows are those of `prepare_suite` with a new `scale` and the column `stripe_g`; they are sorted
@@ -201,7 +198,7 @@ def striped(
     """
     import pandas as pd  # here: workers that read the configuration do without pandas
 
-    low, high = factor_limits
+    low, high = FACTOR_LIMITS
     level_g = suite[LEVEL_MEASURE]
     stripes = [suite.assign(scale=g / level_g, stripe_g=float(g)) for g in stripes_g]
     all_rows = pd.concat(stripes, ignore_index=True)
@@ -219,29 +216,25 @@ def striped(
     return table
 
 
-def most_trials(limits: tuple[float, float], tolerance: float = IDA_TOLERANCE) -> int:
+def most_trials(limits: tuple[float, float]) -> int:
     """Return the largest number of analyses of `bracket_capacity`, including one at a range end."""
-    halvings = ceil(log2(log(limits[1] / limits[0]) / log1p(tolerance)))
+    halvings = ceil(log2(log(limits[1] / limits[0]) / log1p(IDA_TOLERANCE)))
     return max(halvings, 1) + 1
 
 
 def bracket_capacity(
-    exceeds: Callable[[float], bool],
-    *,
-    limits: tuple[float, float],
-    tolerance: float = IDA_TOLERANCE,
+    exceeds: Callable[[float], bool], *, limits: tuple[float, float]
 ) -> tuple[float, float]:
     """Bracket the scale factor at which a motion first exceeds a limit, by bisection in ln factor.
 
     Returns the highest tried factor at which the limit is not exceeded, and the lowest at which it
     is. If it is exceeded at the lower end of the range, the first is 0; if it is not exceeded at
-    the upper end, the second is inf. A collapse counts as an exceedance. The tolerance is the width
-    of the bracket relative to its lower end. There are at most `most_trials` analyses: nine
-    halvings reduce a factor range of 100 to 0.9 %, and an end of the range is tried once if the
-    search reaches it. If the response is not monotonic, the bracket contains one of the crossings.
+    the upper end, the second is inf. A collapse counts as an exceedance. There are at most
+    `most_trials` analyses: nine halvings reduce a factor range of 100 to 0.9 %, and an end of the
+    range is tried once. If the response is not monotonic, the bracket contains one crossing.
     """
     low, high = lower, upper = limits
-    while upper / lower > 1.0 + tolerance:
+    while upper / lower > 1.0 + IDA_TOLERANCE:
         middle = float(np.sqrt(lower * upper))
         if exceeds(middle):
             upper = middle

@@ -3,6 +3,7 @@
 import hashlib
 import math
 import re
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Final, Literal
@@ -99,16 +100,10 @@ def motion_name(first: Path, second: Path) -> str:
 
 def read_trace(path: Path, stated: Stated | None = None) -> Trace:
     """Read one component; `DtMissingError` if it has no time step, `InputError` if unusable."""
-    content = read_bytes(path, MAX_FILE_BYTES)
-    lines = _text_of(content, path).splitlines()
+    lines = _text_of(read_bytes(path, MAX_FILE_BYTES), path).splitlines()
     trace = trace_of(lines, path, stated or Stated())
-    return replace(
-        trace,
-        sha256=hashlib.sha256(content).hexdigest(),
-        warnings=(*trace.warnings, *doubts(trace)),
-        event=_plain(trace.event),
-        station=_plain(trace.station),
-    )
+    names = {name: _plain(getattr(trace, name)) for name in ("event", "station")}
+    return replace(trace, warnings=(*trace.warnings, *doubts(trace)), **names)
 
 
 def _text_of(content: bytes, path: Path) -> str:
@@ -271,6 +266,15 @@ def read_support_motions(path: Path) -> dict[str, GroundMotion]:
             raise InputError(f"{path.name}: {support} needs a record along x and one along y")
         motions[support] = join_traces(along_x, along_y, motion_id=f"{path.stem} {support}")
     return motions
+
+
+def earlier_record(
+    names: dict[tuple[object, ...], str], name: str, samples: Iterable[Vector], *details: object
+) -> str:
+    """Return the name in ``names`` of an equal record; add the record and return '' if none is."""
+    key = (*(hash(values.tobytes()) for values in samples), *details)
+    first = names.setdefault(key, name)
+    return "" if first == name else first
 
 
 def read_components(

@@ -41,6 +41,9 @@ from skewbridge.motions.suite import read_entries
 from skewbridge.motions.synthesis import Scenario, baker_jayaram_correlation, bssa14
 from skewbridge.units import G_MPS2
 
+_UNREADABLE: Final = (  # a file has other contents than expected; the last is of pandas
+    *(AttributeError, LookupError, StopIteration, TypeError, ValueError, NotImplementedError),
+)
 BAND_POINTS: Final = 39  # every second one is a period of Sa_avg(T1)
 _ROW: Final = ("magnitude", "distance_km", "epsilon", "weight", "level_g")
 
@@ -161,7 +164,7 @@ def _openquake(path: Path) -> pd.DataFrame:
         rate = -np.log1p(-np.minimum(table[column], 1.0 - 1.0e-12))
         rows = table.assign(weight=rate, moment=rate * table["eps"])[rate > 0.0]
         cells = rows.groupby(list(names.values()), sort=False)
-    except (KeyError, TypeError, ValueError) as error:
+    except _UNREADABLE as error:
         required = "Mag_Dist_Eps with imt, iml, mag, dist, eps and one column of probabilities"
         raise text.file_fault(path, f" is not the export {required}: {error}") from None
     totals = cells[["weight", "moment"]].sum().reset_index()
@@ -193,7 +196,7 @@ def _usgs(path: Path) -> pd.DataFrame:
             measure = re.sub(r"^SA(\d+)P(\d+)$", r"SA(\1.\2)", imt)
             tables.append(rows.assign(measure=measure))
         return pd.concat(tables)
-    except (KeyError, TypeError, ValueError, AttributeError, StopIteration) as error:
+    except _UNREADABLE as error:
         problem = " is not a disaggregation of the USGS by magnitude, distance and epsilon"
         raise text.file_fault(path, f"{problem}: {error}") from None
 

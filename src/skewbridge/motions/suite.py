@@ -18,7 +18,13 @@ from skewbridge.files.tables import read_frame, write_frame
 from skewbridge.files.text import file_fault, read_json, write_text
 from skewbridge.motions import intensity, levels, p695
 from skewbridge.motions.folder import IndexEntry, files_below, list_motions
-from skewbridge.motions.read import files_digest, join_traces, read_trace, refuse_false_waho
+from skewbridge.motions.read import (
+    earlier_record,
+    files_digest,
+    join_traces,
+    read_trace,
+    refuse_false_waho,
+)
 from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion, SuiteMotion
 from skewbridge.units import G_MPS2
 
@@ -32,16 +38,15 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
     is named as the WAHO record but is a different one.
     """
     number, suite = entry.made_from_number, entry.made_from_suite
-    if number is not None and suite in p695.SUITES:
-        motion = replace(p695.read_record(suite, number), motion_id=entry.motion_id)
-    elif number is not None:
-        # Here: a suite of files does not need the stochastic model.
-        from skewbridge.motions.synthesis import made_motion
-
-        motion = replace(made_motion(number, suite), motion_id=entry.motion_id)
-    else:
+    if number is None:
         trace_1, trace_2 = (read_trace(path, stated) for path, stated in entry.components)
         motion = join_traces(trace_1, trace_2, motion_id=entry.motion_id)
+    elif suite in p695.SUITES:
+        motion = p695.read_record(suite, number)
+    else:  # here: a suite of files does not need the stochastic model
+        from skewbridge.motions.synthesis import made_motion
+
+        motion = made_motion(number, suite)
     if entry.sha256 and entry.sha256 != motion.sha256:
         text = f"the files {' and '.join(motion.files)}" if motion.files else "its values"
         raise InputError(
@@ -50,7 +55,7 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
             " run `skewbridge motions check --write` to accept them",
             motion_id=entry.motion_id,
         )
-    motion = replace(motion, **entry.metadata)
+    motion = replace(motion, motion_id=entry.motion_id, **entry.metadata)
     refuse_false_waho(motion)
     return motion
 
@@ -92,7 +97,7 @@ def prepare_suite(
     computed = levels.block_factors(level_g, bands_g, first_g)
     low, high = levels.FACTOR_LIMITS
     rows: list[dict[str, Any]] = []
-    first_names: dict[tuple[object, ...], str] = {}
+    names: dict[tuple[object, ...], str] = {}
     for motion, listed, factor, measured in zip(motions, stored, computed, measures, strict=False):
         # six digits, which do not depend on the processor
         scale = float(f"{factor:.6g}") if math.isnan(listed) else listed
@@ -100,8 +105,7 @@ def prepare_suite(
         for message in (*motion.messages, *([] if low <= scale <= high else [note])):
             logger.warning("motion %s: %s", motion.motion_id, message)
         # one record may serve several levels of a selection, with other factors in the index
-        samples = (*(hash(values.tobytes()) for values in motion.components), str(listed))
-        if (earlier := first_names.setdefault(samples, motion.motion_id)) != motion.motion_id:
+        if earlier := earlier_record(names, motion.motion_id, motion.components, str(listed)):
             text = "have the same samples: one record would count twice; remove one"
             logger.warning("motions %s and %s %s", earlier, motion.motion_id, text)
         row: dict[str, Any] = {"scale": scale, "npts": motion.npts}
@@ -246,13 +250,13 @@ def read_suite(path: Path) -> list[SuiteMotion]:
     """Return the motions of a table written by `write_suite`, in suite order."""
     motions: list[SuiteMotion] = []
     for row in read_frame(path).to_dict("records"):
-        metadata: dict[str, Any] = {name: str(row[name]) for name in TEXT_FIELDS}
-        metadata |= {name: float(row[name]) for name in NUMBER_FIELDS}
-        metadata |= {name: row[name] for name in ("accel_1_mps2", "accel_2_mps2")}
+        fields: dict[str, Any] = {name: str(row[name]) for name in TEXT_FIELDS}
+        fields |= {name: float(row[name]) for name in NUMBER_FIELDS}
+        fields |= {name: row[name] for name in ("accel_1_mps2", "accel_2_mps2")}
         scale, measures = float(row["scale"]), {n: float(row[n]) for n in intensity.IM_COLUMNS}
         motions.append(
             SuiteMotion(
-                motion=GroundMotion(**metadata, messages=tuple(json.loads(row["messages"]))),
+                motion=GroundMotion(**fields, messages=tuple(json.loads(row["messages"]))),
                 scale=scale,
                 measures=intensity.scaled_measures(measures, scale),
                 suite=str(row.get("suite", "")),

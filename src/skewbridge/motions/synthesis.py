@@ -37,7 +37,7 @@ from skewbridge.motions import intensity
 from skewbridge.motions.folder import INDEX_NAME, index_row, write_index
 from skewbridge.motions.formats import at2_text, write_at2
 from skewbridge.motions.record import GroundMotion, Vector
-from skewbridge.units import G_MPS2, GAL
+from skewbridge.units import G_MPS2
 
 _DATA: Final = Path(__file__).with_name("data")
 
@@ -58,7 +58,6 @@ class Scenario:
     distance_km: float  # closest distance to the rupture
     vs30_mps: float  # average shear-wave velocity of the upper 30 m
     mechanism: Literal["strike_slip", "reverse"] = "strike_slip"  # reverse: also oblique
-    ztor_km: float = 0.0  # depth to the top of the rupture
     #: Length of the rupture towards the site (strike-slip) or up-dip of the hypocentre (reverse);
     #: only matters for pulses.
     rupture_to_site_km: float = 20.0
@@ -67,7 +66,7 @@ class Scenario:
     # predictor is ambiguous in the publication, so the model is not offered there.
     LIMITS: ClassVar[Mapping[str, tuple[float, float]]] = {
         "magnitude": (6.5, 7.9), "distance_km": (0.1, 31.0), "vs30_mps": (139.0, 2016.0),
-        "ztor_km": (0.0, 20.0), "rupture_to_site_km": (0.0, 500.0),
+        "rupture_to_site_km": (0.0, 500.0),
     }  # fmt: skip
 
     def __post_init__(self) -> None:
@@ -75,12 +74,6 @@ class Scenario:
             value = getattr(self, name)
             if not low <= value <= high:  # also refuses nan
                 raise InputError(f"{name} must be within {low} to {high}, got {value}")
-
-    @property
-    def joyner_boore_km(self) -> float:
-        """Distance in km to the surface projection of the rupture of a vertical fault."""
-        # ASSUME a vertical fault: rjb^2 = rrup^2 - ztor^2
-        return math.sqrt(max(self.distance_km**2 - self.ztor_km**2, 0.0))
 
     @property
     def corner_hz(self) -> float:
@@ -91,14 +84,15 @@ class Scenario:
     def predictors(self) -> tuple[float, ...]:
         """The eight predictors of the regression of the model parameters."""
         log_r = 0.5 * math.log(self.distance_km**2 + 36.0)
-        reverse = 1.0 if self.mechanism == "reverse" else 0.0
         return (
             1.0,
             self.magnitude,
             max(self.magnitude - 6.5, 0.0),
             log_r,
             self.magnitude * log_r,
-            reverse * min(self.ztor_km, 1.0),
+            # ASSUME the rupture of a vertical fault reaches the surface: the depth to its top is 0,
+            # and the distance to its surface projection (of BSSA14) is that to the rupture
+            0.0,
             math.log(min(self.vs30_mps, 1100.0)),
             self.rupture_to_site_km,
         )
@@ -297,14 +291,9 @@ def simulate_background(
         envelope, noise = fit_modulation(*background[:4]), rng.standard_normal(npts)
         shaking = envelope.at(time_s) * filtered_noise(background, envelope, noise, dt_s)
         accel_g = high_pass(np.pad(shaking, pad), dt_s, corner_hz)
-        components.append(accel_g * np.sqrt(background.arias_cm_s / arias_cm_s(accel_g, dt_s)))
+        arias_cm_s = 0.5 * np.pi * _MODEL_G_CM_S2 * np.trapezoid(accel_g**2, dx=dt_s)
+        components.append(accel_g * np.sqrt(background.arias_cm_s / arias_cm_s))
     return components[0], components[1], pad * dt_s
-
-
-def arias_cm_s(accel_g: Vector, dt_s: float) -> float:
-    """Return the Arias intensity in cm/s, computed with the model's value of g."""
-    standard_cm_s = float(intensity.arias_build_up(accel_g * G_MPS2, dt_s)[-1]) / GAL
-    return standard_cm_s * _MODEL_G_CM_S2 * GAL / G_MPS2
 
 
 def pulse_acceleration(pulse: Pulse, time_s: Vector) -> Vector:
@@ -362,7 +351,7 @@ def _source_and_path(scenario: Scenario, c: dict[str, Vector]) -> Vector:
     event = c["e_3"] if scenario.mechanism == "reverse" else c["e_1"]
     dm = magnitude - c["M_h"]
     growth = np.where(dm <= 0.0, c["e_4"] * dm + c["e_5"] * dm**2, c["e_6"] * dm)
-    distance_km = np.sqrt(scenario.joyner_boore_km**2 + c["h"] ** 2)
+    distance_km = np.hypot(scenario.distance_km, c["h"])
     spreading = (c["c_1"] + c["c_2"] * (magnitude - c["M_ref"])) * np.log(distance_km / c["R_ref"])
     anelastic = (c["c_3"] + c["dc_3global"]) * (distance_km - c["R_ref"])
     return event + growth + spreading + anelastic
@@ -378,7 +367,7 @@ def _sigma(scenario: Scenario, c: dict[str, Vector]) -> Vector:
     large = np.clip(scenario.magnitude - 4.5, 0.0, 1.0)
     tau = c["tau_1"] + (c["tau_2"] - c["tau_1"]) * large
     phi = c["phi_1"] + (c["phi_2"] - c["phi_1"]) * large
-    distance_km = max(scenario.joyner_boore_km, 1.0e-3)
+    distance_km = max(scenario.distance_km, 1.0e-3)
     distance_share = np.log(distance_km / c["R_1"]) / np.log(c["R_2"] / c["R_1"])
     phi = phi + c["dphi_R"] * np.clip(distance_share, 0.0, 1.0)
     soft = np.log(c["V_2"] / scenario.vs30_mps) / np.log(c["V_2"] / c["V_1"])
@@ -389,8 +378,7 @@ def _sigma(scenario: Scenario, c: dict[str, Vector]) -> Vector:
 def baker_jayaram_correlation(periods_s: ArrayLike) -> Vector:
     """Return the correlation of the residuals of ln PSA between periods, shape (n, n)."""
     periods = np.asarray(periods_s, dtype=np.float64)
-    low = np.minimum(periods[:, None], periods[None, :])
-    high = np.maximum(periods[:, None], periods[None, :])
+    low, high = np.minimum.outer(periods, periods), np.maximum.outer(periods, periods)
     c1 = 1.0 - np.cos(0.5 * np.pi - 0.366 * np.log(high / np.maximum(low, 0.109)))
     fade = 1.0 - 1.0 / (1.0 + np.exp(np.minimum(100.0 * high - 5.0, 700.0)))
     c2 = np.where(high < 0.2, 1.0 - 0.105 * fade * (high - low) / (high - 0.0099), 0.0)
@@ -415,10 +403,8 @@ def target_spectrum(scenario: Scenario, seed: int, index: int) -> Vector:
     # The sign of an eigenvector depends on the library; it is fixed here.
     signs = np.sign(eigenvectors.sum(axis=0))
     root = (eigenvectors * signs * np.sqrt(eigenvalues))[:, largest_first]
-    sobol = qmc.Sobol(
-        len(BSSA_PERIODS_S), scramble=True, rng=np.random.default_rng([seed, 0x50B01])
-    )
-    uniform = sobol.fast_forward(index).random(1)[0] if index else sobol.random(1)[0]
+    sobol = qmc.Sobol(len(BSSA_PERIODS_S), rng=np.random.default_rng([seed, 0x50B01]))
+    uniform = (sobol.fast_forward(index) if index else sobol).random(1)[0]
     normals = ndtri(np.clip(uniform, 1.0e-6, 1.0 - 1.0e-6))
     return median_g * np.exp(sigma * (root @ normals))
 
@@ -483,22 +469,13 @@ SUITES: Final = {
 
 
 def synthesize(
-    scenario: Scenario,
-    *,
-    index: int,
-    seed: int,
-    calibrate: Literal["bssa14", "none"] = "bssa14",
-    orientation: Literal["random", "principal"] = "random",
-    turn_pulses: bool = False,
-    dt_s: float = DT_S,
+    scenario: Scenario, *, index: int, seed: int, turn_pulses: bool = False
 ) -> GroundMotion:
-    """Return one synthetic motion, determined by scenario, options, seed and index (from 0).
+    """Return one synthetic motion, determined by scenario, seed and index (from 0).
 
-    The random stream is ``SeedSequence([seed, index])``. The calibration ``bssa14`` matches the
-    medians and dispersions of spectra to that model. The orientation ``random`` rotates each pair
-    about the vertical, so that the stronger principal component is not always along the bridge. A
-    pair with a pulse (in component 1) is rotated only if ``turn_pulses`` is true. The orientation
-    ``principal`` keeps the stronger component as component 1.
+    The random stream is ``SeedSequence([seed, index])``. Each pair is rotated about the vertical,
+    so that the stronger principal component is not always along the bridge. A pair with a pulse (in
+    component 1) is rotated only if ``turn_pulses`` is true.
     """
     if seed < 0 or index < 0:
         raise InputError(f"seed and index must not be negative, got {seed} and {index}")
@@ -506,14 +483,13 @@ def synthesize(
     rng.uniform()  # unused, but without this draw all motions would change
     parameters = draw_parameters(scenario, rng)
     pulse = parameters.pulse
-    a_1_g, a_2_g, start_s = simulate_background(parameters, scenario, rng, dt_s)
-    if calibrate == "bssa14":
-        target_g = target_spectrum(scenario, seed, index)
-        a_1_g, a_2_g = calibrate_pair(a_1_g, a_2_g, dt_s, target_g, scenario.corner_hz)
+    a_1_g, a_2_g, start_s = simulate_background(parameters, scenario, rng, DT_S)
+    target_g = target_spectrum(scenario, seed, index)
+    a_1_g, a_2_g = calibrate_pair(a_1_g, a_2_g, DT_S, target_g, scenario.corner_hz)
     if pulse is not None:
-        time_s = np.arange(a_1_g.size, dtype=np.float64) * dt_s - start_s
+        time_s = np.arange(a_1_g.size, dtype=np.float64) * DT_S - start_s
         a_1_g = a_1_g + pulse_acceleration(pulse, time_s)
-    if orientation == "random" and (pulse is None or turn_pulses):
+    if pulse is None or turn_pulses:
         # ASSUME all directions of the principal axes are equally likely
         angle_rad = np.pi * ((index + 1) * _GOLDEN_SHARE % 1.0)
         cosine, sine = np.cos(angle_rad), np.sin(angle_rad)
@@ -522,7 +498,7 @@ def synthesize(
     site = {name: getattr(scenario, name) for name in ("magnitude", "distance_km", "vs30_mps")}
     return GroundMotion(
         motion_id=f"syn{index + 1:03d}",
-        dt_s=dt_s,
+        dt_s=DT_S,
         accel_1_mps2=a_1_g * G_MPS2,
         accel_2_mps2=a_2_g * G_MPS2,
         event=f"DDK18 M{scenario.magnitude:g} {kind}",

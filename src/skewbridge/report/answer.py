@@ -33,6 +33,7 @@ from skewbridge.fragility.verdicts import (
     UNDECIDED,
 )
 from skewbridge.motions.p695 import REPLACED
+from skewbridge.report import appearance
 from skewbridge.report.appearance import (
     TEXTS,
     change_text,
@@ -44,10 +45,7 @@ from skewbridge.report.appearance import (
     number,
     one_line,
     shear_model_name,
-    shown_length,
-    shown_value,
     templates,
-    threshold_text,
     value_text,
 )
 from skewbridge.statuses import COLLAPSE, FAILED
@@ -298,10 +296,7 @@ def _demand_row(effect: dict[str, Any], rows: pd.DataFrame | None) -> dict[str, 
 # --- sentences
 
 
-_TEMPLATES: Final = templates(
-    *(axis, change_of, change_text, counted, effect_name, interval_text, listed, model_name),
-    *(number, number_word, shown_length, shown_value, threshold_text, value_text),
-)
+_TEMPLATES: Final = templates(vars(appearance), globals())
 
 
 def sentence(name: str, **values: Any) -> str:
@@ -440,12 +435,13 @@ def _axis_sentence(
     clauses = [f"{verb} {' and '.join(texts)}" for verb, texts in by_verb.items()]
     if clause := displacement_clause(demands, names):
         clauses.append(clause)
-    if not sizes and set(table["claim"]) == {NEGLIGIBLE}:
-        most_g = (table["to_demand"] - table["from_demand"]).abs().max()
-        margin = margin_text(table.iloc[0])
-        clauses.insert(
-            0, f"changes no median capacity by more than {margin} (most: {most_g:.2g} g)"
-        )
+    leading = table[table["demand"].isin(LEADING_STATES)]
+    small = leading if len(leading) else table
+    if not sizes and set(small["claim"]) == {NEGLIGIBLE}:
+        states = listed(map(effect_name, small["demand"].unique()))
+        most_g = (small["to_demand"] - small["from_demand"]).abs().max()
+        most = f"{margin_text(table.iloc[0])} (most: {most_g:.2g} g)"
+        clauses.insert(0, f"changes no median capacity for {states} by more than {most}")
     if not clauses:
         return []
     return [((min(ranks, default=2), -max(sizes, default=0.0)), f"{change} {listed(clauses)}.")]

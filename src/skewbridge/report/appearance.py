@@ -5,10 +5,11 @@ in all common kinds of colour blindness (Okabe and Ito 2008), and a sign repeats
 """
 
 import re
-from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from importlib.resources import files
+from inspect import isroutine
 from typing import Any, Final, NamedTuple
 
 import jinja2
@@ -66,6 +67,8 @@ US_UNITS: Final = {
     "mm": ("in", MM / INCH),
     "kN": ("kip", KN / KIP),
     "MN": ("kip", MN / KIP),
+    "MNm": ("kip ft", MN / (KIP * FOOT)),
+    "1/m": ("1/in", INCH),
 }
 _UNITS: ContextVar[str] = ContextVar("units", default="si")
 
@@ -171,17 +174,21 @@ def shown_axes(table: pd.DataFrame) -> tuple[Axis, ...]:
     return tuple(axis for axis in axes if axis.name not in left_out)
 
 
-def templates(*functions: Callable[..., Any]) -> jinja2.Environment:
-    """Return the environment of all templates, with ``functions`` as functions and filters."""
+def templates(*namespaces: Mapping[str, Any]) -> jinja2.Environment:
+    """Return the environment of all templates; functions of modules serve as functions and filters.
+
+    ``namespaces`` are ``vars(module)``; of equal names, the last one counts.
+    """
     autoescape = jinja2.select_autoescape(("html.j2", "css.j2"), default_for_string=False)
     texts = jinja2.DictLoader({f"{name}.html.j2": text for name, text in TEXTS["page"].items()})
     loader = jinja2.ChoiceLoader([jinja2.PackageLoader("skewbridge.report"), texts])
     environment = jinja2.Environment(
         loader=loader, autoescape=autoescape, undefined=jinja2.StrictUndefined
     )
-    by_name = {function.__name__: function for function in functions}
-    environment.globals.update(by_name)
-    environment.filters.update(by_name)
+    for namespace in namespaces:
+        functions = {name: value for name, value in namespace.items() if isroutine(value)}
+        environment.globals.update(functions)
+        environment.filters.update(functions)
     return environment
 
 
@@ -221,7 +228,6 @@ class VerdictStyle(NamedTuple):
     sign: str
     fill: str  # background colour
     ink: str  # text colour
-    verdict: str
     text: str  # text of the legend
 
 
@@ -230,16 +236,15 @@ _OPEN_TEXT: Final = "may or may not exceed the margin"
 STYLES: Final = {
     style.name: style
     for style in (
-        VerdictStyle(LOWER, "▼", "#0072b2", _LIGHT, LOWER, "lower by more than the margin"),
-        VerdictStyle("down", "▽", "#cfe5f3", _DARK, DETECTABLE, f"lower, {_OPEN_TEXT}"),
-        VerdictStyle("within", "=", "#e3e7ea", _DARK, NEGLIGIBLE, "within the margin"),
-        VerdictStyle("up", "△", "#fbdcc5", _DARK, DETECTABLE, f"higher, {_OPEN_TEXT}"),
-        VerdictStyle(HIGHER, "▲", "#b84f00", _LIGHT, HIGHER, "higher by more than the margin"),
-        VerdictStyle(UNDECIDED, "?", "#ffffff", "#4a545c", UNDECIDED,
-                     "inconclusive with these motions"),
-        VerdictStyle(NOT_ESTIMABLE, "–", "#f4f4f4", "#596168", UNDECIDED, "not estimable"),
+        VerdictStyle(LOWER, "▼", "#0072b2", _LIGHT, "lower by more than the margin"),
+        VerdictStyle("down", "▽", "#cfe5f3", _DARK, f"lower, {_OPEN_TEXT}"),
+        VerdictStyle("within", "=", "#e3e7ea", _DARK, "within the margin"),
+        VerdictStyle("up", "△", "#fbdcc5", _DARK, f"higher, {_OPEN_TEXT}"),
+        VerdictStyle(HIGHER, "▲", "#b84f00", _LIGHT, "higher by more than the margin"),
+        VerdictStyle(UNDECIDED, "?", "#ffffff", "#4a545c", "inconclusive with these motions"),
+        VerdictStyle(NOT_ESTIMABLE, "–", "#f4f4f4", "#596168", "not estimable"),
     )
-}  # fmt: skip
+}
 
 
 def verdict_style(item: Row) -> VerdictStyle:

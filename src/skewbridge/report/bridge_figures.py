@@ -14,7 +14,6 @@ from skewbridge.bridge.geometry import ModelGeometry
 from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.section import MomentCurvature, ShearSection, shear_strength
 from skewbridge.errors import InputError
-from skewbridge.files.tables import Floats
 from skewbridge.fragility.rates import GAP, Decision
 from skewbridge.report.appearance import (
     STYLE,
@@ -23,7 +22,7 @@ from skewbridge.report.appearance import (
     shear_model_name,
     shown_unit,
 )
-from skewbridge.units import KN, MM
+from skewbridge.units import KN, MM, MN
 from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
 from skewbridge.variant.variant import ABUTMENTS
 
@@ -54,12 +53,12 @@ def model_figure(geometry: ModelGeometry) -> Figure:
     _draw_members(elevation, geometry, [0, 2])
     elevation.set(xlabel="x, longitudinal (m)", ylabel="z (m)")
     elevation.set_title("elevation (heights stretched)", fontsize=10)
-    corners = np.array(geometry.deck_outline)
+    corners = geometry.deck_outline
     right = corners[corners[:, 0] > corners[:, 0].mean()]
     low, high = right.min(axis=0) - _AROUND_M, right.max(axis=0) + _AROUND_M
     end_axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     end_axes.set_title("right abutment", fontsize=10)
-    gap_text = f"; gaps exaggerated {_GAP_SCALE:g} times" if geometry.contacts else ""
+    gap_text = f"; gaps exaggerated {_GAP_SCALE:g} times" if len(geometry.gaps_m) else ""
     figure.suptitle(f"{geometry.title}{gap_text}")
     entries = [axes.get_legend_handles_labels() for axes in (plan_axes, elevation)]
     unique = {label: handle for pair in entries for handle, label in zip(*pair, strict=True)}
@@ -69,33 +68,24 @@ def model_figure(geometry: ModelGeometry) -> Figure:
 
 
 def _draw_plan(axes: Axes, geometry: ModelGeometry) -> None:
-    outline = np.array([*geometry.deck_outline, geometry.deck_outline[0]])
+    outline = geometry.deck_outline[[*range(len(geometry.deck_outline)), 0]]
     axes.fill(*outline.T, color=COLOURS["deck"], alpha=0.10, linewidth=0)
     axes.plot(*outline.T, color=COLOURS["deck"], linewidth=1, alpha=0.5)
     _draw_members(axes, geometry, [0, 1])
-    if geometry.contacts:
-        starts, normals = _contacts(geometry)
+    if len(geometry.gaps_m):
+        starts = geometry.surfaces - _GAP_SCALE * geometry.gaps_m[:, None] * geometry.normals
         style = {"arrowstyle": "->", "color": COLOURS["contact"]}
-        for start, tip in zip(starts, starts + _NORMAL_M * normals, strict=True):
+        for start, tip in zip(starts, starts + _NORMAL_M * geometry.normals, strict=True):
             axes.annotate("", xytext=start[:2], xy=tip[:2], arrowprops=style)
         label = "contact surface and its normal"
         axes.plot(*starts.T[:2], "s", color=COLOURS["contact"], markersize=4, label=label)
     axes.set(xlabel="x, longitudinal (m)", ylabel="y, transverse (m)", aspect="equal")
 
 
-def _contacts(geometry: ModelGeometry) -> tuple[Floats, Floats]:
-    """Return points on contact surfaces with exaggerated gaps, and their normals, each (n, 3)."""
-    normals = np.array([(*contact.normal, 0.0) for contact in geometry.contacts])
-    gaps_m = np.array([contact.gap_m for contact in geometry.contacts])
-    surfaces = np.array([contact.surface for contact in geometry.contacts])
-    return surfaces - _GAP_SCALE * gaps_m[:, None] * normals, normals
-
-
 def _draw_members(axes: Axes, geometry: ModelGeometry, plane: list[int]) -> None:
     """Draw line elements, zero-length springs and supports, projected on the plane of two axes."""
     for group in COLOURS:
-        ends = np.array([member.ends for member in geometry.members if member.group == group])
-        if not ends.size:
+        if not len(ends := geometry.members[group]):
             continue
         is_line = (ends[:, 0] != ends[:, 1]).any(axis=1)
         width, zorder = 2.2 if group in ("deck", "columns") else 1.0, 1 if group == "links" else 2
@@ -107,9 +97,8 @@ def _draw_members(axes: Axes, geometry: ModelGeometry, plane: list[int]) -> None
             axes.plot(*lines[:, plane].T, linewidth=width, zorder=zorder, **style)
         if len(points := ends[~is_line, 0]) and group not in ("links", "contact"):
             axes.plot(*points[:, plane].T, "o", markersize=3.5, **style)
-    if geometry.fixed:
-        ground = np.array(geometry.fixed)[:, plane].T
-        axes.plot(*ground, "^", color="black", markersize=3, label="ground", zorder=0)
+    ground = geometry.fixed[:, plane].T
+    axes.plot(*ground, "^", color="black", markersize=3, label="ground", zorder=0)
 
 
 def ladder_figure(curves: pd.DataFrame, *, title: str) -> Figure:
@@ -122,17 +111,18 @@ def ladder_figure(curves: pd.DataFrame, *, title: str) -> Figure:
     rows = -(-len(directions) // 3)
     figure = Figure(figsize=(11.4, 3.2 * rows + 0.8), layout="constrained")
     panels = figure.subplots(rows, 3, sharex=True, squeeze=False)
+    (length_unit, per_mm), (force_unit, per_mn) = shown_unit("mm"), shown_unit("MN")
     for panel, (angle_deg, pushes) in zip(panels.flat, directions, strict=False):
         for abutment, push in pushes.groupby("abutment", sort=False):
             model_number = list(ABUTMENTS).index(str(abutment))
             colour, width = list(COLOURS.values())[model_number], 3.6 - 0.6 * model_number
-            x, y = push["disp_m"] / MM, push["force_kn"] / KN
+            x, y = push["disp_m"] * per_mm / MM, push["force_kn"] * per_mn / KN
             panel.plot(x, y, label=abutment, color=colour, linewidth=width)
         panel.set_title(f"push at {angle_deg:g} degrees from x", fontsize=10)
         panel.set_ylim(bottom=0.0)
     for panel in panels[-1]:
-        panel.set_xlabel("displacement along the push (mm)")
-    figure.supylabel("force along the push (MN)")
+        panel.set_xlabel(f"displacement along the push ({length_unit})")
+    figure.supylabel(f"force along the push ({force_unit})")
     figure.suptitle(title, parse_math=False)
     lines, names = panels[0, 0].get_legend_handles_labels()
     figure.legend(lines, names, loc="outside lower center", ncols=len(names), frameon=False)
@@ -142,27 +132,35 @@ def ladder_figure(curves: pd.DataFrame, *, title: str) -> Figure:
 def column_figure(
     curve: MomentCurvature, shear: ShearSection, axial_n: float, *, title: str
 ) -> Figure:
-    """Return a figure of moment-curvature, also idealised, and shear strength over ductility."""
+    """Return a figure of moment-curvature, also idealised, and shear strength over ductility.
+
+    The axial force follows the title.
+    """
     figure = Figure(figsize=(10, 4), layout="constrained")
     bend_axes, strength_axes = figure.subplots(1, 2)
-    bend_axes.plot(curve.curvature_per_m, curve.moment_nm / 1e6, color="#0072B2", label="section")
-    knee, end = curve.yield_curvature_per_m, curve.ultimate_curvature_per_m
-    plateau, orange = curve.plastic_moment_nm / 1e6, "#D55E00"
+    (bend_unit, bend), (moment_unit, moment) = shown_unit("1/m"), shown_unit("MNm")
+    (shear_unit, force), (axial_unit, per_kn) = shown_unit("MN"), shown_unit("kN")
+    moment, force, orange = moment / MN, force / MN, "#D55E00"
+    curvature, moments = bend * curve.curvature_per_m, moment * curve.moment_nm
+    bend_axes.plot(curvature, moments, color="#0072B2", label="section")
+    knee, end = bend * curve.yield_curvature_per_m, bend * curve.ultimate_curvature_per_m
+    plateau = moment * curve.plastic_moment_nm
     bend_axes.plot([0.0, knee, end], [0.0, plateau, plateau], "--", color=orange, label="idealised")
-    first_yield = curve.first_yield_curvature_per_m, curve.first_yield_moment_nm / 1e6
+    first_yield = bend * curve.first_yield_curvature_per_m, moment * curve.first_yield_moment_nm
     bend_axes.plot(*first_yield, "o", color=orange, label="first yield")
-    bend_axes.set(xlabel="curvature (1/m)", ylabel="moment (MNm)", xlim=(0, None), ylim=(0, None))
+    labels = {"xlabel": f"curvature ({bend_unit})", "ylabel": f"moment ({moment_unit})"}
+    bend_axes.set(**labels, xlim=(0, None), ylim=(0, None))
     bend_axes.legend(frameon=False, loc="lower right")
     ductility = np.linspace(1.0, 15.0, 141)
     for (model, demand), colour in zip(SHEAR_MODEL_DEMANDS.items(), VARIANT_COLOURS, strict=False):
-        strength_mn = shear_strength(shear, model, axial_n, ductility, ductility) / 1e6
-        strength_axes.plot(ductility, strength_mn, color=colour, label=shear_model_name(demand))
-    demand = curve.plastic_moment_nm / shear.shear_span_m / 1e6
-    strength_axes.axhline(demand, color=orange, linestyle="--", label="plastic shear Mp / L")
+        strength = force * shear_strength(shear, model, axial_n, ductility, ductility)
+        strength_axes.plot(ductility, strength, color=colour, label=shear_model_name(demand))
+    plastic = force * curve.plastic_moment_nm / shear.shear_span_m
+    strength_axes.axhline(plastic, color=orange, linestyle="--", label="plastic shear Mp / L")
     label = "displacement ductility (Kowalsky and Priestley: curvature)"
-    strength_axes.set(xlabel=label, ylabel="shear (MN)", ylim=(0, None), xlim=(1, 15))
+    strength_axes.set(xlabel=label, ylabel=f"shear ({shear_unit})", ylim=(0, None), xlim=(1, 15))
     strength_axes.legend(frameon=False, fontsize=9)
-    figure.suptitle(title, parse_math=False)
+    figure.suptitle(f"{title}, {per_kn * axial_n / KN:.0f} {axial_unit}", parse_math=False)
     return figure
 
 

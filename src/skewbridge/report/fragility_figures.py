@@ -328,9 +328,8 @@ def demand_clouds(
     figure = Figure(figsize=(6.4, 4.2), layout="constrained")
     axes = figure.subplots()
     is_large = len(demands) > MAX_VECTOR_RUNS
-    for (value, runs), color in zip(
-        demands.groupby(lead.name), appearance.VARIANT_COLOURS, strict=False
-    ):
+    colours = cycle(appearance.VARIANT_COLOURS)
+    for (value, runs), color in zip(demands.groupby(lead.name), colours, strict=False):
         _cloud_points(axes, runs, im_column, demand, lowest, {"color": color, "ls": "",
                       "marker": "o", "rasterized": is_large})  # fmt: skip
         name = appearance.value_text(lead, float(str(value)))
@@ -362,12 +361,8 @@ def demand_clouds(
 
 def _fitted_line(im: Floats, fit: Mapping[Any, Any]) -> Floats:
     """Return ln demand of a cloud fit at intensities, shape of ``im``."""
-    above_knot = np.maximum(np.log(im / fit["knot"]), 0.0) if np.isfinite(fit["knot"]) else 0.0
-    return (
-        fit["ln_a"]
-        + fit["b"] * np.log(im)
-        + (fit["b_above"] - fit["b"] if np.any(above_knot) else 0.0) * above_knot
-    )
+    change = (fit["b_above"] - fit["b"]) * np.maximum(np.log(im / fit["knot"]), 0.0)
+    return fit["ln_a"] + fit["b"] * np.log(im) + np.nan_to_num(change)  # NaN: no knot
 
 
 def _cloud_points(

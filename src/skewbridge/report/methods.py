@@ -3,12 +3,11 @@
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from importlib.metadata import version
 from importlib.resources import files
 from itertools import chain
 from pathlib import Path
-from typing import Final
+from typing import ClassVar, Final
 
 import pandas as pd
 import yaml
@@ -18,15 +17,9 @@ from skewbridge.demands.columns import choice_text, joint_columns
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE
 from skewbridge.motions.levels import LEVEL_MEASURE
-from skewbridge.report.answer import counted, gap_text, listed, option_text
-from skewbridge.report.appearance import (
-    in_words,
-    plain_label,
-    shown_length,
-    templates,
-    threshold_text,
-    value_text,
-)
+from skewbridge.report import answer, appearance
+from skewbridge.report.answer import gap_text, listed, option_text
+from skewbridge.report.appearance import in_words, plain_label, threshold_text, value_text
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, parse_config
 from skewbridge.units import split_unit
 from skewbridge.variant.axes import axis
@@ -40,8 +33,6 @@ REFERENCES: Final[Mapping[str, str]] = yaml.safe_load(
 )
 #: Sections that do not change the results, or that the paragraphs describe in full.
 _NO_METHOD: Final = {"results", "accuracy", "grid", "figures", "batches", "checks", "uncertainty"}
-#: Column headings of the table of limit states.
-STATE_HEADS: Final = ("component", "demand", "median", "dispersion", "source")
 _INTEGRATORS: Final = {
     "Newmark": "Newmark's method (Newmark 1959)",
     "Houbolt": "Houbolt's method (Houbolt 1950)",
@@ -54,14 +45,15 @@ class Methods:
     """Text, limit states and references of the methods section of a study."""
 
     parts: Mapping[str, str]  # paragraphs by subject
-    states: Sequence[Sequence[str]]  # limit states: cells under `STATE_HEADS`
+    states: Sequence[Sequence[str]]  # limit states: cells under `heads`
     references: Sequence[str]  # cited works in full, sorted
+    heads: ClassVar = ("component", "demand", "median", "dispersion", "source")
 
     def markdown(self) -> str:
         """Return the methods as a page of Markdown."""
         text = "\n".join(f"**{name}.** {text}\n" for name, text in self.parts.items())
         rows = [[cell.replace("|", "/") for cell in row] for row in self.states]
-        table = [STATE_HEADS, ["---"] * len(STATE_HEADS), *rows]
+        table = [self.heads, ["---"] * len(self.heads), *rows]
         states = "\n".join(f"| {' | '.join(row)} |" for row in table)
         works = "\n".join(f"- {work}" for work in self.references)
         return f"# Methods\n\n{text}\n## Limit states\n\n{states}\n\n## References\n\n{works}\n"
@@ -89,17 +81,16 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
         for name, values in config.grid.values().items()
     }
     axes["gap_mm"] = gap_text(axes["gap_mm"], bridges)
-    template = templates(counted, shown_length, version).get_template("methods.j2")
+    environment = appearance.templates(vars(appearance), vars(answer), globals())
+    template = environment.get_template("methods.j2")
     context = template.new_context(
         {
             **template.globals,
-            "numbers": _text,
-            "percent": _percent,
+            "version": version,
             "config": config,
             "bridges": bridges,
             "model": model,
-            "shown_gap": partial(value_text, axis("gap_mm")),
-            "dampings": [_percent(ratio) for ratio in sorted(dampings)],
+            "dampings": [percent(ratio) for ratio in sorted(dampings)],
             "abutments": [ABUTMENTS[name] for name in config.grid.abutment],
             "axes": [f"{axis(name).title} {text}" for name, text in axes.items()],
             "variants": len(expand_grid(config.grid)),
@@ -141,7 +132,7 @@ def _changed_settings(config: StudyConfig) -> list[str]:
     defaults = parse_config({"accuracy": config.accuracy}).model_dump(mode="json")
     accuracy = [f"`accuracy` {config.accuracy}"] if config.accuracy != "default" else []
     return accuracy + [
-        f"`{section}.{key}` {_text(value)} (default {_text(defaults[section][key])})"
+        f"`{section}.{key}` {numbers(value)} (default {numbers(defaults[section][key])})"
         for section, values in configured.items()
         for key, value in values.items()
         if value != defaults[section][key]
@@ -155,21 +146,24 @@ def _limit_states(config: StudyConfig, has_joints: bool) -> list[list[str]]:
     for component in dict.fromkeys(state.component for state in states):
         group = [state for state in states if state.component == component]
         medians = (f"{item.name} {threshold_text(item.demand, item.threshold)}" for item in group)
-        dispersion = _text(sorted({item.dispersion for item in group}))
+        dispersion = numbers(sorted({item.dispersion for item in group}))
         citation = " ".join(group[0].citation.split())
         demand, median = f"`{group[0].demand}`", ", ".join(medians)
         rows.append([in_words(component), demand, median, dispersion, citation])
     return rows
 
 
-def _text(value: object) -> str:
-    """Return a value of the configuration, or a list of them, as text."""
+def numbers(value: object) -> str:
+    """Return a value of the configuration, or a list or dictionary of them, as text."""
+    if isinstance(value, Mapping):
+        return f"({'; '.join(f'{key} {numbers(item)}' for key, item in value.items())})"
     if isinstance(value, list | tuple):
-        return ", ".join(map(_text, value))
+        return ", ".join(map(numbers, value))
     if isinstance(value, float):
         return f"{value:g}"
     return "none" if value is None else str(value)
 
 
-def _percent(share: float) -> str:
+def percent(share: float) -> str:
+    """Return a share in per cent as text."""
     return f"{100 * share:g} %"

@@ -4,6 +4,7 @@ import base64
 import gzip
 import json
 import re
+from cmath import rect
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from importlib.resources import files
@@ -18,6 +19,7 @@ import pandas as pd
 import yaml
 from joblib import Parallel, cpu_count, delayed
 from PIL import Image
+from pydantic_core import to_json
 
 from skewbridge.bridge.frame import Description, Structure
 from skewbridge.bridge.library import load_structure
@@ -37,7 +39,7 @@ from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.limit_states import COLUMN_FAILURE, HEADLINE_STATES, hazus_factor
 from skewbridge.fragility.verdicts import MEDIAN_CAPACITY, OK
-from skewbridge.report import answer, appearance
+from skewbridge.report import answer, appearance, fragility_figures
 from skewbridge.report.answer import change_name, effect_name, model_name
 from skewbridge.report.appearance import groups_of, in_words, plain_label, shown_axes, variant_text
 from skewbridge.report.fragility_figures import (
@@ -46,17 +48,15 @@ from skewbridge.report.fragility_figures import (
     main_curves,
     pooled_curves,
     state_text,
-    variants_text,
     with_system,
 )
-from skewbridge.report.methods import STATE_HEADS, methods_of
+from skewbridge.report.methods import methods_of
 from skewbridge.report.study_figures import SECTIONS, Caption, draw_study, read_captions
 from skewbridge.statuses import STATUSES
 from skewbridge.study.config import CONDITIONING_BRIDGE, FigureSettings, StudyConfig
 from skewbridge.study.folder import StudyFolder
 from skewbridge.units import split_unit
 from skewbridge.variant.axes import axes_of
-from skewbridge.variant.axes import axis as axis_of
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS
 
@@ -76,39 +76,31 @@ def write_report(
         for name, path in tables.items()
         if path.suffix == ".parquet" and path.is_file()
     }
-    curves, medians = frames["curves"], frames["medians"]
-    helpers = (axes_of, axis_of, groups_of, records_of, shown_axes, shown_rows)
-    formatters = (appearance.named_value, effect_name, in_words, model_name, plain_label, unbroken)
-    formatters += (number_text, median_text, variant_text, variants_text, with_ends)
-    effect_functions = (answer.change_of, answer.extent_of_data, answer.no_ratio_text)
-    effect_functions += (appearance.change_text, appearance.interval_text, appearance.verdict_style)
+    curves = frames["curves"]
     config = study.model_dump(mode="json", exclude={"batches"}) if study else {}
     units = study.figures.units if study else FigureSettings().units
-    environment = appearance.templates(*helpers, *formatters, *effect_functions)
+    bridges = tuple(dict.fromkeys(study.grid.bridge)) if study else ()
+    modules = map(vars, (appearance, answer, fragility_figures))
+    environment = appearance.templates(*modules, globals())
     unreached = curves[(curves["reach"].fillna("") != "") & (curves["method"] == "cloud")]
     pictures = pictures_of(read_captions(tables["captions"]), figures)
     leading = {p["caption"].name: p for p in pictures if p["caption"].section == SECTIONS[0]}
     with appearance.shown_in(units):
         page = environment.get_template("report.html.j2").render(
-            **_first_screen(frames, study.grid.bridge if study else ()),
-            **(_study_parts(frames, tables, study) if study else {"methods": None}),
+            **_first_screen(frames, bridges),
             **_effect_parts(frames),
+            study=study,
+            methods=methods_of(study, frames["suite"]) if study else None,
+            checks=json.loads(tables["checks"].read_text("utf-8")) if study else None,
+            bridges=[load_structure(name) for name in bridges],
             leading=leading,
-            curve_groups=curve_rows(frames),
-            published=published_rows(medians),
             gallery=[picture for picture in pictures if picture not in leading.values()],
-            explorer=explorer_of(frames),
-            rates=answer.rates_on_page(frames),
             tables=frames,
-            paper=paper_rows(curves, medians, frames["joint"]),
-            compared=methods_compared(curves),
             unreached=groups_of(unreached, (*BRIDGE_COLUMNS, "component", "limit_state")),
-            n_variants=curves.groupby(list(BRIDGE_COLUMNS))["variant"].nunique(),
             shear_heads=[
                 f"{appearance.shear_model_name(demand)}, θ [interval]"
                 for demand in frames["shear_models"]["demand"].unique()
             ],
-            choices=groups_of(frames["choices"], BRIDGE_COLUMNS) if "choices" in frames else [],
             provenance=dict(sorted(read_stamp(tables["demands"]).items())),
             config=yaml.safe_dump(config, sort_keys=False),
         )
@@ -125,25 +117,6 @@ def write_statistics_report(results: Path) -> Path:
     write_report(tables=paths, figures=folder.figures, study=None, output=folder.report)
     stamp(folder.report, origin)
     return folder.report
-
-
-def _study_parts(
-    frames: Mapping[str, pd.DataFrame], tables: Mapping[str, Path], study: StudyConfig
-) -> dict[str, Any]:
-    """Return the parts of the page that need configuration, motions and bridges of a study."""
-    demands = frames["demands"]
-    bridges = [load_structure(name) for name in dict.fromkeys(study.grid.bridge)]
-    skews, gaps = (sorted(demands[name].unique()) for name in ("skew_deg", "gap_mm"))
-    return {
-        "sketch": sketch(bridges[0].description, skews, gaps, study.model),
-        "bridges": [(bridge, bridge_words(bridge.description)) for bridge in bridges],
-        "joints": joint_rows(demands, bridges),
-        "checks": json.loads(tables["checks"].read_text("utf-8")),
-        "quality": quality(demands, frames["sensitivity"]),
-        "exclude_suspect": study.fragility.exclude_suspect,
-        "methods": methods_of(study, frames["suite"]),
-        "state_heads": STATE_HEADS,
-    }
 
 
 # --- the first screen
@@ -213,12 +186,14 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame, curves: pd.DataFrame)
         for model, model_rows in groups_of(change_rows, BRIDGE_COLUMNS):
             with_verdicts = model_rows.assign(verdict_family=model_rows["claim"])
             effects = {row["demand"]: row for row in records_of(with_verdicts)}
-            failed, runs = (by_value[*model, change[0]][name] for name in ("n_failed", "n_runs"))
+            counts_of = by_value[*model, change[0]].iloc[[0, -1]]
+            (first, runs), (last, of_last) = counts_of[["n_failed", "n_runs"]].to_numpy()
+            of_first = f" of {runs}" if runs != of_last else ""
             cells = [(effects.get(state), signs.get((*model, state), "")) for state in states]
             row = {
                 "change": change_name(*change),
                 "model": names[model] if len(names) > 1 else "",
-                "failed": f"{failed.iloc[0]} to {failed.iloc[-1]} of {runs.iloc[0]}",
+                "failed": f"{first}{of_first} to {last} of {of_last}",
             }
             rows.append({**row, "cells": cells})
     return {
@@ -249,13 +224,7 @@ def bridge_words(bridge: Description) -> str:
 _WIDTH, _HEIGHT, _SIDE, _TOP = 520.0, 190.0, 8.0, 52.0
 _GAP_SHARE: Final = 0.035  # largest width of a drawn gap / length of the bridge
 _FACTORS: Final = (200, 100, 50, 20, 10, 5, 2, 1)
-#: Ends of the lines across a gap and along its far face: number of the face, share of the width.
-_MARKS: Final = {"gap": ((0, -0.5), (1, -0.5)), "friction": ((1, 0.2), (1, 0.8))}
 _JOINT_DEMANDS: Final = (("unseating_m", "unseating (mm)", 1000.0), ("closures", "closures", 1.0))
-
-
-#: Kinds of ends with a wall.
-_WITH_WALL: Final = ("seat", "integral", "fixed")
 
 
 def sketch(
@@ -294,17 +263,26 @@ def sketch(
     faces = cuts(skew)
     walls: list[list[PlanVector]] = []
     gaps = list(zip(faces[1:-1:2], faces[2:-1:2], strict=True))
-    ends = zip(bridge.end_kinds.items(), faces[:: len(faces) - 1], strict=True)
-    for (name, kind), (x, rad) in ends:
-        outward = copysign(1.0 / cos(rad), x)
+    for name, (x, rad) in zip(bridge.end_kinds, (faces[0], faces[-1]), strict=True):
+        kind, outward = bridge.end_kinds[name], copysign(1.0 / cos(rad), x)
         wall = x + outward * factor * (gaps_m[name] if kind == "seat" else 0.0)
-        if kind in _WITH_WALL:
+        if kind != "roller":
             walls.append(_corners((wall, rad), (wall + outward * wall_m, rad), (-half_m, half_m)))
         if kind == "seat":
             key_y, inner_x = half_m + factor * model.transverse_gap_m, x - 2.2 * outward * wall_m
-            key_ranges = ((key_y, key_y + wall_m), (-key_y, -key_y - wall_m))
-            walls += [_corners((inner_x, rad), (x, rad), key_range) for key_range in key_ranges]
+            for low, high in ((key_y, key_y + wall_m), (-key_y, -key_y - wall_m)):
+                walls.append(_corners((inner_x, rad), (x, rad), (low, high)))
             gaps.insert(0, ((x, rad), (wall, rad)))
+    marks = {  # lines across a gap and along its far face
+        "gap": [_skewed(face, -0.5 * half_m) for pair in gaps[:1] for face in pair],
+        "friction": [_skewed(far, y * half_m) for _, far in gaps[:1] for y in (0.2, 0.8)],
+    }
+    columns: list[list[PlanVector]] = []
+    for (x_m, along_m), outline in zip(bridge.columns_m, bridge.outlines_m, strict=True):
+        corners = [
+            x_m + (z + 1j * (along_m * stretch + y)) * rect(1, bent_skew) for y, z in outline
+        ]
+        columns.append([(corner.real, corner.imag) for corner in corners])
     deck_corners, tilt = decks(faces), faces[0][1]
     half_length = max(abs(x) for polygon in (*deck_corners, *walls) for x, _ in polygon)
     return {
@@ -315,25 +293,12 @@ def sketch(
         "others": [deck for deg in sorted({*skews_deg} - {skew}) for deck in decks(cuts(deg))],
         "decks": deck_corners,
         "walls": walls,
-        "marks": {
-            name: [_skewed(gaps[0][face], y_share * half_m) for face, y_share in line]
-            for name, line in _MARKS.items()
-            if gaps
-        },
+        "marks": marks if gaps else {},
         "end": end_m,
-        "columns": [
-            [
-                (
-                    x_m + z_m * cos(bent_skew) - (along_m * stretch + y_m) * sin(bent_skew),
-                    z_m * sin(bent_skew) + (along_m * stretch + y_m) * cos(bent_skew),
-                )
-                for y_m, z_m in outline
-            ]
-            for (x_m, along_m), outline in zip(bridge.columns_m, bridge.outlines_m, strict=True)
-        ],
+        "columns": columns,
         # a line is an area of two corners
         "bents": [
-            [_skewed((x, bent_skew), -half_m), _skewed((x, bent_skew), half_m)]
+            [_skewed((x, bent_skew), y) for y in (-half_m, half_m)]
             for x in sorted({x for x, _ in bridge.columns_m})
         ],
         "ends": list(bridge.end_kinds.values()),
@@ -395,12 +360,12 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
     """Return the tables of pooled headline effects and other pooled effects, and their legend."""
     rows = pd.concat([frames["medians"], frames["effects"]], ignore_index=True)
     pooled = rows[rows["scope"] == "pooled"]
-    # the only failure mode of a column has the effects of any failure, but in another family
+    # the only failure mode of a column has the effects of any failure
     failures = pooled["demand"].str.startswith(f"{COLUMN_FAILURE}/")
     is_any = pooled["demand"] == f"{COLUMN_FAILURE}/any"
     repeated = pooled.duplicated([*BRIDGE_COLUMNS, *_CHANGE, *verdicts.RATIOS], keep=False)
     pooled = pooled[~(failures & ~is_any & repeated)]
-    ratios, needed = pooled[pooled["judged_by"] == verdicts.RATIO], frames["needed_motions"]
+    ratios = pooled[pooled["judged_by"] == verdicts.RATIO]
     medians = pooled[pooled["quantity"] == MEDIAN_CAPACITY]
     main = pooled["demand"].isin({*HEADLINE_STATES, *demands_for("headline")})
     effects, others = (pooled[main], pooled[~main]) if main.any() else (pooled, pooled.head(0))
@@ -409,8 +374,6 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
         "other_effects": verdict_table(others, pooled),
         "any_marked": any(map(answer.extent_of_data, records_of(medians))),
         "margin": appearance.margin_text(ratios.iloc[0]) if len(ratios) else "",
-        "alternatives": answer.alternative_rows(frames["alternatives"]),
-        "needed": records_of(needed[needed["forecast"] == verdicts.MORE]),
         "styles": appearance.STYLES.values(),
     }
 
@@ -419,16 +382,15 @@ def published_rows(medians: pd.DataFrame) -> list[dict[str, str]]:
     """Return ratios of medians to skew 0 and the Hazus factor, one row per skew."""
     pooled = medians[(medians["scope"] == "pooled") & (medians["axis"] == "skew_deg")]
     pooled = pooled[pooled["demand"].isin(answer.LEADING_STATES) & (pooled["from_value"] == 0.0)]
-    order = pooled["demand"].map(answer.LEADING_STATES.index)
-    pooled = pooled[pooled["status"] == OK].assign(order=order)
-    names, rows = answer.short_names(pooled), list[dict[str, str]]()
-    for (skew,), effects in groups_of(pooled.sort_values(["to_value", "order"]), ["to_value"]):
-        row = {"skew": f"{skew:g}°", "Hazus": f"{hazus_factor(skew):.2f}"}
-        for effect in records_of(effects):
-            name = f"{names[effect['bridge'], effect['abutment']]}, {effect_name(effect['demand'])}"
-            row[name] = with_ends(effect, verdicts.RATIOS)
-        rows.append(row)
-    return records_of(pd.DataFrame(rows).fillna("–"))
+    pooled = pooled[pooled["status"] == OK]
+    pooled = pooled.assign(order=pooled["demand"].map(answer.LEADING_STATES.index))
+    names, rows = answer.short_names(pooled), dict[str, dict[str, str]]()
+    for effect in records_of(pooled.sort_values(["to_value", "order"])):
+        skew, state = effect["to_value"], effect_name(effect["demand"])
+        first = {"skew": f"{skew:g}°", "Hazus": f"{hazus_factor(skew):.2f}"}
+        name = f"{names[effect['bridge'], effect['abutment']]}, {state}"
+        rows.setdefault(skew, first)[name] = with_ends(effect, verdicts.RATIOS)
+    return records_of(pd.DataFrame(rows.values()).fillna("–"))
 
 
 def verdict_table(effects: pd.DataFrame, compared: pd.DataFrame) -> dict[str, Any]:
@@ -526,7 +488,7 @@ def explorer_data(frames: Mapping[str, pd.DataFrame]) -> str:
     payload: dict[str, Any] = {
         "im": plain_label(im),
         "im_name": im,
-        "im_values": grid.tolist(),
+        "im_values": grid,
         "colours": appearance.VARIANT_COLOURS,
         "models": [model_name(*model) for model, _ in models],
         "axes": [
@@ -551,38 +513,27 @@ def explorer_data(frames: Mapping[str, pd.DataFrame]) -> str:
             name: dict(zip(("label", "factor"), appearance.shown_label(name), strict=True))
             for name in columns
         },
-        "fits": {
-            "columns": _FIT_COLUMNS,
-            "rows": _finite(fits[list(_FIT_COLUMNS)]).to_numpy().tolist(),
-        },
+        "fits": records_of(fits[list(_FIT_COLUMNS)]),
         "motions": motions,
         "statuses": STATUSES,
         "runs": {
-            "variant": pd.Categorical(demands["variant"], names).codes.tolist(),
-            "motion": pd.Categorical(demands["motion_id"], motions).codes.tolist(),
-            "scale": demands["scale"].tolist(),
-            "status": pd.Categorical(demands["status"], STATUSES).codes.tolist(),
-            "complete": is_complete(demands).astype(int).tolist(),
-            "key": demands.get("run_key", pd.Series("", demands.index)).tolist(),
-            "im": _finite(demands[[im]])[im].tolist(),
-            "demands": _finite(demands[columns]).to_dict("list"),
+            "variant": pd.Categorical(demands["variant"], names).codes,
+            "motion": pd.Categorical(demands["motion_id"], motions).codes,
+            "scale": demands["scale"],
+            "status": pd.Categorical(demands["status"], STATUSES).codes,
+            "complete": is_complete(demands).astype(int),
+            "key": demands.get("run_key", pd.Series("", demands.index)),
+            "im": demands[im],
+            "demands": dict(demands[columns].items()),
         },
     }
-    text = json.dumps(
-        payload, separators=(",", ":"), default=lambda value: value.item(), ensure_ascii=False
-    )
-    return _compressed(text.encode("utf-8"))
+    # NaN and infinities become null
+    return _compressed(to_json(payload, inf_nan_mode="null", fallback=lambda array: array.tolist()))
 
 
 def _compressed(content: bytes) -> str:
     """Return content as gzip in base64, which is a third as long as the text."""
     return base64.b64encode(gzip.compress(content, mtime=0)).decode("ascii")
-
-
-def _finite(table: pd.DataFrame) -> pd.DataFrame:
-    """Return a table of objects, with None for NaN and infinities."""
-    numbers = table.replace([np.inf, -np.inf], np.nan)
-    return numbers.astype(object).where(numbers.notna(), None)
 
 
 # --- tables and quality
@@ -651,13 +602,6 @@ def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame)
     }
 
 
-def methods_compared(curves: pd.DataFrame) -> dict[str, int]:
-    """Count the medians estimated by cloud and by exceedance, and those where these differ."""
-    models = curves[curves["method"] == "cloud"]
-    has_both, differ = models["methods_ratio"].notna(), models["methods_differ"].eq(other=True)
-    return {"both": int(has_both.sum()), "differ": int(differ.sum())}
-
-
 def median_text(row: Mapping[str, Any], otherwise: str = "") -> str:
     """Return a median with its interval; without a fit, ``otherwise`` or the status in words.
 
@@ -669,7 +613,7 @@ def median_text(row: Mapping[str, Any], otherwise: str = "") -> str:
     return f"{text} {exports.DAGGER}" if row.get(exports.EXTRAPOLATED) is True else text
 
 
-def quality(demands: pd.DataFrame, sensitivity: pd.DataFrame) -> dict[str, Any]:
+def quality_of(demands: pd.DataFrame, sensitivity: pd.DataFrame) -> dict[str, Any]:
     """Return the numbers in the quality section of the page; shares are in per cent."""
     column, sliding = "cone_work_over_10pct_ratio", demands[demands["slip_work_kj"] > 0.0]
     # after the failure of a column its fibers lose their force in jumps, which the work of end

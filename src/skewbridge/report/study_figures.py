@@ -23,12 +23,11 @@ from skewbridge.errors import InputError
 from skewbridge.files.tables import figure_metadata, read_frame
 from skewbridge.files.text import shortened, write_text
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
-from skewbridge.fragility.exports import three_digits
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.motions.suite import read_suite
-from skewbridge.report import appearance, fragility_figures
-from skewbridge.report.answer import listed, model_name, short_names
+from skewbridge.report import answer, appearance, fragility_figures
+from skewbridge.report.answer import model_name, short_names
 from skewbridge.report.run_figures import applied_spectra
 from skewbridge.study.config import DESIGN_FONT_PT, GENERIC_FONTS, FigureSettings
 from skewbridge.study.folder import StudyFolder
@@ -41,11 +40,7 @@ CAPTIONS: Final = {kind: texts for kind, texts in appearance.TEXTS.items() if "s
 #: Sections of the figures: the leading curves, then the gallery of the page in its order.
 SECTIONS: Final = tuple(dict.fromkeys(caption["section"] for caption in CAPTIONS.values()))
 _TABLES: Final = ("demands", "curves", "effects", "medians", "system", "intensity_effects")
-_TEXTS: Final = appearance.templates(
-    *(appearance.demand_name, appearance.in_words, appearance.plain_label, listed),
-    *(fragility_figures.state_text, three_digits),
-    *(appearance.threshold_text, appearance.value_text),
-)
+_TEXTS: Final = appearance.templates(*map(vars, (appearance, answer, fragility_figures)))
 PNG_DPI: Final = 300
 #: Least number of figures per process: a start takes as long as drawing five figures.
 FIGURES_OF_A_PROCESS: Final = 12
@@ -76,30 +71,22 @@ class Caption:
 type StudyFigure = tuple[Caption, Drawing]
 
 
-@dataclass(frozen=True, kw_only=True)
-class FigureTables:
-    """Tables of a study that its figures are drawn from."""
+def study_figures(
+    tables: Mapping[str, pd.DataFrame], suite: Sequence[SuiteMotion] = ()
+) -> Iterator[StudyFigure]:
+    """Yield caption and drawing function of each figure; the main curves come first.
 
-    demands: pd.DataFrame
-    curves: pd.DataFrame
-    effects: pd.DataFrame  # effects on demands
-    medians: pd.DataFrame  # effects on median capacities
-    system: pd.DataFrame  # curves of the whole bridge
-    intensity_effects: pd.DataFrame
-    suite: Sequence[SuiteMotion]
-    choices: pd.DataFrame | None = None  # None before `make choices`
-
-
-def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
-    """Yield caption and drawing function of each figure; the main curves come first."""
-    tables = replace(tables, demands=with_derived_columns(tables.demands))
-    all_curves = fragility_figures.with_system(tables.curves, tables.system)
-    pooled = fragility_figures.pooled_curves(all_curves, tables.medians)
+    ``tables`` has the tables in `_TABLES`, and ``choices`` after `make choices`.
+    """
+    demands = with_derived_columns(tables["demands"])
+    tables = {**tables, "demands": demands}
+    all_curves = fragility_figures.with_system(tables["curves"], tables["system"])
+    pooled = fragility_figures.pooled_curves(all_curves, tables["medians"])
     leading = fragility_figures.main_curves(pooled)
     for name, table in leading.items():
-        yield _curve_figure("main", name, table, all_curves, tables.demands)
+        yield _curve_figure("main", name, table, all_curves, demands)
     other_curves = pooled.drop(index=[row for table in leading.values() for row in table.index])
-    models = tables.demands[list(BRIDGE_COLUMNS)].drop_duplicates().itertuples(index=False)
+    models = demands[list(BRIDGE_COLUMNS)].drop_duplicates().itertuples(index=False)
     for bridge, abutment in sorted(models):
         code = ABUTMENTS[abutment].code if abutment in ABUTMENTS else abutment
         prefix, model = f"{bridge}_{code}_", model_name(bridge, abutment)
@@ -107,26 +94,21 @@ def study_figures(tables: FigureTables) -> Iterator[StudyFigure]:
         def of_model(table: pd.DataFrame, model: Any = (bridge, abutment)) -> pd.DataFrame:
             return table[(table["bridge"] == model[0]) & (table["abutment"] == model[1])]
 
-        model_tables = {
-            name: of_model(table)
-            for name, table in vars(tables).items()
-            if isinstance(table, pd.DataFrame)
-        }
+        of_this = {name: of_model(table) for name, table in tables.items()}
         others, model_curves = of_model(pooled), of_model(all_curves)
         others = others[others["component"].isin(of_model(other_curves)["component"])]
         curves = (
-            _curve_figure("curves", str(name), table, model_curves, model_tables["demands"])
+            _curve_figure("curves", str(name), table, model_curves, of_this["demands"])
             for name, table in others.groupby("component", sort=False)
         )
-        model_figures = replace(tables, **model_tables)
         drawings = (_cloud_figures, _intensity_figures, _choice_figures)
-        for caption, draw in chain(curves, *(figures(model_figures) for figures in drawings)):
+        for caption, draw in chain(curves, *(figures(of_this) for figures in drawings)):
             title = f"{model}: {caption.title}"
             name = re.sub(r"[^\w.-]+", "-", prefix + caption.name)  # part of file names
             yield replace(caption, name=name, title=title, model=model), draw
-    if tables.suite:
-        caption = _caption("motions", scales=[item.scale for item in tables.suite])
-        yield caption, partial(applied_spectra, tables.suite)
+    if suite:
+        caption = _caption("motions", scales=[item.scale for item in suite])
+        yield caption, partial(applied_spectra, suite)
 
 
 def _caption(kind: str, **values: Any) -> Caption:
@@ -154,8 +136,8 @@ def _curve_figure(
     return caption, partial(fragility_figures.curves_figure, table, curves, demands, columns)
 
 
-def _cloud_figures(tables: FigureTables) -> Iterator[StudyFigure]:
-    demands, curves = tables.demands, tables.curves
+def _cloud_figures(tables: Mapping[str, pd.DataFrame]) -> Iterator[StudyFigure]:
+    demands, curves = tables["demands"], tables["curves"]
     for name in map(str, curves["demand"].unique()):
         if name == COLUMN_FAILURE_RATIO:  # its two modes have a figure each
             continue
@@ -175,18 +157,18 @@ def _cloud_figures(tables: FigureTables) -> Iterator[StudyFigure]:
             below=(complete & (demands[name] < lowest)).sum(),
             above=(values > mildest["threshold"]).sum(),
         )
-        draw = partial(fragility_figures.demand_clouds, demands, curves, tables.effects, name)
+        draw = partial(fragility_figures.demand_clouds, demands, curves, tables["effects"], name)
         yield caption, draw
 
 
-def _intensity_figures(tables: FigureTables) -> Iterator[StudyFigure]:
-    table = tables.intensity_effects
+def _intensity_figures(tables: Mapping[str, pd.DataFrame]) -> Iterator[StudyFigure]:
+    table, effects = tables["intensity_effects"], tables["effects"]
     demands = demands_for("headline", table["demand"])
     if not demands:
         return
-    im = str(tables.curves["im"].iloc[0])
+    im = str(tables["curves"]["im"].iloc[0])
     reference = table[table["at_reference"]]
-    pooled = tables.effects[tables.effects["scope"] == "pooled"]
+    pooled = effects[effects["scope"] == "pooled"]
     caption = _caption(
         "intensity",
         tests=pooled.loc[pooled["demand"].isin(demands), "p_slope"].dropna(),
@@ -199,9 +181,9 @@ def _intensity_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     yield caption, partial(fragility_figures.effects_by_intensity, table, label_of(im))
 
 
-def _choice_figures(tables: FigureTables) -> Iterator[StudyFigure]:
-    choices = tables.choices
-    if choices is None or choices.empty:
+def _choice_figures(tables: Mapping[str, pd.DataFrame]) -> Iterator[StudyFigure]:
+    choices = tables.get("choices", pd.DataFrame())
+    if choices.empty:
         return
     caption = _caption(
         "choices",
@@ -213,16 +195,11 @@ def _choice_figures(tables: FigureTables) -> Iterator[StudyFigure]:
     yield caption, partial(fragility_figures.tornado, choices)
 
 
-def read_tables(paths: Mapping[str, Path]) -> FigureTables:
-    """Read the tables that the figures of a study are drawn from.
-
-    ``paths`` maps the names in `_TABLES` to files, and also suite and choices if these exist.
-    """
-    return FigureTables(
-        **{name: read_frame(paths[name]) for name in _TABLES},
-        suite=read_suite(paths["suite"]) if "suite" in paths else (),
-        choices=read_frame(paths["choices"]) if "choices" in paths else None,
-    )
+def _figures_of(paths: Mapping[str, Path]) -> list[StudyFigure]:
+    """Return the figures of a study from the files of its tables, suite and choices optional."""
+    names = [*_TABLES, *({"choices"} & paths.keys())]
+    suite = read_suite(paths["suite"]) if "suite" in paths else ()
+    return list(study_figures({name: read_frame(paths[name]) for name in names}, suite))
 
 
 def read_captions(path: Path) -> list[Caption]:
@@ -241,11 +218,12 @@ def draw_study(
 ) -> None:
     """Draw all figures of a study as SVG and PNG, and write their captions.
 
-    ``paths`` are as in `read_tables`; ``provenance`` is stored in the metadata of the files.
+    ``paths`` maps the names in `_TABLES` to files, and also suite and choices if these exist;
+    ``provenance`` is stored in the metadata of the files.
     """
     folder.mkdir(parents=True, exist_ok=True)
     with appearance.shown_in(settings.units):
-        figures = list(study_figures(read_tables(paths)))
+        figures = _figures_of(paths)
     n_jobs = min(n_jobs, max(1, len(figures) // FIGURES_OF_A_PROCESS))
     Parallel(n_jobs=n_jobs, backend="loky")(
         delayed(save_figure)(draw, settings, folder, caption.name, provenance)
@@ -261,8 +239,7 @@ def finished_figures(results: Path) -> list[StudyFigure]:
     for path in (paths[name] for name in _TABLES):
         if not path.is_file():
             raise InputError(f"{path} is missing: finish the study first", file=str(path))
-    existing = {name: path for name, path in paths.items() if path.is_file()}
-    return list(study_figures(read_tables(existing)))
+    return _figures_of({name: path for name, path in paths.items() if path.is_file()})
 
 
 def draw_figures(

@@ -155,9 +155,7 @@ class StudySetup:
         tasks: list[Task] = []
         for motion, angle in product(self.suite, self.study.motions.incidence_deg):
             drawn = self.draws.get(motion.motion.motion_id, {})
-            draw = {
-                name: drawn[name] for name in drawn if name in PROPERTIES or name not in useless
-            }
+            draw = {name: value for name, value in drawn.items() if name not in useless}
             task = Task(
                 variant=variant,
                 motion=self._for_bridge(variant.bridge, motion),
@@ -245,12 +243,14 @@ def check_plan(study: StudyConfig, durations_s: Sequence[float]) -> tuple[int, f
 
 def sampled(tasks: Sequence[Task], count: int) -> list[Task]:
     """Return ``count`` tasks of a variant, at evenly spaced quantiles of the scaled PGV."""
-
-    def strength(task: Task) -> tuple[float, str, float]:
-        motion = task.motion
-        return motion.measures[PGV], motion.motion.motion_id, task.incidence_deg
-
-    ranked = sorted(tasks, key=strength)
+    ranked = sorted(
+        tasks,
+        key=lambda task: (
+            task.motion.measures[PGV],
+            task.motion.motion.motion_id,
+            task.incidence_deg,
+        ),
+    )
     n_samples = min(count, len(ranked))
     return [ranked[(2 * i + 1) * len(ranked) // (2 * n_samples)] for i in range(n_samples)]
 

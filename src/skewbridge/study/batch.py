@@ -18,14 +18,8 @@ from math import isclose
 from pathlib import Path
 from typing import Any, Final
 
+from skewbridge.demands import validity
 from skewbridge.demands.columns import DEMAND_COLUMNS, EVENT, INTENSITY_COLUMNS, SUITE, key_values
-from skewbridge.demands.validity import (
-    BEYOND_MODEL,
-    COLUMN_FAILURE_RATIO,
-    COMPLETE,
-    column_failure_ratio,
-    completed,
-)
 from skewbridge.errors import InputError
 from skewbridge.motions.intensity import scaled_measures
 from skewbridge.motions.levels import LEVEL_MEASURE, MotionsConfig, bracket_capacity
@@ -68,11 +62,11 @@ def analysed_row(task: Task, key: str, log_folder: Path) -> Row:
 
 def row_of_task(row: Row, task: Task, key: str) -> Row:
     """Return a row with columns added that identify its analysis or are derived from it."""
-    motion = task.motion
+    motion, failure = task.motion, row.get(validity.BEYOND_MODEL) or ""
     return {
         **row,
-        COMPLETE: bool(completed(row["status"], row.get(BEYOND_MODEL) or "")),
-        COLUMN_FAILURE_RATIO: float(column_failure_ratio(row)),
+        validity.COMPLETE: bool(validity.completed(row["status"], failure)),
+        validity.COLUMN_FAILURE_RATIO: float(validity.column_failure_ratio(row)),
         **key_values(task.variant, motion.motion.motion_id, motion.scale, task.incidence_deg),
         SUITE: motion.suite,
         EVENT: "" if "synthetic" in motion.motion.source else motion.motion.event,
@@ -135,7 +129,7 @@ def search_capacity(
                 with open_journal(journal, patience_s=60.0) as writer:  # other searches write to it
                     writer.append(row)
         rows.append(row)
-        return not row[COMPLETE] or row[ida.ida_demand] >= ida.ida_threshold
+        return not row[validity.COMPLETE] or row[ida.ida_demand] >= ida.ida_threshold
 
     bracket_capacity(exceeds, limits=search_limits(ida, task.motion))
     return rows

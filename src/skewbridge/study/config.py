@@ -201,16 +201,13 @@ def parse_config(
         full = under_explicit_keys(full, accuracy)
     study = checked(StudyConfig, full, where)
     stated = {name: stated_values(name) for name in study.grid.bridge}
-    study = study.model_copy(update={"grid": study.grid.with_stated(stated)})
+    changes: dict[str, Any] = {"grid": study.grid.with_stated(stated)}
     if study.motions.selection:  # `study.inputs.select_motions` fills this folder
         selected = str(StudyFolder(Path(study.results)).selected)
-        motions_read = replace(study.motions, folder=selected, count=None)
-        study = study.model_copy(update={"motions": motions_read})
-    if (hazard := study.hazard_curve) is None:
-        return study
-    # curves of a study with a hazard are for its intensity measure
-    settings = replace(study.fragility, im=hazard.im)
-    return study.model_copy(update={"fragility": settings})
+        changes["motions"] = replace(study.motions, folder=selected, count=None)
+    if hazard := study.hazard_curve:  # curves are for its intensity measure
+        changes["fragility"] = replace(study.fragility, im=hazard.im)
+    return study.model_copy(update=changes)
 
 
 def load_config(path: Path, base: Path | None = None) -> StudyConfig:

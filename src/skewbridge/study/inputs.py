@@ -19,13 +19,9 @@ from skewbridge.demands.columns import DEMAND_COLUMNS, INTENSITY_COLUMNS, Column
 from skewbridge.demands.validity import with_derived_columns
 from skewbridge.errors import InputError, raise_all
 from skewbridge.files.digests import canonical, digest_of, layer_digest, provenance
-from skewbridge.files.tables import read_frame, write_frame
+from skewbridge.files.tables import Row, read_frame, write_frame
 from skewbridge.files.text import read_json, shortened, write_text
-from skewbridge.fragility.limit_states import (
-    HEADLINE_STATES,
-    load_limit_states,
-    with_column_failure,
-)
+from skewbridge.fragility import limit_states
 from skewbridge.motions.folder import INDEX_NAME
 from skewbridge.motions.levels import BLOCK, LEVEL_MEASURE, has_pilot, striped
 from skewbridge.motions.read import files_digest
@@ -151,7 +147,7 @@ def _check_column(key: str, name: str, columns: Iterable[Column]) -> None:
 
 def _check_limit_states(path: Path) -> None:
     names = {column.name for column in DEMAND_COLUMNS}
-    states = load_limit_states(path)
+    states = limit_states.load_limit_states(path)
     names |= {column.name for column in joint_columns(state.demand for state in states)}
     lacking = [state for state in states if state.demand not in names]
     text = f"{path}: limit state %s/%s: the demands table has no column %r"
@@ -179,12 +175,12 @@ def medians_of(study: StudyConfig, demands: pd.DataFrame) -> tuple[float, ...]:
     largest level of a run, provided that a demand reaches `NEAR` times the capacity.
     """
     demands = with_derived_columns(demands).sort_values(LEVEL_MEASURE)
-    states = load_limit_states(Path(study.fragility.limit_states))
-    states = with_column_failure(states, list(map(str, demands)))
+    states = limit_states.load_limit_states(Path(study.fragility.limit_states))
+    states = limit_states.with_column_failure(states, list(map(str, demands)))
     medians: list[float] = []
     for _, rows in demands.groupby("bridge"):
         levels_g = rows[LEVEL_MEASURE].to_numpy(np.float64)
-        for state in (s for s in states if s.key in HEADLINE_STATES):
+        for state in (s for s in states if s.key in limit_states.HEADLINE_STATES):
             ratios = np.nan_to_num(rows[state.demand].to_numpy(np.float64) / state.threshold)
             exceeds = ratios >= 1.0
             n_exceed_below = np.concatenate([[0], np.cumsum(exceeds)])
@@ -201,13 +197,9 @@ def run_pilot(study: StudyConfig, workers: int) -> tuple[float, ...]:
     from skewbridge.study.analyses import StudySetup, run_in_journal
 
     setup = StudySetup.of(study, workers).of_motions(0, BLOCK)
-    rows = [
-        row
-        for variant in expand_grid(study.grid)
-        for row in run_in_journal(
-            setup, variant.slug, setup.planned_tasks(variant.slug), of_variant=True
-        )
-    ]
+    rows: list[Row] = []
+    for slug in (variant.slug for variant in expand_grid(study.grid)):
+        rows += run_in_journal(setup, slug, setup.planned_tasks(slug), of_variant=True)
     medians_g = medians_of(study, pd.DataFrame(rows))
     write_text(setup.folder.pilot, json.dumps(medians_g))
     logger.info("median Sa_avg of the trial runs: %s g", ", ".join(map("{:g}".format, medians_g)))

@@ -153,7 +153,8 @@ def axis_pairs(
     """
     variant = setup.named(slug)
     for name, values in axes.items():
-        ends = [end(values, key=abs) for end in (min, max)]
+        low = min(values, key=abs)
+        ends = low, max((value for value in values if value != low), key=abs, default=low)
         points = [variant.values() | {name: value} for value in ends]
         at = partial(setup.study.grid.variant, variant.bridge, variant.abutment)
         variants = list(map(at, points))

@@ -56,10 +56,9 @@ def study_progress(run_keys: Mapping[str, Sequence[str]], content: JournalConten
     """Return the progress of a study, given the `run_keys` of each variant and the journals."""
     done, analyses = content.rows, sum(map(len, run_keys.values()))
     rows = [done[key] for keys in run_keys.values() for key in keys if key in done]
-    columns = {"variant": "variant", "motion": "motion_id", "status": "status"}
-    columns["reason"] = "collapse_criterion"
     failures = [
-        {name: row[column] for name, column in columns.items()} | {"command": run_command(row)}
+        {"variant": row["variant"], "motion": row["motion_id"], "status": row["status"]}
+        | {"reason": row["collapse_criterion"], "command": run_command(row)}
         for row in rows
         if row["status"] in FAILED
     ]

@@ -7,7 +7,7 @@ comparison therefore use only the strongest part of the motion.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import pandas as pd
@@ -56,7 +56,8 @@ def sampled_rows(
     for row, number in enumerate(variant_numbers):
         tasks = setup.planned_tasks(slugs[int(number)])
         tasks.sort(key=lambda task: -task.motion.measures[PGV])
-        cut_tasks.append(in_window(tasks[row % len(tasks)], window_s))
+        if tasks:  # blocks of few motions may leave a variant out
+            cut_tasks.append(in_window(tasks[row % len(tasks)], window_s))
     return cut_tasks
 
 
@@ -93,23 +94,23 @@ def sensitivity_table(rows: pd.DataFrame) -> pd.DataFrame:
     and ``change``, a key of `REPEATS`. Two repeats are not compared if a column fails in different
     cycles of the motion.
     """
-    ran = rows[rows["status"].isin(RAN)]
-    ends_s = ran.set_index(["row", "change"])["beyond_model_s"].unstack().fillna(np.inf)
-    same_cycle = {  # failures within 0.1 s are in the same cycle
-        change: np.isclose(ends_s[AS_IN_STUDY], ends_s[change], rtol=0.0, atol=0.1)
-        for change in list(REPEATS)[1:]
-    }
+    ran = rows[rows["status"].isin(RAN)].set_index(["row", "change"])
+
+    def by_change(values: pd.Series) -> pd.DataFrame:
+        """Return one column per change, also for a change with which no row ran."""
+        return values.unstack().reindex(columns=[*REPEATS])
+
+    ends_s = by_change(ran["beyond_model_s"].fillna(np.inf))
+    # failures within 0.1 s are in the same cycle
+    is_alike = np.isclose(ends_s, ends_s[[AS_IN_STUDY]], rtol=0.0, atol=0.1)
     counts: dict[str, float] = {"rows": rows["row"].nunique(), "not_run": len(rows) - len(ran)}
     counts["analysed_s"] = float(rows["duration_s"].max())
-    table: list[dict[str, object]] = []
+    table: list[Mapping[Any, object]] = []
     for demand in demands_for("sensitivity"):
-        values = ran.pivot_table(index="row", columns="change", values=demand)
-        row: dict[str, object] = {"demand": demand, **counts}
-        for change, is_alike in same_cycle.items():
-            # drops 0 / 0, a demand that does not occur in this row
-            ratios = (values[AS_IN_STUDY] / values[change]).reindex(ends_s.index[is_alike]).dropna()
-            if change == "reference":
-                row["reference_mean_ratio"] = float(ratios.mean())
-            row[f"{change}_largest_change"] = float((ratios - 1.0).abs().max())
-        table.append(row)
+        values = by_change(ran[demand])
+        # mean and maximum leave out 0 / 0, a demand that does not occur in this row
+        ratios = values.rdiv(values[AS_IN_STUDY], axis="index").where(is_alike)
+        changes = (ratios - 1.0).abs().max().drop(AS_IN_STUDY).add_suffix("_largest_change")
+        mean_ratio = {"reference_mean_ratio": ratios["reference"].mean()}
+        table.append({"demand": demand} | counts | mean_ratio | changes.to_dict())
     return pd.DataFrame(table)

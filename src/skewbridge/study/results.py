@@ -28,29 +28,14 @@ from skewbridge.files.tables import (
     write_frame,
 )
 from skewbridge.files.text import writable_folder
-from skewbridge.fragility import demand_table
+from skewbridge.fragility import demand_table, effects, rates
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_model import fit_models
-from skewbridge.fragility.effects import (
-    Pairs,
-    demand_effects,
-    effect_table,
-    median_effects,
-    run_pairs,
-)
 from skewbridge.fragility.exports import EXTRAPOLATED
 from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED
 from skewbridge.fragility.hazard import HazardConfig, hazard_curve, site_hazard
 from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.limit_states import States, load_limit_states, with_column_failure
-from skewbridge.fragility.rates import (
-    curve_rate,
-    lacking_notes,
-    rate_columns,
-    rate_effects,
-    rate_shares,
-    rates_of_curves,
-)
 from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.fragility.study_tables import fragility_tables, write_tables
 from skewbridge.study.folder import StudyFolder, starter_files
@@ -171,14 +156,14 @@ def statistics_of(
     states = _limit_states(limit_states)
     site = HazardConfig(file=hazard and str(hazard), measure=hazard and im)
     source = read_any(demands)
-    rates = hazard_curve(site, list(map(str, source.filter(regex="^im_"))), DEFAULTS.im)
-    table, measure, unused = _read_demands(demands, source, rates.im if rates else im, states)
+    curve = hazard_curve(site, list(map(str, source.filter(regex="^im_"))), DEFAULTS.im)
+    table, measure, unused = _read_demands(demands, source, curve.im if curve else im, states)
     available = [state for state in states if state.demand in table]
     if not available:
         names = ", ".join(dict.fromkeys(state.demand for state in states))
         raise InputError(f"{demands.name} has none of the demands of the limit states: {names}")
     settings = replace(DEFAULTS, im=measure)
-    tables = fragility_tables(table, available, settings, hazard=rates, jobs=cpu_count())
+    tables = fragility_tables(table, available, settings, hazard=curve, jobs=cpu_count())
     notes, texts = tables["input_notes"], {name: label_of(name) for name in map(str, table)}
     write_frame(table, folder.demands, provenance(**{_STATISTICS_OF: demands.name}), texts)
     write_tables(tables, folder.fragility("curves").parent)
@@ -244,14 +229,14 @@ def compare_studies(
     names = list(demands_for("effect", sorted(shared)))
     columns = list(dict.fromkeys([*names, *(state.demand for state in states), im]))
     demands = pd.concat(tables, ignore_index=True)
-    pairs = run_pairs(demands, STUDY, columns)
+    pairs = effects.run_pairs(demands, STUDY, columns)
     if pairs.empty:
         raise InputError(_nothing_shared(tables[0], tables[1], demand_table.axis_names(demands)))
     change = {"axis": STUDY, "from_value": 0.0, "to_value": 1.0}
-    effects: list[dict[str, Any]] = []
+    rows: list[Row] = []
     for model, model_pairs in demand_table.models_of(pairs):
-        named_pairs = Pairs(model | change, model_pairs)
-        effects += demand_effects(named_pairs, names=names, settings=settings, reference_im={})[0]
+        named = effects.Pairs(model | change, model_pairs)
+        rows += effects.demand_effects(named, names=names, settings=settings, reference_im={})[0]
     variant_keys = [*demand_table.BRIDGE_COLUMNS, *demand_table.axis_names(demands)]
     paired = demands.merge(pairs[[*variant_keys, *demand_table.LOADING_COLUMNS]].drop_duplicates())
     runs, notes = demand_table.prepared(paired, [state.demand for state in states], settings)
@@ -259,19 +244,19 @@ def compare_studies(
     equal = (top == bottom.to_numpy()) | (top.isna() & bottom.isna().to_numpy())
     equal["complete"] = pairs["complete_to"] == pairs["complete_from"]
     doubts = notes.loc[notes["kind"] == "percent", "message"].tolist()
-    models = fit_models(runs, states, settings, further=[STUDY])
+    models = fit_models(runs, states, settings, further=[STUDY], jobs=cpu_count())
     curves = fit_study(runs, states, settings, models=models, jobs=cpu_count())
     shared: Any = {"curves": curves, "axes": [STUDY]}
-    rates = pd.DataFrame()
+    site_rates = pd.DataFrame()
     if site is not None:
-        rates = rate_effects(models, states, site, settings, **shared)
+        site_rates = rates.rate_effects(models, states, site, settings, **shared)
         own = curves.loc[curves["preferred"], ["component", "limit_state"]]
-        rated = rates_of_curves(curves.loc[own.index], pd.DataFrame({"modes": []}), site)
-        doubts += lacking_notes(records_of(own.join(rated)))
+        rated = rates.rates_of_curves(curves.loc[own.index], pd.DataFrame({"modes": []}), site)
+        doubts += rates.lacking_notes(records_of(own.join(rated)))
     return StudyComparison(
-        demands=effect_table(demands, effects),
-        medians=median_effects(runs, states, settings, models=models, **shared),
-        rates=rates,
+        demands=effects.effect_table(demands, rows),
+        medians=effects.median_effects(runs, states, settings, models=models, **shared),
+        rates=site_rates,
         counts={
             "pairs": len(pairs),
             "only_first": len(tables[0]) - len(pairs),
@@ -345,7 +330,7 @@ def predict_states(
     abutment: str | None = None,
     *,
     at: float | None = None,  # intensity for `p` (with beta_total), `p_records` (with beta)
-    hazard: Path | None = None,  # for the columns of `rate_columns` and `rate_shares`
+    hazard: Path | None = None,  # for the columns of a rate and its shares
 ) -> list[Row]:
     """Return predictions at a point in the range of a study, one row per fitted limit state.
 
@@ -381,8 +366,8 @@ def predict_states(
         prediction[EXTRAPOLATED] = not low <= theta <= high
         prediction[f"p_{EXTRAPOLATED}"] = None if at is None else not low <= at <= high
         if site is not None:
-            prediction |= rate_columns(curve_rate(curve, site).interval(model.level))
-            prediction |= rate_shares(curve, site, low, high)
+            rate = rates.curve_rate(curve, site).interval(model.level)
+            prediction |= rates.rate_columns(rate) | rates.rate_shares(curve, site, low, high)
         prediction["n_withheld"] = int(n_withheld.get(tuple(row[name] for name in keys), 0))
         shared = {name: row[name] for name in ("loo_error", "im", RANDOM_PROPERTIES)}
         rows.append(prediction | shared)

@@ -24,14 +24,9 @@ from skewbridge.demands.columns import demands_for
 from skewbridge.demands.validity import with_derived_columns
 from skewbridge.files.tables import read_frame, records_of
 from skewbridge.files.text import read_json, write_text
-from skewbridge.fragility import verdicts
+from skewbridge.fragility import limit_states, verdicts
 from skewbridge.fragility.demand_table import axis_names, prepared
 from skewbridge.fragility.effects import effect_tables, median_effects
-from skewbridge.fragility.limit_states import (
-    HEADLINE_STATES,
-    load_limit_states,
-    with_column_failure,
-)
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE
 from skewbridge.study.analyses import StudySetup, analyses_s
 from skewbridge.study.config import StudyConfig
@@ -181,7 +176,8 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
     analysis_s = dict.fromkeys(slugs, analyses_s(study, setup.durations_s) / analyses)
     if earlier:
         demands = pd.concat(map(read_frame, earlier), ignore_index=True)
-        mean_s = demands.groupby("variant")["wall_s"].mean()
+        # NaN, left out: all workers of a variant died
+        mean_s = demands.groupby("variant")["wall_s"].mean().dropna()
         analysis_s = {slug: float(mean_s.get(slug, mean_s.mean())) for slug in slugs}
         speed = measured_speed(records_of(demands), study.analysis, "wall_s")
     began_s, cores = map(float, os.environ.get(CLOCK, f"{time.time()} 1").split())
@@ -235,11 +231,12 @@ def _looked_at(
     mean_s: Mapping[str, float],
 ) -> tuple[pd.DataFrame, list[dict[str, int]]]:
     settings, looks = study.fragility, study.design.looks
-    states = load_limit_states(Path(settings.limit_states))
-    states = with_column_failure(states, with_derived_columns(demands.head(0)).columns)
+    states = limit_states.load_limit_states(Path(settings.limit_states))
+    columns = with_derived_columns(demands.head(0)).columns
+    states = limit_states.with_column_failure(states, columns)
     names = list(dict.fromkeys(state.demand for state in states))
     rows = prepared(demands, names, settings).table
-    headline = [state for state in states if state.key in HEADLINE_STATES]
+    headline = [state for state in states if state.key in limit_states.HEADLINE_STATES]
     on_demands = effect_tables(rows, demands_for("headline", rows.columns), settings).effects
     effects = pd.concat([on_demands, median_effects(rows, headline, settings)], ignore_index=True)
     history = pd.DataFrame([cell for plan in plans for cell in plan["cells"]])

@@ -68,6 +68,10 @@ TABULATED: Final[dict[tuple[str, str], dict[str, str]]] = {
 }
 
 
+def _ignore(_line: str) -> None:
+    pass
+
+
 @dataclass(frozen=True, slots=True)
 class Study:
     """Results of a study: comparisons, verdicts on statements, figures and tables.
@@ -80,17 +84,12 @@ class Study:
 
     name: str
     kept: Path = Path()
-    report_progress: Callable[[str], None] | None = None
+    report_progress: Callable[[str], None] = _ignore
     records: Path | None = None
     comparisons: list[Row] = field(default_factory=list[Row])
     runs: dict[tuple[str, str], Runs] = field(default_factory=dict[tuple[str, str], Runs])
     figures: "dict[str, Figure]" = field(default_factory=dict)
     tables: dict[str, pd.DataFrame] = field(default_factory=dict[str, pd.DataFrame])
-
-    def say(self, line: str) -> None:
-        """Send a line to `report_progress`, if it is set."""
-        if self.report_progress:
-            self.report_progress(line)
 
     def absolute(
         self, quantity: str, value: float, reference: float, tolerance: float | None, source: str
@@ -111,12 +110,10 @@ class Study:
     def tabulated(self, quantity: str, value: float) -> None:
         """Compare a value with its reference in `reference_values.csv`."""
         row = TABULATED[self.name, quantity]
-        reference, tolerance, source = float(row["reference"]), row["tolerance"], row["source"]
-        if tolerance.endswith("%"):
-            self.relative(quantity, value, reference, float(tolerance[:-1]) / 100.0, source)
-        else:
-            limit = float(tolerance) if tolerance else None
-            self.absolute(quantity, value, reference, limit, source)
+        number, percent, _ = row["tolerance"].partition("%")
+        tolerance = float(number) / (100.0 if percent else 1.0) if number else None
+        compare = self.relative if percent else self.absolute
+        compare(quantity, value, float(row["reference"]), tolerance, row["source"])
 
     def at_most(self, quantity: str, value: float, limit: float, source: str) -> None:
         """Require that a non-negative quantity is at most a limit."""
@@ -227,7 +224,7 @@ def run_studies(
     names: Sequence[str],
     out: Path,
     *,
-    report_progress: Callable[[str], None] | None = None,
+    report_progress: Callable[[str], None] = _ignore,
     records: Path | None = None,
 ) -> list[Row]:
     """Run studies (by default all but the long ones), write tables and figures, return all rows.
@@ -243,8 +240,7 @@ def run_studies(
     rows: list[Row] = []
     statements: list[Row] = []
     for name in names or STUDIES:
-        if report_progress:
-            report_progress(f"{name} ...")
+        report_progress(f"{name} ...")
         stopped = ""
         try:
             study = run_study(name, out, report_progress, records)
@@ -271,7 +267,7 @@ def run_studies(
 def run_study(
     name: str,
     kept: Path = Path(),
-    report_progress: Callable[[str], None] | None = None,
+    report_progress: Callable[[str], None] = _ignore,
     records: Path | None = None,
 ) -> Study:
     """Run a study; a long one keeps its analyses in `kept`. A solver raises `RuntimeError`."""

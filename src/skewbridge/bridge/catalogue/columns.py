@@ -17,13 +17,7 @@ from typing import Annotated, Any, Final, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import (
-    BaseModel,
-    Field,
-    ValidatorFunctionWrapHandler,
-    WrapValidator,
-    model_validator,
-)
+from pydantic import BaseModel, Field, ValidatorFunctionWrapHandler, WrapValidator, model_validator
 
 from skewbridge.units import MM
 
@@ -344,12 +338,18 @@ class OblongColumn(ColumnData, frozen=True):
 
     @property
     def hoops(self) -> Hoops:
-        """Hoop and cross ties."""
-        # ASSUME cross ties or interlocking hoops confine the straight part like the ends; the ends
-        # resist shear like one circular hoop, and along the bent only the straight sides resist it
-        leg_m2 = self.hoop_area_mm2 * MM**2
-        areas_m2 = (math.pi / 2 + self.cross_ties) * leg_m2, 2 * leg_m2
-        return self._round_hoops(areas_m2, (self.core.sizes_m[0], EFFECTIVE_DEPTH * self.width_m))
+        """Hoop and cross ties: steel across the width and its volume, at most those of circles."""
+        # ASSUME cross ties confine the straight part like the ends; the ends resist shear like one
+        # circular hoop, and along the bent only the straight sides resist it
+        leg_m2, core, ties = self.hoop_area_mm2 * MM**2, self.core, self.cross_ties
+        areas_m2 = (math.pi / 2 + ties) * leg_m2, 2 * leg_m2
+        hoops = self._round_hoops(areas_m2, (core.sizes_m[0], EFFECTIVE_DEPTH * self.width_m))
+        share = min((2 + ties) / 2 * core.sizes_m[0] / core.sizes_m[1], 1.0)
+        volume_m2 = (core.length_m + ties * core.sizes_m[0]) * leg_m2 / (MM * self.hoop_spacing_mm)
+        return hoops._replace(
+            confining=(share * hoops.confining[0], hoops.confining[1]),
+            volume_ratio=min(volume_m2 / core.area_m2, hoops.volume_ratio),
+        )
 
     @model_validator(mode="after")
     def _is_oblong(self) -> Self:

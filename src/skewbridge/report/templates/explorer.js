@@ -21,8 +21,6 @@
     Object.entries(attributes).forEach(([name, value]) => made.setAttribute(name, value));
     return made;
   };
-  // rows of a table stored as column names and lists of values
-  data.fits = data.fits.rows.map((row) => Object.fromEntries(data.fits.columns.map((name, place) => [name, row[place]])));
   const rowsOf = variants.map(() => []);
   runs.variant.forEach((variant, row) => rowsOf[variant].push(row));
   const matches = (values) => data.axes.every((axis, place) => chosen[axis.name] === "all" || String(values[place]) === chosen[axis.name]);

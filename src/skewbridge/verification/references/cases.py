@@ -72,7 +72,8 @@ class DeckCase(_Case):
     cohesion_n: Force = 0.0
     normal_stiffness_n_per_m: Stiffness
     tangent_stiffness_n_per_m: Stiffness | None = None
-    restitution: Annotated[float, Field(gt=0.0, le=1.0)] | None = None
+    # a lower one needs dashpots that the steps of the penalty equation do not resolve
+    restitution: Annotated[float, Field(ge=1.0e-3, le=1.0)] | None = None
     solver: Literal["opensees", "penalty", "lcp"] = "opensees"
     coupling: Literal["extrapolated", "lagged"] = "extrapolated"
     integrator: Literal["newmark", "houbolt", "hht"] = "newmark"

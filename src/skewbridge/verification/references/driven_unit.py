@@ -102,11 +102,6 @@ def path_work_j(path: Floats, forces_n: Floats) -> float:
     return float(np.sum(0.5 * (forces_n[1:, :2] + forces_n[:-1, :2]) * steps_m))
 
 
-def rms_n(differences_n: Floats) -> float:
-    """Return the RMS (N) of the resultants of force differences, shape (rows, components)."""
-    return float(np.sqrt(np.mean(np.sum(differences_n**2, axis=1))))
-
-
 def support_nodes(gap_m: float = 0.0) -> None:
     """Define a fixed node `SURFACE` and a node `BODY` at a distance of ``gap_m`` along z."""
     anchor, unused = 3, 4

@@ -34,15 +34,10 @@ from skewbridge.contact.law import advance_pair
 from skewbridge.errors import SolutionError
 from skewbridge.files.tables import Floats, Row
 from skewbridge.units import KN, MM
+from skewbridge.verification.references import deck_solvers as solvers
 from skewbridge.verification.references import driven_unit as unit
 from skewbridge.verification.references import live_model as live
 from skewbridge.verification.references.cases import deck_case
-from skewbridge.verification.references.deck_solvers import (
-    INTEGRATORS,
-    pulse_of,
-    run_deck,
-    run_opensees,
-)
 from skewbridge.verification.references.driven_unit import PAPER_LAW, drive_unit
 from skewbridge.verification.references.live_model import History, first_crossing_s, rms
 from skewbridge.verification.registry import Panel, Study, drawn
@@ -184,7 +179,7 @@ def run_gate(study: Study) -> None:
     study.relative("first turning point (m)", computed_m, 2.0 * _SLIP_M - 0.5, 5e-3, "B1")
     _check_rectangle(study, "slip under a rectangular pulse (m)", 0.2, (5e-4, 0.8), 1e-2)
     _check_fall(study, ("deepest penetration (m)",), 2e-4)
-    history = run_deck(deck_case("C1", dt_s=2.5e-4, duration_s=1.5))
+    history = solvers.run_deck(deck_case("C1", dt_s=2.5e-4, duration_s=1.5))
     for name, key in (("ux (m)", "ux_m"), ("uy (m)", "uy_m"), ("theta (rad)", "theta_rad")):
         study.tabulated(f"C1 peak {name}", history.peaks()[key])
     residual = abs(history.energy_residual_ratio)
@@ -212,7 +207,7 @@ def _check_paths(study: Study) -> None:
     path[:, 3] = np.where(np.sin(2 * pi * path[:, 0] / 2.5) > 0.0, 0.1, -0.1)
     computed_n = drive_unit(PAPER_LAW, path).forces_n
     exact_n = unit.follow_law(PAPER_LAW, path, substeps=20)
-    error = unit.rms_n((computed_n - exact_n)[:, :2]) / limit_n
+    error = rms(np.hypot(*(computed_n - exact_n)[:, :2].T)) / limit_n
     study.at_most("RMS error with openings, over the limit", error, 1e-2, "radial return")
     study.at_most("tension (N)", max(0.0, float(-computed_n[:, 2].min())), 0.0, "no tension")
     open_n = np.abs(computed_n[path[:, 3] > 0.0, :2]).max()
@@ -224,11 +219,10 @@ def _check_rectangle(
 ) -> None:
     """Check the slip of a block under a rectangular pulse; `times_s` is (step, duration)."""
     accel, limit = 0.5 * TABLE_G_MPS2, friction * TABLE_G_MPS2
-
-    def base_mps2(t: Floats) -> Floats:
-        return 0.5 * accel * (np.sign(0.2 + 1e-9 - t) + np.sign(0.2 - 1e-9 - t) + 2) / 2.0
-
-    history = run_block(sliding_block(friction), *times_s, base_mps2=base_mps2)
+    history = run_block(
+        *(sliding_block(friction), *times_s),
+        base_mps2=lambda t: accel * np.heaviside(np.round(0.2 - t, 9), 0.5),
+    )
     exact_m = (accel * 0.2) ** 2 / (2.0 * limit) * (1.0 - limit / accel)
     study.relative(name, -history.q[-1, 0], exact_m, tolerance, "B3")
 
@@ -305,7 +299,8 @@ def _loops(gap_m: float, study: Study) -> dict[str, tuple[Floats, Floats]]:
     for name, (x, z) in moves.items():
         path = np.column_stack([t, x, np.zeros_like(t), z])
         forces = drive_unit(law, path).forces_n
-        error = unit.rms_n(forces - unit.follow_law(law, path, substeps=50)) / _LIMIT_N
+        exact = unit.follow_law(law, path, substeps=50)
+        error = rms(np.linalg.norm(forces - exact, axis=1)) / _LIMIT_N
         quantity = f"{name} loop, gap {1000 * gap_m:g} mm: RMS error over the limit"
         study.at_most(quantity, error, 0.01, "radial return on a fine grid")
         study.states("unit behind a gap" if gap_m else "unit without gap", f"{name} loop", error)
@@ -433,7 +428,7 @@ def integrator_restitution(integrator: str, step: float) -> Floats:
     block = Block(mass_kg=1.0, kn_n_per_m=1.0, kt_n_per_m=1.0, bounces=True, v0_mps=(0.0, -1.0))
     for k in range(len(result)):
         phase = replace(block, gap_m=step * (_FREE_STEPS + (k + 0.5) / len(result)))
-        history = run_block(phase, step, count * step, integrator=INTEGRATORS[integrator])
+        history = run_block(phase, step, count * step, integrator=solvers.INTEGRATORS[integrator])
         y = history.q[:, 1]
         result[k] = (y[-1] - y[-2]) / step
     return result
@@ -538,13 +533,13 @@ def run_orders(study: Study) -> None:
         | {"error_ratio": path_error(rows, coupling, kind)}
         for kind, coupling, rows in product(_KINDS, _COUPLINGS, (125, 250, 500, 1000, 2000, 4000))
     ]
-    exact = run_deck(deck_case("C5", solver="penalty", dt_s=2.5e-4, duration_s=_DECK_S))
+    exact = solvers.run_deck(deck_case("C5", solver="penalty", dt_s=2.5e-4, duration_s=_DECK_S))
     scale = np.abs(exact.q).max(axis=0)
     couplings = (("extrapolated", 1), ("lagged", 1), ("extrapolated", 8))
     for step, (coupling, substeps) in product((0.2, 0.1, 0.05, 0.02, 0.01), couplings):
         dt_s = step / deck_case("C5").contact_frequency_rad_per_s
         case = deck_case("C5", dt_s=dt_s, duration_s=_DECK_S, coupling=coupling)
-        history = run_opensees(case, pulse_of(case), parts_on_change=substeps)
+        history = solvers.run_opensees(case, solvers.pulse_of(case), parts_on_change=substeps)
         q = np.array([np.interp(exact.t_s, history.t_s, column) for column in history.q.T]).T
         name = coupling if substeps == 1 else f"{coupling}, sub-steps"
         row = {"study": _DECK, "coupling": name, "rows": 0, "step": step}
@@ -588,4 +583,4 @@ def path_error(rows: int, coupling: Coupling, kind: PathKind) -> float:
     fine_forces = unit.follow_law(PAPER_LAW, smooth_path(rows * fine_rows, kind))[::fine_rows]
     forces = drive_unit(PAPER_LAW, path, substeps=1, coupling=coupling).forces_n
     limit = PAPER_LAW.cohesion_n + PAPER_LAW.friction * float(fine_forces[:, 2].max())
-    return unit.rms_n((forces - fine_forces)[:, :2]) / limit
+    return rms(np.hypot(*(forces - fine_forces)[:, :2].T)) / limit

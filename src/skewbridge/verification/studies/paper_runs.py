@@ -8,19 +8,19 @@ a record is missing, every figure names the motion that replaces it.
 import os
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any, Final, Self
 
 from skewbridge.bridge.library import load_structure
-from skewbridge.errors import InputError
-from skewbridge.files.digests import PACKAGE
 from skewbridge.motions import read
-from skewbridge.motions.folder import IndexEntry, read_index
+from skewbridge.motions.folder import INDEX_NAME, read_index
 from skewbridge.motions.formats import Stated
 from skewbridge.motions.intensity import motion_measures, orbit_rotd50
 from skewbridge.motions.levels import LEVEL_MEASURE, LEVEL_RANGE_G, block_factors
 from skewbridge.motions.record import GroundMotion
 from skewbridge.motions.suite import read_entry
+from skewbridge.study.folder import starter_files
 from skewbridge.units import G_MPS2
 from skewbridge.variant.variant import Variant
 from skewbridge.verification.statements import NOMINAL, Run
@@ -124,7 +124,7 @@ def _record(
         with suppress(read.FalseClaimError):
             motion = read.read_motion(component_1, component_2, motion_id=motion_id)
             return PaperMotion(motion, name, pga_g, is_paper_record=True)
-    motion = read_entry(embedded_entries()[0])
+    motion = stored_motions()[0]
     label = f"synthetic {motion.motion_id} at {factor:g} x the PGA of {name}"
     return PaperMotion(motion.scaled(pga_g / _pga_g(motion)), label, pga_g)
 
@@ -133,21 +133,16 @@ def _pga_g(motion: GroundMotion) -> float:
     return orbit_rotd50(motion.accel_1_mps2, motion.accel_2_mps2) / G_MPS2
 
 
-def embedded_entries() -> list[IndexEntry]:
-    """Return the index entries of the motions of the default suite that are stored in files."""
-    indexes = [folder / "motions" / "index.csv" for folder in (Path(), PACKAGE.parents[1])]
-    if (index := next(filter(Path.is_file, indexes), None)) is None:
-        raise InputError(
-            "the record of the paper that this study repeats was not found, nor motions/index.csv "
-            "to replace it: put the record into motions/ or a folder listed in "
-            f"{FOLDERS_VARIABLE}, or run the command in a folder that contains motions/index.csv"
-        )
-    return [entry for entry in read_index(index) if entry.components]
+@cache
+def stored_motions() -> tuple[GroundMotion, ...]:
+    """Return the motions of the default suite that are stored in files."""
+    entries = read_index(starter_files() / "motions" / INDEX_NAME)
+    return tuple(read_entry(entry) for entry in entries if entry.components)
 
 
 def first_motions(count: int) -> list[GroundMotion]:
     """Return the first motions of the suite with the factors that a study gives them."""
-    motions = [read_entry(entry) for entry in embedded_entries()]
+    motions = stored_motions()
     t1_s = load_structure("osb1").t1_s
     at_1_g = [motion_measures(motion, t1_s)[LEVEL_MEASURE] for motion in motions]
     factors = block_factors(at_1_g, (LEVEL_RANGE_G,))
@@ -156,7 +151,7 @@ def first_motions(count: int) -> list[GroundMotion]:
 
 def strongest_motions(count: int, pga_g: float) -> list[GroundMotion]:
     """Return the motions of the suite with the largest PGA (RotD50), all scaled to `pga_g`."""
-    motions = [read_entry(entry) for entry in embedded_entries()]
+    motions = stored_motions()
     ranked = sorted(((_pga_g(motion), k) for k, motion in enumerate(motions)), reverse=True)
     return [motions[k].scaled(pga_g / peak_g) for peak_g, k in ranked[:count]]
 

@@ -202,14 +202,12 @@ def _event(folder: Path, paths: list[Path], station: Station) -> Event:
         text = read_text(path, MAX_V2_BYTES)
         headers = [text[title.start() :][:2500] for title in _TITLE.finditer(text)]
         for number, header in enumerate(headers, start=1):
-            station_number = _STATION.search(header)
+            number_stated = _STATION.search(header)
             channel = _CHANNEL.search(header) or _RECORDER_CHANNEL.search(header)
-            if station_number is None or station_number[1].lstrip("0") != station.station:
-                stated = f"station {station_number[1]}" if station_number else "no station number"
-                raise InputError(
-                    f"{path}: {stated} in its header, but {station.title} is station "
-                    f"{station.station}"
-                )
+            if number_stated is None or number_stated[1].lstrip("0") != station.station:
+                stated = f"station {number_stated[1]}" if number_stated else "no station number"
+                needed = f"{station.title} is station {station.station}"
+                raise InputError(f"{path}: {stated} in its header, but {needed}")
             if channel is None or int(channel[1]) in accels:
                 continue
             trace = read_trace(path, Stated(channel=number))
@@ -217,14 +215,12 @@ def _event(folder: Path, paths: list[Path], station: Station) -> Event:
             steps_s.add(trace.dt_s)
             date = _date(header) or date
     if missing := sorted(station.required - accels.keys()):
-        raise InputError(
-            f"{folder}: channel {', '.join(map(str, missing))} of station {station.station} is "
-            f"missing; the comparison needs {', '.join(map(str, sorted(station.required)))}"
-        )
+        lacking, needed = (", ".join(map(str, c)) for c in (missing, sorted(station.required)))
+        text = f"channel {lacking} of station {station.station} is missing"
+        raise InputError(f"{folder}: {text}; the comparison needs {needed}")
     if len(steps_s) > 1:
         steps = ", ".join(map(str, sorted(steps_s)))
-        text = f"the files have time steps of {steps} s"
-        raise InputError(f"{folder}: {text}; all files of an event must have the same")
+        raise InputError(f"{folder}: time steps of {steps} s; all files must have the same")
     notes: list[str] = []
     for ground in station.grounds:
         if ground.channel not in accels and ground.instead is not None:
@@ -271,8 +267,7 @@ def in_band(values: Floats, dt_s: float, derivative: int = 0) -> Floats:
     return np.fft.irfft(spectrum, 2 * count)[:count]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Period:
+class Period(NamedTuple):
     """Identified period, damping ratio and share of motion `explained` by the mode.
 
     `half_range_s` is the largest difference to the periods of the two halves of the recording.
@@ -301,12 +296,8 @@ def identified_period(output: Floats, inputs: Floats, dt_s: float) -> Period:
     (period_s, damping, unexplained), *halves = (
         _fitted_mode(output[samples], inputs[samples], dt_s) for samples in ranges
     )
-    return Period(
-        period_s=period_s,
-        damping=damping,
-        half_range_s=max(abs(half_s - period_s) for half_s, *_ in halves),
-        explained=1.0 - unexplained,
-    )
+    half_range_s = max(abs(half_s - period_s) for half_s, *_ in halves)
+    return Period(period_s, damping, half_range_s, 1.0 - unexplained)
 
 
 def _fitted_mode(output: Floats, inputs: Floats, dt_s: float) -> tuple[float, float, float]:
@@ -471,14 +462,14 @@ def comparison(history: Floats, recorded: Floats) -> dict[str, float]:
 def run_painter(study: Study) -> None:
     """Compare the Painter Street overcrossing with the recordings in the folder of the study."""
     if study.records is None:
-        study.say(f"{study.name}: skipped, it needs recordings: name a folder with --records DIR")
+        study.report_progress(f"{study.name}: skipped without recordings (--records DIR)")
         return
     station = read_station("painter")
     rows: list[dict[str, Any]] = []
     with TemporaryDirectory(prefix="skewbridge-") as folder:
         cases = {"model": Case.of(station), **changed_cases(station, Path(folder))}
         for event in read_events(study.records, station):
-            study.say("; ".join([f"{event.date} ...", *event.notes]))
+            study.report_progress("; ".join([f"{event.date} ...", *event.notes]))
             data = recording_of(event, station)
             models = {name: predicted(data, station, case) for name, case in cases.items()}
             models = {"model": models.pop("model"), "null": data.null, **models}

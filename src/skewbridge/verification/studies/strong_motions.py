@@ -83,8 +83,7 @@ def rows_of_tasks(
         for count, row in enumerate(runs, start=len(tasks) - len(unfinished) + 1):
             rows[row["run_key"]] = row
             journal.append(row)
-            is_shown = count % REPORT_EACH == 0 or not row.get("as_required", True)
-            if study.report_progress and is_shown:
+            if count % REPORT_EACH == 0 or not row.get("as_required", True):
                 last_text = f"{unfinished[row['run_key']].variant.slug} {row.get('why', '')}"
                 study.report_progress(f"{count} of {len(tasks)} analyses; last: {last_text}")
     return [rows[key] for key in keys]
