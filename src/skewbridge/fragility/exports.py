@@ -45,6 +45,7 @@ PARAMETERS: Final = (
     "n_records", "n_unknown", "extrapolated", "demand", "threshold", "capacity_dispersion",
     "citation", *UNION_COLUMNS,
 )  # fmt: skip
+_NUMBERS: Final = "^(threshold|theta|beta|n_|capacity_|mode_)"  # columns of numbers
 _NRML: Final = "http://openquake.org/xmlns/nrml/0.5"
 #: First letters of an intensity column: name and factor in OpenQuake, demand and unit in pelicun.
 _MEASURES: Final = {
@@ -74,9 +75,10 @@ def export_curves(source: Path, form: str, out: Path) -> dict[str, Any]:
         raise InputError(f"format must be one of {', '.join(WRITERS)}, got {form!r}")
     table = read_any(source)
     need_columns(table, _NEEDED, "the table of curves")
-    for name in ("threshold", "theta", "beta", "beta_total"):
+    for name in (*axis_names(table), *map(str, table.filter(regex=_NUMBERS))):
         values = as_column(table[name], name)
-        require(~(values <= 0.0), name, "must be above zero", values)
+        if name in ("threshold", "theta", "beta", "beta_total"):
+            require(~(values <= 0.0), name, "must be above zero", values)
     curves = chosen_curves(table).reset_index(drop=True)
     has_estimate = curves["status"] == FITTED
     if not has_estimate.any() and form != "csv":
