@@ -7,7 +7,7 @@ import sys
 from dataclasses import replace
 from functools import partial
 from itertools import product
-from math import cos, nan, radians
+from math import cos, radians
 from pathlib import Path
 
 import numpy as np
@@ -311,11 +311,11 @@ def test_each_corner_is_compared_with_its_own_seat(written) -> None:
     histories = corner_histories()
     histories["abutment_right_acute_unseating_m"][1] = 0.3
     case = replace(VARIANT, bridge=str(own), skew_deg=0)
-    assert bridge_check.corner_moves_m(case, histories, 0.63)["right acute"] == (0.3, 0.63)
+    about, run = load_structure(own).description, {"column_drift_ratio": 0.0} | SUPPORT
+    assert bridge_check.corner_moves_m(about, histories, 0.63)["right acute"] == (0.3, 0.63)
     for end, gap_m in (("left", 0.02), ("right", 0.05)):
         histories[f"contact_{end}_backwall_1_opening_m"] = np.array([gap_m, 0.0])
-    moves_m = bridge_check.corner_moves_m(case, histories, 0.63)
-    rows = bridge_check.sdc_rows(case, {"column_drift_ratio": 0.0}, [], [], moves_m, {})
+    rows = bridge_check.sdc_rows(case, run, [], histories)
     assert [row["capacity"] for row in rows] == pytest.approx([0.63, 0.63, 0.85, 0.85, 0.85])
     assert rows[-1]["demand"] == pytest.approx(0.86, abs=0.006)  # at skew 60
     assert [row["ok"] for row in rows] == [False, False, True, True, False]
@@ -330,9 +330,8 @@ def test_the_seats_of_an_inner_joint_are_checked(written, at: str, lost: float) 
     variant = replace(VARIANT, bridge=written(f"extends: osb1\nsource: own\n{deck}"))
     histories = {"joint1_unseating_m": np.array([0.0, 0.3, 0.1]),
                  "contact_joint_1_1_opening_m": np.array([0.04, 0.34, 0.0])}  # fmt: skip
-    moves_m = bridge_check.joint_moves_m(variant, histories)
     run = {"column_drift_ratio": 0.02, "support_length_m": float("nan")}
-    sdc, aashto = bridge_check.sdc_rows(variant, run, [], [], {}, moves_m)
+    sdc, aashto = bridge_check.sdc_rows(variant, run, [], histories)
     assert [row["check"][:15] for row in (sdc, aashto)] == ["joint 1 seat, S", "joint 1 seat, A"]
     assert sdc["capacity"] == aashto["capacity"] == pytest.approx(0.6 - lost * 0.04)
     deck_m = 45.72 if at.startswith("at") else 91.44
@@ -340,7 +339,6 @@ def test_the_seats_of_an_inner_joint_are_checked(written, at: str, lost: float) 
     assert sdc["demand"] == pytest.approx(max(0.3 + 0.1016 + deck_m / 2000, 0.6096))
     bridge = load_structure(variant.bridge).description
     assert aashto["demand"] == bridge_check.seat_demand_aashto_m(bridge, "joint 1", 0)
-    assert bridge_check.corner_moves_m(variant, histories, nan) == {}
 
 
 @pytest.fixture

@@ -14,6 +14,7 @@ from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_model import StateCurve, fit_models
 from skewbridge.fragility.effects import effect_tables, median_effects
 from skewbridge.fragility.joint import JointModel
+from skewbridge.fragility.motion_means import average
 from skewbridge.fragility.study_tables import fragility_tables
 
 DRIFT = states_of("column_drift")[:2]
@@ -159,6 +160,23 @@ def test_an_effect_that_depends_on_another_axis_is_given_by_its_value():
     by_gap = np.log(by_gap.set_index("gap_mm")["ratio"])
     assert by_gap[25] - by_gap[51] == pytest.approx(-0.1, abs=0.02)
     assert by_gap.mean() == pytest.approx(np.log(row["ratio"]), abs=1e-9)
+
+
+def test_dependence_on_any_other_axis_is_tested_once_for_each():
+    table = ready(study(24).query("skew_deg != 30"), DRIFT[:1])
+    (models,) = fit_models(table, DRIFT[:1], SETTINGS)
+    places = pd.DataFrame(product((25, 51), (0.0, 0.5)), columns=AXES[1:])
+    start, end = ([models.curve(DRIFT[0], {"skew_deg": skew, **place})
+                   for place in places.to_dict("records")] for skew in (0, 60))  # fmt: skip
+    ratios = [b.ln_ratio(a) for a, b in zip(start, end, strict=True)]
+    by_axis = [[average([ratios[i] for i in rows]) for rows in places.groupby(name).groups.values()]
+               for name in places]  # fmt: skip
+    p_values = [second.minus(first).p_value() for first, second in by_axis]
+    found = median_effects(table, DRIFT[:1], SETTINGS, models=[models])
+    assert found["scope"].drop_duplicates().tolist() == ["pooled", "by_value", "variant"]
+    found = found[found["axis"] == "skew_deg"].iloc[0]
+    assert found["p_interaction"] == pytest.approx(2.0 * min(p_values))
+    assert found["interaction"] == AXES[1 + int(np.argmin(p_values))]
 
 
 def test_no_two_tables_give_different_numbers_for_one_quantity():

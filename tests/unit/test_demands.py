@@ -239,7 +239,7 @@ def watched(monkeypatch, moved, **changes):
     frame, ends = SimpleNamespace(centre_node=CENTRE), (abutment(holders=(BASE,), **changes),)
     parts = {"columns": (), "abutments": ends, "seats": ends, "joints": (), "contacts": None}
     model = SimpleNamespace(weight_n=1e7, frame=frame, options=ModelOptions(), **parts)
-    monkeypatch.setattr(transient.ops, "nodeDisp", lambda n: [moved.get(n, 0.0), *[0.0] * 5])
+    monkeypatch.setattr(transient.ops, "nodeDisp", lambda n, dof: moved.get(n, 0.0) * (dof == 1))
     return Watch(model, AnalysisSettings())
 
 

@@ -208,13 +208,16 @@ def test_family_wise_verdicts_are_those_of_holm_and_of_the_interval_in_a_family_
 
 
 @pytest.mark.parametrize(
-    ("other", "weakened"),
-    [({}, True), ({"axis": "gap_mm"}, False), ({"demand": "unseating_m"}, False)],
-)
-def test_families_are_split_by_axis_and_headline(other, weakened):
+    ("other", "twins", "weakened"),
+    [({}, 0, True), ({}, 1, False), ({"axis": "gap_mm"}, 0, False),
+     ({"demand": "unseating_m"}, 0, False), ({"demand": "unseating_m"}, 1, True)],
+)  # fmt: skip
+def test_families_are_split_by_axis_and_headline(other, twins, weakened):
+    """The twin is the same claim under the name of a headline demand."""
     clear = rows_of([1.12], [0.03])
     noise = rows_of(np.linspace(0.99, 1.01, 60), np.full(60, 0.2), **other)
-    table = verdicts.with_verdicts(pd.concat([clear, noise], ignore_index=True))
+    twin = [clear.assign(demand="unseating_m")] * twins
+    table = verdicts.with_verdicts(pd.concat([clear, noise, *twin], ignore_index=True))
     assert table["verdict"][0] == "higher"
     assert (table["verdict_family"][0] != "higher") is weakened
 

@@ -94,8 +94,8 @@ def test_ends_of_the_profile_of_a_state_are_those_of_a_direct_search():
 def test_brackets_take_the_first_crossing_and_need_information():
     im, record = np.tile([0.2, 0.4, 0.6], 3), np.repeat([0, 1, 2], 3)
     hit = np.array([0, 1, 0, 0, 0, 0, 1, 1, 1.0])
-    fit, lower, upper = fits.fit_first_exceedances(im, hit, record, SETTINGS)
-    assert (list(lower), list(upper)) == ([0.2, 0.6, 0.0], [0.4, np.inf, 0.2])
+    fit = fits.fit_first_exceedances(im, hit, record, SETTINGS)
+    assert fit.theta == fits.fit_brackets([0.2, 0.6, 0.0], [0.4, np.inf, 0.2]).theta
     assert fit.details["n_non_monotone"] == 1
     for last, status in ((0.9, "unbounded_likelihood"), (1.4, "ok")):
         assert fits.fit_capacities([1.0, 1.0, last], [0, 0, 1]).status == status

@@ -49,9 +49,8 @@ def test_a_cut_before_the_end_of_the_strong_shaking_is_reported():
 
 
 def _motion(**changes: object) -> GroundMotion:
-    first, second = np.array([1.0, 2.0]), np.array([-1.0, 3.0])
-    fields = {"motion_id": "m", "dt_s": 0.01, "accel_1_mps2": first, "accel_2_mps2": second}
-    return GroundMotion(**(fields | changes))
+    fields = {"dt_s": 0.01, "accel_1_mps2": [1.0, 2.0], "accel_2_mps2": [-1.0, 3.0]}
+    return GroundMotion(motion_id="m", **(fields | changes))
 
 
 class Reader:

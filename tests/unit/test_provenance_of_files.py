@@ -185,7 +185,6 @@ def answered(path: Path, config: str = "") -> tuple[int, dict]:
 
 
 def test_a_file_is_compared_with_the_configuration_of_its_own_study(tmp_path, monkeypatch):
-    """That which the workflow stored, its files as they are now; else one in config/."""
     monkeypatch.setattr(
         jobs, "made_from", lambda study: {RULE: {"motions": "m", "n": study.motions.count}}
     )
@@ -195,14 +194,13 @@ def test_a_file_is_compared_with_the_configuration_of_its_own_study(tmp_path, mo
     base.write_text("motions: {count: 32}\nfigures: {width_mm: 60}\n")
     mine.write_text("motions: {count: 3}\n")
     given = {"figures": {"width_mm": 85.0}}
-    raw = {"results": "some/results", "motions": {"count": 3}, **given}
     table = tmp_path / "some/results/demands/table.parquet"
 
     def compared():
         code, answer = run("provenance", table)
         return [code, answer["current"], answer["differences"]]
 
-    study = parse_config(raw)
+    study = parse_config({"results": "some/results", "motions": {"count": 3}, **given})
     write_frame(FRAME, table, jobs.stamp_of(RULE, jobs.made_from(study)[RULE], study))
     store_configuration(study, [base, mine], given)
     assert compared() == [0, True, []]
@@ -213,8 +211,10 @@ def test_a_file_is_compared_with_the_configuration_of_its_own_study(tmp_path, mo
     mine.unlink()
     assert compared() == [0, True, []]
     assert study_of(Path("some/results"))[0].motions.count == 3
-    # a study of an earlier version, which did not store it
-    (tmp_path / "some/results/configuration.json").unlink()
+    monkeypatch.chdir(base.parent)
+    assert f"use it in {tmp_path}" in run("provenance", table)[1]["message"]
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "some/results/configuration.json").unlink()  # of an earlier version
     assert compared()[:2] == [1, False]
     (tmp_path / "config/third.yaml").write_text("results: some/results\nmotions: {count: 3}\n")
     assert compared() == [0, True, ["config_digest"]]

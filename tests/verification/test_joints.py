@@ -361,7 +361,7 @@ def reactions_of(bridge, skew_deg, options, moved):
         case = variant(skew_deg, bridge=bridge.name)
         blueprint = Blueprint(variant=case, options=options, tags=tags, contacts=None)
         kind = joints.KINDS[bridge.ends["left"].type]
-        kind.build(kind.support(End(node=node, plan=plan, abutment=bridge.ends["left"]), blueprint))
+        kind(End(node=node, plan=plan, abutment=bridge.ends["left"]), blueprint)()
         assembly.open_linear_pattern(tags)
         for dof, value in enumerate(moved, start=1):
             ops.sp(node, dof, value)

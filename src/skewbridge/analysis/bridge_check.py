@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import accumulate, count, pairwise, product
+from itertools import accumulate, pairwise, product
 from math import inf
 from typing import Any, Final
 
@@ -101,15 +101,13 @@ def check_bridge(name: str) -> dict[str, Any]:
         "modes": standing.modes,
         "bents": bents,
         "inherited": inherited,
-        "derived": [] if read is None else _derived(read),
+        "derived": [
+            {"number": key, "value": value_at(read.bridge, key), "rule": rule.src}
+            for key, rule in read.derived.items()
+        ]
+        if read
+        else [],
     }
-
-
-def _derived(read: Completed) -> list[dict[str, Any]]:
-    return [
-        {"number": key, "value": value_at(read.bridge, key), "rule": rule.src}
-        for key, rule in read.derived.items()
-    ]
 
 
 def _sources(read: Completed, inherited: Sequence[str]) -> str:
@@ -292,13 +290,6 @@ def _name(bent: Mapping[str, Any]) -> str:
     return f"bent {bent['bent']}{direction}"
 
 
-def _deck_length_m(bridge: Description) -> float:
-    """Return the length of the longest deck between ends and joints at bents."""
-    half_m = bridge.length_m / 2
-    joints_m = sorted(x for place, x in bridge.joints_m.items() if place.startswith("bent"))
-    return max(right - left for left, right in pairwise((-half_m, *joints_m, half_m)))
-
-
 def seat_demand_sdc_m(
     bridge: Description, unseating_m: float, minimum_m: float = MINIMUM_SEAT_M
 ) -> float:
@@ -307,8 +298,10 @@ def seat_demand_sdc_m(
     References:
         Caltrans SDC 1.7 sections 7.8.3, abutments, and 7.2.5.4, hinges.
     """
-    movement = SHORTENING_RATIO * _deck_length_m(bridge) / 2
-    return max(movement + unseating_m + SEAT_ALLOWANCE_M, minimum_m)
+    half_m = bridge.length_m / 2
+    joints_m = sorted(x for place, x in bridge.joints_m.items() if place.startswith("bent"))
+    decks_m = [right - left for left, right in pairwise((-half_m, *joints_m, half_m))]
+    return max(SHORTENING_RATIO * max(decks_m) / 2 + unseating_m + SEAT_ALLOWANCE_M, minimum_m)
 
 
 def seat_demand_aashto_m(bridge: Description, seat: str, skew_deg: float) -> float:
@@ -351,14 +344,12 @@ def sdc_rows(
     variant: Variant,
     run: Mapping[str, Any],
     bents: Iterable[Mapping[str, Any]],
-    drifts: Sequence[float],
-    corners_m: Mapping[str, tuple[float, float]],
-    joints_m: Mapping[str, tuple[float, float]],
+    histories: Mapping[str, NDArray[np.float64]],
 ) -> list[dict[str, object]]:
     """Return the design checks of one analysis, its row of the demands table, one row per check.
 
-    ``drifts`` are the largest drift ratio of each bent. They count up to the failure of a column:
-    to the largest drift and share of a capacity in the row.
+    Drifts of the histories count up to the failure of a column: to the largest drift and share of a
+    capacity in the row.
     """
     bridge = load_structure(variant.bridge).description
     # the deck moves more than the columns if it turns, or slides on the pads of a joint
@@ -375,7 +366,10 @@ def sdc_rows(
         name = _name(bent)
         hinge = f"{bent['hinge_length_m']:.3f} m by {bent['hinge_length_by']}"
         number = bent["bent"] - 1
-        disp_m = min(drift, drifts[number]) * bridge.bent_heights_m[number]
+        first = sum(bridge.bent_columns[:number]) + 1
+        columns = range(first, first + bridge.bent_columns[number])
+        drifts = [float(np.max(histories[f"column_{n}_drift_ratio"])) for n in columns]
+        disp_m = min(drift, max(drifts)) * bridge.bent_heights_m[number]
         disp_m = min(disp_m, share * bent["capacity_m"])
         compare(f"{name} displacement, hinge {hinge} (m)", disp_m, bent["capacity_m"])
         ratio = P_DELTA_LIMIT * disp_m / bent["disp_at_p_delta_limit_m"]
@@ -383,6 +377,7 @@ def sdc_rows(
         shears_kn = bent["overstrength_shear_kn"], bent["design_strength_kn"]
         factors = f"{OVERSTRENGTH:g} Mp/L, {SHEAR_RESISTANCE:g} Vn"
         compare(f"{name} column shear, {factors} (kN)", *shears_kn)
+    corners_m = corner_moves_m(bridge, histories, float(run[SUPPORT]))
     for corner, (unseating_m, length_m) in corners_m.items():
         compare(f"{corner} seat, SDC (m)", seat_demand_sdc_m(bridge, unseating_m), length_m)
     aashto_m = {
@@ -392,30 +387,20 @@ def sdc_rows(
     if ends:
         worst = max(ends, key=lambda end: end[0] / end[1])
         compare("seat, AASHTO 1.5 N (m)", *worst)
-    for joint, (unseating_m, length_m) in joints_m.items():
+    for joint, (unseating_m, length_m) in joint_moves_m(bridge, histories).items():
         demand_m = seat_demand_sdc_m(bridge, unseating_m, MINIMUM_HINGE_M)
         compare(f"{joint} seat, SDC (m)", demand_m, length_m)
         compare(f"{joint} seat, AASHTO 1.5 N (m)", aashto_m[joint], length_m)
     return rows
 
 
-def bent_drifts(variant: Variant, histories: Mapping[str, NDArray[np.float64]]) -> list[float]:
-    """Return the largest drift ratio of the columns of each bent."""
-    columns = count(1)
-    return [
-        max(float(np.max(histories[f"column_{next(columns)}_drift_ratio"])) for _ in range(number))
-        for number in load_structure(variant.bridge).description.bent_columns
-    ]
-
-
 def corner_moves_m(
-    variant: Variant, histories: Mapping[str, NDArray[np.float64]], shortest_m: float
+    bridge: Description, histories: Mapping[str, NDArray[np.float64]], shortest_m: float
 ) -> dict[str, tuple[float, float]]:
     """Return the largest unseating and the support at rest (m) of each corner (``left acute``).
 
     The support is ``shortest_m`` in a model without contacts.
     """
-    bridge = load_structure(variant.bridge).description
     openings = {end: f"contact_{end}_backwall_1_opening_m" for end in bridge.end_seats_m}
     gaps_m = {end: float(histories[name][0]) for end, name in openings.items() if name in histories}
     lengths_m = dict.fromkeys(openings, shortest_m) | support_lengths_m(bridge, gaps_m)
@@ -428,10 +413,9 @@ def corner_moves_m(
 
 
 def joint_moves_m(
-    variant: Variant, histories: Mapping[str, NDArray[np.float64]]
+    bridge: Description, histories: Mapping[str, NDArray[np.float64]]
 ) -> dict[str, tuple[float, float]]:
     """Return the largest unseating and the support at rest (m) of each joint inside the bridge."""
-    bridge = load_structure(variant.bridge).description
     numbers = range(1, len(bridge.joints_m) + 1)
     gaps_m = {f"joint {n}": float(histories[f"contact_joint_{n}_1_opening_m"][0]) for n in numbers}
     return {

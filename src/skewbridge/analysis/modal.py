@@ -44,9 +44,7 @@ class ModalResult:
         return period_s(self.modes, direction)
 
 
-def modal_properties(
-    variant: Variant, options: ModelOptions | None = None, *, count: int = 14
-) -> ModalResult:
+def modal_properties(variant: Variant, options: ModelOptions | None = None) -> ModalResult:
     """Build a variant, apply gravity and return its modes."""
     with domain():
         model = build(variant, options or ModelOptions())
@@ -55,7 +53,7 @@ def modal_properties(
             weight_kn=model.weight_n / KN,
             column_axial_kn=tuple(force / KN for force in column_axial_forces_n(model)),
             abutment_reaction_kn=(left / KN, right / KN),
-            modes=modes_of(model, count),
+            modes=modes_of(model),
         )
 
 
@@ -97,11 +95,9 @@ def periods_of_file(bridge: str, modes: ModalResult) -> list[str]:
             "in the file of the bridge"
         )
     for direction, adjective in (("x", "longitudinal"), ("y", "transverse")):
-        shares = [
-            (float(getattr(mode, f"mass_{direction}")), mode.period_s) for mode in modes.modes
-        ]
-        by_share = sorted(shares, reverse=True)
-        (first_share, first_period_s), (second_share, second_period_s), *_ = by_share
+        shares = ((getattr(mode, f"mass_{direction}"), mode.period_s) for mode in modes.modes)
+        first, second, *_ = sorted(shares, reverse=True)
+        (first_share, first_period_s), (second_share, second_period_s) = first, second
         if second_share > SHARED * first_share:
             findings.append(
                 f"{structure.name}: the {adjective} motion is shared by modes of "
@@ -110,12 +106,6 @@ def periods_of_file(bridge: str, modes: ModalResult) -> list[str]:
                 "small changes of the bridge can switch T1 between them; use Sa(1 s), Sa_avg or PGV"
             )
     return findings
-
-
-def damping_ratio(damping: Damping, options: ModelOptions) -> float:
-    """Return the damping ratio times ``damping_factor``; the option overrides the bridge file."""
-    ratio = damping.ratio if options.damping_ratio is None else options.damping_ratio
-    return ratio * options.damping_factor
 
 
 def rayleigh_factors(
@@ -134,15 +124,13 @@ def rayleigh_factors(
 def apply_rayleigh(model: BridgeModel, kind: RayleighKind | None = None) -> tuple[float, float]:
     """Apply Rayleigh damping to deck and columns only; return a0 (1/s) and a1 (s).
 
-    By default, ``kind`` comes from the options.
-
-    Penalty springs, gaps, walls and keys stay undamped. The stiffness is the committed one; see
-    `damp_columns`.
+    By default, ``kind`` comes from the options; their ratio overrides that of the bridge. Penalty
+    springs, gaps, walls and keys stay undamped. The stiffness is committed; see `damp_columns`.
     """
-    damping, region = model.frame.damping, model.tags.region
-    a0, a1 = rayleigh_factors(
-        damping, damping_ratio(damping, model.options), kind or model.options.rayleigh
-    )
+    damping, options, region = model.frame.damping, model.options, model.tags.region
+    ratio = damping.ratio if options.damping_ratio is None else options.damping_ratio
+    ratio *= options.damping_factor
+    a0, a1 = rayleigh_factors(damping, ratio, kind or options.rayleigh)
     damped = dict.fromkeys(
         int(node) for element in damping.elements for node in ops.eleNodes(element)
     )

@@ -1,9 +1,9 @@
 """Export of a variant as a plain OpenSeesPy script that does not need this package."""
 
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import asdict
-from functools import wraps
+from functools import partial
 from typing import Any, Final
 
 import openseespy.opensees as ops
@@ -68,16 +68,12 @@ def recording() -> Generator[list[str]]:
     record: list[str] = []
     originals = {name: getattr(ops, name) for name in RECORDED}
 
-    def listening(name: str, command: Callable[..., Any]) -> Callable[..., Any]:
-        @wraps(command)
-        def recorded(*arguments: Any) -> Any:
-            record.append(f"ops.{name}({', '.join(map(_literal, arguments))})")
-            return command(*arguments)
+    def recorded(name: str, *arguments: Any) -> Any:
+        record.append(f"ops.{name}({', '.join(map(_literal, arguments))})")
+        return originals[name](*arguments)
 
-        return recorded
-
-    for name, command in originals.items():
-        setattr(ops, name, listening(name, command))
+    for name in originals:
+        setattr(ops, name, partial(recorded, name))
     try:
         yield record
     finally:

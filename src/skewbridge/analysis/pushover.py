@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from math import cos, radians, sin
 from os import devnull
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 import openseespy.opensees as ops
@@ -105,33 +105,24 @@ def push_bridge(
     Returns base shear and displacement of the mass centre along the push.
     """
     direction = _direction(angle_deg, max_disp_m, steps)
-    push = _Push(variant.normalised(), options, direction, max_disp_m, steps)
-    if push.variant.friction == 0.0:
-        curve = _push_mass_centre(push)
+    push = variant.normalised(), options, direction, max_disp_m, steps
+    if push[0].friction == 0.0:
+        curve = _push_mass_centre(*push)
         if curve.is_complete or not variant.traits.has_contacts:
             return curve
     # OpenSees keeps the equation of the lever when the domain is wiped, hence the own process
     loky: Any = import_module("joblib.externals.loky")  # by name, because it is untyped
     process = loky.ProcessPoolExecutor(max_workers=1)
     try:
-        return process.submit(_push_by_lever, push).result()
+        return process.submit(_push_by_lever, *push).result()
     finally:
         process.shutdown(kill_workers=True)  # no message of OpenSees at its exit
 
 
-class _Push(NamedTuple):
-    """A bridge and how far it is pushed in which direction, in how many regular steps."""
-
-    variant: Variant
-    options: ModelOptions
-    direction: PlanVector
-    max_disp_m: float
-    steps: int
-
-
-def _push_mass_centre(push: _Push) -> PushCurve:
+def _push_mass_centre(
+    variant: Variant, options: ModelOptions, direction: PlanVector, max_disp_m: float, steps: int
+) -> PushCurve:
     """Push a bridge by the displacement of its mass centre."""
-    variant, options, direction, max_disp_m, steps = push
     with domain():
         model = build(variant, options)
         open_linear_pattern(model.tags)
@@ -288,9 +279,10 @@ class _LeverSteps:
             self._least_m, self._n_least = min(2.0 * self._least_m, self._longest_m), 0
 
 
-def _push_by_lever(push: _Push) -> PushCurve:
+def _push_by_lever(
+    variant: Variant, options: ModelOptions, direction: PlanVector, max_disp_m: float, steps: int
+) -> PushCurve:
     """Push a bridge with contacts by a `_Lever`."""
-    variant, options, direction, max_disp_m, steps = push
     ops.logFile(devnull, "-noEcho")  # new process: without messages of materials and failed steps
     with domain():
         model = build(variant, options)

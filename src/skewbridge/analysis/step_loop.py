@@ -82,7 +82,8 @@ class StepLoop:
         self._is_fresh = False  # its tangent need not be renewed
         self._size_s = 0.0  # size of the last (sub-)step
         self._calm_s = inf  # time since the deck last swung
-        self._in_contact, self._at_event = settings.contact_halvings, settings.event_halvings
+        self._coarse = self._in_contact = settings.contact_halvings
+        self._at_event = settings.event_halvings
         if contacts is not None:
             contacts.start_from_rest()
 
@@ -125,15 +126,14 @@ class StepLoop:
         Raises `NoConvergenceError` if all recovery steps failed, and `TimeoutError` above the
         budget of iterations.
         """
-        dt_s, coarse_halvings = self._settings.dt_s, self._settings.contact_halvings
-        budget, reported = self._settings.mean_iterations * steps, 0
+        dt_s, budget, reported = self._settings.dt_s, self._settings.mean_iterations * steps, 0
         done_parts = 0  # in the smallest parts of a regular step
         while done_parts < steps * _FINEST:
             offset = done_parts % _FINEST
             least = MAX_HALVINGS - ((offset & -offset).bit_length() - 1 if offset else MAX_HALVINGS)
             halvings = self.halvings(least)
             step_parts, size_s = _FINEST >> halvings, dt_s / 2**halvings
-            is_far = halvings <= coarse_halvings and self._held == 0 and self._is_far()
+            is_far = halvings <= self._coarse and self._held == 0 and self._is_far()
             is_ready = self._is_fresh if is_far else self._held == 0 and not self._reuses
             n_made = 0
             if is_ready and size_s == self._size_s:
@@ -163,7 +163,7 @@ class StepLoop:
             self._adapt(contacts)
             halvings = max(at_least, self._in_contact)
         elif self._calm_s < SWING_S:
-            halvings = max(at_least, self._settings.contact_halvings)
+            halvings = max(at_least, self._coarse)
         if halvings < finest:
             longest_s = contacts.time_to_change_s() / LOOK_AHEAD
             while halvings < finest and self._settings.dt_s / 2**halvings > longest_s:
@@ -181,7 +181,7 @@ class StepLoop:
         elif friction_error > limit:
             self._in_contact = min(self._in_contact + 1, self._at_event)
         elif friction_error < _GROW * limit:
-            self._in_contact = max(self._in_contact - 1, self._settings.contact_halvings)
+            self._in_contact = max(self._in_contact - 1, self._coarse)
 
     def _is_far(self) -> bool:
         """Return whether all contacts are open, so that an earlier tangent may be reused."""
@@ -190,10 +190,10 @@ class StepLoop:
 
     def _together(self, size_s: float) -> int:
         """Return how many steps of this size fit before a contact could close; 1 near contact."""
-        contacts, settings = self._contacts, self._settings
+        contacts = self._contacts
         if contacts is None or contacts.is_any_closed:
             return 1
-        if size_s < settings.dt_s / 2**settings.contact_halvings:
+        if size_s < self._settings.dt_s / 2**self._coarse:
             return 1
         count = int(min(self._longest_s, contacts.time_to_closing_s(MAX_ACCEL_MPS2)) / size_s)
         # without event steps, the last step before a closing is single: it predicts the friction

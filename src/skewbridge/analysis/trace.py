@@ -60,7 +60,11 @@ class ResponseTrace:
         """Return displacements and rotations of a node or point from the unloaded state, (n, 6)."""
         if isinstance(node_or_point, Point):
             disp = self.position(node_or_point.node).copy()
-            disp[:, :3] += np.cross(disp[:, 3:], node_or_point.arm_m)
+            *_, turn_x, turn_y, turn_z = disp.T
+            x, y, z = node_or_point.arm_m
+            disp[:, 0] += turn_y * z - turn_z * y
+            disp[:, 1] += turn_z * x - turn_x * z
+            disp[:, 2] += turn_x * y - turn_y * x
             return disp
         recorded = self.nodes.get(node_or_point)
         return np.zeros((len(self.time_s), DISP)) if recorded is None else recorded
@@ -144,15 +148,16 @@ class Recorder:
         # a row is the time, the values and a line feed
         layout = np.dtype([("values", np.float64, (sum(widths.values()) + 1,)), ("end", np.uint8)])
         with file:
-            table = np.ascontiguousarray(np.memmap(file, layout, "r")["values"])
+            rows = np.memmap(file, layout, "r")["values"]
         offsets = list(accumulate(widths.values(), initial=1))
-        if self._units is not None:
-            for start, end in pairwise(offsets):
-                table[:, start:end] *= self._units.record_factors(key, end - start)
-        return table[:, 0], {
-            tag: table[:, start:end]
+        records = {
+            tag: np.ascontiguousarray(rows[:, start:end])
             for tag, (start, end) in zip(widths, pairwise(offsets), strict=True)
         }
+        if self._units is not None:
+            for record in records.values():
+                record *= self._units.record_factors(key, record.shape[1])
+        return np.array(rows[:, 0]), records
 
 
 class Monitor:

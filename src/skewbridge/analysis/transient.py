@@ -336,10 +336,12 @@ class _Moved:
 
     def disp_m(self) -> PlanVector:
         """Return the displacement along x and y, in m."""
-        x, y, _, turn_x, turn_y, turn_z = ops.nodeDisp(self._node)
-        if self._has_arm:
-            x += turn_y * self._z - turn_z * self._y
-            y += turn_z * self._x - turn_x * self._z
+        node = self._node
+        if not self._has_arm:
+            return ops.nodeDisp(node, 1) - self._zero_x, ops.nodeDisp(node, 2) - self._zero_y
+        x, y, _, turn_x, turn_y, turn_z = ops.nodeDisp(node)
+        x += turn_y * self._z - turn_z * self._y
+        y += turn_z * self._x - turn_x * self._z
         return x - self._zero_x, y - self._zero_y
 
 

@@ -84,15 +84,17 @@ type Points = dict[tuple[Line, float], int]
 def build_arms(
     end: DeckEnd,
     deck_node: int,
-    stations: dict[Line, list[float]],
+    bearing_m: Sequence[float],
+    outer_m: Sequence[float],
     options: ModelOptions,
     tags: TagAllocator,
 ) -> tuple[Points, list[int]]:
-    """Create nodes at positions (m) along each line, and arms to them; return nodes and arms."""
+    """Create nodes at positions along both lines, and arms to them; return nodes and arms."""
     # no arm is parallel to the normal of the wall
     transformation = arm_transformation((*end.normal, 0.0), options, tags)
     points: Points = {}
     arms: list[int] = []
+    stations: dict[Line, Sequence[float]] = {"bearing": bearing_m, "outer": outer_m}
     for line, positions in stations.items():
         for along_m in positions:
             point_m = end.point(line, along_m)
@@ -282,28 +284,10 @@ class Joint(Wall):
     data: AbutmentData
 
     @property
-    def friction(self) -> float:
-        """Friction coefficient of the variant."""
-        return self.blueprint.variant.friction
-
-    @property
     def key(self) -> KeyData:
         """Backbone of the shear keys, selected by the option ``keys``."""
         is_monolithic = self.options.keys == "monolithic"
         return self.data.monolithic_key if is_monolithic else self.data.sacrificial_key
-
-    @property
-    def key_signs(self) -> list[float]:
-        """Ends of the tangent with a key: 1.0 and -1.0, or the one at the side ``keys_at``."""
-        side = {"both": 0.0, "+y": 1.0, "-y": -1.0}[self.data.keys_at]
-        return [sign for sign in (-1.0, 1.0) if sign * side * self.end.outward[0] >= 0.0]
-
-    def key_inward_normal(self, sign: float) -> PlanVector:
-        """Return the inward normal of the key at the tangent's end (``sign`` 1) or start (-1)."""
-        # ASSUME the face of a key is parallel to the edge of the deck
-        is_skewed = self.options.key_frame == "skewed"
-        x, y = self.end.tangent if is_skewed else turned(self.end.outward)
-        return (-sign * x, -sign * y)
 
     def key_spring(self, nodes: tuple[int, int], inward: PlanVector) -> SpringHandle:
         """Create the springs of a key normal to and along its face; return the normal spring."""
@@ -360,8 +344,7 @@ def support_deck_end(end: End, blueprint: Blueprint) -> Joint:
     plan = end.plan
     bearing_m = bearing_stations(data.pads, plan, options, has_pads=traits.has_pads)
     outer_face = plan.wall_stations(options.backwall_points if traits.has_wall_points else 2)
-    lines: dict[Line, list[float]] = {"bearing": bearing_m, "outer": outer_face}
-    points, arms = build_arms(plan, deck_node, lines, options, tags)
+    points, arms = build_arms(plan, deck_node, bearing_m, outer_face, options, tags)
     bearings = build_bearings(plan, points, data.pads, options, tags, has_pads=traits.has_pads)
     pads = pad_stations(data.pads, plan) if traits.has_pads else bearing_m
     end_gap_mm = data.gap_mm if "gap_mm" in traits.axes else None
@@ -489,7 +472,7 @@ def _build_body(joint: Joint) -> tuple[int, SpringHandle]:
 
 def _build_contact(joint: Joint) -> AbutmentHandle:
     end, gap_m, options, tags = joint.end, joint.handle.gap_m, joint.options, joint.tags
-    friction = joint.friction * (options.friction_at != "keys")
+    friction = joint.blueprint.variant.friction * (options.friction_at != "keys")
     units: list[int] = []
     wall_nodes: list[int] = []
     wall_points: list[tuple[SpringHandle, SpringHandle, tuple[int, ...]]] = []
@@ -561,15 +544,20 @@ def hold_wall_point(
 def _build_keys(joint: Joint, handle: AbutmentHandle, body: int | None) -> AbutmentHandle:
     """Create the exterior keys: on the ground with contacts, or on a body with gap springs."""
     end, options, tags = joint.end, joint.options, joint.tags
-    friction = joint.friction * (options.friction_at != "walls")
+    friction = joint.blueprint.variant.friction * (options.friction_at != "walls")
     mass_kg = joint.moving_mass_kg(joint.key_mass_kg)
     penalty = penalties(key_stiffness_n_per_m(joint.key), mass_kg, options)
     springs: list[SpringHandle] = []
     key_nodes: list[int] = []
     units: list[int] = []
     gap_elements: list[int] = []
-    for sign in joint.key_signs:
-        along_m, inward = sign * end.wall_length_m / 2, joint.key_inward_normal(sign)
+    side = {"both": 0.0, "+y": 1.0, "-y": -1.0}[joint.data.keys_at]
+    # ASSUME the face of a key is parallel to the edge of the deck
+    x, y = end.tangent if options.key_frame == "skewed" else turned(end.outward)
+    for sign in (-1.0, 1.0):  # start and end of the tangent
+        if sign * side * end.outward[0] < 0.0:  # no key
+            continue
+        along_m, inward = sign * end.wall_length_m / 2, (-sign * x, -sign * y)
         node = plane_node(end.point("outer", along_m), mass_kg, tags)
         # the body does not rotate: its middle moves like its part at the key
         support = grounded_node(end.point("outer", along_m), tags) if body is None else body

@@ -25,7 +25,6 @@ from skewbridge.variant.variant import Variant
 type FrameBuilder = Callable[[float, ModelOptions, TagAllocator], Frame]
 
 _GRAVITY_STEPS = 5
-_MODES = 14
 # Girders of several spans twist in up to 30 modes that are longer than the first vertical one.
 _MOST_MODES = 56
 _LEAST_MASS = 0.05
@@ -62,13 +61,20 @@ def assemble(build_frame: FrameBuilder, variant: Variant, options: ModelOptions)
     tags = TagAllocator()
     frame = build_frame(variant.skew_deg, options, tags)
     blueprint = blueprint_of(variant, options, tags, has_joints=bool(frame.joints))
-    kinds = [KINDS[end.abutment.type] for end in frame.ends]
-    supported = [kind.support(end, blueprint) for kind, end in zip(kinds, frame.ends, strict=True)]
+    at_rest = [KINDS[end.abutment.type](end, blueprint) for end in frame.ends]
     supported_joints = [support_joint(joint, blueprint) for joint in frame.joints]
     hold_dead_load(frame.loads.forces_n, frame.loads.moments_nm, tags)
     joints = tuple(map(build_inner_joint, supported_joints))
-    abutments = tuple(kind.build(end) for kind, end in zip(kinds, supported, strict=True))
-    return BridgeModel(blueprint=blueprint, frame=frame, abutments=abutments, joints=joints)
+    abutments = tuple(build() for build in at_rest)
+    return BridgeModel(
+        variant=blueprint.variant,
+        options=options,
+        tags=tags,
+        contacts=blueprint.contacts,
+        frame=frame,
+        abutments=abutments,
+        joints=joints,
+    )
 
 
 def require_empty_domain() -> None:
@@ -133,7 +139,7 @@ class Mode:
     mass_rz: float
 
 
-def modes_of(model: BridgeModel, count: int) -> tuple[Mode, ...]:
+def modes_of(model: BridgeModel, count: int = 14) -> tuple[Mode, ...]:
     """Return the modes of a model under dead load with open gaps; the model is left as it was.
 
     Friction springs are made soft, walls and keys are held: their local modes would fill the list.
@@ -209,7 +215,7 @@ def bridge_period_s(bridge: BridgeData, which: Literal["t1", "long", "short"]) -
             if has_rollers and which == "short":
                 for end in model.frame.ends:
                     ops.fix(end.node, 0, 1, 0, 0, 0, 0)
-            modes = modes_of(model, _MODES)
+            modes = modes_of(model)
     except GravityError as error:
         raise ValueError(error) from error
     finally:

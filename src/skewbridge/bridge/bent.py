@@ -24,7 +24,7 @@ from skewbridge.bridge.section import (
     steel_of,
 )
 from skewbridge.bridge.spine import Spine, add_moment, add_weight
-from skewbridge.bridge.springs import elastic_material, grounded_node
+from skewbridge.bridge.springs import grounded_springs
 from skewbridge.bridge.weights import column_weight_n, deck_reactions_n
 from skewbridge.contact.element import uniaxial
 from skewbridge.errors import InputError
@@ -141,10 +141,13 @@ def _build_cap(
         # otherwise the middle column, below the spine, would carry nearly all of it
         i_vertical *= RIGID_BENDING
     joints: list[tuple[int, float]] = []
-    for x, y, along_m in column_places_m(bridge, bent_number, *middle):
+    x_m, normal = middle
+    for number in range(bent.columns):
+        along_m = (number - (bent.columns - 1) / 2) * bent.column_spacing_m
         node = centre if along_m == 0.0 else tags.node()
         if node != centre:
-            ops.node(node, x, y, float(ops.nodeCoord(centre, 3)))
+            x, y = (along_m * component for component in turned(normal))
+            ops.node(node, x_m + x, y, float(ops.nodeCoord(centre, 3)))
         joints.append((node, along_m))
     # ASSUME a cap bends in plan by its own section; with a rigid one OSB1 moves 1 to 2 % less
     inertias = (torsion, i_vertical, depth * width**3 / 12)
@@ -153,15 +156,6 @@ def _build_cap(
         spine.elements.append(tags.element())
         ops.element("elasticBeamColumn", spine.elements[-1], i, j, *section, transformation)
     return joints
-
-
-def column_places_m(
-    bridge: BridgeData, bent_number: int, x_m: float, normal: PlanVector
-) -> list[tuple[float, float, float]]:
-    """Return x, y and position along the bent of each column of a bent, in m."""
-    bent, (along_x, along_y) = bridge.bents[bent_number], turned(normal)
-    offsets_m = [(i - (bent.columns - 1) / 2) * bent.column_spacing_m for i in range(bent.columns)]
-    return [(x_m + along_m * along_x, along_m * along_y, along_m) for along_m in offsets_m]
 
 
 def _along_cap(centre: int, joints: list[tuple[int, float]]) -> list[tuple[int, float]]:
@@ -213,16 +207,10 @@ def _support(
     if options.foundation == "fixed" or bridge.foundation is None:
         ops.fix(base, 1, 1, 1, bends, bends, 1)
         return []
-    ground = grounded_node(ops.nodeCoord(base), tags)
     # The fields of the foundation are in the order of the degrees of freedom.
-    stiffness = enumerate(bridge.foundation.model_dump().values(), start=1)
-    spring_stiffness = {dof: 1e6 * value for dof, value in stiffness if bends or dof not in (4, 5)}
-    materials = [elastic_material(value, tags) for value in spring_stiffness.values()]
-    element = tags.element()
-    axes = (*normal, 0.0, *turned(normal), 0.0)
-    springs = ("-mat", *materials, "-dir", *spring_stiffness, "-orient", *axes)
-    ops.element("zeroLength", element, ground, base, *springs)
-    return [element]
+    fields = enumerate(bridge.foundation.model_dump().values(), start=1)
+    stiffness = {dof: 1e6 * value for dof, value in fields if bends or dof not in (4, 5)}
+    return [grounded_springs(base, stiffness, normal, tags)[0]]
 
 
 # --- materials of the fibers

@@ -203,33 +203,12 @@ def require_options(bridge: Structure, names: Iterable[str]) -> None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class BridgeModel:
+class BridgeModel(Blueprint):
     """A built model at rest under its dead load: frame, joints and contacts of a variant."""
 
-    blueprint: Blueprint
     frame: Frame
     abutments: tuple[AbutmentHandle, ...]
     joints: tuple[JointHandle, ...] = ()
-
-    @property
-    def variant(self) -> Variant:
-        """The normalised variant."""
-        return self.blueprint.variant
-
-    @property
-    def options(self) -> ModelOptions:
-        """Modelling options of the variant."""
-        return self.blueprint.options
-
-    @property
-    def tags(self) -> TagAllocator:
-        """Tag allocator of the domain."""
-        return self.blueprint.tags
-
-    @property
-    def contacts(self) -> "ContactSet | None":
-        """The contact units, or None in a model without contact."""
-        return self.blueprint.contacts
 
     @property
     def columns(self) -> tuple[ColumnHandle, ...]:

@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import sqrt
-from typing import Any, Final
+from typing import Final
 
 import openseespy.opensees as ops
 
@@ -47,13 +47,14 @@ from skewbridge.bridge.handles import (
     SeatHandle,
     TagAllocator,
 )
-from skewbridge.bridge.plan import Line, PlanVector, tributary_shares, turned
+from skewbridge.bridge.plan import PlanVector, tributary_shares, turned
 from skewbridge.bridge.springs import (
     NO_GAP_M,
     PLASTIC_OVER_INITIAL,
     elastic_material,
     elastic_part_n_per_m,
     grounded_node,
+    grounded_springs,
     penalties,
     plane_node,
     plastic_material,
@@ -85,18 +86,13 @@ def support_joint(inner: InnerJoint, blueprint: Blueprint) -> Supported:
     level = arm_transformation((0.0, 0.0, 1.0), options, tags)
     for end, node, support in zip(inner.ends, inner.nodes, inner.holders, strict=True):
         seats = [] if support is None else bearing_stations(pads, end, options)
-        lines: dict[Line, list[float]] = {
-            "bearing": seats,
-            "outer": end.wall_stations(options.backwall_points),
-        }
-        points, arms = build_arms(end, node, lines, options, tags)
+        faces = end.wall_stations(options.backwall_points)
+        points, arms = build_arms(end, node, seats, faces, options, tags)
         points_of_ends.append(points)
         links += arms
-        if support is None:
-            continue
-
-        seat_at = partial(_seat_node, support, level, tags, links)
-        bearings += build_bearings(end, points, pads, options, tags, seat_at=seat_at)
+        if support is not None:
+            seat_at = partial(_seat_node, support, level, tags, links)
+            bearings += build_bearings(end, points, pads, options, tags, seat_at=seat_at)
     left_points, right_points = points_of_ends
     return Supported(
         inner=inner,
@@ -217,15 +213,15 @@ def _pads(inner: InnerJoint) -> list[tuple[Point, Point]]:
     ]
 
 
-@dataclass(frozen=True, slots=True)
-class EndKind:
-    """Functions that build an end: its supports before the dead load, its springs after it."""
-
-    support: Callable[[End, Blueprint], Any]
-    build: Callable[[Any], AbutmentHandle]
+#: Builds the supports of an end; it returns a function that adds the springs under dead load.
+type EndBuilder = Callable[[End, Blueprint], Callable[[], AbutmentHandle]]
 
 
-def _support_integral(end: End, blueprint: Blueprint) -> Wall:
+def _seat(end: End, blueprint: Blueprint) -> Callable[[], AbutmentHandle]:
+    return partial(build_joint, support_deck_end(end, blueprint))
+
+
+def _integral(end: End, blueprint: Blueprint) -> Callable[[], AbutmentHandle]:
     """Create the piles of an integral end and the stiff arms to them and to the fill."""
     plan, node, options, tags = end.plan, end.node, blueprint.options, blueprint.tags
     data = end.abutment
@@ -234,11 +230,8 @@ def _support_integral(end: End, blueprint: Blueprint) -> Wall:
     piles, stations = data.piles, pad_stations(data.piles, plan)
     arm = sqrt(sum(along_m**2 for along_m in stations) / len(stations))
     # ASSUME the resultant of the fill and the heads of the piles are at the level of the soffit
-    lines: dict[Line, list[float]] = {
-        "bearing": [-arm, arm],
-        "outer": plan.wall_stations(options.backwall_points),
-    }
-    points, arms = build_arms(plan, node, lines, options, tags)
+    faces = plan.wall_stations(options.backwall_points)
+    points, arms = build_arms(plan, node, [-arm, arm], faces, options, tags)
     lateral = Passive(
         stiffness_n_per_m=piles.count / 2 * piles.lateral_kn_per_m * KN,
         ultimate_n=piles.count / 2 * piles.lateral_strength_kn * KN,
@@ -247,37 +240,27 @@ def _support_integral(end: End, blueprint: Blueprint) -> Wall:
     elements: list[int] = []
     heads: list[int] = []
     holders: list[int] = []
-
-    def hold(deck_node: int, stiffness: Mapping[int, float]) -> None:
-        """Hold a node by elastic springs in degrees of freedom of the end's axes."""
-        ground, element = grounded_node(ops.nodeCoord(deck_node), tags), tags.element()
-        materials = [elastic_material(value, tags) for value in stiffness.values()]
-        springs = ("-mat", *materials, "-dir", *stiffness)
-        axes = ("-orient", *plan.normal, 0.0, *plan.tangent, 0.0)
-        ops.element("zeroLength", element, ground, deck_node, *springs, *axes)
-        elements.append(element)
-        holders.append(ground)
-
+    vertical = piles.count / 2 * piles.vertical_mn_per_m * 1e6
     for along_m in (-arm, arm):
         top = points["bearing", along_m]
-        hold(top, {3: piles.count / 2 * piles.vertical_mn_per_m * 1e6})
-        pair = holders[-1], top
-        head, *waves = _pile_springs(pair, plan.normal, lateral, piles.dashpot_s, tags)
+        element, ground = grounded_springs(top, {3: vertical}, plan.normal, tags)
+        head, *waves = _pile_springs((ground, top), plan.normal, lateral, piles.dashpot_s, tags)
+        holders.append(ground)
         heads.append(head)
-        elements += [head, *waves]
+        elements += [element, head, *waves]
     # ASSUME the heads of the piles are cast into the diaphragm and turn with it
     rotational = piles.count * piles.rotational_mnm_per_rad * 1e6
-    hold(node, {4: rotational, 5: rotational})
+    element, ground = grounded_springs(node, {4: rotational, 5: rotational}, plan.normal, tags)
     handle = AbutmentHandle(
         **placed(plan, node, points),
         is_seat=False,
-        holders=tuple(holders),
+        holders=(*holders, ground),
         links=tuple(arms),
         ground_elements=tuple(heads),
-        other_springs=tuple(elements),
+        other_springs=(*elements, element),
     )
-    fields: dict[str, Any] = {"blueprint": blueprint, "data": data, "handle": handle}
-    return Wall(end=plan, points=points, **fields)
+    wall = Wall(blueprint=blueprint, data=data, end=plan, points=points, handle=handle)
+    return partial(_build_integral, wall)
 
 
 def _pile_springs(
@@ -294,14 +277,13 @@ def _pile_springs(
     """
     # ASSUME a pile resists along both axes of the face independently
     if dashpot_s == 0.0:
-        sides = ([plastic_material(lateral, tags)], [plastic_material(lateral, tags)])
+        sides = [plastic_material(lateral, tags)], [plastic_material(lateral, tags)]
         return [spring_element(nodes, normal, *sides, tags)[0].element]
     middle_node = plane_node(ops.nodeCoord(nodes[0]), 0.0, tags)
     yielding = lateral.scaled(1.0, PLASTIC_OVER_INITIAL)
-    sides = ([plastic_material(yielding, tags)], [plastic_material(yielding, tags)])
-    elastic = elastic_part_n_per_m(lateral)
-    dashpot = dashpot_s * lateral.stiffness_n_per_m
-    waves = ([elastic_material(elastic, tags, dashpot)], [elastic_material(elastic, tags, dashpot)])
+    sides = [plastic_material(yielding, tags)], [plastic_material(yielding, tags)]
+    elastic, dashpot = elastic_part_n_per_m(lateral), dashpot_s * lateral.stiffness_n_per_m
+    waves = [elastic_material(elastic, tags, dashpot)], [elastic_material(elastic, tags, dashpot)]
     return [
         spring_element((nodes[0], middle_node), normal, *sides, tags)[0].element,
         spring_element((middle_node, nodes[1]), normal, *waves, tags)[0].element,
@@ -329,31 +311,25 @@ def _build_integral(wall: Wall) -> AbutmentHandle:
     )
 
 
-def _support_fixed(end: End, blueprint: Blueprint) -> AbutmentHandle:
+def _fixed(end: End, blueprint: Blueprint) -> Callable[[], AbutmentHandle]:
     ops.fix(end.node, 1, 1, 1, 1, 1, 1)
-    return AbutmentHandle(**placed(end.plan, end.node, {}), is_seat=False, holders=(end.node,))
+    fields = placed(end.plan, end.node, {})
+    return lambda: AbutmentHandle(**fields, is_seat=False, holders=(end.node,))
 
 
-def _support_roller(end: End, blueprint: Blueprint) -> AbutmentHandle:
+def _roller(end: End, blueprint: Blueprint) -> Callable[[], AbutmentHandle]:
     """Hold both ends of the bearing line vertically, also against uplift."""
     plan, stations = end.plan, end.plan.wall_stations(2)
-    lines: dict[Line, list[float]] = {"bearing": stations, "outer": stations}
-    points, arms = build_arms(plan, end.node, lines, blueprint.options, blueprint.tags)
+    options, tags = blueprint.options, blueprint.tags
+    points, arms = build_arms(plan, end.node, stations, stations, options, tags)
     supported = tuple(points["bearing", along_m] for along_m in stations)
     for node in supported:
         ops.fix(node, 0, 0, 1, 0, 0, 0)
     fields = placed(plan, end.node, points)
-    return AbutmentHandle(**fields, is_seat=False, holders=supported, links=tuple(arms))
+    return lambda: AbutmentHandle(**fields, is_seat=False, holders=supported, links=tuple(arms))
 
 
-def _finished(handle: AbutmentHandle) -> AbutmentHandle:
-    return handle
-
-
-#: Functions of each type of end, by the ``type`` of its data.
-KINDS: Final[Mapping[str, EndKind]] = {
-    "seat": EndKind(support_deck_end, build_joint),
-    "integral": EndKind(_support_integral, _build_integral),
-    "fixed": EndKind(_support_fixed, _finished),
-    "roller": EndKind(_support_roller, _finished),
-}
+#: Builder of each type of end, by the ``type`` of its data.
+KINDS: Final[Mapping[str, EndBuilder]] = {
+    "seat": _seat, "integral": _integral, "fixed": _fixed, "roller": _roller,
+}  # fmt: skip

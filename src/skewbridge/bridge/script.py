@@ -45,7 +45,7 @@ from skewbridge.bridge.script_units import (
 from skewbridge.bridge.structures import built_end, widened
 from skewbridge.contact.element import FIRST_FREE_MATERIAL
 from skewbridge.errors import InputError
-from skewbridge.files.text import checked
+from skewbridge.files.text import checked, merged
 from skewbridge.units import G_MPS2
 from skewbridge.variant.axes import AXES
 from skewbridge.variant.options import ModelOptions
@@ -53,7 +53,6 @@ from skewbridge.variant.variant import Variant
 
 #: Bridge of the catalogue with the default abutments.
 DEFAULT_ABUTMENT: Final = "osb1"
-_MODES: Final = 14
 #: ASSUME an elastic beam this many times stiffer than the median, also in bending, is a link.
 _STIFF: Final = 20.0
 #: Columns closer along the bridge than this share of its length, at zero skew, are one bent.
@@ -165,7 +164,7 @@ def _common_properties(bridge: ScriptBridge) -> _CommonProperties:
             )
         except GravityError as error:
             raise InputError(f"{error}, with the deck ends on pads") from error
-        modes = modes_of(model, _MODES)
+        modes = modes_of(model)
         (frame, stated), periods = frames[0], {d: period_s(modes, d) for d in "xyz"}
         bents = _bents(frame)
         description = _description(bridge.name, frame, stated, bents)
@@ -277,6 +276,8 @@ class _Reader:
         self, script_frame: ScriptFrame, tags: TagAllocator, skew_deg: float, options: ModelOptions
     ) -> None:
         self._stated, self._skew_deg, self._options = script_frame, skew_deg, options
+        ends = script_frame.ends
+        self._ends = [end if isinstance(end, ScriptEnd) else ScriptEnd(end) for end in ends]
         self._units = units = UnitSystem.named(script_frame.units)
         ndm, ndf = (next(iter(query() or [0])) for query in (ops.getNDM, ops.getNDF))
         _need(
@@ -308,20 +309,17 @@ class _Reader:
 
     def frame(self) -> Frame:
         """Return the frame in SI, the left end first."""
-        script, loads = self._stated, self._loads
-        self._must_have("ends", [self._node(end) for end in script.ends])
-        _need(
-            len(script.ends) == 2,
-            f"ends must be the two end nodes of the deck, got {len(script.ends)}",
-        )
-        ends = sorted(script.ends, key=lambda end: ops.nodeCoord(self._node(end), 1))
+        script, loads, end_count = self._stated, self._loads, len(self._ends)
+        self._must_have("ends", [end.node for end in self._ends])
+        _need(end_count == 2, f"ends must be the two end nodes of the deck, got {end_count}")
+        ends = sorted(self._ends, key=lambda end: ops.nodeCoord(end.node, 1))
         columns = tuple(self._column(number, row) for number, row in enumerate(script.columns))
         bases = dict.fromkeys(column.element for column in columns)
         two_node = [e for e in self._elements if len(_listed(ops.eleResponse(e, "force"))) == _BEAM]
         beams = [e for e in two_node if len(set(map(self._place, ops.eleNodes(e)))) > 1]
         self._check_columns(beams, bases)
         damped = tuple(_soft(beams) if script.damped is None else script.damped)
-        self._must_have("damped", damped, self._elements, "element")
+        self._must_have("damped", damped, "element")
         elastic = [e for e in damped if ops.eleType(e) == "ElasticBeam3d" and e not in bases]
         links = [e for e in beams if ops.eleType(e) == "ElasticBeam3d" and e not in damped]
         plastic = [e for e in two_node if e not in {*elastic, *links, *bases}]
@@ -344,26 +342,14 @@ class _Reader:
                 short_period_s=min(periods),
                 elements=damped,
             ),
-            elements={
-                "columns": (*bases, *plastic),
-                "deck": tuple(elastic),
-                "links": tuple(links),
-            },
+            elements={"columns": (*bases, *plastic), "deck": (*elastic,), "links": (*links,)},
             units=None if self._units == UnitSystem() else self._units,
         )
 
-    def _must_have(
-        self,
-        field: str,
-        tags: Iterable[Any],
-        existing: Sequence[int] | None = None,
-        kind: str = "node",
-    ) -> None:
+    def _must_have(self, field: str, tags: Iterable[Any], kind: str = "node") -> None:
+        existing = self._nodes if kind == "node" else self._elements
         for tag in tags:
-            _need(
-                tag in (self._nodes if existing is None else existing),
-                f"{field}: the model has no {kind} {tag!r}",
-            )
+            _need(tag in existing, f"{field}: the model has no {kind} {tag!r}")
 
     def _dead_load(self) -> tuple[dict[int, float], dict[int, tuple[float, float]]] | None:
         """Remove the dead load; return downward forces and moments about x, y by node, or None."""
@@ -394,18 +380,12 @@ class _Reader:
             ops.remove("loadPattern", pattern)
         return forces, moments
 
-    @staticmethod
-    def _node(end: int | ScriptEnd) -> int:
-        return end.node if isinstance(end, ScriptEnd) else end
-
     def _place(self, node: int) -> tuple[float, ...]:
         return tuple(ops.nodeCoord(node))
 
-    def _sides(
-        self, ends: Sequence[int | ScriptEnd]
-    ) -> list[tuple[int | ScriptEnd, str, PlanVector]]:
+    def _sides(self, ends: Sequence[ScriptEnd]) -> list[tuple[ScriptEnd, str, PlanVector]]:
         """Return each end with its name and the direction to it from the other end."""
-        (x1, y1, _), (x2, y2, _) = (self._place(self._node(end)) for end in ends)
+        (x1, y1, _), (x2, y2, _) = (self._place(end.node) for end in ends)
         distance = hypot(x2 - x1, y2 - y1)
         axis = (x2 - x1) / distance if distance else 0.0, (y2 - y1) / distance if distance else 0.0
         _need(
@@ -414,9 +394,8 @@ class _Reader:
         )
         return [(ends[0], "left", (-axis[0], -axis[1])), (ends[1], "right", axis)]
 
-    def _end(self, end: int | ScriptEnd, side: str, from_other: PlanVector) -> End:
+    def _end(self, script_end: ScriptEnd, side: str, from_other: PlanVector) -> End:
         script, unit_m = self._stated, self._units.si(LENGTH)
-        script_end = end if isinstance(end, ScriptEnd) else ScriptEnd(end)
         node, position = script_end.node, self._place(script_end.node)
         _need(
             not ops.getFixedDOFs(node),
@@ -458,7 +437,7 @@ class _Reader:
 
     def _column(self, number: int, column: Column) -> ColumnHandle:
         field, unit_m = f"columns.{number}", self._units.si(LENGTH)
-        self._must_have(f"{field}.element", [column.element], self._elements, "element")
+        self._must_have(f"{field}.element", [column.element], "element")
         self._must_have(field, [column.base, column.top])
         start_node = _listed(ops.eleNodes(column.element))[0]
         _need(
@@ -496,13 +475,15 @@ class _Reader:
             for value in values:
                 is_valid = value is None or 0.0 < value <= limit
                 _need(is_valid, f"{field}.{name} {words}, got {value}")
+        stated, unit_n = column.shear_strength, self._units.si(FORCE)
+        shear = None if stated is None else partial(_strength_n, stated, unit_n)
 
         def capacity(drift_ratio: float | None) -> ColumnCapacity:
             return ColumnCapacity(
                 yield_curvature_per_m=nan if yield_curvature is None else yield_curvature * per_m,
                 yield_drift_ratio=nan if column.yield_drift is None else column.yield_drift,
                 drift_capacity_ratio=nan if drift_ratio is None else drift_ratio,
-                shear=self._strength(column.shear_strength),
+                shear=shear,
             )
 
         return ColumnHandle(
@@ -520,7 +501,7 @@ class _Reader:
         parts = [_listed(ops.eleNodes(e)) for e in self._elements if e not in columns]
         constrained = _listed(ops.getConstrainedNodes())
         parts += [[node, *_listed(ops.getRetainedNodes(node))] for node in constrained]
-        reached = {self._node(end) for end in self._stated.ends}
+        reached = {end.node for end in self._ends}
         while more := [p for p in parts if 0 < len(reached.intersection(p)) < len({*p})]:
             reached.update(*more)
         fixed = (node for node in reached if {1, 2, 3} <= {*_listed(ops.getFixedDOFs(node))})
@@ -533,12 +514,6 @@ class _Reader:
                 f"columns: element {element} stands on a support below the deck: add its column",
             )
 
-    def _strength(self, strength: float | Callable[..., Any] | None) -> Any:
-        unit_n = self._units.si(FORCE)
-        if strength is None:
-            return None
-        return partial(_strength_n, strength if callable(strength) else float(strength), unit_n)
-
     def _centre(self, masses: Mapping[int, float], deck: Iterable[int]) -> int:
         """Return the stated centre node, or the deck node nearest to the mass centre in plan."""
         if (centre := self._stated.centre) is not None:
@@ -547,7 +522,7 @@ class _Reader:
         positions, weights = np.array([self._place(node) for node in masses]), [*masses.values()]
         x, y, _ = np.average(positions, axis=0, weights=weights)
         deck_nodes = dict.fromkeys(int(node) for element in deck for node in ops.eleNodes(element))
-        top = max(self._place(self._node(end))[2] for end in self._stated.ends)
+        top = max(self._place(end.node)[2] for end in self._ends)
 
         def distance(node: int) -> tuple[float, float]:
             position = self._place(node)
@@ -569,22 +544,15 @@ def _abutment(source: str | Mapping[str, Any] | None, width_m: float) -> tuple[A
     source_bridge = load_bridge(source if isinstance(source, str) else DEFAULT_ABUTMENT)
     data = widened(source_bridge.seat, width_m / source_bridge.deck.width_m)
     if isinstance(source, Mapping):
-        data = checked(AbutmentData, _merged(data.model_dump(), source), "abutment")
+        data = checked(AbutmentData, merged(data.model_dump(), _plain(source)), "abutment")
     return data, source_bridge.deck.diaphragm_thickness_m
 
 
-def _merged(base: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a mapping with the given keys replaced; numbers may have sources as in a file."""
-    plain = {
-        key: value["v"] if isinstance(value, Mapping) and "v" in value else value
-        for key, value in overrides.items()
-    }
-    return {**base} | {
-        key: _merged(base[key], value)
-        if isinstance(value, Mapping) and isinstance(base.get(key), Mapping)
-        else value
-        for key, value in plain.items()
-    }
+def _plain(value: Any) -> Any:
+    """Return nested data whose numbers may have sources, as in a file, without the sources."""
+    if not isinstance(value, Mapping):
+        return value
+    return value["v"] if "v" in value else {key: _plain(item) for key, item in value.items()}
 
 
 def _soft(beams: Sequence[int]) -> list[int]:

@@ -1,6 +1,6 @@
 """Springs of abutments and contact penalties; functions that create an object return its tag."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import sqrt
 
 import openseespy.opensees as ops
@@ -184,6 +184,20 @@ def grounded_node(place_m: Sequence[float], tags: TagAllocator) -> int:
     ops.node(node, *place_m)
     ops.fix(node, 1, 1, 1, 1, 1, 1)
     return node
+
+
+def grounded_springs(
+    node: int, stiffness: Mapping[int, float], axis: PlanVector, tags: TagAllocator
+) -> tuple[int, int]:
+    """Hold a node by elastic springs, keyed by degree of freedom about ``axis`` in plan (1).
+
+    Returns the element and its fixed node.
+    """
+    ground, element = grounded_node(ops.nodeCoord(node), tags), tags.element()
+    materials = [elastic_material(value, tags) for value in stiffness.values()]
+    axes = ("-orient", *axis, 0.0, *turned(axis), 0.0)
+    ops.element("zeroLength", element, ground, node, "-mat", *materials, "-dir", *stiffness, *axes)
+    return element, ground
 
 
 def plane_node(place_m: Sequence[float], mass_kg: float, tags: TagAllocator) -> int:

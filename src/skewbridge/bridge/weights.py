@@ -9,13 +9,7 @@ from math import inf
 
 import numpy as np
 
-from skewbridge.bridge.catalogue.data import (
-    BentData,
-    BridgeData,
-    EndData,
-    FixedData,
-    IntegralData,
-)
+from skewbridge.bridge.catalogue.data import BentData, BridgeData, EndData, IntegralData
 from skewbridge.units import GPA, KN
 
 # A spine node within this distance of the mass centre is used as the node there.
@@ -83,7 +77,7 @@ def deck_reactions_n(bridge: BridgeData) -> list[float]:
 def _end_m(bridge: BridgeData, end: EndData) -> float:
     """Return 6 E I of the deck / rotational stiffness of an end (m), of the moment equations."""
     if not isinstance(end, IntegralData):
-        return 0.0 if isinstance(end, FixedData) else inf
+        return 0.0 if end.type == "fixed" else inf
     # ASSUME the deck bends only the heads of the piles: the fill has no pressure at rest
     bending_nm2 = bridge.deck.elastic_modulus_gpa * GPA * bridge.deck.inertia_vertical_m4
     return 6.0 * bending_nm2 / (end.piles.count * end.piles.rotational_mnm_per_rad * 1e6)

@@ -327,15 +327,11 @@ def sdc(
             raise InputError(f"{source}: {needed}")
         histories = {str(name): table[name].to_numpy() for name in table}
         title, notes = variant.slug, gap_notes(variant.bridge)
-        shortest_m = row[bridge_check.SUPPORT]
-        corners_m = bridge_check.corner_moves_m(variant, histories, shortest_m)
-        joints_m = bridge_check.joint_moves_m(variant, histories)
-        if joints_m:
+        rows = bridge_check.sdc_rows(variant, row, records_of(bents), histories)
+        if any(f"{row['check']}".startswith("joint") for row in rows):
             clause = f"{bridge_check.HINGE_CLAUSE}; check the edition that applies"
             least_in = bridge_check.MINIMUM_HINGE_M / INCH
             notes.append(f"least seat of inner joints: {least_in:.0f} in by {clause}")
-        drifts = bridge_check.bent_drifts(variant, histories)
-        rows = bridge_check.sdc_rows(variant, row, records_of(bents), drifts, corners_m, joints_m)
     if out is not None:
         _write(rows, out, "sdc")
     answer = {"title": title, checked: rows}

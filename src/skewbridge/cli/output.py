@@ -319,11 +319,20 @@ def config_of(study: Path | None) -> Path:
 
 
 def study_of(study: Path | None) -> "tuple[StudyConfig, StudyFolder]":
-    """Return configuration and results folder of a study, given one of the two."""
+    """Return configuration and results folder of a study, given one of the two.
+
+    Paths of a configuration are relative to the folder in which the study ran: `InputError` if this
+    is not the working folder.
+    """
     from skewbridge.study.config import load_config, stored_configuration
     from skewbridge.study.folder import StudyFolder
 
     config = None if study is None else stored_configuration(study)
+    root = study and study.resolve()
+    if config and root != Path(config.results).resolve():
+        place = str(root).removesuffix(f"/{config.results}")
+        place = f"in {place}" if place != str(root) else f"where {config.results} is that folder"
+        raise InputError(f"{study}: the study names its files from where it ran: use it {place}")
     config = config or load_config(config_of(study), base=DEFAULT_CONFIG)
     return config, StudyFolder(Path(config.results))
 

@@ -243,11 +243,14 @@ def plot(
     """
     from skewbridge.files.text import checked
     from skewbridge.report.study_figures import draw_figures, finished_figures
-    from skewbridge.study.config import FigureSettings, check_font
+    from skewbridge.study.config import FigureSettings, check_font, stored_configuration
     from skewbridge.study.results import is_from_statistics
 
     root = folder_of(study)
-    defaults = FigureSettings() if is_from_statistics(root) else study_of(study)[0].figures
+    defaults = FigureSettings()
+    if not is_from_statistics(root):
+        config = stored_configuration(study) if study else None  # needs no other file of the study
+        defaults = (config or study_of(study)[0]).figures
     changed = keys_and_values("--set", changes)
     settings = checked(FigureSettings, asdict(defaults) | changed, "figures")
     check_font(settings.font)

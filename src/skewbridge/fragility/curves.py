@@ -10,8 +10,9 @@ the jackknife over motions.
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property, partial
+from itertools import pairwise
 from math import inf, nan
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -156,41 +157,35 @@ class _BridgeState:
         self._models, self._state = models, state
         self._group = group  # states of the same component and demand
         self._modes = models.modes(state)
-        self._fits = [models.fit(mode) for mode in self._modes]
+        fits = ((models.fit(mode), mode) for mode in self._modes)
+        self._fitted = [(fit, mode) for fit, mode in fits if not isinstance(fit, str)]
 
     @cached_property
     def doubtful(self) -> Mask:
         """Runs of the bridge with an unknown outcome that the demand models do not predict."""
         unknown = demand_outcomes(self._models.runs, self._group).unknown(self._state)
         # ASSUME an outcome that a model predicts with a probability of 95 % is not in doubt
-        fits = [fit for fit in self._fits if not isinstance(fit, str)]
-        certain = [f.exceeds(mode) > _SURE for f, mode in zip(fits, self._modes, strict=False)]
+        certain = [fit.exceeds(mode) > _SURE for fit, mode in self._fitted]
         return unknown & ~np.logical_or.reduce([np.zeros_like(unknown), *certain])
 
     @cached_property
     def _treated(self) -> dict[str, list[DemandModel | str]]:
         """Demand models of the failure modes, refitted with each treatment of unknown outcomes."""
-        fits = [fit for fit in self._fits if not isinstance(fit, str)]
-        if len(fits) < len(self._fits) or not np.any(fits[0].outcomes.exceed(self._modes[0])):
+        fitted, unknown = self._fitted, self.doubtful
+        if len(fitted) < len(self._modes) or not np.any(fitted[0][0].outcomes.exceed(fitted[0][1])):
             return {}
-        by_mode, unknown = list(zip(fits, self._modes, strict=True)), self.doubtful
         treated: dict[str, list[DemandModel | str]] = {
-            name: [fit.treated(fit.outcomes.treated(mode, name, unknown)) for fit, mode in by_mode]
+            name: [fit.treated(fit.outcomes.treated(mode, name, unknown)) for fit, mode in fitted]
             for name in (TREATMENTS if np.any(unknown) else ())
         }
         # a run in which a column failed before it collapsed is censored by the failure
         runs = self._models.runs
         collapsed = (runs["status"] == COLLAPSE).to_numpy() & ~is_beyond_model(runs)
-        by_definition = any(mode.collapse == COLLAPSE_EXCEEDS for mode in self._modes)
-        bounds = [collapsed & np.isposinf(fit.outcomes.upper) for fit in fits]
-        if np.any(bounds):
+        exact = all(mode.collapse != COLLAPSE_EXCEEDS for mode in self._modes)
+        if np.any(collapsed):
             treated[_PEAKS] = [
-                fit.refitted(
-                    fit.outcomes.of_peaks(
-                        runs[mode.demand].to_numpy(dtype=np.float64), rows, exact=not by_definition
-                    )
-                )
-                for (fit, mode), rows in zip(by_mode, bounds, strict=True)
+                fit.refitted(fit.outcomes.of_peaks(runs[mode.demand], collapsed, exact=exact))
+                for fit, mode in fitted
             ]
         return treated
 
@@ -205,16 +200,15 @@ class _BridgeState:
         for name, models in self._treated.items():
             rho = None if len(models) == 1 else self._models.correlation(*self._modes)[:1]
             refit = state_curve(models, self._modes, values, rho)
-            pair = (nan, nan) if isinstance(refit, str) else (refit.ln_theta[0], refit.beta[0])
-            bounds[name] = motion_means.exp_end(pair[0]), float(pair[1])
+            bounds[name] = nan, nan
+            if not isinstance(refit, str):
+                bounds[name] = motion_means.exp_end(refit.ln_theta[0]), float(refit.beta[0])
         if curve.modes is not None:
             columns = curve.modes.columns() | {"model": "union"}
             return _Cloud(curve, bounds, columns, no_slope, doubtful)
-        fit, ((point, mode),) = self._fits[0], curve.points
-        assert not isinstance(fit, str)
-        pair = float(curve.ln_theta[0]), float(curve.total[0])
+        ((fit, _),), ((point, mode),) = self._fitted, curve.points
         columns: Row = point.columns() | {"capacity_dispersion": mode.dispersion}
-        columns["max_dp"] = point.largest_distance(mode, *pair)
+        columns["max_dp"] = point.largest_distance(mode, curve.ln_theta[0], curve.total[0])
         columns["model"] = "mixed_tobit" if np.any(fit.outcomes.is_bound) else "mixed"
         return _Cloud(curve, bounds, columns, point.slope_at(curve.ln_theta), doubtful)
 
@@ -289,19 +283,15 @@ def _curves(runs: _DemandRuns) -> dict[LimitState, dict[str, _Curve]]:
             name: (motion_means.exp_end(fits.ln_theta[j, 0]), float(fits.beta[0]))
             for name, fits in treated.items()
         }
-        by_outcome = _outcome_curve(runs, exceedance, j, bounds)
+        # capacity dispersion is divided by the slope of ln demand at the median
+        # ASSUME the capacity is independent of the demand
+        beta = beta_total = exceedance.beta
+        if state.dispersion:
+            beta_total = np.hypot(beta, state.dispersion / runs.variant.clouds[state].slope)
+        estimates = exceedance.ln_theta[j], beta, beta_total
+        by_outcome = _Curve(exceedance.fits[j], *estimates, bounds, {})
         curves[state] = {_CLOUD: _cloud_curve(runs, state), _EXCEEDANCE: by_outcome}
     return curves
-
-
-def _outcome_curve(runs: _DemandRuns, fits: _StateFits, j: int, bounds: _Bounds) -> _Curve:
-    """Return the curve of state j by the method ``exceedance``."""
-    # capacity dispersion is divided by the slope of ln demand at the median
-    # ASSUME the capacity is independent of the demand
-    state, beta_total = runs.states[j], fits.beta
-    if state.dispersion:
-        beta_total = np.hypot(fits.beta, state.dispersion / runs.variant.clouds[state].slope)
-    return _Curve(fits.fits[j], fits.ln_theta[j], fits.beta, beta_total, bounds, {})
 
 
 def _cloud_curve(runs: _DemandRuns, state: LimitState) -> _Curve:
@@ -365,21 +355,20 @@ def _exceedance_fits(
     outcomes_of = zip(is_known.T, exceed.T, strict=True)
     fits = [_single_fit(runs, *of_state, in_full=in_full) for of_state in outcomes_of]
     estimable = [j for j, fit in enumerate(fits) if fit.status == FITTED]
-    # states exceeded in the same known runs share an intercept: fit only the first of them
-    same_as: dict[int, int] = {}
-    for previous, j in zip([None, *estimable], estimable, strict=False):
-        differs = previous is None or np.any(exceed[:, previous] & is_known[:, j] & ~exceed[:, j])
-        same_as[j] = j if previous is None or differs else same_as[previous]
-    usable, blocks = sorted(set(same_as.values())), runs.variant.replicates
+    blocks = runs.variant.replicates
     common = _StateFits(fits, np.full((len(fits), blocks), nan), np.full(blocks, nan))
-    if not usable:
+    if not estimable:
         return common
+    # states exceeded in the same known runs share an intercept: fit only the first of them
+    pairs = pairwise(estimable)
+    differs = (exceed[:, i] & is_known[:, j] & ~exceed[:, j] for i, j in pairs)
+    number = np.cumsum([0, *(int(np.any(rows)) for rows in differs)])
+    usable = [estimable[first] for first in np.unique(number, return_index=True)[1]]
     single = [fits[j] for j in usable]
     together = _common_slope(runs, single, is_known[:, usable], exceed[:, usable], in_full=in_full)
-    for j in estimable:
-        number = usable.index(same_as[j])
-        fits[j] = replace(together.fits[number], details=fits[j].details)
-        common.ln_theta[j] = together.ln_theta[number]
+    for j, of_intercept in zip(estimable, number, strict=True):
+        fits[j] = replace(together.fits[of_intercept], details=fits[j].details)
+        common.ln_theta[j] = together.ln_theta[of_intercept]
     return common._replace(beta=together.beta)
 
 
@@ -438,8 +427,10 @@ def _single_fit(runs: _DemandRuns, is_known: Mask, exceed: Mask, *, in_full: boo
     ones = np.ones(im.size)
     if in_full and im.size:
         count = int(np.unique(runs.motion[is_known]).size)
-        options: Any = {"n_records": count, "interval": False, "settings": runs.settings}
-        return fitting.fit_stripes(im, ones, hits, **options)
+        settings = runs.settings
+        return fitting.fit_stripes(
+            im, ones, hits, settings=settings, n_records=count, interval=False
+        )
     status = fitting.binomial_status(np.log(im), ones, hits)
     start = np.exp(np.quantile(np.log(im), 1.0 - np.mean(hits))) if status == FITTED else nan
     return FragilityFit(method="stripes", status=status, theta=float(start), beta=0.5)
@@ -451,13 +442,12 @@ def _rows(runs: _DemandRuns, curves: Mapping[LimitState, Mapping[str, _Curve]]) 
     counts = {"n_runs": runs.im.size, "n_records": runs.motions}
     counts |= {"n_beyond_model": int(np.sum(is_beyond_model(runs.variant.runs)))}
     counts |= {"n_censored": int(np.sum(outcomes.is_bound))}
-    if runs.lacks_demand:
-        no_fit = FragilityFit(method="", status=fitting.NOT_APPLICABLE)
-        return [
-            _row(runs, method, state, no_fit, counts) for state in runs.states for method in METHODS
-        ]
     rows: list[Row] = []
     for state in runs.states:
+        if runs.lacks_demand:
+            no_fit = FragilityFit(method="", status=fitting.NOT_APPLICABLE)
+            rows += [_row(runs, method, state, no_fit, counts) for method in METHODS]
+            continue
         by_method = dict(curves[state])
         if state.modes and outcomes.status(state) == FITTED:
             by_method[_EXCEEDANCE] = _union_curve(runs, state, curves)
@@ -522,9 +512,8 @@ def _row(
     row |= {"preferred": False, "methods_differ": False, "reach": "", **counts}
     row |= {"method": method, "model": fit.method, "im": runs.settings.im}
     row["warnings"] = ";".join(dict.fromkeys((*fit.warnings, *state.warnings)))
-    n_beyond = motion_means.motions_beyond(np.log(fit.theta), runs.ln_im, runs.motion)
-    row["extrapolated"] = fit.status == FITTED and n_beyond < motion_means.MIN_BEYOND
-    row["im_low"], row["im_high"] = motion_means.covered_range(runs.im, runs.motion)
+    row["im_low"], row["im_high"] = low, high = motion_means.covered_range(runs.im, runs.motion)
+    row["extrapolated"] = fit.status == FITTED and not low <= fit.theta <= high
     if counts.get("n_exceed") == 0:
         largest = np.nanmax(runs.outcomes.lower, initial=0.0)
         label = label_of(state.demand)

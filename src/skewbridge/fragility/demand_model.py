@@ -38,7 +38,7 @@ from skewbridge.fragility.mixed import MixedData, MixedFit, fit_mixed, predictiv
 from skewbridge.fragility.motion_means import Jackknifed, jackknife_covariance
 from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes, states_by_demand
 from skewbridge.fragility.settings import FitSettings
-from skewbridge.fragility.union import Union, correlation, reached_modes
+from skewbridge.fragility.union import Union, correlation
 from skewbridge.variant.axes import AXES
 from skewbridge.variant.variant import lacking_axes
 
@@ -126,9 +126,8 @@ class AxisRange:
     @property
     def names(self) -> list[str]:
         """Names of the coefficients: the terms of ``shift``, then those of ``drift``."""
-        texts = {_LINEAR: ""}
         names = [
-            ":".join(f"{name}{texts.get(level, f'={level:g}')}" for name, level in term)
+            ":".join(name if level == _LINEAR else f"{name}={level:g}" for name, level in term)
             for term in self.terms
         ]
         return [*names, *(f"{names[i]}:ln_im" for i in range(self.drifts))]
@@ -341,9 +340,10 @@ class DemandFit:
 
     def treated(self, outcomes: DemandOutcomes, steps: int = 100) -> DemandModel:
         """Return the model (R = 1) refitted to other outcomes; its knot is not fitted again."""
-        fit = fit_mixed(self.setup.data(outcomes, self.model), self.model.parameters[0], steps)
-        motions = self.setup.used_motions(outcomes)
-        return replace(self.model, parameters=fit.parameters[None], motions=motions)
+        model, start = self.model, self.model.parameters[0]
+        data = self.setup.data(outcomes, model.centre, model.knot, grows=bool(start[-3]))
+        parameters = fit_mixed(data, start, steps).parameters[None]
+        return replace(model, parameters=parameters, motions=self.setup.used_motions(outcomes))
 
     def refitted(self, outcomes: DemandOutcomes) -> DemandModel | str:
         """Return the model (R = 1) of other outcomes with its own knot, or why there is none."""
@@ -409,24 +409,19 @@ class _Setup:
         return np.column_stack([np.ones(x.size), x, above, shift, interaction])
 
     def data(
-        self, outcomes: DemandOutcomes, model: DemandModel, growth: bool | None = None
+        self, outcomes: DemandOutcomes, centre: float, knot: float, *, grows: bool
     ) -> MixedData:
-        """Return the data of a fit with the knot of a model.
-
-        ``growth`` is true if the scatter may grow with intensity; None: as in the model.
-        """
-        is_used = outcomes.used
-        lower, upper = outcomes.ln_ends
-        x = self.ln_im[is_used] - model.centre
-        grows = bool(np.any(model.parameters[:, -3])) if growth is None else growth
-        bend = 0.0 if np.isfinite(model.knot) else 1.0
+        """Return the data of a fit with this knot; the scatter may grow with intensity or not."""
+        is_used, bend = outcomes.used, 0.0 if np.isfinite(knot) else 1.0
+        with np.errstate(divide="ignore"):
+            lower, upper = np.log([outcomes.lower[is_used], outcomes.upper[is_used]])
         return MixedData(
-            design=self.design(model.centre, model.knot)[is_used],
+            design=self.design(centre, knot)[is_used],
             lower=lower,
             upper=upper,
             motion=np.unique(self.shaking[is_used], return_inverse=True)[1],
             precision=np.concatenate([[0.0, 0.0, bend], self.precision]),
-            growth=x * grows,
+            growth=(self.ln_im[is_used] - centre) * grows,
         )
 
 
@@ -443,14 +438,6 @@ def _fit_demand(item: tuple[_Setup, DemandOutcomes]) -> DemandFit | str:
         return NON_INCREASING
     centre = float(np.mean(setup.ln_im[is_used]))
     x = setup.ln_im - centre
-    template = DemandModel(
-        axes=axes,
-        parameters=np.zeros((1, 1)),
-        centre=centre,
-        knot=np.inf,
-        span=(float(np.min(x[is_used])), float(np.max(x[is_used]))),
-        motions=setup.used_motions(outcomes),
-    )
     codes = np.unique(setup.shaking[is_used], return_index=True)[1]
     blocks = block[is_used][codes]
     present, group = np.unique(blocks, return_inverse=True)
@@ -459,37 +446,42 @@ def _fit_demand(item: tuple[_Setup, DemandOutcomes]) -> DemandFit | str:
     # ASSUME ln demands that differ from parallel lines by less than 1e-9 have no scatter
     if np.ptp(y - lines @ np.linalg.lstsq(lines, y, rcond=None)[0]) < 1e-9:
         return ZERO_DISPERSION
-    setup = replace(setup, precision=_precision(setup, outcomes, template, group))
-    best: tuple[float, DemandModel, MixedFit, Floats] | None = None
+    setup = replace(setup, precision=_precision(setup, outcomes, centre, group))
+    best: tuple[float, float, MixedFit, Floats] | None = None
     for grows in (False, True):
-        for knot in _knots(x, is_exact, motion) if not grows or best is None else (best[1].knot,):
-            model = replace(template, knot=knot)
+        for knot in _knots(x, is_exact, motion) if not grows or best is None else (best[1],):
             start = best[2].parameters if best is not None and grows else None
-            data = setup.data(outcomes, model, grows)
+            data = setup.data(outcomes, centre, knot, grows=grows)
             fit = fit_mixed(data, start)
             without = fit.without_groups(group)
             predicted = predictive_loglik(data, group, without)
             rises = np.all(np.cumsum(fit.parameters[1:3]) > FLATTEST)
             if best is None or (rises and predicted > best[0] + _LEAST_GAIN):
-                best = predicted, model, fit, without
+                best = predicted, knot, fit, without
     assert best is not None
-    _, model, fit, without = best
+    _, knot, fit, without = best
     if fit.parameters[1] <= FLATTEST:
         return NON_INCREASING
     blocks = 1 + int(np.max(block))
     parameters = np.tile(fit.parameters, (1 + blocks + axes.drifts, 1))
     parameters[1 + present] = without
     parameters[1 + blocks :] += _shrinkage_errors(fit, axes.drifts)
-    model = replace(model, parameters=parameters)
-    design = setup.design(centre, model.knot)
+    model = DemandModel(
+        axes=axes,
+        parameters=parameters,
+        centre=centre,
+        knot=knot,
+        span=(float(np.min(x[is_used])), float(np.max(x[is_used]))),
+        motions=setup.used_motions(outcomes),
+    )
     residuals = np.full((len(parameters), is_used.size), nan)
-    mean = parameters[:, :-3] @ design[is_exact].T
+    mean = parameters[:, :-3] @ setup.design(centre, knot)[is_exact].T
     growth = np.exp(-parameters[:, -3:-2] * x[is_exact])
     residuals[:, is_exact] = (np.log(outcomes.lower[is_exact]) - mean) * growth
     return DemandFit(model=model, outcomes=outcomes, residuals=residuals, setup=setup)
 
 
-def _precision(setup: _Setup, outcomes: DemandOutcomes, model: DemandModel, group: Index) -> Floats:
+def _precision(setup: _Setup, outcomes: DemandOutcomes, centre: float, group: Index) -> Floats:
     """Return the precisions of the priors of ``shift`` and ``drift`` for use with the likelihood.
 
     An effect of an axis scatters from motion to motion, equally in all cells of other axes, but
@@ -498,7 +490,7 @@ def _precision(setup: _Setup, outcomes: DemandOutcomes, model: DemandModel, grou
     Both variances are from a fit with wide priors.
     """
     wide = replace(setup, precision=(_LOOSE * setup.axes.deviations) ** -2.0)
-    fit = fit_mixed(wide.data(outcomes, model, growth=False))
+    fit = fit_mixed(wide.data(outcomes, centre, np.inf, grows=False))
     has_prior = ~np.isfinite(fit.precision)
     information = np.sum(fit.information, axis=0) + np.diag(np.where(has_prior, 1.0, fit.precision))
     by_likelihood = np.diag(np.linalg.inv(information))[3:-3]
@@ -553,7 +545,9 @@ class BridgeModels:
 
     def modes(self, state: LimitState) -> list[LimitState]:
         """Return the failure modes of a state that some run exceeds; the state itself if none."""
-        return reached_modes(self.runs, state) or [state]
+        statuses = [demand_outcomes(self.runs, [mode]).status(mode) for mode in state.modes]
+        modes = zip(state.modes, statuses, strict=True)
+        return [mode for mode, status in modes if status != NO_EXCEEDANCE] or [state]
 
     def fit(self, state: LimitState) -> DemandFit | str:
         """Return the model of the demand of a state, or the reason why there is none."""

@@ -22,6 +22,7 @@ from skewbridge.demands.columns import COLUMNS, DEMAND_COLUMNS, EVENT
 from skewbridge.errors import InputError, did_you_mean
 from skewbridge.files.tables import Floats, Index, Mask, as_column, read_any, require
 from skewbridge.files.text import OPTIONS, shortened
+from skewbridge.fragility.motion_means import grouped
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.statuses import COLLAPSE, OK, STATUSES
 from skewbridge.units import split_unit
@@ -138,13 +139,8 @@ def _blocks(table: pd.DataFrame) -> NDArray[np.str_]:
 
 
 def block_codes(table: pd.DataFrame) -> Index:
-    """Return the number of the block of each run, shape (n,): its event if known, else its motion.
-
-    With more than 200 blocks, they are joined to 100 (Kott 2001).
-    """
-    codes = np.unique(_blocks(table), return_inverse=True)[1]
-    # ASSUME the jackknife variance from 100 groups of motions is close enough to that of all
-    return codes % 100 if codes.max(initial=0) >= 200 else codes
+    """Return the `grouped` block of each run, shape (n,): its event if known, else its motion."""
+    return grouped(_blocks(table))
 
 
 def block_names(table: pd.DataFrame) -> list[str]:
@@ -357,11 +353,15 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
     refuse_misspelt(name for name in map(str, demands) if name not in checked)
     table = demands.reset_index(drop=True)
     status = table["status"].to_numpy(dtype=str)
-    _require(table, np.isin(status, STATUSES), "status", f"must be one of {', '.join(STATUSES)}")
+    require_statuses(table["status"])
     for name in checked:
         values = table[name].to_numpy(dtype=np.float64)
         bad = (status == OK) & (np.isinf(values) | (values < 0.0))
-        _require(table, ~bad, name, f"must be >= 0 and finite where status is ok ({WITHOUT_PEAK})")
+        if np.any(bad):
+            row = int(np.argmax(bad))
+            text = f"{name} must be >= 0 and finite where status is ok ({WITHOUT_PEAK}), got "
+            where = "row {} ({variant}, {motion_id})".format(row, **table.iloc[row])
+            raise InputError(f"{text}{values[row]:g} in {where}", row=row, column=name)
     if settings.exclude_suspect and validity.SUSPECT in table:
         names = [column.name for column in DEMAND_COLUMNS if column.name in table]
         suspect = table[validity.SUSPECT] != ""
@@ -415,15 +415,6 @@ def _equal_motions(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[tupl
         if earlier != motion:
             text = f"motions {earlier} and {motion} have identical runs: intervals are too "
             yield "equal_motions", -1, "motion_id", f"{text}narrow if a motion was entered twice"
-
-
-def _require(table: pd.DataFrame, is_valid: Mask, column: str, rule: str) -> None:
-    if not np.all(is_valid):
-        row = int(np.argmin(is_valid))
-        run = table.iloc[row]
-        value_text = repr(run[column]) if isinstance(run[column], str) else f"{run[column]:g}"
-        where = f"row {row} ({run['variant']}, {run['motion_id']})"
-        raise InputError(f"{column} {rule}, got {value_text} in {where}", row=row, column=column)
 
 
 def spread[Item, Result](

@@ -10,7 +10,7 @@ motions of an event, out of all variants (Bell and McCaffrey 2002, see `fits`).
 from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import product
-from math import nan
+from math import isfinite, nan
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -39,6 +39,8 @@ _INTENSITIES: Final = 9
 #: Smallest number of motions common to both variants for a ratio of medians.
 MIN_MOTIONS: Final = 5
 STEP: Final = ("from_value", "to_value")
+#: Scopes of rows in the order of the tables of effects.
+_SCOPES: Final = ("pooled", "by_value", "variant")
 
 INTENSITY_COLUMNS: Final = demand_table.described("intensity_effects")
 
@@ -201,9 +203,8 @@ def effect_table(demands: pd.DataFrame, rows: Sequence[Mapping[str, Any]]) -> pd
     for name in ("interaction", "largest_motion"):
         table[name] = table[name].astype(object).fillna("").astype(str)
     table["p_interaction"] = verdicts.adjusted(table, table["p_interaction"])
-    return verdicts.with_verdicts(table)[columns].sort_values(
-        "scope", kind="stable", ignore_index=True
-    )
+    place = table["scope"].map(_SCOPES.index).astype(np.int64).sort_values(kind="stable").index
+    return verdicts.with_verdicts(table).loc[place, columns].reset_index(drop=True)
 
 
 def effect_row(
@@ -356,7 +357,7 @@ class Medians:
         runs, self._variants = models.runs, records_of(models.variants)
         self._blocks = demand_table.block_names(runs)
         self._motion = demand_table.motion_codes(runs)
-        self._ln_im = np.log(runs[settings.im].to_numpy(dtype=np.float64))
+        self._im = runs[settings.im].to_numpy(dtype=np.float64)
         self._rows = [np.flatnonzero(models.variant == v) for v in range(len(models.variants))]
         self._outcomes = {
             state: demand_outcomes(runs, group)
@@ -399,20 +400,21 @@ class Medians:
         """Return the pooled row, rows by value of another axis, and a row per pair of variants."""
         pooled = self._average("pooled", keys, ratios)
         by_value: list[Row] = []
-        interaction = (1.0, "")
+        tests: list[tuple[float, str]] = []
         for name in other_axes:
             values = sorted({row[name] for _, row in ratios})
             if len(values) < 2:
                 continue
             groups = [[pair for pair in ratios if pair[1][name] == value] for value in values]
             means = [average([ratio for ratio, _ in group]) for group in groups]
-            p_values = [float(mean.minus(means[0]).p_value()) for mean in means[1:]]
-            # several values are tested against the first: Bonferroni
-            interaction = min(interaction, (len(p_values) * min(p_values), name))
+            tests += [(float(mean.minus(means[0]).p_value()), name) for mean in means[1:]]
             for value, group in zip(values, groups, strict=True):
                 by_value.append(self._average("by_value", keys | {name: value}, group))
+        # each value of each other axis is tested against the first value: Bonferroni
+        tests = [test for test in tests if isfinite(test[0])]
+        p_value, name = min(tests, default=(nan, ""))
         return [
-            pooled | {"p_interaction": min(interaction[0], 1.0), "interaction": interaction[1]},
+            pooled | {"p_interaction": len(tests) * p_value, "interaction": name},
             *by_value,
             *(self._row("variant", pair, row, 2) for pair, row in ratios),
         ]
@@ -484,5 +486,5 @@ class Medians:
         counts = {"n_bounds": bounds, "n_pairs": rows.size, "n_motions": np.unique(motions).size}
         curve = self.curve(state, number)
         assert curve is not None
-        n_beyond = motion_means.motions_beyond(curve.ln_theta[0], self._ln_im[rows], motions)
-        return counts | {"is_extrapolated": n_beyond < motion_means.MIN_BEYOND}
+        low, high = motion_means.covered_range(self._im[rows], motions)
+        return counts | {"is_extrapolated": not low <= np.exp(curve.ln_theta[0]) <= high}

@@ -248,7 +248,7 @@ def _fit_outcomes(
         return fit if np.any(exceed) else fit.without_estimate(NO_EXCEEDANCE)
     x, hits, codes = im[is_known], exceed[is_known].astype(np.float64), motions[is_known]
     if options.method == "ida":
-        return fits.fit_first_exceedances(x, hits, codes, settings)[0]
+        return fits.fit_first_exceedances(x, hits, codes, settings)
     count, ones = int(np.unique(codes).size), np.ones(x.size)
     one_run_each = count == codes.size
     fit = fits.fit_stripes(x, ones, hits, settings=settings, n_records=count, interval=one_run_each)

@@ -351,12 +351,12 @@ def fit_brackets(
 
 def fit_first_exceedances(
     im: Floats, exceed: Floats, record: Index, settings: FitSettings
-) -> tuple[FragilityFit, Floats, Floats]:
-    """Fit the brackets of the first exceedance of each motion; return the fit and the brackets.
+) -> FragilityFit:
+    """Fit the brackets of the first exceedance of each motion.
 
     ``im``, ``exceed`` (0 or 1) and ``record`` are intensity, outcome and number of the motion of
-    each run, shape (n,). Open ends of the brackets are 0 and infinity. A warning is added if
-    ``n_non_monotone`` motions do not exceed at an intensity above their first exceedance.
+    each run, shape (n,). A warning is added if ``n_non_monotone`` motions do not exceed at an
+    intensity above their first exceedance.
     """
     # ASSUME the first crossing is the capacity
     records, codes = np.unique(record, return_inverse=True)
@@ -368,7 +368,7 @@ def fit_first_exceedances(
     n_odd = int(np.unique(codes[~is_hit & (im > upper[codes])]).size)
     fit = fit_brackets(lower, upper, settings)
     fit = replace(fit, details={**fit.details, "n_non_monotone": n_odd})
-    return fit.warned("non_monotone_records") if n_odd else fit, lower, upper
+    return fit.warned("non_monotone_records") if n_odd else fit
 
 
 def _fit_distribution(
@@ -442,16 +442,17 @@ def fit_cloud(
     tobit = _tobit(*cloud) if is_censored else None
     if tobit is not None:
         line = _tobit_tested(line, cloud, tobit[1])
-    details = {k: v for k, v in line._asdict().items() if k not in ("n", "mean_x", "sxx")}
-    blank = replace(blank, details={name: v for name, v in details.items() if not np.isnan(v)})
+    omitted = {"n", "mean_x", "sxx"}
+    tests = {k: v for k, v in line._asdict().items() if k not in omitted and not np.isnan(v)}
+    blank = replace(blank, details=tests)
     codes = np.arange(x.size) if motions is None else motions[informative]
     subsets = motion_means.motion_weights(codes) > 0.0
     repeated = np.unique(codes).size < x.size
-    if tobit is not None:
-        capacity = ln_capacity, capacity_dispersion
-        fit = _fit_tobit(blank, cloud, tobit, *capacity, interval=not repeated)
+    capacity = ln_capacity, capacity_dispersion
+    if tobit is None:
+        fit = _fit_least_squares(blank, line, *capacity)
     else:
-        fit = _fit_least_squares(blank, line, ln_capacity, capacity_dispersion)
+        fit = _fit_tobit(blank, cloud, tobit, *capacity, interval=not repeated)
     if fit.status != FITTED:
         return fit
     if repeated:
@@ -512,36 +513,34 @@ def _fit_least_squares(
     blank: FragilityFit, line: "TestedLine", ln_capacity: float, dispersion: float
 ) -> FragilityFit:
     """Fit a cloud without censored demands: Fieller's interval for theta, delta method for beta."""
-    n, ln_distance = line.n, ln_capacity - (line.ln_a + line.b * line.mean_x)
-    t = float(special.stdtrit(n - 2, 0.5 + 0.5 * blank.level))
     if line.b <= 0.0:
         return replace(blank, status=NON_INCREASING)
     if line.sigma <= 1e-12:
         return replace(blank, status=ZERO_DISPERSION)
-    a = line.b**2 - t**2 * line.sigma**2 / line.sxx
-    if a <= 0.0:
-        return replace(blank, status="slope_not_significant")
-    beta = float(np.hypot(line.sigma, dispersion)) / line.b
+    n, beta = line.n, float(np.hypot(line.sigma, dispersion)) / line.b
+    t = float(special.stdtrit(n - 2, 0.5 + 0.5 * blank.level))
     ln_theta = (ln_capacity - line.ln_a) / line.b
     distance = ln_theta - line.mean_x
     var_ratio = line.sigma**2 / line.sxx / line.b**2  # relative variance of b
+    var_ln_theta = line.sigma**2 / line.b**2 / n + var_ratio * distance**2
+    variances = np.array([var_ln_theta, -var_ratio * distance, var_ratio])
+    ln_ends = motion_means.fieller_ends(np.array(ln_theta), np.array(t), *variances)
+    if np.any(np.isinf(ln_ends)):
+        return replace(blank, status="slope_not_significant")
     # beta = sqrt(s^2 + c^2)/b: d beta/d s = s/(beta b^2), d beta/d b = -beta/b
     var_s = line.sigma**2 / (2.0 * (n - 2))
     var_beta = (line.sigma / (beta * line.b**2)) ** 2 * var_s + beta**2 * var_ratio
     sigma_ml = line.sigma * np.sqrt((n - 2) / n)  # maximum-likelihood value
-    constant = ln_distance**2 - t**2 * line.sigma**2 / n
-    root = float(np.sqrt(max((line.b * ln_distance) ** 2 - a * constant, 0.0)))
-    ln_ends = [line.mean_x + (line.b * ln_distance + sign * root) / a for sign in (-1.0, 1.0)]
     half_width = t * float(np.sqrt(var_beta)) / beta
     return replace(
         blank,
         theta=motion_means.exp_end(ln_theta),
         beta=beta,
-        var_ln_theta=line.sigma**2 / line.b**2 / n + var_ratio * distance**2,
+        var_ln_theta=var_ln_theta,
         cov_ln_theta_beta=beta * var_ratio * distance,
         var_beta=var_beta,
         loglik=float(-n * (likelihood.HALF_LOG_2PI + np.log(sigma_ml) + 0.5)),
-        ci_theta=(motion_means.exp_end(ln_ends[0]), motion_means.exp_end(ln_ends[1])),
+        ci_theta=(motion_means.exp_end(float(ln_ends[0])), motion_means.exp_end(float(ln_ends[1]))),
         ci_beta=(float(beta * np.exp(-half_width)), float(beta * np.exp(half_width))),
         ci_method="fieller",
     )

@@ -54,7 +54,8 @@ class JointModel:
             capacity = {name: mode[name] for name in ("demand", "threshold", "dispersion")}
             self._modes.append(LimitState(component="", name="", **capacity))
             constants = {name: mode[name] for name in ("centre", "motions")}
-            constants |= {"span": tuple(mode["span"]), "knot": mode["knot"] or np.inf}
+            constants["span"] = tuple(mode["span"])
+            constants["knot"] = np.inf if mode["knot"] is None else mode["knot"]
             self._models.append(DemandModel(axes=self.axis_range, parameters=values, **constants))
         self._rho = replicates[start:] if len(modes) > 1 else None
 

@@ -12,7 +12,7 @@ Statistics 17(4):521-526; interval of a ratio, Fieller (1954), J. R. Stat. Soc. 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from math import inf, nan
-from typing import Final, Self
+from typing import Any, Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from skewbridge.files.tables import Floats, Index, Mask
 from skewbridge.fragility.likelihood import mills_ratio
 
 # ASSUME the jackknife variance from 100 groups of motions is close enough to that of all motions
-_MAX_MOTIONS: Final = 200
+_MAX_BLOCKS: Final = 200
 _GROUPS: Final = 100
 _MAX_LOG: Final = 700.0  # exp() of a larger value overflows a double
 #: Smallest number of estimates without one motion for an interval.
@@ -42,12 +42,6 @@ def exp_end(value: float) -> float:
     return inf if value >= _MAX_LOG else float(np.exp(value))
 
 
-def motions_beyond(ln_theta: float, ln_im: Floats, motions: Index) -> int:
-    """Return the smaller of the numbers of motions at or above a median and at or below it."""
-    sides = ln_im >= ln_theta, ln_im <= ln_theta
-    return min(np.unique(motions[side]).size for side in sides)
-
-
 def covered_range(im: Floats, motions: Index) -> tuple[float, float]:
     """Return the smallest and largest median that is not extrapolated; low > high if none is."""
     codes = np.unique(motions, return_inverse=True)[1]
@@ -59,14 +53,18 @@ def covered_range(im: Floats, motions: Index) -> tuple[float, float]:
     return float(np.sort(lowest)[MIN_BEYOND - 1]), float(np.sort(highest)[-MIN_BEYOND])
 
 
+def grouped(blocks: NDArray[Any]) -> Index:
+    """Return numbers 0 .. B - 1 of blocks (n,); more than 200 are joined to 100 (Kott 2001)."""
+    codes = np.unique(blocks, return_inverse=True)[1]
+    return codes % _GROUPS if codes.max(initial=-1) >= _MAX_BLOCKS else codes
+
+
 def motion_weights(motions: Index) -> Floats:
     """Return run weights 0 or 1 (1 + M, n): all runs, then all runs except those of each motion.
 
-    With more than 200 motions, each replicate leaves out one of 100 groups of motions (Kott 2001).
+    See `grouped` for more than 200 motions.
     """
-    codes = np.unique(motions, return_inverse=True)[1]
-    if codes.max(initial=-1) >= _MAX_MOTIONS:
-        codes %= _GROUPS
+    codes = grouped(motions)
     return (codes != np.arange(-1, codes.max(initial=-1) + 1)[:, None]).astype(np.float64)
 
 
@@ -84,15 +82,6 @@ def effective_number(influence: Floats) -> Floats:
     square = influence**2
     with np.errstate(invalid="ignore"):
         return np.sum(square, axis=0) ** 2 / np.sum(square**2, axis=0)
-
-
-def effective_dof(influence: Floats, dof: int) -> Floats:
-    """Return ``dof``, or less if a few motions have most of the variance.
-
-    For normal influences, E v^4 = 3 (E v^2)^2: three effective motions for each degree of freedom
-    of Satterthwaite's (1946) variance.
-    """
-    return np.fmin(3.0 * effective_number(influence), dof)
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,11 +137,16 @@ class Jackknifed:
 
     @property
     def dof(self) -> Floats:
-        """Degrees of freedom of the error, shape (...); see `effective_dof`."""
+        """Degrees of freedom of the error, shape (...); fewer if a few motions have most of it.
+
+        For normal influences, E v^4 = 3 (E v^2)^2: three effective motions for each degree of
+        freedom of Satterthwaite's (1946) variance.
+        """
         # at most the number of motions with an exact value minus the number of parameters
         # ASSUME the errors from priors, which are known, do not raise the dof (conservative)
         of_motions = self.influence[: len(self.influence) - self.priors]
-        return effective_dof(of_motions, int(np.count_nonzero(self.exact)) - self.parameters)
+        most = int(np.count_nonzero(self.exact)) - self.parameters
+        return np.fmin(3.0 * effective_number(of_motions), most)
 
     def _covariance(self, first: Floats, second: Floats) -> Floats:
         """Return the covariance of two estimates from their influences, shape (...)."""

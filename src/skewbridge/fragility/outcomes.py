@@ -69,12 +69,6 @@ class DemandOutcomes:
             return NO_EXCEEDANCE
         return ALL_EXCEED if np.all(exceed | self.unknown(state)) else FITTED
 
-    @property
-    def ln_ends(self) -> tuple[Floats, Floats]:
-        """Logarithms of the lower and upper bounds of the used runs, shape (used,) each."""
-        with np.errstate(divide="ignore"):
-            return np.log(self.lower[self.used]), np.log(self.upper[self.used])
-
     def treated(
         self, state: LimitState, treatment: str, where: Mask | bool = True
     ) -> "DemandOutcomes":
@@ -87,11 +81,12 @@ class DemandOutcomes:
         pair = np.where(unknown, lower, self.lower), np.where(unknown, upper, self.upper)
         return replace(self, lower=pair[0], upper=pair[1])
 
-    def of_peaks(self, peaks: Floats, rows: Mask, *, exact: bool) -> "DemandOutcomes":
+    def of_peaks(self, peaks: pd.Series, rows: Mask, *, exact: bool) -> "DemandOutcomes":
         """Return the outcomes if the peaks of ``rows`` are exact, or lower bounds and no more."""
+        rows = rows & np.isposinf(self.upper)
         if exact:
             return replace(self, upper=np.where(rows & (self.lower > 0.0), self.lower, self.upper))
-        known = np.nan_to_num(peaks, posinf=0.0)
+        known = np.nan_to_num(peaks.to_numpy(dtype=np.float64), posinf=0.0)
         return replace(self, lower=np.where(rows, known, self.lower))
 
 

@@ -21,9 +21,6 @@ from numpy.typing import ArrayLike
 from scipy import special
 
 from skewbridge.files.tables import Floats
-from skewbridge.fragility.fits import NO_EXCEEDANCE
-from skewbridge.fragility.limit_states import LimitState
-from skewbridge.fragility.outcomes import demand_outcomes
 
 #: Columns of the curve of a union: median and dispersion of both modes, and their correlation.
 UNION_COLUMNS: Final = (
@@ -37,17 +34,17 @@ _LARGEST_RHO: Final = 1.0 - 1e-12
 
 
 class Union(NamedTuple):
-    """R unions of k = 1 or 2 failure modes, for example from all runs and without each motion."""
+    """R unions of two failure modes, for example from all runs and without each motion."""
 
-    ln_theta: Floats  # shape (k, R)
-    beta: Floats  # shape (k, R)
+    ln_theta: Floats  # shape (2, R)
+    beta: Floats  # shape (2, R)
     rho: Floats  # correlation of the intensities of failure, shape (R,)
 
     @classmethod
     def of(cls, ln_theta: Floats, records: Floats, totals: Floats, rho: Floats) -> Self:
-        """Return unions of k modes with dispersions ``totals`` (k, R).
+        """Return unions of modes with dispersions ``totals`` (2, R).
 
-        ``rho`` (R,) is the correlation of the demands, whose dispersions are ``records`` (k, R).
+        ``rho`` (R,) is the correlation of the demands, whose dispersions are ``records`` (2, R).
         """
         # ASSUME the capacities of both modes are independent of each other and of the demands
         shares = np.divide(records, totals, out=np.zeros_like(totals), where=totals > 0.0)
@@ -60,8 +57,6 @@ class Union(NamedTuple):
 
     def quantile(self, z: float) -> Floats:
         """Return ln of the intensity at which P(any) = Phi(z), shape (R,)."""
-        if len(self.beta) == 1:
-            return self.ln_theta[0] + z * self.beta[0]
         p = float(special.ndtr(z))
         # the larger of both probabilities is between p/2 and p
         limits = (float(special.ndtri(share * p)) for share in (0.5, 1.0))
@@ -140,10 +135,3 @@ def correlation(first: Floats, second: Floats, weights: Floats) -> Floats:
     with np.errstate(divide="ignore", invalid="ignore"):
         rho = covariance / np.sqrt(variances[0] * variances[1])
     return np.clip(np.nan_to_num(rho), -1.0, 1.0)
-
-
-def reached_modes(table: pd.DataFrame, state: LimitState) -> list[LimitState]:
-    """Return the failure modes of a state that some run of a demands table exceeds."""
-    return [
-        mode for mode in state.modes if demand_outcomes(table, [mode]).status(mode) != NO_EXCEEDANCE
-    ]

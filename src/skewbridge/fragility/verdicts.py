@@ -104,10 +104,11 @@ def with_verdicts(table: pd.DataFrame) -> pd.DataFrame:
 
 def adjusted(table: pd.DataFrame, p: "pd.Series[float]") -> "pd.Series[float]":
     """Return the p-values of effects, adjusted for their families by Holm's method."""
+    keys = [table[name].astype(str) for name in (*BRIDGE_COLUMNS, "axis", "scope", "quantity")]
     headline = table["demand"].isin((*demands_for("headline"), *HEADLINE_STATES))
-    keys = (*BRIDGE_COLUMNS, "axis", "scope", "quantity")
-    family = [*(table[name].astype(str) for name in keys), headline]
-    return p.astype(np.float64).groupby(family, group_keys=False).transform(holm)
+    # a state with the same runs as a headline state (the only failure mode) is the same claim
+    headline = headline.groupby([*keys, p], dropna=False).transform("any")
+    return p.astype(np.float64).groupby([*keys, headline], group_keys=False).transform(holm)
 
 
 def may_be_negligible(table: pd.DataFrame) -> Mask:

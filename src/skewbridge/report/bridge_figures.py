@@ -14,7 +14,6 @@ from skewbridge.bridge.geometry import ModelGeometry
 from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.section import MomentCurvature, ShearSection, shear_strength
 from skewbridge.errors import InputError
-from skewbridge.files.tables import Floats
 from skewbridge.fragility.rates import GAP, Decision
 from skewbridge.report.appearance import (
     STYLE,
@@ -54,12 +53,12 @@ def model_figure(geometry: ModelGeometry) -> Figure:
     _draw_members(elevation, geometry, [0, 2])
     elevation.set(xlabel="x, longitudinal (m)", ylabel="z (m)")
     elevation.set_title("elevation (heights stretched)", fontsize=10)
-    corners = np.array(geometry.deck_outline)
+    corners = geometry.deck_outline
     right = corners[corners[:, 0] > corners[:, 0].mean()]
     low, high = right.min(axis=0) - _AROUND_M, right.max(axis=0) + _AROUND_M
     end_axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     end_axes.set_title("right abutment", fontsize=10)
-    gap_text = f"; gaps exaggerated {_GAP_SCALE:g} times" if geometry.contacts else ""
+    gap_text = f"; gaps exaggerated {_GAP_SCALE:g} times" if len(geometry.gaps_m) else ""
     figure.suptitle(f"{geometry.title}{gap_text}")
     entries = [axes.get_legend_handles_labels() for axes in (plan_axes, elevation)]
     unique = {label: handle for pair in entries for handle, label in zip(*pair, strict=True)}
@@ -69,33 +68,24 @@ def model_figure(geometry: ModelGeometry) -> Figure:
 
 
 def _draw_plan(axes: Axes, geometry: ModelGeometry) -> None:
-    outline = np.array([*geometry.deck_outline, geometry.deck_outline[0]])
+    outline = geometry.deck_outline[[*range(len(geometry.deck_outline)), 0]]
     axes.fill(*outline.T, color=COLOURS["deck"], alpha=0.10, linewidth=0)
     axes.plot(*outline.T, color=COLOURS["deck"], linewidth=1, alpha=0.5)
     _draw_members(axes, geometry, [0, 1])
-    if geometry.contacts:
-        starts, normals = _contacts(geometry)
+    if len(geometry.gaps_m):
+        starts = geometry.surfaces - _GAP_SCALE * geometry.gaps_m[:, None] * geometry.normals
         style = {"arrowstyle": "->", "color": COLOURS["contact"]}
-        for start, tip in zip(starts, starts + _NORMAL_M * normals, strict=True):
+        for start, tip in zip(starts, starts + _NORMAL_M * geometry.normals, strict=True):
             axes.annotate("", xytext=start[:2], xy=tip[:2], arrowprops=style)
         label = "contact surface and its normal"
         axes.plot(*starts.T[:2], "s", color=COLOURS["contact"], markersize=4, label=label)
     axes.set(xlabel="x, longitudinal (m)", ylabel="y, transverse (m)", aspect="equal")
 
 
-def _contacts(geometry: ModelGeometry) -> tuple[Floats, Floats]:
-    """Return points on contact surfaces with exaggerated gaps, and their normals, each (n, 3)."""
-    normals = np.array([(*contact.normal, 0.0) for contact in geometry.contacts])
-    gaps_m = np.array([contact.gap_m for contact in geometry.contacts])
-    surfaces = np.array([contact.surface for contact in geometry.contacts])
-    return surfaces - _GAP_SCALE * gaps_m[:, None] * normals, normals
-
-
 def _draw_members(axes: Axes, geometry: ModelGeometry, plane: list[int]) -> None:
     """Draw line elements, zero-length springs and supports, projected on the plane of two axes."""
     for group in COLOURS:
-        ends = np.array([member.ends for member in geometry.members if member.group == group])
-        if not ends.size:
+        if not len(ends := geometry.members[group]):
             continue
         is_line = (ends[:, 0] != ends[:, 1]).any(axis=1)
         width, zorder = 2.2 if group in ("deck", "columns") else 1.0, 1 if group == "links" else 2
@@ -107,9 +97,8 @@ def _draw_members(axes: Axes, geometry: ModelGeometry, plane: list[int]) -> None
             axes.plot(*lines[:, plane].T, linewidth=width, zorder=zorder, **style)
         if len(points := ends[~is_line, 0]) and group not in ("links", "contact"):
             axes.plot(*points[:, plane].T, "o", markersize=3.5, **style)
-    if geometry.fixed:
-        ground = np.array(geometry.fixed)[:, plane].T
-        axes.plot(*ground, "^", color="black", markersize=3, label="ground", zorder=0)
+    ground = geometry.fixed[:, plane].T
+    axes.plot(*ground, "^", color="black", markersize=3, label="ground", zorder=0)
 
 
 def ladder_figure(curves: pd.DataFrame, *, title: str) -> Figure:

@@ -360,7 +360,7 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
     """Return the tables of pooled headline effects and other pooled effects, and their legend."""
     rows = pd.concat([frames["medians"], frames["effects"]], ignore_index=True)
     pooled = rows[rows["scope"] == "pooled"]
-    # the only failure mode of a column has the effects of any failure, but in another family
+    # the only failure mode of a column has the effects of any failure
     failures = pooled["demand"].str.startswith(f"{COLUMN_FAILURE}/")
     is_any = pooled["demand"] == f"{COLUMN_FAILURE}/any"
     repeated = pooled.duplicated([*BRIDGE_COLUMNS, *_CHANGE, *verdicts.RATIOS], keep=False)

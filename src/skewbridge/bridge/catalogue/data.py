@@ -214,23 +214,14 @@ class IntegralData(WallData, frozen=True):
     piles: PileData
 
 
-class FixedData(Part, frozen=True):
-    """Deck end that cannot move."""
+class HeldData(Part, frozen=True):
+    """Deck end that cannot move, or is held vertically at both ends of its bearing line only."""
 
-    type: Literal["fixed"]
+    type: Literal["fixed", "roller"]
     skew_deg: Skew | None = None
 
 
-class RollerData(Part, frozen=True):
-    """Deck end that is held vertically at both ends of its bearing line, and free in plan."""
-
-    type: Literal["roller"]
-    skew_deg: Skew | None = None
-
-
-type EndData = Annotated[
-    AbutmentData | IntegralData | FixedData | RollerData, Field(discriminator="type")
-]
+type EndData = Annotated[AbutmentData | IntegralData | HeldData, Field(discriminator="type")]
 
 
 class EndsData(Part, frozen=True):
@@ -257,7 +248,8 @@ class JointData(Part, frozen=True):
     from_left_m: Span | None = None  # distance of an in-span hinge from the left end of the bridge
     ledge: Literal["left", "right"] = "left"  # deck whose ledge carries the other one at a hinge
     skew_deg: Skew | None = None  # own skew; None: that of the bent, or of the variant at a hinge
-    gap_mm: Gap | None = None  # own gap; None: the gap of the variant. The same for ``friction``.
+    #: own gap; None: the gap of the variant. The same for ``friction``, in models with friction.
+    gap_mm: Gap | None = None
     friction: Annotated[float, Field(ge=0.0, le=2.0)] | None = None
     #: from the middle of the joint to the edge of the cap, or width of the ledge
     seat_width_m: Metres
