@@ -209,7 +209,6 @@ def test_failures_tables_intensities_and_links_are_those_of_the_study(render):
     head = answer_of(page)
     failed = f"Columns failed in 7 of {len(demands)} runs: 5 in shear, 2 in flexure"
     assert_in(head, failed, "None of them collapsed; the demands of all are peaks up to the fail")
-    assert ">4 to 3 of 32</td>" in head or ">7 to 0 of 32</td>" in head
     assert set(frames["curves"]["im"]) == {IM}
     assert_in(page, "Median θ of Sa,avg RotD50 (g)", "motions scaled by 0.25 to 1.5,")
     assert_tables(page, frames)

@@ -83,10 +83,10 @@ def arg(text: str, metavar: str | None = None) -> Any:
     return typer.Argument(help=text, metavar=metavar)
 
 
-#: Options of every command; the help names them below the options of the command.
+#: Type and default of the options of every command, which the help names below its own options.
 _PRINTING: Final = {
-    "as_json": Annotated[bool, typer.Option("--json", hidden=True)],
-    "units": Annotated[Units, typer.Option("--units", hidden=True)],
+    "as_json": (Annotated[bool, typer.Option("--json", hidden=True)], False),
+    "units": (Annotated[Units, typer.Option("--units", hidden=True)], "si"),
 }
 _EPILOG: Final = "--json prints one JSON object on stdout; --units us shows kip, in and ft."
 
@@ -110,10 +110,6 @@ def command(group: typer.Typer, name: str | None = None) -> Callable[..., Callab
                 grouped[option.name] = kind
                 members = list(signature(kind).parameters.values())
             options += [member.replace(kind=Parameter.KEYWORD_ONLY) for member in members]
-        for (option, kind), default in zip(_PRINTING.items(), (False, "si"), strict=True):
-            options.append(
-                Parameter(option, Parameter.KEYWORD_ONLY, default=default, annotation=kind)
-            )
 
         @wraps(function)
         def called(*, as_json: bool, units: Units, **values: Any) -> None:
@@ -137,6 +133,10 @@ def command(group: typer.Typer, name: str | None = None) -> Callable[..., Callab
             messages.print("\n".join(lines), style="red")
             raise typer.Exit(code)
 
+        for option, (kind, default) in _PRINTING.items():
+            options.append(
+                Parameter(option, Parameter.KEYWORD_ONLY, default=default, annotation=kind)
+            )
         vars(called)["__signature__"] = Signature(options)
         return group.command(name, cls=_Command, epilog=_EPILOG)(called)
 
