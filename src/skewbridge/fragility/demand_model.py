@@ -53,6 +53,8 @@ _LINEAR: Final = np.inf
 # ASSUME the effect of an axis on ln demand changes by some 3 % per unit of ln intensity
 _DRIFT: Final = 0.03
 _LOOSE: Final = 10.0  # factor of wide priors
+#: Smallest factor of a prior's precision: priors divide effects that variants cannot separate.
+_LIGHTEST: Final = 0.01
 #: Largest number of levels of an axis with a value each; with more, the effect is a parabola.
 _MOST_LEVELS: Final = 6
 #: Possible places of the knot: shares of the runs below it.
@@ -485,18 +487,20 @@ def _precision(setup: _Setup, outcomes: DemandOutcomes, centre: float, group: In
     """Return the precisions of the priors of ``shift`` and ``drift`` for use with the likelihood.
 
     An effect of an axis scatters from motion to motion, equally in all cells of other axes, but
-    the likelihood takes the scatter of runs as independent. The precision of a prior is therefore
-    multiplied by jackknife variance / likelihood variance of its coefficient if this is above 1.
-    Both variances are from a fit with wide priors.
+    the likelihood takes the scatter of runs as independent. Its errors of these effects are too
+    small, and those of axes whose effect scatters less are too large. The precision of a prior is
+    therefore multiplied by jackknife variance / likelihood variance of its coefficient. Both are
+    from a fit with wide priors.
     """
     wide = replace(setup, precision=(_LOOSE * setup.axes.deviations) ** -2.0)
     fit = fit_mixed(wide.data(outcomes, centre, np.inf, grows=False))
-    has_prior = ~np.isfinite(fit.precision)
-    information = np.sum(fit.information, axis=0) + np.diag(np.where(has_prior, 1.0, fit.precision))
-    by_likelihood = np.diag(np.linalg.inv(information))[3:-3]
-    without = fit.without_groups(group)
-    by_jackknife = np.diag(jackknife_covariance(without))[3:-3]
-    return setup.axes.deviations**-2.0 * np.maximum(by_jackknife / by_likelihood, 1.0)
+    has_prior, by_data = ~np.isfinite(fit.precision), np.sum(fit.information, axis=0)
+    inverse = np.linalg.inv(by_data + np.diag(np.where(has_prior, 1.0, fit.precision)))
+    by_likelihood = np.diag(inverse @ by_data @ inverse)[3:-3]
+    by_jackknife = np.diag(jackknife_covariance(fit.without_groups(group)))[3:-3]
+    ratio = np.ones_like(by_likelihood)
+    np.divide(by_jackknife, by_likelihood, out=ratio, where=by_likelihood > 0.0)
+    return setup.axes.deviations**-2.0 * np.maximum(ratio, _LIGHTEST)
 
 
 def _shrinkage_errors(fit: MixedFit, drifts: int) -> Floats:
