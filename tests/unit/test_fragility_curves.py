@@ -460,7 +460,7 @@ def _effects(rows, _, own, jobs):
     return made.paired_effects(rows, ["unseating_m", "deck_disp_m"], own, jobs=jobs)
 
 
-@pytest.mark.parametrize("fit", [fit_study, system_curves, median_effects, joint_table, _effects])
+@pytest.mark.parametrize("fit", [fit_study, system_curves, joint_table, _effects])
 def test_two_processes_give_the_table_of_one(fit, many_variants) -> None:
     states = [*states_of("unseating"), *states_of("abutment_passive")]
     rows = made.ready(many_variants, states)
