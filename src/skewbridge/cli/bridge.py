@@ -71,6 +71,9 @@ def _known_bridges() -> list[str]:
     return [*bridge_names(), *(path.stem for path in sorted(OWN_FOLDER.glob("*.yaml")))]
 
 
+_TWO_BRIDGES: Final = "{} and --bridge {} are two bridges: omit one"
+
+
 @dataclass(frozen=True, kw_only=True)
 class NamedBridge(BridgeOption):
     """A bridge that may be a positional argument."""
@@ -78,7 +81,9 @@ class NamedBridge(BridgeOption):
     name: Name = None
 
     def __post_init__(self) -> None:
-        """Take the positional argument as the bridge."""
+        """Take the positional argument as the bridge, unless another one is given as option."""
+        if self.name and self.bridge not in (BridgeOption.bridge, self.name):
+            raise InputError(_TWO_BRIDGES.format(self.name, self.bridge))
         object.__setattr__(self, "bridge", self.name or self.bridge)
 
 
@@ -312,6 +317,8 @@ def sdc(
 
     checked, notes, warnings = "checks", list[str](), list[str]()
     if source is None or not source.is_dir():
+        if source and bridge not in (None, str(source)):
+            raise InputError(_TWO_BRIDGES.format(source, bridge))
         data = load_bridge(bridge or str(source or "osb1"))
         checked, title = "bents", data.title
         rows = bridge_check.capacity_rows(bent_capacities(data))
