@@ -230,8 +230,8 @@ def decide(
     notes += needs.notes
     failing = table.loc[table.filter(["gap_from_mm"]).isna().any(axis=1), "skew_deg"]
     if len(failing):
-        skews = f"{failing.min():g} to {failing.max():g} deg"
-        notes.append(f"column failure is above the target at every gap for skews of {skews}")
+        skews = ", ".join(f"{skew_deg:g}" for skew_deg in failing.unique())
+        notes.append(f"column failure is above the target at every gap for skews of {skews} deg")
     if (demands := StudyFolder(folder_of(study)).demands).is_file():
         names = ["bridge", "abutment", "unseating_m"]
         model = tuple(rows[0][name] for name in names[:2])
