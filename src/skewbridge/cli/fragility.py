@@ -228,10 +228,10 @@ def decide(
     if (last := site.rates[0, -1]) > 0.1 * target:
         notes.append(f"the hazard curve ends at {last:.3g} per year: lengths may be too short")
     notes += needs.notes
-    failing = table.loc[table.filter(["gap_from_mm"]).isna().any(axis=1), "skew_deg"]
-    if len(failing):
-        skews = ", ".join(f"{skew_deg:g}" for skew_deg in failing.unique())
-        notes.append(f"column failure is above the target at every gap for skews of {skews} deg")
+    fails = table.filter(["gap_from_mm"]).isna().any(axis=1)
+    if failing := [f"{skew_deg:g}" for skew_deg in table.loc[fails, "skew_deg"].unique()]:
+        skews = "any skew" if fails.all() else f"skews of {', '.join(failing)} deg"
+        notes.append(f"column failure is above the target at every gap for {skews}")
     if (demands := StudyFolder(folder_of(study)).demands).is_file():
         names = ["bridge", "abutment", "unseating_m"]
         model = tuple(rows[0][name] for name in names[:2])
