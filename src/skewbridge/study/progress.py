@@ -27,7 +27,9 @@ from skewbridge.variant.grid import expand_grid
 
 CRASH: Final = "crash"
 CORES: Final = 2  # workers of a study
-DISK_KB_PER_ANALYSIS: Final = 6.0  # journal line, parquet row and solver log
+# source: folders of the default study (38 MB) and of the demo (12 MB)
+DISK_KB_PER_ANALYSIS: Final = 24.0  # journal line, parquet row and, mostly, messages of the solver
+DISK_KB_PER_VARIANT: Final = 800.0  # figures, page and tables
 # Processor time of the other work of a study, on the processor of `forecast_s`.
 # source: 2 to 24 variants under 3 to 32 motions, two processors
 START_S: Final = 10.0  # Snakemake, motions and contact checks
@@ -117,7 +119,8 @@ def forecast_study(config: StudyConfig) -> StudyProgress:
     other_s = 0.0 if is_made else cpu_s["checks"] + cpu_s["other"]
     summary = state.summary | {"core_hours": round(sum(cpu_s.values()) / 3600, 4), "cpu_s": cpu_s}
     summary["eta_s"] = round((left_s + other_s) / CORES, 1)
-    summary["disk_mb"] = round(analyses * DISK_KB_PER_ANALYSIS / 1024, 1)
+    disk_kb = analyses * DISK_KB_PER_ANALYSIS + len(keys) * DISK_KB_PER_VARIANT
+    summary["disk_mb"] = round(disk_kb / 1024, 1)
     return replace(state, summary=summary, notes=notes)
 
 
