@@ -94,9 +94,9 @@ _EPILOG: Final = "--json prints one JSON object on stdout; --units us shows kip,
 def command(group: typer.Typer, name: str | None = None) -> Callable[..., Callable[..., None]]:
     """Return a decorator that adds a function to a group as a command, which prints its `Answer`.
 
-    A parameter whose type is a dataclass stands for one option per field, and ``units`` for those
-    of figures. An error is printed as one message; the exit code is 2 for bad input and unreadable
-    files, 1 for a failed solution.
+    A parameter whose type is a dataclass stands for one option per field. A function that draws has
+    the parameter ``units``, which gets the value of ``--units``. An error is printed as one
+    message; the exit code is 2 for bad input and unreadable files, 1 for a failed solution.
     """
 
     def decorate(function: Callable[..., Answer]) -> Callable[..., None]:

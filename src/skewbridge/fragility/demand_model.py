@@ -487,10 +487,10 @@ def _precision(setup: _Setup, outcomes: DemandOutcomes, centre: float, group: In
     """Return the precisions of the priors of ``shift`` and ``drift`` for use with the likelihood.
 
     An effect of an axis scatters from motion to motion, equally in all cells of other axes, but
-    the likelihood takes the scatter of runs as independent. Its errors of these effects are too
-    small, and those of axes whose effect scatters less are too large. The precision of a prior is
-    therefore multiplied by jackknife variance / likelihood variance of its coefficient. Both are
-    from a fit with wide priors.
+    the likelihood takes the scatter of runs as independent. Its standard errors are too small for
+    effects that scatter more between motions than runs do, and too large for effects that scatter
+    less. The precision of a prior is therefore multiplied by jackknife variance / likelihood
+    variance of its coefficient. Both variances are from a fit with wide priors.
     """
     wide = replace(setup, precision=(_LOOSE * setup.axes.deviations) ** -2.0)
     fit = fit_mixed(wide.data(outcomes, centre, np.inf, grows=False))

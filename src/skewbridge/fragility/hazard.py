@@ -199,7 +199,7 @@ def measure_column(name: str) -> str:
 
 
 def _usual_factor(column: str) -> float:
-    """Return the factor to the unit of a column from that of OpenQuake and nshmp-haz."""
+    """Return the factor that converts levels of OpenQuake or nshmp-haz to the unit of a column."""
     return _FACTORS["cm/s" if column == _NAMES["PGV"] else "g"]
 
 

@@ -256,10 +256,8 @@ def _changes(
         withheld: list[tuple[Row, None]] = []
         rated_systems: list[tuple[Row, Row]] = []
         for cell in records_of(cells):
-            row, both = (
-                keys | {"scope": "variant"} | {name: cell[name] for name in other_axes},
-                None,
-            )
+            row = keys | {"scope": "variant"} | {name: cell[name] for name in other_axes}
+            both = None
             if isinstance(state, str):
                 both = systems[cell["variant_from"], state], systems[cell["variant_to"], state]
                 if reason := difference(*both):

@@ -410,10 +410,11 @@ def _trace_of_block(
 ) -> Trace:
     """Return the component of the stated channel; ``fields`` are further fields of `Trace`."""
     block = blocks[_channel(stated, [b.direction for b in blocks], path)]
-    row, npts, layout, dt_s, *_ = block
-    values, warnings = _counted(_fixed_width(lines, row, npts, layout, path), "NPTS", npts, path)
-    fields |= {name: getattr(block, name).strip() for name in block._fields[4:]}
-    return Trace(path=path, accel_mps2=values, dt_s=dt_s, warnings=warnings, **fields)
+    all_values = _fixed_width(lines, block.row, block.npts, block.layout, path)
+    values, warnings = _counted(all_values, "NPTS", block.npts, path)
+    texts = ("unit", "event", "station", "direction")
+    fields |= {name: getattr(block, name).strip() for name in texts}
+    return Trace(path=path, accel_mps2=values, dt_s=block.dt_s, warnings=warnings, **fields)
 
 
 def _fixed_width(lines: list[str], row: int, count: int, layout: str, path: Path) -> Vector:
