@@ -237,7 +237,9 @@ def decide(
         model = tuple(rows[0][name] for name in names[:2])
         largest_m = read_frame(demands, names).groupby(names[:2])["unseating_m"].max()[model]
         if beyond := int((table["support_m"] > largest_m).sum()):
-            limit = f"more unseating than in any run up to a column failure ({largest_m:.3g} m)"
-            notes.append(f"model alone: {beyond} of {len(table)} lengths are for {limit}")
+            text = (
+                f"lengths exceed the unseating of all runs before column failure, {largest_m:.3g} m"
+            )
+            notes.append(f"extrapolated: {beyond} of {len(table)} {text}")
     answer = {"target": target, "values": needs.values, "rows": records_of(table)}
     return Answer(answer, printed, notes=notes, digits=3)

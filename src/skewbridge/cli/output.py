@@ -332,7 +332,7 @@ def study_of(study: Path | None) -> "tuple[StudyConfig, StudyFolder]":
     if config and root != Path(config.results).resolve():
         place = str(root).removesuffix(f"/{config.results}")
         place = f"in {place}" if place != str(root) else f"where {config.results} is that folder"
-        raise InputError(f"{study}: the study names its files from where it ran: use it {place}")
+        raise InputError(f"{study}: paths of the study are relative: run the command {place}")
     config = config or load_config(config_of(study), base=DEFAULT_CONFIG)
     return config, StudyFolder(Path(config.results))
 
@@ -369,7 +369,9 @@ def folder_of(study: Path | None) -> Path:
 
 _MODELS: Final = f"[{'|'.join(ABUTMENTS).replace('_', '-')}]"
 Abutment = Annotated[str, opt("Abutment model, from simple to contact with friction.", _MODELS)]
-Changes = Annotated[list[str] | None, opt("Set an input key; repeatable.", "KEY=VALUE", "--set")]
+Changes = Annotated[
+    list[str] | None, opt("Value of an input key; repeatable.", "KEY=VALUE", "--set")
+]
 _AXIS: Final = {
     axis.name: opt(f"{axis.label_with_unit}, {axis.low:g} to {axis.high:g}.") for axis in AXES
 }

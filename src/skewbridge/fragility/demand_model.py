@@ -141,7 +141,7 @@ class AxisRange:
 
     @property
     def deviations(self) -> Floats:
-        """Prior standard deviation of each coefficient of ``shift``, then of ``drift``."""
+        """Prior standard deviations of effects (``shift``), then of their slopes (``drift``)."""
         shift_deviations = [
             _PROPORTIONAL if term[0][1] == _LINEAR else _SHIFTS[len(term) - 1]
             for term in self.terms

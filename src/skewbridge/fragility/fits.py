@@ -76,7 +76,10 @@ class FragilityFit:
     def limited(
         self, bounds: Mapping[str, tuple[float, float]], *, names: Sequence[str] = ()
     ) -> "FragilityFit":
-        """Return the fit with warnings; no estimate if ``bounds`` of theta differ by > 15 %."""
+        """Return the fit with warnings ``names``; no estimate if its bounds differ by > 15 %.
+
+        ``bounds`` has theta and beta if all, or none, of the unknown outcomes exceed the state.
+        """
         fit = self.warned("unknown_outcomes", *names)
         low, high = sorted((bounds["all_exceed"][0], bounds["none_exceed"][0]))
         narrow = 0.0 < low <= high <= MAX_BOUNDS_RATIO * low < inf
@@ -106,7 +109,7 @@ def fits_of_states(
     Hence ln theta = -a0/a1 and beta = widening/a1. The intercepts a0 are ``terms`` (J, p) times the
     p parameters, and a1 is the parameter at position ``slope``. ``widening`` is sqrt(1 + capacity
     variance / fitted variance). Covariances are from the delta method. Profile intervals use
-    ``drop`` (see `drop_of`); None gives no intervals.
+    ``drop`` (see `drop_of`); None gives no intervals. ``blanks`` are the fits without estimates.
     """
     fits, unit_slope = list(blanks), np.eye(terms.shape[1])[slope]
     intervals = None if drop is None else likelihood.profile_ends(kernel, best, drop, terms, slope)
@@ -668,7 +671,10 @@ def clopper_pearson(k: Floats, n: Floats, level: float) -> tuple[Floats, Floats]
 
 
 def median_bound(ln_im: Floats, n: Floats, *, beta: float, level: float, exceed: bool) -> float:
-    """Return theta with P(data | theta, beta) = 1 - level: a lower bound, upper if ``exceed``."""
+    """Return the lower bound of theta if no run exceeds; the upper one if all do (``exceed``).
+
+    It solves P(outcomes | theta, beta) = 1 - level for ``n`` runs at each intensity.
+    """
     sign = 1.0 if exceed else -1.0
 
     def excess(ln_theta: float) -> float:

@@ -133,7 +133,7 @@ class HazardCurve:
     def shares(
         self, rate: Callable[["HazardCurve"], LogRate], p_last: float, low: float, high: float
     ) -> Row:
-        """Return columns: shares of a rate outside the curve (bounds), share extrapolated.
+        """Return columns with shares of a rate: outside the hazard curve (bounds), extrapolated.
 
         ``rate`` returns the ln rate of a state for a hazard curve; ``p_last`` is P(exceeds) at
         the last intensity. Intensities outside ``low`` to ``high`` count as extrapolated.

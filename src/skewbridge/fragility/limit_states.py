@@ -188,7 +188,7 @@ class LimitStateEntry(BaseModel):
     ) -> dict[str, str] | None:
         unknown = set(degrees or {}) - set(info.data.get("states", {}))
         if unknown:
-            raise ValueError(f"states of the entry do not include {', '.join(sorted(unknown))}")
+            raise ValueError(f"names {', '.join(sorted(unknown))}, but states has no such state")
         return degrees
 
     @field_validator("unit")

@@ -82,7 +82,7 @@ class DemandOutcomes:
         return replace(self, lower=pair[0], upper=pair[1])
 
     def of_peaks(self, peaks: pd.Series, rows: Mask, *, exact: bool) -> "DemandOutcomes":
-        """Return the outcomes if the peaks of ``rows`` are exact, or lower bounds and no more."""
+        """Return the outcomes with ``peaks`` of ``rows`` as exact demands, or as lower bounds."""
         rows = rows & np.isposinf(self.upper)
         if exact:
             return replace(self, upper=np.where(rows & (self.lower > 0.0), self.lower, self.upper))

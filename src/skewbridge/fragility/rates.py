@@ -74,7 +74,10 @@ def exceedance(curve: StateCurve, ln_im: Floats) -> Floats:
 
 
 def curve_rate(curve: StateCurve, hazard: HazardCurve, ln_factor: float = 0.0) -> LogRate:
-    """Return the ln rate of R curves with medians times exp(ln_factor); NaN without a curve."""
+    """Return the ln annual rate of a state whose median is multiplied by exp(ln_factor).
+
+    It has the R replicates of ``curve``: from all runs, then without each event; NaN without curve.
+    """
     beta = curve.total if curve.modes is None else curve.modes.beta
     narrowest = float(np.nanmin(beta, initial=9.0))
     rate = hazard.rate(lambda ln_im: exceedance(curve, ln_im - ln_factor), narrowest)
@@ -335,14 +338,14 @@ def decision(
     on an axis of the table, or that the hazard curve ends above the target.
     """
     if given := [name for name in (SKEW, GAP) if name in axis_values]:
-        raise InputError(f"the table has all values of {given[0]}: do not choose one")
+        raise InputError(f"--axis {given[0]}: leave it out, the table has all values of this axis")
     if (last := hazard.rates[0, -1]) >= target:
         text = f"ends at {last:.3g} per year, above the target of {target:.3g}"
         raise InputError(f"the hazard curve {text}: add larger intensities", column="rate")
     row_of = {f"{row['component']}/{row['limit_state']}": row for row in rows}
     unseating = next((row for row in rows if row["component"] == "unseating"), None)
     if unseating is None:
-        raise InputError("no limit state of unseating has a joint model (see joint.parquet)")
+        raise InputError("no state of unseating has a curve: see the status in joint.parquet")
     (mode,) = json.loads(unseating["modes"])
     # ASSUME the length of the seat is known: no dispersion of the capacity
     modes = ([{**mode, "threshold": length, "dispersion": 0.0}] for length in _LENGTHS_M)

@@ -264,9 +264,9 @@ def _crossing_error(boundary: float, x: Floats, mass: Floats, step: float, alpha
 
 
 def at_looks(table: pd.DataFrame, looks: Sequence[int], per_motion: float = 1.0) -> pd.DataFrame:
-    """Return a table of effects with the interval and verdict of the present look of each row.
+    """Return a table of effects with intervals and verdicts that hold at every look of a study.
 
-    The look of a row follows from the number of motions that both of its variants have. For a
+    The present look of a row follows from the number of motions that both its variants have. For a
     pooled row, this number is the mean over its pairs of variants, weighted by the share of each
     pair in the variance. Its degrees of freedom are averaged in the same way. The column ``level``
     is the joint two-sided level of all looks on input, and the level of the row's look on return.

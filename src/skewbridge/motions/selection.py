@@ -56,7 +56,7 @@ class Rupture(Scenario):
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=text.OPTIONS)
 class Cause:
-    """An earthquake that causes a level; earthquakes of one level are mixed by ``weight``."""
+    """Earthquake that contributes to the hazard at a level, with its ``weight`` there."""
 
     magnitude: Number
     distance_km: Number
@@ -246,8 +246,10 @@ def read_candidates(
     than ``count`` pairs, names in ``without`` left out, or a name that two folders have.
     """
     all_entries = [entry for folder in folders for entry in list_motions(folder)]
-    if len({entry.motion_id for entry in all_entries}) < len(all_entries):
-        raise InputError("two folders of candidates have motions of the same name: rename them")
+    names = pd.Series([entry.motion_id for entry in all_entries])
+    if names.duplicated().any():
+        twice = names[names.duplicated()].iloc[0]
+        raise InputError(f"two folders of candidates have the motion {twice}: rename one")
     entries = [entry for entry in all_entries if entry.motion_id not in without]
     if not 2 <= count <= len(entries):
         raise InputError(f"count must be from 2 to the {len(entries)} candidates, got {count}")

@@ -233,8 +233,8 @@ def _write_motions(study: StudyConfig, medians_g: Sequence[float]) -> None:
     elif motions.design == "stripes":
         scaled = striped(suite, motions.stripes_g)
     factors = scaled["scale"]
-    counts = len(suite), len(scaled)
-    logger.info("%d motions, %d rows, factors %.2f to %.2f", *counts, factors.min(), factors.max())
+    text = "%d motions in %d rows of the suite, scale factors %.2f to %.2f"
+    logger.info(text, len(suite), len(scaled), factors.min(), factors.max())
     write_suite(scaled, folder.suite)
     motion_by_id = {motion.motion.motion_id: motion.motion for motion in read_suite(folder.suite)}
     for motion in motion_by_id.values():

@@ -316,7 +316,7 @@ def joint_rows(
     estimates = records_of(table[table["status"] == FITTED].assign(**{RANDOM_PROPERTIES: drawn}))
     if not estimates:
         why = ", ".join(sorted(set(table["status"])))
-        raise InputError(f"no limit state has a median model over the axes (status {why})")
+        raise InputError(f"no limit state has a median to predict from (status {why})")
     if lost := records_of(table[table["status"] == BOUNDS_TOO_WIDE]):
         names = ", ".join(f"{row['component']} {row['limit_state']}" for row in lost)
         logger.warning("no curve in any variant (%s): %s", BOUNDS_TOO_WIDE, names)

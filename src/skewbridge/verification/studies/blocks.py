@@ -527,7 +527,7 @@ _DECK_S: Final = 0.6
 
 
 def run_orders(study: Study) -> None:
-    """Report how errors of both couplings decrease with the time step (order of accuracy)."""
+    """Report the order of accuracy of both couplings of friction (extrapolated and lagged)."""
     rows: list[Row] = [
         {"study": kind, "coupling": coupling, "rows": rows, "step": 1.0 / rows}
         | {"error_ratio": path_error(rows, coupling, kind)}

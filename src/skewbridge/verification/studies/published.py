@@ -75,7 +75,7 @@ WHOLE: Final = "whole_"  # prefix of columns with peaks of whole motions
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A change of the comparison; fields that are not given keep the default."""
+    """A change of the compared model or capacities that may explain a difference."""
 
     name: str
     demands: Mapping[str, str] = field(default_factory=dict[str, str])  # replaced, by component
