@@ -328,10 +328,10 @@ def study_of(study: Path | None) -> "tuple[StudyConfig, StudyFolder]":
     from skewbridge.study.folder import StudyFolder
 
     config = None if study is None else stored_configuration(study)
-    root = study and study.resolve()
-    if config and root != Path(config.results).resolve():
-        place = str(root).removesuffix(f"/{config.results}")
-        place = f"in {place}" if place != str(root) else f"where {config.results} is that folder"
+    results = study and study.resolve()
+    if config and results != Path(config.results).resolve():
+        place = str(results).removesuffix(f"/{config.results}")
+        place = f"in {place}" if place != str(results) else f"where {config.results} is that folder"
         raise InputError(f"{study}: paths of the study are relative: run the command {place}")
     config = config or load_config(config_of(study), base=DEFAULT_CONFIG)
     return config, StudyFolder(Path(config.results))
@@ -449,8 +449,8 @@ def gap_notes(bridge: str) -> list[str]:
         about, notes = load_structure(bridge).description, list[str]()
     except InputError:  # the bridge of a study that cannot be read
         return []
-    if turned := ", ".join(f"{deg:g} deg ({place})" for place, deg in about.skews_deg.items()):
-        notes.append(f"the bridge file sets the skew: {turned}; skew_deg turns the other supports")
+    if skews := ", ".join(f"{deg:g} deg ({place})" for place, deg in about.skews_deg.items()):
+        notes.append(f"the bridge file sets the skew: {skews}; skew_deg turns the other supports")
     if not about.seats_m:
         notes.append("gap_mm and friction have no effect: the bridge has no seats and no joints")
     own = ", ".join(f"{gap_mm:g} mm at {place}" for place, gap_mm in about.own_gaps_mm.items())

@@ -86,8 +86,8 @@ class DemandOutcomes:
         rows = rows & np.isposinf(self.upper)
         if exact:
             return replace(self, upper=np.where(rows & (self.lower > 0.0), self.lower, self.upper))
-        known = np.nan_to_num(peaks.to_numpy(dtype=np.float64), posinf=0.0)
-        return replace(self, lower=np.where(rows, known, self.lower))
+        known_peaks = np.nan_to_num(peaks.to_numpy(dtype=np.float64), posinf=0.0)
+        return replace(self, lower=np.where(rows, known_peaks, self.lower))
 
 
 def demand_outcomes(table: pd.DataFrame, states: States) -> DemandOutcomes:
