@@ -514,8 +514,8 @@ class _Reader:
         constrained = _listed(ops.getConstrainedNodes())
         parts += [[node, *_listed(ops.getRetainedNodes(node))] for node in constrained]
         reached = {end.node for end in self._ends}
-        while more := [p for p in parts if 0 < len(reached.intersection(p)) < len({*p})]:
-            reached.update(*more)
+        while linked := [p for p in parts if 0 < len(reached.intersection(p)) < len({*p})]:
+            reached.update(*linked)
         fixed = (node for node in reached if {1, 2, 3} <= {*_listed(ops.getFixedDOFs(node))})
         supports = {self._place(node) for node in fixed}
         for element in (e for e in beams if e not in columns):

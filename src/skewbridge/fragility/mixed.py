@@ -98,13 +98,13 @@ class MixedFit:
         return self.parameters + steps
 
 
-def predictive_loglik(data: MixedData, group: Index, without: Floats) -> float:
+def predictive_loglik(data: MixedData, group: Index, left_out: Floats) -> float:
     """Return the summed log-likelihood of groups of motions, each by the fit without this group.
 
-    See `MixedFit.without_groups` for ``group`` (G,) and ``without`` (B, m).
+    See `MixedFit.without_groups` for ``group`` (G,) and ``left_out`` (B, m).
     """
     run_groups, total = group[data.motion], 0.0
-    for number, parameters in enumerate(without):
+    for number, parameters in enumerate(left_out):
         in_group = run_groups == number
         columns = ("design", "lower", "upper", "growth")
         runs: dict[str, Floats] = {name: getattr(data, name)[in_group] for name in columns}
@@ -130,9 +130,9 @@ def fit_mixed(data: MixedData, start: Floats | None = None, steps: int = 100) ->
     prior = np.where(has_prior, 0.0, precision)
 
     def at(parameters: Floats) -> MixedFit:
-        limited = parameters.copy()
-        limited[-2:] = np.maximum(parameters[-2:], floor)
-        return MixedFit(limited, *likelihood(limited), precision)
+        bounded = parameters.copy()
+        bounded[-2:] = np.maximum(parameters[-2:], floor)
+        return MixedFit(bounded, *likelihood(bounded), precision)
 
     def value(fit: MixedFit) -> float:
         return float(np.sum(fit.logliks) - 0.5 * prior @ fit.parameters**2)
@@ -163,9 +163,9 @@ def fit_mixed(data: MixedData, start: Floats | None = None, steps: int = 100) ->
 
 def _first_parameters(data: MixedData) -> tuple[Floats, float]:
     """Return start values (m,) from least squares, and the smallest ln tau and ln sigma."""
-    root, y = np.sqrt(data.precision), data.bound
-    rows = np.vstack([data.design, np.diag(root)[root > 0.0]])
-    right_side = np.append(y, np.zeros(np.count_nonzero(root)))
+    sqrt_precision, y = np.sqrt(data.precision), data.bound
+    rows = np.vstack([data.design, np.diag(sqrt_precision)[sqrt_precision > 0.0]])
+    right_side = np.append(y, np.zeros(np.count_nonzero(sqrt_precision)))
     delta = np.linalg.lstsq(rows, right_side, rcond=None)[0]
     residual = y - data.design @ delta
     mean = np.bincount(data.motion, residual) / np.bincount(data.motion)
@@ -256,9 +256,9 @@ class _Integrals:
         variance = 1.0 / (1.0 / tau**2 + n / sigma**2)  # variance of u given the known values
         mean = variance * sum_r / sigma**2
         shrunk = np.exp(-gamma * self._growth)
-        above = shrunk * (self._design @ delta - self._bound)
-        u, weights = self._panels(mean, variance, above, sigma)
-        t = self._sign[:, None] * (above[:, None] + u[self._motion]) / sigma
+        excess = shrunk * (self._design @ delta - self._bound)
+        u, weights = self._panels(mean, variance, excess, sigma)
+        t = self._sign[:, None] * (excess[:, None] + u[self._motion]) / sigma
         tails, ratio = log_normal_tail(t)
         log_p = -0.5 * (u - mean[:, None]) ** 2 / variance[:, None]
         if self._bound.size:
@@ -292,7 +292,7 @@ class _Integrals:
         if self._bound.size:
             p, curve = weights[self._motion], ratio * (t + ratio)
             signed = (self._sign * shrunk / sigma)[:, None] * self._design
-            by_growth = -self._growth * self._sign * above / sigma
+            by_growth = -self._growth * self._sign * excess / sigma
             signed = np.column_stack([signed, by_growth])  # derivative of t by (delta, gamma)
             slope = np.einsum("hq,hq->h", p, ratio)  # mean of the derivative of ln P by t
             at_node[:, -1] -= self._sums_of_censored(t * ratio)
@@ -315,7 +315,7 @@ class _Integrals:
         return score, information - at_node @ np.swapaxes(at_node, 1, 2), loglik
 
     def _panels(
-        self, mean: Floats, variance: Floats, above: Floats, sigma: float
+        self, mean: Floats, variance: Floats, excess: Floats, sigma: float
     ) -> tuple[Floats, Floats]:
         """Return nodes and weights of the integrals over u, shape (G, Q) each."""
         # `above` (h,) is the fitted value of each censored run minus its bound
@@ -323,7 +323,7 @@ class _Integrals:
         if self._bound.size == 0:  # a normal density times a polynomial of degree 4
             return mode[:, None] + prior[:, None] * _NORMAL_NODES, prior[:, None] * _NORMAL_WEIGHTS
         for _ in range(25):
-            t = self._sign * (above + mode[self._motion]) / sigma
+            t = self._sign * (excess + mode[self._motion]) / sigma
             ratio = mills_ratio(t)
             slope = self._sums_of_censored(self._sign * ratio) / sigma - (mode - mean) / variance
             curve = self._sums_of_censored(ratio * (t + ratio)) / sigma**2 + 1.0 / variance
@@ -343,7 +343,7 @@ class _Integrals:
             censored = self._sign == sign
             if np.any(censored):
                 edge = mode - sign * outer
-                extreme.at(edge, self._motion[censored], -above[censored])
+                extreme.at(edge, self._motion[censored], -excess[censored])
                 edges = [edge + share * sign * sigma for share in (-6.0, -1.0, 4.0)]
                 limits += [np.clip(border, mode - outer, mode + outer) for border in edges]
         borders = np.sort(np.stack(limits, axis=1), axis=1)

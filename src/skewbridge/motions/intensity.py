@@ -351,14 +351,14 @@ def cut_warning(motion: GroundMotion, duration_s: float | None) -> str:
     """Return a warning if a motion cut to this length (s) loses strong shaking, or no text."""
     if duration_s is None:
         return ""
-    kept = slice(motion.npts_until(duration_s))
+    kept_part = slice(motion.npts_until(duration_s))
     arias, size_g = pair_arias_build_up(motion), np.hypot(*motion.components) / G_MPS2
-    peak_g, whole_peak_g = size_g[kept].max(), size_g.max()
+    peak_g, whole_peak_g = size_g[kept_part].max(), size_g.max()
     # strong shaking ends at 95 % of the Arias intensity, as in the significant duration
-    if arias[kept][-1] >= 0.95 * arias[-1] and peak_g == whole_peak_g:
+    if arias[kept_part][-1] >= 0.95 * arias[-1] and peak_g == whole_peak_g:
         return ""
     return (
-        f"motion {motion.motion_id}: {1.0 - arias[kept][-1] / arias[-1]:.0%} of the Arias "
+        f"motion {motion.motion_id}: {1.0 - arias[kept_part][-1] / arias[-1]:.0%} of the Arias "
         f"intensity is after duration_s = {duration_s:g} (unscaled peak until then {peak_g:.3g} of "
         f"{whole_peak_g:.3g} g), but the intensity measures are those of the whole motion"
     )
@@ -430,8 +430,8 @@ def _at_rest(accel: Vector, dt_s: float) -> Vector:
     tapered[: ramp.size] *= ramp
     tapered[size - ramp.size :] *= ramp[::-1]
     share = np.linspace(0.0, 1.0, size)
-    hump = share * (1.0 - share)
-    shapes = (hump, hump * (1.0 - 2.0 * share))
+    parabola = share * (1.0 - share)
+    shapes = (parabola, parabola * (1.0 - 2.0 * share))
     end_states = np.array([end_state(shape) for shape in shapes]).T
     amplitudes = np.linalg.solve(end_states, end_state(tapered))
     return tapered - amplitudes[0] * shapes[0] - amplitudes[1] * shapes[1]

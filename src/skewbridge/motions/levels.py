@@ -155,7 +155,7 @@ def bands_around(motions: MotionsConfig, medians_g: Sequence[float]) -> Bands:
 
 
 def has_pilot(motions: MotionsConfig) -> bool:
-    """Return whether trial runs find the medians of bands: ``medians_g``, ``study`` are not set."""
+    """Return whether trial runs find the medians: bands without ``medians_g`` and ``study``."""
     bands = motions.bands
     return bands is not None and not bands.medians_g and bands.study is None
 

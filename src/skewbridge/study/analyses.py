@@ -158,11 +158,11 @@ class StudySetup:
             raise InputError(f"{variant.slug}: the study has only the bridges {', '.join(files)}")
         variant = replace(variant, bridge=files[variant.bridge_name])
         options = replace(self.study.model, **dict(variant.options))
-        useless = without_effect(variant.bridge).difference(PROPERTIES)
+        ineffective = without_effect(variant.bridge).difference(PROPERTIES)
         tasks: list[Task] = []
         for motion, angle in product(self.suite, self.study.motions.incidence_deg):
             drawn = self.draws.get(motion.motion.motion_id, {})
-            draw = {name: value for name, value in drawn.items() if name not in useless}
+            draw = {name: value for name, value in drawn.items() if name not in ineffective}
             task = Task(
                 variant=variant,
                 motion=self._for_bridge(variant.bridge, motion),
