@@ -130,7 +130,7 @@ def effects_of(
     pairs: Pairs, demands: list[str]
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """Return rows of effects on some demands (pooled first), and rows of effects by intensity."""
-    reference = {(pairs.place["bridge"], pairs.place["abutment"]): REFERENCE_G}
+    reference = {(pairs.labels["bridge"], pairs.labels["abutment"]): REFERENCE_G}
     return demand_effects(pairs, names=demands, settings=SETTINGS, reference_im=reference)
 
 

@@ -82,7 +82,7 @@ def demands_of(pairs: Pairs, numbers: NDArray[np.int_], kind: str) -> pd.DataFra
     return demands.assign(
         variant=names.astype(str),
         abutment="contact_friction",
-        bridge=pairs.place["bridge"],
+        bridge=pairs.labels["bridge"],
         scale=1.0,
         incidence_deg=angle,
         beyond_model="",
@@ -103,7 +103,7 @@ def effects_at(studies: Sequence[Pairs], number: int, kind: str) -> pd.DataFrame
         return effects.assign(demand=effects["bridge"], bridge="simulated")
     shared = {"quantity": DEMAND, "margin": SETTINGS.margin, "n_discordant": 0}
     rows = [
-        {"n_pairs": number * cells, **shared, **pairs.place, "demand": pairs.place["bridge"]}
+        {"n_pairs": number * cells, **shared, **pairs.labels, "demand": pairs.labels["bridge"]}
         | {"bridge": "simulated", **row}
         for pairs in studies
         for row in rows_of_demand(pairs, number, numbers)
@@ -123,7 +123,7 @@ def stopped(studies: Sequence[Pairs], kind: str) -> pd.DataFrame:
         done = pooled["verdict"].isin(DECIDED) | (number == LOOKS[kind][-1])
         ended.append(pooled[done].assign(motions=number))
         names = set(pooled["demand"][done])
-        running = [pairs for pairs in running if pairs.place["bridge"] not in names]
+        running = [pairs for pairs in running if pairs.labels["bridge"] not in names]
         if not running:
             break
     return pd.concat(ended, ignore_index=True)

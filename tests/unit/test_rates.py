@@ -316,7 +316,7 @@ def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path):
     # lengths for more unseating than in any run
     runs = read_frame(study / "demands.parquet")
     write_frame(runs.assign(unseating_m=0.001), study / "demands.parquet", {})
-    assert "model alone: 65 of 65 lengths" in invoke(*decide).stderr
+    assert "extrapolated: 65 of 65 lengths" in invoke(*decide).stderr
     assert needs["seat_m"].is_monotonic_increasing
     assert (needs["seat_m_low"] < needs["seat_m"]).all()
     # AASHTO LRFD 4.7.4.4 grows by 0.000125 S^2, the gap is added
@@ -328,7 +328,7 @@ def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path):
     model = JointModel(row | {"modes": json.dumps([mode])})
     values = {"skew_deg": 30.0, "gap_mm": 51.0, "friction": 0.5}
     assert curve_rate(model.curve(values), curve_of(site)).value == pytest.approx(1e-3, rel=5e-3)
-    assert "do not choose" in answer(*decide, "--axis", "skew_deg=30", code=2)["message"]
+    assert "leave it out" in answer(*decide, "--axis", "skew_deg=30", code=2)["message"]
 
 
 def test_the_factor_of_hazus_is_on_skew_0_of_the_study(file):

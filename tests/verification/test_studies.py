@@ -22,7 +22,7 @@ from skewbridge.verification.studies import bridge_friction, published, strong_m
 from skewbridge.verification.studies.paper_runs import strongest_motions
 
 ROLLER = GridConfig(bridge=("osb1",), abutment=("roller",), skew_deg=(0,), friction=(0.0,))
-ONE = replace(strong_motions.HARD_SET, grid=ROLLER, motion_count=1, processes=1)
+ONE = replace(strong_motions.STRESS_CASES, grid=ROLLER, motion_count=1, processes=1)
 # motions cut to 2 s of shaking beyond their tapers; two of them, friction alone
 SHORT = {"window_s": 2.1, "processes": 1}
 PLACE = GridConfig(bridge=("osb1",), skew_deg=(0,), gap_mm=(25,))
@@ -33,8 +33,8 @@ T_S = np.linspace(0.0, 4.0, 401)
 
 
 def test_the_hard_set_is_whole_and_reaches_its_peak_and_analyses_count_if_they_end_well(tmp_path):
-    assert len(expand_grid(strong_motions.HARD_SET.grid)) == 45
-    motions = strongest_motions(3, strong_motions.HARD_SET.pga_g)
+    assert len(expand_grid(strong_motions.STRESS_CASES.grid)) == 45
+    motions = strongest_motions(3, strong_motions.STRESS_CASES.pga_g)
     assert len({motion.motion_id for motion in motions}) == 3
     for motion in motions:
         assert orbit_rotd50(motion.accel_1_mps2, motion.accel_2_mps2) / G_MPS2 == pytest.approx(1.2)

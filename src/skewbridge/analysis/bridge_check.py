@@ -66,12 +66,12 @@ def check_bridge(name: str) -> dict[str, Any]:
     trouble in a study), ``modes``, ``bents``, numbers ``derived`` by rules, with the rules, and
     keys ``inherited`` from the bridge that the file extends.
     """
-    structure, standing = load_structure(name), standing_bridge(name)
-    read = read_bridge(name) if isinstance(structure, CatalogueBridge) else None
-    periods_s = {direction: standing.period_s(direction) for direction in DIRECTIONS}
-    left, right = standing.abutment_reaction_kn
-    inherited = sorted(read.inherited - read.derived.keys()) if read else []
-    bents = capacity_rows(bent_capacities(read.bridge)) if read else []
+    structure, at_rest = load_structure(name), standing_bridge(name)
+    filled = read_bridge(name) if isinstance(structure, CatalogueBridge) else None
+    periods_s = {direction: at_rest.period_s(direction) for direction in DIRECTIONS}
+    left, right = at_rest.abutment_reaction_kn
+    inherited = sorted(filled.inherited - filled.derived.keys()) if filled else []
+    bents = capacity_rows(bent_capacities(filled.bridge)) if filled else []
     findings = [finding for row in bents for finding in bent_findings(row)]
     findings += [
         f"the bridge is a mechanism ({DIRECTIONS[direction]}): its period is infinite"
@@ -84,47 +84,47 @@ def check_bridge(name: str) -> dict[str, Any]:
         if force_kn <= 0.0
     ]
     description = structure.description
-    findings += doubts(read) if read else _unit_doubts(description, standing)
+    findings += doubts(filled) if filled else _unit_doubts(description, at_rest)
     findings += _seat_findings(description)
     return {
         "bridge": structure.name,
         "title": description.title,
         "length_m": description.length_m,
-        "weight_kn": standing.weight_kn,
+        "weight_kn": at_rest.weight_kn,
         "reaction_left_kn": left,
         "reaction_right_kn": right,
         **{f"period_{direction}_s": period_s for direction, period_s in periods_s.items()},
-        "t1_of_the_model_s": conditioning_period_s(standing),
+        "t1_of_the_model_s": conditioning_period_s(at_rest),
         "t1_of_the_file_s": structure.t1_s,
-        "sources": "" if read is None else _sources(read, inherited),
-        "findings": findings + periods_of_file(name, standing),
-        "modes": standing.modes,
+        "sources": "" if filled is None else _sources(filled, inherited),
+        "findings": findings + periods_of_file(name, at_rest),
+        "modes": at_rest.modes,
         "bents": bents,
         "inherited": inherited,
         "derived": [
-            {"number": key, "value": value_at(read.bridge, key), "rule": rule.src}
-            for key, rule in read.derived.items()
+            {"number": key, "value": value_at(filled.bridge, key), "rule": rule.src}
+            for key, rule in filled.derived.items()
         ]
-        if read
+        if filled
         else [],
     }
 
 
-def _sources(read: Completed, inherited: Sequence[str]) -> str:
-    sources = read.bridge.sources
-    stated_keys = sources.keys() - read.derived.keys() - read.inherited
+def _sources(filled: Completed, inherited: Sequence[str]) -> str:
+    sources = filled.bridge.sources
+    stated_keys = sources.keys() - filled.derived.keys() - filled.inherited
     kinds = Counter(sources[key].split(":", 1)[0] for key in stated_keys)
     counts = [*(f"{kinds[kind]} {kind}" for kind in sorted(kinds)), f"{len(inherited)} inherited"]
-    return ", ".join([*counts, f"{len(read.derived)} by rule"])
+    return ", ".join([*counts, f"{len(filled.derived)} by rule"])
 
 
 # --- doubts about numbers: swapped, mistyped, in another unit, or inherited
 
 
-def doubts(read: Completed) -> list[str]:
-    """Return a sentence for each number of a bridge file, or formula of them, that looks wrong."""
-    rules = read.by_rule()
-    return [*_outside_ranges(read), *_far_from_rules(read, rules), *_stale(read, rules)]
+def doubts(filled: Completed) -> list[str]:
+    """Return a sentence for each number, or ratio of numbers, of a bridge file that looks wrong."""
+    rules = filled.by_rule()
+    return [*_outside_ranges(filled), *_far_from_rules(filled, rules), *_stale(filled, rules)]
 
 
 # ASSUME a value of a script outside these ranges has a wrong unit
@@ -137,19 +137,19 @@ _SCRIPT_RANGES: Final = {
 }
 
 
-def _unit_doubts(bridge: Description, standing: ModalResult) -> Iterator[str]:
+def _unit_doubts(bridge: Description, at_rest: ModalResult) -> Iterator[str]:
     """Yield a sentence for each value of a bridge script that suggests a wrong unit."""
-    per_m2 = standing.weight_kn / (bridge.length_m * bridge.width_m)
+    per_m2 = at_rest.weight_kn / (bridge.length_m * bridge.width_m)
     size_values = (bridge.length_m,), (bridge.width_m,), (per_m2,), bridge.bent_heights_m
-    values = (conditioning_period_s(standing),), *size_values
+    values = (conditioning_period_s(at_rest),), *size_values
     for (name, (low, high)), stated_values in zip(_SCRIPT_RANGES.items(), values, strict=True):
-        if wrong := [value for value in stated_values if not low <= value <= high]:
+        if outside := [value for value in stated_values if not low <= value <= high]:
             text = f"is outside the usual {low:g} to {high:g}: check units, masses and loads"
-            yield f"{name} = {wrong[0]:.3g} {text}"
+            yield f"{name} = {outside[0]:.3g} {text}"
 
 
-def _outside_ranges(read: Completed) -> Iterator[str]:
-    tree = {**read.bridge.model_dump(exclude={"sources"}), "bridge": read.bridge}
+def _outside_ranges(filled: Completed) -> Iterator[str]:
+    tree = {**filled.bridge.model_dump(exclude={"sources"}), "bridge": filled.bridge}
     for formula, row in _USUAL:
         limits = [limit for limit in row if not isinstance(limit, str)]
         ranges = list(zip(limits[::2], limits[1::2], strict=True))
@@ -168,17 +168,17 @@ def _outside_ranges(read: Completed) -> Iterator[str]:
             yield f"{row[-1]} {text} ({', '.join(keys)})" if limits != row else f"{keys[0]} {text}"
 
 
-def _factors(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[Any]:
+def _factors(filled: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[Any]:
     """Yield for each number stated in a file: key, value by rule, rule, ratio stated / by rule."""
     for key, (value, rule) in rules.items():
-        values = np.ravel(value_at(read.bridge, key))
+        values = np.ravel(value_at(filled.bridge, key))
         # no weight, for example of a cap, is a choice
-        if key not in read.derived and rule.within and all(values) and np.all(value):
+        if key not in filled.derived and rule.within and all(values) and np.all(value):
             yield key, value, rule, values / np.ravel(value)
 
 
-def _far_from_rules(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]:
-    for key, value, rule, factors in _factors(read, rules):
+def _far_from_rules(filled: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]:
+    for key, value, rule, factors in _factors(filled, rules):
         worst = float(factors[np.abs(np.log(factors)).argmax()])
         if not 1 / rule.within <= worst <= rule.within:
             rule_text = ", ".join(f"{number:.4g}" for number in np.ravel(value))
@@ -186,13 +186,13 @@ def _far_from_rules(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iter
             yield f"{key} is {worst:g} times {rule_text}, the value of its rule ({rule.src})"
 
 
-def _stale(read: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]:
+def _stale(filled: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]:
     """Yield a sentence on inherited numbers whose rules give other values for this bridge."""
-    edited = read.bridge.sources.keys() - read.inherited - read.derived.keys()
+    edited = filled.bridge.sources.keys() - filled.inherited - filled.derived.keys()
     stale: list[str] = []
-    for key, value, rule, factors in _factors(read, rules):
+    for key, value, rule, factors in _factors(filled, rules):
         is_edited = any(f"{new}.".startswith(f"{old}.") for old in rule.follows for new in edited)
-        if key in read.inherited and is_edited and np.abs(factors - 1.0).max() > _STALE:
+        if key in filled.inherited and is_edited and np.abs(factors - 1.0).max() > _STALE:
             stale.append(f"{key} ({np.ravel(value).max():.4g} by its rule)")
     if stale:
         text = "numbers are inherited although inputs of their rules have changed: state them"
@@ -293,7 +293,7 @@ def _name(bent: Mapping[str, Any]) -> str:
 def seat_demand_sdc_m(
     bridge: Description, unseating_m: float, minimum_m: float = MINIMUM_SEAT_M
 ) -> float:
-    """Return the support length (m) normal to the bearing line, required for an unseating.
+    """Return the support length (m), normal to the bearing line, that an unseating requires.
 
     References:
         Caltrans SDC 1.7 sections 7.8.3, abutments, and 7.2.5.4, hinges.
@@ -346,10 +346,10 @@ def sdc_rows(
     bents: Iterable[Mapping[str, Any]],
     histories: Mapping[str, NDArray[np.float64]],
 ) -> list[dict[str, object]]:
-    """Return the design checks of one analysis, its row of the demands table, one row per check.
+    """Return the SDC design checks of one analysis, one row per check.
 
-    Drifts of the histories count up to the failure of a column: to the largest drift and share of a
-    capacity in the row.
+    ``run`` is its row of the demands table. Drifts of ``histories`` are limited to the peaks in
+    this row, which end at the failure of a column.
     """
     bridge = load_structure(variant.bridge).description
     # the deck moves more than the columns if it turns, or slides on the pads of a joint
@@ -364,14 +364,14 @@ def sdc_rows(
 
     for bent in bents:
         name = _name(bent)
-        hinge = f"{bent['hinge_length_m']:.3f} m by {bent['hinge_length_by']}"
         number = bent["bent"] - 1
         first = sum(bridge.bent_columns[:number]) + 1
         columns = range(first, first + bridge.bent_columns[number])
         drifts = [float(np.max(histories[f"column_{n}_drift_ratio"])) for n in columns]
         disp_m = min(drift, max(drifts)) * bridge.bent_heights_m[number]
         disp_m = min(disp_m, share * bent["capacity_m"])
-        compare(f"{name} displacement, hinge {hinge} (m)", disp_m, bent["capacity_m"])
+        check = f"{name} displacement, hinge by {bent['hinge_length_by']} (m)"
+        compare(check, disp_m, bent["capacity_m"])
         ratio = P_DELTA_LIMIT * disp_m / bent["disp_at_p_delta_limit_m"]
         compare(f"{name} P-Delta ratio", ratio, P_DELTA_LIMIT)
         shears_kn = bent["overstrength_shear_kn"], bent["design_strength_kn"]

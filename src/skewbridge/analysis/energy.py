@@ -27,7 +27,7 @@ from skewbridge.units import KJ
 
 type GroundAccel = Callable[[Series], Series]
 _TRAPEZOIDAL: Final = ("Newmark", 0.5, 0.25)
-_SINKS: Final = (
+_TERMS: Final = (
     "kinetic", "numerical", "damping", "columns", "deck", "bearings", "backfill", "contact",
     "links",
 )  # fmt: skip
@@ -116,7 +116,7 @@ class EnergyBalance:
                 self._unbalanced_work(trace, extra("Node", "accel")) - works["kinetic"]
             )
         works["contact"], works["slip"], works["contact_quadrature"] = self._contact_works()
-        works["residual"] = works["input"] + works["gravity"] - sum(works[name] for name in _SINKS)
+        works["residual"] = works["input"] + works["gravity"] - sum(works[name] for name in _TERMS)
         works["largest_input"] = np.abs(input_j).max(initial=0.0)
         return {name: float(value) / KJ for name, value in works.items()}
 

@@ -27,7 +27,7 @@ logger = logging.getLogger(__name__)
 TOLERANCE: Final = 0.05
 #: Modal mass of the second mode / first mode above which the two share the motion.
 #: ASSUME two thirds.
-SHARED: Final = 2.0 / 3.0
+SHARED_MASS_RATIO: Final = 2.0 / 3.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,7 +98,7 @@ def periods_of_file(bridge: str, modes: ModalResult) -> list[str]:
         shares = ((getattr(mode, f"mass_{direction}"), mode.period_s) for mode in modes.modes)
         first, second, *_ = sorted(shares, reverse=True)
         (first_share, first_period_s), (second_share, second_period_s) = first, second
-        if second_share > SHARED * first_share:
+        if second_share > SHARED_MASS_RATIO * first_share:
             findings.append(
                 f"{structure.name}: the {adjective} motion is shared by modes of "
                 f"{first_period_s:.3g} s ({first_share:.0%} of the mass) and "
@@ -122,10 +122,10 @@ def rayleigh_factors(
 
 
 def apply_rayleigh(model: BridgeModel, kind: RayleighKind | None = None) -> tuple[float, float]:
-    """Apply Rayleigh damping to deck and columns only; return a0 (1/s) and a1 (s).
+    """Apply Rayleigh damping a0 M + a1 K to deck and columns only; return a0 (1/s) and a1 (s).
 
-    By default, ``kind`` comes from the options; their ratio overrides that of the bridge. Penalty
-    springs, gaps, walls and keys stay undamped. The stiffness is committed; see `damp_columns`.
+    K is the stiffness of the last committed step (see `damp_columns`). ``kind`` overrides the
+    option ``rayleigh`` of the model; without the option ``damping_ratio`` the bridge states it.
     """
     damping, options, region = model.frame.damping, model.options, model.tags.region
     ratio = damping.ratio if options.damping_ratio is None else options.damping_ratio
@@ -140,10 +140,10 @@ def apply_rayleigh(model: BridgeModel, kind: RayleighKind | None = None) -> tupl
 
 
 def damp_columns(columns: Sequence[ColumnHandle], a1_s: float, *, by_tangent: bool) -> None:
-    """Make the damping of columns proportional to their tangent or their committed stiffness.
+    """Make the damping of columns proportional to their current tangent or committed stiffness.
 
-    The committed one causes an error of first order in the step; the tangent makes Newton's method
-    cycle when contacts and yielding columns change together.
+    The stiffness of the last committed step causes an error of first order in the time step; the
+    tangent makes Newton's method cycle when contacts and yielding columns change together.
     """
     factors = (a1_s, 0.0, 0.0) if by_tangent else (0.0, 0.0, a1_s)
     for column in columns:

@@ -192,8 +192,8 @@ class _History:
     def _damp(self, *, by_tangent: bool) -> None:
         # ASSUME softening columns have no stiffness damping: it could exceed their strength
         softening = self._watch.softening
-        firm = [column for column in self._model.columns if column.element not in softening]
-        damp_columns(firm, self._stiffness_factor_s, by_tangent=by_tangent)
+        damped = [column for column in self._model.columns if column.element not in softening]
+        damp_columns(damped, self._stiffness_factor_s, by_tangent=by_tangent)
 
     def _read(self) -> Ending | None:
         """Return an ending if the state after a step exceeds a limit, else None."""
@@ -224,7 +224,7 @@ class Watch:
         self._contacts = model.contacts
         self._deck = _Moved(model.frame.centre_node)
         self._ground = _ground_near(model) if ground_moves else None
-        self.columns = tuple(Lean(column) for column in model.columns)
+        self.columns = tuple(Drift(column) for column in model.columns)
         self.softening: set[int] = set()
         self._loses_fibers = model.options.fiber_end == "loss"
         self._least_softening_ratio = min(
@@ -352,7 +352,7 @@ def _ground_near(model: BridgeModel) -> _Moved:
     return _Moved(min(fixed, key=lambda node: dist(centre, ops.nodeCoord(node))))
 
 
-class Lean:
+class Drift:
     """Drift of a column in the open domain since this object was created."""
 
     __slots__ = ("_base", "_top", "column")
@@ -391,7 +391,9 @@ class Rest:
     reason: str = ""
 
 
-def drifts_at_rest(model: BridgeModel, settings: AnalysisSettings, columns: Sequence[Lean]) -> Rest:
+def drifts_at_rest(
+    model: BridgeModel, settings: AnalysisSettings, columns: Sequence[Drift]
+) -> Rest:
     """Let the model in the open domain come to rest; return the drifts of its columns.
 
     It vibrates freely from its last state until no column moves, damped by the masses of deck and

@@ -89,7 +89,10 @@ def build_arms(
     options: ModelOptions,
     tags: TagAllocator,
 ) -> tuple[Points, list[int]]:
-    """Create nodes at positions along both lines, and arms to them; return nodes and arms."""
+    """Create nodes on the bearing line and the outer face, and stiff arms to them; return both.
+
+    ``bearing_m`` and ``outer_m`` are positions along the wall from its middle.
+    """
     # no arm is parallel to the normal of the wall
     transformation = arm_transformation((*end.normal, 0.0), options, tags)
     points: Points = {}

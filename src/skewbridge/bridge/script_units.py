@@ -21,7 +21,7 @@ from skewbridge.units import FOOT, INCH, KIP, KN, MM
 #: Powers of force and length in a quantity; the unit of time is the second.
 type Dimension = tuple[float, float]
 
-PURE: Final[Dimension] = (0, 0)
+DIMENSIONLESS: Final[Dimension] = (0, 0)
 FORCE: Final[Dimension] = (1, 0)
 LENGTH: Final[Dimension] = (0, 1)
 MOMENT: Final[Dimension] = (1, 1)
@@ -29,7 +29,7 @@ STIFFNESS: Final[Dimension] = (1, -1)  # also mass and dashpot coefficient
 PER_LENGTH: Final[Dimension] = (0, -1)
 _MODULUS: Final[Dimension] = (1, -2)
 _PLACE: Final = (LENGTH,) * 3
-_MOVED: Final = (*_PLACE, *(PURE,) * 3)  # also velocity and acceleration
+_MOVED: Final = (*_PLACE, *(DIMENSIONLESS,) * 3)  # also velocity and acceleration
 _FORCES: Final = (*(FORCE,) * 3, *(MOMENT,) * 3)
 _BEAM: Final = ((0, 2), _MODULUS, _MODULUS, *((0, 4),) * 3)
 
@@ -66,7 +66,7 @@ class UnitSystem:
             "disp": _MOVED,
             "accel": _MOVED,
             "basicForce": (FORCE,),
-            "deformation": (PURE, PER_LENGTH, PER_LENGTH, PER_LENGTH),
+            "deformation": (DIMENSIONLESS, PER_LENGTH, PER_LENGTH, PER_LENGTH),
         }
         pattern = dimensions.get(response[-1], _FORCES)
         return np.array([self.si(pattern[index % len(pattern)]) for index in range(width)])
@@ -79,10 +79,10 @@ _MATERIALS: Final[Mapping[str, Sequence[Dimension]]] = {
     "ENT": (STIFFNESS,),
     "Elastic": (STIFFNESS,),
     "ElasticPP": (STIFFNESS, LENGTH),
-    "ElasticPPGap": (STIFFNESS, FORCE, LENGTH, PURE),
-    "Hysteretic": (FORCE, LENGTH) * 6 + (PURE,),
-    "Steel01": (FORCE, STIFFNESS, PURE),
-    "InitStrainMaterial": (PURE, LENGTH),
+    "ElasticPPGap": (STIFFNESS, FORCE, LENGTH, DIMENSIONLESS),
+    "Hysteretic": (FORCE, LENGTH) * 6 + (DIMENSIONLESS,),
+    "Steel01": (FORCE, STIFFNESS, DIMENSIONLESS),
+    "InitStrainMaterial": (DIMENSIONLESS, LENGTH),
     "ASDConcrete1D": (STIFFNESS,),
 }
 _CURVES: Final = {"-Ce": LENGTH, "-Te": LENGTH, "-Cs": FORCE, "-Ts": FORCE}
@@ -178,7 +178,7 @@ class SiView:
     def _material(self, command: Callable[..., Any], kind: str, tag: int, *values: Any) -> None:
         if kind == "Viscous":
             values = *values, _LEAST_SPEED_MPS
-            dimensions: Iterable[Dimension] = ((1, -float(values[1])), PURE, LENGTH)
+            dimensions: Iterable[Dimension] = ((1, -float(values[1])), DIMENSIONLESS, LENGTH)
         elif kind == "ASDConcrete1D":
             dimensions = self._curves(values)
         else:
@@ -192,11 +192,11 @@ class SiView:
     def _curves(values: Sequence[Any]) -> Iterator[Dimension]:
         dimension = STIFFNESS
         for value in values:
-            dimension = _CURVES.get(value, PURE) if isinstance(value, str) else dimension
+            dimension = _CURVES.get(value, DIMENSIONLESS) if isinstance(value, str) else dimension
             yield dimension
 
     def _section(self, command: Callable[..., Any], kind: str, *values: Any) -> None:
-        dimensions = (PURE, STIFFNESS, FORCE, STIFFNESS, STIFFNESS)
+        dimensions = (DIMENSIONLESS, STIFFNESS, FORCE, STIFFNESS, STIFFNESS)
         if kind == "Bidirectional":
             values = *self._taken(values, dimensions), *values[len(dimensions) :]
         command(kind, *values)

@@ -189,9 +189,9 @@ def grounded_node(place_m: Sequence[float], tags: TagAllocator) -> int:
 def grounded_springs(
     node: int, stiffness: Mapping[int, float], axis: PlanVector, tags: TagAllocator
 ) -> tuple[int, int]:
-    """Hold a node by elastic springs, keyed by degree of freedom about ``axis`` in plan (1).
+    """Hold a node by elastic springs to the ground; return the element and its fixed node.
 
-    Returns the element and its fixed node.
+    ``stiffness`` (N/m or N m/rad) is keyed by degree of freedom; 1 is along ``axis`` in plan.
     """
     ground, element = grounded_node(ops.nodeCoord(node), tags), tags.element()
     materials = [elastic_material(value, tags) for value in stiffness.values()]

@@ -194,7 +194,7 @@ def static(
 
 
 def _pushed(
-    pushing: "Callable[..., PushCurve]", case: VariantOptions, push: PushOptions, units: Units
+    push_curve: "Callable[..., PushCurve]", case: VariantOptions, push: PushOptions, units: Units
 ) -> Answer:
     """Push one model, or each model in each direction; exit code 1 if a push stopped early."""
     import pandas as pd
@@ -205,13 +205,13 @@ def _pushed(
     angle_deg = {"x": 0.0, "y": 90.0}[push.direction] if push.angle_deg is None else push.angle_deg
     is_ladder = case.abutment == "all"
     one_push = [(case.abutment, angle_deg)]
-    first = (replace(case, abutment=next(iter(ABUTMENTS))) if is_ladder else case).variant
+    first_variant = (replace(case, abutment=next(iter(ABUTMENTS))) if is_ladder else case).variant
     tables: list[pd.DataFrame] = []
     pushes: list[dict[str, Any]] = []
-    for model, toward_deg in product(ABUTMENTS, LADDER_ANGLES_DEG) if is_ladder else one_push:
-        case_columns = {"abutment": model, "angle_deg": toward_deg}
-        variant = replace(first, abutment=model) if is_ladder else first
-        curve = pushing(variant, case.model, angle_deg=toward_deg)
+    for abutment, toward_deg in product(ABUTMENTS, LADDER_ANGLES_DEG) if is_ladder else one_push:
+        case_columns = {"abutment": abutment, "angle_deg": toward_deg}
+        variant = replace(first_variant, abutment=abutment) if is_ladder else first_variant
+        curve = push_curve(variant, case.model, angle_deg=toward_deg)
         columns = {"disp_m": curve.disp_m, "force_kn": curve.force_n / KN}
         tables.append(pd.DataFrame(case_columns | columns if is_ladder else columns))
         values = {
@@ -273,6 +273,8 @@ def column(
     from skewbridge.report.bridge_figures import column_figure
 
     data = load_bridge(case.bridge)
+    if not data.bents:
+        raise InputError(f"bridge {data.name} has no columns")
     if not 1 <= bent <= len(data.bents):
         raise InputError(f"bent must be between 1 and {len(data.bents)}, got {bent}")
     rows: list[dict[str, Any]] = []
@@ -315,12 +317,12 @@ def sdc(
     from skewbridge.bridge.column import bent_capacities
     from skewbridge.files.tables import read_frame, records_of
 
-    checked, notes, warnings = "checks", list[str](), list[str]()
+    table_name, notes, warnings = "checks", list[str](), list[str]()
     if source is None or not source.is_dir():
         if source and bridge not in (None, str(source)):
             raise InputError(_TWO_BRIDGES.format(source, bridge))
         data = load_bridge(bridge or str(source or "osb1"))
-        checked, title = "bents", data.title
+        table_name, title = "bents", data.title
         rows = bridge_check.capacity_rows(bent_capacities(data))
         warnings = [finding for row in rows for finding in bridge_check.bent_findings(row)]
     else:
@@ -330,8 +332,8 @@ def sdc(
         if bridge is not None and Path(bridge).stem == variant.bridge_name:
             variant = replace(variant, bridge=bridge)
         elif variant.bridge_name not in _known_bridges():
-            needed = f"bridge {variant.bridge_name} is unknown: give its file with --bridge"
-            raise InputError(f"{source}: {needed}")
+            problem = f"bridge {variant.bridge_name} is unknown: give its file with --bridge"
+            raise InputError(f"{source}: {problem}")
         histories = {str(name): table[name].to_numpy() for name in table}
         title, notes = variant.slug, gap_notes(variant.bridge)
         rows = bridge_check.sdc_rows(variant, row, records_of(bents), histories)
@@ -341,5 +343,5 @@ def sdc(
             notes.append(f"least seat of inner joints: {least_in:.0f} in by {clause}")
     if out is not None:
         _write(rows, out, "sdc")
-    answer = {"title": title, checked: rows}
+    answer = {"title": title, table_name: rows}
     return Answer(answer, notes=notes, warnings=warnings)

@@ -66,9 +66,9 @@ def fit(
         error.details.setdefault("row", None)
         raise
     notes = result.get("notes", ())
-    shown = {name: value for name, value in result.items() if name != "notes"}
+    printed = {name: value for name, value in result.items() if name != "notes"}
     reason = f"not determined by the data (status {result['status']})"
-    return Answer(result, shown, notes=notes, missing=reason, warnings=result["warnings"])
+    return Answer(result, printed, notes=notes, missing=reason, warnings=result["warnings"])
 
 
 @command(commands)
@@ -169,8 +169,8 @@ def predict(
     if any(row[flag] for row in rows for flag, _ in flags):
         notes.append("extrapolated: fewer than three motions are as strong, or weak, as this value")
     notes += lacking_notes(rows)
-    if lost := [f"{r['component']} {r['state']}" for r in rows if r["n_withheld"]]:
-        notes.append(f"no curve in some variants (bounds_too_wide): {', '.join(lost)}")
+    if withheld := [f"{r['component']} {r['state']}" for r in rows if r["n_withheld"]]:
+        notes.append(f"no curve in some variants (bounds_too_wide): {', '.join(withheld)}")
     if (drawn := rows[0]["random_properties"]) != "none":
         notes.append(f"properties drawn at random for each motion of the study: {drawn}")
     notes += gap_notes(_bridge_file(folder_of(study), bridge))
@@ -228,8 +228,8 @@ def decide(
     printed = {title: records_of(table.loc[is_end_gap & is_third_skew, columns])}
     notes = [f"target: {target:.3g} per year; written: {', '.join(map(str, files))}"]
     notes += gap_notes(file)
-    if (last := site.rates[0, -1]) > 0.1 * target:
-        notes.append(f"the hazard curve ends at {last:.3g} per year: lengths may be too short")
+    if (last_rate := site.rates[0, -1]) > 0.1 * target:
+        notes.append(f"the hazard curve ends at {last_rate:.3g} per year: lengths may be too short")
     notes += needs.notes
     fails = table.filter(["gap_from_mm"]).isna().any(axis=1)
     if failing := [f"{skew_deg:g}" for skew_deg in table.loc[fails, "skew_deg"].unique()]:
@@ -240,7 +240,9 @@ def decide(
         model = tuple(rows[0][name] for name in names[:2])
         largest_m = read_frame(demands, names).groupby(names[:2])["unseating_m"].max()[model]
         if beyond := int((table["support_m"] > largest_m).sum()):
-            limit = f"more unseating than in any run up to a column failure ({largest_m:.3g} m)"
-            notes.append(f"model alone: {beyond} of {len(table)} lengths are for {limit}")
+            text = (
+                f"lengths exceed the unseating of all runs before column failure, {largest_m:.3g} m"
+            )
+            notes.append(f"extrapolated: {beyond} of {len(table)} {text}")
     answer = {"target": target, "values": needs.values, "rows": records_of(table)}
     return Answer(answer, printed, notes=notes, digits=3)

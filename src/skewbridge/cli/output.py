@@ -330,11 +330,11 @@ def study_of(study: Path | None) -> "tuple[StudyConfig, StudyFolder]":
     from skewbridge.study.folder import StudyFolder
 
     config = None if study is None else stored_configuration(study)
-    root = study and study.resolve()
-    if config and root != Path(config.results).resolve():
-        place = str(root).removesuffix(f"/{config.results}")
-        place = f"in {place}" if place != str(root) else f"where {config.results} is that folder"
-        raise InputError(f"{study}: the study names its files from where it ran: use it {place}")
+    results = study and study.resolve()
+    if config and results != Path(config.results).resolve():
+        place = str(results).removesuffix(f"/{config.results}")
+        place = f"in {place}" if place != str(results) else f"where {config.results} is that folder"
+        raise InputError(f"{study}: paths of the study are relative: run the command {place}")
     config = config or load_config(config_of(study), base=DEFAULT_CONFIG)
     return config, StudyFolder(Path(config.results))
 
@@ -371,7 +371,9 @@ def folder_of(study: Path | None) -> Path:
 
 _MODELS: Final = f"[{'|'.join(ABUTMENTS).replace('_', '-')}]"
 Abutment = Annotated[str, opt("Abutment model, from simple to contact with friction.", _MODELS)]
-Changes = Annotated[list[str] | None, opt("Set an input key; repeatable.", "KEY=VALUE", "--set")]
+Changes = Annotated[
+    list[str] | None, opt("Value of an input key; repeatable.", "KEY=VALUE", "--set")
+]
 _AXIS: Final = {
     axis.name: opt(f"{axis.label_with_unit}, {axis.low:g} to {axis.high:g}.") for axis in AXES
 }
@@ -449,8 +451,8 @@ def gap_notes(bridge: str) -> list[str]:
         about, notes = load_structure(bridge).description, list[str]()
     except InputError:  # the bridge of a study that cannot be read
         return []
-    if turned := ", ".join(f"{deg:g} deg ({place})" for place, deg in about.skews_deg.items()):
-        notes.append(f"the bridge file sets the skew: {turned}; skew_deg turns the other supports")
+    if skews := ", ".join(f"{deg:g} deg ({place})" for place, deg in about.skews_deg.items()):
+        notes.append(f"the bridge file sets the skew: {skews}; skew_deg turns the other supports")
     if not about.seats_m:
         notes.append("gap_mm and friction have no effect: the bridge has no seats and no joints")
     own = ", ".join(f"{gap_mm:g} mm at {place}" for place, gap_mm in about.own_gaps_mm.items())

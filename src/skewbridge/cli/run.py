@@ -134,7 +134,7 @@ def _task(case: VariantOptions, loading: LoadingOptions) -> "Task":
         motion = supports.get("bent 1", next(iter(supports.values())))
     else:
         choices = "two files with --motion, a file with --support-motions, or a row of a study"
-        raise InputError(f"motion: give {choices} with --row")
+        raise InputError(f"the motion is missing or given twice: give {choices} with --row")
     variant, scale = case.variant.normalised(), loading.scale
     analysis_keys = {name: getattr(loading, name) for name in ("scheme", "dt_s", "duration_s")}
     settings, options = case.settings_and_model(loading.accuracy, **analysis_keys)

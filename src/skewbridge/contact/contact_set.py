@@ -224,7 +224,7 @@ class ContactSet:
     def ledger(self) -> list[UnitLedger]:
         """Return the `UnitLedger` of each unit, summed since the unit was added."""
         return [
-            replace(unit.account, normal_potential_j=0.5 * unit.kn * min(unit.opening, 0.0) ** 2)
+            replace(unit.ledger, normal_potential_j=0.5 * unit.kn * min(unit.opening, 0.0) ** 2)
             for unit in self.units
         ]
 

@@ -30,7 +30,7 @@ FORCE_ROUNDING: Final = 1e-6
 # limit, often rounding, does not justify shorter steps.
 LEAST_FRICTION: Final = 0.01
 # A friction spring slides if its force has reached this share of its bound, but for rounding.
-SLIDES: Final = 1.0 - 1e-6
+SLIDING_SHARE: Final = 1.0 - 1e-6
 # Step lengths that differ by a smaller ratio count as equal: rounding of the times.
 SAME_STEP: Final = 1e-6
 
@@ -46,8 +46,8 @@ class ContactUnit:
     __slots__ = (
         "_bend_1", "_bend_2", "_bound_1", "_bound_2", "_dt", "_has_forces", "_is_3d",
         "_slip_1_before", "_slip_2_before", "_step_1", "_step_2", "_stick_1", "_stick_2", "_u1",
-        "_u2", "account", "closed", "cohesion", "dashpot", "drive", "element", "excess_ratio",
-        "force_1", "force_2", "friction", "gap_m", "kn", "kt", "name", "node_i", "node_j", "normal",
+        "_u2", "closed", "cohesion", "dashpot", "drive", "element", "excess_ratio", "force_1",
+        "force_2", "friction", "gap_m", "kn", "kt", "ledger", "name", "node_i", "node_j", "normal",
         "normal_n", "opening", "opening_before", "slip_1", "slip_2", "slip_step", "springs",
         "tangents",
     )  # fmt: skip
@@ -68,7 +68,7 @@ class ContactUnit:
         self.kn, self.kt = law.kn_n_per_m, law.kt_n_per_m
         self.friction, self.cohesion, self.dashpot = law.friction, law.cohesion_n, 0.0
         self.drive = drive
-        self.account = UnitLedger(name)
+        self.ledger = UnitLedger(name)
         self._is_3d = len(frame) == 3
         self.closed = self._has_forces = False
         self.opening = self.opening_before = law.gap_m
@@ -100,8 +100,8 @@ class ContactUnit:
             slip_m=(self.slip_1, self.slip_2),
             position_m=(self._u1, self._u2),
             slip_speed_mps=self.slip_step / self._dt if self._dt else 0.0,
-            slip_path_m=self.account.slip_path_m,
-            slip_work_j=self.account.slip_work_j,
+            slip_path_m=self.ledger.slip_path_m,
+            slip_work_j=self.ledger.slip_work_j,
             dt_s=dt_s,
         )
 
@@ -167,7 +167,7 @@ class ContactUnit:
     def _read_forces(self, dt_s: float) -> bool:
         """Read and check forces, update the ledger; return whether the pair opened or closed."""
         forces = ops.basicForce(self.element)
-        u1, u2, kt, opening, account = self._u1, self._u2, self.kt, self.opening, self.account
+        u1, u2, kt, opening, ledger = self._u1, self._u2, self.kt, self.opening, self.ledger
         normal, force_1 = -forces[0], forces[1]
         force_2 = forces[2] if self._is_3d else 0.0
         expected_n = -self.kn * opening if opening < 0.0 else 0.0
@@ -181,10 +181,10 @@ class ContactUnit:
             normal -= forces[-1]
         slip_1, slip_2 = u1 - force_1 / kt, u2 - force_2 / kt
         moved_1, moved_2 = slip_1 - self.slip_1, slip_2 - self.slip_2
-        account.slip_work_j += 0.5 * (
+        ledger.slip_work_j += 0.5 * (
             (force_1 + self.force_1) * moved_1 + (force_2 + self.force_2) * moved_2
         )
-        account.normal_work_j += 0.5 * (normal + self.normal_n) * (self.opening_before - opening)
+        ledger.normal_work_j += 0.5 * (normal + self.normal_n) * (self.opening_before - opening)
         friction_n = hypot(force_1, force_2)
         slip_m = hypot(moved_1, moved_2)
         self.slip_step = slip_m
@@ -193,20 +193,20 @@ class ContactUnit:
         self.excess_ratio = 0.0
         if friction_n > 0.0:
             self._record_excess(friction_n, limit, slip_m, dt_s)
-            sliding_1_n, sliding_2_n = SLIDES * self._bound_1, SLIDES * self._bound_2
+            sliding_1_n, sliding_2_n = SLIDING_SHARE * self._bound_1, SLIDING_SHARE * self._bound_2
             if abs(force_1) >= sliding_1_n > 0.0 or abs(force_2) >= sliding_2_n > 0.0:
                 self.excess_ratio = abs(self.excess_ratio)  # a bound below the limit is wrong too
         if closed:
-            account.contact_time_s += dt_s
-            account.slip_path_m += slip_m
-            if -opening > account.max_penetration_m:
-                account.max_penetration_m = -opening
-            if friction_n > account.max_friction_n:
-                account.max_friction_n = friction_n
-            if limit > account.max_limit_n:
-                account.max_limit_n = limit
+            ledger.contact_time_s += dt_s
+            ledger.slip_path_m += slip_m
+            if -opening > ledger.max_penetration_m:
+                ledger.max_penetration_m = -opening
+            if friction_n > ledger.max_friction_n:
+                ledger.max_friction_n = friction_n
+            if limit > ledger.max_limit_n:
+                ledger.max_limit_n = limit
             if not was_closed:
-                account.closures += 1
+                ledger.closures += 1
                 before = self.opening_before
                 # Contact starts where the pair closed, not where the step began.
                 share = opening / (opening - before) if before > 0.0 else 1.0
@@ -220,17 +220,17 @@ class ContactUnit:
         return closed != was_closed
 
     def _record_excess(self, force_n: float, limit_n: float, moved_m: float, dt_s: float) -> None:
-        account, work_j, excess_n = self.account, force_n * moved_m, force_n - limit_n
-        account.friction_impulse_ns += force_n * dt_s
-        account.friction_work_j += work_j
-        if moved_m > 0.0 and force_n > LEAST_FRICTION * account.max_friction_n:
+        ledger, work_j, excess_n = self.ledger, force_n * moved_m, force_n - limit_n
+        ledger.friction_impulse_ns += force_n * dt_s
+        ledger.friction_work_j += work_j
+        if moved_m > 0.0 and force_n > LEAST_FRICTION * ledger.max_friction_n:
             self.excess_ratio = excess_n / force_n
         if excess_n <= 0.0:
             return
-        account.max_violation_n = max(account.max_violation_n, excess_n)
-        account.excess_work_j += excess_n * moved_m
+        ledger.max_violation_n = max(ledger.max_violation_n, excess_n)
+        ledger.excess_work_j += excess_n * moved_m
         if excess_n > 0.1 * limit_n:
-            account.work_over_10_j += work_j
+            ledger.work_over_10_j += work_j
 
     def _check_friction(self, force_1: float, force_2: float) -> None:
         if abs(force_1) <= self._bound_1 and abs(force_2) <= self._bound_2:

@@ -177,7 +177,7 @@ def unit_of(name: str) -> str:
 
 
 def choice_text(option: str, value: object) -> str:
-    """Return the text of an option's value, or of its text in a table, with its unit."""
+    """Return a value of a modelling option (or its text in a table) in words, with its unit."""
     if isinstance(value, tuple):
         return " ".join(choice_text("", part) for part in value)
     try:

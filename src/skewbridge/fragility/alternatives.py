@@ -86,7 +86,7 @@ def _rows(pairs: Pairs, name: str, values: Sequence[tuple[str, "pd.Series[Any]"]
         for number, level in enumerate(levels):
             columns = dict(zip(verdicts.RATIOS, ratio_and_ends[:, number].tolist(), strict=True))
             yield {
-                **pairs.place,
+                **pairs.labels,
                 "demand": name,
                 "option": option,
                 "value": level,

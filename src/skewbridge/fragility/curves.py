@@ -183,10 +183,8 @@ class _BridgeState:
         collapsed = (runs["status"] == COLLAPSE).to_numpy() & ~is_beyond_model(runs)
         exact = all(mode.collapse != COLLAPSE_EXCEEDS for mode in self._modes)
         if np.any(collapsed):
-            treated[_PEAKS] = [
-                fit.refitted(fit.outcomes.of_peaks(runs[mode.demand], collapsed, exact=exact))
-                for fit, mode in fitted
-            ]
+            of_peaks = partial(self._models.of_peaks, collapsed=collapsed, exact=exact)
+            treated[_PEAKS] = [of_peaks(mode) for mode in self._modes]
         return treated
 
     def cloud(self, values: Row, rows: Mask) -> _Cloud:
@@ -303,8 +301,8 @@ def _cloud_curve(runs: _DemandRuns, state: LimitState) -> _Curve:
     name = str(columns.get("model", "mixed"))
     fit = FragilityFit(method=name, status=status, n_runs=runs.im.size, level=level)
     if isinstance(curve, str) or status != FITTED:
-        none = np.full(runs.variant.replicates, nan)
-        return _Curve(fit, none, none, none, bounds, {})
+        no_values = np.full(runs.variant.replicates, nan)
+        return _Curve(fit, no_values, no_values, no_values, bounds, {})
     fit = replace(fit, theta=motion_means.exp_end(curve.ln_theta[0]), beta=float(curve.beta[0]))
     fit = fitting.jackknifed(fit, curve.ln_theta, curve.beta, curve.priors)
     names = fitting.common_warnings(fit, runs.im, runs.motions)
@@ -387,17 +385,17 @@ def _common_slope(
     ended = ~np.any(not_passed, axis=1)
     rows = np.flatnonzero((passed > 0) | ~ended)
     low, high = np.where(ended, -inf, runs.ln_im)[rows], np.where(passed > 0, runs.ln_im, inf)[rows]
-    below = -np.eye(size)[np.argmax(not_passed, axis=1)[rows]]
-    above = -np.eye(size)[np.maximum(passed - 1, 0)[rows]]
+    lower_rows = -np.eye(size)[np.argmax(not_passed, axis=1)[rows]]
+    upper_rows = -np.eye(size)[np.maximum(passed - 1, 0)[rows]]
     slope = float(np.mean([1.0 / fit.beta for fit in single]))
     ln_medians = np.log([fit.theta for fit in single])
     # fits of single states may cross: start the common fit with medians at least 5 % apart
     ln_medians[1:] = ln_medians[0] + np.cumsum(np.maximum(np.diff(ln_medians), 0.05))
-    kernel = NormalKernel(below, low, high, upper_covariates=above)
-    best = maximise(kernel, np.array([[*(-slope * ln_medians), slope]]))
-    params, converged = best.params, best.converged
+    kernel = NormalKernel(lower_rows, low, high, upper_covariates=upper_rows)
+    maximum = maximise(kernel, np.array([[*(-slope * ln_medians), slope]]))
+    params, converged = maximum.params, maximum.converged
     if in_full and converged[0]:
-        jackknife = NormalKernel(below, low, high, runs.weights[:, rows], above)
+        jackknife = NormalKernel(lower_rows, low, high, runs.weights[:, rows], upper_rows)
         reduced = maximise(jackknife, np.tile(params, (len(runs.weights), 1)))
         params = np.vstack([params, reduced.params])
         converged = np.append(converged, reduced.converged)
@@ -413,7 +411,7 @@ def _common_slope(
         return _StateFits([fit.without_estimate(status) for fit in single], ln_theta, beta)
     profile = in_full and runs.motions == runs.im.size  # else runs are not independent
     drop = drop_of(runs.settings.confidence) if profile else None
-    fits = fitting.fits_of_states(single, kernel, best, np.eye(size + 1)[:-1], size, drop)
+    fits = fitting.fits_of_states(single, kernel, maximum, np.eye(size + 1)[:-1], size, drop)
     for j, fit in enumerate(fits):
         if in_full and not profile:
             fits[j] = fit = fitting.jackknifed(fit, ln_theta[j], beta)
@@ -423,16 +421,16 @@ def _common_slope(
 
 def _single_fit(runs: _DemandRuns, is_known: Mask, exceed: Mask, *, in_full: bool) -> FragilityFit:
     """Fit one state alone; unless ``in_full``, return only its status and a start value."""
-    im, hits = runs.im[is_known], exceed[is_known].astype(np.float64)
+    im, exceeds = runs.im[is_known], exceed[is_known].astype(np.float64)
     ones = np.ones(im.size)
     if in_full and im.size:
         count = int(np.unique(runs.motion[is_known]).size)
         settings = runs.settings
         return fitting.fit_stripes(
-            im, ones, hits, settings=settings, n_records=count, interval=False
+            im, ones, exceeds, settings=settings, n_records=count, interval=False
         )
-    status = fitting.binomial_status(np.log(im), ones, hits)
-    start = np.exp(np.quantile(np.log(im), 1.0 - np.mean(hits))) if status == FITTED else nan
+    status = fitting.binomial_status(np.log(im), ones, exceeds)
+    start = np.exp(np.quantile(np.log(im), 1.0 - np.mean(exceeds))) if status == FITTED else nan
     return FragilityFit(method="stripes", status=status, theta=float(start), beta=0.5)
 
 

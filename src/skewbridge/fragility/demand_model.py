@@ -141,7 +141,7 @@ class AxisRange:
 
     @property
     def deviations(self) -> Floats:
-        """Prior standard deviation of each coefficient of ``shift``, then of ``drift``."""
+        """Prior standard deviations of effects (``shift``), then of their slopes (``drift``)."""
         shift_deviations = [
             _PROPORTIONAL if term[0][1] == _LINEAR else _SHIFTS[len(term) - 1]
             for term in self.terms
@@ -244,8 +244,8 @@ class PointModel(NamedTuple):
 
     def ln_theta(self, threshold: float) -> Floats:
         """Return ln of the intensity at which the median demand is the threshold, shape (R,)."""
-        rises = (self.slope > FLATTEST) & (self.above > FLATTEST)
-        slope, knot = np.where(rises, self.slope, nan), self.model.knot
+        is_rising = (self.slope > FLATTEST) & (self.above > FLATTEST)
+        slope, knot = np.where(is_rising, self.slope, nan), self.model.knot
         x = (np.log(threshold) - self.level) / slope
         if np.isfinite(knot):
             x = np.where(x > knot, knot + (x - knot) * slope / self.above, x)
@@ -347,13 +347,6 @@ class DemandFit:
         parameters = fit_mixed(data, start, steps).parameters[None]
         return replace(model, parameters=parameters, motions=self.setup.used_motions(outcomes))
 
-    def refitted(self, outcomes: DemandOutcomes) -> DemandModel | str:
-        """Return the model (R = 1) of other outcomes with its own knot, or why there is none."""
-        fit = _fit_demand((self.setup, outcomes))
-        if isinstance(fit, str):
-            return fit
-        return replace(fit.model, parameters=fit.model.parameters[:1])
-
     def exceeds(self, state: LimitState) -> Floats:
         """Return P(a run exceeds a state | lower bound of its demand) for each run, shape (n,)."""
         model, setup = self.model, self.setup
@@ -427,9 +420,9 @@ class _Setup:
         )
 
 
-def _fit_demand(item: tuple[_Setup, DemandOutcomes]) -> DemandFit | str:
+def _fit_demand(arguments: tuple[_Setup, DemandOutcomes]) -> DemandFit | str:
     """Return the model of a demand with these outcomes, or the reason why there is none."""
-    setup, outcomes = item
+    setup, outcomes = arguments
     axes, motion, block = setup.axes, setup.motion, setup.block
     is_used, is_exact = outcomes.used, outcomes.used & ~outcomes.is_bound
     if np.unique(motion[is_exact]).size < LEAST_MOTIONS:
@@ -449,24 +442,24 @@ def _fit_demand(item: tuple[_Setup, DemandOutcomes]) -> DemandFit | str:
     if np.ptp(y - lines @ np.linalg.lstsq(lines, y, rcond=None)[0]) < 1e-9:
         return ZERO_DISPERSION
     setup = replace(setup, precision=_precision(setup, outcomes, centre, group))
-    best: tuple[float, float, MixedFit, Floats] | None = None
+    chosen: tuple[float, float, MixedFit, Floats] | None = None
     for grows in (False, True):
-        for knot in _knots(x, is_exact, motion) if not grows or best is None else (best[1],):
-            start = best[2].parameters if best is not None and grows else None
+        for knot in _knots(x, is_exact, motion) if not grows or chosen is None else (chosen[1],):
+            start = chosen[2].parameters if chosen is not None and grows else None
             data = setup.data(outcomes, centre, knot, grows=grows)
             fit = fit_mixed(data, start)
-            without = fit.without_groups(group)
-            predicted = predictive_loglik(data, group, without)
-            rises = np.all(np.cumsum(fit.parameters[1:3]) > FLATTEST)
-            if best is None or (rises and predicted > best[0] + _LEAST_GAIN):
-                best = predicted, knot, fit, without
-    assert best is not None
-    _, knot, fit, without = best
+            left_out = fit.without_groups(group)
+            predicted = predictive_loglik(data, group, left_out)
+            is_rising = np.all(np.cumsum(fit.parameters[1:3]) > FLATTEST)
+            if chosen is None or (is_rising and predicted > chosen[0] + _LEAST_GAIN):
+                chosen = predicted, knot, fit, left_out
+    assert chosen is not None
+    _, knot, fit, left_out = chosen
     if fit.parameters[1] <= FLATTEST:
         return NON_INCREASING
     blocks = 1 + int(np.max(block))
     parameters = np.tile(fit.parameters, (1 + blocks + axes.drifts, 1))
-    parameters[1 + present] = without
+    parameters[1 + present] = left_out
     parameters[1 + blocks :] += _shrinkage_errors(fit, axes.drifts)
     model = DemandModel(
         axes=axes,
@@ -531,7 +524,7 @@ def _knots(x: Floats, exact: Mask, motion: Index) -> list[float]:
 class BridgeModels:
     """Demand models of one bridge and abutment model, from which all its curves follow."""
 
-    place: dict[str, Any]  # bridge and abutment
+    labels: dict[str, Any]  # bridge and abutment
     im: str  # column of the intensity
     runs: pd.DataFrame  # n runs
     axes: AxisRange
@@ -540,6 +533,7 @@ class BridgeModels:
     block: Index  # number of the block of each run, 0 .. B - 1
     fits: Mapping[tuple[str, str], DemandFit | str]  # keys: component and demand
     _curves: dict[tuple[Any, ...], StateCurve | str] = field(default_factory=dict)
+    _of_peaks: dict[tuple[str, str, bool], DemandModel | str] = field(default_factory=dict)
     _correlations: dict[tuple[LimitState, LimitState], Floats] = field(default_factory=dict)
 
     @property
@@ -556,6 +550,20 @@ class BridgeModels:
     def fit(self, state: LimitState) -> DemandFit | str:
         """Return the model of the demand of a state, or the reason why there is none."""
         return self.fits.get((state.component, state.demand), NO_EXCEEDANCE)
+
+    def of_peaks(self, state: LimitState, collapsed: Mask, *, exact: bool) -> DemandModel | str:
+        """Return the model (R = 1) of the demand of a fitted state, or why there is none.
+
+        The peaks of the ``collapsed`` runs (n,) are exact, or lower bounds and no more.
+        """
+        key, fit = (state.component, state.demand, exact), self.fit(state)
+        if key not in self._of_peaks and not isinstance(fit, str):
+            outcomes = fit.outcomes.of_peaks(self.runs[state.demand], collapsed, exact=exact)
+            refit = _fit_demand((fit.setup, outcomes))
+            if not isinstance(refit, str):
+                refit = replace(refit.model, parameters=refit.model.parameters[:1])
+            self._of_peaks[key] = refit
+        return self._of_peaks[key]
 
     def correlation(self, mode_1: LimitState, mode_2: LimitState) -> Floats:
         """Return the correlation of the demands of two states without modes, shape (R,)."""
@@ -608,11 +616,11 @@ def state_curve(
         np.array([mode_curve[n] for mode_curve in mode_curves]) for n in range(3)
     )
     union = Union.of(medians, records, total, rho)
-    middle, wide = union.summary()
+    middle, half_range = union.summary()
     of_records = Union(medians, records, rho)
     points = tuple(point for mode_curve in mode_curves for point in mode_curve.points)
     beta, priors = of_records.summary()[1], mode_curves[0].priors
-    return StateCurve(middle, beta, wide, union, of_records, points, priors)
+    return StateCurve(middle, beta, half_range, union, of_records, points, priors)
 
 
 def fit_models(
@@ -628,8 +636,8 @@ def fit_models(
     without_modes = [state for state in limit_states if not state.modes]
     groups = states_by_demand(list(dict.fromkeys([*without_modes, *modes])))
     models = [
-        _without_fits(place, runs.reset_index(drop=True), settings.im, further)
-        for place, runs in demand_table.models_of(demands)
+        _without_fits(labels, runs.reset_index(drop=True), settings.im, further)
+        for labels, runs in demand_table.models_of(demands)
     ]
     items = (
         (setup, demand_outcomes(bridge.runs, states))
@@ -642,7 +650,7 @@ def fit_models(
 
 
 def _without_fits(
-    place: dict[str, Any], runs: pd.DataFrame, im: str, further: Sequence[str]
+    labels: dict[str, Any], runs: pd.DataFrame, im: str, further: Sequence[str]
 ) -> tuple[BridgeModels, _Setup]:
     """Return models without fits, and the data for fits, of one bridge and abutment model.
 
@@ -657,13 +665,15 @@ def _without_fits(
     variants = runs.iloc[first_runs].reset_index(drop=True)[columns]
     axes = AxisRange.of_variants(variants, [*names, *further])
     terms = axes.matrix({str(name): variants[name] for name in variants})
-    shared: Any = {"axes": axes, "variant": variant, "block": demand_table.block_codes(runs)}
+    common: Any = {"axes": axes, "variant": variant, "block": demand_table.block_codes(runs)}
     setup = _Setup(
         ln_im=np.log(runs[im].to_numpy(dtype=np.float64)),
         motion=demand_table.motion_codes(runs),
         shaking=demand_table.shaking_codes(runs),
         matrix=np.broadcast_to(terms, (len(variants), len(axes.terms))),
         precision=axes.deviations**-2.0,
-        **shared,
+        **common,
     )
-    return BridgeModels(place=place, im=im, runs=runs, variants=variants, fits={}, **shared), setup
+    return BridgeModels(
+        labels=labels, im=im, runs=runs, variants=variants, fits={}, **common
+    ), setup

@@ -193,8 +193,8 @@ def refuse_misspelt(columns: Iterable[str], present: Iterable[str] = ()) -> None
 
 def unused_notes(columns: Iterable[str]) -> list[str]:
     """Return a note on columns of a foreign table that have none of our names, else no text."""
-    ours = {column.name for column in COLUMNS} | {axis.name for axis in OPTION_AXES}
-    unused = sorted(name for name in columns if name not in ours)
+    known = {column.name for column in COLUMNS} | {axis.name for axis in OPTION_AXES}
+    unused = sorted(name for name in columns if name not in known)
     return [f"columns that are not used: {names_of(unused)}"] if unused else []
 
 
@@ -204,11 +204,11 @@ def percent_notes(name: str, demands: Floats) -> list[str]:
     largest = float(np.max(demands[np.isfinite(demands)], initial=0.0))
     notes: list[str] = []
     unit_name = f"{name}_g" if re.fullmatch(r"(?i)(im_)?(pga|p?sa)", name) else name
-    needed = next((text for end, text in _NEEDED.items() if unit_name.endswith(end)), "")
-    needed = "a ratio is needed, not per cent" if is_drift else needed
+    requirement = next((text for end, text in _NEEDED.items() if unit_name.endswith(end)), "")
+    requirement = "a ratio is needed, not per cent" if is_drift else requirement
     # ASSUME no bridge completes a motion at a drift of 20 %, or at 10 m or 10 g
-    if needed and largest > (MAX_DRIFT if is_drift else _LARGEST):
-        notes += [f"{name} is up to {largest:.3g} in completed runs: {needed}"]
+    if requirement and largest > (MAX_DRIFT if is_drift else _LARGEST):
+        notes += [f"{name} is up to {largest:.3g} in completed runs: {requirement}"]
     if is_drift and (zeros := int(np.sum(demands == 0.0))):
         notes += [f"{name} is 0 in {zeros} completed runs: give failed runs their status"]
     return notes
@@ -274,14 +274,14 @@ def read_foreign(
         require(out[name].notna().to_numpy(), columns.get(name, name), "is missing")
     for name, (low, high) in _LIMITS.items():
         if name in out:
-            good, values = out[name].between(low, high).to_numpy(), out[name].to_numpy()
-            require(good, columns.get(name, name), f"must be within {low:g}..{high:g}", values)
+            in_range, values = out[name].between(low, high).to_numpy(), out[name].to_numpy()
+            require(in_range, columns.get(name, name), f"must be within {low:g}..{high:g}", values)
     if "skew_deg" in out and (text := radians_warning(out["skew_deg"].tolist())):
         logger.warning("%s: %s", path.name, text)
     if validity.BEYOND_MODEL in out:
-        good = np.isin(validity.failure_kinds(out), ["", *validity.FAILURE_DEMANDS])
+        in_range = np.isin(validity.failure_kinds(out), ["", *validity.FAILURE_DEMANDS])
         words = " or ".join(validity.FAILURE_DEMANDS)
-        require(good, validity.BEYOND_MODEL, f"must be {words}, or empty")
+        require(in_range, validity.BEYOND_MODEL, f"must be {words}, or empty")
     if "variant" not in out:
         parts = [out[name].map(str).tolist() for name in variant_columns(out)[1:]]
         out["variant"] = ["_".join(values) for values in zip(*parts, strict=True)]
@@ -321,8 +321,8 @@ def with_flags(runs: pd.DataFrame) -> pd.DataFrame:
     require_statuses(status)
     status = status.mask(is_set("collapse") & (status == OK), COLLAPSE)
     out = runs.drop(columns=[*FLAGS], errors="ignore").assign(status=status.astype(object))
-    stated = validity.COMPLETE in out
-    complete = is_set(validity.COMPLETE, 1.0) if stated else validity.is_complete(out)
+    has_flag = validity.COMPLETE in out
+    complete = is_set(validity.COMPLETE, 1.0) if has_flag else validity.is_complete(out)
     return out.assign(**{validity.COMPLETE: complete & ~is_set("censored")})
 
 

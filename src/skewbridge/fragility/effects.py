@@ -49,13 +49,13 @@ class Pairs:
     """All n pairs of runs with two values of an axis, for one bridge and abutment model.
 
     The peaks of a run that ended early (collapse, failed analysis, failed column) are lower bounds
-    of its demands. ``place`` has bridge, abutment, axis, from_value and to_value; ``table`` has the
-    columns of `run_pairs`.
+    of its demands. ``labels`` has bridge, abutment, axis, from_value and to_value; ``table`` has
+    the columns of `run_pairs`.
     """
 
-    def __init__(self, place: Mapping[str, Any], table: pd.DataFrame) -> None:
-        self.place, self.table = place, table
-        names = [name for name in demand_table.axis_names(table) if name != place["axis"]]
+    def __init__(self, labels: Mapping[str, Any], table: pd.DataFrame) -> None:
+        self.labels, self.table = labels, table
+        names = [name for name in demand_table.axis_names(table) if name != labels["axis"]]
         cells: dict[Any, Any] = table.groupby(
             [*demand_table.BRIDGE_COLUMNS, *names], dropna=False
         ).indices
@@ -98,9 +98,9 @@ class Pairs:
         is_finite = np.isfinite(values if x is None else values + x)
         cells: list[Jackknifed] = []
         for _, rows in self.cells:
-            used = rows[is_finite[rows]]
-            data = (values[used], self.side[used], self.motions[used], len(self.names))
-            cells.append(by_motion(*data, None if x is None else x[used], self.block[used]))
+            finite = rows[is_finite[rows]]
+            data = (values[finite], self.side[finite], self.motions[finite], len(self.names))
+            cells.append(by_motion(*data, None if x is None else x[finite], self.block[finite]))
         return [average(cells), *cells]
 
     def counts(self, rows: Index, is_used: Mask, discordant: Mask) -> dict[str, int]:
@@ -203,8 +203,8 @@ def effect_table(demands: pd.DataFrame, rows: Sequence[Mapping[str, Any]]) -> pd
     for name in ("interaction", "largest_motion"):
         table[name] = table[name].astype(object).fillna("").astype(str)
     table["p_interaction"] = verdicts.adjusted(table, table["p_interaction"])
-    place = table["scope"].map(_SCOPES.index).astype(np.int64).sort_values(kind="stable").index
-    return verdicts.with_verdicts(table).loc[place, columns].reset_index(drop=True)
+    order = table["scope"].map(_SCOPES.index).astype(np.int64).sort_values(kind="stable").index
+    return verdicts.with_verdicts(table).loc[order, columns].reset_index(drop=True)
 
 
 def effect_row(
@@ -215,7 +215,7 @@ def effect_row(
     difference: Jackknifed | None = None,  # for demands judged by the difference, shape ()
 ) -> dict[str, Any]:
     """Return the columns of an effect: ratio, slope and difference with intervals, scatter, dof."""
-    level, judged = EFFECT_CONFIDENCE, difference or estimate
+    level, tested = EFFECT_CONFIDENCE, difference or estimate
     ends = np.exp([estimate.estimate, *estimate.interval(level)])
     row = dict(zip(verdicts.RATIOS, ends.tolist(), strict=True)) | {"level": level}
     if line is not None:
@@ -225,10 +225,10 @@ def effect_row(
     if difference is not None:
         ends = (difference.estimate, *difference.interval(level))
         row |= dict(zip(verdicts.DIFFERENCES, map(float, ends), strict=True))
-    dof, square = float(judged.dof), judged.influence**2
-    row |= {"scatter": float(judged.error) * max(dof + 1.0, 0.0) ** 0.5, "dof": dof}
+    dof, square = float(tested.dof), tested.influence**2
+    row |= {"scatter": float(tested.error) * max(dof + 1.0, 0.0) ** 0.5, "dof": dof}
     # the last influences may be those of priors
-    of_motions = judged.influence[: len(blocks)]
+    of_motions = tested.influence[: len(blocks)]
     row["n_effective_motions"] = float(motion_means.effective_number(of_motions))
     if (total := np.sum(square)) > 0.0:
         first = int(np.argmax(square[: len(blocks)]))
@@ -249,7 +249,7 @@ def demand_effects(
     has_im = f"{settings.im}_from" in pairs.table
     im = pairs.ends(settings.im)[1] if has_im else np.full(pairs.side.size, nan)
     ln_im = np.log(np.where(im > 0.0, im, nan))
-    cells = [({"scope": "variant", **place}, cell_rows) for place, cell_rows in pairs.cells]
+    cells = [({"scope": "variant", **labels}, cell_rows) for labels, cell_rows in pairs.cells]
     scopes = [({"scope": "pooled"}, np.arange(im.size)), *cells]
     for name in names:
         column, reference = column_of(name), pairs.ends(name)[1]
@@ -257,19 +257,19 @@ def demand_effects(
         ratios, discordant = pairs.changes(name, None)
         means, lines = pairs.means(ratios), pairs.means(ratios, ln_im)
         is_used, differences = np.isfinite(ratios), None
-        shared = {**pairs.place, "demand": name, "margin": settings.relative_margin(name)}
-        shared["quantity"] = verdicts.DEMAND
+        common = {**pairs.labels, "demand": name, "margin": settings.relative_margin(name)}
+        common["quantity"] = verdicts.DEMAND
         if difference is not None:
             changes, discordant = pairs.changes(name, difference)
             is_used, differences = np.isfinite(changes), pairs.means(changes)
-            shared |= {"judged_by": verdicts.DIFFERENCE, "unit": difference.unit}
-            shared["difference_margin"] = settings.margins.get(name, difference.margin)
+            common |= {"judged_by": verdicts.DIFFERENCE, "unit": difference.unit}
+            common["difference_margin"] = settings.margins.get(name, difference.margin)
         is_exact = is_used & (pairs.side == EXACT)
         estimates = zip(means, lines, differences or [None] * len(means), strict=True)
-        for (place, cell_rows), (mean, line, change) in zip(scopes, estimates, strict=True):
+        for (labels, cell_rows), (mean, line, change) in zip(scopes, estimates, strict=True):
             exact = cell_rows[is_exact[cell_rows]]
             positive = reference[exact][reference[exact] > 0.0]
-            row = {**shared, **place, **pairs.counts(cell_rows, is_used, discordant)}
+            row = {**common, **labels, **pairs.counts(cell_rows, is_used, discordant)}
             row |= effect_row(mean, blocks=pairs.names, line=line, difference=change)
             row["from_mean"] = float(np.exp(np.log(positive).mean())) if positive.size else nan
             if exact.size:
@@ -393,7 +393,7 @@ class Medians:
         steps = [records_of(cells) for _, cells in pairs.groupby(list(STEP))]
         effects: list[Row] = []
         for cells, state in product(steps, states):
-            keys = {**self.models.place, "quantity": verdicts.MEDIAN_CAPACITY, "axis": axis}
+            keys = {**self.models.labels, "quantity": verdicts.MEDIAN_CAPACITY, "axis": axis}
             keys |= {"demand": state.key, "margin": self._settings.margin}
             keys |= {name: float(cells[0][name]) for name in STEP}
             ratios: list[tuple[Jackknifed, Row]] = []

@@ -133,40 +133,40 @@ def _fit_columns(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragil
         else as_column(need(name), name)
         for name in ("im", "edp")
     )
-    given = need("threshold") if options.threshold is None else options.threshold
-    thresholds = np.unique(positive(np.atleast_1d(given).tolist(), "threshold")).tolist()
+    stated = need("threshold") if options.threshold is None else options.threshold
+    thresholds = np.unique(positive(np.atleast_1d(stated).tolist(), "threshold")).tolist()
     if len(thresholds) != 1:
         text = f"threshold must be one number, got {shortened(thresholds)}"
         raise InputError(text, column="threshold")
-    threshold, none = thresholds[0], np.zeros(im.size)
-    censored, collapse = (as_column(columns.get(n, none), n) for n in ("censored", "collapse"))
+    threshold, zeros = thresholds[0], np.zeros(im.size)
+    censored, collapse = (as_column(columns.get(n, zeros), n) for n in ("censored", "collapse"))
     flags = {name: columns[name] for name in ("censored", "collapse") if name in columns}
     same_length(im=im, edp=edp, **flags)
-    fell = collapse > 0.0
-    require(~np.isinf(edp) | fell, "edp", "must be finite unless collapse is 1", edp)
-    peaks = np.where(fell, np.nan_to_num(edp, posinf=0.0), edp)
-    upper = np.where((censored > 0.0) | fell, np.inf, edp)
+    collapsed = collapse > 0.0
+    require(~np.isinf(edp) | collapsed, "edp", "must be finite unless collapse is 1", edp)
+    peaks = np.where(collapsed, np.nan_to_num(edp, posinf=0.0), edp)
+    upper = np.where((censored > 0.0) | collapsed, np.inf, edp)
     motions = None
     if "motion_id" in columns:
         table = pd.DataFrame({"motion_id": columns["motion_id"]})
         same_length(im=im, motion_id=table)
         motions = motion_codes(table)
     # a collapse counts as exceedance
-    exceeding = np.where(fell, np.maximum(peaks, threshold), peaks)
+    exceeding = np.where(collapsed, np.maximum(peaks, threshold), peaks)
     fit = _fit_cloud(im, exceeding, upper, threshold, options, motions)
-    if fit.status == FITTED and np.any(fell):
+    if fit.status == FITTED and np.any(collapsed):
         of_peaks = _fit_cloud(im, peaks, upper, threshold, options, motions)
         fit = _not_by_definition(fit, of_peaks)
     notes = {} if "motion_id" in columns else {"notes": [_INDEPENDENT]}
     return replace(fit, details={**fit.details, **notes})
 
 
-def _not_by_definition(fit: fits.FragilityFit, of_peaks: fits.FragilityFit) -> fits.FragilityFit:
+def _not_by_definition(fit: fits.FragilityFit, peak_fit: fits.FragilityFit) -> fits.FragilityFit:
     """Return a fit, without estimate if it rests on the definition that a collapse exceeds.
 
     ``of_peaks`` is the fit with the peaks of collapsed runs as lower bounds and no more.
     """
-    is_near = 1.0 / MAX_BOUNDS_RATIO <= of_peaks.theta / fit.theta <= MAX_BOUNDS_RATIO
+    is_near = 1.0 / MAX_BOUNDS_RATIO <= peak_fit.theta / fit.theta <= MAX_BOUNDS_RATIO
     return fit if is_near else fit.without_estimate(BOUNDS_TOO_WIDE)
 
 
@@ -246,16 +246,16 @@ def _fit_outcomes(
         lower, upper = outcomes.lower[is_used], outcomes.upper[is_used]
         fit = _fit_cloud(im[is_used], lower, upper, state.threshold, options, motions[is_used])
         return fit if np.any(exceed) else fit.without_estimate(NO_EXCEEDANCE)
-    x, hits, codes = im[is_known], exceed[is_known].astype(np.float64), motions[is_known]
+    x, hit, codes = im[is_known], exceed[is_known].astype(np.float64), motions[is_known]
     if options.method == "ida":
-        return fits.fit_first_exceedances(x, hits, codes, settings)
+        return fits.fit_first_exceedances(x, hit, codes, settings)
     count, ones = int(np.unique(codes).size), np.ones(x.size)
     one_run_each = count == codes.size
-    fit = fits.fit_stripes(x, ones, hits, settings=settings, n_records=count, interval=one_run_each)
+    fit = fits.fit_stripes(x, ones, hit, settings=settings, n_records=count, interval=one_run_each)
     if fit.status != FITTED or one_run_each:
         return fit
     of_subsets = [
-        fits.fit_stripes(x[rows], ones[rows], hits[rows], settings=settings, interval=False)
+        fits.fit_stripes(x[rows], ones[rows], hit[rows], settings=settings, interval=False)
         for rows in motion_weights(codes) > 0.0
     ]
     theta, beta = np.transpose([(of_subset.theta, of_subset.beta) for of_subset in of_subsets])

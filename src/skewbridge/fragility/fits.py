@@ -76,7 +76,10 @@ class FragilityFit:
     def limited(
         self, bounds: Mapping[str, tuple[float, float]], *, names: Sequence[str] = ()
     ) -> "FragilityFit":
-        """Return the fit with warnings; no estimate if ``bounds`` of theta differ by > 15 %."""
+        """Return the fit with warnings ``names``; no estimate if its bounds differ by > 15 %.
+
+        ``bounds`` has theta and beta if all, or none, of the unknown outcomes exceed the state.
+        """
         fit = self.warned("unknown_outcomes", *names)
         low, high = sorted((bounds["all_exceed"][0], bounds["none_exceed"][0]))
         narrow = 0.0 < low <= high <= MAX_BOUNDS_RATIO * low < inf
@@ -106,18 +109,18 @@ def fits_of_states(
     Hence ln theta = -a0/a1 and beta = widening/a1. The intercepts a0 are ``terms`` (J, p) times the
     p parameters, and a1 is the parameter at position ``slope``. ``widening`` is sqrt(1 + capacity
     variance / fitted variance). Covariances are from the delta method. Profile intervals use
-    ``drop`` (see `drop_of`); None gives no intervals.
+    ``drop`` (see `drop_of`); None gives no intervals. ``blanks`` are the fits without estimates.
     """
     fits, unit_slope = list(blanks), np.eye(terms.shape[1])[slope]
     intervals = None if drop is None else likelihood.profile_ends(kernel, best, drop, terms, slope)
-    for j, blank in enumerate(blanks):
+    for j, no_fit in enumerate(blanks):
         rows = np.stack([terms[j], unit_slope])
         (a0, a1), covariance = (rows @ best.params[0]).tolist(), rows @ best.covariance[0] @ rows.T
         jacobian = np.array([[-1.0 / a1, a0 / a1**2], [0.0, -widening / a1**2]])
         variance = (jacobian @ covariance @ jacobian.T).tolist()
         (low, high), beta_ends = np.full((2, 2), nan) if intervals is None else intervals[[j, -1]]
         fits[j] = replace(
-            blank,
+            no_fit,
             theta=motion_means.exp_end(-a0 / a1),
             beta=widening / a1,
             var_ln_theta=variance[0][0],
@@ -141,8 +144,8 @@ def jackknifed(fit: FragilityFit, ln_theta: Floats, beta: Floats, priors: int = 
     both = motion_means.Jackknifed.of_replicates(logs, priors)
     count, missing = np.sum(both.present), np.sum(~np.isfinite(logs).all(axis=1))
     if count < motion_means.MIN_VALUES:
-        without = fit.without_estimate(fit.status).warned("too_few_motions_for_an_interval")
-        return replace(without, theta=fit.theta, beta=fit.beta, loglik=fit.loglik)
+        refused = fit.without_estimate(fit.status).warned("too_few_motions_for_an_interval")
+        return replace(refused, theta=fit.theta, beta=fit.beta, loglik=fit.loglik)
     warning_names = ("jackknife_without_estimate",) if missing >= 0.05 * (count + missing) else ()
     (of_theta, of_beta), covariance = np.array(both.interval(fit.level)).T, both.covariance
     return replace(
@@ -193,11 +196,11 @@ def fit_stripes(
     total, ln_im = round(float(np.sum(runs))), np.log(x)
     status = binomial_status(ln_im, runs, exceed) if total else "no_runs"
     names = () if np.all(has_runs) else ("stripes_without_runs",)
-    blank = FragilityFit(
+    no_fit = FragilityFit(
         method="stripes", status=status, n_runs=total, level=settings.confidence, warnings=names
     )
     if status != FITTED:
-        return replace(blank, details=_stripe_bounds(status, ln_im, runs, exceed, settings))
+        return replace(no_fit, details=_stripe_bounds(status, ln_im, runs, exceed, settings))
     inf, counts = np.full(x.size, np.inf), np.append(exceed, runs - exceed)
     low, high, has_hits = np.append(-inf, ln_im), np.append(ln_im, inf), counts > 0.0
     design = -np.ones((int(has_hits.sum()), 1))
@@ -205,7 +208,7 @@ def fit_stripes(
     # start: line through the probits of the exceedance shares, which are kept away from 0 and 1
     line = np.polyfit(ln_im, special.ndtri((exceed + 0.5) / (runs + 1.0)), 1, w=np.sqrt(runs))
     maximum = likelihood.maximise(kernel, line[None, ::-1])
-    fit = _completed(blank, kernel, maximum, x, n_records=n_records or total, interval=interval)
+    fit = _completed(no_fit, kernel, maximum, x, n_records=n_records or total, interval=interval)
     if fit.status != FITTED:
         return fit
     fit = fit.warned(*_overlap_warnings(x, runs, exceed))
@@ -216,9 +219,9 @@ def fit_stripes(
 
 
 def _completed(
-    blank: FragilityFit,
+    no_fit: FragilityFit,
     kernel: likelihood.NormalKernel,
-    best: likelihood.Maximum,
+    maximum: likelihood.Maximum,
     im: Floats,
     *,
     n_records: int,
@@ -226,14 +229,14 @@ def _completed(
     flattest: float = FLATTEST_SLOPE,
 ) -> FragilityFit:
     """Return the fit at a maximum (a0, a1), or a fit with only the reason why there is none."""
-    a0, a1 = best.params[0].tolist()
-    blank = replace(blank, details={**blank.details, "a0": a0, "a1": a1})
-    if not best.converged[0]:
-        return replace(blank, status=NOT_CONVERGED)
+    a0, a1 = maximum.params[0].tolist()
+    no_fit = replace(no_fit, details={**no_fit.details, "a0": a0, "a1": a1})
+    if not maximum.converged[0]:
+        return replace(no_fit, status=NOT_CONVERGED)
     if a1 <= flattest:
-        return replace(blank, status=NON_INCREASING)
-    drop, term = likelihood.drop_of(blank.level), np.array([[1.0, 0.0]])
-    fit = fits_of_states([blank], kernel, best, term, 1, drop if interval else None)[0]
+        return replace(no_fit, status=NON_INCREASING)
+    drop, term = likelihood.drop_of(no_fit.level), np.array([[1.0, 0.0]])
+    fit = fits_of_states([no_fit], kernel, maximum, term, 1, drop if interval else None)[0]
     return fit.warned(*common_warnings(fit, im, n_records))
 
 
@@ -248,8 +251,8 @@ def _stripe_bounds(
         bounds = {name: limits.tolist() for name, limits in shares}
         return bounds | _median_bound(ln_im, n, settings, 0.3, 0.4, 0.6, exceed=exceed)
     if status == SINGLE_LEVEL:
-        total, hits = np.sum(n, keepdims=True), np.sum(k, keepdims=True)
-        p, limits = float(hits[0] / total[0]), clopper_pearson(hits, total, level)
+        total, exceedances = np.sum(n, keepdims=True), np.sum(k, keepdims=True)
+        p, limits = float(exceedances[0] / total[0]), clopper_pearson(exceedances, total, level)
         median = float(np.exp(ln_im[0] - beta * special.ndtri(p)))
         medians = {"theta_given_beta": {f"{beta:g}": median}}
         return {"p": p, "p_ci": [float(limit[0]) for limit in limits], **medians}
@@ -284,8 +287,8 @@ def _overlap_warnings(x: Floats, n: Floats, k: Floats) -> list[str]:
     levels, index = np.unique(x, return_inverse=True)
     runs, exceed = np.bincount(index, n), np.bincount(index, k)
     if np.max(runs) > 1.0:
-        mixed = int(np.sum((exceed > 0.0) & (exceed < runs)))
-        return ["few_mixed_stripes"] if mixed < FEW_MIXED_STRIPES else []
+        n_mixed = int(np.sum((exceed > 0.0) & (exceed < runs)))
+        return ["few_mixed_stripes"] if n_mixed < FEW_MIXED_STRIPES else []
     low, high = np.min(levels[exceed > 0.0]), np.max(levels[exceed < runs])
     overlap = int(np.sum((levels >= low) & (levels <= high)))
     return ["small_overlap"] if overlap < 2 * FEW_MIXED_STRIPES else []
@@ -309,21 +312,21 @@ def fit_capacities(
     is_censored = flags == 1.0
     y = np.log(values)
     known = y[~is_censored]
-    blank = FragilityFit(method="ida", status=FITTED, n_runs=y.size, level=settings.confidence)
+    no_fit = FragilityFit(method="ida", status=FITTED, n_runs=y.size, level=settings.confidence)
     if known.size and np.ptp(known) == 0.0:
         # Equal capacities usually mean that the grid is too coarse: use brackets instead.
         if known.size == y.size:
-            return replace(blank, status=ZERO_DISPERSION, theta=float(np.exp(known[0])), beta=0.0)
+            return replace(no_fit, status=ZERO_DISPERSION, theta=float(np.exp(known[0])), beta=0.0)
         if np.all(y[is_censored] <= known[0]):
-            return replace(blank, status="unbounded_likelihood")
+            return replace(no_fit, status="unbounded_likelihood")
     details: dict[str, Any] = {}
     if not np.any(is_censored):
         details["beta_unbiased_n_minus_1"] = float(np.std(y, ddof=1))
         if y.size >= 4:
             names = ("lilliefors_d", "lilliefors_d_05", "lilliefors_d_10")
             details |= dict(zip(names, lilliefors(y), strict=True))
-    blank = replace(blank, details=details)
-    return _fit_distribution(blank, y, np.where(is_censored, np.inf, y), values, settings)
+    no_fit = replace(no_fit, details=details)
+    return _fit_distribution(no_fit, y, np.where(is_censored, np.inf, y), values, settings)
 
 
 def fit_brackets(
@@ -345,8 +348,8 @@ def fit_brackets(
     with np.errstate(divide="ignore"):
         y_low, y_high = np.log(low), np.log(high)
     level, im = settings.confidence, np.append(low[low > 0.0], high[np.isfinite(high)])
-    blank = FragilityFit(method="ida_interval", status=FITTED, n_runs=low.size, level=level)
-    return _fit_distribution(blank, y_low, y_high, im, settings)
+    no_fit = FragilityFit(method="ida_interval", status=FITTED, n_runs=low.size, level=level)
+    return _fit_distribution(no_fit, y_low, y_high, im, settings)
 
 
 def fit_first_exceedances(
@@ -372,7 +375,7 @@ def fit_first_exceedances(
 
 
 def _fit_distribution(
-    blank: FragilityFit, lower: Floats, upper: Floats, im: Floats, settings: FitSettings
+    no_fit: FragilityFit, lower: Floats, upper: Floats, im: Floats, settings: FitSettings
 ) -> FragilityFit:
     """Fit capacities with ln bounds (n,), or return ``blank`` with the reason as status."""
     has_low, has_high = np.isfinite(lower), np.isfinite(upper)
@@ -380,23 +383,23 @@ def _fit_distribution(
         exceed = bool(np.any(has_high))
         bounds, status = (upper, ALL_EXCEED) if exceed else (lower, ALL_CENSORED)
         details = _median_bound(bounds, np.ones(bounds.size), settings, exceed=exceed)
-        return replace(blank, status=status, details=details)
+        return replace(no_fit, status=status, details=details)
     if (low := float(np.max(lower))) <= (high := float(np.min(upper))):
         status = COMPLETE_SEPARATION if low < high else QUASI_SEPARATION
         return replace(
-            blank, status=status, details={"theta_interval": np.exp([low, high]).tolist()}
+            no_fit, status=status, details={"theta_interval": np.exp([low, high]).tolist()}
         )
     if not np.any(has_low & has_high) and np.max(upper[has_high]) <= np.min(lower[has_low]):
-        return replace(blank, status=NON_INCREASING)
+        return replace(no_fit, status=NON_INCREASING)
     censored = ~(has_low & has_high)
-    blank = replace(blank, details={**blank.details, "n_censored": int(np.sum(censored))})
+    no_fit = replace(no_fit, details={**no_fit.details, "n_censored": int(np.sum(censored))})
     kernel = likelihood.NormalKernel(-np.ones((lower.size, 1)), lower, upper)
     guess = np.where(has_high, upper, lower)
     spread = max(float(np.std(guess)), 0.05)
-    best = likelihood.maximise(kernel, np.array([[-np.mean(guess) / spread, 1.0 / spread]]))
+    maximum = likelihood.maximise(kernel, np.array([[-np.mean(guess) / spread, 1.0 / spread]]))
     # finite brackets have no probability under a falling curve, so their slope needs no limit
     flattest = FLATTEST_SLOPE if np.all(censored) else 0.0
-    fit = _completed(blank, kernel, best, im, n_records=lower.size, flattest=flattest)
+    fit = _completed(no_fit, kernel, maximum, im, n_records=lower.size, flattest=flattest)
     return replace(fit, details={**fit.details, "mu": float(np.log(fit.theta))})
 
 
@@ -435,24 +438,24 @@ def fit_cloud(
     is_censored = not bool(np.all(is_observed))
     ln_capacity = float(np.log(positive([threshold], "threshold")[0]))
     method, level = "cloud_tobit" if is_censored else "cloud_ols", settings.confidence
-    blank = FragilityFit(method=method, status=FITTED, n_runs=x.size, level=level)
+    no_fit = FragilityFit(method=method, status=FITTED, n_runs=x.size, level=level)
     if np.sum(is_observed) < 3 or np.ptp(x[is_observed]) == 0.0:
-        return replace(blank, status="too_few_runs" if np.sum(is_observed) < 3 else SINGLE_LEVEL)
+        return replace(no_fit, status="too_few_runs" if np.sum(is_observed) < 3 else SINGLE_LEVEL)
     line = tested_line(x[is_observed], y_low[is_observed])
     tobit = _tobit(*cloud) if is_censored else None
     if tobit is not None:
         line = _tobit_tested(line, cloud, tobit[1])
     omitted = {"n", "mean_x", "sxx"}
     tests = {k: v for k, v in line._asdict().items() if k not in omitted and not np.isnan(v)}
-    blank = replace(blank, details=tests)
+    no_fit = replace(no_fit, details=tests)
     codes = np.arange(x.size) if motions is None else motions[informative]
     subsets = motion_means.motion_weights(codes) > 0.0
     repeated = np.unique(codes).size < x.size
     capacity = ln_capacity, capacity_dispersion
     if tobit is None:
-        fit = _fit_least_squares(blank, line, *capacity)
+        fit = _fit_least_squares(no_fit, line, *capacity)
     else:
-        fit = _fit_tobit(blank, cloud, tobit, *capacity, interval=not repeated)
+        fit = _fit_tobit(no_fit, cloud, tobit, *capacity, interval=not repeated)
     if fit.status != FITTED:
         return fit
     if repeated:
@@ -463,7 +466,7 @@ def fit_cloud(
     return fit.warned(*names)
 
 
-def _tobit_tested(line: "TestedLine", cloud: Floats, best: likelihood.Maximum) -> "TestedLine":
+def _tobit_tested(line: "TestedLine", cloud: Floats, maximum: likelihood.Maximum) -> "TestedLine":
     """Return a line with the likelihood-ratio test of curvature of a cloud with censored demands.
 
     The tests of a line through the observed demands are not valid: high demands are missing.
@@ -472,11 +475,11 @@ def _tobit_tested(line: "TestedLine", cloud: Floats, best: likelihood.Maximum) -
     x, low, high = cloud
     if not np.isnan(line.curvature):
         terms = np.column_stack([np.ones(x.size), x, (x - line.mean_x) ** 2])
-        start = np.insert(best.params, 2, 0.0, axis=1)
-        bent = likelihood.maximise(likelihood.NormalKernel(terms, low, high), start)
-        if bent.converged[0] and best.converged[0]:
-            gain = max(float(bent.loglik[0] - best.loglik[0]), 0.0)
-            tests["curvature"] = float(bent.params[0, 2] / bent.params[0, 3])
+        start = np.insert(maximum.params, 2, 0.0, axis=1)
+        bent_line = likelihood.maximise(likelihood.NormalKernel(terms, low, high), start)
+        if bent_line.converged[0] and maximum.converged[0]:
+            gain = max(float(bent_line.loglik[0] - maximum.loglik[0]), 0.0)
+            tests["curvature"] = float(bent_line.params[0, 2] / bent_line.params[0, 3])
             tests["curvature_p"] = float(special.chdtrc(1, 2.0 * gain))
     return line._replace(**tests)
 
@@ -487,14 +490,14 @@ def cloud_line(x: Floats, low: Floats, high: Floats, *, tobit: bool) -> tuple[fl
     There is no line if fewer than three demands are known, if the known demands are at a single
     intensity, or if its slope is not positive. The bounds (n,) are equal for known demands.
     """
-    known = low == high
-    if np.sum(known) < 3 or np.ptp(x[known]) == 0.0:
+    is_known = low == high
+    if np.sum(is_known) < 3 or np.ptp(x[is_known]) == 0.0:
         return nan, nan, nan
     if not tobit:
         line = tested_line(x, low)
         return line[:3] if line.b > 0.0 else (nan, nan, nan)
-    d0, d1, h = (best := _tobit(x, low, high)[1]).params[0].tolist()
-    is_valid = bool(best.converged[0]) and d1 > FLATTEST_SLOPE
+    d0, d1, h = (maximum := _tobit(x, low, high)[1]).params[0].tolist()
+    is_valid = bool(maximum.converged[0]) and d1 > FLATTEST_SLOPE
     return (d0 / h, d1 / h, 1.0 / h) if is_valid else (nan, nan, nan)
 
 
@@ -502,23 +505,23 @@ def _tobit(
     x: Floats, low: Floats, high: Floats
 ) -> tuple[likelihood.NormalKernel, likelihood.Maximum]:
     """Return likelihood and maximum (d0, d1, h = 1/sigma) of a cloud: z = h ln D - d0 - d1 ln x."""
-    known = low == high
-    slope, intercept = np.polyfit(x[known], low[known], 1)
-    h = 1.0 / max(float(np.std(low[known] - intercept - slope * x[known])), 1e-3)
+    is_known = low == high
+    slope, intercept = np.polyfit(x[is_known], low[is_known], 1)
+    h = 1.0 / max(float(np.std(low[is_known] - intercept - slope * x[is_known])), 1e-3)
     kernel = likelihood.NormalKernel(np.column_stack([np.ones(x.size), x]), low, high)
     return kernel, likelihood.maximise(kernel, np.array([[h * intercept, h * slope, h]]))
 
 
 def _fit_least_squares(
-    blank: FragilityFit, line: "TestedLine", ln_capacity: float, dispersion: float
+    no_fit: FragilityFit, line: "TestedLine", ln_capacity: float, dispersion: float
 ) -> FragilityFit:
     """Fit a cloud without censored demands: Fieller's interval for theta, delta method for beta."""
     if line.b <= 0.0:
-        return replace(blank, status=NON_INCREASING)
+        return replace(no_fit, status=NON_INCREASING)
     if line.sigma <= 1e-12:
-        return replace(blank, status=ZERO_DISPERSION)
+        return replace(no_fit, status=ZERO_DISPERSION)
     n, beta = line.n, float(np.hypot(line.sigma, dispersion)) / line.b
-    t = float(special.stdtrit(n - 2, 0.5 + 0.5 * blank.level))
+    t = float(special.stdtrit(n - 2, 0.5 + 0.5 * no_fit.level))
     ln_theta = (ln_capacity - line.ln_a) / line.b
     distance = ln_theta - line.mean_x
     var_ratio = line.sigma**2 / line.sxx / line.b**2  # relative variance of b
@@ -526,14 +529,14 @@ def _fit_least_squares(
     variances = np.array([var_ln_theta, -var_ratio * distance, var_ratio])
     ln_ends = motion_means.fieller_ends(np.array(ln_theta), np.array(t), *variances)
     if np.any(np.isinf(ln_ends)):
-        return replace(blank, status="slope_not_significant")
+        return replace(no_fit, status="slope_not_significant")
     # beta = sqrt(s^2 + c^2)/b: d beta/d s = s/(beta b^2), d beta/d b = -beta/b
     var_s = line.sigma**2 / (2.0 * (n - 2))
     var_beta = (line.sigma / (beta * line.b**2)) ** 2 * var_s + beta**2 * var_ratio
     sigma_ml = line.sigma * np.sqrt((n - 2) / n)  # maximum-likelihood value
     half_width = t * float(np.sqrt(var_beta)) / beta
     return replace(
-        blank,
+        no_fit,
         theta=motion_means.exp_end(ln_theta),
         beta=beta,
         var_ln_theta=var_ln_theta,
@@ -547,7 +550,7 @@ def _fit_least_squares(
 
 
 def _fit_tobit(
-    blank: FragilityFit,
+    no_fit: FragilityFit,
     cloud: Floats,
     tobit: tuple[likelihood.NormalKernel, likelihood.Maximum],
     ln_capacity: float,
@@ -556,20 +559,20 @@ def _fit_tobit(
     interval: bool,
 ) -> FragilityFit:
     """Fit a cloud (ln intensities, lower and upper bounds, shape (3, n)) with censored demands."""
-    known = cloud[1] == cloud[2]
-    kernel, best = tobit
-    d0, d1, h = best.params[0].tolist()
-    if not bool(best.converged[0]):
-        return replace(blank, status=NOT_CONVERGED)
-    details = {"ln_a": d0 / h, "b": d1 / h, "sigma": 1.0 / h, "n_censored": int(np.sum(~known))}
-    blank = replace(blank, details={**blank.details, **details})
+    is_known = cloud[1] == cloud[2]
+    kernel, maximum = tobit
+    d0, d1, h = maximum.params[0].tolist()
+    if not bool(maximum.converged[0]):
+        return replace(no_fit, status=NOT_CONVERGED)
+    details = {"ln_a": d0 / h, "b": d1 / h, "sigma": 1.0 / h, "n_censored": int(np.sum(~is_known))}
+    no_fit = replace(no_fit, details={**no_fit.details, **details})
     if d1 <= FLATTEST_SLOPE:
-        return replace(blank, status=NON_INCREASING)
+        return replace(no_fit, status=NON_INCREASING)
     # the predictor is (d0 - h ln c) + d1 ln x
     terms = np.array([[1.0, 0.0, -ln_capacity]])
-    drop = likelihood.drop_of(blank.level, int(np.sum(known))) if interval else None
+    drop = likelihood.drop_of(no_fit.level, int(np.sum(is_known))) if interval else None
     widening = float(np.hypot(1.0, h * dispersion))
-    return fits_of_states([blank], kernel, best, terms, 1, drop, widening)[0]
+    return fits_of_states([no_fit], kernel, maximum, terms, 1, drop, widening)[0]
 
 
 class TestedLine(NamedTuple):
@@ -668,7 +671,10 @@ def clopper_pearson(k: Floats, n: Floats, level: float) -> tuple[Floats, Floats]
 
 
 def median_bound(ln_im: Floats, n: Floats, *, beta: float, level: float, exceed: bool) -> float:
-    """Return theta with P(data | theta, beta) = 1 - level: a lower bound, upper if ``exceed``."""
+    """Return the lower bound of theta if no run exceeds; the upper one if all do (``exceed``).
+
+    It solves P(outcomes | theta, beta) = 1 - level for ``n`` runs at each intensity.
+    """
     sign = 1.0 if exceed else -1.0
 
     def excess(ln_theta: float) -> float:

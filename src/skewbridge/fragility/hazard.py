@@ -133,7 +133,7 @@ class HazardCurve:
     def shares(
         self, rate: Callable[["HazardCurve"], LogRate], p_last: float, low: float, high: float
     ) -> Row:
-        """Return columns: shares of a rate outside the curve (bounds), share extrapolated.
+        """Return columns with shares of a rate: outside the hazard curve (bounds), extrapolated.
 
         ``rate`` returns the ln rate of a state for a hazard curve; ``p_last`` is P(exceeds) at
         the last intensity. Intensities outside ``low`` to ``high`` count as extrapolated.
@@ -381,14 +381,14 @@ def _usgs_json(path: Path) -> Iterator[_Part]:
     if isinstance(response, dict):
         shared = response.get("metadata", {})
         response = response.get("hazardCurves", [])
-    for item in response if isinstance(response, list) else []:
-        metadata = {**shared, **item.get("metadata", {}), **item}
+    for entry in response if isinstance(response, list) else []:
+        metadata = {**shared, **entry.get("metadata", {}), **entry}
         imt = metadata.get("imt", {})
         name = str(imt.get("value", imt) if isinstance(imt, dict) else imt)
         unit = re.search(r"\((g|m/s|cm/s)\)", f"{imt} {metadata.get('xlabel', '')}")
         if not unit:
             raise InputError(f"the unit of {name} is missing: xlabel must end with it, as (g)")
-        totals = [curve for curve in item.get("data", []) if curve.get("component") == "Total"]
+        totals = [curve for curve in entry.get("data", []) if curve.get("component") == "Total"]
         if len(totals) != 1:
             raise InputError(
                 f"{name} must have one curve of the component Total, got {len(totals)}"

@@ -95,8 +95,8 @@ def joint_table(
     """
     if models is None:
         models = fit_models(demands, limit_states, settings, jobs=jobs)
-    shared = {"im": settings.im, "level": settings.confidence}
-    items = ((bridge, limit_states, shared) for bridge in models)
+    common = {"im": settings.im, "level": settings.confidence}
+    items = ((bridge, limit_states, common) for bridge in models)
     rows = demand_table.spread(_rows, items, jobs, least=2)
     table = pd.DataFrame(
         [row for model_rows in rows for row in model_rows], columns=list(JOINT_COLUMNS)
@@ -113,8 +113,8 @@ def joint_table(
 
 def _rows(arguments: tuple[BridgeModels, States, Row]) -> list[Row]:
     """Return the rows of table `joint` for one bridge and abutment model."""
-    models, states, shared = arguments
-    im = models.runs[shared["im"]].to_numpy(dtype=np.float64)
+    models, states, common = arguments
+    im = models.runs[common["im"]].to_numpy(dtype=np.float64)
     low, high = covered_range(im, demand_table.motion_codes(models.runs))
     outcomes = {
         state: demand_outcomes(models.runs, group)
@@ -123,7 +123,7 @@ def _rows(arguments: tuple[BridgeModels, States, Row]) -> list[Row]:
     }
     rows: list[Row] = []
     for state, outcome in outcomes.items():
-        row = models.place | shared | state.columns | outcome.counts(state)
+        row = models.labels | common | state.columns | outcome.counts(state)
         row |= {"im_low": low, "im_high": high}
         row["axis_ranges"] = json.dumps({n: list(v) for n, v in models.axes.levels.items()})
         row |= {"signed_skew": models.axes.signed_skew, "status": outcome.status(state)}

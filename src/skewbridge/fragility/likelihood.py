@@ -82,11 +82,11 @@ class NormalKernel:
         is_observed = (lower == upper) & (upper_covariates is None)
         has_low, has_high = np.isfinite(lower) & ~is_observed, np.isfinite(upper) & ~is_observed
         low, high = np.column_stack([-covariates, lower]), np.column_stack([-upper_x, upper])
-        below, above = np.flatnonzero(has_low & ~has_high), np.flatnonzero(has_high & ~has_low)
+        upper_n, only_lo = np.flatnonzero(has_low & ~has_high), np.flatnonzero(has_high & ~has_low)
         #: Design of the rows with one finite bound, negated if right-censored, and its products.
-        self._tail = np.vstack([-low[below], high[above]])
+        self._tail = np.vstack([-low[upper_n], high[only_lo]])
         self._tail_tail = row_products(self._tail, self._tail)
-        self._w_tail = self.weights[..., np.append(below, above)]
+        self._w_tail = self.weights[..., np.append(upper_n, only_lo)]
         between = np.flatnonzero(has_low & has_high)
         self._w_between = self.weights[..., between]
         self._low, self._high = low[between], high[between]
@@ -293,26 +293,26 @@ class _Profiles:
 
     def evaluate(self, psi: Floats) -> tuple[Floats, Floats]:
         """Return the profile log-likelihoods at ``psi`` and their derivatives, (rows,) each."""
-        normals, right = self._normals, np.zeros(psi.size)
+        normals, right_side = self._normals, np.zeros(psi.size)
         normals[:-2, self._slope] = psi[:-2]
-        right[-2:] = np.exp(psi[-2:])
-        self._offset = right[:, None] * self._determined
+        right_side[-2:] = np.exp(psi[-2:])
+        self._offset = right_side[:, None] * self._determined
         self._onto = self._eye - self._determined[:, :, None] * normals[:, None, :]
-        start = self._shifted(right)
+        start = self._shifted(right_side)
         while True:
             # a unit Hessian for parameters that are not free keeps the matrix regular
             self._fixed = ~np.any(self._onto, axis=1)[:, :, None] * self._eye
-            best = maximise(self, start)
-            self._params = self._offset + (self._onto @ best.params[:, :, None])[..., 0]
+            maximum = maximise(self, start)
+            self._params = self._offset + (self._onto @ maximum.params[:, :, None])[..., 0]
             is_falling = self._params[:, self._slope] < 0.0
             if not np.any(is_falling):
                 break
             # falling curves are excluded: hold the slope at zero, its limit
             self._onto[is_falling, :, self._slope] = self._params[is_falling, self._slope] = 0.0
-            start = self._shifted(right)
+            start = self._shifted(right_side)
         rate = -np.sum(self._determined * self._score, axis=1) * self._params[:, self._slope]
         rate[-2:] *= -1.0
-        return best.loglik, rate
+        return maximum.loglik, rate
 
     def _shifted(self, right: Floats) -> Floats:
         """Return the last parameters moved along `_shifts` so that normals @ params = ``right``."""

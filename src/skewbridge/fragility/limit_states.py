@@ -188,7 +188,7 @@ class LimitStateEntry(BaseModel):
     ) -> dict[str, str] | None:
         unknown = set(degrees or {}) - set(info.data.get("states", {}))
         if unknown:
-            raise ValueError(f"states of the entry do not include {', '.join(sorted(unknown))}")
+            raise ValueError(f"names {', '.join(sorted(unknown))}, but states has no such state")
         return degrees
 
     @field_validator("unit")
@@ -211,16 +211,16 @@ class LimitStateEntry(BaseModel):
             if state.median <= milder.median:
                 text = f"median {state.median:g} must exceed {milder.median:g} (state {mild})"
                 raise InputError(f"{where}: states.{severe}: {text}; list mild states first")
-        shared = self.model_dump(include={"component", "demand", "collapse", "citation"})
+        common = self.model_dump(include={"component", "demand", "collapse", "citation"})
         states: list[LimitState] = []
         for name, state in self.states.items():
             dispersion = self.dispersion if state.dispersion is None else state.dispersion
             if dispersion is None:
                 text = "is missing; give it here or for all states of the entry"
                 raise InputError(f"{where}: states.{name}.dispersion: {text}")
-            shared["degree"] = None if self.degrees is None else self.degrees.get(name, "")
+            common["degree"] = None if self.degrees is None else self.degrees.get(name, "")
             capacity = {"threshold": state.median * factor, "dispersion": dispersion}
-            states.append(LimitState(name=name, unit=unit, **capacity, **shared))
+            states.append(LimitState(name=name, unit=unit, **capacity, **common))
         return states
 
 

@@ -101,7 +101,10 @@ class Jackknifed:
 
     @classmethod
     def of(cls, values: Floats, present: Mask, exact: Mask, parameters: int) -> Self:
-        """Return the jackknife of ``values``, from all motions, then without each, (1 + M, ...)."""
+        """Return the jackknife of ``values`` (1 + M, ...): from all motions, then without each.
+
+        ``present`` and ``exact`` (M,) mark motions with any, and with an exact, value.
+        """
         count = max(int(np.count_nonzero(present)), 1)
         influence = np.zeros_like(values[1:])
         influence[present] = (values[0] - values[1:][present]) * (count - 1) / count
@@ -117,12 +120,12 @@ class Jackknifed:
         """
         values, last = completed(logs), len(logs) - priors
         counts = np.any(values[1:last] != values[0], axis=tuple(range(1, values.ndim)))
-        without = cls.of(values[:last], counts, counts, 2)
+        left_out = cls.of(values[:last], counts, counts, 2)
         # `error` multiplies the sum of squares by the inverse of this share
         share = 1.0 - 1.0 / max(np.count_nonzero(counts), 2)
         of_priors = (values[last:] - values[0]) * share**0.5
-        influence = np.concatenate([without.influence, of_priors])
-        return replace(without, influence=influence, priors=priors)
+        influence = np.concatenate([left_out.influence, of_priors])
+        return replace(left_out, influence=influence, priors=priors)
 
     @classmethod
     def of_ratio(cls, logs: Floats, ln_slopes: Floats, priors: int) -> Self:
@@ -145,8 +148,8 @@ class Jackknifed:
         # at most the number of motions with an exact value minus the number of parameters
         # ASSUME the errors from priors, which are known, do not raise the dof (conservative)
         of_motions = self.influence[: len(self.influence) - self.priors]
-        most = int(np.count_nonzero(self.exact)) - self.parameters
-        return np.fmin(3.0 * effective_number(of_motions), most)
+        full_dof = int(np.count_nonzero(self.exact)) - self.parameters
+        return np.fmin(3.0 * effective_number(of_motions), full_dof)
 
     def _covariance(self, first: Floats, second: Floats) -> Floats:
         """Return the covariance of two estimates from their influences, shape (...)."""
@@ -210,9 +213,9 @@ def fieller_ends(
     # roots d = estimate - end of d^2 = t^2 (variance + 2 covariance d + of_slope d^2)
     square = 1.0 - t**2 * of_slope
     with np.errstate(divide="ignore", invalid="ignore"):
-        middle = t**2 * covariance / square
+        centre = t**2 * covariance / square
         reach = t * np.sqrt((t * covariance) ** 2 + square * variance) / square
-    low, high = (np.where(square <= 0.0, sign * inf, middle + sign * reach) for sign in (1.0, -1.0))
+    low, high = (np.where(square <= 0.0, sign * inf, centre + sign * reach) for sign in (1.0, -1.0))
     return estimate - low, estimate - high
 
 

@@ -82,12 +82,12 @@ class DemandOutcomes:
         return replace(self, lower=pair[0], upper=pair[1])
 
     def of_peaks(self, peaks: pd.Series, rows: Mask, *, exact: bool) -> "DemandOutcomes":
-        """Return the outcomes if the peaks of ``rows`` are exact, or lower bounds and no more."""
+        """Return the outcomes with ``peaks`` of ``rows`` as exact demands, or as lower bounds."""
         rows = rows & np.isposinf(self.upper)
         if exact:
             return replace(self, upper=np.where(rows & (self.lower > 0.0), self.lower, self.upper))
-        known = np.nan_to_num(peaks.to_numpy(dtype=np.float64), posinf=0.0)
-        return replace(self, lower=np.where(rows, known, self.lower))
+        known_peaks = np.nan_to_num(peaks.to_numpy(dtype=np.float64), posinf=0.0)
+        return replace(self, lower=np.where(rows, known_peaks, self.lower))
 
 
 def demand_outcomes(table: pd.DataFrame, states: States) -> DemandOutcomes:

@@ -74,7 +74,10 @@ def exceedance(curve: StateCurve, ln_im: Floats) -> Floats:
 
 
 def curve_rate(curve: StateCurve, hazard: HazardCurve, ln_factor: float = 0.0) -> LogRate:
-    """Return the ln rate of R curves with medians times exp(ln_factor); NaN without a curve."""
+    """Return the ln annual rate of a state whose median is multiplied by exp(ln_factor).
+
+    It has the R replicates of ``curve``: from all runs, then without each event; NaN without curve.
+    """
     beta = curve.total if curve.modes is None else curve.modes.beta
     narrowest = float(np.nanmin(beta, initial=9.0))
     rate = hazard.rate(lambda ln_im: exceedance(curve, ln_im - ln_factor), narrowest)
@@ -250,7 +253,7 @@ def _changes(
     changes: list[tuple[Row, tuple[LogRate, LogRate] | None]] = []
     for (step, cells), state in product(pairs.groupby(list(STEP)), states):
         key = (SYSTEM, state) if isinstance(state, str) else (state.component, state.name)
-        keys = medians.models.place | {"axis": axis, "status": OK, "reason": ""}
+        keys = medians.models.labels | {"axis": axis, "status": OK, "reason": ""}
         keys |= dict(zip([*STEP, *_STATE[1:]], (*step, *key), strict=True))
         rated: list[tuple[Row, tuple[LogRate, LogRate]]] = []
         rated_cells: list[Row] = []
@@ -272,17 +275,17 @@ def _changes(
                 rated.append((row, (start, end)))
                 rated_cells.append(cell)
                 rated_systems += [both] if both else []
-        used = [rates for _, rates in rated]
+        used_rates = [rates for _, rates in rated]
         if isinstance(state, str):
-            used = list(compress(used, averaged(rated_systems)))
-        pooled = keys | {"scope": "pooled", "n_cells": len(used)}
-        left_out = {"different": len(withheld), "other": len(rated) - len(used)}
+            used_rates = list(compress(used_rates, averaged(rated_systems)))
+        pooled = keys | {"scope": "pooled", "n_cells": len(used_rates)}
+        left_out = {"different": len(withheld), "other": len(rated) - len(used_rates)}
         texts = [f"{n} of {len(cells)} pairs have {word}" for word, n in left_out.items() if n]
         if texts:
             pooled["reason"] = f"{', '.join(texts)} components"
         is_state = not isinstance(state, str)
-        if used and not (is_state and medians.withheld(rated_cells, state)):
-            starts, ends = zip(*used, strict=True)
+        if used_rates and not (is_state and medians.withheld(rated_cells, state)):
+            starts, ends = zip(*used_rates, strict=True)
             changes.append((pooled, (_mean(starts), _mean(ends))))
         elif withheld:
             changes.append((pooled | {"status": DIFFERENT_COMPONENTS}, None))
@@ -337,15 +340,15 @@ def decision(
     An `InputError` states that the study has no unseating model or a single skew, that a value is
     on an axis of the table, or that the hazard curve ends above the target.
     """
-    if given := [name for name in (SKEW, GAP) if name in axis_values]:
-        raise InputError(f"the table has all values of {given[0]}: do not choose one")
+    if fixed := [name for name in (SKEW, GAP) if name in axis_values]:
+        raise InputError(f"--axis {fixed[0]}: leave it out, the table has all values of this axis")
     if (last := hazard.rates[0, -1]) >= target:
         text = f"ends at {last:.3g} per year, above the target of {target:.3g}"
         raise InputError(f"the hazard curve {text}: add larger intensities", column="rate")
     row_of = {f"{row['component']}/{row['limit_state']}": row for row in rows}
     unseating = next((row for row in rows if row["component"] == "unseating"), None)
     if unseating is None:
-        raise InputError("no limit state of unseating has a joint model (see joint.parquet)")
+        raise InputError("no state of unseating has a curve: see the status in joint.parquet")
     (mode,) = json.loads(unseating["modes"])
     # ASSUME the length of the seat is known: no dispersion of the capacity
     modes = ([{**mode, "threshold": length, "dispersion": 0.0}] for length in _LENGTHS_M)
@@ -378,9 +381,9 @@ def decision(
             covered = unseating["im_low"], unseating["im_high"]
             row["extrapolated"] = not covered[0] <= median <= covered[1]
             if np.isfinite(interval[0]):
-                needed = curves[int(np.searchsorted(_LENGTHS_M, interval[0]))]
+                seat_curve = curves[int(np.searchsorted(_LENGTHS_M, interval[0]))]
                 state = {"component": "unseating", "limit_state": "at the length"}
-                shares.append(state | rate_shares(needed, hazard, *covered))
+                shares.append(state | rate_shares(seat_curve, hazard, *covered))
             row["hazus_m"] = np.nan
             if unskewed:
                 ln_factor = float(np.log(hazus_factor(skew_deg)))

@@ -203,7 +203,7 @@ def suite_table(
     all suites together.
     """
     names = list(dict.fromkeys(rows[SUITE].astype(str))) if SUITE in rows else []
-    shared = {"against": "", "verdict": "", "standard_errors": np.nan}
+    blank = {"against": "", "verdict": "", "standard_errors": np.nan}
     effect_columns = list(demand_table.described("suites"))
     effects: list[Row] = []
     for name in [*names, ALL_SUITES] if len(names) > 1 else []:
@@ -217,7 +217,7 @@ def suite_table(
         for table in tables:
             usable = table[(table["scope"] == "pooled") & (table["status"] == verdicts.OK)]
             usable = usable[usable["ratio"].notna()]  # NaN if zero demands allow only a difference
-            effects += [{**row, **shared, SUITE: name} for row in records_of(usable)]
+            effects += [{**row, **blank, SUITE: name} for row in records_of(usable)]
     if not effects:
         return pd.DataFrame(columns=effect_columns)
     compared: list[Row] = []

@@ -92,11 +92,11 @@ def _both(u: Floats, v: Floats, rho: Floats) -> Floats:
     """Return the bivariate normal probability Phi_2(u, v; rho)."""
     u, v = (np.where(z == 0.0, _TINY, z) for z in (u, v))
     rho = np.clip(rho, -_LARGEST_RHO, _LARGEST_RHO)
-    root = np.sqrt(1.0 - rho**2)
+    sqrt_rest = np.sqrt(1.0 - rho**2)
     total = np.where((u > 0.0) == (v > 0.0), 0.0, -0.5)
     for first, second in ((u, v), (v, u)):
         with np.errstate(over="ignore"):
-            slope = (second - rho * first) / (first * root)
+            slope = (second - rho * first) / (first * sqrt_rest)
         total = total + 0.5 * special.ndtr(first) - special.owens_t(first, slope)
     return total
 

@@ -170,15 +170,15 @@ def needed_motions(effects: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame
         for row in headline[is_of_model].to_dict("records"):
             pairs = motions_to_decide(row)
             # assume that the share of motions without an exact pair stays the same
-            needed = ceil(pairs * suite / (row["dof"] + 1)) if isfinite(pairs) else pairs
-            further = max(needed - suite, 0) * len(runs) / suite
-            forecast = MORE if isfinite(needed) else "on the margin"
+            n_motions = ceil(pairs * suite / (row["dof"] + 1)) if isfinite(pairs) else pairs
+            further = max(n_motions - suite, 0) * len(runs) / suite
+            forecast = MORE if isfinite(n_motions) else "on the margin"
             if row["verdict"] in DECIDED:
                 forecast, further = "decided", 0.0
-            elif np.isnan(needed):
+            elif np.isnan(n_motions):
                 forecast = "unknown"
             costs = {"more_analyses": further, "more_core_hours": further * cpu_s / 3600}
-            costs["needed_motions"] = needed
+            costs["needed_motions"] = n_motions
             row |= {name: cost if isfinite(cost) else nan for name, cost in costs.items()}
             rows.append(row | {"forecast": forecast, "n_motions": suite})
     return pd.DataFrame(rows, columns=list(described("needed_motions")))
@@ -264,9 +264,9 @@ def _crossing_error(boundary: float, x: Floats, mass: Floats, step: float, alpha
 
 
 def at_looks(table: pd.DataFrame, looks: Sequence[int], per_motion: float = 1.0) -> pd.DataFrame:
-    """Return a table of effects with the interval and verdict of the present look of each row.
+    """Return a table of effects with intervals and verdicts that hold at every look of a study.
 
-    The look of a row follows from the number of motions that both of its variants have. For a
+    The present look of a row follows from the number of motions that both its variants have. For a
     pooled row, this number is the mean over its pairs of variants, weighted by the share of each
     pair in the variance. Its degrees of freedom are averaged in the same way. The column ``level``
     is the joint two-sided level of all looks on input, and the level of the row's look on return.
@@ -301,11 +301,11 @@ def _with_quantile(
     ``values`` (3, n) are estimates and both ends with ``t_before``. ``variance`` (n,) is that of a
     ratio of medians, and NaN for estimates with a symmetric interval.
     """
-    below, above = np.abs(values[1:] - values[0])
-    product = below * above / t_before**2  # the variance, if the interval is symmetric
+    to_lower, to_upper = np.abs(values[1:] - values[0])
+    product = to_lower * to_upper / t_before**2  # the variance, if the interval is symmetric
     # `fieller_ends`, solved for the variance of ln slope and for its covariance with the ratio
     square = np.where(product > 0.0, np.fmin(variance / product, 1.0), 1.0)
-    covariance = 0.5 * square * (below - above) / t_before**2
+    covariance = 0.5 * square * (to_lower - to_upper) / t_before**2
     of_slope = (1.0 - square) / t_before**2
     return motion_means.fieller_ends(values[0], t, square * product, covariance, of_slope)
 

@@ -83,13 +83,13 @@ def write_folder_index(root: Path, stated: Stated | None = None) -> Path:
     existing index are kept. Raises `InputError` for an unreadable motion or an unpaired file.
     """
     index, stated = root / folder.INDEX_NAME, stated or Stated()
-    missing = {"dt_s_if_missing": stated.dt_s_if_missing, "unit_if_missing": stated.unit_if_missing}
+    assumed = {"dt_s_if_missing": stated.dt_s_if_missing, "unit_if_missing": stated.unit_if_missing}
     cells: dict[str, dict[str, object]] = {}
     if index.is_file():
         cells = {row["motion_id"]: row for row in records_of(folder.read_index_table(index))}
     rows: list[dict[str, object]] = []
     for entry_before in folder.list_motions(root):
-        files = [(path, replace(stated, **missing)) for path, stated in entry_before.components]
+        files = [(path, replace(stated, **assumed)) for path, stated in entry_before.components]
         entry = entry_before.model_copy(update={"sha256": "", "components": tuple(files)})
         row = folder.index_row(read_entry(entry), [path for path, _ in files], root)
         traces = [read.read_trace(*component) for component in files]
@@ -157,9 +157,9 @@ class _Checker:
             checks[path] = self.of_file(path, stated)
             if of_study and checks[path].passes:
                 is_vertical = read.is_vertical(path) or read.read_trace(path, stated).is_vertical
-                unused = "vertical component: a study does not use it"
+                reason = "vertical component: a study does not use it"
                 unpaired = "no second component found: a study needs pairs"
-                checks[path] = checks[path].noted(unused if is_vertical else unpaired)
+                checks[path] = checks[path].noted(reason if is_vertical else unpaired)
         return [checks[path] for path in paths]
 
     def of_motion(self, entry: folder.IndexEntry, root: Path) -> list[FileCheck]:

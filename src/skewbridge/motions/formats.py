@@ -802,8 +802,8 @@ def _step_of_times(
     allowed_s = min(1.01 * quantum_s, 0.9 * mean_s) + 1.0e-3 * mean_s
     if mean_s <= 0.0 or (steps_s <= 0.0).any() or error_s.max(initial=0.0) > allowed_s:
         worst = int(np.argmax(np.where(steps_s <= 0.0, np.inf, error_s)))
-        jump = f"the time column jumps from {time_s[worst]:g} to {time_s[worst + 1]:g} s"
-        raise fault_in(path, f"{jump}; every step must be {mean_s:g} s", rows[worst + 1][0])
+        problem = f"the time column jumps from {time_s[worst]:g} to {time_s[worst + 1]:g} s"
+        raise fault_in(path, f"{problem}; every step must be {mean_s:g} s", rows[worst + 1][0])
     # the number with the fewest digits within the tolerance
     rounded = (float(f"{mean_s:.{digits}g}") for digits in range(1, 16))
     allowed_s = quantum_s / steps_s.size

@@ -131,14 +131,14 @@ def _plain(text: str) -> str:
 def doubts(trace: Trace) -> list[str]:
     """Return warnings about the values of a component; `InputError` if it is unusable."""
     npts, pga_g, dt_s = trace.accel_mps2.size, peak_g(trace.accel_mps2), trace.dt_s
-    (low_s, high_s), (least_g, most_g) = DT_LIMITS_S, PGA_LIMITS_G
-    too_strong = f"PGA = {pga_g:.4g} g with values in {trace.unit} is above {most_g} g"
+    (low_s, high_s), (smallest_g, largest_g) = DT_LIMITS_S, PGA_LIMITS_G
+    too_strong = f"PGA = {pga_g:.4g} g with values in {trace.unit} is above {largest_g} g"
     for problem, applies in {
         "the file has no values": npts == 0,
         f"dt = {dt_s:g} s is outside {low_s} to {high_s} s": not low_s <= dt_s <= high_s,
         f"the file has {npts} values but needs at least {MIN_SAMPLES}": npts < MIN_SAMPLES,
         "all values are zero": pga_g == 0.0,
-        f"{too_strong}: wrong unit? {_SAY_UNIT}": pga_g > most_g,
+        f"{too_strong}: wrong unit? {_SAY_UNIT}": pga_g > largest_g,
     }.items():
         if applies:
             raise fault_in(trace.path, problem)
@@ -147,7 +147,7 @@ def doubts(trace: Trace) -> list[str]:
     velocity_mps = np.abs(np.cumsum(trace.accel_mps2)) * dt_s
     share = float(velocity_mps[-1] / max(velocity_mps.max(), np.finfo(float).tiny))
     findings = {
-        f"PGA = {pga_g:.3g} g is below {least_g} g: wrong unit? {_SAY_UNIT}": pga_g < least_g,
+        f"PGA = {pga_g:.3g} g is below {smallest_g} g: wrong unit? {_SAY_UNIT}": pga_g < smallest_g,
         # ASSUME the largest value is at most twice the next one (public records: up to 1.35 times)
         f"one value is {pga_g:.3g} g, the next {second_g:.3g} g: spike?": pga_g > 2.0 * second_g,
         f"the mean is {offset:.1%} of the PGA: baseline not corrected?": offset > 0.02,

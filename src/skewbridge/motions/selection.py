@@ -56,7 +56,7 @@ class Rupture(Scenario):
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=text.OPTIONS)
 class Cause:
-    """An earthquake that causes a level; earthquakes of one level are mixed by ``weight``."""
+    """Earthquake that contributes to the hazard at a level, with its ``weight`` there."""
 
     magnitude: Number
     distance_km: Number
@@ -182,9 +182,9 @@ def _usgs(path: Path) -> pd.DataFrame:
     tables: list[pd.DataFrame] = []
     try:
         response = text.read_json(path)["response"]
-        shared = response["metadata"] if isinstance(response, dict) else {}
-        for block in response["disaggs"] if shared else response:
-            header = shared | block | block.get("metadata", {})
+        metadata = response["metadata"] if isinstance(response, dict) else {}
+        for block in response["disaggs"] if metadata else response:
+            header = metadata | block | block.get("metadata", {})
             imt = header["imt"]["value"] if isinstance(header["imt"], dict) else header["imt"]
             bins = pd.DataFrame(header["εbins"], columns=["id", "min", "max"]).set_index("id")
             bin_middles = bins.astype(float).mean(axis=1)  # of an open bin: its edge
@@ -230,8 +230,8 @@ def select_motions(
     """
     spectra = conditional_spectra(read_target(target, values))
     writable_file(out / INDEX_NAME)
-    used = set(read_index_table(without / INDEX_NAME).get("candidate", ())) if without else ()
-    candidates = read_candidates(sources, spectra[0].periods_s, count, used)
+    used_names = set(read_index_table(without / INDEX_NAME).get("candidate", ())) if without else ()
+    candidates = read_candidates(sources, spectra[0].periods_s, count, used_names)
     levels = [LevelSelection(s, *select_pairs(candidates, s, count)) for s in spectra]
     write_selections([level.pairs for level in levels], out)
     return levels
@@ -246,8 +246,10 @@ def read_candidates(
     than ``count`` pairs, names in ``without`` left out, or a name that two folders have.
     """
     all_entries = [entry for folder in folders for entry in list_motions(folder)]
-    if len({entry.motion_id for entry in all_entries}) < len(all_entries):
-        raise InputError("two folders of candidates have motions of the same name: rename them")
+    names = pd.Series([entry.motion_id for entry in all_entries])
+    if names.duplicated().any():
+        twice = names[names.duplicated()].iloc[0]
+        raise InputError(f"two folders of candidates have the motion {twice}: rename one")
     entries = [entry for entry in all_entries if entry.motion_id not in without]
     if not 2 <= count <= len(entries):
         raise InputError(f"count must be from 2 to the {len(entries)} candidates, got {count}")
@@ -307,15 +309,15 @@ def _improved(
     while not misfit >= last_misfit:
         last_misfit = misfit
         for replaced in range(count):
-            others = selected[:replaced] + selected[replaced + 1 :]
-            mean = (error[others].sum(axis=0) + error) / count
-            squares = (error[others] ** 2).sum(axis=0) + error**2 - count * mean**2
+            kept = selected[:replaced] + selected[replaced + 1 :]
+            mean = (error[kept].sum(axis=0) + error) / count
+            squares = (error[kept] ** 2).sum(axis=0) + error**2 - count * mean**2
             scatter = np.sqrt(np.maximum(squares, 0.0) / (count - 1)) / sigma - 1.0
             ratios = np.abs([np.expm1(mean), scatter]) / TOLERANCES[:, None, None]
             costs = ratios**2 / 2.0 / sigma.size + _COST_OVER * np.maximum(ratios - _AIM, 0.0) ** 2
-            costs = costs.sum(axis=(0, 2)) + _COST_SYNTHETIC * (synthetic[others].sum() + synthetic)
-            is_full = np.bincount(event[others], minlength=int(event.max()) + 1) >= MOST_PER_EVENT
-            costs[is_full[event]] = costs[others] = np.inf
+            costs = costs.sum(axis=(0, 2)) + _COST_SYNTHETIC * (synthetic[kept].sum() + synthetic)
+            is_full = np.bincount(event[kept], minlength=int(event.max()) + 1) >= MOST_PER_EVENT
+            costs[is_full[event]] = costs[kept] = np.inf
             selected[replaced], misfit = int(costs.argmin()), float(costs.min())
     return misfit, selected
 

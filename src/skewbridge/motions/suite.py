@@ -179,9 +179,9 @@ def prepare_suites(
         table["source"] += f"; {source.note}" if source.note else ""
         tables.append(table.assign(suite=source.name, number=range(len(table))))
     table = pd.concat(tables, ignore_index=True)
-    shared = table["motion_id"][table["motion_id"].duplicated()]
-    if len(shared):
-        raise InputError(f"motion {shared.iloc[0]} is in two suites of motions.suites: rename one")
+    twice = table["motion_id"][table["motion_id"].duplicated()]
+    if len(twice):
+        raise InputError(f"motion {twice.iloc[0]} is in two suites of motions.suites: rename one")
     return table
 
 
@@ -191,13 +191,13 @@ def _entries_to_read(folder: Path, count: int | None) -> tuple[list[IndexEntry],
     A computed factor must not depend on the count, so full blocks of `BLOCK` motions are read.
     """
     entries = list_motions(folder)
-    needed = len(entries) if count is None else count
-    if not 1 <= needed <= len(entries):
-        text = f"motions.count = {needed}, but {folder} has {len(entries)} motions: reduce it"
+    n_read = len(entries) if count is None else count
+    if not 1 <= n_read <= len(entries):
+        text = f"motions.count = {n_read}, but {folder} has {len(entries)} motions: reduce it"
         raise InputError(text, folder=str(folder))
-    stored = [entry.scale for entry in entries[:needed]]
+    stored = [entry.scale for entry in entries[:n_read]]
     compute = any(map(math.isnan, stored))
-    return entries[: math.ceil(needed / levels.BLOCK) * levels.BLOCK if compute else needed], stored
+    return entries[: math.ceil(n_read / levels.BLOCK) * levels.BLOCK if compute else n_read], stored
 
 
 def content_digest(folder: Path, count: int | None, cache: Path | None) -> str:

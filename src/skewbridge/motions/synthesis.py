@@ -335,7 +335,7 @@ def bssa14(scenario: Scenario, periods_s: ArrayLike) -> tuple[Vector, Vector]:
     periods = np.atleast_1d(np.asarray(periods_s, dtype=np.float64))
     unknown = [float(period) for period in periods if period not in _table().index]
     if unknown:
-        raise InputError(f"periods_s must be among the periods tabulated in BSSA14, got {unknown}")
+        raise InputError(f"periods_s must be tabulated in BSSA14 (0.01 to 10 s), got {unknown}")
     c = _coefficients(periods.tolist())
     rock_pga_g = float(np.exp(_source_and_path(scenario, _coefficients([0.0])))[0])
     median = np.exp(_source_and_path(scenario, c) + _site(scenario.vs30_mps, rock_pga_g, c))

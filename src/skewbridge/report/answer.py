@@ -103,7 +103,7 @@ def listed(words: Iterable[str]) -> str:
 
 def gap_text(values: str, bridges: Sequence[Structure]) -> str:
     """Return text on the gaps of a study, and on those that bridge files state instead."""
-    stated = [
+    gaps = [
         f"{value_text(axis('gap_mm'), gap_mm)} at {place}"
         + (f" of {bridge.name}" if len(bridges) > 1 else "")
         for bridge in bridges
@@ -111,7 +111,7 @@ def gap_text(values: str, bridges: Sequence[Structure]) -> str:
     ]
     has_effect = not bridges or any(bridge.description.takes_gap for bridge in bridges)
     texts = [values] if has_effect else []
-    return " but ".join([*texts, *([listed(stated)] if stated else [])]) or "without effect"
+    return " but ".join([*texts, *([listed(gaps)] if gaps else [])]) or "without effect"
 
 
 def number_word(number: int) -> str:
@@ -439,9 +439,9 @@ def _axis_sentence(
     small = leading if len(leading) else table
     if not sizes and set(small["claim"]) == {NEGLIGIBLE}:
         states = listed(map(effect_name, small["demand"].unique()))
-        most_g = (small["to_demand"] - small["from_demand"]).abs().max()
-        most = f"{margin_text(table.iloc[0])} (most: {most_g:.2g} g)"
-        clauses.insert(0, f"changes no median capacity for {states} by more than {most}")
+        largest_g = (small["to_demand"] - small["from_demand"]).abs().max()
+        limit = f"{margin_text(table.iloc[0])} (most: {largest_g:.2g} g)"
+        clauses.insert(0, f"changes no median capacity for {states} by more than {limit}")
     if not clauses:
         return []
     return [((min(ranks, default=2), -max(sizes, default=0.0)), f"{change} {listed(clauses)}.")]
@@ -528,12 +528,12 @@ def suites_summary(suites: pd.DataFrame, table: pd.DataFrame) -> tuple[str, str]
     if suites.empty:
         return "", ""
     keys = [*_EFFECT, "quantity"]
-    shared = suites.merge(table.loc[table["status"] == OK, keys], on=keys)
-    compared = shared[shared["against"] != ""]
+    common = suites.merge(table.loc[table["status"] == OK, keys], on=keys)
+    compared = common[common["against"] != ""]
     if compared.empty:
         return "", ""
     differing = compared[compared["verdict"] == DEPENDS]
-    effects = shared[(shared["against"] == "") & (shared["suite"] != ALL_SUITES)]
+    effects = common[(common["against"] == "") & (common["suite"] != ALL_SUITES)]
     motions = effects.groupby("suite", sort=False)["n_motions"].max()
     largest = records_of(compared.sort_values("standard_errors", ascending=False).head(1))[0]
     same_effect = (effects[list(_EFFECT)] == [largest[name] for name in _EFFECT]).all(axis=1)
@@ -583,8 +583,8 @@ def alternative_rows(table: pd.DataFrame) -> tuple[list[str], list[dict[str, str
         rows.append({"effect": effect, **changes})
     options = listed(option_text(option) for option in table["option"].unique())
     shares = 100.0 * (1.0 - np.sqrt(1.0 - table["share"]))
-    intro = sentence("alternatives", options=options, shares=shares, certain=certain)
-    return [intro, *certain], records_of(pd.DataFrame(rows).fillna("–"))
+    first_sentence = sentence("alternatives", options=options, shares=shares, certain=certain)
+    return [first_sentence, *certain], records_of(pd.DataFrame(rows).fillna("–"))
 
 
 def option_text(option: str) -> str:
@@ -609,25 +609,25 @@ def rates_on_page(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
     # the most severe headline state, then that of the seat
     rated = [state for state in HEADLINE_STATES if (pooled["state"] == state).any()]
     states = [*rated[:1], *(state for state in rated[1:] if state.startswith("unseating"))]
-    shown = pooled[pooled["state"].isin(states or pooled["state"].iloc[:1])]
-    last = shown.groupby(["bridge", "abutment", "axis", "state"], sort=False)["to_value"]
-    shown = shown[shown["to_value"] == last.transform("max")]
+    printed = pooled[pooled["state"].isin(states or pooled["state"].iloc[:1])]
+    last = printed.groupby(["bridge", "abutment", "axis", "state"], sort=False)["to_value"]
+    printed = printed[printed["to_value"] == last.transform("max")]
     # a state that no run or every run of a variant exceeds has no rate there, and thus fewer pairs
-    most = shown.groupby([*BRIDGE_COLUMNS, "axis", "to_value"])["n_cells"].transform("max")
+    most_pairs = printed.groupby([*BRIDGE_COLUMNS, "axis", "to_value"])["n_cells"].transform("max")
     medians = frames["medians"].query("scope == 'pooled'").rename(columns={"demand": "state"})
     names = [*BRIDGE_COLUMNS, "axis", "from_value", "to_value", "state"]
-    shown = shown.merge(medians[[*names, "n_without_curve"]], how="left", on=names)
+    printed = printed.merge(medians[[*names, "n_without_curve"]], how="left", on=names)
     notes = [
         f"{row['n_cells']:.0f} of {n:.0f} pairs"
         if row["n_cells"] < n
         else extent_of_data(row | {"n_extrapolated": 0})
-        for n, row in zip(most, records_of(shown), strict=True)
+        for n, row in zip(most_pairs, records_of(printed), strict=True)
     ]
-    shown = shown.assign(pairs=[f" ({note})" if note else "" for note in notes])
-    certain = records_of(shown[shown["direction"] != 0])
+    printed = printed.assign(pairs=[f" ({note})" if note else "" for note in notes])
+    certain = records_of(printed[printed["direction"] != 0])
     certain.sort(key=lambda row: (row["pairs"] != "", -max(row["ratio"], 1.0 / row["ratio"])))
     return {
         "sentence": sentence("rates", largest=certain[:1]),
-        "rows": records_of(shown),
-        "level": f"{100 * shown['level'].iloc[0]:g} %",
+        "rows": records_of(printed),
+        "level": f"{100 * printed['level'].iloc[0]:g} %",
     }

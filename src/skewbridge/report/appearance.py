@@ -247,26 +247,26 @@ STYLES: Final = {
 }
 
 
-def verdict_style(item: Row) -> VerdictStyle:
+def verdict_style(effect: Row) -> VerdictStyle:
     """Return the style of an effect, which depends on its family-wise verdict and direction."""
-    if item["status"] != OK:
+    if effect["status"] != OK:
         return STYLES[NOT_ESTIMABLE]
-    verdict = str(item["verdict_family"])
-    direction = "down" if _change(item)[0][0] < 0.0 else "up"
+    verdict = str(effect["verdict_family"])
+    direction = "down" if _change(effect)[0][0] < 0.0 else "up"
     return STYLES[{NEGLIGIBLE: "within", DETECTABLE: direction}.get(verdict, verdict)]
 
 
-def change_text(item: Row) -> str:
+def change_text(effect: Row) -> str:
     """Return the size of an effect: the ratio as a change in per cent, or the difference."""
-    if item.get("status") in (NO_CURVE, NOT_ESTIMABLE):
-        return in_words(item["status"])
-    (value, *_), unit = _change(item)
+    if effect.get("status") in (NO_CURVE, NOT_ESTIMABLE):
+        return in_words(effect["status"])
+    (value, *_), unit = _change(effect)
     return _signed(value, unit)
 
 
-def interval_text(item: Row) -> str:
+def interval_text(effect: Row) -> str:
     """Return the interval of an effect: in per cent for a ratio, in its unit for a difference."""
-    (_, *limits), unit = _change(item)
+    (_, *limits), unit = _change(effect)
     if not np.isfinite(limits).all():
         return "no interval"
     low, high = (_signed(limit, unit) for limit in limits)

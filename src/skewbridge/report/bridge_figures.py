@@ -164,13 +164,13 @@ def column_figure(
     return figure
 
 
-def with_codes(found: Decision, bridge: str) -> Decision:
+def with_codes(decision: Decision, bridge: str) -> Decision:
     """Add the seat lengths of AASHTO and SDC to a decision, if the bridge is known.
 
     The lengths are for the seat with the largest gap, which the bridge file may state. If it states
     the gaps of all seats, the largest one replaces the gap of the study.
     """
-    table = found.table
+    table = decision.table
     with suppress(InputError):
         about = load_structure(bridge).description
         seats = about.end_seats_m
@@ -187,22 +187,22 @@ def with_codes(found: Decision, bridge: str) -> Decision:
             for skew in table["skew_deg"]
         ]
         sdc = [seat_demand_sdc_m(about, demand_m) for demand_m in table["sdc_demand_m"]]
-        present = min(about.end_seats_m.values(), default=np.nan)
-        table = table.assign(aashto_m=aashto + gap_m, sdc_m=sdc + gap_m, present_m=present)
-    return found._replace(table=table)
+        shortest_m = min(about.end_seats_m.values(), default=np.nan)
+        table = table.assign(aashto_m=aashto + gap_m, sdc_m=sdc + gap_m, present_m=shortest_m)
+    return decision._replace(table=table)
 
 
 @mpl.rc_context(STYLE)
 def decision_figure(decision: Decision, title: str) -> Figure:
     """Draw needed seat lengths with the rules of codes, and rates of column failure, over skew."""
     unit, factor = shown_unit("mm")
-    per_m, table = 1000.0 * factor, decision.table
+    unit_per_m, table = 1000.0 * factor, decision.table
     figure = Figure(figsize=(8.4, 4.2), layout="constrained")
     seats, columns = figure.subplots(1, 2)
     end_gaps = sorted({table[GAP].min(), table[GAP].max()})
     for gap, colour in zip(end_gaps, VARIANT_COLOURS, strict=False):
         rows = table[table[GAP] == gap]
-        for axes, name, scale in ((seats, "seat_m", per_m), (columns, "column_rate", 1.0)):
+        for axes, name, scale in ((seats, "seat_m", unit_per_m), (columns, "column_rate", 1.0)):
             if name in rows:
                 low, middle, high = (scale * rows[f"{name}{end}"] for end in ("_low", "", "_high"))
                 label = f"gap {factor * gap:.3g} {unit}, {100 * decision.level:g} % interval"
@@ -218,7 +218,7 @@ def decision_figure(decision: Decision, title: str) -> Figure:
     for (name, label), dashes in zip(rules.items(), _DASHES, strict=True):
         if name in rows:
             line = {"ls": dashes, "color": "0.25", "lw": 1.2, "label": label}
-            seats.plot(rows["skew_deg"], per_m * rows[name], **line)
+            seats.plot(rows["skew_deg"], unit_per_m * rows[name], **line)
     columns.axhline(decision.target, color="#b3202c", lw=1.2, label="target rate")
     labels = f"Seat length, normal ({unit})", "Annual rate of column failure"
     for axes, text in zip((seats, columns), labels, strict=True):

@@ -63,8 +63,8 @@ def lead_axis(effects: pd.DataFrame, names: Collection[str], table: pd.DataFrame
     """
     pooled = effects[(effects["scope"] == "pooled") & (effects["status"] == OK)]
     pooled = pooled[pooled["ratio"] > 0.0]
-    named = pooled[pooled["demand"].isin(names)]
-    rows = named if len(named) else pooled
+    of_names = pooled[pooled["demand"].isin(names)]
+    rows = of_names if len(of_names) else pooled
     if len(rows):
         sizes = np.abs(np.log(rows["ratio"].to_numpy(np.float64)))
         return axis(str(rows["axis"].iloc[int(sizes.argmax())]))
@@ -105,8 +105,8 @@ def pooled_curves(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     for (bridge, abutment, component), group in appearance.groups_of(curves, STATE[:3]):
         effects = medians[(medians["bridge"] == bridge) & (medians["abutment"] == abutment)]
         names = set(component + "/" + group["limit_state"])
-        lead = lead_axis(effects, HEADLINE_STATES if component == WHOLE_BRIDGE else names, group)
-        groups.append(group.assign(axis=lead.name, value=group[lead.name].astype(float)))
+        main = lead_axis(effects, HEADLINE_STATES if component == WHOLE_BRIDGE else names, group)
+        groups.append(group.assign(axis=main.name, value=group[main.name].astype(float)))
     rows = pd.concat(groups)
     rows["order"] = rows.groupby(list(STATE), sort=False).ngroup()
     keys, thetas = ["order", "value", *STATE, "axis"], ["theta", "theta_low", "theta_high"]
@@ -161,11 +161,11 @@ def _system_ratios(systems: pd.DataFrame) -> pd.DataFrame:
         for value, at_value in group.groupby("value"):
             names = pairs.loc[pairs["value"] == value, ["variant_from", "variant"]].to_numpy()
             of_value = [(row_of[first], row_of[second]) for first, second in names]
-            used = list(compress(of_value, averaged(of_value)))
-            logs = [np.log(row["theta"] / first["theta"]) for first, row in used]
+            used_pairs = list(compress(of_value, averaged(of_value)))
+            logs = [np.log(row["theta"] / first["theta"]) for first, row in used_pairs]
             ratio = float(np.exp(np.mean(logs))) if logs else np.nan
             n_others = len(at_value) - at_value["components"].value_counts().iloc[0]
-            rows.append((order, value, ratio, max(len(of_value) - len(used), n_others)))
+            rows.append((order, value, ratio, max(len(of_value) - len(used_pairs), n_others)))
     names = {"order": int, "value": float, "ratio_of_systems": float, "n_different": int}
     return pd.DataFrame(rows, columns=list(names)).astype(names)
 
@@ -223,8 +223,8 @@ def curves_figure(
         several = len(names) > 1
         title = f"{names[state[:2]]}: {words}" if several else words[:1].upper() + words[1:]
         _draw_panel(axes, state_curves, fits, demands, im)
-        lead = axis(state_curves["axis"].iloc[0])
-        name_lines(axes, title, f"median by {lead.label.lower()}:")
+        colour_axis = axis(state_curves["axis"].iloc[0])
+        name_lines(axes, title, f"median by {colour_axis.label.lower()}:")
         axes.set_xlabel(appearance.shown_label(im_column)[0])
         axes.tick_params(labelbottom=True)
     for axes in panels[:, 0]:
@@ -240,13 +240,13 @@ def _draw_panel(
     axes: Axes, of_state: pd.DataFrame, fits: pd.DataFrame, demands: pd.DataFrame, im: Floats
 ) -> None:
     """Draw the curves of one state at the intensities ``im``."""
-    lead, unit = axis(of_state["axis"].iloc[0]), appearance.unit_of(str(fits["im"].iloc[0]))
+    colour_axis, unit = axis(of_state["axis"].iloc[0]), appearance.unit_of(str(fits["im"].iloc[0]))
     # a value has the same colour in panels in which other values have no curve
-    values = sorted(fits[lead.name].unique())
+    values = sorted(fits[colour_axis.name].unique())
     colours = dict(zip(values, cycle(appearance.VARIANT_COLOURS), strict=False))
     for row in records_of(of_state):
         color = colours[row["value"]]
-        at_value = fits[fits["preferred"] & (fits[lead.name] == row["value"])]
+        at_value = fits[fits["preferred"] & (fits[colour_axis.name] == row["value"])]
         curves = [np.vstack(curve_values(im, fit)) for fit in records_of(at_value)]
         mean = np.mean(special.ndtri(np.clip(curves, _SURE, 1.0 - _SURE)), axis=0)
         p, low, high = special.ndtr(mean)
@@ -322,17 +322,17 @@ def demand_clouds(
     lowest = factor * (least_shown(demands, fits, demand) or 1.0)
     demands = demands.assign(**{demand: factor * demands[demand]})
     thresholds = dict(zip(fits["limit_state"], factor * fits["threshold"], strict=True))
-    im_column, lead = str(curves["im"].iloc[0]), lead_axis(effects, {demand}, demands)
-    pooled = effects[(effects["scope"] == "pooled") & (effects["axis"] == lead.name)]
+    im_column, colour_axis = str(curves["im"].iloc[0]), lead_axis(effects, {demand}, demands)
+    pooled = effects[(effects["scope"] == "pooled") & (effects["axis"] == colour_axis.name)]
     changes = {row["to_value"]: row for row in records_of(pooled[pooled["demand"] == demand])}
     figure = Figure(figsize=(6.4, 4.2), layout="constrained")
     axes = figure.subplots()
     is_large = len(demands) > MAX_VECTOR_RUNS
     colours = cycle(appearance.VARIANT_COLOURS)
-    for (value, runs), color in zip(demands.groupby(lead.name), colours, strict=False):
+    for (value, runs), color in zip(demands.groupby(colour_axis.name), colours, strict=False):
         _cloud_points(axes, runs, im_column, demand, lowest, {"color": color, "ls": "",
                       "marker": "o", "rasterized": is_large})  # fmt: skip
-        name = appearance.value_text(lead, float(str(value)))
+        name = appearance.value_text(colour_axis, float(str(value)))
         if (change := changes.get(value, {})).get("status") == OK:
             name += f": {appearance.change_text(change)} ({appearance.interval_text(change)})"
         lines = fits[fits["variant"].isin(runs["variant"])].drop_duplicates("variant")
@@ -347,7 +347,7 @@ def demand_clouds(
     axes.set(xlim=(im.min() / 1.15, im.max() * 1.15), ylim=(lowest / 1.8, 1.6 * top))
     appearance.plain_log_ticks(axes.xaxis)
     appearance.plain_log_ticks(axes.yaxis)
-    name_lines(axes, f"{len(demands)} analyses, colours by {lead.label.lower()}:")
+    name_lines(axes, f"{len(demands)} analyses, colours by {colour_axis.label.lower()}:")
     low, high = np.log(axes.get_ylim())
     height = -np.inf
     for name, threshold in sorted(thresholds.items(), key=lambda item: item[1]):
@@ -372,11 +372,11 @@ def _cloud_points(
     x, y, complete, bottom = runs[im], runs[demand], is_complete(runs), lowest / 1.5
     tick: dict[str, Any] = {"marker": 2}  # matplotlib's marker of a tick upward
     triangle: dict[str, Any] = {"marker": "v"}
-    is_shown, early, is_low = complete & (y >= lowest), ~complete, complete & (y < lowest)
-    bounds = y[early].clip(lower=bottom)
+    is_shown, ended_early, is_low = complete & (y >= lowest), ~complete, complete & (y < lowest)
+    bounds = y[ended_early].clip(lower=bottom)
     axes.plot(x[is_shown], y[is_shown], ms=2.8, alpha=0.6, mew=0, **style)
-    axes.plot(x[early], bounds, ms=3.6, mfc="none", mew=0.8, **style)
-    axes.plot(x[early], bounds, ms=6.5, mew=0.9, **style | tick)
+    axes.plot(x[ended_early], bounds, ms=3.6, mfc="none", mew=0.8, **style)
+    axes.plot(x[ended_early], bounds, ms=6.5, mew=0.9, **style | tick)
     at_bottom = np.full(int(is_low.sum()), bottom)
     axes.plot(x[is_low], at_bottom, ms=3, mew=0, alpha=0.5, **style | triangle)
 
@@ -398,12 +398,12 @@ def effects_by_intensity(intensities: pd.DataFrame, im_label: str) -> Figure:
     panels = figure.subplots(len(names), len(axes_shown), squeeze=False, sharex=True, sharey="row")
     for row, name in zip(panels, names, strict=True):
         demand_rows = intensities[intensities["demand"] == name]
-        for axes, changed in zip(row, axes_shown, strict=True):
-            _intensity_panel(axes, demand_rows[demand_rows["axis"] == changed.name], changed)
+        for axes, step_axis in zip(row, axes_shown, strict=True):
+            _intensity_panel(axes, demand_rows[demand_rows["axis"] == step_axis.name], step_axis)
         row[0].set_ylabel(fill(f"Ratio of {appearance.demand_name(name).lower()}", 24))
-    for top, bottom, changed in zip(panels[0], panels[-1], axes_shown, strict=True):
+    for top, bottom, step_axis in zip(panels[0], panels[-1], axes_shown, strict=True):
         top.legend(fontsize=7, loc="best")
-        top.set_title(changed.label, fontsize=9)
+        top.set_title(step_axis.label, fontsize=9)
         bottom.set_xlabel(im_label)
     panels[0, 0].set_xscale("log")
     appearance.plain_log_ticks(panels[0, 0].xaxis)
@@ -413,7 +413,7 @@ def effects_by_intensity(intensities: pd.DataFrame, im_label: str) -> Figure:
     return figure
 
 
-def _intensity_panel(axes: Axes, rows: pd.DataFrame, changed: Axis) -> None:
+def _intensity_panel(axes: Axes, rows: pd.DataFrame, changed_axis: Axis) -> None:
     axes.axhline(1.0, color="#777777", linewidth=0.8)
     colours = appearance.VARIANT_COLOURS
     changes = appearance.groups_of(rows, ["from_value", "to_value"])
@@ -422,7 +422,7 @@ def _intensity_panel(axes: Axes, rows: pd.DataFrame, changed: Axis) -> None:
         if len(changes) - i <= appearance.MAX_BANDS:  # the largest changes
             band = line["im"], line["ci_low"], line["ci_high"]
             axes.fill_between(*band, color=colour, alpha=0.18, lw=0)
-        label = " to ".join(appearance.value_text(changed, value) for value in values)
+        label = " to ".join(appearance.value_text(changed_axis, value) for value in values)
         dash = ("-", "--", ":", "-.")[i % 4]
         axes.plot(line["im"], line["ratio"], dash, color=colour, label=label)
         for item in records_of(effect[effect["at_reference"]]):

@@ -48,10 +48,10 @@ def run_figures(histories: pd.DataFrame, *, title: str) -> dict[str, Figure]:
 @mpl.rc_context(STYLE)
 def displacement_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     """Draw displacement and rotation of the deck's mass centre against time for all runs."""
-    length_unit, per_m, _, _ = _units()
+    length_unit, unit_per_m, _, _ = _units()
     quantities = (
-        ("deck_ux_m", per_m, f"Longitudinal ({length_unit})"),
-        ("deck_uy_m", per_m, f"Transverse ({length_unit})"),
+        ("deck_ux_m", unit_per_m, f"Longitudinal ({length_unit})"),
+        ("deck_uy_m", unit_per_m, f"Transverse ({length_unit})"),
         ("deck_rot_rad", 1e3, "Rotation (mrad)"),
     )
     figure = Figure(figsize=(7.2, 5.6), layout="constrained")
@@ -73,7 +73,7 @@ def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
     Panels are longitudinal and transverse. The first row shows the total force, the second the
     force of the pads. With contacts, a third row shows normal forces of backwall and shear keys.
     """
-    length_unit, per_m, force_unit, per_kn = _units()
+    length_unit, unit_per_m, force_unit, unit_per_kn = _units()
     first_run = next(iter(runs.values()))
     names = contact_names(first_run)
     has_left_pads = first_run.filter(regex="abutment_left_pads_._kn").any(axis=None)
@@ -94,8 +94,8 @@ def hysteresis_figure(runs: Mapping[str, pd.DataFrame]) -> Figure:
         axes.set_title(text, loc="left", fontsize=9)
         axes.set_ylabel(f"Force ({force_unit})")
         for style, (name, table) in zip(_OVERLAID, runs.items(), strict=False):
-            disp = per_m * table[f"abutment_{side}_{direction}_m"]
-            axes.plot(disp, per_kn * table[columns].sum(axis=1), label=name, **style)
+            disp = unit_per_m * table[f"abutment_{side}_{direction}_m"]
+            axes.plot(disp, unit_per_kn * table[columns].sum(axis=1), label=name, **style)
     for axes, text in zip(grid[-1], ("longitudinal", "transverse"), strict=True):
         axes.set_xlabel(f"Deck end, {text} ({length_unit})")
     _name_runs(figure, grid[0, 0])
@@ -119,13 +119,13 @@ def _name_runs(figure: Figure, axes: Axes) -> None:
 
 def column_figure(histories: pd.DataFrame, *, title: str) -> Figure:
     """Draw column shear and its ratio to the capacity against time, and the orbit of the deck."""
-    length_unit, per_m, force_unit, per_kn = _units()
+    length_unit, per_m, force_unit, unit_per_kn = _units()
     figure = Figure(figsize=(8.4, 4.2), layout="constrained")
     panels = figure.subplot_mosaic("so;ro", width_ratios=(1.15, 1.0))
     shear, ratio, orbit = panels["s"], panels["r"], panels["o"]
     ratio.sharex(shear)
     panels_of = (
-        (shear, histories["t_s"], per_kn * histories["column_shear_kn"]),
+        (shear, histories["t_s"], unit_per_kn * histories["column_shear_kn"]),
         (ratio, histories["t_s"], histories["column_shear_dcr"]),
         (orbit, per_m * histories["deck_ux_m"], per_m * histories["deck_uy_m"]),
     )

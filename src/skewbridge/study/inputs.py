@@ -65,12 +65,12 @@ def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
 
 def _check_options(bridge: str, config: StudyConfig) -> None:
     defaults = ModelOptions(**NUMERICS[config.accuracy]["model"])
-    changed = (n for n, value in asdict(config.model).items() if value != getattr(defaults, n))
+    options = (n for n, value in asdict(config.model).items() if value != getattr(defaults, n))
     try:
         structure = load_structure(bridge)
     except InputError:
         return  # the check of the bridges reports it
-    require_options(structure, (*config.grid.values(), *changed))
+    require_options(structure, (*config.grid.values(), *options))
 
 
 def axis_warnings(config: StudyConfig) -> Iterator[str]:
@@ -216,15 +216,15 @@ def prepare_motions(study: StudyConfig, workers: int = 1) -> None:
 
 def _write_motions(study: StudyConfig, medians_g: Sequence[float]) -> None:
     # Imported here: they load scipy.signal, and every job imports this module.
-    from skewbridge.motions.intensity import cut_warning, motion_measures
+    from skewbridge.motions.intensity import cut_warning, motion_measures, shaken_s
     from skewbridge.motions.suite import prepare_suites, read_suite, write_suite
 
     folder, motions = StudyFolder(Path(study.results)), study.motions
     for text in axis_warnings(study):
         logger.warning("%s", text)
     for name in study.grid.bridge:
-        if useless := load_structure(name).ignored.intersection(study.uncertainty.drawn):
-            names = ", ".join(sorted(useless))
+        if ineffective := load_structure(name).ignored.intersection(study.uncertainty.drawn):
+            names = ", ".join(sorted(ineffective))
             logger.warning("random properties without effect on the script %s: %s", name, names)
     t1_s = load_structure(CONDITIONING_BRIDGE).t1_s
     suite = scaled = prepare_suites(motions, t1_s=t1_s, medians_g=medians_g)
@@ -233,8 +233,8 @@ def _write_motions(study: StudyConfig, medians_g: Sequence[float]) -> None:
     elif motions.design == "stripes":
         scaled = striped(suite, motions.stripes_g)
     factors = scaled["scale"]
-    counts = len(suite), len(scaled)
-    logger.info("%d motions, %d rows, factors %.2f to %.2f", *counts, factors.min(), factors.max())
+    text = "%d motions in %d rows of the suite, scale factors %.2f to %.2f"
+    logger.info(text, len(suite), len(scaled), factors.min(), factors.max())
     write_suite(scaled, folder.suite)
     motion_by_id = {motion.motion.motion_id: motion.motion for motion in read_suite(folder.suite)}
     for motion in motion_by_id.values():
@@ -242,7 +242,12 @@ def _write_motions(study: StudyConfig, medians_g: Sequence[float]) -> None:
             logger.warning("%s", text)
     periods_s = {name: load_structure(name).t1_s for name in study.grid.bridge}
     intensities = [
-        {"bridge": name, "motion_id": motion_id, **motion_measures(motion, t1_s)}
+        {
+            "bridge": name,
+            "motion_id": motion_id,
+            **motion_measures(motion, t1_s),
+            "shaken_s": shaken_s(motion, t1_s, motions.tail_ratio),
+        }
         for name, t1_s in periods_s.items()
         for motion_id, motion in motion_by_id.items()
     ]

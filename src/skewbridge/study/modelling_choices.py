@@ -76,7 +76,7 @@ class Choice:
             return []
         before, configured = _effective(task), self.configured_in(task)
         acts = all(_ACTS_ON[name](task) for name in self.acts_on)
-        if not acts or any(getattr(before[1], key) != needed for key, needed in self.needs.items()):
+        if not acts or any(getattr(before[1], key) != wanted for key, wanted in self.needs.items()):
             return []
         other_values = [value for value in self.values if value != configured]
         return [value for value in other_values if _effective(self.set_in(task, value)) != before]
@@ -228,11 +228,11 @@ def choices_table(pairs: Sequence[TaskPair], rows: Mapping[str, Mapping[str, Any
         runs = rows[run_key(task)], rows[run_key(changed)]
         keys = {"bridge": task.variant.bridge_name, "abutment": task.variant.abutment, **labels}
         keys["motion"] = task.motion.motion.motion_id
-        failed = any(row["status"] != OK or row[BEYOND_MODEL] for row in runs)
+        has_failed = any(row["status"] != OK or row[BEYOND_MODEL] for row in runs)
         for demand in demands_for("effect"):
-            has_ratio = not failed and all(float(row[demand]) > 0.0 for row in runs)
+            has_ratio = not has_failed and all(float(row[demand]) > 0.0 for row in runs)
             log_ratio = np.log(runs[1][demand] / runs[0][demand]) if has_ratio else np.nan
-            rows_of_pairs.append(keys | {"demand": demand, "log": log_ratio, "failed": failed})
+            rows_of_pairs.append(keys | {"demand": demand, "log": log_ratio, "failed": has_failed})
     table = pd.DataFrame(rows_of_pairs)
     groups = table.groupby([*_COMPARED, "demand"], sort=False)
     by_motion = table.groupby([*_COMPARED, "demand", "motion"], sort=False)["log"].mean()

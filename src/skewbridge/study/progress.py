@@ -126,8 +126,8 @@ def forecast_study(config: StudyConfig) -> StudyProgress:
 
 def measured_speed(rows: Iterable[Row], settings: AnalysisSettings, time: str = "cpu_s") -> float:
     """Return the measured (column ``time``) / expected time of all rows; 1 without timed rows."""
-    needed = (time, "duration_s")
-    timed = [row for row in rows if all((row[name] or 0.0) > 0.0 for name in needed)]
+    columns = (time, "duration_s")
+    timed = [row for row in rows if all((row[name] or 0.0) > 0.0 for name in columns)]
     expected_s = sum(forecast_s(row["duration_s"], row["abutment"], settings) for row in timed)
     return sum(row[time] for row in timed) / expected_s if timed else 1.0
 

@@ -77,19 +77,19 @@ def load_results(folder: Path) -> Results:
     """
     demands = _frame(demands_file(folder))
     fits = {file.stem: _frame(file) for file in sorted(folder.glob("fragility/*.parquet"))}
-    mixed: list[str] = []
+    mixed_keys: list[str] = []
     for key in ("config_digest", "suite_digest", "git_commit", "skewbridge_version"):
         tables: dict[str, list[str]] = {}
         for name, table in {"demands": demands, **fits}.items():
             tables.setdefault(table.attrs["provenance"].get(key, "unknown"), []).append(name)
         if len(tables) > 1:
             texts = (f"{value[:12]} ({', '.join(names)})" for value, names in tables.items())
-            mixed.append(f"{key} {', '.join(texts)}")
-    if mixed:
+            mixed_keys.append(f"{key} {', '.join(texts)}")
+    if mixed_keys:
         warnings.warn(
             f"{folder}: tables were made by different versions or inputs (expected after a change "
             "that repeats only the fits; `skewbridge provenance FILE` shows whether a table is "
-            f"current): {'; '.join(mixed)}",
+            f"current): {'; '.join(mixed_keys)}",
             stacklevel=3,
         )
     return Results(folder=folder, demands=demands, fragility=fits)
@@ -224,9 +224,9 @@ def compare_studies(
         # other variants than those of the other study: both, or neither, may have a curve
         names = f"{number} " + table["variant"].astype(str)
         tables.append(table.assign(**{STUDY: number, "variant": names}))
-    shared = set(tables[0].columns) & set(tables[1].columns)
-    states = [s for s in with_column_failure(states, shared) if s.demand in shared]
-    names = list(demands_for("effect", sorted(shared)))
+    common = set(tables[0].columns) & set(tables[1].columns)
+    states = [s for s in with_column_failure(states, common) if s.demand in common]
+    names = list(demands_for("effect", sorted(common)))
     columns = list(dict.fromkeys([*names, *(state.demand for state in states), im]))
     demands = pd.concat(tables, ignore_index=True)
     pairs = effects.run_pairs(demands, STUDY, columns)
@@ -246,16 +246,16 @@ def compare_studies(
     doubts = notes.loc[notes["kind"] == "percent", "message"].tolist()
     models = fit_models(runs, states, settings, further=[STUDY], jobs=cpu_count())
     curves = fit_study(runs, states, settings, models=models, jobs=cpu_count())
-    shared: Any = {"curves": curves, "axes": [STUDY]}
+    common: Any = {"curves": curves, "axes": [STUDY]}
     site_rates = pd.DataFrame()
     if site is not None:
-        site_rates = rates.rate_effects(models, states, site, settings, **shared)
-        own = curves.loc[curves["preferred"], ["component", "limit_state"]]
-        rated = rates.rates_of_curves(curves.loc[own.index], pd.DataFrame({"modes": []}), site)
-        doubts += rates.lacking_notes(records_of(own.join(rated)))
+        site_rates = rates.rate_effects(models, states, site, settings, **common)
+        chosen = curves.loc[curves["preferred"], ["component", "limit_state"]]
+        rated = rates.rates_of_curves(curves.loc[chosen.index], pd.DataFrame({"modes": []}), site)
+        doubts += rates.lacking_notes(records_of(chosen.join(rated)))
     return StudyComparison(
         demands=effects.effect_table(demands, rows),
-        medians=effects.median_effects(runs, states, settings, models=models, **shared),
+        medians=effects.median_effects(runs, states, settings, models=models, **common),
         rates=site_rates,
         counts={
             "pairs": len(pairs),
@@ -291,9 +291,9 @@ def _nothing_shared(first: pd.DataFrame, second: pd.DataFrame, axes: Sequence[st
         name: [table.reindex(columns=columns).drop_duplicates() for table in (first, second)]
         for name, columns in key_columns.items()
     }
-    shared = ", ".join(f"{len(a.merge(b))} {name}" for name, (a, b) in keys_of_studies.items())
+    overlap = ", ".join(f"{len(a.merge(b))} {name}" for name, (a, b) in keys_of_studies.items())
     reason = "(the scale of a motion follows from the number of motions and the range of levels)"
-    return f"the studies have no run in common; they share {shared} {reason}"
+    return f"the studies have no run in common; they share {overlap} {reason}"
 
 
 def joint_rows(
@@ -315,10 +315,10 @@ def joint_rows(
     table = _chosen(table, "abutment", abutment and abutment.replace("-", "_"), "contact_friction")
     estimates = records_of(table[table["status"] == FITTED].assign(**{RANDOM_PROPERTIES: drawn}))
     if not estimates:
-        why = ", ".join(sorted(set(table["status"])))
-        raise InputError(f"no limit state has a median model over the axes (status {why})")
-    if lost := records_of(table[table["status"] == BOUNDS_TOO_WIDE]):
-        names = ", ".join(f"{row['component']} {row['limit_state']}" for row in lost)
+        statuses = ", ".join(sorted(set(table["status"])))
+        raise InputError(f"no limit state has a median to predict from (status {statuses})")
+    if withheld := records_of(table[table["status"] == BOUNDS_TOO_WIDE]):
+        names = ", ".join(f"{row['component']} {row['limit_state']}" for row in withheld)
         logger.warning("no curve in any variant (%s): %s", BOUNDS_TOO_WIDE, names)
     return estimates
 
@@ -369,8 +369,8 @@ def predict_states(
             rate = rates.curve_rate(curve, site).interval(model.level)
             prediction |= rates.rate_columns(rate) | rates.rate_shares(curve, site, low, high)
         prediction["n_withheld"] = int(n_withheld.get(tuple(row[name] for name in keys), 0))
-        shared = {name: row[name] for name in ("loo_error", "im", RANDOM_PROPERTIES)}
-        rows.append(prediction | shared)
+        common = {name: row[name] for name in ("loo_error", "im", RANDOM_PROPERTIES)}
+        rows.append(prediction | common)
     return rows
 
 

@@ -99,10 +99,10 @@ def targets(
         relative_n = scatter / sqrt_cost * np.sum(scatter * sqrt_cost) / np.sum(scatter**2)
         for pair, ratio in zip(pair_names, relative_n.tolist(), strict=True):
             for name in pair:
-                most = max(by_effect[-1].get(name, 0), int(np.ceil(max(n_all, n_now + 1) * ratio)))
-                by_effect[-1][name] = min(most, looks[-1])
-    asked = [any(n > motions[name] for name, n in cell.items()) for cell in by_effect]
-    return pooled.assign(needed=needed, asked=asked), by_effect
+                count = max(by_effect[-1].get(name, 0), int(np.ceil(max(n_all, n_now + 1) * ratio)))
+                by_effect[-1][name] = min(count, looks[-1])
+    is_planned = [any(n > motions[name] for name, n in cell.items()) for cell in by_effect]
+    return pooled.assign(needed=needed, asked=is_planned), by_effect
 
 
 def _keys(table: pd.DataFrame, axes: Sequence[str]) -> list[tuple[Any, ...]]:

@@ -116,7 +116,9 @@ class GridConfig(BaseModel):
         _refuse("axis", complaints)
         count = prod(map(len, (self.bridge, self.abutment, *self.values().values())))
         if count > MAX_VARIANTS:
-            raise ValueError(f"the grid has {count} variants; the limit is {MAX_VARIANTS}")
+            raise ValueError(
+                f"the grid has {count} variants; the limit is {MAX_VARIANTS}: give fewer values"
+            )
         return self
 
 

@@ -62,10 +62,11 @@ class RandomProperty:
     def _has_values(self) -> Self:
         if not self.low < self.high:
             raise ValueError(f"low must be below high, got {self.low:g} and {self.high:g}")
-        if self.distribution == "lognormal" and min(self.low, self.median) <= 0.0:
-            raise ValueError("low and median of a lognormal property must be positive")
+        if self.distribution == "lognormal" and self.low <= 0.0:
+            raise ValueError(f"low of a lognormal property must be positive, got {self.low:g}")
         if self.distribution != "uniform" and not self.low < self.median < self.high:
-            raise ValueError(f"median must be between low and high, got {self.median:g}")
+            limits = f"low {self.low:g} and high {self.high:g}"
+            raise ValueError(f"median must be between {limits}, got {self.median:g}")
         return self
 
     def quantile(self, share: float) -> float:

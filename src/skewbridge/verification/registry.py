@@ -149,9 +149,9 @@ class Study:
         Without a case the statement is undecidable, for the reason of its row or `open_because`.
         """
         verdicts = {key: over_runs(runs) for key, runs in self.runs.items()}
-        judged = {statement for statement, _ in verdicts}
+        with_verdict = {statement for statement, _ in verdicts}
         for key, row in STATEMENTS.items():
-            if row.study == self.name and key not in judged:
+            if row.study == self.name and key not in with_verdict:
                 verdicts[key, ""] = Verdict("undecidable", row.open_because or open_because)
         rows: list[Row] = []
         for (key, case), verdict in verdicts.items():
@@ -232,10 +232,10 @@ def run_studies(
     Comparisons are in `<study>.parquet` and .json and `studies.parquet`, verdicts on the paper's
     statements (rows with `outcome`, `reason`, `case`) in `statements.parquet`.
     """
-    known = STUDIES | LONG_STUDIES
-    unknown = [name for name in names if name not in known]
+    studies = STUDIES | LONG_STUDIES
+    unknown = [name for name in names if name not in studies]
     if unknown:
-        raise InputError(f"unknown study {', '.join(unknown)}; choose from {', '.join(known)}")
+        raise InputError(f"unknown study {', '.join(unknown)}; choose from {', '.join(studies)}")
     writable_folder(out)
     rows: list[Row] = []
     statements: list[Row] = []

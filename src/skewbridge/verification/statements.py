@@ -65,18 +65,18 @@ def over_runs(verdicts: Mapping[Run | None, Verdict | None]) -> Verdict:
     """
     if only := verdicts.get(None):
         return only
-    judged = {run: verdict for run, verdict in verdicts.items() if run and verdict}
+    judged_runs = {run: verdict for run, verdict in verdicts.items() if run and verdict}
     by_kind: tuple[list[Outcome], list[Outcome]] = [], []
-    for run, verdict in judged.items():
+    for run, verdict in judged_runs.items():
         by_kind[run.scale is None].append(verdict.outcome)
     scales, motions = ((len(kind), kind.count("agrees")) for kind in by_kind)
     counts = ((scales, "scales"), (motions, "other motions"))
     text = ", ".join(f"{agree} of {total} {name}" for (total, agree), name in counts if total)
-    nominal = judged.get(NOMINAL, Verdict("undecidable", ""))
+    nominal = judged_runs.get(NOMINAL, Verdict("undecidable", ""))
     at_scale_1 = f"; at scale 1: {nominal.reason}" if nominal.reason else ""
     outcome: Outcome = "undecidable"
-    if len(judged) < FEWEST_RUNS:
-        reason = f"only {len(judged)} of {len(verdicts)} runs meet the premise"
+    if len(judged_runs) < FEWEST_RUNS:
+        reason = f"only {len(judged_runs)} of {len(verdicts)} runs meet the premise"
         reason += f"; agrees in {text}{at_scale_1}" if text else ""
     else:
         outcomes = by_kind[0] + by_kind[1]
@@ -153,10 +153,10 @@ def reduced_by(
     Under a record that is not the paper's (`same_record` false), a reduction is undecidable.
     """
     words = f", reduction of {low:.1%} to {high:.1%} in the paper"
-    judged = _change(value, reference, -high, -low, words)
+    result = _change(value, reference, -high, -low, words)
     if same_record or not -1.0 <= relative_change(value, reference) < RESOLUTION:
-        return judged
-    return judged._replace(outcome="undecidable", reason=f"{judged.reason}, not the paper's record")
+        return result
+    return result._replace(outcome="undecidable", reason=f"{result.reason}, not the paper's record")
 
 
 def more_often(count: int, total: int) -> Verdict:

@@ -1,10 +1,8 @@
 """Ranges of the numbers in a bridge file, and its columns.
 
-A shape of columns is one class with its keys, its outline and its hoops.
-
-A new shape is a class here and its name in `AnyColumn`; no other code knows the shapes. Sections
-are symmetric about both of their axes. A pair of numbers is for the directions normal to the bent
-and along it; fibers and points have y along the bent and z normal to it, as the OpenSees section.
+Each shape of columns is one class here, named in `AnyColumn`; no other code knows the shapes.
+Sections are symmetric about both of their axes. A pair of numbers is for the directions normal to
+the bent and along it; fibers and points have y along the bent and z normal to it, as in OpenSees.
 """
 
 import math
@@ -338,7 +336,7 @@ class OblongColumn(ColumnData, frozen=True):
 
     @property
     def hoops(self) -> Hoops:
-        """Hoop and cross ties: steel across the width and its volume, at most those of circles."""
+        """Hoop and cross ties, which confine at most as well as the hoops of a circular column."""
         # ASSUME cross ties confine the straight part like the ends; the ends resist shear like one
         # circular hoop, and along the bent only the straight sides resist it
         leg_m2, core, ties = self.hoop_area_mm2 * MM**2, self.core, self.cross_ties
@@ -376,7 +374,7 @@ class RectangularColumn(ColumnData, frozen=True):
 
     @property
     def hoops(self) -> Hoops:
-        """Hoop and ties, which hold equally spaced bars.
+        """Rectangular hoop and ties; every leg holds a bar, at equal distances.
 
         References:
             Mander, Priestley and Park (1988), eq. 20-23; shear ratio: AASHTO Guide Specifications

@@ -371,7 +371,9 @@ class BridgeData(Part, frozen=True):
             if (joint.at is None) == (joint.from_left_m is None):
                 raise ValueError(f"{joint_key}: give either at or from_left_m, not both or neither")
             if joint.bent is not None and joint.bent >= len(self.bents):
-                raise ValueError(f"{joint_key}.at: must be one of the {len(self.bents)} bents")
+                raise ValueError(
+                    f"{joint_key}.at: must be one of the {len(self.bents)} bents, got {joint.at}"
+                )
             if joint.bent is not None and self.base_of(self.bents[joint.bent]) == "pinned":
                 raise ValueError(f"{joint_key}.at: the bent below a joint needs base: fixed")
             self._check_width(f"{joint_key}.pads", joint.pads)
@@ -419,7 +421,8 @@ class BridgeData(Part, frozen=True):
                 )
             if bent.columns > 1 and bent.column_spacing_m < width_m:
                 raise ValueError(
-                    f"bents.{number}.column_spacing_m must be at least the column width {width_m:g}"
+                    f"bents.{number}.column_spacing_m must be at least the column width "
+                    f"{width_m:g}, got {bent.column_spacing_m:g}"
                 )
             if (length_m := column.hinge_length_m or 0.0) > bent.clear_height_m / 2:
                 raise ValueError(

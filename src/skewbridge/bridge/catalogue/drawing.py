@@ -122,7 +122,7 @@ def _composed(parts: list[tuple[float, float, float]]) -> tuple[float, float, fl
 
 
 def tallest(bents: list[dict[str, float]], joints: Iterable[dict[str, Any]] = ()) -> float:
-    """Return the largest height of bents up to the soffit (m), with caps below joints, or 6."""
+    """Return the largest height (m) of bents up to the soffit; 6 without bents."""
     caps_m = cap_areas(bents, 0.0, 1.0, joints)
     heights_m = [bent["clear_height_m"] + cap for bent, cap in zip(bents, caps_m, strict=True)]
     return max(heights_m, default=6.0)
@@ -132,7 +132,7 @@ def cap_areas(
     bents: list[dict[str, float]], void: float, width: float = 0.0,
     joints: Iterable[dict[str, Any]] = (),
 ) -> list[float]:  # fmt: skip
-    """Return the area (m2) of each cap outside the deck: the void, or all of it below a joint."""
+    """Return the area (m2) that each cap adds to the deck: its voids, or the cap below a joint."""
     jointed = {joint.get("at") for joint in joints}
     return [
         width * bent["cap_depth_m"] if f"bent {number}" in jointed else void
@@ -297,9 +297,9 @@ def _is_of_end(key: str) -> bool:
 
 
 def places(tree: Any, keys: Collection[str]) -> Iterator[tuple[str, int]]:
-    """Yield each section of an end or a joint and number of a bent that a formula's keys can have.
+    """Yield the (section of an end or joint, index of a bent) for which to evaluate a formula.
 
-    A formula without such keys has one section and one number, without effect.
+    A formula whose ``keys`` name no end, joint or bent is evaluated once.
     """
     of_ends, bents = [key for key in keys if _is_of_end(key)], value_at(tree, "bents")
     bent_count = len(bents) if isinstance(bents, list | tuple) else 0

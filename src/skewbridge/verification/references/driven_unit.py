@@ -104,14 +104,14 @@ def path_work_j(path: Floats, forces_n: Floats) -> float:
 
 def support_nodes(gap_m: float = 0.0) -> None:
     """Define a fixed node `SURFACE` and a node `BODY` at a distance of ``gap_m`` along z."""
-    anchor, unused = 3, 4
-    for node, z in ((SURFACE, 0.0), (BODY, gap_m), (anchor, 0.0), (unused, 0.0)):
+    anchor, unused_node = 3, 4
+    for node, z in ((SURFACE, 0.0), (BODY, gap_m), (anchor, 0.0), (unused_node, 0.0)):
         ops.node(node, 0.0, 0.0, z)
-    for node, along_x in ((SURFACE, 1), (anchor, 1), (unused, 0)):
+    for node, along_x in ((SURFACE, 1), (anchor, 1), (unused_node, 0)):
         ops.fix(node, along_x, 1, 1)
     # The solver needs at least one equation: a spring without load.
     ops.uniaxialMaterial("Elastic", 1, 1.0)
-    ops.element("zeroLength", 1, anchor, unused, "-mat", 1, "-dir", 1)
+    ops.element("zeroLength", 1, anchor, unused_node, "-mat", 1, "-dir", 1)
 
 
 def drive_body(path: Floats, *, system: str) -> None:

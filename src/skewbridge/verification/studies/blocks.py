@@ -290,13 +290,13 @@ def _loops(gap_m: float, study: Study) -> dict[str, tuple[Floats, Floats]]:
     # Normal: no slip; the pair closes and opens twice.
     slip, wave = _STROKE_M * np.sin(2.0 * pi * t), np.sin(2.0 * pi * t)
     opening = 0.02 * np.sin(pi * t) ** 2
-    moves = {
+    curves = {
         "normal": (0.0 * t, opening - 0.5 * (_DEPTH_M + gap_m) * (1.0 - np.cos(2.0 * pi * t))),
         "constant": (slip, -gap_m - _DEPTH_M * (1.0 + 0.0 * wave)),
         "varying": (slip, -gap_m - _DEPTH_M * (1.0 + 0.6 * wave)),
     }
     result: dict[str, tuple[Floats, Floats]] = {}
-    for name, (x, z) in moves.items():
+    for name, (x, z) in curves.items():
         path = np.column_stack([t, x, np.zeros_like(t), z])
         forces = drive_unit(law, path).forces_n
         exact = unit.follow_law(law, path, substeps=50)
@@ -457,8 +457,8 @@ def run_spatial(study: Study) -> None:
     closed, friction_n = forces[:, 2] > 0.0, np.hypot(*forces[:, :2].T)
     # The rows around each jump of the square wave are left out.
     steady = np.ones(len(closed), dtype=bool)
-    for jump in np.flatnonzero(np.diff(closed)).tolist():
-        steady[jump : jump + 3] = False
+    for jump_row in np.flatnonzero(np.diff(closed)).tolist():
+        steady[jump_row : jump_row + 3] = False
     excess = friction_n - np.where(closed, 1500.0 + 0.3 * forces[:, 2], 0.0)
     largest_excess = max(0.0, float(excess[steady].max())) / _PAPER_LIMIT_N
     study.at_most("excess of force over the cone / limit", largest_excess, 1e-6, "cone")
@@ -496,10 +496,10 @@ def _compare_schemes(study: Study) -> None:
 
 def _draw_spatial(study: Study, path: Floats, forces_kn: Floats) -> None:
     t, (fx, fy, fz) = path[:, 0], forces_kn.T
-    moves = {"x": (t, path[:, 1]), "y": (t, path[:, 2]), "10 uz": (t, 10.0 * path[:, 3])}
+    components = {"x": (t, path[:, 1]), "y": (t, path[:, 2]), "10 uz": (t, 10.0 * path[:, 3])}
     total = {"N": (t, fz), "|F|": (t, np.hypot(fx, fy))}
     over_time = [
-        Panel("time (s)", "displacement (m)", moves),
+        Panel("time (s)", "displacement (m)", components),
         Panel("time (s)", "friction (kN)", {"x": (t, fx), "y": (t, fy)}),
         Panel("time (s)", "force (kN)", total),
     ]
@@ -527,7 +527,7 @@ _DECK_S: Final = 0.6
 
 
 def run_orders(study: Study) -> None:
-    """Report how errors of both couplings decrease with the time step (order of accuracy)."""
+    """Report the order of accuracy of both couplings of friction (extrapolated and lagged)."""
     rows: list[Row] = [
         {"study": kind, "coupling": coupling, "rows": rows, "step": 1.0 / rows}
         | {"error_ratio": path_error(rows, coupling, kind)}

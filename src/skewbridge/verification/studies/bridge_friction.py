@@ -158,15 +158,15 @@ def half_cycles(pair: Pair[DeckMotion], axis: int) -> pd.DataFrame:
         product of the peaks of the run; it is 1 if the peaks of x and y coincide.
     """
     count = min(len(motion.disp_m) for motion in pair)
-    with_friction, without = (motion.disp_m[:count] for motion in pair)
-    disp, across = np.abs(without[:, axis]), np.abs(without[:, 1 - axis])
+    with_friction, smooth = (motion.disp_m[:count] for motion in pair)
+    disp, across = np.abs(smooth[:, axis]), np.abs(smooth[:, 1 - axis])
     columns = {
         "peak_without_m": disp,
         "peak_with_m": np.abs(with_friction[:, axis]),
         "together": disp * across / (disp.max() * across.max()),
         "has_contact": np.logical_or(*(motion.touches_wall[:count] for motion in pair)),
     }
-    crossings = np.diff(np.signbit(without[:, axis]), prepend=np.signbit(without[0, axis]))
+    crossings = np.diff(np.signbit(smooth[:, axis]), prepend=np.signbit(smooth[0, axis]))
     groups = pd.DataFrame(columns).groupby(np.cumsum(crossings))
     is_large = (groups["peak_without_m"].max() >= SMALLEST_CYCLE * disp.max()) & (groups.size() > 1)
     cycles = groups.max()[is_large].reset_index(drop=True)  # has_contact: if any contact closes
@@ -250,8 +250,8 @@ def _peaks(history: AbutmentHistory) -> dict[str, float]:
 
 def _judge_abutment(judge: States, case: str, pair: Pair[AbutmentHistory]) -> None:
     """Judge the statements on figure 10 in one case, from runs with and without friction."""
-    with_friction, without = pair
-    names = without.unit_names
+    with_friction, smooth = pair
+    names = smooth.unit_names
     walls, keys = (np.array([kind in name for name in names]) for kind in ("backwall", "key"))
     peaks = [_peaks(history) for history in pair]
     for name in ("into the fill (m)", "away from the fill (m)", "force into the fill (kN)"):
@@ -260,7 +260,7 @@ def _judge_abutment(judge: States, case: str, pair: Pair[AbutmentHistory]) -> No
     forces = with_friction.normals_n[:, keys], with_friction.friction_n[:, keys]
     judge("keys stick and slip", case, stick_slip_changes(*forces, FRICTION_PCT / 100))
     judge("fast vibration", case, *(_fast_rms(h.t_s, h.force_n[:, 0]) / KN for h in pair))
-    change_x, change_y = rms_change(with_friction.disp_m, without.disp_m).tolist()
+    change_x, change_y = rms_change(with_friction.disp_m, smooth.disp_m).tolist()
     judge("transverse differs more", f"{case}, RMS of the displacement", change_y, change_x)
     works = [[float(np.trapezoid(h.force_n[:, k], h.disp_m[:, k])) for h in pair] for k in (0, 1)]
     change_x, change_y = (abs(value / base - 1.0) for value, base in works)
@@ -312,8 +312,8 @@ def _wall_forces(runs: Iterable[AnalysisResult]) -> list[float]:
 
 def _report_demands(study: Study, case: str, pair: Pair[AnalysisResult]) -> None:
     for demand in _DEMANDS:
-        with_friction, without = (result.whole_history[demand] for result in pair)
-        study.report(f"{case}: {demand}, friction 0.5 against 0", with_friction, without, _WITHOUT)
+        with_friction, smooth = (result.whole_history[demand] for result in pair)
+        study.report(f"{case}: {demand}, friction 0.5 against 0", with_friction, smooth, _WITHOUT)
 
 
 def run(study: Study) -> None:
@@ -322,7 +322,7 @@ def run(study: Study) -> None:
     for scheme, motion in product(SCHEMES, record.runs()):
         if scheme == "paper" and motion.run.scale is None:
             continue  # nine seconds per analysis: this scheme runs only the scaled record
-        with_mu, without = pair = (
+        with_mu, frictionless = pair = (
             _analysis(motion, paper_variant(), scheme),
             _analysis(motion, paper_variant(friction_pct=0), scheme),
         )
@@ -340,7 +340,7 @@ def run(study: Study) -> None:
         close = all(result.whole_history["backwall_force_kn"] > 0.0 for result in pair)
         study.holds(f"{name}: the backwalls close", truth=close, source="this motion")
         if scheme == SCHEMES[0]:
-            results = {"no friction": without, "friction 0.5": with_mu}
+            results = {"no friction": frictionless, "friction 0.5": with_mu}
             runs = {name: pd.DataFrame(_histories(result)) for name, result in results.items()}
             study.figures["displacements"] = displacement_figure(runs)
             study.figures["hysteresis"] = hysteresis_figure(runs)
@@ -349,9 +349,9 @@ def run(study: Study) -> None:
 
 
 def _judge(judge: States, case: str, pair: Pair[AnalysisResult], *, same_record: bool) -> None:
-    with_friction, without = (_deck_motion(_histories(result)) for result in pair)
+    with_friction, frictionless = (_deck_motion(_histories(result)) for result in pair)
     for number, axis in enumerate(_AXES):
-        cycles = half_cycles((with_friction, without), number)
+        cycles = half_cycles((with_friction, frictionless), number)
         _judge_cycles(judge, "bridge cycles", f"{case}, {axis}", cycles)
         sizes = (cycles["peak_with_m"] - cycles["peak_without_m"]).abs().tolist()
         judge("in phase differs most", f"{case}, {axis}", cycles["together"].tolist(), sizes)
@@ -381,8 +381,8 @@ def _deck_motion(table: Mapping[str, Floats]) -> DeckMotion:
 
 
 def _history_change(pair: Pair[AnalysisResult], column: str) -> float:
-    with_friction, without = (_histories(result)[column] for result in pair)
-    return float(rms_change(with_friction, without))
+    with_friction, frictionless = (_histories(result)[column] for result in pair)
+    return float(rms_change(with_friction, frictionless))
 
 
 def run_places(study: Study) -> None:
@@ -391,9 +391,9 @@ def run_places(study: Study) -> None:
     for skew, motion in product(SKEWS_DEG, record.runs()):
         variant = paper_variant(skew_deg=skew)
         runs = {place: _analysis(motion, variant, friction_at=place) for place in PLACES}
-        without = _analysis(motion, paper_variant(skew_deg=skew, friction_pct=0))
-        changes = (_history_change((runs[place], without), "deck_uy_m") for place in _FREE)
-        case, analyses = f"OSB1, skew {skew}{record.stand_in}", (*runs.values(), without)
+        smooth = _analysis(motion, paper_variant(skew_deg=skew, friction_pct=0))
+        changes = (_history_change((runs[place], smooth), "deck_uy_m") for place in _FREE)
+        case, analyses = f"OSB1, skew {skew}{record.stand_in}", (*runs.values(), smooth)
         premise = _is_pushed(_wall_forces(analyses), skew)
         study.states("backwall makes it", case, *changes, run=motion.run, premise=premise)
         if not motion.is_nominal:
@@ -407,7 +407,7 @@ def run_places(study: Study) -> None:
             text = f"skew {skew}, friction at {place}: friction at a {frictionless_part} (kN)"
             study.at_most(text, forces_kn.abs().to_numpy().max(), 0.0, "no friction there")
         for place, demand in product(PLACES, _DEMANDS):
-            value, value_without = (run.whole_history[demand] for run in (runs[place], without))
+            value, value_without = (run.whole_history[demand] for run in (runs[place], smooth))
             # a deck that does not rotate gives no reference for the ratio
             if value_without > (1e-4 if demand == "deck_rotation_rad" else 0.0):
                 text = f"skew {skew}, friction at {place}: {demand}"
@@ -434,11 +434,11 @@ def run_models(study: Study) -> None:
         )
         case = f"OSB1, {abutment}, skew {SKEWS_DEG[1]}{motion.stand_in}"
         _judge_skew(partial(study.states, run=run.run), case, straight, skewed)
-    with_friction, without = (
+    with_friction, frictionless = (
         _analysis(motion, paper_variant(bridge="osb2s", skew_deg=20, friction_pct=friction_pct))
         for friction_pct in (FRICTION_PCT, 0)
     )
-    _report_demands(study, "OSB2S (surrogate), skew 20", (with_friction, without))
+    _report_demands(study, "OSB2S (surrogate), skew 20", (with_friction, frictionless))
     for skew in SKEWS_DEG:
         tables = [pd.DataFrame(_histories(runs[model, skew])) for model in _MODELS]
         names = [model.replace("_", " ") for model in _MODELS]

@@ -75,7 +75,7 @@ WHOLE: Final = "whole_"  # prefix of columns with peaks of whole motions
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A change of the comparison; fields that are not given keep the default."""
+    """A change of the compared model or capacities that may explain a difference."""
 
     name: str
     demands: Mapping[str, str] = field(default_factory=dict[str, str])  # replaced, by component
@@ -114,8 +114,8 @@ def run(study: Study) -> None:
         for (era, name), table in analysed_demands(study, cases, 24).items()  # motions: 3 blocks
     ]
     study.tables["ratios"] = table = compared(published, pd.concat(comparisons, ignore_index=True))
-    ours = table[table["change"] == NONE.name]
-    for row in records_of(ours):
+    unchanged = table[table["change"] == NONE.name]
+    for row in records_of(unchanged):
         name, published_g = _name(row), row["median_g"]
         if row["status"] == FITTED:
             text = f"{name}: median in g, ratio {_interval(row)}"
@@ -127,13 +127,13 @@ def run(study: Study) -> None:
     study.tables["explained"] = explanations(table)
     for row in records_of(study.tables["explained"]):
         name = f"{_name(row)}: ratio {row['ratio']:.2f}"
-        best = f"best: {row['change']}, {row['changed_ratio']:.2f}"
+        best_text = f"best: {row['change']}, {row['changed_ratio']:.2f}"
         if row["state"] in JUDGED.get(row["component"], ()):
-            text = f"{name} is inside {RANGE[0]:g} to {RANGE[1]:g} or explained ({best})"
+            text = f"{name} is inside {RANGE[0]:g} to {RANGE[1]:g} or explained ({best_text})"
             study.holds(text, truth=bool(row["is_explained"]), source=SOURCE)
         else:
-            study.report(f"{name}, not judged ({best})", row["changed_ratio"], 1.0, SOURCE)
-    study.figures["medians"] = _figure(ours[ours["status"] == FITTED])
+            study.report(f"{name}, not judged ({best_text})", row["changed_ratio"], 1.0, SOURCE)
+    study.figures["medians"] = _figure(unchanged[unchanged["status"] == FITTED])
 
 
 def analysed_demands[Key](
@@ -247,10 +247,10 @@ def explanations(table: pd.DataFrame) -> pd.DataFrame:
     # "none" comes first: `idxmin` then returns it for ratios inside the range
     ratios = ratio_of[list(dict.fromkeys([NONE.name, *table["change"]]))].dropna(subset=[NONE.name])
     distances = outside(ratios)
-    best, unchanged = distances.idxmin(axis=1), distances[NONE.name]
+    nearest, unchanged = distances.idxmin(axis=1), distances[NONE.name]
     closed = (1.0 - distances.min(axis=1) / unchanged).where(unchanged > 0.0)
-    changed = ratios.to_numpy()[np.arange(len(best)), ratios.columns.get_indexer(best)]
-    columns = {"ratio": ratios[NONE.name], "change": best, "changed_ratio": changed}
+    changed_ratios = ratios.to_numpy()[np.arange(len(nearest)), ratios.columns.get_indexer(nearest)]
+    columns = {"ratio": ratios[NONE.name], "change": nearest, "changed_ratio": changed_ratios}
     is_explained = (unchanged == 0.0) | (closed >= 0.5)
     return pd.DataFrame(columns | {"closed": closed, "is_explained": is_explained}).reset_index()
 
@@ -292,7 +292,7 @@ def run_skew(study: Study) -> None:
         (bridge, skew, NONE.name): (paper_variant(bridge=bridge, skew_deg=skew, gap_mm=25), {})
         for bridge, skew in product(("bridge_a", "bridge_b", "bridge_c"), SKEWS_DEG)
     }
-    changed = {
+    choices = {
         (CHOSEN, skew, choice): (paper_variant(bridge=CHOSEN, skew_deg=skew, gap_mm=25), options)
         for choice, options in CHOICES.items()
         for skew in (SKEWS_DEG[0], SKEWS_DEG[-1])
@@ -300,7 +300,7 @@ def run_skew(study: Study) -> None:
     }
     demands = analysed_demands(study, unchanged, 12)
     at_zero_skew = demands[CHOSEN, 0, NONE.name].head(CHOICE_MOTIONS)
-    demands |= analysed_demands(study, changed, CHOICE_MOTIONS)
+    demands |= analysed_demands(study, choices, CHOICE_MOTIONS)
     for choice in CHOICES:
         demands.setdefault((CHOSEN, 0, choice), at_zero_skew)
     tables = [runs.assign(choice=choice) for (*_, choice), runs in demands.items()]

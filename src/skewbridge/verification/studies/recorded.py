@@ -206,8 +206,8 @@ def _event(folder: Path, paths: list[Path], station: Station) -> Event:
             channel = _CHANNEL.search(header) or _RECORDER_CHANNEL.search(header)
             if number_stated is None or number_stated[1].lstrip("0") != station.station:
                 stated = f"station {number_stated[1]}" if number_stated else "no station number"
-                needed = f"{station.title} is station {station.station}"
-                raise InputError(f"{path}: {stated} in its header, but {needed}")
+                value = f"{station.title} is station {station.station}"
+                raise InputError(f"{path}: {stated} in its header, but {value}")
             if channel is None or int(channel[1]) in accels:
                 continue
             trace = read_trace(path, Stated(channel=number))
@@ -215,9 +215,9 @@ def _event(folder: Path, paths: list[Path], station: Station) -> Event:
             steps_s.add(trace.dt_s)
             date = _date(header) or date
     if missing := sorted(station.required - accels.keys()):
-        lacking, needed = (", ".join(map(str, c)) for c in (missing, sorted(station.required)))
+        lacking, value = (", ".join(map(str, c)) for c in (missing, sorted(station.required)))
         text = f"channel {lacking} of station {station.station} is missing"
-        raise InputError(f"{folder}: {text}; the comparison needs {needed}")
+        raise InputError(f"{folder}: {text}; the comparison needs {value}")
     if len(steps_s) > 1:
         steps = ", ".join(map(str, sorted(steps_s)))
         raise InputError(f"{folder}: time steps of {steps} s; all files must have the same")
@@ -419,7 +419,7 @@ def changed_cases(station: Station, folder: Path) -> dict[str, Case]:
     """Return changes of the model, by name; changed bridges are written to a folder."""
     case = Case.of(station)
     variant, options, _ = case
-    changed = {
+    changed_models = {
         "uniform input": case._replace(uniform=True),
         "no skew": case._replace(variant=replace(variant, skew_deg=0.0)),
         "square bents": case._replace(options=replace(options, bent_skew="square")),
@@ -436,10 +436,10 @@ def changed_cases(station: Station, folder: Path) -> dict[str, Case]:
     for name, text in files.items():
         path = folder / f"{name.replace(' ', '_')}.yaml"
         path.write_text(f"extends: {station.bridge}\nsource: 'd: {name}'\n{text}", encoding="utf-8")
-        changed[name] = Case.of(station, str(path))
+        changed_models[name] = Case.of(station, str(path))
     if station.other:
         joint = Case.of(station, station.other)
-        changed |= {"west end with a joint": joint} | {
+        changed_models |= {"west end with a joint": joint} | {
             f"joint, {name}": joint._replace(variant=replace(joint.variant, **change))
             for name, change in {
                 "friction 0": {"friction_pct": 0},
@@ -447,7 +447,7 @@ def changed_cases(station: Station, folder: Path) -> dict[str, Case]:
                 "gap +50 %": {"gap_mm": 1.5 * station.gap_mm},
             }.items()
         }
-    return changed
+    return changed_models
 
 
 def comparison(history: Floats, recorded: Floats) -> dict[str, float]:
@@ -477,8 +477,8 @@ def run_painter(study: Study) -> None:
             study.figures[event.date] = histories_figure(data, models["model"])
             for name, histories in models.items():
                 table = {k: comparison(histories[k], data.recorded[k]) for k in data.recorded}
-                judged = [q.name for q in station.quantities if q.peak and q.name in table]
-                cost = np.sqrt(np.mean([table[key]["error"] ** 2 for key in judged]))
+                with_limits = [q.name for q in station.quantities if q.peak and q.name in table]
+                cost = np.sqrt(np.mean([table[key]["error"] ** 2 for key in with_limits]))
                 rows += [
                     {"event": event.date, "model": name, "cost": cost, "quantity": key} | agreement
                     for key, agreement in table.items()

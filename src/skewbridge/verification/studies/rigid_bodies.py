@@ -73,8 +73,8 @@ def run_particle_lcp(restitution: float, h_s: float, duration_s: float) -> Histo
     contacts = RigidContacts(*rows, (0, 1), _LINE_FRICTION, cohesion_n=0.0, restitution=restitution)
     times = live.even_times(duration_s, h_s)
     loads = -_MASS_KG * _LINE_PULSE.mean(times[:-1], times[1:]).T
-    eye = np.eye(2)
-    matrices = _MASS_KG * eye, _DASHPOT_N_S_PER_M * eye, _STIFFNESS_N_PER_M * eye
+    identity = np.eye(2)
+    matrices = _MASS_KG * identity, _DASHPOT_N_S_PER_M * identity, _STIFFNESS_N_PER_M * identity
     return moreau_jean(matrices, contacts, loads, h_s)
 
 
@@ -282,9 +282,9 @@ def _draw_c1(study: Study, rigid: History, elastic: History) -> None:
 def perimeter_beams(case: cases.DeckCase) -> None:
     """Connect the mass centre to the corners by a perimeter of stiff beams and four spokes."""
     # ASSUME the mass of the paper's perimeter deck is at its centre, on equally stiff members.
-    half = 0.5 * case.length_m
-    axial = 1.0e4 * case.normal_stiffness_n_per_m * half  # a higher stiffness changes nothing
-    bending = axial * half * half / 3.0
+    half_m = 0.5 * case.length_m
+    axial = 1.0e4 * case.normal_stiffness_n_per_m * half_m  # a higher stiffness changes nothing
+    bending = axial * half_m * half_m / 3.0
     ops.geomTransf("Linear", 1)
     right_acute, right_obtuse, left_obtuse, left_acute = solvers.CORNER_NODES
     members = [
@@ -385,8 +385,8 @@ def run_tests(study: Study) -> None:
                 text = f"{name}: peak {key} over {_DURATION_S:g} s"
                 study.relative(text, peaks[key], exact[key], 0.02, _ODE)
         else:  # the motion is chaotic after some seconds: only the start is compared
-            early = history.t_s <= _PREDICTABLE_S
-            error = float(np.abs((history.q - penalty.q)[early, :2]).max())
+            is_early = history.t_s <= _PREDICTABLE_S
+            error = float(np.abs((history.q - penalty.q)[is_early, :2]).max())
             text = f"{name}: difference in the first {_PREDICTABLE_S:g} s (m)"
             study.at_most(text, error, 0.05 * MM, _ODE)
             _draw_tests(study, history, f"{motion.label}, {name}")
@@ -402,12 +402,12 @@ def run_tests(study: Study) -> None:
 def _draw_tests(study: Study, history: History, title: str) -> None:
     early = history.t_s <= 8.0
     slips = history.q @ solvers.make_deck(wu_case(GAPS_MM[0])).tangent_rows.T
-    moves = {"tangential": slips / MM, "opening": history.openings_m / MM}
+    components = {"tangential": slips / MM, "opening": history.openings_m / MM}
     normals, frictions = history.normals_n / KN, history.tangentials_n / KN
     forces = {"compression (kN)": normals, "friction (kN)": frictions}
     t_s = history.t_s[early]
     panels = [
-        Panel("time (s)", f"{corner} (mm)", {n: (t_s, m[early, k]) for n, m in moves.items()})
+        Panel("time (s)", f"{corner} (mm)", {n: (t_s, m[early, k]) for n, m in components.items()})
         for k, corner in enumerate(_NAMES)
     ]
     study.figures["deformations"] = drawn(panels, height_in=6.4, title=title)

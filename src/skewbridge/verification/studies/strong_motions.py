@@ -95,7 +95,7 @@ def _keyed_row(key: str, task: Task, analysed: Callable[[Task], Row]) -> Row:
 
 
 _DEFAULTS: Final = AnalysisSettings()
-HARD_SET: Final = CaseSet(
+STRESS_CASES: Final = CaseSet(
     grid=GridConfig(
         bridge=("osb1", "osb1_fixed", "osb2s"),
         abutment=tuple(ABUTMENTS),
@@ -108,7 +108,9 @@ HARD_SET: Final = CaseSet(
 )
 
 
-def run(study: Study, cases: CaseSet = HARD_SET, settings: AnalysisSettings = _DEFAULTS) -> None:
+def run(
+    study: Study, cases: CaseSet = STRESS_CASES, settings: AnalysisSettings = _DEFAULTS
+) -> None:
     """Run the stress cases; add one comparison per bridge, abutment and skew, and a table."""
     tasks = cases.tasks(settings, ModelOptions())
     table = pd.DataFrame(rows_of_tasks(study, tasks, _ending, cases.processes))
@@ -230,11 +232,11 @@ def run_convergence(study: Study, cases: CaseSet = CONVERGENCE) -> None:
     peaks = {name: rows.set_index("case") for name, rows in table.groupby("numerics")}
     tables: list[pd.DataFrame] = []
     for changed in finer:
-        exact = peaks[changed.name]
-        coarse = peaks[changed.coarse].loc[exact.index]
+        finer_peaks = peaks[changed.name]
+        coarse = peaks[changed.coarse].loc[finer_peaks.index]
         changes = coarse[["variant", "motion_id", "numerics", *EXCESS]].assign(
             against=changed.name,
-            **{name: relative_changes(name, coarse[name], exact[name]) for name in CHANGES},
+            **{name: relative_changes(name, coarse[name], finer_peaks[name]) for name in CHANGES},
         )
         judge_changes(study, changes, changed)
         tables.append(changes)
@@ -255,8 +257,8 @@ def judge_changes(study: Study, changes: pd.DataFrame, finer: Numerics) -> None:
         limit = budget if finer.coarse == "default" else None
         sizes = changes[demand].abs()
         factor = 1.0 if demand == "deck_rotation_rad" else 1.5  # rotations may not exceed the limit
-        floor = f" (changes up to {FLOORS[demand][1]} are ignored)" if demand in FLOORS else ""
-        text = f"{demand}, largest change {finer.text}, {cases}{floor}"
+        exemption = f" (changes up to {FLOORS[demand][1]} are ignored)" if demand in FLOORS else ""
+        text = f"{demand}, largest change {finer.text}, {cases}{exemption}"
         tolerance = None if limit is None else factor * limit
         study.absolute(text, sizes.max(), 0.0, tolerance, finer.name)
         text = f"{demand}, median change {finer.text}, {cases}"
