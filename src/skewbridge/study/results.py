@@ -46,7 +46,7 @@ logger = logging.getLogger(__name__)
 #: Provenance of demands written by `skewbridge statistics`: the name of their source.
 _STATISTICS_OF: Final = "statistics_of"
 #: Columns of fits that have the unit of the intensity measure.
-_MEDIAN: Final = re.compile(r"theta(_(?!bound_beta)\w+)?")
+_MEDIAN: Final = re.compile(r"theta(_\w+)?")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
