@@ -224,18 +224,19 @@ def compare_studies(first: Path, second: Path, hazard: Path | None = None) -> St
     site = hazard_curve(stated, measures, own_im or DEFAULTS.im)
     im = site.im if site else own_im
     renamed_files = _other_motions(first, second)
+    from_demands, measure, _ = _read_demands(paths[0], sources[0], im, states)
+    to_demands, *_ = _read_demands(paths[1], sources[1], measure, states)
     tables: list[pd.DataFrame] = []
-    for number, (path, source) in enumerate(zip(paths, sources, strict=True)):
-        table, im, _ = _read_demands(path, source, im, states)
+    for number, table in enumerate((from_demands, to_demands)):
         table = with_derived_columns(table[~table["motion_id"].isin(renamed_files)])
         # other variants than those of the other study: both, or neither, may have a curve
         names = f"{number} " + table["variant"].astype(str)
         tables.append(table.assign(**{STUDY: number, "variant": names}))
-    settings = replace(DEFAULTS, im=im)
+    settings = replace(DEFAULTS, im=measure)
     common = set(tables[0].columns) & set(tables[1].columns)
     states = [s for s in with_column_failure(states, common) if s.demand in common]
     names = list(demands_for("effect", sorted(common)))
-    columns = list(dict.fromkeys([*names, *(state.demand for state in states), im]))
+    columns = list(dict.fromkeys([*names, *(state.demand for state in states), measure]))
     demands = pd.concat(tables, ignore_index=True)
     pairs = effects.run_pairs(demands, STUDY, columns)
     if pairs.empty:
