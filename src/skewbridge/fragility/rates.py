@@ -33,7 +33,7 @@ from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.limit_states import COLUMN_FAILURE, LimitState, States, hazus_factor
 from skewbridge.fragility.motion_means import completed
 from skewbridge.fragility.outcomes import TREATMENTS
-from skewbridge.fragility.settings import EFFECT_CONFIDENCE, FitSettings
+from skewbridge.fragility.settings import ASSUMED_BETA, EFFECT_CONFIDENCE, FitSettings
 from skewbridge.fragility.system import averaged, difference
 from skewbridge.fragility.union import any_of, union_curve
 from skewbridge.fragility.verdicts import OK, RATIOS
@@ -118,7 +118,7 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
     """
     status, rate_ends = curve["status"], (nan, nan, nan)
     row: Row = {name: curve[name] for name in ("status", "method", "im", "level")}
-    bound_beta = np.hypot(curve["theta_bound_beta"], np.nan_to_num(curve["capacity_dispersion"]))
+    bound_beta = np.hypot(ASSUMED_BETA, np.nan_to_num(curve["capacity_dispersion"]))
 
     def rate_of(theta: float, beta: float) -> float:
         return curve_rate(_lognormal(theta, beta), hazard).value
@@ -174,7 +174,7 @@ def rate_table(
     ``system`` has the columns `rate` and `shares` of `system_curves` with a hazard.
     """
     # bounds of medians, which one method gives, apply to all methods
-    bounds = [f"theta_bound_{name}" for name in ("low", "high", "beta")]
+    bounds = [f"theta_bound_{name}" for name in ("low", "high")]
     largest = curves.groupby(_STATE)[bounds].transform("max")
     chosen = chosen_curves(curves.assign(**{name: largest[name] for name in bounds}))
     columns = demand_table.variant_columns(curves)
