@@ -189,11 +189,11 @@ class _Brake:
 
     def __init__(self, model: BridgeModel) -> None:
         masses, tags = model.frame.loads.masses_kg, model.tags
-        light = _LIGHT * sum(masses.values())
+        small_mass_kg = _LIGHT * sum(masses.values())
         plane = [node for node in ops.getNodeTags() if ops.getFixedDOFs(node) == [3, 4, 5, 6]]
         self._springs: list[tuple[float, int]] = []  # kg, parameter of the stiffness
         self._offsets: list[tuple[int, int, float, int]] = []  # node, dof, start, parameter
-        for node, mass_kg in {**masses, **dict.fromkeys(plane, light)}.items():
+        for node, mass_kg in {**masses, **dict.fromkeys(plane, small_mass_kg)}.items():
             ground, element = grounded_node(ops.nodeCoord(node), tags), tags.element()
             spring = uniaxial(tags, "Elastic", 0.0)
             materials = [uniaxial(tags, "InitStrainMaterial", spring, 0.0) for _ in range(2)]

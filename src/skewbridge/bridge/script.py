@@ -177,12 +177,12 @@ def _common_properties(bridge: ScriptBridge) -> _CommonProperties:
 def _bents(frame: Frame) -> tuple[int, ...]:
     """Return the number (0, 1, ...) of the bent of each column, from left to right."""
     left, right = (end.plan.middle_m[0] for end in frame.ends)
-    xs = [float(ops.nodeCoord(column.top.node, 1)) for column in frame.columns]
+    columns_x = [float(ops.nodeCoord(column.top.node, 1)) for column in frame.columns]
     starts: list[float] = []
-    for x in sorted(xs):
+    for x in sorted(columns_x):
         if not starts or x - starts[-1] >= _BENT_SHARE * (right - left):
             starts.append(x)
-    return tuple(bisect(starts, x) - 1 for x in xs)
+    return tuple(bisect(starts, x) - 1 for x in columns_x)
 
 
 def _description(
