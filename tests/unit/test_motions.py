@@ -748,6 +748,17 @@ def test_a_search_brackets_any_capacity_in_the_forecast_analyses(capacity, ratio
     assert levels.most_trials((0.1, 10.0)) == 10
 
 
+def test_a_motion_ends_when_the_slowest_oscillator_has_decayed():
+    pulse = np.zeros(6000)
+    pulse[100] = 1.0
+    motion = GroundMotion(motion_id="m", dt_s=0.01, accel_1_mps2=pulse, accel_2_mps2=pulse)
+    assert intensity.shaken_s(motion, 1.0, None) == motion.duration_s
+    for ratio in (0.5, 0.25):
+        # after a pulse, exp(-0.05 (2 pi / 3 s) t) of the peak in the first quarter of a period
+        decayed_s = 1.0 + 0.75 + math.log(1.0 / ratio) / (0.05 * 2.0 * math.pi / 3.0)
+        assert decayed_s - 1.5 < intensity.shaken_s(motion, 1.0, ratio) <= decayed_s
+
+
 def test_cut_and_trimmed_motions_keep_the_strongest_window_and_the_spectrum_and_end_at_rest():
     scenario = Scenario(magnitude=6.5, distance_km=8.0, vs30_mps=400.0)
     motion = synthesize(scenario, index=0, seed=2023)

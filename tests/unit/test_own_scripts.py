@@ -303,18 +303,31 @@ def test_abutments_are_those_of_the_script_of_osb1_or_of_an_option(tmp_path):
         with domain():
             return [end.abutment for end in frame_of(tmp_path, text).ends]
 
-    usual, same = ends()
-    assert usual == same
+    usual, _ = ends()
     assert usual.pads.yield_force_kn == pytest.approx(2 * osb1.abutment.pads.yield_force_kn)
     assert usual.wall_width_m == pytest.approx(2 * osb1.abutment.wall_width_m)
     assert wing_wall(usual).ultimate_n == pytest.approx(wing_wall(osb1.abutment).ultimate_n)
     (given, _) = ends(', abutment={"pads": {"count": 7}, "seat_width_m": {"v": 0.5}}')
-    assert (given.pads.count, given.seat_width_m) == (7, 0.5)
-    assert given.pads.height_m == usual.pads.height_m
+    expected = 7, 0.5, usual.pads.height_m
+    assert (given.pads.count, given.seat_width_m, given.pads.height_m) == expected
     (chosen, _) = ends(', abutment="bridge_a"')
     assert chosen.seat_width_m == other.abutment.seat_width_m
     share = other.abutment.wall_width_m / other.deck.width_m
     assert chosen.wall_width_m == pytest.approx(share * wider)
+
+
+def test_own_gap_and_skew_count_and_lengths_are_along_a_turned_and_moved_deck(tmp_path):
+    own = 'units="N-m", abutment={"gap_mm": 30.0, "skew_deg": 20.0}'
+    text = GOOD.replace('units="N-m"', own).replace("(0.05, 0.04)", "[0.05, 0.04]")
+    text = text.replace("x * M, 0.0,", "0.8 * x, 0.6 * x + 90.0,")
+    text = re.sub(r"(node\(1[01], 0.0,) 0.0", r"\1 90.0", text)
+    about = load_structure(made(tmp_path, text)).description
+    assert about.spans_m == pytest.approx((40.0, 40.0))
+    assert about.columns_m[0] == pytest.approx((0.0, 0.0), abs=1e-9)
+    assert about.gaps_mm == {"left": 30.0, "right": 30.0}
+    with domain():
+        skews_deg = {end.plan.name: end.plan.skew_deg for end in frame_of(tmp_path, text).ends}
+    assert skews_deg == about.skews_deg == {"left": 20.0, "right": 20.0}
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)

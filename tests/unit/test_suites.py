@@ -14,7 +14,7 @@ from skewbridge.bridge.library import load_structure
 from skewbridge.errors import InputError
 from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.fragility.study_tables import ALL_SUITES, DEPENDS, NO_DIFFERENCE, fragility_tables
-from skewbridge.motions import formats, record, synthesis
+from skewbridge.motions import formats, intensity, record, synthesis
 from skewbridge.motions import suite as motion_suite
 from skewbridge.motions.folder import list_motions
 from skewbridge.motions.levels import FACTOR_LIMITS
@@ -291,3 +291,14 @@ def test_another_number_in_the_index_is_refused(folder, old, new, words) -> None
     index = folder / "index.csv"
     index.write_text(index.read_text().replace(old, new))
     assert words in str(answer("motions", "check", folder, code=2))
+
+
+def test_analyses_end_with_the_strong_part_of_each_motion(folder, tmp_path):
+    grid, motions = {"bridge": ["osb1"]}, {"folder": str(folder), "count": 1, "tail_ratio": 0.25}
+    study = config.parse_config({"results": str(tmp_path), "grid": grid, "motions": motions})
+    inputs.prepare_motions(study)
+    setup = analyses.StudySetup.of(study)
+    (task,) = setup.tasks("osb1_cf_skew30_gap051_mu050")
+    end_s = intensity.shaken_s(task.motion.motion, 0.7192, 0.25)
+    assert setup.durations_s == [task.analysed_s] == [task.settings.duration_s] == [end_s]
+    assert end_s < task.motion.motion.duration_s

@@ -113,7 +113,8 @@ def hold_dead_load(
     ops.integrator("LoadControl", 1.0 / _GRAVITY_STEPS)
     ops.analysis("Static", "-noWarnings")
     if ops.analyze(_GRAVITY_STEPS) != 0:
-        raise GravityError("the gravity analysis did not converge: no equilibrium under dead load")
+        text = "no equilibrium under dead load (a mechanism, such as a deck on rollers only?)"
+        raise GravityError(f"the gravity analysis did not converge: {text}")
     ops.loadConst("-time", 0.0)
     ops.wipeAnalysis()
 

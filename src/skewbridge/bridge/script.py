@@ -174,30 +174,37 @@ def _common_properties(bridge: ScriptBridge) -> _CommonProperties:
     return _CommonProperties(t1_s=t1_s, damping=damping, description=description, bents=bents)
 
 
+def _columns_m(frame: Frame) -> tuple[list[PlanVector], float]:
+    """Return column tops from mid-deck, along and across the deck, and its length (m)."""
+    left, right = (np.array(end.plan.middle_m) for end in frame.ends)
+    length_m = float(np.linalg.norm(right - left))
+    along = (right - left) / length_m
+    tops = [np.array(ops.nodeCoord(column.top.node)[:2]) for column in frame.columns]
+    offsets = [top - (left + right) / 2 for top in tops]
+    across = np.array([-along[1], along[0]])
+    return [(float(offset @ along), float(offset @ across)) for offset in offsets], length_m
+
+
 def _bents(frame: Frame) -> tuple[int, ...]:
     """Return the number (0, 1, ...) of the bent of each column, from left to right."""
-    left, right = (end.plan.middle_m[0] for end in frame.ends)
-    columns_x = [float(ops.nodeCoord(column.top.node, 1)) for column in frame.columns]
+    columns_m, length_m = _columns_m(frame)
     starts: list[float] = []
-    for x in sorted(columns_x):
-        if not starts or x - starts[-1] >= _BENT_SHARE * (right - left):
+    for x, _ in sorted(columns_m):
+        if not starts or x - starts[-1] >= _BENT_SHARE * length_m:
             starts.append(x)
-    return tuple(bisect(starts, x) - 1 for x in columns_x)
+    return tuple(bisect(starts, x) - 1 for x, _ in columns_m)
 
 
 def _description(
     name: str, frame: Frame, script_frame: ScriptFrame, numbers: Sequence[int]
 ) -> Description:
-    left, right = (end.plan.middle_m[0] for end in frame.ends)
-    middle_m = (left + right) / 2
+    columns_m, length_m = _columns_m(frame)
     seats = [(end, end.abutment) for end in frame.ends if isinstance(end.abutment, AbutmentData)]
     bents: list[list[tuple[float, float]]] = [[] for _ in {*numbers}]
-    columns_m: list[tuple[float, float]] = []
-    for column, number in zip(frame.columns, numbers, strict=True):
-        x, y, _ = ops.nodeCoord(column.top.node)
-        columns_m.append((x - middle_m, y))
+    for column, (x, _), number in zip(frame.columns, columns_m, numbers, strict=True):
         bents[number].append((x, column.clear_height_m))
-    supports_x = [left, *(fmean(x for x, _ in bent) for bent in bents), right]
+    middles_m = (fmean(x for x, _ in bent) for bent in bents)
+    supports_x = [-length_m / 2, *middles_m, length_m / 2]
     return Description(
         title=script_frame.title or name,
         details="script",
@@ -210,6 +217,10 @@ def _description(
         outlines_m=(_DRAWN_M,) * len(columns_m),
         seats_m={end.plan.name: seat.seat_width_m for end, seat in seats},
         end_kinds={end.plan.name: seat.type for end, seat in seats},
+        skews_deg={
+            end.plan.name: seat.skew_deg for end, seat in seats if seat.skew_deg is not None
+        },
+        gaps_mm={end.plan.name: seat.gap_mm for end, seat in seats if seat.gap_mm is not None},
         wall_m=max(seat.wall_thickness_m for _, seat in seats),
         backfill_rule="".join({seat.backfill.rule for _, seat in seats}),
         damping_ratio=frame.damping.ratio,
@@ -419,7 +430,7 @@ class _Reader:
             side,
             (position[0], position[1]),
             (outward[0] / length, outward[1] / length),
-            self._skew_deg,
+            self._skew_deg if data.skew_deg is None else data.skew_deg,
             width,
             thickness_m,
             position[2] - soffit,
@@ -466,7 +477,8 @@ class _Reader:
                 f"{field}.hinges: element {column.element} has no integration point {point}",
             )
         drift, per_m = column.drift_capacity, self._units.si(PER_LENGTH)
-        drifts = drift if isinstance(drift, tuple) else (drift, drift)
+        drifts = tuple(drift) if isinstance(drift, Sequence) else (drift, drift)
+        _need(len(drifts) == 2, f"{field}.drift_capacity must be a number or two, got {drift}")
         strength = None if callable(column.shear_strength) else column.shear_strength
         limits = {"drift_capacity": (*drifts, 1.0), "yield_drift": (column.yield_drift, 1.0)}
         limits |= {"shear_strength": (strength, inf), "yield_curvature": (yield_curvature, inf)}

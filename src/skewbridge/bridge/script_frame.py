@@ -26,7 +26,7 @@ class Column:
     base: int
     top: int
     height: float | None = None
-    drift_capacity: float | tuple[float, float] | None = None
+    drift_capacity: float | Sequence[float] | None = None
     shear_strength: float | Callable[..., Any] | None = None
     yield_drift: float | None = None
     yield_curvature: float | None = None

@@ -273,6 +273,8 @@ def column(
     from skewbridge.report.bridge_figures import column_figure
 
     data = load_bridge(case.bridge)
+    if not data.bents:
+        raise InputError(f"bridge {data.name} has no columns")
     if not 1 <= bent <= len(data.bents):
         raise InputError(f"bent must be between 1 and {len(data.bents)}, got {bent}")
     rows: list[dict[str, Any]] = []

@@ -24,6 +24,7 @@ from skewbridge.cli.output import (
 )
 from skewbridge.errors import InputError
 from skewbridge.files.text import Number, checked
+from skewbridge.units import Units
 
 commands = new_group()
 
@@ -90,6 +91,7 @@ def export(
 def statistics(
     demands: Annotated[Path, arg("Table with columns of demands.parquet: .parquet or .csv.")],
     out: Out,
+    units: Units,
     limit_states: LimitStates = LIMIT_STATES,
     im: Annotated[str | None, opt("Intensity measure, if there are several.", "COLUMN")] = None,
     hazard: Hazard = None,
@@ -110,7 +112,7 @@ def statistics(
     if report:
         from skewbridge.report.page import write_statistics_report
 
-        answer["report"] = str(write_statistics_report(out))
+        answer["report"] = str(write_statistics_report(out, units))
     return Answer(answer, warnings=answer["warnings"])
 
 
@@ -180,6 +182,7 @@ def predict(
 @command(commands)
 def decide(
     hazard: Annotated[Path, opt("Hazard curve of the site (CSV, OpenQuake, USGS).")],
+    units: Units,
     probability_50y: Annotated[float, opt("Target probability of failure in 50 years.")] = 0.02,
     axis: Annotated[list[str] | None, opt("Value of another axis.", "NAME=VALUE")] = None,
     study: Study = None,
@@ -218,7 +221,7 @@ def decide(
         title += f" ({extrapolated} of {len(table)} seats extrapolated)"
     write_csv(table, writable_folder(out) / "decision.csv")
     draw = partial(decision_figure, needs, title)
-    files = save_figure(draw, FigureSettings(), out, "decision")
+    files = save_figure(draw, FigureSettings(units=units), out, "decision")
     is_end_gap = table["gap_mm"].isin([table["gap_mm"].min(), table["gap_mm"].max()])
     is_third_skew = table["skew_deg"].isin(table["skew_deg"].unique()[::3])
     columns = [name for name in _DECISION_COLUMNS if name in table]

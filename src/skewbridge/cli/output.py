@@ -1,6 +1,7 @@
 """What all commands share: answers, errors and exit codes, and options on variants and studies."""
 
 import json
+import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -268,9 +269,10 @@ def in_units(row: Row, units: Units) -> Row:
 
 
 def _us_unit(name: str) -> tuple[str, float]:
+    value = re.sub("_(low|high)$", "", name)  # ends of an interval have the unit of the value
     for ending, (replacement, factor) in _US_UNITS.items():
-        if name.endswith(ending):
-            return name.removesuffix(ending) + replacement, factor
+        if value.endswith(ending):
+            return value.removesuffix(ending) + replacement + name.removeprefix(value), factor
     return name, 1.0
 
 

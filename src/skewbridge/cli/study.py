@@ -31,6 +31,7 @@ from skewbridge.cli.output import (
 from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_file, writable_folder, write_text
 from skewbridge.statuses import FAILED
+from skewbridge.units import Units
 
 #: Tables and figures of a finished study, written by `make demo-data`.
 DEMO_STUDY: Final = Path(__file__).parent / "demo_study"
@@ -232,6 +233,7 @@ def retry(
 
 @command(study)
 def plot(
+    units: Units,
     names: Annotated[list[str] | None, arg("Figures (* matches any text).", "[NAME]...")] = None,
     out: Out = Path(),
     study: Study = None,
@@ -252,6 +254,8 @@ def plot(
         config = stored_configuration(study) if study else None  # needs no other file of the study
         defaults = (config or study_of(study)[0]).figures
     changed = keys_and_values("--set", changes)
+    if units != "si":  # the default, which keeps the units of the study
+        changed["units"] = units
     settings = checked(FigureSettings, asdict(defaults) | changed, "figures")
     check_font(settings.font)
     figures = finished_figures(root)

@@ -183,10 +183,8 @@ class _BridgeState:
         collapsed = (runs["status"] == COLLAPSE).to_numpy() & ~is_beyond_model(runs)
         exact = all(mode.collapse != COLLAPSE_EXCEEDS for mode in self._modes)
         if np.any(collapsed):
-            treated[_PEAKS] = [
-                fit.refitted(fit.outcomes.of_peaks(runs[mode.demand], collapsed, exact=exact))
-                for fit, mode in fitted
-            ]
+            of_peaks = partial(self._models.of_peaks, collapsed=collapsed, exact=exact)
+            treated[_PEAKS] = [of_peaks(mode) for mode in self._modes]
         return treated
 
     def cloud(self, values: Row, rows: Mask) -> _Cloud:

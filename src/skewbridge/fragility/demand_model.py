@@ -347,13 +347,6 @@ class DemandFit:
         parameters = fit_mixed(data, start, steps).parameters[None]
         return replace(model, parameters=parameters, motions=self.setup.used_motions(outcomes))
 
-    def refitted(self, outcomes: DemandOutcomes) -> DemandModel | str:
-        """Return the model (R = 1) of other outcomes with its own knot, or why there is none."""
-        fit = _fit_demand((self.setup, outcomes))
-        if isinstance(fit, str):
-            return fit
-        return replace(fit.model, parameters=fit.model.parameters[:1])
-
     def exceeds(self, state: LimitState) -> Floats:
         """Return P(a run exceeds a state | lower bound of its demand) for each run, shape (n,)."""
         model, setup = self.model, self.setup
@@ -540,6 +533,7 @@ class BridgeModels:
     block: Index  # number of the block of each run, 0 .. B - 1
     fits: Mapping[tuple[str, str], DemandFit | str]  # keys: component and demand
     _curves: dict[tuple[Any, ...], StateCurve | str] = field(default_factory=dict)
+    _of_peaks: dict[tuple[str, str, bool], DemandModel | str] = field(default_factory=dict)
     _correlations: dict[tuple[LimitState, LimitState], Floats] = field(default_factory=dict)
 
     @property
@@ -556,6 +550,20 @@ class BridgeModels:
     def fit(self, state: LimitState) -> DemandFit | str:
         """Return the model of the demand of a state, or the reason why there is none."""
         return self.fits.get((state.component, state.demand), NO_EXCEEDANCE)
+
+    def of_peaks(self, state: LimitState, collapsed: Mask, *, exact: bool) -> DemandModel | str:
+        """Return the model (R = 1) of the demand of a fitted state, or why there is none.
+
+        The peaks of the ``collapsed`` runs (n,) are exact, or lower bounds and no more.
+        """
+        key, fit = (state.component, state.demand, exact), self.fit(state)
+        if key not in self._of_peaks and not isinstance(fit, str):
+            outcomes = fit.outcomes.of_peaks(self.runs[state.demand], collapsed, exact=exact)
+            refit = _fit_demand((fit.setup, outcomes))
+            if not isinstance(refit, str):
+                refit = replace(refit.model, parameters=refit.model.parameters[:1])
+            self._of_peaks[key] = refit
+        return self._of_peaks[key]
 
     def correlation(self, mode_1: LimitState, mode_2: LimitState) -> Floats:
         """Return the correlation of the demands of two states without modes, shape (R,)."""

@@ -15,12 +15,13 @@ Ann. Stat. 9(4):705-724.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
 
 from skewbridge.files.tables import Floats, Index
-from skewbridge.fragility.likelihood import log_normal_tail, mills_ratio, row_products
+from skewbridge.fragility.likelihood import log_normal_tail, mills_ratio
 
 # Nodes and weights for integration by panels, and for integrals with a normal density.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
@@ -218,11 +219,12 @@ class _Integrals:
         self._x, self._y = data.design[self._known], data.lower[self._known]
         self._w = data.growth[self._known]
         bounded = np.flatnonzero(runs & ~is_exact)
+        bounded = bounded[np.argsort(motion[bounded], kind="stable")]
         self._design, self._bound = data.design[bounded], data.bound[bounded]
         self._sign = np.where(np.isinf(data.upper[bounded]), 1.0, -1.0)
         self._growth, self._motion = data.growth[bounded], motion[bounded]
-        #: Matrix (G, h) that sums the h censored runs by motion.
-        self._sum = (np.arange(motions.size)[:, None] == self._motion).astype(np.float64)
+        #: First censored run of each motion; every motion has one, or none has.
+        self._first = np.flatnonzero(np.diff(self._motion, prepend=-1))
 
     def _sums(self, rows: Floats) -> Floats:
         """Return the sums by motion of known runs, shape (G, ...)."""
@@ -230,6 +232,10 @@ class _Integrals:
         if rows.size:
             sums[self._has] = np.add.reduceat(rows, self._starts, axis=0)
         return sums
+
+    def _sums_of_censored(self, rows: Floats) -> Floats:
+        """Return the sums by motion of censored runs, shape (G, ...)."""
+        return np.add.reduceat(rows, self._first, axis=0)
 
     def at(self, parameters: Floats) -> tuple[Floats, Floats, Floats]:
         """Return score (G, m), information (G, m, m) and log-likelihood (G,) of each motion."""
@@ -244,7 +250,9 @@ class _Integrals:
         size = x.shape[1]
         sum_r, sum_rr, sum_w = (sums := self._sums(rows))[:, :3].T
         sum_x, sum_xr, sum_wx, sum_wxr = np.split(sums[:, 3:], 4, axis=1)
-        products = self._sums(row_products(x, x)).reshape(-1, size, size)
+        products = np.zeros((n.size, size, size))
+        for motion, (first, last) in zip(self._has, pairwise([*self._starts, len(x)]), strict=True):
+            products[motion] = x[first:last].T @ x[first:last]
         variance = 1.0 / (1.0 / tau**2 + n / sigma**2)  # variance of u given the known values
         mean = variance * sum_r / sigma**2
         shrunk = np.exp(-gamma * self._growth)
@@ -252,7 +260,9 @@ class _Integrals:
         u, weights = self._panels(mean, variance, excess, sigma)
         t = self._sign[:, None] * (excess[:, None] + u[self._motion]) / sigma
         tails, ratio = log_normal_tail(t)
-        log_p = self._sum @ tails - 0.5 * (u - mean[:, None]) ** 2 / variance[:, None]
+        log_p = -0.5 * (u - mean[:, None]) ** 2 / variance[:, None]
+        if self._bound.size:
+            log_p += self._sums_of_censored(tails)
         highest = np.max(log_p, axis=1, keepdims=True)
         weights = weights * np.exp(log_p - highest)
         total_weight = np.sum(weights, axis=1, keepdims=True)
@@ -265,10 +275,11 @@ class _Integrals:
         middle = np.sum(weights * u, axis=1)
         squares = sum_rr[:, None] - 2.0 * sum_r[:, None] * u + n[:, None] * u**2
         at_node = np.empty((u.shape[0], parameters.size, u.shape[1]))
-        at_node[:, :-2] = (sum_xr[:, :, None] - sum_x[:, :, None] * u[:, None, :]) / sigma**2
+        at_node[:, :-2] = sum_x[:, :, None] * (-u / sigma**2)[:, None]
+        at_node[:, :-2] += (sum_xr / sigma**2)[:, :, None]
         information = np.zeros((u.shape[0], parameters.size, parameters.size))
         information[:, :-2, :-2] = products / sigma**2
-        information[:, :-2, -1] = 2.0 * np.einsum("gmq,gq->gm", at_node[:, :-2], weights)
+        information[:, :-2, -1] = 2.0 * (sum_xr - sum_x * middle[:, None]) / sigma**2
         mixed_terms = (sum_wxr - middle[:, None] * sum_wx) / sigma**2
         information[:, -3, :-3] += mixed_terms[:, :-1]
         information[:, :-3, -3] += mixed_terms[:, :-1]
@@ -284,22 +295,24 @@ class _Integrals:
             by_growth = -self._growth * self._sign * excess / sigma
             signed = np.column_stack([signed, by_growth])  # derivative of t by (delta, gamma)
             slope = np.einsum("hq,hq->h", p, ratio)  # mean of the derivative of ln P by t
-            for column, values in enumerate(signed.T):
-                at_node[:, column] += self._sum @ (values[:, None] * ratio)
-            at_node[:, -1] -= self._sum @ (t * ratio)
-            curvature = np.sum(p * curve, axis=1)[:, None] * row_products(signed, signed)
-            information[:, :-2, :-2] += (self._sum @ curvature).reshape(-1, size, size)
-            mixed_terms = self._sum @ ((self._growth * slope)[:, None] * signed)
+            at_node[:, -1] -= self._sums_of_censored(t * ratio)
+            curvature = np.sum(p * curve, axis=1)[:, None] * signed
+            for motion, (first, last) in enumerate(pairwise([*self._first, len(signed)])):
+                at_node[motion, :-2] += signed[first:last].T @ ratio[first:last]
+                information[motion, :-2, :-2] += curvature[first:last].T @ signed[first:last]
+            mixed_terms = self._sums_of_censored((self._growth * slope)[:, None] * signed)
             information[:, -3, :-3] += mixed_terms[:, :-1]
             information[:, :-3, -3] += mixed_terms[:, :-1]
             information[:, -3, -3] += mixed_terms[:, -1]
             cross = np.sum(p * (ratio - curve * t), axis=1)
-            information[:, :-2, -1] += self._sum @ (signed * cross[:, None])
-            information[:, -1, -1] += self._sum @ np.sum(p * (curve * t**2 - t * ratio), axis=1)
+            information[:, :-2, -1] += self._sums_of_censored(signed * cross[:, None])
+            of_sigma = np.sum(p * (curve * t**2 - t * ratio), axis=1)
+            information[:, -1, -1] += self._sums_of_censored(of_sigma)
         information[:, -1, :-2] = information[:, :-2, -1]
         score = np.einsum("gmq,gq->gm", at_node, weights)
-        deviation = (at_node - score[:, :, None]) * np.sqrt(weights)[:, None, :]
-        return score, information - deviation @ np.swapaxes(deviation, 1, 2), loglik
+        at_node -= score[:, :, None]
+        at_node *= np.sqrt(weights)[:, None, :]
+        return score, information - at_node @ np.swapaxes(at_node, 1, 2), loglik
 
     def _panels(
         self, mean: Floats, variance: Floats, excess: Floats, sigma: float
@@ -312,8 +325,8 @@ class _Integrals:
         for _ in range(25):
             t = self._sign * (excess + mode[self._motion]) / sigma
             ratio = mills_ratio(t)
-            slope = self._sum @ (self._sign * ratio) / sigma - (mode - mean) / variance
-            curve = self._sum @ (ratio * (t + ratio)) / sigma**2 + 1.0 / variance
+            slope = self._sums_of_censored(self._sign * ratio) / sigma - (mode - mean) / variance
+            curve = self._sums_of_censored(ratio * (t + ratio)) / sigma**2 + 1.0 / variance
             step = np.clip(slope / curve, -4.0 * prior, 4.0 * prior)
             mode = mode + step
             if np.all(np.abs(step) < 0.01 * prior):

@@ -8,11 +8,11 @@ NGA-West2 spectra.
 
 Measures that depend on orientation are RotD50. Arias intensity and CAV are the mean of the two
 components. Significant durations use the sum of both Arias build-ups, which does not depend on
-orientation. Recorded motions are cut only on request.
+orientation. The measures are those of the whole motion, even if an analysis ends before it.
 """
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any, Final, NamedTuple
 
@@ -86,19 +86,24 @@ def _spectrum(
     periods = np.atleast_1d(np.asarray(periods_s, dtype=np.float64))
     if not (np.isfinite(periods).all() and (periods > 0.0).all()):
         raise InputError(f"periods_s must be positive, got {periods_s}")
+    omegas = (2.0 * np.pi / period_s for period_s in periods.tolist())
+    disps_m = _oscillator_disps(accel, dt_s, periods.tolist())
+    return np.array(
+        [peaks(disp_m) * omega**2 for omega, disp_m in zip(omegas, disps_m, strict=True)]
+    )
+
+
+def _oscillator_disps(accel: Vector, dt_s: float, periods_s: Sequence[float]) -> Iterator[Vector]:
+    """Yield the displacement (m) of each oscillator over the time of the record, (..., n)."""
     from scipy.signal import lfilter  # here: its import takes a second
 
-    rows: list[ArrayLike] = []
     refined, refined_by = accel, 1
-    for period_s in periods.tolist():
+    for period_s in periods_s:
         substeps = max(int(np.ceil(STEPS_PER_PERIOD * dt_s / period_s - 1.0e-9)), 1)
         if substeps != refined_by:
             refined, refined_by = _in_substeps(accel, substeps), substeps
-        omega = 2.0 * np.pi / period_s
-        b, a, initial = _filter(omega, DAMPING_RATIO, dt_s / substeps)
-        disp_m = lfilter(b, a, refined, axis=-1, zi=refined[..., :1] * initial)[0]
-        rows.append(peaks(disp_m) * omega**2)
-    return np.array(rows)
+        b, a, initial = _filter(2.0 * np.pi / period_s, DAMPING_RATIO, dt_s / substeps)
+        yield lfilter(b, a, refined, axis=-1, zi=refined[..., :1] * initial)[0]
 
 
 def _in_substeps(accel: Vector, substeps: int) -> Vector:
@@ -357,6 +362,25 @@ def cut_warning(motion: GroundMotion, duration_s: float | None) -> str:
         f"intensity is after duration_s = {duration_s:g} (unscaled peak until then {peak_g:.3g} of "
         f"{whole_peak_g:.3g} g), but the intensity measures are those of the whole motion"
     )
+
+
+def shaken_s(motion: GroundMotion, t1_s: float, tail_ratio: float | None) -> float:
+    """Return the time (s) after which a motion cannot raise peaks of a bridge; None: its length.
+
+    Afterwards the displacements in plan of the 5 % damped oscillators with the periods of Sa_avg,
+    up to 3 T1, stay below ``tail_ratio`` of their peaks.
+    """
+    # ASSUME such oscillators cover a bridge whose joints close and columns yield
+    if tail_ratio is None:
+        return motion.duration_s
+    orbits = _oscillator_disps(
+        np.stack(motion.components), motion.dt_s, sa_avg_periods(t1_s).tolist()
+    )
+    radii_m = (np.hypot(*orbit) for orbit in orbits)
+    ends = (
+        np.flatnonzero(radius >= tail_ratio * radius.max())[-1] / radius.size for radius in radii_m
+    )
+    return max(ends) * motion.duration_s
 
 
 def cut_to_strongest(

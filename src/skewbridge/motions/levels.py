@@ -111,6 +111,8 @@ class MotionsConfig:
     # windows of 2 s or less are refused by `intensity.cut_to_strongest`: the tapers would fill them
     shaking_s: Number | None = Field(default=None, gt=2.0, le=1.0e4)
     """strongest seconds of each motion to keep; null: all"""
+    tail_ratio: Number | None = Field(default=None, gt=0.0, lt=1.0)
+    """analyses end when elastic displacements stay below this share of their peaks; null: never"""
     incidence_deg: tuple[Annotated[Number, Field(ge=0.0, lt=360.0)], ...] = Field(
         default=(0.0,), min_length=1, max_length=360
     )

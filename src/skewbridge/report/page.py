@@ -55,7 +55,7 @@ from skewbridge.report.study_figures import SECTIONS, Caption, draw_study, read_
 from skewbridge.statuses import STATUSES
 from skewbridge.study.config import CONDITIONING_BRIDGE, FigureSettings, StudyConfig
 from skewbridge.study.folder import StudyFolder
-from skewbridge.units import split_unit
+from skewbridge.units import Units, split_unit
 from skewbridge.variant.axes import axes_of
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS
@@ -64,12 +64,18 @@ _CHANGE: Final = ("axis", "from_value", "to_value")
 
 
 def write_report(
-    *, tables: Mapping[str, Path], figures: Path, study: StudyConfig | None, output: Path
+    *,
+    tables: Mapping[str, Path],
+    figures: Path,
+    study: StudyConfig | None,
+    output: Path,
+    units: Units | None = None,
 ) -> None:
     """Write the report to an HTML file.
 
     ``tables`` maps the names in `StudyFolder.report_inputs`, and ``choices`` if made, to paths;
-    ``figures`` is a folder. ``study`` is None for tables of `skewbridge statistics`.
+    ``figures`` is a folder. ``study`` is None for tables of `skewbridge statistics`. ``units`` are
+    by default those of the study.
     """
     frames = {
         name: read_frame(path)
@@ -78,7 +84,7 @@ def write_report(
     }
     curves = frames["curves"]
     config = study.model_dump(mode="json", exclude={"batches"}) if study else {}
-    units = study.figures.units if study else FigureSettings().units
+    units = units or (study.figures if study else FigureSettings()).units
     bridges = tuple(dict.fromkeys(study.grid.bridge)) if study else ()
     modules = map(vars, (appearance, answer, fragility_figures))
     environment = appearance.templates(*modules, globals())
@@ -107,14 +113,17 @@ def write_report(
     write_text(output, page)
 
 
-def write_statistics_report(results: Path) -> Path:
+def write_statistics_report(results: Path, units: Units = "si") -> Path:
     """Draw the figures and write the page of tables written by `skewbridge statistics`."""
     folder = StudyFolder(results)
     paths = {name: path for name, path in folder.report_inputs.items() if path.is_file()}
     origin, outputs = read_stamp(folder.demands), {"folder": folder.figures}
     outputs["captions"] = paths["captions"] = folder.captions
-    draw_study(paths, **outputs, settings=FigureSettings(), provenance=origin, n_jobs=cpu_count())
-    write_report(tables=paths, figures=folder.figures, study=None, output=folder.report)
+    settings = FigureSettings(units=units)
+    draw_study(paths, **outputs, settings=settings, provenance=origin, n_jobs=cpu_count())
+    write_report(
+        tables=paths, figures=folder.figures, study=None, output=folder.report, units=units
+    )
     stamp(folder.report, origin)
     return folder.report
 

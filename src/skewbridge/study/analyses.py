@@ -67,6 +67,8 @@ class StudySetup:
     suite: tuple[SuiteMotion, ...]  # motions with their factors
     #: Intensity measures at factor 1, keyed by bridge (as the grid names it) and motion.
     measures: Mapping[tuple[str, str], dict[str, float]]
+    #: Time (s) at which an analysis ends (`motions.tail_ratio`), with the same keys.
+    shaken_s: Mapping[tuple[str, str], float]
     #: Random properties and alternatives of each motion; empty if none are drawn.
     draws: Mapping[str, Draw] = field(default_factory=dict)
     #: Analyses of each variant; empty: all.
@@ -84,15 +86,18 @@ class StudySetup:
             # by number, so that motions left out by the design do not change the draws
             motion_ids = [ids.get(number, "") for number in range(max(ids) + 1)]
             draws |= study.uncertainty.draws(motion_ids, name if suite_number else "")
-        measures = {
-            (row["bridge"], row["motion_id"]): {name: row[name] for name in IM_COLUMNS}
+        rows = {
+            (row["bridge"], row["motion_id"]): row
             for row in read_table(folder.intensities).to_pylist()
         }
         runs = planned_runs(study.grid, study.motions, placed(suite))
         return cls(
             study=study,
             suite=suite,
-            measures=measures,
+            measures={key: {name: row[name] for name in IM_COLUMNS} for key, row in rows.items()},
+            shaken_s={
+                key: row.get("shaken_s", inf) for key, row in rows.items()
+            },  # earlier: no end
             draws=draws,
             planned=runs if study.motions.blocks else {},
             workers=workers,
@@ -110,8 +115,10 @@ class StudySetup:
 
     @property
     def durations_s(self) -> list[float]:
-        """Lengths (s) of the motions of the suite."""
-        return [motion.motion.duration_s for motion in self.suite]
+        """Largest analysed lengths (s) of the motions of the suite."""
+        bridges = dict.fromkeys(bridge for bridge, _ in self.shaken_s)
+        motion_ids = (motion.motion.motion_id for motion in self.suite)
+        return [max(self.shaken_s[bridge, name] for bridge in bridges) for name in motion_ids]
 
     @property
     def motion_ids(self) -> list[str]:
@@ -160,7 +167,7 @@ class StudySetup:
                 variant=variant,
                 motion=self._for_bridge(variant.bridge, motion),
                 incidence_deg=(angle + draw.get(DIRECTION, 0.0)) % 360.0,
-                settings=self.study.analysis,
+                settings=self._until_quiet(variant.bridge, motion),
                 options=with_draw(options, draw),
                 draw=draw,
             )
@@ -186,6 +193,12 @@ class StudySetup:
             if (motion.motion.motion_id, motion.scale, trial.incidence_deg) == loading:
                 return trial
         return None
+
+    def _until_quiet(self, bridge: str, motion: SuiteMotion) -> AnalysisSettings:
+        settings, shaken_s = self.study.analysis, self.shaken_s[bridge, motion.motion.motion_id]
+        if shaken_s >= min(settings.duration_s or inf, motion.motion.duration_s):
+            return settings
+        return replace(settings, duration_s=max(shaken_s, settings.dt_s))
 
     def _for_bridge(self, bridge: str, motion: SuiteMotion) -> SuiteMotion:
         measures, scale = self.measures[bridge, motion.motion.motion_id], motion.scale

@@ -216,7 +216,7 @@ def prepare_motions(study: StudyConfig, workers: int = 1) -> None:
 
 def _write_motions(study: StudyConfig, medians_g: Sequence[float]) -> None:
     # Imported here: they load scipy.signal, and every job imports this module.
-    from skewbridge.motions.intensity import cut_warning, motion_measures
+    from skewbridge.motions.intensity import cut_warning, motion_measures, shaken_s
     from skewbridge.motions.suite import prepare_suites, read_suite, write_suite
 
     folder, motions = StudyFolder(Path(study.results)), study.motions
@@ -242,7 +242,12 @@ def _write_motions(study: StudyConfig, medians_g: Sequence[float]) -> None:
             logger.warning("%s", text)
     periods_s = {name: load_structure(name).t1_s for name in study.grid.bridge}
     intensities = [
-        {"bridge": name, "motion_id": motion_id, **motion_measures(motion, t1_s)}
+        {
+            "bridge": name,
+            "motion_id": motion_id,
+            **motion_measures(motion, t1_s),
+            "shaken_s": shaken_s(motion, t1_s, motions.tail_ratio),
+        }
         for name, t1_s in periods_s.items()
         for motion_id, motion in motion_by_id.items()
     ]
