@@ -79,8 +79,8 @@ def _file(name: str | Path) -> Path:
     if name.endswith(".py"):
         raise InputError(f"{shortened(name)} is a script: a bridge file (.yaml) is needed")
     if path is None:
-        own_names = sorted(path.stem for path in OWN_FOLDER.glob("*.yaml"))
-        names = (*bridge_names(), *own_names)
+        user_names = sorted(path.stem for path in OWN_FOLDER.glob("*.yaml"))
+        names = (*bridge_names(), *user_names)
         raise InputError(
             f"bridge must be one of {', '.join(names)}, got {shortened(name)}"
             f"{did_you_mean(name, names)}"
