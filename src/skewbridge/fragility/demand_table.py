@@ -380,8 +380,10 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
     table = table[has_im]
     notes += [*_missing_demands(table, checked), *_equal_motions(table, [settings.im, *checked])]
     complete = table[validity.is_complete(table)]
+    largest = complete.groupby(list(BRIDGE_COLUMNS))[[*checked, settings.im]].transform("max")
     for name in (*checked, settings.im):
-        values = complete[name].to_numpy(dtype=np.float64)
+        # a demand that is 0 in all runs of a bridge has no meaning, such as drifts without columns
+        values = complete.loc[largest[name] > 0.0, name].to_numpy(dtype=np.float64)
         notes += [("percent", -1, name, text) for text in percent_notes(name, values)]
     of_motions = table.groupby([*BRIDGE_COLUMNS, *LOADING_COLUMNS])[settings.im]
     # ASSUME rounding changes the intensity of a motion by less than 1 %
