@@ -9,6 +9,7 @@ from difflib import get_close_matches
 from functools import cache
 from itertools import chain, islice
 from pathlib import Path
+from time import perf_counter
 from typing import Any, Final, NamedTuple, Self
 
 import numpy as np
@@ -424,11 +425,14 @@ def spread[Item, Result](
     items: Iterable[Item],
     jobs: int,
     *,
-    least: int = 24,  # ASSUME starting a process takes about a second, an item a few tenths
+    alone_s: float = 0.5,  # ASSUME starting processes takes about a second
 ) -> list[Result]:
-    """Return function(item) of all items in order, in parallel if there are at least ``least``."""
-    remaining = iter(items)
-    head = list(islice(remaining, least))
-    if jobs == 1 or len(head) < least:
-        return [function(item) for item in chain(head, remaining)]
-    return list(Parallel(n_jobs=jobs)(delayed(function)(item) for item in chain(head, remaining)))
+    """Return function(item) of all items in order, in parallel after ``alone_s`` seconds."""
+    results: list[Result] = []
+    remaining, end = iter(items), perf_counter() + alone_s
+    while following := list(islice(remaining, 2)):
+        if jobs > 1 and len(following) > 1 and perf_counter() >= end:
+            tasks = (delayed(function)(item) for item in chain(following, remaining))
+            return results + list(Parallel(n_jobs=jobs)(tasks))
+        results += map(function, following)
+    return results
