@@ -215,7 +215,7 @@ def test_a_file_is_compared_with_the_configuration_of_its_own_study(tmp_path, mo
     assert compared() == [0, True, []]
     assert study_of(Path("some/results"))[0].motions.count == 3
     monkeypatch.chdir(base.parent)
-    assert f"use it in {tmp_path}" in run("provenance", table)[1]["message"]
+    assert f"run the command in {tmp_path}" in run("provenance", table)[1]["message"]
     monkeypatch.chdir(tmp_path)
     (tmp_path / "some/results/configuration.json").unlink()  # of an earlier version
     assert compared()[:2] == [1, False]
