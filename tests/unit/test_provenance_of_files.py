@@ -258,6 +258,14 @@ def test_a_key_of_the_configuration_changes_the_rules_that_use_it(tmp_path, text
     assert {rule for rule in before if before[rule] != after[rule]} == changed
 
 
+def test_a_new_title_of_a_bridge_changes_the_page_alone(tmp_path):
+    own, found = tmp_path / "own.yaml", []
+    for title in ("one", "two"):
+        own.write_text(f"{{extends: osb1, title: {title}, source: plan}}")
+        found.append(made_from(parse_config({"grid": {"bridge": [str(own)]}})))
+    assert {rule for rule in RECIPES if found[0][rule] != found[1][rule]} == {"report"}
+
+
 def test_frames_have_units_and_origin_and_different_origins_are_reported(tmp_path):
     unit = pa.field("column_shear_kn", pa.float64(), metadata={"unit": "kN"})
     schema = pa.schema([unit], metadata={"config_digest": "abc"})
