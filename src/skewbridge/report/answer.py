@@ -401,6 +401,10 @@ def headline(table: pd.DataFrame) -> list[str]:
     return texts
 
 
+def _certainty(effect: Mapping[str, Any]) -> str:
+    return CERTAINTY[effect["claim"]].partition(",")[0]
+
+
 def _axis_sentence(
     table: pd.DataFrame, demands: pd.DataFrame, names: Mapping[tuple[str, str], str]
 ) -> list[tuple[tuple[int, float], str]]:
@@ -410,21 +414,23 @@ def _axis_sentence(
     decided = table[table["claim"].isin((LOWER, HIGHER, DETECTABLE)) | table["sure_ratio"].notna()]
     leading = decided[decided["demand"].isin(LEADING_STATES)]
     for _, rows in groups_of(leading if len(leading) else decided, ["demand"]):
-        certain = rows["claim"].isin((LOWER, HIGHER))
-        candidates = records_of(rows[certain] if certain.any() else rows)
-        row = max(candidates, key=lambda candidate: abs(np.log(candidate["ratio"])))
+        effects = records_of(rows)
+        certain = [effect for effect in effects if effect["claim"] in (LOWER, HIGHER)]
+        row = max(certain or effects, key=lambda effect: abs(np.log(effect["ratio"])))
         verb = "lowers" if row["ratio"] < 1.0 else "raises"
         sure = {"ratio": row["sure_ratio"], "ci_low": row["sure_low"], "ci_high": row["sure_high"]}
         other_models = [
-            f"{names[candidate['bridge'], candidate['abutment']]}: {change_text(candidate)}"
-            for candidate in candidates
-            if candidate is not row and candidate["claim"] == row["claim"]
+            f"{names[effect['bridge'], effect['abutment']]}: {change_text(effect)}"
+            + f", {_certainty(effect)}" * (effect["claim"] != row["claim"])
+            for effect in effects
+            if effect is not row and effect["claim"] in (LOWER, HIGHER, DETECTABLE)
+            if (effect["ratio"] < 1.0) == (row["ratio"] < 1.0)
         ]
         clause = sentence(
             "capacity",
             row=row,
             model=names[row["bridge"], row["abutment"]] if len(names) > 1 else "",
-            certainty=CERTAINTY[row["claim"]].partition(",")[0],
+            certainty=_certainty(row),
             sure=sure if np.isfinite(row["sure_ratio"]) else {},
             other_models=other_models if len(other_models) <= 2 else [],
             extent=extent_of_data(row),
