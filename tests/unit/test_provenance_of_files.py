@@ -7,6 +7,7 @@ import os
 import platform
 import signal
 import warnings
+from contextlib import chdir
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -179,9 +180,11 @@ def test_a_failed_script_ends_with_its_message_and_code(tmp_path, capsys, error,
 
 
 def answered(path: Path, config: str = "") -> tuple[int, dict]:
-    named = path.parent / "study.yaml"
+    named = path.parent / "config" / "config.yaml"
+    named.parent.mkdir(exist_ok=True)
     named.write_text(config or "motions: {count: 3}")
-    return run("provenance", path, "--study", named)
+    with chdir(path.parent):
+        return run("provenance", path)
 
 
 def test_a_file_is_compared_with_the_configuration_of_its_own_study(tmp_path, monkeypatch):

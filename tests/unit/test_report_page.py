@@ -253,19 +253,20 @@ def test_accuracy_suspect_rows_needed_motions_and_the_factor_of_hazus_are_stated
     assert "column failure (shear)" not in page[page.index('id="effects"') :].split("<section")[0]
 
 
-def test_rate_factors_of_fewer_pairs_are_marked_and_come_last():
-    """Variants without a curve have no rate: their factors are means of fewer pairs."""
+def test_rate_factors_of_fewer_pairs_or_without_curves_are_marked_and_come_last():
     change = {
         "bridge": "osb1", "abutment": "contact_friction", "axis": "skew_deg", "from_value": 0.0,
         "to_value": 60.0, "limit_state": "slight", "scope": "pooled", "status": "ok", "level": 0.9,
         "direction": 1, "from_rate": 1e-3, "to_rate": 2e-3, "ci_low": 1.2, "ci_high": 3.0,
     }  # fmt: skip
-    few = {"component": "unseating", "ratio": 2.0, "n_cells": 1.0}
+    few, lack = {"component": "unseating", "ratio": 2.0}, "7 of 8 variants lack a curve"
     all_pairs = {"component": "column_failure", "limit_state": "any", "ratio": 1.5, "n_cells": 4.0}
-    table = pd.DataFrame([change | few, change | all_pairs])
-    rates = answers.rates_on_page({"rate_effects": table})
-    assert "of column failure by 1.5" in rates["sentence"]
-    assert [row["pairs"] for row in rates["rows"]] == [" (1 of 4 pairs)", ""]
+    medians = change | {"demand": answers.LEADING_STATES[::2], "n_without_curve": [0, 7]}
+    for pairs, note in ((1.0, "1 of 4 pairs"), (4.0, f"from a model: {lack}")):
+        table = pd.DataFrame([change | few | {"n_cells": pairs}, change | all_pairs])
+        rates = answers.rates_on_page({"rate_effects": table, "medians": pd.DataFrame(medians)})
+        assert "of column failure by 1.5" in rates["sentence"]
+        assert [row["pairs"] for row in rates["rows"]] == [f" ({note})", ""]
 
 
 def test_a_missing_exceedance_or_comparison_is_stated(render):

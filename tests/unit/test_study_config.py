@@ -15,7 +15,7 @@ from reference_pages import PAGES, ROOT
 
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.abutments import BUILDERS
-from skewbridge.cli.output import VariantOptions
+from skewbridge.cli.output import AnalysedVariantOptions
 from skewbridge.errors import InputError
 from skewbridge.files.text import read_mapping, read_yaml
 from skewbridge.fragility.limit_states import limit_states_of, load_limit_states
@@ -265,7 +265,7 @@ def test_variants_have_the_gap_that_their_bridge_states(written):
     assert (count, cells["made_cf_skew30_gap038p1_mu050"]) == (4, [1, 3])
     point = {"skew_deg": 30.0, "gap_mm": 51.0, "friction": 0.5}
     assert study.grid.variant(own, "contact_friction", point).gap_mm == 38.1
-    assert VariantOptions(bridge=own, gap_mm=51.0).variant.gap_mm == 38.1
+    assert AnalysedVariantOptions(bridge=own, gap_mm=51.0).variant.gap_mm == 38.1
 
 
 @pytest.mark.parametrize("name", ABUTMENTS)

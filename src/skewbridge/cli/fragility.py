@@ -181,7 +181,7 @@ def predict(
 
 @command(commands)
 def decide(
-    hazard: Annotated[Path, opt("Hazard curve of the site (CSV, OpenQuake, USGS).")],
+    hazard: Annotated[Path, arg("Hazard curve of the site (CSV, OpenQuake, USGS).")],
     units: Units,
     probability_50y: Annotated[float, opt("Target probability of failure in 50 years.")] = 0.02,
     axis: Annotated[list[str] | None, opt("Value of another axis.", "NAME=VALUE")] = None,
@@ -195,7 +195,7 @@ def decide(
     unseating stays below the target, gaps for which column failure stays below it, and the rules of
     AASHTO, SDC and Hazus. Study and hazard must use the same intensity measure.
 
-    Example: skewbridge decide --hazard site.csv --bridge osb1 --axis friction=0.5 --out decision
+    Example: skewbridge decide site.csv --bridge osb1 --axis friction=0.5 --out decision
     """
     from skewbridge.files.tables import read_frame, records_of, write_csv
     from skewbridge.files.text import writable_folder

@@ -20,7 +20,7 @@ from typer.core import TyperCommand
 
 from skewbridge.analysis.settings import AnalysisSettings, under_explicit_keys
 from skewbridge.errors import EXIT_BAD_INPUT, EXIT_FAILED, InputError, SolutionError
-from skewbridge.files.text import checked, parse_yaml, printable, read_yaml, shortened
+from skewbridge.files.text import Number, checked, parse_yaml, printable, read_yaml, shortened
 from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM, Units
 from skewbridge.variant.axes import AXES, radians_warning
 from skewbridge.variant.options import ModelOptions
@@ -253,15 +253,19 @@ _US_UNITS: Final = {
 }
 
 
+_LENGTH: Final = re.compile(r"\b(\d+\.\d+) m\b")
+
+
 def in_units(row: Row, units: Units) -> Row:
     """Return a row with its numbers, and the units in its names, converted to these units.
 
-    In a row of a check, the unit of demand and capacity is in the name of the check.
+    The name of a check has the unit of its demand and capacity, and may have a length in m.
     """
     if units == "si":
         return row
     if "check" in row:
         name, factor = _us_unit(row["check"])
+        name = _LENGTH.sub(lambda length: f"{float(length[1]) / FOOT:.3f} ft", name)
         sizes = {key: _times(row[key], factor) for key in ("demand", "capacity")}
         return {**row, "check": name, **sizes}
     converted = {key: _us_unit(key) for key in row}
@@ -374,6 +378,9 @@ Abutment = Annotated[str, opt("Abutment model, from simple to contact with frict
 Changes = Annotated[
     list[str] | None, opt("Value of an input key; repeatable.", "KEY=VALUE", "--set")
 ]
+_KEYS: Final = opt(
+    "Value of gap_mm, friction or a key of model; repeatable.", "KEY=VALUE", "--set"
+)
 _AXIS: Final = {
     axis.name: opt(f"{axis.label_with_unit}, {axis.low:g} to {axis.high:g}.") for axis in AXES
 }
@@ -391,13 +398,11 @@ class BridgeOption:
 
 @dataclass(frozen=True, kw_only=True)
 class VariantOptions(BridgeOption):
-    """Options of a command about one variant."""
+    """Options of a command about one variant; its other axes are keys of ``--set``."""
 
     abutment: Abutment = "contact-friction"
     skew_deg: Annotated[float, _AXIS["skew_deg"]] = _USUAL["skew_deg"]
-    gap_mm: Annotated[float, _AXIS["gap_mm"]] = _USUAL["gap_mm"]
-    friction: Annotated[float, _AXIS["friction"]] = _USUAL["friction"]
-    changes: Changes = None  # keys of model and analysis
+    changes: Annotated[list[str] | None, _KEYS] = None
 
     @property
     def variant(self) -> Variant:
@@ -406,15 +411,24 @@ class VariantOptions(BridgeOption):
 
         if text := radians_warning([self.skew_deg]):
             messages.print(f"warning: {text}", style="yellow")
-        values = {axis.name: getattr(self, axis.name) for axis in AXES} | stated_values(self.bridge)
+        values = _USUAL | self._split_changes()[0]
+        values |= {axis.name: getattr(self, axis.name) for axis in AXES if hasattr(self, axis.name)}
+        values |= stated_values(self.bridge)
         return Variant.at(self.bridge, self.abutment.replace("-", "_"), values)
 
     @property
     def model(self) -> ModelOptions:
         """The options set by ``--set``; raises `InputError` for a wrong key or value."""
-        values = keys_and_values("--set", self.changes)
+        _, values = self._split_changes()
         _require_options(self.bridge, values)
         return checked(ModelOptions, values, "--set")
+
+    def _split_changes(self) -> tuple[dict[str, float], dict[str, Any]]:
+        """Return the axes without an option that ``--set`` names, and its other keys."""
+        other = keys_and_values("--set", self.changes)
+        names = [name for name in _USUAL if name in other and not hasattr(self, name)]
+        axes = {name: other.pop(name) for name in names}
+        return checked(dict[str, Number], axes, "--set"), other
 
     def settings_and_model(
         self, accuracy: str, **keys_set: Any
@@ -427,12 +441,21 @@ class VariantOptions(BridgeOption):
         keys = {field.name for field in fields(AnalysisSettings)}
         analysis = {name: value for name, value in keys_set.items() if value is not None}
         model: dict[str, Any] = {}
-        for key, value in keys_and_values("--set", self.changes).items():
+        for key, value in self._split_changes()[1].items():
             (analysis if key in keys else model)[key] = value
         _require_options(self.bridge, model)
         sections = under_explicit_keys({"analysis": analysis, "model": model}, accuracy)
         settings = checked(AnalysisSettings, sections["analysis"], "the options")
         return settings, checked(ModelOptions, sections["model"], "--set")
+
+
+@dataclass(frozen=True, kw_only=True)
+class AnalysedVariantOptions(VariantOptions):
+    """Options of `run`: every axis of the grid has one."""
+
+    gap_mm: Annotated[float, _AXIS["gap_mm"]] = _USUAL["gap_mm"]
+    friction: Annotated[float, _AXIS["friction"]] = _USUAL["friction"]
+    changes: Changes = None  # keys of model and analysis
 
 
 def _require_options(bridge: str, names: Mapping[str, Any]) -> None:

@@ -79,21 +79,21 @@ class AxisRange:
     """
 
     levels: Mapping[str, Sequence[float]]
-    signed_skew: bool = False  # True if the study has skews of both signs
 
     @classmethod
     def of_variants(cls, variants: pd.DataFrame, names: Sequence[str]) -> Self:
         """Return the axes of a table with one row per variant."""
-        skew = variants[SKEW].to_numpy(dtype=np.float64) if SKEW in variants else np.zeros(1)
-        empty = cls(levels={}, signed_skew=bool(np.any(skew > 0.0) and np.any(skew < 0.0)))
         levels: dict[str, list[float]] = {}
         for name in names:
-            values = np.unique(empty.counted(name, variants[name].to_numpy(dtype=np.float64)))
+            values = variants[name].to_numpy(dtype=np.float64)
+            if name == SKEW and not (np.any(values > 0.0) and np.any(values < 0.0)):
+                values = np.abs(values)
+            values = np.unique(values)
             if values.size > _MOST_LEVELS:
                 values = np.linspace(values[0], values[-1], 3)
             if np.all(np.isfinite(values)):
                 levels[name] = values.tolist()
-        return replace(empty, levels=levels)
+        return cls(levels=levels)
 
     @property
     def limits(self) -> dict[str, tuple[float, float]]:
@@ -178,7 +178,8 @@ class AxisRange:
 
     def counted(self, name: str, value: Any) -> Any:
         """Return the value of an axis in the model: |skew| unless the study has both signs."""
-        return abs(value) if name == SKEW and not self.signed_skew else value
+        is_signed = name == SKEW and self.levels.get(SKEW, (0.0,))[0] < 0.0
+        return abs(value) if name == SKEW and not is_signed else value
 
 
 @lru_cache(maxsize=64)

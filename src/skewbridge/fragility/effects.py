@@ -343,6 +343,17 @@ def median_effects(
     return effect_table(demands, rows)
 
 
+def _is_withheld(missing: float, change: float, medians: int) -> bool:
+    """Return whether a ratio is withheld, from counts of its medians without a curve and of all.
+
+    ``change`` is the change of its logarithm by unknown outcomes.
+    """
+    # ASSUME a ratio of medians is worth reporting if at least one of them has a curve and
+    # unknown outcomes, treated equally in all variants, change it by no more than 15 %
+    is_wide = missing > 0 and not abs(change) <= np.log(MAX_BOUNDS_RATIO)
+    return is_wide or missing == medians
+
+
 class Medians:
     """Medians of all variants of one bridge and abutment model, and the ratios between them."""
 
@@ -432,13 +443,16 @@ class Medians:
         return self._row(scope, mean, row, 2 * len(ratios))
 
     def _row(self, scope: str, ratio: Jackknifed, row: Row, medians: int) -> Row:
-        # ASSUME a ratio of medians is worth reporting if at least one of them has a curve and
-        # unknown outcomes, treated equally in all variants, change it by no more than 15 %
-        is_wide = row["n_without_curve"] > 0 and not abs(row["change"]) <= np.log(MAX_BOUNDS_RATIO)
-        if is_wide or row["n_without_curve"] == medians:
+        if _is_withheld(row["n_without_curve"], row["change"], medians):
             level = EFFECT_CONFIDENCE
             return row | {"scope": scope, "status": verdicts.NO_CURVE, "level": level}
         return row | {"scope": scope} | effect_row(ratio, blocks=self._blocks)
+
+    def withheld(self, cells: Sequence[Mapping[Any, Any]], state: LimitState) -> bool:
+        """Return whether the mean ratio of pairs of variants has the status `NO_CURVE`."""
+        missing = sum(self.without_curve(cell, state) for cell in cells)
+        change = float(np.mean([self._pair_change(cell, state) for cell in cells]))
+        return _is_withheld(missing, change, 2 * len(cells))
 
     def _ratio(self, cell: Mapping[Any, Any], state: LimitState) -> tuple[Jackknifed, Row] | None:
         """Return the ln ratio of two medians and table columns, or None if it is undefined."""
@@ -452,7 +466,7 @@ class Medians:
         columns |= {name: min(counts[name] for counts in runs) for name in ("n_motions", "n_pairs")}
         columns["n_extrapolated"] = sum(counts["is_extrapolated"] for counts in runs)
         columns["n_without_curve"] = self.without_curve(cell, state)
-        columns["change"] = self._changed(cell, "to", state) - self._changed(cell, "from", state)
+        columns["change"] = self._pair_change(cell, state)
         return end.ln_ratio(start), columns
 
     def without_curve(self, cell: Mapping[Any, Any], state: LimitState) -> float:
@@ -461,6 +475,9 @@ class Medians:
             return nan
         names = (str(cell[f"variant_{suffix}"]) for suffix in ("from", "to"))
         return sum(not self._has_curve[name, state.component, state.name] for name in names)
+
+    def _pair_change(self, cell: Mapping[Any, Any], state: LimitState) -> float:
+        return self._changed(cell, "to", state) - self._changed(cell, "from", state)
 
     def _changed(self, cell: Mapping[Any, Any], side: str, state: LimitState) -> float:
         """Return the change of ln theta by unknown outcomes; infinite for other doubts."""

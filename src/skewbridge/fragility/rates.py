@@ -33,7 +33,7 @@ from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.limit_states import COLUMN_FAILURE, LimitState, States, hazus_factor
 from skewbridge.fragility.motion_means import completed
 from skewbridge.fragility.outcomes import TREATMENTS
-from skewbridge.fragility.settings import EFFECT_CONFIDENCE, FitSettings
+from skewbridge.fragility.settings import ASSUMED_BETA, EFFECT_CONFIDENCE, FitSettings
 from skewbridge.fragility.system import averaged, difference
 from skewbridge.fragility.union import any_of, union_curve
 from skewbridge.fragility.verdicts import OK, RATIOS
@@ -118,7 +118,7 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
     """
     status, rate_ends = curve["status"], (nan, nan, nan)
     row: Row = {name: curve[name] for name in ("status", "method", "im", "level")}
-    bound_beta = np.hypot(curve["theta_bound_beta"], np.nan_to_num(curve["capacity_dispersion"]))
+    bound_beta = np.hypot(ASSUMED_BETA, np.nan_to_num(curve["capacity_dispersion"]))
 
     def rate_of(theta: float, beta: float) -> float:
         return curve_rate(_lognormal(theta, beta), hazard).value
@@ -174,7 +174,7 @@ def rate_table(
     ``system`` has the columns `rate` and `shares` of `system_curves` with a hazard.
     """
     # bounds of medians, which one method gives, apply to all methods
-    bounds = [f"theta_bound_{name}" for name in ("low", "high", "beta")]
+    bounds = [f"theta_bound_{name}" for name in ("low", "high")]
     largest = curves.groupby(_STATE)[bounds].transform("max")
     chosen = chosen_curves(curves.assign(**{name: largest[name] for name in bounds}))
     columns = demand_table.variant_columns(curves)
@@ -256,6 +256,7 @@ def _changes(
         keys = medians.models.labels | {"axis": axis, "status": OK, "reason": ""}
         keys |= dict(zip([*STEP, *_STATE[1:]], (*step, *key), strict=True))
         rated: list[tuple[Row, tuple[LogRate, LogRate]]] = []
+        rated_cells: list[Row] = []
         withheld: list[tuple[Row, None]] = []
         rated_systems: list[tuple[Row, Row]] = []
         for cell in records_of(cells):
@@ -268,13 +269,11 @@ def _changes(
                     withheld.append((row | different, None))
                     continue
                 start, end = (system.get("rate") for system in both)
-            # ASSUME a ratio is worth reporting if at least one of both variants has a curve
-            elif medians.without_curve(cell, state) == 2:
-                continue
             else:
                 start, end = (rate_of(state, cell[f"number_{name}"]) for name in ("from", "to"))
             if isinstance(start, LogRate) and isinstance(end, LogRate):
                 rated.append((row, (start, end)))
+                rated_cells.append(cell)
                 rated_systems += [both] if both else []
         used_rates = [rates for _, rates in rated]
         if isinstance(state, str):
@@ -284,11 +283,15 @@ def _changes(
         texts = [f"{n} of {len(cells)} pairs have {word}" for word, n in left_out.items() if n]
         if texts:
             pooled["reason"] = f"{', '.join(texts)} components"
-        if used_rates:
+        is_state = not isinstance(state, str)
+        if used_rates and not (is_state and medians.withheld(rated_cells, state)):
             starts, ends = zip(*used_rates, strict=True)
             changes.append((pooled, (_mean(starts), _mean(ends))))
         elif withheld:
             changes.append((pooled | {"status": DIFFERENT_COMPONENTS}, None))
+        if is_state:
+            is_used = [not medians.withheld([cell], state) for cell in rated_cells]
+            rated = list(compress(rated, is_used))
         changes += [*rated, *withheld]
     return changes
 

@@ -200,7 +200,7 @@ def _unread(root: Path, used_files: list[Path], reason: str) -> list[FileCheck]:
         if path.resolve() in used or name == folder.INDEX_NAME or "." in initials:
             continue
         is_integral = name.endswith((".vt2", ".dt2")) and path.stem in {file.stem for file in used}
-        is_note = name in folder.NOT_MOTIONS or name.endswith(".md") or "_" in initials
+        is_note = name in folder.NOT_MOTIONS or name.endswith((".md", ".png")) or "_" in initials
         verdict = "left_out" if is_integral or is_note else "not_read"
         checks.append(FileCheck(file=str(path), verdict=verdict, messages=(f"not read: {reason}",)))
     return checks

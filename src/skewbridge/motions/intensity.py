@@ -241,16 +241,13 @@ def component_measures(accel_mps2: Vector, dt_s: float) -> dict[str, float]:
 
 
 def measures_and_spectra(
-    components: Sequence[Vector],
-    dt_s: float,
-    t1_s: float | None = None,
-    periods_s: Sequence[float] | None = None,
+    components: Sequence[Vector], dt_s: float, t1_s: float | None = None
 ) -> dict[str, Any]:
     """Return the measures and spectra of one component or a pair, keyed by printed name.
 
     ``_h1`` or ``_h2`` in a name marks a component; names without them belong to the pair.
     """
-    periods = periods_s or SPECTRUM_PERIODS_S
+    periods = SPECTRUM_PERIODS_S
     table: dict[str, Any] = {}
     for mark, accel in zip(("_h1_", "_h2_"), components, strict=False):
         measures = component_measures(accel, dt_s)

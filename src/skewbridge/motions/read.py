@@ -24,7 +24,10 @@ MIN_SAMPLES: Final = 10
 # ASSUME no horizontal record exceeds 4 g (the largest published ones are near 3 g): more is a
 # unit error; a motion below 0.002 g does not matter for a bridge.
 PGA_LIMITS_G: Final = (0.002, 4.0)
-_SAY_UNIT: Final = "State it in index.csv (skewbridge motions check DIR --write --unit UNIT)"
+_SAY_UNIT: Final = (
+    "State it in the column unit of index.csv, which "
+    "`skewbridge motions check DIR --write --unit UNIT` writes for files without a unit"
+)
 #: Starts of warnings about a pair.
 DIFFERENT_RECORDS: Final = "two different records?"
 ONE_RECORD: Final = "one component twice?"
@@ -278,7 +281,7 @@ def earlier_record(
 
 
 def read_components(
-    files: list[Path], stated: Stated
+    files: list[Path], stated: Stated | None = None
 ) -> tuple[str, float, list[Vector], tuple[str, ...]]:
     """Return name, time step (s), components (m/s2) and messages of one file or a pair."""
     if len(files) == 1:

@@ -228,7 +228,11 @@ def select_motions(
 
     Raises `InputError` for a wrong target before candidates are read, and for too few candidates.
     """
-    spectra = conditional_spectra(read_target(target, values))
+    stated = read_target(target, values)
+    try:
+        spectra = conditional_spectra(stated)
+    except InputError as error:
+        raise text.file_fault(target, f": {error}", **error.details) from None
     writable_file(out / INDEX_NAME)
     used_names = set(read_index_table(without / INDEX_NAME).get("candidate", ())) if without else ()
     candidates = read_candidates(sources, spectra[0].periods_s, count, used_names)

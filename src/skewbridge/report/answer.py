@@ -618,15 +618,20 @@ def rates_on_page(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
     printed = pooled[pooled["state"].isin(states or pooled["state"].iloc[:1])]
     last = printed.groupby(["bridge", "abutment", "axis", "state"], sort=False)["to_value"]
     printed = printed[printed["to_value"] == last.transform("max")]
-    # a variant without a curve has no rate, so some factors are means of fewer pairs than others
+    # a state that no run or every run of a variant exceeds has no rate there, and thus fewer pairs
     most_pairs = printed.groupby([*BRIDGE_COLUMNS, "axis", "to_value"])["n_cells"].transform("max")
+    medians = frames["medians"].query("scope == 'pooled'").rename(columns={"demand": "state"})
+    names = [*BRIDGE_COLUMNS, "axis", "from_value", "to_value", "state"]
+    printed = printed.merge(medians[[*names, "n_without_curve"]], how="left", on=names)
     notes = [
-        f" ({n:.0f} of {m:.0f} pairs)" * (n < m)
-        for n, m in zip(printed["n_cells"], most_pairs, strict=True)
+        f"{row['n_cells']:.0f} of {n:.0f} pairs"
+        if row["n_cells"] < n
+        else extent_of_data(row | {"n_extrapolated": 0})
+        for n, row in zip(most_pairs, records_of(printed), strict=True)
     ]
-    printed = printed.assign(pairs=notes)
+    printed = printed.assign(pairs=[f" ({note})" if note else "" for note in notes])
     certain = records_of(printed[printed["direction"] != 0])
-    certain.sort(key=lambda row: (row["pairs"], -max(row["ratio"], 1.0 / row["ratio"])))
+    certain.sort(key=lambda row: (row["pairs"] != "", -max(row["ratio"], 1.0 / row["ratio"])))
     return {
         "sentence": sentence("rates", largest=certain[:1]),
         "rows": records_of(printed),
