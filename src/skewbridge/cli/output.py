@@ -378,9 +378,7 @@ Abutment = Annotated[str, opt("Abutment model, from simple to contact with frict
 Changes = Annotated[
     list[str] | None, opt("Value of an input key; repeatable.", "KEY=VALUE", "--set")
 ]
-_KEYS: Final = opt(
-    "Value of gap_mm, friction or a key of model; repeatable.", "KEY=VALUE", "--set"
-)
+_KEYS: Final = opt("Value of gap_mm, friction or a key of model; repeatable.", "KEY=VALUE", "--set")
 _AXIS: Final = {
     axis.name: opt(f"{axis.label_with_unit}, {axis.low:g} to {axis.high:g}.") for axis in AXES
 }

@@ -76,10 +76,7 @@ class FragilityFit:
     def limited(
         self, bounds: Mapping[str, tuple[float, float]], *, names: Sequence[str] = ()
     ) -> "FragilityFit":
-        """Return the fit with warnings ``names``; no estimate if its bounds differ by > 15 %.
-
-        ``bounds`` has theta and beta if all, or none, of the unknown outcomes exceed the state.
-        """
+        """Return the fit with ``names`` of warnings; no estimate if bounds differ by > 15 %."""
         fit = self.warned("unknown_outcomes", *names)
         low, high = sorted((bounds["all_exceed"][0], bounds["none_exceed"][0]))
         narrow = 0.0 < low <= high <= MAX_BOUNDS_RATIO * low < inf
@@ -671,10 +668,7 @@ def clopper_pearson(k: Floats, n: Floats, level: float) -> tuple[Floats, Floats]
 
 
 def median_bound(ln_im: Floats, n: Floats, *, beta: float, level: float, exceed: bool) -> float:
-    """Return the lower bound of theta if no run exceeds; the upper one if all do (``exceed``).
-
-    It solves P(outcomes | theta, beta) = 1 - level for ``n`` runs at each intensity.
-    """
+    """Return theta with P(all, or no, of n runs exceed) = 1 - level: its upper or lower bound."""
     sign = 1.0 if exceed else -1.0
 
     def excess(ln_theta: float) -> float:

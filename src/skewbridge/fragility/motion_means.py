@@ -101,10 +101,7 @@ class Jackknifed:
 
     @classmethod
     def of(cls, values: Floats, present: Mask, exact: Mask, parameters: int) -> Self:
-        """Return the jackknife of ``values`` (1 + M, ...): from all motions, then without each.
-
-        ``present`` and ``exact`` (M,) mark motions with any, and with an exact, value.
-        """
+        """Return the jackknife of ``values`` (1 + M, ...): of all motions, then without each."""
         count = max(int(np.count_nonzero(present)), 1)
         influence = np.zeros_like(values[1:])
         influence[present] = (values[0] - values[1:][present]) * (count - 1) / count

@@ -74,10 +74,7 @@ def exceedance(curve: StateCurve, ln_im: Floats) -> Floats:
 
 
 def curve_rate(curve: StateCurve, hazard: HazardCurve, ln_factor: float = 0.0) -> LogRate:
-    """Return the ln annual rate of a state whose median is multiplied by exp(ln_factor).
-
-    It has the R replicates of ``curve``: from all runs, then without each event; NaN without curve.
-    """
+    """Return ln annual rates of the R replicates of a curve, medians times exp(ln_factor)."""
     beta = curve.total if curve.modes is None else curve.modes.beta
     narrowest = float(np.nanmin(beta, initial=9.0))
     rate = hazard.rate(lambda ln_im: exceedance(curve, ln_im - ln_factor), narrowest)

@@ -250,10 +250,9 @@ def read_candidates(
     than ``count`` pairs, names in ``without`` left out, or a name that two folders have.
     """
     all_entries = [entry for folder in folders for entry in list_motions(folder)]
-    names = pd.Series([entry.motion_id for entry in all_entries])
-    if names.duplicated().any():
-        twice = names[names.duplicated()].iloc[0]
-        raise InputError(f"two folders of candidates have the motion {twice}: rename one")
+    names = pd.Series([entry.motion_id for entry in all_entries], dtype=str)
+    for name in names[names.duplicated()]:
+        raise InputError(f"two folders of candidates have the motion {name}: rename one")
     entries = [entry for entry in all_entries if entry.motion_id not in without]
     if not 2 <= count <= len(entries):
         raise InputError(f"count must be from 2 to the {len(entries)} candidates, got {count}")

@@ -401,10 +401,6 @@ def headline(table: pd.DataFrame) -> list[str]:
     return texts
 
 
-def _certainty(effect: Mapping[str, Any]) -> str:
-    return CERTAINTY[effect["claim"]].partition(",")[0]
-
-
 def _axis_sentence(
     table: pd.DataFrame, demands: pd.DataFrame, names: Mapping[tuple[str, str], str]
 ) -> list[tuple[tuple[int, float], str]]:
@@ -419,9 +415,10 @@ def _axis_sentence(
         row = max(certain or effects, key=lambda effect: abs(np.log(effect["ratio"])))
         verb = "lowers" if row["ratio"] < 1.0 else "raises"
         sure = {"ratio": row["sure_ratio"], "ci_low": row["sure_low"], "ci_high": row["sure_high"]}
+        certainty = {claim: text.partition(",")[0] for claim, text in CERTAINTY.items()}
         other_models = [
             f"{names[effect['bridge'], effect['abutment']]}: {change_text(effect)}"
-            + f", {_certainty(effect)}" * (effect["claim"] != row["claim"])
+            + f", {certainty[effect['claim']]}" * (effect["claim"] != row["claim"])
             for effect in effects
             if effect is not row and effect["claim"] in (LOWER, HIGHER, DETECTABLE)
             if (effect["ratio"] < 1.0) == (row["ratio"] < 1.0)
@@ -430,7 +427,7 @@ def _axis_sentence(
             "capacity",
             row=row,
             model=names[row["bridge"], row["abutment"]] if len(names) > 1 else "",
-            certainty=_certainty(row),
+            certainty=certainty[row["claim"]],
             sure=sure if np.isfinite(row["sure_ratio"]) else {},
             other_models=other_models if len(other_models) <= 2 else [],
             extent=extent_of_data(row),
