@@ -493,11 +493,7 @@ def _printed_fits(
 
 
 def _row(
-    runs: _DemandRuns,
-    method: str,
-    state: LimitState,
-    fit: FragilityFit,
-    counts: Mapping[str, int],
+    runs: _DemandRuns, method: str, state: LimitState, fit: FragilityFit, counts: Mapping[str, int]
 ) -> Row:
     """Return the table columns of one fit that do not depend on the other fits."""
     row: Row = dict.fromkeys(_FIT_COLUMNS, nan)

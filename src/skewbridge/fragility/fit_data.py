@@ -23,12 +23,7 @@ from skewbridge.fragility.demand_table import (
     need_columns,
     read_foreign,
 )
-from skewbridge.fragility.fits import (
-    BOUNDS_TOO_WIDE,
-    FITTED,
-    MAX_BOUNDS_RATIO,
-    NO_EXCEEDANCE,
-)
+from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED, MAX_BOUNDS_RATIO, NO_EXCEEDANCE
 from skewbridge.fragility.limit_states import COLLAPSE_PEAK, MAX_DISPERSION, LimitState
 from skewbridge.fragility.motion_means import motion_weights
 from skewbridge.fragility.outcomes import TREATMENTS, DemandOutcomes, demand_outcomes

@@ -173,9 +173,7 @@ def _starts_with_numbers(path: Path) -> bool:
 # ---- Pairs of component files, by file name or header
 
 
-def pair_files(
-    paths: Iterable[Path],
-) -> tuple[dict[str, tuple[Path, Path]], dict[str, list[Path]]]:
+def pair_files(paths: Iterable[Path]) -> tuple[dict[str, tuple[Path, Path]], dict[str, list[Path]]]:
     """Return the pairs of component files and the unpaired files, both keyed by motion name.
 
     Two files with the same motion name are a pair. Two horizontal components with different names

@@ -161,9 +161,7 @@ def has_pilot(motions: MotionsConfig) -> bool:
 
 
 def block_factors(
-    level_at_1_g: Sequence[float],
-    bands_g: Bands = (LEVEL_RANGE_G,),
-    first_g: Bands | None = None,
+    level_at_1_g: Sequence[float], bands_g: Bands = (LEVEL_RANGE_G,), first_g: Bands | None = None
 ) -> Vector:
     """Return one scale factor per motion of a suite, in suite order.
 
