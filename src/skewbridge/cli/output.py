@@ -423,10 +423,10 @@ class VariantOptions(BridgeOption):
 
     def _split_changes(self) -> tuple[dict[str, float], dict[str, Any]]:
         """Return the axes without an option that ``--set`` names, and its other keys."""
-        other = keys_and_values("--set", self.changes)
-        names = [name for name in _USUAL if name in other and not hasattr(self, name)]
-        axes = {name: other.pop(name) for name in names}
-        return checked(dict[str, Number], axes, "--set"), other
+        set_values = keys_and_values("--set", self.changes)
+        names = [name for name in _USUAL if name in set_values and not hasattr(self, name)]
+        axes = {name: set_values.pop(name) for name in names}
+        return checked(dict[str, Number], axes, "--set"), set_values
 
     def settings_and_model(
         self, accuracy: str, **keys_set: Any
@@ -469,16 +469,16 @@ def gap_notes(bridge: str) -> list[str]:
     from skewbridge.bridge.library import load_structure
 
     try:
-        about, notes = load_structure(bridge).description, list[str]()
+        details, notes = load_structure(bridge).description, list[str]()
     except InputError:  # the bridge of a study that cannot be read
         return []
-    if skews := ", ".join(f"{deg:g} deg ({place})" for place, deg in about.skews_deg.items()):
+    if skews := ", ".join(f"{deg:g} deg ({place})" for place, deg in details.skews_deg.items()):
         notes.append(f"the bridge file sets the skew: {skews}; skew_deg turns the other supports")
-    if not about.seats_m:
+    if not details.seats_m:
         notes.append("gap_mm and friction have no effect: the bridge has no seats and no joints")
-    own = ", ".join(f"{gap_mm:g} mm at {place}" for place, gap_mm in about.own_gaps_mm.items())
-    other_joints = "acts on the other joints" if about.takes_gap else "has no effect"
-    return [*notes, f"the bridge file sets the gap: {own}; gap_mm {other_joints}"] if own else notes
+    gap = ", ".join(f"{gap_mm:g} mm at {place}" for place, gap_mm in details.own_gaps_mm.items())
+    other_joints = "acts on the other joints" if details.takes_gap else "has no effect"
+    return [*notes, f"the bridge file sets the gap: {gap}; gap_mm {other_joints}"] if gap else notes
 
 
 def keys_and_values(option: str, pairs: list[str] | None) -> dict[str, Any]:

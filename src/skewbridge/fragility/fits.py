@@ -363,8 +363,8 @@ def fit_first_exceedances(
     lower, upper = np.zeros(records.size), np.full(records.size, np.inf)
     is_hit = exceed > 0.0
     np.minimum.at(upper, codes[is_hit], im[is_hit])
-    below = ~is_hit & (im < upper[codes])
-    np.maximum.at(lower, codes[below], im[below])
+    is_lower = ~is_hit & (im < upper[codes])
+    np.maximum.at(lower, codes[is_lower], im[is_lower])
     n_odd = int(np.unique(codes[~is_hit & (im > upper[codes])]).size)
     fit = fit_brackets(lower, upper, settings)
     fit = replace(fit, details={**fit.details, "n_non_monotone": n_odd})
@@ -704,8 +704,8 @@ def firth(ln_im: Floats, n: Floats, k: Floats) -> tuple[float, float]:
     centre, scale = float(np.mean(ln_im)), float(np.std(ln_im))
     design = np.column_stack([np.ones_like(ln_im), (ln_im - centre) / scale])
 
-    def negative(a: Floats) -> float:
-        eta = design @ a
+    def negative(parameters: Floats) -> float:
+        eta = design @ parameters
         # phi^2/(Phi(eta) Phi(-eta)) from Mills ratios, which do not underflow
         weight = n * likelihood.mills_ratio(eta) * likelihood.mills_ratio(-eta)
         sign, log_determinant = np.linalg.slogdet(design.T @ (weight[:, None] * design))

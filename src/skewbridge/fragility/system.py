@@ -94,8 +94,8 @@ def averaged(pairs: Sequence[tuple[Row, Row]]) -> list[bool]:
     """
     names = ["" if difference(*pair) else pair[0]["components"] for pair in pairs]
     rank = {name: (names.count(name), name.count(";")) for name in filter(None, names)}
-    common = max(rank, key=rank.__getitem__, default=None)
-    return [name == common for name in names]
+    most_common = max(rank, key=rank.__getitem__, default=None)
+    return [name == most_common for name in names]
 
 
 def system_members(states: States) -> dict[str, list[LimitState]]:
