@@ -168,11 +168,11 @@ def modal(case: NamedVariantOptions, out: OptionalOut = None) -> Answer:
 
     variant = case.variant
     result = asdict(modes.modal_properties(variant, case.model))
-    with_pads = modes.standing_bridge(variant.bridge)
+    modal_result = modes.standing_bridge(variant.bridge)
     if out is not None:
         _write(result["modes"], out, "modal")
-    warnings = modes.periods_of_file(variant.bridge, with_pads)
-    slug, t1_s = variant.normalised().slug, modes.conditioning_period_s(with_pads)
+    warnings = modes.periods_of_file(variant.bridge, modal_result)
+    slug, t1_s = variant.normalised().slug, modes.conditioning_period_s(modal_result)
     answer = {"variant": slug, "t1_s": t1_s, **result}
     return Answer(answer, notes=gap_notes(case.bridge), warnings=warnings)
 

@@ -99,8 +99,8 @@ def plot(
         figure = suite_spectra(**folder_spectra(paths[0]), title=name)
     elif len(paths) <= 2:
         name, step_s, components, notes = read_components(paths)
-        labelled = dict(zip((path.name for path in paths), components, strict=True))
-        figure = record_page(name, step_s, labelled)
+        by_file_name = dict(zip((path.name for path in paths), components, strict=True))
+        figure = record_page(name, step_s, by_file_name)
     else:
         raise InputError(f"motions plot takes one or two files or a folder, got {len(paths)}")
     path = out if out.suffix.lower() in {".png", ".svg", ".pdf"} else out / f"{name}.png"

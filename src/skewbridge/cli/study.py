@@ -245,17 +245,17 @@ def plot(
     from skewbridge.study.config import FigureSettings, check_font, stored_configuration
     from skewbridge.study.results import is_from_statistics
 
-    root = folder_of(study)
+    study_folder = folder_of(study)
     defaults = FigureSettings()
-    if not is_from_statistics(root):
+    if not is_from_statistics(study_folder):
         config = stored_configuration(study) if study else None  # needs no other file of the study
         defaults = (config or study_of(study)[0]).figures
-    changed = keys_and_values("--set", changes)
+    set_values = keys_and_values("--set", changes)
     if units != "si":  # the default, which keeps the units of the study
-        changed["units"] = units
-    settings = checked(FigureSettings, asdict(defaults) | changed, "figures")
+        set_values["units"] = units
+    settings = checked(FigureSettings, asdict(defaults) | set_values, "figures")
     check_font(settings.font)
-    figures = finished_figures(root)
+    figures = finished_figures(study_folder)
     if not names:
         rows = [{"name": caption.name, "title": caption.title} for caption, _ in figures]
         return Answer({"figures": rows})

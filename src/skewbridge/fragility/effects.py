@@ -304,12 +304,12 @@ def _by_intensity(
     below, zero, above = np.log1p(np.outer([-1.0, 0.0, 1.0], np.full(im.size, pooled["margin"])))
     possible = np.repeat(verdicts.may_be_negligible(pd.DataFrame([pooled])), im.size)
     verdict = verdicts.verdicts_of(logs[1], below, zero, above, logs[2], possible=possible)
-    ln_demand, added = np.polyval(trend, np.log(im)), np.arange(im.size) == _INTENSITIES
+    ln_demand, is_reference = np.polyval(trend, np.log(im)), np.arange(im.size) == _INTENSITIES
     columns = {name: pooled[name] for name in INTENSITY_COLUMNS if name in pooled}
     columns |= dict(zip(verdicts.RATIOS, np.exp(logs), strict=True))
     columns |= {"im": im, "verdict": verdict}
     columns |= {"from_demand": np.exp(ln_demand), "to_demand": np.exp(ln_demand + logs[0])}
-    columns |= {"at_reference": added, "clipped": added & (im != reference_im)}
+    columns |= {"at_reference": is_reference, "clipped": is_reference & (im != reference_im)}
     columns["n_motions"] = int(np.count_nonzero(effect.exact))
     return pd.DataFrame(columns).to_dict("records")
 

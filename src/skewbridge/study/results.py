@@ -156,9 +156,9 @@ def statistics_of(
     if folder.demands.is_file() and not is_from_statistics(out):
         raise InputError(f"{out} is the folder of a study with demands: choose another folder")
     states = _limit_states(limit_states)
-    site = HazardConfig(file=hazard and str(hazard), measure=hazard and im)
+    hazard_config = HazardConfig(file=hazard and str(hazard), measure=hazard and im)
     source = read_any(demands)
-    curve = hazard_curve(site, list(map(str, source.filter(regex="^im_"))), DEFAULTS.im)
+    curve = hazard_curve(hazard_config, list(map(str, source.filter(regex="^im_"))), DEFAULTS.im)
     table, measure, unused = _read_demands(demands, source, curve.im if curve else im, states)
     available = [state for state in states if state.demand in table]
     if not available:
@@ -220,8 +220,8 @@ def compare_studies(first: Path, second: Path, hazard: Path | None = None) -> St
     paths = [study if study.is_file() else demands_file(study) for study in (first, second)]
     sources = list(map(read_any, paths))
     measures = list(map(str, sources[0].filter(regex="^im_")))
-    stated, own_im = HazardConfig(file=hazard and str(hazard)), _measure(first)
-    site = hazard_curve(stated, measures, own_im or DEFAULTS.im)
+    hazard_config, own_im = HazardConfig(file=hazard and str(hazard)), _measure(first)
+    site = hazard_curve(hazard_config, measures, own_im or DEFAULTS.im)
     im = site.im if site else own_im
     renamed_files = _other_motions(first, second)
     from_demands, measure, _ = _read_demands(paths[0], sources[0], im, states)
@@ -249,9 +249,9 @@ def compare_studies(first: Path, second: Path, hazard: Path | None = None) -> St
     variant_keys = [*demand_table.BRIDGE_COLUMNS, *demand_table.axis_names(demands)]
     paired = demands.merge(pairs[[*variant_keys, *demand_table.LOADING_COLUMNS]].drop_duplicates())
     runs, notes = demand_table.prepared(paired, [state.demand for state in states], settings)
-    top, bottom = (pairs[[f"{name}_{end}" for name in names]] for end in ("to", "from"))
-    equal = (top == bottom.to_numpy()) | (top.isna() & bottom.isna().to_numpy())
-    equal["complete"] = pairs["complete_to"] == pairs["complete_from"]
+    to_runs, from_runs = (pairs[[f"{name}_{end}" for name in names]] for end in ("to", "from"))
+    is_equal = (to_runs == from_runs.to_numpy()) | (to_runs.isna() & from_runs.isna().to_numpy())
+    is_equal["complete"] = pairs["complete_to"] == pairs["complete_from"]
     doubts = notes.loc[notes["kind"] == "percent", "message"].tolist()
     models = fit_models(runs, states, settings, further=[STUDY], jobs=cpu_count())
     curves = fit_study(runs, states, settings, models=models, jobs=cpu_count())
@@ -273,7 +273,7 @@ def compare_studies(first: Path, second: Path, hazard: Path | None = None) -> St
             "only_second": len(tables[1]) - len(pairs),
             "variants": len(pairs[variant_keys].drop_duplicates()),
             "motions": int(pairs["motion_id"].nunique()),
-            "equal_pairs": int(equal.all(axis=1).sum()),
+            "equal_pairs": int(is_equal.all(axis=1).sum()),
         },
         other_motions=renamed_files,
         warnings=tuple(dict.fromkeys(doubts)),
