@@ -87,7 +87,7 @@ def test_every_format_gives_levels_in_the_unit_of_the_column_and_annual_rates(fi
         assert (found.im, found.levels.tolist()) == (measure, [0.1, 0.5])
         assert rates in (None, found.rates[0].tolist())
     names = {"SA(0.2)": "im_sa_0p200_", "SA0P2": "im_sa_0p200_", "AvgSA": "im_saavg_rot",
-             "Arias": "", "im_cav_mps": "im_cav_mps"}  # fmt: skip
+             "Sa_avg": "im_saavg_rot", "Arias": "", "im_cav_mps": "im_cav_mps"}  # fmt: skip
     assert {name: measure_column(name)[:12] for name in names} == names
 
 
@@ -285,6 +285,11 @@ def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path):
     demands.assign(unseating_m=1.1 * demands["unseating_m"]).to_parquet(tables[1])
     site, states = file(TABLE), file(CAPACITIES, "states.yaml")
     given = ("--hazard", site, "--limit-states", states)
+    # an intensity im is that of the table
+    plain, pga = file("im,rate\n0.1,0.01\n2.0,0.0001\n", "plain.csv"), tmp_path / "pga.csv"
+    demands.filter(regex=f"^(?!im_)|^{IM}$").rename(columns={IM: PGA}).to_csv(pga)
+    pga = answer("statistics", pga, "--hazard", plain, *given[2:], "--out", tmp_path / "pga")
+    assert (pga["im"], pga["tables"]["rates"] > 0) == (PGA, True)
     report = answer("statistics", tables[0], *given, "--out", study)
     rates = pd.read_parquet(study / "fragility/rates.parquet")
     assert report["tables"]["rates"] == len(rates) == rates["im"].eq(IM).sum() > 0
@@ -313,7 +318,6 @@ def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path):
     other = ("--bridge", "osb1", *target, "--axis", "friction=0.5", "--hazard", site)
     decide = ("decide", "--study", study, *other, "--out", tmp_path / "chart")
     needs = pd.DataFrame(answer(*decide)["rows"]).query("gap_mm == 51")
-    # lengths for more unseating than in any run
     runs = read_frame(study / "demands.parquet")
     write_frame(runs.assign(unseating_m=0.001), study / "demands.parquet", {})
     assert "extrapolated: 65 of 65 lengths" in invoke(*decide).stderr
@@ -343,9 +347,5 @@ def test_the_factor_of_hazus_is_on_skew_0_of_the_study(file):
     assert hazus[15]["hazus_m"].isna().all()  # nothing is extrapolated to skew 0
     assert hazus[0].loc[0.0, "hazus_m"] == pytest.approx(hazus[0].loc[0.0, "seat_m"])
     assert hazus[0]["hazus_m"].is_monotonic_increasing
-
-
-def test_targets_are_rates_of_a_probability_in_50_years():
-    assert target_rate(0.02) == pytest.approx(-np.log(0.98) / 50.0)
     with pytest.raises(InputError, match="probability_50y must"):
         target_rate(2.0)

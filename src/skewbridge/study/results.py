@@ -115,6 +115,14 @@ def _frame(path: Path) -> pd.DataFrame:
     return frame
 
 
+def _measures(source: pd.DataFrame) -> list[str]:
+    return list(map(str, source.filter(regex="^im_")))
+
+
+def _default_measure(measures: Sequence[str]) -> str:
+    return measures[0] if len(measures) == 1 else DEFAULTS.im
+
+
 def _read_demands(
     path: Path, source: pd.DataFrame, im: str | None, states: States
 ) -> tuple[pd.DataFrame, str, list[str]]:
@@ -122,8 +130,8 @@ def _read_demands(
     source = source.rename(columns=demand_table.FLAG_ALIASES)
     if "collapse" not in source:
         demand_table.need_columns(source, ["status"], path.name)
-    measures = list(map(str, source.filter(regex="^im_")))
-    im_column = im or (DEFAULTS.im if len(measures) != 1 else measures[0])
+    measures = _measures(source)
+    im_column = im or _default_measure(measures)
     if measures and im_column not in source:
         problem = f"{path.name} has no column {im!r}:" if im else "several intensities:"
         raise InputError(f"{problem} choose --im from {', '.join(measures)}", column=im or "im")
@@ -156,7 +164,8 @@ def statistics_of(
     states = _limit_states(limit_states)
     site = HazardConfig(file=hazard and str(hazard), measure=hazard and im)
     source = read_any(demands)
-    curve = hazard_curve(site, list(map(str, source.filter(regex="^im_"))), DEFAULTS.im)
+    measures = _measures(source)
+    curve = hazard_curve(site, measures, _default_measure(measures))
     table, measure, unused = _read_demands(demands, source, curve.im if curve else im, states)
     available = [state for state in states if state.demand in table]
     if not available:
