@@ -63,17 +63,17 @@ def usgs(xlabel="Ground Motion (g)", component="Total"):
 
 def test_every_format_gives_levels_in_the_unit_of_the_column_and_annual_rates(file):
     plain = curve_of(file(TABLE))
-    assert (plain.im, plain.quantiles.tolist()) == (IM, [0.16, 0.84])
-    assert plain.rates[:, 1].tolist() == [0.05, 0.03, 0.08]
+    found = plain.im, plain.quantiles.tolist(), plain.rates[:, 1].tolist()
+    assert found == (IM, [0.16, 0.84], [0.05, 0.03, 0.08])
     file(openquake("mean", "SA(1.0)", "1.0,0.5,0.01"), "oq/hazard_curve-mean-SA_1.csv")
     file(openquake("quantile-0.15", "SA(1.0)", "0.9,0.4,0.0"), "oq/quantile_curve-0.15.csv")
+    file("#,kind='mean'\nlon,lat,PGA-0.1\n0,0,1\n", "oq/hazard_map-mean_1.csv")  # not read
     folder = file(openquake("mean", "PGV", "0.9,0.5,0.1"), "oq/hazard_curve-mean-PGV_1.csv").parent
     pgv, sa = sorted(read_hazard(folder), key=lambda each: each.im)
     assert pgv.levels == pytest.approx([0.001, 0.005, 0.015])
     # a probability of one has no rate: the level is left out
     assert sa.rates[0] == pytest.approx(-np.log1p([-0.5, -0.01]) / 50.0)
-    found = [curve_of(folder, measure=measure).im for measure in (None, "PGV")]
-    assert found == ["im_sa_1p000_rotd50_g", "im_pgv_rotd50_mps"]
+    assert [curve_of(folder, measure=m).im for m in (None, "PGV")] == [sa.im, "im_pgv_rotd50_mps"]
     older = {"imt": {"value": "PGA"}, "xlabel": "Ground Motion (g)", "xvalues": [0.1, 0.5]}
     older = [{"metadata": older, "data": [{"component": "Total", "yvalues": [0.02, 1e-3]}]}]
     for text, name, measure, rates in (
