@@ -103,9 +103,8 @@ def test_figures_are_drawn_in_us_units() -> None:
     with shown_in("us"):
         bending, _ = column_figure(bent.curve, bent.shear, bent.axial_n, title="").axes
     assert bending.get_ylabel() == "moment (kip ft)"
-    assert bending.lines[1].get_ydata()[-1] * 1355.818 == pytest.approx(
-        bent.curve.plastic_moment_nm
-    )
+    moment_nm = bending.lines[1].get_ydata()[-1] * 1355.818
+    assert moment_nm == pytest.approx(bent.curve.plastic_moment_nm)
 
 
 def test_the_whole_ladder_is_pushed_and_drawn(tmp_path: Path) -> None:
@@ -424,6 +423,10 @@ def test_the_design_criteria_have_the_capacities_of_the_model(pair, tmp_path, br
         ("bridge column --bent 2 --out .", "bent must be between 1 and 1"),
         ("bridge sdc nowhere", "nowhere"),
         ("bridge sdc osb2s --bridge bridge_a", "osb2s and --bridge bridge_a are two bridges"),
+        ("bridge modal osb2s --bridge osb1", "osb2s and --bridge osb1 are two bridges"),
+        ("bridge static --direction x --angle-deg 9 --out .", "give one of them"),
+        ("bridge static --angle-deg z --out .", "--direction must be x, y or degrees, got 'z'"),
+        ("bridge model --gap-mm -1 --out .", "gap_mm must be within 0..999, got -1"),
         ("run {} --skew-deg 75", "skew_deg must be within -66..66, got 75"),
         ("run {} --dt-s 0.5", "dt_s: must be less than or equal to 0.02, got 0.5"),
         ("run {} --scale 0", "scale must be a positive number"),

@@ -86,8 +86,8 @@ def test_a_table_in_us_units_has_their_names_and_numbers_and_json_stays_in_si():
     assert (in_units(row, "us"), in_units(row, "si")) == (pytest.approx(expected, rel=1e-6), row)
     ends = in_units({"ends_m": [0.0254, None], "status": "ok"}, "us")
     assert ends == {"ends_in": [pytest.approx(1.0), None], "status": "ok"}
-    check = {"check": "left seat, SDC (m)", "demand": 0.254, "capacity": 0.508, "ratio": 0.5}
-    expected = {"check": "left seat, SDC (in)", "demand": 10.0, "capacity": 20.0, "ratio": 0.5}
+    check = {"check": "hinge 0.762 m (m)", "demand": 0.254, "capacity": 0.508, "ratio": 0.5}
+    expected = {"check": "hinge 2.500 ft (in)", "demand": 10.0, "capacity": 20.0, "ratio": 0.5}
     assert in_units(check, "us") == pytest.approx(expected)
     answer = Answer({"peak_kn": 100.0})
     assert json.loads(run(answer, "--json", "--units=us").stdout) == {"peak_kn": 100.0}

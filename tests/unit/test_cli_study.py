@@ -27,7 +27,7 @@ from skewbridge.files.tables import stamp, write_frame
 from skewbridge.files.text import merged, read_mapping
 from skewbridge.report.methods import REFERENCES, methods_of
 from skewbridge.study import analyses, inputs, processes, progress
-from skewbridge.study.config import load_config, parse_config
+from skewbridge.study.config import load_config, parse_config, store_configuration
 from skewbridge.study.folder import write_starter
 from skewbridge.study.task import run_key
 from study_parts import in_journal, row_of
@@ -37,9 +37,10 @@ BASE = ROOT / "config/config.yaml"
 PLAIN = "motions: {suites: [near], count: 2, incidence_deg: [0.0], blocks: null, bands: null}\n"
 COLUMN_NAMES = [column.name for column in COLUMNS]
 SOURCE = "BSD-3-Clause; synthetic: model of Dabaghi and Der Kiureghian (2018)"
-STATES = ROOT / "config/limit_states.yaml"
 # Studies whose processor time was measured from the start of Snakemake to the page, on two
 # processors at loads of 1 to 15.
+OWN_STATE = """- {component: deck, demand: deck_disp_m, unit: mm, dispersion: 0, citation: a,
+   states: {slight: 99}}"""
 SMOKE = read_mapping(ROOT / "config/smoke.yaml")
 FOUR = {"grid": {"bridge": ["osb1"], "skew_deg": [30]}, "motions": {"count": 4}}
 
@@ -204,20 +205,21 @@ def test_unfinished_study_is_refused(study: Path, arguments: list[str], message:
 
 
 def test_methods_are_those_of_the_configuration(study: Path) -> None:
-    shown = invoke("study", "methods", "--study", "own.yaml").stdout
-    assert "the joint gap 25 mm, 51 mm; friction 0, 0.5: 12 variants" in shown
+    words = "the joint gap 25 mm, 51 mm; friction 0, 0.5: 12 variants"
+    assert words in invoke("study", "methods", "--study", "own.yaml").stdout
 
 
 @pytest.mark.parametrize(
     ("section", "choice", "expected"),
     [
         ("analysis", {"scheme": "paper"}, "Houbolt 1950|distributed plasticity|committed"),
-        ("motions", {"design": "stripes"}, "scaled to 0.1, 0.2|jackknife over motions"),
+        ("motions", {"design": "stripes"}, "scaled to 0.1, 0.2|one model of each demand|Laird and"),
         ("motions", {"design": "ida"}, "Vamvatsikos and Cornell 2002|column_drift_ratio"),
         ("motions", {"blocks": {"cells_per_motion": 2, "complete_share": 0.0}},
          "values of skew at two combinations of the values of|within skew_deg; cells_per_motion"),
-        ("fragility", {}, "one model of each demand|Laird and Ware 1982|jackknife over motions"),
         ("grid", {"abutment": ["roller"]}, "modelled on rollers"),
+        ("grid", {"bridge": [f"{ROOT}/tests/data/drawings/one_span.yaml"]},
+         "per span. Rayleigh damping of the deck is 5 % of critical at two periods.\n"),
         ("model", {"backfill": "sdc", "damping_ratio": 0.03}, "(Caltrans 2019)|3 % of critical"),
     ],
 )  # fmt: skip
@@ -360,7 +362,7 @@ def write_study(folder: Path, demands: pd.DataFrame) -> str:
 
 
 def compared(first: str, second: str, *options: str) -> dict:
-    return answer("compare", first, second, "--limit-states", STATES, *options)
+    return answer("compare", first, second, *options)
 
 
 def test_a_known_change_is_found_in_demands_and_medians(tmp_path: Path) -> None:
@@ -417,8 +419,16 @@ def test_a_study_equals_itself_but_for_motions_of_one_name_and_other_files(tmp_p
     assert found["counts"]["pairs"] == len(table)
     assert all(row["ratio"] == pytest.approx(1.0) for row in found["demands"])
     assert len(pd.read_csv(out)) == len(found["demands"]) + len(found["medians"])
+    # the first study has its own limit states
+    own = tmp_path / "own.yaml"
+    own.write_text(OWN_STATE)
+    settings = {"results": first, "fragility": {"limit_states": str(own)}}
+    store_configuration(parse_config(settings), [], settings)
+    states = {row["demand"] for row in compared(first, second)["medians_by_state"]}
+    assert {"deck/slight", "bearing/slight"} & states == {"deck/slight"}
+    (tmp_path / "a/configuration.json").unlink()
     # the printed answer counts medians outside the motions
-    printed = invoke("compare", first, second, "--limit-states", STATES)
+    printed = invoke("compare", first, second)
     assert printed.exit_code == 0
     lines = [line for line in printed.stdout.splitlines() if "deck_displacement" in line]
     assert [" of 4 medians" in line for line in lines] == [False, True]
@@ -432,10 +442,8 @@ def test_a_study_equals_itself_but_for_motions_of_one_name_and_other_files(tmp_p
 @pytest.mark.parametrize(
     ("other", "options", "message"),
     [
-        ("a", ["--im", "im_none"], "no column 'im_none'"),
         ("a", ["--out", "x.parquet"], "--out must end with .csv"),
-        ("a", ["--limit-states", "none.yaml"], "none.yaml"),
-        ("", ["--im", IM], "has no demands.parquet"),
+        ("", [], "has no demands.parquet"),
         ("scaled", [], "2 variants, 6 motions, 0 motions with the same scale"),
     ],
 )
@@ -443,6 +451,5 @@ def test_bad_input_and_studies_without_a_common_run_are_refused(tmp_path, other,
     for name, scale in (("a", 1.0), ("scaled", 2.0)):
         rows = synthetic_demands(gaps=(51,), skews=(0,), motions=6, scales=(scale,))
         write_study(tmp_path / name, rows)
-    states = [] if "--limit-states" in options else ["--limit-states", STATES]
-    found = answer("compare", tmp_path / "a", tmp_path / other, *states, *options, code=2)
+    found = answer("compare", tmp_path / "a", tmp_path / other, *options, code=2)
     assert message in found["message"]

@@ -146,9 +146,9 @@ def test_im_json_has_the_documented_measures_of_a_pair_or_a_file(tmp_path):
     assert answer("motions", "im", *files)["im_saavg_rotd50_g"] is None
     assert "-: needs --t1-s" in _run("im", *files)[2]
     assert _run("im", *files, files[0])[0] == 2
-    found = answer("motions", "im", files[0], "--period-s", 0.5, "--period-s", 1.0)
+    found = answer("motions", "im", files[0])
     assert found["pga_h1_g"] == pytest.approx(0.3, rel=1e-6)
-    assert len(found["psa_h1_g"]) == len(found["periods_s"]) == 2
+    assert len(found["psa_h1_g"]) == len(found["periods_s"]) > 20
 
 
 def test_plot_draws_a_motion_or_the_spectra_of_a_folder(tmp_path):

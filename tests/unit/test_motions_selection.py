@@ -145,7 +145,7 @@ def test_wrong_target_is_one_error_before_candidates_are_read(tmp_path, old, new
     places = ("--from", "no_folder", "--out", tmp_path / "out")
     result = invoke("motions", "select", "--target", tmp_path / "a.yaml", *places)
     assert (result.exit_code, result.stderr.count("error:")) == (2, 1)
-    assert re.search(message, result.stderr)
+    assert re.search(f"a.yaml: .*{message}", result.stderr)
     assert "at least 1 item" not in result.stderr  # a list with a wrong item is not empty
     assert not (tmp_path / "out").exists()
 

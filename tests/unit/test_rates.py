@@ -277,18 +277,20 @@ def test_fractiles_of_the_hazard_widen_intervals(file):
     assert (wide["annual_rate_low"] < narrow["annual_rate_low"]).all()
 
 
-def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path):
+def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path, monkeypatch):
     demands = synthetic_demands(motions=12, frictions=(50,))
     demands["unseating_m"] *= 1.0 + demands["skew_deg"] / 90.0
     tables, study = (tmp_path / "demands.parquet", tmp_path / "other.parquet"), tmp_path / "study"
     demands.to_parquet(tables[0])
     demands.assign(unseating_m=1.1 * demands["unseating_m"]).to_parquet(tables[1])
-    site, states = file(TABLE), file(CAPACITIES, "states.yaml")
-    given = ("--hazard", site, "--limit-states", states)
+    site = file(TABLE)
+    given = ("--hazard", site)
+    file(CAPACITIES, "config/limit_states.yaml")
+    monkeypatch.chdir(tmp_path)
     # an intensity im is that of the table
     plain, pga = file("im,rate\n0.1,0.01\n2.0,0.0001\n", "plain.csv"), tmp_path / "pga.csv"
     demands.filter(regex=f"^(?!im_)|^{IM}$").rename(columns={IM: PGA}).to_csv(pga)
-    pga = answer("statistics", pga, "--hazard", plain, *given[2:], "--out", tmp_path / "pga")
+    pga = answer("statistics", pga, "--hazard", plain, "--out", tmp_path / "pga")
     assert (pga["im"], pga["tables"]["rates"] > 0) == (PGA, True)
     report = answer("statistics", tables[0], *given, "--out", study)
     rates = pd.read_parquet(study / "fragility/rates.parquet")
@@ -306,8 +308,8 @@ def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path):
     shown = invoke("predict", "--study", study, *at[:-1], short, "--at", 0.6)
     assert "lacks intensities above the hazard curve" in shown.stderr
     assert re.search(r"shares of a rate:.* 89%", shown.stderr)
-    given_short = ("--axis", "friction=0.5", "--hazard", short, "--out", tmp_path / "none")
-    message = answer("decide", "--study", study, *given_short, code=2)["message"]
+    given_short = ("--axis", "friction=0.5", "--out", tmp_path / "none")
+    message = answer("decide", short, "--study", study, *given_short, code=2)["message"]
     assert "hazard curve ends at 0.005 per year, above the target" in message
     compared = answer("compare", *tables, *given)["rates"]
     pooled = {row["component"]: row for row in compared if row["scope"] == "pooled"}
@@ -315,8 +317,8 @@ def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path):
     assert pooled["column_drift"]["ratio"] == pytest.approx(1.0, abs=1e-6)
     # the seat that decide finds is exceeded at the target rate
     target = ("--probability-50y", 1.0 - np.exp(-50.0 * 1e-3))
-    other = ("--bridge", "osb1", *target, "--axis", "friction=0.5", "--hazard", site)
-    decide = ("decide", "--study", study, *other, "--out", tmp_path / "chart")
+    other = ("--bridge", "osb1", *target, "--axis", "friction=0.5")
+    decide = ("decide", site, "--study", study, *other, "--out", tmp_path / "chart")
     needs = pd.DataFrame(answer(*decide)["rows"]).query("gap_mm == 51")
     runs = read_frame(study / "demands.parquet")
     write_frame(runs.assign(unseating_m=0.001), study / "demands.parquet", {})

@@ -366,12 +366,12 @@ def test_headline_has_one_sentence_per_axis_certain_and_large_effects_first():
         "(most: 0.06 g).",
         "Not decided with these motions: friction on unseating (slight) (+2.0 %, -3.1 to +7.1 %).",
     ]
-    # other bridges with the same certainty are named
+    # other bridges with the same direction are named
     row = answer_row("skew_deg", "column_failure/any", 0.8, "lower")
-    other = answer_row("skew_deg", "column_failure/any", 0.88, "lower", bridge="osb2s")
+    other = answer_row("skew_deg", "column_failure/any", 0.88, "detectable", bridge="osb2s")
     assert headline_of(row, other) == [
         "Skew 0° to 0.5° lowers the median capacity for column failure of osb1 by 0.4 g "
-        "(2.00 to 1.60 g, -20 %, certain, as in osb2s: -12 %)."
+        "(2.00 to 1.60 g, -20 %, certain; as in osb2s: -12 %, direction certain)."
     ]
     assert "as in" not in headline_of(row, other | {"claim": "undecided"})[0]
 

@@ -239,6 +239,12 @@ def test_a_compared_gap_without_effect_is_named(written):
     found = list(axis_warnings(parse_config({"grid": grid})))
     assert found == ["gap_mm of the grid has no effect on made: none of its joints uses it"]
     assert not list(axis_warnings(parse_config({"grid": grid | {"gap_mm": [51]}})))
+    spans = {
+        "bridge": ["docs/bridges/simple_spans.yaml"],
+        "abutment": ["roller", "contact_friction"],
+    }
+    (text,) = axis_warnings(parse_config({"grid": spans}))
+    assert text == "inner joints of simple_spans have no friction with abutment model roller"
     in_radians = {"bridge": ["osb1"], "skew_deg": [0, 0.26, -0.52]}
     (text,) = axis_warnings(parse_config({"grid": in_radians}))
     assert text == "skew_deg is in degrees: 0.52 rad would be 29.79"

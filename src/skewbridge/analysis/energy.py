@@ -245,9 +245,9 @@ def energy_ratios(terms: Mapping[str, float]) -> dict[str, float]:
     }
 
 
-def _steps(force: Series, disp: Series) -> Series:
+def _steps(force: Series, displacement: Series) -> Series:
     """Return the work (J) in each step of force components (n, k), shape (n - 1,)."""
-    return 0.5 * np.einsum("ij,ij->i", force[1:] + force[:-1], np.diff(disp, axis=0))
+    return 0.5 * np.einsum("ij,ij->i", force[1:] + force[:-1], np.diff(displacement, axis=0))
 
 
 def _work(force: Series, disp: Series) -> float:

@@ -222,14 +222,14 @@ def _deck_demands(model: BridgeModel, trace: ResponseTrace, ground: Series) -> d
 
 def _abutment_demands(model: BridgeModel, trace: ResponseTrace) -> dict[str, float]:
     abutments = model.abutments
-    pushes = [_wall_push_m(abutment, trace) for abutment in abutments]
+    push_histories = [_wall_push_m(abutment, trace) for abutment in abutments]
     pad_disps = [trace.disp(pad) for abutment in abutments for pad in abutment.pads]
     pad_disps += [
         trace.disp(top) - trace.disp(bottom) for joint in model.joints for top, bottom in joint.pads
     ]
     return {
-        "abutment_passive_m": highest(pushes),
-        "abutment_active_m": highest(-push for push in pushes),
+        "abutment_passive_m": highest(push_histories),
+        "abutment_active_m": highest(-push for push in push_histories),
         "abutment_transverse_m": peak(_transverse_m(abutment, trace) for abutment in abutments),
         "bearing_disp_m": peak(np.hypot(pad_disp[:, 0], pad_disp[:, 1]) for pad_disp in pad_disps),
         "bearing_uplift_m": highest(
@@ -275,11 +275,11 @@ def _transverse_m(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:
     nodes = (*abutment.wall_nodes, *abutment.key_nodes)
     if nodes:
         return np.maximum.reduce([np.abs(_along(abutment.tangent, trace.disp(n))) for n in nodes])
-    moves = [
+    displacements = [
         np.abs(_along(abutment.tangent, _deformation(spring, trace)))
         for spring in abutment.key_springs
     ]
-    return np.maximum.reduce([np.zeros(len(trace.time_s)), *moves])
+    return np.maximum.reduce([np.zeros(len(trace.time_s)), *displacements])
 
 
 def _deformation(spring: SpringHandle, trace: ResponseTrace) -> Series:
@@ -295,12 +295,12 @@ def unseating_m(abutment: AbutmentHandle, trace: ResponseTrace, kind: str | None
 
     ``kind`` is ``acute`` or ``obtuse``; None: the larger value.
     """
-    moves = [
+    displacements = [
         -_along(abutment.normal, trace.disp(corner.node))
         for corner in abutment.corners
         if kind is None or corner.kind == kind
     ]
-    return np.maximum.reduce(moves)
+    return np.maximum.reduce(displacements)
 
 
 def _wall_push_m(abutment: AbutmentHandle, trace: ResponseTrace) -> Series:

@@ -189,11 +189,11 @@ class _Brake:
 
     def __init__(self, model: BridgeModel) -> None:
         masses, tags = model.frame.loads.masses_kg, model.tags
-        light = _LIGHT * sum(masses.values())
+        small_mass_kg = _LIGHT * sum(masses.values())
         plane = [node for node in ops.getNodeTags() if ops.getFixedDOFs(node) == [3, 4, 5, 6]]
         self._springs: list[tuple[float, int]] = []  # kg, parameter of the stiffness
         self._offsets: list[tuple[int, int, float, int]] = []  # node, dof, start, parameter
-        for node, mass_kg in {**masses, **dict.fromkeys(plane, light)}.items():
+        for node, mass_kg in {**masses, **dict.fromkeys(plane, small_mass_kg)}.items():
             ground, element = grounded_node(ops.nodeCoord(node), tags), tags.element()
             spring = uniaxial(tags, "Elastic", 0.0)
             materials = [uniaxial(tags, "InitStrainMaterial", spring, 0.0) for _ in range(2)]
@@ -213,19 +213,19 @@ class _Brake:
 
         Returns whether the model is in equilibrium without the springs.
         """
-        squares = iter(_BRAKES)
-        square = next(squares)
+        values = iter(_BRAKES)
+        brake_per_s2 = next(values)
         contacts.start_from_rest()
-        while not self._moves(square, increment_m):
-            if (square := next(squares, 0.0)) == 0.0:
+        while not self._moves(brake_per_s2, increment_m):
+            if (brake_per_s2 := next(values, 0.0)) == 0.0:
                 return False
         for _ in range(_RELEASES):
             contacts.start_from_rest()
-            if square == 0.0:
+            if brake_per_s2 == 0.0:
                 return True
-            square = square / _SOFTER if square > _LEAST_BRAKE else 0.0
-            if not self._moves(square, 0.0):
-                square = max(square, _LEAST_BRAKE) * _SOFTER**2
+            brake_per_s2 = brake_per_s2 / _SOFTER if brake_per_s2 > _LEAST_BRAKE else 0.0
+            if not self._moves(brake_per_s2, 0.0):
+                brake_per_s2 = max(brake_per_s2, _LEAST_BRAKE) * _SOFTER**2
         return False
 
     def _moves(self, square: float, increment_m: float) -> bool:

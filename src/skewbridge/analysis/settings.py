@@ -102,8 +102,8 @@ class AnalysisSettings:
             return raw
         values = dict(raw.kwargs or {}) if isinstance(raw, ArgsKwargs) else dict(raw)
         if values.get("scheme") == "paper":
-            steps = {"dt_s": PAPER_DT_S, "contact_dt_s": None, "event_dt_s": None}
-            values = {**steps, "reuse_tangent": False, **values}
+            paper_steps = {"dt_s": PAPER_DT_S, "contact_dt_s": None, "event_dt_s": None}
+            values = {**paper_steps, "reuse_tangent": False, **values}
         return ArgsKwargs((), values) if isinstance(raw, ArgsKwargs) else values
 
     @model_validator(mode="after")

@@ -192,8 +192,8 @@ class _History:
     def _damp(self, *, by_tangent: bool) -> None:
         # ASSUME softening columns have no stiffness damping: it could exceed their strength
         softening = self._watch.softening
-        damped = [column for column in self._model.columns if column.element not in softening]
-        damp_columns(damped, self._stiffness_factor_s, by_tangent=by_tangent)
+        undamaged = [column for column in self._model.columns if column.element not in softening]
+        damp_columns(undamaged, self._stiffness_factor_s, by_tangent=by_tangent)
 
     def _read(self) -> Ending | None:
         """Return an ending if the state after a step exceeds a limit, else None."""

@@ -140,7 +140,9 @@ def reduced_for_skew(passive: Passive, skew_rad: float, rule: BackfillSkew) -> P
 
 
 def variation_factors(end: DeckEnd, stations: list[float], variation: float) -> list[float]:
-    """Return factors on the backfill at stations: 1 in the middle, linear, largest at acute corner.
+    """Return factors on the backfill at stations (m): 1 in the middle, linear along the wall.
+
+    At 60 degrees of skew they are 1 + ``variation`` at the acute corner, less at smaller skews.
 
     References:
         Kaviani, Zareian and Taciroglu (2012): 30 % from the middle to the ends at 60 degrees.

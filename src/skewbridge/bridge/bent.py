@@ -285,8 +285,8 @@ def build_fiber_section(column: ColumnData, options: ModelOptions, tags: TagAllo
     core = core_materials(column, tags, has_end=has_end)
     rings, wedges, cover_rings = options.column_fibers
     section = tags.section()
-    shear = shear_modulus_pa(column.elastic_modulus_gpa * GPA)
-    torsion_nm2 = column.torsion_ratio * shear * column.outline.torsion_m4  # cracked
+    shear_pa = shear_modulus_pa(column.elastic_modulus_gpa * GPA)
+    torsion_nm2 = column.torsion_ratio * shear_pa * column.outline.torsion_m4  # cracked
     ops.section("Fiber", section, "-GJ", torsion_nm2)
     core_mesh, cover_mesh, bars = column.fibers(rings, wedges, cover_rings)
     # the core material that remains has a fifth of the strength, so half the mesh is enough
@@ -386,11 +386,11 @@ def elastic_points(hinge_ratio: float, *, is_pinned: bool) -> tuple[list[float],
         Scott and Fenves (2006), J. Struct. Eng. 132(2), 244-252: HingeRadau. Golub and Welsch
         (1969), Math. Comp. 23: Gauss rules from moments.
     """
-    inner = 1.0 - 8.0 * hinge_ratio
-    half_spacing = inner / (2.0 * sqrt(3.0))
-    third = 8.0 / 3.0 * hinge_ratio
-    positions = np.array([0.0, third, 0.5 - half_spacing, 0.5 + half_spacing, 1.0 - third])
-    weights = np.array([hinge_ratio, 3.0 * hinge_ratio, inner / 2, inner / 2, 3.0 * hinge_ratio])
+    middle = 1.0 - 8.0 * hinge_ratio
+    half_spacing = middle / (2.0 * sqrt(3.0))
+    radau = 8.0 / 3.0 * hinge_ratio
+    positions = np.array([0.0, radau, 0.5 - half_spacing, 0.5 + half_spacing, 1.0 - radau])
+    weights = np.array([hinge_ratio, 3.0 * hinge_ratio, middle / 2, middle / 2, 3.0 * hinge_ratio])
     if not is_pinned:
         positions, weights = positions[1:], weights[1:]
     moments = [float(weights @ positions**power) for power in range(4)]

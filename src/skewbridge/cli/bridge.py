@@ -2,11 +2,13 @@
 
 from collections import Counter
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from itertools import product
+from math import isfinite, nan
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
@@ -23,7 +25,7 @@ from skewbridge.cli.output import (
     opt,
 )
 from skewbridge.errors import EXIT_FAILED, InputError
-from skewbridge.files.text import writable_folder, write_text
+from skewbridge.files.text import shortened, writable_folder, write_text
 from skewbridge.units import INCH, KN, Units
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS, Variant
@@ -34,17 +36,34 @@ if TYPE_CHECKING:
 LADDER_ANGLES_DEG: Final = (0.0, 30.0, 60.0, 90.0, 150.0, 180.0)
 _OF_RUN: Final = ("demands", "capacities", "histories")  # tables of `run` that `sdc` reads
 Name = Annotated[str | None, arg("Bridge, instead of --bridge.", "[NAME|FILE]")]
+_DIRECTION: Final = opt(
+    "x (longitudinal, default), y or degrees, counter-clockwise.",
+    "[x|y|DEG]",
+    *("--direction", "--angle-deg"),
+)
 OptionalOut = Annotated[Path | None, opt("Folder for the table.")]
 MaxDisp = Annotated[float, opt("Final displacement of the push, in m.")]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class PushOptions:
     """Direction and output folder of a push."""
 
     out: Out
-    direction: Annotated[Literal["x", "y"], opt("Direction: x longitudinal, y transverse.")] = "x"
-    angle_deg: Annotated[float | None, opt("Angle from x in degrees, counter-clockwise.")] = None
+    direction: Annotated[list[str] | None, _DIRECTION] = None
+
+    @property
+    def angle_deg(self) -> float:
+        """Angle from x in degrees, counter-clockwise; `InputError` for two directions."""
+        first, *more = self.direction or ["x"]
+        if more:
+            raise InputError("--direction and --angle-deg are the same option: give one of them")
+        angle_deg = nan
+        with suppress(ValueError):
+            angle_deg = float({"x": "0", "y": "90"}.get(first, first))
+        if not isfinite(angle_deg):
+            raise InputError(f"--direction must be x, y or degrees, got {shortened(first)}")
+        return angle_deg
 
 
 commands = new_group()
@@ -79,16 +98,17 @@ class NamedBridge(BridgeOption):
     """A bridge that may be a positional argument."""
 
     name: Name = None
+    bridge: Annotated[str, opt("Name or file of a bridge; default: osb1.", "NAME|FILE")] = ""
 
     def __post_init__(self) -> None:
         """Take the positional argument as the bridge, unless another one is given as option."""
-        if self.name and self.bridge not in (BridgeOption.bridge, self.name):
+        if self.name and self.bridge not in ("", self.name):
             raise InputError(_TWO_BRIDGES.format(self.name, self.bridge))
-        object.__setattr__(self, "bridge", self.name or self.bridge)
+        object.__setattr__(self, "bridge", self.name or self.bridge or BridgeOption.bridge)
 
 
 @dataclass(frozen=True, kw_only=True)
-class NamedVariantOptions(VariantOptions, NamedBridge):
+class NamedVariantOptions(NamedBridge, VariantOptions):
     """Options of a variant of a bridge that may be a positional argument."""
 
 
@@ -148,11 +168,11 @@ def modal(case: NamedVariantOptions, out: OptionalOut = None) -> Answer:
 
     variant = case.variant
     result = asdict(modes.modal_properties(variant, case.model))
-    with_pads = modes.standing_bridge(variant.bridge)
+    modal_result = modes.standing_bridge(variant.bridge)
     if out is not None:
         _write(result["modes"], out, "modal")
-    warnings = modes.periods_of_file(variant.bridge, with_pads)
-    slug, t1_s = variant.normalised().slug, modes.conditioning_period_s(with_pads)
+    warnings = modes.periods_of_file(variant.bridge, modal_result)
+    slug, t1_s = variant.normalised().slug, modes.conditioning_period_s(modal_result)
     answer = {"variant": slug, "t1_s": t1_s, **result}
     return Answer(answer, notes=gap_notes(case.bridge), warnings=warnings)
 
@@ -202,9 +222,8 @@ def _pushed(
     from skewbridge.report.appearance import shown_in
     from skewbridge.report.bridge_figures import ladder_figure
 
-    angle_deg = {"x": 0.0, "y": 90.0}[push.direction] if push.angle_deg is None else push.angle_deg
     is_ladder = case.abutment == "all"
-    one_push = [(case.abutment, angle_deg)]
+    one_push = [(case.abutment, push.angle_deg)]
     first_variant = (replace(case, abutment=next(iter(ABUTMENTS))) if is_ladder else case).variant
     tables: list[pd.DataFrame] = []
     pushes: list[dict[str, Any]] = []

@@ -181,7 +181,7 @@ def predict(
 
 @command(commands)
 def decide(
-    hazard: Annotated[Path, opt("Hazard curve of the site (CSV, OpenQuake, USGS).")],
+    hazard: Annotated[Path, arg("Hazard curve of the site (CSV, OpenQuake, USGS).")],
     units: Units,
     probability_50y: Annotated[float, opt("Target probability of failure in 50 years.")] = 0.02,
     axis: Annotated[list[str] | None, opt("Value of another axis.", "NAME=VALUE")] = None,
@@ -195,7 +195,7 @@ def decide(
     unseating stays below the target, gaps for which column failure stays below it, and the rules of
     AASHTO, SDC and Hazus. Study and hazard must use the same intensity measure.
 
-    Example: skewbridge decide --hazard site.csv --bridge osb1 --axis friction=0.5 --out decision
+    Example: skewbridge decide site.csv --bridge osb1 --axis friction=0.5 --out decision
     """
     from skewbridge.files.tables import read_frame, records_of, write_csv
     from skewbridge.files.text import writable_folder
@@ -210,10 +210,10 @@ def decide(
     target = target_rate(probability_50y)
     values = checked(dict[str, Number], keys_and_values("--axis", axis), "--axis")
     rows = joint_rows(folder_of(study), bridge)
-    site = site_hazard(hazard, rows[0]["im"])
-    assert site is not None
+    site_curve = site_hazard(hazard, rows[0]["im"])
+    assert site_curve is not None
     file = _bridge_file(folder_of(study), rows[0]["bridge"])
-    needs = with_codes(decision(rows, site, target, values), file)
+    needs = with_codes(decision(rows, site_curve, target, values), file)
     table = needs.table
     labels = [rows[0]["bridge"], *(f"{name} {value:g}" for name, value in needs.values.items())]
     title = f"{', '.join(labels)}: rate below {target:.3g} per year"
@@ -228,12 +228,12 @@ def decide(
     printed = {title: records_of(table.loc[is_end_gap & is_third_skew, columns])}
     notes = [f"target: {target:.3g} per year; written: {', '.join(map(str, files))}"]
     notes += gap_notes(file)
-    if (last_rate := site.rates[0, -1]) > 0.1 * target:
+    if (last_rate := site_curve.rates[0, -1]) > 0.1 * target:
         notes.append(f"the hazard curve ends at {last_rate:.3g} per year: lengths may be too short")
     notes += needs.notes
-    fails = table.filter(["gap_from_mm"]).isna().any(axis=1)
-    if failing := [f"{skew_deg:g}" for skew_deg in table.loc[fails, "skew_deg"].unique()]:
-        skews = "any skew" if fails.all() else f"skews of {', '.join(failing)} deg"
+    above_target = table.filter(["gap_from_mm"]).isna().any(axis=1)
+    if failing := [f"{skew_deg:g}" for skew_deg in table.loc[above_target, "skew_deg"].unique()]:
+        skews = "any skew" if above_target.all() else f"skews of {', '.join(failing)} deg"
         notes.append(f"column failure is above the target at every gap for {skews}")
     if (demands := StudyFolder(folder_of(study)).demands).is_file():
         names = ["bridge", "abutment", "unseating_m"]

@@ -67,7 +67,6 @@ def im(
     files: Annotated[list[Path], arg("Component files.")],
     missing: MissingOptions,
     t1_s: Annotated[float | None, opt("Conditioning period in s, for Sa(T1) and Sa_avg.")] = None,
-    period_s: Annotated[list[float] | None, opt("Period of the spectra in s; repeatable.")] = None,
 ) -> Answer:
     """Compute intensity measures of one component or of a pair of components.
 
@@ -79,14 +78,13 @@ def im(
     if not 1 <= len(files) <= 2:
         raise InputError(f"motions im takes one or two files, got {len(files)}")
     _, step_s, components, notes = read_components(files, missing.given)
-    measures = measures_and_spectra(components, step_s, t1_s, period_s)
+    measures = measures_and_spectra(components, step_s, t1_s)
     return Answer(measures, notes=notes, missing="needs --t1-s")
 
 
 @command(motions)
 def plot(
     paths: Annotated[list[Path], arg("One or two components, or a folder.")],
-    missing: MissingOptions,
     out: Out,
     units: Units,
 ) -> Answer:
@@ -104,10 +102,10 @@ def plot(
         name = paths[0].resolve().name
         figure = suite_spectra(**folder_spectra(paths[0]), title=name)
     elif len(paths) <= 2:
-        name, step_s, components, notes = read_components(paths, missing.given)
-        labelled = dict(zip((path.name for path in paths), components, strict=True))
+        name, step_s, components, notes = read_components(paths)
+        by_file_name = dict(zip((path.name for path in paths), components, strict=True))
         with shown_in(units):
-            figure = record_page(name, step_s, labelled)
+            figure = record_page(name, step_s, by_file_name)
     else:
         raise InputError(f"motions plot takes one or two files or a folder, got {len(paths)}")
     path = out if out.suffix.lower() in {".png", ".svg", ".pdf"} else out / f"{name}.png"

@@ -253,15 +253,19 @@ _US_UNITS: Final = {
 }
 
 
+_LENGTH: Final = re.compile(r"\b(\d+\.\d+) m\b")
+
+
 def in_units(row: Row, units: Units) -> Row:
     """Return a row with its numbers, and the units in its names, converted to these units.
 
-    In a row of a check, the unit of demand and capacity is in the name of the check.
+    The name of a check has the unit of its demand and capacity, and may have a length in m.
     """
     if units == "si":
         return row
     if "check" in row:
         name, factor = _us_unit(row["check"])
+        name = _LENGTH.sub(lambda length: f"{float(length[1]) / FOOT:.3f} ft", name)
         sizes = {key: _times(row[key], factor) for key in ("demand", "capacity")}
         return {**row, "check": name, **sizes}
     converted = {key: _us_unit(key) for key in row}

@@ -111,7 +111,7 @@ def run(
             for path in (out / f"{name}.png", out / f"{name}.svg"):
                 figure.savefig(path, dpi=150, metadata=figure_metadata(digests))
     warnings = [*filter(None, [cut_warning(motion, task.settings.duration_s)])]
-    read = [text for each in (task.supports or {"": motion}).values() for text in each.messages]
+    read = [text for record in (task.supports or {"": motion}).values() for text in record.messages]
     notes = [*gap_notes(task.variant.bridge), *read, *result.messages, f"written to {out}"]
     code = 0 if result.status in RAN else EXIT_FAILED
     shown = selected([demands], *_SHOWN)[0]

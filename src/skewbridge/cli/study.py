@@ -9,11 +9,9 @@ from typing import Annotated, Any, Final
 from skewbridge.cli import COMMANDS, new_group
 from skewbridge.cli.output import (
     DEFAULT_CONFIG,
-    LIMIT_STATES,
     Answer,
     Changes,
     Hazard,
-    LimitStates,
     Out,
     PlannedStudy,
     Study,
@@ -29,7 +27,7 @@ from skewbridge.cli.output import (
     with_ending,
 )
 from skewbridge.errors import EXIT_FAILED, InputError
-from skewbridge.files.text import writable_file, writable_folder, write_text
+from skewbridge.files.text import writable_folder
 from skewbridge.statuses import FAILED
 from skewbridge.units import Units
 
@@ -144,14 +142,13 @@ def status(
 def compare(
     first: Annotated[Path, arg("Folder of a study, or its table of demands.")],
     second: Annotated[Path, arg("Second study: folder or table of demands.")],
-    limit_states: LimitStates = LIMIT_STATES,
-    im: Annotated[str, opt("Intensity measure of the medians.", "COLUMN")] = "im_saavg_rotd50_g",
     hazard: Hazard = None,
     out: Annotated[Path | None, opt("CSV file for all rows, also of single variants.")] = None,
 ) -> Answer:
     """Compare two studies run by run: ratios of demands and of medians.
 
-    Ratios are the second study over the first. Runs are paired if bridge, abutment model, all axes,
+    Ratios are the second study over the first, for limit states and intensity measure of the
+    first (with a hazard curve, its measure). Runs are paired if bridge, abutment model, all axes,
     motion, scale and incidence are equal.
 
     Example: skewbridge compare results/smoke other/results/smoke
@@ -162,7 +159,7 @@ def compare(
     from skewbridge.study.results import compare_studies
 
     path = out and with_ending(out, ".csv")
-    pair = compare_studies(first, second, limit_states, im=im, hazard=hazard)
+    pair = compare_studies(first, second, hazard)
     if path is not None:
         write_csv(pd.concat([pair.demands, pair.medians], ignore_index=True), path)
     tables = {name: records_of(getattr(pair, name)) for name in ("demands", "medians", "rates")}
@@ -171,7 +168,7 @@ def compare(
     printed = {
         **pair.counts,
         f"Demands, {label}": list(map(_comparison_row, pooled["demands"])),
-        f"Median capacities ({im}), {label}": list(map(_comparison_row, pooled["medians"])),
+        f"Median capacities ({pair.im}), {label}": list(map(_comparison_row, pooled["medians"])),
     }
     if hazard is not None:
         columns = ("bridge", "component", "limit_state", "ratio", "ci_low", "ci_high", "to_rate")
@@ -189,20 +186,20 @@ def compare(
 @command(commands)
 def provenance(
     file: Annotated[Path, arg("Table, figure, page or JSON of a study or run.")],
-    study: Study = None,
 ) -> Answer:
     """Show where a result comes from and whether it is up to date.
 
-    Exits with 1 if the present sources or configuration would give a different result.
+    Exits with 1 if the present sources, or the configuration of the study in whose folder the file
+    is (otherwise config/config.yaml), would give a different result.
 
-    Example: skewbridge provenance results/smoke/demands.parquet --study results/smoke
+    Example: skewbridge provenance results/smoke/demands.parquet
     """
     from skewbridge.study.jobs import origin_of
 
-    config = study or study_near(file)
+    config = study_near(file)
     origin = origin_of(file, lambda: study_of(config)[0])
     result = "current" if origin["current"] else "not current: its rule would give a new result"
-    notes = [f"{result}; compared with {config} (for a different study: --study RESULTS_FOLDER)"]
+    notes = [f"{result}; compared with {config}"]
     return Answer(origin, notes=notes, exit_code=0 if origin["current"] else EXIT_FAILED)
 
 
@@ -248,17 +245,17 @@ def plot(
     from skewbridge.study.config import FigureSettings, check_font, stored_configuration
     from skewbridge.study.results import is_from_statistics
 
-    root = folder_of(study)
+    study_folder = folder_of(study)
     defaults = FigureSettings()
-    if not is_from_statistics(root):
+    if not is_from_statistics(study_folder):
         config = stored_configuration(study) if study else None  # needs no other file of the study
         defaults = (config or study_of(study)[0]).figures
-    changed = keys_and_values("--set", changes)
+    set_values = keys_and_values("--set", changes)
     if units != "si":  # the default, which keeps the units of the study
-        changed["units"] = units
-    settings = checked(FigureSettings, asdict(defaults) | changed, "figures")
+        set_values["units"] = units
+    settings = checked(FigureSettings, asdict(defaults) | set_values, "figures")
     check_font(settings.font)
-    figures = finished_figures(root)
+    figures = finished_figures(study_folder)
     if not names:
         rows = [{"name": caption.name, "title": caption.title} for caption, _ in figures]
         return Answer({"figures": rows})
@@ -267,15 +264,12 @@ def plot(
 
 
 @command(study)
-def methods(
-    study: Study = None,
-    out: Annotated[Path | None, opt("Markdown file instead of the terminal.")] = None,
-) -> Answer:
-    """Write the methods section of a study for a paper, with references.
+def methods(study: Study = None) -> Answer:
+    """Write the methods section of a study for a paper, with references, in Markdown.
 
     The text uses the configuration and, if the motions are prepared, their sources.
 
-    Example: skewbridge study methods --out methods.md
+    Example: skewbridge study methods > methods.md
     """
     from skewbridge.files.tables import read_frame
     from skewbridge.report.methods import methods_of
@@ -283,10 +277,7 @@ def methods(
     config, folder = study_of(study)
     suite = read_frame(folder.suite) if folder.suite.is_file() else None
     text = methods_of(config, suite).markdown()
-    if out is None:
-        return Answer({"methods": text}, text)
-    write_text(writable_file(out), text)
-    return Answer({"methods": text}, {"written": str(out)})
+    return Answer({"methods": text}, text)
 
 
 @command(study)

@@ -179,7 +179,7 @@ def unit_of(name: str) -> str:
 def choice_text(option: str, value: object) -> str:
     """Return a value of a modelling option (or its text in a table) in words, with its unit."""
     if isinstance(value, tuple):
-        return " ".join(choice_text("", part) for part in value)
+        return " ".join(choice_text("", element) for element in value)
     try:
         number, unit = float(f"{value}"), split_unit(option)[1]
     except ValueError:

@@ -59,8 +59,8 @@ def to_table(rows: Iterable[Mapping[str, Any]], provenance: Mapping[str, str]) -
         for column in joint_columns(names):  # an analysis that crashed knows no joints
             row.setdefault(column.name, nan)
         if row.keys() != names:
-            wrong = sorted(row.keys() ^ names)
-            raise ValueError(f"row {row['run_key']}: missing or unknown columns {wrong}")
+            wrong_names = sorted(row.keys() ^ names)
+            raise ValueError(f"row {row['run_key']}: missing or unknown columns {wrong_names}")
     table = pa.Table.from_pylist(ordered, schema=demands_schema(columns))
     return table.replace_schema_metadata(dict(provenance))
 

@@ -190,9 +190,9 @@ class _BridgeState:
     def cloud(self, values: Row, rows: Mask) -> _Cloud:
         """Return the curve of the variant with the axis ``values`` and the runs ``rows``."""
         curve = self._models.curve(self._state, values)
-        no_slope, doubtful = np.full(self._models.replicates, nan), self.doubtful[rows]
+        nan_values, doubtful = np.full(self._models.replicates, nan), self.doubtful[rows]
         if isinstance(curve, str):
-            return _Cloud(curve, {}, {}, no_slope, doubtful)
+            return _Cloud(curve, {}, {}, nan_values, doubtful)
         estimate = motion_means.exp_end(curve.ln_theta[0]), float(curve.beta[0])
         bounds: _Bounds = dict.fromkeys(TREATMENTS, estimate)
         for name, models in self._treated.items():
@@ -203,7 +203,7 @@ class _BridgeState:
                 bounds[name] = motion_means.exp_end(refit.ln_theta[0]), float(refit.beta[0])
         if curve.modes is not None:
             columns = curve.modes.columns() | {"model": "union"}
-            return _Cloud(curve, bounds, columns, no_slope, doubtful)
+            return _Cloud(curve, bounds, columns, nan_values, doubtful)
         ((fit, _),), ((point, mode),) = self._fitted, curve.points
         columns: Row = point.columns() | {"capacity_dispersion": mode.dispersion}
         columns["max_dp"] = point.largest_distance(mode, curve.ln_theta[0], curve.total[0])
@@ -319,15 +319,15 @@ def _union_curve(
 
     Modes with too few failures for a curve are left out.
     """
-    direct = curves[state][_EXCEEDANCE]
+    by_outcomes = curves[state][_EXCEEDANCE]
     fits = {mode: curves[mode][_EXCEEDANCE] for mode in state.modes if mode in curves}
     fitted = {mode: curve for mode, curve in fits.items() if curve.fit.status == FITTED}
     if not fitted:
-        return direct
+        return by_outcomes
     if len(fitted) == 1:
         ((mode, mode_fit),) = fitted.items()
         columns: Row = {"capacity_dispersion": mode.dispersion}
-        return mode_fit._replace(bounds=direct.bounds, columns=columns)
+        return mode_fit._replace(bounds=by_outcomes.bounds, columns=columns)
     medians, records, totals = (
         np.array([curve[column] for curve in fitted.values()]) for column in (1, 2, 3)
     )
@@ -336,11 +336,11 @@ def _union_curve(
     union = Union.of(medians, records, totals, rho)
     (ln_theta, beta_total), (_, beta) = union.summary(), Union(medians, records, rho).summary()
     theta = motion_means.exp_end(ln_theta[0])
-    fit = replace(direct.fit, theta=theta, beta=float(beta[0]), status=FITTED, method="union")
+    fit = replace(by_outcomes.fit, theta=theta, beta=float(beta[0]), status=FITTED, method="union")
     fit = fitting.jackknifed(fit, ln_theta, beta)
     # ASSUME unknown outcomes change the median of the union as that of the direct fit
-    scale = float(np.exp(ln_theta[0] - direct.ln_theta[0]))
-    bounds = {name: (scale * median, b) for name, (median, b) in direct.bounds.items()}
+    scale = float(np.exp(ln_theta[0] - by_outcomes.ln_theta[0]))
+    bounds = {name: (scale * median, b) for name, (median, b) in by_outcomes.bounds.items()}
     return _Curve(fit, ln_theta, beta, beta_total, bounds, union.columns())
 
 
@@ -359,15 +359,15 @@ def _exceedance_fits(
         return common
     # states exceeded in the same known runs share an intercept: fit only the first of them
     pairs = pairwise(estimable)
-    differs = (exceed[:, i] & is_known[:, j] & ~exceed[:, j] for i, j in pairs)
-    number = np.cumsum([0, *(int(np.any(rows)) for rows in differs)])
-    usable = [estimable[first] for first in np.unique(number, return_index=True)[1]]
-    single = [fits[j] for j in usable]
-    together = _common_slope(runs, single, is_known[:, usable], exceed[:, usable], in_full=in_full)
-    for j, of_intercept in zip(estimable, number, strict=True):
-        fits[j] = replace(together.fits[of_intercept], details=fits[j].details)
-        common.ln_theta[j] = together.ln_theta[of_intercept]
-    return common._replace(beta=together.beta)
+    disagree = (exceed[:, i] & is_known[:, j] & ~exceed[:, j] for i, j in pairs)
+    number = np.cumsum([0, *(int(np.any(rows)) for rows in disagree)])
+    distinct = [estimable[first] for first in np.unique(number, return_index=True)[1]]
+    single = [fits[j] for j in distinct]
+    joint = _common_slope(runs, single, is_known[:, distinct], exceed[:, distinct], in_full=in_full)
+    for j, intercept_number in zip(estimable, number, strict=True):
+        fits[j] = replace(joint.fits[intercept_number], details=fits[j].details)
+        common.ln_theta[j] = joint.ln_theta[intercept_number]
+    return common._replace(beta=joint.beta)
 
 
 def _common_slope(
@@ -396,9 +396,9 @@ def _common_slope(
     params, converged = maximum.params, maximum.converged
     if in_full and converged[0]:
         jackknife = NormalKernel(lower_rows, low, high, runs.weights[:, rows], upper_rows)
-        reduced = maximise(jackknife, np.tile(params, (len(runs.weights), 1)))
-        params = np.vstack([params, reduced.params])
-        converged = np.append(converged, reduced.converged)
+        jackknifed = maximise(jackknife, np.tile(params, (len(runs.weights), 1)))
+        params = np.vstack([params, jackknifed.params])
+        converged = np.append(converged, jackknifed.converged)
     is_valid = converged & (params[:, -1] > FLATTEST_SLOPE)
     a1 = np.where(is_valid, params[:, -1], nan)
     # a block without a run has no influence: its estimates are those from all runs
@@ -493,11 +493,7 @@ def _printed_fits(
 
 
 def _row(
-    runs: _DemandRuns,
-    method: str,
-    state: LimitState,
-    fit: FragilityFit,
-    counts: Mapping[str, int],
+    runs: _DemandRuns, method: str, state: LimitState, fit: FragilityFit, counts: Mapping[str, int]
 ) -> Row:
     """Return the table columns of one fit that do not depend on the other fits."""
     row: Row = dict.fromkeys(_FIT_COLUMNS, nan)

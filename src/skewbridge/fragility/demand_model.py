@@ -79,21 +79,21 @@ class AxisRange:
     """
 
     levels: Mapping[str, Sequence[float]]
-    signed_skew: bool = False  # True if the study has skews of both signs
 
     @classmethod
     def of_variants(cls, variants: pd.DataFrame, names: Sequence[str]) -> Self:
         """Return the axes of a table with one row per variant."""
-        skew = variants[SKEW].to_numpy(dtype=np.float64) if SKEW in variants else np.zeros(1)
-        empty = cls(levels={}, signed_skew=bool(np.any(skew > 0.0) and np.any(skew < 0.0)))
         levels: dict[str, list[float]] = {}
         for name in names:
-            values = np.unique(empty.counted(name, variants[name].to_numpy(dtype=np.float64)))
+            values = variants[name].to_numpy(dtype=np.float64)
+            if name == SKEW and not (np.any(values > 0.0) and np.any(values < 0.0)):
+                values = np.abs(values)
+            values = np.unique(values)
             if values.size > _MOST_LEVELS:
                 values = np.linspace(values[0], values[-1], 3)
             if np.all(np.isfinite(values)):
                 levels[name] = values.tolist()
-        return replace(empty, levels=levels)
+        return cls(levels=levels)
 
     @property
     def limits(self) -> dict[str, tuple[float, float]]:
@@ -178,7 +178,8 @@ class AxisRange:
 
     def counted(self, name: str, value: Any) -> Any:
         """Return the value of an axis in the model: |skew| unless the study has both signs."""
-        return abs(value) if name == SKEW and not self.signed_skew else value
+        is_signed = name == SKEW and self.levels.get(SKEW, (0.0,))[0] < 0.0
+        return abs(value) if name == SKEW and not is_signed else value
 
 
 @lru_cache(maxsize=64)
@@ -234,8 +235,8 @@ class PointModel(NamedTuple):
     def ln_demand(self, ln_im: Floats) -> Floats:
         """Return the median ln demand at ln intensities (..., R)."""
         x = ln_im - self.model.centre
-        bent = np.maximum(x - self.model.knot, 0.0)
-        return self.level + self.slope * x + (self.above - self.slope) * bent
+        above_knot = np.maximum(x - self.model.knot, 0.0)
+        return self.level + self.slope * x + (self.above - self.slope) * above_knot
 
     def scatter(self, ln_im: Floats) -> Floats:
         """Return the standard deviation of ln demand at ln intensities (..., R)."""
@@ -435,11 +436,11 @@ def _fit_demand(arguments: tuple[_Setup, DemandOutcomes]) -> DemandFit | str:
     x = setup.ln_im - centre
     codes = np.unique(setup.shaking[is_used], return_index=True)[1]
     blocks = block[is_used][codes]
-    present, group = np.unique(blocks, return_inverse=True)
-    lines, y = setup.design(centre, np.inf)[is_exact], np.log(outcomes.lower[is_exact])
-    lines = lines[:, : 3 + axes.drifts]  # without interactions, which have priors
+    block_numbers, group = np.unique(blocks, return_inverse=True)
+    design_rows, y = setup.design(centre, np.inf)[is_exact], np.log(outcomes.lower[is_exact])
+    design_rows = design_rows[:, : 3 + axes.drifts]  # without interactions, which have priors
     # ASSUME ln demands that differ from parallel lines by less than 1e-9 have no scatter
-    if np.ptp(y - lines @ np.linalg.lstsq(lines, y, rcond=None)[0]) < 1e-9:
+    if np.ptp(y - design_rows @ np.linalg.lstsq(design_rows, y, rcond=None)[0]) < 1e-9:
         return ZERO_DISPERSION
     setup = replace(setup, precision=_precision(setup, outcomes, centre, group))
     chosen: tuple[float, float, MixedFit, Floats] | None = None
@@ -459,7 +460,7 @@ def _fit_demand(arguments: tuple[_Setup, DemandOutcomes]) -> DemandFit | str:
         return NON_INCREASING
     blocks = 1 + int(np.max(block))
     parameters = np.tile(fit.parameters, (1 + blocks + axes.drifts, 1))
-    parameters[1 + present] = left_out
+    parameters[1 + block_numbers] = left_out
     parameters[1 + blocks :] += _shrinkage_errors(fit, axes.drifts)
     model = DemandModel(
         axes=axes,
@@ -485,11 +486,11 @@ def _precision(setup: _Setup, outcomes: DemandOutcomes, centre: float, group: In
     less. The precision of a prior is therefore multiplied by jackknife variance / likelihood
     variance of its coefficient. Both variances are from a fit with wide priors.
     """
-    wide = replace(setup, precision=(_LOOSE * setup.axes.deviations) ** -2.0)
-    fit = fit_mixed(wide.data(outcomes, centre, np.inf, grows=False))
-    has_prior, by_data = ~np.isfinite(fit.precision), np.sum(fit.information, axis=0)
-    inverse = np.linalg.inv(by_data + np.diag(np.where(has_prior, 1.0, fit.precision)))
-    by_likelihood = np.diag(inverse @ by_data @ inverse)[3:-3]
+    wide_setup = replace(setup, precision=(_LOOSE * setup.axes.deviations) ** -2.0)
+    fit = fit_mixed(wide_setup.data(outcomes, centre, np.inf, grows=False))
+    has_prior, data_information = ~np.isfinite(fit.precision), np.sum(fit.information, axis=0)
+    inverse = np.linalg.inv(data_information + np.diag(np.where(has_prior, 1.0, fit.precision)))
+    by_likelihood = np.diag(inverse @ data_information @ inverse)[3:-3]
     by_jackknife = np.diag(jackknife_covariance(fit.without_groups(group)))[3:-3]
     ratio = np.ones_like(by_likelihood)
     np.divide(by_jackknife, by_likelihood, out=ratio, where=by_likelihood > 0.0)
@@ -506,8 +507,8 @@ def _shrinkage_errors(fit: MixedFit, drifts: int) -> Floats:
     prior = np.where(has_prior, 0.0, fit.precision)
     information = np.sum(fit.information, axis=0)
     information[has_prior], information[:, has_prior] = 0.0, 0.0
-    pull = np.diag(prior)[:, n_columns - drifts : n_columns] * _DRIFT
-    return np.linalg.solve(information + np.diag(prior + has_prior), pull).T
+    prior_errors = np.diag(prior)[:, n_columns - drifts : n_columns] * _DRIFT
+    return np.linalg.solve(information + np.diag(prior + has_prior), prior_errors).T
 
 
 def _knots(x: Floats, exact: Mask, motion: Index) -> list[float]:
@@ -516,8 +517,8 @@ def _knots(x: Floats, exact: Mask, motion: Index) -> list[float]:
     sides = [
         (np.unique(motion[exact & (x < k)]), np.unique(motion[exact & (x > k)])) for k in knots
     ]
-    enough = [min(below.size, above.size) >= _LEAST_BESIDE for below, above in sides]
-    return [np.inf, *(k for k, is_allowed in zip(knots, enough, strict=True) if is_allowed)]
+    has_both_sides = [min(below.size, above.size) >= _LEAST_BESIDE for below, above in sides]
+    return [np.inf, *(k for k, is_allowed in zip(knots, has_both_sides, strict=True) if is_allowed)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -617,10 +618,10 @@ def state_curve(
     )
     union = Union.of(medians, records, total, rho)
     middle, half_range = union.summary()
-    of_records = Union(medians, records, rho)
+    record_union = Union(medians, records, rho)
     points = tuple(point for mode_curve in mode_curves for point in mode_curve.points)
-    beta, priors = of_records.summary()[1], mode_curves[0].priors
-    return StateCurve(middle, beta, half_range, union, of_records, points, priors)
+    beta, priors = record_union.summary()[1], mode_curves[0].priors
+    return StateCurve(middle, beta, half_range, union, record_union, points, priors)
 
 
 def fit_models(
@@ -644,7 +645,6 @@ def fit_models(
         for bridge, setup in models
         for states in groups.values()
     )
-    # ASSUME a model takes about a third of a second
     fits = iter(demand_table.spread(_fit_demand, items, jobs))
     return [replace(bridge, fits={key: next(fits) for key in groups}) for bridge, _ in models]
 
@@ -665,15 +665,15 @@ def _without_fits(
     variants = runs.iloc[first_runs].reset_index(drop=True)[columns]
     axes = AxisRange.of_variants(variants, [*names, *further])
     terms = axes.matrix({str(name): variants[name] for name in variants})
-    common: Any = {"axes": axes, "variant": variant, "block": demand_table.block_codes(runs)}
+    shared_fields: Any = {"axes": axes, "variant": variant, "block": demand_table.block_codes(runs)}
     setup = _Setup(
         ln_im=np.log(runs[im].to_numpy(dtype=np.float64)),
         motion=demand_table.motion_codes(runs),
         shaking=demand_table.shaking_codes(runs),
         matrix=np.broadcast_to(terms, (len(variants), len(axes.terms))),
         precision=axes.deviations**-2.0,
-        **common,
+        **shared_fields,
     )
     return BridgeModels(
-        labels=labels, im=im, runs=runs, variants=variants, fits={}, **common
+        labels=labels, im=im, runs=runs, variants=variants, fits={}, **shared_fields
     ), setup

@@ -9,6 +9,7 @@ from difflib import get_close_matches
 from functools import cache
 from itertools import chain, islice
 from pathlib import Path
+from time import perf_counter
 from typing import Any, Final, NamedTuple, Self
 
 import numpy as np
@@ -380,8 +381,10 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
     table = table[has_im]
     notes += [*_missing_demands(table, checked), *_equal_motions(table, [settings.im, *checked])]
     complete = table[validity.is_complete(table)]
+    largest = complete.groupby(list(BRIDGE_COLUMNS))[[*checked, settings.im]].transform("max")
     for name in (*checked, settings.im):
-        values = complete[name].to_numpy(dtype=np.float64)
+        # a demand that is 0 in all runs of a bridge has no meaning, such as drifts without columns
+        values = complete.loc[largest[name] > 0.0, name].to_numpy(dtype=np.float64)
         notes += [("percent", -1, name, text) for text in percent_notes(name, values)]
     of_motions = table.groupby([*BRIDGE_COLUMNS, *LOADING_COLUMNS])[settings.im]
     # ASSUME rounding changes the intensity of a motion by less than 1 %
@@ -422,11 +425,14 @@ def spread[Item, Result](
     items: Iterable[Item],
     jobs: int,
     *,
-    least: int = 24,  # ASSUME starting a process takes about a second, an item a few tenths
+    alone_s: float = 0.5,  # ASSUME starting processes takes about a second
 ) -> list[Result]:
-    """Return function(item) of all items in order, in parallel if there are at least ``least``."""
-    remaining = iter(items)
-    head = list(islice(remaining, least))
-    if jobs == 1 or len(head) < least:
-        return [function(item) for item in chain(head, remaining)]
-    return list(Parallel(n_jobs=jobs)(delayed(function)(item) for item in chain(head, remaining)))
+    """Return function(item) of all items in order, in parallel after ``alone_s`` seconds."""
+    results: list[Result] = []
+    remaining, end = iter(items), perf_counter() + alone_s
+    while following := list(islice(remaining, 2)):
+        if jobs > 1 and len(following) > 1 and perf_counter() >= end:
+            tasks = (delayed(function)(item) for item in chain(following, remaining))
+            return results + list(Parallel(n_jobs=jobs)(tasks))
+        results += map(function, following)
+    return results

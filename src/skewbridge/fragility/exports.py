@@ -201,8 +201,8 @@ def _write_model(path: Path, functions: list[pd.DataFrame]) -> dict[str, Any]:
     kind = {"assetCategory": "bridges", "lossCategory": "structural"}
     model = add(root, "fragilityModel", id="skewbridge", **kind)
     text = "skewbridge, lognormal fits and unions; dispersion includes capacity dispersion"
-    marked = (f["variant"].iloc[0] for f in functions if f.get(EXTRAPOLATED, _ABSENT).any())
-    if extrapolated := dict.fromkeys(map(str, marked)):
+    variants = (f["variant"].iloc[0] for f in functions if f.get(EXTRAPOLATED, _ABSENT).any())
+    if extrapolated := dict.fromkeys(map(str, variants)):
         text += f"; medians extrapolated beyond the motions in: {', '.join(extrapolated)}"
     add(model, "description", text)
     add(model, "limitStates", " ".join(states))
@@ -220,8 +220,8 @@ def _write_model(path: Path, functions: list[pd.DataFrame]) -> dict[str, Any]:
         ln_ends, width = np.log([theta.min(), theta.max()]), np.array([-1.0, 1.0]) * beta.max()
         low, high = factor * np.exp(ln_ends + 4.0 * width)
         if unions := [union for row in rows if (union := union_curve(row)) is not None]:
-            reach = [union.ln_theta + z * union.beta for union in unions for z in (-4.0, 4.0)]
-            first, last = factor * np.exp([np.min(reach), np.max(reach)])
+            ln_range = [union.ln_theta + z * union.beta for union in unions for z in (-4.0, 4.0)]
+            first, last = factor * np.exp([np.min(ln_range), np.max(ln_range)])
             levels = np.geomspace(min(low, first), max(high, last), _LEVELS)
             function = add(model, "fragilityFunction", id=name, format="discrete")
             text = " ".join(f"{level:.6g}" for level in levels)
@@ -236,8 +236,8 @@ def _write_model(path: Path, functions: list[pd.DataFrame]) -> dict[str, Any]:
             add(function, "imls", imt=measure, **limits, maxIML=f"{high:.6g}")
             mean = factor * theta * np.exp(0.5 * beta**2)
             deviation = mean * np.sqrt(np.expm1(beta**2))
-            for state, m, s in zip(curves_of["limit_state"], mean, deviation, strict=True):
-                add(function, "params", ls=str(state), mean=f"{m:.15g}", stddev=f"{s:.15g}")
+            for state, average, sd in zip(curves_of["limit_state"], mean, deviation, strict=True):
+                add(function, "params", ls=str(state), mean=f"{average:.15g}", stddev=f"{sd:.15g}")
         start, stop = ln_ends + 2.0 * width
         grid = np.exp(np.linspace(start, stop, 400))
         curves = np.array([curve_probability(grid, row) for row in rows])
@@ -308,7 +308,7 @@ def _write_pelicun(curves: pd.DataFrame, out: Path, _folder: Path) -> dict[str, 
             "LimitStates": described,
         }
         rows.append(row)
-    general = {
+    general_info = {
         "ShortName": "skewbridge",
         "Description": f"Fragility of {len(curves['variant'].unique())} bridge variants with "
         "seat-type abutments (skew, joint gap, friction) in " + str(curves["im"].iloc[0]),
@@ -317,7 +317,7 @@ def _write_pelicun(curves: pd.DataFrame, out: Path, _folder: Path) -> dict[str, 
         "References": sorted({str(text) for text in curves.get("citation", ())} - {""}),
     }
     write_csv(pd.DataFrame(rows), out)
-    text = json.dumps({"_GeneralInformation": general, **names}, indent=1, allow_nan=False)
+    text = json.dumps({"_GeneralInformation": general_info, **names}, indent=1, allow_nan=False)
     write_text(names_file, f"{text}\n")
     text = f"{len(holes)} rows are incomplete: limit states without an estimate have no parameters"
     notes = [text] if holes else []
@@ -498,8 +498,8 @@ def latex_table(table: pd.DataFrame) -> str:
 
 def with_interval(values: Sequence[float]) -> str:
     """Return text with an estimate and its interval, from (value, lower end, upper end)."""
-    middle, low, high = map(_number, values)
-    return middle if _NONE in (middle, low) else f"{middle} [{low}, {high}]"
+    estimate, low, high = map(_number, values)
+    return estimate if _NONE in (estimate, low) else f"{estimate} [{low}, {high}]"
 
 
 def _interval(row: Mapping[str, Any], name: str) -> str:

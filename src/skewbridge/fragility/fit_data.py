@@ -23,12 +23,7 @@ from skewbridge.fragility.demand_table import (
     need_columns,
     read_foreign,
 )
-from skewbridge.fragility.fits import (
-    BOUNDS_TOO_WIDE,
-    FITTED,
-    MAX_BOUNDS_RATIO,
-    NO_EXCEEDANCE,
-)
+from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED, MAX_BOUNDS_RATIO, NO_EXCEEDANCE
 from skewbridge.fragility.limit_states import COLLAPSE_PEAK, MAX_DISPERSION, LimitState
 from skewbridge.fragility.motion_means import motion_weights
 from skewbridge.fragility.outcomes import TREATMENTS, DemandOutcomes, demand_outcomes
@@ -155,8 +150,8 @@ def _fit_columns(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragil
     exceeding = np.where(collapsed, np.maximum(peaks, threshold), peaks)
     fit = _fit_cloud(im, exceeding, upper, threshold, options, motions)
     if fit.status == FITTED and np.any(collapsed):
-        of_peaks = _fit_cloud(im, peaks, upper, threshold, options, motions)
-        fit = _not_by_definition(fit, of_peaks)
+        peak_fit = _fit_cloud(im, peaks, upper, threshold, options, motions)
+        fit = _not_by_definition(fit, peak_fit)
     notes = {} if "motion_id" in columns else {"notes": [_INDEPENDENT]}
     return replace(fit, details={**fit.details, **notes})
 
@@ -207,8 +202,8 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     motions = motion_codes(data) if has_motions else np.arange(im.size)
     notes = [] if has_motions else [_INDEPENDENT]
     notes += demand_table.unused_notes(unused)
-    if several := demand_table.varying_axes(data):
-        notes += [f"one curve for all values of {demand_table.names_of(several)}"]
+    if varying := demand_table.varying_axes(data):
+        notes += [f"one curve for all values of {demand_table.names_of(varying)}"]
     rows = pd.DataFrame({"im": im, "edp": demand, "motion": motions * has_motions})
     if repeated := int(rows.dropna().duplicated().sum()):
         text = "intervals are too narrow if runs were entered twice"
@@ -226,9 +221,9 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     details |= {"n_unknown": int(np.sum(unknown)), "notes": notes}
     if np.any(unknown):
         for name in TREATMENTS:
-            bound = _fit_outcomes(im, codes, outcomes.treated(state, name), state, options)
-            bounds[name] = bound.theta, bound.beta
-            details |= {f"theta_{name}": bound.theta, f"beta_{name}": bound.beta}
+            bound_fit = _fit_outcomes(im, codes, outcomes.treated(state, name), state, options)
+            bounds[name] = bound_fit.theta, bound_fit.beta
+            details |= {f"theta_{name}": bound_fit.theta, f"beta_{name}": bound_fit.beta}
         fit = fit.limited(bounds)
     if options.method == "cloud" and fit.status == FITTED:
         peaks = demand_outcomes(runs, [replace(state, collapse=COLLAPSE_PEAK)])
@@ -254,9 +249,9 @@ def _fit_outcomes(
     fit = fits.fit_stripes(x, ones, hit, settings=settings, n_records=count, interval=one_run_each)
     if fit.status != FITTED or one_run_each:
         return fit
-    of_subsets = [
+    subset_fits = [
         fits.fit_stripes(x[rows], ones[rows], hit[rows], settings=settings, interval=False)
         for rows in motion_weights(codes) > 0.0
     ]
-    theta, beta = np.transpose([(of_subset.theta, of_subset.beta) for of_subset in of_subsets])
+    theta, beta = np.transpose([(of_subset.theta, of_subset.beta) for of_subset in subset_fits])
     return fits.jackknifed(fit, np.log(theta), beta)

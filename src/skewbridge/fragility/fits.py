@@ -76,10 +76,7 @@ class FragilityFit:
     def limited(
         self, bounds: Mapping[str, tuple[float, float]], *, names: Sequence[str] = ()
     ) -> "FragilityFit":
-        """Return the fit with warnings ``names``; no estimate if its bounds differ by > 15 %.
-
-        ``bounds`` has theta and beta if all, or none, of the unknown outcomes exceed the state.
-        """
+        """Return the fit with ``names`` of warnings; no estimate if bounds differ by > 15 %."""
         fit = self.warned("unknown_outcomes", *names)
         low, high = sorted((bounds["all_exceed"][0], bounds["none_exceed"][0]))
         narrow = 0.0 < low <= high <= MAX_BOUNDS_RATIO * low < inf
@@ -366,8 +363,8 @@ def fit_first_exceedances(
     lower, upper = np.zeros(records.size), np.full(records.size, np.inf)
     is_hit = exceed > 0.0
     np.minimum.at(upper, codes[is_hit], im[is_hit])
-    below = ~is_hit & (im < upper[codes])
-    np.maximum.at(lower, codes[below], im[below])
+    is_lower = ~is_hit & (im < upper[codes])
+    np.maximum.at(lower, codes[is_lower], im[is_lower])
     n_odd = int(np.unique(codes[~is_hit & (im > upper[codes])]).size)
     fit = fit_brackets(lower, upper, settings)
     fit = replace(fit, details={**fit.details, "n_non_monotone": n_odd})
@@ -671,10 +668,7 @@ def clopper_pearson(k: Floats, n: Floats, level: float) -> tuple[Floats, Floats]
 
 
 def median_bound(ln_im: Floats, n: Floats, *, beta: float, level: float, exceed: bool) -> float:
-    """Return the lower bound of theta if no run exceeds; the upper one if all do (``exceed``).
-
-    It solves P(outcomes | theta, beta) = 1 - level for ``n`` runs at each intensity.
-    """
+    """Return theta with P(all, or no, of n runs exceed) = 1 - level: its upper or lower bound."""
     sign = 1.0 if exceed else -1.0
 
     def excess(ln_theta: float) -> float:
@@ -710,8 +704,8 @@ def firth(ln_im: Floats, n: Floats, k: Floats) -> tuple[float, float]:
     centre, scale = float(np.mean(ln_im)), float(np.std(ln_im))
     design = np.column_stack([np.ones_like(ln_im), (ln_im - centre) / scale])
 
-    def negative(a: Floats) -> float:
-        eta = design @ a
+    def negative(parameters: Floats) -> float:
+        eta = design @ parameters
         # phi^2/(Phi(eta) Phi(-eta)) from Mills ratios, which do not underflow
         weight = n * likelihood.mills_ratio(eta) * likelihood.mills_ratio(-eta)
         sign, log_determinant = np.linalg.slogdet(design.T @ (weight[:, None] * design))

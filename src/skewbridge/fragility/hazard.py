@@ -144,7 +144,7 @@ class HazardCurve:
         # ASSUME hazard curves flatten towards weak intensities: the first slope gives a bound
         slope = np.diff(np.log(self.rates[:, :2]))[:, 0] / np.diff(np.log(self.levels[:2]))
         first_rates = self.rates[:, 0] * np.exp(-BELOW * slope)
-        longer = replace(
+        extended = replace(
             self,
             levels=np.append(np.exp(-BELOW) * self.levels[0], self.levels),
             rates=np.column_stack([first_rates, self.rates]),
@@ -156,14 +156,14 @@ class HazardCurve:
             f"share_outside_{end}": extra / (all_rate + extra)
             for end, extra in (("low", p_last * last_rate), ("high", last_rate))
         }
-        row["share_below"] = max(0.0, 1.0 - all_rate / rate(longer).value)
+        row["share_below"] = max(0.0, 1.0 - all_rate / rate(extended).value)
         return row | {"share_extrapolated": max(0.0, 1.0 - (covered_rate or 0.0) / all_rate)}
 
     def _between(self, low: float, high: float) -> "HazardCurve | None":
         """Return the part of the curve between two intensities; None if it is empty."""
         x = self.levels
-        inside = x[(x > low) & (x < high)]
-        points = np.unique([*np.clip([low, high], x[0], x[-1]), *inside])
+        inner_points = x[(x > low) & (x < high)]
+        points = np.unique([*np.clip([low, high], x[0], x[-1]), *inner_points])
         if not low < high or points.size < 2:
             return None
         logs = [np.interp(np.log(points), np.log(x), row) for row in np.log(self.rates)]
@@ -171,8 +171,8 @@ class HazardCurve:
 
     def level_of(self, rate: float) -> float:
         """Return ln of the intensity exceeded with a rate (mean curve); NaN outside the curve."""
-        falling = -np.log(self.rates[0])
-        return float(np.interp(-np.log(rate), falling, np.log(self.levels), np.nan, np.nan))
+        minus_ln_rates = -np.log(self.rates[0])
+        return float(np.interp(-np.log(rate), minus_ln_rates, np.log(self.levels), np.nan, np.nan))
 
     def _nodes(self, narrowest: float) -> tuple[Floats, Floats]:
         """Return ln im (k,) and weights -dH (1 + F, k) of a Gauss-Legendre rule in ln im."""
@@ -185,8 +185,8 @@ class HazardCurve:
         panel = np.arange(segment.size) - np.repeat(np.cumsum(count) - count, count)
         width = (steps / count)[segment]
         dx = (panel[:, None] + 0.5 * (1.0 + _NODES)) * width[:, None]
-        fall = slope[:, segment, None]
-        weights = fall * np.exp(ln_rate[:, segment, None] - fall * dx) * width[:, None] * _WEIGHTS
+        decay = slope[:, segment, None]
+        weights = decay * np.exp(ln_rate[:, segment, None] - decay * dx) * width[:, None] * _WEIGHTS
         return (x[segment, None] + dx).ravel(), 0.5 * weights.reshape(len(ln_rate), -1)
 
 
@@ -384,12 +384,12 @@ def _usgs_json(path: Path) -> Iterator[_Part]:
     """Yield the total curves of a response of the hazard services of the USGS."""
     content = read_json(path)
     response = content.get("response", content) if isinstance(content, dict) else content
-    shared: Any = {}
+    common: Any = {}
     if isinstance(response, dict):
-        shared = response.get("metadata", {})
+        common = response.get("metadata", {})
         response = response.get("hazardCurves", [])
     for entry in response if isinstance(response, list) else []:
-        metadata = {**shared, **entry.get("metadata", {}), **entry}
+        metadata = {**common, **entry.get("metadata", {}), **entry}
         imt = metadata.get("imt", {})
         name = str(imt.get("value", imt) if isinstance(imt, dict) else imt)
         unit = re.search(r"\((g|m/s|cm/s)\)", f"{imt} {metadata.get('xlabel', '')}")

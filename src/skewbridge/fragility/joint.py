@@ -39,9 +39,7 @@ class JointModel:
     """The curves of one limit state, from its row of results/fragility/joint.parquet."""
 
     def __init__(self, row: Mapping[str, Any]) -> None:
-        self.axis_range = AxisRange(
-            levels=json.loads(row["axis_ranges"]), signed_skew=bool(row["signed_skew"])
-        )
+        self.axis_range = AxisRange(levels=json.loads(row["axis_ranges"]))
         self.level = float(row["level"])
         replicates = np.asarray(row["replicates"], dtype=np.float64)
         modes = json.loads(row["modes"])
@@ -97,7 +95,7 @@ def joint_table(
         models = fit_models(demands, limit_states, settings, jobs=jobs)
     common = {"im": settings.im, "level": settings.confidence}
     items = ((bridge, limit_states, common) for bridge in models)
-    rows = demand_table.spread(_rows, items, jobs, least=2)
+    rows = demand_table.spread(_rows, items, jobs, alone_s=0.0)
     table = pd.DataFrame(
         [row for model_rows in rows for row in model_rows], columns=list(JOINT_COLUMNS)
     )
@@ -126,7 +124,7 @@ def _rows(arguments: tuple[BridgeModels, States, Row]) -> list[Row]:
         row = models.labels | common | state.columns | outcome.counts(state)
         row |= {"im_low": low, "im_high": high}
         row["axis_ranges"] = json.dumps({n: list(v) for n, v in models.axes.levels.items()})
-        row |= {"signed_skew": models.axes.signed_skew, "status": outcome.status(state)}
+        row["status"] = outcome.status(state)
         if row["status"] == FITTED:
             row |= _estimate(models, state, row)
         row["extrapolated"] = row["status"] == FITTED and not low <= row["theta"] <= high
@@ -150,8 +148,6 @@ def _estimate(models: BridgeModels, state: LimitState, row: Row) -> Row:
         replicates.append(models.correlation(*modes))
     estimate["replicates"] = np.concatenate(replicates).tolist()
     estimate["modes"] = json.dumps([_described(*pair) for pair in zip(fits, modes, strict=True)])
-    estimate["n_runs"] = int(max(np.sum(fit.outcomes.used) for fit in fits))
-    estimate["n_motions"] = fits[0].model.motions
     if len(fits) == 1:
         estimate["slope"] = float(fits[0].model.parameters[0, 1])
         estimate["capacity_dispersion"] = modes[0].dispersion

@@ -82,11 +82,11 @@ class NormalKernel:
         is_observed = (lower == upper) & (upper_covariates is None)
         has_low, has_high = np.isfinite(lower) & ~is_observed, np.isfinite(upper) & ~is_observed
         low, high = np.column_stack([-covariates, lower]), np.column_stack([-upper_x, upper])
-        upper_n, only_lo = np.flatnonzero(has_low & ~has_high), np.flatnonzero(has_high & ~has_low)
+        only_hi, only_low = np.flatnonzero(has_low & ~has_high), np.flatnonzero(has_high & ~has_low)
         #: Design of the rows with one finite bound, negated if right-censored, and its products.
-        self._tail = np.vstack([-low[upper_n], high[only_lo]])
+        self._tail = np.vstack([-low[only_hi], high[only_low]])
         self._tail_tail = row_products(self._tail, self._tail)
-        self._w_tail = self.weights[..., np.append(upper_n, only_lo)]
+        self._w_tail = self.weights[..., np.append(only_hi, only_low)]
         between = np.flatnonzero(has_low & has_high)
         self._w_between = self.weights[..., between]
         self._low, self._high = low[between], high[between]
@@ -187,8 +187,8 @@ def maximise(kernel: "NormalKernel | _Profiles", start: Floats) -> Maximum:
                 break
             step[failed] *= 0.5
             halved = kernel.derivatives(params[active[failed]] + step[failed], active[failed])
-            for values, after in zip(trial, halved, strict=True):
-                values[failed] = after
+            for values, halved_values in zip(trial, halved, strict=True):
+                values[failed] = halved_values
             failed = failed[~(halved.loglik >= required[failed])]
         step[failed] = 0.0
         params[active] += step
@@ -243,13 +243,13 @@ def profile_ends(
     limit = np.repeat([*np.full(len(intercepts), 40.0 / a1 + 20.0), 30.0], 2)
     offset = np.minimum(np.repeat(width, 2), limit)  # distance from the maximum
     low, high = np.zeros(offset.size), np.full(offset.size, np.inf)  # bracket of the end
-    endless = np.zeros(offset.size, dtype=np.bool_)
+    is_unbounded = np.zeros(offset.size, dtype=np.bool_)
     for _ in range(_MAX_ITERATIONS):
         loglik, rate = profiles.evaluate(centre + side * offset)
         value = loglik - target
         is_inside = value > 0.0
-        endless = is_inside & (offset == limit)
-        if np.all(is_done := endless | (np.abs(value) < _PROFILE_TOLERANCE)):
+        is_unbounded = is_inside & (offset == limit)
+        if np.all(is_done := is_unbounded | (np.abs(value) < _PROFILE_TOLERANCE)):
             break
         low, high = np.where(is_inside, offset, low), np.where(is_inside, high, offset)
         # the root of the drop is nearly linear in psi
@@ -259,7 +259,7 @@ def profile_ends(
         newton = np.where(newton > low, np.minimum(newton, np.minimum(3.0 * offset, limit)), np.nan)
         between = np.where(np.isfinite(high), 0.5 * (low + high), np.minimum(2.0 * offset, limit))
         offset = np.where(is_done, offset, np.where(newton < high, newton, between))
-    ends = np.where(endless, side * np.inf, centre + side * offset).reshape(-1, 2)
+    ends = np.where(is_unbounded, side * np.inf, centre + side * offset).reshape(-1, 2)
     ends[-1] = np.exp(-ends[-1, ::-1])
     return ends
 

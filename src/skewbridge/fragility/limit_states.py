@@ -109,8 +109,8 @@ def with_column_failure(states: States, columns: Collection[str]) -> list[LimitS
     is added only if its demand is one of ``columns``. A state of the larger ratio becomes the union
     of both modes, each with the capacity dispersion of its own state, if there is one.
     """
-    defined = any(state.component == COLUMN_FAILURE for state in states)
-    failures = () if defined else _column_failures()
+    has_failures = any(state.component == COLUMN_FAILURE for state in states)
+    failures = () if has_failures else _column_failures()
     absent = {column.name for column in joint_columns(s.demand for s in states)}.difference(columns)
     all_states = [state for state in states if state.demand not in absent]
     all_states += [state for state in failures if state.demand in columns]

@@ -101,10 +101,7 @@ class Jackknifed:
 
     @classmethod
     def of(cls, values: Floats, present: Mask, exact: Mask, parameters: int) -> Self:
-        """Return the jackknife of ``values`` (1 + M, ...): from all motions, then without each.
-
-        ``present`` and ``exact`` (M,) mark motions with any, and with an exact, value.
-        """
+        """Return the jackknife of ``values`` (1 + M, ...): of all motions, then without each."""
         count = max(int(np.count_nonzero(present)), 1)
         influence = np.zeros_like(values[1:])
         influence[present] = (values[0] - values[1:][present]) * (count - 1) / count
@@ -134,9 +131,9 @@ class Jackknifed:
         ``logs`` has the R estimates of this ratio, ``ln_slopes`` ln of the R slopes; see
         `of_replicates`.
         """
-        both = cls.of_replicates(np.column_stack([logs, ln_slopes]), priors)
-        of_ratio, of_slope = both.influence.T
-        return replace(both, estimate=both.estimate[0], influence=of_ratio, of_slope=of_slope)
+        joint = cls.of_replicates(np.column_stack([logs, ln_slopes]), priors)
+        of_ratio, of_slope = joint.influence.T
+        return replace(joint, estimate=joint.estimate[0], influence=of_ratio, of_slope=of_slope)
 
     @property
     def dof(self) -> Floats:
@@ -304,11 +301,11 @@ def bounded_regression(
         ratio = mills_ratio(-z)
         expected[:, ~exact] = mean + sign * scatter[:, None] * ratio
         variance = np.maximum(1.0 + z * ratio - ratio**2, 0.0) * scatter[:, None] ** 2
-        updated = np.einsum("rij,rj->ri", inverse, (weights * expected) @ design)
-        squares = np.sum(weights * (expected - updated @ design.T) ** 2, axis=1)
+        new_coefficients = np.einsum("rij,rj->ri", inverse, (weights * expected) @ design)
+        squares = np.sum(weights * (expected - new_coefficients @ design.T) ** 2, axis=1)
         squares += np.sum(weights[:, ~exact] * variance, axis=1)
-        change = np.max(np.abs((updated - coefficients) / scatter[:, None]))
-        coefficients, scatter = updated, np.maximum(np.sqrt(squares / dof), floor)
+        change = np.max(np.abs((new_coefficients - coefficients) / scatter[:, None]))
+        coefficients, scatter = new_coefficients, np.maximum(np.sqrt(squares / dof), floor)
         if change < _TOLERANCE:
             break
     return coefficients + centre

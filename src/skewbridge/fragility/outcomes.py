@@ -58,8 +58,8 @@ class DemandOutcomes:
 
     def counts(self, state: LimitState) -> dict[str, int]:
         """Return the number of runs known to exceed a state and of runs with unknown outcome."""
-        exceed, unknown = np.sum(self.exceed(state)), np.sum(self.unknown(state))
-        return {"n_exceed": int(exceed), "n_unknown": int(unknown)}
+        n_exceed, unknown = np.sum(self.exceed(state)), np.sum(self.unknown(state))
+        return {"n_exceed": int(n_exceed), "n_unknown": int(unknown)}
 
     def status(self, state: LimitState) -> str:
         """Return ``ok``, or why a state has no median: no run, or every known run, exceeds it."""
@@ -96,12 +96,12 @@ def demand_outcomes(table: pd.DataFrame, states: States) -> DemandOutcomes:
     complete = validity.is_complete(table)
     peak = table[demand].to_numpy(dtype=np.float64)
     minimum = np.zeros(peak.size)
-    exceeded = [s.threshold for s in states if s.collapse == COLLAPSE_EXCEEDS]
-    if exceeded:
+    collapse_thresholds = [s.threshold for s in states if s.collapse == COLLAPSE_EXCEEDS]
+    if collapse_thresholds:
         # ASSUME a collapsed bridge exceeds every limit state without `collapse: peak`. A collapse
         # after the failure of a column decides nothing: the model is not valid after it
         collapsed = (table["status"] == COLLAPSE).to_numpy() & ~validity.is_beyond_model(table)
-        minimum[collapsed & ~complete] = np.nextafter(max(exceeded), np.inf)
+        minimum[collapsed & ~complete] = np.nextafter(max(collapse_thresholds), np.inf)
     # ASSUME a failed column has exceeded all states of its own mode with a threshold of at least 1
     passed = [s.threshold for s in states if s.threshold >= 1.0]
     names = validity.FAILURE_DEMANDS.items()

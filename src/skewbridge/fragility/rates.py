@@ -33,7 +33,7 @@ from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.limit_states import COLUMN_FAILURE, LimitState, States, hazus_factor
 from skewbridge.fragility.motion_means import completed
 from skewbridge.fragility.outcomes import TREATMENTS
-from skewbridge.fragility.settings import EFFECT_CONFIDENCE, FitSettings
+from skewbridge.fragility.settings import ASSUMED_BETA, EFFECT_CONFIDENCE, FitSettings
 from skewbridge.fragility.system import averaged, difference
 from skewbridge.fragility.union import any_of, union_curve
 from skewbridge.fragility.verdicts import OK, RATIOS
@@ -74,10 +74,7 @@ def exceedance(curve: StateCurve, ln_im: Floats) -> Floats:
 
 
 def curve_rate(curve: StateCurve, hazard: HazardCurve, ln_factor: float = 0.0) -> LogRate:
-    """Return the ln annual rate of a state whose median is multiplied by exp(ln_factor).
-
-    It has the R replicates of ``curve``: from all runs, then without each event; NaN without curve.
-    """
+    """Return ln annual rates of the R replicates of a curve, medians times exp(ln_factor)."""
     beta = curve.total if curve.modes is None else curve.modes.beta
     narrowest = float(np.nanmin(beta, initial=9.0))
     rate = hazard.rate(lambda ln_im: exceedance(curve, ln_im - ln_factor), narrowest)
@@ -98,9 +95,9 @@ def lacking_notes(rows: Sequence[Row]) -> list[str]:
         for row in rows:
             name = f"{row['component']} {row.get('limit_state', row.get('state'))}"
             shares[name] = max(shares.get(name, 0.0), row.get(column, 0.0))
-        if cut := [f"{name} {s:.0%}" for name, s in shares.items() if s > _WORTH_A_NOTE]:
+        if lacking := [f"{name} {s:.0%}" for name, s in shares.items() if s > _WORTH_A_NOTE]:
             text = f"annual_rate lacks intensities {words} these shares of a rate"
-            notes.append(f"{text}: {', '.join(cut)}")
+            notes.append(f"{text}: {', '.join(lacking)}")
     return notes
 
 
@@ -118,7 +115,7 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
     """
     status, rate_ends = curve["status"], (nan, nan, nan)
     row: Row = {name: curve[name] for name in ("status", "method", "im", "level")}
-    bound_beta = np.hypot(curve["theta_bound_beta"], np.nan_to_num(curve["capacity_dispersion"]))
+    bound_beta = np.hypot(ASSUMED_BETA, np.nan_to_num(curve["capacity_dispersion"]))
 
     def rate_of(theta: float, beta: float) -> float:
         return curve_rate(_lognormal(theta, beta), hazard).value
@@ -131,15 +128,15 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
         else:  # ASSUME the dispersion is known
             for_rates = _lognormal(curve["theta"], beta_total)._replace(modes=union_curve(curve))
             thetas = (curve[name] for name in ("theta", "theta_high", "theta_low"))
-            middle, *ends = (rate_of(theta, beta_total) for theta in thetas)
+            centre, *ends = (rate_of(theta, beta_total) for theta in thetas)
             rate = curve_rate(for_rates, hazard).value
-            rate_ends = rate, *(rate * end / middle for end in ends)
+            rate_ends = rate, *(rate * end / centre for end in ends)
         row |= rate_shares(for_rates, hazard, curve["im_low"], curve["im_high"])
     elif status == BOUNDS_TOO_WIDE and model is not None:
         # the interval of the model, widened to the bounds with the dispersion of the capacity
-        added = np.maximum(model.total[0] ** 2 - model.beta[0] ** 2, 0.0) ** 0.5
+        capacity = np.maximum(model.total[0] ** 2 - model.beta[0] ** 2, 0.0) ** 0.5
         rate, low, high = curve_rate(model, hazard).interval(curve["level"])
-        bounds = [(curve[f"theta_{n}"], np.hypot(curve[f"beta_{n}"], added)) for n in TREATMENTS]
+        bounds = [(curve[f"theta_{n}"], np.hypot(curve[f"beta_{n}"], capacity)) for n in TREATMENTS]
         factors = [1.0, *(rate_of(*bound) / rate for bound in bounds)]
         rate_ends = nan, low * np.nanmin(factors), high * np.nanmax(factors)
     # ASSUME a bound of a median has the slope 1 for the dispersion of its capacity
@@ -174,7 +171,7 @@ def rate_table(
     ``system`` has the columns `rate` and `shares` of `system_curves` with a hazard.
     """
     # bounds of medians, which one method gives, apply to all methods
-    bounds = [f"theta_bound_{name}" for name in ("low", "high", "beta")]
+    bounds = [f"theta_bound_{name}" for name in ("low", "high")]
     largest = curves.groupby(_STATE)[bounds].transform("max")
     chosen = chosen_curves(curves.assign(**{name: largest[name] for name in bounds}))
     columns = demand_table.variant_columns(curves)
@@ -255,7 +252,7 @@ def _changes(
         key = (SYSTEM, state) if isinstance(state, str) else (state.component, state.name)
         keys = medians.models.labels | {"axis": axis, "status": OK, "reason": ""}
         keys |= dict(zip([*STEP, *_STATE[1:]], (*step, *key), strict=True))
-        rated: list[tuple[Row, tuple[LogRate, LogRate]]] = []
+        pairs_with_rates: list[tuple[Row, tuple[LogRate, LogRate]]] = []
         rated_cells: list[Row] = []
         withheld: list[tuple[Row, None]] = []
         rated_systems: list[tuple[Row, Row]] = []
@@ -265,27 +262,27 @@ def _changes(
             if isinstance(state, str):
                 both = systems[cell["variant_from"], state], systems[cell["variant_to"], state]
                 if reason := difference(*both):
-                    different = {"status": DIFFERENT_COMPONENTS, "reason": reason}
-                    withheld.append((row | different, None))
+                    difference_row = {"status": DIFFERENT_COMPONENTS, "reason": reason}
+                    withheld.append((row | difference_row, None))
                     continue
                 start, end = (system.get("rate") for system in both)
             else:
                 start, end = (rate_of(state, cell[f"number_{name}"]) for name in ("from", "to"))
             if isinstance(start, LogRate) and isinstance(end, LogRate):
-                rated.append((row, (start, end)))
+                pairs_with_rates.append((row, (start, end)))
                 rated_cells.append(cell)
                 rated_systems += [both] if both else []
-        used_rates = [rates for _, rates in rated]
+        used_rates = [rates for _, rates in pairs_with_rates]
         if isinstance(state, str):
             used_rates = list(compress(used_rates, averaged(rated_systems)))
         pooled = keys | {"scope": "pooled", "n_cells": len(used_rates)}
-        left_out = {"different": len(withheld), "other": len(rated) - len(used_rates)}
+        left_out = {"different": len(withheld), "other": len(pairs_with_rates) - len(used_rates)}
         texts = [f"{n} of {len(cells)} pairs have {word}" for word, n in left_out.items() if n]
         if texts:
             pooled["reason"] = f"{', '.join(texts)} components"
-        shown = [True] * len(rated)
+        shown = [True] * len(pairs_with_rates)
         has_mean = bool(used_rates)
-        if not isinstance(state, str) and rated:
+        if not isinstance(state, str) and rated_cells:
             has_mean = not medians.withheld(rated_cells, state)
             shown = [not medians.withheld([cell], state) for cell in rated_cells]
         if has_mean:
@@ -293,7 +290,7 @@ def _changes(
             changes.append((pooled, (_mean(starts), _mean(ends))))
         elif withheld:
             changes.append((pooled | {"status": DIFFERENT_COMPONENTS}, None))
-        changes += [*compress(rated, shown), *withheld]
+        changes += [*compress(pairs_with_rates, shown), *withheld]
     return changes
 
 
@@ -369,7 +366,7 @@ def decision(
     for gap_mm in map(float, gaps):
         # the factor of Hazus is on skew 0: without it in the study, there is no such length
         has_straight = limits[SKEW][0] <= 0.0
-        unskewed = [seat.curve({SKEW: 0.0, GAP: gap_mm, **values}) for seat in seats * has_straight]
+        at_zero = [seat.curve({SKEW: 0.0, GAP: gap_mm, **values}) for seat in seats * has_straight]
         for skew_deg in map(float, skews):
             position = {SKEW: skew_deg, GAP: gap_mm}
             curves = [seat.curve(position | values) for seat in seats]
@@ -379,16 +376,16 @@ def decision(
             # the median at which the needed length is exceeded
             medians = np.exp([curve.ln_theta[0] for curve in curves])
             median = float(np.interp(interval[0], _LENGTHS_M, medians))
-            covered = unseating["im_low"], unseating["im_high"]
-            row["extrapolated"] = not covered[0] <= median <= covered[1]
+            im_range = unseating["im_low"], unseating["im_high"]
+            row["extrapolated"] = not im_range[0] <= median <= im_range[1]
             if np.isfinite(interval[0]):
                 seat_curve = curves[int(np.searchsorted(_LENGTHS_M, interval[0]))]
                 state = {"component": "unseating", "limit_state": "at the length"}
-                shares.append(state | rate_shares(seat_curve, hazard, *covered))
+                shares.append(state | rate_shares(seat_curve, hazard, *im_range))
             row["hazus_m"] = np.nan
-            if unskewed:
+            if at_zero:
                 ln_factor = float(np.log(hazus_factor(skew_deg)))
-                hazus = _length(unskewed, hazard, target, ln_factor).value
+                hazus = _length(at_zero, hazard, target, ln_factor).value
                 row["hazus_m"] = hazus + gap_mm / 1000.0
             # SDC: displacement demand at 5 % in 50 years
             ln_length = np.interp(hazard.level_of(SDC_RATE), np.log(medians), np.log(_LENGTHS_M))
@@ -398,7 +395,7 @@ def decision(
                 rate = curve_rate(curve, hazard).interval(column.level)
                 row |= dict(zip(_COLUMN, rate, strict=True))
                 state = {"component": COLUMN_FAILURE, "limit_state": "any"}
-                shares.append(state | rate_shares(curve, hazard, *covered))
+                shares.append(state | rate_shares(curve, hazard, *im_range))
             rows_out.append(position | row)
     table = pd.DataFrame(rows_out)
     if column is not None:

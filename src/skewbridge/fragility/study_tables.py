@@ -107,7 +107,7 @@ def fragility_tables(
         tables["rate_effects"] = rate_effects(
             models, states, hazard, settings, curves=curves, system=system
         )
-    further = pd.DataFrame(notes, columns=list(checked.notes))
+    more_notes = pd.DataFrame(notes, columns=list(checked.notes))
     tables |= {
         "curves": curves,
         "median_effects": medians,
@@ -119,7 +119,7 @@ def fragility_tables(
         "joint": joint,
         "system": system.drop(columns=["rate", "shares"], errors="ignore"),
         PAPER_TABLE: exports.paper_table(curves, medians, joint),
-        "input_notes": pd.concat([checked.notes, further], ignore_index=True),
+        "input_notes": pd.concat([checked.notes, more_notes], ignore_index=True),
         "shear_models": shear_model_curves(rows, curves, settings, jobs=jobs),
         "alternatives": alternative_effects(rows),
         "suites": suite_table(rows, states, names, settings, (medians, effects), jobs=jobs),
@@ -142,8 +142,8 @@ def shear_model_curves(
     """
     failure = with_column_failure([], validity.FAILURE_DEMANDS.values())[0]
     models = {name: demand for name, demand in SHEAR_MODEL_DEMANDS.items() if demand in rows}
-    fails = (rows[[*models.values()]] > failure.threshold).any(axis=1)
-    rows = rows[rows["variant"].isin(rows.loc[fails, "variant"])]
+    any_fails = (rows[[*models.values()]] > failure.threshold).any(axis=1)
+    rows = rows[rows["variant"].isin(rows.loc[any_fails, "variant"])]
     if rows.empty:
         return pd.DataFrame(columns=list(demand_table.described("shear_models")))
     ratio, complete = validity.FAILURE_DEMANDS["shear"], rows[validity.is_complete(rows)]
@@ -174,17 +174,17 @@ def _of_one_method(curves: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
     A demand at least as large as another one in every run cannot have the larger median capacity.
     If it has, no median is estimated.
     """
-    prefers = curves["preferred"].to_numpy(dtype=bool) & (curves["method"] == "exceedance")
-    table = curves[curves["method"] == METHODS[int(prefers.any())]]
+    is_preferred = curves["preferred"].to_numpy(dtype=bool) & (curves["method"] == "exceedance")
+    table = curves[curves["method"] == METHODS[int(is_preferred.any())]]
     table = table.assign(preferred=table["status"] == FITTED)
     if any(
         row_1["theta"] > row_2["theta"] * (1.0 + 1.0e-9)
         and ((runs[row_1["demand"]] - runs[row_2["demand"]]).dropna() >= 0.0).all()
         for row_1, row_2 in permutations(records_of(table[table["preferred"]]), 2)
     ):
-        crossed = table["preferred"].copy()
-        table.loc[crossed, table.filter(regex=_ESTIMATES).columns] = np.nan
-        table.loc[crossed, ["status", "extrapolated", "preferred"]] = [NOT_ORDERED, False, False]
+        preferred = table["preferred"].copy()
+        table.loc[preferred, table.filter(regex=_ESTIMATES).columns] = np.nan
+        table.loc[preferred, ["status", "extrapolated", "preferred"]] = [NOT_ORDERED, False, False]
     return table
 
 
@@ -193,21 +193,21 @@ def suite_table(
     states: States,
     demands: Sequence[str],
     settings: FitSettings,
-    together: Sequence[pd.DataFrame],
+    all_suites: Sequence[pd.DataFrame],
     jobs: int = 1,
 ) -> pd.DataFrame:
     """Return the table `suites`: effects in each suite and their differences.
 
     Every suite is analysed separately. With fewer than two suites the table is empty. ``rows`` is a
-    checked demands table. ``together`` has the effects on medians and on demands for the motions of
+    checked demands table. ``all_suites`` has the effects on medians and demands for the motions of
     all suites together.
     """
     names = list(dict.fromkeys(rows[SUITE].astype(str))) if SUITE in rows else []
-    blank = {"against": "", "verdict": "", "standard_errors": np.nan}
+    empty_columns = {"against": "", "verdict": "", "standard_errors": np.nan}
     effect_columns = list(demand_table.described("suites"))
     effects: list[Row] = []
     for name in [*names, ALL_SUITES] if len(names) > 1 else []:
-        tables = together
+        tables = all_suites
         if name != ALL_SUITES:
             group = rows[rows[SUITE] == name].reset_index(drop=True)
             models = fit_models(group, states, settings, jobs=jobs)
@@ -217,7 +217,7 @@ def suite_table(
         for table in tables:
             usable = table[(table["scope"] == "pooled") & (table["status"] == verdicts.OK)]
             usable = usable[usable["ratio"].notna()]  # NaN if zero demands allow only a difference
-            effects += [{**row, **blank, SUITE: name} for row in records_of(usable)]
+            effects += [{**row, **empty_columns, SUITE: name} for row in records_of(usable)]
     if not effects:
         return pd.DataFrame(columns=effect_columns)
     compared: list[Row] = []
@@ -267,8 +267,8 @@ def valid_tables(
     needed = verdicts.needed_motions(pd.concat([effects, medians], ignore_index=True), demands)
     level = {"level": EFFECT_CONFIDENCE}
     valid = {"effects": effects.assign(**level), "median_effects": medians.assign(**level)}
-    paper = exports.paper_table(tables["curves"], valid["median_effects"], tables["joint"])
-    return {**tables, **valid, "needed_motions": needed, PAPER_TABLE: paper}
+    paper_rows = exports.paper_table(tables["curves"], valid["median_effects"], tables["joint"])
+    return {**tables, **valid, "needed_motions": needed, PAPER_TABLE: paper_rows}
 
 
 def reference_intensities(curves: pd.DataFrame) -> dict[tuple[str, str], float]:

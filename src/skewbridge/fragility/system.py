@@ -73,16 +73,15 @@ def system_curves(
         keys = ["variant", "component", "limit_state"]
         withheld = lost.set_index(keys)["theta_all_exceed"].astype(float).to_dict()
     systems = [_Systems(system, members, settings, hazard, withheld) for system in models]
-    items = ((system, i) for system in systems for i in range(len(system.models.variants)))
-    rows = demand_table.spread(_variant_rows, items, jobs)
-    return pd.DataFrame([row for variant_rows in rows for row in variant_rows])
+    rows = demand_table.spread(_rows, systems, jobs, alone_s=0.0)
+    return pd.DataFrame([row for of_bridge in rows for row in of_bridge])
 
 
 def difference(first: Row, second: Row) -> str:
     """Return the components that only one of two rows of `system` has; empty if there is none."""
     names = [set(filter(None, row["components"].split(";"))) for row in (first, second)]
-    only = zip((first, second), (names[0] - names[1], names[1] - names[0]), strict=True)
-    texts = [f"only {row['variant']}: {', '.join(sorted(more))}" for row, more in only if more]
+    extras = zip((first, second), (names[0] - names[1], names[1] - names[0]), strict=True)
+    texts = [f"only {row['variant']}: {', '.join(sorted(extra))}" for row, extra in extras if extra]
     return "; ".join(texts)
 
 
@@ -94,8 +93,8 @@ def averaged(pairs: Sequence[tuple[Row, Row]]) -> list[bool]:
     """
     names = ["" if difference(*pair) else pair[0]["components"] for pair in pairs]
     rank = {name: (names.count(name), name.count(";")) for name in filter(None, names)}
-    common = max(rank, key=rank.__getitem__, default=None)
-    return [name == common for name in names]
+    most_common = max(rank, key=rank.__getitem__, default=None)
+    return [name == most_common for name in names]
 
 
 def system_members(states: States) -> dict[str, list[LimitState]]:
@@ -108,19 +107,19 @@ def system_members(states: States) -> dict[str, list[LimitState]]:
     for state in sorted(states, key=lambda item: item.threshold):
         by_component[state.component].append(state)
     degrees = list(dict.fromkeys(state.system_degree for state in states))
-    beyond: dict[str, set[str]] = {name: set() for name in degrees}
+    severer: dict[str, set[str]] = {name: set() for name in degrees}
     for _ in degrees:  # transitive closure
         for ordered in by_component.values():
             for mild, severe in combinations([state.system_degree for state in ordered], 2):
-                beyond[mild] |= {severe} | beyond[severe]
-    if inconsistent := [name for name in degrees if name in beyond[name]]:
+                severer[mild] |= {severe} | severer[severe]
+    if inconsistent := [name for name in degrees if name in severer[name]]:
         raise InputError(
             f"components rank the damage degree {inconsistent[0]!r} differently: "
             "give all components the same order of degrees"
         )
     members: dict[str, list[LimitState]] = {}
-    for degree in sorted(degrees, key=lambda name: -len(beyond[name])):
-        severe_enough = {degree} | beyond[degree]
+    for degree in sorted(degrees, key=lambda name: -len(severer[name])):
+        severe_enough = {degree} | severer[degree]
         members[degree] = [
             next(state for state in ordered if state.system_degree in severe_enough)
             for ordered in by_component.values()
@@ -149,9 +148,14 @@ class _Systems(NamedTuple):
     withheld: Mapping[Any, float]
 
 
-def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
+def _rows(systems: _Systems) -> list[Row]:
+    """Return the rows of table `system` for one bridge and abutment model."""
+    variants = range(len(systems.models.variants))
+    return [row for number in variants for row in _variant_rows(systems, number)]
+
+
+def _variant_rows(systems: _Systems, variant_number: int) -> list[Row]:
     """Return the rows of table `system` for one variant, one per degree of damage."""
-    systems, variant_number = system_and_variant
     models, settings = systems.models, systems.settings
     values = records_of(models.variants)[variant_number]
     runs = models.runs[models.variant == variant_number]
@@ -176,7 +180,7 @@ def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
 
     rows: list[Row] = []
     for degree, states in systems.members.items():
-        taking: list[_Member] = []
+        members: list[_Member] = []
         names: list[str] = []
         left_out: list[str] = []
         everywhere = np.zeros(len(runs), dtype=np.bool_)
@@ -189,15 +193,15 @@ def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
             if usable:
                 names.append(_member_name(state, degree, [mode.state for mode in usable]))
                 reasons.pop("not reached", None)  # another mode is
-            taking += usable
+            members += usable
             left_out += [f"{state.component}: {reason}" for reason in reasons]
         row = {name: nan for name in demand_table.described("system") if name not in variant}
         row |= {"limit_state": degree, "weakest": ""}
         row |= {"components": ";".join(names), "left_out": ";".join(left_out)}
         row |= {"level": settings.confidence, "n_runs": len(runs), "im_low": low, "im_high": high}
-        withheld = (item.state.component for item in taking if item.lowest != inf)
+        withheld = (item.state.component for item in members if item.lowest != inf)
         row["withheld"] = ";".join(dict.fromkeys(withheld))
-        row |= _system(taking, np.log(im), systems, (low, high), everywhere)
+        row |= _system(members, np.log(im), systems, (low, high), everywhere)
         theta = row["theta"]
         is_outside = isinstance(theta, float) and not (np.isnan(theta) or low <= theta <= high)
         rows.append(variant | row | {"extrapolated": is_outside})
@@ -217,16 +221,16 @@ def _system(
     ln_im: Floats,
     systems: _Systems,
     covered: tuple[float, float],
-    everywhere: Mask,  # runs that exceed a component that every known run exceeds, (n,)
+    exceeded_by_all: Mask,  # runs that exceed a component that every known run exceeds, (n,)
 ) -> Row:
     """Return the table columns of one system: the estimate, or a status if there is none."""
     settings = systems.settings
-    exceed = np.logical_or.reduce([everywhere, *(m.outcomes.exceed(m.state) for m in members)])
-    all_exceed = np.full(ln_im.size, np.any(everywhere))
+    exceed = np.logical_or.reduce([exceeded_by_all, *(m.outcomes.exceed(m.state) for m in members)])
+    all_exceed = np.full(ln_im.size, np.any(exceeded_by_all))
     unknown = np.logical_or.reduce([all_exceed, *(m.outcomes.unknown(m.state) for m in members)])
     unknown &= ~exceed
     row: Row = {"n_exceed": int(exceed.sum()), "n_unknown": int(unknown.sum())}
-    if not (members or np.any(everywhere)) or ln_im.size < MIN_RUNS:
+    if not (members or np.any(exceeded_by_all)) or ln_im.size < MIN_RUNS:
         return row | {"status": "too_few_runs" if members else "no_component"}
     if np.all(exceed | unknown):
         ones, beta, level = np.ones(exceed.sum()), ASSUMED_BETA, settings.confidence
@@ -264,8 +268,8 @@ def _system(
     repeated = _failures(*values, _POINTS_OF_REPLICATES, settings.seed)
     if systems.hazard is not None:
         distributions = [
-            _by_models(sample, members, np.flatnonzero(which), systems.hazard)
-            for sample, which in ((failures, np.arange(is_valid.size) == 0), (repeated, is_valid))
+            _by_models(sample, members, np.flatnonzero(chosen), systems.hazard)
+            for sample, chosen in ((failures, np.arange(is_valid.size) == 0), (repeated, is_valid))
         ]
         rated = _rated(distributions[0][0], distributions[1], is_valid, systems.hazard, covered)
         row |= rated | {"rate": rated["rate"]._replace(priors=priors)}
@@ -329,9 +333,9 @@ def _correlation(members: Sequence[_Member], systems: _Systems) -> Floats:
         rho = systems.models.correlation(members[i].state, members[j].state)
         matrix[:, i, j] = matrix[:, j, i] = rho
     values, vectors = np.linalg.eigh(matrix)
-    root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
-    root /= np.linalg.norm(root, axis=2, keepdims=True)
-    return root @ np.swapaxes(root, 1, 2)
+    factor = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
+    factor /= np.linalg.norm(factor, axis=2, keepdims=True)
+    return factor @ np.swapaxes(factor, 1, 2)
 
 
 def _failures(ln_theta: Floats, beta: Floats, rho: Floats, points: int, seed: int) -> Floats:

@@ -140,7 +140,7 @@ def _p_values(table: pd.DataFrame, *scale: Floats) -> list[pd.Series]:
         """Return the p-values of the claims "below the first limit" and "above the second"."""
         gaps = (value - first, high - value), (second - value, value - low)
         with np.errstate(divide="ignore", invalid="ignore"):  # p = 1/2 at the limit
-            t_values = [np.where(gap == 0.0, 0.0, t * gap / half) for gap, half in gaps]
+            t_values = [np.where(gap == 0.0, 0.0, t * gap / half_width) for gap, half_width in gaps]
         return [special.stdtr(dof, step) for step in t_values]
 
     outside, inside = np.minimum(*sides(below, above)), np.maximum(*sides(above, below))
@@ -171,13 +171,13 @@ def needed_motions(effects: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame
             pairs = motions_to_decide(row)
             # assume that the share of motions without an exact pair stays the same
             n_motions = ceil(pairs * suite / (row["dof"] + 1)) if isfinite(pairs) else pairs
-            further = max(n_motions - suite, 0) * len(runs) / suite
+            more_runs = max(n_motions - suite, 0) * len(runs) / suite
             forecast = MORE if isfinite(n_motions) else "on the margin"
             if row["verdict"] in DECIDED:
-                forecast, further = "decided", 0.0
+                forecast, more_runs = "decided", 0.0
             elif np.isnan(n_motions):
                 forecast = "unknown"
-            costs = {"more_analyses": further, "more_core_hours": further * cpu_s / 3600}
+            costs = {"more_analyses": more_runs, "more_core_hours": more_runs * cpu_s / 3600}
             costs["needed_motions"] = n_motions
             row |= {name: cost if isfinite(cost) else nan for name, cost in costs.items()}
             rows.append(row | {"forecast": forecast, "n_motions": suite})
@@ -340,8 +340,8 @@ def kept(table: pd.DataFrame, history: pd.DataFrame) -> pd.DataFrame:
     keys, columns = [*CELL, "scope"], {}
     for low, high in (RATIOS[1:], DIFFERENCES[1:]):
         earlier = history.astype({low: np.float64, high: np.float64})
-        common = earlier.groupby(keys, dropna=False).agg({low: "max", high: "min"}).reset_index()
-        merged = table[keys].merge(common, on=keys, how="left")
+        overlap = earlier.groupby(keys, dropna=False).agg({low: "max", high: "min"}).reset_index()
+        merged = table[keys].merge(overlap, on=keys, how="left")
         now = table[[low, high]].to_numpy(np.float64).T
         ends = np.fmax(now[0], merged[low].to_numpy()), np.fmin(now[1], merged[high].to_numpy())
         columns |= dict(zip((low, high), np.where(ends[0] <= ends[1], ends, now), strict=True))

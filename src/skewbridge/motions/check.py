@@ -130,8 +130,8 @@ class _Checker:
             pga_g=peak_g(trace.accel_mps2),
             messages=trace.messages,
         )
-        earlier = read.earlier_record(self._names, str(path), [trace.accel_mps2], trace.dt_s)
-        return check.noted(f"same samples as {earlier}") if earlier else check
+        equal_record = read.earlier_record(self._names, str(path), [trace.accel_mps2], trace.dt_s)
+        return check.noted(f"same samples as {equal_record}") if equal_record else check
 
     def of_files(
         self, paths: list[Path], stated: Stated | None, *, of_study: bool = False
@@ -183,8 +183,8 @@ class _Checker:
         names = [path.name for path, _ in reversed(entry.components)]
         for text in motion.messages:
             if text.partition(": ")[2] not in messages:
-                doubtful = (read.DIFFERENT_RECORDS, read.ONE_RECORD, read.VERTICAL_NAME)
-                verdict = self._if_doubtful if text.startswith(doubtful) else None
+                pair_doubts = (read.DIFFERENT_RECORDS, read.ONE_RECORD, read.VERTICAL_NAME)
+                verdict = self._if_doubtful if text.startswith(pair_doubts) else None
                 checks = [
                     check.noted(f"with {other_name}: {text}", verdict)
                     for check, other_name in zip(checks, names, strict=True)
@@ -196,11 +196,11 @@ def _unread(root: Path, used_files: list[Path], reason: str) -> list[FileCheck]:
     """Return checks of files of a folder, except ``used_files``, indexes and hidden files."""
     used, checks = {path.resolve() for path in used_files}, list[FileCheck]()
     for path in folder.files_below(root):
-        name, initials = path.name.lower(), {level[0] for level in path.relative_to(root).parts}
-        if path.resolve() in used or name == folder.INDEX_NAME or "." in initials:
+        name, letters = path.name.lower(), {level[0] for level in path.relative_to(root).parts}
+        if path.resolve() in used or name == folder.INDEX_NAME or "." in letters:
             continue
         is_integral = name.endswith((".vt2", ".dt2")) and path.stem in {file.stem for file in used}
-        is_note = name in folder.NOT_MOTIONS or name.endswith((".md", ".png")) or "_" in initials
+        is_note = name in folder.NOT_MOTIONS or name.endswith((".md", ".png")) or "_" in letters
         verdict = "left_out" if is_integral or is_note else "not_read"
         checks.append(FileCheck(file=str(path), verdict=verdict, messages=(f"not read: {reason}",)))
     return checks

@@ -173,9 +173,7 @@ def _starts_with_numbers(path: Path) -> bool:
 # ---- Pairs of component files, by file name or header
 
 
-def pair_files(
-    paths: Iterable[Path],
-) -> tuple[dict[str, tuple[Path, Path]], dict[str, list[Path]]]:
+def pair_files(paths: Iterable[Path]) -> tuple[dict[str, tuple[Path, Path]], dict[str, list[Path]]]:
     """Return the pairs of component files and the unpaired files, both keyed by motion name.
 
     Two files with the same motion name are a pair. Two horizontal components with different names
@@ -244,8 +242,8 @@ def read_index_table(index: Path) -> pd.DataFrame:
         raise file_fault(index, f" lacks the column(s) {', '.join(missing)}")
     for name in map(str, table.columns):
         if name not in INDEX_COLUMNS and _MISNAMED.search(name):
-            known = "channel_1, channel_2, dt_s, scale, unit"
-            raise file_fault(index, f" has the unknown column {name!r}: rename it ({known})")
+            optional = "channel_1, channel_2, dt_s, scale, unit"
+            raise file_fault(index, f" has the unknown column {name!r}: rename it ({optional})")
     if not 1 <= len(table) <= MAX_MOTIONS:
         raise file_fault(index, f" lists {len(table)} motions; it must list 1 to {MAX_MOTIONS}")
     return table

@@ -18,8 +18,7 @@ from pydantic import AfterValidator, Field
 from pydantic.dataclasses import dataclass as checked_dataclass
 
 from skewbridge.errors import InputError
-from skewbridge.files.text import writable_folder
-from skewbridge.motions.record import GroundMotion, Vector
+from skewbridge.motions.record import Vector
 from skewbridge.units import FOOT, G_MPS2, GAL, INCH, MM
 
 UNIT_FACTORS: Final = {
@@ -206,8 +205,8 @@ _VERTICAL = re.compile(
 def _usual_units(text: str) -> str:
     """Return a text in lower case with the usual spelling of units: cm/s2 for cm/sec/sec, gal."""
     text = text.lower().translate(str.maketrans("²⁻·", "2-."))
-    for pattern, usual in _USUAL_UNITS:
-        text = re.sub(pattern, usual, text)
+    for pattern, unit in _USUAL_UNITS:
+        text = re.sub(pattern, unit, text)
     return text
 
 
@@ -224,8 +223,8 @@ def _unit_in(texts: Iterable[str], path: Path) -> str:
             in_brackets = [match for match in units if plain[: match.start()].endswith(("(", "["))]
             return max((match[1] for match in in_brackets or units), key=len)
         word = _ACCELERATION_WORD.search(plain)
-        wrong = _VELOCITY_UNIT.search(plain) or (word is None and _OTHER_QUANTITY.search(plain))
-        if wrong and not is_acceleration:
+        not_accel = _VELOCITY_UNIT.search(plain) or (word is None and _OTHER_QUANTITY.search(plain))
+        if not_accel and not is_acceleration:
             raise fault_in(path, f"not an acceleration by its header: {text.strip()[:80]!r}")
         is_acceleration |= word is not None
     return ""
@@ -357,35 +356,6 @@ def _peer_sizes(lines: list[str]) -> tuple[int, int, float] | None:  # row, NPTS
             if match := pattern.search(line):
                 return row, int(match["npts"]), _fortran_float(match["dt"])
     return None
-
-
-def at2_text(motion: GroundMotion, component: int) -> str:
-    """Return one component (1 or 2) as the text of a PEER file, in g with 8 digits."""
-    azimuth = (motion.azimuth_1_deg, motion.azimuth_2_deg)[component - 1]
-    if not math.isfinite(azimuth):
-        azimuth = (360.0, 90.0)[component - 1]
-    accel_g = motion.components[component - 1] / G_MPS2
-    # Smaller numbers would need a three-digit exponent.
-    values = np.where(np.abs(accel_g) < 1.0e-20, 0.0, accel_g).tolist()
-    rows = [
-        "".join(f"{value:15.7E}" for value in values[i : i + 5]) for i in range(0, len(values), 5)
-    ]
-    header = (
-        "SYNTHETIC MOTION IN THE FORMAT OF THE PEER NGA STRONG MOTION DATABASE",
-        f"{motion.event.replace(',', ';')}, 1/1/2000, {motion.station}, {azimuth:.0f}",
-        "ACCELERATION TIME SERIES IN UNITS OF G",
-        f"NPTS= {motion.npts:6d}, DT= {motion.dt_s:.6g} SEC",
-    )
-    return "\n".join([*header, *rows, ""])
-
-
-def write_at2(motion: GroundMotion, folder: Path) -> tuple[Path, Path]:
-    """Write both components as `<motion_id>_h1.AT2` and `_h2.AT2`; return their paths."""
-    start = writable_folder(folder) / f"{motion.motion_id}_h"
-    paths = Path(f"{start}1.AT2"), Path(f"{start}2.AT2")
-    for component, path in enumerate(paths, start=1):
-        path.write_text(at2_text(motion, component), encoding="ascii", newline="\n")
-    return paths
 
 
 # ---- Blocks of fixed-width numbers, which may touch: CSMIP, COSMOS and GeoNet. A file may have
@@ -533,12 +503,12 @@ def _read_geonet(lines: list[str], path: Path, stated: Stated) -> Trace:
     start = 0
     while any(line.strip() for line in lines[start : start + 20]):
         sizes = _fixed_width(lines, start + 16, 40, "(10I8)", path)[33:36]
-        reals = _fixed_width(lines, start + 20, 60, "(10F8.0)", path)
-        is_valid = sizes.size == 3 and reals.size == 60 and sizes[0] > 0.0 <= sizes.min()
+        real_header = _fixed_width(lines, start + 20, 60, "(10F8.0)", path)
+        is_valid = sizes.size == 3 and real_header.size == 60 and sizes[0] > 0.0 <= sizes.min()
         if not (is_valid and sizes.max() < 1.0e9 and _is_geonet(lines[start:], path)):
             raise fault_in(path, "no valid header of a component: truncated?", start + 1)
         station, direction = ("".join(lines[start + n].split()[1:2]) for n in (1, 12))
-        fields = (int(sizes[0]), "(10F8.1)", float(reals[25]), "mm/s2", lines[start + 7])
+        fields = (int(sizes[0]), "(10F8.1)", float(real_header[25]), "mm/s2", lines[start + 7])
         blocks.append(_Block(start + 26, *fields, station, direction))
         start += 26 + sum(-(-int(size) // 10) for size in sizes)
     return _trace_of_block(blocks, lines, path, stated, format="geonet_v2a", is_calibrated=True)
@@ -805,9 +775,9 @@ def _step_of_times(
         problem = f"the time column jumps from {time_s[worst]:g} to {time_s[worst + 1]:g} s"
         raise fault_in(path, f"{problem}; every step must be {mean_s:g} s", rows[worst + 1][0])
     # the number with the fewest digits within the tolerance
-    rounded = (float(f"{mean_s:.{digits}g}") for digits in range(1, 16))
+    candidates = (float(f"{mean_s:.{digits}g}") for digits in range(1, 16))
     allowed_s = quantum_s / steps_s.size
-    step_s = next((value for value in rounded if abs(value - mean_s) <= allowed_s), mean_s)
+    step_s = next((value for value in candidates if abs(value - mean_s) <= allowed_s), mean_s)
     if error_s.max(initial=0.0) > 1.0e-3 * mean_s:
         return step_s, (f"times are rounded to {decimals} decimals: dt = {step_s:g} s is used",)
     return step_s, ()

@@ -119,18 +119,18 @@ def _filter(omega: float, xi: float, dt_s: float) -> tuple[Vector, Vector, Vecto
     The oscillator is at rest when a first sample of 1 arrives. The velocity is eliminated from the
     exact step x[i+1] = A x[i] + B p[i..i+1] for x = (displacement, velocity), p = acceleration.
     """
-    root = np.sqrt(1.0 - xi * xi)
-    omega_d = omega * root
+    damped_ratio = np.sqrt(1.0 - xi * xi)
+    omega_d = omega * damped_ratio
     decay = np.exp(-xi * omega * dt_s)
     sine, cosine = np.sin(omega_d * dt_s), np.cos(omega_d * dt_s)
-    a11 = decay * (xi / root * sine + cosine)
+    a11 = decay * (xi / damped_ratio * sine + cosine)
     a12 = decay * sine / omega_d
-    a22 = decay * (cosine - xi / root * sine)
+    a22 = decay * (cosine - xi / damped_ratio * sine)
     determinant = decay * decay
 
     slope = (2.0 * xi * xi - 1.0) / (omega**2 * dt_s)
     offset = 2.0 * xi / (omega**3 * dt_s)
-    velocity_s = cosine - xi / root * sine
+    velocity_s = cosine - xi / damped_ratio * sine
     velocity_c = omega_d * sine + xi * omega * cosine
     b11 = decay * ((slope + xi / omega) * sine / omega_d + (offset + omega**-2) * cosine) - offset
     b12 = -decay * (slope * sine / omega_d + offset * cosine) - omega**-2 + offset
@@ -241,16 +241,13 @@ def component_measures(accel_mps2: Vector, dt_s: float) -> dict[str, float]:
 
 
 def measures_and_spectra(
-    components: Sequence[Vector],
-    dt_s: float,
-    t1_s: float | None = None,
-    periods_s: Sequence[float] | None = None,
+    components: Sequence[Vector], dt_s: float, t1_s: float | None = None
 ) -> dict[str, Any]:
     """Return the measures and spectra of one component or a pair, keyed by printed name.
 
     ``_h1`` or ``_h2`` in a name marks a component; names without them belong to the pair.
     """
-    periods = periods_s or SPECTRUM_PERIODS_S
+    periods = SPECTRUM_PERIODS_S
     table: dict[str, Any] = {}
     for mark, accel in zip(("_h1_", "_h2_"), components, strict=False):
         measures = component_measures(accel, dt_s)
@@ -320,8 +317,8 @@ def _index_of(shares: Vector, level: float) -> float:
     upper = int(np.searchsorted(shares, level))
     if upper == 0:
         return 0.0
-    increase = shares[upper] - shares[upper - 1]
-    return upper - 1 + float((level - shares[upper - 1]) / increase)
+    growth = shares[upper] - shares[upper - 1]
+    return upper - 1 + float((level - shares[upper - 1]) / growth)
 
 
 def housner_intensity(accel_mps2: Vector, dt_s: float) -> float:
@@ -431,7 +428,7 @@ def _at_rest(accel: Vector, dt_s: float) -> Vector:
     tapered[size - ramp.size :] *= ramp[::-1]
     share = np.linspace(0.0, 1.0, size)
     parabola = share * (1.0 - share)
-    shapes = (parabola, parabola * (1.0 - 2.0 * share))
-    end_states = np.array([end_state(shape) for shape in shapes]).T
+    corrections = (parabola, parabola * (1.0 - 2.0 * share))
+    end_states = np.array([end_state(shape) for shape in corrections]).T
     amplitudes = np.linalg.solve(end_states, end_state(tapered))
-    return tapered - amplitudes[0] * shapes[0] - amplitudes[1] * shapes[1]
+    return tapered - amplitudes[0] * corrections[0] - amplitudes[1] * corrections[1]

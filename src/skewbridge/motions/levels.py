@@ -161,9 +161,7 @@ def has_pilot(motions: MotionsConfig) -> bool:
 
 
 def block_factors(
-    level_at_1_g: Sequence[float],
-    bands_g: Bands = (LEVEL_RANGE_G,),
-    first_g: Bands | None = None,
+    level_at_1_g: Sequence[float], bands_g: Bands = (LEVEL_RANGE_G,), first_g: Bands | None = None
 ) -> Vector:
     """Return one scale factor per motion of a suite, in suite order.
 
@@ -184,11 +182,11 @@ def block_factors(
         ln_g = np.log(bands_g if start or first_g is None else first_g)
         edges = np.unique(ln_g)
         # distribution of the logarithm of the levels: the mean of uniform ones
-        cdf = np.clip((edges[:, None] - ln_g[:, 0]) / np.diff(ln_g).T, 0.0, 1.0).mean(axis=1)
+        level_cdf = np.clip((edges[:, None] - ln_g[:, 0]) / np.diff(ln_g).T, 0.0, 1.0).mean(axis=1)
         block_levels = levels[start : start + BLOCK]
         targets = (np.arange(block_levels.size) + offset) / block_levels.size
         by_level = start + np.argsort(block_levels, kind="stable")
-        factors[by_level] = np.exp(np.interp(targets, cdf, edges))
+        factors[by_level] = np.exp(np.interp(targets, level_cdf, edges))
     return factors / levels
 
 

@@ -205,15 +205,15 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
     # ASSUME components of one record have lengths within 20 % of each other
     if npts > 1.2 * min(sizes):
         messages.append(f"{DIFFERENT_RECORDS} Their lengths differ: {min(sizes)} and {npts} points")
-    azimuths = [trace.azimuth_deg for trace in pair]
+    azimuths_deg = [trace.azimuth_deg for trace in pair]
     endings = {split_name(trace.path)[1] for trace in pair}
-    if math.isnan(sum(azimuths)) and len(endings) == 2 and min(map(len, endings)) >= 3:
+    if math.isnan(sum(azimuths_deg)) and len(endings) == 2 and min(map(len, endings)) >= 3:
         # of the file names: 090 and 360, n21e and s69e
-        azimuths = [replace(first, direction=ending).azimuth_deg for ending in sorted(endings)]
+        azimuths_deg = [replace(first, direction=ending).azimuth_deg for ending in sorted(endings)]
     # ASSUME components are within 10 degrees of a right angle (Lucerne 1992: 85 degrees)
-    if abs((azimuths[0] - azimuths[1]) % 180.0 - 90.0) > 10.0:
-        text = f"azimuths {azimuths[0]:g} and {azimuths[1]:g} are not at right angles"
-        is_copy = azimuths[0] == azimuths[1]  # perhaps of the header only
+    if abs((azimuths_deg[0] - azimuths_deg[1]) % 180.0 - 90.0) > 10.0:
+        text = f"azimuths {azimuths_deg[0]:g} and {azimuths_deg[1]:g} are not at right angles"
+        is_copy = azimuths_deg[0] == azimuths_deg[1]  # perhaps of the header only
         messages.append(text if is_copy else f"{DIFFERENT_RECORDS} Their {text}")
     names = [trace.path.name for trace in pair if is_vertical(trace.path)]
     messages += [f"{VERTICAL_NAME} By its name, {name} is one" for name in names]
@@ -281,7 +281,7 @@ def earlier_record(
 
 
 def read_components(
-    files: list[Path], stated: Stated
+    files: list[Path], stated: Stated | None = None
 ) -> tuple[str, float, list[Vector], tuple[str, ...]]:
     """Return name, time step (s), components (m/s2) and messages of one file or a pair."""
     if len(files) == 1:

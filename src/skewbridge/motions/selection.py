@@ -141,7 +141,7 @@ def read_target(path: Path, overrides: Mapping[str, Any]) -> Target:
     `InputError` for wrong or missing values, such as epsilon.
     """
     if path.suffix.lower() in (".yaml", ".yml"):
-        raw = text.read_mapping(path)
+        values = text.read_mapping(path)
     else:
         table = _openquake(path) if path.suffix.lower() == ".csv" else _usgs(path)
         names = table["measure"].unique().tolist()
@@ -150,8 +150,8 @@ def read_target(path: Path, overrides: Mapping[str, Any]) -> Target:
             available = ", ".join(names) or "no rates"
             raise text.file_fault(path, f" has {available}: select with --set measure=NAME")
         rows = table.loc[table["measure"] == measure, list(_ROW)].to_dict("records")
-        raw = {"measure": measure, "levels": rows}
-    return text.checked(Target, {**raw, **overrides}, path)
+        values = {"measure": measure, "levels": rows}
+    return text.checked(Target, {**values, **overrides}, path)
 
 
 def _openquake(path: Path) -> pd.DataFrame:
@@ -228,7 +228,11 @@ def select_motions(
 
     Raises `InputError` for a wrong target before candidates are read, and for too few candidates.
     """
-    spectra = conditional_spectra(read_target(target, values))
+    target_of_file = read_target(target, values)
+    try:
+        spectra = conditional_spectra(target_of_file)
+    except InputError as error:
+        raise text.file_fault(target, f": {error}", **error.details) from None
     writable_file(out / INDEX_NAME)
     used_names = set(read_index_table(without / INDEX_NAME).get("candidate", ())) if without else ()
     candidates = read_candidates(sources, spectra[0].periods_s, count, used_names)
@@ -246,10 +250,9 @@ def read_candidates(
     than ``count`` pairs, names in ``without`` left out, or a name that two folders have.
     """
     all_entries = [entry for folder in folders for entry in list_motions(folder)]
-    names = pd.Series([entry.motion_id for entry in all_entries])
-    if names.duplicated().any():
-        twice = names[names.duplicated()].iloc[0]
-        raise InputError(f"two folders of candidates have the motion {twice}: rename one")
+    names = pd.Series([entry.motion_id for entry in all_entries], dtype=str)
+    for name in names[names.duplicated()]:
+        raise InputError(f"two folders of candidates have the motion {name}: rename one")
     entries = [entry for entry in all_entries if entry.motion_id not in without]
     if not 2 <= count <= len(entries):
         raise InputError(f"count must be from 2 to the {len(entries)} candidates, got {count}")
@@ -284,9 +287,9 @@ def select_pairs(
     error = np.stack(pool["log_psa"].to_list()) - np.log(target.median_g[:BAND_POINTS])
     event_and_kind = pool["event"].factorize()[0], pool["is_synthetic"].to_numpy()
     starts = (np.random.default_rng(seed).permutation(len(pool)) for seed in range(_STARTS))
-    best = min(_improved(error, sigma, *event_and_kind, start, count) for start in starts)[1]
-    errors = np.expm1(error[best].mean(axis=0)), error[best].std(axis=0, ddof=1) / sigma - 1.0
-    largest, selected = np.abs(errors).max(axis=1), pool.iloc[best]
+    chosen = min(_improved(error, sigma, *event_and_kind, start, count) for start in starts)[1]
+    errors = np.expm1(error[chosen].mean(axis=0)), error[chosen].std(axis=0, ddof=1) / sigma - 1.0
+    largest, selected = np.abs(errors).max(axis=1), pool.iloc[chosen]
     return selected, {
         **target.causes,
         "synthetic_share": float(selected["is_synthetic"].mean()),

@@ -137,14 +137,14 @@ def suite_sources(motions: levels.MotionsConfig) -> list[SuiteSource]:
     available[default] = (default, levels.SHIPPED_FOLDER)
     available |= {name: (name, Path(name)) for name in p695.SUITES}
     sources: list[SuiteSource] = []
-    configured = motions.suites if motions.folder is None else (motions.folder,)
-    absent = [] if p695.package_folder() else [name for name in configured if name in p695.SUITES]
+    folders = motions.suites if motions.folder is None else (motions.folder,)
+    absent = [] if p695.package_folder() else [name for name in folders if name in p695.SUITES]
     if absent:
         available[absent[0]] = (default, levels.SHIPPED_FOLDER)
         logger.warning("%s", p695.missing_text(absent[0], f"the synthetic suite {default} is used"))
-    dropped = absent if default in configured else absent[1:]
+    replaced = absent if default in folders else absent[1:]
     available[str(levels.SHIPPED_FOLDER)] = available[default]
-    for entry in (name for name in configured if name not in dropped):
+    for entry in (name for name in folders if name not in replaced):
         name, folder = available.get(entry, (Path(entry).name, Path(entry)))
         count = motions.count
         if (sources or entry in p695.SUITES) and count is not None:
@@ -216,14 +216,14 @@ def content_digest(folder: Path, count: int | None, cache: Path | None) -> str:
         return cached["digest"]
     entries, stored = _entries_to_read(folder, count)
     read_entries(entry for entry in entries if entry.components)  # not the generated ones
-    digested: list[object] = [len(stored)]
+    parts: list[object] = [len(stored)]
     if str(folder) in p695.SUITES:
-        digested.append(files_digest(*files_below(folder)))
+        parts.append(files_digest(*files_below(folder)))
     for entry in entries:
         files = [(path.relative_to(folder).as_posix(), stated) for path, stated in entry.components]
         digest = files_digest(*(path for path, _ in entry.components))
-        digested.append((entry.model_dump(exclude={"components"}), files, digest))
-    digest = digest_of(*digested)
+        parts.append((entry.model_dump(exclude={"components"}), files, digest))
+    digest = digest_of(*parts)
     if cache is not None:
         write_text(cache, json.dumps({"state": state, "digest": digest}))
     return digest

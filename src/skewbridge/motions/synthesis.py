@@ -33,9 +33,9 @@ from scipy.special import betaincinv, ndtr, ndtri
 from scipy.stats import qmc
 
 from skewbridge.errors import InputError
+from skewbridge.files.text import writable_folder
 from skewbridge.motions import intensity
 from skewbridge.motions.folder import INDEX_NAME, index_row, write_index
-from skewbridge.motions.formats import at2_text, write_at2
 from skewbridge.motions.record import GroundMotion, Vector
 from skewbridge.units import G_MPS2
 
@@ -220,14 +220,14 @@ def fit_modulation(arias_cm_s: float, d5_95_s: float, d0_5_s: float, d0_30_s: fl
         envelope = Modulation(*np.exp(log_parameters).tolist())
         return np.array([envelope.time_of_share(share) for share in (0.05, 0.30, 0.95)]) - target_s
 
-    log_parameters, cost = np.zeros(3), math.inf
+    log_parameters, error = np.zeros(3), math.inf
     bounds = (np.log([1e-3, 1e-3, 1e-2]), np.log([100.0, 100.0, 200.0]))
     for power, decay in _STARTS:
         start = np.log([power, decay, d0_30_s])
         fit = least_squares(misfit, start, bounds=bounds, xtol=1e-12, ftol=1e-12, gtol=1e-12)
-        if fit.cost < cost:
-            log_parameters, cost = fit.x, fit.cost
-        if cost < 1.0e-12:
+        if fit.cost < error:
+            log_parameters, error = fit.x, fit.cost
+        if error < 1.0e-12:
             break
     envelope = Modulation(*np.exp(log_parameters).tolist())
     total_s = envelope.peak_s / (2.0 * envelope.power + 1.0) + 0.5 / envelope.decay_per_s
@@ -304,10 +304,10 @@ def pulse_acceleration(pulse: Pulse, time_s: Vector) -> Vector:
     residual *= np.sin(nu + gamma * np.pi) - np.sin(nu - gamma * np.pi)
     since_s = time_s - pulse.peak_time_s
     carrier = 2.0 * np.pi * fp * since_s
-    hump = carrier / gamma
+    phase = carrier / gamma
     oscillation = 0.5 * pulse.peak_cm_s * np.cos(carrier + nu) - residual * fp / gamma
     slope = -0.5 * pulse.peak_cm_s * np.sin(carrier + nu) * 2.0 * np.pi * fp
-    rate = slope * (1.0 + np.cos(hump)) - oscillation * np.sin(hump) * 2.0 * np.pi * fp / gamma
+    rate = slope * (1.0 + np.cos(phase)) - oscillation * np.sin(phase) * 2.0 * np.pi * fp / gamma
     is_in_pulse = np.abs(since_s) <= 0.5 * gamma * pulse.period_s
     return np.where(is_in_pulse, rate, 0.0) / _MODEL_G_CM_S2
 
@@ -364,14 +364,14 @@ def _site(vs30_mps: float, rock_pga_g: float, c: dict[str, Vector]) -> Vector:
 
 
 def _sigma(scenario: Scenario, c: dict[str, Vector]) -> Vector:
-    large = np.clip(scenario.magnitude - 4.5, 0.0, 1.0)
-    tau = c["tau_1"] + (c["tau_2"] - c["tau_1"]) * large
-    phi = c["phi_1"] + (c["phi_2"] - c["phi_1"]) * large
+    m_factor = np.clip(scenario.magnitude - 4.5, 0.0, 1.0)
+    tau = c["tau_1"] + (c["tau_2"] - c["tau_1"]) * m_factor
+    phi = c["phi_1"] + (c["phi_2"] - c["phi_1"]) * m_factor
     distance_km = max(scenario.distance_km, 1.0e-3)
     distance_share = np.log(distance_km / c["R_1"]) / np.log(c["R_2"] / c["R_1"])
     phi = phi + c["dphi_R"] * np.clip(distance_share, 0.0, 1.0)
-    soft = np.log(c["V_2"] / scenario.vs30_mps) / np.log(c["V_2"] / c["V_1"])
-    phi = phi - c["dphi_V"] * np.clip(soft, 0.0, 1.0)
+    vs30_share = np.log(c["V_2"] / scenario.vs30_mps) / np.log(c["V_2"] / c["V_1"])
+    phi = phi - c["dphi_V"] * np.clip(vs30_share, 0.0, 1.0)
     return np.hypot(tau, phi)
 
 
@@ -379,13 +379,13 @@ def baker_jayaram_correlation(periods_s: ArrayLike) -> Vector:
     """Return the correlation of the residuals of ln PSA between periods, shape (n, n)."""
     periods = np.asarray(periods_s, dtype=np.float64)
     low, high = np.minimum.outer(periods, periods), np.maximum.outer(periods, periods)
-    c1 = 1.0 - np.cos(0.5 * np.pi - 0.366 * np.log(high / np.maximum(low, 0.109)))
+    c_1 = 1.0 - np.cos(0.5 * np.pi - 0.366 * np.log(high / np.maximum(low, 0.109)))
     fade = 1.0 - 1.0 / (1.0 + np.exp(np.minimum(100.0 * high - 5.0, 700.0)))
     c2 = np.where(high < 0.2, 1.0 - 0.105 * fade * (high - low) / (high - 0.0099), 0.0)
-    c3 = np.where(high < 0.109, c2, c1)
-    c4 = c1 + 0.5 * (np.sqrt(c3) - c3) * (1.0 + np.cos(np.pi * low / 0.109))
+    c3 = np.where(high < 0.109, c2, c_1)
+    c4 = c_1 + 0.5 * (np.sqrt(c3) - c3) * (1.0 + np.cos(np.pi * low / 0.109))
     rho = np.where(high < 0.2, np.minimum(c2, c4), c4)
-    rho = np.where(low > 0.109, c1, rho)
+    rho = np.where(low > 0.109, c_1, rho)
     return np.where(high < 0.109, c2, rho)
 
 
@@ -547,3 +547,32 @@ def suite_motion(number: int, suite: str) -> GroundMotion:
     motion = synthesize(rule.scenario, index=number - 1, seed=SEED, turn_pulses=True)
     motion = replace(motion, motion_id=f"{rule.letters}{number:03d}")
     return intensity.cut_to_strongest(motion, rule.shaking_s, free_vibration_s=5.0)
+
+
+def at2_text(motion: GroundMotion, component: int) -> str:
+    """Return one component (1 or 2) as the text of a PEER file, in g with 8 digits."""
+    azimuth = (motion.azimuth_1_deg, motion.azimuth_2_deg)[component - 1]
+    if not math.isfinite(azimuth):
+        azimuth = (360.0, 90.0)[component - 1]
+    accel_g = motion.components[component - 1] / G_MPS2
+    # Smaller numbers would need a three-digit exponent.
+    values = np.where(np.abs(accel_g) < 1.0e-20, 0.0, accel_g).tolist()
+    rows = [
+        "".join(f"{value:15.7E}" for value in values[i : i + 5]) for i in range(0, len(values), 5)
+    ]
+    header = (
+        "SYNTHETIC MOTION IN THE FORMAT OF THE PEER NGA STRONG MOTION DATABASE",
+        f"{motion.event.replace(',', ';')}, 1/1/2000, {motion.station}, {azimuth:.0f}",
+        "ACCELERATION TIME SERIES IN UNITS OF G",
+        f"NPTS= {motion.npts:6d}, DT= {motion.dt_s:.6g} SEC",
+    )
+    return "\n".join([*header, *rows, ""])
+
+
+def write_at2(motion: GroundMotion, folder: Path) -> tuple[Path, Path]:
+    """Write both components as `<motion_id>_h1.AT2` and `_h2.AT2`; return their paths."""
+    start = writable_folder(folder) / f"{motion.motion_id}_h"
+    paths = Path(f"{start}1.AT2"), Path(f"{start}2.AT2")
+    for component, path in enumerate(paths, start=1):
+        path.write_text(at2_text(motion, component), encoding="ascii", newline="\n")
+    return paths

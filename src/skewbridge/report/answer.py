@@ -189,13 +189,13 @@ def _further_steps(medians: pd.DataFrame, row: Mapping[str, Any]) -> dict[str, A
         axis=1
     )
     steps = medians[is_same & (medians["scope"] == "pooled") & (medians["status"] == OK)]
-    widest: dict[str, Any] = {}
+    largest_step: dict[str, Any] = {}
     if row["claim"] not in (LOWER, HIGHER, NEGLIGIBLE):
         certain = steps[steps["verdict_family"].isin((LOWER, HIGHER))].sort_values("to_value")
         for step in records_of(certain.tail(1)):
             names = zip(("sure_to", "sure_ratio", "sure_low", "sure_high"),
                         ("to_value", "ratio", "ci_low", "ci_high"), strict=True)  # fmt: skip
-            widest = {name: step[source] for name, source in names}
+            largest_step = {name: step[source] for name, source in names}
     texts: list[str] = []
     whole_range = steps[steps["to_value"] == row["to_value"]]
     for other_axis in whole_range.loc[whole_range["p_interaction"] < 0.05, "interaction"]:
@@ -206,7 +206,7 @@ def _further_steps(medians: pd.DataFrame, row: Mapping[str, Any]) -> dict[str, A
             f"{change_text(effect)} ({interval_text(effect)})"
             for effect in records_of(by_value)
         ]
-    return widest | {"by_value": "; ".join(texts)}
+    return largest_step | {"by_value": "; ".join(texts)}
 
 
 def _shown_states(curves: pd.DataFrame) -> list[str]:
@@ -266,8 +266,8 @@ def answer_table(
     capacities = changes.merge(states[states["demand"].isin(shown_states)])
     pooled_medians = medians[medians["scope"] == "pooled"]
     capacities = capacities.merge(pooled_medians, how="left", on=list(_EFFECT))
-    unreached = (capacities["missing"] == NO_EXCEEDANCE) & (capacities["n_exceed"] == 0)
-    missing = capacities["missing"].mask(unreached, NOT_REACHED)
+    never_exceeded = (capacities["missing"] == NO_EXCEEDANCE) & (capacities["n_exceed"] == 0)
+    missing = capacities["missing"].mask(never_exceeded, NOT_REACHED)
     capacities = capacities.assign(
         quantity=MEDIAN_CAPACITY,
         status=capacities["status"].where(capacities["status"] == OK, missing),
@@ -329,9 +329,9 @@ def no_ratio_text(row: Mapping[str, Any]) -> str:
     """Return why a state has no ratio of medians, and how many runs exceed the state."""
     if row["status"] == NOT_REACHED:
         return "no run reaches it"
-    where = " in some variants" if row["status"] == NO_EXCEEDANCE else ""
+    variants_text = " in some variants" if row["status"] == NO_EXCEEDANCE else ""
     counts = f"{row['n_exceed']:.0f} of {row['n_runs']:.0f} runs exceed it"
-    return f"{in_words(row['status'])}{where}, {counts}"
+    return f"{in_words(row['status'])}{variants_text}, {counts}"
 
 
 def extent_of_data(row: Mapping[str, Any]) -> str:
@@ -432,21 +432,24 @@ def _axis_sentence(
     decided = table[table["claim"].isin((LOWER, HIGHER, DETECTABLE)) | table["sure_ratio"].notna()]
     leading = decided[decided["demand"].isin(LEADING_STATES)]
     for _, rows in groups_of(leading if len(leading) else decided, ["demand"]):
-        certain = rows["claim"].isin((LOWER, HIGHER))
-        candidates = records_of(rows[certain] if certain.any() else rows)
-        row = max(candidates, key=lambda candidate: abs(np.log(candidate["ratio"])))
+        effects = records_of(rows)
+        certain = [effect for effect in effects if effect["claim"] in (LOWER, HIGHER)]
+        row = max(certain or effects, key=lambda effect: abs(np.log(effect["ratio"])))
         verb = "lowers" if row["ratio"] < 1.0 else "raises"
         sure = {"ratio": row["sure_ratio"], "ci_low": row["sure_low"], "ci_high": row["sure_high"]}
+        certainty = {claim: text.partition(",")[0] for claim, text in CERTAINTY.items()}
         other_models = [
-            f"{names[candidate['bridge'], candidate['abutment']]}: {change_text(candidate)}"
-            for candidate in candidates
-            if candidate is not row and candidate["claim"] == row["claim"]
+            f"{names[effect['bridge'], effect['abutment']]}: {change_text(effect)}"
+            + f", {certainty[effect['claim']]}" * (effect["claim"] != row["claim"])
+            for effect in effects
+            if effect is not row and effect["claim"] in (LOWER, HIGHER, DETECTABLE)
+            if (effect["ratio"] < 1.0) == (row["ratio"] < 1.0)
         ]
         clause = sentence(
             "capacity",
             row=row,
             model=names[row["bridge"], row["abutment"]] if len(names) > 1 else "",
-            certainty=CERTAINTY[row["claim"]].partition(",")[0],
+            certainty=certainty[row["claim"]],
             sure=sure if np.isfinite(row["sure_ratio"]) else {},
             other_models=other_models if len(other_models) <= 2 else [],
             extent=extent_of_data(row),
@@ -458,10 +461,10 @@ def _axis_sentence(
     if clause := displacement_clause(demands, names):
         clauses.append(clause)
     leading = table[table["demand"].isin(LEADING_STATES)]
-    small = leading if len(leading) else table
-    if not sizes and set(small["claim"]) == {NEGLIGIBLE}:
-        states = listed(map(effect_name, small["demand"].unique()))
-        largest_g = (small["to_demand"] - small["from_demand"]).abs().max()
+    shown_effects = leading if len(leading) else table
+    if not sizes and set(shown_effects["claim"]) == {NEGLIGIBLE}:
+        states = listed(map(effect_name, shown_effects["demand"].unique()))
+        largest_g = (shown_effects["to_demand"] - shown_effects["from_demand"]).abs().max()
         limit = f"{margin_text(table.iloc[0])} (most: {largest_g:.2g} g)"
         clauses.insert(0, f"changes no median capacity for {states} by more than {limit}")
     if not clauses:
@@ -471,12 +474,12 @@ def _axis_sentence(
 
 def displacement_clause(table: pd.DataFrame, names: Mapping[tuple[str, str], str]) -> str:
     """Return a clause on the largest certain change of a displacement; empty if none is certain."""
-    required = table[["im", "ratio", "from_demand", "to_demand"]].astype(float)
-    is_clear = table["claim"].isin((LOWER, HIGHER)) & np.isfinite(required).all(axis=1)
-    clear = table[is_clear & table["demand"].str.endswith("_m")]
-    if clear.empty:
+    numbers = table[["im", "ratio", "from_demand", "to_demand"]].astype(float)
+    is_clear = table["claim"].isin((LOWER, HIGHER)) & np.isfinite(numbers).all(axis=1)
+    certain = table[is_clear & table["demand"].str.endswith("_m")]
+    if certain.empty:
         return ""
-    row = records_of(clear)[int((clear["to_demand"] - clear["from_demand"]).abs().argmax())]
+    row = records_of(certain)[int((certain["to_demand"] - certain["from_demand"]).abs().argmax())]
     model = names[row["bridge"], row["abutment"]] if len(names) > 1 else ""
     return sentence("displacement", row=row, model=model)
 
@@ -629,8 +632,8 @@ def rates_on_page(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
         return None
     pooled = pooled.assign(state=pooled["component"] + "/" + pooled["limit_state"])
     # the most severe headline state, then that of the seat
-    rated = [state for state in HEADLINE_STATES if (pooled["state"] == state).any()]
-    states = [*rated[:1], *(state for state in rated[1:] if state.startswith("unseating"))]
+    available = [state for state in HEADLINE_STATES if (pooled["state"] == state).any()]
+    states = [*available[:1], *(state for state in available[1:] if state.startswith("unseating"))]
     printed = pooled[pooled["state"].isin(states or pooled["state"].iloc[:1])]
     last = printed.groupby(["bridge", "abutment", "axis", "state"], sort=False)["to_value"]
     printed = printed[printed["to_value"] == last.transform("max")]

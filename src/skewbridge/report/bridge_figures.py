@@ -54,8 +54,8 @@ def model_figure(geometry: ModelGeometry) -> Figure:
     elevation.set(xlabel="x, longitudinal (m)", ylabel="z (m)")
     elevation.set_title("elevation (heights stretched)", fontsize=10)
     corners = geometry.deck_outline
-    right = corners[corners[:, 0] > corners[:, 0].mean()]
-    low, high = right.min(axis=0) - _AROUND_M, right.max(axis=0) + _AROUND_M
+    right_corners = corners[corners[:, 0] > corners[:, 0].mean()]
+    low, high = right_corners.min(axis=0) - _AROUND_M, right_corners.max(axis=0) + _AROUND_M
     end_axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     end_axes.set_title("right abutment", fontsize=10)
     gap_text = f"; gaps exaggerated {_GAP_SCALE:g} times" if len(geometry.gaps_m) else ""
@@ -138,15 +138,15 @@ def column_figure(
     """
     figure = Figure(figsize=(10, 4), layout="constrained")
     bend_axes, strength_axes = figure.subplots(1, 2)
-    (bend_unit, bend), (moment_unit, moment) = shown_unit("1/m"), shown_unit("MNm")
+    (bend_unit, per_m), (moment_unit, moment) = shown_unit("1/m"), shown_unit("MNm")
     (shear_unit, force), (axial_unit, per_kn) = shown_unit("MN"), shown_unit("kN")
     moment, force, orange = moment / MN, force / MN, "#D55E00"
-    curvature, moments = bend * curve.curvature_per_m, moment * curve.moment_nm
+    curvature, moments = per_m * curve.curvature_per_m, moment * curve.moment_nm
     bend_axes.plot(curvature, moments, color="#0072B2", label="section")
-    knee, end = bend * curve.yield_curvature_per_m, bend * curve.ultimate_curvature_per_m
+    knee, end = per_m * curve.yield_curvature_per_m, per_m * curve.ultimate_curvature_per_m
     plateau = moment * curve.plastic_moment_nm
     bend_axes.plot([0.0, knee, end], [0.0, plateau, plateau], "--", color=orange, label="idealised")
-    first_yield = bend * curve.first_yield_curvature_per_m, moment * curve.first_yield_moment_nm
+    first_yield = per_m * curve.first_yield_curvature_per_m, moment * curve.first_yield_moment_nm
     bend_axes.plot(*first_yield, "o", color=orange, label="first yield")
     labels = {"xlabel": f"curvature ({bend_unit})", "ylabel": f"moment ({moment_unit})"}
     bend_axes.set(**labels, xlim=(0, None), ylim=(0, None))
@@ -172,9 +172,9 @@ def with_codes(decision: Decision, bridge: str) -> Decision:
     """
     table = decision.table
     with suppress(InputError):
-        about = load_structure(bridge).description
-        seats = about.end_seats_m
-        stated_mm = [about.gaps_mm[end] for end in seats if end in about.gaps_mm]
+        description = load_structure(bridge).description
+        seats = description.end_seats_m
+        stated_mm = [description.gaps_mm[end] for end in seats if end in description.gaps_mm]
         takes_gap = len(stated_mm) < len(seats) or not seats
         gap_mm = np.maximum(takes_gap * table[GAP], max(stated_mm, default=0.0))
         lengths = table.filter(regex=r"^(seat|hazus)_m").columns
@@ -183,11 +183,11 @@ def with_codes(decision: Decision, bridge: str) -> Decision:
         table[GAP] = table[GAP] if takes_gap else gap_mm
         gap_m = gap_mm / 1000.0
         aashto = [
-            max((seat_demand_aashto_m(about, end, skew) for end in seats), default=np.nan)
+            max((seat_demand_aashto_m(description, end, skew) for end in seats), default=np.nan)
             for skew in table["skew_deg"]
         ]
-        sdc = [seat_demand_sdc_m(about, demand_m) for demand_m in table["sdc_demand_m"]]
-        shortest_m = min(about.end_seats_m.values(), default=np.nan)
+        sdc = [seat_demand_sdc_m(description, demand_m) for demand_m in table["sdc_demand_m"]]
+        shortest_m = min(description.end_seats_m.values(), default=np.nan)
         table = table.assign(aashto_m=aashto + gap_m, sdc_m=sdc + gap_m, present_m=shortest_m)
     return decision._replace(table=table)
 
@@ -224,8 +224,8 @@ def decision_figure(decision: Decision, title: str) -> Figure:
     for axes, text in zip((seats, columns), labels, strict=True):
         axes.set(yscale="log", xlabel="Skew (deg)", ylabel=text)
     plain_log_ticks(seats.yaxis)
-    handles = dict(zip(*seats.get_legend_handles_labels()[::-1], strict=True))
-    handles |= dict(zip(*columns.get_legend_handles_labels()[::-1], strict=True))
-    figure.legend(handles.values(), handles, loc="outside lower center", ncols=3, fontsize=8)
+    legend = dict(zip(*seats.get_legend_handles_labels()[::-1], strict=True))
+    legend |= dict(zip(*columns.get_legend_handles_labels()[::-1], strict=True))
+    figure.legend(legend.values(), legend, loc="outside lower center", ncols=3, fontsize=8)
     figure.suptitle(title, fontsize=10, parse_math=False)
     return figure

@@ -63,14 +63,14 @@ def check_tables(tables: StudyTables) -> list[Row]:
     is_uneven = (demands["variant"].map(per_variant) != expected) & (not tables.in_rounds)
     values = ok[[column.name for column in DEMAND_COLUMNS if column.name in ok]]
     if "support_length_m" in ok:  # empty for a bridge without a seat, which cannot unseat
-        seatless, names = ok["support_length_m"].isna(), ["unseating_m", "acute_corner_unseating_m"]
-        values = values.assign(**{name: values[name].mask(seatless, 0.0) for name in names})
+        no_seat, names = ok["support_length_m"].isna(), ["unseating_m", "acute_corner_unseating_m"]
+        values = values.assign(**{name: values[name].mask(no_seat, 0.0) for name in names})
     components = ok[["column_shear_x_kn", "column_shear_y_kn"]].max(axis=1)
     cohesion_n = ok.get("cohesion_n", pd.Series(tables.cohesion_n, index=ok.index))
     smooth = (ok["friction"] == 0.0) & (cohesion_n == 0.0)
     fitted = curves[curves["status"] == "ok"]
-    bounded = effects[effects["ci_low"].notna()]
-    is_within = bounded["ratio"].between(bounded["ci_low"], bounded["ci_high"])
+    estimated = effects[effects["ci_low"].notna()]
+    is_within = estimated["ratio"].between(estimated["ci_low"], estimated["ci_high"])
     # a bridge without a stated capacity of its columns has no such demand in any row
     is_demand_of_bridge = values.notna().groupby(ok["bridge"]).transform("any")
     is_missing = values.isna() & is_demand_of_bridge
@@ -96,7 +96,7 @@ def check_tables(tables: StudyTables) -> list[Row]:
         ("rows that differ from the frictionless model", contact_differences(ok[smooth], ok), KEY),
         ("fitted curves without a positive median", fitted[~(fitted["theta"] > 0)], _CURVE_NAME),
         ("medians below the median of a smaller capacity", falling, _CURVE_NAME),
-        ("effects whose interval does not contain the ratio", bounded[~is_within], _EFFECT_NAME),
+        ("effects whose interval does not contain the ratio", estimated[~is_within], _EFFECT_NAME),
     )  # fmt: skip
     return [_check(*check) for check in checks]
 

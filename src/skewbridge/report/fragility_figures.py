@@ -130,9 +130,9 @@ def pooled_curves(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     table["ratio"] = table["ratio"].fillna(table["ratio_of_systems"])
     table["n_different"] = table["n_different"].fillna(0).astype(int)
     table = table.drop(columns=["order", "demand", "ratio_of_systems"])
-    same = ["bridge", "abutment", "component", "value", "theta", "beta_total", "n_exceed"]
+    key_columns = ["bridge", "abutment", "component", "value", "theta", "beta_total", "n_exceed"]
     is_mode = (table["component"] == COLUMN_FAILURE) & (table["limit_state"] != "any")
-    return table[~(is_mode & table.duplicated(same, keep=False))]
+    return table[~(is_mode & table.duplicated(key_columns, keep=False))]
 
 
 def main_curves(pooled: pd.DataFrame) -> dict[str, pd.DataFrame]:
@@ -220,8 +220,8 @@ def curves_figure(
         is_state = (curves[list(STATE)] == list(state)).all(axis=1)
         fits = curves[is_state]
         words = state_text(records_of(fits)[0])
-        several = len(names) > 1
-        title = f"{names[state[:2]]}: {words}" if several else words[:1].upper() + words[1:]
+        is_shared = len(names) > 1
+        title = f"{names[state[:2]]}: {words}" if is_shared else words[:1].upper() + words[1:]
         _draw_panel(axes, state_curves, fits, demands, im)
         colour_axis = axis(state_curves["axis"].iloc[0])
         name_lines(axes, title, f"median by {colour_axis.label.lower()}:")
@@ -485,8 +485,8 @@ def _tornado_panel(panel: Axes, rows: pd.DataFrame) -> None:
     spans = (100.0 * (paired[["lowest", "highest"]] - 1.0)).clip(-limit, limit)
     panel.hlines(paired["place"], spans["lowest"], spans["highest"], color="#333333", linewidth=0.8)
     for y, text in zip(rows["place"], rows["text"], strict=True):
-        across = panel.get_yaxis_transform()
-        panel.text(1.01, y, text, transform=across, va="center", fontsize=7.5)
+        row_transform = panel.get_yaxis_transform()
+        panel.text(1.01, y, text, transform=row_transform, va="center", fontsize=7.5)
     panel.set_yticks(rows["place"], rows["bar"], fontsize=8)
     panel.set(ylim=(-0.6, len(rows) - 0.4), xlabel="change of the demand (%)")
     panel.axvline(0.0, color="black", linewidth=0.8)

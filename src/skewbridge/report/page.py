@@ -253,7 +253,7 @@ def sketch(
     factor = next((scale for scale in _FACTORS if scale * largest_m <= share_m), 1)
     wall_m, arm_m = max(bridge.wall_m, 0.012 * bridge.length_m), 0.8 * half_m
     bent_skew = radians(model.skew_of_bents_deg(skew))
-    stretch = 1.0 / cos(bent_skew) if model.column_spacing == "normal" else 1.0
+    spacing_factor = 1.0 / cos(bent_skew) if model.column_spacing == "normal" else 1.0
 
     def cuts(skew_deg: float) -> list[PlanVector]:
         """Return x (m) and angle (rad) of both faces of each deck at a skew, left to right."""
@@ -282,17 +282,17 @@ def sketch(
             for low, high in ((key_y, key_y + wall_m), (-key_y, -key_y - wall_m)):
                 walls.append(_corners((inner_x, rad), (x, rad), (low, high)))
             gaps.insert(0, ((x, rad), (wall, rad)))
-    marks = {  # lines across a gap and along its far face
+    gap_lines = {  # lines across a gap and along its far face
         "gap": [_skewed(face, -0.5 * half_m) for pair in gaps[:1] for face in pair],
         "friction": [_skewed(far, y * half_m) for _, far in gaps[:1] for y in (0.2, 0.8)],
     }
     columns: list[list[PlanVector]] = []
     for (x_m, along_m), outline in zip(bridge.columns_m, bridge.outlines_m, strict=True):
         corners = [
-            x_m + (z + 1j * (along_m * stretch + y)) * rect(1, bent_skew) for y, z in outline
+            x_m + (z + 1j * (along_m * spacing_factor + y)) * rect(1, bent_skew) for y, z in outline
         ]
         columns.append([(corner.real, corner.imag) for corner in corners])
-    deck_corners, tilt = decks(faces), faces[0][1]
+    deck_corners, end_skew_rad = decks(faces), faces[0][1]
     half_length = max(abs(x) for polygon in (*deck_corners, *walls) for x, _ in polygon)
     return {
         "width": _WIDTH,
@@ -302,7 +302,7 @@ def sketch(
         "others": [deck for deg in sorted({*skews_deg} - {skew}) for deck in decks(cuts(deg))],
         "decks": deck_corners,
         "walls": walls,
-        "marks": marks if gaps else {},
+        "marks": gap_lines if gaps else {},
         "end": end_m,
         "columns": columns,
         # a line is an area of two corners
@@ -312,7 +312,7 @@ def sketch(
         ],
         "ends": list(bridge.end_kinds.values()),
         "arm": arm_m,
-        "tip": (-end_m - arm_m * sin(tilt), arm_m * cos(tilt)),
+        "tip": (-end_m - arm_m * sin(end_skew_rad), arm_m * cos(end_skew_rad)),
         "factor": factor,
     }
 
@@ -372,8 +372,8 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
     # the only failure mode of a column has the effects of any failure
     failures = pooled["demand"].str.startswith(f"{COLUMN_FAILURE}/")
     is_any = pooled["demand"] == f"{COLUMN_FAILURE}/any"
-    repeated = pooled.duplicated([*BRIDGE_COLUMNS, *_CHANGE, *verdicts.RATIOS], keep=False)
-    pooled = pooled[~(failures & ~is_any & repeated)]
+    is_repeated = pooled.duplicated([*BRIDGE_COLUMNS, *_CHANGE, *verdicts.RATIOS], keep=False)
+    pooled = pooled[~(failures & ~is_any & is_repeated)]
     ratios = pooled[pooled["judged_by"] == verdicts.RATIO]
     medians = pooled[pooled["quantity"] == MEDIAN_CAPACITY]
     main = pooled["demand"].isin({*HEADLINE_STATES, *demands_for("headline")})
@@ -438,10 +438,10 @@ _SHADES: Final = [round(round(shade / _STEP) * _STEP) for shade in range(256)]
 def pictures_of(captions: Sequence[Caption], folder: Path) -> list[dict[str, Any]]:
     """Return caption, data URL and size of each figure, in the order of `SECTIONS`."""
     ordered = sorted(captions, key=lambda caption: SECTIONS.index(caption.section))
-    packed: Any = Parallel(n_jobs=2, backend="threading")(
+    data_urls: Any = Parallel(n_jobs=2, backend="threading")(
         delayed(_packed)(folder / f"{caption.name}.png") for caption in ordered
     )
-    return [{"caption": text, **picture} for text, picture in zip(ordered, packed, strict=True)]
+    return [{"caption": text, **picture} for text, picture in zip(ordered, data_urls, strict=True)]
 
 
 def _packed(path: Path) -> dict[str, Any]:
@@ -601,8 +601,8 @@ def paper_rows(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame)
         model = model_name(row["bridge"], row["abutment"])
         group = groups.setdefault(f"{model}: {in_words(text['state'])} ({capacity})", [])
         variant = names.get(row["row"], "all variants, middle of the range")
-        added = {"variant": variant, "joint": row["row"] == exports.JOINT}
-        group.append(text | added | {"ratios": [text[name] for name in ratios]})
+        row_labels = {"variant": variant, "joint": row["row"] == exports.JOINT}
+        group.append(text | row_labels | {"ratios": [text[name] for name in ratios]})
     return {
         "im": plain_label(str(curves["im"].iloc[0])),
         "level": float(curves["level"].iloc[0]),
@@ -624,7 +624,7 @@ def median_text(row: Mapping[str, Any], otherwise: str = "") -> str:
 
 def quality_of(demands: pd.DataFrame, sensitivity: pd.DataFrame) -> dict[str, Any]:
     """Return the numbers in the quality section of the page; shares are in per cent."""
-    column, sliding = "cone_work_over_10pct_ratio", demands[demands["slip_work_kj"] > 0.0]
+    column, with_friction = "cone_work_over_10pct_ratio", demands[demands["slip_work_kj"] > 0.0]
     # after the failure of a column its fibers lose their force in jumps, which the work of end
     # forces does not follow; demands count up to the failure
     has_failed = demands[BEYOND_MODEL].fillna("").astype(bool)
@@ -636,5 +636,5 @@ def quality_of(demands: pd.DataFrame, sensitivity: pd.DataFrame) -> dict[str, An
         "late": int((residuals[has_failed] > MAX_ENERGY_RESIDUAL).sum()),
         "changes": 100.0 * changes,
         "compared": sensitivity[["rows", "analysed_s"]].max() if len(sensitivity) else None,
-        "excesses": 100.0 * sliding.get(column, pd.Series(dtype=float)),
+        "excesses": 100.0 * with_friction.get(column, pd.Series(dtype=float)),
     }

@@ -305,19 +305,19 @@ def save_figure(
 
 def _rc(settings: FigureSettings) -> Any:
     # a fixed salt: ids in the file depend on the content only, so equal figures are equal files
-    rc: dict[str, Any] = {"svg.fonttype": "none", "svg.hashsalt": "skewbridge"}
+    rc_params: dict[str, Any] = {"svg.fonttype": "none", "svg.hashsalt": "skewbridge"}
     font = settings.font
     if font == "sans-serif":  # searching for all fourteen takes a tenth of the time
-        rc["font.sans-serif"] = _SANS_SERIF
+        rc_params["font.sans-serif"] = _SANS_SERIF
     else:
-        rc["font.family"] = [font, _EVERY_SIGN]
+        rc_params["font.family"] = [font, _EVERY_SIGN]
     if font == "serif":
-        rc["mathtext.fontset"] = "dejavuserif"
+        rc_params["mathtext.fontset"] = "dejavuserif"
     elif font not in GENERIC_FONTS:
         faces = {"rm": font, "cal": font, "it": f"{font}:italic", "bf": f"{font}:bold"}
-        rc |= {"mathtext.fontset": "custom"}
-        rc |= {f"mathtext.{face}": name for face, name in faces.items()}
-    return rc
+        rc_params |= {"mathtext.fontset": "custom"}
+        rc_params |= {f"mathtext.{face}": name for face, name in faces.items()}
+    return rc_params
 
 
 def _enlarged(scale: float, match: re.Match[bytes]) -> bytes:

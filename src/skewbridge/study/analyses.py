@@ -185,12 +185,12 @@ class StudySetup:
 
     def task_of(self, row: Mapping[str, Any]) -> Task | None:
         """Return the task of a row of the demands table; None if the study does not have it."""
-        loading = row["motion_id"], row["scale"], row["incidence_deg"]
+        motion_key = row["motion_id"], row["scale"], row["incidence_deg"]
         for task in self.tasks(Variant.of_row(row)):
             # the search of an IDA chooses its factors
             trial = batch.at_factor(task, row["scale"]) if self.ida else task
             motion = trial.motion
-            if (motion.motion.motion_id, motion.scale, trial.incidence_deg) == loading:
+            if (motion.motion.motion_id, motion.scale, trial.incidence_deg) == motion_key:
                 return trial
         return None
 
@@ -325,12 +325,12 @@ def run_in_journal(
     ]
 
 
-def _progress(tasks: Sized, before: int, finished: int, began_s: float) -> str:
+def _progress(tasks: Sized, n_before: int, finished: int, began_s: float) -> str:
     """Return a text on the progress of a job; ``before`` tasks were finished when it began."""
-    n_new, n_left = finished - before, len(tasks) - finished
+    n_new, n_left = finished - n_before, len(tasks) - finished
     per_min = n_new / max(time.monotonic() - began_s, 1e-9) * 60
     text = f"{finished} of {len(tasks)} analyses done"
-    text += f" ({before} in earlier runs)" if before else ""
+    text += f" ({n_before} in earlier runs)" if n_before else ""
     text += f", {per_min:.1f} per minute" if n_new else ""
     return text + (f", {n_left / per_min:.0f} min left" if n_new and n_left else "")
 

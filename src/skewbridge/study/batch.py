@@ -239,5 +239,5 @@ def _executor(**options: Any) -> Any:
         return loky.get_reusable_executor(**options)
     except OSError as error:
         problem = f"no semaphore can be created in shared memory, /dev/shm: {error.strerror}"
-        advice = "make /dev/shm writable and run the same command again"
-        raise InputError(f"cannot start worker processes: {problem}; {advice}") from None
+        remedy = "make /dev/shm writable and run the same command again"
+        raise InputError(f"cannot start worker processes: {problem}; {remedy}") from None

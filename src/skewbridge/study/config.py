@@ -173,10 +173,10 @@ def stated_values(bridge: str) -> dict[str, float]:
     """
     values: dict[str, float] = {}
     with suppress(InputError):  # the check of the inputs reports it
-        about = None if is_script(bridge) else load_structure(bridge).description
-        if about and not about.takes_gap:
-            values["gap_mm"] = round(max(about.gaps_mm.values(), default=0.0), 3)
-        if about and not about.seats_m:
+        description = None if is_script(bridge) else load_structure(bridge).description
+        if description and not description.takes_gap:
+            values["gap_mm"] = round(max(description.gaps_mm.values(), default=0.0), 3)
+        if description and not description.seats_m:
             values["friction"] = 0.0
     return values
 
@@ -192,14 +192,14 @@ def parse_config(
     intensity measure of the curves, `motions.selection` the folder of motions. `InputError` has one
     line per wrong key or value.
     """
-    full = {"results": default_root(files[0]) if files else DEFAULT_ROOT, **raw}
+    with_results = {"results": default_root(files[0]) if files else DEFAULT_ROOT, **raw}
     design, motions = raw.get("design"), raw.get("motions", {})
     if isinstance(design, Mapping) and design.get("until") and isinstance(motions, Mapping):
-        full["motions"] = {**motions, "count": design.get("most", DesignConfig().most)}
+        with_results["motions"] = {**motions, "count": design.get("most", DesignConfig().most)}
     accuracy = raw.get("accuracy")
     if isinstance(accuracy, str) and accuracy in NUMERICS:
-        full = under_explicit_keys(full, accuracy)
-    study = checked(StudyConfig, full, where)
+        with_results = under_explicit_keys(with_results, accuracy)
+    study = checked(StudyConfig, with_results, where)
     stated = {name: stated_values(name) for name in study.grid.bridge}
     changes: dict[str, Any] = {"grid": study.grid.with_stated(stated)}
     if study.motions.selection:  # `study.inputs.select_motions` fills this folder

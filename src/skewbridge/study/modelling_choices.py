@@ -74,12 +74,12 @@ class Choice:
         """
         if self.key in without_effect(task.variant.bridge):
             return []
-        before, configured = _effective(task), self.configured_in(task)
+        pair, configured = _effective(task), self.configured_in(task)
         acts = all(_ACTS_ON[name](task) for name in self.acts_on)
-        if not acts or any(getattr(before[1], key) != wanted for key, wanted in self.needs.items()):
+        if not acts or any(getattr(pair[1], key) != wanted for key, wanted in self.needs.items()):
             return []
         other_values = [value for value in self.values if value != configured]
-        return [value for value in other_values if _effective(self.set_in(task, value)) != before]
+        return [value for value in other_values if _effective(self.set_in(task, value)) != pair]
 
 
 def _effective(task: Task) -> tuple[object, object]:
@@ -156,8 +156,8 @@ def axis_pairs(
         low = min(values, key=abs)
         ends = low, max((value for value in values if value != low), key=abs, default=low)
         points = [variant.values() | {name: value} for value in ends]
-        at = partial(setup.study.grid.variant, variant.bridge, variant.abutment)
-        variants = list(map(at, points))
+        variant_at = partial(setup.study.grid.variant, variant.bridge, variant.abutment)
+        variants = list(map(variant_at, points))
         if variants[0] == variants[1]:
             continue  # one value, or an axis that the model or the bridge does not have
         before, after = (sampled(setup.tasks(variant), count) for variant in variants)
@@ -224,8 +224,8 @@ def choices_table(pairs: Sequence[TaskPair], rows: Mapping[str, Mapping[str, Any
         for labels, before, after in pairs
     }
     rows_of_pairs: list[dict[str, Any]] = []
-    for labels, task, changed in distinct.values():
-        runs = rows[run_key(task)], rows[run_key(changed)]
+    for labels, task, changed_task in distinct.values():
+        runs = rows[run_key(task)], rows[run_key(changed_task)]
         keys = {"bridge": task.variant.bridge_name, "abutment": task.variant.abutment, **labels}
         keys["motion"] = task.motion.motion.motion_id
         has_failed = any(row["status"] != OK or row[BEYOND_MODEL] for row in runs)
@@ -239,7 +239,7 @@ def choices_table(pairs: Sequence[TaskPair], rows: Mapping[str, Mapping[str, Any
     means = by_motion.groupby([*_COMPARED, "demand"], sort=False).agg(["mean", "sem", "count"])
     half_width = means["sem"] * student.ppf(0.5 + CHOICE_CONFIDENCE / 2, means["count"] - 1)
     limits = {"ci_low": means["mean"] - half_width, "ci_high": means["mean"] + half_width}
-    spread = {"lowest": groups["log"].min(), "highest": groups["log"].max()}
-    ratios = pd.DataFrame({"ratio": groups["log"].mean()} | limits | spread).apply(np.exp)
+    extremes = {"lowest": groups["log"].min(), "highest": groups["log"].max()}
+    ratios = pd.DataFrame({"ratio": groups["log"].mean()} | limits | extremes).apply(np.exp)
     counts = groups.agg(n=("log", "count"), n_failed=("failed", "sum"), n_pairs=("failed", "size"))
     return ratios.join(counts).reset_index()

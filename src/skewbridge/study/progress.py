@@ -102,18 +102,18 @@ def forecast_study(config: StudyConfig) -> StudyProgress:
     keys, durations_s = analysis_keys(config)
     folder = StudyFolder(Path(config.results))
     state = study_progress(keys, read_content(folder.journals))
-    notes, trials = state.notes, 1
+    notes, factor = state.notes, 1
     if config.motions.design == "ida":
-        trials = most_trials(config.motions.level_range_g)
-        notes = (*notes, f"Each count is a search of up to {trials} analyses; the cost covers all.")
+        factor = most_trials(config.motions.level_range_g)
+        notes = (*notes, f"Each count is a search of up to {factor} analyses; the cost covers all.")
     speed = measured_speed(state.rows, config.analysis)
     expected_s = {
-        "analyses": trials * analyses_s(config, durations_s),
+        "analyses": factor * analyses_s(config, durations_s),
         "checks": check_plan(config, durations_s)[1],
         "other": START_S + TAIL_S + (JOB_START_S + TAIL_S_PER_VARIANT) * len(keys),
     }
     cpu_s = {name: round(speed * time_s, 1) for name, time_s in expected_s.items()}
-    analyses, remaining = (trials * state.summary[name] for name in ("analyses", "left"))
+    analyses, remaining = (factor * state.summary[name] for name in ("analyses", "left"))
     left_s = cpu_s["analyses"] * remaining / max(analyses, 1)
     is_made = not remaining and folder.report.is_file()
     other_s = 0.0 if is_made else cpu_s["checks"] + cpu_s["other"]

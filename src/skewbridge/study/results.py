@@ -4,6 +4,7 @@ import logging
 import re
 import warnings
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -38,6 +39,7 @@ from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.limit_states import States, load_limit_states, with_column_failure
 from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.fragility.study_tables import fragility_tables, write_tables
+from skewbridge.study.config import stored_configuration
 from skewbridge.study.folder import StudyFolder, starter_files
 from skewbridge.variant.random_properties import CHOICE_PREFIX, DRAW_PREFIX, RANDOM_PROPERTIES
 
@@ -46,7 +48,7 @@ logger = logging.getLogger(__name__)
 #: Provenance of demands written by `skewbridge statistics`: the name of their source.
 _STATISTICS_OF: Final = "statistics_of"
 #: Columns of fits that have the unit of the intensity measure.
-_MEDIAN: Final = re.compile(r"theta(_(?!bound_beta)\w+)?")
+_MEDIAN: Final = re.compile(r"theta(_\w+)?")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -145,7 +147,7 @@ def _read_demands(
 
 def _limit_states(path: Path) -> States:
     """Return the limit states in a file; the default file may be missing (then the package's)."""
-    default = Path("config/limit_states.yaml")
+    default = Path(DEFAULTS.limit_states)
     packaged = path == default and not path.is_file()
     return load_limit_states(starter_files() / default if packaged else path)
 
@@ -162,10 +164,10 @@ def statistics_of(
     if folder.demands.is_file() and not is_from_statistics(out):
         raise InputError(f"{out} is the folder of a study with demands: choose another folder")
     states = _limit_states(limit_states)
-    site = HazardConfig(file=hazard and str(hazard), measure=hazard and im)
+    hazard_config = HazardConfig(file=hazard and str(hazard), measure=hazard and im)
     source = read_any(demands)
     measures = _measures(source)
-    curve = hazard_curve(site, measures, _default_measure(measures))
+    curve = hazard_curve(hazard_config, measures, _default_measure(measures))
     table, measure, unused = _read_demands(demands, source, curve.im if curve else im, states)
     available = [state for state in states if state.demand in table]
     if not available:
@@ -205,6 +207,7 @@ STUDY: Final = "study"
 class StudyComparison(NamedTuple):
     """Tables of the changes from a first study to a second study."""
 
+    im: str  # intensity measure of the medians
     demands: pd.DataFrame
     medians: pd.DataFrame
     rates: pd.DataFrame  # empty without a hazard curve
@@ -213,30 +216,36 @@ class StudyComparison(NamedTuple):
     warnings: tuple[str, ...]  # on units of demands, intensities that differ, and hazard
 
 
-def compare_studies(
-    first: Path, second: Path, limit_states: Path, *, im: str, hazard: Path | None = None
-) -> StudyComparison:
+def compare_studies(first: Path, second: Path, hazard: Path | None = None) -> StudyComparison:
     """Compare two studies, each given by its folder or its demands; ratios are second / first.
+
+    Limit states are those of the first study, and so is the intensity measure without a hazard.
 
     Runs are paired if bridge, abutment model, axes, motion, scale and incidence agree. Motions with
     the same name are left out if their files differ. A pair in which one run ended early gives a
     bound.
     """
-    settings, states = replace(DEFAULTS, im=im), _limit_states(limit_states)
-    site = site_hazard(hazard, im)
+    states = _limit_states(_states_file(first))
+    paths = [study if study.is_file() else demands_file(study) for study in (first, second)]
+    sources = list(map(read_any, paths))
+    measures = list(map(str, sources[0].filter(regex="^im_")))
+    hazard_config, own_im = HazardConfig(file=hazard and str(hazard)), _measure(first)
+    site = hazard_curve(hazard_config, measures, own_im or DEFAULTS.im)
+    im = site.im if site else own_im
     renamed_files = _other_motions(first, second)
+    from_demands, measure, _ = _read_demands(paths[0], sources[0], im, states)
+    to_demands, *_ = _read_demands(paths[1], sources[1], measure, states)
     tables: list[pd.DataFrame] = []
-    for number, study in enumerate((first, second)):
-        path = study if study.is_file() else demands_file(study)
-        table, *_ = _read_demands(path, read_any(path), im, states)
+    for number, table in enumerate((from_demands, to_demands)):
         table = with_derived_columns(table[~table["motion_id"].isin(renamed_files)])
         # other variants than those of the other study: both, or neither, may have a curve
         names = f"{number} " + table["variant"].astype(str)
         tables.append(table.assign(**{STUDY: number, "variant": names}))
+    settings = replace(DEFAULTS, im=measure)
     common = set(tables[0].columns) & set(tables[1].columns)
     states = [s for s in with_column_failure(states, common) if s.demand in common]
     names = list(demands_for("effect", sorted(common)))
-    columns = list(dict.fromkeys([*names, *(state.demand for state in states), im]))
+    columns = list(dict.fromkeys([*names, *(state.demand for state in states), measure]))
     demands = pd.concat(tables, ignore_index=True)
     pairs = effects.run_pairs(demands, STUDY, columns)
     if pairs.empty:
@@ -249,9 +258,9 @@ def compare_studies(
     variant_keys = [*demand_table.BRIDGE_COLUMNS, *demand_table.axis_names(demands)]
     paired = demands.merge(pairs[[*variant_keys, *demand_table.LOADING_COLUMNS]].drop_duplicates())
     runs, notes = demand_table.prepared(paired, [state.demand for state in states], settings)
-    top, bottom = (pairs[[f"{name}_{end}" for name in names]] for end in ("to", "from"))
-    equal = (top == bottom.to_numpy()) | (top.isna() & bottom.isna().to_numpy())
-    equal["complete"] = pairs["complete_to"] == pairs["complete_from"]
+    to_runs, from_runs = (pairs[[f"{name}_{end}" for name in names]] for end in ("to", "from"))
+    is_equal = (to_runs == from_runs.to_numpy()) | (to_runs.isna() & from_runs.isna().to_numpy())
+    is_equal["complete"] = pairs["complete_to"] == pairs["complete_from"]
     doubts = notes.loc[notes["kind"] == "percent", "message"].tolist()
     models = fit_models(runs, states, settings, further=[STUDY], jobs=cpu_count())
     curves = fit_study(runs, states, settings, models=models, jobs=cpu_count())
@@ -263,6 +272,7 @@ def compare_studies(
         rated = rates.rates_of_curves(curves.loc[chosen.index], pd.DataFrame({"modes": []}), site)
         doubts += rates.lacking_notes(records_of(chosen.join(rated)))
     return StudyComparison(
+        im=settings.im,
         demands=effects.effect_table(demands, rows),
         medians=effects.median_effects(runs, states, settings, models=models, **common),
         rates=site_rates,
@@ -272,11 +282,26 @@ def compare_studies(
             "only_second": len(tables[1]) - len(pairs),
             "variants": len(pairs[variant_keys].drop_duplicates()),
             "motions": int(pairs["motion_id"].nunique()),
-            "equal_pairs": int(equal.all(axis=1).sum()),
+            "equal_pairs": int(is_equal.all(axis=1).sum()),
         },
         other_motions=renamed_files,
         warnings=tuple(dict.fromkeys(doubts)),
     )
+
+
+def _states_file(study: Path) -> Path:
+    settings = DEFAULTS
+    with suppress(InputError):  # stored by another version
+        if config := stored_configuration(study):
+            settings = config.fragility
+    return Path(settings.limit_states)
+
+
+def _measure(study: Path) -> str | None:
+    """Return the intensity measure of the curves of a study, or None without curves."""
+    curves = StudyFolder(study).fragility("curves")
+    measures = read_frame(curves, ["im"])["im"] if curves.is_file() else ()
+    return next(iter(measures), None)
 
 
 def _other_motions(first: Path, second: Path) -> tuple[str, ...]:

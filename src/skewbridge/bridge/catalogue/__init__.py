@@ -79,8 +79,8 @@ def _file(name: str | Path) -> Path:
     if name.endswith(".py"):
         raise InputError(f"{shortened(name)} is a script: a bridge file (.yaml) is needed")
     if path is None:
-        own_names = sorted(path.stem for path in OWN_FOLDER.glob("*.yaml"))
-        names = (*bridge_names(), *own_names)
+        user_names = sorted(path.stem for path in OWN_FOLDER.glob("*.yaml"))
+        names = (*bridge_names(), *user_names)
         raise InputError(
             f"bridge must be one of {', '.join(names)}, got {shortened(name)}"
             f"{did_you_mean(name, names)}"
@@ -262,8 +262,9 @@ def bridge_schema() -> dict[str, Any]:
             ]
             if _is_number(options[0], definitions):
                 shape["properties"][name] = _in_file(options[0])
-    by_rule = {rule.key.partition(".")[0] for rule in RULES} - {"deck", "column", "abutment"}
-    needed = [name for name in schema.pop("required") if name not in {"name", "sources", *by_rule}]
+    by_rule = {rule.key.partition(".")[0] for rule in RULES} - {"deck", "abutment"}
+    optional = {"name", "sources", "base", *by_rule}  # base and column: not without bents
+    needed = [name for name in schema.pop("required") if name not in optional]
     for name, shape in definitions.items():
         shape.pop("required", None)
         definitions[name] = _in_file(shape) if _is_number(shape, definitions) else shape

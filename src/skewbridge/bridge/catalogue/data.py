@@ -284,7 +284,8 @@ class BridgeData(Part, frozen=True):
     base: Base  # column bases, ``pinned`` (torsion fixed) or ``fixed``, unless a bent has its own
     deck: DeckData
     bents: tuple[BentData, ...]
-    column: AnyColumn  # column of all bents that have none of their own
+    #: column of all bents that have none of their own; None only without bents
+    column: AnyColumn | None = None
     foundation: FoundationData | None = None  # springs under the bases; None is rigid ground
     #: data of two equal seat abutments; otherwise ``abutments`` has both ends
     abutment: AbutmentData | None = None
@@ -325,7 +326,9 @@ class BridgeData(Part, frozen=True):
 
     def column_of(self, bent: BentData) -> ColumnData:
         """Return the column of a bent."""
-        return bent.column or self.column
+        column = bent.column or self.column
+        assert column is not None  # `_consistent`
+        return column
 
     def base_of(self, bent: BentData) -> Base:
         """Return the base of the columns of a bent."""
@@ -399,6 +402,8 @@ class BridgeData(Part, frozen=True):
     def _consistent(self) -> Self:
         if len(self.bents) != len(self.spans_m) - 1:
             raise ValueError(f"bents: {len(self.spans_m)} spans need {len(self.spans_m) - 1} bents")
+        if self.bents and self.column is None:
+            raise ValueError("column: is missing, but there are bents")
         for number, bent in enumerate(self.bents):
             if bent.clear_height_m > self.deck.soffit_height_m * _ROUNDING:
                 raise ValueError(

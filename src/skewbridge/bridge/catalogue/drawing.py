@@ -395,6 +395,8 @@ def completed(tree: dict[str, Any], path: Path) -> Completed:
         text = "give it in the grid of the study, as an option, or under an end or joint"
         raise InputError(f"{where}: {name}: {text}", file=path.name)
     drawn = _take_drawn(tree, path.name)
+    if tree.get("bents") == []:  # no columns: their keys are not needed
+        tree |= {"base": tree.get("base", "pinned"), "column": tree.get("column")}
     for key, value, rule in values_by_rule(drawn, tree):
         if _is_of_bridge(key) and value_at(tree, key) is None:
             _put(tree, key, _rounded(value, 10))
@@ -405,6 +407,7 @@ def completed(tree: dict[str, Any], path: Path) -> Completed:
         for rule in RULES
         for key in _keys(rule.key, tree)
         if rule.any is not None and value_at(tree, key) is None
+        if tree.get(key.partition(".")[0], {}) is not None  # a null section stays
     }
     for key, rule in after_others.items():
         _put(tree, key, rule.any)

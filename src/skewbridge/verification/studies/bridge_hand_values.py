@@ -104,8 +104,9 @@ def _shear_strength_kn(row: Values) -> float:
     bridge = load_bridge(row["bridge"])
     axials = {item["bridge"]: item["reference"] for item in _TABLE if item["quantity"] == _AXIAL}
     axial_n = float(axials[row["bridge"]]) * KN
-    curve = section_response(bridge.column, axial_n)
-    shear = shear_section(bridge.column, bridge.bents[0].clear_height_m, curve)
+    column = bridge.column_of(bridge.bents[0])
+    curve = section_response(column, axial_n)
+    shear = shear_section(column, bridge.bents[0].clear_height_m, curve)
     return float(sdc_shear_strength(shear, axial_n, 5.0)) / KN
 
 
