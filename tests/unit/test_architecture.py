@@ -272,6 +272,6 @@ def test_the_summary_in_the_help_is_that_of_the_command(name: str) -> None:
     assert (command.help or "").splitlines()[0] == COMMANDS[name][1]
     shown = CliRunner().invoke(build_app(), [name, "--help"], terminal_width=300).stdout
     for each in command.commands.values() if isinstance(command, TyperGroup) else [command]:
-        example = (each.help or "").split("Example: skewbridge ")[1]
+        example = (each.help or "").split("Example: skewbridge ")[1].split(" > ")[0]
         each.make_context("", shlex.split(example)[2 if isinstance(command, TyperGroup) else 1 :])
     assert COMMANDS[name][1] in shown

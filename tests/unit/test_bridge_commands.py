@@ -179,7 +179,7 @@ def test_a_bridge_gets_the_capacities_of_its_bents(written) -> None:
 def test_the_gap_of_the_file_of_a_bridge_is_the_one_that_is_printed(tmp_path: Path) -> None:
     path = tmp_path / "own.yaml"
     path.write_text("{extends: osb1, title: own gap, source: plan, abutment: {gap_mm: 40}}")
-    shown = bridge("model", "--bridge", path, "--set", "gap_mm=25", "--out", tmp_path)
+    shown = bridge("model", "--bridge", path, "--gap-mm", 25, "--out", tmp_path)
     assert "40 mm at the left end, 40 mm at the right end; gap_mm has no effect" in one_line(shown)
     assert "own_cf_skew00_gap040_mu050" in shown.stdout
     lengths = {"seat_m": [0.325], "seat_m_low": [0.225], "hazus_m": [0.425]}
@@ -426,7 +426,7 @@ def test_the_design_criteria_have_the_capacities_of_the_model(pair, tmp_path, br
         ("bridge modal osb2s --bridge osb1", "osb2s and --bridge osb1 are two bridges"),
         ("bridge static --direction x --angle-deg 9 --out .", "give one of them"),
         ("bridge static --angle-deg z --out .", "--direction must be x, y or degrees, got 'z'"),
-        ("bridge model --set gap_mm=-1 --out .", "gap_mm must be within 0..999, got -1"),
+        ("bridge model --gap-mm -1 --out .", "gap_mm must be within 0..999, got -1"),
         ("run {} --skew-deg 75", "skew_deg must be within -66..66, got 75"),
         ("run {} --dt-s 0.5", "dt_s: must be less than or equal to 0.02, got 0.5"),
         ("run {} --scale 0", "scale must be a positive number"),

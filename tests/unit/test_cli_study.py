@@ -205,20 +205,21 @@ def test_unfinished_study_is_refused(study: Path, arguments: list[str], message:
 
 
 def test_methods_are_those_of_the_configuration(study: Path) -> None:
-    shown = invoke("study", "methods", "--study", "own.yaml").stdout
-    assert "the joint gap 25 mm, 51 mm; friction 0, 0.5: 12 variants" in shown
+    words = "the joint gap 25 mm, 51 mm; friction 0, 0.5: 12 variants"
+    assert words in invoke("study", "methods", "--study", "own.yaml").stdout
 
 
 @pytest.mark.parametrize(
     ("section", "choice", "expected"),
     [
         ("analysis", {"scheme": "paper"}, "Houbolt 1950|distributed plasticity|committed"),
-        ("motions", {"design": "stripes"}, "scaled to 0.1, 0.2|jackknife over motions"),
+        ("motions", {"design": "stripes"}, "scaled to 0.1, 0.2|one model of each demand|Laird and"),
         ("motions", {"design": "ida"}, "Vamvatsikos and Cornell 2002|column_drift_ratio"),
         ("motions", {"blocks": {"cells_per_motion": 2, "complete_share": 0.0}},
          "values of skew at two combinations of the values of|within skew_deg; cells_per_motion"),
-        ("fragility", {}, "one model of each demand|Laird and Ware 1982|jackknife over motions"),
         ("grid", {"abutment": ["roller"]}, "modelled on rollers"),
+        ("grid", {"bridge": [f"{ROOT}/tests/data/drawings/one_span.yaml"]},
+         "per span. Rayleigh damping of the deck is 5 % of critical at two periods.\n"),
         ("model", {"backfill": "sdc", "damping_ratio": 0.03}, "(Caltrans 2019)|3 % of critical"),
     ],
 )  # fmt: skip

@@ -215,7 +215,7 @@ def test_a_file_is_compared_with_the_configuration_of_its_own_study(tmp_path, mo
     assert compared() == [0, True, []]
     assert study_of(Path("some/results"))[0].motions.count == 3
     monkeypatch.chdir(base.parent)
-    assert f"use it in {tmp_path}" in run("provenance", table)[1]["message"]
+    assert f"run the command in {tmp_path}" in run("provenance", table)[1]["message"]
     monkeypatch.chdir(tmp_path)
     (tmp_path / "some/results/configuration.json").unlink()  # of an earlier version
     assert compared()[:2] == [1, False]
@@ -256,6 +256,14 @@ def test_a_key_of_the_configuration_changes_the_rules_that_use_it(tmp_path, text
 
     before, after = studied(""), studied(text)
     assert {rule for rule in before if before[rule] != after[rule]} == changed
+
+
+def test_a_new_title_of_a_bridge_changes_the_page_alone(tmp_path):
+    own, found = tmp_path / "own.yaml", []
+    for title in ("one", "two"):
+        own.write_text(f"{{extends: osb1, title: {title}, source: plan}}")
+        found.append(made_from(parse_config({"grid": {"bridge": [str(own)]}})))
+    assert {rule for rule in RECIPES if found[0][rule] != found[1][rule]} == {"report"}
 
 
 def test_frames_have_units_and_origin_and_different_origins_are_reported(tmp_path):

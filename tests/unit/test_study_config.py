@@ -15,7 +15,7 @@ from reference_pages import PAGES, ROOT
 
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.abutments import BUILDERS
-from skewbridge.cli.output import AnalysedVariantOptions
+from skewbridge.cli.output import VariantOptions
 from skewbridge.errors import InputError
 from skewbridge.files.text import read_mapping, read_yaml
 from skewbridge.fragility.limit_states import limit_states_of, load_limit_states
@@ -239,6 +239,12 @@ def test_a_compared_gap_without_effect_is_named(written):
     found = list(axis_warnings(parse_config({"grid": grid})))
     assert found == ["gap_mm of the grid has no effect on made: none of its joints uses it"]
     assert not list(axis_warnings(parse_config({"grid": grid | {"gap_mm": [51]}})))
+    spans = {
+        "bridge": ["docs/bridges/simple_spans.yaml"],
+        "abutment": ["roller", "contact_friction"],
+    }
+    (text,) = axis_warnings(parse_config({"grid": spans}))
+    assert text == "inner joints of simple_spans have no friction with abutment model roller"
     in_radians = {"bridge": ["osb1"], "skew_deg": [0, 0.26, -0.52]}
     (text,) = axis_warnings(parse_config({"grid": in_radians}))
     assert text == "skew_deg is in degrees: 0.52 rad would be 29.79"
@@ -265,7 +271,7 @@ def test_variants_have_the_gap_that_their_bridge_states(written):
     assert (count, cells["made_cf_skew30_gap038p1_mu050"]) == (4, [1, 3])
     point = {"skew_deg": 30.0, "gap_mm": 51.0, "friction": 0.5}
     assert study.grid.variant(own, "contact_friction", point).gap_mm == 38.1
-    assert AnalysedVariantOptions(bridge=own, gap_mm=51.0).variant.gap_mm == 38.1
+    assert VariantOptions(bridge=own, gap_mm=51.0).variant.gap_mm == 38.1
 
 
 @pytest.mark.parametrize("name", ABUTMENTS)

@@ -14,7 +14,7 @@ from skewbridge.bridge.library import load_structure
 from skewbridge.errors import InputError
 from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.fragility.study_tables import ALL_SUITES, DEPENDS, NO_DIFFERENCE, fragility_tables
-from skewbridge.motions import formats, intensity, record, synthesis
+from skewbridge.motions import intensity, record, synthesis
 from skewbridge.motions import suite as motion_suite
 from skewbridge.motions.folder import list_motions
 from skewbridge.motions.levels import FACTOR_LIMITS
@@ -161,7 +161,7 @@ def test_generating_again_gives_the_shipped_files():
         motion = suite_motion(number, "near")
         assert motion.motion_id == entry.motion_id
         for component, (path, _) in enumerate(entry.components, start=1):
-            made = formats.at2_text(motion, component).splitlines()
+            made = synthesis.at2_text(motion, component).splitlines()
             kept = path.read_text().splitlines()
             assert made[:4] == kept[:4]
             values = [np.array(" ".join(lines[4:]).split(), float) for lines in (made, kept)]
@@ -187,7 +187,7 @@ def test_motions_end_with_5_s_at_rest_and_components_are_equally_strong_on_avera
 
 def test_generated_motion_equals_its_files_and_has_the_digest_of_the_index(tmp_path):
     made = read_entry(MADE[0])
-    read = read_motion(*formats.write_at2(made, tmp_path))
+    read = read_motion(*synthesis.write_at2(made, tmp_path))
     assert made.sha256 == read.sha256 == MADE[0].sha256
     assert (made.motion_id, made.dt_s) == (read.motion_id, read.dt_s)
     assert np.array(made.components).tobytes() == np.array(read.components).tobytes()

@@ -20,7 +20,7 @@ from typer.core import TyperCommand
 
 from skewbridge.analysis.settings import AnalysisSettings, under_explicit_keys
 from skewbridge.errors import EXIT_BAD_INPUT, EXIT_FAILED, InputError, SolutionError
-from skewbridge.files.text import Number, checked, parse_yaml, printable, read_yaml, shortened
+from skewbridge.files.text import checked, parse_yaml, printable, read_yaml, shortened
 from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM, Units
 from skewbridge.variant.axes import AXES, radians_warning
 from skewbridge.variant.options import ModelOptions
@@ -378,7 +378,6 @@ Abutment = Annotated[str, opt("Abutment model, from simple to contact with frict
 Changes = Annotated[
     list[str] | None, opt("Value of an input key; repeatable.", "KEY=VALUE", "--set")
 ]
-_KEYS: Final = opt("Value of gap_mm, friction or a key of model; repeatable.", "KEY=VALUE", "--set")
 _AXIS: Final = {
     axis.name: opt(f"{axis.label_with_unit}, {axis.low:g} to {axis.high:g}.") for axis in AXES
 }
@@ -396,11 +395,13 @@ class BridgeOption:
 
 @dataclass(frozen=True, kw_only=True)
 class VariantOptions(BridgeOption):
-    """Options of a command about one variant; its other axes are keys of ``--set``."""
+    """Options of a command about one variant."""
 
     abutment: Abutment = "contact-friction"
     skew_deg: Annotated[float, _AXIS["skew_deg"]] = _USUAL["skew_deg"]
-    changes: Annotated[list[str] | None, _KEYS] = None
+    gap_mm: Annotated[float, _AXIS["gap_mm"]] = _USUAL["gap_mm"]
+    friction: Annotated[float, _AXIS["friction"]] = _USUAL["friction"]
+    changes: Changes = None  # keys of model and analysis
 
     @property
     def variant(self) -> Variant:
@@ -409,24 +410,15 @@ class VariantOptions(BridgeOption):
 
         if text := radians_warning([self.skew_deg]):
             messages.print(f"warning: {text}", style="yellow")
-        values = _USUAL | self._split_changes()[0]
-        values |= {axis.name: getattr(self, axis.name) for axis in AXES if hasattr(self, axis.name)}
-        values |= stated_values(self.bridge)
+        values = {axis.name: getattr(self, axis.name) for axis in AXES} | stated_values(self.bridge)
         return Variant.at(self.bridge, self.abutment.replace("-", "_"), values)
 
     @property
     def model(self) -> ModelOptions:
         """The options set by ``--set``; raises `InputError` for a wrong key or value."""
-        _, values = self._split_changes()
+        values = keys_and_values("--set", self.changes)
         _require_options(self.bridge, values)
         return checked(ModelOptions, values, "--set")
-
-    def _split_changes(self) -> tuple[dict[str, float], dict[str, Any]]:
-        """Return the axes without an option that ``--set`` names, and its other keys."""
-        set_values = keys_and_values("--set", self.changes)
-        names = [name for name in _USUAL if name in set_values and not hasattr(self, name)]
-        axes = {name: set_values.pop(name) for name in names}
-        return checked(dict[str, Number], axes, "--set"), set_values
 
     def settings_and_model(
         self, accuracy: str, **keys_set: Any
@@ -439,21 +431,12 @@ class VariantOptions(BridgeOption):
         keys = {field.name for field in fields(AnalysisSettings)}
         analysis = {name: value for name, value in keys_set.items() if value is not None}
         model: dict[str, Any] = {}
-        for key, value in self._split_changes()[1].items():
+        for key, value in keys_and_values("--set", self.changes).items():
             (analysis if key in keys else model)[key] = value
         _require_options(self.bridge, model)
         sections = under_explicit_keys({"analysis": analysis, "model": model}, accuracy)
         settings = checked(AnalysisSettings, sections["analysis"], "the options")
         return settings, checked(ModelOptions, sections["model"], "--set")
-
-
-@dataclass(frozen=True, kw_only=True)
-class AnalysedVariantOptions(VariantOptions):
-    """Options of `run`: every axis of the grid has one."""
-
-    gap_mm: Annotated[float, _AXIS["gap_mm"]] = _USUAL["gap_mm"]
-    friction: Annotated[float, _AXIS["friction"]] = _USUAL["friction"]
-    changes: Changes = None  # keys of model and analysis
 
 
 def _require_options(bridge: str, names: Mapping[str, Any]) -> None:
@@ -469,16 +452,16 @@ def gap_notes(bridge: str) -> list[str]:
     from skewbridge.bridge.library import load_structure
 
     try:
-        details, notes = load_structure(bridge).description, list[str]()
+        about, notes = load_structure(bridge).description, list[str]()
     except InputError:  # the bridge of a study that cannot be read
         return []
-    if skews := ", ".join(f"{deg:g} deg ({place})" for place, deg in details.skews_deg.items()):
+    if skews := ", ".join(f"{deg:g} deg ({place})" for place, deg in about.skews_deg.items()):
         notes.append(f"the bridge file sets the skew: {skews}; skew_deg turns the other supports")
-    if not details.seats_m:
+    if not about.seats_m:
         notes.append("gap_mm and friction have no effect: the bridge has no seats and no joints")
-    gap = ", ".join(f"{gap_mm:g} mm at {place}" for place, gap_mm in details.own_gaps_mm.items())
-    other_joints = "acts on the other joints" if details.takes_gap else "has no effect"
-    return [*notes, f"the bridge file sets the gap: {gap}; gap_mm {other_joints}"] if gap else notes
+    own = ", ".join(f"{gap_mm:g} mm at {place}" for place, gap_mm in about.own_gaps_mm.items())
+    other_joints = "acts on the other joints" if about.takes_gap else "has no effect"
+    return [*notes, f"the bridge file sets the gap: {own}; gap_mm {other_joints}"] if own else notes
 
 
 def keys_and_values(option: str, pairs: list[str] | None) -> dict[str, Any]:

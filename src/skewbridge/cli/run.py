@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 from skewbridge.cli import new_group
 from skewbridge.cli.output import (
-    AnalysedVariantOptions,
     Answer,
     Out,
     Study,
+    VariantOptions,
     arg,
     command,
     gap_notes,
@@ -57,7 +57,7 @@ class LoadingOptions:
 
 @command(commands)
 def run(
-    case: AnalysedVariantOptions,
+    case: VariantOptions,
     loading: LoadingOptions,
     out: Out,
     units: Units,
@@ -118,7 +118,7 @@ def run(
     return Answer(demands, shown, notes, code, warnings=warnings)
 
 
-def _task(case: AnalysedVariantOptions, loading: LoadingOptions) -> "Task":
+def _task(case: VariantOptions, loading: LoadingOptions) -> "Task":
     """Return the analysis defined by the options; raise `InputError` if no motion is given."""
     from skewbridge.bridge.library import load_structure
     from skewbridge.motions.intensity import motion_measures, scaled_measures

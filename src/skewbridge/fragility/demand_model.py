@@ -645,7 +645,6 @@ def fit_models(
         for bridge, setup in models
         for states in groups.values()
     )
-    # ASSUME a model takes about a third of a second
     fits = iter(demand_table.spread(_fit_demand, items, jobs))
     return [replace(bridge, fits={key: next(fits) for key in groups}) for bridge, _ in models]
 

@@ -9,6 +9,7 @@ from difflib import get_close_matches
 from functools import cache
 from itertools import chain, islice
 from pathlib import Path
+from time import perf_counter
 from typing import Any, Final, NamedTuple, Self
 
 import numpy as np
@@ -295,8 +296,8 @@ def read_foreign(
         text = f"row {row} repeats variant, motion_id, scale and incidence_deg of another row"
         raise InputError(f"{text}: remove it, or use a column as axis: {names_of(unused)}", row=row)
     distinct = out[variant_columns(out)].drop_duplicates()
-    if (repeated := distinct[distinct.duplicated(variant_columns(out)[1:], keep=False)]).size:
-        names = f"variants {names_of(repeated['variant'])} have the same bridge, abutment and axes"
+    if (same := distinct[distinct.duplicated(variant_columns(out)[1:], keep=False)]).size:
+        names = f"variants {names_of(same['variant'])} have the same bridge, abutment and axes"
         raise InputError(
             f"{names}: give them other bridge names or the axis in which they differ",
             column="variant",
@@ -330,8 +331,8 @@ def require_statuses(status: pd.Series) -> None:
     """Raise an `InputError` with the allowed words if a status is not known."""
     is_valid = status.isin(STATUSES).to_numpy()
     if not is_valid.all():
-        bad_status = shortened(status.iloc[int(np.argmin(is_valid))])
-        require(is_valid, "status", f"must be one of {', '.join(STATUSES)}, got {bad_status}")
+        wrong = shortened(status.iloc[int(np.argmin(is_valid))])
+        require(is_valid, "status", f"must be one of {', '.join(STATUSES)}, got {wrong}")
 
 
 class Prepared(NamedTuple):
@@ -356,12 +357,12 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
     require_statuses(table["status"])
     for name in checked:
         values = table[name].to_numpy(dtype=np.float64)
-        is_invalid = (status == OK) & (np.isinf(values) | (values < 0.0))
-        if np.any(is_invalid):
-            row = int(np.argmax(is_invalid))
+        bad = (status == OK) & (np.isinf(values) | (values < 0.0))
+        if np.any(bad):
+            row = int(np.argmax(bad))
             text = f"{name} must be >= 0 and finite where status is ok ({WITHOUT_PEAK}), got "
-            run_text = "row {} ({variant}, {motion_id})".format(row, **table.iloc[row])
-            raise InputError(f"{text}{values[row]:g} in {run_text}", row=row, column=name)
+            where = "row {} ({variant}, {motion_id})".format(row, **table.iloc[row])
+            raise InputError(f"{text}{values[row]:g} in {where}", row=row, column=name)
     if settings.exclude_suspect and validity.SUSPECT in table:
         names = [column.name for column in DEMAND_COLUMNS if column.name in table]
         suspect = table[validity.SUSPECT] != ""
@@ -380,13 +381,15 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
     table = table[has_im]
     notes += [*_missing_demands(table, checked), *_equal_motions(table, [settings.im, *checked])]
     complete = table[validity.is_complete(table)]
+    largest = complete.groupby(list(BRIDGE_COLUMNS))[[*checked, settings.im]].transform("max")
     for name in (*checked, settings.im):
-        values = complete[name].to_numpy(dtype=np.float64)
+        # a demand that is 0 in all runs of a bridge has no meaning, such as drifts without columns
+        values = complete.loc[largest[name] > 0.0, name].to_numpy(dtype=np.float64)
         notes += [("percent", -1, name, text) for text in percent_notes(name, values)]
     of_motions = table.groupby([*BRIDGE_COLUMNS, *LOADING_COLUMNS])[settings.im]
     # ASSUME rounding changes the intensity of a motion by less than 1 %
-    if (excess := float((of_motions.max() / of_motions.min()).max()) - 1.0) > 0.01:
-        text = f"differs by up to {excess:.0%} under one motion: same measure, and same scale?"
+    if (shift := float((of_motions.max() / of_motions.min()).max()) - 1.0) > 0.01:
+        text = f"differs by up to {shift:.0%} under one motion: same measure, and same scale?"
         notes += [("percent", -1, settings.im, f"{settings.im} {text}")]
     notes_table = pd.DataFrame(notes, columns=list(described("input_notes")))
     return Prepared(table.reset_index(drop=True), notes_table)
@@ -422,11 +425,14 @@ def spread[Item, Result](
     items: Iterable[Item],
     jobs: int,
     *,
-    least: int = 24,  # ASSUME starting a process takes about a second, an item a few tenths
+    alone_s: float = 0.5,  # ASSUME starting processes takes about a second
 ) -> list[Result]:
-    """Return function(item) of all items in order, in parallel if there are at least ``least``."""
-    remaining = iter(items)
-    first = list(islice(remaining, least))
-    if jobs == 1 or len(first) < least:
-        return [function(item) for item in chain(first, remaining)]
-    return list(Parallel(n_jobs=jobs)(delayed(function)(item) for item in chain(first, remaining)))
+    """Return function(item) of all items in order, in parallel after ``alone_s`` seconds."""
+    results: list[Result] = []
+    remaining, end = iter(items), perf_counter() + alone_s
+    while following := list(islice(remaining, 2)):
+        if jobs > 1 and len(following) > 1 and perf_counter() >= end:
+            tasks = (delayed(function)(item) for item in chain(following, remaining))
+            return results + list(Parallel(n_jobs=jobs)(tasks))
+        results += map(function, following)
+    return results

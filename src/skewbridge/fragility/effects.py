@@ -432,15 +432,15 @@ class Medians:
 
     def _average(self, scope: str, keys: Row, ratios: list[tuple[Jackknifed, Row]]) -> Row:
         """Return the row of the average over pairs of variants."""
-        columns = pd.DataFrame([row for _, row in ratios])
-        row: Row = {**keys, "n_cells": len(ratios)}
-        row |= {str(name): n for name, n in columns.filter(regex="^n_").sum().items()}
-        row |= {"im_low": columns["im_low"].min(), "im_high": columns["im_high"].max()}
-        row["from_mean"] = float(np.exp(np.log(columns["from_mean"]).mean()))
-        mean = average([ratio for ratio, _ in ratios])
-        row["n_motions"] = int(np.max(self._motion)) + 1
-        row["change"] = float(np.mean(columns["change"].to_numpy()))
-        return self._row(scope, mean, row, 2 * len(ratios))
+        rows = [row for _, row in ratios]
+        row: Row = {**keys, "n_cells": len(rows), "n_motions": int(np.max(self._motion)) + 1}
+        for name in ("n_bounds", "n_discordant", "n_pairs", *verdicts.MEDIAN_COUNTS):
+            row[name] = sum(of_pair[name] for of_pair in rows)
+        row["im_low"] = min(of_pair["im_low"] for of_pair in rows)
+        row["im_high"] = max(of_pair["im_high"] for of_pair in rows)
+        row["from_mean"] = float(np.exp(np.mean(np.log([r["from_mean"] for r in rows]))))
+        row["change"] = sum(of_pair["change"] for of_pair in rows) / len(rows)
+        return self._row(scope, average([ratio for ratio, _ in ratios]), row, 2 * len(rows))
 
     def _row(self, scope: str, ratio: Jackknifed, row: Row, medians: int) -> Row:
         if _is_withheld(row["n_without_curve"], row["change"], medians):

@@ -95,7 +95,7 @@ def joint_table(
         models = fit_models(demands, limit_states, settings, jobs=jobs)
     common = {"im": settings.im, "level": settings.confidence}
     items = ((bridge, limit_states, common) for bridge in models)
-    rows = demand_table.spread(_rows, items, jobs, least=2)
+    rows = demand_table.spread(_rows, items, jobs, alone_s=0.0)
     table = pd.DataFrame(
         [row for model_rows in rows for row in model_rows], columns=list(JOINT_COLUMNS)
     )

@@ -73,9 +73,8 @@ def system_curves(
         keys = ["variant", "component", "limit_state"]
         withheld = lost.set_index(keys)["theta_all_exceed"].astype(float).to_dict()
     systems = [_Systems(system, members, settings, hazard, withheld) for system in models]
-    items = ((system, i) for system in systems for i in range(len(system.models.variants)))
-    rows = demand_table.spread(_variant_rows, items, jobs)
-    return pd.DataFrame([row for variant_rows in rows for row in variant_rows])
+    rows = demand_table.spread(_rows, systems, jobs, alone_s=0.0)
+    return pd.DataFrame([row for of_bridge in rows for row in of_bridge])
 
 
 def difference(first: Row, second: Row) -> str:
@@ -149,9 +148,14 @@ class _Systems(NamedTuple):
     withheld: Mapping[Any, float]
 
 
-def _variant_rows(system_and_variant: tuple[_Systems, int]) -> list[Row]:
+def _rows(systems: _Systems) -> list[Row]:
+    """Return the rows of table `system` for one bridge and abutment model."""
+    variants = range(len(systems.models.variants))
+    return [row for number in variants for row in _variant_rows(systems, number)]
+
+
+def _variant_rows(systems: _Systems, variant_number: int) -> list[Row]:
     """Return the rows of table `system` for one variant, one per degree of damage."""
-    systems, variant_number = system_and_variant
     models, settings = systems.models, systems.settings
     values = records_of(models.variants)[variant_number]
     runs = models.runs[models.variant == variant_number]

@@ -18,8 +18,7 @@ from pydantic import AfterValidator, Field
 from pydantic.dataclasses import dataclass as checked_dataclass
 
 from skewbridge.errors import InputError
-from skewbridge.files.text import writable_folder
-from skewbridge.motions.record import GroundMotion, Vector
+from skewbridge.motions.record import Vector
 from skewbridge.units import FOOT, G_MPS2, GAL, INCH, MM
 
 UNIT_FACTORS: Final = {
@@ -357,35 +356,6 @@ def _peer_sizes(lines: list[str]) -> tuple[int, int, float] | None:  # row, NPTS
             if match := pattern.search(line):
                 return row, int(match["npts"]), _fortran_float(match["dt"])
     return None
-
-
-def at2_text(motion: GroundMotion, component: int) -> str:
-    """Return one component (1 or 2) as the text of a PEER file, in g with 8 digits."""
-    azimuth = (motion.azimuth_1_deg, motion.azimuth_2_deg)[component - 1]
-    if not math.isfinite(azimuth):
-        azimuth = (360.0, 90.0)[component - 1]
-    accel_g = motion.components[component - 1] / G_MPS2
-    # Smaller numbers would need a three-digit exponent.
-    values = np.where(np.abs(accel_g) < 1.0e-20, 0.0, accel_g).tolist()
-    rows = [
-        "".join(f"{value:15.7E}" for value in values[i : i + 5]) for i in range(0, len(values), 5)
-    ]
-    header = (
-        "SYNTHETIC MOTION IN THE FORMAT OF THE PEER NGA STRONG MOTION DATABASE",
-        f"{motion.event.replace(',', ';')}, 1/1/2000, {motion.station}, {azimuth:.0f}",
-        "ACCELERATION TIME SERIES IN UNITS OF G",
-        f"NPTS= {motion.npts:6d}, DT= {motion.dt_s:.6g} SEC",
-    )
-    return "\n".join([*header, *rows, ""])
-
-
-def write_at2(motion: GroundMotion, folder: Path) -> tuple[Path, Path]:
-    """Write both components as `<motion_id>_h1.AT2` and `_h2.AT2`; return their paths."""
-    start = writable_folder(folder) / f"{motion.motion_id}_h"
-    paths = Path(f"{start}1.AT2"), Path(f"{start}2.AT2")
-    for component, path in enumerate(paths, start=1):
-        path.write_text(at2_text(motion, component), encoding="ascii", newline="\n")
-    return paths
 
 
 # ---- Blocks of fixed-width numbers, which may touch: CSMIP, COSMOS and GeoNet. A file may have

@@ -31,6 +31,7 @@ from skewbridge.study.folder import StudyFolder
 from skewbridge.variant.axes import radians_warning
 from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.variant import ABUTMENTS
 
 logger = logging.getLogger(__name__)
 
@@ -74,7 +75,7 @@ def _check_options(bridge: str, config: StudyConfig) -> None:
 
 
 def axis_warnings(config: StudyConfig) -> Iterator[str]:
-    """Yield warnings of compared gaps or friction without effect, and of skews in radians."""
+    """Yield warnings of gaps or friction without effect, and of skews in radians."""
     if text := radians_warning(config.grid.skew_deg):
         yield text
     for name, axis in product(config.grid.bridge, ("gap_mm", "friction")):
@@ -83,6 +84,11 @@ def axis_warnings(config: StudyConfig) -> Iterator[str]:
         has_effect = description.takes_gap if axis == "gap_mm" else bool(description.seats_m)
         if len(config.grid.values()[axis]) > 1 and not has_effect:
             yield f"{axis} of the grid has no effect on {bridge.name}: none of its joints uses it"
+    without = [name for name in config.grid.abutment if not ABUTMENTS[name].has_friction]
+    for name in config.grid.bridge if without else ():
+        if load_structure(name).description.joints_m:
+            text = f"have no friction with abutment model {', '.join(without)}"
+            yield f"inner joints of {Path(name).stem} {text}"
 
 
 def motions_digest(config: StudyConfig, cache: Path | None) -> str:

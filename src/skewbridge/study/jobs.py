@@ -81,11 +81,12 @@ def made_from(study: StudyConfig) -> dict[str, dict[str, str]]:
     They are parameters of the rules, so that Snakemake reruns rules whose digests have changed.
     """
     periods = {name: load_structure(name).t1_s for name in study.bridges_with_periods()}
-    bridges = {Path(name).stem: load_structure(name).digest for name in study.grid.bridge}
+    structures = {Path(name).stem: load_structure(name) for name in study.grid.bridge}
     inputs = {
         "motions": motions_digest(study, StudyFolder(Path(study.results)).motions_digest),
         "periods": digest_of(canonical(periods), periods[CONDITIONING_BRIDGE]),
-        "bridges": digest_of(canonical(bridges)),
+        "bridges": digest_of(canonical({n: bridge.digest for n, bridge in structures.items()})),
+        "titles": digest_of(*(bridge.description.title for bridge in structures.values())),
         "opensees": opensees_version(),
         "variants": digest_of(*sorted(variant.slug for variant in expand_grid(study.grid))),
         "hazard": digest_of(study.hazard_curve),
