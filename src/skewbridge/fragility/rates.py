@@ -280,13 +280,12 @@ def _changes(
         texts = [f"{n} of {len(cells)} pairs have {word}" for word, n in left_out.items() if n]
         if texts:
             pooled["reason"] = f"{', '.join(texts)} components"
-        is_state = not isinstance(state, str)
-        if used_rates and not (is_state and medians.withheld(rated_cells, state)):
+        if used_rates and (isinstance(state, str) or not medians.withheld(rated_cells, state)):
             starts, ends = zip(*used_rates, strict=True)
             changes.append((pooled, (_mean(starts), _mean(ends))))
         elif withheld:
             changes.append((pooled | {"status": DIFFERENT_COMPONENTS}, None))
-        if is_state:
+        if not isinstance(state, str):
             is_used = [not medians.withheld([cell], state) for cell in rated_cells]
             pairs_with_rates = list(compress(pairs_with_rates, is_used))
         changes += [*pairs_with_rates, *withheld]
