@@ -335,6 +335,13 @@ def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path, monke
     values = {"skew_deg": 30.0, "gap_mm": 51.0, "friction": 0.5}
     assert curve_rate(model.curve(values), curve_of(site)).value == pytest.approx(1e-3, rel=5e-3)
     assert "leave it out" in answer(*decide, "--axis", "skew_deg=30", code=2)["message"]
+    # as if columns failed too often at every gap above some skew
+    seats = decision(joint_rows(study), curve_of(site), 1e-3, {"friction": 0.5})
+    for below_deg, words in ((40.0, "skews of 41.25, 45 deg"), (0.0, "any skew")):
+        gaps_mm = seats.table["gap_mm"].where(seats.table["skew_deg"] < below_deg)
+        failing = seats._replace(table=seats.table.assign(gap_from_mm=gaps_mm))
+        monkeypatch.setattr("skewbridge.fragility.rates.decision", lambda *_, it=failing: it)
+        assert f"above the target at every gap for {words}\n" in invoke(*decide).stderr
 
 
 def test_the_factor_of_hazus_is_on_skew_0_of_the_study(file):

@@ -294,7 +294,7 @@ DEFAULT_CONFIG: Final = Path("config/config.yaml")
 _YAML: Final = (".yaml", ".yml")
 
 Out = Annotated[Path, opt("Folder for the results.")]
-LimitStates = Annotated[Path, opt("Limit states; outside a study folder, those of the package.")]
+LimitStates = Annotated[Path, opt("YAML file of limit states; default: of the study or package.")]
 LIMIT_STATES: Final = Path("config/limit_states.yaml")
 Hazard = Annotated[Path | None, opt("Hazard curve (CSV, OpenQuake, USGS): adds annual rates.")]
 _STUDY: Final = "Results folder or configuration of a study; default: config/config.yaml."

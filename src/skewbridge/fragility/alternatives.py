@@ -57,16 +57,16 @@ def _rows(pairs: Pairs, name: str, values: Sequence[tuple[str, "pd.Series[Any]"]
     design = np.zeros((motions.size, 0))
     for column, drawn in values:
         texts = drawn[is_used].fillna("").astype(str)
-        levels, codes = np.unique(texts[texts != ""], return_inverse=True)
-        if levels.size < 2 or codes.size < motions.size:  # the option does not act on the bridge
+        levels, numbers = np.unique(texts[texts != ""], return_inverse=True)
+        if levels.size < 2 or numbers.size < motions.size:  # the option does not act on the bridge
             continue
-        counts = [np.unique(motions[codes == level]).size for level in range(levels.size)]
+        counts = [np.unique(motions[numbers == level]).size for level in range(levels.size)]
         if min(counts) < _LEAST:
             return
         # deviations from the mean of all values: the last value has minus the sum of the others
         signs = np.vstack([np.eye(levels.size - 1), -np.ones(levels.size - 1)])
-        design = np.hstack([design, signs[codes]])
-        options.append((column.removeprefix(CHOICE_PREFIX), levels.tolist(), codes))
+        design = np.hstack([design, signs[numbers]])
+        options.append((column.removeprefix(CHOICE_PREFIX), levels.tolist(), numbers))
     parameters = 1 + design.shape[1]
     if not options or np.unique(motions[side == EXACT]).size < parameters + _LEAST_DOF:
         return
@@ -76,7 +76,7 @@ def _rows(pairs: Pairs, name: str, values: Sequence[tuple[str, "pd.Series[Any]"]
         return
     share = _explained_share(ratios[is_used], design @ fit.estimate[1:], motions, side, parameters)
     position = 1
-    for option, levels, codes in options:
+    for option, levels, numbers in options:
         size = len(levels) - 1
         contrasts = np.zeros((parameters, size + 1))
         contrasts[position : position + size] = np.hstack([np.eye(size), -np.ones((size, 1))])
@@ -95,7 +95,7 @@ def _rows(pairs: Pairs, name: str, values: Sequence[tuple[str, "pd.Series[Any]"]
                 "level": EFFECT_CONFIDENCE,
                 # rounded: both values of an option with two must have the same p
                 "p": round(float(change.p_value()[number]), 12),
-                "n_motions": np.unique(motions[codes == number]).size,
+                "n_motions": np.unique(motions[numbers == number]).size,
                 "share": share,
             }
 

@@ -555,7 +555,7 @@ class BridgeModels:
     def of_peaks(self, state: LimitState, collapsed: Mask, *, exact: bool) -> DemandModel | str:
         """Return the model (R = 1) of the demand of a fitted state, or why there is none.
 
-        The peaks of the ``collapsed`` runs (n,) are exact, or lower bounds and no more.
+        The peaks of the ``collapsed`` runs (n,) are demands if ``exact``, else lower bounds.
         """
         key, fit = (state.component, state.demand, exact), self.fit(state)
         if key not in self._of_peaks and not isinstance(fit, str):
@@ -567,7 +567,7 @@ class BridgeModels:
         return self._of_peaks[key]
 
     def correlation(self, mode_1: LimitState, mode_2: LimitState) -> Floats:
-        """Return the correlation of the demands of two states without modes, shape (R,)."""
+        """Return the correlation of the demands of two failure modes, shape (R,)."""
         fit_1, fit_2, count = self.fit(mode_1), self.fit(mode_2), self.replicates
         if isinstance(fit_1, str) or isinstance(fit_2, str):
             return np.zeros(count)

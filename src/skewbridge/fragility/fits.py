@@ -134,7 +134,7 @@ def fits_of_states(
 def jackknifed(fit: FragilityFit, ln_theta: Floats, beta: Floats, priors: int = 0) -> FragilityFit:
     """Return the fit with jackknife intervals and covariance from R estimates.
 
-    They are those of `Jackknifed.of_replicates`: from all runs, without each block, and ``priors``.
+    ``ln_theta`` and ``beta`` have the order of `Jackknifed.of_replicates`, with ``priors`` last.
     There is no interval if too few blocks have an influence.
     """
     logs = np.column_stack([ln_theta, np.log(beta)])
@@ -269,14 +269,14 @@ def _median_bound(
     ln_im: Floats, n: Floats, settings: FitSettings, *betas: float, exceed: bool
 ) -> dict[str, Any]:
     """Return one-sided bounds on theta for ``betas`` and `ASSUMED_BETA`: upper if ``exceed``."""
-    level, assumed = settings.confidence, ASSUMED_BETA
+    level, assumed_beta = settings.confidence, ASSUMED_BETA
     bounds = {
         f"{beta:g}": median_bound(ln_im, n, beta=beta, level=level, exceed=exceed)
-        for beta in sorted({*betas, assumed})
+        for beta in sorted({*betas, assumed_beta})
     }
     side, end = ("upper", "high") if exceed else ("lower", "low")
-    medians = {f"theta_{side}{100 * level:g}_given_beta": bounds, "theta_bound_beta": assumed}
-    return medians | {f"theta_bound_{end}": bounds[f"{assumed:g}"]}
+    medians = {f"theta_{side}{100 * level:g}_given_beta": bounds, "theta_bound_beta": assumed_beta}
+    return medians | {f"theta_bound_{end}": bounds[f"{assumed_beta:g}"]}
 
 
 def _overlap_warnings(x: Floats, n: Floats, k: Floats) -> list[str]:

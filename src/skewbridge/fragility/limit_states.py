@@ -241,8 +241,8 @@ def limit_states_of(data: object, prefix: str = "") -> list[LimitState]:
             states += checked(LimitStateEntry, entry, where).limit_states(where)
         except InputError as error:
             faults.append(error)
-    twice = (key for key, count in Counter(state.key for state in states).items() if count > 1)
-    faults += [InputError(f"{prefix}limit state {key} is defined twice") for key in twice]
+    repeated = (key for key, count in Counter(state.key for state in states).items() if count > 1)
+    faults += [InputError(f"{prefix}limit state {key} is defined twice") for key in repeated]
     raise_all(faults)
     return states
 

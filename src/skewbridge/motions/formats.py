@@ -124,8 +124,8 @@ def fault_in(path: Path, problem: str, line: int | None = None) -> InputError:
 
 def trace_of(lines: list[str], path: Path, stated: Stated) -> Trace:
     """Return the component in m/s2 from the lines of a file; raises the errors of `read_trace`."""
-    read = next(read for _, recognises, read in MOTION_FORMATS if recognises(lines, path))
-    trace = read(lines, path, stated)
+    reader = next(reader for _, recognises, reader in MOTION_FORMATS if recognises(lines, path))
+    trace = reader(lines, path, stated)
     dt_s, warnings = trace.dt_s, trace.warnings
     if not (trace.unit or stated.unit) and _OTHER_NAME.search(path.name.lower()):
         text = "not an acceleration by its name: if it is one, state its unit in index.csv"

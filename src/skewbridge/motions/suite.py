@@ -98,14 +98,14 @@ def prepare_suite(
     low, high = levels.FACTOR_LIMITS
     rows: list[dict[str, Any]] = []
     names: dict[tuple[object, ...], str] = {}
-    for motion, listed, factor, measured in zip(motions, stored, computed, measures, strict=False):
+    for motion, given, factor, measured in zip(motions, stored, computed, measures, strict=False):
         # six digits, which do not depend on the processor
-        scale = float(f"{factor:.6g}") if math.isnan(listed) else listed
+        scale = float(f"{factor:.6g}") if math.isnan(given) else given
         note = f"scale factor {scale:.3g} is outside {low:g} to {high:g}"
         for message in (*motion.messages, *([] if low <= scale <= high else [note])):
             logger.warning("motion %s: %s", motion.motion_id, message)
         # one record may serve several levels of a selection, with other factors in the index
-        if earlier := earlier_record(names, motion.motion_id, motion.components, str(listed)):
+        if earlier := earlier_record(names, motion.motion_id, motion.components, str(given)):
             text = "have the same samples: one record would count twice; remove one"
             logger.warning("motions %s and %s %s", earlier, motion.motion_id, text)
         row: dict[str, Any] = {"scale": scale, "npts": motion.npts}

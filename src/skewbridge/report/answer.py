@@ -104,10 +104,10 @@ def listed(words: Iterable[str]) -> str:
 def gap_text(values: str, bridges: Sequence[Structure]) -> str:
     """Return text on the gaps of a study, and on those that bridge files state instead."""
     gaps = [
-        f"{value_text(axis('gap_mm'), gap_mm)} at {place}"
+        f"{value_text(axis('gap_mm'), gap_mm)} at {end}"
         + (f" of {bridge.name}" if len(bridges) > 1 else "")
         for bridge in bridges
-        for place, gap_mm in bridge.description.own_gaps_mm.items()
+        for end, gap_mm in bridge.description.own_gaps_mm.items()
     ]
     has_effect = not bridges or any(bridge.description.takes_gap for bridge in bridges)
     texts = [values] if has_effect else []

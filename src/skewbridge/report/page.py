@@ -196,13 +196,13 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame, curves: pd.DataFrame)
             with_verdicts = model_rows.assign(verdict_family=model_rows["claim"])
             effects = {row["demand"]: row for row in records_of(with_verdicts)}
             counts_of = by_value[*model, change[0]].iloc[[0, -1]]
-            (first, runs), (last, of_last) = counts_of[["n_failed", "n_runs"]].to_numpy()
-            of_first = f" of {runs}" if runs != of_last else ""
+            (first, runs), (last, last_runs) = counts_of[["n_failed", "n_runs"]].to_numpy()
+            of_first = f" of {runs}" if runs != last_runs else ""
             cells = [(effects.get(state), signs.get((*model, state), "")) for state in states]
             row = {
                 "change": change_name(*change),
                 "model": names[model] if len(names) > 1 else "",
-                "failed": f"{first}{of_first} to {last} of {of_last}",
+                "failed": f"{first}{of_first} to {last} of {last_runs}",
             }
             rows.append({**row, "cells": cells})
     return {

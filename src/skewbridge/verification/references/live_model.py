@@ -56,13 +56,13 @@ def load_node(
     node: int, weight_n: float, dt_s: float, force_n: Floats, *, rotations: int = 0
 ) -> None:
     """Load a node by a constant weight along -y and a time-dependent force along x."""
-    zeros = [0.0] * rotations
+    no_moments = [0.0] * rotations
     ops.timeSeries("Constant", 1)
     ops.pattern("Plain", 1, 1)
-    ops.load(node, 0.0, -weight_n, *zeros)
+    ops.load(node, 0.0, -weight_n, *no_moments)
     path_series(2, dt_s, force_n)
     ops.pattern("Plain", 2, 2)
-    ops.load(node, 1.0, 0.0, *zeros)
+    ops.load(node, 1.0, 0.0, *no_moments)
 
 
 class History(NamedTuple):

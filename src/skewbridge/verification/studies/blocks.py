@@ -427,8 +427,8 @@ def integrator_restitution(integrator: str, step: float) -> Floats:
     count, result = _FREE_STEPS + 2 * ceil(pi / step) + 6, np.empty(40)
     block = Block(mass_kg=1.0, kn_n_per_m=1.0, kt_n_per_m=1.0, bounces=True, v0_mps=(0.0, -1.0))
     for k in range(len(result)):
-        phase = replace(block, gap_m=step * (_FREE_STEPS + (k + 0.5) / len(result)))
-        history = run_block(phase, step, count * step, integrator=solvers.INTEGRATORS[integrator])
+        shifted = replace(block, gap_m=step * (_FREE_STEPS + (k + 0.5) / len(result)))
+        history = run_block(shifted, step, count * step, integrator=solvers.INTEGRATORS[integrator])
         y = history.q[:, 1]
         result[k] = (y[-1] - y[-2]) / step
     return result

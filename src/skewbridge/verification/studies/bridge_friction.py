@@ -158,15 +158,15 @@ def half_cycles(pair: Pair[DeckMotion], axis: int) -> pd.DataFrame:
         product of the peaks of the run; it is 1 if the peaks of x and y coincide.
     """
     count = min(len(motion.disp_m) for motion in pair)
-    with_friction, smooth = (motion.disp_m[:count] for motion in pair)
-    disp, across = np.abs(smooth[:, axis]), np.abs(smooth[:, 1 - axis])
+    with_friction, without_mu = (motion.disp_m[:count] for motion in pair)
+    disp, across = np.abs(without_mu[:, axis]), np.abs(without_mu[:, 1 - axis])
     columns = {
         "peak_without_m": disp,
         "peak_with_m": np.abs(with_friction[:, axis]),
         "together": disp * across / (disp.max() * across.max()),
         "has_contact": np.logical_or(*(motion.touches_wall[:count] for motion in pair)),
     }
-    crossings = np.diff(np.signbit(smooth[:, axis]), prepend=np.signbit(smooth[0, axis]))
+    crossings = np.diff(np.signbit(without_mu[:, axis]), prepend=np.signbit(without_mu[0, axis]))
     groups = pd.DataFrame(columns).groupby(np.cumsum(crossings))
     is_large = (groups["peak_without_m"].max() >= SMALLEST_CYCLE * disp.max()) & (groups.size() > 1)
     cycles = groups.max()[is_large].reset_index(drop=True)  # has_contact: if any contact closes
@@ -191,7 +191,7 @@ def run_abutment(study: Study) -> None:
         with_mu, no_mu = (paper_variant(skew_deg=skew, friction_pct=f) for f in (FRICTION_PCT, 0))
         ground, settings = Excitation(motion=motion.motion), AnalysisSettings(duration_s=DURATION_S)
         places = PLACES if keys == _KEYS[0] else PLACES[:1]
-        options = {place: ModelOptions(keys=keys, friction_at=place) for place in places}
+        options = {contacts: ModelOptions(keys=keys, friction_at=contacts) for contacts in places}
         runs = {p: abutment_history(with_mu, ground, settings, o) for p, o in options.items()}
         pair = runs["all"], abutment_history(no_mu, ground, settings, options["all"])
         case = f"skew {skew}, {keys} keys{record.stand_in}"
@@ -202,8 +202,8 @@ def run_abutment(study: Study) -> None:
         if len(places) > 1:
             changes = (rms_change(runs[p].disp_m, pair[1].disp_m)[1] for p in places[1:])
             judge("backwall makes it", case, *map(float, changes))
-            for place, run in runs.items():
-                row: Row = {"run": motion.run.name, "skew_deg": skew, "friction_at": place}
+            for contacts, run in runs.items():
+                row: Row = {"run": motion.run.name, "skew_deg": skew, "friction_at": contacts}
                 row |= {name: relative_change(p, peaks_0[name]) for name, p in _peaks(run).items()}
                 row |= {f"work at {k}s (kJ)": _slip_kj(run, k) for k in ("backwall", "key")}
                 rows.append(row)
@@ -390,9 +390,9 @@ def run_places(study: Study) -> None:
     record = waho()
     for skew, motion in product(SKEWS_DEG, record.runs()):
         variant = paper_variant(skew_deg=skew)
-        runs = {place: _analysis(motion, variant, friction_at=place) for place in PLACES}
+        runs = {contacts: _analysis(motion, variant, friction_at=contacts) for contacts in PLACES}
         smooth = _analysis(motion, paper_variant(skew_deg=skew, friction_pct=0))
-        changes = (_history_change((runs[place], smooth), "deck_uy_m") for place in _FREE)
+        changes = (_history_change((runs[contacts], smooth), "deck_uy_m") for contacts in _FREE)
         case, analyses = f"OSB1, skew {skew}{record.stand_in}", (*runs.values(), smooth)
         premise = _is_pushed(_wall_forces(analyses), skew)
         study.states("backwall makes it", case, *changes, run=motion.run, premise=premise)
@@ -401,16 +401,16 @@ def run_places(study: Study) -> None:
         all_ran = all(analysis.status in RAN for analysis in analyses)
         text = f"skew {skew}: every analysis ends with status ok or collapse"
         study.holds(text, truth=all_ran, source="this model")
-        for place, frictionless_part in _FREE.items():
-            histories = pd.DataFrame(_histories(runs[place]))
+        for contacts, frictionless_part in _FREE.items():
+            histories = pd.DataFrame(_histories(runs[contacts]))
             forces_kn = histories.filter(regex=f"{frictionless_part}.*friction_[12]_kn$")
-            text = f"skew {skew}, friction at {place}: friction at a {frictionless_part} (kN)"
+            text = f"skew {skew}, friction at {contacts}: friction at a {frictionless_part} (kN)"
             study.at_most(text, forces_kn.abs().to_numpy().max(), 0.0, "no friction there")
-        for place, demand in product(PLACES, _DEMANDS):
-            value, value_without = (run.whole_history[demand] for run in (runs[place], smooth))
+        for contacts, demand in product(PLACES, _DEMANDS):
+            value, value_without = (run.whole_history[demand] for run in (runs[contacts], smooth))
             # a deck that does not rotate gives no reference for the ratio
             if value_without > (1e-4 if demand == "deck_rotation_rad" else 0.0):
-                text = f"skew {skew}, friction at {place}: {demand}"
+                text = f"skew {skew}, friction at {contacts}: {demand}"
                 study.report(text, value, value_without, _WITHOUT)
 
 
