@@ -414,8 +414,8 @@ ACCELERATION_HEADERS = {
         "t,acc_ms2", "t,a (metres per second squared)", "t,g\n(s),(m/sec2)", "t,a (meter/s^2)",
     ],
     ("%g", 0.0980665): ["t,acc (%g)"],
-    ("mm/s2", 1e-3): ["time (s),a (mm/s2)"], ("mg", 9.80665e-3): ["time (s),a (mg)"],
-    ("in/s2", 0.0254): ["time (s),a (in/s2)"], ("ft/s2", 0.3048): ["time (s),a (ft/sec2)"],
+    ("mm/s2", 1e-3): ["time (s),a (mm/s2)"], ("mg", 9.80665e-3): ["t,a (mg)", "t,a (milli-g)"],
+    ("in/s2", 0.0254): ["t,a (in/s2)"], ("ft/s2", 0.3048): ["t,a (ft/sec2)", "t,a (feet/s/s)"],
     ("cm/s2", 0.01): [
         "time (s),acc (cm/s2)", "t,a (cm/s^2)", "t,a (cm/s/s)", "t,a (cm/sec/sec)", "t,a (gal)",
         "t,a [cm/sec^2]", "t,a (CM/SEC**2)", "t,a_cmps2", "t,acc_cm_s2", "t (s), a (cm/s2)",

@@ -280,6 +280,9 @@ def _assembled(path: Path, parts: dict[float | None, _Part]) -> HazardCurve:
         im = next(iter(parts.values())).im
         raise file_fault(path, f": {im} has fractiles only: add its mean or median curve")
     quantiles = sorted(q for q in parts if q is not None)
+    if len(quantiles) == 1 and parts.keys() - {None, 0.5}:
+        fractile = f"one fractile ({100.0 * quantiles[0]:g} %)"
+        raise file_fault(path, f": {fractile} gives no interval: add another one, or remove it")
     curves = [mean, *(parts[q] for q in quantiles)]
     if any(not np.array_equal(curve.levels, mean.levels) for curve in curves):
         raise file_fault(path, f": fractiles of {mean.im} must have the intensities of the mean")

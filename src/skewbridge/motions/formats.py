@@ -182,6 +182,7 @@ _LENGTH: Final = "(?:[cm]?m|in|ft)"
 _USUAL_UNITS: Final = (
     (r"sec(?:ond)?s?", "s"), (r"inch(?:es)?", "in"), (r"\*\*|[\^{}]", ""), (r"\s+per\s+", "/"),
     (r"(?<![a-z])(?:(c)enti|(m)illi)?met(?:er|re)s?(?=\s*/)", r"\1\2m"), (r"\s+squared", "2"),
+    (r"f(?:ee|oo)t(?=\s*/)", "ft"), (r"milli-?g(?![a-z])", "mg"),
     (r"\s*/\s*s", "/s"), ("/s/s", "/s2"), (rf"(?<![a-z])({_LENGTH})[ .*_]?s-2", r"\1/s2"),
     # cmps2, cm_s_2, ms2
     (rf"(?<![a-z])({_LENGTH})(?:(?:p|_per_|_)s_?(2?)|s(2))(?![a-z0-9])", r"\1/s\2\3"),
