@@ -362,13 +362,16 @@ class DemandFit:
         ]
         return np.exp(np.minimum(tails[0] - tails[1], 0.0))
 
+    @property
+    def effects(self) -> Floats:
+        """Regressors of the level and of the effects of single axes in V variants, (V, 1 + d)."""
+        of_axes = self.setup.matrix[:, : self.setup.axes.drifts]
+        return np.column_stack([np.ones(len(of_axes)), of_axes])
+
     @cached_property
     def without_variants(self) -> list[DemandModel | str]:
         """Model fitted without each variant in turn, or why the other variants do not suffice."""
-        setup = self.setup
-        effects = np.column_stack(
-            [np.ones(len(setup.matrix)), setup.matrix[:, : setup.axes.drifts]]
-        )
+        setup, effects = self.setup, self.effects
         rank, models = np.linalg.matrix_rank(effects), list[DemandModel | str]()
         for variant in range(len(effects)):
             other_effects = np.delete(effects, variant, axis=0)
