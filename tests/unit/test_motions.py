@@ -124,8 +124,8 @@ def test_measures_are_means_of_components_or_medians_over_directions():
     accel = np.array([1.0, -1.0] * 100 + [1.0])
     motion = _motion(accel_1_mps2=accel, accel_2_mps2=np.zeros_like(accel))
     found = intensity.motion_measures(motion, None)
-    assert found["im_cav_mps"] == pytest.approx(1.0)
-    assert found["im_arias_mps"] == pytest.approx(0.5 * np.pi / (2.0 * 9.80665) * 2.0)
+    measures = [found[f"im_{name}"] for name in ("cav_mps", "arias_mps", "d5_75_s", "d5_95_s")]
+    assert measures == pytest.approx([1.0, 0.5 * np.pi / (2.0 * 9.80665) * 2.0, 1.4, 1.8])
     twice = intensity.motion_measures(motion.with_components(accel, 3.0 * accel), None)
     assert twice["im_cav_mps"] == pytest.approx((2.0 + 6.0) / 2.0)
     # Peaks 3 m/s2 and 3 x 0.21 s = 0.63 m/s along one axis: cos 45 degrees of them.
