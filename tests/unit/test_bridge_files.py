@@ -265,9 +265,8 @@ def test_a_bad_drawing_names_key_value_and_need(written, key, value, words) -> N
     assert "abutment.wall_height_m" not in message  # missing only because the depth is
 
 
-def test_an_integral_end_is_completed_from_a_deck_in_text(written) -> None:
-    ends = {"left": {"type": "integral", "piles": {"count": 8}}}
-    ends["right"] = {"type": "seat", "seat_width_m": 0.9, "pads": PADS}
+def test_integral_and_fixed_ends_are_completed_from_a_deck_in_text(written) -> None:
+    ends = {"left": {"type": "integral", "piles": {"count": 8}}, "right": {"type": "fixed"}}
     own = drawn(written, {"abutment": None, "abutments": ends, "deck.width_m": "42 ft"})
     left = load_bridge(own).ends["left"]
     assert (left.wall_width_m, left.wall_height_m) == pytest.approx((42 * 0.3048, 6 * 0.3048))

@@ -23,7 +23,7 @@ from skewbridge.report import fragility_figures as figures
 from skewbridge.report import study_figures as files
 from skewbridge.report.appearance import shown_in
 from skewbridge.report.fragility_figures import demand_clouds, pooled_curves
-from skewbridge.report.run_figures import hysteresis_figure
+from skewbridge.report.run_figures import hysteresis_figure, record_page
 from skewbridge.study.config import FigureSettings
 from skewbridge.study.folder import write_starter
 
@@ -162,9 +162,9 @@ def test_list_of_figures_follows_limit_states_and_leaves_out_empty_plots(study):
     names = [name.removeprefix("osb1_cf_") for name in captions_of(study)]
     expected = "main_whole_bridge curves_column_drift curves_bearing cloud_column_drift_ratio"
     assert names == f"{expected} cloud_bearing_disp_m effects_by_intensity suite_spectra".split()
-    names = ("system", "effects", "intensity_effects")
-    nothing = {name: getattr(study, name).head(0) for name in names}
-    nothing |= {"demands": study.demands.assign(bearing_disp_m=0.0)}
+    empty = ("system", "effects", "intensity_effects")
+    nothing = {"demands": study.demands.assign(bearing_disp_m=0.0)}
+    nothing |= {name: getattr(study, name).head(0) for name in empty}
     names = captions_of(study, **nothing, curves=study.curves.assign(preferred=False))
     assert list(names) == ["osb1_cf_cloud_column_drift_ratio", "suite_spectra"]
 
@@ -173,24 +173,24 @@ def test_captions_and_findings_have_the_numbers_of_the_tables(study):
     captions = captions_of(study)
     assert "Sa,avg RotD50 (g) 0.5." in captions["osb1_cf_effects_by_intensity"].text
     above = int((study.demands["bearing_disp_m"] > 0.1).sum())
-    # runs that ended early could have exceeded the state later
     words = f"{above} of {len(study.demands)} analyses are known to exceed bearing, slight (100 mm)"
     assert captions["osb1_cf_cloud_bearing_disp_m"].finding == f"{words}."
     curves = pooled_curves(study.curves, study.medians)
     mild = curves.query("component == 'column_drift' and limit_state == 'slight'")["theta"]
-    finding = captions["osb1_cf_curves_column_drift"].finding
-    assert f"(g) is {mild.iloc[0]:#.3g} at " in finding
-    assert f" and {mild.iloc[-1]:#.3g} at " in finding
+    ends = re.findall(r"(?:is|and) (\S+) at ", captions["osb1_cf_curves_column_drift"].finding)
+    assert ends == [f"{mild.iloc[end]:#.3g}" for end in (0, -1)]
 
 
 def test_figures_in_us_units_have_inches(study):
     with shown_in("us"):
         captions = captions_of(study)
         figure = demand_clouds(study.demands, study.curves, study.effects, "bearing_disp_m")
+        speed = record_page("", 0.01, {"h1": np.full(101, 0.0254)}).axes[1]
     assert "(3.94 in)" in captions["osb1_cf_cloud_bearing_disp_m"].finding
-    assert figure.axes[0].get_ylabel().endswith("(in)")
+    assert "(in) (in/s)" in f"{figure.axes[0].get_ylabel()[-4:]} {speed.get_ylabel()[-6:]}"
+    assert speed.lines[0].get_ydata()[-1] == pytest.approx(1.0)
     largest = max(max(line.get_ydata(), default=0.0) for line in lines_of(figure, "o"))
-    assert largest <= study.demands["bearing_disp_m"].max() / 0.0254 * (1 + 1e-9)
+    assert largest * 0.0254 <= study.demands["bearing_disp_m"].max() * (1 + 1e-9)
 
 
 def drawn():

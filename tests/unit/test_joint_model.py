@@ -286,25 +286,25 @@ def test_statistics_outside_a_study_folder_are_a_study_with_report(tmp_path, mon
     drift = {state.name: state.threshold for state in packaged if state.demand == NEEDED[-1]}
     assert dict(zip(curves["limit_state"], curves["threshold"], strict=True)) == drift
     assert predict("theirs", *PLACE)[0] == 0
-    same = answer("compare", "theirs", "runs.parquet")
-    assert (same["counts"]["pairs"], same["counts"]["equal_pairs"]) == (len(two), len(two))
     names = [row["name"] for row in answer("study", "plot", "--study", "theirs")["figures"]]
     assert "foreign_foreign_curves_column_drift" in names
     assert all(Path(f"theirs/figures/{name}.svg").is_file() for name in names)
     assert report["status"] == curves["status"].value_counts().to_dict()
     assert report["verdict"] == study.fragility["effects"].verdict_family.value_counts().to_dict()
     page = Path(report["report"]).read_text(encoding="utf-8")
-    for absent in ("undefined", "nan ", 'id="quality"'):
+    for absent in ("undefined", "nan ", 'id="quality"', "No median capacities"):
         assert absent not in page.split("<script")[0]
     assert "2.01\u00a0in" in page
-    # written again, but never over the demands of a study
-    assert run("statistics", "theirs/demands.parquet", "--out", "theirs")[0] == 0
-    two.to_parquet("runs.parquet")
+    # written again with own limit states, but never over the demands of a study
+    Path("own.yaml").write_text(json.dumps([DRIFT_ENTRY | {"component": "own"}]))
+    answer("statistics", "theirs/demands.parquet", "--out=theirs", "--limit-states=own.yaml")
+    same = answer("compare", "theirs", "runs.parquet")
+    assert (same["counts"]["pairs"], same["counts"]["equal_pairs"]) == (len(two), len(two))
+    assert {row["demand"] for row in same["medians_by_state"]} == {"own/slight", "own/moderate"}
     (tmp_path / "study").mkdir()
     write_frame(two, tmp_path / "study" / "demands.parquet", {"config_digest": "a"})
-    code, found = run("statistics", "runs.parquet", "--out", "study")
-    assert code == 2
-    assert "study is the folder of a study with demands: choose another" in found["message"]
+    found = answer("statistics", "runs.parquet", "--out", "study", code=2)["message"]
+    assert "study is the folder of a study with demands: choose another" in found
     assert len(pd.read_parquet("study/demands.parquet").columns) == len(two.columns)
 
 

@@ -7,7 +7,6 @@ import os
 import platform
 import signal
 import warnings
-from contextlib import chdir
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -179,14 +178,6 @@ def test_a_failed_script_ends_with_its_message_and_code(tmp_path, capsys, error,
     assert (found, "sources were edited while the study ran" in printed) == (2, True)
 
 
-def answered(path: Path, config: str = "") -> tuple[int, dict]:
-    named = path.parent / "config" / "config.yaml"
-    named.parent.mkdir(exist_ok=True)
-    named.write_text(config or "motions: {count: 3}")
-    with chdir(path.parent):
-        return run("provenance", path)
-
-
 def test_a_file_is_compared_with_the_configuration_of_its_own_study(tmp_path, monkeypatch):
     monkeypatch.setattr(
         jobs, "made_from", lambda study: {RULE: {"motions": "m", "n": study.motions.count}}
@@ -227,11 +218,11 @@ def test_a_result_of_one_run_is_current_while_the_engine_is(tmp_path):
     path = tmp_path / "histories.parquet"
     for digest, code in ((engine_digest(), 0), ("of older sources", 1)):
         write_frame(FRAME, path, provenance(run_key="k", engine_digest=digest))
-        assert answered(path)[0] == code
+        assert run("provenance", path)[0] == code
     write_frame(FRAME, path, provenance())
-    code, answer = answered(path)
+    code, answer = run("provenance", path)
     assert (code, "`skewbridge statistics`" in answer["message"]) == (2, True)
-    assert answered(tmp_path / "none.png")[0] == 2
+    assert run("provenance", tmp_path / "none.png")[0] == 2
 
 
 @pytest.mark.parametrize(

@@ -63,17 +63,17 @@ def usgs(xlabel="Ground Motion (g)", component="Total"):
 
 def test_every_format_gives_levels_in_the_unit_of_the_column_and_annual_rates(file):
     plain = curve_of(file(TABLE))
-    assert (plain.im, plain.quantiles.tolist()) == (IM, [0.16, 0.84])
-    assert plain.rates[:, 1].tolist() == [0.05, 0.03, 0.08]
+    found = plain.im, plain.quantiles.tolist(), plain.rates[:, 1].tolist()
+    assert found == (IM, [0.16, 0.84], [0.05, 0.03, 0.08])
     file(openquake("mean", "SA(1.0)", "1.0,0.5,0.01"), "oq/hazard_curve-mean-SA_1.csv")
     file(openquake("quantile-0.15", "SA(1.0)", "0.9,0.4,0.0"), "oq/quantile_curve-0.15.csv")
+    file("#,kind='mean'\nlon,lat,PGA-0.1\n0,0,1\n", "oq/hazard_map-mean_1.csv")  # not read
     folder = file(openquake("mean", "PGV", "0.9,0.5,0.1"), "oq/hazard_curve-mean-PGV_1.csv").parent
     pgv, sa = sorted(read_hazard(folder), key=lambda each: each.im)
     assert pgv.levels == pytest.approx([0.001, 0.005, 0.015])
     # a probability of one has no rate: the level is left out
     assert sa.rates[0] == pytest.approx(-np.log1p([-0.5, -0.01]) / 50.0)
-    found = [curve_of(folder, measure=measure).im for measure in (None, "PGV")]
-    assert found == ["im_sa_1p000_rotd50_g", "im_pgv_rotd50_mps"]
+    assert [curve_of(folder, measure=m).im for m in (None, "PGV")] == [sa.im, "im_pgv_rotd50_mps"]
     older = {"imt": {"value": "PGA"}, "xlabel": "Ground Motion (g)", "xvalues": [0.1, 0.5]}
     older = [{"metadata": older, "data": [{"component": "Total", "yvalues": [0.02, 1e-3]}]}]
     for text, name, measure, rates in (
@@ -87,7 +87,7 @@ def test_every_format_gives_levels_in_the_unit_of_the_column_and_annual_rates(fi
         assert (found.im, found.levels.tolist()) == (measure, [0.1, 0.5])
         assert rates in (None, found.rates[0].tolist())
     names = {"SA(0.2)": "im_sa_0p200_", "SA0P2": "im_sa_0p200_", "AvgSA": "im_saavg_rot",
-             "Arias": "", "im_cav_mps": "im_cav_mps"}  # fmt: skip
+             "Sa_avg": "im_saavg_rot", "Arias": "", "im_cav_mps": "im_cav_mps"}  # fmt: skip
     assert {name: measure_column(name)[:12] for name in names} == names
 
 
@@ -287,6 +287,11 @@ def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path, monke
     given = ("--hazard", site)
     file(CAPACITIES, "config/limit_states.yaml")
     monkeypatch.chdir(tmp_path)
+    # an intensity im is that of the table
+    plain, pga = file("im,rate\n0.1,0.01\n2.0,0.0001\n", "plain.csv"), tmp_path / "pga.csv"
+    demands.filter(regex=f"^(?!im_)|^{IM}$").rename(columns={IM: PGA}).to_csv(pga)
+    pga = answer("statistics", pga, "--hazard", plain, "--out", tmp_path / "pga")
+    assert (pga["im"], pga["tables"]["rates"] > 0) == (PGA, True)
     report = answer("statistics", tables[0], *given, "--out", study)
     rates = pd.read_parquet(study / "fragility/rates.parquet")
     assert report["tables"]["rates"] == len(rates) == rates["im"].eq(IM).sum() > 0
@@ -315,7 +320,6 @@ def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path, monke
     other = ("--bridge", "osb1", *target, "--axis", "friction=0.5")
     decide = ("decide", site, "--study", study, *other, "--out", tmp_path / "chart")
     needs = pd.DataFrame(answer(*decide)["rows"]).query("gap_mm == 51")
-    # lengths for more unseating than in any run
     runs = read_frame(study / "demands.parquet")
     write_frame(runs.assign(unseating_m=0.001), study / "demands.parquet", {})
     assert "extrapolated: 65 of 65 lengths" in invoke(*decide).stderr
@@ -331,6 +335,13 @@ def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path, monke
     values = {"skew_deg": 30.0, "gap_mm": 51.0, "friction": 0.5}
     assert curve_rate(model.curve(values), curve_of(site)).value == pytest.approx(1e-3, rel=5e-3)
     assert "leave it out" in answer(*decide, "--axis", "skew_deg=30", code=2)["message"]
+    # as if columns failed too often at every gap above some skew
+    seats = decision(joint_rows(study), curve_of(site), 1e-3, {"friction": 0.5})
+    for below_deg, words in ((40.0, "skews of 41.25, 45 deg"), (0.0, "any skew")):
+        gaps_mm = seats.table["gap_mm"].where(seats.table["skew_deg"] < below_deg)
+        failing = seats._replace(table=seats.table.assign(gap_from_mm=gaps_mm))
+        monkeypatch.setattr("skewbridge.fragility.rates.decision", lambda *_, it=failing: it)
+        assert f"above the target at every gap for {words}\n" in invoke(*decide).stderr
 
 
 def test_the_factor_of_hazus_is_on_skew_0_of_the_study(file):
@@ -345,9 +356,5 @@ def test_the_factor_of_hazus_is_on_skew_0_of_the_study(file):
     assert hazus[15]["hazus_m"].isna().all()  # nothing is extrapolated to skew 0
     assert hazus[0].loc[0.0, "hazus_m"] == pytest.approx(hazus[0].loc[0.0, "seat_m"])
     assert hazus[0]["hazus_m"].is_monotonic_increasing
-
-
-def test_targets_are_rates_of_a_probability_in_50_years():
-    assert target_rate(0.02) == pytest.approx(-np.log(0.98) / 50.0)
     with pytest.raises(InputError, match="probability_50y must"):
         target_rate(2.0)

@@ -239,11 +239,8 @@ def test_a_compared_gap_without_effect_is_named(written):
     found = list(axis_warnings(parse_config({"grid": grid})))
     assert found == ["gap_mm of the grid has no effect on made: none of its joints uses it"]
     assert not list(axis_warnings(parse_config({"grid": grid | {"gap_mm": [51]}})))
-    spans = {
-        "bridge": ["docs/bridges/simple_spans.yaml"],
-        "abutment": ["roller", "contact_friction"],
-    }
-    (text,) = axis_warnings(parse_config({"grid": spans}))
+    spans, models = "docs/bridges/simple_spans.yaml", ["roller", "contact_friction"]
+    (text,) = axis_warnings(parse_config({"grid": {"bridge": [spans], "abutment": models}}))
     assert text == "inner joints of simple_spans have no friction with abutment model roller"
     in_radians = {"bridge": ["osb1"], "skew_deg": [0, 0.26, -0.52]}
     (text,) = axis_warnings(parse_config({"grid": in_radians}))

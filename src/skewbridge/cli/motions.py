@@ -8,6 +8,7 @@ from skewbridge.cli import COMMANDS, new_group
 from skewbridge.cli.output import Answer, Changes, Out, arg, command, keys_and_values, opt
 from skewbridge.errors import EXIT_BAD_INPUT, InputError
 from skewbridge.files.text import writable_file
+from skewbridge.units import Units
 
 if TYPE_CHECKING:
     from skewbridge.motions.formats import Stated
@@ -83,7 +84,9 @@ def im(
 
 @command(motions)
 def plot(
-    paths: Annotated[list[Path], arg("One or two components, or a folder.")], out: Out
+    paths: Annotated[list[Path], arg("One or two components, or a folder.")],
+    out: Out,
+    units: Units,
 ) -> Answer:
     """Draw a record with its spectra, or the spectra of a folder of motions.
 
@@ -91,6 +94,7 @@ def plot(
     """
     from skewbridge.motions.read import read_components
     from skewbridge.motions.suite import folder_spectra
+    from skewbridge.report.appearance import shown_in
     from skewbridge.report.run_figures import record_page, suite_spectra
 
     notes: tuple[str, ...] = ()
@@ -100,7 +104,8 @@ def plot(
     elif len(paths) <= 2:
         name, step_s, components, notes = read_components(paths)
         by_file_name = dict(zip((path.name for path in paths), components, strict=True))
-        figure = record_page(name, step_s, by_file_name)
+        with shown_in(units):
+            figure = record_page(name, step_s, by_file_name)
     else:
         raise InputError(f"motions plot takes one or two files or a folder, got {len(paths)}")
     path = out if out.suffix.lower() in {".png", ".svg", ".pdf"} else out / f"{name}.png"

@@ -126,6 +126,8 @@ def read_frame(path: Path, columns: list[str] | None = None) -> pd.DataFrame:
 
 def read_any(path: Path) -> pd.DataFrame:
     """Read a parquet file, or a CSV file if the suffix is not ``.parquet`` (in any case)."""
+    if path.suffix.lower() in {".xlsx", ".xls", ".ods", ".feather", ".arrow", ".gz", ".zip"}:
+        raise file_fault(path, " is neither CSV nor parquet: save it as one of them")
     return read_frame(path) if path.suffix.lower() == ".parquet" else read_csv(path)
 
 

@@ -349,7 +349,7 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
     that demand. The notes list both. Suspect rows excluded by the settings count as failed runs.
     An `InputError` names a missing column, an unknown status, or an infinite or negative demand.
     """
-    checked = [name for name in columns if name != validity.COLUMN_FAILURE_RATIO]
+    checked = [name for name in dict.fromkeys(columns) if name != validity.COLUMN_FAILURE_RATIO]
     need_columns(demands, (*KEY_COLUMNS, settings.im, *checked))
     refuse_misspelt(name for name in map(str, demands) if name not in checked)
     table = demands.reset_index(drop=True)

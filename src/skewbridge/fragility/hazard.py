@@ -40,7 +40,10 @@ PREFERRED: Final = (
     "im_saavg_rotd50_g", "im_sa_t1_rotd50_g", "im_sa_1p000_rotd50_g", "im_pga_rotd50_g",
     "im_pgv_rotd50_mps",
 )  # fmt: skip
-_NAMES: Final = {"PGA": PREFERRED[3], "PGV": PREFERRED[4], "AVGSA": PREFERRED[0]}
+_NAMES: Final = {
+    "PGA": PREFERRED[3], "PGV": PREFERRED[4], "AVGSA": PREFERRED[0], "SA_AVG": PREFERRED[0],
+    "SA(T1)": PREFERRED[1],
+}  # fmt: skip
 _FACTORS: Final = {"g": 1.0, "m/s": 1.0, "cm/s": 0.01}  # to the unit of the column
 _UNIT: Final = re.compile(r"(.*?)\s*[(\[](g|m/s|cm/s)[)\]]$")
 _FRACTILE: Final = re.compile(r"rate_p(\d+(?:\.\d+)?)$")
@@ -57,7 +60,7 @@ class HazardConfig:
     file: FileName | None = Field(default=None)
     """CSV (columns im, rate), OpenQuake or USGS file, or a folder of OpenQuake files; null: none"""
     measure: str | None = Field(default=None, max_length=100)
-    """intensity measure, if there are several: PGA, SA(1.0), AvgSA or an im_ column"""
+    """intensity measure, if there are several: PGA, SA(1.0), Sa_avg or an im_ column"""
 
 
 class LogRate(NamedTuple):
@@ -223,15 +226,16 @@ def hazard_curve(config: HazardConfig, measures: Sequence[str], default: str) ->
     curves = {curve.im: curve for curve in read_hazard(path)}
     requested = config.measure and measure_column(config.measure)
     if config.measure and not requested:
-        text = "must be PGA, PGV, SA(period), AvgSA or an im_ column"
+        text = "must be PGA, PGV, SA(period), Sa_avg, Sa(T1) or an im_ column"
         raise InputError(f"hazard.measure {text}, got {config.measure!r}")
+    names = [name or "an intensity im without a measure" for name in curves]
     if "" in curves:
         name = requested or default
         curves = {name: replace(curves[""], im=name)}
     order = [requested] if requested else [default, *PREFERRED]
     measure = next((name for name in order if name in curves and name in measures), None)
     if measure is None:
-        in_file, in_study = (", ".join(map(str, names)) for names in (curves, measures))
+        in_file, in_study = (", ".join(texts) for texts in (names, measures))
         request = f" (hazard.measure is {requested})" if requested else ""
         text = f": no hazard curve fits the study. The file has {in_file}{request}"
         raise file_fault(path, f"{text}; give the hazard of a measure of the study: {in_study}")
@@ -248,6 +252,8 @@ def read_hazard(path: Path) -> list[HazardCurve]:
     files = [path]
     if path.is_dir():
         files = sorted(f for f in path.iterdir() if f.suffix.lower() in (".csv", ".json"))
+        # OpenQuake also exports maps, spectra and realizations to this folder
+        files = [file for file in files if "_curve-" in file.name] or files
     if not files:
         raise file_fault(path, " has no hazard curve (.csv or .json file)")
     groups: dict[str, dict[float | None, _Part]] = defaultdict(dict)
@@ -364,7 +370,8 @@ def _measure_and_factor(title: str) -> tuple[str, float]:
     match = _UNIT.fullmatch(title)
     column = measure_column(match[1] if match else title)
     if not column:
-        raise InputError(f"{title!r} is not a measure with a unit, such as SA(1.0) (g) or PGA (g)")
+        example = "such as SA(1.0) (g) or Sa_avg (g)"
+        raise InputError(f"{title!r} is not a measure with a unit, {example}")
     if not match:
         unit = "cm/s" if column == _NAMES["PGV"] else "g"
         raise InputError(f"the unit of {title} is missing: write {title} ({unit})")

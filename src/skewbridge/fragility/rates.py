@@ -280,15 +280,17 @@ def _changes(
         texts = [f"{n} of {len(cells)} pairs have {word}" for word, n in left_out.items() if n]
         if texts:
             pooled["reason"] = f"{', '.join(texts)} components"
-        if used_rates and (isinstance(state, str) or not medians.withheld(rated_cells, state)):
+        shown = [True] * len(pairs_with_rates)
+        has_mean = bool(used_rates)
+        if not isinstance(state, str) and rated_cells:
+            has_mean = not medians.withheld(rated_cells, state)
+            shown = [not medians.withheld([cell], state) for cell in rated_cells]
+        if has_mean:
             starts, ends = zip(*used_rates, strict=True)
             changes.append((pooled, (_mean(starts), _mean(ends))))
         elif withheld:
             changes.append((pooled | {"status": DIFFERENT_COMPONENTS}, None))
-        if not isinstance(state, str):
-            is_used = [not medians.withheld([cell], state) for cell in rated_cells]
-            pairs_with_rates = list(compress(pairs_with_rates, is_used))
-        changes += [*pairs_with_rates, *withheld]
+        changes += [*compress(pairs_with_rates, shown), *withheld]
     return changes
 
 

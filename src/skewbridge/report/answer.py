@@ -209,6 +209,26 @@ def _further_steps(medians: pd.DataFrame, row: Mapping[str, Any]) -> dict[str, A
     return largest_step | {"by_value": "; ".join(texts)}
 
 
+def _shown_states(curves: pd.DataFrame) -> list[str]:
+    """Return the states of the answer: `_STATES`, or two others if ``curves`` have none of them.
+
+    The others are the mildest estimated states of the first two components.
+    """
+    keys = curves["component"] + "/" + curves["limit_state"]
+    if keys.isin(_STATES).any():
+        return list(_STATES)
+    rows = curves.assign(demand=keys, is_missing=curves["status"] != OK)
+    states = rows.groupby(["component", "demand"], sort=False)["is_missing"].all().reset_index()
+    states = states.sort_values("is_missing", kind="stable").drop_duplicates("component")
+    return states["demand"].tolist()[:2]
+
+
+def leading_states(table: pd.DataFrame) -> list[str]:
+    """Return the `LEADING_STATES` of an answer, or all its states if it has none of them."""
+    states = table.loc[table["quantity"] == MEDIAN_CAPACITY, "demand"].unique().tolist()
+    return [state for state in states if state in LEADING_STATES] or states
+
+
 def answer_table(
     *,
     medians: pd.DataFrame,
@@ -220,7 +240,7 @@ def answer_table(
     """Return the pooled headline effects of each axis, for the change to its largest value.
 
     The columns are `ANSWER_COLUMNS`. For each bridge, abutment model and axis, the states of
-    `HEADLINE_STATES` and of joints in ``curves`` come first, then the headline demands. A state
+    `_shown_states` in ``curves`` come first, then the headline demands. A state
     without a ratio has the most frequent status of its variants without an estimate, or
     `NOT_REACHED` if no run exceeds it. ``bridges`` are names or files of the study.
     """
@@ -242,7 +262,8 @@ def answer_table(
         n_exceed=("n_exceed", "sum"), n_runs=("n_runs", "sum"), missing=("status", reason)
     )
     changes = pooled[list(_EFFECT[:-1])].drop_duplicates()
-    capacities = changes.merge(states[states["demand"].isin(_STATES)])
+    shown_states = _shown_states(curves)
+    capacities = changes.merge(states[states["demand"].isin(shown_states)])
     pooled_medians = medians[medians["scope"] == "pooled"]
     capacities = capacities.merge(pooled_medians, how="left", on=list(_EFFECT))
     never_exceeded = (capacities["missing"] == NO_EXCEEDANCE) & (capacities["n_exceed"] == 0)
@@ -259,7 +280,7 @@ def answer_table(
 
     table = pd.concat([capacities, demands]).reindex(columns=list(ANSWER_COLUMNS))
     order = {"axis": [varied.name for varied in axes_of(table["axis"])]}
-    order["demand"] = [*_STATES, *headline]
+    order["demand"] = [*shown_states, *headline]
     ranks = {f"_{name}": table[name].map(values.index) for name, values in order.items()}
     table = table.assign(**ranks).sort_values([*BRIDGE_COLUMNS, "_axis", "from_value", "_demand"])
     seats_m, files = dict[str, float](), {Path(name).stem: name for name in bridges}
@@ -354,7 +375,7 @@ def effect_notes(table: pd.DataFrame) -> list[str]:
 def _leading_effects(table: pd.DataFrame) -> Iterator[tuple[Any, str, pd.DataFrame]]:
     """Yield (bridge, abutment, state), its name and the effects on it, for each leading state."""
     names = short_names(table)
-    rows = table[table["demand"].isin(LEADING_STATES) & (table["status"] == OK)]
+    rows = table[table["demand"].isin(leading_states(table)) & (table["status"] == OK)]
     for key, effects in groups_of(rows, [*BRIDGE_COLUMNS, "demand"]):
         yield key, f"{names[key[:2]]}, {effect_name(key[2])}", effects
 
@@ -380,12 +401,13 @@ def headline(table: pd.DataFrame) -> list[str]:
             for row in records_of(unestimated[is_leading] if is_leading.any() else unestimated)
         ]
         return [f"{'; '.join(['No median capacities can be compared', *reasons])}."]
+    leading = leading_states(table)
     sentences = list[tuple[tuple[int, float], str]]()
     open_effects = list[str]()
     for (name, *_), change in estimated.groupby(["axis", "from_value", "to_value"], sort=False):
         demands = table[(table["axis"] == name) & (table["quantity"] != MEDIAN_CAPACITY)]
         sentences += _axis_sentence(change, demands, names)
-        undecided = change[(change["claim"] == UNDECIDED) & change["demand"].isin(LEADING_STATES)]
+        undecided = change[(change["claim"] == UNDECIDED) & change["demand"].isin(leading)]
         for (state,), rows in groups_of(undecided, ["demand"]):
             texts = [
                 f"{names[row['bridge'], row['abutment']] + ' ' if len(names) > 1 else ''}"

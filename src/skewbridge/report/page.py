@@ -154,8 +154,8 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], bridges: Sequence[str]) ->
         )
         for axis in axes
     }
-    without_backfill = [name for name, traits in ABUTMENTS.items() if traits.backfill == "none"]
-    with_backfill = demands[~demands["abutment"].isin(without_backfill)]
+    backfilled = [name for name, traits in ABUTMENTS.items() if traits.backfill != "none"]
+    with_backfill = demands[demands["abutment"].isin(backfilled)]  # of our models
     if bridges:
         structures = [load_structure(name) for name in bridges]
         texts["gap_mm"] = answer.gap_text(texts["gap_mm"], structures)

@@ -182,9 +182,9 @@ PERIODS_S: Final = np.geomspace(0.02, 10.0, 120)
 APPLIED_PERIODS_S: Final = np.geomspace(0.05, 5.0, 60)
 HISTORIES: Final[Mapping[str, Callable[[Floats, float], Floats]]] = {
     "Acceleration (g)": lambda accel_mps2, _: accel_mps2 / G_MPS2,
-    "Velocity (m/s)": velocity,
-    "Displacement (m)": displacement,
-    "Arias (m/s)": arias_build_up,
+    "Velocity (*/s)": velocity,  # *: m or in
+    "Displacement (*)": displacement,
+    "Arias (*/s)": arias_build_up,
 }
 _WIDTH_IN: Final = 10.0
 _COLOURS: Final = ("#0173b2", "#de8f05")  # source: palette "colorblind" of seaborn 0.13
@@ -201,11 +201,13 @@ def record_page(title: str, dt_s: float, components: Mapping[str, Floats]) -> Fi
     left_half, right_half = halves
     panels = left_half.subplots(len(HISTORIES), 1, sharex=True)
     spectra = right_half.subplots()
+    length_unit, per_m = shown_unit("m")
     for axes, (name, series) in zip(panels, HISTORIES.items(), strict=True):
         for color, accel_mps2 in zip(_COLOURS, components.values(), strict=False):
             time_s = np.arange(accel_mps2.size) * dt_s
-            axes.plot(time_s, series(accel_mps2, dt_s), color=color, lw=0.7)
-        axes.set_ylabel(name)
+            values = series(accel_mps2, dt_s) * (per_m if "*" in name else 1.0)
+            axes.plot(time_s, values, color=color, lw=0.7)
+        axes.set_ylabel(name.replace("*", length_unit))
     panels[-1].set_xlabel("Time (s)")
     left_half.align_ylabels(panels)
     for color, (label, accel_mps2) in zip(_COLOURS, components.items(), strict=False):

@@ -48,6 +48,7 @@ class StudyFolder:
         self.pilot: Final = root / "motions/pilot.json"  # medians that set the levels
         self.motions_digest: Final = root / "motions/digest.json"  # cache for unchanged files
         self.demands: Final = root / "demands.parquet"  # demands of all variants
+        self.limit_states: Final = root / "limit_states.yaml"  # copy by `skewbridge statistics`
         self.rounds: Final = root / "rounds.parquet"  # headline effects after every round
         self.sensitivity: Final = root / "sensitivity.parquet"  # numerical check
         self.modelling_choices: Final = root / "modelling_choices.parquet"

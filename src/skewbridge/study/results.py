@@ -28,7 +28,7 @@ from skewbridge.files.tables import (
     texts_of,
     write_frame,
 )
-from skewbridge.files.text import writable_folder
+from skewbridge.files.text import writable_folder, write_text
 from skewbridge.fragility import demand_table, effects, rates
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_model import fit_models
@@ -117,6 +117,14 @@ def _frame(path: Path) -> pd.DataFrame:
     return frame
 
 
+def _measures(source: pd.DataFrame) -> list[str]:
+    return list(map(str, source.filter(regex="^im_")))
+
+
+def _default_measure(measures: Sequence[str]) -> str:
+    return measures[0] if len(measures) == 1 else DEFAULTS.im
+
+
 def _read_demands(
     path: Path, source: pd.DataFrame, im: str | None, states: States
 ) -> tuple[pd.DataFrame, str, list[str]]:
@@ -124,8 +132,8 @@ def _read_demands(
     source = source.rename(columns=demand_table.FLAG_ALIASES)
     if "collapse" not in source:
         demand_table.need_columns(source, ["status"], path.name)
-    measures = list(map(str, source.filter(regex="^im_")))
-    im_column = im or (DEFAULTS.im if len(measures) != 1 else measures[0])
+    measures = _measures(source)
+    im_column = im or _default_measure(measures)
     if measures and im_column not in source:
         problem = f"{path.name} has no column {im!r}:" if im else "several intensities:"
         raise InputError(f"{problem} choose --im from {', '.join(measures)}", column=im or "im")
@@ -137,11 +145,10 @@ def _read_demands(
     return demand_table.read_foreign(path, names, source=source), im_column, unused
 
 
-def _limit_states(path: Path) -> States:
-    """Return the limit states in a file; the default file may be missing (then the package's)."""
+def _states_path(path: Path) -> Path:
+    """Return a file of limit states, or that of the package if the default file is missing."""
     default = Path(DEFAULTS.limit_states)
-    packaged = path == default and not path.is_file()
-    return load_limit_states(starter_files() / default if packaged else path)
+    return starter_files() / default if path == default and not path.is_file() else path
 
 
 def statistics_of(
@@ -155,10 +162,12 @@ def statistics_of(
     folder = StudyFolder(writable_folder(out))
     if folder.demands.is_file() and not is_from_statistics(out):
         raise InputError(f"{out} is the folder of a study with demands: choose another folder")
-    states = _limit_states(limit_states)
+    states_file = _states_path(limit_states)
+    states = load_limit_states(states_file)
     hazard_config = HazardConfig(file=hazard and str(hazard), measure=hazard and im)
     source = read_any(demands)
-    curve = hazard_curve(hazard_config, list(map(str, source.filter(regex="^im_"))), DEFAULTS.im)
+    measures = _measures(source)
+    curve = hazard_curve(hazard_config, measures, _default_measure(measures))
     table, measure, unused = _read_demands(demands, source, curve.im if curve else im, states)
     available = [state for state in states if state.demand in table]
     if not available:
@@ -169,6 +178,7 @@ def statistics_of(
     notes, texts = tables["input_notes"], {name: label_of(name) for name in map(str, table)}
     write_frame(table, folder.demands, provenance(**{_STATISTICS_OF: demands.name}), texts)
     write_tables(tables, folder.fragility("curves").parent)
+    write_text(folder.limit_states, states_file.read_text("utf-8"))
     return {
         "tables": {name: len(rows) for name, rows in tables.items()},
         "status": tables["curves"]["status"].value_counts().to_dict(),
@@ -215,12 +225,12 @@ def compare_studies(first: Path, second: Path, hazard: Path | None = None) -> St
     the same name are left out if their files differ. A pair in which one run ended early gives a
     bound.
     """
-    states = _limit_states(_states_file(first))
+    states = load_limit_states(_states_path(_states_file(first)))
     paths = [study if study.is_file() else demands_file(study) for study in (first, second)]
     sources = list(map(read_any, paths))
-    measures = list(map(str, sources[0].filter(regex="^im_")))
+    measures = _measures(sources[0])
     hazard_config, own_im = HazardConfig(file=hazard and str(hazard)), _measure(first)
-    site = hazard_curve(hazard_config, measures, own_im or DEFAULTS.im)
+    site = hazard_curve(hazard_config, measures, own_im or _default_measure(measures))
     im = site.im if site else own_im
     renamed_files = _other_motions(first, second)
     from_demands, measure, _ = _read_demands(paths[0], sources[0], im, states)
@@ -280,6 +290,8 @@ def compare_studies(first: Path, second: Path, hazard: Path | None = None) -> St
 
 
 def _states_file(study: Path) -> Path:
+    if (copied := StudyFolder(study).limit_states).is_file():
+        return copied
     settings = DEFAULTS
     with suppress(InputError):  # stored by another version
         if config := stored_configuration(study):
