@@ -329,7 +329,7 @@ def column(
 @command(bridge)
 def sdc(
     source: Annotated[Path | None, arg("Output folder of run, or bridge.", "[RUN|BRIDGE]")] = None,
-    bridge: Annotated[str | None, opt("Bridge, or bridge file of the run.", "NAME|FILE")] = None,
+    bridge: Annotated[str | None, opt("Bridge to check, or that of the run.", "NAME|FILE")] = None,
     out: OptionalOut = None,
 ) -> Answer:
     """Check displacements, P-Delta ratio and seat width against the Caltrans criteria.
