@@ -147,7 +147,7 @@ def predict(
     Example: skewbridge predict --bridge osb1 --skew-deg 45 --gap-mm 51 --friction 0.5 --at 0.6
     """
     from skewbridge.fragility.rates import lacking_notes
-    from skewbridge.report.answer import untested_skew_sentence
+    from skewbridge.report.answer import BACKFILLED, untested_skew_sentence
     from skewbridge.study.results import predict_states
 
     axes = {"skew_deg": skew_deg, "gap_mm": gap_mm, "friction": friction}
@@ -174,7 +174,8 @@ def predict(
     if (drawn := rows[0]["random_properties"]) != "none":
         notes.append(f"properties drawn at random for each motion of the study: {drawn}")
     notes += gap_notes(_bridge_file(folder_of(study), bridge))
-    notes += filter(None, [untested_skew_sentence([values.get("skew_deg", 0.0)])])
+    skews_deg = [values.get("skew_deg", 0.0)] * (rows[0]["abutment"] in BACKFILLED)
+    notes += filter(None, [untested_skew_sentence(skews_deg)])
     reason = "too few variants have an estimate for this state"
     return Answer({"rows": rows}, printed_tables, notes=notes, missing=reason, digits=3)
 

@@ -404,7 +404,8 @@ def predict_states(
             rate = rates.curve_rate(curve, site).interval(model.level)
             prediction |= rates.rate_columns(rate) | rates.rate_shares(curve, site, low, high)
         prediction["n_withheld"] = int(n_withheld.get(tuple(row[name] for name in keys), 0))
-        common = {name: row[name] for name in ("loo_error", "im", RANDOM_PROPERTIES)}
+        columns = (*demand_table.BRIDGE_COLUMNS, "loo_error", "im", RANDOM_PROPERTIES)
+        common = {name: row[name] for name in columns}
         rows.append(prediction | common)
     return rows
 
