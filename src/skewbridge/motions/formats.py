@@ -138,7 +138,7 @@ def trace_of(lines: list[str], path: Path, stated: Stated) -> Trace:
             warnings = (f"the given dt = {dt_s} s replaces {trace.dt_s} s in the file", *warnings)
     elif math.isnan(dt_s):
         if stated.dt_s_if_missing is None:
-            text = f"{path.name} has no time step: give --dt-s, or dt_s in index.csv"
+            text = f"{path.name} has no time step: state it in index.csv (motions check --dt-s)"
             raise DtMissingError(text, file=str(path))
         dt_s = stated.dt_s_if_missing
     unit, notes = (trace.unit, []) if trace.is_calibrated else _unit(stated, trace.unit)
