@@ -238,6 +238,7 @@ def test_states_whose_curves_are_withheld_have_no_prediction(written, tmp_path, 
     [
         (("--skew-deg", "61", *PLACE[2:]), "skew_deg must be within"),
         ((*PLACE, "--gap-mm", "60"), "gap_mm must be within"),
+        ((*PLACE, "--axis", "gap-mm=25"), "gap_mm is given by its option and by --axis"),
         (PLACE[:4], "friction is missing"),
         ((*PLACE, "--bridge", "osb7"), "bridge must be one of"),
         ((*PLACE, "--at", "0"), "at must be > 0"),

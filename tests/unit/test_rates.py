@@ -99,6 +99,7 @@ BAD = {
     "im,poe\n0.1,0.01\n0.2,0.001\n": "the columns must be an intensity",
     "im,rate,upper\n0.1,0.01,1\n0.2,0.001,1\n": "'upper' is not a fractile such as rate_p16",
     "im,rate,rate_p100\n0.1,0.01,1\n0.2,0.001,1\n": "must be above 0 and below 1, got 1",
+    "im,rate,rate_p16,rate_p84\n1,0.1,0.2,0.1\n2,0.01,0.02,0.01\n": "grow with the fractile",
     "im,rate,rate_p84\n0.1,0.01,1\n0.2,0.001,1\n": "one fractile (84 %) gives no interval",
     "SA(0.2) (g),rate\n0.1,0.01\n0.2,0.001\n": "give the hazard of a measure of the study: im_pga",
     "name,lon,lat,0.1,0.2\nA,0,0,1,0.1\nB,0,0,1,0.1\n": "has the hazard of 2 sites",

@@ -154,6 +154,8 @@ def predict(
     values = {name: value for name, value in axes.items() if value is not None}
     pairs = keys_and_values("--axis", axis)
     axis_values = {name.replace("-", "_"): value for name, value in pairs.items()}
+    if twice := values.keys() & axis_values.keys():
+        raise InputError(f"{twice.pop()} is given by its option and by --axis: give it once")
     values |= checked(dict[str, Number], axis_values, "--axis")
     rows = predict_states(folder_of(study), values, bridge, abutment, at=at, hazard=hazard)
     names = ("component", "state", "theta", "ci_theta", "beta_total", "beta", "p", "loo_error")

@@ -287,6 +287,8 @@ def _assembled(path: Path, parts: dict[float | None, _Part]) -> HazardCurve:
     if any(not np.array_equal(curve.levels, mean.levels) for curve in curves):
         raise file_fault(path, f": fractiles of {mean.im} must have the intensities of the mean")
     rates = np.array([curve.rates for curve in curves])
+    if np.any(rates[2:] < 0.999 * rates[1:-1]):  # more than rounding
+        raise file_fault(path, f": the rates of {mean.im} must grow with the fractile")
     # a probability of one in the investigation time has no rate; zero rates end the curve
     is_usable = np.all(np.isfinite(rates), axis=0) & (rates[0] > 0.0)
     if np.sum(is_usable) < 2:
