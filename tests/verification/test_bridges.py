@@ -171,7 +171,10 @@ def test_opposite_skew_mirrors_the_response():
         (analysed(variant(60), **settings), analysed(variant(-60), MIRRORED, **settings))
         for settings in (tight | {"event_dt_s": None, "duration_s": 4.0}, {})
     )
-    assert one.demands["contact_closures"] > 10
+    found = one.demands
+    assert found["contact_closures"] > 10
+    largest_kns = found["friction_force_kn"] * found["contact_time_s"]
+    assert 0.0 < found["friction_impulse_kns"] < largest_kns
     for name, sign in (("deck_ux_m", 1.0), ("deck_uy_m", -1.0), ("deck_rot_rad", -1.0)):
         history, image = one.histories[name][:1001], sign * other.histories[name][:1001]
         # 1e-9: rounding, grown by contacts (measured 1e-14)

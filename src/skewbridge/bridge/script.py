@@ -236,10 +236,11 @@ def _need(condition: bool, message: str) -> None:
 def _axes_checked() -> Generator[None]:
     """Inside the context, refuse beams without length or with a geomTransf vector along their axis.
 
-    OpenSees would end the process silently.
+    OpenSees would end the process silently. Also refused is what could not be read from the domain:
+    masses of elements, and factors of loads.
     """
     vectors: dict[Any, tuple[np.ndarray, np.ndarray]] = {}
-    commands = ops.geomTransf, ops.element
+    commands = ops.geomTransf, ops.element, ops.timeSeries, ops.pattern
 
     def transformation(kind: str, tag: int, *values: Any) -> None:
         arguments = [value for value in values if not isinstance(value, str)]
@@ -247,7 +248,15 @@ def _axes_checked() -> Generator[None]:
         vectors[tag] = np.array(arguments[:3]), np.subtract(offsets[3:], offsets[:3])
         commands[0](kind, tag, *values)
 
+    def loading(command: Callable[..., None], *values: Any) -> None:
+        for word in ("-fact", "-factor"):
+            is_one = _after(word, values, 1.0) == 1.0
+            _need(is_one, f"omit {word}: the numbers of load commands are the dead load")
+        command(*values)
+
     def element(kind: str, tag: int, *values: Any) -> None:
+        is_massless = _after("-mass", values, 0.0) == 0.0
+        _need(is_massless, f"element {tag}: give its mass to nodes, without -mass")
         arguments = list(takewhile(lambda value: not isinstance(value, str), values))
         index = _TRANSFORMATION_AT.get(kind, len(arguments))
         if kind == "elasticBeamColumn" and len(arguments) <= index:
@@ -257,10 +266,16 @@ def _axes_checked() -> Generator[None]:
         commands[1](kind, tag, *values)
 
     ops.geomTransf, ops.element = transformation, element
+    ops.timeSeries, ops.pattern = (partial(loading, command) for command in commands[2:])
     try:
         yield
     finally:
-        ops.geomTransf, ops.element = commands
+        ops.geomTransf, ops.element, ops.timeSeries, ops.pattern = commands
+
+
+def _after(word: str, values: Sequence[Any], default: float) -> Any:
+    """Return the value after a word among the values of a command."""
+    return values[values.index(word) + 1] if word in values[:-1] else default
 
 
 def _check_axes(

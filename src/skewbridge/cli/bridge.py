@@ -1,5 +1,6 @@
 """Commands for single bridges: catalogue, checks, modes, static pushes, columns, drawings."""
 
+import re
 from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
@@ -28,7 +29,7 @@ from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import shortened, writable_folder, write_text
 from skewbridge.units import INCH, KN, Units
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import ABUTMENTS, Variant
+from skewbridge.variant.variant import ABUTMENTS, BRIDGE_PATTERN, Variant
 
 if TYPE_CHECKING:
     from skewbridge.analysis.pushover import PushCurve
@@ -120,12 +121,16 @@ def list_bridges() -> Answer:
     """
     from skewbridge.bridge.catalogue import load_bridge
 
-    rows: list[dict[str, Any]] = []
+    rows, unreadable = list[dict[str, Any]](), list[str]()
     for name in _known_bridges():
-        data = load_bridge(name)
+        try:
+            data = load_bridge(name)
+        except InputError as error:
+            unreadable.append(f"{name} is left out: {error}")
+            continue
         sizes = {"length_m": data.length_m, "bents": len(data.bents), "t1_s": data.t1_s}
         rows.append({"bridge": name, "title": data.title, **sizes})
-    return Answer({"bridges": rows})
+    return Answer({"bridges": rows}, warnings=unreadable)
 
 
 @command(bridge)
@@ -152,6 +157,9 @@ def check(
     printed = {name: value for name, value in answer.items() if name not in ("findings", "modes")}
     sections = Counter(key.partition(".")[0] for key in answer["inherited"])
     printed["inherited"] = ", ".join(f"{count} of {name}" for name, count in sections.items())
+    if not re.fullmatch(BRIDGE_PATTERN, answer["bridge"]):
+        text = "studies need a name of lowercase letters, digits and _ that starts with a letter"
+        answer["findings"].append(f"rename {answer['bridge']}: {text}")
     notes = [*gap_notes(case.bridge), *([] if answer["findings"] else ["no findings"])]
     return Answer(answer, printed, notes, warnings=answer["findings"])
 
@@ -201,7 +209,7 @@ def pushover(
 def static(
     case: NamedVariantOptions, push: PushOptions, units: Units, max_disp_m: MaxDisp = 0.20
 ) -> Answer:
-    """Push the deck end against one abutment.
+    """Push the right deck end against its abutment.
 
     Direction x pushes into the backfill; an angle of 180 degrees pulls away from it.
     `--abutment all` pushes every abutment model in six directions and draws the curves.
@@ -321,7 +329,7 @@ def column(
 @command(bridge)
 def sdc(
     source: Annotated[Path | None, arg("Output folder of run, or bridge.", "[RUN|BRIDGE]")] = None,
-    bridge: Annotated[str | None, opt("Bridge, or bridge file of the run.", "NAME|FILE")] = None,
+    bridge: Annotated[str | None, opt("Bridge to check, or that of the run.", "NAME|FILE")] = None,
     out: OptionalOut = None,
 ) -> Answer:
     """Check displacements, P-Delta ratio and seat width against the Caltrans criteria.

@@ -147,13 +147,15 @@ def predict(
     Example: skewbridge predict --bridge osb1 --skew-deg 45 --gap-mm 51 --friction 0.5 --at 0.6
     """
     from skewbridge.fragility.rates import lacking_notes
-    from skewbridge.report.answer import untested_skew_sentence
+    from skewbridge.report.answer import BACKFILLED, untested_skew_sentence
     from skewbridge.study.results import predict_states
 
     axes = {"skew_deg": skew_deg, "gap_mm": gap_mm, "friction": friction}
     values = {name: value for name, value in axes.items() if value is not None}
     pairs = keys_and_values("--axis", axis)
     axis_values = {name.replace("-", "_"): value for name, value in pairs.items()}
+    if twice := values.keys() & axis_values.keys():
+        raise InputError(f"{twice.pop()} is given by its option and by --axis: give it once")
     values |= checked(dict[str, Number], axis_values, "--axis")
     rows = predict_states(folder_of(study), values, bridge, abutment, at=at, hazard=hazard)
     names = ("component", "state", "theta", "ci_theta", "beta_total", "beta", "p", "loo_error")
@@ -174,7 +176,8 @@ def predict(
     if (drawn := rows[0]["random_properties"]) != "none":
         notes.append(f"properties drawn at random for each motion of the study: {drawn}")
     notes += gap_notes(_bridge_file(folder_of(study), bridge))
-    notes += filter(None, [untested_skew_sentence([values.get("skew_deg", 0.0)])])
+    skews_deg = [values.get("skew_deg", 0.0)] * (rows[0]["abutment"] in BACKFILLED)
+    notes += filter(None, [untested_skew_sentence(skews_deg)])
     reason = "too few variants have an estimate for this state"
     return Answer({"rows": rows}, printed_tables, notes=notes, missing=reason, digits=3)
 

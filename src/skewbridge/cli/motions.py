@@ -85,6 +85,7 @@ def im(
 @command(motions)
 def plot(
     paths: Annotated[list[Path], arg("One or two components, or a folder.")],
+    missing: MissingOptions,
     out: Out,
     units: Units,
 ) -> Answer:
@@ -102,7 +103,7 @@ def plot(
         name = paths[0].resolve().name
         figure = suite_spectra(**folder_spectra(paths[0]), title=name)
     elif len(paths) <= 2:
-        name, step_s, components, notes = read_components(paths)
+        name, step_s, components, notes = read_components(paths, missing.given)
         by_file_name = dict(zip((path.name for path in paths), components, strict=True))
         with shown_in(units):
             figure = record_page(name, step_s, by_file_name)

@@ -122,13 +122,14 @@ def _task(case: VariantOptions, loading: LoadingOptions) -> "Task":
     """Return the analysis defined by the options; raise `InputError` if no motion is given."""
     from skewbridge.bridge.library import load_structure
     from skewbridge.motions.intensity import motion_measures, scaled_measures
-    from skewbridge.motions.read import read_motion, read_support_motions
+    from skewbridge.motions.read import read_support_motions
     from skewbridge.motions.record import GroundMotion, SuiteMotion
+    from skewbridge.motions.suite import read_pair
     from skewbridge.study.task import Task
 
     supports: dict[str, GroundMotion] = {}
     if loading.motion is not None and loading.support_motions is None:
-        motion = read_motion(*loading.motion)
+        motion = read_pair(*loading.motion)
     elif loading.motion is None and loading.support_motions is not None:
         supports = read_support_motions(loading.support_motions)
         motion = supports.get("bent 1", next(iter(supports.values())))

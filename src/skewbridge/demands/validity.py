@@ -2,9 +2,7 @@
 
 The model of the bridge is not valid after a column fails, so the demands of such a run are peaks up
 to the failure. They are lower bounds of the peaks over the whole motion, as are the demands of a
-run that collapsed or stopped early.
-
-A suspect row need not be wrong, but should be inspected.
+run that collapsed or stopped early. A suspect row need not be wrong, but should be inspected.
 """
 
 from collections.abc import Callable, Mapping

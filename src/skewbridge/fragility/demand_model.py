@@ -362,13 +362,16 @@ class DemandFit:
         ]
         return np.exp(np.minimum(tails[0] - tails[1], 0.0))
 
+    @property
+    def effects(self) -> Floats:
+        """Regressors of the level and of the effects of single axes in V variants, (V, 1 + d)."""
+        of_axes = self.setup.matrix[:, : self.setup.axes.drifts]
+        return np.column_stack([np.ones(len(of_axes)), of_axes])
+
     @cached_property
     def without_variants(self) -> list[DemandModel | str]:
         """Model fitted without each variant in turn, or why the other variants do not suffice."""
-        setup = self.setup
-        effects = np.column_stack(
-            [np.ones(len(setup.matrix)), setup.matrix[:, : setup.axes.drifts]]
-        )
+        setup, effects = self.setup, self.effects
         rank, models = np.linalg.matrix_rank(effects), list[DemandModel | str]()
         for variant in range(len(effects)):
             other_effects = np.delete(effects, variant, axis=0)
@@ -444,13 +447,16 @@ def _fit_demand(arguments: tuple[_Setup, DemandOutcomes]) -> DemandFit | str:
         return ZERO_DISPERSION
     setup = replace(setup, precision=_precision(setup, outcomes, centre, group))
     chosen: tuple[float, float, MixedFit, Floats] | None = None
-    for grows in (False, True):
-        for knot in _knots(x, is_exact, motion) if not grows or chosen is None else (chosen[1],):
+    # ASSUME fewer than five blocks cannot choose: a straight line with constant scatter
+    can_choose = block_numbers.size >= _LEAST_BESIDE
+    knots = _knots(x, is_exact, motion) if can_choose else [np.inf]
+    for grows in (False, True) if can_choose else (False,):
+        for knot in knots if not grows or chosen is None else (chosen[1],):
             start = chosen[2].parameters if chosen is not None and grows else None
             data = setup.data(outcomes, centre, knot, grows=grows)
             fit = fit_mixed(data, start)
             left_out = fit.without_groups(group)
-            predicted = predictive_loglik(data, group, left_out)
+            predicted = predictive_loglik(data, group, left_out) if can_choose else 0.0
             is_rising = np.all(np.cumsum(fit.parameters[1:3]) > FLATTEST)
             if chosen is None or (is_rising and predicted > chosen[0] + _LEAST_GAIN):
                 chosen = predicted, knot, fit, left_out
@@ -460,7 +466,8 @@ def _fit_demand(arguments: tuple[_Setup, DemandOutcomes]) -> DemandFit | str:
         return NON_INCREASING
     blocks = 1 + int(np.max(block))
     parameters = np.tile(fit.parameters, (1 + blocks + axes.drifts, 1))
-    parameters[1 + block_numbers] = left_out
+    if block_numbers.size > 1:  # else there is no model without the block
+        parameters[1 + block_numbers] = left_out
     parameters[1 + blocks :] += _shrinkage_errors(fit, axes.drifts)
     model = DemandModel(
         axes=axes,

@@ -290,11 +290,14 @@ def read_foreign(
     out[texts] = out[texts].astype(object).fillna("").astype(str)
     out = with_flags(out)
     for name in map(str, out.filter(regex="^im_")):
-        require((out[name].isna() | (out[name] > 0.0)).to_numpy(), name, "must be > 0 and finite")
+        values = out[name].to_numpy()
+        good = np.isnan(values) | ((values > 0.0) & (values < np.inf))
+        require(good, name, "must be > 0 and finite", values)
     if (doubled := out.duplicated(["variant", *LOADING_COLUMNS])).any():
         row = int(np.argmax(doubled))
         text = f"row {row} repeats variant, motion_id, scale and incidence_deg of another row"
-        raise InputError(f"{text}: remove it, or use a column as axis: {names_of(unused)}", row=row)
+        text += ": remove it" + f", or use a column as axis: {names_of(unused)}" * bool(unused)
+        raise InputError(text, row=row)
     distinct = out[variant_columns(out)].drop_duplicates()
     if (same := distinct[distinct.duplicated(variant_columns(out)[1:], keep=False)]).size:
         names = f"variants {names_of(same['variant'])} have the same bridge, abutment and axes"

@@ -280,10 +280,15 @@ def _assembled(path: Path, parts: dict[float | None, _Part]) -> HazardCurve:
         im = next(iter(parts.values())).im
         raise file_fault(path, f": {im} has fractiles only: add its mean or median curve")
     quantiles = sorted(q for q in parts if q is not None)
+    if len(quantiles) == 1 and parts.keys() - {None, 0.5}:
+        fractile = f"one fractile ({100.0 * quantiles[0]:g} %)"
+        raise file_fault(path, f": {fractile} gives no interval: add another one, or remove it")
     curves = [mean, *(parts[q] for q in quantiles)]
     if any(not np.array_equal(curve.levels, mean.levels) for curve in curves):
         raise file_fault(path, f": fractiles of {mean.im} must have the intensities of the mean")
     rates = np.array([curve.rates for curve in curves])
+    if np.any(rates[2:] < 0.999 * rates[1:-1]):  # more than rounding
+        raise file_fault(path, f": the rates of {mean.im} must grow with the fractile")
     # a probability of one in the investigation time has no rate; zero rates end the curve
     is_usable = np.all(np.isfinite(rates), axis=0) & (rates[0] > 0.0)
     if np.sum(is_usable) < 2:

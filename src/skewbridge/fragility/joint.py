@@ -163,6 +163,9 @@ def _estimate(models: BridgeModels, state: LimitState, row: Row) -> Row:
         estimate["loo_error"] = float(np.nanmedian(errors))
         if np.nanmax(errors) > MAX_ERROR:
             estimate["status"] = "prediction_error_above_25_percent"
+    # priors divide the effect of such axes: medians of other combinations of them are arbitrary
+    if np.linalg.matrix_rank(effects := fits[0].effects) < effects.shape[1]:
+        estimate["status"] = "axes_change_together"
     return estimate
 
 

@@ -25,7 +25,7 @@ from skewbridge.files.tables import Floats, Row, records_of
 from skewbridge.fragility import demand_table
 from skewbridge.fragility.curves import CURVE_COLUMNS, METHODS
 from skewbridge.fragility.demand_model import SKEW, BridgeModels, StateCurve
-from skewbridge.fragility.effects import STEP, Medians, effect_row, variant_pairs
+from skewbridge.fragility.effects import STEP, Medians, variant_pairs
 from skewbridge.fragility.exports import chosen_curves
 from skewbridge.fragility.fits import ALL_EXCEED, BOUNDS_TOO_WIDE, FITTED, NO_EXCEEDANCE
 from skewbridge.fragility.hazard import HazardCurve, LogRate
@@ -36,7 +36,7 @@ from skewbridge.fragility.outcomes import TREATMENTS
 from skewbridge.fragility.settings import ASSUMED_BETA, EFFECT_CONFIDENCE, FitSettings
 from skewbridge.fragility.system import averaged, difference
 from skewbridge.fragility.union import any_of, union_curve
-from skewbridge.fragility.verdicts import OK, RATIOS
+from skewbridge.fragility.verdicts import NOT_ESTIMABLE, OK, RATIOS
 
 SYSTEM: Final = "system"
 #: Status of the ratio of two systems that do not have the same components.
@@ -208,7 +208,6 @@ def rate_effects(
     all_states = [*states, *dict.fromkeys(row["limit_state"] for row in system_rows)]
     rows: list[Row] = []
     for of_bridge in models:
-        blocks = demand_table.block_names(of_bridge.runs)
         motions = of_bridge.runs["motion_id"].nunique()
         medians = Medians(of_bridge, states, settings, curves)
         rate_of = cache(partial(_rate_of_variant, medians, hazard))
@@ -217,12 +216,13 @@ def rate_effects(
                 row: Row = {"level": EFFECT_CONFIDENCE, "direction": 0, "n_motions": motions}
                 if rates is not None:
                     start, end = rates
-                    change = end.minus(start)
-                    row |= effect_row(change.jackknifed, blocks=blocks)
-                    ends = change.interval(EFFECT_CONFIDENCE)
-                    row |= dict(zip(RATIOS, ends, strict=True))
-                    row["direction"] = int(ends[1] > 1.0) - int(ends[2] < 1.0)
                     row |= {"from_rate": start.value, "to_rate": end.value}
+                    ends = end.minus(start).interval(EFFECT_CONFIDENCE)
+                    if np.all(np.isfinite(ends)):
+                        row |= dict(zip(RATIOS, ends, strict=True))
+                        row["direction"] = int(ends[1] > 1.0) - int(ends[2] < 1.0)
+                    else:
+                        row["status"] = NOT_ESTIMABLE
                 rows.append(keys | row)
     table = pd.DataFrame(rows, columns=list(demand_table.described("rate_effects")))
     return table.sort_values("scope", kind="stable", ignore_index=True)

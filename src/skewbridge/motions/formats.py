@@ -138,7 +138,7 @@ def trace_of(lines: list[str], path: Path, stated: Stated) -> Trace:
             warnings = (f"the given dt = {dt_s} s replaces {trace.dt_s} s in the file", *warnings)
     elif math.isnan(dt_s):
         if stated.dt_s_if_missing is None:
-            text = f"{path.name} has no time step: give --dt-s, or dt_s in index.csv"
+            text = f"{path.name} has no time step: state it in index.csv (motions check --dt-s)"
             raise DtMissingError(text, file=str(path))
         dt_s = stated.dt_s_if_missing
     unit, notes = (trace.unit, []) if trace.is_calibrated else _unit(stated, trace.unit)
@@ -182,6 +182,7 @@ _LENGTH: Final = "(?:[cm]?m|in|ft)"
 _USUAL_UNITS: Final = (
     (r"sec(?:ond)?s?", "s"), (r"inch(?:es)?", "in"), (r"\*\*|[\^{}]", ""), (r"\s+per\s+", "/"),
     (r"(?<![a-z])(?:(c)enti|(m)illi)?met(?:er|re)s?(?=\s*/)", r"\1\2m"), (r"\s+squared", "2"),
+    (r"f(?:ee|oo)t(?=\s*/)", "ft"), (r"milli-?g(?![a-z])", "mg"),
     (r"\s*/\s*s", "/s"), ("/s/s", "/s2"), (rf"(?<![a-z])({_LENGTH})[ .*_]?s-2", r"\1/s2"),
     # cmps2, cm_s_2, ms2
     (rf"(?<![a-z])({_LENGTH})(?:(?:p|_per_|_)s_?(2?)|s(2))(?![a-z0-9])", r"\1/s\2\3"),

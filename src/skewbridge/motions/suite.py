@@ -17,11 +17,18 @@ from skewbridge.files.digests import digest_of, layer_digest, provenance
 from skewbridge.files.tables import read_frame, write_frame
 from skewbridge.files.text import file_fault, read_json, write_text
 from skewbridge.motions import intensity, levels, p695
-from skewbridge.motions.folder import IndexEntry, files_below, list_motions
+from skewbridge.motions.folder import (
+    INDEX_NAME,
+    IndexEntry,
+    files_below,
+    list_motions,
+    read_index,
+)
 from skewbridge.motions.read import (
     earlier_record,
     files_digest,
     join_traces,
+    read_motion,
     read_trace,
     refuse_false_waho,
 )
@@ -58,6 +65,15 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
     motion = replace(motion, motion_id=entry.motion_id, **entry.metadata)
     refuse_false_waho(motion)
     return motion
+
+
+def read_pair(first: Path, second: Path) -> GroundMotion:
+    """Read the files of a motion (`read_motion`), or their row in the `index.csv` beside them."""
+    index, files = first.parent / INDEX_NAME, [first.resolve(), second.resolve()]
+    for entry in read_index(index) if index.is_file() else []:
+        if [path.resolve() for path, _ in entry.components] == files:
+            return read_entry(entry)
+    return read_motion(first, second)
 
 
 def read_entries(entries: Iterable[IndexEntry]) -> list[GroundMotion]:

@@ -53,6 +53,7 @@ from skewbridge.units import split_unit
 from skewbridge.variant.axes import axes_of, axis
 from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
 from skewbridge.variant.random_properties import drawn_options, drawn_properties
+from skewbridge.variant.variant import ABUTMENTS
 
 _EFFECT: Final = (*BRIDGE_COLUMNS, "axis", "from_value", "to_value", "demand")
 _COUNTS: Final = ("n_cells", "n_without_curve", "n_extrapolated")
@@ -535,6 +536,10 @@ def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
         )
     im_range = {"first_im": table["first_im"].min(), "last_im": table["last_im"].max()}
     return sentence("motions", **{"magnitude": "", **values, **im_range})
+
+
+#: Abutment models of this package with backfill.
+BACKFILLED: Final = [name for name, traits in ABUTMENTS.items() if traits.backfill != "none"]
 
 
 def untested_skew_sentence(skews_deg: Iterable[float]) -> str:

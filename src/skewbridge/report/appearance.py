@@ -281,12 +281,12 @@ def _change(item: Row) -> tuple[list[float], str]:
     return [100.0 * (float(item[name]) - 1.0) for name in RATIOS], " %"
 
 
-def margin_text(item: Row) -> str:
+def margin_text(effect: Row) -> str:
     """Return the margin of an effect with its unit, without a sign."""
-    if item.get("judged_by") == DIFFERENCE:
-        unit, factor = shown_unit(str(item["unit"]))
-        return f"{factor * item['difference_margin']:.3g} {unit}"
-    return f"{100 * item['margin']:g} %"
+    if effect.get("judged_by") == DIFFERENCE:
+        unit, factor = shown_unit(str(effect["unit"]))
+        return f"{factor * effect['difference_margin']:.3g} {unit}"
+    return f"{100 * effect['margin']:g} %"
 
 
 def _signed(value: float, unit: str) -> str:

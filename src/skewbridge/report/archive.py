@@ -62,9 +62,8 @@ def write_archive(
 
     Accelerations are left out, because records may not be redistributed; ``motions.csv`` has their
     sources and digests. ``ro-crate-metadata.json`` has the SHA-256 of every file. ``config`` is
-    merged over ``base``.
-
-    Returns the names of the files, and reservations about the results, one sentence each.
+    merged over ``base``. Returns the names of the files, and reservations about the results, one
+    sentence each.
     """
     study = load_config(config, base=base)
     folder = StudyFolder(Path(study.results))

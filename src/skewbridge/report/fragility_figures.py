@@ -97,9 +97,8 @@ def pooled_curves(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     betas are means. The interval is not too narrow: averaging its ends takes the errors of all
     variants, which share their motions, as fully correlated. ``ratio`` is the paired ratio of
     medians to the first value; for the whole bridge, of pairs of variants with the same components
-    (`averaged`). ``curves`` are from `with_system`, ``medians`` are effects on medians.
-
-    A failure mode of columns with the same curve as any failure has no row.
+    (`averaged`). ``curves`` are from `with_system`, ``medians`` are effects on medians. A failure
+    mode of columns with the same curve as any failure has no row.
     """
     groups: list[pd.DataFrame] = []
     for (bridge, abutment, component), group in appearance.groups_of(curves, STATE[:3]):

@@ -58,7 +58,6 @@ from skewbridge.study.folder import StudyFolder
 from skewbridge.units import Units, split_unit
 from skewbridge.variant.axes import axes_of
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import ABUTMENTS
 
 _CHANGE: Final = ("axis", "from_value", "to_value")
 
@@ -154,8 +153,7 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], bridges: Sequence[str]) ->
         )
         for axis in axes
     }
-    backfilled = [name for name, traits in ABUTMENTS.items() if traits.backfill != "none"]
-    with_backfill = demands[demands["abutment"].isin(backfilled)]  # of our models
+    with_backfill = demands[demands["abutment"].isin(answer.BACKFILLED)]
     if bridges:
         structures = [load_structure(name) for name in bridges]
         texts["gap_mm"] = answer.gap_text(texts["gap_mm"], structures)

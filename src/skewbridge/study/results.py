@@ -221,7 +221,6 @@ def compare_studies(first: Path, second: Path, hazard: Path | None = None) -> St
     """Compare two studies, each given by its folder or its demands; ratios are second / first.
 
     Limit states are those of the first study, and so is the intensity measure without a hazard.
-
     Runs are paired if bridge, abutment model, axes, motion, scale and incidence agree. Motions with
     the same name are left out if their files differ. A pair in which one run ended early gives a
     bound.
@@ -373,9 +372,8 @@ def predict_states(
 
     ``extrapolated`` and ``p_extrapolated`` are true if fewer than three motions are as strong, or
     as weak, as the median or the intensity ``at``. ``n_withheld`` is the number of variants without
-    a curve because unknown outcomes change its median too much.
-
-    `InputError` as for `joint_rows`, or for a value outside the range.
+    a curve because unknown outcomes change its median too much. `InputError` as for `joint_rows`,
+    or for a value outside the range.
     """
     if at is not None and not 0.0 < at < np.inf:
         raise InputError(f"at must be > 0 and finite, got {at:g}", column="at")
@@ -406,7 +404,8 @@ def predict_states(
             rate = rates.curve_rate(curve, site).interval(model.level)
             prediction |= rates.rate_columns(rate) | rates.rate_shares(curve, site, low, high)
         prediction["n_withheld"] = int(n_withheld.get(tuple(row[name] for name in keys), 0))
-        common = {name: row[name] for name in ("loo_error", "im", RANDOM_PROPERTIES)}
+        columns = (*demand_table.BRIDGE_COLUMNS, "loo_error", "im", RANDOM_PROPERTIES)
+        common = {name: row[name] for name in columns}
         rows.append(prediction | common)
     return rows
 

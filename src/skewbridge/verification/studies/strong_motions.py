@@ -1,13 +1,11 @@
 """Analyses under strong motions: stress cases, convergence and accuracy of effects.
 
-`run` requires that every analysis ends `ok`, or in a physical `collapse` with a criterion
-and an energy balance. `run_convergence` compares demands at the default steps and mesh with
-those at finer ones. `run_pairs` compares the effects of friction, gap and skew at the default
-accuracy with those at the reference, as ratios of peaks under the same motion.
-
-Motions are cut to their strongest part. Finished analyses are kept in a
-journal: run the same command to resume. Except in the stress cases, peaks are taken over the
-analysed motion even if a column fails.
+`run` requires that every analysis ends `ok`, or in a physical `collapse` with a criterion and an
+energy balance. `run_convergence` compares demands at the default steps and mesh with those at finer
+ones. `run_pairs` compares the effects of friction, gap and skew at the default accuracy with those
+at the reference, as ratios of peaks under the same motion. Motions are cut to their strongest part.
+Finished analyses are kept in a journal: run the same command to resume. Except in the stress cases,
+peaks are taken over the analysed motion even if a column fails.
 """
 
 import os
