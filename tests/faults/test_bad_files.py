@@ -158,7 +158,6 @@ def faults_of(tmp_path, states, raw):
 
 
 def test_all_bad_inputs_of_a_study_are_reported_at_once_also_motions_that_cannot_be_read(tmp_path):
-    """A wrong unit, a missing citation and dispersion, measures, bridges and folders."""
     uncited, certain = ({k: v for k, v in STATE.items() if k != left_out}
                         for left_out in ("citation", "dispersion"))  # fmt: skip
     states = [STATE | {"unit": "kn"}, uncited | {"component": "b"}, certain | {"component": "c"}]

@@ -326,7 +326,6 @@ def assert_has_peaks(result):
 
 
 def assert_stopped(result, status, criterion=""):
-    """Check that an analysis ended early with a status and has its peaks."""
     assert (result.status, result.collapse_criterion) == (status, criterion)
     assert 0.0 < result.time_reached_s < result.duration_s
     assert_has_peaks(result)

@@ -346,9 +346,8 @@ def test_values_are_drawn_equally_often_and_change_no_property() -> None:
     assert any(other[name]["key_frame"] != draws[name]["key_frame"] for name in MOTION_IDS)
 
 
-@pytest.mark.parametrize(
-    ("alternatives", "sections", "message"),
-    [
+def test_bad_alternatives_are_refused() -> None:
+    for alternatives, sections, message in (
         ({"key_fram": ["a", "b"]}, {}, "mean key_frame"),
         ({"seed": [1, 2]}, {}, "seed is not a key of model"),
         ({"key_frame": ["skewed"]}, {}, "two or more values, all different"),
@@ -356,11 +355,9 @@ def test_values_are_drawn_equally_often_and_change_no_property() -> None:
         ({"backfill_vs_mps": [150, -1]}, {}, "greater than or equal to 0, got -1"),
         (FRAMES, {"analysis": {"scheme": "paper"}}, "key_frame has no effect if analysis.scheme"),
         (SPEEDS, {"grid": SPEEDS}, "remove backfill_vs_mps, an axis of the grid"),
-    ],
-)  # fmt: skip
-def test_bad_alternatives_are_refused(alternatives, sections, message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        parse_config({"uncertainty": {"alternatives": alternatives}} | sections)
+    ):
+        with pytest.raises(InputError, match=message):
+            parse_config({"uncertainty": {"alternatives": alternatives}} | sections)
 
 
 def test_all_variants_of_a_bridge_have_the_drawn_model(tmp_path) -> None:

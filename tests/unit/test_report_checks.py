@@ -74,9 +74,8 @@ def test_good_tables_pass_within_the_limits_of_the_configuration():
     assert failed(sliding, cohesion_n=1e5) == failed(sliding.assign(cohesion_n=1e5)) == {}
 
 
-@pytest.mark.parametrize(
-    ("changed", "name"),
-    [
+def test_a_fault_of_the_demands_is_named_with_its_row():
+    for changed, name in (
         ({"motion_id": "m01"}, "analyses listed twice"),
         ({"status": "finished"}, "rows without a known status"),
         ({"status": None}, "rows without a known status"),
@@ -85,11 +84,9 @@ def test_good_tables_pass_within_the_limits_of_the_configuration():
         ({"column_shear_x_kn": 101.0}, "finished rows whose resultant shear is below a component"),
         ({"slip_work_kj": -1.0, "friction": 0.5}, "rows with negative friction work"),
         ({"slip_work_kj": 1.0}, "rows with friction work but without friction"),
-    ],
-)
-def test_a_fault_of_the_demands_is_named_with_its_row(changed, name):
-    (place,) = failed(demands(**changed))[name]
-    assert place.startswith(f"{SLUG}, {changed.get('motion_id', 'm00')}")
+    ):
+        (place,) = failed(demands(**changed))[name]
+        assert place.startswith(f"{SLUG}, {changed.get('motion_id', 'm00')}")
 
 
 def test_a_variant_with_an_analysis_too_few_is_found_but_searches_take_what_they_need():

@@ -43,7 +43,6 @@ COUNTS = ["n_exceed", "n_runs"]
 LIMITS = {"im_low": 1.7, "im_high": 2.1, "n_cells": 4, "n_without_curve": 0, "n_extrapolated": 8}
 NOTE = ("medians of 1.70 to 2.10 g are extrapolated, because fewer than three motions are that "
         "strong.")  # fmt: skip
-LOST = {"n_extrapolated": 0, "n_without_curve": 4}
 SURE = {"claim": "undecided", "sure_to": 0.3, "sure_ratio": 0.7, "sure_low": 0.6, "sure_high": 0.8}
 
 
@@ -377,7 +376,7 @@ def test_headline_has_one_sentence_per_axis_certain_and_large_effects_first():
     [
         ({}, "g, +8.0 %, certain, extrapolated)", NOTE),
         ({"n_extrapolated": 3}, "%, certain, partly extrapolated)", f"some {NOTE}"),
-        (LOST, "from a model: 4 of 8 variants lack a curve",
+        ({"n_extrapolated": 0, "n_without_curve": 4}, "from a model: 4 of 8 variants lack a curve",
          "some variants have no curve, because"),
         ({"n_extrapolated": 0}, "%, certain)", ""),
         (SURE, "certain up to 0.3: -30 % (-40 to -20 %)", NOTE),

@@ -57,7 +57,6 @@ def test_a_copied_configuration_has_results_of_its_own_and_a_cluster_a_job_for_e
 
 
 def refused(answer, *words):
-    """Check that a run stopped with these words and no traceback."""
     assert answer.returncode != 0
     assert all(each in answer.stdout + answer.stderr for each in words)
     assert "Traceback" not in answer.stdout + answer.stderr
