@@ -308,7 +308,7 @@ def test_a_pair_of_files_has_the_time_step_of_the_index_beside_them(tmp_path):
     paths = [tmp_path / f"bare_h{number}.txt" for number in (1, 2)]
     for path in paths:
         np.savetxt(path, 0.1 * np.sin(np.arange(200) / 9.0))
-    with pytest.raises(InputError, match="state it in index.csv"):
+    with pytest.raises(InputError, match=r"state it in index\.csv"):
         motion_suite.read_pair(*paths)
     answer("motions", "check", tmp_path, "--write", "--dt-s", 0.02)
     assert motion_suite.read_pair(*paths).dt_s == 0.02
