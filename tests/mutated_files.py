@@ -36,8 +36,6 @@ CPU_LIMIT_S = 5
 MEMORY_LIMIT = 500_000_000
 LONGEST_MESSAGE = 8000
 
-# Valid files and their readers.
-
 
 def wave(count=60):
     return 0.2 * np.sin(np.arange(count) / 5.0) * np.exp(-np.arange(count) / 40.0)
@@ -128,7 +126,6 @@ def parquet_bytes(folder):
     return path.read_bytes()
 
 
-RUNS = {"im": "im", "edp": "edp", "threshold": 0.03}
 FAMILIES: dict[str, tuple[str, list[bytes], Callable[[Path], object]]] = {
     "at2": (".AT2", [at2_text(wave()).encode()], read_record),
     "v2": (".V2", [v2_text().encode()], read_record),
@@ -156,7 +153,7 @@ FAMILIES: dict[str, tuple[str, list[bytes], Callable[[Path], object]]] = {
     "fit_cloud": (".json", [json.dumps(CLOUD).encode()], fit("cloud")),
     "fit_stripes": (".json", [json.dumps(STRIPES).encode()], fit("stripes")),
     "fit_csv": (".csv", [CSV.encode()], fit("cloud")),
-    "fit_parquet": (".parquet", [], fit("cloud", **RUNS)),
+    "fit_parquet": (".parquet", [], fit("cloud", im="im", edp="edp", threshold=0.03)),
     "contact": (".yaml", [as_yaml(CONTACT)], lambda path: read_case(path, ContactCase)),
     "deck": (".yaml", [as_yaml(DECK)], lambda path: read_case(path, DeckCase)),
     "path": (".csv", [PATH.encode()], read_path),
@@ -164,8 +161,6 @@ FAMILIES: dict[str, tuple[str, list[bytes], Callable[[Path], object]]] = {
 # Messages about data name the column and the row; the file is the one on the command line.
 NAMELESS = {"fit_cloud", "fit_stripes", "fit_csv", "fit_parquet", "index"}
 
-
-# Random changes: of bytes, of the values of a document, of the whole content.
 
 # Replacements of a value of a document, as text.
 SNIPPETS = (
@@ -264,8 +259,7 @@ def nodes_of(tree):
 
 def run_family(name, count, seed, folder):
     """Read mutants of one family in a folder of its own; return the counts and faults."""
-    folder = folder / name
-    folder.mkdir()
+    (folder := folder / name).mkdir()
     suffix, seeds, read = FAMILIES[name]
     seeds = seeds or [parquet_bytes(folder)]
     chance = random.Random(f"{seed} {name}")

@@ -33,11 +33,12 @@ def study_of(
 ) -> analyses.StudySetup:
     """Return the set-up of a study of the bridges with the motions, or with one wave."""
     suite = motions or (wave(),)
-    runs = product(bridges, suite)
-    measures = {(name, each.motion.motion_id): dict(each.measures) for name, each in runs}
+    runs = {(name, each.motion.motion_id): each for name, each in product(bridges, suite)}
+    given = {"measures": {key: dict(each.measures) for key, each in runs.items()}}
+    given |= {"shaken_s": {key: each.motion.duration_s for key, each in runs.items()}}
     grid = sections.pop("grid", GridConfig(bridge=bridges))
     study = config.StudyConfig(results=str(folder), grid=grid, **sections)
-    return analyses.StudySetup(study=study, suite=suite, measures=measures, draws=draws or {})
+    return analyses.StudySetup(study=study, suite=suite, draws=draws or {}, **given)
 
 
 def task_of(motion: SuiteMotion | None = None, **changes) -> Task:

@@ -7,7 +7,6 @@ import os
 import shutil
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -15,12 +14,11 @@ import pandas as pd
 import psutil
 import pytest
 
-from small_study import TIMES, copy_sources, done, journal_keys
+from small_study import SNAKEMAKE, TIMES, copy_sources, done, journal_keys
 
 pytestmark = pytest.mark.cluster
 
 HERE = Path(__file__).parent
-BIN = Path(sys.executable).parent
 TABLES = ["demands", "fragility/curves", "fragility/effects", "fragility/median_effects"]
 STUDY = """
 grid: {bridge: [osb1], skew_deg: [30], gap_mm: [25]}
@@ -69,7 +67,7 @@ def tree(tmp_path_factory):
 def through_slurm(*arguments):
     """The command of `make study PROFILE=slurm`, with what it does not fix."""
     profile = ["--workflow-profile", "workflow/profiles/slurm"]
-    return [str(BIN / "snakemake"), *profile, "--configfile", "study.yaml", *arguments]
+    return [str(SNAKEMAKE), *profile, "--configfile", "study.yaml", *arguments]
 
 
 def jobs_of(rule):
@@ -133,7 +131,7 @@ def test_a_cancelled_job_and_a_lost_node_lose_and_repeat_nothing_and_the_report_
 
 def test_the_tables_are_those_of_one_machine(study):
     targets = [f"local/{name}.parquet" for name in TABLES]
-    done([BIN / "snakemake", "-j2", "--configfile", "local.yaml", "--", *targets], study)
+    done([SNAKEMAKE, "-j2", "--configfile", "local.yaml", "--", *targets], study)
     for name in TABLES:
         here = pd.read_parquet(study / f"local/{name}.parquet")
         there = pd.read_parquet(study / f"results/{name}.parquet")

@@ -26,7 +26,6 @@ TOLERANCE = 1e-6
 IMLS = np.geomspace(0.02, 4.0, 400)  # the calculator of OpenQuake takes steps of a half level
 RATES = 1e-3 * np.exp(-2.0 * np.log(IMLS / 0.2) - 0.25 * np.log(IMLS / 0.2) ** 2)
 HAZARD = HazardCurve(im="", levels=IMLS, rates=RATES[None], quantiles=np.zeros(0))
-LONG = "x" * 60
 
 
 @pytest.fixture(scope="module", name="curves")
@@ -34,7 +33,7 @@ def _curves(tmp_path_factory):
     demands = synthetic_demands(skews=(0, 30), gaps=(51,))
     # a name with characters and of a length that not every program accepts
     demands["variant"] = demands["variant"].replace(
-        "osb1_cf_skew30_gap051_mu050", f"osb1_cf_skew30_gap051_mu050_hinge-length-m0p75_{LONG}"
+        "osb1_cf_skew30_gap051_mu050", f"osb1_cf_skew30_gap051_mu050_hinge-length-m0p75_{'x' * 60}"
     )
     table = curves_of(demands, [state for state in STATES if state.demand in demands])
     path = tmp_path_factory.mktemp("study") / "curves.parquet"

@@ -171,8 +171,7 @@ def test_all_bad_inputs_of_a_study_are_reported_at_once_also_motions_that_cannot
     ):  # fmt: skip
         assert words in message
     assert message.startswith("7 faults:")
-    motions = tmp_path / "motions"
-    motions.mkdir()
+    (motions := tmp_path / "motions").mkdir()
     pairs = make_pairs(motions, 2)
     broken = pairs[0][0], pairs[1][1]
     for each in broken:

@@ -110,8 +110,7 @@ def test_a_time_step_in_ms_is_reported(tmp_path):
 
 
 def test_a_bad_index_is_refused_by_line_and_name(tmp_path, monkeypatch):
-    folder = tmp_path / "motions"
-    folder.mkdir()
+    (folder := tmp_path / "motions").mkdir()
     pairs = make_pairs(folder, 2)
     index = index_of(folder, pairs)
     good, secret = index.read_text(), tmp_path / "secret_h1.AT2"
@@ -154,9 +153,8 @@ def test_waho_of_the_published_peak_is_accepted_and_a_false_one_replaced(tmp_pat
     (tmp_path / "RSN811_LOMAP_WAH000.AT2").write_text(at2_text(values))
     (tmp_path / "RSN811_LOMAP_WAH090.AT2").write_text(at2_text(1e-6 * values))
     assert suite.prepare_suite(tmp_path, t1_s=0.7)["motion_id"][0] == "RSN811_LOMAP_WAH"
-    folder, false = tmp_path / "surrogate", tmp_path / "false"
-    folder.mkdir()
-    false.mkdir()
+    (folder := tmp_path / "surrogate").mkdir()
+    (false := tmp_path / "false").mkdir()
     stand_in_g = shaken_g(1), shaken_g(2)
     for name, values in zip(SURROGATE_FILES, stand_in_g, strict=True):
         rows = (f"{0.01 * i:.4f} {value:.8e}" for i, value in enumerate(values))

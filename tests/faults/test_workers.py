@@ -63,11 +63,6 @@ def batch(folder, work, count=2, tasks=(), *, done=None, still_s=STILL_S, on_fin
     return rows
 
 
-def ends(pid):
-    gone = (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD)
-    return wait_for(lambda: not psutil.pid_exists(pid) or psutil.Process(pid).status() in gone, 30)
-
-
 @pytest.mark.parametrize(
     ("work", "count", "reason"),
     [
@@ -130,6 +125,7 @@ def test_an_unfinished_search_resumes_from_its_journal(tmp_path):
 
 
 def test_a_worker_ends_with_its_parent_even_when_stopped_and_at_once_without_one():
+    gone = (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD)
     for stopped in (False, True):
         parent = subprocess.Popen([sys.executable, "-c", PARENT, CHILD], stdout=subprocess.PIPE)
         worker = int(parent.stdout.readline())
@@ -137,7 +133,8 @@ def test_a_worker_ends_with_its_parent_even_when_stopped_and_at_once_without_one
             os.kill(worker, signal.SIGSTOP)
         parent.kill()
         parent.wait()
-        assert ends(worker)
+        assert wait_for(lambda pid=worker: not psutil.pid_exists(pid)
+                        or psutil.Process(pid).status() in gone, 30)  # fmt: skip
     late = "from skewbridge.study import processes; processes.end_with_parent()"
     for parent, code in ((os.getpid(), 0), (1, 3)):
         environment = {**os.environ, PARENT_VARIABLE: str(parent)}

@@ -128,17 +128,14 @@ def test_a_study_runs_and_expects_the_analyses_of_its_blocks(tmp_path, monkeypat
     assert share == pytest.approx(number / (8 * 2 * 8))
 
 
-@pytest.mark.parametrize(
-    ("motions", "words"),
-    [
+def test_a_wrong_block_design_is_refused() -> None:
+    for motions, words in (
         ({"blocks": {"within": ["width"]}}, "blocks.within: width is not an axis"),
         ({"blocks": {}, "incidence_deg": [0.0, 45.0, 90.0]}, "blocks need 1 or 2 incidence_deg"),
         ({"blocks": {"cells_per_motion": 3}}, "cells_per_motion"),
-    ],
-)
-def test_a_wrong_block_design_is_refused(motions, words) -> None:
-    with pytest.raises(InputError, match=words):
-        parse_config({"motions": motions})
+    ):
+        with pytest.raises(InputError, match=words):
+            parse_config({"motions": motions})
 
 
 def levels_of(results: Path) -> list[float]:

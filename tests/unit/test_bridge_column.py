@@ -3,13 +3,13 @@ fiber analysis. The nominal yield of the hoops is 414 MPa."""
 
 from dataclasses import replace
 from math import pi
-from pathlib import Path
 from typing import get_args
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from fragility_tables import states_of
 from hand_made_column import SECTION
 from reference_data import reference_table
 from skewbridge.bridge import section as sections
@@ -18,11 +18,9 @@ from skewbridge.bridge.catalogue.columns import ColumnData
 from skewbridge.bridge.column import bent_capacities, shear_section
 from skewbridge.bridge.section import hoop_strength_n, sdc_shear_strength, shear_strength
 from skewbridge.errors import InputError
-from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.variant.options import ModelOptions, ShearModel
 
 PSI_PA = 6894.757293168
-LIMIT_STATES = Path(__file__).parents[2] / "config" / "limit_states.yaml"
 AXIAL_N = 0.25 * 2000.0 * PSI_PA * np.pi * 1.676**2 / 4
 
 
@@ -169,8 +167,7 @@ def test_default_shear_strength_is_the_mean_of_tests():
     assert np.median(tests) == pytest.approx(1.0, abs=0.02)
     scatter = tests.std(ddof=1) / tests.mean()
     assert scatter == pytest.approx(0.14, abs=0.005)
-    shear = [each for each in load_limit_states(LIMIT_STATES) if each.component == "column_shear"]
-    (dispersion,) = {state.dispersion for state in shear}
+    (dispersion,) = {state.dispersion for state in states_of("column_shear")}
     assert dispersion == pytest.approx(scatter, abs=0.015)
     assert design.mean() == pytest.approx(1.40, abs=0.02)
     assert design.std(ddof=1) / design.mean() > scatter

@@ -185,13 +185,6 @@ def test_an_own_bridge_is_found_by_its_name_before_the_catalogue(tmp_path, monke
         load_bridge("osb9")
 
 
-def test_an_edit_of_a_bridge_or_its_parent_counts_in_the_same_session(tmp_path):
-    for load in (150.0, 160.0):
-        (tmp_path / "parent.yaml").write_text(f"{OWN}deck: {{line_load_kn_per_m: {load}}}\n")
-        (tmp_path / "mine.yaml").write_text("extends: parent\nsource: x\n")
-        assert load_bridge(tmp_path / "mine.yaml").deck.line_load_kn_per_m == load
-
-
 def test_the_schema_of_editors_knows_the_form_of_a_bridge() -> None:
     for path in (*FOLDER.glob("*.yaml"), *(ROOT / "config/bridges").glob("*.yaml")):
         BRIDGE_SCHEMA.validate(read_mapping(path))

@@ -9,11 +9,9 @@ import numpy as np
 import openseespy.opensees as ops
 import pytest
 
-from bridge_variants import analysed, variant
+from bridge_variants import analysed, static_steps, variant
 from skewbridge.analysis import modal
 from skewbridge.analysis.model_script import model_script, recording
-from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.step_loop import configure_solver
 from skewbridge.bridge.abutments import bearing_stations, build_arms, build_bearings
 from skewbridge.bridge.assembly import open_linear_pattern
 from skewbridge.bridge.backfill import Passive, variation_factors
@@ -27,7 +25,6 @@ from skewbridge.bridge.springs import NORMAL_OVER_TANGENT, penalties
 from skewbridge.bridge.weights import lumping_shares, mass_centre_m, spine_points_m
 from skewbridge.units import G_MPS2
 from skewbridge.variant.options import ModelOptions
-from skewbridge.verification.references.live_model import prepare_analysis
 
 PADS = load_bridge("osb1").abutment.pads
 YIELD_M = PADS.yield_force_kn / PADS.shear_stiffness_kn_per_m
@@ -45,11 +42,7 @@ def test_the_points_of_a_joint_move_rigidly_with_the_deck_end(arrays: str) -> No
         model = build(variant(30), ModelOptions(arrays=arrays, transverse_gap_mm=1000.0))
         open_linear_pattern(model.tags)
         ops.load(model.frame.ends[-1].node, 1.0e5, 1.0e6, 0.0, 0.0, 0.0, 1.0e7)
-        configure_solver(AnalysisSettings())
-        ops.algorithm("Newton")
-        ops.integrator("LoadControl", 1.0)
-        ops.analysis("Static", "-noWarnings")
-        assert ops.analyze(1) == 0
+        static_steps(1, "UmfPack", 1e-9)
         right = model.abutments[1]
         node, (x, y, z) = right.centre.node, ops.nodeCoord(right.centre.node)
         disp = np.array(ops.nodeDisp(node))
@@ -279,16 +272,12 @@ def pad_reactions(options: ModelOptions, motion: dict[int, float], pads: PadData
         stations = bearing_stations(pads, end, options)
         points, _ = build_arms(end, deck, stations, [], options, tags)
         bearings = build_bearings(end, points, pads, options, tags)
-        ops.timeSeries("Linear", 1)
-        ops.pattern("Plain", 1, 1)
+        open_linear_pattern(tags)
         for dof in range(1, 7):
             # the deck node is 1 m above the middle of the bearing line, which moves
             lean = {1: motion.get(5, 0.0), 2: -motion.get(4, 0.0)}.get(dof, 0.0)
             ops.sp(deck, dof, motion.get(dof, 0.0) + lean)
-        newton = {"algorithm": "Newton", "tolerance_m": 1e-9}
-        steps = {"integrator": ("LoadControl", 0.05), "analysis": "Static"}
-        prepare_analysis(numberer="RCM", system="UmfPack", **newton, **steps)
-        assert ops.analyze(20) == 0
+        static_steps(20, "UmfPack", 1e-9)
         ops.reactions()
         total, middle = np.zeros(6), np.array((*ops.nodeCoord(deck)[:2], 0.0))
         for bearing in bearings:

@@ -6,12 +6,12 @@ from dataclasses import dataclass, field
 from functools import partial
 from itertools import count
 from math import cos, hypot, inf, nan, radians, sin
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import openseespy.opensees as ops
 import pytest
+from reference_pages import ROOT
 
 from skewbridge import contact
 from skewbridge.analysis.settings import AnalysisSettings
@@ -202,11 +202,8 @@ def test_bad_input_names_the_field(change, message):
         ContactSet(**options).add(**(good | STIFF | change))
 
 
-DOCS = Path(__file__).parents[2] / "docs"
-
-
 def test_the_script_runs_and_both_models_hit_and_slide(monkeypatch):
-    monkeypatch.syspath_prepend(str(DOCS))
+    monkeypatch.syspath_prepend(str(ROOT / "docs"))
     for ledger in importlib.import_module("contact_in_your_model").main():
         assert ledger.closures >= 1
         assert ledger.max_penetration_m > 0.0

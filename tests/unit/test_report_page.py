@@ -6,13 +6,13 @@ import json
 import re
 from dataclasses import replace
 from importlib.resources import files
-from pathlib import Path
 
 import headline
 import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from reference_pages import ROOT
 
 from fragility_tables import IM, synthetic_demands
 from report_pages import NUMBER, STATES, assert_printed, tables_of, write_page, wrong_numbers
@@ -55,10 +55,6 @@ def render(tmp_path):
         return re.sub(r"\s+", " ", text), frames
 
     return page_of
-
-
-def answer_of(page):
-    return page[page.index('<section id="answer">') : page.index('<section id="effects">')]
 
 
 def finite(row, names):
@@ -206,7 +202,7 @@ def test_failures_tables_intensities_and_links_are_those_of_the_study(render):
     demands.loc[demands.index[0], "scale"] = 0.25
     demands.loc[demands.index[:7], "beyond_model"] = ["shear"] * 5 + ["flexure"] * 2
     page, frames = render(demands)
-    head = answer_of(page)
+    head = page[page.index('<section id="answer">') : page.index('<section id="effects">')]
     failed = f"Columns failed in 7 of {len(demands)} runs: 5 in shear, 2 in flexure"
     assert_in(head, failed, "None of them collapsed; the demands of all are peaks up to the fail")
     assert set(frames["curves"]["im"]) == {IM}
@@ -518,7 +514,6 @@ def test_status_of_a_ratio_is_that_of_the_curves_without_an_estimate(statuses, e
     assert found.drop_duplicates().to_numpy().tolist() == [[status, 4 * exceed]]
 
 
-ROOT = Path(__file__).parents[2]
 DEMO = ROOT / "src/skewbridge/cli/demo_study"
 LEADING = ("column_failure/any", "unseating/slight")
 

@@ -81,6 +81,7 @@ def test_every_setting_that_matters_and_the_solver_are_in_the_key(monkeypatch) -
 
 
 def test_numbers_of_its_parent_and_no_texts_change_the_digest_of_a_bridge(tmp_path: Path) -> None:
+    """An edit counts in the same session."""
     parent = (catalogue.FOLDER / "osb1.yaml").read_text()
     digests = []
     for period_s, title in (("0.741", "Mine"), ("0.741", "Ours"), ("0.742", "Mine")):
@@ -92,8 +93,7 @@ def test_numbers_of_its_parent_and_no_texts_change_the_digest_of_a_bridge(tmp_pa
 
 def test_values_and_index_of_the_motions_in_use_change_the_digest_of_their_folder(tmp_path):
     """Times, notes, places of files and motions that the study does not use do not count."""
-    folder = tmp_path / "motions"
-    folder.mkdir()
+    (folder := tmp_path / "motions").mkdir()
     index = index_of(folder, make_pairs(folder, 3), scale=[1.0, 1.0, 1.0])
 
     def digests(folder: Path, cache: str = "digest.json") -> list[str]:

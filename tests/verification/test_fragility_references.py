@@ -5,15 +5,14 @@ were confirmed with 50 digits), 1e-4 on standard errors (some references differe
 1e-5 on interval ends."""
 
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 import statsmodels.api as sm
+from reference_pages import ROOT
 from scipy import special, stats
-from scipy.special import ndtr
 from statsmodels.miscmodels.ordinal_model import OrderedModel
 from statsmodels.stats.diagnostic import het_breuschpagan
 
@@ -141,8 +140,8 @@ def test_probit_of_several_covariates_reproduces_greene_and_annual_rates_their_f
     im = np.geomspace(1e-3, 1e5, 12)
     rate = given["k0"] * im ** -given["k"]
     hazard = HazardCurve(im="", levels=im, rates=rate[None], quantiles=np.zeros(0))
-    beta = given["beta"]
-    found = hazard.rate(lambda ln_im: ndtr((ln_im - np.log(given["theta"])) / beta), beta).value
+    ln_theta, beta = np.log(given["theta"]), given["beta"]
+    found = hazard.rate(lambda ln_im: special.ndtr((ln_im - ln_theta) / beta), beta).value
     assert found == pytest.approx(expected["maf"], rel=1e-8)
     assert rate_columns([found] * 3)["probability_50y"] == pytest.approx(expected["p50yr"])
 
@@ -371,7 +370,6 @@ def test_medians_with_informative_collapses_are_nearly_unbiased_or_refused(corre
     assert set(curves.loc[curves["limit_state"] == "moderate", "status"]) & {"bounds_too_wide"}
 
 
-ROOT = Path(__file__).parents[2]
 #: States that some run of one bridge reached and no run of the other.
 NOT_REACHED = {
     "osb1": {"column_shear/dcr_080", "column_shear/dcr_100", "column_failure/shear"},
@@ -392,10 +390,6 @@ def study():
     return SimpleNamespace(**found, medians=medians, joint=joint)
 
 
-def keys(table):
-    return table["component"] + "/" + table["limit_state"]
-
-
 def test_components_have_states_that_runs_reach_and_no_estimates_of_others(study):
     """A component whose every state is out of reach of the model is not offered."""
     largest = study.raw.max(numeric_only=True)
@@ -413,7 +407,7 @@ def test_components_have_states_that_runs_reach_and_no_estimates_of_others(study
         for table in (study.curves, study.joint):
             fitted = table[(table["bridge"] == bridge) & (table["status"] == "ok")]
             assert len(fitted) >= 10
-            assert not set(keys(fitted)) & beyond
+            assert not set(fitted["component"] + "/" + fitted["limit_state"]) & beyond
         medians = study.medians
         effects = medians[(medians["bridge"] == bridge) & (medians["status"] == "ok")]
         assert len(effects) > 20

@@ -46,8 +46,6 @@ deck: {{soffit_height_m: 5.6}}
 joints: [{{from_left_m: 50.0, ledge: left, seat_width_m: 0.6, pads: {{{PADS}}}}}]
 """
 MIRRORED = HINGED.replace("50.0, ledge: left", "80.0, ledge: right")
-
-
 MASSES_KG, LEVERS_M, SKEW_DEG = (4.0e5, 3.0e5), (10.0, 8.0), 30.0
 INERTIAS = tuple(m * (4 * x**2 + 12.0**2) / 12 for m, x in zip(MASSES_KG, LEVERS_M, strict=True))
 GAP_M, AXIAL_N_PER_M, FRICTION = 0.02, 1.2e7, 0.4

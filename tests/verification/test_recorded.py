@@ -1,10 +1,9 @@
 """An instrumented bridge: its station, identified periods, stored results, support motions."""
 
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 import pytest
+from reference_pages import ROOT
 from scipy import signal
 
 from bridge_variants import analysed, variant
@@ -22,7 +21,6 @@ from skewbridge.verification.registry import run_study
 from skewbridge.verification.studies import recorded as recordings
 from strong_motion import strong_motion
 
-ROOT = Path(__file__).parents[2]
 DT_S = 0.01
 HEADER = """Corrected accelerogram   {station}-X       Chan {recorder:2d}:  {direction}   from
 Uncorrected Accelerogram Data             Processed: 02/03/15
@@ -86,8 +84,7 @@ def test_other_stations_and_missing_channels_are_refused_and_without_records_not
     ):
         given = ("verify", "painter", "--records", records, "--out", tmp_path / "out")
         assert words in answer(*given, code=2)["message"]
-    empty = tmp_path / "empty"
-    empty.mkdir()
+    (empty := tmp_path / "empty").mkdir()
     with pytest.raises(InputError, match=r"no \.V2 file"):
         recordings.read_events(empty, recordings.read_station("painter"))
     result = invoke("verify", "painter", "--out", tmp_path)

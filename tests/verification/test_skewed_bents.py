@@ -47,7 +47,6 @@ def plan_stiffness(name, skew_deg, **given):
             centre = tags.node()
             ops.node(centre, bridge.bent_positions_m[0], 0.0, bridge.deck.centroid_above_soffit_m)
             ops.fix(centre, 0, 0, 0, 1, 1, 1)
-            one = [centre]
             one = {"nodes": [centre], "decks": [[centre]], "bent_nodes": [centre]}
             spine = Spine(**one, heavy=[], centre_node=centre, elements=[])
             bent.build_bents(bridge, spine, skew_deg, options, tags)

@@ -18,7 +18,6 @@ def stored(name):
 
 
 STOPPING, OF_EFFECTS = stored("sequential_verdicts")["rows"], stored("effect_simulations")["rows"]
-RATES = stored("rate_coverage")
 MEDIANS, FITS = stored("median_coverage"), stored("fragility_coverage")["rows"]
 
 
@@ -93,7 +92,7 @@ def test_intervals_of_fits_cover_95_percent(plan):
 @pytest.mark.parametrize("case", ["drift", "no_drift"])
 def test_intervals_of_annual_rates_and_of_effects_on_rates_cover(case):
     """300 studies: a share of 90 % has a standard error of 1.7 %, one of 95 % of 1.3 %."""
-    row = RATES[case]
+    row = stored("rate_coverage")[case]
     effects = ("skew_deg_30", "skew_deg_60", "gap_mm_51", "friction_0.5")
     assert row["replicates"] >= 300
     assert all(0.86 <= row[name] <= 0.95 for name in effects)

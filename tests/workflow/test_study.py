@@ -151,19 +151,3 @@ def test_an_edit_reruns_the_rules_that_depend_on_it(copy, edits, jobs):
     finally:
         for path, text in before.items():
             path.write_text(text)
-
-
-def test_another_version_of_the_solver_reruns_the_analyses(copy):
-    """The version is that of the installed package: here the answer about it is another one."""
-    patch = copy / "patch"
-    patch.mkdir()
-    (patch / "sitecustomize.py").write_text(
-        "import importlib.metadata as m\n"
-        "found = m.version\n"
-        "m.version = lambda name: '9.9' if name == 'openseespy' else found(name)\n"
-    )
-    with pytest.MonkeyPatch.context() as environment:
-        environment.setenv("PYTHONPATH", str(patch))
-        jobs = small.planned_jobs(copy)
-    assert jobs >= ANALYSES | {"verify_contact"}
-    assert "prepare_motions" not in jobs
