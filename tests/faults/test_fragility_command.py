@@ -303,6 +303,7 @@ def test_foreign_tables_lose_single_bad_rows_or_are_refused_with_row_and_column(
         ({"PGA": [0.1, np.inf]}, "im_pga_g must be > 0 and finite (row 1); got inf"),
         ({"drift": ["1", "much"]}, "drift must be a number, got 'much' (row 1)"),
         ({"status": ["ok", "fine"]}, "invalid_input, got 'fine' (row 1)"),
+        ({"record": ["a", "a"], "event": ["x", "y"]}, "motion 'a' has several events: give it"),
         ({"record": ["a", "a"]}, "incidence_deg of another row: remove it"),
         ({"record": ["a", "a"], "angle": [0, 9]}, "use a column as axis: 'angle'"),
         ({"Skew_deg": [0, 60]}, "column 'Skew_deg' is not known: did you mean skew_deg?"),
@@ -312,7 +313,7 @@ def test_foreign_tables_lose_single_bad_rows_or_are_refused_with_row_and_column(
         ({"record": ["a", None]}, "record is missing (row 1)"),
     ):
         with pytest.raises(InputError, match=re.escape(text)):
-            foreign(data | change, columns | {name: name for name in change if name == "variant"})
+            foreign(data | change, columns | {n: n for n in change if n in ("variant", "event")})
 
 
 def test_a_foreign_table_is_fitted_by_its_file_of_columns(fit, tmp_path):

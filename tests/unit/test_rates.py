@@ -321,9 +321,10 @@ def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path, monke
     other = ("--bridge", "osb1", *target, "--axis", "friction=0.5")
     decide = ("decide", site, "--study", study, *other, "--out", tmp_path / "chart")
     needs = pd.DataFrame(answer(*decide)["rows"]).query("gap_mm == 51")
-    runs = read_frame(study / "demands.parquet")
-    write_frame(runs.assign(unseating_m=0.001), study / "demands.parquet", {})
-    assert "extrapolated: 65 of 65 lengths" in invoke(*decide).stderr
+    changes = {"demands": {"unseating_m": 0.001}, "fragility/curves": {"status": "bounds_too_wide"}}
+    for path, change in ((study / f"{name}.parquet", change) for name, change in changes.items()):
+        write_frame(read_frame(path).assign(**change), path, {})
+    assert re.search(r"(?s)curve \(\w+ \d.*extrapolated: 65 of 65 lengths", invoke(*decide).stderr)
     assert needs["seat_m"].is_monotonic_increasing
     assert (needs["seat_m_low"] < needs["seat_m"]).all()
     # AASHTO LRFD 4.7.4.4 grows by 0.000125 S^2, the gap is added

@@ -208,7 +208,7 @@ def decide(
     from skewbridge.report.study_figures import save_figure
     from skewbridge.study.config import FigureSettings
     from skewbridge.study.folder import StudyFolder
-    from skewbridge.study.results import joint_rows
+    from skewbridge.study.results import joint_rows, withheld_curves
 
     target = target_rate(probability_50y)
     values = checked(dict[str, Number], keys_and_values("--axis", axis), "--axis")
@@ -234,6 +234,11 @@ def decide(
     if (last_rate := site_curve.rates[0, -1]) > 0.1 * target:
         notes.append(f"the hazard curve ends at {last_rate:.3g} per year: lengths may be too short")
     notes += needs.notes
+    of_model = rows[0]["bridge"], rows[0]["abutment"], "unseating"
+    withheld = withheld_curves(folder_of(study)).items()
+    if lost := [f"{keys[-1]} {n}" for keys, n in withheld if keys[:-1] == of_model]:
+        reason = "runs that ended early make its median, and these lengths, too uncertain"
+        notes.append(f"variants without an unseating curve ({', '.join(lost)}): {reason}")
     above_target = table.filter(["gap_from_mm"]).isna().any(axis=1)
     if failing := [f"{skew_deg:g}" for skew_deg in table.loc[above_target, "skew_deg"].unique()]:
         skews = "any skew" if above_target.all() else f"skews of {', '.join(failing)} deg"

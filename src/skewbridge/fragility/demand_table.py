@@ -293,6 +293,9 @@ def read_foreign(
         values = out[name].to_numpy()
         good = np.isnan(values) | ((values > 0.0) & (values < np.inf))
         require(good, name, "must be > 0 and finite", values)
+    if EVENT in out and (several := out.groupby("motion_id")[EVENT].nunique() > 1).any():
+        name = shortened(several.idxmax())
+        raise InputError(f"motion {name} has several events: give it the same one in all rows")
     if (doubled := out.duplicated(["variant", *LOADING_COLUMNS])).any():
         row = int(np.argmax(doubled))
         text = f"row {row} repeats variant, motion_id, scale and incidence_deg of another row"

@@ -3,6 +3,7 @@
 import logging
 import re
 import warnings
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -359,6 +360,18 @@ def joint_rows(
     return estimates
 
 
+_STATE_KEYS: Final = [*demand_table.BRIDGE_COLUMNS, "component", "limit_state"]
+
+
+def withheld_curves(results: Path) -> dict[tuple[str, ...], int]:
+    """Return the number of variants with the status `BOUNDS_TOO_WIDE`, keyed by `_STATE_KEYS`."""
+    if not (path := StudyFolder(results).fragility("curves")).is_file():
+        return {}
+    curves = read_frame(path)
+    withheld = curves[(curves["method"] == "cloud") & (curves["status"] == BOUNDS_TOO_WIDE)]
+    return Counter(withheld[_STATE_KEYS].astype(str).itertuples(index=False, name=None))
+
+
 def predict_states(
     results: Path,
     values: Mapping[str, float],  # value on each axis
@@ -379,13 +392,7 @@ def predict_states(
         raise InputError(f"at must be > 0 and finite, got {at:g}", column="at")
     models = joint_rows(results, bridge, abutment)
     site = site_hazard(hazard, models[0]["im"])
-    keys = [*demand_table.BRIDGE_COLUMNS, "component", "limit_state"]
-    path, n_withheld = StudyFolder(results).fragility("curves"), pd.Series(dtype=int)
-    if path.is_file():
-        curves = frame_of(read_table(path))
-        withheld = curves[(curves["method"] == "cloud") & (curves["status"] == BOUNDS_TOO_WIDE)]
-        n_withheld = withheld.groupby(keys).size()
-    rows: list[Row] = []
+    n_withheld, rows = withheld_curves(results), list[Row]()
     for row in models:
         model = JointModel(row)
         model.axis_range.check(values)
@@ -403,7 +410,7 @@ def predict_states(
         if site is not None:
             rate = rates.curve_rate(curve, site).interval(model.level)
             prediction |= rates.rate_columns(rate) | rates.rate_shares(curve, site, low, high)
-        prediction["n_withheld"] = int(n_withheld.get(tuple(row[name] for name in keys), 0))
+        prediction["n_withheld"] = n_withheld.get(tuple(row[name] for name in _STATE_KEYS), 0)
         columns = (*demand_table.BRIDGE_COLUMNS, "loo_error", "im", RANDOM_PROPERTIES)
         common = {name: row[name] for name in columns}
         rows.append(prediction | common)
