@@ -43,12 +43,12 @@ from skewbridge.fragility.motion_means import Jackknifed
 from skewbridge.fragility.outcomes import (
     TREATMENTS,
     DemandOutcomes,
+    collapsed_runs,
     demand_outcomes,
     states_by_demand,
 )
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 from skewbridge.fragility.union import Union
-from skewbridge.statuses import COLLAPSE
 
 #: Methods in order of preference.
 METHODS: Final = ("cloud", "exceedance")
@@ -178,13 +178,9 @@ class _BridgeState:
             name: [fit.treated(fit.outcomes.treated(mode, name, unknown)) for fit, mode in fitted]
             for name in (TREATMENTS if np.any(unknown) else ())
         }
-        # a run in which a column failed before it collapsed is censored by the failure
-        runs = self._models.runs
-        collapsed = (runs["status"] == COLLAPSE).to_numpy() & ~is_beyond_model(runs)
         exact = all(mode.collapse != COLLAPSE_EXCEEDS for mode in self._modes)
-        if np.any(collapsed):
-            of_peaks = partial(self._models.of_peaks, collapsed=collapsed, exact=exact)
-            treated[_PEAKS] = [of_peaks(mode) for mode in self._modes]
+        if np.any(collapsed_runs(self._models.runs)):
+            treated[_PEAKS] = [self._models.of_peaks(mode, exact=exact) for mode in self._modes]
         return treated
 
     def cloud(self, values: Row, rows: Mask) -> _Cloud:

@@ -36,7 +36,12 @@ from skewbridge.fragility.fits import (
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.mixed import MixedData, MixedFit, fit_mixed, predictive_loglik
 from skewbridge.fragility.motion_means import Jackknifed, jackknife_covariance
-from skewbridge.fragility.outcomes import DemandOutcomes, demand_outcomes, states_by_demand
+from skewbridge.fragility.outcomes import (
+    DemandOutcomes,
+    collapsed_runs,
+    demand_outcomes,
+    states_by_demand,
+)
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.union import Union, correlation
 from skewbridge.variant.axes import AXES
@@ -559,14 +564,15 @@ class BridgeModels:
         """Return the model of the demand of a state, or the reason why there is none."""
         return self.fits.get((state.component, state.demand), NO_EXCEEDANCE)
 
-    def of_peaks(self, state: LimitState, collapsed: Mask, *, exact: bool) -> DemandModel | str:
+    def of_peaks(self, state: LimitState, *, exact: bool) -> DemandModel | str:
         """Return the model (R = 1) of the demand of a fitted state, or why there is none.
 
-        The peaks of the ``collapsed`` runs (n,) are demands if ``exact``, else lower bounds.
+        The peaks of `collapsed_runs` are demands if ``exact``, else lower bounds.
         """
         key, fit = (state.component, state.demand, exact), self.fit(state)
         if key not in self._of_peaks and not isinstance(fit, str):
-            outcomes = fit.outcomes.of_peaks(self.runs[state.demand], collapsed, exact=exact)
+            peaks, collapsed = self.runs[state.demand], collapsed_runs(self.runs)
+            outcomes = fit.outcomes.of_peaks(peaks, collapsed, exact=exact)
             refit = _fit_demand((fit.setup, outcomes))
             if not isinstance(refit, str):
                 refit = replace(refit.model, parameters=refit.model.parameters[:1])

@@ -90,6 +90,14 @@ class DemandOutcomes:
         return replace(self, lower=np.where(rows, known_peaks, self.lower))
 
 
+def collapsed_runs(table: pd.DataFrame) -> Mask:
+    """Return a mask of the runs that collapsed, shape (n,).
+
+    A collapse after the failure of a column decides nothing: the model is not valid after it.
+    """
+    return (table["status"] == COLLAPSE).to_numpy() & ~validity.is_beyond_model(table)
+
+
 def demand_outcomes(table: pd.DataFrame, states: States) -> DemandOutcomes:
     """Return the outcomes of all runs of a table for the demand that ``states`` share."""
     demand = states[0].demand
@@ -98,10 +106,8 @@ def demand_outcomes(table: pd.DataFrame, states: States) -> DemandOutcomes:
     minimum = np.zeros(peak.size)
     collapse_thresholds = [s.threshold for s in states if s.collapse == COLLAPSE_EXCEEDS]
     if collapse_thresholds:
-        # ASSUME a collapsed bridge exceeds every limit state without `collapse: peak`. A collapse
-        # after the failure of a column decides nothing: the model is not valid after it
-        collapsed = (table["status"] == COLLAPSE).to_numpy() & ~validity.is_beyond_model(table)
-        minimum[collapsed & ~complete] = np.nextafter(max(collapse_thresholds), np.inf)
+        # ASSUME a collapsed bridge exceeds every limit state without `collapse: peak`
+        minimum[collapsed_runs(table) & ~complete] = np.nextafter(max(collapse_thresholds), np.inf)
     # ASSUME a failed column has exceeded all states of its own mode with a threshold of at least 1
     passed = [s.threshold for s in states if s.threshold >= 1.0]
     names = validity.FAILURE_DEMANDS.items()

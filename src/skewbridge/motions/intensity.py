@@ -86,10 +86,12 @@ def _spectrum(
     periods = np.atleast_1d(np.asarray(periods_s, dtype=np.float64))
     if not (np.isfinite(periods).all() and (periods > 0.0).all()):
         raise InputError(f"periods_s must be positive, got {periods_s}")
-    omegas = (2.0 * np.pi / period_s for period_s in periods.tolist())
     disps_m = _oscillator_disps(accel, dt_s, periods.tolist())
     return np.array(
-        [peaks(disp_m) * omega**2 for omega, disp_m in zip(omegas, disps_m, strict=True)]
+        [
+            peaks(disp_m) * (2.0 * np.pi / period_s) ** 2
+            for period_s, disp_m in zip(periods.tolist(), disps_m, strict=True)
+        ]
     )
 
 
@@ -370,14 +372,12 @@ def shaken_s(motion: GroundMotion, t1_s: float, tail_ratio: float | None) -> flo
     # ASSUME such oscillators cover a bridge whose joints close and columns yield
     if tail_ratio is None:
         return motion.duration_s
-    orbits = _oscillator_disps(
-        np.stack(motion.components), motion.dt_s, sa_avg_periods(t1_s).tolist()
-    )
-    radii_m = (np.hypot(*orbit) for orbit in orbits)
-    ends = (
-        np.flatnonzero(radius >= tail_ratio * radius.max())[-1] / radius.size for radius in radii_m
-    )
-    return max(ends) * motion.duration_s
+    pair, end_share = np.stack(motion.components), 0.0
+    for disps_m in _oscillator_disps(pair, motion.dt_s, sa_avg_periods(t1_s).tolist()):
+        radius_m = np.hypot(*disps_m)
+        last = int(np.flatnonzero(radius_m >= tail_ratio * radius_m.max())[-1])
+        end_share = max(end_share, last / radius_m.size)
+    return end_share * motion.duration_s
 
 
 def cut_to_strongest(

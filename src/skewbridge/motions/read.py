@@ -281,7 +281,7 @@ def earlier_record(
 
 
 def read_components(
-    files: list[Path], stated: Stated | None = None
+    files: list[Path], stated: Stated
 ) -> tuple[str, float, list[Vector], tuple[str, ...]]:
     """Return name, time step (s), components (m/s2) and messages of one file or a pair."""
     if len(files) == 1:

@@ -95,9 +95,8 @@ class StudySetup:
             study=study,
             suite=suite,
             measures={key: {name: row[name] for name in IM_COLUMNS} for key, row in rows.items()},
-            shaken_s={
-                key: row.get("shaken_s", inf) for key, row in rows.items()
-            },  # earlier: no end
+            # motions prepared by an earlier version have no end before their last value
+            shaken_s={key: row.get("shaken_s", inf) for key, row in rows.items()},
             draws=draws,
             planned=runs if study.motions.blocks else {},
             workers=workers,
@@ -117,8 +116,9 @@ class StudySetup:
     def durations_s(self) -> list[float]:
         """Largest analysed lengths (s) of the motions of the suite."""
         bridges = dict.fromkeys(bridge for bridge, _ in self.shaken_s)
-        motion_ids = (motion.motion.motion_id for motion in self.suite)
-        return [max(self.shaken_s[bridge, name] for bridge in bridges) for name in motion_ids]
+        motions = [motion.motion for motion in self.suite]
+        ends_s = [max(self.shaken_s[name, m.motion_id] for name in bridges) for m in motions]
+        return [min(m.duration_s, end_s) for m, end_s in zip(motions, ends_s, strict=True)]
 
     @property
     def motion_ids(self) -> list[str]:
@@ -326,7 +326,7 @@ def run_in_journal(
 
 
 def _progress(tasks: Sized, n_before: int, finished: int, began_s: float) -> str:
-    """Return a text on the progress of a job; ``before`` tasks were finished when it began."""
+    """Return a text on the progress of a job; ``n_before`` tasks were finished when it began."""
     n_new, n_left = finished - n_before, len(tasks) - finished
     per_min = n_new / max(time.monotonic() - began_s, 1e-9) * 60
     text = f"{finished} of {len(tasks)} analyses done"

@@ -265,17 +265,17 @@ def compare_studies(first: Path, second: Path, hazard: Path | None = None) -> St
     doubts = notes.loc[notes["kind"] == "percent", "message"].tolist()
     models = fit_models(runs, states, settings, further=[STUDY], jobs=cpu_count())
     curves = fit_study(runs, states, settings, models=models, jobs=cpu_count())
-    common: Any = {"curves": curves, "axes": [STUDY]}
+    with_curves: Any = {"curves": curves, "axes": [STUDY]}
     site_rates = pd.DataFrame()
     if site is not None:
-        site_rates = rates.rate_effects(models, states, site, settings, **common)
+        site_rates = rates.rate_effects(models, states, site, settings, **with_curves)
         chosen = curves.loc[curves["preferred"], ["component", "limit_state"]]
         rated = rates.rates_of_curves(curves.loc[chosen.index], pd.DataFrame({"modes": []}), site)
         doubts += rates.lacking_notes(records_of(chosen.join(rated)))
     return StudyComparison(
         im=settings.im,
         demands=effects.effect_table(demands, rows),
-        medians=effects.median_effects(runs, states, settings, models=models, **common),
+        medians=effects.median_effects(runs, states, settings, models=models, **with_curves),
         rates=site_rates,
         counts={
             "pairs": len(pairs),
