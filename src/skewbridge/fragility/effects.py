@@ -112,7 +112,7 @@ class Pairs:
 
 
 def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.DataFrame:
-    """Pair each run with the otherwise identical run at the smallest value of ``axis``.
+    """Pair each run with the otherwise identical run at the reference value of ``axis``.
 
     Each pair has one row with bridge, abutment, other axes, motion_id, scale, incidence_deg, event
     if known, from_value and to_value. ``complete`` (bool) and ``columns`` of its runs have the
@@ -132,20 +132,20 @@ def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.Da
 def _paired(
     table: pd.DataFrame, axis: str, other_axes: Sequence[str], loading: Sequence[str] = ()
 ) -> pd.DataFrame:
-    """Join each row with the otherwise identical row at the smallest value of ``axis``."""
+    """Join each row with the otherwise identical row at the reference value of ``axis``."""
     group = [*demand_table.BRIDGE_COLUMNS, *other_axes]
-    lowest = table.groupby(group, dropna=False)[axis].transform("min")
-    reference = table[table[axis] == lowest].rename(columns={axis: "from_value"})
-    higher = table[table[axis] > lowest].rename(columns={axis: "to_value"})
+    start = table.groupby(group, dropna=False)[axis].transform(demand_table.reference_value)
+    reference = table[table[axis] == start].rename(columns={axis: "from_value"})
+    others = table[table[axis] != start].rename(columns={axis: "to_value"})
     key = [*group, *loading]
-    return higher.merge(reference, on=key, suffixes=("_to", "_from"), validate="many_to_one")
+    return others.merge(reference, on=key, suffixes=("_to", "_from"), validate="many_to_one")
 
 
 def variant_pairs(variants: pd.DataFrame, axis: str) -> tuple[list[str], pd.DataFrame]:
     """Return the other axes, and the pairs of variants of a bridge that differ in one axis only.
 
     A pair has the numbers and names of its variants: ``number_to``, ``number_from``,
-    ``variant_to`` and ``variant_from``. The smallest value of the axis is the reference.
+    ``variant_to`` and ``variant_from``. The one nearest to zero is the reference.
     """
     other_axes = [name for name in demand_table.axis_names(variants) if name != axis]
     table = variants[["variant", *demand_table.BRIDGE_COLUMNS, *other_axes, axis]]
