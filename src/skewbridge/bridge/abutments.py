@@ -346,7 +346,7 @@ def support_deck_end(end: End, blueprint: Blueprint) -> Joint:
         raise TypeError(f"end {end.plan.name}: type must be seat, got {data.type}")
     plan = end.plan
     bearing_m = bearing_stations(data.pads, plan, options, has_pads=traits.has_pads)
-    outer_face = plan.wall_stations(options.backwall_points if traits.has_wall_points else 2)
+    outer_face = plan.wall_stations(options.backwall_points if traits.has_pads else 2)
     points, arms = build_arms(plan, deck_node, bearing_m, outer_face, options, tags)
     bearings = build_bearings(plan, points, data.pads, options, tags, has_pads=traits.has_pads)
     pads = pad_stations(data.pads, plan) if traits.has_pads else bearing_m
