@@ -402,11 +402,6 @@ def build_joint(joint: Joint) -> AbutmentHandle:
     return BUILDERS[joint.blueprint.variant.abutment](joint)
 
 
-def _build_roller(joint: Joint) -> AbutmentHandle:
-    """Add nothing: the deck end is free on its supports."""
-    return joint.handle
-
-
 def _build_simplified(joint: Joint) -> AbutmentHandle:
     """Create the springs at both deck corners, each with half of the resistance."""
     end, tags = joint.end, joint.tags
@@ -584,7 +579,7 @@ def _build_keys(joint: Joint, handle: AbutmentHandle, body: int | None) -> Abutm
 
 #: Builder of each abutment model in `skewbridge.variant.variant`.
 BUILDERS: Final[Mapping[str, Callable[[Joint], AbutmentHandle]]] = {
-    "roller": _build_roller,
+    "roller": lambda joint: joint.handle,
     "simplified": _build_simplified,
     "spring": _build_spring,
     "contact": _build_contact,
