@@ -145,7 +145,7 @@ def check(
     Example: skewbridge bridge check config/bridges/mine.yaml
     """
     from skewbridge.analysis.bridge_check import check_bridge
-    from skewbridge.bridge.geometry import model_geometry
+    from skewbridge.bridge.model import model_geometry
     from skewbridge.report.bridge_figures import model_figure
 
     answer = check_bridge(case.bridge)
@@ -276,7 +276,7 @@ def model(case: NamedVariantOptions, out: Out) -> Answer:
     Example: skewbridge bridge model --skew-deg 45 --out model45
     """
     from skewbridge.analysis.model_script import model_script
-    from skewbridge.bridge.geometry import model_geometry
+    from skewbridge.bridge.model import model_geometry
     from skewbridge.report.bridge_figures import model_figure
 
     variant, options = case.variant, case.model
