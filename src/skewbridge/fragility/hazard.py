@@ -14,12 +14,11 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 from pydantic import Field
 from pydantic.dataclasses import dataclass as checked_dataclass
-from scipy import special
 
 from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats, Row, as_column, positive, require
@@ -33,7 +32,9 @@ from skewbridge.files.text import (
     read_text,
     shown_path,
 )
-from skewbridge.fragility.motion_means import Jackknifed, exp_end
+
+if TYPE_CHECKING:  # imported when needed: every job reads a configuration, few have rates
+    from skewbridge.fragility.motion_means import Jackknifed
 
 #: Columns of intensities with hazard curves, in the order in which a study prefers them.
 PREFERRED: Final = (
@@ -77,17 +78,23 @@ class LogRate(NamedTuple):
         return float(np.exp(self.logs[0]))
 
     @property
-    def jackknifed(self) -> Jackknifed:
+    def jackknifed(self) -> "Jackknifed":
         """Estimate with the influence of each event or motion (jackknife)."""
+        from skewbridge.fragility.motion_means import Jackknifed
+
         return Jackknifed.of_replicates(self.logs, self.priors)
 
     def interval(self, level: float) -> tuple[float, float, float]:
         """Return the estimate and both interval ends, which cover motions and hazard together."""
+        from scipy.special import ndtri
+
+        from skewbridge.fragility.motion_means import exp_end
+
         estimate, interval = self.logs[0], np.array(self.jackknifed.interval(level))
         if self.fractiles.size > 1:
             # ASSUME the uncertain hazard is lognormal, and its curves do not cross
-            sigma, middle = np.polyfit(special.ndtri(self.quantiles), self.fractiles, 1)
-            half_width = abs(sigma) * special.ndtri(0.5 + 0.5 * level)
+            sigma, middle = np.polyfit(ndtri(self.quantiles), self.fractiles, 1)
+            half_width = abs(sigma) * ndtri(0.5 + 0.5 * level)
             widths = np.array([estimate - middle + half_width, middle + half_width - estimate])
             signs = np.array([-1.0, 1.0])
             interval = estimate + signs * np.hypot(interval - estimate, np.maximum(widths, 0.0))
