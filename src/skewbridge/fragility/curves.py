@@ -12,7 +12,7 @@ from dataclasses import replace
 from functools import cached_property, partial
 from itertools import pairwise
 from math import inf, nan
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -45,6 +45,7 @@ from skewbridge.fragility.outcomes import (
     DemandOutcomes,
     collapsed_runs,
     demand_outcomes,
+    outcomes_by_state,
     states_by_demand,
 )
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
@@ -127,13 +128,9 @@ class _Variant(NamedTuple):
 
 
 def _variants(models: BridgeModels, states: States, settings: FitSettings) -> Iterator[_Variant]:
-    """Yield the variants of a bridge with their curves by the demand model."""
     all_states = dict.fromkeys([*states, *(mode for state in states for mode in state.modes)])
-    by_state = {
-        state: _BridgeState(models, state, group)
-        for group in states_by_demand(list(all_states)).values()
-        for state in group
-    }
+    outcomes = outcomes_by_state(models.runs, list(all_states))
+    by_state = {state: _BridgeState(models, state, known) for state, known in outcomes.items()}
     columns = [settings.im, *(state.demand for state in all_states)]
     runs = demand_table.demand_columns(models.runs, columns)
     modes = {state: models.modes(state) for state in states}
@@ -153,9 +150,8 @@ def _variants(models: BridgeModels, states: States, settings: FitSettings) -> It
 class _BridgeState:
     """A limit state of a bridge, with the models for other treatments of unknown outcomes."""
 
-    def __init__(self, models: BridgeModels, state: LimitState, group: States) -> None:
-        self._models, self._state = models, state
-        self._group = group  # states of the same component and demand
+    def __init__(self, models: BridgeModels, state: LimitState, outcomes: DemandOutcomes) -> None:
+        self._models, self._state, self._outcomes = models, state, outcomes
         self._modes = models.modes(state)
         fits = ((models.fit(mode), mode) for mode in self._modes)
         self._fitted = [(fit, mode) for fit, mode in fits if not isinstance(fit, str)]
@@ -163,7 +159,7 @@ class _BridgeState:
     @cached_property
     def doubtful(self) -> Mask:
         """Runs of the bridge with an unknown outcome that the demand models do not predict."""
-        unknown = demand_outcomes(self._models.runs, self._group).unknown(self._state)
+        unknown = self._outcomes.unknown(self._state)
         # ASSUME an outcome that a model predicts with a probability of 95 % is not in doubt
         certain = [fit.exceeds(mode) > _SURE for fit, mode in self._fitted]
         return unknown & ~np.logical_or.reduce([np.zeros_like(unknown), *certain])
@@ -247,7 +243,6 @@ class _DemandRuns:
 
 
 def _variant_rows(variant: _Variant, *, states: States, settings: FitSettings) -> list[Row]:
-    """Return the rows of the table of curves for one variant."""
     described = demand_table.variant_values(variant.runs)
     groups = [_DemandRuns(variant, group, settings) for group in states_by_demand(states).values()]
     modes = dict.fromkeys(mode for state in states for mode in state.modes if mode not in states)
@@ -289,7 +284,6 @@ def _curves(runs: _DemandRuns) -> dict[LimitState, dict[str, _Curve]]:
 
 
 def _cloud_curve(runs: _DemandRuns, state: LimitState) -> _Curve:
-    """Return the curve of a state by the demand model."""
     curve, bounds, columns, *_ = runs.variant.clouds[state]
     level, status = runs.settings.confidence, runs.outcomes.status(state)
     if isinstance(curve, str) and status == FITTED:
@@ -420,11 +414,8 @@ def _single_fit(runs: _DemandRuns, is_known: Mask, exceed: Mask, *, in_full: boo
     im, exceeds = runs.im[is_known], exceed[is_known].astype(np.float64)
     ones = np.ones(im.size)
     if in_full and im.size:
-        count = int(np.unique(runs.motion[is_known]).size)
-        settings = runs.settings
-        return fitting.fit_stripes(
-            im, ones, exceeds, settings=settings, n_records=count, interval=False
-        )
+        options: Any = {"n_records": np.unique(runs.motion[is_known]).size, "interval": False}
+        return fitting.fit_stripes(im, ones, exceeds, settings=runs.settings, **options)
     status = fitting.binomial_status(np.log(im), ones, exceeds)
     start = np.exp(np.quantile(np.log(im), 1.0 - np.mean(exceeds))) if status == FITTED else nan
     return FragilityFit(method="stripes", status=status, theta=float(start), beta=0.5)
@@ -512,7 +503,6 @@ def _row(
 
 
 def _compared(fits: Mapping[str, FragilityFit], difference: Floats, priors: int) -> Row:
-    """Compare the cloud and exceedance fits of one state; return columns of the table."""
     # `difference` (R,) is ln(exceedance median / cloud median)
     if any(fits[method].status != FITTED for method in METHODS):
         return {"methods_ratio": nan, "methods_differ": False}

@@ -682,7 +682,7 @@ def _without_fits(
     setup = _Setup(
         ln_im=np.log(runs[im].to_numpy(dtype=np.float64)),
         motion=demand_table.motion_codes(runs),
-        shaking=demand_table.shaking_codes(runs),
+        shaking=np.asarray(runs.groupby(["motion_id", "incidence_deg"]).ngroup(), dtype=np.intp),
         matrix=np.broadcast_to(terms, (len(variants), len(axes.terms))),
         precision=axes.deviations**-2.0,
         **shared_fields,

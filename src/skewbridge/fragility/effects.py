@@ -25,7 +25,7 @@ from skewbridge.fragility.demand_model import BridgeModels, StateCurve, fit_mode
 from skewbridge.fragility.fits import FITTED, MAX_BOUNDS_RATIO
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.motion_means import Jackknifed, average, by_motion
-from skewbridge.fragility.outcomes import demand_outcomes, states_by_demand
+from skewbridge.fragility.outcomes import outcomes_by_state
 from skewbridge.fragility.settings import DEFAULTS, EFFECT_CONFIDENCE, FitSettings
 from skewbridge.variant.axes import axes_of
 
@@ -290,7 +290,6 @@ def demand_effects(
 def _by_intensity(
     pooled: Mapping[str, Any], line: Jackknifed, trend: Floats, reference_im: float | None
 ) -> list[dict[Any, Any]]:
-    """Return the rows of `intensity_effects` for a pooled effect, one at ``reference_im``."""
     # `line`: effect on ln intensity; `trend` (2,): line of ln demand at from_value on ln intensity
     low, high = pooled.get("im_low", nan), pooled.get("im_high", nan)
     if not np.all(np.isfinite(line.estimate)) or not low < high:
@@ -370,11 +369,7 @@ class Medians:
         self._motion = demand_table.motion_codes(runs)
         self._im = runs[settings.im].to_numpy(dtype=np.float64)
         self._rows = [np.flatnonzero(models.variant == v) for v in range(len(models.variants))]
-        self._outcomes = {
-            state: demand_outcomes(runs, group)
-            for group in states_by_demand(states).values()
-            for state in group
-        }
+        self._outcomes = outcomes_by_state(runs, states)
         #: For each state of a variant: whether it has a curve, and the change of its ln median if
         #: unknown outcomes do not exceed instead of exceed; empty if curves are not given.
         self._has_curve: dict[Any, bool] = {}
@@ -431,7 +426,6 @@ class Medians:
         ]
 
     def _average(self, scope: str, keys: Row, ratios: list[tuple[Jackknifed, Row]]) -> Row:
-        """Return the row of the average over pairs of variants."""
         rows = [row for _, row in ratios]
         row: Row = {**keys, "n_cells": len(rows), "n_motions": int(np.max(self._motion)) + 1}
         for name in ("n_bounds", "n_discordant", "n_pairs", *verdicts.MEDIAN_COUNTS):
@@ -480,9 +474,9 @@ class Medians:
         return self._changed(cell, "to", state) - self._changed(cell, "from", state)
 
     def _changed(self, cell: Mapping[Any, Any], side: str, state: LimitState) -> float:
-        """Return the change of ln theta by unknown outcomes; infinite for other doubts."""
         key = str(cell[f"variant_{side}"]), state.component, state.name
         change = self._change.get(key, 0.0)
+        # a curve that is missing for another reason is in doubt, whatever the change
         in_doubt = not self._has_curve.get(key, True) and abs(change) <= np.log(MAX_BOUNDS_RATIO)
         return np.inf if in_doubt else change
 
@@ -491,13 +485,11 @@ class Medians:
         rows = self._rows[number]
         if np.unique(self._motion[rows]).size < MIN_MOTIONS:
             return None
-        if self._outcomes[state].of(rows).status(state) != FITTED:
-            return None
         curve = self.models.curve(state, self._variants[number])
-        return None if isinstance(curve, str) else curve
+        is_fitted = self._outcomes[state].of(rows).status(state) == FITTED
+        return curve if is_fitted and not isinstance(curve, str) else None
 
     def _counts(self, state: LimitState, number: int) -> dict[str, int]:
-        """Return counts of the runs of a variant whose state has a curve."""
         rows, motions = self._rows[number], self._motion[self._rows[number]]
         bounds = int(np.sum(self._outcomes[state].of(rows).is_bound))
         counts = {"n_bounds": bounds, "n_pairs": rows.size, "n_motions": np.unique(motions).size}

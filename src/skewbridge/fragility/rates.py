@@ -102,7 +102,6 @@ def lacking_notes(rows: Sequence[Row]) -> list[str]:
 
 
 def _lognormal(theta: float, beta: float) -> StateCurve:
-    """Return one lognormal curve, without replicates."""
     return StateCurve(np.log([theta]), np.array([nan]), np.array([beta]))
 
 
@@ -295,7 +294,6 @@ def _changes(
 
 
 def _mean(rates: Sequence[LogRate]) -> LogRate:
-    """Return the mean of ln rates."""
     logs = np.mean([completed(rate.logs) for rate in rates], axis=0)
     fractiles = np.mean([rate.fractiles for rate in rates], axis=0)
     return rates[0]._replace(logs=logs, fractiles=fractiles)

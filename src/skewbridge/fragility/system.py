@@ -149,7 +149,6 @@ class _Systems(NamedTuple):
 
 
 def _rows(systems: _Systems) -> list[Row]:
-    """Return the rows of table `system` for one bridge and abutment model."""
     variants = range(len(systems.models.variants))
     return [row for number in variants for row in _variant_rows(systems, number)]
 
@@ -315,7 +314,6 @@ def _rated(
     hazard: HazardCurve,
     covered: tuple[float, float],
 ) -> Row:
-    """Return the columns `rate` and `shares` of a system."""
     rate, changes = hazard.rate_of_failures(first[None]), hazard.rate_of_failures(fewer_points).logs
     logs = np.full(is_valid.size, nan)
     logs[is_valid] = rate.logs[0] + changes - changes[0]
