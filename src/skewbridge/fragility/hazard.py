@@ -274,7 +274,6 @@ def read_hazard(path: Path) -> list[HazardCurve]:
 
 
 def _assembled(path: Path, parts: dict[float | None, _Part]) -> HazardCurve:
-    """Return the curve of one measure from its mean (or median) and its fractiles."""
     mean = parts.get(None, parts.get(0.5))
     if mean is None:
         im = next(iter(parts.values())).im
@@ -299,7 +298,6 @@ def _assembled(path: Path, parts: dict[float | None, _Part]) -> HazardCurve:
 
 
 def _parts(path: Path) -> Iterator[_Part]:
-    """Yield the checked curves of one file."""
     if path.suffix.lower() == ".json":
         curves = _usgs_json(path)
     else:

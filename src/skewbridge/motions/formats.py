@@ -232,7 +232,6 @@ def _unit_in(texts: Iterable[str], path: Path) -> str:
 
 
 def _fortran_float(text: str) -> float:
-    """Return the number in a text; the exponent may be marked by D."""
     return float(text.upper().replace("D", "E"))
 
 
@@ -409,7 +408,6 @@ _CSMIP_LAYOUT: Final = "(8F10.3)"  # source: CSMIP report OSMS 85-03
 
 
 def _is_csmip(lines: list[str], path: Path) -> bool:
-    """Return whether a file is a corrected accelerogram, by its first lines or its suffix .v2."""
     header = " ".join(_head(lines, 2)).upper()
     return header.lstrip().startswith("CORRECTED ACCELEROGRAM") or (
         path.suffix.lower() == ".v2" and any(map(_CSMIP_BLOCK.match, _head(lines, 200)))
@@ -447,10 +445,6 @@ _COSMOS_BLOCK = re.compile(
 _COSMOS_CHANNEL = re.compile(r"sta cha[^:]*:\s*(\w+)|<scnl>[^.\s]*\.(\w+)", re.IGNORECASE)
 _COSMOS_UNITS: Final = {2: "g", 4: "cm/s2", 7: "in/s2", 10: "cm/s2", 11: "mg"}
 _COSMOS_VERTICAL: Final = {400: "Up", 401: "Down", 402: "Vertical"}
-
-
-def _is_cosmos(lines: list[str], _path: Path) -> bool:
-    return "(format v" in "".join(_head(lines, 1)).lower()
 
 
 def _read_cosmos(lines: list[str], path: Path, stated: Stated) -> Trace:
@@ -518,10 +512,6 @@ def _read_geonet(lines: list[str], path: Path, stated: Stated) -> Trace:
 # ---- ESM and ITACA, Europe and Italy (.ASC): 64 header lines KEY: VALUE and one value per line.
 
 
-def _is_esm(lines: list[str], _path: Path) -> bool:
-    return "".join(_head(lines, 1)).startswith("EVENT_NAME:")
-
-
 def _read_esm(lines: list[str], path: Path, _stated: Stated) -> Trace:
     header = list(takewhile(lambda line: ":" in line, _head(lines, 100)))
     texts = {key: text.strip() for key, _, text in (line.partition(":") for line in header)}
@@ -552,11 +542,6 @@ _KNET_HEADER_LINES: Final = 17
 # source: NIED KiK-net manual: 1 to 3 borehole, 4 to 6 surface; N-S, E-W, U-D in turn
 _KNET_CHANNELS: Final = dict(zip("123456", ("N-S", "E-W", "U-D") * 2, strict=True))
 _KNET_SCALE = re.compile(rf"({FLOAT})\(gal\)\s*/\s*({FLOAT})")
-
-
-def _is_knet(lines: list[str], _path: Path) -> bool:
-    header = "\n".join(_head(lines, _KNET_HEADER_LINES))
-    return "Scale Factor" in header and "Sampling Freq" in header
 
 
 def _read_knet(lines: list[str], path: Path, _stated: Stated) -> Trace:
@@ -786,12 +771,18 @@ def _step_of_times(
 
 type _Recognise = Callable[[list[str], Path], bool]
 type _Read = Callable[[list[str], Path, Stated], Trace]
+
+
+def _begins(pattern: str) -> _Recognise:
+    return lambda lines, _: bool(re.match(pattern, "\n".join(_head(lines, 17)), re.I | re.S))
+
+
 #: Name of each format, and the functions that recognise and read it. The first format that
 #: recognises a file is used; the last one accepts any text.
 MOTION_FORMATS: Final[tuple[tuple[str, _Recognise, _Read], ...]] = (
-    ("K-NET and KiK-net", _is_knet, _read_knet),
-    ("ESM and ITACA ASCII (.ASC)", _is_esm, _read_esm),
-    ("COSMOS (.V2c)", _is_cosmos, _read_cosmos),
+    ("K-NET and KiK-net", _begins("(?=.*Sampling Freq).*Scale Factor"), _read_knet),
+    ("ESM and ITACA ASCII (.ASC)", _begins("EVENT_NAME:"), _read_esm),
+    ("COSMOS (.V2c)", _begins(r"[^\n]*\(format v"), _read_cosmos),
     ("GeoNet (.V2A)", _is_geonet, _read_geonet),
     ("CSMIP (.V2)", _is_csmip, _read_csmip),
     ("PEER (.AT2)", _is_peer, _read_peer),

@@ -80,19 +80,15 @@ def sa_avg_periods(t1_s: float) -> Vector:
 
 
 def _spectrum(
-    accel: Vector, dt_s: float, periods_s: ArrayLike, peaks: Callable[[Vector], ArrayLike]
+    accel: Vector, dt_s: float, periods_s: ArrayLike, peaks: Callable[[Vector], Any]
 ) -> Vector:
     """Return omega^2 times ``peaks`` of the displacement of an oscillator, one row per period."""
     periods = np.atleast_1d(np.asarray(periods_s, dtype=np.float64))
     if not (np.isfinite(periods).all() and (periods > 0.0).all()):
         raise InputError(f"periods_s must be positive, got {periods_s}")
     disps_m = _oscillator_disps(accel, dt_s, periods.tolist())
-    return np.array(
-        [
-            peaks(disp_m) * (2.0 * np.pi / period_s) ** 2
-            for period_s, disp_m in zip(periods.tolist(), disps_m, strict=True)
-        ]
-    )
+    omegas: list[float] = (2.0 * np.pi / periods).tolist()
+    return np.array([peaks(disp) * w**2 for disp, w in zip(disps_m, omegas, strict=True)])
 
 
 def _oscillator_disps(accel: Vector, dt_s: float, periods_s: Sequence[float]) -> Iterator[Vector]:
@@ -303,9 +299,7 @@ def pair_arias_build_up(motion: GroundMotion) -> Vector:
 
 def cav(accel_mps2: Vector, dt_s: float) -> float:
     """Return the cumulative absolute velocity, the integral of |a|, in m/s."""
-    from scipy.integrate import trapezoid
-
-    return float(trapezoid(np.abs(accel_mps2), dx=dt_s))
+    return float(np.trapezoid(np.abs(accel_mps2), dx=dt_s))
 
 
 def significant_duration(build_up: Vector, dt_s: float, start: float, end: float) -> float:
@@ -327,9 +321,7 @@ def housner_intensity(accel_mps2: Vector, dt_s: float) -> float:
     """Return the integral of the 5 % pseudo-spectral velocity from 0.1 to 2.5 s, in m."""
     psa_mps2 = component_psa(accel_mps2, dt_s, HOUSNER_PERIODS_S)
     psv_mps = psa_mps2 * HOUSNER_PERIODS_S / (2.0 * np.pi)
-    from scipy.integrate import trapezoid
-
-    return float(trapezoid(psv_mps, HOUSNER_PERIODS_S))
+    return float(np.trapezoid(psv_mps, HOUSNER_PERIODS_S))
 
 
 def strongest_part(motion: GroundMotion, shaking_s: float) -> GroundMotion:

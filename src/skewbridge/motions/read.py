@@ -105,8 +105,12 @@ def read_trace(path: Path, stated: Stated | None = None) -> Trace:
     """Read one component; `DtMissingError` if it has no time step, `InputError` if unusable."""
     lines = _text_of(read_bytes(path, MAX_FILE_BYTES), path).splitlines()
     trace = trace_of(lines, path, stated or Stated())
-    names = {name: _plain(getattr(trace, name)) for name in ("event", "station")}
-    return replace(trace, warnings=(*trace.warnings, *doubts(trace)), **names)
+    event, station = (
+        "".join(letter if letter.isprintable() else " " for letter in text).strip()[:100]
+        for text in (trace.event, trace.station)
+    )
+    warnings = *trace.warnings, *doubts(trace)
+    return replace(trace, warnings=warnings, event=event, station=station)
 
 
 def _text_of(content: bytes, path: Path) -> str:
@@ -121,11 +125,6 @@ def _text_of(content: bytes, path: Path) -> str:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
         return content.decode("latin-1")
-
-
-def _plain(text: str) -> str:
-    """Return a header text without control characters, cut to 100 characters."""
-    return "".join(letter if letter.isprintable() else " " for letter in text).strip()[:100]
 
 
 def doubts(trace: Trace) -> list[str]:

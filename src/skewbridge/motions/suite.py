@@ -246,7 +246,6 @@ def content_digest(folder: Path, count: int | None, cache: Path | None) -> str:
 
 
 def _state_of(folder: Path) -> list[tuple[str, int, int]]:
-    """Return path, size in bytes and modification time in ns of each file of a folder."""
     states: list[tuple[str, int, int]] = []
     for path in files_below(folder):
         try:

@@ -129,9 +129,8 @@ class ModelParameters(NamedTuple):
 
 @cache
 def _regression(pulse: str) -> tuple[Vector, Vector, Vector]:
-    """Return coefficients, standard deviations and the Cholesky factor of the correlation."""
-    text = (_DATA / "ddk18.json").read_text(encoding="utf-8")
-    table = json.loads(text)["nopulse" if pulse == "none" else "pulse"]
+    tables = json.loads((_DATA / "ddk18.json").read_text(encoding="utf-8"))
+    table = tables["nopulse" if pulse == "none" else "pulse"]
     return np.array(table["beta"]), np.array(table["sigma"]), np.linalg.cholesky(table["corr"])
 
 
@@ -338,8 +337,11 @@ def bssa14(scenario: Scenario, periods_s: ArrayLike) -> tuple[Vector, Vector]:
         raise InputError(f"periods_s must be tabulated in BSSA14 (0.01 to 10 s), got {unknown}")
     c = _coefficients(periods.tolist())
     rock_pga_g = float(np.exp(_source_and_path(scenario, _coefficients([0.0])))[0])
-    median = np.exp(_source_and_path(scenario, c) + _site(scenario.vs30_mps, rock_pga_g, c))
-    return median, _sigma(scenario, c)
+    vs30_mps = scenario.vs30_mps
+    linear = c["c"] * np.log(np.minimum(vs30_mps, c["V_c"]) / c["V_ref"])
+    softness = np.exp(c["f_5"] * (min(vs30_mps, 760.0) - 360.0)) - np.exp(c["f_5"] * 400.0)
+    site = linear + c["f_1"] + c["f_4"] * softness * np.log((rock_pga_g + c["f_3"]) / c["f_3"])
+    return np.exp(_source_and_path(scenario, c) + site), _sigma(scenario, c)
 
 
 def _coefficients(periods_s: list[float]) -> dict[str, Vector]:
@@ -355,12 +357,6 @@ def _source_and_path(scenario: Scenario, c: dict[str, Vector]) -> Vector:
     spreading = (c["c_1"] + c["c_2"] * (magnitude - c["M_ref"])) * np.log(distance_km / c["R_ref"])
     anelastic = (c["c_3"] + c["dc_3global"]) * (distance_km - c["R_ref"])
     return event + growth + spreading + anelastic
-
-
-def _site(vs30_mps: float, rock_pga_g: float, c: dict[str, Vector]) -> Vector:
-    linear = c["c"] * np.log(np.minimum(vs30_mps, c["V_c"]) / c["V_ref"])
-    softness = np.exp(c["f_5"] * (min(vs30_mps, 760.0) - 360.0)) - np.exp(c["f_5"] * 400.0)
-    return linear + c["f_1"] + c["f_4"] * softness * np.log((rock_pga_g + c["f_3"]) / c["f_3"])
 
 
 def _sigma(scenario: Scenario, c: dict[str, Vector]) -> Vector:
@@ -400,8 +396,7 @@ def target_spectrum(scenario: Scenario, seed: int, index: int) -> Vector:
     median_g, sigma = bssa14(scenario, BSSA_PERIODS_S)
     eigenvalues, eigenvectors = np.linalg.eigh(baker_jayaram_correlation(BSSA_PERIODS_S))
     largest_first = np.argsort(eigenvalues)[::-1]
-    # The sign of an eigenvector depends on the library; it is fixed here.
-    signs = np.sign(eigenvectors.sum(axis=0))
+    signs = np.sign(eigenvectors.sum(axis=0))  # else they would depend on the library
     root = (eigenvectors * signs * np.sqrt(eigenvalues))[:, largest_first]
     sobol = qmc.Sobol(len(BSSA_PERIODS_S), rng=np.random.default_rng([seed, 0x50B01]))
     uniform = (sobol.fast_forward(index) if index else sobol).random(1)[0]
