@@ -297,11 +297,9 @@ def read_foreign(
         raise InputError(text, row=row)
     distinct = out[variant_columns(out)].drop_duplicates()
     if (same := distinct[distinct.duplicated(variant_columns(out)[1:], keep=False)]).size:
-        names = f"variants {names_of(same['variant'])} have the same bridge, abutment and axes"
-        raise InputError(
-            f"{names}: give them other bridge names or the axis in which they differ",
-            column="variant",
-        )
+        text = f"variants {names_of(same['variant'])} have the same bridge, abutment and axes: "
+        text += "give them other bridge names or the axis in which they differ"
+        raise InputError(text, column="variant")
     first = [*variant_columns(out), *LOADING_COLUMNS, "status"]
     return out[[*first, *(name for name in out if name not in first)]].reset_index(drop=True)
 

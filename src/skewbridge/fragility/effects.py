@@ -336,7 +336,7 @@ def median_effects(
         models = fit_models(demands, limit_states, settings, further=axes)
     rows: list[Row] = []
     for bridge in models:
-        medians = Medians(bridge, limit_states, settings, curves)
+        medians = Medians(bridge, limit_states, settings.margin, curves)
         for axis in axes or demand_table.varying_axes(bridge.variants):
             rows += medians.rows(axis, limit_states)
     return effect_table(demands, rows)
@@ -357,17 +357,13 @@ class Medians:
     """Medians of all variants of one bridge and abutment model, and the ratios between them."""
 
     def __init__(
-        self,
-        models: BridgeModels,
-        states: States,
-        settings: FitSettings,
-        curves: pd.DataFrame | None,
+        self, models: BridgeModels, states: States, margin: float, curves: pd.DataFrame | None
     ) -> None:
-        self.models, self._settings = models, settings
-        runs, self._variants = models.runs, records_of(models.variants)
+        self.models, self._margin, runs = models, margin, models.runs
+        self._variants = records_of(models.variants)
         self._blocks = demand_table.block_names(runs)
         self._motion = demand_table.motion_codes(runs)
-        self._im = runs[settings.im].to_numpy(dtype=np.float64)
+        self._im = runs[models.im].to_numpy(dtype=np.float64)
         self._rows = [np.flatnonzero(models.variant == v) for v in range(len(models.variants))]
         self._outcomes = outcomes_by_state(runs, states)
         #: For each state of a variant: whether it has a curve, and the change of its ln median if
@@ -389,7 +385,7 @@ class Medians:
         effects: list[Row] = []
         for cells, state in product(steps, states):
             keys = {**self.models.labels, "quantity": verdicts.MEDIAN_CAPACITY, "axis": axis}
-            keys |= {"demand": state.key, "margin": self._settings.margin}
+            keys |= {"demand": state.key, "margin": self._margin}
             keys |= {name: float(cells[0][name]) for name in STEP}
             ratios: list[tuple[Jackknifed, Row]] = []
             for cell in cells:
@@ -450,17 +446,21 @@ class Medians:
 
     def _ratio(self, cell: Mapping[Any, Any], state: LimitState) -> tuple[Jackknifed, Row] | None:
         """Return the ln ratio of two medians and table columns, or None if it is undefined."""
-        start, end = (self.curve(state, cell[f"number_{side}"]) for side in ("from", "to"))
+        numbers = cell["number_from"], cell["number_to"]
+        start, end = (self.curve(state, number) for number in numbers)
         if start is None or end is None:
             return None
-        ends = np.exp([start.ln_theta[0], end.ln_theta[0]]).tolist()
-        runs = [self._counts(state, cell[f"number_{side}"]) for side in ("from", "to")]
-        columns: Row = {"from_mean": ends[0], "im_low": min(ends), "im_high": max(ends)}
-        columns |= {"n_bounds": max(counts["n_bounds"] for counts in runs), "n_discordant": 0}
-        columns |= {name: min(counts[name] for counts in runs) for name in ("n_motions", "n_pairs")}
-        columns["n_extrapolated"] = sum(counts["is_extrapolated"] for counts in runs)
+        thetas = np.exp([start.ln_theta[0], end.ln_theta[0]]).tolist()
+        runs = [self._rows[number] for number in numbers]
+        ranges = [motion_means.covered_range(self._im[rows], self._motion[rows]) for rows in runs]
+        columns: Row = {"from_mean": thetas[0], "im_low": min(thetas), "im_high": max(thetas)}
+        is_bound = self._outcomes[state].is_bound
+        columns |= {"n_bounds": max(int(np.sum(is_bound[rows])) for rows in runs)}
+        columns |= {"n_discordant": 0, "n_pairs": min(rows.size for rows in runs)}
+        columns["n_motions"] = min(np.unique(self._motion[rows]).size for rows in runs)
+        inside = [low <= x <= high for x, (low, high) in zip(thetas, ranges, strict=True)]
+        columns |= {"n_extrapolated": inside.count(False), "change": self._pair_change(cell, state)}
         columns["n_without_curve"] = self.without_curve(cell, state)
-        columns["change"] = self._pair_change(cell, state)
         return end.ln_ratio(start), columns
 
     def without_curve(self, cell: Mapping[Any, Any], state: LimitState) -> float:
@@ -471,29 +471,21 @@ class Medians:
         return sum(not self._has_curve[name, state.component, state.name] for name in names)
 
     def _pair_change(self, cell: Mapping[Any, Any], state: LimitState) -> float:
-        return self._changed(cell, "to", state) - self._changed(cell, "from", state)
-
-    def _changed(self, cell: Mapping[Any, Any], side: str, state: LimitState) -> float:
-        key = str(cell[f"variant_{side}"]), state.component, state.name
-        change = self._change.get(key, 0.0)
-        # a curve that is missing for another reason is in doubt, whatever the change
-        in_doubt = not self._has_curve.get(key, True) and abs(change) <= np.log(MAX_BOUNDS_RATIO)
-        return np.inf if in_doubt else change
+        """Return the change of a ln ratio by unknown outcomes; not finite for other doubts."""
+        ends: list[float] = []
+        for side in ("to", "from"):
+            key = str(cell[f"variant_{side}"]), state.component, state.name
+            change, has_curve = self._change.get(key, 0.0), self._has_curve.get(key, True)
+            in_doubt = not has_curve and abs(change) <= np.log(MAX_BOUNDS_RATIO)
+            ends.append(np.inf if in_doubt else change)
+        return ends[0] - ends[1]
 
     def curve(self, state: LimitState, number: int) -> StateCurve | None:
         """Return the curve of a state in a variant; None if it is not used in ratios."""
         rows = self._rows[number]
         if np.unique(self._motion[rows]).size < MIN_MOTIONS:
             return None
+        if self._outcomes[state].of(rows).status(state) != FITTED:
+            return None
         curve = self.models.curve(state, self._variants[number])
-        is_fitted = self._outcomes[state].of(rows).status(state) == FITTED
-        return curve if is_fitted and not isinstance(curve, str) else None
-
-    def _counts(self, state: LimitState, number: int) -> dict[str, int]:
-        rows, motions = self._rows[number], self._motion[self._rows[number]]
-        bounds = int(np.sum(self._outcomes[state].of(rows).is_bound))
-        counts = {"n_bounds": bounds, "n_pairs": rows.size, "n_motions": np.unique(motions).size}
-        curve = self.curve(state, number)
-        assert curve is not None
-        low, high = motion_means.covered_range(self._im[rows], motions)
-        return counts | {"is_extrapolated": not low <= np.exp(curve.ln_theta[0]) <= high}
+        return None if isinstance(curve, str) else curve

@@ -95,9 +95,8 @@ class LogRate(NamedTuple):
 
     def minus(self, other: "LogRate") -> "LogRate":
         """Return ln of the ratio to another rate from the same motions and hazard."""
-        return self._replace(
-            logs=self.logs - other.logs, fractiles=self.fractiles - other.fractiles
-        )
+        fractiles = self.fractiles - other.fractiles
+        return self._replace(logs=self.logs - other.logs, fractiles=fractiles)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -400,9 +399,8 @@ def _usgs_json(path: Path) -> Iterator[_Part]:
             raise InputError(f"the unit of {name} is missing: xlabel must end with it, as (g)")
         totals = [curve for curve in entry.get("data", []) if curve.get("component") == "Total"]
         if len(totals) != 1:
-            raise InputError(
-                f"{name} must have one curve of the component Total, got {len(totals)}"
-            )
+            text = f"{name} must have one curve of the component Total"
+            raise InputError(f"{text}, got {len(totals)}")
         values = totals[0].get("values", {})
         levels = values.get("xs", metadata.get("xvalues"))
         rates = values.get("ys", totals[0].get("yvalues"))

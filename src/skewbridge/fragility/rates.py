@@ -208,7 +208,7 @@ def rate_effects(
     rows: list[Row] = []
     for of_bridge in models:
         motions = of_bridge.runs["motion_id"].nunique()
-        medians = Medians(of_bridge, states, settings, curves)
+        medians = Medians(of_bridge, states, settings.margin, curves)
         rate_of = cache(partial(_rate_of_variant, medians, hazard))
         for axis in axes or demand_table.varying_axes(of_bridge.variants):
             for keys, rates in _changes(medians, axis, all_states, rate_of, systems):

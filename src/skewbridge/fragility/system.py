@@ -113,18 +113,13 @@ def system_members(states: States) -> dict[str, list[LimitState]]:
             for mild, severe in combinations([state.system_degree for state in ordered], 2):
                 severer[mild] |= {severe} | severer[severe]
     if inconsistent := [name for name in degrees if name in severer[name]]:
-        raise InputError(
-            f"components rank the damage degree {inconsistent[0]!r} differently: "
-            "give all components the same order of degrees"
-        )
+        text = f"components rank the damage degree {inconsistent[0]!r} differently"
+        raise InputError(f"{text}: give all components the same order of degrees")
     members: dict[str, list[LimitState]] = {}
     for degree in sorted(degrees, key=lambda name: -len(severer[name])):
-        severe_enough = {degree} | severer[degree]
-        members[degree] = [
-            next(state for state in ordered if state.system_degree in severe_enough)
-            for ordered in by_component.values()
-            if any(state.system_degree in severe_enough for state in ordered)
-        ]
+        enough = {degree} | severer[degree]
+        by_severity = [[s for s in c if s.system_degree in enough] for c in by_component.values()]
+        members[degree] = [severe[0] for severe in by_severity if severe]
     return members
 
 

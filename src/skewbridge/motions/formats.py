@@ -236,7 +236,6 @@ def _fortran_float(text: str) -> float:
 
 
 def _first_number(text: str | None) -> float:
-    """Return the number at the start of a text; nan without one."""
     match = _NUMBER.match(text or "")
     return _fortran_float(match[0]) if match else math.nan
 
@@ -302,12 +301,12 @@ _PEER_SIZES = (
 _PEER_TITLES = (
     re.compile(
         r"(?P<event>[^,]+),\s*[\d/ ]+,\s*(?P<station>.*),\s*"
-        r"(?P<azimuth>-?(?:\d{1,3}|[A-Z]{1,3}|(?i:u-?d|up|down|vert(?:ical)?)))"
+        r"(?P<direction>-?(?:\d{1,3}|[A-Z]{1,3}|(?i:u-?d|up|down|vert(?:ical)?)))"
     ),
     # the older database: EVENT 5/19/40 0439, STATION, 180 (USGS STATION 117)
     re.compile(
         r"(?P<event>[^,]+?)\s+\d+/\d+/\d+[^,]*,\s*(?P<station>.*),\s*"
-        r"(?P<azimuth>\d{1,3}|(?i:up|ud|down|dwn|vert(?:ical)?))\b.*"
+        r"(?P<direction>\d{1,3}|(?i:up|ud|down|dwn|vert(?:ical)?))\b.*"
     ),
 )
 _PEER_FOOTER = re.compile(r"^\s*\*+\s*end\b", re.IGNORECASE)
@@ -336,18 +335,9 @@ def _read_peer(lines: list[str], path: Path, _stated: Stated) -> Trace:
         raise fault_in(path, "the file ends inside a number: get the whole file")
     titles = (pattern.fullmatch(line.strip()) for line in header[:3] for pattern in _PEER_TITLES)
     title = next(filter(None, titles), None)
-    event, station, azimuth = title.group("event", "station", "azimuth") if title else ("",) * 3
-    return Trace(
-        path=path,
-        format="peer_at2",
-        accel_mps2=values,
-        dt_s=dt_s,
-        unit=unit,
-        warnings=warnings,
-        event=event.strip(),
-        station=station.strip(),
-        direction=azimuth,
-    )
+    texts = {name: text.strip() for name, text in title.groupdict().items()} if title else {}
+    fields: Any = {"dt_s": dt_s, "unit": unit, "warnings": warnings, **texts}
+    return Trace(path=path, format="peer_at2", accel_mps2=values, **fields)
 
 
 def _peer_sizes(lines: list[str]) -> tuple[int, int, float] | None:  # row, NPTS, DT
