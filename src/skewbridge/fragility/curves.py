@@ -30,13 +30,7 @@ from skewbridge.fragility.demand_model import (
     fit_models,
     state_curve,
 )
-from skewbridge.fragility.fits import (
-    BOUNDS_TOO_WIDE,
-    FITTED,
-    FLATTEST_SLOPE,
-    MAX_BOUNDS_RATIO,
-    FragilityFit,
-)
+from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED, FragilityFit
 from skewbridge.fragility.likelihood import NormalKernel, drop_of, maximise
 from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState, States
 from skewbridge.fragility.motion_means import Jackknifed
@@ -136,15 +130,9 @@ def _variants(models: BridgeModels, states: States, settings: FitSettings) -> It
     modes = {state: models.modes(state) for state in states}
     correlations = {s: models.correlation(*pair) for s, pair in modes.items() if len(pair) > 1}
     for number, values in enumerate(records_of(models.variants)):
-        rows = models.variant == number
-        yield _Variant(
-            runs=runs[rows],
-            block=models.block[rows],
-            replicates=models.replicates,
-            priors=models.axes.drifts,
-            clouds={state: of_state.cloud(values, rows) for state, of_state in by_state.items()},
-            correlations=correlations,
-        )
+        rows, counts = models.variant == number, (models.replicates, models.axes.drifts)
+        clouds = {state: of_state.cloud(values, rows) for state, of_state in by_state.items()}
+        yield _Variant(runs[rows], models.block[rows], *counts, clouds, correlations)
 
 
 class _BridgeState:
@@ -389,7 +377,7 @@ def _common_slope(
         jackknifed = maximise(jackknife, np.tile(params, (len(runs.weights), 1)))
         params = np.vstack([params, jackknifed.params])
         converged = np.append(converged, jackknifed.converged)
-    is_valid = converged & (params[:, -1] > FLATTEST_SLOPE)
+    is_valid = converged & (params[:, -1] > fitting.FLATTEST_SLOPE)
     a1 = np.where(is_valid, params[:, -1], nan)
     # a block without a run has no influence: its estimates are those from all runs
     number = np.zeros(runs.variant.replicates, dtype=np.intp)
@@ -422,7 +410,6 @@ def _single_fit(runs: _DemandRuns, is_known: Mask, exceed: Mask, *, in_full: boo
 
 
 def _rows(runs: _DemandRuns, curves: Mapping[LimitState, Mapping[str, _Curve]]) -> list[Row]:
-    """Return rows of the table of curves for the states of a demand, without variant columns."""
     outcomes, level = runs.outcomes, runs.settings.confidence
     counts = {"n_runs": runs.im.size, "n_records": runs.motions}
     counts |= {"n_beyond_model": int(np.sum(is_beyond_model(runs.variant.runs)))}
@@ -474,7 +461,7 @@ def _printed_fits(
     # A median is accepted only if it hardly depends on how these peaks are treated.
     lower_bound = curves[_CLOUD].bounds.get(_PEAKS)
     ln_change = np.log(lower_bound[0]) - curves[_CLOUD].ln_theta[0] if lower_bound else 0.0
-    if fits[_CLOUD].status == FITTED and not abs(ln_change) <= np.log(MAX_BOUNDS_RATIO):
+    if fits[_CLOUD].status == FITTED and not abs(ln_change) <= np.log(fitting.MAX_BOUNDS_RATIO):
         fits[_CLOUD] = fits[_CLOUD].without_estimate(BOUNDS_TOO_WIDE)
     return fits
 
@@ -482,7 +469,6 @@ def _printed_fits(
 def _row(
     runs: _DemandRuns, method: str, state: LimitState, fit: FragilityFit, counts: Mapping[str, int]
 ) -> Row:
-    """Return the table columns of one fit that do not depend on the other fits."""
     row: Row = dict.fromkeys(_FIT_COLUMNS, nan)
     row |= {name: value for name, value in fit.details.items() if name in row}
     names = "status theta beta var_ln_theta cov_ln_theta_beta var_beta ci_method level loglik"

@@ -318,7 +318,6 @@ def _parts(path: Path) -> Iterator[_Part]:
 
 
 def _openquake(path: Path, first_line: str) -> Iterator[_Part]:
-    """Yield the curve of a CSV export of OpenQuake; ``first_line`` is a comment."""
     entries = dict(re.findall(r"(\w+)='?([^,'\"]+)", first_line))
     missing = [name for name in ("kind", "imt", "investigation_time") if name not in entries]
     if missing:
@@ -383,7 +382,6 @@ def _measure_and_factor(title: str) -> tuple[str, float]:
 
 
 def _usgs_json(path: Path) -> Iterator[_Part]:
-    """Yield the total curves of a response of the hazard services of the USGS."""
     content = read_json(path)
     response = content.get("response", content) if isinstance(content, dict) else content
     common: Any = {}

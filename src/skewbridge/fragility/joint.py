@@ -7,6 +7,7 @@ predictions between the variants are therefore the same function of the same num
 
 import json
 from collections.abc import Mapping, Sequence
+from itertools import chain
 from typing import Any, Final
 
 import numpy as np
@@ -95,9 +96,7 @@ def joint_table(
     common = {"im": settings.im, "level": settings.confidence}
     items = ((bridge, limit_states, common) for bridge in models)
     rows = demand_table.spread(_rows, items, jobs, alone_s=0.0)
-    table = pd.DataFrame(
-        [row for model_rows in rows for row in model_rows], columns=list(JOINT_COLUMNS)
-    )
+    table = pd.DataFrame(chain.from_iterable(rows), columns=list(JOINT_COLUMNS))
     if curves is not None:
         keys = [*demand_table.BRIDGE_COLUMNS, "component", "limit_state"]
         is_lost = curves["status"].where(curves["method"] == "cloud") == BOUNDS_TOO_WIDE

@@ -73,9 +73,8 @@ def fragility_tables(
 ) -> dict[str, pd.DataFrame]:
     """Return a dict of all tables of results/fragility. An `InputError` names row and column."""
     demand_table.need_columns(demands, demand_table.KEY_COLUMNS)
-    states = with_column_failure(
-        limit_states, validity.with_derived_columns(demands.head(0)).columns
-    )
+    columns = validity.with_derived_columns(demands.head(0)).columns
+    states = with_column_failure(limit_states, columns)
     demand_names = list(dict.fromkeys(state.demand for state in states))
     checked = demand_table.prepared(demands, demand_names, settings)
     rows = checked.table
@@ -87,9 +86,8 @@ def fragility_tables(
     names = list(dict.fromkeys((*demands_for("effect", rows.columns), *state_demands)))
     reference = reference_intensities(curves)
     effects, intensities = effect_tables(rows, names, settings, reference_im=reference, jobs=jobs)
-    system = system_curves(
-        rows, states, settings, models=models, curves=curves, hazard=hazard, jobs=jobs
-    )
+    fitted: Any = {"models": models, "curves": curves}
+    system = system_curves(rows, states, settings, hazard=hazard, jobs=jobs, **fitted)
     variants = (model.variants for model in models)
     axes = ((table, axis) for table in variants for axis in demand_table.varying_axes(table))
     bound = dict.fromkeys(axis for table, axis in axes if variant_pairs(table, axis)[1].empty)

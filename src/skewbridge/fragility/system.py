@@ -149,7 +149,6 @@ def _rows(systems: _Systems) -> list[Row]:
 
 
 def _variant_rows(systems: _Systems, variant_number: int) -> list[Row]:
-    """Return the rows of table `system` for one variant, one per degree of damage."""
     models, settings = systems.models, systems.settings
     values = records_of(models.variants)[variant_number]
     runs = models.runs[models.variant == variant_number]

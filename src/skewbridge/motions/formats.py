@@ -512,17 +512,11 @@ def _read_esm(lines: list[str], path: Path, _stated: Stated) -> Trace:
         raise fault_in(path, "the header needs SAMPLING_INTERVAL_S and NDATA")
     all_values = parse_numbers(lines[len(header) :], path, first_line=len(header) + 1)
     values, warnings = _counted(all_values, "NDATA", round(npts), path)
-    return Trace(
-        path=path,
-        format="esm",
-        accel_mps2=values,
-        dt_s=dt_s,
-        unit=_unit_in([texts.get("UNITS", "")], path),
-        event=texts.get("EVENT_ID") or f"{texts['EVENT_NAME']} {texts.get('EVENT_DATE_YYYYMMDD')}",
-        station=f"{texts.get('NETWORK', '')}.{texts.get('STATION_CODE', '')}",
-        direction=texts.get("STREAM", ""),
-        warnings=warnings,
-    )
+    name = texts.get("EVENT_ID") or f"{texts['EVENT_NAME']} {texts.get('EVENT_DATE_YYYYMMDD')}"
+    station = f"{texts.get('NETWORK', '')}.{texts.get('STATION_CODE', '')}"
+    fields: Any = {"event": name, "station": station, "direction": texts.get("STREAM", "")}
+    fields |= {"dt_s": dt_s, "unit": _unit_in([texts.get("UNITS", "")], path)}
+    return Trace(path=path, format="esm", accel_mps2=values, warnings=warnings, **fields)
 
 
 # ---- K-NET and KiK-net of NIED, Japan (.EW, .NS, .UD): counts with a scale factor. The counts

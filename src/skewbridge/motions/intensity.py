@@ -105,7 +105,6 @@ def _oscillator_disps(accel: Vector, dt_s: float, periods_s: Sequence[float]) ->
 
 
 def _in_substeps(accel: Vector, substeps: int) -> Vector:
-    """Return linearly interpolated accelerations with ``substeps`` sub-steps per step."""
     fractions = np.arange(substeps) / substeps
     interpolated = accel[..., :-1, None] + np.diff(accel)[..., None] * fractions
     return np.concatenate([interpolated.reshape(*accel.shape[:-1], -1), accel[..., -1:]], axis=-1)
@@ -167,19 +166,12 @@ def _largest_projections(x: Vector, y: Vector) -> Vector:
 
 # ---- Intensity measures
 
-# Exponent of the scale factor for each measure.
-SCALE_POWERS: Final = {
-    "im_pga_rotd50_g": 1,
-    "im_pgv_rotd50_mps": 1,
-    "im_sa_t1_rotd50_g": 1,
-    "im_sa_1p000_rotd50_g": 1,
-    "im_saavg_rotd50_g": 1,
-    "im_arias_mps": 2,
-    "im_cav_mps": 1,
-    "im_d5_75_s": 0,
-    "im_d5_95_s": 0,
-}
-IM_COLUMNS: Final = tuple(SCALE_POWERS)
+IM_COLUMNS: Final = (
+    "im_pga_rotd50_g", "im_pgv_rotd50_mps", "im_sa_t1_rotd50_g", "im_sa_1p000_rotd50_g",
+    "im_saavg_rotd50_g", "im_arias_mps", "im_cav_mps", "im_d5_75_s", "im_d5_95_s",
+)  # fmt: skip
+#: Exponent of the scale factor, if it is not 1.
+_SCALE_POWERS: Final = {"im_arias_mps": 2, "im_d5_75_s": 0, "im_d5_95_s": 0}
 # source: Housner (1952), spectrum intensity between 0.1 and 2.5 s
 HOUSNER_PERIODS_S: Final = np.linspace(0.1, 2.5, 121)
 TAPER_S: Final = 0.5
@@ -220,7 +212,8 @@ def conditioned_levels(psa_g: Vector) -> tuple[float, float]:
 
 def scaled_measures(measures: dict[str, float], scale: float) -> dict[str, float]:
     """Return the measures of a scaled motion from the measures of the unscaled motion."""
-    return {name: value * scale ** SCALE_POWERS[name] for name, value in measures.items()}
+    powers = dict.fromkeys(IM_COLUMNS, 1) | _SCALE_POWERS
+    return {name: value * scale ** powers[name] for name, value in measures.items()}
 
 
 def component_measures(accel_mps2: Vector, dt_s: float) -> dict[str, float]:
@@ -270,7 +263,6 @@ def peak_g(accel_mps2: Vector) -> float:
 
 
 def _running_integral(values: Vector, dt_s: float) -> Vector:
-    """Return the integral from the first value by the trapezoidal rule."""
     from scipy.integrate import cumulative_trapezoid  # here: every job imports this module
 
     return cumulative_trapezoid(values, dx=dt_s, initial=0)

@@ -179,19 +179,16 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
         if trace.is_vertical:
             text = f"the header states a vertical component ({trace.direction!r})"
             raise fault_in(trace.path, f"{text}, but a motion needs two horizontal ones")
+    pair, (name_1, name_2) = (first, second), (first.path.name, second.path.name)
+    problem = ""
     if abs(first.dt_s / second.dt_s - 1.0) > 1.0e-6:
-        raise PairError(
-            f"motion {motion_id}: dt is {first.dt_s} s in {first.path.name} "
-            f"and {second.dt_s} s in {second.path.name}; the steps must be equal",
-            motion_id=motion_id,
-        )
-    if abs(first.start_s - second.start_s) > 0.5 * first.dt_s:
-        raise PairError(
-            f"motion {motion_id}: times begin at {first.start_s:g} s in {first.path.name} and "
-            f"{second.start_s:g} s in {second.path.name}: cut both to the same first time",
-            motion_id=motion_id,
-        )
-    pair = (first, second)
+        problem = f"dt is {first.dt_s} s in {name_1} and {second.dt_s} s in {name_2}"
+        problem += "; the steps must be equal"
+    elif abs(first.start_s - second.start_s) > 0.5 * first.dt_s:
+        problem = f"times begin at {first.start_s:g} s in {name_1} and {second.start_s:g} s in "
+        problem += f"{name_2}: cut both to the same first time"
+    if problem:
+        raise PairError(f"motion {motion_id}: {problem}", motion_id=motion_id)
     sizes = [trace.accel_mps2.size for trace in pair]
     messages = [f"{trace.path.name}: {text}" for trace in pair for text in trace.messages]
     npts = max(sizes)

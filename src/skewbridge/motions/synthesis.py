@@ -83,19 +83,12 @@ class Scenario:
     @property
     def predictors(self) -> tuple[float, ...]:
         """The eight predictors of the regression of the model parameters."""
-        log_r = 0.5 * math.log(self.distance_km**2 + 36.0)
-        return (
-            1.0,
-            self.magnitude,
-            max(self.magnitude - 6.5, 0.0),
-            log_r,
-            self.magnitude * log_r,
-            # ASSUME the rupture of a vertical fault reaches the surface: the depth to its top is 0,
-            # and the distance to its surface projection (of BSSA14) is that to the rupture
-            0.0,
-            math.log(min(self.vs30_mps, 1100.0)),
-            self.rupture_to_site_km,
-        )
+        magnitude, log_r = self.magnitude, 0.5 * math.log(self.distance_km**2 + 36.0)
+        # ASSUME the rupture of a vertical fault reaches the surface: the depth to its top is 0,
+        # and the distance to its surface projection (of BSSA14) is that to the rupture
+        depth_km, log_vs30 = 0.0, math.log(min(self.vs30_mps, 1100.0))
+        of_magnitude = 1.0, magnitude, max(magnitude - 6.5, 0.0), log_r, magnitude * log_r
+        return *of_magnitude, depth_km, log_vs30, self.rupture_to_site_km
 
 
 class Background(NamedTuple):
@@ -169,19 +162,14 @@ def transform(normals: Vector) -> ModelParameters:
 def _background(normals: Vector) -> Background:
     # source: smelt, beta distribution of ln(damping) on -4.7 to 0
     log_damping = -4.7 + 4.7 * _beta(normals[6], 5.33551936215137, 3.82954843573707)
-    slope = _frequency_slope(float(ndtr(normals[5])))
-    values = [*np.exp(normals[:5]).tolist(), slope, float(np.exp(log_damping))]
+    # source: smelt, truncated exponential distributions of negative and positive slopes
+    p, a, b, c = float(ndtr(normals[5])), 14.2935537214223, 6.40242376475815, 4.42179588354923
+    lowest = np.exp(b * -3.5)
+    slope = np.log(b / c * p + lowest) / b
+    if slope > 0.0:
+        slope = -np.log(a / b * (1.0 - lowest) - a / c * p + 1.0) / a
+    values = [*np.exp(normals[:5]).tolist(), float(slope), float(np.exp(log_damping))]
     return Background._make(values)
-
-
-def _frequency_slope(p: float) -> float:
-    """Return the p-quantile of the slope of the filter frequency, Hz/s (truncated exponential)."""
-    # source: smelt
-    a, b, c, lower = 14.2935537214223, 6.40242376475815, 4.42179588354923, -3.5
-    exp_bf = b / c * p + np.exp(b * lower)
-    if exp_bf <= 1.0:
-        return float(np.log(exp_bf) / b)
-    return float(-np.log(a / b * (1.0 - np.exp(b * lower)) - a / c * p + 1.0) / a)
 
 
 def _beta(normal: float, alpha: float, beta: float) -> float:
