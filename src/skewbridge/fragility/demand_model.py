@@ -525,12 +525,12 @@ def _shrinkage_errors(fit: MixedFit, drifts: int) -> Floats:
 
 def _knots(x: Floats, exact: Mask, motion: Index) -> list[float]:
     """Return the values of ``x`` at which a bend is tried; infinity means a straight line."""
-    knots = [float(np.quantile(x[exact], share)) for share in _KNOTS]
-    sides = [
-        (np.unique(motion[exact & (x < k)]), np.unique(motion[exact & (x > k)])) for k in knots
-    ]
-    has_both_sides = [min(below.size, above.size) >= _LEAST_BESIDE for below, above in sides]
-    return [np.inf, *(k for k, is_allowed in zip(knots, has_both_sides, strict=True) if is_allowed)]
+
+    def has_both_sides(knot: float) -> bool:
+        sides = exact & (x < knot), exact & (x > knot)
+        return min(np.unique(motion[side]).size for side in sides) >= _LEAST_BESIDE
+
+    return [np.inf, *filter(has_both_sides, np.quantile(x[exact], _KNOTS).tolist())]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -556,9 +556,8 @@ class BridgeModels:
 
     def modes(self, state: LimitState) -> list[LimitState]:
         """Return the failure modes of a state that some run exceeds; the state itself if none."""
-        statuses = [demand_outcomes(self.runs, [mode]).status(mode) for mode in state.modes]
-        modes = zip(state.modes, statuses, strict=True)
-        return [mode for mode, status in modes if status != NO_EXCEEDANCE] or [state]
+        outcomes = ((mode, demand_outcomes(self.runs, [mode])) for mode in state.modes)
+        return [m for m, outcome in outcomes if outcome.status(m) != NO_EXCEEDANCE] or [state]
 
     def fit(self, state: LimitState) -> DemandFit | str:
         """Return the model of the demand of a state, or the reason why there is none."""
@@ -646,18 +645,14 @@ def fit_models(
     jobs: int = 1,
 ) -> list[BridgeModels]:
     """Return the demand models of every bridge and abutment model of a checked demands table."""
-    modes = [mode for state in limit_states for mode in state.modes]
-    without_modes = [state for state in limit_states if not state.modes]
-    groups = states_by_demand(list(dict.fromkeys([*without_modes, *modes])))
+    modes = dict.fromkeys(mode for state in limit_states for mode in state.modes or (state,))
+    groups = states_by_demand(list(modes))
     models = [
         _without_fits(labels, runs.reset_index(drop=True), settings.im, further)
         for labels, runs in demand_table.models_of(demands)
     ]
-    items = (
-        (setup, demand_outcomes(bridge.runs, states))
-        for bridge, setup in models
-        for states in groups.values()
-    )
+    pairs = product(models, groups.values())
+    items = ((setup, demand_outcomes(bridge.runs, states)) for (bridge, setup), states in pairs)
     fits = iter(demand_table.spread(_fit_demand, items, jobs))
     return [replace(bridge, fits={key: next(fits) for key in groups}) for bridge, _ in models]
 
@@ -682,7 +677,7 @@ def _without_fits(
     setup = _Setup(
         ln_im=np.log(runs[im].to_numpy(dtype=np.float64)),
         motion=demand_table.motion_codes(runs),
-        shaking=demand_table.shaking_codes(runs),
+        shaking=np.asarray(runs.groupby(["motion_id", "incidence_deg"]).ngroup(), dtype=np.intp),
         matrix=np.broadcast_to(terms, (len(variants), len(axes.terms))),
         precision=axes.deviations**-2.0,
         **shared_fields,

@@ -374,10 +374,8 @@ def paper_columns(axes: Sequence[Axis]) -> dict[str, str]:
 PAPER_COLUMNS: Final = paper_columns(AXES)
 
 
-def chosen_curves(curves: pd.DataFrame, method: str | None = None) -> pd.DataFrame:
-    """Return the curve of ``method``, or the preferred curve, per variant and limit state."""
-    if method is not None:
-        return curves[curves["method"] == method]
+def chosen_curves(curves: pd.DataFrame) -> pd.DataFrame:
+    """Return the preferred curve, or else the first, per variant and limit state."""
     preferred_first = curves.sort_values("preferred", ascending=False, kind="stable")
     return preferred_first.drop_duplicates(["variant", "component", "limit_state"]).sort_index()
 

@@ -113,18 +113,13 @@ def system_members(states: States) -> dict[str, list[LimitState]]:
             for mild, severe in combinations([state.system_degree for state in ordered], 2):
                 severer[mild] |= {severe} | severer[severe]
     if inconsistent := [name for name in degrees if name in severer[name]]:
-        raise InputError(
-            f"components rank the damage degree {inconsistent[0]!r} differently: "
-            "give all components the same order of degrees"
-        )
+        text = f"components rank the damage degree {inconsistent[0]!r} differently"
+        raise InputError(f"{text}: give all components the same order of degrees")
     members: dict[str, list[LimitState]] = {}
     for degree in sorted(degrees, key=lambda name: -len(severer[name])):
-        severe_enough = {degree} | severer[degree]
-        members[degree] = [
-            next(state for state in ordered if state.system_degree in severe_enough)
-            for ordered in by_component.values()
-            if any(state.system_degree in severe_enough for state in ordered)
-        ]
+        enough = {degree} | severer[degree]
+        by_severity = [[s for s in c if s.system_degree in enough] for c in by_component.values()]
+        members[degree] = [severe[0] for severe in by_severity if severe]
     return members
 
 
@@ -149,13 +144,11 @@ class _Systems(NamedTuple):
 
 
 def _rows(systems: _Systems) -> list[Row]:
-    """Return the rows of table `system` for one bridge and abutment model."""
     variants = range(len(systems.models.variants))
     return [row for number in variants for row in _variant_rows(systems, number)]
 
 
 def _variant_rows(systems: _Systems, variant_number: int) -> list[Row]:
-    """Return the rows of table `system` for one variant, one per degree of damage."""
     models, settings = systems.models, systems.settings
     values = records_of(models.variants)[variant_number]
     runs = models.runs[models.variant == variant_number]
@@ -315,7 +308,6 @@ def _rated(
     hazard: HazardCurve,
     covered: tuple[float, float],
 ) -> Row:
-    """Return the columns `rate` and `shares` of a system."""
     rate, changes = hazard.rate_of_failures(first[None]), hazard.rate_of_failures(fewer_points).logs
     logs = np.full(is_valid.size, nan)
     logs[is_valid] = rate.logs[0] + changes - changes[0]

@@ -118,14 +118,17 @@ def read_trace(path: Path, stated: Stated | None = None) -> Trace:
     """Read one component; `DtMissingError` if it has no time step, `InputError` if unusable."""
     lines = _text_of(read_bytes(path, MAX_FILE_BYTES), path).splitlines()
     trace = trace_of(lines, path, stated or Stated())
-    names = {name: _plain(getattr(trace, name)) for name in ("event", "station")}
+    event, station = (
+        "".join(letter if letter.isprintable() else " " for letter in text).strip()[:100]
+        for text in (trace.event, trace.station)
+    )
     warnings, notes = [*trace.warnings, *doubts(trace)], trace.notes
     given_s = stated and stated.dt_s is None and stated.dt_s_if_missing
     if given_s and given_s != trace.dt_s:
         notes = (f"dt = {trace.dt_s:g} s of the file is used, not {given_s:g} s", *notes)
     if re.search("column|values", trace.format):  # a known format has its step in the header
         warnings += _contradicted_step(trace.dt_s, "\n".join(lines[:MAX_HEADER_LINES]))
-    return replace(trace, warnings=tuple(warnings), notes=notes, **names)
+    return replace(trace, warnings=tuple(warnings), notes=notes, event=event, station=station)
 
 
 def _contradicted_step(dt_s: float, header: str) -> list[str]:
@@ -149,11 +152,6 @@ def _text_of(content: bytes, path: Path) -> str:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
         return content.decode("latin-1")
-
-
-def _plain(text: str) -> str:
-    """Return a header text without control characters, cut to 100 characters."""
-    return "".join(letter if letter.isprintable() else " " for letter in text).strip()[:100]
 
 
 def doubts(trace: Trace) -> list[str]:
@@ -208,19 +206,16 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
         if trace.is_vertical:
             text = f"the header states a vertical component ({trace.direction!r})"
             raise fault_in(trace.path, f"{text}, but a motion needs two horizontal ones")
+    pair, (name_1, name_2) = (first, second), (first.path.name, second.path.name)
+    problem = ""
     if abs(first.dt_s / second.dt_s - 1.0) > 1.0e-6:
-        raise PairError(
-            f"motion {motion_id}: dt is {first.dt_s} s in {first.path.name} "
-            f"and {second.dt_s} s in {second.path.name}; the steps must be equal",
-            motion_id=motion_id,
-        )
-    if abs(first.start_s - second.start_s) > 0.5 * first.dt_s:
-        raise PairError(
-            f"motion {motion_id}: times begin at {first.start_s:g} s in {first.path.name} and "
-            f"{second.start_s:g} s in {second.path.name}: cut both to the same first time",
-            motion_id=motion_id,
-        )
-    pair = (first, second)
+        problem = f"dt is {first.dt_s} s in {name_1} and {second.dt_s} s in {name_2}"
+        problem += "; the steps must be equal"
+    elif abs(first.start_s - second.start_s) > 0.5 * first.dt_s:
+        problem = f"times begin at {first.start_s:g} s in {name_1} and {second.start_s:g} s in "
+        problem += f"{name_2}: cut both to the same first time"
+    if problem:
+        raise PairError(f"motion {motion_id}: {problem}", motion_id=motion_id)
     sizes = [trace.accel_mps2.size for trace in pair]
     messages = [f"{trace.path.name}: {text}" for trace in pair for text in trace.messages]
     npts = max(sizes)

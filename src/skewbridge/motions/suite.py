@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -180,18 +181,12 @@ def prepare_suites(
     With `motions.bands`, levels are around ``medians_g``. If these are from trial runs, the first
     block of each suite keeps the levels of these runs.
     """
-    bands_g = levels.bands_around(motions, medians_g)
-    first_g = (motions.level_range_g,) if levels.has_pilot(motions) else None
+    bands: dict[str, Any] = {"bands_g": levels.bands_around(motions, medians_g)}
+    bands["first_g"] = (motions.level_range_g,) if levels.has_pilot(motions) else None
+    prepared = partial(prepare_suite, t1_s=t1_s, shaking_s=motions.shaking_s, **bands)
     tables: list[pd.DataFrame] = []
     for source in suite_sources(motions):
-        table = prepare_suite(
-            source.folder,
-            count=source.count,
-            t1_s=t1_s,
-            bands_g=bands_g,
-            first_g=first_g,
-            shaking_s=motions.shaking_s,
-        )
+        table = prepared(source.folder, count=source.count)
         table["source"] += f"; {source.note}" if source.note else ""
         tables.append(table.assign(suite=source.name, number=range(len(table))))
     table = pd.concat(tables, ignore_index=True)
@@ -246,7 +241,6 @@ def content_digest(folder: Path, count: int | None, cache: Path | None) -> str:
 
 
 def _state_of(folder: Path) -> list[tuple[str, int, int]]:
-    """Return path, size in bytes and modification time in ns of each file of a folder."""
     states: list[tuple[str, int, int]] = []
     for path in files_below(folder):
         try:
@@ -269,16 +263,11 @@ def read_suite(path: Path) -> list[SuiteMotion]:
         fields: dict[str, Any] = {name: str(row[name]) for name in TEXT_FIELDS}
         fields |= {name: float(row[name]) for name in NUMBER_FIELDS}
         fields |= {name: row[name] for name in ("accel_1_mps2", "accel_2_mps2")}
+        motion = GroundMotion(**fields, messages=tuple(json.loads(row["messages"])))
         scale, measures = float(row["scale"]), {n: float(row[n]) for n in intensity.IM_COLUMNS}
-        motions.append(
-            SuiteMotion(
-                motion=GroundMotion(**fields, messages=tuple(json.loads(row["messages"]))),
-                scale=scale,
-                measures=intensity.scaled_measures(measures, scale),
-                suite=str(row.get("suite", "")),
-                number=int(row.get("number", 0)),
-            )
-        )
+        scaled = intensity.scaled_measures(measures, scale)
+        place: Any = {"suite": str(row.get("suite", "")), "number": int(row.get("number", 0))}
+        motions.append(SuiteMotion(motion=motion, scale=scale, measures=scaled, **place))
     return motions
 
 
