@@ -22,7 +22,7 @@ from skewbridge.analysis.settings import AnalysisSettings, under_explicit_keys
 from skewbridge.errors import EXIT_BAD_INPUT, EXIT_FAILED, InputError, SolutionError
 from skewbridge.files.text import checked, parse_yaml, printable, read_yaml, shortened
 from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM, Units
-from skewbridge.variant.axes import AXES, radians_warning
+from skewbridge.variant.axes import AXES, USUAL, radians_warning
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS, Variant
 
@@ -393,7 +393,6 @@ Changes = Annotated[
 _AXIS: Final = {
     axis.name: opt(f"{axis.label_with_unit}, {axis.low:g} to {axis.high:g}.") for axis in AXES
 }
-_USUAL: Final = {axis.name: axis.usual for axis in AXES}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -410,9 +409,9 @@ class VariantOptions(BridgeOption):
     """Options of a command about one variant."""
 
     abutment: Abutment = "contact-friction"
-    skew_deg: Annotated[float, _AXIS["skew_deg"]] = _USUAL["skew_deg"]
-    gap_mm: Annotated[float, _AXIS["gap_mm"]] = _USUAL["gap_mm"]
-    friction: Annotated[float, _AXIS["friction"]] = _USUAL["friction"]
+    skew_deg: Annotated[float, _AXIS["skew_deg"]] = USUAL["skew_deg"]
+    gap_mm: Annotated[float, _AXIS["gap_mm"]] = USUAL["gap_mm"]
+    friction: Annotated[float, _AXIS["friction"]] = USUAL["friction"]
     changes: Changes = None  # keys of model and analysis
 
     @property
