@@ -115,7 +115,7 @@ class StudyConfig(BaseModel):
     results: FileName = Field(default=DEFAULT_ROOT)
     """folder of the study's files"""
     accuracy: Accuracy = Field(default="default")
-    """set of numerics; keys under model or analysis override it"""
+    """set of numerics (fast: rows often suspect); keys under model or analysis override it"""
     grid: GridConfig = Field(default_factory=GridConfig)
     motions: MotionsConfig = Field(default_factory=MotionsConfig)
     model: ModelOptions = Field(default_factory=ModelOptions)
