@@ -5,7 +5,7 @@ Model of a bridge
 Plan, elevation and contacts of osb1 at a skew of 30 degrees.
 """
 
-from skewbridge.bridge.geometry import model_geometry
+from skewbridge.bridge.model import model_geometry
 from skewbridge.report.bridge_figures import model_figure
 from skewbridge.variant.axes import AXES
 from skewbridge.variant.options import ModelOptions

@@ -21,7 +21,7 @@ import cli_json
 from bridge_variants import variant
 from cli_json import invoke
 from motions_files import at2_text
-from skewbridge.analysis import bridge_check, modal
+from skewbridge.analysis import bridge_check, modal, pushover
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import bent_capacities, bent_capacity
@@ -81,6 +81,17 @@ def test_a_push_writes_its_curve(tmp_path: Path, command: str) -> None:
     assert found["disp_at_peak_m"] == curve["disp_m"][curve["force_kn"].idxmax()]
     first_kn, first_m = curve["force_kn"][1], curve["disp_m"][1]
     assert found["initial_stiffness_kn_per_m"] == pytest.approx(first_kn / first_m)
+
+
+def test_a_push_that_stops_early_names_the_deck_that_moved_farthest(written, monkeypatch, tmp_path):
+    def stopped(*case, push=pushover.push_bridge, **given):
+        return replace(push(*case, steps=4, **given), is_complete=False)
+
+    monkeypatch.setattr(pushover, "push_bridge", stopped)
+    # the left deck has no column: pads of the joint hold it
+    own = written(f"extends: osb1\nsource: own\n{NARROW}")
+    result = bridge("pushover", own, "--max-disp-m", "0.02", "--out", tmp_path)
+    assert "; the deck from left end to joint 1 had moved farthest, 0.0" in one_line(result)
 
 
 def test_models_and_columns_are_drawn_and_written(tmp_path) -> None:

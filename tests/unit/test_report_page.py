@@ -20,6 +20,7 @@ from skewbridge.bridge.backfill import LARGEST_TESTED_SKEW_DEG
 from skewbridge.bridge.library import load_structure
 from skewbridge.errors import InputError
 from skewbridge.files.tables import read_frame
+from skewbridge.fragility.limit_states import limit_states_of
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.study_tables import fragility_tables
 from skewbridge.report import answer as answers
@@ -511,6 +512,23 @@ def test_status_of_a_ratio_is_that_of_the_curves_without_an_estimate(statuses, e
                                  curves=curves.assign(status=found, n_exceed=exceed))  # fmt: skip
     found = table.loc[table["quantity"] == "median_capacity", ["status", "n_exceed"]]
     assert found.drop_duplicates().to_numpy().tolist() == [[status, 4 * exceed]]
+
+
+def test_skews_of_both_signs_are_compared_with_zero_and_the_largest_is_the_answer():
+    table = synthetic_demands(skews=(-45, 0, 30), gaps=(25,), frictions=(50,))
+    tables = fragility_tables(table, limit_states_of(STATES), FitSettings())
+    steps = tables["effects"][["axis", "from_value", "to_value"]].drop_duplicates()
+    assert steps.to_numpy().tolist() == [["skew_deg", 0.0, -45.0], ["skew_deg", 0.0, 30.0]]
+    medians, names = tables["median_effects"], ("effects", "intensities", "curves")
+    parts = (tables[name] for name in ("effects", "intensity_effects", "curves"))
+    answer = answers.answer_table(medians=medians, **dict(zip(names, parts, strict=True)))
+    assert set(answer["to_value"]) == {-45.0}
+    ratios = medians.query("scope == 'pooled' and to_value == -45").set_index("demand")["ratio"]
+    joint = tables["table"].query("row == 'joint'")
+    for row in joint.to_dict("records"):
+        state = f"{row['component']}/{row['limit_state']}"
+        assert row["skew_ratio"] == pytest.approx(ratios[state], rel=1e-9)
+    assert len(joint) > 2
 
 
 DEMO = ROOT / "src/skewbridge/cli/demo_study"

@@ -74,8 +74,8 @@ def check_bridge(name: str) -> dict[str, Any]:
     bents = capacity_rows(bent_capacities(filled.bridge)) if filled else []
     findings = [finding for row in bents for finding in bent_findings(row)]
     findings += [
-        f"the bridge is a mechanism ({DIRECTIONS[direction]}): its period is infinite"
-        for direction in DIRECTIONS
+        f"the bridge is a mechanism ({words}): its period is infinite"
+        for direction, words in DIRECTIONS.items()
         if periods_s[direction] == inf
     ]
     findings += [
@@ -127,22 +127,12 @@ def doubts(filled: Completed) -> list[str]:
     return [*_outside_ranges(filled), *_far_from_rules(filled, rules), *_stale(filled, rules)]
 
 
-# ASSUME a value of a script outside these ranges has a wrong unit
-_SCRIPT_RANGES: Final = {
-    "T1 (s)": (0.1, 5.0),
-    "length of the deck (m)": (10.0, 1000.0),
-    "width of the deck (m)": (4.0, 50.0),
-    "weight over the area of the deck (kN/m2)": (5.0, 60.0),
-    "height of a column (m)": (2.0, 60.0),
-}
-
-
 def _unit_doubts(bridge: Description, at_rest: ModalResult) -> Iterator[str]:
     """Yield a sentence for each value of a bridge script that suggests a wrong unit."""
     per_m2 = at_rest.weight_kn / (bridge.length_m * bridge.width_m)
     size_values = (bridge.length_m,), (bridge.width_m,), (per_m2,), bridge.bent_heights_m
     values = (conditioning_period_s(at_rest),), *size_values
-    for (name, (low, high)), stated_values in zip(_SCRIPT_RANGES.items(), values, strict=True):
+    for (name, (low, high)), stated_values in zip(TABLES["script"].items(), values, strict=True):
         if outside := [value for value in stated_values if not low <= value <= high]:
             text = f"is outside the usual {low:g} to {high:g}: check units, masses and loads"
             yield f"{name} = {outside[0]:.3g} {text}"
@@ -227,62 +217,42 @@ def capacity_rows(bents: Iterable[BentCapacity]) -> list[dict[str, Any]]:
     Shear strengths and ``p_delta_ratio`` are at the displacement capacity: ``shear_strength_kn``
     is nominal and forecasts failure, ``design_strength_kn`` and 1.2 Mp / L are for design.
     """
-    return [_bent_row(bent) for bent in bents]
-
-
-def _bent_row(bent: BentCapacity) -> dict[str, Any]:
-    column, plastic_moment_knm = bent.column, bent.curve.plastic_moment_nm / KN
-    plastic_kn = plastic_moment_knm / bent.shear_span_m
-    strength_kn = column.expected_concrete_strength_mpa * MPA * column.outline.area_m2 / KN
-    ductility, ratio = bent.capacity_m / bent.yield_disp_m, bent.p_delta_ratio(bent.capacity_m)
-    nominal_kn = float(sdc_shear_strength(bent.shear, bent.axial_n, ductility)) / KN
-    row: dict[str, Any] = {
-        "bent": bent.bent,
-        "direction": bent.direction,
-        "hinge_length_m": bent.hinge_length_m,
-        "hinge_length_by": bent.hinge_length_by,
-        "axial_kn": bent.axial_n / KN,
-        "axial_load_ratio": bent.axial_n / KN / strength_kn,
-        "axial_load_limit": AXIAL_LOAD_LIMIT,
-        "plastic_moment_knm": plastic_moment_knm,
-        "plastic_shear_kn": plastic_kn,
-        "shear_strength_kn": nominal_kn,
-        "overstrength_shear_kn": OVERSTRENGTH * plastic_kn,
-        "design_strength_kn": SHEAR_RESISTANCE * nominal_kn,
-        "yield_disp_m": bent.yield_disp_m,
-        "capacity_m": bent.capacity_m,
-        "p_delta_ratio": ratio,
-        "p_delta_limit": P_DELTA_LIMIT,
-        "disp_at_p_delta_limit_m": P_DELTA_LIMIT * bent.capacity_m / ratio,
-    }
-    return {**row, "ok": not any(bent_findings(row))}
+    rows: list[dict[str, Any]] = []
+    for bent in bents:
+        column, plastic_moment_knm = bent.column, bent.curve.plastic_moment_nm / KN
+        plastic_kn = plastic_moment_knm / bent.shear_span_m
+        strength_kn = column.expected_concrete_strength_mpa * MPA * column.outline.area_m2 / KN
+        ductility, ratio = bent.capacity_m / bent.yield_disp_m, bent.p_delta_ratio(bent.capacity_m)
+        nominal_kn = float(sdc_shear_strength(bent.shear, bent.axial_n, ductility)) / KN
+        row: dict[str, Any] = {
+            "bent": bent.bent,
+            "direction": bent.direction,
+            "hinge_length_m": bent.hinge_length_m,
+            "hinge_length_by": bent.hinge_length_by,
+            "axial_kn": bent.axial_n / KN,
+            "axial_load_ratio": bent.axial_n / KN / strength_kn,
+            "axial_load_limit": AXIAL_LOAD_LIMIT,
+            "plastic_moment_knm": plastic_moment_knm,
+            "plastic_shear_kn": plastic_kn,
+            "shear_strength_kn": nominal_kn,
+            "overstrength_shear_kn": OVERSTRENGTH * plastic_kn,
+            "design_strength_kn": SHEAR_RESISTANCE * nominal_kn,
+            "yield_disp_m": bent.yield_disp_m,
+            "capacity_m": bent.capacity_m,
+            "p_delta_ratio": ratio,
+            "p_delta_limit": P_DELTA_LIMIT,
+            "disp_at_p_delta_limit_m": P_DELTA_LIMIT * bent.capacity_m / ratio,
+        }
+        rows.append({**row, "ok": not any(bent_findings(row))})
+    return rows
 
 
 def bent_findings(row: Mapping[str, Any]) -> Iterator[str]:
     """Yield a sentence for each limit that a row of `capacity_rows` exceeds."""
-    bent = _name(row)
-    if row["axial_load_ratio"] > AXIAL_LOAD_LIMIT:
-        yield (
-            f"{bent}: axial load ratio {row['axial_load_ratio']:.3f} is above "
-            f"{AXIAL_LOAD_LIMIT:g} (AASHTO Guide Specifications 8.7.2)"
-        )
-    if row["overstrength_shear_kn"] > row["design_strength_kn"]:
-        yield (
-            f"{bent}: design: the shear of a column with overstrength, {OVERSTRENGTH:g} Mp/L = "
-            f"{row['overstrength_shear_kn']:.0f} kN, is above {SHEAR_RESISTANCE:g} Vn = "
-            f"{row['design_strength_kn']:.0f} kN (SDC 1.7 section 3.6.1)"
-        )
-    if row["plastic_shear_kn"] > row["shear_strength_kn"]:
-        yield (
-            f"{bent}: forecast: the plastic shear of a column, {row['plastic_shear_kn']:.0f} kN, "
-            f"is above its nominal strength, {row['shear_strength_kn']:.0f} kN (SDC 1.7 sections "
-            "3.6.2, 3.6.3): it may fail in shear before its displacement capacity"
-        )
-    if row["p_delta_ratio"] > P_DELTA_LIMIT:
-        yield (
-            f"{bent}: P-Delta ratio {row['p_delta_ratio']:.3f} at the displacement "
-            f"capacity is above {P_DELTA_LIMIT:g} (SDC 4.2)"
-        )
+    factors = {"overstrength": OVERSTRENGTH, "resistance": SHEAR_RESISTANCE}
+    for demand, (capacity, text) in TABLES["bents"].items():
+        if row[demand] > row[capacity]:
+            yield f"{_name(row)}: {text.format(**row, **factors)}"
 
 
 def _name(bent: Mapping[str, Any]) -> str:

@@ -16,7 +16,7 @@ from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.model import build, column_axial_forces_n, domain, support_reactions_n
 from skewbridge.errors import SolutionError
 from skewbridge.units import KN
-from skewbridge.variant.axes import AXES
+from skewbridge.variant.axes import USUAL
 from skewbridge.variant.options import ModelOptions, RayleighKind
 from skewbridge.variant.variant import Variant
 
@@ -59,11 +59,9 @@ def modal_properties(variant: Variant, options: ModelOptions | None = None) -> M
 
 def standing_bridge(bridge: str) -> ModalResult:
     """Return dead-load state and modes of a bridge with pads and open gaps, at zero skew."""
-    axis_values = {axis.name: axis.usual for axis in AXES}
-    variant = Variant.at(bridge, "contact_friction", {**axis_values, "skew_deg": 0})
     try:
         with solver_log(None):
-            return modal_properties(variant)
+            return modal_properties(Variant.at(bridge, "contact_friction", USUAL))
     except GravityError as error:
         raise SolutionError(f"{load_structure(bridge).name}: {error}") from error
 

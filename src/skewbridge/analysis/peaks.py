@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from skewbridge.analysis.trace import ResponseTrace, Series
 from skewbridge.bridge.frame import BridgeModel
-from skewbridge.bridge.geometry import contact_column
 from skewbridge.bridge.handles import AbutmentHandle, ColumnHandle, JointHandle, SpringHandle
+from skewbridge.bridge.model import contact_column
 from skewbridge.contact.law import UnitLedger
 from skewbridge.units import KJ, KN
 from skewbridge.variant.options import SHEAR_MODEL_DEMANDS, ShearModel

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import replace
 from math import ceil, log2
+from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self, get_args
 
 from pydantic import Field, model_validator
@@ -10,7 +11,7 @@ from pydantic.dataclasses import dataclass
 from pydantic_core import ArgsKwargs
 
 from skewbridge.errors import InputError
-from skewbridge.files.text import OPTIONS, Flag, Number, Whole, merged
+from skewbridge.files.text import OPTIONS, Flag, Number, Whole, merged, read_mapping
 from skewbridge.variant.options import ModelOptions
 
 type AnalysisScheme = Literal["default", "paper"]
@@ -27,35 +28,7 @@ _PAPER_INTEGRATOR: Final = ("Houbolt",)  # source: Rahman & Mackie, section 5
 _KNOWN_INTEGRATORS: Final = (("Houbolt",), ("Newmark",), ("HHT",))
 
 #: Named sets of numerics: the keys of sections ``analysis`` and ``model`` that each set changes.
-NUMERICS: Final[Mapping[str, Mapping[str, Mapping[str, Any]]]] = {
-    # Changes of the results at half this step: docs/theory/analysis.md, convergence.
-    "reference": {
-        "analysis": {
-            "dt_s": 0.0005,
-            "contact_dt_s": None,
-            "event_dt_s": None,
-            "tolerance_j": 1.0e-8,
-            "reuse_tangent": False,
-        },
-        "model": {
-            "backwall_points": 9,
-            "pads": "each",
-            "column_fibers": (12, 32, 3),
-            "deck_elements_per_span": 8,
-        },
-    },
-    "default": {"analysis": {}, "model": {}},
-    "fast": {
-        "analysis": {
-            "dt_s": 0.010,
-            "contact_dt_s": 0.010,
-            "event_dt_s": 0.00125,
-            "max_friction_error": 0.1,
-            "tolerance_j": 1.0e-2,
-        },
-        "model": {"column_fibers": (4, 12, 1), "deck_elements_per_span": 3},
-    },
-}
+NUMERICS: Final = read_mapping(Path(__file__).with_name("numerics.yaml"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)

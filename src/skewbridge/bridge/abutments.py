@@ -346,7 +346,7 @@ def support_deck_end(end: End, blueprint: Blueprint) -> Joint:
         raise TypeError(f"end {end.plan.name}: type must be seat, got {data.type}")
     plan = end.plan
     bearing_m = bearing_stations(data.pads, plan, options, has_pads=traits.has_pads)
-    outer_face = plan.wall_stations(options.backwall_points if traits.has_wall_points else 2)
+    outer_face = plan.wall_stations(options.backwall_points if traits.has_pads else 2)
     points, arms = build_arms(plan, deck_node, bearing_m, outer_face, options, tags)
     bearings = build_bearings(plan, points, data.pads, options, tags, has_pads=traits.has_pads)
     pads = pad_stations(data.pads, plan) if traits.has_pads else bearing_m
@@ -400,11 +400,6 @@ def placed(end: DeckEnd, deck_node: int, points: Points) -> dict[str, Any]:
 def build_joint(joint: Joint) -> AbutmentHandle:
     """Build walls, keys and their gaps between a deck end at rest and its abutment."""
     return BUILDERS[joint.blueprint.variant.abutment](joint)
-
-
-def _build_roller(joint: Joint) -> AbutmentHandle:
-    """Add nothing: the deck end is free on its supports."""
-    return joint.handle
 
 
 def _build_simplified(joint: Joint) -> AbutmentHandle:
@@ -584,7 +579,7 @@ def _build_keys(joint: Joint, handle: AbutmentHandle, body: int | None) -> Abutm
 
 #: Builder of each abutment model in `skewbridge.variant.variant`.
 BUILDERS: Final[Mapping[str, Callable[[Joint], AbutmentHandle]]] = {
-    "roller": _build_roller,
+    "roller": lambda joint: joint.handle,
     "simplified": _build_simplified,
     "spring": _build_spring,
     "contact": _build_contact,

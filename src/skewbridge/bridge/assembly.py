@@ -17,7 +17,7 @@ from skewbridge.bridge.script_units import end_view
 from skewbridge.bridge.structures import CatalogueBridge
 from skewbridge.contact import ContactSet
 from skewbridge.errors import SolutionError
-from skewbridge.variant.axes import AXES
+from skewbridge.variant.axes import USUAL
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
@@ -204,10 +204,9 @@ def bridge_period_s(bridge: BridgeData, which: Literal["t1", "long", "short"]) -
     if ops.getNodeTags():
         raise ValueError("the OpenSees domain has a model, which would be lost: wipe it first")
     has_rollers = which != "t1" and bool(bridge.bents)
-    values = {axis.name: axis.usual for axis in AXES} | {"skew_deg": 0}
-    variant = Variant.at(bridge.name, "roller" if has_rollers else "contact_friction", values)
+    variant = Variant.at(bridge.name, "roller" if has_rollers else "contact_friction", USUAL)
     # the gap of a joint is open, so it does not matter; on rollers, there is no other
-    joints = tuple(joint.model_copy(update={"gap_mm": values["gap_mm"]}) for joint in bridge.joints)
+    joints = tuple(joint.model_copy(update={"gap_mm": USUAL["gap_mm"]}) for joint in bridge.joints)
     ops.logFile(devnull, "-noEcho")
     try:
         with domain():

@@ -22,7 +22,7 @@ from skewbridge.analysis.settings import AnalysisSettings, under_explicit_keys
 from skewbridge.errors import EXIT_BAD_INPUT, EXIT_FAILED, InputError, SolutionError
 from skewbridge.files.text import checked, parse_yaml, printable, read_yaml, shortened
 from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM, Units
-from skewbridge.variant.axes import AXES, radians_warning
+from skewbridge.variant.axes import AXES, USUAL, radians_warning
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS, Variant
 
@@ -57,7 +57,7 @@ class Answer:
     def emit(self, *, as_json: bool, units: Units) -> None:
         """Print the answer, tables in ``units``, and its messages; exit with its code unless 0."""
         for text in self.warnings:
-            messages.print(f"warning: {text}", style="yellow")
+            messages.print(f"warning: {_text_in(text, units)}", style="yellow")
         shown = self.payload if self.shown is None else self.shown
         if as_json:
             emit_json(self.payload)
@@ -69,7 +69,7 @@ class Answer:
             if any(has_gaps):
                 messages.print(f"{NO_VALUE}: {self.missing}")
         for note in self.notes:
-            messages.print(note)
+            messages.print(_text_in(note, units))
         if self.exit_code:
             raise typer.Exit(self.exit_code)
 
@@ -249,11 +249,23 @@ _US_UNITS: Final = {
     "_mm": ("_in", MM / INCH),
     "_m": ("_in", 1.0 / INCH),
     " (m)": (" (in)", 1.0 / INCH),
+    " (mm)": (" (in)", MM / INCH),
     " (kN)": (" (kip)", KN / KIP),
 }
 
 
 _LENGTH: Final = re.compile(r"\b(\d+\.\d+) m\b")
+_QUANTITY: Final = re.compile(r"\b(\d+(?:\.\d+)?) (mm|m|kN)\b(?![/2])")
+
+
+def _text_in(text: str, units: Units) -> str:
+    """Return a message with its lengths and forces in these units."""
+
+    def converted(match: re.Match[str]) -> str:
+        unit, factor = _us_unit(f" ({match[2]})")
+        return f"{float(f'{float(match[1]) * factor:.4g}'):g} {unit.strip(' ()')}"
+
+    return _QUANTITY.sub(converted, text) if units == "us" else text
 
 
 def in_units(row: Row, units: Units) -> Row:
@@ -381,7 +393,6 @@ Changes = Annotated[
 _AXIS: Final = {
     axis.name: opt(f"{axis.label_with_unit}, {axis.low:g} to {axis.high:g}.") for axis in AXES
 }
-_USUAL: Final = {axis.name: axis.usual for axis in AXES}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -398,9 +409,9 @@ class VariantOptions(BridgeOption):
     """Options of a command about one variant."""
 
     abutment: Abutment = "contact-friction"
-    skew_deg: Annotated[float, _AXIS["skew_deg"]] = _USUAL["skew_deg"]
-    gap_mm: Annotated[float, _AXIS["gap_mm"]] = _USUAL["gap_mm"]
-    friction: Annotated[float, _AXIS["friction"]] = _USUAL["friction"]
+    skew_deg: Annotated[float, _AXIS["skew_deg"]] = USUAL["skew_deg"]
+    gap_mm: Annotated[float, _AXIS["gap_mm"]] = USUAL["gap_mm"]
+    friction: Annotated[float, _AXIS["friction"]] = USUAL["friction"]
     changes: Changes = None  # keys of model and analysis
 
     @property

@@ -92,6 +92,14 @@ def varying_axes(table: pd.DataFrame) -> list[str]:
     return [name for name in axis_names(table) if table[name].nunique() > 1]
 
 
+def reference_value(values: Iterable[float]) -> float:
+    """Return the value of an axis with which others are compared: that nearest to zero.
+
+    Skews of -30 and 30 degrees are compared with 0, because they are mirror images.
+    """
+    return min(set(values), key=lambda value: (abs(value), -value))
+
+
 def models_of(table: pd.DataFrame) -> Iterator[tuple[dict[str, Any], pd.DataFrame]]:
     """Yield bridge and abutment model (a dict), and their rows, for each combination in a table."""
     for (bridge, abutment), rows in table.groupby(list(BRIDGE_COLUMNS), sort=True):

@@ -23,7 +23,13 @@ from skewbridge.errors import InputError
 from skewbridge.files.digests import digest_of
 from skewbridge.files.tables import as_column, read_any, records_of, require, write_csv
 from skewbridge.files.text import write_text
-from skewbridge.fragility.demand_table import axis_names, described, need_columns, variant_columns
+from skewbridge.fragility.demand_table import (
+    axis_names,
+    described,
+    need_columns,
+    reference_value,
+    variant_columns,
+)
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE
@@ -359,7 +365,7 @@ def paper_columns(axes: Sequence[Axis]) -> dict[str, str]:
     endings = {"": "estimate", "_low": "lower end", "_high": "upper end"}
     return described("table", axes) | {
         f"{split_unit(axis.name)[0]}_ratio{ending}": f"{meaning} of the ratio to the median at the "
-        f"smallest value of {axis.title}"
+        f"value of {axis.title} nearest to zero"
         for axis in reversed(axes)
         for ending, meaning in endings.items()
     }
@@ -375,7 +381,7 @@ def chosen_curves(curves: pd.DataFrame) -> pd.DataFrame:
 
 
 def with_ratios(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
-    """Add to each curve, for every axis, the ratio to the median at the smallest value of the axis.
+    """Add to each curve, for every axis, the ratio to the median at its `reference_value`.
 
     The ratios are paired by motion. They are NaN if not available.
     """
@@ -404,8 +410,10 @@ def paper_table(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame
         out = {name: row[name] for name in PAPER_COLUMNS if name in row}
         middle = model.axis_range.middle
         for axis in middle:
-            low, high = (middle | {axis: end} for end in model.axis_range.limits[axis])
-            out |= _ratio(axis, model.median(high, low, EFFECT_CONFIDENCE))
+            levels = model.axis_range.levels[axis]
+            ends = reference_value(levels), max(levels, key=lambda value: (abs(value), value))
+            start, end = (middle | {axis: value} for value in ends)
+            out |= _ratio(axis, model.median(end, start, EFFECT_CONFIDENCE))
         out["n_runs"] = runs[tuple(row[name] for name in _STATE)]
         rows.append(out | {"row": JOINT, "method": JOINT})
     table = pd.DataFrame(rows, columns=list(paper_columns(_axes(curves))))
@@ -480,7 +488,7 @@ def latex_table(table: pd.DataFrame) -> str:
     return "\n".join(
         [
             r"% needs \usepackage{booktabs,longtable}",
-            f"% medians in {units}; ratios to the median at the smallest value of each axis",
+            f"% medians in {units}; ratios to the median at the value of each axis nearest to zero",
             "% beta_total: dispersion of the curve, including capacity dispersion;",
             "% beta_records: record-to-record dispersion",
             "% *: cloud and exceedance medians differ by more than 2 standard errors",

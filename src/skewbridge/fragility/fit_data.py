@@ -13,7 +13,7 @@ from pydantic.dataclasses import dataclass
 from skewbridge.demands.columns import EVENT
 from skewbridge.demands.validity import BEYOND_MODEL, COMPLETE, is_complete
 from skewbridge.errors import InputError
-from skewbridge.files.tables import as_column, positive, read_any, require, same_length
+from skewbridge.files.tables import Row, as_column, positive, read_any, require, same_length
 from skewbridge.files.text import checked, file_fault, read_json, read_yaml, shortened, shown_path
 from skewbridge.fragility import demand_table, fits
 from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED, MAX_BOUNDS_RATIO, NO_EXCEEDANCE
@@ -29,6 +29,8 @@ _ALIASES: Final = demand_table.FLAG_ALIASES | {
     "bracket_lo": "lower", "bracket_hi": "upper",
     "im_no_exceed": "lower", "im_exceed": "upper",
 }  # fmt: skip
+#: Intensities or capacities of data without a row per run; those of runs are named im_...
+_PLAIN: Final = {"im", "ln_im", "capacity", "lower", "upper"}
 #: Columns that only the fit to a table of runs takes into account.
 _OF_RUNS: Final = {"status", BEYOND_MODEL, COMPLETE}
 
@@ -71,7 +73,10 @@ def fit_file(path: Path, **option_values: Any) -> fits.FragilityFit:
         column_map = checked(
             demand_table.ColumnMap, read_yaml(options.columns), options.columns.name
         )
-        data = demand_table.read_foreign(path, **column_map.model_dump())
+        is_plain = _PLAIN & column_map.columns.keys()
+        data = (_renamed if is_plain else demand_table.read_foreign)(
+            path, **column_map.model_dump()
+        )
     columns = {_ALIASES.get(str(name), str(name)): values for name, values in data.items()}
     is_cloud_of_runs = options.method == "cloud" and _OF_RUNS & columns.keys()
     fit = _fit_runs if options.edp or options.im or is_cloud_of_runs else _fit_columns
@@ -82,6 +87,18 @@ def fit_file(path: Path, **option_values: Any) -> fits.FragilityFit:
             raise
         details = {"file": str(path), **error.details}
         raise InputError(f"{shown_path(path)}: {error}", **details) from error
+
+
+def _renamed(
+    path: Path, columns: Mapping[str, str], factors: Mapping[str, float], constants: Row
+) -> pd.DataFrame:
+    """Return the mapped columns of a table without a row per run, in our units."""
+    source = read_any(path)
+    demand_table.need_columns(source, columns.values(), path.name)
+    table = pd.DataFrame({name: source[foreign_name] for name, foreign_name in columns.items()})
+    numbers = {name: as_column(table[name].to_numpy(), columns[name]) for name in factors}
+    scaled = {name: values * factors[name] for name, values in numbers.items()}
+    return table.assign(**constants, **scaled)
 
 
 def read_data(path: Path) -> pd.DataFrame | Mapping[str, Any]:

@@ -85,18 +85,22 @@ class LogRate(NamedTuple):
         """Return the estimate and both interval ends, which cover motions and hazard together."""
         estimate, interval = self.logs[0], np.array(self.jackknifed.interval(level))
         if self.fractiles.size > 1:
-            # ASSUME the uncertain hazard is lognormal, and its curves do not cross
-            sigma, middle = np.polyfit(special.ndtri(self.quantiles), self.fractiles, 1)
-            half_width = abs(sigma) * special.ndtri(0.5 + 0.5 * level)
-            widths = np.array([estimate - middle + half_width, middle + half_width - estimate])
-            signs = np.array([-1.0, 1.0])
-            interval = estimate + signs * np.hypot(interval - estimate, np.maximum(widths, 0.0))
+            signs, ends = np.array([-1.0, 1.0]), _hazard_ends(self.fractiles, self.quantiles, level)
+            widths = np.maximum(signs * (ends - estimate), 0.0)
+            interval = estimate + signs * np.hypot(interval - estimate, widths)
         return exp_end(estimate), exp_end(float(interval[0])), exp_end(float(interval[1]))
 
     def minus(self, other: "LogRate") -> "LogRate":
         """Return ln of the ratio to another rate from the same motions and hazard."""
         fractiles = self.fractiles - other.fractiles
         return self._replace(logs=self.logs - other.logs, fractiles=fractiles)
+
+
+def _hazard_ends(ln_rates: Floats, quantiles: Floats, level: float) -> Floats:
+    """Return the ends (2,) of the interval of an ln rate from its values by fractiles (F,)."""
+    # ASSUME the uncertain hazard is lognormal, and its curves do not cross
+    sigma, middle = np.polyfit(special.ndtri(quantiles), ln_rates, 1)
+    return middle + abs(sigma) * special.ndtri(0.5 + 0.5 * level) * np.array([-1.0, 1.0])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -131,6 +135,13 @@ class HazardCurve:
         """Return the logarithms of rates (1 + F, R) by the mean hazard curve, then F fractiles."""
         logs = np.log(np.maximum(rates, np.finfo(np.float64).tiny))
         return LogRate(logs[0], logs[1:, 0], self.quantiles)
+
+    def highest_rate(self, level: float) -> float:
+        """Return the rate of the lowest intensity: the upper end of its interval by fractiles."""
+        rate, *fractiles = np.log(self.rates[:, 0])
+        if self.quantiles.size > 1:
+            rate = max(rate, _hazard_ends(np.array(fractiles), self.quantiles, level)[1])
+        return float(np.exp(rate))
 
     def shares(
         self, rate: Callable[["HazardCurve"], LogRate], p_last: float, low: float, high: float

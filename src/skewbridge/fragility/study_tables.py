@@ -95,7 +95,7 @@ def fragility_tables(
     notes: list[tuple[object, ...]] = [("together", -1, a, f"{a} {text}") for a in bound]
     tables = {name: pd.DataFrame(columns=list(DESCRIPTIONS[name])) for name in RATES}
     if hazard is not None:
-        tables["rates"] = rate_table(curves, joint, system, hazard)
+        tables["rates"] = rate_table(curves, models, states, system, hazard)
         texts = lacking_notes(records_of(tables["rates"]))
         notes += [("hazard", -1, "annual_rate", text) for text in texts]
         tables["rate_effects"] = rate_effects(

@@ -14,7 +14,14 @@ from pydantic import BaseModel
 from skewbridge.errors import InputError
 from skewbridge.files.text import checked, read_bytes, read_yaml
 from skewbridge.motions import p695
-from skewbridge.motions.formats import DT_LIMITS_S, Stated, Trace, fault_in, trace_of
+from skewbridge.motions.formats import (
+    DT_LIMITS_S,
+    MAX_HEADER_LINES,
+    Stated,
+    Trace,
+    fault_in,
+    trace_of,
+)
 from skewbridge.motions.intensity import orbit_rotd50, peak_g
 from skewbridge.motions.record import GroundMotion, Vector
 from skewbridge.units import G_MPS2
@@ -32,6 +39,12 @@ _SAY_UNIT: Final = (
 DIFFERENT_RECORDS: Final = "two different records?"
 ONE_RECORD: Final = "one component twice?"
 VERTICAL_NAME: Final = "vertical component?"
+#: A time step (s), or a sampling rate (Hz, or a time step), in a header.
+_STEP: Final = re.compile(
+    r"(?i)(?:\bdt\b|\btime step|\binterval)[^\d\n]{0,12}?(0?\.\d+)"
+    r"|\bsampl\w* (?:rate|freq\w*)[^\d\n]{0,12}?(\d*\.?\d+)"
+)
+_STEP_TOLERANCE: Final = 0.01  # a rounded step or rate
 _FOREIGN: Final = (
     (b"PK\x03\x04", "a zip archive or spreadsheet: unpack it, or save it as CSV"),
     (b"\x1f\x8b", "a gzip archive: unpack it first"),
@@ -105,12 +118,23 @@ def read_trace(path: Path, stated: Stated | None = None) -> Trace:
     """Read one component; `DtMissingError` if it has no time step, `InputError` if unusable."""
     lines = _text_of(read_bytes(path, MAX_FILE_BYTES), path).splitlines()
     trace = trace_of(lines, path, stated or Stated())
-    event, station = (
-        "".join(letter if letter.isprintable() else " " for letter in text).strip()[:100]
-        for text in (trace.event, trace.station)
-    )
-    warnings = *trace.warnings, *doubts(trace)
-    return replace(trace, warnings=warnings, event=event, station=station)
+    names = {name: _plain(getattr(trace, name)) for name in ("event", "station")}
+    warnings, notes = [*trace.warnings, *doubts(trace)], trace.notes
+    given_s = stated and stated.dt_s is None and stated.dt_s_if_missing
+    if given_s and given_s != trace.dt_s:
+        notes = (f"dt = {trace.dt_s:g} s of the file is used, not {given_s:g} s", *notes)
+    if re.search("column|values", trace.format):  # a known format has its step in the header
+        warnings += _contradicted_step(trace.dt_s, "\n".join(lines[:MAX_HEADER_LINES]))
+    return replace(trace, warnings=tuple(warnings), notes=notes, **names)
+
+
+def _contradicted_step(dt_s: float, header: str) -> list[str]:
+    """Return a warning if a header states another time step or sampling rate than that used."""
+    if (match := _STEP.search(header)) is None:
+        return []
+    number = float(match[1] or match[2])
+    is_used = min(abs(dt_s * number - 1.0), abs(number / dt_s - 1.0)) < _STEP_TOLERANCE
+    return [] if is_used else [f"dt = {dt_s:g} s is used, but the header states {match[0]}"]
 
 
 def _text_of(content: bytes, path: Path) -> str:
@@ -125,6 +149,11 @@ def _text_of(content: bytes, path: Path) -> str:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
         return content.decode("latin-1")
+
+
+def _plain(text: str) -> str:
+    """Return a header text without control characters, cut to 100 characters."""
+    return "".join(letter if letter.isprintable() else " " for letter in text).strip()[:100]
 
 
 def doubts(trace: Trace) -> list[str]:

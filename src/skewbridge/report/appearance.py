@@ -147,6 +147,14 @@ def threshold_text(demand: str, threshold: float) -> str:
     return f"{number(value)}{unit}"
 
 
+def reach_text(row: Row) -> str:
+    """Return the largest demand of a variant, and the capacity that no run reaches, as text."""
+    # `reach` has the largest demand in the unit of the table
+    demand, (largest,) = row["demand"], re.findall(r"largest ([^,]+),", row["reach"])
+    largest, state = (threshold_text(demand, float(v)) for v in (largest, row["threshold"]))
+    return f"{demand_name(demand)}: largest {largest}, state at {state}"
+
+
 def value_text(axis: Axis, value: float) -> str:
     """Return a value of an axis with its unit, such as ``30°`` or ``51 mm``."""
     if axis.unit in ("-", "deg"):

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from skewbridge.analysis.bridge_check import seat_demand_aashto_m, seat_demand_sdc_m
-from skewbridge.bridge.geometry import ModelGeometry
 from skewbridge.bridge.library import load_structure
+from skewbridge.bridge.model import ModelGeometry
 from skewbridge.bridge.section import MomentCurvature, ShearSection, shear_strength
 from skewbridge.errors import InputError
 from skewbridge.fragility.rates import GAP, Decision

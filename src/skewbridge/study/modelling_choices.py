@@ -98,7 +98,7 @@ def _has_limited_hinge(task: Task) -> bool:
 
 #: Named conditions on an analysis, see modelling_choices.yaml.
 _ACTS_ON: Final[Mapping[str, Callable[[Task], bool]]] = {
-    "keys": lambda task: task.variant.traits.has_wall_points,
+    "keys": lambda task: task.variant.traits.has_pads,
     "contacts": lambda task: task.variant.traits.has_contacts,
     "friction": lambda task: task.variant.traits.has_friction and task.variant.friction > 0.0,
     "backfill": lambda task: "gap_mm" in task.variant.traits.axes,

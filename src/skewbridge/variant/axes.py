@@ -13,7 +13,7 @@ from pydantic import TypeAdapter
 
 from skewbridge.errors import InputError
 from skewbridge.units import split_unit
-from skewbridge.variant.options import LARGEST_SKEW_DEG, ModelOptions
+from skewbridge.variant.options import AXES_TABLE, ModelOptions
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,45 +80,9 @@ class Axis:
         return f"{self.code}{sign}{integer.zfill(self.digits)}{point}{decimals}"
 
 
-AXES: Final = (
-    Axis(
-        name="skew_deg",
-        label="Skew",
-        title="skew",
-        description="skew of the abutment line from the transverse axis",
-        code="skew",
-        low=-LARGEST_SKEW_DEG,
-        high=LARGEST_SKEW_DEG,
-        decimals=3,
-        digits=2,
-    ),
-    Axis(
-        name="gap_mm",
-        label="Gap",
-        title="the joint gap",
-        description="opening of the joint at rest, normal to the backwall (model.gap_measured)",
-        code="gap",
-        low=0.0,
-        high=999.0,
-        decimals=3,
-        digits=3,
-        usual=51,  # source: Rahman & Mackie, section 4
-    ),
-    Axis(
-        name="friction",
-        label="Friction",
-        title="friction",
-        description="Coulomb coefficient at the contacts",
-        code="mu",
-        low=0.0,
-        high=1.5,
-        decimals=5,
-        name_factor=100,
-        digits=3,
-        usual=0.5,  # source: Rahman & Mackie, section 4
-        symbol="μ",
-    ),
-)
+AXES: Final = tuple(Axis(name=name, **fields) for name, fields in AXES_TABLE.items())
+#: Default values on these axes.
+USUAL: Final = {axis.name: axis.usual for axis in AXES}
 
 
 def axis(name: str) -> Axis:

@@ -3,19 +3,21 @@
 Each field is a key of the configuration; every numeric one can be an axis of the grid.
 """
 
+from pathlib import Path
 from typing import Annotated, Final, Literal, get_args
 
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from skewbridge.files.text import OPTIONS, Flag, Number, Whole
+from skewbridge.files.text import OPTIONS, Flag, Number, Whole, read_mapping
 from skewbridge.units import MM
 
 Fibers = Annotated[Whole, Field(ge=1, le=200)]
 # fewer than three on a circle have different bending stiffness about different axes
 Wedges = Annotated[Whole, Field(ge=3, le=200)]
-#: source: Caltrans SDC 2.0 section 6.3.1.2, where its reduction of backfill for skew ends
-LARGEST_SKEW_DEG: Final = 66.0
+#: Axes of every variant with their limits, keyed by name.
+AXES_TABLE: Final = read_mapping(Path(__file__).with_name("axes.yaml"))
+LARGEST_SKEW_DEG: Final[float] = AXES_TABLE["skew_deg"]["high"]
 _Factor = Annotated[Number, Field(ge=1.0e-3, le=1.0e3)]
 #: Direction of a joint gap: normal to the backwall, or along the bridge.
 type GapMeasured = Literal["normal", "longitudinal"]

@@ -6,12 +6,13 @@ from pathlib import Path
 from typing import Any, Final, Literal, Self
 
 from skewbridge.errors import InputError, did_you_mean
+from skewbridge.files.text import read_mapping
 from skewbridge.variant.axes import AXES, axes_of, axis
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AbutmentTraits:
-    """Properties of an abutment model; a new model needs a row in `ABUTMENTS` and a builder."""
+    """Properties of an abutment model: its entry in abutments.yaml."""
 
     code: str  # two letters in the names of variants
     description: str  # continuation of "the abutments are modelled"
@@ -22,11 +23,9 @@ class AbutmentTraits:
     backfill: Literal["option", "sdc", "none"] = "option"
     #: name of the model with the same equations but no friction, or empty
     without_friction: str = ""
-    #: whether elastomeric pads carry the deck end, rather than plain vertical supports
+    #: whether elastomeric pads carry the deck end, and soil or contacts are at points along the
+    #: backwall, rather than plain vertical supports and springs at the deck corners only
     has_pads: bool = False
-    #: whether soil or contacts are at points along the backwall, rather than only at the deck
-    #: corners
-    has_wall_points: bool = False
     has_contacts: bool = False  # whether deck, backwall and keys meet in contact units
     #: whether the shear keys stand on an abutment body, which may carry the embankment mass
     has_body: bool = False
@@ -45,41 +44,8 @@ def lacking_axes(abutment: str) -> frozenset[str]:
 
 #: Abutment models by name, from the simplest to the most complete.
 ABUTMENTS: Final[Mapping[str, AbutmentTraits]] = {
-    "roller": AbutmentTraits(code="ro", description="on rollers", backfill="none"),
-    "simplified": AbutmentTraits(
-        code="si",
-        description="as one bilinear spring with a gap at each corner of the deck",
-        axes=frozenset({"gap_mm"}),
-        backfill="sdc",
-    ),
-    "spring": AbutmentTraits(
-        code="sp",
-        description="as elastomeric pads, backfill springs behind the joint gap and exterior "
-        "shear keys, without contact",
-        axes=frozenset({"gap_mm"}),
-        has_pads=True,
-        has_wall_points=True,
-        has_body=True,
-    ),
-    "contact": AbutmentTraits(
-        code="co",
-        description="as elastomeric pads, backfill and exterior shear keys that the deck "
-        "meets in frictionless contact",
-        axes=frozenset({"gap_mm"}),
-        has_pads=True,
-        has_wall_points=True,
-        has_contacts=True,
-    ),
-    "contact_friction": AbutmentTraits(
-        code="cf",
-        description="as elastomeric pads, backfill and exterior shear keys that the deck "
-        "meets in contact with Coulomb friction",
-        axes=frozenset({"gap_mm", "friction"}),
-        without_friction="contact",
-        has_pads=True,
-        has_wall_points=True,
-        has_contacts=True,
-    ),
+    name: AbutmentTraits(**fields | {"axes": frozenset(fields.get("axes", ()))})
+    for name, fields in read_mapping(Path(__file__).with_name("abutments.yaml")).items()
 }
 
 #: Pattern of the name of a bridge, which begins the name of its variants.

@@ -27,8 +27,7 @@ from skewbridge.analysis.trace import Series, at_regular_steps
 from skewbridge.analysis.transient import AnalysisResult, analyse
 from skewbridge.bridge.backfill import wall_backfill
 from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.geometry import contact_column
-from skewbridge.bridge.model import build_abutment, domain
+from skewbridge.bridge.model import build_abutment, contact_column, domain
 from skewbridge.contact.law import UnitLedger
 from skewbridge.files.tables import Floats, Row
 from skewbridge.report.run_figures import displacement_figure, hysteresis_figure
