@@ -21,15 +21,9 @@ from skewbridge.demands.columns import label_of
 from skewbridge.demands.validity import is_beyond_model
 from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats, Index, Mask, Row, records_of
-from skewbridge.fragility import demand_table, motion_means
+from skewbridge.fragility import demand_model, demand_table, motion_means
 from skewbridge.fragility import fits as fitting
-from skewbridge.fragility.demand_model import (
-    BridgeModels,
-    DemandModel,
-    StateCurve,
-    fit_models,
-    state_curve,
-)
+from skewbridge.fragility.demand_model import BridgeModels, DemandModel, StateCurve
 from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED, FragilityFit
 from skewbridge.fragility.likelihood import NormalKernel, drop_of, maximise
 from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState, States
@@ -70,7 +64,7 @@ def fit_study(
     if not limit_states:
         raise InputError("no limit states to fit: give at least one")
     if models is None:
-        models = fit_models(demands, limit_states, settings, jobs=jobs)
+        models = demand_model.fit_models(demands, limit_states, settings, jobs=jobs)
     rows_of = partial(_variant_rows, states=limit_states, settings=settings)
     variants = (variant for model in models for variant in _variants(model, limit_states, settings))
     rows = demand_table.spread(rows_of, variants, jobs)
@@ -177,7 +171,7 @@ class _BridgeState:
         bounds: _Bounds = dict.fromkeys(TREATMENTS, estimate)
         for name, models in self._treated.items():
             rho = None if len(models) == 1 else self._models.correlation(*self._modes)[:1]
-            refit = state_curve(models, self._modes, values, rho)
+            refit = demand_model.state_curve(models, self._modes, values, rho)
             bounds[name] = nan, nan
             if not isinstance(refit, str):
                 bounds[name] = motion_means.exp_end(refit.ln_theta[0]), float(refit.beta[0])

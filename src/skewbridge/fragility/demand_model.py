@@ -26,13 +26,7 @@ from scipy import special
 from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats, Index, Mask, Row
 from skewbridge.fragility import demand_table
-from skewbridge.fragility.fits import (
-    NO_EXCEEDANCE,
-    NON_INCREASING,
-    NOT_APPLICABLE,
-    SINGLE_LEVEL,
-    ZERO_DISPERSION,
-)
+from skewbridge.fragility import fits as fitting
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.mixed import MixedData, MixedFit, fit_mixed, predictive_loglik
 from skewbridge.fragility.motion_means import Jackknifed, jackknife_covariance
@@ -381,7 +375,7 @@ class DemandFit:
         for variant in range(len(effects)):
             other_effects = np.delete(effects, variant, axis=0)
             if len(other_effects) < 1 or np.linalg.matrix_rank(other_effects) < rank:
-                models.append(NOT_APPLICABLE)
+                models.append(fitting.NOT_APPLICABLE)
                 continue
             lower = np.where(setup.variant == variant, nan, self.outcomes.lower)
             models.append(self.treated(replace(self.outcomes, lower=lower), steps=1))
@@ -437,9 +431,9 @@ def _fit_demand(arguments: tuple[_Setup, DemandOutcomes]) -> DemandFit | str:
     if np.unique(motion[is_exact]).size < LEAST_MOTIONS:
         return TOO_FEW_RUNS
     if np.ptp(setup.ln_im[is_exact]) == 0.0:
-        return SINGLE_LEVEL
+        return fitting.SINGLE_LEVEL
     if np.ptp(outcomes.lower[is_exact]) == 0.0:
-        return NON_INCREASING
+        return fitting.NON_INCREASING
     centre = float(np.mean(setup.ln_im[is_used]))
     x = setup.ln_im - centre
     codes = np.unique(setup.shaking[is_used], return_index=True)[1]
@@ -449,7 +443,7 @@ def _fit_demand(arguments: tuple[_Setup, DemandOutcomes]) -> DemandFit | str:
     design_rows = design_rows[:, : 3 + axes.drifts]  # without interactions, which have priors
     # ASSUME ln demands that differ from parallel lines by less than 1e-9 have no scatter
     if np.ptp(y - design_rows @ np.linalg.lstsq(design_rows, y, rcond=None)[0]) < 1e-9:
-        return ZERO_DISPERSION
+        return fitting.ZERO_DISPERSION
     setup = replace(setup, precision=_precision(setup, outcomes, centre, group))
     chosen: tuple[float, float, MixedFit, Floats] | None = None
     # ASSUME fewer than five blocks cannot choose: a straight line with constant scatter
@@ -468,7 +462,7 @@ def _fit_demand(arguments: tuple[_Setup, DemandOutcomes]) -> DemandFit | str:
     assert chosen is not None
     _, knot, fit, left_out = chosen
     if fit.parameters[1] <= FLATTEST:
-        return NON_INCREASING
+        return fitting.NON_INCREASING
     blocks = 1 + int(np.max(block))
     parameters = np.tile(fit.parameters, (1 + blocks + axes.drifts, 1))
     if block_numbers.size > 1:  # else there is no model without the block
@@ -557,11 +551,12 @@ class BridgeModels:
     def modes(self, state: LimitState) -> list[LimitState]:
         """Return the failure modes of a state that some run exceeds; the state itself if none."""
         outcomes = ((mode, demand_outcomes(self.runs, [mode])) for mode in state.modes)
-        return [m for m, outcome in outcomes if outcome.status(m) != NO_EXCEEDANCE] or [state]
+        reached = [m for m, known in outcomes if known.status(m) != fitting.NO_EXCEEDANCE]
+        return reached or [state]
 
     def fit(self, state: LimitState) -> DemandFit | str:
         """Return the model of the demand of a state, or the reason why there is none."""
-        return self.fits.get((state.component, state.demand), NO_EXCEEDANCE)
+        return self.fits.get((state.component, state.demand), fitting.NO_EXCEEDANCE)
 
     def of_peaks(self, state: LimitState, *, exact: bool) -> DemandModel | str:
         """Return the model (R = 1) of the demand of a fitted state, or why there is none.
@@ -622,7 +617,7 @@ def state_curve(
         curves = point.curves(mode.threshold, mode.dispersion)
         mode_curves.append(StateCurve(*curves, points=((point, mode),), priors=model.axes.drifts))
         if np.isnan(mode_curves[-1].ln_theta[0]) or mode_curves[-1].beta[0] > _LARGEST_BETA:
-            return NON_INCREASING
+            return fitting.NON_INCREASING
     if rho is None:
         return mode_curves[0]
     medians, records, total = (

@@ -23,13 +23,8 @@ from skewbridge.errors import InputError
 from skewbridge.files.digests import digest_of
 from skewbridge.files.tables import as_column, read_any, records_of, require, write_csv
 from skewbridge.files.text import write_text
-from skewbridge.fragility.demand_table import (
-    axis_names,
-    described,
-    need_columns,
-    reference_value,
-    variant_columns,
-)
+from skewbridge.fragility import demand_table
+from skewbridge.fragility.demand_table import axis_names, described, variant_columns
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE
@@ -80,7 +75,7 @@ def export_curves(source: Path, form: str, out: Path) -> dict[str, Any]:
     if form not in WRITERS:
         raise InputError(f"format must be one of {', '.join(WRITERS)}, got {form!r}")
     table = read_any(source)
-    need_columns(table, _NEEDED, "the table of curves")
+    demand_table.need_columns(table, _NEEDED, "the table of curves")
     for name in (*axis_names(table), *map(str, table.filter(regex=_NUMBERS))):
         values = as_column(table[name], name)
         if name in ("threshold", "theta", "beta", "beta_total"):
@@ -411,7 +406,8 @@ def paper_table(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame
         middle = model.axis_range.middle
         for axis in middle:
             levels = model.axis_range.levels[axis]
-            ends = reference_value(levels), max(levels, key=lambda value: (abs(value), value))
+            farthest = max(levels, key=lambda value: (abs(value), value))
+            ends = demand_table.reference_value(levels), farthest
             start, end = (middle | {axis: value} for value in ends)
             out |= _ratio(axis, model.median(end, start, EFFECT_CONFIDENCE))
         out["n_runs"] = runs[tuple(row[name] for name in _STATE)]

@@ -70,13 +70,11 @@ def fit_file(path: Path, **option_values: Any) -> fits.FragilityFit:
     if options.columns is None:
         data = read_data(path)
     else:
-        column_map = checked(
-            demand_table.ColumnMap, read_yaml(options.columns), options.columns.name
-        )
+        name, content = options.columns.name, read_yaml(options.columns)
+        column_map = checked(demand_table.ColumnMap, content, name)
         is_plain = _PLAIN & column_map.columns.keys()
-        data = (_renamed if is_plain else demand_table.read_foreign)(
-            path, **column_map.model_dump()
-        )
+        read = _renamed if is_plain else demand_table.read_foreign
+        data = read(path, **column_map.model_dump())
     columns = {_ALIASES.get(str(name), str(name)): values for name, values in data.items()}
     is_cloud_of_runs = options.method == "cloud" and _OF_RUNS & columns.keys()
     fit = _fit_runs if options.edp or options.im or is_cloud_of_runs else _fit_columns

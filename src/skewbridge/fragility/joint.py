@@ -14,16 +14,8 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.files.tables import Floats, Row, records_of
-from skewbridge.fragility import demand_table
-from skewbridge.fragility.demand_model import (
-    AxisRange,
-    BridgeModels,
-    DemandFit,
-    DemandModel,
-    StateCurve,
-    fit_models,
-    state_curve,
-)
+from skewbridge.fragility import demand_model, demand_table
+from skewbridge.fragility.demand_model import BridgeModels, DemandFit, DemandModel, StateCurve
 from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.motion_means import Jackknifed, covered_range
@@ -40,7 +32,7 @@ class JointModel:
     """The curves of one limit state, from its row of results/fragility/joint.parquet."""
 
     def __init__(self, row: Mapping[str, Any]) -> None:
-        self.axis_range = AxisRange(levels=json.loads(row["axis_ranges"]))
+        self.axis_range = demand_model.AxisRange(levels=json.loads(row["axis_ranges"]))
         self.level = float(row["level"])
         replicates = np.asarray(row["replicates"], dtype=np.float64)
         modes = json.loads(row["modes"])
@@ -59,7 +51,7 @@ class JointModel:
 
     def curve(self, values: Mapping[str, Any]) -> StateCurve:
         """Return the curves at values of the axes, from all runs and without each event."""
-        curve = state_curve(self._models, self._modes, values, self._rho)
+        curve = demand_model.state_curve(self._models, self._modes, values, self._rho)
         if isinstance(curve, str):
             nans = np.full(len(self._models[0].parameters), np.nan)
             return StateCurve(nans, nans, nans)
@@ -92,7 +84,7 @@ def joint_table(
     unknown outcomes change its medians too much, has no estimate here.
     """
     if models is None:
-        models = fit_models(demands, limit_states, settings, jobs=jobs)
+        models = demand_model.fit_models(demands, limit_states, settings, jobs=jobs)
     common = {"im": settings.im, "level": settings.confidence}
     items = ((bridge, limit_states, common) for bridge in models)
     rows = demand_table.spread(_rows, items, jobs, alone_s=0.0)
@@ -180,7 +172,8 @@ def _left_out_errors(models: BridgeModels, state: LimitState, fits: Sequence[Dem
     for i, (refits, values) in enumerate(zip(subsets, records_of(models.variants), strict=True)):
         if any(isinstance(model, str) for model in refits):
             continue
-        curve, all_runs = state_curve(refits, modes, values, rho), models.curve(state, values)
+        curve = demand_model.state_curve(refits, modes, values, rho)
+        all_runs = models.curve(state, values)
         if not isinstance(curve, str) and not isinstance(all_runs, str):
             errors[i] = abs(np.exp(curve.ln_theta[0] - all_runs.ln_theta[0]) - 1.0)
     return errors

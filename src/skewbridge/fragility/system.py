@@ -20,16 +20,8 @@ from scipy import special
 
 from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats, Index, Mask, Row, records_of
-from skewbridge.fragility import demand_table
+from skewbridge.fragility import demand_table, fits
 from skewbridge.fragility.demand_model import TOO_FEW_RUNS, BridgeModels, StateCurve, fit_models
-from skewbridge.fragility.fits import (
-    ALL_EXCEED,
-    BOUNDS_TOO_WIDE,
-    FITTED,
-    MAX_BOUNDS_RATIO,
-    NO_EXCEEDANCE,
-    median_bound,
-)
 from skewbridge.fragility.hazard import BELOW, HazardCurve
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.motion_means import Jackknifed, covered_range, exp_end
@@ -69,7 +61,7 @@ def system_curves(
         models = fit_models(demands, limit_states, settings, jobs=jobs)
     withheld: Mapping[Any, float] = {}
     if curves is not None:
-        lost = curves[(curves["method"] == "cloud") & (curves["status"] == BOUNDS_TOO_WIDE)]
+        lost = curves[(curves["method"] == "cloud") & (curves["status"] == fits.BOUNDS_TOO_WIDE)]
         keys = ["variant", "component", "limit_state"]
         withheld = lost.set_index(keys)["theta_all_exceed"].astype(float).to_dict()
     systems = [_Systems(system, members, settings, hazard, withheld) for system in models]
@@ -163,8 +155,8 @@ def _variant_rows(systems: _Systems, variant_number: int) -> list[Row]:
         outcomes = demand_outcomes(runs, [state])
         if fit == TOO_FEW_RUNS or np.sum(outcomes.complete & outcomes.used) < MIN_COMPLETE:
             return "too few complete runs"
-        if (status := outcomes.status(state)) != FITTED:
-            return {NO_EXCEEDANCE: "not reached", ALL_EXCEED: _EVERYWHERE}[status]
+        if (status := outcomes.status(state)) != fits.FITTED:
+            return {fits.NO_EXCEEDANCE: "not reached", fits.ALL_EXCEED: _EVERYWHERE}[status]
         curve = models.curve(state, values)
         if isinstance(curve, str):
             return "demand does not grow"
@@ -227,8 +219,8 @@ def _system(
         return row | {"status": "too_few_runs" if members else "no_component"}
     if np.all(exceed | unknown):
         ones, beta, level = np.ones(exceed.sum()), ASSUMED_BETA, settings.confidence
-        bound = median_bound(ln_im[exceed], ones, beta=beta, level=level, exceed=True)
-        return row | {"status": ALL_EXCEED, "theta_bound": bound}
+        bound = fits.median_bound(ln_im[exceed], ones, beta=beta, level=level, exceed=True)
+        return row | {"status": fits.ALL_EXCEED, "theta_bound": bound}
     curves = [member.curve for member in members]
     priors = curves[0].priors
     ln_theta = np.column_stack([curve.ln_theta for curve in curves])
@@ -247,8 +239,8 @@ def _system(
         # the system if all unknown outcomes exceed, and without the components in doubt
         most = failures + np.minimum(np.log(lowest) - ln_theta[0], 0.0)[:, None, None]
         ends = [_quantiles(part)[0, 0] for part in (most, failures[lowest == inf]) if len(part)]
-        if len(ends) < 2 or not ends[1] - ends[0] <= np.log(MAX_BOUNDS_RATIO):
-            return row | {"status": BOUNDS_TOO_WIDE}
+        if len(ends) < 2 or not ends[1] - ends[0] <= np.log(fits.MAX_BOUNDS_RATIO):
+            return row | {"status": fits.BOUNDS_TOO_WIDE}
     first = np.min(failures[:, 0], axis=0)
     empirical = (np.arange(_POINTS) + 0.5) / _POINTS
     distance = np.abs(special.ndtr((np.sort(first) - ln_median) / dispersion) - empirical)
@@ -277,7 +269,7 @@ def _system(
     row["weakest"] = str(weakest)
     row["theta_correlated"] = exp_end(np.min(ln_theta[0]))
     row["theta_independent"] = exp_end(_quantiles(independent)[0, 0])
-    return row | {"status": FITTED, "max_dp": np.max(distance)}
+    return row | {"status": fits.FITTED, "max_dp": np.max(distance)}
 
 
 def _by_models(

@@ -13,15 +13,8 @@ from pydantic import BaseModel
 
 from skewbridge.errors import InputError
 from skewbridge.files.text import checked, read_bytes, read_yaml
-from skewbridge.motions import p695
-from skewbridge.motions.formats import (
-    DT_LIMITS_S,
-    MAX_HEADER_LINES,
-    Stated,
-    Trace,
-    fault_in,
-    trace_of,
-)
+from skewbridge.motions import formats, p695
+from skewbridge.motions.formats import Stated, Trace, fault_in, trace_of
 from skewbridge.motions.intensity import orbit_rotd50, peak_g
 from skewbridge.motions.record import GroundMotion, Vector
 from skewbridge.units import G_MPS2
@@ -118,17 +111,14 @@ def read_trace(path: Path, stated: Stated | None = None) -> Trace:
     """Read one component; `DtMissingError` if it has no time step, `InputError` if unusable."""
     lines = _text_of(read_bytes(path, MAX_FILE_BYTES), path).splitlines()
     trace = trace_of(lines, path, stated or Stated())
-    event, station = (
-        "".join(letter if letter.isprintable() else " " for letter in text).strip()[:100]
-        for text in (trace.event, trace.station)
-    )
+    names = {name: _plain(getattr(trace, name)) for name in ("event", "station")}
     warnings, notes = [*trace.warnings, *doubts(trace)], trace.notes
     given_s = stated and stated.dt_s is None and stated.dt_s_if_missing
     if given_s and given_s != trace.dt_s:
         notes = (f"dt = {trace.dt_s:g} s of the file is used, not {given_s:g} s", *notes)
     if re.search("column|values", trace.format):  # a known format has its step in the header
-        warnings += _contradicted_step(trace.dt_s, "\n".join(lines[:MAX_HEADER_LINES]))
-    return replace(trace, warnings=tuple(warnings), notes=notes, event=event, station=station)
+        warnings += _contradicted_step(trace.dt_s, "\n".join(lines[: formats.MAX_HEADER_LINES]))
+    return replace(trace, warnings=tuple(warnings), notes=notes, **names)
 
 
 def _contradicted_step(dt_s: float, header: str) -> list[str]:
@@ -154,10 +144,15 @@ def _text_of(content: bytes, path: Path) -> str:
         return content.decode("latin-1")
 
 
+def _plain(text: str) -> str:
+    """Return a header text without control characters, cut to 100 characters."""
+    return "".join(letter if letter.isprintable() else " " for letter in text).strip()[:100]
+
+
 def doubts(trace: Trace) -> list[str]:
     """Return warnings about the values of a component; `InputError` if it is unusable."""
     npts, pga_g, dt_s = trace.accel_mps2.size, peak_g(trace.accel_mps2), trace.dt_s
-    (low_s, high_s), (smallest_g, largest_g) = DT_LIMITS_S, PGA_LIMITS_G
+    (low_s, high_s), (smallest_g, largest_g) = formats.DT_LIMITS_S, PGA_LIMITS_G
     too_strong = f"PGA = {pga_g:.4g} g with values in {trace.unit} is above {largest_g} g"
     for problem, applies in {
         "the file has no values": npts == 0,
@@ -321,12 +316,10 @@ def refuse_false_waho(motion: GroundMotion) -> None:
         return
     pga_g = orbit_rotd50(*motion.components) / G_MPS2
     if abs(pga_g / WAHO_PGA_ROTD50_G - 1.0) > WAHO_TOLERANCE:
-        raise FalseClaimError(
-            f"motion {motion.motion_id} claims to be the WAHO record, but its RotD50 PGA is "
-            f"{pga_g:.4f} g; the published one is {WAHO_PGA_ROTD50_G:.4f} g "
-            f"(tolerance {WAHO_TOLERANCE:.0%}). Give the motion another name.",
-            motion_id=motion.motion_id,
-        )
+        claim = f"motion {motion.motion_id} claims to be the WAHO record, but its RotD50 PGA is "
+        published = f"{WAHO_PGA_ROTD50_G:.4f} g (tolerance {WAHO_TOLERANCE:.0%})"
+        text = f"{claim}{pga_g:.4f} g; the published one is {published}. Give it another name."
+        raise FalseClaimError(text, motion_id=motion.motion_id)
 
 
 def files_digest(*paths: Path) -> str:

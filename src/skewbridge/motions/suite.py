@@ -17,22 +17,8 @@ from skewbridge.errors import InputError, raise_all
 from skewbridge.files.digests import digest_of, layer_digest, provenance
 from skewbridge.files.tables import read_frame, write_frame
 from skewbridge.files.text import file_fault, read_json, write_text
-from skewbridge.motions import intensity, levels, p695
-from skewbridge.motions.folder import (
-    INDEX_NAME,
-    IndexEntry,
-    files_below,
-    list_motions,
-    read_index,
-)
-from skewbridge.motions.read import (
-    earlier_record,
-    files_digest,
-    join_traces,
-    read_motion,
-    read_trace,
-    refuse_false_waho,
-)
+from skewbridge.motions import intensity, levels, p695, read
+from skewbridge.motions.folder import INDEX_NAME, IndexEntry, files_below, list_motions, read_index
 from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion, SuiteMotion
 from skewbridge.units import G_MPS2
 
@@ -47,8 +33,8 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
     """
     number, suite = entry.made_from_number, entry.made_from_suite
     if number is None:
-        trace_1, trace_2 = (read_trace(path, stated) for path, stated in entry.components)
-        motion = join_traces(trace_1, trace_2, motion_id=entry.motion_id)
+        trace_1, trace_2 = (read.read_trace(path, stated) for path, stated in entry.components)
+        motion = read.join_traces(trace_1, trace_2, motion_id=entry.motion_id)
     elif suite in p695.SUITES:
         motion = p695.read_record(suite, number)
     else:  # here: a suite of files does not need the stochastic model
@@ -64,7 +50,7 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
             motion_id=entry.motion_id,
         )
     motion = replace(motion, motion_id=entry.motion_id, **entry.metadata)
-    refuse_false_waho(motion)
+    read.refuse_false_waho(motion)
     return motion
 
 
@@ -74,7 +60,7 @@ def read_pair(first: Path, second: Path) -> GroundMotion:
     for entry in read_index(index) if index.is_file() else []:
         if [path.resolve() for path, _ in entry.components] == files:
             return read_entry(entry)
-    return read_motion(first, second)
+    return read.read_motion(first, second)
 
 
 def read_entries(entries: Iterable[IndexEntry]) -> list[GroundMotion]:
@@ -122,7 +108,7 @@ def prepare_suite(
         for message in (*motion.messages, *([] if low <= scale <= high else [note])):
             logger.warning("motion %s: %s", motion.motion_id, message)
         # one record may serve several levels of a selection, with other factors in the index
-        if earlier := earlier_record(names, motion.motion_id, motion.components, str(given)):
+        if earlier := read.earlier_record(names, motion.motion_id, motion.components, str(given)):
             text = "have the same samples: one record would count twice; remove one"
             logger.warning("motions %s and %s %s", earlier, motion.motion_id, text)
         row: dict[str, Any] = {"scale": scale, "npts": motion.npts}
@@ -229,10 +215,10 @@ def content_digest(folder: Path, count: int | None, cache: Path | None) -> str:
     read_entries(entry for entry in entries if entry.components)  # not the generated ones
     parts: list[object] = [len(stored)]
     if str(folder) in p695.SUITES:
-        parts.append(files_digest(*files_below(folder)))
+        parts.append(read.files_digest(*files_below(folder)))
     for entry in entries:
         files = [(path.relative_to(folder).as_posix(), stated) for path, stated in entry.components]
-        digest = files_digest(*(path for path, _ in entry.components))
+        digest = read.files_digest(*(path for path, _ in entry.components))
         parts.append((entry.model_dump(exclude={"components"}), files, digest))
     digest = digest_of(*parts)
     if cache is not None:

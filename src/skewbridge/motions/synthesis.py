@@ -430,13 +430,12 @@ STEPS_PER_G: Final = 1.0e7  # values of a generated motion are multiples of 1e-7
 MAX_COUNT: Final = 1000
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SuiteRule:
+class SuiteRule(NamedTuple):
     """Scenario and length of the motions of a shipped suite; ``letters`` begin their names."""
 
     scenario: Scenario
-    shaking_s: float = 20.0
-    letters: str = "syn"
+    shaking_s: float
+    letters: str
 
 
 _FAR: Final = Scenario(magnitude=7.5, distance_km=30.0, vs30_mps=400.0)
@@ -445,9 +444,9 @@ _PULSE: Final = Scenario(magnitude=7.0, distance_km=5.0, vs30_mps=400.0, pulse="
 #: Every motion of ``pulse`` has a forward-directivity pulse in a random direction, so that the
 #: suites do not differ by direction.
 SUITES: Final = {
-    "near": SuiteRule(scenario=SCENARIO),
-    "far": SuiteRule(scenario=_FAR, shaking_s=45.0, letters="far"),
-    "pulse": SuiteRule(scenario=_PULSE, shaking_s=25.0, letters="pulse"),
+    "near": SuiteRule(SCENARIO, 20.0, "syn"),
+    "far": SuiteRule(_FAR, 45.0, "far"),
+    "pulse": SuiteRule(_PULSE, 25.0, "pulse"),
 }
 
 
