@@ -147,17 +147,17 @@ class Recorder:
         widths = self._widths[key]
         # a row is the time, the values and a line feed
         layout = np.dtype([("values", np.float64, (sum(widths.values()) + 1,)), ("end", np.uint8)])
-        with file:
-            rows = np.memmap(file, layout, "r")["values"]
+        with file:  # one copy: separate arrays cost more in memory pages than in their values
+            rows = np.fromfile(file, layout)["values"].copy()
         offsets = list(accumulate(widths.values(), initial=1))
         records = {
-            tag: np.ascontiguousarray(rows[:, start:end])
+            tag: rows[:, start:end]
             for tag, (start, end) in zip(widths, pairwise(offsets), strict=True)
         }
         if self._units is not None:
             for record in records.values():
                 record *= self._units.record_factors(key, record.shape[1])
-        return np.array(rows[:, 0]), records
+        return rows[:, 0].copy(), records
 
 
 class Monitor:

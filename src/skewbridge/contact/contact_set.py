@@ -26,6 +26,7 @@ _UNIT_TYPES: Final[dict[str, type[ContactUnit]]] = {
     "elastic": ElasticUnit,
 }
 _SOFT: Final = 1e-9  # factor on friction springs that must not affect the modes
+_MARGIN: Final = 1.001  # for rounding of a predicted opening
 
 
 class ContactSet:
@@ -65,10 +66,11 @@ class ContactSet:
         self._is_updated = update
         self._unit_type = _UNIT_TYPES[scheme]
         self._is_extrapolated = coupling == "extrapolated"
-        self.units, self.changes = [], []
+        self.units = []
         self._driven: list[ContactUnit] = []
         self._dt_s = 0.0
         self._time_s = 0.0
+        self._is_free = False
         self._survey()
 
     def add(
@@ -139,14 +141,12 @@ class ContactSet:
             raise InputError(f"dt_s must be positive, got {dt_s}")
         self._dt_s = dt_s
         self._time_s += dt_s
-        changes = [index for index, unit in enumerate(self.units) if unit.read(dt_s)]
+        self._survey(dt_s)
         next_dt = dt_s if next_dt_s is None else next_dt_s
         for unit in self._driven:
             unit.apply_drive(next_dt, self._time_s)
-        ratio = next_dt / dt_s if self._is_extrapolated else None
-        self._survey(self._is_updated, ratio)
-        self.changes = changes
-        return bool(changes)
+        self._set_bounds(next_dt / dt_s if self._is_extrapolated else None)
+        return bool(self.changes)
 
     def prepare(self, next_dt_s: float) -> None:
         """Recompute the bounds for a next step of different length.
@@ -154,23 +154,34 @@ class ContactSet:
         Call it before the retry of a failed step (OpenSees has returned to the committed state,
         which is also the state tracked here) and when the step length changes.
         """
-        if self._is_updated and self._is_extrapolated and self._dt_s > 0.0:
-            for unit in self.units:
-                unit.set_bounds(next_dt_s / self._dt_s)
+        if self._is_extrapolated and self._dt_s > 0.0:
+            self._set_bounds(next_dt_s / self._dt_s)
 
     def start_from_rest(self) -> None:
         """Treat the committed state as a state at rest, because a static stage has no velocity."""
         for unit in self.units:
             unit.rest()
-        self._survey(self._is_updated, None)
+        self._survey()
+        self._set_bounds(None)
 
-    def _survey(self, sets_bounds: bool = False, ratio: float | None = None) -> None:
-        """Set bounds (`ContactUnit.set_bounds`) if asked, and find the extremes of all units."""
+    def _set_bounds(self, ratio: float | None) -> None:
+        """Set the bounds of all units (`ContactUnit.set_bounds`), unless they remain zero."""
+        is_free = ratio is not None and (
+            self.least_opening_ratio > 0.0 and _MARGIN * ratio < self._steps_to_change
+        )
+        if self._is_updated and not (is_free and self._is_free):
+            for unit in self.units:
+                unit.set_bounds(ratio)
+        self._is_free = is_free
+
+    def _survey(self, dt_s: float | None = None) -> None:
+        """Read a step of ``dt_s`` from the springs if given, and find the extremes of all units."""
         is_any_closed, largest_normal_n, friction_error = False, 0.0, 0.0
         least_ratio = least_steps = inf
-        for unit in self.units:
-            if sets_bounds:
-                unit.set_bounds(ratio)
+        self.changes = []
+        for index, unit in enumerate(self.units):
+            if dt_s is not None and unit.read(dt_s):
+                self.changes.append(index)
             opening, before, gap = unit.opening, unit.opening_before, unit.gap_m
             opening_ratio = opening / gap if gap else 0.0
             if opening_ratio < least_ratio:

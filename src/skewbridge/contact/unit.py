@@ -147,15 +147,14 @@ class ContactUnit:
         self.opening_before = self.opening
         self.opening = opening = self.gap_m + deformation[0]
         step_1, self._u1 = deformation[1] - self._u1, deformation[1]
+        step_2 = 0.0
         if self._is_3d:
             step_2, self._u2 = deformation[2] - self._u2, deformation[2]
+        if self._has_forces or opening <= 0.0:  # open pairs need no curvature
+            self._bend_1 = self._bend_2 = 0.0
             if -SAME_STEP * dt_s < dt_s - self._dt < SAME_STEP * dt_s:
                 self._bend_1, self._bend_2 = step_1 - self._step_1, step_2 - self._step_2
-            else:
-                self._bend_1 = self._bend_2 = 0.0
-            self._step_2 = step_2
-        self._step_1 = step_1
-        self._dt = dt_s
+        self._step_1, self._step_2, self._dt = step_1, step_2, dt_s
         if self._has_forces or opening < 0.0:
             return self._read_forces(dt_s)
         # Open before and after: the springs are at rest and the stick point follows the node.
