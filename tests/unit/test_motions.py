@@ -54,8 +54,6 @@ def _motion(**changes: object) -> GroundMotion:
 
 
 class Reader:
-    """Writes a file into a folder and reads it, or expects that it is refused."""
-
     def __init__(self, folder: Path):
         self.folder = folder
 

@@ -98,9 +98,8 @@ def _renamed(
     """Return the mapped columns of a table without a row per run, in our units."""
     source = read_any(path)
     need_columns(source, columns.values(), path.name)
-    table = pd.DataFrame({name: source[foreign_name] for name, foreign_name in columns.items()})
-    numbers = {name: as_column(table[name].to_numpy(), columns[name]) for name in factors}
-    scaled = {name: values * factors[name] for name, values in numbers.items()}
+    table = source[[*columns.values()]].set_axis([*columns], axis=1)
+    scaled = {n: as_column(table[n].to_numpy(), columns[n]) * f for n, f in factors.items()}
     return table.assign(**constants, **scaled)
 
 

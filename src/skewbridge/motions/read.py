@@ -13,15 +13,8 @@ from pydantic import BaseModel
 
 from skewbridge.errors import InputError
 from skewbridge.files.text import checked, read_bytes, read_yaml
-from skewbridge.motions import p695
-from skewbridge.motions.formats import (
-    DT_LIMITS_S,
-    MAX_HEADER_LINES,
-    Stated,
-    Trace,
-    fault_in,
-    trace_of,
-)
+from skewbridge.motions import formats, p695
+from skewbridge.motions.formats import DT_LIMITS_S, Stated, Trace, fault_in, trace_of
 from skewbridge.motions.intensity import orbit_rotd50, peak_g
 from skewbridge.motions.record import GroundMotion, Vector
 from skewbridge.units import G_MPS2
@@ -124,7 +117,7 @@ def read_trace(path: Path, stated: Stated | None = None) -> Trace:
     if given_s and given_s != trace.dt_s:
         notes = (f"dt = {trace.dt_s:g} s of the file is used, not {given_s:g} s", *notes)
     if re.search("column|values", trace.format):  # a known format has its step in the header
-        warnings += _contradicted_step(trace.dt_s, "\n".join(lines[:MAX_HEADER_LINES]))
+        warnings += _contradicted_step(trace.dt_s, "\n".join(lines[: formats.MAX_HEADER_LINES]))
     return replace(trace, warnings=tuple(warnings), notes=notes, **names)
 
 
