@@ -145,7 +145,6 @@ def test_the_spectrum_intensity_of_a_blow_is_its_velocity_times_the_range_of_per
 
 
 def _with(values: np.ndarray, start: int, *numbers: float) -> np.ndarray:
-    """Return values with some numbers that fill the columns of their format."""
     changed = values.copy()
     changed[start : start + len(numbers)] = numbers
     return changed
