@@ -124,7 +124,7 @@ def _fit_columns(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragil
 
     def need(name: str) -> Any:
         if name not in columns:
-            text = f"{options.method} data need a column {name!r}; found "
+            text = f"{options.method} data need a column {name!r} (--columns maps names); found "
             raise InputError(text + demand_table.names_of(columns), column=name)
         return columns[name]
 
