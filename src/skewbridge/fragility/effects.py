@@ -25,7 +25,7 @@ from skewbridge.fragility.demand_model import BridgeModels, StateCurve, fit_mode
 from skewbridge.fragility.fits import FITTED, MAX_BOUNDS_RATIO
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.motion_means import Jackknifed, average, by_motion
-from skewbridge.fragility.outcomes import demand_outcomes, states_by_demand
+from skewbridge.fragility.outcomes import outcomes_by_state
 from skewbridge.fragility.settings import DEFAULTS, EFFECT_CONFIDENCE, FitSettings
 from skewbridge.variant.axes import axes_of
 
@@ -290,7 +290,6 @@ def demand_effects(
 def _by_intensity(
     pooled: Mapping[str, Any], line: Jackknifed, trend: Floats, reference_im: float | None
 ) -> list[dict[Any, Any]]:
-    """Return the rows of `intensity_effects` for a pooled effect, one at ``reference_im``."""
     # `line`: effect on ln intensity; `trend` (2,): line of ln demand at from_value on ln intensity
     low, high = pooled.get("im_low", nan), pooled.get("im_high", nan)
     if not np.all(np.isfinite(line.estimate)) or not low < high:
@@ -337,7 +336,7 @@ def median_effects(
         models = fit_models(demands, limit_states, settings, further=axes)
     rows: list[Row] = []
     for bridge in models:
-        medians = Medians(bridge, limit_states, settings, curves)
+        medians = Medians(bridge, limit_states, settings.margin, curves)
         for axis in axes or demand_table.varying_axes(bridge.variants):
             rows += medians.rows(axis, limit_states)
     return effect_table(demands, rows)
@@ -365,23 +364,15 @@ class Medians:
     """Medians of all variants of one bridge and abutment model, and the ratios between them."""
 
     def __init__(
-        self,
-        models: BridgeModels,
-        states: States,
-        settings: FitSettings,
-        curves: pd.DataFrame | None,
+        self, models: BridgeModels, states: States, margin: float, curves: pd.DataFrame | None
     ) -> None:
-        self.models, self._settings = models, settings
-        runs, self._variants = models.runs, records_of(models.variants)
+        self.models, self._margin, runs = models, margin, models.runs
+        self._variants = records_of(models.variants)
         self._blocks = demand_table.block_names(runs)
         self._motion = demand_table.motion_codes(runs)
-        self._im = runs[settings.im].to_numpy(dtype=np.float64)
+        self._im = runs[models.im].to_numpy(dtype=np.float64)
         self._rows = [np.flatnonzero(models.variant == v) for v in range(len(models.variants))]
-        self._outcomes = {
-            state: demand_outcomes(runs, group)
-            for group in states_by_demand(states).values()
-            for state in group
-        }
+        self._outcomes = outcomes_by_state(runs, states)
         #: For each state of a variant: whether it has a curve, and the change of its ln median if
         #: unknown outcomes do not exceed instead of exceed; empty if curves are not given.
         self._has_curve: dict[Any, bool] = {}
@@ -401,7 +392,7 @@ class Medians:
         effects: list[Row] = []
         for cells, state in product(steps, states):
             keys = {**self.models.labels, "quantity": verdicts.MEDIAN_CAPACITY, "axis": axis}
-            keys |= {"demand": state.key, "margin": self._settings.margin}
+            keys |= {"demand": state.key, "margin": self._margin}
             keys |= {name: float(cells[0][name]) for name in STEP}
             ratios: list[tuple[Jackknifed, Row]] = []
             for cell in cells:
@@ -438,7 +429,6 @@ class Medians:
         ]
 
     def _average(self, scope: str, keys: Row, ratios: list[tuple[Jackknifed, Row]]) -> Row:
-        """Return the row of the average over pairs of variants."""
         rows = [row for _, row in ratios]
         row: Row = {**keys, "n_cells": len(rows), "n_motions": int(np.max(self._motion)) + 1}
         for name in ("n_bounds", "n_discordant", "n_pairs", "n_extrapolated"):
@@ -461,15 +451,20 @@ class Medians:
 
     def _ratio(self, cell: Mapping[Any, Any], state: LimitState) -> tuple[Jackknifed, Row] | None:
         """Return the ln ratio of two medians and table columns, or None if it is undefined."""
-        start, end = (self.curve(state, cell[f"number_{side}"]) for side in ("from", "to"))
+        numbers = cell["number_from"], cell["number_to"]
+        start, end = (self.curve(state, number) for number in numbers)
         if start is None or end is None:
             return None
-        ends = np.exp([start.ln_theta[0], end.ln_theta[0]]).tolist()
-        runs = [self._counts(state, cell[f"number_{side}"]) for side in ("from", "to")]
-        columns: Row = {"from_mean": ends[0], "im_low": min(ends), "im_high": max(ends)}
-        columns |= {"n_bounds": max(counts["n_bounds"] for counts in runs), "n_discordant": 0}
-        columns |= {name: min(counts[name] for counts in runs) for name in ("n_motions", "n_pairs")}
-        columns["n_extrapolated"] = sum(counts["is_extrapolated"] for counts in runs)
+        thetas = np.exp([start.ln_theta[0], end.ln_theta[0]]).tolist()
+        runs = [self._rows[number] for number in numbers]
+        ranges = [motion_means.covered_range(self._im[rows], self._motion[rows]) for rows in runs]
+        columns: Row = {"from_mean": thetas[0], "im_low": min(thetas), "im_high": max(thetas)}
+        is_bound = self._outcomes[state].is_bound
+        columns |= {"n_bounds": max(int(np.sum(is_bound[rows])) for rows in runs)}
+        columns |= {"n_discordant": 0, "n_pairs": min(rows.size for rows in runs)}
+        columns["n_motions"] = min(np.unique(self._motion[rows]).size for rows in runs)
+        inside = [low <= x <= high for x, (low, high) in zip(thetas, ranges, strict=True)]
+        columns["n_extrapolated"] = inside.count(False)
         return end.ln_ratio(start), columns | self._pair_doubts(cell, state)
 
     def _pair_doubts(self, cell: Mapping[Any, Any], state: LimitState) -> Row:
@@ -495,13 +490,3 @@ class Medians:
             return None
         curve = self.models.curve(state, self._variants[number])
         return None if isinstance(curve, str) else curve
-
-    def _counts(self, state: LimitState, number: int) -> dict[str, int]:
-        """Return counts of the runs of a variant whose state has a curve."""
-        rows, motions = self._rows[number], self._motion[self._rows[number]]
-        bounds = int(np.sum(self._outcomes[state].of(rows).is_bound))
-        counts = {"n_bounds": bounds, "n_pairs": rows.size, "n_motions": np.unique(motions).size}
-        curve = self.curve(state, number)
-        assert curve is not None
-        low, high = motion_means.covered_range(self._im[rows], motions)
-        return counts | {"is_extrapolated": not low <= np.exp(curve.ln_theta[0]) <= high}

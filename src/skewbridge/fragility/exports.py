@@ -24,7 +24,7 @@ from skewbridge.files.digests import digest_of
 from skewbridge.files.tables import as_column, read_any, records_of, require, write_csv
 from skewbridge.files.text import write_text
 from skewbridge.fragility import demand_table
-from skewbridge.fragility.demand_table import axis_names, described, need_columns, variant_columns
+from skewbridge.fragility.demand_table import axis_names, described, variant_columns
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE
@@ -75,7 +75,7 @@ def export_curves(source: Path, form: str, out: Path) -> dict[str, Any]:
     if form not in WRITERS:
         raise InputError(f"format must be one of {', '.join(WRITERS)}, got {form!r}")
     table = read_any(source)
-    need_columns(table, _NEEDED, "the table of curves")
+    demand_table.need_columns(table, _NEEDED, "the table of curves")
     for name in (*axis_names(table), *map(str, table.filter(regex=_NUMBERS))):
         values = as_column(table[name], name)
         if name in ("threshold", "theta", "beta", "beta_total"):
@@ -369,10 +369,8 @@ def paper_columns(axes: Sequence[Axis]) -> dict[str, str]:
 PAPER_COLUMNS: Final = paper_columns(AXES)
 
 
-def chosen_curves(curves: pd.DataFrame, method: str | None = None) -> pd.DataFrame:
-    """Return the curve of ``method``, or the preferred curve, per variant and limit state."""
-    if method is not None:
-        return curves[curves["method"] == method]
+def chosen_curves(curves: pd.DataFrame) -> pd.DataFrame:
+    """Return the preferred curve, or else the first, per variant and limit state."""
     preferred_first = curves.sort_values("preferred", ascending=False, kind="stable")
     return preferred_first.drop_duplicates(["variant", "component", "limit_state"]).sort_index()
 

@@ -97,9 +97,8 @@ class LogRate(NamedTuple):
 
     def minus(self, other: "LogRate") -> "LogRate":
         """Return ln of the ratio to another rate from the same motions and hazard."""
-        return self._replace(
-            logs=self.logs - other.logs, fractiles=self.fractiles - other.fractiles
-        )
+        fractiles = self.fractiles - other.fractiles
+        return self._replace(logs=self.logs - other.logs, fractiles=fractiles)
 
 
 def _hazard_ends(ln_rates: Floats, quantiles: Floats, level: float) -> Floats:
@@ -292,7 +291,6 @@ def read_hazard(path: Path) -> list[HazardCurve]:
 
 
 def _assembled(path: Path, parts: dict[float | None, _Part]) -> HazardCurve:
-    """Return the curve of one measure from its mean (or median) and its fractiles."""
     mean = parts.get(None, parts.get(0.5))
     if mean is None:
         im = next(iter(parts.values())).im
@@ -317,7 +315,6 @@ def _assembled(path: Path, parts: dict[float | None, _Part]) -> HazardCurve:
 
 
 def _parts(path: Path) -> Iterator[_Part]:
-    """Yield the checked curves of one file."""
     if path.suffix.lower() == ".json":
         curves = _usgs_json(path)
     else:
@@ -339,7 +336,6 @@ def _parts(path: Path) -> Iterator[_Part]:
 
 
 def _openquake(path: Path, first_line: str) -> Iterator[_Part]:
-    """Yield the curve of a CSV export of OpenQuake; ``first_line`` is a comment."""
     entries = dict(re.findall(r"(\w+)='?([^,'\"]+)", first_line))
     missing = [name for name in ("kind", "imt", "investigation_time") if name not in entries]
     if missing:
@@ -404,7 +400,6 @@ def _measure_and_factor(title: str) -> tuple[str, float]:
 
 
 def _usgs_json(path: Path) -> Iterator[_Part]:
-    """Yield the total curves of a response of the hazard services of the USGS."""
     content = read_json(path)
     response = content.get("response", content) if isinstance(content, dict) else content
     common: Any = {}
@@ -420,9 +415,8 @@ def _usgs_json(path: Path) -> Iterator[_Part]:
             raise InputError(f"the unit of {name} is missing: xlabel must end with it, as (g)")
         totals = [curve for curve in entry.get("data", []) if curve.get("component") == "Total"]
         if len(totals) != 1:
-            raise InputError(
-                f"{name} must have one curve of the component Total, got {len(totals)}"
-            )
+            text = f"{name} must have one curve of the component Total"
+            raise InputError(f"{text}, got {len(totals)}")
         values = totals[0].get("values", {})
         levels = values.get("xs", metadata.get("xvalues"))
         rates = values.get("ys", totals[0].get("yvalues"))

@@ -106,7 +106,6 @@ def lacking_notes(rows: Sequence[Row]) -> list[str]:
 
 
 def _lognormal(theta: float, beta: float) -> StateCurve:
-    """Return one lognormal curve, without replicates."""
     return StateCurve(np.log([theta]), np.array([nan]), np.array([beta]))
 
 
@@ -218,7 +217,7 @@ def rate_effects(
     rows: list[Row] = []
     for of_bridge in models:
         motions = of_bridge.runs["motion_id"].nunique()
-        medians = Medians(of_bridge, states, settings, curves)
+        medians = Medians(of_bridge, states, settings.margin, curves)
         rate_of = cache(partial(_rate_of_variant, medians, hazard))
         for axis in axes or demand_table.varying_axes(of_bridge.variants):
             for keys, rates in _changes(medians, axis, all_states, rate_of, systems):
@@ -304,7 +303,6 @@ def _changes(
 
 
 def _mean(rates: Sequence[LogRate]) -> LogRate:
-    """Return the mean of ln rates."""
     logs = np.mean([completed(rate.logs) for rate in rates], axis=0)
     fractiles = np.mean([rate.fractiles for rate in rates], axis=0)
     return rates[0]._replace(logs=logs, fractiles=fractiles)

@@ -14,7 +14,7 @@ from pydantic import BaseModel
 from skewbridge.errors import InputError
 from skewbridge.files.text import checked, read_bytes, read_yaml
 from skewbridge.motions import formats, p695
-from skewbridge.motions.formats import DT_LIMITS_S, Stated, Trace, fault_in, trace_of
+from skewbridge.motions.formats import Stated, Trace, fault_in, trace_of
 from skewbridge.motions.intensity import orbit_rotd50, peak_g
 from skewbridge.motions.record import GroundMotion, Vector
 from skewbridge.units import G_MPS2
@@ -152,7 +152,7 @@ def _plain(text: str) -> str:
 def doubts(trace: Trace) -> list[str]:
     """Return warnings about the values of a component; `InputError` if it is unusable."""
     npts, pga_g, dt_s = trace.accel_mps2.size, peak_g(trace.accel_mps2), trace.dt_s
-    (low_s, high_s), (smallest_g, largest_g) = DT_LIMITS_S, PGA_LIMITS_G
+    (low_s, high_s), (smallest_g, largest_g) = formats.DT_LIMITS_S, PGA_LIMITS_G
     too_strong = f"PGA = {pga_g:.4g} g with values in {trace.unit} is above {largest_g} g"
     for problem, applies in {
         "the file has no values": npts == 0,
@@ -201,19 +201,16 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
         if trace.is_vertical:
             text = f"the header states a vertical component ({trace.direction!r})"
             raise fault_in(trace.path, f"{text}, but a motion needs two horizontal ones")
+    pair, (name_1, name_2) = (first, second), (first.path.name, second.path.name)
+    problem = ""
     if abs(first.dt_s / second.dt_s - 1.0) > 1.0e-6:
-        raise PairError(
-            f"motion {motion_id}: dt is {first.dt_s} s in {first.path.name} "
-            f"and {second.dt_s} s in {second.path.name}; the steps must be equal",
-            motion_id=motion_id,
-        )
-    if abs(first.start_s - second.start_s) > 0.5 * first.dt_s:
-        raise PairError(
-            f"motion {motion_id}: times begin at {first.start_s:g} s in {first.path.name} and "
-            f"{second.start_s:g} s in {second.path.name}: cut both to the same first time",
-            motion_id=motion_id,
-        )
-    pair = (first, second)
+        problem = f"dt is {first.dt_s} s in {name_1} and {second.dt_s} s in {name_2}"
+        problem += "; the steps must be equal"
+    elif abs(first.start_s - second.start_s) > 0.5 * first.dt_s:
+        problem = f"times begin at {first.start_s:g} s in {name_1} and {second.start_s:g} s in "
+        problem += f"{name_2}: cut both to the same first time"
+    if problem:
+        raise PairError(f"motion {motion_id}: {problem}", motion_id=motion_id)
     sizes = [trace.accel_mps2.size for trace in pair]
     messages = [f"{trace.path.name}: {text}" for trace in pair for text in trace.messages]
     npts = max(sizes)
@@ -319,12 +316,10 @@ def refuse_false_waho(motion: GroundMotion) -> None:
         return
     pga_g = orbit_rotd50(*motion.components) / G_MPS2
     if abs(pga_g / WAHO_PGA_ROTD50_G - 1.0) > WAHO_TOLERANCE:
-        raise FalseClaimError(
-            f"motion {motion.motion_id} claims to be the WAHO record, but its RotD50 PGA is "
-            f"{pga_g:.4f} g; the published one is {WAHO_PGA_ROTD50_G:.4f} g "
-            f"(tolerance {WAHO_TOLERANCE:.0%}). Give the motion another name.",
-            motion_id=motion.motion_id,
-        )
+        claim = f"motion {motion.motion_id} claims to be the WAHO record, but its RotD50 PGA is "
+        published = f"{WAHO_PGA_ROTD50_G:.4f} g (tolerance {WAHO_TOLERANCE:.0%})"
+        text = f"{claim}{pga_g:.4f} g; the published one is {published}. Give it another name."
+        raise FalseClaimError(text, motion_id=motion.motion_id)
 
 
 def files_digest(*paths: Path) -> str:

@@ -301,7 +301,6 @@ def _states_file(study: Path) -> Path:
 
 
 def _measure(study: Path) -> str | None:
-    """Return the intensity measure of the curves of a study, or None without curves."""
     curves = StudyFolder(study).fragility("curves")
     measures = read_frame(curves, ["im"])["im"] if curves.is_file() else ()
     return next(iter(measures), None)
@@ -318,7 +317,6 @@ def _other_motions(first: Path, second: Path) -> tuple[str, ...]:
 
 
 def _nothing_shared(first: pd.DataFrame, second: pd.DataFrame, axes: Sequence[str]) -> str:
-    """Return the message for studies without pairs, with the shared variants and motions."""
     key_columns = {
         "variants": [*demand_table.BRIDGE_COLUMNS, *axes],
         "motions": ["motion_id"],
