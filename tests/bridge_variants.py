@@ -23,7 +23,6 @@ def variant(
     gap_mm: int = 51,
     friction_pct: int = 50,
 ) -> Variant:
-    """Return a variant, by default with a gap of 51 mm and friction 0.5."""
     place = {"skew_deg": skew_deg, "gap_mm": gap_mm, "friction_pct": friction_pct}
     return Variant(bridge=bridge, abutment=abutment, **place)
 

@@ -22,7 +22,6 @@ def at2_text(values_g: np.ndarray, dt_s: float = 0.01, azimuth: int = 90) -> str
 
 
 def shaken_g(seed: int, npts: int = 400) -> np.ndarray:
-    """Return a short record in g that ends at rest."""
     rng = np.random.default_rng(seed)
     accel = np.diff(np.cumsum(rng.standard_normal(npts)) * np.hanning(npts) ** 2, prepend=0.0)
     return 0.3 * accel / np.abs(accel).max()

@@ -203,7 +203,6 @@ BYTES = (
 
 
 def of_bytes(content, chance):
-    """Return a file with one to four of its places changed."""
     for _ in range(chance.randint(1, 4)):
         start = chance.randrange(len(content) + 1)
         end = start + chance.choice((0, 1, 1, 2, 8, 60, 500))

@@ -61,7 +61,6 @@ def killed_after_one_analysis(tree, *arguments):
 
 
 def planned_jobs(tree: Path, over: str = "", *targets: str) -> set[str]:
-    """Names of the rules that a dry run would execute."""
     plan = run(tree, "-n", "--", *targets, over=over)
     return set(re.findall(r"^ *(?:local)?rule (\w+):$", plan.stdout + plan.stderr, re.MULTILINE))
 

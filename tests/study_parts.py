@@ -19,7 +19,6 @@ from skewbridge.variant.options import ModelOptions
 
 
 def wave(motion_id="wave", *, duration_s=1.0, number=1, scale=1.0, peak_mps2=1.0) -> SuiteMotion:
-    """Return a short weak motion; the second component grows with its number."""
     t_s = np.arange(0.0, duration_s, 0.01)
     motion = GroundMotion(
         motion_id=motion_id, dt_s=0.01, accel_1_mps2=peak_mps2 * np.cos(12 * t_s),

@@ -110,7 +110,6 @@ def test_damaged_table_is_never_read_as_another(tmp_path, *, marked):
 
 
 def run(*arguments):
-    """Return the message of a refused command; no error but the exit may reach the runner."""
     result = invoke(*arguments)
     assert isinstance(result.exception, SystemExit), result.exception
     assert result.exit_code == 2
@@ -182,7 +181,6 @@ def test_all_bad_inputs_of_a_study_are_reported_at_once_also_motions_that_cannot
 
 
 def run_case(tmp_path, command, case, *, rows=PATH, code=0):
-    """Write the files of a case and run its command, which ends with a code; return the answer."""
     columns = ["t_s", "ux_m", "uy_m", "uz_m"]
     pd.DataFrame(rows, columns=columns).to_csv(tmp_path / "path.csv", index=False)
     file = tmp_path / "case.yaml"

@@ -50,8 +50,6 @@ def with_hole(curves):
 
 @pytest.fixture
 def export(tmp_path):
-    """Return a function that exports curves into `out` and returns file and report."""
-
     def write(curves, file_format, name, *options, refused=""):
         curves.to_parquet(tmp_path / "curves.parquet")
         out = tmp_path / name

@@ -176,8 +176,6 @@ of_integrators = pytest.mark.parametrize("integrator", RULES)
 
 
 class Failing:
-    """Replaces steps and tests of OpenSees so that chosen solutions of a step fail."""
-
     def __init__(self, monkeypatch, fails):
         self.fails, self.last, self.number = fails, 0, 0
         self.analyze, self.test = ops.analyze, ops.test
@@ -303,7 +301,6 @@ def response(monkeypatch, failing):
 
 
 def test_a_retry_does_not_change_the_response(monkeypatch):
-    """Both converge to the tolerance by different iterations."""
     smooth = response(monkeypatch, frozenset())
     rough = response(monkeypatch, FAILING)
     assert rough.effort.failures - smooth.effort.failures == len(FAILING)

@@ -240,7 +240,6 @@ assert row["status"] == "ok", row
 
 
 def test_an_analysis_loads_only_modules_that_are_in_its_key() -> None:
-    """Imports inside functions count; the digests themselves are made by the caller."""
     loaded = loaded_by(ANALYSIS)
     assert loaded.isdisjoint(set(HEAVY) - {"scipy"})  # its root finder, for moment-curvature
     names = (name.removeprefix("skewbridge.") for name in loaded if name.startswith("skewbridge."))

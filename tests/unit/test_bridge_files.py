@@ -201,7 +201,6 @@ def leaves(node: object, above: str = ""):
 
 
 def drawn(written, changes: dict[str, object]) -> Path:
-    """Write the template of a bridge file with changed values; None removes one."""
     tree = yaml.safe_load(TEMPLATE.read_text(encoding="utf-8"))
     for key, value in changes.items():
         *above, last = (int(part) if part.isdigit() else part for part in key.split("."))

@@ -59,7 +59,6 @@ def test_the_points_of_a_joint_move_rigidly_with_the_deck_end(arrays: str) -> No
 @pytest.mark.parametrize("skew_deg", [0, 30, 60, 45, -45])
 @pytest.mark.parametrize("key_frame", ["skewed", "deck_edge"])
 def test_walls_and_keys_follow_the_skew_and_face_the_deck(skew_deg, key_frame):
-    """Walls turn with the skew; keys shift by W/2 tan(skew) along the edges of the deck."""
     bridge, turn = load_bridge("osb1"), radians(skew_deg)
     half_m, thickness_m = bridge.deck.width_m / 2, bridge.deck.diaphragm_thickness_m
     with domain():

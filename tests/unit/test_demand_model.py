@@ -214,7 +214,6 @@ def test_no_two_tables_give_different_numbers_for_one_quantity():
 
 @pytest.mark.parametrize("case", CASES)
 def test_a_simulated_study_of_known_effects_has_intervals(case):
-    """The coverage of many studies is in benchmarks/median_coverage.json."""
     found = covered(np.random.default_rng(2), case)
     widths = [value for name, value in found.items() if name.endswith("width")]
     assert (len(widths), max(widths) < 0.12) == (4, True)

@@ -181,7 +181,6 @@ def test_a_bent_line_has_a_warning(bend, names):
 
 
 def test_weights_leave_out_one_motion_or_group_at_a_time():
-    """The error from 100 groups of 400 motions is near that from leaving out each motion."""
     weights = motion_weights(np.array([4, 4, 7, 9]))
     assert weights.tolist() == [[1, 1, 1, 1], [0, 0, 1, 1], [1, 1, 0, 1], [1, 1, 1, 0]]
     rng = np.random.default_rng(8)

@@ -64,8 +64,6 @@ def at(task: Task, **changes: object) -> Task:
 
 
 def test_choices_that_do_not_act_on_a_variant_are_left_out(task: Task) -> None:
-    """In addition to those of the models below, which are compared with their commands."""
-
     def tried(task: Task) -> set[str]:
         return {labels["name"] for labels, *_ in modelling_choices.choice_pairs([task])}
 
@@ -83,7 +81,6 @@ def test_choices_that_do_not_act_on_a_variant_are_left_out(task: Task) -> None:
 
 
 def built(task: Task) -> tuple[str, ...]:
-    """The model of a task as commands, and the settings that its commands do not show."""
     settings, options = task.settings, task.settings.model_options(task.options)
     commands = re.sub(r"-0\.0\b", "0.0", model_script(task.variant, options))
     return commands, str(settings), options.shear_model
@@ -93,7 +90,6 @@ def built(task: Task) -> tuple[str, ...]:
     "choice", modelling_choices.CHOICES, ids=lambda choice: f"{choice.key} {choice.values[0]}"
 )
 def test_a_choice_changes_the_models_on_which_it_acts_and_no_other(choice, task) -> None:
-    """Conditions of the options against the commands of the built models."""
     assert choice.source
     part = "settings" if choice.section == "analysis" else "options"
     for value in choice.values:
@@ -398,7 +394,6 @@ def test_all_variants_of_a_bridge_have_the_drawn_model(tmp_path) -> None:
 
 
 def demands(motions: int, noise: float = 0.0) -> pd.DataFrame:
-    """Demands whose effect of skew is -12 %, and 6 % less or more by the key frame."""
     rng, rows = np.random.default_rng(48), []
     draws = ALTERNATING.draws([f"m{number}" for number in range(motions)])
     scatter = noise * rng.normal(size=motions)

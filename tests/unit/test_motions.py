@@ -54,8 +54,6 @@ def _motion(**changes: object) -> GroundMotion:
 
 
 class Reader:
-    """Writes a file into a folder and reads it, or expects that it is refused."""
-
     def __init__(self, folder: Path):
         self.folder = folder
 
@@ -147,7 +145,6 @@ def test_the_spectrum_intensity_of_a_blow_is_its_velocity_times_the_range_of_per
 
 
 def _with(values: np.ndarray, start: int, *numbers: float) -> np.ndarray:
-    """Return values with some numbers that fill the columns of their format."""
     changed = values.copy()
     changed[start : start + len(numbers)] = numbers
     return changed

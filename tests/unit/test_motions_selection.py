@@ -239,7 +239,6 @@ def test_components_of_one_file_name_are_both_copied(tmp_path):
 
 
 def test_selected_folder_is_read_with_its_factors(site, tmp_path):
-    """Both levels are in one folder; a second selection has no pair of the first."""
     study, psa_g = site
     study(0.9, 1.2)
     code, found = _select(tmp_path, 4, "one")

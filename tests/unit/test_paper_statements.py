@@ -81,8 +81,6 @@ def test_statement_without_verdict_is_left_open_with_the_reason():
 
 
 def verify(monkeypatch, folder, *, truth):
-    """Run `verify` on a study with a check, a disagreement and no verdict; return code and rows."""
-
     def run_study(name, *_):
         study = Study(name)
         study.holds("the model works", truth=truth, source="closed form")

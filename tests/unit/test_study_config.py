@@ -144,7 +144,6 @@ def test_limit_states_fit_their_schema_and_load(name: str) -> None:
 
 
 def with_decimals(low: int, high: int, decimals: int = 3) -> st.SearchStrategy[float]:
-    """Whole numbers, and numbers with up to so many decimals, between two limits."""
     factor = 10**decimals
     fine = st.integers(low * factor, high * factor).map(lambda count: count / factor)
     return st.integers(low, high) | fine
@@ -251,7 +250,6 @@ def test_a_compared_gap_without_effect_is_named(written):
 
 
 def test_variants_have_the_gap_that_their_bridge_states(written):
-    """A gap that the bridge file replaces, or nothing uses, is not in names and tables."""
     own = written("extends: osb1\nsource: plan\nabutment: {gap_mm: 38.1}\n")
     ends = "{left: {type: seat, gap_mm: 30}, right: {type: seat}}"
     one_end = written(f"extends: osb1\nsource: plan\nabutments: {ends}\n")

@@ -81,7 +81,6 @@ def test_every_setting_that_matters_and_the_solver_are_in_the_key(monkeypatch) -
 
 
 def test_numbers_of_its_parent_and_no_texts_change_the_digest_of_a_bridge(tmp_path: Path) -> None:
-    """An edit counts in the same session."""
     parent = (catalogue.FOLDER / "osb1.yaml").read_text()
     digests = []
     for period_s, title in (("0.741", "Mine"), ("0.741", "Ours"), ("0.742", "Mine")):
@@ -174,7 +173,6 @@ def test_the_longest_analyses_begin_first_and_none_is_repeated(tmp_path, ran, mo
 
 
 def test_the_joined_table_is_that_of_all_rows_at_once(tmp_path, ran, monkeypatch):
-    """However few rows are held at a time, the file has all of them in the order of the key."""
     monkeypatch.setattr(tables, "_GROUP_ROWS", 4)
     setup = setup_in(tmp_path)
     join_variants([analyse(setup, slug) for slug in SLUGS], setup.folder.demands)
@@ -220,7 +218,6 @@ def setup(tmp_path: Path) -> StudySetup:
 
 
 def test_sensitivity_repeats_nothing_that_a_journal_has(setup: StudySetup, ran, monkeypatch):
-    """The row of the study comes from the journal of its variant, the changes from the own one."""
     repeats.write_sensitivity(setup, [SLUG], setup.folder.sensitivity)
     assert pd.read_parquet(setup.folder.sensitivity).empty  # a small study repeats no row
     monkeypatch.setattr(analyses, "CHECK_SHARE", 4.0)  # as in a study of more motions
@@ -436,7 +433,6 @@ def first_task(scale: float = 2.0) -> Task:
 
 @pytest.fixture
 def engine(monkeypatch, tmp_path) -> SimpleNamespace:
-    """Stands for the analysis: drift in proportion to the factor."""
     state = SimpleNamespace(factors=[])
 
     def analysed_row(task: Task, key: str, _log_folder: Path) -> dict:

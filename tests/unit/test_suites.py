@@ -219,7 +219,6 @@ def test_every_generated_motion_has_the_digest_of_the_index():
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """The end of the stored motions and the beginning of those that are made."""
     folder = tmp_path / "motions"
     index = pd.read_csv(MOTIONS / "index.csv", dtype=str, keep_default_na=False)[39:42]
     for name in index[["file_1", "file_2"]].iloc[0]:
@@ -243,7 +242,6 @@ def made(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
 
 def keys_of(folder: Path, count: int, results: Path) -> list[list[str]]:
-    """Run keys by variant, as the rules prepare, plan and know them."""
     grid, motions = {"bridge": ["osb1"], "skew_deg": [30]}, {"folder": str(folder), "count": count}
     study = config.parse_config({"results": str(results), "grid": grid, "motions": motions})
     inputs.prepare_motions(study)
@@ -261,7 +259,6 @@ def test_more_motions_preserve_keys_and_generate_only_new_ones(folder, tmp_path,
 
 
 def test_factors_of_full_blocks_and_the_digest_of_a_suite_make_no_motion(folder, tmp_path, made):
-    """Whole blocks are measured, and no more: another number of motions changes no factor."""
     levels = {"t1_s": T1_S, "bands_g": ((0.2, 1.0),)}
     few, many = (prepare_suite(MOTIONS, count=count, **levels) for count in (1, 9))
     assert few["scale"][0] == many["scale"][0]

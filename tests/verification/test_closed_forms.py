@@ -192,7 +192,6 @@ def elastic_peaks(name):
 
 
 def assert_peaks(history, exact, displacement, rotation):
-    """Compare the peaks ux, uy, theta with relative tolerances."""
     *moves_m, theta_rad, _ = history.peaks().values()
     assert moves_m == pytest.approx(exact[:2], rel=displacement)
     assert theta_rad == pytest.approx(exact[2], rel=rotation)

@@ -19,7 +19,6 @@ def plans(tree):
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
-    """A finished study whose first run was killed in its first round."""
     tree = copy_sources(tmp_path_factory.mktemp("rounds") / "tree")
     (tree / "over.yaml").write_text(OVER)
     configuration = ("--configfile", "config/smoke.yaml", "over.yaml")

@@ -18,7 +18,6 @@ SLUGS = ("osb1_cf_skew30_gap025_mu000", "osb1_cf_skew30_gap025_mu050")
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
-    """A finished smoke study whose first run was killed after its first analysis."""
     tree = small.copy_sources(tmp_path_factory.mktemp("study") / "tree")
     smoke = tree / "config/smoke.yaml"
     text = smoke.read_text().replace("duration_s: 10.0", "duration_s: 4.0")
@@ -141,7 +140,6 @@ EDITS = {
 
 @pytest.mark.parametrize(("edits", "jobs"), EDITS.values(), ids=EDITS)
 def test_an_edit_reruns_the_rules_that_depend_on_it(copy, edits, jobs):
-    """Texts in files are replaced, or added at their end, and restored afterwards."""
     before = {copy / name: (copy / name).read_text() for name in edits}
     try:
         for (path, text), (old, new) in zip(before.items(), edits.values(), strict=True):

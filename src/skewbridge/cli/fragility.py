@@ -167,7 +167,8 @@ def predict(
         printed["extrapolated"] = ", ".join(value for flag, value in flags if row[flag])
     title = f"theta in {rows[0]['im']} with its {100 * rows[0]['level']:g} % interval"
     printed_tables = {title + (f"; p at {at:g}" if at else ""): statistics}
-    notes = ["loo_error: error of theta when a variant is left out of the model"]
+    text = "loo_error: error of theta when a variant is left out of the model"
+    notes = [] if hazard is not None else [text]  # else it is not printed
     if any(row[flag] for row in rows for flag, _ in flags):
         notes.append("extrapolated: fewer than three motions are as strong, or weak, as this value")
     notes += lacking_notes(rows)
@@ -222,14 +223,14 @@ def decide(
     title = f"{', '.join(labels)}: rate below {target:.3g} per year"
     if extrapolated := table["extrapolated"].sum():
         title += f" ({extrapolated} of {len(table)} seats extrapolated)"
-    write_csv(table, writable_folder(out) / "decision.csv")
+    write_csv(table, csv := writable_folder(out) / "decision.csv")
     draw = partial(decision_figure, needs, title)
     files = save_figure(draw, FigureSettings(units=units), out, "decision")
     is_end_gap = table["gap_mm"].isin([table["gap_mm"].min(), table["gap_mm"].max()])
     is_third_skew = table["skew_deg"].isin(table["skew_deg"].unique()[::3])
     columns = [name for name in _DECISION_COLUMNS if name in table]
     printed = {title: records_of(table.loc[is_end_gap & is_third_skew, columns])}
-    notes = [f"target: {target:.3g} per year; written: {', '.join(map(str, files))}"]
+    notes = [f"target: {target:.3g} per year; written: {', '.join(map(str, [csv, *files]))}"]
     notes += gap_notes(file)
     if (last_rate := site_curve.rates[0, -1]) > 0.1 * target:
         notes.append(f"the hazard curve ends at {last_rate:.3g} per year: lengths may be too short")

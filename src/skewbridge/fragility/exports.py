@@ -88,7 +88,7 @@ def export_curves(source: Path, form: str, out: Path) -> dict[str, Any]:
     counted = {
         "curves have no beta_total (no slope of the demand to convert the capacity dispersion): "
         "beta is exported instead": int(curves.loc[has_estimate, "beta_total"].isna().sum()),
-        "limit states have no estimate (listed by --json)": len(unfitted),
+        "states of variants have no estimate (listed by --json)": len(unfitted),
         "medians are extrapolated: fewer than three motions are as strong, or as weak, as the "
         "median": int(curves.get(EXTRAPOLATED, _ABSENT).eq(other=True).sum()),
     }
@@ -406,10 +406,9 @@ def paper_table(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame
         middle = model.axis_range.middle
         for axis in middle:
             levels = model.axis_range.levels[axis]
-            farthest = max(levels, key=lambda value: (abs(value), value))
-            ends = demand_table.reference_value(levels), farthest
-            start, end = (middle | {axis: value} for value in ends)
-            out |= _ratio(axis, model.median(end, start, EFFECT_CONFIDENCE))
+            far = max(levels, key=lambda value: (abs(value), value))
+            start, end = demand_table.reference_value(levels), middle | {axis: far}
+            out |= _ratio(axis, model.median(end, middle | {axis: start}, EFFECT_CONFIDENCE))
         out["n_runs"] = runs[tuple(row[name] for name in _STATE)]
         rows.append(out | {"row": JOINT, "method": JOINT})
     table = pd.DataFrame(rows, columns=list(paper_columns(_axes(curves))))

@@ -93,9 +93,8 @@ def _renamed(
     """Return the mapped columns of a table without a row per run, in our units."""
     source = read_any(path)
     demand_table.need_columns(source, columns.values(), path.name)
-    table = pd.DataFrame({name: source[foreign_name] for name, foreign_name in columns.items()})
-    numbers = {name: as_column(table[name].to_numpy(), columns[name]) for name in factors}
-    scaled = {name: values * factors[name] for name, values in numbers.items()}
+    table = source[[*columns.values()]].set_axis([*columns], axis=1)
+    scaled = {n: as_column(table[n].to_numpy(), columns[n]) * f for n, f in factors.items()}
     return table.assign(**constants, **scaled)
 
 
@@ -119,7 +118,7 @@ def _fit_columns(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragil
 
     def need(name: str) -> Any:
         if name not in columns:
-            text = f"{options.method} data need a column {name!r}; found "
+            text = f"{options.method} data need a column {name!r} (--columns maps names); found "
             raise InputError(text + demand_table.names_of(columns), column=name)
         return columns[name]
 
