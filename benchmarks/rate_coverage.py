@@ -18,7 +18,6 @@ from scipy import special
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.hazard import HazardCurve
-from skewbridge.fragility.joint import joint_table
 from skewbridge.fragility.rates import rate_effects, rate_table
 
 LEVELS = np.geomspace(0.05, 2.0, 12)
@@ -54,8 +53,7 @@ def covered(rng, case):
     models = fit_models(rows, [STATE], SETTINGS)
     curves = fit_study(rows, [STATE], SETTINGS, models=models)
     truth = {key: true_rate(*key, **CASES[case]) for key in product(*SHIFTS.values())}
-    joint = joint_table(rows, [STATE], SETTINGS, models=models)
-    table = rate_table(curves, joint, pd.DataFrame(), HAZARD)
+    table = rate_table(curves, models, [STATE], pd.DataFrame(), HAZARD)
     true = np.array([truth[key] for key in zip(*(table[name] for name in SHIFTS), strict=True)])
     inside["rates"] = (
         table["annual_rate_low"].le(true).mul(table["annual_rate_high"] >= true).mean()

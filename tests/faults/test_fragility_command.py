@@ -325,6 +325,11 @@ def test_a_foreign_table_is_fitted_by_its_file_of_columns(fit, tmp_path):
     ours = fit(table, "cloud", *RUNS, 0.02)
     found = fit(theirs.to_csv(), "cloud", *RUNS, 0.02, "--columns", columns)
     assert found["theta"] == pytest.approx(ours["theta"])
+    counts = pd.DataFrame({"sa": [200.0, 400.0, 800.0], "fell": [1, 6, 11], "runs": 12})
+    columns.write_text("columns: {im: sa, k: fell}\nfactors: {im: 0.001}\nconstants: {n: 12}\n")
+    mapped = fit(counts.to_csv(), "stripes", "--columns", columns)
+    plain = fit({"im": [0.2, 0.4, 0.8], "n": [12] * 3, "k": [1, 6, 11]}, "stripes")
+    assert (mapped["theta"], mapped["n_runs"]) == (pytest.approx(plain["theta"], rel=1e-9), 36)
     columns.write_text("column: {}\n", encoding="utf-8")
     fit(theirs.to_csv(), "cloud", *RUNS, 0.02, "--columns", columns, refused="columns.yaml")
     for text, words in (

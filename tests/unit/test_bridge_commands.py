@@ -21,7 +21,7 @@ import cli_json
 from bridge_variants import variant
 from cli_json import invoke
 from motions_files import at2_text
-from skewbridge.analysis import bridge_check, modal
+from skewbridge.analysis import bridge_check, modal, pushover
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import bent_capacities, bent_capacity
@@ -83,6 +83,16 @@ def test_a_push_writes_its_curve(tmp_path: Path, command: str) -> None:
     assert found["initial_stiffness_kn_per_m"] == pytest.approx(first_kn / first_m)
 
 
+def test_a_push_that_stops_early_names_the_deck_that_moved_farthest(written, monkeypatch, tmp_path):
+    def stopped(*case, push=pushover.push_bridge, **given):
+        return replace(push(*case, steps=4, **given), is_complete=False)
+
+    monkeypatch.setattr(pushover, "push_bridge", stopped)
+    own = written(f"extends: osb1\nsource: own\n{NARROW}")  # the left deck has no column
+    result = bridge("pushover", own, "--max-disp-m", "0.02", "--out", tmp_path)
+    assert "; the deck from left end to joint 1 had moved farthest, 0.0" in one_line(result)
+
+
 def test_models_and_columns_are_drawn_and_written(tmp_path) -> None:
     found = answer("model", "osb2s", "--skew-deg", "-30", "--out", str(tmp_path))
     assert found["variant"] == "osb2s_cf_skewm30_gap051_mu050"
@@ -101,8 +111,9 @@ def test_figures_are_drawn_in_us_units() -> None:
     with shown_in("us"):
         bending, _ = column_figure(bent.curve, bent.shear, bent.axial_n, title="").axes
     assert bending.get_ylabel() == "moment (kip ft)"
-    moment_nm = bending.lines[1].get_ydata()[-1] * 1355.818
-    assert moment_nm == pytest.approx(bent.curve.plastic_moment_nm)
+    assert bending.lines[1].get_ydata()[-1] * 1355.818 == pytest.approx(
+        bent.curve.plastic_moment_nm
+    )
 
 
 def test_the_whole_ladder_is_pushed_and_drawn(tmp_path: Path) -> None:
@@ -162,8 +173,8 @@ def test_a_bridge_gets_the_capacities_of_its_bents(written) -> None:
         assert own["ok"].tolist() == is_ok
     # in double curvature the point of contraflexure moves half as far as the deck (SDC 1.7 4.2)
     (bent,) = answer("sdc", "osb1_fixed_era1")["bents"]
-    moment_knm = bent["axial_kn"] * bent["capacity_m"] / 2
-    assert bent["p_delta_ratio"] == pytest.approx(moment_knm / bent["plastic_moment_knm"])
+    moment_knm = bent["p_delta_ratio"] * bent["plastic_moment_knm"]
+    assert moment_knm == pytest.approx(bent["axial_kn"] * bent["capacity_m"] / 2)
     assert not bent["ok"]  # brittle in shear
     shown = one_line(bridge("sdc", "osb1_fixed_era1"))
     assert "warning: bent 1: forecast: the plastic shear" in shown

@@ -89,9 +89,12 @@ def test_a_table_in_us_units_has_their_names_and_numbers_and_json_stays_in_si():
     check = {"check": "hinge 0.762 m (m)", "demand": 0.254, "capacity": 0.508, "ratio": 0.5}
     expected = {"check": "hinge 2.500 ft (in)", "demand": 10.0, "capacity": 20.0, "ratio": 0.5}
     assert in_units(check, "us") == pytest.approx(expected)
-    answer = Answer({"peak_kn": 100.0})
+    note = "a seat of {} m at a gap of {} mm, {} kN at 5 m/s"
+    answer = Answer({"peak_kn": 100.0}, notes=[note.format(0.762, 51, 4448)])
     assert json.loads(run(answer, "--json", "--units=us").stdout) == {"peak_kn": 100.0}
-    assert "peak_kip" in run(answer, "--units", "us").stdout
+    printed = run(answer, "--units", "us")
+    assert "peak_kip" in printed.stdout
+    assert "a seat of 30 in at a gap of 2.008 in, 1000 kip at 5 m/s\n" in printed.stderr
 
 
 def test_statistics_are_printed_with_significant_digits():

@@ -20,7 +20,7 @@ from skewbridge.fragility.study_tables import fragility_tables
 from skewbridge.motions.record import GroundMotion, SuiteMotion
 from skewbridge.report import fragility_figures as figures
 from skewbridge.report import study_figures as files
-from skewbridge.report.appearance import shown_in
+from skewbridge.report.appearance import reach_text, shown_in
 from skewbridge.report.fragility_figures import demand_clouds, pooled_curves
 from skewbridge.report.run_figures import hysteresis_figure, record_page
 from skewbridge.study.config import FigureSettings
@@ -175,9 +175,11 @@ def test_captions_and_findings_have_the_numbers_of_the_tables(study):
 
 def test_figures_in_us_units_have_inches(study):
     with shown_in("us"):
-        captions = captions_of(study)
+        captions, reach = captions_of(study), "Unseating (m): largest 0.047, state at 0.11"
+        reach = reach_text({"demand": "unseating_m", "threshold": 0.114, "reach": reach})
         figure = demand_clouds(study.demands, study.curves, study.effects, "bearing_disp_m")
         speed = record_page("", 0.01, {"h1": np.full(101, 0.0254)}).axes[1]
+    assert reach == "Unseating: largest 1.85 in, state at 4.49 in"
     assert "(3.94 in)" in captions["osb1_cf_cloud_bearing_disp_m"].finding
     assert "(in) (in/s)" in f"{figure.axes[0].get_ylabel()[-4:]} {speed.get_ylabel()[-6:]}"
     assert speed.lines[0].get_ydata()[-1] == pytest.approx(1.0)

@@ -349,6 +349,12 @@ def test_bare_values_need_a_time_step_and_are_not_read_as_a_table(read, per_line
     trace = read("a.acc", text, dt_s=0.005)
     np.testing.assert_allclose(trace.accel_mps2, SI, rtol=1e-7)
     assert any("no unit" in text for text in trace.notes)
+    for header in ("Sampling rate: 200", "dt = .005", "interval (s) 0.005"):
+        found = [read("a.acc", f"{header} .\n{text}", dt_s=dt_s) for dt_s in (0.005, 0.01)]
+        doubt = f"dt = 0.01 s is used, but the header states {header}"
+        assert [trace.warnings for trace in found] == [(), (doubt,)]
+    trace = read("a.AT2", _at2(PLAIN, FIVE), dt_s_if_missing=0.02)
+    assert trace.notes[0] == "dt = 0.01 s of the file is used, not 0.02 s"
     rising = np.arange(60) ** 1.5 * 1e-4  # a slow start: the first number of each line rises
     trace = read("a.acc", rows_of(rising, per_line, "{:15.7e}"), dt_s=0.01)
     np.testing.assert_allclose(trace.accel_mps2, rising * G_MPS2, rtol=1e-6)

@@ -153,10 +153,10 @@ def test_an_installed_package_starts_a_study_and_shows_the_stored_one(tmp_path):
     assert "collect_demands" in planned.stdout
     plan = called(study, "skewbridge", "plan", "--config", "config/smoke.yaml", "--json")
     assert '"analyses": 6' in plan.stdout
-    shown = called(tmp_path, "skewbridge", "demo", "--out", "shown", "--json")
+    shown = called(tmp_path, "skewbridge", "demo", "--out", "shown", "--json", "--units=us")
     page = Path(json.loads(shown.stdout)["report"])
     assert page == tmp_path / "shown/report.html"
-    assert "friction" in page.read_text(encoding="utf-8")
+    assert "state at 4.49 in<" in page.read_text(encoding="utf-8")
 
 
 def test_existing_files_are_not_overwritten(tmp_path):

@@ -7,11 +7,13 @@ each retry from the tangents of the failed step, in which pads and contacts may 
 does not recover.
 """
 
+from bisect import bisect
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from math import cos, radians, sin
 from os import devnull
+from statistics import fmean
 from typing import Any, Final
 
 import numpy as np
@@ -75,6 +77,8 @@ class PushCurve:
     is_complete: bool  # the target was reached
     #: largest difference of the base shear from the applied force / largest base shear
     imbalance: float = 0.0
+    #: mean displacement along the push of each deck between joints, in the last state
+    decks_m: dict[str, float] = field(default_factory=dict[str, float])
 
     @property
     def peak_n(self) -> float:
@@ -139,7 +143,8 @@ def _push_mass_centre(
         control = int(abs(direction[0]) < abs(direction[1]))  # the larger component
         integrator = ("DisplacementControl", model.frame.centre_node, control + 1)
         push_m = max_disp_m, max_disp_m * direction[control]
-        return _march(model.contacts, push_m, steps, read, integrator)
+        curve = _march(model.contacts, push_m, steps, read, integrator)
+        return replace(curve, decks_m=_decks_m(model, direction))
 
 
 class _Lever:
@@ -317,13 +322,29 @@ def _push_by_lever(
                 remaining_m *= driven_m / advance_m if advance_m > 0.0 else 1.0
                 driven_m = 0.0
             sizes.adapt(part_m, changed)
+        decks_m = _decks_m(model, direction)
     disp_m, base_n, applied_n = np.array(rows).T
     return PushCurve(
         disp_m=disp_m,
         force_n=base_n,
         is_complete=remaining_m <= _REACHED * max_disp_m,
         imbalance=float(np.abs(applied_n - base_n).max() / np.abs(base_n).max()),
+        decks_m=decks_m,
     )
+
+
+def _decks_m(model: BridgeModel, direction: PlanVector) -> dict[str, float]:
+    """Return the mean displacement (m) of the masses of each deck along a direction."""
+    joints_m = [
+        fmean(ops.nodeCoord(point.node, 1) for pad in joint.pads for point in pad)
+        for joint in model.joints
+    ]
+    supports = ["left end", *(joint.name for joint in model.joints), "right end"]
+    decks: dict[str, list[float]] = {}
+    for node in model.frame.loads.masses_kg:
+        start, end = supports[bisect(joints_m, ops.nodeCoord(node, 1)) :][:2]
+        decks.setdefault(f"{start} to {end}", []).append(_along(node, direction))
+    return {name: fmean(disps_m) for name, disps_m in decks.items()}
 
 
 def _balanced(lever: _Lever) -> tuple[float, float, float]:

@@ -203,7 +203,8 @@ class _History:
             self._energy = None  # the model is no longer in the state of the last row
             message = f"the solution diverged: {reason}"
             return Ending(status="numerical_failure", message=message)
-        damp_columns(self._watch.softened(), 0.0, by_tangent=False)
+        if columns := self._watch.softened():
+            damp_columns(columns, 0.0, by_tangent=False)
         criterion = self._watch.collapsed()
         return Ending(status="collapse", collapse_criterion=criterion) if criterion else None
 

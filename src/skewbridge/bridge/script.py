@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import pairwise, takewhile
-from math import asin, degrees, hypot, inf, nan, sqrt
+from math import asin, cos, degrees, hypot, inf, nan, radians, sqrt
 from pathlib import Path
 from statistics import fmean
 from typing import Any, Final
@@ -67,6 +67,7 @@ _TRANSFORMATION_AT: Final = {
 #: ASSUME a vector this close to the axis of an element is meant to be parallel to it.
 _LEAST_ANGLE_DEG: Final = 0.1
 _LEAST_SOFFIT_M: Final = 0.01
+_LARGEST_TURN_DEG: Final = 10.0  # of the deck from x, about which the demands along x are 2 % off
 
 
 @dataclass(frozen=True, slots=True)
@@ -415,8 +416,9 @@ class _Reader:
         distance = hypot(x2 - x1, y2 - y1)
         axis = (x2 - x1) / distance if distance else 0.0, (y2 - y1) / distance if distance else 0.0
         _need(
-            axis[0] > sqrt(0.5),
-            f"the deck must run along x, got ends at ({x1:g}, {y1:g}) and ({x2:g}, {y2:g})",
+            axis[0] >= cos(radians(_LARGEST_TURN_DEG)),
+            f"the deck must be within {_LARGEST_TURN_DEG:g} degrees of x, as demands are along "
+            f"x and y: turn the model; its ends are at ({x1:g}, {y1:g}) and ({x2:g}, {y2:g})",
         )
         return [(ends[0], "left", (-axis[0], -axis[1])), (ends[1], "right", axis)]
 

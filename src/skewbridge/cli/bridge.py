@@ -235,6 +235,7 @@ def _pushed(
     first_variant = (replace(case, abutment=next(iter(ABUTMENTS))) if is_ladder else case).variant
     tables: list[pd.DataFrame] = []
     pushes: list[dict[str, Any]] = []
+    stopped = "a push stopped at last_disp_m: no equilibrium at larger displacements"
     for abutment, toward_deg in product(ABUTMENTS, LADDER_ANGLES_DEG) if is_ladder else one_push:
         case_columns = {"abutment": abutment, "angle_deg": toward_deg}
         variant = replace(first_variant, abutment=abutment) if is_ladder else first_variant
@@ -249,6 +250,9 @@ def _pushed(
             "is_complete": curve.is_complete,
         }
         pushes.append(case_columns | values)
+        if not curve.is_complete and len(curve.decks_m) > 1:
+            deck = max(curve.decks_m, key=lambda name: abs(curve.decks_m[name]))
+            stopped += f"; the deck from {deck} had moved farthest, {curve.decks_m[deck]:.3g} m"
     curves = pd.concat(tables, ignore_index=True)
     _write(curves, push.out, "curve")
     if is_ladder:
@@ -258,7 +262,9 @@ def _pushed(
     answer = {"pushes": pushes} if is_ladder else pushes[0]
     all_complete, notes = all(row["is_complete"] for row in pushes), gap_notes(case.bridge)
     if not all_complete:
-        notes.append("a push stopped at last_disp_m: no equilibrium at larger displacements")
+        notes.append(
+            "a push stopped at last_disp_m: no equilibrium at larger displacements" + stopped
+        )
     exit_code = 0 if all_complete else EXIT_FAILED
     return Answer(answer, notes=notes, exit_code=exit_code)
 

@@ -2,7 +2,7 @@
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 from skewbridge.cli import COMMANDS, new_group
 from skewbridge.cli.output import Answer, Changes, Out, arg, command, keys_and_values, opt
@@ -114,31 +114,25 @@ def plot(
     return Answer({"file": str(path)}, notes=notes)
 
 
-@dataclass(frozen=True, kw_only=True)
-class ScenarioOptions:
-    """Earthquake, path and site."""
-
-    magnitude: Annotated[float, opt("Moment magnitude, 6.5 to 7.9.")]
-    distance_km: Annotated[float, opt("Distance to the rupture, up to 31 km.")]
-    vs30_mps: Annotated[float, opt("Mean shear-wave velocity of the upper 30 m.")]
-    mechanism: Annotated[Literal["strike_slip", "reverse"], opt("Mechanism.")] = "strike_slip"
-    pulse: Annotated[Literal["none", "all"], opt("Motions that have a pulse.")] = "none"
-
-
 @command(motions)
 def synthesize(
     out: Out,
-    scenario: ScenarioOptions,
+    magnitude: Annotated[float, opt("Moment magnitude, 6.5 to 7.9.")],
+    distance_km: Annotated[float, opt("Distance to the rupture, up to 31 km.")],
+    vs30_mps: Annotated[float, opt("Mean shear-wave velocity of the upper 30 m.")],
     count: Annotated[int, opt("Number of pairs.")] = 40,
     seed: Annotated[int, opt("Seed of the suite.")] = 1,
 ) -> Answer:
     """Synthesize pairs of motions with the model of Dabaghi and Der Kiureghian (2018).
 
+    The earthquake is strike-slip, and the motions have no pulse; `motions.synthesis` has others.
+
     Example: skewbridge motions synthesize --magnitude 7 --distance-km 10 --vs30-mps 400 --out mine
     """
     from skewbridge.motions.synthesis import Scenario, write_synthetic_suite
 
-    index = write_synthetic_suite(out, Scenario(**vars(scenario)), count=count, seed=seed)
+    scenario = Scenario(magnitude=magnitude, distance_km=distance_km, vs30_mps=vs30_mps)
+    index = write_synthetic_suite(out, scenario, count=count, seed=seed)
     return Answer({"count": count, "index": str(index)})
 
 

@@ -57,7 +57,7 @@ class Answer:
     def emit(self, *, as_json: bool, units: Units) -> None:
         """Print the answer, tables in ``units``, and its messages; exit with its code unless 0."""
         for text in self.warnings:
-            messages.print(f"warning: {text}", style="yellow")
+            messages.print(f"warning: {_text_in(text, units)}", style="yellow")
         shown = self.payload if self.shown is None else self.shown
         if as_json:
             emit_json(self.payload)
@@ -69,7 +69,7 @@ class Answer:
             if any(has_gaps):
                 messages.print(f"{NO_VALUE}: {self.missing}")
         for note in self.notes:
-            messages.print(note)
+            messages.print(_text_in(note, units))
         if self.exit_code:
             raise typer.Exit(self.exit_code)
 
@@ -249,11 +249,23 @@ _US_UNITS: Final = {
     "_mm": ("_in", MM / INCH),
     "_m": ("_in", 1.0 / INCH),
     " (m)": (" (in)", 1.0 / INCH),
+    " (mm)": (" (in)", MM / INCH),
     " (kN)": (" (kip)", KN / KIP),
 }
 
 
 _LENGTH: Final = re.compile(r"\b(\d+\.\d+) m\b")
+_QUANTITY: Final = re.compile(r"\b(\d+(?:\.\d+)?) (mm|m|kN)\b(?![/2])")
+
+
+def _text_in(text: str, units: Units) -> str:
+    """Return a message with its lengths and forces in these units."""
+
+    def converted(match: re.Match[str]) -> str:
+        unit, factor = _us_unit(f" ({match[2]})")
+        return f"{float(f'{float(match[1]) * factor:.4g}'):g} {unit.strip(' ()')}"
+
+    return _QUANTITY.sub(converted, text) if units == "us" else text
 
 
 def in_units(row: Row, units: Units) -> Row:

@@ -59,7 +59,7 @@ def init(folder: Annotated[Path, arg("Folder of the study; created if missing.")
 
 
 @command(commands)
-def demo(out: Out = Path("demo")) -> Answer:
+def demo(units: Units, out: Out = Path("demo")) -> Answer:
     """Write the report of a small stored study to a folder, in seconds.
 
     It is the study of config/demo.yaml: eight variants of one bridge under 16 motions.
@@ -75,8 +75,9 @@ def demo(out: Out = Path("demo")) -> Answer:
     with chdir(starter_files()):  # the path of the limit states is relative to this folder
         study = load_config(Path("config/demo.yaml"), base=DEFAULT_CONFIG)
         tables, figures = stored.report_inputs, stored.figures
-        write_report(tables=tables, figures=figures, study=study, output=page)
-    return Answer({"report": str(page)})
+        write_report(tables=tables, figures=figures, study=study, output=page, units=units)
+    notes = ["the pictures of the page are stored in SI units"] if units == "us" else []
+    return Answer({"report": str(page)}, notes=notes)
 
 
 @command(commands)

@@ -85,19 +85,12 @@ def _rows(pairs: Pairs, name: str, values: Sequence[tuple[str, "pd.Series[Any]"]
         ratio_and_ends = np.exp([change.estimate, *change.interval(EFFECT_CONFIDENCE)])
         for number, level in enumerate(levels):
             columns = dict(zip(verdicts.RATIOS, ratio_and_ends[:, number].tolist(), strict=True))
-            yield {
-                **pairs.labels,
-                "demand": name,
-                "option": option,
-                "value": level,
-                "effect": float(np.exp(fit.estimate[0] + change.estimate[number])),
-                **columns,
-                "level": EFFECT_CONFIDENCE,
-                # rounded: both values of an option with two must have the same p
-                "p": round(float(change.p_value()[number]), 12),
-                "n_motions": np.unique(motions[numbers == number]).size,
-                "share": share,
-            }
+            row = {**pairs.labels, "demand": name, "option": option, "value": level, **columns}
+            row["effect"] = float(np.exp(fit.estimate[0] + change.estimate[number]))
+            # rounded: both values of an option with two must have the same p
+            row["p"] = round(float(change.p_value()[number]), 12)
+            row["n_motions"] = np.unique(motions[numbers == number]).size
+            yield row | {"level": EFFECT_CONFIDENCE, "share": share}
 
 
 def _explained_share(

@@ -12,7 +12,7 @@ from dataclasses import replace
 from functools import cached_property, partial
 from itertools import pairwise
 from math import inf, nan
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -21,22 +21,10 @@ from skewbridge.demands.columns import label_of
 from skewbridge.demands.validity import is_beyond_model
 from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats, Index, Mask, Row, records_of
-from skewbridge.fragility import demand_table, motion_means
+from skewbridge.fragility import demand_model, demand_table, motion_means
 from skewbridge.fragility import fits as fitting
-from skewbridge.fragility.demand_model import (
-    BridgeModels,
-    DemandModel,
-    StateCurve,
-    fit_models,
-    state_curve,
-)
-from skewbridge.fragility.fits import (
-    BOUNDS_TOO_WIDE,
-    FITTED,
-    FLATTEST_SLOPE,
-    MAX_BOUNDS_RATIO,
-    FragilityFit,
-)
+from skewbridge.fragility.demand_model import BridgeModels, DemandModel, StateCurve
+from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED, FragilityFit
 from skewbridge.fragility.likelihood import NormalKernel, drop_of, maximise
 from skewbridge.fragility.limit_states import COLLAPSE_EXCEEDS, LimitState, States
 from skewbridge.fragility.motion_means import Jackknifed
@@ -45,6 +33,7 @@ from skewbridge.fragility.outcomes import (
     DemandOutcomes,
     collapsed_runs,
     demand_outcomes,
+    outcomes_by_state,
     states_by_demand,
 )
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
@@ -75,7 +64,7 @@ def fit_study(
     if not limit_states:
         raise InputError("no limit states to fit: give at least one")
     if models is None:
-        models = fit_models(demands, limit_states, settings, jobs=jobs)
+        models = demand_model.fit_models(demands, limit_states, settings, jobs=jobs)
     rows_of = partial(_variant_rows, states=limit_states, settings=settings)
     variants = (variant for model in models for variant in _variants(model, limit_states, settings))
     rows = demand_table.spread(rows_of, variants, jobs)
@@ -127,35 +116,24 @@ class _Variant(NamedTuple):
 
 
 def _variants(models: BridgeModels, states: States, settings: FitSettings) -> Iterator[_Variant]:
-    """Yield the variants of a bridge with their curves by the demand model."""
     all_states = dict.fromkeys([*states, *(mode for state in states for mode in state.modes)])
-    by_state = {
-        state: _BridgeState(models, state, group)
-        for group in states_by_demand(list(all_states)).values()
-        for state in group
-    }
+    outcomes = outcomes_by_state(models.runs, list(all_states))
+    by_state = {state: _BridgeState(models, state, known) for state, known in outcomes.items()}
     columns = [settings.im, *(state.demand for state in all_states)]
     runs = demand_table.demand_columns(models.runs, columns)
     modes = {state: models.modes(state) for state in states}
     correlations = {s: models.correlation(*pair) for s, pair in modes.items() if len(pair) > 1}
     for number, values in enumerate(records_of(models.variants)):
-        rows = models.variant == number
-        yield _Variant(
-            runs=runs[rows],
-            block=models.block[rows],
-            replicates=models.replicates,
-            priors=models.axes.drifts,
-            clouds={state: of_state.cloud(values, rows) for state, of_state in by_state.items()},
-            correlations=correlations,
-        )
+        rows, counts = models.variant == number, (models.replicates, models.axes.drifts)
+        clouds = {state: of_state.cloud(values, rows) for state, of_state in by_state.items()}
+        yield _Variant(runs[rows], models.block[rows], *counts, clouds, correlations)
 
 
 class _BridgeState:
     """A limit state of a bridge, with the models for other treatments of unknown outcomes."""
 
-    def __init__(self, models: BridgeModels, state: LimitState, group: States) -> None:
-        self._models, self._state = models, state
-        self._group = group  # states of the same component and demand
+    def __init__(self, models: BridgeModels, state: LimitState, outcomes: DemandOutcomes) -> None:
+        self._models, self._state, self._outcomes = models, state, outcomes
         self._modes = models.modes(state)
         fits = ((models.fit(mode), mode) for mode in self._modes)
         self._fitted = [(fit, mode) for fit, mode in fits if not isinstance(fit, str)]
@@ -163,7 +141,7 @@ class _BridgeState:
     @cached_property
     def doubtful(self) -> Mask:
         """Runs of the bridge with an unknown outcome that the demand models do not predict."""
-        unknown = demand_outcomes(self._models.runs, self._group).unknown(self._state)
+        unknown = self._outcomes.unknown(self._state)
         # ASSUME an outcome that a model predicts with a probability of 95 % is not in doubt
         certain = [fit.exceeds(mode) > _SURE for fit, mode in self._fitted]
         return unknown & ~np.logical_or.reduce([np.zeros_like(unknown), *certain])
@@ -193,7 +171,7 @@ class _BridgeState:
         bounds: _Bounds = dict.fromkeys(TREATMENTS, estimate)
         for name, models in self._treated.items():
             rho = None if len(models) == 1 else self._models.correlation(*self._modes)[:1]
-            refit = state_curve(models, self._modes, values, rho)
+            refit = demand_model.state_curve(models, self._modes, values, rho)
             bounds[name] = nan, nan
             if not isinstance(refit, str):
                 bounds[name] = motion_means.exp_end(refit.ln_theta[0]), float(refit.beta[0])
@@ -247,7 +225,6 @@ class _DemandRuns:
 
 
 def _variant_rows(variant: _Variant, *, states: States, settings: FitSettings) -> list[Row]:
-    """Return the rows of the table of curves for one variant."""
     described = demand_table.variant_values(variant.runs)
     groups = [_DemandRuns(variant, group, settings) for group in states_by_demand(states).values()]
     modes = dict.fromkeys(mode for state in states for mode in state.modes if mode not in states)
@@ -289,7 +266,6 @@ def _curves(runs: _DemandRuns) -> dict[LimitState, dict[str, _Curve]]:
 
 
 def _cloud_curve(runs: _DemandRuns, state: LimitState) -> _Curve:
-    """Return the curve of a state by the demand model."""
     curve, bounds, columns, *_ = runs.variant.clouds[state]
     level, status = runs.settings.confidence, runs.outcomes.status(state)
     if isinstance(curve, str) and status == FITTED:
@@ -395,7 +371,7 @@ def _common_slope(
         jackknifed = maximise(jackknife, np.tile(params, (len(runs.weights), 1)))
         params = np.vstack([params, jackknifed.params])
         converged = np.append(converged, jackknifed.converged)
-    is_valid = converged & (params[:, -1] > FLATTEST_SLOPE)
+    is_valid = converged & (params[:, -1] > fitting.FLATTEST_SLOPE)
     a1 = np.where(is_valid, params[:, -1], nan)
     # a block without a run has no influence: its estimates are those from all runs
     number = np.zeros(runs.variant.replicates, dtype=np.intp)
@@ -420,18 +396,14 @@ def _single_fit(runs: _DemandRuns, is_known: Mask, exceed: Mask, *, in_full: boo
     im, exceeds = runs.im[is_known], exceed[is_known].astype(np.float64)
     ones = np.ones(im.size)
     if in_full and im.size:
-        count = int(np.unique(runs.motion[is_known]).size)
-        settings = runs.settings
-        return fitting.fit_stripes(
-            im, ones, exceeds, settings=settings, n_records=count, interval=False
-        )
+        options: Any = {"n_records": np.unique(runs.motion[is_known]).size, "interval": False}
+        return fitting.fit_stripes(im, ones, exceeds, settings=runs.settings, **options)
     status = fitting.binomial_status(np.log(im), ones, exceeds)
     start = np.exp(np.quantile(np.log(im), 1.0 - np.mean(exceeds))) if status == FITTED else nan
     return FragilityFit(method="stripes", status=status, theta=float(start), beta=0.5)
 
 
 def _rows(runs: _DemandRuns, curves: Mapping[LimitState, Mapping[str, _Curve]]) -> list[Row]:
-    """Return rows of the table of curves for the states of a demand, without variant columns."""
     outcomes, level = runs.outcomes, runs.settings.confidence
     counts = {"n_runs": runs.im.size, "n_records": runs.motions}
     counts |= {"n_beyond_model": int(np.sum(is_beyond_model(runs.variant.runs)))}
@@ -483,7 +455,7 @@ def _printed_fits(
     # A median is accepted only if it hardly depends on how these peaks are treated.
     lower_bound = curves[_CLOUD].bounds.get(_PEAKS)
     ln_change = np.log(lower_bound[0]) - curves[_CLOUD].ln_theta[0] if lower_bound else 0.0
-    if fits[_CLOUD].status == FITTED and not abs(ln_change) <= np.log(MAX_BOUNDS_RATIO):
+    if fits[_CLOUD].status == FITTED and not abs(ln_change) <= np.log(fitting.MAX_BOUNDS_RATIO):
         fits[_CLOUD] = fits[_CLOUD].without_estimate(BOUNDS_TOO_WIDE)
     return fits
 
@@ -491,7 +463,6 @@ def _printed_fits(
 def _row(
     runs: _DemandRuns, method: str, state: LimitState, fit: FragilityFit, counts: Mapping[str, int]
 ) -> Row:
-    """Return the table columns of one fit that do not depend on the other fits."""
     row: Row = dict.fromkeys(_FIT_COLUMNS, nan)
     row |= {name: value for name, value in fit.details.items() if name in row}
     names = "status theta beta var_ln_theta cov_ln_theta_beta var_beta ci_method level loglik"
@@ -512,7 +483,6 @@ def _row(
 
 
 def _compared(fits: Mapping[str, FragilityFit], difference: Floats, priors: int) -> Row:
-    """Compare the cloud and exceedance fits of one state; return columns of the table."""
     # `difference` (R,) is ln(exceedance median / cloud median)
     if any(fits[method].status != FITTED for method in METHODS):
         return {"methods_ratio": nan, "methods_differ": False}

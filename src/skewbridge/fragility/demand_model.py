@@ -26,13 +26,7 @@ from scipy import special
 from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats, Index, Mask, Row
 from skewbridge.fragility import demand_table
-from skewbridge.fragility.fits import (
-    NO_EXCEEDANCE,
-    NON_INCREASING,
-    NOT_APPLICABLE,
-    SINGLE_LEVEL,
-    ZERO_DISPERSION,
-)
+from skewbridge.fragility import fits as fitting
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.mixed import MixedData, MixedFit, fit_mixed, predictive_loglik
 from skewbridge.fragility.motion_means import Jackknifed, jackknife_covariance
@@ -381,7 +375,7 @@ class DemandFit:
         for variant in range(len(effects)):
             other_effects = np.delete(effects, variant, axis=0)
             if len(other_effects) < 1 or np.linalg.matrix_rank(other_effects) < rank:
-                models.append(NOT_APPLICABLE)
+                models.append(fitting.NOT_APPLICABLE)
                 continue
             lower = np.where(setup.variant == variant, nan, self.outcomes.lower)
             models.append(self.treated(replace(self.outcomes, lower=lower), steps=1))
@@ -437,9 +431,9 @@ def _fit_demand(arguments: tuple[_Setup, DemandOutcomes]) -> DemandFit | str:
     if np.unique(motion[is_exact]).size < LEAST_MOTIONS:
         return TOO_FEW_RUNS
     if np.ptp(setup.ln_im[is_exact]) == 0.0:
-        return SINGLE_LEVEL
+        return fitting.SINGLE_LEVEL
     if np.ptp(outcomes.lower[is_exact]) == 0.0:
-        return NON_INCREASING
+        return fitting.NON_INCREASING
     centre = float(np.mean(setup.ln_im[is_used]))
     x = setup.ln_im - centre
     codes = np.unique(setup.shaking[is_used], return_index=True)[1]
@@ -449,7 +443,7 @@ def _fit_demand(arguments: tuple[_Setup, DemandOutcomes]) -> DemandFit | str:
     design_rows = design_rows[:, : 3 + axes.drifts]  # without interactions, which have priors
     # ASSUME ln demands that differ from parallel lines by less than 1e-9 have no scatter
     if np.ptp(y - design_rows @ np.linalg.lstsq(design_rows, y, rcond=None)[0]) < 1e-9:
-        return ZERO_DISPERSION
+        return fitting.ZERO_DISPERSION
     setup = replace(setup, precision=_precision(setup, outcomes, centre, group))
     chosen: tuple[float, float, MixedFit, Floats] | None = None
     # ASSUME fewer than five blocks cannot choose: a straight line with constant scatter
@@ -468,7 +462,7 @@ def _fit_demand(arguments: tuple[_Setup, DemandOutcomes]) -> DemandFit | str:
     assert chosen is not None
     _, knot, fit, left_out = chosen
     if fit.parameters[1] <= FLATTEST:
-        return NON_INCREASING
+        return fitting.NON_INCREASING
     blocks = 1 + int(np.max(block))
     parameters = np.tile(fit.parameters, (1 + blocks + axes.drifts, 1))
     if block_numbers.size > 1:  # else there is no model without the block
@@ -525,12 +519,12 @@ def _shrinkage_errors(fit: MixedFit, drifts: int) -> Floats:
 
 def _knots(x: Floats, exact: Mask, motion: Index) -> list[float]:
     """Return the values of ``x`` at which a bend is tried; infinity means a straight line."""
-    knots = [float(np.quantile(x[exact], share)) for share in _KNOTS]
-    sides = [
-        (np.unique(motion[exact & (x < k)]), np.unique(motion[exact & (x > k)])) for k in knots
-    ]
-    has_both_sides = [min(below.size, above.size) >= _LEAST_BESIDE for below, above in sides]
-    return [np.inf, *(k for k, is_allowed in zip(knots, has_both_sides, strict=True) if is_allowed)]
+
+    def has_both_sides(knot: float) -> bool:
+        sides = exact & (x < knot), exact & (x > knot)
+        return min(np.unique(motion[side]).size for side in sides) >= _LEAST_BESIDE
+
+    return [np.inf, *filter(has_both_sides, np.quantile(x[exact], _KNOTS).tolist())]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -556,13 +550,13 @@ class BridgeModels:
 
     def modes(self, state: LimitState) -> list[LimitState]:
         """Return the failure modes of a state that some run exceeds; the state itself if none."""
-        statuses = [demand_outcomes(self.runs, [mode]).status(mode) for mode in state.modes]
-        modes = zip(state.modes, statuses, strict=True)
-        return [mode for mode, status in modes if status != NO_EXCEEDANCE] or [state]
+        outcomes = ((mode, demand_outcomes(self.runs, [mode])) for mode in state.modes)
+        reached = [m for m, known in outcomes if known.status(m) != fitting.NO_EXCEEDANCE]
+        return reached or [state]
 
     def fit(self, state: LimitState) -> DemandFit | str:
         """Return the model of the demand of a state, or the reason why there is none."""
-        return self.fits.get((state.component, state.demand), NO_EXCEEDANCE)
+        return self.fits.get((state.component, state.demand), fitting.NO_EXCEEDANCE)
 
     def of_peaks(self, state: LimitState, *, exact: bool) -> DemandModel | str:
         """Return the model (R = 1) of the demand of a fitted state, or why there is none.
@@ -623,7 +617,7 @@ def state_curve(
         curves = point.curves(mode.threshold, mode.dispersion)
         mode_curves.append(StateCurve(*curves, points=((point, mode),), priors=model.axes.drifts))
         if np.isnan(mode_curves[-1].ln_theta[0]) or mode_curves[-1].beta[0] > _LARGEST_BETA:
-            return NON_INCREASING
+            return fitting.NON_INCREASING
     if rho is None:
         return mode_curves[0]
     medians, records, total = (
@@ -646,18 +640,14 @@ def fit_models(
     jobs: int = 1,
 ) -> list[BridgeModels]:
     """Return the demand models of every bridge and abutment model of a checked demands table."""
-    modes = [mode for state in limit_states for mode in state.modes]
-    without_modes = [state for state in limit_states if not state.modes]
-    groups = states_by_demand(list(dict.fromkeys([*without_modes, *modes])))
+    modes = dict.fromkeys(mode for state in limit_states for mode in state.modes or (state,))
+    groups = states_by_demand(list(modes))
     models = [
         _without_fits(labels, runs.reset_index(drop=True), settings.im, further)
         for labels, runs in demand_table.models_of(demands)
     ]
-    items = (
-        (setup, demand_outcomes(bridge.runs, states))
-        for bridge, setup in models
-        for states in groups.values()
-    )
+    pairs = product(models, groups.values())
+    items = ((setup, demand_outcomes(bridge.runs, states)) for (bridge, setup), states in pairs)
     fits = iter(demand_table.spread(_fit_demand, items, jobs))
     return [replace(bridge, fits={key: next(fits) for key in groups}) for bridge, _ in models]
 
@@ -682,7 +672,7 @@ def _without_fits(
     setup = _Setup(
         ln_im=np.log(runs[im].to_numpy(dtype=np.float64)),
         motion=demand_table.motion_codes(runs),
-        shaking=demand_table.shaking_codes(runs),
+        shaking=np.asarray(runs.groupby(["motion_id", "incidence_deg"]).ngroup(), dtype=np.intp),
         matrix=np.broadcast_to(terms, (len(variants), len(axes.terms))),
         precision=axes.deviations**-2.0,
         **shared_fields,

@@ -53,7 +53,6 @@ WITHOUT_PEAK: Final = "give a collapsed run the status collapse"
 
 @cache
 def _descriptions() -> dict[str, dict[str, str]]:
-    """Return the descriptions in `columns.csv`, keyed by table, then by column."""
     texts: dict[str, dict[str, str]] = defaultdict(dict)
     with Path(__file__).with_name("columns.csv").open(encoding="utf-8", newline="") as file:
         for table, columns, text in islice(csv.reader(file), 1, None):
@@ -93,6 +92,14 @@ def varying_axes(table: pd.DataFrame) -> list[str]:
     return [name for name in axis_names(table) if table[name].nunique() > 1]
 
 
+def reference_value(values: Iterable[float]) -> float:
+    """Return the value of an axis with which others are compared: that nearest to zero.
+
+    Skews of -30 and 30 degrees are compared with 0, because they are mirror images.
+    """
+    return min(set(values), key=lambda value: (abs(value), -value))
+
+
 def models_of(table: pd.DataFrame) -> Iterator[tuple[dict[str, Any], pd.DataFrame]]:
     """Yield bridge and abutment model (a dict), and their rows, for each combination in a table."""
     for (bridge, abutment), rows in table.groupby(list(BRIDGE_COLUMNS), sort=True):
@@ -123,11 +130,6 @@ def motion_codes(table: pd.DataFrame) -> Index:
     """Return the number of the motion of each run, 0 .. m - 1, shape (n,)."""
     require(table["motion_id"].notna().to_numpy(), "motion_id", "is missing")
     return np.unique(table["motion_id"].to_numpy(dtype=str), return_inverse=True)[1]
-
-
-def shaking_codes(table: pd.DataFrame) -> Index:
-    """Return one number from 0 for the motion and incidence of each run, shape (n,)."""
-    return np.asarray(table.groupby(["motion_id", "incidence_deg"]).ngroup(), dtype=np.intp)
 
 
 def _blocks(table: pd.DataFrame) -> NDArray[np.str_]:
@@ -303,11 +305,9 @@ def read_foreign(
         raise InputError(text, row=row)
     distinct = out[variant_columns(out)].drop_duplicates()
     if (same := distinct[distinct.duplicated(variant_columns(out)[1:], keep=False)]).size:
-        names = f"variants {names_of(same['variant'])} have the same bridge, abutment and axes"
-        raise InputError(
-            f"{names}: give them other bridge names or the axis in which they differ",
-            column="variant",
-        )
+        text = f"variants {names_of(same['variant'])} have the same bridge, abutment and axes: "
+        text += "give them other bridge names or the axis in which they differ"
+        raise InputError(text, column="variant")
     first = [*variant_columns(out), *LOADING_COLUMNS, "status"]
     return out[[*first, *(name for name in out if name not in first)]].reset_index(drop=True)
 

@@ -25,7 +25,7 @@ from skewbridge.fragility.demand_model import BridgeModels, StateCurve, fit_mode
 from skewbridge.fragility.fits import FITTED, MAX_BOUNDS_RATIO
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.motion_means import Jackknifed, average, by_motion
-from skewbridge.fragility.outcomes import demand_outcomes, states_by_demand
+from skewbridge.fragility.outcomes import outcomes_by_state
 from skewbridge.fragility.settings import DEFAULTS, EFFECT_CONFIDENCE, FitSettings
 from skewbridge.variant.axes import axes_of
 
@@ -112,7 +112,7 @@ class Pairs:
 
 
 def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.DataFrame:
-    """Pair each run with the otherwise identical run at the smallest value of ``axis``.
+    """Pair each run with the otherwise identical run at the reference value of ``axis``.
 
     Each pair has one row with bridge, abutment, other axes, motion_id, scale, incidence_deg, event
     if known, from_value and to_value. ``complete`` (bool) and ``columns`` of its runs have the
@@ -132,20 +132,20 @@ def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.Da
 def _paired(
     table: pd.DataFrame, axis: str, other_axes: Sequence[str], loading: Sequence[str] = ()
 ) -> pd.DataFrame:
-    """Join each row with the otherwise identical row at the smallest value of ``axis``."""
+    """Join each row with the otherwise identical row at the reference value of ``axis``."""
     group = [*demand_table.BRIDGE_COLUMNS, *other_axes]
-    lowest = table.groupby(group, dropna=False)[axis].transform("min")
-    reference = table[table[axis] == lowest].rename(columns={axis: "from_value"})
-    higher = table[table[axis] > lowest].rename(columns={axis: "to_value"})
+    start = table.groupby(group, dropna=False)[axis].transform(demand_table.reference_value)
+    reference = table[table[axis] == start].rename(columns={axis: "from_value"})
+    others = table[table[axis] != start].rename(columns={axis: "to_value"})
     key = [*group, *loading]
-    return higher.merge(reference, on=key, suffixes=("_to", "_from"), validate="many_to_one")
+    return others.merge(reference, on=key, suffixes=("_to", "_from"), validate="many_to_one")
 
 
 def variant_pairs(variants: pd.DataFrame, axis: str) -> tuple[list[str], pd.DataFrame]:
     """Return the other axes, and the pairs of variants of a bridge that differ in one axis only.
 
     A pair has the numbers and names of its variants: ``number_to``, ``number_from``,
-    ``variant_to`` and ``variant_from``. The smallest value of the axis is the reference.
+    ``variant_to`` and ``variant_from``. The one nearest to zero is the reference.
     """
     other_axes = [name for name in demand_table.axis_names(variants) if name != axis]
     table = variants[["variant", *demand_table.BRIDGE_COLUMNS, *other_axes, axis]]
@@ -290,7 +290,6 @@ def demand_effects(
 def _by_intensity(
     pooled: Mapping[str, Any], line: Jackknifed, trend: Floats, reference_im: float | None
 ) -> list[dict[Any, Any]]:
-    """Return the rows of `intensity_effects` for a pooled effect, one at ``reference_im``."""
     # `line`: effect on ln intensity; `trend` (2,): line of ln demand at from_value on ln intensity
     low, high = pooled.get("im_low", nan), pooled.get("im_high", nan)
     if not np.all(np.isfinite(line.estimate)) or not low < high:
@@ -337,44 +336,43 @@ def median_effects(
         models = fit_models(demands, limit_states, settings, further=axes)
     rows: list[Row] = []
     for bridge in models:
-        medians = Medians(bridge, limit_states, settings, curves)
+        medians = Medians(bridge, limit_states, settings.margin, curves)
         for axis in axes or demand_table.varying_axes(bridge.variants):
             rows += medians.rows(axis, limit_states)
     return effect_table(demands, rows)
 
 
-def _is_withheld(missing: float, change: float, medians: int) -> bool:
-    """Return whether a ratio is withheld, from counts of its medians without a curve and of all.
+def _doubts(rows: Sequence[Row]) -> Row:
+    """Return the doubts in the mean ratio of pairs of variants: curves that lack, ln change."""
+    missing, change = (sum(row[name] for row in rows) for name in ("n_without_curve", "change"))
+    return {"n_without_curve": missing, "change": change / len(rows)}
+
+
+def _is_withheld(row: Row, pairs: int) -> bool:
+    """Return whether the mean ratio of ``pairs`` pairs of variants is withheld for its `_doubts`.
 
     ``change`` is the change of its logarithm by unknown outcomes.
     """
     # ASSUME a ratio of medians is worth reporting if at least one of them has a curve and
     # unknown outcomes, treated equally in all variants, change it by no more than 15 %
-    is_wide = missing > 0 and not abs(change) <= np.log(MAX_BOUNDS_RATIO)
-    return is_wide or missing == medians
+    missing = row["n_without_curve"]
+    is_wide = missing > 0 and not abs(row["change"]) <= np.log(MAX_BOUNDS_RATIO)
+    return is_wide or missing == 2 * pairs
 
 
 class Medians:
     """Medians of all variants of one bridge and abutment model, and the ratios between them."""
 
     def __init__(
-        self,
-        models: BridgeModels,
-        states: States,
-        settings: FitSettings,
-        curves: pd.DataFrame | None,
+        self, models: BridgeModels, states: States, margin: float, curves: pd.DataFrame | None
     ) -> None:
-        self.models, self._settings = models, settings
-        runs, self._variants = models.runs, records_of(models.variants)
+        self.models, self._margin, runs = models, margin, models.runs
+        self._variants = records_of(models.variants)
         self._blocks = demand_table.block_names(runs)
         self._motion = demand_table.motion_codes(runs)
-        self._im = runs[settings.im].to_numpy(dtype=np.float64)
+        self._im = runs[models.im].to_numpy(dtype=np.float64)
         self._rows = [np.flatnonzero(models.variant == v) for v in range(len(models.variants))]
-        self._outcomes = {
-            state: demand_outcomes(runs, group)
-            for group in states_by_demand(states).values()
-            for state in group
-        }
+        self._outcomes = outcomes_by_state(runs, states)
         #: For each state of a variant: whether it has a curve, and the change of its ln median if
         #: unknown outcomes do not exceed instead of exceed; empty if curves are not given.
         self._has_curve: dict[Any, bool] = {}
@@ -394,7 +392,7 @@ class Medians:
         effects: list[Row] = []
         for cells, state in product(steps, states):
             keys = {**self.models.labels, "quantity": verdicts.MEDIAN_CAPACITY, "axis": axis}
-            keys |= {"demand": state.key, "margin": self._settings.margin}
+            keys |= {"demand": state.key, "margin": self._margin}
             keys |= {name: float(cells[0][name]) for name in STEP}
             ratios: list[tuple[Jackknifed, Row]] = []
             for cell in cells:
@@ -427,64 +425,61 @@ class Medians:
         return [
             pooled | {"p_interaction": len(tests) * p_value, "interaction": name},
             *by_value,
-            *(self._row("variant", pair, row, 2) for pair, row in ratios),
+            *(self._row("variant", pair, row, 1) for pair, row in ratios),
         ]
 
     def _average(self, scope: str, keys: Row, ratios: list[tuple[Jackknifed, Row]]) -> Row:
-        """Return the row of the average over pairs of variants."""
         rows = [row for _, row in ratios]
         row: Row = {**keys, "n_cells": len(rows), "n_motions": int(np.max(self._motion)) + 1}
-        for name in ("n_bounds", "n_discordant", "n_pairs", *verdicts.MEDIAN_COUNTS):
+        for name in ("n_bounds", "n_discordant", "n_pairs", "n_extrapolated"):
             row[name] = sum(of_pair[name] for of_pair in rows)
         row["im_low"] = min(of_pair["im_low"] for of_pair in rows)
         row["im_high"] = max(of_pair["im_high"] for of_pair in rows)
         row["from_mean"] = float(np.exp(np.mean(np.log([r["from_mean"] for r in rows]))))
-        row["change"] = sum(of_pair["change"] for of_pair in rows) / len(rows)
-        return self._row(scope, average([ratio for ratio, _ in ratios]), row, 2 * len(rows))
+        row |= _doubts(rows)
+        return self._row(scope, average([ratio for ratio, _ in ratios]), row, len(rows))
 
-    def _row(self, scope: str, ratio: Jackknifed, row: Row, medians: int) -> Row:
-        if _is_withheld(row["n_without_curve"], row["change"], medians):
+    def _row(self, scope: str, ratio: Jackknifed, row: Row, pairs: int) -> Row:
+        if _is_withheld(row, pairs):
             level = EFFECT_CONFIDENCE
             return row | {"scope": scope, "status": verdicts.NO_CURVE, "level": level}
         return row | {"scope": scope} | effect_row(ratio, blocks=self._blocks)
 
     def withheld(self, cells: Sequence[Mapping[Any, Any]], state: LimitState) -> bool:
         """Return whether the mean ratio of pairs of variants has the status `NO_CURVE`."""
-        missing = sum(self.without_curve(cell, state) for cell in cells)
-        change = float(np.mean([self._pair_change(cell, state) for cell in cells]))
-        return _is_withheld(missing, change, 2 * len(cells))
+        return _is_withheld(_doubts([self._pair_doubts(cell, state) for cell in cells]), len(cells))
 
     def _ratio(self, cell: Mapping[Any, Any], state: LimitState) -> tuple[Jackknifed, Row] | None:
         """Return the ln ratio of two medians and table columns, or None if it is undefined."""
-        start, end = (self.curve(state, cell[f"number_{side}"]) for side in ("from", "to"))
+        numbers = cell["number_from"], cell["number_to"]
+        start, end = (self.curve(state, number) for number in numbers)
         if start is None or end is None:
             return None
-        ends = np.exp([start.ln_theta[0], end.ln_theta[0]]).tolist()
-        runs = [self._counts(state, cell[f"number_{side}"]) for side in ("from", "to")]
-        columns: Row = {"from_mean": ends[0], "im_low": min(ends), "im_high": max(ends)}
-        columns |= {"n_bounds": max(counts["n_bounds"] for counts in runs), "n_discordant": 0}
-        columns |= {name: min(counts[name] for counts in runs) for name in ("n_motions", "n_pairs")}
-        columns["n_extrapolated"] = sum(counts["is_extrapolated"] for counts in runs)
-        columns["n_without_curve"] = self.without_curve(cell, state)
-        columns["change"] = self._pair_change(cell, state)
-        return end.ln_ratio(start), columns
+        thetas = np.exp([start.ln_theta[0], end.ln_theta[0]]).tolist()
+        runs = [self._rows[number] for number in numbers]
+        ranges = [motion_means.covered_range(self._im[rows], self._motion[rows]) for rows in runs]
+        columns: Row = {"from_mean": thetas[0], "im_low": min(thetas), "im_high": max(thetas)}
+        is_bound = self._outcomes[state].is_bound
+        columns |= {"n_bounds": max(int(np.sum(is_bound[rows])) for rows in runs)}
+        columns |= {"n_discordant": 0, "n_pairs": min(rows.size for rows in runs)}
+        columns["n_motions"] = min(np.unique(self._motion[rows]).size for rows in runs)
+        inside = [low <= x <= high for x, (low, high) in zip(thetas, ranges, strict=True)]
+        columns["n_extrapolated"] = inside.count(False)
+        return end.ln_ratio(start), columns | self._pair_doubts(cell, state)
 
-    def without_curve(self, cell: Mapping[Any, Any], state: LimitState) -> float:
-        """Return how many variants of a pair lack a curve (0 to 2); NaN if curves are not given."""
-        if not self._has_curve:
-            return nan
-        names = (str(cell[f"variant_{suffix}"]) for suffix in ("from", "to"))
-        return sum(not self._has_curve[name, state.component, state.name] for name in names)
+    def _pair_doubts(self, cell: Mapping[Any, Any], state: LimitState) -> Row:
+        """Return how many variants of a pair lack a curve, and the change by unknown outcomes.
 
-    def _pair_change(self, cell: Mapping[Any, Any], state: LimitState) -> float:
-        return self._changed(cell, "to", state) - self._changed(cell, "from", state)
-
-    def _changed(self, cell: Mapping[Any, Any], side: str, state: LimitState) -> float:
-        """Return the change of ln theta by unknown outcomes; infinite for other doubts."""
-        key = str(cell[f"variant_{side}"]), state.component, state.name
-        change = self._change.get(key, 0.0)
-        in_doubt = not self._has_curve.get(key, True) and abs(change) <= np.log(MAX_BOUNDS_RATIO)
-        return np.inf if in_doubt else change
+        Without curves, the number is NaN. A missing curve for other doubts is an infinite change.
+        """
+        keys = [(str(cell[f"variant_{n}"]), state.component, state.name) for n in ("from", "to")]
+        lacks_curve = [not self._has_curve.get(key, True) for key in keys]
+        changes = [self._change.get(key, 0.0) for key in keys]
+        for i, change in enumerate(changes):
+            if lacks_curve[i] and abs(change) <= np.log(MAX_BOUNDS_RATIO):
+                changes[i] = np.inf
+        missing = sum(lacks_curve) if self._has_curve else nan
+        return {"n_without_curve": missing, "change": changes[1] - changes[0]}
 
     def curve(self, state: LimitState, number: int) -> StateCurve | None:
         """Return the curve of a state in a variant; None if it is not used in ratios."""
@@ -495,13 +490,3 @@ class Medians:
             return None
         curve = self.models.curve(state, self._variants[number])
         return None if isinstance(curve, str) else curve
-
-    def _counts(self, state: LimitState, number: int) -> dict[str, int]:
-        """Return counts of the runs of a variant whose state has a curve."""
-        rows, motions = self._rows[number], self._motion[self._rows[number]]
-        bounds = int(np.sum(self._outcomes[state].of(rows).is_bound))
-        counts = {"n_bounds": bounds, "n_pairs": rows.size, "n_motions": np.unique(motions).size}
-        curve = self.curve(state, number)
-        assert curve is not None
-        low, high = motion_means.covered_range(self._im[rows], motions)
-        return counts | {"is_extrapolated": not low <= np.exp(curve.ln_theta[0]) <= high}

@@ -23,7 +23,8 @@ from skewbridge.errors import InputError
 from skewbridge.files.digests import digest_of
 from skewbridge.files.tables import as_column, read_any, records_of, require, write_csv
 from skewbridge.files.text import write_text
-from skewbridge.fragility.demand_table import axis_names, described, need_columns, variant_columns
+from skewbridge.fragility import demand_table
+from skewbridge.fragility.demand_table import axis_names, described, variant_columns
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE
@@ -74,7 +75,7 @@ def export_curves(source: Path, form: str, out: Path) -> dict[str, Any]:
     if form not in WRITERS:
         raise InputError(f"format must be one of {', '.join(WRITERS)}, got {form!r}")
     table = read_any(source)
-    need_columns(table, _NEEDED, "the table of curves")
+    demand_table.need_columns(table, _NEEDED, "the table of curves")
     for name in (*axis_names(table), *map(str, table.filter(regex=_NUMBERS))):
         values = as_column(table[name], name)
         if name in ("threshold", "theta", "beta", "beta_total"):
@@ -359,7 +360,7 @@ def paper_columns(axes: Sequence[Axis]) -> dict[str, str]:
     endings = {"": "estimate", "_low": "lower end", "_high": "upper end"}
     return described("table", axes) | {
         f"{split_unit(axis.name)[0]}_ratio{ending}": f"{meaning} of the ratio to the median at the "
-        f"smallest value of {axis.title}"
+        f"value of {axis.title} nearest to zero"
         for axis in reversed(axes)
         for ending, meaning in endings.items()
     }
@@ -368,16 +369,14 @@ def paper_columns(axes: Sequence[Axis]) -> dict[str, str]:
 PAPER_COLUMNS: Final = paper_columns(AXES)
 
 
-def chosen_curves(curves: pd.DataFrame, method: str | None = None) -> pd.DataFrame:
-    """Return the curve of ``method``, or the preferred curve, per variant and limit state."""
-    if method is not None:
-        return curves[curves["method"] == method]
+def chosen_curves(curves: pd.DataFrame) -> pd.DataFrame:
+    """Return the preferred curve, or else the first, per variant and limit state."""
     preferred_first = curves.sort_values("preferred", ascending=False, kind="stable")
     return preferred_first.drop_duplicates(["variant", "component", "limit_state"]).sort_index()
 
 
 def with_ratios(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
-    """Add to each curve, for every axis, the ratio to the median at the smallest value of the axis.
+    """Add to each curve, for every axis, the ratio to the median at its `reference_value`.
 
     The ratios are paired by motion. They are NaN if not available.
     """
@@ -406,8 +405,11 @@ def paper_table(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame
         out = {name: row[name] for name in PAPER_COLUMNS if name in row}
         middle = model.axis_range.middle
         for axis in middle:
-            low, high = (middle | {axis: end} for end in model.axis_range.limits[axis])
-            out |= _ratio(axis, model.median(high, low, EFFECT_CONFIDENCE))
+            levels = model.axis_range.levels[axis]
+            farthest = max(levels, key=lambda value: (abs(value), value))
+            ends = demand_table.reference_value(levels), farthest
+            start, end = (middle | {axis: value} for value in ends)
+            out |= _ratio(axis, model.median(end, start, EFFECT_CONFIDENCE))
         out["n_runs"] = runs[tuple(row[name] for name in _STATE)]
         rows.append(out | {"row": JOINT, "method": JOINT})
     table = pd.DataFrame(rows, columns=list(paper_columns(_axes(curves))))
@@ -482,7 +484,7 @@ def latex_table(table: pd.DataFrame) -> str:
     return "\n".join(
         [
             r"% needs \usepackage{booktabs,longtable}",
-            f"% medians in {units}; ratios to the median at the smallest value of each axis",
+            f"% medians in {units}; ratios to the median at the value of each axis nearest to zero",
             "% beta_total: dispersion of the curve, including capacity dispersion;",
             "% beta_records: record-to-record dispersion",
             "% *: cloud and exceedance medians differ by more than 2 standard errors",

@@ -13,16 +13,9 @@ from pydantic.dataclasses import dataclass
 from skewbridge.demands.columns import EVENT
 from skewbridge.demands.validity import BEYOND_MODEL, COMPLETE, is_complete
 from skewbridge.errors import InputError
-from skewbridge.files.tables import as_column, positive, read_any, require, same_length
+from skewbridge.files.tables import Row, as_column, positive, read_any, require, same_length
 from skewbridge.files.text import checked, file_fault, read_json, read_yaml, shortened, shown_path
 from skewbridge.fragility import demand_table, fits
-from skewbridge.fragility.demand_table import (
-    ColumnMap,
-    block_codes,
-    motion_codes,
-    need_columns,
-    read_foreign,
-)
 from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED, MAX_BOUNDS_RATIO, NO_EXCEEDANCE
 from skewbridge.fragility.limit_states import COLLAPSE_PEAK, MAX_DISPERSION, LimitState
 from skewbridge.fragility.motion_means import motion_weights
@@ -36,6 +29,8 @@ _ALIASES: Final = demand_table.FLAG_ALIASES | {
     "bracket_lo": "lower", "bracket_hi": "upper",
     "im_no_exceed": "lower", "im_exceed": "upper",
 }  # fmt: skip
+#: Intensities or capacities of data without a row per run; those of runs are named im_...
+_PLAIN: Final = {"im", "ln_im", "capacity", "lower", "upper"}
 #: Columns that only the fit to a table of runs takes into account.
 _OF_RUNS: Final = {"status", BEYOND_MODEL, COMPLETE}
 
@@ -75,8 +70,11 @@ def fit_file(path: Path, **option_values: Any) -> fits.FragilityFit:
     if options.columns is None:
         data = read_data(path)
     else:
-        column_map = checked(ColumnMap, read_yaml(options.columns), options.columns.name)
-        data = read_foreign(path, **column_map.model_dump())
+        name, content = options.columns.name, read_yaml(options.columns)
+        column_map = checked(demand_table.ColumnMap, content, name)
+        is_plain = _PLAIN & column_map.columns.keys()
+        read = _renamed if is_plain else demand_table.read_foreign
+        data = read(path, **column_map.model_dump())
     columns = {_ALIASES.get(str(name), str(name)): values for name, values in data.items()}
     is_cloud_of_runs = options.method == "cloud" and _OF_RUNS & columns.keys()
     fit = _fit_runs if options.edp or options.im or is_cloud_of_runs else _fit_columns
@@ -87,6 +85,18 @@ def fit_file(path: Path, **option_values: Any) -> fits.FragilityFit:
             raise
         details = {"file": str(path), **error.details}
         raise InputError(f"{shown_path(path)}: {error}", **details) from error
+
+
+def _renamed(
+    path: Path, columns: Mapping[str, str], factors: Mapping[str, float], constants: Row
+) -> pd.DataFrame:
+    """Return the mapped columns of a table without a row per run, in our units."""
+    source = read_any(path)
+    demand_table.need_columns(source, columns.values(), path.name)
+    table = pd.DataFrame({name: source[foreign_name] for name, foreign_name in columns.items()})
+    numbers = {name: as_column(table[name].to_numpy(), columns[name]) for name in factors}
+    scaled = {name: values * factors[name] for name, values in numbers.items()}
+    return table.assign(**constants, **scaled)
 
 
 def read_data(path: Path) -> pd.DataFrame | Mapping[str, Any]:
@@ -100,8 +110,7 @@ def read_data(path: Path) -> pd.DataFrame | Mapping[str, Any]:
     if isinstance(data, list) and all(isinstance(row, dict) for row in data):
         return pd.DataFrame(data)
     if not isinstance(data, dict):
-        text = "must contain a JSON object with one list per column, or a list of rows"
-        raise file_fault(path, f" {text}")
+        raise file_fault(path, " must contain a JSON object with a list per column, or rows")
     return data
 
 
@@ -145,7 +154,7 @@ def _fit_columns(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragil
     if "motion_id" in columns:
         table = pd.DataFrame({"motion_id": columns["motion_id"]})
         same_length(im=im, motion_id=table)
-        motions = motion_codes(table)
+        motions = demand_table.motion_codes(table)
     # a collapse counts as exceedance
     exceeding = np.where(collapsed, np.maximum(peaks, threshold), peaks)
     fit = _fit_cloud(im, exceeding, upper, threshold, options, motions)
@@ -157,10 +166,8 @@ def _fit_columns(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragil
 
 
 def _not_by_definition(fit: fits.FragilityFit, peak_fit: fits.FragilityFit) -> fits.FragilityFit:
-    """Return a fit, without estimate if it rests on the definition that a collapse exceeds.
-
-    ``of_peaks`` is the fit with the peaks of collapsed runs as lower bounds and no more.
-    """
+    """Return a fit, without estimate if it rests on the definition that a collapse exceeds."""
+    # `peak_fit` has the peaks of collapsed runs as lower bounds and no more
     is_near = 1.0 / MAX_BOUNDS_RATIO <= peak_fit.theta / fit.theta <= MAX_BOUNDS_RATIO
     return fit if is_near else fit.without_estimate(BOUNDS_TOO_WIDE)
 
@@ -168,7 +175,6 @@ def _not_by_definition(fit: fits.FragilityFit, peak_fit: fits.FragilityFit) -> f
 def _fit_cloud(
     im: Any, lower: Any, upper: Any, threshold: float, options: FitOptions, motions: Any = None
 ) -> fits.FragilityFit:
-    """Fit a cloud of demands given by lower and upper bounds, arrays of shape (n,)."""
     if options.model == "ols" and (count := int(np.sum(upper > lower))):
         raise InputError(f"--model ols would leave out {count} censored demands: use --model tobit")
     fit_options: Any = {"capacity_dispersion": options.capacity_dispersion, "motions": motions}
@@ -182,7 +188,7 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     by_run = {key: value for key, value in columns.items() if isinstance(value, list | pd.Series)}
     same_length(**by_run)
     data = pd.DataFrame(by_run)
-    need_columns(data, (options.im, options.edp), "the table")
+    demand_table.need_columns(data, (options.im, options.edp), "the table")
     unused = set(map(str, data)) - {options.im, options.edp, *demand_table.FLAGS}
     demand_table.refuse_misspelt(unused)
     im = positive(data[options.im].to_numpy(), options.im)
@@ -199,7 +205,7 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
         dispersion=options.capacity_dispersion,
     )
     has_motions = "motion_id" in data
-    motions = motion_codes(data) if has_motions else np.arange(im.size)
+    motions = demand_table.motion_codes(data) if has_motions else np.arange(im.size)
     notes = [] if has_motions else [_INDEPENDENT]
     notes += demand_table.unused_notes(unused)
     if varying := demand_table.varying_axes(data):
@@ -214,7 +220,7 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     outcomes = demand_outcomes(runs, [state])
     # the jackknife leaves out events where they are known
     by_event = has_motions and EVENT in data and options.method != "ida"
-    codes = block_codes(data) if by_event else motions
+    codes = demand_table.block_codes(data) if by_event else motions
     fit, unknown = _fit_outcomes(im, codes, outcomes, state, options), outcomes.unknown(state)
     bounds: dict[str, tuple[float, float]] = {}
     details: dict[str, Any] = {"n_records": int(np.unique(motions).size)}

@@ -383,9 +383,8 @@ def _fit_distribution(
         return replace(no_fit, status=status, details=details)
     if (low := float(np.max(lower))) <= (high := float(np.min(upper))):
         status = COMPLETE_SEPARATION if low < high else QUASI_SEPARATION
-        return replace(
-            no_fit, status=status, details={"theta_interval": np.exp([low, high]).tolist()}
-        )
+        details = {"theta_interval": np.exp([low, high]).tolist()}
+        return replace(no_fit, status=status, details=details)
     if not np.any(has_low & has_high) and np.max(upper[has_high]) <= np.min(lower[has_low]):
         return replace(no_fit, status=NON_INCREASING)
     censored = ~(has_low & has_high)

@@ -14,12 +14,11 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 from pydantic import Field
 from pydantic.dataclasses import dataclass as checked_dataclass
-from scipy import special
 
 from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats, Row, as_column, positive, require
@@ -33,7 +32,9 @@ from skewbridge.files.text import (
     read_text,
     shown_path,
 )
-from skewbridge.fragility.motion_means import Jackknifed, exp_end
+
+if TYPE_CHECKING:  # imported when needed: every job reads a configuration, few have rates
+    from skewbridge.fragility.motion_means import Jackknifed
 
 #: Columns of intensities with hazard curves, in the order in which a study prefers them.
 PREFERRED: Final = (
@@ -77,27 +78,36 @@ class LogRate(NamedTuple):
         return float(np.exp(self.logs[0]))
 
     @property
-    def jackknifed(self) -> Jackknifed:
+    def jackknifed(self) -> "Jackknifed":
         """Estimate with the influence of each event or motion (jackknife)."""
+        from skewbridge.fragility.motion_means import Jackknifed
+
         return Jackknifed.of_replicates(self.logs, self.priors)
 
     def interval(self, level: float) -> tuple[float, float, float]:
         """Return the estimate and both interval ends, which cover motions and hazard together."""
+        from skewbridge.fragility.motion_means import exp_end
+
         estimate, interval = self.logs[0], np.array(self.jackknifed.interval(level))
         if self.fractiles.size > 1:
-            # ASSUME the uncertain hazard is lognormal, and its curves do not cross
-            sigma, middle = np.polyfit(special.ndtri(self.quantiles), self.fractiles, 1)
-            half_width = abs(sigma) * special.ndtri(0.5 + 0.5 * level)
-            widths = np.array([estimate - middle + half_width, middle + half_width - estimate])
-            signs = np.array([-1.0, 1.0])
-            interval = estimate + signs * np.hypot(interval - estimate, np.maximum(widths, 0.0))
+            signs, ends = np.array([-1.0, 1.0]), _hazard_ends(self.fractiles, self.quantiles, level)
+            widths = np.maximum(signs * (ends - estimate), 0.0)
+            interval = estimate + signs * np.hypot(interval - estimate, widths)
         return exp_end(estimate), exp_end(float(interval[0])), exp_end(float(interval[1]))
 
     def minus(self, other: "LogRate") -> "LogRate":
         """Return ln of the ratio to another rate from the same motions and hazard."""
-        return self._replace(
-            logs=self.logs - other.logs, fractiles=self.fractiles - other.fractiles
-        )
+        fractiles = self.fractiles - other.fractiles
+        return self._replace(logs=self.logs - other.logs, fractiles=fractiles)
+
+
+def _hazard_ends(ln_rates: Floats, quantiles: Floats, level: float) -> Floats:
+    """Return the ends (2,) of the interval of an ln rate from its values by fractiles (F,)."""
+    # ASSUME the uncertain hazard is lognormal, and its curves do not cross
+    from scipy.special import ndtri
+
+    sigma, middle = np.polyfit(ndtri(quantiles), ln_rates, 1)
+    return middle + abs(sigma) * ndtri(0.5 + 0.5 * level) * np.array([-1.0, 1.0])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -132,6 +142,13 @@ class HazardCurve:
         """Return the logarithms of rates (1 + F, R) by the mean hazard curve, then F fractiles."""
         logs = np.log(np.maximum(rates, np.finfo(np.float64).tiny))
         return LogRate(logs[0], logs[1:, 0], self.quantiles)
+
+    def highest_rate(self, level: float) -> float:
+        """Return the rate of the lowest intensity: the upper end of its interval by fractiles."""
+        rate, *fractiles = np.log(self.rates[:, 0])
+        if self.quantiles.size > 1:
+            rate = max(rate, _hazard_ends(np.array(fractiles), self.quantiles, level)[1])
+        return float(np.exp(rate))
 
     def shares(
         self, rate: Callable[["HazardCurve"], LogRate], p_last: float, low: float, high: float
@@ -274,7 +291,6 @@ def read_hazard(path: Path) -> list[HazardCurve]:
 
 
 def _assembled(path: Path, parts: dict[float | None, _Part]) -> HazardCurve:
-    """Return the curve of one measure from its mean (or median) and its fractiles."""
     mean = parts.get(None, parts.get(0.5))
     if mean is None:
         im = next(iter(parts.values())).im
@@ -299,7 +315,6 @@ def _assembled(path: Path, parts: dict[float | None, _Part]) -> HazardCurve:
 
 
 def _parts(path: Path) -> Iterator[_Part]:
-    """Yield the checked curves of one file."""
     if path.suffix.lower() == ".json":
         curves = _usgs_json(path)
     else:
@@ -321,7 +336,6 @@ def _parts(path: Path) -> Iterator[_Part]:
 
 
 def _openquake(path: Path, first_line: str) -> Iterator[_Part]:
-    """Yield the curve of a CSV export of OpenQuake; ``first_line`` is a comment."""
     entries = dict(re.findall(r"(\w+)='?([^,'\"]+)", first_line))
     missing = [name for name in ("kind", "imt", "investigation_time") if name not in entries]
     if missing:
@@ -386,7 +400,6 @@ def _measure_and_factor(title: str) -> tuple[str, float]:
 
 
 def _usgs_json(path: Path) -> Iterator[_Part]:
-    """Yield the total curves of a response of the hazard services of the USGS."""
     content = read_json(path)
     response = content.get("response", content) if isinstance(content, dict) else content
     common: Any = {}
@@ -402,9 +415,8 @@ def _usgs_json(path: Path) -> Iterator[_Part]:
             raise InputError(f"the unit of {name} is missing: xlabel must end with it, as (g)")
         totals = [curve for curve in entry.get("data", []) if curve.get("component") == "Total"]
         if len(totals) != 1:
-            raise InputError(
-                f"{name} must have one curve of the component Total, got {len(totals)}"
-            )
+            text = f"{name} must have one curve of the component Total"
+            raise InputError(f"{text}, got {len(totals)}")
         values = totals[0].get("values", {})
         levels = values.get("xs", metadata.get("xvalues"))
         rates = values.get("ys", totals[0].get("yvalues"))

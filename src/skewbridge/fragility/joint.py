@@ -7,26 +7,19 @@ predictions between the variants are therefore the same function of the same num
 
 import json
 from collections.abc import Mapping, Sequence
+from itertools import chain
 from typing import Any, Final
 
 import numpy as np
 import pandas as pd
 
 from skewbridge.files.tables import Floats, Row, records_of
-from skewbridge.fragility import demand_table
-from skewbridge.fragility.demand_model import (
-    AxisRange,
-    BridgeModels,
-    DemandFit,
-    DemandModel,
-    StateCurve,
-    fit_models,
-    state_curve,
-)
+from skewbridge.fragility import demand_model, demand_table
+from skewbridge.fragility.demand_model import BridgeModels, DemandFit, DemandModel, StateCurve
 from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.motion_means import Jackknifed, covered_range
-from skewbridge.fragility.outcomes import demand_outcomes, states_by_demand
+from skewbridge.fragility.outcomes import outcomes_by_state
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
 
 JOINT_COLUMNS: Final = demand_table.described("joint")
@@ -39,27 +32,26 @@ class JointModel:
     """The curves of one limit state, from its row of results/fragility/joint.parquet."""
 
     def __init__(self, row: Mapping[str, Any]) -> None:
-        self.axis_range = AxisRange(levels=json.loads(row["axis_ranges"]))
+        self.axis_range = demand_model.AxisRange(levels=json.loads(row["axis_ranges"]))
         self.level = float(row["level"])
         replicates = np.asarray(row["replicates"], dtype=np.float64)
         modes = json.loads(row["modes"])
+        ends = np.cumsum([np.prod(mode["shape"]) for mode in modes])
+        *parameters, rho = np.split(replicates, ends)
         self._modes, self._models = list[LimitState](), list[DemandModel]()
-        start = 0
-        for mode in modes:
-            rows, size = mode["shape"]
-            values = replicates[start : start + rows * size].reshape(rows, size)
-            start += rows * size
+        for mode, values in zip(modes, parameters, strict=True):
             capacity = {name: mode[name] for name in ("demand", "threshold", "dispersion")}
             self._modes.append(LimitState(component="", name="", **capacity))
             constants = {name: mode[name] for name in ("centre", "motions")}
             constants["span"] = tuple(mode["span"])
             constants["knot"] = np.inf if mode["knot"] is None else mode["knot"]
-            self._models.append(DemandModel(axes=self.axis_range, parameters=values, **constants))
-        self._rho = replicates[start:] if len(modes) > 1 else None
+            constants["parameters"] = values.reshape(mode["shape"])
+            self._models.append(DemandModel(axes=self.axis_range, **constants))
+        self._rho = rho if len(modes) > 1 else None
 
     def curve(self, values: Mapping[str, Any]) -> StateCurve:
         """Return the curves at values of the axes, from all runs and without each event."""
-        curve = state_curve(self._models, self._modes, values, self._rho)
+        curve = demand_model.state_curve(self._models, self._modes, values, self._rho)
         if isinstance(curve, str):
             nans = np.full(len(self._models[0].parameters), np.nan)
             return StateCurve(nans, nans, nans)
@@ -92,13 +84,11 @@ def joint_table(
     unknown outcomes change its medians too much, has no estimate here.
     """
     if models is None:
-        models = fit_models(demands, limit_states, settings, jobs=jobs)
+        models = demand_model.fit_models(demands, limit_states, settings, jobs=jobs)
     common = {"im": settings.im, "level": settings.confidence}
     items = ((bridge, limit_states, common) for bridge in models)
     rows = demand_table.spread(_rows, items, jobs, alone_s=0.0)
-    table = pd.DataFrame(
-        [row for model_rows in rows for row in model_rows], columns=list(JOINT_COLUMNS)
-    )
+    table = pd.DataFrame(chain.from_iterable(rows), columns=list(JOINT_COLUMNS))
     if curves is not None:
         keys = [*demand_table.BRIDGE_COLUMNS, "component", "limit_state"]
         is_lost = curves["status"].where(curves["method"] == "cloud") == BOUNDS_TOO_WIDE
@@ -110,17 +100,11 @@ def joint_table(
 
 
 def _rows(arguments: tuple[BridgeModels, States, Row]) -> list[Row]:
-    """Return the rows of table `joint` for one bridge and abutment model."""
     models, states, common = arguments
     im = models.runs[common["im"]].to_numpy(dtype=np.float64)
     low, high = covered_range(im, demand_table.motion_codes(models.runs))
-    outcomes = {
-        state: demand_outcomes(models.runs, group)
-        for group in states_by_demand(states).values()
-        for state in group
-    }
     rows: list[Row] = []
-    for state, outcome in outcomes.items():
+    for state, outcome in outcomes_by_state(models.runs, states).items():
         row = models.labels | common | state.columns | outcome.counts(state)
         row |= {"im_low": low, "im_high": high}
         row["axis_ranges"] = json.dumps({n: list(v) for n, v in models.axes.levels.items()})
@@ -188,7 +172,8 @@ def _left_out_errors(models: BridgeModels, state: LimitState, fits: Sequence[Dem
     for i, (refits, values) in enumerate(zip(subsets, records_of(models.variants), strict=True)):
         if any(isinstance(model, str) for model in refits):
             continue
-        curve, all_runs = state_curve(refits, modes, values, rho), models.curve(state, values)
+        curve = demand_model.state_curve(refits, modes, values, rho)
+        all_runs = models.curve(state, values)
         if not isinstance(curve, str) and not isinstance(all_runs, str):
             errors[i] = abs(np.exp(curve.ln_theta[0] - all_runs.ln_theta[0]) - 1.0)
     return errors

@@ -244,10 +244,8 @@ class _Integrals:
         r, w, n = scale * (self._y - self._x @ delta), self._w, self._count
         # derivative of -r by (delta, gamma), and sums over the known runs of a motion
         x = np.column_stack([scale[:, None] * self._x, w * r])
-        rows = np.column_stack(
-            [r, r**2, w, x, x * r[:, None], w[:, None] * x, (w * r)[:, None] * x]
-        )
-        size = x.shape[1]
+        size, moments = x.shape[1], np.array([r, w, w * r])
+        rows = np.column_stack([r, r**2, w, x, *(moment[:, None] * x for moment in moments)])
         sum_r, sum_rr, sum_w = (sums := self._sums(rows))[:, :3].T
         sum_x, sum_xr, sum_wx, sum_wxr = np.split(sums[:, 3:], 4, axis=1)
         products = np.zeros((n.size, size, size))

@@ -124,6 +124,13 @@ def demand_outcomes(table: pd.DataFrame, states: States) -> DemandOutcomes:
     return DemandOutcomes(lower, upper, complete)
 
 
+def outcomes_by_state(table: pd.DataFrame, states: States) -> dict[LimitState, DemandOutcomes]:
+    """Return the outcomes of all runs of a table for each state."""
+    groups = states_by_demand(states).values()
+    outcomes = [(group, demand_outcomes(table, group)) for group in groups]
+    return {state: outcome for group, outcome in outcomes for state in group}
+
+
 def states_by_demand(states: States) -> dict[tuple[str, str], list[LimitState]]:
     """Group states by component and demand; each list is sorted by increasing threshold."""
     groups: dict[tuple[str, str], list[LimitState]] = {}

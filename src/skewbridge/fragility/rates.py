@@ -53,9 +53,13 @@ _WORTH_A_NOTE: Final = 0.05
 _STATE: Final = ["variant", "component", "limit_state"]
 
 
-def rate_columns(rates: Sequence[float]) -> Row:
-    """Return the columns of an annual rate with its interval, and of the 50-year probability."""
-    row = {f"annual_rate{end}": float(rate) for end, rate in zip(_ENDS, rates, strict=True)}
+def rate_columns(rates: Sequence[float], hazard: HazardCurve, level: float) -> Row:
+    """Return the columns of an annual rate with its interval, and of the 50-year probability.
+
+    No rate of the hazard curve is above that of its lowest intensity, where the interval ends.
+    """
+    ends = zip(_ENDS, np.minimum(rates, hazard.highest_rate(level)), strict=True)
+    row = {f"annual_rate{end}": float(rate) for end, rate in ends}
     years = [float(-np.expm1(-YEARS * rate)) for rate in row.values()]
     return row | {f"probability_50y{end}": p for end, p in zip(_ENDS, years, strict=True)}
 
@@ -102,7 +106,6 @@ def lacking_notes(rows: Sequence[Row]) -> list[str]:
 
 
 def _lognormal(theta: float, beta: float) -> StateCurve:
-    """Return one lognormal curve, without replicates."""
     return StateCurve(np.log([theta]), np.array([nan]), np.array([beta]))
 
 
@@ -145,26 +148,30 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
     elif status == ALL_EXCEED:
         lowest_rate = rate_of(curve["theta_bound_high"], bound_beta)
         rate_ends = nan, lowest_rate, float(hazard.rates[0, 0])
-    return row | rate_columns(rate_ends)
+    return row | rate_columns(rate_ends, hazard, curve["level"])
 
 
-def rates_of_curves(curves: pd.DataFrame, joint: pd.DataFrame, hazard: HazardCurve) -> pd.DataFrame:
-    """Return the columns of `state_columns`, indexed as ``curves``; ``joint`` may be empty."""
-    key = ["bridge", "abutment", "component", "limit_state"]
-    with_model = joint[joint["modes"].notna()]
-    models = {tuple(row[n] for n in key): JointModel(row) for row in records_of(with_model)}
+def rates_of_curves(
+    curves: pd.DataFrame, models: Iterable[BridgeModels], states: States, hazard: HazardCurve
+) -> pd.DataFrame:
+    """Return the columns of `state_columns`, indexed as ``curves``."""
+    variants = {v["variant"]: (model, v) for model in models for v in records_of(model.variants)}
+    of_key = {(state.component, state.name): state for state in states}
     rows: list[Row] = []
     table = curves.reindex(columns=list(dict.fromkeys([*curves, *CURVE_COLUMNS])))
     for row in records_of(table):
-        model = models.get(tuple(row[n] for n in key))
-        curve = model.curve(row) if model else None
-        has_curve = curve is not None and np.isfinite(curve.ln_theta[0])
-        rows.append(state_columns(row, curve if has_curve else None, hazard))
+        model, values = variants[row["variant"]]
+        curve = model.curve(of_key[row["component"], row["limit_state"]], values)
+        rows.append(state_columns(row, None if isinstance(curve, str) else curve, hazard))
     return pd.DataFrame(rows, curves.index)
 
 
 def rate_table(
-    curves: pd.DataFrame, joint: pd.DataFrame, system: pd.DataFrame, hazard: HazardCurve
+    curves: pd.DataFrame,
+    models: Iterable[BridgeModels],
+    states: States,
+    system: pd.DataFrame,
+    hazard: HazardCurve,
 ) -> pd.DataFrame:
     """Return table `rates`: rows per variant and limit state, then per system degree of damage.
 
@@ -175,14 +182,15 @@ def rate_table(
     largest = curves.groupby(_STATE)[bounds].transform("max")
     chosen = chosen_curves(curves.assign(**{name: largest[name] for name in bounds}))
     columns = demand_table.variant_columns(curves)
-    states = chosen[[*columns, *_STATE[1:]]].join(rates_of_curves(chosen, joint, hazard))
-    rows = records_of(states)
+    rated = chosen[[*columns, *_STATE[1:]]].join(rates_of_curves(chosen, models, states, hazard))
+    rows = records_of(rated)
     for row in records_of(system):
         keys = {name: row[name] for name in (*columns, "limit_state", "status", "level")}
         keys |= {"component": SYSTEM, "method": SYSTEM, "im": hazard.im}
         has_rate = isinstance(row.get("rate"), LogRate)
         rate_ends = row["rate"].interval(row["level"]) if has_rate else (nan, nan, nan)
-        rows.append(keys | (row["shares"] if has_rate else {}) | rate_columns(rate_ends))
+        rate_row = rate_columns(rate_ends, hazard, row["level"])
+        rows.append(keys | (row["shares"] if has_rate else {}) | rate_row)
     return pd.DataFrame(rows, columns=list(demand_table.described("rates")))
 
 
@@ -209,7 +217,7 @@ def rate_effects(
     rows: list[Row] = []
     for of_bridge in models:
         motions = of_bridge.runs["motion_id"].nunique()
-        medians = Medians(of_bridge, states, settings, curves)
+        medians = Medians(of_bridge, states, settings.margin, curves)
         rate_of = cache(partial(_rate_of_variant, medians, hazard))
         for axis in axes or demand_table.varying_axes(of_bridge.variants):
             for keys, rates in _changes(medians, axis, all_states, rate_of, systems):
@@ -295,7 +303,6 @@ def _changes(
 
 
 def _mean(rates: Sequence[LogRate]) -> LogRate:
-    """Return the mean of ln rates."""
     logs = np.mean([completed(rate.logs) for rate in rates], axis=0)
     fractiles = np.mean([rate.fractiles for rate in rates], axis=0)
     return rates[0]._replace(logs=logs, fractiles=fractiles)
@@ -393,6 +400,7 @@ def decision(
             if column is not None:
                 curve = column.curve(position | values)
                 rate = curve_rate(curve, hazard).interval(column.level)
+                rate = np.minimum(rate, hazard.highest_rate(column.level))
                 row |= dict(zip(_COLUMN, rate, strict=True))
                 state = {"component": COLUMN_FAILURE, "limit_state": "any"}
                 shares.append(state | rate_shares(curve, hazard, *im_range))

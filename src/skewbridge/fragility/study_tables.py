@@ -73,9 +73,8 @@ def fragility_tables(
 ) -> dict[str, pd.DataFrame]:
     """Return a dict of all tables of results/fragility. An `InputError` names row and column."""
     demand_table.need_columns(demands, demand_table.KEY_COLUMNS)
-    states = with_column_failure(
-        limit_states, validity.with_derived_columns(demands.head(0)).columns
-    )
+    columns = validity.with_derived_columns(demands.head(0)).columns
+    states = with_column_failure(limit_states, columns)
     demand_names = list(dict.fromkeys(state.demand for state in states))
     checked = demand_table.prepared(demands, demand_names, settings)
     rows = checked.table
@@ -87,35 +86,29 @@ def fragility_tables(
     names = list(dict.fromkeys((*demands_for("effect", rows.columns), *state_demands)))
     reference = reference_intensities(curves)
     effects, intensities = effect_tables(rows, names, settings, reference_im=reference, jobs=jobs)
-    system = system_curves(
-        rows, states, settings, models=models, curves=curves, hazard=hazard, jobs=jobs
-    )
-    notes: list[tuple[object, ...]] = [
-        ("together", -1, axis, f"{axis} never changes alone: its effect cannot be separated")
-        for axis in dict.fromkeys(
-            axis
-            for model in models
-            for axis in demand_table.varying_axes(model.variants)
-            if variant_pairs(model.variants, axis)[1].empty
-        )
-    ]
+    fitted: Any = {"models": models, "curves": curves}
+    system = system_curves(rows, states, settings, hazard=hazard, jobs=jobs, **fitted)
+    variants = (model.variants for model in models)
+    axes = ((table, axis) for table in variants for axis in demand_table.varying_axes(table))
+    bound = dict.fromkeys(axis for table, axis in axes if variant_pairs(table, axis)[1].empty)
+    text = "never changes alone: its effect cannot be separated"
+    notes: list[tuple[object, ...]] = [("together", -1, a, f"{a} {text}") for a in bound]
     tables = {name: pd.DataFrame(columns=list(DESCRIPTIONS[name])) for name in RATES}
     if hazard is not None:
-        tables["rates"] = rate_table(curves, joint, system, hazard)
+        tables["rates"] = rate_table(curves, models, states, system, hazard)
         texts = lacking_notes(records_of(tables["rates"]))
         notes += [("hazard", -1, "annual_rate", text) for text in texts]
         tables["rate_effects"] = rate_effects(
             models, states, hazard, settings, curves=curves, system=system
         )
     more_notes = pd.DataFrame(notes, columns=list(checked.notes))
+    both = pd.concat([effects, medians], ignore_index=True)
     tables |= {
         "curves": curves,
         "median_effects": medians,
         "effects": effects,
         "intensity_effects": intensities,
-        "needed_motions": verdicts.needed_motions(
-            pd.concat([effects, medians], ignore_index=True), rows
-        ),
+        "needed_motions": verdicts.needed_motions(both, rows),
         "joint": joint,
         "system": system.drop(columns=["rate", "shares"], errors="ignore"),
         PAPER_TABLE: exports.paper_table(curves, medians, joint),

@@ -20,16 +20,8 @@ from scipy import special
 
 from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats, Index, Mask, Row, records_of
-from skewbridge.fragility import demand_table
+from skewbridge.fragility import demand_table, fits
 from skewbridge.fragility.demand_model import TOO_FEW_RUNS, BridgeModels, StateCurve, fit_models
-from skewbridge.fragility.fits import (
-    ALL_EXCEED,
-    BOUNDS_TOO_WIDE,
-    FITTED,
-    MAX_BOUNDS_RATIO,
-    NO_EXCEEDANCE,
-    median_bound,
-)
 from skewbridge.fragility.hazard import BELOW, HazardCurve
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.motion_means import Jackknifed, covered_range, exp_end
@@ -69,7 +61,7 @@ def system_curves(
         models = fit_models(demands, limit_states, settings, jobs=jobs)
     withheld: Mapping[Any, float] = {}
     if curves is not None:
-        lost = curves[(curves["method"] == "cloud") & (curves["status"] == BOUNDS_TOO_WIDE)]
+        lost = curves[(curves["method"] == "cloud") & (curves["status"] == fits.BOUNDS_TOO_WIDE)]
         keys = ["variant", "component", "limit_state"]
         withheld = lost.set_index(keys)["theta_all_exceed"].astype(float).to_dict()
     systems = [_Systems(system, members, settings, hazard, withheld) for system in models]
@@ -113,18 +105,13 @@ def system_members(states: States) -> dict[str, list[LimitState]]:
             for mild, severe in combinations([state.system_degree for state in ordered], 2):
                 severer[mild] |= {severe} | severer[severe]
     if inconsistent := [name for name in degrees if name in severer[name]]:
-        raise InputError(
-            f"components rank the damage degree {inconsistent[0]!r} differently: "
-            "give all components the same order of degrees"
-        )
+        text = f"components rank the damage degree {inconsistent[0]!r} differently"
+        raise InputError(f"{text}: give all components the same order of degrees")
     members: dict[str, list[LimitState]] = {}
     for degree in sorted(degrees, key=lambda name: -len(severer[name])):
-        severe_enough = {degree} | severer[degree]
-        members[degree] = [
-            next(state for state in ordered if state.system_degree in severe_enough)
-            for ordered in by_component.values()
-            if any(state.system_degree in severe_enough for state in ordered)
-        ]
+        enough = {degree} | severer[degree]
+        by_severity = [[s for s in c if s.system_degree in enough] for c in by_component.values()]
+        members[degree] = [severe[0] for severe in by_severity if severe]
     return members
 
 
@@ -149,13 +136,11 @@ class _Systems(NamedTuple):
 
 
 def _rows(systems: _Systems) -> list[Row]:
-    """Return the rows of table `system` for one bridge and abutment model."""
     variants = range(len(systems.models.variants))
     return [row for number in variants for row in _variant_rows(systems, number)]
 
 
 def _variant_rows(systems: _Systems, variant_number: int) -> list[Row]:
-    """Return the rows of table `system` for one variant, one per degree of damage."""
     models, settings = systems.models, systems.settings
     values = records_of(models.variants)[variant_number]
     runs = models.runs[models.variant == variant_number]
@@ -170,8 +155,8 @@ def _variant_rows(systems: _Systems, variant_number: int) -> list[Row]:
         outcomes = demand_outcomes(runs, [state])
         if fit == TOO_FEW_RUNS or np.sum(outcomes.complete & outcomes.used) < MIN_COMPLETE:
             return "too few complete runs"
-        if (status := outcomes.status(state)) != FITTED:
-            return {NO_EXCEEDANCE: "not reached", ALL_EXCEED: _EVERYWHERE}[status]
+        if (status := outcomes.status(state)) != fits.FITTED:
+            return {fits.NO_EXCEEDANCE: "not reached", fits.ALL_EXCEED: _EVERYWHERE}[status]
         curve = models.curve(state, values)
         if isinstance(curve, str):
             return "demand does not grow"
@@ -234,8 +219,8 @@ def _system(
         return row | {"status": "too_few_runs" if members else "no_component"}
     if np.all(exceed | unknown):
         ones, beta, level = np.ones(exceed.sum()), ASSUMED_BETA, settings.confidence
-        bound = median_bound(ln_im[exceed], ones, beta=beta, level=level, exceed=True)
-        return row | {"status": ALL_EXCEED, "theta_bound": bound}
+        bound = fits.median_bound(ln_im[exceed], ones, beta=beta, level=level, exceed=True)
+        return row | {"status": fits.ALL_EXCEED, "theta_bound": bound}
     curves = [member.curve for member in members]
     priors = curves[0].priors
     ln_theta = np.column_stack([curve.ln_theta for curve in curves])
@@ -254,8 +239,8 @@ def _system(
         # the system if all unknown outcomes exceed, and without the components in doubt
         most = failures + np.minimum(np.log(lowest) - ln_theta[0], 0.0)[:, None, None]
         ends = [_quantiles(part)[0, 0] for part in (most, failures[lowest == inf]) if len(part)]
-        if len(ends) < 2 or not ends[1] - ends[0] <= np.log(MAX_BOUNDS_RATIO):
-            return row | {"status": BOUNDS_TOO_WIDE}
+        if len(ends) < 2 or not ends[1] - ends[0] <= np.log(fits.MAX_BOUNDS_RATIO):
+            return row | {"status": fits.BOUNDS_TOO_WIDE}
     first = np.min(failures[:, 0], axis=0)
     empirical = (np.arange(_POINTS) + 0.5) / _POINTS
     distance = np.abs(special.ndtr((np.sort(first) - ln_median) / dispersion) - empirical)
@@ -284,7 +269,7 @@ def _system(
     row["weakest"] = str(weakest)
     row["theta_correlated"] = exp_end(np.min(ln_theta[0]))
     row["theta_independent"] = exp_end(_quantiles(independent)[0, 0])
-    return row | {"status": FITTED, "max_dp": np.max(distance)}
+    return row | {"status": fits.FITTED, "max_dp": np.max(distance)}
 
 
 def _by_models(
@@ -315,7 +300,6 @@ def _rated(
     hazard: HazardCurve,
     covered: tuple[float, float],
 ) -> Row:
-    """Return the columns `rate` and `shares` of a system."""
     rate, changes = hazard.rate_of_failures(first[None]), hazard.rate_of_failures(fewer_points).logs
     logs = np.full(is_valid.size, nan)
     logs[is_valid] = rate.logs[0] + changes - changes[0]

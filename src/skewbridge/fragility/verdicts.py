@@ -355,9 +355,6 @@ def runs_per_motion(demands: pd.DataFrame) -> float:
 
 def rounds_table(plans: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
     """Return the table `rounds`: one row per effect and round of motions, from the stored plans."""
-    cells = [
-        {**cell, "round": plan["round"] - 1, "analyses": plan["analyses_before"]}
-        for plan in plans
-        for cell in plan["cells"]
-    ]
+    rounds = [({"round": p["round"] - 1, "analyses": p["analyses_before"]}, p) for p in plans]
+    cells = [cell | counts for counts, plan in rounds for cell in plan["cells"]]
     return pd.DataFrame(cells, columns=list(ROUND_COLUMNS))

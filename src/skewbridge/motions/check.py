@@ -96,9 +96,8 @@ def write_folder_index(root: Path, stated: Stated | None = None) -> Path:
         units = {trace.unit for trace in traces}
         if len(units) > 1 and any("given unit" in note for t in traces for note in t.notes):
             text = f"files in {' and '.join(sorted(units))}, but an index row has one unit"
-            raise InputError(
-                f"motion {entry.motion_id}: {text}: write it into the file without one"
-            )
+            text = f"{text}: write it into the file without one"
+            raise InputError(f"motion {entry.motion_id}: {text}")
         row |= {"unit": units.pop() if len(units) == 1 else "", "source": ""}
         old_cells = cells.get(entry.motion_id, {}).items()
         filled = {name: text for name, text in old_cells if text and name not in {"npts", "sha256"}}

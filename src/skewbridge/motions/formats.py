@@ -232,12 +232,10 @@ def _unit_in(texts: Iterable[str], path: Path) -> str:
 
 
 def _fortran_float(text: str) -> float:
-    """Return the number in a text; the exponent may be marked by D."""
     return float(text.upper().replace("D", "E"))
 
 
 def _first_number(text: str | None) -> float:
-    """Return the number at the start of a text; nan without one."""
     match = _NUMBER.match(text or "")
     return _fortran_float(match[0]) if match else math.nan
 
@@ -303,12 +301,12 @@ _PEER_SIZES = (
 _PEER_TITLES = (
     re.compile(
         r"(?P<event>[^,]+),\s*[\d/ ]+,\s*(?P<station>.*),\s*"
-        r"(?P<azimuth>-?(?:\d{1,3}|[A-Z]{1,3}|(?i:u-?d|up|down|vert(?:ical)?)))"
+        r"(?P<direction>-?(?:\d{1,3}|[A-Z]{1,3}|(?i:u-?d|up|down|vert(?:ical)?)))"
     ),
     # the older database: EVENT 5/19/40 0439, STATION, 180 (USGS STATION 117)
     re.compile(
         r"(?P<event>[^,]+?)\s+\d+/\d+/\d+[^,]*,\s*(?P<station>.*),\s*"
-        r"(?P<azimuth>\d{1,3}|(?i:up|ud|down|dwn|vert(?:ical)?))\b.*"
+        r"(?P<direction>\d{1,3}|(?i:up|ud|down|dwn|vert(?:ical)?))\b.*"
     ),
 )
 _PEER_FOOTER = re.compile(r"^\s*\*+\s*end\b", re.IGNORECASE)
@@ -337,18 +335,9 @@ def _read_peer(lines: list[str], path: Path, _stated: Stated) -> Trace:
         raise fault_in(path, "the file ends inside a number: get the whole file")
     titles = (pattern.fullmatch(line.strip()) for line in header[:3] for pattern in _PEER_TITLES)
     title = next(filter(None, titles), None)
-    event, station, azimuth = title.group("event", "station", "azimuth") if title else ("",) * 3
-    return Trace(
-        path=path,
-        format="peer_at2",
-        accel_mps2=values,
-        dt_s=dt_s,
-        unit=unit,
-        warnings=warnings,
-        event=event.strip(),
-        station=station.strip(),
-        direction=azimuth,
-    )
+    texts = {name: text.strip() for name, text in title.groupdict().items()} if title else {}
+    fields: Any = {"dt_s": dt_s, "unit": unit, "warnings": warnings, **texts}
+    return Trace(path=path, format="peer_at2", accel_mps2=values, **fields)
 
 
 def _peer_sizes(lines: list[str]) -> tuple[int, int, float] | None:  # row, NPTS, DT
@@ -409,7 +398,6 @@ _CSMIP_LAYOUT: Final = "(8F10.3)"  # source: CSMIP report OSMS 85-03
 
 
 def _is_csmip(lines: list[str], path: Path) -> bool:
-    """Return whether a file is a corrected accelerogram, by its first lines or its suffix .v2."""
     header = " ".join(_head(lines, 2)).upper()
     return header.lstrip().startswith("CORRECTED ACCELEROGRAM") or (
         path.suffix.lower() == ".v2" and any(map(_CSMIP_BLOCK.match, _head(lines, 200)))
@@ -447,10 +435,6 @@ _COSMOS_BLOCK = re.compile(
 _COSMOS_CHANNEL = re.compile(r"sta cha[^:]*:\s*(\w+)|<scnl>[^.\s]*\.(\w+)", re.IGNORECASE)
 _COSMOS_UNITS: Final = {2: "g", 4: "cm/s2", 7: "in/s2", 10: "cm/s2", 11: "mg"}
 _COSMOS_VERTICAL: Final = {400: "Up", 401: "Down", 402: "Vertical"}
-
-
-def _is_cosmos(lines: list[str], _path: Path) -> bool:
-    return "(format v" in "".join(_head(lines, 1)).lower()
 
 
 def _read_cosmos(lines: list[str], path: Path, stated: Stated) -> Trace:
@@ -518,10 +502,6 @@ def _read_geonet(lines: list[str], path: Path, stated: Stated) -> Trace:
 # ---- ESM and ITACA, Europe and Italy (.ASC): 64 header lines KEY: VALUE and one value per line.
 
 
-def _is_esm(lines: list[str], _path: Path) -> bool:
-    return "".join(_head(lines, 1)).startswith("EVENT_NAME:")
-
-
 def _read_esm(lines: list[str], path: Path, _stated: Stated) -> Trace:
     header = list(takewhile(lambda line: ":" in line, _head(lines, 100)))
     texts = {key: text.strip() for key, _, text in (line.partition(":") for line in header)}
@@ -532,17 +512,11 @@ def _read_esm(lines: list[str], path: Path, _stated: Stated) -> Trace:
         raise fault_in(path, "the header needs SAMPLING_INTERVAL_S and NDATA")
     all_values = parse_numbers(lines[len(header) :], path, first_line=len(header) + 1)
     values, warnings = _counted(all_values, "NDATA", round(npts), path)
-    return Trace(
-        path=path,
-        format="esm",
-        accel_mps2=values,
-        dt_s=dt_s,
-        unit=_unit_in([texts.get("UNITS", "")], path),
-        event=texts.get("EVENT_ID") or f"{texts['EVENT_NAME']} {texts.get('EVENT_DATE_YYYYMMDD')}",
-        station=f"{texts.get('NETWORK', '')}.{texts.get('STATION_CODE', '')}",
-        direction=texts.get("STREAM", ""),
-        warnings=warnings,
-    )
+    name = texts.get("EVENT_ID") or f"{texts['EVENT_NAME']} {texts.get('EVENT_DATE_YYYYMMDD')}"
+    station = f"{texts.get('NETWORK', '')}.{texts.get('STATION_CODE', '')}"
+    fields: Any = {"event": name, "station": station, "direction": texts.get("STREAM", "")}
+    fields |= {"dt_s": dt_s, "unit": _unit_in([texts.get("UNITS", "")], path)}
+    return Trace(path=path, format="esm", accel_mps2=values, warnings=warnings, **fields)
 
 
 # ---- K-NET and KiK-net of NIED, Japan (.EW, .NS, .UD): counts with a scale factor. The counts
@@ -552,11 +526,6 @@ _KNET_HEADER_LINES: Final = 17
 # source: NIED KiK-net manual: 1 to 3 borehole, 4 to 6 surface; N-S, E-W, U-D in turn
 _KNET_CHANNELS: Final = dict(zip("123456", ("N-S", "E-W", "U-D") * 2, strict=True))
 _KNET_SCALE = re.compile(rf"({FLOAT})\(gal\)\s*/\s*({FLOAT})")
-
-
-def _is_knet(lines: list[str], _path: Path) -> bool:
-    header = "\n".join(_head(lines, _KNET_HEADER_LINES))
-    return "Scale Factor" in header and "Sampling Freq" in header
 
 
 def _read_knet(lines: list[str], path: Path, _stated: Stated) -> Trace:
@@ -786,12 +755,18 @@ def _step_of_times(
 
 type _Recognise = Callable[[list[str], Path], bool]
 type _Read = Callable[[list[str], Path, Stated], Trace]
+
+
+def _begins(pattern: str) -> _Recognise:
+    return lambda lines, _: bool(re.match(pattern, "\n".join(_head(lines, 17)), re.I | re.S))
+
+
 #: Name of each format, and the functions that recognise and read it. The first format that
 #: recognises a file is used; the last one accepts any text.
 MOTION_FORMATS: Final[tuple[tuple[str, _Recognise, _Read], ...]] = (
-    ("K-NET and KiK-net", _is_knet, _read_knet),
-    ("ESM and ITACA ASCII (.ASC)", _is_esm, _read_esm),
-    ("COSMOS (.V2c)", _is_cosmos, _read_cosmos),
+    ("K-NET and KiK-net", _begins("(?=.*Sampling Freq).*Scale Factor"), _read_knet),
+    ("ESM and ITACA ASCII (.ASC)", _begins("EVENT_NAME:"), _read_esm),
+    ("COSMOS (.V2c)", _begins(r"[^\n]*\(format v"), _read_cosmos),
     ("GeoNet (.V2A)", _is_geonet, _read_geonet),
     ("CSMIP (.V2)", _is_csmip, _read_csmip),
     ("PEER (.AT2)", _is_peer, _read_peer),

@@ -80,19 +80,15 @@ def sa_avg_periods(t1_s: float) -> Vector:
 
 
 def _spectrum(
-    accel: Vector, dt_s: float, periods_s: ArrayLike, peaks: Callable[[Vector], ArrayLike]
+    accel: Vector, dt_s: float, periods_s: ArrayLike, peaks: Callable[[Vector], Any]
 ) -> Vector:
     """Return omega^2 times ``peaks`` of the displacement of an oscillator, one row per period."""
     periods = np.atleast_1d(np.asarray(periods_s, dtype=np.float64))
     if not (np.isfinite(periods).all() and (periods > 0.0).all()):
         raise InputError(f"periods_s must be positive, got {periods_s}")
     disps_m = _oscillator_disps(accel, dt_s, periods.tolist())
-    return np.array(
-        [
-            peaks(disp_m) * (2.0 * np.pi / period_s) ** 2
-            for period_s, disp_m in zip(periods.tolist(), disps_m, strict=True)
-        ]
-    )
+    omegas: list[float] = (2.0 * np.pi / periods).tolist()
+    return np.array([peaks(disp) * w**2 for disp, w in zip(disps_m, omegas, strict=True)])
 
 
 def _oscillator_disps(accel: Vector, dt_s: float, periods_s: Sequence[float]) -> Iterator[Vector]:
@@ -109,7 +105,6 @@ def _oscillator_disps(accel: Vector, dt_s: float, periods_s: Sequence[float]) ->
 
 
 def _in_substeps(accel: Vector, substeps: int) -> Vector:
-    """Return linearly interpolated accelerations with ``substeps`` sub-steps per step."""
     fractions = np.arange(substeps) / substeps
     interpolated = accel[..., :-1, None] + np.diff(accel)[..., None] * fractions
     return np.concatenate([interpolated.reshape(*accel.shape[:-1], -1), accel[..., -1:]], axis=-1)
@@ -171,19 +166,12 @@ def _largest_projections(x: Vector, y: Vector) -> Vector:
 
 # ---- Intensity measures
 
-# Exponent of the scale factor for each measure.
-SCALE_POWERS: Final = {
-    "im_pga_rotd50_g": 1,
-    "im_pgv_rotd50_mps": 1,
-    "im_sa_t1_rotd50_g": 1,
-    "im_sa_1p000_rotd50_g": 1,
-    "im_saavg_rotd50_g": 1,
-    "im_arias_mps": 2,
-    "im_cav_mps": 1,
-    "im_d5_75_s": 0,
-    "im_d5_95_s": 0,
-}
-IM_COLUMNS: Final = tuple(SCALE_POWERS)
+IM_COLUMNS: Final = (
+    "im_pga_rotd50_g", "im_pgv_rotd50_mps", "im_sa_t1_rotd50_g", "im_sa_1p000_rotd50_g",
+    "im_saavg_rotd50_g", "im_arias_mps", "im_cav_mps", "im_d5_75_s", "im_d5_95_s",
+)  # fmt: skip
+#: Exponent of the scale factor, if it is not 1.
+_SCALE_POWERS: Final = {"im_arias_mps": 2, "im_d5_75_s": 0, "im_d5_95_s": 0}
 # source: Housner (1952), spectrum intensity between 0.1 and 2.5 s
 HOUSNER_PERIODS_S: Final = np.linspace(0.1, 2.5, 121)
 TAPER_S: Final = 0.5
@@ -224,7 +212,8 @@ def conditioned_levels(psa_g: Vector) -> tuple[float, float]:
 
 def scaled_measures(measures: dict[str, float], scale: float) -> dict[str, float]:
     """Return the measures of a scaled motion from the measures of the unscaled motion."""
-    return {name: value * scale ** SCALE_POWERS[name] for name, value in measures.items()}
+    powers = dict.fromkeys(IM_COLUMNS, 1) | _SCALE_POWERS
+    return {name: value * scale ** powers[name] for name, value in measures.items()}
 
 
 def component_measures(accel_mps2: Vector, dt_s: float) -> dict[str, float]:
@@ -274,7 +263,6 @@ def peak_g(accel_mps2: Vector) -> float:
 
 
 def _running_integral(values: Vector, dt_s: float) -> Vector:
-    """Return the integral from the first value by the trapezoidal rule."""
     from scipy.integrate import cumulative_trapezoid  # here: every job imports this module
 
     return cumulative_trapezoid(values, dx=dt_s, initial=0)
@@ -303,9 +291,7 @@ def pair_arias_build_up(motion: GroundMotion) -> Vector:
 
 def cav(accel_mps2: Vector, dt_s: float) -> float:
     """Return the cumulative absolute velocity, the integral of |a|, in m/s."""
-    from scipy.integrate import trapezoid
-
-    return float(trapezoid(np.abs(accel_mps2), dx=dt_s))
+    return float(np.trapezoid(np.abs(accel_mps2), dx=dt_s))
 
 
 def significant_duration(build_up: Vector, dt_s: float, start: float, end: float) -> float:
@@ -327,9 +313,7 @@ def housner_intensity(accel_mps2: Vector, dt_s: float) -> float:
     """Return the integral of the 5 % pseudo-spectral velocity from 0.1 to 2.5 s, in m."""
     psa_mps2 = component_psa(accel_mps2, dt_s, HOUSNER_PERIODS_S)
     psv_mps = psa_mps2 * HOUSNER_PERIODS_S / (2.0 * np.pi)
-    from scipy.integrate import trapezoid
-
-    return float(trapezoid(psv_mps, HOUSNER_PERIODS_S))
+    return float(np.trapezoid(psv_mps, HOUSNER_PERIODS_S))
 
 
 def strongest_part(motion: GroundMotion, shaking_s: float) -> GroundMotion:

@@ -204,15 +204,11 @@ def striped(suite: "pd.DataFrame", stripes_g: Sequence[float]) -> "pd.DataFrame"
     all_rows = pd.concat(stripes, ignore_index=True)
     table = all_rows[all_rows["scale"].between(low, high)].reset_index(drop=True)
     if table.empty:
-        raise InputError(
-            f"no motion reaches a stripe of {list(stripes_g)} g with a factor of {low} to {high}: "
-            "change motions.stripes_g or the suite"
-        )
+        text = f"no motion reaches a stripe of {list(stripes_g)} g with a factor of {low} to {high}"
+        raise InputError(f"{text}: change motions.stripes_g or the suite")
     if left_out := len(all_rows) - len(table):
-        logger.warning(
-            "%d of %d scaled motions are left out: their factor is outside %g to %g",
-            left_out, len(all_rows), low, high,
-        )  # fmt: skip
+        text = "%d of %d scaled motions are left out: their factor is outside %g to %g"
+        logger.warning(text, left_out, len(all_rows), low, high)
     return table
 
 

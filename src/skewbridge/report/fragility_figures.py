@@ -17,7 +17,7 @@ from scipy import special
 from skewbridge.demands.columns import demands_for
 from skewbridge.demands.validity import is_complete, with_derived_columns
 from skewbridge.files.tables import Floats, records_of
-from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
+from skewbridge.fragility.demand_table import BRIDGE_COLUMNS, reference_value
 from skewbridge.fragility.exports import three_digits, with_interval
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.limit_states import COLUMN_FAILURE, HEADLINE_STATES, LimitState
@@ -146,7 +146,7 @@ def main_curves(pooled: pd.DataFrame) -> dict[str, pd.DataFrame]:
 
 
 def _system_ratios(systems: pd.DataFrame) -> pd.DataFrame:
-    """Return mean ratios of system medians to the median at the first value of the leading axis.
+    """Return mean ratios of system medians to that at the `reference_value` of the leading axis.
 
     Systems have no table of effects. ``n_different`` is the number of pairs of variants that are
     left out because of their components, see `averaged`, or of variants with other components.
@@ -155,7 +155,7 @@ def _system_ratios(systems: pd.DataFrame) -> pd.DataFrame:
     for order, group in systems.astype({"theta": float}).groupby("order"):
         lead, row_of = group["axis"].iloc[0], {row["variant"]: row for row in records_of(group)}
         others = [axis.name for axis in axes_of(map(str, group)) if axis.name != lead]
-        is_first = group["value"] == group["value"].min()
+        is_first = group["value"] == reference_value(group["value"])
         pairs = group[is_first].merge(group[~is_first], on=others, suffixes=("_from", ""))
         for value, at_value in group.groupby("value"):
             names = pairs.loc[pairs["value"] == value, ["variant_from", "variant"]].to_numpy()

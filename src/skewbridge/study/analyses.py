@@ -46,8 +46,7 @@ CPU_S_PER_STRONG_S: Final = 0.10  # per second of this part
 CPU_S_PER_LATER_S: Final = 0.03
 CPU_S_PER_STEP: Final = 1.5e-3  # constant steps: scheme paper and reference accuracy
 WITHOUT_CONTACTS: Final = 0.6  # ratio
-#: Share of the sensitivity check in the expected cost of the analyses. The strongest parts of
-#: motions cost up to 1.35 times as much as expected; the check is then still below a quarter.
+#: Share of the sensitivity check in the expected cost of the analyses; at worst it takes a quarter.
 CHECK_SHARE: Final = 0.18
 REPEATS_AT_DEFAULT: Final = 5  # analyses of a checked row that are not at the reference accuracy
 
@@ -86,10 +85,8 @@ class StudySetup:
             # by number, so that motions left out by the design do not change the draws
             motion_ids = [ids.get(number, "") for number in range(max(ids) + 1)]
             draws |= study.uncertainty.draws(motion_ids, name if suite_number else "")
-        rows = {
-            (row["bridge"], row["motion_id"]): row
-            for row in read_table(folder.intensities).to_pylist()
-        }
+        stored = read_table(folder.intensities).to_pylist()
+        rows = {(row["bridge"], row["motion_id"]): row for row in stored}
         runs = planned_runs(study.grid, study.motions, placed(suite))
         return cls(
             study=study,
@@ -256,15 +253,11 @@ def check_plan(study: StudyConfig, durations_s: Sequence[float]) -> tuple[int, f
 
 def sampled(tasks: Sequence[Task], count: int) -> list[Task]:
     """Return ``count`` tasks of a variant, at evenly spaced quantiles of the scaled PGV."""
-    ranked = sorted(
-        tasks,
-        key=lambda task: (
-            task.motion.measures[PGV],
-            task.motion.motion.motion_id,
-            task.incidence_deg,
-        ),
-    )
-    n_samples = min(count, len(ranked))
+
+    def rank(task: Task) -> tuple[float, str, float]:
+        return task.motion.measures[PGV], task.motion.motion.motion_id, task.incidence_deg
+
+    ranked, n_samples = sorted(tasks, key=rank), min(count, len(tasks))
     return [ranked[(2 * i + 1) * len(ranked) // (2 * n_samples)] for i in range(n_samples)]
 
 

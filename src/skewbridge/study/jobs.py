@@ -191,7 +191,8 @@ def script_session(snakemake: Any) -> Generator[Job]:
     logging.raiseExceptions = False  # a full disk that stops the log does not stop the study
     logger.setLevel(logging.INFO)
     to_terminal = logging.StreamHandler(sys.stderr)
-    to_terminal.addFilter(for_terminal)
+    # warnings, errors and the progress of jobs
+    to_terminal.addFilter(lambda r: r.levelno >= logging.WARNING or r.name == PROGRESS_LOG)
     logger.addHandler(to_terminal)
     try:
         with _logging_to(Path(snakemake.log[0])):
@@ -228,11 +229,6 @@ def script_session(snakemake: Any) -> Generator[Job]:
         raise SystemExit(EXIT_BAD_INPUT) from None
     finally:
         logger.removeHandler(to_terminal)
-
-
-def for_terminal(record: logging.LogRecord) -> bool:
-    """Return whether a log record is shown in the terminal: warnings, errors, job progress."""
-    return record.levelno >= logging.WARNING or record.name == PROGRESS_LOG
 
 
 @contextmanager

@@ -270,7 +270,7 @@ def compare_studies(first: Path, second: Path, hazard: Path | None = None) -> St
     if site is not None:
         site_rates = rates.rate_effects(models, states, site, settings, **with_curves)
         chosen = curves.loc[curves["preferred"], ["component", "limit_state"]]
-        rated = rates.rates_of_curves(curves.loc[chosen.index], pd.DataFrame({"modes": []}), site)
+        rated = rates.rates_of_curves(curves.loc[chosen.index], models, states, site)
         doubts += rates.lacking_notes(records_of(chosen.join(rated)))
     return StudyComparison(
         im=settings.im,
@@ -301,7 +301,6 @@ def _states_file(study: Path) -> Path:
 
 
 def _measure(study: Path) -> str | None:
-    """Return the intensity measure of the curves of a study, or None without curves."""
     curves = StudyFolder(study).fragility("curves")
     measures = read_frame(curves, ["im"])["im"] if curves.is_file() else ()
     return next(iter(measures), None)
@@ -318,7 +317,6 @@ def _other_motions(first: Path, second: Path) -> tuple[str, ...]:
 
 
 def _nothing_shared(first: pd.DataFrame, second: pd.DataFrame, axes: Sequence[str]) -> str:
-    """Return the message for studies without pairs, with the shared variants and motions."""
     key_columns = {
         "variants": [*demand_table.BRIDGE_COLUMNS, *axes],
         "motions": ["motion_id"],
@@ -409,7 +407,9 @@ def predict_states(
         prediction[f"p_{EXTRAPOLATED}"] = None if at is None else not low <= at <= high
         if site is not None:
             rate = rates.curve_rate(curve, site).interval(model.level)
-            prediction |= rates.rate_columns(rate) | rates.rate_shares(curve, site, low, high)
+            prediction |= rates.rate_columns(rate, site, model.level) | rates.rate_shares(
+                curve, site, low, high
+            )
         prediction["n_withheld"] = n_withheld.get(tuple(row[name] for name in _STATE_KEYS), 0)
         columns = (*demand_table.BRIDGE_COLUMNS, "loo_error", "im", RANDOM_PROPERTIES)
         common = {name: row[name] for name in columns}

@@ -48,8 +48,8 @@ class DeckData(Part, frozen=True):
     ``inertia_vertical_m4`` is for vertical bending, ``inertia_transverse_m4`` for bending in plan.
     """
 
-    width_m: Metres
-    depth_m: Metres
+    width_m: Annotated[float, Field(ge=0.5, le=100.0)]
+    depth_m: Annotated[float, Field(ge=0.05, le=20.0)]
     area_m2: SquareMetres
     inertia_vertical_m4: Inertia
     inertia_transverse_m4: Inertia

@@ -39,7 +39,6 @@ from skewbridge.files.tables import Row, records_of
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.effects import effect_tables, median_effects
-from skewbridge.fragility.exports import chosen_curves
 from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.limit_states import LimitState, hazus_factor
 from skewbridge.fragility.settings import FitSettings
@@ -192,12 +191,13 @@ def medians(
     states = list(limits.values())
     rows = prepared(demands, list(dict.fromkeys(state.demand for state in states)), SETTINGS).table
     curves = fit_study(rows, states, SETTINGS)
-    components = chosen_curves(curves, "cloud")  # as in the published study
+    components = curves[curves["method"] == "cloud"]  # as in the published study
     components = components.drop(columns="beta").rename(columns={"beta_total": "beta"})
     system = system_curves(rows, states, SETTINGS).assign(component=SYSTEM)
     all_curves = pd.concat([components, system], ignore_index=True)
     # only counts of exceedances bound the median of a state that no run reaches
-    counts = chosen_curves(curves, "exceedance").set_index(["component", "limit_state"])
+    by_outcome = curves[curves["method"] == "exceedance"]
+    counts = by_outcome.set_index(["component", "limit_state"])
     keys = pd.MultiIndex.from_frame(all_curves[["component", "limit_state"]])
     bounds = counts["theta_bound_low"].reindex(keys).to_numpy()
     all_curves["theta_bound"] = np.where(all_curves["status"] == FITTED, nan, bounds)
