@@ -41,8 +41,8 @@ from skewbridge.verification.statements import relative_change
 from skewbridge.verification.studies.paper_runs import (
     FRICTION_PCT,
     PaperMotion,
+    paper_record,
     paper_variant,
-    tarzana,
     waho,
 )
 
@@ -184,7 +184,7 @@ _KEYS: Final = ("sacrificial", "monolithic")  # the default model has the first
 
 def run_abutment(study: Study) -> None:
     """Run the study of figure 10: one abutment with and without friction."""
-    record = tarzana()
+    record = paper_record("Tarzana")
     rows: list[Row] = []
     for motion, keys, skew in product(record.runs(), _KEYS, _ABUTMENT_SKEWS_DEG):
         with_mu, no_mu = (paper_variant(skew_deg=skew, friction_pct=f) for f in (FRICTION_PCT, 0))

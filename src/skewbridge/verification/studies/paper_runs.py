@@ -33,6 +33,16 @@ GAP_MM: Final = 51  # source: the paper, section 4
 SCALES: Final = (0.95, 0.967, 0.983, 1.0, 1.017, 1.033, 1.05)
 #: Number of other motions that judge a statement if the paper's record is missing.
 OTHER_MOTIONS: Final = 5
+#: Records of the paper: identifier, patterns of the longitudinal file (the first) and of the
+#: transverse file (the others), PGA (RotD50) in g.
+_RECORDS: Final[dict[str, tuple[str, tuple[str, ...], float]]] = {
+    # source: PEER NGA-West2 flatfile, RSN 1087 (Northridge 1994, Tarzana)
+    "Tarzana": ("TAR", ("*TAR090*", "*TAR360*", "*TAR000*"), 1.6440),
+    "WAHO": ("RSN811_WAHO", ("*WAH090*", "*WAH000*"), read.WAHO_PGA_ROTD50_G),
+    # source: PEER NGA-West2, RSN 6 (Imperial Valley 1940, El Centro): geometric mean of the two
+    # components, 0.2808 and 0.2107 g
+    "El Centro": ("RSN6_ELC", ("*ELC180*", "*ELC270*"), 0.2432),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,32 +84,17 @@ class PaperMotion:
         ]
 
 
-def tarzana() -> PaperMotion:
-    """Return Tarzana (090 longitudinal, 000 transverse), or a synthetic pair of the same PGA."""
-    patterns = ("*TAR090*", "*TAR360*", "*TAR000*")
-    # source: PEER NGA-West2 flatfile, RSN 1087 (Northridge 1994, Tarzana), RotD50 PGA
-    return _record("Tarzana", "TAR", patterns, 1.6440)
-
-
 def waho() -> PaperMotion:
     """Return WAHO (090 longitudinal, 000 transverse), its surrogate, or a synthetic pair."""
-    patterns = ("*WAH090*", "*WAH000*")
     # The package's motions have no pulse: at the PGA of WAHO they do not close the gaps of OSB1, so
     # three times that PGA is needed to test statements on contact.
-    motion_of_paper = _record("WAHO", "RSN811_WAHO", patterns, read.WAHO_PGA_ROTD50_G, factor=3.0)
+    motion_of_paper = paper_record("WAHO", factor=3.0)
     north, east = (_find(name) for name in read.SURROGATE_FILES)
     if motion_of_paper.is_paper_record or not (north and east):
         return motion_of_paper
     motion = read.read_motion(east, north, Stated(unit="g"), motion_id=read.SURROGATE_ID)
     label = f"surrogate for WAHO: Capitola x {read.SURROGATE_FACTOR:g}"
     return replace(motion_of_paper, motion=motion.scaled(read.SURROGATE_FACTOR), label=label)
-
-
-def el_centro() -> PaperMotion:
-    """Return El Centro (180 longitudinal, 270 transverse), or a synthetic pair of the same PGA."""
-    # source: PEER NGA-West2, RSN 6 (Imperial Valley 1940, El Centro): geometric mean of the two
-    # components, 0.2808 and 0.2107 g
-    return _record("El Centro", "RSN6_ELC", ("*ELC180*", "*ELC270*"), 0.2432)
 
 
 def _find(*patterns: str) -> Path | None:
@@ -110,14 +105,13 @@ def _find(*patterns: str) -> Path | None:
     return next(files, None)
 
 
-def _record(
-    name: str, motion_id: str, patterns: tuple[str, ...], pga_rotd50_g: float, factor: float = 1.0
-) -> PaperMotion:
-    """Return a record of the paper; pattern 1 is for the first file, the rest for the second.
+def paper_record(name: str, factor: float = 1.0) -> PaperMotion:
+    """Return a record of the paper.
 
     If a file is missing or has a different record, the first motion of the default suite is
     returned, scaled to `factor` x the published PGA.
     """
+    motion_id, patterns, pga_rotd50_g = _RECORDS[name]
     component_1, component_2 = _find(patterns[0]), _find(*patterns[1:])
     pga_g = factor * pga_rotd50_g
     if component_1 and component_2:

@@ -28,7 +28,7 @@ from skewbridge.verification.references.deck_solvers import run_deck
 from skewbridge.verification.references.lcp import RigidContacts, moreau_jean
 from skewbridge.verification.references.live_model import History, cone_excess, rms
 from skewbridge.verification.registry import Panel, Study, drawn
-from skewbridge.verification.studies.paper_runs import el_centro
+from skewbridge.verification.studies.paper_runs import paper_record
 
 _CLOSE: Final = 0.03  # fraction of the gap: the penetration allowed for Kn = 1e9 N/m
 
@@ -363,7 +363,7 @@ def wu_case(gap_mm: float, **changes: Any) -> cases.DeckCase:
 
 def run_tests(study: Study) -> None:
     """Run the study of figures 7 and 8: a skew deck on a shake table."""
-    for gap_mm, motion in product(GAPS_MM, el_centro().runs()):
+    for gap_mm, motion in product(GAPS_MM, paper_record("El Centro").runs()):
         ground, name = solvers.BaseAcceleration(record=motion.motion), f"gap {gap_mm:g} mm"
         history = run_deck(wu_case(gap_mm), ground)
         peaks = history.peaks()
