@@ -218,7 +218,12 @@ def rate_effects(
     for of_bridge in models:
         motions = of_bridge.runs["motion_id"].nunique()
         medians = Medians(of_bridge, states, settings.margin, curves)
-        rate_of = cache(partial(_rate_of_variant, medians, hazard))
+
+        @cache
+        def rate_of(state: LimitState, number: int, medians: Medians = medians) -> LogRate | None:
+            curve = medians.curve(state, number)
+            return None if curve is None else curve_rate(curve, hazard)
+
         for axis in axes or demand_table.varying_axes(of_bridge.variants):
             for keys, rates in _changes(medians, axis, all_states, rate_of, systems):
                 row: Row = {"level": EFFECT_CONFIDENCE, "direction": 0, "n_motions": motions}
@@ -234,13 +239,6 @@ def rate_effects(
                 rows.append(keys | row)
     table = pd.DataFrame(rows, columns=list(demand_table.described("rate_effects")))
     return table.sort_values("scope", kind="stable", ignore_index=True)
-
-
-def _rate_of_variant(
-    medians: Medians, hazard: HazardCurve, state: LimitState, variant_number: int
-) -> LogRate | None:
-    curve = medians.curve(state, variant_number)
-    return None if curve is None else curve_rate(curve, hazard)
 
 
 def _changes(
