@@ -15,6 +15,7 @@ RUN apt-get update \
 USER 1000
 WORKDIR /home/skewbridge/study
 COPY --chown=1000 . .
-RUN make setup
+# Compiled here, because Python cannot write into an image.
+RUN UV_COMPILE_BYTECODE=1 make setup
 ENV PATH=/home/skewbridge/study/.venv/bin:$PATH MPLCONFIGDIR=/tmp/matplotlib
 CMD ["make", "smoke"]

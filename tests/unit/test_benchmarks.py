@@ -1,6 +1,8 @@
 """Helpers of the benchmarks, which no other test runs."""
 
+import re
 from dataclasses import replace
+from statistics import median
 
 import numpy as np
 import overhead
@@ -8,6 +10,8 @@ import pytest
 import speedup
 from common import Case, osb1, suite_motion
 from plain import PlainRun
+from reference_pages import ROOT
+from residual_drift import oscillator_peaks
 
 
 def test_motions_of_benchmarks_have_the_factors_of_a_study():
@@ -33,3 +37,12 @@ def test_speedup_compares_both_programs_with_the_reference(monkeypatch):
     found = speedup.summary([speedup.measured(case, case, "fast", 1, None)])
     assert found["speedup"]["count"] == 1
     assert found["error_percent"]["unseating_m"]["plain"]["median"] == pytest.approx(10.0)
+
+
+def test_oscillators_keep_the_residual_displacements_stated_in_the_theory():
+    text = " ".join((ROOT / "docs/theory/bridge.md").read_text(encoding="utf-8").split())
+    stated = re.search(r"Takeda's rule keep (\d+) %, bilinear ones (\d+) %", text)
+    peaks = [oscillator_peaks(rule) for rule in ("takeda", "bilinear")]
+    shares = [100.0 * median(ratio for ratio, _ in of_rule) for of_rule in peaks]
+    assert stated
+    assert [round(share) for share in shares] == [*map(int, stated.groups())]

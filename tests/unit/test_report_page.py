@@ -317,9 +317,11 @@ def test_methods_settings_and_units_of_the_page_are_those_of_the_study(render):
     demands = synthetic_demands(motions=3, skews=(0, 60), gaps=(25, 51), frictions=(50,))
     config = {"grid": {"skew_deg": [0, 60], "gap_mm": [25, 51], "friction": [0.5]}}
     config |= {"motions": {"count": 3}, "figures": {"units": "us"}}
-    page, _ = render(demands, config=config)
+    other = synthetic_demands(bridge="osb1_era1", motions=3, gaps=(76,), frictions=(50,))
+    page, _ = render(pd.concat([demands, other], ignore_index=True), config=config)
     abutments = "skew 0°, 60°; the joint gap 0.984 in, 2.01 in; friction 0.5: four variants"
-    assert_in(page, abutments, "motions.count</code> 3 (default ", "300.0 ft long")
+    plan = "Plan of osb1 with skew 0°, 60°, gap 0.984 in, 2.01 in, friction 0.5"  # not of the other
+    assert_in(page, abutments, plan, "motions.count</code> 3 (default ", "300.0 ft long")
     assert "<code>analysis.dt_s</code>" not in page
     assert " mm" not in re.sub(r"<details><summary>(Methods|Provenance).*?</details>", "", page)
     # the range of intensities is that of the motions
@@ -523,6 +525,10 @@ def test_skews_of_both_signs_are_compared_with_zero_and_the_largest_is_the_answe
     parts = (tables[name] for name in ("effects", "intensity_effects", "curves"))
     answer = answers.answer_table(medians=medians, **dict(zip(names, parts, strict=True)))
     assert set(answer["to_value"]) == {-45.0}
+    counts = run_counts(table.assign(status=np.where(table["skew_deg"] > 0, "collapse", "ok")))
+    counts["n_failed"] = counts["n_collapse"]
+    rows = report.answer_rows(answer, counts, tables["curves"])["rows"]
+    assert {row["failed"] for row in rows} == {"0 to 0 of 16"}
     ratios = medians.query("scope == 'pooled' and to_value == -45").set_index("demand")["ratio"]
     joint = tables["table"].query("row == 'joint'")
     for row in joint.to_dict("records"):

@@ -245,6 +245,8 @@ def test_a_compared_gap_without_effect_is_named(written):
     in_radians = {"bridge": ["osb1"], "skew_deg": [0, 0.26, -0.52]}
     (text,) = axis_warnings(parse_config({"grid": in_radians}))
     assert text == "skew_deg is in degrees: 0.52 rad would be 29.79"
+    (text,) = axis_warnings(parse_config({"accuracy": "fast"}))
+    assert text.startswith("accuracy fast is for trials: its rows are often suspect")
     assert not list(axis_warnings(parse_config({"grid": in_radians | {"skew_deg": [0, 1, 30]}})))
 
 

@@ -221,9 +221,8 @@ def setup(tmp_path: Path) -> StudySetup:
 
 def test_sensitivity_repeats_nothing_that_a_journal_has(setup: StudySetup, ran, monkeypatch):
     """The row of the study comes from the journal of its variant, the changes from the own one."""
-    # a small study repeats no row
     repeats.write_sensitivity(setup, [SLUG], setup.folder.sensitivity)
-    assert pd.read_parquet(setup.folder.sensitivity).empty
+    assert pd.read_parquet(setup.folder.sensitivity).empty  # a small study repeats no row
     monkeypatch.setattr(analyses, "CHECK_SHARE", 4.0)  # as in a study of more motions
     assert analyses.check_plan(setup.study, setup.durations_s)[0] == 1
     task = setup.tasks(SLUG)[0]
@@ -382,12 +381,13 @@ def test_a_round_has_the_cheapest_decisions_that_fit_into_the_time() -> None:
 
 
 def test_checks_fits_and_page_are_forecast_from_the_rate_of_the_analyses(tmp_path) -> None:
-    # measured with two processors at 0.121 s per second of motions of 25 s: checks 161 s; at 0.124
+    # measured on two processors at 0.121 s per s of 25 s motions: checks of 6 s 161 s; at 0.124
     # fits and page of the default study under 32 motions 96 s, with two analyses no longer repeated
     default = {"bridge": ["osb1", "osb1_fixed_era1"], "skew_deg": [0, 30, 60]}
     default |= {"gap_mm": [25, 51], "friction": [0.0, 0.5]}
     raw, folder = {"results": str(tmp_path), "grid": default}, StudyFolder(tmp_path)
-    checked, study = parse_config(raw), parse_config(raw | {"sensitivity": {"rows": 0}})
+    checks = {"window_s": 6.0}, {"rows": 0}
+    checked, study = (parse_config(raw | {"sensitivity": check}) for check in checks)
 
     def work_s(study, processors: float = 2.0, rate: float = 0.121) -> float:
         per_s = forecast_s(25.0, "contact_friction", AnalysisSettings()) / 25.0

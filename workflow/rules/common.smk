@@ -13,7 +13,7 @@ from skewbridge.study.config import parse_config, store_configuration
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.inputs import check_inputs
 from skewbridge.study.jobs import made_from
-from skewbridge.study.processes import hold_tree
+from skewbridge.study.processes import PROCESSORS, hold_tree
 from skewbridge.variant.grid import expand_grid
 
 RESUME = "Finished jobs and analyses are kept: run the same command to resume."
@@ -108,6 +108,8 @@ onstart:
         from skewbridge.study.processes import cancel_left_behind
 
         cancel_left_behind(workflow.executor_settings.jobname_prefix)
+    elif workflow.executor_plugin.name == "local":
+        os.environ[PROCESSORS] = str(workflow.cores)
 
 
 onsuccess:

@@ -47,7 +47,8 @@ rule collect_demands:
         "../scripts/collect_demands.py"
 
 
-# It reads no demands, so it runs in parallel with the analyses and delays nothing at the end.
+# It starts when a processor has no more variants to analyse, and then uses all processors, so that
+# none is idle during the last analyses.
 rule sensitivity:
     """Repeat some analyses at the reference accuracy and with other penalties."""
     input:
@@ -60,7 +61,7 @@ rule sensitivity:
         FOLDER.log("sensitivity"),
     benchmark:
         FOLDER.benchmark("sensitivity")
-    priority: 60
+    priority: 40
     threads: 1
     resources:
         mem_mb=lambda wildcards, threads, attempt: (900 + 350 * threads) * attempt,

@@ -50,7 +50,7 @@ class LoadingOptions:
     scale: Annotated[float, opt("Scale factor of both components.")] = 1.0
     incidence_deg: Annotated[float, opt("Angle from bridge x to component 1, in deg.")] = 0.0
     scheme: Annotated[Literal["default", "paper"], opt("Integration scheme.")] = "default"
-    accuracy: Annotated[Accuracy, opt("Set of steps, mesh and tolerance.")] = "default"
+    accuracy: Annotated[Accuracy, opt("Set of numerics (fast: for trials).")] = "default"
     dt_s: Annotated[float | None, opt("Time step in s; overrides the step of --accuracy.")] = None
     duration_s: Annotated[float | None, opt("Truncate the motion to this length in s.")] = None
 

@@ -14,12 +14,11 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 from pydantic import Field
 from pydantic.dataclasses import dataclass as checked_dataclass
-from scipy import special
 
 from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats, Row, as_column, positive, require
@@ -33,7 +32,9 @@ from skewbridge.files.text import (
     read_text,
     shown_path,
 )
-from skewbridge.fragility.motion_means import Jackknifed, exp_end
+
+if TYPE_CHECKING:  # imported when needed: every job reads a configuration, few have rates
+    from skewbridge.fragility.motion_means import Jackknifed
 
 #: Columns of intensities with hazard curves, in the order in which a study prefers them.
 PREFERRED: Final = (
@@ -77,12 +78,16 @@ class LogRate(NamedTuple):
         return float(np.exp(self.logs[0]))
 
     @property
-    def jackknifed(self) -> Jackknifed:
+    def jackknifed(self) -> "Jackknifed":
         """Estimate with the influence of each event or motion (jackknife)."""
+        from skewbridge.fragility.motion_means import Jackknifed
+
         return Jackknifed.of_replicates(self.logs, self.priors)
 
     def interval(self, level: float) -> tuple[float, float, float]:
         """Return the estimate and both interval ends, which cover motions and hazard together."""
+        from skewbridge.fragility.motion_means import exp_end
+
         estimate, interval = self.logs[0], np.array(self.jackknifed.interval(level))
         if self.fractiles.size > 1:
             signs, ends = np.array([-1.0, 1.0]), _hazard_ends(self.fractiles, self.quantiles, level)
@@ -99,8 +104,10 @@ class LogRate(NamedTuple):
 def _hazard_ends(ln_rates: Floats, quantiles: Floats, level: float) -> Floats:
     """Return the ends (2,) of the interval of an ln rate from its values by fractiles (F,)."""
     # ASSUME the uncertain hazard is lognormal, and its curves do not cross
-    sigma, middle = np.polyfit(special.ndtri(quantiles), ln_rates, 1)
-    return middle + abs(sigma) * special.ndtri(0.5 + 0.5 * level) * np.array([-1.0, 1.0])
+    from scipy.special import ndtri
+
+    sigma, middle = np.polyfit(ndtri(quantiles), ln_rates, 1)
+    return middle + abs(sigma) * ndtri(0.5 + 0.5 * level) * np.array([-1.0, 1.0])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

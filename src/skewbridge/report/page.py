@@ -146,17 +146,9 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], bridges: Sequence[str]) ->
         motions = answer.motions_sentence(frames["suite"], table)
         motions += f" {answer.properties_sentence(demands)}"
     suites_sentence, suites_text = answer.suites_summary(frames["suites"], table)
-    axes = axes_of(demands.columns)
-    texts = {
-        axis.name: ", ".join(
-            appearance.value_text(axis, value) for value in sorted(demands[axis.name].unique())
-        )
-        for axis in axes
-    }
+    axes, structures = axes_of(demands.columns), [load_structure(name) for name in bridges]
+    of_first = demands[demands["bridge"].isin([bridge.name for bridge in structures[:1]])]
     with_backfill = demands[demands["abutment"].isin(answer.BACKFILLED)]
-    if bridges:
-        structures = [load_structure(name) for name in bridges]
-        texts["gap_mm"] = answer.gap_text(texts["gap_mm"], structures)
     varied = [axis.title for axis in axes if (counts["axis"] == axis.name).any()]
     title = f"Fragility of {answer.listed(demands['bridge'].unique())}"
     has_capacities = any(name in demands for name in (*FAILURE_DEMANDS.values(), BEYOND_MODEL))
@@ -164,7 +156,8 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], bridges: Sequence[str]) ->
         "title": f"{title}: effect of {answer.listed(varied)}" if varied else title,
         "headline": [*answer.headline(table), *filter(None, [suites_sentence])],
         "sketch_colours": dict(zip(("skew", "gap", "friction"), colours, strict=True)),
-        "axis_texts": texts,
+        "axis_texts": _axis_texts(demands, structures),
+        "plan_texts": _axis_texts(of_first, structures[:1]),
         "at_own_period": is_at_own_period(str(curves["im"].iloc[0]), set(demands["bridge"])),
         "answer": answer_rows(table, counts, curves) | {"failures": has_capacities},
         "failures": answer.failure_sentences(counts, has_capacities=has_capacities),
@@ -172,6 +165,17 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], bridges: Sequence[str]) ->
         "motions_line": f"{motions} {suites_text} "
         f"{answer.untested_skew_sentence(with_backfill['skew_deg'])}".rstrip(),
     }
+
+
+def _axis_texts(demands: pd.DataFrame, bridges: Sequence[Structure]) -> dict[str, str]:
+    """Return the values of each axis in a table as text, with the gaps that bridge files state."""
+    texts = {
+        axis.name: ", ".join(
+            appearance.value_text(axis, value) for value in sorted(demands[axis.name].unique())
+        )
+        for axis in axes_of(demands.columns)
+    }
+    return texts | ({"gap_mm": answer.gap_text(texts["gap_mm"], bridges)} if bridges else {})
 
 
 def answer_rows(table: pd.DataFrame, counts: pd.DataFrame, curves: pd.DataFrame) -> dict[str, Any]:
@@ -193,7 +197,7 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame, curves: pd.DataFrame)
         for model, model_rows in groups_of(change_rows, BRIDGE_COLUMNS):
             with_verdicts = model_rows.assign(verdict_family=model_rows["claim"])
             effects = {row["demand"]: row for row in records_of(with_verdicts)}
-            counts_of = by_value[*model, change[0]].iloc[[0, -1]]
+            counts_of = by_value[*model, change[0]].set_index("value").loc[list(change[1:])]
             (first, runs), (last, last_runs) = counts_of[["n_failed", "n_runs"]].to_numpy()
             of_first = f" of {runs}" if runs != last_runs else ""
             cells = [(effects.get(state), signs.get((*model, state), "")) for state in states]

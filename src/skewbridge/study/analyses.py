@@ -46,8 +46,7 @@ CPU_S_PER_STRONG_S: Final = 0.10  # per second of this part
 CPU_S_PER_LATER_S: Final = 0.03
 CPU_S_PER_STEP: Final = 1.5e-3  # constant steps: scheme paper and reference accuracy
 WITHOUT_CONTACTS: Final = 0.6  # ratio
-#: Share of the sensitivity check in the expected cost of the analyses. The strongest parts of
-#: motions cost up to 1.35 times as much as expected; the check is then still below a quarter.
+#: Share of the sensitivity check in the expected cost of the analyses; at worst it takes a quarter.
 CHECK_SHARE: Final = 0.18
 REPEATS_AT_DEFAULT: Final = 5  # analyses of a checked row that are not at the reference accuracy
 

@@ -54,7 +54,7 @@ class SensitivityConfig:
 
     rows: Whole = Field(default=4, ge=0, le=10_000)
     """most rows to repeat; fewer above a quarter of the cost of the analyses"""
-    window_s: Number | None = Field(default=6.0, ge=3.0, le=1.0e4)
+    window_s: Number | None = Field(default=4.0, ge=3.0, le=1.0e4)
     """strongest seconds of each motion; null: all"""
 
 
@@ -115,7 +115,7 @@ class StudyConfig(BaseModel):
     results: FileName = Field(default=DEFAULT_ROOT)
     """folder of the study's files"""
     accuracy: Accuracy = Field(default="default")
-    """set of numerics; keys under model or analysis override it"""
+    """set of numerics (fast: rows often suspect); keys under model or analysis override it"""
     grid: GridConfig = Field(default_factory=GridConfig)
     motions: MotionsConfig = Field(default_factory=MotionsConfig)
     model: ModelOptions = Field(default_factory=ModelOptions)

@@ -75,7 +75,12 @@ def _check_options(bridge: str, config: StudyConfig) -> None:
 
 
 def axis_warnings(config: StudyConfig) -> Iterator[str]:
-    """Yield warnings of gaps or friction without effect, and of skews in radians."""
+    """Yield warnings of gaps or friction without effect, skews in radians and fast accuracy."""
+    if config.accuracy == "fast":
+        yield (
+            "accuracy fast is for trials: its rows are often suspect (6 of 24 osb1 runs of 5 s), "
+            "for steps with a looser convergence test or work above the friction limit"
+        )
     if text := radians_warning(config.grid.skew_deg):
         yield text
     for name, axis in product(config.grid.bridge, ("gap_mm", "friction")):

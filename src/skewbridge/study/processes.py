@@ -29,6 +29,8 @@ _PARENT: Final = os.getppid()
 #: Environment variable with the id of the parent process, so that a process also detects a parent
 #: that ended before this module was imported.
 PARENT_VARIABLE: Final = "SKEWBRIDGE_PARENT"
+#: Environment variable with the number of processors of a study on this machine (common.smk).
+PROCESSORS: Final = "SKEWBRIDGE_PROCESSORS"
 
 
 @cache

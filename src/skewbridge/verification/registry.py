@@ -16,42 +16,15 @@ import pandas as pd
 
 from skewbridge.errors import InputError
 from skewbridge.files.tables import Row
-from skewbridge.files.text import writable_folder
+from skewbridge.files.text import read_mapping, writable_folder
 from skewbridge.verification.statements import STATEMENTS, Run, Verdict, over_runs, records_in
 
 if TYPE_CHECKING:  # every workflow runs the contact checks (gate), which need no figures
     from matplotlib.figure import Figure
 
-# Name of the study (a figure number is that in the paper), module and function.
-STUDIES: Final[dict[str, str]] = {
-    "gate": "blocks:run_gate",
-    "fig1": "blocks:run",
-    "fig3": "blocks:run_spatial",
-    "fig4": "rigid_bodies:run_between_lines",
-    "fig5-6": "rigid_bodies:run",
-    "fig7-8": "rigid_bodies:run_tests",
-    "bridges": "bridge_hand_values:run",
-    "skew-passive": "bridge_hand_values:run_skewed_walls",
-    "fig10": "bridge_friction:run_abutment",
-    "fig11-12": "bridge_friction:run",
-    "friction-source": "bridge_friction:run_places",
-    "ladder": "bridge_friction:run_models",
-    "coupling": "blocks:run_orders",
-    "closed-forms": "blocks:run_closed_forms",
-    "restitution": "blocks:run_integrators",
-    "convergence": "strong_motions:run_convergence",
-    "hard-set": "strong_motions:run",
-    "painter": "recorded:run_painter",  # with --records
-}
-# Studies of many analyses: they run only when named, and an interrupted one can be resumed.
-LONG_STUDIES: Final[dict[str, str]] = {
-    "published": "published:run",
-    "published-skew": "published:run_skew",
-    # parts of the convergence study
-    "convergence-steps": "strong_motions:run_convergence",
-    "convergence-mesh": "strong_motions:run_convergence",
-    "accuracy": "strong_motions:run_pairs",
-}
+_FOLDER: Final = Path(__file__).parent
+#: Module and function of each study, keyed by name; the long ones run only when named.
+STUDIES, LONG_STUDIES = read_mapping(_FOLDER / "studies.yaml").values()
 
 COLUMNS: Final = ("study", "quantity", "value", "reference", "tolerance", "pass", "source")
 # Number of runs of a case (scales of the record, other motions), and how many of them agree.
@@ -63,8 +36,7 @@ type Runs = dict[Run | None, Verdict | None]
 #: References that no study computes: rows of `reference_values.csv`, keyed by study and quantity. A
 #: tolerance in % is relative to the reference; without a tolerance a value is only reported.
 TABULATED: Final[dict[tuple[str, str], dict[str, str]]] = {
-    (row["study"], row["quantity"]): row
-    for row in records_in(Path(__file__).with_name("reference_values.csv"))
+    (row["study"], row["quantity"]): row for row in records_in(_FOLDER / "reference_values.csv")
 }
 
 
@@ -177,18 +149,6 @@ class Panel(NamedTuple):
     options: Mapping[str, Any] = {}  # properties of the axes, such as their scale
 
 
-# The style of the report would make checks of contact depend on its tables.
-STYLE: Final[Any] = {
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.titlelocation": "left",
-    "font.size": 8,
-    "grid.alpha": 0.4,
-    "legend.frameon": False,
-}
-
-
 def drawn(
     panels: Sequence[Panel], *, columns: int = 1, height_in: float, title: str = ""
 ) -> "Figure":
@@ -197,11 +157,12 @@ def drawn(
     A line is (x, y) or (x, y, matplotlib keywords); names that start with an underscore have no
     legend.
     """
-    import matplotlib as mpl
+    from matplotlib import style as styles
     from matplotlib.figure import Figure
 
     names = list(dict.fromkeys(name for panel in panels for name in panel.lines))
-    with mpl.rc_context(STYLE):
+    # the style of the report would make checks of contact depend on its tables
+    with styles.context(_FOLDER / "figures.mplstyle"):
         figure = Figure(figsize=(7.2, height_in), layout="constrained")
         axes = figure.subplots(ceil(len(panels) / columns), columns, squeeze=False)
         in_legend: dict[str, Any] = {}

@@ -25,8 +25,7 @@ from skewbridge.verification.references.cases import ContactCase, file_of_case, 
 PAPER_LAW: Final = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.3, cohesion_n=1500.0)
 # Fraction of the first sub-step of a path that is taken as a separate tiny step.
 _START_SHARE: Final = 1e-3
-SURFACE: Final = 1
-BODY: Final = 2
+_SURFACE, _BODY, _ANCHOR, _UNLOADED = 1, 2, 3, 4  # nodes
 
 
 class PathResult(NamedTuple):
@@ -53,11 +52,11 @@ def drive_unit(
     """
     forces, contacts = np.zeros((len(path), 3)), ContactSet(scheme=scheme, coupling=coupling)
     with live.clean_domain(3, 3):
-        support_nodes()
-        contact = SURFACE, BODY, (0.0, 0.0, 1.0), law.gap_m, law.friction, law.cohesion_n
+        _support_nodes()
+        contact = _SURFACE, _BODY, (0.0, 0.0, 1.0), law.gap_m, law.friction, law.cohesion_n
         penalties: Any = {"kn": law.kn_n_per_m, "kt": law.kt_n_per_m}
         contacts.add(*contact, **penalties, tangent=(1.0, 0.0, 0.0))
-        drive_body(path, system="ProfileSPD")
+        _drive_body(path)
         # Go to the first row without friction; it becomes the state at rest.
         _analyze_to_next_row(1)
         contacts.start_from_rest()
@@ -102,26 +101,24 @@ def path_work_j(path: Floats, forces_n: Floats) -> float:
     return float(np.sum(0.5 * (forces_n[1:, :2] + forces_n[:-1, :2]) * steps_m))
 
 
-def support_nodes(gap_m: float = 0.0) -> None:
-    """Define a fixed node `SURFACE` and a node `BODY` at a distance of ``gap_m`` along z."""
-    anchor, unused_node = 3, 4
-    for node, z in ((SURFACE, 0.0), (BODY, gap_m), (anchor, 0.0), (unused_node, 0.0)):
-        ops.node(node, 0.0, 0.0, z)
-    for node, along_x in ((SURFACE, 1), (anchor, 1), (unused_node, 0)):
+def _support_nodes() -> None:
+    for node in (_SURFACE, _BODY, _ANCHOR, _UNLOADED):
+        ops.node(node, 0.0, 0.0, 0.0)
+    for node, along_x in ((_SURFACE, 1), (_ANCHOR, 1), (_UNLOADED, 0)):
         ops.fix(node, along_x, 1, 1)
     # The solver needs at least one equation: a spring without load.
     ops.uniaxialMaterial("Elastic", 1, 1.0)
-    ops.element("zeroLength", 1, anchor, unused_node, "-mat", 1, "-dir", 1)
+    ops.element("zeroLength", 1, _ANCHOR, _UNLOADED, "-mat", 1, "-dir", 1)
 
 
-def drive_body(path: Floats, *, system: str) -> None:
+def _drive_body(path: Floats) -> None:
     """Prescribe the displacements of the body; the pseudo-time is the row number, from one."""
     for dof in (1, 2, 3):
         live.path_series(dof, 1.0, np.append(0.0, path[:, dof]))
         ops.pattern("Plain", dof, dof)
-        ops.sp(BODY, dof, 1.0)
-    control = ("LoadControl", 1.0)
-    live.prepare_analysis(system=system, algorithm="Linear", integrator=control, analysis="Static")
+        ops.sp(_BODY, dof, 1.0)
+    static: Any = {"integrator": ("LoadControl", 1.0), "analysis": "Static"}
+    live.prepare_analysis(system="ProfileSPD", algorithm="Linear", **static)
 
 
 def _analyze_to_next_row(row: int) -> None:
@@ -154,14 +151,11 @@ def run_contact_case(case_file: Path, out: Path) -> dict[str, float | int | str]
     }
 
 
-def circle(
-    radius_m: float, *, period_s: float, loops: int, rows_per_loop: int, opening_m: float
-) -> Floats:
-    """Return a circular path through the origin at constant speed and opening."""
-    t = np.linspace(0.0, loops * period_s, loops * rows_per_loop + 1)
-    angle = 2.0 * pi * t / period_s
-    x, y = radius_m * np.sin(angle), radius_m * (1.0 - np.cos(angle))
-    return np.column_stack([t, x, y, np.full_like(t, opening_m)])
+def circle(radius_m: float, rows_per_loop: int) -> Floats:
+    """Return a circular path through the origin: two loops of 4 s, 0.1 m into the surface."""
+    t = np.linspace(0.0, 8.0, 2 * rows_per_loop + 1)
+    x, y = radius_m * np.sin(0.5 * pi * t), radius_m * (1.0 - np.cos(0.5 * pi * t))
+    return np.column_stack([t, x, y, np.full_like(t, -0.1)])
 
 
 def triangle(t_s: Floats, period_s: float) -> Floats:

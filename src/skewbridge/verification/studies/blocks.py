@@ -189,7 +189,7 @@ def run_gate(study: Study) -> None:
 def _check_paths(study: Study) -> None:
     """Check the friction of a unit on a circle, a straight loop and a path that opens the unit."""
     radius, slip, limit_n = 0.2, 0.045, _PAPER_LIMIT_N  # slip: elastic
-    path = unit.circle(radius, period_s=4.0, loops=2, rows_per_loop=500, opening_m=-0.1)
+    path = unit.circle(radius, rows_per_loop=500)
     forces = drive_unit(PAPER_LAW, path, substeps=25).forces_n
     loop_2 = slice(len(path) // 2, None)
     velocity = np.gradient(path[loop_2, 1:3], axis=0)

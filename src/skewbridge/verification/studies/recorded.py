@@ -15,6 +15,7 @@ import calendar
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from datetime import datetime
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
@@ -53,8 +54,9 @@ _RAMP: Final = (0.8, 1.1)
 _STRONG: Final = (0.02, 0.95)
 _LEAD_S, _TAIL_S = 1.0, 2.0
 MAX_V2_BYTES: Final = 50_000_000
-_MONTHS: Final = tuple(calendar.month_abbr)  # the first is empty
-_DATE = re.compile(r"\b([A-Za-z]{3})[A-Za-z]*\.? +(\d{1,2}), +(\d{4})")
+_DATE = re.compile(
+    rf"\b({'|'.join(calendar.month_abbr[1:])})[a-z]*\.? +(\d{{1,2}}), +(\d{{4}})", re.IGNORECASE
+)
 _STATION = re.compile(r"station +no\. *(\d+)", re.IGNORECASE)
 _CHANNEL = re.compile(r"sta +chn: *(\d+)", re.IGNORECASE)
 _RECORDER_CHANNEL = re.compile(r"chan *(\d+):", re.IGNORECASE)  # the same if none is stated
@@ -202,18 +204,19 @@ def _event(folder: Path, paths: list[Path], station: Station) -> Event:
         text = read_text(path, MAX_V2_BYTES)
         headers = [text[title.start() :][:2500] for title in _TITLE.finditer(text)]
         for number, header in enumerate(headers, start=1):
-            number_stated = _STATION.search(header)
+            stated = _STATION.search(header)
             channel = _CHANNEL.search(header) or _RECORDER_CHANNEL.search(header)
-            if number_stated is None or number_stated[1].lstrip("0") != station.station:
-                stated = f"station {number_stated[1]}" if number_stated else "no station number"
+            if stated is None or stated[1].lstrip("0") != station.station:
+                text = f"station {stated[1]}" if stated else "no station number"
                 value = f"{station.title} is station {station.station}"
-                raise InputError(f"{path}: {stated} in its header, but {value}")
+                raise InputError(f"{path}: {text} in its header, but {value}")
             if channel is None or int(channel[1]) in accels:
                 continue
             trace = read_trace(path, Stated(channel=number))
             accels[int(channel[1])] = trace.accel_mps2
             steps_s.add(trace.dt_s)
-            date = _date(header) or date
+            if found := _DATE.search(header):
+                date = f"{datetime.strptime(' '.join(found.groups()), '%b %d %Y'):%Y-%m-%d}"
     if missing := sorted(station.required - accels.keys()):
         lacking, value = (", ".join(map(str, c)) for c in (missing, sorted(station.required)))
         text = f"channel {lacking} of station {station.station} is missing"
@@ -232,13 +235,6 @@ def _event(folder: Path, paths: list[Path], station: Station) -> Event:
     count = min(values.size for values in accels.values())
     common = {channel: values[:count] for channel, values in sorted(accels.items())}
     return Event(date=date, dt_s=steps_s.pop(), accel_mps2=common, notes=tuple(notes))
-
-
-def _date(header: str) -> str:
-    for month, day, year in _DATE.findall(header):
-        if month.capitalize() in _MONTHS:
-            return f"{year}-{_MONTHS.index(month.capitalize()):02d}-{int(day):02d}"
-    return ""
 
 
 def strong_part(accel: Floats, dt_s: float) -> slice:

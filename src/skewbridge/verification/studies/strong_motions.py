@@ -24,6 +24,7 @@ from skewbridge.analysis.recovery import recovery_shares, steps_from_text
 from skewbridge.analysis.settings import NUMERICS, Accuracy, AnalysisSettings
 from skewbridge.demands.validity import MAX_ENERGY_RESIDUAL
 from skewbridge.files.tables import Row
+from skewbridge.files.text import read_mapping
 from skewbridge.motions.intensity import cut_to_strongest
 from skewbridge.motions.record import SuiteMotion
 from skewbridge.statuses import COLLAPSE, OK
@@ -32,7 +33,6 @@ from skewbridge.study.processes import hush_exit_message
 from skewbridge.study.task import Task, analyse_task, run_key
 from skewbridge.variant.grid import GridConfig, expand_grid
 from skewbridge.variant.options import ModelOptions
-from skewbridge.variant.variant import ABUTMENTS
 from skewbridge.verification.registry import Study
 from skewbridge.verification.studies.paper_runs import first_motions, strongest_motions
 
@@ -93,16 +93,10 @@ def _keyed_row(key: str, task: Task, analysed: Callable[[Task], Row]) -> Row:
 
 
 _DEFAULTS: Final = AnalysisSettings()
-STRESS_CASES: Final = CaseSet(
-    grid=GridConfig(
-        bridge=("osb1", "osb1_fixed", "osb2s"),
-        abutment=tuple(ABUTMENTS),
-        gap_mm=(25,),
-        friction=(0.5,),
-    ),
-    motion_count=10,
-    pga_g=1.2,
-    window_s=10.0,
+_TABLES: Final = read_mapping(Path(__file__).parents[1] / "strong_motions.yaml")
+STRESS_CASES, CONVERGENCE, ACCURACY = (
+    CaseSet(**fields | {"grid": GridConfig(**fields["grid"])})
+    for fields in _TABLES["cases"].values()
 )
 
 
@@ -141,23 +135,10 @@ def _ending(task: Task) -> Row:
     }
 
 
-# Columns of these bridges stand: after a shear failure the response is chaotic, not converged.
-_HALF: Final = GridConfig(bridge=("osb1", "osb1_fixed"), friction=(0.5,))
-# At 0.8 g all gaps close, keys break and columns yield.
-CONVERGENCE: Final = CaseSet(grid=_HALF, motion_count=4, pga_g=0.8, window_s=8.0)
-# Error budget of the default numerics: demands by the limit of their change, None for no limit. One
-# case in twenty may exceed the limit, by up to half of it; a rotation may never exceed it.
-_BUDGET: Final[dict[float | None, tuple[str, ...]]] = {
-    0.01: ("column_shear_kn", "column_drift_ratio", "deck_disp_x_m", "deck_disp_y_m"),
-    0.015: ("unseating_m", "abutment_passive_m", "abutment_transverse_m"),
-    0.03: ("deck_rotation_rad",),
-    0.05: ("backwall_force_kn", "shear_key_force_kn", "friction_force_kn"),
-    None: ("slip_work_kj", "friction_impulse_kns", "contact_time_s"),
+#: Limit of the change of each demand by finer numerics, None for no limit.
+CHANGES: Final[dict[str, float | None]] = {
+    demand: budget["limit"] for demand, budget in _TABLES["budgets"].items()
 }
-CHANGES: Final = {demand: limit for limit, demands in _BUDGET.items() for demand in demands}
-# Changes up to these values are ignored: 0.1 mrad moves the corners of osb1 by 0.7 mm, and the
-# mildest limit states of abutments are at about 10 mm.
-FLOORS: Final = {"deck_rotation_rad": (1e-4, "0.1 mrad"), "abutment_passive_m": (5e-4, "0.5 mm")}
 EXCESS: Final = ("cone_excess_wall_ratio", "cone_excess_key_ratio")
 # Whole histories of all cases, even if columns fail.
 _WHOLE: Final = AnalysisSettings(energy=False, mean_iterations=1e4, collapse_drift_ratio=0.5)
@@ -192,8 +173,7 @@ STEPS: Final = (
 MESHES: Final = tuple(
     Numerics(name, f"at the default mesh against {name}", model=model)
     for name, model in {
-        "9 wall points": {"backwall_points": 9},
-        "17 wall points": {"backwall_points": 17},
+        **_TABLES["meshes"],
         "fine fibers": {"column_fibers": _FINE["model"]["column_fibers"]},
     }.items()
 )
@@ -255,7 +235,8 @@ def judge_changes(study: Study, changes: pd.DataFrame, finer: Numerics) -> None:
         limit = budget if finer.coarse == "default" else None
         sizes = changes[demand].abs()
         factor = 1.0 if demand == "deck_rotation_rad" else 1.5  # rotations may not exceed the limit
-        exemption = f" (changes up to {FLOORS[demand][1]} are ignored)" if demand in FLOORS else ""
+        floor_text = _TABLES["budgets"][demand].get("floor_text")
+        exemption = f" (changes up to {floor_text} are ignored)" if floor_text else ""
         text = f"{demand}, largest change {finer.text}, {cases}{exemption}"
         tolerance = None if limit is None else factor * limit
         study.absolute(text, sizes.max(), 0.0, tolerance, finer.name)
@@ -271,13 +252,11 @@ def relative_changes(demand: str, values: pd.Series, exact: pd.Series) -> pd.Ser
 
     If a demand is missing in both runs, the change is 0; if it is missing in one, it is infinite.
     """
-    floor, _ = FLOORS.get(demand, (0.0, ""))
+    floor = _TABLES["budgets"][demand].get("floor", 0.0)
     is_same = ((values - exact).abs() <= floor) | (values.isna() & exact.isna())
     return (values / exact - 1.0).fillna(inf).mask(is_same, 0.0)
 
 
-#: The first motions of the suite at their scale factors.
-ACCURACY: Final = CaseSet(grid=GridConfig(bridge=("osb1",)), motion_count=8, window_s=10.0)
 DEMANDS: Final = ("column_shear_kn", "column_drift_ratio", "deck_disp_m", "unseating_m")
 MAX_DIFFERENCE: Final = 0.005  # relative, of a pooled ratio
 ALL_PLACES: Final = "all"
