@@ -366,6 +366,9 @@ def decision(
     gaps = np.unique(np.linspace(*limits.get(GAP, (0.0, 0.0)), _GAPS))
     skews = np.linspace(*limits[SKEW], _SKEWS)
     axes.check({SKEW: skews[0], GAP: gaps[0], **values})
+    # ln of the intensity exceeded with this rate; NaN outside the hazard curve
+    ln_rates, ln_levels = np.log(hazard.rates[0]), np.log(hazard.levels)
+    ln_sdc_im = np.interp(-np.log(SDC_RATE), -ln_rates, ln_levels, nan, nan)
     rows_out: list[Row] = []
     shares: list[Row] = []
     for gap_mm in map(float, gaps):
@@ -393,7 +396,7 @@ def decision(
                 hazus = _length(at_zero, hazard, target, ln_factor).value
                 row["hazus_m"] = hazus + gap_mm / 1000.0
             # SDC: displacement demand at 5 % in 50 years
-            ln_length = np.interp(hazard.level_of(SDC_RATE), np.log(medians), np.log(_LENGTHS_M))
+            ln_length = np.interp(ln_sdc_im, np.log(medians), np.log(_LENGTHS_M))
             row["sdc_demand_m"] = float(np.exp(ln_length))
             if column is not None:
                 curve = column.curve(position | values)
