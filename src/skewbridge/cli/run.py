@@ -119,7 +119,6 @@ def run(
 
 
 def _task(case: VariantOptions, loading: LoadingOptions) -> "Task":
-    """Return the analysis defined by the options; raise `InputError` if no motion is given."""
     from skewbridge.bridge.library import load_structure
     from skewbridge.motions.intensity import motion_measures, scaled_measures
     from skewbridge.motions.read import read_support_motions

@@ -69,21 +69,15 @@ def fit_study(
     variants = (variant for model in models for variant in _variants(model, limit_states, settings))
     rows = demand_table.spread(rows_of, variants, jobs)
     table = pd.DataFrame([row for rows_of_variant in rows for row in rows_of_variant])
-    names = dict.fromkeys((*demand_table.variant_columns(demands), *CURVE_COLUMNS))
-    return _with_preferred(table)[[name for name in names if name in table]]
-
-
-def _with_preferred(table: pd.DataFrame) -> pd.DataFrame:
-    """Add ``preferred``: true for the first method with a median in some variant of the bridge.
-
-    Medians withheld because unknown outcomes change them too much count, because the other method
-    would leave out these runs.
-    """
+    # preferred: the first method with a median in some variant of the bridge. Medians withheld
+    # because of unknown outcomes count: the other method would leave out these runs.
     has_median = table["status"].isin((FITTED, BOUNDS_TOO_WIDE))
     rank = table["method"].map(METHODS.index).where(has_median)
     keys = [table[n] for n in (*demand_table.BRIDGE_COLUMNS, "component", "limit_state")]
     best_rank = rank.groupby(keys).transform("min")
-    return table.assign(preferred=((rank == best_rank) & (table["status"] == FITTED)).to_numpy())
+    preferred = ((rank == best_rank) & (table["status"] == FITTED)).to_numpy()
+    names = dict.fromkeys((*demand_table.variant_columns(demands), *CURVE_COLUMNS))
+    return table.assign(preferred=preferred)[[name for name in names if name in table]]
 
 
 #: Median and dispersion for each treatment of unknown outcomes, and `_PEAKS` if a run collapsed.
@@ -216,12 +210,8 @@ class _DemandRuns:
         self.present = np.unique(variant.block)
         self.weights = (variant.block != self.present[:, None]).astype(np.float64)
         self.outcomes = demand_outcomes(variant.runs, states)
-
-    @property
-    def lacks_demand(self) -> bool:
-        """Whether no completed run has the demand."""
-        complete = self.outcomes.complete
-        return bool(np.any(complete)) and bool(np.all(np.isnan(self.outcomes.lower[complete])))
+        demands = self.outcomes.lower[self.outcomes.complete]
+        self.lacks_demand = demands.size > 0 and bool(np.all(np.isnan(demands)))
 
 
 def _variant_rows(variant: _Variant, *, states: States, settings: FitSettings) -> list[Row]:

@@ -424,7 +424,6 @@ class _Setup:
 
 
 def _fit_demand(arguments: tuple[_Setup, DemandOutcomes]) -> DemandFit | str:
-    """Return the model of a demand with these outcomes, or the reason why there is none."""
     setup, outcomes = arguments
     axes, motion, block = setup.axes, setup.motion, setup.block
     is_used, is_exact = outcomes.used, outcomes.used & ~outcomes.is_bound

@@ -133,7 +133,6 @@ def motion_codes(table: pd.DataFrame) -> Index:
 
 
 def _blocks(table: pd.DataFrame) -> NDArray[np.str_]:
-    """Return the event of each run, or its motion if no event is known, shape (n,)."""
     motion = table["motion_id"].to_numpy(dtype=str)
     if EVENT not in table:
         return motion

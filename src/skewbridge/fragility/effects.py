@@ -450,7 +450,6 @@ class Medians:
         return _is_withheld(_doubts([self._pair_doubts(cell, state) for cell in cells]), len(cells))
 
     def _ratio(self, cell: Mapping[Any, Any], state: LimitState) -> tuple[Jackknifed, Row] | None:
-        """Return the ln ratio of two medians and table columns, or None if it is undefined."""
         numbers = cell["number_from"], cell["number_to"]
         start, end = (self.curve(state, number) for number in numbers)
         if start is None or end is None:

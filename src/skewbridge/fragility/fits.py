@@ -225,7 +225,6 @@ def _completed(
     interval: bool = True,
     flattest: float = FLATTEST_SLOPE,
 ) -> FragilityFit:
-    """Return the fit at a maximum (a0, a1), or a fit with only the reason why there is none."""
     a0, a1 = maximum.params[0].tolist()
     no_fit = replace(no_fit, details={**no_fit.details, "a0": a0, "a1": a1})
     if not maximum.converged[0]:
@@ -240,7 +239,6 @@ def _completed(
 def _stripe_bounds(
     status: str, ln_im: Floats, n: Floats, k: Floats, settings: FitSettings
 ) -> dict[str, Any]:
-    """Return bounds on probabilities or on the median for counts that give no estimate."""
     level, beta = settings.confidence, ASSUMED_BETA
     if status in (NO_EXCEEDANCE, ALL_EXCEED):
         exceed = status == ALL_EXCEED

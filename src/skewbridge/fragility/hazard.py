@@ -186,11 +186,6 @@ class HazardCurve:
         logs = [np.interp(np.log(points), np.log(x), row) for row in np.log(self.rates)]
         return replace(self, levels=points, rates=np.exp(logs))
 
-    def level_of(self, rate: float) -> float:
-        """Return ln of the intensity exceeded with a rate (mean curve); NaN outside the curve."""
-        minus_ln_rates = -np.log(self.rates[0])
-        return float(np.interp(-np.log(rate), minus_ln_rates, np.log(self.levels), np.nan, np.nan))
-
     def _nodes(self, narrowest: float) -> tuple[Floats, Floats]:
         """Return ln im (k,) and weights -dH (1 + F, k) of a Gauss-Legendre rule in ln im."""
         x, ln_rate = np.log(self.levels), np.log(self.rates)

@@ -131,7 +131,14 @@ def _estimate(models: BridgeModels, state: LimitState, row: Row) -> Row:
     if len(fits) > 1:
         replicates.append(models.correlation(*modes))
     estimate["replicates"] = np.concatenate(replicates).tolist()
-    estimate["modes"] = json.dumps([_described(*pair) for pair in zip(fits, modes, strict=True)])
+    constants: list[Row] = []  # of the demand models, without their parameters
+    for fit, mode in zip(fits, modes, strict=True):
+        model = fit.model
+        capacity = {name: getattr(mode, name) for name in ("demand", "threshold", "dispersion")}
+        scale = {"centre": model.centre, "knot": model.knot if np.isfinite(model.knot) else None}
+        shape = {"span": model.span, "motions": model.motions, "shape": model.parameters.shape}
+        constants.append(capacity | scale | shape)
+    estimate["modes"] = json.dumps(constants)
     if len(fits) == 1:
         estimate["slope"] = float(fits[0].model.parameters[0, 1])
         estimate["capacity_dispersion"] = modes[0].dispersion
@@ -151,15 +158,6 @@ def _estimate(models: BridgeModels, state: LimitState, row: Row) -> Row:
     if np.linalg.matrix_rank(effects := fits[0].effects) < effects.shape[1]:
         estimate["status"] = "axes_change_together"
     return estimate
-
-
-def _described(fit: DemandFit, mode: LimitState) -> dict[str, Any]:
-    """Return the constants of a mode's demand model, without its parameters, for JSON."""
-    model = fit.model
-    capacity = {name: getattr(mode, name) for name in ("demand", "threshold", "dispersion")}
-    scale = {"centre": model.centre, "knot": model.knot if np.isfinite(model.knot) else None}
-    shape = {"span": model.span, "motions": model.motions, "shape": model.parameters.shape}
-    return capacity | scale | shape
 
 
 def _left_out_errors(models: BridgeModels, state: LimitState, fits: Sequence[DemandFit]) -> Floats:

@@ -234,7 +234,6 @@ class _Integrals:
         return sums
 
     def _sums_of_censored(self, rows: Floats) -> Floats:
-        """Return the sums by motion of censored runs, shape (G, ...)."""
         return np.add.reduceat(rows, self._first, axis=0)
 
     def at(self, parameters: Floats) -> tuple[Floats, Floats, Floats]:

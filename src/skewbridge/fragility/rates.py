@@ -218,7 +218,12 @@ def rate_effects(
     for of_bridge in models:
         motions = of_bridge.runs["motion_id"].nunique()
         medians = Medians(of_bridge, states, settings.margin, curves)
-        rate_of = cache(partial(_rate_of_variant, medians, hazard))
+
+        @cache
+        def rate_of(state: LimitState, number: int, medians: Medians = medians) -> LogRate | None:
+            curve = medians.curve(state, number)
+            return None if curve is None else curve_rate(curve, hazard)
+
         for axis in axes or demand_table.varying_axes(of_bridge.variants):
             for keys, rates in _changes(medians, axis, all_states, rate_of, systems):
                 row: Row = {"level": EFFECT_CONFIDENCE, "direction": 0, "n_motions": motions}
@@ -234,13 +239,6 @@ def rate_effects(
                 rows.append(keys | row)
     table = pd.DataFrame(rows, columns=list(demand_table.described("rate_effects")))
     return table.sort_values("scope", kind="stable", ignore_index=True)
-
-
-def _rate_of_variant(
-    medians: Medians, hazard: HazardCurve, state: LimitState, variant_number: int
-) -> LogRate | None:
-    curve = medians.curve(state, variant_number)
-    return None if curve is None else curve_rate(curve, hazard)
 
 
 def _changes(
@@ -368,6 +366,9 @@ def decision(
     gaps = np.unique(np.linspace(*limits.get(GAP, (0.0, 0.0)), _GAPS))
     skews = np.linspace(*limits[SKEW], _SKEWS)
     axes.check({SKEW: skews[0], GAP: gaps[0], **values})
+    # ln of the intensity exceeded with this rate; NaN outside the hazard curve
+    ln_rates, ln_levels = np.log(hazard.rates[0]), np.log(hazard.levels)
+    ln_sdc_im = np.interp(-np.log(SDC_RATE), -ln_rates, ln_levels, nan, nan)
     rows_out: list[Row] = []
     shares: list[Row] = []
     for gap_mm in map(float, gaps):
@@ -395,7 +396,7 @@ def decision(
                 hazus = _length(at_zero, hazard, target, ln_factor).value
                 row["hazus_m"] = hazus + gap_mm / 1000.0
             # SDC: displacement demand at 5 % in 50 years
-            ln_length = np.interp(hazard.level_of(SDC_RATE), np.log(medians), np.log(_LENGTHS_M))
+            ln_length = np.interp(ln_sdc_im, np.log(medians), np.log(_LENGTHS_M))
             row["sdc_demand_m"] = float(np.exp(ln_length))
             if column is not None:
                 curve = column.curve(position | values)

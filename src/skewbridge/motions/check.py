@@ -192,7 +192,6 @@ class _Checker:
 
 
 def _unread(root: Path, used_files: list[Path], reason: str) -> list[FileCheck]:
-    """Return checks of files of a folder, except ``used_files``, indexes and hidden files."""
     used, checks = {path.resolve() for path in used_files}, list[FileCheck]()
     for path in folder.files_below(root):
         name, letters = path.name.lower(), {level[0] for level in path.relative_to(root).parts}

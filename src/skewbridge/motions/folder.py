@@ -161,7 +161,6 @@ def files_below(folder: Path) -> list[Path]:
 
 
 def _starts_with_numbers(path: Path) -> bool:
-    """Return whether one of the first lines has only numbers, or the file is unreadable."""
     try:
         with path.open("rb") as stream:
             lines = stream.read(4096).splitlines()[: MAX_HEADER_LINES + 1]

@@ -164,7 +164,6 @@ def _unit(stated: Stated, in_file: str) -> tuple[str, list[str]]:
 
 
 def _channel(stated: Stated, directions: Sequence[str], path: Path) -> int:
-    """Return the position (from 0) of the stated channel; ``directions`` has one text for each."""
     count = len(directions)
     if stated.channel is None and count > 1:
         channels = ", ".join(f"{n} {text}".strip() for n, text in enumerate(directions, 1))
@@ -243,10 +242,7 @@ def _first_number(text: str | None) -> float:
 def _counted(
     values: Vector, name: str, count: int, path: Path, per_line: int = 1
 ) -> tuple[Vector, tuple[str, ...]]:
-    """Return at most ``count`` values, which a header states, and a warning if it is wrong.
-
-    A surplus of a whole line is an `InputError`.
-    """
+    """Return at most ``count`` values, which a header states, and a warning if it is wrong."""
     text = f"{name} = {count}, but the file has {values.size} values"
     if values.size - count >= per_line:
         raise fault_in(path, f"{text}: correct {name}")

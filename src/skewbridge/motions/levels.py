@@ -140,8 +140,7 @@ class MotionsConfig:
 def bands_around(motions: MotionsConfig, medians_g: Sequence[float]) -> Bands:
     """Return the bands of Sa_avg in g around medians, cut at the ends of the range.
 
-    Without `motions.bands` or medians, the range is the band. Raises `InputError` if no band is in
-    the range.
+    Without `motions.bands` or medians, the range is the band.
     """
     low, high = motions.level_range_g
     if motions.bands is None or not medians_g:

@@ -65,7 +65,7 @@ def list_records(suite: str) -> list[dict[str, Any]]:
     The number of a pair is its record sequence number of NGA.
     """
     tables = [_records(path, path.stat().st_mtime_ns) for path in suite_files(suite)]
-    return [row for row in chain.from_iterable(zip_longest(*tables)) if row is not None]
+    return list(filter(None, chain.from_iterable(zip_longest(*tables))))
 
 
 def read_record(suite: str, number: int) -> GroundMotion:

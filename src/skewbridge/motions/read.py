@@ -111,14 +111,17 @@ def read_trace(path: Path, stated: Stated | None = None) -> Trace:
     """Read one component; `DtMissingError` if it has no time step, `InputError` if unusable."""
     lines = _text_of(read_bytes(path, MAX_FILE_BYTES), path).splitlines()
     trace = trace_of(lines, path, stated or Stated())
-    names = {name: _plain(getattr(trace, name)) for name in ("event", "station")}
+    event, station = (
+        "".join(letter if letter.isprintable() else " " for letter in text).strip()[:100]
+        for text in (trace.event, trace.station)
+    )
     warnings, notes = [*trace.warnings, *doubts(trace)], trace.notes
     given_s = stated and stated.dt_s is None and stated.dt_s_if_missing
     if given_s and given_s != trace.dt_s:
         notes = (f"dt = {trace.dt_s:g} s of the file is used, not {given_s:g} s", *notes)
     if re.search("column|values", trace.format):  # a known format has its step in the header
         warnings += _contradicted_step(trace.dt_s, "\n".join(lines[: formats.MAX_HEADER_LINES]))
-    return replace(trace, warnings=tuple(warnings), notes=notes, **names)
+    return replace(trace, warnings=tuple(warnings), notes=notes, event=event, station=station)
 
 
 def _contradicted_step(dt_s: float, header: str) -> list[str]:
@@ -142,11 +145,6 @@ def _text_of(content: bytes, path: Path) -> str:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
         return content.decode("latin-1")
-
-
-def _plain(text: str) -> str:
-    """Return a header text without control characters, cut to 100 characters."""
-    return "".join(letter if letter.isprintable() else " " for letter in text).strip()[:100]
 
 
 def doubts(trace: Trace) -> list[str]:

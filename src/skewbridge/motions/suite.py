@@ -42,13 +42,13 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
 
         motion = made_motion(number, suite)
     if entry.sha256 and entry.sha256 != motion.sha256:
-        text = f"the files {' and '.join(motion.files)}" if motion.files else "its values"
-        raise InputError(
-            f"motion {entry.motion_id}: {text} have sha256 {motion.sha256[:12]}..., the index has "
-            f"{entry.sha256[:12]}...: {'changed files' if motion.files else 'different libraries'}?"
-            " run `skewbridge motions check --write` to accept them",
-            motion_id=entry.motion_id,
-        )
+        values, cause = "its values", "different libraries"
+        if motion.files:
+            values, cause = f"the files {' and '.join(motion.files)}", "changed files"
+        digests = f"sha256 {motion.sha256[:12]}..., the index has {entry.sha256[:12]}..."
+        advice = f"{cause}? run `skewbridge motions check --write` to accept them"
+        text = f"motion {entry.motion_id}: {values} have {digests}: {advice}"
+        raise InputError(text, motion_id=entry.motion_id)
     motion = replace(motion, motion_id=entry.motion_id, **entry.metadata)
     read.refuse_false_waho(motion)
     return motion

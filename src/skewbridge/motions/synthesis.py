@@ -316,8 +316,7 @@ def _table() -> pd.DataFrame:
 def bssa14(scenario: Scenario, periods_s: ArrayLike) -> tuple[Vector, Vector]:
     """Return the median RotD50 PSA in g and the total standard deviation of its logarithm.
 
-    Period 0 is the PGA and -1 the PGV in cm/s. A period that is not in the table raises
-    `InputError`.
+    Period 0 is the PGA and -1 the PGV in cm/s.
     """
     periods = np.atleast_1d(np.asarray(periods_s, dtype=np.float64))
     unknown = [float(period) for period in periods if period not in _table().index]
@@ -509,8 +508,7 @@ def made_motion(number: int, suite: str = "near") -> GroundMotion:
 def write_synthetic_suite(folder: Path, scenario: Scenario, *, count: int, seed: int) -> Path:
     """Write pairs as PEER files, replace the `index.csv` of the folder, and return its path.
 
-    Pair i of a seed does not depend on the count. Quiet ends are cut. Raises `InputError` for a
-    count outside its limits.
+    Pair i of a seed does not depend on the count. Quiet ends are cut.
     """
     if not 1 <= count <= MAX_COUNT:
         raise InputError(f"count must be between 1 and {MAX_COUNT}, got {count}")

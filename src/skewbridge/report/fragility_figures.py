@@ -238,7 +238,6 @@ def curves_figure(
 def _draw_panel(
     axes: Axes, of_state: pd.DataFrame, fits: pd.DataFrame, demands: pd.DataFrame, im: Floats
 ) -> None:
-    """Draw the curves of one state at the intensities ``im``."""
     colour_axis, unit = axis(of_state["axis"].iloc[0]), appearance.unit_of(str(fits["im"].iloc[0]))
     # a value has the same colour in panels in which other values have no curve
     values = sorted(fits[colour_axis.name].unique())

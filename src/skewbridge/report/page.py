@@ -325,7 +325,6 @@ def _skewed(face: PlanVector, y_m: float) -> PlanVector:
 
 
 def _corners(left: PlanVector, right: PlanVector, y_m: PlanVector) -> list[PlanVector]:
-    """Return the corners of the area between two faces and two y."""
     low, high = y_m
     return [_skewed(left, low), _skewed(right, low), _skewed(right, high), _skewed(left, high)]
 
@@ -447,7 +446,6 @@ def pictures_of(captions: Sequence[Caption], folder: Path) -> list[dict[str, Any
 
 
 def _packed(path: Path) -> dict[str, Any]:
-    """Return an image as a data URL, with its size in pixels."""
     with Image.open(path) as image:
         picture = image.convert("RGB").reduce(2).point(_SHADES * 3)
     packed = BytesIO()

@@ -112,7 +112,6 @@ def study_figures(
 
 
 def _caption(kind: str, **values: Any) -> Caption:
-    """Return the caption of a kind of figure, its templates filled in with ``values``."""
     texts = CAPTIONS[kind].items()
     return Caption(**{name: appearance.one_line(_TEXTS, text, **values) for name, text in texts})
 
