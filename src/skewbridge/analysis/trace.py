@@ -147,11 +147,11 @@ class Recorder:
         widths = self._widths[key]
         # a row is the time, the values and a line feed
         layout = np.dtype([("values", np.float64, (sum(widths.values()) + 1,)), ("end", np.uint8)])
-        with file:  # one copy: separate arrays cost more in memory pages than in their values
-            rows = np.fromfile(file, layout)["values"].copy()
+        with file:
+            rows = np.fromfile(file, layout)["values"]
         offsets = list(accumulate(widths.values(), initial=1))
         records = {
-            tag: rows[:, start:end]
+            tag: np.ascontiguousarray(rows[:, start:end])
             for tag, (start, end) in zip(widths, pairwise(offsets), strict=True)
         }
         if self._units is not None:

@@ -3,7 +3,7 @@
 from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from math import inf
+from math import inf, sqrt
 from typing import Final, get_args
 
 import openseespy.opensees as ops
@@ -206,7 +206,15 @@ class ContactSet:
 
     def time_to_closing_s(self, accel_mps2: float) -> float:
         """Return the time in s until a pair closes under an acceleration; zero if one is closed."""
-        return min((unit.time_to_closing_s(accel_mps2) for unit in self.units), default=inf)
+        shortest_s, dt_s = inf, self._dt_s
+        for unit in self.units:
+            if unit.opening <= 0.0 or not dt_s:
+                return 0.0
+            rate = (unit.opening - unit.opening_before) / dt_s
+            time_s = (rate + sqrt(rate**2 + 2.0 * accel_mps2 * unit.opening)) / accel_mps2
+            if time_s < shortest_s:
+                shortest_s = time_s
+        return shortest_s
 
     @property
     def openings_m(self) -> list[float]:

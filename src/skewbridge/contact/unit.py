@@ -6,7 +6,7 @@
 plain floats, slots and as few calls as possible.
 """
 
-from math import hypot, sqrt
+from math import hypot
 from typing import Final
 
 import openseespy.opensees as ops
@@ -81,13 +81,6 @@ class ContactUnit:
 
     def start(self) -> None:
         """Put the springs in the open state; springs of this scheme are created in this state."""
-
-    def time_to_closing_s(self, accel_mps2: float) -> float:
-        """Return the time in s until closing, from the last speed and a closing acceleration."""
-        if self.opening <= 0.0 or not self._dt:
-            return 0.0
-        rate = (self.opening - self.opening_before) / self._dt
-        return (rate + sqrt(rate**2 + 2.0 * accel_mps2 * self.opening)) / accel_mps2
 
     def state(self, dt_s: float) -> UnitState:
         """Return the state at the end of the last committed step, before a step of `dt_s`."""
