@@ -153,7 +153,9 @@ def _outside_ranges(filled: Completed) -> Iterator[str]:
                 if value is not None and not any(low <= value <= high for low, high in ranges):
                     outside.setdefault((section, float(value)), keys)
         for (_, value), keys in sorted(outside.items()):
-            range_text = " or ".join(f"{low:g} to {high:g}" for low, high in ranges)
+            range_text = " or ".join(
+                f"{low:g} to {high:g}" if low < high else f"{low:g}" for low, high in ranges
+            )
             text = f"= {value:.3g} is outside the usual {range_text}"
             yield f"{row[-1]} {text} ({', '.join(keys)})" if limits != row else f"{keys[0]} {text}"
 

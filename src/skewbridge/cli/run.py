@@ -75,6 +75,9 @@ def run(
     import pandas as pd
     from rich.progress import Progress
 
+    from skewbridge.analysis.bridge_check import doubts
+    from skewbridge.bridge.catalogue import read_bridge
+    from skewbridge.bridge.library import is_script
     from skewbridge.demands.tables import to_table
     from skewbridge.demands.validity import SUSPECT, reasons
     from skewbridge.files.digests import engine_digest, provenance
@@ -111,6 +114,8 @@ def run(
             for path in (out / f"{name}.png", out / f"{name}.svg"):
                 figure.savefig(path, dpi=150, metadata=figure_metadata(digests))
     warnings = [*filter(None, [cut_warning(motion, task.settings.duration_s)])]
+    if not is_script(task.variant.bridge):
+        warnings += doubts(read_bridge(task.variant.bridge))
     read = [text for record in (task.supports or {"": motion}).values() for text in record.messages]
     notes = [*gap_notes(task.variant.bridge), *read, *result.messages, f"written to {out}"]
     code = 0 if result.status in RAN else EXIT_FAILED

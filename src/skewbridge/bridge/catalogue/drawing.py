@@ -42,7 +42,12 @@ def hoop(text: str) -> tuple[float, ...]:
     name, separator, pitch = text.partition("@")
     if not separator:
         raise ValueError("must be a bar and its spacing, such as '#8 @ 5 in'")
-    return *bar(name), quantity(pitch, "mm")
+    try:
+        return *bar(name), quantity(pitch, "mm")
+    except ValueError as error:
+        if pitch.strip().replace(".", "", 1).isdigit():
+            raise ValueError("needs a unit of the spacing, such as '#8 @ 127 mm'") from None
+        raise error
 
 
 def girder(text: str) -> tuple[float, ...]:
