@@ -23,8 +23,8 @@ from skewbridge.files.tables import write_frame
 from skewbridge.fragility.fit_data import fit_file
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.motions.folder import list_motions
-from skewbridge.motions.formats import UNIT_FACTORS, Stated
-from skewbridge.motions.read import DT_LIMITS_S, PGA_LIMITS_G, read_trace
+from skewbridge.motions.formats import DT_LIMITS_S, UNIT_FACTORS, Stated
+from skewbridge.motions.read import PGA_LIMITS_G, read_trace
 from skewbridge.motions.suite import read_entry
 from skewbridge.study.config import load_config
 from skewbridge.units import G_MPS2

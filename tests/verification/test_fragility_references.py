@@ -143,7 +143,8 @@ def test_probit_of_several_covariates_reproduces_greene_and_annual_rates_their_f
     ln_theta, beta = np.log(given["theta"]), given["beta"]
     found = hazard.rate(lambda ln_im: special.ndtr((ln_im - ln_theta) / beta), beta).value
     assert found == pytest.approx(expected["maf"], rel=1e-8)
-    assert rate_columns([found] * 3)["probability_50y"] == pytest.approx(expected["p50yr"])
+    columns = rate_columns([found] * 3, hazard, 0.95)
+    assert columns["probability_50y"] == pytest.approx(expected["p50yr"])
 
 
 # --- statsmodels and scipy as oracles: independent code for the same formulas
