@@ -225,7 +225,8 @@ def test_accuracy_suspect_rows_needed_motions_and_the_factor_of_hazus_are_stated
     failed = int((demands["beyond_model"] != "").sum())
     words = "from the reference accuracy by 8 % (median demand), 15 % at worst (slip work)"
     suspect = f"0 suspect rows, {failed} by the energy after a column failure"
-    assert_in(page, f"Demands of 4 runs differ {words}", suspect)
+    rows = "4 runs under motions up to the median strength"
+    assert_in(page, f"Demands of {rows} differ {words}", suspect)
     heads, *published = (tables := tables_of(page))["Published effects of skew"]
     assert report.published_rows(frames["medians"].assign(status="no_curve")) == []
     # sqrt(sin(90° - skew))
