@@ -48,7 +48,7 @@ help:
 	@echo "make setup lint clean"
 
 setup: $(STAMP)
-	@$(if $(filter setup,$(MAKECMDGOALS)),echo "setup: done. Next: make smoke (a minute) or make study (about 17 minutes); the page is report.html in results")
+	@$(if $(filter setup,$(MAKECMDGOALS)),echo "setup: done. Next: make smoke (a minute) or make study (about 16 minutes); the page is report.html in results")
 
 # ASSUME a Python 3 with venv; uv brings Python $(PYTHON_VERSION) if the machine has none.
 $(STAMP): requirements.lock workflow/recorded.txt pyproject.toml .python-version
