@@ -119,6 +119,8 @@ def call_script(files: list[Path], arguments: dict[str, Any]) -> Any:
         raise InputError(f"{path}: the script is not a Python file")
     forget()
     sys.path.insert(0, str(path.parent))
+    # bytecode hides an edit of equal size within a second
+    writes_none, sys.dont_write_bytecode = sys.dont_write_bytecode, True
     try:
         # its prints are no answer of a command, and later paths are from the same folder
         with lines_of(files), redirect_stdout(sys.stderr), chdir(Path.cwd()):
@@ -127,6 +129,7 @@ def call_script(files: list[Path], arguments: dict[str, Any]) -> Any:
             function: Callable[..., Any] = getattr(module, FUNCTION)
             return function(**arguments)
     finally:
+        sys.dont_write_bytecode = writes_none
         sys.path.remove(str(path.parent))
         forget()
 
