@@ -91,6 +91,7 @@ def test_a_push_that_stops_early_names_the_deck_that_moved_farthest(written, mon
     own = written(f"extends: osb1\nsource: own\n{NARROW}")  # the left deck has no column
     result = bridge("pushover", own, "--max-disp-m", "0.02", "--out", tmp_path)
     assert "; the deck from left end to joint 1 had moved farthest, 0.0" in one_line(result)
+    assert one_line(result).count("a push stopped at last_disp_m") == 1
 
 
 def test_models_and_columns_are_drawn_and_written(tmp_path) -> None:

@@ -262,9 +262,7 @@ def _pushed(
     answer = {"pushes": pushes} if is_ladder else pushes[0]
     all_complete, notes = all(row["is_complete"] for row in pushes), gap_notes(case.bridge)
     if not all_complete:
-        notes.append(
-            "a push stopped at last_disp_m: no equilibrium at larger displacements" + stopped
-        )
+        notes.append(stopped)
     exit_code = 0 if all_complete else EXIT_FAILED
     return Answer(answer, notes=notes, exit_code=exit_code)
 
