@@ -67,7 +67,8 @@ _TRANSFORMATION_AT: Final = {
 #: ASSUME a vector this close to the axis of an element is meant to be parallel to it.
 _LEAST_ANGLE_DEG: Final = 0.1
 _LEAST_SOFFIT_M: Final = 0.01
-_LARGEST_TURN_DEG: Final = 10.0  # of the deck from x, about which the demands along x are 2 % off
+#: ASSUME a deck this close to x is meant to be along x; demands mix by the sine, at most 17 %.
+_LARGEST_TURN_DEG: Final = 10.0
 
 
 @dataclass(frozen=True, slots=True)
