@@ -34,6 +34,7 @@ from skewbridge.files.tables import write_table
 from skewbridge.fragility.rates import Decision
 from skewbridge.report.appearance import shown_in
 from skewbridge.report.bridge_figures import column_figure, model_figure, with_codes
+from skewbridge.report.run_figures import run_figures
 from skewbridge.study.analyses import StudySetup
 from skewbridge.study.batch import row_of_task
 from skewbridge.study.config import load_config
@@ -383,6 +384,7 @@ def test_a_run_leaves_its_row_histories_and_figures(pair, tmp_path):
     assert histories["t_s"].iloc[-1] == pytest.approx(row["time_reached_s"])
     for name in ("displacements", "hysteresis", "columns", "contacts"):
         assert (out / f"{name}.png").stat().st_size > 10_000
+    assert "contacts" not in run_figures(0.0 * histories, title="none closes")
 
 
 def test_a_roller_has_no_contacts_to_draw_and_a_collapse_is_a_result(pair, tmp_path):

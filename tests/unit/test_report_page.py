@@ -441,12 +441,12 @@ def test_shear_failures_are_counted_for_every_strength_model():
     counts = {"ucsd_tests": 2, "sdc_expected": 7, "sdc_nominal": 9, "kowalsky_priestley": 0}
     for name, count in counts.items():
         demands[f"column_shear_dcr_{name}"] = np.where(np.arange(len(demands)) < count, 1.0, 0.99)
-    for status, at_least in (("ok", "strength. osb1"), ("collapse", "strength (at least). osb1")):
+    for status, note in (("ok", "strength. osb1"), ("collapse", "ended early). osb1")):
         text = answers.shear_model_sentence(demands.assign(status=status))
         words = (
             f"({len(demands)} runs): 2 by UCSD, mean of tests; 7 by SDC, expected materials; 9 by"
         )
-        assert_in(text, at_least, words, "; 0 by Kowalsky and Priestley.")
+        assert_in(text, note, words, "; 0 by Kowalsky and Priestley.")
 
 
 def test_the_page_prints_the_stored_medians_under_three_shear_models(render):

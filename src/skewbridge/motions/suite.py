@@ -52,11 +52,19 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
 
 
 def read_pair(first: Path, second: Path) -> GroundMotion:
-    """Read the files of a motion (`read_motion`), or their row in the `index.csv` beside them."""
+    """Read the files of a motion (`read_motion`), or their row in the `index.csv` beside them.
+
+    Files in the opposite order of the row exchange the components, and the digest is not compared.
+    """
     index, files = first.parent / INDEX_NAME, [first.resolve(), second.resolve()]
     for entry in read_index(index) if index.is_file() else []:
-        if [path.resolve() for path, _ in entry.components] == files:
+        listed = [path.resolve() for path, _ in entry.components]
+        if listed == files:
             return read_entry(entry)
+        if listed[::-1] == files:
+            changes: dict[str, Any] = {"components": entry.components[::-1], "sha256": ""}
+            azimuths = {"azimuth_1_deg": entry.azimuth_2_deg, "azimuth_2_deg": entry.azimuth_1_deg}
+            return read_entry(entry.model_copy(update=changes | azimuths))
     return read.read_motion(first, second)
 
 
