@@ -81,9 +81,15 @@ def shown_unit(unit: str) -> tuple[str, float]:
     return US_UNITS.get(unit, (unit, 1.0)) if _UNITS.get() == "us" else (unit, 1.0)
 
 
+def bridge_unit() -> tuple[str, float]:
+    """Return the unit of the lengths of a bridge, m or ft, and the factor from m."""
+    return ("ft", 1.0 / FOOT) if _UNITS.get() == "us" else ("m", 1.0)
+
+
 def shown_length(length_m: float) -> str:
     """Return a length of a bridge in m or ft."""
-    return f"{length_m / FOOT:.1f} ft" if _UNITS.get() == "us" else f"{length_m:.1f} m"
+    unit, per_m = bridge_unit()
+    return f"{per_m * length_m:.1f} {unit}"
 
 
 def shown_label(column: str) -> tuple[str, float]:

@@ -186,11 +186,11 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame, curves: pd.DataFrame)
     heads = {
         f"{row['component']}/{row['limit_state']}": state_text(row) for row in records_of(curves)
     }
-    names, notes = answer.short_names(table), answer.limit_notes(table)
-    signs = {note_key: number for number, note_key in enumerate(notes, 1)}
+    names = answer.short_names(table)
     capacities = table[table["quantity"] == MEDIAN_CAPACITY]
     states_present = capacities["demand"].unique()
     states = sorted(states_present, key=lambda state: state not in answer.LEADING_STATES)[:2]
+    printed = capacities[capacities["demand"].isin(states)]
     by_value = dict(groups_of(counts, (*BRIDGE_COLUMNS, "axis")))
     rows: list[dict[str, Any]] = []
     for change, change_rows in groups_of(table, _CHANGE):
@@ -200,18 +200,17 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame, curves: pd.DataFrame)
             counts_of = by_value[*model, change[0]].set_index("value").loc[list(change[1:])]
             (first, runs), (last, last_runs) = counts_of[["n_failed", "n_runs"]].to_numpy()
             of_first = f" of {runs}" if runs != last_runs else ""
-            cells = [(effects.get(state), signs.get((*model, state), "")) for state in states]
             row = {
                 "change": change_name(*change),
                 "model": names[model] if len(names) > 1 else "",
                 "failed": f"{first}{of_first} to {last} of {last_runs}",
             }
-            rows.append({**row, "cells": cells})
+            rows.append({**row, "cells": [effects.get(state) for state in states]})
     return {
         "states": [heads[state] for state in states],
         "certainty": {claim: text.partition(",")[0] for claim, text in answer.CERTAINTY.items()},
         "rows": rows,
-        "notes": list(notes.values()),
+        "extents": " ".join(map(answer.extent_of_data, records_of(printed))),
         "details": answer.effect_notes(table),
         "level": next((f"{100 * level:g} %" for level in table["level"].dropna()), ""),
         "margin": next((f"{100 * margin:g} %" for margin in capacities["margin"].dropna()), ""),
