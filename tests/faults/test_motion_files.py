@@ -102,13 +102,6 @@ def test_very_long_lines_are_refused_quickly_and_unreadable_paths_are_input_erro
             read_trace(tmp_path / name)
 
 
-def test_a_time_step_in_ms_is_reported(tmp_path):
-    rows = "\n".join(f"{10 * n}, {value}" for n, value in enumerate(shaken_g(1)))
-    (tmp_path / "ms.csv").write_text(f"time (ms), acc (g)\n{rows}\n")
-    with pytest.raises(InputError, match=r"dt = 10 s is outside 0.0001 to 0.2 s"):
-        read_trace(tmp_path / "ms.csv")
-
-
 def test_a_bad_index_is_refused_by_line_and_name(tmp_path, monkeypatch):
     (folder := tmp_path / "motions").mkdir()
     pairs = make_pairs(folder, 2)

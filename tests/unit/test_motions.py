@@ -206,6 +206,7 @@ def _formats():
         (PLAIN.replace(IN_G, HISTORY), FIVE),
         ("The units are (g)\n50 0.0100 NPTS, DT\n", FIVE),
         (PLAIN, FIVE.replace("E", "D")),
+        (PLAIN, FIVE.replace("E", "")),  # Fortran reads 1.0-3
         (PLAIN, rows_of(RECORD_G, 1, "{:15.7E}")),
         (PLAIN, rows_of(RECORD_G, 8, "{:.7E},")),
         (PLAIN, rows_of(RECORD_G, 5, "{:+.7E}")),  # run together
@@ -222,6 +223,13 @@ def _formats():
     yield "a.V2", _v2(SI, "{:10.6f}", line), {}, SI, 6e-7, {"unit": "m/s2"}
     for name, text in (("a.V2", CSMIP), ("a.csv", CSV)):
         yield name, text, {"channel": 2}, -2.0 * SI, 6e-6, {}
+    rows = [f"{i * 10},{v:.8e}" for i, v in enumerate(RECORD_G)]
+    numbered = [f"{i},{i * 0.01:.2f},{v:.8e}" for i, v in enumerate(RECORD_G)]
+    for head, lines in (
+        ("time (ms),acc (g)", rows), (",time,acc (g)", numbered),
+        ("time (ms),acc (g),vel,disp", [f"{row},0.1,0.2" for row in rows]),
+    ):  # fmt: skip
+        yield "a.csv", "\n".join([head, *lines]), {}, SI, 1e-6, {"dt_s": 0.01}
     facts = {"format": "knet", "azimuth_deg": 0.0, "warnings": ()}
     yield "a.NS2", _knet(COUNTS + round(1234 - COUNTS.mean())), {}, SI - SI.mean(), 3e-6, facts
     facts = {"format": "esm", "dt_s": 0.005, "unit": "cm/s2", "azimuth_deg": 90.0}
@@ -286,6 +294,8 @@ REFUSED = [
         (r"3 channels \(1 N28W, 2 S62W, 3 Up\)", name, GEONET),
         ("truncated", name, "\n".join(LINES[:125]), 1),
         ("uncorrected", name, "Un" + GEONET[0].lower() + GEONET[1:]))),
+    ("SMC file, which is not read: get", "a.smc", "2 CORRECTED ACCELEROGRAM\n" + FIVE),
+    (r"uncorrected accelerogram \(V1\)", "a.V1", "UN" + _v2(RECORD_G)),
     ("first number is the count", "a.txt", "50\n" + rows_of(RECORD_G, 1, "{:.6e}")),
     # a separator of thousands, and a step in the first line
     ("line 4: the row must have 1 column,", "a.txt", "unit: gal\n1.0\n200.5\n-1,234.5\n3.0\n"),
@@ -347,6 +357,7 @@ def test_bare_values_need_a_time_step_and_are_not_read_as_a_table(read, per_line
     np.testing.assert_allclose(trace.accel_mps2, SI, rtol=1e-7)
     assert any("no unit" in text for text in trace.notes)
     for header in ("Sampling rate: 200", "dt = .005", "interval (s) 0.005"):
+        assert read("a.acc", f"{header} .\n{text}").dt_s == 0.005
         found = [read("a.acc", f"{header} .\n{text}", dt_s=dt_s) for dt_s in (0.005, 0.01)]
         doubt = f"dt = 0.01 s is used, but the header states {header}"
         assert [trace.warnings for trace in found] == [(), (doubt,)]
@@ -414,7 +425,7 @@ ACCELERATION_HEADERS = {
     ("g", 9.80665): ["", "time,accel_g", "m_south,a_g", "# time acceleration"],
     ("m/s2", 1.0): [
         "time_s;accel_mps2", "time_s,acc_m_s2", "t (s),a_g (m/s2)", "t [s],üg [m/s²]", "t,a_g m/s2",
-        "t,acc_ms2", "t,a (metres per second squared)", "t,g\n(s),(m/sec2)", "t,a (meter/s^2)",
+        "t,acc_ms2", "t,a (metres per second squared)", "t,g\n(s),(m/sec2)", "t,a (m/s*s)",
     ],
     ("%g", 0.0980665): ["t,acc (%g)"],
     ("mm/s2", 1e-3): ["time (s),a (mm/s2)"], ("mg", 9.80665e-3): ["t,a (mg)", "t,a (milli-g)"],
@@ -668,7 +679,9 @@ def test_pairs_are_found_among_other_files_and_ordered_by_the_index(tmp_path):
     (tmp_path / "_SearchResults.csv").write_text("1,2\n3,4\n")
     (tmp_path / "q0_h1.VT2").write_text("velocity\n")
     (tmp_path / "q0_UP.AT2").write_text("vertical\n")
-    assert [entry.motion_id for entry in list_motions(tmp_path)] == ["q0", "q1"]
+    for ending in ("NS", "EW"):  # 17 lines of header
+        (tmp_path / f"q2_{ending}.txt").write_text(_knet(COUNTS))
+    assert [entry.motion_id for entry in list_motions(tmp_path)] == ["q0", "q1", "q2"]
     made.index_of(tmp_path, pairs[::-1])
     assert [entry.motion_id for entry in list_motions(tmp_path)] == ["q1", "q0"]
 
@@ -704,6 +717,7 @@ def _turned(*azimuths: int) -> list[str]:
         (("TCU052.txt", "TCU065.txt"), BARE, "different records?.*azimuths 52 and 65 are not"),
         (("q_000.AT2", "q_090.AT2"), _turned(0, 180), "records?.*azimuths 0 and 180 are not"),
         (("LCN260.AT2", "LCN345.AT2"), _turned(260, 345), ""),
+        (("q_000.txt", "q_090.txt"), [_times(RECORD_G), _times(-RECORD_G)], "component twice"),
         (("q_1.txt", "q_UP.txt"), BARE, r"vertical component\? By its name, q_UP\.txt is one"),
     ],
 )

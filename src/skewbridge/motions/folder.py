@@ -16,7 +16,14 @@ from skewbridge.errors import InputError
 from skewbridge.files.tables import records_of
 from skewbridge.files.text import checked, file_fault, no_formula, read_csv, shortened, shown_path
 from skewbridge.motions import p695
-from skewbridge.motions.formats import MAX_HEADER_LINES, Positive, Stated, Trace, Unit
+from skewbridge.motions.formats import (
+    MAX_HEADER_LINES,
+    MOTION_FORMATS,
+    Positive,
+    Stated,
+    Trace,
+    Unit,
+)
 from skewbridge.motions.read import files_digest, is_vertical, read_trace, split_name
 from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion
 
@@ -31,7 +38,7 @@ SUFFIXES: Final = (
 )  # fmt: skip
 # Other columns are notes, but these would change the values.
 _MISNAMED: Final = re.compile(r"(?i)(?<![a-z])(?:units?|dt|scale|factor|channel)(?![a-z])")
-_NUMBERS: Final = re.compile(rb"\s*[-+.\d][-+.,;\seEdD\d]*")
+_NUMBERS: Final = re.compile(r"\s*[-+.\d][-+.,;\seEdD\d]*")
 NOT_MOTIONS: Final = frozenset({"index.csv", "manifest.csv", "expected.csv", "readme.txt"})
 
 _Cell = Annotated[float, Field(allow_inf_nan=False)]
@@ -125,7 +132,7 @@ def motion_files(folder: Path) -> list[Path]:
     """Return the files of a folder and its sub-folders that look like motions, sorted by path.
 
     Other files of a PEER download (velocities `.VT2`, displacements `.DT2`, search results) and
-    text files without a row of numbers are left out.
+    text files of no known format and without a row of numbers are left out.
     """
     return [
         path
@@ -133,7 +140,7 @@ def motion_files(folder: Path) -> list[Path]:
         if path.suffix.lower() in SUFFIXES
         and path.name.lower() not in NOT_MOTIONS
         and not any(level.startswith(("_", ".")) for level in path.relative_to(folder).parts)
-        and (path.suffix.lower() not in (".txt", ".csv", ".dat") or _starts_with_numbers(path))
+        and (path.suffix.lower() not in (".txt", ".csv", ".dat") or _looks_like_motion(path))
     ]
 
 
@@ -160,13 +167,14 @@ def files_below(folder: Path) -> list[Path]:
     return sorted(files)
 
 
-def _starts_with_numbers(path: Path) -> bool:
+def _looks_like_motion(path: Path) -> bool:
     try:
         with path.open("rb") as stream:
-            lines = stream.read(4096).splitlines()[: MAX_HEADER_LINES + 1]
+            lines = stream.read(4096).decode("latin-1").splitlines()
     except OSError:
         return True  # the reader will report the reason
-    return any(_NUMBERS.fullmatch(line) for line in lines)
+    has_numbers = any(_NUMBERS.fullmatch(line) for line in lines[: MAX_HEADER_LINES + 1])
+    return has_numbers or any(recognises(lines, path) for _, recognises, _ in MOTION_FORMATS[:-1])
 
 
 # ---- Pairs of component files, by file name or header

@@ -34,11 +34,13 @@ MAX_MAGNITUDE: Final = 1.0e12  # counts of an instrument stay below 2^31
 MAX_HEADER_LINES: Final = 10  # before the numbers of a file without a known format
 DT_LIMITS_S: Final = (1.0e-4, 0.2)
 
-FLOAT: Final = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?"
+_EXPONENT: Final = r"(?:[EeDd][+-]?\d+)?"
+#: A number; Fortran may omit the letter of the exponent after a decimal point: 1.0-3.
+FLOAT: Final = rf"[+-]?(?:(?:\d+\.\d*|\.\d+)(?:[+-]\d{{1,3}}(?![.\d])|{_EXPONENT})|\d+{_EXPONENT})"
 
 _PLAIN = re.compile(r"[0-9eEdD+\-.,;\s]*")
 _NUMBER = re.compile(FLOAT)
-_RUN = re.compile(rf"(?:{FLOAT})(?:[+-](?:\d+\.?\d*|\.\d+)(?:[EeDd][+-]?\d+)?)*")
+_RUN = re.compile(rf"{FLOAT}(?:(?=[+-]){FLOAT})*")
 _DECIMAL_COMMA = re.compile(r"[\d\s+-],\d")
 _SEPARATORS = str.maketrans(",;", "  ")
 
@@ -181,6 +183,7 @@ _LENGTH: Final = "(?:[cm]?m|in|ft)"
 _USUAL_UNITS: Final = (
     (r"sec(?:ond)?s?", "s"), (r"inch(?:es)?", "in"), (r"\*\*|[\^{}]", ""), (r"\s+per\s+", "/"),
     (r"(?<![a-z])(?:(c)enti|(m)illi)?met(?:er|re)s?(?=\s*/)", r"\1\2m"), (r"\s+squared", "2"),
+    (r"/\s*s\s*\*\s*s(?![a-z])", "/s2"),
     (r"f(?:ee|oo)t(?=\s*/)", "ft"), (r"milli-?g(?![a-z])", "mg"),
     (r"\s*/\s*s", "/s"), ("/s/s", "/s2"), (rf"(?<![a-z])({_LENGTH})[ .*_]?s-2", r"\1/s2"),
     # cmps2, cm_s_2, ms2
@@ -231,7 +234,7 @@ def _unit_in(texts: Iterable[str], path: Path) -> str:
 
 
 def _fortran_float(text: str) -> float:
-    return float(text.upper().replace("D", "E"))
+    return float(re.sub(r"(?<=[\d.])(?=[+-])", "E", text.upper().replace("D", "E")))
 
 
 def _first_number(text: str | None) -> float:
@@ -570,6 +573,8 @@ def _read_knet(lines: list[str], path: Path, _stated: Stated) -> Trace:
 _DATA = re.compile(r"(?=\D*\d)\s*[-+.\d][-+.,;\sEeDd\d]*")
 _COLUMNS_ROW = re.compile(rf"\s*(?P<time>{FLOAT})(?:(?:\s*[,;]\s*|\s+){FLOAT})+\s*[,;]?\s*")
 _COLUMNS_SEPARATOR = re.compile(r"[\s,;]+")
+_TIME = re.compile(r"t(?:ime)?(?![a-z])", re.IGNORECASE)
+_MILLISECONDS = re.compile(r"(?i)(?<![a-z])m(?:illi-?)?s(?:ec\w*)?(?![a-z0-9])")
 _CELL_SEPARATORS: Final = (r"\s*[,;\t]\s*", r"\s{2,}", r"[\s,;]+")
 _COUNT_AND_STEP = (  # 3500 0.01, perhaps followed by text; 0.01 3500; NPTS 3500 DT 0.01
     re.compile(rf"\s*(?P<npts>\d{{2,9}})[\s,;]+(?P<dt>{FLOAT})(?:[\s,;].*)?"),
@@ -636,7 +641,7 @@ def _has_time(table: _Table) -> bool:
         return False
     times_s = np.array([_fortran_float(match["time"]) for match in matches if match])
     steps_s, first_s = np.diff(times_s), times_s[:8]
-    if any(re.match(r"t(ime)?(?![a-z])", cell, re.IGNORECASE) for cell in table.cells(0)):
+    if any(map(_TIME.match, table.cells(0))):
         return bool((steps_s >= 0.0).mean() >= 0.9)
     line_s = np.linspace(first_s[0], first_s[-1], first_s.size)
     is_even = np.abs(first_s - line_s).max() <= 0.6 * (line_s[1] - line_s[0])
@@ -651,6 +656,10 @@ def _read_numbers(lines: list[str], path: Path, stated: Stated) -> Trace:
         raise fault_in(path, f"{text}. Formats that are read: {formats}")
     if any(re.match(r"(?i)(period|freq)", cell) for cell in table.cells(0)):
         raise fault_in(path, "looks like a spectrum: a record of accelerations is needed")
+    time_at = [any(map(_TIME.match, table.cells(column))) for column in range(table.columns)]
+    if time_at[:2] == [False, True] and len(time_at) > 2:  # numbers of the rows before the times
+        lines = [re.sub(r"^\s*[^\s,;]*[\s,;]+", "", line) for line in lines]
+        return _read_numbers(lines, path, stated)
     rows, count, dt_s, npts = table.rows, table.columns, table.dt_s, table.npts
     start = rows[0][0]
     values, warnings, shift = parse_numbers(lines[start - 1 :], path, start), (), 0
@@ -672,6 +681,8 @@ def _read_numbers(lines: list[str], path: Path, stated: Stated) -> Trace:
         raise fault_in(path, f"{text}: correct the header")
     if has_time:
         dt_s, warnings = _step_of_times(series[:, 0], rows, path)
+        unit_s = 1.0e-3 if any(map(_MILLISECONDS.search, table.cells(0))) else 1.0
+        dt_s, series = dt_s * unit_s, series * np.array([unit_s, *[1.0] * (count - 1)])
         if abs(table.dt_s / dt_s - 1.0) > 0.01:
             text = f"dt is {table.dt_s:g} s in the header, {dt_s:g} s in the times"
             raise fault_in(path, f"{text}: correct one")
@@ -681,6 +692,9 @@ def _read_numbers(lines: list[str], path: Path, stated: Stated) -> Trace:
     # The text above a single column may be a title.
     names = ([text for text in texts if width > 1 or len(text.split()) < 3] for texts in cells)
     directions = [re.split(r"[(\[]", "".join(texts[:1]))[0].strip() for texts in names]
+    others = [bool(re.match(_OTHER_WORD, name.lower())) for name in directions]
+    if stated.channel is None and others.count(False) == 1 and directions[others.index(False)]:
+        stated = replace(stated, channel=others.index(False) + 1)  # beside its integrals
     channel = _channel(stated, directions, path)
     return Trace(
         path=path,
@@ -739,7 +753,10 @@ def _step_of_times(
     if mean_s <= 0.0 or (steps_s <= 0.0).any() or error_s.max(initial=0.0) > allowed_s:
         worst = int(np.argmax(np.where(steps_s <= 0.0, np.inf, error_s)))
         problem = f"the time column jumps from {time_s[worst]:g} to {time_s[worst + 1]:g} s"
-        raise fault_in(path, f"{problem}; every step must be {mean_s:g} s", rows[worst + 1][0])
+        problem = (
+            f"{problem}; every step must be {np.median(steps_s):g} s: fill the gap or resample"
+        )
+        raise fault_in(path, problem, rows[worst + 1][0])
     # the number with the fewest digits within the tolerance
     candidates = (float(f"{mean_s:.{digits}g}") for digits in range(1, 16))
     allowed_s = quantum_s / steps_s.size

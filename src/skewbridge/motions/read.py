@@ -14,7 +14,7 @@ from pydantic import BaseModel
 from skewbridge.errors import InputError
 from skewbridge.files.text import checked, read_bytes, read_yaml
 from skewbridge.motions import formats, p695
-from skewbridge.motions.formats import Stated, Trace, fault_in, trace_of
+from skewbridge.motions.formats import DtMissingError, Stated, Trace, fault_in, trace_of
 from skewbridge.motions.intensity import peak_g
 from skewbridge.motions.record import GroundMotion, Vector
 from skewbridge.units import G_MPS2
@@ -45,6 +45,9 @@ _FOREIGN: Final = (
     (b"\xff\xfe", "UTF-16 text: save it as UTF-8"),
     (b"\xfe\xff", "UTF-16 text: save it as UTF-8"),
     (b"version https://git-lfs", "a git-LFS pointer: fetch the real file"),
+    (b"2 CORRECTED ACCEL", "an SMC file, which is not read: get the COSMOS file (.V2c)"),
+    (b"1 UNCORRECTED ACCEL", "an uncorrected accelerogram: get the corrected one"),
+    (b"UNCORRECTED ACCEL", "an uncorrected accelerogram (V1): get the corrected one (V2)"),
     (b"<", "a web page (a log-in page saved as a record?)"),
 )
 
@@ -94,7 +97,16 @@ def motion_name(first: Path, second: Path) -> str:
 def read_trace(path: Path, stated: Stated | None = None) -> Trace:
     """Read one component; `DtMissingError` if it has no time step, `InputError` if unusable."""
     lines = _text_of(read_bytes(path, MAX_FILE_BYTES), path).splitlines()
-    trace = trace_of(lines, path, stated or Stated())
+    header = "\n".join(lines[: formats.MAX_HEADER_LINES])
+    try:
+        trace = trace_of(lines, path, stated or Stated())
+    except DtMissingError:
+        if (match := _STEP.search(header)) is None:
+            raise
+        number = float(match[1] or match[2])
+        step_s = number if number < 1.0 else 1.0 / number
+        trace = trace_of(lines, path, replace(stated or Stated(), dt_s_if_missing=step_s))
+        trace = replace(trace, notes=(f"dt = {step_s:g} s by the header: {match[0]}", *trace.notes))
     event, station = (
         "".join(letter if letter.isprintable() else " " for letter in text).strip()[:100]
         for text in (trace.event, trace.station)
@@ -104,7 +116,7 @@ def read_trace(path: Path, stated: Stated | None = None) -> Trace:
     if given_s and given_s != trace.dt_s:
         notes = (f"dt = {trace.dt_s:g} s of the file is used, not {given_s:g} s", *notes)
     if re.search("column|values", trace.format):  # a known format has its step in the header
-        warnings += _contradicted_step(trace.dt_s, "\n".join(lines[: formats.MAX_HEADER_LINES]))
+        warnings += _contradicted_step(trace.dt_s, header)
     return replace(trace, warnings=tuple(warnings), notes=notes, event=event, station=station)
 
 
@@ -138,7 +150,9 @@ def doubts(trace: Trace) -> list[str]:
     too_strong = f"PGA = {pga_g:.4g} g with values in {trace.unit} is above {largest_g} g"
     for problem, applies in {
         "the file has no values": npts == 0,
-        f"dt = {dt_s:g} s is outside {low_s} to {high_s} s": not low_s <= dt_s <= high_s,
+        f"dt = {dt_s:g} s is outside {low_s} to {high_s} s: state it in s": not low_s
+        <= dt_s
+        <= high_s,
         f"the file has {npts} values but needs at least {MIN_SAMPLES}": npts < MIN_SAMPLES,
         "all values are zero": pga_g == 0.0,
         f"{too_strong}: wrong unit? {_SAY_UNIT}": pga_g > largest_g,
@@ -217,8 +231,8 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
         messages.append(text if is_copy else f"{DIFFERENT_RECORDS} Their {text}")
     names = [trace.path.name for trace in pair if is_vertical(trace.path)]
     messages += [f"{VERTICAL_NAME} By its name, {name} is one" for name in names]
-    if np.array_equal(first.accel_mps2, second.accel_mps2):
-        messages.append(f"{ONE_RECORD} Both components have the same values")
+    if np.array_equal(np.abs(first.accel_mps2), np.abs(second.accel_mps2)):
+        messages.append(f"{ONE_RECORD} Both components have the same values, up to the sign")
     # ASSUME both components start together; the shorter one was cut at its end
     padded = [np.pad(trace.accel_mps2, (0, npts - trace.accel_mps2.size)) for trace in pair]
     return GroundMotion(
