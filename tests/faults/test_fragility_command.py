@@ -139,6 +139,7 @@ def test_a_cloud_is_one_fit_as_arrays_or_as_a_table_with_zeros_and_collapses(fit
     found = fit(arrays, "cloud")
     assert (found, found["method"]) == (fit(table, "cloud", *NAMED[:-1], 0.015), "cloud_tobit")
     assert (found["status"], found["n_censored"]) == ("ok", 2)
+    assert "the runs are taken as independent" in found["notes"][0]
 
 
 @pytest.mark.parametrize(
@@ -193,10 +194,6 @@ def test_intervals_are_by_motion_where_motions_repeat(fit):
     wide = fit(table, "cloud", *RUNS, 0.015, "--capacity-dispersion", 0.5)
     assert wide["beta"] == pytest.approx(np.hypot(plain["beta"], 0.5 / plain["b"]))
     assert wide["ci_beta"][0] > plain["ci_beta"][1]
-    data = {"im": table[IM].tolist(), "edp": table[DRIFT].tolist(), "threshold": 0.015}
-    assert "independent" in fit(data, "cloud")["notes"][0]
-    named = fit(data | {"motion_id": table["motion_id"].tolist()}, "cloud")
-    assert (named["ci_theta"], named["notes"]) == (plain["ci_theta"], [])
     stripes = fit(table, "stripes", *RUNS, 0.015)
     assert wide["ci_method"] == plain["ci_method"] == stripes["ci_method"] == "jackknife"
     assert stripes["n_records"] == 24
@@ -215,10 +212,6 @@ def test_a_named_index_is_read_as_columns(fit, method, levels):
 
 
 def test_infinite_demands_of_collapsed_runs_are_no_bounds(fit):
-    data = {"im": TABLE[IM].tolist(), "threshold": 0.015, "collapse": [0] * 11 + [1]}
-    collapsed, at_capacity = (fit(data | {"edp": [*TABLE[DRIFT][:11], last]}, "cloud")
-                              for last in (float("inf"), 0.015))  # fmt: skip
-    assert (collapsed, collapsed["status"]) == (at_capacity, "ok")
     fallen = TABLE.assign(status=["ok"] * 11 + ["collapse"])
     unknown, infinite = (
         fit(fallen.assign(**{DRIFT: [*TABLE[DRIFT][:11], value]}), "cloud", *RUNS, 0.015)
