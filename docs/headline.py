@@ -28,7 +28,6 @@ from skewbridge.report.answer import (
     effect_name,
     extent_of_data,
     failure_sentences,
-    limit_notes,
     motions_sentence,
     no_ratio_text,
     run_counts,
@@ -80,20 +79,13 @@ def headline_text(table: pd.DataFrame, runs: pd.DataFrame, motions: pd.DataFrame
     level = 100.0 * medians["level"].dropna().iloc[0]
     failures, bounds = failure_sentences(runs)
     skews_deg = runs.loc[runs["axis"] == "skew_deg", "value"]
-    notes = filter(
-        None,
-        [
-            *limit_notes(table).values(),
-            untested_skew_sentence(skews_deg),
-        ],
-    )
     return "\n".join(
         [
             *lines,
             f"- {failures} {bounds}",
             "",
             f"Values are averages over all other axes; {level:g} % intervals are in brackets. "
-            f"{motions_sentence(motions, table)} {' '.join(notes)}".rstrip(),
+            f"{motions_sentence(motions, table)} {untested_skew_sentence(skews_deg)}".rstrip(),
         ]
     )
 
@@ -101,8 +93,7 @@ def headline_text(table: pd.DataFrame, runs: pd.DataFrame, motions: pd.DataFrame
 def _change(row: dict[str, Any]) -> str:
     if row["status"] != OK:
         return f"an unknown amount ({no_ratio_text(row)})"
-    outside = extent_of_data(row) if row["n_extrapolated"] > 0 else ""
-    details = interval_text(row), CERTAINTY[row["claim"]], outside
+    details = interval_text(row), CERTAINTY[row["claim"]], extent_of_data(row)
     return f"{change_text(row)} ({', '.join(filter(None, details))})"
 
 

@@ -116,6 +116,12 @@ def test_ratios_of_the_whole_bridge_are_of_systems_with_the_same_components():
     table = pooled_curves(lost, effects).query("component == 'whole_bridge'")
     assert sorted(table.query("limit_state == 'slight'")["n_curves"]) == [1, 2]
     assert set(table["n_variants"]) == {2}
+    # degrees of damage with the same curves are one
+    slight = found["system"].query("limit_state == 'slight'")
+    more = [slight.assign(limit_state=state) for state in ("slight", "moderate", "complete")]
+    curves = figures.with_system(found["curves"], pd.concat([*more, slight.assign(bridge="b")]))
+    states = curves[curves["component"] == "whole_bridge"].groupby("bridge")["limit_state"].unique()
+    assert states.map(list).to_dict() == {"b": ["slight"], "osb1": ["slight to complete"]}
 
 
 def test_cloud_marks_runs_that_ended_early_and_demands_of_zero(demands, fragility):
@@ -127,6 +133,8 @@ def test_cloud_marks_runs_that_ended_early_and_demands_of_zero(demands, fragilit
     low = demands.assign(**{DRIFT: demands[DRIFT].where(demands["motion_id"] != "m00", 0.0)})
     assert points_of(lines_of(demand_clouds(low, *tables), "v")) == (low[DRIFT] == 0.0).sum() == 8
     assert figures.least_shown(demands.assign(**{DRIFT: 0.0}), tables[0], DRIFT) is None
+    legend = demand_clouds(demands, tables[0].assign(b=np.nan), *tables[1:]).axes[0].get_legend()
+    assert {line.get_linestyle() for line in legend.get_lines()} == {"None"}
 
 
 @pytest.fixture(scope="module")

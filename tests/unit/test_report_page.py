@@ -41,9 +41,7 @@ AXES, ENDS = ("skew_deg", "gap_mm", "friction"), ("", "_low", "_high")
 SHOWN = {"column_drift": 100.0, "bearing": 1000.0, "column_failure": 1.0}  # in per cent and mm
 MEDIAN, TOTAL = ([f"{name}{end}" for end in ENDS] for name in ("theta", "beta_total"))
 COUNTS = ["n_exceed", "n_runs"]
-LIMITS = {"im_low": 1.7, "im_high": 2.1, "n_cells": 4, "n_without_curve": 0, "n_extrapolated": 8}
-NOTE = ("medians of 1.70 to 2.10 g are extrapolated, because fewer than three motions are that "
-        "strong.")  # fmt: skip
+LIMITS = {"n_cells": 4, "n_without_curve": 0, "n_extrapolated": 8}
 SURE = {"claim": "undecided", "sure_to": 0.3, "sure_ratio": 0.7, "sure_low": 0.6, "sure_high": 0.8}
 
 
@@ -221,7 +219,9 @@ def test_accuracy_suspect_rows_needed_motions_and_the_factor_of_hazus_are_stated
         residuals = failed.map({True: 0.5, False: 0.002})
         return frames | {"demands": frames["demands"].assign(energy_residual_ratio=residuals)}
 
-    page, frames = render(demands, edit=edit)
+    ratio = {"component": "column_shear", "demand": "column_shear_dcr", "states": {"dcr_100": 1.0}}
+    states = [*STATES, STATES[0] | ratio | {"unit": "ratio"}]
+    page, frames = render(demands, states=states, edit=edit)
     failed = int((demands["beyond_model"] != "").sum())
     words = "from the reference accuracy by 8 % (median demand), 15 % at worst (slip work)"
     suspect = f"0 suspect rows, {failed} by the energy after a column failure"
@@ -243,10 +243,10 @@ def test_accuracy_suspect_rows_needed_motions_and_the_factor_of_hazus_are_stated
     for (_, change, demand, *counts), row in zip(cells, needed, strict=True):
         assert (change, demand) == (answers.change_of(row), effect_name(row["demand"]))
         assert_printed(" ".join(counts), [row["n_motions"], row["needed_motions"]])
-    # the row of any failure is also that of the only mode
-    effects = dict.fromkeys(row[0] for row in tables["Effects, all variants"][1:])
+    # the row of any failure is also that of the only mode, and of its ratio
+    effects = page[page.index('id="effects"') :].split("<section")[0]
     assert "Median, column failure" in effects
-    assert "column failure (shear)" not in page[page.index('id="effects"') :].split("<section")[0]
+    assert not re.search(r"column failure \(shear\)|column shear \(DCR 1", effects)
 
 
 def test_rate_factors_of_fewer_pairs_or_without_curves_are_marked_and_come_last():
@@ -375,22 +375,18 @@ def test_headline_has_one_sentence_per_axis_certain_and_large_effects_first():
 
 
 @pytest.mark.parametrize(
-    ("changes", "words", "note"),
+    ("changes", "words"),
     [
-        ({}, "g, +8.0 %, certain, extrapolated)", NOTE),
-        ({"n_extrapolated": 3}, "%, certain, partly extrapolated)", f"some {NOTE}"),
-        ({"n_extrapolated": 0, "n_without_curve": 4}, "from a model: 4 of 8 variants lack a curve",
-         "some variants have no curve, because"),
-        ({"n_extrapolated": 0}, "%, certain)", ""),
-        (SURE, "certain up to 0.3: -30 % (-40 to -20 %)", NOTE),
+        ({}, "g, +8.0 %, certain, extrapolated)"),
+        ({"n_extrapolated": 3}, "%, certain, partly extrapolated)"),
+        ({"n_extrapolated": 0, "n_without_curve": 4}, "from a model: 4 of 8 variants lack a curve"),
+        ({"n_extrapolated": 0}, "%, certain)"),
+        (SURE, "certain up to 0.3: -30 % (-40 to -20 %)"),
     ],
-)  # fmt: skip
-def test_headline_states_smaller_certain_ranges_and_extrapolated_medians(changes, words, note):
+)
+def test_headline_states_smaller_certain_ranges_and_extrapolated_medians(changes, words):
     row = answer_row("friction", "column_failure/any", 1.08, "higher") | LIMITS | changes
     assert words in headline_of(row)[0]
-    (found,) = answers.limit_notes(pd.DataFrame([row])).values() or ("",)
-    assert found.removeprefix("osb1, column failure: ").startswith(note)
-    assert bool(found) == bool(note)
 
 
 def test_failures_are_counted_only_with_capacities_of_columns():
@@ -447,10 +443,12 @@ def test_shear_failures_are_counted_for_every_strength_model():
     counts = {"ucsd_tests": 2, "sdc_expected": 7, "sdc_nominal": 9, "kowalsky_priestley": 0}
     for name, count in counts.items():
         demands[f"column_shear_dcr_{name}"] = np.where(np.arange(len(demands)) < count, 1.0, 0.99)
-    for status, at_least in (("ok", "by model: osb1"), ("collapse", "by model, at least: osb1")):
+    for status, note in (("ok", "strength. osb1"), ("collapse", "ended early). osb1")):
         text = answers.shear_model_sentence(demands.assign(status=status))
-        words = "2 UCSD, mean of tests; 7 SDC, expected materials; 9 SDC, nominal"
-        assert_in(text, at_least, words, f"; 0 Kowalsky and Priestley (of {len(demands)}).")
+        words = (
+            f"({len(demands)} runs): 2 by UCSD, mean of tests; 7 by SDC, expected materials; 9 by"
+        )
+        assert_in(text, note, words, "; 0 by Kowalsky and Priestley.")
 
 
 def test_the_page_prints_the_stored_medians_under_three_shear_models(render):
@@ -552,6 +550,8 @@ def headline_values(table, runs, motions):
         for row in ordered.to_dict("records"):
             if row["status"] == "ok":
                 yield from (100.0 * (row[n] - 1.0) for n in ("ratio", "ci_low", "ci_high"))
+                if row["n_without_curve"] > 0 and not row["n_extrapolated"] > 0:
+                    yield from (row["n_without_curve"], 2 * row["n_cells"])
             elif row["n_exceed"] > 0:
                 yield from (row[name] for name in COUNTS)
             yield from in_name(row["bridge"])
@@ -572,12 +572,6 @@ def headline_values(table, runs, motions):
     for name in ("magnitude", "distance_km"):
         yield from sorted({motions[name].min(), motions[name].max()})
     yield from (table["first_im"].min(), table["last_im"].max())
-    rows = medians[medians["demand"].isin(LEADING) & (medians["status"] == "ok")]
-    for (bridge, _), part in rows.groupby(["bridge", "demand"], sort=False):
-        if part["n_extrapolated"].sum() > 0:
-            yield from [*in_name(bridge), part["im_low"].min(), part["im_high"].max()]
-        elif part["n_without_curve"].sum() > 0:
-            yield from in_name(bridge)
     largest_skew = table.loc[table["axis"] == "skew_deg", "to_value"].max()
     if largest_skew > LARGEST_TESTED_SKEW_DEG:
         yield from (LARGEST_TESTED_SKEW_DEG, largest_skew)

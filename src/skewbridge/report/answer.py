@@ -4,7 +4,7 @@ The page and the README print these sentences. Effects are read from `answer_tab
 from `run_counts`.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
@@ -62,8 +62,8 @@ _COUNTS: Final = ("n_cells", "n_without_curve", "n_extrapolated")
 ANSWER_COLUMNS: Final = (
     *(*_EFFECT[:-1], "quantity", "demand", "status", "ratio", "ci_low", "ci_high", "level"),
     *("margin", "claim", "im", "from_demand", "to_demand", "first_im", "last_im", "seat_m"),
-    *("im_low", "im_high", *_COUNTS, "n_exceed", "n_runs", "largest_share", "largest_motion"),
-    *("by_value", "sure_to", "sure_ratio", "sure_low", "sure_high"),
+    *(*_COUNTS, "n_exceed", "n_runs", "largest_share", "largest_motion", "by_value"),
+    *("sure_to", "sure_ratio", "sure_low", "sure_high"),
 )
 NOT_REACHED: Final = "not_reached"
 #: Share of one motion in the variance of an effect above which the page warns.
@@ -349,24 +349,11 @@ def extent_of_data(row: Mapping[str, Any]) -> str:
     return f"from a model: {missing:.0f} of {medians} variants lack a curve" if missing > 0 else ""
 
 
-def limit_notes(table: pd.DataFrame) -> dict[tuple[str, str, str], str]:
-    """Return a sentence for each leading state with extrapolated medians or missing curves.
-
-    The keys are bridge, abutment model and state.
-    """
-    notes: dict[tuple[str, str, str], str] = {}
-    for key, effect, rows in _leading_effects(table):
-        sums = rows[list(_COUNTS)].sum()
-        if sums["n_extrapolated"] > 0 or sums["n_without_curve"] > 0:
-            range_g = {"low_g": rows["im_low"].min(), "high_g": rows["im_high"].max()}
-            notes[key] = sentence("limits", effect=effect, sums=sums, **range_g)
-    return notes
-
-
 def effect_notes(table: pd.DataFrame) -> list[str]:
     """Return sentences on effects dominated by one motion or dependent on another axis."""
-    notes: list[str] = []
-    for _, effect, rows in _leading_effects(table):
+    notes, names = list[str](), short_names(table)
+    leading = table[table["demand"].isin(leading_states(table)) & (table["status"] == OK)]
+    for (*model, state), rows in groups_of(leading, [*BRIDGE_COLUMNS, "demand"]):
         one_motion = [
             f"{change_of(row)} {row['largest_motion']} ({100 * row['largest_share']:.0f} %)"
             for row in records_of(rows[rows["largest_share"] > LARGEST_SHARE])
@@ -374,16 +361,9 @@ def effect_notes(table: pd.DataFrame) -> list[str]:
         by_value = records_of(rows[rows["by_value"].fillna("") != ""])
         if one_motion or by_value:
             texts: dict[str, Any] = {"one_motion": one_motion, "by_value": by_value}
+            effect = f"{names[model[0], model[1]]}, {effect_name(state)}"
             notes.append(sentence("details", effect=effect, **texts))
     return notes
-
-
-def _leading_effects(table: pd.DataFrame) -> Iterator[tuple[Any, str, pd.DataFrame]]:
-    """Yield (bridge, abutment, state), its name and the effects on it, for each leading state."""
-    names = short_names(table)
-    rows = table[table["demand"].isin(leading_states(table)) & (table["status"] == OK)]
-    for key, effects in groups_of(rows, [*BRIDGE_COLUMNS, "demand"]):
-        yield key, f"{names[key[:2]]}, {effect_name(key[2])}", effects
 
 
 def headline(table: pd.DataFrame) -> list[str]:
@@ -521,10 +501,13 @@ def shear_model_sentence(demands: pd.DataFrame) -> str:
         return ""
     names, texts = short_names(demands), list[str]()
     for model, runs in groups_of(demands, BRIDGE_COLUMNS):
-        counts = [f"{(runs[ratio] >= 1.0).sum()} {shear_model_name(ratio)}" for ratio in ratios]
-        texts.append(f"{names[model]} {'; '.join(counts)} (of {len(runs)})")
-    at_least = ", at least" if demands["status"].isin((COLLAPSE, *FAILED)).any() else ""
-    return f"Runs with a column at its shear strength, by model{at_least}: {'. '.join(texts)}."
+        counts = {ratio: (runs[ratio] >= 1.0).sum() for ratio in ratios}
+        by_model = [f"{count} by {shear_model_name(ratio)}" for ratio, count in counts.items()]
+        text = "; ".join(by_model) if any(counts.values()) else "none by any model"
+        texts.append(f"{names[model]} ({len(runs)} runs): {text}")
+    bounds = " (lower bounds: some runs ended early)"
+    note = bounds if demands["status"].isin((COLLAPSE, *FAILED)).any() else ""
+    return f"Runs with a column at its shear strength{note}. {'. '.join(texts)}."
 
 
 def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:

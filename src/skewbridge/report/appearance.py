@@ -72,10 +72,15 @@ def shown_unit(unit: str, name: str = "") -> tuple[str, float]:
     return us_unit(unit, name) if _UNITS.get() == "us" else (unit, 1.0)
 
 
+def bridge_unit() -> tuple[str, float]:
+    """Return the unit of the lengths of a bridge, m or ft, and the factor from m."""
+    return shown_unit("m", "length")
+
+
 def shown_length(length_m: float) -> str:
     """Return a length of a bridge in m or ft."""
-    unit, factor = shown_unit("m", "length")
-    return f"{factor * length_m:.1f} {unit}"
+    unit, per_m = bridge_unit()
+    return f"{per_m * length_m:.1f} {unit}"
 
 
 def shown_label(column: str) -> tuple[str, float]:

@@ -1,7 +1,7 @@
 """Figures of fragility: curves by the values of one axis, clouds, effects, modelling choices."""
 
 from collections.abc import Collection, Mapping
-from itertools import compress, cycle
+from itertools import compress, cycle, groupby
 from textwrap import fill
 from typing import Any, Final
 
@@ -73,7 +73,18 @@ def lead_axis(effects: pd.DataFrame, names: Collection[str], table: pd.DataFrame
 
 
 def with_system(curves: pd.DataFrame, system: pd.DataFrame) -> pd.DataFrame:
-    """Return the curves of all components and of the whole bridge."""
+    """Return the curves of all components and of the whole bridge.
+
+    Degrees of damage of a bridge with the same curves become one, such as ``moderate to complete``.
+    """
+    numbers = ["variant", "status", "theta", "beta", "n_exceed"]
+    merged: list[pd.DataFrame] = []
+    for _, model in system.groupby(list(BRIDGE_COLUMNS), sort=False):
+        states = appearance.groups_of(model, ["limit_state"])
+        for _, same in groupby(states, lambda state: state[1][numbers].to_csv(index=False)):
+            (first, rows), *others = [(name, rows) for (name,), rows in same]
+            merged.append(rows.replace({first: f"{first} to {others[-1][0]}"}) if others else rows)
+    system = pd.concat([system.head(0), *merged])
     width = 2.0 * special.ndtri(0.5 + 0.5 * system["level"].astype(float))
     # ASSUME normal errors of ln theta and beta without correlation: the table has intervals only
     bridge_curves = system.assign(
@@ -336,8 +347,11 @@ def demand_clouds(
         lines = fits[fits["variant"].isin(runs["variant"])].drop_duplicates("variant")
         x = np.geomspace(runs[im_column].min(), runs[im_column].max(), 41)
         means = [_fitted_line(x, row) for row in records_of(lines[np.isfinite(lines["b"])])]
-        y = factor * np.exp(np.mean(means, axis=0)) if means else np.full(x.size, np.nan)
-        axes.plot(x, y, color=color, linewidth=1.6, label=name)
+        if means:
+            mean = factor * np.exp(np.mean(means, axis=0))
+            axes.plot(x, mean, color=color, linewidth=1.6, label=name)
+        else:
+            axes.plot([], [], "o", ms=4, color=color, label=name)
     for threshold in thresholds.values():
         axes.axhline(threshold, color="#555555", lw=0.8, ls=(0, (1, 2)), zorder=1)
     im, top = demands[im_column], max([demands[demand].max(), *thresholds.values()])

@@ -186,11 +186,11 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame, curves: pd.DataFrame)
     heads = {
         f"{row['component']}/{row['limit_state']}": state_text(row) for row in records_of(curves)
     }
-    names, notes = answer.short_names(table), answer.limit_notes(table)
-    signs = {note_key: number for number, note_key in enumerate(notes, 1)}
+    names = answer.short_names(table)
     capacities = table[table["quantity"] == MEDIAN_CAPACITY]
     states_present = capacities["demand"].unique()
     states = sorted(states_present, key=lambda state: state not in answer.LEADING_STATES)[:2]
+    printed = capacities[capacities["demand"].isin(states)]
     by_value = dict(groups_of(counts, (*BRIDGE_COLUMNS, "axis")))
     rows: list[dict[str, Any]] = []
     for change, change_rows in groups_of(table, _CHANGE):
@@ -200,18 +200,17 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame, curves: pd.DataFrame)
             counts_of = by_value[*model, change[0]].set_index("value").loc[list(change[1:])]
             (first, runs), (last, last_runs) = counts_of[["n_failed", "n_runs"]].to_numpy()
             of_first = f" of {runs}" if runs != last_runs else ""
-            cells = [(effects.get(state), signs.get((*model, state), "")) for state in states]
             row = {
                 "change": change_name(*change),
                 "model": names[model] if len(names) > 1 else "",
                 "failed": f"{first}{of_first} to {last} of {last_runs}",
             }
-            rows.append({**row, "cells": cells})
+            rows.append({**row, "cells": [effects.get(state) for state in states]})
     return {
         "states": [heads[state] for state in states],
         "certainty": {claim: text.partition(",")[0] for claim, text in answer.CERTAINTY.items()},
         "rows": rows,
-        "notes": list(notes.values()),
+        "extents": " ".join(map(answer.extent_of_data, records_of(printed))),
         "details": answer.effect_notes(table),
         "level": next((f"{100 * level:g} %" for level in table["level"].dropna()), ""),
         "margin": next((f"{100 * margin:g} %" for margin in capacities["margin"].dropna()), ""),
@@ -370,11 +369,12 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
     """Return the tables of pooled headline effects and other pooled effects, and their legend."""
     rows = pd.concat([frames["medians"], frames["effects"]], ignore_index=True)
     pooled = rows[rows["scope"] == "pooled"]
-    # the only failure mode of a column has the effects of any failure
-    failures = pooled["demand"].str.startswith(f"{COLUMN_FAILURE}/")
+    # the only failure mode of a column, also as a ratio of shears, has the effects of any failure
     is_any = pooled["demand"] == f"{COLUMN_FAILURE}/any"
-    is_repeated = pooled.duplicated([*BRIDGE_COLUMNS, *_CHANGE, *verdicts.RATIOS], keep=False)
-    pooled = pooled[~(failures & ~is_any & is_repeated)]
+    columns = pooled[[*BRIDGE_COLUMNS, *_CHANGE, "ratio"]].fillna({"ratio": 0.0})
+    effects = pd.MultiIndex.from_frame(columns)
+    of_columns = pooled["demand"].str.startswith((f"{COLUMN_FAILURE}/", "column_shear/"))
+    pooled = pooled[is_any | ~of_columns | ~effects.isin(effects[is_any])]
     ratios = pooled[pooled["judged_by"] == verdicts.RATIO]
     medians = pooled[pooled["quantity"] == MEDIAN_CAPACITY]
     main = pooled["demand"].isin({*HEADLINE_STATES, *demands_for("headline")})

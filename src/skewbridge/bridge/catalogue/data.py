@@ -423,7 +423,8 @@ class BridgeData(Part, frozen=True):
             if row_width_m > self.deck.width_m:
                 raise ValueError(
                     f"bents.{number}: the columns span {row_width_m:g} m, more than deck.width_m = "
-                    f"{self.deck.width_m:g} (column_spacing_m, diameter_m)"
+                    f"{self.deck.width_m:g} (column_spacing_m, diameter_m); outriggers need an "
+                    "OpenSeesPy script"
                 )
             if bent.columns > 1 and bent.column_spacing_m < width_m:
                 raise ValueError(
