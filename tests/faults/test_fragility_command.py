@@ -55,13 +55,11 @@ def fit(tmp_path):
             ("im,n,k\n0.2,20,1\n0.4,,9\n0.8,20,17\n", "stripes", 1, ""),
             (STRIPES | {"n": [20]}, "stripes", 1, "differ in length"),
             ({"im": [0.1, 0.2], "k": [1, 2]}, "stripes", None, "need a column 'n'"),
-            (CLOUD | {"edp": [1, 0]}, "cloud", 1, "edp must be > 0"),
             (CLOUD | {"threshold": -1}, "cloud", 0, "threshold must"),
             (CLOUD | {"im": [1, [2]]}, "cloud", 1, "must be a number"),
             (CLOUD | {"threshold": [1, 2]}, "cloud", None, "must be one number, got [1.0, 2.0]"),
-            (CLOUD | {"status": ["ok", "collapse"]}, "cloud", None, "needs --im, --edp and --thr"),
             (CLOUD | {"im": 5}, "cloud", None, "im must be a list"),
-            (CLOUD | {"edp": [1, float("inf")]}, "cloud", 1, "finite unless collapse is 1 (row 1)"),
+            (CLOUD | {"edp": [1, float("inf")]}, "cloud", 1, "finite in runs that completed"),
             ({"capacity": [1, float("nan")]}, "ida", 1, "capacity must be > 0"),
             ({"capacity": [1, 2], "censored": [0, 2]}, "ida", 1, "censored must be 0 or 1"),
             ({"lower": [0.5, 0.7], "upper": [0.6, 0.7]}, "ida", 1, "upper must be above lower"),
@@ -134,6 +132,27 @@ def test_a_collapse_flag_in_a_cloud_and_demands_above_a_value_are_censored(fit):
     fit(data, "cloud", "--model", "ols", refused=f"would leave out {fall.sum()} censored demands")
 
 
+def test_a_cloud_is_one_fit_as_arrays_or_as_a_table_with_zeros_and_collapses(fit):
+    edp, fall = [0.0, *TABLE[DRIFT][1:11], np.nan], [0] * 11 + [1]
+    arrays = {"im": TABLE[IM].tolist(), "edp": edp, "collapse": fall, "threshold": 0.015}
+    table = pd.DataFrame({**arrays, "status": "ok"}).drop(columns="threshold")
+    found = fit(arrays, "cloud")
+    assert (found, found["method"]) == (fit(table, "cloud", *NAMED[:-1], 0.015), "cloud_tobit")
+    assert (found["status"], found["n_censored"]) == ("ok", 2)
+    assert "the runs are taken as independent" in found["notes"][0]
+
+
+@pytest.mark.parametrize(
+    ("data", "methods"),
+    [(STRIPES, "stripes"), (BOTH, "stripes or cloud"), ({"capacity": [1]}, "ida"),
+     ({"im_pga": [1]}, "cloud, stripes or ida, with --im, --edp and --threshold")],
+)  # fmt: skip
+def test_a_missing_method_names_those_of_the_data(tmp_path, data, methods):
+    (tmp_path / "data.json").write_text(json.dumps(data))
+    found = answer("fit", tmp_path / "data.json", code=2)
+    assert found["message"] == f"--method is needed; for data.json: {methods}"
+
+
 def test_a_table_of_runs_obeys_status_and_unknown_outcomes_may_forbid_a_median(fit):
     table = synthetic_demands(**SAME_PLACE)
     table.loc[14, "status"] = "collapse"
@@ -175,10 +194,6 @@ def test_intervals_are_by_motion_where_motions_repeat(fit):
     wide = fit(table, "cloud", *RUNS, 0.015, "--capacity-dispersion", 0.5)
     assert wide["beta"] == pytest.approx(np.hypot(plain["beta"], 0.5 / plain["b"]))
     assert wide["ci_beta"][0] > plain["ci_beta"][1]
-    data = {"im": table[IM].tolist(), "edp": table[DRIFT].tolist(), "threshold": 0.015}
-    assert "independent" in fit(data, "cloud")["notes"][0]
-    named = fit(data | {"motion_id": table["motion_id"].tolist()}, "cloud")
-    assert (named["ci_theta"], "notes" in named) == (plain["ci_theta"], False)
     stripes = fit(table, "stripes", *RUNS, 0.015)
     assert wide["ci_method"] == plain["ci_method"] == stripes["ci_method"] == "jackknife"
     assert stripes["n_records"] == 24
@@ -197,10 +212,6 @@ def test_a_named_index_is_read_as_columns(fit, method, levels):
 
 
 def test_infinite_demands_of_collapsed_runs_are_no_bounds(fit):
-    data = {"im": TABLE[IM].tolist(), "threshold": 0.015, "collapse": [0] * 11 + [1]}
-    collapsed, at_capacity = (fit(data | {"edp": [*TABLE[DRIFT][:11], last]}, "cloud")
-                              for last in (float("inf"), 0.015))  # fmt: skip
-    assert (collapsed, collapsed["status"]) == (at_capacity, "ok")
     fallen = TABLE.assign(status=["ok"] * 11 + ["collapse"])
     unknown, infinite = (
         fit(fallen.assign(**{DRIFT: [*TABLE[DRIFT][:11], value]}), "cloud", *RUNS, 0.015)

@@ -387,14 +387,16 @@ def test_a_run_leaves_its_row_histories_and_figures(pair, tmp_path):
     assert "contacts" not in run_figures(0.0 * histories, title="none closes")
 
 
-def test_a_roller_has_no_contacts_to_draw_and_a_collapse_is_a_result(pair, tmp_path):
+def test_a_roller_has_no_contacts_to_draw_and_a_collapse_is_a_result(pair, tmp_path, written):
     code, row = run(pair, tmp_path / "out", "--abutment", "roller", "--duration-s", "0.5")
     assert (code, row["variant"]) == (0, "osb1_ro_skew00_gap000_mu000")
     assert row["support_length_m"] == pytest.approx(0.914)  # no gap
     assert not (tmp_path / "out" / "contacts.png").exists()
+    seat = written("extends: osb1\nabutment: {seat_width_m: {v: 36.0, src: 'd: inches'}}\n")
     given = ("--motion", *pair, "--out", tmp_path, "--scale", "4", "--no-figures", "--json")
-    result = cli_json.invoke("run", *given)
+    result = cli_json.invoke("run", *given, "--bridge", seat)
     assert (result.exit_code, "not at right angles" in result.stderr) == (0, True)
+    assert "abutment.seat_width_m = 36 is outside the usual 0.15 to 1.6" in one_line(result)
     assert json.loads(result.stdout)["collapse_criterion"] == "column_drift_ratio"
 
 

@@ -317,7 +317,7 @@ GRIDS = (
     {"bridge": ["osb1"], "friction": [0.5]}, {"abutment": ["roller"], "skew_deg": [0, 60]}, {},
 )  # fmt: skip
 SECTIONS = (
-    {}, {"sensitivity": {"window_s": None}}, {"analysis": {"duration_s": 10.0}},
+    {}, {"analysis": {"duration_s": 10.0}},
     {"accuracy": "reference"}, {"analysis": {"scheme": "paper"}},
     {"design": {"until": "decided", "first": 6}},
 )  # fmt: skip

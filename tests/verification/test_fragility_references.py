@@ -204,7 +204,7 @@ def test_mixed_model_agrees_with_statsmodels():
 def test_quasi_random_systems_agree_with_scipy(size, rho):
     theta, beta = np.linspace(0.5, 1.2, size), np.full(size, 0.5)
     correlation = np.full((size, size), rho) + (1.0 - rho) * np.eye(size)
-    failures = _failures(np.log(theta)[None], beta[None], correlation[None], 2**16, 1)
+    failures = _failures(np.log(theta)[None], beta[None], correlation[None], 2**18)
     first = np.min(failures, axis=0)
     normal = stats.multivariate_normal(np.zeros(size), correlation, allow_singular=True, seed=1)
     for im in (0.3, 0.5, 0.8):

@@ -61,7 +61,7 @@ def fit(
     from skewbridge.fragility.fit_data import fit_file
 
     try:
-        result = fit_file(data, **vars(options) | {"method": options.method or ""}).as_json()
+        result = fit_file(data, **vars(options)).as_json()
     except InputError as error:
         error.details.setdefault("row", None)
         raise

@@ -100,6 +100,13 @@ def reference_value(values: Iterable[float]) -> float:
     return min(set(values), key=lambda value: (abs(value), -value))
 
 
+def farthest_value(values: Iterable[float]) -> float:
+    """Return the value of an axis farthest from zero, other than its `reference_value` if any."""
+    others = set(values)
+    reference = reference_value(others)
+    return max(others - {reference}, key=lambda value: (abs(value), value), default=reference)
+
+
 def models_of(table: pd.DataFrame) -> Iterator[tuple[dict[str, Any], pd.DataFrame]]:
     """Yield bridge and abutment model (a dict), and their rows, for each combination in a table."""
     for (bridge, abutment), rows in table.groupby(list(BRIDGE_COLUMNS), sort=True):

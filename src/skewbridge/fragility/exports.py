@@ -406,9 +406,11 @@ def paper_table(curves: pd.DataFrame, medians: pd.DataFrame, joint: pd.DataFrame
         middle = model.axis_range.middle
         for axis in middle:
             levels = model.axis_range.levels[axis]
-            far = max(levels, key=lambda value: (abs(value), value))
-            start, end = demand_table.reference_value(levels), middle | {axis: far}
-            out |= _ratio(axis, model.median(end, middle | {axis: start}, EFFECT_CONFIDENCE))
+            start, end = (
+                middle | {axis: choose(levels)}
+                for choose in (demand_table.reference_value, demand_table.farthest_value)
+            )
+            out |= _ratio(axis, model.median(end, start, EFFECT_CONFIDENCE))
         out["n_runs"] = runs[tuple(row[name] for name in _STATE)]
         rows.append(out | {"row": JOINT, "method": JOINT})
     table = pd.DataFrame(rows, columns=list(paper_columns(_axes(curves))))

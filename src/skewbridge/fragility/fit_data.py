@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from skewbridge.demands.columns import EVENT
-from skewbridge.demands.validity import BEYOND_MODEL, COMPLETE, is_complete
+from skewbridge.demands.validity import is_complete
 from skewbridge.errors import InputError
 from skewbridge.files.tables import Row, as_column, positive, read_any, require, same_length
 from skewbridge.files.text import checked, file_fault, read_json, read_yaml, shortened, shown_path
@@ -29,10 +29,14 @@ _ALIASES: Final = demand_table.FLAG_ALIASES | {
     "bracket_lo": "lower", "bracket_hi": "upper",
     "im_no_exceed": "lower", "im_exceed": "upper",
 }  # fmt: skip
+#: Columns by which the method of data is known.
+_COLUMNS: Final = {
+    "stripes": ({"im", "n", "k"},),
+    "ida": ({"capacity"}, {"lower", "upper"}),
+    "cloud": ({"im", "edp"}, {"ln_im", "ln_edp"}),
+}
 #: Intensities or capacities of data without a row per run; those of runs are named im_...
 _PLAIN: Final = {"im", "ln_im", "capacity", "lower", "upper"}
-#: Columns that only the fit to a table of runs takes into account.
-_OF_RUNS: Final = {"status", BEYOND_MODEL, COMPLETE}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,6 +70,11 @@ class FitOptions:
 
 def fit_file(path: Path, **option_values: Any) -> fits.FragilityFit:
     """Fit the data in a file. An `InputError` names the option, or the file, column and row."""
+    if not option_values.get("method"):
+        columns = {_ALIASES.get(str(name), str(name)) for name in read_data(path)}
+        known = [name for name, sets in _COLUMNS.items() if any(map(columns.issuperset, sets))]
+        of_runs = "cloud, stripes or ida, with --im, --edp and --threshold"
+        raise InputError(f"--method is needed; for {path.name}: {' or '.join(known) or of_runs}")
     options = checked(FitOptions, option_values, "options of the fit")
     if options.columns is None:
         data = read_data(path)
@@ -76,10 +85,9 @@ def fit_file(path: Path, **option_values: Any) -> fits.FragilityFit:
         read = _renamed if is_plain else demand_table.read_foreign
         data = read(path, **column_map.model_dump())
     columns = {_ALIASES.get(str(name), str(name)): values for name, values in data.items()}
-    is_cloud_of_runs = options.method == "cloud" and _OF_RUNS & columns.keys()
-    fit = _fit_runs if options.edp or options.im or is_cloud_of_runs else _fit_columns
+    of_runs = options.method == "cloud" or options.edp or options.im
     try:
-        return fit(columns, options)
+        return (_fit_runs if of_runs else _fit_columns)(columns, options)
     except InputError as error:
         if not {"row", "column"} & error.details.keys():  # the error concerns options, not the file
             raise
@@ -114,7 +122,7 @@ def read_data(path: Path) -> pd.DataFrame | Mapping[str, Any]:
 
 
 def _fit_columns(columns: Mapping[str, Any], options: FitOptions) -> fits.FragilityFit:
-    """Fit columns of numbers: counts, capacities or brackets, or a cloud of independent runs."""
+    """Fit columns of numbers: counts, capacities or brackets."""
 
     def need(name: str) -> Any:
         if name not in columns:
@@ -128,40 +136,7 @@ def _fit_columns(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragil
     if options.method == "ida" and ("lower" in columns or "upper" in columns):
         # JSON has no infinity: null or the text "inf" is an open end
         return fits.fit_brackets(need("lower"), need("upper"), settings)
-    if options.method == "ida":
-        return fits.fit_capacities(need("capacity"), columns.get("censored"), settings)
-    im, edp = (
-        np.exp(as_column(columns[f"ln_{name}"], f"ln_{name}"))
-        if f"ln_{name}" in columns
-        else as_column(need(name), name)
-        for name in ("im", "edp")
-    )
-    stated = need("threshold") if options.threshold is None else options.threshold
-    thresholds = np.unique(positive(np.atleast_1d(stated).tolist(), "threshold")).tolist()
-    if len(thresholds) != 1:
-        text = f"threshold must be one number, got {shortened(thresholds)}"
-        raise InputError(text, column="threshold")
-    threshold, zeros = thresholds[0], np.zeros(im.size)
-    censored, collapse = (as_column(columns.get(n, zeros), n) for n in ("censored", "collapse"))
-    flags = {name: columns[name] for name in ("censored", "collapse") if name in columns}
-    same_length(im=im, edp=edp, **flags)
-    collapsed = collapse > 0.0
-    require(~np.isinf(edp) | collapsed, "edp", "must be finite unless collapse is 1", edp)
-    peaks = np.where(collapsed, np.nan_to_num(edp, posinf=0.0), edp)
-    upper = np.where((censored > 0.0) | collapsed, np.inf, edp)
-    motions = None
-    if "motion_id" in columns:
-        table = pd.DataFrame({"motion_id": columns["motion_id"]})
-        same_length(im=im, motion_id=table)
-        motions = demand_table.motion_codes(table)
-    # a collapse counts as exceedance
-    exceeding = np.where(collapsed, np.maximum(peaks, threshold), peaks)
-    fit = _fit_cloud(im, exceeding, upper, threshold, options, motions)
-    if fit.status == FITTED and np.any(collapsed):
-        peak_fit = _fit_cloud(im, peaks, upper, threshold, options, motions)
-        fit = _not_by_definition(fit, peak_fit)
-    notes = {} if "motion_id" in columns else {"notes": [_INDEPENDENT]}
-    return replace(fit, details={**fit.details, **notes})
+    return fits.fit_capacities(need("capacity"), columns.get("censored"), settings)
 
 
 def _not_by_definition(fit: fits.FragilityFit, peak_fit: fits.FragilityFit) -> fits.FragilityFit:
@@ -181,7 +156,12 @@ def _fit_cloud(
 
 
 def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.FragilityFit:
-    """Fit a table with one row per run; statuses and repeated motions are taken into account."""
+    """Fit a table with one row per run; statuses and repeated motions are taken into account.
+
+    Without --im and --edp, a cloud has the columns ``im`` and ``edp`` or their logarithms.
+    """
+    if options.method == "cloud":
+        columns, options = _cloud(columns, options)
     if options.im is None or options.edp is None or options.threshold is None:
         raise InputError("a table of runs needs --im, --edp and --threshold")
     by_run = {key: value for key, value in columns.items() if isinstance(value, list | pd.Series)}
@@ -234,6 +214,24 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
         peaks = demand_outcomes(runs, [replace(state, collapse=COLLAPSE_PEAK)])
         fit = _not_by_definition(fit, _fit_outcomes(im, codes, peaks, state, options))
     return replace(fit, details={**fit.details, **details})
+
+
+def _cloud(columns: Mapping[str, Any], options: FitOptions) -> tuple[Mapping[str, Any], FitOptions]:
+    """Return a cloud, and options that name its intensities, demands and threshold."""
+    columns, names = dict(columns), {"im": options.im or "im", "edp": options.edp or "edp"}
+    for name in names.values():
+        if (logarithm := f"ln_{name}") in columns:
+            columns[name] = np.exp(as_column(columns.pop(logarithm), logarithm))
+        if name in columns:
+            columns[name] = pd.Series(as_column(columns[name], name))
+    stated = columns.pop("threshold", None)
+    if options.threshold is None and stated is not None:
+        thresholds = np.unique(positive(np.atleast_1d(stated).tolist(), "threshold")).tolist()
+        if len(thresholds) != 1:
+            text = f"threshold must be one number, got {shortened(thresholds)}"
+            raise InputError(text, column="threshold")
+        options = replace(options, threshold=thresholds[0])
+    return columns, replace(options, **names)
 
 
 def _fit_outcomes(

@@ -6,7 +6,7 @@ from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from skewbridge.demands.columns import DEMAND_COLUMNS
-from skewbridge.files.text import OPTIONS, FileName, Flag, Number, Whole
+from skewbridge.files.text import OPTIONS, FileName, Flag, Number
 
 #: Level of the intervals of effects: two one-sided tests at 5 % (Schuirmann 1987).
 EFFECT_CONFIDENCE: Final = 0.90
@@ -31,8 +31,6 @@ class FitSettings:
     """negligible change of a demand or median capacity"""
     margins: dict[str, Annotated[Number, Field(gt=0.0)]] = Field(default={})
     """margins of single columns; mrad for deck rotation, mm for abutment deformations"""
-    seed: Whole = Field(default=20261120, ge=0, le=2**63 - 1)
-    """seed of system curves"""
     exclude_suspect: Flag = Field(default=False)
     """treat suspect rows as failed analyses"""
 

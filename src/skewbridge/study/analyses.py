@@ -49,6 +49,8 @@ CPU_S_PER_STEP: Final = 1.5e-3  # constant steps: scheme paper and reference acc
 WITHOUT_CONTACTS: Final = 0.6  # ratio
 #: Share of the sensitivity check in the expected cost of the analyses; at worst it takes a quarter.
 CHECK_SHARE: Final = 0.18
+#: Strongest seconds of a motion for the check; ASSUME errors of steps and penalties show in them.
+CHECK_WINDOW_S: Final = 4.0
 REPEATS_AT_DEFAULT: Final = 5  # analyses of a checked row that are not at the reference accuracy
 
 LOG_INTERVAL_S: Final = 60.0
@@ -238,17 +240,17 @@ def check_plan(study: StudyConfig, durations_s: Sequence[float]) -> tuple[int, f
 
     The number is limited so that the check costs at most `CHECK_SHARE` of the analyses.
     """
-    settings, check = study.analysis, study.sensitivity
+    settings = study.analysis
     if settings.scheme != "default":
         return 0, 0.0  # the reference accuracy has settings that scheme paper refuses
     variants = expand_grid(study.grid)
     abutment = max((variant.abutment for variant in variants), key=list(ABUTMENTS).index)
     counted_s = durations_s[: study.design.first] if study.design.until else durations_s
     budget_s = CHECK_SHARE * analyses_s(study, counted_s)
-    window_s = min(check.window_s or inf, max(durations_s), settings.duration_s or inf)
+    window_s = min(CHECK_WINDOW_S, max(durations_s), settings.duration_s or inf)
     row_s = CPU_S_PER_STEP * window_s / NUMERICS["reference"]["analysis"]["dt_s"]
     row_s += REPEATS_AT_DEFAULT * forecast_s(window_s, abutment, settings)
-    rows = min(check.rows, int(budget_s / row_s))
+    rows = min(study.sensitivity.rows, int(budget_s / row_s))
     return rows, rows * row_s
 
 

@@ -54,8 +54,6 @@ class SensitivityConfig:
 
     rows: Whole = Field(default=4, ge=0, le=10_000)
     """most rows to repeat; fewer above a quarter of the cost of the analyses"""
-    window_s: Number | None = Field(default=4.0, ge=3.0, le=1.0e4)
-    """strongest seconds of each motion; null: all"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)

@@ -19,7 +19,13 @@ from skewbridge.files.digests import provenance
 from skewbridge.files.tables import write_frame
 from skewbridge.motions.intensity import cut_to_strongest
 from skewbridge.statuses import RAN
-from skewbridge.study.analyses import StudySetup, check_plan, run_in_journal, sampled
+from skewbridge.study.analyses import (
+    CHECK_WINDOW_S,
+    StudySetup,
+    check_plan,
+    run_in_journal,
+    sampled,
+)
 from skewbridge.study.task import Task
 
 AS_IN_STUDY: Final = "default"
@@ -45,24 +51,22 @@ REPEATS: Final[Mapping[str, Callable[[Task], Task]]] = {
 }
 
 
-def sampled_rows(
-    setup: StudySetup, slugs: Sequence[str], count: int, window_s: float | None
-) -> list[Task]:
+def sampled_rows(setup: StudySetup, slugs: Sequence[str], count: int) -> list[Task]:
     """Return `count` tasks of the study, spread over its variants and its motions up to the median.
 
-    Motions are cut to their strongest `window_s`, unless it is None or the analysis is shorter.
+    Motions are cut to their strongest `CHECK_WINDOW_S`, unless the analysis is shorter.
     """
     variant_numbers = np.linspace(0, len(slugs) - 1, count).round().tolist() if slugs else []
     cut_tasks: list[Task] = []
     for row, number in enumerate(variant_numbers):
         if tasks := sampled(setup.planned_tasks(slugs[int(number)]), 2 * count):
-            cut_tasks.append(in_window(tasks[row % len(tasks)], window_s))
+            cut_tasks.append(in_window(tasks[row % len(tasks)], CHECK_WINDOW_S))
     return cut_tasks
 
 
-def in_window(task: Task, window_s: float | None) -> Task:
+def in_window(task: Task, window_s: float) -> Task:
     """Return a task under the strongest `window_s` of its motion; shorter tasks are unchanged."""
-    if window_s is None or task.analysed_s <= window_s:
+    if task.analysed_s <= window_s:
         return task
     motion = task.motion.motion
     cut_motion = cut_to_strongest(motion, window_s, free_vibration_s=0.0)
@@ -77,7 +81,7 @@ def write_sensitivity(setup: StudySetup, slugs: Sequence[str], output: Path) -> 
     accuracy, and its largest relative change by each change of settings in `REPEATS`.
     """
     count, _ = check_plan(setup.study, setup.durations_s)
-    rows = sampled_rows(setup, slugs, count, setup.study.sensitivity.window_s)
+    rows = sampled_rows(setup, slugs, count)
     longest_first = sorted(REPEATS, key=lambda name: name != "reference")
     runs = [(number, name) for name in longest_first for number in range(len(rows))]
     tasks = [REPEATS[name](rows[number]) for number, name in runs]
