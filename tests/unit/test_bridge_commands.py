@@ -26,13 +26,15 @@ from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.column import bent_capacities, bent_capacity
 from skewbridge.bridge.library import load_structure
+from skewbridge.bridge.model import model_geometry
 from skewbridge.bridge.structures import built_bridge
 from skewbridge.demands.columns import COLUMNS, DEMAND_COLUMNS
 from skewbridge.demands.tables import to_table
 from skewbridge.files.tables import write_table
 from skewbridge.fragility.rates import Decision
 from skewbridge.report.appearance import shown_in
-from skewbridge.report.bridge_figures import column_figure, with_codes
+from skewbridge.report.bridge_figures import column_figure, model_figure, with_codes
+from skewbridge.report.run_figures import run_figures
 from skewbridge.study.analyses import StudySetup
 from skewbridge.study.batch import row_of_task
 from skewbridge.study.config import load_config
@@ -109,8 +111,12 @@ def test_models_and_columns_are_drawn_and_written(tmp_path) -> None:
 
 def test_figures_are_drawn_in_us_units() -> None:
     bent = bent_capacities(load_bridge("osb1"))[0]
+    geometry = model_geometry(variant(skew_deg=0), ModelOptions())
     with shown_in("us"):
         bending, _ = column_figure(bent.curve, bent.shear, bent.axial_n, title="").axes
+        plan = model_figure(geometry).axes[0]
+    assert np.nanmax(plan.lines[1].get_xdata()) == pytest.approx(150.0)  # one span, ft
+    assert plan.get_xlabel() == "x, longitudinal (ft)"
     assert bending.get_ylabel() == "moment (kip ft)"
     assert bending.lines[1].get_ydata()[-1] * 1355.818 == pytest.approx(
         bent.curve.plastic_moment_nm
@@ -378,6 +384,7 @@ def test_a_run_leaves_its_row_histories_and_figures(pair, tmp_path):
     assert histories["t_s"].iloc[-1] == pytest.approx(row["time_reached_s"])
     for name in ("displacements", "hysteresis", "columns", "contacts"):
         assert (out / f"{name}.png").stat().st_size > 10_000
+    assert "contacts" not in run_figures(0.0 * histories, title="none closes")
 
 
 def test_a_roller_has_no_contacts_to_draw_and_a_collapse_is_a_result(pair, tmp_path):

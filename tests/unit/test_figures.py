@@ -133,9 +133,8 @@ def test_cloud_marks_runs_that_ended_early_and_demands_of_zero(demands, fragilit
     low = demands.assign(**{DRIFT: demands[DRIFT].where(demands["motion_id"] != "m00", 0.0)})
     assert points_of(lines_of(demand_clouds(low, *tables), "v")) == (low[DRIFT] == 0.0).sum() == 8
     assert figures.least_shown(demands.assign(**{DRIFT: 0.0}), tables[0], DRIFT) is None
-    no_lines = demand_clouds(demands, tables[0].assign(b=np.nan), *tables[1:]).axes[0]
-    handles, _ = no_lines.get_legend_handles_labels()
-    assert {handle.get_linestyle() for handle in handles} == {"None"}
+    legend = demand_clouds(demands, tables[0].assign(b=np.nan), *tables[1:]).axes[0].get_legend()
+    assert {line.get_linestyle() for line in legend.get_lines()} == {"None"}
 
 
 @pytest.fixture(scope="module")

@@ -219,7 +219,9 @@ def test_accuracy_suspect_rows_needed_motions_and_the_factor_of_hazus_are_stated
         residuals = failed.map({True: 0.5, False: 0.002})
         return frames | {"demands": frames["demands"].assign(energy_residual_ratio=residuals)}
 
-    page, frames = render(demands, edit=edit)
+    ratio = {"component": "column_shear", "demand": "column_shear_dcr", "states": {"dcr_100": 1.0}}
+    states = [*STATES, STATES[0] | ratio | {"unit": "ratio"}]
+    page, frames = render(demands, states=states, edit=edit)
     failed = int((demands["beyond_model"] != "").sum())
     words = "from the reference accuracy by 8 % (median demand), 15 % at worst (slip work)"
     suspect = f"0 suspect rows, {failed} by the energy after a column failure"
@@ -241,10 +243,10 @@ def test_accuracy_suspect_rows_needed_motions_and_the_factor_of_hazus_are_stated
     for (_, change, demand, *counts), row in zip(cells, needed, strict=True):
         assert (change, demand) == (answers.change_of(row), effect_name(row["demand"]))
         assert_printed(" ".join(counts), [row["n_motions"], row["needed_motions"]])
-    # the row of any failure is also that of the only mode
-    effects = dict.fromkeys(row[0] for row in tables["Effects, all variants"][1:])
+    # the row of any failure is also that of the only mode, and of its ratio
+    effects = page[page.index('id="effects"') :].split("<section")[0]
     assert "Median, column failure" in effects
-    assert "column failure (shear)" not in page[page.index('id="effects"') :].split("<section")[0]
+    assert not re.search(r"column failure \(shear\)|column shear \(DCR 1", effects)
 
 
 def test_rate_factors_of_fewer_pairs_or_without_curves_are_marked_and_come_last():
@@ -446,12 +448,12 @@ def test_shear_failures_are_counted_for_every_strength_model():
     counts = {"ucsd_tests": 2, "sdc_expected": 7, "sdc_nominal": 9, "kowalsky_priestley": 0}
     for name, count in counts.items():
         demands[f"column_shear_dcr_{name}"] = np.where(np.arange(len(demands)) < count, 1.0, 0.99)
-    for status, at_least in (("ok", "strength. osb1"), ("collapse", "strength (at least). osb1")):
+    for status, note in (("ok", "strength. osb1"), ("collapse", "ended early). osb1")):
         text = answers.shear_model_sentence(demands.assign(status=status))
         words = (
             f"({len(demands)} runs): 2 by UCSD, mean of tests; 7 by SDC, expected materials; 9 by"
         )
-        assert_in(text, at_least, words, "; 0 by Kowalsky and Priestley.")
+        assert_in(text, note, words, "; 0 by Kowalsky and Priestley.")
 
 
 def test_the_page_prints_the_stored_medians_under_three_shear_models(render):

@@ -309,3 +309,4 @@ def test_a_pair_of_files_has_the_time_step_of_the_index_beside_them(tmp_path):
         motion_suite.read_pair(*paths)
     answer("motions", "check", tmp_path, "--write", "--dt-s", 0.02)
     assert motion_suite.read_pair(*paths).dt_s == 0.02
+    assert motion_suite.read_pair(*paths[::-1]).files == ("bare_h2.txt", "bare_h1.txt")

@@ -136,6 +136,7 @@ def list_bridges() -> Answer:
 @command(bridge)
 def check(
     case: NamedBridge,
+    units: Units,
     out: Annotated[Path | None, opt("Folder of the drawing; default results/bridges/NAME.")] = None,
 ) -> Answer:
     """Check a bridge: keys, weight, axial loads, periods and capacities; draw its model.
@@ -146,13 +147,15 @@ def check(
     """
     from skewbridge.analysis.bridge_check import check_bridge
     from skewbridge.bridge.model import model_geometry
+    from skewbridge.report.appearance import shown_in
     from skewbridge.report.bridge_figures import model_figure
 
     answer = check_bridge(case.bridge)
     picture = writable_folder(out or Path("results/bridges") / answer["bridge"]) / "model.png"
     values = {"skew_deg": 30.0, "gap_mm": 51.0, "friction": 0.5}
     skewed = Variant.at(case.bridge, "contact_friction", values)
-    model_figure(model_geometry(skewed, ModelOptions())).savefig(picture, dpi=150)
+    with shown_in(units):
+        model_figure(model_geometry(skewed, ModelOptions())).savefig(picture, dpi=150)
     answer |= {"picture": str(picture), "modes": [asdict(mode) for mode in answer["modes"]]}
     printed = {name: value for name, value in answer.items() if name not in ("findings", "modes")}
     sections = Counter(key.partition(".")[0] for key in answer["inherited"])
@@ -268,19 +271,21 @@ def _pushed(
 
 
 @command(bridge)
-def model(case: NamedVariantOptions, out: Out) -> Answer:
+def model(case: NamedVariantOptions, out: Out, units: Units) -> Answer:
     """Draw a model (model.png) and write it as an OpenSeesPy script (model.py).
 
     Example: skewbridge bridge model --skew-deg 45 --out model45
     """
     from skewbridge.analysis.model_script import model_script
     from skewbridge.bridge.model import model_geometry
+    from skewbridge.report.appearance import shown_in
     from skewbridge.report.bridge_figures import model_figure
 
     variant, options = case.variant, case.model
     geometry = model_geometry(variant, options)
     files = [writable_folder(out) / f"model.{ending}" for ending in ("png", "py")]
-    model_figure(geometry).savefig(files[0], dpi=150)
+    with shown_in(units):
+        model_figure(geometry).savefig(files[0], dpi=150)
     write_text(files[1], model_script(variant, options))
     answer = {"variant": geometry.title, "files": list(map(str, files))}
     return Answer(answer, notes=gap_notes(case.bridge))

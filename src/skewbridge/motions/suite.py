@@ -28,8 +28,7 @@ logger = logging.getLogger(__name__)
 def read_entry(entry: IndexEntry) -> GroundMotion:
     """Read or generate one listed motion; the index overrides the file headers.
 
-    Raises `InputError` for unreadable files, a digest that differs from the index, or a motion that
-    is named as the WAHO record but is a different one.
+    Raises `InputError` for unreadable files or a digest that differs from the index.
     """
     number, suite = entry.made_from_number, entry.made_from_suite
     if number is None:
@@ -49,17 +48,23 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
         advice = f"{cause}? run `skewbridge motions check --write` to accept them"
         text = f"motion {entry.motion_id}: {values} have {digests}: {advice}"
         raise InputError(text, motion_id=entry.motion_id)
-    motion = replace(motion, motion_id=entry.motion_id, **entry.metadata)
-    read.refuse_false_waho(motion)
-    return motion
+    return replace(motion, motion_id=entry.motion_id, **entry.metadata)
 
 
 def read_pair(first: Path, second: Path) -> GroundMotion:
-    """Read the files of a motion (`read_motion`), or their row in the `index.csv` beside them."""
+    """Read the files of a motion (`read_motion`), or their row in the `index.csv` beside them.
+
+    Files in the opposite order of the row exchange the components, and the digest is not compared.
+    """
     index, files = first.parent / INDEX_NAME, [first.resolve(), second.resolve()]
     for entry in read_index(index) if index.is_file() else []:
-        if [path.resolve() for path, _ in entry.components] == files:
+        listed = [path.resolve() for path, _ in entry.components]
+        if listed == files:
             return read_entry(entry)
+        if listed[::-1] == files:
+            changes: dict[str, Any] = {"components": entry.components[::-1], "sha256": ""}
+            azimuths = {"azimuth_1_deg": entry.azimuth_2_deg, "azimuth_2_deg": entry.azimuth_1_deg}
+            return read_entry(entry.model_copy(update=changes | azimuths))
     return read.read_motion(first, second)
 
 

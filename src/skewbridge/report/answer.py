@@ -505,8 +505,9 @@ def shear_model_sentence(demands: pd.DataFrame) -> str:
         by_model = [f"{count} by {shear_model_name(ratio)}" for ratio, count in counts.items()]
         text = "; ".join(by_model) if any(counts.values()) else "none by any model"
         texts.append(f"{names[model]} ({len(runs)} runs): {text}")
-    at_least = " (at least)" if demands["status"].isin((COLLAPSE, *FAILED)).any() else ""
-    return f"Runs with a column at its shear strength{at_least}. {'. '.join(texts)}."
+    bounds = " (lower bounds: some runs ended early)"
+    note = bounds if demands["status"].isin((COLLAPSE, *FAILED)).any() else ""
+    return f"Runs with a column at its shear strength{note}. {'. '.join(texts)}."
 
 
 def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:

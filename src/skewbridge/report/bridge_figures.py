@@ -1,6 +1,7 @@
 """Figures of one bridge: its model, static pushes, column sections, and required seat lengths."""
 
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any, Final
 
 import matplotlib as mpl
@@ -18,6 +19,7 @@ from skewbridge.fragility.rates import GAP, Decision
 from skewbridge.report.appearance import (
     STYLE,
     VARIANT_COLOURS,
+    bridge_unit,
     plain_log_ticks,
     shear_model_name,
     shown_unit,
@@ -44,18 +46,27 @@ _AROUND_M: Final = 2.5  # margin around a drawn abutment or model
 
 def model_figure(geometry: ModelGeometry) -> Figure:
     """Return plan, elevation and right abutment of a model as a figure; gaps are exaggerated."""
+    unit, per_m = bridge_unit()
+    lengths = ("surfaces", "gaps_m", "fixed", "deck_outline")
+    geometry = replace(
+        geometry,
+        members={group: per_m * ends for group, ends in geometry.members.items()},
+        **{name: per_m * getattr(geometry, name) for name in lengths},
+    )
     figure = Figure(figsize=(11, 7.5), layout="constrained")
     panels = figure.subplot_mosaic("pp;ea", height_ratios=(3, 4), width_ratios=(3, 2))
     plan_axes, elevation, end_axes = panels["p"], panels["e"], panels["a"]
     for axes in (plan_axes, end_axes):
-        _draw_plan(axes, geometry)
+        _draw_plan(axes, geometry, per_m * _NORMAL_M)
+        axes.set(xlabel=f"x, longitudinal ({unit})", ylabel=f"y, transverse ({unit})")
     plan_axes.margins(0.03, 0.10)
     _draw_members(elevation, geometry, [0, 2])
-    elevation.set(xlabel="x, longitudinal (m)", ylabel="z (m)")
+    elevation.set(xlabel=f"x, longitudinal ({unit})", ylabel=f"z ({unit})")
     elevation.set_title("elevation (heights stretched)", fontsize=10)
     corners = geometry.deck_outline
     right_corners = corners[corners[:, 0] > corners[:, 0].mean()]
-    low, high = right_corners.min(axis=0) - _AROUND_M, right_corners.max(axis=0) + _AROUND_M
+    margin = per_m * _AROUND_M
+    low, high = right_corners.min(axis=0) - margin, right_corners.max(axis=0) + margin
     end_axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     end_axes.set_title("right abutment", fontsize=10)
     gap_text = f"; gaps exaggerated {_GAP_SCALE:g} times" if len(geometry.gaps_m) else ""
@@ -67,7 +78,7 @@ def model_figure(geometry: ModelGeometry) -> Figure:
     return figure
 
 
-def _draw_plan(axes: Axes, geometry: ModelGeometry) -> None:
+def _draw_plan(axes: Axes, geometry: ModelGeometry, normal_length: float) -> None:
     outline = geometry.deck_outline[[*range(len(geometry.deck_outline)), 0]]
     axes.fill(*outline.T, color=COLOURS["deck"], alpha=0.10, linewidth=0)
     axes.plot(*outline.T, color=COLOURS["deck"], linewidth=1, alpha=0.5)
@@ -75,11 +86,11 @@ def _draw_plan(axes: Axes, geometry: ModelGeometry) -> None:
     if len(geometry.gaps_m):
         starts = geometry.surfaces - _GAP_SCALE * geometry.gaps_m[:, None] * geometry.normals
         style = {"arrowstyle": "->", "color": COLOURS["contact"]}
-        for start, tip in zip(starts, starts + _NORMAL_M * geometry.normals, strict=True):
+        for start, tip in zip(starts, starts + normal_length * geometry.normals, strict=True):
             axes.annotate("", xytext=start[:2], xy=tip[:2], arrowprops=style)
         label = "contact surface and its normal"
         axes.plot(*starts.T[:2], "s", color=COLOURS["contact"], markersize=4, label=label)
-    axes.set(xlabel="x, longitudinal (m)", ylabel="y, transverse (m)", aspect="equal")
+    axes.set_aspect("equal")
 
 
 def _draw_members(axes: Axes, geometry: ModelGeometry, plane: list[int]) -> None:

@@ -373,11 +373,12 @@ def _effect_parts(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
     """Return the tables of pooled headline effects and other pooled effects, and their legend."""
     rows = pd.concat([frames["medians"], frames["effects"]], ignore_index=True)
     pooled = rows[rows["scope"] == "pooled"]
-    # the only failure mode of a column has the effects of any failure
-    failures = pooled["demand"].str.startswith(f"{COLUMN_FAILURE}/")
+    # the only failure mode of a column, also as a ratio of shears, has the effects of any failure
     is_any = pooled["demand"] == f"{COLUMN_FAILURE}/any"
-    is_repeated = pooled.duplicated([*BRIDGE_COLUMNS, *_CHANGE, *verdicts.RATIOS], keep=False)
-    pooled = pooled[~(failures & ~is_any & is_repeated)]
+    columns = pooled[[*BRIDGE_COLUMNS, *_CHANGE, "ratio"]].fillna({"ratio": 0.0})
+    effects = pd.MultiIndex.from_frame(columns)
+    of_columns = pooled["demand"].str.startswith((f"{COLUMN_FAILURE}/", "column_shear/"))
+    pooled = pooled[is_any | ~of_columns | ~effects.isin(effects[is_any])]
     ratios = pooled[pooled["judged_by"] == verdicts.RATIO]
     medians = pooled[pooled["quantity"] == MEDIAN_CAPACITY]
     main = pooled["demand"].isin({*HEADLINE_STATES, *demands_for("headline")})
@@ -566,7 +567,7 @@ def shown_rows(
     texts: dict[str, list[str]] = {}
     for name in frame:
         words, unit = split_unit(str(name))
-        unit, factor = appearance.shown_unit(unit)
+        unit, factor = appearance.shown_unit(unit, words)
         words = words.replace("rung", "recovery step").replace("_", " ")
         heading = words + ("" if unit == "-" else f" ({unit})")
         values = frame[name] if factor == 1.0 else factor * frame[name]

@@ -40,7 +40,8 @@ def run_figures(histories: pd.DataFrame, *, title: str) -> dict[str, Figure]:
             "hysteresis": hysteresis_figure({title: histories}),
             "columns": column_figure(histories, title=title),
         }
-        if contact_names(histories):
+        normals = [f"{name}_normal_kn" for name in contact_names(histories)]
+        if (histories[normals] > 0.0).any(axis=None):
             figures["contacts"] = contact_figure(histories, title=title)
     return figures
 
