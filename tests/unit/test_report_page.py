@@ -406,14 +406,19 @@ def test_failures_are_counted_only_with_capacities_of_columns():
     assert (foreign["n_failed"] == foreign["n_runs"]).all()
 
 
-def test_page_states_the_largest_skew_of_a_backfill_above_the_45_degrees_of_tests(render):
+def test_page_states_largest_untested_skew_of_a_backfill_and_why_rounds_ended(render, tmp_path):
     cases = ((60, "roller"), (60, "my"), (-55, "spring"), (45, "spring"))
     few = {"gaps": (25,), "frictions": (0,)}
     parts = [synthetic_demands(skews=(0, s), **few).assign(abutment=name) for s, name in cases]
     sentence = "No test of backfill has a skew above 45°: the passive strength at"
     page, _ = render(pd.concat(parts[:3], ignore_index=True))
     assert set(re.findall(rf"{sentence} (\d+)° is extrapolated\.", page)) == {"55"}
-    assert sentence not in render(parts[3])[0]
+    (tmp_path / "rounds").mkdir()
+    plan = {"round": 1, "ended": "hours", "hours": 2.0, "decided": 0, "cells": []}
+    (tmp_path / "rounds/round1.json").write_text(json.dumps(plan))
+    page, _ = render(parts[3], config={"design": {"until": "decided"}})
+    assert sentence not in page
+    assert_in(page, "Rounds ended after round 0: 0 of 0 headline effects decided; the time is used")
 
 
 def test_texts_of_a_user_are_shown_and_never_run(render, tmp_path, monkeypatch):

@@ -31,7 +31,7 @@ from skewbridge.study import task as task_module
 from skewbridge.study.analyses import StudySetup, forecast_s
 from skewbridge.study.batch import at_factor, row_of_task, search_capacity, search_limits
 from skewbridge.study.config import DesignConfig, SensitivityConfig, parse_config
-from skewbridge.study.folder import StudyFolder
+from skewbridge.study.folder import StudyFolder, limit_of_round, round_line, tables_of_round
 from skewbridge.study.journal import open_journal, read_content
 from skewbridge.study.task import Task, no_result, run_key
 from skewbridge.variant.grid import GridConfig, expand_grid
@@ -404,22 +404,27 @@ def test_checks_fits_and_page_are_forecast_from_the_rate_of_the_analyses(
 
 
 PLAN = {"round": 3, "ended": None, "hours": 2.0, "analyses": 48, "forecast_s": 170.0, "decided": 19,
-        "motions": {"a": [12, 16], "b": [12, 12]}, "cells": [{}] * 24}  # fmt: skip
+        "motions": {"a": [12, 16], "b": [12, 12]}, "most": 64, "cells": [{}] * 24}  # fmt: skip
 
 
 def test_a_plan_has_a_line_its_demands_and_motions_and_a_limit_of_time(tmp_path) -> None:
-    assert rounds.round_line(PLAN) == "round 3: 19 of 24 decided; next 48 analyses, about 3 min"
+    decided = "19 of 24 headline effects decided"
+    assert round_line(PLAN) == f"round 3: {decided}; next 48 analyses, about 3 min"
+    end = (
+        f"rounds ended after round 2: {decided}; 64 motions (design.most) do not decide the others"
+    )
+    assert round_line(PLAN | {"ended": "most"}).startswith(end)
     folder = StudyFolder(tmp_path)
     path = tmp_path / "plan.json"
     path.write_text(json.dumps(PLAN))
-    assert rounds.tables_of_round(folder, path) == [folder.round_demands(3, "a")]
+    assert tables_of_round(folder, path) == [folder.round_demands(3, "a")]
     setup = study_of(tmp_path, *(wave(f"m{number}") for number in range(1, 6)))
     assert [each.motion.motion_id for each in setup.of_motions(1, 3).suite] == ["m2", "m3"]
     # only a plan that time ended is made again with more
-    assert rounds.limit_of_round(tmp_path / "none.json", 9.0) == 9.0
+    assert limit_of_round(tmp_path / "none.json", 9.0) == 9.0
     for ended, hours, limit in (("hours", 3, 3), ("hours", 1, 2), ("most", 9, 2), (None, 9, 2)):
         path.write_text(json.dumps(PLAN | {"ended": ended}))
-        assert rounds.limit_of_round(path, hours) == limit
+        assert limit_of_round(path, hours) == limit
     # a study in rounds prepares the largest number of motions
     assert parse_config({"design": {"until": "decided"}}).motions.count == 64
     chosen = {"design": {"until": "decided", "most": 40}, "motions": {"count": 32}}

@@ -5,6 +5,7 @@ import json
 import pandas as pd
 import pytest
 
+import small_study as small
 from small_study import copy_sources, journal_keys, killed_after_one_analysis, planned_jobs, run
 
 TARGETS = ("results/fragility/effects.parquet", "results/rounds.parquet")
@@ -41,6 +42,10 @@ def test_rounds_have_plans_demands_and_the_verdicts_of_the_tables_and_repeat_no_
     assert len(keys) == len(set(keys)) == len(demands) == sum(p["analyses"] for p in plans(study))
     assert demands.equals(demands.sort_values(["variant", "motion_id"], ignore_index=True))
     assert planned_jobs(study, OVER, *TARGETS) == set()
+    command = [small.SNAKEMAKE.with_name("skewbridge"), "status", "--study", "results", "--json"]
+    progress = small.done(command, study)
+    assert json.loads(progress.stdout)["left"] == 0
+    assert f"rounds ended after round {len(found) - 1}: " in progress.stderr
     plain = planned_jobs(study, "{results: plain}")
     assert "analyse" in plain
     assert not {name for name in plain if "round" in name}

@@ -149,3 +149,17 @@ def test_an_edit_reruns_the_rules_that_depend_on_it(copy, edits, jobs):
     finally:
         for path, text in before.items():
             path.write_text(text)
+
+
+DELETED = {
+    "demands.parquet": {"collect_demands"} | FITS,
+    "fragility/joint.parquet": FITS,
+    "figures": {"figures", "report"},
+}
+
+
+@pytest.mark.parametrize("name", DELETED)
+def test_a_deleted_result_is_made_again(copy, name):
+    aside = (copy / "results" / name).rename(copy / "aside")
+    assert small.planned_jobs(copy) - {"study"} == DELETED[name]
+    aside.rename(copy / "results" / name)

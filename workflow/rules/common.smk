@@ -3,17 +3,15 @@ import os
 import time
 from itertools import count
 
-from snakemake.exceptions import WorkflowError
-
 from skewbridge.errors import InputError
 from skewbridge.files.text import writable_folder
 from skewbridge.files.text import read_mapping
 from skewbridge.motions.levels import has_pilot
 from skewbridge.study.config import parse_config, store_configuration
-from skewbridge.study.folder import StudyFolder
+from skewbridge.study.folder import StudyFolder, limit_of_round, tables_of_round
 from skewbridge.study.inputs import check_inputs
 from skewbridge.study.jobs import made_from
-from skewbridge.study.processes import PROCESSORS, hold_tree
+from skewbridge.study.processes import CLOCK, PROCESSORS, hold_tree
 from skewbridge.variant.grid import expand_grid
 
 RESUME = "Finished jobs and analyses are kept: run the same command to resume."
@@ -31,14 +29,12 @@ try:
     # of files they decide which rules run again.
     MADE_FROM = made_from(STUDY)
 except InputError as error:
-    raise WorkflowError(str(error)) from None
+    sys.exit(f"error: {error}")  # an exception would be shown with lines of this file
 
 # Additional inputs of a study that runs until its effects are decided (design.until).
 ROUNDS = {}
 
 if STUDY.design.until:
-    from skewbridge.study.rounds import CLOCK, limit_of_round, tables_of_round
-
     ROUNDS = {"rounds": FOLDER.rounds}
     # For all jobs of this command: its start time and number of processors.
     os.environ.setdefault(CLOCK, f"{time.time():.0f} {workflow.cores or 1}")

@@ -1,6 +1,10 @@
 # The page shows the table of `make choices` if it is current when the page is made.
 ON_REQUEST = {"modelling_choices": MADE_FROM["modelling_choices"]}
 
+# Snakemake sees the folder of the figures, but not whether each is still there.
+if FOLDER.has_lost_figures():
+    logger.warning(f"figures are missing: delete {FOLDER.figures} to draw all again")
+
 
 rule figures:
     """Draw the figures of the report."""

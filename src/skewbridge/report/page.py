@@ -54,7 +54,7 @@ from skewbridge.report.methods import methods_of
 from skewbridge.report.study_figures import SECTIONS, Caption, draw_study, read_captions
 from skewbridge.statuses import STATUSES
 from skewbridge.study.config import CONDITIONING_BRIDGE, FigureSettings, StudyConfig
-from skewbridge.study.folder import StudyFolder
+from skewbridge.study.folder import StudyFolder, last_plan, round_line
 from skewbridge.units import Units, split_unit
 from skewbridge.variant.axes import axes_of
 from skewbridge.variant.options import ModelOptions
@@ -89,12 +89,16 @@ def write_report(
     environment = appearance.templates(*modules, globals())
     unreached = curves[(curves["reach"].fillna("") != "") & (curves["method"] == "cloud")]
     pictures = pictures_of(read_captions(tables["captions"]), figures)
+    plan = (
+        last_plan(StudyFolder(tables["demands"].parent)) if study and study.design.until else None
+    )
     leading = {p["caption"].name: p for p in pictures if p["caption"].section == SECTIONS[0]}
     with appearance.shown_in(units):
         page = environment.get_template("report.html.j2").render(
             **_first_screen(frames, bridges),
             **_effect_parts(frames),
             study=study,
+            rounds=round_line(plan) if plan else "",
             methods=methods_of(study, frames["suite"]) if study else None,
             checks=json.loads(tables["checks"].read_text("utf-8")) if study else None,
             bridges=[load_structure(name) for name in bridges],

@@ -1,11 +1,13 @@
-"""Files of a study: paths of its results, and the starter files of a new study."""
+"""Files of a study: paths of its results, plans of its rounds, and the starter files."""
 
 import shutil
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from skewbridge.errors import InputError
 from skewbridge.files.digests import PACKAGE
+from skewbridge.files.text import read_json
 
 DEFAULT_ROOT: Final = "results"
 #: Descriptions of the columns of each table.
@@ -26,6 +28,15 @@ STARTER_PARTS: Final = (
     "motions/far",
     "motions/pulse",
 )
+#: Reasons for the end of a study in rounds, and their messages.
+ALL_DECIDED: Final = "decided"
+OUT_OF_REACH: Final = "most"
+OUT_OF_TIME: Final = "hours"
+_ENDS: Final = {
+    ALL_DECIDED: "",
+    OUT_OF_REACH: "; {most} motions (design.most) do not decide the others, or are unlikely to",
+    OUT_OF_TIME: "; the time is used up (design.hours {hours:g}): set a larger value to resume",
+}
 
 
 def default_root(configuration: str | Path) -> str:
@@ -101,6 +112,12 @@ class StudyFolder:
             "medians": self.fragility("median_effects"),
         }
 
+    def has_lost_figures(self) -> bool:
+        """Return whether a figure with a caption is no longer in the folder of the figures."""
+        listed = read_json(self.captions)["figures"] if self.captions.is_file() else []
+        names = (f"{figure['name']}.{ending}" for figure in listed for ending in ("svg", "png"))
+        return not all((self.figures / name).is_file() for name in names)
+
     def log(self, rule: str) -> Path:
         """Return the path of the log of a rule."""
         return self.root / "logs" / f"{rule}.log"
@@ -108,6 +125,45 @@ class StudyFolder:
     def benchmark(self, job: str) -> Path:
         """Return the file in which Snakemake writes the cost of a job."""
         return self.root / "benchmarks" / f"{job}.tsv"
+
+
+def round_line(plan: Mapping[str, Any]) -> str:
+    """Return a line on the plan of a round: decided effects, then the next analyses or the end."""
+    number, cells = plan["round"], len(plan["cells"])
+    text = f"{plan['decided']} of {cells} headline effects decided"
+    if plan["ended"] is not None:
+        return f"rounds ended after round {number - 1}: {text}{_ENDS[plan['ended']].format(**plan)}"
+    minutes = max(round(plan["forecast_s"] / 60), 1)
+    text = f"round {number}: {text}; " if cells else f"round {number}: "
+    return f"{text}next {plan['analyses']} analyses, about {minutes} min"
+
+
+def last_plan(folder: StudyFolder) -> dict[str, Any] | None:
+    """Return the plan of the present or last round of a study; None before the first."""
+    plan, number = None, 1
+    # files after the plan that ended the study belong to an earlier configuration
+    while (path := folder.round(number)).is_file() and not (plan and plan["ended"]):
+        plan, number = read_json(path), number + 1
+    return plan
+
+
+def tables_of_round(folder: StudyFolder, plan: Path) -> list[Path]:
+    """Return the demands tables that a round produces; none if the study ends with this plan."""
+    content = read_json(plan)
+    changed = [slug for slug, (before, after) in content["motions"].items() if after > before]
+    return [folder.round_demands(content["round"], slug) for slug in changed]
+
+
+def limit_of_round(plan: Path, hours: float) -> float:
+    """Return the time limit (h) in the plan of a round, or ``hours`` if more time is given now.
+
+    More time counts only if the plan ended for lack of time. The limit is a parameter of the
+    checkpoint, so Snakemake then plans the round again.
+    """
+    if not plan.is_file():
+        return hours
+    planned = read_json(plan)
+    return max(planned["hours"], hours) if planned["ended"] == OUT_OF_TIME else planned["hours"]
 
 
 def starter_files(package: Path = PACKAGE) -> Path:

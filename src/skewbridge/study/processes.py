@@ -31,6 +31,9 @@ _PARENT: Final = os.getppid()
 PARENT_VARIABLE: Final = "SKEWBRIDGE_PARENT"
 #: Environment variable with the number of processors of a study on this machine (common.smk).
 PROCESSORS: Final = "SKEWBRIDGE_PROCESSORS"
+#: Environment variable with the start time of the command and its number of processors
+#: (common.smk).
+CLOCK: Final = "SKEWBRIDGE_CLOCK"
 
 
 @cache

@@ -19,7 +19,7 @@ from skewbridge.motions.suite import read_entry, suite_sources
 from skewbridge.statuses import FAILED
 from skewbridge.study.analyses import StudySetup, analyses_s, check_plan, forecast_s, run_command
 from skewbridge.study.config import StudyConfig
-from skewbridge.study.folder import DEFAULT_ROOT, StudyFolder
+from skewbridge.study.folder import DEFAULT_ROOT, OUT_OF_TIME, StudyFolder, last_plan, round_line
 from skewbridge.study.jobs import made_from, rule_digest
 from skewbridge.study.journal import JournalContent, Row, read_content
 from skewbridge.study.task import run_key
@@ -105,6 +105,11 @@ def forecast_study(config: StudyConfig) -> StudyProgress:
     folder = StudyFolder(Path(config.results))
     state = study_progress(keys, read_content(folder.journals), config.results)
     notes, factor = state.notes, 1
+    if plan := last_plan(folder) if config.design.until and state.rows else None:
+        notes = (*notes, f"{round_line(plan)}.")
+        resumes = plan["ended"] == OUT_OF_TIME and config.design.hours > plan["hours"]
+        if plan["ended"] is not None and not resumes:
+            state = replace(state, summary=state.summary | {"left": 0})
     if config.motions.design == "ida":
         factor = most_trials(config.motions.level_range_g)
         notes = (*notes, f"Each count is a search of up to {factor} analyses; the cost covers all.")

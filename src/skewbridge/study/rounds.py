@@ -1,4 +1,4 @@
-"""Rounds of a study that runs until its headline effects are decided: plans and files.
+"""Rounds of a study that runs until its headline effects are decided: plans of motions.
 
 A round adds motions of the ordered suite to the variants that are needed to decide open effects.
 It considers pooled effects on headline demands and on median capacities of headline states. The
@@ -30,24 +30,13 @@ from skewbridge.fragility.effects import effect_tables, median_effects
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE
 from skewbridge.study.analyses import StudySetup, analyses_s
 from skewbridge.study.config import StudyConfig
-from skewbridge.study.folder import StudyFolder
-from skewbridge.study.processes import PROGRESS_LOG
+from skewbridge.study.folder import ALL_DECIDED, OUT_OF_REACH, OUT_OF_TIME, round_line
+from skewbridge.study.processes import CLOCK, PROGRESS_LOG
 from skewbridge.study.progress import JOB_START_S, measured_speed, other_work_s
 from skewbridge.variant.grid import expand_grid
 
 progress_logger = logging.getLogger(PROGRESS_LOG)
 
-#: Environment variable: start time of the command and its number of processors (common.smk).
-CLOCK: Final = "SKEWBRIDGE_CLOCK"
-#: Reasons for the end of a study, and their messages.
-ALL_DECIDED: Final = "decided"
-OUT_OF_REACH: Final = "most"
-OUT_OF_TIME: Final = "hours"
-_ENDS: Final = {
-    ALL_DECIDED: "all headline effects are decided",
-    OUT_OF_REACH: "{left} effects cannot be decided with the most motions allowed (design.most)",
-    OUT_OF_TIME: "the time is used up (design.hours {hours:g}): set a larger value to resume",
-}
 # ASSUME an effect is worth its analyses if the probability of deciding it is at least this
 LEAST_CHANCE: Final = 0.2
 
@@ -163,7 +152,7 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
     """Write the plan of a round (1, 2, ...) from the demands of all earlier rounds; log a line.
 
     A JSON object: ``motions`` of each variant before and after, ``analyses``, ``decided`` and
-    ``cells`` (pooled effects) so far, and ``ended``, why the study ends, a key of `_ENDS` or null.
+    ``cells`` (pooled effects) so far, and ``ended``, why the study ends, see `round_line`, or null.
     """
     entered_s = time.monotonic()
     design, setup = study.design, StudySetup.of(study)
@@ -212,6 +201,7 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
         "round": number,
         "ended": ended,
         "hours": design.hours,
+        "most": design.most,
         "motions": {slug: [motions[slug], after[slug]] for slug in slugs},
         "analyses": round(sum(added.values()) * per_motion),
         "analyses_before": len(demands),
@@ -247,34 +237,3 @@ def _looked_at(
     variants = rows.drop_duplicates("variant").set_index("variant")[columns]
     cells, by_effect = targets(effects, motions, mean_s, variants, looks, EFFECT_CONFIDENCE)
     return cells[[name for name in verdicts.ROUND_COLUMNS if name in cells]], by_effect
-
-
-def round_line(plan: Mapping[str, Any]) -> str:
-    """Return the log line of a round: decided effects, then the next analyses or the end."""
-    text, cells = f"round {plan['round']}: ", len(plan["cells"])
-    if cells:
-        text += f"{plan['decided']} of {cells} decided; "
-    if plan["ended"] is None:
-        minutes = max(round(plan["forecast_s"] / 60), 1)
-        return f"{text}next {plan['analyses']} analyses, about {minutes} min"
-    undecided = cells - plan["decided"]
-    return text + _ENDS[plan["ended"]].format(left=undecided, hours=plan["hours"])
-
-
-def tables_of_round(folder: StudyFolder, plan: Path) -> list[Path]:
-    """Return the demands tables that a round produces; none if the study ends with this plan."""
-    content = read_json(plan)
-    changed = [slug for slug, (before, after) in content["motions"].items() if after > before]
-    return [folder.round_demands(content["round"], slug) for slug in changed]
-
-
-def limit_of_round(plan: Path, hours: float) -> float:
-    """Return the time limit (h) in the plan of a round, or ``hours`` if more time is given now.
-
-    More time counts only if the plan ended for lack of time. The limit is a parameter of the
-    checkpoint, so Snakemake then plans the round again.
-    """
-    if not plan.is_file():
-        return hours
-    planned = read_json(plan)
-    return max(planned["hours"], hours) if planned["ended"] == OUT_OF_TIME else planned["hours"]
