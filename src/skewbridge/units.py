@@ -47,6 +47,55 @@ def split_unit(name: str) -> tuple[str, str]:
     return name.removesuffix(ending), _NAME_ENDINGS.get(ending, "-")
 
 
+# --- US units for people
+
+#: US unit of an SI unit and the factor to it; units that end like another one are before it.
+_US_UNITS: Final = {
+    "MN/m": ("kip/in", MN / KIP * INCH),
+    "kN/m": ("kip/in", KN / KIP * INCH),
+    "1/m": ("1/in", INCH),
+    "m/s2": ("in/s2", 1.0 / INCH),
+    "m/s": ("in/s", 1.0 / INCH),
+    "MNm": ("kip ft", MN / (KIP * FOOT)),
+    "kNm": ("kip ft", KN / (KIP * FOOT)),
+    "kJ": ("kip ft", KJ / (KIP * FOOT)),
+    "MN": ("kip", MN / KIP),
+    "kN": ("kip", KN / KIP),
+    "mm": ("in", MM / INCH),
+    "m": ("in", 1.0 / INCH),
+}
+#: Names of lengths in feet: of a bridge, its spans and columns. All others are in inches.
+_IN_FEET: Final = re.compile(r"(?:^| )(?:length|spans?|(?:\w+_)?heights?)$")
+
+
+def us_unit(unit: str, name: str = "") -> tuple[str, float]:
+    """Return the US unit for people of an SI unit (else the unit itself), and the factor to it.
+
+    ``name`` is that of the quantity, without its unit: ``length`` and ``clear_height`` are in feet.
+    """
+    if unit == "m" and _IN_FEET.search(name):
+        return "ft", 1.0 / FOOT
+    return _US_UNITS.get(unit, (unit, 1.0))
+
+
+def us_name(name: str) -> tuple[str, float]:
+    """Return a name with the US unit of its ending (``_kn``, `` (kN)``), and the factor to it."""
+    value = re.sub("_(low|high)$", "", name)  # ends of an interval have the unit of the value
+    for unit in _US_UNITS:
+        for written in (_ending, " ({})".format):
+            if value.endswith(written(unit)):
+                stem = value.removesuffix(written(unit))
+                us, factor = us_unit(unit, stem)
+                return stem + written(us) + name.removeprefix(value), factor
+    return name, 1.0
+
+
+def _ending(unit: str) -> str:
+    """Return the ending of a name with this unit: ``_mps2``, ``_kip_per_in``."""
+    words = unit.lower().replace("m/s", "mps").replace("1/", "per_").replace("/", "_per_")
+    return "_" + words.replace(" ", "_")
+
+
 # --- quantities as text, such as "5 ksi"
 
 # a prime for each of force, length and time: the product of their powers identifies a dimension

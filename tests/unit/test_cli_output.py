@@ -76,18 +76,20 @@ def test_a_table_in_us_units_has_their_names_and_numbers_and_json_stays_in_si():
     row = {
         "weight_kn": 4448.2216152605, "moment_knm": 1.3558179483314, "deck_disp_m": 0.0254,
         "initial_stiffness_kn_per_m": 175.126835, "length_m": 30.48, "gap_mm": 50.8,
+        "clear_height_m": 3.048, "hinge_length_m": 0.254, "kx_mn_per_m": 175.126835,
         "deck_accel_mps2": 2.54, "yield_curvature_per_m": 1.0, "seat_m_low": 0.0254, "ok": True,
     }  # fmt: skip
     expected = {
         "weight_kip": 1000.0, "moment_kip_ft": 1.0, "deck_disp_in": 1.0, "ok": True,
         "initial_stiffness_kip_per_in": 1.0, "length_ft": 100.0, "gap_in": 2.0,
+        "clear_height_ft": 10.0, "hinge_length_in": 10.0, "kx_kip_per_in": 1000.0,
         "deck_accel_in_per_s2": 100.0, "yield_curvature_per_in": 0.0254, "seat_in_low": 1.0,
     }  # fmt: skip
     assert (in_units(row, "us"), in_units(row, "si")) == (pytest.approx(expected, rel=1e-6), row)
     ends = in_units({"ends_m": [0.0254, None], "status": "ok"}, "us")
     assert ends == {"ends_in": [pytest.approx(1.0), None], "status": "ok"}
     check = {"check": "hinge 0.762 m (m)", "demand": 0.254, "capacity": 0.508, "ratio": 0.5}
-    expected = {"check": "hinge 2.500 ft (in)", "demand": 10.0, "capacity": 20.0, "ratio": 0.5}
+    expected = {"check": "hinge 30 in (in)", "demand": 10.0, "capacity": 20.0, "ratio": 0.5}
     assert in_units(check, "us") == pytest.approx(expected)
     note = "a seat of {} m at a gap of {} mm, {} kN at 5 m/s"
     answer = Answer({"peak_kn": 100.0}, notes=[note.format(0.762, 51, 4448)])

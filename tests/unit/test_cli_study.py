@@ -118,7 +118,9 @@ def test_new_gap_repeats_no_finished_analysis(tmp_path: Path) -> None:
     assert (last["variant"], last["status"], last["reason"]) == (slug, "timeout", "budget")
     (failed,) = answer("status", "--failed", "--config", str(config))["analyses"]
     key = list(keys)[1]
-    assert failed["command"] == f"skewbridge run --row {key} --out row_{key}"
+    assert (
+        failed["command"] == f"skewbridge run --row {key} --out row_{key} --study {study.results}"
+    )
 
 
 @pytest.fixture(name="study")

@@ -96,6 +96,26 @@ def test_sliding_mass_stops_after_the_coulomb_distance(ndm, ndf, normal, velocit
     assert (ledger.closures, ledger.cone_violation_ratio < 1e-9) == (1, True)
 
 
+def test_a_block_pushed_below_its_friction_limit_by_static_steps_does_not_slide():
+    nodes_at_one_place(3, 3)
+    ops.fix(1, 1, 1, 1)
+    contacts = ContactSet()
+    contacts.add(1, 2, (0.0, 0.0, 1.0), 0.0, 0.5, kn=1e8, kt=1e8)
+    ops.uniaxialMaterial("Elastic", 1, 1e5)  # a soft support, for equilibrium without friction
+    ops.element("zeroLength", 999, 1, 2, "-mat", 1, 1, "-dir", 1, 2)
+    push_n = 0.99 * 0.5 * 1e5
+    for stage, load_n in enumerate(([0, 0, -1e5], [0.6 * push_n, 0.8 * push_n, 0]), start=1):
+        ops.timeSeries("Path", stage, "-time", 0, 1, 9, "-values", 0, 1, 1)
+        ops.pattern("Plain", stage, stage)
+        ops.load(2, *load_n)
+        prepare_analysis(integrator=("LoadControl", 0.25), analysis="Static")
+        for _ in range(4 * stage**3):
+            assert ops.analyze(1) == 0
+            contacts.after_step(1.0)
+        ops.loadConst("-time", 0.0)
+    assert hypot(*ops.nodeDisp(2)[:2]) == pytest.approx(push_n / (1e8 + 1e5), rel=1e-9)
+
+
 def test_opening_and_closing_are_counted_and_reported():
     contacts = sliding_mass(2, 2, (0.0, 1.0), (0.0, 0.5))
     changes = expected_changes = 0

@@ -147,7 +147,8 @@ def _outside_ranges(filled: Completed) -> Iterator[str]:
         for section, number in places(tree, formula.needs):
             keys = [placed(key, section, number) for key in formula.needs]
             known = {
-                need: value_at(tree, key) for need, key in zip(formula.needs, keys, strict=True)
+                need: filled.drawn.get(key, value_at(tree, key))
+                for need, key in zip(formula.needs, keys, strict=True)
             }
             for value in np.ravel(formula.value(known.get)):
                 if value is not None and not any(low <= value <= high for low, high in ranges):
@@ -157,7 +158,11 @@ def _outside_ranges(filled: Completed) -> Iterator[str]:
                 f"{low:g} to {high:g}" if low < high else f"{low:g}" for low, high in ranges
             )
             text = f"= {value:.3g} is outside the usual {range_text}"
-            yield f"{row[-1]} {text} ({', '.join(keys)})" if limits != row else f"{keys[0]} {text}"
+            if limits != row:
+                yield f"{row[-1]} {text} ({', '.join(keys)})"
+            else:
+                rule = filled.derived.get(keys[0])
+                yield f"{keys[0]} {text}" + (f" (by rule, {rule.src})" if rule else "")
 
 
 def _factors(filled: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[Any]:

@@ -318,6 +318,13 @@ class _Reader:
         for element in self._elements:
             for node in _listed(ops.eleNodes(element)):
                 self._joined.setdefault(node, []).append(element)
+        constrained = _listed(ops.getConstrainedNodes())
+        held = {*constrained, *(n for c in constrained for n in _listed(ops.getRetainedNodes(c)))}
+        idle = (n for n in self._nodes if n not in self._joined and n not in held)
+        free_node = next((n for n in idle if len(_listed(ops.getFixedDOFs(n))) < 6), None)
+        _need(
+            free_node is None, f"node {free_node} has neither elements nor constraints: delete it"
+        )
         moved_node = next((n for n in self._nodes if any(ops.nodeDisp(n))), None)
         _need(
             moved_node is None and ops.getTime() == 0.0,
@@ -406,7 +413,7 @@ class _Reader:
             moments[node] = moment[0] + about_x, moment[1] + about_y
         for pattern in patterns:
             ops.remove("loadPattern", pattern)
-        return forces, moments
+        return (forces, moments) if forces else None
 
     def _place(self, node: int) -> tuple[float, ...]:
         return tuple(ops.nodeCoord(node))
@@ -428,8 +435,8 @@ class _Reader:
         node, position = script_end.node, self._place(script_end.node)
         _need(
             not ops.getFixedDOFs(node),
-            f"ends: node {node} must not be fixed, because the abutments support it; it is fixed "
-            f"in {_listed(ops.getFixedDOFs(node))}",
+            f"ends: node {node} must not be fixed, because the abutments of skewbridge support it: "
+            f"delete its fix of {_listed(ops.getFixedDOFs(node))}",
         )
         outward = script_end.outward or self._outward(node, from_other)
         length = hypot(*outward)

@@ -102,7 +102,10 @@ def parameters(path: Path) -> tuple[str, ...]:
                         "or a key of the section model"
                     )
             return names
-    raise InputError(f"{path}: a script of a bridge must have a function {FUNCTION}()")
+    raise InputError(
+        f"{path}: a script of a bridge must have a function {FUNCTION}() that builds "
+        "the model and returns a skewbridge.Frame"
+    )
 
 
 def call_script(files: list[Path], arguments: dict[str, Any]) -> Any:

@@ -21,7 +21,7 @@ from typer.core import TyperCommand
 from skewbridge.analysis.settings import AnalysisSettings, under_explicit_keys
 from skewbridge.errors import EXIT_BAD_INPUT, EXIT_FAILED, InputError, SolutionError
 from skewbridge.files.text import checked, parse_yaml, printable, read_yaml, shortened
-from skewbridge.units import FOOT, INCH, KIP, KJ, KN, MM, Units
+from skewbridge.units import Units, us_name, us_unit
 from skewbridge.variant.axes import AXES, USUAL, radians_warning
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS, Variant
@@ -236,25 +236,6 @@ def selected(rows: Iterable[Row], *names: str) -> list[dict[str, Any]]:
     return [{name: row[name] for name in names} for row in rows]
 
 
-#: SI suffix of a name -> US suffix, factor; the first match counts, so longer suffixes are first.
-_US_UNITS: Final = {
-    "_kn_per_m": ("_kip_per_in", KN / KIP * INCH),
-    "_per_m": ("_per_in", INCH),
-    "length_m": ("length_ft", 1.0 / FOOT),
-    "_mps2": ("_in_per_s2", 1.0 / INCH),
-    "_mps": ("_in_per_s", 1.0 / INCH),
-    "_knm": ("_kip_ft", KN / (KIP * FOOT)),
-    "_kj": ("_kip_ft", KJ / (KIP * FOOT)),
-    "_kn": ("_kip", KN / KIP),
-    "_mm": ("_in", MM / INCH),
-    "_m": ("_in", 1.0 / INCH),
-    " (m)": (" (in)", 1.0 / INCH),
-    " (mm)": (" (in)", MM / INCH),
-    " (kN)": (" (kip)", KN / KIP),
-}
-
-
-_LENGTH: Final = re.compile(r"\b(\d+\.\d+) m\b")
 _QUANTITY: Final = re.compile(r"\b(\d+(?:\.\d+)?) (mm|m|kN)\b(?![/2])")
 
 
@@ -262,8 +243,8 @@ def _text_in(text: str, units: Units) -> str:
     """Return a message with its lengths and forces in these units."""
 
     def converted(match: re.Match[str]) -> str:
-        unit, factor = _us_unit(f" ({match[2]})")
-        return f"{float(f'{float(match[1]) * factor:.4g}'):g} {unit.strip(' ()')}"
+        unit, factor = us_unit(match[2])
+        return f"{float(f'{float(match[1]) * factor:.4g}'):g} {unit}"
 
     return _QUANTITY.sub(converted, text) if units == "us" else text
 
@@ -276,20 +257,11 @@ def in_units(row: Row, units: Units) -> Row:
     if units == "si":
         return row
     if "check" in row:
-        name, factor = _us_unit(row["check"])
-        name = _LENGTH.sub(lambda length: f"{float(length[1]) / FOOT:.3f} ft", name)
+        name, factor = us_name(row["check"])
         sizes = {key: _times(row[key], factor) for key in ("demand", "capacity")}
-        return {**row, "check": name, **sizes}
-    converted = {key: _us_unit(key) for key in row}
+        return {**row, "check": _text_in(name, units), **sizes}
+    converted = {key: us_name(key) for key in row}
     return {name: _times(row[key], factor) for key, (name, factor) in converted.items()}
-
-
-def _us_unit(name: str) -> tuple[str, float]:
-    value = re.sub("_(low|high)$", "", name)  # ends of an interval have the unit of the value
-    for ending, (replacement, factor) in _US_UNITS.items():
-        if value.endswith(ending):
-            return value.removesuffix(ending) + replacement + name.removeprefix(value), factor
-    return name, 1.0
 
 
 def _times(value: Any, factor: float) -> Any:

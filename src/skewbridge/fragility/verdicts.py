@@ -171,7 +171,7 @@ def needed_motions(effects: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame
             pairs = motions_to_decide(row)
             # assume that the share of motions without an exact pair stays the same
             n_motions = ceil(pairs * suite / (row["dof"] + 1)) if isfinite(pairs) else pairs
-            more_runs = max(n_motions - suite, 0) * len(runs) / suite
+            more_runs = np.ceil(max(n_motions - suite, 0) * len(runs) / suite)
             forecast = MORE if isfinite(n_motions) else "on the margin"
             if row["verdict"] in DECIDED:
                 forecast, more_runs = "decided", 0.0

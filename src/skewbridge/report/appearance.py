@@ -21,7 +21,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from skewbridge.demands.columns import label_of, unit_of
 from skewbridge.fragility import verdicts
-from skewbridge.units import FOOT, INCH, KIP, KN, MM, MN, Units
+from skewbridge.units import Units, us_unit
 from skewbridge.variant.axes import Axis, axes_of
 
 #: Colours of variants, runs and motions in the order of their values, in figures and on the page.
@@ -49,15 +49,6 @@ MAX_BANDS: Final = 2
 _MANY: Final = 2000.0  # ratio of the ends of an axis above which only decades have ticks
 _LEAST_SHOWN: Final = 3  # number of axes that name a variant, even if constant
 
-#: US unit of an SI unit, and the factor to it.
-US_UNITS: Final = {
-    "m": ("in", 1.0 / INCH),
-    "mm": ("in", MM / INCH),
-    "kN": ("kip", KN / KIP),
-    "MN": ("kip", MN / KIP),
-    "MNm": ("kip ft", MN / (KIP * FOOT)),
-    "1/m": ("1/in", INCH),
-}
 _UNITS: ContextVar[str] = ContextVar("units", default="si")
 
 type Row = Mapping[Any, Any] | pd.Series
@@ -76,14 +67,14 @@ def shown_in(units: Units) -> Generator[None]:
         _UNITS.reset(token)
 
 
-def shown_unit(unit: str) -> tuple[str, float]:
-    """Return the unit in which numbers are shown, and the factor to it."""
-    return US_UNITS.get(unit, (unit, 1.0)) if _UNITS.get() == "us" else (unit, 1.0)
+def shown_unit(unit: str, name: str = "") -> tuple[str, float]:
+    """Return the unit in which numbers are shown, and the factor to it; see `us_unit`."""
+    return us_unit(unit, name) if _UNITS.get() == "us" else (unit, 1.0)
 
 
 def bridge_unit() -> tuple[str, float]:
     """Return the unit of the lengths of a bridge, m or ft, and the factor from m."""
-    return ("ft", 1.0 / FOOT) if _UNITS.get() == "us" else ("m", 1.0)
+    return shown_unit("m", "length")
 
 
 def shown_length(length_m: float) -> str:

@@ -563,7 +563,7 @@ def shown_rows(
     texts: dict[str, list[str]] = {}
     for name in frame:
         words, unit = split_unit(str(name))
-        unit, factor = appearance.shown_unit(unit)
+        unit, factor = appearance.shown_unit(unit, words)
         words = words.replace("rung", "recovery step").replace("_", " ")
         heading = words + ("" if unit == "-" else f" ({unit})")
         values = frame[name] if factor == 1.0 else factor * frame[name]

@@ -12,6 +12,7 @@ from functools import partial
 from itertools import product
 from math import inf, sqrt
 from pathlib import Path
+from shlex import quote
 from typing import Any, Final, Self
 
 from skewbridge.analysis.settings import NUMERICS, AnalysisSettings
@@ -27,7 +28,7 @@ from skewbridge.motions.suite import read_suite
 from skewbridge.statuses import FAILED
 from skewbridge.study import batch
 from skewbridge.study.config import StudyConfig
-from skewbridge.study.folder import StudyFolder
+from skewbridge.study.folder import DEFAULT_ROOT, StudyFolder
 from skewbridge.study.journal import Row, open_journal, read_content
 from skewbridge.study.processes import PROGRESS_LOG
 from skewbridge.study.task import Task, run_key
@@ -292,7 +293,8 @@ def run_in_journal(
             if row["status"] in FAILED:
                 columns = ("variant", "motion_id", "status", "collapse_criterion")
                 outcome = (row[column] for column in columns)
-                logger.warning("%s under %s: %s (%s); repeat: %s", *outcome, run_command(row))
+                command = run_command(row, setup.study.results)
+                logger.warning("%s under %s: %s (%s); repeat: %s", *outcome, command)
             finished += row["run_key"] in by_key  # rows that a search adds do not count
             if time.monotonic() - logged_s > LOG_INTERVAL_S:
                 logged_s = time.monotonic()
@@ -328,6 +330,7 @@ def _progress(tasks: Sized, n_before: int, finished: int, began_s: float) -> str
     return text + (f", {n_left / per_min:.0f} min left" if n_new and n_left else "")
 
 
-def run_command(row: Mapping[str, Any]) -> str:
-    """Return the command that repeats one analysis alone."""
-    return f"skewbridge run --row {row['run_key']} --out row_{row['run_key']}"
+def run_command(row: Mapping[str, Any], results: str) -> str:
+    """Return the command that repeats one analysis of the study in a results folder alone."""
+    command = f"skewbridge run --row {row['run_key']} --out row_{row['run_key']}"
+    return command if results == DEFAULT_ROOT else f"{command} --study {quote(results)}"

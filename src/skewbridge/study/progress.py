@@ -19,7 +19,7 @@ from skewbridge.motions.suite import read_entry, suite_sources
 from skewbridge.statuses import FAILED
 from skewbridge.study.analyses import StudySetup, analyses_s, check_plan, forecast_s, run_command
 from skewbridge.study.config import StudyConfig
-from skewbridge.study.folder import StudyFolder
+from skewbridge.study.folder import DEFAULT_ROOT, StudyFolder
 from skewbridge.study.jobs import made_from, rule_digest
 from skewbridge.study.journal import JournalContent, Row, read_content
 from skewbridge.study.task import run_key
@@ -54,13 +54,15 @@ class StudyProgress:
     notes: tuple[str, ...]  # on crashed analyses and on unused journal lines
 
 
-def study_progress(run_keys: Mapping[str, Sequence[str]], content: JournalContent) -> StudyProgress:
+def study_progress(
+    run_keys: Mapping[str, Sequence[str]], content: JournalContent, results: str = DEFAULT_ROOT
+) -> StudyProgress:
     """Return the progress of a study, given the `run_keys` of each variant and the journals."""
     done, analyses = content.rows, sum(map(len, run_keys.values()))
     rows = [done[key] for keys in run_keys.values() for key in keys if key in done]
     failures = [
         {"variant": row["variant"], "motion": row["motion_id"], "status": row["status"]}
-        | {"reason": row["collapse_criterion"], "command": run_command(row)}
+        | {"reason": row["collapse_criterion"], "command": run_command(row, results)}
         for row in rows
         if row["status"] in FAILED
     ]
@@ -101,7 +103,7 @@ def forecast_study(config: StudyConfig) -> StudyProgress:
     """
     keys, durations_s = analysis_keys(config)
     folder = StudyFolder(Path(config.results))
-    state = study_progress(keys, read_content(folder.journals))
+    state = study_progress(keys, read_content(folder.journals), config.results)
     notes, factor = state.notes, 1
     if config.motions.design == "ida":
         factor = most_trials(config.motions.level_range_g)

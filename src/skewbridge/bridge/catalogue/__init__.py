@@ -231,7 +231,8 @@ def _strip(node: Any, where: str, sources: dict[str, str], path: Path) -> Any:
         return [_strip(item, f"{where}.{i}", sources, path) for i, item in enumerate(node)]
     if isinstance(node, int | float) and not isinstance(node, bool):
         raise InputError(
-            f"{path.name}: {where}: the number {node:g} has no source; write {{v: {node:g}, src: "
+            f"{path.name}: {where}: the number {node:g} has no source; give source: TEXT at the "
+            f"top level for all numbers, or {{v: {node:g}, src: "
             f"'LETTER: text'}}, in the unit of the key, where LETTER is {SOURCE_LETTERS}",
             file=path.name,
         )

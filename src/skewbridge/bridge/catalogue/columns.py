@@ -22,7 +22,13 @@ from skewbridge.units import MM
 # These limits are wider than any real bridge. They detect wrong units, and numbers so large that
 # their powers would overflow in the solver.
 type Metres = Annotated[float, Field(ge=1.0e-3, le=1.0e3)]
-type Distance = Annotated[float, Field(ge=0.0, le=1.0e3)]
+type Distance = Annotated[float, Field(ge=0.0, le=50.0)]
+# ASSUME a larger or smaller column, bar, weight or cable has a wrong unit
+type Depth = Annotated[float, Field(ge=0.1, le=10.0)]
+type Width = Annotated[float, Field(ge=0.1, le=40.0)]
+type Cover = Annotated[float, Field(ge=1.0e-3, le=0.5)]
+type BarSize = Annotated[float, Field(ge=3.0, le=100.0)]
+type HoopSpacing = Annotated[float, Field(ge=3.0, le=2.0e3)]
 type Span = Annotated[float, Field(ge=1.0, le=500.0)]
 type SquareMetres = Annotated[float, Field(ge=1.0e-3, le=1.0e3)]
 type Inertia = Annotated[float, Field(ge=1.0e-6, le=1.0e6)]
@@ -31,7 +37,7 @@ type SquareMillimetres = Annotated[float, Field(ge=1.0, le=1.0e5)]
 type Gigapascals = Annotated[float, Field(ge=0.1, le=1.0e3)]
 type Megapascals = Annotated[float, Field(ge=1.0, le=2.0e3)]
 type Kilonewtons = Annotated[float, Field(ge=1.0e-3, le=1.0e7)]
-type Weight = Annotated[float, Field(ge=0.0, le=1.0e6)]
+type Weight = Annotated[float, Field(ge=0.0, le=1.0e5)]
 type LineLoad = Annotated[float, Field(ge=0.1, le=1.0e5)]
 type UnitWeight = Annotated[float, Field(ge=1.0, le=100.0)]
 type Tonnes = Annotated[float, Field(ge=1.0e-3, le=1.0e4)]
@@ -206,13 +212,13 @@ class ColumnData(Part, ABC, frozen=True):
     """
 
     shape: str
-    cover_to_hoop_m: Metres
+    cover_to_hoop_m: Cover
     bar_count: Annotated[int, Field(ge=6, le=200)]
     bar_area_mm2: SquareMillimetres
-    bar_diameter_mm: Millimetres
+    bar_diameter_mm: BarSize
     hoop_area_mm2: SquareMillimetres
-    hoop_diameter_mm: Millimetres
-    hoop_spacing_mm: Millimetres
+    hoop_diameter_mm: BarSize
+    hoop_spacing_mm: HoopSpacing
     concrete_strength_mpa: Megapascals
     expected_concrete_strength_mpa: Megapascals
     elastic_modulus_gpa: Gigapascals
@@ -303,7 +309,7 @@ class CircularColumn(ColumnData, frozen=True):
     """Circular column with circular hoops or a spiral."""
 
     shape: Literal["circular"] = "circular"
-    diameter_m: Metres
+    diameter_m: Depth
 
     @property
     def outline(self) -> Outline:
@@ -325,8 +331,8 @@ class OblongColumn(ColumnData, frozen=True):
     """
 
     shape: Literal["oblong"] = "oblong"
-    width_m: Metres
-    depth_m: Metres
+    width_m: Width
+    depth_m: Depth
     cross_ties: Annotated[int, Field(ge=0, le=100)] = 0
 
     @property
@@ -363,8 +369,8 @@ class RectangularColumn(ColumnData, frozen=True):
     """
 
     shape: Literal["rectangular"] = "rectangular"
-    width_m: Metres
-    depth_m: Metres
+    width_m: Width
+    depth_m: Depth
     tie_legs: tuple[Annotated[int, Field(ge=2, le=100)], Annotated[int, Field(ge=2, le=100)]]
 
     @property

@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 from skewbridge.bridge.catalogue.columns import (
     AnyColumn,
     ColumnData,
+    Depth,
     Distance,
     Factor,
     Gigapascals,
@@ -58,7 +59,7 @@ class DeckData(Part, frozen=True):
     elastic_modulus_gpa: Gigapascals
     line_load_kn_per_m: LineLoad
     diaphragm_weight_kn: Weight
-    diaphragm_thickness_m: Metres
+    diaphragm_thickness_m: Depth
     soffit_height_m: Metres
 
     @model_validator(mode="after")
@@ -235,8 +236,8 @@ class RestrainerData(Part, frozen=True):
     """Cables across a joint: elastic to yield, in tension only, after their slack."""
 
     count: Annotated[int, Field(ge=2, le=100)]
-    stiffness_kn_per_m: Stiffness
-    yield_kn: Kilonewtons
+    stiffness_kn_per_m: Annotated[float, Field(ge=100.0, le=1.0e6)]
+    yield_kn: Annotated[float, Field(ge=50.0, le=1.0e4)]
     slack_mm: Gap = 0.0
 
 
@@ -422,7 +423,8 @@ class BridgeData(Part, frozen=True):
             if row_width_m > self.deck.width_m:
                 raise ValueError(
                     f"bents.{number}: the columns span {row_width_m:g} m, more than deck.width_m = "
-                    f"{self.deck.width_m:g} (column_spacing_m, diameter_m)"
+                    f"{self.deck.width_m:g} (column_spacing_m, diameter_m); outriggers need an "
+                    "OpenSeesPy script"
                 )
             if bent.columns > 1 and bent.column_spacing_m < width_m:
                 raise ValueError(
