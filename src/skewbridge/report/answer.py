@@ -79,6 +79,7 @@ CERTAINTY: Final = {
     NEGLIGIBLE: "certainly small",
     UNDECIDED: "uncertain",
 }
+SHORT_CERTAINTY: Final = {claim: text.partition(",")[0] for claim, text in CERTAINTY.items()}
 
 
 def model_name(bridge: object, abutment: object) -> str:
@@ -94,6 +95,12 @@ def short_names(table: pd.DataFrame) -> dict[tuple[str, str], str]:
     if table["bridge"].nunique() == 1:
         return {model: model[1].replace("_", "-") for model in models}
     return {model: model_name(*model) for model in models}
+
+
+def distinct_names(table: pd.DataFrame) -> dict[tuple[str, str], str]:
+    """Return `short_names`; a single bridge and abutment model has an empty name."""
+    names = short_names(table)
+    return names if len(names) > 1 else dict.fromkeys(names, "")
 
 
 def listed(words: Iterable[str]) -> str:
@@ -154,19 +161,17 @@ def effect_name(demand: Any) -> str:
 def run_counts(demands: pd.DataFrame) -> pd.DataFrame:
     """Return counts of runs per bridge and abutment model (axis empty) and per value of each axis.
 
-    Columns: bridge, abutment, axis, value, n_runs, n_complete (all demands are peaks of the whole
-    motion), n_failed (a column failed), n_shear, n_flexure, n_collapse, n_bounds (runs that are
-    not complete).
+    Columns: bridge, abutment, axis, value, n_runs, n_failed (a column failed), n_shear, n_flexure,
+    n_collapse, n_bounds (demands are not peaks of the whole motion).
     """
-    modes, complete = failed_modes(demands), is_complete(demands)
+    modes = failed_modes(demands)
     flags = {
         "n_runs": 1,
-        "n_complete": complete,
         "n_failed": modes != "",
         "n_shear": modes == "shear",
         "n_flexure": modes == "flexure",
         "n_collapse": demands["status"] == COLLAPSE,
-        "n_bounds": ~complete,
+        "n_bounds": ~is_complete(demands),
     }
     names = list(flags)
     rows: list[dict[str, Any]] = []
@@ -375,19 +380,18 @@ def headline(table: pd.DataFrame) -> list[str]:
     """
     if table.empty:
         return ["No comparison is possible: no two variants differ in one axis only."]
-    names = short_names(table)
+    leading, names = leading_states(table), distinct_names(table)
     capacities = table[table["quantity"] == MEDIAN_CAPACITY]
     estimated = capacities[capacities["status"] == OK]
     if estimated.empty:
-        unestimated = capacities.drop_duplicates([*BRIDGE_COLUMNS, "demand"])
-        is_leading = unestimated["demand"].isin(LEADING_STATES)
+        models = short_names(table)
+        states = capacities.drop_duplicates([*BRIDGE_COLUMNS, "demand"])
         reasons = [
-            f"{names[row['bridge'], row['abutment']]}, {effect_name(row['demand'])}: "
+            f"{models[row['bridge'], row['abutment']]}, {effect_name(row['demand'])}: "
             f"{no_ratio_text(row)}"
-            for row in records_of(unestimated[is_leading] if is_leading.any() else unestimated)
+            for row in records_of(states[states["demand"].isin(leading)])
         ]
         return [f"{'; '.join(['No median capacities can be compared', *reasons])}."]
-    leading = leading_states(table)
     sentences = list[tuple[tuple[int, float], str]]()
     open_effects = list[str]()
     for (name, *_), change in estimated.groupby(["axis", "from_value", "to_value"], sort=False):
@@ -395,14 +399,10 @@ def headline(table: pd.DataFrame) -> list[str]:
         sentences += _axis_sentence(change, demands, names)
         undecided = change[(change["claim"] == UNDECIDED) & change["demand"].isin(leading)]
         for (state,), rows in groups_of(undecided, ["demand"]):
-            texts = [
-                f"{names[row['bridge'], row['abutment']] + ' ' if len(names) > 1 else ''}"
-                f"{change_text(row)}, {interval_text(row)}"
-                for row in records_of(rows)
-            ]
-            open_effects.append(
-                f"{axis(str(name)).title} on {effect_name(state)} ({'; '.join(texts)})"
-            )
+            effects = ((names[row["bridge"], row["abutment"]], row) for row in records_of(rows))
+            texts = (f"{n} {change_text(row)}, {interval_text(row)}".strip() for n, row in effects)
+            text = f"{axis(str(name)).title} on {effect_name(state)} ({'; '.join(texts)})"
+            open_effects.append(text)
     texts = [text for _, text in sorted(sentences)]
     if open_effects:
         texts.append(f"Not decided with these motions: {listed(open_effects)}.")
@@ -423,10 +423,9 @@ def _axis_sentence(
         row = max(certain or effects, key=lambda effect: abs(np.log(effect["ratio"])))
         verb = "lowers" if row["ratio"] < 1.0 else "raises"
         sure = {"ratio": row["sure_ratio"], "ci_low": row["sure_low"], "ci_high": row["sure_high"]}
-        certainty = {claim: text.partition(",")[0] for claim, text in CERTAINTY.items()}
         other_models = [
             f"{names[effect['bridge'], effect['abutment']]}: {change_text(effect)}"
-            + f", {certainty[effect['claim']]}" * (effect["claim"] != row["claim"])
+            + f", {SHORT_CERTAINTY[effect['claim']]}" * (effect["claim"] != row["claim"])
             for effect in effects
             if effect is not row and effect["claim"] in (LOWER, HIGHER, DETECTABLE)
             if (effect["ratio"] < 1.0) == (row["ratio"] < 1.0)
@@ -434,8 +433,8 @@ def _axis_sentence(
         clause = sentence(
             "capacity",
             row=row,
-            model=names[row["bridge"], row["abutment"]] if len(names) > 1 else "",
-            certainty=certainty[row["claim"]],
+            model=names[row["bridge"], row["abutment"]],
+            certainty=SHORT_CERTAINTY[row["claim"]],
             sure=sure if np.isfinite(row["sure_ratio"]) else {},
             other_models=other_models if len(other_models) <= 2 else [],
             extent=extent_of_data(row),
@@ -466,8 +465,7 @@ def displacement_clause(table: pd.DataFrame, names: Mapping[tuple[str, str], str
     if certain.empty:
         return ""
     row = records_of(certain)[int((certain["to_demand"] - certain["from_demand"]).abs().argmax())]
-    model = names[row["bridge"], row["abutment"]] if len(names) > 1 else ""
-    return sentence("displacement", row=row, model=model)
+    return sentence("displacement", row=row, model=names[row["bridge"], row["abutment"]])
 
 
 def failure_sentences(counts: pd.DataFrame, *, has_capacities: bool = True) -> tuple[str, str]:

@@ -190,7 +190,7 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame, curves: pd.DataFrame)
     heads = {
         f"{row['component']}/{row['limit_state']}": state_text(row) for row in records_of(curves)
     }
-    names = answer.short_names(table)
+    names = answer.distinct_names(table)
     capacities = table[table["quantity"] == MEDIAN_CAPACITY]
     states_present = capacities["demand"].unique()
     states = sorted(states_present, key=lambda state: state not in answer.LEADING_STATES)[:2]
@@ -206,13 +206,13 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame, curves: pd.DataFrame)
             of_first = f" of {runs}" if runs != last_runs else ""
             row = {
                 "change": change_name(*change),
-                "model": names[model] if len(names) > 1 else "",
+                "model": names[model],
                 "failed": f"{first}{of_first} to {last} of {last_runs}",
             }
             rows.append({**row, "cells": [effects.get(state) for state in states]})
     return {
         "states": [heads[state] for state in states],
-        "certainty": {claim: text.partition(",")[0] for claim, text in answer.CERTAINTY.items()},
+        "certainty": answer.SHORT_CERTAINTY,
         "rows": rows,
         "extents": " ".join(map(answer.extent_of_data, records_of(printed))),
         "details": answer.effect_notes(table),
