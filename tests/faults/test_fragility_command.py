@@ -118,20 +118,6 @@ def test_spellings_of_published_data_sets_are_understood(fit, tmp_path):
     assert thetas[0] == pytest.approx(thetas[1])
 
 
-def test_a_collapse_flag_in_a_cloud_and_demands_above_a_value_are_censored(fit):
-    rng = np.random.default_rng(0)
-    im = np.exp(rng.uniform(-2, 0.7, 60))
-    edp = 0.03 * im * np.exp(0.3 * rng.normal(size=60))
-    fall = im * np.exp(0.4 * rng.normal(size=60)) > 1.2
-    data, flags = {"im": list(im), "threshold": 0.03}, fall.astype(int).tolist()
-    found = fit(data | {"edp": list(edp), "collapse": flags}, "cloud")
-    assert (found["method"], found["n_censored"]) == ("cloud_tobit", fall.sum())
-    # a collapsed run exceeds: as if its demand were known to be above the threshold
-    data |= {"edp": np.where(fall, np.maximum(edp, 0.03), edp).tolist(), "censored": flags}
-    assert fit(data, "cloud")["theta"] == found["theta"]
-    fit(data, "cloud", "--model", "ols", refused=f"would leave out {fall.sum()} censored demands")
-
-
 def test_a_cloud_is_one_fit_as_arrays_or_as_a_table_with_zeros_and_collapses(fit):
     edp, fall = [0.0, *TABLE[DRIFT][1:11], np.nan], [0] * 11 + [1]
     arrays = {"im": TABLE[IM].tolist(), "edp": edp, "collapse": fall, "threshold": 0.015}
@@ -140,6 +126,7 @@ def test_a_cloud_is_one_fit_as_arrays_or_as_a_table_with_zeros_and_collapses(fit
     assert (found, found["method"]) == (fit(table, "cloud", *NAMED[:-1], 0.015), "cloud_tobit")
     assert (found["status"], found["n_censored"]) == ("ok", 2)
     assert "the runs are taken as independent" in found["notes"][0]
+    fit(arrays, "cloud", "--model", "ols", refused="would leave out 2 censored demands")
 
 
 @pytest.mark.parametrize(

@@ -139,22 +139,6 @@ def _fit_columns(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragil
     return fits.fit_capacities(need("capacity"), columns.get("censored"), settings)
 
 
-def _not_by_definition(fit: fits.FragilityFit, peak_fit: fits.FragilityFit) -> fits.FragilityFit:
-    """Return a fit, without estimate if it rests on the definition that a collapse exceeds."""
-    # `peak_fit` has the peaks of collapsed runs as lower bounds and no more
-    is_near = 1.0 / MAX_BOUNDS_RATIO <= peak_fit.theta / fit.theta <= MAX_BOUNDS_RATIO
-    return fit if is_near else fit.without_estimate(BOUNDS_TOO_WIDE)
-
-
-def _fit_cloud(
-    im: Any, lower: Any, upper: Any, threshold: float, options: FitOptions, motions: Any = None
-) -> fits.FragilityFit:
-    if options.model == "ols" and (count := int(np.sum(upper > lower))):
-        raise InputError(f"--model ols would leave out {count} censored demands: use --model tobit")
-    fit_options: Any = {"capacity_dispersion": options.capacity_dispersion, "motions": motions}
-    return fits.fit_cloud(im, lower, threshold, upper, settings=options.settings, **fit_options)
-
-
 def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.FragilityFit:
     """Fit a table with one row per run; statuses and repeated motions are taken into account.
 
@@ -211,8 +195,11 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
             details |= {f"theta_{name}": bound_fit.theta, f"beta_{name}": bound_fit.beta}
         fit = fit.limited(bounds)
     if options.method == "cloud" and fit.status == FITTED:
+        # no estimate may rest on the definition that a collapse exceeds
         peaks = demand_outcomes(runs, [replace(state, collapse=COLLAPSE_PEAK)])
-        fit = _not_by_definition(fit, _fit_outcomes(im, codes, peaks, state, options))
+        peak_fit = _fit_outcomes(im, codes, peaks, state, options)
+        if not 1.0 / MAX_BOUNDS_RATIO <= peak_fit.theta / fit.theta <= MAX_BOUNDS_RATIO:
+            fit = fit.without_estimate(BOUNDS_TOO_WIDE)
     return replace(fit, details={**fit.details, **details})
 
 
@@ -241,8 +228,14 @@ def _fit_outcomes(
     exceed, is_known, is_used = outcomes.exceed(state), ~outcomes.unknown(state), outcomes.used
     settings = options.settings
     if options.method == "cloud":
-        lower, upper = outcomes.lower[is_used], outcomes.upper[is_used]
-        fit = _fit_cloud(im[is_used], lower, upper, state.threshold, options, motions[is_used])
+        cloud, count = outcomes.of(np.flatnonzero(is_used)), int(np.sum(outcomes.is_bound))
+        if options.model == "ols" and count:
+            text = f"--model ols would leave out {count} censored demands: use --model tobit"
+            raise InputError(text)
+        fit = fits.fit_cloud(
+            im[is_used], cloud.lower, state.threshold, cloud.upper, settings=settings,
+            capacity_dispersion=options.capacity_dispersion, motions=motions[is_used],
+        )  # fmt: skip
         return fit if np.any(exceed) else fit.without_estimate(NO_EXCEEDANCE)
     x, hit, codes = im[is_known], exceed[is_known].astype(np.float64), motions[is_known]
     if options.method == "ida":
