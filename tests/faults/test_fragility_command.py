@@ -55,6 +55,7 @@ def fit(tmp_path):
             ("im,n,k\n0.2,20,1\n0.4,,9\n0.8,20,17\n", "stripes", 1, ""),
             (STRIPES | {"n": [20]}, "stripes", 1, "differ in length"),
             ({"im": [0.1, 0.2], "k": [1, 2]}, "stripes", None, "need a column 'n'"),
+            (CLOUD | {"edp": [1, 0]}, "cloud", 1, "edp must be > 0 and finite"),
             (CLOUD | {"threshold": -1}, "cloud", 0, "threshold must"),
             (CLOUD | {"im": [1, [2]]}, "cloud", 1, "must be a number"),
             (CLOUD | {"threshold": [1, 2]}, "cloud", None, "must be one number, got [1.0, 2.0]"),
@@ -118,15 +119,19 @@ def test_spellings_of_published_data_sets_are_understood(fit, tmp_path):
     assert thetas[0] == pytest.approx(thetas[1])
 
 
-def test_a_cloud_is_one_fit_as_arrays_or_as_a_table_with_zeros_and_collapses(fit):
-    edp, fall = [0.0, *TABLE[DRIFT][1:11], np.nan], [0] * 11 + [1]
+def test_a_cloud_is_one_fit_as_arrays_or_as_a_table_with_collapses(fit):
+    edp, fall = [*TABLE[DRIFT][:11], np.nan], [0] * 11 + [1]
     arrays = {"im": TABLE[IM].tolist(), "edp": edp, "collapse": fall, "threshold": 0.015}
     table = pd.DataFrame({**arrays, "status": "ok"}).drop(columns="threshold")
     found = fit(arrays, "cloud")
     assert (found, found["method"]) == (fit(table, "cloud", *NAMED[:-1], 0.015), "cloud_tobit")
-    assert (found["status"], found["n_censored"]) == ("ok", 2)
+    assert (found["status"], found["n_censored"]) == ("ok", 1)
     assert "the runs are taken as independent" in found["notes"][0]
-    fit(arrays, "cloud", "--model", "ols", refused="would leave out 2 censored demands")
+    fit(arrays, "cloud", "--model", "ols", refused="would leave out 1 censored demands")
+    # only a median of plain arrays may be above all demands
+    whole = {"im": TABLE[IM].tolist(), "edp": TABLE[DRIFT].tolist()}
+    assert fit(whole | {"threshold": 0.5}, "cloud")["status"] == "ok"
+    assert fit(pd.DataFrame(whole), "cloud", *NAMED[:-1], 0.5)["status"] == "no_exceedance"
 
 
 @pytest.mark.parametrize(

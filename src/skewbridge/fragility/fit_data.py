@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Final, Literal, Self
 
@@ -121,16 +122,16 @@ def read_data(path: Path) -> pd.DataFrame | Mapping[str, Any]:
     return data
 
 
+def _need(columns: Mapping[str, Any], options: FitOptions, name: str) -> Any:
+    if name not in columns:
+        text = f"{options.method} data need a column {name!r} (--columns maps names); found "
+        raise InputError(text + demand_table.names_of(columns), column=name)
+    return columns[name]
+
+
 def _fit_columns(columns: Mapping[str, Any], options: FitOptions) -> fits.FragilityFit:
     """Fit columns of numbers: counts, capacities or brackets."""
-
-    def need(name: str) -> Any:
-        if name not in columns:
-            text = f"{options.method} data need a column {name!r} (--columns maps names); found "
-            raise InputError(text + demand_table.names_of(columns), column=name)
-        return columns[name]
-
-    settings = options.settings
+    settings, need = options.settings, partial(_need, columns, options)
     if options.method == "stripes":
         return fits.fit_stripes(need("im"), need("n"), need("k"), settings=settings)
     if options.method == "ida" and ("lower" in columns or "upper" in columns):
@@ -142,8 +143,10 @@ def _fit_columns(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragil
 def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.FragilityFit:
     """Fit a table with one row per run; statuses and repeated motions are taken into account.
 
-    Without --im and --edp, a cloud has the columns ``im`` and ``edp`` or their logarithms.
+    Without --im and --edp, a cloud has the columns ``im`` and ``edp`` or their logarithms. Its
+    demands must be positive, and its median may be above all of them.
     """
+    is_plain = options.method == "cloud" and options.im is None and options.edp is None
     if options.method == "cloud":
         columns, options = _cloud(columns, options)
     if options.im is None or options.edp is None or options.threshold is None:
@@ -157,8 +160,10 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     im = positive(data[options.im].to_numpy(), options.im)
     demand = as_column(data[options.edp].to_numpy(), options.edp)
     runs = demand_table.with_flags(data).assign(**{options.edp: demand})
-    is_valid = (np.isfinite(demand) & (demand >= 0.0)) | ~is_complete(runs)
-    rule = f"must be >= 0 and finite in runs that completed ({demand_table.WITHOUT_PEAK})"
+    is_valid = demand > 0.0 if is_plain else demand >= 0.0
+    is_valid = (np.isfinite(demand) & is_valid) | ~is_complete(runs)
+    rule = f"must be {'>' if is_plain else '>='} 0 and finite in runs that completed"
+    rule += f" ({demand_table.WITHOUT_PEAK})"
     require(is_valid, options.edp, rule, demand)
     state = LimitState(
         component=options.edp,
@@ -184,20 +189,21 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     # the jackknife leaves out events where they are known
     by_event = has_motions and EVENT in data and options.method != "ida"
     codes = demand_table.block_codes(data) if by_event else motions
-    fit, unknown = _fit_outcomes(im, codes, outcomes, state, options), outcomes.unknown(state)
+    fit_of = partial(_fit_outcomes, im, codes, state, options, extrapolates=is_plain)
+    fit, unknown = fit_of(outcomes), outcomes.unknown(state)
     bounds: dict[str, tuple[float, float]] = {}
     details: dict[str, Any] = {"n_records": int(np.unique(motions).size)}
     details |= {"n_unknown": int(np.sum(unknown)), "notes": notes}
     if np.any(unknown):
         for name in TREATMENTS:
-            bound_fit = _fit_outcomes(im, codes, outcomes.treated(state, name), state, options)
+            bound_fit = fit_of(outcomes.treated(state, name))
             bounds[name] = bound_fit.theta, bound_fit.beta
             details |= {f"theta_{name}": bound_fit.theta, f"beta_{name}": bound_fit.beta}
         fit = fit.limited(bounds)
     if options.method == "cloud" and fit.status == FITTED:
         # no estimate may rest on the definition that a collapse exceeds
         peaks = demand_outcomes(runs, [replace(state, collapse=COLLAPSE_PEAK)])
-        peak_fit = _fit_outcomes(im, codes, peaks, state, options)
+        peak_fit = fit_of(peaks)
         if not 1.0 / MAX_BOUNDS_RATIO <= peak_fit.theta / fit.theta <= MAX_BOUNDS_RATIO:
             fit = fit.without_estimate(BOUNDS_TOO_WIDE)
     return replace(fit, details={**fit.details, **details})
@@ -206,6 +212,10 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
 def _cloud(columns: Mapping[str, Any], options: FitOptions) -> tuple[Mapping[str, Any], FitOptions]:
     """Return a cloud, and options that name its intensities, demands and threshold."""
     columns, names = dict(columns), {"im": options.im or "im", "edp": options.edp or "edp"}
+    if options.im is None and options.edp is None:
+        for name in ("im", "edp", *(["threshold"] if options.threshold is None else [])):
+            if f"ln_{name}" not in columns:
+                _need(columns, options, name)
     for name in names.values():
         if (logarithm := f"ln_{name}") in columns:
             columns[name] = np.exp(as_column(columns.pop(logarithm), logarithm))
@@ -222,7 +232,13 @@ def _cloud(columns: Mapping[str, Any], options: FitOptions) -> tuple[Mapping[str
 
 
 def _fit_outcomes(
-    im: Any, motions: Any, outcomes: DemandOutcomes, state: LimitState, options: FitOptions
+    im: Any,
+    motions: Any,
+    state: LimitState,
+    options: FitOptions,
+    outcomes: DemandOutcomes,
+    *,
+    extrapolates: bool,
 ) -> fits.FragilityFit:
     """Fit the outcomes of n runs with ``options.method``; ``im`` and ``motions`` are (n,)."""
     exceed, is_known, is_used = outcomes.exceed(state), ~outcomes.unknown(state), outcomes.used
@@ -236,7 +252,7 @@ def _fit_outcomes(
             im[is_used], cloud.lower, state.threshold, cloud.upper, settings=settings,
             capacity_dispersion=options.capacity_dispersion, motions=motions[is_used],
         )  # fmt: skip
-        return fit if np.any(exceed) else fit.without_estimate(NO_EXCEEDANCE)
+        return fit if extrapolates or np.any(exceed) else fit.without_estimate(NO_EXCEEDANCE)
     x, hit, codes = im[is_known], exceed[is_known].astype(np.float64), motions[is_known]
     if options.method == "ida":
         return fits.fit_first_exceedances(x, hit, codes, settings)
