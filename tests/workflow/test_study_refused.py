@@ -88,7 +88,7 @@ def test_every_variable_of_make_study_is_understood(tree, tmp_path):
     given = [config, ROOT / "motions", "all", "crash", "", "decided"]
     command = ["bash", "workflow/study.sh", tmp_path, "1", *given]
     answer = done(command, tree, environment={"UNCERTAINTY": "false"})
-    assert "0 analyses will be repeated" in answer.stderr
+    assert "study repeats: 0" in answer.stderr
     assert "plan_round" in answer.stdout
     answer = done([*command[:4], "config/nowhere.yaml"], tree, check=False)
     assert answer.returncode == 1

@@ -225,7 +225,7 @@ def retry(
         {"variant": row["variant"], "motion": row["motion_id"], "status": row["status"]}
         for row in forget(StudyFolder(folder_of(study)), statuses)
     ]
-    note = f"{len(rows)} analyses will be repeated in the next run of the study"
+    note = f"analyses that the next run of the study repeats: {len(rows)}"
     return Answer({"forgotten": len(rows), "analyses": rows}, notes=[note])
 
 

@@ -68,7 +68,7 @@ def study_progress(
     ]
     notes = content.sentences
     if crashes := sum(row["status"] == CRASH for row in rows):
-        text = f"{crashes} analyses ended their workers (status {CRASH}); `skewbridge status "
+        text = f"Analyses that ended their workers (status {CRASH}): {crashes}; `skewbridge status "
         notes += (f"{text}--failed` lists them and `skewbridge study retry` repeats them.",)
     if done and not rows:
         text = (
