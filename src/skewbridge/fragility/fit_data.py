@@ -194,7 +194,8 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     demand = as_column(data[options.edp].to_numpy(), options.edp)
     runs = demand_table.with_flags(data).assign(**{options.edp: demand})
     is_valid = (np.isfinite(demand) & (demand >= 0.0)) | ~is_complete(runs)
-    rule = f"must be >= 0 and finite in runs that completed ({demand_table.WITHOUT_PEAK})"
+    advice = f"peaks are absolute; {demand_table.WITHOUT_PEAK}"
+    rule = f"must be >= 0 and finite in runs that completed ({advice})"
     require(is_valid, options.edp, rule, demand)
     state = LimitState(
         component=options.edp,
