@@ -76,7 +76,7 @@ def test_every_format_gives_levels_in_the_unit_of_the_column_and_annual_rates(fi
     older = {"imt": {"value": "PGA"}, "xlabel": "Ground Motion (g)", "xvalues": [0.1, 0.5]}
     older = [{"metadata": older, "data": [{"component": "Total", "yvalues": [0.02, 1e-3]}]}]
     for text, name, measure, rates in (
-        ("PGV (cm/s),rate\n10,0.02\n50,0.001\n", "hazard.csv", "im_pgv_rotd50_mps", [0.02, 1e-3]),
+        ("PGV (cm/s),rate\n50,0.001\n10,0.02\n", "hazard.csv", "im_pgv_rotd50_mps", [0.02, 1e-3]),
         (usgs(), "hazard.json", "im_sa_1p000_rotd50_g", [0.02, 1e-3]),
         (json.dumps({"response": older}), "old.json", PGA, [0.02, 1e-3]),
         ("name,lon,lat,0.1,0.5\nA,-120,36,0.02,0.001\n", "PGA/curves.csv", PGA, None),
@@ -92,7 +92,8 @@ def test_every_format_gives_levels_in_the_unit_of_the_column_and_annual_rates(fi
 
 BAD = {
     "im,rate\n0.1,0.01\n0.2,0.02\n": "rate must not increase with the intensity (row 1)",
-    "im,rate\n0.2,0.01\n0.1,0.001\n": "im must increase (row 1)",
+    "im,rate\n0.1,0.1\n0.3,0.01\n0.2,0.001\n": "im must increase (row 2)",
+    "im,rate\n98.1,0.1\n490,0.01\n": "im must be at most 20 g or m/s (rows 0, 1)",
     "im,rate\n0.1,0.01\n": "at least two intensities",
     "PGA,rate\n0.1,0.01\n0.2,0.001\n": "the unit of PGA is missing: write PGA (g)",
     "PGA (cm/s),rate\n0.1,0.01\n0.2,0.001\n": "PGA cannot have the unit cm/s",

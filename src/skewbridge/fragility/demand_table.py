@@ -372,9 +372,11 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
         bad = (status == OK) & (np.isinf(values) | (values < 0.0))
         if np.any(bad):
             row = int(np.argmax(bad))
-            text = f"{name} must be >= 0 and finite where status is ok ({WITHOUT_PEAK}), got "
+            rule = (
+                f"must be >= 0 and finite where status is ok (peaks are absolute; {WITHOUT_PEAK})"
+            )
             where = "row {} ({variant}, {motion_id})".format(row, **table.iloc[row])
-            raise InputError(f"{text}{values[row]:g} in {where}", row=row, column=name)
+            raise InputError(f"{name} {rule}, got {values[row]:g} in {where}", row=row, column=name)
     if settings.exclude_suspect and validity.SUSPECT in table:
         names = [column.name for column in DEMAND_COLUMNS if column.name in table]
         suspect = table[validity.SUSPECT] != ""

@@ -162,8 +162,8 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     runs = demand_table.with_flags(data).assign(**{options.edp: demand})
     is_valid = demand > 0.0 if is_plain else demand >= 0.0
     is_valid = (np.isfinite(demand) & is_valid) | ~is_complete(runs)
-    rule = f"must be {'>' if is_plain else '>='} 0 and finite in runs that completed"
-    rule += f" ({demand_table.WITHOUT_PEAK})"
+    advice = f"peaks are absolute; {demand_table.WITHOUT_PEAK}"
+    rule = f"must be {'>' if is_plain else '>='} 0 and finite in runs that completed ({advice})"
     require(is_valid, options.edp, rule, demand)
     state = LimitState(
         component=options.edp,

@@ -48,6 +48,8 @@ _NAMES: Final = {
 _FACTORS: Final = {"g": 1.0, "m/s": 1.0, "cm/s": 0.01}  # to the unit of the column
 _UNIT: Final = re.compile(r"(.*?)\s*[(\[](g|m/s|cm/s)[)\]]$")
 _FRACTILE: Final = re.compile(r"rate_p(\d+(?:\.\d+)?)$")
+#: ASSUME no curve reaches 20 g or 20 m/s: more is another unit
+_LARGEST_LEVEL: Final = 20.0
 _LEAST_RATE: Final = 1e-15  # 1/year; replaces zero rates of fractile curves
 #: Range of ln im below the first intensity in which a rate may lack a part.
 BELOW: Final = float(np.log(10.0))
@@ -322,7 +324,12 @@ def _parts(path: Path) -> Iterator[_Part]:
         rates = as_column(curve.rates, "rate")
         if levels.size != rates.size:
             raise InputError(f"there are {levels.size} intensities and {rates.size} rates")
+        if (np.diff(levels) < 0.0).all():
+            levels, rates = levels[::-1], rates[::-1]
         require(~(rates < 0.0) & ~np.isnan(rates), "rate", "must not be negative", rates)
+        require(
+            levels <= _LARGEST_LEVEL, "im", f"must be at most {_LARGEST_LEVEL:g} g or m/s", levels
+        )
         require(np.append(True, np.diff(levels) > 0.0), "im", "must increase", levels)
         with np.errstate(invalid="ignore"):  # inf - inf
             grows = np.append(False, np.diff(rates) > 0.0)
@@ -366,7 +373,10 @@ def _table(path: Path) -> Iterator[_Part]:
         return
     if len(names) < 2 or names[1] != "rate":
         text = "the columns must be an intensity (im, or a measure with its unit), rate"
-        raise InputError(f"{text} and fractiles such as rate_p16; got {', '.join(names[:5])}")
+        text = f"{text} and fractiles such as rate_p16; got {', '.join(names[:5])}"
+        raise InputError(
+            f"{text}. Rate: 1 / return period, or -ln(1 - P) / years of a probability P"
+        )
     column, factor = _measure_and_factor(names[0])
     for name in names[1:]:
         match = _FRACTILE.fullmatch(name)
