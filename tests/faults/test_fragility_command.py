@@ -75,7 +75,7 @@ def fit(tmp_path):
         (TABLE.assign(status="OK"), "cloud", (*RUNS, 0.015), {},
          "status must be one of ok, collapse, numerical_failure, timeout, crash"),
         (TABLE.assign(**{DRIFT: [np.inf, *[0.01] * 11]}), "cloud", (*RUNS, 0.015), {},
-         "(give a collapsed run the status collapse)"),
+         "give a collapsed run the status collapse)"),
         (TABLE, "cloud", ("--im", IM, "--edp", "column_drift", "--threshold", 0.01),
          {"column": "column_drift"},
          f"(did you mean {DRIFT}?); its columns are 'motion_id', 'status'"),
