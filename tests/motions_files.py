@@ -16,9 +16,7 @@ COSMOS_CODES = {"acceleration": (1, 4, "cm/sec2(04)"), "velocity": (2, 5, "cm/se
 
 def at2_text(values_g: np.ndarray, dt_s: float = 0.01, azimuth: int = 90) -> str:
     header = HEADER.format(npts=len(values_g), dt=dt_s, azimuth=azimuth)
-    lines = (values_g[i : i + 5] for i in range(0, len(values_g), 5))
-    rows = ["".join(f"{value:15.7E}" for value in line) for line in lines]
-    return header + "\n".join(rows) + "\n"
+    return header + rows_of(values_g, 5, "{:15.7E}") + "\n"
 
 
 def shaken_g(seed: int, npts: int = 400) -> np.ndarray:
@@ -120,3 +118,21 @@ def geonet_text(components: dict[str, np.ndarray], dt_s: float = 0.02) -> str:
             rows_of(np.full(7, 444.0), 10, "{:8.1f}"),
         ]  # fmt: skip
     return "\n".join(text) + "\n"
+
+
+def v2_text(cm_s2, form="{:10.3f}", line="AT  .010 SEC.  (UNITS: CM/SEC/SEC)", channel="1: 270"):
+    head = ["CORRECTED ACCELEROGRAM   TEST", "UNCORRECTED DATA", "TEST QUAKE", *["x"] * 3,
+            "TEST STATION", f"CHAN  {channel}", *["x"] * 17, *["    0    1"] * 20]  # fmt: skip
+    head.append(f"{len(cm_s2):5d} POINTS OF ACCEL DATA EQUALLY SPACED {line}")
+    return "\n".join([*head, rows_of(cm_s2, 8, form), "    1 POINTS OF VELOC DATA", "     1.000"])
+
+
+def knet_text(counts) -> str:
+    peak_gal = np.abs(counts - counts.mean()).max() * 2000 / 8388608
+    head = [
+        "Origin Time       2000/01/01 00:00:00", "Station Code      ABC001", *["Lat.   1"] * 8,
+        "Sampling Freq(Hz) 100Hz", "Duration Time(s)  1", "Dir.              4",
+        "Scale Factor      2000(gal)/8388608", f"Max. Acc. (gal)   {peak_gal:.3f}",
+        "Last Correction   2000/01/01 00:00:00", "Memo.             ",
+    ]  # fmt: skip
+    return "\n".join([*head, rows_of(counts, 8, "{:9d}")])

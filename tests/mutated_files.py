@@ -16,7 +16,8 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from motions_files import at2_text, cosmos_text, esm_text, geonet_text, rows_of
+import motions_files as made
+from motions_files import at2_text
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.errors import InputError
 from skewbridge.files.tables import write_frame
@@ -39,23 +40,6 @@ LONGEST_MESSAGE = 8000
 
 def wave(count=60):
     return 0.2 * np.sin(np.arange(count) / 5.0) * np.exp(-np.arange(count) / 40.0)
-
-
-def knet_text():
-    head = """Origin Time       2011/03/11 14:46:00
-Lat.              38.1\nLong.             142.8\nDepth. (km)       24\nMag.              9.0
-Station Code      MYG004\nStation Lat.      38.7\nStation Long.     141.0
-Station Height(m) 40\nRecord Time       2011/03/11 14:46:15\nSampling Freq(Hz) 100Hz
-Duration Time(s)  1\nDir.              N-S\nScale Factor      7845(gal)/8223790
-Max. Acc. (gal)   196.0\nLast Correction   2011/03/11 14:46:00\nMemo.
-"""
-    return head + rows_of(wave() * 1e6, 1, "{:9.0f}") + "\n"
-
-
-def v2_text():
-    head = "64 points of accel data equally spaced at  .020 sec, in cm/sec2. (8f10.3)"
-    rows = rows_of(980.665 * wave(64), 8, "{:10.3f}")
-    return "\n".join(["CORRECTED ACCELEROGRAM", *["header"] * 44, head, rows]) + "\n"
 
 
 def columns_text(separator, count):
@@ -128,11 +112,11 @@ def parquet_bytes(folder):
 
 FAMILIES: dict[str, tuple[str, list[bytes], Callable[[Path], object]]] = {
     "at2": (".AT2", [at2_text(wave()).encode()], read_record),
-    "v2": (".V2", [v2_text().encode()], read_record),
-    "knet": (".NS", [knet_text().encode()], read_record),
-    "esm": (".ASC", [esm_text(980.665 * wave()).encode()], read_record),
-    "cosmos": (".V2c", [cosmos_text(980.665 * wave()).encode()], read_record),
-    "geonet": (".V2A", [geonet_text({"N28W": 9806.65 * wave()}).encode()], read_record),
+    "v2": (".V2", [made.v2_text(980.665 * wave()).encode()], read_record),
+    "knet": (".NS", [made.knet_text((1e6 * wave()).astype(int)).encode()], read_record),
+    "esm": (".ASC", [made.esm_text(980.665 * wave()).encode()], read_record),
+    "cosmos": (".V2c", [made.cosmos_text(980.665 * wave()).encode()], read_record),
+    "geonet": (".V2A", [made.geonet_text({"N28W": 9806.65 * wave()}).encode()], read_record),
     "columns": (".csv", [columns_text(",", 1).encode()], read_record),
     "three_columns": (
         ".txt", [columns_text(" ", 2).encode()], lambda path: read_record(path, Stated(channel=2))

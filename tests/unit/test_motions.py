@@ -162,29 +162,12 @@ def _peer(npts: int = 50, values: str = FIVE) -> str:
     return _at2(PLAIN.replace("50", str(npts)), values)
 
 
-def _v2(cm_s2, form="{:10.3f}", line="AT  .010 SEC.  (UNITS: CM/SEC/SEC)", channel="1: 270"):
-    head = ["CORRECTED ACCELEROGRAM   TEST", "UNCORRECTED DATA", "TEST QUAKE", *["x"] * 3,
-            "TEST STATION", f"CHAN  {channel}", *["x"] * 17, *["    0    1"] * 20]  # fmt: skip
-    head.append(f"   50 POINTS OF ACCEL DATA EQUALLY SPACED {line}")
-    return "\n".join([*head, rows_of(cm_s2, 8, form), "    1 POINTS OF VELOC DATA", "     1.000"])
-
-
-def _knet(counts) -> str:
-    peak_gal = np.abs(RECORD_G - RECORD_G.mean()).max() * 980.665
-    head = [
-        "Origin Time       2000/01/01 00:00:00", "Station Code      ABC001", *["Lat.   1"] * 8,
-        "Sampling Freq(Hz) 100Hz", "Duration Time(s)  1", "Dir.              4",
-        "Scale Factor      2000(gal)/8388608", f"Max. Acc. (gal)   {peak_gal:.3f}",
-        "Last Correction   2000/01/01 00:00:00", "Memo.             ",
-    ]  # fmt: skip
-    return "\n".join([*head, rows_of(counts, 8, "{:9d}")])
-
-
-COUNTS = np.round(RECORD_G * 980.665 * 8388608 / 2000).astype(int) + 1234
+COUNTS = np.round(RECORD_G * 980.665 * 8388608 / 2000).astype(int)
+COUNTS += round(1234 - COUNTS.mean())
 MM_S2 = _with(shaken_g(7, 403) * 9806.65, 20, -12345.6, -13456.7)
 GEONET = made.geonet_text({"N28W": MM_S2, "S62W": -0.5 * MM_S2, "Up": 0.1 * MM_S2})
 LINES = GEONET.split("\n")
-CSMIP = "\n".join(_v2(factor * RECORD_G * 980.665) for factor in (1, -2))
+CSMIP = "\n".join(made.v2_text(factor * RECORD_G * 980.665) for factor in (1, -2))
 CSV = "time_s,h1_g,h2_g\n" + "\n".join(f"{i * 0.01:.2f},{v:.8e},{-2 * v:.8e}"
                                        for i, v in enumerate(RECORD_G))  # fmt: skip
 COSMOS = "".join(
@@ -215,12 +198,12 @@ def _formats():
         yield "a.AT2", _at2(head, values), {}, SI, 0.0, facts
     facts = {"format": "csmip_v2", "station": "TEST STATION", "azimuth_deg": 270.0}
     cm_s2 = _with(RECORD_G * 98.0665, 3, -1234.123)
-    yield "a.V2", _v2(cm_s2), {}, 0.01 * cm_s2, 6e-6, facts
+    yield "a.V2", made.v2_text(cm_s2), {}, 0.01 * cm_s2, 6e-6, facts
     cm_s2 = _with(RECORD_G * 98.0665, 3, -12.632701)
-    text = _v2(cm_s2, "{:10.6f}", "at  .010 sec, in cm/sec2. (8f10.6)")
+    text = made.v2_text(cm_s2, "{:10.6f}", "at  .010 sec, in cm/sec2. (8f10.6)")
     yield "a.V2", text, {}, 0.01 * cm_s2, 6e-6, facts
     line = "AT  .010 SEC.  (UNITS: M/SEC/SEC) (8F10.6)"
-    yield "a.V2", _v2(SI, "{:10.6f}", line), {}, SI, 6e-7, {"unit": "m/s2"}
+    yield "a.V2", made.v2_text(SI, "{:10.6f}", line), {}, SI, 6e-7, {"unit": "m/s2"}
     for name, text in (("a.V2", CSMIP), ("a.csv", CSV)):
         yield name, text, {"channel": 2}, -2.0 * SI, 6e-6, {}
     rows = [f"{i * 10},{v:.8e}" for i, v in enumerate(RECORD_G)]
@@ -231,7 +214,14 @@ def _formats():
     ):  # fmt: skip
         yield "a.csv", "\n".join([head, *lines]), {}, SI, 1e-6, {"dt_s": 0.01}
     facts = {"format": "knet", "azimuth_deg": 0.0, "warnings": ()}
-    yield "a.NS2", _knet(COUNTS + round(1234 - COUNTS.mean())), {}, SI - SI.mean(), 3e-6, facts
+    yield (
+        "a.NS2",
+        made.knet_text(COUNTS),
+        {},
+        SI - SI.mean(),
+        3e-6,
+        facts,
+    )
     facts = {"format": "esm", "dt_s": 0.005, "unit": "cm/s2", "azimuth_deg": 90.0}
     facts |= {"event": "EMSC-1", "station": "XX.ABC", "notes": ()}
     yield "a.ASC", esm_text(GAL), {}, 0.01 * GAL, 6e-9, facts
@@ -295,7 +285,7 @@ REFUSED = [
         ("truncated", name, "\n".join(LINES[:125]), 1),
         ("uncorrected", name, "Un" + GEONET[0].lower() + GEONET[1:]))),
     ("SMC file, which is not read: get", "a.smc", "2 CORRECTED ACCELEROGRAM\n" + FIVE),
-    (r"uncorrected accelerogram \(V1\)", "a.V1", "UN" + _v2(RECORD_G)),
+    (r"uncorrected accelerogram \(V1\)", "a.V1", "UN" + made.v2_text(RECORD_G)),
     ("first number is the count", "a.txt", "50\n" + rows_of(RECORD_G, 1, "{:.6e}")),
     # a separator of thousands, and a step in the first line
     ("line 4: the row must have 1 column,", "a.txt", "unit: gal\n1.0\n200.5\n-1,234.5\n3.0\n"),
@@ -322,7 +312,7 @@ DOUBTFUL = [
     ("warnings", "2 values are -999", "a.csv", "t,a (gal)\n" + _times(_with(GAL, 20, -999, -999)),
      {}, 0.01 * _with(GAL, 20, -999, -999)),
     ("warnings", "gal and 50: truncated?", "a.NS",
-     _knet(COUNTS + round(1234 - COUNTS.mean())).replace("(s)  1", "(s)  3"), {}, SI - SI.mean()),
+     made.knet_text(COUNTS).replace("(s)  1", "(s)  3"), {}, SI - SI.mean()),
     # in the second component
     *(("warnings", "truncated", name, "\n".join(LINES[:150]), {"channel": 2}, -5e-4 * MM_S2[:150])
       for name in ("a.V2A", "a.txt")),
@@ -341,7 +331,7 @@ def test_a_doubtful_file_is_read_with_a_message(read, case):
 def test_index_names_the_channels_of_one_file(read):
     name = f"{'a' * 200}/{'b' * 99}/all.V2"  # a path may be longer than each of its names
     (read.folder / name).parent.mkdir(parents=True)
-    read.file(name, "\n".join(_v2(RECORD_G * f) for f in (980.665, 200.0, -500.0)))
+    read.file(name, "\n".join(made.v2_text(RECORD_G * f) for f in (980.665, 200.0, -500.0)))
     index = f"motion_id,file_1,file_2,channel_1,channel_2\nbridge,{name},{name},1,3\n"
     read.file("index.csv", index)
     motion = read_entry(list_motions(read.folder)[0])
@@ -373,7 +363,7 @@ def test_components_of_unrelated_names_are_paired_by_their_headers(read):
     for channel, direction, azimuth, letter in (
         (14, "UP", 400, "Z"), (15, "360", 360, "N"), (24, "270", 90, "E"),
     ):  # fmt: skip
-        text = _v2(RECORD_G * 980.665, channel=f"{channel}: {direction}")
+        text = made.v2_text(RECORD_G * 980.665, channel=f"{channel}: {direction}")
         read.file(f"CHAN{channel}.V2", text)
         cosmos = cosmos_text(GAL, azimuth=azimuth, scnl="ABC.HN.XX.--")
         read.file(f"ABC.1000hyfh.HN{letter}.--.acc.V2c", cosmos)
@@ -391,7 +381,7 @@ def test_components_of_unrelated_names_are_paired_by_their_headers(read):
 
 
 VERTICAL_FILES = {
-    "a.V2": lambda up: _v2(RECORD_G * 980.665, channel=f"1: {up}"),
+    "a.V2": lambda up: made.v2_text(RECORD_G * 980.665, channel=f"1: {up}"),
     "a.AT2": lambda up: at2_text(RECORD_G).replace("Station, 90", f"Station, {up}"),
     "old.AT2": lambda up: _peer().replace("A, 1/1/2000, B, 90", f"A 5/19/40 0439, B, {up} (X)"),
     "a.csv": lambda up: f"time (s),{up} (g)\n" + _times(RECORD_G),
@@ -680,7 +670,7 @@ def test_pairs_are_found_among_other_files_and_ordered_by_the_index(tmp_path):
     (tmp_path / "q0_h1.VT2").write_text("velocity\n")
     (tmp_path / "q0_UP.AT2").write_text("vertical\n")
     for ending in ("NS", "EW"):  # 17 lines of header
-        (tmp_path / f"q2_{ending}.txt").write_text(_knet(COUNTS))
+        (tmp_path / f"q2_{ending}.txt").write_text(made.knet_text(COUNTS))
     assert [entry.motion_id for entry in list_motions(tmp_path)] == ["q0", "q1", "q2"]
     made.index_of(tmp_path, pairs[::-1])
     assert [entry.motion_id for entry in list_motions(tmp_path)] == ["q1", "q0"]
