@@ -10,12 +10,12 @@ import pytest
 from motions_files import at2_text, index_of, make_pairs, shaken_g
 from skewbridge.errors import InputError
 from skewbridge.motions import check, formats, intensity, levels, suite
-from skewbridge.motions.read import read_trace
+from skewbridge.motions.read import SURROGATE_FACTOR, SURROGATE_FILES, read_motion, read_trace
 from skewbridge.study import analyses, inputs, task
 from skewbridge.study.config import StudyConfig
 from skewbridge.study.folder import StudyFolder
 from skewbridge.units import G_MPS2
-from skewbridge.verification.studies.paper_runs import SURROGATE_FACTOR, SURROGATE_FILES, waho
+from skewbridge.verification.studies.paper_runs import waho
 
 DT_S = 0.02
 RECORD_G = shaken_g(0, 400)
@@ -143,11 +143,9 @@ def test_waho_of_the_published_peak_is_accepted_and_a_false_one_replaced(tmp_pat
     # one direction only: RotD50 is the peak over sqrt 2
     values = shaken_g(1)
     values *= 0.5373 * np.sqrt(2.0) / np.abs(values).max()
-    (paper := tmp_path / "paper").mkdir()
-    (paper / "RSN811_LOMAP_WAH000.AT2").write_text(at2_text(values))
-    (paper / "RSN811_LOMAP_WAH090.AT2").write_text(at2_text(1e-6 * values))
-    monkeypatch.setenv("SKEWBRIDGE_RECORDS", str(paper))
-    assert waho().is_paper_record
+    (tmp_path / "RSN811_LOMAP_WAH000.AT2").write_text(at2_text(values))
+    (tmp_path / "RSN811_LOMAP_WAH090.AT2").write_text(at2_text(1e-6 * values))
+    assert suite.prepare_suite(tmp_path, t1_s=0.7)["motion_id"][0] == "RSN811_LOMAP_WAH"
     (folder := tmp_path / "surrogate").mkdir()
     (false := tmp_path / "false").mkdir()
     stand_in_g = shaken_g(1), shaken_g(2)
@@ -157,6 +155,9 @@ def test_waho_of_the_published_peak_is_accepted_and_a_false_one_replaced(tmp_pat
     for azimuth in (0, 90):
         text = at2_text(shaken_g(azimuth), azimuth=azimuth)
         (false / f"RSN811_LOMAP_WAH{azimuth:03d}.AT2").write_text(text)
+    with pytest.raises(InputError, match="claims to be the WAHO"):
+        read_motion(*sorted(false.glob("*.AT2")))
+    assert {item.verdict for item in check.check_paths([false])} == {"error"}
     monkeypatch.setenv("SKEWBRIDGE_RECORDS", f"{false}{os.pathsep}{folder}")
     used = waho()
     assert not used.is_paper_record

@@ -15,7 +15,7 @@ from skewbridge.errors import InputError
 from skewbridge.files.text import checked, read_bytes, read_yaml
 from skewbridge.motions import formats, p695
 from skewbridge.motions.formats import DtMissingError, Stated, Trace, fault_in, trace_of
-from skewbridge.motions.intensity import peak_g
+from skewbridge.motions.intensity import orbit_rotd50, peak_g
 from skewbridge.motions.record import GroundMotion, Vector
 from skewbridge.units import G_MPS2
 
@@ -51,6 +51,18 @@ _FOREIGN: Final = (
     (b"<", "a web page (a log-in page saved as a record?)"),
 )
 
+# The waveforms of WAHO, a record of the paper, can't be redistributed. A file with its name must
+# have the published peak; without such a file a surrogate of the same earthquake is used.
+# source: PEER NGA-West2 flatfile, RSN 811 (Loma Prieta 1989, WAHO), RotD50 PGA
+WAHO_PGA_ROTD50_G: Final = 0.53730
+WAHO_TOLERANCE: Final = 0.02
+_WAHO = re.compile(r"RSN0*811(?!\d)|(?<![A-Z])WAHO?(?![A-Z])", re.IGNORECASE)
+# source: Loma Prieta 1989, Capitola (FEMA P-695 far-field 12101 = NGA RSN 752); of 47 public pairs
+# the one nearest to the published WAHO RotD50 spectrum (sd of ln ratio 0.41, a loose match).
+SURROGATE_FILES: Final = ("121011.txt", "121012.txt")
+SURROGATE_FACTOR: Final = 0.93
+SURROGATE_ID: Final = "surrogate_for_WAHO_capitola_x0.93"
+
 # Vertical components (UP, DWN, V) are not used: a motion has two horizontal ones.
 _VERTICAL = re.compile(r"[-_.](UP|UD|DWN|DN|V|VER|VERT|Z|H?3)$|[a-z0-9](DWN|-UP)$", re.IGNORECASE)
 _NIED = re.compile(r"\.(?P<end>EW|NS|UD)(?P<sensor>[12]?)", re.IGNORECASE)
@@ -69,6 +81,10 @@ _ENDINGS: Final = (
 
 class PairError(InputError):
     """The time steps or first times of two components differ."""
+
+
+class FalseClaimError(InputError):
+    """A motion has the name of the WAHO record of the paper, but a different PGA."""
 
 
 def split_name(path: Path) -> tuple[str, str]:
@@ -191,7 +207,7 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
     """Return the motion of two components; zeros are added at the end of the shorter one.
 
     Raises `PairError` for different time steps or first times, `InputError` for a vertical
-    component.
+    component, and the error of `refuse_false_waho`.
     """
     for trace in (first, second):
         if trace.is_vertical:
@@ -235,7 +251,7 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
         messages.append(f"{ONE_RECORD} Both components have the same values, up to the sign")
     # ASSUME both components start together; the shorter one was cut at its end
     padded = [np.pad(trace.accel_mps2, (0, npts - trace.accel_mps2.size)) for trace in pair]
-    return GroundMotion(
+    motion = GroundMotion(
         motion_id=motion_id,
         dt_s=first.dt_s,
         accel_1_mps2=padded[0],
@@ -248,6 +264,8 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
         files=(first.path.name, second.path.name),
         messages=tuple(messages),
     )
+    refuse_false_waho(motion)
+    return motion
 
 
 class SupportRecord(BaseModel, extra="forbid", frozen=True):
@@ -301,6 +319,19 @@ def read_components(
         return files[0].stem, trace.dt_s, [trace.accel_mps2], trace.messages
     motion = read_motion(files[0], files[1], stated)
     return motion.motion_id, motion.dt_s, list(motion.components), motion.messages
+
+
+def refuse_false_waho(motion: GroundMotion) -> None:
+    """Raise `FalseClaimError` if the RotD50 PGA of a motion named WAHO is off by over 2 %."""
+    names = (motion.motion_id, motion.station, *motion.files)
+    if SURROGATE_ID in names or not any(_WAHO.search(name) for name in names):
+        return
+    pga_g = orbit_rotd50(*motion.components) / G_MPS2
+    if abs(pga_g / WAHO_PGA_ROTD50_G - 1.0) > WAHO_TOLERANCE:
+        claim = f"motion {motion.motion_id} claims to be the WAHO record, but its RotD50 PGA is "
+        published = f"{WAHO_PGA_ROTD50_G:.4f} g (tolerance {WAHO_TOLERANCE:.0%})"
+        text = f"{claim}{pga_g:.4f} g; the published one is {published}. Give it another name."
+        raise FalseClaimError(text, motion_id=motion.motion_id)
 
 
 def files_digest(*paths: Path) -> str:

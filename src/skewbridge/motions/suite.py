@@ -28,7 +28,8 @@ logger = logging.getLogger(__name__)
 def read_entry(entry: IndexEntry) -> GroundMotion:
     """Read or generate one listed motion; the index overrides the file headers.
 
-    Raises `InputError` for unreadable files or a digest that differs from the index.
+    Raises `InputError` for unreadable files, a digest that differs from the index, or a motion that
+    is named as the WAHO record but is a different one.
     """
     number, suite = entry.made_from_number, entry.made_from_suite
     if number is None:
@@ -48,7 +49,9 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
         advice = f"{cause}? run `skewbridge motions check --write` to accept them"
         text = f"motion {entry.motion_id}: {values} have {digests}: {advice}"
         raise InputError(text, motion_id=entry.motion_id)
-    return replace(motion, motion_id=entry.motion_id, **entry.metadata)
+    motion = replace(motion, motion_id=entry.motion_id, **entry.metadata)
+    read.refuse_false_waho(motion)
+    return motion
 
 
 def read_pair(first: Path, second: Path) -> GroundMotion:
