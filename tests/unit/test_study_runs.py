@@ -402,13 +402,13 @@ def test_checks_fits_and_page_are_forecast_from_the_rate_of_the_analyses(tmp_pat
 
 
 PLAN = {"round": 3, "ended": None, "hours": 2.0, "analyses": 48, "forecast_s": 170.0, "decided": 19,
-        "motions": {"a": [12, 16], "b": [12, 12]}, "most": 64, "cells": [{}] * 24}  # fmt: skip
+        "motions": {"a": [12, 16], "b": [12, 12]}, "cells": [{}] * 24}  # fmt: skip
 
 
 def test_a_plan_has_a_line_its_demands_and_motions_and_a_limit_of_time(tmp_path) -> None:
     decided = "19 of 24 headline effects decided"
     assert round_line(PLAN) == f"round 3: {decided}; next 48 analyses, about 3 min"
-    end = f"rounds ended after round 2: {decided}; 64 motions (design.most) do not decide the"
+    end = f"rounds ended after round 2: {decided}; the most motions allowed (design.most)"
     assert round_line(PLAN | {"ended": "most"}).startswith(end)
     folder = StudyFolder(tmp_path)
     path = tmp_path / "plan.json"

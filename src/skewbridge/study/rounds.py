@@ -201,7 +201,6 @@ def plan_round(study: StudyConfig, number: int, earlier: Sequence[Path], output:
         "round": number,
         "ended": ended,
         "hours": design.hours,
-        "most": design.most,
         "motions": {slug: [motions[slug], after[slug]] for slug in slugs},
         "analyses": round(sum(added.values()) * per_motion),
         "analyses_before": len(demands),
