@@ -96,20 +96,6 @@ def test_sliding_mass_stops_after_the_coulomb_distance(ndm, ndf, normal, velocit
     assert (ledger.closures, ledger.cone_violation_ratio < 1e-9) == (1, True)
 
 
-def test_a_block_pushed_below_its_friction_limit_by_static_steps_does_not_slide():
-    contacts = sliding_mass(3, 3, (0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
-    ops.uniaxialMaterial("Elastic", 1, 10.0 * MASS_KG)  # support, a thousandth of the contact
-    ops.element("zeroLength", 999, 1, 2, "-mat", 1, 1, "-dir", 1, 2)
-    push_n = 0.99 * 0.2 * 9.81 * MASS_KG  # in four steps, then constant
-    ops.timeSeries("Path", 2, "-time", 0.0, 1.0, 2.0, 9.0, "-values", 0.0, 0.0, 1.0, 1.0)
-    ops.pattern("Plain", 2, 2)
-    ops.load(2, 0.6 * push_n, 0.8 * push_n, 0.0)
-    ops.wipeAnalysis()
-    prepare_analysis(integrator=("LoadControl", 0.25), analysis="Static")
-    advance(contacts, 35)
-    assert hypot(*ops.nodeDisp(2)[:2]) == pytest.approx(push_n / (10_010.0 * MASS_KG), rel=1e-9)
-
-
 def test_opening_and_closing_are_counted_and_reported():
     contacts = sliding_mass(2, 2, (0.0, 1.0), (0.0, 0.5))
     changes = expected_changes = 0

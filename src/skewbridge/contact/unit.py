@@ -263,12 +263,9 @@ class ContactUnit:
             if self._bound_1 or self._bound_2:
                 self._update(0.0, 0.0)
         elif self._is_3d:
-            trial_1, trial_2 = abs(self.kt * offset_1), abs(self.kt * offset_2)
-            # A resting pair would slip if the bounds left room for a smaller prediction only.
-            held_1, held_2 = max(trial_1, abs(self.force_1)), max(trial_2, abs(self.force_2))
-            if hypot(held_1, held_2) < limit:
-                trial_1, trial_2 = held_1, held_2
-            self._update(*yields_on_cone(trial_1, trial_2, limit))
+            kt = self.kt
+            bound_1, bound_2 = yields_on_cone(kt * offset_1, kt * offset_2, limit)
+            self._update(bound_1, bound_2)
         else:
             self._update(limit, 0.0)
 

@@ -234,7 +234,11 @@ def _unit_in(texts: Iterable[str], path: Path) -> str:
 
 
 def _fortran_float(text: str) -> float:
-    return float(re.sub(r"(?<=[\d.])(?=[+-])", "E", text.upper().replace("D", "E")))
+    return float(_with_exponent(text))
+
+
+def _with_exponent(text: str) -> str:
+    return re.sub(r"(?<=[\d.])(?=[+-])", "E", text.upper().replace("D", "E"))
 
 
 def _first_number(text: str | None) -> float:
@@ -744,7 +748,7 @@ def _step_of_times(
     mean_s = float(time_s[-1] - time_s[0]) / max(steps_s.size, 1)
     matches = filter(None, (_NUMBER.match(line.lstrip()) for _, line in rows[:100]))
     times = (match[0].upper() for match in matches)
-    exponents = [Decimal(time.replace("D", "E")).as_tuple().exponent for time in times]
+    exponents = [Decimal(_with_exponent(time)).as_tuple().exponent for time in times]
     decimals = min(-min([0, *(e for e in exponents if isinstance(e, int))]), 15)
     quantum_s = 10.0**-decimals
     error_s = np.abs(steps_s - mean_s)
