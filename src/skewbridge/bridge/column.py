@@ -75,10 +75,10 @@ def bent_capacity(
     bent = bridge.bents[bent_number]
     column, base, height_m = bridge.column_of(bent), bridge.base_of(bent), bent.clear_height_m
     is_round = column.outline.is_round
+    is_equal = is_round and bent_number not in bridge.jointed_bents
     axial_n = column_axial_n(bridge, bent_number)
     curve = section_response(column, axial_n, 0 if is_round else direction)
-    spans = [shear_span_m(bridge, bent_number, side) for side in (0, 1)]
-    is_equal, span = is_round and spans[0] == spans[1], spans[direction]
+    span = shear_span_m(bridge, bent_number, direction)
     hinges = 1 if span >= height_m else 2
     hinge = hinge_length_m(column, span, hinge_rule)
     # curvatures grow linearly with the distance from the point of contraflexure
@@ -102,56 +102,29 @@ def bent_capacity(
 def shear_span_m(bridge: BridgeData, bent_number: int, direction: int) -> float:
     """Return the height (m) of zero moment above a fixed base, or the height if it is pinned.
 
-    It is at mid-height, except at the bearings in bending normal to a bent below a joint, and along
-    a bent of a single column, see `single_column_spans_m`.
+    It is at mid-height, except below a joint: at the bearings in bending normal to the bent; along
+    the bent, a single column is a cantilever up to the deck's centroid, held by the decks' torsion.
     """
-    bent = bridge.bents[bent_number]
+    bent, deck, positions_m = bridge.bents[bent_number], bridge.deck, bridge.bent_positions_m
+    column, height_m = bridge.column_of(bent), bent.clear_height_m
     if bridge.base_of(bent) == "pinned":
-        return bent.clear_height_m
-    if direction == 1 and bent.columns == 1:
-        return single_column_spans_m(bridge)[bent_number]
-    if direction == 0 and bent_number in bridge.jointed_bents:
-        return bent.clear_height_m + bent.cap_depth_m  # ASSUME bearings transfer no moment
-    return bent.clear_height_m / 2  # ASSUME symmetric double curvature
-
-
-def single_column_spans_m(bridge: BridgeData) -> dict[int, float]:
-    """Return the height (m) of zero moment along bents of a single fixed column, by bent number.
-
-    Such a column is a cantilever up to the centroid of the deck, whose torsion holds it. The deck
-    moves sideways without turning in plan; slope-deflection gives its rolling at each bent.
-    """
-    deck, half_m = bridge.deck, bridge.length_m / 2
-    bents = dict(enumerate(bridge.bents))
-    single = {n: b for n, b in bents.items() if b.columns == 1 and bridge.base_of(b) == "fixed"}
-    # ASSUME only the ends of the bridge and bents of several columns hold the deck against rolling
-    places = [n for n, bent in bents.items() if bent.columns > 1 or n in single]
-    places_m = [-half_m, *(bridge.bent_positions_m[n] for n in places), half_m]
+        return height_m
+    if bent_number not in bridge.jointed_bents or (direction == 1 and bent.columns > 1):
+        return height_m / 2  # ASSUME symmetric double curvature
+    if direction == 0:  # ASSUME bearings transfer no moment about the axis of the bent
+        return height_m + bent.cap_depth_m
+    # ASSUME only the ends of the bridge and bents of several columns hold the decks against rolling
+    held_m = [x for x, other in zip(positions_m, bridge.bents, strict=True) if other.columns > 1]
+    half_m, x_m = bridge.length_m / 2, positions_m[bent_number]
+    left_m = x_m - max(x for x in (-half_m, *held_m) if x < x_m)
+    right_m = min(x for x in (half_m, *held_m) if x > x_m) - x_m
     torsion_nm2 = shear_modulus_pa(deck.elastic_modulus_gpa * GPA) * deck.torsion_constant_m4
-    between_nm = torsion_nm2 / np.diff(places_m)
-    rolling_nm = np.diag(between_nm[:-1] + between_nm[1:])
-    rolling_nm -= np.diag(between_nm[1:-1], 1) + np.diag(between_nm[1:-1], -1)
-    rows = [places.index(n) for n in single]
-    rolling_nm = rolling_nm[np.ix_(rows, rows)]
-
-    columns = [bridge.column_of(bent) for bent in single.values()]
-    height_m = np.array([bent.clear_height_m for bent in single.values()])
-    cap_m = [bent.cap_depth_m if n in bridge.jointed_bents else 0.0 for n, bent in single.items()]
-    lever_m = np.array(cap_m) + deck.centroid_above_soffit_m
-    modulus_pa = np.array([column.elastic_modulus_gpa * GPA for column in columns])
-    inertia_m4 = [c.cracked_stiffness_ratio * c.outline.inertia_m4(1) for c in columns]
-    column_nm = modulus_pa * inertia_m4 / height_m
-    ratio = lever_m / height_m
-    # moment against rolling, and moment of a column whose deck does not roll, per metre
-    resisting_nm = column_nm * (4 + 12 * ratio + 12 * ratio**2)
-    driving_n = column_nm / height_m * (6 + 12 * ratio)
-    rolling_per_m = np.linalg.solve(rolling_nm + np.diag(resisting_nm), driving_n)
-    # other columns do not roll the deck further than the column alone would
-    rolling_per_m = np.minimum(rolling_per_m, driving_n / resisting_nm)
-    drift_per_m = (1 - lever_m * rolling_per_m) / height_m
-    shear = (12 * drift_per_m - 6 * rolling_per_m) / height_m
-    span_m = height_m + (4 * rolling_per_m - 6 * drift_per_m) / shear
-    return dict(zip(single, span_m.tolist(), strict=True))
+    gross_nm2 = column.elastic_modulus_gpa * GPA * column.outline.inertia_m4(1)
+    # stiffness of the decks against rolling / rotational stiffness of the column
+    ratio = torsion_nm2 * (1 / left_m + 1 / right_m) * height_m
+    ratio /= column.cracked_stiffness_ratio * gross_nm2
+    lever_m = bent.cap_depth_m + deck.centroid_above_soffit_m
+    return height_m + lever_m - (height_m / 2 + lever_m) * ratio / (1 + ratio)
 
 
 def bent_directions(
