@@ -22,7 +22,6 @@ type Series = NDArray[np.float64]
 
 DISP: Final = 6  # displacement components of a node
 STEP_ROUNDING: Final = 1.0e-6  # rounding error of a sum of steps, divided by the step
-_BLOCK_ROWS: Final = 256
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -149,20 +148,16 @@ class Recorder:
         # a row is the time, the values and a line feed
         layout = np.dtype([("values", np.float64, (sum(widths.values()) + 1,)), ("end", np.uint8)])
         with file:
-            rows = np.memmap(file, layout, "r")["values"]
-        # by blocks that fit in the cache, into one array, which takes fewer page faults than many
-        n_rows, values = len(rows), np.empty(rows.size)
-        columns = list(pairwise(accumulate((1, *widths.values()), initial=0)))
-        series = [values[n_rows * i : n_rows * j].reshape(n_rows, j - i) for i, j in columns]
-        for start in range(0, n_rows, _BLOCK_ROWS):
-            block = np.array(rows[start : start + _BLOCK_ROWS])
-            for record, (i, j) in zip(series, columns, strict=True):
-                record[start : start + _BLOCK_ROWS] = block[:, i:j]
-        records = dict(zip(widths, series[1:], strict=True))
+            rows = np.fromfile(file, layout)["values"]
+        offsets = list(accumulate(widths.values(), initial=1))
+        records = {
+            tag: np.ascontiguousarray(rows[:, start:end])
+            for tag, (start, end) in zip(widths, pairwise(offsets), strict=True)
+        }
         if self._units is not None:
             for record in records.values():
                 record *= self._units.record_factors(key, record.shape[1])
-        return series[0][:, 0], records
+        return rows[:, 0].copy(), records
 
 
 class Monitor:
