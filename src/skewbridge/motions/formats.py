@@ -238,6 +238,7 @@ def _fortran_float(text: str) -> float:
 
 
 def _with_exponent(text: str) -> str:
+    """Return a number of Fortran with the letter E before its exponent."""
     return re.sub(r"(?<=[\d.])(?=[+-])", "E", text.upper().replace("D", "E"))
 
 
@@ -747,8 +748,7 @@ def _step_of_times(
     steps_s = np.diff(time_s)
     mean_s = float(time_s[-1] - time_s[0]) / max(steps_s.size, 1)
     matches = filter(None, (_NUMBER.match(line.lstrip()) for _, line in rows[:100]))
-    times = (match[0].upper() for match in matches)
-    exponents = [Decimal(_with_exponent(time)).as_tuple().exponent for time in times]
+    exponents = [Decimal(_with_exponent(match[0])).as_tuple().exponent for match in matches]
     decimals = min(-min([0, *(e for e in exponents if isinstance(e, int))]), 15)
     quantum_s = 10.0**-decimals
     error_s = np.abs(steps_s - mean_s)
@@ -757,10 +757,8 @@ def _step_of_times(
     if mean_s <= 0.0 or (steps_s <= 0.0).any() or error_s.max(initial=0.0) > allowed_s:
         worst = int(np.argmax(np.where(steps_s <= 0.0, np.inf, error_s)))
         problem = f"the time column jumps from {time_s[worst]:g} to {time_s[worst + 1]:g} s"
-        problem = (
-            f"{problem}; every step must be {np.median(steps_s):g} s: fill the gap or resample"
-        )
-        raise fault_in(path, problem, rows[worst + 1][0])
+        advice = f"every step must be {np.median(steps_s):g} s: fill the gap or resample"
+        raise fault_in(path, f"{problem}; {advice}", rows[worst + 1][0])
     # the number with the fewest digits within the tolerance
     candidates = (float(f"{mean_s:.{digits}g}") for digits in range(1, 16))
     allowed_s = quantum_s / steps_s.size

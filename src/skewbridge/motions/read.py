@@ -117,12 +117,12 @@ def read_trace(path: Path, stated: Stated | None = None) -> Trace:
     try:
         trace = trace_of(lines, path, stated or Stated())
     except DtMissingError:
-        if (match := _STEP.search(header)) is None:
+        if (step_or_rate := _step_or_rate(header)) is None:
             raise
-        number = float(match[1] or match[2])
+        number, words = step_or_rate
         step_s = number if number < 1.0 else 1.0 / number
         trace = trace_of(lines, path, replace(stated or Stated(), dt_s_if_missing=step_s))
-        trace = replace(trace, notes=(f"dt = {step_s:g} s by the header: {match[0]}", *trace.notes))
+        trace = replace(trace, notes=(f"dt = {step_s:g} s by the header: {words}", *trace.notes))
     event, station = (
         "".join(letter if letter.isprintable() else " " for letter in text).strip()[:100]
         for text in (trace.event, trace.station)
@@ -136,13 +136,19 @@ def read_trace(path: Path, stated: Stated | None = None) -> Trace:
     return replace(trace, warnings=tuple(warnings), notes=notes, event=event, station=station)
 
 
+def _step_or_rate(header: str) -> tuple[float, str] | None:
+    """Return the time step (s) or sampling rate (Hz) that a header states, and its words."""
+    match = _STEP.search(header)
+    return (float(match[1] or match[2]), match[0]) if match else None
+
+
 def _contradicted_step(dt_s: float, header: str) -> list[str]:
     """Return a warning if a header states another time step or sampling rate than that used."""
-    if (match := _STEP.search(header)) is None:
+    if (step_or_rate := _step_or_rate(header)) is None:
         return []
-    number = float(match[1] or match[2])
+    number, words = step_or_rate
     is_used = min(abs(dt_s * number - 1.0), abs(number / dt_s - 1.0)) < _STEP_TOLERANCE
-    return [] if is_used else [f"dt = {dt_s:g} s is used, but the header states {match[0]}"]
+    return [] if is_used else [f"dt = {dt_s:g} s is used, but the header states {words}"]
 
 
 def _text_of(content: bytes, path: Path) -> str:
@@ -163,12 +169,11 @@ def doubts(trace: Trace) -> list[str]:
     """Return warnings about the values of a component; `InputError` if it is unusable."""
     npts, pga_g, dt_s = trace.accel_mps2.size, peak_g(trace.accel_mps2), trace.dt_s
     (low_s, high_s), (smallest_g, largest_g) = formats.DT_LIMITS_S, PGA_LIMITS_G
+    odd_step = f"dt = {dt_s:g} s is outside {low_s} to {high_s} s: state it in s"
     too_strong = f"PGA = {pga_g:.4g} g with values in {trace.unit} is above {largest_g} g"
     for problem, applies in {
         "the file has no values": npts == 0,
-        f"dt = {dt_s:g} s is outside {low_s} to {high_s} s: state it in s": not low_s
-        <= dt_s
-        <= high_s,
+        odd_step: not low_s <= dt_s <= high_s,
         f"the file has {npts} values but needs at least {MIN_SAMPLES}": npts < MIN_SAMPLES,
         "all values are zero": pga_g == 0.0,
         f"{too_strong}: wrong unit? {_SAY_UNIT}": pga_g > largest_g,
