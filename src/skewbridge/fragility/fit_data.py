@@ -64,6 +64,11 @@ class FitOptions:
         return self
 
     @property
+    def is_plain(self) -> bool:
+        """Whether the data are a cloud whose columns are ``im`` and ``edp``, not named."""
+        return self.method == "cloud" and self.im is None and self.edp is None
+
+    @property
     def settings(self) -> FitSettings:
         """Settings of the fit."""
         return FitSettings(confidence=self.level)
@@ -146,7 +151,7 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     Without --im and --edp, a cloud has the columns ``im`` and ``edp`` or their logarithms. Its
     demands must be positive, and its median may be above all of them.
     """
-    is_plain = options.method == "cloud" and options.im is None and options.edp is None
+    is_plain = options.is_plain
     if options.method == "cloud":
         columns, options = _cloud(columns, options)
     if options.im is None or options.edp is None or options.threshold is None:
@@ -212,7 +217,7 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
 def _cloud(columns: Mapping[str, Any], options: FitOptions) -> tuple[Mapping[str, Any], FitOptions]:
     """Return a cloud, and options that name its intensities, demands and threshold."""
     columns, names = dict(columns), {"im": options.im or "im", "edp": options.edp or "edp"}
-    if options.im is None and options.edp is None:
+    if options.is_plain:
         for name in ("im", "edp", *(["threshold"] if options.threshold is None else [])):
             if f"ln_{name}" not in columns:
                 _need(columns, options, name)
