@@ -146,16 +146,12 @@ def check(
     Example: skewbridge bridge check config/bridges/mine.yaml
     """
     from skewbridge.analysis.bridge_check import check_bridge
-    from skewbridge.bridge.model import model_geometry
-    from skewbridge.report.appearance import shown_in
-    from skewbridge.report.bridge_figures import model_figure
 
     answer = check_bridge(case.bridge)
     picture = writable_folder(out or Path("results/bridges") / answer["bridge"]) / "model.png"
     values = {"skew_deg": 30.0, "gap_mm": 51.0, "friction": 0.5}
     skewed = Variant.at(case.bridge, "contact_friction", values)
-    with shown_in(units):
-        model_figure(model_geometry(skewed, ModelOptions())).savefig(picture, dpi=150)
+    _draw_model(skewed, ModelOptions(), picture, units)
     answer |= {"picture": str(picture), "modes": [asdict(mode) for mode in answer["modes"]]}
     printed = {name: value for name, value in answer.items() if name not in ("findings", "modes")}
     sections = Counter(key.partition(".")[0] for key in answer["inherited"])
@@ -270,6 +266,18 @@ def _pushed(
     return Answer(answer, notes=notes, exit_code=exit_code)
 
 
+def _draw_model(variant: Variant, options: ModelOptions, picture: Path, units: Units) -> str:
+    """Draw a model as a picture; return its title."""
+    from skewbridge.bridge.model import model_geometry
+    from skewbridge.report.appearance import shown_in
+    from skewbridge.report.bridge_figures import model_figure
+
+    geometry = model_geometry(variant, options)
+    with shown_in(units):
+        model_figure(geometry).savefig(picture, dpi=150)
+    return geometry.title
+
+
 @command(bridge)
 def model(case: NamedVariantOptions, out: Out, units: Units) -> Answer:
     """Draw a model (model.png) and write it as an OpenSeesPy script (model.py).
@@ -277,17 +285,12 @@ def model(case: NamedVariantOptions, out: Out, units: Units) -> Answer:
     Example: skewbridge bridge model --skew-deg 45 --out model45
     """
     from skewbridge.analysis.model_script import model_script
-    from skewbridge.bridge.model import model_geometry
-    from skewbridge.report.appearance import shown_in
-    from skewbridge.report.bridge_figures import model_figure
 
     variant, options = case.variant, case.model
-    geometry = model_geometry(variant, options)
     files = [writable_folder(out) / f"model.{ending}" for ending in ("png", "py")]
-    with shown_in(units):
-        model_figure(geometry).savefig(files[0], dpi=150)
+    title = _draw_model(variant, options, files[0], units)
     write_text(files[1], model_script(variant, options))
-    answer = {"variant": geometry.title, "files": list(map(str, files))}
+    answer = {"variant": title, "files": list(map(str, files))}
     return Answer(answer, notes=gap_notes(case.bridge))
 
 
