@@ -113,10 +113,12 @@ class StudyFolder:
         }
 
     def has_lost_figures(self) -> bool:
-        """Return whether a figure with a caption is no longer in the folder of the figures."""
-        listed = read_json(self.captions)["figures"] if self.captions.is_file() else []
-        names = (f"{figure['name']}.{ending}" for figure in listed for ending in ("svg", "png"))
-        return not all((self.figures / name).is_file() for name in names)
+        """Return whether the folder of the figures lacks a figure that has a caption."""
+        if not (self.captions.is_file() and self.figures.is_dir()):
+            return False  # Snakemake draws all figures
+        names = (figure["name"] for figure in read_json(self.captions)["figures"])
+        files = (self.figures / f"{name}.{ending}" for name in names for ending in ("svg", "png"))
+        return not all(file.is_file() for file in files)
 
     def log(self, rule: str) -> Path:
         """Return the path of the log of a rule."""
