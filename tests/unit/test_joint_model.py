@@ -15,7 +15,12 @@ from cli_json import answer, invoke
 from fragility_tables import DRIFT_ENTRY, FAILURES, IM, SETTINGS, synthetic_demands
 from skewbridge.demands.validity import FAILURE_DEMANDS
 from skewbridge.files.tables import write_frame
-from skewbridge.fragility.demand_table import percent_notes, prepared
+from skewbridge.fragility.demand_table import (
+    farthest_value,
+    percent_notes,
+    prepared,
+    reference_value,
+)
 from skewbridge.fragility.exports import PAPER_COLUMNS, paper_table, with_interval
 from skewbridge.fragility.joint import JOINT_COLUMNS, JointModel, joint_table
 from skewbridge.fragility.limit_states import load_limit_states
@@ -361,3 +366,6 @@ def test_joint_rows_compare_the_ends_of_an_axis_at_the_middle_of_the_others(writ
     assert row["friction_ratio"] == pytest.approx(medians[1] / medians[0], rel=1e-5)
     # the generator: demands grow by exp(0.02 x 30 x 0.5), medians fall as much
     assert row["friction_ratio"] == pytest.approx(np.exp(-0.3), rel=0.1)
+    # skews of both signs without 0 are compared with each other
+    for values, ends in (((-30, 30), (30, -30)), ((-30, 0, 60), (0, 60)), ((51,), (51, 51))):
+        assert (reference_value(values), farthest_value(values)) == ends
