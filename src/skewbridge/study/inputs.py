@@ -3,7 +3,7 @@
 import json
 import logging
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -46,7 +46,7 @@ def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
     """
     checks: list[Callable[[], object]] = [
         *(partial(load_structure, name) for name in config.bridges_with_periods()),
-        *(partial(_check_options, name, config) for name in config.grid.bridge),
+        *(partial(_check_bridge, name, config) for name in config.grid.bridge),
         partial(_check_column, "fragility.im", config.fragility.im, INTENSITY_COLUMNS),
         partial(_check_limit_states, Path(config.fragility.limit_states)),
         partial(check_font, config.figures.font),
@@ -64,7 +64,8 @@ def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
     raise_all(faults)
 
 
-def _check_options(bridge: str, config: StudyConfig) -> None:
+def _check_bridge(bridge: str, config: StudyConfig) -> None:
+    """Check that all options act on a bridge, and that no gap of its variants exceeds a seat."""
     defaults = ModelOptions(**NUMERICS[config.accuracy]["model"])
     options = (n for n, value in asdict(config.model).items() if value != getattr(defaults, n))
     try:
@@ -72,6 +73,9 @@ def _check_options(bridge: str, config: StudyConfig) -> None:
     except InputError:
         return  # the check of the bridges reports it
     require_options(structure, (*config.grid.values(), *options))
+    description = structure.description
+    for variant in expand_grid(config.grid.model_copy(update={"bridge": (bridge,)})):
+        description.gaps_m(variant, replace(config.model, **dict(variant.options)))
 
 
 def axis_warnings(config: StudyConfig) -> Iterator[str]:
