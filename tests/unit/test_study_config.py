@@ -197,12 +197,11 @@ def test_normalised_bridges_are_analysed_once_and_keep_options_and_file_names() 
     assert variant.slug == "mine_cf_skew00_gap025_mu000"
 
 
-def test_a_compared_gap_without_effect_is_named(written):
-    own = written("extends: osb1\nsource: plan\nabutment: {gap_mm: 40}\n")
-    grid = {"bridge": [own, "osb1"], "gap_mm": [25, 51]}
-    found = list(axis_warnings(parse_config({"grid": grid})))
-    assert found == ["gap_mm of the grid has no effect on made: none of its joints uses it"]
-    assert not list(axis_warnings(parse_config({"grid": grid | {"gap_mm": [51]}})))
+def test_a_skew_or_gap_without_effect_is_named(written):
+    own = written("extends: osb1\nsource: plan\nabutment: {gap_mm: 40, skew_deg: 5}\n")
+    skew, gap = axis_warnings(parse_config({"grid": {"bridge": [own, "osb1"]}}))
+    assert skew.startswith("made: the bridge file sets the skew: 5 deg (left), 5 deg (right);")
+    assert gap.endswith("40 mm at the left end, 40 mm at the right end; gap_mm has no effect")
     spans, models = "docs/bridges/simple_spans.yaml", ["roller", "contact_friction"]
     (text,) = axis_warnings(parse_config({"grid": {"bridge": [spans], "abutment": models}}))
     assert text == "inner joints of simple_spans have no friction with abutment model roller"

@@ -171,6 +171,20 @@ class Description:
         return bool(self.seats_m.keys() - self.gaps_mm.keys())
 
     @property
+    def axis_notes(self) -> list[str]:
+        """Sentences on skew and gap that the bridge sets itself, or that it has no joint."""
+        notes: list[str] = []
+        if skews := ", ".join(f"{deg:g} deg ({name})" for name, deg in self.skews_deg.items()):
+            others = f"the bridge file sets the skew: {skews}; skew_deg turns the other supports"
+            notes.append(others)
+        if not self.seats_m:
+            notes.append("gap_mm and friction have no effect: the bridge has no seats, no joints")
+        if own := ", ".join(f"{gap_mm:g} mm at {at}" for at, gap_mm in self.own_gaps_mm.items()):
+            others = "acts on the other joints" if self.takes_gap else "has no effect"
+            notes.append(f"the bridge file sets the gap: {own}; gap_mm {others}")
+        return notes
+
+    @property
     def own_gaps_mm(self) -> dict[str, float]:
         """Gaps in the bridge file, keyed by ``the left end``, ``joint 1`` and so on."""
         return {

@@ -431,20 +431,12 @@ def _require_options(bridge: str, names: Mapping[str, Any]) -> None:
 
 
 def gap_notes(bridge: str) -> list[str]:
-    """Return notes on gap and skew that the bridge file sets, or that no joint exists."""
+    """Return notes on gap and skew that a bridge sets; none if it cannot be read."""
     from skewbridge.bridge.library import load_structure
 
-    try:
-        about, notes = load_structure(bridge).description, list[str]()
-    except InputError:  # the bridge of a study that cannot be read
-        return []
-    if skews := ", ".join(f"{deg:g} deg ({place})" for place, deg in about.skews_deg.items()):
-        notes.append(f"the bridge file sets the skew: {skews}; skew_deg turns the other supports")
-    if not about.seats_m:
-        notes.append("gap_mm and friction have no effect: the bridge has no seats and no joints")
-    own = ", ".join(f"{gap_mm:g} mm at {place}" for place, gap_mm in about.own_gaps_mm.items())
-    other_joints = "acts on the other joints" if about.takes_gap else "has no effect"
-    return [*notes, f"the bridge file sets the gap: {own}; gap_mm {other_joints}"] if own else notes
+    with suppress(InputError):
+        return load_structure(bridge).description.axis_notes
+    return []
 
 
 def keys_and_values(option: str, pairs: list[str] | None) -> dict[str, Any]:
