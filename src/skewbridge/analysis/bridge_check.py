@@ -131,7 +131,8 @@ def _unit_doubts(bridge: Description, at_rest: ModalResult) -> Iterator[str]:
     """Yield a sentence for each value of a bridge script that suggests a wrong unit."""
     per_m2 = at_rest.weight_kn / (bridge.length_m * bridge.width_m)
     size_values = (bridge.length_m,), (bridge.width_m,), (per_m2,), bridge.bent_heights_m
-    values = (conditioning_period_s(at_rest),), *size_values
+    gaps_mm = tuple(filter(None, bridge.gaps_mm.values()))
+    values = (conditioning_period_s(at_rest),), *size_values, gaps_mm
     for (name, (low, high)), stated_values in zip(TABLES["script"].items(), values, strict=True):
         if outside := [value for value in stated_values if not low <= value <= high]:
             text = f"is outside the usual {low:g} to {high:g}: check units, masses and loads"

@@ -22,7 +22,7 @@ from skewbridge.analysis.settings import AnalysisSettings, under_explicit_keys
 from skewbridge.errors import EXIT_BAD_INPUT, EXIT_FAILED, InputError, SolutionError
 from skewbridge.files.text import checked, parse_yaml, printable, read_yaml, shortened
 from skewbridge.units import Units, us_name, us_unit
-from skewbridge.variant.axes import AXES, USUAL, radians_warning
+from skewbridge.variant.axes import AXES, USUAL, unit_doubts
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS, Variant
 
@@ -391,7 +391,7 @@ class VariantOptions(BridgeOption):
         """The variant; raises `InputError` if a value is outside its limits."""
         from skewbridge.study.config import stated_values
 
-        if text := radians_warning([self.skew_deg]):
+        for text in unit_doubts([self.skew_deg], [self.gap_mm]):
             messages.print(f"warning: {text}", style="yellow")
         values = {axis.name: getattr(self, axis.name) for axis in AXES} | stated_values(self.bridge)
         return Variant.at(self.bridge, self.abutment.replace("-", "_"), values)

@@ -27,7 +27,7 @@ from skewbridge.motions.read import files_digest
 from skewbridge.motions.suite import content_digest, suite_sources
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, check_font
 from skewbridge.study.folder import StudyFolder
-from skewbridge.variant.axes import radians_warning
+from skewbridge.variant.axes import unit_doubts
 from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS
@@ -84,8 +84,7 @@ def axis_warnings(config: StudyConfig) -> Iterator[str]:
             "accuracy fast is for trials: its rows are often suspect (6 of 24 osb1 runs of 5 s), "
             "for steps with a looser convergence test or work above the friction limit"
         )
-    if text := radians_warning(config.grid.skew_deg):
-        yield text
+    yield from unit_doubts(config.grid.skew_deg, config.grid.gap_mm)
     for bridge in map(load_structure, config.grid.bridge):
         yield from (f"{bridge.name}: {note}" for note in bridge.description.axis_notes)
     without = [name for name in config.grid.abutment if not ABUTMENTS[name].has_friction]
