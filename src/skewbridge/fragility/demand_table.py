@@ -45,8 +45,10 @@ _LARGEST: Final = 10.0
 _NEEDED: Final = {"_m": "metres are needed, not mm", "_g": "g is needed, not cm/s2"}
 #: Columns of 0 and 1 of other programs, see `with_flags`.
 FLAGS: Final = ("collapse", "censored")
-#: Other names of `FLAGS` in published data sets.
-FLAG_ALIASES: Final = {"right_censored": "censored"}
+#: Other names of our columns in published data sets, in lowercase.
+ALIASES: Final = {"right_censored": "censored"} | dict.fromkeys(
+    ("record", "record_id", "record_name", "rsn", "gm", "gm_id", "ground_motion"), "motion_id"
+)
 #: Advice for a demand that is infinite because the run collapsed.
 WITHOUT_PEAK: Final = "give a collapsed run the status collapse"
 
@@ -173,6 +175,15 @@ def names_of(columns: Iterable[object]) -> str:
     """Return the names of up to 20 columns for a message."""
     names = list(columns)
     return ", ".join(map(shortened, names[:20])) + (", ..." if len(names) > 20 else "") or "none"
+
+
+def our_names(columns: Iterable[object], aliases: Mapping[str, str] = ALIASES) -> dict[object, str]:
+    """Return our name of each column; another name counts only if no column has ours."""
+    names = {column: str(column) for column in columns}
+    for column, name in names.items():
+        ours = aliases.get(name.lower(), name)
+        names[column] = name if ours in names.values() else ours
+    return names
 
 
 def refuse_misspelt(columns: Iterable[str], present: Iterable[str] = ()) -> None:

@@ -26,7 +26,7 @@ from skewbridge.fragility.settings import DEFAULTS, FitSettings
 #: Note on a table without motions.
 _INDEPENDENT: Final = "there is no column motion_id: the runs are taken as independent"
 #: Other names of our columns in published data sets.
-_ALIASES: Final = demand_table.FLAG_ALIASES | {
+_ALIASES: Final = demand_table.ALIASES | {
     "bracket_lo": "lower", "bracket_hi": "upper",
     "im_no_exceed": "lower", "im_exceed": "upper",
 }  # fmt: skip
@@ -77,7 +77,7 @@ class FitOptions:
 def fit_file(path: Path, **option_values: Any) -> fits.FragilityFit:
     """Fit the data in a file. An `InputError` names the option, or the file, column and row."""
     if not option_values.get("method"):
-        columns = {_ALIASES.get(str(name), str(name)) for name in read_data(path)}
+        columns = {*demand_table.our_names(read_data(path), _ALIASES).values()}
         known = [name for name, sets in _COLUMNS.items() if any(map(columns.issuperset, sets))]
         of_runs = "cloud, stripes or ida, with --im, --edp and --threshold"
         raise InputError(f"--method is needed; for {path.name}: {' or '.join(known) or of_runs}")
@@ -90,7 +90,8 @@ def fit_file(path: Path, **option_values: Any) -> fits.FragilityFit:
         is_plain = _PLAIN & column_map.columns.keys()
         read = _renamed if is_plain else demand_table.read_foreign
         data = read(path, **column_map.model_dump())
-    columns = {_ALIASES.get(str(name), str(name)): values for name, values in data.items()}
+    names = demand_table.our_names(data, _ALIASES)
+    columns = {names[name]: values for name, values in data.items()}
     of_runs = options.method == "cloud" or options.edp or options.im
     try:
         return (_fit_runs if of_runs else _fit_columns)(columns, options)

@@ -130,7 +130,7 @@ def _read_demands(
     path: Path, source: pd.DataFrame, im: str | None, states: States
 ) -> tuple[pd.DataFrame, str, list[str]]:
     """Return the table read by `read_foreign`, its intensity measure, a note on other columns."""
-    source = source.rename(columns=demand_table.FLAG_ALIASES)
+    source = source.rename(columns=demand_table.our_names(source))
     if "collapse" not in source:
         demand_table.need_columns(source, ["status"], path.name)
     measures = _measures(source)
