@@ -22,6 +22,7 @@ from skewbridge.fragility.rates import curve_rate, decision, rate_effects, rate_
 from skewbridge.fragility.system import system_curves
 from skewbridge.fragility.union import curve_probability
 from skewbridge.study.config import MEASURES, parse_config
+from skewbridge.study.inputs import axis_warnings
 from skewbridge.study.results import joint_rows
 
 PGA = "im_pga_rotd50_g"
@@ -123,6 +124,21 @@ def test_bad_hazard_gives_one_error_that_names_the_file(file, text, words):
         curve_of(path)
     assert words in str(caught.value)
     assert str(caught.value).startswith(str(path))
+
+
+def test_rates_that_look_like_probabilities_in_50_years_are_doubted(file, caplog):
+    levels = np.geomspace(0.01, 2.0, 12)
+    for a_g, levels_g in ((0.2, levels), (0.6, levels), (0.6, levels[5:])):
+        x = np.log(levels_g / a_g)
+        rates = np.exp(-2.2 * x - 0.17 * x**2) / 475  # up to 1.6 per year at 0.01 g
+        for values, count in ((rates, 0), (1.0 - np.exp(-50 * rates), 1)):
+            caplog.clear()
+            table = pd.DataFrame({"im": levels_g, "rate": values})
+            curve_of(file(table.to_csv(index=False)))
+            assert caplog.text.count("looks like a probability in many years") == count
+    site = str(file("im,rate\n0.15,0.5\n0.3,0.1\n0.5,0.02\n"))
+    (text,) = axis_warnings(parse_config({"hazard": {"file": site}}))
+    assert text.startswith("hazard.csv: 0.02 per year at 0.5 looks like")
 
 
 def test_hazard_sets_the_measure_of_the_curves_before_any_analysis(file):
