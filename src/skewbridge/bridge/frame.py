@@ -129,10 +129,60 @@ class Description:
         """Seat width of each seat end by its name."""
         return {name: self.seats_m[name] for name in self.end_kinds if name in self.seats_m}
 
+    def support_lengths_m(self, gaps_m: Mapping[str, float]) -> dict[str, float]:
+        """Return the length on the seat at rest (m), normal to it, by end or joint with a gap."""
+        # on a cap, the middle of the gap is the end of both seats
+        lost_m = {
+            name: gap_m / (2.0 if name in self._joints_at_bents else 1.0)
+            for name, gap_m in gaps_m.items()
+        }
+        return {name: self.seats_m[name] - lost_m[name] for name in gaps_m}
+
+    @property
+    def _joints_at_bents(self) -> set[str]:
+        return {f"joint {n}" for n, at in enumerate(self.joints_m, start=1) if at[:4] == "bent"}
+
+    def gaps_m(self, variant: Variant, options: ModelOptions) -> dict[str, float]:
+        """Return the gap at rest (m), normal to its faces, of each seat end and inner joint.
+
+        `InputError` if a gap is missing or leaves nothing of a seat.
+        """
+        has_gap, gaps_m = "gap_mm" in variant.traits.axes, dict[str, float]()
+        for name, width_m in self.seats_m.items():
+            own_mm = self.gaps_mm.get(name) if has_gap or name not in self.end_kinds else 0.0
+            if own_mm is None and not has_gap:
+                reason = f"abutment model {variant.abutment} has no gap"
+                raise InputError(f"{name}: gap_mm must be in the bridge file, because {reason}")
+            skew_deg = variant.skew_deg
+            if name in self._joints_at_bents:
+                skew_deg = options.skew_of_bents_deg(skew_deg)
+            gap_mm = variant.gap_mm if own_mm is None else own_mm
+            gap_m = gaps_m[name] = options.normal_gap_m(gap_mm, self.skews_deg.get(name, skew_deg))
+            if self.support_lengths_m({name: gap_m})[name] <= 0.0:
+                raise InputError(
+                    f"{variant.bridge_name}: gap_mm must leave some of the {name} seat of "
+                    f"{width_m * 1e3:g} mm, got {gap_m * 1e3:g} normal to it"
+                )
+        return gaps_m
+
     @property
     def takes_gap(self) -> bool:
         """Whether a seat end or an inner joint takes the gap of the variant."""
         return bool(self.seats_m.keys() - self.gaps_mm.keys())
+
+    @property
+    def axis_notes(self) -> list[str]:
+        """Sentences on skew and gap that the bridge sets itself, or that it has no joint."""
+        notes: list[str] = []
+        if skews := ", ".join(f"{deg:g} deg ({name})" for name, deg in self.skews_deg.items()):
+            others = f"the bridge file sets the skew: {skews}; skew_deg turns the other supports"
+            notes.append(others)
+        if not self.seats_m:
+            notes.append("gap_mm and friction have no effect: the bridge has no seats, no joints")
+        if own := ", ".join(f"{gap_mm:g} mm at {at}" for at, gap_mm in self.own_gaps_mm.items()):
+            others = "acts on the other joints" if self.takes_gap else "has no effect"
+            notes.append(f"the bridge file sets the gap: {own}; gap_mm {others}")
+        return notes
 
     @property
     def own_gaps_mm(self) -> dict[str, float]:

@@ -31,7 +31,6 @@ from skewbridge.bridge.abutments import (
     build_bearings,
     build_joint,
     hold_wall_point,
-    normal_gap_m,
     pad_stations,
     placed,
     support_deck_end,
@@ -119,16 +118,14 @@ def build_inner_joint(joint: Supported) -> JointHandle:
     data, (left, right), contacts = inner.data, inner.ends, joint.blueprint.contacts
     if contacts is None:
         raise TypeError("an inner joint needs a ContactSet")
-    if data.gap_mm is None and "gap_mm" not in variant.traits.axes:
-        reason = f"abutment model {variant.abutment} has no gap"
-        raise InputError(f"{inner.name}: give gap_mm in the bridge file, because {reason}")
     for pad in joint.bearings:
         if ops.nodeDisp(pad.deck_node, 3) > ops.nodeDisp(pad.seat_node, 3):
             raise InputError(
                 f"{inner.name}: a deck lifts off its pads under dead load; for a hinge, put the "
                 "ledge on the other deck"
             )
-    gap_m = normal_gap_m(variant.gap_mm if data.gap_mm is None else data.gap_mm, left, options)
+    gap_mm = variant.gap_mm if data.gap_mm is None else data.gap_mm
+    gap_m = options.normal_gap_m(gap_mm, left.skew_deg)
     friction = variant.friction if data.friction is None else data.friction
     # the outer faces coincide, with opposite tangents
     stations = left.wall_stations(options.backwall_points)
