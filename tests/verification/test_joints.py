@@ -17,7 +17,7 @@ from skewbridge.analysis.modal import modal_properties
 from skewbridge.bridge import assembly, backfill, handles, joints, weights
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import JointData
-from skewbridge.bridge.catalogue.drawing import end_reaction_kn
+from skewbridge.bridge.catalogue.drawing import end_reaction_kn, pads_reaction_kn
 from skewbridge.bridge.column import bent_capacity
 from skewbridge.bridge.frame import Blueprint, End, InnerJoint
 from skewbridge.bridge.model import build, domain
@@ -306,7 +306,10 @@ def test_a_deck_that_runs_over_a_bent_on_bearings_moves_on_them(written, pads):
         model = build(variant(0, "roller", name), options)
         columns = [column.element for column in model.columns]
         at_rest = np.array([ops.eleResponse(column, "force") for column in columns])
-        axial_n = weights.column_axial_n(load_bridge(name), 0)
+        bridge = load_bridge(name)
+        deck_kn = pads_reaction_kn(bridge, bridge.bents[1].pads.model_dump())
+        assert deck_kn * 1e3 == weights.deck_reactions_n(bridge)[2]
+        axial_n = weights.column_axial_n(bridge, 0)
         assert at_rest[:, 2] == pytest.approx(axial_n, rel=5e-3)
         assembly.open_linear_pattern(model.tags)
         for line in model.frame.bearing_lines:

@@ -186,6 +186,16 @@ def end_reaction_kn(bridge: BridgeData, *_: object) -> float:
     return max(ends_n[name] for name in bridge.seats or ends_n) / KN
 
 
+def pads_reaction_kn(bridge: BridgeData, pads: Any, *_: object) -> float:
+    """Return the dead-load reaction on the pads of a bent, or for other pads `end_reaction_kn`."""
+    from skewbridge.bridge.weights import deck_reactions_n
+
+    for bent, reaction_n in zip(bridge.bents, deck_reactions_n(bridge)[1:], strict=False):
+        if bent.pads and bent.pads.model_dump() == pads:
+            return reaction_n / KN
+    return end_reaction_kn(bridge)
+
+
 def period_s(bridge: BridgeData, which: Any) -> float:
     """Return the period ``t1``, ``long`` or ``short`` in s; see `bridge_period_s`."""
     # by name: the model of a bridge, which has these periods, imports the catalogue
@@ -196,8 +206,8 @@ _FUNCTIONS: Final[dict[str, Any]] = {
     function.__name__: function
     for function in (
         axial_ratios, bar, bar_ratios, box_section, cap_areas, cracked_ratio, end_reaction_kn,
-        girder, girder_section, hoop, is_fixed, max, min, period_s, round, slab_section, sqrt,
-        tallest,
+        girder, girder_section, hoop, is_fixed, max, min, pads_reaction_kn, period_s, round,
+        slab_section, sqrt, tallest,
     )
 } | {"pi": pi}  # fmt: skip
 
