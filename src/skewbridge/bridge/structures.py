@@ -214,12 +214,18 @@ def built_bridge(bridge: BridgeData, options: ModelOptions, skew_deg: float = 0.
         "steel_strength_factor": steel,
         "hoop_yield_mpa": steel,
     }
-    bents = {"cap_weight_kn": mass * stretch, "column_spacing_m": spacing, "column": column_factors}
+    pads = _pad_factors(options)
     factors = {
+        "joints": {"pads": pads},
         "column": column_factors,
         # ASSUME the weight of a diaphragm is that at zero skew, and all have the skew of the bridge
         "deck": {"line_load_kn_per_m": mass, "diaphragm_weight_kn": mass / cos(radians(skew_deg))},
-        "bents": bents,
+        "bents": {
+            "cap_weight_kn": mass * stretch,
+            "column_spacing_m": spacing,
+            "column": column_factors,
+            "pads": pads,
+        },
     }
     built_ends = {name: built_end(end, options) for name, end in bridge.ends.items()}
     if bridge.abutments is None:
@@ -229,17 +235,21 @@ def built_bridge(bridge: BridgeData, options: ModelOptions, skew_deg: float = 0.
     return _scaled(bridge, factors).model_copy(update=ends)
 
 
+def _pad_factors(options: ModelOptions) -> dict[str, float]:
+    # ASSUME a softer rubber keeps its vertical stiffness, which hardly affects demands
+    return {
+        "shear_stiffness_kn_per_m": options.pad_stiffness_factor,
+        "yield_force_kn": options.pad_strength_factor,
+    }
+
+
 def built_end(abutment: EndData, options: ModelOptions) -> EndData:
     """Return an end with the data of pads and keys multiplied by the option factors."""
     if not isinstance(abutment, AbutmentData):
         return abutment
     key_factors = {"force_kn": options.key_strength_factor}
     factors = {
-        # ASSUME a softer rubber keeps its vertical stiffness, which hardly affects demands
-        "pads": {
-            "shear_stiffness_kn_per_m": options.pad_stiffness_factor,
-            "yield_force_kn": options.pad_strength_factor,
-        },
+        "pads": _pad_factors(options),
         "sacrificial_key": key_factors,
         "monolithic_key": key_factors,
     }
