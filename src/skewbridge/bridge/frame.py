@@ -9,9 +9,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
 
-from skewbridge.bridge.catalogue.data import EndData, JointData
+from skewbridge.bridge.catalogue.data import EndData, JointData, PadData
 from skewbridge.bridge.column import BentCapacity
-from skewbridge.bridge.handles import AbutmentHandle, ColumnHandle, JointHandle, TagAllocator
+from skewbridge.bridge.handles import (
+    AbutmentHandle,
+    ColumnHandle,
+    JointHandle,
+    PadsHandle,
+    TagAllocator,
+)
 from skewbridge.bridge.plan import DeckEnd, PlanVector
 from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions
@@ -77,6 +83,16 @@ class InnerJoint:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class BearingLine:
+    """Bearings below a deck that runs over a bent, before they are built."""
+
+    plan: DeckEnd  # position, skew and width of the line in plan; its name is that of the bent
+    node: int  # node of the deck at its centroid
+    cap: int  # node of the cap, at the bottom of the bearings
+    pads: PadData
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Frame:
     """A bridge in the open domain without joints, before dead load."""
 
@@ -90,6 +106,7 @@ class Frame:
     #: elastic beams or springs.
     elements: Mapping[str, tuple[int, ...]]
     joints: tuple[InnerJoint, ...] = ()  # joints inside the bridge, left to right
+    bearing_lines: tuple[BearingLine, ...] = ()  # at bents without a joint, left to right
     #: capacities of the bents under a rigid deck; empty if the bridge does not state them
     bents: tuple[BentCapacity, ...] = ()
     #: units of the domain behind its SI view; None if it has SI units
@@ -259,6 +276,12 @@ class BridgeModel(Blueprint):
     frame: Frame
     abutments: tuple[AbutmentHandle, ...]
     joints: tuple[JointHandle, ...] = ()
+    bearing_lines: tuple[PadsHandle, ...] = ()
+
+    @property
+    def inner_pads(self) -> tuple[PadsHandle, ...]:
+        """Pads at inner joints and at bents without a joint."""
+        return (*self.joints, *self.bearing_lines)
 
     @property
     def columns(self) -> tuple[ColumnHandle, ...]:
@@ -285,8 +308,8 @@ class BridgeModel(Blueprint):
         ends, units = self.abutments, self.contacts.units if self.contacts else ()
         springs = {spring.element for end in ends for spring in end.springs}
         other_springs = {element for end in ends for element in end.other_springs}
-        arms = (arm for end in (*ends, *self.joints) for arm in end.links)
-        pads = (bearing for end in (*ends, *self.joints) for bearing in end.bearings)
+        arms = (arm for end in (*ends, *self.inner_pads) for arm in end.links)
+        pads = (bearing for end in (*ends, *self.inner_pads) for bearing in end.bearings)
         cables = (cable for joint in self.joints for cable in joint.restrainers)
         return {
             **self.frame.elements,
