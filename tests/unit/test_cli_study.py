@@ -305,6 +305,14 @@ def test_a_forecast_follows_lengths_contacts_steps_and_finished_analyses(tmp_pat
     row = row_of(task, cpu_s=3 * each_s[1]) | {"duration_s": 60.0}
     in_journal(setup.folder.journal("done"), row)
     assert forecast() == {name: pytest.approx(3 * s, abs=0.2) for name, s in before.items()}
+    # a lost journal: the table of a variant counts as long as its rule would leave it
+    setup.folder.journal("done").rename(tmp_path / "lost")
+    table = setup.folder.variant_demands("osb1_cf_skew30_gap025_mu000")
+    current = progress.rule_digest(progress.made_from(config)["analyse"])
+    for digest, done in ((current, 1), ("of others", 0)):
+        write_frame(pd.DataFrame([row]), table, {"rule_digest": digest})
+        assert progress.forecast_study(config).summary["done"] == done
+    (tmp_path / "lost").rename(setup.folder.journal("done"))
     stamp(setup.folder.suite, {"rule_digest": "of other motions"})
     found = progress.forecast_study(config)
     assert (found.summary["done"], "motions are new or changed" in found.notes[0]) == (0, True)
