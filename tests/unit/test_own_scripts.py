@@ -338,6 +338,7 @@ def test_own_gap_and_skew_count_and_lengths_are_along_a_turned_and_moved_deck(tm
     assert about.spans_m == pytest.approx((40.0, 40.0))
     assert about.columns_m[0] == pytest.approx((0.0, 0.0), abs=1e-9)
     assert about.gaps_mm == {"left": 30.0, "right": 30.0}
+    assert about.axis_notes[1].endswith("gap_mm has no effect, though names of variants have it")
     with domain():
         skews_deg = {end.plan.name: end.plan.skew_deg for end in frame_of(tmp_path, text).ends}
     assert skews_deg == about.skews_deg == {"left": 20.0, "right": 20.0}

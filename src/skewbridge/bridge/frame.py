@@ -198,6 +198,8 @@ class Description:
             notes.append("gap_mm and friction have no effect: the bridge has no seats, no joints")
         if own := ", ".join(f"{gap_mm:g} mm at {at}" for at, gap_mm in self.own_gaps_mm.items()):
             others = "acts on the other joints" if self.takes_gap else "has no effect"
+            if self.details == "script" and not self.takes_gap:
+                others += ", though names of variants have it"
             notes.append(f"the bridge file sets the gap: {own}; gap_mm {others}")
         return notes
 
