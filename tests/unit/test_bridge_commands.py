@@ -56,6 +56,7 @@ base: fixed
 joints: [{from_left_m: 40, ledge: right, gap_mm: 30, seat_width_m: 0.62,
           pads: {plan_mm: 400, rubber_mm: 50, count: 6}}]
 """
+CABLES = "{count: 8, stiffness_kn_per_m: 5000, yield_kn: 170, slack_mm: 2.5}"
 HEAVY = "base: fixed\ndeck: {line_load_kn_per_m: 560.0}\ncolumn: {hoop_spacing_mm: 600.0}\n"
 VARIANT = variant()
 
@@ -265,8 +266,10 @@ def test_a_period_within_five_percent_is_accepted_and_shared_directions_reported
         (TURNED, 0, ("0.65 m leaves 0.599 m at a gap of 51 mm, below 0.708 m by AASHTO",
                      "the bridge file sets the skew: 40 deg (right)")),
         # SDC: 24 in at a hinge, 30 in at an abutment
-        (NARROW, 0, ("right seat of 0.8 m leaves 0.749 m at a gap of 51 mm, below 0.762 m by Calt",
-                     "joint 1 seat of 0.62 m leaves 0.59 m at a gap of 30 mm, below 0.61 m by")),
+        (NARROW.replace("gap_mm", f"restrainers: {CABLES}, gap_mm"), 0,
+         ("joints.0.restrainers.slack_mm = 2.5 is outside the usual 6 to 150",
+          "right seat of 0.8 m leaves 0.749 m at a gap of 51 mm, below 0.762 m by Calt",
+          "joint 1 seat of 0.62 m leaves 0.59 m at a gap of 30 mm, below 0.61 m by")),
     ],
 )  # fmt: skip
 def test_faults_of_columns_hoops_and_seats_are_reported(tmp_path, written, text, code, words):

@@ -308,6 +308,9 @@ def test_factors_act_on_the_model() -> None:
     assert core_concrete(after).peak_pa > 1.15 * core_concrete(before).peak_pa
     keys_kn = [each.abutment.sacrificial_key.force_kn[1] for each in (usual, scaled)]
     assert keys_kn[1] == pytest.approx(1.3 * keys_kn[0])
+    spans = load_bridge(ROOT / "docs/bridges/simple_spans.yaml")
+    pads = structures.built_bridge(spans, options).joints[2].pads
+    assert (pads.shear_stiffness_kn_per_m, pads.yield_force_kn) == pytest.approx((750.0, 48.0))
     weights_n = []
     for each in (ModelOptions(), options):
         with domain():

@@ -225,7 +225,9 @@ def _abutment_demands(model: BridgeModel, trace: ResponseTrace) -> dict[str, flo
     push_histories = [_wall_push_m(abutment, trace) for abutment in abutments]
     pad_disps = [trace.disp(pad) for abutment in abutments for pad in abutment.pads]
     pad_disps += [
-        trace.disp(top) - trace.disp(bottom) for joint in model.joints for top, bottom in joint.pads
+        trace.disp(top) - trace.disp(bottom)
+        for line in model.inner_pads
+        for top, bottom in line.pads
     ]
     return {
         "abutment_passive_m": highest(push_histories),
@@ -234,7 +236,7 @@ def _abutment_demands(model: BridgeModel, trace: ResponseTrace) -> dict[str, flo
         "bearing_disp_m": peak(np.hypot(pad_disp[:, 0], pad_disp[:, 1]) for pad_disp in pad_disps),
         "bearing_uplift_m": highest(
             (trace.position(bearing.deck_node) - trace.position(bearing.seat_node))[:, 2]
-            for end in (*abutments, *model.joints)
+            for end in (*abutments, *model.inner_pads)
             for bearing in end.bearings
         ),
         # a bridge without seats cannot unseat

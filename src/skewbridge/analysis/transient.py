@@ -31,7 +31,6 @@ from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.plan import PlanVector
 from skewbridge.contact import ContactError, ContactSet
-from skewbridge.errors import InputError
 from skewbridge.statuses import OK, Status
 from skewbridge.variant.options import SHEAR_MODEL_DEMANDS, ModelOptions
 from skewbridge.variant.variant import Variant
@@ -250,18 +249,6 @@ class Watch:
             for demand, corner, support, seat in seats
         )
         self._drift_ratio = self._disp_m = self._seats_at_s = 0.0
-        for abutment in model.seats:
-            if abutment.support_length_m <= 0.0:
-                raise InputError(
-                    f"gap_mm must be below the seat width of {abutment.seat_width_m * 1e3:g} mm, "
-                    f"got {abutment.gap_m * 1e3:g}"
-                )
-        for joint in model.joints:
-            if min(seat.support_length_m for seat in joint.seats) <= 0.0:
-                raise InputError(
-                    f"gap_mm of {joint.name} leaves nothing of its seat, got "
-                    f"{joint.gap_m * 1e3:g}: reduce it or widen the seat"
-                )
 
     def diverged(self) -> str:
         """Return the reason why the state is not a solution, or an empty text.

@@ -12,7 +12,13 @@ import openseespy.opensees as ops
 from skewbridge.bridge.catalogue.data import BridgeData
 from skewbridge.bridge.frame import Blueprint, BridgeModel, Frame
 from skewbridge.bridge.handles import TagAllocator
-from skewbridge.bridge.joints import KINDS, build_inner_joint, support_joint
+from skewbridge.bridge.joints import (
+    KINDS,
+    build_inner_joint,
+    require_no_uplift,
+    support_joint,
+    support_on_bent,
+)
 from skewbridge.bridge.script_units import end_view
 from skewbridge.bridge.structures import CatalogueBridge
 from skewbridge.contact import ContactSet
@@ -55,15 +61,17 @@ def assemble(build_frame: FrameBuilder, variant: Variant, options: ModelOptions)
     """Build a frame and its joints in the open domain, at rest under the dead load.
 
     The dead load rotates the deck ends, and gaps are openings at rest: joints are built after it.
-    Raises `DomainError` in a domain with a model, `GravityError` without equilibrium.
+    Raises `GravityError` without equilibrium.
     """
-    require_empty_domain()
     tags = TagAllocator()
     frame = build_frame(variant.skew_deg, options, tags)
     blueprint = blueprint_of(variant, options, tags, has_joints=bool(frame.joints))
     at_rest = [KINDS[end.abutment.type](end, blueprint) for end in frame.ends]
     supported_joints = [support_joint(joint, blueprint) for joint in frame.joints]
+    bearing_lines = tuple(support_on_bent(line, blueprint) for line in frame.bearing_lines)
     hold_dead_load(frame.loads.forces_n, frame.loads.moments_nm, tags)
+    for line, pads in zip(frame.bearing_lines, bearing_lines, strict=True):
+        require_no_uplift(line.plan.name, pads.bearings)
     joints = tuple(map(build_inner_joint, supported_joints))
     abutments = tuple(build() for build in at_rest)
     return BridgeModel(
@@ -74,6 +82,7 @@ def assemble(build_frame: FrameBuilder, variant: Variant, options: ModelOptions)
         frame=frame,
         abutments=abutments,
         joints=joints,
+        bearing_lines=bearing_lines,
     )
 
 

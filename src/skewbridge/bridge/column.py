@@ -75,7 +75,7 @@ def bent_capacity(
     bent = bridge.bents[bent_number]
     column, base, height_m = bridge.column_of(bent), bridge.base_of(bent), bent.clear_height_m
     is_round = column.outline.is_round
-    is_equal = is_round and bent_number not in bridge.jointed_bents
+    is_equal = is_round and bent_number not in bridge.bents_with_bearings
     axial_n = column_axial_n(bridge, bent_number)
     curve = section_response(column, axial_n, 0 if is_round else direction)
     span = shear_span_m(bridge, bent_number, direction)
@@ -102,14 +102,14 @@ def bent_capacity(
 def shear_span_m(bridge: BridgeData, bent_number: int, direction: int) -> float:
     """Return the height (m) of zero moment above a fixed base, or the height if it is pinned.
 
-    It is at mid-height, except below a joint: at the bearings in bending normal to the bent; along
-    the bent, a single column is a cantilever up to the deck's centroid, held by the decks' torsion.
+    It is at mid-height, except below bearings: at them in bending normal to the bent; along the
+    bent, a single column is a cantilever up to the deck's centroid, held by the decks' torsion.
     """
     bent, deck, positions_m = bridge.bents[bent_number], bridge.deck, bridge.bent_positions_m
     column, height_m = bridge.column_of(bent), bent.clear_height_m
     if bridge.base_of(bent) == "pinned":
         return height_m
-    if bent_number not in bridge.jointed_bents or (direction == 1 and bent.columns > 1):
+    if bent_number not in bridge.bents_with_bearings or (direction == 1 and bent.columns > 1):
         return height_m / 2  # ASSUME symmetric double curvature
     if direction == 0:  # ASSUME bearings transfer no moment about the axis of the bent
         return height_m + bent.cap_depth_m

@@ -158,7 +158,11 @@ class ContactSet:
             self._set_bounds(next_dt_s / self._dt_s)
 
     def start_from_rest(self) -> None:
-        """Treat the committed state as a state at rest, because a static stage has no velocity."""
+        """Treat the committed state as a state at rest, because a static stage has no velocity.
+
+        Call it between a static and a transient stage. While the nodes of a pair then keep their
+        velocities, its steps are static.
+        """
         for unit in self.units:
             unit.rest()
         self._survey()

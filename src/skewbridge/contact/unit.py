@@ -46,10 +46,10 @@ class ContactUnit:
     __slots__ = (
         "_bend_1", "_bend_2", "_bound_1", "_bound_2", "_dt", "_has_forces", "_is_3d",
         "_slip_1_before", "_slip_2_before", "_step_1", "_step_2", "_stick_1", "_stick_2", "_u1",
-        "_u2", "closed", "cohesion", "dashpot", "drive", "element", "excess_ratio", "force_1",
-        "force_2", "friction", "gap_m", "kn", "kt", "ledger", "name", "node_i", "node_j", "normal",
-        "normal_n", "opening", "opening_before", "slip_1", "slip_2", "slip_step", "springs",
-        "tangents",
+        "_u2", "_velocities", "closed", "cohesion", "dashpot", "drive", "element", "excess_ratio",
+        "force_1", "force_2", "friction", "gap_m", "kn", "kt", "ledger", "name", "node_i", "node_j",
+        "normal", "normal_n", "opening", "opening_before", "slip_1", "slip_2", "slip_step",
+        "springs", "tangents",
     )  # fmt: skip
 
     def __init__(
@@ -77,6 +77,7 @@ class ContactUnit:
         self._stick_1 = self._stick_2 = self.slip_1 = self.slip_2 = 0.0
         self._slip_1_before = self._slip_2_before = self._bound_1 = self._bound_2 = 0.0
         self.slip_step = self._dt = self.excess_ratio = 0.0
+        self._velocities = self._read_velocities()
         self.start()
 
     def start(self) -> None:
@@ -111,6 +112,10 @@ class ContactUnit:
         self.closed = self._has_forces = self.opening < 0.0
         self.slip_1 = self._stick_1 = self._u1 - self.force_1 / self.kt
         self.slip_2 = self._stick_2 = self._u2 - self.force_2 / self.kt
+        self._velocities = self._read_velocities()
+
+    def _read_velocities(self) -> tuple[float, ...]:
+        return (*ops.nodeVel(self.node_i), *ops.nodeVel(self.node_j))
 
     def apply_drive(self, dt_s: float, time_s: float) -> None:
         """Call the user function and set its parameters for the coming step."""
@@ -263,11 +268,23 @@ class ContactUnit:
             if self._bound_1 or self._bound_2:
                 self._update(0.0, 0.0)
         elif self._is_3d:
-            kt = self.kt
-            bound_1, bound_2 = yields_on_cone(kt * offset_1, kt * offset_2, limit)
-            self._update(bound_1, bound_2)
+            trial_1, trial_2 = abs(self.kt * offset_1), abs(self.kt * offset_2)
+            held_1, held_2 = max(trial_1, abs(self.force_1)), max(trial_2, abs(self.force_2))
+            is_falling = ratio is not None and (trial_1 < held_1 or trial_2 < held_2)
+            if is_falling and hypot(held_1, held_2) < limit and self._is_static():
+                trial_1, trial_2 = held_1, held_2
+            self._update(*yields_on_cone(trial_1, trial_2, limit))
         else:
             self._update(limit, 0.0)
+
+    def _is_static(self) -> bool:
+        """Return whether the pair moved while its nodes kept the velocities that they had at rest.
+
+        A static step does not continue the motion before it. Under a constant load, the pair has to
+        hold its force: with bounds for a smaller predicted force it would slide.
+        """
+        has_moved = self._step_1 or self._step_2 or self._bend_1 or self._bend_2
+        return bool(has_moved) and self._read_velocities() == self._velocities
 
     def _committed(self) -> tuple[float, float, float]:
         """Return friction limit (N) and offsets (m) from the stick point in the committed state."""

@@ -27,7 +27,7 @@ from skewbridge.fragility.motion_means import grouped
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.statuses import COLLAPSE, OK, STATUSES
 from skewbridge.units import split_unit
-from skewbridge.variant.axes import AXES, OPTION_AXES, Axis, axes_of, radians_warning
+from skewbridge.variant.axes import AXES, OPTION_AXES, Axis, axes_of, unit_doubts
 from skewbridge.variant.random_properties import CHOICE_PREFIX, DRAW_PREFIX
 
 logger = logging.getLogger(__name__)
@@ -285,7 +285,7 @@ def read_foreign(
         if name in out:
             in_range, values = out[name].between(low, high).to_numpy(), out[name].to_numpy()
             require(in_range, columns.get(name, name), f"must be within {low:g}..{high:g}", values)
-    if "skew_deg" in out and (text := radians_warning(out["skew_deg"].tolist())):
+    for text in unit_doubts(*(out.get(name, []) for name in ("skew_deg", "gap_mm"))):
         logger.warning("%s: %s", path.name, text)
     if validity.BEYOND_MODEL in out:
         in_range = np.isin(validity.failure_kinds(out), ["", *validity.FAILURE_DEMANDS])

@@ -3,6 +3,7 @@
 Each field is a key of the configuration; every numeric one can be an axis of the grid.
 """
 
+from math import cos, radians
 from pathlib import Path
 from typing import Annotated, Final, Literal, get_args
 
@@ -156,6 +157,11 @@ class ModelOptions:
     def transverse_gap_m(self) -> float:
         """Gap at each exterior shear key."""
         return self.transverse_gap_mm * MM
+
+    def normal_gap_m(self, gap_mm: float, skew_deg: float) -> float:
+        """Return the opening of a joint at rest normal to its faces, including the offset."""
+        cosine = cos(radians(skew_deg)) if self.gap_measured == "longitudinal" else 1.0
+        return max(gap_mm * MM * cosine + self.gap_offset_mm * MM, 0.0)
 
     def skew_of_bents_deg(self, skew_deg: float) -> float:
         """Return the skew of the bents in degrees for a skew of the abutments."""
