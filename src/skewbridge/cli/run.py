@@ -48,7 +48,6 @@ class LoadingOptions:
     motion: Annotated[tuple[Path, Path] | None, _PAIR] = None
     support_motions: Annotated[Path | None, _SUPPORTS] = None
     scale: Annotated[float, opt("Scale factor of both components.")] = 1.0
-    incidence_deg: Annotated[float, opt("Angle from bridge x to component 1, in deg.")] = 0.0
     scheme: Annotated[Literal["default", "paper"], opt("Integration scheme.")] = "default"
     accuracy: Annotated[Accuracy, opt("Set of numerics (fast: for trials).")] = "default"
     dt_s: Annotated[float | None, opt("Time step in s; overrides the step of --accuracy.")] = None
@@ -61,7 +60,6 @@ def run(
     loading: LoadingOptions,
     out: Out,
     units: Units,
-    figures: Annotated[bool, opt("Draw the figures.")] = True,
     row: Annotated[str | None, opt("Repeat the row of a study with this key.", "RUN_KEY")] = None,
     study: Study = None,
 ) -> Answer:
@@ -83,6 +81,8 @@ def run(
     from skewbridge.files.digests import engine_digest, provenance
     from skewbridge.files.tables import figure_metadata, write_frame, write_table
     from skewbridge.motions.intensity import cut_warning
+    from skewbridge.report.appearance import shown_in
+    from skewbridge.report.run_figures import run_figures
     from skewbridge.study.batch import row_of_task
     from skewbridge.study.task import outcome_of, run_key
 
@@ -103,16 +103,12 @@ def run(
     write_table(to_table([demands], digests), out / "demands.parquet")
     write_frame(histories, out / "histories.parquet", digests)
     write_frame(pd.DataFrame(result.bents), out / "capacities.parquet", digests)
-    if figures:
-        from skewbridge.report.appearance import shown_in
-        from skewbridge.report.run_figures import run_figures
-
-        title = f"{task.variant.slug}, {motion.motion_id} x {task.motion.scale:g}"
-        with shown_in(units):
-            drawn = run_figures(histories, title=title)
-        for name, figure in drawn.items():
-            for path in (out / f"{name}.png", out / f"{name}.svg"):
-                figure.savefig(path, dpi=150, metadata=figure_metadata(digests))
+    title = f"{task.variant.slug}, {motion.motion_id} x {task.motion.scale:g}"
+    with shown_in(units):
+        drawn = run_figures(histories, title=title)
+    for name, figure in drawn.items():
+        for path in (out / f"{name}.png", out / f"{name}.svg"):
+            figure.savefig(path, dpi=150, metadata=figure_metadata(digests))
     warnings = [*filter(None, [cut_warning(motion, task.settings.duration_s)])]
     if not is_script(task.variant.bridge):
         warnings += doubts(read_bridge(task.variant.bridge))
@@ -147,7 +143,7 @@ def _task(case: VariantOptions, loading: LoadingOptions) -> "Task":
     return Task(
         variant=variant,
         motion=SuiteMotion(motion=motion, scale=scale, measures=measures),
-        incidence_deg=loading.incidence_deg,
+        incidence_deg=0.0,
         settings=settings,
         options=options,
         supports=supports,
