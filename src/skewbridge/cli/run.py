@@ -48,6 +48,7 @@ class LoadingOptions:
     motion: Annotated[tuple[Path, Path] | None, _PAIR] = None
     support_motions: Annotated[Path | None, _SUPPORTS] = None
     scale: Annotated[float, opt("Scale factor of both components.")] = 1.0
+    incidence_deg: Annotated[float, opt("Angle from bridge x to component 1, in deg.")] = 0.0
     scheme: Annotated[Literal["default", "paper"], opt("Integration scheme.")] = "default"
     accuracy: Annotated[Accuracy, opt("Set of numerics (fast: for trials).")] = "default"
     dt_s: Annotated[float | None, opt("Time step in s; overrides the step of --accuracy.")] = None
@@ -143,7 +144,7 @@ def _task(case: VariantOptions, loading: LoadingOptions) -> "Task":
     return Task(
         variant=variant,
         motion=SuiteMotion(motion=motion, scale=scale, measures=measures),
-        incidence_deg=0.0,
+        incidence_deg=loading.incidence_deg,
         settings=settings,
         options=options,
         supports=supports,
