@@ -7,16 +7,12 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from fragility_tables import paired_effects, states_of, synthetic_demands
 from skewbridge.analysis.recovery import recovery_shares, steps_as_text, steps_from_text
 from skewbridge.demands.columns import COLUMNS
 from skewbridge.demands.tables import write_variant
 from skewbridge.demands.validity import count_reasons, reasons
 from skewbridge.errors import SolutionError
 from skewbridge.files.tables import read_frame
-from skewbridge.fragility.curves import fit_study
-from skewbridge.fragility.demand_table import prepared
-from skewbridge.fragility.settings import FitSettings
 from skewbridge.report.checks import StudyTables, check_tables, require_passed, write_checks
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.journal import read_content
@@ -200,14 +196,3 @@ def test_checks_and_state_of_a_study_count_suspect_rows_and_recovery_steps(tmp_p
     assert (progress.summary["suspect"], progress.notes) == (1, ())
     (note,) = study_progress({"v": ["c"]}, content).notes  # of other sources
     assert note.startswith("None of the 2 stored analyses has the present sources")
-
-
-def test_excluded_rows_are_unknown_in_the_fits_and_have_no_ratio() -> None:
-    demands = synthetic_demands(skews=(0,), gaps=(51,)).assign(suspect="", beyond_model="")
-    demands.loc[demands["motion_id"] == "m15", "suspect"] = "recovery step 6"
-    states, found = states_of("unseating"), []
-    for exclude in (False, True):
-        table = prepared(demands, ["unseating_m"], FitSettings(exclude_suspect=exclude)).table
-        effects = paired_effects(table, ["unseating_m"])
-        found.append((fit_study(table, states)["n_unknown"].max(), effects["n_motions"].max()))
-    assert found == [(0, 16), (1, 15)]

@@ -114,7 +114,7 @@ def with_decimals(low: int, high: int, decimals: int = 3) -> st.SearchStrategy[f
     return st.integers(low, high) | fine
 
 
-OPTIONS = st.sampled_from(["transverse_gap_mm", "wall_dashpot_ratio", "cohesion_n"])
+OPTIONS = st.sampled_from(["transverse_gap_mm", "backfill_vs_mps", "cohesion_n"])
 variants = st.builds(
     Variant, bridge=st.sampled_from(["osb1", "osb1_fixed", "bridge_a"]),
     abutment=st.sampled_from(sorted(ABUTMENTS)), skew_deg=with_decimals(-66, 66),

@@ -7,6 +7,9 @@ from typing import Any, Final
 
 from skewbridge.analysis.settings import OpenSeesCommand
 
+# ASSUME a (sub-)step without a solution after 15 iterations needs the next recovery step
+MAX_ITERATIONS: Final = 15
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecoveryStep:
@@ -18,8 +21,7 @@ class RecoveryStep:
     substeps: int = 1
     #: tolerance of a looser convergence test, or 0 for the tolerance of the settings
     tolerance_j: float = 0.0
-    #: iterations after which it fails; None: as in the settings
-    max_iterations: int | None = None
+    max_iterations: int = MAX_ITERATIONS  #: iterations after which it fails
 
     @property
     def description(self) -> str:

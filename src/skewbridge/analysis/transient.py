@@ -1,7 +1,7 @@
 """Nonlinear response history of one variant under one motion, with limits and residual drift."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import dist, hypot, inf, isqrt, nan, pi
 from pathlib import Path
 from typing import Any, Final
@@ -21,7 +21,7 @@ from skewbridge.analysis.peaks import (
     model_end,
     over_capacity,
 )
-from skewbridge.analysis.recovery import Effort
+from skewbridge.analysis.recovery import MAX_ITERATIONS, Effort
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Ending, Progress, StepLoop, configure_solver, solver_log
 from skewbridge.analysis.trace import Monitor, at_regular_steps
@@ -74,7 +74,7 @@ class AnalysisResult:
     support_length_m: float  # of the deck on its seats at rest; nan without seats
     bents: list[dict[str, Any]]  # capacities of the bents, from `capacity_rows`
     model_end: ModelEnd  # first failure of a column; `demands` are the peaks up to this failure
-    energy_kj: Mapping[str, float]  # terms of the energy balance; empty if it was not computed
+    energy_kj: Mapping[str, float]  # terms of the energy balance; empty without one
     #: columns of the history table at the regular steps, each of shape (steps + 1,), or None
     histories: dict[str, NDArray[np.float64]] | None
     messages: tuple[str, ...]  # reason for an early end, and notes on the demands
@@ -107,7 +107,6 @@ def analyse(
             rayleigh = apply_rayleigh(model, "stiffness")
             supports = SupportInput(excitation.supports, ground, model)
             supports.apply(model)
-            settings = replace(settings, energy=False)
         history = _History(model, ground, settings, rayleigh, supports, histories=histories)
         return history.run(progress)
 
@@ -135,7 +134,7 @@ class _History:
         self._loop = StepLoop(model.contacts, settings, lambda far: self._damp(by_tangent=far))
         self._monitor = Monitor(model, bearings=histories)
         self._energy = None
-        if settings.energy:
+        if supports is None:
             self._energy = EnergyBalance(
                 model, self._monitor, ground.at, rayleigh, settings.integrator_command
             )
@@ -393,7 +392,7 @@ def drifts_at_rest(
     factors = (4 * pi / period_s, 0.0, 0.0, 0.0)
     ops.region(model.tags.region(), "-ele", *model.frame.damping.elements, "-rayleigh", *factors)
     configure_solver(settings)
-    ops.test("EnergyIncr", min(settings.tolerance_j, TOLERANCE_J), settings.max_iterations)
+    ops.test("EnergyIncr", min(settings.tolerance_j, TOLERANCE_J), MAX_ITERATIONS)
     ops.algorithm("Newton")
     _forget_accelerations()
     ops.integrator(*_INTEGRATOR)

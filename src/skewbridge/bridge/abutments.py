@@ -265,7 +265,7 @@ class Wall:
         """Return the dashpot coefficient (N s/m) between a share of the wall and the backfill."""
         vs_mps = self.options.backfill_vs_mps
         if vs_mps is None:
-            return damping_n_s_per_m(self.options.wall_dashpot_ratio, stiffness_n_per_m, mass_kg)
+            return damping_n_s_per_m(stiffness_n_per_m, mass_kg)
         return share * radiation_n_s_per_m(self.data, vs_mps)
 
     def moving_mass_kg(self, mass_kg: float) -> float:
@@ -295,7 +295,7 @@ class Joint(Wall):
     def key_spring(self, nodes: tuple[int, int], inward: PlanVector) -> SpringHandle:
         """Create the springs of a key normal to and along its face; return the normal spring."""
         stiffness, mass_kg = key_stiffness_n_per_m(self.key), self.key_mass_kg
-        dashpot = damping_n_s_per_m(self.options.wall_dashpot_ratio, stiffness, mass_kg)
+        dashpot = damping_n_s_per_m(stiffness, mass_kg)
         dashpot_material = elastic_material(0.0, self.tags, dashpot)
         across = [key_material(self.key, self.tags), dashpot_material]
         # ASSUME along its face a key is elastic up to the same strength, independent of the force

@@ -61,7 +61,6 @@ def run(
     loading: LoadingOptions,
     out: Out,
     units: Units,
-    figures: Annotated[bool, opt("Draw the figures.")] = True,
     row: Annotated[str | None, opt("Repeat the row of a study with this key.", "RUN_KEY")] = None,
     study: Study = None,
 ) -> Answer:
@@ -83,6 +82,8 @@ def run(
     from skewbridge.files.digests import engine_digest, provenance
     from skewbridge.files.tables import figure_metadata, write_frame, write_table
     from skewbridge.motions.intensity import cut_warning
+    from skewbridge.report.appearance import shown_in
+    from skewbridge.report.run_figures import run_figures
     from skewbridge.study.batch import row_of_task
     from skewbridge.study.task import outcome_of, run_key
 
@@ -103,16 +104,12 @@ def run(
     write_table(to_table([demands], digests), out / "demands.parquet")
     write_frame(histories, out / "histories.parquet", digests)
     write_frame(pd.DataFrame(result.bents), out / "capacities.parquet", digests)
-    if figures:
-        from skewbridge.report.appearance import shown_in
-        from skewbridge.report.run_figures import run_figures
-
-        title = f"{task.variant.slug}, {motion.motion_id} x {task.motion.scale:g}"
-        with shown_in(units):
-            drawn = run_figures(histories, title=title)
-        for name, figure in drawn.items():
-            for path in (out / f"{name}.png", out / f"{name}.svg"):
-                figure.savefig(path, dpi=150, metadata=figure_metadata(digests))
+    title = f"{task.variant.slug}, {motion.motion_id} x {task.motion.scale:g}"
+    with shown_in(units):
+        drawn = run_figures(histories, title=title)
+    for name, figure in drawn.items():
+        for path in (out / f"{name}.png", out / f"{name}.svg"):
+            figure.savefig(path, dpi=150, metadata=figure_metadata(digests))
     warnings = [*filter(None, [cut_warning(motion, task.settings.duration_s)])]
     if not is_script(task.variant.bridge):
         warnings += doubts(read_bridge(task.variant.bridge))

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, model_validator
 
 from skewbridge.demands import validity
-from skewbridge.demands.columns import COLUMNS, DEMAND_COLUMNS, EVENT
+from skewbridge.demands.columns import COLUMNS, EVENT
 from skewbridge.errors import InputError, did_you_mean
 from skewbridge.files.tables import Floats, Index, Mask, as_column, read_any, require
 from skewbridge.files.text import OPTIONS, shortened
@@ -369,7 +369,7 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
     """Check a demands table and return the rows that can be fitted.
 
     Rows without a positive intensity are rejected. Completed runs without a demand are not used for
-    that demand. The notes list both. Suspect rows excluded by the settings count as failed runs.
+    that demand. The notes list both.
     An `InputError` names a missing column, an unknown status, or an infinite or negative demand.
     """
     checked = [name for name in dict.fromkeys(columns) if name != validity.COLUMN_FAILURE_RATIO]
@@ -388,12 +388,6 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
             )
             where = "row {} ({variant}, {motion_id})".format(row, **table.iloc[row])
             raise InputError(f"{name} {rule}, got {values[row]:g} in {where}", row=row, column=name)
-    if settings.exclude_suspect and validity.SUSPECT in table:
-        names = [column.name for column in DEMAND_COLUMNS if column.name in table]
-        suspect = table[validity.SUSPECT] != ""
-        table.loc[suspect, names] = np.nan
-        table.loc[suspect, "status"] = "numerical_failure"
-        table.loc[suspect, validity.BEYOND_MODEL] = ""
     table = validity.with_derived_columns(table)
     im = table[settings.im].to_numpy(dtype=np.float64)
     has_im = np.isfinite(im) & (im > 0.0)

@@ -18,7 +18,7 @@ from skewbridge.files.tables import Row, as_column, positive, read_any, require,
 from skewbridge.files.text import checked, file_fault, read_json, read_yaml, shortened, shown_path
 from skewbridge.fragility import demand_table, fits
 from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED, MAX_BOUNDS_RATIO, NO_EXCEEDANCE
-from skewbridge.fragility.limit_states import COLLAPSE_PEAK, MAX_DISPERSION, LimitState
+from skewbridge.fragility.limit_states import COLLAPSE_PEAK, LimitState
 from skewbridge.fragility.motion_means import motion_weights
 from skewbridge.fragility.outcomes import TREATMENTS, DemandOutcomes, demand_outcomes
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
@@ -52,15 +52,12 @@ class FitOptions:
     threshold: float | None = None  # median capacity, if the file does not give it
     im: str | None = None  # column of intensities, for a table of runs
     edp: str | None = None  # column of demands, for a table of runs
-    capacity_dispersion: float = Field(default=0.0, ge=0.0, le=MAX_DISPERSION)  # cloud
     columns: Path | None = None  # file that maps the columns of a foreign table to ours
 
     @model_validator(mode="after")
     def _of_a_cloud(self) -> Self:
-        for name in ("model", "capacity_dispersion"):
-            if getattr(self, name) and self.method != "cloud":
-                option = name.replace("_", "-")
-                raise ValueError(f"--{option} needs --method cloud, not {self.method}")
+        if self.model and self.method != "cloud":
+            raise ValueError(f"--model needs --method cloud, not {self.method}")
         return self
 
     @property
@@ -176,7 +173,7 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
         name="threshold",
         demand=options.edp,
         threshold=float(positive([options.threshold], "threshold")[0]),
-        dispersion=options.capacity_dispersion,
+        dispersion=0.0,
     )
     has_motions = "motion_id" in data
     motions = demand_table.motion_codes(data) if has_motions else np.arange(im.size)
@@ -256,7 +253,7 @@ def _fit_outcomes(
             raise InputError(text)
         fit = fits.fit_cloud(
             im[is_used], cloud.lower, state.threshold, cloud.upper, settings=settings,
-            capacity_dispersion=options.capacity_dispersion, motions=motions[is_used],
+            motions=motions[is_used],
         )  # fmt: skip
         return fit if extrapolates or np.any(exceed) else fit.without_estimate(NO_EXCEEDANCE)
     x, hit, codes = im[is_known], exceed[is_known].astype(np.float64), motions[is_known]

@@ -68,8 +68,6 @@ class HazardConfig:
 
     file: FileName | None = Field(default=None)
     """CSV (columns im, rate), OpenQuake or USGS file, or a folder of OpenQuake files; null: none"""
-    measure: str | None = Field(default=None, max_length=100)
-    """intensity measure, if there are several: PGA, SA(1.0), Sa_avg or an im_ column"""
 
 
 class LogRate(NamedTuple):
@@ -249,32 +247,25 @@ class _Part(NamedTuple):
 
 
 def hazard_curve(
-    config: HazardConfig, measures: Sequence[str], default: str, *, warns: bool = True
+    file: Path | None, measures: Sequence[str], default: str, *, warns: bool = True
 ) -> HazardCurve | None:
-    """Return the hazard curve of a configuration for one of ``measures``; None without a file.
+    """Return the hazard curve of a file for one of ``measures``; None without a file.
 
     ``default`` is taken if the file has it or names no measure; ``warns`` logs the `doubt` of the
     curve. An `InputError` names the file.
     """
-    if config.file is None:
+    if file is None:
         return None
-    path = Path(config.file)
-    curves = {curve.im: curve for curve in read_hazard(path)}
-    requested = config.measure and measure_column(config.measure)
-    if config.measure and not requested:
-        text = "must be PGA, PGV, SA(period), Sa_avg, Sa(T1) or an im_ column"
-        raise InputError(f"hazard.measure {text}, got {config.measure!r}")
+    curves = {curve.im: curve for curve in read_hazard(file)}
     names = [name or "an intensity im without a measure" for name in curves]
     if "" in curves:
-        name = requested or default
-        curves = {name: replace(curves[""], im=name)}
-    order = [requested] if requested else [default, *PREFERRED]
+        curves = {default: replace(curves[""], im=default)}
+    order = [default, *PREFERRED]
     measure = next((name for name in order if name in curves and name in measures), None)
     if measure is None:
         in_file, in_study = (", ".join(texts) for texts in (names, measures))
-        request = f" (hazard.measure is {requested})" if requested else ""
-        text = f": no hazard curve fits the study. The file has {in_file}{request}"
-        raise file_fault(path, f"{text}; give the hazard of a measure of the study: {in_study}")
+        text = f": no hazard curve fits the study. The file has {in_file}"
+        raise file_fault(file, f"{text}; give the hazard of a measure of the study: {in_study}")
     if warns and (doubt := curves[measure].doubt):
         logger.warning("%s", doubt)
     return curves[measure]
@@ -282,7 +273,7 @@ def hazard_curve(
 
 def site_hazard(file: Path | None, im: str) -> HazardCurve | None:
     """Return the hazard curve of a file for the intensity column ``im``; None without a file."""
-    return hazard_curve(HazardConfig(file=file and str(file)), [im], im)
+    return hazard_curve(file, [im], im)
 
 
 def read_hazard(path: Path) -> list[HazardCurve]:

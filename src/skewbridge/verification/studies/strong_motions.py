@@ -141,7 +141,7 @@ CHANGES: Final[dict[str, float | None]] = {
 }
 EXCESS: Final = ("cone_excess_wall_ratio", "cone_excess_key_ratio")
 # Whole histories of all cases, even if columns fail.
-_WHOLE: Final = AnalysisSettings(energy=False, mean_iterations=1e4, collapse_drift_ratio=0.5)
+_WHOLE: Final = AnalysisSettings(collapse_drift_ratio=0.5)
 
 
 class Numerics(NamedTuple):
