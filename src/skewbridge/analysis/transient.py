@@ -97,9 +97,11 @@ def analyse(
     an argument is outside its limits.
     """
     ground = GroundInput(excitation, settings)
-    load_structure(variant.bridge)  # here: periods that its file does not give need the domain
+    options = settings.model_options(options)
+    # here: periods that its file does not give need the domain
+    load_structure(variant.bridge).description.require_seats(variant.normalised(), options)
     with solver_log(log_path), domain():
-        model = build(variant, settings.model_options(options))
+        model = build(variant, options)
         if not excitation.supports:
             rayleigh, supports = apply_rayleigh(model), None
             ground.apply(model.tags)
