@@ -3,6 +3,7 @@
 import json
 import logging
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
@@ -84,8 +85,9 @@ def axis_warnings(config: StudyConfig) -> Iterator[str]:
             "accuracy fast is for trials: its rows are often suspect (6 of 24 osb1 runs of 5 s), "
             "for steps with a looser convergence test or work above the friction limit"
         )
-    states = limit_states.load_limit_states(Path(config.fragility.limit_states))
-    yield from filter(None, (state.doubt for state in states))
+    with suppress(InputError):  # `check_inputs` reports it
+        states = limit_states.load_limit_states(Path(config.fragility.limit_states))
+        yield from filter(None, (state.doubt for state in states))
     if config.hazard_curve and config.hazard_curve.doubt:
         yield config.hazard_curve.doubt
     yield from unit_doubts(config.grid.skew_deg, config.grid.gap_mm)
