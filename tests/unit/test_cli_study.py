@@ -143,7 +143,7 @@ def archived(out: str) -> dict:
     return answer("study", "archive", *options)
 
 
-def test_archive_is_a_crate_with_all_inputs_and_valid_digests(study: Path) -> None:
+def test_archive_is_a_crate_of_all_inputs_and_methods_are_those_of_the_configuration(study) -> None:
     found, crate = archived("a.zip"), ROCrate(study / "a.zip")
     with zipfile.ZipFile(study / "a.zip") as packed:
         content = {name: packed.read(name) for name in packed.namelist()}
@@ -160,6 +160,8 @@ def test_archive_is_a_crate_with_all_inputs_and_valid_digests(study: Path) -> No
     assert b"openseespy==" in content["requirements.txt"]
     assert b"accel" not in content["motions.csv"]
     assert SOURCE.encode() in content["motions.csv"]
+    words = "the joint gap 25 mm, 51 mm; friction 0, 0.5: 12 variants"
+    assert words in invoke("study", "methods", "--study", "own.yaml").stdout
 
 
 @pytest.mark.exports
@@ -199,11 +201,6 @@ def test_unfinished_study_is_refused(study: Path, arguments: list[str], message:
     result = invoke("study", "archive", "--study", *arguments)
     assert result.exit_code == 2
     assert message in result.stderr.replace("\n", " ")
-
-
-def test_methods_are_those_of_the_configuration(study: Path) -> None:
-    words = "the joint gap 25 mm, 51 mm; friction 0, 0.5: 12 variants"
-    assert words in invoke("study", "methods", "--study", "own.yaml").stdout
 
 
 @pytest.mark.parametrize(

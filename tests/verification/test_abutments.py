@@ -241,33 +241,29 @@ def test_a_wall_never_exceeds_the_strength_of_its_soil_and_never_pulls(skew_deg)
     assert series.min() >= 0.0
 
 
-def spring_in_series(spring, driver, values, step, *test):
-    """Push two springs in a row along a path of prescribed closures, ready for static steps."""
-    ops.model("basic", "-ndm", 1, "-ndf", 1)
-    for node in (1, 2, 3):
-        ops.node(node, 0.0)
-    ops.fix(1, 1)
-    ops.element("zeroLength", 1, 1, 2, "-mat", *spring, "-dir", *[1] * len(spring))
-    ops.element("zeroLength", 2, 2, 3, "-mat", driver, "-dir", 1)
-    moves = [-float(value) for value in values]
-    ops.timeSeries("Path", 1, "-dt", 1.0, "-values", *moves, "-useLast")
-    ops.pattern("Plain", 1, 1)
-    ops.sp(3, 1, 1.0)
-    ops.constraints("Transformation")
-    ops.numberer("Plain")
-    ops.system("ProfileSPD")
-    ops.algorithm("Newton")
-    ops.integrator("LoadControl", step)
-    ops.test(*test)
-    ops.analysis("Static", "-noWarnings")
-
-
 def forces(closures_m, *, gap_m=0.0, passive=OSB1):
     tags, out = handles.TagAllocator(), []
     with domain():
         spring = springs.passive_material(passive, gap_m, tags)
         driver = springs.elastic_material(STIFF * passive.stiffness_n_per_m, tags)
-        spring_in_series([spring], driver, [0.0, *closures_m], 1.0, "NormDispIncr", 1.0e-12, 50)
+        # both in a row, along a path of prescribed closures
+        ops.model("basic", "-ndm", 1, "-ndf", 1)
+        for node in (1, 2, 3):
+            ops.node(node, 0.0)
+        ops.fix(1, 1)
+        ops.element("zeroLength", 1, 1, 2, "-mat", spring, "-dir", 1)
+        ops.element("zeroLength", 2, 2, 3, "-mat", driver, "-dir", 1)
+        moves = [0.0, *(-float(closure_m) for closure_m in closures_m)]
+        ops.timeSeries("Path", 1, "-dt", 1.0, "-values", *moves, "-useLast")
+        ops.pattern("Plain", 1, 1)
+        ops.sp(3, 1, 1.0)
+        ops.constraints("Transformation")
+        ops.numberer("Plain")
+        ops.system("ProfileSPD")
+        ops.algorithm("Newton")
+        ops.integrator("LoadControl", 1.0)
+        ops.test("NormDispIncr", 1.0e-12, 50)
+        ops.analysis("Static", "-noWarnings")
         for _ in closures_m:
             assert ops.analyze(1) == 0
             out.append(-ops.basicForce(1)[0])

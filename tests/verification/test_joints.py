@@ -33,10 +33,8 @@ from strong_motion import strong_motion
 
 CABLES = "{count: 8, stiffness_kn_per_m: 5000.0, yield_kn: 170.0, slack_mm: 20.0}"
 EXAMPLES = Path(__file__).parents[2] / "docs" / "bridges"
-SIMPLE = EXAMPLES / "simple_spans.yaml"
-ON_BEARINGS = (EXAMPLES / "continuous_on_bearings.yaml").read_text(encoding="utf-8")
 RESTRAINED = f"at: bent 2, gap_mm: 30.0, restrainers: {CABLES},"
-FOUR_SPANS = SIMPLE.read_text(encoding="utf-8").replace("at: bent 2,", RESTRAINED)
+FOUR_SPANS = (EXAMPLES / "simple_spans.yaml").read_text().replace("at: bent 2,", RESTRAINED)
 BENT, PADS = (", ".join(FOUR_SPANS.split(anchor)[1].split("\n- ")[0].strip().splitlines())
               for anchor in ("&bent", "&pads"))  # fmt: skip
 HINGED = f"""extends: osb1
@@ -62,21 +60,15 @@ NORMAL = np.array([cos(radians(SKEW_DEG)), sin(radians(SKEW_DEG))])
 TANGENT = np.array([-NORMAL[1], NORMAL[0]])
 
 
-def contact_rows():
-    """Return the rows of opening and slip for q = (ux, uy, turn) of both bodies, (3, 6) each."""
-    half = 6.0 / cos(radians(SKEW_DEG))
-    rows = []
+def explicit(dt_s=1e-5):
+    """Return q (ux, uy, turn) of both bodies each ms, by velocity Verlet and radial return."""
+    half, rows = 6.0 / cos(radians(SKEW_DEG)), []  # of opening and slip for q, (3, 6) each
     for direction in (NORMAL, TANGENT):
         for place in (along * TANGENT for along in (-half, 0.0, half)):
             first, second = (place + np.array([x, 0.0]) for x in (LEVERS_M[0], -LEVERS_M[1]))
             turns = [direction @ (-arm[1], arm[0]) for arm in (first, second)]
             rows.append([*-direction, -turns[0], *direction, turns[1]])
-    return np.split(np.array(rows), 2)
-
-
-def explicit(dt_s=1e-5):
-    """Return q of both bodies each ms, shape (n, 6), by velocity Verlet and radial return."""
-    openings, slips = contact_rows()
+    openings, slips = np.split(np.array(rows), 2)
     mass = np.array([v for m, i in zip(MASSES_KG, INERTIAS, strict=True) for v in (m, m, i)])
     spring = np.array([v for k in STIFFNESS for v in (k, k, 50 * k)])
     q, velocity, stick = np.zeros(6), np.concatenate(SPEEDS), np.zeros(3)
@@ -303,7 +295,7 @@ joints: [{{at: bent 1, seat_width_m: 0.6, pads: {{{PADS}}}}}]
 @pytest.mark.parametrize("pads", ["two", "each"])
 def test_a_deck_that_runs_over_a_bent_on_bearings_moves_on_them(written, pads):
     """Statics: 5 pads on each of 2 caps, whose columns are cantilevers of 7.1 m."""
-    name = written(ON_BEARINGS)
+    name = written((EXAMPLES / "continuous_on_bearings.yaml").read_text())
     options = ModelOptions(elastic_columns=True, foundation="fixed", pads=pads)
     with domain():
         model = build(variant(0, "roller", name), options)
