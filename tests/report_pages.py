@@ -77,7 +77,7 @@ def write_page(
         imsave(folder / f"{caption['name']}.png", np.full((600, 900, 3), 0.5))
     limits = folder / "states.yaml"
     limits.write_text(yaml.safe_dump(states, sort_keys=False), encoding="utf-8")
-    fits = {"exclude_suspect": False, "limit_states": str(limits)}
+    fits = {"limit_states": str(limits)}
     given = merged({"grid": {"bridge": list(bridges)}, "fragility": fits}, config or {})
     page = folder / "page.html"
     write_report(tables=paths, figures=folder, study=parse_config(given), output=page)

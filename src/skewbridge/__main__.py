@@ -1,5 +1,18 @@
-"""`python -m skewbridge` is the command line."""
+"""The command line, also as `python -m skewbridge`."""
 
-from skewbridge.cli import main
+import sys
 
-main()
+
+def main() -> None:
+    """Run the command line; Ctrl-C while modules are imported is one line, too."""
+    try:
+        from skewbridge.cli import main as commands
+
+        commands()
+    except KeyboardInterrupt:
+        sys.stderr.write("interrupted\n")
+        raise SystemExit(130) from None
+
+
+if __name__ == "__main__":
+    main()

@@ -161,14 +161,16 @@ def test_all_bad_inputs_of_a_study_are_reported_at_once_also_motions_that_cannot
                         for left_out in ("citation", "dispersion"))  # fmt: skip
     states = [STATE | {"unit": "kn"}, uncited | {"component": "b"}, certain | {"component": "c"}]
     motions = {"folder": str(tmp_path / "nowhere"), "design": "ida", "ida_demand": "foo_m"}
-    raw = {"grid": {"bridge": ["osb9"]}, "motions": motions, "fragility": {"im": "im_pga"}}
+    raw = {"grid": {"bridge": ["osb9", "osb1"], "gap_mm": [25, 950]}, "motions": motions}
+    raw |= {"fragility": {"im": "im_pga"}}
     message = faults_of(tmp_path, states, raw)
     for words in (
-        "'osb9'", "nowhere does not exist", "fragility.im must be one of", "motions.ida_demand",
+        "'osb9'", "osb1: gap_mm must leave some of the left seat of 914 mm, got 950",
+        "nowhere does not exist", "fragility.im must be one of", "motions.ida_demand",
         "entry 1: unit", "entry 2: citation: is missing", "entry 3: states.slight.dispersion",
     ):  # fmt: skip
         assert words in message
-    assert message.startswith("7 faults:")
+    assert message.startswith("8 faults:")
     (motions := tmp_path / "motions").mkdir()
     pairs = make_pairs(motions, 2)
     broken = pairs[0][0], pairs[1][1]

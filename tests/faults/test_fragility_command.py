@@ -183,11 +183,12 @@ def test_axes_that_never_change_alone_and_intensities_in_cm_s2_are_noted(fit):
 def test_intervals_are_by_motion_where_motions_repeat(fit):
     table = synthetic_demands(**SAME_PLACE, motions=24, scales=(0.6, 1.0, 1.6))
     plain = fit(table, "cloud", *RUNS, 0.015)
-    wide = fit(table, "cloud", *RUNS, 0.015, "--capacity-dispersion", 0.5)
-    assert wide["beta"] == pytest.approx(np.hypot(plain["beta"], 0.5 / plain["b"]))
-    assert wide["ci_beta"][0] > plain["ci_beta"][1]
+    codes = np.unique(table["motion_id"], return_inverse=True)[1]
+    wide = fit_cloud(table[IM], table[DRIFT], 0.015, capacity_dispersion=0.5, motions=codes)
+    assert wide.beta == pytest.approx(np.hypot(plain["beta"], 0.5 / plain["b"]))
+    assert wide.ci_beta[0] > plain["ci_beta"][1]
     stripes = fit(table, "stripes", *RUNS, 0.015)
-    assert wide["ci_method"] == plain["ci_method"] == stripes["ci_method"] == "jackknife"
+    assert wide.ci_method == plain["ci_method"] == stripes["ci_method"] == "jackknife"
     assert stripes["n_records"] == 24
     ida = fit(table, "ida", *RUNS, 0.015)
     assert (ida["method"], ida["n_runs"]) == ("ida_interval", 24)
@@ -257,7 +258,7 @@ def test_unused_and_repeated_rows_of_a_table_of_runs_are_reported(fit):
 def test_runs_of_one_event_are_left_out_together_and_of_one_motion_have_no_interval(fit):
     found = fit(TABLE.assign(event=[*"aabbccddee", "", ""]), "cloud", *RUNS, 0.01)
     assert (found["ci_method"], found["n_records"]) == ("jackknife", 12)
-    joined = TABLE.assign(motion_id=[*"aabbccddeefg"])
+    joined = TABLE.assign(motion_id=[*"aabbccddeefg"]).rename(columns={"motion_id": "Record"})
     assert found["ci_theta"] == fit(joined, "cloud", *RUNS, 0.01)["ci_theta"]
     one = fit(TABLE.assign(motion_id="a"), "cloud", *RUNS, 0.01)
     assert one["theta"] == pytest.approx(found["theta"])

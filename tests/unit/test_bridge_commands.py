@@ -30,6 +30,7 @@ from skewbridge.bridge.model import model_geometry
 from skewbridge.bridge.structures import built_bridge
 from skewbridge.demands.columns import COLUMNS, DEMAND_COLUMNS
 from skewbridge.demands.tables import to_table
+from skewbridge.demands.validity import with_suspect
 from skewbridge.files.tables import write_table
 from skewbridge.fragility.rates import Decision
 from skewbridge.report.appearance import shown_in
@@ -56,6 +57,7 @@ base: fixed
 joints: [{from_left_m: 40, ledge: right, gap_mm: 30, seat_width_m: 0.62,
           pads: {plan_mm: 400, rubber_mm: 50, count: 6}}]
 """
+CABLES = "{count: 8, stiffness_kn_per_m: 5000, yield_kn: 170, slack_mm: 2.5}"
 HEAVY = "base: fixed\ndeck: {line_load_kn_per_m: 560.0}\ncolumn: {hoop_spacing_mm: 600.0}\n"
 VARIANT = variant()
 
@@ -101,12 +103,12 @@ def test_models_and_columns_are_drawn_and_written(tmp_path) -> None:
     assert found["variant"] == "osb2s_cf_skewm30_gap051_mu050"
     assert (tmp_path / "model.png").stat().st_size > 10_000
     assert "ops.element" in (tmp_path / "model.py").read_text(encoding="utf-8")
-    found = answer("column", "osb2s", "--bent", "2", "--out", tmp_path)
-    assert found["axial_kn"] == pytest.approx(7_412, rel=0.01)
+    found = answer("column", "osb2s", "--out", tmp_path)["columns"][1]
+    assert (found["bent"], found["axial_kn"]) == (2, pytest.approx(7_412, rel=0.01))
     assert found["shear_strength_kn"] == answer("sdc", "osb2s")["bents"][1]["shear_strength_kn"]
-    curve = pd.read_parquet(tmp_path / "moment_curvature.parquet")
+    curve = pd.read_parquet(tmp_path / "moment_curvature_bent_2.parquet")
     assert curve["moment_knm"].max() > found["plastic_moment_knm"]
-    assert (tmp_path / "column.png").stat().st_size > 10_000
+    assert (tmp_path / "column_bent_2.png").stat().st_size > 10_000
 
 
 def test_figures_are_drawn_in_us_units() -> None:
@@ -135,7 +137,7 @@ def test_the_whole_ladder_is_pushed_and_drawn(tmp_path: Path) -> None:
 def test_a_wall_has_a_curve_and_a_row_of_capacities_in_each_direction(tmp_path, written) -> None:
     wall = "column: {shape: rectangular, width_m: 2.4, depth_m: 1.0, tie_legs: [4, 8]}"
     path = written(f"extends: osb1\nsource: 'd: a test'\n{wall}\n")
-    normal, along = answer("column", "--bridge", path, "--out", tmp_path)["directions"]
+    normal, along = answer("column", "--bridge", path, "--out", tmp_path)["columns"]
     assert (normal["direction"], along["direction"]) == ("normal", "along")
     assert along["plastic_moment_knm"] > 2 * normal["plastic_moment_knm"]
     for end, row in (("_normal", normal), ("_along", along)):
@@ -265,8 +267,10 @@ def test_a_period_within_five_percent_is_accepted_and_shared_directions_reported
         (TURNED, 0, ("0.65 m leaves 0.599 m at a gap of 51 mm, below 0.708 m by AASHTO",
                      "the bridge file sets the skew: 40 deg (right)")),
         # SDC: 24 in at a hinge, 30 in at an abutment
-        (NARROW, 0, ("right seat of 0.8 m leaves 0.749 m at a gap of 51 mm, below 0.762 m by Calt",
-                     "joint 1 seat of 0.62 m leaves 0.59 m at a gap of 30 mm, below 0.61 m by")),
+        (NARROW.replace("gap_mm", f"restrainers: {CABLES}, gap_mm"), 0,
+         ("joints.0.restrainers.slack_mm = 2.5 is outside the usual 6 to 150",
+          "right seat of 0.8 m leaves 0.749 m at a gap of 51 mm, below 0.762 m by Calt",
+          "joint 1 seat of 0.62 m leaves 0.59 m at a gap of 30 mm, below 0.61 m by")),
     ],
 )  # fmt: skip
 def test_faults_of_columns_hoops_and_seats_are_reported(tmp_path, written, text, code, words):
@@ -367,7 +371,6 @@ def test_a_run_leaves_its_row_histories_and_figures(pair, tmp_path):
     out = tmp_path / "out"
     code, row = run(pair, out, "--skew-deg", "30", "--abutment", "contact-friction")
     assert (code, row["status"], row["variant"]) == (0, "ok", "osb1_cf_skew30_gap051_mu050")
-    assert row["loosened_ratio"] < 0.01  # the limit of a suspect row
     assert int(row["steps_by_rung"].split()[0]) >= 3.0 / AnalysisSettings().dt_s
     table = pq.read_table(out / "demands.parquet")
     assert (table.column_names, table.num_rows) == ([column.name for column in COLUMNS], 1)
@@ -387,13 +390,18 @@ def test_a_run_leaves_its_row_histories_and_figures(pair, tmp_path):
     assert "contacts" not in run_figures(0.0 * histories, title="none closes")
 
 
+@pytest.fixture
+def no_figures(monkeypatch):
+    monkeypatch.setattr("skewbridge.report.run_figures.run_figures", lambda *_, **__: {})
+
+
 def test_a_roller_has_no_contacts_to_draw_and_a_collapse_is_a_result(pair, tmp_path, written):
     code, row = run(pair, tmp_path / "out", "--abutment", "roller", "--duration-s", "0.5")
     assert (code, row["variant"]) == (0, "osb1_ro_skew00_gap000_mu000")
     assert row["support_length_m"] == pytest.approx(0.914)  # no gap
     assert not (tmp_path / "out" / "contacts.png").exists()
     seat = written("extends: osb1\nabutment: {seat_width_m: {v: 36.0, src: 'd: inches'}}\n")
-    given = ("--motion", *pair, "--out", tmp_path, "--scale", "4", "--no-figures", "--json")
+    given = ("--motion", *pair, "--out", tmp_path, "--scale", "4", "--json")
     result = cli_json.invoke("run", *given, "--bridge", seat)
     assert (result.exit_code, "not at right angles" in result.stderr) == (0, True)
     assert "abutment.seat_width_m = 36 is outside the usual 0.15 to 1.6" in one_line(result)
@@ -409,10 +417,11 @@ def test_a_roller_has_no_contacts_to_draw_and_a_collapse_is_a_result(pair, tmp_p
         ("osb2s", {"steel_strength_factor": 0.8, "concrete_strength_factor": 1.2}),
     ],
 )  # fmt: skip
+@pytest.mark.usefixtures("no_figures")
 def test_the_design_criteria_have_the_capacities_of_the_model(pair, tmp_path, bridge, changes):
     texts = [text for key, value in changes.items() for text in ("--set", f"{key}={value}")]
     case = ("--bridge", bridge, "--skew-deg", "60", "--gap-mm", "51", "--duration-s", "0.05")
-    code, row = run(pair, tmp_path, *case, *texts, "--no-figures")
+    code, row = run(pair, tmp_path, *case, *texts)
     assert code == 0, row
     options = ModelOptions(**changes)
     narrowing = 0.5 if options.gap_measured == "longitudinal" else 1.0  # cos(60)
@@ -443,7 +452,6 @@ def test_the_design_criteria_have_the_capacities_of_the_model(pair, tmp_path, br
     [
         ("bridge modal --bridge osb1_fixd", "did you mean osb1_fixed?"),
         ("bridge static --max-disp-m -1 --out .", "max_disp_m must be within"),
-        ("bridge column --bent 2 --out .", "bent must be between 1 and 1"),
         ("bridge sdc osb2s --bridge bridge_a", "osb2s and --bridge bridge_a are two bridges"),
         ("bridge modal osb2s --bridge osb1", "osb2s and --bridge osb1 are two bridges"),
         ("bridge static --direction x --angle-deg 9 --out .", "give one of them"),
@@ -466,6 +474,7 @@ def test_bad_input_is_named_and_exits_with_2(pair, tmp_path, monkeypatch, argume
     assert (found["status"], message in found["message"]) == ("error", True), found
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_a_row_of_a_study_is_repeated_by_its_key(pair, tmp_path, monkeypatch):
     config = {"motions": {"folder": str(tmp_path), "count": 1}, "analysis": {"duration_s": 0.5}}
     path = tmp_path / "study" / "config" / "config.yaml"
@@ -475,10 +484,10 @@ def test_a_row_of_a_study_is_repeated_by_its_key(pair, tmp_path, monkeypatch):
     parsed, folder = load_config(path), StudyFolder(tmp_path / "study" / "elsewhere")
     prepare_motions(parsed)
     task = StudySetup.of(parsed).tasks("osb1_cf_skew30_gap051_mu050")[0]
-    result = outcome_of(task.analyse()) | {"wall_s": 0.0, "cpu_s": 0.0, "suspect": ""}
-    row = row_of_task(result, task, run_key(task))
+    result = outcome_of(task.analyse()) | {"wall_s": 0.0, "cpu_s": 0.0}
+    row = with_suspect(row_of_task(result, task, run_key(task)))
     write_table(to_table([row], {}), folder.demands)
-    options = ("--no-figures", "--out", tmp_path / "out", "--row")
+    options = ("--out", tmp_path / "out", "--row")
     again = cli_json.answer("run", *options, row["run_key"])
     names = ["run_key", *(column.name for column in DEMAND_COLUMNS)]
     assert {name: again[name] for name in names} == {name: row[name] for name in names}

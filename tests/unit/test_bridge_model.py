@@ -199,8 +199,8 @@ def test_rayleigh_damping_of_deck_and_columns_meets_its_ratio_at_both_periods() 
     for period_s in (0.94, 0.35):
         omega = 2 * np.pi / period_s
         assert a0 / (2 * omega) + a1 * omega / 2 == pytest.approx(0.05)
-    with domain():  # the ratio of the options overrides that of the file
-        model = build(variant(30), ModelOptions(damping_ratio=0.02))
+    with domain():
+        model = build(variant(30), ModelOptions(damping_factor=0.4))
         assert modal.apply_rayleigh(model) == pytest.approx((0.4 * a0, 0.4 * a1))
         groups = model.energy_elements
         assert set(model.frame.damping.elements) == {*groups["deck"], *groups["columns"]}

@@ -1,11 +1,13 @@
 """How commands answer and fail: one JSON object or one table, one message and its exit code."""
 
 import json
+import sys
 from typing import Annotated
 
 import pytest
 from typer.testing import CliRunner
 
+from skewbridge.__main__ import main
 from skewbridge.cli import new_group
 from skewbridge.cli.output import Answer, command, in_units, opt
 from skewbridge.errors import InputError, SolutionError
@@ -104,3 +106,14 @@ def test_statistics_are_printed_with_significant_digits():
     shown = run(Answer({"rows": [row]}, digits=3)).stdout.split()
     assert {"1.08", "0.872,", "1230", "any", "10024"} < set(shown)
     assert "0.9639" in run(Answer({"rows": [{"ratio": 0.96386}]}, digits=4)).stdout
+
+
+def test_ctrl_c_while_modules_are_imported_is_one_line(monkeypatch, capsys):
+    class Interrupted:
+        def __getattr__(self, name):
+            raise KeyboardInterrupt
+
+    monkeypatch.setitem(sys.modules, "skewbridge.cli", Interrupted())
+    with pytest.raises(SystemExit, match="130"):
+        main()
+    assert capsys.readouterr().err == "interrupted\n"

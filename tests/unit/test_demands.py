@@ -25,7 +25,6 @@ from skewbridge.bridge.section import shear_strength
 from skewbridge.demands import validity
 from skewbridge.demands.columns import COLUMNS, DEMAND_COLUMNS, key_values
 from skewbridge.demands.tables import demands_schema, to_table
-from skewbridge.errors import InputError
 from skewbridge.study import task
 from skewbridge.study.batch import row_of_task
 from skewbridge.study.task import no_result, outcome_of
@@ -187,7 +186,7 @@ def test_passive_is_into_the_fill_and_active_is_out_of_it(trace):
     """The right wall has its fill at +x: 30 mm into it, 20 mm out of it."""
 
     def movements_m(handle):
-        model = SimpleNamespace(abutments=(handle,), seats=(handle,), joints=())
+        model = SimpleNamespace(abutments=(handle,), seats=(handle,), joints=(), inner_pads=())
         found = peaks._abutment_demands(model, trace)
         return [found[f"abutment_{name}_m"] for name in ("passive", "active")]
 
@@ -252,8 +251,6 @@ def test_a_corner_leaves_its_seat_after_the_seat_less_the_gap(monkeypatch, move_
     monkeypatch.setattr(transient.ops, "getTime", lambda: 1.1)
     moved[CORNER_1] -= move_m
     assert (watch.diverged(), watch.collapsed()) == ("", expected)
-    with pytest.raises(InputError, match=r"gap_mm must be below the seat width of 900 mm, got 950"):
-        watched(monkeypatch, {}, gap_m=0.95)
 
 
 def test_records_have_the_values_of_every_step_to_the_bit() -> None:
@@ -390,6 +387,4 @@ def test_a_row_of_an_analysis_says_whether_it_is_complete(status, mode, complete
     values |= {"model_end": ModelEnd(mode=mode, time_s=0.5, rows=2), "whole_history": {}}
     row = row_of_task(outcome_of(AnalysisResult(**values)), task_of(), "key")
     assert row["complete"] is complete
-    assert row["column_failure_ratio"] == 1.25
-    assert type(row["column_failure_ratio"]) is float
     assert row_of_task(no_result("crash", "it ended"), task_of(), "key")["complete"] is False

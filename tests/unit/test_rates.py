@@ -16,12 +16,13 @@ from skewbridge.errors import InputError
 from skewbridge.files.tables import read_frame, write_frame
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_model import fit_models
-from skewbridge.fragility.hazard import HazardConfig, hazard_curve, measure_column, read_hazard
+from skewbridge.fragility.hazard import hazard_curve, measure_column, read_hazard
 from skewbridge.fragility.joint import JointModel, joint_table
 from skewbridge.fragility.rates import curve_rate, decision, rate_effects, rate_table, target_rate
 from skewbridge.fragility.system import system_curves
 from skewbridge.fragility.union import curve_probability
 from skewbridge.study.config import MEASURES, parse_config
+from skewbridge.study.inputs import axis_warnings
 from skewbridge.study.results import joint_rows
 
 PGA = "im_pga_rotd50_g"
@@ -46,8 +47,8 @@ def _file(tmp_path):
     return write
 
 
-def curve_of(path, measures=MEASURES, measure=None, usual=IM):
-    return hazard_curve(HazardConfig(file=str(path), measure=measure), measures, usual)
+def curve_of(path, measures=MEASURES, usual=IM):
+    return hazard_curve(path, measures, usual)
 
 
 def openquake(kind, imt, poes, sites=1, time="investigation_time=50.0, "):
@@ -72,7 +73,7 @@ def test_every_format_gives_levels_in_the_unit_of_the_column_and_annual_rates(fi
     assert pgv.levels == pytest.approx([0.001, 0.005, 0.015])
     # a probability of one has no rate: the level is left out
     assert sa.rates[0] == pytest.approx(-np.log1p([-0.5, -0.01]) / 50.0)
-    assert [curve_of(folder, measure=m).im for m in (None, "PGV")] == [sa.im, "im_pgv_rotd50_mps"]
+    assert [curve_of(folder, usual=name).im for name in (IM, pgv.im)] == [sa.im, pgv.im]
     older = {"imt": {"value": "PGA"}, "xlabel": "Ground Motion (g)", "xvalues": [0.1, 0.5]}
     older = [{"metadata": older, "data": [{"component": "Total", "yvalues": [0.02, 1e-3]}]}]
     for text, name, measure, rates in (
@@ -125,14 +126,29 @@ def test_bad_hazard_gives_one_error_that_names_the_file(file, text, words):
     assert str(caught.value).startswith(str(path))
 
 
+def test_rates_that_look_like_probabilities_in_50_years_are_doubted(file, caplog):
+    levels = np.geomspace(0.01, 2.0, 12)
+    for a_g, levels_g in ((0.2, levels), (0.6, levels), (0.6, levels[5:])):
+        x = np.log(levels_g / a_g)
+        rates = np.exp(-2.2 * x - 0.17 * x**2) / 475  # up to 1.6 per year at 0.01 g
+        for values, count in ((rates, 0), (1.0 - np.exp(-50 * rates), 1)):
+            caplog.clear()
+            table = pd.DataFrame({"im": levels_g, "rate": values})
+            curve_of(file(table.to_csv(index=False)))
+            assert caplog.text.count("looks like a probability in many years") == count
+    site = str(file("im,rate\n0.15,0.5\n0.3,0.1\n0.5,0.02\n"))
+    (text,) = axis_warnings(parse_config({"hazard": {"file": site}}))
+    assert text.startswith("hazard.csv: 0.02 per year at 0.5 looks like")
+
+
 def test_hazard_sets_the_measure_of_the_curves_before_any_analysis(file):
     path = str(file("SA(1.0) (g),rate\n0.1,0.01\n0.2,0.001\n"))
     assert parse_config({"hazard": {"file": path}}).fragility.im == "im_sa_1p000_rotd50_g"
     plain = str(file("im,rate\n0.1,0.01\n0.2,0.001\n", "plain.csv"))
-    assert parse_config({"hazard": {"file": plain, "measure": "PGA"}}).fragility.im == PGA
-    for measure, words in (("MMI", "hazard.measure must be"), ("SA(0.3)", "im_sa_0p300_rotd50_g")):
-        with pytest.raises(InputError, match=words.replace("(", r"\(")):
-            parse_config({"hazard": {"file": plain, "measure": measure}})
+    stated = {"hazard": {"file": plain}, "fragility": {"im": PGA}}
+    assert parse_config(stated).fragility.im == PGA
+    with pytest.raises(InputError, match="give the hazard of a measure of the study"):
+        parse_config({"hazard": {"file": str(file("SA(0.3) (g),rate\n0.1,0.01\n0.2,1e-3\n"))}})
 
 
 def rates_of(rows, states, hazard):

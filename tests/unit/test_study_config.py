@@ -114,7 +114,7 @@ def with_decimals(low: int, high: int, decimals: int = 3) -> st.SearchStrategy[f
     return st.integers(low, high) | fine
 
 
-OPTIONS = st.sampled_from(["transverse_gap_mm", "wall_dashpot_ratio", "cohesion_n"])
+OPTIONS = st.sampled_from(["transverse_gap_mm", "backfill_vs_mps", "cohesion_n"])
 variants = st.builds(
     Variant, bridge=st.sampled_from(["osb1", "osb1_fixed", "bridge_a"]),
     abutment=st.sampled_from(sorted(ABUTMENTS)), skew_deg=with_decimals(-66, 66),
@@ -197,18 +197,18 @@ def test_normalised_bridges_are_analysed_once_and_keep_options_and_file_names() 
     assert variant.slug == "mine_cf_skew00_gap025_mu000"
 
 
-def test_a_compared_gap_without_effect_is_named(written):
-    own = written("extends: osb1\nsource: plan\nabutment: {gap_mm: 40}\n")
-    grid = {"bridge": [own, "osb1"], "gap_mm": [25, 51]}
-    found = list(axis_warnings(parse_config({"grid": grid})))
-    assert found == ["gap_mm of the grid has no effect on made: none of its joints uses it"]
-    assert not list(axis_warnings(parse_config({"grid": grid | {"gap_mm": [51]}})))
+def test_a_skew_or_gap_without_effect_is_named(written):
+    own = written("extends: osb1\nsource: plan\nabutment: {gap_mm: 40, skew_deg: 5}\n")
+    skew, gap = axis_warnings(parse_config({"grid": {"bridge": [own, "osb1"]}}))
+    assert skew.startswith("made: the bridge file sets the skew: 5 deg (left), 5 deg (right);")
+    assert gap.endswith("40 mm at the left end, 40 mm at the right end; gap_mm has no effect")
     spans, models = "docs/bridges/simple_spans.yaml", ["roller", "contact_friction"]
     (text,) = axis_warnings(parse_config({"grid": {"bridge": [spans], "abutment": models}}))
     assert text == "inner joints of simple_spans have no friction with abutment model roller"
     in_radians = {"bridge": ["osb1"], "skew_deg": [0, 0.26, -0.52]}
-    (text,) = axis_warnings(parse_config({"grid": in_radians}))
-    assert text == "skew_deg is in degrees: 0.52 rad would be 29.79"
+    (skew, gap) = axis_warnings(parse_config({"grid": in_radians | {"gap_mm": [0, 2.5]}}))
+    assert skew == "skew_deg is in degrees: 0.52 rad would be 29.79"
+    assert gap == "gap_mm is in mm: 2.5 cm would be 25"
     (text,) = axis_warnings(parse_config({"accuracy": "fast"}))
     assert text.startswith("accuracy fast is for trials: its rows are often suspect")
     assert not list(axis_warnings(parse_config({"grid": in_radians | {"skew_deg": [0, 1, 30]}})))

@@ -307,6 +307,9 @@ def test_a_pair_of_files_has_the_time_step_of_the_index_beside_them(tmp_path):
         np.savetxt(path, 0.1 * np.sin(np.arange(200) / 9.0))
     with pytest.raises(InputError, match=r"state it in index\.csv"):
         motion_suite.read_pair(*paths)
-    answer("motions", "check", tmp_path, "--write", "--dt-s", 0.02)
+    answer("motions", "check", tmp_path, "--write", "--dt-s", 0.02, "--unit", "m/s2")
     assert motion_suite.read_pair(*paths).dt_s == 0.02
+    for files in (paths, paths[1:]):
+        pga_g = answer("motions", "im", *files)["pga_h1_g"]
+        assert pga_g == pytest.approx(0.1 / G_MPS2, rel=1e-3)
     assert motion_suite.read_pair(*paths[::-1]).files == ("bare_h2.txt", "bare_h1.txt")

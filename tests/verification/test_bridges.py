@@ -277,7 +277,7 @@ def test_the_stiffness_of_spine_and_caps_gives_their_end_forces(bridge):
 
 def slow_ramp(case, dof, force_n):
     """Return displacements of the mass centre and forces, which grow linearly in `RAMP_S`."""
-    settings, rows = AnalysisSettings(energy=False), []
+    settings, rows = AnalysisSettings(), []
     with domain():
         model = build(case, ModelOptions())
         apply_rayleigh(model)

@@ -246,7 +246,7 @@ class Independent:
             end["wall_nodes"].append(wall)
         key = a.sacrificial_key
         k = key.force_kn[0] * 1e3 / (key.displacement_mm[0] * 1e-3)
-        c = 2 * self.o.wall_dashpot_ratio * sqrt(k * a.key_mass_t * 1e3)
+        c = 2 * 0.10 * sqrt(k * a.key_mass_t * 1e3)
         (f0, f1, _), (u0, u1, _) = key.force_kn, key.displacement_mm
         later = (f1 - f0) / (u1 - u0) * 1e6
         pairs = zip(key.force_kn, key.displacement_mm, strict=True)

@@ -17,7 +17,7 @@ from skewbridge.analysis.modal import modal_properties
 from skewbridge.bridge import assembly, backfill, handles, joints, weights
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import JointData
-from skewbridge.bridge.catalogue.drawing import end_reaction_kn
+from skewbridge.bridge.catalogue.drawing import end_reaction_kn, pads_reaction_kn
 from skewbridge.bridge.column import bent_capacity
 from skewbridge.bridge.frame import Blueprint, End, InnerJoint
 from skewbridge.bridge.model import build, domain
@@ -31,7 +31,9 @@ from skewbridge.verification.references import live_model as live
 from strong_motion import strong_motion
 
 CABLES = "{count: 8, stiffness_kn_per_m: 5000.0, yield_kn: 170.0, slack_mm: 20.0}"
-SIMPLE = Path(__file__).parents[2] / "docs" / "bridges" / "simple_spans.yaml"
+EXAMPLES = Path(__file__).parents[2] / "docs" / "bridges"
+SIMPLE = EXAMPLES / "simple_spans.yaml"
+ON_BEARINGS = (EXAMPLES / "continuous_on_bearings.yaml").read_text(encoding="utf-8")
 RESTRAINED = f"at: bent 2, gap_mm: 30.0, restrainers: {CABLES},"
 FOUR_SPANS = SIMPLE.read_text(encoding="utf-8").replace("at: bent 2,", RESTRAINED)
 BENT, PADS = (", ".join(FOUR_SPANS.split(anchor)[1].split("\n- ")[0].strip().splitlines())
@@ -316,6 +318,38 @@ def test_the_span_of_a_single_column_is_known_in_limits_and_by_its_key(written):
     assert (found.direction, found.shear_span_m) == ("along", pytest.approx(0.6 * 8.51))
 
 
+@pytest.mark.parametrize("pads", ["two", "each"])
+def test_a_deck_that_runs_over_a_bent_on_bearings_moves_on_them(written, pads):
+    """Statics: 5 pads on each of 2 caps, whose columns are cantilevers of 7.1 m."""
+    name = written(ON_BEARINGS)
+    options = ModelOptions(elastic_columns=True, foundation="fixed", pads=pads)
+    with domain():
+        model = build(variant(0, "roller", name), options)
+        columns = [column.element for column in model.columns]
+        at_rest = np.array([ops.eleResponse(column, "force") for column in columns])
+        bridge = load_bridge(name)
+        deck_kn = pads_reaction_kn(bridge, bridge.bents[1].pads.model_dump())
+        assert deck_kn * 1e3 == weights.deck_reactions_n(bridge)[2]
+        axial_n = weights.column_axial_n(bridge, 0)
+        assert at_rest[:, 2] == pytest.approx(axial_n, rel=5e-3)
+        assembly.open_linear_pattern(model.tags)
+        for line in model.frame.bearing_lines:
+            ops.load(line.node, 60e3, 0.0, 0.0, 0.0, 0.0, 0.0)
+        static_steps(1, "UmfPack", 1e-9)
+        change = np.array([ops.eleResponse(column, "force") for column in columns]) - at_rest
+        pairs = [(line.node, line.cap) for line in model.frame.bearing_lines]
+        pads_m = [ops.nodeDisp(deck, 1) - ops.nodeDisp(cap, 1) for deck, cap in pairs]
+        # the soffit of the cap, 1.44 m below the bottom of the pads
+        tops_m = [ops.nodeDisp(cap, 1) - 1.44 * ops.nodeDisp(cap, 5) for _, cap in pairs]
+    change, at_rest = change.reshape(2, 3, 12), at_rest.reshape(2, 3, 12)
+    assert change[:, :, 0].sum(axis=1) == pytest.approx(-60e3, rel=1e-6)
+    # about the bearings, including the moment of the dead load on columns that have moved; the ends
+    # of pads of a height of 60 mm do not turn
+    moment_nm = change[:, :, 4].sum(axis=1) + at_rest[:, :, 2].sum(axis=1) * tops_m
+    assert np.abs(moment_nm) == pytest.approx(7.1 * 60e3, rel=2e-3)
+    assert np.array(pads_m) == pytest.approx(60e3 / (5 * 1500e3), rel=3e-3)
+
+
 def test_restrainers_pull_after_their_slack_up_to_their_strength(written, monkeypatch):
     made = []
     keep = lambda *given: made.append(element.uniaxial(*given)) or made[-1]  # noqa: E731
@@ -337,11 +371,14 @@ def test_restrainers_pull_after_their_slack_up_to_their_strength(written, monkey
     [
         (HINGED.replace("ledge: left", "ledge: right"), "contact", "joint 1: a deck lifts off"),
         (FOUR_SPANS, "roller", "because abutment model roller"),
+        # a gap of 51 mm is shared by the seats of both decks
+        (FOUR_SPANS.replace("0.6\n", "0.025\n"), "contact", "some of the joint 1 seat of 25 mm"),
         *((FOUR_SPANS.replace(*change), "contact", message) for *change, message in (
             ("at: bent 3", "at: bent 4", r"joints.2.at: must be one of the 3 bents"),
-            ("base: fixed", "base: pinned", r"the bent below a joint needs base: fixed"),
+            ("base: fixed", "base: pinned", r"bents.0: a bent with bearings .* needs base: fixed"),
             ("at: bent 1\n  ", "", r"joints.0: give either at or from_left_m"),
             ("at: bent 3", "from_left_m: 28.2", "from left to right"),
+            ("cap_weight", f"pads: {{{PADS}}}, cap_weight", "the joint at this bent has the pads"),
             ("7.6", "6.6", r"bents.\d: clear_height_m \+ cap_depth_m = .* must be at most"),
         )),
         *((f"extends: bridge_a\ntitle: bad\n{text}\n", "contact", message) for text, message in (

@@ -259,7 +259,7 @@ def test_support_motions_of_a_file(tmp_path):
     assert tuple(read) == SUPPORTS
     for one, other in zip(read["left"].components, read["right"].components, strict=True):
         assert np.array_equal(one, -other)
-    options = ("--support-motions", path, "--out", tmp_path / "out", "--no-figures")
+    options = ("--support-motions", path, "--out", tmp_path / "out")
     assert answer("run", *options)["status"] == "ok"
     answer("run", *options, "--motion", "a", "b", code=2)
     for changed, message in (

@@ -80,14 +80,15 @@ def test_modelling_choices_are_made_on_request_only_in_the_configured_folder(stu
 
 
 def test_workers_and_the_growth_of_a_grid_leave_the_tables_as_they_are(study):
-    """The study again: half of its grid on one core, then all with two workers for a variant."""
+    """The study again: half of its grid, whose variant has both cores, then all on one core."""
     half = "{results: again, grid: {friction: [0.0]}}"
-    first = small.run(study, "--", "again/demands.parquet", over=half, cores=1)
+    first = small.run(study, "--", "again/demands.parquet", over=half)
     keys = small.journal_keys(study, "again")
-    two = ("--set-threads", "analyse=2")
-    second = small.run(study, *two, "--", "again/demands.parquet", over="results: again")
-    for each in (first, second):
-        assert (each.stdout + each.stderr).count("rule analyse:") == 1
+    second = small.run(study, "--", "again/demands.parquet", over="results: again", cores=1)
+    for each, workers in ((first, 2), (second, 1)):
+        text = each.stdout + each.stderr
+        assert text.count("rule analyse:") == 1
+        assert ("threads: 2" in text.split("rule analyse:")[1].split("rule ")[0]) == (workers == 2)
     assert len(keys) == 3
     assert small.journal_keys(study, "again")[:3] == keys
     assert sorted(small.journal_keys(study, "again")) == sorted(small.journal_keys(study))

@@ -31,6 +31,10 @@ try:
 except InputError as error:
     sys.exit(f"error: {error}")  # an exception would be shown with lines of this file
 
+# Parallel variants use the processors better than one variant with parallel motions; a study of
+# fewer variants than processors divides the processors among its variants.
+ANALYSIS_THREADS = max(1, (workflow.cores or 1) // len(VARIANTS))
+
 # Additional inputs of a study that runs until its effects are decided (design.until).
 ROUNDS = {}
 

@@ -13,8 +13,7 @@ rule analyse:
     benchmark:
         FOLDER.benchmark("analyse_{variant}")
     priority: 50
-    # Parallel variants use the processors better than one variant with parallel motions.
-    threads: 1
+    threads: ANALYSIS_THREADS
     resources:
         mem_mb=lambda wildcards, threads, attempt: (900 + 350 * threads) * attempt,
         runtime=by_attempt(240),

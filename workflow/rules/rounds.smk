@@ -42,7 +42,7 @@ rule analyse_round:
     benchmark:
         FOLDER.benchmark("analyse_{variant}_round{round}")
     priority: 50
-    threads: 1
+    threads: ANALYSIS_THREADS
     resources:
         mem_mb=lambda wildcards, threads, attempt: (900 + 350 * threads) * attempt,
         runtime=by_attempt(240),

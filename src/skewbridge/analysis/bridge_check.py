@@ -131,7 +131,8 @@ def _unit_doubts(bridge: Description, at_rest: ModalResult) -> Iterator[str]:
     """Yield a sentence for each value of a bridge script that suggests a wrong unit."""
     per_m2 = at_rest.weight_kn / (bridge.length_m * bridge.width_m)
     size_values = (bridge.length_m,), (bridge.width_m,), (per_m2,), bridge.bent_heights_m
-    values = (conditioning_period_s(at_rest),), *size_values
+    gaps_mm = tuple(filter(None, bridge.gaps_mm.values()))
+    values = (conditioning_period_s(at_rest),), *size_values, gaps_mm
     for (name, (low, high)), stated_values in zip(TABLES["script"].items(), values, strict=True):
         if outside := [value for value in stated_values if not low <= value <= high]:
             text = f"is outside the usual {low:g} to {high:g}: check units, masses and loads"
@@ -167,10 +168,12 @@ def _outside_ranges(filled: Completed) -> Iterator[str]:
 
 def _factors(filled: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[Any]:
     """Yield for each number stated in a file: key, value by rule, rule, ratio stated / by rule."""
+    other_material = TABLES["concrete"] if filled.bridge.deck.elastic_modulus_gpa > 100.0 else ()
     for key, (value, rule) in rules.items():
         values = np.ravel(value_at(filled.bridge, key))
+        is_usual = rule.within and key not in filled.derived and rule.key not in other_material
         # no weight, for example of a cap, is a choice
-        if key not in filled.derived and rule.within and all(values) and np.all(value):
+        if is_usual and all(values) and np.all(value):
             yield key, value, rule, values / np.ravel(value)
 
 
@@ -196,18 +199,10 @@ def _stale(filled: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[st
         yield f"{text}: {', '.join(stale)}"
 
 
-def support_lengths_m(bridge: Description, gaps_m: Mapping[str, float]) -> dict[str, float]:
-    """Return the length on the seat at rest (m), normal to it, of each end or joint with a gap."""
-    # on a cap, the middle of the gap is the end of both seats
-    at_bents = {f"joint {n}" for n, at in enumerate(bridge.joints_m, start=1) if at[:4] == "bent"}
-    lost_m = {name: gap_m / (2.0 if name in at_bents else 1.0) for name, gap_m in gaps_m.items()}
-    return {name: bridge.seats_m[name] - lost_m[name] for name in gaps_m}
-
-
 def _seat_findings(bridge: Description) -> Iterator[str]:
     gap_mm = axis("gap_mm").usual  # of a seat that takes that of the variant
     gaps_m = {end: bridge.gaps_mm.get(end, gap_mm) * MM for end in bridge.seats_m}
-    for end, length_m in support_lengths_m(bridge, gaps_m).items():
+    for end, length_m in bridge.support_lengths_m(gaps_m).items():
         sdc = ABUTMENT_CLAUSE, MINIMUM_SEAT_M
         if end not in bridge.end_kinds:
             sdc = HINGE_CLAUSE, MINIMUM_HINGE_M
@@ -380,7 +375,7 @@ def corner_moves_m(
     """
     openings = {end: f"contact_{end}_backwall_1_opening_m" for end in bridge.end_seats_m}
     gaps_m = {end: float(histories[name][0]) for end, name in openings.items() if name in histories}
-    lengths_m = dict.fromkeys(openings, shortest_m) | support_lengths_m(bridge, gaps_m)
+    lengths_m = dict.fromkeys(openings, shortest_m) | bridge.support_lengths_m(gaps_m)
     moves: dict[str, tuple[float, float]] = {}
     for (end, length_m), kind in product(lengths_m.items(), ("acute", "obtuse")):
         if (unseating_m := histories.get(f"abutment_{end}_{kind}_unseating_m")) is None:
@@ -397,5 +392,5 @@ def joint_moves_m(
     gaps_m = {f"joint {n}": float(histories[f"contact_joint_{n}_1_opening_m"][0]) for n in numbers}
     return {
         joint: (max(0.0, float(np.max(histories[f"joint{number}_unseating_m"]))), length_m)
-        for number, (joint, length_m) in enumerate(support_lengths_m(bridge, gaps_m).items(), 1)
+        for number, (joint, length_m) in enumerate(bridge.support_lengths_m(gaps_m).items(), 1)
     }

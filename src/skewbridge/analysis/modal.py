@@ -123,11 +123,10 @@ def apply_rayleigh(model: BridgeModel, kind: RayleighKind | None = None) -> tupl
     """Apply Rayleigh damping a0 M + a1 K to deck and columns only; return a0 (1/s) and a1 (s).
 
     K is the stiffness of the last committed step (see `damp_columns`). ``kind`` overrides the
-    option ``rayleigh`` of the model; without the option ``damping_ratio`` the bridge states it.
+    option ``rayleigh`` of the model.
     """
     damping, options, region = model.frame.damping, model.options, model.tags.region
-    ratio = damping.ratio if options.damping_ratio is None else options.damping_ratio
-    ratio *= options.damping_factor
+    ratio = damping.ratio * options.damping_factor
     a0, a1 = rayleigh_factors(damping, ratio, kind or options.rayleigh)
     damped = dict.fromkeys(
         int(node) for element in damping.elements for node in ops.eleNodes(element)

@@ -7,6 +7,9 @@ from typing import Any, Final
 
 from skewbridge.analysis.settings import OpenSeesCommand
 
+# ASSUME a (sub-)step without a solution after 15 iterations needs the next recovery step
+MAX_ITERATIONS: Final = 15
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecoveryStep:
@@ -18,8 +21,7 @@ class RecoveryStep:
     substeps: int = 1
     #: tolerance of a looser convergence test, or 0 for the tolerance of the settings
     tolerance_j: float = 0.0
-    #: iterations after which it fails; None: as in the settings
-    max_iterations: int | None = None
+    max_iterations: int = MAX_ITERATIONS  #: iterations after which it fails
 
     @property
     def description(self) -> str:
@@ -75,15 +77,6 @@ class Effort:
         """Number of (sub-)steps that converged in each recovery step."""
         return tuple(self.steps_by_rung[number] for number in range(len(RECOVERY_STEPS)))
 
-    def loosened_ratio(self, tolerance_j: float) -> float:
-        """Return the share of (sub-)steps that met only a test looser than this tolerance."""
-        loose = sum(
-            count
-            for step, count in zip(RECOVERY_STEPS, self.counts, strict=True)
-            if step.tolerance_j > tolerance_j
-        )
-        return loose / max(sum(self.counts), 1)
-
 
 def steps_as_text(steps_by_rung: Iterable[int]) -> str:
     """Return the text of column ``steps_by_rung``: (sub-)steps of each recovery step from 0."""
@@ -93,6 +86,13 @@ def steps_as_text(steps_by_rung: Iterable[int]) -> str:
 def steps_from_text(text: str) -> list[int]:
     """Return the numbers in the text of column ``steps_by_rung``; empty if the text is empty."""
     return [int(steps) for steps in text.split()]
+
+
+def loosened_share(text: str) -> float:
+    """Return the share of (sub-)steps with a looser test, from a text of ``steps_by_rung``."""
+    counts = steps_from_text(text)
+    loose = [n for step, n in zip(RECOVERY_STEPS, counts, strict=False) if step.tolerance_j]
+    return sum(loose) / max(sum(counts), 1)
 
 
 def recovery_shares(steps_by_rung: Iterable[Sequence[int]]) -> list[dict[str, Any]]:

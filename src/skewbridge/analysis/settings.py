@@ -11,7 +11,7 @@ from pydantic.dataclasses import dataclass
 from pydantic_core import ArgsKwargs
 
 from skewbridge.errors import InputError
-from skewbridge.files.text import OPTIONS, Flag, Number, Whole, merged, read_mapping
+from skewbridge.files.text import OPTIONS, Flag, Number, merged, read_mapping
 from skewbridge.variant.options import ModelOptions
 
 type AnalysisScheme = Literal["default", "paper"]
@@ -60,12 +60,6 @@ class AnalysisSettings:
     """tolerance of the convergence test on energy increments"""
     reuse_tangent: Flag = Field(default=True)
     """far from contact, use an earlier tangent and converge to 0.1 J"""
-    max_iterations: Whole = Field(default=15, ge=2, le=1000)
-    """largest number of iterations of a recovery step"""
-    mean_iterations: Number = Field(default=40.0, ge=1.0, le=1.0e4)
-    """mean iterations per regular step above which the status is timeout"""
-    energy: Flag = Field(default=True)
-    """compute the energy balance (2 to 3 % of the run time)"""
 
     @model_validator(mode="before")
     @classmethod

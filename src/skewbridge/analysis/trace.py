@@ -259,9 +259,12 @@ def _nodes(model: BridgeModel) -> Iterable[int]:
             yield from spring.nodes
         for element in abutment.other_springs:
             yield from ops.eleNodes(element)
-    for joint in model.joints:
-        for bearing in joint.bearings:
+    for line in model.inner_pads:
+        for bearing in line.bearings:
             yield from (bearing.seat_node, bearing.deck_node)
+        for pad in line.pads:
+            yield from (point.node for point in pad)
+    for joint in model.joints:
         yield from (seat.holder.node for seat in joint.seats)
     if model.contacts is not None:
         for unit in model.contacts.units:

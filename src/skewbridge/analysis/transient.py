@@ -1,7 +1,7 @@
 """Nonlinear response history of one variant under one motion, with limits and residual drift."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import dist, hypot, inf, isqrt, nan, pi
 from pathlib import Path
 from typing import Any, Final
@@ -21,7 +21,7 @@ from skewbridge.analysis.peaks import (
     model_end,
     over_capacity,
 )
-from skewbridge.analysis.recovery import Effort
+from skewbridge.analysis.recovery import MAX_ITERATIONS, Effort
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.step_loop import Ending, Progress, StepLoop, configure_solver, solver_log
 from skewbridge.analysis.trace import Monitor, at_regular_steps
@@ -31,7 +31,6 @@ from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.plan import PlanVector
 from skewbridge.contact import ContactError, ContactSet
-from skewbridge.errors import InputError
 from skewbridge.statuses import OK, Status
 from skewbridge.variant.options import SHEAR_MODEL_DEMANDS, ModelOptions
 from skewbridge.variant.variant import Variant
@@ -68,14 +67,13 @@ class AnalysisResult:
     time_reached_s: float  # time of the last converged step
     duration_s: float  # duration of the analysis if it does not end early
     effort: Effort  # iterations, (sub-)steps and failures
-    loosened_ratio: float  # share of (sub-)steps that met only a looser convergence test
     demands: dict[str, float]  # the demand columns of the table, in their units
     #: the demand columns as peaks over all steps, even after a column failure
     whole_history: dict[str, float]
     support_length_m: float  # of the deck on its seats at rest; nan without seats
     bents: list[dict[str, Any]]  # capacities of the bents, from `capacity_rows`
     model_end: ModelEnd  # first failure of a column; `demands` are the peaks up to this failure
-    energy_kj: Mapping[str, float]  # terms of the energy balance; empty if it was not computed
+    energy_kj: Mapping[str, float]  # terms of the energy balance; empty without one
     #: columns of the history table at the regular steps, each of shape (steps + 1,), or None
     histories: dict[str, NDArray[np.float64]] | None
     messages: tuple[str, ...]  # reason for an early end, and notes on the demands
@@ -108,7 +106,6 @@ def analyse(
             rayleigh = apply_rayleigh(model, "stiffness")
             supports = SupportInput(excitation.supports, ground, model)
             supports.apply(model)
-            settings = replace(settings, energy=False)
         history = _History(model, ground, settings, rayleigh, supports, histories=histories)
         return history.run(progress)
 
@@ -136,7 +133,7 @@ class _History:
         self._loop = StepLoop(model.contacts, settings, lambda far: self._damp(by_tangent=far))
         self._monitor = Monitor(model, bearings=histories)
         self._energy = None
-        if settings.energy:
+        if supports is None:
             self._energy = EnergyBalance(
                 model, self._monitor, ground.at, rayleigh, settings.integrator_command
             )
@@ -178,7 +175,6 @@ class _History:
             time_reached_s=float(trace.time_s[-1]),
             duration_s=self._ground.duration_s,
             effort=effort,
-            loosened_ratio=effort.loosened_ratio(self._settings.tolerance_j),
             demands=peaks,
             whole_history=all_peaks,
             support_length_m=min(lengths_m, default=nan),
@@ -251,18 +247,6 @@ class Watch:
             for demand, corner, support, seat in seats
         )
         self._drift_ratio = self._disp_m = self._seats_at_s = 0.0
-        for abutment in model.seats:
-            if abutment.support_length_m <= 0.0:
-                raise InputError(
-                    f"gap_mm must be below the seat width of {abutment.seat_width_m * 1e3:g} mm, "
-                    f"got {abutment.gap_m * 1e3:g}"
-                )
-        for joint in model.joints:
-            if min(seat.support_length_m for seat in joint.seats) <= 0.0:
-                raise InputError(
-                    f"gap_mm of {joint.name} leaves nothing of its seat, got "
-                    f"{joint.gap_m * 1e3:g}: reduce it or widen the seat"
-                )
 
     def diverged(self) -> str:
         """Return the reason why the state is not a solution, or an empty text.
@@ -406,7 +390,7 @@ def drifts_at_rest(
     factors = (4 * pi / period_s, 0.0, 0.0, 0.0)
     ops.region(model.tags.region(), "-ele", *model.frame.damping.elements, "-rayleigh", *factors)
     configure_solver(settings)
-    ops.test("EnergyIncr", min(settings.tolerance_j, TOLERANCE_J), settings.max_iterations)
+    ops.test("EnergyIncr", min(settings.tolerance_j, TOLERANCE_J), MAX_ITERATIONS)
     ops.algorithm("Newton")
     _forget_accelerations()
     ops.integrator(*_INTEGRATOR)

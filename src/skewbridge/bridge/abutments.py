@@ -22,7 +22,7 @@ References:
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import cos, sqrt
+from math import sqrt
 from typing import Any, Final
 
 import openseespy.opensees as ops
@@ -68,7 +68,7 @@ from skewbridge.bridge.springs import (
     spring_element,
 )
 from skewbridge.contact.element import uniaxial
-from skewbridge.units import KN, MM, TONNE
+from skewbridge.units import KN, TONNE
 from skewbridge.variant.options import ModelOptions
 
 # Far stiffer than the deck's end element (1e10 N/m), soft enough for double precision. A modulus
@@ -265,7 +265,7 @@ class Wall:
         """Return the dashpot coefficient (N s/m) between a share of the wall and the backfill."""
         vs_mps = self.options.backfill_vs_mps
         if vs_mps is None:
-            return damping_n_s_per_m(self.options.wall_dashpot_ratio, stiffness_n_per_m, mass_kg)
+            return damping_n_s_per_m(stiffness_n_per_m, mass_kg)
         return share * radiation_n_s_per_m(self.data, vs_mps)
 
     def moving_mass_kg(self, mass_kg: float) -> float:
@@ -295,7 +295,7 @@ class Joint(Wall):
     def key_spring(self, nodes: tuple[int, int], inward: PlanVector) -> SpringHandle:
         """Create the springs of a key normal to and along its face; return the normal spring."""
         stiffness, mass_kg = key_stiffness_n_per_m(self.key), self.key_mass_kg
-        dashpot = damping_n_s_per_m(self.options.wall_dashpot_ratio, stiffness, mass_kg)
+        dashpot = damping_n_s_per_m(stiffness, mass_kg)
         dashpot_material = elastic_material(0.0, self.tags, dashpot)
         across = [key_material(self.key, self.tags), dashpot_material]
         # ASSUME along its face a key is elastic up to the same strength, independent of the force
@@ -354,7 +354,7 @@ def support_deck_end(end: End, blueprint: Blueprint) -> Joint:
     gap_mm = variant.gap_mm if end_gap_mm is None else end_gap_mm
     handle = AbutmentHandle(
         **placed(plan, deck_node, points),
-        gap_m=normal_gap_m(gap_mm, plan, options),
+        gap_m=options.normal_gap_m(gap_mm, plan.skew_deg),
         seat_width_m=data.seat_width_m,
         bearings=bearings,
         pads=tuple(bearing_point(plan, deck_node, along_m) for along_m in pads),
@@ -362,12 +362,6 @@ def support_deck_end(end: End, blueprint: Blueprint) -> Joint:
         links=tuple(arms),
     )
     return Joint(blueprint=blueprint, data=data, end=plan, points=points, handle=handle)
-
-
-def normal_gap_m(gap_mm: float, end: DeckEnd, options: ModelOptions) -> float:
-    """Return the opening of a joint at rest normal to its faces, including ``gap_offset_mm``."""
-    cosine = cos(end.skew_rad) if options.gap_measured == "longitudinal" else 1.0
-    return max(gap_mm * MM * cosine + options.gap_offset_mm * MM, 0.0)
 
 
 def bearing_point(end: DeckEnd, deck_node: int, along_m: float) -> Point:

@@ -12,7 +12,13 @@ import openseespy.opensees as ops
 from skewbridge.bridge.catalogue.data import BridgeData
 from skewbridge.bridge.frame import Blueprint, BridgeModel, Frame
 from skewbridge.bridge.handles import TagAllocator
-from skewbridge.bridge.joints import KINDS, build_inner_joint, support_joint
+from skewbridge.bridge.joints import (
+    KINDS,
+    build_inner_joint,
+    require_no_uplift,
+    support_joint,
+    support_on_bent,
+)
 from skewbridge.bridge.script_units import end_view
 from skewbridge.bridge.structures import CatalogueBridge
 from skewbridge.contact import ContactSet
@@ -28,6 +34,7 @@ _GRAVITY_STEPS = 5
 # Girders of several spans twist in up to 30 modes that are longer than the first vertical one.
 _MOST_MODES = 56
 _LEAST_MASS = 0.05
+_INFINITE = 1.0e15  # eigenvalue (1/s2) of a mode without mass
 _TOLERANCE_M = 1.0e-10
 
 
@@ -55,15 +62,17 @@ def assemble(build_frame: FrameBuilder, variant: Variant, options: ModelOptions)
     """Build a frame and its joints in the open domain, at rest under the dead load.
 
     The dead load rotates the deck ends, and gaps are openings at rest: joints are built after it.
-    Raises `DomainError` in a domain with a model, `GravityError` without equilibrium.
+    Raises `GravityError` without equilibrium.
     """
-    require_empty_domain()
     tags = TagAllocator()
     frame = build_frame(variant.skew_deg, options, tags)
     blueprint = blueprint_of(variant, options, tags, has_joints=bool(frame.joints))
     at_rest = [KINDS[end.abutment.type](end, blueprint) for end in frame.ends]
     supported_joints = [support_joint(joint, blueprint) for joint in frame.joints]
+    bearing_lines = tuple(support_on_bent(line, blueprint) for line in frame.bearing_lines)
     hold_dead_load(frame.loads.forces_n, frame.loads.moments_nm, tags)
+    for line, pads in zip(frame.bearing_lines, bearing_lines, strict=True):
+        require_no_uplift(line.plan.name, pads.bearings)
     joints = tuple(map(build_inner_joint, supported_joints))
     abutments = tuple(build() for build in at_rest)
     return BridgeModel(
@@ -74,6 +83,7 @@ def assemble(build_frame: FrameBuilder, variant: Variant, options: ModelOptions)
         frame=frame,
         abutments=abutments,
         joints=joints,
+        bearing_lines=bearing_lines,
     )
 
 
@@ -156,7 +166,11 @@ def modes_of(model: BridgeModel, count: int = 14) -> tuple[Mode, ...]:
         ops.fix(node, *(int(dof == number) for number in range(1, 7)))
     try:
         with soft_friction:
-            masses = sum(mass > 0.0 for node in ops.getNodeTags() for mass in ops.nodeMass(node))
+            masses = sum(
+                ops.nodeMass(node, dof) > 0.0
+                for node in ops.getNodeTags()
+                for dof in {1, 2, 3, 4, 5, 6}.difference(ops.getFixedDOFs(node))
+            )
             if masses < 2 * count:  # too few for ARPACK
                 return _lowest_modes(masses, "-fullGenLapack")
             modes = _lowest_modes(count)
@@ -183,6 +197,7 @@ def _lowest_modes(count: int, *solver: str) -> tuple[Mode, ...]:
             **{name: ratios[f"partiMassRatios{key}"][i] / 100 for name, key in keys.items()},
         )
         for i, eigenvalue in enumerate(eigenvalues)
+        if eigenvalue < _INFINITE
     )
 
 

@@ -55,13 +55,14 @@ def build_bents(
         capacities = bent_directions(bridge, number, options.hinge_rule)
         is_pinned = bridge.base_of(bent) == "pinned"
         vertical, below, height_m = in_bent, soffit, bent.clear_height_m
-        if number in bridge.jointed_bents:
+        if number in bridge.bents_with_bearings:
             # the cap is a line at its top, where the bearings are; the column ends at its soffit
-            vertical, below = tags.transformation(), (0.0, 0.0, -bent.cap_depth_m)
+            pads_m = bent.pads.height_m if bent.pads else 0.0
+            vertical, below = tags.transformation(), (0.0, 0.0, pads_m - bent.cap_depth_m)
             height_m += bent.cap_depth_m
             ops.geomTransf("PDelta", vertical, *normal, 0.0, *offset, *below)
             spine.bent_nodes[number] = cap = tags.node()
-            ops.node(cap, x, 0.0, 0.0)
+            ops.node(cap, x, 0.0, -pads_m)
             # inertia about its own axis, below the bearings: without it, the trapezoidal rule is
             # unstable in this rotation when decks collide
             inertia = bent.cap_weight_kn * KN / G_MPS2

@@ -105,8 +105,8 @@ def shear_span_m(
 ) -> float:
     """Return the height (m) of zero moment above a fixed base, or the height if it is pinned.
 
-    It is at mid-height, except at the bearings in bending normal to a bent below a joint, and along
-    a bent of a single column (`single_column_spans_m`).
+    It is at mid-height, except at bearings in bending normal to a bent below them, and along a bent
+    of a single column (`single_column_spans_m`).
     """
     bent = bridge.bents[bent_number]
     if bridge.base_of(bent) == "pinned":
@@ -115,7 +115,7 @@ def shear_span_m(
         return ratio * bent.clear_height_m
     if direction == 1 and bent.columns == 1:
         return single_column_spans_m(bridge, hinge_rule)[bent_number]
-    if direction == 0 and bent_number in bridge.jointed_bents:
+    if direction == 0 and bent_number in bridge.bents_with_bearings:
         return bent.clear_height_m + bent.cap_depth_m  # ASSUME bearings transfer no moment
     return bent.clear_height_m / 2  # ASSUME symmetric double curvature
 
@@ -156,7 +156,7 @@ def single_column_spans_m(bridge: BridgeData, hinge_rule: HingeRule) -> dict[int
         hinge_m = hinge_length_m(column, height_m / 2, hinge_rule)
         hinge_rotation = hinge_m * (curve.ultimate_curvature_per_m - yield_per_m)
         load_m = height_m + deck.centroid_above_soffit_m
-        load_m += bent.cap_depth_m if number in bridge.jointed_bents else 0.0
+        load_m += bent.cap_depth_m if number in bridge.bents_with_bearings else 0.0
         # slope-deflection: top moment = Mp + 2 E I / H (rotation of the hinge - rolling) <= Mp
         slope_nm[place] = 2 * plastic_nm / yield_per_m * load_m / height_m**2
         high_nm[place] = plastic_nm * (2 * load_m / height_m - 1)

@@ -9,9 +9,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
 
-from skewbridge.bridge.catalogue.data import EndData, JointData
+from skewbridge.bridge.catalogue.data import EndData, JointData, PadData
 from skewbridge.bridge.column import BentCapacity
-from skewbridge.bridge.handles import AbutmentHandle, ColumnHandle, JointHandle, TagAllocator
+from skewbridge.bridge.handles import (
+    AbutmentHandle,
+    ColumnHandle,
+    JointHandle,
+    PadsHandle,
+    TagAllocator,
+)
 from skewbridge.bridge.plan import DeckEnd, PlanVector
 from skewbridge.errors import InputError
 from skewbridge.variant.options import ModelOptions
@@ -77,6 +83,16 @@ class InnerJoint:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class BearingLine:
+    """Bearings below a deck that runs over a bent, before they are built."""
+
+    plan: DeckEnd  # position, skew and width of the line in plan; its name is that of the bent
+    node: int  # node of the deck at its centroid
+    cap: int  # node of the cap, at the bottom of the bearings
+    pads: PadData
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Frame:
     """A bridge in the open domain without joints, before dead load."""
 
@@ -90,6 +106,7 @@ class Frame:
     #: elastic beams or springs.
     elements: Mapping[str, tuple[int, ...]]
     joints: tuple[InnerJoint, ...] = ()  # joints inside the bridge, left to right
+    bearing_lines: tuple[BearingLine, ...] = ()  # at bents without a joint, left to right
     #: capacities of the bents under a rigid deck; empty if the bridge does not state them
     bents: tuple[BentCapacity, ...] = ()
     #: units of the domain behind its SI view; None if it has SI units
@@ -129,10 +146,62 @@ class Description:
         """Seat width of each seat end by its name."""
         return {name: self.seats_m[name] for name in self.end_kinds if name in self.seats_m}
 
+    def support_lengths_m(self, gaps_m: Mapping[str, float]) -> dict[str, float]:
+        """Return the length on the seat at rest (m), normal to it, by end or joint with a gap."""
+        # on a cap, the middle of the gap is the end of both seats
+        lost_m = {
+            name: gap_m / (2.0 if name in self._joints_at_bents else 1.0)
+            for name, gap_m in gaps_m.items()
+        }
+        return {name: self.seats_m[name] - lost_m[name] for name in gaps_m}
+
+    @property
+    def _joints_at_bents(self) -> set[str]:
+        return {f"joint {n}" for n, at in enumerate(self.joints_m, start=1) if at[:4] == "bent"}
+
+    def gaps_m(self, variant: Variant, options: ModelOptions) -> dict[str, float]:
+        """Return the gap at rest (m), normal to its faces, of each seat end and inner joint.
+
+        `InputError` if a gap is missing or leaves nothing of a seat.
+        """
+        has_gap, gaps_m = "gap_mm" in variant.traits.axes, dict[str, float]()
+        for name, width_m in self.seats_m.items():
+            own_mm = self.gaps_mm.get(name) if has_gap or name not in self.end_kinds else 0.0
+            if own_mm is None and not has_gap:
+                reason = f"abutment model {variant.abutment} has no gap"
+                raise InputError(f"{name}: gap_mm must be in the bridge file, because {reason}")
+            skew_deg = variant.skew_deg
+            if name in self._joints_at_bents:
+                skew_deg = options.skew_of_bents_deg(skew_deg)
+            gap_mm = variant.gap_mm if own_mm is None else own_mm
+            gap_m = gaps_m[name] = options.normal_gap_m(gap_mm, self.skews_deg.get(name, skew_deg))
+            if self.support_lengths_m({name: gap_m})[name] <= 0.0:
+                raise InputError(
+                    f"{variant.bridge_name}: gap_mm must leave some of the {name} seat of "
+                    f"{width_m * 1e3:g} mm, got {gap_m * 1e3:g} normal to it"
+                )
+        return gaps_m
+
     @property
     def takes_gap(self) -> bool:
         """Whether a seat end or an inner joint takes the gap of the variant."""
         return bool(self.seats_m.keys() - self.gaps_mm.keys())
+
+    @property
+    def axis_notes(self) -> list[str]:
+        """Sentences on skew and gap that the bridge sets itself, or that it has no joint."""
+        notes: list[str] = []
+        if skews := ", ".join(f"{deg:g} deg ({name})" for name, deg in self.skews_deg.items()):
+            others = f"the bridge file sets the skew: {skews}; skew_deg turns the other supports"
+            notes.append(others)
+        if not self.seats_m:
+            notes.append("gap_mm and friction have no effect: the bridge has no seats, no joints")
+        if own := ", ".join(f"{gap_mm:g} mm at {at}" for at, gap_mm in self.own_gaps_mm.items()):
+            others = "acts on the other joints" if self.takes_gap else "has no effect"
+            if self.details == "script" and not self.takes_gap:
+                others += ", though names of variants have it"
+            notes.append(f"the bridge file sets the gap: {own}; gap_mm {others}")
+        return notes
 
     @property
     def own_gaps_mm(self) -> dict[str, float]:
@@ -209,6 +278,12 @@ class BridgeModel(Blueprint):
     frame: Frame
     abutments: tuple[AbutmentHandle, ...]
     joints: tuple[JointHandle, ...] = ()
+    bearing_lines: tuple[PadsHandle, ...] = ()
+
+    @property
+    def inner_pads(self) -> tuple[PadsHandle, ...]:
+        """Pads at inner joints and at bents without a joint."""
+        return (*self.joints, *self.bearing_lines)
 
     @property
     def columns(self) -> tuple[ColumnHandle, ...]:
@@ -235,8 +310,8 @@ class BridgeModel(Blueprint):
         ends, units = self.abutments, self.contacts.units if self.contacts else ()
         springs = {spring.element for end in ends for spring in end.springs}
         other_springs = {element for end in ends for element in end.other_springs}
-        arms = (arm for end in (*ends, *self.joints) for arm in end.links)
-        pads = (bearing for end in (*ends, *self.joints) for bearing in end.bearings)
+        arms = (arm for end in (*ends, *self.inner_pads) for arm in end.links)
+        pads = (bearing for end in (*ends, *self.inner_pads) for bearing in end.bearings)
         cables = (cable for joint in self.joints for cable in joint.restrainers)
         return {
             **self.frame.elements,

@@ -148,17 +148,23 @@ class SeatHandle:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class JointHandle:
+class PadsHandle:
+    """Pads between a deck and a cap or ledge."""
+
+    bearings: tuple[BearingHandle, ...]  # pad elements, from the cap or ledge up to the deck
+    pads: tuple[tuple[Point, Point], ...]  # top and bottom of each pad
+    links: tuple[int, ...]  # stiff arms
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JointHandle(PadsHandle):
     """Seats, contacts and restrainers of one joint inside the bridge."""
 
     name: str  # ``joint 1`` and so on, from left to right
     gap_m: float  # opening at rest, normal to the faces
     seats: tuple[SeatHandle, ...]
     units: tuple[int, ...]  # indices of the contacts between the decks
-    bearings: tuple[BearingHandle, ...]  # pad elements, from the cap or ledge up to the deck
-    pads: tuple[tuple[Point, Point], ...]  # top and bottom of each pad
     restrainers: tuple[int, ...]  # elements of the cables
-    links: tuple[int, ...]  # stiff arms
 
     @property
     def column(self) -> str:

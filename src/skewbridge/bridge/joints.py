@@ -9,15 +9,17 @@ apart that they have the rotational stiffness of all pile heads.
 
 At a joint, two deck ends face each other, on the cap of a bent or at a hinge. The decks meet in
 contact units at the same points along their faces. At a bent, both rest on pads on the cap; at a
-hinge, one deck rests on a ledge of the other. Cables may hold the decks together.
+hinge, one deck rests on a ledge of the other. Cables may hold the decks together. A deck without
+joint may rest on pads on the cap of a bent.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import sqrt
 from typing import Final
 
+import numpy as np
 import openseespy.opensees as ops
 
 from skewbridge.bridge.abutments import (
@@ -31,23 +33,23 @@ from skewbridge.bridge.abutments import (
     build_bearings,
     build_joint,
     hold_wall_point,
-    normal_gap_m,
     pad_stations,
     placed,
     support_deck_end,
 )
 from skewbridge.bridge.backfill import Passive
-from skewbridge.bridge.catalogue.data import IntegralData
-from skewbridge.bridge.frame import Blueprint, End, InnerJoint
+from skewbridge.bridge.catalogue.data import IntegralData, PadData
+from skewbridge.bridge.frame import BearingLine, Blueprint, End, InnerJoint
 from skewbridge.bridge.handles import (
     AbutmentHandle,
     BearingHandle,
     JointHandle,
+    PadsHandle,
     Point,
     SeatHandle,
     TagAllocator,
 )
-from skewbridge.bridge.plan import PlanVector, tributary_shares, turned
+from skewbridge.bridge.plan import DeckEnd, PlanVector, tributary_shares, turned
 from skewbridge.bridge.springs import (
     NO_GAP_M,
     PLASTIC_OVER_INITIAL,
@@ -113,22 +115,43 @@ def _seat_node(
     return seat
 
 
+def support_on_bent(line: BearingLine, blueprint: Blueprint) -> PadsHandle:
+    """Build the pads between a deck and the cap of a bent, with stiff arms to them."""
+    options, tags, plan, pads = blueprint.options, blueprint.tags, line.plan, line.pads
+    points, arms = build_arms(
+        plan, line.node, bearing_stations(pads, plan, options), [], options, tags
+    )
+    # arms along the cap are square to its normal
+    along = arm_transformation((*plan.normal, 0.0), options, tags)
+
+    def seat_at(place_m: Sequence[float]) -> int:
+        is_cap = np.allclose(place_m, ops.nodeCoord(line.cap), atol=1e-6)
+        return line.cap if is_cap else _seat_node(line.cap, along, tags, arms, place_m)
+
+    return PadsHandle(
+        bearings=build_bearings(plan, points, pads, options, tags, seat_at=seat_at),
+        pads=tuple(_pads(plan, line.node, line.cap, pads)),
+        links=tuple(arms),
+    )
+
+
+def require_no_uplift(name: str, bearings: Iterable[BearingHandle], remedy: str = "") -> None:
+    """Raise an `InputError` if a deck at rest is above its pads."""
+    for pad in bearings:
+        if ops.nodeDisp(pad.deck_node, 3) > ops.nodeDisp(pad.seat_node, 3):
+            raise InputError(f"{name}: a deck lifts off its pads under dead load{remedy}")
+
+
 def build_inner_joint(joint: Supported) -> JointHandle:
     """Build the contacts and cables between two decks at rest."""
     inner, variant, options = joint.inner, joint.blueprint.variant, joint.blueprint.options
     data, (left, right), contacts = inner.data, inner.ends, joint.blueprint.contacts
     if contacts is None:
         raise TypeError("an inner joint needs a ContactSet")
-    if data.gap_mm is None and "gap_mm" not in variant.traits.axes:
-        reason = f"abutment model {variant.abutment} has no gap"
-        raise InputError(f"{inner.name}: give gap_mm in the bridge file, because {reason}")
-    for pad in joint.bearings:
-        if ops.nodeDisp(pad.deck_node, 3) > ops.nodeDisp(pad.seat_node, 3):
-            raise InputError(
-                f"{inner.name}: a deck lifts off its pads under dead load; for a hinge, put the "
-                "ledge on the other deck"
-            )
-    gap_m = normal_gap_m(variant.gap_mm if data.gap_mm is None else data.gap_mm, left, options)
+    remedy = "; for a hinge, put the ledge on the other deck"
+    require_no_uplift(inner.name, joint.bearings, remedy)
+    gap_mm = variant.gap_mm if data.gap_mm is None else data.gap_mm
+    gap_m = options.normal_gap_m(gap_mm, left.skew_deg)
     friction = variant.friction if data.friction is None else data.friction
     # the outer faces coincide, with opposite tangents
     stations = left.wall_stations(options.backwall_points)
@@ -162,7 +185,12 @@ def build_inner_joint(joint: Supported) -> JointHandle:
         seats=tuple(_seats(joint, gap_m)),
         units=tuple(units),
         bearings=joint.bearings,
-        pads=tuple(_pads(inner)),
+        pads=tuple(
+            pad
+            for end, node, support in zip(inner.ends, inner.nodes, inner.holders, strict=True)
+            if support is not None
+            for pad in _pads(end, node, support, data.pads)
+        ),
         restrainers=tuple(_restrain(joint, (pairs[0], pairs[-1]))),
         links=joint.links,
     )
@@ -204,12 +232,10 @@ def _seats(joint: Supported, gap_m: float) -> list[SeatHandle]:
     ]
 
 
-def _pads(inner: InnerJoint) -> list[tuple[Point, Point]]:
+def _pads(end: DeckEnd, node: int, support: int, pads: PadData) -> list[tuple[Point, Point]]:
     return [
         (bearing_point(end, node, along_m), _below(end.point("bearing", along_m), support))
-        for end, node, support in zip(inner.ends, inner.nodes, inner.holders, strict=True)
-        if support is not None
-        for along_m in pad_stations(inner.data.pads, end)
+        for along_m in pad_stations(pads, end)
     ]
 
 

@@ -36,7 +36,10 @@ __all__ = [
 
 def build(variant: Variant, options: ModelOptions) -> BridgeModel:
     """Build a variant in the open domain, at rest under its dead load; see `assemble`."""
-    return assemble(load_structure(variant.bridge).build, variant, options)
+    require_empty_domain()
+    bridge = load_structure(variant.bridge)
+    bridge.description.gaps_m(variant.normalised(), options)
+    return assemble(bridge.build, variant, options)
 
 
 def column_axial_forces_n(model: BridgeModel) -> list[float]:

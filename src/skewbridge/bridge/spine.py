@@ -18,8 +18,8 @@ from skewbridge.units import G_MPS2, GPA, KN
 class Spine:
     """The built spine with nodes from left to right; bents add their elements and dead load.
 
-    ``decks`` are the nodes between joints; ``bent_nodes`` are in the deck or, below a joint, in the
-    cap; ``heavy`` end nodes have a diaphragm. Loads are positive downward.
+    ``decks`` are the nodes between joints; ``bent_nodes`` are in the deck or, below bearings, in
+    the cap; ``heavy`` end nodes have a diaphragm. Loads are positive downward.
     """
 
     nodes: list[int]

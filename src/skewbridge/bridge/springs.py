@@ -22,6 +22,8 @@ _CHORDS = 30  # chords that replace a hyperbola, with an error of at most 0.1 %
 _PLATEAU_SLOPE = 1.0e-5
 _NO_TENSION = 1.0e-6  # tensile force at which the spring opens / ultimate force
 _FAR_M = 10.0  # deformation at the end of a curve
+# ASSUME a light key, or a wall without radiation, is damped: without damping it would rattle
+DAMPING_RATIO = 0.10
 #: Post-yield / initial stiffness of a key along its face. A static analysis needs a positive value;
 #: over 100 mm of slip the force grows by at most 1 % of the strength.
 KEY_FACE_HARDENING = 1.0e-3
@@ -150,9 +152,9 @@ def key_stiffness_n_per_m(key: KeyData) -> float:
     return key.force_kn[0] * KN / (key.displacement_mm[0] * MM)
 
 
-def damping_n_s_per_m(ratio: float, stiffness_n_per_m: float, mass_kg: float) -> float:
-    """Return the dashpot coefficient (N s/m) for a damping ratio of a mass on a spring."""
-    return 2 * ratio * sqrt(stiffness_n_per_m * mass_kg)
+def damping_n_s_per_m(stiffness_n_per_m: float, mass_kg: float) -> float:
+    """Return the dashpot coefficient (N s/m) of a key or wall: `DAMPING_RATIO` of critical."""
+    return 2 * DAMPING_RATIO * sqrt(stiffness_n_per_m * mass_kg)
 
 
 def spring_element(

@@ -1,6 +1,6 @@
 """Bridges of the catalogue that can be built."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import cos, radians, sqrt
@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING, Any
 from skewbridge.bridge.catalogue import BridgeData
 from skewbridge.bridge.catalogue.data import AbutmentData, EndData
 from skewbridge.bridge.column import bent_capacities
-from skewbridge.bridge.frame import Damping, DeadLoad, Description, End, Frame, InnerJoint
+from skewbridge.bridge.frame import (
+    BearingLine,
+    Damping,
+    DeadLoad,
+    Description,
+    End,
+    Frame,
+    InnerJoint,
+)
 from skewbridge.bridge.handles import TagAllocator
 from skewbridge.bridge.plan import DeckEnd
 from skewbridge.files.digests import digest_of
@@ -101,6 +109,7 @@ class CatalogueBridge:
         bridge = built_bridge(self.data, options, skew_deg)
         spine = build_spine(bridge, options.deck_elements_per_span, skew_deg, tags)
         bent_skew_deg = options.skew_of_bents_deg(skew_deg)
+        deck_nodes = list(spine.bent_nodes)  # bents with bearings have another node of their cap
         columns, foundations = build_bents(bridge, spine, bent_skew_deg, options, tags)
         elements = tuple(column.element for column in columns)
         damping = bridge.damping
@@ -118,6 +127,7 @@ class CatalogueBridge:
                 )
             ),
             joints=tuple(_inner_joints(bridge, spine, options, skew_deg)),
+            bearing_lines=tuple(_bearing_lines(bridge, deck_nodes, spine, bent_skew_deg)),
             columns=columns,
             damping=Damping(
                 ratio=damping.ratio,
@@ -141,6 +151,18 @@ def deck_ends(bridge: BridgeData, skew_deg: float) -> tuple[DeckEnd, DeckEnd]:
         return DeckEnd(name, (sign * half, 0.0), (sign, 0.0), *skew_and_size)
 
     return end("left", -1.0), end("right", 1.0)
+
+
+def _bearing_lines(
+    bridge: BridgeData, deck_nodes: Sequence[int], spine: "Spine", skew_deg: float
+) -> Iterator[BearingLine]:
+    """Yield the bearings of the bents that have pads; ``skew_deg`` is that of the bents."""
+    skew_and_size = skew_deg, bridge.deck.width_m, bridge.deck.diaphragm_thickness_m
+    bents = zip(bridge.bents, bridge.bent_positions_m, deck_nodes, spine.bent_nodes, strict=True)
+    for number, (bent, x, node, cap) in enumerate(bents, start=1):
+        if bent.pads:
+            plan = DeckEnd(f"bent {number}", (x, 0.0), (1.0, 0.0), *skew_and_size)
+            yield BearingLine(plan=plan, node=node, cap=cap, pads=bent.pads)
 
 
 def _inner_joints(
@@ -192,12 +214,18 @@ def built_bridge(bridge: BridgeData, options: ModelOptions, skew_deg: float = 0.
         "steel_strength_factor": steel,
         "hoop_yield_mpa": steel,
     }
-    bents = {"cap_weight_kn": mass * stretch, "column_spacing_m": spacing, "column": column_factors}
+    pads = _pad_factors(options)
     factors = {
+        "joints": {"pads": pads},
         "column": column_factors,
         # ASSUME the weight of a diaphragm is that at zero skew, and all have the skew of the bridge
         "deck": {"line_load_kn_per_m": mass, "diaphragm_weight_kn": mass / cos(radians(skew_deg))},
-        "bents": bents,
+        "bents": {
+            "cap_weight_kn": mass * stretch,
+            "column_spacing_m": spacing,
+            "column": column_factors,
+            "pads": pads,
+        },
     }
     built_ends = {name: built_end(end, options) for name, end in bridge.ends.items()}
     if bridge.abutments is None:
@@ -207,17 +235,21 @@ def built_bridge(bridge: BridgeData, options: ModelOptions, skew_deg: float = 0.
     return _scaled(bridge, factors).model_copy(update=ends)
 
 
+def _pad_factors(options: ModelOptions) -> dict[str, float]:
+    # ASSUME a softer rubber keeps its vertical stiffness, which hardly affects demands
+    return {
+        "shear_stiffness_kn_per_m": options.pad_stiffness_factor,
+        "yield_force_kn": options.pad_strength_factor,
+    }
+
+
 def built_end(abutment: EndData, options: ModelOptions) -> EndData:
     """Return an end with the data of pads and keys multiplied by the option factors."""
     if not isinstance(abutment, AbutmentData):
         return abutment
     key_factors = {"force_kn": options.key_strength_factor}
     factors = {
-        # ASSUME a softer rubber keeps its vertical stiffness, which hardly affects demands
-        "pads": {
-            "shear_stiffness_kn_per_m": options.pad_stiffness_factor,
-            "yield_force_kn": options.pad_strength_factor,
-        },
+        "pads": _pad_factors(options),
         "sacrificial_key": key_factors,
         "monolithic_key": key_factors,
     }

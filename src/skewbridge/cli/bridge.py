@@ -295,15 +295,10 @@ def model(case: NamedVariantOptions, out: Out, units: Units) -> Answer:
 
 
 @command(bridge)
-def column(
-    out: Out,
-    case: NamedBridge,
-    units: Units,
-    bent: Annotated[int, opt("Number of the bent, 1 at the left.")] = 1,
-) -> Answer:
-    """Compute moment-curvature and shear strength of a column under dead load.
+def column(out: Out, case: NamedBridge, units: Units) -> Answer:
+    """Compute moment-curvature and shear strength of a column of each bent under dead load.
 
-    Example: skewbridge bridge column --bridge osb2s --bent 2 --out column
+    Example: skewbridge bridge column --bridge osb2s --out columns
     """
     from skewbridge.analysis.bridge_check import capacity_rows
     from skewbridge.bridge.catalogue import load_bridge
@@ -314,28 +309,27 @@ def column(
     data = load_bridge(case.bridge)
     if not data.bents:
         raise InputError(f"bridge {data.name} has no columns")
-    if not 1 <= bent <= len(data.bents):
-        raise InputError(f"bent must be between 1 and {len(data.bents)}, got {bent}")
     rows: list[dict[str, Any]] = []
-    for column in (column for column in bent_capacities(data) if column.bent == bent):
+    for column in bent_capacities(data):
         curve, axial_n = column.curve, column.axial_n
-        direction = {} if column.direction == "all" else {"direction": column.direction}
-        suffix = "".join(f"_{text}" for text in direction.values())
+        suffix = f"_bent_{column.bent}" if len(data.bents) > 1 else ""
+        suffix += "" if column.direction == "all" else f"_{column.direction}"
         table = {"curvature_per_m": curve.curvature_per_m, "moment_knm": curve.moment_nm / KN}
         _write(table, out, f"moment_curvature{suffix}")
-        title = f"{data.title}, bent {bent}{suffix.replace('_', ' ')}"
+        title = f"{data.title}{',' if suffix else ''}{suffix.replace('_', ' ')}"
         with shown_in(units):
             figure = column_figure(curve, column.shear, axial_n, title=title)
         figure.savefig(out / f"column{suffix}.png", dpi=150)
         (row,) = capacity_rows([column])
-        forces = "axial_kn", "plastic_moment_knm", "plastic_shear_kn", "shear_strength_kn"
+        names = ("bent", "direction", "axial_kn")
+        names += ("plastic_moment_knm", "plastic_shear_kn", "shear_strength_kn")
         values = {
             "yield_curvature_per_m": curve.yield_curvature_per_m,
             "ultimate_curvature_per_m": curve.ultimate_curvature_per_m,
             "curvature_ductility": curve.ultimate_curvature_per_m / curve.yield_curvature_per_m,
         }
-        rows.append(direction | {force: row[force] for force in forces} | values)
-    return Answer(rows[0] if len(rows) == 1 else {"directions": rows})
+        rows.append({name: row[name] for name in names} | values)
+    return Answer(rows[0] if len(rows) == 1 else {"columns": rows})
 
 
 @command(bridge)

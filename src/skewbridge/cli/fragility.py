@@ -46,7 +46,6 @@ class FitCommand:
     threshold: Annotated[float | None, opt("Median capacity, in the unit of the demands.")] = None
     im: Annotated[str | None, opt("Column with the intensities of the runs.", "COLUMN")] = None
     edp: Annotated[str | None, opt("Column with the demands of the runs.", "COLUMN")] = None
-    capacity_dispersion: Annotated[float, opt("Dispersion of the capacity (cloud).")] = 0.0
     columns: Annotated[Path | None, opt("YAML file that maps the columns of your table.")] = None
 
 

@@ -22,7 +22,7 @@ from skewbridge.analysis.settings import AnalysisSettings, under_explicit_keys
 from skewbridge.errors import EXIT_BAD_INPUT, EXIT_FAILED, InputError, SolutionError
 from skewbridge.files.text import checked, parse_yaml, printable, read_yaml, shortened
 from skewbridge.units import Units, us_name, us_unit
-from skewbridge.variant.axes import AXES, USUAL, radians_warning
+from skewbridge.variant.axes import AXES, USUAL, unit_doubts
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS, Variant
 
@@ -391,7 +391,7 @@ class VariantOptions(BridgeOption):
         """The variant; raises `InputError` if a value is outside its limits."""
         from skewbridge.study.config import stated_values
 
-        if text := radians_warning([self.skew_deg]):
+        for text in unit_doubts([self.skew_deg], [self.gap_mm]):
             messages.print(f"warning: {text}", style="yellow")
         values = {axis.name: getattr(self, axis.name) for axis in AXES} | stated_values(self.bridge)
         return Variant.at(self.bridge, self.abutment.replace("-", "_"), values)
@@ -431,20 +431,12 @@ def _require_options(bridge: str, names: Mapping[str, Any]) -> None:
 
 
 def gap_notes(bridge: str) -> list[str]:
-    """Return notes on gap and skew that the bridge file sets, or that no joint exists."""
+    """Return notes on gap and skew that a bridge sets; none if it cannot be read."""
     from skewbridge.bridge.library import load_structure
 
-    try:
-        about, notes = load_structure(bridge).description, list[str]()
-    except InputError:  # the bridge of a study that cannot be read
-        return []
-    if skews := ", ".join(f"{deg:g} deg ({place})" for place, deg in about.skews_deg.items()):
-        notes.append(f"the bridge file sets the skew: {skews}; skew_deg turns the other supports")
-    if not about.seats_m:
-        notes.append("gap_mm and friction have no effect: the bridge has no seats and no joints")
-    own = ", ".join(f"{gap_mm:g} mm at {place}" for place, gap_mm in about.own_gaps_mm.items())
-    other_joints = "acts on the other joints" if about.takes_gap else "has no effect"
-    return [*notes, f"the bridge file sets the gap: {own}; gap_mm {other_joints}"] if own else notes
+    with suppress(InputError):
+        return load_structure(bridge).description.axis_notes
+    return []
 
 
 def keys_and_values(option: str, pairs: list[str] | None) -> dict[str, Any]:

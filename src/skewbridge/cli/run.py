@@ -61,7 +61,6 @@ def run(
     loading: LoadingOptions,
     out: Out,
     units: Units,
-    figures: Annotated[bool, opt("Draw the figures.")] = True,
     row: Annotated[str | None, opt("Repeat the row of a study with this key.", "RUN_KEY")] = None,
     study: Study = None,
 ) -> Answer:
@@ -79,10 +78,12 @@ def run(
     from skewbridge.bridge.catalogue import read_bridge
     from skewbridge.bridge.library import is_script
     from skewbridge.demands.tables import to_table
-    from skewbridge.demands.validity import SUSPECT, reasons
+    from skewbridge.demands.validity import with_suspect
     from skewbridge.files.digests import engine_digest, provenance
     from skewbridge.files.tables import figure_metadata, write_frame, write_table
     from skewbridge.motions.intensity import cut_warning
+    from skewbridge.report.appearance import shown_in
+    from skewbridge.report.run_figures import run_figures
     from skewbridge.study.batch import row_of_task
     from skewbridge.study.task import outcome_of, run_key
 
@@ -96,23 +97,18 @@ def run(
 
         result = task.analyse(histories=True, log_path=log, progress=show)
     times = {"wall_s": time.perf_counter() - wall_s, "cpu_s": time.process_time() - cpu_s}
-    demands = row_of_task({**outcome_of(result), **times}, task, key)
-    demands |= {SUSPECT: reasons(demands)}
+    demands = with_suspect(row_of_task({**outcome_of(result), **times}, task, key))
     motion, histories = task.motion.motion, pd.DataFrame(result.histories)
     digests = provenance(motion_sha256=motion.sha256, run_key=key, engine_digest=engine_digest())
     write_table(to_table([demands], digests), out / "demands.parquet")
     write_frame(histories, out / "histories.parquet", digests)
     write_frame(pd.DataFrame(result.bents), out / "capacities.parquet", digests)
-    if figures:
-        from skewbridge.report.appearance import shown_in
-        from skewbridge.report.run_figures import run_figures
-
-        title = f"{task.variant.slug}, {motion.motion_id} x {task.motion.scale:g}"
-        with shown_in(units):
-            drawn = run_figures(histories, title=title)
-        for name, figure in drawn.items():
-            for path in (out / f"{name}.png", out / f"{name}.svg"):
-                figure.savefig(path, dpi=150, metadata=figure_metadata(digests))
+    title = f"{task.variant.slug}, {motion.motion_id} x {task.motion.scale:g}"
+    with shown_in(units):
+        drawn = run_figures(histories, title=title)
+    for name, figure in drawn.items():
+        for path in (out / f"{name}.png", out / f"{name}.svg"):
+            figure.savefig(path, dpi=150, metadata=figure_metadata(digests))
     warnings = [*filter(None, [cut_warning(motion, task.settings.duration_s)])]
     if not is_script(task.variant.bridge):
         warnings += doubts(read_bridge(task.variant.bridge))

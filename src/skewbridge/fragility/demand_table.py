@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, model_validator
 
 from skewbridge.demands import validity
-from skewbridge.demands.columns import COLUMNS, DEMAND_COLUMNS, EVENT
+from skewbridge.demands.columns import COLUMNS, EVENT
 from skewbridge.errors import InputError, did_you_mean
 from skewbridge.files.tables import Floats, Index, Mask, as_column, read_any, require
 from skewbridge.files.text import OPTIONS, shortened
@@ -27,7 +27,7 @@ from skewbridge.fragility.motion_means import grouped
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.statuses import COLLAPSE, OK, STATUSES
 from skewbridge.units import split_unit
-from skewbridge.variant.axes import AXES, OPTION_AXES, Axis, axes_of, radians_warning
+from skewbridge.variant.axes import AXES, OPTION_AXES, Axis, axes_of, unit_doubts
 from skewbridge.variant.random_properties import CHOICE_PREFIX, DRAW_PREFIX
 
 logger = logging.getLogger(__name__)
@@ -45,8 +45,10 @@ _LARGEST: Final = 10.0
 _NEEDED: Final = {"_m": "metres are needed, not mm", "_g": "g is needed, not cm/s2"}
 #: Columns of 0 and 1 of other programs, see `with_flags`.
 FLAGS: Final = ("collapse", "censored")
-#: Other names of `FLAGS` in published data sets.
-FLAG_ALIASES: Final = {"right_censored": "censored"}
+#: Other names of our columns in published data sets, in lowercase.
+ALIASES: Final = {"right_censored": "censored"} | dict.fromkeys(
+    ("record", "record_id", "record_name", "rsn", "gm", "gm_id", "ground_motion"), "motion_id"
+)
 #: Advice for a demand that is infinite because the run collapsed.
 WITHOUT_PEAK: Final = "give a collapsed run the status collapse"
 
@@ -175,6 +177,15 @@ def names_of(columns: Iterable[object]) -> str:
     return ", ".join(map(shortened, names[:20])) + (", ..." if len(names) > 20 else "") or "none"
 
 
+def our_names(columns: Iterable[object], aliases: Mapping[str, str] = ALIASES) -> dict[object, str]:
+    """Return our name of each column; another name counts only if no column has ours."""
+    names = {column: str(column) for column in columns}
+    for column, name in names.items():
+        ours = aliases.get(name.lower(), name)
+        names[column] = name if ours in names.values() else ours
+    return names
+
+
 def refuse_misspelt(columns: Iterable[str], present: Iterable[str] = ()) -> None:
     """Refuse columns whose names are almost those of an axis or key that the table lacks.
 
@@ -285,7 +296,7 @@ def read_foreign(
         if name in out:
             in_range, values = out[name].between(low, high).to_numpy(), out[name].to_numpy()
             require(in_range, columns.get(name, name), f"must be within {low:g}..{high:g}", values)
-    if "skew_deg" in out and (text := radians_warning(out["skew_deg"].tolist())):
+    for text in unit_doubts(*(out.get(name, []) for name in ("skew_deg", "gap_mm"))):
         logger.warning("%s: %s", path.name, text)
     if validity.BEYOND_MODEL in out:
         in_range = np.isin(validity.failure_kinds(out), ["", *validity.FAILURE_DEMANDS])
@@ -358,7 +369,7 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
     """Check a demands table and return the rows that can be fitted.
 
     Rows without a positive intensity are rejected. Completed runs without a demand are not used for
-    that demand. The notes list both. Suspect rows excluded by the settings count as failed runs.
+    that demand. The notes list both.
     An `InputError` names a missing column, an unknown status, or an infinite or negative demand.
     """
     checked = [name for name in dict.fromkeys(columns) if name != validity.COLUMN_FAILURE_RATIO]
@@ -377,12 +388,6 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
             )
             where = "row {} ({variant}, {motion_id})".format(row, **table.iloc[row])
             raise InputError(f"{name} {rule}, got {values[row]:g} in {where}", row=row, column=name)
-    if settings.exclude_suspect and validity.SUSPECT in table:
-        names = [column.name for column in DEMAND_COLUMNS if column.name in table]
-        suspect = table[validity.SUSPECT] != ""
-        table.loc[suspect, names] = np.nan
-        table.loc[suspect, "status"] = "numerical_failure"
-        table.loc[suspect, validity.BEYOND_MODEL] = ""
     table = validity.with_derived_columns(table)
     im = table[settings.im].to_numpy(dtype=np.float64)
     has_im = np.isfinite(im) & (im > 0.0)

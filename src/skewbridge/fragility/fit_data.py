@@ -18,7 +18,7 @@ from skewbridge.files.tables import Row, as_column, positive, read_any, require,
 from skewbridge.files.text import checked, file_fault, read_json, read_yaml, shortened, shown_path
 from skewbridge.fragility import demand_table, fits
 from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED, MAX_BOUNDS_RATIO, NO_EXCEEDANCE
-from skewbridge.fragility.limit_states import COLLAPSE_PEAK, MAX_DISPERSION, LimitState
+from skewbridge.fragility.limit_states import COLLAPSE_PEAK, LimitState
 from skewbridge.fragility.motion_means import motion_weights
 from skewbridge.fragility.outcomes import TREATMENTS, DemandOutcomes, demand_outcomes
 from skewbridge.fragility.settings import DEFAULTS, FitSettings
@@ -26,7 +26,7 @@ from skewbridge.fragility.settings import DEFAULTS, FitSettings
 #: Note on a table without motions.
 _INDEPENDENT: Final = "there is no column motion_id: the runs are taken as independent"
 #: Other names of our columns in published data sets.
-_ALIASES: Final = demand_table.FLAG_ALIASES | {
+_ALIASES: Final = demand_table.ALIASES | {
     "bracket_lo": "lower", "bracket_hi": "upper",
     "im_no_exceed": "lower", "im_exceed": "upper",
 }  # fmt: skip
@@ -52,15 +52,12 @@ class FitOptions:
     threshold: float | None = None  # median capacity, if the file does not give it
     im: str | None = None  # column of intensities, for a table of runs
     edp: str | None = None  # column of demands, for a table of runs
-    capacity_dispersion: float = Field(default=0.0, ge=0.0, le=MAX_DISPERSION)  # cloud
     columns: Path | None = None  # file that maps the columns of a foreign table to ours
 
     @model_validator(mode="after")
     def _of_a_cloud(self) -> Self:
-        for name in ("model", "capacity_dispersion"):
-            if getattr(self, name) and self.method != "cloud":
-                option = name.replace("_", "-")
-                raise ValueError(f"--{option} needs --method cloud, not {self.method}")
+        if self.model and self.method != "cloud":
+            raise ValueError(f"--model needs --method cloud, not {self.method}")
         return self
 
     @property
@@ -77,7 +74,7 @@ class FitOptions:
 def fit_file(path: Path, **option_values: Any) -> fits.FragilityFit:
     """Fit the data in a file. An `InputError` names the option, or the file, column and row."""
     if not option_values.get("method"):
-        columns = {_ALIASES.get(str(name), str(name)) for name in read_data(path)}
+        columns = {*demand_table.our_names(read_data(path), _ALIASES).values()}
         known = [name for name, sets in _COLUMNS.items() if any(map(columns.issuperset, sets))]
         of_runs = "cloud, stripes or ida, with --im, --edp and --threshold"
         raise InputError(f"--method is needed; for {path.name}: {' or '.join(known) or of_runs}")
@@ -90,7 +87,8 @@ def fit_file(path: Path, **option_values: Any) -> fits.FragilityFit:
         is_plain = _PLAIN & column_map.columns.keys()
         read = _renamed if is_plain else demand_table.read_foreign
         data = read(path, **column_map.model_dump())
-    columns = {_ALIASES.get(str(name), str(name)): values for name, values in data.items()}
+    names = demand_table.our_names(data, _ALIASES)
+    columns = {names[name]: values for name, values in data.items()}
     of_runs = options.method == "cloud" or options.edp or options.im
     try:
         return (_fit_runs if of_runs else _fit_columns)(columns, options)
@@ -175,7 +173,7 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
         name="threshold",
         demand=options.edp,
         threshold=float(positive([options.threshold], "threshold")[0]),
-        dispersion=options.capacity_dispersion,
+        dispersion=0.0,
     )
     has_motions = "motion_id" in data
     motions = demand_table.motion_codes(data) if has_motions else np.arange(im.size)
@@ -255,7 +253,7 @@ def _fit_outcomes(
             raise InputError(text)
         fit = fits.fit_cloud(
             im[is_used], cloud.lower, state.threshold, cloud.upper, settings=settings,
-            capacity_dispersion=options.capacity_dispersion, motions=motions[is_used],
+            motions=motions[is_used],
         )  # fmt: skip
         return fit if extrapolates or np.any(exceed) else fit.without_estimate(NO_EXCEEDANCE)
     x, hit, codes = im[is_known], exceed[is_known].astype(np.float64), motions[is_known]

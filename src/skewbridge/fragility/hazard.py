@@ -9,6 +9,7 @@ nshmp-haz (JSON and CSV: annual frequencies of exceedance).
 """
 
 import csv
+import logging
 import re
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
@@ -36,6 +37,8 @@ from skewbridge.files.text import (
 if TYPE_CHECKING:  # imported when needed: every job reads a configuration, few have rates
     from skewbridge.fragility.motion_means import Jackknifed
 
+logger = logging.getLogger(__name__)
+
 #: Columns of intensities with hazard curves, in the order in which a study prefers them.
 PREFERRED: Final = (
     "im_saavg_rotd50_g", "im_sa_t1_rotd50_g", "im_sa_1p000_rotd50_g", "im_pga_rotd50_g",
@@ -50,6 +53,9 @@ _UNIT: Final = re.compile(r"(.*?)\s*[(\[](g|m/s|cm/s)[)\]]$")
 _FRACTILE: Final = re.compile(r"rate_p(\d+(?:\.\d+)?)$")
 #: ASSUME no curve reaches 20 g or 20 m/s: more is another unit
 _LARGEST_LEVEL: Final = 20.0
+# ASSUME no site exceeds 0.2 g or 0.2 m/s more often than 0.15 times a year, and a hazard curve
+# reaches rates below 0.01 per year; a column that does not has probabilities
+_STRONG, _LARGEST_RATE, _LAST_RATE = 0.2, 0.15, 0.01
 _LEAST_RATE: Final = 1e-15  # 1/year; replaces zero rates of fractile curves
 #: Range of ln im below the first intensity in which a rate may lack a part.
 BELOW: Final = float(np.log(10.0))
@@ -62,8 +68,6 @@ class HazardConfig:
 
     file: FileName | None = Field(default=None)
     """CSV (columns im, rate), OpenQuake or USGS file, or a folder of OpenQuake files; null: none"""
-    measure: str | None = Field(default=None, max_length=100)
-    """intensity measure, if there are several: PGA, SA(1.0), Sa_avg or an im_ column"""
 
 
 class LogRate(NamedTuple):
@@ -121,6 +125,19 @@ class HazardCurve:
     rates: Floats  # 1/year, shape (1 + F, n)
     quantiles: Floats  # probability of each fractile, shape (F,)
     source: str = ""  # name of the file
+
+    @property
+    def doubt(self) -> str:
+        """Sentence if the rates look like probabilities in many years, or an empty text."""
+        mean, at = self.rates[0], int(np.searchsorted(self.levels, _STRONG))
+        # several probabilities near one, and none above it
+        is_flat = mean[0] <= 1.0 and int(np.sum(mean > 0.9)) > 2
+        is_high = at < mean.size and mean[at] > _LARGEST_RATE
+        if not (is_flat or is_high or mean[-1] >= _LAST_RATE):
+            return ""
+        at = 0 if is_flat else at if is_high else -1
+        text = f"{mean[at]:.3g} per year at {self.levels[at]:.3g} looks like a probability"
+        return f"{self.source}: {text} in many years: rate = -ln(1 - P) / years"
 
     def rate(self, probability: Callable[[Floats], Floats], narrowest: float) -> LogRate:
         """Return the ln annual rates of R fragility curves, integrated over the hazard.
@@ -229,36 +246,34 @@ class _Part(NamedTuple):
     rates: Floats
 
 
-def hazard_curve(config: HazardConfig, measures: Sequence[str], default: str) -> HazardCurve | None:
-    """Return the hazard curve of a configuration for one of ``measures``; None without a file.
+def hazard_curve(
+    file: Path | None, measures: Sequence[str], default: str, *, warns: bool = True
+) -> HazardCurve | None:
+    """Return the hazard curve of a file for one of ``measures``; None without a file.
 
-    ``default`` is taken if the file has it or names no measure. An `InputError` names the file.
+    ``default`` is taken if the file has it or names no measure; ``warns`` logs the `doubt` of the
+    curve. An `InputError` names the file.
     """
-    if config.file is None:
+    if file is None:
         return None
-    path = Path(config.file)
-    curves = {curve.im: curve for curve in read_hazard(path)}
-    requested = config.measure and measure_column(config.measure)
-    if config.measure and not requested:
-        text = "must be PGA, PGV, SA(period), Sa_avg, Sa(T1) or an im_ column"
-        raise InputError(f"hazard.measure {text}, got {config.measure!r}")
+    curves = {curve.im: curve for curve in read_hazard(file)}
     names = [name or "an intensity im without a measure" for name in curves]
     if "" in curves:
-        name = requested or default
-        curves = {name: replace(curves[""], im=name)}
-    order = [requested] if requested else [default, *PREFERRED]
+        curves = {default: replace(curves[""], im=default)}
+    order = [default, *PREFERRED]
     measure = next((name for name in order if name in curves and name in measures), None)
     if measure is None:
         in_file, in_study = (", ".join(texts) for texts in (names, measures))
-        request = f" (hazard.measure is {requested})" if requested else ""
-        text = f": no hazard curve fits the study. The file has {in_file}{request}"
-        raise file_fault(path, f"{text}; give the hazard of a measure of the study: {in_study}")
+        text = f": no hazard curve fits the study. The file has {in_file}"
+        raise file_fault(file, f"{text}; give the hazard of a measure of the study: {in_study}")
+    if warns and (doubt := curves[measure].doubt):
+        logger.warning("%s", doubt)
     return curves[measure]
 
 
 def site_hazard(file: Path | None, im: str) -> HazardCurve | None:
     """Return the hazard curve of a file for the intensity column ``im``; None without a file."""
-    return hazard_curve(HazardConfig(file=file and str(file)), [im], im)
+    return hazard_curve(file, [im], im)
 
 
 def read_hazard(path: Path) -> list[HazardCurve]:

@@ -6,7 +6,7 @@ from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from skewbridge.demands.columns import DEMAND_COLUMNS
-from skewbridge.files.text import OPTIONS, FileName, Flag, Number
+from skewbridge.files.text import OPTIONS, FileName, Number
 
 #: Level of the intervals of effects: two one-sided tests at 5 % (Schuirmann 1987).
 EFFECT_CONFIDENCE: Final = 0.90
@@ -31,8 +31,6 @@ class FitSettings:
     """negligible change of a demand or median capacity"""
     margins: dict[str, Annotated[Number, Field(gt=0.0)]] = Field(default={})
     """margins of single columns; mrad for deck rotation, mm for abutment deformations"""
-    exclude_suspect: Flag = Field(default=False)
-    """treat suspect rows as failed analyses"""
 
     @model_validator(mode="after")
     def _margins_of_demands(self) -> Self:

@@ -140,7 +140,8 @@ def trace_of(lines: list[str], path: Path, stated: Stated) -> Trace:
             warnings = (f"the given dt = {dt_s} s replaces {trace.dt_s} s in the file", *warnings)
     elif math.isnan(dt_s):
         if stated.dt_s_if_missing is None:
-            text = f"{path.name} has no time step: state it in index.csv (motions check --dt-s)"
+            where = "in index.csv (motions check --write --dt-s), or in a first line as dt = 0.01"
+            text = f"{path.name} has no time step: state it {where}"
             raise DtMissingError(text, file=str(path))
         dt_s = stated.dt_s_if_missing
     unit, notes = (trace.unit, []) if trace.is_calibrated else _unit(stated, trace.unit)

@@ -315,17 +315,6 @@ def earlier_record(
     return "" if first == name else first
 
 
-def read_components(
-    files: list[Path], stated: Stated
-) -> tuple[str, float, list[Vector], tuple[str, ...]]:
-    """Return name, time step (s), components (m/s2) and messages of one file or a pair."""
-    if len(files) == 1:
-        trace = read_trace(files[0], stated)
-        return files[0].stem, trace.dt_s, [trace.accel_mps2], trace.messages
-    motion = read_motion(files[0], files[1], stated)
-    return motion.motion_id, motion.dt_s, list(motion.components), motion.messages
-
-
 def refuse_false_waho(motion: GroundMotion) -> None:
     """Raise `FalseClaimError` if the RotD50 PGA of a motion named WAHO is off by over 2 %."""
     names = (motion.motion_id, motion.station, *motion.files)

@@ -19,7 +19,7 @@ from skewbridge.files.tables import read_frame, write_frame
 from skewbridge.files.text import file_fault, read_json, write_text
 from skewbridge.motions import intensity, levels, p695, read
 from skewbridge.motions.folder import INDEX_NAME, IndexEntry, files_below, list_motions, read_index
-from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion, SuiteMotion
+from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion, SuiteMotion, Vector
 from skewbridge.units import G_MPS2
 
 logger = logging.getLogger(__name__)
@@ -59,8 +59,8 @@ def read_pair(first: Path, second: Path) -> GroundMotion:
 
     Files in the opposite order of the row exchange the components, and the digest is not compared.
     """
-    index, files = first.parent / INDEX_NAME, [first.resolve(), second.resolve()]
-    for entry in read_index(index) if index.is_file() else []:
+    files = [first.resolve(), second.resolve()]
+    for entry in _listed_beside(first):
         listed = [path.resolve() for path, _ in entry.components]
         if listed == files:
             return read_entry(entry)
@@ -69,6 +69,25 @@ def read_pair(first: Path, second: Path) -> GroundMotion:
             azimuths = {"azimuth_1_deg": entry.azimuth_2_deg, "azimuth_2_deg": entry.azimuth_1_deg}
             return read_entry(entry.model_copy(update=changes | azimuths))
     return read.read_motion(first, second)
+
+
+def read_components(files: list[Path]) -> tuple[str, float, list[Vector], tuple[str, ...]]:
+    """Return name, time step (s), components (m/s2) and messages of one file or a pair.
+
+    Time step, unit and channel are those of the `index.csv` beside the files, if it lists them.
+    """
+    if len(files) == 1:
+        parts = [part for entry in _listed_beside(files[0]) for part in entry.components]
+        stated = {path.resolve(): stated for path, stated in parts}
+        trace = read.read_trace(files[0], stated.get(files[0].resolve()))
+        return files[0].stem, trace.dt_s, [trace.accel_mps2], trace.messages
+    motion = read_pair(*files)
+    return motion.motion_id, motion.dt_s, list(motion.components), motion.messages
+
+
+def _listed_beside(file: Path) -> list[IndexEntry]:
+    index = file.parent / INDEX_NAME
+    return read_index(index) if index.is_file() else []
 
 
 def read_entries(entries: Iterable[IndexEntry]) -> list[GroundMotion]:

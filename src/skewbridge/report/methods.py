@@ -75,7 +75,7 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
     suites = suite.groupby("suite", sort=False)["motion_id"].nunique() if "suite" in suite else {}
     bridges = [load_structure(name) for name in config.grid.bridge]
     model = config.analysis.model_options(config.model)
-    dampings = {model.damping_ratio or bridge.description.damping_ratio for bridge in bridges}
+    dampings = {model.damping_factor * bridge.description.damping_ratio for bridge in bridges}
     axes = {
         name: ", ".join(value_text(axis(name), value) for value in values)
         for name, values in config.grid.values().items()

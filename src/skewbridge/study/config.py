@@ -156,7 +156,8 @@ class StudyConfig(BaseModel):
     @cached_property
     def hazard_curve(self) -> HazardCurve | None:
         """Hazard curve of the site for an intensity of the study, or None."""
-        return hazard_curve(self.hazard, MEASURES, self.fragility.im)
+        file = None if self.hazard.file is None else Path(self.hazard.file)
+        return hazard_curve(file, MEASURES, self.fragility.im, warns=False)
 
     def bridges_with_periods(self) -> tuple[str, ...]:
         """Return the bridges whose conditioning periods the study uses, as the grid names them."""

@@ -3,9 +3,8 @@
 import json
 import logging
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import partial
-from itertools import product
 from pathlib import Path
 from typing import Final
 
@@ -28,7 +27,7 @@ from skewbridge.motions.read import files_digest
 from skewbridge.motions.suite import content_digest, suite_sources
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, check_font
 from skewbridge.study.folder import StudyFolder
-from skewbridge.variant.axes import radians_warning
+from skewbridge.variant.axes import unit_doubts
 from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS
@@ -46,7 +45,7 @@ def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
     """
     checks: list[Callable[[], object]] = [
         *(partial(load_structure, name) for name in config.bridges_with_periods()),
-        *(partial(_check_options, name, config) for name in config.grid.bridge),
+        *(partial(_check_bridge, name, config) for name in config.grid.bridge),
         partial(_check_column, "fragility.im", config.fragility.im, INTENSITY_COLUMNS),
         partial(_check_limit_states, Path(config.fragility.limit_states)),
         partial(check_font, config.figures.font),
@@ -64,7 +63,8 @@ def check_inputs(config: StudyConfig, cache: Path | None = None) -> None:
     raise_all(faults)
 
 
-def _check_options(bridge: str, config: StudyConfig) -> None:
+def _check_bridge(bridge: str, config: StudyConfig) -> None:
+    """Check that all options act on a bridge, and that no gap of its variants exceeds a seat."""
     defaults = ModelOptions(**NUMERICS[config.accuracy]["model"])
     options = (n for n, value in asdict(config.model).items() if value != getattr(defaults, n))
     try:
@@ -72,23 +72,23 @@ def _check_options(bridge: str, config: StudyConfig) -> None:
     except InputError:
         return  # the check of the bridges reports it
     require_options(structure, (*config.grid.values(), *options))
+    description = structure.description
+    for variant in expand_grid(config.grid.model_copy(update={"bridge": (bridge,)})):
+        description.gaps_m(variant, replace(config.model, **dict(variant.options)))
 
 
 def axis_warnings(config: StudyConfig) -> Iterator[str]:
-    """Yield warnings of gaps or friction without effect, skews in radians and fast accuracy."""
+    """Yield warnings of axes without effect, of doubtful units or rates, and of fast accuracy."""
     if config.accuracy == "fast":
         yield (
             "accuracy fast is for trials: its rows are often suspect (6 of 24 osb1 runs of 5 s), "
             "for steps with a looser convergence test or work above the friction limit"
         )
-    if text := radians_warning(config.grid.skew_deg):
-        yield text
-    for name, axis in product(config.grid.bridge, ("gap_mm", "friction")):
-        bridge = load_structure(name)
-        description = bridge.description
-        has_effect = description.takes_gap if axis == "gap_mm" else bool(description.seats_m)
-        if len(config.grid.values()[axis]) > 1 and not has_effect:
-            yield f"{axis} of the grid has no effect on {bridge.name}: none of its joints uses it"
+    if config.hazard_curve and config.hazard_curve.doubt:
+        yield config.hazard_curve.doubt
+    yield from unit_doubts(config.grid.skew_deg, config.grid.gap_mm)
+    for bridge in map(load_structure, config.grid.bridge):
+        yield from (f"{bridge.name}: {note}" for note in bridge.description.axis_notes)
     without = [name for name in config.grid.abutment if not ABUTMENTS[name].has_friction]
     for name in config.grid.bridge if without else ():
         if load_structure(name).description.joints_m:

@@ -113,7 +113,6 @@ _ACTS_ON: Final[Mapping[str, Callable[[Task], bool]]] = {
 #: Effective values of options that may be null.
 _WHEN_NULL: Final[Mapping[str, Callable[[Task], Value]]] = {
     "backfill_vs_mps": lambda _: 0.0,
-    "damping_ratio": lambda task: _bridge(task).damping_ratio,
     "integrator": lambda task: task.settings.integrator_command,
 }
 

@@ -11,7 +11,7 @@ from typing import Any, Final
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.demands.validity import reasons
 from skewbridge.errors import InputError
-from skewbridge.files.tables import read_stamp
+from skewbridge.files.tables import read_stamp, read_table
 from skewbridge.motions.blocks import Placed, planned_runs, unread
 from skewbridge.motions.folder import IndexEntry, list_motions
 from skewbridge.motions.levels import most_trials
@@ -98,12 +98,15 @@ def study_progress(
 def forecast_study(config: StudyConfig) -> StudyProgress:
     """Return the progress of a study with its cost in the summary.
 
-    An analysis is done if its key is in a journal. The cost follows from the lengths of the motions
-    and the measured cost of finished analyses.
+    An analysis is done if its key is in a journal or a current table of demands. The cost follows
+    from the lengths of the motions and the measured cost of finished analyses.
     """
     keys, durations_s = analysis_keys(config)
     folder = StudyFolder(Path(config.results))
-    state = study_progress(keys, read_content(folder.journals), config.results)
+    content = read_content(folder.journals)
+    lacking = [slug for slug in keys if not content.rows.keys() >= {*filter(None, keys[slug])}]
+    content = replace(content, rows=_tabulated(config, lacking) | content.rows)
+    state = study_progress(keys, content, config.results)
     notes, factor = state.notes, 1
     if plan := last_plan(folder) if config.design.until and state.rows else None:
         notes = (*notes, f"{round_line(plan)}.")
@@ -129,6 +132,19 @@ def forecast_study(config: StudyConfig) -> StudyProgress:
     disk_kb = analyses * DISK_KB_PER_ANALYSIS + len(keys) * DISK_KB_PER_VARIANT
     summary["disk_mb"] = round(disk_kb / 1024, 1)
     return replace(state, summary=summary, notes=notes)
+
+
+def _tabulated(config: StudyConfig, slugs: Iterable[str]) -> dict[str, Row]:
+    """Return the rows, by run key, of those demands files of variants that would not be redone."""
+    folder, rows = StudyFolder(Path(config.results)), dict[str, Row]()
+    if paths := [path for slug in slugs for path in folder.demands_files(slug)]:
+        digests = made_from(config)
+        current = {rule_digest(digests[rule]) for rule in ("analyse", "analyse_round")}
+        for path in paths:
+            with suppress(InputError):  # damaged
+                if read_stamp(path).get("rule_digest") in current:
+                    rows |= {row["run_key"]: row for row in read_table(path).to_pylist()}
+    return rows
 
 
 def measured_speed(rows: Iterable[Row], settings: AnalysisSettings, time: str = "cpu_s") -> float:

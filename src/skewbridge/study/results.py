@@ -35,7 +35,7 @@ from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.exports import EXTRAPOLATED
 from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED
-from skewbridge.fragility.hazard import HazardConfig, hazard_curve, site_hazard
+from skewbridge.fragility.hazard import hazard_curve, site_hazard
 from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.limit_states import States, load_limit_states, with_column_failure
 from skewbridge.fragility.settings import DEFAULTS
@@ -130,7 +130,7 @@ def _read_demands(
     path: Path, source: pd.DataFrame, im: str | None, states: States
 ) -> tuple[pd.DataFrame, str, list[str]]:
     """Return the table read by `read_foreign`, its intensity measure, a note on other columns."""
-    source = source.rename(columns=demand_table.FLAG_ALIASES)
+    source = source.rename(columns=demand_table.our_names(source))
     if "collapse" not in source:
         demand_table.need_columns(source, ["status"], path.name)
     measures = _measures(source)
@@ -165,10 +165,9 @@ def statistics_of(
         raise InputError(f"{out} is the folder of a study with demands: choose another folder")
     states_file = _states_path(limit_states)
     states = load_limit_states(states_file)
-    hazard_config = HazardConfig(file=hazard and str(hazard), measure=hazard and im)
     source = read_any(demands)
-    measures = _measures(source)
-    curve = hazard_curve(hazard_config, measures, _default_measure(measures))
+    measures = [im] if im else _measures(source)
+    curve = hazard_curve(hazard, measures, _default_measure(measures))
     table, measure, unused = _read_demands(demands, source, curve.im if curve else im, states)
     available = [state for state in states if state.demand in table]
     if not available:
@@ -230,8 +229,8 @@ def compare_studies(first: Path, second: Path, hazard: Path | None = None) -> St
     paths = [study if study.is_file() else demands_file(study) for study in (first, second)]
     sources = list(map(read_any, paths))
     measures = _measures(sources[0])
-    hazard_config, own_im = HazardConfig(file=hazard and str(hazard)), _measure(first)
-    site = hazard_curve(hazard_config, measures, own_im or _default_measure(measures))
+    own_im = _measure(first)
+    site = hazard_curve(hazard, measures, own_im or _default_measure(measures))
     im = site.im if site else own_im
     renamed_files = _other_motions(first, second)
     from_demands, measure, _ = _read_demands(paths[0], sources[0], im, states)

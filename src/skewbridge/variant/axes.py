@@ -92,11 +92,14 @@ def axis(name: str) -> Axis:
     return _BY_NAME[name]
 
 
-def radians_warning(skews_deg: Iterable[float]) -> str:
-    """Return a warning if all skews but zero look like radians, or no text."""
-    if not 0.0 < (largest := max(map(abs, skews_deg), default=0.0)) < 1.6:
-        return ""
-    return f"skew_deg is in degrees: {largest:g} rad would be {degrees(largest):.4g}"
+def unit_doubts(skews_deg: Iterable[float], gaps_mm: Iterable[float]) -> list[str]:
+    """Return a warning if all skews but zero look like radians, and if all gaps look like cm."""
+    skew, gap = (max(map(abs, values), default=0.0) for values in (skews_deg, gaps_mm))
+    texts = {
+        f"skew_deg is in degrees: {skew:g} rad would be {degrees(skew):.4g}": 0.0 < skew < 1.6,
+        f"gap_mm is in mm: {gap:g} cm would be {10 * gap:g}": 0.0 < gap < 10.0,
+    }
+    return [text for text, is_doubtful in texts.items() if is_doubtful]
 
 
 def axes_of(columns: Iterable[str]) -> tuple[Axis, ...]:

@@ -3,6 +3,7 @@
 Each field is a key of the configuration; every numeric one can be an axis of the grid.
 """
 
+from math import cos, radians
 from pathlib import Path
 from typing import Annotated, Final, Literal, get_args
 
@@ -65,14 +66,11 @@ class ModelOptions:
     """include the mass of walls and keys (scheme paper)"""
     # ASSUME compacted backfill softened by strong shaking: 100 to 200 m/s
     backfill_vs_mps: Number | None = Field(default=150.0, ge=0.0, le=2.0e3)
-    """shear wave velocity for radiation at walls; null (scheme paper): use wall_dashpot_ratio"""
+    """shear wave velocity for radiation at walls; null (scheme paper): 10 % of critical"""
     # source: Wang et al. (1998), Earthquake Spectra 14(2); Boulanger et al. (1999), J. Geotech.
     # Geoenviron. Eng. 125(9): radiation damping parallel to the elastic part of p-y springs
     backfill_dashpot: Literal["series", "parallel"] = Field(default="series")
     """wall dashpot in series with the plastic backfill, or parallel to it (paper)"""
-    # ASSUME a light key without any damping would rattle
-    wall_dashpot_ratio: Number = Field(default=0.10, ge=0.0, le=1.0)
-    """damping ratio of keys, and of walls if backfill_vs_mps is null"""
     # ASSUME a pushed backwall returns slowly: this adds 0.04 % to the backbone at 76 mm, 5e6 would
     # add 7 %
     wall_restoring_n_per_m: Number = Field(default=3.0e4, ge=1.0, le=1.0e9)
@@ -110,8 +108,6 @@ class ModelOptions:
     """column bases on springs of the bridge file, or rigid"""
     embankment_mass: Flag = Field(default=False)
     """embankment mass over its critical length moves with the abutment (model spring)"""
-    damping_ratio: Number | None = Field(default=None, ge=1.0e-3, le=0.5)
-    """Rayleigh damping ratio; null: of the bridge file"""
     rayleigh: RayleighKind = Field(default="mass_and_stiffness")
     """Rayleigh damping of deck and columns; support motions always use stiffness"""
     # ASSUME the pads of a deck end yield together: it rotates too little for them to differ
@@ -127,7 +123,7 @@ class ModelOptions:
     steel_strength_factor: _Factor = Field(default=1.0)
     """factor on the yield strength of bars and hoops"""
     damping_factor: _Factor = Field(default=1.0)
-    """factor on the damping ratio"""
+    """factor on the damping ratio of the bridge file"""
     deck_mass_factor: _Factor = Field(default=1.0)
     """factor on mass and weight of the deck"""
     backfill_strength_factor: _Factor = Field(default=1.0)
@@ -161,6 +157,11 @@ class ModelOptions:
     def transverse_gap_m(self) -> float:
         """Gap at each exterior shear key."""
         return self.transverse_gap_mm * MM
+
+    def normal_gap_m(self, gap_mm: float, skew_deg: float) -> float:
+        """Return the opening of a joint at rest normal to its faces, including the offset."""
+        cosine = cos(radians(skew_deg)) if self.gap_measured == "longitudinal" else 1.0
+        return max(gap_mm * MM * cosine + self.gap_offset_mm * MM, 0.0)
 
     def skew_of_bents_deg(self, skew_deg: float) -> float:
         """Return the skew of the bents in degrees for a skew of the abutments."""

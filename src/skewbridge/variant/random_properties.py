@@ -24,7 +24,7 @@ from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from skewbridge.errors import did_you_mean
-from skewbridge.files.text import OPTIONS, Flag, Number, Whole, checked
+from skewbridge.files.text import OPTIONS, Flag, Number, checked
 from skewbridge.variant.options import ModelOptions
 
 #: Prefix of the columns of the demands table with the draws of properties.
@@ -38,6 +38,7 @@ DIRECTION: Final = "incidence_deg"
 type Draw = Mapping[str, Any]
 #: Motions whose draws form one Latin hypercube. A draw does not depend on later motions.
 BLOCK: Final = 16
+_SEED: Final = 1  # first seed of a hypercube; its suite and block follow
 _TRIALS: Final = 200  # trial hypercubes of a block; the least correlated one is used
 
 
@@ -110,8 +111,6 @@ class UncertaintyConfig:
 
     enabled: Flag = Field(default=False)
     """random properties, one draw per motion for all variants"""
-    seed: Whole = Field(default=1, ge=0, le=2**31)
-    """seed of the draws"""
     # ASSUME the distributions below; normal and lognormal ones end near two standard deviations
     concrete_strength_factor: _Drawn = _of("normal", 0.75, 1.25, f"{_ASSUMED} 0.16", spread=0.127)
     steel_strength_factor: _Drawn = _of("lognormal", 0.85, 1.18, f"{_ASSUMED} 0.04", spread=0.08)
@@ -171,14 +170,14 @@ class UncertaintyConfig:
     def draws(self, motion_ids: Sequence[str], suite: str = "") -> dict[str, dict[str, Any]]:
         """Return the drawn values, keyed by motion and property or option; empty if not enabled.
 
-        A draw depends on the seed, the suite and the position of the motion in it. The properties
+        A draw depends on the suite and the position of the motion in it. The properties
         of 16 motions form a Latin hypercube, their alternatives another one.
         """
         drawn, options = self.drawn, self.alternatives if self.enabled else {}
         if not drawn and not options:
             return {}
         suite_number, blocks = int.from_bytes(suite.encode()), range(-(-len(motion_ids) // BLOCK))
-        seeds = [(self.seed, suite_number, block) for block in blocks]
+        seeds = [(_SEED, suite_number, block) for block in blocks]
         level_rows = np.vstack([_hypercube(len(PROPERTIES), seed) for seed in seeds])
         choice_rows = np.vstack([_hypercube(len(options) or 1, (*seed, 1)) for seed in seeds])
         return {
@@ -201,7 +200,7 @@ class UncertaintyConfig:
 PROPERTIES: Final = tuple(
     field.name
     for field in fields(UncertaintyConfig)
-    if field.name not in ("enabled", "seed", "alternatives")
+    if field.name not in ("enabled", "alternatives")
 )
 
 

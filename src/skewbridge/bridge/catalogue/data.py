@@ -81,11 +81,23 @@ class FoundationData(Part, frozen=True):
     krz_mnm_per_rad: Stiffness
 
 
+class PadData(Part, frozen=True):
+    """Elastomeric pads in one bearing line, equally spaced across the deck."""
+
+    count: Annotated[int, Field(ge=2, le=30)]
+    spacing_m: Metres
+    shear_stiffness_kn_per_m: Stiffness
+    yield_force_kn: Kilonewtons
+    hardening_ratio: Annotated[float, Field(ge=1.0e-4, le=0.9)]
+    vertical_stiffness_mn_per_m: Stiffness
+    height_m: Metres
+
+
 class BentData(Part, frozen=True):
     """One bent: columns equally spaced about the centreline, under an integral cap.
 
     ``column`` and ``base`` are those of the bridge if None; in the file, ``column`` needs only the
-    keys that differ.
+    keys that differ. With ``pads``, the deck runs over the bent on bearings, not cast with the cap.
     """
 
     columns: Annotated[int, Field(ge=1, le=8)]
@@ -96,6 +108,7 @@ class BentData(Part, frozen=True):
     cap_weight_kn: Weight
     column: AnyColumn | None = None
     base: Base | None = None
+    pads: PadData | None = None
 
     @model_validator(mode="after")
     def _spaced(self) -> Self:
@@ -118,18 +131,6 @@ class BackfillData(Part, frozen=True):
     failure_ratio: Ratio
     reference_height_m: Metres
     ultimate_closure_ratio: Factor
-
-
-class PadData(Part, frozen=True):
-    """Elastomeric pads below one deck end, equally spaced across the deck."""
-
-    count: Annotated[int, Field(ge=2, le=30)]
-    spacing_m: Metres
-    shear_stiffness_kn_per_m: Stiffness
-    yield_force_kn: Kilonewtons
-    hardening_ratio: Annotated[float, Field(ge=1.0e-4, le=0.9)]
-    vertical_stiffness_mn_per_m: Stiffness
-    height_m: Metres
 
 
 class KeyData(Part, frozen=True):
@@ -362,12 +363,33 @@ class BridgeData(Part, frozen=True):
         """Numbers (0, 1, ...) of the bents below a joint."""
         return {joint.bent for joint in self.joints if joint.bent is not None}
 
+    @property
+    def bents_with_bearings(self) -> set[int]:
+        """Numbers (0, 1, ...) of the bents whose cap carries bearings, under a joint or a deck."""
+        return self.jointed_bents | {i for i, bent in enumerate(self.bents) if bent.pads}
+
     def _check_width(self, key: str, points: PadData | PileData) -> None:
         line_m, width_m = (points.count - 1) * points.spacing_m, self.deck.width_m
         if line_m > width_m:
             raise ValueError(
                 f"{key}: (count - 1) x spacing_m = {line_m:.4g} exceeds deck.width_m = {width_m:g}"
             )
+
+    def _check_bearings(self) -> None:
+        for number in sorted(self.bents_with_bearings):
+            bent, key = self.bents[number], f"bents.{number}"
+            if self.base_of(bent) == "pinned":
+                raise ValueError(f"{key}: a bent with bearings on its cap needs base: fixed")
+            if bent.pads and number in self.jointed_bents:
+                raise ValueError(f"{key}.pads: the joint at this bent has the pads")
+            if bent.pads:
+                self._check_width(f"{key}.pads", bent.pads)
+            height_m, soffit_m = bent.clear_height_m + bent.cap_depth_m, self.deck.soffit_height_m
+            if height_m > soffit_m * _ROUNDING:
+                raise ValueError(
+                    f"{key}: clear_height_m + cap_depth_m = {height_m:.4g} below bearings must be "
+                    f"at most deck.soffit_height_m = {soffit_m:g}"
+                )
 
     def _check_joints(self) -> None:
         for number, joint in enumerate(self.joints):
@@ -378,17 +400,7 @@ class BridgeData(Part, frozen=True):
                 raise ValueError(
                     f"{joint_key}.at: must be one of the {len(self.bents)} bents, got {joint.at}"
                 )
-            if joint.bent is not None and self.base_of(self.bents[joint.bent]) == "pinned":
-                raise ValueError(f"{joint_key}.at: the bent below a joint needs base: fixed")
             self._check_width(f"{joint_key}.pads", joint.pads)
-        for number in self.jointed_bents:
-            bent = self.bents[number]
-            height_m, soffit_m = bent.clear_height_m + bent.cap_depth_m, self.deck.soffit_height_m
-            if height_m > soffit_m * _ROUNDING:
-                raise ValueError(
-                    f"bents.{number}: clear_height_m + cap_depth_m = {height_m:.4g} below a joint "
-                    f"must be at most deck.soffit_height_m = {soffit_m:g}"
-                )
         ends_m = [-self.length_m / 2, *self.joint_positions_m, self.length_m / 2]
         hinges = [x for x, joint in zip(ends_m[1:], self.joints, strict=False) if not joint.at]
         supports = [ends_m[0], *self.bent_positions_m, ends_m[-1]]
@@ -437,6 +449,7 @@ class BridgeData(Part, frozen=True):
                     f"= {bent.clear_height_m:g}, got {length_m:g}"
                 )
         self._check_joints()
+        self._check_bearings()
         if (self.abutment is None) == (self.abutments is None):
             raise ValueError(
                 "abutment or abutments: give abutment for two equal seats, or abutments with left "

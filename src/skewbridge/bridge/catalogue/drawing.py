@@ -126,7 +126,7 @@ def _composed(parts: list[tuple[float, float, float]]) -> tuple[float, float, fl
     return float(areas.sum()), centre, float(inertias.sum() + areas @ (centroids - centre) ** 2)
 
 
-def tallest(bents: list[dict[str, float]], joints: Iterable[dict[str, Any]] = ()) -> float:
+def tallest(bents: list[dict[str, Any]], joints: Iterable[dict[str, Any]] = ()) -> float:
     """Return the largest height (m) of bents up to the soffit; 6 without bents."""
     caps_m = cap_areas(bents, 0.0, 1.0, joints)
     heights_m = [bent["clear_height_m"] + cap for bent, cap in zip(bents, caps_m, strict=True)]
@@ -134,13 +134,13 @@ def tallest(bents: list[dict[str, float]], joints: Iterable[dict[str, Any]] = ()
 
 
 def cap_areas(
-    bents: list[dict[str, float]], void: float, width: float = 0.0,
+    bents: list[dict[str, Any]], void: float, width: float = 0.0,
     joints: Iterable[dict[str, Any]] = (),
 ) -> list[float]:  # fmt: skip
-    """Return the area (m2) that each cap adds to the deck: its voids, or the cap below a joint."""
+    """Return the area (m2) that each cap adds to the deck: its voids, or the cap below bearings."""
     jointed = {joint.get("at") for joint in joints}
     return [
-        width * bent["cap_depth_m"] if f"bent {number}" in jointed else void
+        width * bent["cap_depth_m"] if "pads" in bent or f"bent {number}" in jointed else void
         for number, bent in enumerate(bents, start=1)
     ]
 
@@ -186,6 +186,16 @@ def end_reaction_kn(bridge: BridgeData, *_: object) -> float:
     return max(ends_n[name] for name in bridge.seats or ends_n) / KN
 
 
+def pads_reaction_kn(bridge: BridgeData, pads: Any, *_: object) -> float:
+    """Return the dead-load reaction on the pads of a bent, or for other pads `end_reaction_kn`."""
+    from skewbridge.bridge.weights import deck_reactions_n
+
+    for bent, reaction_n in zip(bridge.bents, deck_reactions_n(bridge)[1:], strict=False):
+        if bent.pads and bent.pads.model_dump() == pads:
+            return reaction_n / KN
+    return end_reaction_kn(bridge)
+
+
 def period_s(bridge: BridgeData, which: Any) -> float:
     """Return the period ``t1``, ``long`` or ``short`` in s; see `bridge_period_s`."""
     # by name: the model of a bridge, which has these periods, imports the catalogue
@@ -196,8 +206,8 @@ _FUNCTIONS: Final[dict[str, Any]] = {
     function.__name__: function
     for function in (
         axial_ratios, bar, bar_ratios, box_section, cap_areas, cracked_ratio, end_reaction_kn,
-        girder, girder_section, hoop, is_fixed, max, min, period_s, round, slab_section, sqrt,
-        tallest,
+        girder, girder_section, hoop, is_fixed, max, min, pads_reaction_kn, period_s, round,
+        slab_section, sqrt, tallest,
     )
 } | {"pi": pi}  # fmt: skip
 
@@ -277,7 +287,9 @@ def value_at(tree: Any, key: str) -> Any:
 
 
 def _sections(tree: Any, key: str) -> list[str]:
-    """Return the sections to which a rule's key applies: ends of its type, and joints with it.
+    """Return the sections to which a rule's key applies: ends of its type, and parts with it.
+
+    Parts are joints, and bents with bearings.
 
     The key starts with a type of end (``seat.pads``), or with ``abutment`` for all types with it.
     """
@@ -294,7 +306,10 @@ def _sections(tree: Any, key: str) -> list[str]:
         and field in _END_TYPES[end_type].model_fields
     ]
     is_of_joint = field in JointData.model_fields and isinstance(joints, list | tuple)
-    return sections + [f"joints.{number}" for number in range(len(joints) if is_of_joint else 0)]
+    sections += [f"joints.{number}" for number in range(len(joints) if is_of_joint else 0)]
+    bents = value_at(tree, "bents") if field == "pads" else None
+    numbers = range(len(bents) if isinstance(bents, list | tuple) else 0)
+    return sections + [f"bents.{i}" for i in numbers if value_at(tree, f"bents.{i}.pads")]
 
 
 def _is_of_end(key: str) -> bool:
@@ -386,7 +401,7 @@ def _is_of_bridge(key: str) -> bool:
 
 def _usual(key: str) -> str:
     """Return a key of one end, joint or bent in the general form that the rules use."""
-    key = re.sub(r"^(abutments\.\w+|joints\.\d+(?=\.pads))", "abutment", key)
+    key = re.sub(r"^(abutments\.\w+|(joints|bents)\.\d+(?=\.pads))", "abutment", key)
     return re.sub(r"\.\d+\.", ".*.", key)
 
 
