@@ -280,10 +280,6 @@ joints: [{joints}]
 def test_zero_moment_along_a_single_column_is_where_the_model_has_it(written, torsion_m4, spans):
     name = on_single_columns(written, torsion_m4, spans)
     column = bent_capacity(load_bridge(name), 0, direction=1)
-    hinges = 1 if torsion_m4 == 1e-3 else 2
-    plastic = column.curve.ultimate_curvature_per_m - column.curve.yield_curvature_per_m
-    moved_m = column.hinge_length_m * plastic * (5.6 - hinges * column.hinge_length_m / 2)
-    assert column.capacity_m - column.yield_disp_m == pytest.approx(moved_m)
     with domain():
         model = build(variant(0, "contact", name), ModelOptions(foundation="fixed"))
         at_rest = np.array(ops.eleResponse(model.columns[0].element, "localForce"))
@@ -292,8 +288,8 @@ def test_zero_moment_along_a_single_column_is_where_the_model_has_it(written, to
             ops.load(node, 0.0, mass_kg, 0.0, 0.0, 0.0, 0.0)
         static_steps(1, "UmfPack", 1e-6)
         ops.algorithm("NewtonLineSearch")
-        top, step_m = model.columns[0].top.node, column.capacity_m / 300
-        ops.integrator("DisplacementControl", top, 2, step_m)
+        push = model.columns[0].top.node, 2, column.capacity_m / 300
+        ops.integrator("DisplacementControl", *push)
         assert ops.analyze(330) == 0  # to the ultimate curvature at the base of the model
         force = np.array(ops.eleResponse(model.columns[0].element, "localForce")) - at_rest
     shear_n, moment_nm = np.hypot(*force[1:3]), np.hypot(*force[4:6])
@@ -301,7 +297,7 @@ def test_zero_moment_along_a_single_column_is_where_the_model_has_it(written, to
     assert moment_nm / shear_n == pytest.approx(column.shear_span_m, rel=0.1)
 
 
-def test_the_span_of_a_single_column_is_known_in_limits_and_by_its_key(written):
+def test_the_shear_span_of_a_single_column_is_known_in_limits(written):
     joint = f"{{at: bent 1, seat_width_m: 0.6, pads: {{{PADS}}}}}"
     for torsion_m4, spans, joints_text, span_m in (
         (1e-3, 3, "", 5.6 + 1.01),  # without torsion: the load is at the centroid
@@ -309,13 +305,7 @@ def test_the_span_of_a_single_column_is_known_in_limits_and_by_its_key(written):
         (0.5, 2, joint, 4.66),  # 4.66 m in a push of the model
     ):
         bridge = load_bridge(on_single_columns(written, torsion_m4, spans, joints_text))
-        span = bent_capacity(bridge, 0, direction=1).shear_span_m
-        assert span == pytest.approx(span_m, rel=0.01), (torsion_m4, span_m)
-    given = written(
-        "extends: bridge_a\ntitle: a\nsource: 'd: a'\ncolumn: {shear_span_ratio: 0.6}\n"
-    )
-    found = bent_capacity(load_bridge(given), 0, direction=1)
-    assert (found.direction, found.shear_span_m) == ("along", pytest.approx(0.6 * 8.51))
+        assert bent_capacity(bridge, 0, direction=1).shear_span_m == pytest.approx(span_m, rel=0.01)
 
 
 @pytest.mark.parametrize("pads", ["two", "each"])
