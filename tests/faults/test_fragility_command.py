@@ -115,8 +115,10 @@ def test_spellings_of_published_data_sets_are_understood(fit, tmp_path):
     x, y = np.array([0.1, 0.2, 0.5, 0.9]), np.array([0.01, 0.03, 0.05, 0.1])
     logs = {"ln_im": list(np.log(x)), "ln_edp": list(np.log(y)), "threshold": 0.04}
     plain = {"im": list(x), "edp": list(y), "threshold": 0.04}
-    thetas = [fit(data, "cloud")["theta"] for data in (logs, plain)]
-    assert thetas[0] == pytest.approx(thetas[1])
+    named = "--im", "im_exceed", "--edp", "edp"  # a name on the command line is that of the file
+    cases = (logs, ()), (plain, ()), ({"im_exceed": plain["im"], **plain}, named)
+    thetas = [fit(data, "cloud", *options)["theta"] for data, options in cases]
+    assert thetas == pytest.approx([thetas[0]] * 3)
 
 
 def test_a_cloud_is_one_fit_as_arrays_or_as_a_table_with_collapses(fit):

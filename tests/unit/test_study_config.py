@@ -210,6 +210,10 @@ def test_a_skew_or_gap_without_effect_is_named(written):
         skew, gap = axis_warnings(parse_config({"grid": in_radians | {"gap_mm": gaps}}))
         assert skew == "skew_deg is in degrees: 0.52 rad would be 29.79"
         assert gap == f"gap_mm is in mm: {words}"
+    states = written("[{component: a, demand: unseating_m, unit: m, dispersion: 0.3, citation: b, "
+                     "states: {c: 1.5, d: 38}}]")  # fmt: skip
+    (text,) = axis_warnings(parse_config({"fragility": {"limit_states": states}}))
+    assert text.startswith("limit state a/d: unseating_m of 38 is outside the usual 0.001 to 5")
     (text,) = axis_warnings(parse_config({"accuracy": "fast"}))
     assert text.startswith("accuracy fast is for trials: its rows are often suspect")
     assert not list(axis_warnings(parse_config({"grid": in_radians | {"skew_deg": [0, 1, 30]}})))

@@ -47,7 +47,7 @@ _NEEDED: Final = {"_m": "metres are needed, not mm", "_g": "g is needed, not cm/
 FLAGS: Final = ("collapse", "censored")
 #: Other names of our columns in published data sets, as lowercase letters.
 ALIASES: Final = {"rightcensored": "censored"} | dict.fromkeys(
-    ("record", "recordid", "recordname", "rsn", "gm", "gmid", "groundmotion"), "motion_id"
+    ("record", "recordid", "recordname", "rsn", "gmid", "groundmotion"), "motion_id"
 )
 #: Advice for a demand that is infinite because the run collapsed.
 WITHOUT_PEAK: Final = "give a collapsed run the status collapse"

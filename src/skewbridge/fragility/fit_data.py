@@ -87,7 +87,8 @@ def fit_file(path: Path, **option_values: Any) -> fits.FragilityFit:
         is_plain = _PLAIN & column_map.columns.keys()
         read = _renamed if is_plain else demand_table.read_foreign
         data = read(path, **column_map.model_dump())
-    names = demand_table.our_names(data, _ALIASES)
+    own: dict[object, str] = {name: name for name in (options.im, options.edp) if name}
+    names = demand_table.our_names(data, _ALIASES) | own
     columns = {names[name]: values for name, values in data.items()}
     of_runs = options.method == "cloud" or options.edp or options.im
     try:

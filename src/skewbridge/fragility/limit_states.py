@@ -5,7 +5,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import pairwise
-from math import nan
+from math import inf, nan
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
@@ -32,6 +32,10 @@ _UNITS: Final[dict[str, tuple[str, float]]] = {
     "mps": ("velocity", 1.0), "mps2": ("acceleration", 1.0), "g": ("gravity units", 1.0),
     "s": ("time", 1.0), "ratio": ("ratio", 1.0), "percent": ("ratio", 0.01),
 }  # fmt: skip
+
+
+# ASSUME capacities of drifts and of lengths (m) outside these ranges are in another unit
+_USUAL: Final = {"_drift_ratio": (0.001, 0.2), "_m": (0.001, 5.0)}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,6 +70,16 @@ class LimitState:
     def warnings(self) -> tuple[str, ...]:
         """``small_capacity_dispersion`` if the dispersion is below 0.05, probably a wrong unit."""
         return ("small_capacity_dispersion",) if 0.0 < self.dispersion < 0.05 else ()
+
+    @property
+    def doubt(self) -> str:
+        """Sentence if the capacity looks like a number in another unit, or an empty text."""
+        ends = (end for end in _USUAL if self.demand.endswith(end))
+        low, high = _USUAL[end] if (end := next(ends, None)) else (0.0, inf)
+        if low <= self.threshold <= high:
+            return ""
+        text = f"{self.demand} of {self.threshold:g} is outside the usual {low:g} to {high:g}"
+        return f"limit state {self.key}: {text}: check its unit"
 
     @property
     def key(self) -> str:

@@ -78,12 +78,14 @@ def _check_bridge(bridge: str, config: StudyConfig) -> None:
 
 
 def axis_warnings(config: StudyConfig) -> Iterator[str]:
-    """Yield warnings of axes without effect, of doubtful units or rates, and of fast accuracy."""
+    """Yield warnings of axes without effect, of doubtful numbers, and of fast accuracy."""
     if config.accuracy == "fast":
         yield (
             "accuracy fast is for trials: its rows are often suspect (6 of 24 osb1 runs of 5 s), "
             "for steps with a looser convergence test or work above the friction limit"
         )
+    states = limit_states.load_limit_states(Path(config.fragility.limit_states))
+    yield from filter(None, (state.doubt for state in states))
     if config.hazard_curve and config.hazard_curve.doubt:
         yield config.hazard_curve.doubt
     yield from unit_doubts(config.grid.skew_deg, config.grid.gap_mm)

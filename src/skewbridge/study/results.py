@@ -186,9 +186,10 @@ def statistics_of(
         "left_out": [f"{state.key} ({state.demand})" for state in states if state not in available],
         "rejected_rows": int((notes["kind"] == "rejected_row").sum()),
         "notes": unused + notes["message"].tolist(),
-        "warnings": notes.loc[
-            notes["kind"].isin(["percent", "together", "hazard"]), "message"
-        ].tolist(),
+        "warnings": [
+            *filter(None, (state.doubt for state in available)),
+            *notes.loc[notes["kind"].isin(["percent", "together", "hazard"]), "message"],
+        ],
         **{"im": measure, "out": str(out)},
     }
 
