@@ -19,7 +19,6 @@ from reference_pages import ROOT
 
 import cli_json
 from bridge_variants import variant
-from cli_json import invoke
 from motions_files import at2_text
 from skewbridge.analysis import bridge_check, modal, pushover
 from skewbridge.analysis.settings import AnalysisSettings
@@ -45,7 +44,7 @@ from skewbridge.units import G_MPS2
 from skewbridge.variant.options import ModelOptions
 from strong_motion import DT_S, strong_motion
 
-bridge, answer = partial(invoke, "bridge"), partial(cli_json.answer, "bridge")
+bridge, answer = partial(cli_json.invoke, "bridge"), partial(cli_json.answer, "bridge")
 SUPPORT = {"support_length_m": 0.863}  # of osb1 with the default options
 SIDES, CORNERS = ("left", "right"), ("acute", "obtuse")
 LONGER = 'extends: osb1\ntitle: longer\nspans_m: {v: [50.0, 50.0], src: "d: a test"}\n'
