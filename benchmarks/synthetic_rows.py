@@ -12,13 +12,7 @@ import pyarrow as pa
 
 from skewbridge.demands.columns import COLUMNS, DEMAND_COLUMNS, INTENSITY_COLUMNS
 from skewbridge.demands.tables import demands_schema
-from skewbridge.demands.validity import (
-    BEYOND_MODEL,
-    COLUMN_FAILURE_RATIO,
-    COMPLETE,
-    column_failure_ratio,
-    completed,
-)
+from skewbridge.demands.validity import BEYOND_MODEL, COMPLETE, completed
 from skewbridge.statuses import COLLAPSE, OK
 from skewbridge.variant.variant import Variant
 
@@ -97,7 +91,6 @@ def synthetic_rows(variants: int, motions: int, seed: int = SEED) -> pd.DataFram
             empty = {"text": "", "integer": 0, "number": 0.0, "boolean": False}
             found[column.name] = empty[column.kind]
     table = pd.DataFrame(found)
-    table[COLUMN_FAILURE_RATIO] = column_failure_ratio(table)
     table[COMPLETE] = completed(table["status"], table[BEYOND_MODEL])
     table["steps_by_rung"] = "1000"
     table["run_key"] = [f"{number:064x}" for number in range(rows)]

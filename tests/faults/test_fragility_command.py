@@ -258,7 +258,7 @@ def test_unused_and_repeated_rows_of_a_table_of_runs_are_reported(fit):
 def test_runs_of_one_event_are_left_out_together_and_of_one_motion_have_no_interval(fit):
     found = fit(TABLE.assign(event=[*"aabbccddee", "", ""]), "cloud", *RUNS, 0.01)
     assert (found["ci_method"], found["n_records"]) == ("jackknife", 12)
-    joined = TABLE.assign(motion_id=[*"aabbccddeefg"]).rename(columns={"motion_id": "Record"})
+    joined = TABLE.assign(motion_id=[*"aabbccddeefg"]).rename(columns={"motion_id": "GM-ID"})
     assert found["ci_theta"] == fit(joined, "cloud", *RUNS, 0.01)["ci_theta"]
     one = fit(TABLE.assign(motion_id="a"), "cloud", *RUNS, 0.01)
     assert one["theta"] == pytest.approx(found["theta"])

@@ -246,6 +246,7 @@ def test_a_deck_node_without_mass_keeps_the_energy_balance(written):
 
 def test_a_deck_lumped_at_one_node_has_modes_and_an_empty_pattern_is_no_dead_load(written):
     pattern = FIX + '; ops.timeSeries("Linear", 1); ops.pattern("Plain", 1, 1)'
+    pattern += "; ops.mass(11, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0)"  # does not move
     periods_s = []
     for rest in (0.0, 1e-6):  # ARPACK finds no modes of three masses
         text = GOOD.replace("share * 6.0e6", "0").replace("1.0e5 * N * M, r", "0, 0")
@@ -253,6 +254,7 @@ def test_a_deck_lumped_at_one_node_has_modes_and_an_empty_pattern_is_no_dead_loa
         found = bridge_check.check_bridge(written(text.replace(FIX, pattern), "mine.py"))
         periods_s.append([found[f"period_{axis}_s"] for axis in "xyz"])
         assert found["weight_kn"] == pytest.approx(1.6e3 * G_MPS2, rel=1e-4)
+        assert sum(mode.mass_rz for mode in found["modes"]) < 1.0 + 1e-6
     assert periods_s[0] == pytest.approx(periods_s[1], rel=1e-4)
 
 
@@ -328,6 +330,7 @@ def test_own_gap_and_skew_count_and_lengths_are_along_a_turned_and_moved_deck(wr
     assert about.spans_m == pytest.approx((40.0, 40.0))
     assert about.columns_m[0] == pytest.approx((0.0, 0.0), abs=1e-9)
     assert about.gaps_mm == {"left": 30.0, "right": 30.0}
+    assert about.axis_notes[1].endswith("gap_mm has no effect, though names of variants have it")
     with domain():
         skews_deg = {end.plan.name: end.plan.skew_deg for end in frame_of(written, text).ends}
     assert skews_deg == about.skews_deg == {"left": 20.0, "right": 20.0}

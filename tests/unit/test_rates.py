@@ -77,7 +77,7 @@ def test_every_format_gives_levels_in_the_unit_of_the_column_and_annual_rates(fi
     older = {"imt": {"value": "PGA"}, "xlabel": "Ground Motion (g)", "xvalues": [0.1, 0.5]}
     older = [{"metadata": older, "data": [{"component": "Total", "yvalues": [0.02, 1e-3]}]}]
     for text, name, measure, rates in (
-        ("PGV (cm/s),rate\n50,0.001\n10,0.02\n", "hazard.csv", "im_pgv_rotd50_mps", [0.02, 1e-3]),
+        ("PGV (cm/s) , Rate\n50,0.001\n10,0.02\n", "hazard.csv", "im_pgv_rotd50_mps", [0.02, 1e-3]),
         (usgs(), "hazard.json", "im_sa_1p000_rotd50_g", [0.02, 1e-3]),
         (json.dumps({"response": older}), "old.json", PGA, [0.02, 1e-3]),
         ("name,lon,lat,0.1,0.5\nA,-120,36,0.02,0.001\n", "PGA/curves.csv", PGA, None),
@@ -86,7 +86,7 @@ def test_every_format_gives_levels_in_the_unit_of_the_column_and_annual_rates(fi
         (found,) = read_hazard(file(text, name))
         assert (found.im, found.levels.tolist()) == (measure, [0.1, 0.5])
         assert rates in (None, found.rates[0].tolist())
-    names = {"SA(0.2)": "im_sa_0p200_", "SA0P2": "im_sa_0p200_", "AvgSA": "im_saavg_rot",
+    names = {"SA(0.2 s)": "im_sa_0p200_", "SA0P2": "im_sa_0p200_", "AvgSA": "im_saavg_rot",
              "Sa_avg": "im_saavg_rot", "Arias": "", "im_cav_mps": "im_cav_mps"}  # fmt: skip
     assert {name: measure_column(name)[:12] for name in names} == names
 

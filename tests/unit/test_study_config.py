@@ -206,9 +206,10 @@ def test_a_skew_or_gap_without_effect_is_named(written):
     (text,) = axis_warnings(parse_config({"grid": {"bridge": [spans], "abutment": models}}))
     assert text == "inner joints of simple_spans have no friction with abutment model roller"
     in_radians = {"bridge": ["osb1"], "skew_deg": [0, 0.26, -0.52]}
-    (skew, gap) = axis_warnings(parse_config({"grid": in_radians | {"gap_mm": [0, 2.5]}}))
-    assert skew == "skew_deg is in degrees: 0.52 rad would be 29.79"
-    assert gap == "gap_mm is in mm: 2.5 cm would be 25"
+    for gaps, words in (([0, 2.5], "2.5 cm would be 25"), ([0.025, 0.051], "0.051 m would be 51")):
+        skew, gap = axis_warnings(parse_config({"grid": in_radians | {"gap_mm": gaps}}))
+        assert skew == "skew_deg is in degrees: 0.52 rad would be 29.79"
+        assert gap == f"gap_mm is in mm: {words}"
     (text,) = axis_warnings(parse_config({"accuracy": "fast"}))
     assert text.startswith("accuracy fast is for trials: its rows are often suspect")
     assert not list(axis_warnings(parse_config({"grid": in_radians | {"skew_deg": [0, 1, 30]}})))

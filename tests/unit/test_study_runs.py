@@ -17,7 +17,7 @@ from motions_files import index_of, make_pairs
 from skewbridge.analysis.settings import NUMERICS, AnalysisSettings
 from skewbridge.bridge import catalogue, library
 from skewbridge.demands.tables import join_variants, to_table
-from skewbridge.demands.validity import SUSPECT, reasons
+from skewbridge.demands.validity import with_suspect
 from skewbridge.errors import InputError
 from skewbridge.files import digests, tables
 from skewbridge.files.text import merged, writable_folder, written_aside
@@ -176,7 +176,7 @@ def test_the_joined_table_is_that_of_all_rows_at_once(tmp_path, ran, monkeypatch
     setup = setup_in(tmp_path)
     join_variants([analyse(setup, slug) for slug in SLUGS], setup.folder.demands)
     rows = [row_of(task) for slug in reversed(SLUGS) for task in setup.tasks(slug)]
-    whole = to_table([{**row, SUSPECT: reasons(row)} for row in rows], {})
+    whole = to_table(map(with_suspect, rows), {})
     file = pq.ParquetFile(setup.folder.demands)
     assert file.num_row_groups == 2
     pd.testing.assert_frame_equal(file.read().to_pandas(), whole.to_pandas(), check_exact=True)

@@ -168,10 +168,12 @@ def _outside_ranges(filled: Completed) -> Iterator[str]:
 
 def _factors(filled: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[Any]:
     """Yield for each number stated in a file: key, value by rule, rule, ratio stated / by rule."""
+    other_material = TABLES["concrete"] if filled.bridge.deck.elastic_modulus_gpa > 100.0 else ()
     for key, (value, rule) in rules.items():
         values = np.ravel(value_at(filled.bridge, key))
+        is_usual = rule.within and key not in filled.derived and rule.key not in other_material
         # no weight, for example of a cap, is a choice
-        if key not in filled.derived and rule.within and all(values) and np.all(value):
+        if is_usual and all(values) and np.all(value):
             yield key, value, rule, values / np.ravel(value)
 
 

@@ -77,15 +77,6 @@ class Effort:
         """Number of (sub-)steps that converged in each recovery step."""
         return tuple(self.steps_by_rung[number] for number in range(len(RECOVERY_STEPS)))
 
-    def loosened_ratio(self, tolerance_j: float) -> float:
-        """Return the share of (sub-)steps that met only a test looser than this tolerance."""
-        loose = sum(
-            count
-            for step, count in zip(RECOVERY_STEPS, self.counts, strict=True)
-            if step.tolerance_j > tolerance_j
-        )
-        return loose / max(sum(self.counts), 1)
-
 
 def steps_as_text(steps_by_rung: Iterable[int]) -> str:
     """Return the text of column ``steps_by_rung``: (sub-)steps of each recovery step from 0."""
@@ -95,6 +86,13 @@ def steps_as_text(steps_by_rung: Iterable[int]) -> str:
 def steps_from_text(text: str) -> list[int]:
     """Return the numbers in the text of column ``steps_by_rung``; empty if the text is empty."""
     return [int(steps) for steps in text.split()]
+
+
+def loosened_share(text: str) -> float:
+    """Return the share of (sub-)steps with a looser test, from a text of ``steps_by_rung``."""
+    counts = steps_from_text(text)
+    loose = [n for step, n in zip(RECOVERY_STEPS, counts, strict=False) if step.tolerance_j]
+    return sum(loose) / max(sum(counts), 1)
 
 
 def recovery_shares(steps_by_rung: Iterable[Sequence[int]]) -> list[dict[str, Any]]:

@@ -67,7 +67,6 @@ class AnalysisResult:
     time_reached_s: float  # time of the last converged step
     duration_s: float  # duration of the analysis if it does not end early
     effort: Effort  # iterations, (sub-)steps and failures
-    loosened_ratio: float  # share of (sub-)steps that met only a looser convergence test
     demands: dict[str, float]  # the demand columns of the table, in their units
     #: the demand columns as peaks over all steps, even after a column failure
     whole_history: dict[str, float]
@@ -97,9 +96,11 @@ def analyse(
     an argument is outside its limits.
     """
     ground = GroundInput(excitation, settings)
-    load_structure(variant.bridge)  # here: periods that its file does not give need the domain
+    options = settings.model_options(options)
+    # here: periods that its file does not give need the domain
+    load_structure(variant.bridge).description.require_seats(variant.normalised(), options)
     with solver_log(log_path), domain():
-        model = build(variant, settings.model_options(options))
+        model = build(variant, options)
         if not excitation.supports:
             rayleigh, supports = apply_rayleigh(model), None
             ground.apply(model.tags)
@@ -176,7 +177,6 @@ class _History:
             time_reached_s=float(trace.time_s[-1]),
             duration_s=self._ground.duration_s,
             effort=effort,
-            loosened_ratio=effort.loosened_ratio(self._settings.tolerance_j),
             demands=peaks,
             whole_history=all_peaks,
             support_length_m=min(lengths_m, default=nan),

@@ -34,6 +34,7 @@ _GRAVITY_STEPS = 5
 # Girders of several spans twist in up to 30 modes that are longer than the first vertical one.
 _MOST_MODES = 56
 _LEAST_MASS = 0.05
+_INFINITE = 1.0e15  # eigenvalue (1/s2) of a mode without mass
 _TOLERANCE_M = 1.0e-10
 
 
@@ -165,7 +166,11 @@ def modes_of(model: BridgeModel, count: int = 14) -> tuple[Mode, ...]:
         ops.fix(node, *(int(dof == number) for number in range(1, 7)))
     try:
         with soft_friction:
-            masses = sum(mass > 0.0 for node in ops.getNodeTags() for mass in ops.nodeMass(node))
+            masses = sum(
+                ops.nodeMass(node, dof) > 0.0
+                for node in ops.getNodeTags()
+                for dof in {1, 2, 3, 4, 5, 6}.difference(ops.getFixedDOFs(node))
+            )
             if masses < 2 * count:  # too few for ARPACK
                 return _lowest_modes(masses, "-fullGenLapack")
             modes = _lowest_modes(count)
@@ -192,6 +197,7 @@ def _lowest_modes(count: int, *solver: str) -> tuple[Mode, ...]:
             **{name: ratios[f"partiMassRatios{key}"][i] / 100 for name, key in keys.items()},
         )
         for i, eigenvalue in enumerate(eigenvalues)
+        if eigenvalue < _INFINITE
     )
 
 

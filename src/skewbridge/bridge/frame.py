@@ -162,10 +162,10 @@ class Description:
     def gaps_m(self, variant: Variant, options: ModelOptions) -> dict[str, float]:
         """Return the gap at rest (m), normal to its faces, of each seat end and inner joint.
 
-        `InputError` if a gap is missing or leaves nothing of a seat.
+        `InputError` if the gap of a joint is missing.
         """
         has_gap, gaps_m = "gap_mm" in variant.traits.axes, dict[str, float]()
-        for name, width_m in self.seats_m.items():
+        for name in self.seats_m:
             own_mm = self.gaps_mm.get(name) if has_gap or name not in self.end_kinds else 0.0
             if own_mm is None and not has_gap:
                 reason = f"abutment model {variant.abutment} has no gap"
@@ -174,13 +174,18 @@ class Description:
             if name in self._joints_at_bents:
                 skew_deg = options.skew_of_bents_deg(skew_deg)
             gap_mm = variant.gap_mm if own_mm is None else own_mm
-            gap_m = gaps_m[name] = options.normal_gap_m(gap_mm, self.skews_deg.get(name, skew_deg))
-            if self.support_lengths_m({name: gap_m})[name] <= 0.0:
+            gaps_m[name] = options.normal_gap_m(gap_mm, self.skews_deg.get(name, skew_deg))
+        return gaps_m
+
+    def require_seats(self, variant: Variant, options: ModelOptions) -> None:
+        """Raise an `InputError` if a gap is missing or leaves nothing of a seat."""
+        gaps_m = self.gaps_m(variant, options)
+        for name, length_m in self.support_lengths_m(gaps_m).items():
+            if length_m <= 0.0:
                 raise InputError(
                     f"{variant.bridge_name}: gap_mm must leave some of the {name} seat of "
-                    f"{width_m * 1e3:g} mm, got {gap_m * 1e3:g} normal to it"
+                    f"{self.seats_m[name] * 1e3:g} mm, got {gaps_m[name] * 1e3:g} normal to it"
                 )
-        return gaps_m
 
     @property
     def takes_gap(self) -> bool:
@@ -198,6 +203,8 @@ class Description:
             notes.append("gap_mm and friction have no effect: the bridge has no seats, no joints")
         if own := ", ".join(f"{gap_mm:g} mm at {at}" for at, gap_mm in self.own_gaps_mm.items()):
             others = "acts on the other joints" if self.takes_gap else "has no effect"
+            if self.details == "script" and not self.takes_gap:
+                others += ", though names of variants have it"
             notes.append(f"the bridge file sets the gap: {own}; gap_mm {others}")
         return notes
 

@@ -78,7 +78,7 @@ def run(
     from skewbridge.bridge.catalogue import read_bridge
     from skewbridge.bridge.library import is_script
     from skewbridge.demands.tables import to_table
-    from skewbridge.demands.validity import SUSPECT, reasons
+    from skewbridge.demands.validity import with_suspect
     from skewbridge.files.digests import engine_digest, provenance
     from skewbridge.files.tables import figure_metadata, write_frame, write_table
     from skewbridge.motions.intensity import cut_warning
@@ -97,8 +97,7 @@ def run(
 
         result = task.analyse(histories=True, log_path=log, progress=show)
     times = {"wall_s": time.perf_counter() - wall_s, "cpu_s": time.process_time() - cpu_s}
-    demands = row_of_task({**outcome_of(result), **times}, task, key)
-    demands |= {SUSPECT: reasons(demands)}
+    demands = with_suspect(row_of_task({**outcome_of(result), **times}, task, key))
     motion, histories = task.motion.motion, pd.DataFrame(result.histories)
     digests = provenance(motion_sha256=motion.sha256, run_key=key, engine_digest=engine_digest())
     write_table(to_table([demands], digests), out / "demands.parquet")

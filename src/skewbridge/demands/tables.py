@@ -17,7 +17,7 @@ from skewbridge.demands.columns import (
     joint_columns,
     option_columns,
 )
-from skewbridge.demands.validity import SUSPECT, reasons
+from skewbridge.demands.validity import with_suspect
 from skewbridge.files.digests import digest_of, provenance
 from skewbridge.files.tables import read_table, write_joined, write_table
 from skewbridge.statuses import STATUSES
@@ -67,9 +67,8 @@ def to_table(rows: Iterable[Mapping[str, Any]], provenance: Mapping[str, str]) -
 
 def write_variant(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
     """Write the demands of one variant; the column `suspect` states why a row is suspect."""
-    checked = [{**row, SUSPECT: reasons(row)} for row in rows]
     digest = digest_of(*sorted(row["run_key"] for row in rows))
-    write_table(to_table(checked, provenance(analyses_digest=digest)), path)
+    write_table(to_table(map(with_suspect, rows), provenance(analyses_digest=digest)), path)
 
 
 def join_variants(paths: Sequence[Path], output: Path) -> None:

@@ -45,9 +45,9 @@ _LARGEST: Final = 10.0
 _NEEDED: Final = {"_m": "metres are needed, not mm", "_g": "g is needed, not cm/s2"}
 #: Columns of 0 and 1 of other programs, see `with_flags`.
 FLAGS: Final = ("collapse", "censored")
-#: Other names of our columns in published data sets, in lowercase.
-ALIASES: Final = {"right_censored": "censored"} | dict.fromkeys(
-    ("record", "record_id", "record_name", "rsn", "gm", "gm_id", "ground_motion"), "motion_id"
+#: Other names of our columns in published data sets, as lowercase letters.
+ALIASES: Final = {"rightcensored": "censored"} | dict.fromkeys(
+    ("record", "recordid", "recordname", "rsn", "gm", "gmid", "groundmotion"), "motion_id"
 )
 #: Advice for a demand that is infinite because the run collapsed.
 WITHOUT_PEAK: Final = "give a collapsed run the status collapse"
@@ -181,7 +181,7 @@ def our_names(columns: Iterable[object], aliases: Mapping[str, str] = ALIASES) -
     """Return our name of each column; another name counts only if no column has ours."""
     names = {column: str(column) for column in columns}
     for column, name in names.items():
-        ours = aliases.get(name.lower(), name)
+        ours = aliases.get(re.sub(r"[\W_]+", "", name.lower()), name)
         names[column] = name if ours in names.values() else ours
     return names
 

@@ -27,8 +27,8 @@ from skewbridge.fragility.settings import DEFAULTS, FitSettings
 _INDEPENDENT: Final = "there is no column motion_id: the runs are taken as independent"
 #: Other names of our columns in published data sets.
 _ALIASES: Final = demand_table.ALIASES | {
-    "bracket_lo": "lower", "bracket_hi": "upper",
-    "im_no_exceed": "lower", "im_exceed": "upper",
+    "bracketlo": "lower", "brackethi": "upper",
+    "imnoexceed": "lower", "imexceed": "upper",
 }  # fmt: skip
 #: Columns by which the method of data is known.
 _COLUMNS: Final = {

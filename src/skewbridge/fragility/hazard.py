@@ -226,7 +226,7 @@ def measure_column(name: str) -> str:
     text = name.strip()
     if text.startswith("im_"):
         return text
-    if match := re.fullmatch(r"(?i)SA\s*\(?(\d+(?:[.P]\d+)?)\)?", text):
+    if match := re.fullmatch(r"(?i)SA\s*\(?(\d+(?:[.P]\d+)?)(?: ?s)?\)?", text):
         period = f"{float(match[1].upper().replace('P', '.')):.3f}"
         return f"im_sa_{period.replace('.', 'p')}_rotd50_g"
     return _NAMES.get(text.upper(), "")
@@ -373,7 +373,7 @@ def _openquake(path: Path, first_line: str) -> Iterator[_Part]:
 
 def _table(path: Path) -> Iterator[_Part]:
     """Yield the curves of a CSV file: columns of intensity, rate, fractiles, or USGS (one site)."""
-    table = read_csv(path)
+    table = read_csv(path).rename(columns=str.strip).rename(columns={"IM": "im", "Rate": "rate"})
     names = list(map(str, table))
     if {"lon", "lat"} <= {*names}:
         if len(table) != 1:

@@ -134,7 +134,7 @@ def write_checks(tables: StudyTables, output: Path) -> None:
         "suspect": [
             {name: suspect[name] for name in ("reason", "rows", "worst")}
             | demands.iloc[suspect["at"]][list(KEY)].to_dict()
-            for suspect in count_reasons(demands)
+            for suspect in count_reasons(demands[SUSPECT])
         ],
         "rungs": recovery_shares(map(steps_from_text, demands["steps_by_rung"])),
     }

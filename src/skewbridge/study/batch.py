@@ -66,7 +66,6 @@ def row_of_task(row: Row, task: Task, key: str) -> Row:
     return {
         **row,
         validity.COMPLETE: bool(validity.completed(row["status"], failure)),
-        validity.COLUMN_FAILURE_RATIO: float(validity.column_failure_ratio(row)),
         **key_values(task.variant, motion.motion.motion_id, motion.scale, task.incidence_deg),
         SUITE: motion.suite,
         EVENT: "" if "synthetic" in motion.motion.source else motion.motion.event,

@@ -74,7 +74,7 @@ def _check_bridge(bridge: str, config: StudyConfig) -> None:
     require_options(structure, (*config.grid.values(), *options))
     description = structure.description
     for variant in expand_grid(config.grid.model_copy(update={"bridge": (bridge,)})):
-        description.gaps_m(variant, replace(config.model, **dict(variant.options)))
+        description.require_seats(variant, replace(config.model, **dict(variant.options)))
 
 
 def axis_warnings(config: StudyConfig) -> Iterator[str]:

@@ -122,7 +122,6 @@ def outcome_of(result: AnalysisResult) -> dict[str, Any]:
         "duration_s": result.duration_s,
         "recovery_rung": result.effort.highest_rung,
         "steps_by_rung": steps_as_text(result.effort.counts),
-        "loosened_ratio": result.loosened_ratio,
         "substeps": result.effort.substeps,
     }
 
@@ -139,6 +138,5 @@ def no_result(status: str, reason: str) -> dict[str, Any]:
         "duration_s": nan,
         "recovery_rung": 0,
         "steps_by_rung": "",
-        "loosened_ratio": 0.0,
         "substeps": 0,
     }

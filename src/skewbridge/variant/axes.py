@@ -93,11 +93,12 @@ def axis(name: str) -> Axis:
 
 
 def unit_doubts(skews_deg: Iterable[float], gaps_mm: Iterable[float]) -> list[str]:
-    """Return a warning if all skews but zero look like radians, and if all gaps look like cm."""
+    """Return a warning if all skews but zero look like radians, and all gaps like m or cm."""
     skew, gap = (max(map(abs, values), default=0.0) for values in (skews_deg, gaps_mm))
+    unit, per_unit = ("m", 1000.0) if gap < 1.0 else ("cm", 10.0)
     texts = {
         f"skew_deg is in degrees: {skew:g} rad would be {degrees(skew):.4g}": 0.0 < skew < 1.6,
-        f"gap_mm is in mm: {gap:g} cm would be {10 * gap:g}": 0.0 < gap < 10.0,
+        f"gap_mm is in mm: {gap:g} {unit} would be {per_unit * gap:g}": 0.0 < gap < 10.0,
     }
     return [text for text, is_doubtful in texts.items() if is_doubtful]
 

@@ -139,7 +139,7 @@ def _ending(task: Task) -> Row:
 CHANGES: Final[dict[str, float | None]] = {
     demand: budget["limit"] for demand, budget in _TABLES["budgets"].items()
 }
-EXCESS: Final = ("cone_excess_wall_ratio", "cone_excess_key_ratio")
+EXCESS: Final = "cone_excess_ratio"
 # Whole histories of all cases, even if columns fail.
 _WHOLE: Final = AnalysisSettings(collapse_drift_ratio=0.5)
 
@@ -194,7 +194,7 @@ def _peaks(study: Study, cases: CaseSet, numerics: Sequence[Numerics]) -> pd.Dat
 
 def _whole_peaks(task: Task) -> Row:
     result = task.analyse()
-    names = {*CHANGES, *EXCESS, *DEMANDS}
+    names = {*CHANGES, EXCESS, *DEMANDS}
     return {
         "variant": task.variant.slug,
         "motion_id": task.motion.motion.motion_id,
@@ -212,17 +212,16 @@ def run_convergence(study: Study, cases: CaseSet = CONVERGENCE) -> None:
     for changed in finer:
         finer_peaks = peaks[changed.name]
         coarse = peaks[changed.coarse].loc[finer_peaks.index]
-        changes = coarse[["variant", "motion_id", "numerics", *EXCESS]].assign(
+        changes = coarse[["variant", "motion_id", "numerics", EXCESS]].assign(
             against=changed.name,
             **{name: relative_changes(name, coarse[name], finer_peaks[name]) for name in CHANGES},
         )
         judge_changes(study, changes, changed)
         tables.append(changes)
     study.tables["changes"] = pd.concat(tables, ignore_index=True)
-    for excess in EXCESS:
-        text = f"{excess}, largest of {len(peaks['default'])} cases"
-        # the limit is a fraction of the friction work
-        study.at_most(text, peaks["default"][excess].max(), 0.03, "friction law")
+    text = f"{EXCESS}, largest of {len(peaks['default'])} cases"
+    # the limit is a fraction of the friction work
+    study.at_most(text, peaks["default"][EXCESS].max(), 0.03, "friction law")
 
 
 def judge_changes(study: Study, changes: pd.DataFrame, finer: Numerics) -> None:
