@@ -313,19 +313,15 @@ def test_a_forecast_follows_lengths_contacts_steps_and_finished_analyses(tmp_pat
     assert (found.summary["done"], "motions are new or changed" in found.notes[0]) == (0, True)
 
 
-GRIDS = (
+@pytest.mark.parametrize("grid", [
     {"bridge": ["osb1"], "skew_deg": [30], "gap_mm": [25]}, {"bridge": ["osb1"], "skew_deg": [30]},
     {"bridge": ["osb1"], "friction": [0.5]}, {"abutment": ["roller"], "skew_deg": [0, 60]}, {},
-)  # fmt: skip
-SECTIONS = (
+])  # fmt: skip
+@pytest.mark.parametrize("sections", [
     {}, {"analysis": {"duration_s": 10.0}},
     {"accuracy": "reference"}, {"analysis": {"scheme": "paper"}},
     {"design": {"until": "decided", "first": 6}},
-)  # fmt: skip
-
-
-@pytest.mark.parametrize("grid", GRIDS)
-@pytest.mark.parametrize("sections", SECTIONS)
+])  # fmt: skip
 def test_numerical_checks_cost_less_than_a_quarter_of_the_analyses(grid, sections) -> None:
     numbers = []
     for count in (1, 2, 4, 12, 32, 64):
@@ -422,10 +418,8 @@ def test_a_study_equals_itself_but_for_motions_of_one_name_and_other_files(tmp_p
     assert all(row["ratio"] == pytest.approx(1.0) for row in found["demands"])
     assert len(pd.read_csv(out)) == len(found["demands"]) + len(found["medians"])
     # the first study has its own limit states
-    settings = {
-        "results": first,
-        "fragility": {"limit_states": f"{BASE.parent}/limit_states_template.yaml"},
-    }
+    fits = {"limit_states": f"{BASE.parent}/limit_states_template.yaml"}
+    settings = {"results": first, "fragility": fits}
     store_configuration(parse_config(settings), [], settings)
     states = {row["demand"] for row in compared(first, second)["medians_by_state"]}
     assert {"shear_key/yield", "bearing/slight"} & states == {"shear_key/yield"}

@@ -57,10 +57,6 @@ def force_at(curve, disp_m):
     return float(np.interp(disp_m, curve.disp_m, curve.force_n))
 
 
-def beside_pads_kn(curve, disp_m):
-    return (force_at(curve, disp_m) - pads_at(disp_m)) / 1e3
-
-
 @pytest.mark.parametrize("abutment", ["spring", "contact", "contact_friction"])
 @pytest.mark.parametrize(
     ("backfill", "skew_deg", "closures_m", "forces_kn"),
@@ -79,7 +75,8 @@ def test_a_push_meets_the_backbone(abutment, backfill, skew_deg, closures_m, for
     penalty_kn_per_m = springs.NORMAL_OVER_NEIGHBOUR * STIFFNESS / 1e3
     for closure_m, force_kn in zip(closures_m, forces_kn, strict=True):
         penetration_m = 0.0 if abutment == "spring" else force_kn / penalty_kn_per_m
-        found_kn = beside_pads_kn(curve, 0.051 + closure_m + penetration_m)
+        disp_m = 0.051 + closure_m + penetration_m
+        found_kn = (force_at(curve, disp_m) - pads_at(disp_m)) / 1e3
         assert found_kn == pytest.approx(force_kn, rel=0.005)
 
 
@@ -97,7 +94,8 @@ def test_a_key_follows_its_backbone_and_the_spring_model_yields_in_series_with_i
     penalty_kn_per_mm = springs.NORMAL_OVER_NEIGHBOUR * KEY.force_kn[0] / KEY.displacement_mm[0]
     for force_kn, disp_mm in zip(KEY.force_kn, KEY.displacement_mm, strict=True):
         disp_m = 0.0064 + 1e-3 * (disp_mm + force_kn / penalty_kn_per_mm)
-        assert beside_pads_kn(curve, disp_m) == pytest.approx(force_kn, rel=0.005)
+        found_kn = (force_at(curve, disp_m) - pads_at(disp_m)) / 1e3
+        assert found_kn == pytest.approx(force_kn, rel=0.005)
     spring, contact = (push(name, angle_deg=90.0) for name in ("spring", "contact"))
     assert spring.peak_n == pytest.approx(contact.peak_n, rel=0.02)
     assert push("contact", angle_deg=90.0, keys="monolithic").peak_n > 2 * contact.peak_n
