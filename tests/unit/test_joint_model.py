@@ -258,7 +258,7 @@ def test_values_outside_the_study_and_folders_without_models_are_refused(written
         (lambda t: t.drop(columns="status"), "no column 'status'"),
         (lambda t: t.assign(status="fine"), "status must be one of ok, collapse, numerical"),
         (lambda t: t.rename(columns={"friction": "Friction "}), "did you mean friction?"),
-        (lambda t: t.rename(columns={"motion_id": "record"}), "'friction', 'record', 'status'"),
+        (lambda t: t.rename(columns={"motion_id": "shaking"}), "'friction', 'shaking', 'status'"),
         (lambda t: t.assign(column_drift_ratio=np.inf), "give a collapsed run the status collapse"),
         (lambda t: t.drop(columns=["column_drift_ratio"]), "none of the demands"),
         (lambda t: t.drop(columns=[IM]), "an intensity column im_"),
