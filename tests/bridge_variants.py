@@ -8,7 +8,6 @@ from skewbridge.analysis.transient import analyse
 from skewbridge.bridge.catalogue import bridge_names, load_bridge
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
-from skewbridge.verification.studies.bridge_friction import abutment_history
 from strong_motion import strong_motion
 
 
@@ -36,11 +35,6 @@ def analysed(
         case, Excitation(motion=motion or strong_motion(), **given), AnalysisSettings(**settings),
         options or ModelOptions(), histories=True, log_path=log_path,
     )  # fmt: skip
-
-
-def abutment_analysed(case, motion, settings=None, **options):
-    settings = settings or AnalysisSettings()
-    return abutment_history(case, Excitation(motion=motion), settings, ModelOptions(**options))
 
 
 def static_steps(count, system, tolerance):

@@ -18,8 +18,8 @@ settings.load_profile("repeatable")
 def written(tmp_path):
     """Return a function that writes a bridge file and returns its path: made.yaml, made1.yaml."""
 
-    def write(text):
-        path = tmp_path / f"made{len(list(tmp_path.glob('made*.yaml'))) or ''}.yaml"
+    def write(text, name=""):
+        path = tmp_path / (name or f"made{len(list(tmp_path.glob('made*.yaml'))) or ''}.yaml")
         path.write_text(text, encoding="utf-8")
         return str(path)
 

@@ -11,7 +11,7 @@ from skewbridge.demands.validity import BEYOND_MODEL, COLUMN_FAILURE_RATIO, FAIL
 from skewbridge.fragility import curves, effects, limit_states
 from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.settings import FitSettings
-from skewbridge.variant.variant import ABUTMENTS, Variant
+from skewbridge.variant.variant import Variant
 
 IM = "im_saavg_rotd50_g"
 _ALL = limit_states.load_limit_states(Path(__file__).parents[1] / "config" / "limit_states.yaml")
@@ -52,17 +52,6 @@ def ready(table, states):
 
 def curves_of(table, states, settings=SETTINGS):
     return curves.fit_study(ready(table, states), states, settings)
-
-
-def several_models(motions: int = 16) -> pd.DataFrame:
-    """Return a study of two bridges with all five abutment models, each with the axes it has."""
-    parts = []
-    for (seed, bridge), (name, traits) in product(enumerate(("osb1", "osb2s")), ABUTMENTS.items()):
-        gaps = (0, 25, 51) if "gap_mm" in traits.axes else (0,)
-        given = {"gaps": gaps, "frictions": (0, 50) if traits.has_friction else (0,)}
-        given |= {"motions": motions, "bridge": bridge, "abutment": name, "seed": seed}
-        parts.append(synthetic_demands(**given))
-    return pd.concat(parts, ignore_index=True)
 
 
 def two_mode_runs(seed: int, motions: int = 12) -> pd.DataFrame:

@@ -91,10 +91,8 @@ def cosmos_text(
         '   1 Comment line(s) follow, each starting with a "|":', f"|<SCNL>{scnl}    <AUTH> 2019",
     ]  # fmt: skip
     form, per_line, number = layout
-    length = round(dt_s * len(values))
-    text += [
-        f"{len(values):8d} {quantity} pts, approx {length:4d} secs, units={name},Format={form}"
-    ]
+    count, length = len(values), round(dt_s * len(values))
+    text.append(f"{count:8d} {quantity} pts, approx {length:4d} secs, units={name},Format={form}")
     return "\n".join([*text, rows_of(values, per_line, number), f"End-of-data for {quantity}", ""])
 
 

@@ -17,7 +17,6 @@ import pandas as pd
 import yaml
 
 import motions_files as made
-from motions_files import at2_text
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.errors import InputError
 from skewbridge.files.tables import write_frame
@@ -89,29 +88,18 @@ def as_yaml(value):
 
 def read_index(path):
     for number in (1, 2):
-        (path.parent / f"one_h{number}.AT2").write_text(at2_text(wave()), encoding="utf-8")
+        (path.parent / f"one_h{number}.AT2").write_text(made.at2_text(wave()), encoding="utf-8")
     path.replace(path.parent / "index.csv")
     for entry in list_motions(path.parent):
         read_entry(entry)
-
-
-def read_study(path):
-    expand_grid(load_config(path, base=ROOT / "config/config.yaml").grid)
 
 
 def fit(method, **options):
     return lambda path: fit_file(path, method=method, **options).as_json()
 
 
-def parquet_bytes(folder):
-    path = folder / "good.parquet"
-    table = pd.DataFrame({**CLOUD, "motion_id": ["a", "b", "c", "d"], "status": ["ok"] * 4})
-    write_frame(table, path, {"made_by": "tests"})
-    return path.read_bytes()
-
-
 FAMILIES: dict[str, tuple[str, list[bytes], Callable[[Path], object]]] = {
-    "at2": (".AT2", [at2_text(wave()).encode()], read_record),
+    "at2": (".AT2", [made.at2_text(wave()).encode()], read_record),
     "v2": (".V2", [made.v2_text(980.665 * wave()).encode()], read_record),
     "knet": (".NS", [made.knet_text((1e6 * wave()).astype(int)).encode()], read_record),
     "esm": (".ASC", [made.esm_text(980.665 * wave()).encode()], read_record),
@@ -126,7 +114,10 @@ FAMILIES: dict[str, tuple[str, list[bytes], Callable[[Path], object]]] = {
         lambda path: read_record(path, Stated(dt_s=0.01)),
     ),
     "index": (".txt", [INDEX.encode()], read_index),
-    "config": (".yaml", [shipped(n) for n in ("config", "ida")], read_study),
+    "config": (
+        ".yaml", [shipped(n) for n in ("config", "ida")],
+        lambda path: expand_grid(load_config(path, base=ROOT / "config/config.yaml").grid),
+    ),
     "limit_states": (".yaml", [shipped("limit_states")], load_limit_states),
     "bridge": (
         ".yaml",
@@ -244,7 +235,10 @@ def run_family(name, count, seed, folder):
     """Read mutants of one family in a folder of its own; return the counts and faults."""
     (folder := folder / name).mkdir()
     suffix, seeds, read = FAMILIES[name]
-    seeds = seeds or [parquet_bytes(folder)]
+    if not seeds:
+        table = pd.DataFrame({**CLOUD, "motion_id": ["a", "b", "c", "d"], "status": ["ok"] * 4})
+        write_frame(table, folder / "good.parquet", {"made_by": "tests"})
+        seeds = [(folder / "good.parquet").read_bytes()]
     chance = random.Random(f"{seed} {name}")
     taken, refused, dearest_s, faults = 0, 0, 0.0, {}
     for number in range(-len(seeds), count):

@@ -95,12 +95,6 @@ def assert_printed(text, values):
         assert mantissa[0] not in "+-" or value * float(number) >= 0.0, (text, value)
 
 
-def wrong_numbers(text):
-    """Return copies of a text, each with another last digit of one number."""
-    ends = [match.end() for match in NUMBER.finditer(text)]
-    return [f"{text[: end - 1]}{(int(text[end - 1]) + 1) % 10}{text[end:]}" for end in ends]
-
-
 def tables_of(page):
     """Return the rows of every named table of a page, as texts of cells without notes."""
     named = re.findall(r'aria-label="([^"]+)">\s*<table[^>]*>(.*?)</table>', page, re.DOTALL)

@@ -215,40 +215,35 @@ def test_good_cases_write_forces_and_histories_with_units(tmp_path):
     assert schema.field("fn_ra_n").metadata[b"unit"] == b"N"
 
 
-WRONG_CONTACT = [
-    ({"friction": -0.1}, "friction"),
-    ({"tangent_stiffness_n_per_m": 0.0}, "tangent_stiffness_n_per_m"),
-    ({"normal_stiffness_n_per_m": "2e7"}, "2.0e+7"),
-    ({"normal_stiffness_n_per_m": float("nan")}, "normal_stiffness_n_per_m"),
-    ({"gap_m": -0.1}, "gap_m"), ({"scheme": "vectorial"}, "scheme"),
-    ({"coupling": "implicit"}, "coupling"), ({"substeps": 0}, "substeps"),
-    ({"colour": "red"}, "colour"), ({"path": "nowhere.csv"}, "nowhere.csv"),
-]  # fmt: skip
-WRONG_DECK = [
-    ({"skew_deg": 85.0}, "skew_deg"), ({"mass_kg": 0.0}, "mass_kg"),
-    ({"restitution": 1e-4}, "restitution"), ({"solver": "magic"}, "solver"),
-    ({"integrator": "euler"}, "integrator"), ({"dt_s": 1.0}, "dt_s"),
-    ({"pulse": None}, "pulse or motion"), ({"motion": ["a.AT2", "b.AT2"]}, "pulse or motion"),
-    ({"pulse": None, "motion": ["a.AT2", "b.AT2"]}, "a.AT2"),
-    ({"pulse": {"kind": "sine", "amplitude_g": 0.5, "period_s": 0.5}}, "kind"),
-]  # fmt: skip
-WRONG_ROWS = [
-    ([[0.0, 0, 0, 0], [0.1, float("nan"), 0, 0]], "line 3"),
-    ([[0.0, 0, 0, 0], [0.1, 0, 0, 0], [0.1, 0, 0, 0]], "line 4"),
-    ([[0.0, 0, 0, 0], [0.2, 0, 0, 0], [0.1, 0, 0, 0]], "must increase"),
-    ([[0.0, 0, 0, 0], [0.1, "x", 0, 0]], "ux_m"), ([[0.0, 0, 0, 0]], "two rows"),
-]  # fmt: skip
-
-
 @pytest.mark.parametrize(
     ("command", "case", "rows", "word"),
     [
-        *(("contact", CONTACT | change, PATH, word) for change, word in WRONG_CONTACT),
-        *(("deck", DECK | change, PATH, word) for change, word in WRONG_DECK),
-        *(("contact", CONTACT, rows, word) for rows, word in WRONG_ROWS),
+        *(("contact", CONTACT | change, PATH, word) for change, word in (
+            ({"friction": -0.1}, "friction"),
+            ({"tangent_stiffness_n_per_m": 0.0}, "tangent_stiffness_n_per_m"),
+            ({"normal_stiffness_n_per_m": "2e7"}, "2.0e+7"),
+            ({"normal_stiffness_n_per_m": float("nan")}, "normal_stiffness_n_per_m"),
+            ({"gap_m": -0.1}, "gap_m"), ({"scheme": "vectorial"}, "scheme"),
+            ({"coupling": "implicit"}, "coupling"), ({"substeps": 0}, "substeps"),
+            ({"colour": "red"}, "colour"), ({"path": "nowhere.csv"}, "nowhere.csv"),
+        )),
+        *(("deck", DECK | change, PATH, word) for change, word in (
+            ({"skew_deg": 85.0}, "skew_deg"), ({"mass_kg": 0.0}, "mass_kg"),
+            ({"restitution": 1e-4}, "restitution"), ({"solver": "magic"}, "solver"),
+            ({"integrator": "euler"}, "integrator"), ({"pulse": None}, "pulse or motion"),
+            ({"dt_s": 1.0}, "dt_s"), ({"motion": ["a.AT2", "b.AT2"]}, "pulse or motion"),
+            ({"pulse": None, "motion": ["a.AT2", "b.AT2"]}, "a.AT2"),
+            ({"pulse": {"kind": "sine", "amplitude_g": 0.5, "period_s": 0.5}}, "kind"),
+        )),
+        *(("contact", CONTACT, rows, word) for rows, word in (
+            ([[0.0, 0, 0, 0], [0.1, float("nan"), 0, 0]], "line 3"),
+            ([[0.0, 0, 0, 0], [0.1, 0, 0, 0], [0.1, 0, 0, 0]], "line 4"),
+            ([[0.0, 0, 0, 0], [0.2, 0, 0, 0], [0.1, 0, 0, 0]], "must increase"),
+            ([[0.0, 0, 0, 0], [0.1, "x", 0, 0]], "ux_m"), ([[0.0, 0, 0, 0]], "two rows"),
+        )),
         *(("contact", text, PATH, "case.yaml") for text in ("- 1\n- 2\n", "a: [1\n", "")),
     ],
-)
+)  # fmt: skip
 def test_wrong_field_or_line_is_named(tmp_path, command, case, rows, word):
     assert word in run_case(tmp_path, command, case, rows=rows, code=2)["message"]
     assert not list(tmp_path.glob("f.*"))

@@ -21,14 +21,6 @@ DT_S = 0.02
 RECORD_G = shaken_g(0, 400)
 GOOD = at2_text(RECORD_G, DT_S)
 HEAD = "".join(GOOD.splitlines(keepends=True)[:4])
-OUT_OF_THE_FOLDER = (
-    "../secret_h1.AT2", "sub/../../secret_h1.AT2", "C:/secret_h1.AT2", "..\\secret_h1.AT2",
-    "\\\\server\\share\\x.AT2", "~/x.AT2", "",
-)  # fmt: skip
-BAD_VALUES = [
-    ("scale", -1), ("scale", "x"), ("scale", "inf"), ("dt_s", 0), ("unit", "furlong"),
-    ("magnitude", "big"),
-]  # fmt: skip
 
 
 def columns(dt_s, decimals):
@@ -116,7 +108,10 @@ def test_a_bad_index_is_refused_by_line_and_name(tmp_path, monkeypatch):
         with pytest.raises(InputError, match=message):
             suite.prepare_suite(folder, t1_s=0.7)
 
-    for name in (*OUT_OF_THE_FOLDER, str(secret)):
+    for name in (
+        "../secret_h1.AT2", "sub/../../secret_h1.AT2", "C:/secret_h1.AT2", "..\\secret_h1.AT2",
+        "\\\\server\\share\\x.AT2", "~/x.AT2", "", str(secret),
+    ):  # fmt: skip
         refuse("line 3", "q1_h1.AT2", name)
     refuse("line 3", "q1,", "../up,")
     refuse("line 3", "q1,", f"{'x' * 9000},")
@@ -129,7 +124,8 @@ def test_a_bad_index_is_refused_by_line_and_name(tmp_path, monkeypatch):
     # an absolute path would not serve where the folder is copied to
     monkeypatch.chdir(tmp_path)
     refuse(r"line 3.*is outside", "q1_h1", f"{folder}/q1_h1", Path(folder.name))
-    for column, value in BAD_VALUES:
+    scales = (("scale", value) for value in (-1, "x", "inf"))
+    for column, value in (*scales, ("dt_s", 0), ("unit", "furlong"), ("magnitude", "big")):
         index_of(folder, pairs, **{column: [value] * 2})
         refuse(rf"index\.csv, line 2: .*{column}")
     # the digest of a file that was changed, and a missing file

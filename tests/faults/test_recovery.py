@@ -11,19 +11,15 @@ import numpy as np
 import openseespy.opensees as ops
 import pytest
 
-from bridge_variants import abutment_analysed, analysed, variant
-from skewbridge.analysis import step_loop
-from skewbridge.analysis.recovery import (
-    MAX_ITERATIONS,
-    RECOVERY_STEPS,
-    RecoveryStep,
-    loosened_share,
-    steps_as_text,
-)
+from bridge_variants import analysed, variant
+from skewbridge.analysis import recovery, step_loop
+from skewbridge.analysis.ground import Excitation
+from skewbridge.analysis.recovery import MAX_ITERATIONS, RECOVERY_STEPS, RecoveryStep
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.step_loop import HELD_STEPS, MAX_HALVINGS, NoConvergenceError, StepLoop
 from skewbridge.analysis.transient import Watch
 from skewbridge.errors import InputError
+from skewbridge.variant.options import ModelOptions
+from skewbridge.verification.studies.bridge_friction import abutment_history
 from strong_motion import strong_motion
 
 DT_S = 0.01
@@ -98,7 +94,7 @@ def prepare(monkeypatch=None):
 
 def loop_of(integrator=NEWMARK, **replaced):
     given = {"contact_dt_s": None, "event_dt_s": None}
-    loop = StepLoop(None, AnalysisSettings(dt_s=DT_S, integrator=integrator, **given))
+    loop = step_loop.StepLoop(None, AnalysisSettings(dt_s=DT_S, integrator=integrator, **given))
     for name, value in replaced.items():
         setattr(loop, name, value)
     loop.start()
@@ -123,7 +119,7 @@ def test_a_successful_recovery_step_is_kept_for_some_steps(monkeypatch):
 
     monkeypatch.setattr(step_loop, "set_test", use_test)
     loop = loop_of(recovery_steps=(strict, loose))
-    assert len(list(loop.committed(HELD_STEPS))) == HELD_STEPS
+    assert len(list(loop.committed(step_loop.HELD_STEPS))) == step_loop.HELD_STEPS
     # one failure, and no other: the loose test is kept
     assert list(dict.fromkeys(tested)) == [strict, loose]
     assert tested[-1] is loose
@@ -155,7 +151,7 @@ def test_the_finest_step_of_the_settings_is_possible_and_every_recovery_step_div
     assert not any(parts[-1] % each for each in parts)
     assert parts == sorted(parts)
     finest = AnalysisSettings(dt_s=0.02, contact_dt_s=0.02, event_dt_s=1e-5).event_halvings
-    assert finest <= MAX_HALVINGS
+    assert finest <= step_loop.MAX_HALVINGS
     assert len(list(loop_of(halvings=lambda least: max(least, finest)).committed(1))) == 2**finest
     assert ops.getTime() == pytest.approx(DT_S)
 
@@ -171,7 +167,7 @@ PATHS = {
     "some sub-steps, the rest by the finest": {40: {0, 1, 2, 4, 6, 9}},
     "again while one is kept": {40: {0}, 45: {0}, 50: {0, 1}},
     "finer while one is kept": {40: {0}, 45: {0, 1, 2}},
-    "after one was kept": {40: {0}, 40 + HELD_STEPS + 3: {0, 1, 2, 3}},
+    "after one was kept": {40: {0}, 40 + step_loop.HELD_STEPS + 3: {0, 1, 2, 3}},
     "two steps in a row": {40: {0, 1, 2}, 41: {0, 1, 2}}, "the first step": {0: {0}, 1: {0, 1, 2}},
     "many": {number: {0, 1, 2} if number % 2 else {0} for number in range(10, 100, 15)},
 }  # fmt: skip
@@ -230,7 +226,7 @@ def driven(monkeypatch, model, integrator, failing, parts=lambda _: 1):
                 failures.check()
             ended.append(True)
             values.append(ops.nodeDisp(node, 1))
-        except NoConvergenceError:
+        except step_loop.NoConvergenceError:
             ended.append(False)
             failing = {}
     monkeypatch.undo()
@@ -300,7 +296,7 @@ def response(monkeypatch, failing):
     diverged = Watch.diverged
     failures = Failing(monkeypatch, lambda number: number + 1 in failing)
     monkeypatch.setattr(Watch, "diverged", lambda watch: failures.check() and diverged(watch))
-    monkeypatch.setattr(StepLoop, "recovery_steps", STRICT)
+    monkeypatch.setattr(step_loop.StepLoop, "recovery_steps", STRICT)
     # at this scale no column softens; after that, retries change the slip work by up to 4e-5
     result = analysed(variant(gap_mm=25), **SETTINGS, scale=0.75)
     monkeypatch.undo()
@@ -317,14 +313,10 @@ def test_a_retry_does_not_change_the_response(monkeypatch):
         assert rough.demands[name] == pytest.approx(smooth.demands[name], rel=1e-8)
 
 
-def run(**settings):
-    return analysed(VARIANT, **settings)
-
-
 def few_iterations(count, steps=None):
     """Let the recovery steps fail after ``count`` iterations, with the first ``steps`` of them."""
     few = [replace(step, max_iterations=count) for step in RECOVERY_STEPS[:steps]]
-    return patch.object(StepLoop, "recovery_steps", few)
+    return patch.object(step_loop.StepLoop, "recovery_steps", few)
 
 
 def assert_has_peaks(result):
@@ -342,7 +334,7 @@ def assert_stopped(result, status, criterion=""):
 
 
 def test_a_collapse_stops_the_run_and_demands_are_those_until_a_column_fails():
-    result = run(scale=4.0, dt_s=0.005)
+    result = analysed(VARIANT, scale=4.0, dt_s=0.005)
     assert_stopped(result, "collapse", "column_drift_ratio")
     end, histories = result.model_end, result.histories
     assert end.mode == "flexure"
@@ -364,12 +356,13 @@ def test_limits_of_collapse_and_the_budget_of_iterations_end_an_analysis(monkeyp
         "deck_disp_m": {"collapse_deck_disp_m": 0.05},
         "column_drift_ratio": {"collapse_drift_ratio": 0.01},
     }.items():
-        assert_stopped(run(duration_s=2.5, **limits), "collapse", demand)
+        assert_stopped(analysed(VARIANT, duration_s=2.5, **limits), "collapse", demand)
     monkeypatch.setattr(step_loop, "MEAN_ITERATIONS", 1)
-    assert_stopped(run(duration_s=2.5), "timeout")
+    assert_stopped(analysed(VARIANT, duration_s=2.5), "timeout")
     # an abutment alone has the same budget
+    motion = Excitation(motion=strong_motion(duration_s=2.0))
     settings = AnalysisSettings(duration_s=1.0)
-    history = abutment_analysed(VARIANT, strong_motion(duration_s=2.0), settings)
+    history = abutment_history(VARIANT, motion, settings, ModelOptions())
     assert not history.is_complete
     assert history.t_s[-1] < 1.0
 
@@ -378,7 +371,7 @@ def test_failed_steps_are_recovered_and_logged_and_divergence_is_a_failure(tmp_p
     # Three iterations are too few for the steps in which contacts close.
     log = tmp_path / "opensees.log"
     with few_iterations(3):
-        result = run(log_path=log, tolerance_j=1e-8, integrator=("Houbolt",))
+        result = analysed(VARIANT, log_path=log, tolerance_j=1e-8, integrator=("Houbolt",))
     assert result.effort.highest_rung >= 1
     assert result.effort.failures > 2
     assert sum(result.effort.counts[1:]) > 2
@@ -386,7 +379,7 @@ def test_failed_steps_are_recovered_and_logged_and_divergence_is_a_failure(tmp_p
     assert_has_peaks(result)
     # One percent of the bridge's weight at a contact represents the force of a lost solution.
     monkeypatch.setattr("skewbridge.analysis.transient.MAX_CONTACT_WEIGHTS", 0.01)
-    result = run()
+    result = analysed(VARIANT)
     assert_stopped(result, "numerical_failure")
     assert "the solution diverged: a contact carries" in result.messages[0]
     assert all(math.isnan(result.demands[name]) for name in ENERGY)
@@ -395,17 +388,17 @@ def test_failed_steps_are_recovered_and_logged_and_divergence_is_a_failure(tmp_p
 
 
 def test_a_too_strict_tolerance_is_loosened_and_changes_no_later_analysis(capfd):
-    clean = run(duration_s=1.0)
+    clean = analysed(VARIANT, duration_s=1.0)
     with few_iterations(2):
-        result = run(**TOO_STRICT)
+        result = analysed(VARIANT, **TOO_STRICT)
     assert capfd.readouterr() == ("", ""), "OpenSees prints nothing"
     assert (result.status, result.effort.highest_rung) == ("ok", 2)
     assert result.effort.failures > 1
-    assert loosened_share(steps_as_text(result.effort.counts)) > 0.0
-    assert run(duration_s=1.0).demands == clean.demands
+    assert recovery.loosened_share(recovery.steps_as_text(result.effort.counts)) > 0.0
+    assert analysed(VARIANT, duration_s=1.0).demands == clean.demands
     # without further recovery steps it is a failure
     with few_iterations(2, steps=1):
-        result = run(**TOO_STRICT)
+        result = analysed(VARIANT, **TOO_STRICT)
     assert result.status == "numerical_failure"
     assert (result.messages[0], result.effort.failures) == ("no recovery step converged", 1)
 
@@ -419,8 +412,8 @@ def test_bad_factors_are_refused_and_histories_are_equally_spaced_to_the_end():
         ({"scale": 1000.0}, "peak acceleration must be at most 1000 m/s2"),
     ):
         with pytest.raises(InputError, match=words):
-            run(**factors)
-    result = run(duration_s=2.0, free_vibration_s=0.5)
+            analysed(VARIANT, **factors)
+    result = analysed(VARIANT, duration_s=2.0, free_vibration_s=0.5)
     assert (result.duration_s, result.time_reached_s) == (pytest.approx(2.5), pytest.approx(2.5))
     assert result.effort.substeps > 10
     assert np.diff(result.histories["t_s"]) == pytest.approx(AnalysisSettings().dt_s, rel=1e-6)

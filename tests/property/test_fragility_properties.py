@@ -12,7 +12,6 @@ from scipy import optimize, special
 from fragility_tables import FAILURES, SETTINGS, curves_of, two_mode_runs
 from skewbridge.fragility import fits
 from skewbridge.fragility.exports import chosen_curves
-from skewbridge.fragility.fits import binomial_status, fit_stripes
 from skewbridge.fragility.union import curve_probability
 
 LEVELS = np.array([0.1, 0.2, 0.35, 0.5, 0.8, 1.2])
@@ -42,7 +41,7 @@ def test_status_is_that_of_a_linear_programme(data):
     rows = np.array([[-s, -s * value] for value, s in sides])
     limits = {"A_ub": rows, "b_ub": np.zeros(len(rows)), "bounds": [(-1.0, 1.0)] * 2}
     separated = optimize.linprog(rows.sum(axis=0), **limits).fun < -1e-9
-    status = binomial_status(x, n, k)
+    status = fits.binomial_status(x, n, k)
     if status == "ok":
         assert not separated
     elif status != "non_increasing":
@@ -53,7 +52,7 @@ def test_status_is_that_of_a_linear_programme(data):
 @settings(max_examples=60)
 def test_ends_of_the_intervals_have_the_drop_of_the_likelihood(data):
     n, k = data
-    fit = fit_stripes(LEVELS, n, k)
+    fit = fits.fit_stripes(LEVELS, n, k)
     assert (fit.status == "ok") == np.isfinite(fit.theta)
     assume(fit.status == "ok")
     assert fit.ci_theta[0] <= fit.theta <= fit.ci_theta[1]
@@ -74,11 +73,11 @@ def test_ends_of_the_intervals_have_the_drop_of_the_likelihood(data):
 @settings(max_examples=60)
 def test_theta_scales_in_any_order_and_single_runs_equal_their_stripes(data, factor, order):
     n, k = data
-    fit, order = fit_stripes(LEVELS, n, k), np.array(order)
-    other = fit_stripes(LEVELS[order] * factor, n[order], k[order])
+    fit, order = fits.fit_stripes(LEVELS, n, k), np.array(order)
+    other = fits.fit_stripes(LEVELS[order] * factor, n[order], k[order])
     im = np.repeat(LEVELS, n.astype(int))
     runs = np.concatenate([np.arange(int(m)) < int(c) for m, c in zip(n, k, strict=True)])
-    single = fit_stripes(im, np.ones(im.size), runs.astype(float))
+    single = fits.fit_stripes(im, np.ones(im.size), runs.astype(float))
     assert other.status == single.status == fit.status
     assume(fit.status == "ok")
     assert single.theta == pytest.approx(fit.theta, rel=1e-6)

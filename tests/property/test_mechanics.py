@@ -12,10 +12,8 @@ from skewbridge.contact import ContactLaw
 from skewbridge.contact.law import advance_pair
 from skewbridge.verification.references import driven_unit
 
-SKEWS = st.floats(-66.0, 66.0)
 
-
-@given(SKEWS, st.floats(5.0, 30.0), st.floats(0.2, 2.0), st.integers(3, 12))
+@given(st.floats(-66.0, 66.0), st.floats(5.0, 30.0), st.floats(0.2, 2.0), st.integers(3, 12))
 def test_opposite_skews_and_opposite_ends_mirror_each_other(skew_deg, width_m, thickness_m, count):
     right, left, mirrored = (
         DeckEnd("end", (40.0 * x, 0.0), (x, 0.0), sign * skew_deg, width_m, thickness_m)
@@ -39,15 +37,6 @@ LAWS = st.builds(
 OPENINGS = st.floats(-0.1, 0.1)
 
 
-def random_path(seed, rows=200):
-    """A smooth path in space of two seconds that opens and closes."""
-    rng, t = np.random.default_rng(seed), np.linspace(0.0, 2.0, rows + 1)
-    phases, shares = rng.uniform(0, 2 * pi, (3, 3)), rng.normal(size=(3, 3))
-    harmonics = np.sin(pi * np.arange(1, 4)[:, None] * t + phases[..., None])
-    waves = np.einsum("ij,ijk->ki", shares, harmonics)
-    return np.column_stack([t, [0.25, 0.25, 0.04] * (waves - waves[0])])
-
-
 @given(law=LAWS, x=POSITIONS, y=POSITIONS, sx=POSITIONS, sy=POSITIONS, opening=OPENINGS)
 def test_the_force_stays_in_the_cone_and_never_pulls(law, x, y, sx, sy, opening):
     state = advance_pair(law, (sx, sy), (x, y), opening)
@@ -62,7 +51,12 @@ def test_the_force_stays_in_the_cone_and_never_pulls(law, x, y, sx, sy, opening)
 @given(seed=st.integers(0, 10_000), closed=st.booleans())
 def test_a_closed_loop_never_gives_energy_away(seed, closed):
     law = ContactLaw(kn_n_per_m=1e5, kt_n_per_m=1e5, friction=0.4, cohesion_n=500.0)
-    path = random_path(seed)
+    # a smooth path in space of two seconds that opens and closes
+    rng, t = np.random.default_rng(seed), np.linspace(0.0, 2.0, 201)
+    phases, shares = rng.uniform(0, 2 * pi, (3, 3)), rng.normal(size=(3, 3))
+    harmonics = np.sin(pi * np.arange(1, 4)[:, None] * t + phases[..., None])
+    waves = np.einsum("ij,ijk->ki", shares, harmonics)
+    path = np.column_stack([t, [0.25, 0.25, 0.04] * (waves - waves[0])])
     if closed:
         path[:, 3] = -0.05
     # The path is periodic: what is not dissipated would come back in the second round.

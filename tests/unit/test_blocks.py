@@ -24,7 +24,6 @@ from skewbridge.variant.grid import GridConfig, cells_of, expand_grid
 from study_parts import row_of, study_of, wave, without_workers
 
 LEVELS_G = np.random.default_rng(3).lognormal(size=48)
-SIX_PAIRS = list(combinations(range(4), 2))
 GRID = {"bridge": ["osb1"], "skew_deg": [0, 60], "gap_mm": [25, 51], "friction": [0.0, 0.5]}
 MOTIONS = {"blocks": {}, "incidence_deg": [0.0, 90.0]}
 
@@ -44,7 +43,7 @@ def bands(runs: np.ndarray, levels_g: np.ndarray = LEVELS_G) -> np.ndarray:
 
 def pairs(runs: np.ndarray) -> list[int]:
     together = runs.any(axis=1)
-    return [int((together[:, a] & together[:, b]).sum()) for a, b in SIX_PAIRS]
+    return [int((together[:, a] & together[:, b]).sum()) for a, b in combinations(range(4), 2)]
 
 
 @pytest.mark.parametrize("per_motion", [1, 2])

@@ -143,7 +143,7 @@ def archived(out: str) -> dict:
     return answer("study", "archive", *options)
 
 
-def test_archive_is_a_crate_with_all_inputs_and_valid_digests(study: Path) -> None:
+def test_archive_is_a_crate_of_all_inputs_and_methods_are_those_of_the_configuration(study) -> None:
     found, crate = archived("a.zip"), ROCrate(study / "a.zip")
     with zipfile.ZipFile(study / "a.zip") as packed:
         content = {name: packed.read(name) for name in packed.namelist()}
@@ -160,6 +160,8 @@ def test_archive_is_a_crate_with_all_inputs_and_valid_digests(study: Path) -> No
     assert b"openseespy==" in content["requirements.txt"]
     assert b"accel" not in content["motions.csv"]
     assert SOURCE.encode() in content["motions.csv"]
+    words = "the joint gap 25 mm, 51 mm; friction 0, 0.5: 12 variants"
+    assert words in invoke("study", "methods", "--study", "own.yaml").stdout
 
 
 @pytest.mark.exports
@@ -199,11 +201,6 @@ def test_unfinished_study_is_refused(study: Path, arguments: list[str], message:
     result = invoke("study", "archive", "--study", *arguments)
     assert result.exit_code == 2
     assert message in result.stderr.replace("\n", " ")
-
-
-def test_methods_are_those_of_the_configuration(study: Path) -> None:
-    words = "the joint gap 25 mm, 51 mm; friction 0, 0.5: 12 variants"
-    assert words in invoke("study", "methods", "--study", "own.yaml").stdout
 
 
 @pytest.mark.parametrize(
@@ -316,19 +313,15 @@ def test_a_forecast_follows_lengths_contacts_steps_and_finished_analyses(tmp_pat
     assert (found.summary["done"], "motions are new or changed" in found.notes[0]) == (0, True)
 
 
-GRIDS = (
+@pytest.mark.parametrize("grid", [
     {"bridge": ["osb1"], "skew_deg": [30], "gap_mm": [25]}, {"bridge": ["osb1"], "skew_deg": [30]},
     {"bridge": ["osb1"], "friction": [0.5]}, {"abutment": ["roller"], "skew_deg": [0, 60]}, {},
-)  # fmt: skip
-SECTIONS = (
+])  # fmt: skip
+@pytest.mark.parametrize("sections", [
     {}, {"analysis": {"duration_s": 10.0}},
     {"accuracy": "reference"}, {"analysis": {"scheme": "paper"}},
     {"design": {"until": "decided", "first": 6}},
-)  # fmt: skip
-
-
-@pytest.mark.parametrize("grid", GRIDS)
-@pytest.mark.parametrize("sections", SECTIONS)
+])  # fmt: skip
 def test_numerical_checks_cost_less_than_a_quarter_of_the_analyses(grid, sections) -> None:
     numbers = []
     for count in (1, 2, 4, 12, 32, 64):
@@ -425,10 +418,8 @@ def test_a_study_equals_itself_but_for_motions_of_one_name_and_other_files(tmp_p
     assert all(row["ratio"] == pytest.approx(1.0) for row in found["demands"])
     assert len(pd.read_csv(out)) == len(found["demands"]) + len(found["medians"])
     # the first study has its own limit states
-    settings = {
-        "results": first,
-        "fragility": {"limit_states": f"{BASE.parent}/limit_states_template.yaml"},
-    }
+    fits = {"limit_states": f"{BASE.parent}/limit_states_template.yaml"}
+    settings = {"results": first, "fragility": fits}
     store_configuration(parse_config(settings), [], settings)
     states = {row["demand"] for row in compared(first, second)["medians_by_state"]}
     assert {"shear_key/yield", "bearing/slight"} & states == {"shear_key/yield"}

@@ -36,11 +36,6 @@ PAGES = sorted([*(path for path in DOCS if path.name not in GENERATED), *(ROOT /
 NAMES = [str(path.relative_to(ROOT)) for path in PAGES]
 
 
-def anchors(page: Path) -> set[str]:
-    titles = re.findall(r"^#+ (.*)$", page.read_text(), re.M)
-    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
-
-
 @pytest.mark.parametrize("page", PAGES, ids=NAMES)
 def test_links_lead_to_a_file_and_a_heading(page: Path) -> None:
     prose = re.sub(r"```.*?```", "", page.read_text(), flags=re.S)
@@ -51,7 +46,9 @@ def test_links_lead_to_a_file_and_a_heading(page: Path) -> None:
         place = (page.parent / name).resolve() if name else page
         assert place.exists(), target
         if heading:
-            assert heading in anchors(place), target
+            titles = re.findall(r"^#+ (.*)$", place.read_text().lower(), re.M)
+            anchors = {re.sub(r"[^\w\- ]", "", title).replace(" ", "-") for title in titles}
+            assert heading in anchors, target
 
 
 def fenced(language: str) -> Iterator[tuple[str, str]]:
@@ -61,22 +58,14 @@ def fenced(language: str) -> Iterator[tuple[str, str]]:
             yield name, re.sub(rf"^{indent}", "", text, flags=re.M)
 
 
-def command_lines() -> Iterator[str]:
-    for _, text in fenced("sh"):
-        yield from filter(None, text.splitlines())
-    for page in PAGES:
-        for block in re.findall(r"(?:^ {4,}\S.*\n)+", page.read_text(), re.M):
-            yield from map(str.strip, block.replace("\\\n", " ").splitlines())
+BLOCKS = [text for _, text in fenced("sh")]
+for page in PAGES:
+    BLOCKS += re.findall(r"(?:^ {4,}\S.*\n)+", page.read_text().replace("\\\n", " "), re.M)
+LINES = (line.strip() for block in BLOCKS for line in block.splitlines())
+COMMANDS = sorted({line.split("   #")[0].split("  #")[0] for line in LINES})
 
 
-COMMANDS = sorted({line.split("   #")[0].split("  #")[0] for line in command_lines()})
-
-
-def starting(*words: str) -> list[str]:
-    return [line for line in COMMANDS if line.startswith(words)]
-
-
-@pytest.mark.parametrize("line", starting("skewbridge "))
+@pytest.mark.parametrize("line", [each for each in COMMANDS if each.startswith("skewbridge ")])
 def test_a_command_of_a_page_is_one_that_the_program_takes(line: str) -> None:
     group = get_command(build_app())
     assert isinstance(group, TyperGroup)
@@ -89,7 +78,7 @@ def test_a_command_of_a_page_is_one_that_the_program_takes(line: str) -> None:
         command.make_context("", rest)
 
 
-@pytest.mark.parametrize("line", starting("make "))
+@pytest.mark.parametrize("line", [each for each in COMMANDS if each.startswith("make ")])
 def test_a_target_of_a_page_is_in_the_makefile(line: str) -> None:
     rules = (ROOT / "Makefile").read_text()
     for word in shlex.split(line)[1:]:

@@ -1,18 +1,21 @@
 """Paired effects: means over motions, bounds, verdicts, intensities, needed motions, looks."""
 
+from itertools import product
+
 import numpy as np
 import pandas as pd
 import pytest
 from scipy import optimize, special, stats
 from statsmodels.stats.multitest import multipletests
 
-from fragility_tables import IM, friction_rows, paired_effects, several_models, synthetic_demands
+from fragility_tables import IM, friction_rows, paired_effects, synthetic_demands
 from skewbridge.errors import InputError
 from skewbridge.fragility import verdicts
 from skewbridge.fragility.effects import effect_row, effect_table, effect_tables
 from skewbridge.fragility.motion_means import Jackknifed, average, bounded_regression, by_motion
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.study_tables import DESCRIPTIONS
+from skewbridge.variant.variant import ABUTMENTS
 
 DEMAND = "deck_disp_m"
 MODEL = ["bridge", "abutment"]
@@ -253,7 +256,13 @@ def test_effect_of_the_generator_is_found_and_pooled_rows_are_the_average_of_the
 
 
 def test_each_bridge_and_abutment_has_the_effects_it_has_alone():
-    table, demands = several_models(motions=8), [DEMAND, "unseating_m"]
+    parts, demands = [], [DEMAND, "unseating_m"]
+    for (seed, bridge), (name, traits) in product(enumerate(("osb1", "osb2s")), ABUTMENTS.items()):
+        gaps = (0, 25, 51) if "gap_mm" in traits.axes else (0,)
+        given = {"gaps": gaps, "frictions": (0, 50) if traits.has_friction else (0,)}
+        given |= {"motions": 8, "bridge": bridge, "abutment": name, "seed": seed}
+        parts.append(synthetic_demands(**given))
+    table = pd.concat(parts, ignore_index=True)
     effects = paired_effects(table, demands)
     axes = effects.groupby(MODEL)["axis"].unique().map(set)
     assert len(axes) == 10

@@ -195,28 +195,21 @@ def test_figures_in_us_units_have_inches(study):
     assert largest * 0.0254 <= study.demands["bearing_disp_m"].max() * (1 + 1e-9)
 
 
-def drawn():
-    figure = Figure(figsize=(6.0, 3.0), layout="constrained")
-    figure.subplots().set_xlabel("Intensity (g)", fontsize=9)
-    return figure
-
-
-def saved(folder, **settings):
-    folder.mkdir(exist_ok=True)
-    vector, pixels = files.save_figure(drawn, FigureSettings(**settings), folder, "one")
-    return vector.read_text("utf-8"), imread(pixels)
-
-
 def width_mm(svg):
     return float(re.search(r'width="([\d.]+)pt"', svg)[1]) / 72 * 25.4
 
 
 def test_equal_figures_are_equal_files_reduced_as_a_whole_if_narrow(tmp_path):
-    (svg, pixels), again = (
-        saved(tmp_path / name, width_mm=60.0, font_size_pt=9.0) for name in "ab"
-    )
-    assert svg == again[0]
-    np.testing.assert_array_equal(pixels, again[1])
+    def drawn():
+        figure = Figure(figsize=(6.0, 3.0), layout="constrained")
+        figure.subplots().set_xlabel("Intensity (g)", fontsize=9)
+        return figure
+
+    settings = FigureSettings(width_mm=60.0, font_size_pt=9.0)
+    saved = [files.save_figure(drawn, settings, tmp_path, name) for name in "ab"]
+    svg, again = (vector.read_text("utf-8") for vector, _ in saved)
+    assert svg == again
+    np.testing.assert_array_equal(*(imread(pixels) for _, pixels in saved))
     box_width = float(re.search(r'viewBox="([^"]+)"', svg)[1].split()[2])
     label = float(re.search(r"<text[^>]*font-size: ([\d.]+)px[^>]*>Intensity", svg)[1])
     assert label / box_width == pytest.approx(9.0 / 72 / (0.8 * 6.0), rel=1e-3)

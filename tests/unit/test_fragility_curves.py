@@ -14,21 +14,14 @@ import fragility_tables as made
 from fragility_tables import FAILURES, IM, SETTINGS, STATES, curves_of, states_of, synthetic_demands
 from skewbridge.demands.columns import DEMAND_COLUMNS, demands_for
 from skewbridge.errors import InputError
-from skewbridge.fragility import study_tables
+from skewbridge.fragility import limit_states, study_tables
 from skewbridge.fragility.curves import CURVE_COLUMNS, fit_study
 from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.effects import median_effects
 from skewbridge.fragility.exports import export_curves
 from skewbridge.fragility.joint import joint_table
-from skewbridge.fragility.limit_states import (
-    LimitState,
-    demand_unit,
-    limit_states_of,
-    with_column_failure,
-)
 from skewbridge.fragility.outcomes import demand_outcomes
-from skewbridge.fragility.study_tables import DESCRIPTIONS, fragility_tables
 from skewbridge.fragility.system import system_curves
 from skewbridge.fragility.union import Union, curve_probability
 
@@ -117,7 +110,7 @@ def test_the_loss_of_the_column_has_states_for_each_mode_and_for_any():
     by_drift = table["drift_over_capacity"] >= 1.0
     by_shear = table.index.isin(strongest(table, 8)) & ~by_drift
     table["beyond_model"] = np.select([by_drift, by_shear], ["flexure", "shear"], "")
-    tables = fragility_tables(table, STATES, SETTINGS)
+    tables = study_tables.fragility_tables(table, STATES, SETTINGS)
     found = tables["curves"].query("component == 'column_failure' and method == 'cloud'")
     counts = found.set_index("limit_state")["n_exceed"].to_dict()
     modes = {"shear": by_shear, "flexure": by_drift, "any": by_drift | by_shear}
@@ -231,19 +224,20 @@ def test_only_bridges_with_inner_joints_have_curves_of_their_unseating():
     plain, jointed = (synthetic_demands(bridge=name, **ONE) for name in ("osb1", "bridge_a"))
     both = pd.concat([plain, jointed.assign(joint_unseating_m=jointed["unseating_m"])])
     states = [*states_of("unseating"), *states_of("joint_unseating")]
-    tables = fragility_tables(both.reset_index(drop=True), states, SETTINGS)
+    tables = study_tables.fragility_tables(both.reset_index(drop=True), states, SETTINGS)
     curves = tables["curves"].set_index(["bridge", "component"]).sort_index()
     assert set(curves.loc[("osb1", "joint_unseating"), "status"]) == {"not_applicable"}
     own, fitted = (curves.loc[("bridge_a", s.component), "theta"] for s in (states[0], states[-1]))
     assert fitted.tolist() == pytest.approx(own.tolist(), rel=1e-6, nan_ok=True)
-    without = fragility_tables(plain, states, SETTINGS)
+    without = study_tables.fragility_tables(plain, states, SETTINGS)
     assert set(without["curves"]["component"]) == {"unseating", "column_failure"}
     assert tables["input_notes"].empty
     assert without["input_notes"].empty
 
 
 def test_a_demand_at_the_threshold_does_not_exceed_it_and_one_above_is_known():
-    state = LimitState(component="c", name="s", demand="d_m", threshold=0.1, dispersion=0.0)
+    given = {"component": "c", "name": "s", "demand": "d_m", "threshold": 0.1, "dispersion": 0.0}
+    state = limit_states.LimitState(**given)
     peaks = [0.1, np.nextafter(0.1, 1.0), np.nan, 0.2]
     status = ["ok", "ok", "timeout", "numerical_failure"]
     found = demand_outcomes(pd.DataFrame({"d_m": peaks, "status": status}), [state])
@@ -306,15 +300,15 @@ def test_a_column_of_a_new_axis_is_an_axis_of_every_table(tmp_path):
 
 def test_every_column_of_every_table_has_a_description_and_every_demand_its_unit(tmp_path):
     table = synthetic_demands(skews=(0, 30), gaps=(51,), frictions=(50,), motions=12)
-    for name, frame in fragility_tables(table, STATES, SETTINGS).items():
+    for name, frame in study_tables.fragility_tables(table, STATES, SETTINGS).items():
         path = tmp_path / f"{name}.parquet"
-        study_tables.write_described(frame, path, DESCRIPTIONS[name])
+        study_tables.write_described(frame, path, study_tables.DESCRIPTIONS[name])
         for field in read_schema(path):
             assert (field.metadata or {}).get(b"description"), f"{name}.{field.name}"
     names = {"-": "ratio", "m/s2": "mps2"}
     for column in (each for each in DEMAND_COLUMNS if "effect" in each.roles):
-        assert demand_unit(column.name) == names.get(column.unit, column.unit.lower())
-    assert demand_unit("strain_percent") == "percent"
+        assert limit_states.demand_unit(column.name) == names.get(column.unit, column.unit.lower())
+    assert limit_states.demand_unit("strain_percent") == "percent"
 
 
 SHEAR = "column_shear_dcr_"
@@ -325,7 +319,7 @@ DEFAULT_STUDY = Path(__file__).parents[1] / "data" / "default_study_demands.parq
 def shear_curves(table):
     """Return curves, and medians, statuses, methods by variant (row) and shear model (column)."""
     rows = prepared(table, [], SETTINGS).table
-    states = with_column_failure([], rows.columns)
+    states = limit_states.with_column_failure([], rows.columns)
     curves = study_tables.shear_model_curves(rows, fit_study(rows, states, SETTINGS), SETTINGS)
     names = ("theta", "status", "method")
     return curves, *(curves.pivot(index="variant", columns="limit_state", values=n) for n in names)
@@ -375,7 +369,7 @@ def test_a_run_that_stopped_early_bounds_the_ratios_of_all_shear_models():
 
 
 def test_medians_of_the_model_of_the_study_are_those_of_the_study():
-    tables = fragility_tables(whole_motion_ratios(0, 2.0, 0.3), [], SETTINGS)
+    tables = study_tables.fragility_tables(whole_motion_ratios(0, 2.0, 0.3), [], SETTINGS)
     study = tables["curves"].query("limit_state == 'shear' and method == 'cloud'")
     own = tables["shear_models"].query("limit_state == 'ucsd_tests'")
     names = ["variant", "theta", "theta_low", "theta_high", "beta_total", "n_exceed", "status"]
@@ -406,7 +400,7 @@ def test_a_study_without_ratios_or_failures_has_no_curves_of_shear_models():
     table = table.assign(**{f"{SHEAR}sdc_expected": 0.5, f"{SHEAR}sdc_nominal": 0.6})
     curves = shear_curves(table)[0]
     assert curves.empty
-    assert list(curves) == list(DESCRIPTIONS["shear_models"])
+    assert list(curves) == list(study_tables.DESCRIPTIONS["shear_models"])
 
 
 @pytest.mark.parametrize(
@@ -425,7 +419,7 @@ def test_a_study_without_ratios_or_failures_has_no_curves_of_shear_models():
 )
 def test_wrong_limit_state_names_entry_and_key(change, text):
     with pytest.raises(InputError, match=r"^limit state entry 1") as caught:
-        limit_states_of([ENTRY | change])
+        limit_states.limit_states_of([ENTRY | change])
     assert text in str(caught.value)
 
 
@@ -435,16 +429,16 @@ def test_a_demand_brings_its_unit_by_its_row_of_columns_or_the_end_of_its_name()
         ("moment_knm", "kNm", 102.0), ("deck_speed_mps", "m/s", 102.0),
         ("column_shear_kn", "kip", 102.0 * 4.4482216152605), ("my_dcr", "%", 1.02),
     ):  # fmt: skip
-        (state,) = limit_states_of([ENTRY | {"demand": demand, "unit": unit}])
+        (state,) = limit_states.limit_states_of([ENTRY | {"demand": demand, "unit": unit}])
         assert state.threshold == pytest.approx(threshold)
 
 
 def test_doubled_or_no_states_are_refused_and_tiny_dispersions_flagged_as_likely_unit_slips():
     with pytest.raises(InputError, match="deck/slight is defined twice"):
-        limit_states_of([ENTRY, ENTRY])
+        limit_states.limit_states_of([ENTRY, ENTRY])
     with pytest.raises(InputError, match="no limit states to fit"):
         curves_of(synthetic_demands(**ONE), [])
-    (state,) = limit_states_of([ENTRY | {"dispersion": 0.0025}])
+    (state,) = limit_states.limit_states_of([ENTRY | {"dispersion": 0.0025}])
     assert state.warnings == ("small_capacity_dispersion",)
 
 

@@ -15,12 +15,7 @@ from cli_json import answer, invoke
 from fragility_tables import DRIFT_ENTRY, FAILURES, IM, SETTINGS, synthetic_demands
 from skewbridge.demands.validity import FAILURE_DEMANDS
 from skewbridge.files.tables import write_frame
-from skewbridge.fragility.demand_table import (
-    farthest_value,
-    percent_notes,
-    prepared,
-    reference_value,
-)
+from skewbridge.fragility import demand_table
 from skewbridge.fragility.exports import PAPER_COLUMNS, paper_table, with_interval
 from skewbridge.fragility.joint import JOINT_COLUMNS, JointModel, joint_table
 from skewbridge.fragility.limit_states import load_limit_states
@@ -258,7 +253,7 @@ def test_values_outside_the_study_and_folders_without_models_are_refused(written
         (lambda t: t.drop(columns="status"), "no column 'status'"),
         (lambda t: t.assign(status="fine"), "status must be one of ok, collapse, numerical"),
         (lambda t: t.rename(columns={"friction": "Friction "}), "did you mean friction?"),
-        (lambda t: t.rename(columns={"motion_id": "record"}), "'friction', 'record', 'status'"),
+        (lambda t: t.rename(columns={"motion_id": "shaking"}), "'friction', 'shaking', 'status'"),
         (lambda t: t.assign(column_drift_ratio=np.inf), "give a collapsed run the status collapse"),
         (lambda t: t.drop(columns=["column_drift_ratio"]), "none of the demands"),
         (lambda t: t.drop(columns=[IM]), "an intensity column im_"),
@@ -321,12 +316,12 @@ def test_all_columns_of_a_study_are_kept_and_drift_in_per_cent_is_reported(writt
     assert kept[same].to_numpy().tolist() == table[same].to_numpy().tolist()
     (text,) = report["warnings"]
     assert "column_drift_ratio is up to 5 in completed runs" in text
-    assert percent_notes("unseating_m", np.array([0.0, 9.0])) == []
-    assert "metres are needed" in percent_notes("unseating_m", np.array([38.0]))[0]
-    (text,) = percent_notes("column_drift_ratio", np.array([0.0, 0.01, 0.0]))
+    assert demand_table.percent_notes("unseating_m", np.array([0.0, 9.0])) == []
+    assert "metres are needed" in demand_table.percent_notes("unseating_m", np.array([38.0]))[0]
+    (text,) = demand_table.percent_notes("column_drift_ratio", np.array([0.0, 0.01, 0.0]))
     assert "is 0 in 2 completed runs: give failed runs their status" in text
     no_columns = DEMANDS.assign(column_drift_ratio=0.0)
-    assert prepared(no_columns, ["column_drift_ratio"], SETTINGS).notes.empty
+    assert demand_table.prepared(no_columns, ["column_drift_ratio"], SETTINGS).notes.empty
 
 
 def test_the_table_of_a_paper_has_variants_and_joint_rows_with_ratios(written):
@@ -368,4 +363,4 @@ def test_joint_rows_compare_the_ends_of_an_axis_at_the_middle_of_the_others(writ
     assert row["friction_ratio"] == pytest.approx(np.exp(-0.3), rel=0.1)
     # skews of both signs without 0 are compared with each other
     for values, ends in (((-30, 30), (30, -30)), ((-30, 0, 60), (0, 60)), ((51,), (51, 51))):
-        assert (reference_value(values), farthest_value(values)) == ends
+        assert (demand_table.reference_value(values), demand_table.farthest_value(values)) == ends

@@ -214,14 +214,7 @@ def _formats():
     ):  # fmt: skip
         yield "a.csv", "\n".join([head, *lines]), {}, SI, 1e-6, {"dt_s": 0.01}
     facts = {"format": "knet", "azimuth_deg": 0.0, "warnings": ()}
-    yield (
-        "a.NS2",
-        made.knet_text(COUNTS),
-        {},
-        SI - SI.mean(),
-        3e-6,
-        facts,
-    )
+    yield "a.NS2", made.knet_text(COUNTS), {}, SI - SI.mean(), 3e-6, facts
     facts = {"format": "esm", "dt_s": 0.005, "unit": "cm/s2", "azimuth_deg": 90.0}
     facts |= {"event": "EMSC-1", "station": "XX.ABC", "notes": ()}
     yield "a.ASC", esm_text(GAL), {}, 0.01 * GAL, 6e-9, facts
@@ -256,7 +249,7 @@ def test_every_format_has_values_in_si_and_the_facts_of_its_header(read, case):
     assert {fact: getattr(trace, fact) for fact in facts} == facts
 
 
-REFUSED = [
+@pytest.mark.parametrize("case", [
     ("NPTS = 20, but the file has 50", "a.AT2", _peer(20)),
     ("inside a number", "a.AT2", _peer(60, FIVE.rsplit(maxsplit=1)[0] + "  -.3141")),
     ("UTF-16 text: save it as UTF-8", "a.AT2", _peer().encode("utf-16")),
@@ -292,16 +285,13 @@ REFUSED = [
     ("line 2: the row must have 1 column,", "a.txt", "0.01\n" + FIVE),
     *(("not an acceleration by its name", name, "\n".join(TIMED))
       for name in ("vel_090.txt", "RSN1_000_DISP.csv", "a.displ.txt")),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize("case", REFUSED, ids=lambda case: case[0])
+], ids=lambda case: case[0])  # fmt: skip
 def test_a_wrong_file_is_refused_with_its_fault(read, case):
     words, name, text, channel = (*case, None)[:4]
     read.refuses(words, name, text, channel=channel)
 
 
-DOUBTFUL = [
+@pytest.mark.parametrize("case", [
     ("warnings", "cut to NPTS", "a.AT2", _peer(47), {}, SI[:47]),
     ("notes", "not g", "a.AT2", _peer(), {"unit": "m/s2"}, RECORD_G),
     ("warnings", "0.003", "a.txt", _times(RECORD_G, " ", 0.003), {"dt_s": 0.0025}, SI),
@@ -316,10 +306,7 @@ DOUBTFUL = [
     # in the second component
     *(("warnings", "truncated", name, "\n".join(LINES[:150]), {"channel": 2}, -5e-4 * MM_S2[:150])
       for name in ("a.V2A", "a.txt")),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize("case", DOUBTFUL, ids=lambda case: case[1])
+], ids=lambda case: case[1])  # fmt: skip
 def test_a_doubtful_file_is_read_with_a_message(read, case):
     kind, words, name, text, stated, values = case
     trace = read(name, text, **stated)
@@ -428,13 +415,6 @@ ACCELERATION_HEADERS = {
         "Vs30 = 760 m/s\nt,a_gal", "time_s,acc_cm_s2",
     ],
 }  # fmt: skip
-OTHER_HEADERS = [
-    "Time (s),Velocity (cm/s)", "Time (s),Displacement (cm)", "t (s),v (m/s)", "t,u (mm)",
-    "t,u [m]", "t,u (in)", "t,v (in/s)", "t,v (ft/sec)", "time,velocity", "time,disp",
-    "time_s,vel_mps", "time_s,v_cm_s", "time_s,d_m", "time_s,d_mm", "time_s,d_cm", "t,Displ.",
-    "t,v (cm/sec)", "# units: cm/s\ntime h1", "VELOCITY IN CM/SEC\ntime h1", "units: m\nt,h1",
-    "t,veloc [mm/s]", "t,cm", "t,h1 (inches)", "time,v (kine)",
-]  # fmt: skip
 SMOOTH = np.array(
     [np.sin(np.arange(400) / 9.0), np.sin(np.arange(400) / 7.0), np.cos(np.arange(400) / 5.0)]
 ).T * np.hanning(400)[:, None]  # fmt: skip
@@ -529,7 +509,13 @@ def test_two_columns_take_their_unit_from_the_header(read, header, unit, in_si):
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".txt", ".acc", ".bbp"])
-@pytest.mark.parametrize("header", OTHER_HEADERS)
+@pytest.mark.parametrize("header", [
+    "Time (s),Velocity (cm/s)", "Time (s),Displacement (cm)", "t (s),v (m/s)", "t,u (mm)",
+    "t,u [m]", "t,u (in)", "t,v (in/s)", "t,v (ft/sec)", "time,velocity", "time,disp",
+    "time_s,vel_mps", "time_s,v_cm_s", "time_s,d_m", "time_s,d_mm", "time_s,d_cm", "t,Displ.",
+    "t,v (cm/sec)", "# units: cm/s\ntime h1", "VELOCITY IN CM/SEC\ntime h1", "units: m\nt,h1",
+    "t,veloc [mm/s]", "t,cm", "t,h1 (inches)", "time,v (kine)",
+])  # fmt: skip
 def test_velocities_and_displacements_are_refused_by_their_header(read, header, suffix):
     body = rows_of(RECORD_G, 1, "{:.6e}") if suffix == ".acc" else _times(RECORD_G)
     for unit in (None, "cm/s2"):

@@ -15,7 +15,6 @@ from skewbridge.errors import InputError
 from skewbridge.motions import selection
 from skewbridge.motions.folder import list_motions
 from skewbridge.motions.intensity import sa_avg_periods
-from skewbridge.motions.selection import BAND_POINTS, condition, read_target, select_pairs
 from skewbridge.motions.suite import prepare_suite, read_entries
 from skewbridge.motions.synthesis import Scenario, baker_jayaram_correlation, bssa14
 from skewbridge.study import jobs
@@ -44,7 +43,7 @@ def test_condition_has_the_values_computed_by_hand():
         ([1.0, 0.0], 2.0, [2.0, 1.0], [0.0, np.sqrt(0.75)]),
         ([0.5, 0.5], 1.0, [np.sqrt(0.75)] * 2, [0.5, 0.5]),
     ):
-        found = condition(*given, np.array(weights), np.array([value]))
+        found = selection.condition(*given, np.array(weights), np.array([value]))
         np.testing.assert_allclose(found, [[means], [sigmas]])
 
 
@@ -109,7 +108,7 @@ def _openquake(path, cells, *, star=False):
 @pytest.mark.parametrize("star", [False, True])
 def test_openquake_export_gives_the_epsilon_of_the_level(tmp_path, star):
     cells = [(6.5, 10.0, 0.6, 2e-3), (7.5, 40.0, 1.9, 1e-3)]
-    causes = read_target(_openquake(tmp_path / "a.csv", cells, star=star), SITE).levels
+    causes = selection.read_target(_openquake(tmp_path / "a.csv", cells, star=star), SITE).levels
     found = np.array([(c.magnitude, c.level_g, c.epsilon, c.weight) for c in causes])
     np.testing.assert_allclose(found[:, 2], [0.6, 1.9], atol=0.125)  # half a bin
     np.testing.assert_allclose(found[:, 3], [2e-3, 1e-3], rtol=2e-3)  # the bins end at 4
@@ -124,7 +123,7 @@ def test_usgs_response_gives_epsilon_and_level(tmp_path, is_new):
         content["response"][0]["imt"] = about.pop("imt")
         content["response"] = {"metadata": about, "disaggs": content["response"]}
     (tmp_path / "a.json").write_text(json.dumps(content))
-    target = read_target(tmp_path / "a.json", SITE)
+    target = selection.read_target(tmp_path / "a.json", SITE)
     assert target.measure == "SA(0.75)"
     found = [(c.magnitude, c.distance_km, c.epsilon, c.weight, c.level_g) for c in target.levels]
     assert found == [(6.9, 12.0, 1.25, 30.0, 0.8), (6.9, 12.0, 1.5, 10.0, 0.8)]
@@ -154,51 +153,46 @@ def test_disaggregation_without_epsilon_or_measure_is_an_error(tmp_path):
     path = tmp_path / "a.json"
     path.write_text(USGS.replace("εbins", "bins"))
     with pytest.raises(InputError, match=r"by magnitude, distance and epsilon: 'εbins'"):
-        read_target(path, SITE)
+        selection.read_target(path, SITE)
     path.write_text(USGS.replace('"data": [{"r"', '"data": 1, "x": [{"r"'))
     with pytest.raises(InputError, match="is not a disaggregation of the USGS"):
-        read_target(path, SITE)
+        selection.read_target(path, SITE)
     path = _openquake(tmp_path / "a.csv", [(6.5, 10, 1, 1e-3)])
     with pytest.raises(InputError, match=r"has SA\(0.75\): select with --set measure=NAME"):
-        read_target(path, SITE | {"measure": "SA(1.0)"})
+        selection.read_target(path, SITE | {"measure": "SA(1.0)"})
     path.write_text(path.read_text().replace("dist,eps", "dist,lon"))
     with pytest.raises(InputError, match=r"a.csv is not the export Mag_Dist_Eps .*eps"):
-        read_target(path, SITE)
-
-
-def _drawn(target, count):
-    """Return candidates with the spectra of a target before scaling: three of each event, then
-    as many synthetic ones."""
-    rng = np.random.default_rng(1)
-    every = baker_jayaram_correlation(target.periods_s)
-    mean, gain = np.log(target.median_g), every @ target.weights
-    covariance = every - np.outer(gain, gain) / (gain @ target.weights)
-    factor = target.sigma / np.sqrt(np.maximum(covariance.diagonal(), 1e-12))
-    logs = rng.multivariate_normal(0.0 * mean, covariance, 2 * count, method="eigh")
-    logs = logs * factor + mean + rng.uniform(-1.6, 1.6, (2 * count, 1))
-    made = np.arange(2 * count) >= count
-    events = [n if made[n] else -n // 3 for n in range(2 * count)]
-    return pd.DataFrame({"log_psa": list(logs), "event": events, "is_synthetic": made})
+        selection.read_target(path, SITE)
 
 
 @pytest.mark.parametrize("measure", ["SA(0.75)", "Sa_avg(0.75)"])
 def test_two_disjoint_selections_meet_the_tolerances(measure):
-    (target,) = _spectra(NEAR, measure=measure)
-    pool = _drawn(target, 150)
-    first, summary = select_pairs(pool, target, 30)
-    second = select_pairs(pool.drop(first.index), target, 30)
+    """Candidates have the spectra of the target before scaling: three of each event, then as many
+    synthetic ones."""
+    (target,), rng = _spectra(NEAR, measure=measure), np.random.default_rng(1)
+    every = baker_jayaram_correlation(target.periods_s)
+    mean, gain = np.log(target.median_g), every @ target.weights
+    covariance = every - np.outer(gain, gain) / (gain @ target.weights)
+    factor = target.sigma / np.sqrt(np.maximum(covariance.diagonal(), 1e-12))
+    logs = rng.multivariate_normal(0.0 * mean, covariance, 300, method="eigh")
+    logs = logs * factor + mean + rng.uniform(-1.6, 1.6, (300, 1))
+    made = np.arange(300) >= 150
+    events = [n if made[n] else -n // 3 for n in range(300)]
+    pool = pd.DataFrame({"log_psa": list(logs), "event": events, "is_synthetic": made})
+    first, summary = selection.select_pairs(pool, target, 30)
+    second = selection.select_pairs(pool.drop(first.index), target, 30)
     assert summary["synthetic_share"] == first["is_synthetic"].mean() < 0.5
     for chosen, found in ((first, summary), second):
         assert (len(chosen), chosen["event"].value_counts().max() <= 2) == (30, True)
         assert chosen["scale"].between(0.25, 4.0).all()
         logs = np.stack(chosen["log_psa"])
-        ratio = np.exp(logs.mean(axis=0)) / target.median_g[:BAND_POINTS]
-        scatter = logs.std(axis=0, ddof=1) / target.sigma[:BAND_POINTS]
+        ratio = np.exp(logs.mean(axis=0)) / target.median_g[: selection.BAND_POINTS]
+        scatter = logs.std(axis=0, ddof=1) / target.sigma[: selection.BAND_POINTS]
         assert np.abs(ratio - 1.0).max() == pytest.approx(found["mean_error"])
         assert found["mean_error"] < 0.05
         assert np.abs(scatter - 1.0).max() < 0.10
     with pytest.raises(InputError, match=r"only 2 pairs reach .* 2 per event: 3 are needed"):
-        select_pairs(pool[1:4], target, 3)
+        selection.select_pairs(pool[1:4], target, 3)
 
 
 @pytest.fixture

@@ -75,17 +75,14 @@ def bridge(skew_deg):
     return str(path)
 
 
-def motion(peak_mps2: float = 6.0) -> GroundMotion:
+def run(bridge: str, abutment: str, skew_deg: float, gap_mm: float, peak_mps2=6.0, **options):
     time = np.arange(0.0, 3.0, 0.02)
     pulse = peak_mps2 * np.sin(2 * np.pi * time / 0.8) * np.exp(-((time - 1.2) ** 2))
     components = {"accel_1_mps2": pulse, "accel_2_mps2": 0.6 * np.roll(pulse, 9)}
-    return GroundMotion(motion_id="pulse", dt_s=0.02, **components)
-
-
-def run(bridge: str, abutment: str, skew_deg: float, gap_mm: float, peak=6.0, **options):
+    motion = GroundMotion(motion_id="pulse", dt_s=0.02, **components)
     values = {"skew_deg": skew_deg, "gap_mm": gap_mm, "friction": 0.5}
     variant = Variant.at(bridge, abutment, values).normalised()
-    arguments = ground.Excitation(motion=motion(peak)), settings.AnalysisSettings()
+    arguments = ground.Excitation(motion=motion), settings.AnalysisSettings()
     return analyse(variant, *arguments, ModelOptions(**options), histories=True)
 
 
@@ -171,12 +168,6 @@ def test_the_units_of_a_script_do_not_change_its_demands(tmp_path, pads):
     assert abs(in_us.demands["energy_residual_ratio"]) < 0.02
 
 
-def made(tmp_path: Path, text: str) -> str:
-    path = tmp_path / "mine.py"
-    path.write_text(text)
-    return str(path)
-
-
 GOOD = two_spans(1.0, 1.0, "N-m")
 HEAD, FIX, PDELTA = "def bridge():", "ops.fix(11, 1, 1, 1, 1, 1, 1)", '"PDelta", 2, 1.0, 0.0, 0.0'
 #: A column on foundation springs that the frame does not have.
@@ -191,8 +182,9 @@ IN_PLANE = """
     return sb.Frame(ends=(1, 5), width=1.0, soffit=1.0)"""
 
 
-def frame_of(tmp_path: Path, text: str = GOOD):
-    return load_structure(made(tmp_path, text)).build(0.0, ModelOptions(), handles.TagAllocator())
+def frame_of(written, text: str = GOOD):
+    structure = load_structure(written(text, "mine.py"))
+    return structure.build(0.0, ModelOptions(), handles.TagAllocator())
 
 
 @pytest.mark.parametrize(
@@ -228,47 +220,47 @@ def frame_of(tmp_path: Path, text: str = GOOD):
         (HEAD, HEAD + IN_PLANE, "3 dimensions and 6 degrees of freedom, got 2 and 3"),
     ],
 )  # fmt: skip
-def test_errors_of_a_script_name_file_and_line_or_field(tmp_path, old, new, words):
+def test_errors_of_a_script_name_file_and_line_or_field(written, old, new, words):
     assert old in GOOD
     with pytest.raises(InputError, match=words):
-        frame_of(tmp_path, GOOD.replace(old, new))
+        frame_of(written, GOOD.replace(old, new))
 
 
-def test_prints_and_folders_of_a_script_do_not_disturb_a_command(tmp_path, monkeypatch, capsys):
+def test_prints_and_folders_of_a_script_disturb_no_command(tmp_path, written, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    frame_of(tmp_path, GOOD.replace(HEAD, f"{HEAD}\n    import os; os.chdir('/'); print('hello')"))
+    frame_of(written, GOOD.replace(HEAD, f"{HEAD}\n    import os; os.chdir('/'); print('hello')"))
     assert Path.cwd() == tmp_path
     assert ["hello" in printed for printed in capsys.readouterr()] == [False, True]
 
 
-def test_a_deck_node_without_mass_keeps_the_energy_balance(tmp_path):
+def test_a_deck_node_without_mass_keeps_the_energy_balance(written):
     node = "ops.node(6, -30.0, 0.0, 7.2)\n    for tag in range(2, 5):"
     halves = """for tag, i, j in ((1, 1, 6), (6, 6, 2)):
         ops.element("elasticBeamColumn", tag, i, j, 7.0, 25e9, 1e10, 10.0, 3.5, 99.0, 1)
     ops.uniaxialMaterial("""
     text = GOOD.replace("for tag in range(1, 5):", node).replace("damped=[", "damped=[6, ")
     text = text.replace("ops.uniaxialMaterial(", halves, 1)
-    found = run(made(tmp_path, text), "contact_friction", 30.0, 25.0)
+    found = run(written(text, "mine.py"), "contact_friction", 30.0, 25.0)
     assert abs(found.demands["energy_residual_ratio"]) < 0.01
 
 
-def test_a_deck_lumped_at_one_node_has_modes_and_an_empty_pattern_is_no_dead_load(tmp_path):
+def test_a_deck_lumped_at_one_node_has_modes_and_an_empty_pattern_is_no_dead_load(written):
     pattern = FIX + '; ops.timeSeries("Linear", 1); ops.pattern("Plain", 1, 1)'
     pattern += "; ops.mass(11, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0)"  # does not move
     periods_s = []
     for rest in (0.0, 1e-6):  # ARPACK finds no modes of three masses
         text = GOOD.replace("share * 6.0e6", "0").replace("1.0e5 * N * M, r", "0, 0")
         text = text.replace("1.0 if abs(x) < 40.0 else 0.5", f"{rest} if x else 4.0")
-        found = bridge_check.check_bridge(made(tmp_path, text.replace(FIX, pattern)))
+        found = bridge_check.check_bridge(written(text.replace(FIX, pattern), "mine.py"))
         periods_s.append([found[f"period_{axis}_s"] for axis in "xyz"])
         assert found["weight_kn"] == pytest.approx(1.6e3 * G_MPS2, rel=1e-4)
         assert sum(mode.mass_rz for mode in found["modes"]) < 1.0 + 1e-6
     assert periods_s[0] == pytest.approx(periods_s[1], rel=1e-4)
 
 
-def test_a_check_of_a_script_doubts_wrong_units(tmp_path):
+def test_a_check_of_a_script_doubts_wrong_units(written):
     def doubts(text):
-        found = bridge_check.check_bridge(made(tmp_path, text))["findings"]
+        found = bridge_check.check_bridge(written(text, "mine.py"))["findings"]
         return [finding.partition(" = ")[0] for finding in found if "check units" in finding]
 
     light, heavy = (GOOD.replace("share * 4.0e5", f"share * 4.0e{power}") for power in (2, 6))
@@ -276,8 +268,8 @@ def test_a_check_of_a_script_doubts_wrong_units(tmp_path):
     assert "T1 (s)" in doubts(light)
 
 
-def test_only_options_that_a_script_takes_act_on_its_elements(tmp_path):
-    script, words = made(tmp_path, GOOD), r"deck_mass_factor cannot act on .*mine\.py"
+def test_only_options_that_a_script_takes_act_on_its_elements(written):
+    script, words = written(GOOD, "mine.py"), r"deck_mass_factor cannot act on .*mine\.py"
     with pytest.raises(InputError, match=words):
         _ = VariantOptions(bridge=script, changes=["deck_mass_factor=1.1"]).model
     for section in ({"model": {"deck_mass_factor": 1.1}}, {"grid": {"deck_mass_factor": [1.1]}}):
@@ -286,20 +278,20 @@ def test_only_options_that_a_script_takes_act_on_its_elements(tmp_path):
             check_inputs(config)
     text = GOOD.replace(HEAD, "def bridge(deck_mass_factor):")
     text = text.replace("share * 4.0e5", "deck_mass_factor * share * 4.0e5")
-    variant = Variant.at(made(tmp_path, text), "roller", USUAL)
+    variant = Variant.at(written(text, "mine.py"), "roller", USUAL)
     for factor in (1.0, 1.1):
         with domain():
             weight_n = build(variant, ModelOptions(deck_mass_factor=factor)).weight_n
         assert weight_n == pytest.approx(factor * 4 * 4.0e5 * G_MPS2)
 
 
-def test_the_digest_covers_local_modules_and_data(tmp_path):
+def test_the_digest_covers_local_modules_and_data(tmp_path, written):
     text = f"import parts.deck\nfrom parts import column\nDATA = 'a.csv'\n{GOOD}"
     (tmp_path / "parts").mkdir()
     files = [tmp_path / name for name in ("parts/deck.py", "parts/column.py", "a.csv", "other.py")]
     for file in files:
         file.write_text("one = 1\n")
-    path = made(tmp_path, text)
+    path = written(text, "mine.py")
     digests = [load_structure(path).digest]
     for file in files:
         file.write_text("one = 2\n")
@@ -307,14 +299,14 @@ def test_the_digest_covers_local_modules_and_data(tmp_path):
     assert (len(set(digests)), digests[-1]) == (4, digests[-2])  # no one imports the last file
 
 
-def test_abutments_are_those_of_the_script_of_osb1_or_of_an_option(tmp_path):
+def test_abutments_are_those_of_the_script_of_osb1_or_of_an_option(written):
     osb1, other = map(catalogue.load_bridge, ("osb1", "bridge_a"))
     wider = 2 * osb1.deck.width_m
 
     def ends(own: str = ""):
         text = GOOD.replace("width=13.0 * M", f"width={wider}{own}")
         with domain():
-            return [end.abutment for end in frame_of(tmp_path, text).ends]
+            return [end.abutment for end in frame_of(written, text).ends]
 
     usual, _ = ends()
     assert usual.pads.yield_force_kn == pytest.approx(2 * osb1.abutment.pads.yield_force_kn)
@@ -329,18 +321,18 @@ def test_abutments_are_those_of_the_script_of_osb1_or_of_an_option(tmp_path):
     assert chosen.wall_width_m == pytest.approx(share * wider)
 
 
-def test_own_gap_and_skew_count_and_lengths_are_along_a_turned_and_moved_deck(tmp_path):
+def test_own_gap_and_skew_count_and_lengths_are_along_a_turned_and_moved_deck(written):
     own = 'units="N-m", abutment={"gap_mm": 30.0, "skew_deg": 20.0}'
     text = GOOD.replace('units="N-m"', own).replace("(0.05, 0.04)", "[0.05, 0.04]")
     text = text.replace("x * M, 0.0,", "84 / 85 * x, 13 / 85 * x + 90.0,")
     text = re.sub(r"(node\(1[01], 0.0,) 0.0", r"\1 90.0", text)
-    about = load_structure(made(tmp_path, text)).description
+    about = load_structure(written(text, "mine.py")).description
     assert about.spans_m == pytest.approx((40.0, 40.0))
     assert about.columns_m[0] == pytest.approx((0.0, 0.0), abs=1e-9)
     assert about.gaps_mm == {"left": 30.0, "right": 30.0}
     assert about.axis_notes[1].endswith("gap_mm has no effect, though names of variants have it")
     with domain():
-        skews_deg = {end.plan.name: end.plan.skew_deg for end in frame_of(tmp_path, text).ends}
+        skews_deg = {end.plan.name: end.plan.skew_deg for end in frame_of(written, text).ends}
     assert skews_deg == about.skews_deg == {"left": 20.0, "right": 20.0}
 
 

@@ -20,8 +20,6 @@ from cli_json import run
 from skewbridge.cli.output import study_of
 from skewbridge.errors import InputError, SolutionError
 from skewbridge.files import digests, tables
-from skewbridge.files.digests import engine_digest, layer_digest, provenance
-from skewbridge.files.tables import read_stamp, stamp, write_frame
 from skewbridge.files.text import merged, read_mapping
 from skewbridge.study import jobs
 from skewbridge.study.config import load_config, parse_config, store_configuration
@@ -47,7 +45,7 @@ def artefact(folder: Path, ending: str, metadata: dict[str, str] | None = None) 
     """Write a small file of each kind; figures have their provenance when they are saved."""
     path = folder / f"file{ending}"
     if ending == ".parquet":
-        write_frame(FRAME, path, {"made_for": "another digest"})
+        tables.write_frame(FRAME, path, {"made_for": "another digest"})
     elif ending == ".json":
         path.write_text('{"passed": true}')
     elif ending == ".html":
@@ -61,14 +59,14 @@ def artefact(folder: Path, ending: str, metadata: dict[str, str] | None = None) 
 def test_a_later_stamp_replaces_an_earlier_one_and_keeps_the_content(tmp_path, ending):
     path = artefact(tmp_path, ending)
     older = {"rule": "an older one, longer than the newer"}
-    stamp(path, older)
+    tables.stamp(path, older)
     once = path.stat().st_size
-    stamp(path, STAMP)
-    assert STAMP.items() <= read_stamp(path).items()
-    stamp(path, older)
-    assert read_stamp(path)["rule"] == older["rule"]
+    tables.stamp(path, STAMP)
+    assert STAMP.items() <= tables.read_stamp(path).items()
+    tables.stamp(path, older)
+    assert tables.read_stamp(path)["rule"] == older["rule"]
     if ending == ".parquet":  # there, names that are not given again stay
-        assert read_stamp(path)["made_for"] == "another digest"
+        assert tables.read_stamp(path)["made_for"] == "another digest"
         pd.testing.assert_frame_equal(tables.read_frame(path), FRAME)
     else:
         assert path.stat().st_size == once
@@ -80,27 +78,27 @@ def test_a_later_stamp_replaces_an_earlier_one_and_keeps_the_content(tmp_path, e
 def test_a_figure_has_its_provenance_in_the_metadata_of_its_format(tmp_path, ending):
     path = artefact(tmp_path, ending, STAMP)
     before = path.read_bytes()
-    stamp(path, {"rule": "another"})
+    tables.stamp(path, {"rule": "another"})
     assert path.read_bytes() == before
-    assert read_stamp(path) == STAMP
+    assert tables.read_stamp(path) == STAMP
 
 
 def test_files_without_metadata_are_left_as_they_are_and_missing_or_broken_ones_named(tmp_path):
     for name in ("rows.csv", "list.json"):
         path = tmp_path / name
         path.write_text("[1, 2]")
-        stamp(path, STAMP)
+        tables.stamp(path, STAMP)
         assert path.read_text() == "[1, 2]"
         with pytest.raises(InputError, match="has no provenance"):
-            read_stamp(path)
+            tables.read_stamp(path)
     for name in ("no.parquet", "no.csv", "broken.parquet", "broken.json"):
         (tmp_path / f"broken{Path(name).suffix}").write_text("{{")
         with pytest.raises(InputError, match=name):
-            read_stamp(tmp_path / name)
+            tables.read_stamp(tmp_path / name)
 
 
 def test_machine_and_commit_are_described_without_other_names(tmp_path, monkeypatch):
-    machine = provenance()
+    machine = digests.provenance()
     assert {"git_commit", "git_dirty", "processor", "processors"} <= set(machine)
     assert not any(name in json.dumps(machine) for name in (platform.node(), str(Path.cwd())))
     # nor by the commit of a repository in which the package is installed
@@ -119,11 +117,11 @@ class Named(dict):
 
 def job(folder: Path, table: Path, **made: str) -> SimpleNamespace:
     """What Snakemake gives the script of a rule."""
-    digests = {"sources": layer_digest(RECIPES[RULE].sources), "motions": "suite", **made}
+    made_from = {"sources": digests.layer_digest(RECIPES[RULE].sources), "motions": "suite", **made}
     return SimpleNamespace(
         rule=RULE, threads=1, log=[folder / "rule.log"], input={}, output=Named(table=str(table)),
         config=merged(read_mapping(ROOT / "config/config.yaml"), {"motions": {"count": 3}}),
-        params=SimpleNamespace(results=str(folder), made_from=digests),
+        params=SimpleNamespace(results=str(folder), made_from=made_from),
     )  # fmt: skip
 
 
@@ -132,13 +130,13 @@ def test_a_script_stamps_its_outputs_and_leaves_a_log_only_of_messages(tmp_path)
     given = job(tmp_path, table, suspect="x")
     with script_session(given) as own:
         assert (own.outputs, own.folder.root) == ({"table": table}, tmp_path)
-        write_frame(FRAME, table, {})
-    stamped = read_stamp(table)
+        tables.write_frame(FRAME, table, {})
+    stamped = tables.read_stamp(table)
     expected = {"rule_digest": rule_digest(given.params.made_from), "suite_digest": "suite"}
     assert {name: stamped[name] for name in (*expected, "git_commit")}.items() > expected.items()
     for message in ("17 rows left out", ""):
         with script_session(job(tmp_path, table)):
-            write_frame(FRAME, table, {})
+            tables.write_frame(FRAME, table, {})
             if message:
                 logging.getLogger("skewbridge.fit").info(message)
         assert log.exists() == bool(message)
@@ -195,7 +193,7 @@ def test_a_file_is_compared_with_the_configuration_of_its_own_study(tmp_path, mo
         return [code, answer["current"], answer["differences"]]
 
     study = parse_config({"results": "some/results", "motions": {"count": 3}, **given})
-    write_frame(FRAME, table, jobs.stamp_of(RULE, jobs.made_from(study)[RULE], study))
+    tables.write_frame(FRAME, table, jobs.stamp_of(RULE, jobs.made_from(study)[RULE], study))
     store_configuration(study, [base, mine], given)
     assert compared() == [0, True, []]
     base.write_text("motions: {count: 8}\nfigures: {width_mm: 70}\n")  # both are overridden
@@ -216,10 +214,10 @@ def test_a_file_is_compared_with_the_configuration_of_its_own_study(tmp_path, mo
 
 def test_a_result_of_one_run_is_current_while_the_engine_is(tmp_path):
     path = tmp_path / "histories.parquet"
-    for digest, code in ((engine_digest(), 0), ("of older sources", 1)):
-        write_frame(FRAME, path, provenance(run_key="k", engine_digest=digest))
+    for digest, code in ((digests.engine_digest(), 0), ("of older sources", 1)):
+        tables.write_frame(FRAME, path, digests.provenance(run_key="k", engine_digest=digest))
         assert run("provenance", path)[0] == code
-    write_frame(FRAME, path, provenance())
+    tables.write_frame(FRAME, path, digests.provenance())
     code, answer = run("provenance", path)
     assert (code, "`skewbridge statistics`" in answer["message"]) == (2, True)
     assert run("provenance", tmp_path / "none.png")[0] == 2
@@ -272,7 +270,7 @@ def test_frames_have_units_and_origin_and_different_origins_are_reported(tmp_pat
     curve = {"skew_deg": 30.0, "im": "im_pga_rotd50_g", "theta": 0.5, "theta_low": 0.4}
     path = tmp_path / "fragility/curves.parquet"
     path.parent.mkdir()
-    write_frame(pd.DataFrame([curve]), path, {"config_digest": "abc"})
+    tables.write_frame(pd.DataFrame([curve]), path, {"config_digest": "abc"})
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         found = skewbridge.load(tmp_path)
@@ -281,7 +279,7 @@ def test_frames_have_units_and_origin_and_different_origins_are_reported(tmp_pat
     curves = found.fragility["curves"]
     assert curves.attrs["units"] == {"skew_deg": "deg", "theta": "g", "theta_low": "g"}
     assert curves.attrs["provenance"]["config_digest"] == "abc"
-    write_frame(pd.DataFrame([curve]), path, {"config_digest": "xyz"})
+    tables.write_frame(pd.DataFrame([curve]), path, {"config_digest": "xyz"})
     with pytest.warns(UserWarning, match=r"config_digest abc \(demands\), xyz \(curves\)"):
         skewbridge.load(tmp_path)
     with pytest.raises(InputError, match=r"no demands\.parquet"):

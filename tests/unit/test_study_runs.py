@@ -5,7 +5,6 @@ import logging
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -434,11 +433,11 @@ def first_task(scale: float = 2.0) -> Task:
 
 
 @pytest.fixture
-def engine(monkeypatch, tmp_path) -> SimpleNamespace:
-    state = SimpleNamespace(factors=[])
+def factors(monkeypatch, tmp_path) -> list[float]:
+    analysed: list[float] = []
 
     def analysed_row(task: Task, key: str, _log_folder: Path) -> dict:
-        state.factors.append(task.motion.scale)
+        analysed.append(task.motion.scale)
         level_g = AT_1_G * task.motion.scale
         drift = IDA.ida_threshold * level_g / CAPACITY_G
         row = dict.fromkeys(("column_drift_ratio", "drift_over_capacity"), drift)
@@ -446,7 +445,7 @@ def engine(monkeypatch, tmp_path) -> SimpleNamespace:
 
     monkeypatch.setattr(batch, "analysed_row", analysed_row)
     monkeypatch.chdir(tmp_path)
-    return state
+    return analysed
 
 
 def searched(known=None) -> list[dict]:
@@ -456,13 +455,13 @@ def searched(known=None) -> list[dict]:
     return search_capacity(IDA, known or {}, Path("searches.jsonl"), task, first_key, Path("logs"))
 
 
-def test_rows_are_those_of_analyses_at_their_own_factor_and_none_is_repeated(engine):
+def test_rows_are_those_of_analyses_at_their_own_factor_and_none_is_repeated(factors):
     rows = searched()
-    tried = len(engine.factors)
-    assert [row["scale"] for row in rows] == engine.factors
+    tried = len(factors)
+    assert [row["scale"] for row in rows] == factors
     assert [row["run_key"] for row in rows] == [run_key(first_task(row["scale"])) for row in rows]
     levels_g = np.array([row[LEVEL_MEASURE] for row in rows])
-    np.testing.assert_allclose(levels_g, AT_1_G * np.array(engine.factors))
+    np.testing.assert_allclose(levels_g, AT_1_G * np.array(factors))
     assert levels_g[0] == pytest.approx(np.sqrt(np.prod(IDA.level_range_g)))
     exceeds = np.array([row["column_drift_ratio"] >= IDA.ida_threshold for row in rows])
     below, above = levels_g[~exceeds].max(), levels_g[exceeds].min()
@@ -470,9 +469,9 @@ def test_rows_are_those_of_analyses_at_their_own_factor_and_none_is_repeated(eng
     known = {row["run_key"]: row for row in rows}
     assert len(known) == tried
     assert searched(known) == rows
-    assert len(engine.factors) == tried
+    assert len(factors) == tried
     assert searched(dict([*known.items()][:-2])) == rows
-    assert len(engine.factors) == tried + 2
+    assert len(factors) == tried + 2
 
 
 @pytest.mark.parametrize(
@@ -486,7 +485,7 @@ def test_rows_are_those_of_analyses_at_their_own_factor_and_none_is_repeated(eng
         ({"status": "crash", "column_drift_ratio": float("nan")}, True),
     ],
 )
-def test_the_search_goes_down_without_a_usable_result(row, exceeds, engine, monkeypatch):
+def test_the_search_goes_down_without_a_usable_result(row, exceeds, factors, monkeypatch):
     monkeypatch.setattr(batch, "analysed_row", lambda task, key, _: row_of_task(row, task, key))
     first, second, *_ = (each["scale"] for each in searched())
     assert (second < first) is exceeds

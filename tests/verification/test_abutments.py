@@ -57,10 +57,6 @@ def force_at(curve, disp_m):
     return float(np.interp(disp_m, curve.disp_m, curve.force_n))
 
 
-def beside_pads_kn(curve, disp_m):
-    return (force_at(curve, disp_m) - pads_at(disp_m)) / 1e3
-
-
 @pytest.mark.parametrize("abutment", ["spring", "contact", "contact_friction"])
 @pytest.mark.parametrize(
     ("backfill", "skew_deg", "closures_m", "forces_kn"),
@@ -79,7 +75,8 @@ def test_a_push_meets_the_backbone(abutment, backfill, skew_deg, closures_m, for
     penalty_kn_per_m = springs.NORMAL_OVER_NEIGHBOUR * STIFFNESS / 1e3
     for closure_m, force_kn in zip(closures_m, forces_kn, strict=True):
         penetration_m = 0.0 if abutment == "spring" else force_kn / penalty_kn_per_m
-        found_kn = beside_pads_kn(curve, 0.051 + closure_m + penetration_m)
+        disp_m = 0.051 + closure_m + penetration_m
+        found_kn = (force_at(curve, disp_m) - pads_at(disp_m)) / 1e3
         assert found_kn == pytest.approx(force_kn, rel=0.005)
 
 
@@ -97,7 +94,8 @@ def test_a_key_follows_its_backbone_and_the_spring_model_yields_in_series_with_i
     penalty_kn_per_mm = springs.NORMAL_OVER_NEIGHBOUR * KEY.force_kn[0] / KEY.displacement_mm[0]
     for force_kn, disp_mm in zip(KEY.force_kn, KEY.displacement_mm, strict=True):
         disp_m = 0.0064 + 1e-3 * (disp_mm + force_kn / penalty_kn_per_mm)
-        assert beside_pads_kn(curve, disp_m) == pytest.approx(force_kn, rel=0.005)
+        found_kn = (force_at(curve, disp_m) - pads_at(disp_m)) / 1e3
+        assert found_kn == pytest.approx(force_kn, rel=0.005)
     spring, contact = (push(name, angle_deg=90.0) for name in ("spring", "contact"))
     assert spring.peak_n == pytest.approx(contact.peak_n, rel=0.02)
     assert push("contact", angle_deg=90.0, keys="monolithic").peak_n > 2 * contact.peak_n
@@ -241,33 +239,29 @@ def test_a_wall_never_exceeds_the_strength_of_its_soil_and_never_pulls(skew_deg)
     assert series.min() >= 0.0
 
 
-def spring_in_series(spring, driver, values, step, *test):
-    """Push two springs in a row along a path of prescribed closures, ready for static steps."""
-    ops.model("basic", "-ndm", 1, "-ndf", 1)
-    for node in (1, 2, 3):
-        ops.node(node, 0.0)
-    ops.fix(1, 1)
-    ops.element("zeroLength", 1, 1, 2, "-mat", *spring, "-dir", *[1] * len(spring))
-    ops.element("zeroLength", 2, 2, 3, "-mat", driver, "-dir", 1)
-    moves = [-float(value) for value in values]
-    ops.timeSeries("Path", 1, "-dt", 1.0, "-values", *moves, "-useLast")
-    ops.pattern("Plain", 1, 1)
-    ops.sp(3, 1, 1.0)
-    ops.constraints("Transformation")
-    ops.numberer("Plain")
-    ops.system("ProfileSPD")
-    ops.algorithm("Newton")
-    ops.integrator("LoadControl", step)
-    ops.test(*test)
-    ops.analysis("Static", "-noWarnings")
-
-
 def forces(closures_m, *, gap_m=0.0, passive=OSB1):
     tags, out = handles.TagAllocator(), []
     with domain():
         spring = springs.passive_material(passive, gap_m, tags)
         driver = springs.elastic_material(STIFF * passive.stiffness_n_per_m, tags)
-        spring_in_series([spring], driver, [0.0, *closures_m], 1.0, "NormDispIncr", 1.0e-12, 50)
+        # both in a row, along a path of prescribed closures
+        ops.model("basic", "-ndm", 1, "-ndf", 1)
+        for node in (1, 2, 3):
+            ops.node(node, 0.0)
+        ops.fix(1, 1)
+        ops.element("zeroLength", 1, 1, 2, "-mat", spring, "-dir", 1)
+        ops.element("zeroLength", 2, 2, 3, "-mat", driver, "-dir", 1)
+        moves = [0.0, *(-float(closure_m) for closure_m in closures_m)]
+        ops.timeSeries("Path", 1, "-dt", 1.0, "-values", *moves, "-useLast")
+        ops.pattern("Plain", 1, 1)
+        ops.sp(3, 1, 1.0)
+        ops.constraints("Transformation")
+        ops.numberer("Plain")
+        ops.system("ProfileSPD")
+        ops.algorithm("Newton")
+        ops.integrator("LoadControl", 1.0)
+        ops.test("NormDispIncr", 1.0e-12, 50)
+        ops.analysis("Static", "-noWarnings")
         for _ in closures_m:
             assert ops.analyze(1) == 0
             out.append(-ops.basicForce(1)[0])

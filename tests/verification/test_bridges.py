@@ -27,7 +27,7 @@ from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import ABUTMENTS
 from strong_motion import mirrored, strong_motion
 
-ROLLER = variant(0, "roller")
+ROLLER, ELASTIC = variant(0, "roller"), ModelOptions(elastic_columns=True)
 RAMP_S = 20.0
 PEAKS = ("column_shear_kn", "column_drift_ratio", "deck_disp_m", "unseating_m")
 MIRRORED = mirrored(strong_motion())
@@ -220,7 +220,7 @@ def test_the_trapezoidal_rule_leaves_no_energy_unaccounted_for(abutment, dt_s):
 
 
 def test_the_balance_closes_with_elastic_columns_and_has_the_work_behind_contacts(monkeypatch):
-    terms = run(options=ModelOptions(elastic_columns=True)).energy_kj
+    terms = run(options=ELASTIC).energy_kj
     # 8e-6; without the work of the dead load's fixed-end moments it would be 4.7e-4
     assert abs(terms["residual"]) < 5e-5 * terms["largest_input"]
     assert terms["damping"] > 0.0
@@ -275,32 +275,6 @@ def test_the_stiffness_of_spine_and_caps_gives_their_end_forces(bridge):
             np.testing.assert_allclose(energy.elastic_stiffness(element) @ ends, force, 0, limit)
 
 
-def slow_ramp(case, dof, force_n):
-    """Return displacements of the mass centre and forces, which grow linearly in `RAMP_S`."""
-    settings, rows = AnalysisSettings(), []
-    with domain():
-        model = build(case, ModelOptions())
-        apply_rayleigh(model)
-        series, centre = model.tags.series(), model.frame.centre_node
-        ops.timeSeries("Linear", series, "-factor", force_n / RAMP_S)
-        ops.pattern("Plain", model.tags.pattern(), series)
-        masses = model.frame.loads.masses_kg
-        for node, mass_kg in masses.items():
-            share = [0.0] * 6
-            share[dof - 1] = mass_kg / sum(masses.values())
-            ops.load(node, *share)
-        start_m = ops.nodeDisp(centre, dof)
-
-        def read():
-            disp_m = ops.nodeDisp(centre, dof) - start_m
-            rows.append((disp_m, ops.getTime() / RAMP_S * force_n))
-
-        loop = StepLoop(model.contacts, settings, longest_s=0.0)
-        assert loop.run(round(RAMP_S / settings.dt_s), read).status == "ok"
-    disp_m, forces_n = np.array(rows).T
-    return disp_m, forces_n
-
-
 @pytest.mark.parametrize(("skew_deg", "dof"), [(30, 1), (60, 2)])
 def test_a_push_with_friction_agrees_with_a_slow_ramp(skew_deg, dof):
     """The ramp is a response history with masses, damping and steps of 10 to 0.3 ms, in which
@@ -311,7 +285,26 @@ def test_a_push_with_friction_agrees_with_a_slow_ramp(skew_deg, dof):
     assert curve.is_complete
     assert curve.disp_m[-1] == pytest.approx(0.06, rel=1e-3)
     assert curve.imbalance < 1e-6
-    disp_m, forces_n = slow_ramp(case, dof, 0.9 * curve.peak_n)
+    settings, rows, rate_n_per_s = AnalysisSettings(), [], 0.9 * curve.peak_n / RAMP_S
+    with domain():
+        model = build(case, ModelOptions())
+        apply_rayleigh(model)
+        series, centre = model.tags.series(), model.frame.centre_node
+        ops.timeSeries("Linear", series, "-factor", rate_n_per_s)
+        ops.pattern("Plain", model.tags.pattern(), series)
+        masses = model.frame.loads.masses_kg
+        for node, mass_kg in masses.items():
+            share = [0.0] * 6
+            share[dof - 1] = mass_kg / sum(masses.values())
+            ops.load(node, *share)
+        start_m = ops.nodeDisp(centre, dof)
+
+        def read():
+            rows.append((ops.nodeDisp(centre, dof) - start_m, ops.getTime() * rate_n_per_s))
+
+        loop = StepLoop(model.contacts, settings, longest_s=0.0)
+        assert loop.run(round(RAMP_S / settings.dt_s), read).status == "ok"
+    disp_m, forces_n = np.array(rows).T
     # from the displacement at which the start of the ramp is forgotten
     compared_m = np.linspace(0.01, 0.95 * disp_m[-1], 20)
     expected_n = np.interp(compared_m, disp_m, forces_n)
@@ -351,23 +344,15 @@ CAP_WIDTH_M, CAP_DEPTH_M = 2.29, 1.829
 AXIAL_N = (1.25 * DECK_KG_PER_M * SPAN_M + CAP_KG + 2 * COLUMN_KG) * G / 2
 
 
-def modes_of_osb1(skew_deg):
-    return modal_properties(variant(skew_deg, "contact"), ModelOptions(elastic_columns=True))
-
-
-def bent_stiffness_n_per_m():
-    """Return the stiffness along the bent, at the centroid: a frame with a flexible cap."""
-    level_m = HEIGHT_M + RIGID_M
+def test_transverse_period_is_that_of_a_beam_on_three_springs():
+    # stiffness along the bent, at the centroid: a frame with a flexible cap
+    level_m, bending_nm2 = HEIGHT_M + RIGID_M, DECK_PA * 114.5
     cap_nm = 6 * DECK_PA * CAP_WIDTH_M * CAP_DEPTH_M**3 / 12 / APART_M  # bent in an S
     # rolling of the cap: columns in tension and compression, and torsion of both spans
     rolling_nm = COLUMN_PA * AREA_M2 / HEIGHT_M * APART_M**2 / 2
     rolling_nm += 2 * DECK_PA / 2.4 * 11.04 / SPAN_M
     column_m_per_n = HEIGHT_M**3 / (3 * BENDING_NM2) + level_m**2 * (1 / cap_nm + 2 / rolling_nm)
-    return 2 / column_m_per_n - 2 * AXIAL_N / level_m  # less P-Delta
-
-
-def test_transverse_period_is_that_of_a_beam_on_three_springs():
-    bent_n_per_m, bending_nm2 = bent_stiffness_n_per_m(), DECK_PA * 114.5
+    bent_n_per_m = 2 / column_m_per_n - 2 * AXIAL_N / level_m  # less P-Delta
     gyration = WIDTH_M**2 / 12
 
     def determinant(speed):
@@ -398,7 +383,8 @@ def test_transverse_period_is_that_of_a_beam_on_three_springs():
         return np.linalg.det(rows / np.abs(rows).max(axis=1, keepdims=True))
 
     period_s = 2 * pi / brentq(determinant, 7.0, 11.0)
-    assert modes_of_osb1(0).period_s("y") == pytest.approx(period_s, rel=0.003)
+    modes = modal_properties(variant(0, "contact"), ELASTIC)
+    assert modes.period_s("y") == pytest.approx(period_s, rel=0.003)
     # as a rigid body, the deck would be 3 % too fast
     mass_kg = 2 * SPAN_M * DECK_KG_PER_M + CAP_KG + COLUMN_KG + 2 * DIAPHRAGM_KG
     assert 2 * pi * sqrt(mass_kg / (bent_n_per_m + 2 * PADS_N_PER_M)) < 0.98 * period_s
@@ -422,4 +408,5 @@ def test_period_in_plan_is_that_of_a_rigid_parallelogram_on_pads_and_columns(ske
     inertia_kgm2 += 2 * stretch * DIAPHRAGM_KG * (SPAN_M**2 + (stretch * WIDTH_M) ** 2 / 12)
     inertia_kgm2 += COLUMN_KG * lever_m**2
     period_s = 2 * pi * sqrt(inertia_kgm2 / stiffness_nm)
-    assert modes_of_osb1(skew_deg).period_s("rz") == pytest.approx(period_s, rel=error)
+    modes = modal_properties(variant(skew_deg, "contact"), ELASTIC)
+    assert modes.period_s("rz") == pytest.approx(period_s, rel=error)

@@ -214,24 +214,6 @@ def wall(tmp_path) -> str:
     return written(tmp_path / "wall.yaml", **RECTANGLE, **TIES)
 
 
-def mander_chart(pressures: list[float]) -> float:
-    """Return confined over plain strength from the surface behind Mander's chart. Willam and
-    Warnke's surface with the meridians of Elwi and Murray (1979); compression negative."""
-
-    def beyond(strength):
-        first, second, third = -min(pressures), -max(pressures), -strength
-        mean = (first + second + third) / 3
-        shear = np.sqrt((first - second) ** 2 + (second - third) ** 2 + (third - first) ** 2) / 3
-        cos = (first - mean) / (np.sqrt(2) * shear)
-        t = 0.069232 - 0.661091 * mean - 0.049350 * mean**2
-        c = 0.122965 - 1.150502 * mean - 0.315545 * mean**2
-        d = 4 * (c**2 - t**2) * cos**2
-        root = np.sqrt(d + 5 * t**2 - 4 * t * c)
-        return shear - c * (d / (2 * cos) + (2 * t - c) * root) / (d + (2 * t - c) ** 2)
-
-    return brentq(beyond, 0.9, 5.0)
-
-
 def independent_curve(along: bool, curvatures: np.ndarray) -> tuple[np.ndarray, float]:
     """Return moments (N m) of the rectangle at curvatures, and its ultimate curvature. A plain
     fiber section with formulas of its own; strains are positive in compression."""
@@ -253,7 +235,22 @@ def independent_curve(along: bool, curvatures: np.ndarray) -> tuple[np.ndarray, 
     hoop_gap = 0.15 - 0.0159
     held = (1 - arches / (bc * dc)) * (1 - hoop_gap / 2 / bc) * (1 - hoop_gap / 2 / dc)
     held /= 1 - 44 * 1006e-6 / (bc * dc)
-    fcc = fc * mander_chart([held * ratio_y * fy / fc, held * ratio_z * fy / fc])
+
+    def beyond(strength):
+        """Willam and Warnke's surface behind Mander's chart with the meridians of Elwi and Murray
+        (1979): confined over plain strength where it is zero; compression negative."""
+        first, second = (-held * ratio * fy / fc for ratio in sorted((ratio_y, ratio_z)))
+        third = -strength
+        mean = (first + second + third) / 3
+        shear = np.sqrt((first - second) ** 2 + (second - third) ** 2 + (third - first) ** 2) / 3
+        cos = (first - mean) / (np.sqrt(2) * shear)
+        t = 0.069232 - 0.661091 * mean - 0.049350 * mean**2
+        c = 0.122965 - 1.150502 * mean - 0.315545 * mean**2
+        d = 4 * (c**2 - t**2) * cos**2
+        root = np.sqrt(d + 5 * t**2 - 4 * t * c)
+        return shear - c * (d / (2 * cos) + (2 * t - c) * root) / (d + (2 * t - c) ** 2)
+
+    fcc = fc * brentq(beyond, 0.9, 5.0)
     strain_cc = 0.002 * (1 + 5 * (fcc / fc - 1))
     ultimate = 0.004 + 1.4 * (ratio_y + ratio_z) * fy * 0.09 / fcc
 

@@ -22,7 +22,6 @@ from skewbridge.fragility import fits
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.effects import median_effects
 from skewbridge.fragility.fits import fit_cloud, fit_stripes
-from skewbridge.fragility.fits import tested_line as line_with_tests
 from skewbridge.fragility.hazard import HazardCurve
 from skewbridge.fragility.joint import joint_table
 from skewbridge.fragility.likelihood import NormalKernel, maximise
@@ -65,8 +64,6 @@ MOTIONS, VARIANTS = 14, 5
 LINES = {"column_shear_dcr": (np.log(0.80), 0.6, 0.25),
          "drift_over_capacity": (np.log(0.62), 1.0, 0.40),
          "unseating_m": (np.log(0.15), 1.0, 0.40)}  # fmt: skip
-CORRELATION = 0.5
-CAPACITY_DRIFT = 0.06
 
 
 def runs_of(im, columns, **further):
@@ -154,7 +151,7 @@ def test_cloud_tests_and_states_with_one_slope_agree_with_statsmodels():
     rng = np.random.default_rng(3)
     x = rng.uniform(-2.3, 0.4, 60)
     y = -3.5 + 1.1 * x + 0.1 * x**2 + 0.3 * rng.normal(size=60)
-    line = line_with_tests(x, y)
+    line = fits.tested_line(x, y)
     ols = sm.OLS(y, sm.add_constant(x)).fit()
     assert [line.ln_a, line.b] == pytest.approx(list(ols.params), rel=1e-10)
     assert line.r2 == pytest.approx(ols.rsquared, rel=1e-10)
@@ -292,24 +289,22 @@ def test_jackknife_is_close_to_independent_fits_without_each_motion(high, grows,
     assert predictive_loglik(runs, each, np.stack(exact)) == pytest.approx(left_out, abs=1e-6)
 
 
-def with_two_failure_modes(rng, motions):
+def with_two_failure_modes(rng):
     """Return runs that stop when shear or flexure fails first; 8 and 7 % of them do. Each demand
     grows in proportion to time until a random share (0.3 to 1) of the motion has passed, so that
     the other demands have reached only a part of their final peaks."""
-    im = np.exp(rng.uniform(np.log(0.1), np.log(2.0), motions))
-    common = rng.normal(size=motions)
+    im, common = np.exp(rng.uniform(np.log(0.1), np.log(2.0), 120)), rng.normal(size=120)
     final, rise = {}, {}
     for name, (ln_a, b, scatter) in LINES.items():
-        residual = np.sqrt(CORRELATION) * common
-        residual += np.sqrt(1.0 - CORRELATION) * rng.normal(size=motions)
+        residual = np.sqrt(0.5) * (common + rng.normal(size=120))  # correlation 0.5
         final[name] = np.exp(ln_a + b * np.log(im) + scatter * residual)
-        rise[name] = rng.uniform(0.3, 1.0, motions)
+        rise[name] = rng.uniform(0.3, 1.0, 120)
     shear, flexure = (np.where(final[name] > 1.0, rise[name] / final[name], np.inf)
                       for name in ("column_shear_dcr", "drift_over_capacity"))  # fmt: skip
     end = np.minimum(shear, flexure)
     kind = np.select([np.isinf(end), shear <= flexure], ["", "shear"], "flexure")
     peaks = {name: values * np.minimum(1.0, end / rise[name]) for name, values in final.items()}
-    drift = peaks["drift_over_capacity"] * CAPACITY_DRIFT
+    drift = 0.06 * peaks["drift_over_capacity"]
     return runs_of(im, peaks, beyond_model=kind, column_drift_ratio=drift)
 
 
@@ -319,7 +314,7 @@ def test_runs_ended_by_the_other_mode_hardly_bias_the_medians():
     states = with_column_failure(chosen, {*LINES, "column_failure_ratio"})
     errors, ended = {}, []
     for _ in range(120):
-        table = with_two_failure_modes(rng, 120)
+        table = with_two_failure_modes(rng)
         ended.append(np.mean(table["beyond_model"] != ""))
         rows = ready(table, states)
         ln_im = np.log(rows[IM].to_numpy())

@@ -56,12 +56,6 @@ def test_a_copied_configuration_has_results_of_its_own_and_a_cluster_a_job_for_e
     assert all(asked <= set(job.split(", ")) for job in jobs)
 
 
-def refused(answer, *words):
-    assert answer.returncode != 0
-    assert all(each in answer.stdout + answer.stderr for each in words)
-    assert not re.search("Traceback|in <module>", answer.stdout + answer.stderr)
-
-
 def test_bad_configurations_and_motions_stop_before_any_analysis(tree, tmp_path):
     first, second = sorted((ROOT / "motions").rglob("*.AT2"))[:2]
     shutil.copy(first, tmp_path)
@@ -74,7 +68,10 @@ def test_bad_configurations_and_motions_stop_before_any_analysis(tree, tmp_path)
         ("results: Snakefile", "study", "cannot write to the folder 'Snakefile'"),
         (f"motions: {{folder: {tmp_path}, count: 1}}", "prepare_motions", second.name),
     ):  # fmt: skip
-        refused(run(tree, "--until", step, over=over, check=False), *words)
+        answer = run(tree, "--until", step, over=over, check=False)
+        assert answer.returncode != 0
+        assert all(each in answer.stdout + answer.stderr for each in words)
+        assert not re.search("Traceback|in <module>", answer.stdout + answer.stderr)
 
 
 def test_every_variable_of_make_study_is_understood(tree, tmp_path):

@@ -1,13 +1,13 @@
 """Hand calculation of columns: hinges, displacement capacity, shear strength and its loss."""
 
 from dataclasses import dataclass
-from math import radians, tan
+from math import isclose, radians, tan
 from typing import Literal
 
 import numpy as np
 
-from skewbridge.bridge.catalogue.columns import ColumnData
-from skewbridge.bridge.catalogue.data import Base, BridgeData
+from skewbridge.bridge.catalogue.columns import ColumnData, FloatArray
+from skewbridge.bridge.catalogue.data import AbutmentData, Base, BridgeData
 from skewbridge.bridge.section import (
     MomentCurvature,
     ShearSection,
@@ -17,7 +17,7 @@ from skewbridge.bridge.section import (
     shear_strength,
     steel_of,
 )
-from skewbridge.bridge.weights import column_axial_n
+from skewbridge.bridge.weights import column_axial_n, deck_reactions_n
 from skewbridge.units import GPA, MM, MPA
 from skewbridge.variant.options import DEFAULT_SHEAR_MODEL, HingeRule, ShearModel
 
@@ -25,6 +25,7 @@ CRACK_ANGLE_DEG = 65.0  # source: Elwood and Moehle (2005)
 SHEAR_AREA_RATIO = 0.8  # source: Caltrans SDC 1.7 section 3.6.2, effective over gross area
 # ASSUME a broken column keeps a tenth of its shear strength: friction and hoops across the crack
 RESIDUAL_SHEAR = 0.1
+RIGID = 1e3  # rotational stiffness of supports / torsional stiffness of the deck
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,10 +76,10 @@ def bent_capacity(
     bent = bridge.bents[bent_number]
     column, base, height_m = bridge.column_of(bent), bridge.base_of(bent), bent.clear_height_m
     is_round = column.outline.is_round
-    is_equal = is_round and bent_number not in bridge.bents_with_bearings
     axial_n = column_axial_n(bridge, bent_number)
     curve = section_response(column, axial_n, 0 if is_round else direction)
-    span = shear_span_m(bridge, bent_number, direction)
+    spans = [shear_span_m(bridge, bent_number, side, hinge_rule) for side in (0, 1)]
+    is_equal, span = is_round and isclose(*spans), spans[direction]
     hinges = 1 if span >= height_m else 2
     hinge = hinge_length_m(column, span, hinge_rule)
     # curvatures grow linearly with the distance from the point of contraflexure
@@ -99,32 +100,96 @@ def bent_capacity(
     )
 
 
-def shear_span_m(bridge: BridgeData, bent_number: int, direction: int) -> float:
+def shear_span_m(
+    bridge: BridgeData, bent_number: int, direction: int, hinge_rule: HingeRule = "sdc"
+) -> float:
     """Return the height (m) of zero moment above a fixed base, or the height if it is pinned.
 
-    It is at mid-height, except below bearings: at them in bending normal to the bent; along the
-    bent, a single column is a cantilever up to the deck's centroid, held by the decks' torsion.
+    It is at mid-height, except at bearings in bending normal to a bent below them, and along a bent
+    of a single column (`single_column_spans_m`).
     """
-    bent, deck, positions_m = bridge.bents[bent_number], bridge.deck, bridge.bent_positions_m
-    column, height_m = bridge.column_of(bent), bent.clear_height_m
+    bent = bridge.bents[bent_number]
     if bridge.base_of(bent) == "pinned":
-        return height_m
-    if bent_number not in bridge.bents_with_bearings or (direction == 1 and bent.columns > 1):
-        return height_m / 2  # ASSUME symmetric double curvature
-    if direction == 0:  # ASSUME bearings transfer no moment about the axis of the bent
-        return height_m + bent.cap_depth_m
-    # ASSUME only the ends of the bridge and bents of several columns hold the decks against rolling
-    held_m = [x for x, other in zip(positions_m, bridge.bents, strict=True) if other.columns > 1]
-    half_m, x_m = bridge.length_m / 2, positions_m[bent_number]
-    left_m = x_m - max(x for x in (-half_m, *held_m) if x < x_m)
-    right_m = min(x for x in (half_m, *held_m) if x > x_m) - x_m
-    torsion_nm2 = shear_modulus_pa(deck.elastic_modulus_gpa * GPA) * deck.torsion_constant_m4
-    gross_nm2 = column.elastic_modulus_gpa * GPA * column.outline.inertia_m4(1)
-    # stiffness of the decks against rolling / rotational stiffness of the column
-    ratio = torsion_nm2 * (1 / left_m + 1 / right_m) * height_m
-    ratio /= column.cracked_stiffness_ratio * gross_nm2
-    lever_m = bent.cap_depth_m + deck.centroid_above_soffit_m
-    return height_m + lever_m - (height_m / 2 + lever_m) * ratio / (1 + ratio)
+        return bent.clear_height_m
+    if direction == 1 and (ratio := bridge.column_of(bent).shear_span_ratio) is not None:
+        return ratio * bent.clear_height_m
+    if direction == 1 and bent.columns == 1:
+        return single_column_spans_m(bridge, hinge_rule)[bent_number]
+    if direction == 0 and bent_number in bridge.bents_with_bearings:
+        return bent.clear_height_m + bent.cap_depth_m  # ASSUME bearings transfer no moment
+    return bent.clear_height_m / 2  # ASSUME symmetric double curvature
+
+
+def single_column_spans_m(bridge: BridgeData, hinge_rule: HingeRule) -> dict[int, float]:
+    """Return the height (m) of zero moment along bents of one fixed column, by bent number.
+
+    Each column is at its displacement capacity under a load at the centroid of the deck. Its base
+    has a plastic hinge; its top bends as far as the deck resists rolling, by its elastic torsion
+    and the ends, until the top yields or the pads of a seat lift off.
+    """
+    deck, half_m = bridge.deck, bridge.length_m / 2
+    twist_nm = shear_modulus_pa(deck.elastic_modulus_gpa * GPA) * deck.torsion_constant_m4
+    twist_nm /= np.diff([-half_m, *bridge.bent_positions_m, half_m])
+    torsion_nm = np.diag(np.append(twist_nm, 0.0) + np.append(0.0, twist_nm))
+    torsion_nm -= np.diag(twist_nm, 1) + np.diag(twist_nm, -1)
+    # torque on the deck at ends and bents: without rolling, its decrease with rolling, its limits
+    # ASSUME ends and bents of several columns do not roll; a single pinned column does not resist
+    start_nm, slope_nm, low_nm, high_nm = springs = np.zeros((4, len(torsion_nm)))
+    slope_nm += RIGID * twist_nm.max()
+    high_nm += np.inf
+    for end, data in zip((0, -1), bridge.ends.values(), strict=True):
+        if isinstance(data, AbutmentData):
+            radius_m = data.pads.spacing_m * np.sqrt((data.pads.count**2 - 1) / 12)
+            high_nm[end] = max(deck_reactions_n(bridge)[end], 0.0) * radius_m
+    low_nm -= high_nm
+    columns: dict[int, tuple[float, float]] = {}  # height of the load above the base, Mp
+    for number, bent in enumerate(bridge.bents):
+        if bent.columns > 1:
+            continue
+        place, column, height_m = number + 1, bridge.column_of(bent), bent.clear_height_m
+        springs[:, place] = 0.0
+        if bridge.base_of(bent) == "pinned":
+            continue
+        direction = int(not column.outline.is_round)
+        curve = section_response(column, column_axial_n(bridge, number), direction)
+        plastic_nm, yield_per_m = curve.plastic_moment_nm, curve.yield_curvature_per_m
+        hinge_m = hinge_length_m(column, height_m / 2, hinge_rule)
+        hinge_rotation = hinge_m * (curve.ultimate_curvature_per_m - yield_per_m)
+        load_m = height_m + deck.centroid_above_soffit_m
+        load_m += bent.cap_depth_m if number in bridge.bents_with_bearings else 0.0
+        # slope-deflection: top moment = Mp + 2 E I / H (rotation of the hinge - rolling) <= Mp
+        slope_nm[place] = 2 * plastic_nm / yield_per_m * load_m / height_m**2
+        high_nm[place] = plastic_nm * (2 * load_m / height_m - 1)
+        start_nm[place] = high_nm[place] + slope_nm[place] * hinge_rotation
+        columns[number] = load_m, plastic_nm
+    torques_nm = _torques_nm(torsion_nm, springs)
+    return {
+        number: float(load_m / (1 + torques_nm[number + 1] / plastic_nm))
+        for number, (load_m, plastic_nm) in columns.items()
+    }
+
+
+def _torques_nm(torsion_nm: FloatArray, springs: FloatArray) -> FloatArray:
+    """Return the torques on a shaft of stiffness ``torsion_nm`` by springs with limits.
+
+    Newton's method on a convex energy, without steps beyond the minimum along their direction.
+    """
+    start_nm, slope_nm, *limits_nm = springs
+    rotation = np.zeros(len(start_nm))
+
+    def torques_nm(rotation: FloatArray) -> FloatArray:
+        return np.clip(start_nm - slope_nm * rotation, *limits_nm)
+
+    for _ in range(300):  # a few are enough for usual bridges
+        is_free = (torque_nm := torques_nm(rotation)) == start_nm - slope_nm * rotation
+        tangent_nm = torsion_nm + np.diag(np.where(is_free, slope_nm, slope_nm / RIGID**2))
+        change = np.linalg.solve(tangent_nm, torque_nm - torsion_nm @ rotation)
+        while change @ (torques_nm(rotation + change) - torsion_nm @ (rotation + change)) < 0.0:
+            change /= 2
+        rotation += change
+        if np.abs(change).max() < 1e-12:
+            break
+    return torques_nm(rotation)
 
 
 def bent_directions(

@@ -260,22 +260,17 @@ class ContactUnit:
         """
         if ratio is None:
             limit, offset_1, offset_2 = self._committed()
-        elif self.opening + ratio * (self.opening - self.opening_before) >= 0.0:
-            limit = offset_1 = offset_2 = 0.0  # open at the end of the step
         else:
             limit, offset_1, offset_2 = self._predict(ratio)
-        if limit <= 0.0:
-            if self._bound_1 or self._bound_2:
-                self._update(0.0, 0.0)
-        elif self._is_3d:
+        bounds = limit, 0.0
+        if self._is_3d and limit > 0.0:
             trial_1, trial_2 = abs(self.kt * offset_1), abs(self.kt * offset_2)
             held_1, held_2 = max(trial_1, abs(self.force_1)), max(trial_2, abs(self.force_2))
             is_falling = ratio is not None and (trial_1 < held_1 or trial_2 < held_2)
             if is_falling and hypot(held_1, held_2) < limit and self._is_static():
                 trial_1, trial_2 = held_1, held_2
-            self._update(*yields_on_cone(trial_1, trial_2, limit))
-        else:
-            self._update(limit, 0.0)
+            bounds = yields_on_cone(trial_1, trial_2, limit)
+        self._update(*bounds)
 
     def _is_static(self) -> bool:
         """Return whether the pair moved while its nodes kept the velocities that they had at rest.

@@ -24,7 +24,7 @@ BEYOND_MODEL: Final = "beyond_model"
 FAILURE_DEMANDS: Final = {"shear": "column_shear_dcr", "flexure": "drift_over_capacity"}
 #: Column of the demands table that is true if all demands are peaks over the whole motion.
 COMPLETE: Final = "complete"
-#: Column of the demands table with the larger demand/capacity ratio of both failure modes.
+#: Derived column with the larger demand/capacity ratio of both failure modes.
 COLUMN_FAILURE_RATIO: Final = "column_failure_ratio"
 #: Column of the demands table with the reasons to doubt a row.
 SUSPECT: Final = "suspect"
@@ -72,20 +72,14 @@ def is_complete(table: "pd.DataFrame") -> NDArray[np.bool_]:
     return derived & table[COMPLETE].ne(other=False).to_numpy(dtype=np.bool_, na_value=True)
 
 
-def column_failure_ratio(table: "pd.DataFrame | Mapping[str, Any]") -> NDArray[np.float64]:
-    """Return the larger demand/capacity ratio of shear and flexure, ignoring NaN, shape (n,)."""
-    names = FAILURE_DEMANDS.values()
-    return np.fmax(*(np.asarray(table.get(name, np.nan), float) for name in names))
-
-
 def with_derived_columns(table: "pd.DataFrame") -> "pd.DataFrame":
     """Return a table with `COMPLETE` and, if it has `FAILURE_DEMANDS`, `COLUMN_FAILURE_RATIO`."""
     derived: dict[str, Any] = {}
     if COMPLETE not in table.columns:
         derived[COMPLETE] = is_complete(table)
-    has_ratios = any(name in table for name in FAILURE_DEMANDS.values())
-    if COLUMN_FAILURE_RATIO not in table.columns and has_ratios:
-        derived[COLUMN_FAILURE_RATIO] = column_failure_ratio(table)
+    ratios = [table[name] for name in FAILURE_DEMANDS.values() if name in table]
+    if COLUMN_FAILURE_RATIO not in table.columns and ratios:
+        derived[COLUMN_FAILURE_RATIO] = np.fmax.reduce(np.asarray(ratios, float))  # ignores NaN
     return table.assign(**derived)
 
 

@@ -207,7 +207,8 @@ class Hoops(NamedTuple):
 class ColumnData(Part, ABC, frozen=True):
     """Data that all shapes of reinforced concrete columns share.
 
-    ``hinge_length_m`` replaces the rule for the hinge length (`skewbridge.bridge.column`);
+    ``hinge_length_m`` replaces the rule for the hinge length (`skewbridge.bridge.column`), and
+    ``shear_span_ratio`` the height of zero moment along the bent / clear height (fixed bases);
     ``hoop_area_mm2`` is the area of one leg.
     """
 
@@ -226,6 +227,7 @@ class ColumnData(Part, ABC, frozen=True):
     steel_strength_factor: Factor = 1.0
     hoop_yield_mpa: Megapascals
     hinge_length_m: Metres | None = None
+    shear_span_ratio: Annotated[float, Field(ge=0.5, le=2.0)] | None = None
     cracked_stiffness_ratio: Ratio
     torsion_ratio: Ratio
     unit_weight_kn_per_m3: UnitWeight
