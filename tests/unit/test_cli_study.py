@@ -75,6 +75,8 @@ def test_failures_are_forgotten(tmp_path: Path) -> None:
     retried = answer("study", "retry", *config)
     assert retried["analyses"] == [{"variant": "v", "motion": "m", "status": "crash"}]
     assert answer("study", "retry", *config)["forgotten"] == 0
+    refused = answer("study", "retry", "--status", "ok", code=2)
+    assert "--status must be one of failed, numerical_failure" in refused["message"]
 
 
 def test_a_study_is_named_by_its_folder_or_its_configuration(tmp_path, monkeypatch):

@@ -26,7 +26,7 @@ from skewbridge.cli.output import (
     study_of,
     with_ending,
 )
-from skewbridge.errors import EXIT_FAILED
+from skewbridge.errors import EXIT_FAILED, InputError
 from skewbridge.files.text import writable_folder
 from skewbridge.statuses import FAILED
 from skewbridge.units import Units
@@ -205,17 +205,25 @@ def provenance(
 
 
 @command(study)
-def retry(study: Study = None) -> Answer:
+def retry(
+    status: Annotated[
+        str, opt("Status to repeat; failed: all without result.", f"[failed|{'|'.join(FAILED)}]")
+    ] = "failed",
+    study: Study = None,
+) -> Answer:
     """Forget failed analyses, so that the next run of the study repeats them.
 
-    Example: skewbridge study retry --study results
+    Example: skewbridge study retry --status crash --study results
     """
     from skewbridge.study.folder import StudyFolder
     from skewbridge.study.journal import forget
 
+    if status not in ("failed", *FAILED):
+        raise InputError(f"--status must be one of failed, {', '.join(FAILED)}; got {status!r}")
+    statuses = FAILED if status == "failed" else (status,)
     rows = [
         {"variant": row["variant"], "motion": row["motion_id"], "status": row["status"]}
-        for row in forget(StudyFolder(folder_of(study)), FAILED)
+        for row in forget(StudyFolder(folder_of(study)), statuses)
     ]
     note = f"analyses that the next run of the study repeats: {len(rows)}"
     return Answer({"forgotten": len(rows), "analyses": rows}, notes=[note])
