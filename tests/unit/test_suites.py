@@ -298,3 +298,6 @@ def test_a_pair_of_files_has_the_time_step_of_the_index_beside_them(tmp_path):
         pga_g = answer("motions", "im", *files)["pga_h1_g"]
         assert pga_g == pytest.approx(0.1 / G_MPS2, rel=1e-3)
     assert motion_suite.read_pair(*paths[::-1]).files == ("bare_h2.txt", "bare_h1.txt")
+    (tmp_path / "index.csv").unlink()
+    stated = answer("motions", "im", *paths, "--dt-s", 0.02, "--unit", "m/s2")["pga_h1_g"]
+    assert stated == pga_g

@@ -1,8 +1,8 @@
 """Commands for ground motions: check, measure, draw, synthesize, select."""
 
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from skewbridge.cli import COMMANDS, new_group
 from skewbridge.cli.output import Answer, Changes, Out, arg, command, keys_and_values, opt
@@ -10,16 +10,35 @@ from skewbridge.errors import EXIT_BAD_INPUT, InputError
 from skewbridge.files.text import writable_file
 from skewbridge.units import Units
 
+if TYPE_CHECKING:
+    from skewbridge.motions.formats import Stated
+
 commands = new_group()
 motions = new_group(name="motions", help=COMMANDS["motions"][1])
 commands.add_typer(motions)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MissingOptions:
+    """Time step and unit for motion files that state none."""
+
+    dt_s: Annotated[float | None, opt("Time step in s for files without one.")] = None
+    unit: Annotated[str | None, opt("Unit for files without one.", "[g|cm/s2|m/s2|...]")] = None
+
+    @property
+    def given(self) -> "Stated":
+        """Time step and unit for files that state none."""
+        from skewbridge.files.text import checked
+        from skewbridge.motions.formats import Stated
+
+        stated = {"dt_s_if_missing": self.dt_s, "unit_if_missing": self.unit}
+        return checked(Stated, stated, "--dt-s, --unit")
+
+
 @command(motions)
 def check(
     paths: Annotated[list[Path], arg("Files, or folders with motions.")],
-    dt_s: Annotated[float | None, opt("Time step in s for files without one.")] = None,
-    unit: Annotated[str | None, opt("Unit for files without one.", "[g|cm/s2|m/s2|...]")] = None,
+    missing: MissingOptions,
     strict: Annotated[bool, opt("Treat warnings as errors.", None, "--strict")] = False,
     write: Annotated[bool, opt("Write index.csv into each folder.", None, "--write")] = False,
 ) -> Answer:
@@ -29,12 +48,9 @@ def check(
 
     Example: skewbridge motions check motions/
     """
-    from skewbridge.files.text import checked
     from skewbridge.motions.check import check_paths, write_folder_index
-    from skewbridge.motions.formats import Stated
 
-    if_missing = {"dt_s_if_missing": dt_s, "unit_if_missing": unit}
-    stated = checked(Stated, if_missing, "--dt-s, --unit")
+    stated = missing.given
     folders = [path for path in paths if write and path.is_dir()]
     notes = [f"wrote {write_folder_index(folder, stated)}" for folder in folders]
     checks = check_paths(paths, stated, strict=strict)
@@ -50,11 +66,12 @@ def check(
 @command(motions)
 def im(
     files: Annotated[list[Path], arg("Component files.")],
+    missing: MissingOptions,
     t1_s: Annotated[float | None, opt("Conditioning period in s, for Sa(T1) and Sa_avg.")] = None,
 ) -> Answer:
     """Compute intensity measures of one component or of a pair of components.
 
-    Time step and unit of files without them are those of the `index.csv` beside them.
+    Time step and unit of files without them are those of the `index.csv` beside them, or given.
 
     Example: skewbridge motions im A.AT2 B.AT2 --t1-s 0.75
     """
@@ -63,7 +80,7 @@ def im(
 
     if not 1 <= len(files) <= 2:
         raise InputError(f"motions im takes one or two files, got {len(files)}")
-    _, step_s, components, notes = read_components(files)
+    _, step_s, components, notes = read_components(files, missing.given)
     measures = measures_and_spectra(components, step_s, t1_s)
     return Answer(measures, notes=notes, missing="needs --t1-s")
 
@@ -71,6 +88,7 @@ def im(
 @command(motions)
 def plot(
     paths: Annotated[list[Path], arg("One or two components, or a folder.")],
+    missing: MissingOptions,
     out: Out,
     units: Units,
 ) -> Answer:
@@ -87,7 +105,7 @@ def plot(
         name = paths[0].resolve().name
         figure = suite_spectra(**folder_spectra(paths[0]), title=name)
     elif len(paths) <= 2:
-        name, step_s, components, notes = read_components(paths)
+        name, step_s, components, notes = read_components(paths, missing.given)
         by_file_name = dict(zip((path.name for path in paths), components, strict=True))
         with shown_in(units):
             figure = record_page(name, step_s, by_file_name)

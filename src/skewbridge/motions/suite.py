@@ -19,6 +19,7 @@ from skewbridge.files.tables import read_frame, write_frame
 from skewbridge.files.text import file_fault, read_json, write_text
 from skewbridge.motions import intensity, levels, p695, read
 from skewbridge.motions.folder import INDEX_NAME, IndexEntry, files_below, list_motions, read_index
+from skewbridge.motions.formats import Stated
 from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion, SuiteMotion, Vector
 from skewbridge.units import G_MPS2
 
@@ -54,10 +55,11 @@ def read_entry(entry: IndexEntry) -> GroundMotion:
     return motion
 
 
-def read_pair(first: Path, second: Path) -> GroundMotion:
+def read_pair(first: Path, second: Path, stated: Stated | None = None) -> GroundMotion:
     """Read the files of a motion (`read_motion`), or their row in the `index.csv` beside them.
 
     Files in the opposite order of the row exchange the components, and the digest is not compared.
+    ``stated`` is for files without a row.
     """
     files = [first.resolve(), second.resolve()]
     for entry in _listed_beside(first):
@@ -68,20 +70,24 @@ def read_pair(first: Path, second: Path) -> GroundMotion:
             changes: dict[str, Any] = {"components": entry.components[::-1], "sha256": ""}
             azimuths = {"azimuth_1_deg": entry.azimuth_2_deg, "azimuth_2_deg": entry.azimuth_1_deg}
             return read_entry(entry.model_copy(update=changes | azimuths))
-    return read.read_motion(first, second)
+    return read.read_motion(first, second, stated)
 
 
-def read_components(files: list[Path]) -> tuple[str, float, list[Vector], tuple[str, ...]]:
+def read_components(
+    files: list[Path], stated: Stated
+) -> tuple[str, float, list[Vector], tuple[str, ...]]:
     """Return name, time step (s), components (m/s2) and messages of one file or a pair.
 
-    Time step, unit and channel are those of the `index.csv` beside the files, if it lists them.
+    Time step, unit and channel are those of the `index.csv` beside the files, if it lists them;
+    otherwise those of ``stated``.
     """
     if len(files) == 1:
         parts = [part for entry in _listed_beside(files[0]) for part in entry.components]
-        stated = {path.resolve(): stated for path, stated in parts}
-        trace = read.read_trace(files[0], stated.get(files[0].resolve()))
+        listed = {path.resolve(): of_index for path, of_index in parts}
+        trace = read.read_trace(files[0], listed.get(files[0].resolve(), stated))
         return files[0].stem, trace.dt_s, [trace.accel_mps2], trace.messages
-    motion = read_pair(*files)
+    first, second = files
+    motion = read_pair(first, second, stated)
     return motion.motion_id, motion.dt_s, list(motion.components), motion.messages
 
 
