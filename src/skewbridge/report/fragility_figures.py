@@ -121,7 +121,8 @@ def pooled_curves(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     rows["order"] = rows.groupby(list(STATE), sort=False).ngroup()
     keys, thetas = ["order", "value", *STATE, "axis"], ["theta", "theta_low", "theta_high"]
     with_curve = rows[rows["preferred"]]
-    logs = {name: np.log(with_curve[name].astype(float)) for name in thetas}
+    with np.errstate(divide="ignore"):  # an interval of few runs can start at 0
+        logs = {name: np.log(with_curve[name].astype(float)) for name in thetas}
     flags = with_curve["extrapolated"].eq(other=True)
     fits = with_curve.assign(**logs, n_extrapolated=flags).groupby(keys)
     means = fits[[*thetas, "beta", "beta_total", "level"]].mean()
