@@ -17,7 +17,7 @@ from skewbridge.analysis.modal import modal_properties
 from skewbridge.bridge import assembly, backfill, handles, joints, weights
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import JointData
-from skewbridge.bridge.catalogue.drawing import end_reaction_kn, pads_reaction_kn
+from skewbridge.bridge.catalogue.drawing import cap_areas, end_reaction_kn, pads_reaction_kn
 from skewbridge.bridge.column import bent_capacity
 from skewbridge.bridge.frame import Blueprint, End, InnerJoint
 from skewbridge.bridge.library import load_structure
@@ -315,6 +315,9 @@ def test_a_deck_that_runs_over_a_bent_on_bearings_moves_on_them(written, pads):
         bridge = load_bridge(name)
         deck_kn = pads_reaction_kn(bridge, bridge.bents[1].pads.model_dump())
         assert deck_kn * 1e3 == weights.deck_reactions_n(bridge)[2]
+        # below bearings, the whole cap of 1.5 m x 12 m; `pads: null` is an integral cap
+        caps = [{"cap_depth_m": 1.5, "pads": pads} for pads in (bridge.bents[0].pads, None)]
+        assert cap_areas(caps, 3.0, 12.0) == [18.0, 3.0]
         axial_n = weights.column_axial_n(bridge, 0)
         assert at_rest[:, 2] == pytest.approx(axial_n, rel=5e-3)
         assembly.open_linear_pattern(model.tags)

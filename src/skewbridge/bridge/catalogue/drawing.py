@@ -140,7 +140,7 @@ def cap_areas(
     """Return the area (m2) that each cap adds to the deck: its voids, or the cap below bearings."""
     jointed = {joint.get("at") for joint in joints}
     return [
-        width * bent["cap_depth_m"] if "pads" in bent or f"bent {number}" in jointed else void
+        width * bent["cap_depth_m"] if bent.get("pads") or f"bent {number}" in jointed else void
         for number, bent in enumerate(bents, start=1)
     ]
 
@@ -287,9 +287,7 @@ def value_at(tree: Any, key: str) -> Any:
 
 
 def _sections(tree: Any, key: str) -> list[str]:
-    """Return the sections to which a rule's key applies: ends of its type, and parts with it.
-
-    Parts are joints, and bents with bearings.
+    """Return the sections to which a rule's key applies: ends of its type, joints and bents.
 
     The key starts with a type of end (``seat.pads``), or with ``abutment`` for all types with it.
     """
