@@ -35,7 +35,8 @@ SWING_S: Final = 0.3
 # closing, steps are made without reading the contacts
 MAX_ACCEL_MPS2: Final = 20.0
 LONGEST_S: Final = 0.08
-# Budget of iterations per regular step of the history; analyses of the default study need 2 to 5.
+# Budget of iterations per regular step of the history: analyses of the default study need 2 to 5,
+# the strongest of the convergence study 10.
 MEAN_ITERATIONS: Final = 40
 
 

@@ -86,7 +86,7 @@ class InnerJoint:
 class BearingLine:
     """Bearings below a deck that runs over a bent, before they are built."""
 
-    plan: DeckEnd  # position, skew and width of the line in plan; its name is that of the bent
+    plan: DeckEnd  # position, skew and width of the line in plan, named as its bent
     node: int  # node of the deck at its centroid
     cap: int  # node of the cap, at the bottom of the bearings
     pads: PadData
@@ -197,8 +197,8 @@ class Description:
         """Sentences on skew and gap that the bridge sets itself, or that it has no joint."""
         notes: list[str] = []
         if skews := ", ".join(f"{deg:g} deg ({name})" for name, deg in self.skews_deg.items()):
-            others = f"the bridge file sets the skew: {skews}; skew_deg turns the other supports"
-            notes.append(others)
+            note = f"the bridge file sets the skew: {skews}; skew_deg turns the other supports"
+            notes.append(note)
         if not self.seats_m:
             notes.append("gap_mm and friction have no effect: the bridge has no seats, no joints")
         if own := ", ".join(f"{gap_mm:g} mm at {at}" for at, gap_mm in self.own_gaps_mm.items()):

@@ -156,7 +156,7 @@ def deck_ends(bridge: BridgeData, skew_deg: float) -> tuple[DeckEnd, DeckEnd]:
 def _bearing_lines(
     bridge: BridgeData, deck_nodes: Sequence[int], spine: "Spine", skew_deg: float
 ) -> Iterator[BearingLine]:
-    """Yield the bearings of the bents that have pads; ``skew_deg`` is that of the bents."""
+    """Yield the bearings of the bents with pads, for a skew of the bents."""
     skew_and_size = skew_deg, bridge.deck.width_m, bridge.deck.diaphragm_thickness_m
     bents = zip(bridge.bents, bridge.bent_positions_m, deck_nodes, spine.bent_nodes, strict=True)
     for number, (bent, x, node, cap) in enumerate(bents, start=1):

@@ -71,7 +71,7 @@ def im(
 ) -> Answer:
     """Compute intensity measures of one component or of a pair of components.
 
-    Time step and unit of files without them are those of the `index.csv` beside them, or given.
+    Files without a time step or unit take it from the `index.csv` beside them or from the options.
 
     Example: skewbridge motions im A.AT2 B.AT2 --t1-s 0.75
     """

@@ -140,7 +140,9 @@ def trace_of(lines: list[str], path: Path, stated: Stated) -> Trace:
             warnings = (f"the given dt = {dt_s} s replaces {trace.dt_s} s in the file", *warnings)
     elif math.isnan(dt_s):
         if stated.dt_s_if_missing is None:
-            where = "in index.csv (--dt-s of motions), or in a first line as dt = 0.01"
+            where = (
+                "in index.csv, in a first line as dt = 0.01, or with --dt-s of skewbridge motions"
+            )
             text = f"{path.name} has no time step: state it {where}"
             raise DtMissingError(text, file=str(path))
         dt_s = stated.dt_s_if_missing

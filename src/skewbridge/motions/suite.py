@@ -78,8 +78,8 @@ def read_components(
 ) -> tuple[str, float, list[Vector], tuple[str, ...]]:
     """Return name, time step (s), components (m/s2) and messages of one file or a pair.
 
-    Time step, unit and channel are those of the `index.csv` beside the files, if it lists them;
-    otherwise those of ``stated``.
+    Time step, unit and channel are from the `index.csv` beside the files, if it lists them, or else
+    from ``stated``.
     """
     if len(files) == 1:
         parts = [part for entry in _listed_beside(files[0]) for part in entry.components]
