@@ -74,7 +74,7 @@ def half_widths(table, states):
     checked = demand_table.prepared(table.reset_index(drop=True), [*wanted, *DEMANDS], DEFAULTS)
     models = fit_models(checked.table, states, DEFAULTS)
     tables = [
-        median_effects(checked.table, states, DEFAULTS, models=models),
+        median_effects(models, states, DEFAULTS),
         effect_tables(checked.table, DEMANDS, DEFAULTS).effects,
     ]
     pooled = pd.concat([part[part["scope"] == "pooled"] for part in tables])

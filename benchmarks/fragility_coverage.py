@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 
 from skewbridge.fragility.curves import fit_study
+from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.effects import median_effects
 from skewbridge.fragility.fits import fit_brackets, fit_capacities, fit_cloud, fit_stripes
 from skewbridge.fragility.limit_states import LimitState
@@ -130,7 +131,8 @@ def _study(motions: int, method: str, repeats: int = 1) -> Plan:
     truth = {"theta": THETA, "beta": BETA, "beta_total": float(np.hypot(BETA, 0.35))}
 
     def simulate(rng: np.random.Generator) -> Hits:
-        curves = fit_study(_runs(rng, motions, repeats), STATES, SETTINGS)
+        models = fit_models(_runs(rng, motions, repeats), STATES, SETTINGS)
+        curves = fit_study(models, STATES, SETTINGS)
         row = curves[(curves["method"] == method) & (curves["limit_state"] == "slight")].iloc[0]
         if row["status"] != "ok":
             return {}
@@ -141,9 +143,9 @@ def _study(motions: int, method: str, repeats: int = 1) -> Plan:
 
 def _medians(motions: int, cells: int = 12) -> Plan:
     def simulate(rng: np.random.Generator) -> Hits:
-        table = median_effects(
-            _runs(rng, motions, 1, cells), STATES[:1], SETTINGS, axes=["friction"]
-        )
+        runs, axes = _runs(rng, motions, 1, cells), ["friction"]
+        models = fit_models(runs, STATES[:1], SETTINGS, further=axes)
+        table = median_effects(models, STATES[:1], SETTINGS, axes=axes)
         row = table[table["scope"] == "pooled"].iloc[0]
         return {"ratio": row["ci_low"] <= RATIO <= row["ci_high"]}
 

@@ -104,14 +104,14 @@ def covered(rng, case):
     """Return whether the 90 % intervals of one study cover the true values."""
     rows = study(rng, **CASES[case])
     models = fit_models(rows, [STATE], SETTINGS)
-    found = median_effects(rows, [STATE], SETTINGS, models=models).query("scope == 'pooled'")
+    found = median_effects(models, [STATE], SETTINGS).query("scope == 'pooled'")
     drift, inside = CASES[case]["drift"], {}
     for row in found.to_dict("records"):
         truth = effect(row["axis"], row["from_value"], row["to_value"], drift)
         low, high = np.log([row["ci_low"], row["ci_high"]])
         name = f"{row['axis']}_{row['to_value']:g}"
         inside[name], inside[f"{name}_width"] = low <= truth <= high, 0.5 * (high - low)
-    joint = joint_table(rows, [STATE], SETTINGS, models=models).iloc[0].to_dict()
+    joint = joint_table(models, [STATE], SETTINGS).iloc[0].to_dict()
     point = {"skew_deg": 30.0, "gap_mm": 38.0, "friction": 0.25}
     _, low, high = JointModel(joint).median(point, level=0.9)
     truth = ln_median(point, drift)

@@ -51,7 +51,7 @@ def covered(rng, case):
     """Return whether the intervals of one study cover the true rates (95 %) and effects (90 %)."""
     rows, inside = study(rng, **CASES[case], drifting=["skew_deg"]), {}
     models = fit_models(rows, [STATE], SETTINGS)
-    curves = fit_study(rows, [STATE], SETTINGS, models=models)
+    curves = fit_study(models, [STATE], SETTINGS)
     truth = {key: true_rate(*key, **CASES[case]) for key in product(*SHIFTS.values())}
     table = rate_table(curves, models, [STATE], pd.DataFrame(), HAZARD)
     true = np.array([truth[key] for key in zip(*(table[name] for name in SHIFTS), strict=True)])

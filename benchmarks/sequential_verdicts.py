@@ -22,6 +22,7 @@ from common import share_of
 from effect_simulations import AXIS, BOUNDS, DRIFT, GRID, SETTINGS, limit_of, simulate
 from numpy.typing import NDArray
 
+from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.effects import UNKNOWN, Pairs, effect_row, effect_table, median_effects
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.motion_means import average, by_motion
@@ -99,7 +100,8 @@ def effects_at(studies: Sequence[Pairs], number: int, kind: str) -> pd.DataFrame
         numbers *= RUNS[kind]
         runs = [demands_of(pairs, numbers, kind) for pairs in studies]
         demands = pd.concat(runs, ignore_index=True)
-        effects = median_effects(demands, [STATE], SETTINGS, axes=[AXIS])
+        models = fit_models(demands, [STATE], SETTINGS, further=[AXIS])
+        effects = median_effects(models, [STATE], SETTINGS, axes=[AXIS])
         return effects.assign(demand=effects["bridge"], bridge="simulated")
     shared = {"quantity": DEMAND, "margin": SETTINGS.margin, "n_discordant": 0}
     rows = [

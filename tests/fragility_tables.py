@@ -8,7 +8,7 @@ import pandas as pd
 from scipy.special import stdtrit
 
 from skewbridge.demands.validity import BEYOND_MODEL, COLUMN_FAILURE_RATIO, FAILURE_DEMANDS
-from skewbridge.fragility import curves, effects, limit_states
+from skewbridge.fragility import curves, demand_model, effects, limit_states
 from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.variant.variant import Variant
@@ -50,8 +50,12 @@ def ready(table, states):
     return prepared(table, list(dict.fromkeys(state.demand for state in states)), SETTINGS).table
 
 
-def curves_of(table, states, settings=SETTINGS):
-    return curves.fit_study(ready(table, states), states, settings)
+def models_of(table, states):
+    return demand_model.fit_models(ready(table, states), states, SETTINGS)
+
+
+def curves_of(table, states):
+    return curves.fit_study(models_of(table, states), states, SETTINGS)
 
 
 def two_mode_runs(seed: int, motions: int = 12) -> pd.DataFrame:

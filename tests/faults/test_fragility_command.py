@@ -8,10 +8,9 @@ import pandas as pd
 import pytest
 
 from cli_json import answer
-from fragility_tables import IM, states_of, synthetic_demands
+from fragility_tables import IM, curves_of, states_of, synthetic_demands
 from skewbridge.errors import InputError
 from skewbridge.files.tables import read_any
-from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_table import prepared, read_foreign
 from skewbridge.fragility.fits import fit_cloud
 from skewbridge.fragility.settings import FitSettings
@@ -220,7 +219,7 @@ def test_medians_that_rest_on_the_definition_of_collapse_are_withheld(fit):
     for level, status in ((0.45, "bounds_too_wide"), (0.9, "ok")):  # every stronger run collapses
         fall, peaks = runs[IM] > level, runs["unseating_m"]
         cut = runs.assign(status=np.where(fall, "collapse", "ok"), unseating_m=peaks.mask(fall))
-        curves = fit_study(cut, states_of("unseating"), FitSettings(im=IM))
+        curves = curves_of(cut, states_of("unseating"))
         # all runs give 0.236 and 0.749; the larger capacities pull even the first to 0.307
         assert set(curves.query("method == 'cloud'")["status"][:2]) == {status}
         data = {"im": list(runs[IM]), "edp": list(peaks.where(~fall, 0.0)), "threshold": 0.114}
@@ -301,7 +300,7 @@ def test_foreign_tables_lose_single_bad_rows_or_are_refused_with_row_and_column(
     ours = prepared(foreign(table, {name: name for name in table}), [DRIFT], settings)
     kinds = ours.notes[["kind", "row"]].to_numpy().tolist()
     assert kinds == [["rejected_row", 3], ["missing_demand", 7]]
-    row = fit_study(ours.table, states_of("column_drift")[:1], settings).iloc[0]
+    row = curves_of(ours.table, states_of("column_drift")[:1]).iloc[0]
     assert (row["status"], row["n_runs"]) == ("ok", 29)
     data = {"record": ["a", "b"], "PGA": [0.1, 0.2], "drift": ["0.1", "0.2"], "status": ["ok"] * 2}
     columns = {"motion_id": "record", "im_pga_g": "PGA", DRIFT: "drift", "status": "status"}

@@ -9,7 +9,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy import optimize, special
 
-from fragility_tables import FAILURES, SETTINGS, curves_of, two_mode_runs
+from fragility_tables import FAILURES, curves_of, two_mode_runs
 from skewbridge.fragility import fits
 from skewbridge.fragility.exports import chosen_curves
 from skewbridge.fragility.union import curve_probability
@@ -95,7 +95,7 @@ def test_failure_in_any_mode_is_at_least_as_probable_as_in_each_mode(monkeypatch
     # unknown outcomes by over 15 %: accepted, such medians give tables with curves of both modes
     half = table[table["variant"] < "v100"]
     monkeypatch.setattr(fits, "MAX_BOUNDS_RATIO", 1e12)
-    accepted = curves_of(half, FAILURES, SETTINGS)
+    accepted = curves_of(half, FAILURES)
     im, counts = np.geomspace(0.05, 3.0, 120), {1: 0, 2: 0}
     for _, own in chain(curves.groupby("variant"), accepted.groupby("variant")):
         # the curves of each method, and the curves to use

@@ -9,7 +9,7 @@ import pytest
 from median_coverage import CASES, covered
 from scipy import special
 
-from fragility_tables import IM, SETTINGS, ready, states_of, synthetic_demands
+from fragility_tables import IM, SETTINGS, models_of, ready, states_of, synthetic_demands
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_model import StateCurve, fit_models
 from skewbridge.fragility.effects import effect_tables, median_effects
@@ -40,7 +40,7 @@ def in_two_cells(table):
 
 
 def effects_of(table, scope="pooled"):
-    found = median_effects(ready(table, DRIFT), DRIFT, SETTINGS)
+    found = median_effects(models_of(table, DRIFT), DRIFT, SETTINGS)
     found = found[(found["scope"] == scope) & (found["demand"] == "column_drift/slight")]
     return found.set_index(["axis", "to_value"])
 
@@ -55,7 +55,7 @@ def test_a_bend_and_growing_scatter_are_found_with_their_parameters():
     own, run = 0.25 * rng.normal(size=160), 0.05 * rng.normal(size=len(x))
     scatter = np.exp(0.4 * x) * (own[numbers(table)] + run)
     table["column_drift_ratio"] = np.exp(-4.0 + 1.2 * x - 0.7 * np.maximum(x, 0.0) + scatter)
-    (models,) = fit_models(ready(table, DRIFT), DRIFT, SETTINGS)
+    (models,) = models_of(table, DRIFT)
     model = models.fit(DRIFT[0]).model
     level, slope, bend, *_, growth, ln_tau, ln_sigma = model.parameters[0]
     assert model.knot == pytest.approx(0.0, abs=0.1)
@@ -74,13 +74,13 @@ def test_a_bend_and_growing_scatter_are_found_with_their_parameters():
     [(1.2, 1.0, ["ok", "no_curve"]), (1.4, 1.0, ["no_curve"] * 2), (1.2, 1.1, ["ok"] * 2)],
 )
 def test_unknown_outcomes_may_change_a_ratio_with_one_median_by_15_percent(change, other, statuses):
-    rows = ready(synthetic_demands(skews=(0, 30), gaps=(25, 51), frictions=(50,)), DRIFT)
-    curves = fit_study(rows, DRIFT, SETTINGS)
+    models = models_of(synthetic_demands(skews=(0, 30), gaps=(25, 51), frictions=(50,)), DRIFT)
+    curves = fit_study(models, DRIFT, SETTINGS)
     at = (curves["gap_mm"] == 51) & (curves["limit_state"] == "slight")
     ends = curves["skew_deg"].map({0: other, 30: change}).where(at, 1.0)
     curves = curves.assign(theta_none_exceed=ends, theta_all_exceed=1.0)
     curves["preferred"] &= ~(at & (curves["skew_deg"] == 30))
-    found = median_effects(rows, DRIFT[:1], SETTINGS, curves=curves)
+    found = median_effects(models, DRIFT[:1], SETTINGS, curves=curves)
     found = found[found["axis"] == "skew_deg"].query("scope != 'by_value'")
     assert found["status"].iloc[[0, 2]].tolist() == statuses
     assert found["n_without_curve"].tolist() == [1, 0, 1]
@@ -169,8 +169,8 @@ def test_an_effect_that_depends_on_another_axis_is_given_by_its_value():
 
 def test_dependence_on_any_other_axis_is_tested_once_for_each(monkeypatch):
     monkeypatch.setattr(Jackknifed, "p_value", lambda _: 0.02)
-    table = ready(study(8).query("skew_deg != 30"), DRIFT[:1])
-    found = median_effects(table, DRIFT[:1], SETTINGS)
+    table = study(8).query("skew_deg != 30")
+    found = median_effects(models_of(table, DRIFT[:1]), DRIFT[:1], SETTINGS)
     assert found["scope"].drop_duplicates().tolist() == ["pooled", "by_value", "variant"]
     pooled = found.query("scope == 'pooled'")["p_interaction"]
     assert pooled.tolist() == pytest.approx([0.04] * 3)  # two other axes

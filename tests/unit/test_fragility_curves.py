@@ -161,7 +161,7 @@ def test_any_failure_is_the_union_of_both_modes_with_their_own_capacities():
     assert np.log(found["theta_high"] / found["theta"]) == pytest.approx(t * error, rel=0.02)
     # the system contains both modes
     states = [replace(state, degree="complete") for state in FAILURES[2:]]
-    system = system_curves(made.ready(table, FAILURES), states, SETTINGS).iloc[0]
+    system = system_curves(made.models_of(table, FAILURES), states, SETTINGS).iloc[0]
     assert system["components"] == "column_failure (any)"
     assert system["theta"] == pytest.approx(found["theta"], rel=2e-3)
     assert system["beta"] == pytest.approx(found["beta_total"], rel=5e-3)
@@ -285,15 +285,15 @@ def test_a_column_of_a_new_axis_is_an_axis_of_every_table(tmp_path):
     wide[demands] = wide[demands].mul(0.9 * noise, axis=0)
     table = pd.concat([narrow.assign(**{NEW: 6.0}), wide.assign(**{NEW: 25.0})], ignore_index=True)
     states = states_of("column_drift")
-    rows = made.ready(table, states[:2])
-    assert joint_table(rows, states[:2], SETTINGS)["terms"].str.contains(NEW).all()
-    assert set(median_effects(rows, states[:2], SETTINGS)["axis"]) == {"skew_deg", NEW}
-    assert set(system_curves(rows, states, SETTINGS)[NEW]) == {6.0, 25.0}
+    models = made.models_of(table, states)
+    assert joint_table(models, states[:2], SETTINGS)["terms"].str.contains(NEW).all()
+    assert set(median_effects(models, states[:2], SETTINGS)["axis"]) == {"skew_deg", NEW}
+    assert set(system_curves(models, states, SETTINGS)[NEW]) == {6.0, 25.0}
     found = made.paired_effects(table).query("axis == @NEW and scope == 'pooled'")
     assert set(found["demand"]) == set(demands)
     assert found["ratio"].to_numpy() == pytest.approx(0.9, abs=0.02)
     source, out = tmp_path / "curves.parquet", tmp_path / "curves.csv"
-    fit_study(rows, states[:2], SETTINGS).to_parquet(source)
+    fit_study(models, states[:2], SETTINGS).to_parquet(source)
     export_curves(source, "csv", out)
     assert set(pd.read_csv(out)[NEW]) == {6.0, 25.0}
 
@@ -320,7 +320,8 @@ def shear_curves(table):
     """Return curves, and medians, statuses, methods by variant (row) and shear model (column)."""
     rows = prepared(table, [], SETTINGS).table
     states = limit_states.with_column_failure([], rows.columns)
-    curves = study_tables.shear_model_curves(rows, fit_study(rows, states, SETTINGS), SETTINGS)
+    of_study = fit_study(fit_models(rows, states, SETTINGS), states, SETTINGS)
+    curves = study_tables.shear_model_curves(rows, of_study, SETTINGS)
     names = ("theta", "status", "method")
     return curves, *(curves.pivot(index="variant", columns="limit_state", values=n) for n in names)
 
@@ -450,14 +451,15 @@ def many_variants() -> pd.DataFrame:
     return table.assign(status=status, collapse_criterion="")
 
 
-def _effects(rows, _, own, jobs):
-    return made.paired_effects(rows, ["unseating_m", "deck_disp_m"], own, jobs=jobs)
+def _effects(models, _, own, jobs):
+    return made.paired_effects(models[0].runs, ["unseating_m", "deck_disp_m"], own, jobs=jobs)
 
 
 @pytest.mark.parametrize("fit", [fit_study, system_curves, joint_table, _effects])
 def test_two_processes_give_the_table_of_one(fit, many_variants) -> None:
     states = [*states_of("unseating"), *states_of("abutment_passive")]
     rows = made.ready(many_variants, states)
-    alone = fit(rows, states, SETTINGS, jobs=1)
+    models = {n: fit_models(rows, states, SETTINGS, jobs=n) for n in (1, 2)}
+    alone, parallel = (fit(models[n], states, SETTINGS, jobs=n) for n in (1, 2))
     assert len(alone) > 3
-    pd.testing.assert_frame_equal(fit(rows, states, SETTINGS, jobs=2), alone, check_exact=True)
+    pd.testing.assert_frame_equal(parallel, alone, check_exact=True)

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from scipy import optimize, stats
 
-from fragility_tables import IM, SETTINGS, STATES, ready, states_of, synthetic_demands
+from fragility_tables import IM, SETTINGS, STATES, models_of, states_of, synthetic_demands
 from skewbridge.errors import InputError
 from skewbridge.fragility import fits, likelihood
 from skewbridge.fragility.curves import fit_study
-from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.fits import fit_cloud, fit_stripes
 from skewbridge.fragility.limit_states import LimitState
 from skewbridge.fragility.motion_means import motion_weights
@@ -220,7 +219,7 @@ def test_intervals_by_motion_are_those_of_the_jackknife_written_out():
 
 
 def systems(table, states=STATES):
-    return system_curves(ready(table, states), states, SETTINGS).set_index("limit_state")
+    return system_curves(models_of(table, states), states, SETTINGS).set_index("limit_state")
 
 
 def test_a_system_with_a_component_that_every_run_exceeds_has_only_a_bound():
@@ -236,13 +235,10 @@ def test_a_system_with_a_component_that_every_run_exceeds_has_only_a_bound():
 
 
 def test_a_system_has_no_curve_if_it_depends_on_a_component_with_a_withheld_curve():
-    rows = ready(synthetic_demands(**ONE, motions=30), STATES)
-    models = fit_models(rows, STATES, SETTINGS)
-    curves = fit_study(rows, STATES, SETTINGS, models=models)
-    plain, at = (
-        system_curves(rows, STATES, SETTINGS, models=models, curves=known).set_index("limit_state")
-        for known in (None, curves)
-    )
+    models = models_of(synthetic_demands(**ONE, motions=30), STATES)
+    curves = fit_study(models, STATES, SETTINGS)
+    plain = system_curves(models, STATES, SETTINGS).set_index("limit_state")
+    at = system_curves(models, STATES, SETTINGS, curves=curves).set_index("limit_state")
     assert set(at["withheld"]) == {""}
     # the deck decides nothing, unless its median could be far smaller; the bearing always does
     for component, bound, status in (
@@ -254,8 +250,7 @@ def test_a_system_has_no_curve_if_it_depends_on_a_component_with_a_withheld_curv
         is_lost = (curves["component"] == component) & (curves["status"] == "ok")
         lost = curves.assign(status=curves["status"].mask(is_lost, "bounds_too_wide"))
         lost.loc[is_lost, "theta_all_exceed"] *= bound
-        found = system_curves(rows, STATES, SETTINGS, models=models, curves=lost)
-        found = found.set_index("limit_state")
+        found = system_curves(models, STATES, SETTINGS, curves=lost).set_index("limit_state")
         assert found.loc["moderate", ["status", "withheld"]].tolist() == [status, component]
         same = found["status"] == "ok"
         assert found.loc[same, "theta"].tolist() == plain.loc[same, "theta"].tolist()

@@ -39,7 +39,7 @@ def shifted(table, effect):
 
 
 def joint(table, states=DRIFT):
-    return joint_table(made.ready(table, states), states, SETTINGS)
+    return joint_table(made.models_of(table, states), states, SETTINGS)
 
 
 def row_of(table, name="moderate"):
@@ -195,7 +195,7 @@ def test_predicted_failure_in_any_mode_is_the_union_of_the_modes(tmp_path):
     ):
         table[name] = np.exp(b * (x - np.log(theta)) + sign * skew + own[motion])
     table["column_failure_ratio"] = table[[*FAILURE_DEMANDS.values()]].max(axis=1)
-    rows = joint_table(made.ready(table, FAILURES), FAILURES, SETTINGS)
+    rows = joint(table, FAILURES)
     assert (rows["status"] == "ok").all()
     write_tables({"joint": rows}, tmp_path / "fragility")
     for skew_deg, at in product((0, 45), np.geomspace(0.05, 3.0, 8)):

@@ -22,7 +22,7 @@ from skewbridge.motions.formats import DtMissingError, Stated, Trace
 from skewbridge.motions.intensity import pair_psa
 from skewbridge.motions.read import read_motion, read_trace
 from skewbridge.motions.record import GroundMotion
-from skewbridge.motions.suite import prepare_suite, read_entry, read_suite, write_suite
+from skewbridge.motions.suite import prepare_suite, read_entry, read_suite, striped, write_suite
 from skewbridge.motions.synthesis import Scenario, synthesize
 from skewbridge.units import G_MPS2
 
@@ -707,18 +707,18 @@ def test_scaled_motions_reach_their_stripe_unless_their_factor_is_outside_limits
     make_pairs(tmp_path, 3)
     three = prepare_suite(tmp_path, t1_s=0.7)
     low_g = three[levels.LEVEL_MEASURE].median()
-    table = levels.striped(three, [low_g, 2 * low_g])
+    table = striped(three, [low_g, 2 * low_g])
     write_suite(table, tmp_path / "stripes.parquet")
     back = read_suite(tmp_path / "stripes.parquet")
     assert [item.motion.motion_id for item in back] == ["q0", "q1", "q2"] * 2
     levels_g = [item.measures[levels.LEVEL_MEASURE] for item in back]
     np.testing.assert_allclose(levels_g, [low_g] * 3 + [2 * low_g] * 3)
     known = three.assign(**{levels.LEVEL_MEASURE: [0.2, 0.4, 100.0]})
-    rows = levels.striped(known, [0.1, 1.0])[["motion_id", "scale"]].to_numpy().tolist()
+    rows = striped(known, [0.1, 1.0])[["motion_id", "scale"]].to_numpy().tolist()
     assert rows == [["q0", 0.5], ["q1", 0.25], ["q1", 2.5]]
     assert "3 of 6 scaled motions are left out" in caplog.text
     with pytest.raises(InputError, match="no motion reaches"):
-        levels.striped(three, [1e4])
+        striped(three, [1e4])
 
 
 @settings(max_examples=400)

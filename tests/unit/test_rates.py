@@ -153,8 +153,8 @@ def test_hazard_sets_the_measure_of_the_curves_before_any_analysis(file):
 
 def rates_of(rows, states, hazard):
     models = fit_models(rows, states, SETTINGS)
-    curves = fit_study(rows, states, SETTINGS, models=models)
-    system = system_curves(rows, states, SETTINGS, models=models, hazard=hazard)
+    curves = fit_study(models, states, SETTINGS)
+    system = system_curves(models, states, SETTINGS, hazard=hazard)
     table = rate_table(curves, models, states, system, hazard)
     further = {"curves": curves, "system": system}
     return curves, table, rate_effects(models, states, hazard, SETTINGS, **further)
@@ -376,7 +376,8 @@ def test_the_factor_of_hazus_is_on_skew_0_of_the_study(file):
     hazus = {}
     for first in (0, 15):
         demands = ready(synthetic_demands(motions=12, skews=(first, 30), gaps=(25,)), states)
-        rows = joint_table(demands, states, SETTINGS).to_dict("records")
+        models = fit_models(demands, states, SETTINGS)
+        rows = joint_table(models, states, SETTINGS).to_dict("records")
         table = decision(rows, curve_of(file(TABLE)), 1e-3, {"friction": 0.5}).table
         assert table["seat_m"].notna().all()
         hazus[first] = table.set_index("skew_deg")[["hazus_m", "seat_m"]]

@@ -20,6 +20,7 @@ from fragility_tables import IM, SETTINGS, STATES, curves_of, ready, states_of
 from reference_data import fragility_case as case
 from skewbridge.fragility import fits
 from skewbridge.fragility.curves import fit_study
+from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.effects import median_effects
 from skewbridge.fragility.fits import fit_cloud, fit_stripes
 from skewbridge.fragility.hazard import HazardCurve
@@ -170,8 +171,8 @@ def test_cloud_tests_and_states_with_one_slope_agree_with_statsmodels():
     slope = float(found.params.iloc[0])
     given = {"component": "c", "demand": "d_m", "dispersion": 0.0}
     states = [LimitState(name=str(c), threshold=c, **given) for c in (0.1, 0.2, 0.4)]
-    curves = fit_study(runs_of(im, {"d_m": demand}), states, SETTINGS)
-    ours = curves[curves["method"] == "exceedance"]
+    models = fit_models(runs_of(im, {"d_m": demand}), states, SETTINGS)
+    ours = fit_study(models, states, SETTINGS).query("method == 'exceedance'")
     assert ours["beta"].to_numpy() == pytest.approx(1 / slope, rel=1e-5)
     assert ours["theta"].to_numpy() == pytest.approx(np.exp(cuts / slope), rel=1e-5)
     assert ours["loglik"].iloc[0] == pytest.approx(found.llf, rel=1e-8)
@@ -379,10 +380,10 @@ def study():
     columns = {*raw.columns, "column_failure_ratio"}
     states = with_column_failure(load_limit_states(ROOT / "config" / "limit_states.yaml"), columns)
     rows = ready(raw, states)
-    curves = fit_study(rows, states, SETTINGS)
-    medians = median_effects(rows, states, SETTINGS, curves=curves)
-    joint = joint_table(rows, states, SETTINGS)
-    found = {"raw": raw, "states": states, "rows": rows, "curves": curves}
+    models = fit_models(rows, states, SETTINGS)
+    curves, joint = (table(models, states, SETTINGS) for table in (fit_study, joint_table))
+    medians = median_effects(models, states, SETTINGS, curves=curves)
+    found = {"raw": raw, "states": states, "rows": rows, "models": models, "curves": curves}
     return SimpleNamespace(**found, medians=medians, joint=joint)
 
 
@@ -394,7 +395,7 @@ def test_components_have_states_that_runs_reach_and_no_estimates_of_others(study
     assert len(reached) > 7
     assert reached == {state.component for state in states}
     raw = study.raw
-    systems = system_curves(study.rows, states, SETTINGS)
+    systems = system_curves(study.models, states, SETTINGS)
     for bridge, known in NOT_REACHED.items():
         # every demand of these runs, also those at the moment of a failure
         largest = raw[raw["bridge"] == bridge].max(numeric_only=True)
@@ -428,8 +429,8 @@ def test_pooled_ratios_agree_with_paired_means(study, bridge, axis, key, column,
     part = study.rows[study.rows["bridge"] == bridge]
     part = part[part.groupby("motion_id")["complete"].transform("all")].reset_index(drop=True)
     state = [state for state in study.states if state.key == key]
-    ours = median_effects(part, state, SETTINGS).query("scope == 'pooled' and axis == @axis")
-    ours = ours.sort_values("to_value").iloc[-1]
+    ours = median_effects(fit_models(part, state, SETTINGS), state, SETTINGS)
+    ours = ours.query("scope == 'pooled' and axis == @axis").sort_values("to_value").iloc[-1]
     ln_demand = part.assign(y=np.log(part[column]), x=np.log(part[IM]))
     ends = [part[axis].min(), part[axis].max()]
     at_ends = [ln_demand[part[axis] == end].groupby("motion_id")["y"].mean() for end in ends]

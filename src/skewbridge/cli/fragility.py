@@ -202,7 +202,7 @@ def decide(
     """
     from skewbridge.files.tables import read_frame, records_of, write_csv
     from skewbridge.files.text import writable_folder
-    from skewbridge.fragility.hazard import site_hazard
+    from skewbridge.fragility.hazard import hazard_curve
     from skewbridge.fragility.rates import decision, target_rate
     from skewbridge.report.bridge_figures import decision_figure, with_codes
     from skewbridge.report.study_figures import save_figure
@@ -213,7 +213,7 @@ def decide(
     target = target_rate(probability_50y)
     values = checked(dict[str, Number], keys_and_values("--axis", axis), "--axis")
     rows = joint_rows(folder_of(study), bridge)
-    site_curve = site_hazard(hazard, rows[0]["im"])
+    site_curve = hazard_curve(hazard, [rows[0]["im"]], rows[0]["im"])
     assert site_curve is not None
     file = _bridge_file(folder_of(study), rows[0]["bridge"])
     needs = with_codes(decision(rows, site_curve, target, values), file)

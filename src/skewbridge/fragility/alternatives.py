@@ -6,7 +6,7 @@ draws its values independently of its event, so the jackknife leaves out single 
 """
 
 from collections.abc import Iterator, Sequence
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import pandas as pd
@@ -14,7 +14,7 @@ import pandas as pd
 from skewbridge.demands.columns import demands_for
 from skewbridge.files.tables import Floats, Index, Row
 from skewbridge.fragility import demand_table, verdicts
-from skewbridge.fragility.effects import EXACT, STEP, Pairs, run_pairs
+from skewbridge.fragility.effects import EXACT, STEP, Pairs, all_pairs
 from skewbridge.fragility.motion_means import by_motion
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE
 from skewbridge.variant.random_properties import CHOICE_PREFIX, drawn_options
@@ -27,24 +27,18 @@ _LEAST, _LEAST_DOF = 3, 8
 def alternative_effects(demands: pd.DataFrame) -> pd.DataFrame:
     """Return the table `alternatives`: headline effects under each value of each drawn option."""
     options = [f"{CHOICE_PREFIX}{name}" for name in drawn_options(map(str, demands))]
-    names, rows = demands_for("headline", demands.columns), list[Row]()
-    for model, runs in demand_table.models_of(demands):
-        for axis in demand_table.varying_axes(runs) if options else ():
-            paired = run_pairs(runs, axis, [*names, *options])
-            for (start, end), table in paired.groupby(list(STEP)):
-                pairs = Pairs(model | {"axis": axis, "from_value": start, "to_value": end}, table)
-                values = [(name, table[f"{name}_from"].astype(object)) for name in options]
-                for name in names:
-                    rows += _rows(pairs, name, values)
+    names = demands_for("headline", demands.columns)
+    pairs = all_pairs(demands, [*names, *options]) if options else ()
+    rows = [row for pair in pairs for name in names for row in _rows(pair, name, options)]
     table = pd.DataFrame(rows, columns=list(ALTERNATIVE_COLUMNS))
     keys = [table[name] for name in (*demand_table.BRIDGE_COLUMNS, "axis", *STEP, "demand")]
     return table.assign(p=table["p"].astype(np.float64).groupby(keys).transform(verdicts.holm))
 
 
-def _rows(pairs: Pairs, name: str, values: Sequence[tuple[str, "pd.Series[Any]"]]) -> Iterator[Row]:
+def _rows(pairs: Pairs, name: str, choices: Sequence[str]) -> Iterator[Row]:
     """Yield the rows of table `alternatives` for the demand ``name``; none with too few motions.
 
-    ``values`` has the column of each option with its value in each of the n pairs of runs.
+    ``choices`` are the columns of the options.
     """
     ratios, _ = pairs.changes(name, None)
     pooled, *cells = pairs.means(ratios)
@@ -55,7 +49,8 @@ def _rows(pairs: Pairs, name: str, values: Sequence[tuple[str, "pd.Series[Any]"]
     # name of each option, its values, and the number of the value of each pair
     options: list[tuple[str, list[str], Index]] = []
     design = np.zeros((motions.size, 0))
-    for column, drawn in values:
+    for column in choices:
+        drawn = pairs.table[f"{column}_from"].astype(object)
         texts = drawn[is_used].fillna("").astype(str)
         levels, numbers = np.unique(texts[texts != ""], return_inverse=True)
         if levels.size < 2 or numbers.size < motions.size:  # the option does not act on the bridge

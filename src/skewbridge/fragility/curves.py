@@ -1,13 +1,12 @@
 """Fragility curves of a study: one row per variant, limit state and method.
 
 The method ``cloud`` is the demand model of a bridge (`demand_model`), common to its variants. It is
-preferred in all variants, or in none. Fits to the outcomes of single variants check it: all states
-of one demand share a dispersion (``exceedance``), so that their curves do not cross. The medians of
-both methods are compared as in Hausman (1978), Econometrica 46(6):1251-1271; the variance is from
-the jackknife over motions.
+preferred in all variants, or in none. Probit fits to the outcomes of single variants check it: all
+states of one demand share a dispersion (``exceedance``), so that their curves do not cross. Medians
+are compared as in Hausman (1978), Econometrica 46(6):1251-1271; the jackknife gives the variance.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property, partial
 from itertools import pairwise
@@ -41,30 +40,32 @@ from skewbridge.fragility.union import Union
 
 #: Methods in order of preference.
 METHODS: Final = ("cloud", "exceedance")
+_CLOUD, _EXCEEDANCE = METHODS
 
 CURVE_COLUMNS: Final = demand_table.described("curves")
 _FIT_COLUMNS: Final = list(CURVE_COLUMNS)[list(CURVE_COLUMNS).index("component") :]
+_TOTAL: Final = ("beta_total", "beta_total_low", "beta_total_high")
+#: Median and dispersion for each treatment of unknown outcomes, and `_PEAKS` if a run collapsed.
+type _Bounds = dict[str, tuple[float, float]]
+_SURE: Final = 0.95
+#: Peaks of collapsed runs count as exact; with `COLLAPSE_EXCEEDS`, only as lower bounds.
+_PEAKS: Final = "peaks"
 
 
 def fit_study(
-    demands: pd.DataFrame,
+    models: Iterable[BridgeModels],
     limit_states: States,
     settings: FitSettings = DEFAULTS,
     *,
-    models: list[BridgeModels] | None = None,
     jobs: int = 1,
 ) -> pd.DataFrame:
-    """Fit fragility curves of every variant and limit state of a demands table.
+    """Return the table `curves` from the demand models and fits to the outcomes of runs.
 
-    The table has `CURVE_COLUMNS` and one row per variant, limit state and method. ``cloud`` is from
-    the demand models, which are fitted if not given. ``exceedance`` is a probit fit to the outcomes
-    of runs. Theta and beta are NaN unless ``status`` is ``ok``. There is no estimate for a state
-    that no run, or every run, exceeds. Raises `InputError` if there are no limit states.
+    Theta and beta are NaN unless ``status`` is ``ok``. There is no estimate for a state that no
+    run, or every run, exceeds. Raises `InputError` if there are no limit states.
     """
     if not limit_states:
         raise InputError("no limit states to fit: give at least one")
-    if models is None:
-        models = demand_model.fit_models(demands, limit_states, settings, jobs=jobs)
     rows_of = partial(_variant_rows, states=limit_states, settings=settings)
     variants = (variant for model in models for variant in _variants(model, limit_states, settings))
     rows = demand_table.spread(rows_of, variants, jobs)
@@ -76,16 +77,8 @@ def fit_study(
     keys = [table[n] for n in (*demand_table.BRIDGE_COLUMNS, "component", "limit_state")]
     best_rank = rank.groupby(keys).transform("min")
     preferred = ((rank == best_rank) & (table["status"] == FITTED)).to_numpy()
-    names = dict.fromkeys((*demand_table.variant_columns(demands), *CURVE_COLUMNS))
+    names = dict.fromkeys((*demand_table.variant_columns(table), *CURVE_COLUMNS))
     return table.assign(preferred=preferred)[[name for name in names if name in table]]
-
-
-#: Median and dispersion for each treatment of unknown outcomes, and `_PEAKS` if a run collapsed.
-type _Bounds = dict[str, tuple[float, float]]
-_SURE: Final = 0.95
-#: Peaks of collapsed runs count as exact; with `COLLAPSE_EXCEEDS`, only as lower bounds.
-_PEAKS: Final = "peaks"
-_CLOUD, _EXCEEDANCE = METHODS
 
 
 class _Cloud(NamedTuple):
@@ -290,9 +283,7 @@ def _union_curve(
         ((mode, mode_fit),) = fitted.items()
         columns: Row = {"capacity_dispersion": mode.dispersion}
         return mode_fit._replace(bounds=by_outcomes.bounds, columns=columns)
-    medians, records, totals = (
-        np.array([curve[column] for curve in fitted.values()]) for column in (1, 2, 3)
-    )
+    medians, records, totals = np.swapaxes([curve[1:4] for curve in fitted.values()], 0, 1)
     totals = np.where(np.isnan(totals), records, totals)
     rho = runs.variant.correlations.get(state, np.zeros(medians.shape[1]))
     union = Union.of(medians, records, totals, rho)
@@ -422,9 +413,6 @@ def _rows(runs: _DemandRuns, curves: Mapping[LimitState, Mapping[str, _Curve]]) 
                 row[f"theta_{name}"], row[f"beta_{name}"] = curve.bounds[name]
             rows.append(row)
     return rows
-
-
-_TOTAL: Final = ("beta_total", "beta_total_low", "beta_total_high")
 
 
 def _printed_fits(

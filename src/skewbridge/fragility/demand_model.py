@@ -66,6 +66,8 @@ _LEAST_GAIN: Final = 3.0
 FLATTEST: Final = 1e-3
 TOO_FEW_RUNS: Final = "too_few_runs"
 _HALVINGS: Final = 34
+#: Dispersion above which a demand hardly grows with intensity where it reaches a threshold.
+_LARGEST_BETA: Final = 10.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,8 +75,7 @@ class AxisRange:
     """Axes of the variants of one bridge and abutment model, and their levels.
 
     An effect of an axis has a value at each level and a cubic spline between them (a line for two
-    levels, a parabola for three). The absolute value of the skew counts unless the study has skews
-    of both signs.
+    levels, a parabola for three).
     """
 
     levels: Mapping[str, Sequence[float]]
@@ -113,9 +114,7 @@ class AxisRange:
     def terms(self) -> list[tuple[tuple[str, float], ...]]:
         """Terms of ``shift`` as (axis, level) pairs: single, then products of two and three."""
         by_axis = [[(name, level) for level in self.levels[name][1:]] for name in self.varying]
-        linear = [
-            ((first, _LINEAR), (second, _LINEAR)) for first, second in combinations(self.varying, 2)
-        ]
+        linear = [tuple((name, _LINEAR) for name in pair) for pair in combinations(self.varying, 2)]
         at_levels = [
             term
             for order in range(1, len(_SHIFTS) + 1)
@@ -356,9 +355,8 @@ class DemandFit:
         mean = setup.design(model.centre, model.knot) @ delta
         with np.errstate(divide="ignore"):
             bound = np.log(np.nan_to_num(self.outcomes.lower))
-        tails = [
-            special.log_ndtr((mean - limit) / scatter) for limit in (np.log(state.threshold), bound)
-        ]
+        limits = np.log(state.threshold), bound
+        tails = [special.log_ndtr((mean - limit) / scatter) for limit in limits]
         return np.exp(np.minimum(tails[0] - tails[1], 0.0))
 
     @property
@@ -594,10 +592,6 @@ class BridgeModels:
         return self._curves[key]
 
 
-#: Dispersion above which a demand hardly grows with intensity where it reaches a threshold.
-_LARGEST_BETA: Final = 10.0
-
-
 def state_curve(
     models: Sequence[DemandModel | str],
     modes: Sequence[LimitState],
@@ -619,9 +613,7 @@ def state_curve(
             return fitting.NON_INCREASING
     if rho is None:
         return mode_curves[0]
-    medians, records, total = (
-        np.array([mode_curve[n] for mode_curve in mode_curves]) for n in range(3)
-    )
+    medians, records, total = np.swapaxes([curve[:3] for curve in mode_curves], 0, 1)
     union = Union.of(medians, records, total, rho)
     middle, half_range = union.summary()
     record_union = Union(medians, records, rho)
@@ -667,15 +659,14 @@ def _without_fits(
     variants = runs.iloc[first_runs].reset_index(drop=True)[columns]
     axes = AxisRange.of_variants(variants, [*names, *further])
     terms = axes.matrix({str(name): variants[name] for name in variants})
-    shared_fields: Any = {"axes": axes, "variant": variant, "block": demand_table.block_codes(runs)}
+    shared: Any = {"axes": axes, "variant": variant, "block": demand_table.block_codes(runs)}
     setup = _Setup(
         ln_im=np.log(runs[im].to_numpy(dtype=np.float64)),
         motion=demand_table.motion_codes(runs),
         shaking=np.asarray(runs.groupby(["motion_id", "incidence_deg"]).ngroup(), dtype=np.intp),
         matrix=np.broadcast_to(terms, (len(variants), len(axes.terms))),
         precision=axes.deviations**-2.0,
-        **shared_fields,
+        **shared,
     )
-    return BridgeModels(
-        labels=labels, im=im, runs=runs, variants=variants, fits={}, **shared_fields
-    ), setup
+    models = BridgeModels(labels=labels, im=im, runs=runs, variants=variants, fits={}, **shared)
+    return models, setup

@@ -49,6 +49,8 @@ FLAGS: Final = ("collapse", "censored")
 ALIASES: Final = {"rightcensored": "censored"} | dict.fromkeys(
     ("record", "recordid", "recordname", "rsn", "gmid", "groundmotion"), "motion_id"
 )
+#: Limits of the axes in tables of other programs, whose models allow larger skews than ours.
+_LIMITS: Final = {axis.name: (axis.low, axis.high) for axis in AXES} | {"skew_deg": (-89.0, 89.0)}
 #: Advice for a demand that is infinite because the run collapsed.
 WITHOUT_PEAK: Final = "give a collapsed run the status collapse"
 
@@ -253,10 +255,6 @@ class ColumnMap(BaseModel):
         if doubled := self.constants.keys() & self.columns.keys():
             raise ValueError(f"constants: {names_of(sorted(doubled))} is also in columns")
         return self
-
-
-#: Limits of the axes in tables of other programs, whose models allow larger skews than ours.
-_LIMITS: Final = {axis.name: (axis.low, axis.high) for axis in AXES} | {"skew_deg": (-89.0, 89.0)}
 
 
 def read_foreign(

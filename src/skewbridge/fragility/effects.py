@@ -7,7 +7,7 @@ scatter also cancels in the ratio of two medians, both from one demand model of 
 motions of an event, out of all variants (Bell and McCaffrey 2002, see `fits`).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from itertools import product
 from math import isfinite, nan
@@ -21,7 +21,7 @@ from skewbridge.demands.validity import is_complete
 from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats, Index, Mask, Row, records_of
 from skewbridge.fragility import demand_table, motion_means, verdicts
-from skewbridge.fragility.demand_model import BridgeModels, StateCurve, fit_models
+from skewbridge.fragility.demand_model import BridgeModels, StateCurve
 from skewbridge.fragility.fits import FITTED, MAX_BOUNDS_RATIO
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.motion_means import Jackknifed, average, by_motion
@@ -49,16 +49,14 @@ class Pairs:
     """All n pairs of runs with two values of an axis, for one bridge and abutment model.
 
     The peaks of a run that ended early (collapse, failed analysis, failed column) are lower bounds
-    of its demands. ``labels`` has bridge, abutment, axis, from_value and to_value; ``table`` has
-    the columns of `run_pairs`.
+    of its demands. ``labels``: bridge, abutment, axis and its values; ``table``: see `run_pairs`.
     """
 
     def __init__(self, labels: Mapping[str, Any], table: pd.DataFrame) -> None:
         self.labels, self.table = labels, table
         names = [name for name in demand_table.axis_names(table) if name != labels["axis"]]
-        cells: dict[Any, Any] = table.groupby(
-            [*demand_table.BRIDGE_COLUMNS, *names], dropna=False
-        ).indices
+        groups = table.groupby([*demand_table.BRIDGE_COLUMNS, *names], dropna=False)
+        cells: dict[Any, Any] = groups.indices
         #: For each pair of variants (cell): values of the other axes, and numbers of its rows.
         self.cells = [
             (dict(zip(names, key[2:], strict=True)), np.asarray(rows, dtype=np.intp))
@@ -129,6 +127,14 @@ def run_pairs(demands: pd.DataFrame, axis: str, columns: Sequence[str]) -> pd.Da
     return _paired(table, axis, other_axes, loading)
 
 
+def all_pairs(demands: pd.DataFrame, columns: Sequence[str]) -> Iterator[Pairs]:
+    """Yield the `run_pairs` of each bridge, abutment model, axis and pair of its values."""
+    for model, rows in demand_table.models_of(demands):
+        for axis in demand_table.varying_axes(rows):
+            for step, runs in run_pairs(rows, axis, columns).groupby(list(STEP)):
+                yield Pairs(model | {"axis": axis} | dict(zip(STEP, step, strict=True)), runs)
+
+
 def _paired(
     table: pd.DataFrame, axis: str, other_axes: Sequence[str], loading: Sequence[str] = ()
 ) -> pd.DataFrame:
@@ -170,23 +176,16 @@ def effect_tables(
     """Return the paired changes of demand along every axis of a study.
 
     Runs are paired as in `run_pairs`. The ratio is the geometric mean over motions. A pooled row is
-    the average over all pairs of variants that differ in one axis only. A pair in which one run
-    ended early gives a bound (Tobit). Slopes are NaN without the intensity measure. The table
-    ``intensities`` includes the intensity ``reference_im``. An `InputError` names a missing column,
-    or a run that occurs twice.
+    the average over all pairs of variants. A pair in which one run ended early gives a bound
+    (Tobit). Slopes are NaN without the intensity measure. The table ``intensities`` includes the
+    intensity ``reference_im``. An `InputError` names a missing column, or a run that occurs twice.
     """
     names = list(demands_for("effect", demands.columns) if columns is None else columns)
     demand_table.need_columns(demands, (*demand_table.KEY_COLUMNS, *names))
     paired = [name for name in dict.fromkeys([*names, settings.im]) if name in demands.columns]
-    pairs = (
-        Pairs(model | {"axis": axis, "from_value": start, "to_value": end}, runs)
-        for model, rows in demand_table.models_of(demands)
-        for axis in demand_table.varying_axes(rows)
-        for (start, end), runs in run_pairs(rows, axis, paired).groupby(list(STEP))
-    )
     ims = reference_im or {}
     effects_of_pairs = partial(demand_effects, names=names, settings=settings, reference_im=ims)
-    tables = demand_table.spread(effects_of_pairs, pairs, jobs)
+    tables = demand_table.spread(effects_of_pairs, all_pairs(demands, paired), jobs)
     effects = effect_table(demands, [row for rows, _ in tables for row in rows])
     by_intensity = [row for _, rows in tables for row in rows]
     return EffectTables(effects, pd.DataFrame(by_intensity, columns=list(INTENSITY_COLUMNS)))
@@ -314,32 +313,28 @@ def _by_intensity(
 
 
 def median_effects(
-    demands: pd.DataFrame,
+    models: Sequence[BridgeModels],
     limit_states: States,
     settings: FitSettings = DEFAULTS,
     *,
-    models: Sequence[BridgeModels] | None = None,
     curves: pd.DataFrame | None = None,
     axes: Sequence[str] = (),
 ) -> pd.DataFrame:
     """Return the ratios of median capacities along every axis, with pooled ratios first.
 
-    The medians are from the demand models, which are fitted if not given. Pairs of variants (cells)
-    are those of `variant_pairs`. Each variant needs five motions, and some of its runs, but not
-    all, must exceed the state. A pooled row is the average of ln ratio over the pairs; rows with
-    the scope ``by_value`` are averages at one value of another axis. ``im_low`` and ``im_high`` are
-    the smallest and largest median of the pairs. If ``curves`` are given, a ratio needs at least
-    one variant that has a curve, and unknown outcomes may change it by 15 % at most. ``axes`` are
-    further columns whose values distinguish variants; only their effects are then returned.
+    Pairs of variants (cells) are those of `variant_pairs`. Each variant needs five motions, and
+    some of its runs, but not all, must exceed the state. A pooled row is the average of ln ratio
+    over the pairs; rows with the scope ``by_value`` are averages at one value of another axis.
+    If ``curves`` are given, a ratio needs at least one variant that has a curve, and unknown
+    outcomes may change it by 15 % at most. ``axes`` are the ``further`` columns of `fit_models`;
+    only their effects are then returned.
     """
-    if models is None:
-        models = fit_models(demands, limit_states, settings, further=axes)
     rows: list[Row] = []
     for bridge in models:
         medians = Medians(bridge, limit_states, settings.margin, curves)
         for axis in axes or demand_table.varying_axes(bridge.variants):
             rows += medians.rows(axis, limit_states)
-    return effect_table(demands, rows)
+    return effect_table(models[0].runs, rows)
 
 
 def _doubts(rows: Sequence[Row]) -> Row:

@@ -456,7 +456,7 @@ def printed_rows(table: pd.DataFrame) -> list[dict[str, str]]:
             "theta": _interval(row, "theta")
             + "".join(mark for name, mark in marks.items() if row.get(name) is True),
             "total": _interval(row, "beta_total"),
-            "beta": _number(row["beta"]),
+            "beta": three_digits(row["beta"]),
             "exceed": f"{row['n_exceed']:.0f} of {row['n_runs']:.0f}",
             **{name: _interval(row, f"{name}_ratio") for name in ratios},
         }
@@ -501,7 +501,7 @@ def latex_table(table: pd.DataFrame) -> str:
 
 def with_interval(values: Sequence[float]) -> str:
     """Return text with an estimate and its interval, from (value, lower end, upper end)."""
-    estimate, low, high = map(_number, values)
+    estimate, low, high = map(three_digits, values)
     return estimate if _NONE in (estimate, low) else f"{estimate} [{low}, {high}]"
 
 
@@ -509,10 +509,6 @@ def _interval(row: Mapping[str, Any], name: str) -> str:
     return with_interval([row[f"{name}{ending}"] for ending in _ENDS])
 
 
-def _number(value: float) -> str:
-    return _NONE if pd.isna(value) else three_digits(value)
-
-
 def three_digits(value: float) -> str:
-    """Return a number with three significant digits, such as ``1.60``."""
-    return f"{value:#.3g}".rstrip(".")
+    """Return a number with three significant digits, such as ``1.60``; ``--`` for NaN."""
+    return _NONE if pd.isna(value) else f"{value:#.3g}".rstrip(".")

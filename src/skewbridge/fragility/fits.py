@@ -4,10 +4,9 @@ Sources: separation, Albert and Anderson (1984), Biometrika 71(1):1-10; exact bi
 Clopper and Pearson (1934), Biometrika 26(4):404-413; penalised likelihood, Firth (1993), Biometrika
 80(1):27-38; counts, Baker (2015), Earthquake Spectra 31(1):579-599, Eq. 11; capacities, Vamvatsikos
 and Cornell (2002), EESD 31(3):491-514; brackets, Turnbull (1976), JRSS B 38(3):290-295; cloud,
-Cornell et al. (2002), J. Struct. Eng. 128(4):526-533; interval of a ratio, Fieller (1954), JRSS B
-16(2):175-185; jackknife by motion, Bell and McCaffrey (2002), Survey Methodology 28(2):169-181;
-studentised test of Breusch and Pagan, Koenker (1981), J. Econometrics 17(1):107-112; normality,
-Lilliefors (1967), JASA 62(318):399-402.
+Cornell et al. (2002), J. Struct. Eng. 128(4):526-533; jackknife by motion, Bell and McCaffrey
+(2002), Survey Methodology 28(2):169-181; studentised test of Breusch and Pagan, Koenker (1981),
+J. Econometrics 17(1):107-112; normality, Lilliefors (1967), JASA 62(318):399-402.
 """
 
 from collections.abc import Mapping, Sequence
@@ -192,9 +191,9 @@ def fit_stripes(
     x, runs, exceed = x[has_runs], runs[has_runs], exceed[has_runs]
     total, ln_im = round(float(np.sum(runs))), np.log(x)
     status = binomial_status(ln_im, runs, exceed) if total else "no_runs"
-    names = () if np.all(has_runs) else ("stripes_without_runs",)
+    level, names = settings.confidence, () if np.all(has_runs) else ("stripes_without_runs",)
     no_fit = FragilityFit(
-        method="stripes", status=status, n_runs=total, level=settings.confidence, warnings=names
+        method="stripes", status=status, n_runs=total, level=level, warnings=names
     )
     if status != FITTED:
         return replace(no_fit, details=_stripe_bounds(status, ln_im, runs, exceed, settings))
@@ -414,9 +413,8 @@ def fit_cloud(
     fit is least squares with Fieller's interval. With censored demands, it is maximum likelihood
     (Tobit) with profile intervals that use Student's t(n - 2) for n observed demands. If motions
     repeat, intervals are from the jackknife over motions. If Fieller's interval is unbounded, the
-    status is ``slope_not_significant``. The test of curvature may give the warning ``saturating``
-    or ``curved``, and the Breusch-Pagan test ``heteroscedastic``. An `InputError` names the row of
-    a missing or non-positive value.
+    status is ``slope_not_significant``. The tests of the line add warnings (`TestedLine`). An
+    `InputError` names the row of a missing or non-positive value.
     """
     values, low = positive(im, "im"), as_column(edp, "edp")
     high = low if upper is None else as_column(upper, "upper")
@@ -585,7 +583,7 @@ class TestedLine(NamedTuple):
 
     @property
     def warnings(self) -> list[str]:
-        """Warnings about curvature and changing scatter that are significant at `_TEST_LEVEL`."""
+        """Significant tests: ``saturating`` or ``curved``, and ``heteroscedastic``."""
         names: list[str] = []
         if self.curvature_p < _TEST_LEVEL:
             names.append("saturating" if self.curvature < 0.0 else "curved")

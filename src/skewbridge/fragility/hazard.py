@@ -70,14 +70,10 @@ class LogRate(NamedTuple):
         """The rate or ratio from all runs."""
         return float(np.exp(self.logs[0]))
 
-    @property
-    def jackknifed(self) -> Jackknifed:
-        """Estimate with the influence of each event or motion (jackknife)."""
-        return Jackknifed.of_replicates(self.logs, self.priors)
-
     def interval(self, level: float) -> tuple[float, float, float]:
         """Return the estimate and both interval ends, which cover motions and hazard together."""
-        estimate, interval = self.logs[0], np.array(self.jackknifed.interval(level))
+        estimate, jackknifed = self.logs[0], Jackknifed.of_replicates(self.logs, self.priors)
+        interval = np.array(jackknifed.interval(level))
         if self.fractiles.size > 1:
             signs, ends = np.array([-1.0, 1.0]), _hazard_ends(self.fractiles, self.quantiles, level)
             widths = np.maximum(signs * (ends - estimate), 0.0)
@@ -132,11 +128,9 @@ class HazardCurve:
     def rate_of_failures(self, ln_failures: Floats) -> LogRate:
         """Return ln rates of R systems, each from n equally likely ln intensities of failure."""
         # int P |dH| = E[H(x)] - H(last), where H is constant outside the curve
-        x = np.log(self.levels)
-        fractile_means = [
-            np.mean(np.exp(np.interp(ln_failures, x, row)), axis=1) for row in np.log(self.rates)
-        ]
-        return self.logs_of(np.array(fractile_means) - self.rates[:, -1:])
+        x, logs = np.log(self.levels), np.log(self.rates)
+        means = [np.mean(np.exp(np.interp(ln_failures, x, row)), axis=1) for row in logs]
+        return self.logs_of(np.array(means) - self.rates[:, -1:])
 
     def logs_of(self, rates: Floats) -> LogRate:
         """Return the logarithms of rates (1 + F, R) by the mean hazard curve, then F fractiles."""
@@ -252,11 +246,6 @@ def hazard_curve(
     return curves[measure]
 
 
-def site_hazard(file: Path | None, im: str) -> HazardCurve | None:
-    """Return the hazard curve of a file for the intensity column ``im``; None without a file."""
-    return hazard_curve(file, [im], im)
-
-
 def read_hazard(path: Path) -> list[HazardCurve]:
     """Return the hazard curves of a file, or of all files in a folder, one per measure."""
     files = [path]
@@ -323,9 +312,8 @@ def _parts(path: Path) -> Iterator[_Part]:
         if (np.diff(levels) < 0.0).all():
             levels, rates = levels[::-1], rates[::-1]
         require(~(rates < 0.0) & ~np.isnan(rates), "rate", "must not be negative", rates)
-        require(
-            levels <= _LARGEST_LEVEL, "im", f"must be at most {_LARGEST_LEVEL:g} g or m/s", levels
-        )
+        rule = f"must be at most {_LARGEST_LEVEL:g} g or m/s"
+        require(levels <= _LARGEST_LEVEL, "im", rule, levels)
         require(np.append(True, np.diff(levels) > 0.0), "im", "must increase", levels)
         with np.errstate(invalid="ignore"):  # inf - inf
             grows = np.append(False, np.diff(rates) > 0.0)
@@ -370,9 +358,8 @@ def _table(path: Path) -> Iterator[_Part]:
     if len(names) < 2 or names[1] != "rate":
         text = "the columns must be an intensity (im, or a measure with its unit), rate"
         text = f"{text} and fractiles such as rate_p16; got {', '.join(names[:5])}"
-        raise InputError(
-            f"{text}. Rate: 1 / return period, or -ln(1 - P) / years of a probability P"
-        )
+        advice = "Rate: 1 / return period, or -ln(1 - P) / years of a probability P"
+        raise InputError(f"{text}. {advice}")
     column, factor = _measure_and_factor(names[0])
     for name in names[1:]:
         match = _FRACTILE.fullmatch(name)

@@ -6,7 +6,7 @@ predictions between the variants are therefore the same function of the same num
 """
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import chain
 from typing import Any, Final
 
@@ -70,21 +70,18 @@ class JointModel:
 
 
 def joint_table(
-    demands: pd.DataFrame,
+    models: Iterable[BridgeModels],
     limit_states: States,
     settings: FitSettings = DEFAULTS,
     *,
-    models: Sequence[BridgeModels] | None = None,
     curves: pd.DataFrame | None = None,
     jobs: int = 1,
 ) -> pd.DataFrame:
     """Return table `joint`, with one row per bridge, abutment model and limit state.
 
-    The demand models are fitted if not given. A state without a curve in table ``curves``, because
-    unknown outcomes change its medians too much, has no estimate here.
+    A state without a curve in table ``curves``, because unknown outcomes change its medians too
+    much, has no estimate here.
     """
-    if models is None:
-        models = demand_model.fit_models(demands, limit_states, settings, jobs=jobs)
     common = {"im": settings.im, "level": settings.confidence}
     items = ((bridge, limit_states, common) for bridge in models)
     rows = demand_table.spread(_rows, items, jobs, alone_s=0.0)

@@ -2,8 +2,7 @@
 
 `NormalKernel` serves every fit: a cloud with censored demands (Tobit), capacities from incremental
 analysis, brackets of capacities, and counts of exceedance (the capacity of a run is below its
-intensity x if the run exceeds, else above x). Every term is concave in the parameters, so the
-maximum is unique if it exists.
+intensity if the run exceeds, else above it). Every term is concave: a maximum is unique.
 
 Sources: the parameterisation, z = h y - X delta with h = 1/sigma, Olsen (1978), Econometrica 46(5);
 censored regression, Tobin (1958), Econometrica 26(1):24-36.
@@ -105,11 +104,8 @@ class NormalKernel:
     def derivatives(self, params: Floats, rows: Index | None = None) -> Derivatives:
         """Return log-likelihoods and derivatives of replicates ``rows`` (or all) at ``params``."""
         shape, weights = params.shape, [self._w_tail, self._w_between, self._sums, self._count]
-        if self.weights.ndim == 2:
-            if rows is not None and rows.size < len(self.weights):
-                weights = [values[rows] for values in weights]
-            if np.all(params == params[0]):
-                params = params[:1]  # evaluate special functions once for all replicates
+        if self.weights.ndim == 2 and rows is not None:
+            weights = [values[rows] for values in weights]
         w_tail, w_between, sums, count = weights
         h = params[:, -1]
         loglik, score, hessian = np.zeros(shape[0]), np.zeros(shape), np.zeros((*shape, shape[1]))

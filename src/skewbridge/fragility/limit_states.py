@@ -32,8 +32,6 @@ _UNITS: Final[dict[str, tuple[str, float]]] = {
     "mps": ("velocity", 1.0), "mps2": ("acceleration", 1.0), "g": ("gravity units", 1.0),
     "s": ("time", 1.0), "ratio": ("ratio", 1.0), "percent": ("ratio", 0.01),
 }  # fmt: skip
-
-
 # ASSUME capacities of drifts and of lengths (m) outside these ranges are in another unit
 _USUAL: Final = {"_drift_ratio": (0.001, 0.2), "_m": (0.001, 5.0)}
 

@@ -5,8 +5,7 @@
 g is the motion of a run, at one incidence; the scatter grows with the variable w if gamma > 0. A
 value y is known, right-censored (larger than a bound) or left-censored (smaller). The likelihood of
 a motion is integrated over u_g by Gauss-Legendre panels. Newton's method maximises the product of
-these likelihoods and of normal priors about zero of gamma and some coefficients. Runs need not be
-balanced.
+these likelihoods and of normal priors about zero of gamma and some coefficients.
 
 Sources: the model, Laird and Ware (1982), Biometrics 38(4):963-974; information of incomplete data,
 Louis (1982), JRSS B 44(2):226-233; estimates without a group by one Newton step, Pregibon (1981),
@@ -71,9 +70,8 @@ class MixedFit:
     def without_groups(self, group: Index) -> Floats:
         """Return the parameters without each group of motions, shape (B, m).
 
-        ``group`` (G,) is the number of the group of each motion, 0 .. B - 1. The parameters are
-        from one Newton step, which is exact for delta if all values are known and the standard
-        deviations do not change.
+        ``group`` (G,) is the number of the group of each motion, 0 .. B - 1. One Newton step is
+        exact for delta if all values are known and the standard deviations do not change.
         """
         count, size = int(np.max(group)) + 1, self.parameters.size
         score, information = np.zeros((count, size)), np.zeros((count, size, size))
@@ -208,104 +206,62 @@ class _Integrals:
 
     def __init__(self, data: MixedData, motions: Index) -> None:
         self.motions = motions
-        runs = np.isin(data.motion, motions)
-        is_exact = runs & (data.lower == data.upper)
-        order = np.argsort(data.motion[is_exact], kind="stable")
-        self._known = np.flatnonzero(is_exact)[order]
-        motion = np.searchsorted(motions, data.motion)
-        self._count = np.bincount(motion[self._known], minlength=motions.size)
-        self._has = np.flatnonzero(self._count)
-        self._starts = np.append(0, np.cumsum(self._count))[:-1][self._has]
-        self._x, self._y = data.design[self._known], data.lower[self._known]
-        self._w = data.growth[self._known]
-        bounded = np.flatnonzero(runs & ~is_exact)
-        bounded = bounded[np.argsort(motion[bounded], kind="stable")]
-        self._design, self._bound = data.design[bounded], data.bound[bounded]
-        self._sign = np.where(np.isinf(data.upper[bounded]), 1.0, -1.0)
-        self._growth, self._motion = data.growth[bounded], motion[bounded]
-        #: First censored run of each motion; every motion has one, or none has.
-        self._first = np.flatnonzero(np.diff(self._motion, prepend=-1))
+        runs = np.flatnonzero(np.isin(data.motion, motions))
+        runs = runs[np.argsort(data.motion[runs], kind="stable")]
+        self._motion = np.searchsorted(motions, data.motion[runs])
+        self._first = np.flatnonzero(np.diff(self._motion, prepend=-1))  # run of each motion
+        self._known = data.lower[runs] == data.upper[runs]
+        self._design, self._bound = data.design[runs], data.bound[runs]
+        self._growth = data.growth[runs]
+        self._sign = np.where(np.isinf(data.upper[runs]), 1.0, -1.0)
 
     def _sums(self, rows: Floats) -> Floats:
-        """Return the sums by motion of known runs, shape (G, ...)."""
-        sums = np.zeros((self.motions.size, *rows.shape[1:]))
-        if rows.size:
-            sums[self._has] = np.add.reduceat(rows, self._starts, axis=0)
-        return sums
-
-    def _sums_of_censored(self, rows: Floats) -> Floats:
+        """Return the sums by motion of values of runs, shape (G, ...)."""
         return np.add.reduceat(rows, self._first, axis=0)
 
     def at(self, parameters: Floats) -> tuple[Floats, Floats, Floats]:
         """Return score (G, m), information (G, m, m) and log-likelihood (G,) of each motion."""
         delta, gamma, (tau, sigma) = parameters[:-3], parameters[-3], np.exp(parameters[-2:])
-        scale = np.exp(-gamma * self._w)
-        r, w, n = scale * (self._y - self._x @ delta), self._w, self._count
-        # derivative of -r by (delta, gamma), and sums over the known runs of a motion
-        x = np.column_stack([scale[:, None] * self._x, w * r])
-        size, moments = x.shape[1], np.array([r, w, w * r])
-        rows = np.column_stack([r, r**2, w, x, *(moment[:, None] * x for moment in moments)])
-        sum_r, sum_rr, sum_w = (sums := self._sums(rows))[:, :3].T
-        sum_x, sum_xr, sum_wx, sum_wxr = np.split(sums[:, 3:], 4, axis=1)
-        products = np.zeros((n.size, size, size))
-        for motion, (first, last) in zip(self._has, pairwise([*self._starts, len(x)]), strict=True):
-            products[motion] = x[first:last].T @ x[first:last]
-        variance = 1.0 / (1.0 / tau**2 + n / sigma**2)  # variance of u given the known values
-        mean = variance * sum_r / sigma**2
         shrunk = np.exp(-gamma * self._growth)
         excess = shrunk * (self._design @ delta - self._bound)
-        u, weights = self._panels(mean, variance, excess, sigma)
+        known_terms = np.column_stack([np.ones_like(excess), self._growth, -excess / sigma**2])
+        count, sum_w, pull = self._sums(self._known[:, None] * known_terms).T
+        variance = 1.0 / (1.0 / tau**2 + count / sigma**2)  # of u given the known values
+        u, weights = self._panels(variance * pull, variance, excess, sigma)
+        # ln likelihood f of each run at each node, from t, and its first two derivatives by t
         t = self._sign[:, None] * (excess[:, None] + u[self._motion]) / sigma
-        tails, ratio = log_normal_tail(t)
-        log_p = -0.5 * (u - mean[:, None]) ** 2 / variance[:, None]
-        if self._bound.size:
-            log_p += self._sums_of_censored(tails)
+        f, slope, curve, bounds = -0.5 * t**2, -t, np.ones_like(t), ~self._known
+        f[bounds], slope[bounds] = log_normal_tail(t[bounds])
+        curve[bounds] = slope[bounds] * (t[bounds] + slope[bounds])
+        log_p = self._sums(f) - 0.5 * (u / tau) ** 2
         highest = np.max(log_p, axis=1, keepdims=True)
         weights = weights * np.exp(log_p - highest)
         total_weight = np.sum(weights, axis=1, keepdims=True)
         weights /= total_weight
-        loglik = np.log(total_weight[:, 0]) + highest[:, 0] - n * np.log(sigma) - np.log(tau)
-        loglik += 0.5 * (mean**2 / variance - sum_rr / sigma**2) - gamma * sum_w
-        loglik -= 0.5 * (n + 1.0) * np.log(2.0 * np.pi)
+        loglik = np.log(total_weight[:, 0]) + highest[:, 0] - np.log(tau) - gamma * sum_w
+        loglik -= count * np.log(sigma) + 0.5 * (count + 1.0) * np.log(2.0 * np.pi)
 
         # score at each node, shape (G, m, Q), and the mean of the information there, (G, m, m)
-        middle = np.sum(weights * u, axis=1)
-        squares = sum_rr[:, None] - 2.0 * sum_r[:, None] * u + n[:, None] * u**2
         at_node = np.empty((u.shape[0], parameters.size, u.shape[1]))
-        at_node[:, :-2] = sum_x[:, :, None] * (-u / sigma**2)[:, None]
-        at_node[:, :-2] += (sum_xr / sigma**2)[:, :, None]
         information = np.zeros((u.shape[0], parameters.size, parameters.size))
-        information[:, :-2, :-2] = products / sigma**2
-        information[:, :-2, -1] = 2.0 * (sum_xr - sum_x * middle[:, None]) / sigma**2
-        mixed_terms = (sum_wxr - middle[:, None] * sum_wx) / sigma**2
-        information[:, -3, :-3] += mixed_terms[:, :-1]
-        information[:, :-3, -3] += mixed_terms[:, :-1]
-        information[:, -3, -3] += mixed_terms[:, -1]
+        # derivative of t by (delta, gamma)
+        signed = np.column_stack([shrunk[:, None] * self._design, -self._growth * excess])
+        signed *= self._sign[:, None] / sigma
+        p = weights[self._motion]
+        curvature = np.sum(p * curve, axis=1)[:, None] * signed
+        for motion, (first, last) in enumerate(pairwise([*self._first, len(signed)])):
+            at_node[motion, :-2] = signed[first:last].T @ slope[first:last]
+            information[motion, :-2, :-2] = curvature[first:last].T @ signed[first:last]
         at_node[:, -3] -= sum_w[:, None]
         at_node[:, -2] = (u / tau) ** 2 - 1.0
-        at_node[:, -1] = squares / sigma**2 - n[:, None]
+        at_node[:, -1] = -self._sums(t * slope) - count[:, None]
+        by_growth = self._sums((self._growth * np.sum(p * slope, axis=1))[:, None] * signed)
+        information[:, -3, :-2] += by_growth
+        information[:, :-3, -3] += by_growth[:, :-1]
+        by_sigma = self._sums(np.sum(p * (slope - curve * t), axis=1)[:, None] * signed)
+        information[:, :-2, -1] = information[:, -1, :-2] = by_sigma
         information[:, -2, -2] = 2.0 * np.sum(weights * (u / tau) ** 2, axis=1)
-        information[:, -1, -1] = 2.0 * np.sum(weights * squares, axis=1) / sigma**2
-        if self._bound.size:
-            p, curve = weights[self._motion], ratio * (t + ratio)
-            signed = (self._sign * shrunk / sigma)[:, None] * self._design
-            by_growth = -self._growth * self._sign * excess / sigma
-            signed = np.column_stack([signed, by_growth])  # derivative of t by (delta, gamma)
-            slope = np.einsum("hq,hq->h", p, ratio)  # mean of the derivative of ln P by t
-            at_node[:, -1] -= self._sums_of_censored(t * ratio)
-            curvature = np.sum(p * curve, axis=1)[:, None] * signed
-            for motion, (first, last) in enumerate(pairwise([*self._first, len(signed)])):
-                at_node[motion, :-2] += signed[first:last].T @ ratio[first:last]
-                information[motion, :-2, :-2] += curvature[first:last].T @ signed[first:last]
-            mixed_terms = self._sums_of_censored((self._growth * slope)[:, None] * signed)
-            information[:, -3, :-3] += mixed_terms[:, :-1]
-            information[:, :-3, -3] += mixed_terms[:, :-1]
-            information[:, -3, -3] += mixed_terms[:, -1]
-            cross = np.sum(p * (ratio - curve * t), axis=1)
-            information[:, :-2, -1] += self._sums_of_censored(signed * cross[:, None])
-            of_sigma = np.sum(p * (curve * t**2 - t * ratio), axis=1)
-            information[:, -1, -1] += self._sums_of_censored(of_sigma)
-        information[:, -1, :-2] = information[:, :-2, -1]
+        information[:, -1, -1] = self._sums(np.sum(p * (curve * t**2 - t * slope), axis=1))
         score = np.einsum("gmq,gq->gm", at_node, weights)
         at_node -= score[:, :, None]
         at_node *= np.sqrt(weights)[:, None, :]
@@ -314,16 +270,18 @@ class _Integrals:
     def _panels(
         self, mean: Floats, variance: Floats, excess: Floats, sigma: float
     ) -> tuple[Floats, Floats]:
-        """Return nodes and weights of the integrals over u, shape (G, Q) each."""
-        # `above` (h,) is the fitted value of each censored run minus its bound
+        """Return nodes and weights of the integrals over u, shape (G, Q) each.
+
+        ``excess`` (n,) is the fitted value of each run minus its known value or bound.
+        """
         mode, prior, curve = mean.copy(), np.sqrt(variance), 1.0 / variance
-        if self._bound.size == 0:  # a normal density times a polynomial of degree 4
+        if np.all(self._known):  # a normal density times a polynomial of degree 4
             return mode[:, None] + prior[:, None] * _NORMAL_NODES, prior[:, None] * _NORMAL_WEIGHTS
         for _ in range(25):
             t = self._sign * (excess + mode[self._motion]) / sigma
-            ratio = mills_ratio(t)
-            slope = self._sums_of_censored(self._sign * ratio) / sigma - (mode - mean) / variance
-            curve = self._sums_of_censored(ratio * (t + ratio)) / sigma**2 + 1.0 / variance
+            ratio = np.where(self._known, 0.0, mills_ratio(t))
+            slope = self._sums(self._sign * ratio) / sigma - (mode - mean) / variance
+            curve = self._sums(ratio * (t + ratio)) / sigma**2 + 1.0 / variance
             step = np.clip(slope / curve, -4.0 * prior, 4.0 * prior)
             mode = mode + step
             if np.all(np.abs(step) < 0.01 * prior):
@@ -337,7 +295,7 @@ class _Integrals:
         for width in (inner, inner + (outer - inner) / 3.0, inner * 2.5 / 7.0):
             limits += [mode - width, mode + width]
         for sign, extreme in ((1.0, np.maximum), (-1.0, np.minimum)):
-            censored = self._sign == sign
+            censored = ~self._known & (self._sign == sign)
             if np.any(censored):
                 edge = mode - sign * outer
                 extreme.at(edge, self._motion[censored], -excess[censored])

@@ -1,8 +1,7 @@
 """Means and regression lines over motions, with jackknife intervals.
 
 The motion is the random unit: each motion has the same weight, however many runs it has, and every
-error comes from estimates without one motion (jackknife). Values that are only bounds are treated
-as censored normal values (Tobit).
+error comes from estimates without one motion (jackknife). Bounds are censored values (Tobit).
 
 Sources: the iteration, Dempster, Laird and Rubin (1977), J. R. Stat. Soc. B 39(1):1-38; jackknife,
 Efron and Stein (1981), Ann. Stat. 9(3):586-596; jackknife of groups, Kott (2001), J. Official
@@ -128,8 +127,7 @@ class Jackknifed:
     def of_ratio(cls, logs: Floats, ln_slopes: Floats, priors: int) -> Self:
         """Return the jackknife of a shift of demand divided by the slope of demand.
 
-        ``logs`` has the R estimates of this ratio, ``ln_slopes`` ln of the R slopes; see
-        `of_replicates`.
+        ``logs`` and ``ln_slopes`` are the R estimates, as in `of_replicates`.
         """
         joint = cls.of_replicates(np.column_stack([logs, ln_slopes]), priors)
         of_ratio, of_slope = joint.influence.T
@@ -205,7 +203,7 @@ def fieller_ends(
     """Return both ends of the interval of a ratio, shift / slope; infinite if unbounded.
 
     ``t`` is the quantile of Student's t, ``variance`` that of the ratio, ``of_slope`` the variance
-    of ln slope and ``covariance`` the covariance of both. Source: Fieller (1954).
+    of ln slope and ``covariance`` the covariance of both.
     """
     # roots d = estimate - end of d^2 = t^2 (variance + 2 covariance d + of_slope d^2)
     square = 1.0 - t**2 * of_slope
@@ -246,9 +244,8 @@ def by_motion(
 ) -> Jackknifed:
     """Return the mean over motions, shape (), or the line on ``x``: value at x = 0 and slopes.
 
-    The jackknife leaves out blocks: events, or single motions if ``block`` is None. The estimate is
-    NaN if fewer than three blocks (four for a line) have an exact value, or if the slope is
-    undefined without one of them.
+    The jackknife leaves out blocks: events, or motions if ``block`` is None. The estimate is NaN if
+    fewer than three blocks (four for a line) have exact values, or if one of them decides a slope.
     """
     block = motions if block is None else block
     design = np.column_stack([np.ones(values.size), *([] if x is None else [x])])
@@ -269,7 +266,7 @@ def bounded_regression(
 ) -> Floats:
     """Return the coefficients of a normal regression for each of R sets of weights, shape (R, p).
 
-    Without bounds this is weighted least squares. Each bound is replaced by its expected value for
+    Without bounds this is weighted least squares. A bound is replaced by its expected value for
     the current line and scatter, iteratively. The scatter has the divisor (sum of weights - p); it
     would otherwise be too small with few motions. All coefficients are NaN if the exact values do
     not determine every line. The first column of ``design`` (n, p) is one. See `by_motion` for
@@ -284,9 +281,6 @@ def bounded_regression(
     # subtract the mean of the exact values to avoid cancellation in squares
     centre = np.mean(values[exact]) * np.eye(1, p)[0]
     u = values - centre[0]
-    if np.all(exact):
-        right_side = weights @ (design * u[:, None])
-        return np.linalg.solve(exact_xx, right_side[:, :, None])[:, :, 0] + centre
     inverse = np.linalg.inv((weights @ products).reshape(-1, p, p))
     limits, sign, at_bounds = u[~exact], bound[~exact], design[~exact]
     expected = np.broadcast_to(u, weights.shape).copy()

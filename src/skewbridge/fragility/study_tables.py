@@ -79,15 +79,14 @@ def fragility_tables(
     checked = demand_table.prepared(demands, demand_names, settings)
     rows = checked.table
     models = fit_models(rows, states, settings, jobs=jobs)
-    curves = fit_study(rows, states, settings, models=models, jobs=jobs)
-    medians = median_effects(rows, states, settings, models=models, curves=curves)
-    joint = joint_table(rows, states, settings, models=models, curves=curves, jobs=jobs)
+    curves = fit_study(models, states, settings, jobs=jobs)
+    medians = median_effects(models, states, settings, curves=curves)
+    joint = joint_table(models, states, settings, curves=curves, jobs=jobs)
     state_demands = [state.demand for state in limit_states if state.demand in demand_names]
     names = list(dict.fromkeys((*demands_for("effect", rows.columns), *state_demands)))
     reference = reference_intensities(curves)
     effects, intensities = effect_tables(rows, names, settings, reference_im=reference, jobs=jobs)
-    fitted: Any = {"models": models, "curves": curves}
-    system = system_curves(rows, states, settings, hazard=hazard, jobs=jobs, **fitted)
+    system = system_curves(models, states, settings, curves=curves, hazard=hazard, jobs=jobs)
     variants = (model.variants for model in models)
     axes = ((table, axis) for table in variants for axis in demand_table.varying_axes(table))
     bound = dict.fromkeys(axis for table, axis in axes if variant_pairs(table, axis)[1].empty)
@@ -155,7 +154,8 @@ def shear_model_curves(
         bounds = rows[demand].mask(failed, np.nextafter(failure.threshold, np.inf))
         runs = rows.assign(**{validity.BEYOND_MODEL: np.where(failed, "shear", ""), demand: bounds})
         state = replace(failure, component="column_shear", name=name, demand=demand)
-        fitted.append(fit_study(runs, [state], settings, jobs=jobs))
+        models_of_state = fit_models(runs, [state], settings, jobs=jobs)
+        fitted.append(fit_study(models_of_state, [state], settings, jobs=jobs))
     groups = pd.concat(fitted, ignore_index=True).groupby("variant", sort=False)
     tables = [_of_one_method(group, rows[rows["variant"] == name]) for name, group in groups]
     return pd.concat(tables, ignore_index=True)
@@ -164,8 +164,7 @@ def shear_model_curves(
 def _of_one_method(curves: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
     """Return curves of a variant by ``cloud``, or by ``exceedance`` if any shear model prefers it.
 
-    A demand at least as large as another one in every run cannot have the larger median capacity.
-    If it has, no median is estimated.
+    No median is estimated if a demand that is the larger one in every run has the larger median.
     """
     is_preferred = curves["preferred"].to_numpy(dtype=bool) & (curves["method"] == "exceedance")
     table = curves[curves["method"] == METHODS[int(is_preferred.any())]]
@@ -191,9 +190,8 @@ def suite_table(
 ) -> pd.DataFrame:
     """Return the table `suites`: effects in each suite and their differences.
 
-    Every suite is analysed separately. With fewer than two suites the table is empty. ``rows`` is a
-    checked demands table. ``all_suites`` has the effects on medians and demands for the motions of
-    all suites together.
+    With fewer than two suites the table is empty. ``rows`` is a checked demands table.
+    ``all_suites`` are the effects on medians and demands for the motions of all suites together.
     """
     names = list(dict.fromkeys(rows[SUITE].astype(str))) if SUITE in rows else []
     empty_columns = {"against": "", "verdict": "", "standard_errors": np.nan}
@@ -204,8 +202,8 @@ def suite_table(
         if name != ALL_SUITES:
             group = rows[rows[SUITE] == name].reset_index(drop=True)
             models = fit_models(group, states, settings, jobs=jobs)
-            fitted = fit_study(group, states, settings, models=models, jobs=jobs)
-            medians = median_effects(group, states, settings, models=models, curves=fitted)
+            fitted = fit_study(models, states, settings, jobs=jobs)
+            medians = median_effects(models, states, settings, curves=fitted)
             tables = medians, effect_tables(group, demands, settings, jobs=jobs).effects
         for table in tables:
             usable = table[(table["scope"] == "pooled") & (table["status"] == verdicts.OK)]
@@ -268,8 +266,7 @@ def reference_intensities(curves: pd.DataFrame) -> dict[tuple[str, str], float]:
     """Return the reference intensity of each bridge and abutment model; see `REFERENCE_STATES`.
 
     It is the geometric mean over variants of the medians of the first state with an estimate. Only
-    medians below the median of column failure are used, because at least half of the runs above it
-    have no complete demands.
+    medians below that of column failure are used: half of the runs above it are not complete.
     """
     preferred = curves[curves["preferred"].to_numpy(dtype=bool)]
     state = preferred["component"] + "/" + preferred["limit_state"]

@@ -8,7 +8,7 @@ Sources: component demands as joint lognormals, Nielson and DesRoches (2007), EE
 scrambled Sobol points, Owen (1998), J. Complexity 14(4):466-489.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache, lru_cache
 from itertools import combinations
 from math import inf, nan
@@ -21,7 +21,7 @@ from scipy import special
 from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats, Index, Mask, Row, records_of
 from skewbridge.fragility import demand_table, fits
-from skewbridge.fragility.demand_model import TOO_FEW_RUNS, BridgeModels, StateCurve, fit_models
+from skewbridge.fragility.demand_model import TOO_FEW_RUNS, BridgeModels, StateCurve
 from skewbridge.fragility.hazard import BELOW, HazardCurve
 from skewbridge.fragility.limit_states import LimitState, States
 from skewbridge.fragility.motion_means import Jackknifed, covered_range, exp_end
@@ -38,28 +38,24 @@ _SEED: Final = 20261120  # any: the median has the same error for all seeds
 
 
 def system_curves(
-    demands: pd.DataFrame,
+    models: Iterable[BridgeModels],
     limit_states: States,
     settings: FitSettings = DEFAULTS,
     *,
-    models: Sequence[BridgeModels] | None = None,
     curves: pd.DataFrame | None = None,  # whose withheld curves limit the system
     hazard: HazardCurve | None = None,
     jobs: int = 1,
 ) -> pd.DataFrame:
     """Return the table `system`: one row per variant and degree of damage.
 
-    The curves of the components are from the demand models, which are fitted if not given. A
-    component is included if some runs of the variant, but not all, exceed its state and its demand
-    increases with intensity; if all runs exceed it, they exceed the system, which has only a bound.
-    Only variants with equal ``components`` can be compared. The column ``withheld`` has components
-    without a curve in ``curves`` because unknown outcomes change it; there is no system curve if
-    its median changes as much. An `InputError` names a degree of damage that components rank
-    differently. With a hazard, the columns `rate` (a `LogRate`) and `shares` are added.
+    A component is included if some runs of the variant, but not all, exceed its state and its
+    demand increases with intensity; if all runs exceed it, they exceed the system, which has only a
+    bound. Only variants with equal ``components`` can be compared. The column ``withheld`` has
+    components without a curve in ``curves`` because unknown outcomes change it; there is no system
+    curve if its median changes as much. An `InputError` names a degree of damage that components
+    rank differently. With a hazard, the columns `rate` (a `LogRate`) and `shares` are added.
     """
     members = system_members([state for state in limit_states if state.system_degree])
-    if models is None:
-        models = fit_models(demands, limit_states, settings, jobs=jobs)
     withheld: Mapping[Any, float] = {}
     if curves is not None:
         lost = curves[(curves["method"] == "cloud") & (curves["status"] == fits.BOUNDS_TOO_WIDE)]

@@ -270,8 +270,7 @@ def at_looks(table: pd.DataFrame, looks: Sequence[int], per_motion: float = 1.0)
     pooled row, this number is the mean over its pairs of variants, weighted by the share of each
     pair in the variance. Its degrees of freedom are averaged in the same way. The column ``level``
     is the joint two-sided level of all looks on input, and the level of the row's look on return.
-    ``looks`` are increasing numbers of motions. ``per_motion`` is the number of runs of a variant
-    under one motion.
+    ``looks`` are increasing numbers of motions; ``per_motion`` is that of `runs_per_motion`.
     """
     if table.empty:
         return table
@@ -332,8 +331,7 @@ def kept(table: pd.DataFrame, history: pd.DataFrame) -> pd.DataFrame:
 
     All intervals of an effect hold jointly, so their intersection holds too, and a verdict once
     reached is kept. If the intersection is empty, the interval of the last look is used. ``table``
-    has the effects at the last look, ``history`` the keys and interval ends of earlier looks
-    (`ROUND_COLUMNS`).
+    has the effects at the last look, ``history`` (`ROUND_COLUMNS`) the intervals of earlier looks.
     """
     if history.empty:
         return table

@@ -87,8 +87,7 @@ def assign(
     cells at the same incidence of a motion, of pairs that share a motion, of the cells, and of the
     cells at each incidence as equal as possible. The incidences of a motion have different cells
     where possible. At regular intervals a motion also runs all cells at one incidence, which
-    alternates; such motions are balanced among themselves. Motions that are added do not change
-    full groups.
+    alternates; such motions are balanced among themselves. Added motions do not change full groups.
     """
     levels = np.asarray(levels_g, dtype=np.float64)
     runs = np.zeros((levels.size, incidences, cells), dtype=np.bool_)

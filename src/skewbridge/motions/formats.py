@@ -140,10 +140,8 @@ def trace_of(lines: list[str], path: Path, stated: Stated) -> Trace:
             warnings = (f"the given dt = {dt_s} s replaces {trace.dt_s} s in the file", *warnings)
     elif math.isnan(dt_s):
         if stated.dt_s_if_missing is None:
-            where = (
-                "in index.csv, in a first line as dt = 0.01, or with --dt-s of skewbridge motions"
-            )
-            text = f"{path.name} has no time step: state it {where}"
+            advice = "in a first line as dt = 0.01, or with --dt-s of skewbridge motions"
+            text = f"{path.name} has no time step: state it in index.csv, {advice}"
             raise DtMissingError(text, file=str(path))
         dt_s = stated.dt_s_if_missing
     unit, notes = (trace.unit, []) if trace.is_calibrated else _unit(stated, trace.unit)
@@ -552,9 +550,8 @@ def _read_knet(lines: list[str], path: Path, _stated: Stated) -> Trace:
         raise fault_in(path, "the file has no values after its header")
     accel_gal = (counts - counts.mean()) * (range_gal / counts_per_range)
     peak_gal, npts = np.abs(accel_gal).max(), duration_s * frequency_hz
-    is_truncated = (
-        abs(peak_gal - header_gal) > 0.01 * header_gal or counts.size < npts - frequency_hz
-    )
+    is_truncated = abs(peak_gal - header_gal) > 0.01 * header_gal
+    is_truncated |= counts.size < npts - frequency_hz
     states = f"the header states {header_gal:.4g} gal and {npts:.0f} values"
     truncated = f"{states}, the file has {peak_gal:.4g} gal and {counts.size}: truncated?"
     direction = entries.get("Dir.", "")
@@ -677,9 +674,8 @@ def _read_numbers(lines: list[str], path: Path, stated: Stated) -> Trace:
         raise fault_in(path, "the first number is the count of the others: remove it", start)
     if (is_table or count == 1) and values.size != count * len(rows):
         bad_line = next((n for n, line in rows if _column_count(line) != count), rows[-1][0])
-        raise fault_in(
-            path, f"the row must have {count} column{'s' * (count > 1)}, as the first has", bad_line
-        )
+        text = f"the row must have {count} column{'s' * (count > 1)}, as the first has"
+        raise fault_in(path, text, bad_line)
     if is_table:
         series = values.reshape(-1, count)
     else:

@@ -2,9 +2,8 @@
 
 The oscillator under a piecewise linear base acceleration has an exact recursion (Nigam and
 Jennings 1969, Bulletin of the Seismological Society of America 59(2)). For the displacement, the
-recursion is a second-order IIR filter, which scipy runs in compiled code. For periods below 10 dt
-the record is interpolated linearly with ceil(10 dt/T) steps per sample, as in the published
-NGA-West2 spectra.
+recursion is a second-order IIR filter. For periods below 10 dt the record is interpolated linearly
+with ceil(10 dt/T) steps per sample, as in the published NGA-West2 spectra.
 
 Measures that depend on orientation are RotD50. Arias intensity and CAV are the mean of the two
 components. Significant durations use the sum of both Arias build-ups, which does not depend on

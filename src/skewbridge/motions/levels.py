@@ -1,14 +1,12 @@
 """Shaking levels of a study: configuration, scale factors, stripes and the search of an IDA.
 
-The scale factor of a motion is the same for all variants, so that variants can be compared motion
-by motion.
+The scale factor of a motion is the same for all variants, which are compared motion by motion.
 """
 
-import logging
 from collections.abc import Callable, Sequence
 from math import ceil, log, log1p, log2
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final, Literal, Self
+from typing import Annotated, Final, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -17,11 +15,6 @@ from pydantic.dataclasses import dataclass
 from skewbridge.errors import InputError
 from skewbridge.files.text import OPTIONS, FileName, Number, Whole
 from skewbridge.motions.record import Vector
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-logger = logging.getLogger(__name__)
 
 #: Intensity measure of ``level_range_g`` and ``stripes_g``.
 LEVEL_MEASURE: Final = "im_saavg_rotd50_g"
@@ -187,28 +180,6 @@ def block_factors(
         by_level = start + np.argsort(block_levels, kind="stable")
         factors[by_level] = np.exp(np.interp(targets, level_cdf, edges))
     return factors / levels
-
-
-def striped(suite: "pd.DataFrame", stripes_g: Sequence[float]) -> "pd.DataFrame":
-    """Return one row per stripe and motion whose scale factor is within the limits.
-
-    Rows are those of `prepare_suite` with a new `scale` and the column `stripe_g`; they are sorted
-    by stripe. Raises `InputError` if no motion reaches a stripe.
-    """
-    import pandas as pd  # here: workers that read the configuration do without pandas
-
-    low, high = FACTOR_LIMITS
-    level_g = suite[LEVEL_MEASURE]
-    stripes = [suite.assign(scale=g / level_g, stripe_g=float(g)) for g in stripes_g]
-    all_rows = pd.concat(stripes, ignore_index=True)
-    table = all_rows[all_rows["scale"].between(low, high)].reset_index(drop=True)
-    if table.empty:
-        text = f"no motion reaches a stripe of {list(stripes_g)} g with a factor of {low} to {high}"
-        raise InputError(f"{text}: change motions.stripes_g or the suite")
-    if left_out := len(all_rows) - len(table):
-        text = "%d of %d scaled motions are left out: their factor is outside %g to %g"
-        logger.warning(text, left_out, len(all_rows), low, high)
-    return table
 
 
 def most_trials(limits: tuple[float, float]) -> int:

@@ -44,6 +44,11 @@ from skewbridge.units import G_MPS2
 _UNREADABLE: Final = (  # a file has other contents than expected; the last is of pandas
     *(AttributeError, LookupError, StopIteration, TypeError, ValueError, NotImplementedError),
 )
+#: Largest relative errors of median and dispersion of PSA at any period from 0.2 to 3 T1.
+TOLERANCES: Final = np.array([0.05, 0.10])
+MOST_PER_EVENT: Final = 2
+# ASSUME errors above 0.9 of a tolerance, and synthetic pairs, cost more (trial runs)
+_AIM, _COST_OVER, _COST_SYNTHETIC, _STARTS = 0.9, 20.0, 0.05, 32
 BAND_POINTS: Final = 39  # every second one is a period of Sa_avg(T1)
 _ROW: Final = ("magnitude", "distance_km", "epsilon", "weight", "level_g")
 
@@ -199,13 +204,6 @@ def _usgs(path: Path) -> pd.DataFrame:
     except _UNREADABLE as error:
         problem = " is not a disaggregation of the USGS by magnitude, distance and epsilon"
         raise text.file_fault(path, f"{problem}: {error}") from None
-
-
-#: Largest relative errors of median and dispersion of PSA at any period from 0.2 to 3 T1.
-TOLERANCES: Final = np.array([0.05, 0.10])
-MOST_PER_EVENT: Final = 2
-# ASSUME errors above 0.9 of a tolerance, and synthetic pairs, cost more (trial runs)
-_AIM, _COST_OVER, _COST_SYNTHETIC, _STARTS = 0.9, 20.0, 0.05, 32
 
 
 class LevelSelection(NamedTuple):

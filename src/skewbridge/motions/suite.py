@@ -78,8 +78,7 @@ def read_components(
 ) -> tuple[str, float, list[Vector], tuple[str, ...]]:
     """Return name, time step (s), components (m/s2) and messages of one file or a pair.
 
-    Time step, unit and channel are from the `index.csv` beside the files, if it lists them, or else
-    from ``stated``.
+    Time step, unit and channel are ``stated``, unless the `index.csv` beside the files lists them.
     """
     if len(files) == 1:
         parts = [part for entry in _listed_beside(files[0]) for part in entry.components]
@@ -212,6 +211,26 @@ def prepare_suites(
     twice = table["motion_id"][table["motion_id"].duplicated()]
     if len(twice):
         raise InputError(f"motion {twice.iloc[0]} is in two suites of motions.suites: rename one")
+    return table
+
+
+def striped(suite: pd.DataFrame, stripes_g: Sequence[float]) -> pd.DataFrame:
+    """Return one row per stripe and motion whose scale factor is within the limits.
+
+    Rows are those of `prepare_suite` with a new `scale` and the column `stripe_g`; they are sorted
+    by stripe. Raises `InputError` if no motion reaches a stripe.
+    """
+    low, high = levels.FACTOR_LIMITS
+    level_g = suite[levels.LEVEL_MEASURE]
+    stripes = [suite.assign(scale=g / level_g, stripe_g=float(g)) for g in stripes_g]
+    all_rows = pd.concat(stripes, ignore_index=True)
+    table = all_rows[all_rows["scale"].between(low, high)].reset_index(drop=True)
+    if table.empty:
+        text = f"no motion reaches a stripe of {list(stripes_g)} g with a factor of {low} to {high}"
+        raise InputError(f"{text}: change motions.stripes_g or the suite")
+    if left_out := len(all_rows) - len(table):
+        text = "%d of %d scaled motions are left out: their factor is outside %g to %g"
+        logger.warning(text, left_out, len(all_rows), low, high)
     return table
 
 

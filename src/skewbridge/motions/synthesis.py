@@ -375,10 +375,9 @@ def baker_jayaram_correlation(periods_s: ArrayLike) -> Vector:
 def target_spectrum(scenario: Scenario, seed: int, index: int) -> Vector:
     """Return the target RotD50 PSA of one motion in g at `BSSA_PERIODS_S`.
 
-    Motion i uses point i of a scrambled Sobol sequence, transformed to normal variables along the
-    principal axes of the correlation. So the targets of any number of motions have nearly the
-    median and dispersion of the model, and more motions do not change earlier ones. The seed
-    scrambles the sequence.
+    Motion i uses point i of a Sobol sequence scrambled by the seed, transformed to normal variables
+    along the principal axes of the correlation. So the targets of any number of motions have nearly
+    the median and dispersion of the model, and more motions do not change earlier ones.
     """
     median_g, sigma = bssa14(scenario, BSSA_PERIODS_S)
     eigenvalues, eigenvectors = np.linalg.eigh(baker_jayaram_correlation(BSSA_PERIODS_S))
@@ -537,9 +536,8 @@ def at2_text(motion: GroundMotion, component: int) -> str:
     accel_g = motion.components[component - 1] / G_MPS2
     # Smaller numbers would need a three-digit exponent.
     values = np.where(np.abs(accel_g) < 1.0e-20, 0.0, accel_g).tolist()
-    rows = [
-        "".join(f"{value:15.7E}" for value in values[i : i + 5]) for i in range(0, len(values), 5)
-    ]
+    starts = range(0, len(values), 5)
+    rows = ["".join(f"{value:15.7E}" for value in values[i : i + 5]) for i in starts]
     header = (
         "SYNTHETIC MOTION IN THE FORMAT OF THE PEER NGA STRONG MOTION DATABASE",
         f"{motion.event.replace(',', ';')}, 1/1/2000, {motion.station}, {azimuth:.0f}",

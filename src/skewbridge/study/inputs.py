@@ -23,7 +23,7 @@ from skewbridge.files.tables import Row, read_frame, write_frame
 from skewbridge.files.text import read_json, shortened, write_text
 from skewbridge.fragility import limit_states
 from skewbridge.motions.folder import INDEX_NAME
-from skewbridge.motions.levels import BLOCK, LEVEL_MEASURE, has_pilot, striped
+from skewbridge.motions.levels import BLOCK, LEVEL_MEASURE, has_pilot
 from skewbridge.motions.read import files_digest
 from skewbridge.motions.suite import content_digest, suite_sources
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, check_font
@@ -232,7 +232,7 @@ def prepare_motions(study: StudyConfig, workers: int = 1) -> None:
 def _write_motions(study: StudyConfig, medians_g: Sequence[float]) -> None:
     # Imported here: they load scipy.signal, and every job imports this module.
     from skewbridge.motions.intensity import cut_warning, motion_measures, shaken_s
-    from skewbridge.motions.suite import prepare_suites, read_suite, write_suite
+    from skewbridge.motions.suite import prepare_suites, read_suite, striped, write_suite
 
     folder, motions = StudyFolder(Path(study.results)), study.motions
     for text in axis_warnings(study):

@@ -35,7 +35,7 @@ from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.exports import EXTRAPOLATED
 from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED
-from skewbridge.fragility.hazard import hazard_curve, site_hazard
+from skewbridge.fragility.hazard import hazard_curve
 from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.limit_states import States, load_limit_states, with_column_failure
 from skewbridge.fragility.settings import DEFAULTS
@@ -264,7 +264,7 @@ def compare_studies(first: Path, second: Path, hazard: Path | None = None) -> St
     is_equal["complete"] = pairs["complete_to"] == pairs["complete_from"]
     doubts = notes.loc[notes["kind"] == "percent", "message"].tolist()
     models = fit_models(runs, states, settings, further=[STUDY], jobs=cpu_count())
-    curves = fit_study(runs, states, settings, models=models, jobs=cpu_count())
+    curves = fit_study(models, states, settings, jobs=cpu_count())
     with_curves: Any = {"curves": curves, "axes": [STUDY]}
     site_rates = pd.DataFrame()
     if site is not None:
@@ -275,7 +275,7 @@ def compare_studies(first: Path, second: Path, hazard: Path | None = None) -> St
     return StudyComparison(
         im=settings.im,
         demands=effects.effect_table(demands, rows),
-        medians=effects.median_effects(runs, states, settings, models=models, **with_curves),
+        medians=effects.median_effects(models, states, settings, **with_curves),
         rates=site_rates,
         counts={
             "pairs": len(pairs),
@@ -389,7 +389,7 @@ def predict_states(
     if at is not None and not 0.0 < at < np.inf:
         raise InputError(f"at must be > 0 and finite, got {at:g}", column="at")
     models = joint_rows(results, bridge, abutment)
-    site = site_hazard(hazard, models[0]["im"])
+    site = hazard_curve(hazard, [models[0]["im"]], models[0]["im"])
     n_withheld, rows = withheld_curves(results), list[Row]()
     for row in models:
         model = JointModel(row)

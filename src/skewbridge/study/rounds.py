@@ -25,6 +25,7 @@ from skewbridge.demands.validity import with_derived_columns
 from skewbridge.files.tables import read_frame, records_of
 from skewbridge.files.text import read_json, write_text
 from skewbridge.fragility import limit_states, verdicts
+from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.demand_table import axis_names, prepared
 from skewbridge.fragility.effects import effect_tables, median_effects
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE
@@ -227,7 +228,8 @@ def _looked_at(
     rows = prepared(demands, names, settings).table
     headline = [state for state in states if state.key in limit_states.HEADLINE_STATES]
     on_demands = effect_tables(rows, demands_for("headline", rows.columns), settings).effects
-    effects = pd.concat([on_demands, median_effects(rows, headline, settings)], ignore_index=True)
+    models = fit_models(rows, headline, settings)
+    effects = pd.concat([on_demands, median_effects(models, headline, settings)], ignore_index=True)
     history = pd.DataFrame([cell for plan in plans for cell in plan["cells"]])
     effects = verdicts.kept(
         verdicts.at_looks(effects, looks, verdicts.runs_per_motion(demands)), history

@@ -37,6 +37,7 @@ from skewbridge.bridge.column import bent_capacity
 from skewbridge.demands.validity import BEYOND_MODEL, COMPLETE
 from skewbridge.files.tables import Row, records_of
 from skewbridge.fragility.curves import fit_study
+from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.demand_table import prepared
 from skewbridge.fragility.effects import effect_tables, median_effects
 from skewbridge.fragility.fits import FITTED
@@ -190,10 +191,11 @@ def medians(
         limits[key] = replace(limits[key], threshold=0.75 * limits[key].threshold)
     states = list(limits.values())
     rows = prepared(demands, list(dict.fromkeys(state.demand for state in states)), SETTINGS).table
-    curves = fit_study(rows, states, SETTINGS)
+    models = fit_models(rows, states, SETTINGS)
+    curves = fit_study(models, states, SETTINGS)
     components = curves[curves["method"] == "cloud"]  # as in the published study
     components = components.drop(columns="beta").rename(columns={"beta_total": "beta"})
-    system = system_curves(rows, states, SETTINGS).assign(component=SYSTEM)
+    system = system_curves(models, states, SETTINGS).assign(component=SYSTEM)
     all_curves = pd.concat([components, system], ignore_index=True)
     # only counts of exceedances bound the median of a state that no run reaches
     by_outcome = curves[curves["method"] == "exceedance"]
@@ -343,7 +345,8 @@ def median_factors(table: pd.DataFrame) -> pd.DataFrame:
 
     def effects(group: pd.DataFrame) -> pd.DataFrame:
         rows = prepared(group, list(DEMANDS.values()), SETTINGS).table
-        return median_effects(rows, states, SETTINGS, axes=["skew_deg"])
+        models = fit_models(rows, states, SETTINGS, further=["skew_deg"])
+        return median_effects(models, states, SETTINGS, axes=["skew_deg"])
 
     return _effects_of_skew(_with_whole_peaks(table), effects)[[*_EFFECT_KEYS, *_EFFECT]]
 
