@@ -31,7 +31,6 @@ from skewbridge.bridge.abutments import (
     build_arm,
     build_arms,
     build_bearings,
-    build_joint,
     hold_wall_point,
     pad_stations,
     placed,
@@ -222,10 +221,6 @@ def _pads(end: DeckEnd, node: int, support: int, pads: PadData) -> list[tuple[Po
 type EndBuilder = Callable[[End, Blueprint], Callable[[], AbutmentHandle]]
 
 
-def _seat(end: End, blueprint: Blueprint) -> Callable[[], AbutmentHandle]:
-    return partial(build_joint, support_deck_end(end, blueprint))
-
-
 def _integral(end: End, blueprint: Blueprint) -> Callable[[], AbutmentHandle]:
     """Create the piles of an integral end and the stiff arms to them and to the fill."""
     plan, node, options, tags = end.plan, end.node, blueprint.options, blueprint.tags
@@ -336,5 +331,5 @@ def _roller(end: End, blueprint: Blueprint) -> Callable[[], AbutmentHandle]:
 
 #: Builder of each type of end, by the ``type`` of its data.
 KINDS: Final[Mapping[str, EndBuilder]] = {
-    "seat": _seat, "integral": _integral, "fixed": _fixed, "roller": _roller,
+    "seat": support_deck_end, "integral": _integral, "fixed": _fixed, "roller": _roller,
 }  # fmt: skip
