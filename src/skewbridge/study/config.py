@@ -6,7 +6,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property, reduce
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
@@ -28,14 +28,16 @@ from skewbridge.files.text import (
     shortened,
     write_text,
 )
-from skewbridge.fragility.hazard import HazardConfig, HazardCurve, hazard_curve
-from skewbridge.fragility.settings import FitSettings
+from skewbridge.fragility.settings import FitSettings, HazardConfig
 from skewbridge.motions.levels import MotionsConfig
 from skewbridge.study.folder import DEFAULT_ROOT, StudyFolder, default_root
 from skewbridge.units import Units
 from skewbridge.variant.grid import GridConfig
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.random_properties import UncertaintyConfig
+
+if TYPE_CHECKING:  # imported when needed: every job reads a configuration, few have rates
+    from skewbridge.fragility.hazard import HazardCurve
 
 #: The bridge whose conditioning period sets the scale factors of every study. A factor must depend
 #: on the motion only, otherwise runs of different variants and bridges could not be paired.
@@ -159,10 +161,13 @@ class StudyConfig(BaseModel):
         return StudyFolder(Path(self.results))
 
     @cached_property
-    def hazard_curve(self) -> HazardCurve | None:
+    def hazard_curve(self) -> "HazardCurve | None":
         """Hazard curve of the site for an intensity of the study, or None."""
-        file = None if self.hazard.file is None else Path(self.hazard.file)
-        return hazard_curve(file, MEASURES, self.fragility.im, warns=False)
+        if self.hazard.file is None:
+            return None
+        from skewbridge.fragility.hazard import hazard_curve
+
+        return hazard_curve(Path(self.hazard.file), MEASURES, self.fragility.im, warns=False)
 
     def bridges_with_periods(self) -> tuple[str, ...]:
         """Return the bridges whose conditioning periods the study uses, as the grid names them."""
