@@ -48,7 +48,7 @@ from skewbridge.contact.element import FIRST_FREE_MATERIAL
 from skewbridge.errors import InputError
 from skewbridge.files.text import checked, merged
 from skewbridge.units import G_MPS2
-from skewbridge.variant.axes import AXES
+from skewbridge.variant.axes import USUAL
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
@@ -159,12 +159,10 @@ def _common_properties(bridge: ScriptBridge) -> _CommonProperties:
         frames.append(bridge.frame(*arguments))
         return frames[0][0]
 
-    axis_values = {axis.name: axis.usual for axis in AXES} | {"skew_deg": 0}
+    variant = Variant.at(str(bridge.path), "contact_friction", USUAL)
     with lines_of([bridge.path]), domain():
         try:
-            model = assemble(
-                build, Variant.at(str(bridge.path), "contact_friction", axis_values), ModelOptions()
-            )
+            model = assemble(build, variant, ModelOptions())
         except GravityError as error:
             raise InputError(f"{error}, with the deck ends on pads") from error
         modes = modes_of(model)

@@ -15,27 +15,22 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
-from pydantic import Field
-from pydantic.dataclasses import dataclass as checked_dataclass
+from scipy.special import ndtri
 
 from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats, Row, as_column, positive, require
 from skewbridge.files.text import (
     MAX_CSV_BYTES,
-    OPTIONS,
-    FileName,
     file_fault,
     read_csv,
     read_json,
     read_text,
     shown_path,
 )
-
-if TYPE_CHECKING:  # imported when needed: every job reads a configuration, few have rates
-    from skewbridge.fragility.motion_means import Jackknifed
+from skewbridge.fragility.motion_means import Jackknifed, exp_end
 
 logger = logging.getLogger(__name__)
 
@@ -62,14 +57,6 @@ BELOW: Final = float(np.log(10.0))
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
 
 
-@checked_dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
-class HazardConfig:
-    """Hazard curve of the site, for annual rates."""
-
-    file: FileName | None = Field(default=None)
-    """CSV (columns im, rate), OpenQuake or USGS file, or a folder of OpenQuake files; null: none"""
-
-
 class LogRate(NamedTuple):
     """ln of an annual rate, or of a ratio of rates."""
 
@@ -84,16 +71,12 @@ class LogRate(NamedTuple):
         return float(np.exp(self.logs[0]))
 
     @property
-    def jackknifed(self) -> "Jackknifed":
+    def jackknifed(self) -> Jackknifed:
         """Estimate with the influence of each event or motion (jackknife)."""
-        from skewbridge.fragility.motion_means import Jackknifed
-
         return Jackknifed.of_replicates(self.logs, self.priors)
 
     def interval(self, level: float) -> tuple[float, float, float]:
         """Return the estimate and both interval ends, which cover motions and hazard together."""
-        from skewbridge.fragility.motion_means import exp_end
-
         estimate, interval = self.logs[0], np.array(self.jackknifed.interval(level))
         if self.fractiles.size > 1:
             signs, ends = np.array([-1.0, 1.0]), _hazard_ends(self.fractiles, self.quantiles, level)
@@ -110,8 +93,6 @@ class LogRate(NamedTuple):
 def _hazard_ends(ln_rates: Floats, quantiles: Floats, level: float) -> Floats:
     """Return the ends (2,) of the interval of an ln rate from its values by fractiles (F,)."""
     # ASSUME the uncertain hazard is lognormal, and its curves do not cross
-    from scipy.special import ndtri
-
     sigma, middle = np.polyfit(ndtri(quantiles), ln_rates, 1)
     return middle + abs(sigma) * ndtri(0.5 + 0.5 * level) * np.array([-1.0, 1.0])
 

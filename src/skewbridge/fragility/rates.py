@@ -227,7 +227,7 @@ def rate_effects(
         for axis in axes or demand_table.varying_axes(of_bridge.variants):
             for keys, rates in _changes(medians, axis, all_states, rate_of, systems):
                 row: Row = {"level": EFFECT_CONFIDENCE, "direction": 0, "n_motions": motions}
-                if rates is not None:
+                if rates:
                     start, end = rates
                     row |= {"from_rate": start.value, "to_rate": end.value}
                     ends = end.minus(start).interval(EFFECT_CONFIDENCE)
@@ -247,56 +247,46 @@ def _changes(
     states: Sequence[LimitState | str],
     rate_of: Callable[[LimitState, int], LogRate | None],  # of a variant, by its number
     systems: Mapping[tuple[str, str], Row],  # keys: variant, degree
-) -> list[tuple[Row, tuple[LogRate, LogRate] | None]]:
+) -> list[tuple[Row, list[LogRate]]]:
     """Return table columns and both ln rates of pairs of variants that differ in ``axis``.
 
     The mean over the pairs comes first. Pairs of systems with different components have no rates.
     """
     other_axes, pairs = variant_pairs(medians.models.variants, axis)
-    changes: list[tuple[Row, tuple[LogRate, LogRate] | None]] = []
-    for (step, cells), state in product(pairs.groupby(list(STEP)), states):
+    changes: list[tuple[Row, list[LogRate]]] = []
+    for (step, group), state in product(pairs.groupby(list(STEP)), states):
         key = (SYSTEM, state) if isinstance(state, str) else (state.component, state.name)
         keys = medians.models.labels | {"axis": axis, "status": OK, "reason": ""}
         keys |= dict(zip([*STEP, *_STATE[1:]], (*step, *key), strict=True))
-        pairs_with_rates: list[tuple[Row, tuple[LogRate, LogRate]]] = []
-        rated_cells: list[Row] = []
-        withheld: list[tuple[Row, None]] = []
-        rated_systems: list[tuple[Row, Row]] = []
-        for cell in records_of(cells):
-            row = keys | {"scope": "variant"} | {name: cell[name] for name in other_axes}
-            both = None
-            if isinstance(state, str):
-                both = systems[cell["variant_from"], state], systems[cell["variant_to"], state]
-                if reason := difference(*both):
-                    difference_row = {"status": DIFFERENT_COMPONENTS, "reason": reason}
-                    withheld.append((row | difference_row, None))
-                    continue
-                start, end = (system.get("rate") for system in both)
-            else:
-                start, end = (rate_of(state, cell[f"number_{name}"]) for name in ("from", "to"))
-            if isinstance(start, LogRate) and isinstance(end, LogRate):
-                pairs_with_rates.append((row, (start, end)))
-                rated_cells.append(cell)
-                rated_systems += [both] if both else []
-        used_rates = [rates for _, rates in pairs_with_rates]
+        cells, both = records_of(group), list[list[Row]]()
         if isinstance(state, str):
-            used_rates = list(compress(used_rates, averaged(rated_systems)))
-        pooled = keys | {"scope": "pooled", "n_cells": len(used_rates)}
-        left_out = {"different": len(withheld), "other": len(pairs_with_rates) - len(used_rates)}
-        texts = [f"{n} of {len(cells)} pairs have {word}" for word, n in left_out.items() if n]
-        if texts:
+            names = [(cell["variant_from"], cell["variant_to"]) for cell in cells]
+            both = [[systems[name, state] for name in pair] for pair in names]
+            rates = [[system.get("rate") for system in pair] for pair in both]
+        else:
+            numbers = [(cell["number_from"], cell["number_to"]) for cell in cells]
+            rates = [[rate_of(state, number) for number in pair] for pair in numbers]
+        reasons = [difference(*pair) for pair in both] or [""] * len(cells)
+        logs = [[rate for rate in pair if isinstance(rate, LogRate)] for pair in rates]
+        rated = [i for i, reason in enumerate(reasons) if len(logs[i]) == 2 and not reason]
+        if isinstance(state, str):
+            shown, used = rated, list(compress(rated, averaged([both[i] for i in rated])))
+            has_mean = bool(used)
+        else:
+            used, shown = rated, [i for i in rated if not medians.withheld([cells[i]], state)]
+            has_mean = bool(rated) and not medians.withheld([cells[i] for i in rated], state)
+        pooled = keys | {"scope": "pooled", "n_cells": len(used)}
+        left_out = {"different": sum(map(bool, reasons)), "other": len(rated) - len(used)}
+        if texts := [f"{n} of {len(cells)} pairs have {word}" for word, n in left_out.items() if n]:
             pooled["reason"] = f"{', '.join(texts)} components"
-        shown = [True] * len(pairs_with_rates)
-        has_mean = bool(used_rates)
-        if not isinstance(state, str) and rated_cells:
-            has_mean = not medians.withheld(rated_cells, state)
-            shown = [not medians.withheld([cell], state) for cell in rated_cells]
         if has_mean:
-            starts, ends = zip(*used_rates, strict=True)
-            changes.append((pooled, (_mean(starts), _mean(ends))))
-        elif withheld:
-            changes.append((pooled | {"status": DIFFERENT_COMPONENTS}, None))
-        changes += [*compress(pairs_with_rates, shown), *withheld]
+            changes.append((pooled, [_mean([logs[i][end] for i in used]) for end in (0, 1)]))
+        elif any(reasons):
+            changes.append((pooled | {"status": DIFFERENT_COMPONENTS}, []))
+        rows = [keys | {"scope": "variant"} | {n: cell[n] for n in other_axes} for cell in cells]
+        changes += [(rows[i], logs[i]) for i in shown]
+        different = [(i, {"reason": reason}) for i, reason in enumerate(reasons) if reason]
+        changes += [(rows[i] | {"status": DIFFERENT_COMPONENTS} | r, []) for i, r in different]
     return changes
 
 

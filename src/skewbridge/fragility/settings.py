@@ -1,4 +1,4 @@
-"""Settings of the fits: section ``fragility`` of the configuration."""
+"""Settings of the fits and the site: sections ``fragility`` and ``hazard`` of the configuration."""
 
 from typing import Annotated, Final, Self
 
@@ -49,3 +49,11 @@ class FitSettings:
 
 
 DEFAULTS: Final = FitSettings()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
+class HazardConfig:
+    """Hazard curve of the site, for annual rates."""
+
+    file: FileName | None = Field(default=None)
+    """CSV (columns im, rate), OpenQuake or USGS file, or a folder of OpenQuake files; null: none"""

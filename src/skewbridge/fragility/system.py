@@ -78,7 +78,7 @@ def difference(first: Row, second: Row) -> str:
     return "; ".join(texts)
 
 
-def averaged(pairs: Sequence[tuple[Row, Row]]) -> list[bool]:
+def averaged(pairs: Sequence[Sequence[Row]]) -> list[bool]:
     """Return which pairs of systems a mean over pairs includes.
 
     The systems of a pair must have the same components, and all pairs of a mean those of most

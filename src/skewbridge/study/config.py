@@ -6,7 +6,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property, reduce
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
@@ -28,14 +28,16 @@ from skewbridge.files.text import (
     shortened,
     write_text,
 )
-from skewbridge.fragility.hazard import HazardConfig, HazardCurve, hazard_curve
-from skewbridge.fragility.settings import FitSettings
+from skewbridge.fragility.settings import FitSettings, HazardConfig
 from skewbridge.motions.levels import MotionsConfig
 from skewbridge.study.folder import DEFAULT_ROOT, StudyFolder, default_root
 from skewbridge.units import Units
 from skewbridge.variant.grid import GridConfig
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.random_properties import UncertaintyConfig
+
+if TYPE_CHECKING:  # imported when needed: every job reads a configuration, few have rates
+    from skewbridge.fragility.hazard import HazardCurve
 
 #: The bridge whose conditioning period sets the scale factors of every study. A factor must depend
 #: on the motion only, otherwise runs of different variants and bridges could not be paired.
@@ -135,7 +137,7 @@ class StudyConfig(BaseModel):
         if self.design.until and len(self.motions.suites) > 1:
             raise ValueError("design.until: rounds need exactly one suite in motions.suites")
         if self.motions.selection:
-            if self.motions.folder not in (None, str(StudyFolder(Path(self.results)).selected)):
+            if self.motions.folder not in (None, str(self.folder.selected)):
                 raise ValueError("motions: give selection or folder, not both")
             if self.design.until:
                 raise ValueError("design.until: motions.selection cannot run in rounds; remove one")
@@ -153,11 +155,19 @@ class StudyConfig(BaseModel):
                 )
         return self
 
+    @property
+    def folder(self) -> StudyFolder:
+        """Files of the study."""
+        return StudyFolder(Path(self.results))
+
     @cached_property
-    def hazard_curve(self) -> HazardCurve | None:
+    def hazard_curve(self) -> "HazardCurve | None":
         """Hazard curve of the site for an intensity of the study, or None."""
-        file = None if self.hazard.file is None else Path(self.hazard.file)
-        return hazard_curve(file, MEASURES, self.fragility.im, warns=False)
+        if self.hazard.file is None:
+            return None
+        from skewbridge.fragility.hazard import hazard_curve
+
+        return hazard_curve(Path(self.hazard.file), MEASURES, self.fragility.im, warns=False)
 
     def bridges_with_periods(self) -> tuple[str, ...]:
         """Return the bridges whose conditioning periods the study uses, as the grid names them."""
@@ -202,7 +212,7 @@ def parse_config(
     stated = {name: stated_values(name) for name in study.grid.bridge}
     changes: dict[str, Any] = {"grid": study.grid.with_stated(stated)}
     if study.motions.selection:  # `study.inputs.select_motions` fills this folder
-        selected = str(StudyFolder(Path(study.results)).selected)
+        selected = str(study.folder.selected)
         changes["motions"] = replace(study.motions, folder=selected, count=None)
     if hazard := study.hazard_curve:  # curves are for its intensity measure
         changes["fragility"] = replace(study.fragility, im=hazard.im)
@@ -226,7 +236,7 @@ def store_configuration(
     names = [str(p.relative_to(Path.cwd()) if p.is_relative_to(Path.cwd()) else p) for p in paths]
     values = study.model_dump(mode="json")
     content = {"files": names, "given": dict(overrides), "configuration": values}
-    write_text(StudyFolder(Path(study.results)).configuration, json.dumps(content, indent=1))
+    write_text(study.folder.configuration, json.dumps(content, indent=1))
 
 
 def stored_configuration(folder: Path) -> StudyConfig | None:

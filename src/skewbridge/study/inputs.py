@@ -122,7 +122,7 @@ def select_motions(config: StudyConfig, cache: Path | None) -> None:
 
     Writes the errors of each level into `motions/selection.json` of the results.
     """
-    section, folder = config.motions.selection, StudyFolder(Path(config.results))
+    section, folder = config.motions.selection, config.folder
     if section is None:
         return
     target, sources = Path(section.target), list(map(Path, section.candidates))
@@ -174,7 +174,7 @@ def band_medians(study: StudyConfig) -> tuple[float, ...]:
 
     They come from the configuration, an earlier study, or finished trial runs (`run_pilot`).
     """
-    bands, pilot = study.motions.bands, StudyFolder(Path(study.results)).pilot
+    bands, pilot = study.motions.bands, study.folder.pilot
     if bands is None or bands.medians_g:
         return bands.medians_g if bands else ()
     if bands.study is None:
@@ -234,7 +234,7 @@ def _write_motions(study: StudyConfig, medians_g: Sequence[float]) -> None:
     from skewbridge.motions.intensity import cut_warning, motion_measures, shaken_s
     from skewbridge.motions.suite import prepare_suites, read_suite, write_suite
 
-    folder, motions = StudyFolder(Path(study.results)), study.motions
+    folder, motions = study.folder, study.motions
     for text in axis_warnings(study):
         logger.warning("%s", text)
     for name in study.grid.bridge:
