@@ -543,11 +543,11 @@ def _build_keys(joint: Joint, handle: AbutmentHandle, body: int | None) -> Abutm
     key_nodes: list[int] = []
     units: list[int] = []
     gap_elements: list[int] = []
-    side = {"both": 0.0, "+y": 1.0, "-y": -1.0}[joint.data.keys_at]
     # ASSUME the face of a key is parallel to the edge of the deck
     x, y = end.tangent if options.key_frame == "skewed" else turned(end.outward)
     for sign in (-1.0, 1.0):  # start and end of the tangent
-        if sign * side * end.outward[0] < 0.0:  # no key
+        side = "+y" if sign * end.outward[0] > 0.0 else "-y"
+        if joint.data.keys_at not in ("both", side):
             continue
         along_m, inward = sign * end.wall_length_m / 2, (-sign * x, -sign * y)
         node = plane_node(end.point("outer", along_m), mass_kg, tags)
