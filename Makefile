@@ -133,6 +133,7 @@ docs: setup
 	$(BIN)/python docs/reference_pages.py
 	$(BIN)/snakemake --rulegraph -- report | $(BIN)/python docs/rule_graph.py docs/images/rules.svg
 	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going -c docs . docs/_build/html
+	cp docs/gallery/images/sphx_glr_plot_bridge_001.png docs/theory/bridge_model.png
 
 clean:
 	rm -rf results .snakemake .bench docs/_build

@@ -1,6 +1,6 @@
 """Residual / peak displacement of the bent of osb1, and of oscillators with other hysteresis.
 
-Twelve motions of the default suite, scaled to a PGA of 0.9 g, act on osb1 without walls (roller)
+Twelve motions of the suite `near`, scaled to a PGA of 0.9 g, act on osb1 without walls (roller)
 and with contact and friction, gap 25 mm, skew 0. Each component also acts on oscillators with the
 period and strength of the bent (0.75 s, 0.30 g, damping 5 %): bilinear with 1 % hardening, and
 Takeda's rule with the unloading exponent 0.5. Prints the median and the largest ratio of each model

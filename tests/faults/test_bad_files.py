@@ -161,11 +161,11 @@ def test_all_bad_inputs_of_a_study_are_reported_at_once_also_motions_that_cannot
                         for left_out in ("citation", "dispersion"))  # fmt: skip
     states = [STATE | {"unit": "kn"}, uncited | {"component": "b"}, certain | {"component": "c"}]
     motions = {"folder": str(tmp_path / "nowhere"), "design": "ida", "ida_demand": "foo_m"}
-    raw = {"grid": {"bridge": ["osb9", "osb1"], "gap_mm": [25, 950]}, "motions": motions}
-    raw |= {"fragility": {"im": "im_pga"}}
+    raw = {"grid": {"bridge": ["osb9", "osb1"], "gap_mm": [25, 910]}, "motions": motions}
+    raw |= {"fragility": {"im": "im_pga"}, "uncertainty": {"enabled": True}}  # offsets to 10 mm
     message = faults_of(tmp_path, states, raw)
     for words in (
-        "'osb9'", "osb1: gap_mm must leave some of the left seat of 914 mm, got 950",
+        "'osb9'", "osb1: gap_mm must leave some of the left seat of 914 mm, got 920 normal",
         "nowhere does not exist", "fragility.im must be one of", "motions.ida_demand",
         "entry 1: unit", "entry 2: citation: is missing", "entry 3: states.slight.dispersion",
     ):  # fmt: skip

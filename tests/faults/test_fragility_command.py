@@ -155,6 +155,7 @@ def test_a_table_of_runs_obeys_status_and_unknown_outcomes_may_forbid_a_median(f
     assert fit(table, "stripes", *RUNS, 0.01)["status"] in {"ok", "complete_separation"}
     found = fit(table.assign(status="ok"), "cloud", *RUNS, 9.0)
     assert (found["status"], found["theta"]) == ("no_exceedance", None)
+    assert "of 9 is outside the usual 0.001 to 0.2: check its unit" in "\n".join(found["notes"])
     table = synthetic_demands(**SAME_PLACE, motions=40)
     strong = (table[IM] > 0.3) & (table.index % 2 == 0)
     table.loc[strong, DRIFT] *= 0.5

@@ -304,8 +304,10 @@ def test_yield_displacements_ductilities_and_seats_agree_with_the_hand_values() 
     osb1 = load_structure("osb1").description
     found_m = [bridge_check.seat_demand_aashto_m(osb1, "left", deg) for deg in (0, -30, 45, 60)]
     assert found_m == pytest.approx([0.59, 0.66, 0.74, 0.86], abs=0.006)
-    demands_m = [bridge_check.seat_demand_sdc_m(osb1, moved_m) for moved_m in (0.0, 1.0)]
-    assert demands_m == pytest.approx([0.762, 1.0 + 0.1016 + 0.04572])  # the minimum first
+    held = replace(osb1, end_kinds={"left": "seat", "right": "integral"})
+    cases = (osb1, 0.0), (osb1, 1.0), (held, 1.0)
+    demands_m = [bridge_check.seat_demand_sdc_m(bridge, moved_m) for bridge, moved_m in cases]
+    assert demands_m == pytest.approx([0.762, 1.1016 + 0.04572, 1.1016 + 0.09144])  # minimum first
     # each seat has the length and the columns of its own deck; a hinge those of both sides
     spans = load_structure(ROOT / "docs/bridges/simple_spans.yaml").description
     spans = replace(spans, bent_heights_m=(4.0, 6.0, 9.0))

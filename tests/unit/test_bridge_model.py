@@ -97,15 +97,17 @@ def test_the_modes_leave_the_model_as_it_was(abutment, monkeypatch: pytest.Monke
 
 
 @pytest.mark.parametrize("abutment", ["spring", "contact_friction"])
-def test_an_abutment_with_one_key_has_it_at_its_side_of_the_bridge(written, abutment):
-    ends = "{left: {type: seat, keys_at: +y}, right: {type: seat, keys_at: -y}}"
+@pytest.mark.parametrize("sides_m", [{"+y": [7.165], "-y": [-7.165]}, {"none": [], "+y": [7.165]}])
+def test_an_abutment_with_one_or_no_key_has_it_at_its_side(written, abutment, sides_m):
+    left, right = sides_m
+    ends = f"{{left: {{type: seat, keys_at: {left}}}, right: {{type: seat, keys_at: {right}}}}}"
     name = written(f"extends: osb1\ntitle: one key\nsource: 'd: test'\nabutments: {ends}\n")
     with domain():
         model = build(variant(30, abutment, name), ModelOptions())
-        for end, y_m in zip(model.abutments, (7.165, -7.165), strict=True):
-            assert [ops.nodeCoord(key, 2) for key in end.key_nodes] == [pytest.approx(y_m)]
-            assert len(end.key_springs) == 1
-            assert len(end.key_units) == (abutment != "spring")
+        for end, y_m in zip(model.abutments, sides_m.values(), strict=True):
+            assert [ops.nodeCoord(key, 2) for key in end.key_nodes] == pytest.approx(y_m)
+            assert len(end.key_springs) == len(y_m)
+            assert len(end.key_units) == len(y_m) * (abutment != "spring")
 
 
 @pytest.mark.parametrize("count", [3, 4, 5, 9, 41])

@@ -202,7 +202,7 @@ def test_a_file_is_compared_with_the_configuration_of_its_own_study(tmp_path, mo
     assert compared() == [1, False, ["rule_digest", "config_digest"]]
     mine.unlink()
     assert compared() == [0, True, []]
-    assert study_of(Path("some/results"))[0].motions.count == 3
+    assert study_of(Path("some/results")).motions.count == 3
     monkeypatch.chdir(base.parent)
     assert f"run the command in {tmp_path}" in run("provenance", table)[1]["message"]
     monkeypatch.chdir(tmp_path)

@@ -217,6 +217,9 @@ def test_a_skew_or_gap_without_effect_is_named(written):
     (text,) = axis_warnings(parse_config({"accuracy": "fast"}))
     assert text.startswith("accuracy fast is for trials: its rows are often suspect")
     assert not list(axis_warnings(parse_config({"grid": in_radians | {"skew_deg": [0, 1, 30]}})))
+    narrow = {"grid": {"bridge": ["osb1"], "gap_mm": [9, 25]}, "uncertainty": {"enabled": True}}
+    (text,) = axis_warnings(parse_config(narrow))
+    assert text.startswith("osb1: random gap offsets of -10 to 10 mm close its gap of 9 mm in some")
 
 
 def test_variants_have_the_gap_that_their_bridge_states(written):

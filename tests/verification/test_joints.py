@@ -115,7 +115,7 @@ def test_two_decks_over_a_joint_agree_with_explicit_integration_of_two_bodies():
         inner = InnerJoint(name="joint 1", ends=ends, data=data, **given)
         contacts, case = ContactSet(tags), variant(30, gap_mm=20, friction_pct=40)
         parts = Blueprint(variant=case, options=ModelOptions(), tags=tags, contacts=contacts)
-        handle = joints.build_inner_joint(joints.support_joint(inner, parts))
+        handle = joints.support_joint(inner, parts)()
         assert (handle.gap_m, len(handle.units)) == (GAP_M, 3)
         for node, speeds in zip(nodes, SPEEDS, strict=True):
             for dof, speed in zip((1, 2, 6), speeds, strict=True):

@@ -44,6 +44,7 @@ def test_a_copied_configuration_has_results_of_its_own_and_a_cluster_a_job_for_e
     plan = done([SNAKEMAKE, "-n", "--configfile", "config/mine.yaml"], tree)
     assert "results/smoke" not in plan.stdout + plan.stderr
     assert "output: results/mine/report.html" in plan.stdout + plan.stderr
+    assert "digraph" in done([SNAKEMAKE, "--rulegraph"], tree).stdout  # needs no processors
     # with the processors, time and partition that the environment names
     site = {"SKEWBRIDGE_JOB_CORES": "2", "SKEWBRIDGE_JOB_MINUTES": "17", "SBATCH_PARTITION": "long"}
     profile = ("--workflow-profile", "workflow/profiles/slurm")
@@ -130,6 +131,8 @@ def test_the_site_is_built_without_a_warning(tmp_path):
     assert "<math" in page
     loaded = [line for line in page.splitlines() if "<script" in line or "stylesheet" in line]
     assert "https://" not in "".join(loaded)
+    drawn = ROOT / "docs/gallery/images/sphx_glr_plot_bridge_001.png"
+    assert drawn.read_bytes() == (ROOT / "docs/theory/bridge_model.png").read_bytes()  # make docs
 
 
 def test_an_installed_package_starts_a_study_and_shows_the_stored_one(tmp_path):

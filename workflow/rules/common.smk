@@ -31,9 +31,11 @@ try:
 except InputError as error:
     sys.exit(f"error: {error}")  # an exception would be shown with lines of this file
 
+# Commands without analyses, such as `snakemake --unlock` or `--report`, need no --cores.
+CORES = workflow.resource_settings.cores or 1
 # Parallel variants use the processors better than one variant with parallel motions; a study of
 # fewer variants than processors divides the processors among its variants.
-ANALYSIS_THREADS = max(1, (workflow.cores or 1) // len(VARIANTS))
+ANALYSIS_THREADS = max(1, CORES // len(VARIANTS))
 
 # Additional inputs of a study that runs until its effects are decided (design.until).
 ROUNDS = {}
@@ -41,7 +43,7 @@ ROUNDS = {}
 if STUDY.design.until:
     ROUNDS = {"rounds": FOLDER.rounds}
     # For all jobs of this command: its start time and number of processors.
-    os.environ.setdefault(CLOCK, f"{time.time():.0f} {workflow.cores or 1}")
+    os.environ.setdefault(CLOCK, f"{time.time():.0f} {CORES}")
 
 
 wildcard_constraints:

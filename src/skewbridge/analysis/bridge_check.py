@@ -47,7 +47,8 @@ AASHTO_CLAUSE: Final = "AASHTO LRFD 4.7.4.4 (1.5 N)"
 MINIMUM_SEAT_M: Final = 30 * INCH  # source: `ABUTMENT_CLAUSE`
 MINIMUM_HINGE_M: Final = 24 * INCH  # source: `HINGE_CLAUSE`
 SEAT_ALLOWANCE_M: Final = 4 * INCH  # source: both; added to movements and demand
-# ASSUME prestress shortening, creep, shrinkage and temperature together shorten the deck by 1/1000
+# ASSUME prestress shortening, creep, shrinkage and temperature together shorten the deck by 1/1000,
+# half at each end unless one is held
 SHORTENING_RATIO: Final = 1.0e-3
 SEISMIC_SEAT_FACTOR: Final = 1.5  # source: AASHTO LRFD table 4.7.4.4-1, higher zones
 #: Column of the demands table: length of the deck on its seats at rest (AASHTO figure 4.7.4.4-1).
@@ -168,10 +169,12 @@ def _outside_ranges(filled: Completed) -> Iterator[str]:
 
 def _factors(filled: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[Any]:
     """Yield for each number stated in a file: key, value by rule, rule, ratio stated / by rule."""
-    other_material = TABLES["concrete"] if filled.bridge.deck.elastic_modulus_gpa > 100.0 else ()
+    unusual = TABLES["concrete"] if filled.bridge.deck.elastic_modulus_gpa > 100.0 else []
+    # a cap below bearings is not as deep as the deck
+    unusual = {*unusual, *(f"bents.{n}.cap_depth_m" for n in filled.bridge.bents_with_bearings)}
     for key, (value, rule) in rules.items():
         values = np.ravel(value_at(filled.bridge, key))
-        is_usual = rule.within and key not in filled.derived and rule.key not in other_material
+        is_usual = rule.within and key not in filled.derived and unusual.isdisjoint({key, rule.key})
         # no weight, for example of a cap, is a choice
         if is_usual and all(values) and np.all(value):
             yield key, value, rule, values / np.ravel(value)
@@ -272,8 +275,13 @@ def seat_demand_sdc_m(
     """
     half_m = bridge.length_m / 2
     joints_m = sorted(x for place, x in bridge.joints_m.items() if place.startswith("bent"))
-    decks_m = [right - left for left, right in pairwise((-half_m, *joints_m, half_m))]
-    return max(SHORTENING_RATIO * max(decks_m) / 2 + unseating_m + SEAT_ALLOWANCE_M, minimum_m)
+    sides = {"left": -half_m, "right": half_m}.items()
+    held_m = {x for end, x in sides if bridge.end_kinds[end] in ("integral", "fixed")}
+    moving_m = max(
+        right - left if {left, right} & held_m else (right - left) / 2
+        for left, right in pairwise((-half_m, *joints_m, half_m))
+    )
+    return max(SHORTENING_RATIO * moving_m + unseating_m + SEAT_ALLOWANCE_M, minimum_m)
 
 
 def seat_demand_aashto_m(bridge: Description, seat: str, skew_deg: float) -> float:

@@ -22,6 +22,7 @@ References:
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from math import sqrt
 from typing import Any, Final
 
@@ -338,8 +339,11 @@ class Joint(Wall):
         )
 
 
-def support_deck_end(end: End, blueprint: Blueprint) -> Joint:
-    """Build arms and bearings at an end node of a deck; return the joint without walls."""
+def support_deck_end(end: End, blueprint: Blueprint) -> Callable[[], AbutmentHandle]:
+    """Build arms and bearings at an end node of a deck; return a function that adds the rest.
+
+    It builds walls, keys and their gaps between the deck end at rest and its abutment.
+    """
     variant, options, tags = blueprint.variant, blueprint.options, blueprint.tags
     traits, data, deck_node = variant.traits, end.abutment, end.node
     if not isinstance(data, AbutmentData):
@@ -361,7 +365,8 @@ def support_deck_end(end: End, blueprint: Blueprint) -> Joint:
         holders=tuple(bearing.seat_node for bearing in bearings),
         links=tuple(arms),
     )
-    return Joint(blueprint=blueprint, data=data, end=plan, points=points, handle=handle)
+    joint = Joint(blueprint=blueprint, data=data, end=plan, points=points, handle=handle)
+    return partial(BUILDERS[variant.abutment], joint)
 
 
 def bearing_point(end: DeckEnd, deck_node: int, along_m: float) -> Point:
@@ -389,11 +394,6 @@ def placed(end: DeckEnd, deck_node: int, points: Points) -> dict[str, Any]:
         "centre": bearing_point(end, deck_node, 0.0),
         "corners": corners,
     }
-
-
-def build_joint(joint: Joint) -> AbutmentHandle:
-    """Build walls, keys and their gaps between a deck end at rest and its abutment."""
-    return BUILDERS[joint.blueprint.variant.abutment](joint)
 
 
 def _build_simplified(joint: Joint) -> AbutmentHandle:
@@ -543,11 +543,11 @@ def _build_keys(joint: Joint, handle: AbutmentHandle, body: int | None) -> Abutm
     key_nodes: list[int] = []
     units: list[int] = []
     gap_elements: list[int] = []
-    side = {"both": 0.0, "+y": 1.0, "-y": -1.0}[joint.data.keys_at]
     # ASSUME the face of a key is parallel to the edge of the deck
     x, y = end.tangent if options.key_frame == "skewed" else turned(end.outward)
     for sign in (-1.0, 1.0):  # start and end of the tangent
-        if sign * side * end.outward[0] < 0.0:  # no key
+        side = "+y" if sign * end.outward[0] > 0.0 else "-y"
+        if joint.data.keys_at not in ("both", side):
             continue
         along_m, inward = sign * end.wall_length_m / 2, (-sign * x, -sign * y)
         node = plane_node(end.point("outer", along_m), mass_kg, tags)

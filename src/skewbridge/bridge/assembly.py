@@ -12,13 +12,7 @@ import openseespy.opensees as ops
 from skewbridge.bridge.catalogue.data import BridgeData
 from skewbridge.bridge.frame import Blueprint, BridgeModel, Frame
 from skewbridge.bridge.handles import TagAllocator
-from skewbridge.bridge.joints import (
-    KINDS,
-    build_inner_joint,
-    require_no_uplift,
-    support_joint,
-    support_on_bent,
-)
+from skewbridge.bridge.joints import KINDS, require_no_uplift, support_joint, support_on_bent
 from skewbridge.bridge.script_units import end_view
 from skewbridge.bridge.structures import CatalogueBridge
 from skewbridge.contact import ContactSet
@@ -67,14 +61,14 @@ def assemble(build_frame: FrameBuilder, variant: Variant, options: ModelOptions)
     tags = TagAllocator()
     frame = build_frame(variant.skew_deg, options, tags)
     blueprint = blueprint_of(variant, options, tags, has_joints=bool(frame.joints))
-    at_rest = [KINDS[end.abutment.type](end, blueprint) for end in frame.ends]
-    supported_joints = [support_joint(joint, blueprint) for joint in frame.joints]
+    ends_at_rest = [KINDS[end.abutment.type](end, blueprint) for end in frame.ends]
+    joints_at_rest = [support_joint(joint, blueprint) for joint in frame.joints]
     bearing_lines = tuple(support_on_bent(line, blueprint) for line in frame.bearing_lines)
     hold_dead_load(frame.loads.forces_n, frame.loads.moments_nm, tags)
     for line, pads in zip(frame.bearing_lines, bearing_lines, strict=True):
         require_no_uplift(line.plan.name, pads.bearings)
-    joints = tuple(map(build_inner_joint, supported_joints))
-    abutments = tuple(build() for build in at_rest)
+    joints = tuple(build() for build in joints_at_rest)
+    abutments = tuple(build() for build in ends_at_rest)
     return BridgeModel(
         variant=blueprint.variant,
         options=options,

@@ -185,6 +185,8 @@ class Description:
                 raise InputError(
                     f"{variant.bridge_name}: gap_mm must leave some of the {name} seat of "
                     f"{self.seats_m[name] * 1e3:g} mm, got {gaps_m[name] * 1e3:g} normal to it"
+                    + f", with gap_offset_mm {options.gap_offset_mm:g}"
+                    * bool(options.gap_offset_mm)
                 )
 
     @property

@@ -14,7 +14,7 @@ joint may rest on pads on the cap of a bent.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from math import sqrt
 from typing import Final
@@ -31,7 +31,6 @@ from skewbridge.bridge.abutments import (
     build_arm,
     build_arms,
     build_bearings,
-    build_joint,
     hold_wall_point,
     pad_stations,
     placed,
@@ -67,22 +66,12 @@ from skewbridge.errors import InputError
 from skewbridge.units import KN, MM
 
 
-@dataclass(frozen=True, kw_only=True)
-class Supported:
-    """Inner joint on its pads, before the contacts and cables that are built at rest."""
-
-    inner: InnerJoint
-    blueprint: Blueprint
-    points: tuple[Points, Points]
-    bearings: tuple[BearingHandle, ...]
-    links: tuple[int, ...]
-
-
-def support_joint(inner: InnerJoint, blueprint: Blueprint) -> Supported:
-    """Build stiff arms and pads of both deck ends of a joint."""
+def support_joint(inner: InnerJoint, blueprint: Blueprint) -> Callable[[], JointHandle]:
+    """Build stiff arms and pads of both deck ends; return a function that joins them at rest."""
     options, tags, pads = blueprint.options, blueprint.tags, inner.data.pads
     points_of_ends: list[Points] = []
     bearings: list[BearingHandle] = []
+    tops_and_bottoms: list[tuple[Point, Point]] = []
     links: list[int] = []
     # no arm to a seat is vertical
     level = arm_transformation((0.0, 0.0, 1.0), options, tags)
@@ -95,14 +84,9 @@ def support_joint(inner: InnerJoint, blueprint: Blueprint) -> Supported:
         if support is not None:
             seat_at = partial(_seat_node, support, level, tags, links)
             bearings += build_bearings(end, points, pads, options, tags, seat_at=seat_at)
-    left_points, right_points = points_of_ends
-    return Supported(
-        inner=inner,
-        blueprint=blueprint,
-        points=(left_points, right_points),
-        bearings=tuple(bearings),
-        links=tuple(links),
-    )
+            tops_and_bottoms += _pads(end, node, support, pads)
+    handle = PadsHandle(bearings=tuple(bearings), pads=tuple(tops_and_bottoms), links=tuple(links))
+    return partial(_build_inner_joint, inner, blueprint, points_of_ends, handle)
 
 
 def _seat_node(
@@ -142,14 +126,16 @@ def require_no_uplift(name: str, bearings: Iterable[BearingHandle], remedy: str 
             raise InputError(f"{name}: a deck lifts off its pads under dead load{remedy}")
 
 
-def build_inner_joint(joint: Supported) -> JointHandle:
+def _build_inner_joint(
+    inner: InnerJoint, blueprint: Blueprint, points: Sequence[Points], supports: PadsHandle
+) -> JointHandle:
     """Build the contacts and cables between two decks at rest."""
-    inner, variant, options = joint.inner, joint.blueprint.variant, joint.blueprint.options
-    data, (left, right), contacts = inner.data, inner.ends, joint.blueprint.contacts
+    variant, options, contacts = blueprint.variant, blueprint.options, blueprint.contacts
+    data, (left, right) = inner.data, inner.ends
     if contacts is None:
         raise TypeError("an inner joint needs a ContactSet")
     remedy = "; for a hinge, put the ledge on the other deck"
-    require_no_uplift(inner.name, joint.bearings, remedy)
+    require_no_uplift(inner.name, supports.bearings, remedy)
     gap_mm = variant.gap_mm if data.gap_mm is None else data.gap_mm
     gap_m = options.normal_gap_m(gap_mm, left.skew_deg)
     friction = variant.friction if data.friction is None else data.friction
@@ -157,7 +143,7 @@ def build_inner_joint(joint: Supported) -> JointHandle:
     stations = left.wall_stations(options.backwall_points)
     opposite = reversed(right.wall_stations(options.backwall_points))
     pairs = [
-        (joint.points[0]["outer", along_m], joint.points[1]["outer", opposite_m])
+        (points[0]["outer", along_m], points[1]["outer", opposite_m])
         for along_m, opposite_m in zip(stations, opposite, strict=True)
     ]
     shares, tangent = tributary_shares(len(stations)), (*turned(left.normal), 0.0)
@@ -182,31 +168,24 @@ def build_inner_joint(joint: Supported) -> JointHandle:
     return JointHandle(
         name=inner.name,
         gap_m=gap_m,
-        seats=tuple(_seats(joint, gap_m)),
+        seats=tuple(_seats(inner, points, gap_m)),
         units=tuple(units),
-        bearings=joint.bearings,
-        pads=tuple(
-            pad
-            for end, node, support in zip(inner.ends, inner.nodes, inner.holders, strict=True)
-            if support is not None
-            for pad in _pads(end, node, support, data.pads)
-        ),
-        restrainers=tuple(_restrain(joint, (pairs[0], pairs[-1]))),
-        links=joint.links,
+        bearings=supports.bearings,
+        pads=supports.pads,
+        restrainers=tuple(_restrain(inner, (pairs[0], pairs[-1]), blueprint.tags)),
+        links=supports.links,
     )
 
 
-def _restrain(joint: Supported, pairs: Sequence[tuple[int, int]]) -> list[int]:
-    cables, tags = joint.inner.data.restrainers, joint.blueprint.tags
-    if cables is None:
+def _restrain(inner: InnerJoint, pairs: Sequence[tuple[int, int]], tags: TagAllocator) -> list[int]:
+    if (cables := inner.data.restrainers) is None:
         return []
     per_corner = cables.count / 2 * KN
     stiffness_and_yield = per_corner * cables.stiffness_kn_per_m, per_corner * cables.yield_kn
     slack_m, elements = max(cables.slack_mm * MM, NO_GAP_M), list[int]()
     for pair in pairs:
         spring = uniaxial(tags, "ElasticPPGap", *stiffness_and_yield, slack_m, 0.0, "damage")
-        normal = joint.inner.ends[0].normal
-        elements.append(spring_element(pair, normal, [spring], [], tags)[0].element)
+        elements.append(spring_element(pair, inner.ends[0].normal, [spring], [], tags)[0].element)
     return elements
 
 
@@ -215,18 +194,17 @@ def _below(point_m: tuple[float, float, float], support: int) -> Point:
     return Point(support, (x, y, z))
 
 
-def _seats(joint: Supported, gap_m: float) -> list[SeatHandle]:
-    inner = joint.inner
+def _seats(inner: InnerJoint, points: Sequence[Points], gap_m: float) -> list[SeatHandle]:
     # on a cap, the middle of the gap is the end of both seats
     length_m = inner.data.seat_width_m - gap_m / (1.0 if None in inner.holders else 2.0)
     return [
         SeatHandle(
-            corner=points["outer", along_m],
+            corner=end_points["outer", along_m],
             holder=_below(end.point("outer", along_m), holder),
             normal=end.normal,
             support_length_m=length_m,
         )
-        for end, points, holder in zip(inner.ends, joint.points, inner.holders, strict=True)
+        for end, end_points, holder in zip(inner.ends, points, inner.holders, strict=True)
         if holder is not None
         for along_m in end.wall_stations(2)
     ]
@@ -241,10 +219,6 @@ def _pads(end: DeckEnd, node: int, support: int, pads: PadData) -> list[tuple[Po
 
 #: Builds the supports of an end; it returns a function that adds the springs under dead load.
 type EndBuilder = Callable[[End, Blueprint], Callable[[], AbutmentHandle]]
-
-
-def _seat(end: End, blueprint: Blueprint) -> Callable[[], AbutmentHandle]:
-    return partial(build_joint, support_deck_end(end, blueprint))
 
 
 def _integral(end: End, blueprint: Blueprint) -> Callable[[], AbutmentHandle]:
@@ -357,5 +331,5 @@ def _roller(end: End, blueprint: Blueprint) -> Callable[[], AbutmentHandle]:
 
 #: Builder of each type of end, by the ``type`` of its data.
 KINDS: Final[Mapping[str, EndBuilder]] = {
-    "seat": _seat, "integral": _integral, "fixed": _fixed, "roller": _roller,
+    "seat": support_deck_end, "integral": _integral, "fixed": _fixed, "roller": _roller,
 }  # fmt: skip

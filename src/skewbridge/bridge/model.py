@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import openseespy.opensees as ops
 
-from skewbridge.bridge.abutments import build_joint, support_deck_end
+from skewbridge.bridge.abutments import support_deck_end
 from skewbridge.bridge.assembly import (
     DomainError,
     assemble,
@@ -93,11 +93,11 @@ def build_abutment(
     ops.fix(connector, 0, 0, 0, 1, 1, 1)
     ops.mass(connector, mass_kg, mass_kg, mass_kg, 0.0, 0.0, 0.0)
     end = End(node=connector, plan=plan, abutment=data)
-    joint = support_deck_end(end, blueprint)
+    build_joint = support_deck_end(end, blueprint)
     if guide is not None:
         guide(connector, tags)
     hold_dead_load({connector: load_n}, {}, tags)
-    return AbutmentModel(blueprint=blueprint, handle=build_joint(joint), connector=connector)
+    return AbutmentModel(blueprint=blueprint, handle=build_joint(), connector=connector)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -17,6 +17,7 @@ import openseespy.opensees as ops
 from skewbridge.bridge.assembly import GravityError, assemble, domain, modes_of, period_s
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import AbutmentData
+from skewbridge.bridge.catalogue.drawing import without_drawing
 from skewbridge.bridge.frame import Damping, DeadLoad, Description, End, Frame
 from skewbridge.bridge.handles import ColumnCapacity, ColumnHandle, Point, TagAllocator
 from skewbridge.bridge.plan import DeckEnd, PlanVector
@@ -47,7 +48,7 @@ from skewbridge.contact.element import FIRST_FREE_MATERIAL
 from skewbridge.errors import InputError
 from skewbridge.files.text import checked, merged
 from skewbridge.units import G_MPS2
-from skewbridge.variant.axes import AXES
+from skewbridge.variant.axes import USUAL
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.variant import Variant
 
@@ -158,12 +159,10 @@ def _common_properties(bridge: ScriptBridge) -> _CommonProperties:
         frames.append(bridge.frame(*arguments))
         return frames[0][0]
 
-    axis_values = {axis.name: axis.usual for axis in AXES} | {"skew_deg": 0}
+    variant = Variant.at(str(bridge.path), "contact_friction", USUAL)
     with lines_of([bridge.path]), domain():
         try:
-            model = assemble(
-                build, Variant.at(str(bridge.path), "contact_friction", axis_values), ModelOptions()
-            )
+            model = assemble(build, variant, ModelOptions())
         except GravityError as error:
             raise InputError(f"{error}, with the deck ends on pads") from error
         modes = modes_of(model)
@@ -358,7 +357,10 @@ class _Reader:
         elastic = [e for e in damped if ops.eleType(e) == "ElasticBeam3d" and e not in bases]
         links = [e for e in beams if ops.eleType(e) == "ElasticBeam3d" and e not in damped]
         plastic = [e for e in two_node if e not in {*elastic, *links, *bases}]
-        masses = {n: float(ops.nodeMass(n, 1)) for n in self._nodes if any(ops.nodeMass(n))}
+        # of what can move
+        held = {n: {*_listed(ops.getFixedDOFs(n))} for n in self._nodes}
+        free = [n for n in self._nodes if not {1, 2, 3} <= held[n]]
+        masses = {n: float(ops.nodeMass(n, 1)) for n in free if any(ops.nodeMass(n))}
         _need(bool(masses), "the model has no nodal masses: give them with ops.mass")
         if loads is None:
             z_masses = {node: float(ops.nodeMass(node, 3)) for node in masses}
@@ -368,7 +370,11 @@ class _Reader:
         periods = script.damping_periods or (nan, nan)
         return Frame(
             centre_node=self._centre(masses, [*elastic, *links]),
-            loads=DeadLoad(forces_n=loads[0], moments_nm=loads[1], masses_kg=masses),
+            loads=DeadLoad(
+                forces_n={n: force for n, force in loads[0].items() if 3 not in held[n]},
+                moments_nm=loads[1],
+                masses_kg=masses,
+            ),
             ends=tuple(self._end(*side) for side in self._sides(ends)),
             columns=columns,
             damping=Damping(
@@ -581,7 +587,8 @@ def _abutment(source: str | Mapping[str, Any] | None, width_m: float) -> tuple[A
     source_bridge = load_bridge(source if isinstance(source, str) else DEFAULT_ABUTMENT)
     data = widened(source_bridge.seat, width_m / source_bridge.deck.width_m)
     if isinstance(source, Mapping):
-        data = checked(AbutmentData, merged(data.model_dump(), _plain(source)), "abutment")
+        stated = without_drawing({"abutment": _plain(source)}, "Frame")["abutment"]
+        data = checked(AbutmentData, merged(data.model_dump(), stated), "abutment")
     return data, source_bridge.deck.diaphragm_thickness_m
 
 

@@ -215,7 +215,9 @@ class _Section:
         core_n = self._core_m2 * self._core.stress_pa(strain)
         core_n += self._cover_m2 * self._cover.stress_pa(strain)
         bar_strain = centre + phi * self._bar_height_m
-        bar_n = self._bar_m2 * self._steel_stress_pa(bar_strain)
+        elastic = np.clip(bar_strain, -self.yield_strain, self.yield_strain)
+        hardening = self._steel.hardening_ratio * (bar_strain - elastic)
+        bar_n = self._bar_m2 * (self._steel.modulus_pa * (elastic + hardening))
         bar_n -= self._bar_m2 * self._core.stress_pa(bar_strain)  # displaced concrete
         axial = float(core_n.sum() + bar_n.sum())
         return axial, float((core_n * self._height_m).sum() + (bar_n * self._bar_height_m).sum())
@@ -244,10 +246,6 @@ class _Section:
         core = centre + phi * self._core_half_m - self._core.ultimate_strain
         bar = phi * self.highest_bar_m - centre - self._steel.rupture_strain
         return phi, self.resultants(centre, phi)[1], self._half_m + centre / phi, max(core, bar)
-
-    def _steel_stress_pa(self, strain: FloatArray) -> FloatArray:
-        elastic = np.clip(strain, -self.yield_strain, self.yield_strain)
-        return self._steel.modulus_pa * (elastic + self._steel.hardening_ratio * (strain - elastic))
 
 
 # --- shear strength in one direction, without a resistance factor

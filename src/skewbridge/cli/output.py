@@ -28,7 +28,6 @@ from skewbridge.variant.variant import ABUTMENTS, Variant
 
 if TYPE_CHECKING:
     from skewbridge.study.config import StudyConfig
-    from skewbridge.study.folder import StudyFolder
 
 FILE_WIDTH: Final = 400  # characters per line in a file or pipe, so that no cell is truncated
 NO_VALUE: Final = "-"  # printed for NaN; the reason follows below the table
@@ -308,14 +307,13 @@ def config_of(study: Path | None) -> Path:
     )
 
 
-def study_of(study: Path | None) -> "tuple[StudyConfig, StudyFolder]":
-    """Return configuration and results folder of a study, given one of the two.
+def study_of(study: Path | None) -> "StudyConfig":
+    """Return the configuration of a study, given its results folder or the file itself.
 
     Paths of a configuration are relative to the folder in which the study ran: `InputError` if this
     is not the working folder.
     """
     from skewbridge.study.config import load_config, stored_configuration
-    from skewbridge.study.folder import StudyFolder
 
     config = None if study is None else stored_configuration(study)
     results = study and study.resolve()
@@ -323,8 +321,7 @@ def study_of(study: Path | None) -> "tuple[StudyConfig, StudyFolder]":
         place = str(results).removesuffix(f"/{config.results}")
         place = f"in {place}" if place != str(results) else f"where {config.results} is that folder"
         raise InputError(f"{study}: paths of the study are relative: run the command {place}")
-    config = config or load_config(config_of(study), base=DEFAULT_CONFIG)
-    return config, StudyFolder(Path(config.results))
+    return config or load_config(config_of(study), base=DEFAULT_CONFIG)
 
 
 def study_near(file: Path) -> Path:
@@ -354,7 +351,7 @@ def folder_of(study: Path | None) -> Path:
 
     if study is None and not DEFAULT_CONFIG.is_file():
         return Path(DEFAULT_ROOT)
-    return study_of(study)[1].root
+    return study_of(study).folder.root
 
 
 _MODELS: Final = f"[{'|'.join(ABUTMENTS).replace('_', '-')}]"
@@ -367,19 +364,16 @@ _AXIS: Final = {
 }
 
 
+DEFAULT_BRIDGE: Final = "osb1"
+
+
 @dataclass(frozen=True, kw_only=True)
-class BridgeOption:
-    """Option of a command about one bridge."""
+class VariantOptions:
+    """Options of a command about one variant."""
 
     bridge: Annotated[
         str, opt("Name (skewbridge bridge list) or file of a bridge.", "NAME|FILE")
-    ] = "osb1"
-
-
-@dataclass(frozen=True, kw_only=True)
-class VariantOptions(BridgeOption):
-    """Options of a command about one variant."""
-
+    ] = DEFAULT_BRIDGE
     abutment: Abutment = "contact-friction"
     skew_deg: Annotated[float, _AXIS["skew_deg"]] = USUAL["skew_deg"]
     gap_mm: Annotated[float, _AXIS["gap_mm"]] = USUAL["gap_mm"]

@@ -168,7 +168,8 @@ def _task_of_row(key: str, study: Path | None, *options: Any) -> "Task":
     ]
     if changed:
         raise InputError(f"--row repeats an analysis without changes: omit {', '.join(changed)}")
-    config, folder = study_of(study)
+    config = study_of(study)
+    folder = config.folder
     row = read_content(folder.journals).rows.get(key)
     if row is None and folder.demands.is_file():
         rows: list[dict[str, Any]] = read_table(folder.demands).to_pylist()

@@ -94,13 +94,13 @@ def plan(study: PlannedStudy = None) -> Answer:
     from skewbridge.study.inputs import axis_warnings, check_inputs
     from skewbridge.study.progress import forecast_study
 
-    config, folder = study_of(study)
+    config = study_of(study)
     check_inputs(config)
     warnings = list(axis_warnings(config))
     for name in config.bridges_with_periods():
         warnings += periods_of_file(name, standing_bridge(name))
     forecast = forecast_study(config)
-    table = folder.fragility("needed_motions")
+    table = config.folder.fragility("needed_motions")
     needed_rows = records_of(read_frame(table)) if table.is_file() else []
     columns = ("needed_motions", "more_analyses", "more_core_hours")
     rows = selected(needed_rows, *_CHANGE, "verdict", "n_motions", "forecast", *columns)
@@ -127,7 +127,7 @@ def status(
     """
     from skewbridge.study.progress import forecast_study
 
-    config, _ = study_of(study)
+    config = study_of(study)
     forecast = forecast_study(config)
     failures = forecast.failures
     if failed:
@@ -198,7 +198,7 @@ def provenance(
     from skewbridge.study.jobs import origin_of
 
     config = study_near(file)
-    origin = origin_of(file, lambda: study_of(config)[0])
+    origin = origin_of(file, lambda: study_of(config))
     result = "current" if origin["current"] else "not current: its rule would give a new result"
     notes = [f"{result}; compared with {config}"]
     return Answer(origin, notes=notes, exit_code=0 if origin["current"] else EXIT_FAILED)
@@ -250,7 +250,7 @@ def plot(
     defaults = FigureSettings()
     if not is_from_statistics(study_folder):
         config = stored_configuration(study) if study else None  # needs no other file of the study
-        defaults = (config or study_of(study)[0]).figures
+        defaults = (config or study_of(study)).figures
     set_values = keys_and_values("--set", changes)
     if units != "si":  # the default, which keeps the units of the study
         set_values["units"] = units
@@ -275,8 +275,8 @@ def methods(study: Study = None) -> Answer:
     from skewbridge.files.tables import read_frame
     from skewbridge.report.methods import methods_of
 
-    config, folder = study_of(study)
-    suite = read_frame(folder.suite) if folder.suite.is_file() else None
+    config = study_of(study)
+    suite = read_frame(path) if (path := config.folder.suite).is_file() else None
     text = methods_of(config, suite).markdown()
     return Answer({"methods": text}, text)
 

@@ -186,7 +186,7 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     if repeated := int(rows.dropna().duplicated().sum()):
         text = "intervals are too narrow if runs were entered twice"
         notes += [f"{repeated} runs repeat intensity and demand of another run: {text}"]
-    notes += demand_table.percent_notes(options.im, im)
+    notes += [*filter(None, [state.doubt]), *demand_table.percent_notes(options.im, im)]
     if state.threshold <= demand_table.MAX_DRIFT:
         notes += demand_table.percent_notes(options.edp, demand[is_complete(runs)])
     outcomes = demand_outcomes(runs, [state])

@@ -12,7 +12,7 @@ Earthquake Spectra 24(1):299-317. The Fourier amplitudes of both components are 
 smooth real factor until the spectrum follows the target. Phases and the ratio of the components do
 not change, so duration and non-stationarity are kept.
 
-The default suite has 128 pairs with 20 s of shaking and 5 s of zeros. The first 40 are stored as
+The suite `near` has 128 pairs with 20 s of shaking and 5 s of zeros. The first 40 are stored as
 files; the index has the numbers of the others, which are generated where a study needs them.
 """
 

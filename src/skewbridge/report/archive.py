@@ -66,7 +66,7 @@ def write_archive(
     sentence each.
     """
     study = load_config(config, base=base)
-    folder = StudyFolder(Path(study.results))
+    folder = study.folder
     missing = [path for path in (folder.demands, folder.fragility("curves")) if not path.is_file()]
     if missing:
         raise InputError(f"{missing[0]} is missing: finish the study first")

@@ -80,15 +80,14 @@ class StudySetup:
     @classmethod
     def of(cls, study: StudyConfig, workers: int = 1) -> Self:
         """Return the setup of a study; `InputError` unless this version prepared its motions."""
-        folder = StudyFolder(Path(study.results))
-        suite = tuple(read_suite(folder.suite))
+        suite = tuple(read_suite(study.folder.suite))
         draws: dict[str, Draw] = {}
         for suite_number, name in enumerate(dict.fromkeys(motion.suite for motion in suite)):
             ids = {m.number: m.motion.motion_id for m in suite if m.suite == name}
             # by number, so that motions left out by the design do not change the draws
             motion_ids = [ids.get(number, "") for number in range(max(ids) + 1)]
             draws |= study.uncertainty.draws(motion_ids, name if suite_number else "")
-        stored = read_table(folder.intensities).to_pylist()
+        stored = read_table(study.folder.intensities).to_pylist()
         rows = {(row["bridge"], row["motion_id"]): row for row in stored}
         runs = planned_runs(study.grid, study.motions, placed(suite))
         return cls(
@@ -105,7 +104,7 @@ class StudySetup:
     @property
     def folder(self) -> StudyFolder:
         """Files of the study."""
-        return StudyFolder(Path(self.study.results))
+        return self.study.folder
 
     @property
     def ida(self) -> MotionsConfig | None:

@@ -137,7 +137,7 @@ class StudyConfig(BaseModel):
         if self.design.until and len(self.motions.suites) > 1:
             raise ValueError("design.until: rounds need exactly one suite in motions.suites")
         if self.motions.selection:
-            if self.motions.folder not in (None, str(StudyFolder(Path(self.results)).selected)):
+            if self.motions.folder not in (None, str(self.folder.selected)):
                 raise ValueError("motions: give selection or folder, not both")
             if self.design.until:
                 raise ValueError("design.until: motions.selection cannot run in rounds; remove one")
@@ -154,6 +154,11 @@ class StudyConfig(BaseModel):
                     f"uncertainty.alternatives: {name} has no effect if analysis.scheme is paper"
                 )
         return self
+
+    @property
+    def folder(self) -> StudyFolder:
+        """Files of the study."""
+        return StudyFolder(Path(self.results))
 
     @cached_property
     def hazard_curve(self) -> "HazardCurve | None":
@@ -207,7 +212,7 @@ def parse_config(
     stated = {name: stated_values(name) for name in study.grid.bridge}
     changes: dict[str, Any] = {"grid": study.grid.with_stated(stated)}
     if study.motions.selection:  # `study.inputs.select_motions` fills this folder
-        selected = str(StudyFolder(Path(study.results)).selected)
+        selected = str(study.folder.selected)
         changes["motions"] = replace(study.motions, folder=selected, count=None)
     if hazard := study.hazard_curve:  # curves are for its intensity measure
         changes["fragility"] = replace(study.fragility, im=hazard.im)
@@ -231,7 +236,7 @@ def store_configuration(
     names = [str(p.relative_to(Path.cwd()) if p.is_relative_to(Path.cwd()) else p) for p in paths]
     values = study.model_dump(mode="json")
     content = {"files": names, "given": dict(overrides), "configuration": values}
-    write_text(StudyFolder(Path(study.results)).configuration, json.dumps(content, indent=1))
+    write_text(study.folder.configuration, json.dumps(content, indent=1))
 
 
 def stored_configuration(folder: Path) -> StudyConfig | None:

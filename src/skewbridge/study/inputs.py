@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import asdict, replace
 from functools import partial
+from math import inf
 from pathlib import Path
 from typing import Final
 
@@ -31,10 +32,12 @@ from skewbridge.study.folder import StudyFolder
 from skewbridge.variant.axes import unit_doubts
 from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.options import ModelOptions
+from skewbridge.variant.random_properties import with_draw
 from skewbridge.variant.variant import ABUTMENTS
 
 logger = logging.getLogger(__name__)
 
+_GAP_OFFSET: Final = "gap_offset_mm"
 # ASSUME a state is within the levels of a study if a demand of the pilot has half of its threshold
 NEAR: Final = 0.5
 
@@ -73,9 +76,11 @@ def _check_bridge(bridge: str, config: StudyConfig) -> None:
     except InputError:
         return  # the check of the bridges reports it
     require_options(structure, (*config.grid.values(), *options))
-    description = structure.description
+    law = config.uncertainty.drawn.get(_GAP_OFFSET)
+    widest = {_GAP_OFFSET: law.high} if law else {}
     for variant in expand_grid(config.grid.model_copy(update={"bridge": (bridge,)})):
-        description.require_seats(variant, replace(config.model, **dict(variant.options)))
+        options = with_draw(replace(config.model, **dict(variant.options)), widest)
+        structure.description.require_seats(variant, options)
 
 
 def axis_warnings(config: StudyConfig) -> Iterator[str]:
@@ -91,8 +96,15 @@ def axis_warnings(config: StudyConfig) -> Iterator[str]:
     if config.hazard_curve and config.hazard_curve.doubt:
         yield config.hazard_curve.doubt
     yield from unit_doubts(config.grid.skew_deg, config.grid.gap_mm)
+    law = config.uncertainty.drawn.get(_GAP_OFFSET)
     for bridge in map(load_structure, config.grid.bridge):
-        yield from (f"{bridge.name}: {note}" for note in bridge.description.axis_notes)
+        about = bridge.description
+        yield from (f"{bridge.name}: {note}" for note in about.axis_notes)
+        grid_mm = config.grid.gap_mm if about.takes_gap else ()
+        least_mm = min((*about.gaps_mm.values(), *grid_mm), default=inf)
+        if law and least_mm + config.model.gap_offset_mm + law.low < 0.0:
+            text = f"{bridge.name}: random gap offsets of {law.low:g} to {law.high:g} mm close its"
+            yield f"{text} gap of {least_mm:g} mm in some runs (uncertainty.{_GAP_OFFSET})"
     without = [name for name in config.grid.abutment if not ABUTMENTS[name].has_friction]
     for name in config.grid.bridge if without else ():
         if load_structure(name).description.joints_m:
@@ -122,7 +134,7 @@ def select_motions(config: StudyConfig, cache: Path | None) -> None:
 
     Writes the errors of each level into `motions/selection.json` of the results.
     """
-    section, folder = config.motions.selection, StudyFolder(Path(config.results))
+    section, folder = config.motions.selection, config.folder
     if section is None:
         return
     target, sources = Path(section.target), list(map(Path, section.candidates))
@@ -174,7 +186,7 @@ def band_medians(study: StudyConfig) -> tuple[float, ...]:
 
     They come from the configuration, an earlier study, or finished trial runs (`run_pilot`).
     """
-    bands, pilot = study.motions.bands, StudyFolder(Path(study.results)).pilot
+    bands, pilot = study.motions.bands, study.folder.pilot
     if bands is None or bands.medians_g:
         return bands.medians_g if bands else ()
     if bands.study is None:
@@ -234,7 +246,7 @@ def _write_motions(study: StudyConfig, medians_g: Sequence[float]) -> None:
     from skewbridge.motions.intensity import cut_warning, motion_measures, shaken_s
     from skewbridge.motions.suite import prepare_suites, read_suite, striped, write_suite
 
-    folder, motions = StudyFolder(Path(study.results)), study.motions
+    folder, motions = study.folder, study.motions
     for text in axis_warnings(study):
         logger.warning("%s", text)
     for name in study.grid.bridge:

@@ -25,7 +25,6 @@ from skewbridge.files.tables import read_stamp, stamp
 from skewbridge.files.text import read_yaml
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, parse_config
-from skewbridge.study.folder import StudyFolder
 from skewbridge.study.inputs import motions_digest
 from skewbridge.study.processes import PROGRESS_LOG, end_with_parent, hush_exit_message
 from skewbridge.variant.grid import expand_grid
@@ -83,7 +82,7 @@ def made_from(study: StudyConfig) -> dict[str, dict[str, str]]:
     periods = {name: load_structure(name).t1_s for name in study.bridges_with_periods()}
     structures = {Path(name).stem: load_structure(name) for name in study.grid.bridge}
     inputs = {
-        "motions": motions_digest(study, StudyFolder(Path(study.results)).motions_digest),
+        "motions": motions_digest(study, study.folder.motions_digest),
         "periods": digest_of(canonical(periods), periods[CONDITIONING_BRIDGE]),
         "bridges": digest_of(canonical({n: bridge.digest for n, bridge in structures.items()})),
         "titles": digest_of(*(bridge.description.title for bridge in structures.values())),
@@ -159,7 +158,6 @@ class Job:
     """A workflow job as seen by its script; ``stamp`` is the provenance of its outputs."""
 
     study: StudyConfig
-    folder: StudyFolder
     inputs: Mapping[str, Path]
     outputs: Mapping[str, Path]
     threads: int
@@ -203,7 +201,6 @@ def script_session(snakemake: Any) -> Generator[Job]:
                 raise InputError(f"{problem}: run the same command again")
             job = Job(
                 study=study,
-                folder=StudyFolder(Path(study.results)),
                 # except inputs that are lists of files
                 inputs={n: Path(p) for n, p in snakemake.input.items() if isinstance(p, str)},
                 outputs={name: Path(path) for name, path in snakemake.output.items()},

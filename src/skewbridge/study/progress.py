@@ -5,7 +5,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import inf
-from pathlib import Path
 from typing import Any, Final
 
 from skewbridge.analysis.settings import AnalysisSettings
@@ -19,7 +18,7 @@ from skewbridge.motions.suite import read_entry, suite_sources
 from skewbridge.statuses import FAILED
 from skewbridge.study.analyses import StudySetup, analyses_s, check_plan, forecast_s, run_command
 from skewbridge.study.config import StudyConfig
-from skewbridge.study.folder import DEFAULT_ROOT, OUT_OF_TIME, StudyFolder, last_plan, round_line
+from skewbridge.study.folder import DEFAULT_ROOT, OUT_OF_TIME, last_plan, round_line
 from skewbridge.study.jobs import made_from, rule_digest
 from skewbridge.study.journal import JournalContent, Row, read_content
 from skewbridge.study.task import run_key
@@ -102,7 +101,7 @@ def forecast_study(config: StudyConfig) -> StudyProgress:
     from the lengths of the motions and the measured cost of finished analyses.
     """
     keys, durations_s = analysis_keys(config)
-    folder = StudyFolder(Path(config.results))
+    folder = config.folder
     content = read_content(folder.journals)
     lacking = [slug for slug in keys if not content.rows.keys() >= {*filter(None, keys[slug])}]
     content = replace(content, rows=_tabulated(config, lacking) | content.rows)
@@ -136,8 +135,8 @@ def forecast_study(config: StudyConfig) -> StudyProgress:
 
 def _tabulated(config: StudyConfig, slugs: Iterable[str]) -> dict[str, Row]:
     """Return the rows, by run key, of those demands files of variants that would not be redone."""
-    folder, rows = StudyFolder(Path(config.results)), dict[str, Row]()
-    if paths := [path for slug in slugs for path in folder.demands_files(slug)]:
+    rows = dict[str, Row]()
+    if paths := [path for slug in slugs for path in config.folder.demands_files(slug)]:
         digests = made_from(config)
         current = {rule_digest(digests[rule]) for rule in ("analyse", "analyse_round")}
         for path in paths:
@@ -159,12 +158,12 @@ def other_work_s(
     study: StudyConfig, durations_s: Sequence[float], speed: float, cores: float
 ) -> float:
     """Return the wall time (s) of checks not yet done, fits, figures and page of a study."""
-    folder, variants = StudyFolder(Path(study.results)), len(expand_grid(study.grid))
+    variants = len(expand_grid(study.grid))
     _, rows_s = check_plan(study, durations_s)
     tail_s = TAIL_S + TAIL_S_PER_VARIANT * variants / min(cores, 2.0)
     checks_s = 0.0
-    if not folder.sensitivity.is_file():
-        done = read_content([folder.journal("sensitivity")]).rows.values()
+    if not study.folder.sensitivity.is_file():
+        done = read_content([study.folder.journal("sensitivity")]).rows.values()
         spent_s = sum(row["wall_s"] for row in done if row["wall_s"] == row["wall_s"])
         checks_s = max(rows_s * speed - spent_s, 0.0)
     return tail_s * speed + checks_s / cores
@@ -175,10 +174,9 @@ def analysis_keys(config: StudyConfig) -> tuple[Mapping[str, Sequence[str]], Seq
 
     Before the motions are prepared from the present files and configuration, the keys are empty.
     """
-    folder = StudyFolder(Path(config.results))
     slugs = [variant.slug for variant in expand_grid(config.grid)]
     with suppress(InputError, KeyError):  # prepared by another version, or for other bridges
-        if _is_prepared(config, folder):
+        if _is_prepared(config):
             setup = StudySetup.of(config)
             keys = {slug: [run_key(task) for task in setup.planned_tasks(slug)] for slug in slugs}
             return keys, setup.durations_s
@@ -192,8 +190,9 @@ def analysis_keys(config: StudyConfig) -> tuple[Mapping[str, Sequence[str]], Seq
     return {slug: ("",) * len(runs[slug]) for slug in slugs}, durations_s
 
 
-def _is_prepared(config: StudyConfig, folder: StudyFolder) -> bool:
+def _is_prepared(config: StudyConfig) -> bool:
     """Return whether the workflow would leave the tables of the motions as they are."""
+    folder = config.folder
     if not (folder.suite.is_file() and folder.intensities.is_file()):
         return False
     made_by = read_stamp(folder.suite).get("rule_digest")

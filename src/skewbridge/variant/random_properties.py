@@ -16,6 +16,7 @@ friction and joint gap from a Latin hypercube.
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, replace
 from math import exp, log
+from pathlib import Path
 from statistics import NormalDist
 from typing import Annotated, Any, Final, Literal, Self
 
@@ -24,7 +25,7 @@ from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from skewbridge.errors import did_you_mean
-from skewbridge.files.text import OPTIONS, Flag, Number, checked
+from skewbridge.files.text import OPTIONS, Flag, Number, checked, read_mapping
 from skewbridge.variant.options import ModelOptions
 
 #: Prefix of the columns of the demands table with the draws of properties.
@@ -92,14 +93,13 @@ class RandomProperty:
         return f"{self.distribution}, median {self.median:g}, spread {self.spread:g}, {limits}"
 
 
-def _of(distribution: str, low: float, high: float, source: str, **shape: float) -> Any:
-    default = RandomProperty(distribution=distribution, low=low, high=high, source=source, **shape)  # pyright: ignore[reportArgumentType]
-    return Field(default=default, description="distribution; null: the value of the model")
-
-
-# source: PyPBEE (commit 8b35e30), examples/Bridge_A/osb_info_Bridge_A.py
-_ASSUMED: Final = "assumed; PyPBEE has a coefficient of variation of"
+_DEFAULTS: Final = read_mapping(Path(__file__).with_suffix(".yaml"))
 _Drawn = RandomProperty | None
+
+
+def _default(name: str) -> Any:
+    default = RandomProperty(**_DEFAULTS[name])
+    return Field(default=default, description="distribution; null: the value of the model")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=OPTIONS)
@@ -111,24 +111,16 @@ class UncertaintyConfig:
 
     enabled: Flag = Field(default=False)
     """random properties, one draw per motion for all variants"""
-    # ASSUME the distributions below; normal and lognormal ones end near two standard deviations
-    concrete_strength_factor: _Drawn = _of("normal", 0.75, 1.25, f"{_ASSUMED} 0.16", spread=0.127)
-    steel_strength_factor: _Drawn = _of("lognormal", 0.85, 1.18, f"{_ASSUMED} 0.04", spread=0.08)
-    damping_factor: _Drawn = _of("normal", 0.44, 1.56, f"{_ASSUMED} 0.5", spread=0.28)
-    deck_mass_factor: _Drawn = _of("uniform", 0.9, 1.1, f"{_ASSUMED} 0.04")
-    # ASSUME a friction angle of 38 +- 3 degrees changes the passive strength by 25 %
-    backfill_strength_factor: _Drawn = _of("lognormal", 0.6, 1.65, f"{_ASSUMED} 0.2", spread=0.25)
-    backfill_stiffness_factor: _Drawn = _of("uniform", 0.57, 1.43, f"{_ASSUMED} 0.2")
-    pad_stiffness_factor: _Drawn = _of("uniform", 0.48, 1.52, "assumed")
-    pad_strength_factor: _Drawn = _of("lognormal", 0.82, 1.22, "assumed", spread=0.1)
-    # ASSUME thermal movement of 4 mm (8 K over half of a 90 m deck) and 3 mm of construction
-    gap_offset_mm: _Drawn = _of(
-        "normal", -10.0, 10.0, "assumed: temperature and construction", median=0.0, spread=5.0
-    )
-    # ASSUME the shear friction of a broken construction joint scatters by 20 %
-    key_strength_factor: _Drawn = _of(
-        "lognormal", 0.67, 1.5, "assumed: shear friction of the construction joint", spread=0.2
-    )
+    concrete_strength_factor: _Drawn = _default("concrete_strength_factor")
+    steel_strength_factor: _Drawn = _default("steel_strength_factor")
+    damping_factor: _Drawn = _default("damping_factor")
+    deck_mass_factor: _Drawn = _default("deck_mass_factor")
+    backfill_strength_factor: _Drawn = _default("backfill_strength_factor")
+    backfill_stiffness_factor: _Drawn = _default("backfill_stiffness_factor")
+    pad_stiffness_factor: _Drawn = _default("pad_stiffness_factor")
+    pad_strength_factor: _Drawn = _default("pad_strength_factor")
+    gap_offset_mm: _Drawn = _default("gap_offset_mm")
+    key_strength_factor: _Drawn = _default("key_strength_factor")
     # null by default: the shipped suites already rotate every pair by a random angle, and a second
     # random angle adds no scatter
     incidence_deg: _Drawn = Field(default=None)

@@ -178,11 +178,11 @@ class AbutmentData(WallData, frozen=True):
     """Seat abutment: pads, a gap to the backwall, and exterior shear keys.
 
     ``gap_mm`` replaces the gap of the variant at this end, unless it is None. ``keys_at`` is the
-    side of the bridge with a shear key.
+    side of the bridge with a shear key; all models but `simplified` use it.
     """
 
     type: Literal["seat"] = "seat"
-    keys_at: Literal["both", "+y", "-y"] = "both"
+    keys_at: Literal["both", "+y", "-y", "none"] = "both"
     gap_mm: Gap | None = None
     seat_width_m: Metres
     key_mass_t: Tonnes

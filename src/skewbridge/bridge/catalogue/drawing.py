@@ -446,6 +446,15 @@ def completed(tree: dict[str, Any], path: Path) -> Completed:
     return Completed(bridge, drawn, derived)
 
 
+def without_drawing(tree: dict[str, Any], file: str) -> dict[str, Any]:
+    """Return plain values in which rules have replaced the keys of a drawing (None: no value)."""
+    keys, drawn = overruled(tree), _take_drawn(tree, file)
+    values = {key: value for key, value, _ in values_by_rule(drawn, tree)}
+    for key in keys:
+        _put(tree, key, _rounded(values.get(key), 10))
+    return tree
+
+
 def _take_drawn(tree: dict[str, Any], file: str) -> dict[str, Any]:
     """Remove the keys of a drawing from a tree with plain values; return them, checked."""
     drawn: dict[str, Any] = {}
@@ -486,21 +495,25 @@ def _explained(error: InputError, known: Iterable[str]) -> InputError:
     """
     file = f"{error.details['file']}"
     heading, *lines = str(error).split("\n  ")
+    lines = lines or [heading.removeprefix(f"{file}: ")]
+    missing = {_usual(line.partition(": is missing")[0]) for line in lines}
     reported: list[str] = []
-    consequences: dict[str, None] = {}
-    for line in lines or [heading.removeprefix(f"{file}: ")]:
+    consequences: dict[str, str] = {}
+    for line in lines:
         key, is_missing, _ = line.partition(": is missing")
         parts = _parts(_usual(key)) if is_missing else {}
+        needs = {need for rule in RULES if rule.key == _usual(key) for need in rule.formula.needs}
         drawn = [part for part in parts if any(f"{name}.".startswith(f"{part}.") for name in known)]
         if drawn:
-            consequences[f"{drawn[0]}: its numbers are incomplete or do not fit together"] = None
+            text = f"its numbers are incomplete or do not fit together, so {key} is missing"
+            consequences.setdefault(drawn[0], f"{drawn[0]}: {text}")
         elif line.partition(": ")[0] in known:
-            consequences[line] = None
-        elif not is_missing or all(rule.key != _usual(key) for rule in RULES):
-            reported.append(line)
+            consequences[line] = line
         elif parts:
             reported.append(f"{line}; or give {' or '.join(parts)}")
-    reported = reported or list(consequences)
+        elif not is_missing or needs.isdisjoint(missing):
+            reported.append(line)
+    reported = reported or list(consequences.values())
     prefix = f"{file} has {len(reported)} errors:\n  " if len(reported) > 1 else f"{file}: "
     return InputError(prefix + "\n  ".join(reported), **error.details)
 

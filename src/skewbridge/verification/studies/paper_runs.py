@@ -108,7 +108,7 @@ def _find(*patterns: str) -> Path | None:
 def paper_record(name: str, factor: float = 1.0) -> PaperMotion:
     """Return a record of the paper.
 
-    If a file is missing or has a different record, the first motion of the default suite is
+    If a file is missing or has a different record, the first motion of the suite `near` is
     returned, scaled to `factor` x the published PGA.
     """
     motion_id, patterns, pga_rotd50_g = _RECORDS[name]
@@ -129,7 +129,7 @@ def _pga_g(motion: GroundMotion) -> float:
 
 @cache
 def stored_motions() -> tuple[GroundMotion, ...]:
-    """Return the motions of the default suite that are stored in files."""
+    """Return the motions of the suite `near` that are stored in files."""
     entries = read_index(starter_files() / "motions" / INDEX_NAME)
     return tuple(read_entry(entry) for entry in entries if entry.components)
 
