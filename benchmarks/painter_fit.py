@@ -16,10 +16,9 @@ from typing import Final
 import numpy as np
 from scipy.optimize import least_squares
 
+from skewbridge.files.tables import Floats as Series
 from skewbridge.verification.studies.recorded import (
-    Case,
     Recording,
-    Series,
     comparison,
     predicted,
     read_events,
@@ -59,10 +58,8 @@ def histories(
     with TemporaryDirectory() as folder:
         path = Path(folder) / f"{name}.yaml"
         path.write_text(FILE.format(**dict(zip(NUMBERS, map(float, values), strict=True))))
-        case = Case.of(STATION, str(path))
-        return {
-            date: predicted(each, STATION, case, dt_s=0.01) for date, each in recordings.items()
-        }
+        case = STATION.changed({"bridge": str(path)})
+        return {date: predicted(each, case, dt_s=0.01) for date, each in recordings.items()}
 
 
 def fitted(recordings: Mapping[str, Recording], name: str) -> tuple[Series, Series]:

@@ -151,9 +151,7 @@ class EnergyBalance:
         """Return the work (J) on springs of `held_by_contacts`, from the contact forces on them."""
         contacts = self._model.contacts
         work = 0.0
-        if contacts is None or not self._at_walls:
-            return work
-        for number, unit in enumerate(contacts.units):
+        for number, unit in enumerate(contacts.units if contacts else ()):
             if unit.node_i not in self._at_walls:
                 continue
             components_n = -trace.normals_n[:, number], trace.tangentials_n[:, number]

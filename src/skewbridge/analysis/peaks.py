@@ -168,10 +168,8 @@ def shear_ratios(
     The capacity depends on the axial force and the largest ductility so far, because dilated
     concrete does not recover.
     """
-    axial, yields = (
-        trace.columns[column.element][:, 2],
-        [capacity.yield_drift_ratio for capacity in column.capacities],
-    )
+    axial = trace.columns[column.element][:, 2]
+    yields = [capacity.yield_drift_ratio for capacity in column.capacities]
     # ASSUME the hinge region governs over the whole height: these columns are short.
     ductilities = (
         np.maximum.accumulate(_ratio(column, _drifts(column, trace), yields)),

@@ -205,10 +205,8 @@ class Monitor:
 
     def extra(self, kind: str, *response: str) -> dict[int, Series]:
         """Return a response of each node or element, with the same rows as the trace."""
-        rows = len(self.trace().time_s)
-        return {
-            tag: values[:rows] for tag, values in self.recorder.read(kind, *response)[1].items()
-        }
+        rows, found = len(self.trace().time_s), self.recorder.read(kind, *response)[1]
+        return {tag: values[:rows] for tag, values in found.items()}
 
     def trace(self) -> ResponseTrace:
         """Stop recording and return all rows."""

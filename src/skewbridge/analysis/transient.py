@@ -170,7 +170,6 @@ class _History:
         if self._histories:
             regular_rows = at_regular_steps(trace.time_s, self._settings.dt_s)
             histories = histories_of(self._model, trace.at(regular_rows), ground[regular_rows])
-        lengths_m = [seat.support_length_m for seat in self._model.seats]
         return AnalysisResult(
             status=ending.status,
             collapse_criterion=ending.collapse_criterion,
@@ -179,7 +178,7 @@ class _History:
             effort=effort,
             demands=peaks,
             whole_history=all_peaks,
-            support_length_m=min(lengths_m, default=nan),
+            support_length_m=min((s.support_length_m for s in self._model.seats), default=nan),
             bents=capacity_rows(self._model.frame.bents),
             model_end=failure,
             energy_kj=energy,

@@ -87,12 +87,25 @@ _MATERIALS: Final[Mapping[str, Sequence[Dimension]]] = {
 }
 _CURVES: Final = {"-Ce": LENGTH, "-Te": LENGTH, "-Cs": FORCE, "-Ts": FORCE}
 _PARAMETERS: Final = {"E": STIFFNESS, "eta": STIFFNESS, "Fy": FORCE, "epsInit": LENGTH}
-#: Numbers of other commands: the position of the first, and their dimensions.
-_ARGUMENTS: Final[Mapping[str, tuple[int, Sequence[Dimension]]]] = {
-    "node": (1, _PLACE),
-    "mass": (1, (*(STIFFNESS,) * 3, *(MOMENT,) * 3)),
-    "load": (1, _FORCES),
-    "constraints": (1, (STIFFNESS, STIFFNESS)),
+type Numbers = tuple[int, Iterable[Dimension]]
+_NO_NUMBERS: Final[Numbers] = (0, ())
+_BIDIRECTIONAL: Final = (DIMENSIONLESS, STIFFNESS, FORCE, STIFFNESS, STIFFNESS)
+_TOLERANCES: Final = {"NormDispIncr": LENGTH, "EnergyIncr": MOMENT}
+#: Numbers of other commands by their arguments: the position of the first, and their dimensions.
+_ARGUMENTS: Final[Mapping[str, Callable[[Sequence[Any]], Numbers]]] = {
+    "node": lambda _: (1, _PLACE),
+    "mass": lambda _: (1, (*(STIFFNESS,) * 3, *(MOMENT,) * 3)),
+    "load": lambda _: (1, _FORCES),
+    "constraints": lambda _: (1, (STIFFNESS, STIFFNESS)),
+    "section": lambda v: (1, _BIDIRECTIONAL) if v[0] == "Bidirectional" else _NO_NUMBERS,
+    "timeSeries": lambda v: (
+        (v.index("-values") + 1, repeat(LENGTH)) if v[0] == "Path" else _NO_NUMBERS
+    ),
+    "test": lambda v: (1, (_TOLERANCES[v[0]],)),
+    "sp": lambda v: (2, (_MOVED[int(v[1]) - 1],)),
+    "integrator": lambda v: (
+        (3, (_MOVED[int(v[2]) - 1],)) if v[0] == "DisplacementControl" else _NO_NUMBERS
+    ),
 }
 _ANSWERS: Final[Mapping[str, Sequence[Dimension]]] = {
     "nodeCoord": _PLACE,
@@ -136,22 +149,17 @@ class SiView:
         self._units, self._tags = units, tags
         self._parameters: dict[int, Dimension] = {}
         self._rotational: dict[int, tuple[float, ...]] = {}
-        for name in _ARGUMENTS:
-            _replace(name, partial(self._positions, getattr(ops, name), *_ARGUMENTS[name]))
+        for name, numbers in _ARGUMENTS.items():
+            _replace(name, partial(self._call, getattr(ops, name), numbers))
         for name, dimensions in _ANSWERS.items():
             _replace(name, partial(self._answer, getattr(ops, name), dimensions))
         commands: dict[str, Callable[..., Any]] = {
             "uniaxialMaterial": self._material,
-            "section": self._section,
             "element": self._element,
             "parameter": self._parameter,
             "updateParameter": self._update,
             "getParamValue": self._value,
-            "timeSeries": self._series,
-            "test": self._test,
             "eleResponse": self._response,
-            "sp": self._sp,
-            "integrator": self._integrator,
         }
         for name, converted in commands.items():
             _replace(name, partial(converted, getattr(ops, name)))
@@ -161,11 +169,12 @@ class SiView:
         for value, dimension in zip(values, dimensions, strict=False):
             yield value / self._units.si(dimension) if isinstance(value, float) else value
 
-    def _positions(
-        self, command: Callable[..., Any], first: int, dimensions: Sequence[Dimension], *values: Any
+    def _call(
+        self, command: Callable[..., Any], numbers: Callable[[Sequence[Any]], Numbers], *values: Any
     ) -> Any:
-        end = first + len(dimensions)
-        return command(*values[:first], *self._taken(values[first:end], dimensions), *values[end:])
+        first, dimensions = numbers(values)
+        converted = list(self._taken(values[first:], dimensions))
+        return command(*values[:first], *converted, *values[first + len(converted) :])
 
     def _answer(
         self, command: Callable[..., Any], dimensions: Sequence[Dimension], *values: Any
@@ -194,12 +203,6 @@ class SiView:
         for value in values:
             dimension = _CURVES.get(value, DIMENSIONLESS) if isinstance(value, str) else dimension
             yield dimension
-
-    def _section(self, command: Callable[..., Any], kind: str, *values: Any) -> None:
-        dimensions = (DIMENSIONLESS, STIFFNESS, FORCE, STIFFNESS, STIFFNESS)
-        if kind == "Bidirectional":
-            values = *self._taken(values, dimensions), *values[len(dimensions) :]
-        command(kind, *values)
 
     def _element(self, command: Callable[..., Any], kind: str, *values: Any) -> None:
         tag, arguments = values[:3], values[3:]
@@ -234,14 +237,6 @@ class SiView:
     def _value(self, command: Callable[..., Any], tag: int) -> float:
         return command(tag) * self._units.si(self._parameters[tag])
 
-    def _series(self, command: Callable[..., Any], kind: str, *values: Any) -> None:
-        start = values.index("-values") + 1 if kind == "Path" else len(values)
-        command(kind, *values[:start], *self._taken(values[start:], repeat(LENGTH)))
-
-    def _test(self, command: Callable[..., Any], kind: str, tolerance: float, *values: Any) -> None:
-        dimension = {"NormDispIncr": LENGTH, "EnergyIncr": MOMENT}[kind]
-        command(kind, tolerance / self._units.si(dimension), *values)
-
     def _response(self, command: Callable[..., Any], tag: int, *response: str) -> list[float]:
         answer = np.array(command(tag, *response), dtype=np.float64)
         if response[-1] == "basicStiffness":  # of a beam: axial, four rotations, twist
@@ -250,11 +245,3 @@ class SiView:
         if not response[-1].endswith("axis"):
             answer = answer * self._units.record_factors(response, len(answer))
         return answer.tolist()
-
-    def _sp(self, command: Callable[..., Any], node: int, dof: int, value: float) -> None:
-        command(node, dof, value / self._units.si(_MOVED[dof - 1]))
-
-    def _integrator(self, command: Callable[..., Any], kind: str, *values: Any) -> None:
-        if kind == "DisplacementControl":
-            values = *values[:2], values[2] / self._units.si(_MOVED[values[1] - 1]), *values[3:]
-        command(kind, *values)

@@ -15,9 +15,9 @@ import typer
 
 from skewbridge.cli import COMMANDS, new_group
 from skewbridge.cli.output import (
+    DEFAULT_BRIDGE,
     Abutment,
     Answer,
-    BridgeOption,
     Out,
     VariantOptions,
     arg,
@@ -95,7 +95,7 @@ _TWO_BRIDGES: Final = "{} and --bridge {} are two bridges: omit one"
 
 
 @dataclass(frozen=True, kw_only=True)
-class NamedBridge(BridgeOption):
+class NamedBridge:
     """A bridge that may be a positional argument."""
 
     name: Name = None
@@ -105,7 +105,7 @@ class NamedBridge(BridgeOption):
         """Take the positional argument as the bridge, unless another one is given as option."""
         if self.name and self.bridge not in ("", self.name):
             raise InputError(_TWO_BRIDGES.format(self.name, self.bridge))
-        object.__setattr__(self, "bridge", self.name or self.bridge or BridgeOption.bridge)
+        object.__setattr__(self, "bridge", self.name or self.bridge or DEFAULT_BRIDGE)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -354,7 +354,7 @@ def sdc(
     if source is None or not source.is_dir():
         if source and bridge not in (None, str(source)):
             raise InputError(_TWO_BRIDGES.format(source, bridge))
-        data = load_bridge(bridge or str(source or "osb1"))
+        data = load_bridge(bridge or str(source or DEFAULT_BRIDGE))
         table_name, title = "bents", data.title
         rows = bridge_check.capacity_rows(bent_capacities(data))
         warnings = [finding for row in rows for finding in bridge_check.bent_findings(row)]

@@ -364,19 +364,16 @@ _AXIS: Final = {
 }
 
 
+DEFAULT_BRIDGE: Final = "osb1"
+
+
 @dataclass(frozen=True, kw_only=True)
-class BridgeOption:
-    """Option of a command about one bridge."""
+class VariantOptions:
+    """Options of a command about one variant."""
 
     bridge: Annotated[
         str, opt("Name (skewbridge bridge list) or file of a bridge.", "NAME|FILE")
-    ] = "osb1"
-
-
-@dataclass(frozen=True, kw_only=True)
-class VariantOptions(BridgeOption):
-    """Options of a command about one variant."""
-
+    ] = DEFAULT_BRIDGE
     abutment: Abutment = "contact-friction"
     skew_deg: Annotated[float, _AXIS["skew_deg"]] = USUAL["skew_deg"]
     gap_mm: Annotated[float, _AXIS["gap_mm"]] = USUAL["gap_mm"]

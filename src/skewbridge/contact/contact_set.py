@@ -175,7 +175,10 @@ class ContactSet:
         )
         if self._is_updated and not (is_free and self._is_free):
             for unit in self.units:
-                unit.set_bounds(ratio)
+                change_m = unit.opening - unit.opening_before
+                # an open pair that stays open keeps its bounds of zero
+                if ratio is None or unit.is_bounded or unit.opening + ratio * change_m < 0.0:
+                    unit.set_bounds(ratio)
         self._is_free = is_free
 
     def _survey(self, dt_s: float | None = None) -> None:
@@ -194,8 +197,7 @@ class ContactSet:
                 steps = opening / (before - opening)
                 if steps < least_steps:
                     least_steps = steps
-            if unit.closed:
-                is_any_closed = True
+            is_any_closed |= unit.closed
             if not unit.normal_n <= largest_normal_n:  # true for NaN
                 largest_normal_n = unit.normal_n
             if unit.excess_ratio > friction_error:

@@ -33,7 +33,7 @@ from skewbridge.contact import ContactSet
 from skewbridge.contact.drives import kelvin_voigt_damping_ratio, kelvin_voigt_drive
 from skewbridge.errors import SolutionError
 from skewbridge.files.tables import Floats
-from skewbridge.files.text import writable_file
+from skewbridge.files.text import read_mapping, writable_file
 from skewbridge.motions.read import read_motion
 from skewbridge.motions.record import GroundMotion
 from skewbridge.units import G_MPS2
@@ -181,20 +181,8 @@ def run_deck_case(case_file: Path, out: Path) -> dict[str, Any]:
     history = run_deck(case, excitation)
     if not np.isfinite(history.q).all():
         raise SolutionError("the response is not finite: use a smaller dt_s")
-    names = {
-        "t_s": "time",
-        "ux_m": "displacement of the mass centre along the deck",
-        "uy_m": "displacement of the mass centre across the deck",
-        "theta_rad": "rotation, counter-clockwise",
-        **{f"gap_{corner}_m": "opening, negative in contact" for corner in CORNERS},
-        **{f"fn_{corner}_n": "compression" for corner in CORNERS},
-        **{f"ft_{corner}_n": "friction force with the sign of slip" for corner in CORNERS},
-    }
-    units = "s", "m", "m", "rad", *("m",) * 4, *("N",) * 8
-    fields = [
-        pa.field(name, pa.float64(), metadata={"unit": unit, "description": text})
-        for (name, text), unit in zip(names.items(), units, strict=True)
-    ]
+    columns = read_mapping(Path(__file__).with_name("deck_columns.yaml")).items()
+    fields = [pa.field(name, pa.float64(), metadata=texts) for name, texts in columns]
     values = (history.q, history.openings_m, history.normals_n, history.tangentials_n)
     table = np.column_stack([history.t_s, *values])
     pq.write_table(pa.table(list(table.T), schema=pa.schema(fields)), out)

@@ -17,7 +17,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
 
 import numpy as np
@@ -27,11 +26,9 @@ from pydantic import BaseModel
 from skewbridge.analysis.ground import Excitation
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.analysis.transient import analyse
-from skewbridge.bridge.catalogue import load_bridge
-from skewbridge.bridge.catalogue.data import IntegralData
 from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats
-from skewbridge.files.text import checked, read_mapping, read_text
+from skewbridge.files.text import checked, merged, read_mapping, read_text
 from skewbridge.motions.formats import Stated
 from skewbridge.motions.read import read_trace
 from skewbridge.motions.record import GroundMotion
@@ -61,6 +58,9 @@ _STATION = re.compile(r"station +no\. *(\d+)", re.IGNORECASE)
 _CHANNEL = re.compile(r"sta +chn: *(\d+)", re.IGNORECASE)
 _RECORDER_CHANNEL = re.compile(r"chan *(\d+):", re.IGNORECASE)  # the same if none is stated
 _TITLE = re.compile(r"^\s*corrected accelerogram.*$", re.IGNORECASE | re.MULTILINE)
+
+
+_STATIONS: Final = Path(__file__).parents[1] / "stations"
 
 
 class _Part(BaseModel, extra="forbid", frozen=True):
@@ -116,8 +116,10 @@ class Station(_Part, frozen=True):
 
     Attributes:
         station: Number of the station in the headers.
-        bridge: Name of its bridge in the catalogue; `other` is a second model of this bridge.
+        bridge: Name of its bridge in the catalogue, or a file in the folder of the stations.
         model: Modelling options of the site.
+        uniform: Whether all supports have the motion of the bent.
+        changes: Changed fields of each compared model, by its name.
         fitted: Dates of the events to which numbers of the bridge were fitted.
         ground: Ground of each support along x and y.
         period: Channel of the deck and those of the ground that identify the period.
@@ -126,15 +128,28 @@ class Station(_Part, frozen=True):
     station: str
     title: str
     bridge: str
-    other: str | None = None
     skew_deg: float
     gap_mm: float
     friction: float
     model: dict[str, Any] = {}
+    uniform: bool = False
+    changes: dict[str, dict[str, Any]] = {}
     fitted: tuple[str, ...] = ()
     ground: dict[str, dict[Literal["x", "y"], Ground]]
     period: tuple[int, ...]
     quantities: tuple[Quantity, ...]
+
+    def changed(self, change: Mapping[str, Any]) -> "Station":
+        """Return the station with changed fields; those of nested mappings are merged."""
+        return checked(Station, merged(self.model_dump(), change), self.title)
+
+    @property
+    def variant(self) -> Variant:
+        """Variant of the bridge with the axes of the station."""
+        axes = {name: getattr(self, name) for name in ("skew_deg", "gap_mm", "friction")}
+        is_file = self.bridge.endswith(".yaml")
+        bridge = str(_STATIONS / self.bridge) if is_file else self.bridge
+        return Variant.at(bridge, "contact_friction", axes)
 
     @property
     def grounds(self) -> tuple[Ground, ...]:
@@ -149,7 +164,7 @@ class Station(_Part, frozen=True):
 
 def read_station(name: str) -> Station:
     """Return a station of this package."""
-    path = Path(__file__).parents[1] / "stations" / f"{name}.yaml"
+    path = _STATIONS / f"{name}.yaml"
     return checked(Station, read_mapping(path), path)
 
 
@@ -333,21 +348,6 @@ _BEFORE_S: Final = 6.0
 _AFTER_S: Final = 2.0
 
 
-class Case(NamedTuple):
-    """A model of the bridge; with `uniform`, all supports have the motion of the bent."""
-
-    variant: Variant
-    options: ModelOptions
-    uniform: bool = False
-
-    @classmethod
-    def of(cls, station: Station, bridge: str | None = None) -> "Case":
-        """Return the model of a station, or of another bridge file, without changes."""
-        axes = {name: getattr(station, name) for name in ("skew_deg", "gap_mm", "friction")}
-        variant = Variant.at(bridge or station.bridge, "contact_friction", axes)
-        return cls(variant, checked(ModelOptions, dict(station.model), station.title))
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Recording:
     """Strong part of an event: quantities as recorded, and of a deck that rides on ends (`null`).
@@ -383,18 +383,17 @@ def recording_of(event: Event, station: Station) -> Recording:
     )
 
 
-def predicted(
-    recording: Recording, station: Station, case: Case, *, dt_s: float = DT_S
-) -> Histories:
-    """Return the quantities of a model in the strong part; raise `RuntimeError` if it fails."""
+def predicted(recording: Recording, station: Station, *, dt_s: float = DT_S) -> Histories:
+    """Return the quantities of the model in the strong part; raise `RuntimeError` if it fails."""
     event, step_s = recording.event, recording.event.dt_s
     motions = event.motions(station)
     bent = motions["bent 1"]
-    if case.uniform:
+    if station.uniform:
         motions = dict.fromkeys(motions, bent)
     settings = AnalysisSettings(dt_s=dt_s, contact_dt_s=min(dt_s, DT_S))
     shaken = Excitation(motion=bent, supports=motions)
-    result = analyse(case.variant, shaken, settings, case.options, histories=True)
+    options = checked(ModelOptions, station.model, station.title)
+    result = analyse(station.variant, shaken, settings, options, histories=True)
     if result.histories is None or result.status != "ok":
         raise RuntimeError(f"{event.date}: {result.status} {'; '.join(result.messages)}")
     times_s, histories = np.arange(bent.npts) * step_s, dict[str, Floats]()
@@ -409,41 +408,6 @@ def predicted(
             deck_history = in_band(disp, step_s) / CM
         histories[quantity.name] = deck_history[recording.part]
     return histories
-
-
-def changed_cases(station: Station, folder: Path) -> dict[str, Case]:
-    """Return changes of the model, by name; changed bridges are written to a folder."""
-    case = Case.of(station)
-    variant, options, _ = case
-    changed_models = {
-        "uniform input": case._replace(uniform=True),
-        "no skew": case._replace(variant=replace(variant, skew_deg=0.0)),
-        "square bents": case._replace(options=replace(options, bent_skew="square")),
-        "fixed bases": case._replace(options=replace(options, foundation="fixed")),
-    }
-    stiff_m4 = 100.0 * load_bridge(station.bridge).deck.inertia_transverse_m4
-    files = {"rigid deck": f"deck: {{inertia_transverse_m4: {stiff_m4}}}"}
-    both_ends = load_bridge(station.bridge).ends.values()
-    if len(ends := [end for end in both_ends if isinstance(end, IntegralData)]) == 2:
-        fill = np.prod([end.backfill.stiffness_mn_per_m for end in ends]) ** 0.5
-        piles = np.prod([end.piles.lateral_kn_per_m for end in ends]) ** 0.5
-        mean = f"{{backfill: {{stiffness_mn_per_m: {fill}}}, piles: {{lateral_kn_per_m: {piles}}}}}"
-        files["equal ends"] = f"abutments: {{left: {mean}, right: {mean}}}"
-    for name, text in files.items():
-        path = folder / f"{name.replace(' ', '_')}.yaml"
-        path.write_text(f"extends: {station.bridge}\nsource: 'd: {name}'\n{text}", encoding="utf-8")
-        changed_models[name] = Case.of(station, str(path))
-    if station.other:
-        joint = Case.of(station, station.other)
-        changed_models |= {"west end with a joint": joint} | {
-            f"joint, {name}": joint._replace(variant=replace(joint.variant, **change))
-            for name, change in {
-                "friction 0": {"friction_pct": 0},
-                "gap -50 %": {"gap_mm": 0.5 * station.gap_mm},
-                "gap +50 %": {"gap_mm": 1.5 * station.gap_mm},
-            }.items()
-        }
-    return changed_models
 
 
 def comparison(history: Floats, recorded: Floats) -> dict[str, float]:
@@ -461,24 +425,23 @@ def run_painter(study: Study) -> None:
         study.report_progress(f"{study.name}: skipped without recordings (--records DIR)")
         return
     station = read_station("painter")
+    cases = {name: station.changed(change) for name, change in station.changes.items()}
     rows: list[dict[str, Any]] = []
-    with TemporaryDirectory(prefix="skewbridge-") as folder:
-        cases = {"model": Case.of(station), **changed_cases(station, Path(folder))}
-        for event in read_events(study.records, station):
-            study.report_progress("; ".join([f"{event.date} ...", *event.notes]))
-            data = recording_of(event, station)
-            models = {name: predicted(data, station, case) for name, case in cases.items()}
-            models = {"model": models.pop("model"), "null": data.null, **models}
-            _compare(study, station, data, models)
-            study.figures[event.date] = histories_figure(data, models["model"])
-            for name, histories in models.items():
-                table = {k: comparison(histories[k], data.recorded[k]) for k in data.recorded}
-                with_limits = [q.name for q in station.quantities if q.peak and q.name in table]
-                cost = np.sqrt(np.mean([table[key]["error"] ** 2 for key in with_limits]))
-                rows += [
-                    {"event": event.date, "model": name, "cost": cost, "quantity": key} | agreement
-                    for key, agreement in table.items()
-                ]
+    for event in read_events(study.records, station):
+        study.report_progress("; ".join([f"{event.date} ...", *event.notes]))
+        data = recording_of(event, station)
+        models = {"model": predicted(data, station), "null": data.null}
+        models |= {name: predicted(data, case) for name, case in cases.items()}
+        _compare(study, station, data, models)
+        study.figures[event.date] = histories_figure(data, models["model"])
+        for name, histories in models.items():
+            table = {k: comparison(histories[k], data.recorded[k]) for k in data.recorded}
+            with_limits = [q.name for q in station.quantities if q.peak and q.name in table]
+            cost = np.sqrt(np.mean([table[key]["error"] ** 2 for key in with_limits]))
+            rows += [
+                {"event": event.date, "model": name, "cost": cost, "quantity": key} | agreement
+                for key, agreement in table.items()
+            ]
     study.tables["rows"] = pd.DataFrame(study.comparisons)
     study.tables["changes"] = pd.DataFrame(rows)
     study.figures["changes"] = changes_figure(study.tables["changes"])
