@@ -74,8 +74,7 @@ _LARGEST_BETA: Final = 10.0
 class AxisRange:
     """Axes of the variants of one bridge and abutment model, and their levels.
 
-    An effect of an axis has a value at each level and a cubic spline between them (a line for two
-    levels, a parabola for three).
+    Effects have a value at each level, between them a cubic spline (2 levels: line; 3: parabola).
     """
 
     levels: Mapping[str, Sequence[float]]
