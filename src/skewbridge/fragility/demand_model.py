@@ -74,8 +74,7 @@ _LARGEST_BETA: Final = 10.0
 class AxisRange:
     """Axes of the variants of one bridge and abutment model, and their levels.
 
-    An effect of an axis has a value at each level and a cubic spline between them (a line for two
-    levels, a parabola for three).
+    Effects have a value at each level, between them a cubic spline (2 levels: line; 3: parabola).
     """
 
     levels: Mapping[str, Sequence[float]]
@@ -491,8 +490,8 @@ def _precision(setup: _Setup, outcomes: DemandOutcomes, centre: float, group: In
     """
     wide_setup = replace(setup, precision=(_LOOSE * setup.axes.deviations) ** -2.0)
     fit = fit_mixed(wide_setup.data(outcomes, centre, np.inf, grows=False))
-    has_prior, data_information = ~np.isfinite(fit.precision), np.sum(fit.information, axis=0)
-    inverse = np.linalg.inv(data_information + np.diag(np.where(has_prior, 1.0, fit.precision)))
+    is_held, data_information = ~np.isfinite(fit.precision), np.sum(fit.information, axis=0)
+    inverse = np.linalg.inv(data_information + np.diag(np.where(is_held, 1.0, fit.precision)))
     by_likelihood = np.diag(inverse @ data_information @ inverse)[3:-3]
     by_jackknife = np.diag(jackknife_covariance(fit.without_groups(group)))[3:-3]
     ratio = np.ones_like(by_likelihood)
@@ -506,12 +505,12 @@ def _shrinkage_errors(fit: MixedFit, drifts: int) -> Floats:
     A prior pulls its drift towards zero in every model of the jackknife, which therefore misses
     this error. Row i is the error if the true drift i is one prior standard deviation.
     """
-    has_prior, n_columns = ~np.isfinite(fit.precision), fit.parameters.size - 3
-    prior = np.where(has_prior, 0.0, fit.precision)
+    is_held, n_columns = ~np.isfinite(fit.precision), fit.parameters.size - 3
+    prior = np.where(is_held, 0.0, fit.precision)
     information = np.sum(fit.information, axis=0)
-    information[has_prior], information[:, has_prior] = 0.0, 0.0
+    information[is_held], information[:, is_held] = 0.0, 0.0
     prior_errors = np.diag(prior)[:, n_columns - drifts : n_columns] * _DRIFT
-    return np.linalg.solve(information + np.diag(prior + has_prior), prior_errors).T
+    return np.linalg.solve(information + np.diag(prior + is_held), prior_errors).T
 
 
 def _knots(x: Floats, exact: Mask, motion: Index) -> list[float]:

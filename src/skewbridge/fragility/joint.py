@@ -79,8 +79,7 @@ def joint_table(
 ) -> pd.DataFrame:
     """Return table `joint`, with one row per bridge, abutment model and limit state.
 
-    A state without a curve in table ``curves``, because unknown outcomes change its medians too
-    much, has no estimate here.
+    A state without any curve in ``curves``, because of unknown outcomes, has no estimate here.
     """
     common = {"im": settings.im, "level": settings.confidence}
     items = ((bridge, limit_states, common) for bridge in models)

@@ -77,9 +77,9 @@ class MixedFit:
         score, information = np.zeros((count, size)), np.zeros((count, size, size))
         np.add.at(score, group, self.score)
         np.add.at(information, group, self.information)
-        has_prior = ~np.isfinite(self.precision)
-        score[:, has_prior], information[:, has_prior], information[:, :, has_prior] = 0.0, 0.0, 0.0
-        total = np.sum(information, axis=0) + np.diag(np.where(has_prior, 1.0, self.precision))
+        is_held = ~np.isfinite(self.precision)
+        score[:, is_held], information[:, is_held], information[:, :, is_held] = 0.0, 0.0, 0.0
+        total = np.sum(information, axis=0) + np.diag(np.where(is_held, 1.0, self.precision))
         # delta and the scatter in separate steps: a motion far from the others changes both, but
         # delta hardly depends on the scatter
         remaining, delta = total - information, slice(0, size - 3)
@@ -92,7 +92,7 @@ class MixedFit:
         mean = np.diag(total)[-2:] * (1.0 - 1.0 / count)
         shares = 1.0 - 2.0 * score[:, -2:] / np.maximum(mean, count)
         steps[:, -2:] = 0.5 * np.log(np.clip(shares, *_SHARES))
-        steps[:, has_prior] = 0.0
+        steps[:, is_held] = 0.0
         return self.parameters + steps
 
 
@@ -124,8 +124,8 @@ def fit_mixed(data: MixedData, start: Floats | None = None, steps: int = 100) ->
         precision[-3] = np.inf
     if np.bincount(data.motion).max() == 1:  # scatter between motions is that of runs
         precision[-2], initial[-2] = np.inf, floor
-    has_prior = ~np.isfinite(precision)
-    prior = np.where(has_prior, 0.0, precision)
+    is_held = ~np.isfinite(precision)
+    prior = np.where(is_held, 0.0, precision)
 
     def at(parameters: Floats) -> MixedFit:
         bounded = parameters.copy()
@@ -135,12 +135,12 @@ def fit_mixed(data: MixedData, start: Floats | None = None, steps: int = 100) ->
     def value(fit: MixedFit) -> float:
         return float(np.sum(fit.logliks) - 0.5 * prior @ fit.parameters**2)
 
-    fit = at(initial if start is None else np.where(has_prior, initial, start))
+    fit = at(initial if start is None else np.where(is_held, initial, start))
     for _ in range(steps):
         score = np.sum(fit.score, axis=0) - prior * fit.parameters
         information = np.sum(fit.information, axis=0) + np.diag(prior)
         # a standard deviation stays at its floor if the data favour a smaller value
-        fixed = has_prior.copy()
+        fixed = is_held.copy()
         fixed[-2:] |= (fit.parameters[-2:] <= floor) & (score[-2:] <= 0.0)
         score[fixed], information[fixed], information[:, fixed] = 0.0, 0.0, 0.0
         information[fixed, fixed] = 1.0
@@ -209,7 +209,7 @@ class _Integrals:
         runs = np.flatnonzero(np.isin(data.motion, motions))
         runs = runs[np.argsort(data.motion[runs], kind="stable")]
         self._motion = np.searchsorted(motions, data.motion[runs])
-        self._first = np.flatnonzero(np.diff(self._motion, prepend=-1))  # run of each motion
+        self._first = np.flatnonzero(np.diff(self._motion, prepend=-1))  # first run of each motion
         self._known = data.lower[runs] == data.upper[runs]
         self._design, self._bound = data.design[runs], data.bound[runs]
         self._growth = data.growth[runs]
@@ -228,7 +228,8 @@ class _Integrals:
         count, sum_w, pull = self._sums(self._known[:, None] * known_terms).T
         variance = 1.0 / (1.0 / tau**2 + count / sigma**2)  # of u given the known values
         u, weights = self._panels(variance * pull, variance, excess, sigma)
-        # ln likelihood f of each run at each node, from t, and its first two derivatives by t
+        # f(t), ln of the density of a known value or of the probability of a bound, at each node,
+        # with its derivative and minus its second derivative
         t = self._sign[:, None] * (excess[:, None] + u[self._motion]) / sigma
         f, slope, curve, bounds = -0.5 * t**2, -t, np.ones_like(t), ~self._known
         f[bounds], slope[bounds] = log_normal_tail(t[bounds])

@@ -211,8 +211,7 @@ def pair_files(paths: Iterable[Path]) -> tuple[dict[str, tuple[Path, Path]], dic
 def group_by_name(paths: Iterable[Path]) -> dict[str, list[Path]]:
     """Return the horizontal component files keyed by motion name; names and files are sorted.
 
-    If several folders each have a pair of the same name, these are different motions: the folder
-    name is put in front of the motion name.
+    Pairs of one name in several folders are different motions: the folder name is put in front.
     """
     groups: defaultdict[str, defaultdict[Path, list[Path]]] = defaultdict(lambda: defaultdict(list))
     for path in sorted(paths):

@@ -1,7 +1,6 @@
 """Readers of recorded motions: PEER, CSMIP, COSMOS, GeoNet, ESM, K-NET, columns, values alone.
 
-Each format has a function that recognises its text and one that reads it. A new format is a pair
-of such functions and a row of `MOTION_FORMATS`.
+Each format is a row of `MOTION_FORMATS`: a function that recognises its text and a reader.
 """
 
 import math

@@ -295,17 +295,9 @@ def cav(accel_mps2: Vector, dt_s: float) -> float:
 
 def significant_duration(build_up: Vector, dt_s: float, start: float, end: float) -> float:
     """Return the time in s in which a build-up grows from `start` to `end`, shares of its total."""
-    shares = build_up / build_up[-1]
-    return dt_s * (_index_of(shares, end) - _index_of(shares, start))
-
-
-def _index_of(shares: Vector, level: float) -> float:
-    """Return the interpolated index at which non-decreasing ``shares`` first reach a level."""
-    upper = int(np.searchsorted(shares, level))
-    if upper == 0:
-        return 0.0
-    growth = shares[upper] - shares[upper - 1]
-    return upper - 1 + float((level - shares[upper - 1]) / growth)
+    shares, positions = build_up / build_up[-1], np.arange(build_up.size)
+    first, last = np.interp([start, end], shares, positions)
+    return dt_s * float(last - first)
 
 
 def housner_intensity(accel_mps2: Vector, dt_s: float) -> float:

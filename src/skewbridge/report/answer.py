@@ -191,9 +191,8 @@ def _further_steps(medians: pd.DataFrame, row: Mapping[str, Any]) -> dict[str, A
     whole range is undecided, ``sure_..`` describe the change to the largest value of the axis at
     which the family-wise verdict is lower or higher.
     """
-    is_same = (medians[[*_EFFECT[:4], "demand"]] == [row[n] for n in (*_EFFECT[:4], "demand")]).all(
-        axis=1
-    )
+    keys = [*_EFFECT[:4], "demand"]
+    is_same = (medians[keys] == [row[name] for name in keys]).all(axis=1)
     steps = medians[is_same & (medians["scope"] == "pooled") & (medians["status"] == OK)]
     largest_step: dict[str, Any] = {}
     if row["claim"] not in (LOWER, HIGHER, NEGLIGIBLE):
@@ -575,8 +574,7 @@ def alternative_rows(table: pd.DataFrame) -> tuple[list[str], list[dict[str, str
     """Return sentences and a table on options drawn at random, for the largest step of each axis.
 
     An option certainly moves an effect if its p-value, adjusted for all options of the effect, is
-    below 1 minus the level of the intervals. The table has a row per effect and a column per value
-    of an option.
+    below 1 minus the level of the intervals. The table has a column per value of an option.
     """
     table = _of_largest_step(table, [*BRIDGE_COLUMNS, "axis"])
     if table.empty:
@@ -586,12 +584,11 @@ def alternative_rows(table: pd.DataFrame) -> tuple[list[str], list[dict[str, str
         effect = f"{change_name(*key[2:5])} on {effect_name(key[5])}, {names[key[:2]]}"
         changes: dict[str, str] = {}
         for (option,), of_option in groups_of(effect_rows, ["option"]):
-            texts = {
-                f"{option_text(option)} {choice_text(option, row['value'])}": change_text(
-                    {**row, "ratio": row["effect"]}
-                )
-                for row in records_of(of_option)
-            }
+            at_values = records_of(of_option.assign(ratio=of_option["effect"]))
+            choices = [
+                f"{option_text(option)} {choice_text(option, r['value'])}" for r in at_values
+            ]
+            texts = dict(zip(choices, map(change_text, at_values), strict=True))
             changes |= texts
             if of_option["p"].min() < 1.0 - of_option["level"].iloc[0]:
                 certain.append(f"{effect}: {listed(f'{b} with {a}' for a, b in texts.items())}.")

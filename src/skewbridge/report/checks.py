@@ -164,9 +164,8 @@ def contact_differences(frictionless: pd.DataFrame, ok: pd.DataFrame) -> pd.Data
     names = [column.name for column in DEMAND_COLUMNS if column.name in ok]
     keys = ["bridge", "abutment", *axes, "motion_id", "scale", "incidence_deg"]
     joined = frictionless.merge(zero_friction, on=keys, suffixes=("", "_other"))
-    frictionless_values, other_values = (
-        joined[[f"{name}{end}" for name in names]].to_numpy(float) for end in ("", "_other")
-    )
+    others = [f"{name}_other" for name in names]
+    frictionless_values, other_values = (joined[n].to_numpy(float) for n in (names, others))
     limits = {"rtol": CONTACT_TOLERANCE, "atol": _CONTACT_NOTHING}
     is_equal = np.isclose(frictionless_values, other_values, equal_nan=True, **limits)
     return joined[~is_equal.all(axis=1)]

@@ -89,9 +89,8 @@ def write_report(
     environment = appearance.templates(*modules, globals())
     unreached = curves[(curves["reach"].fillna("") != "") & (curves["method"] == "cloud")]
     pictures = pictures_of(read_captions(tables["captions"]), figures)
-    plan = (
-        last_plan(StudyFolder(tables["demands"].parent)) if study and study.design.until else None
-    )
+    has_rounds = study is not None and study.design.until
+    plan = last_plan(StudyFolder(tables["demands"].parent)) if has_rounds else None
     leading = {p["caption"].name: p for p in pictures if p["caption"].section == SECTIONS[0]}
     with appearance.shown_in(units):
         page = environment.get_template("report.html.j2").render(
@@ -443,9 +442,8 @@ _SHADES: Final = [round(round(shade / _STEP) * _STEP) for shade in range(256)]
 def pictures_of(captions: Sequence[Caption], folder: Path) -> list[dict[str, Any]]:
     """Return caption, data URL and size of each figure, in the order of `SECTIONS`."""
     ordered = sorted(captions, key=lambda caption: SECTIONS.index(caption.section))
-    data_urls: Any = Parallel(n_jobs=2, backend="threading")(
-        delayed(_packed)(folder / f"{caption.name}.png") for caption in ordered
-    )
+    tasks = (delayed(_packed)(folder / f"{caption.name}.png") for caption in ordered)
+    data_urls: Any = Parallel(n_jobs=2, backend="threading")(tasks)
     return [{"caption": text, **picture} for text, picture in zip(ordered, data_urls, strict=True)]
 
 
@@ -561,9 +559,8 @@ def shown_rows(
 ) -> list[dict[str, str]]:
     """Return the rows of a table as text, in shown units; headings are words with the unit."""
     frame = pd.DataFrame(table)
-    frame = frame.assign(
-        **{name: frame[name].map(_IN_WORDS[name]) for name in _IN_WORDS.keys() & set(frame)}
-    )
+    named = {name: frame[name].map(_IN_WORDS[name]) for name in _IN_WORDS.keys() & set(frame)}
+    frame = frame.assign(**named)
     texts: dict[str, list[str]] = {}
     for name in frame:
         words, unit = split_unit(str(name))
