@@ -125,7 +125,7 @@ def _sources(filled: Completed, inherited: Sequence[str]) -> str:
 def doubts(filled: Completed) -> list[str]:
     """Return a sentence for each number, or ratio of numbers, of a bridge file that looks wrong."""
     rules = filled.by_rule()
-    return [*_outside_ranges(filled), *_far_from_rules(filled, rules), *_stale(filled, rules)]
+    return [*_outside_ranges(filled), *_unlike_rules(filled, rules)]
 
 
 def _unit_doubts(bridge: Description, at_rest: ModalResult) -> Iterator[str]:
@@ -180,20 +180,16 @@ def _factors(filled: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[
             yield key, value, rule, values / np.ravel(value)
 
 
-def _far_from_rules(filled: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]:
+def _unlike_rules(filled: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]:
+    """Yield a sentence on each number far from its rule, and on inherited ones that are stale."""
+    edited = filled.bridge.sources.keys() - filled.inherited - filled.derived.keys()
+    stale: list[str] = []
     for key, value, rule, factors in _factors(filled, rules):
         worst = float(factors[np.abs(np.log(factors)).argmax()])
         if not 1 / rule.within <= worst <= rule.within:
             rule_text = ", ".join(f"{number:.4g}" for number in np.ravel(value))
             worst = float(f"{worst:.2g}")
             yield f"{key} is {worst:g} times {rule_text}, the value of its rule ({rule.src})"
-
-
-def _stale(filled: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]:
-    """Yield a sentence on inherited numbers whose rules give other values for this bridge."""
-    edited = filled.bridge.sources.keys() - filled.inherited - filled.derived.keys()
-    stale: list[str] = []
-    for key, value, rule, factors in _factors(filled, rules):
         is_edited = any(f"{new}.".startswith(f"{old}.") for old in rule.follows for new in edited)
         if key in filled.inherited and is_edited and np.abs(factors - 1.0).max() > _STALE:
             stale.append(f"{key} ({np.ravel(value).max():.4g} by its rule)")
