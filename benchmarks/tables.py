@@ -58,7 +58,7 @@ def measured(variants: int, motions: int) -> dict[str, Any]:
     medians = timed("medians", lambda: median_effects(models, states, settings))
     curves = timed("curves", lambda: fit_study(models, states, settings))
     joint = timed("joint", lambda: joint_table(models, states, settings))
-    checked = StudyTables(demands=rows, curves=curves, effects=effects, max_unfinished_share=1.0)
+    checked = StudyTables(demands=rows, curves=curves, effects=effects, max_failed_share=1.0)
     timed("check", lambda: check_tables(checked))
     timed("table", lambda: latex_table(paper_table(curves, medians, joint)))
     tables = {"demands": rows, "curves": curves, "effects": effects, "medians": medians}
