@@ -7,7 +7,7 @@ if __name__ == "__main__":
         from skewbridge.report.study_figures import draw_study
 
         on_request = snakemake.params.on_request
-        choices = job.current(job.study.folder.modelling_choices, on_request["modelling_choices"])
+        choices = job.current(job.folder.modelling_choices, on_request["modelling_choices"])
         draw_study(
             {**job.inputs, **({"choices": choices} if choices else {})},
             folder=job.outputs["folder"],

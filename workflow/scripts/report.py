@@ -10,10 +10,10 @@ if __name__ == "__main__":
         if job.study.checks == "strict":
             require_passed(job.inputs["checks"])
         on_request = snakemake.params.on_request
-        choices = job.current(job.study.folder.modelling_choices, on_request["modelling_choices"])
+        choices = job.current(job.folder.modelling_choices, on_request["modelling_choices"])
         write_report(
             tables={**job.inputs, **({"choices": choices} if choices else {})},
-            figures=job.study.folder.figures,
+            figures=job.folder.figures,
             study=job.study,
             output=job.outputs["html"],
         )

@@ -25,6 +25,7 @@ from skewbridge.files.tables import read_stamp, stamp
 from skewbridge.files.text import read_yaml
 from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, parse_config
+from skewbridge.study.folder import StudyFolder
 from skewbridge.study.inputs import motions_digest
 from skewbridge.study.processes import PROGRESS_LOG, end_with_parent, hush_exit_message
 from skewbridge.variant.grid import expand_grid
@@ -162,6 +163,11 @@ class Job:
     outputs: Mapping[str, Path]
     threads: int
     stamp: Mapping[str, str]
+
+    @property
+    def folder(self) -> StudyFolder:
+        """Files of the study; folders of `skewbridge init` have scripts that use it."""
+        return self.study.folder
 
     @property
     def setup(self) -> "StudySetup":
