@@ -291,7 +291,7 @@ def test_statistics_outside_a_study_folder_are_a_study_with_report(tmp_path, mon
     assert report["status"] == curves["status"].value_counts().to_dict()
     assert report["verdict"] == study.fragility["effects"].verdict_family.value_counts().to_dict()
     page = Path(report["report"]).read_text(encoding="utf-8")
-    for absent in ("undefined", "nan ", 'id="quality"', "No median capacities"):
+    for absent in ("undefined", "nan ", 'id="quality"', "No median capacity of"):
         assert absent not in page.split("<script")[0]
     assert "2.01\u00a0in" in page
     # written again with own limit states, but never over the demands of a study

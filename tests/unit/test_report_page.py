@@ -324,6 +324,8 @@ def test_methods_settings_and_units_of_the_page_are_those_of_the_study(render):
     abutments = "skew 0°, 60°; the joint gap 0.984 in, 2.01 in; friction 0.5: four variants"
     plan = "Plan of osb1 with skew 0°, 60°, gap 0.984 in, 2.01 in, friction 0.5"  # not of the other
     assert_in(page, abutments, plan, "motions.count</code> 3 (default ", "300.0 ft long")
+    lines = {*re.findall(r'<text x="\S+" y="(\S+)"', page)}
+    assert len(lines) == 3  # a long text on the gap would cover the names of the ends
     assert "<code>analysis.dt_s</code>" not in page
     assert " mm" not in re.sub(r"<details><summary>(Methods|Provenance).*?</details>", "", page)
     # the range of intensities is that of the motions
@@ -490,7 +492,9 @@ def test_texts_on_a_missing_ratio_have_its_status_and_the_runs_that_exceed_the_s
     ):
         counts = {"status": status, "n_exceed": 3, "n_runs": 16}
         missing = [answer_row(axis, state, np.nan, "", **counts) for axis in axes]
-        title = f"No median capacities can be compared; osb1, column failure: {text}."
+        title = (
+            f"No median capacity of a headline state can be compared; osb1, column failure: {text}."
+        )
         assert headline_of(*missing) == [title]
         table = pd.DataFrame([*missing, known])
         printed = headline.headline_text(table, runs, pd.DataFrame({"source": ["synthetic"]}))

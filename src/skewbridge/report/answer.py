@@ -390,7 +390,9 @@ def headline(table: pd.DataFrame) -> list[str]:
             f"{no_ratio_text(row)}"
             for row in records_of(states[states["demand"].isin(leading)])
         ]
-        return [f"{'; '.join(['No median capacities can be compared', *reasons])}."]
+        return [
+            f"{'; '.join(['No median capacity of a headline state can be compared', *reasons])}."
+        ]
     sentences = list[tuple[tuple[int, float], str]]()
     open_effects = list[str]()
     for (name, *_), change in estimated.groupby(["axis", "from_value", "to_value"], sort=False):
