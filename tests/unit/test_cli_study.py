@@ -35,7 +35,6 @@ from study_parts import in_journal, row_of
 BASE = ROOT / "config/config.yaml"
 #: Two motions without the blocks, bands and orientations of the default study.
 PLAIN = "motions: {suites: [near], count: 2, incidence_deg: [0.0], blocks: null, bands: null}\n"
-COLUMN_NAMES = [column.name for column in COLUMNS]
 SOURCE = "BSD-3-Clause; synthetic: model of Dabaghi and Der Kiureghian (2018)"
 # Studies whose processor time was measured from the start of Snakemake to the page, on two
 # processors at loads of 1 to 15.
@@ -106,7 +105,7 @@ def test_new_gap_repeats_no_finished_analysis(tmp_path: Path) -> None:
     inputs.prepare_motions(study)
     tasks = analyses.StudySetup.of(study).tasks(slug)
     keys = dict(zip(map(run_key, tasks), ("ok", "timeout"), strict=True))
-    same = dict.fromkeys(COLUMN_NAMES) | {"variant": slug, "motion_id": "m"}
+    same = dict.fromkeys(column.name for column in COLUMNS) | {"variant": slug, "motion_id": "m"}
     same |= {"cpu_s": 2.0, "recovery_rung": 0, "collapse_criterion": "budget"}
     rows = (same | {"run_key": key, "status": status} for key, status in keys.items())
     in_journal(tmp_path / "results/journal/v.jsonl", *rows)

@@ -14,6 +14,7 @@ import skewbridge
 from cli_json import answer, invoke
 from fragility_tables import DRIFT_ENTRY, FAILURES, IM, SETTINGS, synthetic_demands
 from skewbridge.demands.validity import FAILURE_DEMANDS
+from skewbridge.errors import InputError
 from skewbridge.files.tables import write_frame
 from skewbridge.fragility import demand_table
 from skewbridge.fragility.exports import PAPER_COLUMNS, paper_table, with_interval
@@ -364,3 +365,27 @@ def test_joint_rows_compare_the_ends_of_an_axis_at_the_middle_of_the_others(writ
     # skews of both signs without 0 are compared with each other
     for values, ends in (((-30, 30), (30, -30)), ((-30, 0, 60), (0, 60)), ((51,), (51, 51))):
         assert (demand_table.reference_value(values), demand_table.farthest_value(values)) == ends
+
+
+def test_median_demands_at_an_intensity_are_those_of_regressions(tmp_path):
+    demands = synthetic_demands(skews=(0, 60), gaps=(51,), motions=24, scales=(0.7, 1.4))
+    write_frame(demands, tmp_path / "demands.parquet", {})
+    study = skewbridge.load(tmp_path)
+    found = study.at("column_drift_ratio", im=0.5, skew_deg=[0, 60], friction=0.5)
+    assert found[["skew_deg", "friction"]].to_numpy().tolist() == [[0.0, 0.5], [60.0, 0.5]]
+    for row in found.to_dict("records"):
+        runs = demands[demands["variant"] == row["variant"]]
+        logs = np.log([runs[IM] / 0.5, runs["column_drift_ratio"]])
+        # both runs of a motion have one residual: the errors are those of 24 motions
+        x, y = logs.T.reshape(24, 2, 2).mean(axis=1).T
+        line = stats.linregress(x, y)
+        width = stats.t.ppf(0.975, 22) * line.intercept_stderr
+        scatter = np.std(y - line.slope * x, ddof=2)
+        ends = [np.log(row[name] / row["median"]) for name in ("ci_low", "ci_high", "p16", "p84")]
+        assert np.log(row["median"]) == pytest.approx(line.intercept, abs=0.03)
+        assert ends == pytest.approx([-width, width, -scatter, scatter], rel=0.25)
+    far = study.at("deck_disp_m", 2.5)  # above all runs
+    assert far["extrapolated"].all()
+    assert (far.attrs["units"]["im"], far.attrs["units"]["p84"]) == ("g", "m")
+    with pytest.raises(InputError, match="skew_deg must be one of 0, 60; got 45"):
+        study.at("deck_disp_m", 0.5, skew_deg=45)

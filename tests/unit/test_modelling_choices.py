@@ -31,7 +31,6 @@ from skewbridge.report.fragility_figures import choice_findings, tornado
 from skewbridge.study import jobs, modelling_choices
 from skewbridge.study.analyses import StudySetup, sampled
 from skewbridge.study.config import parse_config
-from skewbridge.study.folder import StudyFolder
 from skewbridge.study.results import statistics_of
 from skewbridge.study.task import Task, run_key
 from skewbridge.variant import random_properties, variant
@@ -210,7 +209,7 @@ def test_finished_analyses_are_not_run_again(tmp_path: Path, ran: list[Task]) ->
 def test_only_a_current_table_is_shown(tmp_path: Path) -> None:
     path = tmp_path / "table.parquet"
     nothing = {"inputs": {}, "outputs": {}, "stamp": {}}
-    job = jobs.Job(study=parse_config({}), folder=StudyFolder(tmp_path), threads=1, **nothing)
+    job = jobs.Job(study=parse_config({}), threads=1, **nothing)
     assert job.current(path, {"sources": "a"}) is None
     write_frame(pd.DataFrame(), path, {"rule_digest": jobs.rule_digest({"sources": "a"})})
     assert [job.current(path, {"sources": each}) for each in "ab"] == [path, None]

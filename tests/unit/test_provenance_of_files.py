@@ -129,7 +129,7 @@ def test_a_script_stamps_its_outputs_and_leaves_a_log_only_of_messages(tmp_path)
     table, log = tmp_path / "table.parquet", tmp_path / "rule.log"
     given = job(tmp_path, table, suspect="x")
     with script_session(given) as own:
-        assert (own.outputs, own.folder.root) == ({"table": table}, tmp_path)
+        assert (own.outputs, own.study.folder.root) == ({"table": table}, tmp_path)
         tables.write_frame(FRAME, table, {})
     stamped = tables.read_stamp(table)
     expected = {"rule_digest": rule_digest(given.params.made_from), "suite_digest": "suite"}

@@ -300,6 +300,8 @@ def test_sketch_and_words_have_the_geometry_of_the_bridge():
     for name, words in (("bridge_a", "single-column"), ("osb1", "pinned two-column"),
                         ("osb1_fixed", "91.4 m long, fixed two-column")):  # fmt: skip
         assert bridge_words(load_structure(name).description).endswith(f"{words} bent")
+    on_pads = load_structure(ROOT / "docs/bridges/continuous_on_bearings.yaml").description
+    assert bridge_words(on_pads).endswith("; bearings at bent 1 and bent 2")
 
 
 def test_joints_of_a_bridge_are_named_with_their_demands():

@@ -301,3 +301,9 @@ def test_a_pair_of_files_has_the_time_step_of_the_index_beside_them(tmp_path):
     (tmp_path / "index.csv").unlink()
     stated = answer("motions", "im", *paths, "--dt-s", 0.02, "--unit", "m/s2")["pga_h1_g"]
     assert stated == pga_g
+    np.savetxt(paths[0], np.outer(np.sin(np.arange(200) / 9.0), [0.1, 0.2]))
+    row = "motion_id,file_1,channel_1,file_2,channel_2,dt_s,unit\na,{0},1,{0},2,0.02,m/s2\n"
+    (tmp_path / "index.csv").write_text(row.format(paths[0].name))
+    refused = answer("motions", "im", paths[0], code=2)  # it was the second channel
+    assert "has two channels in index.csv: give the file twice" in refused["message"]
+    assert answer("motions", "im", paths[0], paths[0])["pga_h2_g"] == pytest.approx(2.0 * pga_g)

@@ -20,7 +20,6 @@ from skewbridge.bridge.catalogue.drawing import (
     TABLES,
     Completed,
     Formula,
-    Rule,
     placed,
     places,
     value_at,
@@ -124,8 +123,7 @@ def _sources(filled: Completed, inherited: Sequence[str]) -> str:
 
 def doubts(filled: Completed) -> list[str]:
     """Return a sentence for each number, or ratio of numbers, of a bridge file that looks wrong."""
-    rules = filled.by_rule()
-    return [*_outside_ranges(filled), *_far_from_rules(filled, rules), *_stale(filled, rules)]
+    return [*_outside_ranges(filled), *_unlike_rules(filled)]
 
 
 def _unit_doubts(bridge: Description, at_rest: ModalResult) -> Iterator[str]:
@@ -167,33 +165,25 @@ def _outside_ranges(filled: Completed) -> Iterator[str]:
                 yield f"{keys[0]} {text}" + (f" (by rule, {rule.src})" if rule else "")
 
 
-def _factors(filled: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[Any]:
-    """Yield for each number stated in a file: key, value by rule, rule, ratio stated / by rule."""
+def _unlike_rules(filled: Completed) -> Iterator[str]:
+    """Yield a sentence on each number far from its rule, and on inherited ones that are stale."""
+    edited = filled.bridge.sources.keys() - filled.inherited - filled.derived.keys()
+    stale: list[str] = []
     unusual = TABLES["concrete"] if filled.bridge.deck.elastic_modulus_gpa > 100.0 else []
     # a cap below bearings is not as deep as the deck
     unusual = {*unusual, *(f"bents.{n}.cap_depth_m" for n in filled.bridge.bents_with_bearings)}
-    for key, (value, rule) in rules.items():
+    for key, (value, rule) in filled.by_rule().items():
+        if rule.within is None or key in filled.derived or unusual & {key, rule.key}:
+            continue
         values = np.ravel(value_at(filled.bridge, key))
-        is_usual = rule.within and key not in filled.derived and unusual.isdisjoint({key, rule.key})
-        # no weight, for example of a cap, is a choice
-        if is_usual and all(values) and np.all(value):
-            yield key, value, rule, values / np.ravel(value)
-
-
-def _far_from_rules(filled: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]:
-    for key, value, rule, factors in _factors(filled, rules):
+        if not all(values) or not np.all(value):  # no weight, for example of a cap, is a choice
+            continue
+        factors = values / np.ravel(value)
         worst = float(factors[np.abs(np.log(factors)).argmax()])
         if not 1 / rule.within <= worst <= rule.within:
             rule_text = ", ".join(f"{number:.4g}" for number in np.ravel(value))
             worst = float(f"{worst:.2g}")
             yield f"{key} is {worst:g} times {rule_text}, the value of its rule ({rule.src})"
-
-
-def _stale(filled: Completed, rules: dict[str, tuple[Any, Rule]]) -> Iterator[str]:
-    """Yield a sentence on inherited numbers whose rules give other values for this bridge."""
-    edited = filled.bridge.sources.keys() - filled.inherited - filled.derived.keys()
-    stale: list[str] = []
-    for key, value, rule, factors in _factors(filled, rules):
         is_edited = any(f"{new}.".startswith(f"{old}.") for old in rule.follows for new in edited)
         if key in filled.inherited and is_edited and np.abs(factors - 1.0).max() > _STALE:
             stale.append(f"{key} ({np.ravel(value).max():.4g} by its rule)")
@@ -212,8 +202,8 @@ def _seat_findings(bridge: Description) -> Iterator[str]:
         for clause, least_m in (sdc, (AASHTO_CLAUSE, seat_demand_aashto_m(bridge, end, 0.0))):
             if length_m < least_m:
                 text = f"below {least_m:.3g} m by {clause}; check the edition that applies"
-                seat = f"the {end} seat of {bridge.seats_m[end]:.3g} m"
-                yield f"{seat} leaves {length_m:.3g} m at a gap of {gaps_m[end] / MM:g} mm, {text}"
+                seat = f"the {end} seat of {bridge.seats_m[end]:.4g} m"
+                yield f"{seat} leaves {length_m:.4g} m at a gap of {gaps_m[end] / MM:g} mm, {text}"
 
 
 def capacity_rows(bents: Iterable[BentCapacity]) -> list[dict[str, Any]]:

@@ -134,6 +134,7 @@ class Description:
     backfill_rule: str  # rule of the backfill
     damping_ratio: float  # ratio of the Rayleigh damping
     on_springs: bool = False  # whether the columns stand on foundation springs
+    pads_at: tuple[str, ...] = ()  # bents (``bent 1``) over which the deck runs on bearings
     #: skew of the ends and inner joints that do not take that of the variant
     skews_deg: Mapping[str, float] = field(default_factory=dict[str, float])
     #: gap of the seats and inner joints that do not take that of the variant

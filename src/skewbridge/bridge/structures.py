@@ -78,6 +78,7 @@ class CatalogueBridge:
             ),
             bent_bases=tuple(map(data.base_of, data.bents)),
             on_springs=data.foundation is not None,
+            pads_at=tuple(f"bent {n}" for n, bent in enumerate(data.bents, 1) if bent.pads),
             end_kinds={name: end.type for name, end in data.ends.items()},
             skews_deg={
                 name: skewed_part.skew_deg

@@ -114,10 +114,11 @@ def read_trace(path: Path, stated: Stated | None = None) -> Trace:
     """Read one component; `DtMissingError` if it has no time step, `InputError` if unusable."""
     lines = _text_of(read_bytes(path, MAX_FILE_BYTES), path).splitlines()
     header = "\n".join(lines[: formats.MAX_HEADER_LINES])
+    step_or_rate = _step_or_rate(header)
     try:
         trace = trace_of(lines, path, stated or Stated())
     except DtMissingError:
-        if (step_or_rate := _step_or_rate(header)) is None:
+        if step_or_rate is None:
             raise
         number, words = step_or_rate
         step_s = number if number < 1.0 else 1.0 / number
@@ -131,8 +132,11 @@ def read_trace(path: Path, stated: Stated | None = None) -> Trace:
     given_s = stated and stated.dt_s is None and stated.dt_s_if_missing
     if given_s and given_s != trace.dt_s:
         notes = (f"dt = {trace.dt_s:g} s of the file is used, not {given_s:g} s", *notes)
-    if re.search("column|values", trace.format):  # a known format has its step in the header
-        warnings += _contradicted_step(trace.dt_s, header)
+    # a known format has its step in the header
+    if step_or_rate is not None and re.search("column|values", trace.format):
+        number, words = step_or_rate
+        if min(abs(trace.dt_s * number - 1.0), abs(number / trace.dt_s - 1.0)) >= _STEP_TOLERANCE:
+            warnings.append(f"dt = {trace.dt_s:g} s is used, but the header states {words}")
     return replace(trace, warnings=tuple(warnings), notes=notes, event=event, station=station)
 
 
@@ -140,15 +144,6 @@ def _step_or_rate(header: str) -> tuple[float, str] | None:
     """Return the time step (s) or sampling rate (Hz) that a header states, and its words."""
     match = _STEP.search(header)
     return (float(match[1] or match[2]), match[0]) if match else None
-
-
-def _contradicted_step(dt_s: float, header: str) -> list[str]:
-    """Return a warning if a header states another time step or sampling rate than that used."""
-    if (step_or_rate := _step_or_rate(header)) is None:
-        return []
-    number, words = step_or_rate
-    is_used = min(abs(dt_s * number - 1.0), abs(number / dt_s - 1.0)) < _STEP_TOLERANCE
-    return [] if is_used else [f"dt = {dt_s:g} s is used, but the header states {words}"]
 
 
 def _text_of(content: bytes, path: Path) -> str:

@@ -82,8 +82,11 @@ def read_components(
     """
     if len(files) == 1:
         parts = [part for entry in _listed_beside(files[0]) for part in entry.components]
-        listed = {path.resolve(): of_index for path, of_index in parts}
-        trace = read.read_trace(files[0], listed.get(files[0].resolve(), stated))
+        listed = [row for path, row in parts if path.resolve() == files[0].resolve()] or [stated]
+        if len({row.channel for row in listed}) > 1:
+            text = f"{files[0].name} has two channels in {INDEX_NAME}: give the file twice"
+            raise InputError(text, file=str(files[0]))
+        trace = read.read_trace(files[0], listed[0])
         return files[0].stem, trace.dt_s, [trace.accel_mps2], trace.messages
     first, second = files
     motion = read_pair(first, second, stated)

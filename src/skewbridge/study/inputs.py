@@ -97,6 +97,7 @@ def axis_warnings(config: StudyConfig) -> Iterator[str]:
         yield config.hazard_curve.doubt
     yield from unit_doubts(config.grid.skew_deg, config.grid.gap_mm)
     law = config.uncertainty.drawn.get(_GAP_OFFSET)
+    without = ", ".join(name for name in config.grid.abutment if not ABUTMENTS[name].has_friction)
     for bridge in map(load_structure, config.grid.bridge):
         about = bridge.description
         yield from (f"{bridge.name}: {note}" for note in about.axis_notes)
@@ -105,11 +106,8 @@ def axis_warnings(config: StudyConfig) -> Iterator[str]:
         if law and least_mm + config.model.gap_offset_mm + law.low < 0.0:
             text = f"{bridge.name}: random gap offsets of {law.low:g} to {law.high:g} mm close its"
             yield f"{text} gap of {least_mm:g} mm in some runs (uncertainty.{_GAP_OFFSET})"
-    without = [name for name in config.grid.abutment if not ABUTMENTS[name].has_friction]
-    for name in config.grid.bridge if without else ():
-        if load_structure(name).description.joints_m:
-            text = f"have no friction with abutment model {', '.join(without)}"
-            yield f"inner joints of {Path(name).stem} {text}"
+        if without and about.joints_m:
+            yield f"inner joints of {bridge.name} have no friction with abutment model {without}"
 
 
 def motions_digest(config: StudyConfig, cache: Path | None) -> str:

@@ -21,6 +21,7 @@ from skewbridge.files.digests import provenance
 from skewbridge.files.tables import (
     Row,
     frame_of,
+    positive,
     read_any,
     read_frame,
     read_stamp,
@@ -37,7 +38,13 @@ from skewbridge.fragility.exports import EXTRAPOLATED
 from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED
 from skewbridge.fragility.hazard import hazard_curve
 from skewbridge.fragility.joint import JointModel
-from skewbridge.fragility.limit_states import States, load_limit_states, with_column_failure
+from skewbridge.fragility.limit_states import (
+    LimitState,
+    States,
+    load_limit_states,
+    with_column_failure,
+)
+from skewbridge.fragility.motion_means import Jackknifed, covered_range
 from skewbridge.fragility.settings import DEFAULTS
 from skewbridge.fragility.study_tables import fragility_tables, write_tables
 from skewbridge.study.config import stored_configuration
@@ -48,6 +55,8 @@ logger = logging.getLogger(__name__)
 
 #: Provenance of demands written by `skewbridge statistics`: the name of their source.
 _STATISTICS_OF: Final = "statistics_of"
+#: Columns of `Results.at` in the unit of the demand.
+_AT: Final = ("median", "ci_low", "ci_high", "p16", "p84")
 #: Columns of fits that have the unit of the intensity measure.
 _MEDIAN: Final = re.compile(r"theta(_\w+)?")
 
@@ -70,6 +79,44 @@ class Results:
         counts = "".join(f", {self.demands[n].nunique()} {n.removesuffix('_id')}s" for n in names)
         tables = ", ".join(self.fragility) or "no tables of fits"
         return f"Results({self.folder}: {len(self.demands)} runs{counts}; {tables})"
+
+    def at(self, demand: str, im: float, **chosen: Any) -> pd.DataFrame:
+        """Return the median of a demand at one intensity, one row per variant.
+
+        ``chosen`` selects variants, such as ``bridge="osb1", skew_deg=[0, 60]``. The median has its
+        95 % interval (jackknife over motions); ``p16`` and ``p84`` are the range of single motions.
+        Demands of runs that ended early are lower bounds. ``extrapolated`` is true if fewer than
+        three motions are as strong, or as weak, as ``im``. `InputError` for a wrong name or value.
+        """
+        positive([im], "im")
+        runs, measure = self.demands, _measure(self.folder) or DEFAULTS.im
+        demand_table.need_columns(runs, (demand, measure, *chosen))
+        runs = runs[(runs[measure] > 0.0) & runs[demand].notna()]
+        least = float(runs[demand][runs[demand] > 0.0].min())  # zero demands lie below it
+        peak: Any = {"demand": demand, "threshold": least, "dispersion": 0.0, "collapse": "peak"}
+        state, ln_im, rows = LimitState(component="", name="", **peak), np.array(np.log(im)), []
+        for models in fit_models(runs, [state], replace(DEFAULTS, im=measure)):
+            used = models.runs[measure].to_numpy(dtype=np.float64)
+            low, high = covered_range(used, demand_table.motion_codes(models.runs))
+            for row in records_of(models.variants):
+                row |= {"im": im, **dict.fromkeys(_AT), EXTRAPOLATED: not low <= im <= high}
+                if not isinstance(fit := models.fit(state), str):
+                    point = fit.model.at(row)
+                    logs = Jackknifed.of_replicates(point.ln_demand(ln_im), fit.model.axes.drifts)
+                    median, *ends = logs.exp_interval(DEFAULTS.confidence)
+                    spread = median * np.exp(point.scatter(ln_im)[0] * np.array([-1.0, 1.0]))
+                    row |= zip(_AT, (median, *ends, *spread), strict=True)
+                rows.append(row)
+        table = pd.DataFrame(rows)
+        for name, values in chosen.items():
+            known, wanted = sorted(set(table[name])), np.atleast_1d(values).tolist()
+            if absent := [value for value in wanted if value not in known]:
+                text = f"{name} must be one of {', '.join(map(str, known))}; got {absent[0]!r}"
+                raise InputError(text, column=name)
+            table = table[table[name].isin(wanted)]
+        units = {str(name): unit_of(str(name)) for name in table} | {"im": unit_of(measure)}
+        table.attrs["units"] = units | dict.fromkeys(_AT, unit_of(demand))
+        return table
 
 
 def load_results(folder: Path) -> Results:
