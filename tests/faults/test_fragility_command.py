@@ -11,7 +11,7 @@ from cli_json import answer
 from fragility_tables import IM, curves_of, states_of, synthetic_demands
 from skewbridge.errors import InputError
 from skewbridge.files.tables import read_any
-from skewbridge.fragility.demand_table import prepared, read_foreign
+from skewbridge.fragility.demand_table import ColumnMap, prepared, read_foreign
 from skewbridge.fragility.fits import fit_cloud
 from skewbridge.fragility.settings import FitSettings
 from skewbridge.fragility.study_tables import fragility_tables
@@ -284,8 +284,8 @@ def test_censored_high_demands_of_a_straight_cloud_do_not_look_saturating():
 
 def test_foreign_tables_lose_single_bad_rows_or_are_refused_with_row_and_column(tmp_path):
     def foreign(data, names):
-        pd.DataFrame(data).to_csv(tmp_path / "theirs.csv", index=False)
-        return read_foreign(tmp_path / "theirs.csv", names)
+        pd.DataFrame(data).to_csv(path := tmp_path / "theirs.csv", index=False)
+        return read_foreign(path, read_any(path), ColumnMap(columns=names))
 
     data = {"record": [*"abc"], "PGA": [0.1, 0.2, 0.3], "end": ["ok", "collapse", "ok"],
             "failed": ["", "", "shear"], "all": [True, True, False]}  # fmt: skip

@@ -215,6 +215,14 @@ def test_only_a_current_table_is_shown(tmp_path: Path) -> None:
     assert [job.current(path, {"sources": each}) for each in "ab"] == [path, None]
 
 
+@pytest.mark.parametrize(("processors", "workers"), [("1", 1), ("2", 1), ("4", 2)])
+def test_in_a_study_of_few_variants_a_job_has_a_worker_more(processors, workers, monkeypatch):
+    monkeypatch.setattr(StudySetup, "of", lambda study, count: count)
+    monkeypatch.setenv("SKEWBRIDGE_PROCESSORS", processors)
+    nothing = {"folder": None, "inputs": {}, "outputs": {}, "stamp": {}}
+    assert jobs.Job(study=parse_config({}), threads=1, **nothing).setup == workers  # 24 variants
+
+
 def test_findings_and_tornado_list_choices_that_move_a_demand_more_than_friction(tmp_path, ran):
     table = made(setup_in(tmp_path))
     assert choice_findings(table)[1] == (

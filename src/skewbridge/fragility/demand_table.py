@@ -21,7 +21,7 @@ from pydantic import BaseModel, ConfigDict, model_validator
 from skewbridge.demands import validity
 from skewbridge.demands.columns import COLUMNS, EVENT
 from skewbridge.errors import InputError, did_you_mean
-from skewbridge.files.tables import Floats, Index, Mask, as_column, read_any, require
+from skewbridge.files.tables import Floats, Index, Mask, as_column, require
 from skewbridge.files.text import OPTIONS, shortened
 from skewbridge.fragility.motion_means import grouped
 from skewbridge.fragility.settings import FitSettings
@@ -257,37 +257,31 @@ class ColumnMap(BaseModel):
         return self
 
 
-def read_foreign(
-    path: Path,  # CSV or parquet with one row per run
-    columns: Mapping[str, str],  # our column: column of the file; motion_id, im_... and a demand
-    *,
-    factors: Mapping[str, float] | None = None,  # our column: factor to our unit
-    constants: Mapping[str, Any] | None = None,  # our column that is not in the file: its value
-    source: pd.DataFrame | None = None,  # content of the file if it has been read
-) -> pd.DataFrame:
-    """Read the runs of another program as a demands table.
+def read_foreign(path: Path, source: pd.DataFrame, names: ColumnMap) -> pd.DataFrame:
+    """Return the runs of another program, the rows of a file, as a demands table.
 
-    A missing column ``variant`` is composed of bridge, abutment and axis values; `with_flags` gives
-    the column ``complete``. Missing intensities and demands stay NaN; `prepared` handles them. An
-    `InputError` names row and column of an unusable value.
+    ``names`` need motion_id, an intensity im_... and a demand. A missing column ``variant`` is
+    composed of bridge, abutment and axis values; `with_flags` gives the column ``complete``.
+    Missing intensities and demands stay NaN; `prepared` handles them. An `InputError` names row and
+    column of an unusable value.
     """
-    source, factors = read_any(path) if source is None else source, factors or {}
+    columns = names.columns
     unused = [str(name) for name in source if name not in columns.values()]
     renamed = (name for name in columns if name not in source)
-    refuse_misspelt([*unused, *renamed], (*columns, *(constants or {})))
+    refuse_misspelt([*unused, *renamed], (*columns, *names.constants))
     need_columns(source, columns.values(), path.name)
     out = pd.DataFrame({column: source[foreign_name] for column, foreign_name in columns.items()})
     if "motion_id" not in out or not any(str(name).startswith("im_") for name in out):
         text = "a column motion_id and an intensity column im_... are needed"
         raise InputError(f"{text}; the columns of {path.name} are {names_of(source)}")
-    defaults = {"scale": 1.0, "incidence_deg": 0.0, "status": OK, **dict(constants or {})}
+    defaults = {"scale": 1.0, "incidence_deg": 0.0, "status": OK, **names.constants}
     for name, value in {**dict.fromkeys(BRIDGE_COLUMNS, "foreign"), **defaults}.items():
         if name not in out:
             out[name] = value
     options = [name for name in map(str, out) if name.startswith(CHOICE_PREFIX)]
     for name in out.columns.difference([*TEXT_COLUMNS, *options]):
         numbers = as_column(out[name].to_numpy(), columns.get(name, name))
-        out[name] = numbers * factors.get(name, 1.0)
+        out[name] = numbers * names.factors.get(name, 1.0)
     for name in (*LOADING_COLUMNS, *axis_names(out), "status"):
         require(out[name].notna().to_numpy(), columns.get(name, name), "is missing")
     for name, (low, high) in _LIMITS.items():

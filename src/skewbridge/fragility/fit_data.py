@@ -14,7 +14,7 @@ from pydantic.dataclasses import dataclass
 from skewbridge.demands.columns import EVENT
 from skewbridge.demands.validity import is_complete
 from skewbridge.errors import InputError
-from skewbridge.files.tables import Row, as_column, positive, read_any, require, same_length
+from skewbridge.files.tables import as_column, positive, read_any, require, same_length
 from skewbridge.files.text import checked, file_fault, read_json, read_yaml, shortened, shown_path
 from skewbridge.fragility import demand_table, fits
 from skewbridge.fragility.fits import BOUNDS_TOO_WIDE, FITTED, MAX_BOUNDS_RATIO, NO_EXCEEDANCE
@@ -85,8 +85,8 @@ def fit_file(path: Path, **option_values: Any) -> fits.FragilityFit:
         name, content = options.columns.name, read_yaml(options.columns)
         column_map = checked(demand_table.ColumnMap, content, name)
         is_plain = _PLAIN & column_map.columns.keys()
-        read = _renamed if is_plain else demand_table.read_foreign
-        data = read(path, **column_map.model_dump())
+        renamed = _renamed if is_plain else demand_table.read_foreign
+        data = renamed(path, read_any(path), column_map)
     own: dict[object, str] = {name: name for name in (options.im, options.edp) if name}
     names = demand_table.our_names(data, _ALIASES) | own
     columns = {names[name]: values for name, values in data.items()}
@@ -100,15 +100,13 @@ def fit_file(path: Path, **option_values: Any) -> fits.FragilityFit:
         raise InputError(f"{shown_path(path)}: {error}", **details) from error
 
 
-def _renamed(
-    path: Path, columns: Mapping[str, str], factors: Mapping[str, float], constants: Row
-) -> pd.DataFrame:
+def _renamed(path: Path, source: pd.DataFrame, names: demand_table.ColumnMap) -> pd.DataFrame:
     """Return the mapped columns of a table without a row per run, in our units."""
-    source = read_any(path)
+    columns, factors = names.columns, names.factors.items()
     demand_table.need_columns(source, columns.values(), path.name)
     table = source[[*columns.values()]].set_axis([*columns], axis=1)
-    scaled = {n: as_column(table[n].to_numpy(), columns[n]) * f for n, f in factors.items()}
-    return table.assign(**constants, **scaled)
+    scaled = {n: as_column(table[n].to_numpy(), columns[n]) * factor for n, factor in factors}
+    return table.assign(**names.constants, **scaled)
 
 
 def read_data(path: Path) -> pd.DataFrame | Mapping[str, Any]:

@@ -2,6 +2,7 @@
 
 import errno
 import logging
+import os
 import sys
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
@@ -27,7 +28,7 @@ from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, parse_config
 from skewbridge.study.folder import StudyFolder
 from skewbridge.study.inputs import motions_digest
-from skewbridge.study.processes import PROGRESS_LOG, end_with_parent, hush_exit_message
+from skewbridge.study.processes import PROCESSORS, PROGRESS_LOG, end_with_parent, hush_exit_message
 from skewbridge.variant.grid import expand_grid
 
 if TYPE_CHECKING:  # a job without analyses does not import OpenSees
@@ -174,7 +175,11 @@ class Job:
         """Setup of the analyses of the job."""
         from skewbridge.study.analyses import StudySetup
 
-        return StudySetup.of(self.study, self.threads)
+        # one worker more than threads in a study of few variants: no processor is idle while jobs
+        # start and while the last ones end
+        processors = int(os.environ.get(PROCESSORS, 1))
+        is_shared = processors > 1 and len(expand_grid(self.study.grid)) < 8 * processors
+        return StudySetup.of(self.study, self.threads + is_shared)
 
     def current(self, path: Path, digests: Mapping[str, str]) -> Path | None:
         """Return the path of an optional table if it exists and is current, else None."""

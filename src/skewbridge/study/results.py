@@ -190,7 +190,8 @@ def _read_demands(
     prefixes = ("im_", CHOICE_PREFIX, DRAW_PREFIX)
     names = {n: n for n in map(str, source) if n in wanted or n.startswith(prefixes)}
     unused = demand_table.unused_notes(set(map(str, source)) - names.keys())
-    return demand_table.read_foreign(path, names, source=source), im_column, unused
+    columns = demand_table.ColumnMap(columns=names)
+    return demand_table.read_foreign(path, source, columns), im_column, unused
 
 
 def _states_path(path: Path) -> Path:
