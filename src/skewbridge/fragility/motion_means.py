@@ -23,6 +23,7 @@ from skewbridge.fragility.likelihood import mills_ratio
 # ASSUME the jackknife variance from 100 groups of motions is close enough to that of all motions
 _MAX_BLOCKS: Final = 200
 _GROUPS: Final = 100
+_ROUNDING: Final = 1e-12  # smaller changes of a logarithm are due to rounding
 _MAX_LOG: Final = 700.0  # exp() of a larger value overflows a double
 #: Smallest number of estimates without one motion for an interval.
 MIN_VALUES: Final = 4
@@ -115,7 +116,8 @@ class Jackknifed:
         not change the estimate is not counted: it has no run, or there is no estimate without it.
         """
         values, last = completed(logs), len(logs) - priors
-        counts = np.any(values[1:last] != values[0], axis=tuple(range(1, values.ndim)))
+        changes = ~np.isclose(values[1:last], values[0], rtol=0.0, atol=_ROUNDING)
+        counts = np.any(changes, axis=tuple(range(1, values.ndim)))
         left_out = cls.of(values[:last], counts, counts, 2)
         # `error` multiplies the sum of squares by the inverse of this share
         share = 1.0 - 1.0 / max(np.count_nonzero(counts), 2)
