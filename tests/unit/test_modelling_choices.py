@@ -219,7 +219,7 @@ def test_only_a_current_table_is_shown(tmp_path: Path) -> None:
 def test_in_a_study_of_few_variants_a_job_has_a_worker_more(processors, workers, monkeypatch):
     monkeypatch.setattr(StudySetup, "of", lambda study, count: count)
     monkeypatch.setenv("SKEWBRIDGE_PROCESSORS", processors)
-    nothing = {"folder": None, "inputs": {}, "outputs": {}, "stamp": {}}
+    nothing = {"inputs": {}, "outputs": {}, "stamp": {}}
     assert jobs.Job(study=parse_config({}), threads=1, **nothing).setup == workers  # 24 variants
 
 
