@@ -44,14 +44,14 @@ def nodes_at_one_place(ndm, ndf, count=2):
         ops.node(node, *[0.0] * ndm)
 
 
-def sliding_mass(ndm, ndf, normal, velocity, mass_kg=MASS_KG, gap_m=0.0):
+def sliding_mass(ndm, ndf, normal, velocity, mass_kg=MASS_KG, gap_m=0.0, scheme="vector"):
     """A mass that touches a wall under a constant force and slides: deceleration mu N / m."""
     nodes_at_one_place(ndm, ndf)
     ops.fix(1, *[1] * ndf)
     rotations = ndf - ndm
     ops.fix(2, *[0] * ndm, *[1] * rotations)
     ops.mass(2, *[mass_kg] * ndm, *[0.0] * rotations)
-    contacts = ContactSet()
+    contacts = ContactSet(scheme=scheme)
     contacts.add(1, 2, normal, gap_m, 0.2, kn=1e4 * mass_kg, kt=1e4 * mass_kg)
     ops.timeSeries("Constant", 1)
     ops.pattern("Plain", 1, 1)
@@ -155,6 +155,18 @@ def test_preparing_another_step_length_changes_the_predicted_bound():
     full = ops.getParamValue(parameter)
     contacts.prepare(DT_S / 4)
     assert 0.0 < ops.getParamValue(parameter) < full
+
+
+@pytest.mark.parametrize("scheme", ["vector", "componentwise", "elastic"])
+def test_a_pair_that_opened_without_slip_has_no_friction(scheme):
+    contacts = sliding_mass(2, 2, (0.0, 1.0), (0.0, 0.5), scheme=scheme)
+    contacts.start_from_rest()
+    advance(contacts, 10)
+    ops.setNodeVel(2, 1, 1.0, "-commit")
+    ops.domainChange()  # the integrator reads the new velocity
+    advance(contacts, 10)
+    assert ops.nodeVel(2, 1) == pytest.approx(1.0)
+    assert ops.eleResponse(contacts.units[0].element, "force")[0] == 0.0
 
 
 def test_soft_tangents_free_the_mode_along_the_surface():

@@ -175,10 +175,7 @@ class ContactSet:
         )
         if self._is_updated and not (is_free and self._is_free):
             for unit in self.units:
-                change_m = unit.opening - unit.opening_before
-                # an open pair that stays open keeps its bounds of zero
-                if ratio is None or unit.is_bounded or unit.opening + ratio * change_m < 0.0:
-                    unit.set_bounds(ratio)
+                unit.set_bounds(ratio)
         self._is_free = is_free
 
     def _survey(self, dt_s: float | None = None) -> None:

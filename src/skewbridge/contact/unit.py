@@ -47,9 +47,9 @@ class ContactUnit:
         "_bend_1", "_bend_2", "_bound_1", "_bound_2", "_dt", "_has_forces", "_is_3d",
         "_slip_1_before", "_slip_2_before", "_step_1", "_step_2", "_stick_1", "_stick_2", "_u1",
         "_u2", "_velocities", "closed", "cohesion", "dashpot", "drive", "element", "excess_ratio",
-        "force_1", "force_2", "friction", "gap_m", "is_bounded", "kn", "kt", "ledger", "name",
-        "node_i", "node_j", "normal", "normal_n", "opening", "opening_before", "slip_1", "slip_2",
-        "slip_step", "springs", "tangents",
+        "force_1", "force_2", "friction", "gap_m", "kn", "kt", "ledger", "name", "node_i", "node_j",
+        "normal", "normal_n", "opening", "opening_before", "slip_1", "slip_2", "slip_step",
+        "springs", "tangents",
     )  # fmt: skip
 
     def __init__(
@@ -70,7 +70,7 @@ class ContactUnit:
         self.drive = drive
         self.ledger = UnitLedger(name)
         self._is_3d = len(frame) == 3
-        self.closed = self._has_forces = self.is_bounded = False
+        self.closed = self._has_forces = False
         self.opening = self.opening_before = law.gap_m
         self.normal_n = self.force_1 = self.force_2 = 0.0
         self._u1 = self._u2 = self._step_1 = self._step_2 = self._bend_1 = self._bend_2 = 0.0
@@ -322,8 +322,8 @@ class ContactUnit:
         if bound_2 != self._bound_2:
             ops.updateParameter(self.springs.bounds[1], bound_2)
             self._bound_2 = bound_2
-        self.is_bounded = bound_1 != 0.0 or bound_2 != 0.0
-        self._has_forces |= self.is_bounded
+        if bound_1 or bound_2:
+            self._has_forces = True
 
 
 class ComponentwiseUnit(ContactUnit):
