@@ -208,8 +208,7 @@ def test_finished_analyses_are_not_run_again(tmp_path: Path, ran: list[Task]) ->
 
 def test_only_a_current_table_is_shown(tmp_path: Path) -> None:
     path = tmp_path / "table.parquet"
-    nothing = {"inputs": {}, "outputs": {}, "stamp": {}}
-    job = jobs.Job(study=parse_config({}), threads=1, **nothing)
+    job = jobs.Job(study=parse_config({}), inputs={}, outputs={}, threads=1, stamp={})
     assert job.current(path, {"sources": "a"}) is None
     write_frame(pd.DataFrame(), path, {"rule_digest": jobs.rule_digest({"sources": "a"})})
     assert [job.current(path, {"sources": each}) for each in "ab"] == [path, None]

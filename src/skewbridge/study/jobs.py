@@ -42,6 +42,9 @@ EXIT_INTERRUPTED: Final = 130
 _OF_THE_DISK: Final = frozenset(
     {errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM, errno.EFBIG, errno.EIO}
 )
+# ASSUME with this many variants per processor, a further worker costs more than idle processors
+# (durations of the default study: sharing a processor takes 2 % more of its time)
+_MANY_VARIANTS: Final = 8
 #: Keys of the configuration that do not affect results.
 _NO_RESULT: Final = {"results", "batches"}
 
@@ -171,14 +174,18 @@ class Job:
         return self.study.folder
 
     @property
+    def processors(self) -> int:
+        """Processors of the workflow on this machine; 1 on a cluster."""
+        return int(os.environ.get(PROCESSORS, 1))
+
+    @property
     def setup(self) -> "StudySetup":
         """Setup of the analyses of the job."""
         from skewbridge.study.analyses import StudySetup
 
-        # one worker more than threads in a study of few variants: no processor is idle while jobs
-        # start and while the last ones end
-        processors = int(os.environ.get(PROCESSORS, 1))
-        is_shared = processors > 1 and len(expand_grid(self.study.grid)) < 8 * processors
+        # one worker more than threads: no processor is idle while jobs start and the last ones end
+        n_variants = len(expand_grid(self.study.grid))
+        is_shared = self.processors > 1 and n_variants < _MANY_VARIANTS * self.processors
         return StudySetup.of(self.study, self.threads + is_shared)
 
     def current(self, path: Path, digests: Mapping[str, str]) -> Path | None:
