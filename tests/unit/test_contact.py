@@ -160,7 +160,6 @@ def test_preparing_another_step_length_changes_the_predicted_bound():
 @pytest.mark.parametrize("scheme", ["vector", "componentwise", "elastic"])
 def test_a_pair_that_opened_without_slip_has_no_friction(scheme):
     contacts = sliding_mass(2, 2, (0.0, 1.0), (0.0, 0.5), scheme=scheme)
-    contacts.start_from_rest()
     advance(contacts, 10)
     ops.setNodeVel(2, 1, 1.0, "-commit")
     ops.domainChange()  # the integrator reads the new velocity

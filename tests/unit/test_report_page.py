@@ -492,10 +492,8 @@ def test_texts_on_a_missing_ratio_have_its_status_and_the_runs_that_exceed_the_s
     ):
         counts = {"status": status, "n_exceed": 3, "n_runs": 16}
         missing = [answer_row(axis, state, np.nan, "", **counts) for axis in axes]
-        title = (
-            f"No median capacity of a headline state can be compared; osb1, column failure: {text}."
-        )
-        assert headline_of(*missing) == [title]
+        title = "No median capacity of a headline state can be compared; osb1, column failure"
+        assert headline_of(*missing) == [f"{title}: {text}."]
         table = pd.DataFrame([*missing, known])
         printed = headline.headline_text(table, runs, pd.DataFrame({"source": ["synthetic"]}))
         assert f"by an unknown amount ({text}) in osb1" in printed

@@ -266,7 +266,8 @@ def reference_intensities(curves: pd.DataFrame) -> dict[tuple[str, str], float]:
     """Return the reference intensity of each bridge and abutment model; see `REFERENCE_STATES`.
 
     It is the geometric mean over variants of the medians of the first state with an estimate. Only
-    medians below that of column failure are used: half of the runs above it are not complete.
+    medians below that of column failure are used, because at least half of the runs above it have
+    no complete demands.
     """
     preferred = curves[curves["preferred"].to_numpy(dtype=bool)]
     state = preferred["component"] + "/" + preferred["limit_state"]

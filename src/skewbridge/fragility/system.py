@@ -50,10 +50,11 @@ def system_curves(
 
     A component is included if some runs of the variant, but not all, exceed its state and its
     demand increases with intensity; if all runs exceed it, they exceed the system, which has only a
-    bound. Only variants with equal ``components`` can be compared. The column ``withheld`` has
-    components without a curve in ``curves`` because unknown outcomes change it; there is no system
-    curve if its median changes as much. An `InputError` names a degree of damage that components
-    rank differently. With a hazard, the columns `rate` (a `LogRate`) and `shares` are added.
+    bound. Only variants with equal ``components`` can be compared. The column ``withheld`` names
+    the components that have no curve in ``curves`` because of unknown outcomes; there is no system
+    curve if these change its median too much. An `InputError` names a degree of damage that
+    components rank differently. With a hazard, the columns `rate` (a `LogRate`) and `shares` are
+    added.
     """
     members = system_members([state for state in limit_states if state.system_degree])
     withheld: Mapping[Any, float] = {}

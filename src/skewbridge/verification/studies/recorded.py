@@ -58,8 +58,6 @@ _STATION = re.compile(r"station +no\. *(\d+)", re.IGNORECASE)
 _CHANNEL = re.compile(r"sta +chn: *(\d+)", re.IGNORECASE)
 _RECORDER_CHANNEL = re.compile(r"chan *(\d+):", re.IGNORECASE)  # the same if none is stated
 _TITLE = re.compile(r"^\s*corrected accelerogram.*$", re.IGNORECASE | re.MULTILINE)
-
-
 _STATIONS: Final = Path(__file__).parents[1] / "stations"
 
 
@@ -140,7 +138,7 @@ class Station(_Part, frozen=True):
     quantities: tuple[Quantity, ...]
 
     def changed(self, change: Mapping[str, Any]) -> "Station":
-        """Return the station with changed fields; those of nested mappings are merged."""
+        """Return the station with changed fields; a nested mapping changes only its own fields."""
         return checked(Station, merged(self.model_dump(), change), self.title)
 
     @property
