@@ -18,6 +18,7 @@ from skewbridge.analysis.model_script import model_script
 from skewbridge.analysis.settings import AnalysisSettings
 from skewbridge.bridge import backfill, structures
 from skewbridge.bridge.catalogue import load_bridge
+from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.model import build, domain
 from skewbridge.bridge.section import core_concrete, steel_of
 from skewbridge.demands.columns import DEMAND_COLUMNS, choice_text, columns_with, demands_for
@@ -482,5 +483,7 @@ def test_statistics_of_a_table_keep_its_options_that_act(tmp_path, monkeypatch):
     assert read == ["demands.parquet"]  # once
     table = read_frame(tmp_path / "out/fragility/alternatives.parquet")
     assert table["option"].unique().tolist() == ["key_frame", "backfill_vs_mps"]
-    assert "its own modelling options (key frame, " in properties_sentence(runs)
+    drawn = runs.assign(draw_deck_mass_factor=1.0, draw_gap_offset_mm=1.0)  # mass: not of a script
+    text = properties_sentence(drawn, [load_structure(ROOT / "docs/own_bridge.py")])
+    assert "(joint gap). It also has its own modelling options (key frame, " in text
     assert table["effect"].to_numpy() == pytest.approx(alternative_effects(runs)["effect"])

@@ -156,8 +156,7 @@ def test_plot_draws_a_motion_or_the_spectra_of_a_folder(tmp_path):
 def test_synthesized_suite_passes_the_check_and_keeps_earlier_motions(tmp_path):
     scenario = ("--magnitude", 6.5, "--distance-km", 10, "--vs30-mps", 400, "--seed", 5)
     for count, name in ((1, "one"), (2, "two")):
-        options = ("--count", count, "--out", tmp_path / name)
-        assert _run("synthesize", *scenario, *options)[0] == 0
+        assert _run("synthesize", *scenario, "--count", count, "--out", tmp_path / name)[0] == 0
     assert _run("check", tmp_path / "two", "--strict")[0] == 0
     for name in ("syn001_h1.AT2", "syn001_h2.AT2"):
         assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()

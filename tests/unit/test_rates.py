@@ -145,8 +145,7 @@ def test_hazard_sets_the_measure_of_the_curves_before_any_analysis(file):
     path = str(file("SA(1.0) (g),rate\n0.1,0.01\n0.2,0.001\n"))
     assert parse_config({"hazard": {"file": path}}).fragility.im == "im_sa_1p000_rotd50_g"
     plain = str(file("im,rate\n0.1,0.01\n0.2,0.001\n", "plain.csv"))
-    stated = {"hazard": {"file": plain}, "fragility": {"im": PGA}}
-    assert parse_config(stated).fragility.im == PGA
+    assert parse_config({"hazard": {"file": plain}, "fragility": {"im": PGA}}).fragility.im == PGA
     with pytest.raises(InputError, match="give the hazard of a measure of the study"):
         parse_config({"hazard": {"file": str(file("SA(0.3) (g),rate\n0.1,0.01\n0.2,1e-3\n"))}})
 

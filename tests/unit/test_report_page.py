@@ -284,8 +284,9 @@ def test_sketch_and_words_have_the_geometry_of_the_bridge():
     assert gap_m == pytest.approx(drawn["factor"] * 0.051)
     step_x, step_y = np.diff(np.mean(drawn["columns"], axis=1), axis=0)[0]
     assert (step_y, step_x / step_y) == pytest.approx((7.32, -np.tan(np.pi / 3)))
-    square = sketch(bridge, [0, 60], [25, 51], ModelOptions(bent_skew="square"))["columns"]
-    assert np.mean(square, axis=1)[:, 0] == pytest.approx([0.0, 0.0])
+    for about, bents in ((bridge, "square"), (replace(bridge, bents_turn=False), "abutment")):
+        square = sketch(about, [0, 60], [25, 51], ModelOptions(bent_skew=bents))["columns"]
+        assert np.mean(square, axis=1)[:, 0] == pytest.approx([0.0, 0.0])
     joint = {"joints_m": {"bent 1": 0.0}, "seats_m": {"joint 1": 0.6}, "gaps_mm": {"joint 1": 60.0}}
     ends = {"end_kinds": {"left": "integral", "right": "roller"}, "skews_deg": {"left": 10.0}}
     drawn = sketch(other := replace(bridge, **joint, **ends), [30], [25], ModelOptions())
@@ -325,7 +326,7 @@ def test_methods_settings_and_units_of_the_page_are_those_of_the_study(render):
     plan = "Plan of osb1 with skew 0°, 60°, gap 0.984 in, 2.01 in, friction 0.5"  # not of the other
     assert_in(page, abutments, plan, "motions.count</code> 3 (default ", "300.0 ft long")
     lines = {*re.findall(r'<text x="\S+" y="(\S+)"', page)}
-    assert len(lines) == 3  # a long text on the gap would cover the names of the ends
+    assert len(lines) == 4  # long texts on skew and gap would cover others
     assert "<code>analysis.dt_s</code>" not in page
     assert " mm" not in re.sub(r"<details><summary>(Methods|Provenance).*?</details>", "", page)
     # the range of intensities is that of the motions
@@ -400,12 +401,12 @@ def test_failures_are_counted_only_with_capacities_of_columns():
     assert "no column capacities" in answers.failure_sentences(runs, has_capacities=False)[0]
     failed = synthetic_demands(motions=2).assign(beyond_model="shear")
     failed.loc[failed.index[:3], "status"] = "collapse"
-    counts = map(run_counts, (failed, failed.assign(beyond_model="")))
-    ends = [answers.failure_sentences(of_runs)[1] for of_runs in counts]
-    assert [text.partition(" are peaks")[0] for text in ends] == [
-        "3 of them collapsed; the demands of all",
-        "Three runs collapsed. In 3 runs the demands",
-    ]
+    whole = failed.assign(beyond_model="")
+    tables = map(run_counts, (failed, whole, whole[:4].assign(status="timeout")))
+    ends = [answers.failure_sentences(counts)[1].partition(" are peaks")[0] for counts in tables]
+    assert ends[0] == "3 of them collapsed; the demands of all"
+    assert ends[1] == "Three runs collapsed. In 3 runs the demands"
+    assert ends[2].startswith("No runs collapsed. 4 of 4 runs stopped before their end without a")
     foreign = run_counts(synthetic_demands(motions=2).assign(drift_over_capacity=1.2))
     assert (foreign["n_failed"] == foreign["n_runs"]).all()
 

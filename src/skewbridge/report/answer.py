@@ -52,7 +52,7 @@ from skewbridge.statuses import COLLAPSE, FAILED
 from skewbridge.units import split_unit
 from skewbridge.variant.axes import axes_of, axis
 from skewbridge.variant.options import SHEAR_MODEL_DEMANDS
-from skewbridge.variant.random_properties import drawn_options, drawn_properties
+from skewbridge.variant.random_properties import DRAW_PREFIX, drawn_options, drawn_properties
 from skewbridge.variant.variant import ABUTMENTS
 
 _EFFECT: Final = (*BRIDGE_COLUMNS, "axis", "from_value", "to_value", "demand")
@@ -168,7 +168,7 @@ def run_counts(demands: pd.DataFrame) -> pd.DataFrame:
     """Return counts of runs per bridge and abutment model (axis empty) and per value of each axis.
 
     Columns: bridge, abutment, axis, value, n_runs, n_failed (a column failed), n_shear, n_flexure,
-    n_collapse, n_bounds (demands are not peaks of the whole motion).
+    n_collapse, n_stopped (no result), n_bounds (demands are not peaks of the whole motion).
     """
     modes = failed_modes(demands)
     flags = {
@@ -177,6 +177,7 @@ def run_counts(demands: pd.DataFrame) -> pd.DataFrame:
         "n_shear": modes == "shear",
         "n_flexure": modes == "flexure",
         "n_collapse": demands["status"] == COLLAPSE,
+        "n_stopped": demands["status"].isin(FAILED),
         "n_bounds": ~is_complete(demands),
     }
     names = list(flags)
@@ -612,9 +613,17 @@ def option_text(option: str) -> str:
     return in_words(split_unit(option)[0])
 
 
-def properties_sentence(demands: pd.DataFrame) -> str:
-    """Return a sentence that lists the random properties, or states that there are none."""
-    names = list(map(str, demands))
+def ignored_by_all(bridges: Sequence[Structure]) -> frozenset[str]:
+    """Return the modelling options that act on no bridge of a study."""
+    return (
+        frozenset.intersection(*(bridge.ignored for bridge in bridges)) if bridges else frozenset()
+    )
+
+
+def properties_sentence(demands: pd.DataFrame, bridges: Sequence[Structure] = ()) -> str:
+    """Return a sentence that lists the random properties that act, if there are any."""
+    ignored = {f"{DRAW_PREFIX}{name}" for name in ignored_by_all(bridges)}
+    names = [name for name in map(str, demands) if name not in ignored]
     options = [option_text(option) for option in drawn_options(names)]
     return sentence("properties", drawn=drawn_properties(names), options=options)
 

@@ -18,7 +18,7 @@ from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE
 from skewbridge.motions.levels import LEVEL_MEASURE
 from skewbridge.report import answer, appearance
-from skewbridge.report.answer import listed, option_text, texts_with_own
+from skewbridge.report.answer import ignored_by_all, listed, option_text, texts_with_own
 from skewbridge.report.appearance import in_words, plain_label, threshold_text, value_text
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, parse_config
 from skewbridge.units import split_unit
@@ -104,6 +104,7 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
             "drawn": {
                 f"{property_name(name)} ({split_unit(name)[1]})".removesuffix(" (-)"): distribution
                 for name, distribution in drawn.items()
+                if name not in ignored_by_all(bridges)
             },
             "alternatives": {
                 option_text(name): listed(choice_text(name, value) for value in values)

@@ -144,12 +144,12 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], bridges: Sequence[str]) ->
         bridges=bridges,
     )
     counts, colours = answer.run_counts(demands), appearance.VARIANT_COLOURS[1:4]
+    axes, structures = axes_of(demands.columns), [load_structure(name) for name in bridges]
     motions = f"{demands['motion_id'].nunique()} motions."
     if "suite" in frames:
         motions = answer.motions_sentence(frames["suite"], table)
-        motions += f" {answer.properties_sentence(demands)}"
+        motions += f" {answer.properties_sentence(demands, structures)}"
     suites_sentence, suites_text = answer.suites_summary(frames["suites"], table)
-    axes, structures = axes_of(demands.columns), [load_structure(name) for name in bridges]
     of_first = demands[demands["bridge"].isin([bridge.name for bridge in structures[:1]])]
     with_backfill = demands[demands["abutment"].isin(answer.BACKFILLED)]
     varied = [axis.title for axis in axes if (counts["axis"] == axis.name).any()]
@@ -256,7 +256,7 @@ def sketch(
     largest_m, share_m = max(gaps_m.values(), default=0.0), _GAP_SHARE * bridge.length_m
     factor = next((scale for scale in _FACTORS if scale * largest_m <= share_m), 1)
     wall_m, arm_m = max(bridge.wall_m, 0.012 * bridge.length_m), 0.8 * half_m
-    bent_skew = radians(model.skew_of_bents_deg(skew))
+    bent_skew = radians(model.skew_of_bents_deg(skew)) if bridge.bents_turn else 0.0
     spacing_factor = 1.0 / cos(bent_skew) if model.column_spacing == "normal" else 1.0
 
     def cuts(skew_deg: float) -> list[PlanVector]:
