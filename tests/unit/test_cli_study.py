@@ -189,8 +189,7 @@ def test_an_archive_has_the_configuration_of_the_study_and_reports_other_origins
     assert any("different versions" in doubt for doubt in archived("a.zip")["doubts"])
     with zipfile.ZipFile(study / "a.zip") as packed:
         (study / "whole.yaml").write_bytes(packed.read("whole_config.yaml"))
-    base = Path("config/config.yaml")
-    assert load_config(Path("whole.yaml")) == load_config(Path("own.yaml"), base=base)
+    assert load_config(Path("whole.yaml")) == load_config(Path("own.yaml"), base=BASE)
 
 
 @pytest.mark.parametrize(
