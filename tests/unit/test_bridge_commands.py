@@ -454,7 +454,7 @@ def test_the_design_criteria_have_the_capacities_of_the_model(pair, tmp_path, br
         ("bridge static --max-disp-m -1 --out .", "max_disp_m must be within"),
         ("bridge sdc osb2s --bridge bridge_a", "osb2s and --bridge bridge_a are two bridges"),
         ("bridge modal osb2s --bridge osb1", "osb2s and --bridge osb1 are two bridges"),
-        ("bridge static --direction x --angle-deg 9 --out .", "give one of them"),
+        ("bridge static --direction x --angle-deg 9 --out .", "option: drop one of 'x' and '9'"),
         ("bridge static --angle-deg z --out .", "--direction must be x, y or degrees, got 'z'"),
         ("bridge model --gap-mm -1 --out .", "gap_mm must be within 0..999, got -1"),
         ("run {} --skew-deg 75", "skew_deg must be within -66..66, got 75"),

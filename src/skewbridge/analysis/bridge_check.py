@@ -20,6 +20,7 @@ from skewbridge.bridge.catalogue.drawing import (
     TABLES,
     Completed,
     Formula,
+    is_concrete,
     placed,
     places,
     value_at,
@@ -170,7 +171,7 @@ def _unlike_rules(filled: Completed) -> Iterator[str]:
     """Yield a sentence on each number far from its rule, and on inherited ones that are stale."""
     edited = filled.bridge.sources.keys() - filled.inherited - filled.derived.keys()
     stale: list[str] = []
-    unusual = TABLES["concrete"] if filled.bridge.deck.elastic_modulus_gpa > 100.0 else []
+    unusual = [] if is_concrete(filled.bridge.deck.elastic_modulus_gpa) else TABLES["concrete"]
     # a cap below bearings is not as deep as the deck
     unusual = {*unusual, *(f"bents.{n}.cap_depth_m" for n in filled.bridge.bents_with_bearings)}
     for key, (value, rule) in filled.by_rule().items():

@@ -130,6 +130,7 @@ class Description:
     outlines_m: tuple[Sequence[Sequence[float]], ...]
     seats_m: Mapping[str, float]  # seat width of each seat end and inner joint by its name
     end_kinds: Mapping[str, str]  # kind of each end by its name, such as ``seat`` or ``integral``
+    keys_at: Mapping[str, str]  # sides with a shear key of each seat end, such as ``both``
     wall_m: float  # thickness of the backwalls
     backfill_rule: str  # rule of the backfill
     damping_ratio: float  # ratio of the Rayleigh damping

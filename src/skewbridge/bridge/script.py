@@ -223,6 +223,7 @@ def _description(
             end.plan.name: seat.skew_deg for end, seat in seats if seat.skew_deg is not None
         },
         gaps_mm={end.plan.name: seat.gap_mm for end, seat in seats if seat.gap_mm is not None},
+        keys_at={end.plan.name: seat.keys_at for end, seat in seats},
         wall_m=max(seat.wall_thickness_m for _, seat in seats),
         backfill_rule="".join({seat.backfill.rule for _, seat in seats}),
         damping_ratio=frame.damping.ratio,

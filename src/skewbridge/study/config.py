@@ -243,7 +243,10 @@ def store_configuration(
 
 
 def stored_configuration(folder: Path) -> StudyConfig | None:
-    """Return the configuration stored in a results folder (its files are read again), or None."""
+    """Return the configuration stored in a results folder (its files are read again), or None.
+
+    `InputError` if it is only stored, by a version with keys that this one lacks.
+    """
     path = StudyFolder(folder).configuration
     if not path.is_file():
         return None
@@ -252,6 +255,14 @@ def stored_configuration(folder: Path) -> StudyConfig | None:
     if all(map(Path.is_file, files)):
         results = {"results": values["results"]}
         values = reduce(merged, (*map(read_mapping, files), stored["given"], results))
+    elif removed := sorted(
+        f"{name}.{key}"
+        for name, default in parse_config({}).model_dump(exclude={"grid"}).items()
+        if isinstance(default, dict) and isinstance(values.get(name), dict)
+        for key in values[name].keys() - default.keys()
+    ):
+        text = f"{path} is of an earlier version, with keys that this one lacks"
+        raise InputError(f"{text}: {', '.join(removed)}. Remove them, or run the study again")
     return parse_config(values, where=path)
 
 
