@@ -140,8 +140,7 @@ def test_the_spectrum_intensity_of_a_blow_is_its_velocity_times_the_range_of_per
     accel[1] = 0.6 / dt_s
     damped = np.sqrt(1.0 - xi**2)
     swing = 0.6 * np.exp(-xi / damped * np.arctan(damped / xi))
-    found = intensity.housner_intensity(accel, dt_s)
-    assert found == pytest.approx(swing * (2.5 - 0.1), rel=1e-3)
+    assert intensity.housner_intensity(accel, dt_s) == pytest.approx(swing * (2.5 - 0.1), rel=1e-3)
 
 
 def _with(values: np.ndarray, start: int, *numbers: float) -> np.ndarray:

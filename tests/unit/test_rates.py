@@ -222,8 +222,7 @@ def test_states_without_an_estimate_have_bounds_and_effects_are_paired(file):
     skew = pooled.loc[("unseating", "slight", "skew_deg")].set_index("to_value")
     fitted = table.query("component == 'unseating' and limit_state == 'slight'")
     at = fitted.pivot_table(index="gap_mm", columns="skew_deg", values="annual_rate")
-    expected = np.exp(np.log(at[45] / at[0]).mean())
-    assert skew.loc[45.0, "ratio"] == pytest.approx(expected, rel=1e-9)
+    assert skew.loc[45.0, "ratio"] == pytest.approx(np.exp(np.log(at[45] / at[0]).mean()), rel=1e-9)
     assert skew.loc[45.0, "direction"] == 1
     (models,), state = fit_models(rows, states, SETTINGS), states[-4]
     # pairs of variants are those of the medians: all, if unknown outcomes do not change the ratio

@@ -187,13 +187,15 @@ def test_the_joined_table_is_that_of_all_rows_at_once(tmp_path, ran, monkeypatch
 def test_the_cost_of_a_study_of_searches_is_that_of_all_their_analyses(tmp_path, monkeypatch):
     monkeypatch.chdir(ROOT)
     raw = {"results": str(tmp_path), "motions": {"level_range_g": [0.05, 5.0]}}
+    raw["grid"] = {"bridge": ["docs/bridges/simple_spans.yaml"]}
     one, ten = (progress.forecast_study(parse_config(merged(raw, {"motions": {"design": design}})))
                 for design in ("scaled_cloud", "ida"))  # fmt: skip
     assert ten.summary["analyses"] == one.summary["analyses"]
     cost_s, ten_s = one.summary["cpu_s"], ten.summary["cpu_s"]
     assert ten_s["analyses"] == pytest.approx(10 * cost_s["analyses"], rel=1e-3)
     assert ten_s["other"] == cost_s["other"]
-    assert ten.notes == ("Each count is a search of up to 10 analyses; the cost covers all.",)
+    assert ten.notes[0] == "Each count is a search of up to 10 analyses; the cost covers all."
+    assert ten.notes[1].startswith("Analyses of docs/bridges/simple_spans.yaml can take up to 9")
 
 
 def test_values_on_axes_and_bridges_from_any_path_reach_the_analyses(written) -> None:

@@ -8,6 +8,7 @@ from math import inf
 from typing import Any, Final
 
 from skewbridge.analysis.settings import AnalysisSettings
+from skewbridge.bridge.library import load_structure
 from skewbridge.demands.validity import reasons
 from skewbridge.errors import InputError
 from skewbridge.files.tables import read_stamp, read_table
@@ -115,6 +116,11 @@ def forecast_study(config: StudyConfig) -> StudyProgress:
     if config.motions.design == "ida":
         factor = most_trials(config.motions.level_range_g)
         notes = (*notes, f"Each count is a search of up to {factor} analyses; the cost covers all.")
+    described = {name: load_structure(name).description for name in config.grid.bridge}
+    costly = [name for name, it in described.items() if it.joints_m or it.details == "script"]
+    if costly and not state.rows:
+        text = "can take up to 9 times as long: scripts and joints inside a bridge are not forecast"
+        notes = (*notes, f"Analyses of {', '.join(costly)} {text}.")
     speed = measured_speed(state.rows, config.analysis)
     expected_s = {
         "analyses": factor * analyses_s(config, durations_s),
