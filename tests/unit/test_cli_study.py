@@ -4,6 +4,7 @@ import hashlib
 import json
 import subprocess
 import zipfile
+from functools import partial
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -39,6 +40,7 @@ SOURCE = "BSD-3-Clause; synthetic: model of Dabaghi and Der Kiureghian (2018)"
 # Studies whose processor time was measured from the start of Snakemake to the page, on two
 # processors at loads of 1 to 15.
 SMOKE = read_mapping(ROOT / "config/smoke.yaml")
+compared = partial(answer, "compare")
 FOUR = {"grid": {"bridge": ["osb1"], "skew_deg": [30]}, "motions": {"count": 4}}
 
 
@@ -118,6 +120,8 @@ def test_new_gap_repeats_no_finished_analysis(tmp_path: Path) -> None:
     (failed,) = answer("status", "--failed", "--config", str(config))["analyses"]
     key = list(keys)[1]
     assert failed["command"].endswith(f"run --row {key} --out row_{key} --study {study.results}")
+    answer("study", "retry", "--study", config)
+    assert "0 of 1 finished analyses" in invoke("status", "--failed", "--config", config).output
 
 
 @pytest.fixture(name="study")
@@ -185,8 +189,7 @@ def test_an_archive_has_the_configuration_of_the_study_and_reports_other_origins
     assert any("different versions" in doubt for doubt in archived("a.zip")["doubts"])
     with zipfile.ZipFile(study / "a.zip") as packed:
         (study / "whole.yaml").write_bytes(packed.read("whole_config.yaml"))
-    base = Path("config/config.yaml")
-    assert load_config(Path("whole.yaml")) == load_config(Path("own.yaml"), base=base)
+    assert load_config(Path("whole.yaml")) == load_config(Path("own.yaml"), base=BASE)
 
 
 @pytest.mark.parametrize(
@@ -214,7 +217,8 @@ def test_unfinished_study_is_refused(study: Path, arguments: list[str], message:
          "values of skew at two combinations of the values of|within skew_deg; cells_per_motion"),
         ("grid", {"abutment": ["roller"]}, "modelled on rollers"),
         ("grid", {"bridge": [f"{ROOT}/tests/data/drawings/one_span.yaml"]},
-         "per span. Rayleigh damping of the deck is 5 % of critical at two periods.\n"),
+         "per span. Rayleigh damping of the deck is 5 % of critical at two periods.\n|"
+         "skew 35° at the left end and 35° at the right end; "),
         ("model", {"backfill": "sdc", "damping_factor": 0.6}, "(Caltrans 2019)|3 % of critical"),
     ],
 )  # fmt: skip
@@ -342,13 +346,11 @@ def test_numerical_checks_cost_less_than_a_quarter_of_the_analyses(grid, section
 def test_only_jobs_of_this_tree_are_cancelled(program, tmp_path: Path) -> None:
     cancelled = tmp_path / "cancelled"
     listed = "11 skewbridge-aa_1\\n12 skewbridge-bb_2\\n13 a job of mine\\n14 skewbridge-aa_3"
-    program("squeue", f"printf '{listed}\\n'")
     program("scancel", f'echo "$@" >> {cancelled}')
-    processes.cancel_left_behind("skewbridge-aa")
-    assert cancelled.read_text() == "11 14\n"
-    program("squeue", "true")  # none is left
-    processes.cancel_left_behind("skewbridge-aa")
-    assert cancelled.read_text() == "11 14\n"
+    for listing in (f"printf '{listed}\\n'", "true"):  # then none is left
+        program("squeue", listing)
+        processes.cancel_left_behind("skewbridge-aa")
+        assert cancelled.read_text() == "11 14\n"
 
 
 def write_study(folder: Path, demands: pd.DataFrame) -> str:
@@ -358,10 +360,6 @@ def write_study(folder: Path, demands: pd.DataFrame) -> str:
     suite = pd.DataFrame({"motion_id": names, "sha256": names})
     write_frame(suite, folder / "motions" / "suite.parquet", {})
     return str(folder)
-
-
-def compared(first: str, second: str, *options: str) -> dict:
-    return answer("compare", first, second, *options)
 
 
 def test_a_known_change_is_found_in_demands_and_medians(tmp_path: Path) -> None:
@@ -443,11 +441,12 @@ def test_a_study_equals_itself_but_for_motions_of_one_name_and_other_files(tmp_p
         ("a", ["--out", "x.parquet"], "--out must end with .csv"),
         ("", [], "has no demands.parquet"),
         ("scaled", [], "2 variants, 6 motions, 0 motions with the same scale"),
+        ("other", [], f"has no column {IM!r}: the first study has it, the second has im_pgv_mps"),
     ],
 )
 def test_bad_input_and_studies_without_a_common_run_are_refused(tmp_path, other, options, message):
-    for name, scale in (("a", 1.0), ("scaled", 2.0)):
+    for name, scale, im in (("a", 1.0, IM), ("scaled", 2.0, IM), ("other", 1.0, "im_pgv_mps")):
         rows = synthetic_demands(gaps=(51,), skews=(0,), motions=6, scales=(scale,))
-        write_study(tmp_path / name, rows)
+        write_study(tmp_path / name, rows.rename(columns={IM: im}))
     found = answer("compare", tmp_path / "a", tmp_path / other, *options, code=2)
     assert message in found["message"]

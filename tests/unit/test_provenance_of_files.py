@@ -85,8 +85,7 @@ def test_a_figure_has_its_provenance_in_the_metadata_of_its_format(tmp_path, end
 
 def test_files_without_metadata_are_left_as_they_are_and_missing_or_broken_ones_named(tmp_path):
     for name in ("rows.csv", "list.json"):
-        path = tmp_path / name
-        path.write_text("[1, 2]")
+        (path := tmp_path / name).write_text("[1, 2]")
         tables.stamp(path, STAMP)
         assert path.read_text() == "[1, 2]"
         with pytest.raises(InputError, match="has no provenance"):
@@ -177,9 +176,7 @@ def test_a_failed_script_ends_with_its_message_and_code(tmp_path, capsys, error,
 
 
 def test_a_file_is_compared_with_the_configuration_of_its_own_study(tmp_path, monkeypatch):
-    monkeypatch.setattr(
-        jobs, "made_from", lambda study: {RULE: {"motions": "m", "n": study.motions.count}}
-    )
+    monkeypatch.setattr(jobs, "made_from", lambda s: {RULE: {"motions": "m", "n": s.motions.count}})
     (tmp_path / "config").mkdir()
     monkeypatch.chdir(tmp_path)
     base, mine = tmp_path / "config/config.yaml", tmp_path / "elsewhere.yaml"
@@ -206,7 +203,11 @@ def test_a_file_is_compared_with_the_configuration_of_its_own_study(tmp_path, mo
     monkeypatch.chdir(base.parent)
     assert f"run the command in {tmp_path}" in run("provenance", table)[1]["message"]
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "some/results/configuration.json").unlink()  # of an earlier version
+    stored = tmp_path / "some/results/configuration.json"
+    stored.write_text(stored.read_text().replace('"file": null', '"file": null, "measure": "x"'))
+    with pytest.raises(InputError, match=r"an earlier version, .*lacks: hazard\.measure\. Remove"):
+        study_of(Path("some/results"))
+    stored.unlink()  # of an earlier version still
     assert compared()[:2] == [1, False]
     (tmp_path / "config/third.yaml").write_text("results: some/results\nmotions: {count: 3}\n")
     assert compared() == [0, True, ["config_digest"]]

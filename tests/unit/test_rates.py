@@ -94,6 +94,7 @@ def test_every_format_gives_levels_in_the_unit_of_the_column_and_annual_rates(fi
 BAD = {
     "im,rate\n0.1,0.01\n0.2,0.02\n": "rate must not increase with the intensity (row 1)",
     "im,rate\n0.1,0.1\n0.3,0.01\n0.2,0.001\n": "im must increase (row 2)",
+    "im,rate\n0.1,0.1\n0.2,\n0.4,0.001\n": "rate is not a number (row 1)",
     "im,rate\n98.1,0.1\n490,0.01\n": "im must be at most 20 g or m/s (rows 0, 1)",
     "im,rate\n0.1,0.01\n": "at least two intensities",
     "PGA,rate\n0.1,0.01\n0.2,0.001\n": "the unit of PGA is missing: write PGA (g)",

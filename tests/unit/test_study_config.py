@@ -20,6 +20,7 @@ from skewbridge.errors import InputError
 from skewbridge.files.text import read_mapping, read_yaml
 from skewbridge.fragility.limit_states import limit_states_of, load_limit_states
 from skewbridge.motions.folder import list_motions
+from skewbridge.report.methods import methods_of
 from skewbridge.study.config import load_config, parse_config
 from skewbridge.study.folder import DEFAULT_ROOT
 from skewbridge.study.inputs import axis_warnings
@@ -163,13 +164,10 @@ def test_any_numeric_modelling_option_may_be_an_axis() -> None:
     one = {"bridge": ["osb1"], "gap_mm": [51], "friction": [0.3, 0.1 + 0.2], "skew_deg": [30]}
     raw = {"transverse_gap_mm": [6.4, 25.4], "backwall_points": [5, 9]}
     variants = expand_grid(GridConfig.model_validate(raw | one))
-    names = [variant.slug for variant in variants]
-    assert len(set(names)) == len(names) == 4  # friction 0.3 once
-    assert "osb1_cf_skew30_gap051_mu030_backwall-points5_transverse-gap-mm25p4" in names
-    first = variants[0].values()
-    core = {"skew_deg": 30, "gap_mm": 51, "friction": 0.3}
-    assert first == core | {"backwall_points": 5, "transverse_gap_mm": 6.4}
-    assert type(first["backwall_points"]) is int
+    assert len({variant.slug for variant in variants}) == len(variants) == 4  # friction 0.3 once
+    assert variants[1].slug == "osb1_cf_skew30_gap051_mu030_backwall-points5_transverse-gap-mm25p4"
+    first = {"skew_deg": 30, "gap_mm": 51, "friction": 0.3, "backwall_points": 5}
+    assert repr(variants[0].values()) == repr(first | {"transverse_gap_mm": 6.4})  # 5 is no float
 
 
 def test_a_value_outside_its_limits_is_named() -> None:
@@ -187,8 +185,7 @@ def test_a_value_outside_its_limits_is_named() -> None:
 
 def test_normalised_bridges_are_analysed_once_and_keep_options_and_file_names() -> None:
     grid = {"bridge": ["osb1"], "abutment": ["roller"], "gap_mm": [25, 51], "friction": [0, 0.5]}
-    variants = expand_grid(parse_config({"grid": grid}).grid)
-    assert [variant.skew_deg for variant in variants] == [0, 30, 60]
+    assert [one.skew_deg for one in expand_grid(parse_config({"grid": grid}).grid)] == [0, 30, 60]
     values = {"skew_deg": 30, "gap_mm": 51, "friction": 0.5, "cohesion_n": 1000.0}
     variant = Variant.at("osb1", "roller", values)
     assert variant.normalised().slug == "osb1_ro_skew30_gap000_mu000_cohesion-n1000"
@@ -202,6 +199,10 @@ def test_a_skew_or_gap_without_effect_is_named(written):
     skew, gap = axis_warnings(parse_config({"grid": {"bridge": [own, "osb1"]}}))
     assert skew.startswith("made: the bridge file sets the skew: 5 deg (left), 5 deg (right);")
     assert gap.endswith("40 mm at the left end, 40 mm at the right end; gap_mm has no effect")
+    one = {"bridge": ["tests/data/drawings/one_span.yaml"], "skew_deg": [0, 30]}
+    (skew,) = axis_warnings(one_span := parse_config({"grid": one}))
+    assert skew.endswith("35 deg (left), 35 deg (right); skew_deg has no effect")
+    assert {variant.skew_deg for variant in expand_grid(one_span.grid)} == {35.0}
     spans, models = "docs/bridges/simple_spans.yaml", ["roller", "contact_friction"]
     (text,) = axis_warnings(parse_config({"grid": {"bridge": [spans], "abutment": models}}))
     assert text == "inner joints of simple_spans have no friction with abutment model roller"
@@ -217,9 +218,11 @@ def test_a_skew_or_gap_without_effect_is_named(written):
     (text,) = axis_warnings(parse_config({"accuracy": "fast"}))
     assert text.startswith("accuracy fast is for trials: its rows are often suspect")
     assert not list(axis_warnings(parse_config({"grid": in_radians | {"skew_deg": [0, 1, 30]}})))
-    narrow = {"grid": {"bridge": ["osb1"], "gap_mm": [9, 25]}, "uncertainty": {"enabled": True}}
-    (text,) = axis_warnings(parse_config(narrow))
+    along = {"uncertainty": {"enabled": True}, "model": {"gap_measured": "longitudinal"}}
+    grid = {"bridge": ["osb1"], "gap_mm": [18, 25]}  # half of it is normal to a wall at skew 60
+    (text,) = axis_warnings(parse_config({"grid": grid} | along))
     assert text.startswith("osb1: random gap offsets of -10 to 10 mm close its gap of 9 mm in some")
+    assert not list(axis_warnings(parse_config({"grid": grid | {"abutment": ["roller"]}} | along)))
 
 
 def test_variants_have_the_gap_that_their_bridge_states(written):
@@ -236,6 +239,9 @@ def test_variants_have_the_gap_that_their_bridge_states(written):
         "made_ro_skew30_gap000_mu000", "made1_ro_skew30_gap000_mu000",
         "made2_cf_skew30_gap000_mu000", "made2_ro_skew30_gap000_mu000",
     }  # fmt: skip
+    for bridges, is_described in ((grid["bridge"], True), (["osb1"], False)):
+        text = methods_of(parse_config({"grid": {"bridge": bridges}})).parts["Abutments"]
+        assert ("integral end is a" in text) == ("fixed end cannot" in text) == is_described
     # such a variant stands for all gaps of the grid
     count, cells = cells_of(study.grid, ["skew_deg"])
     assert (count, cells["made_cf_skew30_gap038p1_mu050"]) == (4, [1, 3])
@@ -249,7 +255,5 @@ def test_a_variant_keeps_the_axes_of_its_model_which_has_a_builder_and_a_code_of
     assert BUILDERS.keys() == ABUTMENTS.keys()
     assert len({traits.code for traits in ABUTMENTS.values()}) == len(ABUTMENTS)
     full = Variant(bridge="osb1", abutment=name, skew_deg=30, gap_mm=51, friction_pct=50)
-    axes = ABUTMENTS[name].axes
-    own = full.normalised()
-    assert own.gap_mm == (51 if "gap_mm" in axes else 0)
-    assert own.friction_pct == (50 if "friction" in axes else 0)
+    axes, own = ABUTMENTS[name].axes, full.normalised()
+    assert (own.gap_mm, own.friction_pct) == (51 * ("gap_mm" in axes), 50 * ("friction" in axes))

@@ -363,7 +363,7 @@ def test_restrainers_pull_after_their_slack_up_to_their_strength(written, monkey
             ("at: bent 3", "at: bent 4", r"joints.2.at: must be one of the 3 bents"),
             ("base: fixed", "base: pinned", r"bents.0: a bent with bearings .* needs base: fixed"),
             ("at: bent 1\n  ", "", r"joints.0: give either at or from_left_m"),
-            ("at: bent 3", "from_left_m: 28.2", "from left to right"),
+            ("at: bent 3", "from_left_m: 28.2", r"each support \(0, 28, 58, 88, 116 m\)"),
             ("cap_weight", f"pads: {{{PADS}}}, cap_weight", "the joint at this bent has the pads"),
             ("7.6", "6.6", r"bents.\d: clear_height_m \+ cap_depth_m = .* must be at most"),
         )),

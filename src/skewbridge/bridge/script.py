@@ -168,7 +168,8 @@ def _common_properties(bridge: ScriptBridge) -> _CommonProperties:
         modes = modes_of(model)
         (frame, stated), periods = frames[0], {d: period_s(modes, d) for d in "xyz"}
         bents = _bents(frame)
-        description = _description(bridge.name, frame, stated, bents)
+        turns = "skew_deg" in parameters(bridge.path)
+        description = replace(_description(bridge.name, frame, stated, bents), bents_turn=turns)
     long_s, short_s = stated.damping_periods or (max(periods.values()), min(periods.values()))
     damping = replace(frame.damping, long_period_s=long_s, short_period_s=short_s)
     t1_s = stated.t1 or sqrt(periods["x"] * periods["y"])
@@ -222,6 +223,7 @@ def _description(
             end.plan.name: seat.skew_deg for end, seat in seats if seat.skew_deg is not None
         },
         gaps_mm={end.plan.name: seat.gap_mm for end, seat in seats if seat.gap_mm is not None},
+        keys_at={end.plan.name: seat.keys_at for end, seat in seats},
         wall_m=max(seat.wall_thickness_m for _, seat in seats),
         backfill_rule="".join({seat.backfill.rule for _, seat in seats}),
         damping_ratio=frame.damping.ratio,

@@ -94,6 +94,7 @@ class CatalogueBridge:
                 joint.at or f"{joint.from_left_m:g} m from the left": x
                 for joint, x in zip(data.joints, data.joint_positions_m, strict=True)
             },
+            keys_at={name: seat.keys_at for name, seat in data.seats.items()},
             wall_m=max((seat.wall_thickness_m for seat in data.seats.values()), default=0.0),
             backfill_rule="".join({seat.backfill.rule for seat in data.seats.values()}),
             damping_ratio=data.damping.ratio,

@@ -58,7 +58,8 @@ class PushOptions:
         """Angle from x in degrees, counter-clockwise; `InputError` for two directions."""
         first, *more = self.direction or ["x"]
         if more:
-            raise InputError("--direction and --angle-deg are the same option: give one of them")
+            both = f"{shortened(first)} and {shortened(more[0])}"
+            raise InputError(f"--direction and --angle-deg are one option: drop one of {both}")
         angle_deg = nan
         with suppress(ValueError):
             angle_deg = float({"x": "0", "y": "90"}.get(first, first))

@@ -132,8 +132,9 @@ def status(
     failures = forecast.failures
     if failed:
         printed = {"failed": selected(failures, "variant", "motion", "status", "reason")}
-        repeat = [row["command"] for row in failures]
-        return Answer({"failed": len(failures), "analyses": failures}, printed, notes=repeat)
+        notes = [row["command"] for row in failures]
+        notes = notes or [f"0 of {forecast.summary['done']} finished analyses have failed"]
+        return Answer({"failed": len(failures), "analyses": failures}, printed, notes=notes)
     last = failures[-1] if failures else None
     answer = {"results": config.results, **forecast.summary, "last_failure": last}
     return Answer(answer, notes=forecast.notes)

@@ -311,7 +311,8 @@ def _parts(path: Path) -> Iterator[_Part]:
             raise InputError(f"there are {levels.size} intensities and {rates.size} rates")
         if (np.diff(levels) < 0.0).all():
             levels, rates = levels[::-1], rates[::-1]
-        require(~(rates < 0.0) & ~np.isnan(rates), "rate", "must not be negative", rates)
+        require(~np.isnan(rates), "rate", "is not a number", rates)
+        require(~(rates < 0.0), "rate", "must not be negative", rates)
         rule = f"must be at most {_LARGEST_LEVEL:g} g or m/s"
         require(levels <= _LARGEST_LEVEL, "im", rule, levels)
         require(np.append(True, np.diff(levels) > 0.0), "im", "must increase", levels)

@@ -171,14 +171,14 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], bridges: Sequence[str]) ->
 
 
 def _axis_texts(demands: pd.DataFrame, bridges: Sequence[Structure]) -> dict[str, str]:
-    """Return the values of each axis in a table as text, with the gaps that bridge files state."""
+    """Return the values of each axis in a table as text, with those that bridge files state."""
     texts = {
         axis.name: ", ".join(
             appearance.value_text(axis, value) for value in sorted(demands[axis.name].unique())
         )
         for axis in axes_of(demands.columns)
     }
-    return texts | ({"gap_mm": answer.gap_text(texts["gap_mm"], bridges)} if bridges else {})
+    return answer.texts_with_own(texts, bridges) if bridges else texts
 
 
 def answer_rows(table: pd.DataFrame, counts: pd.DataFrame, curves: pd.DataFrame) -> dict[str, Any]:
@@ -247,7 +247,7 @@ def sketch(
 
     The decks are filled at the largest skew of the study and outlined at the other skews. Seats and
     inner joints have the gap of the bridge file or else the largest of the study, normal to the
-    faces and exaggerated ``factor`` times. A seat has a gap and keys, an integral or fixed end
+    faces and exaggerated ``factor`` times. A seat has a gap and its keys, an integral or fixed end
     touches its wall, and a roller has no wall. Bents and columns are drawn at the largest skew.
     """
     skew = max(skews_deg, key=abs)
@@ -283,8 +283,10 @@ def sketch(
             walls.append(_corners((wall, rad), (wall + outward * wall_m, rad), (-half_m, half_m)))
         if kind == "seat":
             key_y, inner_x = half_m + factor * model.transverse_gap_m, x - 2.2 * outward * wall_m
-            for low, high in ((key_y, key_y + wall_m), (-key_y, -key_y - wall_m)):
-                walls.append(_corners((inner_x, rad), (x, rad), (low, high)))
+            for side, sign in (("+y", 1.0), ("-y", -1.0)):
+                if bridge.keys_at[name] in ("both", side):
+                    key_ends = sign * key_y, sign * (key_y + wall_m)
+                    walls.append(_corners((inner_x, rad), (x, rad), key_ends))
             gaps.insert(0, ((x, rad), (wall, rad)))
     gap_lines = {  # lines across a gap and along its far face
         "gap": [_skewed(face, -0.5 * half_m) for pair in gaps[:1] for face in pair],

@@ -178,6 +178,7 @@ def stated_values(bridge: str) -> dict[str, float]:
     """Return the values on axes that a bridge file states in place of those of a variant.
 
     They are the gap, the largest one, if no joint takes that of the variant, and zero without
+    joints; the largest skew if no support takes that of the variant; and no friction without
     joints. The dict is empty if the bridge cannot be read or is a script.
     """
     values: dict[str, float] = {}
@@ -185,6 +186,8 @@ def stated_values(bridge: str) -> dict[str, float]:
         description = None if is_script(bridge) else load_structure(bridge).description
         if description and not description.takes_gap:
             values["gap_mm"] = round(max(description.gaps_mm.values(), default=0.0), 3)
+        if description and not description.takes_skew:
+            values["skew_deg"] = max(description.skews_deg.values(), key=abs)
         if description and not description.seats_m:
             values["friction"] = 0.0
     return values
@@ -240,7 +243,10 @@ def store_configuration(
 
 
 def stored_configuration(folder: Path) -> StudyConfig | None:
-    """Return the configuration stored in a results folder (its files are read again), or None."""
+    """Return the configuration stored in a results folder (its files are read again), or None.
+
+    `InputError` if it is only stored, by a version with keys that this one lacks.
+    """
     path = StudyFolder(folder).configuration
     if not path.is_file():
         return None
@@ -249,6 +255,14 @@ def stored_configuration(folder: Path) -> StudyConfig | None:
     if all(map(Path.is_file, files)):
         results = {"results": values["results"]}
         values = reduce(merged, (*map(read_mapping, files), stored["given"], results))
+    elif removed := sorted(
+        f"{name}.{key}"
+        for name, default in parse_config({}).model_dump(exclude={"grid"}).items()
+        if isinstance(default, dict) and isinstance(values.get(name), dict)
+        for key in values[name].keys() - default.keys()
+    ):
+        text = f"{path} is of an earlier version, with keys that this one lacks"
+        raise InputError(f"{text}: {', '.join(removed)}. Remove them, or run the study again")
     return parse_config(values, where=path)
 
 

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import asdict, replace
 from functools import partial
-from math import inf
 from pathlib import Path
 from typing import Final
 
@@ -29,11 +28,12 @@ from skewbridge.motions.read import files_digest
 from skewbridge.motions.suite import content_digest, suite_sources
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, check_font
 from skewbridge.study.folder import StudyFolder
+from skewbridge.units import MM
 from skewbridge.variant.axes import unit_doubts
 from skewbridge.variant.grid import expand_grid
 from skewbridge.variant.options import ModelOptions
 from skewbridge.variant.random_properties import with_draw
-from skewbridge.variant.variant import ABUTMENTS
+from skewbridge.variant.variant import ABUTMENTS, Variant
 
 logger = logging.getLogger(__name__)
 
@@ -78,9 +78,14 @@ def _check_bridge(bridge: str, config: StudyConfig) -> None:
     require_options(structure, (*config.grid.values(), *options))
     law = config.uncertainty.drawn.get(_GAP_OFFSET)
     widest = {_GAP_OFFSET: law.high} if law else {}
+    for variant, options in _variants(bridge, config):
+        structure.description.require_seats(variant, with_draw(options, widest))
+
+
+def _variants(bridge: str, config: StudyConfig) -> Iterator[tuple[Variant, ModelOptions]]:
+    """Yield the variants of a bridge with their modelling options."""
     for variant in expand_grid(config.grid.model_copy(update={"bridge": (bridge,)})):
-        options = with_draw(replace(config.model, **dict(variant.options)), widest)
-        structure.description.require_seats(variant, options)
+        yield variant, replace(config.model, **dict(variant.options))
 
 
 def axis_warnings(config: StudyConfig) -> Iterator[str]:
@@ -98,14 +103,15 @@ def axis_warnings(config: StudyConfig) -> Iterator[str]:
     yield from unit_doubts(config.grid.skew_deg, config.grid.gap_mm)
     law = config.uncertainty.drawn.get(_GAP_OFFSET)
     without = ", ".join(name for name in config.grid.abutment if not ABUTMENTS[name].has_friction)
-    for bridge in map(load_structure, config.grid.bridge):
+    for path in config.grid.bridge:
+        bridge = load_structure(path)
         about = bridge.description
         yield from (f"{bridge.name}: {note}" for note in about.axis_notes)
-        grid_mm = config.grid.gap_mm if about.takes_gap else ()
-        least_mm = min((*about.gaps_mm.values(), *grid_mm), default=inf)
-        if law and least_mm + config.model.gap_offset_mm + law.low < 0.0:
+        cases = _variants(path, config) if law else ()
+        gaps_mm = {gap_m / MM for case in cases for gap_m in about.gaps_m(*case).values()}
+        if law and (closed_mm := [gap_mm for gap_mm in gaps_mm if 0.0 < gap_mm < -law.low]):
             text = f"{bridge.name}: random gap offsets of {law.low:g} to {law.high:g} mm close its"
-            yield f"{text} gap of {least_mm:g} mm in some runs (uncertainty.{_GAP_OFFSET})"
+            yield f"{text} gap of {min(closed_mm):g} mm in some runs (uncertainty.{_GAP_OFFSET})"
         if without and about.joints_m:
             yield f"inner joints of {bridge.name} have no friction with abutment model {without}"
 

@@ -5,10 +5,11 @@ when it builds the model.
 """
 
 import math
+import re
 from itertools import accumulate, pairwise
 from typing import Annotated, Any, Final, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from skewbridge.bridge.catalogue.columns import (
     AnyColumn,
@@ -242,11 +243,20 @@ class RestrainerData(Part, frozen=True):
     slack_mm: Gap = 0.0
 
 
+_BENT: Final = r"^bent [1-9]\d?$"
+
+
+def _of_bent(location: Any) -> Any:
+    if not re.match(_BENT, f"{location}"):
+        raise ValueError("must be a bent such as 'bent 1' (from_left_m: a hinge in a span)")
+    return location
+
+
 class JointData(Part, frozen=True):
     """Joint inside a bridge, at a bent or in a span."""
 
     #: ``bent 1``, counted from the left: both decks rest on its cap
-    at: Annotated[str, Field(pattern=r"^bent [1-9]\d?$")] | None = None
+    at: Annotated[str, Field(pattern=_BENT), BeforeValidator(_of_bent)] | None = None
     from_left_m: Span | None = None  # distance of an in-span hinge from the left end of the bridge
     ledge: Literal["left", "right"] = "left"  # deck whose ledge carries the other one at a hinge
     skew_deg: Skew | None = None  # own skew; None: that of the bent, or of the variant at a hinge
@@ -407,8 +417,10 @@ class BridgeData(Part, frozen=True):
         if any(right - left < 1.0 for left, right in pairwise(ends_m)) or any(
             abs(x - support) < 1.0 for x in hinges for support in supports
         ):
+            supports_m = ", ".join(f"{support - ends_m[0]:g}" for support in supports)
             raise ValueError(
-                "joints: list them from left to right, at least 1 m apart and from supports"
+                "joints: list them from left to right, at least 1 m apart, and from_left_m at "
+                f"least 1 m from each support ({supports_m} m)"
             )
 
     @model_validator(mode="after")

@@ -150,6 +150,12 @@ def is_fixed(base: str, bents: list[dict[str, Any]]) -> bool:
     return "fixed" in {base, *(bent.get("base") for bent in bents)}
 
 
+def is_concrete(modulus_gpa: float) -> bool:
+    """Return whether a deck is concrete; the rules for its weight are not those of steel."""
+    # ASSUME a deck with a modulus above 100 GPa is steel or transformed to it
+    return modulus_gpa <= 100.0
+
+
 def cracked_ratio(bridge: BridgeData) -> float:
     """Return the stiffness of the columns at first yield / gross stiffness, mean of the bents."""
     from skewbridge.bridge.column import bent_capacities  # it imports the catalogue
@@ -206,8 +212,8 @@ _FUNCTIONS: Final[dict[str, Any]] = {
     function.__name__: function
     for function in (
         axial_ratios, bar, bar_ratios, box_section, cap_areas, cracked_ratio, end_reaction_kn,
-        girder, girder_section, hoop, is_fixed, max, min, pads_reaction_kn, period_s, round,
-        slab_section, sqrt, tallest,
+        girder, girder_section, hoop, is_concrete, is_fixed, max, min, pads_reaction_kn, period_s,
+        round, slab_section, sqrt, tallest,
     )
 } | {"pi": pi}  # fmt: skip
 
@@ -468,7 +474,8 @@ def _take_drawn(tree: dict[str, Any], file: str) -> dict[str, Any]:
             if isinstance(limits, str):
                 _FUNCTIONS[limits](f"{value}")
             elif type(value) not in (int, float) or not limits[0] <= value <= limits[1]:
-                raise ValueError(f"must be a number from {limits[0]:g} to {limits[1]:g}")
+                low, high, *words = limits
+                raise ValueError(f"must be a number from {low:g} to {high:g}{''.join(words)}")
         except ValueError as error:
             raise InputError(f"{file}: {key}: {error}, got {shortened(value)}", file=file) from None
     if isinstance(deck := tree.get("deck"), dict):
