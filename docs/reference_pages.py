@@ -50,7 +50,7 @@ CONFIG=config/real.yaml`, or `snakemake -j2 --configfile config/real.yaml`. Resu
 | `real.yaml` | recorded motions of a folder |
 | `full.yaml` | finer grid |
 | `stripes.yaml`, `ida.yaml` | every motion at every level; incremental dynamic analysis |
-| `suites.yaml` | three suites of motions and a folder of records |
+| `suites.yaml` | osb1 under four suites of motions |
 | `alternatives.yaml` | the default study with alternative modelling options |
 
 An unknown key or a value outside its limits stops the study before any analysis; editors with
