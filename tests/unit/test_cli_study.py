@@ -217,7 +217,8 @@ def test_unfinished_study_is_refused(study: Path, arguments: list[str], message:
          "values of skew at two combinations of the values of|within skew_deg; cells_per_motion"),
         ("grid", {"abutment": ["roller"]}, "modelled on rollers"),
         ("grid", {"bridge": [f"{ROOT}/tests/data/drawings/one_span.yaml"]},
-         "per span. Rayleigh damping of the deck is 5 % of critical at two periods.\n"),
+         "per span. Rayleigh damping of the deck is 5 % of critical at two periods.\n|"
+         "skew 35° at the left end and 35° at the right end; "),
         ("model", {"backfill": "sdc", "damping_factor": 0.6}, "(Caltrans 2019)|3 % of critical"),
     ],
 )  # fmt: skip

@@ -56,15 +56,15 @@ def test_check_writes_an_index_that_the_study_reads(tmp_path):
     (tmp_path / "index.csv").unlink()
     assert _run("check", tmp_path, "--write")[0] == 0
     assert prepare_suite(tmp_path, t1_s=0.7)["motion_id"][0] == "_(50 _) _1_s"
-    # with the time step and unit that were given
+    # with the time step and unit that were given, and no unit that was assumed
     (bare := tmp_path / "bare").mkdir()
     for name in ("q_h1.acc", "q_h2.acc"):
         (bare / name).write_text("\n".join(map(str, 5.0 * shaken_g(3))))
-    assert _run("check", bare, "--write")[0] == 2
+    assert [_run("check", bare, "--write", *dt)[0] for dt in ((), ("--dt-s", 0.005))] == [2, 0]
+    assert pd.read_csv(bare / "index.csv")["unit"].isna().all()
     assert _run("check", bare, "--write", "--dt-s", 0.005, "--unit", "m/s2")[0] == 0
-    suite = prepare_suite(bare, t1_s=0.7)
-    assert suite["dt_s"][0] == 0.005
-    assert np.abs(suite["accel_1_mps2"][0]).max() == pytest.approx(1.5)
+    (motion,) = prepare_suite(bare, t1_s=0.7).to_dict("records")
+    assert (motion["dt_s"], np.abs(motion["accel_1_mps2"]).max()) == pytest.approx((0.005, 1.5))
     # the unit of one file would be that of the other
     for name in ("index.csv", "q_h1.acc"):
         (bare / name).unlink()

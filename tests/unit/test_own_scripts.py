@@ -170,6 +170,7 @@ def test_the_units_of_a_script_do_not_change_its_demands(tmp_path, pads):
 
 GOOD = two_spans(1.0, 1.0, "N-m")
 HEAD, FIX, PDELTA = "def bridge():", "ops.fix(11, 1, 1, 1, 1, 1, 1)", '"PDelta", 2, 1.0, 0.0, 0.0'
+PATTERN = FIX + '; ops.timeSeries("Linear", 1); ops.pattern("Plain", 1, 1)'
 #: A column on foundation springs that the frame does not have.
 SECOND = """
     ops.node(12, 20.0, 0.0, 0.0); ops.node(13, 20.0, 0.0, 0.0); ops.fix(13, *[1] * 6)
@@ -245,8 +246,7 @@ def test_a_deck_node_without_mass_keeps_the_energy_balance(written):
 
 
 def test_a_deck_lumped_at_one_node_has_modes_and_an_empty_pattern_is_no_dead_load(written):
-    pattern = FIX + '; ops.timeSeries("Linear", 1); ops.pattern("Plain", 1, 1)'
-    pattern += "; ops.mass(11, 1e5, 1e5, 1e5, 0.0, 0.0, 0.0)"  # does not move
+    pattern = PATTERN + "; ops.mass(11, 1e5, 1e5, 1e5, 0.0, 0.0, 0.0)"  # does not move
     periods_s = []
     for rest in (0.0, 1e-6):  # ARPACK finds no modes of three masses
         text = GOOD.replace("share * 6.0e6", "0").replace("1.0e5 * N * M, r", "0, 0")
@@ -266,6 +266,8 @@ def test_a_check_of_a_script_doubts_wrong_units(written):
     light, heavy = (GOOD.replace("share * 4.0e5", f"share * 4.0e{power}") for power in (2, 6))
     assert (doubts(GOOD), doubts(heavy)) == ([], ["weight over the area of the deck (kN/m2)"])
     assert "T1 (s)" in doubts(light)
+    part = PATTERN + "; ops.load(3, 0.0, 0.0, -6.0e6, 0.0, 0.0, 0.0)"
+    assert doubts(GOOD.replace(FIX, part)) == ["mass x g / dead load"]
 
 
 def test_only_options_that_a_script_takes_act_on_its_elements(written):

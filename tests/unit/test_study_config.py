@@ -199,6 +199,10 @@ def test_a_skew_or_gap_without_effect_is_named(written):
     skew, gap = axis_warnings(parse_config({"grid": {"bridge": [own, "osb1"]}}))
     assert skew.startswith("made: the bridge file sets the skew: 5 deg (left), 5 deg (right);")
     assert gap.endswith("40 mm at the left end, 40 mm at the right end; gap_mm has no effect")
+    one = {"bridge": ["tests/data/drawings/one_span.yaml"], "skew_deg": [0, 30]}
+    (skew,) = axis_warnings(one_span := parse_config({"grid": one}))
+    assert skew.endswith("35 deg (left), 35 deg (right); skew_deg has no effect")
+    assert {variant.skew_deg for variant in expand_grid(one_span.grid)} == {35.0}
     spans, models = "docs/bridges/simple_spans.yaml", ["roller", "contact_friction"]
     (text,) = axis_warnings(parse_config({"grid": {"bridge": [spans], "abutment": models}}))
     assert text == "inner joints of simple_spans have no friction with abutment model roller"

@@ -31,7 +31,7 @@ from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.section import sdc_shear_strength
 from skewbridge.bridge.structures import CatalogueBridge
 from skewbridge.errors import InputError
-from skewbridge.units import FOOT, INCH, KN, MM, MPA
+from skewbridge.units import FOOT, G_MPS2, INCH, KN, MM, MPA
 from skewbridge.variant.axes import axis
 from skewbridge.variant.variant import Variant
 
@@ -132,7 +132,8 @@ def _unit_doubts(bridge: Description, at_rest: ModalResult) -> Iterator[str]:
     per_m2 = at_rest.weight_kn / (bridge.length_m * bridge.width_m)
     size_values = (bridge.length_m,), (bridge.width_m,), (per_m2,), bridge.bent_heights_m
     gaps_mm = tuple(filter(None, bridge.gaps_mm.values()))
-    values = (conditioning_period_s(at_rest),), *size_values, gaps_mm
+    mass_ratios = (at_rest.mass_t * G_MPS2 / at_rest.weight_kn,) if at_rest.weight_kn else ()
+    values = (conditioning_period_s(at_rest),), *size_values, gaps_mm, mass_ratios
     for (name, (low, high)), stated_values in zip(TABLES["script"].items(), values, strict=True):
         if outside := [value for value in stated_values if not low <= value <= high]:
             text = f"is outside the usual {low:g} to {high:g}: check units, masses and loads"

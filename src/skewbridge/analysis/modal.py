@@ -15,7 +15,7 @@ from skewbridge.bridge.handles import ColumnHandle
 from skewbridge.bridge.library import load_structure
 from skewbridge.bridge.model import build, column_axial_forces_n, domain, support_reactions_n
 from skewbridge.errors import SolutionError
-from skewbridge.units import KN
+from skewbridge.units import KN, TONNE
 from skewbridge.variant.axes import USUAL
 from skewbridge.variant.options import ModelOptions, RayleighKind
 from skewbridge.variant.variant import Variant
@@ -35,6 +35,7 @@ class ModalResult:
     """Dead-load state and modes of a variant."""
 
     weight_kn: float
+    mass_t: float  # horizontal mass of deck, caps and columns
     column_axial_kn: tuple[float, ...]
     abutment_reaction_kn: tuple[float, float]
     modes: tuple[Mode, ...]
@@ -51,6 +52,7 @@ def modal_properties(variant: Variant, options: ModelOptions | None = None) -> M
         left, right = support_reactions_n(model)
         return ModalResult(
             weight_kn=model.weight_n / KN,
+            mass_t=sum(model.frame.loads.masses_kg.values()) / TONNE,
             column_axial_kn=tuple(force / KN for force in column_axial_forces_n(model)),
             abutment_reaction_kn=(left / KN, right / KN),
             modes=modes_of(model),

@@ -136,6 +136,7 @@ class Description:
     damping_ratio: float  # ratio of the Rayleigh damping
     on_springs: bool = False  # whether the columns stand on foundation springs
     pads_at: tuple[str, ...] = ()  # bents (``bent 1``) over which the deck runs on bearings
+    bents_turn: bool = True  # whether bents take the skew of the variant
     #: skew of the ends and inner joints that do not take that of the variant
     skews_deg: Mapping[str, float] = field(default_factory=dict[str, float])
     #: gap of the seats and inner joints that do not take that of the variant
@@ -197,27 +198,36 @@ class Description:
         return bool(self.seats_m.keys() - self.gaps_mm.keys())
 
     @property
+    def takes_skew(self) -> bool:
+        """Whether an end, an inner joint or a bent takes the skew of the variant."""
+        supports = {*self.end_kinds, *self.seats_m} - self.skews_deg.keys()
+        return bool(supports) or (self.bents_turn and bool(self.bent_columns))
+
+    @property
     def axis_notes(self) -> list[str]:
         """Sentences on skew and gap that the bridge sets itself, or that it has no joint."""
         notes: list[str] = []
         if skews := ", ".join(f"{deg:g} deg ({name})" for name, deg in self.skews_deg.items()):
-            note = f"the bridge file sets the skew: {skews}; skew_deg turns the other supports"
-            notes.append(note)
+            others = "turns the other supports" if self.takes_skew else "has no effect"
+            notes.append(f"the bridge file sets the skew: {skews}; skew_deg {others}")
+        if not self.bents_turn and any(count > 1 for count in self.bent_columns):
+            notes.append("skew_deg does not turn its bents: its function has no such parameter")
         if not self.seats_m:
             notes.append("gap_mm and friction have no effect: the bridge has no seats, no joints")
-        if own := ", ".join(f"{gap_mm:g} mm at {at}" for at, gap_mm in self.own_gaps_mm.items()):
+        own_gaps = self.own_values("gap_mm").items()
+        if own := ", ".join(f"{gap_mm:g} mm at {at}" for at, gap_mm in own_gaps):
             others = "acts on the other joints" if self.takes_gap else "has no effect"
             if self.details == "script" and not self.takes_gap:
                 others += ", though names of variants have it"
             notes.append(f"the bridge file sets the gap: {own}; gap_mm {others}")
         return notes
 
-    @property
-    def own_gaps_mm(self) -> dict[str, float]:
-        """Gaps in the bridge file, keyed by ``the left end``, ``joint 1`` and so on."""
+    def own_values(self, axis_name: str) -> dict[str, float]:
+        """Return skews or gaps in the bridge file, keyed by ``the left end``, ``joint 1``, ..."""
+        values = {"skew_deg": self.skews_deg, "gap_mm": self.gaps_mm}[axis_name]
         return {
-            f"the {name} end" if name in self.end_kinds else name: gap_mm
-            for name, gap_mm in self.gaps_mm.items()
+            f"the {name} end" if name in self.end_kinds else name: value
+            for name, value in values.items()
         }
 
     @property

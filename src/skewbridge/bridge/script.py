@@ -168,7 +168,8 @@ def _common_properties(bridge: ScriptBridge) -> _CommonProperties:
         modes = modes_of(model)
         (frame, stated), periods = frames[0], {d: period_s(modes, d) for d in "xyz"}
         bents = _bents(frame)
-        description = _description(bridge.name, frame, stated, bents)
+        turns = "skew_deg" in parameters(bridge.path)
+        description = replace(_description(bridge.name, frame, stated, bents), bents_turn=turns)
     long_s, short_s = stated.damping_periods or (max(periods.values()), min(periods.values()))
     damping = replace(frame.damping, long_period_s=long_s, short_period_s=short_s)
     t1_s = stated.t1 or sqrt(periods["x"] * periods["y"])

@@ -8,7 +8,7 @@ from skewbridge.errors import InputError
 from skewbridge.files.tables import records_of
 from skewbridge.files.text import file_fault, shown_path
 from skewbridge.motions import folder, read
-from skewbridge.motions.formats import DtMissingError, Stated
+from skewbridge.motions.formats import NO_UNIT, DtMissingError, Stated
 from skewbridge.motions.intensity import peak_g
 from skewbridge.motions.suite import read_entry
 
@@ -98,7 +98,8 @@ def write_folder_index(root: Path, stated: Stated | None = None) -> Path:
             text = f"files in {' and '.join(sorted(units))}, but an index row has one unit"
             text = f"{text}: write it into the file without one"
             raise InputError(f"motion {entry.motion_id}: {text}")
-        row |= {"unit": units.pop() if len(units) == 1 else "", "source": ""}
+        is_assumed = any(note.startswith(NO_UNIT) for t in traces for note in t.notes)
+        row |= {"unit": units.pop() if len(units) == 1 and not is_assumed else "", "source": ""}
         old_cells = cells.get(entry.motion_id, {}).items()
         filled = {name: text for name, text in old_cells if text and name not in {"npts", "sha256"}}
         rows.append(row | filled)

@@ -26,6 +26,7 @@ UNIT_FACTORS: Final = {
 }  # fmt: skip
 # ASSUME values without a unit are in g, as in nearly all public files; a message states it.
 DEFAULT_UNIT: Final = "g"
+NO_UNIT: Final = "the file states no unit"
 HEADER_WIDTH: Final = 300  # characters searched per header line; no format has longer lines
 MAX_TOKEN: Final = 400  # longer than any line of any format; keeps the pattern below fast
 _MISSING: Final = (-999.0, -9999.0)
@@ -158,7 +159,7 @@ def _unit(stated: Stated, in_file: str) -> tuple[str, list[str]]:
     """Return the unit (`Stated.unit`, else ``in_file``, `unit_if_missing` or g) and notes on it."""
     unit = stated.unit or in_file or stated.unit_if_missing
     if unit is None:
-        return DEFAULT_UNIT, [f"the file states no unit: {DEFAULT_UNIT} is assumed"]
+        return DEFAULT_UNIT, [f"{NO_UNIT}: {DEFAULT_UNIT} is assumed"]
     if unit != in_file:
         return unit, [f"the given unit {unit} is used" + (f", not {in_file}" if in_file else "")]
     overrides = stated.unit is None and stated.unit_if_missing not in {None, unit}

@@ -109,17 +109,23 @@ def listed(words: Iterable[str]) -> str:
     return f"{', '.join(first)} and {last}" if first else last
 
 
-def gap_text(values: str, bridges: Sequence[Structure]) -> str:
-    """Return text on the gaps of a study, and on those that bridge files state instead."""
-    gaps = [
-        f"{value_text(axis('gap_mm'), gap_mm)} at {end}"
-        + (f" of {bridge.name}" if len(bridges) > 1 else "")
-        for bridge in bridges
-        for end, gap_mm in bridge.description.own_gaps_mm.items()
-    ]
-    has_effect = not bridges or any(bridge.description.takes_gap for bridge in bridges)
-    texts = [values] if has_effect else []
-    return " but ".join([*texts, *([listed(gaps)] if gaps else [])]) or "without effect"
+def texts_with_own(texts: Mapping[str, str], bridges: Sequence[Structure]) -> dict[str, str]:
+    """Return the values of each axis as text, with skews and gaps that bridge files state."""
+    stated_texts = dict(texts)
+    for name, takes in (("skew_deg", "takes_skew"), ("gap_mm", "takes_gap")):
+        own_values = [
+            f"{value_text(axis(name), value)} at {end}"
+            + (f" of {bridge.name}" if len(bridges) > 1 else "")
+            for bridge in bridges
+            for end, value in bridge.description.own_values(name).items()
+        ]
+        has_effect = not bridges or any(getattr(bridge.description, takes) for bridge in bridges)
+        parts = [
+            *([texts[name]] if has_effect else []),
+            *([listed(own_values)] if own_values else []),
+        ]
+        stated_texts[name] = " but ".join(parts) or "without effect"
+    return stated_texts
 
 
 def number_word(number: int) -> str:

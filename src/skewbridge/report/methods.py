@@ -18,7 +18,7 @@ from skewbridge.fragility.limit_states import load_limit_states
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE
 from skewbridge.motions.levels import LEVEL_MEASURE
 from skewbridge.report import answer, appearance
-from skewbridge.report.answer import gap_text, listed, option_text
+from skewbridge.report.answer import listed, option_text, texts_with_own
 from skewbridge.report.appearance import in_words, plain_label, threshold_text, value_text
 from skewbridge.study.config import CONDITIONING_BRIDGE, StudyConfig, parse_config
 from skewbridge.units import split_unit
@@ -76,11 +76,11 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
     bridges = [load_structure(name) for name in config.grid.bridge]
     model = config.analysis.model_options(config.model)
     dampings = {model.damping_factor * bridge.description.damping_ratio for bridge in bridges}
-    axes = {
+    values = {
         name: ", ".join(value_text(axis(name), value) for value in values)
         for name, values in config.grid.values().items()
     }
-    axes["gap_mm"] = gap_text(axes["gap_mm"], bridges)
+    axes = texts_with_own(values, bridges)
     environment = appearance.templates(vars(appearance), vars(answer), globals())
     template = environment.get_template("methods.j2")
     context = template.new_context(

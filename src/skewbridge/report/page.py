@@ -171,14 +171,14 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], bridges: Sequence[str]) ->
 
 
 def _axis_texts(demands: pd.DataFrame, bridges: Sequence[Structure]) -> dict[str, str]:
-    """Return the values of each axis in a table as text, with the gaps that bridge files state."""
+    """Return the values of each axis in a table as text, with those that bridge files state."""
     texts = {
         axis.name: ", ".join(
             appearance.value_text(axis, value) for value in sorted(demands[axis.name].unique())
         )
         for axis in axes_of(demands.columns)
     }
-    return texts | ({"gap_mm": answer.gap_text(texts["gap_mm"], bridges)} if bridges else {})
+    return answer.texts_with_own(texts, bridges) if bridges else texts
 
 
 def answer_rows(table: pd.DataFrame, counts: pd.DataFrame, curves: pd.DataFrame) -> dict[str, Any]:

@@ -178,6 +178,7 @@ def stated_values(bridge: str) -> dict[str, float]:
     """Return the values on axes that a bridge file states in place of those of a variant.
 
     They are the gap, the largest one, if no joint takes that of the variant, and zero without
+    joints; the largest skew if no support takes that of the variant; and no friction without
     joints. The dict is empty if the bridge cannot be read or is a script.
     """
     values: dict[str, float] = {}
@@ -185,6 +186,8 @@ def stated_values(bridge: str) -> dict[str, float]:
         description = None if is_script(bridge) else load_structure(bridge).description
         if description and not description.takes_gap:
             values["gap_mm"] = round(max(description.gaps_mm.values(), default=0.0), 3)
+        if description and not description.takes_skew:
+            values["skew_deg"] = max(description.skews_deg.values(), key=abs)
         if description and not description.seats_m:
             values["friction"] = 0.0
     return values

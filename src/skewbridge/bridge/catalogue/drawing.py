@@ -474,7 +474,8 @@ def _take_drawn(tree: dict[str, Any], file: str) -> dict[str, Any]:
             if isinstance(limits, str):
                 _FUNCTIONS[limits](f"{value}")
             elif type(value) not in (int, float) or not limits[0] <= value <= limits[1]:
-                raise ValueError(f"must be a number from {limits[0]:g} to {limits[1]:g}")
+                low, high, *words = limits
+                raise ValueError(f"must be a number from {low:g} to {high:g}{''.join(words)}")
         except ValueError as error:
             raise InputError(f"{file}: {key}: {error}, got {shortened(value)}", file=file) from None
     if isinstance(deck := tree.get("deck"), dict):
