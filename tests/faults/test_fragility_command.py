@@ -312,9 +312,9 @@ def test_foreign_tables_lose_single_bad_rows_or_are_refused_with_row_and_column(
         ({"record": ["a", "a"], "event": ["x", "y"]}, "motion 'a' has several events: give it"),
         ({"record": ["a", "a"]}, "incidence_deg of another row: remove it"),
         ({"record": ["a", "a"], "angle": [0, 9]}, "use a column as axis: 'angle'"),
-        ({"Skew_deg": [0, 60]}, "column 'Skew_deg' is not mapped: map it to skew_deg, or give"),
-        ({"scale": [1, 2]}, "column 'scale' is not mapped: map it to scale, or give that as a con"),
-        ({"gap_m": [0, 1]}, "column 'gap_m' is not mapped: convert to mm, map it to gap_mm, or gi"),
+        ({"Skew (deg)": [0, 60]}, "column 'Skew (deg)' is not known: did you mean skew_deg?"),
+        ({"gap_m": [0, 1]}, "did you mean gap_mm? Convert to mm, rename or map the column"),
+        ({"scale": [1, 2]}, "column scale must be mapped, or given as a constant"),
         ({"variant": ["A", "B"]}, "variants 'A', 'B' have the same bridge, abutment and axes"),
         ({"record": ["a", None]}, "record is missing (row 1)"),
     ):

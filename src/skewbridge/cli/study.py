@@ -133,7 +133,9 @@ def status(
     if failed:
         printed = {"failed": selected(failures, "variant", "motion", "status", "reason")}
         notes = [row["command"] for row in failures]
-        notes = notes or [f"0 of {forecast.summary['done']} finished analyses have failed"]
+        if not notes:
+            notes = [f"0 of {forecast.summary['done']} finished analyses have failed"]
+            notes += forecast.notes
         return Answer({"failed": len(failures), "analyses": failures}, printed, notes=notes)
     last = failures[-1] if failures else None
     answer = {"results": config.results, **forecast.summary, "last_failure": last}
@@ -222,9 +224,11 @@ def retry(
     if status not in ("failed", *FAILED):
         raise InputError(f"--status must be one of failed, {', '.join(FAILED)}; got {status!r}")
     statuses = FAILED if status == "failed" else (status,)
+    if not (folder := folder_of(study)).is_dir():
+        raise InputError(f"there is no folder {folder}")
     rows = [
         {"variant": row["variant"], "motion": row["motion_id"], "status": row["status"]}
-        for row in forget(StudyFolder(folder_of(study)), statuses)
+        for row in forget(StudyFolder(folder), statuses)
     ]
     note = f"analyses that the next run of the study repeats: {len(rows)}"
     return Answer({"forgotten": len(rows), "analyses": rows}, notes=[note])

@@ -188,21 +188,16 @@ def our_names(columns: Iterable[object], aliases: Mapping[str, str] = ALIASES) -
     return names
 
 
-def refuse_misspelt(
-    columns: Iterable[str], present: Iterable[str] = (), *, is_mapped: bool = False
-) -> None:
+def refuse_misspelt(columns: Iterable[str], present: Iterable[str] = ()) -> None:
     """Refuse columns whose names are almost those of an axis or key that the table lacks.
 
-    ``columns`` are those that no fit would use; ``present`` are other columns of the table. If a
-    `ColumnMap` renames columns, it must name axes, scale, incidence and status as well. An
+    ``columns`` are those that no fit would use; ``present`` are other columns of the table. An
     `InputError` names the column. Capitals, blanks and hyphens do not distinguish names.
     """
     unused = list(columns)
-    expected = (*(axis.name for axis in (*AXES, *OPTION_AXES)), *TEXT_COLUMNS, *KEY_COLUMNS)
     valid = {column.name for column in COLUMNS} | {axis.name for axis in OPTION_AXES}
-    valid -= {*_LIMITS, *LOADING_COLUMNS, "status"} if is_mapped else set()
-    present = {*present, *(() if is_mapped else unused)}
-    missing = [name for name in dict.fromkeys(expected) if name not in present]
+    expected = (*(axis.name for axis in (*AXES, *OPTION_AXES)), *TEXT_COLUMNS, *KEY_COLUMNS)
+    missing = [name for name in dict.fromkeys(expected) if name not in {*unused, *present}]
     for name in unused:
         spelled = re.sub(r"[\s-]+", "_", name.strip().lower())
         # ASSUME names as similar as motion and motion_id mean the same
@@ -211,13 +206,11 @@ def refuse_misspelt(
         ]
         is_drawn = name.startswith((CHOICE_PREFIX, DRAW_PREFIX))
         if name not in valid and nearest and not is_drawn:
-            ours, unit = nearest[0], split_unit(nearest[0])[1]
-            convert = "" if split_unit(spelled)[1] in ("-", unit) else f"convert to {unit}, "
-            todo = f"{convert}rename the column".capitalize()
-            problem = f"not known: did you mean {ours}? {todo}"
-            if is_mapped:
-                problem = f"not mapped: {convert}map it to {ours}, or give that as a constant"
-            raise InputError(f"column {shortened(name)} is {problem}", column=name)
+            text = f"column {shortened(name)} is not known: did you mean {nearest[0]}?"
+            unit = split_unit(nearest[0])[1]
+            is_same = split_unit(spelled)[1] in ("-", unit)
+            todo = "Rename" if is_same else f"Convert to {unit}, rename"
+            raise InputError(f"{text} {todo} or map the column", column=name)
 
 
 def unused_notes(columns: Iterable[str]) -> list[str]:
@@ -274,9 +267,11 @@ def read_foreign(path: Path, source: pd.DataFrame, names: ColumnMap) -> pd.DataF
     """
     columns = names.columns
     unused = [str(name) for name in source if name not in columns.values()]
-    refuse_misspelt((name for name in columns if name not in source), columns)
-    is_mapped = any(name != theirs for name, theirs in columns.items())
-    refuse_misspelt(unused, (*columns, *names.constants), is_mapped=is_mapped)
+    renamed = (name for name in columns if name not in source)
+    used = {*columns, *names.constants}
+    refuse_misspelt([*unused, *renamed], used)
+    for name in {*_LIMITS, *LOADING_COLUMNS, "status"}.intersection(unused) - used:
+        raise InputError(f"column {name} must be mapped, or given as a constant", column=name)
     need_columns(source, columns.values(), path.name)
     out = pd.DataFrame({column: source[foreign_name] for column, foreign_name in columns.items()})
     if "motion_id" not in out or not any(str(name).startswith("im_") for name in out):

@@ -174,12 +174,9 @@ def _default_measure(measures: Sequence[str]) -> str:
 
 
 def _read_demands(
-    path: Path, source: pd.DataFrame, im: str | None, states: States, choice: str
+    path: Path, source: pd.DataFrame, im: str | None, states: States
 ) -> tuple[pd.DataFrame, str, list[str]]:
-    """Return the table read by `read_foreign`, its intensity measure, a note on other columns.
-
-    ``choice`` starts the advice to choose another measure of the table.
-    """
+    """Return the table read by `read_foreign`, its intensity measure, a note on other columns."""
     source = source.rename(columns=demand_table.our_names(source))
     if "collapse" not in source:
         demand_table.need_columns(source, ["status"], path.name)
@@ -187,7 +184,8 @@ def _read_demands(
     im_column = im or _default_measure(measures)
     if measures and im_column not in source:
         problem = f"{path.name} has {f'no column {im!r}' if im else 'several intensities'}"
-        raise InputError(f"{problem}: {choice} {', '.join(measures)}", column=im or "im")
+        text = "choose with --hazard, in `statistics` also with --im, one of"
+        raise InputError(f"{problem}: {text} {', '.join(measures)}", column=im or "im")
     wanted = {column.name for column in COLUMNS} | {*demand_table.axis_names(source), im_column}
     wanted |= {*demand_table.FLAGS, *(state.demand for state in states)}
     prefixes = ("im_", CHOICE_PREFIX, DRAW_PREFIX)
@@ -219,8 +217,7 @@ def statistics_of(
     source = read_any(demands)
     measures = [im] if im else _measures(source)
     curve = hazard_curve(hazard, measures, _default_measure(measures))
-    im = curve.im if curve else im
-    table, measure, unused = _read_demands(demands, source, im, states, "choose --im from")
+    table, measure, unused = _read_demands(demands, source, curve.im if curve else im, states)
     available = [state for state in states if state.demand in table]
     if not available:
         names = ", ".join(dict.fromkeys(state.demand for state in states))
@@ -286,10 +283,8 @@ def compare_studies(first: Path, second: Path, hazard: Path | None = None) -> St
     site = hazard_curve(hazard, measures, own_im or _default_measure(measures))
     im = site.im if site else own_im
     renamed_files = _other_motions(first, second)
-    choice = "give --hazard for one of"
-    from_demands, measure, _ = _read_demands(paths[0], sources[0], im, states, choice)
-    choice = "the first study has it, the second has"
-    to_demands, *_ = _read_demands(paths[1], sources[1], measure, states, choice)
+    from_demands, measure, _ = _read_demands(paths[0], sources[0], im, states)
+    to_demands, *_ = _read_demands(paths[1], sources[1], measure, states)
     tables: list[pd.DataFrame] = []
     for number, table in enumerate((from_demands, to_demands)):
         table = with_derived_columns(table[~table["motion_id"].isin(renamed_files)])
