@@ -141,6 +141,8 @@ def test_yaml_of_a_page_is_taken(name: str, text: str, tmp_path: Path) -> None:
         assert parse_config(content)
 
 
-def test_table_of_the_critical_skew_is_that_of_its_data() -> None:
+def test_stored_tables_name_their_command_and_that_of_the_critical_skew_is_printed() -> None:
     page = (ROOT / "docs/howto/critical_skew.md").read_text(encoding="utf-8")
     assert table_text(pd.read_csv(ROOT / DATA)) in page
+    measured = yaml.safe_load((ROOT / "docs/data/measured.yaml").read_text())
+    assert measured.keys() == {path.name for path in (ROOT / "docs/data").glob("*.csv")}
