@@ -512,6 +512,7 @@ def test_texts_on_a_missing_ratio_have_its_status_and_the_runs_that_exceed_the_s
     ],
 )
 def test_status_of_a_ratio_is_that_of_the_curves_without_an_estimate(statuses, exceed, status):
+    assert report.with_ends({"t": 0.9, "a": 0.0, "b": np.inf}, "tab") == "0.900 [0.00, ∞]"
     tables = fragility_tables(synthetic_demands(skews=(0, 30), gaps=(25,)), [], FitSettings())
     curves = tables["curves"].query("limit_state == 'any'")
     found = np.where(curves["friction"] > 0.0, *statuses)

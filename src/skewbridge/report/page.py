@@ -364,7 +364,8 @@ def curve_rows(frames: Mapping[str, pd.DataFrame]) -> list[dict[str, Any]]:
 
 def with_ends(row: Mapping[str, Any], names: Sequence[str]) -> str:
     """Return an estimate with its interval, if it has one."""
-    return exports.with_interval([row[name] for name in names]).replace("--", "–")
+    text = exports.with_interval([row[name] for name in names])
+    return text.replace("--", "–").replace("inf", "∞")
 
 
 # --- effects
