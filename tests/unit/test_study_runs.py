@@ -188,9 +188,9 @@ def test_the_cost_of_a_study_of_searches_is_that_of_all_their_analyses(tmp_path,
     monkeypatch.chdir(ROOT)
     raw = {"results": str(tmp_path), "motions": {"level_range_g": [0.05, 5.0]}}
     raw["grid"] = {"bridge": ["docs/bridges/simple_spans.yaml"]}
-    one, ten = (progress.forecast_study(parse_config(merged(raw, {"motions": {"design": design}})))
-                for design in ("scaled_cloud", "ida"))  # fmt: skip
-    assert ten.summary["analyses"] == one.summary["analyses"]
+    designs = ({"motions": {"design": name}} for name in ("scaled_cloud", "ida", "stripes"))
+    one, ten, seven = (progress.forecast_study(parse_config(merged(raw, it))) for it in designs)
+    assert ten.summary["analyses"] == one.summary["analyses"] == seven.summary["analyses"] / 7
     cost_s, ten_s = one.summary["cpu_s"], ten.summary["cpu_s"]
     assert ten_s["analyses"] == pytest.approx(10 * cost_s["analyses"], rel=1e-3)
     assert ten_s["other"] == cost_s["other"]

@@ -14,7 +14,7 @@ from skewbridge.errors import InputError
 from skewbridge.files.tables import read_stamp, read_table
 from skewbridge.motions.blocks import Placed, planned_runs, unread
 from skewbridge.motions.folder import IndexEntry, list_motions
-from skewbridge.motions.levels import most_trials
+from skewbridge.motions.levels import FACTOR_LIMITS, most_trials
 from skewbridge.motions.suite import read_entry, suite_sources
 from skewbridge.statuses import FAILED
 from skewbridge.study.analyses import StudySetup, analyses_s, check_plan, forecast_s, run_command
@@ -116,6 +116,9 @@ def forecast_study(config: StudyConfig) -> StudyProgress:
     if config.motions.design == "ida":
         factor = most_trials(config.motions.level_range_g)
         notes = (*notes, f"Each count is a search of up to {factor} analyses; the cost covers all.")
+    if config.motions.design == "stripes" and not any(map(any, keys.values())):
+        limits = "{:g} to {:g}".format(*FACTOR_LIMITS)
+        notes = (*notes, f"Fewer if motions need factors outside {limits} at some stripes.")
     described = {name: load_structure(name).description for name in config.grid.bridge}
     costly = [name for name, it in described.items() if it.joints_m or it.details == "script"]
     if costly and not state.rows:
@@ -178,7 +181,8 @@ def other_work_s(
 def analysis_keys(config: StudyConfig) -> tuple[Mapping[str, Sequence[str]], Sequence[float]]:
     """Return the run keys of each variant and the lengths (s) of the motions.
 
-    Before the motions are prepared from the present files and configuration, the keys are empty.
+    Before the motions are prepared from the present files and configuration, the keys are empty,
+    and every motion is counted at every stripe.
     """
     slugs = [variant.slug for variant in expand_grid(config.grid)]
     with suppress(InputError, KeyError):  # prepared by another version, or for other bridges
@@ -188,8 +192,9 @@ def analysis_keys(config: StudyConfig) -> tuple[Mapping[str, Sequence[str]], Seq
             return keys, setup.durations_s
     durations_s: list[float] = []
     rows: list[Placed] = []
+    levels = len(config.motions.stripes_g) if config.motions.design == "stripes" else 1
     for source in suite_sources(config.motions):
-        entries = list_motions(source.folder)[: source.count]
+        entries = list_motions(source.folder)[: source.count] * levels
         durations_s += [min(_length_s(entry), config.motions.shaking_s or inf) for entry in entries]
         rows += unread(len(entries), source.name)
     runs = planned_runs(config.grid, config.motions, rows)
