@@ -224,7 +224,8 @@ def retry(
     if status not in ("failed", *FAILED):
         raise InputError(f"--status must be one of failed, {', '.join(FAILED)}; got {status!r}")
     statuses = FAILED if status == "failed" else (status,)
-    if not (folder := folder_of(study)).is_dir():
+    folder = folder_of(study)
+    if folder == study and not folder.is_dir():  # a configuration may not have results yet
         raise InputError(f"there is no folder {folder}")
     rows = [
         {"variant": row["variant"], "motion": row["motion_id"], "status": row["status"]}
