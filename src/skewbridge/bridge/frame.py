@@ -171,7 +171,7 @@ class Description:
         for name in self.seats_m:
             own_mm = self.gaps_mm.get(name) if has_gap or name not in self.end_kinds else 0.0
             if own_mm is None and not has_gap:
-                reason = f"{variant.abutment} has no gap; or choose another abutment model"
+                reason = f"abutment model {variant.abutment} has no gap; or choose another"
                 raise InputError(f"{name}: gap_mm must be in the bridge file, because {reason}")
             skew_deg = variant.skew_deg
             if name in self._joints_at_bents:
