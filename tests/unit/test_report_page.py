@@ -555,8 +555,7 @@ def headline_values(table, runs, motions):
     models = list(dict.fromkeys(medians["bridge"]))
     for change, part in medians.groupby(["axis", "from_value", "to_value"], sort=False):
         yield from change[1:]
-        ordered = pd.concat([part[part["demand"] == state] for state in LEADING])
-        for row in ordered.to_dict("records"):
+        for row in pd.concat([part[part["demand"] == name] for name in LEADING]).to_dict("records"):
             if row["status"] == "ok":
                 yield from (100.0 * (row[n] - 1.0) for n in ("ratio", "ci_low", "ci_high"))
                 if row["n_without_curve"] > 0 and not row["n_extrapolated"] > 0:
@@ -570,11 +569,12 @@ def headline_values(table, runs, motions):
         if in_name(model):
             yield from [*whole.loc[model, ["n_failed", "n_runs"]], *in_name(model)]
     yield from (count for count in whole[["n_shear", "n_flexure"]].sum() if count > 0)
-    collapsed, ended = whole[["n_collapse", "n_bounds"]].sum()
+    collapsed, ended, stopped = whole[["n_collapse", "n_bounds", "n_stopped"]].sum()
     if ended == whole["n_failed"].sum() > 0:  # all runs that ended early have a failed column
         yield from (count for count in [collapsed] if count > 0)
     else:  # counts up to eight are words
         yield from [*(count for count in [collapsed] if count > 8), ended]
+    yield from (stopped, whole["n_runs"].sum())[: 2 * (stopped > 0)]
     yield from (100.0 * medians["level"].max(), len(motions))
     if motions["source"].str.startswith("recorded").all():
         yield motions["event"].nunique()
