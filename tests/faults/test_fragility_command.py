@@ -297,8 +297,7 @@ def test_foreign_tables_lose_single_bad_rows_or_are_refused_with_row_and_column(
     table = synthetic_demands(**SAME_PLACE, motions=30)[["motion_id", "status", IM, DRIFT]]
     table.loc[3, IM] = np.nan
     table.loc[7, DRIFT] = np.nan
-    settings = FitSettings(im=IM)
-    ours = prepared(foreign(table, {name: name for name in table}), [DRIFT], settings)
+    ours = prepared(foreign(table, {name: name for name in table}), [DRIFT], FitSettings(im=IM))
     kinds = ours.notes[["kind", "row"]].to_numpy().tolist()
     assert kinds == [["rejected_row", 3], ["missing_demand", 7]]
     row = curves_of(ours.table, states_of("column_drift")[:1]).iloc[0]
@@ -312,6 +311,7 @@ def test_foreign_tables_lose_single_bad_rows_or_are_refused_with_row_and_column(
         ({"record": ["a", "a"], "event": ["x", "y"]}, "motion 'a' has several events: give it"),
         ({"record": ["a", "a"]}, "incidence_deg of another row: remove it"),
         ({"record": ["a", "a"], "angle": [0, 9]}, "use a column as axis: 'angle'"),
+        ({"Skew_deg": [0, 60]}, "column 'Skew_deg' is not known: did you mean skew_deg?"),
         ({"Skew (deg)": [0, 60]}, "column 'Skew (deg)' is not known: did you mean skew_deg?"),
         ({"gap_m": [0, 1]}, "did you mean gap_mm? Convert to mm, rename or map the column"),
         ({"scale": [1, 2]}, "column scale must be mapped, or given as a constant"),

@@ -195,6 +195,7 @@ def test_the_gap_of_the_file_of_a_bridge_is_the_one_that_is_printed(tmp_path: Pa
     path = tmp_path / "own.yaml"
     path.write_text("{extends: osb1, title: own gap, source: plan, abutment: {gap_mm: 40}}")
     shown = bridge("model", "--bridge", path, "--gap-mm", 25, "--out", tmp_path)
+    assert "40 mm at the left end, 40 mm at the right end; gap_mm has no effect" in one_line(shown)
     assert "own_cf_skew00_gap040_mu050" in shown.stdout
     lengths = {"seat_m": [0.325], "seat_m_low": [0.225], "hazus_m": [0.425]}
     table = pd.DataFrame({"skew_deg": [30.0], "gap_mm": [25.0], "sdc_demand_m": [0.9]} | lengths)

@@ -64,7 +64,7 @@ def test_check_writes_an_index_that_the_study_reads(tmp_path):
     assert pd.read_csv(bare / "index.csv")["unit"].isna().all()
     assert _run("check", bare, "--write", "--dt-s", 0.005, "--unit", "m/s2")[0] == 0
     (motion,) = prepare_suite(bare, t1_s=0.7).to_dict("records")
-    assert (motion["dt_s"], np.abs(motion["accel_1_mps2"]).max()) == pytest.approx((0.005, 1.5))
+    assert (motion["dt_s"], round(np.abs(motion["accel_1_mps2"]).max(), 6)) == (0.005, 1.5)
     # the unit of one file would be that of the other
     for name in ("index.csv", "q_h1.acc"):
         (bare / name).unlink()

@@ -167,7 +167,7 @@ def test_any_numeric_modelling_option_may_be_an_axis() -> None:
     assert len({variant.slug for variant in variants}) == len(variants) == 4  # friction 0.3 once
     assert variants[1].slug == "osb1_cf_skew30_gap051_mu030_backwall-points5_transverse-gap-mm25p4"
     first = {"skew_deg": 30, "gap_mm": 51, "friction": 0.3, "backwall_points": 5}
-    assert repr(variants[0].values()) == repr(first | {"transverse_gap_mm": 6.4})  # 5 is no float
+    assert repr(variants[0].values()) == repr(first | {"transverse_gap_mm": 6.4})  # 5 is an integer
 
 
 def test_a_value_outside_its_limits_is_named() -> None:
