@@ -270,8 +270,9 @@ def read_foreign(path: Path, source: pd.DataFrame, names: ColumnMap) -> pd.DataF
     renamed = (name for name in columns if name not in source)
     used = {*columns, *names.constants}
     refuse_misspelt([*unused, *renamed], used)
-    for name in {*_LIMITS, *LOADING_COLUMNS, "status"}.intersection(unused) - used:
-        raise InputError(f"column {name} must be mapped, or given as a constant", column=name)
+    if unmapped := sorted({*_LIMITS, *LOADING_COLUMNS, "status"}.intersection(unused) - used):
+        text = f"column {unmapped[0]} must be mapped, or given as a constant"
+        raise InputError(text, column=unmapped[0])
     need_columns(source, columns.values(), path.name)
     out = pd.DataFrame({column: source[foreign_name] for column, foreign_name in columns.items()})
     if "motion_id" not in out or not any(str(name).startswith("im_") for name in out):

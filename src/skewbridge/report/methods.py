@@ -80,7 +80,7 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
         name: ", ".join(value_text(axis(name), value) for value in values)
         for name, values in config.grid.values().items()
     }
-    axes = texts_with_own(values, bridges)
+    axes, ignored = texts_with_own(values, bridges), ignored_by_all(bridges)
     environment = appearance.templates(vars(appearance), vars(answer), globals())
     template = environment.get_template("methods.j2")
     context = template.new_context(
@@ -104,7 +104,7 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
             "drawn": {
                 f"{property_name(name)} ({split_unit(name)[1]})".removesuffix(" (-)"): distribution
                 for name, distribution in drawn.items()
-                if name not in ignored_by_all(bridges)
+                if name not in ignored
             },
             "alternatives": {
                 option_text(name): listed(choice_text(name, value) for value in values)
