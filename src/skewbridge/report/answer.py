@@ -614,7 +614,7 @@ def option_text(option: str) -> str:
 
 
 def ignored_by_all(bridges: Sequence[Structure]) -> frozenset[str]:
-    """Return the modelling options that act on no bridge of a study."""
+    """Return the modelling options that all bridges of a study ignore."""
     return (
         frozenset.intersection(*(bridge.ignored for bridge in bridges)) if bridges else frozenset()
     )

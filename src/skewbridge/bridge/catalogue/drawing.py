@@ -151,7 +151,7 @@ def is_fixed(base: str, bents: list[dict[str, Any]]) -> bool:
 
 
 def is_concrete(modulus_gpa: float) -> bool:
-    """Return whether a deck is concrete; the rules for its weight are not those of steel."""
+    """Return whether a deck with this elastic modulus is of concrete."""
     # ASSUME a deck with a modulus above 100 GPa is steel or transformed to it
     return modulus_gpa <= 100.0
 
