@@ -12,6 +12,7 @@ from cli_json import answer, invoke
 from motions_files import at2_text, index_of, make_pairs, shaken_g
 from skewbridge.motions.intensity import IM_COLUMNS
 from skewbridge.motions.suite import prepare_suite
+from skewbridge.report.run_figures import suite_spectra
 
 
 def _run(*arguments: object) -> tuple[int, str, str]:
@@ -70,8 +71,7 @@ def test_check_writes_an_index_that_the_study_reads(tmp_path):
         (bare / name).unlink()
     (bare / "q_h1.AT2").write_text(at2_text(shaken_g(1), 0.005))
     code, _, err = _run("check", bare, "--write", "--dt-s", 0.005, "--unit", "m/s2")
-    assert code == 2
-    assert "motion q: files in g and m/s2, but an index row has one unit" in err
+    assert (code, "q: files in g and m/s2, but an index row has one unit" in err) == (2, True)
 
 
 def test_check_names_and_counts_the_files_that_were_not_read(tmp_path):
@@ -153,6 +153,8 @@ def test_plot_draws_a_motion_or_the_spectra_of_a_folder(tmp_path):
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert _run("plot", tmp_path, "--out", tmp_path / "suite.svg")[0] == 0
     assert (tmp_path / "suite.svg").read_text().count("<path") > 10
+    figure = suite_spectra(np.array([[1.0, 1.0], [8.0, 8.0], [1.0, 1.0]]), [0.1, 1.0], title="")
+    assert figure.axes[0].lines[3].get_ydata() == pytest.approx([2.0, 2.0])  # the median is 1
 
 
 def test_synthesized_suite_passes_the_check_and_keeps_earlier_motions(tmp_path):

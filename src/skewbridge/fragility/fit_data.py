@@ -152,7 +152,7 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     if options.method == "cloud":
         columns, options = _cloud(columns, options)
     if options.im is None or options.edp is None or options.threshold is None:
-        raise InputError("a table of runs needs --im, --edp and --threshold")
+        raise InputError("runs need --im, --edp and --threshold; capacities or counts --columns")
     by_run = {key: value for key, value in columns.items() if isinstance(value, list | pd.Series)}
     same_length(**by_run)
     data = pd.DataFrame(by_run)

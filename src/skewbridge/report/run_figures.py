@@ -245,7 +245,7 @@ def suite_spectra(
     title: str,
     model: tuple[str, Floats, Floats] | None = None,
 ) -> Figure:
-    """Return a figure of RotD50 spectra (g, per motion and period), their median and 16-84 % band.
+    """Return a figure of RotD50 spectra (g, per motion and period), their mean and scatter.
 
     ``model`` gives the name, median (g) and standard deviation of ln PSA of a ground-motion model
     at the same periods. A second panel then compares the standard deviations.
@@ -256,17 +256,17 @@ def suite_spectra(
     figure = Figure(figsize=(width_in, 4.0), layout="constrained")
     axes, *second_panel = figure.subplots(1, 2 if model else 1, squeeze=False)[0]
     axes.loglog(periods, rotd50_g.T, color="0.8", lw=0.5)
-    low, middle, high = np.exp(np.percentile(log_psa, (16, 50, 84), axis=0))
-    axes.loglog(periods, middle, color=blue, lw=2.0, label=f"median of {len(rotd50_g)} motions")
-    axes.loglog(periods, low, color=blue, lw=1.0, ls="--", label="16 and 84 %")
-    axes.loglog(periods, high, color=blue, lw=1.0, ls="--")
+    mean, scatter = log_psa.mean(axis=0), log_psa.std(axis=0, ddof=min(1, len(log_psa) - 1))
+    label = f"geometric mean of {len(rotd50_g)} motions"
+    axes.loglog(periods, np.exp(mean), color=blue, lw=2.0, label=label)
+    ends_g, labels = np.exp([mean - scatter, mean + scatter]).T, ["± 1 standard deviation", "_"]
+    axes.loglog(periods, ends_g, color=blue, lw=1.0, ls="--", label=labels)
     if model:
         name, median_g, sigma = model
         axes.loglog(periods, median_g, color=orange, lw=1.6, label=f"median of {name}")
         ends_g = np.transpose(median_g * np.exp([-sigma, sigma]))
-        labels = ["its 16 and 84 %", "_"]
+        labels = ["± 1 standard deviation", "_"]
         axes.loglog(periods, ends_g, color=orange, lw=0.9, ls=":", label=labels)
-        scatter = log_psa.std(axis=0, ddof=1)
         second_panel[0].semilogx(periods, scatter, color=blue, lw=2.0, label="motions")
         second_panel[0].semilogx(periods, sigma, color=orange, lw=1.6, label=name)
         second_panel[0].set_ylim(0.0, 1.0)
