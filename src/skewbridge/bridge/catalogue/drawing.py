@@ -183,6 +183,17 @@ def bar_ratios(bridge: BridgeData, *_: object) -> list[float]:
     return [1e-6 * c.bar_count * c.bar_area_mm2 / c.outline.area_m2 for c in columns]
 
 
+def rocking_ratios(bridge: BridgeData, rocking_mnm_per_rad: float) -> list[float]:
+    """Return the rocking stiffness of the base / E I / H of a column, along each fixed bent."""
+    return [
+        rocking_mnm_per_rad * MPA * bent.clear_height_m / (modulus_pa * inertia_m4)
+        for bent in bridge.bents
+        if bridge.base_of(bent) == "fixed"
+        for modulus_pa in [bridge.column_of(bent).elastic_modulus_gpa * GPA]
+        for inertia_m4 in [bridge.column_of(bent).outline.inertia_m4(1)]
+    ]
+
+
 def end_reaction_kn(bridge: BridgeData, *_: object) -> float:
     """Return the larger dead-load reaction of the deck at its seats, or without one at its ends."""
     from skewbridge.bridge.weights import deck_reactions_n
@@ -213,7 +224,7 @@ _FUNCTIONS: Final[dict[str, Any]] = {
     for function in (
         axial_ratios, bar, bar_ratios, box_section, cap_areas, cracked_ratio, end_reaction_kn,
         girder, girder_section, hoop, is_concrete, is_fixed, max, min, pads_reaction_kn, period_s,
-        round, slab_section, sqrt, tallest,
+        rocking_ratios, round, slab_section, sqrt, tallest,
     )
 } | {"pi": pi}  # fmt: skip
 
@@ -461,10 +472,23 @@ def without_drawing(tree: dict[str, Any], file: str) -> dict[str, Any]:
     return tree
 
 
+#: Keys of the numbers in the text of bars and hoops.
+_BARS: Final = {
+    "column.bar": ("bar_diameter_mm", "bar_area_mm2"),
+    "column.hoop": ("hoop_diameter_mm", "hoop_area_mm2", "hoop_spacing_mm"),
+}
+
+
 def _take_drawn(tree: dict[str, Any], file: str) -> dict[str, Any]:
     """Remove the keys of a drawing from a tree with plain values; return them, checked."""
     drawn: dict[str, Any] = {}
-    for key, limits in ((key, limits) for k, limits in DRAWN.items() for key in _keys(k, tree)):
+    bents = tree.get("bents")
+    numbers = range(len(bents) if isinstance(bents, list) else 0)
+    for key, limits in (
+        (key, limits)
+        for name, limits in DRAWN.items()
+        for key in (*_keys(name, tree), *(f"bents.{i}.{name}" for i in numbers if name in _BARS))
+    ):
         parent_key, _, final_key = key.rpartition(".")
         section = value_at(tree, parent_key) if parent_key else tree
         if not isinstance(section, dict) or final_key not in section:
@@ -472,7 +496,9 @@ def _take_drawn(tree: dict[str, Any], file: str) -> dict[str, Any]:
         value = drawn[key] = section.pop(final_key)
         try:
             if isinstance(limits, str):
-                _FUNCTIONS[limits](f"{value}")
+                sizes = _FUNCTIONS[limits](f"{value}")
+                if key.startswith("bents."):  # the rules are for the column of all bents
+                    section |= dict(zip(_BARS[f"column.{limits}"], sizes, strict=True)) | section
             elif type(value) not in (int, float) or not limits[0] <= value <= limits[1]:
                 low, high, *words = limits
                 raise ValueError(f"must be a number from {low:g} to {high:g}{''.join(words)}")
