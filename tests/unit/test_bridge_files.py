@@ -269,7 +269,6 @@ def test_girders_on_joints_are_completed_and_vibrate_as_simple_spans(written) ->
     own = read.bridge
     pads, deck = own.joints[0].pads, own.deck
     assert (pads.count, deck.diaphragm_thickness_m) == (5, 0.305)  # rules for girders
-    # the cap is below the bearings of both decks
     assert deck.soffit_height_m == pytest.approx(own.bents[0].clear_height_m + 1.3)
     assert pads.shear_stiffness_kn_per_m == pytest.approx(0.69 * 400**2 / 50)  # G A / h
     mass_kg_per_m = deck.line_load_kn_per_m * 1e3 / 9.80665
