@@ -102,6 +102,8 @@ def girder_section(
     # ASSUME no haunches, the modulus of the slab for the girders, and Ip without the inertia about
     # the vertical axis, about a tenth of the other
     (depth, area, centroid, inertia), slab = girder, MM * slab_mm
+    if (count - 1) * spacing > width:
+        raise ValueError("the girders do not fit into the width of the deck")
     plate = (width * slab, depth + slab / 2, width * slab**3 / 12)
     composite = _composed([plate, *[(area, centroid, inertia)] * count])
     girders_m = spacing * (np.arange(count) - (count - 1) / 2)
@@ -504,6 +506,9 @@ def _take_drawn(tree: dict[str, Any], file: str) -> dict[str, Any]:
                 raise ValueError(f"must be a number from {low:g} to {high:g}{''.join(words)}")
         except ValueError as error:
             raise InputError(f"{file}: {key}: {error}, got {shortened(value)}", file=file) from None
+    kinds = [kind for kind in _DECK_TYPES if any(key.startswith(f"{kind}.") for key in drawn)]
+    if len(kinds) > 1:
+        raise InputError(f"{file}: give only one of {' and '.join(kinds)}", file=file)
     if isinstance(deck := tree.get("deck"), dict):
         tree["deck"] = {key: value for key, value in deck.items() if value != {}}
     return drawn
