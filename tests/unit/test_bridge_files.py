@@ -69,9 +69,8 @@ def test_a_fixed_base_without_foundation_stands_on_the_springs_of_bridge_a(writt
 
 def test_a_user_adds_a_bridge_by_a_file_in_which_nothing_is_missing(written) -> None:
     bridge = load_bridge(written("extends: osb1\ndeck: {width_m: {v: 15.0, src: 'd: wider'}}\n"))
-    assert bridge.name == "made"
     assert (bridge.deck.width_m, bridge.sources["deck.width_m"]) == (15.0, "d: wider")
-    assert bridge.deck.depth_m == load_bridge("osb1").deck.depth_m
+    assert (bridge.name, bridge.deck.depth_m) == ("made", load_bridge("osb1").deck.depth_m)
 
 
 def bents(columns: int = 1, **keys: object) -> str:
@@ -357,6 +356,7 @@ def test_slips_in_a_drawing_are_named_with_the_rule_of_a_derived_number(written)
     ends = {key: {"type": "integral", "piles": piles} for key in ("left", "right")}
     slips = {"bents.0.clear_height_m": 18.5, "deck.barriers_kn_per_m": 0.82}  # ft, kip/ft
     for changes, words in (
+        ({"deck.line_load_kn_per_m": 190, "deck.barriers_kn_per_m": 12}, {"m has no effect: the"}),
         (slips, {"(by rule, d: clear height plus deck depth)", "barriers_kn_per_m = 0.82 is"}),
         ({"abutment": None, "abutments": ends}, {"kn_per_m is 0.0057 times", "kn is 0.22 times"}),
     ):

@@ -125,7 +125,9 @@ def _sources(filled: Completed, inherited: Sequence[str]) -> str:
 
 def doubts(filled: Completed) -> list[str]:
     """Return a sentence for each number, or ratio of numbers, of a bridge file that looks wrong."""
-    return [*_outside_ranges(filled), *_unlike_rules(filled)]
+    text = "has no effect: the file has the numbers that follow from it"
+    unused = [f"{key} {text}" for key in filled.unused()]
+    return [*unused, *_outside_ranges(filled), *_unlike_rules(filled)]
 
 
 def _unit_doubts(bridge: Description, at_rest: ModalResult) -> Iterator[str]:

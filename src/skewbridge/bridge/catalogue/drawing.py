@@ -405,6 +405,16 @@ class Completed(NamedTuple):
     derived: Mapping[str, Rule]
     inherited: frozenset[str] = frozenset()
 
+    def unused(self) -> list[str]:
+        """Return the keys of the drawing without effect: the file has all numbers from them."""
+        rules = [(rule.formula.needs, _parts(rule.key)) for rule in self.derived.values()]
+        keys = {key: _usual(key) for key in self.drawn if not key.startswith("bents.")}
+        return [
+            key
+            for key, usual in keys.items()
+            if not any(usual in needs or _part(usual) in parts for needs, parts in rules)
+        ]
+
     def by_rule(self) -> dict[str, tuple[Any, Rule]]:
         """Return value and rule of each key that a rule can give from the other numbers."""
         numbers = {**self.drawn, "bridge": self.bridge}
