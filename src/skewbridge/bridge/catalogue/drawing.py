@@ -185,17 +185,6 @@ def bar_ratios(bridge: BridgeData, *_: object) -> list[float]:
     return [1e-6 * c.bar_count * c.bar_area_mm2 / c.outline.area_m2 for c in columns]
 
 
-def rocking_ratios(bridge: BridgeData, rocking_mnm_per_rad: float) -> list[float]:
-    """Return the rocking stiffness of the base / E I / H of a column, along each fixed bent."""
-    return [
-        rocking_mnm_per_rad * MPA * bent.clear_height_m / (modulus_pa * inertia_m4)
-        for bent in bridge.bents
-        if bridge.base_of(bent) == "fixed"
-        for modulus_pa in [bridge.column_of(bent).elastic_modulus_gpa * GPA]
-        for inertia_m4 in [bridge.column_of(bent).outline.inertia_m4(1)]
-    ]
-
-
 def end_reaction_kn(bridge: BridgeData, *_: object) -> float:
     """Return the larger dead-load reaction of the deck at its seats, or without one at its ends."""
     from skewbridge.bridge.weights import deck_reactions_n
@@ -226,7 +215,7 @@ _FUNCTIONS: Final[dict[str, Any]] = {
     for function in (
         axial_ratios, bar, bar_ratios, box_section, cap_areas, cracked_ratio, end_reaction_kn,
         girder, girder_section, hoop, is_concrete, is_fixed, max, min, pads_reaction_kn, period_s,
-        rocking_ratios, round, slab_section, sqrt, tallest,
+        round, slab_section, sqrt, tallest,
     )
 } | {"pi": pi}  # fmt: skip
 
