@@ -191,7 +191,9 @@ def end_reaction_kn(bridge: BridgeData, *_: object) -> float:
 
     reactions_n = deck_reactions_n(bridge)
     ends_n: dict[str, float] = {"left": reactions_n[0], "right": reactions_n[-1]}
-    return max(ends_n[name] for name in bridge.seats or ends_n) / KN
+    if (reaction_n := max(ends_n[name] for name in bridge.seats or ends_n)) <= 0.0:
+        raise ValueError("the deck lifts off its seats under dead load")
+    return reaction_n / KN
 
 
 def pads_reaction_kn(bridge: BridgeData, pads: Any, *_: object) -> float:
