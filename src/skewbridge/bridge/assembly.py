@@ -210,13 +210,13 @@ def bridge_period_s(bridge: BridgeData, which: Literal["t1", "long", "short"]) -
     """Return the conditioning period, or the long or short period of Rayleigh damping, in s.
 
     T1 is from the model with pads, open gaps and zero skew. The periods of damping are from cracked
-    columns and deck ends on rollers (for the short period held transversely); without columns, they
-    are from the model of T1, because rollers have no stiffness. Raises `ValueError` for a
-    mechanism, or if the domain has a model, which would be lost.
+    columns and deck ends on rollers (for the short period held transversely); without columns, or
+    with bearings at bents, they are from the model of T1: on rollers, a span swings about them.
+    Raises `ValueError` for a mechanism, or if the domain has a model, which would be lost.
     """
     if ops.getNodeTags():
         raise ValueError("the OpenSees domain has a model, which would be lost: wipe it first")
-    has_rollers = which != "t1" and bool(bridge.bents)
+    has_rollers = which != "t1" and bool(bridge.bents) and not bridge.bents_with_bearings
     variant = Variant.at(bridge.name, "roller" if has_rollers else "contact_friction", USUAL)
     # the gap of a joint is open, so it does not matter; on rollers, there is no other
     joints = tuple(joint.model_copy(update={"gap_mm": USUAL["gap_mm"]}) for joint in bridge.joints)
