@@ -142,6 +142,7 @@ def test_a_wall_has_a_curve_and_a_row_of_capacities_in_each_direction(tmp_path, 
     for end, row in (("_normal", normal), ("_along", along)):
         curve = pd.read_parquet(tmp_path / f"moment_curvature{end}.parquet")
         assert curve["curvature_per_m"].max() == pytest.approx(row["ultimate_curvature_per_m"])
+        assert (tmp_path / f"column{end}.png").stat().st_size > 10_000
     found = answer("sdc", path)["bents"]
     assert [(row["bent"], row["direction"]) for row in found] == [(1, "normal"), (1, "along")]
     assert found[1]["capacity_m"] < found[0]["capacity_m"]
