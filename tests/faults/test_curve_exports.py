@@ -155,8 +155,9 @@ def test_states_of_several_demands_are_no_damage_scale(export):
     demands = modes.map({"shear": "column_shear_dcr", "flexure": "drift_over_capacity"})
     failure = {"component": "column_failure", "limit_state": modes, "demand": demands}
     curves = curves.assign(**failure, threshold=1.0)
-    _, report = export(curves, "nrml", "curves.xml")
+    _, report = export(curves, "nrml", "curves")
     assert [model["limit_states"] for model in report["models"]] == [["flexure"], ["shear"]]
+    assert report["files"][0].endswith("curves_column_failure_flexure.xml")
     table = pd.read_csv(export(curves, "pelicun", "curves.csv")[0])
     assert len(table) == 8
     assert "LS2-Theta_0" not in table

@@ -118,6 +118,9 @@ def test_spellings_of_published_data_sets_are_understood(fit, tmp_path):
     cases = (logs, ()), (plain, ()), ({"im_exceed": plain["im"], **plain}, named)
     thetas = [fit(data, "cloud", *options)["theta"] for data, options in cases]
     assert thetas == pytest.approx([thetas[0]] * 3)
+    index = pd.Index(["x", "y"], name="motion_id")  # does not replace a column of its name
+    pd.DataFrame({"motion_id": ["b", "a"]}, index).to_parquet(tmp_path / "t.PARQUET")
+    assert read_any(tmp_path / "t.PARQUET").to_dict("list") == {"motion_id": ["b", "a"]}
 
 
 def test_a_cloud_is_one_fit_as_arrays_or_as_a_table_with_collapses(fit):
@@ -133,17 +136,21 @@ def test_a_cloud_is_one_fit_as_arrays_or_as_a_table_with_collapses(fit):
     whole = {"im": TABLE[IM].tolist(), "edp": TABLE[DRIFT].tolist()}
     assert fit(whole | {"threshold": 0.5}, "cloud")["status"] == "ok"
     assert fit(pd.DataFrame(whole), "cloud", *NAMED[:-1], 0.5)["status"] == "no_exceedance"
+    # an infinite demand of a collapsed run is no bound
+    fallen = TABLE.assign(status=["ok"] * 11 + ["collapse"])
+    demands = ([*TABLE[DRIFT][:11], value] for value in (np.nan, np.inf))
+    unknown, infinite = (fit(fallen.assign(**{DRIFT: d}), "cloud", *RUNS, 0.015) for d in demands)
+    assert (infinite, infinite["status"]) == (unknown, "ok")
 
 
-@pytest.mark.parametrize(
-    ("data", "methods"),
-    [(STRIPES, "stripes"), (BOTH, "stripes or cloud"), ({"capacity": [1]}, "ida"),
-     ({"im_pga": [1]}, "cloud, stripes or ida, with --im, --edp and --threshold")],
-)  # fmt: skip
-def test_a_missing_method_names_those_of_the_data(tmp_path, data, methods):
-    (tmp_path / "data.json").write_text(json.dumps(data))
-    found = answer("fit", tmp_path / "data.json", code=2)
-    assert found["message"] == f"--method is needed; for data.json: {methods}"
+def test_a_missing_method_names_those_of_the_data(tmp_path):
+    for data, methods in (
+        *((STRIPES, "stripes"), (BOTH, "stripes or cloud"), ({"capacity": [1]}, "ida")),
+        ({"im_pga": [1]}, "cloud, stripes or ida, with --im, --edp and --threshold"),
+    ):
+        (tmp_path / "data.json").write_text(json.dumps(data))
+        found = answer("fit", tmp_path / "data.json", code=2)
+        assert found["message"] == f"--method is needed; for data.json: {methods}"
 
 
 def test_a_table_of_runs_obeys_status_and_unknown_outcomes_may_forbid_a_median(fit):
@@ -206,15 +213,6 @@ def test_a_named_index_is_read_as_columns(fit, method, levels):
     assert (found, found["n_records"], found["notes"]) == (expected, 24, [])
 
 
-def test_infinite_demands_of_collapsed_runs_are_no_bounds(fit):
-    fallen = TABLE.assign(status=["ok"] * 11 + ["collapse"])
-    unknown, infinite = (
-        fit(fallen.assign(**{DRIFT: [*TABLE[DRIFT][:11], value]}), "cloud", *RUNS, 0.015)
-        for value in (np.nan, np.inf)
-    )
-    assert (infinite, infinite["status"]) == (unknown, "ok")
-
-
 def test_medians_that_rest_on_the_definition_of_collapse_are_withheld(fit):
     runs = synthetic_demands(skews=(0,), gaps=(25,), frictions=(50,), motions=40)
     for level, status in ((0.45, "bounds_too_wide"), (0.9, "ok")):  # every stronger run collapses
@@ -225,12 +223,6 @@ def test_medians_that_rest_on_the_definition_of_collapse_are_withheld(fit):
         assert set(curves.query("method == 'cloud'")["status"][:2]) == {status}
         data = {"im": list(runs[IM]), "edp": list(peaks.where(~fall, 0.0)), "threshold": 0.114}
         assert fit(data | {"collapse": fall.astype(int).tolist()}, "cloud")["status"] == status
-
-
-def test_a_named_index_does_not_replace_a_column(tmp_path):
-    index = pd.Index(["x", "y"], name="motion_id")
-    pd.DataFrame({"motion_id": ["b", "a"]}, index).to_parquet(tmp_path / "t.PARQUET")
-    assert read_any(tmp_path / "t.PARQUET").to_dict("list") == {"motion_id": ["b", "a"]}
 
 
 @pytest.mark.parametrize(
@@ -309,7 +301,7 @@ def test_foreign_tables_lose_single_bad_rows_or_are_refused_with_row_and_column(
         ({"drift": ["1", "much"]}, "drift must be a number, got 'much' (row 1)"),
         ({"status": ["ok", "fine"]}, "invalid_input, got 'fine' (row 1)"),
         ({"record": ["a", "a"], "event": ["x", "y"]}, "motion 'a' has several events: give it"),
-        ({"record": ["a", "a"]}, "incidence_deg of another row: remove it"),
+        ({"record": ["a", "a"]}, "remove it, or add 'scale', 'incidence_deg' if the runs differ"),
         ({"record": ["a", "a"], "angle": [0, 9]}, "use a column as axis: 'angle'"),
         ({"Skew_deg": [0, 60]}, "column 'Skew_deg' is not known: did you mean skew_deg?"),
         ({"Skew (deg)": [0, 60]}, "column 'Skew (deg)' is not known: did you mean skew_deg?"),

@@ -367,9 +367,11 @@ def test_slips_in_a_drawing_are_named_with_the_rule_of_a_derived_number(written)
 def test_maoc_has_the_section_and_backfill_of_its_source() -> None:
     bridge = load_bridge(MAOC)
     assert [bent.clear_height_m for bent in bridge.bents] == [9.0, 9.6, 9.36, 8.36]
-    soil = bridge.abutment.backfill
+    soil, column = bridge.abutment.backfill, bridge.column
     assert (soil.stiffness_mn_per_m, soil.ultimate_kn) == pytest.approx((263.08, 3024.3), rel=1e-4)
-    assert bridge.column.bar_area_mm2 == pytest.approx(pi / 4 * 34.3**2)
+    assert column.bar_area_mm2 == pytest.approx(pi / 4 * 34.3**2)
+    steel_mm2 = column.bar_count * column.bar_area_mm2
+    assert 1e-6 * steel_mm2 / column.outline.area_m2 == pytest.approx(0.019, rel=0.01)
 
 
 def test_a_drawing_replaces_inherited_numbers_and_stale_ones_are_named(written) -> None:

@@ -60,10 +60,9 @@ def test_plan_counts_the_analyses_and_the_doctor_finds_a_working_environment() -
 
 
 def test_a_bad_or_missing_configuration_ends_with_2_and_one_message(tmp_path) -> None:
-    path = tmp_path / "bad.yaml"
+    path, words = tmp_path / "bad.yaml", "model.bakfill: unknown key (did you mean model.backfill?)"
     assert "bad.yaml" in answer("plan", "--config", path, code=2)["message"]
     path.write_text("model: {bakfill: sdc}")
-    words = "model.bakfill: unknown key (did you mean model.backfill?)"
     assert words in answer("plan", "--config", path, code=2)["message"]
 
 
@@ -91,7 +90,7 @@ def test_a_study_is_named_by_its_folder_or_its_configuration(tmp_path, monkeypat
     assert config_of(mine) == config_of(Path("results/mine/")) == mine
     assert folder_of(None) == Path("results")
     assert folder_of(mine) == folder_of(Path("results/mine")) == Path("results/mine")
-    with pytest.raises(InputError, match=r"no file in config/ with .results: elsewhere"):
+    with pytest.raises(InputError, match="elsewhere does not exist: no file in config/"):
         config_of(Path("elsewhere"))
     (tmp_path / "config/copy.yaml").write_text("results: results/mine")
     with pytest.raises(InputError, match="2 files in config/"):
@@ -218,6 +217,7 @@ def test_unfinished_study_is_refused(study: Path, arguments: list[str], message:
         ("grid", {"abutment": ["roller"]}, "modelled on rollers"),
         ("grid", {"bridge": [f"{ROOT}/tests/data/drawings/one_span.yaml"]},
          "per span. Rayleigh damping of the deck is 5 % of critical at two periods.\n|"
+         "as collapse when the deck moves|or did not converge a demand|"
          "skew 35° at the left end and 35° at the right end; "),
         ("model", {"backfill": "sdc", "damping_factor": 0.6}, "(Caltrans 2019)|3 % of critical"),
     ],
@@ -225,6 +225,7 @@ def test_unfinished_study_is_refused(study: Path, arguments: list[str], message:
 def test_methods_follow_the_choices_and_list_the_works_that_they_cite(section, choice, expected):
     text, _, listed = methods_of(parse_config({section: choice})).markdown().partition("## Ref")
     assert all(words in text for words in expected.split("|")), text
+    assert ("`column_drift_ratio`" in text) == ("one_span" not in str(choice))
     for key, work in REFERENCES.items():
         own = text.replace(f"{key} 2023", "") if key == "Rahman and Mackie" else text
         assert (work in listed) == (key in own), key

@@ -406,13 +406,6 @@ def test_needed_motions_decide_with_a_probability_of_four_in_five(change, scatte
     assert power <= 0.82 or motions <= 30
 
 
-def test_needed_motions_of_effects_on_the_margin_or_without_interval():
-    assert verdicts.motions_to_decide(POWER_ROW | {"ratio": 1.0501, "scatter": 0.06}) == np.inf
-    assert np.isnan(verdicts.motions_to_decide(POWER_ROW | {"ratio": np.nan, "scatter": 0.06}))
-    changes = {"judged_by": "difference", "difference": 0.2, "difference_margin": 0.1}
-    assert verdicts.motions_to_decide(POWER_ROW | changes | {"scatter": 0.1}) < 15
-
-
 def test_needed_motions_are_motions_of_the_suite_and_cost_their_analyses():
     few = synthetic_demands(motions=16, run_scatter=0.3, seed=8).assign(cpu_s=36.0)
     few.loc[few["friction"] == 0.5, "unseating_m"] *= 1.03
@@ -427,6 +420,11 @@ def test_needed_motions_are_motions_of_the_suite_and_cost_their_analyses():
     runs = np.ceil(more * (12 - 1 / 16))
     assert (row["needed_motions"], row["more_analyses"]) == (16 + more, runs)
     assert row["more_core_hours"] == pytest.approx(runs / 100)
+    # on the margin, without an interval, and of a difference
+    assert verdicts.motions_to_decide(POWER_ROW | {"ratio": 1.0501, "scatter": 0.06}) == np.inf
+    assert np.isnan(verdicts.motions_to_decide(POWER_ROW | {"ratio": np.nan, "scatter": 0.06}))
+    changes = {"judged_by": "difference", "difference": 0.2, "difference_margin": 0.1}
+    assert verdicts.motions_to_decide(POWER_ROW | changes | {"scatter": 0.1}) < 15
 
 
 def test_needed_motions_cover_headline_demands_and_medians():
@@ -436,6 +434,7 @@ def test_needed_motions_cover_headline_demands_and_medians():
     median = friction(effects, scope="pooled").assign(**slight)
     needed = verdicts.needed_motions(pd.concat([effects, median], ignore_index=True), table)
     assert "column_shear_dcr" in set(needed["demand"])
+    assert needed.set_index("forecast").loc[["decided"], "needed_motions"].isna().all()
     medians = needed[needed["quantity"] == "median_capacity"]
     assert medians["demand"].tolist() == ["unseating/slight"]
 

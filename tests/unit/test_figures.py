@@ -202,16 +202,21 @@ def test_equal_figures_are_equal_files_reduced_as_a_whole_if_narrow(tmp_path):
     def drawn():
         figure = Figure(figsize=(6.0, 3.0), layout="constrained")
         figure.subplots().set_xlabel("Intensity (g)", fontsize=9)
+        figure.axes[0].text(0.0, 1.0, title, transform=figure.axes[0].transAxes)
         return figure
 
-    settings = FigureSettings(width_mm=60.0, font_size_pt=9.0)
+    settings, title = FigureSettings(width_mm=60.0, font_size_pt=9.0), ""
     saved = [files.save_figure(drawn, settings, tmp_path, name) for name in "ab"]
     svg, again = (vector.read_text("utf-8") for vector, _ in saved)
     assert svg == again
     np.testing.assert_array_equal(*(imread(pixels) for _, pixels in saved))
-    box_width = float(re.search(r'viewBox="([^"]+)"', svg)[1].split()[2])
+    title = 36 * "W"  # wider than the panel, and not cut off
+    wide = files.save_figure(drawn, settings, tmp_path, "c")[0].read_text("utf-8")
+    assert width_mm(wide) == pytest.approx(60.0, rel=1e-4)
+    box_pt, wide_pt = (float(re.search(r'viewBox="0 0 ([\d.]+)', s)[1]) for s in (svg, wide))
+    assert wide_pt > box_pt
     label = float(re.search(r"<text[^>]*font-size: ([\d.]+)px[^>]*>Intensity", svg)[1])
-    assert label / box_width == pytest.approx(9.0 / 72 / (0.8 * 6.0), rel=1e-3)
+    assert label / box_pt == pytest.approx(9.0 / 72 / (0.8 * 6.0), rel=1e-3)
 
 
 @pytest.fixture

@@ -378,7 +378,7 @@ def test_medians_of_the_model_of_the_study_are_those_of_the_study():
     pd.testing.assert_frame_equal(*(t[names].reset_index(drop=True) for t in (own, study)))
 
 
-def test_medians_against_the_order_of_the_capacities_are_not_estimated():
+def test_medians_against_the_order_of_the_capacities_or_without_ratios_are_not_estimated():
     table = synthetic_demands(skews=(0,), gaps=(25,), frictions=(50,), motions=9)
     strong, is_last = 0.6 * table[IM], table[IM] == table[IM].max()
     strong *= np.where(np.arange(len(table)) % 2, 1.02, 0.98)  # the fit needs some scatter
@@ -394,9 +394,7 @@ def test_medians_against_the_order_of_the_capacities_are_not_estimated():
     gone = ["theta", "beta", "beta_total", "beta_low", "theta_low", "theta_high"]
     assert curves[[*gone, "var_ln_theta", "var_beta"]].isna().all(axis=None)
     assert not curves[["preferred", "extrapolated"]].any(axis=None)
-
-
-def test_a_study_without_ratios_or_failures_has_no_curves_of_shear_models():
+    # without the ratios of all models there are no curves
     table = synthetic_demands(skews=(0,), gaps=(25,)).assign(beyond_model="shear")
     table = table.assign(**{f"{SHEAR}sdc_expected": 0.5, f"{SHEAR}sdc_nominal": 0.6})
     curves = shear_curves(table)[0]

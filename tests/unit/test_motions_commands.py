@@ -111,8 +111,7 @@ def test_unit_option_applies_only_to_files_without_a_unit(tmp_path):
     for name in ("valley_000.csv", "valley_090.csv"):
         (tmp_path / name).write_text(text)
     code, found, _ = _checked(tmp_path)
-    assert code == 2
-    assert "--unit" in str(found["files"])
+    assert (code, "--unit" in str(found["files"])) == (2, True)
     alone = {item["file"]: item["pga_g"] for item in found["files"] if item["pga_g"]}
     code, found, _ = _checked(tmp_path, "--write", "--unit", "cm/s2")
     assert code == 0
@@ -140,6 +139,9 @@ def test_im_json_has_the_documented_measures_of_a_pair_or_a_file(tmp_path):
     assert answer("motions", "im", *files)["im_saavg_rotd50_g"] is None
     assert "-: needs --t1-s" in _run("im", *files)[2]
     assert _run("im", *files, files[0])[0] == 2
+    index_of(tmp_path, [files])
+    assert "index.csv lists motions" in _run("im", tmp_path / "index.csv")[2]
+    assert _checked(tmp_path / "index.csv")[1]["files"][0]["verdict"] == "ok"
     found = answer("motions", "im", files[0])
     assert found["pga_h1_g"] == pytest.approx(0.3, rel=1e-6)
     assert len(found["psa_h1_g"]) == len(found["periods_s"]) > 20

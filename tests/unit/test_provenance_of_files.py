@@ -248,20 +248,17 @@ def test_a_key_of_the_configuration_changes_the_rules_that_use_it(tmp_path, text
     assert {rule for rule in before if before[rule] != after[rule]} == changed
 
 
-def test_another_version_of_the_solver_changes_all_rules_but_motions_and_rounds(monkeypatch):
-    before = made_from(parse_config({}))
-    monkeypatch.setattr(digests, "version", {"openseespy": "9.9"}.get)
-    monkeypatch.setattr(jobs, "opensees_version", digests.opensees_version.__wrapped__)
-    after = made_from(parse_config({}))
-    assert {rule for rule in RECIPES if before[rule] == after[rule]} == {"prepare_motions"} | ROUNDS
-
-
-def test_a_new_title_of_a_bridge_changes_the_page_alone(tmp_path):
+def test_a_title_changes_the_page_alone_another_solver_all_but_motions(monkeypatch, tmp_path):
     own, found = tmp_path / "own.yaml", []
     for title in ("one", "two"):
         own.write_text(f"{{extends: osb1, title: {title}, source: plan}}")
         found.append(made_from(parse_config({"grid": {"bridge": [str(own)]}})))
     assert {rule for rule in RECIPES if found[0][rule] != found[1][rule]} == {"report"}
+    before = made_from(parse_config({}))
+    monkeypatch.setattr(digests, "version", {"openseespy": "9.9"}.get)
+    monkeypatch.setattr(jobs, "opensees_version", digests.opensees_version.__wrapped__)
+    after = made_from(parse_config({}))
+    assert {rule for rule in RECIPES if before[rule] == after[rule]} == {"prepare_motions"} | ROUNDS
 
 
 def test_frames_have_units_and_origin_and_different_origins_are_reported(tmp_path):

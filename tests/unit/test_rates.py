@@ -99,6 +99,7 @@ BAD = {
     "im,rate\n0.1,0.01\n": "at least two intensities",
     "PGA,rate\n0.1,0.01\n0.2,0.001\n": "the unit of PGA is missing: write PGA (g)",
     "PGA (cm/s),rate\n0.1,0.01\n0.2,0.001\n": "PGA cannot have the unit cm/s",
+    "PGA (cm/s2),rate\n10,0.01\n20,0.001\n": "is not a measure with its unit, such as",
     "im,poe\n0.1,0.01\n0.2,0.001\n": "the columns must be an intensity",
     "im,rate,upper\n0.1,0.01,1\n0.2,0.001,1\n": "'upper' is not a fractile such as rate_p16",
     "im,rate,rate_p100\n0.1,0.01,1\n0.2,0.001,1\n": "must be above 0 and below 1, got 1",
@@ -346,7 +347,10 @@ def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path, monke
     changes = {"demands": {"unseating_m": 0.001}, "fragility/curves": {"status": "bounds_too_wide"}}
     for path, change in ((study / f"{name}.parquet", change) for name, change in changes.items()):
         write_frame(read_frame(path).assign(**change), path, {})
-    assert re.search(r"(?s)curve \(\w+ \d.*extrapolated: 65 of 65 lengths", invoke(*decide).stderr)
+    assert re.search(
+        r"(?s)intensity: im_.*curve \(\w+ \d.*extrapolated: 65 of 65 lengths",
+        invoke(*decide).stderr,
+    )
     assert needs["seat_m"].is_monotonic_increasing
     assert (needs["seat_m_low"] < needs["seat_m"]).all()
     # AASHTO LRFD 4.7.4.4 grows by 0.000125 S^2, the gap is added

@@ -220,7 +220,8 @@ def _seat_findings(bridge: Description) -> Iterator[str]:
             if length_m < least_m:
                 text = f"below {least_m:.3g} m by {clause}; check the edition that applies"
                 seat = f"the {end} seat of {bridge.seats_m[end]:.4g} m"
-                yield f"{seat} leaves {length_m:.4g} m at a gap of {gaps_m[end] / MM:g} mm, {text}"
+                lost_mm = (bridge.seats_m[end] - length_m) / MM  # half of the gap on a cap
+                yield f"{seat} less {lost_mm:.4g} mm of gap leaves {length_m:.4g} m, {text}"
 
 
 def capacity_rows(bents: Iterable[BentCapacity]) -> list[dict[str, Any]]:

@@ -229,7 +229,8 @@ def decide(
     is_third_skew = table["skew_deg"].isin(table["skew_deg"].unique()[::3])
     columns = [name for name in _DECISION_COLUMNS if name in table]
     printed = {title: records_of(table.loc[is_end_gap & is_third_skew, columns])}
-    notes = [f"target: {target:.3g} per year; written: {', '.join(map(str, [csv, *files]))}"]
+    written = ", ".join(map(str, [csv, *files]))
+    notes = [f"target: {target:.3g} per year, intensity: {site_curve.im}; written: {written}"]
     notes += gap_notes(file)
     if (last_rate := site_curve.rates[0, -1]) > 0.1 * target:
         notes.append(f"the hazard curve ends at {last_rate:.3g} per year: lengths may be too short")

@@ -301,9 +301,11 @@ def config_of(study: Path | None) -> Path:
     ]
     if len(writers) == 1:
         return writers[0]
+    subject = study if study.exists() else f"{study} does not exist"
+    count = f"{len(writers)} files" if writers else "no file"
     raise InputError(
-        f"{study}: {f'{len(writers)} files' if writers else 'no file'} in {DEFAULT_CONFIG.parent}/ "
-        f"with `results: {study}`; name the configuration of the study with --study FILE.yaml"
+        f"{subject}: {count} in {DEFAULT_CONFIG.parent}/ with `results: {study}`; "
+        "name the configuration of the study with --study FILE.yaml"
     )
 
 

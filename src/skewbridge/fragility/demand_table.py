@@ -42,7 +42,7 @@ TEXT_COLUMNS: Final = tuple(column.name for column in COLUMNS if column.kind == 
 MAX_DRIFT: Final = 0.2
 #: Largest plausible value of a column with one of these endings in a completed run, and its unit.
 _LARGEST: Final = 10.0
-_NEEDED: Final = {"_m": "metres are needed, not mm", "_g": "g is needed, not cm/s2"}
+_NEEDED: Final = {"_m": "metres are needed, not mm or in", "_g": "g is needed, not cm/s2"}
 #: Columns of 0 and 1 of other programs, see `with_flags`.
 FLAGS: Final = ("collapse", "censored")
 #: Other names of our columns in published data sets, as lowercase letters.
@@ -314,7 +314,10 @@ def read_foreign(path: Path, source: pd.DataFrame, names: ColumnMap) -> pd.DataF
     if (doubled := out.duplicated(["variant", *LOADING_COLUMNS])).any():
         row = int(np.argmax(doubled))
         text = f"row {row} repeats variant, motion_id, scale and incidence_deg of another row"
-        text += ": remove it" + f", or use a column as axis: {names_of(unused)}" * bool(unused)
+        absent = [name for name in LOADING_COLUMNS if name not in used]
+        advice = f", or add {names_of(absent)} if the runs differ in them"
+        text += ": remove it" + advice * bool(absent)
+        text += f", or use a column as axis: {names_of(unused)}" * bool(unused)
         raise InputError(text, row=row)
     distinct = out[variant_columns(out)].drop_duplicates()
     if (same := distinct[distinct.duplicated(variant_columns(out)[1:], keep=False)]).size:

@@ -176,7 +176,8 @@ def _write_nrml(curves: pd.DataFrame, out: Path, _folder: Path) -> dict[str, Any
             name = re.sub(r"[^A-Za-z0-9_-]+", "_", name)
             groups[name, states].append(rows.loc[list(states)])
     notes = list[str]()
-    files = {out.with_name(f"{out.stem}_{n}{out.suffix}"): f for (n, _), f in groups.items()}
+    ending = out.suffix or ".xml"
+    files = {out.with_name(f"{out.stem}_{n}{ending}"): f for (n, _), f in groups.items()}
     if len({states for _, states in groups}) == 1:
         files = {out: list(chain.from_iterable(groups.values()))}
     else:

@@ -378,8 +378,8 @@ def _measure_and_factor(title: str) -> tuple[str, float]:
     match = _UNIT.fullmatch(title)
     column = measure_column(match[1] if match else title)
     if not column:
-        example = "such as SA(1.0) (g) or Sa_avg (g)"
-        raise InputError(f"{title!r} is not a measure with a unit, {example}")
+        example = "SA(1.0) (g), Sa_avg (g) or PGV (cm/s); units: g, m/s, cm/s"
+        raise InputError(f"{title!r} is not a measure with its unit, such as {example}")
     if not match:
         unit = "cm/s" if column == _NAMES["PGV"] else "g"
         raise InputError(f"the unit of {title} is missing: write {title} ({unit})")

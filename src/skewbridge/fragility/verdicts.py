@@ -174,7 +174,7 @@ def needed_motions(effects: pd.DataFrame, demands: pd.DataFrame) -> pd.DataFrame
             more_runs = np.ceil(max(n_motions - suite, 0) * len(runs) / suite)
             forecast = MORE if isfinite(n_motions) else "on the margin"
             if row["verdict"] in DECIDED:
-                forecast, more_runs = "decided", 0.0
+                forecast, more_runs, n_motions = "decided", 0.0, nan
             elif np.isnan(n_motions):
                 forecast = "unknown"
             costs = {"more_analyses": more_runs, "more_core_hours": more_runs * cpu_s / 3600}

@@ -46,14 +46,15 @@ def check_paths(
 ) -> list[FileCheck]:
     """Check files and folders; the two components of a motion are also checked together.
 
-    A folder with an `index.csv` is checked against it. Other files of a folder are listed as not
-    read. If `strict` is true, warnings are errors.
+    A folder with an `index.csv`, or this file, is checked against it. Other files of a folder are
+    listed as not read. If `strict` is true, warnings are errors.
     Raises `InputError` for a missing path, an unreadable index or a folder without motions.
     """
     checker = _Checker("error" if strict else "warn")
     checks: list[FileCheck] = []
     single_files: list[Path] = []
-    for path in paths:
+    for given in paths:
+        path = given.parent if given.name == folder.INDEX_NAME and given.is_file() else given
         if path.is_file():
             single_files.append(path)
         elif not folder.is_folder(path):

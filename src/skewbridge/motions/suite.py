@@ -80,6 +80,8 @@ def read_components(
 
     Time step, unit and channel are ``stated``, unless the `index.csv` beside the files lists them.
     """
+    if INDEX_NAME in (file.name for file in files):
+        raise InputError(f"{INDEX_NAME} lists motions: give the files of one of them")
     if len(files) == 1:
         parts = [part for entry in _listed_beside(files[0]) for part in entry.components]
         listed = [row for path, row in parts if path.resolve() == files[0].resolve()] or [stated]

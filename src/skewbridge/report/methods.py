@@ -12,6 +12,7 @@ from typing import ClassVar, Final
 import pandas as pd
 import yaml
 
+from skewbridge.bridge.frame import Structure
 from skewbridge.bridge.library import load_structure
 from skewbridge.demands.columns import choice_text, joint_columns
 from skewbridge.fragility.limit_states import load_limit_states
@@ -89,6 +90,7 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
             "version": version,
             "config": config,
             "bridges": bridges,
+            "with_columns": [bridge for bridge in bridges if bridge.description.bent_columns],
             "model": model,
             "dampings": [percent(ratio) for ratio in sorted(dampings)],
             "abutments": [ABUTMENTS[name] for name in config.grid.abutment],
@@ -121,7 +123,7 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
         name.replace("_", " ").capitalize(): " ".join("".join(paragraph(context)).split())
         for name, paragraph in template.blocks.items()
     }
-    states = _limit_states(config, any(bridge.description.joints_m for bridge in bridges))
+    states = _limit_states(config, bridges)
     text = " ".join([*paragraphs.values(), *chain(*states)])
     cited = sorted(key for key in REFERENCES if re.search(rf"{re.escape(key)}(?! \d)", text))
     return Methods(parts=paragraphs, states=states, references=[REFERENCES[key] for key in cited])
@@ -140,10 +142,13 @@ def _changed_settings(config: StudyConfig) -> list[str]:
     ]
 
 
-def _limit_states(config: StudyConfig, has_joints: bool) -> list[list[str]]:
+def _limit_states(config: StudyConfig, bridges: Sequence[Structure]) -> list[list[str]]:
     rows: list[list[str]] = []
+    has_joints = any(bridge.description.joints_m for bridge in bridges)
+    has_columns = any(bridge.description.bent_columns for bridge in bridges)
     states = load_limit_states(Path(config.fragility.limit_states))
     states = [item for item in states if has_joints or not joint_columns([item.demand])]
+    states = [item for item in states if has_columns or not item.demand.startswith("column_")]
     for component in dict.fromkeys(state.component for state in states):
         group = [state for state in states if state.component == component]
         medians = (f"{item.name} {threshold_text(item.demand, item.threshold)}" for item in group)

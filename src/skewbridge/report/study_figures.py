@@ -16,6 +16,7 @@ import matplotlib as mpl
 import pandas as pd
 from joblib import Parallel, delayed
 from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
 
 from skewbridge.demands.columns import demands_for, label_of
 from skewbridge.demands.validity import COLUMN_FAILURE_RATIO, with_derived_columns
@@ -278,17 +279,20 @@ def save_figure(
         figure = draw()
         scale = settings.font_size_pt / DESIGN_FONT_PT
         if settings.width_mm is not None:
-            width_in = settings.width_mm * MM / INCH
             drawn_in, height_in = figure.get_size_inches()
-            laid_out_in = max(width_in / scale, _NARROWEST * drawn_in)
+            laid_out_in = max(settings.width_mm * MM / INCH / scale, _NARROWEST * drawn_in)
             figure.set_size_inches(laid_out_in, height_in)
-            scale = width_in / laid_out_in
         for spine in (border for axes in figure.axes for border in axes.spines.values()):
             spine.set_in_layout(False)  # labels extend further; measuring spines takes a third
         if layout := figure.get_layout_engine():  # once, for both files
             layout.execute(figure)
             figure.set_layout_engine(None)  # with any engine, even "none", saving draws twice
-        bbox = None if settings.width_mm else figure.get_tightbbox().padded(_MARGIN_IN)
+        bbox = figure.get_tightbbox()
+        if settings.width_mm is None:
+            bbox = bbox.padded(_MARGIN_IN)
+        else:  # titles may be wider than the panels
+            bbox = Bbox.union([bbox, figure.bbox_inches])
+            scale = settings.width_mm * MM / INCH / bbox.width
         vector = BytesIO()
         figure.savefig(vector, format="svg", metadata=metadata | {"Date": None}, bbox_inches=bbox)
         source = vector.getvalue()
