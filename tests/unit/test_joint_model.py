@@ -304,6 +304,9 @@ def test_statistics_outside_a_study_folder_are_a_study_with_report(tmp_path, mon
     found = answer("statistics", "runs.parquet", "--out", "study", code=2)["message"]
     assert "study is the folder of a study with demands: choose another" in found
     assert len(pd.read_parquet("study/demands.parquet").columns) == len(two.columns)
+    two.query("skew_deg == 0 and gap_mm == 0 and friction == 0")[NEEDED[3:]].to_csv("one.csv")
+    found = answer("statistics", "one.csv", "--out", "one", "--report", code=2)["message"]
+    assert "figures need a column of an axis" in found
 
 
 def test_all_columns_of_a_study_are_kept_and_drift_in_per_cent_is_reported(written, tmp_path):

@@ -212,7 +212,7 @@ class LimitStateEntry(BaseModel):
             raise ValueError(f"must be one of {', '.join(dict.fromkeys((*_UNITS, required)))}")
         dimension, target = (_UNITS.get(name, (name,))[0] for name in (spelled, required))
         if dimension != target:
-            raise ValueError(f"is a {dimension}, but {demand} is a {target}")
+            raise ValueError(f"is a unit of {dimension}, but {demand} has one of {target}")
         return spelled
 
     def limit_states(self, where: str) -> list[LimitState]:

@@ -16,6 +16,7 @@ from scipy import special
 
 from skewbridge.demands.columns import demands_for
 from skewbridge.demands.validity import is_complete, with_derived_columns
+from skewbridge.errors import InputError
 from skewbridge.files.tables import Floats, records_of
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS, reference_value
 from skewbridge.fragility.exports import three_digits, with_interval
@@ -68,7 +69,9 @@ def lead_axis(effects: pd.DataFrame, names: Collection[str], table: pd.DataFrame
     if len(rows):
         sizes = np.abs(np.log(rows["ratio"].to_numpy(np.float64)))
         return axis(str(rows["axis"].iloc[int(sizes.argmax())]))
-    axes = axes_of(table.columns)
+    if not (axes := axes_of(table.columns)):
+        text = "figures need a column of an axis, such as skew_deg, in the demands"
+        raise InputError(f"{text}: add it, with one value if nothing varies")
     return next((candidate for candidate in axes if table[candidate.name].nunique() > 1), axes[0])
 
 
