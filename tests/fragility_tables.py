@@ -24,16 +24,14 @@ DRIFT_ENTRY = {
 DRIFT = limit_states.limit_states_of([DRIFT_ENTRY])
 # ln demand = ln a + b ln im + scatter of the motion + small scatter of the run
 DEMAND_MODELS = {
-    "column_shear_kn": (np.log(2000.0), 0.25, 0.12),
-    "column_shear_dcr": (np.log(0.62), 0.22, 0.10),
+    "column_shear_kn": (np.log(2000.0), 0.25, 0.12), "column_shear_dcr": (np.log(0.62), 0.22, 0.10),
     "column_drift_ratio": (np.log(0.035), 1.0, 0.35),
     "column_curvature_ductility": (np.log(6.0), 1.1, 0.40),
     "column_residual_drift_ratio": (np.log(0.004), 1.5, 0.60),
     "deck_disp_m": (np.log(0.25), 1.0, 0.35), "deck_disp_x_m": (np.log(0.18), 0.9, 0.40),
     "deck_disp_y_m": (np.log(0.20), 1.0, 0.40), "deck_rotation_rad": (np.log(0.004), 1.0, 0.45),
     "unseating_m": (np.log(0.15), 1.0, 0.40), "bearing_disp_m": (np.log(0.22), 1.0, 0.38),
-    "abutment_passive_m": (np.log(0.08), 1.2, 0.50),
-    "abutment_active_m": (np.log(0.02), 0.8, 0.50),
+    "abutment_passive_m": (np.log(0.08), 1.2, 0.5), "abutment_active_m": (np.log(0.02), 0.8, 0.5),
     "abutment_transverse_m": (np.log(0.06), 0.9, 0.45),
     "backwall_force_kn": (np.log(4000.0), 0.5, 0.3),
     "shear_key_force_kn": (np.log(1500.0), 0.4, 0.3), "shear_key_disp_m": (np.log(0.05), 1.0, 0.5),

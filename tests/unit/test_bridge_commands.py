@@ -263,13 +263,13 @@ def test_a_period_within_five_percent_is_accepted_and_shared_directions_reported
         (HEAVY, 0, ("axial load ratio 0.2", "the plastic shear of a column")),
         (FAULTS, 2, ("deck.width_m", "column.bar_count")),  # all faults of a file
         # 1.5 x (8 + 0.02 x 300 + 0.08 x 18.5) x (1 + 0.000125 x 40^2) in
-        (TURNED, 0, ("0.65 m leaves 0.599 m at a gap of 51 mm, below 0.708 m by AASHTO",
+        (TURNED, 0, ("0.65 m less 51 mm of gap leaves 0.599 m, below 0.708 m by AASHTO",
                      "the bridge file sets the skew: 40 deg (right)")),
         # SDC: 24 in at a hinge, 30 in at an abutment
         (NARROW.replace("gap_mm", f"restrainers: {CABLES}, gap_mm"), 0,
          ("joints.0.restrainers.slack_mm = 2.5 is outside the usual 6 to 150",
-          "right seat of 0.8 m leaves 0.749 m at a gap of 51 mm, below 0.762 m by Calt",
-          "joint 1 seat of 0.62 m leaves 0.59 m at a gap of 30 mm, below 0.61 m by")),
+          "right seat of 0.8 m less 51 mm of gap leaves 0.749 m, below 0.762 m by Calt",
+          "joint 1 seat of 0.62 m less 30 mm of gap leaves 0.59 m, below 0.61 m by")),
     ],
 )  # fmt: skip
 def test_faults_of_columns_hoops_and_seats_are_reported(tmp_path, written, text, code, words):

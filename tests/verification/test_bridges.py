@@ -275,6 +275,14 @@ def test_the_stiffness_of_spine_and_caps_gives_their_end_forces(bridge):
             np.testing.assert_allclose(energy.elastic_stiffness(element) @ ends, force, 0, limit)
 
 
+def test_the_cap_below_a_steel_deck_is_of_concrete():
+    steel = ROOT / "tests/data/drawings/steel.yaml"
+    with domain():
+        *_, cap = build(variant(0, bridge=str(steel)), ModelOptions()).energy_elements["deck"]
+        modulus_pa = energy.elastic_stiffness(cap)[1, 1] * 3.0 / (1.8 * 1.5)
+    assert modulus_pa == pytest.approx(load_bridge(steel).column.elastic_modulus_gpa * 1e9)
+
+
 @pytest.mark.parametrize(("skew_deg", "dof"), [(30, 1), (60, 2)])
 def test_a_push_with_friction_agrees_with_a_slow_ramp(skew_deg, dof):
     """The ramp is a response history with masses, damping and steps of 10 to 0.3 ms, in which

@@ -364,6 +364,7 @@ def test_restrainers_pull_after_their_slack_up_to_their_strength(written, monkey
             ("at: bent 1\n  ", "", r"joints.0: give either at or from_left_m"),
             ("at: bent 3", "from_left_m: 28.2", r"each support \(0, 28, 58, 88, 116 m\)"),
             ("cap_weight", f"pads: {{{PADS}}}, cap_weight", "the joint at this bent has the pads"),
+            ("seat_width_m: 0.6", "seat_width_m: 1.2", "half of bents.0.cap_width_m = 2, got 1.2"),
             ("7.6", "6.6", r"bents.\d: clear_height_m \+ cap_depth_m = .* must be at most"),
         )),
         *((f"extends: bridge_a\ntitle: bad\n{text}\n", "contact", message) for text, message in (

@@ -1,5 +1,6 @@
 """Checks of a bridge: dead load and modes before a study, and seismic design criteria."""
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import accumulate, pairwise, product
@@ -124,7 +125,9 @@ def _sources(filled: Completed, inherited: Sequence[str]) -> str:
 
 def doubts(filled: Completed) -> list[str]:
     """Return a sentence for each number, or ratio of numbers, of a bridge file that looks wrong."""
-    return [*_outside_ranges(filled), *_unlike_rules(filled)]
+    text = "has no effect: the file has the numbers that follow from it"
+    unused = [f"{key} {text}" for key in filled.unused()]
+    return [*unused, *_outside_ranges(filled), *_unlike_rules(filled)]
 
 
 def _unit_doubts(bridge: Description, at_rest: ModalResult) -> Iterator[str]:
@@ -146,8 +149,7 @@ def _outside_ranges(filled: Completed) -> Iterator[str]:
         limits = [limit for limit in row if not isinstance(limit, str)]
         ranges = list(zip(limits[::2], limits[1::2], strict=True))
         outside: dict[tuple[str, float], list[str]] = {}
-        for section, number in places(tree, formula.needs):
-            keys = [placed(key, section, number) for key in formula.needs]
+        for section, keys in _placed_keys(tree, formula.needs):
             known = {
                 need: filled.drawn.get(key, value_at(tree, key))
                 for need, key in zip(formula.needs, keys, strict=True)
@@ -165,6 +167,19 @@ def _outside_ranges(filled: Completed) -> Iterator[str]:
             else:
                 rule = filled.derived.get(keys[0])
                 yield f"{keys[0]} {text}" + (f" (by rule, {rule.src})" if rule else "")
+
+
+def _placed_keys(tree: Mapping[str, Any], needs: list[str]) -> Iterator[tuple[str, list[str]]]:
+    """Yield section and keys of a formula for each end, joint, bent, and column of a bent."""
+    of_bents = any("*" in key for key in needs)
+    of_column = any(key.startswith("column.") for key in needs)
+    own = [n for n, bent in enumerate(tree["bents"]) if bent["column"] and of_column]
+    for section, number in places(tree, needs):
+        keys = [placed(key, section, number) for key in needs]
+        if not (of_bents and number in own):
+            yield section, keys
+        for bent in (number,) if of_bents and number in own else () if of_bents else own:
+            yield section, [re.sub(r"^column\b", f"bents.{bent}.column", key) for key in keys]
 
 
 def _unlike_rules(filled: Completed) -> Iterator[str]:
@@ -205,7 +220,8 @@ def _seat_findings(bridge: Description) -> Iterator[str]:
             if length_m < least_m:
                 text = f"below {least_m:.3g} m by {clause}; check the edition that applies"
                 seat = f"the {end} seat of {bridge.seats_m[end]:.4g} m"
-                yield f"{seat} leaves {length_m:.4g} m at a gap of {gaps_m[end] / MM:g} mm, {text}"
+                lost_mm = (bridge.seats_m[end] - length_m) / MM  # half of the gap on a cap
+                yield f"{seat} less {lost_mm:.4g} mm of gap leaves {length_m:.4g} m, {text}"
 
 
 def capacity_rows(bents: Iterable[BentCapacity]) -> list[dict[str, Any]]:

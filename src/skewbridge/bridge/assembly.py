@@ -206,17 +206,21 @@ def period_s(modes: Sequence[Mode], direction: str) -> float:
     return max(mode.period_s for mode, mass in zip(modes, masses, strict=True) if mass >= limit)
 
 
-def bridge_period_s(bridge: BridgeData, which: Literal["t1", "long", "short"]) -> float:
+def bridge_period_s(
+    bridge: BridgeData, which: Literal["t1", "long", "short"], *, on_rollers: bool = True
+) -> float:
     """Return the conditioning period, or the long or short period of Rayleigh damping, in s.
 
     T1 is from the model with pads, open gaps and zero skew. The periods of damping are from cracked
-    columns and deck ends on rollers (for the short period held transversely); without columns, they
-    are from the model of T1, because rollers have no stiffness. Raises `ValueError` for a
-    mechanism, or if the domain has a model, which would be lost.
+    columns and deck ends on rollers (for the short period held transversely); without columns, or
+    with bearings at bents, they are from the model of T1: on rollers, a span swings about them. The
+    same for ``on_rollers=False``, and if the bridge cannot stand on rollers. Raises `ValueError`
+    for a mechanism, or if the domain has a model, which would be lost.
     """
     if ops.getNodeTags():
         raise ValueError("the OpenSees domain has a model, which would be lost: wipe it first")
-    has_rollers = which != "t1" and bool(bridge.bents)
+    has_rollers = on_rollers and which != "t1" and bool(bridge.bents)
+    has_rollers = has_rollers and not bridge.bents_with_bearings
     variant = Variant.at(bridge.name, "roller" if has_rollers else "contact_friction", USUAL)
     # the gap of a joint is open, so it does not matter; on rollers, there is no other
     joints = tuple(joint.model_copy(update={"gap_mm": USUAL["gap_mm"]}) for joint in bridge.joints)
@@ -235,6 +239,8 @@ def bridge_period_s(bridge: BridgeData, which: Literal["t1", "long", "short"]) -
         ops.model("basic", "-ndm", 3, "-ndf", 6)  # of a domain in which a bridge is loaded
     x_s, y_s, z_s = (period_s(modes, axis) for axis in "xyz")
     if isinf(x_s + y_s + z_s):
+        if has_rollers:
+            return bridge_period_s(bridge, which, on_rollers=False)
         raise ValueError("the bridge is a mechanism: it lacks stiffness along x, y or z")
     if which == "t1":
         return sqrt(x_s * y_s)

@@ -13,6 +13,7 @@ import openseespy.opensees as ops
 
 from skewbridge.bridge.catalogue.columns import ColumnData
 from skewbridge.bridge.catalogue.data import BridgeData
+from skewbridge.bridge.catalogue.drawing import is_concrete
 from skewbridge.bridge.column import RESIDUAL_SHEAR, BentCapacity, bent_directions, shear_loss
 from skewbridge.bridge.handles import ColumnCapacity, ColumnHandle, Point, TagAllocator
 from skewbridge.bridge.plan import PlanVector, turned
@@ -131,7 +132,9 @@ def _build_cap(
     """
     bent, deck, centre = bridge.bents[bent_number], bridge.deck, spine.bent_nodes[bent_number]
     add_weight(spine, centre, bent.cap_weight_kn * KN, bent.cap_weight_kn * KN / G_MPS2)
-    modulus = deck.elastic_modulus_gpa * GPA
+    # the cap of a steel deck is of concrete, like its columns
+    concrete = deck if is_concrete(deck.elastic_modulus_gpa) else bridge.column_of(bent)
+    modulus = concrete.elastic_modulus_gpa * GPA
     width, depth = bent.cap_width_m, bent.cap_depth_m
     # ASSUME webs and slabs between the columns carry the column moments directly into the deck:
     # an integral cap does not twist relative to the deck

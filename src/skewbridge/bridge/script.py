@@ -7,8 +7,10 @@ from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import pairwise, takewhile
 from math import asin, cos, degrees, hypot, inf, nan, radians, sqrt
+from os import devnull
 from pathlib import Path
 from statistics import fmean
+from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 import numpy as np
@@ -150,6 +152,27 @@ class _CommonProperties:
     bents: tuple[int, ...]  # number of the bent of each column, from the left
 
 
+@contextmanager
+def _reasons() -> Generator[None]:
+    """Add the last OpenSees message to an `InputError` for a refused command; drop the others."""
+    with TemporaryDirectory() as folder:
+        log = Path(folder) / "opensees.log"
+        ops.logFile(str(log), "-noEcho")
+        try:
+            yield
+        except InputError as error:
+            ops.logFile(devnull, "-noEcho")  # closes the file
+            lines = log.read_text(encoding="utf-8", errors="replace").split("\n")
+            reasons = [
+                " ".join(line.split()).removeprefix("WARNING ") for line in lines if line.strip()
+            ]
+            if not reasons or type(error.__cause__).__name__ != "OpenSeesError":
+                raise
+            raise InputError(f"{error}: {reasons[-1]}", **error.details) from error
+        finally:
+            ops.logFile(devnull, "-noEcho")
+
+
 @cache
 def _common_properties(bridge: ScriptBridge) -> _CommonProperties:
     """Return these properties from a model at zero skew, which empties the open domain."""
@@ -160,7 +183,7 @@ def _common_properties(bridge: ScriptBridge) -> _CommonProperties:
         return frames[0][0]
 
     variant = Variant.at(str(bridge.path), "contact_friction", USUAL)
-    with lines_of([bridge.path]), domain():
+    with _reasons(), lines_of([bridge.path]), domain():
         try:
             model = assemble(build, variant, ModelOptions())
         except GravityError as error:

@@ -390,7 +390,8 @@ def _explain(finding: Any, keys: Sequence[str]) -> str:
         text = text.replace(" after validation", "")
     if kind not in _UNKNOWN | _MISSING and not isinstance(value, Mapping | ArgsKwargs):
         text += f", got {shortened(value)}".removesuffix(".0")
-    if isinstance(value, str) and kind in {"float_type", "float_parsing", "int_type"}:
+    is_number = isinstance(value, str) and value[-1:].isdigit()
+    if is_number and kind in {"float_type", "float_parsing", "int_type"}:
         text += " (it is text. Write a number with an exponent like 2.0e+7. `snakemake --config`"
         text += " passes values within braces as text: use a file and --configfile instead)"
     return f"{key_path}: {text}" if key_path else text

@@ -170,7 +170,7 @@ def column_figure(
     strength_axes.axhline(plastic, color=orange, linestyle="--", label="plastic shear Mp / L")
     label = "displacement ductility (Kowalsky and Priestley: curvature)"
     strength_axes.set(xlabel=label, ylabel=f"shear ({shear_unit})", ylim=(0, None), xlim=(1, 15))
-    strength_axes.legend(frameon=False, fontsize=9)
+    strength_axes.legend(framealpha=1.0, fontsize=9)  # lines may run behind it
     figure.suptitle(f"{title}, {per_kn * axial_n / KN:.0f} {axial_unit}", parse_math=False)
     return figure
 

@@ -412,8 +412,10 @@ class RectangularColumn(ColumnData, frozen=True):
 
 def _of_its_shape(raw: Any, handler: ValidatorFunctionWrapHandler) -> Any:
     """Return the column of a mapping; errors are about the keys of its own shape only."""
-    if not isinstance(raw, Mapping):
+    if isinstance(raw, ColumnData):
         return handler(raw)
+    if not isinstance(raw, Mapping):
+        raise ValueError("must contain keys and values")
     shapes, shape = _shapes(), _shape_of(raw)
     if shape not in shapes:
         raise ValueError(f"shape must be one of {', '.join(shapes)}, got {shape!r}")

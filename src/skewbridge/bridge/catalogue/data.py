@@ -410,6 +410,13 @@ class BridgeData(Part, frozen=True):
                 raise ValueError(
                     f"{joint_key}.at: must be one of the {len(self.bents)} bents, got {joint.at}"
                 )
+            if joint.bent is not None:
+                cap_m = self.bents[joint.bent].cap_width_m
+                if joint.seat_width_m > cap_m / 2 * _ROUNDING:
+                    raise ValueError(
+                        f"{joint_key}.seat_width_m must be at most half of bents.{joint.bent}."
+                        f"cap_width_m = {cap_m:g}, got {joint.seat_width_m:g}"
+                    )
             self._check_width(f"{joint_key}.pads", joint.pads)
         ends_m = [-self.length_m / 2, *self.joint_positions_m, self.length_m / 2]
         hinges = [x for x, joint in zip(ends_m[1:], self.joints, strict=False) if not joint.at]

@@ -102,6 +102,8 @@ def girder_section(
     # ASSUME no haunches, the modulus of the slab for the girders, and Ip without the inertia about
     # the vertical axis, about a tenth of the other
     (depth, area, centroid, inertia), slab = girder, MM * slab_mm
+    if (count - 1) * spacing > width:
+        raise ValueError("the girders do not fit into the width of the deck")
     plate = (width * slab, depth + slab / 2, width * slab**3 / 12)
     composite = _composed([plate, *[(area, centroid, inertia)] * count])
     girders_m = spacing * (np.arange(count) - (count - 1) / 2)
@@ -189,7 +191,9 @@ def end_reaction_kn(bridge: BridgeData, *_: object) -> float:
 
     reactions_n = deck_reactions_n(bridge)
     ends_n: dict[str, float] = {"left": reactions_n[0], "right": reactions_n[-1]}
-    return max(ends_n[name] for name in bridge.seats or ends_n) / KN
+    if (reaction_n := max(ends_n[name] for name in bridge.seats or ends_n)) <= 0.0:
+        raise ValueError("the deck lifts off its seats under dead load")
+    return reaction_n / KN
 
 
 def pads_reaction_kn(bridge: BridgeData, pads: Any, *_: object) -> float:
@@ -392,6 +396,16 @@ class Completed(NamedTuple):
     derived: Mapping[str, Rule]
     inherited: frozenset[str] = frozenset()
 
+    def unused(self) -> list[str]:
+        """Return the keys of the drawing without effect: the file has all numbers from them."""
+        rules = [(rule.formula.needs, _parts(rule.key)) for rule in self.derived.values()]
+        keys = {key: _usual(key) for key in self.drawn if not key.startswith("bents.")}
+        return [
+            key
+            for key, usual in keys.items()
+            if not any(usual in needs or _part(usual) in parts for needs, parts in rules)
+        ]
+
     def by_rule(self) -> dict[str, tuple[Any, Rule]]:
         """Return value and rule of each key that a rule can give from the other numbers."""
         numbers = {**self.drawn, "bridge": self.bridge}
@@ -461,10 +475,23 @@ def without_drawing(tree: dict[str, Any], file: str) -> dict[str, Any]:
     return tree
 
 
+#: Keys of the numbers in the text of bars and hoops.
+_BARS: Final = {
+    "column.bar": ("bar_diameter_mm", "bar_area_mm2"),
+    "column.hoop": ("hoop_diameter_mm", "hoop_area_mm2", "hoop_spacing_mm"),
+}
+
+
 def _take_drawn(tree: dict[str, Any], file: str) -> dict[str, Any]:
     """Remove the keys of a drawing from a tree with plain values; return them, checked."""
     drawn: dict[str, Any] = {}
-    for key, limits in ((key, limits) for k, limits in DRAWN.items() for key in _keys(k, tree)):
+    bents = tree.get("bents")
+    numbers = range(len(bents) if isinstance(bents, list) else 0)
+    for key, limits in (
+        (key, limits)
+        for name, limits in DRAWN.items()
+        for key in (*_keys(name, tree), *(f"bents.{i}.{name}" for i in numbers if name in _BARS))
+    ):
         parent_key, _, final_key = key.rpartition(".")
         section = value_at(tree, parent_key) if parent_key else tree
         if not isinstance(section, dict) or final_key not in section:
@@ -472,12 +499,17 @@ def _take_drawn(tree: dict[str, Any], file: str) -> dict[str, Any]:
         value = drawn[key] = section.pop(final_key)
         try:
             if isinstance(limits, str):
-                _FUNCTIONS[limits](f"{value}")
+                sizes = _FUNCTIONS[limits](f"{value}")
+                if key.startswith("bents."):  # the rules are for the column of all bents
+                    section |= dict(zip(_BARS[f"column.{limits}"], sizes, strict=True)) | section
             elif type(value) not in (int, float) or not limits[0] <= value <= limits[1]:
                 low, high, *words = limits
                 raise ValueError(f"must be a number from {low:g} to {high:g}{''.join(words)}")
         except ValueError as error:
             raise InputError(f"{file}: {key}: {error}, got {shortened(value)}", file=file) from None
+    kinds = [kind for kind in _DECK_TYPES if any(key.startswith(f"{kind}.") for key in drawn)]
+    if len(kinds) > 1:
+        raise InputError(f"{file}: give only one of {' and '.join(kinds)}", file=file)
     if isinstance(deck := tree.get("deck"), dict):
         tree["deck"] = {key: value for key, value in deck.items() if value != {}}
     return drawn
