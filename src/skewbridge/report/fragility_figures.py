@@ -132,7 +132,7 @@ def pooled_curves(curves: pd.DataFrame, medians: pd.DataFrame) -> pd.DataFrame:
     means[thetas] = np.exp(means[thetas])
     means = means.assign(n_curves=fits.size(), n_extrapolated=fits["n_extrapolated"].sum())
     variants = rows.drop_duplicates([*STATE, "variant"]).groupby(keys)
-    counts = variants[["n_exceed", "n_runs"]].sum().assign(n_variants=variants.size())
+    counts = variants[["n_exceed", "n_runs"]].sum().astype(int).assign(n_variants=variants.size())
     table = means.join(counts).reset_index()
     effects = medians[(medians["scope"] == "pooled") & (medians["status"] == OK)]
     effects = effects.rename(columns={"to_value": "value"}).astype({"value": float})
