@@ -13,6 +13,7 @@ from fragility_tables import IM, SETTINGS, models_of, ready, states_of, syntheti
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_model import StateCurve, fit_models
 from skewbridge.fragility.effects import effect_tables, median_effects
+from skewbridge.fragility.fits import FragilityFit, jackknifed
 from skewbridge.fragility.joint import JointModel
 from skewbridge.fragility.motion_means import Jackknifed
 from skewbridge.fragility.study_tables import fragility_tables
@@ -192,6 +193,10 @@ def test_no_two_tables_give_different_numbers_for_one_quantity():
         assert model.median(row, level=row["level"]) == pytest.approx([row[n] for n in names])
         curve = model.curve(row)
         assert (curve.beta[0], curve.total[0]) == pytest.approx((row["beta"], row["beta_total"]))
+    without = np.where(np.arange(curve.beta.size) == 1, np.nan, curve.ln_theta)  # only beta is left
+    fit = FragilityFit(method="cloud", status="ok", n_runs=48, level=0.9)
+    ends = jackknifed(fit, without, curve.beta, curve.priors).ci_theta
+    assert curve._replace(ln_theta=without).ln_median().exp_interval(0.9)[1:] == pytest.approx(ends)
     medians = tables["median_effects"].query("scope == 'variant'").to_dict("records")
     assert len(medians) > 20
     printed = tables["table"].set_index(["component", "limit_state", "row"])

@@ -242,10 +242,8 @@ def test_a_system_has_no_curve_if_it_depends_on_a_component_with_a_withheld_curv
     assert set(at["withheld"]) == {""}
     # the deck decides nothing, unless its median could be far smaller; the bearing always does
     for component, bound, status in (
-        ("deck_displacement", 0.9, "ok"),
-        ("deck_displacement", 0.1, "bounds_too_wide"),
-        ("deck_displacement", np.nan, "bounds_too_wide"),
-        ("bearing", 1.0, "bounds_too_wide"),
+        *(("deck_displacement", 0.9, "ok"), ("deck_displacement", 0.1, "bounds_too_wide")),
+        *(("deck_displacement", np.nan, "bounds_too_wide"), ("bearing", 1.0, "bounds_too_wide")),
     ):
         is_lost = (curves["component"] == component) & (curves["status"] == "ok")
         lost = curves.assign(status=curves["status"].mask(is_lost, "bounds_too_wide"))

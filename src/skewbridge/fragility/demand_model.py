@@ -308,8 +308,13 @@ class StateCurve(NamedTuple):
 
     def ln_median(self) -> Jackknifed:
         """Return ln theta with the influence of each motion."""
+        return self.ln_median_and_beta()[0]
+
+    def ln_median_and_beta(self) -> list[Jackknifed]:
+        """Return ln theta and ln beta with the influence of each motion that has one on either."""
         # Fieller's interval, as of ratios, covers single medians no better in simulations
-        return Jackknifed.of_replicates(self.ln_theta, self.priors)
+        logs = np.column_stack([self.ln_theta, np.log(self.beta)])
+        return Jackknifed.of_replicates(logs, self.priors).columns()
 
     def ln_ratio(self, over: "StateCurve") -> Jackknifed:
         """Return ln of theta / theta of another curve of these models."""

@@ -141,8 +141,9 @@ def _estimate(models: BridgeModels, state: LimitState, row: Row) -> Row:
     curve = models.curve(state, models.axes.middle)
     if isinstance(curve, str):
         return estimate | {"status": curve}
-    betas = [Jackknifed.of_replicates(np.log(b), curve.priors) for b in (curve.beta, curve.total)]
-    for name, ln in zip(("theta", "beta", "beta_total"), (curve.ln_median(), *betas), strict=True):
+    ln_total = Jackknifed.of_replicates(np.log(curve.total), curve.priors)
+    logs = [*curve.ln_median_and_beta(), ln_total]
+    for name, ln in zip(("theta", "beta", "beta_total"), logs, strict=True):
         ends = ln.exp_interval(row["level"])
         estimate |= dict(zip((name, f"{name}_low", f"{name}_high"), ends, strict=True))
     errors = _left_out_errors(models, state, fits)

@@ -131,9 +131,13 @@ class Jackknifed:
 
         ``logs`` and ``ln_slopes`` are the R estimates, as in `of_replicates`.
         """
-        joint = cls.of_replicates(np.column_stack([logs, ln_slopes]), priors)
-        of_ratio, of_slope = joint.influence.T
-        return replace(joint, estimate=joint.estimate[0], influence=of_ratio, of_slope=of_slope)
+        shift, slope = cls.of_replicates(np.column_stack([logs, ln_slopes]), priors).columns()
+        return replace(shift, of_slope=slope.influence)
+
+    def columns(self) -> list[Self]:
+        """Return each of q estimates, shape (q,), with the same motions present."""
+        pairs = zip(self.estimate, self.influence.T, strict=True)
+        return [replace(self, estimate=value, influence=influence) for value, influence in pairs]
 
     @property
     def dof(self) -> Floats:
