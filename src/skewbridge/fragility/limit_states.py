@@ -176,7 +176,7 @@ class LimitStateEntry(BaseModel):
     )
     collapse: Literal["exceeds", "peak"] = Field(
         COLLAPSE_EXCEEDS,
-        description="exceeds: a collapsed run exceeds the state, whatever its peak; "
+        description="exceeds: a collapse before a column failure exceeds the state; "
         "peak: only the peak up to the collapse counts",
     )
     citation: str = Field(min_length=1, max_length=1000, description="source of the capacities")
