@@ -175,7 +175,7 @@ def compare(
         f"Median capacities ({pair.im}), {label}": list(map(_comparison_row, pooled["medians"])),
     }
     if hazard is not None:
-        columns = ("bridge", "component", "limit_state", "ratio", "ci_low", "ci_high", "to_rate")
+        columns = ("bridge", "component", "limit_state", "ratio", "ci_low", "ci_high")
         printed[f"Annual rates, {label}"] = selected(pooled["rates"], *columns)
     answer = {"counts": pair.counts, "other_motions": pair.other_motions, **tables}
     answer |= {"medians_by_state": pooled["medians"]}
