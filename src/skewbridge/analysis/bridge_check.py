@@ -171,14 +171,15 @@ def _outside_ranges(filled: Completed) -> Iterator[str]:
 
 def _placed_keys(tree: Mapping[str, Any], needs: list[str]) -> Iterator[tuple[str, list[str]]]:
     """Yield section and keys of a formula for each end, joint, bent, and column of a bent."""
-    of_bents = any("*" in key for key in needs)
-    of_column = any(key.startswith("column.") for key in needs)
-    own = [n for n, bent in enumerate(tree["bents"]) if bent["column"] and of_column]
+    is_of_bents = any("*" in key for key in needs)
+    is_of_columns = any(key.startswith("column.") for key in needs)
+    with_own = [n for n, bent in enumerate(tree["bents"]) if bent["column"] and is_of_columns]
     for section, number in places(tree, needs):
         keys = [placed(key, section, number) for key in needs]
-        if not (of_bents and number in own):
+        bents = [n for n in with_own if not is_of_bents or n == number]
+        if not (is_of_bents and bents):
             yield section, keys
-        for bent in (number,) if of_bents and number in own else () if of_bents else own:
+        for bent in bents:
             yield section, [re.sub(r"^column\b", f"bents.{bent}.column", key) for key in keys]
 
 
