@@ -83,7 +83,11 @@ class FoundationData(Part, frozen=True):
 
 
 class PadData(Part, frozen=True):
-    """Elastomeric pads in one bearing line, equally spaced across the deck."""
+    """Elastomeric pads in one bearing line, equally spaced across the deck.
+
+    ``yield_force_kn`` of a pad is the force of the hardening branch at zero displacement (Qd of an
+    isolator): a pad yields at yield_force_kn / (1 - hardening_ratio).
+    """
 
     count: Annotated[int, Field(ge=2, le=30)]
     spacing_m: Metres
