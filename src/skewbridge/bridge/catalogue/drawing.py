@@ -342,8 +342,8 @@ def placed(key: str, section: str, number: int = 0) -> str:
 
 
 def _keys(key: str, tree: Any) -> list[str]:
-    """Return a rule's key in each section of a file to which it applies; other keys unchanged."""
-    return [placed(key, section) for section in _sections(tree, key)] if _is_of_end(key) else [key]
+    """Return a rule's key for each end, joint and bent to which it applies; others unchanged."""
+    return [placed(key, *place) for place in places(tree, [key])]
 
 
 def _put(tree: Any, key: str, value: Any) -> None:
@@ -399,10 +399,9 @@ class Completed(NamedTuple):
     def unused(self) -> list[str]:
         """Return the keys of the drawing without effect: the file has all numbers from them."""
         rules = [(rule.formula.needs, _parts(rule.key)) for rule in self.derived.values()]
-        keys = {key: _usual(key) for key in self.drawn if not key.startswith("bents.")}
         return [
             key
-            for key, usual in keys.items()
+            for key, usual in ((key, _usual(key)) for key in self.drawn)
             if not any(usual in needs or _part(usual) in parts for needs, parts in rules)
         ]
 
@@ -475,23 +474,10 @@ def without_drawing(tree: dict[str, Any], file: str) -> dict[str, Any]:
     return tree
 
 
-#: Keys of the numbers in the text of bars and hoops.
-_BARS: Final = {
-    "column.bar": ("bar_diameter_mm", "bar_area_mm2"),
-    "column.hoop": ("hoop_diameter_mm", "hoop_area_mm2", "hoop_spacing_mm"),
-}
-
-
 def _take_drawn(tree: dict[str, Any], file: str) -> dict[str, Any]:
     """Remove the keys of a drawing from a tree with plain values; return them, checked."""
     drawn: dict[str, Any] = {}
-    bents = tree.get("bents")
-    numbers = range(len(bents) if isinstance(bents, list) else 0)
-    for key, limits in (
-        (key, limits)
-        for name, limits in DRAWN.items()
-        for key in (*_keys(name, tree), *(f"bents.{i}.{name}" for i in numbers if name in _BARS))
-    ):
+    for key, limits in ((key, limits) for k, limits in DRAWN.items() for key in _keys(k, tree)):
         parent_key, _, final_key = key.rpartition(".")
         section = value_at(tree, parent_key) if parent_key else tree
         if not isinstance(section, dict) or final_key not in section:
@@ -499,9 +485,7 @@ def _take_drawn(tree: dict[str, Any], file: str) -> dict[str, Any]:
         value = drawn[key] = section.pop(final_key)
         try:
             if isinstance(limits, str):
-                sizes = _FUNCTIONS[limits](f"{value}")
-                if key.startswith("bents."):  # the rules are for the column of all bents
-                    section |= dict(zip(_BARS[f"column.{limits}"], sizes, strict=True)) | section
+                _FUNCTIONS[limits](f"{value}")
             elif type(value) not in (int, float) or not limits[0] <= value <= limits[1]:
                 low, high, *words = limits
                 raise ValueError(f"must be a number from {low:g} to {high:g}{''.join(words)}")
