@@ -8,8 +8,7 @@ from typing import Final
 
 import openseespy.opensees as ops
 
-from skewbridge.analysis.step_loop import solver_log
-from skewbridge.bridge.assembly import GravityError, Mode, modes_of, period_s
+from skewbridge.bridge.assembly import GravityError, Mode, modes_of, period_s, solver_log
 from skewbridge.bridge.frame import BridgeModel, Damping
 from skewbridge.bridge.handles import ColumnHandle
 from skewbridge.bridge.library import load_structure

@@ -1,11 +1,8 @@
 """Step loop of all response histories: solver, step sizes, recovery, contact updates and ending."""
 
 from collections.abc import Callable, Generator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass
 from math import inf
-from os import devnull
-from pathlib import Path
 from typing import Final
 
 import openseespy.opensees as ops
@@ -325,18 +322,6 @@ class StepLoop:
     def _count_failure(self, step: RecoveryStep) -> None:
         self.effort.failures += 1
         self.effort.iterations += step.max_iterations
-
-
-@contextmanager
-def solver_log(path: Path | None) -> Generator[None]:
-    """Write OpenSees messages to ``path`` inside the block (None: discard); discard later ones."""
-    if path is not None:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    ops.logFile(devnull if path is None else str(path), "-noEcho")
-    try:
-        yield
-    finally:
-        ops.logFile(devnull, "-noEcho")
 
 
 def configure_solver(settings: AnalysisSettings) -> None:

@@ -23,8 +23,9 @@ from skewbridge.analysis.peaks import (
 )
 from skewbridge.analysis.recovery import MAX_ITERATIONS, Effort
 from skewbridge.analysis.settings import AnalysisSettings
-from skewbridge.analysis.step_loop import Ending, Progress, StepLoop, configure_solver, solver_log
+from skewbridge.analysis.step_loop import Ending, Progress, StepLoop, configure_solver
 from skewbridge.analysis.trace import Monitor, at_regular_steps
+from skewbridge.bridge.assembly import solver_log
 from skewbridge.bridge.frame import BridgeModel
 from skewbridge.bridge.handles import AbutmentHandle, ColumnHandle, Point, SeatHandle
 from skewbridge.bridge.library import load_structure

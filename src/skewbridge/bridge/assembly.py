@@ -5,6 +5,7 @@ from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from math import inf, isinf, pi, sqrt
 from os import devnull
+from pathlib import Path
 from typing import Literal
 
 import openseespy.opensees as ops
@@ -50,6 +51,18 @@ def domain() -> Generator[None]:
     finally:
         ops.wipe()
         end_view()
+
+
+@contextmanager
+def solver_log(path: Path | None) -> Generator[None]:
+    """Write OpenSees messages to ``path`` inside the block (None: discard); discard later ones."""
+    if path is not None:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    ops.logFile(devnull if path is None else str(path), "-noEcho")
+    try:
+        yield
+    finally:
+        ops.logFile(devnull, "-noEcho")
 
 
 def assemble(build_frame: FrameBuilder, variant: Variant, options: ModelOptions) -> BridgeModel:
@@ -224,9 +237,8 @@ def bridge_period_s(
     variant = Variant.at(bridge.name, "roller" if has_rollers else "contact_friction", USUAL)
     # the gap of a joint is open, so it does not matter; on rollers, there is no other
     joints = tuple(joint.model_copy(update={"gap_mm": USUAL["gap_mm"]}) for joint in bridge.joints)
-    ops.logFile(devnull, "-noEcho")
     try:
-        with domain():
+        with solver_log(None), domain():
             build = CatalogueBridge(bridge.model_copy(update={"joints": joints})).build
             model = assemble(build, variant, ModelOptions(elastic_columns=has_rollers))
             if has_rollers and which == "short":

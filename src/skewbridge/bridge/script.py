@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import pairwise, takewhile
 from math import asin, cos, degrees, hypot, inf, nan, radians, sqrt
-from os import devnull
 from pathlib import Path
 from statistics import fmean
 from tempfile import TemporaryDirectory
@@ -16,7 +15,14 @@ from typing import Any, Final
 import numpy as np
 import openseespy.opensees as ops
 
-from skewbridge.bridge.assembly import GravityError, assemble, domain, modes_of, period_s
+from skewbridge.bridge.assembly import (
+    GravityError,
+    assemble,
+    domain,
+    modes_of,
+    period_s,
+    solver_log,
+)
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.catalogue.data import AbutmentData
 from skewbridge.bridge.catalogue.drawing import without_drawing
@@ -157,11 +163,10 @@ def _reasons() -> Generator[None]:
     """Add the last OpenSees message to an `InputError` for a refused command; drop the others."""
     with TemporaryDirectory() as folder:
         log = Path(folder) / "opensees.log"
-        ops.logFile(str(log), "-noEcho")
         try:
-            yield
+            with solver_log(log):
+                yield
         except InputError as error:
-            ops.logFile(devnull, "-noEcho")  # closes the file
             lines = log.read_text(encoding="utf-8", errors="replace").split("\n")
             reasons = [
                 " ".join(line.split()).removeprefix("WARNING ") for line in lines if line.strip()
@@ -169,8 +174,6 @@ def _reasons() -> Generator[None]:
             if not reasons or type(error.__cause__).__name__ != "OpenSeesError":
                 raise
             raise InputError(f"{error}: {reasons[-1]}", **error.details) from error
-        finally:
-            ops.logFile(devnull, "-noEcho")
 
 
 @cache

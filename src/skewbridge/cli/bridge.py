@@ -75,7 +75,7 @@ commands.add_typer(bridge)
 
 @bridge.callback()
 def _drop_solver_messages(context: typer.Context) -> None:
-    from skewbridge.analysis.step_loop import solver_log
+    from skewbridge.bridge.assembly import solver_log
 
     context.with_resource(solver_log(None))
 

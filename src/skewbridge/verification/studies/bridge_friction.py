@@ -22,9 +22,10 @@ from numpy.typing import NDArray
 from skewbridge.analysis.ground import Excitation, GroundInput
 from skewbridge.analysis.pushover import push_abutment
 from skewbridge.analysis.settings import AnalysisScheme, AnalysisSettings
-from skewbridge.analysis.step_loop import StepLoop, solver_log
+from skewbridge.analysis.step_loop import StepLoop
 from skewbridge.analysis.trace import Series, at_regular_steps
 from skewbridge.analysis.transient import AnalysisResult, analyse
+from skewbridge.bridge.assembly import solver_log
 from skewbridge.bridge.backfill import wall_backfill
 from skewbridge.bridge.catalogue import load_bridge
 from skewbridge.bridge.model import build_abutment, contact_column, domain
