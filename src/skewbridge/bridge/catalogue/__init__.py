@@ -276,7 +276,12 @@ def bridge_schema() -> dict[str, Any]:
         *section_names, final_key = key.split(".")
         for name in section_names:
             empty_section = {"type": "object", "properties": {}, "additionalProperties": False}
-            fields = [shape["properties"].setdefault(name, empty_section) for shape in targets]
+            fields = [
+                shape["items"]
+                if name == "*"
+                else shape["properties"].setdefault(name, empty_section)
+                for shape in targets
+            ]
             targets = [shape for field in fields for shape in _shapes(field, definitions)]
         is_text = isinstance(limits, str)
         value_range = {} if is_text else {"minimum": limits[0], "maximum": limits[1]}
