@@ -67,7 +67,8 @@ def test_every_format_gives_levels_in_the_unit_of_the_column_and_annual_rates(fi
     assert (plain.im, *plain.quantiles, *plain.rates[:, 1]) == (IM, 0.16, 0.84, 0.05, 0.03, 0.08)
     file(openquake("mean", "SA(1.0)", "1.0,0.5,0.01"), "oq/hazard_curve-mean-SA_1.csv")
     file(openquake("quantile-0.5", "SA(1.0)", "0.9,0.4,0.0"), "oq/quantile_curve-0.5.csv")
-    file("#,kind='mean'\nlon,lat,PGA-0.1\n0,0,1\n", "oq/hazard_map-mean_1.csv")  # not read
+    for name in ("map-mean", "curve-rlz-000"):
+        file("#,kind='mean'\nlon,lat,PGA-0.1\n0,0,1\n", f"oq/hazard_{name}_1.csv")  # not read
     folder = file(openquake("mean", "PGV", "0.9,0.5,0.1"), "oq/hazard_curve-mean-PGV_1.csv").parent
     pgv, sa = sorted(read_hazard(folder), key=lambda each: each.im)
     assert pgv.levels == pytest.approx([0.001, 0.005, 0.015])

@@ -258,7 +258,7 @@ def read_hazard(path: Path) -> list[HazardCurve]:
     if path.is_dir():
         files = sorted(f for f in path.iterdir() if f.suffix.lower() in (".csv", ".json"))
         # OpenQuake also exports maps, spectra and realizations to this folder
-        files = [file for file in files if "_curve-" in file.name] or files
+        files = [f for f in files if re.search("_curve-mean|quantile_curve-", f.name)] or files
     if not files:
         raise file_fault(path, " has no hazard curve (.csv or .json file)")
     groups: dict[str, dict[float | None, _Part]] = defaultdict(dict)
