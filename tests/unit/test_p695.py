@@ -54,6 +54,8 @@ def test_suites_list_the_pairs_of_their_files_in_turn() -> None:
     assert listed["p695"][:4] == ["RSN953", "RSN181", "RSN126", "RSN960"]
     motions = parse_config({"motions": {"suites": ["p695_far", "p695_near"]}}).motions
     assert [source.count for source in suite_sources(motions)] == [22, 28]
+    rounds = {"design": {"until": "decided"}, "motions": {"suites": ["p695_far"]}}
+    assert parse_config(rounds).design.looks == (12, 16, 20, 22)
     two = replace(motions, count=2)
     assert [*prepare_suites(two, t1_s=0.7)["motion_id"]] == ["RSN953", "RSN960", "RSN181", "RSN126"]
     entry = list_motions(Path("p695"))[1]

@@ -494,6 +494,7 @@ def test_texts_on_a_missing_ratio_have_its_status_and_the_runs_that_exceed_the_s
     for status, text in (
         ("bounds_too_wide", "bounds too wide, 3 of 16 runs exceed it"),
         ("no_exceedance", "no exceedance in some variants, 3 of 16 runs exceed it"),
+        ("all_exceed", "all exceed in some variants, 3 of 16 runs exceed it"),
         ("not_reached", "no run reaches it"),
     ):
         counts = {"status": status, "n_exceed": 3, "n_runs": 16}

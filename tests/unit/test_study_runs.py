@@ -409,7 +409,7 @@ PLAN = {"round": 3, "ended": None, "hours": 2.0, "analyses": 48, "forecast_s": 1
 def test_a_plan_has_a_line_its_demands_and_motions_and_a_limit_of_time(tmp_path) -> None:
     decided = "19 of 24 headline effects decided"
     assert round_line(PLAN) == f"round 3: {decided}; next 48 analyses, about 3 min"
-    end = f"rounds ended after round 2: {decided}; the most motions allowed (design.most)"
+    end = f"rounds ended after round 2: {decided}; the most motions (design.most, or"
     assert round_line(PLAN | {"ended": "most"}).startswith(end)
     folder = StudyFolder(tmp_path)
     path = tmp_path / "plan.json"

@@ -245,8 +245,9 @@ def hazard_curve(
     measure = next((name for name in order if name in curves and name in measures), None)
     if measure is None:
         in_file, in_study = (", ".join(texts) for texts in (names, measures))
-        text = f": no hazard curve fits the study. The file has {in_file}"
-        raise file_fault(file, f"{text}; give the hazard of a measure of the study: {in_study}")
+        text = f": no hazard curve fits the study. The file has {in_file}; "
+        text += f"give the hazard of a measure of the study: {in_study}"
+        raise file_fault(file, f"{text}. SA at T1 of the bridge is named SA(T1)")
     if warns and (doubt := curves[measure].doubt):
         logger.warning("%s", doubt)
     return curves[measure]

@@ -20,7 +20,7 @@ from skewbridge.demands.validity import failed_modes, is_complete
 from skewbridge.errors import InputError
 from skewbridge.files.tables import records_of
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS, axis_names, models_of
-from skewbridge.fragility.fits import NO_EXCEEDANCE
+from skewbridge.fragility.fits import ALL_EXCEED, NO_EXCEEDANCE
 from skewbridge.fragility.limit_states import COLUMN_FAILURE, HEADLINE_STATES
 from skewbridge.fragility.study_tables import ALL_SUITES, DEPENDS, LARGEST_ERRORS
 from skewbridge.fragility.verdicts import (
@@ -346,7 +346,8 @@ def no_ratio_text(row: Mapping[str, Any]) -> str:
     """Return why a state has no ratio of medians, and how many runs exceed the state."""
     if row["status"] == NOT_REACHED:
         return "no run reaches it"
-    variants_text = " in some variants" if row["status"] == NO_EXCEEDANCE else ""
+    one_outcome = row["status"] in (NO_EXCEEDANCE, ALL_EXCEED) and row["n_exceed"] < row["n_runs"]
+    variants_text = " in some variants" if one_outcome else ""
     counts = f"{row['n_exceed']:.0f} of {row['n_runs']:.0f} runs exceed it"
     return f"{in_words(row['status'])}{variants_text}, {counts}"
 

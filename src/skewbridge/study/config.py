@@ -212,6 +212,13 @@ def parse_config(
     if isinstance(accuracy, str) and accuracy in NUMERICS:
         with_results = under_explicit_keys(with_results, accuracy)
     study = checked(StudyConfig, with_results, where)
+    if study.design.until:  # the last round has all motions of a smaller suite
+        from skewbridge.motions.suite import suite_sources  # here: its import takes long
+
+        (source,) = suite_sources(study.motions)
+        if source.count is not None and source.count < study.design.most:
+            with_results["design"] = {**dict(design or {}), "most": source.count}
+            study = checked(StudyConfig, with_results, where)
     stated = {name: stated_values(name) for name in study.grid.bridge}
     changes: dict[str, Any] = {"grid": study.grid.with_stated(stated)}
     if study.motions.selection:  # `study.inputs.select_motions` fills this folder

@@ -34,7 +34,7 @@ OUT_OF_REACH: Final = "most"
 OUT_OF_TIME: Final = "hours"
 _ENDS: Final = {
     ALL_DECIDED: "",
-    OUT_OF_REACH: "; the most motions allowed (design.most) do not decide the others",
+    OUT_OF_REACH: "; the most motions (design.most, or all of the suite) do not decide the others",
     OUT_OF_TIME: "; the time is used up (design.hours {hours:g}): set a larger value to resume",
 }
 
