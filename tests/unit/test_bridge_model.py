@@ -74,10 +74,10 @@ def test_walls_and_keys_follow_the_skew_and_face_the_deck(skew_deg, key_frame):
                 end_m = sign * (bridge.length_m + thickness_m / cos(turn)) / 2
                 assert (x, abs(y)) == pytest.approx((end_m - y * np.tan(turn), half_m))
                 assert ops.nodeCoord(unit.node_j) == pytest.approx((x, y, 0.0))
-                inward = -np.sign(y) * np.array([0.0, 1.0])
-                if key_frame == "skewed":
-                    inward = -np.sign(y) * np.array([-np.sin(turn), np.cos(turn)])
+                across = [-np.sin(turn), np.cos(turn)] if key_frame == "skewed" else [0.0, 1.0]
+                inward = -np.sign(y) * np.array(across)
                 assert (*unit.normal, unit.gap_m) == pytest.approx((*inward, 0.0, 0.0064))
+                assert unit.name == f"{abutment.side} key {'+' if y > 0 else '-'}y"
 
 
 @pytest.mark.parametrize("abutment", ["simplified", "spring", "contact_friction"])

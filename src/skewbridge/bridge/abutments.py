@@ -557,8 +557,8 @@ def _build_keys(joint: Joint, handle: AbutmentHandle, body: int | None) -> Abutm
         key_nodes.append(node)
         nodes = node, joint.points["outer", along_m]
         if body is None:
-            name, gap_m = f"key {'+' if sign > 0.0 else '-'}", options.transverse_gap_m
-            units.append(joint.add_contact(nodes, inward, gap_m, penalty, friction, name))
+            contact = nodes, inward, options.transverse_gap_m, penalty, friction, f"key {side}"
+            units.append(joint.add_contact(*contact))
         else:
             material = gap_material(penalty[0], options.transverse_gap_m, tags)
             gap_elements.append(spring_element(nodes, inward, [material], [], tags)[0].element)
