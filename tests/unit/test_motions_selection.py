@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from scipy.stats import norm
 
-from cli_json import invoke, run
+from cli_json import invoke
 from motions_files import index_of, make_pairs
 from skewbridge.errors import InputError
 from skewbridge.motions import selection
@@ -137,6 +137,7 @@ def test_usgs_response_gives_epsilon_and_level(tmp_path, is_new):
         ("SA(0.75)", "SA(5)", r"within 0.01 to 10 s, got 1 to 15 s"),
         ("magnitude: 6.5", "magnitude: 65", "magnitude must be within 3.0 to 8.5, got 65"),
         ("vs30_mps: 400\n", "", "vs30_mps: is missing"),
+        ("epsilon: 1", "epsilon: 1, weight: 2", r"levels.0: weight needs level_g"),
     ],
 )
 def test_wrong_target_is_one_error_before_candidates_are_read(tmp_path, old, new, message):
@@ -218,7 +219,7 @@ def site(tmp_path):
 
 def _select(folder, count, name, *options):
     given = ("--target", folder / "a.yaml", "--from", folder / "mine", "--out", folder / name)
-    return run("motions", "select", *given, "--count", count, *options)
+    return invoke("motions", "select", *given, "--count", count, *options)
 
 
 def test_components_of_one_file_name_are_both_copied(tmp_path):
@@ -238,13 +239,16 @@ def test_components_of_one_file_name_are_both_copied(tmp_path):
 def test_selected_folder_is_read_with_its_factors(site, tmp_path):
     study, psa_g = site
     study(0.9, 1.2)
-    code, found = _select(tmp_path, 4, "one")
-    assert code == 0
-    suite, index = prepare_suite(tmp_path / "one", t1_s=0.75), pd.read_csv(found["index"])
+    result = _select(tmp_path, 4, "one")
+    assert (result.exit_code, result.stderr.count("times that of BSSA14 at this")) == (0, 2)
+    suite, index = (
+        prepare_suite(tmp_path / "one", t1_s=0.75),
+        pd.read_csv(tmp_path / "one/index.csv"),
+    )
     reached_g = suite["scale"] * suite["im_sa_t1_rotd50_g"]
     np.testing.assert_allclose(reached_g, psa_g * np.repeat([0.9, 1.2], 4), rtol=1e-6)
     assert index["motion_id"].tolist() == (index["candidate"] + np.repeat(["_1", "_2"], 4)).tolist()
-    assert _select(tmp_path, 4, "two", "--without", tmp_path / "one")[0] == 0
+    assert _select(tmp_path, 4, "two", "--without", tmp_path / "one").exit_code == 0
     assert set(index["candidate"]).isdisjoint(pd.read_csv(tmp_path / "two/index.csv")["candidate"])
 
 
@@ -255,7 +259,7 @@ def test_study_selects_as_the_command_does_and_again_after_a_change(site, tmp_pa
     check_inputs(config)
     assert (config.motions.folder, config.motions.count) == (str(selected), None)
     index = pd.read_csv(selected / "index.csv")
-    assert _select(tmp_path, 4, "by_command")[0] == 0
+    assert _select(tmp_path, 4, "by_command").exit_code == 0
     pd.testing.assert_frame_equal(index, pd.read_csv(tmp_path / "by_command/index.csv"))
     made = jobs.made_from(config)
     with monkeypatch.context() as patch:

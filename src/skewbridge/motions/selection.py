@@ -14,11 +14,11 @@ import re
 import shutil
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Final, Literal, NamedTuple
+from typing import Annotated, Any, ClassVar, Final, Literal, NamedTuple, Self
 
 import numpy as np
 import pandas as pd
-from pydantic import Field
+from pydantic import Field, model_validator
 from pydantic.dataclasses import dataclass
 from scipy.interpolate import PchipInterpolator
 from scipy.stats import norm
@@ -70,6 +70,12 @@ class Cause:
     epsilon: Annotated[Number, Field(ge=-6.0, le=6.0)]  # at the level: epsilon-0 of the USGS
     weight: Annotated[Number, Field(gt=0.0)] = 1.0
     level_g: Level | None = None  # None: the level that BSSA14 has at this epsilon
+
+    @model_validator(mode="after")
+    def _weight_of_a_level(self) -> Self:
+        if self.level_g is None and self.weight != 1.0:
+            raise ValueError("weight needs level_g, the same in all earthquakes of a level")
+        return self
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, config=text.OPTIONS)
