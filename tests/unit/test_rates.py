@@ -18,7 +18,14 @@ from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.hazard import hazard_curve, measure_column, read_hazard
 from skewbridge.fragility.joint import JointModel, joint_table
-from skewbridge.fragility.rates import curve_rate, decision, rate_effects, rate_table, target_rate
+from skewbridge.fragility.rates import (
+    curve_rate,
+    decision,
+    measure_notes,
+    rate_effects,
+    rate_table,
+    target_rate,
+)
 from skewbridge.fragility.system import system_curves
 from skewbridge.fragility.union import curve_probability
 from skewbridge.study.config import MEASURES, parse_config
@@ -140,8 +147,12 @@ def test_rates_that_look_like_probabilities_in_50_years_are_doubted(file, caplog
             curve_of(file(table.to_csv(index=False)))
             assert caplog.text.count("looks like a probability in many years") == count
     site = str(file("im,rate\n0.15,0.5\n0.3,0.1\n0.5,0.02\n"))
-    (text,) = axis_warnings(parse_config({"hazard": {"file": site}}))
+    two = {"bridge": ["osb1", "osb1_fixed_era1"]}
+    text, of_t1 = axis_warnings(parse_config({"hazard": {"file": site}, "grid": two}))
+    assert of_t1.endswith("bridges have 0.719 s, 0.467 s: run a study for each, or use Sa(1.0 s)")
     assert text.startswith("hazard.csv: 0.02 per year at 0.5 looks like")
+    site = str(file("SA(1.0) (g),rate\n0.15,0.02\n0.5,0.001\n"))
+    assert not [*axis_warnings(parse_config({"hazard": {"file": site}, "grid": two}))]
 
 
 def test_hazard_sets_the_measure_of_the_curves_before_any_analysis(file):
@@ -382,6 +393,14 @@ def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path, monke
         printed = invoke(*decide).stderr
         assert f"above the target at every gap for {words}\n" in printed
         assert f"written: {tmp_path / 'chart' / 'decision.csv'}, " in printed
+
+
+def test_one_hazard_curve_for_measures_of_several_bridges_is_noted():
+    runs = synthetic_demands(motions=2, frictions=(50,))
+    other = runs.assign(bridge="other", **{IM: 1.26 * runs[IM]})
+    (note,) = measure_notes(pd.concat([runs, other]), IM)
+    assert f"{IM} of one motion differs by up to 26% between bridges" in note
+    assert measure_notes(runs, IM) == []
 
 
 def test_the_factor_of_hazus_is_on_skew_0_of_the_study(file):

@@ -122,6 +122,11 @@ class HazardCurve:
         text = f"{mean[at]:.3g} per year at {self.levels[at]:.3g} looks like a probability"
         return f"{self.source}: {text} in many years: rate = -ln(1 - P) / years"
 
+    @property
+    def depends_on_t1(self) -> bool:
+        """Whether the intensity is Sa_avg or Sa(T1), which differ between bridges."""
+        return self.im in PREFERRED[:2]
+
     def rate(self, probability: Callable[[Floats], Floats], narrowest: float) -> LogRate:
         """Return the ln annual rates of R fragility curves, integrated over the hazard.
 

@@ -98,8 +98,12 @@ def axis_warnings(config: StudyConfig) -> Iterator[str]:
     with suppress(InputError):  # `check_inputs` reports it
         states = limit_states.load_limit_states(Path(config.fragility.limit_states))
         yield from filter(None, (state.doubt for state in states))
-    if config.hazard_curve and config.hazard_curve.doubt:
-        yield config.hazard_curve.doubt
+    if curve := config.hazard_curve:
+        yield from filter(None, [curve.doubt])
+        periods_s = [f"{load_structure(name).t1_s:.3g} s" for name in config.grid.bridge]
+        if curve.depends_on_t1 and len(set(periods_s)) > 1:
+            text = f"{curve.source}: a hazard of {curve.im} is for one T1, but the bridges have"
+            yield f"{text} {', '.join(periods_s)}: run a study for each, or use Sa(1.0 s)"
     yield from unit_doubts(config.grid.skew_deg, config.grid.gap_mm)
     law = config.uncertainty.drawn.get(_GAP_OFFSET)
     without = ", ".join(name for name in config.grid.abutment if not ABUTMENTS[name].has_friction)
