@@ -102,6 +102,9 @@ def test_ratios_of_the_whole_bridge_are_of_systems_with_the_same_components():
     thetas = found["system"].query("limit_state == 'slight' and gap_mm == 25").set_index("skew_deg")
     assert row["ratio"] == pytest.approx(thetas.loc[30, "theta"] / thetas.loc[0, "theta"])
     assert figures.value_words(row, "g").endswith(" ‡")
+    alone = curves.query("gap_mm == 25").drop(columns=["gap_mm", "friction"])
+    alone = pooled_curves(alone, effects).query("component == 'whole_bridge' and value == 30")
+    assert alone["ratio"].iloc[0] == row["ratio"]
     # each pair has equal components, but the pairs have not
     fewer = curves["components"].where(curves["gap_mm"] == 25, "column_drift")
     table = pooled_curves(curves.assign(components=fewer), effects)

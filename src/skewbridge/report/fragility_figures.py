@@ -171,7 +171,9 @@ def _system_ratios(systems: pd.DataFrame) -> pd.DataFrame:
         lead, row_of = group["axis"].iloc[0], {row["variant"]: row for row in records_of(group)}
         others = [axis.name for axis in axes_of(map(str, group)) if axis.name != lead]
         is_first = group["value"] == reference_value(group["value"])
-        pairs = group[is_first].merge(group[~is_first], on=others, suffixes=("_from", ""))
+        pairs = group[is_first].merge(
+            group[~is_first], on=["order", *others], suffixes=("_from", "")
+        )
         for value, at_value in group.groupby("value"):
             names = pairs.loc[pairs["value"] == value, ["variant_from", "variant"]].to_numpy()
             of_value = [(row_of[first], row_of[second]) for first, second in names]
