@@ -247,9 +247,8 @@ def _entries_to_read(folder: Path, count: int | None) -> tuple[list[IndexEntry],
     entries = list_motions(folder)
     n_read = len(entries) if count is None else count
     if not 1 <= n_read <= len(entries):
-        text = f"but {folder} has {len(entries)} motions: reduce it"
-        text = f"motions.count (design.most) = {n_read}, {text}"
-        raise InputError(text, folder=str(folder))
+        text = f"motions.count = {n_read}, but {folder} has {len(entries)} motions: reduce it"
+        raise InputError(f"{text}, or design.most", folder=str(folder))
     stored = [entry.scale for entry in entries[:n_read]]
     compute = any(map(math.isnan, stored))
     return entries[: math.ceil(n_read / levels.BLOCK) * levels.BLOCK if compute else n_read], stored
