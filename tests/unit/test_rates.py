@@ -14,18 +14,12 @@ from cli_json import answer, invoke
 from fragility_tables import FAILURES, IM, SETTINGS, STATES, ready, synthetic_demands, two_mode_runs
 from skewbridge.errors import InputError
 from skewbridge.files.tables import read_frame, write_frame
+from skewbridge.fragility import rates as annual
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_model import fit_models
 from skewbridge.fragility.hazard import hazard_curve, measure_column, read_hazard
 from skewbridge.fragility.joint import JointModel, joint_table
-from skewbridge.fragility.rates import (
-    curve_rate,
-    decision,
-    measure_notes,
-    rate_effects,
-    rate_table,
-    target_rate,
-)
+from skewbridge.fragility.rates import curve_rate, decision, rate_effects, rate_table, target_rate
 from skewbridge.fragility.system import system_curves
 from skewbridge.fragility.union import curve_probability
 from skewbridge.study.config import MEASURES, parse_config
@@ -268,6 +262,10 @@ def test_states_without_an_estimate_have_bounds_and_effects_are_paired(file):
     # the scatter of motions cancels: the ratio is far more certain than a rate
     width = np.log(fitted["annual_rate_high"] / fitted["annual_rate_low"]).min()
     assert np.log(skew["ci_high"] / skew["ci_low"]).max() < 0.4 * width
+    # one hazard curve for the measures of two bridges
+    (note,) = annual.measure_notes(pd.concat([rows, rows.assign(**{IM: 1.26 * rows[IM]})]), IM)
+    assert f"{IM} of one motion differs by up to 26% between bridges" in note
+    assert annual.measure_notes(rows, IM) == []
     # a system fails at least as often as any of its components
     is_system = table["component"] == "system"
     system = table[is_system].set_index(["variant", "limit_state"])["annual_rate"]
@@ -393,14 +391,6 @@ def test_commands_give_rates_for_the_measure_of_the_hazard(file, tmp_path, monke
         printed = invoke(*decide).stderr
         assert f"above the target at every gap for {words}\n" in printed
         assert f"written: {tmp_path / 'chart' / 'decision.csv'}, " in printed
-
-
-def test_one_hazard_curve_for_measures_of_several_bridges_is_noted():
-    runs = synthetic_demands(motions=2, frictions=(50,))
-    other = runs.assign(bridge="other", **{IM: 1.26 * runs[IM]})
-    (note,) = measure_notes(pd.concat([runs, other]), IM)
-    assert f"{IM} of one motion differs by up to 26% between bridges" in note
-    assert measure_notes(runs, IM) == []
 
 
 def test_the_factor_of_hazus_is_on_skew_0_of_the_study(file):
