@@ -121,6 +121,14 @@ def test_spellings_of_published_data_sets_are_understood(fit, tmp_path):
     index = pd.Index(["x", "y"], name="motion_id")  # does not replace a column of its name
     pd.DataFrame({"motion_id": ["b", "a"]}, index).to_parquet(tmp_path / "t.PARQUET")
     assert read_any(tmp_path / "t.PARQUET").to_dict("list") == {"motion_id": ["b", "a"]}
+    # a missing method names those of the data
+    for data, methods in (
+        *((STRIPES, "stripes"), (BOTH, "stripes or cloud"), ({"capacity": [1]}, "ida")),
+        ({"im_pga": [1]}, "cloud, stripes or ida, with --im, --edp and --threshold"),
+    ):
+        (tmp_path / "data.json").write_text(json.dumps(data))
+        found = answer("fit", tmp_path / "data.json", code=2)
+        assert found["message"] == f"--method is needed; for data.json: {methods}"
 
 
 def test_a_cloud_is_one_fit_as_arrays_or_as_a_table_with_collapses(fit):
@@ -141,16 +149,6 @@ def test_a_cloud_is_one_fit_as_arrays_or_as_a_table_with_collapses(fit):
     demands = ([*TABLE[DRIFT][:11], value] for value in (np.nan, np.inf))
     unknown, infinite = (fit(fallen.assign(**{DRIFT: d}), "cloud", *RUNS, 0.015) for d in demands)
     assert (infinite, infinite["status"]) == (unknown, "ok")
-
-
-def test_a_missing_method_names_those_of_the_data(tmp_path):
-    for data, methods in (
-        *((STRIPES, "stripes"), (BOTH, "stripes or cloud"), ({"capacity": [1]}, "ida")),
-        ({"im_pga": [1]}, "cloud, stripes or ida, with --im, --edp and --threshold"),
-    ):
-        (tmp_path / "data.json").write_text(json.dumps(data))
-        found = answer("fit", tmp_path / "data.json", code=2)
-        assert found["message"] == f"--method is needed; for data.json: {methods}"
 
 
 def test_a_table_of_runs_obeys_status_and_unknown_outcomes_may_forbid_a_median(fit):
@@ -189,7 +187,7 @@ def test_axes_that_never_change_alone_and_intensities_in_cm_s2_are_noted(fit):
         assert any(note.endswith("g is needed, not cm/s2") for note in notes) == (factor > 1.0)
 
 
-def test_intervals_are_by_motion_where_motions_repeat(fit):
+def test_intervals_are_by_motion_or_event_where_motions_repeat(fit):
     table = synthetic_demands(**SAME_PLACE, motions=24, scales=(0.6, 1.0, 1.6))
     plain = fit(table, "cloud", *RUNS, 0.015)
     codes = np.unique(table["motion_id"], return_inverse=True)[1]
@@ -201,6 +199,15 @@ def test_intervals_are_by_motion_where_motions_repeat(fit):
     assert stripes["n_records"] == 24
     ida = fit(table, "ida", *RUNS, 0.015)
     assert (ida["method"], ida["n_runs"]) == ("ida_interval", 24)
+    # runs of one event are left out together, and those of one motion have no interval
+    found = fit(TABLE.assign(event=[*"aabbccddee", "", ""]), "cloud", *RUNS, 0.01)
+    assert (found["ci_method"], found["n_records"]) == ("jackknife", 12)
+    joined = TABLE.assign(motion_id=[*"aabbccddeefg"]).rename(columns={"motion_id": "GM-ID"})
+    assert found["ci_theta"] == fit(joined, "cloud", *RUNS, 0.01)["ci_theta"]
+    one = fit(TABLE.assign(motion_id="a"), "cloud", *RUNS, 0.01)
+    assert one["theta"] == pytest.approx(found["theta"])
+    assert (one["ci_theta"], one["ci_method"]) == ([None, None], "")
+    assert "too_few_motions_for_an_interval" in one["warnings"]
 
 
 @pytest.mark.parametrize("method", ["cloud", "stripes", "ida"])
@@ -247,17 +254,6 @@ def test_unused_and_repeated_rows_of_a_table_of_runs_are_reported(fit):
     assert fit(several, "cloud", *RUNS, 0.01)["notes"] == ["one curve for all values of 'skew_deg'"]
     unhashable = TABLE.assign(more=[[1]] * 12).to_dict("list")
     assert fit(unhashable, "cloud", *RUNS, 0.01)["notes"] == ["columns that are not used: 'more'"]
-
-
-def test_runs_of_one_event_are_left_out_together_and_of_one_motion_have_no_interval(fit):
-    found = fit(TABLE.assign(event=[*"aabbccddee", "", ""]), "cloud", *RUNS, 0.01)
-    assert (found["ci_method"], found["n_records"]) == ("jackknife", 12)
-    joined = TABLE.assign(motion_id=[*"aabbccddeefg"]).rename(columns={"motion_id": "GM-ID"})
-    assert found["ci_theta"] == fit(joined, "cloud", *RUNS, 0.01)["ci_theta"]
-    one = fit(TABLE.assign(motion_id="a"), "cloud", *RUNS, 0.01)
-    assert one["theta"] == pytest.approx(found["theta"])
-    assert (one["ci_theta"], one["ci_method"]) == ([None, None], "")
-    assert "too_few_motions_for_an_interval" in one["warnings"]
 
 
 def test_censored_high_demands_of_a_straight_cloud_do_not_look_saturating():

@@ -57,6 +57,13 @@ def test_interval_of_a_ratio_is_that_of_student():
     ends = values.mean() + np.array([-reach, reach])
     assert np.log([row["ci_low"], row["ci_high"]]) == pytest.approx(ends, rel=1e-5)
     assert row["scatter"] == pytest.approx(values.std(ddof=1))
+    # replicates without one motion give the same interval as values
+    values = np.array([0.1, 0.4, 0.2, 0.7, 0.3])
+    without = [np.delete(values, k).mean() for k in range(5)]
+    replicates = np.array([values.mean(), *without[:3], values.mean(), *without[3:]])
+    present = np.array([True, True, True, False, True, True])  # the fourth motion has no value
+    mean = Jackknifed.of(replicates, present, present, 1)
+    assert mean.interval(0.95) == pytest.approx(stats.t.interval(0.95, 4, 0.34, stats.sem(values)))
 
 
 def test_means_count_a_motion_once_and_cells_with_the_error_of_the_averaged_motions():
@@ -73,15 +80,6 @@ def test_means_count_a_motion_once_and_cells_with_the_error_of_the_averaged_moti
     expected = stats.t.interval(0.9, 11, table.mean(), stats.sem(table.mean(axis=1)))
     assert average([*cells, empty]).interval(0.9) == pytest.approx(expected)
     assert np.isnan(average([empty]).estimate)
-
-
-def test_replicates_without_one_motion_give_the_same_interval_as_values():
-    values = np.array([0.1, 0.4, 0.2, 0.7, 0.3])
-    without = [np.delete(values, k).mean() for k in range(5)]
-    replicates = np.array([values.mean(), *without[:3], values.mean(), *without[3:]])
-    present = np.array([True, True, True, False, True, True])  # the fourth motion has no value
-    mean = Jackknifed.of(replicates, present, present, 1)
-    assert mean.interval(0.95) == pytest.approx(stats.t.interval(0.95, 4, 0.34, stats.sem(values)))
 
 
 def ratio_of_means(slope_scatter):

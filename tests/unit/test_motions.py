@@ -608,7 +608,7 @@ def test_index_gives_metadata_and_a_factor_that_overrides_the_computed_one(tmp_p
     assert row["source"] == "a licence; a source"
 
 
-def test_two_blocks_interleave_and_an_incomplete_block_fills_the_range_alone():
+def test_blocks_interleave_an_incomplete_one_fills_the_range_and_levels_lie_in_bands():
     own_g = np.random.default_rng(1).lognormal(-1.0, 0.5, 20)
     factors = levels.block_factors(own_g, ((0.1, 1.5),))
     shares = np.log(own_g * factors / 0.1) / np.log(15.0)
@@ -622,10 +622,7 @@ def test_two_blocks_interleave_and_an_incomplete_block_fills_the_range_alone():
     offsets = np.array([[0.5, 0.25, 0.75, 0.125, 0.625, 0.375, 0.875]]).T
     expected_g = 0.1 * 15.0 ** ((np.arange(8) + offsets) / 8)
     np.testing.assert_allclose(blocks_g, expected_g, rtol=1e-14)  # by way of logarithms
-
-
-def test_levels_lie_in_bands_around_medians() -> None:
-    """Two thirds of the levels of three bands are where two of them overlap."""
+    # two thirds of the levels of three bands are where two of them overlap
     motions = levels.MotionsConfig(bands=levels.BandsConfig(medians_g=(0.4, 0.4, 1.6), ratio=1.5))
     bands_g = levels.bands_around(motions, motions.bands.medians_g)
     assert bands_g == ((0.4 / 1.5, 0.4 * 1.5), (0.4 / 1.5, 0.4 * 1.5), (1.6 / 1.5, 2.25))

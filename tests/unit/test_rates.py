@@ -147,9 +147,7 @@ def test_rates_that_look_like_probabilities_in_50_years_are_doubted(file, caplog
     assert text.startswith("hazard.csv: 0.02 per year at 0.5 looks like")
     site = str(file("SA(1.0) (g),rate\n0.15,0.02\n0.5,0.001\n"))
     assert not [*axis_warnings(parse_config({"hazard": {"file": site}, "grid": two}))]
-
-
-def test_hazard_sets_the_measure_of_the_curves_before_any_analysis(file):
+    # a hazard sets the measure of the curves before any analysis
     path = str(file("SA(1.0) (g),rate\n0.1,0.01\n0.2,0.001\n"))
     assert parse_config({"hazard": {"file": path}}).fragility.im == "im_sa_1p000_rotd50_g"
     plain = str(file("im,rate\n0.1,0.01\n0.2,0.001\n", "plain.csv"))
