@@ -512,6 +512,7 @@ def test_texts_on_a_missing_ratio_have_its_status_and_the_runs_that_exceed_the_s
     ("statuses", "exceed", "status"),
     [
         (["ok", "ok"], 4, "too_few_motions"),
+        (["ok", "ok"], 4, "not_estimable"),
         (["ok", "bounds_too_wide"], 4, "bounds_too_wide"),
         (["no_exceedance", "no_exceedance"], 0, "not_reached"),
         (["no_exceedance", "ok"], 4, "no_exceedance"),
@@ -523,7 +524,11 @@ def test_status_of_a_ratio_is_that_of_the_curves_without_an_estimate(statuses, e
     tables = fragility_tables(synthetic_demands(skews=(0, 30), gaps=(25,)), [], FitSettings())
     curves = tables["curves"].query("limit_state == 'any'")
     found = np.where(curves["friction"] > 0.0, *statuses)
-    table = answers.answer_table(medians=tables["median_effects"].head(0),
+    medians = tables["effects"].query("demand == 'unseating_m'")
+    medians = medians.assign(demand="column_failure/any", status=status)
+    medians = medians.reindex(columns=tables["median_effects"].columns)
+    medians = medians[medians["status"] == "not_estimable"]  # the others lack a row
+    table = answers.answer_table(medians=medians,
                                  effects=tables["effects"], intensities=tables["intensity_effects"],
                                  curves=curves.assign(status=found, n_exceed=exceed))  # fmt: skip
     found = table.loc[table["quantity"] == "median_capacity", ["status", "n_exceed"]]

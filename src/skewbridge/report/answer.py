@@ -266,8 +266,8 @@ def answer_table(
     states = curves.assign(demand=curves["component"] + "/" + curves["limit_state"])
     states = states.drop_duplicates(["variant", "demand"])  # the first method: cloud
 
-    def reason(statuses: "pd.Series[str]") -> str:  # a ratio also needs five motions
-        return next(iter(statuses[statuses != OK].mode()), "too_few_motions")
+    def reason(statuses: "pd.Series[str]") -> str:
+        return next(iter(statuses[statuses != OK].mode()), "")
 
     states = states.groupby([*BRIDGE_COLUMNS, "demand"], as_index=False).agg(
         n_exceed=("n_exceed", "sum"), n_runs=("n_runs", "sum"), missing=("status", reason)
@@ -279,9 +279,10 @@ def answer_table(
     capacities = capacities.merge(pooled_medians, how="left", on=list(_EFFECT))
     never_exceeded = (capacities["missing"] == NO_EXCEEDANCE) & (capacities["n_exceed"] == 0)
     missing = capacities["missing"].mask(never_exceeded, NOT_REACHED)
+    own_status = capacities["status"].fillna("too_few_motions")  # a ratio needs five
     capacities = capacities.assign(
         quantity=MEDIAN_CAPACITY,
-        status=capacities["status"].where(capacities["status"] == OK, missing),
+        status=own_status.where((own_status == OK) | (missing == ""), missing),
         claim=capacities["verdict_family"],
         from_demand=capacities["from_mean"],
         to_demand=capacities["from_mean"] * capacities["ratio"],
