@@ -502,6 +502,8 @@ def test_texts_on_a_missing_ratio_have_its_status_and_the_runs_that_exceed_the_s
         missing = [answer_row(axis, state, np.nan, "", **counts) for axis in axes]
         title = "No median capacity of a headline state can be compared; osb1, column failure"
         assert headline_of(*missing) == [f"{title}: {text}."]
+        further = answer_row("skew_deg", "bearing/moderate", 1.02, "undecided")
+        assert headline_of(*missing, further) == [f"{title}: {text}."]
         table = pd.DataFrame([*missing, known])
         printed = headline.headline_text(table, runs, suite)
         assert f"by an unknown amount ({text}) in osb1" in printed

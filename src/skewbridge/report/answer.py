@@ -391,17 +391,6 @@ def headline(table: pd.DataFrame) -> list[str]:
     leading, names = leading_states(table), distinct_names(table)
     capacities = table[table["quantity"] == MEDIAN_CAPACITY]
     estimated = capacities[capacities["status"] == OK]
-    if estimated.empty:
-        models = short_names(table)
-        states = capacities.drop_duplicates([*BRIDGE_COLUMNS, "demand"])
-        reasons = [
-            f"{models[row['bridge'], row['abutment']]}, {effect_name(row['demand'])}: "
-            f"{no_ratio_text(row)}"
-            for row in records_of(states[states["demand"].isin(leading)])
-        ]
-        return [
-            f"{'; '.join(['No median capacity of a headline state can be compared', *reasons])}."
-        ]
     sentences = list[tuple[tuple[int, float], str]]()
     open_effects = list[str]()
     for (name, *_), change in estimated.groupby(["axis", "from_value", "to_value"], sort=False):
@@ -416,7 +405,16 @@ def headline(table: pd.DataFrame) -> list[str]:
     texts = [text for _, text in sorted(sentences)]
     if open_effects:
         texts.append(f"Not decided with these motions: {listed(open_effects)}.")
-    return texts
+    if texts:
+        return texts
+    models = short_names(table)
+    states = capacities[capacities["demand"].isin(leading) & (capacities["status"] != OK)]
+    reasons = [
+        f"{models[row['bridge'], row['abutment']]}, {effect_name(row['demand'])}: "
+        f"{no_ratio_text(row)}"
+        for row in records_of(states.drop_duplicates([*BRIDGE_COLUMNS, "demand"]))
+    ]
+    return [f"{'; '.join(['No median capacity of a headline state can be compared', *reasons])}."]
 
 
 def _axis_sentence(
