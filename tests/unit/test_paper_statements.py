@@ -77,8 +77,7 @@ def verify(monkeypatch, folder, *, truth):
 
 def test_disagreement_is_reported_and_only_a_failed_check_fails(monkeypatch, tmp_path):
     code, (check, peak, open_row) = verify(monkeypatch, tmp_path, truth=True)
-    assert code == 0
-    assert list(check) == list(COLUMNS)
+    assert (code, list(check)) == (0, list(COLUMNS))
     assert set(COLUMNS) < set(peak)
     assert (peak["outcome"], peak["value"]) == ("disagrees", pytest.approx(1.2))
     assert peak["reason"] == "transverse peak: changes by +20.0%"
