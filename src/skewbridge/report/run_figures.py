@@ -227,14 +227,10 @@ def record_page(title: str, dt_s: float, components: Mapping[str, Floats]) -> Fi
 
 def applied_spectra(suite: Sequence[SuiteMotion]) -> Figure:
     """Return a figure of the RotD50 spectra of the scaled motions of a study."""
-    spectra_g: list[Floats] = []
-    for scaled in suite:
-        motion = scaled.motion
-        pair = pair_psa(motion.accel_1_mps2, motion.accel_2_mps2, motion.dt_s, APPLIED_PERIODS_S)
-        spectra_g.append(scaled.scale * pair.rotd50_mps2 / G_MPS2)
-    return suite_spectra(
-        np.array(spectra_g), APPLIED_PERIODS_S, title="Motions as applied (scaled)"
-    )
+    motions = [scaled.motion.scaled(scaled.scale) for scaled in suite]
+    pairs = (pair_psa(*motion.components, motion.dt_s, APPLIED_PERIODS_S) for motion in motions)
+    spectra_g = np.array([pair.rotd50_mps2 for pair in pairs]) / G_MPS2
+    return suite_spectra(spectra_g, APPLIED_PERIODS_S, title="Motions as applied (scaled)")
 
 
 @mpl.rc_context(STYLE)
