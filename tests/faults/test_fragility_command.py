@@ -296,13 +296,16 @@ def test_foreign_tables_lose_single_bad_rows_or_are_refused_with_row_and_column(
     assert (row["status"], row["n_runs"]) == ("ok", 29)
     data = {"record": ["a", "b"], "PGA": [0.1, 0.2], "drift": ["0.1", "0.2"], "status": ["ok"] * 2}
     columns = {"motion_id": "record", "im_pga_g": "PGA", DRIFT: "drift", "status": "status"}
+    repeated = {"record": ["a", "a"], "PGA": [0.2, 0.2]}
+    # a motion at several intensities was scaled
+    assert foreign(data | {"record": ["a", "a"]}, columns)["scale"].tolist() == [1.0, 2.0]
     for change, text in (
         ({"PGA": [0.1, np.inf]}, "im_pga_g must be > 0 and finite (row 1); got inf"),
         ({"drift": ["1", "much"]}, "drift must be a number, got 'much' (row 1)"),
         ({"status": ["ok", "fine"]}, "invalid_input, got 'fine' (row 1)"),
         ({"record": ["a", "a"], "event": ["x", "y"]}, "motion 'a' has several events: give it"),
-        ({"record": ["a", "a"]}, "remove it, or add 'scale', 'incidence_deg' if the runs differ"),
-        ({"record": ["a", "a"], "angle": [0, 9]}, "use a column as axis: 'angle'"),
+        (repeated, "remove it, or add 'scale', 'incidence_deg' if the runs differ"),
+        (repeated | {"angle": [0, 9]}, "use a column as axis: 'angle'"),
         ({"Skew_deg": [0, 60]}, "column 'Skew_deg' is not known: did you mean skew_deg?"),
         ({"Skew (deg)": [0, 60]}, "column 'Skew (deg)' is not known: did you mean skew_deg?"),
         ({"gap_m": [0, 1]}, "did you mean gap_mm? Convert to mm, rename or map the column"),

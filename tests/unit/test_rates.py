@@ -67,7 +67,8 @@ def test_every_format_gives_levels_in_the_unit_of_the_column_and_annual_rates(fi
     assert (plain.im, *plain.quantiles, *plain.rates[:, 1]) == (IM, 0.16, 0.84, 0.05, 0.03, 0.08)
     file(openquake("mean", "SA(1.0)", "1.0,0.5,0.01"), "oq/hazard_curve-mean-SA_1.csv")
     file(openquake("quantile-0.5", "SA(1.0)", "0.9,0.4,0.0"), "oq/quantile_curve-0.5.csv")
-    file("#,kind='mean'\nlon,lat,PGA-0.1\n0,0,1\n", "oq/hazard_map-mean_1.csv")  # not read
+    for name in ("map-mean", "curve-rlz-000"):
+        file("#,kind='mean'\nlon,lat,PGA-0.1\n0,0,1\n", f"oq/hazard_{name}_1.csv")  # not read
     folder = file(openquake("mean", "PGV", "0.9,0.5,0.1"), "oq/hazard_curve-mean-PGV_1.csv").parent
     pgv, sa = sorted(read_hazard(folder), key=lambda each: each.im)
     assert pgv.levels == pytest.approx([0.001, 0.005, 0.015])
@@ -219,13 +220,20 @@ def test_states_without_an_estimate_have_bounds_and_effects_are_paired(file):
     none = table[table["status"] == "no_exceedance"]
     is_bound = none["annual_rate"].isna() & (none["annual_rate_low"] == 0.0)
     assert (is_bound & none["annual_rate_high"].between(1e-7, 1e-2)).sum() == len(none) > 0
+    # fractiles of the hazard widen bounds, and intervals of fits to outcomes
+    mean = replace(hazard, rates=hazard.rates[:1], quantiles=hazard.quantiles[:0])
+    (models,) = fit_models(rows, states, SETTINGS)
+    given = curves.assign(method="exceedance"), [models], states, pd.DataFrame()
+    narrow, wide = (rate_table(*given, of_site).fillna(0.0) for of_site in (mean, hazard))
+    assert (wide["annual_rate_high"] > 1.2 * narrow["annual_rate_high"]).all()
+    assert (wide["annual_rate_low"] <= narrow["annual_rate_low"]).all()
     pooled = effects[effects["scope"] == "pooled"].set_index(["component", "limit_state", "axis"])
     skew = pooled.loc[("unseating", "slight", "skew_deg")].set_index("to_value")
     fitted = table.query("component == 'unseating' and limit_state == 'slight'")
     at = fitted.pivot_table(index="gap_mm", columns="skew_deg", values="annual_rate")
     assert skew.loc[45.0, "ratio"] == pytest.approx(np.exp(np.log(at[45] / at[0]).mean()), rel=1e-9)
     assert skew.loc[45.0, "direction"] == 1
-    (models,), state = fit_models(rows, states, SETTINGS), states[-4]
+    state = states[-4]
     # pairs of variants are those of the medians: all, if unknown outcomes do not change the ratio
     one = curves["variant"] == curves["variant"].iloc[0]
     for doubt, kept in ((1.5, 8), (np.where(one, 1.0, 1.5), 0)):
@@ -255,9 +263,11 @@ def test_states_without_an_estimate_have_bounds_and_effects_are_paired(file):
     parts = table[~is_system].groupby(["variant", "limit_state"])["annual_rate"].max().dropna()
     assert (system.reindex(parts.index) >= 0.99 * parts).all()
     variants = curves[["variant", "bridge", "abutment", "skew_deg", "gap_mm", "friction"]]
-    lost = variants.drop_duplicates().assign(limit_state="slight", status="no_component", level=0.9)
+    lost = variants.drop_duplicates().assign(limit_state="slight", level=0.9, theta_bound=0.1)
+    lost["status"] = ["no_component"] * 2 + ["all_exceed"] * (len(lost) - 2)
     without = rate_table(curves, [models], states, lost, hazard).query("component == 'system'")
     assert without["annual_rate"].isna().tolist() == [True] * len(lost)
+    assert without["annual_rate_low"].fillna(0.0).gt(0.0).tolist()[1:3] == [False, True]
     wide = curves.assign(status="bounds_too_wide")
     wide = rate_table(wide, [models], states, pd.DataFrame(), hazard)
     is_ordered = wide["annual_rate_low"] < wide["annual_rate_high"]

@@ -224,7 +224,7 @@ def test_accuracy_suspect_rows_needed_motions_and_the_factor_of_hazus_are_stated
     rows = "4 runs under motions up to the median strength"
     assert_in(page, f"Demands of {rows} differ {words}", suspect, "Doubts about one motion: see")
     heads, *published = (tables := tables_of(page))["Published effects of skew"]
-    assert tables["Notes on the motions"][1:] == [["m2", "spike?"]]
+    assert tables["Notes on the motions"][1:] == [["a", "spike?"]]
     assert report.published_rows(frames["medians"].assign(status="no_curve")) == []
     # sqrt(sin(90° - skew))
     assert [row[:2] for row in published] == [["30°", "0.93"], ["60°", "0.71"]]
@@ -255,11 +255,16 @@ def test_rate_factors_of_fewer_pairs_or_without_curves_are_marked_and_come_last(
     few, lack = {"component": "unseating", "ratio": 2.0}, "7 of 8 variants lack a curve"
     all_pairs = {"component": "column_failure", "limit_state": "any", "ratio": 1.5, "n_cells": 4.0}
     medians = change | {"demand": answers.LEADING_STATES[::2], "n_without_curve": [0, 7]}
+    medians["verdict_family"] = "lower"
     for pairs, note in ((1.0, "1 of 4 pairs"), (4.0, f"from a model: {lack}")):
         table = pd.DataFrame([change | few | {"n_cells": pairs}, change | all_pairs])
         rates = answers.rates_on_page({"rate_effects": table, "medians": pd.DataFrame(medians)})
         assert "of column failure by 1.5" in rates["sentence"]
         assert [row["pairs"] for row in rates["rows"]] == [f" ({note})", ""]
+    # an undecided change of the median is not a certain change of the rate
+    medians["verdict_family"] = "undecided"
+    rates = answers.rates_on_page({"rate_effects": table, "medians": pd.DataFrame(medians)})
+    assert rates["sentence"].startswith("No axis changes")
 
 
 def test_a_missing_exceedance_or_comparison_is_stated(render):
@@ -493,11 +498,12 @@ def test_texts_on_a_missing_ratio_have_its_status_and_the_runs_that_exceed_the_s
         ("not_reached", "no run reaches it"),
     ):
         counts = {"status": status, "n_exceed": 3, "n_runs": 16}
+        suite = pd.DataFrame({"source": ["synthetic"], "motion_id": "a"})
         missing = [answer_row(axis, state, np.nan, "", **counts) for axis in axes]
         title = "No median capacity of a headline state can be compared; osb1, column failure"
         assert headline_of(*missing) == [f"{title}: {text}."]
         table = pd.DataFrame([*missing, known])
-        printed = headline.headline_text(table, runs, pd.DataFrame({"source": ["synthetic"]}))
+        printed = headline.headline_text(table, runs, suite)
         assert f"by an unknown amount ({text}) in osb1" in printed
 
 

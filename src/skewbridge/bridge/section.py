@@ -165,6 +165,11 @@ def section_response(column: ColumnData, axial_n: float, direction: int = 0) -> 
     for phi in np.geomspace(2e-5, 0.25, POINTS) / size_m:
         points.append(section.point(phi, axial_n))
         if points[-1][3] >= 0.0:
+            if len(points) == 1:
+                raise InputError(
+                    f"a column carries {axial_n / KN:.0f} kN, more than its section can: "
+                    "check the weights and the column of the bridge file"
+                )
             ultimate = brentq(lambda phi: section.point(phi, axial_n)[3], points[-2][0], phi)
             points[-1] = section.point(float(ultimate), axial_n)
             break
@@ -222,30 +227,34 @@ class _Section:
         axial = float(core_n.sum() + bar_n.sum())
         return axial, float((core_n * self._height_m).sum() + (bar_n * self._bar_height_m).sum())
 
-    def centre_strain(self, phi: float, axial_n: float) -> float:
-        """Return a strain at the centre that balances the axial force (not unique if softening)."""
+    def point(self, phi: float, axial_n: float) -> tuple[float, float, float, float]:
+        """Return curvature, moment, neutral axis depth, and a number that is positive after failure.
+
+        The section fails at an ultimate strain, or when it cannot carry the axial force.
+        """
+        centre, missing_n = self._centre_strain(phi, axial_n)
+        core = centre + phi * self._core_half_m - self._core.ultimate_strain
+        bar = phi * self.highest_bar_m - centre - self._steel.rupture_strain
+        depth_m = self._half_m + centre / phi
+        return phi, self.resultants(centre, phi)[1], depth_m, max(core, bar, missing_n)
+
+    def _centre_strain(self, phi: float, axial_n: float) -> tuple[float, float]:
+        """Return the strain of the centre that balances a force, and the missing force if none."""
         from scipy.optimize import brentq
 
         half_strain = phi * self._half_m
         # from all strains below -0.02 (tension) to all strains above 0.002
-        limits = -half_strain - 0.02, 0.002 + half_strain
+        lowest, highest = -half_strain - 0.02, 0.002 + half_strain
 
         def excess_n(centre: float) -> float:
             return self.resultants(centre, phi)[0] - axial_n
 
-        if excess_n(limits[1]) < 0.0:
-            raise InputError(
-                f"a column carries {axial_n / KN:.0f} kN, more than its section can: "
-                "check the weights and the column of the bridge file"
-            )
-        return float(brentq(excess_n, *limits, xtol=STRAIN_TOLERANCE))
-
-    def point(self, phi: float, axial_n: float) -> tuple[float, float, float, float]:
-        """Return curvature, moment, neutral axis depth, and strain beyond the ultimate one."""
-        centre = self.centre_strain(phi, axial_n)
-        core = centre + phi * self._core_half_m - self._core.ultimate_strain
-        bar = phi * self.highest_bar_m - centre - self._steel.rupture_strain
-        return phi, self.resultants(centre, phi)[1], self._half_m + centre / phi, max(core, bar)
+        if excess_n(highest) < 0.0:  # with few bars, a section softens before the upper limit
+            highest = max(np.linspace(lowest, highest, STRIPS).tolist(), key=excess_n)
+        for limit, missing_n in ((lowest, excess_n(lowest)), (highest, -excess_n(highest))):
+            if missing_n > 0.0:
+                return limit, missing_n
+        return float(brentq(excess_n, lowest, highest, xtol=STRAIN_TOLERANCE)), -np.inf
 
 
 # --- shear strength in one direction, without a resistance factor

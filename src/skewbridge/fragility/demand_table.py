@@ -311,7 +311,14 @@ def read_foreign(path: Path, source: pd.DataFrame, names: ColumnMap) -> pd.DataF
     if EVENT in out and (several := out.groupby("motion_id")[EVENT].nunique() > 1).any():
         name = shortened(several.idxmax())
         raise InputError(f"motion {name} has several events: give it the same one in all rows")
-    if (doubled := out.duplicated(["variant", *LOADING_COLUMNS])).any():
+    key = ["variant", *LOADING_COLUMNS]
+    if "scale" not in used and out.duplicated(key).any():
+        # ASSUME one motion was scaled, as in stripes, if its runs have several intensities
+        im = next(name for name in map(str, out) if name.startswith("im_"))
+        out["scale"] = (out[im] / out.groupby("motion_id")[im].transform("min")).fillna(1.0)
+        text = f"a motion has several runs: scale is its {im} over the smallest one"
+        logger.warning("%s: %s", path.name, text)
+    if (doubled := out.duplicated(key)).any():
         row = int(np.argmax(doubled))
         text = f"row {row} repeats variant, motion_id, scale and incidence_deg of another row"
         absent = [name for name in LOADING_COLUMNS if name not in used]

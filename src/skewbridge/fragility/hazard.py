@@ -70,10 +70,16 @@ class LogRate(NamedTuple):
         """The rate or ratio from all runs."""
         return float(np.exp(self.logs[0]))
 
-    def interval(self, level: float) -> tuple[float, float, float]:
-        """Return the estimate and both interval ends, which cover motions and hazard together."""
+    def interval(
+        self, level: float, factors: tuple[float, float] | None = None
+    ) -> tuple[float, float, float]:
+        """Return the estimate and both interval ends, which cover motions and hazard together.
+
+        ``factors`` give the interval of the motions; without them it is from the jackknife.
+        """
         estimate, jackknifed = self.logs[0], Jackknifed.of_replicates(self.logs, self.priors)
-        interval = np.array(jackknifed.interval(level))
+        by_motions = estimate + np.log(factors) if factors else jackknifed.interval(level)
+        interval = np.array(by_motions)
         if self.fractiles.size > 1:
             signs, ends = np.array([-1.0, 1.0]), _hazard_ends(self.fractiles, self.quantiles, level)
             widths = np.maximum(signs * (ends - estimate), 0.0)
@@ -251,7 +257,7 @@ def read_hazard(path: Path) -> list[HazardCurve]:
     if path.is_dir():
         files = sorted(f for f in path.iterdir() if f.suffix.lower() in (".csv", ".json"))
         # OpenQuake also exports maps, spectra and realizations to this folder
-        files = [file for file in files if "_curve-" in file.name] or files
+        files = [f for f in files if re.search("_curve-mean|quantile_curve-", f.name)] or files
     if not files:
         raise file_fault(path, " has no hazard curve (.csv or .json file)")
     groups: dict[str, dict[float | None, _Part]] = defaultdict(dict)

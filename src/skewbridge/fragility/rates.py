@@ -13,7 +13,7 @@ import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache, partial
 from itertools import compress, product
-from math import nan
+from math import inf, nan
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -120,6 +120,10 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
     row: Row = {name: curve[name] for name in ("status", "method", "im", "level")}
     bound_beta = np.hypot(ASSUMED_BETA, np.nan_to_num(curve["capacity_dispersion"]))
 
+    def bound(end: str) -> tuple[float, float, float]:
+        lognormal = _lognormal(curve[f"theta_bound_{end}"], bound_beta)
+        return curve_rate(lognormal, hazard).interval(curve["level"], (1.0, 1.0))
+
     def rate_of(theta: float, beta: float) -> float:
         return curve_rate(_lognormal(theta, beta), hazard).value
 
@@ -132,8 +136,8 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
             for_rates = _lognormal(curve["theta"], beta_total)._replace(modes=union_curve(curve))
             thetas = (curve[name] for name in ("theta", "theta_high", "theta_low"))
             centre, *ends = (rate_of(theta, beta_total) for theta in thetas)
-            rate = curve_rate(for_rates, hazard).value
-            rate_ends = rate, *(rate * end / centre for end in ends)
+            factors = ends[0] / centre, ends[1] / centre
+            rate_ends = curve_rate(for_rates, hazard).interval(curve["level"], factors)
         row |= rate_shares(for_rates, hazard, curve["im_low"], curve["im_high"])
     elif status == BOUNDS_TOO_WIDE and model is not None:
         # the interval of the model, widened to the bounds with the dispersion of the capacity
@@ -144,10 +148,9 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
         rate_ends = nan, low * np.nanmin(factors), high * np.nanmax(factors)
     # ASSUME a bound of a median has the slope 1 for the dispersion of its capacity
     elif status == NO_EXCEEDANCE:
-        rate_ends = nan, 0.0, rate_of(curve["theta_bound_low"], bound_beta)
+        rate_ends = nan, 0.0, bound("low")[2]
     elif status == ALL_EXCEED:
-        lowest_rate = rate_of(curve["theta_bound_high"], bound_beta)
-        rate_ends = nan, lowest_rate, float(hazard.rates[0, 0])
+        rate_ends = nan, bound("high")[1], inf
     return row | rate_columns(rate_ends, hazard, curve["level"])
 
 
@@ -187,10 +190,12 @@ def rate_table(
     for row in records_of(system):
         keys = {name: row[name] for name in (*columns, "limit_state", "status", "level")}
         keys |= {"component": SYSTEM, "method": SYSTEM, "im": hazard.im}
-        has_rate = isinstance(row.get("rate"), LogRate)
-        rate_ends = row["rate"].interval(row["level"]) if has_rate else (nan, nan, nan)
-        rate_row = rate_columns(rate_ends, hazard, row["level"])
-        rows.append(keys | (row["shares"] if has_rate else {}) | rate_row)
+        if isinstance(rate := row.get("rate"), LogRate):
+            rated = row["shares"] | rate_columns(rate.interval(row["level"]), hazard, row["level"])
+        else:
+            bound = {"theta_bound_high": row.get("theta_bound"), "capacity_dispersion": 0.0}
+            rated = state_columns(keys | bound, None, hazard)
+        rows.append(keys | rated)
     return pd.DataFrame(rows, columns=list(demand_table.described("rates")))
 
 

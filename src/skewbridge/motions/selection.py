@@ -50,6 +50,8 @@ MOST_PER_EVENT: Final = 2
 # ASSUME errors above 0.9 of a tolerance, and synthetic pairs, cost more (trial runs)
 _AIM, _COST_OVER, _COST_SYNTHETIC, _STARTS = 0.9, 20.0, 0.05, 32
 BAND_POINTS: Final = 39  # every second one is a period of Sa_avg(T1)
+#: Factor on the period of SA within which errors are not checked: the target has no dispersion.
+_TOO_NEAR: Final = 1.03
 _ROW: Final = ("magnitude", "distance_km", "epsilon", "weight", "level_g")
 
 
@@ -281,8 +283,10 @@ def select_pairs(
         fault = f"only {available} pairs reach {level_g:.3g} g with factors of {low:g} to {high:g}"
         limit = f"at most {MOST_PER_EVENT} per event"
         raise InputError(f"{fault} and {limit}: {count} are needed; add candidates")
-    sigma = target.sigma[:BAND_POINTS]
-    error = np.stack(pool["log_psa"].to_list()) - np.log(target.median_g[:BAND_POINTS])
+    band, measure = np.split(np.log(target.periods_s), [BAND_POINTS])
+    checked = (measure.size > 1) | (np.abs(band - measure[0]) > np.log(_TOO_NEAR))
+    median_g, sigma = target.median_g[:BAND_POINTS][checked], target.sigma[:BAND_POINTS][checked]
+    error = np.stack(pool["log_psa"].to_list())[:, checked] - np.log(median_g)
     event_and_kind = pool["event"].factorize()[0], pool["is_synthetic"].to_numpy()
     starts = (np.random.default_rng(seed).permutation(len(pool)) for seed in range(_STARTS))
     chosen = min(_improved(error, sigma, *event_and_kind, start, count) for start in starts)[1]

@@ -654,7 +654,8 @@ def rates_on_page(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
     most_pairs = printed.groupby([*BRIDGE_COLUMNS, "axis", "to_value"])["n_cells"].transform("max")
     medians = frames["medians"].query("scope == 'pooled'").rename(columns={"demand": "state"})
     names = [*BRIDGE_COLUMNS, "axis", "from_value", "to_value", "state"]
-    printed = printed.merge(medians[[*names, "n_without_curve"]], how="left", on=names)
+    joined = medians[[*names, "n_without_curve", "verdict_family"]]
+    printed = printed.merge(joined, how="left", on=names)
     notes = [
         f"{row['n_cells']:.0f} of {n:.0f} pairs"
         if row["n_cells"] < n
@@ -662,7 +663,9 @@ def rates_on_page(frames: Mapping[str, pd.DataFrame]) -> dict[str, Any] | None:
         for n, row in zip(most_pairs, records_of(printed), strict=True)
     ]
     printed = printed.assign(pairs=[f" ({note})" if note else "" for note in notes])
-    certain = records_of(printed[printed["direction"] != 0])
+    # certain as the change of the median, jointly with the other headline verdicts
+    claimed = printed["verdict_family"].isin((LOWER, HIGHER, DETECTABLE))
+    certain = records_of(printed[claimed & (printed["direction"] != 0)])
     certain.sort(key=lambda row: (row["pairs"] != "", -max(row["ratio"], 1.0 / row["ratio"])))
     return {
         "sentence": sentence("rates", largest=certain[:1]),
