@@ -248,8 +248,7 @@ def suite_spectra(
     """
     periods, log_psa = np.asarray(periods_s, dtype=np.float64), np.log(rotd50_g)
     blue, orange = _COLOURS
-    width_in = _WIDTH_IN if model else 0.72 * _WIDTH_IN
-    figure = Figure(figsize=(width_in, 4.0), layout="constrained")
+    figure = Figure(figsize=(_WIDTH_IN if model else 0.72 * _WIDTH_IN, 4.0), layout="constrained")
     axes, *second_panel = figure.subplots(1, 2 if model else 1, squeeze=False)[0]
     axes.loglog(periods, rotd50_g.T, color="0.8", lw=0.5)
     mean, scatter = log_psa.mean(axis=0), log_psa.std(axis=0, ddof=min(1, len(log_psa) - 1))
