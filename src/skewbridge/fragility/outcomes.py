@@ -53,8 +53,7 @@ class DemandOutcomes:
 
     def unknown(self, state: LimitState) -> Mask:
         """Return True for runs that may or may not exceed a state, shape (n,)."""
-        is_below = np.isfinite(self.upper) & (self.upper <= state.threshold)
-        return ~self.exceed(state) & ~is_below
+        return ~self.exceed(state) & ~(np.isfinite(self.upper) & (self.upper <= state.threshold))
 
     def counts(self, state: LimitState) -> dict[str, int]:
         """Return the number of runs known to exceed a state and of runs with unknown outcome."""

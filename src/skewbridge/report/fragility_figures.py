@@ -225,16 +225,14 @@ def curves_figure(
     groups = appearance.groups_of(table, STATE)
     rows = -(-len(groups) // columns)
     columns = -(-len(groups) // rows)
-    lines = 2 + table.groupby(list(STATE)).size().max()
-    height = (1.9 + _LINE_IN * lines) * rows + 0.2
+    height = (1.9 + _LINE_IN * (2 + table.groupby(list(STATE)).size().max())) * rows + 0.2
     figure = Figure(figsize=(3.4 * max(columns, 2) + 0.3, height), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     im_column, demands = str(curves["im"].iloc[0]), with_derived_columns(demands)
     im = np.geomspace(0.7 * demands[im_column].min(), 1.3 * demands[im_column].max(), 160)
     names = short_names(curves)
     for axes, (state, state_curves) in zip(panels.flat, groups, strict=False):
-        is_state = (curves[list(STATE)] == list(state)).all(axis=1)
-        fits = curves[is_state]
+        fits = curves[(curves[list(STATE)] == list(state)).all(axis=1)]
         words = state_text(records_of(fits)[0])
         is_shared = len(names) > 1
         title = f"{names[state[:2]]}: {words}" if is_shared else words[:1].upper() + words[1:]
@@ -503,8 +501,7 @@ def _tornado_panel(panel: Axes, rows: pd.DataFrame) -> None:
     spans = (100.0 * (paired[["lowest", "highest"]] - 1.0)).clip(-limit, limit)
     panel.hlines(paired["place"], spans["lowest"], spans["highest"], color="#333333", linewidth=0.8)
     for y, text in zip(rows["place"], rows["text"], strict=True):
-        row_transform = panel.get_yaxis_transform()
-        panel.text(1.01, y, text, transform=row_transform, va="center", fontsize=7.5)
+        panel.text(1.01, y, text, transform=panel.get_yaxis_transform(), va="center", fontsize=7.5)
     panel.set_yticks(rows["place"], rows["bar"], fontsize=8)
     panel.set(ylim=(-0.6, len(rows) - 0.4), xlabel="change of the demand (%)")
     panel.axvline(0.0, color="black", linewidth=0.8)

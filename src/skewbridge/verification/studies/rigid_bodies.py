@@ -93,8 +93,7 @@ def run_between_lines(study: Study) -> None:
             ratio = np.abs(history.tangentials_n).sum() / history.normals_n.sum()
             study.tabulated(f"{name} friction over normal impulse", ratio)
     # Time step x circular frequency of the mass on the penalty = 0.05.
-    dt = 0.05 * (_MASS_KG / _KN_N_PER_M) ** 0.5
-    history = run_particle(dt, 3.0)
+    history = run_particle(0.05 * (_MASS_KG / _KN_N_PER_M) ** 0.5, 3.0)
     compare_with_lcp(study, history, rigid[0.6])
     _draw_particle(study, history, rigid[0.6])
 
@@ -374,8 +373,7 @@ def run_tests(study: Study) -> None:
         # largest openings beyond the gap
         away_mm = (history.openings_m.max(axis=0) - history.openings_m[0, 0]) / MM
         for end, corners in (("right", (0, 1)), ("left", (3, 2))):
-            openings_mm = away_mm[[*corners]].tolist()
-            states("acute corner moves away", f"{name}, {end} acute", *openings_mm)
+            states("acute corner moves away", f"{name}, {end} acute", *away_mm[[*corners]].tolist())
         if not motion.is_nominal:
             continue
         penalty = run_deck(wu_case(gap_mm, solver="penalty"), ground)
