@@ -50,7 +50,8 @@ def _rows(pairs: Pairs, name: str, choices: Sequence[str]) -> Iterator[Row]:
     options: list[tuple[str, list[str], Index]] = []
     design = np.zeros((motions.size, 0))
     for column in choices:
-        texts = pairs.table[f"{column}_from"].astype(object)[is_used].fillna("").astype(str)
+        drawn = pairs.table[f"{column}_from"].astype(object)
+        texts = drawn[is_used].fillna("").astype(str)
         levels, numbers = np.unique(texts[texts != ""], return_inverse=True)
         if levels.size < 2 or numbers.size < motions.size:  # the option does not act on the bridge
             continue

@@ -437,7 +437,8 @@ def _fit_demand(arguments: tuple[_Setup, DemandOutcomes]) -> DemandFit | str:
         return fitting.NON_INCREASING
     centre = float(np.mean(setup.ln_im[is_used]))
     x = setup.ln_im - centre
-    blocks = block[is_used][np.unique(setup.shaking[is_used], return_index=True)[1]]
+    codes = np.unique(setup.shaking[is_used], return_index=True)[1]
+    blocks = block[is_used][codes]
     block_numbers, group = np.unique(blocks, return_inverse=True)
     design_rows, y = setup.design(centre, np.inf)[is_exact], np.log(outcomes.lower[is_exact])
     design_rows = design_rows[:, : 3 + axes.drifts]  # without interactions, which have priors

@@ -79,7 +79,8 @@ class FragilityFit:
         fit = self.warned("unknown_outcomes", *names)
         low, high = sorted((bounds["all_exceed"][0], bounds["none_exceed"][0]))
         narrow = 0.0 < low <= high <= MAX_BOUNDS_RATIO * low < inf
-        return fit.without_estimate(BOUNDS_TOO_WIDE) if fit.status == FITTED and not narrow else fit
+        refused = fit.status == FITTED and not narrow
+        return fit.without_estimate(BOUNDS_TOO_WIDE) if refused else fit
 
     def as_json(self) -> dict[str, Any]:
         """Return the object that `skewbridge fit --json` prints."""

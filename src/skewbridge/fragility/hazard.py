@@ -184,7 +184,8 @@ class HazardCurve:
     def _between(self, low: float, high: float) -> "HazardCurve | None":
         """Return the part of the curve between two intensities; None if it is empty."""
         x = self.levels
-        points = np.unique([*np.clip([low, high], x[0], x[-1]), *x[(x > low) & (x < high)]])
+        inner_points = x[(x > low) & (x < high)]
+        points = np.unique([*np.clip([low, high], x[0], x[-1]), *inner_points])
         if not low < high or points.size < 2:
             return None
         logs = [np.interp(np.log(points), np.log(x), row) for row in np.log(self.rates)]

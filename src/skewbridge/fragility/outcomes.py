@@ -53,7 +53,8 @@ class DemandOutcomes:
 
     def unknown(self, state: LimitState) -> Mask:
         """Return True for runs that may or may not exceed a state, shape (n,)."""
-        return ~self.exceed(state) & ~(np.isfinite(self.upper) & (self.upper <= state.threshold))
+        is_below = np.isfinite(self.upper) & (self.upper <= state.threshold)
+        return ~self.exceed(state) & ~is_below
 
     def counts(self, state: LimitState) -> dict[str, int]:
         """Return the number of runs known to exceed a state and of runs with unknown outcome."""

@@ -303,7 +303,8 @@ def significant_duration(build_up: Vector, dt_s: float, start: float, end: float
 def housner_intensity(accel_mps2: Vector, dt_s: float) -> float:
     """Return the integral of the 5 % pseudo-spectral velocity from 0.1 to 2.5 s, in m."""
     psa_mps2 = component_psa(accel_mps2, dt_s, HOUSNER_PERIODS_S)
-    return float(np.trapezoid(psa_mps2 * HOUSNER_PERIODS_S / (2.0 * np.pi), HOUSNER_PERIODS_S))
+    psv_mps = psa_mps2 * HOUSNER_PERIODS_S / (2.0 * np.pi)
+    return float(np.trapezoid(psv_mps, HOUSNER_PERIODS_S))
 
 
 def strongest_part(motion: GroundMotion, shaking_s: float) -> GroundMotion:

@@ -295,7 +295,8 @@ def pulse_acceleration(pulse: Pulse, time_s: Vector) -> Vector:
     oscillation = 0.5 * pulse.peak_cm_s * np.cos(carrier + nu) - residual * fp / gamma
     slope = -0.5 * pulse.peak_cm_s * np.sin(carrier + nu) * 2.0 * np.pi * fp
     rate = slope * (1.0 + np.cos(phase)) - oscillation * np.sin(phase) * 2.0 * np.pi * fp / gamma
-    return np.where(np.abs(since_s) <= 0.5 * gamma * pulse.period_s, rate, 0.0) / _MODEL_G_CM_S2
+    is_in_pulse = np.abs(since_s) <= 0.5 * gamma * pulse.period_s
+    return np.where(is_in_pulse, rate, 0.0) / _MODEL_G_CM_S2
 
 
 # ---- Spectra of Boore et al. (2014), and calibration to them
@@ -385,7 +386,8 @@ def target_spectrum(scenario: Scenario, seed: int, index: int) -> Vector:
     root = (eigenvectors * signs * np.sqrt(eigenvalues))[:, largest_first]
     sobol = qmc.Sobol(len(BSSA_PERIODS_S), rng=np.random.default_rng([seed, 0x50B01]))
     uniform = (sobol.fast_forward(index) if index else sobol).random(1)[0]
-    return median_g * np.exp(sigma * (root @ ndtri(np.clip(uniform, 1.0e-6, 1.0 - 1.0e-6))))
+    normals = ndtri(np.clip(uniform, 1.0e-6, 1.0 - 1.0e-6))
+    return median_g * np.exp(sigma * (root @ normals))
 
 
 def calibrate_pair(

@@ -232,7 +232,8 @@ def curves_figure(
     im = np.geomspace(0.7 * demands[im_column].min(), 1.3 * demands[im_column].max(), 160)
     names = short_names(curves)
     for axes, (state, state_curves) in zip(panels.flat, groups, strict=False):
-        fits = curves[(curves[list(STATE)] == list(state)).all(axis=1)]
+        is_state = (curves[list(STATE)] == list(state)).all(axis=1)
+        fits = curves[is_state]
         words = state_text(records_of(fits)[0])
         is_shared = len(names) > 1
         title = f"{names[state[:2]]}: {words}" if is_shared else words[:1].upper() + words[1:]
@@ -501,7 +502,8 @@ def _tornado_panel(panel: Axes, rows: pd.DataFrame) -> None:
     spans = (100.0 * (paired[["lowest", "highest"]] - 1.0)).clip(-limit, limit)
     panel.hlines(paired["place"], spans["lowest"], spans["highest"], color="#333333", linewidth=0.8)
     for y, text in zip(rows["place"], rows["text"], strict=True):
-        panel.text(1.01, y, text, transform=panel.get_yaxis_transform(), va="center", fontsize=7.5)
+        row_transform = panel.get_yaxis_transform()
+        panel.text(1.01, y, text, transform=row_transform, va="center", fontsize=7.5)
     panel.set_yticks(rows["place"], rows["bar"], fontsize=8)
     panel.set(ylim=(-0.6, len(rows) - 0.4), xlabel="change of the demand (%)")
     panel.axvline(0.0, color="black", linewidth=0.8)

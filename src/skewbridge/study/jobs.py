@@ -230,7 +230,8 @@ def script_session(snakemake: Any) -> Generator[Job]:
                 stamp(output, job.stamp)
     except (InputError, SolutionError) as error:
         logger.error("%s", error)
-        raise SystemExit(EXIT_BAD_INPUT if isinstance(error, InputError) else EXIT_FAILED) from None
+        is_input = isinstance(error, InputError)
+        raise SystemExit(EXIT_BAD_INPUT if is_input else EXIT_FAILED) from None
     except KeyboardInterrupt:
         logger.error("interrupted; finished analyses are kept: repeat the command to resume")
         raise SystemExit(EXIT_INTERRUPTED) from None

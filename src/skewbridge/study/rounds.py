@@ -96,7 +96,8 @@ def targets(
 
 
 def _keys(table: pd.DataFrame, axes: Sequence[str]) -> list[tuple[Any, ...]]:
-    return list(table[["bridge", "abutment", *axes]].itertuples(index=False, name=None))
+    columns = ["bridge", "abutment", *axes]
+    return list(table[columns].itertuples(index=False, name=None))
 
 
 def whole_blocks(by_variant: Mapping[str, int], bridges: Mapping[str, str]) -> dict[str, int]:
@@ -223,7 +224,8 @@ def _looked_at(
     states = limit_states.load_limit_states(Path(settings.limit_states))
     columns = with_derived_columns(demands.head(0)).columns
     states = limit_states.with_column_failure(states, columns)
-    rows = prepared(demands, list(dict.fromkeys(state.demand for state in states)), settings).table
+    names = list(dict.fromkeys(state.demand for state in states))
+    rows = prepared(demands, names, settings).table
     headline = [state for state in states if state.key in limit_states.HEADLINE_STATES]
     on_demands = effect_tables(rows, demands_for("headline", rows.columns), settings).effects
     models = fit_models(rows, headline, settings)

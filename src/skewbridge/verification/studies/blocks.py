@@ -148,7 +148,8 @@ def run_upright(
             x, y = ops.nodeCoord(corner)
             ops.node(floor, x, y)
             ops.fix(floor, 1, 1, 1)
-            contacts.add(floor, corner, (0.0, 1.0), max(0.0, y), friction, kn=1.0e9, kt=1.0e9)
+            contact = floor, corner, (0.0, 1.0), max(0.0, y), friction
+            contacts.add(*contact, kn=1.0e9, kt=1.0e9)
         push = -MASS_KG * base_mps2(times)
         live.load_node(centre, MASS_KG * TABLE_G_MPS2, dt_s, push, rotations=1)
         # Numerical damping removes oscillations of the penalty; rocking is far slower.
@@ -173,7 +174,8 @@ def run_gate(study: Study) -> None:
     restitution = drives.kelvin_voigt_restitution(drives.kelvin_voigt_damping_ratio(0.6))
     study.absolute("restitution of the clipped damper", restitution, 0.6, 1e-9, "B4")
     _check_paths(study)
-    computed_m = run_block(spring_block(kt_n_per_m=1e9, x0_m=0.5), 1e-3, 1.2).q[:, 0].min()
+    decay = run_block(spring_block(kt_n_per_m=1e9, x0_m=0.5), 1e-3, 1.2)
+    computed_m = decay.q[:, 0].min()
     study.relative("first turning point (m)", computed_m, 2.0 * _SLIP_M - 0.5, 5e-3, "B1")
     _check_rectangle(study, "slip under a rectangular pulse (m)", 0.2, (5e-4, 0.8), 1e-2)
     _check_fall(study, ("deepest penetration (m)",), 2e-4)
@@ -352,7 +354,8 @@ def run_closed_forms(study: Study) -> None:
     for e in (0.45, 0.6, 0.71, 0.9):
         dashpot = 2.0 * drives.kelvin_voigt_damping_ratio(e) * (1e7 * MASS_KG) ** 0.5
         drive = drives.kelvin_voigt_drive(kn_n_per_m=1e7, dashpot_n_s_per_m=dashpot)
-        study.absolute(f"Kelvin-Voigt: restitution {e}", bounce(drive).v[-1, 1], e, 0.01, "B4")
+        rebound = bounce(drive).v[-1, 1]
+        study.absolute(f"Kelvin-Voigt: restitution {e}", rebound, e, 0.01, "B4")
     # A mass pulled over a surface by a spring whose end moves at 0.1 m/s.
     speed, drop_m = 0.1, (0.4 - 0.3) * MASS_KG * TABLE_G_MPS2 / _SPRING_N_PER_M
     drive = drives.stribeck_drive(static=0.4, kinetic=0.3, stribeck_speed_mps=2e-4)
@@ -444,7 +447,8 @@ def run_spatial(study: Study) -> None:
     path = unit.figure_3(_ROWS_PER_S)
     forces = drive_unit(PAPER_LAW, path, substeps=2).forces_n
     for time, (axis, name) in product(_FORCES_AT_S, enumerate("xy")):
-        study.tabulated(f"F{name} at {time:g} s (N)", forces[round(time * _ROWS_PER_S), axis])
+        force_n = forces[round(time * _ROWS_PER_S), axis]
+        study.tabulated(f"F{name} at {time:g} s (N)", force_n)
     study.tabulated("total work (J)", unit.path_work_j(path, forces))
     for start, end in ((1.25, 2.5), (3.75, 5.0), (6.25, 7.5), (8.75, 10.0)):
         rows = slice(round(start * _ROWS_PER_S) - 1, round(end * _ROWS_PER_S) + 1)

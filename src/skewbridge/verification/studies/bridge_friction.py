@@ -142,7 +142,8 @@ def stick_slip_changes(normal_n: Floats, friction_n: Floats, coefficient: float)
     """
     closed = normal_n > 0.0
     slipping = friction_n >= 0.98 * coefficient * normal_n
-    return int((closed[1:] & closed[:-1] & (slipping[1:] != slipping[:-1])).sum())
+    stays_closed = closed[1:] & closed[:-1]
+    return int((stays_closed & (slipping[1:] != slipping[:-1])).sum())
 
 
 def half_cycles(pair: Pair[DeckMotion], axis: int) -> pd.DataFrame:

@@ -105,7 +105,8 @@ def _shear_strength_kn(row: Values) -> float:
     axials = {item["bridge"]: item["reference"] for item in _TABLE if item["quantity"] == _AXIAL}
     axial_n = float(axials[row["bridge"]]) * KN
     column = bridge.column_of(bridge.bents[0])
-    shear = shear_section(column, bridge.bents[0].clear_height_m, section_response(column, axial_n))
+    curve = section_response(column, axial_n)
+    shear = shear_section(column, bridge.bents[0].clear_height_m, curve)
     return float(sdc_shear_strength(shear, axial_n, 5.0)) / KN
 
 

@@ -180,7 +180,8 @@ def medians(
     if change.whole:
         demands = _with_whole_peaks(demands)
     if change.first_yield:
-        curve = bent_capacity(load_bridge(change.bridges[era]), 0).curve
+        bridge = load_bridge(change.bridges[era])
+        curve = bent_capacity(bridge, 0).curve
         name = DEMANDS["column_curvature"]
         factor = curve.yield_curvature_per_m / curve.first_yield_curvature_per_m
         demands = demands.assign(**{name: demands[name] * factor})
@@ -197,7 +198,8 @@ def medians(
     system = system_curves(models, states, SETTINGS).assign(component=SYSTEM)
     all_curves = pd.concat([components, system], ignore_index=True)
     # only counts of exceedances bound the median of a state that no run reaches
-    counts = curves[curves["method"] == "exceedance"].set_index(["component", "limit_state"])
+    by_outcome = curves[curves["method"] == "exceedance"]
+    counts = by_outcome.set_index(["component", "limit_state"])
     keys = pd.MultiIndex.from_frame(all_curves[["component", "limit_state"]])
     bounds = counts["theta_bound_low"].reindex(keys).to_numpy()
     all_curves["theta_bound"] = np.where(all_curves["status"] == FITTED, nan, bounds)

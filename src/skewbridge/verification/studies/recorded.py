@@ -251,7 +251,8 @@ def _event(folder: Path, paths: list[Path], station: Station) -> Event:
 
 def strong_part(accel: Floats, dt_s: float) -> slice:
     """Return the samples of the strong part of a recording, with a second before and two after."""
-    start_row, end_row = np.searchsorted(np.cumsum(accel**2) / np.sum(accel**2), _STRONG)
+    energy = np.cumsum(accel**2) / np.sum(accel**2)
+    start_row, end_row = np.searchsorted(energy, _STRONG)
     start = max(0, int(start_row - _LEAD_S / dt_s))
     return slice(start, min(len(accel), int(end_row + _TAIL_S / dt_s)))
 

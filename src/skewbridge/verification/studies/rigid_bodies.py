@@ -93,7 +93,8 @@ def run_between_lines(study: Study) -> None:
             ratio = np.abs(history.tangentials_n).sum() / history.normals_n.sum()
             study.tabulated(f"{name} friction over normal impulse", ratio)
     # Time step x circular frequency of the mass on the penalty = 0.05.
-    history = run_particle(0.05 * (_MASS_KG / _KN_N_PER_M) ** 0.5, 3.0)
+    dt = 0.05 * (_MASS_KG / _KN_N_PER_M) ** 0.5
+    history = run_particle(dt, 3.0)
     compare_with_lcp(study, history, rigid[0.6])
     _draw_particle(study, history, rigid[0.6])
 
