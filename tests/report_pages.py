@@ -64,7 +64,8 @@ def write_page(
     names = "curves joint system effects intensity_effects needed_motions alternatives input_notes"
     frames |= {name: found[name] for name in (*names.split(), "suites", "shear_models")}
     frames |= dict.fromkeys(("contact_checks", "sensitivity"), empty)
-    frames["suite"] = pd.DataFrame({"source": [source] * 2, "motion_id": ["a", "a"]})
+    notes = {"motion_id": ["a", "a"], "messages": ["[]", '["spike?"]']}
+    frames["suite"] = pd.DataFrame(notes | {"source": source})
     frames = edit(frames)
     paths = {name: folder / f"{name}.parquet" for name in frames}
     for name, frame in frames.items():

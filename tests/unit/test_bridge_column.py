@@ -66,7 +66,7 @@ def test_a_heavily_loaded_column_yields_first_in_compression():
     assert curve.plastic_moment_nm < 1.05 * curve.moment_nm.max()
     with pytest.raises(InputError, match="more than its section can: check the weights"):
         sections.section_response(column, 2.6 * axial_n)
-    # 0.3 % of bars: 7.9 MN at 0.66 m (stress block on a segment) + A fy D / pi; confinement adds 8 %
+    # 0.3 % bars: 7.9 MN at 0.66 m (stress block on a segment) + A fy D / pi; confinement adds 8 %
     light = column.model_copy(update={"bar_area_mm2": 0.003 * 2.206e6 / column.bar_count})
     moment_nm = sections.section_response(light, 0.2 * axial_n).plastic_moment_nm
     assert moment_nm == pytest.approx(7.91e6 * 0.66 + 6618e-6 * 469e6 * 1.5 / np.pi, rel=0.1)

@@ -403,8 +403,8 @@ def test_a_roller_has_no_contacts_to_draw_and_a_collapse_is_a_result(pair, tmp_p
     seat = written("extends: osb1\nabutment: {seat_width_m: {v: 36.0, src: 'd: inches'}}\n")
     given = ("--motion", *pair, "--out", tmp_path, "--scale", "4", "--json")
     result = cli_json.invoke("run", *given, "--bridge", seat)
-    assert (result.exit_code, "not at right angles" in result.stderr) == (0, True)
-    assert "abutment.seat_width_m = 36 is outside the usual 0.15 to 1.6" in one_line(result)
+    for text in ("at right angles", "seat_width_m = 36 is outside the usual", "fails in flexure"):
+        assert (result.exit_code, text in one_line(result)) == (0, True)
     assert json.loads(result.stdout)["collapse_criterion"] == "column_drift_ratio"
 
 
@@ -428,10 +428,9 @@ def test_the_design_criteria_have_the_capacities_of_the_model(pair, tmp_path, br
     support_m = 0.914 - max(0.051 * narrowing + 1e-3 * options.gap_offset_mm, 0.0)
     scaled = built_bridge(load_bridge(bridge), options, 60.0)
     bents = [bent_capacity(scaled, at, options.hinge_rule) for at in range(len(scaled.bents))]
-    assert row["support_length_m"] == pytest.approx(support_m)
     checks = answer("sdc", tmp_path)["checks"]
     seats = [check["capacity"] for check in checks if "seat" in check["check"]]
-    assert seats == pytest.approx([support_m] * 5)
+    assert [row["support_length_m"], *seats] == pytest.approx([support_m] * 6)
     found = {check["check"]: check for check in checks}
     histories = pd.read_parquet(tmp_path / "histories.parquet")
     drifts = histories.filter(regex=r"column_\d_drift_ratio").max().to_numpy()  # two at each bent

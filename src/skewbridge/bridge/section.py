@@ -228,7 +228,7 @@ class _Section:
         return axial, float((core_n * self._height_m).sum() + (bar_n * self._bar_height_m).sum())
 
     def point(self, phi: float, axial_n: float) -> tuple[float, float, float, float]:
-        """Return curvature, moment, neutral axis depth, and a number that is positive after failure.
+        """Return curvature, moment, neutral axis depth, and a positive number after failure.
 
         The section fails at an ultimate strain, or when it cannot carry the axial force.
         """

@@ -151,8 +151,7 @@ def check(
     answer = check_bridge(case.bridge)
     picture = writable_folder(out or Path("results/bridges") / answer["bridge"]) / "model.png"
     values = {"skew_deg": 30.0, "gap_mm": 51.0, "friction": 0.5}
-    skewed = Variant.at(case.bridge, "contact_friction", values)
-    _draw_model(skewed, ModelOptions(), picture, units)
+    _draw_model(Variant.at(case.bridge, "contact_friction", values), ModelOptions(), picture, units)
     answer |= {"picture": str(picture), "modes": [asdict(mode) for mode in answer["modes"]]}
     printed = {name: value for name, value in answer.items() if name not in ("findings", "modes")}
     sections = Counter(key.partition(".")[0] for key in answer["inherited"])
@@ -291,8 +290,7 @@ def model(case: NamedVariantOptions, out: Out, units: Units) -> Answer:
     files = [writable_folder(out) / f"model.{ending}" for ending in ("png", "py")]
     title = _draw_model(variant, options, files[0], units)
     write_text(files[1], model_script(variant, options))
-    answer = {"variant": title, "files": list(map(str, files))}
-    return Answer(answer, notes=gap_notes(case.bridge))
+    return Answer({"variant": title, "files": list(map(str, files))}, notes=gap_notes(case.bridge))
 
 
 @command(bridge)
@@ -377,5 +375,4 @@ def sdc(
             notes.append(f"least seat of inner joints: {least_in:.0f} in by {clause}")
     if out is not None:
         _write(rows, out, "sdc")
-    answer = {"title": title, table_name: rows}
-    return Answer(answer, notes=notes, warnings=warnings)
+    return Answer({"title": title, table_name: rows}, notes=notes, warnings=warnings)

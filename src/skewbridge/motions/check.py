@@ -10,7 +10,7 @@ from skewbridge.files.text import file_fault, shown_path
 from skewbridge.motions import folder, read
 from skewbridge.motions.formats import NO_UNIT, DtMissingError, Stated
 from skewbridge.motions.intensity import peak_g
-from skewbridge.motions.suite import read_entry
+from skewbridge.motions.suite import read_entries, read_entry
 
 #: ``warn``: usable, but doubtful; ``error``: unusable; ``needs_dt``: the file has no time step, so
 #: it must be given; ``pair_error``: the file does not match the second component of its motion;
@@ -88,12 +88,13 @@ def write_folder_index(root: Path, stated: Stated | None = None) -> Path:
     cells: dict[str, dict[str, object]] = {}
     if index.is_file():
         cells = {row["motion_id"]: row for row in records_of(folder.read_index_table(index))}
-    rows: list[dict[str, object]] = []
-    for entry_before in folder.list_motions(root):
-        files = [(path, replace(stated, **assumed)) for path, stated in entry_before.components]
-        entry = entry_before.model_copy(update={"sha256": "", "components": tuple(files)})
-        row = folder.index_row(read_entry(entry), [path for path, _ in files], root)
-        traces = [read.read_trace(*component) for component in files]
+    rows, entries = list[dict[str, object]](), list[folder.IndexEntry]()
+    for entry in folder.list_motions(root):
+        files = tuple((path, replace(stated, **assumed)) for path, stated in entry.components)
+        entries.append(entry.model_copy(update={"sha256": "", "components": files}))
+    for entry, motion in zip(entries, read_entries(entries), strict=True):
+        row = folder.index_row(motion, [path for path, _ in entry.components], root)
+        traces = [read.read_trace(*component) for component in entry.components]
         units = {trace.unit for trace in traces}
         if len(units) > 1 and any("given unit" in note for t in traces for note in t.notes):
             text = f"files in {' and '.join(sorted(units))}, but an index row has one unit"

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Final, Literal
 import pandas as pd
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
-from skewbridge.errors import InputError
+from skewbridge.errors import InputError, raise_all
 from skewbridge.files.tables import records_of
 from skewbridge.files.text import checked, file_fault, no_formula, read_csv, shortened, shown_path
 from skewbridge.motions import p695
@@ -107,11 +107,12 @@ def list_motions(folder: Path) -> list[IndexEntry]:
     if index.is_file():
         return read_index(index)
     pairs, unpaired = pair_files(motion_files(folder))
-    if unpaired:
-        name, files = next(iter(unpaired.items()))
+    faults: list[InputError] = []
+    for name, files in unpaired.items():
         names = [path.name for path in files]
         text = f"motion {name} has {len(files)} component file(s) ({', '.join(names)}) instead of 2"
-        raise InputError(f"{text}; list the pairs in an index.csv", files=names)
+        faults.append(InputError(f"{text}; list the pairs in an index.csv", files=names))
+    raise_all(faults)
     if not pairs:
         raise file_fault(folder, " has no file of a motion in a known format")
     # names that an index may have

@@ -141,17 +141,17 @@ def prepare_suite(
     for motion, given, factor, measured in zip(motions, stored, computed, measures, strict=False):
         # six digits, which do not depend on the processor
         scale = float(f"{factor:.6g}") if math.isnan(given) else given
-        note = f"scale factor {scale:.3g} is outside {low:g} to {high:g}"
-        for message in (*motion.messages, *([] if low <= scale <= high else [note])):
-            logger.warning("motion %s: %s", motion.motion_id, message)
+        messages = list(motion.messages)
         # one record may serve several levels of a selection, with other factors in the index
         if earlier := read.earlier_record(names, motion.motion_id, motion.components, str(given)):
-            text = "have the same samples: one record would count twice; remove one"
-            logger.warning("motions %s and %s %s", earlier, motion.motion_id, text)
+            messages.append(f"the samples of motion {earlier}: does one record count twice?")
+        note = f"scale factor {scale:.3g} is outside {low:g} to {high:g}"
+        for message in (*messages, *([] if low <= scale <= high else [note])):
+            logger.warning("motion %s: %s", motion.motion_id, message)
         row: dict[str, Any] = {"scale": scale, "npts": motion.npts}
         row |= {name: getattr(motion, name) for name in (*TEXT_FIELDS, *NUMBER_FIELDS)}
         row |= measured | {name: getattr(motion, name) for name in ("accel_1_mps2", "accel_2_mps2")}
-        rows.append(row | {"messages": json.dumps(motion.messages)})
+        rows.append(row | {"messages": json.dumps(messages)})
     return pd.DataFrame(rows)
 
 

@@ -32,6 +32,7 @@ from skewbridge.fragility.verdicts import (
     OK,
     UNDECIDED,
 )
+from skewbridge.motions.levels import FACTOR_LIMITS
 from skewbridge.motions.p695 import REPLACED
 from skewbridge.report import appearance
 from skewbridge.report.appearance import (
@@ -530,6 +531,15 @@ def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
         )
     im_range = {"first_im": table["first_im"].min(), "last_im": table["last_im"].max()}
     return sentence("motions", **{"magnitude": "", **values, **im_range})
+
+
+def motion_doubts(suite: pd.DataFrame, demands: pd.DataFrame) -> str:
+    """Return the numbers of motions with an incredible scale factor or a doubt of their reader."""
+    is_far = ~demands["scale"].between(*FACTOR_LIMITS)
+    counts = {"n_far": demands.loc[is_far, "motion_id"].nunique(), "limits": FACTOR_LIMITS}
+    is_doubted = suite["messages"].str.contains("?", regex=False)
+    counts["n_doubted"] = suite.loc[is_doubted, "motion_id"].nunique()
+    return sentence("motion_doubts", **counts)
 
 
 #: Abutment models of this package with backfill.

@@ -225,8 +225,7 @@ def curves_figure(
     groups = appearance.groups_of(table, STATE)
     rows = -(-len(groups) // columns)
     columns = -(-len(groups) // rows)
-    lines = 2 + table.groupby(list(STATE)).size().max()
-    height = (1.9 + _LINE_IN * lines) * rows + 0.2
+    height = (1.9 + _LINE_IN * (2 + table.groupby(list(STATE)).size().max())) * rows + 0.2
     figure = Figure(figsize=(3.4 * max(columns, 2) + 0.3, height), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     im_column, demands = str(curves["im"].iloc[0]), with_derived_columns(demands)

@@ -32,7 +32,7 @@ from skewbridge.demands.validity import (
     is_complete,
     with_derived_columns,
 )
-from skewbridge.files.tables import read_frame, read_stamp, records_of, stamp
+from skewbridge.files.tables import Row, read_frame, read_stamp, records_of, stamp
 from skewbridge.files.text import write_text
 from skewbridge.fragility import exports, verdicts
 from skewbridge.fragility.demand_table import BRIDGE_COLUMNS
@@ -147,8 +147,9 @@ def _first_screen(frames: Mapping[str, pd.DataFrame], bridges: Sequence[str]) ->
     axes, structures = axes_of(demands.columns), [load_structure(name) for name in bridges]
     motions = f"{demands['motion_id'].nunique()} motions."
     if "suite" in frames:
-        motions = answer.motions_sentence(frames["suite"], table)
-        motions += f" {answer.properties_sentence(demands, structures)}"
+        suite, properties = frames["suite"], answer.properties_sentence(demands, structures)
+        doubts = answer.motion_doubts(suite, demands)
+        motions = f"{answer.motions_sentence(suite, table)} {doubts} {properties}"
     suites_sentence, suites_text = answer.suites_summary(frames["suites"], table)
     of_first = demands[demands["bridge"].isin([bridge.name for bridge in structures[:1]])]
     with_backfill = demands[demands["abutment"].isin(answer.BACKFILLED)]
@@ -218,6 +219,12 @@ def answer_rows(table: pd.DataFrame, counts: pd.DataFrame, curves: pd.DataFrame)
         "level": next((f"{100 * level:g} %" for level in table["level"].dropna()), ""),
         "margin": next((f"{100 * margin:g} %" for margin in capacities["margin"].dropna()), ""),
     }
+
+
+def motion_notes(suite: pd.DataFrame) -> list[Row]:
+    """Return the notes of the reader on the motions, one row each."""
+    texts = dict(zip(suite["motion_id"], suite["messages"], strict=True))
+    return [{"motion": name, "note": text} for name in texts for text in json.loads(texts[name])]
 
 
 def is_at_own_period(im: str, bridges: Collection[str]) -> bool:

@@ -227,14 +227,10 @@ def record_page(title: str, dt_s: float, components: Mapping[str, Floats]) -> Fi
 
 def applied_spectra(suite: Sequence[SuiteMotion]) -> Figure:
     """Return a figure of the RotD50 spectra of the scaled motions of a study."""
-    spectra_g: list[Floats] = []
-    for scaled in suite:
-        motion = scaled.motion
-        pair = pair_psa(motion.accel_1_mps2, motion.accel_2_mps2, motion.dt_s, APPLIED_PERIODS_S)
-        spectra_g.append(scaled.scale * pair.rotd50_mps2 / G_MPS2)
-    return suite_spectra(
-        np.array(spectra_g), APPLIED_PERIODS_S, title="Motions as applied (scaled)"
-    )
+    motions = [scaled.motion.scaled(scaled.scale) for scaled in suite]
+    pairs = (pair_psa(*motion.components, motion.dt_s, APPLIED_PERIODS_S) for motion in motions)
+    spectra_g = np.array([pair.rotd50_mps2 for pair in pairs]) / G_MPS2
+    return suite_spectra(spectra_g, APPLIED_PERIODS_S, title="Motions as applied (scaled)")
 
 
 @mpl.rc_context(STYLE)
@@ -252,8 +248,7 @@ def suite_spectra(
     """
     periods, log_psa = np.asarray(periods_s, dtype=np.float64), np.log(rotd50_g)
     blue, orange = _COLOURS
-    width_in = _WIDTH_IN if model else 0.72 * _WIDTH_IN
-    figure = Figure(figsize=(width_in, 4.0), layout="constrained")
+    figure = Figure(figsize=(_WIDTH_IN if model else 0.72 * _WIDTH_IN, 4.0), layout="constrained")
     axes, *second_panel = figure.subplots(1, 2 if model else 1, squeeze=False)[0]
     axes.loglog(periods, rotd50_g.T, color="0.8", lw=0.5)
     mean, scatter = log_psa.mean(axis=0), log_psa.std(axis=0, ddof=min(1, len(log_psa) - 1))

@@ -265,8 +265,7 @@ def sampled(tasks: Sequence[Task], count: int) -> list[Task]:
 
 def analyse_variant(setup: StudySetup, slug: str, output: Path) -> None:
     """Run the analyses of a variant that are not in its journals, and write its demands table."""
-    rows = run_in_journal(setup, slug, setup.planned_tasks(slug), of_variant=True)
-    write_variant(rows, output)
+    write_variant(run_in_journal(setup, slug, setup.planned_tasks(slug), of_variant=True), output)
 
 
 def run_in_journal(

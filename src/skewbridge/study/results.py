@@ -351,8 +351,7 @@ def _states_file(study: Path) -> Path:
 
 def _measure(study: Path) -> str | None:
     curves = StudyFolder(study).fragility("curves")
-    measures = read_frame(curves, ["im"])["im"] if curves.is_file() else ()
-    return next(iter(measures), None)
+    return next(iter(read_frame(curves, ["im"])["im"] if curves.is_file() else ()), None)
 
 
 def _other_motions(first: Path, second: Path) -> tuple[str, ...]:
@@ -461,8 +460,7 @@ def predict_states(
             )
         prediction["n_withheld"] = n_withheld.get(tuple(row[name] for name in _STATE_KEYS), 0)
         columns = (*demand_table.BRIDGE_COLUMNS, "loo_error", "im", RANDOM_PROPERTIES)
-        common = {name: row[name] for name in columns}
-        rows.append(prediction | common)
+        rows.append(prediction | {name: row[name] for name in columns})
     return rows
 
 

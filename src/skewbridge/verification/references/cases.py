@@ -57,7 +57,7 @@ class PulseCase(_Case):
 
 
 class DeckCase(_Case):
-    """A rigid skew deck between two abutments (docs/theory/verification.md)."""
+    """A rigid skew deck between two abutments (docs/theory/verification.md), skewed clockwise."""
 
     length_m: Length
     width_m: Length

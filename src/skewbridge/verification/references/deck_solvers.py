@@ -18,6 +18,7 @@ References:
     Dimitrakopoulos (2011), Engineering Structures 33, 813-826 (the model and its pulse).
 """
 
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import ceil, cos, inf, pi, radians, sin, tan
@@ -41,6 +42,8 @@ from skewbridge.verification.references import live_model as live
 from skewbridge.verification.references.cases import DeckCase, file_of_case, read_case
 from skewbridge.verification.references.lcp import RigidContacts, moreau_jean
 from skewbridge.verification.references.live_model import History
+
+logger = logging.getLogger(__name__)
 
 # First letter: right or left end; second letter: acute or obtuse corner.
 CORNERS: Final = ("ra", "ro", "lo", "la")
@@ -178,6 +181,10 @@ def run_deck_case(case_file: Path, out: Path) -> dict[str, Any]:
         file_1, file_2 = (file_of_case(case_file, name) for name in case.motion)
         excitation = BaseAcceleration(record=read_motion(file_1, file_2))
     writable_file(out)
+    # measured under records, against converged peaks: 1 % at 0.1, up to 15 % at 0.45
+    if case.solver == "opensees" and (turn := case.dt_s * case.contact_frequency_rad_per_s) > 0.1:
+        text = "dt_s x contact frequency = %.2g is above 0.1, so peaks can be off by over 1 %%"
+        logger.warning(f"{text}: use dt_s = %.1g", turn, 0.05 * case.dt_s / turn)
     history = run_deck(case, excitation)
     if not np.isfinite(history.q).all():
         raise SolutionError("the response is not finite: use a smaller dt_s")

@@ -145,8 +145,7 @@ class Station(_Part, frozen=True):
     def variant(self) -> Variant:
         """Variant of the bridge with the axes of the station."""
         axes = {name: getattr(self, name) for name in ("skew_deg", "gap_mm", "friction")}
-        is_file = self.bridge.endswith(".yaml")
-        bridge = str(_STATIONS / self.bridge) if is_file else self.bridge
+        bridge = str(_STATIONS / self.bridge) if self.bridge.endswith(".yaml") else self.bridge
         return Variant.at(bridge, "contact_friction", axes)
 
     @property
@@ -461,10 +460,19 @@ def _compare(
         reference = float(np.abs(recorded).max())
         source = f"channel {item.channel}, {kind}; peak ratio {lowest:g} to {highest:g}"
         study.report(f"{event.date} {item.name} ({item.unit})", peak["model"], reference, source)
+        limits = {
+            "peak_ratio": (lowest, highest),
+            "correlation": (item.correlation.get(kind, -1.0), 1.0),
+            "error": (0.0, item.error.get(kind, np.inf)),
+        }
+        missed = [
+            f"{name.replace('_', ' ')} {model[name]:.2f}, limits {low:g} to {high:g}"
+            for name, (low, high) in limits.items()
+            if not low <= model[name] <= high
+        ]
         study.comparisons[-1] |= {
-            "pass": lowest <= model["peak_ratio"] <= highest
-            and model["correlation"] >= item.correlation.get(kind, -1.0)
-            and model["error"] <= item.error.get(kind, np.inf),
+            "pass": not missed,
+            "missed": "; ".join(missed),
             "tolerance": (highest - 1.0) * reference if np.isfinite(highest) else None,
             "event": event.date,
             "kind": kind,

@@ -374,8 +374,7 @@ def run_tests(study: Study) -> None:
         # largest openings beyond the gap
         away_mm = (history.openings_m.max(axis=0) - history.openings_m[0, 0]) / MM
         for end, corners in (("right", (0, 1)), ("left", (3, 2))):
-            openings_mm = away_mm[[*corners]].tolist()
-            states("acute corner moves away", f"{name}, {end} acute", *openings_mm)
+            states("acute corner moves away", f"{name}, {end} acute", *away_mm[[*corners]].tolist())
         if not motion.is_nominal:
             continue
         penalty = run_deck(wu_case(gap_mm, solver="penalty"), ground)
