@@ -87,6 +87,7 @@ def test_without_the_package_the_synthetic_suite_is_used_and_said(monkeypatch, c
     effects = suite.assign(first_im=np.nan, last_im=np.nan)
     words = "are synthetic, in place of the recorded motions of FEMA P-695"
     assert words in motions_sentence(suite, effects)
+    assert "in one earthquake" in motions_sentence(suite.assign(source="", event="A"), effects)
     assert "Two motions are scaled" in motion_doubts(suite, suite.assign(scale=[4.1, 0.2]))
     both = parse_config({"motions": {"suites": ["near", "p695"]}}).motions
     assert [source.name for source in suite_sources(both)] == ["near"]

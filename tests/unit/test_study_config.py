@@ -160,7 +160,7 @@ def test_whole_values_are_integers_whatever_their_type(kind: Any) -> None:
     assert (repr(asdict(variant)), repr(variant.friction)) == (repr(model | whole), "0.29")
 
 
-def test_any_numeric_modelling_option_may_be_an_axis() -> None:
+def test_any_numeric_modelling_option_may_be_an_axis_within_its_limits() -> None:
     one = {"bridge": ["osb1"], "gap_mm": [51], "friction": [0.3, 0.1 + 0.2], "skew_deg": [30]}
     raw = {"transverse_gap_mm": [6.4, 25.4], "backwall_points": [5, 9]}
     variants = expand_grid(GridConfig.model_validate(raw | one))
@@ -168,9 +168,6 @@ def test_any_numeric_modelling_option_may_be_an_axis() -> None:
     assert variants[1].slug == "osb1_cf_skew30_gap051_mu030_backwall-points5_transverse-gap-mm25p4"
     first = {"skew_deg": 30, "gap_mm": 51, "friction": 0.3, "backwall_points": 5}
     assert repr(variants[0].values()) == repr(first | {"transverse_gap_mm": 6.4})  # 5 is an integer
-
-
-def test_a_value_outside_its_limits_is_named() -> None:
     good = {"bridge": "osb1", "abutment": "contact", "skew_deg": 0, "gap_mm": 51}
     for field, value, words in (
         ("friction_pct", -10, "friction must be within 0..1.5, got -0.1"),

@@ -183,7 +183,7 @@ def compare(
     if names := pair.other_motions:
         text = "motions have the same name in both studies but different files, and are left out"
         warnings.append(f"{len(names)} {text}: {', '.join(names[:5])}")
-    reason = "fewer than two motions have a value in both studies, or no variant has a curve"
+    reason = "fewer than three motions (or earthquakes) have values in both studies, or no curve"
     return Answer(answer, printed, missing=reason, warnings=warnings, digits=4)
 
 

@@ -525,6 +525,8 @@ def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
     synthetic = len(sources) > 0 and sources.str.contains("synthetic|simulated", case=False).all()
     recorded = len(sources) > 0 and sources.str.startswith("recorded").all()
     values: dict[str, Any] = {"suite": suite, "synthetic": synthetic, "recorded": recorded}
+    events = suite.get("event", pd.Series([""]))
+    values["events"] = not events.str.match("$|DDK18").any()  # each is a recorded earthquake
     values["replaced"] = f", {REPLACED}," if sources.str.contains(REPLACED).any() else ""
     if {"magnitude", "distance_km"} <= set(suite.columns) and suite["magnitude"].notna().any():
         values["magnitude"], values["distance"] = (
