@@ -399,7 +399,8 @@ def decision(
             row["hazus_m"] = np.nan
             if at_zero:
                 ln_factor = float(np.log(hazus_factor(skew_deg)))
-                row["hazus_m"] = _length(at_zero, hazard, target, ln_factor).value + gap_mm / 1000.0
+                hazus = _length(at_zero, hazard, target, ln_factor).value
+                row["hazus_m"] = hazus + gap_mm / 1000.0
             # SDC: displacement demand at 5 % in 50 years
             ln_length = np.interp(ln_sdc_im, np.log(medians), np.log(_LENGTHS_M))
             row["sdc_demand_m"] = float(np.exp(ln_length))

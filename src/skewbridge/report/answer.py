@@ -34,6 +34,7 @@ from skewbridge.fragility.verdicts import (
 )
 from skewbridge.motions.levels import FACTOR_LIMITS
 from skewbridge.motions.p695 import REPLACED
+from skewbridge.motions.read import is_doubt
 from skewbridge.report import appearance
 from skewbridge.report.appearance import (
     TEXTS,
@@ -542,7 +543,7 @@ def motion_doubts(suite: pd.DataFrame, demands: pd.DataFrame) -> str:
     """Return the numbers of motions with an incredible scale factor or a doubt of their reader."""
     is_far = ~demands["scale"].between(*FACTOR_LIMITS)
     counts = {"n_far": demands.loc[is_far, "motion_id"].nunique(), "limits": FACTOR_LIMITS}
-    is_doubted = suite["messages"].str.contains("?", regex=False)
+    is_doubted = suite["messages"].map(is_doubt)
     counts["n_doubted"] = suite.loc[is_doubted, "motion_id"].nunique()
     return sentence("motion_doubts", **counts)
 
