@@ -325,7 +325,7 @@ def pressed_mass(drive):
     return contacts
 
 
-def test_wear_lowers_the_friction_along_the_slip_path():
+def test_friction_falls_by_wear_along_the_slip_path_and_from_static_to_kinetic():
     def worn(state: contact.UnitState, time_s: float) -> dict[str, float]:
         return {"friction": max(0.1, 0.3 - 0.5 * state.slip_path_m)}
 
@@ -336,9 +336,6 @@ def test_wear_lowers_the_friction_along_the_slip_path():
     # Energy: v^2 / 2 / g = integral of (0.3 - 0.5 s) ds up to 0.4 m, then 0.1 times the rest.
     rest_m = (0.5 * 1.5**2 / 9.81 - (0.3 * 0.4 - 0.25 * 0.4**2)) / 0.1
     assert slid == pytest.approx(0.4 + rest_m, rel=5e-3)
-
-
-def test_stribeck_friction_falls_from_static_to_kinetic():
     options = {"static": 0.4, "kinetic": 0.3, "stribeck_speed_mps": 0.01}
     for speed_mps, friction in ((0.0, 0.4), (1.0, 0.3), (0.01, 0.3 + 0.1 * np.exp(-1.0))):
         assert drives.stribeck_friction(speed_mps, **options) == pytest.approx(friction)

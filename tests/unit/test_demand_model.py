@@ -112,7 +112,7 @@ def test_orientations_of_a_motion_do_not_enter_the_effects_of_gap_and_friction()
     assert np.log(found["ci_high"] / found["ci_low"]).max() < 0.08  # the scatter is 0.4
 
 
-def test_motions_of_one_event_are_one_block():
+def test_motions_of_one_event_are_one_block_and_two_events_choose_no_shape():
     """Every motion twice: without the event, intervals would be narrower by the root of two."""
     table = study(16, run_scatter=0.1)
     twice = pd.concat([table, table.assign(motion_id=table["motion_id"] + "b")], ignore_index=True)
@@ -133,9 +133,6 @@ def test_motions_of_one_event_are_one_block():
         assert two == pytest.approx(one / np.sqrt(2.0), rel=0.1)
     assert apart["ratio"] == pytest.approx(together["ratio"], rel=1e-3)
     assert together["n_effective_motions"] == pytest.approx(alone["n_effective_motions"], rel=0.2)
-
-
-def test_two_events_choose_no_shape_and_one_leaves_no_influence():
     table = study()
     for count in (1, 2):
         rows = ready(table.assign(event=[f"e{n % count}" for n in numbers(table)]), DRIFT)

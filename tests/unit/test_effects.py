@@ -297,7 +297,7 @@ def test_no_effect_has_an_interval_of_no_width_and_only_zeros_are_not_estimable(
         paired_effects(table.loc[[*table.index, 0]])
 
 
-def test_rotation_and_abutments_are_judged_by_their_difference_in_mrad_and_mm():
+def test_single_demands_have_margins_and_rotation_and_abutments_differences_in_mrad_and_mm():
     table = synthetic_demands(skews=(0,), gaps=(51,), friction_effect=0.0)
     passive, moved = "abutment_passive_m", table["friction"] == 0.5
     table.loc[moved, passive] = table.loc[~moved, passive].to_numpy() + 0.012
@@ -311,9 +311,6 @@ def test_rotation_and_abutments_are_judged_by_their_difference_in_mrad_and_mm():
     assert np.isnan(row[["ratio", "slope"]].to_numpy(dtype=float)).all()
     assert (row["difference"], row["verdict"], row["n_motions"]) == (0.0, "negligible", 16)
     assert row["status"] == "ok"
-
-
-def test_margins_of_single_demands_override_the_common_one():
     table = synthetic_demands(skews=(0,), gaps=(51,))
     wide = FitSettings(margin=0.2, margins={"unseating_m": 0.01, "deck_rotation_rad": 100.0})
     names = (DEMAND, "unseating_m", "deck_rotation_rad")
@@ -346,7 +343,7 @@ def sloped(slope, motions=24, seed=6):
     return pairs(np.log(1.3) + slope * np.log(np.geomspace(0.1, 1.5, motions) / 0.4) + noise)
 
 
-def test_an_effect_that_depends_on_intensity_has_a_slope_and_a_line():
+def test_an_effect_that_depends_on_intensity_has_a_slope_at_a_reference_inside_the_pairs():
     tables = effect_tables(sloped(-0.2), [DEMAND], reference_im={("osb1", "contact_friction"): 0.4})
     row = friction(tables.effects).iloc[0]
     assert row["slope_low"] < -0.2 < row["slope_high"]
@@ -361,9 +358,6 @@ def test_an_effect_that_depends_on_intensity_has_a_slope_and_a_line():
     reference = lines[lines["at_reference"]].iloc[0]
     assert (reference["im"], reference["clipped"], reference["verdict"]) == (0.4, False, "higher")
     assert friction(paired_effects(sloped(0.0), [DEMAND])).iloc[0]["p_slope"] > 0.05
-
-
-def test_reference_intensity_outside_the_pairs_is_clipped_and_none_gives_no_slopes():
     table = sloped(-0.2)
     strongest = table["motion_id"].isin(table.nlargest(8, IM)["motion_id"])
     table.loc[strongest, "status"] = "collapse"  # both runs: these motions enter no pair
@@ -404,7 +398,7 @@ def test_needed_motions_decide_with_a_probability_of_four_in_five(change, scatte
     assert power <= 0.82 or motions <= 30
 
 
-def test_needed_motions_are_motions_of_the_suite_and_cost_their_analyses():
+def test_needed_motions_of_demands_and_medians_are_motions_of_the_suite_and_cost_their_analyses():
     few = synthetic_demands(motions=16, run_scatter=0.3, seed=8).assign(cpu_s=36.0)
     few.loc[few["friction"] == 0.5, "unseating_m"] *= 1.03
     few.loc[few["motion_id"].isin(few["motion_id"].unique()[:4]), "status"] = "timeout"
@@ -423,9 +417,6 @@ def test_needed_motions_are_motions_of_the_suite_and_cost_their_analyses():
     assert np.isnan(verdicts.motions_to_decide(POWER_ROW | {"ratio": np.nan, "scatter": 0.06}))
     changes = {"judged_by": "difference", "difference": 0.2, "difference_margin": 0.1}
     assert verdicts.motions_to_decide(POWER_ROW | changes | {"scatter": 0.1}) < 15
-
-
-def test_needed_motions_cover_headline_demands_and_medians():
     table = synthetic_demands(motions=12, run_scatter=0.1).assign(cpu_s=4.0)
     effects = paired_effects(table)
     slight = {"quantity": "median_capacity", "demand": "unseating/slight"}

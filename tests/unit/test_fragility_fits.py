@@ -222,7 +222,7 @@ def systems(table, states=STATES):
     return system_curves(models_of(table, states), states, SETTINGS).set_index("limit_state")
 
 
-def test_a_system_with_a_component_that_every_run_exceeds_has_only_a_bound():
+def test_a_system_has_a_bound_or_no_curve_if_one_of_its_components_has():
     table = synthetic_demands(**ONE, motions=30)
     table["bearing_disp_m"] += 1.0
     found = systems(table)
@@ -232,9 +232,6 @@ def test_a_system_with_a_component_that_every_run_exceeds_has_only_a_bound():
     assert found.loc["moderate", "theta_bound"] == pytest.approx(table[IM].min(), rel=0.15)
     assert found.loc["moderate", "left_out"].startswith("bearing: exceeded in every run")
     assert found.loc["extensive", "status"] == "ok"
-
-
-def test_a_system_has_no_curve_if_it_depends_on_a_component_with_a_withheld_curve():
     models = models_of(synthetic_demands(**ONE, motions=30), STATES)
     curves = fit_study(models, STATES, SETTINGS)
     plain = system_curves(models, STATES, SETTINGS).set_index("limit_state")

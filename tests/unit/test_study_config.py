@@ -160,7 +160,7 @@ def test_whole_values_are_integers_whatever_their_type(kind: Any) -> None:
     assert (repr(asdict(variant)), repr(variant.friction)) == (repr(model | whole), "0.29")
 
 
-def test_any_numeric_modelling_option_may_be_an_axis() -> None:
+def test_any_numeric_modelling_option_may_be_an_axis_within_its_limits() -> None:
     one = {"bridge": ["osb1"], "gap_mm": [51], "friction": [0.3, 0.1 + 0.2], "skew_deg": [30]}
     raw = {"transverse_gap_mm": [6.4, 25.4], "backwall_points": [5, 9]}
     variants = expand_grid(GridConfig.model_validate(raw | one))
@@ -168,9 +168,6 @@ def test_any_numeric_modelling_option_may_be_an_axis() -> None:
     assert variants[1].slug == "osb1_cf_skew30_gap051_mu030_backwall-points5_transverse-gap-mm25p4"
     first = {"skew_deg": 30, "gap_mm": 51, "friction": 0.3, "backwall_points": 5}
     assert repr(variants[0].values()) == repr(first | {"transverse_gap_mm": 6.4})  # 5 is an integer
-
-
-def test_a_value_outside_its_limits_is_named() -> None:
     good = {"bridge": "osb1", "abutment": "contact", "skew_deg": 0, "gap_mm": 51}
     for field, value, words in (
         ("friction_pct", -10, "friction must be within 0..1.5, got -0.1"),
@@ -213,6 +210,9 @@ def test_a_skew_or_gap_without_effect_is_named(written):
         assert gap == f"gap_mm is in mm: {words}"
     states = written("[{component: a, demand: unseating_m, unit: m, dispersion: 0.3, citation: b, "
                      "states: {c: 1.5, d: 38}}]")  # fmt: skip
+    ida = {"design": "ida", "ida_threshold": 2.5}
+    (of_ida,) = axis_warnings(parse_config({"motions": ida}))
+    assert "ida_threshold: column_drift_ratio of 2.5 is outside the usual 0.001 to 0.2" in of_ida
     (text,) = axis_warnings(parse_config({"fragility": {"limit_states": states}}))
     assert text.startswith("limit state a/d: unseating_m of 38 is outside the usual 0.001 to 5")
     (text,) = axis_warnings(parse_config({"accuracy": "fast"}))

@@ -163,7 +163,7 @@ def test_a_motion_along_one_axis_shears_the_columns_along_this_axis(incidence_de
     assert shear_kn[across] < 0.2 * shear_kn[along]
 
 
-def test_opposite_skew_mirrors_the_response():
+def test_opposite_skew_mirrors_the_response_and_half_a_turn_reverses_the_motion():
     # steps of one size and a tight test: rounding, which differs between processors, then decides
     # neither on the size of a step nor on an iteration
     tight = {"tolerance_j": 1e-8, "reuse_tangent": False, "dt_s": 0.001, "contact_dt_s": 0.001}
@@ -184,9 +184,6 @@ def test_opposite_skew_mirrors_the_response():
             assert other.demands[name] == pytest.approx(value, rel=0.01, abs=1e-9), name
     for name in PEAKS:
         assert rough[1].demands[name] == pytest.approx(rough[0].demands[name], rel=0.01), name
-
-
-def test_half_a_turn_equals_reversing_the_motion():
     motion = strong_motion(duration_s=3.0)
     reverse = motion.with_components(-motion.accel_1_mps2, -motion.accel_2_mps2)
     turned = analysed(variant(0), motion, incidence_deg=180.0).demands

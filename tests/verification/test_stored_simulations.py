@@ -46,7 +46,7 @@ def test_every_case_is_simulated_and_at_stopping_verdicts_are_rarely_wrong():
             assert row["mean_motions"] < 20
 
 
-def test_intervals_of_effects_cover_and_few_rows_of_a_family_are_called_changed_at_the_margin():
+def test_intervals_cover_and_few_rows_of_a_family_are_called_changed_at_the_margin():
     for level, low, high in (("95%", 0.92, 0.98), ("90%", 0.87, 0.93)):
         for row in rows_of(f"coverage {level}"):
             assert low <= row["share"] <= high, row
@@ -55,10 +55,7 @@ def test_intervals_of_effects_cover_and_few_rows_of_a_family_are_called_changed_
     assert all(row["low"] <= 0.05 for row in family)
     # verdicts of single intervals are wrong much more often
     assert min(row["share"] for row in alone if row["what"].endswith("verdict")) > 0.2
-
-
-def test_intervals_of_medians_and_of_fits_cover():
-    """The binomial 95 % bounds of the coverage meet 92 to 98 %, those of 90 % 87 to 93 %."""
+    # the binomial 95 % bounds of the coverage meet 92 to 98 %, those of 90 % 87 to 93 %
     for case, row in MEDIANS.items():
         for name in (name for name in row if name != "replicates" and "width" not in name):
             count = int(row["replicates"])

@@ -95,9 +95,14 @@ def axis_warnings(config: StudyConfig) -> Iterator[str]:
             "accuracy fast is for trials: its rows are often suspect (6 of 24 osb1 runs of 5 s), "
             "for steps with a looser convergence test or work above the friction limit"
         )
+    motions, states = config.motions, list[limit_states.LimitState]()
+    if motions.design == "ida":
+        state = partial(limit_states.LimitState, component="motions", name="ida_threshold")
+        demand, threshold = motions.ida_demand, motions.ida_threshold
+        states.append(state(demand=demand, threshold=threshold, dispersion=0.0))
     with suppress(InputError):  # `check_inputs` reports it
-        states = limit_states.load_limit_states(Path(config.fragility.limit_states))
-        yield from filter(None, (state.doubt for state in states))
+        states += limit_states.load_limit_states(Path(config.fragility.limit_states))
+    yield from filter(None, (state.doubt for state in states))
     if curve := config.hazard_curve:
         yield from filter(None, [curve.doubt])
         periods_s = [f"{load_structure(name).t1_s:.3g} s" for name in config.grid.bridge]
