@@ -406,6 +406,7 @@ def test_a_roller_has_no_contacts_to_draw_and_a_collapse_is_a_result(pair, tmp_p
     for text in ("at right angles", "seat_width_m = 36 is outside the usual", "fails in flexure"):
         assert (result.exit_code, text in one_line(result)) == (0, True)
     assert json.loads(result.stdout)["collapse_criterion"] == "column_drift_ratio"
+    assert "fails in" in one_line(cli_json.invoke("bridge", "sdc", tmp_path, "--bridge", seat))
 
 
 @pytest.mark.parametrize(

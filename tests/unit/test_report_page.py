@@ -337,8 +337,10 @@ def test_methods_settings_and_units_of_the_page_are_those_of_the_study(render):
     assert " mm" not in re.sub(r"<details><summary>(Methods|Provenance).*?</details>", "", page)
     # the range of intensities is that of the motions
     given = {"source": ["a"] * 2, "scale": [1.0, 2.0], "im_saavg_rotd50_g": [0.11, 0.4]}
-    text = methods_of(parse_config({"motions": {"count": 2}}), pd.DataFrame(given)).parts
-    assert "at the T1 of osb1 spans 0.11 to 0.8 g" in text["Ground motions"]
+    given |= {"motion_id": ["a", "b"], "stripe_g": [0.1, 0.8]}
+    for design, words in (("scaled_cloud", "spans 0.11 to 0.8 g"), ("stripes", " (1, 1 motions),")):
+        config = parse_config({"motions": {"count": 2, "design": design}})
+        assert words in methods_of(config, pd.DataFrame(given)).parts["Ground motions"]
     # the first screen has the intensities of the fits, at the T1 of each bridge
     assert [is_at_own_period(IM, [name]) for name in ("osb1", "other")] == [False, True]
 

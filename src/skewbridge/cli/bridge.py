@@ -22,6 +22,7 @@ from skewbridge.cli.output import (
     VariantOptions,
     arg,
     command,
+    failure_notes,
     gap_notes,
     opt,
 )
@@ -367,7 +368,7 @@ def sdc(
             problem = f"bridge {variant.bridge_name} is unknown: give its file with --bridge"
             raise InputError(f"{source}: {problem}")
         histories = {str(name): table[name].to_numpy() for name in table}
-        title, notes = variant.slug, gap_notes(variant.bridge)
+        title, notes = variant.slug, [*failure_notes(row), *gap_notes(variant.bridge)]
         rows = bridge_check.sdc_rows(variant, row, records_of(bents), histories)
         if any(f"{row['check']}".startswith("joint") for row in rows):
             clause = f"{bridge_check.HINGE_CLAUSE}; check the edition that applies"

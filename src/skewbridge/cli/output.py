@@ -435,6 +435,14 @@ def gap_notes(bridge: str) -> list[str]:
     return []
 
 
+def failure_notes(row: Row) -> list[str]:
+    """Return a note that the demands of a row end at the failure of a column, if one fails."""
+    if not row.get("beyond_model"):
+        return []
+    until = "a column fails in {beyond_model} at {beyond_model_s:.2f} s".format(**row)
+    return [f"{until}: demands are peaks until then, histories and figures go on"]
+
+
 def keys_and_values(option: str, pairs: list[str] | None) -> dict[str, Any]:
     """Return the KEY=VALUE pairs of a repeatable option as a dict; values are parsed as YAML."""
     values: dict[str, Any] = {}

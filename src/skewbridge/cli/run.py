@@ -13,6 +13,7 @@ from skewbridge.cli.output import (
     VariantOptions,
     arg,
     command,
+    failure_notes,
     gap_notes,
     messages,
     opt,
@@ -113,10 +114,8 @@ def run(
     if not is_script(task.variant.bridge):
         warnings += doubts(read_bridge(task.variant.bridge))
     read = [text for record in (task.supports or {"": motion}).values() for text in record.messages]
-    notes = [*gap_notes(task.variant.bridge), *read, *result.messages, f"written to {out}"]
-    if (failure := result.model_end).mode:
-        until = f"a column fails in {failure.mode} at {failure.time_s:.2f} s"
-        notes.insert(0, f"{until}: demands are peaks until then, histories and figures go on")
+    notes = [*failure_notes(demands), *gap_notes(task.variant.bridge), *read, *result.messages]
+    notes.append(f"written to {out}")
     code = 0 if result.status in RAN else EXIT_FAILED
     return Answer(demands, selected([demands], *_SHOWN)[0], notes, code, warnings=warnings)
 

@@ -72,7 +72,8 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
     count, levels_g = motions.count, motions.level_range_g
     if {"scale", LEVEL_MEASURE} <= set(suite):
         applied_g = suite["scale"] * suite[LEVEL_MEASURE]
-        count, levels_g = len(suite), (applied_g.min(), applied_g.max())
+        count, levels_g = suite["motion_id"].nunique(), (applied_g.min(), applied_g.max())
+    sizes = suite.groupby("stripe_g").size() if "stripe_g" in suite else pd.Series(dtype=int)
     suites = suite.groupby("suite", sort=False)["motion_id"].nunique() if "suite" in suite else {}
     bridges = [load_structure(name) for name in config.grid.bridge]
     model = config.analysis.model_options(config.model)
@@ -99,6 +100,8 @@ def methods_of(config: StudyConfig, suite: pd.DataFrame | None = None) -> Method
             "within": [axis(name).title for name in getattr(motions.blocks, "within", ())],
             "count": count,
             "levels_g": levels_g,
+            "stripes_g": sizes.index.tolist() or motions.stripes_g,
+            "sizes": sizes.tolist() if sizes.nunique() > 1 or sizes.max() != count else [],
             "measure": f"Sa_avg (Eads et al. 2015) at the T1 of {CONDITIONING_BRIDGE}",
             "source": "; ".join(filter(None, suite["source"].astype(str).unique())),
             "suites": dict(suites),
