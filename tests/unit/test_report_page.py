@@ -27,7 +27,7 @@ from skewbridge.report import answer as answers
 from skewbridge.report import fragility_figures as figures
 from skewbridge.report import page as report
 from skewbridge.report.answer import effect_name, run_counts
-from skewbridge.report.appearance import demand_name, in_words
+from skewbridge.report.appearance import demand_name, in_words, with_unit
 from skewbridge.report.methods import methods_of
 from skewbridge.report.page import bridge_words, is_at_own_period, joint_rows, sketch
 from skewbridge.report.study_figures import SECTIONS
@@ -351,7 +351,7 @@ def answer_row(axis, demand, ratio, claim, **changes):
         "to_value": 0.5, "quantity": "median_capacity", "demand": demand, "status": "ok",
         "ratio": ratio, "ci_low": 0.95 * ratio, "ci_high": 1.05 * ratio, "level": 0.9,
         "margin": 0.05, "verdict": claim, "claim": claim, "from_demand": 2.0,
-        "to_demand": 2.0 * ratio, "im_unit": " g",
+        "to_demand": 2.0 * ratio, "measure": "im_saavg_rotd50_g",
     }  # fmt: skip
     return dict.fromkeys(answers.ANSWER_COLUMNS, np.nan) | given | changes
 
@@ -537,7 +537,7 @@ def test_status_of_a_ratio_is_that_of_the_curves_without_an_estimate(statuses, e
                                  effects=tables["effects"], intensities=tables["intensity_effects"],
                                  curves=curves.assign(status=found, n_exceed=exceed,
                                                       im="im_pgv_rotd50_mps"))  # fmt: skip
-    assert set(table["im_unit"]) == {" m/s"}
+    assert {with_unit("1", name) for name in table["measure"]} == {"1 m/s"}
     found = table.loc[table["quantity"] == "median_capacity", ["status", "n_exceed"]]
     assert found.drop_duplicates().to_numpy().tolist() == [[status, 4 * exceed]]
 

@@ -15,7 +15,7 @@ import pandas as pd
 from skewbridge.bridge.backfill import LARGEST_TESTED_SKEW_DEG
 from skewbridge.bridge.frame import Structure
 from skewbridge.bridge.library import load_structure
-from skewbridge.demands.columns import choice_text, demands_for, unit_of
+from skewbridge.demands.columns import choice_text, demands_for
 from skewbridge.demands.validity import failed_modes, is_complete
 from skewbridge.errors import InputError
 from skewbridge.files.tables import records_of
@@ -49,6 +49,7 @@ from skewbridge.report.appearance import (
     shear_model_name,
     templates,
     value_text,
+    with_unit,
 )
 from skewbridge.statuses import COLLAPSE, FAILED
 from skewbridge.units import split_unit
@@ -65,7 +66,7 @@ ANSWER_COLUMNS: Final = (
     *(*_EFFECT[:-1], "quantity", "demand", "status", "ratio", "ci_low", "ci_high", "level"),
     *("margin", "claim", "im", "from_demand", "to_demand", "first_im", "last_im", "seat_m"),
     *(*_COUNTS, "n_exceed", "n_runs", "largest_share", "largest_motion", "by_value"),
-    *("sure_to", "sure_ratio", "sure_low", "sure_high", "im_unit"),
+    *("sure_to", "sure_ratio", "sure_low", "sure_high", "measure"),
 )
 NOT_REACHED: Final = "not_reached"
 #: Share of one motion in the variance of an effect above which the page warns.
@@ -305,9 +306,7 @@ def answer_table(
     table["seat_m"] = table["bridge"].map(seats_m).where(table["demand"] == "unseating_m")
     numbers = ["seat_m", *_COUNTS]
     table[numbers] = table[numbers].apply(pd.to_numeric, errors="coerce").astype(float)
-    unit = unit_of(str(curves["im"].iloc[0]))  # text after a number
-    table["im_unit"] = f" {unit}" if unit else ""
-    return table[list(ANSWER_COLUMNS)].reset_index(drop=True)
+    return table.assign(measure=curves["im"].iloc[0])[list(ANSWER_COLUMNS)].reset_index(drop=True)
 
 
 def _demand_row(effect: dict[str, Any], rows: pd.DataFrame | None) -> dict[str, Any]:
@@ -462,7 +461,8 @@ def _axis_sentence(
     if not sizes and set(shown_effects["claim"]) == {NEGLIGIBLE}:
         states = listed(map(effect_name, shown_effects["demand"].unique()))
         largest = (shown_effects["to_demand"] - shown_effects["from_demand"]).abs().max()
-        limit = f"{margin_text(table.iloc[0])} (most: {largest:.2g}{table['im_unit'].iloc[0]})"
+        largest_text = with_unit(f"{largest:.2g}", table["measure"].iloc[0])
+        limit = f"{margin_text(table.iloc[0])} (most: {largest_text})"
         clauses.insert(0, f"changes no median capacity for {states} by more than {limit}")
     if not clauses:
         return []
@@ -535,7 +535,7 @@ def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
             for name in ("magnitude", "distance_km")
         )
     im_range = {"first_im": table["first_im"].min(), "last_im": table["last_im"].max()}
-    values["im_unit"] = next(iter(table.get("im_unit", [])), "")
+    values["measure"] = next(iter(table.get("measure", [])), "")
     return sentence("motions", **{"magnitude": "", **values, **im_range})
 
 

@@ -120,6 +120,11 @@ def shown_value(demand: str, value: float) -> tuple[float, str]:
     return factor * per_unit * value, f" {shown}".rstrip()
 
 
+def with_unit(text: str, name: str) -> str:
+    """Return a number in text form with the unit of its column, if it has one."""
+    return f"{text} {unit_of(name)}".rstrip()
+
+
 def number(value: float, digits: int = 3) -> str:
     """Return a number with significant digits, without an exponent if it is large."""
     text = f"{value:.{digits}g}"
