@@ -129,10 +129,7 @@ def test_measures_are_means_of_components_or_medians_over_directions():
     found = intensity.motion_measures(_motion(accel_1_mps2=accel, accel_2_mps2=0.0 * accel), None)
     assert found["im_pga_rotd50_g"] == pytest.approx(3.0 * np.sqrt(0.5) / 9.80665, rel=0.01)
     assert found["im_pgv_rotd50_mps"] == pytest.approx(0.63 * np.sqrt(0.5), rel=0.01)
-
-
-def test_the_spectrum_intensity_of_a_blow_is_its_velocity_times_the_range_of_periods():
-    """A blow of 0.6 m/s: an oscillator swings to v/w exp[-xi/w_d atan(w_d/xi)] at any period."""
+    # A blow of 0.6 m/s: an oscillator swings to v/w exp[-xi/w_d atan(w_d/xi)] at any period.
     dt_s, xi = 0.0005, 0.05
     accel = np.zeros(6001)
     accel[1] = 0.6 / dt_s
@@ -563,9 +560,7 @@ def test_parquet_preserves_the_suite_of_a_folder_bit_for_bit(tmp_path):
         assert item.scale == row["scale"]
         assert item.measures["im_pga_rotd50_g"] == row["im_pga_rotd50_g"] * row["scale"]
         assert item.measures["im_arias_mps"] == pytest.approx(row["im_arias_mps"] * item.scale**2)
-
-
-def test_a_suite_is_limited_to_a_count_and_cut(tmp_path):
+    # a suite is limited to a count, and cut
     make_pairs(tmp_path, 9)
     three = prepare_suite(tmp_path, count=3, t1_s=0.7)
     with pytest.raises(InputError, match=r"count = 10, but .* has 9"):

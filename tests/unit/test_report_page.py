@@ -351,7 +351,7 @@ def answer_row(axis, demand, ratio, claim, **changes):
         "to_value": 0.5, "quantity": "median_capacity", "demand": demand, "status": "ok",
         "ratio": ratio, "ci_low": 0.95 * ratio, "ci_high": 1.05 * ratio, "level": 0.9,
         "margin": 0.05, "verdict": claim, "claim": claim, "from_demand": 2.0,
-        "to_demand": 2.0 * ratio,
+        "to_demand": 2.0 * ratio, "im_unit": " g",
     }  # fmt: skip
     return dict.fromkeys(answers.ANSWER_COLUMNS, np.nan) | given | changes
 
@@ -535,7 +535,9 @@ def test_status_of_a_ratio_is_that_of_the_curves_without_an_estimate(statuses, e
     medians = medians[medians["status"] == "not_estimable"]  # the others lack a row
     table = answers.answer_table(medians=medians,
                                  effects=tables["effects"], intensities=tables["intensity_effects"],
-                                 curves=curves.assign(status=found, n_exceed=exceed))  # fmt: skip
+                                 curves=curves.assign(status=found, n_exceed=exceed,
+                                                      im="im_pgv_rotd50_mps"))  # fmt: skip
+    assert set(table["im_unit"]) == {" m/s"}
     found = table.loc[table["quantity"] == "median_capacity", ["status", "n_exceed"]]
     assert found.drop_duplicates().to_numpy().tolist() == [[status, 4 * exceed]]
 

@@ -121,7 +121,8 @@ class Jackknifed:
         left_out = cls.of(values[:last], counts, counts, 2)
         # `error` multiplies the sum of squares by the inverse of this share
         share = 1.0 - 1.0 / max(np.count_nonzero(counts), 2)
-        influence = np.concatenate([left_out.influence, (values[last:] - values[0]) * share**0.5])
+        of_priors = (values[last:] - values[0]) * share**0.5
+        influence = np.concatenate([left_out.influence, of_priors])
         return replace(left_out, influence=influence, priors=priors)
 
     @classmethod

@@ -133,12 +133,8 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
     row: Row = {name: curve[name] for name in ("status", "method", "im", "level")}
     bound_beta = np.hypot(ASSUMED_BETA, np.nan_to_num(curve["capacity_dispersion"]))
 
-    def bound(end: str) -> tuple[float, float, float]:
-        lognormal = _lognormal(curve[f"theta_bound_{end}"], bound_beta)
-        return curve_rate(lognormal, hazard).interval(curve["level"], (1.0, 1.0))
-
-    def rate_of(theta: float, beta: float) -> float:
-        return curve_rate(_lognormal(theta, beta), hazard).value
+    def rate_of(theta: float, beta: float) -> LogRate:
+        return curve_rate(_lognormal(theta, beta), hazard)
 
     if status == FITTED:
         beta_total = curve["beta"] if pd.isna(curve["beta_total"]) else curve["beta_total"]
@@ -148,7 +144,7 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
         else:  # ASSUME the dispersion is known
             for_rates = _lognormal(curve["theta"], beta_total)._replace(modes=union_curve(curve))
             thetas = (curve[name] for name in ("theta", "theta_high", "theta_low"))
-            centre, *ends = (rate_of(theta, beta_total) for theta in thetas)
+            centre, *ends = (rate_of(theta, beta_total).value for theta in thetas)
             factors = ends[0] / centre, ends[1] / centre
             rate_ends = curve_rate(for_rates, hazard).interval(curve["level"], factors)
         row |= rate_shares(for_rates, hazard, curve["im_low"], curve["im_high"])
@@ -157,13 +153,15 @@ def state_columns(curve: Row, model: StateCurve | None, hazard: HazardCurve) -> 
         capacity = np.maximum(model.total[0] ** 2 - model.beta[0] ** 2, 0.0) ** 0.5
         rate, low, high = curve_rate(model, hazard).interval(curve["level"])
         bounds = [(curve[f"theta_{n}"], np.hypot(curve[f"beta_{n}"], capacity)) for n in TREATMENTS]
-        factors = [1.0, *(rate_of(*bound) / rate for bound in bounds)]
+        factors = [1.0, *(rate_of(*bound).value / rate for bound in bounds)]
         rate_ends = nan, low * np.nanmin(factors), high * np.nanmax(factors)
     # ASSUME a bound of a median has the slope 1 for the dispersion of its capacity
     elif status == NO_EXCEEDANCE:
-        rate_ends = nan, 0.0, bound("low")[2]
+        bound = rate_of(curve["theta_bound_low"], bound_beta)
+        rate_ends = nan, 0.0, bound.interval(curve["level"], (1.0, 1.0))[2]
     elif status == ALL_EXCEED:
-        rate_ends = nan, bound("high")[1], inf
+        bound = rate_of(curve["theta_bound_high"], bound_beta)
+        rate_ends = nan, bound.interval(curve["level"], (1.0, 1.0))[1], inf
     return row | rate_columns(rate_ends, hazard, curve["level"])
 
 
@@ -401,7 +399,8 @@ def decision(
             row["hazus_m"] = np.nan
             if at_zero:
                 ln_factor = float(np.log(hazus_factor(skew_deg)))
-                row["hazus_m"] = _length(at_zero, hazard, target, ln_factor).value + gap_mm / 1000.0
+                hazus = _length(at_zero, hazard, target, ln_factor).value
+                row["hazus_m"] = hazus + gap_mm / 1000.0
             # SDC: displacement demand at 5 % in 50 years
             ln_length = np.interp(ln_sdc_im, np.log(medians), np.log(_LENGTHS_M))
             row["sdc_demand_m"] = float(np.exp(ln_length))

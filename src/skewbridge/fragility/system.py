@@ -326,7 +326,8 @@ def _failures(ln_theta: Floats, beta: Floats, rho: Floats, points: int) -> Float
     # symmetric root: unlike other roots it does not depend on the arbitrary signs of eigenvectors
     root = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :] @ np.swapaxes(vectors, 1, 2)
     root *= beta[:, :, None]
-    return ln_theta.T[:, :, None] + np.swapaxes(root, 0, 1) @ _normals(ln_theta.shape[1], points).T
+    normals = _normals(ln_theta.shape[1], points).T
+    return ln_theta.T[:, :, None] + np.swapaxes(root, 0, 1) @ normals
 
 
 def _quantiles(failures: Floats) -> Floats:

@@ -185,8 +185,7 @@ class _Checker:
         names = [path.name for path, _ in reversed(entry.components)]
         for text in motion.messages:
             if text.partition(": ")[2] not in messages:
-                pair_doubts = (read.DIFFERENT_RECORDS, read.ONE_RECORD, read.VERTICAL_NAME)
-                verdict = self._if_doubtful if text.startswith(pair_doubts) else None
+                verdict = self._if_doubtful if read.is_doubt(text) else None
                 checks = [
                     check.noted(f"with {other_name}: {text}", verdict)
                     for check, other_name in zip(checks, names, strict=True)

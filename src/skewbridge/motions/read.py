@@ -28,10 +28,8 @@ _SAY_UNIT: Final = (
     "State it in the column unit of index.csv, which "
     "`skewbridge motions check DIR --write --unit UNIT` writes for files without a unit"
 )
-#: Starts of warnings about a pair.
-DIFFERENT_RECORDS: Final = "two different records?"
-ONE_RECORD: Final = "one component twice?"
-VERTICAL_NAME: Final = "vertical component?"
+#: Start of warnings about a pair.
+_DIFFERENT_RECORDS: Final = "two different records?"
 #: A time step (s), or a sampling rate (Hz, or a time step), in a header.
 _STEP: Final = re.compile(
     r"(?i)(?:\bdt\b|\btime step|\binterval)[^\d\n]{0,12}?(0?\.\d+)"
@@ -189,6 +187,11 @@ def doubts(trace: Trace) -> list[str]:
     return [warning for warning, applies in findings.items() if applies]
 
 
+def is_doubt(message: str) -> bool:
+    """Return whether a message about a motion doubts its files; it then asks a question."""
+    return "?" in message
+
+
 def read_motion(
     first: Path, second: Path, stated: Stated | None = None, *, motion_id: str | None = None
 ) -> GroundMotion:
@@ -231,10 +234,12 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
     for name in ("event", "station"):
         value_1, value_2 = (getattr(trace, name) for trace in pair)
         if value_1 and value_2 and value_1.casefold() != value_2.casefold():
-            messages.append(f"{DIFFERENT_RECORDS} Their {name}s differ: {value_1} and {value_2}")
+            messages.append(f"{_DIFFERENT_RECORDS} Their {name}s differ: {value_1} and {value_2}")
     # ASSUME components of one record have lengths within 20 % of each other
     if npts > 1.2 * min(sizes):
-        messages.append(f"{DIFFERENT_RECORDS} Their lengths differ: {min(sizes)} and {npts} points")
+        messages.append(
+            f"{_DIFFERENT_RECORDS} Their lengths differ: {min(sizes)} and {npts} points"
+        )
     azimuths_deg = [trace.azimuth_deg for trace in pair]
     endings = {split_name(trace.path)[1] for trace in pair}
     if math.isnan(sum(azimuths_deg)) and len(endings) == 2 and min(map(len, endings)) >= 3:
@@ -244,11 +249,11 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
     if abs((azimuths_deg[0] - azimuths_deg[1]) % 180.0 - 90.0) > 10.0:
         text = f"azimuths {azimuths_deg[0]:g} and {azimuths_deg[1]:g} are not at right angles"
         is_copy = azimuths_deg[0] == azimuths_deg[1]  # perhaps of the header only
-        messages.append(text if is_copy else f"{DIFFERENT_RECORDS} Their {text}")
+        messages.append(text if is_copy else f"{_DIFFERENT_RECORDS} Their {text}")
     names = [trace.path.name for trace in pair if is_vertical(trace.path)]
-    messages += [f"{VERTICAL_NAME} By its name, {name} is one" for name in names]
+    messages += [f"vertical component? By its name, {name} is one" for name in names]
     if np.array_equal(np.abs(first.accel_mps2), np.abs(second.accel_mps2)):
-        messages.append(f"{ONE_RECORD} Both components have the same values, up to the sign")
+        messages.append("one component twice? Both components have the same values, up to the sign")
     # ASSUME both components start together; the shorter one was cut at its end
     padded = [np.pad(trace.accel_mps2, (0, npts - trace.accel_mps2.size)) for trace in pair]
     motion = GroundMotion(

@@ -15,7 +15,7 @@ import pandas as pd
 from skewbridge.bridge.backfill import LARGEST_TESTED_SKEW_DEG
 from skewbridge.bridge.frame import Structure
 from skewbridge.bridge.library import load_structure
-from skewbridge.demands.columns import choice_text, demands_for
+from skewbridge.demands.columns import choice_text, demands_for, unit_of
 from skewbridge.demands.validity import failed_modes, is_complete
 from skewbridge.errors import InputError
 from skewbridge.files.tables import records_of
@@ -34,6 +34,7 @@ from skewbridge.fragility.verdicts import (
 )
 from skewbridge.motions.levels import FACTOR_LIMITS
 from skewbridge.motions.p695 import REPLACED
+from skewbridge.motions.read import is_doubt
 from skewbridge.report import appearance
 from skewbridge.report.appearance import (
     TEXTS,
@@ -64,7 +65,7 @@ ANSWER_COLUMNS: Final = (
     *(*_EFFECT[:-1], "quantity", "demand", "status", "ratio", "ci_low", "ci_high", "level"),
     *("margin", "claim", "im", "from_demand", "to_demand", "first_im", "last_im", "seat_m"),
     *(*_COUNTS, "n_exceed", "n_runs", "largest_share", "largest_motion", "by_value"),
-    *("sure_to", "sure_ratio", "sure_low", "sure_high"),
+    *("sure_to", "sure_ratio", "sure_low", "sure_high", "im_unit"),
 )
 NOT_REACHED: Final = "not_reached"
 #: Share of one motion in the variance of an effect above which the page warns.
@@ -304,6 +305,8 @@ def answer_table(
     table["seat_m"] = table["bridge"].map(seats_m).where(table["demand"] == "unseating_m")
     numbers = ["seat_m", *_COUNTS]
     table[numbers] = table[numbers].apply(pd.to_numeric, errors="coerce").astype(float)
+    unit = unit_of(str(curves["im"].iloc[0]))  # text after a number
+    table["im_unit"] = f" {unit}" if unit else ""
     return table[list(ANSWER_COLUMNS)].reset_index(drop=True)
 
 
@@ -458,8 +461,8 @@ def _axis_sentence(
     shown_effects = leading if len(leading) else table
     if not sizes and set(shown_effects["claim"]) == {NEGLIGIBLE}:
         states = listed(map(effect_name, shown_effects["demand"].unique()))
-        largest_g = (shown_effects["to_demand"] - shown_effects["from_demand"]).abs().max()
-        limit = f"{margin_text(table.iloc[0])} (most: {largest_g:.2g} g)"
+        largest = (shown_effects["to_demand"] - shown_effects["from_demand"]).abs().max()
+        limit = f"{margin_text(table.iloc[0])} (most: {largest:.2g}{table['im_unit'].iloc[0]})"
         clauses.insert(0, f"changes no median capacity for {states} by more than {limit}")
     if not clauses:
         return []
@@ -532,13 +535,14 @@ def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
             for name in ("magnitude", "distance_km")
         )
     im_range = {"first_im": table["first_im"].min(), "last_im": table["last_im"].max()}
+    values["im_unit"] = next(iter(table.get("im_unit", [])), "")
     return sentence("motions", **{"magnitude": "", **values, **im_range})
 
 
 def motion_doubts(suite: pd.DataFrame, demands: pd.DataFrame) -> str:
     """Return the numbers of motions with an incredible scale factor or a doubt of their reader."""
     far = demands[~demands["scale"].between(*FACTOR_LIMITS)]
-    doubted = suite[suite["messages"].str.contains("?", regex=False)]
+    doubted = suite[suite["messages"].map(is_doubt)]
     n_far, n_doubted = (rows["motion_id"].nunique() for rows in (far, doubted))
     return sentence("motion_doubts", n_far=n_far, n_doubted=n_doubted, limits=FACTOR_LIMITS)
 

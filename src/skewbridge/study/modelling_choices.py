@@ -208,7 +208,8 @@ def write_choices(
         pairs += axis_pairs(setup, slug, axes, motions)
     tasks = [task for _, *pair in pairs for task in pair]
     rows = run_in_journal(setup, "modelling_choices", tasks)
-    write_frame(choices_table(pairs, {row["run_key"]: row for row in rows}), output, provenance())
+    by_key = {row["run_key"]: row for row in rows}
+    write_frame(choices_table(pairs, by_key), output, provenance())
 
 
 def choices_table(pairs: Sequence[TaskPair], rows: Mapping[str, Mapping[str, Any]]) -> pd.DataFrame:

@@ -133,7 +133,8 @@ def forecast_study(config: StudyConfig) -> StudyProgress:
     cpu_s = {name: round(speed * time_s, 1) for name, time_s in expected_s.items()}
     analyses, remaining = (factor * state.summary[name] for name in ("analyses", "left"))
     left_s = cpu_s["analyses"] * remaining / max(analyses, 1)
-    other_s = 0.0 if not remaining and folder.report.is_file() else cpu_s["checks"] + cpu_s["other"]
+    is_made = not remaining and folder.report.is_file()
+    other_s = 0.0 if is_made else cpu_s["checks"] + cpu_s["other"]
     summary = state.summary | {"core_hours": round(sum(cpu_s.values()) / 3600, 4), "cpu_s": cpu_s}
     summary["eta_s"] = round((left_s + other_s) / CORES, 1)
     disk_kb = analyses * DISK_KB_PER_ANALYSIS + len(keys) * DISK_KB_PER_VARIANT
@@ -156,7 +157,8 @@ def _tabulated(config: StudyConfig, slugs: Iterable[str]) -> dict[str, Row]:
 
 def measured_speed(rows: Iterable[Row], settings: AnalysisSettings, time: str = "cpu_s") -> float:
     """Return the measured (column ``time``) / expected time of all rows; 1 without timed rows."""
-    timed = [row for row in rows if all((row[name] or 0.0) > 0.0 for name in (time, "duration_s"))]
+    columns = (time, "duration_s")
+    timed = [row for row in rows if all((row[name] or 0.0) > 0.0 for name in columns)]
     expected_s = sum(forecast_s(row["duration_s"], row["abutment"], settings) for row in timed)
     return sum(row[time] for row in timed) / expected_s if timed else 1.0
 

@@ -351,7 +351,8 @@ def _states_file(study: Path) -> Path:
 
 def _measure(study: Path) -> str | None:
     curves = StudyFolder(study).fragility("curves")
-    return next(iter(read_frame(curves, ["im"])["im"] if curves.is_file() else ()), None)
+    measures = read_frame(curves, ["im"])["im"] if curves.is_file() else ()
+    return next(iter(measures), None)
 
 
 def _other_motions(first: Path, second: Path) -> tuple[str, ...]:

@@ -161,7 +161,8 @@ def circle(radius_m: float, rows_per_loop: int) -> Floats:
 
 def triangle(t_s: Floats, period_s: float) -> Floats:
     """Return a triangle wave of amplitude 1 that starts at 0 with a positive slope."""
-    return 1.0 - 4.0 * np.abs(np.mod(t_s / period_s + 0.25, 1.0) - 0.5)
+    phase = np.mod(t_s / period_s + 0.25, 1.0)
+    return 1.0 - 4.0 * np.abs(phase - 0.5)
 
 
 def figure_3(rows_per_s: int) -> Floats:
@@ -172,5 +173,6 @@ def figure_3(rows_per_s: int) -> Floats:
     """
     # ASSUME all waves start at time zero, triangles rising, contact open: not in the paper.
     t = np.arange(12 * rows_per_s + 1) / rows_per_s
-    z = np.where(np.mod(t, 2.5) < 1.25 - 1e-9, 0.1, -0.1)
+    is_open = np.mod(t, 2.5) < 1.25 - 1e-9
+    z = np.where(is_open, 0.1, -0.1)
     return np.column_stack([t, triangle(t, 4.0), 2.0 * triangle(t, 6.0), z])

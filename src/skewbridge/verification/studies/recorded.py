@@ -145,7 +145,8 @@ class Station(_Part, frozen=True):
     def variant(self) -> Variant:
         """Variant of the bridge with the axes of the station."""
         axes = {name: getattr(self, name) for name in ("skew_deg", "gap_mm", "friction")}
-        bridge = str(_STATIONS / self.bridge) if self.bridge.endswith(".yaml") else self.bridge
+        is_file = self.bridge.endswith(".yaml")
+        bridge = str(_STATIONS / self.bridge) if is_file else self.bridge
         return Variant.at(bridge, "contact_friction", axes)
 
     @property
