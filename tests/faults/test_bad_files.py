@@ -119,8 +119,7 @@ def test_a_bridge_is_only_sought_in_its_folders_and_has_no_number_that_ends_the_
         with pytest.raises(InputError, match="bridge must be one of"):
             load_bridge(name)
     (tmp_path / "outside.yaml").write_text("extends: osb1\n", encoding="utf-8")
-    child = tmp_path / "inside" / "mine.yaml"
-    child.parent.mkdir()
+    (child := tmp_path / "inside" / "mine.yaml").parent.mkdir()
     child.write_text("extends: ../outside\n", encoding="utf-8")
     with pytest.raises(InputError, match="no other bridge"):
         load_bridge(child)

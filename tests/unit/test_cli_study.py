@@ -234,8 +234,7 @@ def test_methods_follow_the_choices_and_list_the_works_that_they_cite(section, c
 @pytest.fixture
 def program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Return a function that writes a program in place of Slurm's, the only ones that are found."""
-    folder = tmp_path / "bin"
-    folder.mkdir()
+    (folder := tmp_path / "bin").mkdir()
     monkeypatch.setenv("PATH", f"{folder}:/bin:/usr/bin")
 
     def write(name: str, text: str) -> None:
@@ -275,8 +274,7 @@ def test_the_processor_time_of_a_whole_study_is_forecast(tmp_path, raw, measured
 
 
 def test_a_forecast_follows_lengths_contacts_steps_and_finished_analyses(tmp_path) -> None:
-    folder = tmp_path / "records"  # recorded pairs have no index that states their lengths
-    folder.mkdir()
+    (folder := tmp_path / "records").mkdir()  # recorded pairs have no index with their lengths
     for name, seconds in (("a", 20.0), ("b", 60.0)):
         for azimuth in (0, 90):
             values_g = shaken_g(azimuth, round(seconds / 0.01))

@@ -266,8 +266,7 @@ def test_frames_have_units_and_origin_and_different_origins_are_reported(tmp_pat
     schema = pa.schema([unit], metadata={"config_digest": "abc"})
     tables.write_table(pa.table([[1.0]], schema=schema), tmp_path / "demands.parquet")
     curve = {"skew_deg": 30.0, "im": "im_pga_rotd50_g", "theta": 0.5, "theta_low": 0.4}
-    path = tmp_path / "fragility/curves.parquet"
-    path.parent.mkdir()
+    (path := tmp_path / "fragility/curves.parquet").parent.mkdir()
     tables.write_frame(pd.DataFrame([curve]), path, {"config_digest": "abc"})
     with warnings.catch_warnings():
         warnings.simplefilter("error")

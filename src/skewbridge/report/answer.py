@@ -541,11 +541,10 @@ def motions_sentence(suite: pd.DataFrame, table: pd.DataFrame) -> str:
 
 def motion_doubts(suite: pd.DataFrame, demands: pd.DataFrame) -> str:
     """Return the numbers of motions with an incredible scale factor or a doubt of their reader."""
-    is_far = ~demands["scale"].between(*FACTOR_LIMITS)
-    counts = {"n_far": demands.loc[is_far, "motion_id"].nunique(), "limits": FACTOR_LIMITS}
-    is_doubted = suite["messages"].map(is_doubt)
-    counts["n_doubted"] = suite.loc[is_doubted, "motion_id"].nunique()
-    return sentence("motion_doubts", **counts)
+    far = demands[~demands["scale"].between(*FACTOR_LIMITS)]
+    doubted = suite[suite["messages"].map(is_doubt)]
+    n_far, n_doubted = (rows["motion_id"].nunique() for rows in (far, doubted))
+    return sentence("motion_doubts", n_far=n_far, n_doubted=n_doubted, limits=FACTOR_LIMITS)
 
 
 #: Abutment models of this package with backfill.
