@@ -14,9 +14,9 @@ from cli_json import answer, invoke
 from fragility_tables import FAILURES, IM, SETTINGS, STATES, ready, synthetic_demands, two_mode_runs
 from skewbridge.errors import InputError
 from skewbridge.files.tables import read_frame, write_frame
-from skewbridge.fragility import rates as annual
 from skewbridge.fragility.curves import fit_study
 from skewbridge.fragility.demand_model import fit_models
+from skewbridge.fragility.demand_table import intensity_change
 from skewbridge.fragility.hazard import hazard_curve, measure_column, read_hazard
 from skewbridge.fragility.joint import JointModel, joint_table
 from skewbridge.fragility.rates import curve_rate, decision, rate_effects, rate_table, target_rate
@@ -261,9 +261,9 @@ def test_states_without_an_estimate_have_bounds_and_effects_are_paired(file):
     width = np.log(fitted["annual_rate_high"] / fitted["annual_rate_low"]).min()
     assert np.log(skew["ci_high"] / skew["ci_low"]).max() < 0.4 * width
     # one hazard curve for the measures of two bridges
-    (note,) = annual.measure_notes(pd.concat([rows, rows.assign(**{IM: 1.26 * rows[IM]})]), IM)
-    assert f"{IM} of one motion differs by up to 26% between bridges" in note
-    assert annual.measure_notes(rows, IM) == []
+    both = pd.concat([rows, rows.assign(**{IM: 1.26 * rows[IM]})])
+    assert intensity_change(both, (), IM) == f"{IM} differs by up to 26% under one motion"
+    assert intensity_change(rows, (), IM) == ""
     # a system fails at least as often as any of its components
     is_system = table["component"] == "system"
     system = table[is_system].set_index(["variant", "limit_state"])["annual_rate"]

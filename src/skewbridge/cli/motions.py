@@ -96,14 +96,14 @@ def plot(
 
     Example: skewbridge motions plot A.AT2 B.AT2 --out record.png
     """
-    from skewbridge.motions.suite import folder_spectra, read_components
+    from skewbridge.motions.suite import read_components
     from skewbridge.report.appearance import shown_in
-    from skewbridge.report.run_figures import record_page, suite_spectra
+    from skewbridge.report.run_figures import folder_spectra, record_page
 
     notes: tuple[str, ...] = ()
     if len(paths) == 1 and paths[0].is_dir():
         name = paths[0].resolve().name
-        figure = suite_spectra(**folder_spectra(paths[0]), title=name)
+        figure = folder_spectra(paths[0], title=name)
     elif len(paths) <= 2:
         name, step_s, components, notes = read_components(paths, missing.given)
         by_file_name = dict(zip((path.name for path in paths), components, strict=True))

@@ -4,11 +4,13 @@ import hashlib
 import os
 import platform
 import subprocess
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache, partial
 from importlib.metadata import PackageMetadata, version
 from pathlib import Path
 from typing import Any, Final
+
+from skewbridge.files.text import file_fault
 
 #: Folder of the package.
 PACKAGE: Final = Path(__file__).parents[1]
@@ -71,6 +73,18 @@ def engine_digest() -> str:
 def digest_of(*parts: object) -> str:
     """Return the digest (16 hex digits) of the `repr` of plain values: numbers, texts, tuples."""
     return hashlib.sha256("\n".join(repr(item) for item in parts).encode()).hexdigest()[:16]
+
+
+def file_states(files: Iterable[Path]) -> list[tuple[str, int, int]]:
+    """Return path, size and time of files; `InputError` for one removed since it was listed."""
+    states: list[tuple[str, int, int]] = []
+    for path in files:
+        try:
+            state = path.stat()
+        except OSError as error:
+            raise file_fault(path, f" cannot be read: {error.strerror}") from None
+        states.append((str(path), state.st_size, state.st_mtime_ns))
+    return states
 
 
 def canonical(value: Any) -> Any:

@@ -411,13 +411,18 @@ def prepared(demands: pd.DataFrame, columns: Sequence[str], settings: FitSetting
         # a demand that is 0 in all runs of a bridge has no meaning, such as drifts without columns
         values = complete.loc[largest[name] > 0.0, name].to_numpy(dtype=np.float64)
         notes += [("percent", -1, name, text) for text in percent_notes(name, values)]
-    of_motions = table.groupby([*BRIDGE_COLUMNS, *LOADING_COLUMNS])[settings.im]
-    # ASSUME rounding changes the intensity of a motion by less than 1 %
-    if (shift := float((of_motions.max() / of_motions.min()).max()) - 1.0) > 0.01:
-        text = f"differs by up to {shift:.0%} under one motion: same measure, and same scale?"
-        notes += [("percent", -1, settings.im, f"{settings.im} {text}")]
+    if text := intensity_change(table, BRIDGE_COLUMNS, settings.im):
+        notes += [("percent", -1, settings.im, f"{text}: same measure, and same scale?")]
     notes_table = pd.DataFrame(notes, columns=list(described("input_notes")))
     return Prepared(table.reset_index(drop=True), notes_table)
+
+
+def intensity_change(runs: pd.DataFrame, keys: Sequence[str], im: str) -> str:
+    """Return how much an intensity differs under one motion, in words; empty if by rounding."""
+    of_motion = runs.groupby([*keys, *LOADING_COLUMNS])[im]
+    change = float((of_motion.max() / of_motion.min()).max()) - 1.0
+    # ASSUME rounding changes the intensity of a motion by less than 1 %
+    return f"{im} differs by up to {change:.0%} under one motion" if change > 0.01 else ""
 
 
 def _missing_demands(table: pd.DataFrame, columns: Sequence[str]) -> Iterator[tuple[object, ...]]:

@@ -50,8 +50,6 @@ _LACKING: Final = {
 }
 # ASSUME a rate that lacks less than 5 % needs no note
 _WORTH_A_NOTE: Final = 0.05
-# ASSUME intensities of one measure agree within rounding
-_SAME_MEASURE: Final = 1.01
 _STATE: Final = ["variant", "component", "limit_state"]
 
 
@@ -105,17 +103,6 @@ def lacking_notes(rows: Sequence[Row]) -> list[str]:
             text = f"annual_rate lacks intensities {words} these shares of a rate"
             notes.append(f"{text}: {', '.join(lacking)}")
     return notes
-
-
-def measure_notes(runs: pd.DataFrame, im: str) -> list[str]:
-    """Return a note if one hazard curve serves intensities that differ between bridges."""
-    of_motion = runs.groupby([*demand_table.LOADING_COLUMNS])[im]
-    if (ratio := (of_motion.max() / of_motion.min()).max()) <= _SAME_MEASURE:
-        return []
-    text = (
-        f"{im} of one motion differs by up to {ratio - 1.0:.0%} between bridges, which have their"
-    )
-    return [f"{text} own T1: annual_rate is right where the hazard is for the same T1"]
 
 
 def _lognormal(theta: float, beta: float) -> StateCurve:

@@ -29,7 +29,7 @@ from skewbridge.fragility.fits import FITTED
 from skewbridge.fragility.hazard import HazardCurve
 from skewbridge.fragility.joint import joint_table
 from skewbridge.fragility.limit_states import COLUMN_FAILURE, States, with_column_failure
-from skewbridge.fragility.rates import lacking_notes, measure_notes, rate_effects, rate_table
+from skewbridge.fragility.rates import lacking_notes, rate_effects, rate_table
 from skewbridge.fragility.settings import EFFECT_CONFIDENCE, FitSettings
 from skewbridge.fragility.system import system_curves
 from skewbridge.statuses import OK
@@ -95,7 +95,9 @@ def fragility_tables(
     tables = {name: pd.DataFrame(columns=list(DESCRIPTIONS[name])) for name in RATES}
     if hazard is not None:
         tables["rates"] = rate_table(curves, models, states, system, hazard)
-        texts = lacking_notes(records_of(tables["rates"])) + measure_notes(rows, hazard.im)
+        texts = lacking_notes(records_of(tables["rates"]))
+        if text := demand_table.intensity_change(rows, (), hazard.im):
+            texts += [f"{text}: annual_rate is right for bridges with the T1 of the hazard"]
         notes += [("hazard", -1, "annual_rate", text) for text in texts]
         tables["rate_effects"] = rate_effects(
             models, states, hazard, settings, curves=curves, system=system

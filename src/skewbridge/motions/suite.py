@@ -10,18 +10,16 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from skewbridge.errors import InputError, raise_all
-from skewbridge.files.digests import digest_of, layer_digest, provenance
+from skewbridge.files.digests import digest_of, file_states, layer_digest, provenance
 from skewbridge.files.tables import read_frame, write_frame
-from skewbridge.files.text import file_fault, read_json, write_text
+from skewbridge.files.text import read_json, write_text
 from skewbridge.motions import intensity, levels, p695, read
 from skewbridge.motions.folder import INDEX_NAME, IndexEntry, files_below, list_motions, read_index
 from skewbridge.motions.formats import Stated
 from skewbridge.motions.record import NUMBER_FIELDS, TEXT_FIELDS, GroundMotion, SuiteMotion, Vector
-from skewbridge.units import G_MPS2
 
 logger = logging.getLogger(__name__)
 
@@ -262,7 +260,7 @@ def content_digest(folder: Path, count: int | None, cache: Path | None) -> str:
     motions with files are read, and a faulty one raises `InputError`.
     """
     readers = layer_digest(("errors.py", "units.py", "files", "motions"))
-    state = digest_of(str(folder.resolve()), count, readers, _state_of(folder))
+    state = digest_of(str(folder.resolve()), count, readers, file_states(files_below(folder)))
     cached: Any = None
     with suppress(InputError):
         cached = None if cache is None else read_json(cache)
@@ -283,17 +281,6 @@ def content_digest(folder: Path, count: int | None, cache: Path | None) -> str:
     return digest
 
 
-def _state_of(folder: Path) -> list[tuple[str, int, int]]:
-    states: list[tuple[str, int, int]] = []
-    for path in files_below(folder):
-        try:
-            state = path.stat()
-        except OSError as error:  # removed since the folder was listed
-            raise file_fault(path, f" cannot be read: {error.strerror}") from None
-        states.append((str(path), state.st_size, state.st_mtime_ns))
-    return states
-
-
 def write_suite(suite: pd.DataFrame, path: Path) -> None:
     """Write the table of `prepare_suite` as parquet."""
     write_frame(suite, path, provenance())
@@ -312,26 +299,3 @@ def read_suite(path: Path) -> list[SuiteMotion]:
         place: Any = {"suite": str(row.get("suite", "")), "number": int(row.get("number", 0))}
         motions.append(SuiteMotion(motion=motion, scale=scale, measures=scaled, **place))
     return motions
-
-
-def folder_spectra(folder: Path) -> dict[str, Any]:
-    """Return the RotD50 spectra of the motions of a folder, keyed by argument of their figure.
-
-    ``rotd50_g`` has the shape (motions, ``periods_s``). If all motions belong to one synthetic
-    scenario, ``model`` is the name, median in g and dispersion of BSSA14; otherwise it is None.
-    """
-    from skewbridge.motions.synthesis import Scenario, bssa14
-
-    motions = read_entries(list_motions(folder))
-    periods_s = np.array([s for s in intensity.SPECTRUM_PERIODS_S if 0.03 <= s <= 7.5])
-    psa = [intensity.pair_psa(*m.components, m.dt_s, periods_s).rotd50_mps2 for m in motions]
-    model = None
-    scenarios = {(m.event, m.magnitude, m.distance_km, m.vs30_mps) for m in motions}
-    # the files alone, without an index, do not state the magnitude
-    is_known = len(scenarios) == 1 and math.isfinite(motions[0].magnitude)
-    if is_known and motions[0].event.startswith("DDK18"):
-        event, *values = scenarios.pop()
-        site = dict(zip(("magnitude", "distance_km", "vs30_mps"), values, strict=True))
-        mechanism = "reverse" if "reverse" in event else "strike_slip"
-        model = ("BSSA14", *bssa14(Scenario(mechanism=mechanism, **site), periods_s))
-    return {"rotd50_g": np.array(psa) / G_MPS2, "periods_s": periods_s, "model": model}

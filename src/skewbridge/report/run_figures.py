@@ -1,6 +1,8 @@
 """Figures of ground motions, and of the histories of analyses under the same motion."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from math import isfinite
+from pathlib import Path
 from typing import Any, Final
 
 import matplotlib as mpl
@@ -11,14 +13,17 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from skewbridge.files.tables import Floats
+from skewbridge.motions.folder import list_motions
 from skewbridge.motions.intensity import (
+    SPECTRUM_PERIODS_S,
     arias_build_up,
     component_psa,
     displacement,
     pair_psa,
     velocity,
 )
-from skewbridge.motions.record import SuiteMotion
+from skewbridge.motions.record import GroundMotion, SuiteMotion
+from skewbridge.motions.suite import read_entries
 from skewbridge.report.appearance import STYLE, VARIANT_COLOURS, plain_log_ticks, shown_unit
 from skewbridge.units import G_MPS2, KN, MM, MN
 
@@ -228,9 +233,35 @@ def record_page(title: str, dt_s: float, components: Mapping[str, Floats]) -> Fi
 def applied_spectra(suite: Sequence[SuiteMotion]) -> Figure:
     """Return a figure of the RotD50 spectra of the scaled motions of a study."""
     motions = [scaled.motion.scaled(scaled.scale) for scaled in suite]
-    pairs = (pair_psa(*motion.components, motion.dt_s, APPLIED_PERIODS_S) for motion in motions)
-    spectra_g = np.array([pair.rotd50_mps2 for pair in pairs]) / G_MPS2
+    spectra_g = _rotd50_g(motions, APPLIED_PERIODS_S)
     return suite_spectra(spectra_g, APPLIED_PERIODS_S, title="Motions as applied (scaled)")
+
+
+def folder_spectra(folder: Path, *, title: str) -> Figure:
+    """Return a figure of the RotD50 spectra of the motions of a folder.
+
+    If all belong to one synthetic scenario, its median and dispersion by BSSA14 are drawn too.
+    """
+    from skewbridge.motions.synthesis import Scenario, bssa14
+
+    motions = read_entries(list_motions(folder))
+    periods_s = np.array([s for s in SPECTRUM_PERIODS_S if 0.03 <= s <= 7.5])
+    model = None
+    scenarios = {(m.event, m.magnitude, m.distance_km, m.vs30_mps) for m in motions}
+    # the files alone, without an index, do not state the magnitude
+    is_known = len(scenarios) == 1 and isfinite(motions[0].magnitude)
+    if is_known and motions[0].event.startswith("DDK18"):
+        event, *values = scenarios.pop()
+        site = dict(zip(("magnitude", "distance_km", "vs30_mps"), values, strict=True))
+        mechanism = "reverse" if "reverse" in event else "strike_slip"
+        model = ("BSSA14", *bssa14(Scenario(mechanism=mechanism, **site), periods_s))
+    return suite_spectra(_rotd50_g(motions, periods_s), periods_s, title=title, model=model)
+
+
+def _rotd50_g(motions: Iterable[GroundMotion], periods_s: Sequence[float] | Floats) -> Floats:
+    """Return the RotD50 spectra of motions in g, shape (motions, periods)."""
+    pairs = (pair_psa(*motion.components, motion.dt_s, periods_s) for motion in motions)
+    return np.array([pair.rotd50_mps2 for pair in pairs]) / G_MPS2
 
 
 @mpl.rc_context(STYLE)
