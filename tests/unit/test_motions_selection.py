@@ -252,11 +252,12 @@ def test_selected_folder_is_read_with_its_factors(site, tmp_path):
     assert set(index["candidate"]).isdisjoint(pd.read_csv(tmp_path / "two/index.csv")["candidate"])
 
 
-def test_study_selects_as_the_command_does_and_again_after_a_change(site, tmp_path, monkeypatch):
+def test_a_study_selects_as_the_command_and_after_a_change(site, tmp_path, monkeypatch, caplog):
     study, psa_g = site
     selected = tmp_path / "results/motions/selected"
     config = study(0.9, 1.2)
     check_inputs(config)
+    assert caplog.text.count("times that of BSSA14 at this") == 2
     assert (config.motions.folder, config.motions.count) == (str(selected), None)
     index = pd.read_csv(selected / "index.csv")
     assert _select(tmp_path, 4, "by_command").exit_code == 0

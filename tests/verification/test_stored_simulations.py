@@ -55,7 +55,7 @@ def test_intervals_cover_and_few_rows_of_a_family_are_called_changed_at_the_marg
     assert all(row["low"] <= 0.05 for row in family)
     # verdicts of single intervals are wrong much more often
     assert min(row["share"] for row in alone if row["what"].endswith("verdict")) > 0.2
-    # the binomial 95 % bounds of the coverage meet 92 to 98 %, those of 90 % 87 to 93 %
+    # the binomial 95 % bounds of the coverage meet 92 to 98 % (of 90 % intervals: 87 to 93 %)
     for case, row in MEDIANS.items():
         for name in (name for name in row if name != "replicates" and "width" not in name):
             count = int(row["replicates"])

@@ -166,10 +166,5 @@ def select(
         figure = suite_spectra(psa_g, spectrum.periods_s[band], title=title, model=model)
         figure.savefig(out / f"level_{number}.png", dpi=150)
     levels = [selection.summary for selection in selections]
-    warning = "a level is outside the tolerances (mean 5 %, dispersion 10 %): add candidates"
-    warnings = [] if all(summary["within_tolerances"] for summary in levels) else [warning]
-    for level in levels:
-        if not 1.0 / 1.5 <= (ratio := level["level_g"] / level["bssa14_level_g"]) <= 1.5:
-            text = f"level_g {level['level_g']:.3g} is {ratio:.2g} times that of BSSA14"
-            warnings.append(f"{text} at this epsilon: check both; the model may not suit the site")
+    warnings = [doubt for selection in selections for doubt in selection.doubts]
     return Answer({"levels": levels, "index": str(out / "index.csv")}, warnings=warnings)

@@ -78,8 +78,7 @@ class LogRate(NamedTuple):
         ``factors`` give the interval of the motions; without them it is from the jackknife.
         """
         estimate, jackknifed = self.logs[0], Jackknifed.of_replicates(self.logs, self.priors)
-        by_motions = estimate + np.log(factors) if factors else jackknifed.interval(level)
-        interval = np.array(by_motions)
+        interval = np.array(estimate + np.log(factors) if factors else jackknifed.interval(level))
         if self.fractiles.size > 1:
             signs, ends = np.array([-1.0, 1.0]), _hazard_ends(self.fractiles, self.quantiles, level)
             widths = np.maximum(signs * (ends - estimate), 0.0)

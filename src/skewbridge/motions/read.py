@@ -29,7 +29,7 @@ _SAY_UNIT: Final = (
     "`skewbridge motions check DIR --write --unit UNIT` writes for files without a unit"
 )
 #: Start of warnings about a pair.
-_DIFFERENT_RECORDS: Final = "two different records?"
+_TWO_RECORDS: Final = "two different records?"
 #: A time step (s), or a sampling rate (Hz, or a time step), in a header.
 _STEP: Final = re.compile(
     r"(?i)(?:\bdt\b|\btime step|\binterval)[^\d\n]{0,12}?(0?\.\d+)"
@@ -234,12 +234,10 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
     for name in ("event", "station"):
         value_1, value_2 = (getattr(trace, name) for trace in pair)
         if value_1 and value_2 and value_1.casefold() != value_2.casefold():
-            messages.append(f"{_DIFFERENT_RECORDS} Their {name}s differ: {value_1} and {value_2}")
+            messages.append(f"{_TWO_RECORDS} Their {name}s differ: {value_1} and {value_2}")
     # ASSUME components of one record have lengths within 20 % of each other
     if npts > 1.2 * min(sizes):
-        messages.append(
-            f"{_DIFFERENT_RECORDS} Their lengths differ: {min(sizes)} and {npts} points"
-        )
+        messages.append(f"{_TWO_RECORDS} Their lengths differ: {min(sizes)} and {npts} points")
     azimuths_deg = [trace.azimuth_deg for trace in pair]
     endings = {split_name(trace.path)[1] for trace in pair}
     if math.isnan(sum(azimuths_deg)) and len(endings) == 2 and min(map(len, endings)) >= 3:
@@ -249,7 +247,7 @@ def join_traces(first: Trace, second: Trace, *, motion_id: str) -> GroundMotion:
     if abs((azimuths_deg[0] - azimuths_deg[1]) % 180.0 - 90.0) > 10.0:
         text = f"azimuths {azimuths_deg[0]:g} and {azimuths_deg[1]:g} are not at right angles"
         is_copy = azimuths_deg[0] == azimuths_deg[1]  # perhaps of the header only
-        messages.append(text if is_copy else f"{_DIFFERENT_RECORDS} Their {text}")
+        messages.append(text if is_copy else f"{_TWO_RECORDS} Their {text}")
     names = [trace.path.name for trace in pair if is_vertical(trace.path)]
     messages += [f"vertical component? By its name, {name} is one" for name in names]
     if np.array_equal(np.abs(first.accel_mps2), np.abs(second.accel_mps2)):

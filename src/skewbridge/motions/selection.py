@@ -221,6 +221,20 @@ class LevelSelection(NamedTuple):
     pairs: pd.DataFrame
     summary: dict[str, Any]
 
+    @property
+    def doubts(self) -> list[str]:
+        """Why the pairs or their level may not serve, in words."""
+        level_g, bssa14_g = self.summary["level_g"], self.summary["bssa14_level_g"]
+        ratio = level_g / bssa14_g
+        inaccurate = f"pairs at {level_g:.3g} g exceed the tolerances (mean 5 %, dispersion 10 %)"
+        far = f"level_g {level_g:.3g} is {ratio:.2g} times that of BSSA14 at this epsilon"
+        findings = {
+            f"{inaccurate}: add candidates": not self.summary["within_tolerances"],
+            # ASSUME the hazard of a site is within a factor of 1.5 of this model
+            f"{far}: check both; the model may not suit the site": not 1.0 / 1.5 <= ratio <= 1.5,
+        }
+        return [text for text, applies in findings.items() if applies]
+
 
 def select_motions(
     target: Path,

@@ -105,8 +105,9 @@ def axis_warnings(config: StudyConfig) -> Iterator[str]:
     yield from filter(None, (state.doubt for state in states))
     if curve := config.hazard_curve:
         yield from filter(None, [curve.doubt])
-        periods_s = [f"{load_structure(name).t1_s:.3g} s" for name in config.grid.bridge]
-        if curve.depends_on_t1 and len(set(periods_s)) > 1:
+        bridges = config.grid.bridge if curve.depends_on_t1 else ()
+        periods_s = [f"{load_structure(name).t1_s:.3g} s" for name in bridges]
+        if len(set(periods_s)) > 1:
             text = f"{curve.source}: a hazard of {curve.im} is for one T1, but the bridges have"
             yield f"{text} {', '.join(periods_s)}: run a study for each, or use Sa(1.0 s)"
     yield from unit_doubts(config.grid.skew_deg, config.grid.gap_mm)
@@ -171,11 +172,9 @@ def select_motions(config: StudyConfig, cache: Path | None) -> None:
     levels = selection.select_motions(
         target, section.values, sources, section.count, folder.selected, excluded
     )
+    for doubt in (doubt for level in levels for doubt in level.doubts):
+        logger.warning("motions.selection: %s", doubt)
     summaries = [level.summary for level in levels]
-    for summary in summaries:
-        if not summary["within_tolerances"]:
-            text = "motions.selection: pairs at %.3g g exceed the tolerances: add candidates"
-            logger.warning(text, summary["level_g"])
     write_text(folder.selection, json.dumps({"state": input_digest, "levels": summaries}, indent=1))
 
 
