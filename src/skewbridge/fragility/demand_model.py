@@ -667,7 +667,7 @@ def _without_fits(
     setup = _Setup(
         ln_im=np.log(runs[im].to_numpy(dtype=np.float64)),
         motion=demand_table.motion_codes(runs),
-        shaking=np.asarray(runs.groupby(["motion_id", "incidence_deg"]).ngroup(), dtype=np.intp),
+        shaking=demand_table.shaking_codes(runs),
         matrix=np.broadcast_to(terms, (len(variants), len(axes.terms))),
         precision=axes.deviations**-2.0,
         **shared,

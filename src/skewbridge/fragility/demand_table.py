@@ -143,6 +143,11 @@ def motion_codes(table: pd.DataFrame) -> Index:
     return np.unique(table["motion_id"].to_numpy(dtype=str), return_inverse=True)[1]
 
 
+def shaking_codes(table: pd.DataFrame) -> Index:
+    """Return the number of the motion and incidence of each run, shape (n,)."""
+    return np.asarray(table.groupby(["motion_id", "incidence_deg"]).ngroup(), dtype=np.intp)
+
+
 def _blocks(table: pd.DataFrame) -> NDArray[np.str_]:
     motion = table["motion_id"].to_numpy(dtype=str)
     if EVENT not in table:

@@ -346,14 +346,12 @@ def fit_brackets(
     return _fit_distribution(no_fit, y_low, y_high, im, settings)
 
 
-def fit_first_exceedances(
-    im: Floats, exceed: Floats, record: Index, settings: FitSettings
-) -> FragilityFit:
-    """Fit the brackets of the first exceedance of each motion.
+def first_exceedances(im: Floats, exceed: Floats, record: Index) -> tuple[Floats, Floats, int]:
+    """Return the brackets (lower, upper] of the first exceedance of each motion, and a count.
 
     ``im``, ``exceed`` (0 or 1) and ``record`` are intensity, outcome and number of the motion of
-    each run, shape (n,). A warning is added if ``n_non_monotone`` motions do not exceed at an
-    intensity above their first exceedance.
+    each run, shape (n,). The count is of motions that do not exceed at an intensity above their
+    first exceedance.
     """
     # ASSUME the first crossing is the capacity
     records, codes = np.unique(record, return_inverse=True)
@@ -362,7 +360,14 @@ def fit_first_exceedances(
     np.minimum.at(upper, codes[is_hit], im[is_hit])
     is_lower = ~is_hit & (im < upper[codes])
     np.maximum.at(lower, codes[is_lower], im[is_lower])
-    n_odd = int(np.unique(codes[~is_hit & (im > upper[codes])]).size)
+    return lower, upper, int(np.unique(codes[~is_hit & (im > upper[codes])]).size)
+
+
+def fit_first_exceedances(
+    im: Floats, exceed: Floats, record: Index, settings: FitSettings
+) -> FragilityFit:
+    """Fit the brackets of `first_exceedances`; a warning is added if its count is above 0."""
+    lower, upper, n_odd = first_exceedances(im, exceed, record)
     fit = fit_brackets(lower, upper, settings)
     fit = replace(fit, details={**fit.details, "n_non_monotone": n_odd})
     return fit.warned("non_monotone_records") if n_odd else fit
