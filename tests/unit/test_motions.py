@@ -634,8 +634,11 @@ def test_blocks_interleave_an_incomplete_one_fills_the_range_and_levels_lie_in_b
     first_g = own_g * levels.block_factors(own_g, bands_g, ((0.1, 1.0),))
     np.testing.assert_array_equal(first_g[8:], levels_g[8:])
     np.testing.assert_allclose(np.sort(first_g[:8]), 0.1 * 10 ** ((np.arange(8) + 0.5) / 8))
-    with pytest.raises(InputError, match="no median"):
-        levels.bands_around(motions, (0.01,))
+    of_trials = levels.MotionsConfig(bands=levels.BandsConfig(ratio=1.5))
+    assert levels.bands_around(of_trials, (0.4, 9.0)) == bands_g[:1]
+    for config, medians_g in ((of_trials, (0.01,)), (motions, (0.4, 9.0))):
+        with pytest.raises(InputError, match="outside level_range_g"):
+            levels.bands_around(config, medians_g)
 
 
 def test_pairs_are_found_among_other_files_and_ordered_by_the_index(tmp_path):
