@@ -191,16 +191,6 @@ class _StateFits(NamedTuple):
     beta: Floats  # common dispersion, shape (R,)
 
 
-class _Capacities(NamedTuple):
-    """Intervals of capacity: one run for the weight of each, and state and ln intensity of ends."""
-
-    row: Index
-    lower_state: Index
-    upper_state: Index
-    low: Floats
-    high: Floats
-
-
 class _DemandRuns:
     """The n runs of one variant with their outcomes for all states of one demand."""
 
@@ -210,8 +200,8 @@ class _DemandRuns:
         self.ln_im, self.motion = np.log(self.im), demand_table.motion_codes(variant.runs)
         self.motions = int(np.max(self.motion)) + 1
         self.shaking = demand_table.shaking_codes(variant.runs)
-        #: Whether levels may depend on outcomes, as in an IDA: runs of a motion are not independent
-        self.is_searched = not _has_common_steps(self.ln_im, self.shaking)
+        #: Whether levels may follow outcomes, as in an IDA: each motion then counts once.
+        self.levels_differ = not _has_common_steps(self.ln_im, self.shaking)
         #: Blocks (events or motions) with a run, and weights 0 or 1 of the runs without each one.
         self.present = np.unique(variant.block)
         self.weights = (variant.block != self.present[:, None]).astype(np.float64)
@@ -355,8 +345,19 @@ def _common_slope(
 ) -> _StateFits:
     """Fit k states together: P = Phi(a0 + a1 ln x) with a0 of each state and a common slope a1."""
     size = len(single)
-    capacities_of = _searched_capacities if runs.is_searched else _ordered_capacities
-    rows, lower_state, upper_state, low, high = capacities_of(runs, is_known, exceed)
+    if runs.levels_differ:
+        rows, lower_state, low, high = _brackets(runs, is_known, exceed)
+        upper_state = lower_state
+    else:
+        # Ordered probit: a run that exceeds state j but not state k has the probability
+        # Phi(eta_j) - Phi(eta_k), with eta_j = a0_j + a1 ln x.
+        passed, not_passed = exceed.sum(axis=1), is_known & ~exceed
+        ended = ~np.any(not_passed, axis=1)
+        rows = np.flatnonzero((passed > 0) | ~ended)
+        low = np.where(ended, -inf, runs.ln_im)[rows]
+        high = np.where(passed > 0, runs.ln_im, inf)[rows]
+        lower_state = np.argmax(not_passed, axis=1)[rows]
+        upper_state = np.maximum(passed - 1, 0)[rows]
     lower_rows, upper_rows = -np.eye(size)[lower_state], -np.eye(size)[upper_state]
     slope = float(np.mean([1.0 / fit.beta for fit in single]))
     ln_medians = np.log([fit.theta for fit in single])
@@ -390,39 +391,30 @@ def _common_slope(
     return _StateFits(fits, ln_theta, beta)
 
 
-def _ordered_capacities(runs: _DemandRuns, is_known: Mask, exceed: Mask) -> _Capacities:
-    """Return the ends from an ordered probit, in which one run is one observation.
+def _brackets(
+    runs: _DemandRuns, is_known: Mask, exceed: Mask
+) -> tuple[Index, Index, Floats, Floats]:
+    """Return the brackets of ln intensity at which each motion first exceeds each of k states.
 
-    A run that exceeds state j but not state k has the probability Phi(eta_j) - Phi(eta_k), with
-    eta_j = a0_j + a1 ln x.
+    The arrays have a value per bracket: one run of the motion, the state, and both ends.
     """
-    passed, not_passed = exceed.sum(axis=1), is_known & ~exceed
-    ended = ~np.any(not_passed, axis=1)
-    low, high = np.where(ended, -inf, runs.ln_im), np.where(passed > 0, runs.ln_im, inf)
-    lower_state, upper_state = np.argmax(not_passed, axis=1), np.maximum(passed - 1, 0)
-    rows = np.flatnonzero((passed > 0) | ~ended)
-    return _Capacities(rows, lower_state[rows], upper_state[rows], low[rows], high[rows])
-
-
-def _searched_capacities(runs: _DemandRuns, is_known: Mask, exceed: Mask) -> _Capacities:
-    """Return the brackets of the first exceedance of each state by each motion."""
-    brackets: list[_Capacities] = []
-    for j in range(is_known.shape[1]):
-        known = np.flatnonzero(is_known[:, j])
-        shaking, first = np.unique(runs.shaking[known], return_index=True)
-        ends = fitting.first_exceedances(runs.im[known], exceed[known, j], runs.shaking[known])
+    brackets: list[tuple[Index, ...]] = []
+    for state in range(is_known.shape[1]):
+        known = np.flatnonzero(is_known[:, state])
+        shaking = runs.shaking[known]
+        lower, upper, _ = fitting.first_exceedances(runs.im[known], exceed[known, state], shaking)
+        first_runs = known[np.unique(shaking, return_index=True)[1]]
         with np.errstate(divide="ignore"):
-            low, high = np.log(ends[:2])
-        state = np.full(shaking.size, j)
-        brackets.append(_Capacities(known[first], state, state, low, high))
-    return _Capacities(*map(np.concatenate, zip(*brackets, strict=True)))
+            brackets.append((first_runs, np.full(lower.size, state), np.log(lower), np.log(upper)))
+    rows, states, low, high = map(np.concatenate, zip(*brackets, strict=True))
+    return rows, states, low, high
 
 
 def _single_fit(runs: _DemandRuns, is_known: Mask, exceed: Mask, *, in_full: bool) -> FragilityFit:
     """Fit one state alone; unless ``in_full``, return only its status and a start value."""
     im, exceeds = runs.im[is_known], exceed[is_known].astype(np.float64)
     ones = np.ones(im.size)
-    if runs.is_searched and im.size:
+    if runs.levels_differ and im.size:
         shaking = runs.shaking[is_known]
         fit = fitting.fit_first_exceedances(im, exceeds, shaking, runs.settings)
         if fit.status == fitting.ALL_CENSORED:
