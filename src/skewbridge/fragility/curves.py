@@ -201,22 +201,13 @@ class _DemandRuns:
         self.motions = int(np.max(self.motion)) + 1
         self.shaking = demand_table.shaking_codes(variant.runs)
         #: Whether levels may follow outcomes, as in an IDA: each motion then counts once.
-        self.levels_differ = not _has_common_steps(self.ln_im, self.shaking)
+        self.levels_differ = not demand_table.has_common_steps(self.ln_im, self.shaking)
         #: Blocks (events or motions) with a run, and weights 0 or 1 of the runs without each one.
         self.present = np.unique(variant.block)
         self.weights = (variant.block != self.present[:, None]).astype(np.float64)
         self.outcomes = demand_outcomes(variant.runs, states)
         demands = self.outcomes.lower[self.outcomes.complete]
         self.lacks_demand = demands.size > 0 and bool(np.all(np.isnan(demands)))
-
-
-def _has_common_steps(ln_im: Floats, shaking: Index) -> bool:
-    """Return whether all motions have one run, or runs at the same ratios of intensity."""
-    counts = np.bincount(shaking)
-    if np.ptp(counts) > 0:
-        return False
-    by_motion = ln_im[np.lexsort((ln_im, shaking))].reshape(counts.size, -1)
-    return bool(np.max(np.ptp(np.diff(by_motion), axis=0), initial=0.0) < 1e-6)
 
 
 def _variant_rows(variant: _Variant, *, states: States, settings: FitSettings) -> list[Row]:

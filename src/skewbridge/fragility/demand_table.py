@@ -148,6 +148,15 @@ def shaking_codes(table: pd.DataFrame) -> Index:
     return np.asarray(table.groupby(["motion_id", "incidence_deg"]).ngroup(), dtype=np.intp)
 
 
+def has_common_steps(ln_im: Floats, shaking: Index) -> bool:
+    """Return whether all motions have one run, or runs at the same ratios of intensity."""
+    counts = np.bincount(shaking)
+    if np.ptp(counts) > 0:
+        return False
+    by_motion = ln_im[np.lexsort((ln_im, shaking))].reshape(counts.size, -1)
+    return bool(np.max(np.ptp(np.diff(by_motion), axis=0), initial=0.0) < 1e-6)
+
+
 def _blocks(table: pd.DataFrame) -> NDArray[np.str_]:
     motion = table["motion_id"].to_numpy(dtype=str)
     if EVENT not in table:
