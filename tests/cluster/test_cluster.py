@@ -117,7 +117,7 @@ def study(cluster, tree):
     return tree
 
 
-def test_a_cancelled_job_and_a_lost_node_lose_and_repeat_nothing_and_the_report_is_made(study):
+def test_a_cancelled_job_and_a_lost_node_lose_and_repeat_nothing_and_change_no_table(study):
     finished = json.loads((study / "finished.json").read_text())
     keys = journal_keys(study)
     assert finished
@@ -127,9 +127,6 @@ def test_a_cancelled_job_and_a_lost_node_lose_and_repeat_nothing_and_the_report_
     assert (study / "results/report.html").is_file()
     again = done(through_slurm("-n"), study, environment=SITE)
     assert "Nothing to be done" in again.stdout + again.stderr
-
-
-def test_the_tables_are_those_of_one_machine(study):
     targets = [f"local/{name}.parquet" for name in TABLES]
     done([SNAKEMAKE, "-j2", "--configfile", "local.yaml", "--", *targets], study)
     for name in TABLES:

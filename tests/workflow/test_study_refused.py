@@ -135,7 +135,7 @@ def test_the_site_is_built_without_a_warning(tmp_path):
     assert drawn.read_bytes() == (ROOT / "docs/theory/bridge_model.png").read_bytes()  # make docs
 
 
-def test_an_installed_package_starts_a_study_and_shows_the_stored_one(tmp_path):
+def test_an_installed_package_starts_a_study_without_overwriting_and_shows_the_stored_one(tmp_path):
     """The files of a wheel, as an installer unpacks them, outside a clone."""
     (wheel,) = WheelBuilder(str(ROOT)).build(directory=str(tmp_path), versions=["standard"])
     with zipfile.ZipFile(wheel) as archive:
@@ -157,10 +157,7 @@ def test_an_installed_package_starts_a_study_and_shows_the_stored_one(tmp_path):
     page = Path(json.loads(shown.stdout)["report"])
     assert page == tmp_path / "shown/report.html"
     assert "state at 4.49 in<" in page.read_text(encoding="utf-8")
-
-
-def test_existing_files_are_not_overwritten(tmp_path):
-    (tmp_path / "config").mkdir()
+    (other := tmp_path / "other/config").mkdir(parents=True)
     with pytest.raises(InputError, match="already has config"):
-        write_starter(tmp_path)
-    assert [*tmp_path.rglob("*")] == [tmp_path / "config"]
+        write_starter(other.parent)
+    assert [*other.parent.rglob("*")] == [other]
