@@ -180,7 +180,7 @@ def _fit_runs(columns: Mapping[str, Any], options: FitOptions) -> fits.Fragility
     notes += demand_table.unused_notes(unused)
     if varying := demand_table.varying_axes(data):
         notes += [f"one curve for all values of {demand_table.names_of(varying)}"]
-    if options.method == "stripes" and not demand_table.has_common_steps(np.log(im), motions):
+    if options.method != "ida" and not demand_table.has_common_steps(np.log(im), motions):
         notes += ["motions have different levels: use --method ida if they follow outcomes"]
     rows = pd.DataFrame({"im": im, "edp": demand, "motion": motions * has_motions})
     if repeated := int(rows.dropna().duplicated().sum()):
