@@ -6,7 +6,7 @@ The journals are a cache: an analysis that is in a journal of the study is not r
 import logging
 import time
 from collections import Counter
-from collections.abc import Mapping, Sequence, Set, Sized
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
@@ -287,6 +287,8 @@ def run_in_journal(
         journal_rows = content.rows
         finished = n_before = len(by_key.keys() & journal_rows.keys())
         began_s = logged_s = time.monotonic()
+        kind = "searches" if ida else "analyses"
+        progress = partial(_progress, kind, len(by_key), n_before, began_s)
 
         def on_finished(row: Row) -> None:
             nonlocal finished, logged_s
@@ -298,7 +300,7 @@ def run_in_journal(
             finished += row["run_key"] in by_key  # rows that a search adds do not count
             if time.monotonic() - logged_s > LOG_INTERVAL_S:
                 logged_s = time.monotonic()
-                progress_logger.info("%s: %s", name, _progress(by_key, n_before, finished, began_s))
+                progress_logger.info("%s: %s", name, progress(finished))
 
         try:
             rows = batch.run_tasks(
@@ -311,7 +313,7 @@ def run_in_journal(
                 search=ida and partial(batch.search_capacity, ida, journal_rows, searches_path),
             )
         finally:
-            progress_logger.info("%s: %s", name, _progress(by_key, n_before, finished, began_s))
+            progress_logger.info("%s: %s", name, progress(finished))
     # rows from journals and of equal tasks take the names and measures of their own task
     return [
         batch.row_of_task(row, batch.at_factor(task, row["scale"]) if ida else task, row["run_key"])
@@ -320,11 +322,11 @@ def run_in_journal(
     ]
 
 
-def _progress(tasks: Sized, n_before: int, finished: int, began_s: float) -> str:
+def _progress(kind: str, n_tasks: int, n_before: int, began_s: float, finished: int) -> str:
     """Return a text on the progress of a job; ``n_before`` tasks were finished when it began."""
-    n_new, n_left = finished - n_before, len(tasks) - finished
+    n_new, n_left = finished - n_before, n_tasks - finished
     per_min = n_new / max(time.monotonic() - began_s, 1e-9) * 60
-    text = f"{finished} of {len(tasks)} analyses done"
+    text = f"{finished} of {n_tasks} {kind} done"
     text += f" ({n_before} in earlier runs)" if n_before else ""
     text += f", {per_min:.1f} per minute" if n_new else ""
     return text + (f", {n_left / per_min:.0f} min left" if n_new and n_left else "")
