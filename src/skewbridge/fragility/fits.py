@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import optimize, special
 
-from skewbridge.files.tables import Floats, Index, as_column, positive, require, same_length
+from skewbridge.files.tables import Floats, Index, Mask, as_column, positive, require, same_length
 from skewbridge.fragility import likelihood, motion_means
 from skewbridge.fragility.settings import ASSUMED_BETA, DEFAULTS, FitSettings
 
@@ -346,28 +346,27 @@ def fit_brackets(
     return _fit_distribution(no_fit, y_low, y_high, im, settings)
 
 
-def first_exceedances(im: Floats, exceed: Floats, record: Index) -> tuple[Floats, Floats, int]:
+def first_exceedances(im: Floats, exceeds: Mask, record: Index) -> tuple[Floats, Floats, int]:
     """Return the brackets (lower, upper] of the first exceedance of each motion, and a count.
 
-    ``im``, ``exceed`` (0 or 1) and ``record`` are intensity, outcome and number of the motion of
-    each run, shape (n,). The count is of motions that do not exceed at an intensity above their
-    first exceedance.
+    ``im``, ``exceeds`` and ``record`` are intensity, outcome and number of the motion of each run,
+    shape (n,). The count is of motions that do not exceed at an intensity above their first
+    exceedance.
     """
     # ASSUME the first crossing is the capacity
     records, codes = np.unique(record, return_inverse=True)
     lower, upper = np.zeros(records.size), np.full(records.size, np.inf)
-    is_hit = exceed > 0.0
-    np.minimum.at(upper, codes[is_hit], im[is_hit])
-    is_lower = ~is_hit & (im < upper[codes])
+    np.minimum.at(upper, codes[exceeds], im[exceeds])
+    is_lower = ~exceeds & (im < upper[codes])
     np.maximum.at(lower, codes[is_lower], im[is_lower])
-    return lower, upper, int(np.unique(codes[~is_hit & (im > upper[codes])]).size)
+    return lower, upper, int(np.unique(codes[~exceeds & (im > upper[codes])]).size)
 
 
 def fit_first_exceedances(
     im: Floats, exceed: Floats, record: Index, settings: FitSettings
 ) -> FragilityFit:
     """Fit the brackets of `first_exceedances`; a warning is added if its count is above 0."""
-    lower, upper, n_odd = first_exceedances(im, exceed, record)
+    lower, upper, n_odd = first_exceedances(im, exceed > 0.0, record)
     fit = fit_brackets(lower, upper, settings)
     fit = replace(fit, details={**fit.details, "n_non_monotone": n_odd})
     return fit.warned("non_monotone_records") if n_odd else fit
