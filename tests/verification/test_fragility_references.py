@@ -196,11 +196,12 @@ def test_capacities_of_a_search_are_brackets_with_one_slope():
             ends[:, motion, state] = np.max(below, initial=0.0), np.min(above, initial=np.inf)
     numbers, im = np.array(rows).T
     given = {"component": "c", "demand": "d_m", "dispersion": 0.0}
-    states = [LimitState(name=str(c), threshold=c, **given) for c in limits]
+    states = [LimitState(name=str(c), threshold=c, **given) for c in (*limits, 50.0)]
     runs = runs_of(im, {"d_m": im / capacity[numbers.astype(int)]}).assign(scale=im)
     runs["motion_id"] = [f"m{number:g}" for number in numbers]
     curves = fit_study(fit_models(runs, states, SETTINGS), states, SETTINGS)
-    ours = curves.query("method == 'exceedance'")
+    assert set(curves.query("limit_state == '50.0'")["status"]) == {"no_exceedance"}
+    ours = curves.query("method == 'exceedance' and status == 'ok'")
 
     def loss(params):
         low, high = special.ndtr((np.log(ends) - params[:2]) / params[2])
