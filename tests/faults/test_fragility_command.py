@@ -6,11 +6,13 @@ import re
 import numpy as np
 import pandas as pd
 import pytest
+from reference_pages import ROOT
 
 from cli_json import answer
 from fragility_tables import IM, curves_of, states_of, synthetic_demands
 from skewbridge.errors import InputError
 from skewbridge.files.tables import read_any
+from skewbridge.files.text import read_yaml
 from skewbridge.fragility.demand_table import ColumnMap, prepared, read_foreign
 from skewbridge.fragility.fits import fit_cloud
 from skewbridge.fragility.settings import FitSettings
@@ -19,10 +21,9 @@ from skewbridge.fragility.study_tables import fragility_tables
 DRIFT = "column_drift_ratio"
 RUNS = ("--im", IM, "--edp", DRIFT, "--threshold")
 SAME_PLACE = {"skews": (0,), "gaps": (51,), "frictions": (50,)}
-STRIPES = {"im": [0.1, 0.2], "n": [20, 20], "k": [1, 2]}
-CLOUD = {"im": [0.1, 0.2], "edp": [1, 1], "threshold": 1}
 TABLE = synthetic_demands(**SAME_PLACE, motions=12)[["motion_id", "status", IM, DRIFT]]
-BOTH = STRIPES | CLOUD
+BOTH = {"im": [0.1, 0.2], "n": [20, 20], "k": [1, 2], "edp": [1, 1], "threshold": 1}
+BAD = read_yaml(ROOT / "tests/unit/bad_values.yaml")
 NAMED = ("--im", "im", "--edp", "edp", "--threshold", 2)
 
 
@@ -48,23 +49,8 @@ def fit(tmp_path):
 @pytest.mark.parametrize(
     ("data", "method", "options", "named", "text"),
     [
-        *((data, method, (), {"status": "error", "row": row}, text) for data, method, row, text in (
-            (STRIPES | {"k": [1, 21]}, "stripes", 1, "0<=k<=n (row 1)"),
-            (STRIPES | {"im": [0.1, None]}, "stripes", 1, "im must be > 0"),
-            ("im,n,k\n0.2,20,1\n0.4,,9\n0.8,20,17\n", "stripes", 1, ""),
-            (STRIPES | {"n": [20]}, "stripes", 1, "differ in length"),
-            ({"im": [0.1, 0.2], "k": [1, 2]}, "stripes", None, "need a column 'n'"),
-            (CLOUD | {"edp": [1, 0]}, "cloud", 1, "edp must be > 0 and finite"),
-            (CLOUD | {"threshold": -1}, "cloud", 0, "threshold must"),
-            (CLOUD | {"im": [1, [2]]}, "cloud", 1, "must be a number"),
-            (CLOUD | {"threshold": [1, 2]}, "cloud", None, "must be one number, got [1.0, 2.0]"),
-            (CLOUD | {"im": 5}, "cloud", None, "im must be a list"),
-            (CLOUD | {"edp": [1, float("inf")]}, "cloud", 1, "finite in runs that completed"),
-            ({"capacity": [1, float("nan")]}, "ida", 1, "capacity must be > 0"),
-            ({"capacity": [1, 2], "censored": [0, 2]}, "ida", 1, "censored must be 0 or 1"),
-            ({"lower": [0.5, 0.7], "upper": [0.6, 0.7]}, "ida", 1, "upper must be above lower"),
-            ("im;n;k\n0.2;20;1\n0,4;20;9\n", "stripes", None, "separated by semicolons: write com"),
-        )),
+        *((data, method, (), {"status": "error", "row": row}, text)
+          for data, method, row, text in BAD["fits"]),
         # a bad cell in a table of runs
         ("im,edp\n0.1,1\n0.2,2\n0.3,\n0.4,4\n", "cloud", NAMED, {"row": 2, "column": "edp"}, ""),
         ("im,edp\n0.1,1\n0.2,2\n-0.3,3\n0.4,4\n", "cloud", NAMED, {"row": 2, "column": "im"}, ""),
@@ -123,7 +109,9 @@ def test_spellings_of_published_data_sets_are_understood(fit, tmp_path):
     assert read_any(tmp_path / "t.PARQUET").to_dict("list") == {"motion_id": ["b", "a"]}
     # a missing method names those of the data
     for data, methods in (
-        *((STRIPES, "stripes"), (BOTH, "stripes or cloud"), ({"capacity": [1]}, "ida")),
+        ({"im": [1], "n": [1], "k": [1]}, "stripes"),
+        (BOTH, "stripes or cloud"),
+        ({"capacity": [1]}, "ida"),
         ({"im_pga": [1]}, "cloud, stripes or ida, with --im, --edp and --threshold"),
     ):
         (tmp_path / "data.json").write_text(json.dumps(data))
